@@ -1,6 +1,7 @@
 """Check an installed simbrake from an empty folder: `python check_installed.py CHECKOUT`.
 
-The package lies outside of the checkout, has every file of its source, and runs, with its templates and tables.
+The package lies outside of the checkout, has every file of its source and the shipped scenes, and runs, with its
+templates and tables.
 """
 
 import json
@@ -28,15 +29,18 @@ def run(*arguments: str) -> str:
 def main() -> None:
     checkout, installed = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sb.__file__).resolve().parent
     assert not installed.is_relative_to(checkout), installed
-    source = files(checkout / "simbrake")
+    source = files(checkout / "simbrake") | {pathlib.Path("scenarios") / file for file in files(checkout / "scenarios")}
     assert files(installed) == source, sorted(map(str, files(installed) ^ source))
     assert pathlib.Path("py.typed") in source
     for name in sb.__all__:
         assert getattr(sb, name) is not None
     assert sb.formulas.rim_material("cast_iron")
-    for scene in ("u2_5_5_stop.py", "u2_5_5_stop.toml"):
-        shutil.copy(checkout / "scenarios" / scene, scene)
+    shutil.copy(checkout / "scenarios" / "u2_5_5_stop.py", "u2_5_5_stop.py")
+    for name in ("standard", "u2_5_5_stop"):
+        run("new", name)
+    for scene in ("u2_5_5_stop.py", "u2_5_5_stop.toml", "standard.toml", "standard"):
         assert json.loads(run("run", scene, "--json"))["status"] == "stopped"
+    run("scene", "check", "drag_lowering")  # uses another one
     run("report", "u2_5_5_stop.toml")
     assert "<html" in pathlib.Path("u2_5_5_stop.html").read_text("utf-8")
     tables = [line for line in run("reproduce").splitlines() if re.match(r"[A-Z]\d: \d+ cells", line)]

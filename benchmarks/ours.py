@@ -22,7 +22,6 @@ def configure() -> None:
     """What has to be set before JAX computes anything."""
     import jax
 
-    jax.config.update("jax_enable_x64", True)
     jax.config.update("jax_cpu_enable_async_dispatch", False)
 
 

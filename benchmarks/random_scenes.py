@@ -28,10 +28,6 @@ os.environ.setdefault("JAX_PLATFORMS", "cpu")
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-import jax  # noqa: E402
-
-jax.config.update("jax_enable_x64", True)
-
 from benchmarks.independent.compare import Comparison, compare  # noqa: E402
 from benchmarks.independent.draws import FLAVOURS, KINDS  # noqa: E402
 

@@ -72,7 +72,7 @@ _SHOWN = (1e-5, 1e-7, 1e-9)
 def markdown(scene: dict[str, Any]) -> str:
     """A scene for the documentation: times at equal error, over simbrake's, the best error, and what is left out."""
     heads = [f"{what} {level:.0e}" for what in ("µs at", "ratio at") for level in _SHOWN]
-    lines = [f"**({scene['name']})** {scene['title']}", "", "| | " + " | ".join([*heads, "least error"]) + " |"]
+    lines = [f"**({scene['name']})** {scene['title']}", "", "| | " + " | ".join([*heads, "smallest error"]) + " |"]
     lines.append("|" + "---|" * (len(heads) + 2))
     for name, points in by_method(scene).items():
         times = [time_at(points, level) for level in _SHOWN]

@@ -204,7 +204,6 @@ def warm_prepared(subject: Subject, attempts: int) -> float:
 
 def configure() -> None:
     """What has to be set before JAX computes anything."""
-    jax.config.update("jax_enable_x64", True)
     jax.config.update("jax_cpu_enable_async_dispatch", False)
     jax.config.update("jax_enable_compilation_cache", False)
 

@@ -1,22 +1,22 @@
 """Build of the pages: `sphinx-build -W --keep-going -b html docs build/docs`."""
 
 import pathlib
+import re
 import sys
 
-import jax
+from sphinx.application import Sphinx
 
-jax.config.update("jax_enable_x64", True)
 sys.path.insert(0, str(pathlib.Path(__file__).parent / "_extension"))
 
-import simbrake  # noqa: E402
+import simbrake
 
 project = "simbrake"
 author = "The simbrake authors"
 copyright = "the simbrake authors, Apache-2.0"
 version = release = simbrake.__version__
 
-extensions = ["myst_parser", "math_ml", "source_pages", "api_reference", "code_tables", "notebook_list"]
-myst_enable_extensions = ["dollarmath", "amsmath", "deflist"]
+extensions = ["myst_parser", "math_ml", "source_links"]
+myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 myst_links_external_new_tab = True
 exclude_patterns = ["_extension"]
@@ -30,7 +30,19 @@ html_copy_source = False
 html_show_sphinx = False
 highlight_language = "none"  # formulas are in indented blocks
 pygments_style = "default"
-python_maximum_signature_line_length = 88
-python_display_short_literal_types = True
-add_module_names = False
-toc_object_entries_show_parents = "hide"
+
+
+def add_table_of_contents(app: Sphinx, page: str, source: list[str]) -> None:
+    """Add a hidden table of contents per section to pages that list others: Sphinx builds its navigation from it."""
+    if page not in ("index", "api/index", "theory/index"):
+        return
+    for section in re.split(r"^## ", source[0], flags=re.M)[1:]:
+        items = "".join(re.findall(r"^- .*$", section, re.M))
+        names = dict.fromkeys(re.findall(r"\]\(([\w/]+)\.md[)#]", items))
+        caption = section.partition("\n")[0]
+        if names:
+            source[0] += "\n".join(["", "```{toctree}", ":hidden:", f":caption: {caption}", "", *names, "```", ""])
+
+
+def setup(app: Sphinx) -> None:
+    app.connect("source-read", add_table_of_contents)

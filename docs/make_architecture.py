@@ -16,9 +16,7 @@ from typing import Any
 
 import jax
 
-jax.config.update("jax_enable_x64", True)
-
-import simbrake as sb  # noqa: E402
+import simbrake as sb
 
 DOCS = pathlib.Path(__file__).parent
 PACKAGE = pathlib.Path(sb.__file__).parent

@@ -10,7 +10,6 @@ import runpy
 import sys
 from typing import Any
 
-import jax
 import numpy as np
 
 HERE = pathlib.Path(__file__).parent
@@ -267,5 +266,4 @@ def main(names: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    jax.config.update("jax_enable_x64", True)
     main(sys.argv[1:])

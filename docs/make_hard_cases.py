@@ -10,7 +10,6 @@ import warnings
 
 import jax
 
-jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 
 HERE = pathlib.Path(__file__).parent

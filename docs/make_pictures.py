@@ -8,7 +8,6 @@ import sys
 from pathlib import Path
 from typing import Any
 
-import jax
 from PIL import Image
 
 import simbrake as sb
@@ -40,7 +39,6 @@ def save(figure: Any, name: str) -> None:
 
 
 def main() -> None:
-    jax.config.update("jax_enable_x64", True)
     (HERE / "pictures").mkdir(exist_ok=True)
     stop = sb.simulate(scenario("u2_5_5_stop").scene())
     save(plot.stop(stop), "stop")

@@ -7,8 +7,6 @@ import itertools
 import pathlib
 import sys
 
-import jax
-
 HERE = pathlib.Path(__file__).parent
 NAMES = {"k": "k", "f": "f", "scheme": "pitch", "w0": "w₀", "tau_m": "τ_m", "T_max": "T_max", "N_max": "N_max"} | {
     "gamma": "γ",
@@ -120,5 +118,4 @@ def main(arguments: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    jax.config.update("jax_enable_x64", True)
     main(sys.argv[1:])

@@ -2,8 +2,6 @@
 
 import pathlib
 
-import jax
-
 BEGIN, END = "<!-- cases: begin -->\n", "<!-- cases: end -->\n"
 
 
@@ -28,5 +26,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    jax.config.update("jax_enable_x64", True)
     main()

@@ -83,9 +83,6 @@ def measure(folder: Path, seed: int = 1) -> tuple[Path, Path]:
 
 
 def main() -> None:
-    import jax
-
-    jax.config.update("jax_enable_x64", True)
     parser = argparse.ArgumentParser(description="fit a brake to synthetic measurements")
     parser.add_argument("--out", type=Path, help="folder for the CSV files and a chart")
     folder = parser.parse_args().out

@@ -10,14 +10,10 @@ import argparse
 import pathlib
 import sys
 
-import jax
-
-import simbrake as sb
-
 HERE = pathlib.Path(__file__).parent
 sys.path.insert(0, str(HERE))
 from papers import heat, layouts, staged  # noqa: E402, F401  (each enters its claims)
-from papers.common import CLAIMS, CONFIRMED, CONTRADICTED, LIMITED, Claim, Found, Runs, stop  # noqa: E402
+from papers.common import CLAIMS, CONFIRMED, CONTRADICTED, LIMITED, Claim, Found, Runs  # noqa: E402
 
 PAPERS = {
     "Z": "Zhuravlov et al., *Dynamics of friction couples of a band-shoe brake*",
@@ -25,11 +21,6 @@ PAPERS = {
     "K": "Kryshtopa, *Compliance of elements of friction units*, part III",
     "V": "Volchenko et al., *Thermal transmission through metal friction elements*",
 }
-
-
-def scene() -> sb.Scene:
-    """The stop whose layouts are compared."""
-    return stop()
 
 
 def page(found: list[tuple[Claim, Found]]) -> str:
@@ -42,7 +33,7 @@ def page(found: list[tuple[Claim, Found]]) -> str:
         "with its place",
         "in the paper; the verdict is computed from the number. Scenes are those of `scenarios/`, with "
         "their assumptions;",
-        "what a comparison keeps equal stands in brackets. The printed tables: [](published.md).",
+        "what a comparison keeps equal is in brackets. The printed tables: [the papers recomputed](published.md).",
         "",
         f"{len(found)} claims: {counts}. `python scenarios/claims.py` prints them,",
         "with `--write-docs` it writes this page.",
@@ -63,7 +54,6 @@ def main() -> None:
     options = parser.parse_args()
     if options.fast and options.write_docs:
         parser.error("the page has all claims: --write-docs without --fast")
-    jax.config.update("jax_enable_x64", True)
     runs, found = Runs(), []
     for one in CLAIMS:
         if one.fast or not options.fast:

@@ -59,9 +59,6 @@ def scene() -> sb.Scene:
 
 
 def main() -> None:
-    import jax
-
-    jax.config.update("jax_enable_x64", True)
     run_in = scene()
     result = sb.simulate(run_in)
     print(result)

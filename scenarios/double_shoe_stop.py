@@ -1,8 +1,8 @@
-"""Stop and hold of a winch drum by a double-shoe brake, in both directions, and the coefficient of friction for
-self-locking.
+"""Stop and hold of a winch drum by a double-shoe brake.
 
-Geometry of the shoes: an example of internal expanding shoes in the book (Shigley: Budynas & Nisbett, *Shigley's
-Mechanical Engineering Design*). Values without a source are marked as assumptions.
+As a script it also runs in the other direction, and gives the coefficient of friction for self-locking. Geometry of the
+shoes: an example of internal expanding shoes in the book (Shigley: Budynas & Nisbett, *Shigley's Mechanical Engineering
+Design*). Values without a source are marked as assumptions.
 """
 
 import math
@@ -53,9 +53,6 @@ def scene(omega: float = 25.0, load: float = 250.0) -> sb.Scene:
 
 
 def main() -> None:
-    import jax
-
-    jax.config.update("jax_enable_x64", True)
     result = sb.simulate(scene())
     print(result)
     back = sb.simulate(scene(-25.0, -250.0))

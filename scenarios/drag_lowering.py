@@ -4,20 +4,15 @@ The heat flow is the power of the load at any fade; the lever force grows, and w
 reaches its limit the load runs away. Sources and assumptions as in the tripping scenario.
 """
 
-import importlib.util
 import math
-from pathlib import Path
+import runpy
 
 import simbrake as sb
 
 
 def scene() -> sb.Scene:
     """The scene that `simbrake run` integrates."""
-    spec = importlib.util.spec_from_file_location("tripping", Path(__file__).parent / "tripping_30_stands.py")
-    assert spec is not None
-    assert spec.loader is not None
-    tripping = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(tripping)
+    tripping = runpy.run_path(str(sb.files.shipped("tripping_30_stands")))
     line_count, drum_radius = 8, 0.40  # assumptions, as there
     hook_speed = 0.3  # m/s; assumption: slow lowering of a casing string
     fade = sb.LinearFade(slope=1.5e-3, above=273.15 + 120.0, floor=0.6, blend=10.0)  # assumptions, as there
@@ -35,14 +30,11 @@ def scene() -> sb.Scene:
         ),
         initial=sb.Initial(omega=hook_speed * line_count / drum_radius),
         end_time=90.0,  # s: one stand of 27 m
-        heat=tripping.heat(),
+        heat=tripping["heat"](),
     )
 
 
 def main() -> None:
-    import jax
-
-    jax.config.update("jax_enable_x64", True)
     print(sb.simulate(scene()))
 
 

@@ -138,7 +138,6 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=pathlib.Path, help="folder for the figures")
     out = parser.parse_args().out
-    jax.config.update("jax_enable_x64", True)
 
     print_claim()
     print()

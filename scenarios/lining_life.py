@@ -8,12 +8,10 @@ temperature.
 
 import argparse
 import dataclasses
-import importlib.util
 import math
 import pathlib
-from typing import Any
+import runpy
 
-import jax
 import numpy as np
 
 import simbrake as sb
@@ -44,14 +42,9 @@ def scene() -> sb.Scene:
 
 def hot_scene() -> sb.Scene:
     """The same stop with heat: 60 % more wear for every 100 K above 150 °C, worn linings conduct and store less."""
-    file = pathlib.Path(__file__).with_name("equal_wear_layout.py")
-    spec = importlib.util.spec_from_file_location(file.stem, file)
-    assert spec is not None
-    assert spec.loader is not None
-    module: Any = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    hot = runpy.run_path(str(sb.files.shipped("equal_wear_layout")))["scene"]()
     rate = sb.wear.LinearWear(RATE, slope=6e-3, reference=423.15)
-    return dataclasses.replace(module.scene(), wear=sb.Wear(rate, permissible=PERMISSIBLE, geometry=True, heat=True))
+    return dataclasses.replace(hot, wear=sb.Wear(rate, permissible=PERMISSIBLE, geometry=True, heat=True))
 
 
 def layouts() -> dict[str, np.ndarray]:
@@ -75,7 +68,6 @@ def main() -> None:
     parser.add_argument("--hot", action="store_true", help="with heat, fade and hot wear")
     parser.add_argument("--out", type=pathlib.Path, help="folder for the figure")
     arguments = parser.parse_args()
-    jax.config.update("jax_enable_x64", True)
     found = lives(hot_scene() if arguments.hot else scene())
     first = found["uniform pitch"]
     print(f"{'':22}{'stops':>10}{'gain':>8}{'max/mean':>10}{'max/min':>9}{'at the end':>12}{'used':>8}")

@@ -46,9 +46,6 @@ def as_one(scene: sb.Scene) -> sb.Scene:
 
 
 def main() -> None:
-    import jax
-
-    jax.config.update("jax_enable_x64", True)
     resolved = sb.simulate(scene())
     rigid = sb.simulate(as_one(scene()))
     print(f"--- resolved bandage ---\n{resolved}\n\n--- rigid bandage ---\n{rigid}\n")

@@ -50,13 +50,10 @@ def scene() -> sb.Scene:
 
 
 def main() -> None:
-    import jax
-
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--out", type=pathlib.Path, help="folder for the tornado charts")
     folder = parser.parse_args().out
 
-    jax.config.update("jax_enable_x64", True)
     base = scene()
     tables = sb.sensitivity(base, METRICS, span=0.05)
     for table in tables:

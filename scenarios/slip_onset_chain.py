@@ -56,9 +56,6 @@ def as_a_whole(scene: sb.Scene) -> sb.Scene:
 
 
 def main() -> None:
-    import jax
-
-    jax.config.update("jax_enable_x64", True)
     chain, n = scene(), 20
     result = sb.simulate(chain)
     print(result)

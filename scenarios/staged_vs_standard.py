@@ -105,10 +105,6 @@ def wear_of_the_ring(stops: int) -> list[float]:
 
 
 def main() -> None:
-    import jax
-
-    jax.config.update("jax_enable_x64", True)
-
     results = {"standard": sb.simulate(standard()), "staged": sb.simulate(scene())}
     for name, result in results.items():
         print(f"--- {name} brake ---\n{result}\n")

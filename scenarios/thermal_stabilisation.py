@@ -100,9 +100,6 @@ def cycles_to(target: np.ndarray, band: float) -> int:
 
 
 def main() -> None:
-    import jax
-
-    jax.config.update("jax_enable_x64", True)
     found = sb.cyclic_steady_state(scene())
     print(found.result)
     print(f"found with {found.cycles} cycles; change over a cycle {found.change:.1e} K")

@@ -79,9 +79,6 @@ def scene() -> sb.Scene:
 
 
 def main() -> None:
-    import jax
-
-    jax.config.update("jax_enable_x64", True)
     import numpy as np
 
     given = scene()

@@ -51,9 +51,6 @@ def scene() -> sb.Scene:
 
 
 def main() -> None:
-    import jax
-
-    jax.config.update("jax_enable_x64", True)
     print(sb.simulate(scene()))
 
 

@@ -5,6 +5,9 @@ run
 does not load the modules of the studies, estimates and pages. Less frequent names are in the
 packages: friction, loads, profiles, thermal, wear, brakes; hybrid, results, studies, layouts, formulas,
 published, checks, files, plot.
+
+Importing simbrake turns on the 64-bit mode of JAX, whichever is imported first: events cannot be located in 32 bits.
+Only where the environment variable JAX_ENABLE_X64 is 0 does it stay off, and a run is an error.
 """
 
 import importlib.util
@@ -12,9 +15,13 @@ from typing import Any
 
 import lazy_loader
 
+from ._base._precision import use_64_bits
+
 _named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 __version__ = "0.1.0"
+
+use_64_bits()
 
 
 def __getattr__(name: str) -> Any:

@@ -1,7 +1,8 @@
-"""Factors of a coefficient of friction, by temperature and pressure, and the contact of a lining that they see."""
+"""Factors of a coefficient of friction, by temperature, pressure, history and time, and the contact that they see."""
 
 import abc
 import functools
+import operator
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import jax
@@ -11,8 +12,12 @@ from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Float
 
 from ._base._faults import Fault
-from ._base._quantity import Over, Part, Scalar, quantity
+from ._base._quantity import Over, Part, Scalar, part, quantity
 from .hybrid._arrays import Array
+from .profiles import AbstractProfile
+
+#: molar gas constant (J/(mol·K)), CODATA 2018
+GAS_CONSTANT = 8.31446261815324
 
 
 class Contact(NamedTuple):
@@ -36,15 +41,21 @@ class Contact(NamedTuple):
         """Friction power per area `f p v` (W/m²), for rates of states only; `None` without areas."""
         return None
 
+    @property
+    def factor(self) -> Any:
+        """Factor of friction by given changes over time, (n,); `None` without any, or where no time is known."""
+        return None
+
 
 class ContactWithMemory(NamedTuple):
-    """A `Contact` of a law with states."""
+    """A `Contact` of a law with states, or one that changes over time."""
 
     v: Any
     T: Any
     p: Any
     memory: Any
     q: Any = None
+    factor: Any = None
 
 
 if TYPE_CHECKING:
@@ -184,3 +195,62 @@ class PressureFactor(AbstractFactor):
 
     def factor(self, contact: AnyContact) -> Float[Array, "..."]:
         return (1 + contact.p / self.reference) ** (-self.exponent)
+
+
+class MemoryProcess(Part):
+    """One way in which a lining's friction changes with its history: `ċ = (c_e φ(T) − c) (k e^{−E/(R_g T)} + q/w_0)`.
+
+    - `end` `c_e`: factor of friction to which it tends; `fade` `φ(T)`: how that depends on temperature, 1 without
+    - `rate` `k` (1/s) and `activation` energy `E` (J/mol): how fast with time; `k` at all temperatures without `E`
+    - `work` `w_0` (J/m²): friction work per area in which the distance to `c_e φ` falls to 1/e
+
+    Recovery with the time constant `τ(T) = e^{E/(R_g T)}/k`: `MemoryProcess(1.0, LinearFade(…), rate=1/τ)`. Burn-off of
+    binders: `MemoryProcess(0.0, rate=A, activation=E)`. Running-in: `MemoryProcess(c_1, work=w_0)`.
+    """
+
+    end: Scalar = quantity("1", "factor of friction to which it tends", low=0.0, high=10.0, many=True)
+    fade: AbstractFactor | None = None
+    rate: Scalar | None = quantity("1/s", "rate", low=0.0, many=True, default=None)
+    activation: Scalar | None = quantity("J/mol", "activation energy", low=0.0, many=True, default=None)
+    work: Scalar | None = quantity(
+        "J/m^2", "friction work per area of running-in", positive=True, many=True, default=None
+    )
+
+    def change(self, c: Array, contact: AnyContact) -> Array:
+        """Rate (1/s) of the factor `c`."""
+        end = jnp.asarray(self.end) * (1.0 if self.fade is None else self.fade.factor(contact))
+        paces = [] if self.work is None else [contact.q / self.work]
+        if self.rate is not None:
+            thermal = 1.0 if self.activation is None else jnp.exp(-self.activation / (GAS_CONSTANT * contact.T))
+            paces.append(self.rate * thermal)
+        return (end - c) * functools.reduce(operator.add, paces)
+
+    def faults(self, path: str) -> list[Fault]:
+        """Error of a process without a pace, or with an activation energy and no rate."""
+        if self.rate is None and (self.work is None or self.activation is not None):
+            return [Fault(path, "has no pace", "give rate (1/s), work (J/m²), or both; activation belongs to rate")]
+        return [] if self.fade is None else self.fade.faults(f"{path}.fade")
+
+
+class FrictionChange(Part):
+    """A factor of the friction of some linings over time: oil or water on them, a lining lost (0).
+
+    - `factor`: a number ≥ 0 or a profile, 1 of sound linings, in the time of the run (also of a duty in phases)
+    - `linings`: their numbers from the slack end (from 1), one or a list; `None`: all
+    """
+
+    factor: AbstractProfile = part(AbstractProfile, "1")
+    linings: Scalar | None = quantity(
+        "1", "numbers of the linings, from 1 at the slack end", low=1.0, many=Over.ROWS, default=None
+    )
+
+    def of_each(self, value: Array, n: int) -> Float[Array, " n"]:
+        """The factor of each of `n` linings, where that of the chosen ones is `value`."""
+        if self.linings is None:
+            return jnp.broadcast_to(value, (n,))
+        chosen = jnp.arange(1.0, n + 1.0) == jnp.atleast_1d(jnp.asarray(self.linings))[:, None]
+        return jnp.where(jnp.any(chosen, axis=0), value, 1.0)
+
+    def turned(self, n: int) -> "FrictionChange":
+        """The same of a band of `n` linings that is turned end for end."""
+        return self if self.linings is None else FrictionChange(self.factor, n + 1 - jnp.asarray(self.linings))

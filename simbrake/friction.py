@@ -1,11 +1,13 @@
 """Friction laws of a lining, `f(v, T, p)`, with fade, pressure and internal states."""
 
 import abc
+import dataclasses
 import functools
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -20,19 +22,24 @@ from .fade import (
     Bounds,
     Contact,
     ContactWithMemory,
+    FrictionChange,
     LinearFade,
+    MemoryProcess,
     PressureFactor,
     TabulatedFade,
     interpolated,
     is_table,
 )
 from .hybrid._arrays import Array
+from .profiles import Piece
 
 __all__ = [
     "AbstractFactor",
     "AbstractFriction",
+    "ChangingFriction",
     "ConstantFriction",
     "Contact",
+    "FrictionChange",
     "FrictionWithMemory",
     "LinearFade",
     "MemoryProcess",
@@ -45,17 +52,18 @@ __all__ = [
 
 
 class SurfaceState(NamedTuple):
-    """Surface inputs of the law of a pair beside its motion: temperatures `T` (K) and its own `memory`, (n,)
-    each; `None` where there is none."""
+    """Surface inputs of the law of a pair beside its motion: temperatures `T` (K), its own `memory`, and the `factor`
+    of its changes over time, (n,) each; `None` where there is none."""
 
     T: Any = None
     memory: Any = None
+    factor: Any = None
 
     def contact(self, v: Any, p: Any = None, q: Any = None) -> AnyContact:
         """The contact at slip speeds `v`, pressures `p` and friction powers per area `q`."""
-        if self.memory is None:
+        if self.memory is None and self.factor is None:
             return Contact(v, self.T, p)
-        return ContactWithMemory(v, self.T, p, self.memory, q)  # pyright: ignore
+        return ContactWithMemory(v, self.T, p, self.memory, q, self.factor)  # pyright: ignore
 
 
 def continued(coefficient: Callable[[Array], Array], v: Array) -> Array:
@@ -130,6 +138,11 @@ class AbstractFriction(Part):
         """Temperatures (K) between which the law holds, `None` without bounds; a run ends where it leaves them."""
         return None
 
+    @property
+    def over_time(self) -> tuple[FrictionChange, ...]:
+        """Given changes over time."""
+        return ()
+
 
 def memory_at_start(law: AbstractFriction, n: int) -> PyTree:
     """States of a law at the start, (n,) each; `None` of a law without."""
@@ -147,9 +160,13 @@ def memory_sizes(law: AbstractFriction, memory: PyTree) -> PyTree:
     return jax.tree.map(lambda x, old: jnp.broadcast_to(jnp.asarray(x, jnp.float64), old.shape), sizes, memory)
 
 
+@per_structure
 def remembers(law: AbstractFriction) -> bool:
     """Whether a law has states."""
-    return _memory_like(law, 1) is not None
+    try:
+        return bool(jax.tree.leaves(jax.eval_shape(lambda law: law.start(1), law)))
+    except Exception:  # an error reported by `faults_of_law`, and by the run itself
+        return False
 
 
 @per_structure
@@ -164,6 +181,11 @@ def _memory_like(law: AbstractFriction, n: int) -> PyTree:
 def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
     """Errors of a law, its states, and numbers that are neither one for all nor one for each lining."""
     found = _faults_of_memory(law, path, n)
+    for change in law.over_time:
+        chosen = np.zeros(1) if change.linings is None else np.atleast_1d(change.linings)
+        if np.any(chosen > n) or np.any(chosen % 1):
+            what = f"changes of the linings {', '.join(f'{i:g}' for i in chosen)}"
+            found.append(Fault(path, what, f"give whole numbers of linings, 1…{n} from the slack end"))
     if not found and not _fits(law, n):
         found = [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
     return law.faults(path) + found
@@ -238,7 +260,8 @@ def contact_like(
     """Shapes of the contact of `n` linings for the coefficients of a law, and for the rates of its states (`None`: it
     has none); with or without temperatures and pressures."""
     one = jax.ShapeDtypeStruct((n,), np.float64)
-    surface, pressure = SurfaceState(one if T else None, _memory_like(law, n)), one if p else None
+    memory, factor = _memory_like(law, n), one if law.over_time else None
+    surface, pressure = SurfaceState(one if T else None, memory, factor), one if p else None
     rates = None if surface.memory is None else surface.contact(one, pressure, pressure)
     return surface.contact(one, pressure), rates
 
@@ -394,26 +417,23 @@ class TabulatedFriction(AbstractFriction):
         return []
 
 
-class ProductFriction(AbstractFriction):
-    """`f(T, v, p) = f_base(v) · ∏ factors(T, p)`, sliding and sticking alike. States are those of the base law."""
+class AbstractScaledFriction(AbstractFriction):
+    """A base law times a factor, sliding and sticking alike. States are those of the base law."""
 
-    base: AbstractFriction = part(AbstractFriction)
-    factors: tuple[AbstractFactor, ...]  # pyright: ignore
+    base: eqx.AbstractVar[AbstractFriction]
 
-    def _product(self, contact: AnyContact) -> Array:
-        product = None
-        for one in self.factors:
-            product = one.factor(contact) if product is None else product * one.factor(contact)
-        return jnp.ones(()) if product is None else product
+    @abc.abstractmethod
+    def scale(self, contact: AnyContact) -> Array | float:
+        """The factor."""
 
     def governing(self, contact: AnyContact, static: Bool[Array, "..."] | bool) -> Float[Array, "..."]:
-        return self.base.governing(contact, static) * self._product(contact)
+        return self.base.governing(contact, static) * self.scale(contact)
 
     def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
-        return self.base.kinetic(contact) * self._product(contact)
+        return self.base.kinetic(contact) * self.scale(contact)
 
     def static(self, contact: AnyContact) -> Float[Array, "..."]:
-        return self.base.static(contact) * self._product(contact)
+        return self.base.static(contact) * self.scale(contact)
 
     def start(self, n: int) -> PyTree:
         return self.base.start(n)
@@ -425,7 +445,30 @@ class ProductFriction(AbstractFriction):
         return self.base.sizes()
 
     def faults(self, path: str) -> list[Fault]:
-        found = self.base.faults(f"{path}.base")
+        return self.base.faults(f"{path}.base")
+
+    def temperature_range(self) -> Bounds | None:
+        return self.base.temperature_range()
+
+    @property
+    def over_time(self) -> tuple[FrictionChange, ...]:
+        return self.base.over_time
+
+
+class ProductFriction(AbstractScaledFriction):
+    """`f(T, v, p) = f_base(v) · ∏ factors(T, p)`, sliding and sticking alike. States are those of the base law."""
+
+    base: AbstractFriction = part(AbstractFriction)
+    factors: tuple[AbstractFactor, ...]  # pyright: ignore
+
+    def scale(self, contact: AnyContact) -> Array:
+        product = None
+        for one in self.factors:
+            product = one.factor(contact) if product is None else product * one.factor(contact)
+        return jnp.ones(()) if product is None else product
+
+    def faults(self, path: str) -> list[Fault]:
+        found = super().faults(path)
         for i, one in enumerate(self.factors):
             found += one.faults(f"{path}.factors[{i}]")
         return found
@@ -448,46 +491,7 @@ def _common_range(*parts: AbstractFriction | AbstractFactor) -> Bounds | None:
 # --- friction with memory ---------------------------------------------------------------------------------------------
 
 
-class MemoryProcess(Part):
-    """One way in which a lining's friction changes with its history: `ċ = (c_e φ(T) − c) (k e^{−E/(R_g T)} + q/w_0)`.
-
-    - `end` `c_e`: factor of friction to which it tends; `fade` `φ(T)`: how that depends on temperature, 1 without
-    - `rate` `k` (1/s) and `activation` energy `E` (J/mol): how fast with time; `k` at all temperatures without `E`
-    - `work` `w_0` (J/m²): friction work per area in which the distance to `c_e φ` falls to 1/e
-
-    Recovery with the time constant `τ(T) = e^{E/(R_g T)}/k`: `MemoryProcess(1.0, LinearFade(…), rate=1/τ)`. Burn-off of
-    binders: `MemoryProcess(0.0, rate=A, activation=E)`. Running-in: `MemoryProcess(c_1, work=w_0)`.
-    """
-
-    end: Scalar = quantity("1", "factor of friction to which it tends", low=0.0, high=10.0, many=True)
-    fade: AbstractFactor | None = None
-    rate: Scalar | None = quantity("1/s", "rate", low=0.0, many=True, default=None)
-    activation: Scalar | None = quantity("J/mol", "activation energy", low=0.0, many=True, default=None)
-    work: Scalar | None = quantity(
-        "J/m^2", "friction work per area of running-in", positive=True, many=True, default=None
-    )
-
-    def change(self, c: Array, contact: AnyContact) -> Array:
-        """Rate (1/s) of the factor `c`."""
-        end = jnp.asarray(self.end) * (1.0 if self.fade is None else self.fade.factor(contact))
-        paces = [] if self.work is None else [contact.q / self.work]
-        if self.rate is not None:
-            thermal = 1.0 if self.activation is None else jnp.exp(-self.activation / (GAS_CONSTANT * contact.T))
-            paces.append(self.rate * thermal)
-        return (end - c) * functools.reduce(operator.add, paces)
-
-    def faults(self, path: str) -> list[Fault]:
-        """Error of a process without a pace, or with an activation energy and no rate."""
-        if self.rate is None and (self.work is None or self.activation is not None):
-            return [Fault(path, "has no pace", "give rate (1/s), work (J/m²), or both; activation belongs to rate")]
-        return [] if self.fade is None else self.fade.faults(f"{path}.fade")
-
-
-#: molar gas constant (J/(mol·K)), CODATA 2018
-GAS_CONSTANT = 8.31446261815324
-
-
-class FrictionWithMemory(AbstractFriction):
+class FrictionWithMemory(AbstractScaledFriction):
     """Friction that depends on the history of each lining: `f = f_base c`, sliding and sticking alike, `ċ = Σ_j ċ_j`.
 
     - `base`: law of a lining with `c = 1`; `processes`: what changes `c`, a factor ≥ 0, one per lining
@@ -498,14 +502,8 @@ class FrictionWithMemory(AbstractFriction):
     processes: tuple[MemoryProcess, ...]  # pyright: ignore
     initial: Scalar = quantity("1", "factor of friction at the start", low=0.0, high=10.0, many=True, default=1.0)
 
-    def governing(self, contact: AnyContact, static: Bool[Array, "..."] | bool) -> Float[Array, "..."]:
-        return self.base.governing(contact, static) * contact.memory
-
-    def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
-        return self.base.kinetic(contact) * contact.memory
-
-    def static(self, contact: AnyContact) -> Float[Array, "..."]:
-        return self.base.static(contact) * contact.memory
+    def scale(self, contact: AnyContact) -> Array:
+        return contact.memory
 
     def start(self, n: int) -> PyTree:
         return self.initial
@@ -514,7 +512,7 @@ class FrictionWithMemory(AbstractFriction):
         return functools.reduce(operator.add, [one.change(contact.memory, contact) for one in self.processes])
 
     def faults(self, path: str) -> list[Fault]:
-        found = self.base.faults(f"{path}.base")
+        found = super().faults(path)
         for i, one in enumerate(self.processes):
             found += one.faults(f"{path}.processes[{i}]")
         if not self.processes:
@@ -525,3 +523,58 @@ class FrictionWithMemory(AbstractFriction):
 
     def temperature_range(self) -> Bounds | None:
         return _common_range(self.base, *(one.fade for one in self.processes if one.fade is not None))
+
+
+# --- friction that is changed from outside ----------------------------------------------------------------------------
+
+
+class ChangingFriction(AbstractScaledFriction):
+    """Friction that is changed from outside while the brake runs: `f = f_base ∏_j φ_j(t)`, static and kinetic alike.
+
+    - `base`: the law of sound linings;  `changes`: factors `φ_j(t)` of all linings, or of some of them
+
+    Points of the profiles are time breakpoints: jumps are exact, also those that let a held load go, and derivatives
+    by factors and times are as well. Estimates before a run are those of sound linings.
+
+    Example: oil on linings 3 and 4 from 2 s on.
+        >>> oil = PiecewiseLinear([2.0, 2.0], [1.0, 0.4])
+        >>> law = ChangingFriction(0.35, (FrictionChange(oil, [3, 4]),))
+    """
+
+    base: AbstractFriction = part(AbstractFriction)
+    changes: tuple[FrictionChange, ...]  # pyright: ignore
+
+    def scale(self, contact: AnyContact) -> Array | float:
+        return 1.0 if contact.factor is None else contact.factor
+
+    @property
+    def over_time(self) -> tuple[FrictionChange, ...]:
+        return self.changes
+
+    def faults(self, path: str) -> list[Fault]:
+        found = super().faults(path)
+        for i, one in enumerate(self.changes):
+            of_profile = one.factor.faults(f"{path}.changes[{i}].factor", 0.0)
+            found += [dataclasses.replace(fault, hint="friction is never negative") for fault in of_profile]
+            if one.factor.controls_speed:
+                found.append(Fault(f"{path}.changes[{i}].factor", "is a lever that depends on the speed", "a profile"))
+        if not self.changes:
+            found.append(Fault(f"{path}.changes", "is empty", "give at least one change, or the base law alone"))
+        if self.base.over_time:
+            found.append(Fault(f"{path}.base", "has changes over time of its own", "put all changes into one law"))
+        return found
+
+
+def factor_at(
+    law: AbstractFriction, n: int, t: Array, pieces: Sequence[Piece] | None = None
+) -> Float[Array, " n"] | None:
+    """Factor of the friction of `n` linings at the time `t`, `None` of a law without changes over time.
+
+    - `pieces` on which the profiles of the changes are; `None`: those that begin at or before `t`
+    """
+    found = None
+    for i, change in enumerate(law.over_time):
+        piece = change.factor.first_piece(t) if pieces is None else pieces[i]
+        one = change.of_each(jnp.asarray(change.factor.value(t, piece)), n)
+        found = one if found is None else found * one
+    return found

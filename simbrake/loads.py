@@ -13,7 +13,7 @@ from ._base._quantity import Part, Scalar, Values, part, quantity, short_for, wh
 from ._phases import AfterTime, AfterTravel, AtRest, AtTemperature, Phase, Phases, held_within
 from .hybrid._arrays import Array
 from .profiles import AbstractPoints, AbstractProfile, Constant, Piece, PiecewiseLinear, Real, Repeated
-from .rope import RopeLayers
+from .rope import RopeElasticity, RopeLayers
 from .shaft import (
     AbstractDryTorque,
     AbstractShaftTorque,
@@ -42,6 +42,7 @@ __all__ = [
     "Lever",
     "Phase",
     "Phases",
+    "RopeElasticity",
     "RopeLayers",
     "SpeedHold",
     "StringLoad",
@@ -93,6 +94,15 @@ class AbstractLoad(Part):
         """Layers of the rope on the drum; `None`: its effective radius stays the same."""
         return None
 
+    @property
+    def elastic(self) -> RopeElasticity | None:
+        """Stretch of the rope between drum and hook; `None`: it is rigid."""
+        return None
+
+    def faults(self, path: str) -> list[Fault]:
+        """Errors beyond the ranges of single numbers (concrete values only)."""
+        return []
+
     def on_layer(self, layer: Array | None) -> "AbstractLoad":
         """The load with its rope in a layer (from 1) on the drum; `None`: as it is."""
         return self
@@ -118,10 +128,18 @@ class AbstractHookLoad(AbstractLoad):
     drum_radius: eqx.AbstractVar[Scalar]
     line_count: eqx.AbstractVar[Scalar]
     rope: eqx.AbstractVar[RopeLayers | None]
+    elasticity: eqx.AbstractVar[RopeElasticity | None]
 
     @property
     def layers(self) -> RopeLayers | None:
         return self.rope
+
+    @property
+    def elastic(self) -> RopeElasticity | None:
+        return self.elasticity
+
+    def faults(self, path: str) -> list[Fault]:
+        return [] if self.elasticity is None else self.elasticity.faults(f"{path}.elasticity")
 
     def travel(self) -> Scalar:
         return self.drum_radius / self.line_count
@@ -129,7 +147,7 @@ class AbstractHookLoad(AbstractLoad):
     def travelled(self, phi: Array | float) -> Array | float:
         if self.rope is None:
             return phi * self.travel()
-        return self.rope.paid_out(jnp.asarray(self.drum_radius), jnp.asarray(phi)) / self.line_count
+        return self.rope.paid_out(self.drum_radius, phi) / self.line_count
 
     def on_layer(self, layer: Array | None) -> AbstractLoad:
         if self.rope is None or layer is None:
@@ -144,8 +162,9 @@ class HookLoad(AbstractHookLoad):
     - `mass` `m` of all that hangs on the hook (kg); `drum_radius` `r_d` (m), effective; `line_count` `n`: lines strung
     - `gravity` `g` (m/s²); `drag` (N·m·s) as of bearings and an auxiliary brake
     - `rope`: its layers on the drum, of which `drum_radius` is the radius of the first; `None`: `r_d` stays the same
+    - `elasticity` of the rope between drum and hook, `None`: it is rigid
 
-    Ropes are rigid and without weight; the loss of the tackle is a part of the shaft (`TackleLoss`).
+    Ropes are without weight; the loss of the tackle is a part of the shaft (`TackleLoss`).
     """
 
     mass: Scalar = quantity("kg", "mass on the hook", low=0.0)
@@ -154,6 +173,7 @@ class HookLoad(AbstractHookLoad):
     gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
     rope: RopeLayers | None = None
+    elasticity: RopeElasticity | None = None
 
     def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
         return self.mass * self.gravity * self.travel() - self.drag * omega
@@ -164,6 +184,11 @@ class HookLoad(AbstractHookLoad):
     def hanging(self, piece: Piece) -> tuple[Real, Real]:
         return self.mass, self.mass * self.gravity
 
+    def faults(self, path: str) -> list[Fault]:
+        bare = self.elasticity is not None and float(self.mass) == 0.0
+        why = Fault(f"{path}.mass", "is 0, and moves by itself on an elastic rope", "give the mass of hook and block")
+        return [*super().faults(path), *([why] if bare else [])]
+
     @property
     def profile(self) -> Constant:
         return Constant(0.0)
@@ -172,7 +197,8 @@ class HookLoad(AbstractHookLoad):
 class AbstractString(AbstractHookLoad):
     """A string that becomes longer by a stand in each cycle, on the hook or in the slips: `M_load = m g r_d/n − c ω`.
 
-    At a change of mass in motion the speed stays: added mass brings its energy (counted as load work).
+    At a change of mass in motion the speed stays: added mass brings its energy (counted as load work). An elastic rope
+    takes the weight on slowly: its stretch follows at once, without a swing, and its energy counts as load work too.
     """
 
     empty: eqx.AbstractVar[Scalar]
@@ -208,7 +234,7 @@ class StringLoad(AbstractString):
         m = m_e + (m_s + k Δm) while it hangs in cycle k = 0…, else m_e;   M_load = m g r_d/n − c ω
 
     - `empty` `m_e`: hook and travelling block (kg); `string` `m_s`: string of the first cycle (kg); `stand` `Δm` (kg)
-    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`: as in `HookLoad`
+    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`: as in `HookLoad`
     """
 
     empty: Scalar = quantity("kg", "mass of hook and block", positive=True)
@@ -219,6 +245,7 @@ class StringLoad(AbstractString):
     gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
     rope: RopeLayers | None = None
+    elasticity: RopeElasticity | None = None
     by_phases: ClassVar[bool] = True
 
     @property
@@ -238,7 +265,7 @@ class TrippingLoad(AbstractString):
 
     - `empty` `m_e`: hook and travelling block (kg); `string` `m_s`: string of the first cycle (kg); `stand` `Δm` (kg)
     - `taken`, `set`: times in a cycle of `period` (s) at which the hook takes the string, and is set in the slips
-    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`: as in `HookLoad`
+    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`: as in `HookLoad`
 
     In a run whose cycles take as long as they take, a `StringLoad` follows the phases instead.
     """
@@ -255,6 +282,7 @@ class TrippingLoad(AbstractString):
     gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
     rope: RopeLayers | None = None
+    elasticity: RopeElasticity | None = None
 
     @property
     def profile(self) -> Repeated:

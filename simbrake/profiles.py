@@ -15,7 +15,7 @@ from jaxtyping import Bool, Float, Int, PyTree
 from ._base._compiling import per_structure
 from ._base._faults import Fault
 from ._base._quantity import Over, Part, Quantity, Scalar, quantity, short_for, takes_values, whole
-from .hybrid._arrays import Array
+from .hybrid._arrays import Array, numpy_of
 
 __all__ = ["AbstractProfile", "Constant", "ExponentialRise", "FunctionProfile", "PiecewiseLinear", "Repeated", "ramp"]
 
@@ -173,7 +173,7 @@ class Constant(AbstractProfile):
         return jnp.broadcast_to(jnp.asarray(self.level, jnp.float64), np.shape(t))
 
     def scale(self) -> Float[Array, ""]:
-        return jnp.abs(jnp.asarray(self.level))
+        return abs(self.level)
 
 
 def _picked(x: Float[Array, " n"], here: Bool[Array, " n"]) -> Float[Array, ""]:
@@ -197,7 +197,7 @@ class AbstractPoints(AbstractProfile):
 
     @abc.abstractmethod
     def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
-        """What a first-order lag of the time constant `τ` remembers of the corners and jumps passed:
+        """Remaining effect of past corners and jumps on a first-order lag of the time constant `τ`:
 
             Σ_j (τ Δm_j − Δv_j) e^{−(t − t_j)/τ}
 
@@ -205,7 +205,7 @@ class AbstractPoints(AbstractProfile):
         """
 
     def scale(self) -> Float[Array, ""]:
-        return jnp.max(jnp.abs(jnp.asarray(self.values)))
+        return numpy_of(self.values).max(abs(self.values))
 
     def faults(self, path: str, low: float | None) -> list[Fault]:
         times = np.asarray(self.times)
@@ -363,7 +363,7 @@ class ExponentialRise(AbstractProfile):
         return (jnp.asarray(self.begin) <= t).astype(jnp.int32)
 
     def scale(self) -> Float[Array, ""]:
-        return jnp.abs(jnp.asarray(self.level))
+        return abs(self.level)
 
 
 class FunctionProfile(AbstractProfile):

@@ -1,4 +1,4 @@
-"""The rope on the drum, layer on layer: its effective radius, and the travel of the hook."""
+"""The rope: its layers on the drum with their effective radius, and its stretch between drum and hook."""
 
 import math
 
@@ -6,10 +6,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Int
 
+from ._base._faults import Fault
 from ._base._quantity import Part, Scalar, quantity
-from .hybrid._arrays import Array
+from .hybrid._arrays import Array, numpy_of
 
-__all__ = ["RopeLayers"]
+__all__ = ["RopeElasticity", "RopeLayers"]
 
 
 class RopeLayers(Part):
@@ -35,7 +36,7 @@ class RopeLayers(Part):
 
     def radius(self, drum_radius: Array, layer: Array) -> Array:
         """Effective radius (m) in a layer; `drum_radius` `r_1`: in the first one."""
-        return drum_radius + (jnp.asarray(layer, jnp.float64) - 1) * self.rise * self.diameter
+        return drum_radius + (numpy_of(layer).asarray(layer, np.float64) - 1) * self.rise * self.diameter
 
     def margins(self, phi: Array, layer: Array) -> tuple[Array, Array]:
         """Room in the layer at the angle `phi` (rad), over its turns: until it is paid out, until it is full."""
@@ -44,14 +45,54 @@ class RopeLayers(Part):
         return filled - (above - 1), above - filled
 
     def _length(self, drum_radius: Array, turns: Array) -> Array:
-        full = jnp.maximum(jnp.floor(turns / self.turns_per_layer), 0.0)
+        xp = numpy_of(turns)
+        full = xp.maximum(xp.floor(turns / self.turns_per_layer), 0.0)
         below = full * drum_radius + full * (full - 1) / 2 * self.rise * self.diameter
         last = (turns - full * self.turns_per_layer) * self.radius(drum_radius, full + 1)
         return 2 * np.pi * (self.turns_per_layer * below + last)
 
-    def paid_out(self, drum_radius: Array, phi: Array) -> Array:
+    def paid_out(self, drum_radius: Array, phi: Array | float) -> Array:
         """Rope (m) paid out at the angle `phi` (rad) since the start, `∫ r dφ`; `inf` at an infinite angle."""
-        known = jnp.isfinite(phi)
-        left = self.turns - jnp.where(known, phi, 0.0) / (2 * np.pi)
-        length = self._length(drum_radius, jnp.asarray(self.turns)) - self._length(drum_radius, left)
-        return jnp.where(known, length, jnp.inf)
+        xp = numpy_of(phi)
+        known = xp.isfinite(phi)
+        left = self.turns - xp.where(known, phi, 0.0) / (2 * np.pi)
+        length = self._length(drum_radius, xp.asarray(self.turns)) - self._length(drum_radius, left)
+        return xp.where(known, length, xp.inf)
+
+
+class RopeElasticity(Part):
+    """Stretch of the rope between drum and hook: the hook moves by itself, and hangs on a spring with a damper.
+
+        F = k e + c ė > 0,   ė = v − ω r_d/n,   m v̇ = m g − F,   M_load = F r_d/n;   k = n E A/L
+
+    - `stiffness` `k` (N/m) at the hook; or of the lines strung by `modulus` `E` (Pa) of the rope, its metallic `area`
+      `A` (m²), and `length` `L` (m) of a line between the blocks, the part towards the drum included
+    - `damping` `c` (N·s/m) at the hook
+    - `stretch` `e_0` (m) at the start, below 0: slack by that; `None`: `m g/k`, the weight at rest
+
+    A rope cannot push: where `F` falls to 0 it is slack, the hook falls freely and the drum bears nothing, until the
+    rope is longer than without load again, `e > 0` and `k e + c ė > 0`. The hook starts with the speed `v = ω_0 r_d/n`.
+    `k` stays the same over the travel.
+    """
+
+    stiffness: Scalar | None = quantity("N/m", "stiffness of all lines at the hook", positive=True, default=None)
+    damping: Scalar = quantity("N*s/m", "damping of all lines at the hook", low=0.0, default=0.0)
+    modulus: Scalar | None = quantity("Pa", "modulus of elasticity of the rope", positive=True, default=None)
+    area: Scalar | None = quantity("m^2", "metallic cross-section of the rope", positive=True, default=None)
+    length: Scalar | None = quantity("m", "length of a line", positive=True, default=None)
+    stretch: Scalar | None = quantity("m", "stretch at the start", default=None)
+
+    def at_hook(self, line_count: Scalar) -> Array:
+        """`k` (N/m)."""
+        if self.stiffness is not None:
+            return jnp.asarray(self.stiffness)
+        assert self.modulus is not None
+        return jnp.asarray(line_count) * self.modulus * self.area / self.length
+
+    def faults(self, path: str) -> list[Fault]:
+        """Error of a stiffness that is given twice, or not at all."""
+        given = [one is not None for one in (self.modulus, self.area, self.length)]
+        if all(given) if self.stiffness is None else not any(given):
+            return []
+        what = "is missing" if self.stiffness is None else "is given beside modulus, area or length"
+        return [Fault(f"{path}.stiffness", what, "give it, or modulus, area and length of the lines")]

@@ -12,7 +12,9 @@ from jaxtyping import Bool, Float, PyTree
 from ._base._faults import Fault, InputError
 from ._base._quantity import Over, Part, Scalar, faults_of_sizes, leaves, part, quantity, short_for
 from ._phases import Phases
-from .friction import GAS_CONSTANT, TabulatedFade, TabulatedFriction
+from .brakes._design import Brake
+from .fade import GAS_CONSTANT, FrictionChange, TabulatedFade
+from .friction import TabulatedFriction
 from .hybrid._arrays import Array
 from .profiles import AbstractProfile, Piece, Real
 from .thermal._heat import Heat, TransmissionPartition
@@ -329,26 +331,28 @@ def faults_of_wear(scene: Any) -> list[Fault]:
     given = {"internal": wear.internal is not None, "geometry": wear.geometry}
     given |= {"take_up_speed": wear.take_up_speed is not None, "turned_at": wear.turned_at is not None}
     given["turned_after"] = wear.turned_after is not None
-    if not brake.banded:
+    one_band = isinstance(brake, Brake)
+    if not one_band:
         idle, why = [field for field, is_given in given.items() if is_given], f"has no effect on a {brake.words.brake}"
         found += [Fault(f"wear.{field}", why, "leave it out") for field in idle]
-    elif brake.linings.area is None:
-        found.append(Fault("brake.linings.area", "is missing", "wear depends on the pressure"))
-    if given["internal"] and brake.banded:
+    if brake.linings.area is None:
+        where = f"brake.{brake.pairs['external'].field}.area"
+        found.append(Fault(where, "is missing", "wear depends on the pressure"))
+    if given["internal"] and one_band:
         if brake.bandage is None:
             found.append(
                 Fault("wear.internal", "has no effect", "only a staged brake (`brake.bandage`) has inner faces")
             )
         elif brake.bandage.area is None:
             found.append(Fault("brake.bandage.area", "is missing", "wear of the inner faces depends on the pressure"))
-    if (given["turned_at"] or given["turned_after"]) and brake.banded:
+    if (given["turned_at"] or given["turned_after"]) and one_band:
         found += _faults_of_turning(brake)
     phased = isinstance(scene.duty.lever, Phases)
     if given["take_up_speed"] and (phased or scene.duty.lever.controls_speed):
         why = "in phases" if phased else "that depends on the speed"
         found.append(Fault("wear.take_up_speed", f"has no effect on a lever {why}", "leave it out"))
     which = ("turned_at", "turned_after") if phased else ("turned_after", "turned_at")
-    if given[which[0]] and brake.banded:
+    if given[which[0]] and one_band:
         what = f"has no meaning for a duty {'' if phased else 'not '}in phases"
         found.append(Fault(f"wear.{which[0]}", what, f"give wear.{which[1]}"))
     return found + (_faults_of_thickness(scene) if wear.heat and not found else [])
@@ -360,7 +364,10 @@ def _faults_of_turning(brake: Any) -> list[Fault]:
     if brake.bandage is not None:
         return [Fault(where, "the linings of a staged brake ride on the pulley", "turning its band does not move them")]
     parts = [*leaves(brake.linings, "brake.linings"), *leaves(brake.band, "brake.band")]
-    unlike = [leaf.path for leaf in parts if np.ndim(leaf.value) == 1 and np.ptp(np.asarray(leaf.value)) > 0]
+    listed = [leaf for leaf in parts if np.ndim(leaf.value) == 1 and leaf.about.many is not Over.ROWS]
+    unlike = [leaf.path for leaf in listed if np.ptp(np.asarray(leaf.value)) > 0]
+    changes = brake.linings.friction.over_time
+    unlike += ["brake.linings.friction.changes" for change in changes if change.linings is not None]
     hint = "equal linings; else `lining_life(turn_at=…)`, which turns the band between stops"
     return [Fault(where, f"the numbers of {path} are not equal", hint) for path in unlike]
 
@@ -393,15 +400,17 @@ def turned_scene(scene: Any) -> Any:
     band. Raises `InputError` for a staged brake, whose linings ride on the pulley.
     """
     brake, n = scene.brake, scene.brake.linings.count
-    if not brake.banded:
-        raise InputError([Fault("brake", f"is a {brake.words.brake}: only a band is turned end for end")])
+    if not isinstance(brake, Brake):
+        raise InputError([Fault("brake", f"is a {brake.words.brake}: only one band is turned end for end")])
     if brake.in_series:
         raise InputError(_faults_of_turning(brake))
 
     def reverse(part: PyTree) -> PyTree:
-        tables = TabulatedFade | TabulatedFriction  # their entries are not linings
+        tables = TabulatedFade | TabulatedFriction | FrictionChange  # their entries are not linings
 
         def one(x: PyTree) -> PyTree:
+            if isinstance(x, FrictionChange):
+                return x.turned(n)
             return x[::-1] if not isinstance(x, tables) and np.ndim(x) == 1 and np.shape(x)[0] in (n, n - 1) else x
 
         return jax.tree.map(one, part, is_leaf=lambda x: isinstance(x, tables))

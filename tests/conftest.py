@@ -10,8 +10,6 @@ from browsers import browser_path
 from compile_flags import set_flags
 from jaxtyping import install_import_hook
 
-jax.config.update("jax_enable_x64", True)
-
 
 def pytest_addoption(parser):
     parser.addoption("--no-skips", action="store_true", help="a skipped test fails: CI installs what tests need")

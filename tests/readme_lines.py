@@ -1,4 +1,4 @@
-"""The commands that README.md promises: its two set-up lines, which CI runs, and those named as evidence of claims."""
+"""The set-up lines that README.md promises, which CI runs, and the commands named as evidence of claims."""
 
 import re
 

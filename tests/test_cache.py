@@ -18,7 +18,6 @@ from simbrake._base import _cache, _compiling
 
 RUN = """
 import jax, logging, sys
-jax.config.update("jax_enable_x64", True)
 jax.config.update("jax_log_compiles", True)
 logging.basicConfig(stream=sys.stdout, format="%(message)s")
 import simbrake as sb
@@ -62,7 +61,7 @@ def test_a_second_process_compiles_nothing_and_finds_the_same_to_the_last_bit(fo
 def test_beside_the_cache_of_jax_no_program_is_written_that_cannot_run(folder, scenarios, tmp_path):
     """What JAX has read from its own cache can be stored and loaded, but not be called."""
     program = (
-        "import sys, jax; jax.config.update('jax_enable_x64', True)\n"
+        "import sys\n"
         "import simbrake as sb; from simbrake.files import open_scene\n"
         "print(sb.simulate(open_scene(sys.argv[1])))"
     )

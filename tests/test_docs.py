@@ -1,6 +1,7 @@
-"""The pages: every public name has a place in the reference, every event and code a row in its table."""
+"""The pages: fresh, readable without a build, every public name with a place, every event and code with a row."""
 
 import ast
+import functools
 import itertools
 import pathlib
 import re
@@ -19,12 +20,22 @@ DOCS = PACKAGE.parent / "docs"
 LABELS = [_mechanism.Label(int(band), inner) for band in BandMode for inner in (-1, 0, 1)]
 
 
+#: a link with the name of code as its text, to a file of the package
+SOURCE = re.compile(r"\[`([\w.]+)`\]\(((?:\.\./)+simbrake/[\w/]+\.py)\)")
+
+
 @pytest.fixture(scope="module")
-def extension():
-    """The folder of the pages' own Sphinx extensions on the path."""
-    sys.path.insert(0, str(DOCS / "_extension"))
-    yield
-    sys.path.remove(str(DOCS / "_extension"))
+def make_reference():
+    """The script that writes what the pages take from the code."""
+    sys.path.insert(0, str(DOCS))
+    import make_reference
+
+    yield make_reference
+    sys.path.remove(str(DOCS))
+
+
+def pages() -> dict[pathlib.Path, str]:
+    return {file: file.read_text("utf-8") for file in sorted(DOCS.rglob("*.md"))}
 
 
 def text_constants(tree: ast.AST) -> set[str]:
@@ -85,51 +96,85 @@ def test_every_mode_stage_status_and_code_has_words():
     assert _mechanism.BandMode.HELD in _mechanism.BAND_MODES
 
 
-def test_every_public_name_is_on_one_page_of_the_reference(extension):
-    import groups
-
-    names = groups.public_names()
+def test_every_public_name_is_on_one_page_of_the_reference(make_reference):
+    names = make_reference.public_names()
     assert len(names) > 120
-    homeless = [f"{name} (module {module})" for name, module in names.items() if groups.page_of(name) is None]
-    assert not homeless, "give their modules a page in docs/_extension/groups.py"
-    placed = [name for page in groups.PAGES for name in groups.names_on(page)]
+    homeless = [f"{name} (module {module})" for name, module in names.items() if make_reference.page_of(name) is None]
+    assert not homeless, "give their modules a page in PAGES of docs/make_reference.py"
+    placed = [name for page in make_reference.PAGES for name in make_reference.names_on(page)]
     assert sorted(placed) == sorted(names)
-    pages = {*groups.PAGES, "pictures"}
-    assert {file.stem for file in (DOCS / "api").glob("*.md")} - {"index"} == pages
-    index = (DOCS / "api" / "index.md").read_text("utf-8").splitlines()
-    assert pages <= set(index)
-    for page in pages:
-        assert f"```{{public-names}} {page}\n" in (DOCS / "api" / f"{page}.md").read_text("utf-8")
+    assert {file.stem for file in (DOCS / "api").glob("*.md")} - {"index"} == set(make_reference.PAGES)
+    index = (DOCS / "api" / "index.md").read_text("utf-8")
+    for page in make_reference.PAGES:
+        assert f"]({page}.md)" in index
+        text = (DOCS / "api" / f"{page}.md").read_text("utf-8")
+        assert f"<!-- reference {page}: begin -->\n" in text
+        assert all(f"\n## `{full}`\n" in text for full in make_reference.entries(page))
 
 
-def test_what_the_theory_links_to_exists():
-    """Links to the source, which need no build of the pages to be looked at."""
-    pages = sorted((DOCS / "theory").glob("*.md"))
-    found = [name for page in pages for name in re.findall(r"\{source\}`([^`]+)`", page.read_text("utf-8"))]
-    assert len(found) > 60
-    missing = [name for name in found if not exists(name)]
+def test_what_the_pages_take_from_the_code_is_fresh(make_reference):
+    stale = [file.relative_to(DOCS).as_posix() for file in make_reference.stale()]
+    assert not stale, "run: python docs/make_reference.py"
+    marked = {name for text in pages().values() for name in re.findall(r"<!-- table (\w+): begin -->", text)}
+    assert marked == make_reference.TABLES.keys()
+
+
+def test_pages_are_readable_without_a_build(make_reference):
+    """Plain Markdown as hosting sites show it: no directives and roles, links with a text and a target."""
+    wrong = []
+    texts = pages()
+    anchors = {
+        file: {make_reference.anchor(head) for head in re.findall(r"^#+ (.+)$", text, re.M)}
+        for file, text in texts.items()
+    }
+    for file, text in texts.items():
+        name = file.relative_to(DOCS).as_posix()
+        wrong += [
+            f"{name}: {found}"
+            for found in re.findall(r"^(?:`{3,}|:{3,})\{[^}]*\}|(?<!\^)\{[\w:-]+\}`[^`]*`", text, re.M)
+        ]
+        wrong += [f"{name}: {found}" for found in re.findall(r"^: .*|\[\]\(.*?\)", text, re.M)]
+        for target in re.findall(r"\]\(([^()\s]+)\)", re.sub(r"^```.*?^```$", "", text, flags=re.S | re.M)):
+            path, _, anchor = target.partition("#")
+            if re.match(r"\w+://", target):
+                continue
+            to = (file.parent / path).resolve() if path else file
+            if not to.exists() or (anchor and anchor not in anchors.get(to, set())):
+                wrong.append(f"{name}: {target} leads nowhere")
+    assert not wrong
+
+
+def test_what_the_pages_link_to_in_the_source_exists():
+    found = [(file, *link) for file, text in pages().items() for link in SOURCE.findall(text)]
+    assert len(found) > 400
+    missing = [f"{file.name}: {name} in {path}" for file, name, path in found if not exists(name, file.parent / path)]
     assert not missing
 
 
-def exists(name: str) -> bool:
-    parts, folder = name.split("."), PACKAGE
-    while parts and (folder / parts[0]).is_dir():
-        folder /= parts.pop(0)
-    file = folder / (f"{parts[0]}.py" if parts else "__init__.py")
+@functools.cache
+def parsed(file: pathlib.Path) -> ast.Module:
+    return ast.parse(file.read_text("utf-8"))
+
+
+def exists(name: str, file: pathlib.Path) -> bool:
+    """Whether a file of the package has a dotted name below simbrake, as `brakes._band.tension_ratio`."""
+    file = file.resolve()
     if not file.is_file():
         return False
-    body = ast.parse(file.read_text("utf-8")).body
-    for part in parts[1:]:
+    module = [part for part in file.relative_to(PACKAGE.resolve()).with_suffix("").parts if part != "__init__"]
+    parts = name.split(".")
+    body: list = parsed(file).body
+    for part in parts[len(module) :]:
         node = next((x for x in body if getattr(x, "name", None) == part), None)
         if node is None:
             return False
         body = getattr(node, "body", [])
-    return True
+    return parts[: len(module)] == module
 
 
 def test_all_pages_are_in_a_table_of_contents():
-    index = (DOCS / "index.md").read_text("utf-8").split()
+    index = (DOCS / "index.md").read_text("utf-8")
     for page in DOCS.rglob("*.md"):
-        name = page.relative_to(DOCS).with_suffix("").as_posix()
-        if name != "index" and not (name.startswith("api/") and name != "api/index"):
-            assert name in index, f"{name} is in no table of contents of docs/index.md"
+        name = page.relative_to(DOCS).as_posix()
+        if name != "index.md" and not (name.startswith("api/") and name != "api/index.md"):
+            assert f"]({name})" in index, f"{name} is in none of the lists of docs/index.md"

@@ -328,7 +328,7 @@ def no_cache(monkeypatch):
 
 def test_the_command(capsys, tmp_path, scenarios, no_cache):
     scenario = str(scenarios / "u2_5_5_stop.py")
-    grid = ["sweep", scenario, "--vary", "duty.load.mass=3e4:3e5:3", "--vary", "initial.omega=10,20"]
+    grid = ["sweep", scenario, "--vary", "duty.load.mass=30 t:300 t:3", "--vary", "initial.omega=10,20"]
     code, out, err = call(capsys, *grid, "--out", str(tmp_path / "out"), "--resume", str(tmp_path / "kept"))
     assert (code, err) == (0, "")
     assert out.startswith("6 runs: ")

@@ -1,5 +1,6 @@
 """Holding reserve: static capacity in the direction of the load over the load; hot, and of every kind of brake."""
 
+import dataclasses
 import math
 
 import jax
@@ -111,3 +112,53 @@ def test_reserve_of_a_staged_brake_is_that_of_its_weaker_pair(f_int):
         inner = grip(brentq(lambda T_n: staged.R_B * (T_n - T_0) - grip(T_n), T_0, most, xtol=1e-10))
     found = sb.simulate(scene).metrics["min_holding_reserve"]
     assert found == pytest.approx(min(outer, inner) / load, rel=1e-9)
+
+
+# --- the lever that is let go, and the load that breaks away ----------------------------------------------------------
+
+CASES = {  # lever (s, times T0), factor of friction and load (times M) from 2 s on: minimum, when; at T0 it is `FULL`
+    "let go slowly": (([0.0, 1.0, 3.0, 3.8], [0.9, 1.0, 1.0, 0.0]), 1.0, 1.0, 0.9, 0.0),
+    "let go at once": (([0.0, 1.0, 3.0, 3.0], [1.0, 1.2, 1.2, 0.1]), 1.0, 1.0, 1.0, 0.0),
+    "eased, and held": (([0.0, 1.0, 3.0, 3.5], [1.0, 1.0, 1.0, 0.8]), 1.0, 1.0, 0.8, 3.5),
+    "let go in two steps": (([0.0, 1.0, 1.5, 3.5], [1.0, 1.0, 0.7, 0.0]), 1.0, 1.0, 1.0, 0.0),
+    "oil, and let go": (([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0]), 0.8, 1.0, None, 2.0),
+    "oil that lets it go": (([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0]), 0.2, 1.0, None, 2.0),
+    "a load too heavy": (([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0]), 1.0, 3.0, 1 / 3, 2.0),
+}
+
+
+def one_case(lever, factor, load):
+    times, values = lever
+    law = sb.friction.ChangingFriction(
+        sb.ConstantFriction(F, STATIC), (sb.friction.FrictionChange(sb.PiecewiseLinear([2.0, 2.0], [1.0, factor])),)
+    )
+    scene = held(M, sb.PiecewiseLinear(times, T0 * jnp.asarray(values)), law)
+    steps = sb.TorqueLoad(sb.PiecewiseLinear([2.0, 2.0], [M, load * M]))
+    return dataclasses.replace(scene, duty=dataclasses.replace(scene.duty, load=steps))
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_reserve_is_that_of_a_brake_that_is_to_hold(case):
+    lever, factor, load, share, when = CASES[case]
+    full = R * T0 * (capstan(STATIC * F) - 1) / M
+    truth = full * share if share else R * T0 * (capstan(STATIC * F * factor) - 1) / M
+    least = sb.simulate(one_case(lever, factor, load)).min_holding_reserve
+    assert full > 1.5
+    assert float(least.value) == pytest.approx(truth, rel=1e-9)
+    assert float(least.time) == pytest.approx(when, abs=1e-9)
+
+
+def test_derivatives_of_the_reserve_of_a_load_that_breaks_away():
+    lever = ([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0])
+
+    def least(x):
+        return sb.simulate(one_case((lever[0], x[0] * jnp.asarray(lever[1])), x[1], 1.0), max_steps=256)
+
+    def truth(x):
+        return R * x[0] * T0 * (capstan(STATIC * F * x[1]) - 1) / M
+
+    for factor in (0.2, 0.8):
+        x = jnp.asarray([1.0, factor])
+        value, slopes = jax.value_and_grad(lambda x: least(x).min_holding_reserve.value)(x)
+        np.testing.assert_allclose(value, truth(x), rtol=1e-9)
+        np.testing.assert_allclose(slopes, jax.grad(truth)(x), rtol=1e-7)

@@ -1,6 +1,7 @@
 """The house: layers, the public list, what a scene pays for, errors, and no re-tracing."""
 
 import ast
+import os
 import pathlib
 import re
 import subprocess
@@ -225,6 +226,35 @@ def test_failure_raises_with_the_result_or_returns_the_code():
 def test_32_bits_are_refused_clearly():
     with jax.enable_x64(False), pytest.raises(RuntimeError, match="jax_enable_x64"):
         sb.simulate(stop_scene())
+
+
+BITS = """
+import os, sys
+before, finders = dict(os.environ), len(sys.meta_path)
+import {}
+{}
+assert "jax" in sys.modules
+print(jax.numpy.ones(1).dtype, dict(os.environ) == before, len(sys.meta_path) - finders)
+"""
+
+
+@pytest.mark.parametrize(
+    ("first", "second"),
+    [
+        ("simbrake", "assert 'jax' not in sys.modules; import jax"),
+        ("jax", "import simbrake"),
+        ("simbrake", "simbrake.Scene; import jax"),
+    ],
+)
+def test_scripts_need_no_line_that_sets_64_bits(first, second):
+    """Whichever is imported first; neither the environment nor the finders of imports are left changed."""
+    program, asked = BITS.format(first, second), {k: v for k, v in os.environ.items() if k != "JAX_ENABLE_X64"}
+    found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=asked)
+    assert found.stdout.split() == ["float64", "True", "0"]
+    if first == "jax":  # the user's word counts, until a run is asked for
+        off = asked | {"JAX_ENABLE_X64": "0"}
+        found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=off)
+        assert found.stdout.split() == ["float32", "True", "0"]
 
 
 def test_a_result_passes_through_jit_and_vmap():

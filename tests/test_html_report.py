@@ -398,8 +398,11 @@ def test_command(capsys, tmp_path):
     assert len(caught.value.faults) == 4
     assert "--limit max_tension: '120 kg': 'kg' is not a unit of limit, which is in N" in said
     assert "stopping_time: is given twice" in said
-    with pytest.raises(sb.InputError, match="is a folder"):
-        _runs.report(file, out=tmp_path)
+    assert _runs.report(file, out=tmp_path / "pages", check=False) == 0  # a folder, as of every command
+    assert [page.name for page in (tmp_path / "pages").iterdir()] == ["my_scene.html"]
+    (tmp_path / "taken").touch()
+    with pytest.raises(sb.InputError, match="is a file"):
+        _runs.report(file, out=tmp_path / "taken")
 
 
 def test_limits_have_units():

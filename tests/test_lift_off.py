@@ -1,6 +1,7 @@
 """Centrifugal force on floating linings: lift-off in closed form, stops with falling grip against SciPy."""
 
 import dataclasses
+import itertools
 import math
 
 import bandage_scenes
@@ -10,6 +11,7 @@ import pytest
 import staged_scenes as staged
 from helpers import jacobians
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import simbrake as sb
@@ -229,6 +231,87 @@ def test_the_onset_with_linings_that_have_lifted_off():
     bare = dataclasses.replace(scene.brake.bandage, mass_radius=None)
     with pytest.raises(sb.InputError, match=r"bandage\.mass_radius: is missing"):
         sb.check(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bare)))
+
+
+# --- heat: a lining off the rim has no contact with it ----------------------------------------------------------------
+
+C_RIM, C_LINING, CONTACT, HALF_LAYER = 4e4, 2e3, 240.0, 1 / 800.0
+
+
+def with_heat(scene, each, wall):
+    """Linings (of each a node, or one of all) on a rim in one body or in two layers, and a band."""
+    rim = sb.thermal.Lump("rim", 8 * C_RIM, 400.0)
+    if wall:  # of 1 m², each layer with half its thickness of resistance to its faces
+        steel = sb.thermal.Material(10.0, 4e3, 2e3)
+        rim = sb.thermal.Wall("rim", steel, 2 * 2 * 10.0 * HALF_LAYER, 1.0, 2, temperature=400.0)
+    place = "rim.front" if wall else "rim"
+    linings = sb.thermal.Lump("linings", 8 * C_LINING / each, 300.0, count=each)
+    links = (
+        sb.thermal.Conductance(place, "linings", 8 * CONTACT / each),
+        sb.thermal.Conductance("linings", "band", 10.0),
+    )
+    heat = sb.Heat((rim, linings, sb.thermal.Lump("band", 5e3, 350.0)), links, band="band")
+    heat = dataclasses.replace(heat, friction=sb.thermal.FrictionHeat(place, "linings", 0.5))
+    return dataclasses.replace(scene, heat=sb.thermal.with_external_pair(heat, 0.5))
+
+
+def lifting_times():
+    J = staged.J + staged.J_B
+    return J * (np.sqrt(PRELOAD / (MASS * RADIUS)) - 10) / 3e3
+
+
+@pytest.mark.parametrize(("each", "wall"), [(1, False), (8, False), (8, True)])
+def test_a_lining_off_the_rim_takes_no_heat_from_it(each, wall):
+    """Piecewise linear equations, by matrix exponentials from one lift-off or touchdown to the next."""
+    result = sb.simulate(with_heat(speed_up(0.0), each, wall))
+    up = lifting_times()
+    knots = np.sort([0.0, *up[up < 4], *(8 - up[up < 4]), 9.0])  # (touchdowns mirror the lift-offs)
+    layers = 2 if wall else 1
+    T = np.array([400.0] * layers + [300.0] * each)
+    C = np.array([8 * C_RIM] * layers + [8 * C_LINING / each] * each)
+    if wall:
+        C[:2] = 4e3 * 2e3 * 2 * 10.0 * HALF_LAYER
+    for a, b in itertools.pairwise(knots):
+        middle = 0.5 * (a + b)
+        on = ~((up < middle) & (middle < 8 - up))
+        g = CONTACT * (on if each == 8 else np.full(1, 8 * on.mean()))
+        A = np.zeros((T.size, T.size))
+        first = np.zeros(T.size)  # temperature of the face as a mean of nodes
+        if wall:
+            first[0], first[layers:] = 1 / HALF_LAYER, g
+            first /= first.sum()
+            A[0, :2] += np.array([-1.0, 1.0]) / (2 * HALF_LAYER)
+            A[1, :2] += np.array([1.0, -1.0]) / (2 * HALF_LAYER)
+        else:
+            first[0] = 1.0
+        for i in range(each):
+            flow = g[i] * first
+            flow[layers + i] -= g[i]
+            A[layers + i] += flow
+            A[0] -= flow
+        T = expm(A / C[:, None] * (b - a)) @ T
+    np.testing.assert_allclose(result.end_temperatures[:-1], T, rtol=1e-9)
+    assert float(result.end_temperatures[-1]) == 350.0
+    stored = {name: float(heat) for name, heat in result.stored_heat.items()}
+    assert abs(sum(stored.values())) <= 1e-12 * stored["linings"]
+    assert float(result.energy["closure"]) <= 1e-9
+
+
+def test_derivative_of_the_exchanged_heat_by_the_masses():
+    """`T_r − T_l = ΔT e^{−k ∫ G dt}`, `∫ G dt = G_1 Σ min(t_i, t)`."""
+
+    def difference(mass):
+        scene = dataclasses.replace(with_heat(speed_up(0.0, mass), 1, wall=False), end_time=4.0)
+        T = sb.simulate(scene, max_steps=256).end_temperatures
+        return jnp.stack([T[0] - T[1]])
+
+    value, forward, backward = jacobians(difference)(MASS)
+    k, up, J = CONTACT * (1 / (8 * C_RIM) + 1 / (8 * C_LINING)), lifting_times(), staged.J + staged.J_B
+    truth = 100.0 * math.exp(-k * np.minimum(up, 4.0).sum())
+    assert float(value[0]) == pytest.approx(truth, rel=1e-9)
+    slope = np.where(up < 4, J * np.sqrt(PRELOAD / (MASS * RADIUS)) / (2 * MASS * 3e3), 0.0) * k * truth
+    np.testing.assert_allclose(forward[0], slope, rtol=1e-7, atol=1e-10)
+    np.testing.assert_allclose(backward[0], slope, rtol=1e-7, atol=1e-10)
 
 
 # --- the bandage on springs -------------------------------------------------------------------------------------------

@@ -183,3 +183,25 @@ def test_a_programme_in_a_file_is_the_scene_in_python():
         assert all(np.array_equal(x, y) for x, y in zip(jax.tree.leaves(a), jax.tree.leaves(b), strict=True))
     with pytest.raises(sb.InputError, match=r"\n  programme\[1\]: 'brake' is not understood"):
         sb.files.scene_from_text(text.replace("brake to rest", "brake"))
+
+
+def test_a_programme_with_layers_of_rope():
+    """The hook is lowered as far as said over three layers; the pulley keeps the speed of the outermost."""
+    rope = sb.loads.RopeLayers("30 mm", 20.0, 50.0)
+    hook = sb.HookLoad(60e3, 0.4, 8, rope=rope)
+    lines = ("take the string", "lower 12 m at 1 m/s", "brake to rest", "hold 1 s", "set the string in the slips")
+    result = sb.simulate(sb.programme_scene(BRAKE, lines, hook, pull=40e3, empty=5e3))
+    radius = 0.4 + np.array([0.0, 1.0, 2.0]) * math.sqrt(3) / 2 * 0.03
+    full = 2 * math.pi * radius * np.array([20.0, 20.0, 10.0])  # m of rope in each layer
+    down = next(event.time for event in result.events if event.name == "phase_end")
+    rope_out = 12.0 * 8
+    assert full[1] + full[2] < rope_out < full.sum()
+    turns = 30 + (rope_out - full[1] - full[2]) / (2 * math.pi * radius[0])
+    s = result.series([4.0, down])
+    assert float(s.hook_position[1]) == pytest.approx(12.0, rel=1e-9)
+    assert float(s.phi[1]) == pytest.approx(2 * math.pi * turns, rel=1e-9)
+    assert float(s.omega[0]) == pytest.approx(8 / radius[2], rel=1e-9)
+    assert result.status == "stopped"
+    assert float(result.energy["closure"]) <= 1e-9
+    with pytest.raises(sb.InputError, match=r"lowers 36 m in all, the rope on the drum is enough for 16\.\d+ m"):
+        sb.programme_scene(BRAKE, (*lines, "repeat 3 times"), hook, pull=40e3, empty=5e3)

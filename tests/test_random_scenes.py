@@ -29,6 +29,7 @@ SCENES = (
     # linings held at rest of which springs tear one off; six linings with friction that depends on their own speeds
     ("resolved bandage", "plain", 2),
     ("resolved bandage", "fill", 2),
+    ("several bands", "hot", 1),
 )
 
 

@@ -1,4 +1,4 @@
-"""README.md: the lines that CI runs are found or missed, and every command named as evidence tests something."""
+"""README.md: its length, and the lines that CI runs; every command named as evidence of a claim tests something."""
 
 import functools
 import json
@@ -14,7 +14,7 @@ from readme_lines import claims, install_and_run, install_and_test
 ROOT = pathlib.Path(__file__).parent.parent
 README = (ROOT / "README.md").read_text("utf-8")
 PAGES = sorted((ROOT / "docs").rglob("*.md"))
-CLAIMS = claims(README)
+CLAIMS = claims((ROOT / "docs" / "claims_and_evidence.md").read_text("utf-8"))
 #: selects the tests marked slow as well
 ALL = ["-m", "slow or not slow"]
 
@@ -60,6 +60,15 @@ def test_scripts_of_the_claims_exist_with_their_options():
     for _, file, *options in scripts:
         source = (ROOT / file).read_text("utf-8")
         assert not [name for name in options if name.startswith("--") and f'"{name}"' not in source]
+
+
+def test_it_is_read_in_a_minute():
+    """A screen or two with a figure, whose links exist."""
+    assert len(README.splitlines()) <= 120
+    assert len(README.split()) <= 900
+    links = re.findall(r"\]\((?!https?:)([^)#]+)", README)
+    assert any(link.endswith((".png", ".gif")) for link in links)
+    assert not [link for link in links if not (ROOT / link).exists()]
 
 
 @pytest.mark.parametrize("line", [install_and_run, install_and_test])

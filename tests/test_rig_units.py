@@ -77,6 +77,29 @@ def test_run_prints_units_of_a_rig_and_json_stays_in_si(tmp_path, capsys):
     assert printed["--json",] == printed["--json", "--units", "rig"]
 
 
+def test_the_table_of_stops_is_in_units_of_a_rig_and_its_rows_in_si():
+    """Two stops by hand: their travel in feet, their heat in ft·klbf, the hottest lining in °F."""
+    lever = sb.PiecewiseLinear([0.0, 2.0, 2.0, 3.0, 3.0], [9e3, 9e3, 0.0, 0.0, 9e3])
+    brake = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35))
+    heat = sb.lumped_heat(rim=2e5, linings=4e4, rim_cooling=5.0, partition=0.8)
+    scene = sb.Scene(brake, sb.Duty(lever, sb.HookLoad(20e3, 0.4, 8)), sb.Initial(10.0), 5.0, heat)
+    result = sb.simulate(scene)
+    rows = list(result.stops)
+    assert len(rows) == 2
+    with shown_in("rig"):
+        head, first, _ = str(result.stops).splitlines()
+        assert list(result.stops) == rows
+        whole = str(result)
+    for words in ("travel, ft", "energy, ft·klbf", "hottest linings, °F"):
+        assert words in head
+        assert words in whole
+    shown = [rows[0]["travel"] / FOOT, rows[0]["energy"] / (1e3 * POUND * G * FOOT)]
+    shown = [f"{shown[0]:.5g}", f"{shown[1]:.6g}", f"{rows[0]['peak_lining_temperature'] * 1.8 - 459.67:.5g}"]
+    assert all(text in first.split() for text in shown)
+    assert "travel, m" in str(result.stops)
+    assert "energy, kJ" in str(result)
+
+
 def test_mistaken_units_are_asked_about():
     scene = load("thermal_stabilisation").scene()
     for path, value, meant in (

@@ -220,14 +220,15 @@ def test_options_change_the_inputs(call, scenarios):
 
 
 def test_bad_input_is_one_report_and_writes_nothing(call, scenarios, tmp_path):
-    bad = ["--given", "rims=1", "--given", "share=2", "--set", "duty.load.mass=-1", "-o", tmp_path]
+    (tmp_path / "taken").touch()
+    bad = ["--given", "rims=1", "--given", "share=2", "--set", "duty.load.mass=-1", "-o", tmp_path / "taken"]
     code, out, err = call(scenarios / "u2_5_5_stop.toml", *bad)
     assert code == 2
     assert out == ""
     assert "4 input errors" in err
     for word in ("--out", "rims", "share", "duty.load.mass"):
         assert word in err
-    assert list(tmp_path.iterdir()) == []
+    assert [place.name for place in tmp_path.iterdir()] == ["taken"]
 
 
 def test_a_synthesis_without_end_has_a_code(call, tmp_path):

@@ -8,7 +8,7 @@ import simbrake as sb
 from benchmarks.independent import base, draws
 from benchmarks.independent.banded import Banded
 from benchmarks.independent.chain import Chain
-from benchmarks.independent.pressed import Pressed
+from benchmarks.independent.pressed import Bands, Pressed
 from benchmarks.independent.sprung import Sprung
 from benchmarks.independent.stepping import Logged, integrate
 
@@ -114,14 +114,14 @@ def ours(p: dict[str, Any]) -> Course:
     if y.worn is not None:
         end["worn"] = np.concatenate([np.ravel(np.asarray(worn)) for worn in y.worn])
     events = [Logged(e.time, e.name, e.lining) for e in result.events if e.name not in MARKS]
-    if p["bandage"] is not None:
+    if p["bandage"] is not None or p["kind"] == "several bands":
         events = [e for e in events if e.name != "lining_limit"]
     return Course(lasting, events, end, passing, {})
 
 
 def theirs(p: dict[str, Any]) -> Course:
     """The independent model's run."""
-    kinds = {"disc": Pressed, "shoe": Pressed, "chain": Chain, "resolved bandage": Sprung}
+    kinds = {"disc": Pressed, "shoe": Pressed, "chain": Chain, "resolved bandage": Sprung, "several bands": Bands}
     model = kinds.get(p["kind"], Banded)(p)
     y = integrate(model)
     lasting, passing = _lasting(model.modes, model.end)

@@ -9,12 +9,14 @@ from benchmarks.independent.stepping import Filling, Lines
 
 KINDS = (
     "rigid band", "elastic band", "staged, rigid band", "staged, elastic band", "chain", "disc", "shoe",
-    "resolved bandage",
+    "resolved bandage", "several bands",
 )  # fmt: skip
 #: what a scene models beside its mechanism; scenes of one kind and flavour share one program
 FLAVOURS = ("plain", "hot", "fill")
 #: linings of a resolved bandage
 _RESOLVED = {"plain": 4, "hot": 3, "fill": 6}
+#: linings of each of several bands, from and up to
+BANDS = ((0, 1), (1, 3))
 END, HOOK_ARM = 4.0, 0.05
 AIR, FADE_FROM, BLEND = 293.15, 305.0, 4.0
 
@@ -84,6 +86,9 @@ def _mechanism(p: dict[str, Any], rng: Any, kind: str, n: int) -> None:
             "damping": rng.uniform(0.05, 0.4, n - 1),
             "anchor": rng.uniform(200, 2e3),
         }
+    if kind == "several bands":  # shares by their stiffness, or given
+        p["stiffness"], p["given"] = 10 ** rng.uniform(4.0, 6.0, 2), rng.uniform(0.5, 2.0, 2)
+        p["by_stiffness"] = rng.random() < 0.5
     if kind == "disc":
         p |= {"radii": (rng.uniform(0.4, 0.5), rng.uniform(0.55, 0.7)), "angle": 0.6, "worn_in": True}
         p["areas"] = [np.full(n, 0.5 * p["angle"] * (p["radii"][1] ** 2 - p["radii"][0] ** 2))]
@@ -135,6 +140,8 @@ def _brake(p: dict[str, Any]) -> Any:
         return sb.DiscBrake(p["J"], sb.Pads(law, *p["radii"], p["angle"], n))  # pyright: ignore
     if kind == "shoe":
         return sb.ShoeBrake(p["J"], sb.Shoes(law, p["radius"], p["width"], *p["angles"]), p["pin"], p["arm"])
+    if kind == "several bands":
+        return _bands(p)
     segments = bandage = mass = None
     if kind == "chain":
         q = p["segments"]
@@ -146,6 +153,16 @@ def _brake(p: dict[str, Any]) -> Any:
         bandage = sb.Bandage(q["J"], _law(p, q["law"], p["ratios"][1]), q["preload"], p["areas"][1], **more)
     linings = sb.Lining(law, p["beta"], p["areas"][0], mass)
     return sb.Brake(sb.Pulley(p["R"], p["J"]), sb.Band(p["R_b"], p["C"], segments), linings, bandage)
+
+
+def _bands(p: dict[str, Any]) -> sb.brakes.MultiBandBrake:
+    made = []
+    for (first, last), C, share in zip(BANDS, p["stiffness"], p["given"], strict=True):
+        numbers = {key: x[first:last] if np.ndim(x) else x for key, x in p["law"].items()}
+        linings = sb.Lining(_law(p, numbers, p["ratios"][0]), p["beta"][first:last], p["areas"][0][first:last])
+        by_stiffness = p["by_stiffness"]
+        made.append(sb.brakes.LinedBand(linings, C if by_stiffness else None, None if by_stiffness else share))
+    return sb.brakes.MultiBandBrake(sb.Pulley(p["R"], p["J"]), p["R_b"], tuple(made))
 
 
 def _thermal(p: dict[str, Any]) -> tuple[sb.Heat | None, sb.Wear | None]:

@@ -1,4 +1,7 @@
-"""Disc and double-shoe brakes: the torque follows from the force; moments of the shoes by quadrature."""
+"""Disc and double-shoe brakes, and several rigid bands: the torque follows from the force.
+
+Moments of the shoes by quadrature.
+"""
 
 from typing import Any
 
@@ -6,6 +9,7 @@ import numpy as np
 from scipy.integrate import quad
 
 from benchmarks.independent.base import BACK, HELD, OPEN, SLIP, Brake, Pair, names_of_change
+from benchmarks.independent.draws import BANDS
 
 
 def effective_radius(p: dict[str, Any]) -> float:
@@ -32,7 +36,7 @@ class Pressed(Brake):
         self.shoes = p["kind"] == "shoe"
         if self.shoes:
             self.radius, self.arms = p["radius"], shoe_arms(p)
-        else:
+        elif p["kind"] == "disc":
             self.radius = effective_radius(p)
 
     def loads(self, force: float, f: np.ndarray, back: bool) -> np.ndarray:
@@ -42,13 +46,15 @@ class Pressed(Brake):
         leads = np.array([-1.0, 1.0]) if back else np.array([1.0, -1.0])
         return force * self.p["arm"] / (self.arms[0] - leads * f * self.arms[1])
 
+    def friction(self, force: float, f: np.ndarray, back: bool) -> np.ndarray:
+        """Friction (N) at the radius of linings that slide."""
+        return f * self.loads(force, f, back)
+
     def limits(self, t: float, y: np.ndarray) -> tuple[float, float]:
         """Least and largest torque (N·m) of a brake at rest."""
         f, F = np.broadcast_to(self.law.static(self.lining_temperatures(y)), (self.n,)), self.lever(t)
-        return (
-            -self.radius * float(np.sum(f * self.loads(F, f, True))),
-            self.radius * float(np.sum(f * self.loads(F, f, False))),
-        )
+        low, high = (float(np.sum(self.friction(F, f, back))) for back in (True, False))
+        return -self.radius * low, self.radius * high
 
     def change(self, t, y, fired):
         y, old = y.copy(), self.mode
@@ -72,8 +78,9 @@ class Pressed(Brake):
         back = self.mode == BACK
         v = (-1 if back else 1) * float(y[1]) * self.radius
         f = self.law.kinetic(np.full(self.n, v), self.lining_temperatures(y))
-        N = self.loads(self.lever(t), f, back)
-        return Pair(f * N * v, N, v), (-1 if back else 1) * self.radius * float(np.sum(f * N))
+        F = self.lever(t)
+        each = self.friction(F, f, back)
+        return Pair(each * v, self.loads(F, f, back), v), (-1 if back else 1) * self.radius * float(np.sum(each))
 
     def rates(self, t, y):
         nothing = Pair(np.zeros(self.n), np.zeros(self.n), 0.0)
@@ -92,3 +99,36 @@ class Pressed(Brake):
         if self.mode == OPEN:
             return {}
         return {"motion": (1 if self.mode == SLIP else -1) * float(y[1]) / self.speed}
+
+
+class Bands(Pressed):
+    """Rigid bands under one lever: `T_i = T_{i−1} μ_i^{±1}` along each, from its share of the tension."""
+
+    def __init__(self, p: dict[str, Any]):
+        super().__init__(p)
+        self.radius, self.shares = p["R_b"], p["given"] / np.sum(p["given"])
+        if p["by_stiffness"]:
+            start = None if p["heat"] is None else p["heat"]["start"][1:-1]
+            f = self.law.kinetic(np.zeros(self.n), start)
+            rise = [np.exp(np.sum((f * p["beta"])[a:b])) for a, b in BANDS]
+            self.shares = p["stiffness"] / rise / np.sum(p["stiffness"] / rise)
+
+    def tensions(self, force: float, f: np.ndarray, back: bool) -> tuple[np.ndarray, np.ndarray]:
+        """Tensions (N) ahead of every lining and behind it."""
+        ahead, behind, z = np.zeros(self.n), np.zeros(self.n), np.tan(self.p["beta"] / 2)
+        for share, (first, last) in zip(self.shares, BANDS, strict=True):
+            T = share * force
+            for i in range(first, last):
+                ahead[i] = T
+                mu = (1 + f[i] * z[i]) / (1 - f[i] * z[i])
+                T = T / mu if back else T * mu
+                behind[i] = T
+        return ahead, behind
+
+    def loads(self, force, f, back):
+        ahead, behind = self.tensions(force, f, back)
+        return (ahead + behind) * np.sin(self.p["beta"] / 2)
+
+    def friction(self, force, f, back):
+        ahead, behind = self.tensions(force, f, back)
+        return np.abs(behind - ahead)

@@ -33,8 +33,6 @@ COLUMNS = (
 #: a prepared run is compiled with all optimisation, whatever the first tier does
 _WARM = """
 import sys, time
-import jax
-jax.config.update("jax_enable_x64", True)
 import simbrake as sb
 run = sb.prepare(sb.files.open_scene(sys.argv[1]), ["energy.friction_heat"])
 run()

@@ -277,7 +277,6 @@ def measure(quick: bool) -> Part:
 
 
 if __name__ == "__main__":
-    jax.config.update("jax_enable_x64", True)
     name, runs, best = sys.argv[1], int(sys.argv[2]), None
     if jax.devices()[0].platform != "cpu":
         sample = drawn(name, runs)

@@ -54,7 +54,6 @@ _SCENE = (
     _CLOCK
     + """
 import jax
-jax.config.update("jax_enable_x64", True)
 import simbrake as sb
 sb.Scene, sb.simulate
 imported = now()

@@ -434,7 +434,9 @@ def _finished(
     lowered: jax.stages.Lowered, start: float, one_function: bool, quick: bool, device: Any = None
 ) -> Program:
     """A lowered program, compiled; with a `device` it is looked up and kept there by its text."""
-    key = None if device is None else _cache.key_of("text", lowered.as_text(), device)
+    # (the text is without arguments that the program ignores, and so is what is kept)
+    shapes = tuple((one.shape, str(one.dtype)) for one in jax.tree.leaves(lowered.args_info))
+    key = None if device is None else _cache.key_of("text", (lowered.as_text(), shapes), device)
     trees = jax.tree.structure(lowered.args_info), lowered.out_tree
     kept = _cache.read(key, lambda stored: _restored(stored, trees, device))
     if kept is not None:

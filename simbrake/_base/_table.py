@@ -46,6 +46,7 @@ _FACTORS: dict[str, dict[str, float | str | Fraction]] = {
     "kg": {"g": "1e-3", "t": 1e3, "lb": _POUND, **{name: x / _GRAVITY for name, x in _WEIGHTS.items()}},
     "N": {"MN": 1e6, **_WEIGHTS, "t": _WEIGHTS["tf"]},
     "N/m": {"kN/m": 1e3, "MN/m": 1e6, "N/mm": 1e3, "kN/mm": 1e6},
+    "N*s/m": {"kN*s/m": 1e3},
     "N*m": {"Nm": 1, "kN*m": 1e3, "kNm": 1e3, **_FOOT_POUNDS, "lbf*ft": _FOOT_POUND},
     "Pa": {"kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5, "N/mm^2": 1e6, "psi": _PSI, "ksi": 1000 * _PSI},
     "J": {"kJ": 1e3, "MJ": 1e6, **_FOOT_POUNDS},

@@ -5,7 +5,9 @@ import platform
 import warnings
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
+
+from cyclopts import Parameter
 
 import simbrake as sb
 
@@ -21,14 +23,12 @@ def versions() -> dict[str, str]:
 
 
 def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
-    """Report the installation: versions, devices, 64 bits, cache of compiled programs, accelerators and their gain.
-
-    The exit code is 1 if simbrake cannot compute here.
+    """Report the installation: versions, devices, precision, cache of compiled programs, XLA options and their gain.
 
     Parameters
     ----------
     time_
-        Measure a standard stop as well, in seconds of processor time: compiling, a warm run, its error.
+        Measure a standard stop as well: processor time to compile and of a warm run, and its error.
     json_
         Print {ok, notes, versions, tested_jax, x64, devices, cache, xla_flags, accelerators, timing}, alone on stdout.
     """
@@ -87,15 +87,15 @@ def _examined() -> dict[str, Any]:
 
 
 def cache(*, clear: cli.Flag = False, json_: cli.Flag = False) -> int:
-    """Show the cache of compiled programs on disk, used by later runs of scenes of the same structure.
+    """Show or clear the cache of compiled programs on disk, which later runs of scenes of the same structure use.
 
-    Their folder is that of the environment variable SIMBRAKE_CACHE_DIR (empty: no cache), else simbrake/programs
-    in the user's cache folder. They take at most SIMBRAKE_CACHE_SIZE MB (512); those unused for longest are removed.
+    The environment variable SIMBRAKE_CACHE_DIR names its folder (empty: no cache); by default it is simbrake/programs
+    in the user's cache folder. It takes at most SIMBRAKE_CACHE_SIZE MB (512); the files unused for longest go first.
 
     Parameters
     ----------
     clear
-        Remove all of them.
+        Remove all cached programs.
     json_
         Print {folder, programs, bytes, limit_bytes, removed, kinds}, alone on stdout.
     """
@@ -187,7 +187,7 @@ def validate(
     *,
     only: str | None = None,
     list_: cli.Flag = False,
-    cross_check: Path | None = None,
+    cross_check: Annotated[Path | None, Parameter(converter=cli.named_file)] = None,
     method: str | None = None,
     rtol: float = 1e-10,
     allowed: float | None = None,
@@ -200,22 +200,25 @@ def validate(
     Parameters
     ----------
     only
-        Run the cases whose name holds this, or fits it as a pattern with *.
+        Run only the cases whose name contains this text, or matches it as a pattern with *.
     list_
         Print the cases without running them.
     cross_check
-        Scene to repeat with SciPy instead: changes of mode, event times, state and energies at the end, side by side.
+        Scene to run with SciPy as well, instead of the cases: changes of mode, event times, state and energies at the
+        end, side by side.
     method
-        Of scipy.integrate.solve_ivp, for --cross-check: DOP853, RK45, RK23, Radau, BDF, LSODA.
+        Method of scipy.integrate.solve_ivp for --cross-check: DOP853, RK45, RK23, Radau, BDF, LSODA.
     rtol
         Relative tolerance of both runs of --cross-check.
     allowed
-        Relative difference allowed by --cross-check, 100 times rtol by default.
+        Relative difference allowed by --cross-check; by default 100 times rtol.
     max_evaluations
-        Evaluations of the right-hand side that SciPy may take in --cross-check.
+        Maximum number of evaluations of the right-hand side by SciPy in --cross-check.
     json_
         Print a list of {case, source, value, truth, error, tolerance, verdict}, alone on stdout.
     """
+    if cross_check is not None:
+        cli.existing(cross_check)
     cli.prepare_jax()
     if list_ and cross_check is None:
         from .._base._table import Column, Table
@@ -232,17 +235,17 @@ def validate(
         report = sb.cross_check(
             scene, method=method, rtol=rtol, tolerance=allowed, max_evaluations=max_evaluations, progress=None
         )
-    cli.tell(report, report.as_list, json_)
+    cli.tell(report, report.as_list, json_, report.ok)
     return cli.exit_code(report.ok)
 
 
 def reproduce(*, out: cli.Out = None, json_: cli.Flag = False) -> int:
-    """Recompute the published tables cell by cell: printed, computed, difference, verdict; draw what a formula gives.
+    """Recompute the published tables cell by cell: printed, computed, difference, verdict.
+
+    --out draws the papers' figures and tables that a formula gives, with the printed numbers as points.
 
     Parameters
     ----------
-    out
-        Folder for figures of the papers' figures and tables that a formula gives, with the printed numbers as points.
     json_
         Print a list of {table, row, column, printed, computed, verdict}, alone on stdout.
     """
@@ -258,4 +261,10 @@ def reproduce(*, out: cli.Out = None, json_: cli.Flag = False) -> int:
     return cli.exit_code(not any(cell.verdict == "disagrees" for cell in rows))
 
 
-COMMANDS = (doctor, cache, validate, reproduce)
+#: commands and their exit codes
+COMMANDS = {
+    doctor: "0 simbrake can compute here; 1 it cannot.",
+    cache: "0 success.",
+    validate: "0 every number is within its tolerance; 1 one is not; 2 the input is wrong.",
+    reproduce: "0 no cell disagrees; 1 one does; 2 the input is wrong.",
+}

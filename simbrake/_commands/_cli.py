@@ -1,6 +1,6 @@
 """The command line, its output on any terminal, and its completion.
 
-Exit codes: 0 the run reached its end, 1 it failed, 2 the input is wrong, 3 a limit is exceeded (`--fail-on-limit`).
+Exit codes: 0 success, 1 failure, 2 the input is wrong, 3 a limit is exceeded (`--fail-on-limit`).
 """
 
 import codecs
@@ -21,7 +21,7 @@ from cyclopts import Parameter
 import simbrake as sb
 
 from .._base._faults import Fault, InputError, whole_file
-from . import _checks, _interactive, _runs, _studies
+from . import _checks, _interactive, _runs, _scenes, _studies
 from . import _options as cli
 
 # --- ω as omega, ≤ as <=, without encoding errors
@@ -169,113 +169,44 @@ def _version() -> str:
 app = cyclopts.App(
     name="simbrake",
     help="""Dynamic simulator of band-shoe brakes of drilling drawworks: stick and slip of every lining, heat, events,
-    and derivatives of all of it. First steps:
+    and derivatives of all results. A scene is a file: a brake, its duty and its initial state. First steps:
 
-    * A run, its figures and tables in a folder: `simbrake run scenarios/u2_5_5_stop.toml --out stop`
-    * Every parameter of a scene: `simbrake scene show scenarios/u2_5_5_stop.toml`
-    * Your own scene: copy that file and edit it; the file format: `simbrake scene schema`
-    * One parameter changed: `simbrake run mine.toml --set "duty.load.mass=80 t"`
-    * What every parameter does to the stopping time: `simbrake sensitivity mine.toml`
-    * A report to share: `simbrake report mine.toml`
-    * Sliders for every parameter: `simbrake app mine.toml`
+    * Start from a commented template: `simbrake new standard mine.toml`
+    * Run it, with figures and tables in a folder: `simbrake run mine.toml --out stop`
+    * Change one parameter: `simbrake run mine.toml --set "duty.load.mass=80 t"`
+    * List every parameter of a scene: `simbrake scene show mine.toml`; the file format: `simbrake scene schema`
+    * See what each parameter does to the stopping time: `simbrake sensitivity mine.toml`
+    * Write a report to share: `simbrake report mine.toml`
+    * Move its parameters with sliders: `simbrake app mine.toml`
     """,
     help_format="markdown",
-    help_epilogue="Exit codes: 0 the run reached its end; 1 it failed, with a named code; 2 the input is wrong; "
-    "3 a limit is exceeded (only with --fail-on-limit).",
+    help_epilogue="Exit codes: 0 success; 1 the run failed; 2 the input is wrong, with all its errors; 3 a limit is "
+    "exceeded. Every command's --help says which it has.",
     version=_version,
 )
 
 
-@app.command(name="--install-completion")
+@app.command(name="--install-completion", help_epilogue=_scenes.CODES)
 def install_completion(
     *, shell: Shell | None = None, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None
 ) -> int:
-    """Write the completion of commands and options for a shell; its start file is not touched.
+    """Write a file with which a shell completes commands and options; the shell's start file is not changed.
 
     Parameters
     ----------
     shell
-        Shell to write for; default that of the environment variable SHELL.
+        Shell to write for; by default that of the environment variable SHELL.
     output
-        File to write; default the standard place of bash, zsh or fish.
+        File to write; by default the standard place of bash, zsh or fish.
     """
     print(write_completion(app.generate_completion, shell, output))
     return 0
 
 
-scene = cyclopts.App(name="scene", help="Look at a scene, check it, or print the format of scene files.")
-
-
-@scene.command
-def show(scenario: cli.Scenario, /, *, set_: cli.Set = None, toml: cli.Flag = False, json_: cli.Flag = False) -> int:
-    """Print every parameter of a scene with its unit and meaning.
-
-    Parameters
-    ----------
-    toml
-        Print the scene as a TOML file instead, with which it can be run again.
-    json_
-        Print a list of {path, value, unit, meaning}, alone on stdout.
-    """
-    found = cli.opened(scenario, set_)
-    from ..files._scene_file import scene_text
-    from ..files._schema import parameter_table
-
-    if toml:
-        print(scene_text(found), end="")
-    else:
-        table = parameter_table(found)
-        cli.tell(table, table.as_list, json_)
-    return 0
-
-
-@scene.command
-def check(scenario: cli.Scenario, /, *, set_: cli.Set = None, json_: cli.Flag = False) -> int:
-    """Check a scene without running it: every error in one report (exit code 2), and warnings of unusual values.
-
-    Parameters
-    ----------
-    json_
-        Print {faults, warnings} as JSON, alone on stdout.
-    """
-    cli.prepare_jax()
-    from .._parts._scene import plausibility, warnings
-    from ..files._schema import count_text
-
-    try:
-        found = cli.opened(scenario, set_)
-        sb.check(found)
-    except InputError as error:
-        if not json_:
-            raise
-        faults = [{"path": f.path, "problem": f.problem, "hint": f.hint} for f in error.faults]
-        cli.tell("", lambda: {"faults": faults, "warnings": []}, json_)
-        return 2
-    said = [*warnings(found), *plausibility(found)]
-    lines = [f"no error: {count_text(found)}", *(f"warning  {text}" for text in said)]
-    cli.tell("\n".join(lines), lambda: {"faults": [], "warnings": said}, json_)
-    return 0
-
-
-@scene.command
-def schema(name: str | None = None, /, *, json_: cli.Flag = False) -> int:
-    """Print the format of scene files: keys, units, ranges, meaning.
-
-    Parameters
-    ----------
-    name
-        A type, as HookLoad or layered_heat, or a key, as friction. Without it: the whole format.
-    json_
-        Print the JSON Schema of scene files (draft 2020-12), alone on stdout: editors complete and check with it.
-    """
-    from ..files._schema import json_schema, schema_text
-
-    print(cli.as_json(json_schema()) if json_ else schema_text(name))
-    return 0
-
-
-for _command in (scene, *_runs.COMMANDS, *_interactive.COMMANDS, *_studies.COMMANDS, *_checks.COMMANDS):
-    app.command(_command)
+app.command(_scenes.scene)
+for _module in (_scenes, _runs, _interactive, _studies, _checks):
+    for _command, _codes in _module.COMMANDS.items():
+        app.command(_command, help_epilogue=f"Exit codes: {_codes}")
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -301,5 +232,5 @@ def main(arguments: list[str] | None = None) -> None:
 
 
 def _end(message: object, code: int) -> None:
-    print(f"simbrake: {message}", file=sys.stderr)
+    print(f"{cli.coloured('simbrake:', '31', sys.stderr)} {message}", file=sys.stderr)
     sys.exit(code)

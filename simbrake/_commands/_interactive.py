@@ -11,11 +11,11 @@ from ._runs import title_of
 
 
 def publish(
-    scenario: cli.Scenario,
+    file: cli.SceneFile,
     /,
     *,
     vary: cli.Many = None,
-    out: cli.Out = None,
+    out: cli.OutFile = None,
     limit: cli.Limits = None,
     set_: cli.Set = None,
     rtol: cli.Rtol = 1e-10,
@@ -23,17 +23,17 @@ def publish(
 ) -> int:
     """Solve a scene on a grid of up to three parameters and write a page with a slider for each of them.
 
+    The page has the name of the scene's file, ending in _sliders.html, in the working folder or in that of --out.
+
     Parameters
     ----------
     vary
         PATH=LOW:HIGH:COUNT: a parameter, its range (SI, or with unit) and the number of solved points; up to three.
-    out
-        The page; by default the scene's name with _sliders.html in the working folder. An existing one is replaced.
     json_
         Print {written, points, failed, gaps, deviation} as JSON, alone on stdout.
     """
-    out = out or Path(f"{scenario.stem}_sliders.html")
-    scene = cli.opened(scenario, set_, rtol, faults=cli.faults_of_file(out))
+    out = cli.file_in(out or Path(), f"{file.stem}_sliders.html")
+    scene = cli.opened(file, set_, rtol, faults=cli.faults_of_file(out))
     from .._pages._publish import publish as publish_page
     from .._pages._publish import read_axes
 
@@ -43,14 +43,14 @@ def publish(
     if faults or axes is None or limits is None:
         raise InputError(faults)
     with Waiting("publish", "compiling…") as told:
-        title = title_of(scenario, scenario.read_text("utf-8"))
+        title = title_of(file, file.read_text("utf-8"))
         found = publish_page(scene, axes, out, limits=limits, title=title, rtol=rtol, told=told)
     cli.tell(f"{found}\nwritten  {out}", lambda: {"written": str(out), **found.as_dict()}, json_)
     return 0
 
 
 def app(
-    scenario: cli.Scenario,
+    file: cli.SceneFile,
     /,
     *,
     port: int = 0,
@@ -69,10 +69,10 @@ def app(
         Open the page in the browser.
     """
     faults = [] if 0 <= port < 65536 else [Fault("--port", f"{port} is out of range", "0…65535; 0: any free port")]
-    scene = cli.opened(scenario, set_, rtol, faults=faults)
+    scene = cli.opened(file, set_, rtol, faults=faults)
     from .._pages._app import App, Server
 
-    limits, title = cli.limits_of(scene, limit, False), title_of(scenario, scenario.read_text("utf-8"))
+    limits, title = cli.limits_of(scene, limit, False), title_of(file, file.read_text("utf-8"))
     made = App(scene, limits, title, rtol)
     with Waiting("app", "compiling…"):
         sb.check(scene)
@@ -95,4 +95,7 @@ def app(
     return 0
 
 
-COMMANDS = (publish, app)
+COMMANDS = {
+    publish: "0 success; 2 the input is wrong, or no run of the grid ends.",
+    app: "0 ended with Ctrl+C; 2 the input is wrong.",
+}

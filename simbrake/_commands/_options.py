@@ -1,12 +1,14 @@
 """Shared parts of the commands: options, loading the scene, printing and writing, exit codes."""
 
+import dataclasses
 import gc
 import json
 import os
+import re
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Literal, TextIO, TypeVar
 
 from cyclopts import Parameter
 
@@ -14,6 +16,8 @@ from .._base._faults import Fault, InputError, existing_file, whole_folder
 from .._base._faults import whole_file as whole_file
 
 if TYPE_CHECKING:
+    from cyclopts import Token
+
     from .._parts._scene import Scene
     from .._run._measure import LimitCheck
     from .._run._result import Result as Result
@@ -22,27 +26,49 @@ else:
 
 T = TypeVar("T")
 
+
+def named_file(_: object, tokens: "Sequence[Token]") -> Path:
+    """The path of an argument; where there is none, the template or shipped scene of that name."""
+    path = Path(tokens[0].value)
+    if path.suffix or len(path.parts) != 1 or path.exists():
+        return path
+    from ..files._shipped import shipped_files
+
+    found = shipped_files().get(path.name)
+    return path if found is None else found.file
+
+
 # --- options of several commands, with their help texts; other help is in the commands' docstrings -------------------
 
 Many = Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)]
-Flag = Annotated[bool, Parameter(negative="")]
-Out = Annotated[Path | None, Parameter(name=["--out", "-o"])]
-Scenario = Annotated[Path, Parameter(help="Scene file: TOML, or Python with a function scene().")]
-_SET = 'PATH=VALUE: override a parameter of the scene (SI, or with unit), as "duty.load.mass=30 t"; may be repeated.'
+Flag = Annotated[bool, Parameter(negative="", show_default=False)]
+_SCENE = (
+    "Scene: a TOML file, a Python file with a function scene(), or the name of a template or shipped scene "
+    "(simbrake new lists these)."
+)
+SceneFile = Annotated[Path, Parameter(name="SCENE", help=_SCENE, converter=named_file)]
+_OUT = "Folder for the files that the command writes, made if it does not exist."
+Out = Annotated[Path | None, Parameter(name=["--out", "-o"], help=_OUT)]
+_ONE = f"{_OUT} As it writes one file, this may also be the name of that file, with its ending."
+OutFile = Annotated[Path | None, Parameter(name=["--out", "-o"], help=_ONE)]
+_SET = (
+    'PATH=VALUE: set a parameter of the scene, in SI or with its unit, as "duty.load.mass=30 t"; of a TOML file also '
+    "one of its keys, as brake.linings.count=18; may be repeated. simbrake scene show SCENE lists the paths."
+)
 Set = Annotated[Many, Parameter(help=_SET)]
 Rtol = Annotated[float, Parameter(help="Relative tolerance of the integration.")]
-MaxSteps = Annotated[int | None, Parameter(help="Step attempts allowed.")]
+MaxSteps = Annotated[int | None, Parameter(help="Maximum number of step attempts; by default as many as needed.")]
 Json = Annotated[Flag, Parameter(help="Print the results as JSON, alone on stdout.")]
 _UNITS = "Units of the printed summary: SI, or those of a rig (klbf, ft, ft·lbf, hp, °F). JSON and files stay in SI."
 Units = Annotated[Literal["si", "rig"], Parameter(help=_UNITS)]
-_SIMULATE = "Simulate the scene as well; without it time and work are those of a classical stop."
+_SIMULATE = "Simulate the scene as well, to compare; with --no-run the time and work are those of a classical stop."
 Simulate = Annotated[bool, Parameter(help=_SIMULATE)]
 _LIMIT = (
-    'METRIC=VALUE: maximum allowed value (SI, or with its unit), as "max_tension=120 kN" or '
-    '"peak_rim_temperature=450 degC"; of a metric or max_pressure; may be repeated.'
+    "METRIC=VALUE: maximum allowed value of a metric or of max_pressure, in SI or with its unit, as "
+    '"max_tension=120 kN" or "peak_rim_temperature=450 degC"; may be repeated.'
 )
 Limits = Annotated[Many, Parameter(help=_LIMIT)]
-_FAIL = "Exit with code 3 if a limit is exceeded: one of --limit, or the permissible temperature of the scene."
+_FAIL = "Exit with code 3 if a limit of --limit or the permissible temperature of the scene is exceeded."
 FailOnLimit = Annotated[Flag, Parameter(help=_FAIL)]
 
 # --- before a command works -------------------------------------------------------------------------------------------
@@ -70,8 +96,22 @@ def attempt(faults: list[Fault], make: Callable[..., T], *arguments: object, **n
         return None
 
 
+def existing(file: Path) -> Path:
+    """The scene's file, which is looked for before JAX is loaded. Raises `InputError` with the files that there are."""
+    try:
+        return existing_file(file, "*.toml", "*.py")
+    except InputError as error:
+        (fault,) = error.faults
+        from ..files._shipped import nearest_names
+
+        near = [] if file.suffix else nearest_names(file.name)
+        hint = f"nearest: {', '.join(near)}" if near else fault.hint
+        hint += "; simbrake new lists templates and shipped scenes"
+        raise InputError([dataclasses.replace(fault, hint=hint)]) from None
+
+
 def opened(
-    scenario: Path,
+    file: Path,
     set_: list[str] | None,
     rtol: float = 1e-10,
     *,
@@ -80,7 +120,7 @@ def opened(
     also: Callable[[Scene], Iterable[Fault]] | None = None,
     **counts: int | None,
 ) -> Scene:
-    """The scene of a command with its parameters overridden, after JAX is prepared.
+    """The scene of a command with the parameters of `--set`, after JAX is prepared.
 
     - `folder`: of `--out`;  `counts`: options that are at least 1
     - `faults`: errors of other options;  `also`: errors of the request to the scene
@@ -95,15 +135,14 @@ def opened(
             found.append(Fault(f"--{name.replace('_', '-')}", f"{count} is out of range", "at least 1"))
     if folder is not None and folder.exists() and not folder.is_dir():
         found.append(Fault("--out", f"{folder} is a file", "give a folder"))
-    if attempt(missing := [], existing_file, scenario, "*.toml", "*.py") is None and not set_:
-        raise InputError([*found, *missing])  # known before JAX is loaded
+    if attempt(found, existing, file) is None:
+        raise InputError(found)  # known before JAX is loaded
     prepare_jax()
-    from .._run._edit import parse_assignments, with_values
+    from .._run._edit import parse_assignments
     from ..files._scene_file import open_scene
 
-    scene, values = attempt(found, open_scene, scenario), attempt(found, parse_assignments, set_ or [])
-    if scene is not None and values:
-        scene = attempt(found, with_values, scene, values)
+    values = attempt(found, parse_assignments, set_ or [])
+    scene = attempt(found, open_scene, file, values or {})
     if scene is not None and also is not None:
         found += also(scene)
     if found or scene is None:
@@ -111,15 +150,22 @@ def opened(
     return scene
 
 
-def faults_of_file(out: Path | None, *endings: str) -> list[Fault]:
+def file_in(out: Path, name: str) -> Path:
+    """The one file that a command writes: `--out` itself where that has an ending, else `name` in that folder."""
+    return out if out.suffix and not out.is_dir() else out / name
+
+
+def faults_of_file(file: Path | None, *endings: str) -> list[Fault]:
     """Error of the name of a file to be written; `endings`: allowed endings, any if none are given."""
-    if out is None:
+    if file is None:
         return []
-    if out.is_dir():
-        return [Fault("--out", f"{out} is a folder", "give a file")]
-    if endings and out.suffix not in endings:
+    if file.is_dir():
+        return [Fault("--out", f"{file} is a folder", "give a file")]
+    if file.parent.exists() and not file.parent.is_dir():
+        return [Fault("--out", f"{file.parent} is a file", "give a folder, or a name with an ending")]
+    if endings and file.suffix not in endings:
         hint = f"give {', '.join(endings[:-1])} or {endings[-1]}"
-        return [Fault(str(out), f"{out.suffix or 'a name without ending'} is not a format of this file", hint)]
+        return [Fault(str(file), f"{file.suffix or 'a name without ending'} is not a format of this file", hint)]
     return []
 
 
@@ -136,14 +182,29 @@ def assignments(
         try:
             found[name] = read(value if name else "")
         except ValueError:
-            faults.append(Fault(f"{option} {text}", f"is not of the form {form}", "numbers are in SI units"))
+            hint = "numbers are in SI, or have their unit"
+            faults.append(Fault(f"{option} {text}", f"is not of the form {form}", hint))
     return found
 
 
-def bounds(text: str) -> tuple[float, float]:
-    """`LOW:HIGH` as two numbers. Raises `ValueError`."""
-    low, high = (float(end) for end in text.split(":"))
-    return low, high
+def bounds(text: str) -> list[str]:
+    """The two numbers of `LOW:HIGH`, as texts. Raises `ValueError`."""
+    low, high = text.split(":")
+    return [low, high]
+
+
+def in_si(scene: Scene, option: str, texts: Mapping[str, Sequence[str]], faults: list[Fault]) -> dict[str, list[float]]:
+    """Numbers by the path of a parameter, in SI from texts with or without unit; errors go to `faults`."""
+    from .._run._edit import read_numbers
+
+    found = {}
+    for path, numbers in texts.items():
+        try:
+            found[path] = read_numbers(scene, path, numbers)
+        except InputError as error:
+            given = f"{option} {path}={':'.join(numbers)}"
+            faults += [dataclasses.replace(fault, path=given) for fault in error.faults]
+    return found
 
 
 def limits_of(scene: Scene, texts: list[str] | None, fail: bool, metrics: Sequence[str] = ()) -> dict[str, float]:
@@ -183,9 +244,35 @@ def as_json(data: object) -> str:
     return json.dumps(data, indent=1, allow_nan=False)
 
 
-def tell(found: object, data: Callable[[], object], json_: bool) -> None:
-    """Print a result as text, or its `data` as JSON."""
-    say(as_json(data()) if json_ else found)
+def tell(found: object, data: Callable[[], object], json_: bool, ok: bool | None = None) -> None:
+    """Print a result as text, or its `data` as JSON; `ok`: whether the verdict that the text begins with is good."""
+    say(as_json(data()) if json_ else highlighted(str(found), ok))
+
+
+_RED, _GREEN, _YELLOW = "31", "32", "33"
+#: words of a text that a terminal shows in colour
+_WORDS = {r"\bexceeded\b": _RED, r"\bwithin limit\b": _GREEN, r"^warning\b": _YELLOW}
+
+
+def coloured(text: str, colour: str, stream: TextIO) -> str:
+    """The text in a colour where the stream is a terminal and the environment variable NO_COLOR is not set."""
+    plain = not stream.isatty() or os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb"
+    return text if plain else f"\x1b[{colour}m{text}\x1b[0m"
+
+
+def verdict_of(result: Result) -> bool | None:
+    """Whether a run ended well, for the colour of its status; `None`: that depends on what was wanted."""
+    return {"stopped": True, "held": True, "runaway": False}.get(result.status) if result.ok else False
+
+
+def highlighted(text: str, ok: bool | None = None) -> str:
+    """A printed text with its verdicts in colour, on a terminal."""
+    for words, colour in _WORDS.items():
+        text = re.sub(words, lambda match, c=colour: coloured(match[0], c, sys.stdout), text, flags=re.MULTILINE)
+    verdict, colon, rest = text.partition(":")
+    if ok is None or "\n" in verdict or not colon:
+        return text
+    return coloured(verdict, _GREEN if ok else _RED, sys.stdout) + colon + rest
 
 
 def print_written(written: Iterable[Path], json_: bool) -> None:

@@ -1,17 +1,20 @@
 """Commands about one scene or result: run, report, animate, compare; estimates, synthesis and materials."""
 
-import ast
 from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
 
 import simbrake as sb
 
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, existing_file
 from .._base._progress import Waiting
+from ..files._shipped import title_of
 from . import _options as cli
 
 
 def run(
-    scenario: cli.Scenario,
+    file: cli.SceneFile,
     /,
     *,
     out: cli.Out = None,
@@ -25,28 +28,29 @@ def run(
     units: cli.Units = "si",
     measured: cli.Many = None,
 ) -> int:
-    """Run a scenario and print a summary.
+    """Run a scene and print a summary.
+
+    --out writes every figure of the run, the series (CSV), the result as labelled data (netCDF) and the summary.
 
     Parameters
     ----------
     measured
-        CSV file with a recording of the same run (columns as hook_position [ft]); --out then has overlay.png as well.
-        May be repeated.
-    out
-        Folder for every figure of the run, the series (CSV), the result as labelled data (netCDF) and the summary.
+        CSV file with a recording of the same run (columns as hook_position [ft]): --out draws it over the run, in
+        overlay.png; may be repeated.
     max_events
-        Events allowed.
+        Maximum number of events.
     """
     lost = [Fault("--measured", "is drawn into a figure", "give its folder: --out")] if measured and not out else []
     counts = {"max_steps": max_steps, "max_events": max_events}
-    scene = cli.opened(scenario, set_, rtol, folder=out, faults=lost, **counts)
+    scene = cli.opened(file, set_, rtol, folder=out, faults=lost, **counts)
     from .._base._table import shown_in
     from .._run._measure import limit_checks, summary_with_limits, text_with_limits
-    from ..studies._measured import check_measured
 
     limits = cli.limits_of(scene, limit, fail_on_limit)
     recorded = sb.read_measured(*measured) if measured else None
     if recorded is not None:
+        from ..studies._measured import check_measured
+
         check_measured(recorded, scene)
     with Waiting("run", "compiling…") as told:
         result = sb.simulate(scene, rtol=rtol, max_steps=max_steps, max_events=max_events, throw=False, progress=told)
@@ -55,7 +59,7 @@ def run(
         summary = summary_with_limits(result, checks)
         with shown_in(units):
             text = text_with_limits(result, checks)
-    cli.tell(text, lambda: summary, json_)
+    cli.tell(text, lambda: summary, json_, cli.verdict_of(result))
     if out is not None:
         from .._pages._page import write as write_run
 
@@ -69,10 +73,10 @@ def run(
 
 
 def report(
-    scenario: cli.Scenario,
+    file: cli.SceneFile,
     /,
     *,
-    out: cli.Out = None,
+    out: cli.OutFile = None,
     sensitivity: cli.Many = None,
     limit: cli.Limits = None,
     fail_on_limit: cli.FailOnLimit = False,
@@ -83,23 +87,23 @@ def report(
 ) -> int:
     """Run a scene and write its report: one self-contained HTML page.
 
+    The page has the name of the scene's file, ending in .html, in the working folder or in that of --out.
+
     Parameters
     ----------
-    out
-        The page; by default the scene's name with .html in the working folder. An existing one is replaced whole.
     sensitivity
-        Metric whose derivatives by every parameter are shown; may be repeated.
+        Metric whose derivatives with respect to every parameter are shown; may be repeated.
     check
         Run a second time at another tolerance, to estimate the error of the first run.
     json_
         Print {status, message, written, limits} as JSON, alone on stdout.
     """
-    out = out or Path(f"{scenario.stem}.html")
-    scene = cli.opened(scenario, set_, rtol, faults=cli.faults_of_file(out))
+    out = cli.file_in(out or Path(), f"{file.stem}.html")
+    scene = cli.opened(file, set_, rtol, faults=cli.faults_of_file(out))
     from .._run._measure import limit_checks, limit_dicts, limit_lines
 
-    metrics, text = sensitivity or [], scenario.read_text("utf-8")
-    title, files = title_of(scenario, text), {scenario.name: text}
+    metrics, text = sensitivity or [], file.read_text("utf-8")
+    title, files = title_of(file, text), {file.name: text}
     limits = cli.limits_of(scene, limit, fail_on_limit, metrics)
     with Waiting("report", "compiling the run…") as told:
         result = sb.simulate(scene, rtol=rtol, throw=False, progress=told)
@@ -107,25 +111,13 @@ def report(
         checks = limit_checks(result, limits)
     said = {"status": result.status, "message": result.message, "written": str(out), "limits": limit_dicts(checks)}
     lines = [f"{result.status}: {result.message}", *limit_lines(checks), f"written  {out}"]
-    cli.tell("\n".join(lines), lambda: said, json_)
+    cli.tell("\n".join(lines), lambda: said, json_, cli.verdict_of(result))
     return cli.exit_code(result.ok, fail_on_limit and cli.any_exceeded(checks))
 
 
-def title_of(file: Path, text: str) -> str:
-    """Heading of a report: the first line of the docstring or comment of a scene's file, else its name."""
-    if file.suffix == ".py":
-        try:
-            said = ast.get_docstring(ast.parse(text)) or ""
-        except SyntaxError:
-            said = ""
-    else:
-        said = next(iter(text.splitlines()), "").lstrip("# ") if text.startswith("#") else ""
-    return said.strip().partition("\n")[0].rstrip(".") or file.stem.replace("_", " ")
-
-
 def animate(
-    scenario: cli.Scenario,
-    out: Path,
+    file: cli.SceneFile,
+    out: Annotated[Path, Parameter(name="FILE")],
     /,
     *,
     duration: float = 6.0,
@@ -134,6 +126,7 @@ def animate(
     end: float | None = None,
     set_: cli.Set = None,
     rtol: cli.Rtol = 1e-10,
+    json_: cli.Flag = False,
 ) -> int:
     """Animate one stop: the pulley turns, linings are coloured by stick and slip and by temperature.
 
@@ -149,38 +142,47 @@ def animate(
         Simulated time (s) at which it begins.
     end
         Simulated time (s) at which it ends; by default shortly after the stop.
+    json_
+        Print {status, message, written} as JSON, alone on stdout.
     """
     faults = cli.faults_of_file(out, ".gif", ".html")
     if not 0 < duration <= 600:
         faults.append(Fault("--duration", f"{duration} is out of range", "0…600 s"))
     if not 0 < fps <= 50:
         faults.append(Fault("--fps", f"{fps} is out of range", "1…50 frames a second"))
-    scene = cli.opened(scenario, set_, rtol, faults=faults)
+    scene = cli.opened(file, set_, rtol, faults=faults)
     result = sb.simulate(scene, rtol=rtol, throw=False, progress=None)
     if out.suffix.lower() == ".gif":
         sb.plot.animate(result, out, duration=duration, fps=fps, start=start, end=end)
     else:
         from .._pages._page import film_page
 
-        title, count = title_of(scenario, scenario.read_text("utf-8")), max(2, round(duration * fps))
-        with cli.whole_file(out) as file:
-            file.write_text(film_page(result, title, count, duration, start, end), "utf-8")
-    cli.print_written([out], False)
+        title, count = title_of(file, file.read_text("utf-8")), max(2, round(duration * fps))
+        with cli.whole_file(out) as page:
+            page.write_text(film_page(result, title, count, duration, start, end), "utf-8")
+    said = {"status": result.status, "message": result.message, "written": str(out)}
+    cli.tell(f"written  {out}", lambda: said, json_)
     return cli.exit_code(result.ok)
 
 
-def compare(a: Path, b: Path, /, *, rtol: float = 1e-9, json_: cli.Json = False) -> int:
-    """Compare two results: differences of the scenes and of the results. Exit code 0: equal, 1: different.
+_Source = Annotated[Path, Parameter(converter=cli.named_file)]
+
+
+def compare(a: _Source, b: _Source, /, *, rtol: float = 1e-9, json_: cli.Json = False) -> int:
+    """Compare two results: differences of their scenes, and of all that was computed.
 
     Parameters
     ----------
     a
-        Result file (.nc, .parquet, .csv), folder of `run --out`, or a scene (.toml, .py), which is run.
+        Result file (.nc, .parquet, .csv), folder of run --out, or a scene (.toml, .py), which is run.
     b
-        The same.
+        Result or scene to compare with it.
     rtol
         Relative difference up to which numbers count as equal.
     """
+    for path in (a, b):
+        if not path.is_dir():
+            existing_file(path, "*.nc", "*.toml", "*.py")
     cli.prepare_jax()
 
     def source(path: Path) -> Path | cli.Result:
@@ -197,7 +199,7 @@ def compare(a: Path, b: Path, /, *, rtol: float = 1e-9, json_: cli.Json = False)
 
 
 def estimates(
-    scenario: cli.Scenario,
+    file: cli.SceneFile,
     /,
     *,
     run: bool = True,
@@ -205,8 +207,14 @@ def estimates(
     rtol: cli.Rtol = 1e-10,
     json_: cli.Json = False,
 ) -> int:
-    """Print the classical engineering estimates of a stop beside its simulation, and why they differ."""
-    scene = cli.opened(scenario, set_, rtol)
+    """Print the classical engineering estimates of a stop beside its simulation, and why they differ.
+
+    Parameters
+    ----------
+    run
+        Simulate the scene as well, to compare; with --no-run the estimates alone.
+    """
+    scene = cli.opened(file, set_, rtol)
     with Waiting("estimates", "compiling…") as told:
         result = sb.simulate(scene, rtol=rtol, throw=False, progress=told) if run else None
         told.now("estimates")
@@ -216,11 +224,11 @@ def estimates(
 
 
 def synthesize(
-    scenario: cli.Scenario,
+    file: cli.SceneFile,
     /,
     *,
     run: cli.Simulate = True,
-    out: cli.Out = None,
+    out: cli.OutFile = None,
     given: cli.Many = None,
     transmission: cli.Flag = False,
     fail_on_limit: cli.Flag = False,
@@ -231,14 +239,13 @@ def synthesize(
     """Print the parametric synthesis of a stop in twelve steps, beside its simulation.
 
     Thermal penetration depth, Fourier numbers, volumes, heat partition, temperatures, properties at these, rational
-    thickness of rim and lining, heat balance, stress, operating characteristics and permissible limits.
+    thickness of rim and lining, heat balance, stress, operating characteristics and permissible limits. --out writes it
+    as synthesis.txt, or as JSON with --json or where the name of the file ends in .json.
 
     Parameters
     ----------
-    out
-        File for the report (JSON with --json or where its name ends in .json). An existing one is replaced whole.
     given
-        NAME=VALUE: a parameter that the scene does not have, with its unit, as "rim_thickness=28 mm", a material by its
+        NAME=VALUE: a size that the scene does not have, with its unit, as "rim_thickness=28 mm", a material by its
         name, as rim=cast_iron, or a limit, as "permissible.back=130 degC"; may be repeated.
     transmission
         Take the heat partition coefficient from heat transmission (S-41) instead of the scene's law or effusivities.
@@ -247,14 +254,16 @@ def synthesize(
     json_
         Print the figures as JSON, alone on stdout: a list of {step, name, formula, value, unit, simulated, …}.
     """
+    cli.existing(file)
     cli.prepare_jax()
     from ..formulas._inputs import read_given
     from ..formulas._synthesis import faults_of_synthesis
 
+    out = out and cli.file_in(out, "synthesis.json" if json_ else "synthesis.txt")
     faults = cli.faults_of_file(out)
     data, permissible = cli.attempt(faults, read_given, given or []) or (None, sb.formulas.Permissible())
     also = lambda scene: faults_of_synthesis(scene, data, permissible)  # noqa: E731
-    scene = cli.opened(scenario, set_, rtol, faults=faults, also=also)
+    scene = cli.opened(file, set_, rtol, faults=faults, also=also)
     partition = sb.formulas.transmission_table() if transmission else None
     with Waiting("run", "compiling and running…"):
         result = sb.simulate(scene, rtol=rtol, throw=False) if run else None
@@ -272,7 +281,7 @@ _ENERGY = 'friction works, as in "400 kJ, 800 kJ", or a parameter of the scene, 
 
 
 def materials(
-    scenario: cli.Scenario,
+    file: cli.SceneFile,
     /,
     *,
     energy: str | None = None,
@@ -281,33 +290,33 @@ def materials(
     run: bool = True,
     inertia: bool = False,
     fail_on_limit: cli.Flag = False,
-    out: cli.Out = None,
+    out: cli.OutFile = None,
     set_: cli.Set = None,
     rtol: cli.Rtol = 1e-10,
     json_: cli.Json = False,
 ) -> int:
     """Compare materials of rim and linings for the duty of a scene: temperatures, heat partition, stress, wear, mass.
 
+    --out writes a chart, materials.png; its own name may end in .png, .svg or .pdf.
+
     Parameters
     ----------
     energy
-        Energy levels: friction works ("400 kJ, 800 kJ"), for which the initial speed is sought, or PATH=a,b,c, a
-        parameter of the scene and its values. Without it: the scene as it is.
+        Energy levels: friction works, as "400 kJ, 800 kJ", for each of which the initial speed is computed; or
+        PATH=a,b,c: a parameter of the scene and its values. Without it: the scene as it is.
     rim
-        Name of a rim's material; may be repeated. Without it: steel_20L, magnesium_alloy, brass, aluminium_alloy,
-        cast_iron.
+        Material of the rim; may be repeated. Without it: steel_20L, magnesium_alloy, brass, aluminium_alloy, cast_iron.
     lining
-        Name of a lining's material; may be repeated. Without it: FK-24A, retinax.
+        Material of the linings; may be repeated. Without it: FK-24A, retinax.
     run
-        Simulate each combination as well, where the scene's heat has a rim in layers; without it estimates alone.
+        Simulate each combination as well, where the scene has a rim in layers; with --no-run the estimates alone.
     inertia
         Let the pulley's inertia follow the mass of its rim.
     fail_on_limit
         Exit with code 3 if a pair exceeds a permissible temperature or stress of its materials.
-    out
-        Chart of the comparison (.png, .svg or .pdf).
     """
-    scene = cli.opened(scenario, set_, rtol, faults=cli.faults_of_file(out, ".png", ".svg", ".pdf"))
+    out = out and cli.file_in(out, "materials.png")
+    scene = cli.opened(file, set_, rtol, faults=cli.faults_of_file(out, ".png", ".svg", ".pdf"))
     from ..formulas._material_table import DEFAULT_LININGS, DEFAULT_RIMS
 
     levels = None if energy is None else _energy(scene, energy)
@@ -340,4 +349,15 @@ def _energy(scene: cli.Scene, text: str) -> list[float] | dict[str, list[float]]
     return {path: values} if path else values
 
 
-COMMANDS = (run, report, animate, compare, estimates, synthesize, materials)
+_LIMIT = "3 a limit is exceeded (only with --fail-on-limit)."
+_RUN = f"0 the run reached its end; 1 it failed, with a named code; 2 the input is wrong; {_LIMIT}"
+#: commands and their exit codes
+COMMANDS = {
+    run: _RUN,
+    report: _RUN,
+    animate: "0 the run reached its end; 1 it failed; 2 the input is wrong.",
+    compare: "0 equal within the tolerance; 1 different; 2 the input is wrong.",
+    estimates: "0 success; 1 the run failed; 2 the input is wrong.",
+    synthesize: f"0 success; 1 the run or the synthesis failed; 2 the input is wrong; {_LIMIT}",
+    materials: f"0 success; 1 a run failed; 2 the input is wrong; {_LIMIT}",
+}

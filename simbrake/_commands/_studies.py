@@ -2,10 +2,10 @@
 
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
 
 from cyclopts import Parameter
 
@@ -27,7 +27,7 @@ else:
 
 
 def sensitivity(
-    scenario: cli.Scenario,
+    file: cli.SceneFile,
     /,
     *,
     metric: cli.Many = None,
@@ -38,7 +38,9 @@ def sensitivity(
     set_: cli.Set = None,
     rtol: cli.Rtol = 1e-10,
 ) -> int:
-    """Print how metrics of a scenario depend on its parameters: derivatives, elasticities, values at bounds.
+    """Print how metrics of a scene depend on its parameters: derivatives, elasticities, values at bounds.
+
+    --out writes the tables (JSON, CSV) and a tornado chart of each metric.
 
     Parameters
     ----------
@@ -49,11 +51,9 @@ def sensitivity(
         Path of a parameter, or of a part of the scene for all parameters below it; may be repeated. Without it: all.
     span
         Half-width of the range of each parameter, relative to its value: the scene is run at both bounds; 0: no ranges.
-    out
-        Folder for the tables (JSON, CSV) and a tornado chart of each metric.
     """
     faults = [] if 0 <= span < 1 else [Fault("--span", f"{span} is out of range", "0 ≤ span < 1, of each parameter")]
-    scene = cli.opened(scenario, set_, rtol, folder=out, faults=faults)
+    scene = cli.opened(file, set_, rtol, folder=out, faults=faults)
     tables = sb.sensitivity(scene, metric or ["stopping_time"], wrt, span=span or None, rtol=rtol)
     cli.tell("\n\n".join(str(table) for table in tables), lambda: [table.as_dict() for table in tables], json_)
     if out is not None:
@@ -64,7 +64,7 @@ def sensitivity(
 
 
 def sweep(
-    scenario: cli.Scenario,
+    file: cli.SceneFile,
     /,
     *,
     vary: cli.Many = None,
@@ -80,35 +80,37 @@ def sweep(
     resume: Path | None = None,
     scheduler: str | None = None,
 ) -> int:
-    """Run a scenario on a grid or a sample of its parameters.
+    """Run a scene on a grid or a sample of its parameters, and print the range of every metric.
+
+    --out writes all runs as runs.csv and runs.nc (netCDF).
 
     Parameters
     ----------
     vary
-        PATH=LOW:HIGH:COUNT or PATH=a,b,c: values of a parameter (SI); repeated, a grid. With --sample PATH=LOW:HIGH.
+        PATH=LOW:HIGH:COUNT or PATH=a,b,c: values of a parameter, in SI or each with its unit, as
+        "duty.load.mass=40 t:80 t:5"; repeated: a grid of all combinations. With --sample: PATH=LOW:HIGH.
     sample
         Number of quasi-random samples of the ranges, instead of a grid.
     seed
         Seed of the sample.
     metrics
-        Names with commas between them, or all. By default all but maxima, which cost more than the runs.
-    out
-        Folder for the tables: runs.csv and runs.nc (netCDF).
+        Names of metrics, separated by commas, or all. By default all but maxima, which take longer than the runs.
     workers
-        Threads (one per core by default).
+        Number of threads; by default one for each core.
     resume
         Folder that stores finished runs: the same command continues an interrupted one.
     scheduler
-        Address of a Dask scheduler whose workers simulate the runs.
+        Address of a Dask scheduler whose workers run the simulations.
     """
     faults: list[Fault] = []
     form = "PATH=LOW:HIGH:COUNT, PATH=a,b,c, or PATH=LOW:HIGH with --sample"
-    axes = cli.assignments("--vary", form, vary, _grid if sample is None else cli.bounds, faults)
+    given = cli.assignments("--vary", form, vary, _grid if sample is None else _sampled, faults)
     if not vary:
         faults.append(Fault("--vary", "is missing", form))
-    scene = cli.opened(
-        scenario, set_, rtol, folder=out, faults=faults, sample=sample, max_steps=max_steps, workers=workers
-    )
+    axes: dict[str, Any] = {}
+    also = lambda scene: _axes(scene, given, axes)  # noqa: E731
+    counts = {"sample": sample, "max_steps": max_steps, "workers": workers}
+    scene = cli.opened(file, set_, rtol, folder=out, faults=faults, also=also, **counts)
     asked = _metrics_of(scene, metrics)
     drawn = axes if sample is None else sb.studies.samples(scene, axes, sample, seed)
     data = (sb.sweep if sample is None else sb.ensemble)(
@@ -124,17 +126,40 @@ def sweep(
     return 130 if min(runs["code"]) < 0 else cli.exit_code(not any(runs["code"]))
 
 
-def _grid(text: str) -> ndarray:
-    """Values of `LOW:HIGH:COUNT` or `a,b,c`. Raises `ValueError`."""
-    import numpy as np
+class _Values(NamedTuple):
+    """Values of `--vary`: each of the texts, or `count` ones from the first to the last of two."""
 
+    texts: list[str]
+    count: int = 0
+
+
+def _grid(text: str) -> _Values:
+    """`LOW:HIGH:COUNT` or `a,b,c`. Raises `ValueError`."""
     ends = text.split(":")
     if len(ends) == 1:
-        return np.asarray([float(part) for part in text.split(",")])
-    low, high, count = float(ends[0]), float(ends[1]), int(ends[2]) if len(ends) == 3 else 0
-    if count < 2 or not low < high:
+        return _Values(text.split(","))
+    if len(ends) != 3 or int(ends[2]) < 2:
         raise ValueError(text)
-    return np.linspace(low, high, count)
+    return _Values(ends[:2], int(ends[2]))
+
+
+def _sampled(text: str) -> _Values:
+    """`LOW:HIGH`. Raises `ValueError`."""
+    return _Values(cli.bounds(text))
+
+
+def _axes(scene: cli.Scene, asked: Mapping[str, _Values], axes: dict[str, Any]) -> list[Fault]:
+    """Errors of `--vary`; values of every parameter, or the bounds of a sample, in SI go to `axes`."""
+    import numpy as np
+
+    faults: list[Fault] = []
+    for path, (texts, count) in asked.items():
+        found = cli.in_si(scene, "--vary", {path: texts}, faults).get(path)
+        if found is not None and count and not found[0] < found[1]:
+            faults.append(Fault(f"--vary {path}", f"{texts[0]} is not below {texts[1]}", "give LOW:HIGH:COUNT"))
+        elif found is not None:
+            axes[path] = np.linspace(found[0], found[1], count) if count else tuple(found)
+    return faults
 
 
 def _metrics_of(scene: cli.Scene, text: str | None) -> tuple[str, ...]:
@@ -200,7 +225,7 @@ def _text(runs: Table, metrics: Sequence[str]) -> str:
 
 
 def calibrate(
-    scenario: cli.Scenario,
+    file: cli.SceneFile,
     /,
     *data: Path,
     fit: cli.Many = None,
@@ -215,14 +240,17 @@ def calibrate(
     out: cli.Out = None,
     json_: cli.Json = False,
 ) -> int:
-    """Fit parameters of a scenario to measured data and report how well the data determine them.
+    """Fit parameters of a scene to measured data, and report how well the data determine them.
+
+    --out writes a chart (calibration.png), residuals.csv and the result as text and JSON.
 
     Parameters
     ----------
     data
         CSV files: series with a column t and others as in `omega [rpm]`, `omega_sigma`, or events.
     fit
-        PATH=LOW:HIGH: a parameter of the scene to fit and its bounds (SI units); may be repeated.
+        PATH=LOW:HIGH: a parameter of the scene to fit and its bounds, in SI or each with its unit, as
+        "brake.pulley.inertia=500:2000"; may be repeated.
     events
         CSV file with the columns event, time, sigma; may be repeated.
     sigma
@@ -230,30 +258,38 @@ def calibrate(
     column
         Column of the series to use, all by default; may be repeated.
     start
-        PATH=VALUE: start value of a fitted parameter, the scene's by default; may be repeated.
+        PATH=VALUE: start value of a fitted parameter, by default that of the scene; may be repeated.
     loss
-        linear, or against outliers soft_l1, huber, cauchy, arctan.
+        Loss function: linear, or robust against outliers: soft_l1, huber, cauchy, arctan.
     starts
-        How many starts; more than one are spread over the bounds.
-    out
-        Folder for a chart (calibration.png), residuals.csv and the result as text and JSON.
+        Number of starts of the search; further ones are spread over the bounds.
     """
+    cli.existing(file)
     cli.prepare_jax()
     faults: list[Fault] = []
-    limits = cli.assignments("--fit", "PATH=LOW:HIGH", fit, cli.bounds, faults)
+    ends = cli.assignments("--fit", "PATH=LOW:HIGH", fit, cli.bounds, faults)
     spreads = cli.assignments("--sigma", "NAME=VALUE", sigma, float, faults)
-    first = cli.assignments("--start", "NAME=VALUE", start, float, faults)
+    begins = cli.assignments("--start", "PATH=VALUE", start, lambda text: [text], faults)
     if not fit:
         faults.append(Fault("--fit", "no parameter is to be fitted", "--fit brake.pulley.inertia=500:2000"))
     files = [*data, *(events or [])]
     measured = cli.attempt(faults, sb.read_measured, *files, sigma=spreads, columns=column)
-    scene = cli.opened(scenario, set_, rtol, folder=out, faults=faults, starts=starts)
+    limits: dict[str, tuple[float, ...]] = {}
+    first: dict[str, float] = {}
+
+    def also(scene: cli.Scene) -> list[Fault]:
+        wrong: list[Fault] = []
+        limits.update({path: tuple(values) for path, values in cli.in_si(scene, "--fit", ends, wrong).items()})
+        first.update({path: values[0] for path, values in cli.in_si(scene, "--start", begins, wrong).items()})
+        return wrong
+
+    scene = cli.opened(file, set_, rtol, folder=out, faults=faults, also=also, starts=starts)
     assert measured is not None
-    found = sb.calibrate(scene, limits, measured, start=first, loss=loss, starts=starts, rtol=rtol)
+    found = sb.calibrate(scene, limits, measured, start=first, loss=loss, starts=starts, rtol=rtol)  # pyright: ignore
     cli.tell(found, found.as_dict, json_)
     if not json_:
         settings = [*(set_ or []), *(f"{path}={value:.12g}" for path, value in found.values.items())]
-        command = ["simbrake", "run", str(scenario), *(part for text in settings for part in ("--set", text))]
+        command = ["simbrake", "run", str(file), *(part for text in settings for part in ("--set", text))]
         cli.say(f"run it   {shlex.join(command)}")
     if out is not None:
         chart = partial(sb.plot.calibration(found).savefig, dpi=130)
@@ -280,7 +316,7 @@ def _residuals(fit: Calibration) -> DataFrame:
 
 
 def life(
-    scenario: cli.Scenario,
+    file: cli.SceneFile,
     /,
     *,
     permissible: str | None = None,
@@ -292,17 +328,15 @@ def life(
 ) -> int:
     """Print how many stops the linings last: lining by lining, how unevenly, and the gain by turning the band.
 
-    The scene has a wear part, and is one stop, which is repeated.
+    The scene is one stop, which is repeated, and has a wear part. --out writes a figure and the numbers (JSON).
 
     Parameters
     ----------
     permissible
         Permissible wear depth of a lining, in m or with its unit, as "8 mm"; by default that of the scene.
     turn_at
-        Stops after which the band is turned end for end, or best for the number that gives the longest life; may be
-        repeated.
-    out
-        Folder for the figure and the numbers (JSON).
+        Number of stops after which the band is turned end for end, or best: the number that gives the longest life;
+        may be repeated.
     """
     faults: list[Fault] = []
     turns = None
@@ -310,7 +344,7 @@ def life(
         turns = "best" if turn_at == ["best"] else [float(x) for x in turn_at or []] or None
     except ValueError:
         faults.append(Fault("--turn-at", f"{turn_at} are not numbers of stops", "numbers, or best"))
-    scene = cli.opened(scenario, set_, rtol, folder=out, faults=faults)
+    scene = cli.opened(file, set_, rtol, folder=out, faults=faults)
     with Waiting("life", "compiling and running…"):
         found = sb.lining_life(scene, permissible, turn_at=turns, rtol=rtol)
     cli.tell(found, found.as_dict, json_)
@@ -320,4 +354,10 @@ def life(
     return 0
 
 
-COMMANDS = (sensitivity, sweep, calibrate, life)
+#: commands and their exit codes
+COMMANDS = {
+    sensitivity: "0 success; 1 a run failed; 2 the input is wrong.",
+    sweep: "0 every run reached its end; 1 a run failed; 2 the input is wrong; 130 interrupted.",
+    calibrate: "0 the fit converged; 1 it did not; 2 the input is wrong.",
+    life: "0 success; 1 the run failed; 2 the input is wrong.",
+}

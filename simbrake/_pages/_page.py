@@ -40,6 +40,7 @@ from .._run._series import flat as flat_series
 from .._run._series import unit_of_column
 from .._run._simulate import simulate
 from .._run._stops import stop_table
+from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..files._scene_file import scene_text
 from ..plot._published import PUBLISHED, file_stem, published
@@ -49,7 +50,7 @@ from ..results._dataset import provenance, save
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._sensitivity import sensitivity as tables_of
 from ..thermal._heat import place_count
-from ._live import Data, Detail, embedded, film, live, still
+from ._live import Data, Detail, drawable, embedded, film, live, still
 from ._rows import (
     EVENT,
     banner,
@@ -110,7 +111,12 @@ DUTY = Picture("duty", "What acts on the brake")
 PICTURES = (
     Picture("stop", "The run over time", drawn=True),
     Picture("stops", "The stops, one by one", lambda run: len(run.stops) > 1),
-    Picture("pulley", "Tensions and loads on the pulley's circle", lambda run: run.scene.brake.banded, drawn=True),
+    Picture(
+        "pulley",
+        "Tensions and loads on the pulley's circle",
+        lambda run: isinstance(run.scene.brake, Brake),
+        drawn=True,
+    ),
     Picture(
         "pressed",
         "What presses the linings",
@@ -268,7 +274,7 @@ def head(result: Result, checks: Sequence[LimitCheck], title: str) -> Contents:
         "banner": banner(verdict(result, summary, checks), summary, checks),
         "figures": key_figures(summary),
         "lining": result.scene.brake.words.lining,
-        "film": True,
+        "film": drawable(result.scene),
         "panel": "",
         "notes": (),
         "pictures": (),

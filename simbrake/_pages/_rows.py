@@ -491,7 +491,8 @@ def load_words(load: AbstractLoad) -> str:
 def _tackle(load: HookLoad | StringLoad | TrippingLoad) -> str:
     count, radius = digits(float(load.line_count), 5), number(load.drum_radius, "m", count=5)
     layers = "" if load.rope is None else f" in the first layer, {digits(float(load.rope.turns), 5)} turns on the drum"
-    return f"{count} lines strung, rope at {radius} from the shaft{layers}"
+    k = "" if load.elasticity is None else number(load.elasticity.at_hook(load.line_count), "N/m", count=5)
+    return f"{count} lines strung, rope at {radius} from the shaft{layers}" + (f", {k} at the hook" if k else "")
 
 
 def duty_words(scene: Scene) -> list[tuple[str, str]]:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import difflib
+import math
 import re
 from typing import Annotated, NamedTuple
 
@@ -101,7 +102,8 @@ def programme_scene(
 
     - `lower D at V`: the hook starts from rest with the `acceleration` and continues at the speed `V`, over the
       distance `D` in all; the driller controls the speed (`Driller`), so that fade changes the lever force and not the
-      speed
+      speed. With layers of rope (`HookLoad.rope`) the distance is that of the hook, and `V` its speed in the layer of
+      the start: the pulley keeps its speed, so that in the layers below the hook is slower by their radius
     - `brake to rest`: the slack tension rises to the `pull` in the `lever_time`, and stays there until the pulley rests
     - `brake to rest in X`: the driller controls the speed linearly to 0 until the pulley rests
     - `hold X` or `wait X`;  `take the string`, `set the string in the slips`: between them the string hangs on the hook
@@ -118,13 +120,11 @@ def programme_scene(
     the scene, such as friction that depends on the temperature without heat; and for a brake without a band.
     """
     if not isinstance(brake, Brake):
-        raise InputError([Fault("brake", f"is a {brake.words.brake}: programmes need a band brake")])
+        raise InputError([Fault("brake", f"is a {brake.words.brake}: programmes need a brake with one band")])
     steps, count = parse_programme(programme)
     reader = NumberReader()
     if not isinstance(load, HookLoad):
         reader.fault("load", f"{type(load).__name__} has no hook to lower", "give a HookLoad")
-    elif load.rope is not None:
-        reader.fault("load.rope", "a programme is planned for one effective drum radius", "leave it out")
     if brake.band.stiffness is not None:
         reader.fault("brake.band.stiffness", "a driller who controls the speed needs a rigid band", "leave it out")
     if brake.bandage is not None or brake.band.segments is not None:
@@ -140,7 +140,7 @@ def programme_scene(
         problem = plan.add(step)
         if problem:
             reader.fault(f"programme[{i}]", f"{programme[i]!r} {problem[0]}", problem[1])
-    reader.faults += plan.faults(empty, stand, wear)
+    reader.faults += plan.faults(empty, stand, wear, count)
     if not plan.phases and not reader.faults:
         reader.fault("programme", "takes no time", "add: hold 40 s")
     if plan.moving and not reader.faults:
@@ -153,7 +153,10 @@ def programme_scene(
             empty=empty or 1e-9 * float(load.mass),  # the hook load must be above 0
             string=float(load.mass) - empty,
             stand=stand,
-            **{name: getattr(load, name) for name in ("drum_radius", "line_count", "gravity", "drag")},
+            **{
+                name: getattr(load, name)
+                for name in ("drum_radius", "line_count", "gravity", "drag", "rope", "elasticity")
+            },
         )
     if wear is not None and plan.turns:
         wear = Wear(**{**vars(wear), "turned_after": plan.turned_after(count)})
@@ -173,10 +176,15 @@ class _Plan:
     ) -> None:
         self.brake, self.sensed = band_brake(still), sensed_at_start(still)
         self.pull, self.lever_time, self.acceleration, self.limit = pull, lever_time, acceleration, limit
-        self.per_metre = float(load.line_count) / float(load.drum_radius)  # rad of the pulley per m of the hook
+        # rad of the pulley per m of the hook, with the rope as it is at the start; length of rope for the hook (m)
+        self.per_metre = 1 / float(load.on_layer(load.rope and load.rope.first_layer()).travel())  # pyright: ignore
+        self.rope = math.inf
+        if load.rope is not None:
+            self.rope = float(load.travelled(2 * math.pi * np.asarray(load.rope.turns)))
+        self.lowered = 0.0
         self.mass = float(load.mass)
         self.weight = self.mass * float(load.gravity) / self.per_metre  # N·m
-        self.drag = float(load.drag)
+        self.drag, self.elastic = float(load.drag), load.elasticity is not None
         self.inertia = float(self.brake.pulley.inertia) + self.mass / self.per_metre**2
         self.time, self.omega, self.phases, self.marks = 0.0, 0.0, list[Phase](), dict[str, int]()
         # number of phases before it in a cycle, number of cycles before it (`None`: in every cycle)
@@ -218,6 +226,7 @@ class _Plan:
             return f"is too short to reach the speed, which takes {run_up:.4g} m", "increase acceleration or distance"
         if self.weight <= self.inertia * self.acceleration * self.per_metre + self.drag * speed * self.per_metre:
             return "cannot be reached: the load is too light for the acceleration", "reduce it, or the drag"
+        self.lowered += distance
         self.omega, faster = speed * self.per_metre, speed / self.acceleration
         driller = self._driller([0.0, faster], [0.0, self.omega])
         self._phase("lower", driller, AfterTravel(distance), faster + (distance - run_up) / speed)
@@ -257,15 +266,19 @@ class _Plan:
     def _turn(self, cycles: float | None = None) -> None:
         self.turns.append((len(self.phases), None if cycles is None else int(cycles)))
 
-    def faults(self, empty: float, stand: float, wear: Wear | None) -> list[Fault]:
-        """Errors of the cycle as a whole."""
-        taken, down = "take" in self.marks, "set" in self.marks
+    def faults(self, empty: float, stand: float, wear: Wear | None, count: int) -> list[Fault]:
+        """Errors of the cycle as a whole, repeated `count` times."""
+        taken, down, far = "take" in self.marks, "set" in self.marks, count * self.lowered
+        short = f"lowers {far:.5g} m in all, the rope on the drum is enough for {self.rope:.5g} m"
         why = "stands are added in the slips: take the string, set the string in the slips"
+        bare = taken and not empty and self.elastic
         checks = (
             (taken != down, "programme", "takes the string or sets it down, but not both", "give both, or neither"),
             (stand and not taken, "stand", "has no effect", why),
             (empty > self.mass, "empty", f"{empty:g} kg is more than the load of {self.mass:g} kg", ""),
+            (bare, "empty", "is missing", "on an elastic rope hook and block move by themselves: give their mass"),
             (self.turns and wear is None, "wear", "is missing", "turning the band needs linings that wear"),
+            (far > self.rope, "programme", short, "give load.rope more turns: the drum does not turn back in between"),
         )
         return [Fault(path, what, hint) for wrong, path, what, hint in checks if wrong]
 

@@ -123,7 +123,7 @@ class Scene(Part):
 
 def paths_without_meaning(scene: Scene) -> tuple[str, ...]:
     """Paths of parameters that the scene's kind of brake does not have; they are neither shown nor written."""
-    return () if scene.brake.banded else ("initial.elongation",)
+    return () if isinstance(scene.brake, Brake) else ("initial.elongation",)
 
 
 def band_brake(scene: Scene) -> Brake:
@@ -156,7 +156,8 @@ def _faults_together(scene: Scene) -> list[Fault]:
     if found or scene.initial.elongation == 0.0:
         return found
     if not isinstance(scene.brake, Brake):
-        return [Fault("initial.elongation", f"a {scene.brake.words.brake} has no band", "leave it out")]
+        why = "has rigid bands" if scene.brake.banded else "has no band"
+        return [Fault("initial.elongation", f"a {scene.brake.words.brake} {why}", "leave it out")]
     if scene.brake.band.stiffness is None:
         return [Fault("initial.elongation", "a rigid band has no elongation", "give brake.band.stiffness")]
     return []
@@ -208,7 +209,8 @@ def _faults_of_duty(scene: Scene) -> list[Fault]:
         if read_by_linings(scene).p or scene.network.flash is not None:
             found.append(Fault(lever, "cannot hold the speed with an implicit coefficient of friction"))
     found += duty.lever.faults(lever, 0.0)
-    return found + duty.load.profile.faults("duty.load.profile", None) + _faults_of_phases(scene, lever)
+    found += duty.load.profile.faults("duty.load.profile", None) + duty.load.faults("duty.load")
+    return found + _faults_of_phases(scene, lever)
 
 
 def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:
@@ -243,19 +245,18 @@ def _faults_of_kinds(scene: Scene) -> list[Fault]:
     return []
 
 
-@per_value(lambda scene: (scene.brake, scene.heat, scene.duty.lever))
+@per_value(lambda scene: (scene.brake, scene.heat, scene.duty.lever, scene.initial.time))
 def _faults_of_band(scene: Scene) -> list[Fault]:
     brake, found = scene.brake, list[Fault]()
-    if not isinstance(brake, Brake):
+    if not brake.banded:
         return found
-    rigid = brake.band.stiffness is None
-    if brake.in_series or rigid:
+    if brake.in_series or not isinstance(brake, Brake) or brake.band.stiffness is None:
         hint = (
             "a rigid band cannot hold such a lining: make it shorter, lower its friction, or give the band a stiffness"
         )
         if brake.in_series:
             hint = "a staged brake cannot have it: make the lining shorter, or lower its friction"
-        found += [Fault(f"brake.linings.angle[{i - 1}]", why, hint) for i, why in locked(scene).items()]
+        found += [Fault(f"brake.{brake.angle_path(i - 1)}", why, hint) for i, why in locked(scene).items()]
     if brake.in_series and scene.duty.lever.controls_speed:
         found.append(Fault("duty.slack_tension", "cannot hold the speed of a staged brake", "give the slack tension"))
     if brake.in_series and scene.network.flash is not None:
@@ -296,7 +297,8 @@ def warnings(scene: Scene) -> list[str]:
     if np.ptp(shares) > 1e-9:
         text = ", ".join(f"{share:.4g}" for share in shares)
         found.append(
-            f"unequal_bands: the bands carry {text} of the tension; their heat and pressure are taken as the mean"
+            f"unequal_bands: the bands carry {text} of the tension; their heat and pressure are taken as the mean "
+            "(a `MultiBandBrake` has those of each)"
         )
     return found
 
@@ -318,7 +320,7 @@ _MISSING_PAIR = {
 @per_value(lambda scene: (scene.brake, scene.heat))
 def _faults_of_heat(scene: Scene) -> list[Fault]:
     heat, n = scene.network, scene.brake.linings.count
-    found = heat.faults("heat", n) if scene.heated else []
+    found = heat.faults("heat", n, len(scene.brake.rims)) if scene.heated else []
     if found:
         return found
     if heat.external is not None and not scene.brake.in_series:
@@ -335,25 +337,31 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
                 found.append(Fault("heat", f"is missing, but friction law {where} depends on the temperature", hint))
             continue
         bounds, T = law.temperature_range(), sensed_at_start(scene, i)
-        if bounds is not None and T is not None and not (float(bounds[0]) <= T.min() and T.max() <= float(bounds[1])):
-            table = f"{float(bounds[0]):g}…{float(bounds[1]):g} K"
+        if bounds is None or T is None:
+            continue
+        low, high = (np.broadcast_to(np.asarray(bound), T.shape) for bound in bounds)
+        outside = ~((low <= T) & (high >= T))
+        if outside.any():
+            first = int(np.argmax(outside))
+            table = f"{low[first]:g}…{high[first]:g} K"
             what = f"the table of {table} does not cover the start at {T.min():g}…{T.max():g} K"
             found.append(Fault(where, what, "extend the table; it is not extrapolated"))
     for i in heat.pressed:
-        field = scene.brake.pairs["internal" if heat.stays_covered(heat.links[i]) else "external"].field
-        if getattr(scene.brake, field).area is None:
+        pair = "internal" if heat.stays_covered(heat.links[i]) else "external"
+        if scene.brake.rubbing_part(pair).area is None:
             hint = f"the contact law of heat.links[{i}] depends on the pressure"
-            found.append(Fault(f"brake.{field}.area", "is missing", hint))
+            found.append(Fault(f"brake.{scene.brake.pairs[pair].field}.area", "is missing", hint))
     if heat.flash is not None:
-        if not isinstance(scene.brake, Brake):
+        if not scene.brake.banded:
             what = f"is not available for a {scene.brake.words.brake}"
             return [*found, Fault("heat.flash", what, "leave it out")]
-        if scene.brake.band.segments is not None:
+        if isinstance(scene.brake, Brake) and scene.brake.band.segments is not None:
             found.append(Fault("heat.flash", "is not modelled for a band in segments", "leave out one of the two"))
         if not read_by_linings(scene).T:
             found.append(Fault("heat.flash", "has no effect", "the friction law does not depend on the temperature"))
         if heat.flash.hardness is None and scene.brake.linings.area is None:
-            found.append(Fault("brake.linings.area", "is missing", "the flash temperature depends on the pressure"))
+            where = f"brake.{scene.brake.pairs['external'].field}.area"
+            found.append(Fault(where, "is missing", "the flash temperature depends on the pressure"))
     return found
 
 
@@ -362,7 +370,7 @@ def pairs_of(scene: Scene) -> list[tuple[AbstractFriction, FrictionHeat | None, 
     brake, law = scene.brake, scene.brake.linings.friction
     friction, external = scene.network.friction, scene.network.external
     if not (isinstance(brake, Brake) and brake.bandage is not None):
-        return [(law, friction, "brake.linings.friction", "friction")]
+        return [(law, friction, f"brake.{brake.pairs['external'].field}.friction", "friction")]
     return [
         (law, external, "brake.linings.friction", "external"),
         (brake.bandage.friction, friction, "brake.bandage.friction", "friction"),
@@ -387,18 +395,20 @@ def sensed_at_start(scene: Scene, number: int = 0) -> np.ndarray | None:
     name, face = place_of(pair.sensor)
     body = next(body for body in scene.network.bodies if body.name == name)
     T = np.broadcast_to(np.asarray(getattr(body, "temperature", np.nan), float), (body.count,))
-    return np.broadcast_to(T[nodes_at(body, face)], (scene.brake.linings.count,))
+    T, rims = T[nodes_at(body, face)], scene.brake.rims
+    T = np.repeat(T, rims) if rims and T.size == len(rims) else T
+    return np.broadcast_to(T, (scene.brake.linings.count,))
 
 
 @functools.partial(DeviceJit, quick=True)
-def _static_friction(linings: AbstractLinings, T: Array | None) -> Array:
-    f = linings.friction.static(unloaded(linings, jnp.zeros(linings.count), T))
+def _static_friction(linings: AbstractLinings, T: Array | None, t: Array) -> Array:
+    f = linings.friction.static(unloaded(linings, jnp.zeros(linings.count), T, t))
     return jnp.broadcast_to(f, (linings.count,))
 
 
 def static_friction(scene: Scene) -> np.ndarray:
     """Coefficient up to which each lining sticks at the start, on the rim, or on the band of a staged brake."""
-    return np.asarray(_static_friction(scene.brake.linings, sensed_at_start(scene)))
+    return np.asarray(_static_friction(scene.brake.linings, sensed_at_start(scene), jnp.asarray(scene.initial.time)))
 
 
 @functools.partial(DeviceJit, quick=True)
@@ -440,16 +450,17 @@ def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
     if any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
         return []
     found, brake, heat = list[str](), scene.brake, scene.network
-    if isinstance(brake, Brake):  # the sources are about band brakes
-        f, wrap = static_friction(scene), math.degrees(float(np.sum(brake.linings.angle)))
+    if brake.banded:  # the sources are about band brakes
+        f = static_friction(scene)
         values = f"{f.min():.4g}" if np.ptp(f) < 1e-12 else f"{f.min():.4g}…{f.max():.4g}"
         why = "tensions depend on it exponentially (Z computes cases down to 0.1)"
         what = f"static coefficient of friction {values}"
         found += _unusual(what, f.min(), f.max(), FRICTION, f"usual are {{}} ({_DRUMEANU}); {why}")
-        why = "the grip of the band depends on it exponentially"
-        found += _unusual(f"wrap {wrap:.5g}°", wrap, wrap, WRAP, f"usual are {{}}° ({_DRUMEANU}); {why}")
-        n = brake.linings.count
-        found += _unusual(f"{n} linings", n, n, LININGS, "usual are {} (Z)")
+        for linings in brake.bands_of_linings:
+            wrap, n = math.degrees(float(np.sum(np.asarray(linings.weights)))), linings.count
+            why = "the grip of the band depends on it exponentially"
+            found += _unusual(f"wrap {wrap:.5g}°", wrap, wrap, WRAP, f"usual are {{}}° ({_DRUMEANU}); {why}")
+            found += _unusual(f"{n} linings", n, n, LININGS, "usual are {} (Z)")
     if peak_rim is not None:
         T, why = peak_rim - ZERO, "properties of steel and linings are not known that hot"
         words = f"usual in heavy service are {{}} °C ({_DRUMEANU}); {why}"

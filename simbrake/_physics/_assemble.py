@@ -7,6 +7,7 @@ import jax.numpy as jnp
 
 from .._parts._scene import Scene
 from .._phases import Phases
+from ..brakes._bands import MultiBandBrake
 from ..brakes._design import AbstractLinings, Bandage, Brake, stiffness_of, unloaded
 from ..brakes._pressed import AbstractPressedBrake
 from ..friction import AnyContact, rates_read
@@ -14,9 +15,11 @@ from ..hybrid._arrays import Array
 from ..profiles import first_piece
 from ..thermal._heat import FrictionHeat
 from ..wear import AbstractWearRate, walls_left, worn_scene
+from ._bands import RigidBands
 from ._brake import BrakeSystem, State, Wearing
 from ._chain import Chain
 from ._elastic import ElasticBand
+from ._hook import BrakeUnderRope, under_rope
 from ._mechanism import AbstractMechanism, Mode, Pair, Sizes
 from ._rigid import PressedContact, RigidBand
 from ._shaft import Shaft
@@ -35,12 +38,14 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     brake, duty, initial, heat = scene.brake, scene.duty, scene.initial, scene.heat
     thermal = u = None
     if heat is not None:
-        thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares)
+        lifts = isinstance(brake, Brake) and brake.bandage is not None and brake.bandage.mass is not None
+        thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares, brake.rims, lifts)
     pairs = _pairs(scene, thermal)
-    still = _at_the_start(brake.linings, pairs[0], thermal, u)
+    still = _at_the_start(brake.linings, pairs[0], thermal, u, jnp.asarray(initial.time))
     t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)
     layer = None if duty.load.layers is None else duty.load.layers.first_layer()
-    inertia = jnp.asarray(brake.inertia) + duty.load.on_layer(layer).inertia()
+    elastic, load = duty.load.elastic, duty.load.on_layer(layer)
+    inertia = jnp.asarray(brake.inertia) + (load.inertia() if elastic is None else 0.0)
     sizes = _sizes(scene, still, omega_0, inertia)
     mechanism, wearing = _mechanism(scene, pairs, sizes, still), None
     if scene.wear is not None:
@@ -50,7 +55,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         turned_at = scene.wear.turned_at if scene.wear.turned_after is None else scene.wear.turned_after
         turned_at = None if turned_at is None else jnp.asarray(turned_at)
         wearing = Wearing(_positive(jnp.max(scene.wear.rate.at(None) / pairs[0].area) * energy), turned_at)
-    system = BrakeSystem(
+    kind = BrakeSystem if elastic is None else under_rope(elastic, load, duty.load_piece(t_0))
+    system = kind(
         mechanism=mechanism,
         inertia=inertia,
         track_radius=jnp.asarray(brake.track_radius),
@@ -70,7 +76,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     of_heat = (first_piece(profile, t_0) for profile in system.profiles)
     pieces = (first_piece(lever, t_0), duty.load_piece(t_0), *of_heat)
     turn = jnp.sign(omega_0).astype(jnp.int32) if system.shaft is not None and system.shaft.dry else None
-    return system, state, Mode(jnp.asarray(band), sense, own_mode, pieces, turn, phase, layer)
+    mode = Mode(jnp.asarray(band), sense, own_mode, pieces, turn, phase, layer)
+    return system, *(system.hung(state, mode) if isinstance(system, BrakeUnderRope) else (state, mode))
 
 
 def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
@@ -106,12 +113,12 @@ def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
     return tuple(pair(name, place.field) for name, place in brake.pairs.items())
 
 
-def _at_the_start(linings: AbstractLinings, pair: Pair, thermal: Thermal | None, u: Any) -> AnyContact:
+def _at_the_start(linings: AbstractLinings, pair: Pair, thermal: Thermal | None, u: Any, t: Array) -> AnyContact:
     """Inputs of the linings' friction law at the start, without load."""
     hot = None
     if thermal is not None and u is not None and pair.heat is not None and pair.heat.sensor is not None:
         hot = thermal.at(thermal.temperatures(u), pair.heat.sensor, pair.count)
-    return unloaded(linings, jnp.zeros(linings.count), hot)
+    return unloaded(linings, jnp.zeros(linings.count), hot, t)
 
 
 #: tensions and torques that differ by less than this share of a typical one are equal
@@ -149,6 +156,8 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyCo
         f = jnp.broadcast_to(brake.linings.friction.static(still), (brake.linings.count,))
         friction = FaceGrip(brake.linings, scene.power_shares, heated)  # pyright: ignore
         return PressedContact(brake, friction, jnp.any(brake.self_locking(f) >= 1), pairs, sizes)  # pyright: ignore
+    if isinstance(brake, MultiBandBrake):
+        return _bands(scene, brake, pairs, sizes, still)
     assert isinstance(brake, Brake)
     friction = Grip.of(brake.linings, scene.network.flash, scene.power_shares, heated=heated)
     linings, bandage, radius, n = brake.linings, brake.bandage, jnp.asarray(brake.band.radius), brake.linings.count
@@ -165,6 +174,21 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyCo
     if stiffness is None:
         return RigidBand(wrap=wrap, pairs=pairs, sizes=sizes)  # pyright: ignore
     return ElasticBand(wrap=wrap, stiffness=stiffness, pairs=pairs, sizes=sizes)  # pyright: ignore
+
+
+def _bands(scene: Scene, brake: MultiBandBrake, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyContact) -> RigidBands:
+    """Several bands: each is made as if it were alone."""
+    linings, n, radius = brake.linings, brake.linings.count, jnp.asarray(brake.band_radius)
+
+    def friction(of: Any) -> Grip:
+        return Grip.of(of, scene.network.flash, scene.power_shares, heated=still.T is not None)
+
+    static, kinetic = (jnp.broadcast_to(f(still), (n,)) for f in (linings.friction.static, linings.friction.kinetic))
+    each = zip(brake.bands, brake.of_bands(static), brake.of_bands(kinetic), strict=True)
+    wraps = (Wrap.of(radius, friction(band.linings), *own) for band, *own in each)
+    bands = tuple(RigidBand(wrap=wrap, pairs=pairs, sizes=sizes) for wrap in wraps)  # pyright: ignore
+    shares = brake.lever_shares(kinetic)
+    return RigidBands(bands=bands, shares=shares, grip=friction(linings), pairs=pairs, sizes=sizes)  # pyright: ignore
 
 
 def _chain(

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float, Int, PyTree
 
 from .._phases import AtTemperature, PhaseEnd, PhaseNow, Phases
 from ..friction import SurfaceState, memory_at_start, memory_sizes
-from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, largest, smallest
+from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, smallest
 from ..hybrid._arrays import Array
 from ..hybrid._system import ENDED, Instant, variables_of
 from ..loads import AbstractLoad
@@ -44,7 +44,7 @@ _PASSES = 4
 
 #: piece of a given function of time
 Piece = Int[Array, ""]
-#: places among `Mode.pieces`: of the lever, the load, then of the profiles of the heat, then of the shaft
+#: places among `Mode.pieces`: of the lever, the load, then of the profiles of the heat, friction, then of the shaft
 LEVER, LOAD, HEAT = 0, 1, 2
 
 
@@ -109,7 +109,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def profiles(self) -> tuple[AbstractProfile, ...]:
         """Given functions of time beside lever and load."""
         heat = () if self.thermal is None else self.thermal.heat.profiles
-        return heat if self.shaft is None else (*heat, *self.shaft.profiles)
+        return (*heat, *self.mechanism.profiles, *(() if self.shaft is None else self.shaft.profiles))
 
     @property
     def guard_samples(self) -> int:
@@ -119,6 +119,11 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             self.load, _course_of_load
         )
         return 0 if plain and all(hides_nothing(profile, course_of_profile) for profile in self.profiles) else 15
+
+    @property
+    def jumps(self) -> bool:
+        """Whether states jump at events, beyond rounding and the speed at a change of the rope's layer."""
+        return self.mechanism.stretches
 
     @property
     def self_timed(self) -> bool:
@@ -136,17 +141,17 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         more = load.added_inertia(piece_of(mode, LOAD))
         return inertia if more is None else inertia + more
 
-    def load_torque(self, t: Array, omega: Array, mode: Mode) -> Array:
-        """Torque of the load (N·m), its rope in the layer of the mode."""
+    def load_torque(self, t: Array, omega: Array, mode: Mode, y: State | None = None) -> Array:
+        """Torque of the load (N·m), its rope in the layer of the mode; where `y` matters, see `BrakeUnderRope`."""
         return jnp.asarray(self.load.on_layer(mode.layer).torque(t, omega, piece_of(mode, LOAD)))
 
     def shaft_pieces(self, mode: Mode) -> tuple[Piece, ...]:
         count = len(mode.pieces)
         return tuple(piece_of(mode, i) for i in range(count - len(self.shaft.laws), count)) if self.shaft else ()
 
-    def _shaft_now(self, t: Array, omega: Array, mode: Mode, load: Array) -> ShaftNow | None:
-        pieces = self.shaft_pieces(mode)
-        return self.shaft and self.shaft.now(t, omega, (load, self.load_torque(t, 0.0 * omega, mode)), mode, pieces)
+    def _shaft_now(self, t: Array, y: State, mode: Mode, load: Array) -> ShaftNow | None:
+        pieces, still = self.shaft_pieces(mode), 0.0 * y.omega
+        return self.shaft and self.shaft.now(t, y.omega, (load, self.load_torque(t, still, mode, y)), mode, pieces)
 
     def _network(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, Array, Conditions, Pieces]:
         """The thermal network at one instant, input of its heat flows: temperatures of nodes and junctions, time,
@@ -157,6 +162,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             lining_speed=jnp.abs(self.mechanism.lining_speed(y.own)),
             closed=jnp.where(mode.band == OPEN, 0.0, 1.0),
             pressures=self._pressures(t, y, mode) if self.thermal.heat.pressed else (0.0,),
+            seated=None if mode.lifted is None else 1.0 - mode.lifted.astype(jnp.float64),
         )
         T, pieces = self.thermal.temperatures(y.heat), tuple(piece_of(mode, i) for i in range(HEAT, len(mode.pieces)))
         return T, self.thermal.junctions(T, t, around, pieces), t, around, pieces
@@ -178,11 +184,17 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             return tuple(None for _ in self.mechanism.pairs)
         return self._at_sensors(self.thermal.temperatures(u))
 
-    def surfaces(self, y: State) -> Surfaces:
-        """Surface states that the law of each pair depends on, in the state `y`; `None`: none."""
+    def surfaces(self, t: Array, y: State, mode: Mode) -> Surfaces:
+        """Surface states that the law of each pair depends on; `None`: none."""
         memory = tuple(None for _ in self.mechanism.pairs) if y.memory is None else y.memory
-        each = zip(self.sensed(y.heat), memory, strict=True)
-        return tuple(None if T is None and own is None else SurfaceState(T, own) for T, own in each)
+        each = zip(self.sensed(y.heat), memory, self._factors(t, mode), strict=True)
+        return tuple(None if all(x is None for x in one) else SurfaceState(*one) for one in each)
+
+    def _factors(self, t: Array, mode: Mode) -> tuple[Array | None, ...]:
+        """Factors of the friction of each pair by changes over time, (n,); `None` of a law without."""
+        last = len(mode.pieces) - len(self.shaft.laws if self.shaft else ())
+        first = last - len(self.mechanism.profiles)
+        return self.mechanism.factors(t, [piece_of(mode, i) for i in range(first, last)])
 
     def _at_sensors(self, T: Array) -> tuple[Array | None, ...]:
         """Values at the nodes on which the laws of the pairs depend."""
@@ -206,8 +218,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def given(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, ShaftNow | None, Surfaces, Any]:
         """Load, what the shaft leaves of it, torques on the shaft, surfaces, tension of the lever and its rate."""
-        load, surfaces = self.load_torque(t, y.omega, mode), self.surfaces(y)
-        shaft = self._shaft_now(t, y.omega, mode, load)
+        load, surfaces = self.load_torque(t, y.omega, mode, y), self.surfaces(t, y, mode)
+        shaft = self._shaft_now(t, y, mode, load)
         left = load if shaft is None else shaft.left
         return load, left, shaft, surfaces, self.lever_tension(t, y, mode, left, surfaces)
 
@@ -244,7 +256,10 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         if net is not None:
             now = self._network(t, y, mode)
             flows = net.flows(*now, () if self.shaft is None else self.shaft.heating(shaft, y.omega))
-        acting = Acting(t, tension, pull, left, self.inertia_at(mode), surfaces, warming)
+        swings = None
+        if self.mechanism.stretches and self.mechanism.profiles:
+            swings = jax.jvp(lambda t: self._factors(t, mode), (t,), (jnp.ones_like(t),))[1]
+        acting = Acting(t, tension, pull, left, self.inertia_at(mode), surfaces, warming, swings)
         z = self.mechanism.variables(acting, y.omega, y.own, mode)
         rubs = self.mechanism.rubs(mode, z)
         if net is None:
@@ -277,7 +292,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             passed = t if mode.phase is None else mode.phase.astype(jnp.float64)
             rates = rates._replace(worn=self._wear_rates(passed, y, z.rubs, self.wearing.turned_at))
         if y.memory is not None:
-            rates = rates._replace(memory=self._memory_rates(y, mode, z))
+            rates = rates._replace(memory=self._memory_rates(t, y, mode, z))
         if self.thermal is None or z.thermal is None:
             return rates
         flows, deposits = z.thermal.flows, z.thermal.deposits
@@ -301,9 +316,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             first = jnp.where(turns % 2 == 1, first[::-1], first)
         return first, *others
 
-    def _memory_rates(self, y: State, mode: Mode, z: BrakeNow) -> tuple[PyTree, ...]:
-        found, is_open = [], mode.band == OPEN
-        for i, (pair, rub, surface) in enumerate(zip(self.mechanism.pairs, z.rubs, self.surfaces(y), strict=True)):
+    def _memory_rates(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> tuple[PyTree, ...]:
+        found, is_open, surfaces = [], mode.band == OPEN, self.surfaces(t, y, mode)
+        for i, (pair, rub, surface) in enumerate(zip(self.mechanism.pairs, z.rubs, surfaces, strict=True)):
             if pair.memory is None or surface is None:
                 found.append(None)
                 continue
@@ -311,7 +326,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             if i == 0:  # the pair on which the lever acts may be open, and sticking linings share its load by a rule
                 v, power = jnp.where(is_open, 0.0, v), jnp.where(is_open, 0.0, power)
                 if pair.memory.p:
-                    seen = (z.lever_tension, y.omega, y.own, mode, self.surfaces(y), z.contact)
+                    seen = (z.lever_tension, y.omega, y.own, mode, surfaces, z.contact)
                     normal = jnp.where(rub.sense == 0, self.mechanism.shown(*seen).pairs[0].normal, normal)
             found.append(pair.memory_rates(surface, v, normal, power))
         return tuple(found)
@@ -334,13 +349,13 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         for pair, T in zip(self.mechanism.pairs, self.sensed(u), strict=True):
             bounds = pair.law.temperature_range()
             if bounds is not None and T is not None:
-                room.append(jnp.minimum(smallest(T) - bounds[0], bounds[1] - largest(T)) / 100.0)
+                room.append(jnp.minimum(smallest(T - bounds[0]), smallest(bounds[1] - T)) / 100.0)
         return functools.reduce(jnp.minimum, room) if room else None
 
     def _acting(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> Acting:
         """Applied loads for guards and changes of mode, which do not need the rates of temperatures."""
-        inertia = self.inertia_at(mode)
-        return Acting(t, z.lever_tension, z.lever_rate, z.net_load, inertia, self.surfaces(y), lambda forces: ())
+        inertia, surfaces = self.inertia_at(mode), self.surfaces(t, y, mode)
+        return Acting(t, z.lever_tension, z.lever_rate, z.net_load, inertia, surfaces, lambda forces: ())
 
     def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> Float[Array, " guard"]:
         found = self.mechanism.guards(self._acting(t, y, mode, z), y.omega, y.own, mode, z.contact)
@@ -351,7 +366,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Guards beside those of the mechanism, after them."""
         found: dict[str, Array] = {}
         if z.shaft is not None and self.shaft is not None and self.shaft.dry:
-            load, sizes = self.load_torque(t, 0.0 * y.omega, mode), self.sizes
+            load, sizes = self.load_torque(t, 0.0 * y.omega, mode, y), self.sizes
             found["dry"] = self.shaft.margin(mode, y.omega, load, z.shaft, sizes.torque, sizes.speed)
         if self.load.layers is not None:
             found["paid_out"], found["full"] = self.load.layers.margins(y.phi, mode.layer)
@@ -396,8 +411,8 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             step = beside["full"].astype(jnp.int32) - beside["paid_out"].astype(jnp.int32)
             new = new._replace(layer=jnp.maximum(now.mode.layer + step, 1).astype(jnp.int32))
         if "dry" in beside and self.shaft is not None:
-            load = self.load_torque(t, 0.0 * y.omega, new)
-            shaft = self._shaft_now(t, y.omega, new, load)
+            load = self.load_torque(t, 0.0 * y.omega, new, y)
+            shaft = self._shaft_now(t, y, new, load)
             assert shaft is not None
             turn = self.shaft.turn_after(now.mode, new, load, shaft, beside["dry"], self.sizes.slight_torque)
             new = new._replace(turn=turn)
@@ -435,7 +450,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             still = still._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
         if not self.mechanism.stretches:
             return still
-        z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(y)
+        z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(t, y, after)
         load = self.load_torque(t, omega, after)
         tension = self.lever_tension(t, still, after, load, surfaces)[0]
         strained = self.mechanism.strained(omega, own, (before, z), (after, tension))
@@ -446,7 +461,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
         # the heat of the jump warms the linings, on which the tension after it depends: settled in a few passes
         def settle(jump: PyTree, _: None) -> tuple[PyTree, None]:
-            return strained(self.surfaces(still._replace(heat=warmed(jump[2])))), None
+            return strained(self.surfaces(t, still._replace(heat=warmed(jump[2])), after)), None
 
         if per_joule and self.grip.varies:
             zero = jnp.zeros_like(omega)

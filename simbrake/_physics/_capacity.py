@@ -28,21 +28,29 @@ def capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) 
         follows = lever.follows(piece_of(mode, LEVER))
         T_0, rate = jnp.where(follows, lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
     settled = lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
+    for profile in system.mechanism.profiles:
+        settled = settled & profile.no_more_turns(t)
     load = driving(system, t, y.omega, mode)
-    return Capacity(load, system.mechanism.capacity(T_0, y.omega, y.own, system.surfaces(y)), settled)
+    return Capacity(load, system.mechanism.capacity(T_0, y.omega, y.own, system.surfaces(t, y, mode)), settled)
 
 
 def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
-    """Load on a pulley at rest, and the static capacity of the brake in its direction (N·m, both ≥ 0)."""
+    """Load on a pulley at rest, and the static capacity of the brake in its direction (N·m, both ≥ 0).
+
+    The load is that of the instant, of an elastic rope its pull.
+    """
     *_, surfaces, (tension, _) = system.given(t, y, mode)
-    load = system.load_torque(t, jnp.zeros_like(y.omega), mode)
+    load = system.load_torque(t, jnp.zeros_like(y.omega), mode, y)
     way = jnp.where(load < 0, -1.0, 1.0)
     pairs = system.mechanism.capacity(tension, way, y.own, surfaces, static=True)
     return jnp.abs(load), jnp.min(pairs)
 
 
 def driving(system: BrakeSystem, t: Array, omega: Array, mode: Mode) -> Array:
-    """Torque (N·m) of the load in the direction of a rotation, less the other torques on the shaft."""
+    """Torque (N·m) of the load in the direction of a rotation, less the other torques on the shaft.
+
+    Of a load on an elastic rope that of its weight, about which the pull of the rope swings.
+    """
     sense, load = jnp.sign(omega), system.load_torque(t, omega, mode)
     if system.shaft is not None:
         rest = system.load_torque(t, 0.0 * omega, mode)
@@ -86,7 +94,7 @@ def terminal_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Float
     """
     lever, piece = system.lever_at(y, mode), piece_of(mode, LEVER)
     led = lever.follows(piece) if lever.controls_speed else False
-    T_0, surfaces, sense = jnp.asarray(lever.value(t, piece)), system.surfaces(y), jnp.sign(y.omega)
+    T_0, surfaces, sense = jnp.asarray(lever.value(t, piece)), system.surfaces(t, y, mode), jnp.sign(y.omega)
 
     def net(speed: Array) -> Array:
         omega = sense * speed

@@ -179,15 +179,20 @@ class AbstractElasticBand(AbstractBand):
                 return None
             return pair.memory_rates(surface, pick(back, -slip, slip), normal, friction * slip)
 
-        def stretch(pull: Array, alpha: Array, T_rate: Array | None, memory_rate: PyTree) -> Array:
-            none = fixed is not None or surface is None
-            return at.push(pull, alpha, None if none else SurfaceState(T_rate, memory_rate)) / self.stiffness
+        def stretch(
+            pull: Array, alpha: Array, T_rate: Array | None, memory_rate: PyTree, swing: Array | None = None
+        ) -> Array:
+            if fixed is not None or surface is None:
+                return at.push(pull, alpha, None) / self.stiffness
+            if surface.factor is not None and swing is None:
+                swing = jnp.zeros_like(surface.factor)
+            return at.push(pull, alpha, SurfaceState(T_rate, memory_rate, swing)) / self.stiffness
 
         drift = None if fixed is not None else acting.warming(None)[0]
         if drift is not None and inner is not None:
             drift = drift + acting.warming((None, inner))[0]
-        at_rest = ageing(still)
-        growth = stretch(acting.pull, alpha if fixed is None else still, drift, at_rest)
+        at_rest, swing = ageing(still), None if acting.swings is None else acting.swings[0]
+        growth = stretch(acting.pull, alpha if fixed is None else still, drift, at_rest, swing)
         lead = speed - growth
         if not self._follows_slip:
             return Slide(growth, lead, lead, None)

@@ -11,9 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int, PyTree
 
-from ..friction import AbstractFriction, RatesRead, SurfaceState
+from ..friction import AbstractFriction, RatesRead, SurfaceState, factor_at
 from ..hybrid import SYSTEM_CODES
 from ..hybrid._arrays import Array
+from ..profiles import AbstractProfile, Piece
 from ..thermal._heat import FrictionHeat
 from ..wear import AbstractWearRate
 from ._sliding import AbstractGrip
@@ -104,12 +105,14 @@ def slips(band: Any) -> Any:
 
 class Label(NamedTuple):
     """Mode in the log: band mode, the internal pair of a staged brake (0: it sticks or is none), the direction in which
-    the pulley turns where the shaft has dry friction (0: it is at rest), and the layer of the rope (0: has none)."""
+    the pulley turns where the shaft has dry friction (0: it is at rest), the layer of the rope (0: has none), and
+    whether it is taut."""
 
     band: int
     inner: int = 0
     turn: int = 1
     layer: int = 0
+    taut: int = 1
 
     @property
     def rests(self) -> bool:
@@ -124,6 +127,7 @@ class Label(NamedTuple):
     def __str__(self) -> str:
         words = BandMode(self.band).name.lower().replace("_", " ") + (" at rest" if self.stands else "")
         words += f" on layer {self.layer}" if self.layer else ""
+        words += "" if self.taut else " under a slack rope"
         return words if self.inner == 0 else f"{words} with internal slip"
 
 
@@ -131,6 +135,7 @@ def events_of_change(before: Label, after: Label, first: bool) -> list[str]:
     """Names of the events in one change of mode; `first` marks the settling at the start of a run."""
     names = _events_of_band(before, after, first) if before.band != after.band else []
     names = ["layer_change", *names] if before.layer != after.layer else names
+    names = names if before.taut == after.taut else ["rope_taut" if after.taut else "rope_slack", *names]
     if before.stands and not after.rests and not first:
         names = ["restart", *names]
     elif after.stands and not before.rests:
@@ -278,7 +283,8 @@ class Shown(NamedTuple):
     A run needs only the loads of sticking linings, and only where a friction law has states that depend on the
     pressure.
 
-    - `pairs`;  `tension` (n,) of the band behind every lining (N), `None` without a band
+    - `pairs`;  `tension` (n,) of the band behind every lining (N), `None` without a band;  `before` (n,): ahead of it,
+      `None`: that behind the lining before it, of the first one that of the slack end
     - `None` where there is no such thing: `elongation` of the band (m), `displacement` (n,) of linings along the band
       circle (m), `bandage_speed` (rad/s), `lining_speed` (n,) (rad/s)
     """
@@ -289,6 +295,7 @@ class Shown(NamedTuple):
     displacement: Any = None
     bandage_speed: Any = None
     lining_speed: Any = None
+    before: Any = None
 
 
 class Acting(NamedTuple):
@@ -298,6 +305,7 @@ class Acting(NamedTuple):
     - `inertia` (kg·m²) of the shaft and all that moves with it;  `surfaces` of the pairs
     - `warming(forces)`: rates (K/s) of their temperatures by the friction forces of each pair (as in `Rub`; `None`: not
       this pair's) per unit of its slip speed, linear in them; without forces, by all else
+    - `swings`: rates (1/s) of the factors by which the friction of each pair is changed; `None` without any
     """
 
     t: Float[Array, ""]
@@ -307,6 +315,7 @@ class Acting(NamedTuple):
     inertia: Float[Array, ""]
     surfaces: Surfaces
     warming: Callable[[tuple[Array | None, ...] | None], tuple[PyTree, ...]]
+    swings: Any = None
 
 
 class Mode(NamedTuple):
@@ -318,6 +327,7 @@ class Mode(NamedTuple):
     - `layer` of the rope on the drum that pays out, where it changes (else `None`)
     - `turn`, on a shaft with dry friction (else `None`): direction in which the pulley turns, 0 at rest
     - `phase`: how many phases of the duty have ended, `None` without phases
+    - `taut`: whether an elastic rope pulls (1), or is slack (0); `None`: the rope is rigid
     """
 
     band: Any
@@ -327,13 +337,14 @@ class Mode(NamedTuple):
     turn: Any = None
     phase: Any = None
     layer: Any = None
+    taut: Any = None
 
     @property
     def label(self) -> Label:
         """What the log has of it; of many modes at once columns in place of numbers."""
         none = 0 * self.slides
         turn, layer = none + 1 if self.turn is None else self.turn, none if self.layer is None else self.layer
-        return Label(self.band, self.slides, turn, layer)
+        return Label(self.band, self.slides, turn, layer, none + 1 if self.taut is None else self.taut)
 
     @property
     def rests(self) -> Any:
@@ -489,8 +500,22 @@ class AbstractMechanism(eqx.Module):
 
     @property
     def shows_friction(self) -> bool:
-        """Whether coefficients of friction are shown: friction heats bodies of the scene, or its laws have states."""
-        return any(pair.heat is not None or pair.memory is not None for pair in self.pairs)
+        """Whether coefficients of friction are shown: friction heats bodies of the scene, or its laws have states or
+        change over time."""
+        return any(pair.heat is not None or pair.memory is not None or pair.law.over_time for pair in self.pairs)
+
+    @property
+    def profiles(self) -> tuple[AbstractProfile, ...]:
+        """Given functions of time that change the friction, pair by pair."""
+        return tuple(change.factor for pair in self.pairs for change in pair.law.over_time)
+
+    def factors(self, t: Array, pieces: Sequence[Piece]) -> tuple[Float[Array, " n"] | None, ...]:
+        """Factors of the friction of each pair at the time `t`, with the profiles on these pieces; `None`: of a law
+        without changes."""
+        left = iter(pieces)
+        return tuple(
+            factor_at(pair.law, pair.count, t, [next(left) for _ in pair.law.over_time]) for pair in self.pairs
+        )
 
     @property
     def tells_pairs_apart(self) -> bool:

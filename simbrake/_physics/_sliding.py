@@ -66,7 +66,7 @@ class AbstractGrip(eqx.Module):
     def varies(self) -> bool:
         """Whether the coefficients of sticking linings can change in a run."""
         read = self.reads
-        return read.T or read.p or self.remembers
+        return read.T or read.p or self.remembers or bool(self.linings.friction.over_time)
 
 
 class FaceGrip(AbstractGrip):

@@ -173,9 +173,9 @@ class SprungBandage(AbstractMechanism):
 
     @property
     def fades(self) -> bool:
-        """Whether a coefficient of friction depends on temperatures that the scene has, or on states of its law."""
+        """Whether a coefficient of friction depends on temperatures of the scene, states of its law, or on time."""
         inner = self.pairs[1]
-        if any(pair.memory is not None for pair in self.pairs):
+        if any(pair.memory is not None or pair.law.over_time for pair in self.pairs):
             return True
         return self.grip.reads.T or reads(inner.law, self.count, T=inner.heat is not None, p=False).T
 

@@ -17,7 +17,8 @@ class State(NamedTuple):
     """Angle `φ` (rad) and speed `ω` (rad/s) of the pulley, the states of the mechanism's own, the ledger, the heat
     content of the thermal nodes over their capacity (K; `None` without heat), the thickness worn off the linings of
     each pair (m; `None` without wear, and of a pair without), the states of the friction law of each pair (`None`
-    without any), and of the phase of the duty (`None` without phases)."""
+    without any), of the phase of the duty (`None` without phases), and of a hook on an elastic rope (`None` on a rigid
+    one)."""
 
     phi: Any
     omega: Any
@@ -27,6 +28,7 @@ class State(NamedTuple):
     worn: Any = None
     memory: Any = None
     phase: Any = None
+    hook: Any = None
 
 
 class ThermalNow(NamedTuple):
@@ -48,6 +50,7 @@ class BrakeNow(NamedTuple):
     rubs: tuple[Rub, ...]
     thermal: ThermalNow | None
     shaft: ShaftNow | None = None  # torques on the shaft beside load and brake
+    rope: Any = None  # a `RopeNow`, of an elastic rope
 
     @property
     def net_load(self) -> Array:

@@ -93,12 +93,14 @@ class Conditions(NamedTuple):
 
     - `speed` (m/s) of the track, `lining_speed` of the outer faces of the linings, 0 where these stand still
     - `closed`: 1 while the band is closed, else 0;  `pressures` (Pa) of the linings in each friction pair
+    - `seated` (n,), of a staged brake: 1 of a lining that sits on the rim, 0 of one that has lifted off; `None`: all do
     """
 
     speed: Any = 0.0
     lining_speed: Any = 0.0
     closed: Any = 0.0
     pressures: tuple[Any, ...] = (0.0,)
+    seated: Any = None
 
 
 # --- the network ready for integration --------------------------------------------------------------------------------
@@ -127,6 +129,8 @@ class Thermal(eqx.Module):
     through: tuple[Array | None, ...]  # conductance of each link from node to node (W/K) where it cannot change
     per_kelvin: tuple[Array | None, ...]  # of each surface: constant part of the heat that it gives away per kelvin
     shares: PowerShares | None = None  # of the friction power
+    rims: tuple[int, ...] = eqx.field(static=True, default=())  # linings on each, where several bands have one each
+    lifts: bool = eqx.field(static=True, default=False)  # whether linings of a staged brake can lift off the rim
 
     @property
     def spans(self) -> Spans:
@@ -225,11 +229,25 @@ class Thermal(eqx.Module):
         """Adds a flow to those into a place, or takes it away: node by node, or all of it at the only node."""
         n = place_count(self.heat, place)
         if flow.shape != (n,):
-            flow = jnp.sum(flow, keepdims=True) if n == 1 else jnp.broadcast_to(flow, (n,))
+            flow = self._gathered(flow, n)
         if place not in into:
             into[place] = -flow if leaves else flow
         else:
             into[place] = into[place] - flow if leaves else into[place] + flow
+
+    def _gathered(self, flow: Array, n: int) -> Float[Array, " n"]:
+        """Flows from the linings into the `n` nodes of a place: into each rim those of its own linings."""
+        if n == 1:
+            return jnp.sum(flow, keepdims=True)
+        if n == len(self.rims) and flow.shape == (sum(self.rims),):
+            return jnp.stack([jnp.sum(own) for own in jnp.split(flow, np.cumsum(self.rims)[:-1])])
+        return jnp.broadcast_to(flow, (n,))
+
+    def _at_linings(self, T: Array, n: int) -> Float[Array, " n"]:
+        """Temperatures of a place at each of `n` linings: of rims, of its own one."""
+        if T.shape == (len(self.rims),) and sum(self.rims) == n:
+            return T[np.repeat(np.arange(len(self.rims)), self.rims)]
+        return jnp.broadcast_to(T, (n,))
 
     def _spread(self, into: dict[str, Array]) -> Float[Array, " k"]:
         """Flows into places, at all nodes with capacity."""
@@ -300,11 +318,13 @@ class Thermal(eqx.Module):
             places = (link.a, link.b)
             halves = [_half_at(self.heat, place, half) for place in places if place not in of]
 
-            seen, parts = self._around(link, around), opens(link)
+            seen, parts = self._around(link, around), _parts(self.heat, link, self.lifts)
 
-            def law(T_a: Array, T_b: Array, link: Any = link, seen: Any = seen, halves: Any = halves) -> Array:
+            def law(
+                T_a: Array, T_b: Array, link: Any = link, seen: Any = seen, halves: Any = halves, parts: bool = parts
+            ) -> Array:
                 g = _in_series(link.conductance(T_a, T_b, seen), halves)
-                return g * seen.closed if opens(link) else g
+                return g * seen.closed if parts else g
 
             if is_perfect(link, self.heat.bodies) and any(set(places) <= {*s.faces, *s.nodes} for s in surfaces):
                 continue
@@ -323,7 +343,11 @@ class Thermal(eqx.Module):
         if kind in ("linings", "band"):
             speed = around.lining_speed if kind == "linings" else 0.0
             speed = jnp.mean(speed) if jnp.ndim(speed) and place_count(self.heat, link.a) == 1 else speed
-        return Surroundings(speed, 1.0 if covered else around.closed, around.pressures[-1 if covered else 0])
+        closed = around.closed
+        if covered:
+            counts = [place_count(self.heat, place) for place in (link.a, link.b)]
+            closed = 1.0 if around.seated is None else around.seated if max(counts) > 1 else jnp.mean(around.seated)
+        return Surroundings(speed, closed, around.pressures[-1 if covered else 0])
 
     def _divide(
         self, surface: Surface, S: Array, at: Callable[[str], Array], half: Array | None, into: dict[str, Array]
@@ -373,7 +397,7 @@ class Thermal(eqx.Module):
 
     def at(self, T: Array, place: str, n: int) -> Float[Array, " n"]:
         """Temperature of a place with capacity (of a wall: its outermost layer) at each of `n` linings."""
-        return jnp.broadcast_to(T[nodes_of(self.heat, self.spans, place)], (n,))
+        return self._at_linings(T[nodes_of(self.heat, self.spans, place)], n)
 
     def tells_apart(self, pair: FrictionHeat | None) -> bool:
         """Whether the heat of each lining of a pair matters, or only their sum."""
@@ -406,7 +430,7 @@ class Thermal(eqx.Module):
         at = self._reader(T, T_J, self._given(t, pieces)[0])
 
         def temperature(place: str | None, other: str | None) -> Array:
-            return jnp.broadcast_to(at(place or other or pair.sensor or ""), (n,))
+            return self._at_linings(at(place or other or pair.sensor or ""), n)
 
         T_metal, T_lining = temperature(pair.metal, pair.lining), temperature(pair.lining, pair.metal)
         to_metal = jnp.broadcast_to(pair.partition.share(T_metal, T_lining) * P, (n,))
@@ -452,6 +476,11 @@ class Thermal(eqx.Module):
         """Temperature of a place: of a wall's face, from its outermost layer and the heat that enters there."""
         here, half = self._reader(T, T_J, {})(place), _half_at(self.heat, place, self._to_faces(T, self._halves(T)))
         return here if half is None else here + half * faces.get(place, 0.0)
+
+
+def _parts(heat: Heat, link: AbstractLink, lifts: bool) -> bool:
+    """Whether the contact of a link can open in a run; `lifts`: linings of a staged brake can lift off the rim."""
+    return opens(link) and (lifts or not heat.stays_covered(link))
 
 
 @functools.cache
@@ -528,7 +557,7 @@ def _fixed(heat: Heat, link: AbstractLink, half: Array | None) -> Array | None:
     return None if g is None and not any(R is not None for R in alone) else _in_series(g, alone)
 
 
-def _per_kelvin(heat: Heat, half: Array, through: tuple[Array | None, ...]) -> tuple[Array | None, ...]:
+def _per_kelvin(heat: Heat, half: Array, through: tuple[Array | None, ...], lifts: bool) -> tuple[Array | None, ...]:
     """Heat that each surface gives to its half layers and through links of a constant conductance, per kelvin."""
     found: list[Array | None] = []
     free = {face for surface in heat.surfaces for face in surface.faces if not surface.nodes}
@@ -539,16 +568,24 @@ def _per_kelvin(heat: Heat, half: Array, through: tuple[Array | None, ...]) -> t
         parts = [(1 / half[nodes_of(heat, spans(heat), face)], face) for face in surface.faces]
         for link, g in zip(heat.links, through, strict=True):
             here, there = (link.a, link.b) if link.a in surface.faces else (link.b, link.a)
-            if g is not None and here in surface.faces and there not in free and not opens(link):
+            if g is not None and here in surface.faces and there not in free and not _parts(heat, link, lifts):
                 parts.append((g, max((here, there), key=lambda place: place_count(heat, place))))
         found.append(total([gathered(g, surface.size, place_count(heat, place)) for g, place in parts]))
     return tuple(found)
 
 
 def assemble_thermal(
-    heat: Heat, left: dict[str, Array] | None = None, shares: PowerShares | None = None
+    heat: Heat,
+    left: dict[str, Array] | None = None,
+    shares: PowerShares | None = None,
+    rims: tuple[int, ...] = (),
+    lifts: bool = False,
 ) -> tuple[Thermal, Float[Array, " k"]]:
-    """The network and its initial state; `left`: share of its thickness that each copy of a worn wall still has."""
+    """The network and its initial state.
+
+    - `left`: share of its thickness that each copy of a worn wall still has;  `rims`: number of linings on each
+    - `lifts`: whether linings can lift off the rim
+    """
     stores = [body for body in heat.bodies if isinstance(body, Lump | Wall)]
     counts = [body.count for body in stores]
     columns = list(zip(*(_numbers(body, (left or {}).get(body.name, 1.0)) for body in stores), strict=True))
@@ -558,6 +595,6 @@ def assemble_thermal(
     through = tuple(_fixed(heat, link, half) for link in heat.links)
     none = tuple(None for _ in heat.surfaces)
     layered = any(wall.surface_layer is not None for wall in heat.walls)
-    per_kelvin = none if half is None or bend is not None or layered else _per_kelvin(heat, half, through)
-    thermal = Thermal(heat, C, 1 / C, slope, reference, half, bend, between, through, per_kelvin, shares)
+    per_kelvin = none if half is None or bend is not None or layered else _per_kelvin(heat, half, through, lifts)
+    thermal = Thermal(heat, C, 1 / C, slope, reference, half, bend, between, through, per_kelvin, shares, rims, lifts)
     return thermal, thermal.contents(start)

@@ -7,16 +7,22 @@ import jax.numpy as jnp
 from ..hybrid._arrays import Array
 from ..thermal._heat import place_count
 from ._brake import LOAD, BrakeSystem, piece_of
+from ._hook import BrakeUnderRope
 from ._mechanism import SLIP, Mode
 from ._state import BrakeNow, State
 
 
 class HookNow(NamedTuple):
-    """The hook: travel downwards since the start (m), its speed (m/s), and the force on it, `m (g − a)` (N)."""
+    """The hook: travel downwards since the start (m), its speed (m/s), and the force on it, `m (g − a)` (N).
+
+    On an elastic rope also its stretch (m; below 0 it is slack), and the weight on the hook (N).
+    """
 
     travel: Array
     speed: Array
     force: Array
+    stretch: Any = None
+    weight: Any = None
 
 
 def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow | None:
@@ -25,13 +31,16 @@ def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow |
     hanging, travel = load.hanging(piece_of(mode, LOAD)), load.travel()
     if hanging is None or travel is None or travelled is None:
         return None
+    if isinstance(system, BrakeUnderRope):
+        speed, stretch = y.hook
+        return HookNow(travelled + stretch - system.stretch, speed, z.rope.force, stretch, z.rope.weight)
     mass, weight = hanging
     return HookNow(jnp.asarray(travelled), y.omega * travel, weight - mass * travel * z.contact.alpha)
 
 
 def _can_lose_grip(system: BrakeSystem) -> bool:
     """Whether fade can leave a sliding brake of one pair, whose linings act as one, weaker than its load."""
-    reads = system.grip.reads.T or system.grip.remembers
+    reads = system.grip.reads.T or system.grip.remembers or bool(system.mechanism.profiles)
     return reads and len(system.mechanism.pairs) == 1 and not system.mechanism.resolved
 
 

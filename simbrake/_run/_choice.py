@@ -10,8 +10,8 @@ from jaxtyping import Float
 
 from .._base._compiling import DeviceJit, per_value
 from .._parts._scene import Scene, pairs_of, sensed_at_start
-from ..brakes._design import unloaded
-from ..friction import AbstractFriction, AnyContact, remembers
+from ..brakes._design import AbstractLinings, Bandage, unloaded
+from ..friction import remembers
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ..shaft import AbstractDryTorque, AbstractShaftTorque
@@ -100,8 +100,19 @@ def stiffness(scene: Scene) -> tuple[bool, str]:
     drag = drag / float(brake.inertia)
     patience = _PATIENCE if scene.heated else _PATIENCE_COLD
     why = _demands("drag balances the speed", drag, span, _PATIENCE_COLD)
+    why = why or _demands("the damped rope follows", _damping_of_rope(scene), span, _PATIENCE_COLD)
     why = why or _demands("a state of a friction law follows", _fastest_memory(scene), span, patience)
     return (True, why) if why else found
+
+
+def _damping_of_rope(scene: Scene) -> float:
+    """Rate (1/s) at which the damping of an elastic rope makes the speeds of hook and drum equal, `c (1/m + (r/n)²/J)`,
+    with the least mass on the hook."""
+    load = scene.duty.load
+    if load.elastic is None:
+        return 0.0
+    mass, per_radian = float(load.hanging(jnp.asarray(0, jnp.int32))[0]), float(load.travel())  # pyright: ignore
+    return float(load.elastic.damping) * (1 / mass + per_radian**2 / float(scene.brake.inertia))
 
 
 @per_value(lambda scene: (scene.shaft, scene.initial))
@@ -134,14 +145,14 @@ def _fastest_of_states(scene: Scene) -> float:
         if remembers(law):
             T = sensed_at_start(scene, i)
             part = scene.brake.rubbing_part(pair)
-            contact = unloaded(part, jnp.full(count, v), None if T is None else jnp.asarray(T))
-            fastest = max(fastest, float(_fastest_state(law, contact)))
+            fastest = max(fastest, float(_fastest_state(part, np.full(count, v), T)))
     return fastest
 
 
 @functools.partial(DeviceJit, quick=True)
-def _fastest_state(law: AbstractFriction, contact: AnyContact) -> Float[Array, ""]:
-    """Largest rate (1/s) by which a change of the law's states decays, after Gershgorin."""
+def _fastest_state(part: AbstractLinings | Bandage, v: Float[Array, " n"], T: Array | None) -> Float[Array, ""]:
+    """Largest rate (1/s) by which a change of the states of a pair's law decays, after Gershgorin."""
+    law, contact = part.friction, unloaded(part, v, T)
     memory, back = ravel_pytree(contact.memory)
     still = None if contact.p is None else jnp.zeros_like(contact.p)
 

@@ -4,7 +4,9 @@ import dataclasses
 import difflib
 import functools
 import json
+import math
 import re
+from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -16,6 +18,7 @@ from jax.core import Tracer
 from .._base._faults import Fault, InputError
 from .._base._quantity import NumberReader, Quantity, about_of, as_number, unit_below
 from .._parts._scene import Scene
+from ..brakes._design import Lining
 from ..thermal._heat import EffusivityPartition, FlashTemperature, FrictionHeat, Heat, TransmissionPartition
 from ..thermal._material import Material
 from ..thermal._network import AbstractLink, Body, Conductance, Lump, Wall, place_of
@@ -72,21 +75,22 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     """The scene with other numbers: `{"brake.band.stiffness": 3e5, "brake.linings.angle[0]": 0.2}`.
 
     Numbers are in SI, or texts with a unit (`"120 kN"`). One number given for an array field counts for every entry.
+    `brake.linings.count` gives equal linings of a band another number over the same wrap angle.
     Raises `InputError` with all unknown paths and the nearest names, and with values that do not fit.
     """
     if (quick := _with_numbers(scene, values)) is not None:
         return quick
-    slots, faults = _slots(scene), []
+    faults: list[Fault] = []
+    if _COUNT in values and isinstance(scene.brake.linings, Lining):
+        values = dict(values)
+        scene = _with_count(scene, values.pop(_COUNT), faults)
+    slots = _slots(scene)
     for full, value in values.items():
         match = _INDEXED.match(full)
         assert match is not None
         path, index = (full, None) if full in slots else (match["path"], match["index"])
         if path not in slots:
-            near = difflib.get_close_matches(path, slots, n=3, cutoff=0.4)
-            tail = [name for name in slots if name.rsplit(".", 1)[-1] == path.rsplit(".", 1)[-1]]
-            names = list(dict.fromkeys([*tail, *near]))[:4]
-            hint = f"nearest: {', '.join(names)}" if names else f"there are: {', '.join(slots)}"
-            faults.append(Fault(full, "there is no such number in the scene", hint))
+            faults.append(_unknown(full, path, slots))
             continue
         if isinstance(value, str):
             reader = NumberReader()
@@ -117,6 +121,74 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     if faults:
         raise InputError(faults)
     return scene
+
+
+_COUNT = "brake.linings.count"
+
+
+def _with_count(scene: Scene, value: Any, faults: list[Fault]) -> Scene:
+    """The scene with another number of equal linings, each with the numbers that it has now; errors go to `faults`."""
+    brake: Any = scene.brake
+    linings, n = brake.linings, brake.linings.count
+    size = float(value) if np.ndim(value) == 0 and not isinstance(value, str | None) else math.nan
+    bodies = scene.network.bodies if scene.heated else ()
+    own = [leaf for leaf in jax.tree.leaves(linings) if np.ndim(leaf)]
+    others = [leaf for leaf in jax.tree.leaves((brake.band, brake.bandage)) if np.ndim(leaf)]
+    if not (size.is_integer() and 1 <= size <= 10_000):
+        faults.append(Fault(_COUNT, f"{value} is not a number of linings", "a whole number from 1"))
+    elif (
+        others
+        or any(np.ptp(leaf) > 0 for leaf in own)
+        or any(getattr(body, "copies", body.count) == n > 1 for body in bodies)
+    ):
+        faults.append(Fault(_COUNT, "linings differ, or other parts have a number for each", "change the scene's file"))
+    else:
+        resized = jax.tree.map(lambda x: np.full(int(size), x[0]) if np.ndim(x) else x, linings)
+        angle = np.full(int(size), float(linings.wrap) / size)
+        linings = dataclasses.replace(resized, angle=angle)
+        scene = dataclasses.replace(scene, brake=dataclasses.replace(brake, linings=linings))
+    return scene
+
+
+def _unknown(full: str, path: str, slots: dict[str, _Slot]) -> Fault:
+    near = difflib.get_close_matches(path, slots, n=3, cutoff=0.4)
+    tail = [name for name in slots if name.rsplit(".", 1)[-1] == path.rsplit(".", 1)[-1]]
+    names = list(dict.fromkeys([*tail, *near]))[:4]
+    hint = f"nearest: {', '.join(names)}" if names else f"there are: {', '.join(slots)}"
+    return Fault(full, "there is no such number in the scene", hint)
+
+
+def unknown_paths(scene: Scene, paths: Iterable[str]) -> list[str]:
+    """Those of the paths that are not numbers of the scene."""
+    slots = _slots(scene)
+    return [path for path in paths if path not in slots and _INDEXED.sub(r"\g<path>", path) not in slots]
+
+
+def read_numbers(scene: Scene, path: str, texts: Sequence[str]) -> list[float]:
+    """Values for a number of the scene, each in SI or with its unit, as `["40 t", "80 t"]`.
+
+    Raises `InputError` for an unknown path, for what is not a number in its range, and where only some have a unit.
+    """
+    slots = _slots(scene)
+    name = path if path in slots else _INDEXED.sub(r"\g<path>", path)
+    if name not in slots:
+        raise InputError([_unknown(path, name, slots)])
+    about, reader = slots[name].about, NumberReader()
+    values = [reader.number(text, about, path, about.unit) for text in texts]
+    bare = [text for text in texts if _is_float(text)]
+    if not reader.faults and 0 < len(bare) < len(texts):
+        reader.fault(path, f"{bare[0].strip()} has no unit, others have one", "give all of them their unit")
+    if reader.faults:
+        raise InputError(reader.faults)
+    return [float(value) for value in values]
+
+
+def _is_float(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
 
 
 def _with_numbers(scene: Scene, values: dict[str, Any]) -> Scene | None:

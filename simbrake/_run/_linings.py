@@ -19,7 +19,7 @@ from ..brakes._band import pressure_within
 from ..brakes._design import Brake, under_a_band
 from ..hybrid import Record
 from ..hybrid._arrays import Array
-from ._probe import POINTS, Number, Probe, RunJit, as_tree, integral, probe_many, record_of
+from ._probe import POINTS, Number, Probe, RunJit, as_tree, integral, probe_many, record_of, tension_before
 from ._result import Result
 from ._scan import peak
 from ._series import PAIR_COLUMNS, SERIES_COLUMNS, seen_of, times_within
@@ -77,7 +77,7 @@ def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
     ratio = None
     if number == 0 and p.shown.tension is not None:
         after = p.shown.tension
-        before = jnp.concatenate([p.flows.contact.slack_tension[:, None], after[:, :-1]], axis=1)
+        before = tension_before(p.shown, p.flows.contact.slack_tension)
         tight = (after > 0) & (before > 0)
         ratio = jnp.where(tight, after, 1.0) / jnp.where(tight, before, 1.0)
     return Rubbing(jnp.abs(now.force), now.normal, jnp.abs(now.slip), pressure, T, ratio)

@@ -217,6 +217,16 @@ EVENTS = {
         "any brake under a hook load with layers of rope",
         "the rope on the drum changed its layer",
     ),
+    "rope_slack": EventMeaning(
+        "the pull of the elastic rope fell to 0, the hook falls freely",
+        "any brake under a hook load on an elastic rope",
+        "the rope went slack",
+    ),
+    "rope_taut": EventMeaning(
+        "the slack rope is longer than without load again, and pulls: `e > 0`, `k e + c ė > 0`",
+        "any brake under a hook load on an elastic rope",
+        "the rope is taut again",
+    ),
     "self_locking": EventMeaning(
         "`f tan(β/2)` of a lining reached 1: it does not slip while that lasts; a mark",
         "elastic band whose friction varies in the run",

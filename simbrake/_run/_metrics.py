@@ -15,11 +15,12 @@ from jaxtyping import Float
 from .._parts._scene import Scene, has_load
 from .._physics._brake import BrakeSystem
 from .._physics._mechanism import BandMode, Ledger, Mode, slips
+from ..brakes._design import Brake
 from ..hybrid import LANDED, Record, largest, smallest
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, numpy_of
 from ..shaft import names_of
 from ..thermal._heat import PowerSplit
-from ._probe import Instant, Probe, RunJit, ends_of, numpy_of, terminal_speed
+from ._probe import Instant, Probe, RunJit, ends_of, terminal_speed
 from ._series import thickness
 from ._strength import lever_of, lever_travel, strength_of, stress
 
@@ -27,8 +28,10 @@ from ._strength import lever_of, lever_travel, strength_of, stress
 Happens = Callable[[Mode, Mode], Array]
 
 
-#: the one that is looked for only while the brake holds (`largest_share_of_capacity`)
+#: the one that is looked for only while the brake is to hold (`to_hold`)
 HOLDING = "min_holding_reserve"
+#: in place of a capacity of 0 (N·m)
+_NO_CAPACITY = 1e-200
 
 
 class Need(NamedTuple):
@@ -140,12 +143,15 @@ def _inverse(maximum: Array, scene: Scene) -> Array:
     return xp.where(maximum > 0, 1 / xp.where(maximum > 0, maximum, 1.0), xp.inf)
 
 
-def _held_share(p: Probe) -> Float[Array, "m 1"]:
-    """Load over the static capacity of the brake while it holds the pulley at rest, else 0."""
-    load, capacity = p.holding
+def held_share(load: Array, capacity: Array, held: Array) -> Array:
+    """Load over the static capacity of a brake that is to hold the pulley at rest, else 0."""
     xp = numpy_of(load)
-    held = holds(p.mode) & (capacity > 0)
-    return xp.where(held, load / xp.where(held, capacity, 1.0), 0.0)[:, None]
+    return xp.where(held, load / xp.where(capacity > 0, capacity, _NO_CAPACITY), 0.0)
+
+
+def _held_share(p: Probe) -> Float[Array, "m 1"]:
+    """The same at instants at which the pulley is at rest, or only begins to move."""
+    return held_share(*p.holding, holds(p.mode) | (p.y.omega == 0.0))[:, None]
 
 
 def _stopping_angle(record: Record, scene: Scene) -> Array:
@@ -157,8 +163,10 @@ def _terminal_speed(record: Record, scene: Scene) -> Array:
 
 
 def _hook_travel(record: Record, scene: Scene) -> Any:
-    travel = scene.duty.load.travelled(_stopping_angle(record, scene))
-    return np.asarray(np.inf) if travel is None else travel
+    travel, hook = scene.duty.load.travelled(_stopping_angle(record, scene)), record.states.hook
+    if travel is None:
+        return np.asarray(np.inf)
+    return travel if hook is None else travel + _first(record, _stops, hook.stretch) - hook.stretch[0]
 
 
 def worn_thickness(record: Record) -> Float[Array, " n"]:
@@ -180,6 +188,7 @@ def _greatest_wear_over(other: Callable[[Array], Array]) -> Callable[[Record, Sc
 # --- what they need ---------------------------------------------------------------------------------------------------
 
 _HOOK = Need("load on a hook", "its load hangs on no hook", lambda scene: scene.duty.load.travel() is not None)
+_ROPE = Need("elastic rope", "its load hangs on no elastic rope", lambda scene: scene.duty.load.elastic is not None)
 _BANDAGE = Need("staged brake", "its brake has no bandage", lambda scene: scene.brake.in_series)
 _CHAIN = Need(
     "resolved chain",
@@ -198,10 +207,17 @@ _ANCHOR = Need(
 _LEVER = Need("`Lever`", "its tension is not that of a `Lever`", lambda scene: lever_of(scene) is not None)
 _TRAVEL = Need(
     "`Lever` of a band as a whole",
-    "its tension is not that of a `Lever`, or its linings move by themselves",
-    lambda scene: lever_of(scene) is not None and scene.brake.banded and not scene.brake.resolved,
+    "its tension is not that of a `Lever`, or its linings move by themselves, or it has several bands",
+    lambda scene: lever_of(scene) is not None and isinstance(scene.brake, Brake) and not scene.brake.resolved,
 )
-_DAMPERS = Need("resolved linings", "its linings do not move by themselves", lambda scene: scene.brake.resolved)
+_DAMPERS = Need(
+    "resolved linings, elastic rope",
+    "its linings do not move by themselves, nor its hook",
+    lambda scene: scene.brake.resolved or _ROPE.met(scene),
+)
+_ELASTIC = Need(
+    "band brake, elastic rope", "nothing in it stretches", lambda scene: _BAND.met(scene) or _ROPE.met(scene)
+)
 _SHARES = Need("`power_shares`", "the scene has no `power_shares`", lambda scene: scene.power_shares is not None)
 _SHAFT = Need("torques on the shaft", "it has no torques on the shaft", lambda scene: bool(scene.shaft))
 _HEAT = Need("heat", "the scene has no heat", lambda scene: scene.heated)
@@ -243,6 +259,22 @@ METRICS: dict[str, Metric] = {
         _hook_travel,
         _HOOK,
         shown_anyway=True,
+    ),
+    "max_hook_load": Metric(
+        "N",
+        "maximum force on the hook",
+        "Maximum hook load",
+        lambda p: p.hook.force[:, None],
+        _ROPE,
+        greatest=True,
+    ),
+    "max_hook_load_over_weight": Metric(
+        "1",
+        "maximum force on the hook over the weight that hangs on it",
+        "Maximum hook load over weight",
+        lambda p: (p.hook.force / p.hook.weight)[:, None],
+        _ROPE,
+        greatest=True,
     ),
     "max_tension": Metric(
         "N",
@@ -305,7 +337,7 @@ METRICS: dict[str, Metric] = {
     ),
     HOLDING: Metric(
         "1",
-        "minimum of the static capacity of the brake over the load, while it holds the pulley at rest",
+        "minimum of the static capacity of the brake over the load, while it is to hold the pulley at rest",
         "Minimum holding reserve",
         _held_share,
         _LOAD,
@@ -366,7 +398,7 @@ class Account(NamedTuple):
     ledger: Ledger  # at the end
     friction: PowerSplit  # what became of the work of all friction pairs
     kinetic: Array  # change since the start, as the next
-    elastic: Array | None  # None without a band
+    elastic: Array | None  # None where nothing is elastic
     stored: Mapping[str, Array]  # heat in every body of the network since the start
 
     @property
@@ -407,7 +439,7 @@ ENERGIES: dict[str, Energy] = {
     "lever_work": Energy("work of the lever", lambda a: a.ledger.lever_work),
     "friction_heat": Energy("friction heat", lambda a: a.friction.heat),
     "kinetic_change": Energy("change of the kinetic energy", lambda a: a.kinetic),
-    "elastic_change": Energy("change of the elastic energy", lambda a: a.elastic, _BAND),
+    "elastic_change": Energy("change of the elastic energy", lambda a: a.elastic, _ELASTIC),
     "damper_heat": Energy("heat of dampers", lambda a: a.ledger.damper_heat, _DAMPERS),
     "shaft_work": Energy("heat of the other torques on the shaft", lambda a: a.shaft_work, _SHAFT),
     "electrical_work": Energy("electrical part of the friction work", lambda a: a.friction.electrical, _SHARES),
@@ -445,7 +477,8 @@ def _account(system: BrakeSystem, start: Instant, end: Instant) -> Account:
         change = thermal.capacity * (end[1].heat - start[1].heat)
         stored = {name: jnp.sum(change[here]) for name, here in thermal.spans.stores.items()}
     friction = PowerSplit(work, None, None) if shares is None else shares.split(work)
-    return Account(ledger, friction, kinetic, elastic if system.mechanism.banded else None, stored)
+    stretches = system.mechanism.banded or end[1].hook is not None
+    return Account(ledger, friction, kinetic, elastic if stretches else None, stored)
 
 
 def _energies(system: BrakeSystem, start: Instant, end: Instant) -> tuple[dict[str, Array], Mapping[str, Array]]:

@@ -2,7 +2,6 @@
 
 import dataclasses
 from collections.abc import Callable
-from types import ModuleType
 from typing import Any, NamedTuple, TypeVar
 
 import jax
@@ -61,11 +60,6 @@ def is_traced_run(record: Record) -> bool:
     return any(isinstance(leaf, Tracer) for leaf in (record.rows.t, record.rows.y, record.count))
 
 
-def numpy_of(values: Array) -> ModuleType:
-    """NumPy for concrete values: outside of jit every operation of JAX would compile by itself."""
-    return np if isinstance(values, np.ndarray | np.generic) else jnp
-
-
 def record_of(run: Any) -> Record:
     """The record of a `Result`, or a record as it is; a concrete one without skipped and unused rows."""
     record: Record = getattr(run, "record", run)
@@ -93,6 +87,13 @@ def in_lanes(look: Callable[..., T], *columns: np.ndarray, lanes: int = LANES) -
     return jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
 
 
+def tension_before(shown: Shown, slack: Float[Array, " m"]) -> Float[Array, "m n"]:
+    """Tension (N) of the band ahead of every lining; `slack`: at the slack end."""
+    if shown.before is not None:
+        return shown.before
+    return jnp.concatenate([slack[:, None], shown.tension[:, :-1]], axis=1)
+
+
 def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) -> Probe:
     """Everything algebraic at many times, states and modes."""
 
@@ -101,7 +102,7 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
         hot = system.surface_temperatures(q)
         return (
             q,
-            mechanism.shown(q.lever_tension, y.omega, y.own, mode, system.surfaces(y), q.contact),
+            mechanism.shown(q.lever_tension, y.omega, y.own, mode, system.surfaces(t, y, mode), q.contact),
             mechanism.lining_margins(mode, q.contact),
             hot,
             passing(system, mode, q, hot),
@@ -113,8 +114,7 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
     flows, shown, margins, hot, passed, *others = jax.vmap(look)(t, y, mode)
     greater = None
     if shown.tension is not None:
-        before = jnp.concatenate([flows.contact.slack_tension[:, None], shown.tension[:, :-1]], axis=1)
-        greater = jnp.maximum(shown.tension, before)
+        greater = jnp.maximum(shown.tension, tension_before(shown, flows.contact.slack_tension))
     return Probe(t, y, mode, flows, shown, margins, greater, hot, passed, *others)
 
 

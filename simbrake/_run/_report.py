@@ -6,7 +6,6 @@ from collections.abc import Callable
 from typing import Any
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 
 from .._base._table import Table, in_rig_units, number, plain
@@ -19,9 +18,9 @@ from ..hybrid import FINISHED, Record
 from ._choice import stiffness
 from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of, with_phases
 from ._metrics import HOLDING, METRICS, Peak, energies, metrics_of
-from ._probe import Entry, capacities_at, record_of
+from ._probe import Entry, RunJit, capacities_at, record_of
 from ._scan import Scan, largest_share_of_capacity, peaks
-from ._stops import stop_table, stops_of
+from ._stops import columns_of, stop_table, stops_of, words_of
 from ._strength import limits_exceeded
 
 #: the lever pulls hardest from this far below its maximum tension on
@@ -121,6 +120,11 @@ def _refined(
     return found, np.flatnonzero(~sure)
 
 
+@functools.partial(RunJit, quick=True)
+def _sensed(system: BrakeSystem, heat: Any) -> tuple[Any, ...]:
+    return system.sensed(heat)
+
+
 class Report:
     """What a person reads of one concrete result; the run is scanned once for all of it, when it is first needed."""
 
@@ -179,9 +183,14 @@ class Report:
         return [Event(time, "phase_end", phase=phase) for time, phase in zip(times, ended, strict=True)]
 
     @functools.cached_property
-    def stops(self) -> Table:
-        """The stops of the run."""
+    def _stops(self) -> Table:
         return stops_of(self._record, self.result.scene, labels_of(self._record), self._scan)
+
+    @property
+    def stops(self) -> Table:
+        """The stops of the run, in the system of units in force."""
+        names = [column.name for column in self._stops.columns]
+        return Table(columns_of(names, words_of(self.result.scene)), list(self._stops))
 
     def _marks(self) -> list[Event]:
         """Events of marks that heat passes, and of linings that come to lock themselves."""
@@ -262,8 +271,7 @@ class Report:
             return {}
         stages, system = self.stages, self.result.record.system
         greatest, load = np.max(self._scan.seen.lever_tension), self._scan.seen.load_torque[0]
-        first = jax.tree.map(lambda column: jnp.asarray(column[0]), self._record.states)
-        hot = system.sensed(first.heat)
+        hot = _sensed(system, jax.tree.map(lambda column: column[0], self._record.states.heat))
         seen = {stage.name for stage in stages}
         absent = absent_stages(scene.brake, float(system.inertia), float(load), seen, float(greatest), hot)
         return {"stages": [stage.as_dict() for stage in stages], "absent_stages": absent}
@@ -472,6 +480,14 @@ def _holding_line(summary: Entry) -> list[str]:
     return [f"holding  static capacity at least {least:.5g} times the load, at {when}"]
 
 
+def _hook_line(summary: Entry) -> list[str]:
+    most = summary["metrics"].get("max_hook_load")
+    if most is None:
+        return []
+    share, when = summary["metrics"]["max_hook_load_over_weight"], summary["at"]["max_hook_load_time"]
+    return [f"hook     at most {_kilo(most, 'kN')} at {_number(when, 's')}; at most {share:.5g} times its weight"]
+
+
 def _wear_lines(summary: Entry) -> list[str]:
     worn, m, lining = summary.get("worn_thickness"), summary["metrics"], summary.get("lining", "lining")
     if worn is None or m["greatest_wear"] is None:
@@ -517,6 +533,7 @@ def text(summary: Entry) -> str:
         *_staged_lines(summary),
         *_peak_line(summary, "tension", "max_tension", "behind lining"),
         *_peak_line(summary, "load", "max_normal_load", f"on {summary.get('lining', 'lining')}"),
+        *_hook_line(summary),
         *_holding_line(summary),
         _energy_line(summary),
         *_heat_lines(summary),

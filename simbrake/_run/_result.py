@@ -1,6 +1,7 @@
 """What a run gives back: states at any time, event log, metrics, energies and a result code."""
 
 import functools
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
@@ -16,19 +17,22 @@ from .._base._table import Table, number
 from .._parts._scene import Scene
 from .._phases import AfterTravel, AtTemperature, Phases
 from .._physics._brake import BrakeSystem
+from .._physics._hook import BrakeUnderRope
 from .._physics._mechanism import BrakeCode
 from .._physics._state import Capacity
 from ..hybrid import Record
 from ..hybrid._arrays import Array
 from ..thermal._heat import node_names
 from ._log import FAILURES, STATUS_MESSAGES, Event, Stage, Status, failure_of, status_of
-from ._metrics import METRICS, Peak, energies, stored_heat, worn_thickness
-from ._probe import Entry, end_capacity, is_traced_run, lowers_steadily, probe_at, probe_many, runs_away
+from ._metrics import HOLDING, METRICS, Peak, energies, stored_heat, worn_thickness
+from ._probe import Entry, end_capacity, ends_of, is_traced_run, lowers_steadily, probe_at, probe_many, runs_away
 from ._report import Report, labels_of, text
 from ._scan import peak
 from ._series import Series, array_of_times, fault_of_times, outside, series_of
 
 _last_report: Report | None = None
+#: a hook load that swings by less than this share of the weight counts as at rest
+_SLIGHT = 1e-2
 
 
 T = TypeVar("T")
@@ -222,7 +226,8 @@ class Result:
                 body = self.scene.brake.words.body
                 return f"the {body} is at rest with the brake open: dry friction of the shaft holds it"
             swings = status is Status.STOPPED and float(self.record.y_end.omega) != 0.0
-            return words.replace("and holds it", "and holds it on the springs of its band") if swings else words
+            words = words.replace("and holds it", "and holds it on the springs of its band") if swings else words
+            return words + (self._of_hook() if end.rests else "")
         what, hint = failure_of(int(self.code), self.scene.brake.words)
         what = f"{what}: {self._waiting()}" if int(self.code) == BrakeCode.PHASE_NEVER_ENDS else what
         labels = labels_of(self.record)
@@ -231,19 +236,38 @@ class Result:
         end = np.asarray(self.record.rows.t)[len(labels) - 1]
         return f"{what} (at t = {end:.9g} s; last modes: {words}): {hint}"
 
+    def _of_hook(self) -> str:
+        """How the hook swings at the end over a drum at rest, in words; nothing below 1 % of its weight."""
+        system, (_, y, mode) = self._system, ends_of(self.record)[1]
+        if not isinstance(system, BrakeUnderRope):
+            return ""
+        if int(mode.taut) == 0:
+            return "; the hook falls on a slack rope"
+        rope, k = system.rope(y, mode), float(system.stiffness)
+        away, speed = k * float(y.hook.stretch) - float(rope.weight), float(y.hook.speed)
+        swing = math.hypot(away, speed * math.sqrt(k * float(rope.mass)))
+        return f"; the hook swings on its rope by ± {number(swing, 'N')}" if swing >= _SLIGHT * rope.weight else ""
+
     def _waiting(self) -> str:
-        """The phase that runs at the end, what it waits for, and how far that is."""
+        """The phase that runs at the end, what it waits for, how far that is, and why a load runs away."""
         record, lever = self.record, self._system.lever
         assert isinstance(lever, Phases)
         passed, y = int(record.mode_end.phase), record.y_end
         end = lever.phases[passed % len(lever.phases)].until
-        now, travel = f"turns at {number(y.omega, 'rad/s')}", self.scene.duty.load.travel()
+        turns, body, travel = y.omega != 0.0, self.scene.brake.words.body, self.scene.duty.load.travel()
+        motion = f"turns at {number(y.omega, 'rad/s')}" if turns else f"the {body} is at rest"
+        now, more = (motion, []) if turns else ("waits", [motion])
         if isinstance(end, AfterTravel) and travel is not None:
-            now = f"is at {number(y.phase.turned * travel, 'm')}"
+            now, more = f"is at {number(y.phase.turned * travel, 'm')}", [motion]
         elif isinstance(end, AtTemperature):
             hot = getattr(self.series([record.t_end]), f"{end.of.removesuffix('s')}_temperature")
-            now = f"is at {number(np.max(np.asarray(hot)), 'K', absolute=True)}"
-        return f"{lever.ended(passed)} began at {number(y.phase.begun, 's')} and {now}"
+            now, more = f"is at {number(np.max(np.asarray(hot)), 'K', absolute=True)}", [motion]
+        if turns:
+            found = self.end_capacity
+            away = found.load > found.torque and not lowers_steadily(record)
+            words = _torques(found, list(self.scene.brake.pairs))
+            more.append(f"the load runs away: {words}" if away else words)
+        return ", ".join([f"{lever.ended(passed)} began at {number(y.phase.begun, 's')} and {now}", *more])
 
     def report(self) -> Report:
         """Event log, metrics and summary of a concrete result; the last one made is kept, as it scans the whole run."""
@@ -301,7 +325,8 @@ def _metric(result: Result, name: str) -> Array | Peak:
     if (missing := metric.needs.lacks(scene)) and not metric.shown_anyway:
         raise ValueError(f"the scene has no {name}: {missing}")
     if metric.greatest:
-        concrete = result.concrete
-        return result.report().peaks[name] if concrete else metric.of_peak(peak(result.record, metric.find), scene)
+        if result.concrete:
+            return result.report().peaks[name]
+        return metric.of_peak(peak(result.record, metric.find, holding=name == HOLDING), scene)
     found = metric.find(result.record, scene)
     return jax.device_put(np.asarray(found), run_device()) if result.concrete else found

@@ -5,6 +5,7 @@ which everything algebraic is evaluated. It tells where to look closer: there st
 as the motion is smooth over, or, if these do not agree within the tolerance, from a partial step of the method.
 """
 
+import functools
 from collections.abc import Callable, Sequence
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -19,7 +20,7 @@ from .._physics._brake import BrakeSystem
 from ..hybrid import ADVANCED, LANDED, SKIPPED, STOPPED, Record
 from ..hybrid._arrays import Array
 from ..hybrid._system import flatten, ravel
-from ._metrics import METRICS, Peak, holds, identity_of
+from ._metrics import METRICS, Peak, held_share, holds, identity_of
 from ._probe import Probe, RunJit, holding_at, is_traced_run, probe_at, record_of, rows_in_lanes, seen_at, small
 
 #: places in every step at which a run is sampled, both ends included; in a long run every part has many steps
@@ -33,6 +34,8 @@ _REACH = 3
 #: how closely two interpolants have to agree, in tolerances of the run
 _CLOSE = 0.03
 _POINTS, _ROUNDS, _FINER = 9, 2, 0.03  # of finer and finer grids around a maximum value
+#: tensions of the lever that differ by less than this share of the largest are the same
+_SAME = 1e-9
 
 #: of a probe, (m, n): that of which the maximum over the run is wanted
 Pick = Callable[[Probe], Array]
@@ -249,11 +252,11 @@ class Scan:
         return rows_in_lanes(self.record, lambda *given: _sights_inside_compiled(*given, **asked), row, span)
 
     def _before_jumps(self, row: Array, kind: Array) -> Array:
-        """States at the ends of all steps. Where nothing stretches, events change speeds by rounding alone."""
+        """States at the ends of all steps. Where nothing jumps, events change speeds by rounding alone."""
         xp, steps = self.xp, self.steps
         system: BrakeSystem = self.record.system  # pyright: ignore
         none = steps.t1 == steps.t0
-        if not system.mechanism.stretches:
+        if not system.jumps:
             return xp.where(none[:, None], steps.y0, steps.y1)
         jumps = ~none & self.used & ((kind == LANDED) | (kind == STOPPED))
         if self.traced:
@@ -472,26 +475,49 @@ def _polished(
     return scan.look(*_polish(look, np, row, share, after, 1.0 / (scan.samples - 1), rounds))
 
 
+def to_hold(scan: Scan, tension: Float[Array, " m"]) -> tuple[Array, Array]:
+    """Rows in which the brake is to hold the pulley at rest, and the first rows of loads that have broken away.
+
+    It is not to hold while the lever is let go: in the last fall of the `tension` (N, at all samples) before the load
+    moves off, at once or over some time. A load that moves off without one has broken away.
+    """
+    xp, T, steps = scan.xp, tension.reshape(-1, scan.samples), scan.steps
+    modes = jax.tree.map(lambda column: xp.asarray(column)[: scan.used.shape[0]], scan.record.modes)
+    held, lasts = holds(modes), scan.used & (steps.t1 > steps.t0)  # (rows without duration say nothing)
+    slack = _SAME * xp.max(xp.abs(T))
+    falls = held & (T[:, -1] < T[:, 0] - slack)
+    here, n = xp.arange(held.shape[0], dtype=np.int32), held.shape[0]
+    # the last lasting row before each, and the first after it in which the lever does not fall
+    before = xp.maximum.accumulate(xp.where(lasts, here, -1))
+    before = xp.concatenate([xp.full(1, -1, before.dtype), before[:-1]])
+    ends = xp.minimum.accumulate(xp.where(lasts & ~falls, here, n)[::-1])[::-1]
+    let_go = falls & (ends < n) & ~held[xp.minimum(ends, n - 1)]
+    drops = falls[before] | (T[:, 0] < T[before, -1] - slack)
+    broken = lasts & ~held & (before >= 0) & held[before] & ~drops & (steps.y0[:, 1] == 0.0)
+    return lasts & held & ~let_go, broken
+
+
 def largest_share_of_capacity(scan: Scan) -> Peak:
-    """Maximum over a concrete run of the load over the static capacity of the brake that holds it, 0 where none does.
+    """Maximum over a concrete run of the load over the static capacity of the brake that is to hold it, 0 where none
+    is.
 
     A program of its own: capacities are much work, and are wanted only while the pulley is at rest.
     """
-    record, held = scan.record, _holds(scan)
-    samples = np.flatnonzero(held[scan.row])
+    record, (held, broken) = scan.record, to_hold(scan, scan.seen.lever_tension)
+    samples = np.flatnonzero(held[scan.row] | (broken[scan.row] & (scan.share == 0.0)))
     if not samples.size:
         return Peak(np.float64(0.0), np.asarray(record.rows.t)[0], np.int32(1))
 
-    def share_of(count: int, instants: Callable[[np.ndarray], tuple[Array, ...]]) -> np.ndarray:
-        load, capacity = holding_at(record, np.arange(count), instants)
-        return np.where(capacity > 0, load / np.where(capacity > 0, capacity, 1.0), 0.0)
+    def share_of(here: Any, instants: Callable[[np.ndarray], tuple[Array, ...]]) -> Any:
+        return held_share(*holding_at(record, np.arange(here.size), instants), here)
 
     tops = np.zeros(len(scan.row))
-    tops[samples] = share_of(len(samples), lambda index: scan.instants(samples[index]))
+    tops[samples] = share_of(np.ones(samples.shape, bool), lambda index: scan.instants(samples[index]))
 
     def look(rows: Array, shares: Array) -> np.ndarray:
         t, y, mode = scan.states(rows.ravel(), shares.ravel())
-        return share_of(rows.size, lambda index: (t[index], y[index], mode[index])).reshape(rows.shape)
+        here = (held[rows] | (shares == 0.0)).ravel()
+        return share_of(here, lambda index: (t[index], y[index], mode[index])).reshape(rows.shape)
 
     row, share, after = _highest(scan, tops)
     after = np.where(held[after], after, row)
@@ -499,14 +525,8 @@ def largest_share_of_capacity(scan: Scan) -> Peak:
     return Peak(look(row[:, None], share[:, None])[0, 0], scan.states(row, share)[0][0], np.int32(1))
 
 
-def _holds(scan: Scan) -> Array:
-    """Rows of a concrete run in which the brake holds the pulley at rest."""
-    modes: Any = scan.record.modes
-    return scan.used & holds(jax.tree.map(lambda column: np.asarray(column)[: len(scan.used)], modes))
-
-
-def peak(run: Any, pick: Pick) -> Peak:
-    """Maximum of `pick(probe)` (m, n) over a traced run."""
+def peak(run: Any, pick: Pick, *, holding: bool = False) -> Peak:
+    """Maximum of `pick(probe)` (m, n) over a traced run; `holding`: while the brake is to hold the pulley, else 0."""
     scan = Scan(run)
     record, frozen = scan.record, scan._frozen
 
@@ -517,10 +537,15 @@ def peak(run: Any, pick: Pick) -> Peak:
     def tops(rows: Array, shares: Array) -> Array:
         return jnp.max(pick(probe(frozen, rows.ravel(), shares.ravel())), axis=1).reshape(rows.shape)
 
+    def see(p: Probe) -> tuple[Array, ...]:
+        return jnp.max(pick(p), axis=1), *((p.flows.lever_tension,) if holding else ())
+
     parts = frozen.system, frozen.y_like, frozen.mode_like
-    sampled, *_ = _sampled(*parts, scan.steps, scan.samples, lambda p: jnp.max(pick(p), axis=1))  # pyright: ignore
+    (sampled, *tension), *_ = _sampled(*parts, scan.steps, scan.samples, see)  # pyright: ignore
+    if holding:
+        scan.used = functools.reduce(jnp.logical_or, to_hold(scan, tension[0].ravel()))
     row, share = _polish(tops, jnp, *_highest(scan, sampled.ravel()), 1.0 / (scan.samples - 1))
     p = probe(record, row, jax.lax.stop_gradient(share))
-    value = pick(p)[0]
+    value = jnp.where(jnp.any(scan.used), pick(p)[0], 0.0) if holding else pick(p)[0]
     lining = _first_largest(jax.lax.stop_gradient(value)[None], jnp)[0]
     return Peak(value[lining], p.t[0], lining + 1)

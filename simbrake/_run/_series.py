@@ -10,9 +10,9 @@ from jaxtyping import Bool, Float, Int
 
 from .._base._faults import Fault, InputError
 from .._physics._mechanism import PairNow
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, numpy_of
 from ..thermal._heat import PowerShares
-from ._probe import Number, Probe, numpy_of
+from ._probe import Number, Probe
 
 #: a value at each time, one of each lining, and whole numbers
 Values = Float[Array, " m"]
@@ -246,6 +246,12 @@ class Series(NamedTuple):
     ]
     hook_load: Annotated[
         Values | None, "N", "force on the hook, weight less inertia", lambda p, s: p.hook and p.hook.force
+    ]
+    rope_stretch: Annotated[
+        Values | None,
+        "m",
+        "stretch of the elastic rope at the hook, below 0: slack by that",
+        lambda p, s: p.hook and p.hook.stretch,
     ]
     holding_reserve: Annotated[
         Values | None,

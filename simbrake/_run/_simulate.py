@@ -105,7 +105,11 @@ def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> t
     and its length, in one vector; and what the first stretch begins with."""
 
     n = packing.size
-    size = jax.eval_shape(lambda x: beginning(*_posed(packing, x, STRETCH)[0][:4]), np.ones(n)).shape[0]
+
+    def begun(x: Array) -> np.ndarray:
+        return beginning(*_posed(packing, x, STRETCH)[0][:4])
+
+    size = _cache.cached("beginning", (packing, method), lambda: jax.eval_shape(begun, np.ones(n)).shape[0])
 
     def run(x: Array) -> tuple[Record, Array]:
         problem, settings = _posed(packing, x[:n], STRETCH)
@@ -226,8 +230,8 @@ def require_64_bits() -> None:
     """Raises `RuntimeError` if JAX is not in 64-bit mode."""
     if not jax.config.jax_enable_x64:  # pyright: ignore
         raise RuntimeError(
-            "simbrake computes in 64 bits, events cannot be located in 32. Before anything else do: "
-            'import jax; jax.config.update("jax_enable_x64", True)'
+            "simbrake computes in 64 bits: events cannot be located in 32. Importing it turns them on; here they were "
+            'turned off by JAX_ENABLE_X64=0 or jax.config.update("jax_enable_x64", False): remove that'
         )
 
 

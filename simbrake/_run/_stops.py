@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .._base._table import ZERO, Column, Table
+from .._base._table import Column, Table, scale
 from .._parts._scene import Scene
 from .._physics._mechanism import BandMode, Label
 from ..hybrid import Record
@@ -20,12 +20,14 @@ _HOT = {
 }
 
 
-def _celsius(T: object) -> str:
-    return f"{float(T) - ZERO:.5g}"  # pyright: ignore
+def _scaled(name: str, unit: str, meaning: str, heading: str, like: float, count: int) -> Column:
+    """A column that is read in the system of units in force; `like`: a typical value (SI)."""
+    factor, offset, shown = scale(unit, like, absolute=True)
+    return Column(name, unit, meaning, heading, shown, lambda x: f"{x * factor + offset:.{count}g}")
 
 
 def columns_of(names: Sequence[str], words: Mapping[str, str] | None = None) -> list[Column]:
-    """Columns of the table of stops, those of them that are named."""
+    """Columns of the table of stops, those of them that are named, in the system of units in force."""
     body = "rim" if words is None else words.get("body", "rim")
     known = [
         Column("stop", "", "number of the stop"),
@@ -33,12 +35,12 @@ def columns_of(names: Sequence[str], words: Mapping[str, str] | None = None) -> 
         Column("motion_time", "s", "time from the restart to the stop", "in motion", show=".5g"),
         Column("braking_time", "s", "time from the last onset of slip or the restart", "braked", show=".5g"),
         Column("angle", "rad", "angle from the restart to the stop", show=".6g"),
-        Column("travel", "m", "travel of the hook from the restart to the stop", show=".5g"),
-        Column("energy", "J", "friction heat since the stop before", shown_in="kJ", show=lambda E: f"{E / 1e3:.6g}"),
+        _scaled("travel", "m", "travel of the hook from the restart to the stop", "travel", 1.0, 5),
+        _scaled("energy", "J", "friction heat since the stop before", "energy", 1e3, 6),
     ]
     for name, place in _HOT.items():
         heading = place.replace("rim", body)
-        known.append(Column(name, "K", f"{heading} until the next restart", heading, "°C", _celsius))
+        known.append(_scaled(name, "K", f"{heading} until the next restart", heading, 300.0, 5))
     return [column for column in known if column.name in names]
 
 
@@ -74,6 +76,8 @@ def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan) 
     work = hot * np.sum([np.asarray(column) for column in states.ledger.friction], axis=0)
     phi = np.asarray(states.phi)
     travelled = scene.duty.load.travelled(phi)
+    if states.hook is not None:
+        travelled = travelled + np.asarray(states.hook.stretch)
     names = [name for name in _HOT if name in scan.names]
     tops = peaks_between(scan, names, [(stop.start, stop.end) for stop in found])
     rows, before = list[dict[str, Any]](), 0
@@ -93,10 +97,10 @@ def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan) 
         )
         before = stop.stop
     always = ["stop", "time", "motion_time", "braking_time", "angle", "energy", *names]
-    return Table(columns_of(always if travelled is None else [*always, "travel"], _words(scene)), rows)
+    return Table(columns_of(always if travelled is None else [*always, "travel"], words_of(scene)), rows)
 
 
-def _words(scene: Scene) -> dict[str, str]:
+def words_of(scene: Scene) -> dict[str, str]:
     return {} if scene.brake.banded else {"body": scene.brake.words.body}
 
 

@@ -16,6 +16,8 @@ from ._band import pressure_within as pressure_within
 from ._band import sliding_tensions as sliding_tensions
 from ._band import tension_ratio as tension_ratio
 from ._band import tension_rise as tension_rise
+from ._bands import LinedBand as LinedBand
+from ._bands import MultiBandBrake as MultiBandBrake
 from ._design import AbstractLinings as AbstractLinings
 from ._design import Band as Band
 from ._design import Bandage as Bandage

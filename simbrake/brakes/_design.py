@@ -22,7 +22,16 @@ from .._base._quantity import (
     quantity,
     takes_values,
 )
-from ..friction import AbstractFriction, AnyContact, SurfaceState, faults_of_law, memory_at_start, needs, reads
+from ..friction import (
+    AbstractFriction,
+    AnyContact,
+    SurfaceState,
+    factor_at,
+    faults_of_law,
+    memory_at_start,
+    needs,
+    reads,
+)
 from ..hybrid._arrays import Array
 from ._band import AbstractStiffness, ParallelBands, grip, product, tension_ratio
 
@@ -203,16 +212,19 @@ class Bandage(Part):
 
 
 def unloaded(
-    pair: AbstractLinings | Bandage, v: Float[Array, " n"], T: Float[Array, "..."] | float | None
+    pair: AbstractLinings | Bandage,
+    v: Float[Array, " n"],
+    T: Float[Array, "..."] | float | None,
+    t: Float[Array, ""] | None = None,
 ) -> AnyContact:
     """The contact of surfaces without load, at slip speeds `v` (n,) and temperatures `T` (K; `None`: unknown).
 
     As in a run it has a pressure only where the pair has areas; or where the law needs one. States of the
-    law are those of the start.
+    law are those of the start. `t` (s): time of changes of the law, `None`: those of sound linings.
     """
     law, n = pair.friction, np.size(v)
-    pressed = pair.area is not None or needs(law, n).p
-    return SurfaceState(T, memory_at_start(law, n)).contact(v, jnp.zeros_like(v) if pressed else None)
+    pressed, factor = pair.area is not None or needs(law, n).p, None if t is None else factor_at(law, n, t)
+    return SurfaceState(T, memory_at_start(law, n), factor).contact(v, jnp.zeros_like(v) if pressed else None)
 
 
 class BrakeWords(NamedTuple):
@@ -278,6 +290,16 @@ class AbstractBrake(Part):
         return getattr(self, self.pairs[pair].field)
 
     @property
+    def bands_of_linings(self) -> tuple[AbstractLinings, ...]:
+        """The linings, those of each band by themselves."""
+        return (self.linings,)
+
+    @property
+    def rims(self) -> tuple[int, ...]:
+        """Numbers of linings on each of the rims that bands may have by themselves; none: all linings have one."""
+        return ()
+
+    @property
     def in_series(self) -> bool:
         """Whether there are two friction pairs in series: runs then have stages."""
         return len(self.pairs) > 1
@@ -309,12 +331,20 @@ class AbstractBrake(Part):
     def locking_words(self, i: int, share: float) -> str:
         """Reason why lining `i` (from 1) with the ratio `share` is self-locking."""
 
+    def angle_path(self, i: int) -> str:
+        """Path of the angle of lining `i` (from 0)."""
+        return f"linings.angle[{i}]"
+
+    def lever_shares(self, f: Values) -> Float[Array, " k"]:
+        """Share of the tension of the lever that each band has, of linings with the coefficients `f`."""
+        return jnp.ones(1)
+
     def faults(self, path: str) -> list[Fault]:
         """Errors beyond the ranges of single numbers (concrete values only)."""
         found = []
         for name, place in self.pairs.items():
             of = " of the internal pair" if name == "internal" else ""
-            found += _faults_of_pair(self.rubbing_part(name), f"{path}.{place.field}", self.linings.count, of)
+            found += faults_of_pair(self.rubbing_part(name), f"{path}.{place.field}", self.linings.count, of)
         return found + self.faults_of_shape(path)
 
     def faults_of_shape(self, path: str) -> list[Fault]:
@@ -369,6 +399,12 @@ class Brake(AbstractBrake):
     def banded(self) -> bool:
         return True
 
+    def lever_shares(self, f: Values) -> Float[Array, " k"]:
+        stiffness = self.band.stiffness
+        if not isinstance(stiffness, ParallelBands):
+            return super().lever_shares(f)
+        return stiffness.shares(f, jnp.asarray(self.linings.angle), jnp.asarray(self.band.radius))
+
     def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
         mu = tension_ratio(grip(f, jnp.asarray(self.linings.angle)))[0]
         return jnp.asarray(self.band.radius) * force * (product(mu) - 1)
@@ -391,11 +427,8 @@ class Brake(AbstractBrake):
             return [Fault(where, "a list of angles is needed, one per lining", "one lining: [0.5]")]
         laws = tuple(f"{path}.{place.field}.friction" for place in self.pairs.values())  # they report it themselves
         found = [fault for fault in faults_of_sizes(self, path, angle.size) if not fault.path.startswith(laws)]
-        found += _faults_of_wrap(self.band.stiffness, angle, where, f"{path}.band.stiffness")
-        if self.band.radius < self.pulley.radius:
-            what = f"{float(self.band.radius):g} m is inside the track of {float(self.pulley.radius):g} m"
-            hint = "the band circle is the track radius + lining + half the band"
-            found.append(Fault(f"{path}.band.radius", what, hint))
+        found += faults_of_wrap(self.band.stiffness, angle, where, f"{path}.band.stiffness")
+        found += fault_of_circle(self.band.radius, self.pulley, f"{path}.band.radius")
         return found or [*self._faults_of_springs(path, angle.size), *self._faults_of_segments(path)]
 
     def _faults_of_segments(self, path: str) -> list[Fault]:
@@ -444,16 +477,26 @@ class Brake(AbstractBrake):
         return found
 
 
-def _faults_of_pair(pair: AbstractLinings | Bandage, path: str, n: int, of: str) -> list[Fault]:
+def faults_of_pair(pair: AbstractLinings | Bandage, path: str, n: int, of: str = "") -> list[Fault]:
+    """Errors of the friction law of a pair's linings, `of` the pair in words, and of their areas."""
     found = faults_of_law(pair.friction, f"{path}.friction", n)
     if pair.area is None and needs(pair.friction, n).p:
         found.append(Fault(f"{path}.area", "is missing", f"the friction law{of} depends on the pressure"))
     return found
 
 
-def _faults_of_wrap(
+def fault_of_circle(radius: Scalar, pulley: Pulley, path: str) -> list[Fault]:
+    """Error of a band circle inside the track."""
+    if radius >= pulley.radius:
+        return []
+    what = f"{float(radius):g} m is inside the track of {float(pulley.radius):g} m"
+    return [Fault(path, what, "the band circle is the track radius + lining + half the band")]
+
+
+def faults_of_wrap(
     stiffness: Scalar | AbstractStiffness | None, angle: np.ndarray, where: str, path: str
 ) -> list[Fault]:
+    """Errors of linings that do not fit on the pulley, or of the stiffness of their band."""
     wrap, longest, gaps = np.sum(angle), 2 * math.pi, ""
     if isinstance(stiffness, AbstractStiffness):
         found = stiffness.faults(path, angle.size)
@@ -470,43 +513,44 @@ def _faults_of_wrap(
 
 
 def under_a_band(brake: AbstractBrake) -> Brake:
-    """Return the brake if it is a band brake. Raises `InputError` for another kind."""
+    """Return the brake if it has one band. Raises `InputError` for another kind."""
     if not isinstance(brake, Brake):
-        problem = f"is a {brake.words.brake}: this needs a band brake"
+        needed = "a brake with one band" if brake.banded else "a band brake"
+        problem = f"is a {brake.words.brake}: this needs {needed}"
         raise InputError([Fault("brake", problem, "take a `Brake`, with band and linings")])
     return brake
 
 
-def _still_friction(linings: Lining, temperature: Values | None) -> Float[Array, " n"]:
+def _still_friction(linings: AbstractLinings, temperature: Values | None) -> Float[Array, " n"]:
     law, n = linings.friction, linings.count
     if temperature is None and needs(law, n).T:
         raise ValueError("the friction law depends on the temperature: give it")
-    T = None if temperature is None else jnp.asarray(temperature)
+    T = None if temperature is None else jnp.broadcast_to(jnp.asarray(temperature), (n,))
     return jnp.broadcast_to(law.kinetic(unloaded(linings, jnp.zeros(n), T)), (n,))
 
 
-def stiffness_of(brake: Brake, temperature: Values | None = None) -> Float[Array, ""] | None:
+def stiffness_of(brake: AbstractBrake, temperature: Values | None = None) -> Float[Array, ""] | None:
     """Stiffness `C` of a brake's band in N/m, given or from its geometry; `None` for a rigid band.
 
     The friction along a geometry is the linings' kinetic coefficient at zero speed, without pressure, and at the
     `temperature` (K, a number or (n,)) if the law depends on it: in a scene that of the start. It is constant in the
     run.
-    Raises `ValueError` if that temperature is needed and missing, `InputError` for a brake without a band.
+    Raises `ValueError` if that temperature is needed and missing, `InputError` for a brake without a band, or with
+    several.
     """
     stiffness = under_a_band(brake).band.stiffness
     if not isinstance(stiffness, AbstractStiffness):
         return None if stiffness is None else jnp.asarray(stiffness)
     f = _still_friction(brake.linings, temperature)
-    return stiffness.stiffness(f, jnp.asarray(brake.linings.angle), jnp.asarray(brake.band.radius))
+    return stiffness.stiffness(f, jnp.asarray(brake.linings.weights), jnp.asarray(brake.radius))
 
 
-def tension_shares(brake: Brake, temperature: Values | None = None) -> Float[Array, " k"]:
-    """Share of every tension that each of a brake's parallel bands has (K-8); `[1]` where there is one band.
+def tension_shares(brake: AbstractBrake, temperature: Values | None = None) -> Float[Array, " k"]:
+    """Share of the lever's tension that each of a brake's parallel bands has (K-8); `[1]` where there is one band.
 
-    Raises `InputError` for a brake without a band.
+    `temperature` as in `stiffness_of`. Raises `InputError` for a brake without a band.
     """
-    stiffness = under_a_band(brake).band.stiffness
-    if not isinstance(stiffness, ParallelBands):
+    brake = brake if brake.banded else under_a_band(brake)
+    if isinstance(brake, Brake) and not isinstance(brake.band.stiffness, ParallelBands):
         return jnp.ones(1)
-    f = _still_friction(brake.linings, temperature)
-    return stiffness.shares(f, jnp.asarray(brake.linings.angle), jnp.asarray(brake.band.radius))
+    return brake.lever_shares(_still_friction(brake.linings, temperature))

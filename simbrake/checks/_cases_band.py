@@ -360,7 +360,7 @@ def _lever(*torques: tuple[float, float]) -> tuple[Array, Array]:
 def lock_up_cases() -> list[Case]:
     """Two inertias at 100 and 10 rad/s come to one speed through a pair of 50 N·m, free of everything else.
 
-    They are brought to these speeds by 0.1 s of braking from 110 rad/s, which heats the internal pair by 225 J.
+    They are brought to these speeds by braking for 0.1 s from 110 rad/s, which heats the internal pair by 225 J.
     """
     I1, I2, w1, w2, T, begin = 0.5, 2.0, 100.0, 10.0, 50.0, 0.1
     first = w1 + T / I1 * begin

@@ -1,4 +1,4 @@
-"""Validation of heat: thermal networks by themselves, and brakes whose friction fades as they warm up."""
+"""Validation of heat: thermal networks alone, and brakes whose friction fades as they warm up."""
 
 import functools
 import math

@@ -255,7 +255,7 @@ class CrossCheck(AbstractChecks):
 _Compared: TypeAlias = tuple[str, float, float, float]
 #: logged thresholds that change no mode
 _MARKS = ("lining_limit", "permissible_temperature", "grip_lost", "self_locking")
-#: thermal nodes up to which each has its own line
+#: maximum number of thermal nodes with a line each
 _NODES = 12
 #: states of the mechanisms
 _WORDS = {
@@ -409,7 +409,7 @@ def cross_check(
     SciPy integrates the same equations from event to event and locates every event itself; modes are switched in
     Python. So it checks integration and events, not the physics (see `validate`).
 
-    Raises `InputError` with all errors of scene and options, `SimulationError` where simbrake's own run fails.
+    Raises `InputError` with all errors of scene and options, `SimulationError` where the run of simbrake fails.
     """
     faults = _faults(method, rtol, max_evaluations)
     if faults:

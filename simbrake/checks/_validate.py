@@ -78,7 +78,7 @@ def validate(only: str | None = None, *, progress: bool | None = False) -> Valid
     - `only`: words in the names of cases, or a pattern with `*`, as in `"elastic stop"` or `"*/order*"`
     - `progress`: a line on stderr; `None`: where that is a terminal
 
-    The truths are closed forms and published numbers; every value comes from simbrake's own integrator, brakes and
+    The truths are closed forms and published numbers; every value comes from the integrator, brakes and
     thermal networks. A case whose run fails is a `fail` with the message as its error; nothing is raised for it.
 
     Raises `InputError` where no case fits `only`, `RuntimeError` if JAX is not in 64-bit mode.

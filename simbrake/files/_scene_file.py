@@ -1,10 +1,12 @@
 """Scenes as files: TOML read with every error in one report and written without loss, or Python."""
 
 import dataclasses
+import re
 import runpy
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 import equinox as eqx
 import numpy as np
@@ -14,6 +16,7 @@ from .._base._faults import Fault, InputError, existing_file, whole_file
 from .._base._quantity import BAD, NumberReader, Quantity, Whole, example, faults_of_whole, leaves, shown
 from .._parts._scene import Scene, check, paths_without_meaning
 from .._phases import AbstractEnd, read_end
+from .._run._edit import unknown_paths, with_values
 from ..thermal._material import LIBRARY, Material, material
 from ._schema import FORMAT, VERSION, Maker, Part, history, makers_of, nearest, parts_of, several, short_of
 
@@ -163,14 +166,15 @@ def _wish(part: Part, unit: str) -> str:
 # --- TOML -------------------------------------------------------------------------------------------------------------
 
 
-def scene_from_text(text: str, folder: str | Path = ".") -> Scene:
+def scene_from_text(text: str, folder: str | Path = ".", values: Mapping[str, Any] | None = None) -> Scene:
     """The scene that a TOML text describes.
 
     Keys are the names of the fields of `Scene` and of what is in it; `simbrake scene schema` lists them. A number is
     written in SI, or as text with its unit (`"120 kN"`, `"270 deg"`, `"450 degC"`); a list of numbers also as
     `"[0.2, 0.3] rad"`. Where several kinds of an object are possible, `type` names the class or builder, if the keys do
     not tell; a bare number makes the constant law, a text names a material of the library. Omitted keys are
-    absent or have their default. `folder`: where the files that it names are searched.
+    absent or have their default. `folder`: where the files that it names are searched. `values`: by path, as of
+    `with_values`, and of keys of the text that are no numbers of the scene, as `brake.linings.count`.
 
     Raises `InputError` with every error: path, value, unit, reason, and the nearest name or the range.
     """
@@ -180,11 +184,21 @@ def scene_from_text(text: str, folder: str | Path = ".") -> Scene:
         raise InputError([Fault("TOML", str(error), "fix this line; texts need quotes")]) from None
     except (RecursionError, ValueError) as error:  # a number of more digits than Python converts
         raise InputError([Fault("TOML", f"cannot be read: {error}"[:200])]) from None
-    reader = SceneReader(Path(folder))
-    version = tables.pop(FORMAT, VERSION)
+    scene, rest = _scene_of(tables, Path(folder)), dict(values or {})
+    keys = {path: rest[path] for path in unknown_paths(scene, rest) if _set_key(tables, path, rest[path])}
+    if keys:
+        scene = _scene_of(tables, Path(folder))
+    return with_values(scene, {path: value for path, value in rest.items() if path not in keys}) if rest else scene
+
+
+def _scene_of(tables: dict[str, Toml], folder: Path) -> Scene:
+    """The scene of the tables of a file."""
+    reader = SceneReader(folder)
+    version = tables.get(FORMAT, VERSION)
     if version != VERSION:
         reader.fault(FORMAT, f"{version!r} is not known", f'this program reads "{VERSION}"')
     try:
+        tables = {key: value for key, value in tables.items() if key != FORMAT}
         scene = reader.read(tables, (Scene,), "", "SI")
     except RecursionError:
         raise InputError([Fault("TOML", "is nested too deeply")]) from None
@@ -195,14 +209,35 @@ def scene_from_text(text: str, folder: str | Path = ".") -> Scene:
     return scene
 
 
-def read_scene(path: str | Path) -> Scene:
+def _set_key(tables: dict[str, Toml], path: str, value: Any) -> bool:
+    """Set a key of the tables, as `brake.linings.count` or `duty.slack_tension.phases[1].until`; `False`: no such key.
+
+    A whole number counts as one, and `None` removes the key.
+    """
+    *above, last = [int(step) if step.isdigit() else step for step in re.findall(r"[^.\[\]]+", path)]
+    node: Any = tables
+    try:
+        for step in above:
+            node = node[step]
+        node[last]
+    except (KeyError, IndexError, TypeError):
+        return False
+    if value is None:
+        del node[last]
+        return True
+    plain = value.tolist() if isinstance(value, np.ndarray) else {"true": True, "false": False}.get(value, value)
+    node[last] = int(plain) if isinstance(plain, float) and plain.is_integer() else plain
+    return True
+
+
+def read_scene(path: str | Path, values: Mapping[str, Any] | None = None) -> Scene:
     """The scene of a TOML file; see `scene_from_text`. Raises `InputError` with every error."""
     path = existing_file(Path(path), "*.toml")
     try:
         text = path.read_text("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError([Fault(str(path), f"cannot be read: {error}", "give a TOML file in UTF-8")]) from None
-    return scene_from_text(text, path.parent)
+    return scene_from_text(text, path.parent, values)
 
 
 def scene_text(scene: Scene) -> str:
@@ -267,26 +302,28 @@ class _Writer:
 # --- files of either kind ---------------------------------------------------------------------------------------------
 
 
-def open_scene(file: str | Path) -> Scene:
-    """The scene of a TOML file, or the one that the function `scene()` of a Python file returns.
+def open_scene(file: str | Path, values: Mapping[str, Any] | None = None) -> Scene:
+    """The scene of a TOML file, or the one that the function `scene()` of a Python file returns; with `values` by path.
 
     Raises `InputError` with every error of a TOML file, and with the error of a Python file in one line.
     """
     file = existing_file(Path(file), "*.toml", "*.py")
     if file.suffix == ".toml":
-        return read_scene(file)
+        return read_scene(file, values)
     if file.suffix != ".py":
         hint = "a scene is a .toml file, or a .py file with a function scene()"
         raise InputError([Fault(str(file), "is neither TOML nor Python", hint)])
     try:
-        names = runpy.run_path(str(file), run_name=f"scenario_{file.stem}")
+        names = runpy.run_path(str(file), run_name=f"scene_{file.stem}")
         if not callable(names.get("scene")):
+            if callable(names.get("main")):
+                raise InputError([Fault(str(file), "is a study without a scene", f"run it: python {file}")])
             raise InputError([Fault(str(file), "defines no function scene()", "return a simbrake.Scene from it")])
         scene = names["scene"]()
     except InputError:
         raise
     except Exception as error:  # any exception in a user's file is an input error, reported in one line
-        raise InputError([Fault(str(file), f"{type(error).__name__}: {error}", "fix the scenario file")]) from error
+        raise InputError([Fault(str(file), f"{type(error).__name__}: {error}", "fix the scene file")]) from error
     if not isinstance(scene, Scene):
         raise InputError([Fault(str(file), f"scene() returned {type(scene).__name__}", "return a simbrake.Scene")])
-    return scene
+    return with_values(scene, dict(values)) if values else scene

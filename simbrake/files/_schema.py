@@ -19,7 +19,8 @@ from .._base._quantity import Quantity, Whole, about_of, alternatives, leaves, s
 from .._base._table import Column, Table, numbers
 from .._parts._programme import programme_scene
 from .._parts._scene import AbstractDuty, Scene
-from ..brakes import _pressed as _pressed  # kinds of brake, found as subclasses
+from ..brakes import _bands as _bands  # kinds of brake, found as subclasses
+from ..brakes import _pressed as _pressed
 from ..brakes._design import AbstractBrake, Lining, uniform_linings
 from ..profiles import AbstractProfile, PiecewiseLinear, ramp
 from ..thermal._builders import layered_heat, lumped_heat, with_external_pair, with_pulley_structure

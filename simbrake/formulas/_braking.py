@@ -47,7 +47,7 @@ _METAL = {
 class Braking:
     """Data of every row of estimates: scene, inputs by name, classical stop and run where available.
 
-    `time` (s), `work` (J), `omega` (rad/s, initial) of the braking: the run's, else the classical stop's. On a staged
+    `time` (s), `work` (J), `omega` (rad/s, initial) are those of the run, else of the classical stop. On a staged
     brake (`stages`) each `pair`, `"external"` or `"internal"`, has a brake application as well: `run`, `time`, `work`
     are that pair's, `omega` its maximum sliding speed, `slid` (rad) how far it slides, and `more` (J) the heat that its
     metal gets from the other pair. Inputs are attributes, as `braking.rim_thickness`, and so are those of the metal
@@ -78,7 +78,7 @@ class Braking:
         stages: StagedStop | None = None,
         run: RunValues | None = None,
     ) -> "Braking":
-        """The hardest braking of a run, else a classical stop, if there is one."""
+        """The hardest brake application of a run, else a classical stop, if there is one."""
         if run is not None:
             time, work, omega = run.duration, float(run.work[-1]), float(abs(run.omega[0]))
         else:
@@ -94,7 +94,7 @@ class Braking:
             raise AttributeError(name) from None
 
     def with_inputs(self, **values: Any) -> "Braking":
-        """The same braking with other values of inputs."""
+        """The same brake application with other values of inputs."""
         inputs = {name: i._replace(value=values.get(name, i.value)) for name, i in self.inputs.items()}
         return dataclasses.replace(self, inputs=inputs)
 
@@ -257,7 +257,7 @@ class Braking:
 
     @property
     def stopping_load(self) -> tuple[float, float]:
-        """Work (J) and time (s) of the classical stop, else of the braking."""
+        """Work (J) and time (s) of the classical stop, else of the brake application."""
         return (self.work, self.time) if self.stop is None else (self.stop.work, self.stop.time)
 
     def energy_load(self) -> tuple[float, float | None]:
@@ -361,7 +361,7 @@ class Braking:
 
     @property
     def start_now(self) -> float:
-        """Mean temperature of the metal as the braking begins (K)."""
+        """Mean temperature of the metal at the beginning of the brake application (K)."""
         try:
             return float(self.body_mean(math.inf)[0])
         except Absent:
@@ -472,7 +472,7 @@ class Braking:
 
     @property
     def radiation(self) -> float:
-        """Coefficient of radiation (W/(m²·K)) of the rim as the braking begins."""
+        """Coefficient of radiation (W/(m²·K)) of the rim at the beginning of the brake application."""
         return float(radiation_coefficient(self.emissivity, self.start_now, self.ambient))
 
     @functools.cached_property
@@ -559,7 +559,7 @@ class Braking:
 
     @functools.cached_property
     def internal_slip(self) -> dict[str, float]:
-        """Slack tension (N) and speed (rad/s) at which the internal pair breaks away in the braking of a run."""
+        """Slack tension (N) and speed (rad/s) at which the internal pair breaks away in a run."""
         run = there(self.run)
         result, begin, end = run.result, run.t[0], run.t[-1]
         slips = [e.time for e in result.events if e.name == "internal_slip" and begin <= e.time <= end]
@@ -581,7 +581,7 @@ class Braking:
         return tuple(sum((stage.duration for stage in stages if stage.name == name), 0.0) for name in names)
 
     def of_pairs(self) -> list["Braking"]:
-        """The braking of each pair of a staged brake that slides: from the run, else from the classical stop."""
+        """The brake application of each pair of a staged brake that slides: of the run, else of the classical stop."""
         found = []
         for pair in ("external", "internal"):
             if self.run is not None:

@@ -248,7 +248,7 @@ class EngineeringEstimates(RowTable[EstimateRow]):
     """Classical estimates of a brake from its scene, beside its simulation where there is one.
 
     - `rows`: the estimates in order; `inputs`: their inputs and the source of each number; `about`: the
-      braking that they are of
+      brake application that they are of
     - `estimates["stopping time"]` is one row; `str` gives the table, `as_dict` the same as numbers and words
     """
 
@@ -285,7 +285,9 @@ def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking,
     values = run_values(run)
     if values is None:
         raise InputError([Fault("run", "has no friction work", "no lining slides in it")])
-    which = "the braking" if values.brakings == 1 else f"the hardest of {values.brakings} stretches of sliding"
+    which = (
+        "the brake application" if values.brakings == 1 else f"the hardest of {values.brakings} stretches of sliding"
+    )
     about = (
         f" beside the simulation; time and friction work are those of {which} "
         f"from {values.t[0]:.6g} s to {values.t[-1]:.6g} s"
@@ -297,8 +299,8 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
     """Classical estimates of a brake application from its scene, beside its simulation (model §6.3).
 
     - `run`: a `Scene`, from which a classical stop gives time and friction work (all linings slide from the first
-      moment under the maximum lever tension); or a `Result`: time and work are then those of its hardest braking, and
-      every estimate is shown beside the simulated number where the run has one
+      moment under the maximum lever tension); or a `Result`: time and work are then those of its hardest brake
+      application, and every estimate is shown beside the simulated number where the run has one
     - `data`: numbers that the scene does not have, or that replace them; missing ones are taken from the papers
       or assumed, and the report states the source of each
 

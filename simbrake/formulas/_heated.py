@@ -1,4 +1,4 @@
-"""Parts that a brake application heats: by the formulas, and in the hardest braking of a run."""
+"""Parts that a brake application heats: by the formulas, and in the hardest brake application of a run."""
 
 import dataclasses
 import functools
@@ -30,7 +30,7 @@ from .heating import (
     stress_over_time,
 )
 
-_TIMES = 2048  # times at which a run, and its hardest braking, are evaluated
+_TIMES = 2048  # times at which a run, and its hardest brake application, are evaluated
 T = TypeVar("T")
 
 
@@ -144,13 +144,13 @@ class HeatedPart:
 
     @property
     def simulated_bulk(self) -> float:
-        """Bulk temperature (K) in the run, mean over the depth and the braking."""
+        """Bulk temperature (K) in the run, mean over the depth and the brake application."""
         return float(np.mean(there(self.course).mean(self.depth)))
 
 
 @dataclasses.dataclass(frozen=True)
 class RunValues:
-    """The hardest braking of a run, that with the maximum friction work, or one pair's part of it, at m times.
+    """The brake application of a run with the maximum friction work, or one pair's part of it, at m times.
 
     - `series`: columns at these times; `result`: the run
     - `work`, `other_work` (m,): friction work since its start (J) of all pairs or of the `pair`, and of the other pair;
@@ -277,7 +277,7 @@ class RunValues:
         return float(np.max(self.profile[:, 0] - self.profile[:, -1]))
 
     def stress(self, elastic: ElasticMaterial) -> StressHistory:
-        """Thermal stress of the rim over the braking."""
+        """Thermal stress of the rim over the brake application."""
         return stress_over_time(self.t, self.profile, self.profile_depth, elastic)
 
     def schmidt(self, material: Material, share: float, area: float, beyond: float = 0.0) -> SchmidtCourse:
@@ -321,7 +321,7 @@ def _sliding(s: Series, pair: str) -> tuple[np.ndarray, np.ndarray]:
 
 
 def run_values(result: Result, pair: str = "", *, times: int = _TIMES) -> RunValues | None:
-    """The hardest braking of a concrete result, or the part of it in which one `pair` of a staged brake slides most.
+    """The hardest brake application of a result, or the part of it in which one `pair` of a staged brake slides most.
 
     `pair`: `"external"` or `"internal"`; `times`: evaluated at so many. `None` where no lining slid.
     """

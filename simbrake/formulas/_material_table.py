@@ -333,7 +333,7 @@ def _alike(found: list[Any]) -> list[Any]:
 def _levels(scene: Scene, energy: Energy) -> list[tuple[str, Scene]]:
     """Scenes of the energy levels with their labels."""
     if energy is None:
-        return [("the scene's own duty", scene)]
+        return [("the duty of the scene", scene)]
     if isinstance(energy, Mapping):
         if len(energy) != 1:
             hint = 'as in {"initial.omega": [12.0, 24.0]}'
@@ -352,7 +352,7 @@ def _levels(scene: Scene, energy: Energy) -> list[tuple[str, Scene]]:
             raise InputError([Fault("energy", f"{wrong[0]:g} J is out of range", "friction works are > 0 J")])
         found = [(f"classical stop of {work / 1e3:g} kJ", _of_work(scene, work)) for work in works]
     if not found:
-        raise InputError([Fault("energy", "is empty", "leave it out for the scene's own duty")])
+        raise InputError([Fault("energy", "is empty", "leave it out for the duty of the scene")])
     return found
 
 
@@ -446,7 +446,9 @@ class _Study:
         if self.run and not self.named[0]:
             found.append("the scene's heat has no rim in layers: temperatures, stress and wear are estimates")
         elif self.scene.network.permissible is not None:
-            found.append("permissible temperatures are those of the materials; the scene's own is an event of its runs")
+            found.append(
+                "permissible temperatures are those of the materials; that of the scene is an event of its runs"
+            )
         if not self.run:
             found.append("no runs: estimates only")
         for name in ("track_area", "lining_area", "rim_thickness"):

@@ -134,7 +134,7 @@ def lining_material(name: str, **changes: float) -> LiningMaterial:
 
 @dataclasses.dataclass(frozen=True)
 class Case:
-    """One braking with one pair of materials; `flash`: rise of the spots (K)."""
+    """One brake application with one pair of materials; `flash`: rise of the spots (K)."""
 
     braking: Braking
     rim: RimMaterial
@@ -142,7 +142,7 @@ class Case:
     flash: float
 
     def scaled(self, s: float) -> "Case":
-        """The braking from `s` times the speed, under the same torques: time by `s`, work by `s²`, flash by `√s`."""
+        """The same from `s` times the speed, under the same torques: time by `s`, work by `s²`, flash by `√s`."""
         b = self.braking
         braking = dataclasses.replace(b, omega=b.omega * s, time=b.time * s, work=b.work * s**2)
         return dataclasses.replace(self, braking=braking, flash=self.flash * math.sqrt(s))
@@ -260,7 +260,7 @@ def greatest_work(case: Case) -> tuple[float, str]:
     """Maximum friction work (J) of one brake application that the pair withstands by the estimates, and its limiting
     criterion.
 
-    The braking at hand from another speed under the same torques (time by the speed, work by its square). Every
+    The same brake application from another speed under the same torques (time by the speed, work by its square). Every
     criterion grows with the speed, so that there is one end; 0 where the rim is too hot at the start.
     """
     from scipy.optimize import brentq

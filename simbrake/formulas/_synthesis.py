@@ -127,7 +127,9 @@ def refine(
             return first, last, n, change
     told = ", ".join(f"{part} {last[part].bulk:.6g} K" for part in replaced)
     words = f"after {rounds} rounds the bulk temperatures still change by {change:.3g} K ({told})"
-    raise SynthesisError("no_convergence", f"{words}; allow more rounds, or the braking is close to a thermal runaway")
+    raise SynthesisError(
+        "no_convergence", f"{words}; allow more rounds, or the brake application is close to a thermal runaway"
+    )
 
 
 def replaced_in(first: Parts) -> tuple[str, ...]:
@@ -170,7 +172,7 @@ class Property(NamedTuple):
         return float(getattr(properties_at(self.material, self.T, self.part.name), self.field))
 
     def simulated(self) -> float:
-        """Simulated property: the scene's own law at the mean temperature of the heated depth."""
+        """Simulated property: the law of the scene at the mean temperature of the heated depth."""
         return property_at(there(self.part.course).wall.material, self.field, self.part.simulated_bulk)
 
     def words(self) -> str:
@@ -207,10 +209,10 @@ class Margin(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class Chain:
-    """The braking of a synthesis: `before` with properties at room temperature, `after` with those of step 7.
+    """The brake application of a synthesis: `before` with properties at room temperature, `after` with those of step 7.
 
     `first`, `last`: passes of the `rounds` between the two, the last of which changed temperatures by `change` (K);
-    `start`: temperatures (K) of the parts as the braking begins; `limits` (SI).
+    `start`: temperatures (K) of the parts at the beginning; `limits` (SI).
     """
 
     before: Braking
@@ -225,7 +227,7 @@ class Chain:
     # steps 1 to 7
 
     def within(self) -> float:
-        """Share of the simulated heat of the rim within the depth of step 1 at the end of the braking."""
+        """Share of the simulated heat of the rim within the depth of step 1 at the end."""
         rim = there(there(self.before.run).rim)
         rise = rim.layers[-1] - rim.layers[0]
         whole = float(rise @ rim.steps)
@@ -260,7 +262,7 @@ class Chain:
 
     @functools.cached_property
     def schmidt(self) -> SchmidtCourse:
-        """Schmidt's scheme over the braking: with the run's own heat, else with the falling power of a stop."""
+        """Schmidt's scheme with the heat of the run, else with the falling power of a stop."""
         b = self.after
         share, run = b.share * float(b.power.heat), b.run
         if run is not None and run.layered:
@@ -310,12 +312,12 @@ class Chain:
 
     @property
     def lining_body(self) -> float:
-        """Mean temperature of the whole lining as the braking begins (K)."""
+        """Mean temperature of the whole lining at the beginning (K)."""
         run = self.before.run
         return self.start["lining"] if run is None or run.lining is None else float(run.lining.mean()[0])
 
     def lining_back(self) -> float:
-        """Temperature (K) of its back after the braking."""
+        """Temperature (K) of its back after the brake application."""
         b = self.after
         return back_temperature(b.lining, b.lining_thickness, b.time, face=self.face_peak, start=self.lining_body)
 
@@ -328,7 +330,7 @@ class Chain:
 
     @functools.cached_property
     def rim_cases(self) -> list[Case]:
-        """Thickness for this braking; for a duty of several, for the heat of all of them without cooling as well."""
+        """Thickness for this brake application; in a duty of several also for the heat of all, without cooling."""
         b, limit = self.after, self.limits["lining_permissible"]
         cases = [("braking", b.metal_heat / b.track_area, limit - self.start["rim"])]
         if b.several:
@@ -354,7 +356,7 @@ class Chain:
 
     @functools.cached_property
     def lining_cases(self) -> list[Case]:
-        """Thickness for this braking; for a duty of several, that which keeps the back cool over it as well."""
+        """Thickness for this brake application; in a duty of several also that which keeps the back cool over all."""
         b, back = self.after, self.limits["back_permissible"]
         cases = [("braking", b.time, self.face_peak, self.lining_body)]
         if b.several:  # as if the rim had been as warm all the time
@@ -402,7 +404,7 @@ _MARGINS = {
 # --- the steps --------------------------------------------------------------------------------------------------------
 
 _LINES = read("steps.csv")
-#: S's steps in its own order
+#: steps in the order of S
 STEPS = [line["title"] for line in _LINES if line["title"]]
 
 
@@ -438,7 +440,7 @@ class Synthesis(RowTable[SynthesisRow]):
     """The parametric synthesis of a brake for one brake application: figures of S's twelve steps beside the simulated
     ones.
 
-    - `rows` in order of the steps; `inputs`: their inputs; `about`: the braking
+    - `rows` in order of the steps; `inputs`: their inputs; `about`: the brake application
     - `rounds`: how often steps 1 to 5 were repeated with properties at temperature; `replaced`: parts that have them
     - `rim_thickness`, `lining_thickness`: rational (m), `inf` where none is sufficient
     - `synthesis["friction work"]` is one figure, `synthesis.step(8)` those of a step; `str` gives the report,
@@ -512,8 +514,8 @@ def synthesize(
     rational thickness of rim and lining;  9. maximum temperature;  10. heat balance;  11. thermal stress;  12.
     operating characteristics with the permissible limits.
 
-    - `run`: a `Scene`, of which a classical stop gives time and work, or a `Result`: its hardest braking, and every
-      figure is shown beside the simulated one where the run has it
+    - `run`: a `Scene`, of which a classical stop gives time and work, or a `Result`: its hardest brake application, and
+      every figure is shown beside the simulated one where the run has it
     - `data`: numbers that the scene does not have, or that replace them (as for `estimates`)
     - `permissible`: limits of temperature, pressure and power
     - `partition`: law of step 4, as `TransmissionPartition` for S-41; by default `data.share`, else the scene's law,
@@ -546,9 +548,9 @@ def synthesize(
 
 
 def _start_temperatures(b: Braking) -> dict[str, float]:
-    """Mean temperatures (K) of rim, lining and band as the braking begins; without a run all as the rim.
+    """Mean temperatures (K) of rim, lining and band at the beginning; without a run all as the rim.
 
-    The lining's is that of the depth which the braking heats: a lining that has braked before is hot at its face.
+    The lining's is that of the heated depth: a lining that has braked before is hot at its face.
     """
     start = dict.fromkeys(b.parts, b.start_now)
     if b.run is not None and b.run.lining is not None:

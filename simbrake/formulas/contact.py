@@ -72,10 +72,10 @@ def radiation_coefficient(emissivity: Amount, temperature: Amount, ambient: Amou
 def triboelectric_power(current: Amount, voltage: Amount, factor: Amount = 200.0) -> Amount:
     """Electrical share of the friction power (W): `W_el = k_v I U` (S-8). An estimate.
 
-    - `current` `I` (A) between asperities of lining and metal; `voltage` `U` (V) at the end of the braking
+    - `current` `I` (A) between asperities of lining and metal; `voltage` `U` (V) at the end of the brake application
     - `factor` `k_v`, 2·10² as printed: represents the contact time of asperities, without a derivation or a unit
 
-    S's own formula of the current (S-9) is lost: give a measured one, or `contact_current`. Raises `ValueError` for a
+    The formula of S for the current (S-9) is lost: give a measured one, or `contact_current`. Raises `ValueError` for a
     negative argument.
     """
     require_not_negative(current=current, voltage=voltage, factor=factor)

@@ -67,8 +67,8 @@ def mean_bulk_rise(share: Amount, work: Amount, specific_heat: Amount, mass: Amo
     - `share` `a` of the friction `work` `W` (J) that goes into the part; `specific_heat` `c` (J/(kg·K)); `mass` `G`
       (kg) of its effective volume
 
-    `2/3` is the mean over the braking of heat input with a linearly falling power, `∫(2s − s²)ds` from 0 to 1;
-    the rise at its end is `a W/(c G)`. Raises `ValueError` for numbers outside their ranges.
+    `2/3` is the mean over the brake application of heat input with a linearly falling power, `∫(2s − s²)ds` from 0 to
+    1; the rise at its end is `a W/(c G)`. Raises `ValueError` for numbers outside their ranges.
     """
     require_positive(specific_heat=specific_heat, mass=mass)
     require_not_negative(work=work)
@@ -93,14 +93,14 @@ def stopping_rise(flux: Amount, time: Amount, duration: Amount, effusivity: Amou
 
         ΔT(t) = (2 q_0/e) √(t/π) (1 − 2 t/(3 τ)),   maximum at t = τ/2: (2/3)(2 q_0/e) √(τ/(2π))
 
-    - initial `flux` `q_0` (W/m²), `time` `t ≤ τ`, `duration` `τ` of the braking (s), `effusivity` `e`
+    - initial `flux` `q_0` (W/m²), `time` `t ≤ τ`, `duration` `τ` of the brake application (s), `effusivity` `e`
 
     Superposition of `half_space_rise` (Carslaw & Jaeger, §2.9). Raises `ValueError` outside `0 ≤ t ≤ τ`.
     """
     require_positive(duration=duration)
     t = np.asarray(time, float)
     if np.any(t > duration):
-        raise ValueError(f"time = {time} is after the end of the braking at {duration}")
+        raise ValueError(f"time = {time} is after the end of the brake application at {duration}")
     return half_space_rise(flux, t, effusivity) * (1 - 2 * t / (3 * duration))
 
 
@@ -145,7 +145,7 @@ def stopping_slab_rise(flux: Amount, time: Amount, duration: Amount, thickness: 
         ΔT = (q_0 δ/2λ) {τ_N/3 + Fo τ_W + 2/(45 Fo) − Σ [4/(π² n²) + 4/(π⁴ n⁴ Fo)] exp(−n² π² Fo τ)},   n = 1, 2, …
         τ = t/t_T,   τ_N = 2 (1 − τ),   τ_W = 2 τ − τ²,   Fo = a t_T/δ²
 
-    - initial `flux` `q_0` (W/m²), `time` `t ≤ t_T`, `duration` `t_T` of the braking (s), `thickness` `δ` (m)
+    - initial `flux` `q_0` (W/m²), `time` `t ≤ t_T`, `duration` `t_T` of the brake application (s), `thickness` `δ` (m)
 
     `τ_N`, `τ_W` are power and work over their means (S). Superposition of `slab_rise`; below `Fo τ = 0.02` that of the
     half-space, `stopping_rise`, to which the back adds 1e-22. Raises `ValueError` outside `0 ≤ t ≤ t_T`.
@@ -169,11 +169,11 @@ def reconstructed_surface_rise(
     Arguments and symbols as of `stopping_slab_rise`, the exact solution of the same slab. The source shows the first
     two terms; alone they are largest at `τ = 0`, where no heat has entered. With the third the rise is 0 there: that of
     a slab under the present power from the start, and `Fo τ²` for the power that was above it. At the end of
-    a long braking it lacks `2/(45 Fo)`. Raises `ValueError` outside `0 ≤ t ≤ t_T`.
+    a long brake application it lacks `2/(45 Fo)`. Raises `ValueError` outside `0 ≤ t ≤ t_T`.
     """
     tau = np.asarray(time, float) / duration
     if np.any(tau > 1):
-        raise ValueError(f"time = {time} is after the end of the braking at {duration}")
+        raise ValueError(f"time = {time} is after the end of the brake application at {duration}")
     present = slab_rise(flux * (1 - tau), time, thickness, material)
     above = fourier_number(float(material.diffusivity), duration, thickness) * tau**2
     return present + flux * thickness / (2 * float(material.conductivity)) * above
@@ -215,7 +215,7 @@ def maximum_temperatures(bulk: Amount, surface: Amount, flash: Amount) -> Maximu
     Where `t_s` is the whole rise of the surface, as most formulas give it, the two that add `t_v` count the bulk twice;
     where it is the rise above the bulk, S-26 leaves the bulk out.
     They differ by these factors: S states no condition for either beyond the kind of
-    braking (single, or repeated at short intervals). Raises `ValueError` for negative rises.
+    brake application (single, or repeated at short intervals). Raises `ValueError` for negative rises.
     """
     require_not_negative(bulk=bulk, surface=surface, flash=flash)
     return MaximumTemperatures(surface + flash / 3, bulk + surface / 3 + flash / 3, bulk + surface + flash)
@@ -363,7 +363,7 @@ class LiningThickness(NamedTuple):
 def rational_rim_thickness(material: Material, time: float, *, heat: float, rise: float) -> RimThickness:
     """Thickness of a rim that the heat of a brake application penetrates and that can store it (S, step 8):
 
-        δ_1 = 1.73 √(a τ)          Fo = a τ/δ² = 1/3: deeper material takes up no heat during the braking
+        δ_1 = 1.73 √(a τ)          Fo = a τ/δ² = 1/3: deeper material takes up no heat
         δ_2 = Q/(ρ c ΔT_p)         the heat Q, spread over the thickness, warms it by the permissible rise
         δ = max(δ_1, δ_2)
 
@@ -487,7 +487,7 @@ def plate_stress(
         bending: σ = E' (T_m − T)                                                        free to expand only
         all:     σ = −E' T                                                               held; T is then the rise
 
-    `E' = E α_T/(1 − ν)`, `T_m = ∫ T dz/δ`. A closed rim of a pulley is kept from bending along its circumference, hence
+    `E' = E α_T/(1 − ν)`, `T_m = ∫ T dz/δ`. A closed rim of a pulley cannot bend along its circumference, hence
     the default. The profile is linear between the depths, the integrals are exact for that.
 
     Raises `ValueError` for another word, depths that do not rise, or constants of the material out of range.

@@ -98,7 +98,7 @@ class PairStop(NamedTuple):
 class StagedStop(NamedTuple):
     """A stop of a staged brake with a rigid band under a constant lever tension (SI units).
 
-    `times`: durations of the stages 1, 2, 3 (s); `torques`: braking torque on the pulley in each (N·m), of stage 2, in
+    `times`: durations of the stages 1, 2, 3 (s); `torques`: brake torque on the pulley in each (N·m), of stage 2, in
     which the centrifugal force falls, the mean
     """
 

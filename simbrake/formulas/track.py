@@ -27,7 +27,7 @@ def revolution_ripple(
         θ(x) = (2/e) √(P/π) Σ_j (q_j − q_{j−1}) ζ(−½, x − x_j),   x − x_j modulo 1
 
     - `place` `x` (m,): times as parts of the period `P` (s);  `effusivity` `e` (W·√s/(m²·K))
-    - `edges` `x_j` (k,), rising in [0, 1): where the `flux` `q_j` (…, k) (W/m²) begins; the last goes on to the first
+    - `edges` `x_j` (k,), rising in [0, 1): where the `flux` `q_j` (…, k) (W/m²) begins; the last continues to the first
 
     Returns (…, m).
 
@@ -76,7 +76,7 @@ class TrackRipple(NamedTuple):
 
     @property
     def valid(self) -> Bool[np.ndarray, " m"]:
-        """Where a rim is a half-space for the ripple: it slides, and `reach ≤ 0.5` (8e-4 come back from its back)."""
+        """Where a rim is a half-space for the ripple: it slides, and `reach ≤ 0.5` (at which its back returns 8e-4)."""
         return self.reach <= _DEEP
 
 

@@ -1,4 +1,8 @@
-"""Event-driven integration of hybrid systems on the methods of diffrax: one flat loop over step attempts."""
+"""Integration of hybrid systems with exact events and derivatives through them, for any equations.
+
+`hybridsolve` integrates an `AbstractHybridSystem` with the Runge–Kutta tableaus of diffrax, or Rodas5P for stiff
+systems, in one flat loop over step attempts.
+"""
 
 from ._arrays import largest as largest
 from ._arrays import smallest as smallest

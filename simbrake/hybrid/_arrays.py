@@ -2,7 +2,8 @@
 
 import functools
 from collections.abc import Callable
-from typing import TYPE_CHECKING, TypeAlias
+from types import ModuleType
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -24,6 +25,11 @@ Guards = Float[Array, " guard"]
 Rhs = Callable[[Scalar, State], State]
 #: the same as a function of the numbers in it as well, `(params, t, y)`
 RhsOf = Callable[[PyTree, Scalar, State], State]
+
+
+def numpy_of(values: Any) -> ModuleType:
+    """NumPy for concrete values: outside of jit every operation of JAX would compile by itself."""
+    return np if isinstance(values, np.ndarray | np.generic) else jnp
 
 
 # --- entries of a vector at known places, as slices: gathers and scatters are slow in loops on a CPU ------------------
@@ -76,7 +82,7 @@ def any_of_each(*marks: Bool[Array, " n"]) -> list[Mark]:
 
 
 def first_least(x: Float[Array, " n"]) -> tuple[Float[Array, ""], Count]:
-    """The least entry, and the first place where it stands but for rounding."""
+    """The smallest entry, and the first index that has it within rounding."""
     least = jnp.min(x)
     return least, _first(x <= least + _NEAR * jnp.abs(least))
 

@@ -1,7 +1,7 @@
 """First derivatives of a recorded run: a sweep over its rows, forwards (jvp) or backwards (vjp).
 
 The step lengths are frozen, as they are no part of the result. A row that landed on a guard carries the implicit
-derivative of its time, `dt = −dg / ġ`; one that stopped at a time breakpoint that of the time breakpoint."""
+derivative of its time, `dt = −dg / ġ`; one that ended on a time breakpoint carries that of the breakpoint."""
 
 from collections.abc import Callable
 from typing import NamedTuple, NoReturn, TypeVar
@@ -189,7 +189,7 @@ def sweep(
         c, total = _repeat(count, body, (jnp.zeros_like(c_start), c_params))
         return total, c_start + c + c_rows[0], jnp.zeros_like(c_rows)
 
-    # One linear operator with its own transpose. JAX requires every part of the right-hand side to depend on the
+    # One linear operator with an explicit transpose. JAX requires every part of the right-hand side to depend on the
     # tangent, so that zeros (numbers that are not differentiated, the rows) are written as 0 times the sum of all
     # tangents.
     zero = 0.0 * sum(jnp.sum(leaf) for leaf in jax.tree.leaves(tangents))

@@ -1,7 +1,7 @@
-"""Many runs side by side: lanes that come to an event wait for the others, and only events are recorded.
+"""Many runs side by side: lanes that reach an event wait for the others, and only events are recorded.
 
 Under `vmap` an event of one lane costs all lanes the work of an event. So an attempt that may be more than a plain step
-is left alone until no lane can take a plain step; then all of them are judged at once. A lane that waits repeats its
+is left alone until no lane can take a plain step; then all of them are evaluated at once. A lane that waits repeats its
 attempt and decides what it would have decided by itself: a run takes the same steps as a single one.
 """
 
@@ -42,7 +42,7 @@ from ._system import (
 
 
 class Lane(NamedTuple):
-    """Where a run stands, and what became of it at the instants at which all lanes were judged.
+    """Present state of a run, and its states at the instants at which all lanes were evaluated.
 
     - `judged`: how many such instants there were, the same for all lanes;  `used`: attempts of this lane
     - `starts`: time, state and mode after each, the first from the start of the run;  `kinds`: what happened there
@@ -56,7 +56,7 @@ class Lane(NamedTuple):
 
 
 def _plain(a: Attempt) -> Verdict:
-    """The verdict on an attempt that no guard has anything to say of."""
+    """The decision on an attempt without an event."""
     no, infinity = jnp.zeros_like(a.accept), jnp.full_like(a.h, jnp.inf)
     return Verdict(
         instant=no,
@@ -71,7 +71,7 @@ def _plain(a: Attempt) -> Verdict:
 
 
 def _may_be_more(p: Problem, a: Attempt) -> Mark:
-    """Whether an attempt may be more than a plain step: every attempt of which `_judge` says more, and some others."""
+    """Whether an attempt may be more than a plain step: every one with an event or a retake, and some others."""
     if p.settings.guard_samples:
         return jnp.ones_like(a.accept)
     near = jnp.maximum(0.1 * jnp.sqrt(p.settings.rtol) * a.h, 0.5 * a.resolution)
@@ -92,9 +92,9 @@ def _runs(p: Problem, c: Carry, used: Count) -> Mark:
 
 
 def _advanced(p: Problem, lane: Lane) -> Lane:
-    """One attempt of every lane that can go on, or of all that wait."""
+    """One attempt of every lane that can continue, or of all that wait."""
     running = _runs(p, lane.carry, lane.used)
-    # lanes at their end join those that only look around, so that these are alone now and then
+    # lanes at their end join those that only evaluate, so that these are sometimes alone
     c = lane.carry._replace(settling=jnp.where(running, lane.carry.settling, 2))
     restarts = running & (c.settling > 0)
     a = _attempt(p, c)
@@ -156,7 +156,7 @@ def hybridsolve_lane(
     """As `hybridsolve`, to be mapped over many runs by `vmap`; the record has the events alone.
 
     A row begins at the start of the run or where the lanes were judged, and lasts as long as nothing but plain steps
-    follow; its `kind` tells what happened at its end (SKIPPED: nothing in this lane). States inside the rows cannot be
+    follow; its `kind` is the event at its end (SKIPPED: nothing in this lane). States inside the rows cannot be
     looked at. `room`: how often lanes may be judged; a run for which it does not suffice ends with the code
     STEP_LIMIT. Not differentiable.
     """

@@ -1,4 +1,4 @@
-"""The flat loop: one iteration is one step attempt, which ends as accepted, rejected, retaken shorter or an event."""
+"""The flat loop: one iteration is one step attempt, which ends as accepted, rejected, truncated or an event."""
 
 from typing import NamedTuple
 
@@ -17,7 +17,7 @@ from ._system import ADVANCED, FINISHED, HEAD, INSTANT, LANDED, SKIPPED, STOPPED
 
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 10.0
 _RUNNING = np.int32(-1)
-#: a guard that fires again and again within this share of the run, so many times, is taken for a Zeno point
+#: a guard that fires so many times within this share of the run is a Zeno point
 _ZENO_INTERVAL, _ZENO_COUNT = 1e-6, 20
 _EPS = 2.220446049250313e-16
 
@@ -64,7 +64,7 @@ class Attempt(NamedTuple):
     rate1: Guards
     crosses: Bool[Array, " guard"]
     crossing: Mark  # any of them
-    odd: Mark  # worth a search
+    odd: Mark  # needs a search
     unsound: Mark  # a guard is infinite or not a number
     accept: Mark
     finite: Mark
@@ -73,7 +73,7 @@ class Attempt(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """What becomes of an attempt."""
+    """Decision on an attempt."""
 
     instant: Mark
     land: Mark
@@ -126,7 +126,7 @@ def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
     """The carry after one of the two looks that follow a restart, at the rates there and a little further on.
 
     The first attempt's length after Hairer, Nørsett & Wanner, *Solving ODEs I*, II.4. Rates and guards are found by the
-    attempts' own code, as another copy of the equations would have to be compiled.
+    code of the attempts, as another copy of the equations would have to be compiled.
     """
     first = c.settling == 2
 
@@ -135,7 +135,7 @@ def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
 
     f, g, size, span = pick(a.f1, c.f), pick(a.g1, c.g), jnp.abs(c.y), p.t1 - p.t0
     d0, d1, d2 = p.norms(size, c.y, f, a.f1 - f)
-    # a state or rate of zero says nothing of the time scale: take a small share of the run
+    # a state or rate of zero gives no time scale: take a small share of the run
     h0 = jnp.where((d0 < 1e-5) | (d1 < 1e-5), 1e-6 * span, 0.01 * d0 / jnp.where(d1 > 0, d1, 1.0))
     h0 = jnp.minimum(h0, span)
     d2 = d2 / jnp.where(h0 > 0, h0, 1.0)
@@ -187,7 +187,7 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
     lands = (a.rate1 < 0) & here & (c.armed | leaving(c, a.h) | crosses)
     lost = crosses & (a.h <= a.resolution)  # the bracket has shrunk to rounding: fire here
     lost = (lost | _hidden(c, a, distance)) & ~lands
-    # (the least is infinite where no guard arrives, or one that crossed does not)
+    # (the minimum is infinite where no guard arrives, or one that crossed does not)
     distance = jnp.where(lands, distance, jnp.where(crosses, -jnp.inf, jnp.inf))
     delta, landing = first_least(jnp.where(lost, 0.0, distance))
     instant = look & found.instant
@@ -303,7 +303,7 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
 
 
 def _iterate(p: Problem, packed: Packed, ny: int, ng: int) -> tuple[Packed, Float[Array, " column"], Mark]:
-    """One attempt: the packed carry after it, the row that records it, and whether it was no mere look around."""
+    """One attempt: the packed carry after it, the row that records it, and whether it was more than an evaluation."""
     c = unpack(packed, ny, ng)
     settles = c.settling > 0
     a = _attempt(p, c)
@@ -376,7 +376,7 @@ def advanced(
     def body(loop: tuple[Count, Packed, PackedRows]) -> tuple[Count, Packed, PackedRows]:
         i, packed, rows = loop
         packed, row, counts = _iterate(p, packed, ny, ng)
-        # (a look around leaves its row to the next attempt)
+        # (an evaluation alone leaves its row to the next attempt)
         following = i + eqxi.unvmap_any(counts).astype(jnp.int32)
         return following, packed, jax.lax.dynamic_update_slice(rows, row[None], (i, jnp.zeros_like(i)))
 

@@ -27,7 +27,7 @@ def _frozen(value: Any) -> Any:
 
 
 class Pullback(NamedTuple):
-    """A step from `(t, y)` over `h`: the new state, `rhs` there, and what takes cotangents of both to those of
+    """A step from `(t, y)` over `h`: the new state, `rhs` there, and the map from cotangents of both to those of
     `(params, t, y)`."""
 
     y: State
@@ -92,8 +92,8 @@ class ExplicitRungeKutta(AbstractMethod):
 
     Any explicit diffrax solver with an error estimate gives its tableau (`diffrax.Tsit5()`, `diffrax.Dopri8()`, …).
     The order is the one the step-size controller assumes for the local error. `evaluations` counts those of `rhs` in
-    one step, the first of which is handed over from the step before. `unrolled` writes every stage out: the fastest
-    program; otherwise the stages are a loop, and the equations stand in the program once.
+    one step, the first of which is that of the step before. `unrolled` writes every stage out: the fastest
+    program; otherwise the stages are a loop, and the program contains the equations once.
     """
 
     a: tuple[tuple[float, ...], ...] = eqx.field(static=True)
@@ -107,7 +107,7 @@ class ExplicitRungeKutta(AbstractMethod):
     solver: str = eqx.field(static=True)
 
     def __init__(self, solver: "diffrax.AbstractERK", *, unrolled: bool = True) -> None:
-        import diffrax  # takes longer to import than most runs: who has the tableau already does not wait for it
+        import diffrax  # importing it takes longer than most runs: it is not loaded where the tableau is known
 
         if not isinstance(solver, diffrax.AbstractERK):
             raise TypeError(f"an explicit Runge–Kutta solver of diffrax is needed (Tsit5, Dopri8, …), not {solver!r}")

@@ -1,4 +1,4 @@
-"""What a step attempt carries, and what the guards say of it: nothing, retake it shorter, or fire where it ends.
+"""State carried by step attempts, and evaluation of the guards: no event, a shorter attempt, or an event at its end.
 
 The carry is packed into two vectors instead of twenty arrays: XLA then updates all of it in two small kernels. With one
 kernel per array it would also repeat the decisions of an attempt in every one of them.
@@ -15,7 +15,7 @@ from ._arrays import Array, Count, Guards, Mark, Scalar, State, entry, first_lea
 
 
 class Stats(NamedTuple):
-    """Counts of one run: accepted steps, rejected ones, retakes towards an event, events, segments."""
+    """Counts of one run: accepted steps, rejected ones, attempts truncated at events, events, segments."""
 
     accepted: Count
     rejected: Count
@@ -102,7 +102,7 @@ def first_root(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> Guards:
     """First root in (0, 1] of the cubic Hermite interpolant of each guard.
 
     `g0, g1` are the values at the ends and `d0, d1` the rates times the step. A guard with `g0 <= 0` is taken to start
-    at exactly 0 and that root is divided out, so that what is found is its return. The caller knows that `g1 < 0`.
+    at exactly 0 and that root is divided out, so that what is found is its return. The caller ensures `g1 < 0`.
     """
     from_zero = g0 <= 0
     start = jnp.where(from_zero, 0.0, g0)
@@ -148,14 +148,14 @@ def interior_minimum(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> tuple[Gu
     return s, ((c3 * s + c2) * s + d0) * s + g0, exists
 
 
-# --- what the guards say of an accepted attempt -----------------------------------------------------------------------
+# --- evaluation of the guards after an accepted attempt ---------------------------------------------------------------
 
 #: rounding of a guard of order one
 TINY = 1e-15
 
 
 class Found(NamedTuple):
-    share: Scalar  # of the step, `inf` where it may stand
+    share: Scalar  # of the step, `inf` where the attempt is valid
     guard: Count
     instant: Mark  # `guard` fires where the step started
 
@@ -166,7 +166,7 @@ def leaving(c: Carry, h: Scalar) -> Bool[Array, " guard"]:
 
 
 def crossed(c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar) -> Bool[Array, " guard"]:
-    """Whether a guard is negative at the end of an attempt; a touch within rounding is none."""
+    """Whether a guard is negative at the end of an attempt; touching zero within rounding is not a crossing."""
     returned = g1 < jnp.where(leaving(c, h), jnp.minimum(c.g, 0.0) - TINY, -tol)
     return jnp.where(c.armed, (g1 < -TINY) | ((g1 <= 0) & (rate1 < 0)), returned)
 

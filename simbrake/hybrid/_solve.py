@@ -218,7 +218,16 @@ def hybridsolve(
     method: AbstractMethod,
     settings: Settings,
 ) -> Record:
-    """Integrate `system` from `(t0, y0, mode0)` to `t1` through all its events."""
+    """Integrate a hybrid system `ẏ = f(t, y, mode)` from `(t0, y0, mode0)` to `t1` through all its events.
+
+    - `system`: rates, guards, transitions and jumps;  `y0`, `mode0`: initial state and mode, any PyTrees of arrays
+    - `method`: a Runge–Kutta or Rosenbrock method;  `settings`: tolerance and limits of steps and events
+
+    A guard is positive while its mode holds. The step on which it becomes negative is truncated at its root, the system
+    gives the new mode and the state after the event, and the integration continues from there. The record has every
+    step; its `code` is a `Code` or one of the system, and no exception is raised. First derivatives, forward and
+    reverse, pass through the events.
+    """
     y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
     t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
     flat_y0 = ravel(y0, jnp.float64)

@@ -16,7 +16,7 @@ from ._arrays import Array, Count, Guards, Mark, Scalar, State
 
 
 class Code(enum.IntEnum):
-    """Status codes of an integration; systems add their own codes from `SYSTEM_CODES` upwards."""
+    """Status codes of an integration; codes of systems begin at `SYSTEM_CODES`."""
 
     COMPLETED = 0
     STEP_LIMIT = 1
@@ -134,7 +134,7 @@ class AbstractSemiExplicitSystem(AbstractHybridSystem):
 
     @abc.abstractmethod
     def change(self, now: Instant, fired: Bool[Array, " guard"], at_stop: Mark) -> tuple[PyTree, Count | int]:
-        """The mode after an event, and a code (see `transition`). It may ask for `variables` in other modes."""
+        """The mode after an event, and a code (see `transition`). It may evaluate `variables` in other modes."""
 
     def rhs(self, t: Scalar, y: PyTree, mode: PyTree) -> PyTree:
         return self.rates(t, y, mode, variables_of(self, t, y, mode))
@@ -156,7 +156,7 @@ class AbstractSemiExplicitSystem(AbstractHybridSystem):
 
 @eqx.filter_jit
 def variables_of(system: AbstractSemiExplicitSystem, t: Scalar, y: PyTree, mode: PyTree) -> PyTree:
-    """`system.variables`, traced once for all systems of one structure, however often a program asks for it."""
+    """`system.variables`, traced once for all systems of one structure, however often a program calls it."""
     return system.variables(t, y, mode)
 
 

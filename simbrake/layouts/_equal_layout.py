@@ -65,7 +65,7 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
 
 
 class InfeasibleLayout(ValueError):
-    """No such layout exists; the message says which limit is exceeded and where."""
+    """No such layout exists; the message states which limit is exceeded and where."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -202,12 +202,12 @@ def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
 
     at the speed and the temperatures of the start and the maximum slack tension of the lever; traceable.
     """
-    system, y, _ = assemble(scene)
+    system, y, mode = assemble(scene)
     grip, linings = system.grip, scene.brake.linings
     assert isinstance(grip, Grip)
     T_0 = jnp.asarray(scene.duty.lever.scale())
     v = jnp.full(linings.count, jnp.abs(jnp.asarray(scene.brake.radius) * jnp.asarray(scene.initial.omega)))
-    hot = system.surfaces(y)[0]
+    hot = system.surfaces(jnp.asarray(scene.initial.time), y, mode)[0]
     f = grip.coefficients(T_0, v, hot, jnp.asarray(False), static=False).f
     along = T_0 * running_product(grip.ratios(f)[0])
     before = jnp.concatenate([T_0[None], along[:-1]])
@@ -516,7 +516,7 @@ class _Search:
 
 
 def _start(scene: Scene, targets: tuple[Target, ...], free: str) -> tuple[tuple[Angles, Areas], str]:
-    """Angles and areas in closed form (the scene's own where there is none), and the reason if there is none."""
+    """Angles and areas in closed form (those of the scene where there is none), and the reason if there is none."""
     (angle, area), note = own_layout(scene), ""
     if free != "area":
         found, note = closed_form(scene, targets[0], areas=free == "angle")
@@ -561,7 +561,7 @@ def equal_layout(
     - `rate`: wear rate (m³/(N·m)), as in `wear`;  `pair`: as in `rubbing`
     - `place(scene, angle, area)`: puts a layout into the scene, where more than the linings depends on it (areas of
       the walls that heat them); by default `brake.linings` alone
-    - `start`: `closed form`, or `given` for the scene's own layout
+    - `start`: `closed form`, or `given` for the layout of the scene
     - `tolerance`: maximum over minimum of the target, less 1, at which the layout is level
 
     Raises `InputError` with all errors, `InfeasibleLayout` where the target cannot be levelled, and

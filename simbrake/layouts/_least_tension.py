@@ -180,7 +180,7 @@ def least_tension(
 
     - `stopping_time` (s): longest one allowed
     - `variables`: path → (low, high); a field with many entries is free in each, `brake.linings.angle[0]` is one of it.
-      The search starts from the scene's own values: a local optimum near them is found. A uniform pitch is stationary
+      The search starts from the values of the scene: a local optimum near them is found. A uniform pitch is stationary
       by symmetry: start from another one where angles are free
     - `limits`: limits of further metrics by name, `{"peak_lining_temperature": 673.15}`
     - `keep_wrap`: where lining angles are free, their sum stays;  `objective`: another metric to be minimised

@@ -55,7 +55,9 @@ def duty(result: Result, *, figure: Figure | None = None) -> Figure:
     if isinstance(load, AbstractString):
         weight = np.asarray(s.load_torque) + float(load.drag) * np.asarray(s.omega)
         mass = weight / float(load.gravity * load.travel())
-        panels[2].step(s.t, mass / 1e3, where="post", color="tab:brown", label="mass on the hook")
+        swings = load.elasticity is not None
+        words = "hook load over gravity" if swings else "mass on the hook"
+        panels[2].step(s.t, mass / 1e3, where="post", color="tab:brown", label=words)
         panels[2].set_ylabel("mass, t")
     finish(panels)
     for panel in panels:
@@ -73,8 +75,8 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
     """Speed of the pulley, torques of brake and load, tensions at the two ends of the band or forces on the linings,
     and number of linings at their friction limit over time.
 
-    Left the whole motion (a run that goes on at rest is cut shortly after the stop), right the time up to full slip, if
-    it is short. Dashed lines are events.
+    Left the whole motion (a run that continues at rest is cut shortly after the stop), right the time up to full slip,
+    if it is short. Dashed lines are events.
     """
     columns = windows(result)
     figure = sheet(figure, 11.5 if len(columns) > 1 else 7.5, 8.5)
@@ -96,11 +98,11 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
 
 
 def stops(result: Result, *, figure: Figure | None = None) -> Figure:
-    """One point for each stop of the run: how long the band braked and how far the pulley came, friction heat, and the
+    """One point for each stop of the run: duration and travel of the stop, friction heat, and the
     highest temperatures of rim, linings and band until the next restart."""
     table = result.stops
     if not len(table):
-        raise InputError([Fault("result", "has no stop", "a run in which the pulley comes to rest")])
+        raise InputError([Fault("result", "has no stop", "a run in which the pulley stops")])
     names = [column.name for column in table.columns]
     hot = [name for name in names if name.startswith("peak_")]
     figure = sheet(figure, 8.0, 6.4 if hot else 4.6)
@@ -244,7 +246,7 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
 def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     """Temperatures of rim, linings and band over time, the permissible one, and the hottest moment's depth profiles.
 
-    Above the surfaces over time (linings with walls of their own: the coolest and the hottest), below the coefficient
+    Above the surfaces over time (of several lining walls the coolest and the hottest), below the coefficient
     of friction, and at the right the temperature through the depth of the walls when the rim, or the first
     place that the scene names, was hottest.
 
@@ -450,7 +452,8 @@ def lining_map(
         panel.yaxis.set_major_locator(MaxNLocator(integer=True))
         window.label_time(panel)
         panel.set_title(window.title, fontsize=10)
-    panels[0].set_ylabel("lining, from the slack to the tight end" if brake.banded else brake.words.lining)
+    order = "from the slack to the tight end" if len(brake.bands_of_linings) == 1 else "band after band"
+    panels[0].set_ylabel(f"lining, {order}" if brake.banded else brake.words.lining)
     where = f"{brake.pairs[pair].words}: " if len(brake.pairs) > 1 else ""
     alike = " (one surface for all linings)" if maps[0][1].shape[1] == 1 < n and quantity == "temperature" else ""
     figure.suptitle(f"{where}{view.words}, lining by lining{alike}", fontsize=11)

@@ -22,7 +22,7 @@ Corner: TypeAlias = Literal["best", "upper left", "upper right", "lower right"]
 
 ZERO = 273.15  # K
 
-#: colours that people with any colour vision tell apart (M. Okabe, K. Ito, *Color Universal Design*, 2008)
+#: colours distinguishable with any colour vision (M. Okabe, K. Ito, *Color Universal Design*, 2008)
 BLUE, SKY, GREEN, ORANGE, VERMILLION, PURPLE = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7"
 
 #: events that change the state of a whole pair, with the colour and label of their line
@@ -104,7 +104,7 @@ def marks(axes: Axes, result: Result, window: Window, *, named: bool, front: boo
     """
     shown = [e for e in result.events if e.name in MARKED and window.start <= e.time <= window.end]
     few = len(shown) <= 12
-    faint = 1.0 if len(shown) <= 40 else 0.3  # many brakings: the lines must not hide the curves
+    faint = 1.0 if len(shown) <= 40 else 0.3  # many stops: the lines must not hide the curves
     for i, event in enumerate(shown):
         colour, words = MARKED[event.name]
         if front:

@@ -360,7 +360,7 @@ def wear(lives: LiningLife | Mapping[str, LiningLife], *, figure: Figure | None 
     """Thickness worn off along the band after parts of the life, and below over the number of brake applications.
 
     - `lives`: one life, or several by name (layouts, a band turned or not): a panel on top for each
-    - below left: the lining that has lost most and the one that has lost least;  right: maximum over mean wear
+    - below left: the most and the least worn lining;  right: maximum over mean wear
 
     Linings are counted from the slack end at the start, and keep their number where the band is turned.
     """

@@ -144,7 +144,7 @@ class BandDiagram(NamedTuple):
     angle: Float[np.ndarray, " n"]
     tension: Float[np.ndarray, " n_1"]
     normal: Float[np.ndarray, " n"]
-    w_0: float  # λ/(Π − 1): at this and smaller ones all linings come to slide
+    w_0: float  # λ/(Π − 1): at this and smaller ones all linings slide in the end
 
 
 def _diagram(name: str, f: float, beta: Float[np.ndarray, " n"], k: int, lam: float) -> BandDiagram:
@@ -333,7 +333,7 @@ def energy_levels(points: int = 201) -> tuple[EnergyLevels, EnergyLevels]:
     relative = 2 * s - s**2
     depth = min(float(penetration_depth(a, S1_STOP)), S1_RIM)
     mass, work = S1_TRACK * depth * float(steel.density), first * S1_STOP / 2
-    # S-25 is the mean over the braking, 2/3 of the rise at its end
+    # S-25 is the mean over the brake application, 2/3 of the rise at its end
     rise = 1.5 * float(mean_bulk_rise(share, work, float(steel.specific_heat), mass))
     surface = np.asarray(stopping_rise(q, s * S1_STOP, S1_STOP, float(steel.effusivity)))
     top = maximum_temperatures(0.0, surface, flash(S1_PAIR["V_0"] * (1 - s))).surface_and_third_flash

@@ -57,7 +57,7 @@ def dataset(result: Result, times: Any = None) -> Dataset:
     """A concrete result as an `xarray.Dataset`; every variable has its `units` (SI, `1`: none) and `meaning`.
 
     - over `time`: all columns of `Series`, those of single linings also over `lining` (from 1, from the slack end), and
-      those of each friction pair, as `internal_torque`, where there are several or linings move by themselves;
+      those of each friction pair, as `internal_torque`, where there are several or linings move individually;
       `temperature` over `node`; of a wall `<wall>_layer_temperature` over `<wall>_layer` with the depth of the layers'
       centres `<wall>_depth` (m), and over `<wall>_copy` where there are several
     - `side`: at an event, and where a given profile has a corner or a jump, a time occurs twice: with the values
@@ -146,7 +146,8 @@ def _columns(result: Result, series: Series) -> Variables:
         last = "node" if field == "temperature" else "lining"
         dims = ("time", *(() if value.ndim == 1 else (last,) if value.ndim == 2 else (f"{field}_state", last)))
         if value.ndim == 2 and field.endswith("_temperature") and value.shape[1] != n:
-            dims, value = ("time",), value[:, 0]
+            one = value.shape[1] == 1  # else of the rims of several bands
+            dims, value = ("time",) if one else ("time", "band"), value[:, 0] if one else value
         data[field] = _variable(dims, value, unit_of_column(field), meaning_of_column(field))
     return data
 

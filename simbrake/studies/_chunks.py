@@ -55,14 +55,14 @@ class Pool:
     def results(self) -> Iterator[tuple[Task, Columns]]:
         """Finished tasks in the order in which they finish, until none is left."""
         while self._waiting:
-            with contextlib.suppress(TimeoutError):  # awake now and then, so that Ctrl-C is heard
+            with contextlib.suppress(TimeoutError):  # wake up regularly, so that Ctrl-C is handled
                 for future in as_completed(list(self._waiting), timeout=0.5):
                     task = self._waiting.pop(future)
                     if not future.cancelled():
                         yield task, future.result()
 
     def cancel(self) -> None:
-        """Nothing new is begun; what runs now comes to its end and is among the results."""
+        """Start nothing new; what is running finishes and is among the results."""
         self._waiting = {future: task for future, task in self._waiting.items() if not future.cancel()}
 
 

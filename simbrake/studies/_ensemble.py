@@ -1,6 +1,6 @@
 """Many runs of one scene with other numbers, in one call: what is to run, the runs, and their data set.
 
-Runs go in chunks to threads of this machine or to workers of a Dask cluster. Finished chunks may be kept in a folder,
+Runs go in chunks to threads of this machine or to workers of a Dask cluster. Finished chunks may be stored in a folder,
 and runs whose records were too short are repeated with longer ones.
 """
 
@@ -50,23 +50,23 @@ if TYPE_CHECKING:
 
     Dataset: TypeAlias = xr.Dataset
     Client: TypeAlias = dask.distributed.Client | str
-else:  # these are loaded by those who use them
+else:  # imported where they are used
     Dataset = Client = Any
 #: a function called with `(done, total)` runs; a progress line, on a terminal only (`None`); or none (`False`)
 Tell: TypeAlias = Callable[[int, int], object] | bool | None
 
 NOT_RUN = -1
-#: runs for which chunks have space where the caller does not say: few and many on a CPU; elsewhere
+#: runs for which chunks have space by default: few and many on a CPU; elsewhere
 _CHUNKS, _MANY = (64, 1024), 2**17
 #: instants of events of a run for which there is space at least, before the last limit of the steps
 _ROOM = 16
 #: chunks for every worker, so that all of them end at about the same time
 _SHARES = 8
-#: least ratio of the expected costs of two runs for which it pays to sort them
+#: minimum ratio of the expected costs of two runs for which it pays to sort them
 _UNEQUAL = 1.2
 #: scenes looked at as a whole, besides those with the minimum and the maximum of every parameter
 _LOOKED_AT = 16
-#: runs named in one fault
+#: runs named in one error
 _NAMED = 5
 
 
@@ -199,7 +199,7 @@ def _named(runs: Sequence[int] | np.ndarray) -> str:
 
 
 def _outside(path: str, array: np.ndarray, about: Quantity) -> list[Fault]:
-    """One fault for all values of a number outside its range, with the runs that have them."""
+    """One error for all values of a parameter outside its range, with the runs that have them."""
     bad = np.argwhere(~about.admits(array).reshape(len(array), -1))
     if len(bad) == 0:
         return []
@@ -209,7 +209,7 @@ def _outside(path: str, array: np.ndarray, about: Quantity) -> list[Fault]:
 
 
 def _of_times(plan: Plan) -> list[Fault]:
-    """Runs that end before they start: these would come back as if they had reached their end."""
+    """Runs that end before they start: these would be returned as if they had reached their end."""
     start, end = (
         np.broadcast_to(plan.values.get(path, np.asarray(value, np.float64)), (plan.count,))
         for path, value in (("initial.time", plan.scene.initial.time), ("end_time", plan.scene.end_time))
@@ -220,7 +220,7 @@ def _of_times(plan: Plan) -> list[Fault]:
 
 
 def _of_scenes(plan: Plan) -> list[Fault]:
-    """Faults between numbers, in the runs with the minima and maxima and in some others; each reported once."""
+    """Errors between parameters, in the runs with the minima and maxima and in some others; each reported once."""
     columns = plan.columns
     ends = np.concatenate([columns.argmin(axis=0), columns.argmax(axis=0)])
     step = max(1, math.ceil(plan.count / _LOOKED_AT))
@@ -260,9 +260,9 @@ def _unpacked(payload: bytes) -> Job:
 
 
 def run_packed(payload: bytes, task: Task, folder: str, key: str) -> Columns:
-    """A chunk on a worker elsewhere, which keeps it at once if it sees the folder, and looks there first.
+    """A chunk on a remote worker, which stores it at once if it can access the folder, and looks for it there first.
 
-    Functions come anew with every message: one job is kept, or each would be traced.
+    Functions arrive with every message: one job is reused, or each would be traced.
     """
     store = Faults().attempt(Store, Path(folder), key) if folder else None
     kept = None if store is None else store.read(task)
@@ -276,7 +276,7 @@ def run_packed(payload: bytes, task: Task, folder: str, key: str) -> Columns:
 
 @contextlib.contextmanager
 def cluster(given: Client, store: Store | None) -> Iterator[Pool]:
-    """The workers of a Dask cluster. A chunk whose worker dies is given to another by Dask's own scheduler."""
+    """The workers of a Dask cluster. A chunk whose worker dies is given to another by the scheduler of Dask."""
     try:
         import cloudpickle
         from distributed import Client
@@ -307,7 +307,7 @@ def _features(columns: np.ndarray, squares: bool) -> np.ndarray:
 
 
 def spread(count: int, size: int) -> np.ndarray:
-    """`size` of `count` runs without any order of their own (a regular choice could miss a whole direction)."""
+    """`size` of `count` runs in random order (a regular choice could miss a whole direction)."""
     return np.sort(np.random.default_rng(0).permutation(count)[:size])
 
 
@@ -315,7 +315,7 @@ def expected_cost(columns: np.ndarray, known: np.ndarray, steps: np.ndarray) -> 
     """Expected logarithm of the steps of every run, from those of the runs `known`.
 
     Least squares on the varied numbers (runs, numbers), standardised, and their squares; on the numbers alone where
-    few runs are known. Numbers that do not vary say nothing.
+    few runs are known. Parameters that do not vary are left out.
     """
     scale = columns.std(axis=0)
     columns = (columns[:, scale > 0] - columns[:, scale > 0].mean(axis=0)) / scale[scale > 0]
@@ -329,12 +329,12 @@ def expected_cost(columns: np.ndarray, known: np.ndarray, steps: np.ndarray) -> 
 
 
 def _power_of_2(count: float) -> int:
-    """The least power of two that is not below."""
+    """The smallest power of two that is not below."""
     return 1 << max(0, math.ceil(math.log2(max(1.0, count))))
 
 
 class Runs:
-    """Numbers of all runs of a plan, filled in as chunks of them come back from a pool."""
+    """Numbers of all runs of a plan, filled in as a pool returns chunks of them."""
 
     def __init__(self, plan: Plan, pool: Pool, store: Store | None, progress: Tell) -> None:
         n = plan.count
@@ -364,7 +364,7 @@ class Runs:
                 self.progress.add(int(final.sum()))
 
     def level(self, solver: Solver, runs: np.ndarray, limit: int, size: int, last: bool) -> np.ndarray:
-        """Runs in chunks with one limit of the steps; gives back those for which it was too low, in the same order."""
+        """Runs in chunks with one limit of the steps; returns those for which it was too low, in the same order."""
         plan, room = self.plan, limit if last else min(limit, max(_ROOM, limit // 4))
         job = Job(plan.scene, plan.paths, plan.metrics, solver, plan.rtol, limit, size, room).fitting()
         size = self._share(len(runs), job)
@@ -374,7 +374,7 @@ class Runs:
         return runs[~self.done[runs]]
 
     def _size(self, count: int) -> int:
-        """Runs for which a program of chunks has space; the same for most counts, or each would compile anew."""
+        """Runs for which a program of chunks has space; the same for most counts, or each would be compiled."""
         filled = _power_of_2(count)
         if self.plan.chunk is not None:
             return min(self.plan.chunk, filled)
@@ -520,15 +520,15 @@ def ensemble(
     - `rtol`, `solver`, `max_steps`: as in `simulate`; every run gets the solver and the step limits that it would get
       by itself, and its numbers are those of a single run to rounding
     - `chunk`: runs in one call of one program, by default 64 to 1024 on a CPU, up to 131,072 elsewhere. They go side by
-      side, on a CPU in groups of 64; those that come to an event wait for the others, so that a group costs as much as
-      its slowest run. Where a metric looks into all steps, runs of a CPU follow one another instead. A few runs show
+      side, on a CPU in groups of 64; those that reach an event wait for the others, so that a group costs as much as
+      its slowest run. Where a metric samples all steps, runs of a CPU follow one another instead. A few runs show
       what the numbers do to the steps, and the rest is sorted by that, the expensive ones first
     - `workers`: threads, by default one per core, or one per accelerator where there are any
     - `client`: a `dask.distributed.Client`, or the address of its scheduler: chunks are run there. simbrake must be
       installed on the workers; a chunk whose worker dies is run by another
-    - `directory`: finished chunks are kept there. The same call goes on where an earlier one ended, another one is
-      refused. Workers of a cluster that see the folder write there themselves, so that one that dies loses no more
-      than the chunk it was at
+    - `directory`: finished chunks are stored there. The same call continues where an earlier one ended, another one is
+      rejected. Workers of a cluster with access to the folder write there themselves, so that one that dies loses no
+      more than its current chunk
     - `progress`: `None` shows a line where stderr is a terminal, `False` none; or a function of `(done, total)`
 
     The data set has the varied numbers as coordinates (`units`, `meaning`), every metric, `code` (0, a failure code as

@@ -47,9 +47,9 @@ _SHORT = 128
 _ROWS, _MANY_ROWS = 2**19, 2**22
 #: runs side by side on a CPU
 LANES = 64
-#: points whose answers are remembered
+#: points whose results are cached
 _REMEMBERED = 4
-#: compiled integrations of chunks that are kept, the latest last; a program takes a megabyte or more
+#: cached compiled integrations of chunks, the latest last; a program takes a megabyte or more
 _KEPT = 16
 #: rows of a record that are measured: the next of these sizes that holds the longest run of a chunk
 _SIZES = tuple(64 * 4**i for i in range(8))
@@ -112,10 +112,10 @@ class Paths(NamedTuple):
 
 
 class Faults(list[Fault]):
-    """What is wrong with the input of a study, collected so that all of it comes in one report."""
+    """Errors in the input of a study, collected so that all are in one report."""
 
     def attempt(self, make: Callable[..., Made], *arguments: Any) -> Made | None:
-        """What `make` gives, or `None` where it raises an `InputError`, whose faults are added."""
+        """Result of `make`, or `None` where it raises an `InputError`, whose errors are added."""
         try:
             return make(*arguments)
         except InputError as error:
@@ -328,7 +328,7 @@ def values_of(result: Result, metrics: Metrics) -> np.ndarray:
 class Evaluator:
     """A scene's run as a function of a vector of numbers.
 
-    - `place`: the numbers' way into the scene, as `Paths`;  `find`: what is asked of the result, as `Metrics`
+    - `place`: puts the parameters into the scene, as `Paths`;  `find`: takes metrics from the result, as `Metrics`
     - `given`: numbers that both take besides, not differentiated;  `run`: whether `find` is of a run, not of the scene
     - `size`: how many values `find` gives, where derivatives are taken `singly`;  `reverse`, `singly`: as in `Asked`
     - `solver`, `rtol`, `max_steps`: as for `simulate`, the solver chosen once for the scene given
@@ -369,7 +369,7 @@ class Evaluator:
         self.limits, self._level = (first, *longer), 0
 
     def __call__(self, x: np.ndarray, given: Any = None) -> Evaluation:
-        """Values and Jacobian at a point; the last few points are remembered, but for those with something `given`."""
+        """Values and Jacobian at a point; the last few points are cached, except those with something `given`."""
         key = x.tobytes() if given is None else None
         if key in self._known:
             return self._known[key]
@@ -419,15 +419,15 @@ class Job(NamedTuple):
 
     @property
     def scans(self) -> bool:
-        """Whether a metric looks into all steps of the runs."""
+        """Whether a metric samples all steps of the runs."""
         return any(map(scans, self.metrics))
 
     @property
     def lanes(self) -> int:
         """Runs side by side on a CPU: of those that are short, explicit, and of one rigid or elastic mechanism.
 
-        Others lose by it: long runs come to their events at too different times, implicit steps of many lanes leave the
-        fast memory, and the changes of mode of staged brakes and of single linings are more work side by side.
+        Others become slower: long runs reach their events at too different times, implicit steps of many lanes leave
+        the fast memory, and the changes of mode of staged brakes and of single linings are more work side by side.
         """
         brake = self.scene.brake
         alone = self.scans or isinstance(self.solver, Rodas5P) or brake.in_series or brake.resolved
@@ -448,7 +448,7 @@ def limits_of_many(scene: Scene, solver: Solver, max_steps: int | None) -> tuple
 
 
 def scans(metric: Metric) -> bool:
-    """Whether a metric looks into every step (maxima), or may do so (functions)."""
+    """Whether a metric samples every step (maxima), or may do so (functions)."""
     return not isinstance(metric, str) or (metric in METRICS and METRICS[metric].greatest)
 
 
@@ -494,7 +494,7 @@ def _integrate(numbers: Array, *, like: Packing, job: Job, lanes: int) -> tuple[
 
 @functools.partial(DeviceJit, static_argnames=("metrics", "size", "lanes"))
 def _scanner(result: Result, *, metrics: Sequence[Metric], size: int, lanes: int) -> dict[str, Any]:
-    """Metrics that look into all steps of a batch of results, of which the first `size` rows are used."""
+    """Metrics that sample all steps of a batch of results, of which the first `size` rows are used."""
     rows = jax.tree.map(lambda leaf: leaf[:, :size], result.record.rows)
     result = eqx.tree_at(lambda r: r.record.rows, result, rows)
 
@@ -511,7 +511,7 @@ _compiling = threading.Lock()
 
 
 def _scan(key: Hashable, result: Result, **static: Any) -> Any:
-    """The metrics that look into all steps; of several threads that want them first, one compiles, the others wait."""
+    """The metrics that sample all steps; of several threads that need them first, one compiles, the others wait."""
     if key in _ready:
         return jax.block_until_ready(_scanner(result, **static))
     with _compiling:
@@ -521,16 +521,16 @@ def _scan(key: Hashable, result: Result, **static: Any) -> Any:
 
 
 def _integrator(job: Job, numbers: Array, like: Packing, device: Any) -> Program:
-    """The compiled integration of a chunk whose numbers lie like this; one thread compiles and the others wait.
+    """The compiled integration of a chunk with this layout of parameters; one thread compiles, the others wait.
 
-    On a CPU groups of lanes follow one another: more lanes than a few dozen gain nothing there, and wait for the
+    On a CPU groups of lanes follow one another: more than a few dozen lanes gain nothing there, and wait for the
     slowest of more runs. Runs that are recorded as a whole follow one another, if XLA can make one function of it: side
     by side every step that is an event for one of them would cost all of them the work of an event.
     """
     key = (like, *job[1:4], *job[5:], device)
     with _compiling:
         if key not in _integrators:
-            # the scene's numbers come in the vector: a kept program keeps none of them
+            # the parameters of the scene are in the vector: a cached program holds none of them
             run = functools.partial(_integrate, like=like, job=job._replace(scene=None))  # pyright: ignore
             lanes = job.lanes if device.platform == "cpu" else job.size
             first = functools.partial(run, lanes=lanes)
@@ -548,7 +548,6 @@ def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
     Gives an array over the points for every name in `ABOUT`, every metric, and `method`. What a single run would raise
     is not raised: failures are in `code`.
     """
-    jax.config.update("jax_enable_x64", True)  # on a worker elsewhere
     count = len(rows)
     device = device or jax.devices()[0]
     filled = rows[np.minimum(np.arange(job.size), count - 1)]

@@ -356,7 +356,7 @@ def _found(
         words.append(f"{np.sum(code == c)} of {len(code)} runs failed: {failure_name(int(c))}")
     if words:
         raise SimulationError(
-            f"indices do not exist: {'; '.join(words)}. Narrow the distributions, set a later end_time, or ask for a "
+            f"indices do not exist: {'; '.join(words)}. Narrow the distributions, set a later end_time, or use a "
             "function that every run has, as lambda r: jax.numpy.minimum(r.stopping_time, r.scene.end_time); all runs "
             "are in the error's `result`",
             data,

@@ -289,7 +289,7 @@ def lining_life(
         h(m + Δ) = h + ½ [(Δ + 1) w(h) + (Δ − 1) w(h + Δ w(h))],
 
     which is exact for `Δ = 1` and of second order in `Δ`; its difference from `h + Δ w`, over the permissible wear, is
-    kept below `tolerance` in each step.
+    limited to `tolerance` in each step.
 
     - `run`: a scene with `wear`, or a result of one;  `permissible` (m, or with its unit): a number, one per lining; by
       default `wear.permissible`. On a staged brake it counts for both faces together
@@ -298,7 +298,7 @@ def lining_life(
     - `step`: stops in a step, instead of those by `tolerance`; 1: stop by stop
     - `options`: as for `simulate`
 
-    Each stop begins as the scene says, also with its temperatures: give it those of the cyclic steady state
+    Each stop begins with the initial state of the scene, temperatures included: use those of the cyclic steady state
     (`cyclic_steady_state`) for a duty that is repeated hot. Numbers of stops are not rounded; within the last one
     the wear is linear. Raises `InputError` where the scene cannot be worn so far, and `SimulationError`.
     """

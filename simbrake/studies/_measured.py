@@ -267,7 +267,7 @@ def read_measured(
     `lining_temperature[3]`, linings from 1) or of one of its friction pairs (`internal_torque`), standard deviations in
     columns such as `omega_sigma`. A file of **events** has the columns `event, time, sigma` (or
     `event, value, unit, sigma`), an event being the name of a metric (`stopping_time`, `max_tension`,
-    `energy.friction_heat`). Units stand in the header, `omega [rpm]`, `rim_temperature [degC]`, `t [ms]`; without one
+    `energy.friction_heat`). Units are in the header, `omega [rpm]`, `rim_temperature [degC]`, `t [ms]`; without one
     they are SI, and a standard deviation has its column's. Empty cells were not measured, lines that begin with `#` are
     comments, columns are separated by commas, semicolons (then numbers may have decimal commas) or tabs.
 
@@ -377,7 +377,7 @@ class CsvFile:
             header = f" header, column {self.heads[i].text}"
             if name.endswith(_SIGMA) and name.removesuffix(_SIGMA) not in names and wanted is None:
                 what = f"there is no column {name.removesuffix(_SIGMA)}"
-                self.fault(header, what, "a standard deviation belongs to a column")
+                self.fault(header, what, "a standard deviation needs its column")
             if name == "t" or name.endswith(_SIGMA) or not (wanted is None or _normal(name) in wanted):
                 continue
             where = column_of(name)
@@ -405,7 +405,7 @@ class CsvFile:
         error = self.column(i, si, of_column=of)
         for k in np.flatnonzero(np.isfinite(value) & np.isnan(error)):
             line, cells = self.rows[k]
-            if not cells[i].strip():  # text that is not a number has its own error
+            if not cells[i].strip():  # text that is not a number has a separate error
                 where = f" line {line}, column {self.heads[i].text}"
                 self.fault(where, "is empty beside a measured value", "give its standard deviation")
         return error
@@ -487,7 +487,7 @@ class CsvFile:
                 error = self._cell(line, cells, i, own, si, True)
             value = self._cell(line, cells, at, of, si, False)
             if value is not None and not (np.isnan(value) or (error is not None and np.isnan(error))):
-                singles.append(Single(metric, value, error))  # else it has its own error
+                singles.append(Single(metric, value, error))  # else it has a separate error
         if not singles and not self.faults:
             self.fault("", "has no event with a value", "event,time,sigma")
         return Measured(singles=tuple(singles))

@@ -98,7 +98,7 @@ def near_ties(record: Record) -> list[str]:
 
 
 def _approach(record: Record, index: Array) -> tuple[Array, Array, Array]:
-    """Times, rates (1/s) at which the guards that fired came to 0, and whether others came to 0 at the same instant.
+    """Times, rates (1/s) at which the guards that fired reached 0, and whether others reached 0 at the same instant.
 
     Guards that move alike, as those of speed and slip under a steady lever, are one.
     """
@@ -150,7 +150,7 @@ class Sensitivity(NamedTuple):
     """Sensitivity of a metric `M` to one parameter `p` of a scene.
 
     - `path`, `unit`, `value` of the parameter (SI), and its `meaning`
-    - `derivative` `dM/dp`;  `elasticity` `(p/M) dM/dp`: percent of the metric for one percent of the number
+    - `derivative` `dM/dp`;  `elasticity` `(p/M) dM/dp`: percent of the metric for one percent of the parameter
     - `half`: half of the range of `p`;  `low`, `high`: the metric at its bounds; `None` where it has
       no value or was not evaluated
     - `note`: changes within the range that limit the validity of the derivative; empty if none
@@ -239,8 +239,8 @@ def sensitivity(
 
     - `metric`: a metric's name (`"stopping_time"`, `"max_tension"`, `"energy.friction_heat"`) or a function of a
       `Result` to a number; a list of them gives a list of `SensitivityTable`
-    - `wrt`: paths, as `"brake.linings.friction"` for all below it, or one field; `None`: every number of the scene
-    - `span`: half of the range of each number, as a share of it, or by path in its own unit (for lists too: then a
+    - `wrt`: paths, as `"brake.linings.friction"` for all below it, or one field; `None`: every parameter of the scene
+    - `span`: half of the range of each number, as a share of it, or by path in its unit (for lists too: then a
       shift); the scene is run at both bounds and the table notes where the sequence of modes differs. `None`: no
       range is evaluated
     - `rtol`, `solver`: as for `simulate`

@@ -269,7 +269,7 @@ def _jackknife(whole: float, without: np.ndarray, confidence: float) -> float:
 def probability(hit: np.ndarray, group: np.ndarray, confidence: float) -> Estimate:
     """Share of runs that `hit` (n,), with its interval.
 
-    Groups of one: Clopper–Pearson. Else Student's t over groups; where fewer than two hits or misses come to a group,
+    Groups of one: Clopper–Pearson. Else Student's t over groups; where a group has fewer than two hits or misses,
     Clopper–Pearson as if all runs were independent, since so few do not estimate the scatter. Evenly spread
     points scatter less than that.
     """
@@ -447,7 +447,7 @@ def uncertainty(
 
     Failures: the run `does not stop` (if `stopping_time` is among the metrics), a metric exceeds its limit,
     any of these. A run that failed by its code counts as each of them, as its further course is unknown.
-    Statistics are of the runs that have the metric, and say how many these are.
+    Statistics are of the runs that have the metric, with their number.
 
     Raises `InputError` with all errors, and `SimulationError` (with the runs made) if it was interrupted.
     """

@@ -21,6 +21,7 @@ from ._network import (
     Radiation,
     Reservoir,
     Wall,
+    is_perfect,
     place_of,
 )
 
@@ -250,7 +251,8 @@ def with_external_pair(
     - `lining`: place of the linings' outer faces, by default the back of their wall, else their lump
 
     The linings' inner faces and the rim keep the pair of `heat.friction`, now the internal one. Links between linings
-    and band conduct only while the band is closed, those between rim and linings always: the linings sit on the rim.
+    and band conduct only while the band is closed, those between rim and linings as long as a lining sits on the rim:
+    always, unless its centrifugal force can lift it off (`Bandage.mass`). A perfect contact there stays closed.
     Raises `ValueError` for a network without linings and band.
     """
     inner = heat.friction
@@ -263,7 +265,8 @@ def with_external_pair(
     def between(link: AbstractLink) -> AbstractLink:
         ends = {place_of(link.a)[0], place_of(link.b)[0]}
         touches = isinstance(link, Conductance | ThermalContact) and linings in ends
-        return dataclasses.replace(link, opens=band in ends) if touches else link  # pyright: ignore
+        parts = band in ends or not is_perfect(link, heat.bodies)
+        return dataclasses.replace(link, opens=parts) if touches else link  # pyright: ignore
 
     return dataclasses.replace(
         heat,

@@ -173,7 +173,8 @@ class FrictionHeat(Part):
     """Places that the friction heat enters.
 
     - `metal`, `lining`: the places it enters; `None` for a side that the scene does not model (its share leaves the
-      network and is counted as lost). The same place for both (an interface): the network itself finds the split
+      network and is counted as lost). The same place for both (an interface): the network itself finds the split.
+      Of several bands with a rim each `metal` may have one node per band: each takes the heat of its own
     - `partition`: the law of the share
     - `sensed`: the place whose temperature the friction law sees; by default the lining's, else the metal's
     - `beyond`: of an external pair, a place behind the linings (the rim) that takes the share `beyond_share` at once:
@@ -300,8 +301,11 @@ class Heat(Part):
         inside = [b.temperature for b in self.bodies if isinstance(b, Reservoir)] + [s.power for s in self.sources]
         return tuple(p for p in inside if isinstance(p, AbstractProfile))
 
-    def faults(self, path: str, linings: int) -> list[Fault]:
-        """Errors beyond the ranges of single numbers (concrete values only)."""
+    def faults(self, path: str, linings: int, rims: int = 0) -> list[Fault]:
+        """Errors beyond the ranges of single numbers (concrete values only).
+
+        - `linings`: their number;  `rims`: how many of their own the bands may have, 0: all have one
+        """
         heated = [place for pair in self.pairs for place in (pair.metal, pair.lining, pair.beyond)]
         found = faults_of_network(self.bodies, self.links, self.sources, path, tuple(p for p in heated if p))
         found = found or faults_of_surfaces(self.bodies, self.links, self.sources, path)
@@ -321,8 +325,11 @@ class Heat(Part):
             body = body_at(place, by_name)
             if body is None:
                 found.append(Fault(f"{path}.{field}", f"there is no place {place!r}", "a body, or the face of a wall"))
-            elif (nodes := size_of(body, place_of(place)[1])) not in (1, linings):
-                found.append(Fault(f"{path}.{field}", f"{place!r} has {nodes} nodes", f"1 or {linings}"))
+                continue
+            sizes = [1, linings] if rims == 0 or field.endswith(("lining", "linings")) else [1, rims, linings]
+            if (nodes := size_of(body, place_of(place)[1])) not in sizes:
+                hint = " or ".join(str(size) for size in sizes)
+                found.append(Fault(f"{path}.{field}", f"{place!r} has {nodes} nodes", hint))
         if not found:
             for name, pair in pairs.items():
                 found += self._faults_of_pair(pair, f"{path}.{name}", by_name)

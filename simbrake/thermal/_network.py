@@ -26,7 +26,7 @@ class Surroundings(NamedTuple):
 
     - `speed` (m/s) of the surface: of the rim and all that turns with it `ω R`, of the linings of a bandage `ω_b R_b`,
       0 of linings and band that stand still
-    - `closed`: 1 while linings cover the surface, or the contact is closed, else 0
+    - `closed`: 1 while linings cover the surface, or the contact is closed, else 0; or of each lining, (n,)
     - `pressure` (Pa) of each lining, (n,), or one for all
     """
 

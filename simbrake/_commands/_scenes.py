@@ -1,0 +1,147 @@
+"""Commands about the files of scenes: new; scene show, scene check, scene schema."""
+
+import shutil
+import textwrap
+from pathlib import Path
+
+import cyclopts
+
+import simbrake as sb
+
+from .._base._faults import Fault, InputError, whole_file
+from ..files._shipped import Shipped, shipped, shipped_files
+from . import _options as cli
+
+_WRONG = "0 success; 2 the input is wrong."
+CODES = f"Exit codes: {_WRONG}"
+
+
+def new(name: str | None = None, file: Path | None = None, /, *, json_: cli.Flag = False) -> int:
+    """Write a new scene: a commented template, or a copy of a shipped scene. Without a name: list these.
+
+    Templates: standard, staged, heated, tripping, disc, shoe. The file runs at once: simbrake run FILE.
+
+    Parameters
+    ----------
+    name
+        Name of a template or of a shipped scene.
+    file
+        File to write, by default the name with its ending in the working folder. An existing file is not replaced.
+    json_
+        Print {written, template, title}, or without a name a list of {name, file, template, title}, as JSON.
+    """
+    if name is None:
+        found = list(shipped_files().values())
+        rows = [{"name": x.name, "file": str(x.file), "template": x.template, "title": x.title} for x in found]
+        cli.tell(_listed(found), lambda: rows, json_)
+        return 0
+    source = shipped(name)
+    one = shipped_files()[name]
+    if one.study:
+        hint = f"run it where it is: python {source}"
+        raise InputError([Fault(name, "is a study of several files, not a scene", hint)])
+    target = Path(source.name) if file is None else file / source.name if file.is_dir() else file
+    if target.suffix != source.suffix:
+        raise InputError([Fault(str(target), f"{name} is a {source.suffix} file", f"give a name with {source.suffix}")])
+    if target.exists():
+        raise InputError([Fault(str(target), "exists and is not replaced", "give another name")])
+    # the commands in its comments name the new file
+    text = source.read_text("utf-8").replace(f"scenarios/{source.name}", str(target)).replace(source.name, target.name)
+    with whole_file(target) as scratch:
+        scratch.write_text(text, "utf-8")
+    about = {"written": str(target), "template": one.template, "title": one.title}
+    lines = [f"written  {target}: {one.title}", f"run it   simbrake run {target}"]
+    if source.suffix == ".py":
+        lines.append(f"         python {target}: what the script prints beside")
+    cli.tell("\n".join(lines), lambda: about, json_)
+    return 0
+
+
+def _listed(found: list[Shipped]) -> str:
+    """The names with what they are about."""
+    width = max(len(one.name) for one in found)
+    room = max(shutil.get_terminal_size((200, 24)).columns - width - 4, 40)
+    titles = {one: "study, run as a script: " * one.study + one.title for one in found}
+    rows = {one: f"  {one.name:{width}}  {textwrap.shorten(titles[one], room, placeholder='…')}" for one in found}
+    templates = [row for one, row in rows.items() if one.template]
+    scenes = [row for one, row in rows.items() if not one.template]
+    how = "simbrake new NAME [FILE] writes one, simbrake run NAME runs it."
+    return "\n".join(["templates, with comments", *templates, "", "shipped scenes", *scenes, "", how])
+
+
+scene = cyclopts.App(
+    name="scene", help="Show a scene, check it, or print the format of scene files.", help_epilogue=CODES
+)
+
+
+@scene.command
+def show(file: cli.SceneFile, /, *, set_: cli.Set = None, toml: cli.Flag = False, json_: cli.Flag = False) -> int:
+    """Print every parameter of a scene with its path, value, unit and meaning.
+
+    Parameters
+    ----------
+    toml
+        Print the scene as a TOML file instead, which can be run.
+    json_
+        Print a list of {path, value, unit, meaning}, alone on stdout.
+    """
+    found = cli.opened(file, set_)
+    from ..files._scene_file import scene_text
+    from ..files._schema import parameter_table
+
+    if toml:
+        print(scene_text(found), end="")
+    else:
+        table = parameter_table(found)
+        cli.tell(table, table.as_list, json_)
+    return 0
+
+
+@scene.command
+def check(file: cli.SceneFile, /, *, set_: cli.Set = None, json_: cli.Flag = False) -> int:
+    """Check a scene without running it: every error in one report (exit code 2), and warnings of unusual values.
+
+    Parameters
+    ----------
+    json_
+        Print {faults, warnings} as JSON, alone on stdout.
+    """
+    cli.prepare_jax()
+    from .._parts._scene import plausibility, warnings
+    from ..files._schema import count_text
+
+    try:
+        found = cli.opened(file, set_)
+        sb.check(found)
+    except InputError as error:
+        if not json_:
+            raise
+        faults = [{"path": f.path, "problem": f.problem, "hint": f.hint} for f in error.faults]
+        cli.tell("", lambda: {"faults": faults, "warnings": []}, json_)
+        return 2
+    said = [*warnings(found), *plausibility(found)]
+    lines = [f"no error: {count_text(found)}", *(f"warning  {text}" for text in said)]
+    cli.tell("\n".join(lines), lambda: {"faults": [], "warnings": said}, json_)
+    return 0
+
+
+@scene.command
+def schema(name: str | None = None, /, *, json_: cli.Flag = False) -> int:
+    """Print the format of scene files: keys, units, ranges, meaning.
+
+    Parameters
+    ----------
+    name
+        A type, as HookLoad or layered_heat, or a key, as friction. Without it: the whole format.
+    json_
+        Print the JSON Schema of scene files (draft 2020-12), alone on stdout: editors complete and check with it.
+    """
+    cli.prepare_jax()
+    from ..files._schema import json_schema, schema_text
+
+    print(cli.as_json(json_schema()) if json_ else schema_text(name))
+    return 0
+
+
+#: commands and their exit codes
+COMMANDS = {new: "0 success; 2 an unknown name, or the file exists."}

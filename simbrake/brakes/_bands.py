@@ -1,0 +1,307 @@
+"""Several bands side by side under one lever, each with its own linings."""
+
+from collections.abc import Callable, Iterable
+from typing import Any, ClassVar, TypeVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Float, PyTree
+
+from .._base._faults import Fault
+from .._base._quantity import Part, Scalar, Values, faults_of_sizes, quantity
+from ..fade import AnyContact, Bounds
+from ..friction import AbstractFriction, SurfaceState
+from ..hybrid._arrays import Array
+from ._band import AbstractStiffness, GivenStiffness, grip, lever_split, product, tension_ratio
+from ._design import (
+    AbstractBrake,
+    AbstractLinings,
+    BrakeWords,
+    Lining,
+    PairPlace,
+    Pulley,
+    fault_of_circle,
+    faults_of_pair,
+    faults_of_wrap,
+)
+
+T = TypeVar("T")
+
+#: temperatures (K) that no lining reaches: bounds of a law without any beside one that has them
+_ANY_TEMPERATURE = (0.0, 1e6)
+
+
+class LinedBand(Part):
+    """One of several bands under a lever, with its own linings.
+
+    - `linings`, counted from the slack end of the band to its tight end
+    - `stiffness` (N/m), as of `Band`: the lever stretches all bands by the same length, which sets their shares of its
+      tension;  or `share` of it, in proportion to those of the other bands: on a balance beam they are equal, or
+      inverse to its arms
+    """
+
+    linings: Lining
+    stiffness: Scalar | AbstractStiffness | None = quantity(
+        "N/m", "stiffness at the tight end", positive=True, default=None
+    )
+    share: Scalar | None = quantity(
+        "1", "share of the lever's tension, in proportion to those of the other bands", positive=True, default=None
+    )
+
+
+class JoinedFriction(AbstractFriction):
+    """The friction laws of several bands as the law of all their linings, one band after the other.
+
+    - `laws` of the bands;  `spans`: numbers of their first linings, and of those after the last ones
+
+    Its states are a tuple: the first state of every law, the second, …; of laws with fewer they are 0 throughout.
+    """
+
+    laws: tuple[AbstractFriction, ...]
+    spans: tuple[tuple[int, int], ...] = eqx.field(static=True)
+
+    def cut(self, x: T, i: int) -> T:
+        """The part of arrays over all linings that belongs to band `i`."""
+        first, last = self.spans[i]
+
+        def one(x: Array) -> Array:
+            return x if jnp.ndim(x) == 0 or jnp.shape(x)[-1] == 1 else x[..., first:last]
+
+        return jax.tree.map(one, x)
+
+    def joined(self, parts: Iterable[Values], lead: tuple[int, ...] = ()) -> Float[Array, "*lead n"]:
+        """One array over all linings of what each band has, (n_i,) or one for all its linings."""
+        each = zip(parts, self.spans, strict=True)
+        sizes = [jnp.broadcast_to(jnp.asarray(x, jnp.float64), (*lead, last - first)) for x, (first, last) in each]
+        return jnp.concatenate(sizes, axis=-1)
+
+    def _own_memory(self, memory: Any, i: int) -> PyTree:
+        """The states of the law of band `i` among those of all."""
+        like = jax.tree.structure(self.laws[i].start(1))
+        return like.unflatten(self.cut(memory[: like.num_leaves], i)) if like.num_leaves else None
+
+    def surface(self, surface: SurfaceState | None, i: int) -> SurfaceState | None:
+        """The surfaces of the linings of band `i`."""
+        if surface is None:
+            return None
+        memory = None if surface.memory is None else self._own_memory(surface.memory, i)
+        return SurfaceState(self.cut(surface.T, i), memory)
+
+    def _each(self, of: Callable[[AbstractFriction, AnyContact], Any], contact: AnyContact) -> list[Any]:
+        found = []
+        for i, law in enumerate(self.laws):
+            own = self.surface(SurfaceState(contact.T, contact.memory), i)
+            assert own is not None
+            found.append(of(law, own.contact(*(self.cut(x, i) for x in (contact.v, contact.p, contact.q)))))
+        return found
+
+    def _coefficient(
+        self, of: Callable[[AbstractFriction, AnyContact], Any], contact: AnyContact
+    ) -> Float[Array, "..."]:
+        return self.joined(self._each(of, contact), jnp.shape(contact.v)[:-1])
+
+    def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
+        return self._coefficient(lambda law, own: law.kinetic(own), contact)
+
+    def static(self, contact: AnyContact) -> Float[Array, "..."]:
+        return self._coefficient(lambda law, own: law.static(own), contact)
+
+    def governing(self, contact: AnyContact, static: Bool[Array, "..."] | bool) -> Float[Array, "..."]:
+        return self._coefficient(lambda law, own: law.governing(own, static), contact)
+
+    def _states(self, trees: list[PyTree], absent: float) -> tuple[Array, ...] | None:
+        """States of all laws by their number; `absent`: of a law that has fewer."""
+        leaves = [jax.tree.leaves(tree) for tree in trees]
+        most = max(len(own) for own in leaves)
+        each = ([own[k] if k < len(own) else absent for own in leaves] for k in range(most))
+        return tuple(self.joined(states) for states in each) if most else None
+
+    def start(self, n: int) -> PyTree:
+        starts = [law.start(last - first) for law, (first, last) in zip(self.laws, self.spans, strict=True)]
+        return self._states(starts, 0.0)
+
+    def rates(self, contact: AnyContact) -> PyTree:
+        own = self._each(lambda law, own: None if own.memory is None else law.rates(own), contact)
+        return self._states(own, 0.0)
+
+    def sizes(self) -> PyTree:
+        sizes = []
+        for law in self.laws:
+            like, size = jax.tree.structure(law.start(1)), law.sizes()
+            one_for_all = jax.tree.structure(size) == jax.tree.structure(0)
+            sizes.append([size] * like.num_leaves if one_for_all else size)
+        return self._states(sizes, 1.0) or 1.0
+
+    def temperature_range(self) -> Bounds | None:
+        bounds = [law.temperature_range() for law in self.laws]
+        if all(one is None for one in bounds):
+            return None
+        low, high = zip(*(_ANY_TEMPERATURE if one is None else one for one in bounds), strict=True)
+        return self.joined(low), self.joined(high)
+
+
+class JoinedLinings(AbstractLinings):
+    """The linings of several `bands`, one band after the other."""
+
+    bands: tuple[Lining, ...]
+
+    @property
+    def friction(self) -> JoinedFriction:  # pyright: ignore
+        last = np.cumsum([own.count for own in self.bands]).tolist()
+        return JoinedFriction(tuple(own.friction for own in self.bands), tuple(zip([0, *last], last, strict=False)))
+
+    @property
+    def count(self) -> int:
+        return sum(own.count for own in self.bands)
+
+    @property
+    def angle(self) -> Float[Array, " n"]:
+        """Central angles `β_i` (rad)."""
+        return jnp.concatenate([jnp.asarray(own.angle) for own in self.bands])
+
+    @property
+    def area(self) -> Float[Array, " n"] | None:  # pyright: ignore
+        areas = [own.area for own in self.bands]
+        return None if any(area is None for area in areas) else self.friction.joined(areas)
+
+    @property
+    def weights(self) -> Float[Array, " n"]:
+        return self.angle
+
+
+class MultiBandBrake(AbstractBrake):
+    """A band-shoe brake with several bands side by side under one lever, each with its own linings.
+
+        T_0,j = s_j T_0,   s_j = 1/(c_j Σ_k 1/c_k)   (K-8)
+        M = R_b Σ_j T_0,j (Π_j − 1),   backwards  R_b Σ_j T_0,j (1 − 1/Π_j)
+
+    - `pulley` on which all of them act, or several on one shaft;  `band_radius` `R_b` (m) of their circle
+    - `bands`: each with its linings, and its stiffness (or its share `s_j`, in proportion to those of the others)
+
+    `T_0` is the sum of the slack tensions. The compliance `c_j` is that of full slip (`AbstractStiffness.compliance`),
+    with the friction at zero speed and at the temperature of the start, and constant in the run. The stiffness sets the
+    shares alone: the bands themselves are rigid, slide together and stick together. Where they stick, each has that
+    part of the torque that it has of the maximum torque.
+
+    Arrays over linings have those of the first band first (`of_bands` divides them). Source: K-4…K-8, model §2.3.
+    """
+
+    pulley: Pulley
+    band_radius: Scalar = quantity("m", "radius of the band circle", positive=True)
+    bands: tuple[LinedBand, ...]  # pyright: ignore
+    words: ClassVar[BrakeWords] = BrakeWords(
+        "multi-band brake",
+        "lining",
+        "pulley",
+        "f·tan(β/2) ≥ 1 on a rigid band, the band is self-locking",
+        "shorten the lining, or lower its friction",
+    )
+
+    @property
+    def inertia(self) -> Scalar:
+        return self.pulley.inertia
+
+    @property
+    def track_radius(self) -> Scalar:
+        return self.pulley.radius
+
+    @property
+    def radius(self) -> Scalar:
+        return self.band_radius
+
+    @property
+    def linings(self) -> JoinedLinings:  # pyright: ignore
+        """The linings of all bands, one band after the other."""
+        return JoinedLinings(tuple(band.linings for band in self.bands))
+
+    @property
+    def pairs(self) -> dict[str, PairPlace]:
+        return {"external": PairPlace("bands[*].linings", "linings on the rim")}
+
+    def rubbing_part(self, pair: str) -> JoinedLinings:
+        return self.linings
+
+    @property
+    def bands_of_linings(self) -> tuple[Lining, ...]:
+        return self.linings.bands
+
+    @property
+    def rims(self) -> tuple[int, ...]:
+        return tuple(own.count for own in self.linings.bands)
+
+    @property
+    def features(self) -> tuple[str, ...]:
+        return (f"{len(self.bands)} bands of {' and '.join(str(band.linings.count) for band in self.bands)} linings",)
+
+    @property
+    def banded(self) -> bool:
+        return True
+
+    def of_bands(self, values: Any) -> list[Any]:
+        """Values over all linings, (…, n), divided by bands: (…, n_j) of each."""
+        return [values[..., first:last] for first, last in self.linings.friction.spans]
+
+    def lever_shares(self, f: Values) -> Float[Array, " k"]:
+        if any(band.share is not None for band in self.bands):
+            given = jnp.stack([jnp.asarray(band.share) for band in self.bands])
+            return given / jnp.sum(given)
+        own = self.of_bands(jnp.broadcast_to(jnp.asarray(f), (self.linings.count,)))
+        found = []
+        for band, f in zip(self.bands, own, strict=True):
+            given = band.stiffness
+            stiffness = given if isinstance(given, AbstractStiffness) else GivenStiffness(given)
+            found.append(stiffness.compliance(f, jnp.asarray(band.linings.angle), jnp.asarray(self.band_radius)))
+        return lever_split(jnp.stack(found), 1.0)
+
+    def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
+        mu = tension_ratio(grip(f, self.linings.angle))[0]
+        growth = jnp.stack([product(own) - 1 for own in self.of_bands(mu)])
+        return jnp.asarray(self.band_radius) * force * jnp.sum(self.lever_shares(f) * growth)
+
+    def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
+        return grip(f, self.linings.angle)
+
+    def place_of(self, i: int) -> tuple[int, int]:
+        """Band and lining in it, each from 0, of the lining `i` (from 0) of all."""
+        j = next(j for j, (_, last) in enumerate(self.linings.friction.spans) if i < last)
+        return j, i - self.linings.friction.spans[j][0]
+
+    def angle_path(self, i: int) -> str:
+        j, own = self.place_of(i)
+        return f"bands[{j}].linings.angle[{own}]"
+
+    def locking_words(self, i: int, share: float) -> str:
+        j, own = self.place_of(i - 1)
+        return f"lining {own + 1} of band {j + 1}: f·tan(β/2) = {share:.4g} ≥ 1, the band is self-locking"
+
+    def faults(self, path: str) -> list[Fault]:
+        if not self.bands:
+            return [Fault(f"{path}.bands", "there is no band", "give the linings of each, and its stiffness or share")]
+        found = fault_of_circle(self.band_radius, self.pulley, f"{path}.band_radius")
+        for j, band in enumerate(self.bands):
+            found += self._faults_of_band(band, f"{path}.bands[{j}]")
+        return found
+
+    def _faults_of_band(self, band: LinedBand, path: str) -> list[Fault]:
+        linings, where = band.linings, f"{path}.linings"
+        angle, found = np.asarray(linings.angle), list[Fault]()
+        if angle.ndim != 1:
+            return [Fault(f"{where}.angle", "a list of angles is needed, one per lining", "one lining: [0.5]")]
+        found += faults_of_pair(linings, where, angle.size)
+        law = f"{where}.friction"  # it reports its sizes itself
+        found += [one for one in faults_of_sizes(linings, where, angle.size) if not one.path.startswith(law)]
+        found += faults_of_wrap(band.stiffness, angle, f"{where}.angle", f"{path}.stiffness")
+        if linings.mass is not None:
+            found.append(Fault(f"{where}.mass", "has no effect", "the linings follow their band"))
+        if linings.area is None and any(other.linings.area is not None for other in self.bands):
+            found.append(Fault(f"{where}.area", "is missing", "another band has areas: give those of all bands"))
+        by_share = any(other.share is not None for other in self.bands)
+        wanted, idle = ("share", "stiffness") if by_share else ("stiffness", "share")
+        hint = "the bands share the lever's tension by their stiffness, or by given shares: one of the two for all"
+        if getattr(band, wanted) is None:
+            found.append(Fault(f"{path}.{wanted}", "is missing", hint))
+        if getattr(band, idle) is not None:
+            found.append(Fault(f"{path}.{idle}", f"stands beside the {wanted} of a band", hint))
+        return found

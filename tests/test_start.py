@@ -1,0 +1,253 @@
+"""Starting: templates and shipped scenes by name, what may be set, and what every command has in common."""
+
+import io
+import json
+import os
+import re
+import sys
+import tomllib
+
+import pytest
+from helpers import main, open_scene
+
+import simbrake as sb
+from simbrake._commands import _checks, _cli, _options, _runs, _scenes, _studies
+from simbrake.files._shipped import TEMPLATES, shipped_files
+
+COMMANDS = [f.__name__ for module in (_scenes, _runs, _studies, _checks) for f in module.COMMANDS]
+
+
+def call(capsys, *arguments):
+    with pytest.raises(SystemExit) as stop:
+        main([str(argument) for argument in arguments])
+    out, err = capsys.readouterr()
+    return stop.value.code, out, err
+
+
+@pytest.fixture(autouse=True)
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "")
+    return tmp_path
+
+
+# --- simbrake new -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", TEMPLATES)
+def test_a_template_is_a_scene_without_warnings_that_says_how_to_run_it(capsys, folder, name):
+    code, out, err = call(capsys, "new", name, "mine.toml")
+    assert (code, err) == (0, "")
+    assert "simbrake run mine.toml" in out
+    text = (folder / "mine.toml").read_text("utf-8")
+    assert "#   simbrake run mine.toml" in text
+    assert f"{name}.toml" not in text
+    assert text.count("#") > 12
+    code, out, err = call(capsys, "scene", "check", "mine.toml")
+    assert (code, err) == (0, "")
+    assert "warning" not in out
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in ("heated", "tripping"))) for name in TEMPLATES]
+)
+def test_a_template_runs_at_once(capsys, name):
+    call(capsys, "new", name)
+    code, out, err = call(capsys, "run", f"{name}.toml", "--json")
+    assert (code, err) == (0, "")
+    found = json.loads(out)
+    assert found["status"] == "stopped"
+    assert found["energy"]["closure"] <= 1e-9
+    assert [limit["verdict"] for limit in found["limits"]] == ["within limit"] * (name in ("heated", "tripping"))
+
+
+def test_all_shipped_scenes_are_listed_and_written_by_name(capsys, folder, scenarios):
+    code, out, _ = call(capsys, "new")
+    names = {file.stem for file in [*scenarios.glob("*.py"), *scenarios.glob("*.toml")]}
+    listed = [line.split()[0] for line in out.splitlines() if line.startswith("  ")]
+    assert code == 0
+    assert listed == [*TEMPLATES, *sorted(names)]
+    rows = json.loads(call(capsys, "new", "--json")[1])
+    assert [row["name"] for row in rows] == listed
+    assert [row["name"] for row in rows if row["template"]] == [*TEMPLATES]
+    for name in ("u2_5_5_stop", "drag_lowering", "lining_life"):  # two of them use another one
+        code, out, err = call(capsys, "new", name, "--json")
+        assert (code, err) == (0, "")
+        written = json.loads(out)["written"]
+        sb.check(open_scene(folder / written))
+    assert written == "lining_life.py"
+
+
+def test_new_replaces_no_file_and_names_what_is_near(capsys, folder):
+    (folder / "standard.toml").write_text("mine", "utf-8")
+    for arguments, words in (
+        (["standard"], "standard.toml: exists and is not replaced"),
+        (["standart"], "nearest: standard"),
+        (["standard", "mine.py"], "give a name with .toml"),
+        (["claims"], "is a study of several files, not a scene — run it where it is: python "),
+    ):
+        code, out, err = call(capsys, "new", *arguments)
+        assert (code, out) == (2, "")
+        assert words in err
+    assert [(file.name, file.read_text("utf-8")) for file in folder.iterdir()] == [("standard.toml", "mine")]
+
+
+def test_a_scene_is_opened_by_name_and_a_study_says_that_it_is_one(capsys, scenarios):
+    assert call(capsys, "scene", "check", "standard")[:2] == call(capsys, "scene", "check", "u2_5_5_stop")[:2]
+    code, out, err = call(capsys, "run", scenarios / "claims.py")
+    assert (code, out) == (2, "")
+    assert f"is a study without a scene — run it: python {scenarios / 'claims.py'}" in err
+    code, _, err = call(capsys, "run", "standart")
+    assert code == 2
+    assert "standart: there is no such file — nearest: standard, " in err
+
+
+def test_the_wheel_takes_the_shipped_scenes_along(scenarios):
+    """What `.ci/check_installed.py` sees in an installed one."""
+    build = tomllib.loads((scenarios.parent / "pyproject.toml").read_text("utf-8"))["tool"]["hatch"]["build"]["targets"]
+    hook = (scenarios.parent / build["wheel"]["hooks"]["custom"]["path"]).read_text("utf-8")
+    assert 'build_data["force_include"]["scenarios"] = "simbrake/scenarios"' in hook
+    assert {one.file.parent for one in shipped_files().values() if not one.template} == {scenarios}
+
+
+def test_no_script_or_page_sets_64_bits_itself(scenarios):
+    """Importing simbrake does."""
+    root, patterns = scenarios.parent, ("README.md", "docs/**/*.md", "scenarios/**/*.py", "notebooks/*.ipynb")
+    files = [file for pattern in patterns for file in root.glob(pattern)]
+    assert len(files) > 60
+    line = re.compile(r"jax\.config\.update\(.{1,2}jax_enable_x64")
+    assert [file.name for file in files if line.search(file.read_text("utf-8"))] == []
+
+
+# --- what may be set --------------------------------------------------------------------------------------------------
+
+
+def test_keys_of_a_scene_file_can_be_set_beside_its_numbers(capsys, folder, scenarios):
+    call(capsys, "new", "standard")
+    changes = ["brake.linings.count=18", "brake.linings.wrap=280 deg", "duty.slack_tension.end=30 kN"]
+    changes += ["duty.load.mass=80 t", "brake.band.stiffness=none"]
+    given = [part for change in changes for part in ("--set", change)]
+    code, text, _ = call(capsys, "scene", "show", "standard.toml", "--toml", *given)
+    assert code == 0
+    scene = sb.files.scene_from_text(text)
+    assert scene.brake.linings.angle.shape == (18,)
+    assert float(scene.brake.linings.wrap) == pytest.approx(280 * 3.141592653589793 / 180, rel=1e-15)
+    assert scene.duty.slack_tension.values.tolist() == [2e3, 30e3]
+    assert float(scene.duty.load.mass) == 80e3
+    assert scene.brake.band.stiffness is None
+    for wrong, words in (
+        ("brake.linings.count=18.5", "18.5 is not a whole number"),
+        ("brake.linings.count=none", "brake.linings.count: is missing"),
+        ("brake.linings.cuont=18", "there is no such number in the scene"),
+        ("duty.slack_tension.ned=30 kN", "there is no such number in the scene"),
+    ):
+        code, out, err = call(capsys, "scene", "check", "standard.toml", "--set", wrong)
+        assert (code, out) == (2, "")
+        assert words in err
+
+
+def test_the_number_of_equal_linings_can_be_set_in_a_python_scene_too(capsys, scenarios):
+    code, out, _ = call(capsys, "scene", "check", scenarios / "u2_5_5_stop.py", "--set", "brake.linings.count=18")
+    assert (code, "18 linings" in out) == (0, True)
+    for wrong, words in (("18.5", "is not a number of linings"), ("none", "is not a number of linings")):
+        code, _, err = call(
+            capsys, "scene", "check", scenarios / "u2_5_5_stop.py", "--set", f"brake.linings.count={wrong}"
+        )
+        assert (code, words in err) == (2, True)
+    made = open_scene(scenarios / "u2_5_5_stop.py")
+    fewer = sb.with_values(made, {"brake.linings.count": 16, "duty.load.mass": "30 t"})
+    assert fewer.brake.linings.angle.tolist() == [float(made.brake.linings.wrap) / 16] * 16
+    assert float(fewer.duty.load.mass) == 30e3
+    with pytest.raises(sb.InputError, match=r"brake\.linings\.count: linings differ"):
+        sb.with_values(sb.with_values(made, {"brake.linings.angle[3]": 0.2}), {"brake.linings.count": 16})
+    each = open_scene(scenarios / "equal_wear_layout.py")  # a wall for each lining
+    with pytest.raises(sb.InputError, match=r"brake\.linings\.count: linings differ, or other parts"):
+        sb.with_values(each, {"brake.linings.count": 16})
+
+
+@pytest.mark.parametrize(
+    ("vary", "words"),
+    [
+        ("duty.load.mass=40:80 t:5", "40 has no unit, others have one"),
+        ("duty.load.mass=40 t, 80", "80 has no unit"),
+        ("duty.load.mass=80 t:40 t:5", "80 t is not below 40 t"),
+        ("duty.load.mass=40 m:80 m:5", "'m' is not a unit of mass"),
+        ("duty.load.mas=40 t:80 t:5", "nearest: duty.load.mass"),
+        ("duty.load.mass=40 t:80 t", "is not of the form PATH=LOW:HIGH:COUNT"),
+    ],
+)
+def test_units_of_varied_parameters(capsys, vary, words):
+    code, out, err = call(capsys, "sweep", "standard", "--vary", vary)
+    assert (code, out) == (2, "")
+    assert words in err
+    assert "input error" in err
+
+
+def test_values_of_varied_parameters_in_si():
+    scene, axes = open_scene(sb.files.shipped("standard")), {}
+    given = {"duty.load.mass": _studies._grid("40 t:80 t:5"), "initial.omega": _studies._grid("120 rpm, 10 rad/s")}
+    assert _studies._axes(scene, given, axes) == []
+    assert axes["duty.load.mass"].tolist() == [40e3, 50e3, 60e3, 70e3, 80e3]
+    assert axes["initial.omega"] == pytest.approx([4 * 3.141592653589793, 10.0], rel=1e-15)
+
+
+# --- every command ----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("command", [*COMMANDS, "scene show", "scene check", "scene schema"])
+def test_help_has_one_word_for_a_scene_exit_codes_and_json(capsys, monkeypatch, command):
+    monkeypatch.setenv("COLUMNS", "200")
+    code, out, _ = call(capsys, *command.split(), "--help")
+    assert code == 0
+    assert "Exit codes: 0 " in out
+    assert "--json" in out
+    assert "scenario" not in out.lower()
+    if "--out -o" in out:
+        assert "Folder for the files that the command writes" in out
+    assert not [line for line in out.splitlines() if line.endswith("STR...  │")]
+
+
+def test_colour_is_for_terminals_and_not_where_it_is_not_wanted(monkeypatch):
+    class Terminal(io.StringIO):
+        def isatty(self):
+            return True
+
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+    text = "stopped: the brake holds\nlimit    exceeded: 5 kN"
+    assert _options.highlighted(text, True) == text  # captured: no terminal
+    monkeypatch.setattr(sys, "stdout", Terminal())
+    seen = _options.highlighted(text, True)
+    assert seen.startswith("\x1b[32mstopped\x1b[0m: the brake")
+    assert "\x1b[31mexceeded\x1b[0m: 5 kN" in seen
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with pytest.raises(SystemExit):
+        _cli.main(["new", "standart"])
+    assert sys.stderr.getvalue().startswith("\x1b[31msimbrake:\x1b[0m 1 input error")
+    for name, value in (("NO_COLOR", "1"), ("TERM", "dumb")):
+        with monkeypatch.context() as here:
+            here.setenv(name, value)
+            assert _options.highlighted(text, True) == text
+
+
+def test_mistakes_are_answered_without_jax(folder):
+    """In a command, an option, the name of a file or of a template: no module that takes time to load."""
+    import subprocess
+
+    program = "import sys; from simbrake._commands._cli import main\ntry:\n    main()\nfinally:\n"
+    program += "    print(sorted({'jax', 'numpy', 'scipy'} & set(sys.modules)))"
+    lines = ("runn", "run standard --rtoll 1", "run step.toml --set a.b=1", "calibrate step.toml", "new standart")
+    for line in (*lines, "synthesize step.toml", "compare a.nc b.nc", "validate --cross-check step.toml", "new"):
+        done = subprocess.run([sys.executable, "-c", program, *line.split()], capture_output=True, text=True)
+        assert done.returncode == (0 if line == "new" else 2), line
+        assert done.stdout.splitlines()[-1] == "[]", line
+
+
+def test_out_is_a_folder_or_the_one_file_of_a_command(folder):
+    (folder / "kept.d").mkdir()
+    for out, file in (("a", "a/x.png"), ("a.png", "a.png"), ("b/a.svg", "b/a.svg"), ("kept.d", "kept.d/x.png")):
+        assert _options.file_in(folder / out, "x.png") == folder / file
+    (folder / "taken").touch()
+    (fault,) = _options.faults_of_file(folder / "taken" / "x.png")
+    assert fault.path == "--out"
+    assert os.listdir(folder / "kept.d") == []
