@@ -33,6 +33,8 @@ _ENTRIES = 24
 _LONGEST = 1_000_000
 #: less than in a report, as it is found and sent with each move
 _DETAIL = Detail(100, 150, 100)
+#: seconds between two reports of progress
+_TOLD = 0.2
 #: runs before the first move, fewer (but two) where they take more than so many seconds
 _WARM, _WAIT = 5, 10.0
 _HEADERS = {
@@ -126,16 +128,12 @@ class App:
         with self._counting:
             self._latest += 1
             mine = self._latest
-        told: list[float] = []
-        ready = threading.Condition()
-        found: list[Data] = []
+        told, found, ready = [0.0], list[Data](), threading.Event()
 
         def tell(t: float, end: float) -> None:
             if mine != self._latest:
                 raise Superseded
-            with ready:
-                told.append((t - start) / max(end - start, 1e-300))
-                ready.notify()
+            told.append((t - start) / max(end - start, 1e-300))
 
         def work() -> None:
             try:
@@ -148,18 +146,12 @@ class App:
                 found.append({"problem": "\n".join(map(str, error.faults))})
             except Exception as error:
                 found.append({"problem": f"{type(error).__name__}: {error}"})
-            with ready:
-                ready.notify()
+            ready.set()
 
         start, end = float(self.scene.initial.time), float(self.scene.end_time)
-        worker = threading.Thread(target=work, daemon=True)
-        worker.start()
-        while not found:
-            with ready:
-                ready.wait(0.2)
-            if not found:
-                yield {"progress": told[-1] if told else 0.0}
-        worker.join()
+        threading.Thread(target=work, daemon=True).start()
+        while not ready.wait(_TOLD):
+            yield {"progress": told[-1]}
         yield found[0]
 
     def _answer(self, values: Any, tell: Any) -> Data:
@@ -173,10 +165,9 @@ class App:
     def saved(self, values: Any) -> Data:
         """The scene with values of sliders as a scene file."""
         try:
-            return {
-                "name": "scene.toml",
-                "text": f"# {self.title}, changed in the app\n{scene_text(self.edited(values))}",
-            }
+            title = " ".join(self.title.split())
+            text = f"# {title}, changed in the app\n{scene_text(self.edited(values))}"
+            return {"name": "scene.toml", "text": text}
         except InputError as error:
             return {"problem": "\n".join(map(str, error.faults))}
 

@@ -16,7 +16,8 @@ from .._run._linings import WORDS, lining_contacts, look
 from .._run._log import EVENTS
 from .._run._result import Result
 from .._run._series import Series
-from ..brakes._pressed import DiscBrake
+from ..brakes._design import Brake
+from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..plot._animation import film_of, words_of_rate
 from ..plot._pulley import CONTACT_COLOURS, LINING, lining_edges, on_circle
 from ..plot._shared import BLUE, GREEN, MARKED, ORANGE, SKY, VERMILLION, Times, both_sides, span, windows
@@ -148,6 +149,11 @@ def _css(colour: str) -> str:
 # --- the brake, moment by moment --------------------------------------------------------------------------------------
 
 
+def drawable(scene: Scene) -> bool:
+    """Whether the film shows this kind of brake: one band, discs, or shoes."""
+    return isinstance(scene.brake, Brake | DiscBrake | ShoeBrake)
+
+
 def _places(scene: Scene) -> list[list[float]]:
     """Angles (rad, counter-clockwise from the right) and radii between which each lining is drawn."""
     brake: Any = scene.brake
@@ -228,7 +234,7 @@ def live(result: Result, detail: Detail = Detail()) -> Data:  # noqa: B008
         "y": [rounded(np.stack([np.asarray(line) for line in chart.values(series)])) for chart in charts],
         "windows": [{"words": window.title, "start": window.start, "end": window.end} for window in shown],
         "events": events_of(result),
-        "film": film(result, detail.frames),
+        "film": film(result, detail.frames) if drawable(result.scene) else None,
     }
 
 

@@ -50,7 +50,7 @@ from ..results._dataset import provenance, save
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._sensitivity import sensitivity as tables_of
 from ..thermal._heat import place_count
-from ._live import Data, Detail, embedded, film, live, still
+from ._live import Data, Detail, drawable, embedded, film, live, still
 from ._rows import (
     EVENT,
     banner,
@@ -274,7 +274,7 @@ def head(result: Result, checks: Sequence[LimitCheck], title: str) -> Contents:
         "banner": banner(verdict(result, summary, checks), summary, checks),
         "figures": key_figures(summary),
         "lining": result.scene.brake.words.lining,
-        "film": True,
+        "film": drawable(result.scene),
         "panel": "",
         "notes": (),
         "pictures": (),
