@@ -1,10 +1,21 @@
 """simbrake: a differentiable dynamic simulator of band-shoe brakes of drilling drawworks.
 
-The names at the top are in `__init__.pyi`, each with its module, which is imported at the first use of the name: a
-run
-does not load the modules of the studies, estimates and pages. Less frequent names are in the
-packages: friction, loads, profiles, thermal, wear, brakes; hybrid, results, studies, layouts, formulas,
-published, checks, files, plot.
+    brake = sb.Brake(sb.Pulley("590 mm", 1200), sb.Band("623 mm"), sb.uniform_linings(20, "270 deg", 0.35))
+    scene = sb.Scene(brake, sb.Duty("24 kN", sb.HookLoad("60 t", "400 mm", 8)), sb.Initial(24), "5 s")
+    result = sb.simulate(scene)
+    print(result)                                  # the summary, the verdict first
+    print(sb.results.explain(result))              # what happened and why
+    result["stopping_time"], result.events["stop"], result.series([0.0, 0.5]), result.plot()
+
+- a scene: `Scene` of a `Brake`, `DiscBrake` or `ShoeBrake`, a `Duty` or `ForceDuty`, and `Initial`; `read_scene`
+- parts: `friction`, `loads`, `profiles`, `thermal`, `wear`, `brakes`
+- runs and results: `simulate`, `prepare`, `Result`; `results`, `report`, `compare`, `dataset`, `save`, `load`, `plot`
+- studies: `sensitivity`, `ensemble`, `sweep`, `uncertainty`, `calibrate`, `lining_life`; `studies`, `layouts`
+- estimates and checks: `estimates`, `synthesize`, `compare_materials`; `formulas`, `published`, `checks`, `validate`
+- the integrator: `hybrid`
+
+Values are in SI, or texts with a unit. The names at the top are in `__init__.pyi`, each with its module, which is
+imported at the first use of the name: a run does not load the modules of the studies, estimates and pages.
 
 Importing simbrake turns on the 64-bit mode of JAX, whichever is imported first: events cannot be located in 32 bits.
 Only where the environment variable JAX_ENABLE_X64 is 0 does it stay off, and a run is an error.

@@ -32,7 +32,12 @@ class AbstractEnd(Part):
 
 
 class AtRest(AbstractEnd):
-    """A phase ends as the pulley comes to rest; a pulley that rests at its begin has to move first."""
+    """A phase ends as the pulley comes to rest; a pulley that rests at its begin has to move first.
+
+    Example:
+        >>> sb.loads.AtRest()
+        AtRest()
+    """
 
     @property
     def words(self) -> str:
@@ -43,6 +48,10 @@ class AfterTravel(AbstractEnd):
     """A phase ends after a travel of the hook, downwards from its begin.
 
     - `distance` (m)
+
+    Example:
+        >>> sb.loads.AfterTravel("27 m")
+        AfterTravel(distance=27 m)
     """
 
     distance: Scalar = quantity("m", "travel of the hook", positive=True)
@@ -56,6 +65,10 @@ class AtTemperature(AbstractEnd):
     """A phase ends as the surface of a place is as hot (`falling`: as cool) as that; at once where it already is.
 
     - `level` (K);  `of`: `rim`, `linings` (the hottest) or `band`, as the heat part names them
+
+    Example:
+        >>> sb.loads.AtTemperature("200 degC", of="rim")
+        AtTemperature(level=200 °C)
     """
 
     level: Scalar = quantity("K", "surface temperature", positive=True)
@@ -76,6 +89,10 @@ class AfterTime(AbstractEnd):
     """A phase ends after a time.
 
     - `duration` (s)
+
+    Example:
+        >>> sb.loads.AfterTime("40 s")
+        AfterTime(duration=40 s)
     """
 
     duration: Scalar = quantity("s", "duration of the phase", positive=True)
@@ -129,6 +146,10 @@ class Phase(Part):
     - `lever`: tension or force (N) over the time from the begin of the phase, or a lever that controls the speed
     - `until`: `"rest"`, `"travel 27 m"`, `"temperature 350 degC"`, `"12 s"`, or an object of these kinds
     - `name` in the event log;  `hangs`: whether a `StringLoad` hangs on the hook, else it is in the slips
+
+    Example:
+        >>> sb.loads.Phase(30e3, "40 s", "hold")
+        Phase(lever=Constant(level=30000), until=AfterTime(duration=40 s), name='hold')
     """
 
     lever: AbstractProfile = part(AbstractProfile)
@@ -158,6 +179,11 @@ class Phases(Part):
 
     A phase begins as the one before it ends, and its lever's time with it. The phase is a mode of the brake and its end
     an event, whose time has derivatives. A run that is at its `end_time` before ends with the code `phase_never_ends`.
+
+    Example:
+        >>> brake = sb.loads.Phase(sb.ramp(0, 30e3, 0, 0.35), "rest", "brake")
+        >>> sb.loads.Phases((brake, sb.loads.Phase(30e3, "40 s", "hold")), count=3).total
+        6
     """
 
     phases: tuple[Phase, ...]

@@ -25,6 +25,10 @@ class Contact(NamedTuple):
 
     Each broadcasts over the linings; `None` where the scene does not model it. A law with states has them in `memory`;
     their rates also see `q` (W/m²), the friction power per area of a lining.
+
+    Example:
+        >>> sb.ConstantFriction(0.35).kinetic(sb.friction.Contact(np.float64(2.0))).item()
+        0.35
     """
 
     v: Any
@@ -142,6 +146,11 @@ class LinearFade(AbstractFactor):
 
     Within `±w` of a corner `x₊` is `w u⁵ (14 − 28 u + 20 u² − 5 u³)`, `u = (x + w)/(2 w)`, with four continuous
     derivatives; at the floor the same with `s w` for `w`.
+
+    Example:
+        >>> fade = sb.LinearFade(slope=1.5e-3, above="120 degC", floor=0.6)
+        >>> sb.friction.ProductFriction(0.35, (fade,)).base
+        ConstantFriction(coefficient=0.35, static_ratio=1)
     """
 
     slope: Scalar = quantity("1/K", "loss of friction per kelvin", low=0.0, many=True)
@@ -163,6 +172,10 @@ class TabulatedFade(AbstractFactor):
     - `temperature` (k,) in K, increasing; `values` (k,)
 
     The table is not extrapolated: a run that leaves it ends with the code `outside_table`.
+
+    Example:
+        >>> sb.friction.TabulatedFade([293.15, 573.15], [1.0, 0.8])
+        TabulatedFade(temperature=[20, 300] °C, values=[1, 0.8])
     """
 
     temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=Over.ROWS)
@@ -188,6 +201,10 @@ class PressureFactor(AbstractFactor):
     """Friction that falls (or rises) with pressure: `(1 + p/p_r)^{−m}`.
 
     - `reference` `p_r` (Pa), `exponent` `m`
+
+    Example:
+        >>> sb.friction.PressureFactor("1 MPa", 0.1)
+        PressureFactor(reference=1 MPa, exponent=0.1)
     """
 
     reference: Scalar = quantity("Pa", "reference pressure", positive=True, many=True)

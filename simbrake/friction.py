@@ -339,6 +339,10 @@ class ConstantFriction(AbstractFriction):
 
     - `coefficient`: `f_k`, scalar or per lining
     - `static_ratio`: `r = f_s/f_k ≥ 1`
+
+    Example:
+        >>> sb.ConstantFriction(0.35, static_ratio=1.1)
+        ConstantFriction(coefficient=0.35, static_ratio=1.1)
     """
 
     coefficient: Scalar = quantity("1", "coefficient of friction", low=0.0, high=10.0, many=True)
@@ -360,6 +364,15 @@ class StribeckFriction(AbstractFriction):
     - `stribeck_speed` `v_s` in m/s, `exponent` `δ` in [1, 4] (1: Bo & Pavelescu; 2: Gaussian)
 
     Reference: B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, *Automatica* 30 (1994) 1083–1138, eq. (3).
+
+    Example:
+        >>> sb.StribeckFriction(0.44, 0.40, "0.5 m/s")
+        StribeckFriction(
+          static_coefficient=0.44,
+          kinetic_coefficient=0.4,
+          stribeck_speed=0.5 m/s,
+          exponent=2,
+        )
     """
 
     static_coefficient: Scalar = quantity("1", "static coefficient of friction", low=0.0, high=10.0, many=True)
@@ -391,6 +404,10 @@ class TabulatedFriction(AbstractFriction):
 
     Beyond the last speed the last coefficient holds (not extrapolated). The interpolant has a continuous
     slope, so that the table's knots need no step ends. One table serves all linings.
+
+    Example:
+        >>> sb.friction.TabulatedFriction([0.0, 5.0], [0.4, 0.35])
+        TabulatedFriction(speed=[0, 5] m/s, coefficient=[0.4, 0.35], static_ratio=1)
     """
 
     speed: Scalar = quantity("m/s", "slip speeds of the table", low=0.0, many=Over.ROWS)
@@ -456,7 +473,12 @@ class AbstractScaledFriction(AbstractFriction):
 
 
 class ProductFriction(AbstractScaledFriction):
-    """`f(T, v, p) = f_base(v) · ∏ factors(T, p)`, sliding and sticking alike. States are those of the base law."""
+    """`f(T, v, p) = f_base(v) · ∏ factors(T, p)`, sliding and sticking alike. States are those of the base law.
+
+    Example:
+        >>> sb.friction.ProductFriction(0.35, (sb.friction.PressureFactor("1 MPa", 0.1),)).factors
+        (PressureFactor(reference=1 MPa, exponent=0.1),)
+    """
 
     base: AbstractFriction = part(AbstractFriction)
     factors: tuple[AbstractFactor, ...]  # pyright: ignore

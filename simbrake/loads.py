@@ -113,6 +113,10 @@ class TorqueLoad(AbstractLoad):
     """A given torque with linear drag, `M_load = M(t) − c ω`.
 
     - `profile`: `M(t)` in N·m; `drag` `c` in N·m·s
+
+    Example:
+        >>> sb.TorqueLoad("12 kN*m")
+        TorqueLoad(profile=Constant(level=12 kN·m), drag=0 N·m·s)
     """
 
     profile: AbstractProfile = part(AbstractProfile, "N*m", default_factory=lambda: Constant(0.0))
@@ -165,6 +169,10 @@ class HookLoad(AbstractHookLoad):
     - `elasticity` of the rope between drum and hook, `None`: it is rigid
 
     Ropes are without weight; the loss of the tackle is a part of the shaft (`TackleLoss`).
+
+    Example:
+        >>> sb.HookLoad("60 t", drum_radius="400 mm", line_count=8).mass
+        array(60000.)
     """
 
     mass: Scalar = quantity("kg", "mass on the hook", low=0.0)
@@ -235,6 +243,10 @@ class StringLoad(AbstractString):
 
     - `empty` `m_e`: hook and travelling block (kg); `string` `m_s`: string of the first cycle (kg); `stand` `Δm` (kg)
     - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`: as in `HookLoad`
+
+    Example:
+        >>> sb.loads.StringLoad("8 t", "80 t", "400 mm", 8, stand=800.0).stand
+        array(800.)
     """
 
     empty: Scalar = quantity("kg", "mass of hook and block", positive=True)
@@ -268,6 +280,11 @@ class TrippingLoad(AbstractString):
     - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`: as in `HookLoad`
 
     In a run whose cycles take as long as they take, a `StringLoad` follows the phases instead.
+
+    Example:
+        >>> load = sb.TrippingLoad("8 t", "80 t", 800.0, 5.0, 55.0, 60.0, 0.4, 8, count=30)
+        >>> load.count
+        30
     """
 
     empty: Scalar = quantity("kg", "mass of hook and block", positive=True)
@@ -336,6 +353,10 @@ class SpeedHold(AbstractSpeedLever):
 
     The tension follows the friction of the hot linings, so that the power `M_load ω` goes into heat at any fade.
     For rigid bands, and laws without pressure and flash temperature.
+
+    Example:
+        >>> sb.SpeedHold("30 kN")
+        SpeedHold(limit=30 kN)
     """
 
     limit: Scalar = quantity("N", "maximum slack tension", positive=True)
@@ -360,6 +381,10 @@ class Driller(AbstractSpeedLever):
     - `gain` `g` (1/s) of the correction
 
     In a phase of `Phases` its time is that of the phase; `simbrake.programme_scene` makes such phases from words.
+
+    Example:
+        >>> sb.Driller(sb.ramp(0.0, 6.0, 0.0, 2.0), "30 kN").gain
+        array(2.)
     """
 
     speed: PiecewiseLinear = part(PiecewiseLinear, "rad/s")
@@ -401,6 +426,10 @@ class Lever(AbstractProfile):
     Knots and pieces are those of the force. Lever and linkage have no mass and are rigid; their
     elasticity is part of the band's stiffness. Reference: R. S. Khurmi, J. K. Gupta, *Theory of Machines*, simple band
     brake.
+
+    Example:
+        >>> sb.Lever("400 N", arm="1.5 m", slack_arm="0.1 m").force
+        Constant(level=400)
     """
 
     force: AbstractProfile = part(AbstractProfile, "N")
@@ -460,6 +489,10 @@ class Actuator(AbstractProfile):
     `F_s`, and closes when it rises above it.
 
     Stands for the slack tension of a `Duty`, the force of a `ForceDuty`, or the force of a `Lever`.
+
+    Example:
+        >>> sb.loads.Actuator("24 kN", lag="50 ms", dead_time="100 ms").dead_time
+        array(0.1)
     """
 
     command: AbstractProfile = part(AbstractProfile, "N")

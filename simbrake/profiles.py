@@ -165,7 +165,12 @@ def _next_of(times: Scalar, piece: Piece) -> Float[Array, "..."] | float:
 
 @short_for(AbstractProfile)
 class Constant(AbstractProfile):
-    """The same value at all times."""
+    """The same value at all times.
+
+    Example:
+        >>> sb.Constant(8e3).level
+        array(8000.)
+    """
 
     level: Scalar = quantity("SI", "level of the profile")
 
@@ -221,6 +226,10 @@ class PiecewiseLinear(AbstractPoints):
     """Straight lines between points `(times, values)`, constant before the first and after the last.
 
     Two points at one time are a jump. Every point is a time breakpoint at which a step of the integrator ends.
+
+    Example:
+        >>> sb.PiecewiseLinear([0.0, 0.35], [2e3, 24e3])
+        PiecewiseLinear(times=[0, 0.35] s, values=[2000, 24000])
     """
 
     times: Scalar = quantity("s", "times of the profile's points", many=Over.ROWS)
@@ -267,7 +276,12 @@ def ramp(
     begin: Annotated[float, Quantity("s", "time at which it begins")],
     duration: Annotated[float, Quantity("s", "duration", 0.0)],
 ) -> PiecewiseLinear:
-    """From `start` to `end` in a straight line over `duration` (s) from the time `begin` (s)."""
+    """From `start` to `end` in a straight line over `duration` (s) from the time `begin` (s).
+
+    Example:
+        >>> sb.ramp(2e3, 24e3, 0.0, 0.35)
+        PiecewiseLinear(times=[0, 0.35] s, values=[2000, 24000])
+    """
     return PiecewiseLinear(times=np.asarray([begin, begin + duration]), values=np.asarray([start, end]))
 
 
@@ -278,6 +292,10 @@ class Repeated(AbstractPoints):
 
     Between the last point of a cycle and the first of the next it is a straight line too; before the first point and
     after the last it is constant. The cost of a value does not depend on the number of cycles.
+
+    Example:
+        >>> sb.Repeated([0.0, 2.0], [30e3, 0.0], period="50 s", count=30).count
+        30
     """
 
     times: Scalar = quantity("s", "times of the points in one cycle", low=0.0, many=Over.ROWS)
@@ -343,6 +361,10 @@ class ExponentialRise(AbstractProfile):
     """`p(t) = p_1 (1 − exp(−(t − t_0)/t_i))` from `t_0` on, 0 before: the filling of brake actuators.
 
     - `level` `p_1`; `time_constant` `t_i` (s); `begin` `t_0` (s)
+
+    Example:
+        >>> sb.profiles.ExponentialRise(24e3, "0.1 s")
+        ExponentialRise(level=24000, time_constant=0.1 s, begin=0 s)
     """
 
     level: Scalar = quantity("SI", "final level")

@@ -23,6 +23,10 @@ class RopeLayers(Part):
 
     Lowering pays rope out, and the radius falls from layer to layer. At a change of layer the kinetic energy of all
     that moves is continuous, as in a crossover without loss, however short: the speed of the pulley jumps.
+
+    Example:
+        >>> sb.loads.RopeLayers("32 mm", turns_per_layer=20, turns=50).turns
+        array(50.)
     """
 
     diameter: Scalar = quantity("m", "diameter of the rope", low=0.0)

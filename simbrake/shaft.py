@@ -68,6 +68,10 @@ class EddyCurrentBrake(AbstractShaftTorque):
 
     The torque vanishes with the speed: it holds no load. Up to `ω_m` it rises with the speed, and a load is lowered at
     a steady speed; past `ω_m` it falls, and a load above it runs away.
+
+    Example:
+        >>> sb.loads.EddyCurrentBrake("40 kN*m", "12 rad/s").critical_speed
+        array(12.)
     """
 
     max_torque: Scalar = quantity("N*m", "maximum torque under full excitation", low=0.0)
@@ -92,6 +96,10 @@ class HydrodynamicBrake(AbstractShaftTorque):
 
     - `coefficient` `k` (N·m·s²) of the full brake;  `fill` `κ(t)`: 0…1, a number or a profile;  `place`: body that
       takes its heat
+
+    Example:
+        >>> sb.loads.HydrodynamicBrake(12.0).coefficient
+        array(12.)
     """
 
     coefficient: Scalar = quantity("N*m*s^2", "torque per square of the speed, full brake", low=0.0)
@@ -110,7 +118,12 @@ class HydrodynamicBrake(AbstractShaftTorque):
 
 
 class ViscousDrag(AbstractShaftTorque):
-    """Viscous drag: `M = c ω`, with `coefficient` `c` (N·m·s); `place`: body that takes its heat."""
+    """Viscous drag: `M = c ω`, with `coefficient` `c` (N·m·s); `place`: body that takes its heat.
+
+    Example:
+        >>> sb.loads.ViscousDrag(600.0)
+        ViscousDrag(coefficient=600 N·m·s)
+    """
 
     coefficient: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0)
     place: str | None = eqx.field(static=True, default=None)
@@ -123,6 +136,10 @@ class BearingFriction(AbstractDryTorque):
     """Dry friction of bearings: `|M| = M_c` in motion, `|M| ≤ M_c` at rest. The shaft can stick on it alone.
 
     - `limit` `M_c` (N·m);  `place`: body that takes its heat
+
+    Example:
+        >>> sb.loads.BearingFriction("150 N*m")
+        BearingFriction(limit=150 N·m)
     """
 
     limit: Scalar = quantity("N*m", "friction torque of the bearings", low=0.0)
@@ -138,6 +155,10 @@ class TackleLoss(AbstractDryTorque):
     Lowering, the drum sees `η M_load`: the loss helps to brake.
 
     - `efficiency` `η` of the tackle in lowering;  `place`: body that takes its heat
+
+    Example:
+        >>> sb.loads.TackleLoss(0.85)
+        TackleLoss(efficiency=0.85)
     """
 
     efficiency: Scalar = quantity("1", "efficiency of the tackle", positive=True, high=1.0)

@@ -64,6 +64,10 @@ class ConstantWear(AbstractWearRate):
     - `coefficient` `k` (m³/(N·m)): one number, or one per lining
 
     Reference: J. F. Archard, *J. Appl. Phys.* 24 (1953) 981.
+
+    Example:
+        >>> sb.wear.ConstantWear(5e-14).coefficient
+        array(5.e-14)
     """
 
     coefficient: Scalar = _rate_at("")
@@ -76,6 +80,10 @@ class LinearWear(AbstractWearRate):
     """`I = k max(0, 1 + s (T − T_r))`: the first term of any dependence on the temperature.
 
     - `coefficient` `k` (m³/(N·m)) at the `reference` `T_r` (K);  `slope` `s` (1/K)
+
+    Example:
+        >>> sb.wear.LinearWear(5e-14, 0.01).slope
+        array(0.01)
     """
 
     coefficient: Scalar = _rate_at("at the reference temperature")
@@ -93,6 +101,10 @@ class ExponentialWear(AbstractWearRate):
     - `coefficient` `k` (m³/(N·m)) at the `reference` `T_r` (K);  `rise` `ΔT` (K)
 
     Reference: S. K. Rhee, *Wear* 29 (1974) 391: above some 230 °C the wear of organic linings grows exponentially.
+
+    Example:
+        >>> sb.wear.ExponentialWear(3e-14, rise=120.0).rise
+        array(120.)
     """
 
     coefficient: Scalar = _rate_at("at the reference temperature")
@@ -116,6 +128,10 @@ class ArrheniusWear(AbstractWearRate):
     - `coefficient` `k` (m³/(N·m)) at the `reference` `T_r` (K);  `energy` `E` (J/mol): activation energy
 
     Reference: S. K. Rhee, *Wear* 29 (1974) 391, for resin-bonded linings.
+
+    Example:
+        >>> sb.wear.ArrheniusWear(5e-14, 4e4).energy
+        array(40000.)
     """
 
     coefficient: Scalar = _rate_at("at the reference temperature")
@@ -135,6 +151,10 @@ class ThresholdWear(AbstractWearRate):
     - `coefficient` `k` (m³/(N·m)) below the `threshold` `T_t` (K);  `energy` `E` (J/mol): activation energy
 
     Reference: T. Liu, S. K. Rhee, *Wear* 37 (1976) 291; threshold about 230 °C.
+
+    Example:
+        >>> sb.wear.ThresholdWear(5e-14).threshold
+        array(503.15)
     """
 
     coefficient: Scalar = _rate_at("below the threshold")
@@ -165,6 +185,10 @@ class Wear(Part):
       that have ended by then, over all cycles
 
     Wear during a run does not act back on it: a brake application wears micrometres of some ten millimetres.
+
+    Example:
+        >>> sb.Wear(5e-14, permissible="12 mm")
+        Wear(rate=ConstantWear(coefficient=5·10⁻¹⁴ m³/(N·m)), worn=0 m, permissible=12 mm)
     """
 
     rate: AbstractWearRate = part(AbstractWearRate)

@@ -33,6 +33,7 @@ SLOW = {
         "synthesis",
         "uncertainty",
         "validation",
+        "verdict",
         "wear",
     )
 }

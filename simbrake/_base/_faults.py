@@ -15,7 +15,12 @@ from typing import Any
 
 @dataclasses.dataclass(frozen=True)
 class Fault:
-    """One input error: where it is, what the problem is, and how to fix it."""
+    """One input error: where it is, what the problem is, and how to fix it.
+
+    Example:
+        >>> str(sb.Fault("end_time", "is missing", "give a time"))
+        'end_time: is missing — give a time'
+    """
 
     path: str
     problem: str
@@ -26,7 +31,15 @@ class Fault:
 
 
 class InputError(ValueError):
-    """All errors of an input in one report."""
+    """All errors of an input in one report.
+
+    Example:
+        >>> try:
+        ...     sb.Pulley("590 kg", 1200)
+        ... except sb.InputError as error:
+        ...     print(error.faults[0].path)
+        Pulley.radius
+    """
 
     def __init__(self, faults: list[Fault]) -> None:
         self.faults = tuple(faults)

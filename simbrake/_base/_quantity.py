@@ -22,6 +22,7 @@ from jaxtyping import Float, Int
 from ..hybrid._arrays import Array
 from ._compiling import warn_of_untested_jax
 from ._faults import Fault, InputError
+from ._shown import part_text
 from ._table import to_si, unit
 
 if TYPE_CHECKING:
@@ -268,6 +269,9 @@ class Part(eqx.Module):
         if found:
             raise InputError(found)
 
+    def __repr__(self) -> str:
+        return part_text(self, about_of, unit_below)
+
 
 @functools.cache
 def _hints(cls: type) -> dict[str, object]:
@@ -370,7 +374,12 @@ class Leaf:
 
 
 def leaves(node: object, path: str = "", unit: str = "SI") -> list[Leaf]:
-    """Every quantity below `node`, in the order of the fields; `unit`: meaning of `SI` here."""
+    """Every quantity below `node`, in the order of the fields; `unit`: meaning of `SI` here.
+
+    Example:
+        >>> sb.files.leaves(scene.initial)[0].about.unit
+        'rad/s'
+    """
     if isinstance(node, tuple | list):
         return [leaf for i, child in enumerate(node) for leaf in leaves(child, f"{path}[{i}]", unit)]
     if not dataclasses.is_dataclass(node) or isinstance(node, type):
@@ -573,7 +582,7 @@ class NumberReader:
 
 def shown(value: object) -> str:
     """A value of a file, shortened for a message."""
-    text = repr(value) if not isinstance(value, dict) else "a table"
+    text = " ".join(repr(value).split()) if not isinstance(value, dict) else "a table"
     return text if len(text) <= 60 else text[:57] + "…"
 
 

@@ -165,7 +165,13 @@ _UPPER = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 @contextmanager
 def shown_in(system: str) -> Iterator[None]:
-    """Within it numbers for reading are shown in `si` or in `rig` units; data and JSON stay in SI."""
+    """Within it numbers for reading are shown in `si` or in `rig` units; data and JSON stay in SI.
+
+    Example:
+        >>> with sb.results.shown_in("rig"):
+        ...     print(sb.Pulley("600 mm", 1200))
+        Pulley(radius=1.9685 ft, inertia=1200 kg·m²)
+    """
     token = _SYSTEM.set(system)
     try:
         yield

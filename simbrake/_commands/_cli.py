@@ -173,11 +173,12 @@ app = cyclopts.App(
 
     * Start from a commented template: `simbrake new standard mine.toml`
     * Run it, with figures and tables in a folder: `simbrake run mine.toml --out stop`
+    * Read what happened and why: `simbrake explain mine.toml`
     * Change one parameter: `simbrake run mine.toml --set "duty.load.mass=80 t"`
     * List every parameter of a scene: `simbrake scene show mine.toml`; the file format: `simbrake scene schema`
     * See what each parameter does to the stopping time: `simbrake sensitivity mine.toml`
     * Write a report to share: `simbrake report mine.toml`
-    * Move its parameters with sliders: `simbrake app mine.toml`
+    * Move a slider for every parameter: `simbrake app mine.toml`
     """,
     help_format="markdown",
     help_epilogue="Exit codes: 0 success; 1 the run failed; 2 the input is wrong, with all its errors; 3 a limit is "

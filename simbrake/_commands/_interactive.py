@@ -96,6 +96,6 @@ def app(
 
 
 COMMANDS = {
-    publish: "0 success; 2 the input is wrong, or no run of the grid ends.",
-    app: "0 ended with Ctrl+C; 2 the input is wrong.",
+    publish: "0 success, also where runs of the grid failed (they are gaps); 2 the input is wrong.",
+    app: "0 ended by Ctrl+C; 2 the input is wrong.",
 }

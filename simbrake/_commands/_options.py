@@ -68,7 +68,7 @@ _LIMIT = (
     '"max_tension=120 kN" or "peak_rim_temperature=450 degC"; may be repeated.'
 )
 Limits = Annotated[Many, Parameter(help=_LIMIT)]
-_FAIL = "Exit with code 3 if a limit of --limit or the permissible temperature of the scene is exceeded."
+_FAIL = "Exit with code 3 if a limit is exceeded: one of --limit, or of the scene (temperature, stress, lever, wear)."
 FailOnLimit = Annotated[Flag, Parameter(help=_FAIL)]
 
 # --- before a command works -------------------------------------------------------------------------------------------

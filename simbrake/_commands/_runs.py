@@ -1,4 +1,4 @@
-"""Commands about one scene or result: run, report, animate, compare; estimates, synthesis and materials."""
+"""Commands about one scene or result: run, explain, report, animate, compare; estimates, synthesis and materials."""
 
 from pathlib import Path
 from typing import Annotated
@@ -96,7 +96,7 @@ def report(
     check
         Run a second time at another tolerance, to estimate the error of the first run.
     json_
-        Print {status, message, written, limits} as JSON, alone on stdout.
+        Print {status, message, written, limits, verdict} as JSON, alone on stdout.
     """
     out = cli.file_in(out or Path(), f"{file.stem}.html")
     scene = cli.opened(file, set_, rtol, faults=cli.faults_of_file(out))
@@ -109,10 +109,50 @@ def report(
         result = sb.simulate(scene, rtol=rtol, throw=False, progress=told)
         sb.report(result, out, sensitivity=metrics, limits=limits, title=title, files=files, check=check, progress=told)
         checks = limit_checks(result, limits)
+        verdict = result.verdict(checks)
     said = {"status": result.status, "message": result.message, "written": str(out), "limits": limit_dicts(checks)}
-    lines = [f"{result.status}: {result.message}", *limit_lines(checks), f"written  {out}"]
+    said |= {"verdict": verdict.as_dict()}
+    lines = [f"{result.status}: {result.message}", f"verdict  {verdict}", *limit_lines(checks), f"written  {out}"]
     cli.tell("\n".join(lines), lambda: said, json_, cli.verdict_of(result))
     return cli.exit_code(result.ok, fail_on_limit and cli.any_exceeded(checks))
+
+
+_TO_EXPLAIN = "Scene, as in simbrake run, or a result: a file or folder of simbrake run --out."
+
+
+def explain(
+    file: Annotated[Path, Parameter(name="SCENE|RESULT", help=_TO_EXPLAIN, converter=cli.named_file)],
+    /,
+    *,
+    limit: cli.Limits = None,
+    fail_on_limit: cli.FailOnLimit = False,
+    influence: bool = True,
+    set_: cli.Set = None,
+    rtol: cli.Rtol = 1e-10,
+    json_: cli.Flag = False,
+) -> int:
+    """Explain a run in sentences: what happened, what governs it, which lining, limit and instability come first.
+
+    Parameters
+    ----------
+    influence
+        Differentiate the run as well, to name the parameters that change it most.
+    json_
+        Print the findings with their numbers as JSON, alone on stdout.
+    """
+    with Waiting("explain", "compiling the run…") as told:
+        if file.suffix.lower() in (".toml", ".py") and not file.is_dir():
+            scene = cli.opened(file, set_, rtol)
+            result = sb.simulate(scene, rtol=rtol, throw=False, progress=told)
+        else:
+            if set_:
+                raise InputError([Fault("--set", "changes a scene, not a result", "give the scene file")])
+            cli.prepare_jax()
+            result = sb.results.rerun(file / "result.nc" if file.is_dir() else file)
+        limits = cli.limits_of(result.scene, limit, fail_on_limit)
+        found = sb.results.explain(result, limits=limits, influence=influence, progress=told)
+    cli.tell(found, found.as_dict, json_)
+    return cli.exit_code(result.ok, fail_on_limit and found["outcome"].numbers["exceeded"] > 0)
 
 
 def animate(
@@ -354,6 +394,7 @@ _RUN = f"0 the run reached its end; 1 it failed, with a named code; 2 the input 
 #: commands and their exit codes
 COMMANDS = {
     run: _RUN,
+    explain: _RUN,
     report: _RUN,
     animate: "0 the run reached its end; 1 it failed; 2 the input is wrong.",
     compare: "0 equal within the tolerance; 1 different; 2 the input is wrong.",

@@ -58,6 +58,13 @@ class Duty(AbstractDuty):
     - `slack_tension`: `T_0(t) ≥ 0` in N, set by the lever at the slack end;  `load`: `M_load(t, ω)`
 
     The tension may come in `Phases`, which end by the state of the brake; so may the force of a `ForceDuty`.
+
+    Example:
+        >>> sb.Duty("6 kN", sb.HookLoad("60 t", "400 mm", 8))
+        Duty(
+          slack_tension=Constant(level=6 kN),
+          load=HookLoad(mass=60 t, drum_radius=0.4 m, line_count=8, gravity=9.80665 m/s², drag=0 N·m·s),
+        )
     """
 
     slack_tension: AbstractProfile | Phases = part(AbstractProfile, "N")
@@ -70,6 +77,10 @@ class ForceDuty(AbstractDuty):
 
     - `force`: `F(t) ≥ 0` in N, with which the actuator presses each pad, or each shoe at its arm
     - `load`: `M_load(t, ω)`
+
+    Example:
+        >>> sb.ForceDuty(sb.ramp(0.0, 45e3, 0.0, 0.25), 1500.0).lever.values
+        array([    0., 45000.])
     """
 
     force: AbstractProfile | Phases = part(AbstractProfile, "N")
@@ -82,6 +93,10 @@ class Initial(Part):
 
     - `omega` `ω_0` (rad/s), positive in the braking direction;  `elongation` `x_0` (m) of an elastic band
     - `time` `t_0` (s)
+
+    Example:
+        >>> sb.Initial("230 rpm")
+        Initial(omega=24.0855 rad/s, elongation=0 m, time=0 s)
     """
 
     omega: Scalar = quantity("rad/s", "initial speed")
@@ -99,6 +114,12 @@ class Scene(Part):
     - `wear`: wear of the linings, `None` without wear
     - `power_shares`: how the friction power splits into heat, electrical and mechanical power; `None`: all is heat
     - `shaft`: torques on the shaft beside load and brake: auxiliary brakes, bearings, loss of the tackle
+
+    Example:
+        >>> brake = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35))
+        >>> scene = sb.Scene(brake, sb.Duty("6 kN", 0), sb.Initial(24), end_time="12 s")
+        >>> scene.initial
+        Initial(omega=24 rad/s, elongation=0 m, time=0 s)
     """
 
     brake: AbstractBrake
@@ -265,7 +286,11 @@ def _faults_of_band(scene: Scene) -> list[Fault]:
 
 
 def check(scene: Scene) -> None:
-    """Check a scene. Raises `InputError` with all errors."""
+    """Check a scene. Raises `InputError` with all errors.
+
+    Example:
+        >>> sb.check(scene)  # nothing is wrong
+    """
     found = faults(scene)
     if found:
         raise InputError(found)
@@ -416,9 +441,14 @@ def _self_locking(brake: AbstractBrake, f: Array) -> Array:
     return brake.self_locking(f)
 
 
+def self_locking_ratios(scene: Scene) -> np.ndarray:
+    """Self-locking ratio of each lining with its static friction at the start, of a band `f tan(β/2)`: locking at 1."""
+    return np.asarray(_self_locking(scene.brake, static_friction(scene)))
+
+
 def locked(scene: Scene) -> dict[int, str]:
     """Self-locking linings (from 1) with their static friction, of a band `f tan(β/2) ≥ 1`; the reason in words."""
-    near = np.asarray(_self_locking(scene.brake, static_friction(scene)))
+    near = self_locking_ratios(scene)
     return {int(i) + 1: scene.brake.locking_words(int(i) + 1, float(near[i])) for i in np.flatnonzero(near >= 1.0)}
 
 

@@ -77,6 +77,10 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     Numbers are in SI, or texts with a unit (`"120 kN"`). One number given for an array field counts for every entry.
     `brake.linings.count` gives equal linings of a band another number over the same wrap angle.
     Raises `InputError` with all unknown paths and the nearest names, and with values that do not fit.
+
+    Example:
+        >>> sb.with_values(scene, {"initial.omega": 18.0}).initial
+        Initial(omega=18 rad/s, elongation=0 m, time=0 s)
     """
     if (quick := _with_numbers(scene, values)) is not None:
         return quick

@@ -186,6 +186,10 @@ def friction_work(run: Run, *, pair: str = "external", points: int = POINTS) -> 
     - `run`: a `Result` or its record, concrete or traced;  `pair`: as in `rubbing`;  `points`: as in `integral`
 
     Raises `InputError` for a pair that the brake does not have.
+
+    Example:
+        >>> len(sb.results.friction_work(result))
+        8
     """
     _check(run, pair)
     record = record_of(run)
@@ -253,7 +257,12 @@ _peaks_of_record = RunJit(_peaks, static_argnames=("pair", "quantity"))
 
 
 def lining_peak(run: Run, quantity: str, *, pair: str = "external") -> Float[Array, " n"]:
-    """Maximum value over a run of a quantity of every lining (`quantity` and `pair` as in `lining_mean`)."""
+    """Maximum value over a run of a quantity of every lining (`quantity` and `pair` as in `lining_mean`).
+
+    Example:
+        >>> sb.results.lining_peak(result, "normal_load").shape
+        (8,)
+    """
     _check(run, pair, quantity)
     return _peaks_of_record(record_of(run), pair=pair, quantity=quantity)
 

@@ -1,8 +1,9 @@
 """What happened in a run: how it ended, events of its log, and stages of a staged brake."""
 
+import difflib
 import enum
 from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -81,7 +82,15 @@ def failure_of(code: int, words: BrakeWords) -> tuple[str, str]:
 
 
 class SimulationError(RuntimeError):
-    """A run that ended in a failure code; `result` holds what was computed until then."""
+    """A run that ended in a failure code; `result` holds what was computed until then.
+
+    Example:
+        >>> try:
+        ...     sb.simulate(scene, max_steps=2)
+        ... except sb.SimulationError as error:
+        ...     print(error.result.status)
+        step_limit
+    """
 
     def __init__(self, message: str, result: object) -> None:
         super().__init__(message)
@@ -89,7 +98,12 @@ class SimulationError(RuntimeError):
 
 
 class Status(enum.StrEnum):
-    """How a run that reached its end time ended."""
+    """How a run that reached its end time ended.
+
+    Example:
+        >>> sb.results.Status.RUNAWAY.value
+        'runaway'
+    """
 
     STOPPED = "stopped"
     HELD = "held"
@@ -239,7 +253,12 @@ EVENTS = {
 
 
 class Event(NamedTuple):
-    """One entry of the log: time in s, name, the lining (from 1) or the phase of the duty where it concerns one."""
+    """One entry of the log: time in s, name, the lining (from 1) or the phase of the duty where it concerns one.
+
+    Example:
+        >>> result.events["stop"][0].name
+        'stop'
+    """
 
     time: float
     name: str
@@ -254,6 +273,31 @@ class Event(NamedTuple):
             entry |= {"phase": self.phase.phase, "cycle": self.phase.cycle, "until": self.phase.until}
             entry |= {"phase_name": self.phase.name} if self.phase.name else {}
         return entry
+
+
+class Events(list[Event]):
+    """The event log in order of time: a list, of which `events["stop"]` are the events of one name.
+
+    Raises `KeyError` with the nearest names for one that no run has.
+
+    Example:
+        >>> log = sb.results.Events([sb.results.Event(0.1, "slip_onset"), sb.results.Event(1.2, "stop")])
+        >>> log["stop"].times, len(log["restart"])
+        ([1.2], 0)
+    """
+
+    def __getitem__(self, key: Any) -> Any:
+        if not isinstance(key, str):
+            return super().__getitem__(key)
+        if key not in EVENTS:
+            near = difflib.get_close_matches(key, EVENTS, n=3, cutoff=0.4)
+            raise KeyError(f"{key!r} is not an event; nearest: {', '.join(near or EVENTS)}")
+        return Events(event for event in self if event.name == key)
+
+    @property
+    def times(self) -> list[float]:
+        """Times of the events (s)."""
+        return [event.time for event in self]
 
 
 class Phase(NamedTuple):

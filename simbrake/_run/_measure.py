@@ -11,13 +11,15 @@ from jaxtyping import Bool
 
 from .._base._faults import Fault, InputError
 from .._base._quantity import BAD, NumberReader, Quantity
-from .._base._table import number, plain
+from .._base._table import ZERO, digits, number, plain
 from .._parts._scene import Scene
 from ..hybrid._arrays import Array
 from ._linings import lining_peak
 from ._metrics import METRICS, about_output, metric_names
 from ._probe import Entry, Number
+from ._report import text as text_of
 from ._result import Result
+from ._strength import allowable_values
 
 #: a metric's name, the name of an energy (`energy.friction_heat`), or a function of a `Result` to a number
 Metric = str | Callable[[Result], Any]
@@ -33,6 +35,15 @@ def unit_of(metric: Metric) -> str:
     if isinstance(metric, str) and (metric in METRICS or metric.startswith("energy.")):
         return about_output(metric)["units"]
     return ""
+
+
+def title_of(metric: str) -> str:
+    """A metric, an energy or `max_pressure` in words, as a title."""
+    if metric.startswith("energy."):
+        return f"Energy: {metric.removeprefix('energy.').replace('_', ' ')}"
+    if metric == PRESSURE:
+        return "Maximum mean pressure on a lining"
+    return METRICS[metric].title if metric in METRICS else metric.replace("_", " ").capitalize()
 
 
 def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
@@ -61,6 +72,17 @@ def measure(result: Result, metric: Metric) -> Array:
     return jnp.asarray(getattr(found, "value", found))
 
 
+def named(result: Result, name: str) -> Any:
+    """A metric or an energy of a result by its name, a float of a concrete one. Raises `KeyError` with near names."""
+    try:
+        check_metrics(result.scene, [name] if isinstance(name, str) else [repr(name)])
+    except InputError as error:
+        fault = error.faults[0]
+        raise KeyError(f"{name!r} {fault.problem}; {fault.hint}") from None
+    found = measure(result, name)
+    return float(found) if result.concrete else found
+
+
 def happened(value: Number) -> Bool[np.ndarray, "*shape"] | np.bool_:
     """Whether a metric has a value: times of what did not happen are infinite."""
     return np.isfinite(np.asarray(value))
@@ -73,6 +95,8 @@ PRESSURE = "max_pressure"
 _HOT = "peak_lining_temperature"
 #: shown without a limit too, where the scene has them
 _USUAL = ("peak_rim_temperature", "max_tension", "max_normal_load")
+#: kelvins of 20 °C, from which the rise of a temperature is counted
+_ROOM = ZERO + 20.0
 
 
 class LimitVerdict(enum.StrEnum):
@@ -86,7 +110,13 @@ class LimitVerdict(enum.StrEnum):
 
 
 class LimitCheck(NamedTuple):
-    """One limit and the value in a run, in SI: `name` of the metric (or `max_pressure`), `note`: when, or why not."""
+    """One limit and the value in a run, in SI: `name` of the metric (or `max_pressure`), `note`: when, or why not.
+
+    Example:
+        >>> check = sb.results.limit_checks(result, {"stopping_time": 9.0})[-1]
+        >>> check.name, check.unit, str(check.verdict)
+        ('stopping_time', 's', 'within limit')
+    """
 
     name: str
     limit: float | None
@@ -100,14 +130,30 @@ class LimitCheck(NamedTuple):
         """`limit − value`, below 0 where the limit is exceeded; `None` without one of the two."""
         return None if self.limit is None or self.value is None else self.limit - self.value
 
+    @property
+    def margin_percent(self) -> float | None:
+        """The margin in percent of the limit; of a temperature in percent of its rise above 20 °C."""
+        if self.margin is None or self.limit is None:
+            return None
+        whole = self.limit - _ROOM if self.unit == "K" else self.limit
+        return 100 * self.margin / whole if whole > 0 else None
+
+    @property
+    def margin_words(self) -> str:
+        """The margin with its unit and in percent, empty without one."""
+        if self.margin is None:
+            return ""
+        percent = "" if self.margin_percent is None else f" ({digits(self.margin_percent, 3)} %)"
+        return f"{number(self.margin, self.unit, absolute=False)}{percent}"
+
     def as_dict(self) -> Entry:
-        """`{name, verdict, value, limit, margin, unit, note}`, numbers in SI."""
-        names = ("name", "verdict", "value", "limit", "margin", "unit", "note")
+        """`{name, verdict, value, limit, margin, margin_percent, unit, note}`, numbers in SI."""
+        names = ("name", "verdict", "value", "limit", "margin", "margin_percent", "unit", "note")
         return {name: plain(getattr(self, name)) for name in names}
 
     def __str__(self) -> str:
         """Verdict with value, limit and margin, as a line of a summary."""
-        margin = "" if self.margin is None else f", margin {number(self.margin, self.unit, absolute=False)}"
+        margin = f", margin {self.margin_words}" if self.margin_words else ""
         note = f" ({self.note})" if self.note else ""
         value, limit = number(self.value, self.unit), number(self.limit, self.unit)
         return f"{self.name} {self.verdict}: {value}, limit {limit}{margin}{note}"
@@ -152,7 +198,8 @@ def parse_limits(scene: Scene, texts: Sequence[str]) -> tuple[dict[str, float], 
 
 def has_limit(scene: Scene, limits: Mapping[str, float]) -> bool:
     """Whether there is anything that a run could exceed: a limit given, or one of the scene."""
-    return bool(limits) or scene.network.permissible is not None
+    worn = scene.wear is not None and scene.wear.permissible is not None
+    return bool(limits) or scene.network.permissible is not None or worn or bool(allowable_values(scene))
 
 
 def _plain(value: Any) -> Any:
@@ -163,11 +210,18 @@ def _plain(value: Any) -> Any:
 def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck]:
     """All limits of a concrete result with their verdicts: the linings' temperature, the usual metrics, then `limits`.
 
-    `limits`: metric (or `max_pressure`) → maximum permissible value in SI, as `read_limits` gives them. A value equal
+    `limits`: metric (or `max_pressure`) → maximum permissible value in SI, as `read_limits` gives them; beside them
+    the allowable values of the scene's own parts (`Strength`, `Lever`, `Wear`) are evaluated. A value equal
     to its limit is within it. What did not happen (a stop that never came) exceeds its limit in a run that reached its
     end time; in a run that failed it is not evaluated.
+
+    Example:
+        >>> checks = sb.results.limit_checks(result, {"stopping_time": 1.0})
+        >>> checks[-1].limit, str(checks[-1].verdict)
+        (1.0, 'exceeded')
     """
     summary, known = result.summary(), metric_names(result.scene)
+    limits = {**allowable_values(result.scene), **limits}
     checks = [_linings(result, summary, limits)]
     for name in _USUAL:
         if name in known and name not in limits:
@@ -181,7 +235,20 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
             value, unit, time = float(measure(result, name)), unit_of(name), summary["at"].get(f"{name}_time")
         note = "" if time is None else f"maximum at {number(time, 's')}"
         checks.append(_judged(result, name, bound, value, unit, note))
-    return checks
+    return checks + _worn(result)
+
+
+def _worn(result: Result) -> list[LimitCheck]:
+    """The wear of the lining that is nearest its permissible wear, with what was worn off before the run."""
+    wear = result.scene.wear
+    if wear is None or wear.permissible is None:
+        return []
+    worn = np.asarray(wear.worn) + np.asarray(result.worn_thickness)
+    most = np.broadcast_to(np.asarray(wear.permissible), worn.shape)
+    i = int(np.argmax(worn / most))
+    words = result.scene.brake.words
+    note = f"{words.lining} {i + 1}, with what was worn off before the run"
+    return [_judged(result, "worn_thickness", float(most[i]), float(worn[i]), "m", note)]
 
 
 def _judged(result: Result, name: str, bound: float, value: float, unit: str, note: str) -> LimitCheck:
@@ -225,10 +292,10 @@ def limit_dicts(checks: Sequence[LimitCheck]) -> list[Entry]:
 
 
 def text_with_limits(result: Result, checks: Sequence[LimitCheck]) -> str:
-    """The summary of a result and what it says of the limits."""
-    return "\n".join([str(result), *limit_lines(checks)])
+    """The summary of a result with the verdict and what it says of the limits."""
+    return text_of(result.summary(), [f"verdict  {result.verdict(checks)}", *limit_lines(checks)])
 
 
 def summary_with_limits(result: Result, checks: Sequence[LimitCheck]) -> Entry:
-    """The same as `run --json` prints it: `Result.summary` and `limits`."""
-    return {**result.summary(), "limits": limit_dicts(checks)}
+    """The same as `run --json` prints it: `Result.summary`, `limits` and `verdict`."""
+    return {**result.summary(), "limits": limit_dicts(checks), "verdict": result.verdict(checks).as_dict()}

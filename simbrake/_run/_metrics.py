@@ -503,6 +503,17 @@ def energies(record: Record) -> dict[str, Array]:
     return _energies_of_ends(record.system, *ends_of(record))[0]
 
 
+def energies_between(record: Record, first: int, last: int) -> dict[str, Array]:
+    """Energies (J) of a concrete run from row to row."""
+
+    def instant(row: int) -> Instant:
+        t = np.asarray(record.rows.t)[row]
+        state, mode = (jax.tree.map(lambda column: np.asarray(column)[row], x) for x in (record.states, record.modes))
+        return t, state, mode
+
+    return _energies_of_ends(record.system, instant(first), instant(last))[0]
+
+
 def stored_heat(record: Record) -> dict[str, Array]:
     """Heat stored in every body of the network since the start (J)."""
     return _energies_of_ends(record.system, *ends_of(record))[1]
@@ -527,7 +538,12 @@ def identity_of(metric: str | Callable[..., Any]) -> object:
 
 
 def metric_names(scene: Scene) -> tuple[str, ...]:
-    """Names of everything that a run of the scene has as one number, energies as `energy.…`."""
+    """Names of everything that a run of the scene has as one number, energies as `energy.…`.
+
+    Example:
+        >>> sb.results.metric_names(scene)[:3]
+        ('slip_onset_time', 'full_slip_time', 'stopping_time')
+    """
     names = [name for name, metric in METRICS.items() if not metric.needs.lacks(scene)]
     energies = [name for name, one in ENERGIES.items() if one.unit == "J" and not one.needs.lacks(scene)]
     if scene.brake.in_series:

@@ -2,7 +2,7 @@
 
 import functools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import jax
@@ -16,6 +16,7 @@ from .._physics._mechanism import BandMode, Label, Mode, slips
 from .._physics._thresholds import mark_names
 from ..hybrid import FINISHED, Record
 from ._choice import stiffness
+from ._duty import DutyKind, counted, duty_lines, duty_of, end_of, speed_is_led
 from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of, with_phases
 from ._metrics import HOLDING, METRICS, Peak, energies, metrics_of
 from ._probe import Entry, RunJit, capacities_at, record_of
@@ -137,6 +138,11 @@ class Report:
         names = tuple(name for name in metrics_of(self.result.scene, greatest=True) if name != HOLDING)
         return Scan(self._record, float(self.result.rtol), names)
 
+    @property
+    def scan(self) -> Scan:
+        """The run as it was scanned."""
+        return self._scan
+
     @functools.cached_property
     def _energies(self) -> Entry:
         return energies(self._record)
@@ -149,6 +155,22 @@ class Report:
         if HOLDING in names:
             found[HOLDING] = largest_share_of_capacity(self._scan)
         return {name: METRICS[name].of_peak(found[name], scene) for name in names}
+
+    @functools.cached_property
+    def holding(self) -> Peak | None:
+        """Minimum holding reserve while the brake is to hold; `None` where no load is held."""
+        found = self.peaks.get(HOLDING)
+        return found if found is not None and np.isfinite(found.value) else None
+
+    @property
+    def pull(self) -> tuple[float, float, float] | None:
+        """Maximum tension of a lever that holds the speed, the largest that it had in the run (N), and when (s)."""
+        if not speed_is_led(self.result.scene):
+            return None
+        system: BrakeSystem = self._record.system  # pyright: ignore
+        seen = self._scan.seen
+        i = int(np.argmax(seen.lever_tension))
+        return float(system.lever.greatest()), float(seen.lever_tension[i]), float(seen.t[i])  # pyright: ignore
 
     @functools.cached_property
     def events(self) -> list[Event]:
@@ -319,6 +341,15 @@ class Report:
             "sliding brake gives under its maximum slack tension"
         ]
 
+    def _holding(self, metrics: Entry) -> Entry:
+        """Load and capacity at the minimum holding reserve, and the tension of a lever that holds the speed."""
+        seen, least, pull = self._scan.seen, metrics.get(HOLDING), self.pull
+        found: Entry = {} if pull is None else {"pull": dict(zip(("limit", "value", "time"), pull, strict=True))}
+        if least is not None:
+            load = abs(float(np.interp(self.peaks[HOLDING].time, seen.t, seen.load_torque)))
+            found["holding"] = {"load_torque": load, "capacity": least * load}
+        return found
+
     def summary(self) -> Entry:
         r, stats, metrics, words = self.result, self.result.record.stats, self.metrics, self.result.scene.brake.words
         said = [*warnings(r.scene), *plausibility(r.scene, metrics.get("peak_rim_temperature")), *self._shortage()]
@@ -332,10 +363,13 @@ class Report:
             capacity = {"load_torque": found.load, "brake_torque": float(found.torque), "pairs": found.pairs}
         found = {
             "status": r.status,
+            "duty": duty_of(r.scene, r.status, len(self.stops)),
             "message": r.message,
             "capacity": capacity,
             "warnings": said,
             "events": [event.as_dict() for event in self.events],
+            "end": end_of(self._record, r.scene),
+            **self._holding(metrics),
             "metrics": metrics,
             "at": {
                 **{f"{name}_time": float(peak.time) for name, peak in self.peaks.items()},
@@ -406,6 +440,22 @@ def _grouped(events: list[Entry]) -> str:
         parts.append(f"{words}{lining} {first['time']:.6g}{until} s")
     shown = parts if len(parts) <= 12 else [*parts[:6], f"… {len(parts) - 10} more …", *parts[-4:]]
     return ", ".join(shown) if shown else "none"
+
+
+def _stop_lines(summary: Entry) -> list[str]:
+    """Onset of slip and stop of a run with one stop, or as far as one came that has none."""
+    m, kind = summary["metrics"], summary["duty"]
+    if kind not in (DutyKind.STOP, DutyKind.TURNING, DutyKind.RUNAWAY, DutyKind.FAILED):
+        return []
+    acts = "slip onset t0" if "lining" not in summary else f"the {summary['lining']}s act from"
+    onset = f"onset    {acts} {_number(m['slip_onset_time'], 's')}, full slip {_number(m['full_slip_time'], 's')}"
+    if m["stopping_time"] is None:
+        return [] if m["slip_onset_time"] is None else [onset]
+    travel = "" if m["hook_travel"] is None else f", hook travel {_number(m['hook_travel'], 'm')}"
+    return [
+        onset,
+        f"stop     after {_number(m['stopping_time'], 's')}, {_number(m['stopping_angle'], 'rad')}{travel}",
+    ]
 
 
 #: events that change no mode, in words
@@ -506,7 +556,8 @@ def _wear_lines(summary: Entry) -> list[str]:
 def _energy_line(summary: Entry) -> str:
     """What came in, and what became of it; kinetic energy stands where it is positive."""
     e, change = summary["energy"], summary["energy"]["kinetic_change"]
-    gains = change is not None and change > 0  # the load has sped the pulley up
+    # the load has sped the pulley up
+    gains = change is not None and change > _ROUNDING * abs(e["load_work"] or 0.0)
     e = e | {"given": None if change is None else -change}
     taken = {
         "friction_heat": "friction heat",
@@ -521,15 +572,16 @@ def _energy_line(summary: Entry) -> str:
     return f"energy   {_sum(e, given)} = {_sum(e, taken)}"
 
 
-def text(summary: Entry) -> str:
-    """About ten lines that can be read without the source."""
-    m, e, s = summary["metrics"], summary["energy"], summary["solver"]
+def text(summary: Entry, first: Sequence[str] = ()) -> str:
+    """About ten lines that can be read without the source; `first`: lines below the heading."""
+    e, s = summary["energy"], summary["solver"]
+    many = summary["duty"] == DutyKind.STOPS
     lines = [
         f"{summary['status']}: {summary['message']}",
-        f"events   {_grouped(summary['events'])}",
-        f"onset    slip onset t0 {_number(m['slip_onset_time'], 's')}, full slip {_number(m['full_slip_time'], 's')}",
-        f"stop     after {_number(m['stopping_time'], 's')}, {_number(m['stopping_angle'], 'rad')}"
-        + ("" if m["hook_travel"] is None else f", hook travel {_number(m['hook_travel'], 'm')}"),
+        *first,
+        f"events   {counted(summary['events']) if many else _grouped(summary['events'])}",
+        *_stop_lines(summary),
+        *duty_lines(summary),
         *_staged_lines(summary),
         *_peak_line(summary, "tension", "max_tension", "behind lining"),
         *_peak_line(summary, "load", "max_normal_load", f"on {summary.get('lining', 'lining')}"),

@@ -1,8 +1,10 @@
 """What a run gives back: states at any time, event log, metrics, energies and a result code."""
 
 import functools
+import html
+import importlib
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, TypeVar
 
@@ -23,10 +25,10 @@ from .._physics._state import Capacity
 from ..hybrid import Record
 from ..hybrid._arrays import Array
 from ..thermal._heat import node_names
-from ._log import FAILURES, STATUS_MESSAGES, Event, Stage, Status, failure_of, status_of
+from ._log import FAILURES, STATUS_MESSAGES, Events, Stage, Status, failure_of, status_of
 from ._metrics import HOLDING, METRICS, Peak, energies, stored_heat, worn_thickness
 from ._probe import Entry, end_capacity, ends_of, is_traced_run, lowers_steadily, probe_at, probe_many, runs_away
-from ._report import Report, labels_of, text
+from ._report import Report, labels_of
 from ._scan import peak
 from ._series import Series, array_of_times, fault_of_times, outside, series_of
 
@@ -67,6 +69,12 @@ class Result:
     not happen (`null` in the summary); a maximum value is a `Peak` with its time and its lining. A metric that the
     scene does not have raises `ValueError`. First derivatives of everything continuous are available, forward and
     reverse.
+
+    Example:
+        >>> result.status, round(result["stopping_time"], 4)
+        ('stopped', 1.2577)
+        >>> result.events["stop"].times == [result["stopping_time"]]
+        True
     """
 
     scene: Scene
@@ -277,9 +285,9 @@ class Result:
         return _last_report
 
     @property
-    def events(self) -> list[Event]:
-        """The event log: mode changes and lining limits in order of time."""
-        return self.report().events
+    def events(self) -> Events:
+        """The event log: mode changes and lining limits in order of time; `events["stop"]` are those of one name."""
+        return Events(self.report().events)
 
     @property
     def stops(self) -> Table:
@@ -304,11 +312,47 @@ class Result:
         """Everything that `simbrake run --json` prints."""
         return self.report().summary()
 
+    def verdict(self, limits: Mapping[str, float | str] | Any = None) -> Any:
+        """Whether limits are exceeded or near: colour, one line, and every limit with its margin.
+
+        - `limits`: maximum permissible values by metric, as `{"max_tension": "120 kN"}`, beside those of the scene
+
+        `simbrake.results.verdict` describes what it says.
+        """
+        return _above("_run._verdict").verdict(self, limits)
+
+    def plot(self) -> Any:
+        """The run over time as a figure of Matplotlib: `simbrake.plot.stop`."""
+        return _above("plot").stop(self)
+
+    def to_xarray(self, times: Any = None) -> Any:
+        """The run as a labelled data set: `simbrake.dataset`."""
+        return _above("results").dataset(self, times)
+
+    def __getitem__(self, name: str) -> Any:
+        """A number of the run by its name: `result["stopping_time"]`, `result["energy.friction_heat"]`; of a maximum
+        value the value. Raises `KeyError` with the nearest names."""
+        return _above("_run._measure").named(self, name)
+
+    __iter__ = None  # (names are looked up, not counted)
+
     def __str__(self) -> str:
-        return text(self.summary()) if self.concrete else "Result(traced)"
+        measured = _above("_run._measure")
+        return measured.text_with_limits(self, measured.limit_checks(self, {})) if self.concrete else repr(self)
 
     def __repr__(self) -> str:
-        return str(self)
+        if self.concrete:
+            return str(self)
+        kind = "traced" if is_traced_run(self.record) else f"batch of {np.shape(self.record.count)}"
+        return f"Result({kind}, {self.scene.brake.kind}, {self.method_name})"
+
+    def _repr_html_(self) -> str:
+        return _above("_run._verdict").page_of(self) if self.concrete else f"<pre>{html.escape(repr(self))}</pre>"
+
+
+def _above(module: str) -> Any:
+    """A module that builds on this one, for what a result offers in short; loaded when it is used."""
+    return importlib.import_module(f"simbrake.{module}")
 
 
 def _torques(found: Capacity, names: list[str]) -> str:

@@ -502,6 +502,8 @@ def largest_share_of_capacity(scan: Scan) -> Peak:
     is.
 
     A program of its own: capacities are much work, and are wanted only while the pulley is at rest.
+
+    - `among`: rows of the run in which it is looked for
     """
     record, (held, broken) = scan.record, to_hold(scan, scan.seen.lever_tension)
     samples = np.flatnonzero(held[scan.row] | (broken[scan.row] & (scan.share == 0.0)))

@@ -6,9 +6,12 @@ from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_args, get_orig
 
 import jax
 import numpy as np
+from jax.core import Tracer
 from jaxtyping import Bool, Float, Int
 
 from .._base._faults import Fault, InputError
+from .._base._shown import rows_table, value_text
+from .._base._table import Table, number
 from .._physics._mechanism import PairNow
 from ..hybrid._arrays import Array, numpy_of
 from ..thermal._heat import PowerShares
@@ -115,6 +118,10 @@ class Series(NamedTuple):
     friction forces and coefficients are columns here as well; a staged brake has `internal` beside it. A column that
     the scene does not have is `None`: tensions without a band, temperatures without heat or where it names no such
     place, coefficients of friction that cannot change, the elongation of a rigid band, …
+
+    Example:
+        >>> result.series([0.0, 0.5]).omega.shape
+        (2,)
     """
 
     t: Annotated[Values, "s", "time", lambda p, s: p.t]
@@ -267,6 +274,37 @@ class Series(NamedTuple):
         if self.electrical_work is None or self.mechanical_work is None:
             return self.friction_heat
         return self.friction_heat + self.electrical_work + self.mechanical_work
+
+    def _table(self) -> Table:
+        there = [(name, getattr(self, name), about) for name, about in SERIES_COLUMNS.items()]
+        rows = [
+            (name, _range(values, about.unit), about.meaning) for name, values, about in there if values is not None
+        ]
+        first = next(iter(self.pairs), "")
+        pairs = "" if len(self.pairs) < 2 else f"; pairs {', '.join(self.pairs)}, as pairs[{first!r}]"
+        return rows_table(rows, f"Series at {np.shape(self.t)[0]} times{pairs}")
+
+    def __repr__(self) -> str:
+        return str(self._table())
+
+    def _repr_html_(self) -> str:
+        return self._table()._repr_html_()
+
+
+def _range(values: Any, unit: str) -> str:
+    """Range of a column with its unit and the count of what it has at each time."""
+    if isinstance(values, Tracer | tuple):
+        return value_text(values)
+    array = np.asarray(values)
+    finite = array[np.isfinite(array)]
+    each = f" ({' × '.join(str(n) for n in array.shape[1:])} each)" if array.ndim > 1 else ""
+    if not finite.size:
+        return f"—{each}"
+    low, high = float(finite.min()), float(finite.max())
+    if low == high:
+        return f"{number(low, unit)}{each}"
+    top = max(abs(low), abs(high))
+    return f"{number(low, unit, beside=top).text} … {number(high, unit, beside=top)}{each}"
 
 
 class About(NamedTuple):

@@ -54,7 +54,7 @@ from ..hybrid._lanes import hybridsolve_lane
 from ._choice import stiffness
 from ._edit import with_values
 from ._log import SimulationError
-from ._measure import Metric, check_metrics, measure, name_of
+from ._measure import Metric, check_metrics, measure, name_of, unit_of
 from ._metrics import identity_of
 from ._probe import Number, is_traced
 from ._result import Limits, Result
@@ -300,6 +300,10 @@ def simulate(
 
     Raises `InputError` with all errors of the scene (or of these options) at once, `SimulationError`, and
     `RuntimeError` if JAX is not in 64-bit mode.
+
+    Example:
+        >>> sb.simulate(scene).status
+        'stopped'
     """
     require_64_bits()
     check_limits(rtol, max_step, max_steps, max_events)
@@ -412,6 +416,13 @@ class Prepared:
         self._spans: list[tuple[str, int | slice]] = []
         self.program = self._compile()
         self._slope: Program | None = None
+
+    def __repr__(self) -> str:
+        units = {name: unit_of(metric) for name, metric in zip(self.metrics, self._asked, strict=True)}
+        asked = ", ".join(f"{name} [{unit}]" if unit else name for name, unit in units.items())
+        counts = f"{len(self.places)} parameters ({self.numbers.size} numbers)"
+        how = f"{solver_name(self.solver)}, rtol {self.rtol:g}, at most {self.max_steps} steps"
+        return f"Prepared({self.scene.brake.kind}: {counts} → {asked}; {how})"
 
     def _places(self) -> dict[str, slice]:
         # a scene whose numbers are replaced by their places tells where each path lies
@@ -543,6 +554,11 @@ def prepare(
       that needs more is compiled anew with more room
 
     Raises `InputError` for a faulty scene or metric, and `SimulationError` where the scene's own run fails.
+
+    Example:
+        >>> prepared = sb.prepare(scene, ["stopping_time"])
+        >>> prepared.places["initial.omega"]
+        slice(19, 20, None)
     """
     scene = checked(scene)
     check_metrics(scene, metrics)

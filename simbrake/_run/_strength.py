@@ -53,13 +53,19 @@ _ALLOWABLE = {
 }
 
 
+def allowable_values(scene: Scene) -> dict[str, float]:
+    """Allowable values of metrics, in SI, of the parts of a scene that have them."""
+    found = {name: allowable(scene) for name, (_, allowable) in _ALLOWABLE.items()}
+    return {name: float(most) for name, most in found.items() if most is not None}
+
+
 def limits_exceeded(scene: Scene, metrics: Mapping[str, float | None]) -> list[str]:
     """Warnings of forces, stresses and travels above their allowable values."""
     found = []
-    for name, (unit, allowable) in _ALLOWABLE.items():
-        value, most = metrics.get(name), allowable(scene)
-        if value is not None and most is not None and value > float(most):
+    for name, most in allowable_values(scene).items():
+        value, (unit, _) = metrics.get(name), _ALLOWABLE[name]
+        if value is not None and value > most:
             words = name.removeprefix("max_").replace("_", " ")
-            share = f"{value / float(most):.4g} × the allowable {number(float(most), unit)}"
+            share = f"{value / most:.4g} × the allowable {number(most, unit)}"
             found.append(f"over_limit: {words} {number(value, unit)} is {share}")
     return found

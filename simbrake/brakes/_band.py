@@ -17,7 +17,12 @@ from ..hybrid._arrays import Array
 
 
 def grip(f: Float[Array, "..."], angle: Float[Array, " n"]) -> Float[Array, " n"]:
-    """`f_i z_i = f_i tan(β_i/2)` of each lining; at 1 or above the lining is self-locking."""
+    """`f_i z_i = f_i tan(β_i/2)` of each lining; at 1 or above the lining is self-locking.
+
+    Example:
+        >>> sb.brakes.grip(np.float64(0.35), np.radians([13.5, 27.0])).round(4).tolist()
+        [0.0414, 0.084]
+    """
     return f * jnp.tan(angle / 2)
 
 
@@ -93,7 +98,12 @@ def affine_tensions(T_0: Float[Array, ""], a: Float[Array, " n"], b: Float[Array
 
 
 def capstan_ratio(f: Float[Array, ""], wrap: Float[Array, ""]) -> Float[Array, ""]:
-    """Euler's limit for many small linings, `T_n/T_0 → exp(f α)`."""
+    """Euler's limit for many small linings, `T_n/T_0 → exp(f α)`.
+
+    Example:
+        >>> round(float(sb.brakes.capstan_ratio(np.float64(0.35), np.radians(270.0))), 4)
+        5.2035
+    """
     return jnp.exp(f * wrap)
 
 
@@ -251,7 +261,12 @@ def pressure_within(mean: Values, ratio: Values, place: Values) -> Float[Array, 
 
 
 def tension_rise(f: Values, angle: Values) -> Float[Array, ""]:
-    """`S_H/S_C = exp(Σ f_i α_i)` of sliding linings; `f` a number or (n,), `angle` (n,) in rad."""
+    """`S_H/S_C = exp(Σ f_i α_i)` of sliding linings; `f` a number or (n,), `angle` (n,) in rad.
+
+    Example:
+        >>> round(float(sb.brakes.tension_rise(0.35, np.radians(13.5))), 5)
+        1.08596
+    """
     return jnp.exp(jnp.sum(jnp.asarray(f) * jnp.asarray(angle)))
 
 
@@ -298,7 +313,12 @@ class AbstractStiffness(Part):
 
 @short_for(AbstractStiffness)
 class GivenStiffness(AbstractStiffness):
-    """A band whose stiffness `value` (N/m) is known: for bands in parallel, where a bare number may be written too."""
+    """A band whose stiffness `value` (N/m) is known: for bands in parallel, where a bare number may be written too.
+
+    Example:
+        >>> sb.brakes.GivenStiffness("100 kN/m").value
+        array(100000.)
+    """
 
     value: Scalar = quantity("N/m", "stiffness at the tight end", positive=True)
 
@@ -465,6 +485,10 @@ class ParallelBands(AbstractStiffness):
     temperature or pressure, and unequal shares, the scene has the mean band (a warning says so). Bands whose linings
     differ cannot be written as one band; that is a known gap. Source: K-5…K-8, model §2.3; K names the compliance `C_i`
     a stiffness.
+
+    Example:
+        >>> sb.brakes.ParallelBands([1e5, 2e5]).bands
+        (GivenStiffness(value=100 kN/m), GivenStiffness(value=200 kN/m))
     """
 
     bands: tuple[AbstractStiffness, ...] = eqx.field(converter=_as_bands)

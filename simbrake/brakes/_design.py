@@ -41,6 +41,10 @@ class Pulley(Part):
 
     - `radius` `R` of the friction track (m); `inertia` `J` about the shaft (kg·m²), drum included, hook load not
     - `width` `b` of the track (m), for overlap coefficients
+
+    Example:
+        >>> sb.Pulley("590 mm", inertia=1200)
+        Pulley(radius=0.59 m, inertia=1200 kg·m²)
     """
 
     radius: Scalar = quantity("m", "radius of the friction track", positive=True)
@@ -55,6 +59,10 @@ class Segments(Part):
       band's own `stiffness`
     - `damping_ratio` `ζ`: `D_i = 2 ζ √(K_i m̄_i)` with `m̄_i` the mean mass of the two linings it joins
     - `anchor_damping` `D_n` (N·s/m) of the segment to the anchor
+
+    Example:
+        >>> sb.Segments("2 MN/m")
+        Segments(stiffness=2 MN/m, damping_ratio=0.05, anchor_damping=0 N·s/m)
     """
 
     stiffness: Scalar = quantity("N/m", "stiffness of the band between two linings", positive=True, many=Over.GAPS)
@@ -71,6 +79,10 @@ class Strength(Part):
     - `anchor_area` (m²) of the pin or bolt of the tight end;  `anchor_stress` (Pa), allowable
 
     Stresses are tension over area: `T_max/A` of the band, `T_n,max/A` of the anchor.
+
+    Example:
+        >>> sb.brakes.Strength("900 mm^2", "150 MPa")
+        Strength(band_area=9 cm², band_stress=150 MPa)
     """
 
     band_area: Scalar = quantity("m^2", "cross-section of the band", positive=True)
@@ -89,6 +101,10 @@ class Band(Part):
     - `segments`: resolves the band into a chain of linings that move individually; `stiffness` is then that of the
       segment to the anchor. `None`: linings follow the band as a whole
     - `strength`: sections, for stresses among the results
+
+    Example:
+        >>> sb.Band("623 mm", stiffness="100 kN/m")
+        Band(radius=0.623 m, stiffness=100 kN/m)
     """
 
     radius: Scalar = quantity("m", "radius of the band circle", positive=True)
@@ -133,6 +149,10 @@ class Lining(AbstractLinings):
     - `angle` `β_i` (n,) in rad: central angle of each;  `friction`: its law, with numbers for all or per lining
     - `area` `A_i` (m²), a number or (n,): needed where pressure matters
     - `mass` `m_i` (kg), a number or (n,): needed where the band is resolved into `segments`, else without effect
+
+    Example:
+        >>> sb.Lining(0.35, ["14 deg", "13 deg"])
+        Lining(friction=ConstantFriction(coefficient=0.35, static_ratio=1), angle=[14, 13]°)
     """
 
     friction: AbstractFriction = part(AbstractFriction)
@@ -163,7 +183,12 @@ def uniform_linings(
     mass: Annotated[float | None, positive("kg", "mass of a lining and its band")] = None,
 ) -> Lining:
     """`count` equal linings over the angle `wrap` (rad); each of the `area` (m²) if pressure matters, of the `mass`
-    (kg) in a chain."""
+    (kg) in a chain.
+
+    Example:
+        >>> sb.uniform_linings(20, "270 deg", 0.35)
+        Lining(friction=ConstantFriction(coefficient=0.35, static_ratio=1), angle=20 × 13.5°)
+    """
     return Lining(angle=np.full(count, wrap / count), friction=friction, area=area, mass=mass)  # pyright: ignore
 
 
@@ -187,6 +212,15 @@ class Bandage(Part):
       a separate body (resolved bandage), which needs a rigid band; `None`: the bandage is one rigid body
     - `spring_damping` `ζ_j`: share of the critical damping of two neighbours on their spring,
       `D_j = 2 ζ_j √(K_j m_j)`, `1/m_j = R_b² (1/J_j + 1/J_{j+1})`
+
+    Example:
+        >>> sb.Bandage(45.0, 0.22, preload="900 N")
+        Bandage(
+          inertia=45 kg·m²,
+          friction=ConstantFriction(coefficient=0.22, static_ratio=1),
+          preload=900 N,
+          spring_damping=0.05,
+        )
     """
 
     inertia: Scalar = quantity("kg*m^2", "inertia of the bandage about the shaft", positive=True, many=True)
@@ -353,7 +387,16 @@ class AbstractBrake(Part):
 
 
 class Brake(AbstractBrake):
-    """A band-shoe brake: pulley, band and linings; staged where the linings ride on the pulley as a `bandage`."""
+    """A band-shoe brake: pulley, band and linings; staged where the linings ride on the pulley as a `bandage`.
+
+    Example:
+        >>> sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35))
+        Brake(
+          pulley=Pulley(radius=0.59 m, inertia=1200 kg·m²),
+          band=Band(radius=0.623 m),
+          linings=Lining(friction=ConstantFriction(coefficient=0.35, static_ratio=1), angle=8 × 33.75°),
+        )
+    """
 
     pulley: Pulley
     band: Band
@@ -537,6 +580,11 @@ def stiffness_of(brake: AbstractBrake, temperature: Values | None = None) -> Flo
     run.
     Raises `ValueError` if that temperature is needed and missing, `InputError` for a brake without a band, or with
     several.
+
+    Example:
+        >>> brake = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623, 1e5), sb.uniform_linings(8, 4.0, 0.3))
+        >>> float(sb.brakes.stiffness_of(brake))
+        100000.0
     """
     stiffness = under_a_band(brake).band.stiffness
     if not isinstance(stiffness, AbstractStiffness):

@@ -94,6 +94,10 @@ class UniformPressure(AbstractPadPressure):
     """A new pad, pressed evenly: `r_e = ⅔ (r_o³ − r_i³)/(r_o² − r_i²)`.
 
     Reference: Budynas & Nisbett, calliper brakes.
+
+    Example:
+        >>> sb.Pads(0.4, 0.3, 0.5, 0.7, pressure=sb.brakes.UniformPressure()).count
+        2
     """
 
     def radius(self, inner: Values, outer: Values) -> Float[Array, ""]:
@@ -113,6 +117,10 @@ class Pads(AbstractLinings):
 
     - `inner_radius` `r_i`, `outer_radius` `r_o` (m) and `angle` (rad) of a pad;  `count` of pads: two of each calliper
     - `friction`: its law, with numbers for all or per pad;  `pressure`: its distribution over the radius
+
+    Example:
+        >>> sb.Pads(0.4, "300 mm", "500 mm", "40 deg", faces=4).count
+        4
     """
 
     friction: AbstractFriction = part(AbstractFriction)
@@ -149,6 +157,11 @@ class DiscBrake(AbstractPressedBrake):
     - `inertia` `J` (kg·m²) of the disc and all that turns with its shaft, hook load not;  `linings`: its `n` pads
 
     `F` is the clamping force on each pad (`ForceDuty.force`). Slip speed and friction force are those at `r_e`.
+
+    Example:
+        >>> brake = sb.DiscBrake(400.0, sb.Pads(0.4, 0.3, 0.5, 0.7))
+        >>> brake.words.body, brake.kind
+        ('disc', 'disc brake')
     """
 
     inertia: Scalar = quantity("kg*m^2", "inertia about the shaft", positive=True)
@@ -179,6 +192,16 @@ class Shoes(AbstractLinings):
     - `radius` `r` (m) of their faces, which is that of the drum;  `width` `b` (m)
     - `start` `θ_1`, `end` `θ_2` (rad) of a lining, from the line of the shaft to the pin of its shoe
     - `friction`: its law, with numbers for both or for each
+
+    Example:
+        >>> sb.Shoes(0.32, 0.15, "32 mm", 0.0, "126 deg")
+        Shoes(
+          friction=ConstantFriction(coefficient=0.32, static_ratio=1),
+          radius=0.15 m,
+          width=32 mm,
+          start=0 rad,
+          end=126°,
+        )
     """
 
     friction: AbstractFriction = part(AbstractFriction)
@@ -227,6 +250,11 @@ class ShoeBrake(AbstractPressedBrake):
     Normal force `N` means the integral of the pressure over the lining, pressure its mean `N/A`.
 
     Reference: Budynas & Nisbett, internal expanding rim brakes.
+
+    Example:
+        >>> brake = sb.ShoeBrake(12.0, sb.Shoes(0.32, 0.15, 0.032, 0.0, 2.2), pin=0.1227, arm=0.212)
+        >>> brake.linings.count
+        2
     """
 
     inertia: Scalar = quantity("kg*m^2", "inertia about the shaft", positive=True)

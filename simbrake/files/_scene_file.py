@@ -177,6 +177,10 @@ def scene_from_text(text: str, folder: str | Path = ".", values: Mapping[str, An
     `with_values`, and of keys of the text that are no numbers of the scene, as `brake.linings.count`.
 
     Raises `InputError` with every error: path, value, unit, reason, and the nearest name or the range.
+
+    Example:
+        >>> sb.files.scene_from_text(sb.files.scene_text(scene)).initial
+        Initial(omega=24 rad/s, elongation=0 m, time=0 s)
     """
     try:
         tables = tomllib.loads(text)
@@ -244,6 +248,10 @@ def scene_text(scene: Scene) -> str:
     """A scene as TOML, every number with its unit; `scene_from_text` gives the same scene back, to the last bit.
 
     Raises `InputError` naming all parts that a file cannot hold: custom functions and classes, traced numbers.
+
+    Example:
+        >>> sb.files.scene_text(scene).splitlines()[0]
+        'format = "simbrake scene 1"'
     """
     import tomli_w
 

@@ -315,6 +315,10 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
     Raises `InputError` for a scene with input errors, for a scene alone that has no classical stop (at rest at the
     start, a lever that holds the speed, a load that outweighs the brake, a self-locking lining), for a run in which
     nothing slides, and a traced or batched one.
+
+    Example:
+        >>> type(sb.estimates(scene)).__name__
+        'EngineeringEstimates'
     """
     braking, about = braking_of(run, data)
     found = rows_of("stages" if braking.scene.brake.in_series else "stop", braking) + rows_of("power", braking)

@@ -110,6 +110,10 @@ def rim_material(name: str, **changes: float) -> RimMaterial:
     `changes` by name (SI): those of `Material`, `young`, `expansion`, `poisson`, `permissible_stress`,
     `permissible_temperature`, `solidus`, `hardness`. The source of each number is in `sources`: conductivities of
     V, handbook values, and assumptions. Raises `KeyError` with the known names.
+
+    Example:
+        >>> sb.formulas.rim_material("steel_20L").name
+        'steel_20L'
     """
     n, thermal, sources = _settled(name, RIMS, "rim material", changes)
     elastic = ElasticMaterial(n["young"], n["expansion"], n["poisson"], n["permissible_stress"])
@@ -122,6 +126,10 @@ def lining_material(name: str, **changes: float) -> LiningMaterial:
 
     `changes` by name (SI): those of `Material`, `wear_coefficient`, `wear_threshold`, `wear_activation` (of
     `ThresholdWear`), `permissible_temperature`, `hardness`. Raises `KeyError` with the known names.
+
+    Example:
+        >>> sb.formulas.lining_material("FK-24A").name
+        'FK-24A'
     """
     n, thermal, sources = _settled(name, LININGS, "lining material", changes)
     wear = ThresholdWear(n["wear_coefficient"], n["wear_threshold"], n["wear_activation"])

@@ -24,6 +24,10 @@ def real_contact_area(area: Amount, pressure: Amount, hardness: Amount) -> Amoun
     the hardness: it cannot exceed the nominal area.
 
     Reference: F. P. Bowden, D. Tabor, *The Friction and Lubrication of Solids* (1950), ch. I.
+
+    Example:
+        >>> round(float(sb.formulas.real_contact_area(0.05, 1e6, 2e9)), 9)
+        2.5e-05
     """
     require_positive(area=area, hardness=hardness)
     require_not_negative(pressure=pressure)
@@ -33,13 +37,23 @@ def real_contact_area(area: Amount, pressure: Amount, hardness: Amount) -> Amoun
 
 
 def polished_surface(radius: Amount, width: Amount) -> Amount:
-    """The friction track `A_p = 2 π R b` (S-35), in m². Raises `ValueError` where an argument is not positive."""
+    """The friction track `A_p = 2 π R b` (S-35), in m². Raises `ValueError` where an argument is not positive.
+
+    Example:
+        >>> round(float(sb.formulas.polished_surface(0.59, 0.22)), 4)
+        0.8156
+    """
     require_positive(radius=radius, width=width)
     return 2 * math.pi * radius * width
 
 
 def ring_face(inner: Amount, outer: Amount) -> Amount:
-    """One face of a ring, `π (R² − r²)`, in m²: rim lip, flange or disc. Raises `ValueError` for `r ≥ R` or `r < 0`."""
+    """One face of a ring, `π (R² − r²)`, in m²: rim lip, flange or disc. Raises `ValueError` for `r ≥ R` or `r < 0`.
+
+    Example:
+        >>> round(float(sb.formulas.ring_face(0.3, 0.5)), 4)
+        0.5027
+    """
     require_not_negative(inner=inner)
     if not outer > inner:
         raise ValueError(f"outer = {outer} must exceed inner = {inner}")
@@ -63,6 +77,10 @@ def radiation_coefficient(emissivity: Amount, temperature: Amount, ambient: Amou
 
     Written as `ε σ (T² + T_a²)(T + T_a)`, which also holds at `T = T_a`. Raises `ValueError` for an emissivity that is
     negative or temperatures that are not positive.
+
+    Example:
+        >>> round(float(sb.formulas.radiation_coefficient(0.8, 500.0, 293.15)), 3)
+        12.087
     """
     require_not_negative(emissivity=emissivity)
     require_positive(temperature=temperature, ambient=ambient)
@@ -88,6 +106,10 @@ def thermoelectric_voltage(seebeck: Amount, hot: Amount, cold: Amount) -> Amount
     - `seebeck` `S_ab` (V/K), of the pair of materials; `hot` `T_c` (K) of the spots, `cold` `T_0` (K) of the bodies
 
     Reference: R. Holm, *Electric Contacts*, 4th ed. (1967), on thermoelectric effects in contacts.
+
+    Example:
+        >>> round(float(sb.formulas.thermoelectric_voltage(1e-5, 500.0, 300.0)), 6)
+        0.002
     """
     return seebeck * (hot - cold)
 
@@ -142,20 +164,35 @@ def parallel_conductivity(area: Layers, conductivity: Layers) -> float:
 
 
 def equivalent_specific_heat(mass: Layers, specific_heat: Layers) -> float:
-    """`c = Σ G_k c_k/Σ G_k` (J/(kg·K)) of layers (k,) of the masses `G_k` (S-32). Raises `ValueError` as above."""
+    """`c = Σ G_k c_k/Σ G_k` (J/(kg·K)) of layers (k,) of the masses `G_k` (S-32). Raises `ValueError` as above.
+
+    Example:
+        >>> round(float(sb.formulas.equivalent_specific_heat([400.0, 100.0], [500.0, 1000.0])), 3)
+        600.0
+    """
     require_positive(mass=mass, specific_heat=specific_heat)
     mass = np.asarray(mass, float)
     return np.sum(mass * np.asarray(specific_heat, float)) / np.sum(mass)
 
 
 def equivalent_density(mass: Layers, volume: Layers) -> float:
-    """`ρ = Σ m_k/Σ V_k` (kg/m³) of layers (k,) (S-33, a sum of quotients in the scan). Raises `ValueError` as above."""
+    """`ρ = Σ m_k/Σ V_k` (kg/m³) of layers (k,) (S-33, a sum of quotients in the scan). Raises `ValueError` as above.
+
+    Example:
+        >>> round(float(sb.formulas.equivalent_density([400.0, 100.0], [0.05, 0.02])), 3)
+        7142.857
+    """
     require_positive(mass=mass, volume=volume)
     return np.sum(np.asarray(mass, float)) / np.sum(np.asarray(volume, float))
 
 
 def equivalent_diffusivity(conductivity: Amount, density: Amount, specific_heat: Amount) -> Amount:
-    """`a = λ/(ρ c)` (m²/s) of the equivalent numbers (S-31). Raises `ValueError` where one of them is not positive."""
+    """`a = λ/(ρ c)` (m²/s) of the equivalent numbers (S-31). Raises `ValueError` where one of them is not positive.
+
+    Example:
+        >>> round(float(sb.formulas.equivalent_diffusivity(48.0, 7800.0, 500.0)), 9)
+        1.2308e-05
+    """
     require_positive(conductivity=conductivity, density=density, specific_heat=specific_heat)
     return conductivity / (density * specific_heat)
 

@@ -21,6 +21,10 @@ def penetration_depth(diffusivity: Amount, time: Amount) -> Amount:
 
     `1.73` is √3, so that `Fo = a τ/b² = 1/3` at that depth. `diffusivity` `a` in m²/s. Raises `ValueError` for a
     diffusivity that is not positive or a negative time.
+
+    Example:
+        >>> round(float(sb.formulas.penetration_depth(1.2e-5, 1.0)), 6)
+        0.005993
     """
     require_positive(diffusivity=diffusivity)
     require_not_negative(time=time)
@@ -31,6 +35,10 @@ def fourier_number(diffusivity: Amount, time: Amount, depth: Amount) -> Amount:
     """`Fo = a τ/δ²` (S-15); below 0.01 the back face counts as adiabatic, S expects no more than 15.
 
     `diffusivity` `a` (m²/s), `time` `τ` (s), `depth` `δ` (m). Raises `ValueError` as `penetration_depth`.
+
+    Example:
+        >>> round(float(sb.formulas.fourier_number(1.2e-5, 1.0, 0.01)), 6)
+        0.12
     """
     require_positive(diffusivity=diffusivity, depth=depth)
     require_not_negative(time=time)
@@ -55,6 +63,10 @@ def effective_volume(area: Amount, thickness: Amount, depth: Amount) -> Amount:
     """Volume (m³) that takes up heat: `ψV = A min(b, δ)` (S, step 3), `area` `A` (m²), thicknesses in m.
 
     Raises `ValueError` where an argument is not positive (the depth: negative).
+
+    Example:
+        >>> round(float(sb.formulas.effective_volume(1.6, 0.025, 0.01)), 6)
+        0.016
     """
     require_positive(area=area, thickness=thickness)
     require_not_negative(depth=depth)
@@ -69,6 +81,10 @@ def mean_bulk_rise(share: Amount, work: Amount, specific_heat: Amount, mass: Amo
 
     `2/3` is the mean over the brake application of heat input with a linearly falling power, `∫(2s − s²)ds` from 0 to
     1; the rise at its end is `a W/(c G)`. Raises `ValueError` for numbers outside their ranges.
+
+    Example:
+        >>> round(float(sb.formulas.mean_bulk_rise(0.9, 880e3, 500.0, 400.0)), 4)
+        2.64
     """
     require_positive(specific_heat=specific_heat, mass=mass)
     require_not_negative(work=work)
@@ -82,6 +98,10 @@ def half_space_rise(flux: Amount, time: Amount, effusivity: Amount) -> Amount:
     `effusivity` `e = √(λ ρ c)` (W·√s/(m²·K)). Raises `ValueError` where it is not positive or the time is negative.
 
     Reference: H. S. Carslaw, J. C. Jaeger, *Conduction of Heat in Solids* (1959), §2.9, eq. (7).
+
+    Example:
+        >>> round(float(sb.formulas.half_space_rise(1e6, 1.0, 14e3)), 3)
+        80.599
     """
     require_positive(effusivity=effusivity)
     require_not_negative(time=time)
@@ -96,6 +116,10 @@ def stopping_rise(flux: Amount, time: Amount, duration: Amount, effusivity: Amou
     - initial `flux` `q_0` (W/m²), `time` `t ≤ τ`, `duration` `τ` of the brake application (s), `effusivity` `e`
 
     Superposition of `half_space_rise` (Carslaw & Jaeger, §2.9). Raises `ValueError` outside `0 ≤ t ≤ τ`.
+
+    Example:
+        >>> round(float(sb.formulas.stopping_rise(2e6, 0.5, 1.0, 14e3)), 3)
+        75.989
     """
     require_positive(duration=duration)
     t = np.asarray(time, float)

@@ -68,6 +68,10 @@ def classical_stop(scene: Scene) -> ClassicalStop | None:
     `T_0` is the maximum lever tension, load torque and inertia are those of the start (the torque at
     half the speed). There is none without speed at the start, with a lever that holds the speed, where a lining is
     self-locking, or where the load outweighs the brake.
+
+    Example:
+        >>> type(sb.formulas.classical_stop(scene)).__name__
+        'ClassicalStop'
     """
     brake, lever, omega = band_brake(scene), scene.duty.lever, float(scene.initial.omega)
     f = friction_at_start(scene)

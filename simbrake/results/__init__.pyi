@@ -5,6 +5,9 @@ from ._dataset import dataset as dataset
 from ._dataset import load as load
 from ._dataset import provenance as provenance
 from ._dataset import save as save
+from ._explain import Explanation as Explanation
+from ._explain import Finding as Finding
+from ._explain import explain as explain
 from ._of_runs import EVENTS as EVENTS
 from ._of_runs import FAILURES as FAILURES
 from ._of_runs import METRICS as METRICS
@@ -12,8 +15,11 @@ from ._of_runs import PAIR_COLUMNS as PAIR_COLUMNS
 from ._of_runs import SERIES_COLUMNS as SERIES_COLUMNS
 from ._of_runs import Answer as Answer
 from ._of_runs import BandMode as BandMode
+from ._of_runs import Colour as Colour
 from ._of_runs import CyclicState as CyclicState
+from ._of_runs import DutyKind as DutyKind
 from ._of_runs import Event as Event
+from ._of_runs import Events as Events
 from ._of_runs import HeatResult as HeatResult
 from ._of_runs import LimitCheck as LimitCheck
 from ._of_runs import Metric as Metric
@@ -29,6 +35,8 @@ from ._of_runs import Series as Series
 from ._of_runs import SimulationError as SimulationError
 from ._of_runs import Stage as Stage
 from ._of_runs import Status as Status
+from ._of_runs import Verdict as Verdict
+from ._of_runs import VerdictRow as VerdictRow
 from ._of_runs import cyclic_steady_state as cyclic_steady_state
 from ._of_runs import friction_work as friction_work
 from ._of_runs import geometric_overlap as geometric_overlap
@@ -46,4 +54,5 @@ from ._of_runs import rubbing as rubbing
 from ._of_runs import shown_in as shown_in
 from ._of_runs import simulate_heat as simulate_heat
 from ._of_runs import steady_state as steady_state
+from ._of_runs import verdict as verdict
 from ._of_runs import with_temperatures as with_temperatures

@@ -52,6 +52,10 @@ def rerun(source: Source, *, scene: Scene | None = None, solver: Any = None) -> 
 
     With the same versions on the same machine the result is the same to the last bit. A run that fails is returned, as
     `simulate(..., throw=False)` does. Raises `InputError`.
+
+    Example:
+        >>> sb.results.rerun(result).status
+        'stopped'
     """
     stored = origin(source)
     settings = stored["settings"]
@@ -348,6 +352,10 @@ def compare(a: Source, b: Source, rtol: float = 1e-9) -> Comparison:
     to the largest one exchanged; series relative to the maximum of their unit, at the times that both have.
     Where they have few common times, series are interpolated and shown, but not judged. Time and place of a
     maximum are not judged either (arbitrary on a plateau). Raises `InputError`.
+
+    Example:
+        >>> sb.compare(result, result).equal
+        True
     """
     if not (np.ndim(rtol) == 0 and 0 <= rtol < 1):  # a NaN is not
         raise InputError([Fault("rtol", f"{rtol} is out of range", "0 ≤ rtol < 1")])

@@ -2,6 +2,7 @@
 
 from .._base._table import shown_in as shown_in
 from .._physics._mechanism import BandMode as BandMode
+from .._run._duty import DutyKind as DutyKind
 from .._run._linings import Overlap as Overlap
 from .._run._linings import Rubbing as Rubbing
 from .._run._linings import RunningIn as RunningIn
@@ -15,6 +16,7 @@ from .._run._linings import rubbing as rubbing
 from .._run._log import EVENTS as EVENTS
 from .._run._log import FAILURES as FAILURES
 from .._run._log import Event as Event
+from .._run._log import Events as Events
 from .._run._log import SimulationError as SimulationError
 from .._run._log import Stage as Stage
 from .._run._log import Status as Status
@@ -42,3 +44,7 @@ from .._run._simulate import Prepared as Prepared
 from .._run._simulate import prepare as prepare
 from .._run._travel import RingWear as RingWear
 from .._run._travel import ring_wear as ring_wear
+from .._run._verdict import Colour as Colour
+from .._run._verdict import Verdict as Verdict
+from .._run._verdict import VerdictRow as VerdictRow
+from .._run._verdict import verdict as verdict

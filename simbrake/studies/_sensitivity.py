@@ -251,6 +251,11 @@ def sensitivity(
 
     Raises `InputError` for unknown paths and metrics, and where a metric has no value in this run (an event that did
     not occur has no derivative); `SimulationError` where the run fails.
+
+    Example:
+        >>> table = sb.sensitivity(scene, "stopping_time", "initial.omega", span=None)
+        >>> round(table.at("initial.omega").elasticity, 6)
+        1.0
     """
     single = isinstance(metric, str) or callable(metric)
     metrics = Metrics(tuple(asked_of(metric)))

@@ -35,12 +35,22 @@ def _coefficient(where: str) -> Quantity:
 
 
 def axial_resistance(length: Values, conductivity: Values, inner: Values, outer: Values) -> Values:
-    """Resistance (K/W) of a ring along its axis: `L/(λ π (R² − r²))` (V, table 1, shell)."""
+    """Resistance (K/W) of a ring along its axis: `L/(λ π (R² − r²))` (V, table 1, shell).
+
+    Example:
+        >>> round(float(sb.thermal.axial_resistance(0.1, 48.0, 0.55, 0.59)), 6)
+        0.014543
+    """
     return length / (conductivity * math.pi * (outer**2 - inner**2))
 
 
 def radial_resistance(width: Values, conductivity: Values, inner: Values, outer: Values) -> Values:
-    """Resistance (K/W) of a ring along its radius: `ln(R/r)/(2 π λ L)` (V, table 1, flange, rim lips, disc)."""
+    """Resistance (K/W) of a ring along its radius: `ln(R/r)/(2 π λ L)` (V, table 1, flange, rim lips, disc).
+
+    Example:
+        >>> round(float(sb.thermal.radial_resistance(0.22, 48.0, 0.55, 0.59)), 6)
+        0.001058
+    """
     return np.log(outer / inner) / (2 * math.pi * conductivity * width)
 
 
@@ -65,6 +75,10 @@ def lumped_heat(
     - `temperature` at the start, of the `ambient` air, `permissible` one of the linings (K)
 
     Raises `ValueError` where a band is given without linings, or a conductance without its bodies.
+
+    Example:
+        >>> sb.lumped_heat(rim=2e5, partition=1.0, rim_cooling=20.0).rim
+        'rim'
     """
     if (band is not None) != (lining_to_band is not None) or (band is not None and linings is None):
         raise ValueError("a band needs linings and the conductance lining_to_band")

@@ -55,6 +55,10 @@ class ThermalContact(AbstractLink):
       staged one, while the band is open; rim and a lining of a staged one while it has lifted off. What crosses the
       gap is a link of its own: `Convection` or `Radiation` from one to the other, with `covered=1.0`
     - `law` of `h_c` by the pressure of the linings, in place of `resistance`; of one node for all linings their mean
+
+    Example:
+        >>> sb.thermal.ThermalContact("rim", "lining", 1.2, resistance=2e-3)
+        ThermalContact(a='rim', b='lining', area=1.2 m², resistance=0.002 m²·K/W)
     """
 
     a: str = eqx.field(static=True)

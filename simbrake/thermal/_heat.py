@@ -51,6 +51,10 @@ class PowerShares(Part):
     stated by S). By default all is heat, at no cost.
 
     Raises `ValueError` for shares outside 0…1, alone or together.
+
+    Example:
+        >>> sb.PowerShares(electrical=0.02)
+        PowerShares(electrical=0.02, mechanical=0)
     """
 
     electrical: Scalar = quantity("1", "electrical share of the friction power", low=0.0, high=1.0, default=0.0)
@@ -89,6 +93,14 @@ def shares_of_S(electrical: float = 0.0) -> PowerShares:
 
     S-10 prints `0.68·10⁻³`: the power in kW is one reading of the factor, and the share its only legible
     figure. Raises `ValueError` for an electrical share outside 0…0.32.
+
+    Example:
+        >>> sb.thermal.shares_of_S()
+        PowerShares(
+          electrical=0,
+          mechanical=0.32,
+          source='0.68 as heat: one reading of S-10; the rest an assumption',
+        )
     """
     rest = 1.0 - 0.68 - electrical
     if not (electrical >= 0 and rest >= -1e-12):
@@ -109,7 +121,12 @@ class AbstractPartition(Part):
 
 @short_for(AbstractPartition)
 class ConstantPartition(AbstractPartition):
-    """A given share `a` into the metal (V: 0.531…0.865)."""
+    """A given share `a` into the metal (V: 0.531…0.865).
+
+    Example:
+        >>> sb.thermal.ConstantPartition(0.93)
+        ConstantPartition(metal=0.93)
+    """
 
     metal: Scalar = quantity("1", "share of the friction heat into the metal", low=0.0, high=1.0, many=True)
 
@@ -118,7 +135,12 @@ class ConstantPartition(AbstractPartition):
 
 
 class EffusivityPartition(AbstractPartition):
-    """`a = e_1/(e_1 + e_2)`, `e = √(λ ρ c)`: two half-spaces in sliding contact (Charron)."""
+    """`a = e_1/(e_1 + e_2)`, `e = √(λ ρ c)`: two half-spaces in sliding contact (Charron).
+
+    Example:
+        >>> sb.thermal.EffusivityPartition(sb.material("steel_20L"), sb.material("FK-24A")).metal.density
+        array(7850.)
+    """
 
     metal: Material
     lining: Material
@@ -179,6 +201,10 @@ class FrictionHeat(Part):
     - `sensed`: the place whose temperature the friction law sees; by default the lining's, else the metal's
     - `beyond`: of an external pair, a place behind the linings (the rim) that takes the share `beyond_share` at once:
       rim `k_1`, band `k_2 = share`, linings `1 − k_1 − k_2` (S-12…14)
+
+    Example:
+        >>> sb.thermal.FrictionHeat("rim", "lining", 0.93)
+        FrictionHeat(metal='rim', lining='lining', partition=ConstantPartition(metal=0.93))
     """
 
     metal: str | None = eqx.field(static=True)
@@ -238,6 +264,11 @@ class Heat(Part):
     - `rim`, `linings`, `band`: places whose temperatures are reported as those of rim, linings and band; `rim` is the
       body on which the linings rub, a disc or drum as well
     - `permissible` (K): permissible temperature of the linings; exceeding it is an event
+
+    Example:
+        >>> bodies = (sb.thermal.Lump("rim", 2e5), sb.thermal.Reservoir("air"))
+        >>> sb.Heat(bodies, (sb.thermal.Conductance("rim", "air", 20.0),)).links
+        (Conductance(a='rim', b='air', value=20 W/K),)
     """
 
     bodies: tuple[Body, ...] = eqx.field(converter=_settled)

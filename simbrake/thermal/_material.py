@@ -20,6 +20,10 @@ class Material(Part):
 
     - `conductivity` `λ` (W/(m·K)), `density` `ρ` (kg/m³), `specific_heat` `c` (J/(kg·K)) at `reference` `T_r` (K)
     - `conductivity_slope` `b_λ`, `specific_heat_slope` `b_c` (1/K); `None`: no dependence, and no cost
+
+    Example:
+        >>> sb.Material(47.8, 7850.0, 534.0)
+        Material(conductivity=47.8 W/(m·K), density=7850 kg/m³, specific_heat=534 J/(kg·K), reference=20 °C)
     """
 
     conductivity: Scalar = quantity("W/(m*K)", "thermal conductivity", positive=True)
@@ -102,6 +106,10 @@ def material(name: str, **changes: float) -> Material:
 
     `simbrake.thermal.LIBRARY[name]` gives the source and the range of every number, and marks assumptions.
     Raises `KeyError` with the known names.
+
+    Example:
+        >>> sb.material("steel_20L").density
+        array(7850.)
     """
     if name not in LIBRARY:
         raise KeyError(f"no material {name!r}; there are: {', '.join(sorted(LIBRARY))}")
@@ -110,7 +118,13 @@ def material(name: str, **changes: float) -> Material:
 
 
 def effusivity_share(metal: Material, lining: Material) -> Scalar:
-    """Heat partition coefficient of the metal for two sliding half-spaces: `e_1/(e_1 + e_2)` (Charron, 1943)."""
+    """Heat partition coefficient of the metal for two sliding half-spaces: `e_1/(e_1 + e_2)` (Charron, 1943).
+
+    Example:
+        >>> share = sb.thermal.effusivity_share(sb.material("steel_20L"), sb.material("FK-24A"))
+        >>> round(float(share), 4)
+        0.9211
+    """
     return metal.effusivity / (metal.effusivity + lining.effusivity)
 
 
@@ -118,6 +132,10 @@ def layer_growth(first: float, thickness: float, layers: int) -> float:
     """Ratio `r` of neighbouring layers so that `layers` of them, the first `first` thick, fill `thickness`:
 
     `first (r^N − 1)/(r − 1) = thickness`. Raises `ValueError` if the first is not between 0 and the whole.
+
+    Example:
+        >>> round(sb.thermal.layer_growth(0.4e-3, 25e-3, 16), 5)
+        1.16285
     """
     if not (0 < first < thickness and layers > 1):
         raise ValueError(f"a first layer of {first:g} m does not fit {layers} layers in {thickness:g} m")

@@ -80,6 +80,10 @@ class Conductance(AbstractLink):
     """A given conductance (W/K): a bolt, a spoke, a flange, or the reciprocal of one of V's resistances.
 
     - `opens`: as in `ThermalContact`
+
+    Example:
+        >>> sb.thermal.Conductance("rim", "air", 20.0)
+        Conductance(a='rim', b='air', value=20 W/K)
     """
 
     a: str = eqx.field(static=True)
@@ -105,6 +109,10 @@ class SpeedCoefficient(AbstractCoefficient):
     - `at_rest` `h_0`; `speed` `v_0` (m/s) where forced convection takes over; `exponent` `m` (0.8 for turbulent flow)
 
     Blends the two regimes as S. W. Churchill & R. Usagi, *AIChE J.* 18 (1972) 1121 do, and is smooth at rest.
+
+    Example:
+        >>> sb.thermal.SpeedCoefficient(8.0, "2 m/s")
+        SpeedCoefficient(at_rest=8 W/(m²·K), speed=2 m/s, exponent=0.8)
     """
 
     at_rest: Scalar = quantity("W/(m^2*K)", "heat transfer coefficient at rest", positive=True)
@@ -142,6 +150,10 @@ class Convection(AbstractLink):
     - `covered` `κ`: share of the area that the linings cover (the overlap coefficient of a track, averaged over one
       revolution: `q_net = κ a q − (1 − κ) h (T_s − T_a)`, S-16…S-21) while the band is closed, on the rim of a staged
       brake always; `None`: 0, and no cost
+
+    Example:
+        >>> sb.thermal.Convection("rim", 1.6, 25.0)
+        Convection(a='rim', area=1.6 m², coefficient=25 W/(m²·K))
     """
 
     a: str = eqx.field(static=True)
@@ -163,6 +175,10 @@ class Radiation(AbstractLink):
     """Radiation from a grey surface: flow `ε σ A (T⁴ − T_a⁴)` (S-37, S-38).
 
     - `area` (m²), `emissivity` `ε`; `covered` as in `Convection`
+
+    Example:
+        >>> sb.thermal.Radiation("rim", 1.6, emissivity=0.8)
+        Radiation(a='rim', area=1.6 m², emissivity=0.8)
     """
 
     a: str = eqx.field(static=True)
@@ -183,6 +199,10 @@ def radiation_governs_above(coefficient: float, emissivity: float, ambient: floa
 
     Both act at all temperatures; convection governs below and radiation above (S, of the permissible lining
     temperature). Raises `ValueError` where radiation carries more even without a difference of temperature.
+
+    Example:
+        >>> round(float(sb.thermal.radiation_governs_above(10.0, 0.8)), 2)
+        456.3
     """
     from scipy.optimize import brentq
 
@@ -195,7 +215,12 @@ def radiation_governs_above(coefficient: float, emissivity: float, ambient: floa
 
 
 class Source(Part):
-    """A given heat flow into a place (W): a number or a profile over time."""
+    """A given heat flow into a place (W): a number or a profile over time.
+
+    Example:
+        >>> sb.thermal.Source("rim", "2 kW")
+        Source(a='rim', power=2 kW)
+    """
 
     a: str = eqx.field(static=True)
     power: AbstractProfile | Any = quantity("W", "heat flow into the place")
@@ -209,6 +234,10 @@ class Lump(Part):
 
     - `capacity` `C` (J/K), a number or (count,), 0 makes a `Junction` of it; `capacity_slope` (1/K) as in `Material`
     - `temperature`: at the start (K)
+
+    Example:
+        >>> sb.thermal.Lump("rim", 2e5, "40 degC").temperature
+        array(313.15)
     """
 
     name: str = eqx.field(static=True)
@@ -220,14 +249,24 @@ class Lump(Part):
 
 
 class Junction(Part):
-    """A node without capacity: its temperature follows from those of its neighbours at every instant."""
+    """A node without capacity: its temperature follows from those of its neighbours at every instant.
+
+    Example:
+        >>> sb.thermal.Junction("contact")
+        Junction(name='contact')
+    """
 
     name: str = eqx.field(static=True)
     count: int = whole("number of nodes", default=1)
 
 
 class Reservoir(Part):
-    """A prescribed temperature, as of the ambient air: a number (K) or a profile over time."""
+    """A prescribed temperature, as of the ambient air: a number (K) or a profile over time.
+
+    Example:
+        >>> sb.thermal.Reservoir("air", "20 degC")
+        Reservoir(name='air', temperature=20 °C)
+    """
 
     name: str = eqx.field(static=True)
     temperature: AbstractProfile | Any = quantity("K", "prescribed temperature", low=0.0, default=ROOM)
@@ -246,6 +285,10 @@ class Wall(Part):
     - `surface_layer`: massless layer on the front, and with `both` on the back; what enters at the face passes it
 
     Reference: S. V. Patankar, *Numerical Heat Transfer and Fluid Flow* (1980), eq. (4.9).
+
+    Example:
+        >>> sb.thermal.Wall("rim", sb.material("steel_20L"), "25 mm", 1.6, layers=16).layers
+        16
     """
 
     name: str = eqx.field(static=True)

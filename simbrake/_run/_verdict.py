@@ -1,0 +1,233 @@
+"""The verdict on a run: what is exceeded, what is near its limit, and the colour that says so."""
+
+import enum
+import html
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from .._base._faults import InputError
+from .._base._shown import coloured, rows_table
+from .._base._table import number
+from ._duty import DutyKind, speed_is_led
+from ._log import Status
+from ._measure import LimitCheck, limit_checks, read_limits, title_of
+from ._metrics import about_output
+from ._probe import Entry
+from ._result import Result
+
+#: a margin below this share of the limit is small
+SMALL_MARGIN = 0.10
+#: a held load needs a static capacity of this multiple of it, else the holding reserve is small
+SMALL_RESERVE = 1.25
+
+
+class Colour(enum.StrEnum):
+    """Colour of a verdict."""
+
+    RED = "red"
+    AMBER = "amber"
+    GREEN = "green"
+
+
+class State(enum.StrEnum):
+    """What a run says of one limit."""
+
+    EXCEEDED = "exceeded"
+    SMALL = "small margin"
+    WITHIN = "within limit"
+    WITHIN_SO_FAR = "within limit so far"  # the run failed: how it would have gone on is not known
+    NOT_EVALUATED = "not evaluated"
+
+    @property
+    def colour(self) -> Colour | None:
+        """Colour of a row in this state, `None`: it says nothing."""
+        return {
+            State.EXCEEDED: Colour.RED,
+            State.SMALL: Colour.AMBER,
+            State.WITHIN: Colour.GREEN,
+            State.WITHIN_SO_FAR: Colour.GREEN,
+        }.get(self)
+
+
+class VerdictRow(NamedTuple):
+    """One limit in words: `name`, `value` in the run, `limit`, `margin` with its percentage, and the `state`."""
+
+    name: str
+    value: str
+    limit: str
+    margin: str
+    state: State
+
+
+class Verdict(NamedTuple):
+    """The verdict on a run: `colour`, one line, and the limits, the smallest margin first.
+
+    - red: a limit is exceeded, a held load broke away although the lever was not let go, the run failed, or the load
+      runs away
+    - amber: a margin is below 10 % of its limit, the holding reserve below 1.25, or the pulley still turns at the end
+      although the duty does not prescribe its speed
+    - green: everything else
+
+    Example:
+        >>> result.verdict({"stopping_time": "1 s"}).colour
+        <Colour.RED: 'red'>
+    """
+
+    colour: Colour
+    headline: str
+    rows: tuple[VerdictRow, ...]
+
+    def as_dict(self) -> Entry:
+        """`{colour, headline, rows}` of JSON."""
+        rows = [{**row._asdict(), "state": str(row.state)} for row in self.rows]
+        return {"colour": str(self.colour), "headline": self.headline, "rows": rows}
+
+    def __str__(self) -> str:
+        return f"{self.colour}: {self.headline}"
+
+
+def verdict(result: Result, limits: Mapping[str, float | str] | Sequence[LimitCheck] | None = None) -> Verdict:
+    """The verdict on a concrete result.
+
+    - `limits`: maximum permissible values by metric (or `max_pressure`), in SI or as texts with a unit, beside those of
+      the scene itself; or the `limit_checks` that were made of them
+
+    A margin is `limit − value`, its percentage that of the limit; of a temperature that of the rise above 20 °C. The
+    holding reserve is the static capacity over the load while the brake holds the pulley and the lever is not let go.
+
+    Raises `InputError` for unknown metrics and what is not a number.
+
+    Example:
+        >>> print(sb.results.verdict(result, {"stopping_time": "1 s"}).rows[0].state)
+        exceeded
+    """
+    if limits is None or isinstance(limits, Mapping):
+        bounds, faults = read_limits(result.scene, limits or {})
+        if faults:
+            raise InputError(faults)
+        checks: Sequence[LimitCheck] = limit_checks(result, bounds)
+    else:
+        checks = limits
+    judged = [(_share(check), _row(check)) for check in checks if check.limit is not None]
+    judged += _holding(result) + _lever(result)
+    # the smallest margin first; what has none last
+    rows = [row for _, row in sorted(judged, key=lambda one: (one[0] is None, one[0] or 0.0))]
+    return Verdict(_colour(result, rows), _headline(result, rows), tuple(rows))
+
+
+def page_of(result: Result) -> str:
+    """A concrete result in a notebook: the verdict as a banner, its metrics with units, and the warnings."""
+    summary, said = result.summary(), result.verdict()
+    metrics = {name: value for name, value in summary["metrics"].items() if value is not None}
+    rows = [
+        (name, str(number(value, about_output(name)["units"])), about_output(name)["meaning"])
+        for name, value in metrics.items()
+    ]
+    notes = "".join(f"<p>warning: {html.escape(text)}</p>" for text in summary["warnings"])
+    return coloured(str(said.headline), said.colour) + rows_table(rows, "")._repr_html_() + notes
+
+
+def _colour(result: Result, rows: Sequence[VerdictRow]) -> Colour:
+    states = {row.state for row in rows}
+    if not result.ok or result.status == Status.RUNAWAY or State.EXCEEDED in states:
+        return Colour.RED
+    return Colour.AMBER if State.SMALL in states or _loose(result) else Colour.GREEN
+
+
+def _loose(result: Result) -> bool:
+    """Whether the pulley still turns at the end, at a speed that nothing prescribes or balances."""
+    return result.summary()["duty"] == DutyKind.TURNING or result.status == Status.RELEASED
+
+
+def _headline(result: Result, rows: Sequence[VerdictRow]) -> str:
+    """The outcome, then what is exceeded, or what is near its limit, or the smallest margin."""
+    said = [_outcome(result)]
+    for state, words in ((State.EXCEEDED, "Exceeded"), (State.SMALL, "Small margin")):
+        these = [
+            f"{row.name} {row.value}, allowed {row.limit}, margin {row.margin}" for row in rows if row.state == state
+        ]
+        said += [f"{words}: {'; '.join(these)}"] if these else []
+    evaluated = [row for row in rows if row.state in (State.WITHIN, State.WITHIN_SO_FAR)]
+    if len(said) == 1 and evaluated:
+        first = evaluated[0]
+        said.append(
+            f"Nothing exceeded{' so far' if not result.ok else ''}, smallest margin: {first.name}, {first.margin}"
+        )
+    return ". ".join(said)
+
+
+def _outcome(result: Result) -> str:
+    """What the run came to, in few words."""
+    summary, m = result.summary(), result.metrics
+    match summary["duty"]:
+        case DutyKind.FAILED:
+            return f"Failed with the code {result.status}"
+        case DutyKind.STOP:
+            after = f"Stopped after {number(m['stopping_time'], 's')}"
+            return after + (", then released" if result.status == Status.RELEASED else "")
+        case DutyKind.STOPS:
+            return f"{len(result.stops)} stops, at the end {result.status.replace('_', ' ')}"
+        case DutyKind.DRAG:
+            return f"Lowered under the brake for {number(summary['end']['duration'], 's')}"
+        case DutyKind.STEADY:
+            return f"Lowered at a steady {number(m['terminal_speed'], 'rad/s')}"
+    message = result.message
+    return message[0].upper() + message[1:]
+
+
+# --- limits of metrics ------------------------------------------------------------------------------------------------
+
+
+def _share(check: LimitCheck) -> float | None:
+    return None if check.margin_percent is None else check.margin_percent / 100
+
+
+def _row(check: LimitCheck) -> VerdictRow:
+    state, share = State(check.verdict.value), _share(check)
+    if state == State.WITHIN and share is not None and share < SMALL_MARGIN:
+        state = State.SMALL
+    value = check.note if check.value is None else str(number(check.value, check.unit))
+    limit = f"≤ {number(check.limit, check.unit)}"
+    return VerdictRow(title_of(check.name), value, limit, check.margin_words or "—", state)
+
+
+# --- what a brake holds -----------------------------------------------------------------------------------------------
+
+
+def _ratio(name: str, value: float, need: float, small: float, note: str) -> tuple[float, VerdictRow]:
+    """A ratio that has to stay above `need`; below `small` its margin is small."""
+    margin = value / need - 1
+    state = State.EXCEEDED if value <= need else State.SMALL if value < small else State.WITHIN
+    shown = f"{value:.4g}{f' ({note})' if note else ''}"
+    return margin, VerdictRow(name, shown, f"> {need:g}", f"{100 * margin:+.3g} %".replace("-", "−"), state)
+
+
+def _holding(result: Result) -> list[tuple[float, VerdictRow]]:
+    """The holding reserve of a run that holds a load, and of one that runs away or still turns the ratio of torques."""
+    found, held = [], result.report().holding
+    if held is not None:
+        when = f"at {number(held.time, 's')}"
+        found.append(_ratio("Holding reserve: static capacity over load", held.value, 1.0, SMALL_RESERVE, when))
+    capacity = result.summary()["capacity"]
+    load = None if capacity is None else capacity["load_torque"]
+    led = speed_is_led(result.scene)  # (then the tension of the lever says the same)
+    if capacity is not None and load and load > 0 and capacity["brake_torque"] and not led:
+        ratio = capacity["brake_torque"] / load
+        runs = result.status == Status.RUNAWAY
+        if runs or ratio > 1:  # (one that is not settled yet, as in a ramp of the lever, may still be short)
+            found.append(_ratio("Torque of the sliding brake over load", ratio, 1.0, SMALL_RESERVE, "at the end"))
+    return found
+
+
+def _lever(result: Result) -> list[tuple[float, VerdictRow]]:
+    """What a lever that holds the speed pulls, against the most that it can pull."""
+    pull = result.report().pull
+    if pull is None:
+        return []
+    most, value, time = pull
+    share = 1 - value / most
+    # at its maximum it follows no more: the speed is lost
+    state = State.EXCEEDED if value >= most * (1 - 1e-9) else State.SMALL if share < SMALL_MARGIN else State.WITHIN
+    margin = f"{number(most - value, 'N')} ({100 * share:.3g} %)"
+    shown = f"{number(value, 'N')} (at {number(time, 's')})"
+    return [(share, VerdictRow("Slack tension that holds the speed", shown, f"< {number(most, 'N')}", margin, state))]

@@ -1,0 +1,449 @@
+"""What happened in a run and why, in sentences with the numbers behind them."""
+
+import dataclasses
+import os
+import textwrap
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .._base._faults import InputError
+from .._base._progress import Waiting, waiting
+from .._base._table import Table, Tabular, digits, number
+from .._parts._scene import Scene
+from .._run._duty import DutyKind
+from .._run._log import failure_of
+from .._run._measure import Metric, name_of, title_of
+from .._run._metrics import HOLDING, about_output, energies_between
+from .._run._report import labels_of
+from .._run._result import Result
+from .._run._simulate import simulate
+from .._run._stability import least_outweighed, nearest_locking
+from .._run._stops import rows_of
+from .._run._verdict import SMALL_RESERVE, State, verdict
+from ..studies._sensitivity import sensitivity as sensitivities
+from ._compare import rerun
+
+#: parameters that are named among the most influential ones, at most
+_MOST = 3
+#: what nobody can change: neither named nor counted
+_FIXED = ("gravity", "initial.time", "end_time")
+#: linings whose maximum over their mean is below this are alike
+_ALIKE = 1 + 1e-6
+#: width of the text, and of the topics before it
+_WIDTH, _TOPIC = 110, 13
+
+
+class Finding(NamedTuple):
+    """One topic of an explanation: sentences, and their numbers in SI by name."""
+
+    topic: str
+    text: str
+    numbers: dict[str, Any]
+
+
+@dataclasses.dataclass(frozen=True)
+class Explanation(Tabular):
+    """What happened in a run and why: `findings` in the order in which they are read.
+
+    `str` gives the text, `as_dict()` topics, sentences and numbers for JSON, `explanation["balance"]` one of the
+    topics: outcome, course, balance, linings, limits, stability, influence, remedy, as far as the run has them.
+
+    Example:
+        >>> sb.results.explain(result, influence=False)["outcome"].numbers["status"]
+        'stopped'
+    """
+
+    findings: tuple[Finding, ...]
+
+    def __getitem__(self, topic: str) -> Finding:
+        for one in self.findings:
+            if one.topic == topic:
+                return one
+        raise KeyError(f"no topic {topic!r}; there are: {', '.join(one.topic for one in self.findings)}")
+
+    def __contains__(self, topic: object) -> bool:
+        return any(one.topic == topic for one in self.findings)
+
+    __iter__ = None
+
+    def parts(self) -> Iterable[str | Table]:
+        for one in self.findings:
+            head = f"{one.topic:{_TOPIC - 1}} "
+            yield textwrap.fill(one.text, _WIDTH, initial_indent=head, subsequent_indent=" " * _TOPIC)
+
+
+def explain(
+    run: Result | Scene | str | os.PathLike[str],
+    *,
+    limits: Mapping[str, float | str] | None = None,
+    influence: bool = True,
+    rtol: float = 1e-10,
+    progress: bool | Waiting | None = False,
+) -> Explanation:
+    """Explain a run: how it went, what governs it, which lining and limit come first, and what would change it most.
+
+    - `run`: a concrete result; a scene, which is run; or a file or folder of results, whose scene is run again
+    - `limits`: maximum permissible values as in `simbrake.report`, beside those of the scene
+    - `influence`: differentiate the run, to name the parameters with the largest elasticities
+    - `rtol`: of the run;  `progress`: as in `simbrake.sensitivity`
+
+    The **balance** of a stop are work per angle: the mean torque of the brake `M_b = W_b/φ` is the sum of that of the
+    load `W_load/φ`, that which takes the kinetic energy `ΔE_kin/φ`, and what lever, band and shaft give.
+    The **stability** is `1 − f tan(β/2)` of the lining nearest self-locking, and the minimum torque of the sliding
+    brake over the load under the maximum force of the lever.
+
+    Raises `InputError` for errors of the scene or the limits.
+
+    Example:
+        >>> said = sb.results.explain(result, influence=False)
+        >>> said["balance"].numbers["governs"]
+        'inertia'
+    """
+    with waiting(progress, "explain", "compiling the run…") as told:
+        result = _result_of(run, rtol, told)
+        said = verdict(result, limits)
+        told.now("post-processing")
+        exceeded = sum(row.state == State.EXCEEDED for row in said.rows)
+        outcome = {"colour": str(said.colour), "status": result.status, "exceeded": exceeded}
+        found = [
+            Finding("outcome", f"{said.headline}.", outcome),
+            *_course(result),
+            *_balance(result),
+            *_linings(result),
+            *_limits(said.rows),
+            *_stability(result),
+        ]
+        if influence and result.ok:
+            found += _influence(result, told)
+        found += _remedy(result)
+    return Explanation(tuple(found))
+
+
+def _result_of(run: Any, rtol: float, told: Waiting) -> Result:
+    if isinstance(run, Result):
+        return run
+    if isinstance(run, Scene):
+        return simulate(run, rtol=rtol, throw=False, progress=told)
+    path = Path(run)
+    return rerun(path / "result.nc" if path.is_dir() else path)
+
+
+# --- course and balance -----------------------------------------------------------------------------------------------
+
+
+def _course(result: Result) -> list[Finding]:
+    """How the run went, in order of time."""
+    summary, m, words = result.summary(), result.metrics, result.scene.brake.words
+    end, kind = summary["end"], summary["duty"]
+    if kind in (DutyKind.STOPS, DutyKind.HOLD):
+        return [_many(summary)] if kind == DutyKind.STOPS else [_held(summary)]
+    taut = "the band is taut" if result.scene.brake.banded else f"the {words.lining}s act"
+    said = []
+    if m["slip_onset_time"] is not None:
+        said.append(f"{taut} at {number(m['slip_onset_time'], 's')}")
+    if m["full_slip_time"] is not None:
+        said.append(
+            f"all {result.scene.brake.linings.count} {words.lining}s slide from {number(m['full_slip_time'], 's')} on"
+        )
+    for name, what in (
+        ("internal_slip_time", "the linings slide on the rim from {}"),
+        ("external_lock_time", "the bandage is at rest from {}"),
+    ):
+        said += [what.format(number(m[name], "s")) + " on"] if m.get(name) is not None else []
+    course = _upper(", ".join(said)) + ". " if said else ""
+    start, most = abs(float(result.scene.initial.omega)), float(np.max(np.abs(result.report().scan.seen.omega)))
+    if most > 1.001 * start > 0:
+        course += (
+            f"The load first speeds the {words.body} up from {number(start, 'rad/s')} to {number(most, 'rad/s')}. "
+        )
+    numbers = {name: m.get(name) for name in ("slip_onset_time", "full_slip_time", "stopping_time", "stopping_angle")}
+    travel = "" if m["hook_travel"] is None else f", hook travel {number(m['hook_travel'], 'm')}"
+    if m["stopping_time"] is not None:
+        angle = number(m["stopping_angle"], "rad")
+        course += f"The {words.body} comes to rest after {number(m['stopping_time'], 's')} and {angle}{travel}. "
+        restarts = result.events["restart"].times
+        course += f"It turns again from {number(restarts[0], 's')} on. " if restarts else ""
+    if m["stopping_time"] is None or result.events["restart"]:
+        gone = "" if end["hook_travel"] is None else f", hook travel {number(end['hook_travel'], 'm')}"
+        turned = f"{number(end['angle'], 'rad')}{gone}"
+        course += f"At {number(end['time'], 's')} it turns at {number(end['omega'], 'rad/s')}, after {turned}."
+    return [Finding("course", course.strip(), {**numbers, "speed_maximum": most, **end})]
+
+
+def _many(summary: dict[str, Any]) -> Finding:
+    rows, total = summary["stops"], {}
+    for name in ("motion_time", "braking_time", "angle", "energy"):
+        total[name] = sum(row[name] for row in rows)
+    slowest, end = max(rows, key=lambda row: row["braking_time"]), summary["end"]
+    first, last, longest = (number(row["braking_time"], "s") for row in (rows[0], rows[-1], slowest))
+    text = (
+        f"{len(rows)} stops in {number(end['duration'], 's')}, of which {number(total['motion_time'], 's')} in motion "
+        f"and {number(total['braking_time'], 's')} braked. The first takes {first} of braking, the last {last}, the "
+        f"longest {longest} (stop {slowest['stop']})."
+    )
+    return Finding("course", text, {"stops": len(rows), **total, "longest": slowest})
+
+
+def _held(summary: dict[str, Any]) -> Finding:
+    text = f"The load is held from the start, for {number(summary['end']['duration'], 's')}: nothing moves."
+    return Finding("course", text, summary["end"])
+
+
+def _balance(result: Result) -> list[Finding]:
+    """What governs the run: torques of a stop, torques at rest, or powers of a lowering."""
+    kind = result.summary()["duty"]
+    if kind == DutyKind.HOLD:
+        return _torques_at_rest(result)
+    if kind in (DutyKind.STOP, DutyKind.STOPS):
+        return [_torque_budget(result, kind)]
+    if kind in (DutyKind.DRAG, DutyKind.STEADY):
+        return [_powers(result)]
+    capacity = result.summary()["capacity"]
+    if capacity is None or not capacity["brake_torque"]:
+        return []
+    load, torque = capacity["load_torque"], capacity["brake_torque"]
+    pairs = list(result.scene.brake.pairs)
+    weak = f", limited by its {pairs[int(np.argmin(capacity['pairs']))]} pair" if len(pairs) > 1 else ""
+    left = torque - load
+    text = (
+        f"At the end the sliding brake gives {number(torque, 'N*m')}{weak} against {number(load, 'N*m')} of the load: "
+    )
+    text += f"{number(left, 'N*m')} are left to slow it down." if left > 0 else f"{number(-left, 'N*m')} too little."
+    return [Finding("balance", text, {"brake_torque": torque, "load_torque": load})]
+
+
+#: works that are not those of brake, load and inertia, as they add to what the brake takes
+_OTHERS = (("lever_work", 1), ("elastic_change", -1), ("shaft_work", -1))
+
+
+def _torque_budget(result: Result, kind: str) -> Finding:
+    """Mean torques over the angle of a single stop, or of the longest of several from the onset of slip on."""
+    record, words = result.record.compact(), result.scene.brake.words
+    t, phi = np.asarray(record.rows.t), np.asarray(record.states.phi)
+    stops = rows_of(labels_of(record))
+    number_of = int(np.argmax([t[stop.stop] - t[stop.onset] for stop in stops]))
+    stop = stops[number_of]
+    first, last = (stop.start if kind == DutyKind.STOP else stop.onset), stop.stop
+    e = {name: float(value) for name, value in energies_between(record, first, last).items()}
+    angle = abs(float(phi[last] - phi[first]))
+    brake = sum(e.get(name, 0.0) for name in ("friction_heat", "electrical_work", "mechanical_work", "damper_heat"))
+    others = sum(sign * e.get(name, 0.0) for name, sign in _OTHERS)
+    works = {"brake": brake, "load": e["load_work"], "inertia": -e["kinetic_change"], "others": others}
+    torque = {name: work / angle for name, work in works.items()} if angle else works
+    share = {name: 100 * work / brake if brake else 0.0 for name, work in works.items()}
+
+    def term(name: str) -> str:
+        return f"{number(torque[name], 'N*m', count=5)} ({digits(round(share[name], 9) + 0.0, 3)} %)"
+
+    which = "the stop" if kind == DutyKind.STOP else f"stop {number_of + 1}, the longest, from the onset of slip on"
+    over = f"the {number(angle, 'rad', count=5)} of {which},"
+    text = f"Averaged over {over} the brake gives {number(torque['brake'], 'N*m', count=5)}: "
+    text += f"{term('load')} against the load, {term('inertia')} against the inertia"
+    minor = abs(share["others"]) < 0.05
+    text += ". " if minor else f", {term('others')} from lever, band and shaft. "
+    governs = "load" if works["load"] > works["inertia"] else "inertia"
+    why = {
+        "load": f"The load governs: the brake works mainly to hold it while the {words.body} turns.",
+        "inertia": "The inertia governs: the brake mainly takes kinetic energy.",
+    }[governs]
+    numbers = {f"{name}_torque": value for name, value in torque.items()} | {
+        f"{name}_work": w for name, w in works.items()
+    }
+    return Finding("balance", text + why, {**numbers, "stop": number_of + 1, "angle": angle, "governs": governs})
+
+
+def _torques_at_rest(result: Result) -> list[Finding]:
+    held = result.summary().get("holding")
+    if held is None:
+        return [Finding("balance", "There is no load to hold.", {})]
+    load, capacity = held["load_torque"], held["capacity"]
+    used = 100 * load / capacity
+    text = f"The load asks for {number(load, 'N*m')}; the brake at rest could hold {number(capacity, 'N*m')}: "
+    return [Finding("balance", f"{text}{digits(used, 4)} % of its static capacity are used.", held)]
+
+
+def _powers(result: Result) -> Finding:
+    """Where the power of a lowered load goes."""
+    energy, duration = result.summary()["energy"], result.summary()["end"]["duration"]
+    works = {"friction": energy["friction_heat"], "other torques on the shaft": energy.get("shaft_work", 0.0)}
+    load = energy["load_work"]
+    shares = [
+        f"{number(w / duration, 'W')} ({digits(100 * w / load, 3)} %) {name}" for name, w in works.items() if w and load
+    ]
+    text = f"The load gives {number(load / duration, 'W')} on average; of it take: {', '.join(shares) or 'nothing'}."
+    pull = result.summary().get("pull")
+    if pull is not None:
+        value, most = number(pull["value"], "N"), number(pull["limit"], "N")
+        text += f" The lever needs up to {value} of its {most} to hold the speed."
+    return Finding(
+        "balance", text, {"load_power": load / duration, **{k.split()[0]: w / duration for k, w in works.items()}}
+    )
+
+
+# --- linings, limits, stability ---------------------------------------------------------------------------------------
+
+#: maximum values of linings: what the lining with the largest one is
+_EXTREMES = {
+    "max_normal_load": ("most loaded", "normal_load"),
+    "peak_lining_temperature": ("hottest", "lining_temperature"),
+}
+
+
+def _linings(result: Result) -> list[Finding]:
+    """Which lining is most loaded, hottest, most worn, and by how much more than the mean."""
+    summary, words = result.summary(), result.scene.brake.words
+    at, said, numbers = summary["at"], [], {}
+    for name, (what, column) in _EXTREMES.items():
+        if f"{name}_lining" not in at or summary["metrics"].get(name) is None:
+            continue
+        lining, time, value = at[f"{name}_lining"], at[f"{name}_time"], summary["metrics"][name]
+        each = np.asarray(getattr(result.series([time]), column))[0]
+        zero = 293.15 if column.endswith("temperature") else 0.0
+        mean = float(np.mean(each)) - zero
+        over = (float(np.max(each)) - zero) / mean if mean > 0 else 1.0
+        shown = f"{number(value, about_output(name)['units'])} at {number(time, 's')}"
+        numbers[name] = {"lining": lining, "value": value, "time": time, "over_mean": over}
+        if over < _ALIKE:
+            said.append(f"All {words.lining}s are alike, {what} with {shown}.")
+            continue
+        rise = ", counted from 20 °C" if zero else ""
+        said.append(
+            f"{words.lining.capitalize()} {lining} is the {what}: {shown}, {digits(over, 3)} times the mean{rise}."
+        )
+    worn = summary.get("worn_thickness")
+    if worn and max(worn) > 0:
+        over = max(worn) / (sum(worn) / len(worn))
+        numbers["greatest_wear"] = {"lining": worn.index(max(worn)) + 1, "value": max(worn), "over_mean": over}
+        most, lining = number(max(worn), "m"), f"{words.lining.capitalize()} {worn.index(max(worn)) + 1}"
+        alike = f"All {words.lining}s wear alike, by {most}."
+        said.append(alike if over < _ALIKE else f"{lining} wears the most: {most}, {digits(over, 3)} times the mean.")
+    if said and result.scene.brake.banded and len(numbers):
+        said.append(f"Linings count from the slack end, 1 to {result.scene.brake.linings.count}.")
+    return [Finding("linings", " ".join(said), numbers)] if said else []
+
+
+def _limits(rows: Iterable[Any]) -> list[Finding]:
+    """The limit that comes first, and how many are exceeded."""
+    rows = [row for row in rows if row.state != State.NOT_EVALUATED]
+    if not rows:
+        text = 'No limit was given, and the scene has none: give limits, as in --limit "max_tension=120 kN".'
+        return [Finding("limits", text, {})]
+    first, exceeded = rows[0], [row for row in rows if row.state == State.EXCEEDED]
+    state = "exceeded" if first.state == State.EXCEEDED else "reached first"
+    text = f"{first.name} is {state}: {first.value}, allowed {first.limit}, margin {first.margin}."
+    if len(exceeded) > 1:
+        text += f" Exceeded as well: {', '.join(row.name for row in exceeded[1:])}."
+    elif len(rows) > 1:
+        after = rows[1]
+        text += f" Next: {after.name} {after.value}, allowed {after.limit}, margin {after.margin}."
+    return [Finding("limits", text, {"rows": [{**row._asdict(), "state": str(row.state)} for row in rows]})]
+
+
+def _stability(result: Result) -> list[Finding]:
+    """The nearest instability: linings that lock themselves, a load that outweighs the brake, one that breaks away."""
+    scene, report, found, said = result.scene, result.report(), {}, []
+    lock = nearest_locking(scene)
+    if lock.ratio > 0:
+        found["self_locking"] = {"lining": lock.lining, "ratio": lock.ratio, "margin": lock.margin}
+        ratio = "f·tan(β/2)" if scene.brake.banded else "the self-locking ratio"
+        where = f"{scene.brake.words.lining} {lock.lining}: {ratio} = {digits(lock.ratio, 4)}"
+        where += f", margin {digits(lock.margin, 4)}"
+        said.append(("Locks itself: " if lock.margin <= 0 else "Nearest self-locking at the start is ") + where + ".")
+    least = least_outweighed(report.scan)
+    if least is not None:
+        found["runaway"] = {**least._asdict(), "margin": least.margin}
+        torque, load = number(least.torque, "N*m"), number(least.load, "N*m")
+        verb = "gives too little" if least.margin <= 0 else "gives at least"
+        said.append(
+            f"Under the maximum force of the lever the sliding brake {verb} {torque} against {load} of the load "
+            f"(at {number(least.time, 's')}): runaway margin {digits(100 * least.margin, 4)} %."
+        )
+    if report.holding is not None:
+        reserve, when = float(report.holding.value), number(float(report.holding.time), "s")
+        found["holding_reserve"] = reserve
+        low = f", below {SMALL_RESERVE:g}: small" if reserve < SMALL_RESERVE else ""
+        said.append(f"Held at rest the reserve is at least {digits(reserve, 4)} (at {when}){low}.")
+    return [Finding("stability", " ".join(said), found)] if said else []
+
+
+# --- what would change it ---------------------------------------------------------------------------------------------
+
+
+def torque_over_load(result: Result) -> Any:
+    """Torque of the sliding brake over the load torque at the end."""
+    capacity = result.end_capacity
+    return capacity.torque / capacity.load
+
+
+def _subject(result: Result) -> Metric:
+    """The number that matters most in the duty of a run."""
+    kind, m = result.summary()["duty"], result.metrics
+    hot = next((name for name in ("peak_lining_temperature", "peak_rim_temperature") if m.get(name) is not None), None)
+    capacity = result.summary()["capacity"]
+    choice: dict[str, Metric | None] = {
+        DutyKind.STOP: "stopping_time",
+        DutyKind.STOPS: hot or "stopping_time",
+        DutyKind.HOLD: HOLDING if m.get(HOLDING) is not None else None,
+        DutyKind.DRAG: hot or ("max_tension" if "max_tension" in m else "max_normal_load"),
+        DutyKind.STEADY: "terminal_speed",
+    }
+    outweighed = (
+        None if capacity is None or not capacity["load_torque"] or not capacity["brake_torque"] else torque_over_load
+    )
+    return choice.get(kind, outweighed) or "energy.friction_heat"
+
+
+def _influence(result: Result, told: Waiting) -> list[Finding]:
+    """The parameters with the largest elasticities."""
+    metric = _subject(result)
+    try:
+        table: Any = sensitivities(result.scene, metric, span=None, rtol=float(result.rtol), progress=told)
+    except InputError as error:
+        return [Finding("influence", f"No derivative: {error.faults[0].problem}.", {})]
+    rows = [
+        row for row in table.matters if not row.path.endswith(_FIXED) and np.isfinite(row.elasticity) and row.value
+    ][:_MOST]
+    words = _lower(title_of(metric)) if isinstance(metric, str) else "torque of the sliding brake over the load"
+    hot = isinstance(metric, str) and about_output(metric)["units"] == "K"
+
+    def change(elasticity: float) -> str:  # (a percentage of kelvins says nothing)
+        kelvins = number(table.value * elasticity / 100, "K", absolute=False, count=3)
+        return str(kelvins) if hot else f"{digits(elasticity, 3)} %"
+
+    each = [f"{row.path} ({number(row.value, row.unit)}) {change(row.elasticity)}" for row in rows]
+    numbers = {
+        row.path: {"elasticity": row.elasticity, "derivative": row.derivative, "value": row.value} for row in rows
+    }
+    if not rows:
+        return [Finding("influence", f"No parameter changes the {words}.", {"metric": name_of(metric)})]
+    text = f"What changes the {words} most: 1 % more of {'; of '.join(each)}."
+    return [Finding("influence", text, {"metric": name_of(metric), "parameters": numbers})]
+
+
+def _remedy(result: Result) -> list[Finding]:
+    """What to do about a run that failed, or whose load runs away."""
+    if not result.ok:
+        what, hint = failure_of(int(result.code), result.scene.brake.words)
+        return [
+            Finding("remedy", f"{_upper(what)}. {_upper(hint)}.", {"code": int(result.code), "status": result.status})
+        ]
+    capacity = result.summary()["capacity"]
+    if result.summary()["duty"] != DutyKind.RUNAWAY or not capacity["brake_torque"]:
+        return []
+    factor = capacity["load_torque"] / capacity["brake_torque"]
+    text = (
+        f"At the temperatures of the end the brake would balance the load with {digits(factor, 4)} times its torque: "
+    )
+    text += "with so many times the force of the lever, or with the load divided by it."
+    return [Finding("remedy", text, {"factor": factor})]
+
+
+def _upper(text: str) -> str:
+    return text[:1].upper() + text[1:]
+
+
+def _lower(text: str) -> str:
+    return text[:1].lower() + text[1:]

@@ -1,0 +1,152 @@
+"""`simbrake explain`: what it says of each kind of run, with the numbers in closed form."""
+
+import json
+import math
+
+import pytest
+import staged_scenes as staged
+from helpers import main, stop_scene
+from test_disc import FRICTION, RATIO, F, N, disc_scene
+from test_disc import LOAD as DISC_LOAD
+from test_disc import TORQUE as DISC_TORQUE
+from test_double_shoe import shoe_scene
+from test_shaft import GAIN
+from test_shaft import scene as shaft_scene
+from test_verdict import ANGLE, LOAD, PI, STOP, T0, TORQUE, W0, J, R, Z, rigid
+
+import simbrake as sb
+
+explain = sb.results.explain
+
+
+@pytest.fixture(scope="module")
+def stop():
+    return sb.simulate(rigid())
+
+
+@pytest.fixture(scope="module")
+def told(stop):
+    return explain(stop, limits={"stopping_time": 1.02 * STOP})
+
+
+def test_torque_budget_of_a_stop(told):
+    """`M_b = M_load + J α` with constant torques."""
+    found = told["balance"].numbers
+    assert found["angle"] == pytest.approx(ANGLE, rel=1e-9)
+    for name, torque in (("brake", TORQUE), ("load", LOAD), ("inertia", TORQUE - LOAD)):
+        assert found[f"{name}_torque"] == pytest.approx(torque, rel=1e-9)
+    assert found["others_torque"] == pytest.approx(0.0, abs=1e-6)
+    assert found["governs"] == ("load" if LOAD > TORQUE - LOAD else "inertia")
+    assert f"{TORQUE / 1e3:.5g} kN·m" in told["balance"].text
+
+
+def test_course_limits_linings_and_stability_of_a_stop(told):
+    assert told["outcome"].numbers == {"colour": "amber", "status": "stopped", "exceeded": 0}
+    assert told["course"].numbers["stopping_time"] == pytest.approx(STOP, rel=1e-9)
+    assert f"comes to rest after {STOP:.6g} s and {ANGLE:.6g} rad" in told["course"].text
+    most = told["linings"].numbers["max_normal_load"]
+    mu = PI ** (1 / 20)
+    loads = [T0 * mu**i * (1 + mu) * math.sin(math.radians(13.5) / 2) for i in range(20)]
+    assert (most["lining"], most["over_mean"]) == (20, pytest.approx(20 * loads[-1] / sum(loads), rel=1e-9))
+    assert told["limits"].text.startswith("Stopping time is reached first: ")
+    stability = told["stability"].numbers
+    assert stability["self_locking"]["margin"] == pytest.approx(1 - 0.35 * Z, rel=1e-12)
+    assert stability["runaway"]["margin"] == pytest.approx(TORQUE / LOAD - 1, rel=1e-9)
+    assert stability["holding_reserve"] == pytest.approx(TORQUE / LOAD, rel=1e-9)
+
+
+def test_elasticities_of_a_stop(told):
+    """`t = J ω_0/(M_b − M_load)` with `M_b = T_0 R_b (Π − 1)`; the friction changes `Π` by `2 n f z Π/(1 − f² z²)`."""
+    g = TORQUE / (TORQUE - LOAD)
+    by_friction = -g * (2 * 20 * 0.35 * Z / (1 - (0.35 * Z) ** 2)) * PI / (PI - 1)
+    found = told["influence"].numbers
+    assert found["metric"] == "stopping_time"
+    names = list(found["parameters"])
+    assert len(names) == 3
+    elasticity = {name: row["elasticity"] for name, row in found["parameters"].items()}
+    assert elasticity["brake.linings.friction.coefficient"] == pytest.approx(by_friction, rel=1e-7)
+    half, h = math.radians(13.5) / 2, 0.35 * Z
+    by_angle = -g * (2 * 20 * h / (1 - h**2)) * PI / (PI - 1) * 2 * half / math.sin(2 * half)
+    assert elasticity["brake.linings.angle[:]"] == pytest.approx(by_angle, rel=1e-7)
+    third = {"brake.band.radius": -g, "duty.slack_tension.values[:]": -g}
+    assert elasticity[names[2]] == pytest.approx(third[names[2]], rel=1e-7)
+
+
+def test_many_stops():
+    """Two equal releases: totals, and the longest braking."""
+    lever = sb.PiecewiseLinear([0.0, 2.0, 2.0, 2.5, 2.5, 9.0], [T0, T0, 0.0, 0.0, T0, T0])
+    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 1.0, 2.0, 3.0, 4.0, 9.0], [LOAD] * 6))
+    found = explain(stop_scene(C=None, lever=lever, load=load, end=4.0), influence=False)
+    second = 0.5 * LOAD / (TORQUE - LOAD)
+    assert found["course"].numbers["braking_time"] == pytest.approx(STOP + second, rel=1e-9)
+    assert found["course"].numbers["longest"]["stop"] == 1
+    assert "influence" not in found
+    assert found["balance"].numbers["stop"] == 1
+    assert found["balance"].numbers["brake_torque"] == pytest.approx(TORQUE, rel=1e-9)
+
+
+def test_held_load():
+    found = explain(rigid(w0=0.0), influence=False)
+    assert found["balance"].numbers["capacity"] == pytest.approx(TORQUE, rel=1e-9)
+    assert f"{100 * LOAD / TORQUE:.4g} % of its static capacity" in found["balance"].text
+    assert "runaway" not in found["stability"].numbers
+
+
+def test_lowering_under_the_brake_and_at_the_terminal_speed():
+    drag = explain(stop_scene(C=None, lever=sb.SpeedHold(T0), load=LOAD, end=3.0), influence=False)
+    assert drag["balance"].numbers["load_power"] == pytest.approx(LOAD * W0, rel=1e-9)
+    assert drag["balance"].numbers["friction"] == pytest.approx(LOAD * W0, rel=1e-9)
+    assert f"up to {LOAD / GAIN / 1e3:.6g} kN of its 8 kN" in drag["balance"].text
+    c = 600.0
+    steady = explain(shaft_scene(sb.loads.ViscousDrag(c), load=LOAD, w0=LOAD / c), influence=False)
+    assert steady["outcome"].text.startswith(f"Lowered at a steady {LOAD / c:.6g} rad/s")
+    assert steady["balance"].numbers["other"] == pytest.approx(LOAD**2 / c, rel=1e-9)
+
+
+def test_runaway_and_failure_say_what_to_do():
+    away = explain(rigid(1.25 * TORQUE, end=0.5), influence=False)
+    assert away["outcome"].numbers["colour"] == "red"
+    assert away["remedy"].numbers["factor"] == pytest.approx(1.25, rel=1e-9)
+    assert away["stability"].numbers["runaway"]["margin"] == pytest.approx(-0.2, rel=1e-9)
+    failed = explain(sb.simulate(rigid(), max_steps=2, throw=False))
+    assert failed["remedy"].numbers["status"] == "step_limit"
+    assert "raise max_steps" in failed["remedy"].text.lower()
+
+
+def test_disc_shoe_and_staged_brakes():
+    disc = explain(disc_scene(), influence=False)
+    assert disc["balance"].numbers["brake_torque"] == pytest.approx(DISC_TORQUE, rel=1e-9)
+    assert disc["stability"].numbers["holding_reserve"] == pytest.approx(RATIO * DISC_TORQUE / DISC_LOAD, rel=1e-9)
+    assert "self_locking" not in disc["stability"].numbers
+    assert disc["linings"].text == "All pads are alike, most loaded with 20 kN at 0 s."
+    assert pytest.approx(N * FRICTION * F * 0.4) == DISC_TORQUE
+    shoe = explain(shoe_scene(), influence=False)
+    assert 0 < shoe["stability"].numbers["self_locking"]["margin"] < 1
+    assert "the shoes act" in shoe["course"].text.lower()
+    both = explain(staged.stop(), influence=False)
+    assert "slide on the rim from" in both["course"].text
+
+
+def test_command_explains_scenes_and_results(tmp_path, capsys, stop):
+    scene, saved = tmp_path / "stop.toml", tmp_path / "stop.nc"
+    sb.write_scene(stop.scene, scene)
+    sb.save(stop, saved)
+    texts = []
+    for file in (scene, saved):
+        with pytest.raises(SystemExit) as ended:
+            main(["explain", str(file), "--no-influence", "--limit", f"stopping_time={0.9 * STOP}", "--fail-on-limit"])
+        assert ended.value.code == 3
+        texts.append(capsys.readouterr().out)
+    assert texts[0] == texts[1]
+    assert texts[0].startswith("outcome      Stopped after")
+    with pytest.raises(SystemExit):
+        main(["explain", str(scene), "--no-influence", "--json"])
+    found = json.loads(capsys.readouterr().out)["findings"]
+    assert [one["topic"] for one in found] == ["outcome", "course", "balance", "linings", "limits", "stability"]
+
+
+def test_inertia_governs_without_a_load():
+    found = explain(rigid(0.0), influence=False)
+    assert found["balance"].numbers["governs"] == "inertia"
+    assert found["balance"].numbers["inertia_work"] == pytest.approx(J * W0**2 / 2, rel=1e-9)
+    assert pytest.approx(found["balance"].numbers["brake_torque"], rel=1e-9) == R * T0 * (PI - 1)
