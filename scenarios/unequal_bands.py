@@ -73,9 +73,6 @@ def scene(*, beam: bool = False) -> sb.Scene:
 
 
 def main() -> None:
-    import jax
-
-    jax.config.update("jax_enable_x64", True)
     import numpy as np
 
     for beam in (False, True):

@@ -23,9 +23,11 @@ from .._run._edit import with_values
 from .._run._measure import limit_checks
 from .._run._result import Result
 from .._run._simulate import simulate
+from .._run._verdict import Verdict
 from ..files._scene_file import scene_text
 from ._live import Data, Detail, live, metric_rows, still
 from ._page import head, lasted, render
+from ._rows import BADGES
 
 #: entries of a list of unequal numbers that have sliders
 _ENTRIES = 24
@@ -157,9 +159,9 @@ class App:
     def _answer(self, values: Any, tell: Any) -> Data:
         result = simulate(self.edited(values), rtol=self.rtol, throw=False, progress=tell)
         parts = head(result, limit_checks(result, self.limits), self.title)
-        banner = parts["banner"]
-        rows = [[str(cell) for cell in row] for row in banner.rows]
-        shown = {"colour": banner.colour, "headline": banner.headline, "text": banner.text, "rows": rows}
+        said: Verdict = parts["verdict"]
+        rows = [[*map(str, row), BADGES[row.state.colour]] for row in said.rows]
+        shown = {"colour": str(said.colour), "headline": said.headline, "text": parts["outcome"], "rows": rows}
         return {"results": {**shown, "metrics": metric_rows(parts["figures"])}, "run": self._run(result)}
 
     def saved(self, values: Any) -> Data:

@@ -33,6 +33,7 @@ from .._run._measure import (
     read_limits,
     summary_with_limits,
     text_with_limits,
+    title_of,
 )
 from .._run._metrics import METRICS
 from .._run._result import Result
@@ -52,8 +53,8 @@ from ..studies._sensitivity import sensitivity as tables_of
 from ..thermal._heat import place_count
 from ._live import Data, Detail, drawable, embedded, film, live, still
 from ._rows import (
+    BADGES,
     EVENT,
-    banner,
     duty_words,
     event_counts,
     event_table,
@@ -63,8 +64,6 @@ from ._rows import (
     parts_of,
     stage_table,
     tornado,
-    verdict,
-    words_of,
 )
 
 #: contents of a page, by the names that the template uses
@@ -271,7 +270,9 @@ def head(result: Result, checks: Sequence[LimitCheck], title: str) -> Contents:
     summary = result.summary()
     return {
         "title": title,
-        "banner": banner(verdict(result, summary, checks), summary, checks),
+        "verdict": result.verdict(checks),
+        "badges": BADGES,
+        "outcome": f"{result.message}; relative energy-balance residual {digits(summary['energy']['closure'], 2)}.",
         "figures": key_figures(summary),
         "lining": result.scene.brake.words.lining,
         "film": drawable(result.scene),
@@ -321,7 +322,7 @@ def _sensitivities(result: Result, metrics: Sequence[Metric], span: float | None
         tables = tables_of(result.scene, there, span=span, rtol=float(result.rtol), progress=told)
     found = [
         {
-            "words": words_of(table.metric),
+            "words": title_of(table.metric),
             "value": number(table.value, table.unit),
             "tornado": tornado(table),
             "rows": _sensitivity_table(table.matters[:_MOST]),
@@ -360,7 +361,7 @@ def _accuracy(second: Repeat) -> Contents:
     order = {name: i for i, name in enumerate(METRICS)}
     metrics = [
         (
-            words_of(shift.name),
+            title_of(shift.name),
             number(shift.value, shift.unit),
             _in_si(shift.difference, shift.unit),
             "—" if shift.relative is None else digits(shift.relative, 2),

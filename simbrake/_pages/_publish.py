@@ -29,7 +29,7 @@ from .._base._table import digits, pretty, scale
 from .._parts._scene import Scene
 from .._run._edit import with_values
 from .._run._log import STATUS_MESSAGES, Status
-from .._run._measure import limit_checks, measure, unit_of
+from .._run._measure import limit_checks, measure, title_of, unit_of
 from .._run._metrics import METRICS
 from .._run._result import Result
 from .._run._simulate import simulate
@@ -39,7 +39,6 @@ from ..studies._evaluator import Evaluator, Paths, place_of
 from ._app import slider_of
 from ._live import Chart, Data, charts_of, events_of, still
 from ._page import PICTURES, draw, head, render
-from ._rows import BANNER, verdict, words_of
 
 #: parameters, points and pieces between events at most; bytes of the numbers; samples of a piece
 _AXES, _POINTS, _PIECES, _BYTES, _SAMPLES = 3, 4000, 60, 4_400_000, (6, 40)
@@ -325,7 +324,7 @@ def _centres(
         for name, value in zip(sampled.metrics, values.tolist(), strict=False):
             true = float(measure(result, name))
             if math.isfinite(true) and abs(value - true) > worst * max(abs(true), 1e-300):
-                worst, of = abs(value - true) / max(abs(true), 1e-300), words_of(name)
+                worst, of = abs(value - true) / max(abs(true), 1e-300), title_of(name)
     return sorted(gaps), len(chosen), worst, of
 
 
@@ -344,14 +343,15 @@ def _sequence(result: Result, pieces: int, sampled: Sampled, lines: int) -> Data
     kind, t = np.asarray(rows.kind)[:count], np.asarray(rows.t)
     edges = np.concatenate([t[:1], t[1 : count + 1][(kind == LANDED) | (kind == STOPPED)], t[count : count + 1]])
     events = [{**event, "edge": int(np.argmin(np.abs(edges - event["t"])))} for event in events_of(result)]
-    said = verdict(result, result.summary(), [])
+    status = Status(result.status)
+    at_rest = "green" if status in (Status.STOPPED, Status.HELD) else "amber"
     return {
         "pieces": pieces,
         "size": sampled._replace(pieces=pieces).size(lines),
         "events": events,
-        "status": said.status.capitalize(),
-        "message": STATUS_MESSAGES[Status(result.status)].replace("the pulley", f"the {result.scene.brake.words.body}"),
-        "colour": BANNER[said.kind],
+        "status": status.replace("_", " ").capitalize(),
+        "message": STATUS_MESSAGES[status].replace("the pulley", f"the {result.scene.brake.words.body}"),
+        "colour": at_rest if result.ok and status != Status.RUNAWAY else "red",
     }
 
 
@@ -362,4 +362,4 @@ def _metric(name: str, base: Result, limits: Mapping[str, float]) -> Data:
     own = base.scene.network.permissible if name == "peak_lining_temperature" else None
     limit = limits.get(name, None if own is None else float(np.asarray(own)))
     reading = {"factor": factor, "offset": offset, "unit": shown, "si_unit": pretty(unit)}
-    return {"words": words_of(name), **reading, "limit": limit}
+    return {"words": title_of(name), **reading, "limit": limit}

@@ -11,10 +11,11 @@ from .._base._quantity import about_of, unit_below
 from .._base._table import Column, Number, Table, digits, number, numbers, scale
 from .._parts._scene import Scene
 from .._phases import Phases
-from .._run._log import EVENTS, STAGES, Event, Status
-from .._run._measure import PRESSURE, LimitCheck, LimitVerdict, unit_of
-from .._run._metrics import HOLDING, METRICS
+from .._run._log import EVENTS, STAGES, Event
+from .._run._measure import LimitCheck, LimitVerdict, title_of, unit_of
+from .._run._metrics import METRICS
 from .._run._result import Result
+from .._run._verdict import Colour
 from ..loads import AbstractLoad, Driller, HookLoad, Lever, SpeedHold, StringLoad, TorqueLoad, TrippingLoad
 from ..profiles import AbstractProfile, Constant, ExponentialRise, FunctionProfile, PiecewiseLinear, Repeated
 from ..studies._sensitivity import Sensitivity, SensitivityTable
@@ -22,112 +23,12 @@ from ..studies._sensitivity import Sensitivity, SensitivityTable
 #: what `Result.summary` returns
 Summary: TypeAlias = dict[str, Any]
 
-#: ends of a run with the pulley at rest
-_AT_REST = (Status.STOPPED, Status.HELD)
-
-
-def words_of(name: str) -> str:
-    """A metric in words."""
-    if name.startswith("energy."):
-        return f"Energy: {name.removeprefix('energy.').replace('_', ' ')}"
-    if name == PRESSURE:
-        return "Maximum mean pressure on a lining"
-    base = name.removesuffix("_time")
-    if name not in METRICS and base in METRICS:
-        return f"{METRICS[base].title}, when"
-    return METRICS[name].title if name in METRICS else name.replace("_", " ").capitalize()
-
-
-class Verdict(NamedTuple):
-    """Status of a run: `kind` is `good`, `open` or `bad`, `text` is one line."""
-
-    kind: str
-    status: str
-    text: str
-
-
-def verdict(result: Result, summary: Summary, checks: Sequence[LimitCheck]) -> Verdict:
-    """Verdict on the run: status, exceeded limits, stop time, hook travel and energy-balance residual."""
-    m, closure = summary["metrics"], summary["energy"]["closure"]
-    exceeded = [_exceeded(check) for check in checks if check.verdict == LimitVerdict.EXCEEDED]
-    words = [summary["message"], *exceeded]
-    if not result.ok:
-        return Verdict("bad", f"failed: {summary['status']}", "; ".join(words))
-    if m["stopping_time"] is not None:
-        words.append(f"stop after {number(m['stopping_time'], 's')}")
-    if m["hook_travel"] is not None:
-        words.append(f"hook travel {number(m['hook_travel'], 'm')}")
-    words.append(f"relative energy-balance residual {digits(closure, 2)}")
-    status = Status(summary["status"])
-    kind = "bad" if exceeded or status is Status.RUNAWAY else "good" if status in _AT_REST else "open"
-    said = status.replace("_", " ") + (", limit exceeded" if exceeded else "")
-    return Verdict(kind, said, "; ".join(words))
-
-
-def _exceeded(check: LimitCheck) -> str:
-    """A limit that is exceeded, in words."""
-    limit = number(check.limit, check.unit)
-    if check.margin is None:
-        return f"limit exceeded: {words_of(check.name)} {check.note}, limit {limit}"
-    value, over = number(check.value, check.unit), number(-check.margin, check.unit, absolute=False)
-    return f"limit exceeded: {words_of(check.name)} {value}, limit {limit}, exceeded by {over}"
-
-
-class LimitRow(NamedTuple):
-    """A limit in the verdict of a run; `kind` is the colour of its state."""
-
-    name: str
-    value: Number
-    limit: Number
-    margin: Number
-    state: str
-    kind: str
-
-
-class Banner(NamedTuple):
-    """What a page begins with: `colour` is `red`, `amber` or `green`, rows are the limits that there are."""
-
-    colour: str
-    headline: str
-    text: str
-    rows: tuple[LimitRow, ...] = ()
-
-
-#: a holding reserve so near to 1 is that of the instant at which the pulley turns again
-_AT_ONE = 1e-9
-#: colours of pages, by kind of verdict
-BANNER = {"good": "green", "open": "amber", "bad": "red"}
-
-
-def banner(found: Verdict, summary: Summary, checks: Sequence[LimitCheck]) -> Banner:
-    """The verdict with its limits, and the holding reserve where the brake held a load."""
-    rows = [
-        LimitRow(
-            words_of(check.name),
-            number(check.value, check.unit),
-            number(check.limit, check.unit),
-            number(check.margin, check.unit, absolute=False),
-            check.verdict,
-            _COLOURED.get(check.verdict, ""),
-        )
-        for check in checks
-        if check.limit is not None
-    ]
-    reserve = summary["metrics"].get(HOLDING)
-    if reserve is not None:
-        # at the instant at which a held load is let go, or breaks away, the reserve is 1
-        state, kind = ("holds", "good") if reserve > 1 + _AT_ONE else ("until it turned again", "")
-        value, least, margin = (number(x, "1", count=5) for x in (reserve, 1.0, reserve - 1.0))
-        rows.append(LimitRow(f"{METRICS[HOLDING].title}, at least 1", value, least, margin, state, kind))
-    headline = found.status[0].upper() + found.status[1:]
-    return Banner(BANNER[found.kind], headline, f"{found.text}.", tuple(rows))
-
-
 # --- tables -----------------------------------------------------------------------------------------------------------
 # a hidden column belongs to another one: `what_note` is below `what`, `time_end` ends it, `verdict_kind` colours it
 
-#: colour of the verdict on a limit
+#: classes of badges, by the verdict on a limit and by the colour of a verdict
 _COLOURED = {LimitVerdict.EXCEEDED: "bad", LimitVerdict.WITHIN: "good", LimitVerdict.WITHIN_SO_FAR: "good"}
+BADGES = {Colour.RED: "bad", Colour.AMBER: "open", Colour.GREEN: "good", None: ""}
 
 
 def limit_table(checks: Sequence[LimitCheck]) -> Table:
@@ -135,7 +36,7 @@ def limit_table(checks: Sequence[LimitCheck]) -> Table:
     columns = ["quantity", Column("limit"), Column("in this run"), Column("margin"), "verdict", "when"]
     rows = [
         (
-            words_of(check.name),
+            title_of(check.name),
             number(check.limit, check.unit),
             number(check.value, check.unit),
             number(check.margin, check.unit, absolute=False),

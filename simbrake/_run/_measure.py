@@ -43,6 +43,9 @@ def title_of(metric: str) -> str:
         return f"Energy: {metric.removeprefix('energy.').replace('_', ' ')}"
     if metric == PRESSURE:
         return "Maximum mean pressure on a lining"
+    base = metric.removesuffix("_time")
+    if metric not in METRICS and base in METRICS:
+        return f"{METRICS[base].title}, when"
     return METRICS[metric].title if metric in METRICS else metric.replace("_", " ").capitalize()
 
 
