@@ -268,11 +268,13 @@ def contents(
 def head(result: Result, checks: Sequence[LimitCheck], title: str) -> Contents:
     """What every page begins with: title, verdict, key results; and what only some pages have, as nothing."""
     summary = result.summary()
+    closure = digits(summary["energy"]["closure"], 2)
+    status = result.status.replace("_", " ").capitalize() if result.ok else f"Failed: {result.status}"
     return {
         "title": title,
         "verdict": result.verdict(checks),
         "badges": BADGES,
-        "outcome": f"{result.message}; relative energy-balance residual {digits(summary['energy']['closure'], 2)}.",
+        "outcome": f"{status}: {result.message}; relative energy-balance residual {closure}.",
         "figures": key_figures(summary),
         "lining": result.scene.brake.words.lining,
         "film": drawable(result.scene),
