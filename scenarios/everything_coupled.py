@@ -2,9 +2,9 @@
 
 Two brake applications of a hook on a U2-5-5: lowered, braked, held, released, lowered again and braked hotter. One
 system of equations: k sliding linings on the band, internal pair with centrifugal force, band compliance from geometry,
-thermal network with the pulley's structure and contacts that open, friction with memory, auxiliary brakes and bearings
-on the shaft, layers of rope, every event located. Values that the papers (V, K, Z) do not give are marked as
-assumptions.
+thermal network with the pulley's structure and contacts that open, friction with memory and oil on two linings,
+auxiliary brakes and bearings on the shaft, layers of an elastic rope, every event located. Values that the papers (V,
+K, Z) do not give are marked as assumptions.
 """
 
 import dataclasses
@@ -33,6 +33,12 @@ def remembering(law: sb.friction.ProductFriction) -> sb.friction.FrictionWithMem
     )
 
 
+def oiled(law: sb.friction.FrictionWithMemory) -> sb.friction.ChangingFriction:
+    """The law with oil on two linings during the second brake application (assumption)."""
+    oil = sb.PiecewiseLinear([0.0, 5.0, 5.0], [1.0, 1.0, 0.7])
+    return sb.friction.ChangingFriction(law, (sb.friction.FrictionChange(oil, [3, 4]),))
+
+
 def brake() -> sb.Brake:
     material = sb.material("FK-24A")
     mass = material.density * WRAP * (OUTER**2 - TRACK_RADIUS**2) / 2 * TRACK_WIDTH  # kg
@@ -46,7 +52,7 @@ def brake() -> sb.Brake:
     return sb.Brake(
         sb.Pulley(TRACK_RADIUS, inertia=1200.0, width=TRACK_WIDTH),  # kg·m²; assumption
         sb.Band(OUTER + BAND / 2, stiffness=band),
-        sb.uniform_linings(LININGS, WRAP, remembering(fading(0.42)), area=WRAP * OUTER * TRACK_WIDTH / LININGS),
+        sb.uniform_linings(LININGS, WRAP, oiled(remembering(fading(0.42))), area=WRAP * OUTER * TRACK_WIDTH / LININGS),
         sb.Bandage(
             inertia=mass * (OUTER**2 + TRACK_RADIUS**2) / 2,
             friction=remembering(fading(0.30)),
@@ -110,7 +116,9 @@ def scene() -> sb.Scene:
         values=[2.0e3, 22.0e3, 22.0e3, 0.0, 0.0, 24.0e3],
     )
     rope = sb.loads.RopeLayers("32 mm", turns_per_layer=5.0, turns=12.3)  # assumptions
-    load = sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8, rope=rope)  # assumptions, as in u2_5_5_stop
+    elasticity = sb.loads.RopeElasticity("8 MN/m", "60 kN*s/m")  # assumptions
+    # assumptions, as in u2_5_5_stop
+    load = sb.HookLoad(mass=60.0e3, drum_radius=0.40, line_count=8, rope=rope, elasticity=elasticity)
     duty = sb.Duty(lever, load)
     return sb.Scene(brake(), duty, sb.Initial(omega=24.0), end_time=8.0, heat=heat(), shaft=shaft())
 

@@ -559,8 +559,8 @@ class ChangingFriction(AbstractScaledFriction):
     by factors and times are as well. Estimates before a run are those of sound linings.
 
     Example: oil on linings 3 and 4 from 2 s on.
-        >>> oil = PiecewiseLinear([2.0, 2.0], [1.0, 0.4])
-        >>> law = ChangingFriction(0.35, (FrictionChange(oil, [3, 4]),))
+        >>> oil = sb.PiecewiseLinear([2.0, 2.0], [1.0, 0.4])
+        >>> law = sb.friction.ChangingFriction(0.35, (sb.friction.FrictionChange(oil, [3, 4]),))
     """
 
     base: AbstractFriction = part(AbstractFriction)

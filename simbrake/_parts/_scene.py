@@ -433,7 +433,7 @@ def _static_friction(linings: AbstractLinings, T: Array | None, t: Array) -> Arr
 
 def static_friction(scene: Scene) -> np.ndarray:
     """Coefficient up to which each lining sticks at the start, on the rim, or on the band of a staged brake."""
-    return np.asarray(_static_friction(scene.brake.linings, sensed_at_start(scene), jnp.asarray(scene.initial.time)))
+    return np.asarray(_static_friction(scene.brake.linings, sensed_at_start(scene), scene.initial.time))
 
 
 @functools.partial(DeviceJit, quick=True)

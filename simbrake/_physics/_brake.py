@@ -41,7 +41,6 @@ from ._thermal import Conditions, Deposit, Pieces, Thermal, total
 #: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it
 _PASSES = 4
 
-
 #: piece of a given function of time
 Piece = Int[Array, ""]
 #: places among `Mode.pieces`: of the lever, the load, then of the profiles of the heat, friction, then of the shaft
@@ -168,8 +167,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return T, self.thermal.junctions(T, t, around, pieces), t, around, pieces
 
     def _pressures(self, t: Array, y: State, mode: Mode) -> tuple[Array, ...]:
-        """Pressures of the linings (Pa) in each pair. Loads do not depend on how fast temperatures change: here they do
-        not change at all."""
+        """Pressures of the linings (Pa) in each pair; loads do not depend on how fast temperatures change."""
         _, left, _, surfaces, (tension, pull) = self.given(t, y, mode)
         still = self._at_sensors(jnp.zeros_like(y.heat))
         acting = Acting(t, tension, pull, left, self.inertia_at(mode), surfaces, lambda forces: still)
@@ -482,8 +480,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def _heat_of_a_jump(self, t: Array, y: State, mode: Mode) -> list[tuple[Array, HeatLedger]]:
         """Increment of the network's states per joule of friction heat in a jump (K/J), and its places.
 
-        For each pair. The heat is spread over the linings by their sizes, and through the depth of walls, as no time
-        passes.
+        For each pair. The heat is spread over the linings by their sizes, and through walls, as no time passes.
         """
         net, found = self.thermal, []
         assert net is not None

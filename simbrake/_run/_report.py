@@ -72,8 +72,7 @@ def _rise(
 def _zero_of_samples(seen: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Zeros of the polynomials through samples (k, samples) at even places 0…1, and the slopes there.
 
-    Each between the samples numbered `place` and `place + 1`, which have different signs; by bisection, as it costs
-    nothing here.
+    Each between the samples numbered `place` and `place + 1`, which have different signs; by bisection.
     """
     count = seen.shape[1]
     nodes = np.linspace(0.0, 1.0, count)

@@ -32,7 +32,7 @@ from ..friction import (
     needs,
     reads,
 )
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, numpy_of
 from ._band import AbstractStiffness, ParallelBands, grip, product, tension_ratio
 
 
@@ -166,7 +166,7 @@ class Lining(AbstractLinings):
 
     @property
     def weights(self) -> Float[Array, " n"]:
-        return jnp.asarray(self.angle)
+        return numpy_of(self.angle).asarray(self.angle)
 
     @property
     def wrap(self) -> Float[Array, ""]:
@@ -576,8 +576,8 @@ def stiffness_of(brake: AbstractBrake, temperature: Values | None = None) -> Flo
     """Stiffness `C` of a brake's band in N/m, given or from its geometry; `None` for a rigid band.
 
     The friction along a geometry is the linings' kinetic coefficient at zero speed, without pressure, and at the
-    `temperature` (K, a number or (n,)) if the law depends on it: in a scene that of the start. It is constant in the
-    run.
+    `temperature` (K, a number or (n,)) if the law depends on it: that of the start, constant in the run.
+
     Raises `ValueError` if that temperature is needed and missing, `InputError` for a brake without a band, or with
     several.
 
