@@ -102,6 +102,14 @@ def test_what_is_put_in_later_is_taken_or_told():
             sb.simulate(put(bad))
 
 
+def test_what_cannot_be_read_by_path_is_told_with_what_is_out_of_range():
+    wrong = {"duty.load.torque": "abc", "brake.pulley.inertia": -3.0, "initial.omega": "20 rad/s"}
+    with pytest.raises(sb.InputError) as error:
+        sb.with_values(stop_scene(), wrong)
+    assert {"brake.pulley.inertia"} < {fault.path for fault in error.value.faults}
+    assert len(error.value.faults) == 2
+
+
 def test_ranges_in_one_go_say_the_same_as_number_by_number():
     """Every number of a staged scene with heat at its bounds, beyond them and out of all range."""
     scene = staged_scenes.stop(stiffness=1e5)

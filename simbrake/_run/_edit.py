@@ -16,7 +16,7 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import NumberReader, Quantity, about_of, as_number, unit_below
+from .._base._quantity import NumberReader, Quantity, about_of, as_number, faults_of_values, unit_below
 from .._parts._scene import Scene
 from ..brakes._design import Lining
 from ..thermal._heat import EffusivityPartition, FlashTemperature, FrictionHeat, Heat, TransmissionPartition
@@ -123,7 +123,7 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
         if dataclasses.is_dataclass(old):  # its numbers went with it
             slots = {name: slot for name, slot in slots.items() if not name.startswith(f"{path}.")}
     if faults:
-        raise InputError(faults)
+        raise InputError([*faults, *faults_of_values(scene)])  # with those of the values that could be read
     return scene
 
 
