@@ -35,7 +35,7 @@ def remembering(law: sb.friction.ProductFriction) -> sb.friction.FrictionWithMem
 
 def oiled(law: sb.friction.FrictionWithMemory) -> sb.friction.ChangingFriction:
     """The law with oil on two linings during the second brake application (assumption)."""
-    oil = sb.PiecewiseLinear([0.0, 5.0, 5.0], [1.0, 1.0, 0.7])
+    oil = sb.PiecewiseLinear([0.0, 5.0, 5.1], [1.0, 1.0, 0.7])
     return sb.friction.ChangingFriction(law, (sb.friction.FrictionChange(oil, [3, 4]),))
 
 

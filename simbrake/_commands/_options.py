@@ -8,7 +8,7 @@ import re
 import sys
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal, TextIO, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from cyclopts import Parameter
 
@@ -254,7 +254,7 @@ _RED, _GREEN, _YELLOW = "31", "32", "33"
 _WORDS = {r"\bexceeded\b": _RED, r"\bwithin limit\b": _GREEN, r"^warning\b": _YELLOW}
 
 
-def coloured(text: str, colour: str, stream: TextIO) -> str:
+def coloured(text: str, colour: str, stream: Any) -> str:
     """The text in a colour where the stream is a terminal and the environment variable NO_COLOR is not set."""
     plain = not stream.isatty() or os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb"
     return text if plain else f"\x1b[{colour}m{text}\x1b[0m"

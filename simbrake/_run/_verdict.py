@@ -207,7 +207,7 @@ def _holding(result: Result) -> list[tuple[float, VerdictRow]]:
     found, held = [], result.report().holding
     if held is not None:
         when = f"at {number(held.time, 's')}"
-        found.append(_ratio("Holding reserve: static capacity over load", held.value, 1.0, SMALL_RESERVE, when))
+        found.append(_ratio("Holding reserve: static capacity over load", float(held.value), 1.0, SMALL_RESERVE, when))
     capacity = result.summary()["capacity"]
     load = None if capacity is None else capacity["load_torque"]
     led = speed_is_led(result.scene)  # (then the tension of the lever says the same)
