@@ -37,8 +37,8 @@ SLOW = {
         "wear",
     )
 }
-#: what shell blocks may hold besides simbrake commands: the set-up, and measurements of an hour
-NOT_RUN = ("pip install", "pytest", "python benchmarks/")
+#: what shell blocks may hold and is not run here: the set-up, measurements of an hour, a server (tests/test_pages.py)
+NOT_RUN = ("pip install", "pytest", "python benchmarks/", "simbrake app ")
 
 
 def blocks(page: pathlib.Path, language: str) -> list[str]:
@@ -56,7 +56,7 @@ def commands(page: pathlib.Path) -> list[str]:
 
 
 def simbrake_commands(page: pathlib.Path) -> list[str]:
-    return [text for text in commands(page) if text.startswith("simbrake ")]
+    return [text for text in commands(page) if text.startswith("simbrake ") and not text.startswith(NOT_RUN)]
 
 
 EXAMPLES = [page for page in PAGES if blocks(page, "python") or simbrake_commands(page)]
