@@ -279,3 +279,10 @@ def test_a_program_that_is_run_often_is_compiled_again_and_agrees():
     result = sb.simulate(sb.with_values(scene, numbers))
     run = sb.prepare(scene, ["stopping_time"])(numbers)  # with the optimiser
     assert run.metrics["stopping_time"] == pytest.approx(float(result.stopping_time), rel=1e-11)
+
+
+def test_one_text_with_other_arguments_that_it_does_not_use_is_another_program(folder):
+    """What JAX drops of the arguments is not in the text of a program, but the compiled one wants it in its place."""
+    for size in (2, 3):
+        found = _compiling.DeviceJit(lambda x, unused: x + 1.0)(np.ones(2), np.ones(size))
+        np.testing.assert_array_equal(np.asarray(found), np.full(2, 2.0))

@@ -11,7 +11,6 @@ from test_double_shoe import shoe_scene
 
 import simbrake as sb
 from simbrake._run._measure import LimitCheck, LimitVerdict, limit_checks, summary_with_limits
-from simbrake._run._verdict import State
 
 J, W0, R, T0, LOAD = 800.0, 20.0, 0.725, 8e3, 1.2e4
 Z = math.tan(math.radians(13.5) / 2)
@@ -80,11 +79,11 @@ def test_letting_a_load_go_is_not_a_small_reserve_but_breaking_away_is_red():
     assert eased.metrics["min_holding_reserve"] == pytest.approx(TORQUE / LOAD)
     (row,) = eased.verdict().rows
     assert row.value.startswith(f"{TORQUE / LOAD:.4g} (at ")
-    assert row.state == State.WITHIN
+    assert row.state == LimitVerdict.WITHIN
     torn = sb.simulate(rigid((LOAD, LOAD, 1.01 * TORQUE, 1.01 * TORQUE), w0=1.0, end=2.5))
     said = torn.verdict()
     assert said.colour == "red"
-    assert [row.state for row in said.rows if row.name.startswith("Holding")] == [State.EXCEEDED]
+    assert [row.state for row in said.rows if row.name.startswith("Holding")] == [LimitVerdict.EXCEEDED]
 
 
 def test_runs_that_end_turning():

@@ -221,12 +221,7 @@ def publish(
     sampled = Sampled(metrics, most, samples)
     solve = Evaluator(scene, Paths.each(names), sampled, size=sampled.size(lines), singly=True, rtol=rtol)
     solve.like(first)
-    solved = list[Rows | None]()
-    for i, (point, sequence) in enumerate(zip(points, sequences, strict=True)):
-        told.now("derivatives", i, len(points))
-        found = None if sequence is None else solve(np.asarray(point))
-        good = found is not None and found.code == 0
-        solved.append(_rows(found.values, found.jacobian) if found is not None and good else None)
+    solved = _derivatives(solve, points, sequences, told)
     grid = _Grid(axes, shape, sequences, solved)
     gaps, checked, deviation, of = _centres(scene, grid, sampled, rtol, told)
     about = Published(len(points), sum(rows is None for rows in solved), grid.cells, len(gaps), checked, deviation, of)
@@ -270,6 +265,17 @@ def publish(
     with whole_file(path) as file:
         file.write_text(render(parts), "utf-8")
     return about
+
+
+def _derivatives(solve: Evaluator, points: Sequence[Any], sequences: Sequence[Any], told: Waiting) -> list[Rows | None]:
+    """Values and derivatives at the solved points, `None` where a run failed."""
+    solved = list[Rows | None]()
+    for i, (point, sequence) in enumerate(zip(points, sequences, strict=True)):
+        told.now("derivatives", i, len(points))
+        found = None if sequence is None else solve(np.asarray(point))
+        good = found is not None and found.code == 0
+        solved.append(_rows(found.values, found.jacobian) if found is not None and good else None)
+    return solved
 
 
 def _rows(values: np.ndarray, jacobian: np.ndarray) -> Rows:

@@ -12,10 +12,9 @@ from .._base._table import Column, Number, Table, digits, number, numbers, scale
 from .._parts._scene import Scene
 from .._phases import Phases
 from .._run._log import EVENTS, STAGES, Event
-from .._run._measure import LimitCheck, LimitVerdict, title_of, unit_of
+from .._run._measure import Colour, LimitCheck, title_of, unit_of
 from .._run._metrics import METRICS
 from .._run._result import Result
-from .._run._verdict import Colour
 from ..loads import AbstractLoad, Driller, HookLoad, Lever, SpeedHold, StringLoad, TorqueLoad, TrippingLoad
 from ..profiles import AbstractProfile, Constant, ExponentialRise, FunctionProfile, PiecewiseLinear, Repeated
 from ..studies._sensitivity import Sensitivity, SensitivityTable
@@ -26,8 +25,7 @@ Summary: TypeAlias = dict[str, Any]
 # --- tables -----------------------------------------------------------------------------------------------------------
 # a hidden column belongs to another one: `what_note` is below `what`, `time_end` ends it, `verdict_kind` colours it
 
-#: classes of badges, by the verdict on a limit and by the colour of a verdict
-_COLOURED = {LimitVerdict.EXCEEDED: "bad", LimitVerdict.WITHIN: "good", LimitVerdict.WITHIN_SO_FAR: "good"}
+#: classes of badges by the colour of what they say
 BADGES = {Colour.RED: "bad", Colour.AMBER: "open", Colour.GREEN: "good", None: ""}
 
 
@@ -42,7 +40,7 @@ def limit_table(checks: Sequence[LimitCheck]) -> Table:
             number(check.margin, check.unit, absolute=False),
             check.verdict,
             check.note,
-            _COLOURED.get(check.verdict, ""),
+            BADGES[check.verdict.colour],
         )
         for check in checks
     ]

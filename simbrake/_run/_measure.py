@@ -102,14 +102,30 @@ _USUAL = ("peak_rim_temperature", "max_tension", "max_normal_load")
 _ROOM = ZERO + 20.0
 
 
+class Colour(enum.StrEnum):
+    """Colour of a verdict."""
+
+    RED = "red"
+    AMBER = "amber"
+    GREEN = "green"
+
+
 class LimitVerdict(enum.StrEnum):
     """What a run says of a limit."""
 
     WITHIN = "within limit"
     WITHIN_SO_FAR = "within limit so far"  # the run failed: how it would have gone on is not known
+    SMALL = "small margin"
     EXCEEDED = "exceeded"
     NO_LIMIT = "no limit"
     NOT_EVALUATED = "not evaluated"
+
+    @property
+    def colour(self) -> Colour | None:
+        """Its colour, `None`: it says nothing."""
+        if self in (LimitVerdict.NO_LIMIT, LimitVerdict.NOT_EVALUATED):
+            return None
+        return {LimitVerdict.EXCEEDED: Colour.RED, LimitVerdict.SMALL: Colour.AMBER}.get(self, Colour.GREEN)
 
 
 class LimitCheck(NamedTuple):

@@ -70,10 +70,8 @@ def _rise(
 
 
 def _zero_of_samples(seen: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Zeros of the polynomials through samples (k, samples) at even places 0…1, and the slopes there.
-
-    Each between the samples numbered `place` and `place + 1`, which have different signs; by bisection.
-    """
+    """Zeros of polynomials through samples (k, samples) at even places 0…1 by bisection, and the slopes there, each
+    between the samples numbered `place` and `place + 1`, which have different signs."""
     count = seen.shape[1]
     nodes = np.linspace(0.0, 1.0, count)
     weights = np.asarray([(-1.0) ** j * math.comb(count - 1, j) for j in range(count)])

@@ -1,6 +1,5 @@
 """The verdict on a run: what is exceeded, what is near its limit, and the colour that says so."""
 
-import enum
 import html
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
@@ -10,7 +9,7 @@ from .._base._shown import coloured, rows_table
 from .._base._table import number
 from ._duty import DutyKind, speed_is_led
 from ._log import Status
-from ._measure import LimitCheck, limit_checks, read_limits, title_of
+from ._measure import Colour, LimitCheck, LimitVerdict, limit_checks, read_limits, title_of
 from ._metrics import about_output
 from ._probe import Entry
 from ._result import Result
@@ -21,34 +20,6 @@ SMALL_MARGIN = 0.10
 SMALL_RESERVE = 1.25
 
 
-class Colour(enum.StrEnum):
-    """Colour of a verdict."""
-
-    RED = "red"
-    AMBER = "amber"
-    GREEN = "green"
-
-
-class State(enum.StrEnum):
-    """What a run says of one limit."""
-
-    EXCEEDED = "exceeded"
-    SMALL = "small margin"
-    WITHIN = "within limit"
-    WITHIN_SO_FAR = "within limit so far"  # the run failed: how it would have gone on is not known
-    NOT_EVALUATED = "not evaluated"
-
-    @property
-    def colour(self) -> Colour | None:
-        """Colour of a row in this state, `None`: it says nothing."""
-        return {
-            State.EXCEEDED: Colour.RED,
-            State.SMALL: Colour.AMBER,
-            State.WITHIN: Colour.GREEN,
-            State.WITHIN_SO_FAR: Colour.GREEN,
-        }.get(self)
-
-
 class VerdictRow(NamedTuple):
     """One limit in words: `name`, `value` in the run, `limit`, `margin` with its percentage, and the `state`."""
 
@@ -56,7 +27,7 @@ class VerdictRow(NamedTuple):
     value: str
     limit: str
     margin: str
-    state: State
+    state: LimitVerdict
 
 
 class Verdict(NamedTuple):
@@ -129,9 +100,9 @@ def page_of(result: Result) -> str:
 
 def _colour(result: Result, rows: Sequence[VerdictRow]) -> Colour:
     states = {row.state for row in rows}
-    if not result.ok or result.status == Status.RUNAWAY or State.EXCEEDED in states:
+    if not result.ok or result.status == Status.RUNAWAY or LimitVerdict.EXCEEDED in states:
         return Colour.RED
-    return Colour.AMBER if State.SMALL in states or _loose(result) else Colour.GREEN
+    return Colour.AMBER if LimitVerdict.SMALL in states or _loose(result) else Colour.GREEN
 
 
 def _loose(result: Result) -> bool:
@@ -142,12 +113,12 @@ def _loose(result: Result) -> bool:
 def _headline(result: Result, rows: Sequence[VerdictRow]) -> str:
     """The outcome, then what is exceeded, or what is near its limit, or the smallest margin."""
     said = [_outcome(result)]
-    for state, words in ((State.EXCEEDED, "Exceeded"), (State.SMALL, "Small margin")):
+    for state, words in ((LimitVerdict.EXCEEDED, "Exceeded"), (LimitVerdict.SMALL, "Small margin")):
         these = [
             f"{row.name} {row.value}, allowed {row.limit}, margin {row.margin}" for row in rows if row.state == state
         ]
         said += [f"{words}: {'; '.join(these)}"] if these else []
-    evaluated = [row for row in rows if row.state in (State.WITHIN, State.WITHIN_SO_FAR)]
+    evaluated = [row for row in rows if row.state in (LimitVerdict.WITHIN, LimitVerdict.WITHIN_SO_FAR)]
     if len(said) == 1 and evaluated:
         first = evaluated[0]
         said.append(
@@ -183,9 +154,9 @@ def _share(check: LimitCheck) -> float | None:
 
 
 def _row(check: LimitCheck) -> VerdictRow:
-    state, share = State(check.verdict.value), _share(check)
-    if state == State.WITHIN and share is not None and share < SMALL_MARGIN:
-        state = State.SMALL
+    state, share = check.verdict, _share(check)
+    if state == LimitVerdict.WITHIN and share is not None and share < SMALL_MARGIN:
+        state = LimitVerdict.SMALL
     value = check.note if check.value is None else str(number(check.value, check.unit))
     limit = f"≤ {number(check.limit, check.unit)}"
     return VerdictRow(title_of(check.name), value, limit, check.margin_words or "—", state)
@@ -194,10 +165,15 @@ def _row(check: LimitCheck) -> VerdictRow:
 # --- what a brake holds -----------------------------------------------------------------------------------------------
 
 
+def _judged(exceeded: bool, small: bool) -> LimitVerdict:
+    return LimitVerdict.EXCEEDED if exceeded else LimitVerdict.SMALL if small else LimitVerdict.WITHIN
+
+
 def _ratio(name: str, value: float, need: float, small: float, note: str) -> tuple[float, VerdictRow]:
     """A ratio that has to stay above `need`; below `small` its margin is small."""
     margin = value / need - 1
-    state = State.EXCEEDED if value <= need else State.SMALL if value < small else State.WITHIN
+    # where a load breaks away without a jump the ratio is 1 but for rounding
+    state = _judged(value <= need * (1 + 1e-9), value < small)
     shown = f"{value:.4g}{f' ({note})' if note else ''}"
     return margin, VerdictRow(name, shown, f"> {need:g}", f"{100 * margin:+.3g} %".replace("-", "−"), state)
 
@@ -227,7 +203,7 @@ def _lever(result: Result) -> list[tuple[float, VerdictRow]]:
     most, value, time = pull
     share = 1 - value / most
     # at its maximum it follows no more: the speed is lost
-    state = State.EXCEEDED if value >= most * (1 - 1e-9) else State.SMALL if share < SMALL_MARGIN else State.WITHIN
+    state = _judged(value >= most * (1 - 1e-9), share < SMALL_MARGIN)
     margin = f"{number(most - value, 'N')} ({100 * share:.3g} %)"
     shown = f"{number(value, 'N')} (at {number(time, 's')})"
     return [(share, VerdictRow("Slack tension that holds the speed", shown, f"< {number(most, 'N')}", margin, state))]

@@ -15,14 +15,14 @@ from .._base._table import Table, Tabular, digits, number
 from .._parts._scene import Scene
 from .._run._duty import DutyKind
 from .._run._log import failure_of
-from .._run._measure import Metric, name_of, title_of
+from .._run._measure import LimitVerdict, Metric, name_of, title_of
 from .._run._metrics import HOLDING, about_output, energies_between
 from .._run._report import labels_of
 from .._run._result import Result
 from .._run._simulate import simulate
 from .._run._stability import least_outweighed, nearest_locking
 from .._run._stops import rows_of
-from .._run._verdict import SMALL_RESERVE, State, verdict
+from .._run._verdict import SMALL_RESERVE, verdict
 from ..studies._sensitivity import sensitivity as sensitivities
 from ._compare import rerun
 
@@ -106,7 +106,7 @@ def explain(
         result = _result_of(run, rtol, told)
         said = verdict(result, limits)
         told.now("post-processing")
-        exceeded = sum(row.state == State.EXCEEDED for row in said.rows)
+        exceeded = sum(row.state == LimitVerdict.EXCEEDED for row in said.rows)
         outcome = {"colour": str(said.colour), "status": result.status, "exceeded": exceeded}
         found = [
             Finding("outcome", f"{said.headline}.", outcome),
@@ -327,12 +327,12 @@ def _linings(result: Result) -> list[Finding]:
 
 def _limits(rows: Iterable[Any]) -> list[Finding]:
     """The limit that comes first, and how many are exceeded."""
-    rows = [row for row in rows if row.state != State.NOT_EVALUATED]
+    rows = [row for row in rows if row.state != LimitVerdict.NOT_EVALUATED]
     if not rows:
         text = 'No limit was given, and the scene has none: give limits, as in --limit "max_tension=120 kN".'
         return [Finding("limits", text, {})]
-    first, exceeded = rows[0], [row for row in rows if row.state == State.EXCEEDED]
-    state = "exceeded" if first.state == State.EXCEEDED else "reached first"
+    first, exceeded = rows[0], [row for row in rows if row.state == LimitVerdict.EXCEEDED]
+    state = "exceeded" if first.state == LimitVerdict.EXCEEDED else "reached first"
     text = f"{first.name} is {state}: {first.value}, allowed {first.limit}, margin {first.margin}."
     if len(exceeded) > 1:
         text += f" Exceeded as well: {', '.join(row.name for row in exceeded[1:])}."

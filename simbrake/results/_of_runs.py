@@ -21,6 +21,7 @@ from .._run._log import SimulationError as SimulationError
 from .._run._log import Stage as Stage
 from .._run._log import Status as Status
 from .._run._log import internal_slip_tension as internal_slip_tension
+from .._run._measure import Colour as Colour
 from .._run._measure import LimitCheck as LimitCheck
 from .._run._measure import limit_checks as limit_checks
 from .._run._metrics import METRICS as METRICS
@@ -44,7 +45,6 @@ from .._run._simulate import Prepared as Prepared
 from .._run._simulate import prepare as prepare
 from .._run._travel import RingWear as RingWear
 from .._run._travel import ring_wear as ring_wear
-from .._run._verdict import Colour as Colour
 from .._run._verdict import Verdict as Verdict
 from .._run._verdict import VerdictRow as VerdictRow
 from .._run._verdict import verdict as verdict
