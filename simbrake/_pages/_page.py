@@ -234,7 +234,7 @@ def contents(
 ) -> Contents:
     """Contents of the page of one result."""
     told.now("post-processing…")
-    scene, summary, brake = result.scene, result.summary(), result.scene.brake
+    scene, summary, brake = result.scene, result.report().summary, result.scene.brake
     absent = paths_without_meaning(scene)
     parts = [part._replace(rows=tuple(row for row in part.rows if row.path not in absent)) for part in parts_of(scene)]
     parts = [part for part in parts if part.rows]
@@ -267,7 +267,7 @@ def contents(
 
 def head(result: Result, checks: Sequence[LimitCheck], title: str) -> Contents:
     """What every page begins with: title, verdict, key results; and what only some pages have, as nothing."""
-    summary = result.summary()
+    summary = result.report().summary
     closure = digits(summary["energy"]["closure"], 2)
     status = result.status.replace("_", " ").capitalize() if result.ok else f"Failed: {result.status}"
     return {

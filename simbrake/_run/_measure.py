@@ -239,7 +239,7 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
         >>> checks[-1].limit, str(checks[-1].verdict)
         (1.0, 'exceeded')
     """
-    summary, known = result.summary(), metric_names(result.scene)
+    summary, known = result.report().summary, metric_names(result.scene)
     limits = {**allowable_values(result.scene), **limits}
     checks = [_linings(result, summary, limits)]
     for name in _USUAL:
@@ -312,7 +312,7 @@ def limit_dicts(checks: Sequence[LimitCheck]) -> list[Entry]:
 
 def text_with_limits(result: Result, checks: Sequence[LimitCheck]) -> str:
     """The summary of a result with the verdict and what it says of the limits."""
-    return text_of(result.summary(), [f"verdict  {result.verdict(checks)}", *limit_lines(checks)])
+    return text_of(result.report().summary, [f"verdict  {result.verdict(checks)}", *limit_lines(checks)])
 
 
 def summary_with_limits(result: Result, checks: Sequence[LimitCheck]) -> Entry:

@@ -267,7 +267,7 @@ class Report:
             return False
         return int(self._scan.seen.widths[name][0]) == self.result.scene.brake.linings.count
 
-    @property
+    @functools.cached_property
     def metrics(self) -> dict[str, float | None]:
         energy, scene = self._energies, self.result.scene
         found = metrics_of(scene, greatest=False)
@@ -307,7 +307,8 @@ class Report:
         band, inner = np.asarray(modes.band)[scan.row], np.asarray(modes.slides)[scan.row]
         slides = slips(band) | ((band == BandMode.HELD) & (inner != 0))
         rate = np.sign(seen.omega) * seen.alpha
-        candidates = hardest & slides & (rate > 0)
+        moving = np.abs(seen.omega) > _ROUNDING * np.max(np.abs(seen.omega))  # a pulley that stops is there at last
+        candidates = hardest & slides & moving & (rate > 0)
         if not np.any(candidates) or not np.any(
             rate[candidates] * float(system.inertia) > _ROUNDING * float(system.sizes.torque)
         ):
@@ -347,7 +348,9 @@ class Report:
             found["holding"] = {"load_torque": load, "capacity": least * load}
         return found
 
+    @functools.cached_property
     def summary(self) -> Entry:
+        """What `Result.summary` gives a copy of."""
         r, stats, metrics, words = self.result, self.result.record.stats, self.metrics, self.result.scene.brake.words
         said = [*warnings(r.scene), *plausibility(r.scene, metrics.get("peak_rim_temperature")), *self._shortage()]
         said += limits_exceeded(r.scene, metrics)

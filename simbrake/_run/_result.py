@@ -1,5 +1,6 @@
 """What a run gives back: states at any time, event log, metrics, energies and a result code."""
 
+import copy
 import functools
 import html
 import importlib
@@ -306,11 +307,11 @@ class Result:
     @property
     def metrics(self) -> dict[str, float | None]:
         """Main numbers of the run in SI units, `None` where something did not happen."""
-        return self.report().metrics
+        return dict(self.report().metrics)
 
     def summary(self) -> Entry:
         """Everything that `simbrake run --json` prints."""
-        return self.report().summary()
+        return copy.deepcopy(self.report().summary)
 
     def verdict(self, limits: Mapping[str, float | str] | Any = None) -> Any:
         """Whether limits are exceeded or near: colour, one line, and every limit with its margin.

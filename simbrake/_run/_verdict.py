@@ -88,7 +88,7 @@ def verdict(result: Result, limits: Mapping[str, float | str] | Sequence[LimitCh
 
 def page_of(result: Result) -> str:
     """A concrete result in a notebook: the verdict as a banner, its metrics with units, and the warnings."""
-    summary, said = result.summary(), result.verdict()
+    summary, said = result.report().summary, result.verdict()
     metrics = {name: value for name, value in summary["metrics"].items() if value is not None}
     rows = [
         (name, str(number(value, about_output(name)["units"])), about_output(name)["meaning"])
@@ -107,7 +107,7 @@ def _colour(result: Result, rows: Sequence[VerdictRow]) -> Colour:
 
 def _loose(result: Result) -> bool:
     """Whether the pulley still turns at the end, at a speed that nothing prescribes or balances."""
-    return result.summary()["duty"] == DutyKind.TURNING or result.status == Status.RELEASED
+    return result.report().summary["duty"] == DutyKind.TURNING or result.status == Status.RELEASED
 
 
 def _headline(result: Result, rows: Sequence[VerdictRow]) -> str:
@@ -129,7 +129,7 @@ def _headline(result: Result, rows: Sequence[VerdictRow]) -> str:
 
 def _outcome(result: Result) -> str:
     """What the run came to, in few words."""
-    summary, m = result.summary(), result.metrics
+    summary, m = result.report().summary, result.metrics
     match summary["duty"]:
         case DutyKind.FAILED:
             return f"Failed with the code {result.status}"
@@ -184,7 +184,7 @@ def _holding(result: Result) -> list[tuple[float, VerdictRow]]:
     if held is not None:
         when = f"at {number(held.time, 's')}"
         found.append(_ratio("Holding reserve: static capacity over load", float(held.value), 1.0, SMALL_RESERVE, when))
-    capacity = result.summary()["capacity"]
+    capacity = result.report().summary["capacity"]
     load = None if capacity is None else capacity["load_torque"]
     led = speed_is_led(result.scene)  # (then the tension of the lever says the same)
     if capacity is not None and load and load > 0 and capacity["brake_torque"] and not led:

@@ -136,7 +136,7 @@ def _result_of(run: Any, rtol: float, told: Waiting) -> Result:
 
 def _course(result: Result) -> list[Finding]:
     """How the run went, in order of time."""
-    summary, m, words = result.summary(), result.metrics, result.scene.brake.words
+    summary, m, words = result.report().summary, result.metrics, result.scene.brake.words
     end, kind = summary["end"], summary["duty"]
     if kind in (DutyKind.STOPS, DutyKind.HOLD):
         return [_many(summary)] if kind == DutyKind.STOPS else [_held(summary)]
@@ -194,14 +194,14 @@ def _held(summary: dict[str, Any]) -> Finding:
 
 def _balance(result: Result) -> list[Finding]:
     """What governs the run: torques of a stop, torques at rest, or powers of a lowering."""
-    kind = result.summary()["duty"]
+    kind = result.report().summary["duty"]
     if kind == DutyKind.HOLD:
         return _torques_at_rest(result)
     if kind in (DutyKind.STOP, DutyKind.STOPS):
         return [_torque_budget(result, kind)]
     if kind in (DutyKind.DRAG, DutyKind.STEADY):
         return [_powers(result)]
-    capacity = result.summary()["capacity"]
+    capacity = result.report().summary["capacity"]
     if capacity is None or not capacity["brake_torque"]:
         return []
     load, torque = capacity["load_torque"], capacity["brake_torque"]
@@ -256,7 +256,7 @@ def _torque_budget(result: Result, kind: str) -> Finding:
 
 
 def _torques_at_rest(result: Result) -> list[Finding]:
-    held = result.summary().get("holding")
+    held = result.report().summary.get("holding")
     if held is None:
         return [Finding("balance", "There is no load to hold.", {})]
     load, capacity = held["load_torque"], held["capacity"]
@@ -267,14 +267,14 @@ def _torques_at_rest(result: Result) -> list[Finding]:
 
 def _powers(result: Result) -> Finding:
     """Where the power of a lowered load goes."""
-    energy, duration = result.summary()["energy"], result.summary()["end"]["duration"]
+    energy, duration = result.report().summary["energy"], result.report().summary["end"]["duration"]
     works = {"friction": energy["friction_heat"], "other torques on the shaft": energy.get("shaft_work", 0.0)}
     load = energy["load_work"]
     shares = [
         f"{number(w / duration, 'W')} ({digits(100 * w / load, 3)} %) {name}" for name, w in works.items() if w and load
     ]
     text = f"The load gives {number(load / duration, 'W')} on average; of it take: {', '.join(shares) or 'nothing'}."
-    pull = result.summary().get("pull")
+    pull = result.report().summary.get("pull")
     if pull is not None:
         value, most = number(pull["value"], "N"), number(pull["limit"], "N")
         text += f" The lever needs up to {value} of its {most} to hold the speed."
@@ -294,7 +294,7 @@ _EXTREMES = {
 
 def _linings(result: Result) -> list[Finding]:
     """Which lining is most loaded, hottest, most worn, and by how much more than the mean."""
-    summary, words = result.summary(), result.scene.brake.words
+    summary, words = result.report().summary, result.scene.brake.words
     at, said, numbers = summary["at"], [], {}
     for name, (what, column) in _EXTREMES.items():
         if f"{name}_lining" not in at or summary["metrics"].get(name) is None:
@@ -380,9 +380,9 @@ def torque_over_load(result: Result) -> Any:
 
 def _subject(result: Result) -> Metric:
     """The number that matters most in the duty of a run."""
-    kind, m = result.summary()["duty"], result.metrics
+    kind, m = result.report().summary["duty"], result.metrics
     hot = next((name for name in ("peak_lining_temperature", "peak_rim_temperature") if m.get(name) is not None), None)
-    capacity = result.summary()["capacity"]
+    capacity = result.report().summary["capacity"]
     choice: dict[str, Metric | None] = {
         DutyKind.STOP: "stopping_time",
         DutyKind.STOPS: hot or "stopping_time",
@@ -430,8 +430,8 @@ def _remedy(result: Result) -> list[Finding]:
         return [
             Finding("remedy", f"{_upper(what)}. {_upper(hint)}.", {"code": int(result.code), "status": result.status})
         ]
-    capacity = result.summary()["capacity"]
-    if result.summary()["duty"] != DutyKind.RUNAWAY or not capacity["brake_torque"]:
+    capacity = result.report().summary["capacity"]
+    if result.report().summary["duty"] != DutyKind.RUNAWAY or not capacity["brake_torque"]:
         return []
     factor = capacity["load_torque"] / capacity["brake_torque"]
     text = (
