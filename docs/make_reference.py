@@ -37,6 +37,7 @@ PAGES: dict[str, tuple[str, ...]] = {
     "run": (
         "_parts._scene",
         "_run._simulate",
+        "_run._stepper",
         "_base._faults",
         "_base._quantity",
         "_run._edit",

@@ -32,6 +32,7 @@ from ._run._networks import steady_state as steady_state
 from ._run._result import Result as Result
 from ._run._simulate import prepare as prepare
 from ._run._simulate import simulate as simulate
+from ._run._stepper import Stepper as Stepper
 from .brakes._design import Band as Band
 from .brakes._design import Bandage as Bandage
 from .brakes._design import Brake as Brake

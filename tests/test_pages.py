@@ -19,7 +19,7 @@ from browsers import browser_path, chromium
 from helpers import Waiting, stop_scene
 
 import simbrake as sb
-from simbrake._commands import _interactive, _runs
+from simbrake._commands import _runs
 from simbrake._pages import _app, _live, _publish
 from simbrake._run._linings import look
 
@@ -522,9 +522,9 @@ def test_command_publishes(tmp_path, capsys):
     source = '"""A page."""\nfrom helpers import stop_scene\nscene = lambda: stop_scene(load=300.0, T0=8e3)\n'
     (tmp_path / "scene.py").write_text(source)
     out = tmp_path / "sliders.html"
-    assert _interactive.publish(tmp_path / "scene.py", vary=["initial.omega=16:24:2"], out=out, json_=True) == 0
+    assert _runs.publish(tmp_path / "scene.py", vary=["initial.omega=16:24:2"], out=out, json_=True) == 0
     said = json.loads(capsys.readouterr().out)
     assert said["points"] == 2
     assert data_of(out.read_text("utf-8"))["grid"]["axes"][0]["path"] == "initial.omega"
     with pytest.raises(sb.InputError, match="--port"):
-        _interactive.app(tmp_path / "scene.py", port=-1)
+        _runs.app(tmp_path / "scene.py", port=-1)

@@ -22,8 +22,7 @@ from jaxtyping import Float, Int
 from ..hybrid._arrays import Array
 from ._compiling import warn_of_untested_jax
 from ._faults import Fault, InputError
-from ._shown import part_text
-from ._table import to_si, unit
+from ._table import part_text, to_si, unit
 
 if TYPE_CHECKING:
     Scalar = Values = Any  # accepted inputs: a number, a list, an array

@@ -21,7 +21,7 @@ from cyclopts import Parameter
 import simbrake as sb
 
 from .._base._faults import Fault, InputError, whole_file
-from . import _checks, _interactive, _runs, _scenes, _studies
+from . import _checks, _runs, _scenes, _studies
 from . import _options as cli
 
 # --- ω as omega, ≤ as <=, without encoding errors
@@ -205,7 +205,7 @@ def install_completion(
 
 
 app.command(_scenes.scene)
-for _module in (_scenes, _runs, _interactive, _studies, _checks):
+for _module in (_scenes, _runs, _studies, _checks):
     for _command, _codes in _module.COMMANDS.items():
         app.command(_command, help_epilogue=f"Exit codes: {_codes}")
 

@@ -22,6 +22,7 @@ from .._base._faults import InputError, whole_file, whole_folder
 from .._base._progress import Waiting, waiting
 from .._base._table import Column, Number, Table, digits, number, pretty
 from .._parts._scene import Scene, paths_without_meaning
+from .._run._duty import stop_table
 from .._run._measure import (
     LimitCheck,
     Metric,
@@ -40,7 +41,6 @@ from .._run._result import Result
 from .._run._series import flat as flat_series
 from .._run._series import unit_of_column
 from .._run._simulate import simulate
-from .._run._stops import stop_table
 from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..files._scene_file import scene_text

@@ -12,6 +12,7 @@ from jax.core import Tracer
 from .._base._compiling import DeviceJit, per_value
 from .._base._faults import Fault, InputError
 from .._base._quantity import Part, Scalar, all_in_range, as_arrays, faults_of_values, leaves, part, quantity
+from .._base._table import number
 from .._phases import AfterTravel, AtTemperature, Phases
 from ..brakes._band import ParallelBands
 from ..brakes._design import AbstractBrake, AbstractLinings, Brake, tension_shares, under_a_band, unloaded
@@ -23,7 +24,6 @@ from ..shaft import AbstractDryTorque, AbstractShaftTorque
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
 from ..thermal._network import Junction, Reservoir, body_at, nodes_at, place_of
 from ..wear import Wear, faults_of_wear
-from ._unit_mistakes import did_you_mean
 
 
 class AbstractDuty(Part):
@@ -502,3 +502,39 @@ def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
             value, words = float(wall.material.conductivity), "usual are {} (V, tables 1 and 2); is the unit right?"
             found += _unusual(f"{name} with {value:.4g} W/(m·K)", value, value, usual, words)
     return found
+
+
+# --- values in another unit than was meant ----------------------------------------------------------------------------
+
+
+#: inertia (kg·m²) of a drawworks' drum, whose hook never carries less than the mass (kg): the block alone is heavier
+_DRUM, _BLOCK = 100.0, 1000.0
+#: track speeds (m/s) of brakes stay below; temperatures (K) of brakes and air lie above
+_FAST, _COLD = 60.0, 200.0
+
+
+def did_you_mean(brake: AbstractBrake, load: AbstractLoad, omega: float, heat: Heat) -> list[str]:
+    """Warnings of values that are most likely in another unit (concrete values only)."""
+    found = []
+    for name in ("mass", "empty", "string"):
+        mass = float(np.max(getattr(load, name, 0.0)))
+        if 0 < mass < _BLOCK and float(brake.inertia) >= _DRUM:
+            about = f"on the hook of a drum with {float(brake.inertia):g} kg·m²"
+            found.append(_said(f"duty.load.{name}", f"{mass:g} kg", about, f'"{mass:g} t"'))
+    speed = abs(omega) * float(brake.track_radius)
+    if speed > _FAST:
+        turned = f'"{omega:g} rpm" ({omega * math.pi / 30:.4g} rad/s)'
+        found.append(
+            _said("initial.omega", f"{omega:g} rad/s", f"{number(speed, 'm/s', count=3)} at the track", turned)
+        )
+    for i, body in enumerate(heat.bodies):
+        T = getattr(body, "temperature", None)
+        if isinstance(T, np.ndarray) and np.any(T < _COLD):
+            least = float(np.min(T))
+            cold = f"{least - 273.15:g} °C"
+            found.append(_said(f"heat.bodies[{i}].temperature", f"{least:g} K", cold, f'"{least:g} degC"'))
+    return found
+
+
+def _said(path: str, value: str, about: str, meant: str) -> str:
+    return f"unit: {path} = {value}, {about}: did you mean {meant}?"

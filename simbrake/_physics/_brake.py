@@ -31,11 +31,10 @@ from ._mechanism import (
     Sizes,
     Surfaces,
 )
-from ._phasing import PhaseState, begun_anew, margin_of_phase
 from ._shaft import Shaft, ShaftNow, speed_on_layer
 from ._sliding import AbstractGrip
 from ._sparsity import couplings, couplings_of_memory
-from ._state import BrakeNow, State, ThermalNow, Wearing
+from ._state import BrakeNow, PhaseState, State, ThermalNow, Wearing, begun_anew, margin_of_phase
 from ._thermal import Conditions, Deposit, Pieces, Thermal, total
 
 #: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it

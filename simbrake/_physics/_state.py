@@ -1,11 +1,13 @@
-"""State and variables of a brake: what it integrates, what is algebraic at one instant, and its capacity."""
+"""State and variables of a brake: what it integrates, what is algebraic at one instant, its capacity and its phases."""
 
 from typing import Any, NamedTuple
 
+import jax.numpy as jnp
 from jaxtyping import Bool, Float, PyTree
 
-from ..hybrid._arrays import Array
-from ._mechanism import Ledger, Rub
+from .._phases import AfterTravel, AtRest, AtTemperature, PhaseNow, Phases
+from ..hybrid._arrays import Array, largest
+from ._mechanism import Ledger, Mode, Rub
 from ._shaft import ShaftNow
 from ._thermal import Deposit, HeatFlows
 
@@ -93,3 +95,42 @@ class Capacity(NamedTuple):
     def exceeded(self) -> Bool[Array, "*many"]:
         """Whether the brake cannot hold the load, now or with the final lever force."""
         return self.settled & (self.load > 0) & (self.load >= self.torque * (1 - _ROUNDING))
+
+
+# --- phases of a duty -------------------------------------------------------------------------------------------------
+
+
+class PhaseState(NamedTuple):
+    """Begin of the phase that runs (s), and angle by which the pulley has turned in it (rad)."""
+
+    begun: Any
+    turned: Any
+
+
+def begun_anew(state: PhaseState, t: Array, before: Mode, after: Mode, phases: Phases) -> PhaseState:
+    """The state after a change of mode: another phase begins now, unless all are over."""
+    new = (after.phase != before.phase) & (after.phase < phases.total)
+    return PhaseState(jnp.where(new, t, state.begun), jnp.where(new, 0.0, state.turned))
+
+
+def margin_of_phase(
+    now: PhaseNow, state: PhaseState, mode: Mode, lowered: Any, hot: dict[str, Array]
+) -> Float[Array, ""]:
+    """Margin to the end of the phase that runs; 1 where a time ends it, which is a time breakpoint.
+
+    - `lowered`: travel of the hook in the phase (m);  `hot`: surface temperatures (K)
+    """
+    found = []
+    for phase in now.whole.phases:
+        end = phase.until
+        if isinstance(end, AtRest):
+            # (the pulley has moved in the phase, if only by rounding: an event at its begin takes no time)
+            found.append(jnp.where(mode.rests & (state.turned != 0), -1.0, 1.0))
+        elif isinstance(end, AfterTravel):
+            found.append(1.0 - lowered / end.distance)
+        elif isinstance(end, AtTemperature):
+            above = (largest(jnp.atleast_1d(hot[end.of])) - end.level) / 100.0
+            found.append(above if end.falling else -above)
+        else:
+            found.append(1.0)
+    return now.of_each(found)

@@ -12,6 +12,7 @@ from jaxtyping import Float, PyTree
 
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
+from ..thermal._contact import Surface
 from ..thermal._heat import FrictionHeat, Heat, PowerShares, place_count
 from ..thermal._network import (
     AbstractLink,
@@ -28,7 +29,6 @@ from ..thermal._network import (
     opens,
     place_of,
 )
-from ..thermal._surfaces import Surface
 from ._faces import Balances, End, Path, flows_of, gathered
 
 #: pieces of the given functions of time

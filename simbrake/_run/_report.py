@@ -13,15 +13,25 @@ from .._parts._scene import plausibility, warnings
 from .._phases import Phases
 from .._physics._brake import BrakeSystem
 from .._physics._mechanism import BandMode, Label, Mode, slips
-from .._physics._thresholds import mark_names
+from .._physics._outputs import mark_names
 from ..hybrid import FINISHED, Record
 from ._choice import stiffness
-from ._duty import DutyKind, counted, duty_lines, duty_of, end_of, speed_is_led
+from ._duty import (
+    DutyKind,
+    columns_of,
+    counted,
+    duty_lines,
+    duty_of,
+    end_of,
+    speed_is_led,
+    stop_table,
+    stops_of,
+    words_of,
+)
 from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of, with_phases
 from ._metrics import HOLDING, METRICS, Peak, energies, metrics_of
 from ._probe import Entry, RunJit, capacities_at, record_of
 from ._scan import Scan, largest_share_of_capacity, peaks
-from ._stops import columns_of, stop_table, stops_of, words_of
 from ._strength import limits_exceeded
 
 #: the lever pulls hardest from this far below its maximum tension on

@@ -10,8 +10,7 @@ from jax.core import Tracer
 from jaxtyping import Bool, Float, Int
 
 from .._base._faults import Fault, InputError
-from .._base._shown import rows_table, value_text
-from .._base._table import Table, number
+from .._base._table import Table, number, rows_table, value_text
 from .._physics._mechanism import PairNow
 from ..hybrid._arrays import Array, numpy_of
 from ..thermal._heat import PowerShares

@@ -79,7 +79,7 @@ else:
     Solver = Any  # an explicit solver of diffrax, whose import nobody waits for, or a method of `simbrake.hybrid`
 
 
-def _posed(
+def posed(
     packing: Packing, numbers: Float[Array, " k"], max_steps: int
 ) -> tuple[tuple[BrakeSystem, State, Mode, Array, Array], Settings]:
     """What is to be integrated: system, state and mode at the start, times; and the settings of the integrator."""
@@ -107,12 +107,12 @@ def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> t
     n = packing.size
 
     def begun(x: Array) -> np.ndarray:
-        return beginning(*_posed(packing, x, STRETCH)[0][:4])
+        return beginning(*posed(packing, x, STRETCH)[0][:4])
 
     size = _cache.cached("beginning", (packing, method), lambda: jax.eval_shape(begun, np.ones(n)).shape[0])
 
     def run(x: Array) -> tuple[Record, Array]:
-        problem, settings = _posed(packing, x[:n], STRETCH)
+        problem, settings = posed(packing, x[:n], STRETCH)
         return stretch(*problem, method, settings, x[n:-1], x[-1].astype(jnp.int32))
 
     subject = ("stretch", packing, method)
@@ -173,7 +173,7 @@ def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> 
     """The run of all scenes of one structure, a function of their numbers and of the limits."""
 
     def run(numbers: Array) -> Record:
-        problem, settings = _posed(packing, numbers, max_steps)
+        problem, settings = posed(packing, numbers, max_steps)
         return hybridsolve(*problem, method, settings)
 
     return run
@@ -369,7 +369,7 @@ def simulate_lane(scene: Scene, solver: Solver, rtol: Array, max_steps: int, roo
     scene = checked(scene)
     longest = np.asarray(np.inf)
     numbers, packing = pack((_marked(scene), rtol, longest, _EVENTS), jnp)
-    problem, settings = _posed(packing, numbers, max_steps)
+    problem, settings = posed(packing, numbers, max_steps)
     record = hybridsolve_lane(*problem, method_of(scene, solver), settings, room)
     return Result(scene, record, rtol, solver_name(solver), Limits(longest, _EVENTS, max_steps))
 

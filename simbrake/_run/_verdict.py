@@ -5,8 +5,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from .._base._faults import InputError
-from .._base._shown import coloured, rows_table
-from .._base._table import number
+from .._base._table import coloured, number, rows_table
 from ._duty import DutyKind, speed_is_led
 from ._log import Status
 from ._measure import Colour, LimitCheck, LimitVerdict, limit_checks, read_limits, title_of

@@ -1,17 +1,178 @@
-"""Validation of torques on the shaft and layers of rope: stops, rest on dry friction, terminal speed, travel."""
+"""Validation of disc and double-shoe brakes, of other torques on the shaft, and of layers of rope, in closed form."""
 
 import dataclasses
 import math
+from collections.abc import Callable
 
+import numpy as np
 from scipy.integrate import quad
 
-from .._parts._scene import Scene
+from .._parts._scene import ForceDuty, Initial, Scene
+from .._run._result import Result
+from ..brakes._design import AbstractBrake
+from ..brakes._pressed import AbstractPadPressure, DiscBrake, Pads, ShoeBrake, Shoes, UniformPressure, UniformWear
+from ..friction import ConstantFriction
 from ..loads import HookLoad, TorqueLoad
-from ..profiles import Constant, PiecewiseLinear
+from ..profiles import AbstractProfile, Constant, PiecewiseLinear, Repeated
 from ..rope import RopeLayers
 from ..shaft import AbstractShaftTorque, BearingFriction, EddyCurrentBrake
+from ..thermal._heat import ConstantPartition, FrictionHeat, Heat
+from ..thermal._network import Conductance, Lump, Reservoir
 from ._cases_band import closed_form, stop_scene, time_of
 from ._validation import FORM, Case, cases_of_run
+
+_SHIGLEY = "Budynas & Nisbett, Shigley's Mechanical Engineering Design"
+
+# --- disc brakes ------------------------------------------------------------------------------------------------------
+
+# pads of the cases: friction, radii (m), angle (rad), number
+_F, _R_I, _R_O, _ANGLE, _N = 0.4, 0.30, 0.50, 0.7, 4
+_MEAN = 0.5 * (_R_I + _R_O)
+
+
+def disc(pressure: AbstractPadPressure, inertia: float = 400.0) -> DiscBrake:
+    """The disc brake of the cases."""
+    return DiscBrake(inertia, Pads(ConstantFriction(_F, 1.25), _R_I, _R_O, _ANGLE, _N, pressure))
+
+
+def disc_heat(capacity: float, share: float, cooling: float) -> Heat:
+    """The disc as one lump (J/K) with a `share` of the heat, cooled through `cooling` (W/K)."""
+    return Heat(
+        (Lump("disc", capacity, 293.15), Reservoir("air", 293.15)),
+        (Conductance("disc", "air", cooling),),
+        FrictionHeat("disc", None, ConstantPartition(share)),
+        rim="disc",
+    )
+
+
+def stop_of(
+    brake: AbstractBrake,
+    force: float | AbstractProfile,
+    omega: float,
+    load: float | AbstractProfile = 0.0,
+    end: float = 10.0,
+    heat: Heat | None = None,
+) -> Scene:
+    """A stop under a force and a load, constant or given over time."""
+    force, load = (x if isinstance(x, AbstractProfile) else Constant(x) for x in (force, load))
+    return Scene(brake, ForceDuty(force, TorqueLoad(load)), Initial(omega), end, heat)
+
+
+def disc_cases() -> list[Case]:
+    """A stop against a load with either distribution of pressure, and holding time of a held disc."""
+    F, load, J, w0 = 20e3, 1500.0, 400.0, 30.0
+    cubes = 2 / 3 * (_R_O**3 - _R_I**3) / (_R_O**2 - _R_I**2)
+    torque = _N * _F * F * _MEAN
+    time, new_time = J * w0 / (torque - load), J * w0 / (_N * _F * F * cubes - load)
+    worn, new = (stop_of(disc(pressure), F, w0, load) for pressure in (UniformWear(), UniformPressure()))
+    held = stop_of(disc(UniformWear()), F, 0.0, PiecewiseLinear([0.0, 10.0], [0.0, 3 * torque]), 9.0)
+    of_worn = f"{FORM}J ω_0/(n f F r_e − M), r_e = (r_o + r_i)/2"
+    of_new = f"{FORM}the same, r_e = ⅔ (r_o³ − r_i³)/(r_o² − r_i²)"
+    wear = [
+        ("stopping time, uniform wear", of_worn, time, "stopping_time"),
+        ("friction heat", f"{FORM}n f F r_e ω_0 t/2", torque * w0 * time / 2, "energy.friction_heat"),
+    ]
+    return [
+        *cases_of_run("disc brake", worn, wear),
+        *cases_of_run("disc brake", new, [("stopping time, uniform pressure", of_new, new_time, "stopping_time")]),
+        *cases_of_run(
+            "disc brake", held, [("restart", f"{FORM}where M(t) = n f_s F r_e", 10.0 * 1.25 / 3, time_of("restart"))]
+        ),
+    ]
+
+
+def calliper_cases() -> list[Case]:
+    """32.5 kg·m² from 250 rpm, all heat into a solid disc of 150 × 6 mm, 7800 kg/m³, 450 J/(kg·K)."""
+    J, w0 = 32.5, 250 * math.pi / 30
+    capacity = 7800 * 450 * math.pi / 4 * 0.150**2 * 0.006
+    energy, source = 0.5 * J * w0**2, f"{_SHIGLEY}, calliper brake"
+    rows = [
+        ("friction heat", f"{source}: J ω_0²/2", energy, "energy.friction_heat"),
+        ("rise of the disc", f"{source}: E/(m c)", energy / capacity, lambda r: r.end_temperatures[0] - 293.15, 1e-9),
+    ]
+    scene = stop_of(disc(UniformWear(), J), 1e3, w0, end=4.0, heat=disc_heat(capacity, 1.0, 0.0))
+    return cases_of_run("calliper", scene, rows)
+
+
+def snub_cases() -> list[Case]:
+    """Fade test of a car's disc brake after UN R13, Type-I: 15 snubs from 120 to 60 km/h every 45 s.
+
+    Heat input is linear in time and decays with `exp(−b t)`. The rise at the end of one snub of the length
+    `τ` from `v_1`, `P(t) = s m a (v_1 − a t)`, is `∫ P(t) e^{−b (τ − t)} dt/C`; the snubs add up.
+    """
+    fast, slow, a, period, mass = 120 / 3.6, 60 / 3.6, 3.0, 45.0, 400.0  # m/s, m/s, m/s², s, kg
+    C, share, b = 3500.0, 0.95, 1 / 900  # J/K, share of the heat, rate of cooling (1/s)
+    tau, wheel = (fast - slow) / a, 0.3
+    J, force = mass * wheel**2, mass * a * wheel / (_N * _F * _MEAN)
+    again = J * (fast - slow) / wheel / (period - tau)  # torque that restores the speed
+    lever, load = (
+        Repeated([0.0, tau, tau, period], values, period, 15)
+        for values in ([force, force, 0.0, 0.0], [0.0, 0.0, again, again])
+    )
+    heat = disc_heat(C, share, C * b)
+    fall = math.exp(-b * tau)
+    one = share * mass * a / C * (fast * (1 - fall) / b - a * (tau / b - (1 - fall) / b**2))
+
+    def rise(k: int) -> Callable[[Result], float]:
+        return lambda r: float(r.series([(k - 1) * period + tau]).temperature[0, 0]) - 293.15  # pyright: ignore
+
+    rows = [
+        (
+            f"rise after {k}",
+            "UN R13 Type-I; closed form: Σ ∫ s P e^(−b (t_e − t)) dt/C",
+            one * sum(math.exp(-b * period * i) for i in range(k)),
+            rise(k),
+        )
+        for k in (1, 5, 15)
+    ]
+    scene = stop_of(disc(UniformWear(), J), lever, fast / wheel, load, 15 * period, heat)
+    return cases_of_run("snubs", scene, rows, tolerance=1e-9)
+
+
+# --- double-shoe brakes -----------------------------------------------------------------------------------------------
+
+
+def shoe_cases() -> list[Case]:
+    """Shigley's internal expanding shoes under the force that gives the leading one 1 MPa, in both directions.
+
+    Drum 300 mm, linings 32 mm wide from 0 to 126°, pins at 122.7 mm; moments of a shoe by quadrature.
+    """
+    f, J, w0 = 0.32, 12.0, 25.0
+    p, b, r, a, end = 1e6, 0.032, 0.150, 0.1227, math.radians(126.0)
+    drum = ShoeBrake(J, Shoes(ConstantFriction(f), r, b, 0.0, end), a, 0.212)
+
+    def over(function: Callable[[float], float]) -> float:
+        return quad(function, 0.0, end, epsabs=0.0, epsrel=1e-13)[0]
+
+    M_N = p * b * r * a * over(lambda x: math.sin(x) ** 2)
+    M_F = f * p * b * r * over(lambda x: math.sin(x) * (r - a * math.cos(x)))
+    leading = f * p * b * r**2 * over(math.sin)
+    force = (M_N - M_F) / 0.212
+    trailing = leading * (M_N - M_F) / (M_N + M_F)
+    time = J * w0 / (leading + trailing)
+
+    def torque(shoe: int) -> Callable[[Result], float]:
+        return lambda result: r * float(np.asarray(result.series([0.1]).friction_force)[0, shoe])
+
+    def pressure(result: Result) -> float:
+        return float(drum.greatest_pressure(result.metrics["max_normal_load"]))
+
+    source = f"{_SHIGLEY}, internal expanding shoes; moments by quadrature"
+    rows = [
+        ("torque of the leading shoe", f"{source}: f p b r² ∫ sin θ dθ", leading, torque(0)),
+        ("torque of the trailing shoe", f"{source}: M (M_N − M_F)/(M_N + M_F)", trailing, torque(1)),
+        ("stopping time", f"{source}: J ω_0/(M_1 + M_2)", time, "stopping_time"),
+        ("maximum pressure", f"{source}: 1 MPa was given", 1e6, pressure),
+        ("friction that locks", f"{source}: M_N = M_F", f * M_N / M_F, lambda _: 1 / drum.self_locking(np.ones(2))[0]),
+    ]
+    back = [("stopping time backwards", "the same", time, "stopping_time")]
+    return cases_of_run("double shoe", stop_of(drum, force, w0), rows) + cases_of_run(
+        "double shoe", stop_of(drum, force, -w0), back
+    )
+
+
+# --- torques on the shaft and layers of rope --------------------------------------------------------------------------
+
 
 _J, _W0 = 800.0, 20.0
 
@@ -63,4 +224,4 @@ def rope_cases() -> list[Case]:
     return cases_of_run("rope in layers", scene, [("hook travel", source, travel, "hook_travel")])
 
 
-CASES = (eddy_current_cases, bearing_cases, rope_cases)
+CASES = (disc_cases, calliper_cases, snub_cases, shoe_cases, eddy_current_cases, bearing_cases, rope_cases)

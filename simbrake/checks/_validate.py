@@ -19,10 +19,9 @@ def lanes_of_cases() -> list[list[Case]]:
     from . import _cases_band as band
     from . import _cases_heat as heat
     from . import _cases_integrator as integrator
-    from . import _cases_pressed as pressed
     from . import _cases_shaft as shaft
 
-    lanes = ((*integrator.CASES, *heat.CASES), (*band.CASES, *pressed.CASES, *shaft.CASES))
+    lanes = ((*integrator.CASES, *heat.CASES), (*band.CASES, *shaft.CASES))
     return [[case for subject in lane for case in subject()] for lane in lanes]
 
 

@@ -21,10 +21,10 @@ from .._base._compiling import accelerators, run_device
 from .._base._faults import Fault, InputError, whole_file
 from .._base._quantity import leaves
 from .._parts._scene import Scene, warnings
+from .._run._duty import stop_variables
 from .._run._metrics import about_output
 from .._run._result import Result
 from .._run._series import RENAMED, SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
-from .._run._stops import stop_variables
 from ..files._scene_file import scene_from_text, scene_text
 from ..hybrid import LANDED
 from ..studies._chunks import fingerprint

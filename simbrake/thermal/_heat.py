@@ -12,7 +12,7 @@ from .._base._faults import Fault, require_share
 from .._base._quantity import Over, Part, Scalar, Values, part, quantity, short_for
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
-from ._contact import ThermalContact
+from ._contact import Surface, ThermalContact, faults_of_surfaces, place_size, surfaces_of
 from ._material import Material, effusivity_share
 from ._network import (
     AbstractLink,
@@ -28,7 +28,6 @@ from ._network import (
     place_of,
     size_of,
 )
-from ._surfaces import Surface, faults_of_surfaces, place_size, surfaces_of
 
 
 class PowerSplit(NamedTuple):
