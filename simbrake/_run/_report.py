@@ -12,7 +12,7 @@ from .._base._table import Table, in_rig_units, number, plain
 from .._parts._scene import plausibility, warnings
 from .._phases import Phases
 from .._physics._brake import BrakeSystem
-from .._physics._mechanism import BandMode, Label, Mode, slips
+from .._physics._mechanism import BandMode, Label, Mode
 from .._physics._outputs import mark_names
 from ..hybrid import FINISHED, Record
 from ._choice import stiffness
@@ -30,12 +30,11 @@ from ._duty import (
 )
 from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of, with_phases
 from ._metrics import HOLDING, METRICS, Peak, energies, metrics_of
-from ._probe import Entry, RunJit, capacities_at, record_of
+from ._probe import Entry, RunJit, record_of
 from ._scan import Scan, largest_share_of_capacity, peaks
+from ._stability import shortage
 from ._strength import limits_exceeded
 
-#: the lever pulls hardest from this far below its maximum tension on
-_NEARLY = 1e-3
 #: from the place in a step where samples have a zero it is at most this far (share of the step)
 _NEAR = 1e-2
 #: torques that differ by less than this share of a typical one balance each other
@@ -305,50 +304,6 @@ class Report:
         absent = absent_stages(scene.brake, float(system.inertia), float(load), seen, float(greatest), hot)
         return {"stages": [stage.as_dict() for stage in stages], "absent_stages": absent}
 
-    def _shortage(self) -> list[str]:
-        """Times before the end in which the load exceeded what the brake gives under its maximum slack tension."""
-        scan, seen, t = self._scan, self._scan.seen, self._scan.seen.t
-        system: BrakeSystem = self._record.system  # pyright: ignore
-        lever, pull = system.lever, seen.lever_tension
-        held = lever.controls_speed and not isinstance(lever, Phases)
-        greatest = float(lever.greatest()) if held else np.max(pull)  # pyright: ignore
-        hardest = (pull > 0) & (pull >= (1 - _NEARLY) * greatest)
-        modes: Mode = self._record.modes
-        band, inner = np.asarray(modes.band)[scan.row], np.asarray(modes.slides)[scan.row]
-        slides = slips(band) | ((band == BandMode.HELD) & (inner != 0))
-        rate = np.sign(seen.omega) * seen.alpha
-        moving = np.abs(seen.omega) > _ROUNDING * np.max(np.abs(seen.omega))  # a pulley that stops is there at last
-        candidates = hardest & slides & moving & (rate > 0)
-        if not np.any(candidates) or not np.any(
-            rate[candidates] * float(system.inertia) > _ROUNDING * float(system.sizes.torque)
-        ):
-            return []  # nothing ever sped up a pulley whose brake slides: no need to look closer
-
-        def short_at(some: np.ndarray) -> np.ndarray:
-            if not some.size:
-                return some
-            found = capacities_at(self._record, some, scan.instants)
-            return some[(found.load > 0) & (found.load > found.torque * (1 + _ROUNDING))]
-
-        # at the ends and in the middle of all steps; at all samples of those in which it is short there
-        coarse = np.arange(len(t)) % scan.samples % (scan.samples // 2) == 0
-        rows_short = np.unique(scan.row[short_at(np.flatnonzero(hardest & coarse))])
-        short = np.zeros(len(t), bool)
-        if rows_short.size:
-            short[short_at(np.flatnonzero(hardest & np.isin(scan.row, rows_short)))] = True
-        edges = np.flatnonzero(np.diff(np.concatenate([[False], short, [False]]).astype(int)))
-        spans = [(a, b - 1) for a, b in edges.reshape(-1, 2) if t[b - 1] > t[a]]
-        if spans and spans[-1][1] == len(t) - 1 and self.result.status == Status.RUNAWAY:
-            spans.pop()  # that is how the run ended
-        if not spans:
-            return []
-        (first, last), often = spans[0], f", {len(spans)} times in all" if len(spans) > 1 else ""
-        load = number(np.max(np.abs(seen.load_torque[first : last + 1])), "N*m")
-        return [
-            f"shortage: from {t[first]:.6g} to {t[last]:.6g} s{often} the load torque (up to {load}) exceeded what the "
-            "sliding brake gives under its maximum slack tension"
-        ]
-
     def _holding(self, metrics: Entry) -> Entry:
         """Load and capacity at the minimum holding reserve, and the tension of a lever that holds the speed."""
         seen, least, pull = self._scan.seen, metrics.get(HOLDING), self.pull
@@ -362,8 +317,8 @@ class Report:
     def summary(self) -> Entry:
         """What `Result.summary` gives a copy of."""
         r, stats, metrics, words = self.result, self.result.record.stats, self.metrics, self.result.scene.brake.words
-        said = [*warnings(r.scene), *plausibility(r.scene, metrics.get("peak_rim_temperature")), *self._shortage()]
-        said += limits_exceeded(r.scene, metrics)
+        said = [*warnings(r.scene), *plausibility(r.scene, metrics.get("peak_rim_temperature"))]
+        said += shortage(self._scan, r.status) + limits_exceeded(r.scene, metrics)
         # (those that do from the start are told by the scene)
         if times := [event.time for event in self.events if event.name == "self_locking"]:
             said.append(f"self_locking: a lining came to lock itself, first at {min(times):.6g} s")

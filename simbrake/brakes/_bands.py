@@ -16,7 +16,7 @@ from ..friction import AbstractFriction, SurfaceState
 from ..hybrid._arrays import Array
 from ._band import AbstractStiffness, GivenStiffness, grip, lever_split, product, tension_ratio
 from ._design import (
-    AbstractBrake,
+    AbstractBandBrake,
     AbstractLinings,
     BrakeWords,
     Lining,
@@ -171,7 +171,7 @@ class JoinedLinings(AbstractLinings):
         return self.angle
 
 
-class MultiBandBrake(AbstractBrake):
+class MultiBandBrake(AbstractBandBrake):
     """A band-shoe brake with several bands side by side under one lever, each with its own linings.
 
         T_0,j = s_j T_0,   s_j = 1/(c_j Σ_k 1/c_k)   (K-8)
@@ -198,14 +198,6 @@ class MultiBandBrake(AbstractBrake):
         "f·tan(β/2) ≥ 1 on a rigid band, the band is self-locking",
         "shorten the lining, or lower its friction",
     )
-
-    @property
-    def inertia(self) -> Scalar:
-        return self.pulley.inertia
-
-    @property
-    def track_radius(self) -> Scalar:
-        return self.pulley.radius
 
     @property
     def radius(self) -> Scalar:
@@ -235,10 +227,6 @@ class MultiBandBrake(AbstractBrake):
     def features(self) -> tuple[str, ...]:
         return (f"{len(self.bands)} bands of {' and '.join(str(band.linings.count) for band in self.bands)} linings",)
 
-    @property
-    def banded(self) -> bool:
-        return True
-
     def of_bands(self, values: Any) -> list[Any]:
         """Values over all linings, (…, n), divided by bands: (…, n_j) of each."""
         return [values[..., first:last] for first, last in self.linings.friction.spans]
@@ -259,9 +247,6 @@ class MultiBandBrake(AbstractBrake):
         mu = tension_ratio(grip(f, self.linings.angle))[0]
         growth = jnp.stack([product(own) - 1 for own in self.of_bands(mu)])
         return jnp.asarray(self.band_radius) * force * jnp.sum(self.lever_shares(f) * growth)
-
-    def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
-        return grip(f, self.linings.angle)
 
     def place_of(self, i: int) -> tuple[int, int]:
         """Band and lining in it, each from 0, of the lining `i` (from 0) of all."""

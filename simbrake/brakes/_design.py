@@ -386,7 +386,25 @@ class AbstractBrake(Part):
         return []
 
 
-class Brake(AbstractBrake):
+class AbstractBandBrake(AbstractBrake):
+    """Interface of brakes whose linings one or several bands press on the rim of a `pulley`."""
+
+    pulley: eqx.AbstractVar[Pulley]
+    banded: ClassVar[bool] = True  # pyright: ignore
+
+    @property
+    def inertia(self) -> Scalar:
+        return self.pulley.inertia
+
+    @property
+    def track_radius(self) -> Scalar:
+        return self.pulley.radius
+
+    def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
+        return grip(f, jnp.asarray(self.linings.angle))  # pyright: ignore
+
+
+class Brake(AbstractBandBrake):
     """A band-shoe brake: pulley, band and linings; staged where the linings ride on the pulley as a `bandage`.
 
     Example:
@@ -411,14 +429,6 @@ class Brake(AbstractBrake):
     )
 
     @property
-    def inertia(self) -> Scalar:
-        return self.pulley.inertia
-
-    @property
-    def track_radius(self) -> Scalar:
-        return self.pulley.radius
-
-    @property
     def radius(self) -> Scalar:
         return self.band.radius
 
@@ -438,10 +448,6 @@ class Brake(AbstractBrake):
         found = () if self.band.segments is None else ("each on its own segment of the band",)
         return (*found, "staged") if self.in_series else found
 
-    @property
-    def banded(self) -> bool:
-        return True
-
     def lever_shares(self, f: Values) -> Float[Array, " k"]:
         stiffness = self.band.stiffness
         if not isinstance(stiffness, ParallelBands):
@@ -451,9 +457,6 @@ class Brake(AbstractBrake):
     def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
         mu = tension_ratio(grip(f, jnp.asarray(self.linings.angle)))[0]
         return jnp.asarray(self.band.radius) * force * (product(mu) - 1)
-
-    def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
-        return grip(f, jnp.asarray(self.linings.angle))
 
     def locking_words(self, i: int, share: float) -> str:
         return f"lining {i}: f·tan(β/2) = {share:.4g} ≥ 1, the band is self-locking"

@@ -12,17 +12,15 @@ import numpy as np
 from .._base._faults import InputError
 from .._base._progress import Waiting, waiting
 from .._base._table import Table, Tabular, digits, number
-from .._parts._scene import Scene, self_locking_ratios
-from .._physics._mechanism import BandMode, Mode, slips
+from .._parts._scene import Scene
 from .._run._duty import DutyKind, rows_of
 from .._run._log import failure_of
 from .._run._measure import LimitVerdict, Metric, name_of, title_of
 from .._run._metrics import HOLDING, about_output, energies_between
-from .._run._probe import capacities_at
 from .._run._report import labels_of
 from .._run._result import Result
-from .._run._scan import Scan
 from .._run._simulate import simulate
+from .._run._stability import least_outweighed, nearest_locking
 from .._run._verdict import SMALL_RESERVE, verdict
 from ..studies._sensitivity import sensitivity as sensitivities
 from ._compare import rerun
@@ -448,65 +446,3 @@ def _upper(text: str) -> str:
 
 def _lower(text: str) -> str:
     return text[:1].lower() + text[1:]
-
-
-# --- how near a run came to an instability ----------------------------------------------------------------------------
-
-
-#: the lever pulls hardest from this far below the maximum that it had
-_NEARLY = 1e-3
-
-
-class Locking(NamedTuple):
-    """The lining (from 1) that is nearest self-locking: the ratio `f tan(β/2)` of a band, which locks at 1."""
-
-    lining: int
-    ratio: float
-
-    @property
-    def margin(self) -> float:
-        """`1 − ratio`: 0 or less where it locks itself."""
-        return 1.0 - self.ratio
-
-
-class Outweighed(NamedTuple):
-    """When a sliding brake under its maximum lever force outweighed the load the least: torques (N·m), time (s)."""
-
-    load: float
-    torque: float
-    time: float
-
-    @property
-    def margin(self) -> float:
-        """`torque/load − 1`: below 0 where the load speeds the pulley up."""
-        return self.torque / self.load - 1.0
-
-
-def nearest_locking(scene: Scene) -> Locking:
-    """The lining nearest self-locking, with its static friction at the start."""
-    ratios = self_locking_ratios(scene)
-    i = int(np.argmax(ratios))
-    return Locking(i + 1, float(ratios[i]))
-
-
-def least_outweighed(scan: Scan) -> Outweighed | None:
-    """The minimum of torque over load while the brake slides under its maximum lever force; `None` without a load.
-
-    At the ends and in the middle of all steps.
-    """
-    seen, modes = scan.seen, scan.record.modes
-    assert isinstance(modes, Mode)
-    band, inner = np.asarray(modes.band)[scan.row], np.asarray(modes.slides)[scan.row]
-    slides = slips(band) | ((band == BandMode.HELD) & (inner != 0))
-    hardest = (seen.lever_tension > 0) & (seen.lever_tension >= (1 - _NEARLY) * np.max(seen.lever_tension))
-    coarse = np.arange(len(seen.t)) % scan.samples % (scan.samples // 2) == 0
-    some = np.flatnonzero(slides & hardest & coarse & (np.asarray(seen.omega) != 0))
-    if not some.size:
-        return None
-    found = capacities_at(scan.record, some, scan.instants)
-    load, torque = np.asarray(found.load), np.asarray(found.torque)
-    driven = np.flatnonzero(load > 0)
-    if not driven.size:
-        return None
-    k = int(driven[np.argmin(torque[driven] / load[driven])])
-    return Outweighed(float(load[k]), float(torque[k]), float(seen.t[some[k]]))

@@ -1,0 +1,126 @@
+"""How near a run came to an instability: a load that outweighs the sliding brake, linings that lock themselves."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from .._base._table import number
+from .._parts._scene import Scene, self_locking_ratios
+from .._phases import Phases
+from .._physics._brake import BrakeSystem
+from .._physics._mechanism import BandMode, Mode, slips
+from ..hybrid._arrays import Array
+from ._log import Status
+from ._probe import capacities_at
+from ._scan import Scan
+
+#: the lever pulls hardest from this far below the maximum that it had
+_NEARLY = 1e-3
+#: torques that differ by less than this share of a typical one balance each other
+_ROUNDING = 1e-9
+
+
+class Locking(NamedTuple):
+    """The lining (from 1) that is nearest self-locking: the ratio `f tan(β/2)` of a band, which locks at 1."""
+
+    lining: int
+    ratio: float
+
+    @property
+    def margin(self) -> float:
+        """`1 − ratio`: 0 or less where it locks itself."""
+        return 1.0 - self.ratio
+
+
+class Outweighed(NamedTuple):
+    """When a sliding brake under its maximum lever force outweighed the load the least: torques (N·m), time (s)."""
+
+    load: float
+    torque: float
+    time: float
+
+    @property
+    def margin(self) -> float:
+        """`torque/load − 1`: below 0 where the load speeds the pulley up."""
+        return self.torque / self.load - 1.0
+
+
+def nearest_locking(scene: Scene) -> Locking:
+    """The lining nearest self-locking, with its static friction at the start."""
+    ratios = self_locking_ratios(scene)
+    i = int(np.argmax(ratios))
+    return Locking(i + 1, float(ratios[i]))
+
+
+def least_outweighed(scan: Scan) -> Outweighed | None:
+    """The minimum of torque over load while the brake slides under its maximum lever force; `None` without a load.
+
+    At the ends and in the middle of all steps.
+    """
+    seen = scan.seen
+    some = np.flatnonzero(_slides(scan) & _hardest(scan) & _coarse(scan) & (np.asarray(seen.omega) != 0))
+    if not some.size:
+        return None
+    found = capacities_at(scan.record, some, scan.instants)
+    load, torque = np.asarray(found.load), np.asarray(found.torque)
+    driven = np.flatnonzero(load > 0)
+    if not driven.size:
+        return None
+    k = int(driven[np.argmin(torque[driven] / load[driven])])
+    return Outweighed(float(load[k]), float(torque[k]), float(seen.t[some[k]]))
+
+
+def shortage(scan: Scan, status: str) -> list[str]:
+    """Times before the end in which the load exceeded what the brake gives under its maximum slack tension."""
+    seen, t = scan.seen, scan.seen.t
+    system: BrakeSystem = scan.record.system  # pyright: ignore
+    hardest, rate = _hardest(scan), np.sign(seen.omega) * seen.alpha
+    moving = np.abs(seen.omega) > _ROUNDING * np.max(np.abs(seen.omega))  # a pulley that stops is there at last
+    candidates = hardest & _slides(scan) & moving & (rate > 0)
+    if not np.any(rate[candidates] * float(system.inertia) > _ROUNDING * float(system.sizes.torque)):
+        return []  # nothing ever sped up a pulley whose brake slides: no need to look closer
+
+    def short_at(some: np.ndarray) -> np.ndarray:
+        if not some.size:
+            return some
+        found = capacities_at(scan.record, some, scan.instants)
+        return some[(found.load > 0) & (found.load > found.torque * (1 + _ROUNDING))]
+
+    # first coarsely, then at all samples of the steps in which it is short
+    rows_short = np.unique(scan.row[short_at(np.flatnonzero(hardest & _coarse(scan)))])
+    short = np.zeros(len(t), bool)
+    if rows_short.size:
+        short[short_at(np.flatnonzero(hardest & np.isin(scan.row, rows_short)))] = True
+    edges = np.flatnonzero(np.diff(np.concatenate([[False], short, [False]]).astype(int)))
+    spans = [(a, b - 1) for a, b in edges.reshape(-1, 2) if t[b - 1] > t[a]]
+    if spans and spans[-1][1] == len(t) - 1 and status == Status.RUNAWAY:
+        spans.pop()  # that is how the run ended
+    if not spans:
+        return []
+    (first, last), often = spans[0], f", {len(spans)} times in all" if len(spans) > 1 else ""
+    load = number(np.max(np.abs(seen.load_torque[first : last + 1])), "N*m")
+    return [
+        f"shortage: from {t[first]:.6g} to {t[last]:.6g} s{often} the load torque (up to {load}) exceeded what the "
+        "sliding brake gives under its maximum slack tension"
+    ]
+
+
+def _slides(scan: Scan) -> Array:
+    """Samples at which a friction pair of the brake slides."""
+    modes = scan.record.modes
+    assert isinstance(modes, Mode)
+    band, inner = np.asarray(modes.band)[scan.row], np.asarray(modes.slides)[scan.row]
+    return slips(band) | ((band == BandMode.HELD) & (inner != 0))
+
+
+def _hardest(scan: Scan) -> Array:
+    """Samples at which the lever pulls as hard as it can, or as it ever does."""
+    lever, pull = scan.record.system.lever, scan.seen.lever_tension  # pyright: ignore
+    held = lever.controls_speed and not isinstance(lever, Phases)
+    greatest = float(lever.greatest()) if held else np.max(pull)  # pyright: ignore
+    return (pull > 0) & (pull >= (1 - _NEARLY) * greatest)
+
+
+def _coarse(scan: Scan) -> Array:
+    """The samples at the ends and in the middle of all steps."""
+    return np.arange(len(scan.row)) % scan.samples % (scan.samples // 2) == 0
