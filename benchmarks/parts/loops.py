@@ -84,7 +84,7 @@ def ways(name: str, method: str, budget: float) -> list[dict[str, Any]]:
     truth = reference(name).answer.times[-1]
     found = {"simulate": sb.simulate(scene, solver=solver, rtol=_TOLERANCE).stopping_time}
     found["jax.jit"] = inside(scene.initial.omega)
-    times = interleaved(calls, budget)
+    times = interleaved(calls, budget, batch=0.02)  # a loop of each, as its callers write it
     common = {"peer": "prepared run", "peer_error": ready.error}
     return [
         _row(f"({name}) {way}, {method}", times[way], theirs=times["prepared"], **common)

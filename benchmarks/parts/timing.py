@@ -32,17 +32,19 @@ class Times(NamedTuple):
         return statistics.median(self.cpu)
 
 
-def interleaved(calls: Mapping[str, Callable[[], Any]], budget: float, least: int = 5) -> dict[str, Times]:
+def interleaved(
+    calls: Mapping[str, Callable[[], Any]], budget: float, least: int = 5, batch: float = _BATCH
+) -> dict[str, Times]:
     """Rounds through all calls for `budget` seconds, at least `least` rounds; a short call is repeated in its turn.
 
-    Every call is made once or twice before, to warm up.
+    Every call is made once or twice before, to warm up; `batch`: shortest time of one turn (s).
     """
     counts = {}
     for name, call in calls.items():
         wall = _once(call, 1)[0]
         if wall < 0.1:  # the first one may have come upon cold caches
             wall = _once(call, 1)[0]
-        counts[name] = max(1, round(_BATCH / max(wall, 1e-7)))
+        counts[name] = max(1, round(batch / max(wall, 1e-7)))
     found = {name: Times([], []) for name in calls}
     end, rounds = time.perf_counter() + budget, 0
     while rounds < least or time.perf_counter() < end:

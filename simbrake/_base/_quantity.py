@@ -248,6 +248,9 @@ class Part(eqx.Module):
     wrong kind. Conditions across several parts are checked by `check` and before a run.
     """
 
+    # equinox looks at every attribute for methods, which it makes PyTrees; a part's are called, and nothing else
+    __getattribute__ = object.__getattribute__
+
     def __check_init__(self) -> None:
         name, found, hints = type(self).__name__, [], _hints(type(self))
         for field in dataclasses.fields(self):
@@ -509,7 +512,7 @@ def faults_of_sizes(node: object, path: str, n: int) -> list[Fault]:
 
 def faults_of_tolerance(rtol: Values) -> list[Fault]:
     """Error of a relative tolerance outside 1e-15…0.1. A traced one is not checked."""
-    if isinstance(rtol, Tracer):
+    if (isinstance(rtol, float) and 1e-15 < rtol < 0.1) or isinstance(rtol, Tracer):
         return []
     admissible = np.all((np.asarray(rtol) > 1e-15) & (np.asarray(rtol) < 0.1))  # a NaN is not
     return [] if admissible else [Fault("rtol", f"{rtol} is out of range", "must be > 1e-15 and < 0.1")]

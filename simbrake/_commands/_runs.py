@@ -440,6 +440,7 @@ def app(
     limit: cli.Limits = None,
     set_: cli.Set = None,
     rtol: cli.Rtol = 1e-10,
+    json_: cli.Flag = False,
 ) -> int:
     """Serve a page with a slider for every parameter of a scene, to this computer alone; ends with Ctrl+C.
 
@@ -449,6 +450,8 @@ def app(
         Port on 127.0.0.1; by default any that is free.
     open_
         Open the page in the browser.
+    json_
+        Print {address} as JSON as soon as the page is served, alone on stdout.
     """
     faults = [] if 0 <= port < 65536 else [Fault("--port", f"{port} is out of range", "0…65535; 0: any free port")]
     scene = cli.opened(file, set_, rtol, faults=faults)
@@ -463,7 +466,8 @@ def app(
         server = Server(made, port)
     except OSError as error:
         raise InputError([Fault("--port", f"{port} cannot be used: {error.strerror}", "give another port")]) from None
-    cli.say(f"the app is at {server.address}\nfor this computer alone; Ctrl+C ends it")
+    words = f"the app is at {server.address}\nfor this computer alone; Ctrl+C ends it"
+    cli.tell(words, lambda: {"address": server.address}, json_)
     if open_:
         import webbrowser
 
@@ -471,7 +475,7 @@ def app(
     try:
         server.serve_forever()
     except KeyboardInterrupt:
-        cli.say("ended")
+        cli.say("" if json_ else "ended")
     finally:
         server.server_close()
     return 0

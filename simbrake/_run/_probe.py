@@ -52,7 +52,7 @@ class Probe(NamedTuple):
 
 def is_traced(tree: PyTree) -> bool:
     """Whether any leaf is being traced by a transformation of JAX."""
-    return any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(tree))
+    return any(type(leaf) is not np.ndarray and isinstance(leaf, Tracer) for leaf in jax.tree.leaves(tree))
 
 
 def is_traced_run(record: Record) -> bool:
