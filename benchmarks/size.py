@@ -9,11 +9,12 @@
 - **Processor time** to trace the run, to lower and compile it, and of warm calls, prepared runs too: every scene in
   a fresh process, without a cache of compiled programs. An equation less is no gain if one of these rises.
 
-The one-state system is what the integrator costs alone. `--count` counts equations only and compiles no run.
+The one-state system is what the integrator costs alone. `--count` counts equations and lines only and compiles no run.
 """
 
 import argparse
 import concurrent.futures
+import functools
 import json
 import multiprocessing
 import os
@@ -40,11 +41,11 @@ from benchmarks.parts.timing import interleaved  # noqa: E402
 from benchmarks.scenes import CASES  # noqa: E402
 from simbrake._base._compiling import accelerators, compiled, pack  # noqa: E402
 from simbrake._physics._assemble import assemble  # noqa: E402
-from simbrake._run._simulate import STRETCH, method_of, run_of_numbers  # noqa: E402
+from simbrake._run._simulate import STRETCH, method_of, run_of_numbers, solver_of  # noqa: E402
 from simbrake.hybrid import AbstractHybridSystem, ExplicitRungeKutta, Settings, hybridsolve  # noqa: E402
 from simbrake.hybrid._system import Flat, flatten, pack_mode, ravel  # noqa: E402
 
-_RTOL = 1e-10
+RTOL = 1e-10
 ONE_STATE = "one state"
 
 
@@ -84,7 +85,7 @@ class Programs(NamedTuple):
 
 
 class Subject(NamedTuple):
-    """A scene and the method of its run."""
+    """A scene and the method of its run; `None`: the one that `simulate` chooses."""
 
     title: str
     scene: Callable[[], sb.Scene]
@@ -92,8 +93,8 @@ class Subject(NamedTuple):
 
     def programs(self) -> Programs:
         scene = self.scene()
-        numbers, packing = pack((scene, np.asarray(_RTOL), np.asarray(np.inf), np.asarray(10_000, np.int32)))
-        run = run_of_numbers(packing, method_of(scene, self.solver), STRETCH)
+        numbers, packing = pack((scene, np.asarray(RTOL), np.asarray(np.inf), np.asarray(10_000, np.int32)))
+        run = run_of_numbers(packing, method_of(scene, solver_of(scene, self.solver)), STRETCH)
         return Programs(*_flat(*assemble(scene)), run, numbers)
 
 
@@ -109,7 +110,7 @@ def _one_state() -> Programs:
         method = ExplicitRungeKutta(diffrax.Dopri8())
         return hybridsolve(Shaft(constant, viscous), y, np.int32(0), 0.0, end, method, settings)
 
-    numbers = np.asarray([2.0, 0.1, 20.0, 20.0, _RTOL])
+    numbers = np.asarray([2.0, 0.1, 20.0, 20.0, RTOL])
     return Programs(*_flat(Shaft(2.0, 0.1), np.asarray(20.0), np.int32(0)), run, numbers)
 
 
@@ -117,19 +118,27 @@ def _case(name: str, solver: Any) -> Subject:
     return Subject(CASES[name].title, CASES[name].simbrake, solver)
 
 
-def _scenario(name: str, title: str) -> Subject:
-    return Subject(title, lambda: runpy.run_path(str(ROOT / "scenarios" / f"{name}.py"))["scene"](), diffrax.Dopri8())
+def _scenario(name: str, title: str, solver: Any = None) -> Subject:
+    scene = functools.cache(lambda: runpy.run_path(str(ROOT / "scenarios" / f"{name}.py"))["scene"]())
+    return Subject(title, scene, solver)
 
 
-#: every kind of brake that has a system of equations of its own, rigid bands with all methods
+#: every kind of brake that has a system of equations of its own, rigid bands with all methods; loads and duties
 SCENES: dict[str, Subject] = {
     "a": _case("a", diffrax.Dopri8()),
     "b": _case("b", diffrax.Tsit5()),
     "c": _case("c", sb.hybrid.Rodas5P()),
     "d": _case("d", diffrax.Dopri8()),
     "e": _case("e", diffrax.Dopri8()),
-    "everything": _scenario("everything_coupled", "staged brake, elastic band, walls of all linings, fade"),
-    "bandage": _scenario("resolved_bandage", "staged brake lining by lining, springs between linings"),
+    "everything": _scenario("everything_coupled", "staged brake with all that can be coupled", diffrax.Dopri8()),
+    "bandage": _scenario(
+        "resolved_bandage", "staged brake lining by lining, springs between linings", diffrax.Dopri8()
+    ),
+    "disc": _scenario("disc_stop", "disc brake with heat and fade"),
+    "shoes": _scenario("double_shoe_stop", "double-shoe brake"),
+    "bands": _scenario("unequal_bands", "two bands that differ, a rim each"),
+    "lowering": _scenario("drag_lowering", "a load lowered at a given speed, with heat and fade"),
+    "stands": _scenario("tripping_30_stands", "thirty stands in phases, walls, contacts that open"),
 }
 
 
@@ -167,6 +176,17 @@ def counts(programs: Programs) -> dict[str, int]:
     }
 
 
+def lines(programs: Programs) -> int:
+    """Lines of StableHLO of the run."""
+    return jax.jit(programs.run).lower(programs.numbers).as_text().count("\n")
+
+
+def attempts(subject: Subject) -> int:
+    """Step attempts of the run of a scene, as `simulate` makes it."""
+    result = sb.simulate(subject.scene(), solver=subject.solver, rtol=RTOL)
+    return int(sum(result.record.stats[:3]))
+
+
 def costs(programs: Programs) -> dict[str, float]:
     """Sizes of the lowered and the compiled run, and processor seconds; in a fresh process only."""
     accelerators("cpu")  # the options of XLA, tried once per process
@@ -177,14 +197,13 @@ def costs(programs: Programs) -> dict[str, float]:
 
     # what is traced once is known to JAX afterwards: the second call only lowers, the third lowers and compiles
     _, trace = clocked(lambda: jax.make_jaxpr(programs.run)(programs.numbers))
-    lowered, lower = clocked(lambda: jax.jit(programs.run).lower(programs.numbers))
+    _, lower = clocked(lambda: jax.jit(programs.run).lower(programs.numbers))
     program, compile_ = clocked(lambda: compiled(programs.run, programs.numbers))
     record = program.call(programs.numbers)
     if code := int(record.code):
         raise RuntimeError(f"the run ends with {sb.results.FAILURES[code][0]}")
     warm = interleaved({"run": lambda: jax.block_until_ready(program.call(programs.numbers))}, 1.0)["run"]
     return {
-        "StableHLO lines": lowered.as_text().count("\n"),
         "instructions": sum(" = " in line for line in program.call.as_text().splitlines()),
         "one function": int(program.one_function),
         "trace, CPU s": trace,
@@ -197,7 +216,7 @@ def costs(programs: Programs) -> dict[str, float]:
 
 def warm_prepared(subject: Subject, attempts: int) -> float:
     """Processor seconds of a prepared run, which gives a metric instead of the record of all attempts."""
-    run = sb.prepare(subject.scene(), ["stopping_time"], solver=subject.solver, rtol=_RTOL, max_steps=attempts)
+    run = sb.prepare(subject.scene(), ["stopping_time"], solver=subject.solver, rtol=RTOL, max_steps=attempts)
     numbers = np.append(run.numbers, run.rtol)
     return interleaved({"run": lambda: np.asarray(run.program.call(numbers))}, 1.0)["run"].cpu_median
 
@@ -216,7 +235,7 @@ def measured(name: str, count: bool) -> dict[str, float]:
     found = {} if count else costs(programs)
     if not count and name in SCENES:
         found["warm prepared run, CPU µs"] = 1e6 * warm_prepared(SCENES[name], int(1.25 * found["step attempts"]))
-    return counts(programs) | found
+    return counts(programs) | {"StableHLO lines": lines(programs)} | found
 
 
 def _cell(value: float | None) -> str:
@@ -240,7 +259,7 @@ def table(found: dict[str, dict[str, float]]) -> str:
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--scene", action="append", choices=[ONE_STATE, *SCENES], help="default: all")
-    parser.add_argument("--count", action="store_true", help="count equations only")
+    parser.add_argument("--count", action="store_true", help="count equations and lines only")
     parser.add_argument("--json", action="store_true", help="print JSON")
     options = parser.parse_args()
     found = {}

@@ -36,19 +36,55 @@ KEPT = {
     "e": (77, 83, 25, 157, 154, 11, 160, 1974),
     "everything": (1040, 976, 99, 2036, 1597, 505, 1907, 6579),
     "bandage": (558, 593, 471, 1296, 1301, 24, 1313, 9146),
+    "disc": (226, 176, 17, 315, 194, 13, 202, 3189),
+    "shoes": (210, 177, 27, 323, 191, 13, 199, 1689),
+    "bands": (336, 236, 30, 519, 237, 13, 245, 2477),
+    "lowering": (332, 144, 25, 470, 151, 13, 159, 4445),
+    "stands": (469, 482, 62, 975, 631, 406, 838, 6957),
 }
+#: lines of StableHLO of the run, and its step attempts at rtol 1e-10
+LINES = {
+    size.ONE_STATE: 1874,
+    "a": 3191,
+    "b": 4548,
+    "c": 7069,
+    "d": 5692,
+    "e": 2753,
+    "everything": 29953,
+    "bandage": 9691,
+    "disc": 7787,
+    "shoes": 4914,
+    "bands": 7098,
+    "lowering": 10816,
+    "stands": 15552,
+}
+ATTEMPTS = {"a": 12, "b": 72, "c": 221, "d": 19, "e": 187, "everything": 245, "bandage": 376}
+ATTEMPTS |= {"disc": 283, "shoes": 19, "bands": 182, "lowering": 155, "stands": 14732}
+#: attempts more or less, of a hundred and one: processors round differently
+ROUNDED = 0.02
+
+
+def of_scenes(names, slow):
+    return pytest.mark.parametrize(
+        "name", [pytest.param(name, marks=pytest.mark.slow if name in slow else ()) for name in names]
+    )
 
 
 def test_every_scene_is_kept():
-    assert list(KEPT) == [size.ONE_STATE, *size.SCENES]
+    assert list(KEPT) == list(LINES) == [size.ONE_STATE, *size.SCENES]
+    assert list(ATTEMPTS) == list(size.SCENES)
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow if name == "everything" else ()) for name in KEPT]
-)
+@of_scenes(ATTEMPTS, ("c", "everything", "bandage", "disc", "bands", "lowering", "stands"))
+def test_runs_keep_their_attempts(name):
+    assert size.attempts(size.SCENES[name]) == pytest.approx(ATTEMPTS[name], rel=ROUNDED, abs=1)
+
+
+@of_scenes(KEPT, ("everything", "stands"))
 def test_programs_keep_their_size(name):
-    found = size.counts(size.programs_of(name))
-    kept = dict(zip(PARTS, KEPT[name], strict=True))
+    programs = size.programs_of(name)
+    found = size.counts(programs) | {"lines": size.lines(programs)}
+    kept = dict(zip(PARTS, KEPT[name], strict=True)) | {"lines": LINES[name]}
     exact = jax.__version__ == RELEASE
     how = f"python benchmarks/size.py --count --scene '{name}'"
     if exact:

@@ -475,7 +475,8 @@ def app(
     try:
         server.serve_forever()
     except KeyboardInterrupt:
-        cli.say("" if json_ else "ended")
+        if not json_:
+            cli.say("ended")
     finally:
         server.server_close()
     return 0
