@@ -10,6 +10,7 @@ from test_disc import disc_scene
 from test_double_shoe import shoe_scene
 
 import simbrake as sb
+from simbrake._pages._rows import key_figures
 from simbrake._run._measure import LimitCheck, LimitVerdict, limit_checks, summary_with_limits
 
 J, W0, R, T0, LOAD = 800.0, 20.0, 0.725, 8e3, 1.2e4
@@ -150,6 +151,12 @@ def test_summary_of_many_stops_has_totals_and_the_worst():
     assert "onset" not in text
     assert "2 × stop" in text["events"]
     assert result.verdict().headline.startswith("2 stops, at the end stopped")
+    # a page shows the same, and nothing of the first stop alone
+    figures = {words: (value.text, note) for words, value, note in key_figures(result.summary())}
+    assert figures["Stops"] == ("2", "")
+    assert figures["Time of braking"][0] == f"{STOP + second:.5g}"
+    assert figures["Longest braking"] == (f"{max(STOP, second):.5g}", "in stop 1")
+    assert not {"Stopping time", "Angle to the stop"} & set(figures)
 
 
 def test_summary_of_a_held_load():

@@ -11,6 +11,7 @@ from .._base._quantity import about_of, unit_below
 from .._base._table import Column, Number, Table, digits, number, numbers, scale
 from .._parts._scene import Scene
 from .._phases import Phases
+from .._run._duty import OfStops
 from .._run._log import EVENTS, STAGES, Event
 from .._run._measure import Colour, LimitCheck, title_of, unit_of
 from .._run._metrics import METRICS
@@ -47,13 +48,33 @@ def limit_table(checks: Sequence[LimitCheck]) -> Table:
     return Table([*columns, Column("verdict_kind", hidden=True)], rows)
 
 
+#: metrics of the first stop of a run
+_FIRST_STOP = ("slip_onset_time", "full_slip_time", "stopping_time", "stopping_angle", "hook_travel")
+
+
+def _of_stops(rows: Sequence[Summary]) -> list[tuple[str, Number, str]]:
+    found = OfStops.of(rows)
+    slowest, hottest = f"in stop {found.slowest['stop']}", f"in stop {found.hottest['stop']}"
+    figures = [
+        ("Stops", Number(str(len(rows)), ""), ""),
+        ("Time in motion", number(found.motion_time, "s", count=5), ""),
+        ("Time of braking", number(found.braking_time, "s", count=5), ""),
+        ("Longest braking", number(found.slowest["braking_time"], "s", count=5), slowest),
+        ("Maximum friction heat of a stop", number(found.hottest["energy"], "J", count=5), hottest),
+        ("Angle of all stops", number(found.angle, "rad", count=5), ""),
+    ]
+    if found.travel is not None:
+        figures.append(("Hook travel of all stops", number(found.travel, "m", count=5), ""))
+    return figures
+
+
 def key_figures(summary: Summary) -> list[tuple[str, Number, str]]:
-    """Metrics of the run in words, with their value, lining and time."""
-    found = []
+    """Metrics of the run in words, with their value, lining and time; of several stops totals and the worst one."""
+    found = _of_stops(summary["stops"]) if "stops" in summary else []
     at, lining, body = summary["at"], summary.get("lining", "lining"), summary.get("body", "rim")
     for name, metric in METRICS.items():
         value = summary["metrics"].get(name)
-        if value is None:
+        if value is None or ("stops" in summary and name in _FIRST_STOP):
             continue
         notes = [f"{lining} {at[f'{name}_lining']}"] if f"{name}_lining" in at else []
         notes += [f"at {number(at[f'{name}_time'], 's', count=4)}"] if f"{name}_time" in at else []

@@ -94,22 +94,39 @@ def duty_lines(summary: Entry) -> list[str]:
     return []
 
 
+class OfStops(NamedTuple):
+    """Totals of several stops in SI, and the worst of them."""
+
+    motion_time: float
+    braking_time: float
+    angle: float
+    travel: float | None
+    slowest: Entry
+    hottest: Entry
+
+    @classmethod
+    def of(cls, rows: Sequence[Entry]) -> "OfStops":
+        """Of the rows of a summary, one for each stop."""
+        totals = (
+            sum(row[name] for row in rows) if name in rows[0] else None
+            for name in ("motion_time", "braking_time", "angle", "travel")
+        )
+        worst = (max(rows, key=lambda row, name=name: row[name]) for name in ("braking_time", "energy"))
+        return cls(*totals, *worst)  # pyright: ignore
+
+
 def _stops_lines(summary: Entry) -> list[str]:
     """Totals of all stops, and the worst of them."""
     rows, end = summary["stops"], summary["end"]
-
-    def total(name: str) -> float:
-        return sum(row[name] for row in rows)
-
-    travel = f", hook travel {number(total('travel'), 'm')}" if "travel" in rows[0] else ""
-    slowest, hottest = (max(rows, key=lambda row, name=name: row[name]) for name in ("braking_time", "energy"))
-    lines = [
-        f"total    {len(rows)} stops in {number(end['duration'], 's')}: in motion {number(total('motion_time'), 's')}, "
-        f"braked {number(total('braking_time'), 's')}, {number(total('angle'), 'rad')}{travel}",
+    found = OfStops.of(rows)
+    travel = "" if found.travel is None else f", hook travel {number(found.travel, 'm')}"
+    slowest, hottest = found.slowest, found.hottest
+    return [
+        f"total    {len(rows)} stops in {number(end['duration'], 's')}: in motion {number(found.motion_time, 's')}, "
+        f"braked {number(found.braking_time, 's')}, {number(found.angle, 'rad')}{travel}",
         f"worst    longest braking {number(slowest['braking_time'], 's')} in stop {slowest['stop']}, "
         f"maximum friction heat {number(hottest['energy'], 'J')} in stop {hottest['stop']}",
     ]
-    return lines
 
 
 def _held_lines(summary: Entry) -> list[str]:

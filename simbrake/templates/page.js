@@ -63,6 +63,14 @@
     c.restore();
   }
 
+  /** Texts of ticks with as many decimals as the step between them has. */
+  function ticks(splits, step) {
+    let decimals = 0;
+    while (decimals < 9 && Math.abs(step * 10 ** decimals - Math.round(step * 10 ** decimals)) > 1e-6) decimals += 1;
+    const digits = {minimumFractionDigits: decimals, maximumFractionDigits: decimals};
+    return splits.map((x) => x.toLocaleString("en", digits).replace("-", "−"));
+  }
+
   function zoomed(u, key) {
     const {min, max} = u.scales.x, t = run.t, differs = ({scales: {x}}) => x.min !== min || x.max !== max;
     if (key !== "x" || !(max > min)) return;
@@ -108,7 +116,7 @@
       cursor: {y: false, sync: {key: "simbrake"}, drag: {x: true, y: false}},
       axes: [
         {font, grid, size: 26, label: index === count - 1 ? "time, s" : undefined, labelFont: font, labelSize: 18},
-        {font, grid, size: 52},
+        {font, grid, size: 60, values: (u, splits, axis, space, step) => ticks(splits, step)},
       ],
       series: [{label: "t, s", value: (u, value) => shown(value, 6)}, ...lines],
       hooks: {draw: [marks], setScale: [zoomed], setCursor: [followed]},
