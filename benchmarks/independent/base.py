@@ -99,7 +99,9 @@ class Brake(AbstractModel):
         """Rates (K/s) of the nodes under the heat flows."""
         assert self.heat is not None
         speeds = abs(omega) * self.p["track"], np.abs(self.bandage_speeds(y)) * self.p["R_b"]
-        return self.heat.rates(y[self.T], speeds, self.mode != OPEN, self.pairs > 1, flows)
+        closed, staged = self.mode != OPEN, self.pairs > 1
+        on_rim = ~self.off if staged else np.full(self.n, closed)
+        return self.heat.rates(y[self.T], speeds, on_rim, closed if staged else True, flows)
 
     def bandage_speeds(self, y: np.ndarray) -> Any:
         """Speeds (rad/s) of the linings, each or all of them: 0 where these do not turn."""

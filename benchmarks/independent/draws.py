@@ -181,7 +181,7 @@ def _thermal(p: dict[str, Any]) -> tuple[sb.Heat | None, sb.Wear | None]:
         links=(
             sb.thermal.Convection("rim", q["rim_area"], h, covered=q["covered"]),
             sb.thermal.Radiation("rim", q["rim_area"], q["emissivity"], covered=q["covered"]),
-            sb.thermal.ThermalContact("rim", "linings", 1.0, 1 / q["contact"], opens=not staged),
+            sb.thermal.ThermalContact("rim", "linings", 1.0, 1 / q["contact"], opens=True),
             sb.thermal.Conductance("linings", "band", q["conductance"], opens=staged),
             sb.thermal.Convection("linings", q["lining_area"], h),
             sb.thermal.Convection("band", 1.0, q["band_loss"]),  # pyright: ignore

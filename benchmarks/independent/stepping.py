@@ -300,18 +300,21 @@ class Law:
 class Lumps:
     """Rim, linings (one node each), band: convection and radiation into the air, contact on both sides of the linings.
 
-    Of a standard brake, the linings leave the rim with an open band; of a staged one they leave the band.
+    Of a standard brake, the linings leave the rim with an open band; of a staged one they leave the band, and those
+    that lift off leave the rim, with their part of what linings cover of it.
     """
 
     def __init__(self, p: dict[str, Any], n: int):
         self.p, self.n = p, n
         self.capacity = np.concatenate([[p["rim"]], np.full(n, p["lining"]), [p["band"]]])
 
-    def rates(self, T: np.ndarray, speeds: tuple[Any, Any], closed: bool, staged: bool, friction: np.ndarray) -> Any:
-        """Rates (K/s) under the heat flows `friction` (W) into the nodes; `speeds` (m/s) of rim and linings."""
+    def rates(self, T: np.ndarray, speeds: tuple[Any, Any], on_rim: np.ndarray, on_band: bool, friction: Any) -> Any:
+        """Rates (K/s) under the heat flows `friction` (W) into the nodes; `speeds` (m/s) of rim and linings.
+
+        - `on_rim` (n,): which linings touch it;  `on_band`: whether they touch the band
+        """
         p, air, flow = self.p, self.p["air"], np.array(friction, float)
-        on_rim, on_band = (True, closed) if staged else (closed, True)
-        open_share = 1 - p["covered"] * on_rim
+        open_share = 1 - p["covered"] * np.mean(on_rim)
         h, h_linings = (p["h"] * (1 + (v / p["h_speed"]) ** 2) ** (0.5 * 0.8) for v in speeds)
         exchanged = p["contact"] * on_rim * (T[0] - T[1:-1])
         flow[0] -= np.sum(exchanged)

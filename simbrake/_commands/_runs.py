@@ -81,6 +81,8 @@ def report(
     limit: cli.Limits = None,
     fail_on_limit: cli.FailOnLimit = False,
     check: bool = True,
+    with_spread: cli.Flag = False,
+    lining: str | None = None,
     set_: cli.Set = None,
     rtol: cli.Rtol = 1e-10,
     json_: cli.Flag = False,
@@ -95,6 +97,10 @@ def report(
         Metric whose derivatives with respect to every parameter are shown; may be repeated.
     check
         Run a second time at another tolerance, to estimate the error of the first run.
+    with_spread
+        Give every key figure its range under the spread of the inputs that the library knows, from 256 runs.
+    lining
+        Friction material of the linings for --with-spread, such as moulded, woven or class_F.
     json_
         Print {status, message, written, limits, verdict} as JSON, alone on stdout.
     """
@@ -104,10 +110,19 @@ def report(
 
     metrics, text = sensitivity or [], file.read_text("utf-8")
     title, files = title_of(file, text), {file.name: text}
-    limits = cli.limits_of(scene, limit, fail_on_limit, metrics)
+    faults: list[Fault] = []
+    limits = cli.attempt(faults, cli.limits_of, scene, limit, fail_on_limit, metrics)
+    if with_spread:
+        cli.attempt(faults, sb.studies.known_spread, scene, lining)
+    elif lining is not None:
+        faults.append(Fault("--lining", "says what the linings are for --with-spread", "give that too"))
+    if faults:
+        raise InputError(faults)
+    assert limits is not None
     with Waiting("report", "compiling the run…") as told:
         result = sb.simulate(scene, rtol=rtol, throw=False, progress=told)
-        sb.report(result, out, sensitivity=metrics, limits=limits, title=title, files=files, check=check, progress=told)
+        more = {"check": check, "spread": lining or with_spread if with_spread else False, "progress": told}
+        sb.report(result, out, sensitivity=metrics, limits=limits, title=title, files=files, **more)
         checks = limit_checks(result, limits)
         verdict = result.verdict(checks)
     said = {"status": result.status, "message": result.message, "written": str(out), "limits": limit_dicts(checks)}

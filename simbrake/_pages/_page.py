@@ -50,15 +50,19 @@ from ..results._compare import Repeat, repeat
 from ..results._dataset import provenance, save
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._sensitivity import sensitivity as tables_of
+from ..studies._spread import known_spread, uncertainty_of_library
+from ..studies._uncertainty import ANY
 from ..thermal._heat import place_count
 from ._live import Data, Detail, drawable, embedded, film, live, still
 from ._rows import (
     BADGES,
     EVENT,
+    HEAT,
     duty_words,
     event_counts,
     event_table,
     key_figures,
+    key_title,
     ledgers,
     limit_table,
     parts_of,
@@ -183,6 +187,7 @@ def report(
     title: str = "",
     files: Mapping[str, str] | None = None,
     check: bool = True,
+    spread: bool | str = False,
     rtol: float = 1e-10,
     progress: bool | Waiting | None = False,
 ) -> str:
@@ -200,6 +205,9 @@ def report(
       of the page says which are exceeded
     - `title`: heading of the page;  `files`: name → text, shown at the end, such as the scene file
     - `check`: run a second time at another tolerance, to estimate the error of the first run
+    - `spread`: give every key figure the range that it has under the spread of the inputs that the library knows
+      (`simbrake.studies.known_spread`), from 256 runs; the name of a friction material instead of `True` says what the
+      linings are
     - `progress`: report progress on stderr: `True`, or `None` on a terminal only
 
     Numbers are in readable units; the exact value in SI units is in the `value` of each `<data>` element.
@@ -208,10 +216,12 @@ def report(
     """
     scene = run.scene if isinstance(run, Result) else run
     bounds, found = read_limits(scene, limits or {})
-    try:
-        check_metrics(scene, sensitivity)
-    except InputError as error:
-        found += error.faults
+    lining = spread if isinstance(spread, str) else None
+    for look in (lambda: check_metrics(scene, sensitivity), lambda: spread and known_spread(scene, lining)):
+        try:
+            look()
+        except InputError as error:
+            found += error.faults
     if found:
         raise InputError(found)
     with waiting(progress, "report", "compiling the run…") as told:
@@ -219,6 +229,8 @@ def report(
         parts = contents(result, bounds, title, files or {}, told)
         if sensitivity:
             parts |= _sensitivities(result, sensitivity, span, told)
+        if spread:
+            parts |= _spread(result, parts["figures"], lining, told)
         if check:
             told.now("second run, for the error estimate")
             parts["repeat"] = _accuracy(repeat(result, told))
@@ -258,6 +270,7 @@ def contents(
         "limits": limit_table(checks),
         "summary": summary,
         "sensitivities": None,
+        "spread": None,
         "without": [],
         "repeat": None,
         "provenance": flat(origin),
@@ -314,6 +327,38 @@ def flat(found: Mapping[str, object], above: str = "") -> list[tuple[str, str]]:
         else:
             rows.append((words, "—" if value is None else str(value)))
     return rows
+
+
+def _spread(result: Result, figures: Sequence[tuple[str, Number, str]], lining: str | None, told: Waiting) -> Contents:
+    """Key figures with their range under the known spread of the inputs, and the section about it."""
+    shown, summary = {words for words, *_ in figures}, result.report().summary
+    titles = {key_title(name, summary): name for name in METRICS if summary["metrics"].get(name) is not None}
+    titles = {words: name for words, name in titles.items() if words in shown} | {HEAT: "energy.friction_heat"}
+    told.now("runs of the spread")
+    known, found = uncertainty_of_library(result.scene, [*titles.values()], lining, rtol=float(result.rtol))
+    marked = []
+    for words, value, note in figures:
+        if words in titles and (of := found.statistics[titles[words]]).count:
+            low, high = (number(of.quantiles[p].value, of.unit or "1", count=4) for p in (0.05, 0.95))
+            those = "runs" if of.count == found.runs else f"the {of.count} runs of {found.runs} that have it"
+            note = f"{note + '; ' if note else ''}90 % of {those}: {low.text} … {high}"
+        marked.append((words, value, note))
+    columns, rows = [Column("figure", left=True), "5 %", "median", "95 %", "runs"], []
+    for words, of in ((words, found.statistics[name]) for words, name in titles.items()):
+        if of.count:
+            each = (number(of.quantiles[p].value, of.unit or "1", count=4) for p in (0.05, 0.5, 0.95))
+            rows.append((words, *each, f"{of.count} of {found.runs}"))
+    counts = {name: one.count for name, one in found.failures.items() if one.count and name != ANY}
+    failures = [f"{name}: {count} of {found.runs} runs" for name, count in counts.items()]
+    return {
+        "figures": marked,
+        "spread": {
+            "runs": found.runs,
+            "inputs": known.table(),
+            "rows": Table(columns, rows),
+            "failures": failures,
+        },
+    }
 
 
 def _sensitivities(result: Result, metrics: Sequence[Metric], span: float | None, told: Waiting) -> Contents:

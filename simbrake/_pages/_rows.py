@@ -48,6 +48,8 @@ def limit_table(checks: Sequence[LimitCheck]) -> Table:
     return Table([*columns, Column("verdict_kind", hidden=True)], rows)
 
 
+#: what the friction heat of a run is called
+HEAT = "Friction heat"
 #: metrics of the first stop of a run
 _FIRST_STOP = ("slip_onset_time", "full_slip_time", "stopping_time", "stopping_angle", "hook_travel")
 
@@ -68,24 +70,29 @@ def _of_stops(rows: Sequence[Summary]) -> list[tuple[str, Number, str]]:
     return figures
 
 
+def key_title(name: str, summary: Summary) -> str:
+    """What a metric is called on a page, in the words of its kind of brake."""
+    lining, body = summary.get("lining", "lining"), summary.get("body", "rim")
+    return METRICS[name].title.replace("lining", lining).replace("rim ", f"{body} ")
+
+
 def key_figures(summary: Summary) -> list[tuple[str, Number, str]]:
     """Metrics of the run in words, with their value, lining and time; of several stops totals and the worst one."""
     found = _of_stops(summary["stops"]) if "stops" in summary else []
-    at, lining, body = summary["at"], summary.get("lining", "lining"), summary.get("body", "rim")
-    for name, metric in METRICS.items():
+    at, lining = summary["at"], summary.get("lining", "lining")
+    for name in METRICS:
         value = summary["metrics"].get(name)
         if value is None or ("stops" in summary and name in _FIRST_STOP):
             continue
         notes = [f"{lining} {at[f'{name}_lining']}"] if f"{name}_lining" in at else []
         notes += [f"at {number(at[f'{name}_time'], 's', count=4)}"] if f"{name}_time" in at else []
-        words = metric.title.replace("lining", lining).replace("rim ", f"{body} ")
-        found.append((words, number(value, unit_of(name), count=5), ", ".join(notes)))
+        found.append((key_title(name, summary), number(value, unit_of(name), count=5), ", ".join(notes)))
     capacity = summary["capacity"]
     if capacity is not None:
         found.append(("Load torque at the end", number(capacity["load_torque"], "N*m", count=5), ""))
         torque = number(capacity["brake_torque"], "N*m", count=5)
         found.append(("Torque of the sliding brake at the end", torque, ""))
-    return [*found, ("Friction heat", number(summary["energy"]["friction_heat"], "J", count=5), "")]
+    return [*found, (HEAT, number(summary["energy"]["friction_heat"], "J", count=5), "")]
 
 
 EVENT = Column("event", left=True, show=lambda name: name.replace("_", " "))

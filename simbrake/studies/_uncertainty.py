@@ -33,6 +33,8 @@ _EDGE = 2.0**-31
 #: hits (and misses) on average in a group that Student's t needs; below, the exact binomial interval is taken
 _ENOUGH = 2
 _HOT = "peak_lining_temperature"
+#: the criterion of runs that fail by any of the others
+ANY = "any of these"
 
 
 # --- samples ----------------------------------------------------------------------------------------------------------
@@ -528,7 +530,7 @@ def _evaluate(
         shown = f"{limit:g} {unit_of(name)}".rstrip() if np.ndim(limit) == 0 else "its sampled limit"
         failures[f"{name} > {shown}"] = (np.asarray(data[name]) > limit) | np.isnan(np.asarray(data[name])) | failed
     if len(failures) > 1:
-        failures["any of these"] = np.any(list(failures.values()), axis=0)
+        failures[ANY] = np.any(list(failures.values()), axis=0)
     counts = {int(c): int(np.sum(code == c)) for c in np.unique(code[failed])}
     return Uncertainty(
         data=data.assign_coords(group=("run", group)),
