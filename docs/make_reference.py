@@ -79,7 +79,7 @@ _CODES = "[events, modes, codes](../events_and_modes.md)"
 CONSTANTS = {
     "FAILURES": f"Failure codes of a run: number → name, meaning, remedy. See {_CODES}.",
     "EVENTS": f"Names of the events in the log: name → meaning, brakes. See {_CODES}.",
-    "FRICTION": "Friction materials of linings: coefficient and permissible temperature, each with its range and source.",
+    "FRICTION": "Friction materials of linings: coefficient, permissible temperature, with ranges and sources.",
     "GRAVITY": "Standard gravity, m/s².",
     "ROOM": "Reference temperature `T_r` of materials, K.",
     "STEFAN_BOLTZMANN": "Stefan–Boltzmann constant `σ`, W/(m²·K⁴).",

@@ -1,6 +1,30 @@
-"""Run the `simbrake` command by `python -m simbrake`."""
+"""Run the `simbrake` command, also by `python -m simbrake`."""
 
-from ._commands._cli import main
+import os
+import signal
+import sys
+import threading
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Entry point of the `simbrake` command. While it loads, Ctrl-C ends it at once and without a traceback."""
+    main_thread = threading.current_thread() is threading.main_thread()
+    usual = main_thread and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    try:
+        if usual:
+            signal.signal(signal.SIGINT, _quit)
+        from ._commands._cli import main as run
+
+        run(arguments)
+    finally:
+        if usual:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def _quit(*_: object) -> None:
+    sys.stderr.write("simbrake: interrupted\n")
+    os._exit(130)  # an extension that is interrupted while it loads leaves others broken
+
 
 if __name__ == "__main__":
     main()

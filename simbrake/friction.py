@@ -14,7 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, PyTree
 
 from ._base._compiling import per_structure, read_by
-from ._base._faults import Fault
+from ._base._faults import Fault, InputError
 from ._base._quantity import Over, Part, Scalar, part, quantity, short_for
 from .fade import (
     AbstractFactor,
@@ -196,8 +196,8 @@ def _fits(law: AbstractFriction, n: int) -> bool:
     """Whether a law with numbers of these shapes gives one coefficient for each of `n` linings."""
     try:
         contact, _ = contact_like(law, n)
-        shape = jax.eval_shape(lambda law, contact: law.kinetic(contact), law, contact).shape
-        return np.broadcast_shapes(shape, (n,)) == (n,)
+        found = jax.eval_shape(lambda law, contact: (law.kinetic(contact), law.static(contact)), law, contact)
+        return all(np.broadcast_shapes(one.shape, (n,)) == (n,) for one in found)
     except jax.errors.TracerArrayConversionError:
         return True  # another error, which the run itself reports
     except (TypeError, ValueError, IndexError):
@@ -482,6 +482,10 @@ class ProductFriction(AbstractScaledFriction):
 
     base: AbstractFriction = part(AbstractFriction)
     factors: tuple[AbstractFactor, ...]  # pyright: ignore
+
+    def __check_init__(self) -> None:
+        if len(self.factors) > 100:  # each adds equations
+            raise InputError([Fault("ProductFriction.factors", f"are {len(self.factors)}", "at most 100")])
 
     def scale(self, contact: AnyContact) -> Array:
         product = None

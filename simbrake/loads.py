@@ -177,7 +177,7 @@ class HookLoad(AbstractHookLoad):
 
     mass: Scalar = quantity("kg", "mass on the hook", low=0.0)
     drum_radius: Scalar = quantity("m", "effective drum radius", positive=True)
-    line_count: Scalar = quantity("1", "lines strung", low=1.0)
+    line_count: Scalar = quantity("1", "lines strung", low=1.0, high=100.0)
     gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
     rope: RopeLayers | None = None
@@ -252,7 +252,7 @@ class StringLoad(AbstractString):
     empty: Scalar = quantity("kg", "mass of hook and block", positive=True)
     string: Scalar = quantity("kg", "mass of the string in the first cycle", low=0.0)
     drum_radius: Scalar = quantity("m", "effective drum radius", positive=True)
-    line_count: Scalar = quantity("1", "lines strung", low=1.0)
+    line_count: Scalar = quantity("1", "lines strung", low=1.0, high=100.0)
     stand: Scalar = quantity("kg", "mass of one stand", low=0.0, default=0.0)
     gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
@@ -294,7 +294,7 @@ class TrippingLoad(AbstractString):
     set: Scalar = quantity("s", "time in the cycle at which the string is set in the slips", positive=True)
     period: Scalar = quantity("s", "length of a cycle", positive=True)
     drum_radius: Scalar = quantity("m", "effective drum radius", positive=True)
-    line_count: Scalar = quantity("1", "lines strung", low=1.0)
+    line_count: Scalar = quantity("1", "lines strung", low=1.0, high=100.0)
     count: int = whole("number of cycles", high=1_000_000)
     gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
     drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)

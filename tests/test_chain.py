@@ -330,3 +330,20 @@ def test_a_chain_runs_through_the_front_door():
     np.testing.assert_allclose(s.elongation, np.asarray(s.displacement)[:, 0], rtol=1e-12)
     assert "damper_heat" in result.energy
     assert len(plot.contacts(result).axes) >= 1
+
+
+@pytest.mark.slow
+def test_random_chains_end_and_keep_their_energy():
+    """Stiffnesses over two decades, laws that fall with the speed or stick, loose and tight tolerances."""
+    draw, ended = np.random.default_rng(5), []
+    for i in range(14):
+        K, m, f = 10 ** draw.uniform(6, 8.5), draw.uniform(1, 6), draw.uniform(0.2, 0.5)
+        law = sb.StribeckFriction(1.2 * f, f, draw.uniform(0.2, 2.0)) if i % 2 else sb.ConstantFriction(f, 1.2)
+        values = {"initial.omega": draw.uniform(5, 30), "brake.band.segments.anchor_damping": 0.05 * (i % 3)}
+        rtol = (1e-6, 1e-8, 1e-10)[i % 3]
+        result = sb.simulate(sb.with_values(drawworks(6, K=K, m=m, law=law), values), rtol=rtol, throw=False)
+        ended.append(result.status)
+        assert float(result.energy["closure"]) <= max(1e-9, 10 * rtol)
+        if result.status == "step_limit":  # linings that stick and slip at every swing: where, and in which modes
+            assert "last modes: " in result.message
+    assert ended.count("step_limit") <= 1

@@ -5,6 +5,7 @@ out where the installed XLA refuses it. Nothing is set for the process, neither 
 
 import functools
 import math
+import os
 import threading
 import time
 import warnings
@@ -21,6 +22,7 @@ from jaxtyping import PyTree
 
 from ..hybrid._arrays import Array
 from . import _cache
+from ._faults import Fault, InputError
 
 _Answer = TypeVar("_Answer")
 #: of the compiler, by name
@@ -112,13 +114,31 @@ def run_device() -> Any:
     Steps of one brake are much too small for an accelerator, which would take thousands of times as long. Another
     device is chosen by `jax.default_device`; where `JAX_PLATFORMS` leaves no CPU, JAX's first device is taken.
     """
+    require_own_process()
+    _OWNER[:] = [os.getpid()]
     chosen = jax.config.jax_default_device  # pyright: ignore
     if chosen is not None:
         return jax.local_devices(backend=chosen)[0] if isinstance(chosen, str) else chosen
     try:
         return jax.local_devices(backend="cpu")[0]
-    except RuntimeError:
+    except (RuntimeError, AssertionError):
+        pass
+    try:
         return jax.local_devices()[0]
+    except (RuntimeError, AssertionError) as error:
+        what = f"is {jax.config.jax_platforms}, and there is no such device"  # pyright: ignore
+        raise InputError([Fault("JAX_PLATFORMS", what, "unset it, or add cpu")]) from error
+
+
+#: the process that compiled first
+_OWNER: list[int] = []
+
+
+def require_own_process() -> None:
+    """Raises `InputError` in a process forked from one that has compiled: its first program would wait for ever."""
+    if (_OWNER or [os.getpid()])[0] != os.getpid():
+        hint = 'start processes by multiprocessing.get_context("spawn")'
+        raise InputError([Fault("process", "was forked from one that had run simbrake, without its threads", hint)])
 
 
 class DeviceJit:

@@ -5,9 +5,12 @@ Files are written whole or not at all.
 
 import contextlib
 import dataclasses
+import errno
 import os
 import shutil
+import stat
 import tempfile
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
@@ -79,12 +82,63 @@ def _require(what: str, good: Callable[[Any], Any], values: dict[str, Any]) -> N
 
 def existing_file(file: Path, *kinds: str) -> Path:
     """The file. Raises `InputError` naming the available files where the path is a folder or does not exist."""
-    if file.exists() and not file.is_dir():
+    try:
+        what = "is a folder" if file.is_dir() else "is not a regular file" if file.exists() else "there is no such file"
+    except OSError as error:  # a name that is too long
+        raise InputError([Fault(str(file)[:200], f"cannot be read: {error.strerror}", "give another path")]) from None
+    if file.is_file():
         return file
     folder = file if file.is_dir() else file.parent if file.parent.is_dir() else Path(".")
     there = sorted(str(one) for kind in kinds for one in folder.glob(kind))
     hint = f"there are: {', '.join(there[:8])}" if there else "give the path of a scene file"
-    raise InputError([Fault(str(file), "is a folder" if file.is_dir() else "there is no such file", hint)])
+    raise InputError([Fault(str(file), what, hint)])
+
+
+#: maximum bytes of a text file that is read: a scene or a manifest, a table of numbers
+MOST_BYTES, MOST_BYTES_OF_TABLE = 1 << 25, 1 << 28
+
+
+def text_of_file(path: Path, what: str = "a TOML file", most: int = MOST_BYTES) -> str:
+    """The text of a regular file in UTF-8. Raises `InputError` for any other file, and for one that is too large.
+
+    A pipe or a device might never end, wherever a scene names one as its data.
+    """
+    try:
+        with open(path, "rb", opener=lambda name, flags: os.open(name, flags | getattr(os, "O_NONBLOCK", 0))) as file:
+            about = os.fstat(file.fileno())
+            if not stat.S_ISREG(about.st_mode):
+                raise InputError([Fault(str(path), "is not a regular file", f"give {what} on a disk")])
+            if about.st_size > most:
+                size = f"{about.st_size / 1e6:.0f} MB are more than the {most / 1e6:.0f} MB of {what}"
+                raise InputError([Fault(str(path), size, "make it smaller")])
+            return file.read(most).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+    except InputError:
+        raise
+    except FileNotFoundError:
+        raise InputError([Fault(str(path), "there is no such file", f"give the path of {what}")]) from None
+    except (OSError, ValueError) as error:
+        words = error.strerror if isinstance(error, OSError) and error.strerror else error
+        raise InputError([Fault(str(path), f"cannot be read: {words}", f"give {what} in UTF-8")]) from None
+
+
+def faults_of_place(option: str, place: Path | None) -> list[Fault]:
+    """Error of a folder in which nothing could be written, before anything is computed for it."""
+    if place is None:
+        return []
+    try:
+        there = next(one for one in (place, *place.absolute().parents) if one.exists())
+    except OSError as error:
+        return [Fault(option, f"{place}: {error.strerror}", "give another folder")]
+    if not there.is_dir():
+        return [Fault(option, f"{there} is a file", "give a folder")]
+    if os.access(there, os.W_OK | os.X_OK):
+        return []
+    return [Fault(option, f"{there} is read-only", "give another folder")]
+
+
+_SCRATCH = ".simbrake-"
+#: s after which a temporary folder is that of a process that was killed
+_FORGOTTEN = 3600.0
 
 
 @contextlib.contextmanager
@@ -92,7 +146,11 @@ def _scratch_beside(place: Path) -> Iterator[Path]:
     """Temporary folder beside `place`, on the same disk; `InputError` where nothing can be written."""
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
-        scratch = Path(tempfile.mkdtemp(prefix=".simbrake-", dir=place.parent))
+        scratch = Path(tempfile.mkdtemp(prefix=_SCRATCH, dir=place.parent))
+        for other in place.parent.glob(f"{_SCRATCH}*"):
+            with contextlib.suppress(OSError):  # another process has removed it
+                if time.time() - other.stat().st_mtime > _FORGOTTEN:
+                    shutil.rmtree(other, ignore_errors=True)
         try:
             yield scratch
         finally:
@@ -117,6 +175,9 @@ def whole_folder(folder: Path) -> Iterator[tuple[Path, list[Path]]]:
     with _scratch_beside(folder) as scratch:
         yield scratch, written
         folder.mkdir(exist_ok=True)
+        for file in scratch.iterdir():
+            if (folder / file.name).is_dir():
+                raise IsADirectoryError(errno.EISDIR, "there is a folder of that name", str(folder / file.name))
         for file in sorted(scratch.iterdir()):
             os.replace(file, folder / file.name)
             written.append(folder / file.name)

@@ -35,8 +35,13 @@ else:
 
 warn_of_untested_jax(jax.__version_info__)  # set here, as every scene and every computing command imports this module
 
-#: magnitude beyond which squares and products of a scene's parameters overflow 64 bits
+#: magnitude beyond which squares and products of a scene's parameters overflow 64 bits; what must be positive is as
+#: far from 0
 LARGEST = 1e40
+#: the same of quantities whose larger values are no brakes: lengths, and times of 30,000 years
+_LARGEST_OF = {"m": 1e6, "s": 1e12}
+#: numbers of a scene
+_MOST_NUMBERS = 1_000_000
 
 
 class Over(enum.Enum):
@@ -59,18 +64,21 @@ class Quantity:
     many: bool | Over = False  # one number, or one for each (lining, unless it says of what)
     may_be_empty: bool = False  # of many: none at all is a meaning, too
 
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Lowest and highest value, where none is given those with which one can compute."""
+        most = _LARGEST_OF.get(self.unit, LARGEST)
+        low = -most if self.low is None else 1 / LARGEST if self.open_low and self.low == 0 else self.low
+        return low, most if self.high is None else self.high
+
     def admits(self, value: np.ndarray) -> np.ndarray:
-        ok = np.asarray(np.abs(value) <= LARGEST)  # a NaN is not
-        if self.low is not None:
-            ok = ok & ((value > self.low) if self.open_low else (value >= self.low))
-        if self.high is not None:
-            ok = ok & (value <= self.high)
-        return np.asarray(ok)
+        low, high = self.ends
+        return np.asarray(((value > low) if self.open_low else (value >= low)) & (value <= high))  # a NaN is not
 
     def admits_one(self, value: float) -> bool:
         """The same of a single number, in less time."""
-        low, high = -LARGEST if self.low is None else self.low, LARGEST if self.high is None else self.high
-        return abs(value) <= LARGEST and (low < value if self.open_low else low <= value) and value <= high
+        low, high = self.ends
+        return (low < value if self.open_low else low <= value) and value <= high
 
     def in_degrees(self, value: float) -> str:
         """What may have been meant, of an angle beyond its range that is within it in degrees."""
@@ -79,7 +87,10 @@ class Quantity:
 
     def wanted(self, value: float) -> str:
         """Allowed range of a number, in words."""
-        return f"at most {LARGEST:g} in magnitude" if LARGEST < abs(value) < np.inf else self.range
+        low, high = self.ends
+        if 0 < value <= low and self.low == 0:
+            return f"> {low:g}"
+        return f"at most {high:g} in magnitude" if self.high is None and high < abs(value) < np.inf else self.range
 
     @property
     def range(self) -> str:
@@ -258,7 +269,7 @@ class Part(eqx.Module):
             about = field.metadata.get("quantity")
             kinds = alternatives(hints.get(field.name, Any))
             if about is not None and value is None:
-                absent = type(None) in kinds or Any in kinds
+                absent = _may_be_absent(type(self), field.name)
                 found += [] if absent else [Fault(path, "is missing", f"{about.meaning}{example(about.unit)}")]
             elif about is not None and not isinstance(value, eqx.Module):
                 found += _faults_of_leaf(Leaf(path, value, about), made=False)
@@ -375,6 +386,11 @@ class Leaf:
     about: Quantity
 
 
+def _may_be_absent(cls: type, name: str) -> bool:
+    kinds = alternatives(_hints(cls).get(name, Any))
+    return type(None) in kinds or Any in kinds
+
+
 def leaves(node: object, path: str = "", unit: str = "SI") -> list[Leaf]:
     """Every quantity below `node`, in the order of the fields; `unit`: meaning of `SI` here.
 
@@ -393,7 +409,7 @@ def leaves(node: object, path: str = "", unit: str = "SI") -> list[Leaf]:
         about = about_of(field, unit)
         # where a law replaces a number, the numbers of the law
         if about is not None and not dataclasses.is_dataclass(value):
-            if value is not None:
+            if value is not None or not _may_be_absent(type(node), field.name):
                 found.append(Leaf(here, value, about))
         else:
             found += leaves(value, here, unit_below(field, unit))
@@ -419,7 +435,10 @@ def as_arrays(node: Any) -> Any:
 
 def faults_of_values(node: object, path: str = "") -> list[Fault]:
     """Errors of values that are not numbers, not finite, out of range, or of too few bits; traced values pass."""
-    return [fault for leaf in leaves(node, path) for fault in _faults_of_leaf(leaf)]
+    found = leaves(node, path)
+    if (count := sum(np.size(leaf.value) for leaf in found)) > _MOST_NUMBERS:
+        return [Fault(path or "scene", f"has {count} numbers", f"at most {_MOST_NUMBERS}")]
+    return [fault for leaf in found for fault in _faults_of_leaf(leaf)]
 
 
 def all_in_range(node: object) -> bool:
@@ -431,32 +450,31 @@ def all_in_range(node: object) -> bool:
     if not all(type(x) is np.ndarray and x.dtype == np.float64 for x in numbers):
         return False
     ranges = _ranges(structure, tuple(x.shape for x in numbers))
-    if ranges is None or not numbers:
+    if ranges is None or not numbers or len(ranges[0]) > _MOST_NUMBERS:
         return False
-    low, high, above, most = ranges
+    low, high, above = ranges
     whole = np.concatenate([x.ravel() for x in numbers])
-    return bool(np.all((whole >= low) & (whole <= high) & (whole > above) & (np.abs(whole) <= most)))
+    return bool(np.all((whole >= low) & (whole <= high) & (whole > above)))
 
 
 @functools.lru_cache(maxsize=256)
 def _ranges(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> tuple[np.ndarray, ...] | None:
-    """Minimum and maximum values of all numbers, their exclusive lower bounds, and their maximum magnitude.
+    """Minimum and maximum values of all numbers, and their exclusive lower bounds.
 
-    `None` where a list stands for a number, or where one is empty that may not be.
+    `None` where a list or anything else stands for a number, or where a list is empty that may not be.
     """
     places = [np.zeros(shape) for shape in shapes]
     node, known = jax.tree.unflatten(structure, places), {id(place): i for i, place in enumerate(places)}
     rows: list[tuple[np.ndarray, ...]] = [()] * len(shapes)
     for leaf in leaves(node):
-        about, i = leaf.about, known[id(leaf.value)]
-        if len(shapes[i]) > bool(about.many) or (0 in shapes[i] and not about.may_be_empty):
+        about, i = leaf.about, known.get(id(leaf.value))
+        if i is None or len(shapes[i]) > bool(about.many) or (0 in shapes[i] and not about.may_be_empty):
             return None
-        low, high = -np.inf if about.low is None else about.low, np.inf if about.high is None else about.high
-        ends = (-np.inf, high, low) if about.open_low else (low, high, -np.inf)
-        rows[i] = tuple(np.full(shapes[i], end) for end in (*ends, LARGEST))
+        low, high = about.ends
+        rows[i] = tuple(np.full(shapes[i], end) for end in (low, high, low if about.open_low else -np.inf))
     if () in rows:
         return None  # a number without metadata
-    return tuple(np.concatenate([np.ravel(row[k]) for row in rows]) for k in range(4))
+    return tuple(np.concatenate([np.ravel(row[k]) for row in rows]) for k in range(3))
 
 
 def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
@@ -482,7 +500,7 @@ def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
         reader.number(list(given) if isinstance(given, tuple) else given, about, leaf.path, about.unit)
         return reader.faults
     given = as_number(given)  # a Python number, put in by `eqx.tree_at`
-    if not isinstance(given, np.ndarray | jax.Array):
+    if not isinstance(given, np.ndarray | jax.Array) or given.dtype.kind not in "fiu":
         unit = "SI units" if about.unit == "SI" else about.unit
         return [Fault(leaf.path, f"{shown(given)} is not a number", f"give a number in {unit}")]
     value = np.asarray(given)
@@ -514,8 +532,9 @@ def faults_of_tolerance(rtol: Values) -> list[Fault]:
     """Error of a relative tolerance outside 1e-15…0.1. A traced one is not checked."""
     if (isinstance(rtol, float) and 1e-15 < rtol < 0.1) or isinstance(rtol, Tracer):
         return []
-    admissible = np.all((np.asarray(rtol) > 1e-15) & (np.asarray(rtol) < 0.1))  # a NaN is not
-    return [] if admissible else [Fault("rtol", f"{rtol} is out of range", "must be > 1e-15 and < 0.1")]
+    value = np.asarray(rtol)
+    admissible = value.dtype.kind in "fiu" and np.all((value > 1e-15) & (value < 0.1))  # a NaN is not
+    return [] if admissible else [Fault("rtol", f"{shown(rtol)} is out of range", "must be > 1e-15 and < 0.1")]
 
 
 # --- numbers with units as text -------------------------------------------------------------------------------------

@@ -62,7 +62,7 @@ _TABLE = {si: {name: Unit(Fraction(x)) for name, x in known.items()} for si, kno
 _TABLE["K"] = {name: Unit(1, Fraction("273.15")) for name in ("degC", "°C", "C")}
 _TABLE["K"] |= {name: Unit(Fraction(5, 9), Fraction("459.67") * 5 / 9) for name in ("degF", "°F")}
 #: names, products, quotients and one-digit powers: input that a general units parser reads in bounded time
-_SPELLING = re.compile(r"(?:[A-Za-z°_]|%|1|[*/]|\((?:[A-Za-z°_*/]|\^-?[1-9](?!\d))+\)|\^-?[1-9](?!\d))+")
+_SPELLING = re.compile(r"(?:[A-Za-z°_]|%|1|[*/]|\((?:[A-Za-z°_*/]|\^-?[1-9](?![\d^]))+\)|\^-?[1-9](?![\d^]))+")
 #: a plane angle has a unit: 20 is not 20 rad, and 3 Hz is ambiguous (3 rad/s or 3 rev/s)
 _ANGLES = {"radian", "degree", "revolution", "turn", "revolutions_per_minute", "arcminute", "arcsecond", "gradian"}
 

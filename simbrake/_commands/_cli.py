@@ -11,7 +11,7 @@ import shlex
 import sys
 import unicodedata
 from collections.abc import Callable
-from io import TextIOWrapper
+from io import StringIO, TextIOWrapper
 from pathlib import Path
 from typing import Annotated, Literal, get_args
 
@@ -212,6 +212,9 @@ for _module in (_scenes, _runs, _studies, _checks):
 
 def main(arguments: list[str] | None = None) -> None:
     """Entry point of the `simbrake` command."""
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by the caller
+            setattr(sys, name, StringIO())
     print_readably()
     try:
         code = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
@@ -230,6 +233,9 @@ def main(arguments: list[str] | None = None) -> None:
     except BrokenPipeError:
         cli.redirect_output()
         sys.exit(1)
+    except OSError as error:  # of the output: other files are input errors
+        cli.redirect_output()
+        _end(f"the output cannot be written: {error.strerror or error}", 1)
 
 
 def _end(message: object, code: int) -> None:

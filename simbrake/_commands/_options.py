@@ -5,14 +5,16 @@ import gc
 import json
 import os
 import re
+import signal
 import sys
+import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from cyclopts import Parameter
 
-from .._base._faults import Fault, InputError, existing_file, whole_folder
+from .._base._faults import Fault, InputError, existing_file, faults_of_place, whole_folder
 from .._base._faults import whole_file as whole_file
 
 if TYPE_CHECKING:
@@ -43,8 +45,8 @@ def named_file(_: object, tokens: "Sequence[Token]") -> Path:
 Many = Annotated[list[str] | None, Parameter(negative="", consume_multiple=False)]
 Flag = Annotated[bool, Parameter(negative="", show_default=False)]
 _SCENE = (
-    "Scene: a TOML file, a Python file with a function scene(), or the name of a template or shipped scene "
-    "(simbrake new lists these)."
+    "Scene: a TOML file, a Python file with a function scene(), whose code is run, or the name of a template or "
+    "shipped scene (simbrake new lists these)."
 )
 SceneFile = Annotated[Path, Parameter(name="SCENE", help=_SCENE, converter=named_file)]
 _OUT = "Folder for the files that the command writes, made if it does not exist."
@@ -85,6 +87,8 @@ def prepare_jax() -> None:
     gc.freeze()
     gc.set_threshold(100_000, 50, 100)
     gc.enable()
+    if callable(signal.getsignal(signal.SIGINT)) and threading.current_thread() is threading.main_thread():
+        signal.signal(signal.SIGINT, signal.default_int_handler)  # from here on Ctrl-C is handled by what runs
 
 
 def attempt(faults: list[Fault], make: Callable[..., T], *arguments: object, **named: object) -> T | None:
@@ -133,8 +137,7 @@ def opened(
     for name, count in counts.items():
         if count is not None and count < 1:
             found.append(Fault(f"--{name.replace('_', '-')}", f"{count} is out of range", "at least 1"))
-    if folder is not None and folder.exists() and not folder.is_dir():
-        found.append(Fault("--out", f"{folder} is a file", "give a folder"))
+    found += faults_of_place("--out", folder)
     if attempt(found, existing, file) is None:
         raise InputError(found)  # known before JAX is loaded
     prepare_jax()

@@ -65,8 +65,8 @@ def run(
 
         written = write_run(result, out, None, checks)
         if recorded is not None:
-            with shown_in(units):
-                sb.plot.overlay(result, recorded).savefig(out / "overlay.png", dpi=130)
+            with shown_in(units), cli.whole_file(out / "overlay.png") as place:
+                sb.plot.overlay(result, recorded).savefig(place, dpi=130)
             written = [*written, out / "overlay.png"]
         cli.print_written(written, json_)
     return cli.exit_code(result.ok, fail_on_limit and cli.any_exceeded(checks))
@@ -108,7 +108,7 @@ def report(
     scene = cli.opened(file, set_, rtol, faults=cli.faults_of_file(out))
     from .._run._measure import limit_checks, limit_dicts, limit_lines
 
-    metrics, text = sensitivity or [], file.read_text("utf-8")
+    metrics, text = sensitivity or [], file.read_text("utf-8", errors="replace")
     title, files = title_of(file, text), {file.name: text}
     faults: list[Fault] = []
     limits = cli.attempt(faults, cli.limits_of, scene, limit, fail_on_limit, metrics)
@@ -212,7 +212,7 @@ def animate(
     else:
         from .._pages._page import film_page
 
-        title, count = title_of(file, file.read_text("utf-8")), max(2, round(duration * fps))
+        title, count = title_of(file, file.read_text("utf-8", errors="replace")), max(2, round(duration * fps))
         with cli.whole_file(out) as page:
             page.write_text(film_page(result, title, count, duration, start, end), "utf-8")
     said = {"status": result.status, "message": result.message, "written": str(out)}
@@ -440,7 +440,7 @@ def publish(
     if faults or axes is None or limits is None:
         raise InputError(faults)
     with Waiting("publish", "compiling…") as told:
-        title = title_of(file, file.read_text("utf-8"))
+        title = title_of(file, file.read_text("utf-8", errors="replace"))
         found = publish_page(scene, axes, out, limits=limits, title=title, rtol=rtol, told=told)
     cli.tell(f"{found}\nwritten  {out}", lambda: {"written": str(out), **found.as_dict()}, json_)
     return 0
@@ -472,7 +472,7 @@ def app(
     scene = cli.opened(file, set_, rtol, faults=faults)
     from .._pages._app import App, Server
 
-    limits, title = cli.limits_of(scene, limit, False), title_of(file, file.read_text("utf-8"))
+    limits, title = cli.limits_of(scene, limit, False), title_of(file, file.read_text("utf-8", errors="replace"))
     made = App(scene, limits, title, rtol)
     with Waiting("app", "compiling…"):
         sb.check(scene)

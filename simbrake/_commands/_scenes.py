@@ -76,7 +76,7 @@ scene = cyclopts.App(
 
 @scene.command
 def show(file: cli.SceneFile, /, *, set_: cli.Set = None, toml: cli.Flag = False, json_: cli.Flag = False) -> int:
-    """Print every parameter of a scene with its path, value, unit and meaning.
+    """Print every parameter of a scene with its path, value, unit and meaning. A Python scene is run as a program.
 
     Parameters
     ----------
@@ -100,6 +100,8 @@ def show(file: cli.SceneFile, /, *, set_: cli.Set = None, toml: cli.Flag = False
 @scene.command
 def check(file: cli.SceneFile, /, *, set_: cli.Set = None, json_: cli.Flag = False) -> int:
     """Check a scene without running it: every error in one report (exit code 2), and warnings of unusual values.
+
+    The code of a Python scene is run: check a file of somebody else as TOML only, or read it first.
 
     Parameters
     ----------

@@ -1,5 +1,6 @@
 """Commands that run a scene many times: sensitivities, sweeps, calibration, life of the linings."""
 
+import math
 import shlex
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -11,7 +12,7 @@ from cyclopts import Parameter
 
 import simbrake as sb
 
-from .._base._faults import Fault
+from .._base._faults import Fault, faults_of_place
 from .._base._progress import Waiting
 from . import _options as cli
 
@@ -107,6 +108,10 @@ def sweep(
     given = cli.assignments("--vary", form, vary, _grid if sample is None else _sampled, faults)
     if not vary:
         faults.append(Fault("--vary", "is missing", form))
+    runs = math.prod(max(one.count, len(one.texts)) for one in given.values()) if sample is None else sample
+    if runs > _MOST_RUNS:
+        faults.append(Fault("--vary", f"{runs} runs are too many", f"at most {_MOST_RUNS}"))
+    faults += faults_of_place("--resume", resume)
     axes: dict[str, Any] = {}
     also = lambda scene: _axes(scene, given, axes)  # noqa: E731
     counts = {"sample": sample, "max_steps": max_steps, "workers": workers}
@@ -126,6 +131,11 @@ def sweep(
     return 130 if min(runs["code"]) < 0 else cli.exit_code(not any(runs["code"]))
 
 
+#: of one parameter, and of all
+_MOST_VALUES = 1_000_000
+_MOST_RUNS = 100_000_000
+
+
 class _Values(NamedTuple):
     """Values of `--vary`: each of the texts, or `count` ones from the first to the last of two."""
 
@@ -138,7 +148,7 @@ def _grid(text: str) -> _Values:
     ends = text.split(":")
     if len(ends) == 1:
         return _Values(text.split(","))
-    if len(ends) != 3 or int(ends[2]) < 2:
+    if len(ends) != 3 or not 2 <= int(ends[2]) <= _MOST_VALUES:
         raise ValueError(text)
     return _Values(ends[:2], int(ends[2]))
 

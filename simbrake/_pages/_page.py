@@ -480,8 +480,9 @@ def write(
         _write_json(scratch / "summary.json", summary_with_limits(result, checks))
         (scratch / "summary.txt").write_text(text_with_limits(result, checks) + "\n", "utf-8")
         names, table = series_table(result)
-        file, head = scratch / "series.csv", ",".join(names)
-        np.savetxt(file, table, fmt="%.12g", delimiter=",", header=head, comments="", encoding="utf-8")
+        with (scratch / "series.csv").open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerow(names)  # names of bodies may hold anything
+            np.savetxt(file, table, fmt="%.12g", delimiter=",")
         told.now("labelled data")
         save(result, scratch / "result.nc")
         for picture in pictures_of(result, told):

@@ -11,7 +11,7 @@ from jax.core import Tracer
 
 from .._base._compiling import DeviceJit, per_value
 from .._base._faults import Fault, InputError
-from .._base._quantity import Part, Scalar, all_in_range, as_arrays, faults_of_values, leaves, part, quantity
+from .._base._quantity import Part, Scalar, all_in_range, as_arrays, faults_of_values, leaves, part, quantity, shown
 from .._base._table import number
 from .._phases import AfterTravel, AtTemperature, Phases
 from ..brakes._band import ParallelBands
@@ -161,8 +161,16 @@ def has_load(scene: Scene) -> bool:
     return not isinstance(values, np.ndarray) or bool(np.any(values))
 
 
+def require_scene(scene: object) -> None:
+    """Raise `InputError` for anything else than a scene."""
+    if not isinstance(scene, Scene):
+        hint = "give a simbrake.Scene; simbrake.read_scene(file) reads one"
+        raise InputError([Fault("scene", f"{shown(scene)} is not a scene", hint)])
+
+
 def faults(scene: Scene) -> list[Fault]:
     """All errors of a scene. Traced numbers are not checked."""
+    require_scene(scene)
     found = faults_of_values(scene) + _faults_of_kinds(scene)
     if found or any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
         return found
@@ -298,6 +306,7 @@ def check(scene: Scene) -> None:
 
 def checked(scene: Scene) -> Scene:
     """Return the checked scene, its numbers as arrays. Raises `InputError` with all errors."""
+    require_scene(scene)
     # (usual values are checked together; others number by number)
     if all_in_range(scene) and not _faults_of_kinds(scene) and not _faults_together(scene):
         return scene
@@ -521,6 +530,9 @@ def did_you_mean(brake: AbstractBrake, load: AbstractLoad, omega: float, heat: H
         if 0 < mass < _BLOCK and float(brake.inertia) >= _DRUM:
             about = f"on the hook of a drum with {float(brake.inertia):g} kg·m²"
             found.append(_said(f"duty.load.{name}", f"{mass:g} kg", about, f'"{mass:g} t"'))
+    lines = float(np.max(getattr(load, "line_count", 1.0)))
+    if lines != round(lines):
+        found.append(_said("duty.load.line_count", f"{lines:g}", "not a whole number of lines", f"{lines:.0f}"))
     speed = abs(omega) * float(brake.track_radius)
     if speed > _FAST:
         turned = f'"{omega:g} rpm" ({omega * math.pi / 30:.4g} rad/s)'

@@ -17,13 +17,13 @@ from jax.core import Tracer
 
 from .._base._faults import Fault, InputError
 from .._base._quantity import NumberReader, Quantity, about_of, as_number, faults_of_values, unit_below
-from .._parts._scene import Scene
+from .._parts._scene import Scene, require_scene
 from ..brakes._design import Lining
 from ..thermal._heat import EffusivityPartition, FlashTemperature, FrictionHeat, Heat, TransmissionPartition
 from ..thermal._material import Material
 from ..thermal._network import AbstractLink, Body, Conductance, Lump, Wall, place_of
 
-_INDEXED = re.compile(r"^(?P<path>.*?)(?:\[(?P<index>-?\d+)\])?$")
+_INDEXED = re.compile(r"^(?P<path>.*?)(?:\[(?P<index>-?[0-9]{1,9})\])?$", re.DOTALL)
 
 
 class _Slot(NamedTuple):
@@ -64,7 +64,7 @@ def parse_assignments(assignments: list[str]) -> dict[str, Any]:
         try:
             number = float(value) if not value.startswith("[") else json.loads(value)
             values[path] = np.asarray(number, dtype=np.float64)
-        except (ValueError, TypeError):
+        except (ValueError, TypeError, OverflowError, RecursionError):
             values[path] = value  # a number with its unit, which is read where the path is known
     if faults:
         raise InputError(faults)
@@ -82,6 +82,7 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
         >>> sb.with_values(scene, {"initial.omega": 18.0}).initial
         Initial(omega=18 rad/s, elongation=0 m, time=0 s)
     """
+    require_scene(scene)
     if (quick := _with_numbers(scene, values)) is not None:
         return quick
     faults: list[Fault] = []

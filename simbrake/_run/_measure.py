@@ -12,7 +12,7 @@ from jaxtyping import Bool
 from .._base._faults import Fault, InputError
 from .._base._quantity import BAD, NumberReader, Quantity
 from .._base._table import ZERO, digits, number, plain
-from .._parts._scene import Scene
+from .._parts._scene import Scene, require_scene
 from ..hybrid._arrays import Array
 from ._linings import lining_peak
 from ._metrics import METRICS, about_output, metric_names
@@ -51,6 +51,7 @@ def title_of(metric: str) -> str:
 
 def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
     """Raises `InputError` with every name that a run of the scene does not have."""
+    require_scene(scene)
     names, faults = metric_names(scene), []
     for one in metrics:
         if isinstance(one, str) and one not in names:

@@ -27,11 +27,12 @@ from .._base._compiling import (
     fits_one_function,
     one_function,
     pack,
+    require_own_process,
     run_device,
 )
 from .._base._faults import Fault, InputError
 from .._base._progress import Tell, Waiting, telling
-from .._base._quantity import faults_of_tolerance, leaves
+from .._base._quantity import Whole, faults_of_tolerance, faults_of_whole, leaves, shown
 from .._parts._scene import Scene, check, checked
 from .._physics._assemble import assemble
 from .._physics._brake import BrakeSystem
@@ -59,6 +60,8 @@ from ._metrics import identity_of
 from ._probe import Number, is_traced
 from ._result import Limits, Result
 
+#: step attempts or events that may be asked for
+_MOST_ALLOWED = 100_000_000
 #: step attempts in a stretch at most
 STRETCH = 1024
 #: least number of steps in a run under profiles that are not piecewise simple
@@ -99,7 +102,7 @@ def posed(
     return (system, state, mode, scene.initial.time, scene.end_time), settings
 
 
-@functools.lru_cache(maxsize=64)
+@functools.lru_cache(maxsize=16)
 def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> tuple[Program, np.ndarray]:
     """One stretch of all runs of one structure, compiled: a function of the numbers, what the stretch before has left,
     and its length, in one vector; and what the first stretch begins with."""
@@ -179,7 +182,11 @@ def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> 
     return run
 
 
-@functools.lru_cache(maxsize=256)
+#: structures whose programs stay in memory, some 12 MiB each
+_KEPT = 40
+
+
+@functools.lru_cache(maxsize=_KEPT)
 def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: Any) -> Improving:
     """The compiled run of all scenes of one structure."""
     run, subject = run_of_numbers(packing, method, max_steps), ("run", packing, method, max_steps)
@@ -235,14 +242,21 @@ def require_64_bits() -> None:
         )
 
 
+def require_compiling() -> None:
+    """Raises `InputError` where JAX compiles nothing: its jit is off, it has no device, or this process was forked."""
+    if jax.config.jax_disable_jit:  # pyright: ignore
+        raise InputError([Fault("JAX_DISABLE_JIT", "is set, and runs are compiled", "unset it, or jax_disable_jit")])
+    run_device()
+
+
 def check_limits(rtol: Number, max_step: Number = np.inf, max_steps: int | None = None, max_events: int = 0) -> None:
     """Raises `InputError` where a tolerance or a limit cannot be meant; traced ones cannot be looked at and pass."""
     found = faults_of_tolerance(rtol)
-    if not isinstance(max_step, Tracer) and not np.all(np.asarray(max_step) > 0):
-        found.append(Fault("max_step", f"{max_step} s is out of range", "the longest step must be > 0 s"))
+    if not isinstance(max_step, Tracer) and not (np.asarray(max_step).dtype.kind in "fiu" and np.all(max_step > 0)):
+        found.append(Fault("max_step", f"{shown(max_step)} s is out of range", "the longest step must be > 0 s"))
     for name, limit in (("max_steps", max_steps), ("max_events", max_events)):
-        if limit is not None and limit < 0:
-            found.append(Fault(name, f"{limit} is out of range", "must not be negative"))
+        if limit is not None:
+            found += faults_of_whole(name, limit, Whole("attempts or events", 0, _MOST_ALLOWED))
     if found:
         raise InputError(found)
 
@@ -306,6 +320,7 @@ def simulate(
         'stopped'
     """
     require_64_bits()
+    require_compiling()
     check_limits(rtol, max_step, max_steps, max_events)
     scene = checked(scene)
     solver = solver_of(scene, solver)
@@ -485,6 +500,7 @@ class Prepared:
 
         Values are taken as they are: `check` looks at them first.
         """
+        require_own_process()
         numbers = self._input(self.vector(values), self.rtol if rtol is None else rtol)
         out = np.asarray(self.program.call(numbers))
         *_, code, accepted, rejected, retaken, events, segments = out.tolist()

@@ -1,6 +1,7 @@
 """Scenes as files: TOML read with every error in one report and written without loss, or Python."""
 
 import dataclasses
+import os
 import re
 import runpy
 import tomllib
@@ -12,9 +13,9 @@ import equinox as eqx
 import numpy as np
 from jax.core import Tracer
 
-from .._base._faults import Fault, InputError, existing_file, whole_file
+from .._base._faults import Fault, InputError, existing_file, text_of_file, whole_file
 from .._base._quantity import BAD, NumberReader, Quantity, Whole, example, faults_of_whole, leaves, shown
-from .._parts._scene import Scene, check, paths_without_meaning
+from .._parts._scene import Scene, check, paths_without_meaning, require_scene
 from .._phases import AbstractEnd, read_end
 from .._run._edit import unknown_paths, with_values
 from ..thermal._material import LIBRARY, Material, material
@@ -24,6 +25,10 @@ from ._schema import FORMAT, VERSION, Maker, Part, history, makers_of, nearest, 
 Toml: TypeAlias = object
 #: number of kinds that a hint distinguishes by their keys
 _FEW = 3
+#: a key of 64 parts and more
+_DEEP = re.compile(r"""(?<![\w"' \t-])(?:[\w"' \t-]++\.){64}""")
+#: where data files named in a scene may lie anywhere, not only in the folder of the scene and below
+_ANYWHERE = "SIMBRAKE_DATA_ANYWHERE"
 
 
 class SceneReader(NumberReader):
@@ -135,7 +140,15 @@ class SceneReader(NumberReader):
             return value if isinstance(value, bool) else self.fault(path, f"{shown(value)} is not true or false")
         if not isinstance(value, str):
             return self.fault(path, f"{shown(value)} is not a text", "give it in quotes")
-        return self.folder / value if part.kind is Path else value
+        return self._file(value, path) if part.kind is Path else value
+
+    def _file(self, name: str, path: str) -> object:
+        """The path of a data file; a scene that comes from somebody else must not read whatever it names."""
+        file, home = self.folder / name, Path(os.path.realpath(self.folder))
+        if "\0" not in name and (os.environ.get(_ANYWHERE) == "1" or Path(os.path.realpath(file)).is_relative_to(home)):
+            return file
+        hint = f"put it beside the scene, or allow all files by {_ANYWHERE}=1"
+        return self.fault(path, f"{shown(name)} is not in the folder of the scene", hint)
 
 
 def _join(path: str, name: str) -> str:
@@ -182,6 +195,8 @@ def scene_from_text(text: str, folder: str | Path = ".", values: Mapping[str, An
         >>> sb.files.scene_from_text(sb.files.scene_text(scene)).initial
         Initial(omega=24 rad/s, elongation=0 m, time=0 s)
     """
+    if _DEEP.search(text):  # the time to read such a key grows with the square of its parts
+        raise InputError([Fault("TOML", "is nested too deeply")])
     try:
         tables = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
@@ -218,7 +233,10 @@ def _set_key(tables: dict[str, Toml], path: str, value: Any) -> bool:
 
     A whole number counts as one, and `None` removes the key.
     """
-    *above, last = [int(step) if step.isdigit() else step for step in re.findall(r"[^.\[\]]+", path)]
+    steps = [int(step) if step.isascii() and step.isdigit() else step for step in re.findall(r"[^.\[\]]+", path[:999])]
+    if not steps:
+        return False
+    *above, last = steps
     node: Any = tables
     try:
         for step in above:
@@ -237,11 +255,7 @@ def _set_key(tables: dict[str, Toml], path: str, value: Any) -> bool:
 def read_scene(path: str | Path, values: Mapping[str, Any] | None = None) -> Scene:
     """The scene of a TOML file; see `scene_from_text`. Raises `InputError` with every error."""
     path = existing_file(Path(path), "*.toml")
-    try:
-        text = path.read_text("utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError([Fault(str(path), f"cannot be read: {error}", "give a TOML file in UTF-8")]) from None
-    return scene_from_text(text, path.parent, values)
+    return scene_from_text(text_of_file(path), path.parent, values)
 
 
 def scene_text(scene: Scene) -> str:
@@ -255,6 +269,7 @@ def scene_text(scene: Scene) -> str:
     """
     import tomli_w
 
+    require_scene(scene)
     hint = "write the scene outside of jit and grad"
     faults = [Fault(leaf.path, "is traced", hint) for leaf in leaves(scene) if isinstance(leaf.value, Tracer)]
     writer = _Writer(paths_without_meaning(scene), faults)
@@ -330,6 +345,8 @@ def open_scene(file: str | Path, values: Mapping[str, Any] | None = None) -> Sce
         scene = names["scene"]()
     except InputError:
         raise
+    except SystemExit as error:
+        raise InputError([Fault(str(file), f"ends by sys.exit({error.code!r})", "return a scene instead")]) from error
     except Exception as error:  # any exception in a user's file is an input error, reported in one line
         raise InputError([Fault(str(file), f"{type(error).__name__}: {error}", "fix the scene file")]) from error
     if not isinstance(scene, Scene):

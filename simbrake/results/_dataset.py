@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from .._base._compiling import accelerators, run_device
-from .._base._faults import Fault, InputError, whole_file
+from .._base._faults import MOST_BYTES_OF_TABLE, Fault, InputError, text_of_file, whole_file
 from .._base._quantity import leaves
 from .._parts._scene import Scene, warnings
 from .._run._duty import stop_variables
@@ -451,9 +451,10 @@ def save(result: Result | Dataset, path: str | Path) -> Path:
     """
     path = Path(path)
     kind = _kind_of(path)
-    data = normalised(dataset(result) if isinstance(result, Result) else result)
-    if data.attrs.get("format") != FORMAT:
+    data = dataset(result) if isinstance(result, Result) else result
+    if getattr(data, "attrs", {}).get("format") != FORMAT:
         raise InputError([Fault(str(path), "the object to be saved is not a result", "give a Result, or its dataset")])
+    data = normalised(data)
     data.attrs[_CHECK] = _checksum(data)
     if path.is_dir():
         raise InputError([Fault(str(path), "is a folder", "give the name of a file")])
@@ -529,7 +530,7 @@ _PYTHON: dict[str, Callable[[str], Any]] = {"float64": float, "int64": int, "str
 
 
 def _read_csv(path: Path) -> Dataset:
-    text = path.read_text("utf-8")
+    text = text_of_file(path, "a result", MOST_BYTES_OF_TABLE)
     if not text.startswith(f"{_COMMENT}{FORMAT}\n"):
         raise InputError([Fault(str(path), "is not a result of a run", f"its first line must be {_COMMENT}{FORMAT}")])
     lines = text.split("\n")

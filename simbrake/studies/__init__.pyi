@@ -1,6 +1,8 @@
 from ._calibration import Calibration as Calibration
 from ._calibration import State as State
 from ._calibration import calibrate as calibrate
+from ._curvature import Hessian as Hessian
+from ._curvature import hessian as hessian
 from ._ensemble import ensemble as ensemble
 from ._ensemble import sweep as sweep
 from ._evaluator import Evaluator as Evaluator

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from .._base._faults import Fault
-from .._base._quantity import leaves
+from .._base._faults import Fault, InputError
+from .._base._quantity import leaves, shown
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, check
 from .._run._choice import stiffness
@@ -403,6 +403,8 @@ def calibrate(
     found.unless(loss_scale > 0, "loss_scale", loss_scale, "> 0")
     found.unless(1e-15 < rtol < 0.1, "rtol", rtol, "0 < rtol < 0.1")
     found.unless(max_evaluations >= 1, "max_evaluations", max_evaluations, "at least 1")
+    if not isinstance(data, Measured):
+        raise InputError([Fault("data", f"{shown(data)} is not measured data", "what simbrake.read_measured gives")])
     if not bounds:
         found.append(Fault("bounds", "no parameter is to be fitted", '{"brake.pulley.inertia": (500, 2000)}'))
     for path in sorted(set(starting) - set(bounds)):

@@ -7,6 +7,8 @@ import itertools
 import json
 import os
 import queue
+import signal
+import threading
 import types
 import zipfile
 from collections.abc import Callable, Iterator
@@ -17,7 +19,7 @@ from typing import Any
 import jax
 import numpy as np
 
-from .._base._faults import Fault, InputError, whole_file
+from .._base._faults import Fault, InputError, text_of_file, whole_file
 from ..hybrid import Code
 from . import _evaluator
 from ._evaluator import Columns, Job
@@ -48,6 +50,7 @@ class Pool:
     ) -> None:
         self.workers, self._start, self.on_cpu = workers, start, on_cpu
         self._waiting: dict[Future[Columns], Task] = {}
+        self.look: Callable[[], None] = lambda: None
 
     def submit(self, job: Job, tasks: list[Task]) -> None:
         self._waiting |= zip(self._start(job, tasks), tasks, strict=True)
@@ -55,6 +58,7 @@ class Pool:
     def results(self) -> Iterator[tuple[Task, Columns]]:
         """Finished tasks in the order in which they finish, until none is left."""
         while self._waiting:
+            self.look()
             with contextlib.suppress(TimeoutError):  # wake up regularly, so that Ctrl-C is handled
                 for future in as_completed(list(self._waiting), timeout=0.5):
                     task = self._waiting.pop(future)
@@ -64,6 +68,28 @@ class Pool:
     def cancel(self) -> None:
         """Start nothing new; what is running finishes and is among the results."""
         self._waiting = {future: task for future, task in self._waiting.items() if not future.cancel()}
+
+
+@contextlib.contextmanager
+def interruptible() -> Iterator[Callable[[], None]]:
+    """A function that raises `KeyboardInterrupt` after Ctrl-C, which is raised nowhere else meanwhile: in a callback of
+    JAX it would be lost."""
+    came = threading.Event()
+
+    def look() -> None:
+        if came.is_set():
+            came.clear()
+            raise KeyboardInterrupt
+
+    main = threading.current_thread() is threading.main_thread()
+    if not main or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield look
+        return
+    signal.signal(signal.SIGINT, lambda *_: came.set())
+    try:
+        yield look
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def thread_count(workers: int | None = None) -> int:
@@ -163,10 +189,12 @@ class Store:
 
     def _compare(self, manifest: Path, about: dict[str, object]) -> None:
         try:
-            there = json.loads(manifest.read_text("utf-8"))
-        except (OSError, ValueError) as error:
-            fault = Fault("directory", f"{manifest} cannot be read: {error}", "give another folder")
-            raise InputError([fault]) from error
+            there = json.loads(text_of_file(manifest, "a manifest"))
+            if not isinstance(there, dict):
+                raise ValueError("it is not a table")
+        except (ValueError, RecursionError) as error:
+            words = error.faults[0].problem if isinstance(error, InputError) else f"cannot be read: {error}"
+            raise InputError([Fault("directory", f"{manifest} {words}", "give another folder")]) from error
         if there.get("fingerprint") == self.key and there.get("format") == _FORMAT:
             return
         differ = [name for name, value in about.items() if there.get(name) != value]

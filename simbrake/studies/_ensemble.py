@@ -9,6 +9,7 @@ import dataclasses
 import functools
 import math
 import os
+import socket
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
@@ -22,15 +23,15 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._progress import Progress
 from .._base._quantity import Quantity, leaves
-from .._parts._scene import Scene, faults
+from .._parts._scene import Scene, faults, require_scene
 from .._physics._mechanism import Label
 from .._run._choice import stiffness
 from .._run._edit import with_values
 from .._run._log import FAILURES, status_of
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._metrics import METRICS, metric_names
-from .._run._simulate import require_64_bits, solver_for, solver_name
-from ._chunks import Pool, Store, Task, fingerprint, threads
+from .._run._simulate import check_limits, require_64_bits, require_compiling, solver_for, solver_name
+from ._chunks import Pool, Store, Task, fingerprint, interruptible, threads
 from ._evaluator import (
     ABOUT,
     Columns,
@@ -66,6 +67,8 @@ _SHARES = 8
 _UNEQUAL = 1.2
 #: scenes looked at as a whole, besides those with the minimum and the maximum of every parameter
 _LOOKED_AT = 16
+#: s to wait for the scheduler of a cluster
+_PATIENCE = 5
 #: runs named in one error
 _NAMED = 5
 
@@ -152,9 +155,9 @@ def plan_of(
 ) -> Plan:
     found = Faults()
     arrays = _arrays(values, found)
-    found.unless(1e-15 < float(rtol) < 0.1, "rtol", rtol, "0 < rtol < 0.1")
-    found.unless(chunk is None or chunk >= 1, "chunk", chunk, "chunk > 0")
-    found.unless(max_steps is None or max_steps > 0, "max_steps", max_steps, "max_steps > 0")
+    found.attempt(check_limits, rtol, np.inf, max_steps)
+    for name, count in (("chunk", chunk), ("max_steps", max_steps)):
+        found.unless(count is None or (isinstance(count, int) and count >= 1), name, count, f"{name} > 0")
     found.report()
     asked = default_metrics(scene) if metrics is None else tuple(metrics)
     plan = Plan(scene, arrays, asked, float(rtol), solver, max_steps, chunk)
@@ -173,8 +176,9 @@ def plan_of(
 
 def _arrays(values: Mapping[str, object], found: Faults) -> Columns:
     arrays: Columns = {}
-    if not values:
+    if not values or not isinstance(values, Mapping):
         found.append(Fault("values", "nothing varies", "give {path: array of values}"))
+        return arrays
     for path, value in values.items():
         try:
             array = np.array(value, dtype=np.float64)
@@ -280,6 +284,7 @@ def cluster(given: Client, store: Store | None) -> Iterator[Pool]:
     try:
         import cloudpickle
         from distributed import Client
+        from distributed.comm import get_address_host_port
     except ImportError as error:
         hint = "pip install 'simbrake[ensemble]'"
         raise InputError([Fault("client", "needs dask.distributed, which is not installed", hint)]) from error
@@ -287,7 +292,14 @@ def cluster(given: Client, store: Store | None) -> Iterator[Pool]:
         what = f"is a {type(given).__name__}"
         raise InputError([Fault("client", what, "a dask.distributed.Client or a scheduler's address")])
     place = ("", "") if store is None else (str(store.folder.resolve()), store.key)
-    own: Any = Client(given) if isinstance(given, str) else contextlib.nullcontext(given)
+    own: Any = contextlib.nullcontext(given)
+    if isinstance(given, str):
+        try:  # a client that finds nobody keeps on looking
+            socket.create_connection(get_address_host_port(given), _PATIENCE).close()
+        except (OSError, ValueError, OverflowError) as error:
+            what = f"no Dask scheduler answers at {given!r}: {error}"
+            raise InputError([Fault("client", what, "an address as tcp://10.0.0.1:8786")]) from error
+        own = Client(given)
     with own as client:
         executor = client.get_executor(pure=False)
 
@@ -419,8 +431,10 @@ def run_all(plan: Plan, workers: int | None, client: Client | None, directory: P
     with threads(workers) if client is None else cluster(client, store) as pool:
         runs = Runs(plan, pool, store, progress)
         try:
-            for solver, some in plan.groups():
-                runs.group(solver, some)
+            with interruptible() as pool.look:
+                for solver, some in plan.groups():
+                    runs.group(solver, some)
+                pool.look()
         except KeyboardInterrupt:
             pool.cancel()
             runs.take()
@@ -542,8 +556,10 @@ def ensemble(
     Raises `InputError` with all errors at once, and `RuntimeError` if JAX is not in 64-bit mode.
     """
     require_64_bits()
+    require_compiling()
+    require_scene(scene)
     plan = plan_of(scene, values, metrics, rtol, solver, max_steps, chunk)
-    if workers is not None and workers < 1:
+    if workers is not None and not (isinstance(workers, int) and workers >= 1):
         raise InputError([Fault("workers", f"{workers} is out of range", "at least 1")])
     folder = None if directory is None else Path(directory)
     return _as_dataset(plan, run_all(plan, workers, client, folder, progress))

@@ -24,7 +24,7 @@ import numpy as np
 from .._base._compiling import DeviceJit, Packing, Program, compiled, pack
 from .._base._faults import Fault, InputError
 from .._base._quantity import leaves
-from .._parts._scene import Scene
+from .._parts._scene import Scene, require_scene
 from .._run._edit import with_values
 from .._run._measure import Metric, measure, name_of
 from .._run._metrics import METRICS, identity_of
@@ -214,6 +214,7 @@ def box_of(
       for all of them
     - `decades`: ratio of the bounds above which unknowns are logarithmic
     """
+    require_scene(scene)
     known = {leaf.path: leaf for leaf in leaves(scene)}
     shapes, rows = dict[str, tuple[int, ...]](), []
     for path, pair in bounds.items():

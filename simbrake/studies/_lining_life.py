@@ -9,7 +9,7 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._progress import Line
 from .._base._table import Column, Table, Tabular, plain
-from .._parts._scene import Scene, check
+from .._parts._scene import Scene, check, require_scene
 from .._run._edit import with_values
 from .._run._result import Result
 from .._run._simulate import simulate
@@ -249,6 +249,7 @@ def _best_turn(brake: _Brake, unturned: _Path) -> float:
 def _wearing(run: Scene | Result, permissible: Permissible) -> tuple[Scene, np.ndarray]:
     """The scene with one thickness worn per lining, and the permissible one of each."""
     scene = run.scene if isinstance(run, Result) else run
+    require_scene(scene)
     if scene.wear is not None and permissible is not None:
         scene = with_values(scene, {"wear.permissible": permissible})
     wear = scene.wear

@@ -48,24 +48,24 @@ def look_around(
     run: Evaluator, base: Result, metrics: Metrics, spans: Mapping[str, np.ndarray], told: Waiting
 ) -> Range:
     """Run the scene at both bounds `p ± span` of every parameter, one at a time; a list is changed as a whole."""
-    usual, known = _modes(base), {leaf.path: np.asarray(leaf.value) for leaf in leaves(base.scene)}
+    usual, known = modes_of(base), {leaf.path: np.asarray(leaf.value) for leaf in leaves(base.scene)}
     ends, changes = dict[str, np.ndarray](), dict[str, str]()
     for i, (path, half) in enumerate(spans.items()):
         told.now("bounds of ranges", i, len(spans))
         if not np.any(half):
             continue
         scenes = (with_values(base.scene, {path: known[path] + sign * half}) for sign in (-1, 1))
-        values, words = zip(*(_end(run, scene, metrics, usual) for scene in scenes), strict=True)
+        values, words = zip(*(end_of_range(run, scene, metrics, usual) for scene in scenes), strict=True)
         ends[path] = np.stack(values)
         changes[path] = "; ".join(f"{name} bound: {what}" for name, what in zip(_ENDS, words, strict=True) if what)
     return Range(ends, changes, (*near_ties(base.record), *passages(base.record)))
 
 
-def _modes(result: Result) -> list[Label]:
+def modes_of(result: Result) -> list[Label]:
     return [label for label, _ in itertools.groupby(labels_of(result.record))]
 
 
-def _end(run: Evaluator, scene: Scene, metrics: Metrics, usual: list[Label]) -> tuple[np.ndarray, str]:
+def end_of_range(run: Evaluator, scene: Scene, metrics: Metrics, usual: list[Label]) -> tuple[np.ndarray, str]:
     """Metrics at one bound, and differences of the run there."""
     nothing = np.full(len(metrics.asked), np.nan)
     try:
@@ -74,7 +74,7 @@ def _end(run: Evaluator, scene: Scene, metrics: Metrics, usual: list[Label]) -> 
         return nothing, "out of range"
     if not result.ok:
         return nothing, f"the run ends as {result.status}"
-    other, what = _modes(result), ""
+    other, what = modes_of(result), ""
     if other != usual:
         part = next(i for i, (a, b) in enumerate(itertools.zip_longest(usual, other)) if a != b)
         mine, theirs = (str(modes[part]) if part < len(modes) else "the end" for modes in (usual, other))
@@ -260,7 +260,7 @@ def sensitivity(
     single = isinstance(metric, str) or callable(metric)
     metrics = Metrics(tuple(asked_of(metric)))
     check_metrics(scene, metrics.asked)
-    chosen = _chosen(leaves(scene), wrt)
+    chosen = chosen_leaves(leaves(scene), wrt)
     spans = {} if span is None else _spans(chosen, span)
     paths = Paths(tuple(leaf.path for leaf in chosen), tuple(np.shape(leaf.value) for leaf in chosen))
     size, x = len(metrics.asked), np.concatenate([np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen])
@@ -268,7 +268,7 @@ def sensitivity(
     with waiting(progress, "sensitivity", "compiling the run…") as told:
         base = run.result(progress=told)
         values = values_of(base, metrics)
-        _check_happened(metrics, values)
+        check_happened(metrics, values)
         told.now("derivatives")
         run.like(base)  # a derivative replays the run: its length is known
         slopes = run(x)
@@ -282,7 +282,7 @@ def sensitivity(
     return tables[0] if single else tables
 
 
-def _chosen(known: list[Leaf], wrt: str | Sequence[str] | None) -> list[Leaf]:
+def chosen_leaves(known: list[Leaf], wrt: str | Sequence[str] | None) -> list[Leaf]:
     """The requested parameters, each once, in order."""
     if wrt is None:
         return known
@@ -309,7 +309,7 @@ def _spans(chosen: list[Leaf], span: float | Mapping[str, float]) -> dict[str, n
     return {path: np.asarray(half, np.float64) for path, half in span.items()}
 
 
-def _check_happened(metrics: Metrics, values: np.ndarray) -> None:
+def check_happened(metrics: Metrics, values: np.ndarray) -> None:
     hint = "its derivative does not exist; request one that occurs, or set a later end_time"
     missing = [one for one, value in zip(metrics.asked, values, strict=True) if not happened(value)]
     Faults(Fault(name_of(one), "has no value in this run", hint) for one in missing).report()

@@ -13,7 +13,7 @@ import numpy as np
 from .._base._faults import Fault
 from .._base._quantity import Quantity, leaves
 from .._base._table import Column, Table, Tabular, plain
-from .._parts._scene import Scene, faults
+from .._parts._scene import Scene, faults, require_scene
 from .._run._edit import with_values
 from .._run._log import FAILURES, SimulationError
 from .._run._measure import Metric, check_metrics, name_of, unit_of
@@ -492,6 +492,7 @@ def _limits(
     scene: Scene, given: Mapping[str, object] | None, asked: list[Metric]
 ) -> tuple[dict[str, Any], list[Metric]]:
     """Limits by metric, and the metrics needed only for limits."""
+    require_scene(scene)
     bounds = {name: value for name, value in (given or {}).items() if value is not None}
     heat = scene.network
     if heat.permissible is not None and "linings" in heat.hot_places and _HOT not in (given or {}):
