@@ -48,7 +48,7 @@ def test_course_limits_linings_and_stability_of_a_stop(told):
     mu = PI ** (1 / 20)
     loads = [T0 * mu**i * (1 + mu) * math.sin(math.radians(13.5) / 2) for i in range(20)]
     assert (most["lining"], most["over_mean"]) == (20, pytest.approx(20 * loads[-1] / sum(loads), rel=1e-9))
-    assert told["limits"].text.startswith("Stopping time is reached first: ")
+    assert told["limits"].text.startswith("Stopping time is nearest its limit: ")
     stability = told["stability"].numbers
     assert stability["self_locking"]["margin"] == pytest.approx(1 - 0.35 * Z, rel=1e-12)
     assert stability["runaway"]["margin"] == pytest.approx(TORQUE / LOAD - 1, rel=1e-9)

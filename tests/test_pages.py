@@ -114,7 +114,7 @@ def test_first_and_last_sections(report):
     text = report[1]
     order = [text.index(f'id="{name}"') for name in ("banner", "pictures", "events", "limits", "duty", "equipment")]
     assert order == sorted(order)
-    assert "Holding reserve: static capacity over load" in text[: text.index('id="figures"')]
+    assert "Holding reserve (static capacity over load)" in text[: text.index('id="figures"')]
     assert '<div class="verdict red"' in text
 
 

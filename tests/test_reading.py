@@ -65,6 +65,8 @@ def test_results_in_notebooks_figures_and_data_sets(result):
     series = result.series([0.0, 0.5])
     assert "omega" in repr(series)
     assert "rad/s" in series._repr_html_()
+    part = " ".join(result.scene._repr_html_().split())
+    assert all(words in part for words in ("brake.pulley.inertia", "kg·m²", "inertia about the shaft"))
     assert float(result.to_xarray().stopping_time) == result["stopping_time"]
     assert result.plot().axes
     assert repr(result) == str(result)

@@ -257,7 +257,7 @@ def test_series_has_left_and_right_values_at_events(stop):
         ([5.0 + 1e-7], "is outside the run"),
         ([], r"have the shape \(0,\)"),
         ([[1.0]], r"have the shape \(1, 1\)"),
-        ("soon", "'soon' are no numbers"),
+        ("soon", "'soon' are not numbers"),
     ],
 )
 def test_series_refuses_times_outside_the_run(stop, times, words):

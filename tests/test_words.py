@@ -35,6 +35,14 @@ RETIRED = (
     r"\bfair sample\b",
     r"\bbod(?:y|ies) of (?:its|their) own\b",
     r"\bmoves? for (?:itself|themselves)\b",
+    r"\bwhat (?:a person|people) reads?\b",
+    r"\ba \w+ of its own\b",
+    r"\broom for\b",
+    r"\bnobody (?:knows|reads)\b",
+    r"\bcannot be meant\b",
+    r"\bin sum\b",
+    r"\bgo on from there\b|\bgoes on from there\b",
+    r"\bwhat gave what\b",
 )
 
 

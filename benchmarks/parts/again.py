@@ -51,7 +51,7 @@ def command(*arguments: str) -> list[str]:
 
 
 def integration(scenario: str, cache: str) -> float:
-    """Processor time of the warm, optimised integration, measured in a process of its own."""
+    """Processor time of the warm, optimised integration, measured in a separate process."""
     return float(fresh(["-c", _WARM, scenario], cache).out.split()[-1])
 
 
@@ -132,7 +132,7 @@ def measure(quick: bool) -> Part:
     notes = [
         "unit: processor time of a process that imports jax, measured in every round; medians over the rounds",
         "cold: with an empty cache folder; again: the next process with the same folder",
-        "integration: warm and optimised, by a prepared run in a process of its own",
+        "integration: warm and optimised, by a prepared run in a separate process",
         f"error: largest relative one of an event's time, against a run at rtol {_TIGHT}",
     ]
     return Part(NAME, TITLE, COLUMNS, [*rows, *wrong], targets, notes)

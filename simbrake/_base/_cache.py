@@ -1,13 +1,13 @@
 """The cache on disk of what depends on the structure of a scene alone: compiled programs, and facts about parts.
 
-The folder is `SIMBRAKE_CACHE_DIR` (empty: none), else `simbrake/programs` in the user's cache folder. What lies there
-is run and unpickled, so it must not have come from anybody else: the folder has the mode 0700, it and all folders above
+The folder is `SIMBRAKE_CACHE_DIR` (empty: none), else `simbrake/programs` in the user's cache folder. Its files
+are run and unpickled, so nobody else may have written them: the folder has the mode 0700, it and all folders above
 it belong to the user or to root, nobody else may write to them, and no symbolic link leads there. Every folder is
 opened by its parent's descriptor, so that nothing can be exchanged between the check and the use.
 
 The name of a file is the hash of all that its content depends on: the structure (classes, static fields, shapes), the
-versions and sources of simbrake and of what it computes with, and the device. What is of a user's own class or function
-may change without any of these, and is not cached.
+versions and sources of simbrake and of what it computes with, and the device. User-defined classes and functions
+may change without any of these, and are not cached.
 """
 
 import contextlib
@@ -57,8 +57,8 @@ class UnknownStructureError(Exception):
 def canonical(value: Any, static: bool = False) -> str:
     """A text that is the same in every process for the same structure: classes, static values, shapes.
 
-    The numbers in arrays belong to it only where they are `static`. Raises `UnknownStructureError` for what belongs to
-    a user's own class or function.
+    The numbers in arrays belong to it only where they are `static`. Raises `UnknownStructureError` for user-defined
+    classes and functions.
     """
     text = functools.partial(canonical, static=static)
     if value is None or isinstance(value, bool | int | float | complex | str | bytes):
@@ -151,7 +151,7 @@ def of_jax() -> bool:
 
 
 class _UnsafeError(OSError):
-    """A folder that somebody else could write to."""
+    """A folder to which another user could write."""
 
 
 def place() -> Path | None:
@@ -181,7 +181,7 @@ def _descend(path: Path) -> int:
             os.close(here)
             here, about, last = below, os.fstat(below), depth == len(names) - 1
             if about.st_uid not in ((uid,) if last else (uid, 0)):
-                raise _UnsafeError(f"{whole} belongs to somebody else")
+                raise _UnsafeError(f"{whole} belongs to another user")
             # (in a folder as /tmp nobody can replace what belongs to somebody else)
             if about.st_mode & 0o022 and (last or not about.st_mode & stat.S_ISVTX):
                 raise _UnsafeError(f"others may write to {whole} (chmod go-w helps)")

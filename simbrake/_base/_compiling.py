@@ -274,7 +274,7 @@ _KINDS = {np.dtype(name): name for name in ("float64", "int32", "int64")}
 def pack(tree: PyTree, xp: ModuleType = np) -> tuple[Array, Packing]:
     """All numbers of a tree in one vector, and how they lie in it; `xp`: `jax.numpy` for traced ones."""
     leaves, structure = jax.tree.flatten(tree)
-    if xp is np and all(type(leaf) is np.ndarray and leaf.dtype in _KINDS for leaf in leaves):  # the same, sooner
+    if xp is np and all(type(leaf) is np.ndarray and leaf.dtype in _KINDS for leaf in leaves):  # the same, faster
         shapes, kinds = tuple(leaf.shape for leaf in leaves), tuple(_KINDS[leaf.dtype] for leaf in leaves)
         return np.concatenate([leaf.ravel() for leaf in leaves], dtype=np.float64), Packing(structure, shapes, kinds)
     arrays = [xp.asarray(leaf) for leaf in leaves]
@@ -287,7 +287,7 @@ def pack(tree: PyTree, xp: ModuleType = np) -> tuple[Array, Packing]:
 _REMEMBERED = 64
 
 
-#: entries from which on an array is a result of its own: XLA splits larger operations into parallel tasks, which
+#: entries from which on an array is a separate result: XLA splits larger operations into parallel tasks, which
 #: cannot be part of one function
 _LARGE = 256
 
@@ -488,11 +488,11 @@ def _restored(stored: tuple[Any, ...], trees: Sequence[Any], device: Any) -> Pro
 
 
 class Improving:
-    """A program for runs of which nobody knows how many there will be: compiled quickly at first.
+    """A program for an unknown number of runs, compiled quickly at first.
 
     When its runs have taken as long as compiling it again would, it is compiled with LLVM's optimiser in a thread, and
     that program takes over, in later processes from the start. So no number of runs costs more than twice what it would
-    if it had been known.
+    if it were known.
     """
 
     def __init__(self, make: Callable[[bool], Program]) -> None:

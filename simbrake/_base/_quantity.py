@@ -22,7 +22,7 @@ from jaxtyping import Float, Int
 from ..hybrid._arrays import Array
 from ._compiling import warn_of_untested_jax
 from ._faults import Fault, InputError
-from ._table import part_text, to_si, unit
+from ._table import part_text, rows_table, to_si, unit, value_text
 
 if TYPE_CHECKING:
     Scalar = Values = Any  # accepted inputs: a number, a list, an array
@@ -62,7 +62,7 @@ class Quantity:
     open_low: bool = False
     difference: bool = False  # of temperatures: no offset of degC
     many: bool | Over = False  # one number, or one for each (lining, unless it says of what)
-    may_be_empty: bool = False  # of many: none at all is a meaning, too
+    may_be_empty: bool = False  # an empty array has a meaning
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -76,7 +76,7 @@ class Quantity:
         return np.asarray(((value > low) if self.open_low else (value >= low)) & (value <= high))  # a NaN is not
 
     def admits_one(self, value: float) -> bool:
-        """The same of a single number, in less time."""
+        """The same for a single number, faster."""
         low, high = self.ends
         return (low < value if self.open_low else low <= value) and value <= high
 
@@ -284,6 +284,13 @@ class Part(eqx.Module):
 
     def __repr__(self) -> str:
         return part_text(self, about_of, unit_below)
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (one.path, value_text(one.value, one.about.unit, absolute=not one.about.difference), one.about.meaning)
+            for one in leaves(self)
+        ]
+        return rows_table(rows, type(self).__name__)._repr_html_()
 
 
 @functools.cache

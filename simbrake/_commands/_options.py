@@ -264,7 +264,7 @@ def coloured(text: str, colour: str, stream: Any) -> str:
 
 
 def verdict_of(result: Result) -> bool | None:
-    """Whether a run ended well, for the colour of its status; `None`: that depends on what was wanted."""
+    """Whether a run ended well, for the colour of its status; `None`: that depends on the purpose."""
     return {"stopped": True, "held": True, "runaway": False}.get(result.status) if result.ok else False
 
 

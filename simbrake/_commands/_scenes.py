@@ -58,7 +58,7 @@ def new(name: str | None = None, file: Path | None = None, /, *, json_: cli.Flag
 
 
 def _listed(found: list[Shipped]) -> str:
-    """The names with what they are about."""
+    """The names with their titles."""
     width = max(len(one.name) for one in found)
     room = max(shutil.get_terminal_size((200, 24)).columns - width - 4, 40)
     titles = {one: "study, run as a script: " * one.study + one.title for one in found}

@@ -126,7 +126,7 @@ class App:
         return with_values(self.scene, {path: float(x) for path, x in values.items()})
 
     def answers(self, values: Any) -> Iterator[Data]:
-        """Progress of a run, and its results; or what is wrong. Ends early where a newer move comes."""
+        """Progress of a run, and its results or errors. Ends early where a newer move comes."""
         with self._counting:
             self._latest += 1
             mine = self._latest
@@ -196,7 +196,7 @@ class _Handler(http.server.BaseHTTPRequestHandler):
         """Requests are not logged."""
 
     def _wanted(self) -> str | None:
-        """What is asked for below the token; `None`, and refused, where host, origin or token are not ours."""
+        """Path below the token; `None`, and refused, where host, origin or token are not ours."""
         origin = self.headers.get("Origin")
         _, token, *rest = [*self.path.split("/", 2), ""]
         if self.headers.get("Host") not in self.server.hosts:

@@ -1,4 +1,4 @@
-"""What the script of a page draws of a run: curves over time, events, and the brake moment by moment, as data.
+"""Data that the script of a page draws: curves over time, events, and the brake moment by moment.
 
 Numbers are in units for reading, with seven significant digits.
 """
@@ -64,7 +64,7 @@ class Chart(NamedTuple):
         return [self.factor * line.find(series) + self.offset for line in self.lines]
 
     def as_dict(self) -> Data:
-        """What the script needs to draw it."""
+        """Its data for the script."""
         lines = [{"label": line.label, "colour": line.colour, "dashed": line.dashed} for line in self.lines]
         return {"title": self.title, "unit": self.unit, "stepped": self.stepped, "lines": lines}
 
@@ -217,7 +217,7 @@ def film(result: Result, count: int, duration: float = 8.0, start: Any = None, e
 
 
 def still(scene: Scene) -> Data:
-    """What stays as it is when numbers of a scene change: words and colours of the picture."""
+    """Words and colours of the film, which do not depend on the numbers of a scene."""
     words = scene.brake.words
     states = {int(state): {"colour": _css(CONTACT_COLOURS[state]), "words": WORDS[state]} for state in WORDS}
     return {"states": states, "lining": words.lining, "body": words.body, "banded": scene.brake.banded}

@@ -279,7 +279,7 @@ def contents(
 
 
 def head(result: Result, checks: Sequence[LimitCheck], title: str) -> Contents:
-    """What every page begins with: title, verdict, key results; and what only some pages have, as nothing."""
+    """Contents of every page: title, verdict, key results; those of some pages alone empty."""
     summary = result.report().summary
     closure = digits(summary["energy"]["closure"], 2)
     status = result.status.replace("_", " ").capitalize() if result.ok else f"Failed: {result.status}"

@@ -84,7 +84,7 @@ def read_axes(scene: Scene, texts: Sequence[str]) -> list[Axis]:
         if BAD in (low, high):
             continue
         if not low < high or int(parts[2]) < 2:
-            faults.append(Fault(f"--vary {path}", f"{ends} is no range of points", "LOW < HIGH, at least 2 points"))
+            faults.append(Fault(f"--vary {path}", f"{ends} is not a range of points", "LOW < HIGH, at least 2 points"))
         elif any(axis.path == path for axis in found):
             faults.append(Fault(f"--vary {path}", "is given twice", "each parameter once"))
         else:
@@ -97,11 +97,11 @@ def read_axes(scene: Scene, texts: Sequence[str]) -> list[Axis]:
     return found
 
 
-# --- what is solved ---------------------------------------------------------------------------------------------------
+# --- the solved points ------------------------------------------------------------------------------------------------
 
 
 class Sampled(NamedTuple):
-    """What is known of a run at a point: metrics, times at which its pieces end, and curves inside the pieces."""
+    """The run at a point: metrics, times at which its pieces end, and curves inside the pieces."""
 
     metrics: tuple[str, ...]
     pieces: int
@@ -122,7 +122,7 @@ class Sampled(NamedTuple):
         return jnp.concatenate([*each, edges, *lines]), None
 
     def size(self, lines: int) -> int:
-        """How many numbers that is."""
+        """Count of these numbers."""
         return len(self.metrics) + self.pieces + 1 + lines * self.pieces * self.samples
 
     def cut(self, rows: Rows, pieces: int, lines: int) -> Rows:
@@ -138,14 +138,14 @@ def smooth(charts: Sequence[Chart]) -> list[Chart]:
 
 
 def sequence_of(result: Result) -> tuple[Any, ...]:
-    """What must not change between two points: events and corners in their order, and how the run ended."""
+    """Properties that must not change between two points: events and corners in their order, and the status."""
     kind = np.asarray(result.record.rows.kind)[: int(result.record.count)]
     guard, events = np.asarray(result.record.rows.guard), np.flatnonzero(kind >= LANDED)
     return result.status, *((int(kind[i]), -1 if kind[i] == STOPPED else int(guard[i])) for i in events)
 
 
 def pieces_of(sequence: tuple[Any, ...]) -> int:
-    """How many pieces between events a run has."""
+    """Number of pieces between events of a run."""
     return 1 + sum(kind in (LANDED, STOPPED) for kind, _ in sequence[1:])
 
 
@@ -161,7 +161,7 @@ def between(corners: Float[np.ndarray, "corners rows values"], shares: Sequence[
 
 
 class Published(NamedTuple):
-    """What was solved: points, those whose run failed, cells that are gaps, and the largest deviation of a metric from
+    """Counts of points, those whose run failed, cells that are gaps, and the largest deviation of a metric from
     a run at the centres of cells, as a share of its largest value."""
 
     points: int

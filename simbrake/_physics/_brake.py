@@ -494,9 +494,9 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """The next time breakpoint, and whether it belongs to the lever, the load, each profile of the heat, and the
         end of the phase.
 
-        A pulley at rest, and a lever that only begins to pull, must be held back by nothing that is over, and held by
-        nothing that is yet to come: where its tension falls, without going to 0, the lever comes after the load, and
-        also where it is to answer the load.
+        A pulley at rest, and a lever that begins to pull, must see no input that has ended, nor one that has yet to
+        begin: where its tension falls without going to 0, and where it follows the load, the lever is processed after
+        the load.
         """
         lever, piece = self.lever_at(y, mode), jnp.asarray(piece_of(mode, LEVER), jnp.int32)
 

@@ -72,7 +72,7 @@ class BrakeUnderRope(BrakeSystem):
         force = weight + self.stiffness * (y.hook.stretch - weight / self.stiffness) + self.damping * rate
         return RopeNow(jnp.where(mode.taut == 1, force, 0.0), force, rate, mass, weight)
 
-    # --- what is otherwise than under a rigid rope ------------------------------------------------------------------
+    # --- differences from a rigid rope ------------------------------------------------------------------------------
 
     def inertia_at(self, mode: Mode) -> Array:
         return self.inertia

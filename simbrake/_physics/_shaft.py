@@ -1,4 +1,4 @@
-"""The shaft beside the brake: what its torques leave of the load, rest on dry friction, change of the rope's layer."""
+"""The shaft beside the brake: its torques against the load, rest on dry friction, change of the rope's layer."""
 
 from typing import Any, NamedTuple
 
@@ -14,8 +14,8 @@ from ._mechanism import HELD, OPEN, AbstractMechanism, Mode, Sliding
 
 
 class ShaftNow(NamedTuple):
-    """Torques at one instant (N·m, signed like the rotation) of each law, what is `left` of the load, and the `limit`
-    of the dry ones in sum (`None`: there are none)."""
+    """Torques at one instant (N·m, signed like the rotation) of each law, the part `left` of the load, and the `limit`
+    of all dry ones together (`None` without any)."""
 
     each: tuple[Array, ...]
     left: Array

@@ -130,7 +130,7 @@ def couplings_of_memory(mechanism: AbstractMechanism, others: Int[np.ndarray, " 
 
     A state of a lining is in the chain, without neighbours, where its rate depends on the core alone (speeds,
     temperatures) and on itself; else it is one of the core, as all linings are coupled there. A chain of them alone
-    pays only while its border is the smaller part.
+    is worthwhile only while its border is the smaller part.
     """
     places, core = itertools.count(1 + max((kind % LINEAR for kind in others if kind >= 0), default=-1)), others == CORE
     chained = bool(np.any(others >= 0))

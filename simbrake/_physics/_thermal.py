@@ -89,7 +89,7 @@ class Deposit(NamedTuple):
 
 
 class Conditions(NamedTuple):
-    """What a network depends on besides temperatures and time.
+    """Conditions of a network besides temperatures and time.
 
     - `speed` (m/s) of the track, `lining_speed` of the outer faces of the linings, 0 where these stand still
     - `closed`: 1 while the band is closed, else 0;  `pressures` (Pa) of the linings in each friction pair
@@ -127,7 +127,7 @@ class Thermal(eqx.Module):
     bend: Float[Array, " k"] | None
     between: Float[Array, " interfaces"] | None
     through: tuple[Array | None, ...]  # conductance of each link from node to node (W/K) where it cannot change
-    per_kelvin: tuple[Array | None, ...]  # of each surface: constant part of the heat that it gives away per kelvin
+    per_kelvin: tuple[Array | None, ...]  # of each surface: constant part of the heat that it rejects per kelvin
     shares: PowerShares | None = None  # of the friction power
     rims: tuple[int, ...] = eqx.field(static=True, default=())  # linings on each, where several bands have one each
     lifts: bool = eqx.field(static=True, default=False)  # whether linings of a staged brake can lift off the rim

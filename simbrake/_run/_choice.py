@@ -22,7 +22,7 @@ from ..thermal._network import AbstractCoefficient, Lump, Radiation, Surrounding
 
 #: length of the real stability interval of Dopri8, roughly
 _REACH = 6.0
-#: explicit steps that stability may demand before a linearly implicit method pays
+#: explicit steps that stability may demand before a linearly implicit method is faster
 _PATIENCE = 150.0
 #: the same without heat, where an explicit step is cheap
 _PATIENCE_COLD = 1500.0
@@ -82,14 +82,14 @@ def fastest_node(heat: Heat) -> tuple[float, str]:
 
 
 def _demands(what: str, rate: float, span: float, patience: float) -> str:
-    """Why an explicit method will not do for something that follows at a rate (1/s) over a time (s); "": it will."""
+    """Why an explicit method is too slow for what follows at a rate (1/s) over a time (s); "" if it is not."""
     steps = rate * span / _REACH
     how = f"an explicit method would need at least {steps:.2g} steps to stay stable"
     return f"{what} within {1 / rate:.2g} s: {how}" if steps > patience else ""
 
 
 def stiffness(scene: Scene) -> tuple[bool, str]:
-    """Whether a scene (concrete values) wants a linearly implicit method, and the reason in words."""
+    """Whether a scene (concrete values) needs a linearly implicit method, and the reason in words."""
     span = float(scene.end_time) - float(scene.initial.time)
     found = stiff_heat(scene.network, span) if scene.heated else (False, "nothing in the scene is stiff")
     # linings that swing one by one have to be followed in any case
@@ -117,7 +117,7 @@ def _damping_of_rope(scene: Scene) -> float:
 
 @per_value(lambda scene: (scene.shaft, scene.initial))
 def _steepest_drag(scene: Scene) -> float:
-    """Largest slope `dM/dω` (N·m·s) of the torques on the shaft at rest and at the speed of the start, in sum."""
+    """Largest slope `dM/dω` (N·m·s) of all torques on the shaft together, at rest and at the initial speed."""
     laws = tuple(law for law in scene.shaft if not isinstance(law, AbstractDryTorque))
     return float(_slopes(laws, np.asarray(abs(float(scene.initial.omega))))) if laws else 0.0
 
@@ -151,7 +151,7 @@ def _fastest_of_states(scene: Scene) -> float:
 
 @functools.partial(DeviceJit, quick=True)
 def _fastest_state(part: AbstractLinings | Bandage, v: Float[Array, " n"], T: Array | None) -> Float[Array, ""]:
-    """Largest rate (1/s) by which a change of the states of a pair's law decays, after Gershgorin."""
+    """Largest rate (1/s) at which changes of the states of a pair's law decay, after Gershgorin."""
     law, contact = part.friction, unloaded(part, v, T)
     memory, back = ravel_pytree(contact.memory)
     still = None if contact.p is None else jnp.zeros_like(contact.p)

@@ -32,7 +32,7 @@ class DutyKind(enum.StrEnum):
     DRAG = "drag_lowering"  # the lever follows a speed
     STEADY = "steady_lowering"  # torques on the shaft balance the load
     RUNAWAY = "runaway"
-    TURNING = "turning"  # neither stopped nor led
+    TURNING = "turning"  # neither stopped nor controlled
     FAILED = "failed"
 
 
@@ -58,7 +58,7 @@ def duty_of(scene: Scene, status: str, stops: int) -> DutyKind:
 
 
 def end_of(record: Record, scene: Scene) -> Entry:
-    """What a concrete run has come to at its end, in SI: time, angle, speed, travel of a hook where there is one."""
+    """State of a concrete run at its end, in SI: time, angle, speed, travel of a hook where there is one."""
     states, t, n = record.states, np.asarray(record.rows.t), int(record.count)
     angle = float(states.phi[n] - states.phi[0])
     return {
@@ -71,13 +71,13 @@ def end_of(record: Record, scene: Scene) -> Entry:
 
 
 def counted(events: list[Entry]) -> str:
-    """How many events there are of each name, in the order of the first ones."""
+    """Number of events of each name, in the order of the first ones."""
     counts = Counter(event["name"] for event in events)
     return ", ".join(f"{count} × {name.replace('_', ' ')}" for name, count in counts.items())
 
 
 def duty_lines(summary: Entry) -> list[str]:
-    """The lines of a summary that its kind of duty needs, beside onset and stop of a single one."""
+    """Lines of a summary for its kind of duty, beside onset and stop of a single one."""
     end, kind = summary["end"], summary["duty"]
     where = f"{number(end['angle'], 'rad')}"
     where += "" if end["hook_travel"] is None else f", hook travel {number(end['hook_travel'], 'm')}"
@@ -164,13 +164,13 @@ _HOT = {
 
 
 def _scaled(name: str, unit: str, meaning: str, heading: str, like: float, count: int) -> Column:
-    """A column that is read in the system of units in force; `like`: a typical value (SI)."""
+    """A column in the system of units in force; `like`: a typical value (SI)."""
     factor, offset, shown = scale(unit, like, absolute=True)
     return Column(name, unit, meaning, heading, shown, lambda x: f"{x * factor + offset:.{count}g}")
 
 
 def columns_of(names: Sequence[str], words: Mapping[str, str] | None = None) -> list[Column]:
-    """Columns of the table of stops, those of them that are named, in the system of units in force."""
+    """The named columns of the table of stops, in the system of units in force."""
     body = "rim" if words is None else words.get("body", "rim")
     known = [
         Column("stop", "", "number of the stop"),

@@ -1,4 +1,4 @@
-"""A scene with other numbers or other materials: values by their paths, as `--set` gives them."""
+"""A scene with other parameters or materials: values by their paths, as in `--set`."""
 
 import dataclasses
 import difflib
@@ -27,7 +27,7 @@ _INDEXED = re.compile(r"^(?P<path>.*?)(?:\[(?P<index>-?[0-9]{1,9})\])?$", re.DOT
 
 
 class _Slot(NamedTuple):
-    """A place for a number: what is there, what is known of it, and whether the physics behind it may be absent."""
+    """A place for a number: its value, its metadata, and whether the physics behind it may be absent."""
 
     value: Any
     about: Quantity
@@ -35,7 +35,7 @@ class _Slot(NamedTuple):
 
 
 def _slots(node: Any, path: str = "", unit: str = "SI") -> dict[str, _Slot]:
-    """Every number of a scene that may be set, also those that are absent now, and laws that stand for a number."""
+    """Every number of a scene that may be set, also those that are absent now, and laws in the place of a number."""
     found: dict[str, _Slot] = {}
     if isinstance(node, tuple):
         for i, child in enumerate(node):
@@ -75,7 +75,7 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     """The scene with other numbers: `{"brake.band.stiffness": 3e5, "brake.linings.angle[0]": 0.2}`.
 
     Numbers are in SI, or texts with a unit (`"120 kN"`). One number given for an array field counts for every entry.
-    `brake.linings.count` gives equal linings of a band another number over the same wrap angle.
+    `brake.linings.count` changes the number of equal linings over the same wrap angle.
     Raises `InputError` with all unknown paths and the nearest names, and with values that do not fit.
 
     Example:
@@ -121,7 +121,7 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
             new = jnp.broadcast_to(new, np.shape(old)) if isinstance(new, jax.Array) else np.full(np.shape(old), new)
         scene = _replace(scene, path, new)
         slots[path] = slots[path]._replace(value=new)
-        if dataclasses.is_dataclass(old):  # its numbers went with it
+        if dataclasses.is_dataclass(old):  # and so are its numbers
             slots = {name: slot for name, slot in slots.items() if not name.startswith(f"{path}.")}
     if faults:
         raise InputError([*faults, *faults_of_values(scene)])  # with those of the values that could be read
@@ -132,7 +132,7 @@ _COUNT = "brake.linings.count"
 
 
 def _with_count(scene: Scene, value: Any, faults: list[Fault]) -> Scene:
-    """The scene with another number of equal linings, each with the numbers that it has now; errors go to `faults`."""
+    """The scene with another number of equal linings, their parameters unchanged; errors go to `faults`."""
     brake: Any = scene.brake
     linings, n = brake.linings, brake.linings.count
     size = float(value) if np.ndim(value) == 0 and not isinstance(value, str | None) else math.nan
@@ -197,7 +197,7 @@ def _is_float(text: str) -> bool:
 
 
 def _with_numbers(scene: Scene, values: dict[str, Any]) -> Scene | None:
-    """The scene where all values are numbers in the place of numbers, as in loops over runs; `None` where some are not.
+    """The scene where numbers replace numbers, as in loops over runs; `None` where some values are something else.
 
     The places of numbers among the leaves are known for each structure.
     """

@@ -1,4 +1,4 @@
-"""What rubs at every lining, what each does and carries at any time, and what adds up over a run."""
+"""Friction pairs lining by lining: forces and contact at any time, and sums over a run."""
 
 import enum
 import math
@@ -53,7 +53,7 @@ class Rubbing(NamedTuple):
 
 
 def fault_of_pair(pair: str, known: Iterable[str]) -> Fault | None:
-    """What is wrong with the name of a friction pair in a brake with the pairs `known`."""
+    """Error of the name of a friction pair in a brake with the pairs `known`."""
     names = list(known)
     return None if pair in names else Fault("pair", f"the brake has no {pair!r} pair", f"it has: {', '.join(names)}")
 
@@ -120,7 +120,7 @@ def wearing(rate: WearRate, r: Rubbing, place: Number | Array | None = None) -> 
 
 
 class _Picked(eqx.Module):
-    """What is picked out of a probe of a run, for `integral`: a PyTree, so that it compiles once for each structure."""
+    """Integrand of `integral`, taken from a probe: a PyTree, so that it compiles once for each structure."""
 
     record: Record
     pair: str = eqx.field(static=True)
@@ -267,11 +267,11 @@ def lining_peak(run: Run, quantity: str, *, pair: str = "external") -> Float[Arr
     return _peaks_of_record(record_of(run), pair=pair, quantity=quantity)
 
 
-# --- what every lining does and carries -------------------------------------------------------------------------------
+# --- contact and load of every lining ---------------------------------------------------------------------------------
 
 
 class Contact(enum.IntEnum):
-    """What a lining does on its partner."""
+    """Contact of a lining with its partner."""
 
     SLIDES_BACK = 0  # the partner runs behind
     FREE = 1  # nothing presses it

@@ -1,4 +1,4 @@
-"""What is asked of a run: metrics by name, energies, functions of a result; and limits on them."""
+"""Metrics of a run by name, energies, functions of a result; and limits on them."""
 
 import difflib
 import enum
@@ -26,7 +26,7 @@ Metric = str | Callable[[Result], Any]
 
 
 def name_of(metric: Metric) -> str:
-    """How a metric is called in tables."""
+    """Name of a metric in tables."""
     return metric if isinstance(metric, str) else getattr(metric, "__name__", type(metric).__name__)
 
 
@@ -112,7 +112,7 @@ class Colour(enum.StrEnum):
 
 
 class LimitVerdict(enum.StrEnum):
-    """What a run says of a limit."""
+    """Verdict on one limit."""
 
     WITHIN = "within limit"
     WITHIN_SO_FAR = "within limit so far"  # the run failed: how it would have gone on is not known
@@ -123,7 +123,7 @@ class LimitVerdict(enum.StrEnum):
 
     @property
     def colour(self) -> Colour | None:
-        """Its colour, `None`: it says nothing."""
+        """Its colour, `None` if it has none."""
         if self in (LimitVerdict.NO_LIMIT, LimitVerdict.NOT_EVALUATED):
             return None
         return {LimitVerdict.EXCEEDED: Colour.RED, LimitVerdict.SMALL: Colour.AMBER}.get(self, Colour.GREEN)
@@ -302,7 +302,7 @@ def _linings(result: Result, summary: Entry, limits: Mapping[str, float]) -> Lim
 
 
 def limit_lines(checks: Sequence[LimitCheck]) -> list[str]:
-    """What a summary says of the limits that there are, one line each."""
+    """Lines of a summary on the limits, one each."""
     return [f"limit    {check}" for check in checks if check.limit is not None]
 
 
@@ -312,7 +312,7 @@ def limit_dicts(checks: Sequence[LimitCheck]) -> list[Entry]:
 
 
 def text_with_limits(result: Result, checks: Sequence[LimitCheck]) -> str:
-    """The summary of a result with the verdict and what it says of the limits."""
+    """The summary of a result with the verdict and the limits."""
     return text_of(result.report().summary, [f"verdict  {result.verdict(checks)}", *limit_lines(checks)])
 
 

@@ -35,7 +35,7 @@ _NO_CAPACITY = 1e-200
 
 
 class Need(NamedTuple):
-    """What a number of a run needs: the `scenes` that have it, what is `missing` in others, in words, and a check."""
+    """Condition on a number of a run: the `scenes` that have it, what is `missing` in others, and a check."""
 
     scenes: str
     missing: str
@@ -185,7 +185,7 @@ def _greatest_wear_over(other: Callable[[Array], Array]) -> Callable[[Record, Sc
     return find
 
 
-# --- what they need ---------------------------------------------------------------------------------------------------
+# --- their conditions -------------------------------------------------------------------------------------------------
 
 _HOOK = Need("load on a hook", "its load hangs on no hook", lambda scene: scene.duty.load.travel() is not None)
 _ROPE = Need("elastic rope", "its load hangs on no elastic rope", lambda scene: scene.duty.load.elastic is not None)
@@ -393,7 +393,7 @@ METRICS: dict[str, Metric] = {
 
 
 class Account(NamedTuple):
-    """What the energies of a run are found from, in J."""
+    """Terms of the energies of a run, in J."""
 
     ledger: Ledger  # at the end
     friction: PowerSplit  # what became of the work of all friction pairs
@@ -403,7 +403,7 @@ class Account(NamedTuple):
 
     @property
     def shaft_work(self) -> Array | None:
-        """Work that the torques on the shaft beside load and brake have taken: all of it is heat."""
+        """Work taken by the torques on the shaft beside load and brake, all of it heat."""
         each = self.ledger.shaft
         return None if each is None else sum(each, start=jnp.zeros(()))
 
@@ -422,7 +422,7 @@ class Energy(NamedTuple):
 
 
 def closure_of(*terms: Array | None) -> Array:
-    """The sum of terms that should balance, as a share of the largest."""
+    """Sum of terms that should balance, over the largest of them."""
     each = jnp.stack([term for term in terms if term is not None])
     largest = jnp.max(jnp.abs(each))
     return jnp.where(largest > 0, jnp.abs(jnp.sum(each)) / jnp.where(largest > 0, largest, 1.0), 0.0)
@@ -499,7 +499,7 @@ _energies_of_ends = RunJit(_energies, quick=True)
 
 
 def energies(record: Record) -> dict[str, Array]:
-    """Energies over the run in J, and the closures of their balances as shares of the largest exchanged (model §1)."""
+    """Energies over the run in J, and the residuals of their balances over the largest exchanged (model §1)."""
     return _energies_of_ends(record.system, *ends_of(record))[0]
 
 

@@ -155,7 +155,7 @@ def simulate_heat(
     - `solver`, `rtol`: as in `simulate`
 
     Differentiable and batchable like `simulate`. Raises `InputError` with all errors of the network, for times that
-    decrease or a tolerance that is none, `RuntimeError` if the integration fails.
+    decrease or a tolerance out of range, `RuntimeError` if the integration fails.
     """
     traced = is_traced((heat, ts, speed, closed, pressure, rtol))
     found = faults_of_tolerance(rtol)
@@ -249,7 +249,7 @@ def steady_state(
 
 
 class CyclicState(NamedTuple):
-    """Scene that starts in the cyclic steady state, its run over one cycle, and what is left of the change (K)."""
+    """Scene that starts in the cyclic steady state, its run over one cycle, and the remaining change (K)."""
 
     scene: Scene
     result: Result
@@ -274,7 +274,7 @@ def with_temperatures(heat: Heat, T: Float[Array, " k"]) -> Heat:
 def cyclic_steady_state(
     scene: Scene, *, tolerance: float = 1e-7, cycles: int = 3, limit: int = 400, **options: Any
 ) -> CyclicState:
-    """Finds the temperatures at which a cycle ends as it began, without running cycle after cycle until it does.
+    """Find the temperatures at which a cycle ends as it began, without running cycle after cycle.
 
     - `scene`: exactly one cycle, which starts and ends in the same mechanical state (at rest and held, say)
     - `tolerance` (K): largest change over a cycle that is left;  `cycles`: runs in a row before the search

@@ -1,4 +1,4 @@
-"""Looking into a run at any time: states and forces, integrals, and what its brake holds."""
+"""States and forces of a run at any time, integrals, and the capacity of its brake."""
 
 import dataclasses
 from collections.abc import Callable
@@ -194,7 +194,7 @@ def integral(run: Any, pick: Callable[[Probe], PyTree], *, points: int = POINTS)
         ∫ q dt = Σ_steps h Σ_k w_k q(t + s_k h)        (Gauss–Legendre, `points` nodes s_k in each recorded step)
 
     - `run`: a `Result` or its record, concrete or traced; under `vmap` map the call, not a batch of results
-    - `pick`: function of a probe of `m` times to an array (m, …), or a PyTree of such: what is looked at there are
+    - `pick`: function of a probe of `m` times to an array (m, …), or a PyTree of such, from
       `p.t`, `p.y`, `p.mode`, `p.flows`, `p.shown` (friction pairs, tensions), `p.surfaces`. Use one function again, or
       a `jax.tree_util.Partial` of one: a new function compiles anew
 
@@ -235,7 +235,7 @@ _capacities = DeviceJit(_capacity_at_each, quick=True)
 
 
 def end_capacity(record: Record) -> Capacity:
-    """Load torque and capacity of the brake at the end of a run; of meaning where the pulley still turns."""
+    """Load torque and capacity of the brake at the end of a run; meaningful where the pulley still turns."""
     (start, *_), end = ends_of(record)
     return _end_capacity(record.system, *end, start)
 

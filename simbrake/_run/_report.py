@@ -1,4 +1,4 @@
-"""What a person reads of a run: event log, metrics and summary, from one scan of all its steps, and as text."""
+"""Event log, metrics and summary of a run, from one scan of all its steps, and as text."""
 
 import functools
 import math
@@ -42,7 +42,7 @@ _ROUNDING = 1e-9
 
 
 def labels_of(record: Record, rows: np.ndarray | None = None) -> list[Label]:
-    """What the log knows of the mode in rows of a concrete record, by default in all of them and at its end."""
+    """Modes as in the log, in rows of a concrete record, by default in all of them and at its end."""
     mode: Mode = record.modes
     rows = np.arange(int(record.count) + 1) if rows is None else rows
     columns = (np.asarray(column)[rows].tolist() for column in mode.label)
@@ -133,7 +133,7 @@ def _sensed(system: BrakeSystem, heat: Any) -> tuple[Any, ...]:
 
 
 class Report:
-    """What a person reads of one concrete result; the run is scanned once for all of it, when it is first needed."""
+    """Event log, metrics and summary of one concrete result, from one scan when they are first needed."""
 
     def __init__(self, result: Any) -> None:
         self.result = result
@@ -237,7 +237,7 @@ class Report:
         return found
 
     def _contacts(self, modes: Mode) -> list[Event]:
-        """Linings that let go and stick by themselves, and leave the rim; one that slides on back does neither."""
+        """Single linings that start to slip, stick, or leave the rim; one that reverses its slip does neither."""
         found, t = [], np.asarray(self._record.rows.t)
         columns = [(name, column, ("slip", "stick")) for name, column in modes.contacts.items()]
         if modes.lifted is not None:
@@ -379,7 +379,7 @@ def _temperature(value: float) -> str:
 
 
 def _sum(energies: Entry, words: dict[str, str], *, digits: int = 6) -> str:
-    """Those of the energies that there are, each after its words, in kJ."""
+    """The energies that a run has, each after its words, in kJ."""
     there = {name: word for name, word in words.items() if name in energies}
     return " + ".join(f"{word} {_kilo(energies[name], 'kJ', digits=digits)}" for name, word in there.items())
 
@@ -408,7 +408,7 @@ def _grouped(events: list[Entry]) -> str:
 
 
 def _stop_lines(summary: Entry) -> list[str]:
-    """Onset of slip and stop of a run with one stop, or as far as one came that has none."""
+    """Onset of slip and stop of a run with one stop, or of one without as far as it came."""
     m, kind = summary["metrics"], summary["duty"]
     if kind not in (DutyKind.STOP, DutyKind.TURNING, DutyKind.RUNAWAY, DutyKind.FAILED):
         return []
@@ -456,7 +456,7 @@ def _heat_lines(summary: Entry) -> list[str]:
         *([f"marks    {', '.join(marks)}"] if marks else []),
         f"hottest  {', '.join(hot)}" if hot else "hottest  the scene names no rim, linings or band",
         f"heat     {_sum(e, given)} = {_sum(e, {'heat_stored': 'stored', 'heat_lost': 'lost'})}"
-        f" (closure {_share(e['heat_closure'])})",
+        f" (residual {_share(e['heat_closure'])})",
     ]
 
 
@@ -519,7 +519,7 @@ def _wear_lines(summary: Entry) -> list[str]:
 
 
 def _energy_line(summary: Entry) -> str:
-    """What came in, and what became of it; kinetic energy stands where it is positive."""
+    """Energy in and energy out; kinetic energy on the side where it is positive."""
     e, change = summary["energy"], summary["energy"]["kinetic_change"]
     # the load has sped the pulley up
     gains = change is not None and change > _ROUNDING * abs(e["load_work"] or 0.0)

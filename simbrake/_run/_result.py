@@ -1,4 +1,4 @@
-"""What a run gives back: states at any time, event log, metrics, energies and a result code."""
+"""Result of a run: states at any time, event log, metrics, energies and a result code."""
 
 import copy
 import functools
@@ -42,7 +42,7 @@ T = TypeVar("T")
 
 
 def _of_each(find: Callable[["Result"], T]) -> Callable[["Result"], T]:
-    """What is found of a result; of a batch of results (not of one with values alone) of each by itself."""
+    """Values of a result; of a batch of results (not of one with values alone) those of each."""
 
     @functools.wraps(find)
     def found(result: "Result") -> T:
@@ -135,7 +135,7 @@ class Result:
     @property
     @_of_each
     def energy(self) -> dict[str, Array]:
-        """Energies over the run in J, and the closures of their balances as shares of the largest exchanged.
+        """Energies over the run in J, and the residuals of their balances over the largest energy exchanged.
 
         `kinetic_change + elastic_change = load_work + lever_work − friction_heat` (model §1); less
         `electrical_work` and `mechanical_work` where the scene splits the friction power, less `damper_heat` of
@@ -150,7 +150,7 @@ class Result:
     def end_capacity(self) -> Capacity:
         """Load torque and maximum torque of the sliding brake (N·m) at the end of the run, in the sense of rotation.
 
-        With kinetic friction at the speed and the temperatures of the end; of meaning where the pulley still turns. A
+        With kinetic friction at the speed and the temperatures of the end; meaningful while the pulley turns. A
         run whose load is not below that torque, with the lever at its last value, ends as `runaway`.
         """
         return end_capacity(self.record)
@@ -352,7 +352,7 @@ class Result:
 
 
 def _above(module: str) -> Any:
-    """A module that builds on this one, for what a result offers in short; loaded when it is used."""
+    """A module that builds on this one, for shortcuts of a result; loaded when it is used."""
     return importlib.import_module(f"simbrake.{module}")
 
 

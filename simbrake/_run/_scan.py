@@ -1,7 +1,7 @@
 """A run seen in all of its steps at little cost, and its maximum values.
 
 States at the ends of steps are those of the run; between them lies the cubic through states and rates of both ends, on
-which everything algebraic is evaluated. It tells where to look closer: there states come from the ends of as many steps
+which everything algebraic is evaluated. Where that calls for a closer look, states come from the ends of as many steps
 as the motion is smooth over, or, if these do not agree within the tolerance, from a partial step of the method.
 """
 
@@ -52,7 +52,7 @@ class Steps(NamedTuple):
 
 
 class Sight(NamedTuple):
-    """What a report needs of a run, at many times: forces, margins, and the maxima over the linings.
+    """Forces, margins and maxima over the linings of a run at many times, for a report.
 
     - `tops`: by the name of a metric, the value of which its maximum over the run is wanted;  `places`: at which lining
       (from 0) it is that large, of `widths` ones
@@ -160,7 +160,7 @@ _sights_inside_compiled = RunJit(_sights_inside, static_argnames=("names", "know
 
 
 def _block(record: Record) -> int:
-    """How many steps a call samples: many pay only where there are many."""
+    """Steps sampled by one call: many are worthwhile only in long runs."""
     long, few_states, many_states = _BLOCKS
     return long if int(record.count) > _LONG else few_states if small(record) else many_states
 
@@ -501,7 +501,7 @@ def largest_share_of_capacity(scan: Scan) -> Peak:
     """Maximum over a concrete run of the load over the static capacity of the brake that is to hold it, 0 where none
     is.
 
-    A program of its own: capacities are much work, and are wanted only while the pulley is at rest.
+    A separate program: capacities are much work, and are needed only while the pulley is at rest.
 
     - `among`: rows of the run in which it is looked for
     """

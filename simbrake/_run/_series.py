@@ -27,7 +27,7 @@ else:
 
 
 class Seen(NamedTuple):
-    """What columns are found from beside a probe: friction work, and what is seen of one of the friction pairs."""
+    """Sources of columns beside a probe: friction work, and one of the friction pairs."""
 
     pair: PairNow
     work: Values  # of the pair, J
@@ -43,7 +43,7 @@ class Seen(NamedTuple):
 
 
 def seen_of(p: Probe, shares: PowerShares | None, i: int) -> Seen:
-    """What columns of the friction pair `i` are found from."""
+    """Sources of the columns of the friction pair `i`."""
     friction, worn = p.y.ledger.friction, p.y.worn and p.y.worn[i]
     states = jax.tree.leaves(p.y.memory and p.y.memory[i])
     memory = numpy_of(states[0]).stack(states, axis=1) if len(states) > 1 else states[0] if states else None
@@ -269,7 +269,7 @@ class Series(NamedTuple):
 
     @property
     def friction_work(self) -> Values:
-        """All that friction has taken (J): heat, and the electrical and mechanical parts where the scene has them."""
+        """Friction work (J): heat, and the electrical and mechanical parts where the scene has them."""
         if self.electrical_work is None or self.mechanical_work is None:
             return self.friction_heat
         return self.friction_heat + self.electrical_work + self.mechanical_work
@@ -382,13 +382,13 @@ def flat(series: Series, *, pairs: bool) -> dict[str, Any]:
 
 
 def outside(ts: Array, start: Number, end: Number) -> Bool[Array, " m"]:
-    """Which of the times `ts` are not in a run from `start` to `end`, rounding at the two ends allowed for."""
+    """Whether times `ts` are outside a run from `start` to `end`, rounding at the two ends allowed for."""
     rounding = 1e-9 * (end - start) + 1e-15 * (abs(start) + abs(end))
     return ~((ts >= start - rounding) & (ts <= end + rounding))  # written so that a NaN is outside
 
 
 def fault_of_times(ts: np.ndarray, start: float, end: float, path: str, hint: str = "") -> Fault | None:
-    """What is wrong with times of which some are not in a run, `None` if all are."""
+    """Error of times outside a run, `None` if all are inside."""
     bad = ts[outside(ts, start, end)]
     if not bad.size:
         return None
@@ -401,7 +401,7 @@ def array_of_times(ts: Any, path: str) -> np.ndarray:
     try:
         found = np.atleast_1d(np.asarray(ts, np.float64))
     except (TypeError, ValueError):
-        raise InputError([Fault(path, f"{ts!r} are no numbers", "times in s")]) from None
+        raise InputError([Fault(path, f"{ts!r} are not numbers", "times in s")]) from None
     if found.ndim != 1 or not found.size:
         raise InputError([Fault(path, f"have the shape {found.shape}", "one time in s, or a list of times")])
     return found

@@ -104,8 +104,8 @@ def posed(
 
 @functools.lru_cache(maxsize=16)
 def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> tuple[Program, np.ndarray]:
-    """One stretch of all runs of one structure, compiled: a function of the numbers, what the stretch before has left,
-    and its length, in one vector; and what the first stretch begins with."""
+    """One stretch of all runs of one structure, compiled: a function of the numbers, the state left by the stretch
+    before and its length, in one vector; and the state at the start of the first."""
 
     n = packing.size
 
@@ -250,7 +250,7 @@ def require_compiling() -> None:
 
 
 def check_limits(rtol: Number, max_step: Number = np.inf, max_steps: int | None = None, max_events: int = 0) -> None:
-    """Raises `InputError` where a tolerance or a limit cannot be meant; traced ones cannot be looked at and pass."""
+    """Raises `InputError` where a tolerance or a limit is out of range; traced ones are not checked."""
     found = faults_of_tolerance(rtol)
     if not isinstance(max_step, Tracer) and not (np.asarray(max_step).dtype.kind in "fiu" and np.all(max_step > 0)):
         found.append(Fault("max_step", f"{shown(max_step)} s is out of range", "the longest step must be > 0 s"))
@@ -295,19 +295,19 @@ def simulate(
 ) -> Result:
     """Runs a scene to its end time through all its events.
 
-    - `solver`: an explicit diffrax solver with error estimate (`Tsit5()` pays above a tolerance of about 1e-6), or
+    - `solver`: an explicit diffrax solver with error estimate (`Tsit5()` is faster above a tolerance of 1e-6), or
       `hybrid.Rodas5P()` for stiff scenes. By default `diffrax.Dopri8()`, and Rodas5P where a thermal node, drag or a
       state of a friction law is so fast that stability would govern an explicit method (the summary says why). Under
-      jit, vmap or grad values cannot be looked at: there a scene with heat gets Rodas5P unless a solver is given
+      jit, vmap or grad values are unknown: there a scene with heat gets Rodas5P unless a solver is given
     - `rtol`: relative tolerance; absolute tolerances are `rtol` times the typical size of each state
     - `max_step`: longest step (s), for user-defined profiles with short features
     - `max_steps`: step attempts allowed (1024, then 16 and 128 times as many, if not given; under a JAX
       transformation 1024)
     - `max_events`: events allowed
     - `throw`: raise `SimulationError` if the run fails; otherwise the code is in the result
-    - `progress`: `True` says on stderr what share of the time is simulated and how long the rest takes at most, `None`
-      does so on a terminal only; a function is called with `(t, end_time)`, first when all is compiled. Runs of more
-      than 1024 step attempts tell about it, others are over in a moment
+    - `progress`: `True` reports on stderr the share of the time simulated and the longest time left, `None` does
+      so on a terminal only; a function is called with `(t, end_time)`, first when all is compiled. Runs of up to
+      1024 step attempts report nothing
 
     A new number in the scene never re-traces; a new structure (more linings, another law) compiles anew. Under jit,
     vmap or grad nothing is raised and the caller looks at `result.code`.
@@ -366,7 +366,7 @@ def method_of(scene: Scene, solver: Solver) -> AbstractMethod:
 
 
 def solver_name(solver: Solver) -> str:
-    """What a solver is called in results."""
+    """Name of a solver in results."""
     return solver.name if isinstance(solver, AbstractMethod) else type(solver).__name__
 
 
@@ -402,7 +402,7 @@ _ENTRY = re.compile(r"^(?P<path>.*)\[(?P<index>-?\d+)\]$")
 
 
 class Answer(NamedTuple):
-    """What a prepared run gives: metrics by name (`inf`: a time that never came), result code, counts of steps."""
+    """Answer of a prepared run: metrics by name (`inf`: a time that never came), result code, counts of steps."""
 
     metrics: dict[str, Any]
     code: int  # 0: the run reached its end time; else one of `simbrake.results.FAILURES`
@@ -459,7 +459,7 @@ class Prepared:
         return jnp.concatenate([*(jnp.ravel(value) for value in found), counts])
 
     def _subject(self, what: str) -> tuple:
-        """What the programs depend on."""
+        """Key of the compiled programs."""
         return what, self._like, [*map(identity_of, self._asked)], self.solver, self.max_steps
 
     def _compile(self) -> Program:
@@ -566,10 +566,10 @@ def prepare(
 
     - `metrics`: names, energies as `energy.…`, or functions of a `Result` to a number or an array
     - `solver`, `rtol`: as for `simulate`, chosen once for the scene given
-    - `max_steps`: step attempts to make room for; by default what the scene's own run needs and a quarter more. A run
-      that needs more is compiled anew with more room
+    - `max_steps`: step attempts to allocate; by default what the scene's own run needs and a quarter more. A run
+      that needs more is compiled again with more
 
-    Raises `InputError` for a faulty scene or metric, and `SimulationError` where the scene's own run fails.
+    Raises `InputError` for errors of the scene or metrics, and `SimulationError` where the scene's own run fails.
 
     Example:
         >>> prepared = sb.prepare(scene, ["stopping_time"])

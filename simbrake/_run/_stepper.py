@@ -35,14 +35,14 @@ from ._result import Limits, Result
 from ._series import Series, flat, series_of
 from ._simulate import Solver, method_of, posed, require_64_bits, solver_name, solver_of
 
-#: what a caller can set, and where it is in the mode
+#: inputs that a caller can set, and their places in the mode
 _INPUTS = {"lever": LEVER, "load": LOAD}
 #: step attempts in one call of the program; an advance that needs more takes several
 _ATTEMPTS = 256
 
 
 class Advanced(NamedTuple):
-    """What `Stepper.advance` did: the time that it came to (s), and the events on the way, in order.
+    """Outcome of `Stepper.advance`: the time reached (s), and the events on the way, in order.
 
     Example:
         >>> stepper = sb.Stepper(scene, inputs=["lever"])
@@ -96,7 +96,7 @@ class _Held:
                 values[2] -= left
             times, values, piece = times[2:], values[2:], piece - 2
         times, values = np.append(times, [t, t]), np.append(values, [self.level, value])
-        if len(times) > len(self.times):  # commands that wait in the dead time: room for as many again
+        if len(times) > len(self.times):  # commands that wait in the dead time: space for as many again
             more = len(self.times)
             times = np.concatenate([np.full(more - 2, times[0]), times])
             values = np.concatenate([np.full(more - 2, values[0]), values])
@@ -119,7 +119,7 @@ def _held(scene: Scene, name: str) -> _Held | Fault:
     part, where, unit, delay, lag = getattr(duty, field), ("duty", field), "N", 0.0, None
     if name == "load":
         if not isinstance(part, TorqueLoad):
-            hint = 'a load of its own torque: load = {torque = "12 kN*m"}, and the mass of the hook in the inertia'
+            hint = 'a load given by its torque: load = {torque = "12 kN*m"}, and the mass of the hook in the inertia'
             return Fault("duty.load", f"a {type(part).__name__} gives its torque by itself", hint)
         part, where, unit = part.profile, (*where, "profile"), "N*m"
     if isinstance(part, Lever):
@@ -137,7 +137,7 @@ def _held(scene: Scene, name: str) -> _Held | Fault:
         return Fault(path, "is 0 at all times", "give the largest that will be commanded")
     first = float(np.asarray(part.value(start - delay, part.first_piece(start - delay))))
     size = 2 if lag is None else 4
-    # the jumps before the first command are none, and over
+    # jumps before the first command have no height, and are over
     past = np.full(size, start - delay - 1.0)
     return _Held(".".join(where), unit, where, past, np.full(size, first), size, delay, lag, [(start, first)])
 
@@ -232,19 +232,19 @@ class Stepper:
         while stepper.omega > 0:
             stepper.advance("10 ms", lever=controller(stepper.omega))
 
-    - `inputs`: `"lever"`, `"load"`, or both, in place of what the scene gives there, which is what they are before the
-      first command; its largest value says what is small. The lever is the slack tension or the force of a
-      `ForceDuty` (N), the hand force of a `Lever`, the command of an `Actuator`, which follows with its dead time and
-      lag, or the speed of a `Driller` (rad/s); the load is the torque of a `TorqueLoad` (N·m)
+    - `inputs`: `"lever"`, `"load"`, or both, instead of the scene's own, which apply before the first command and whose
+      maximum sets the scale of tolerances. The lever is the slack tension or the force of a `ForceDuty` (N), the hand
+      force of a `Lever`, the command of an `Actuator`, which follows with its dead time and lag, or the speed of a
+      `Driller` (rad/s); the load is the torque of a `TorqueLoad` (N·m)
     - `solver`, `rtol`: as for `simulate`;  `state`: of an earlier stepper, to go on from
 
     Between two calls an input stays what it was; a change is a jump, at which an elastic band gives or takes work at
-    once. `end_time` of the scene is of no meaning. A stop is no end: the brake holds on, and may be released.
+    once. `end_time` of the scene has no effect. A stop does not end it: the brake holds, and may be released.
 
-    Steps are integrations of their own, so that results depend on the lengths of the steps within the tolerance. From
-    equal states equal commands lead to equal states, to the last bit.
+    Each step is a separate integration, so that results depend on the lengths of the steps within the tolerance. Equal
+    commands lead from equal states to equal states, to the last bit.
 
-    Raises `InputError` for a faulty scene, unknown inputs and a state of another scene.
+    Raises `InputError` for errors of the scene, unknown inputs and a state of another scene.
 
     Example:
         >>> stepper = sb.Stepper(scene, inputs=["lever"])
@@ -321,8 +321,8 @@ class Stepper:
     def advance(self, dt: float | str, **inputs: float | str) -> Advanced:
         """Goes on by `dt` (s, or a text with a unit) with inputs that are held from now on, in SI or with a unit.
 
-        Raises `InputError` for what cannot be meant, and `SimulationError` where the step fails with a code; the
-        stepper then is where it was before.
+        Raises `InputError` for values that do not fit, and `SimulationError` where the step fails with a code; the
+        stepper is then unchanged.
         """
         span, held = self._read(dt, inputs)
         t, y, mode, end, record, events = self.time, self._y, self._mode, self.time + span, self._record, list[Event]()
@@ -359,7 +359,7 @@ class Stepper:
         flat = [np.ravel(leaf) for leaf in jax.tree.leaves(found._replace(pieces=tuple(pieces)))]
         return np.concatenate(flat).astype(np.int32)
 
-    # --- what can be read, kept and taken up again --------------------------------------------------------------------
+    # --- reading, saving and restoring the state ----------------------------------------------------------------------
 
     def series(self) -> Series:
         """All columns of a `Series` at the present time, each of one row.
@@ -388,9 +388,9 @@ class Stepper:
         return str(Label(*(int(part) for part in self._state_now[1].label)))
 
     def state(self) -> dict[str, np.ndarray]:
-        """All that the stepper needs to go on, commands that wait in a dead time included: arrays by name.
+        """State to continue from, with the commands that wait in a dead time: arrays by name.
 
-        `np.savez(file, **stepper.state())` keeps it, and `stepper.restore(np.load(file))` goes on from there.
+        `np.savez(file, **stepper.state())` saves it, and `stepper.restore(np.load(file))` continues from there.
         """
         found = {"scene": np.asarray(self._digest()), "time": np.asarray(self.time), "begun": np.asarray(self._begun)}
         found |= {"y": self._y.copy(), "mode": self._mode.copy()}

@@ -29,7 +29,7 @@ def stress(tension: Array, scene: Scene, *, anchor: bool = False) -> Array:
 
 
 def lever_travel(record: Record, scene: Scene) -> Array:
-    """Travel of the lever's end (m) at the end of a run, from where the released band of new linings lies:
+    """Travel of the lever's end (m) at the end of a run, from that of the released band of new linings:
 
         s = (l/a) (x + Σ β_i (h_i + δ))
 

@@ -1,4 +1,4 @@
-"""The verdict on a run: what is exceeded, what is near its limit, and the colour that says so."""
+"""The verdict on a run: limits exceeded, limits nearly reached, and its colour."""
 
 import html
 from collections.abc import Mapping, Sequence
@@ -110,7 +110,7 @@ def _loose(result: Result) -> bool:
 
 
 def _headline(result: Result, rows: Sequence[VerdictRow]) -> str:
-    """The outcome, then what is exceeded, or what is near its limit, or the smallest margin."""
+    """The outcome, then limits exceeded, or nearly reached, or the smallest margin."""
     said = [_outcome(result)]
     for state, words in ((LimitVerdict.EXCEEDED, "Exceeded"), (LimitVerdict.SMALL, "Small margin")):
         these = [
@@ -127,7 +127,7 @@ def _headline(result: Result, rows: Sequence[VerdictRow]) -> str:
 
 
 def _outcome(result: Result) -> str:
-    """What the run came to, in few words."""
+    """Outcome of the run, in few words."""
     summary, m = result.report().summary, result.metrics
     match summary["duty"]:
         case DutyKind.FAILED:
@@ -161,7 +161,7 @@ def _row(check: LimitCheck) -> VerdictRow:
     return VerdictRow(title_of(check.name), value, limit, check.margin_words or "—", state)
 
 
-# --- what a brake holds -----------------------------------------------------------------------------------------------
+# --- capacity of a brake ----------------------------------------------------------------------------------------------
 
 
 def _judged(exceeded: bool, small: bool) -> LimitVerdict:
@@ -182,7 +182,7 @@ def _holding(result: Result) -> list[tuple[float, VerdictRow]]:
     found, held = [], result.report().holding
     if held is not None:
         when = f"at {number(held.time, 's')}"
-        found.append(_ratio("Holding reserve: static capacity over load", float(held.value), 1.0, SMALL_RESERVE, when))
+        found.append(_ratio("Holding reserve (static capacity over load)", float(held.value), 1.0, SMALL_RESERVE, when))
     capacity = result.report().summary["capacity"]
     load = None if capacity is None else capacity["load_torque"]
     led = speed_is_led(result.scene)  # (then the tension of the lever says the same)
@@ -195,7 +195,7 @@ def _holding(result: Result) -> list[tuple[float, VerdictRow]]:
 
 
 def _lever(result: Result) -> list[tuple[float, VerdictRow]]:
-    """What a lever that holds the speed pulls, against the most that it can pull."""
+    """Tension of a lever that holds the speed, against its maximum."""
     pull = result.report().pull
     if pull is None:
         return []

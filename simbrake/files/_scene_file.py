@@ -172,7 +172,8 @@ def _wish(part: Part, unit: str) -> str:
     if part.about is not None:
         return part.about.meaning + (example(unit) if isinstance(part.about, Quantity) else ", a whole number")
     if len(part.makers) > 1:
-        return f"a table: {', '.join(part.makers)}"
+        number = "a number, or " if short_of(part.wanted) else ""
+        return f"{number}a table: {', '.join(part.makers)}"
     return f"a table with {_keys_of(part.makers)}" if part.makers else "a text"
 
 

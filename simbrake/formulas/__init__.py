@@ -1,7 +1,8 @@
 """Engineering formulas by subject, and the estimates, synthesis and comparison of materials built on them.
 
-`stop`: classical stops; `heating`: temperatures, balance, thickness and stress of rim and lining; `contact`: areas,
-radiation, electricity, equivalents. Names are in `__init__.pyi`; a module is imported when one of its names is used.
+`stop`: classical stops; `heating`: temperatures, balance and thickness of rim and lining; `stress`: thermal stress;
+`contact`: areas, radiation, electricity, equivalents. Names are in `__init__.pyi`; a module is imported when one of its
+names is used.
 """
 
 import lazy_loader

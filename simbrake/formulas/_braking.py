@@ -22,16 +22,15 @@ from .heating import (
     SchmidtCourse,
     heat_balance,
     maximum_temperatures,
-    plate_stress,
     reconstructed_surface_rise,
     schmidt,
     slab_rise,
     stopping_rise,
     stopping_slab_rise,
-    surface_stress,
     transmission_table,
 )
 from .stop import ClassicalStop, StagedStop, friction_at_start, onset_at
+from .stress import plate_stress, surface_stress
 
 #: names for the metal face → input of the rim, or of the band of an external pair
 _METAL = {

@@ -28,7 +28,12 @@ from .stop import classical_staged_stop, classical_stop
 
 
 class Number(NamedTuple):
-    """A number put into a formula: its symbol, value and unit."""
+    """A number put into a formula: its symbol, value and unit.
+
+    Example:
+        >>> str(sb.formulas.Number("R", 0.59, "m"))
+        'R = 0.59 m'
+    """
 
     symbol: str
     value: float
@@ -43,6 +48,11 @@ class EstimateRow:
     """One estimate: its `name`, `formula`, `value` and `unit`, the `source` of the formula, the `simulated` value
 
     (`None` without a run, or where the run has no such number) and `why` the two differ. Temperatures are in K.
+
+    Example:
+        >>> row = sb.estimates(scene)["friction work"]
+        >>> row.formula, round(row.value / 1e3, 2)
+        ('W = M_b φ', 508.01)
     """
 
     name: str
@@ -77,6 +87,11 @@ class SynthesisRow(EstimateRow):
     """A row of one step: an `EstimateRow` with its `step` (1…12) and the `numbers` put into the formula.
 
     `verdict`, of a permissible limit: `within limit` or `exceeded` by the estimate, and by the run where that differs.
+
+    Example:
+        >>> row = sb.synthesize(scene).step(1)[0]
+        >>> row.step, row.name, row.formula
+        (1, 'thermal penetration depth, rim', 'b = 1.73 √(a τ)')
     """
 
     step: int = 0
@@ -250,6 +265,11 @@ class EngineeringEstimates(RowTable[EstimateRow]):
     - `rows`: the estimates in order; `inputs`: their inputs and the source of each number; `about`: the
       brake application that they are of
     - `estimates["stopping time"]` is one row; `str` gives the table, `as_dict` the same as numbers and words
+
+    Example:
+        >>> table = sb.estimates(scene)
+        >>> round(table["stopping time"].value, 3)
+        1.258
     """
 
     kind: ClassVar[str] = "estimate"

@@ -17,9 +17,7 @@ from ..thermal._material import Material
 from ..thermal._network import Wall, place_of
 from ._inputs import wall_at
 from .heating import (
-    ElasticMaterial,
     SchmidtCourse,
-    StressHistory,
     effective_fourier_number,
     effective_volume,
     fourier_parameter,
@@ -27,8 +25,8 @@ from .heating import (
     mean_bulk_rise,
     penetration_depth,
     schmidt,
-    stress_over_time,
 )
+from .stress import ElasticMaterial, StressHistory, stress_over_time
 
 _TIMES = 2048  # times at which a run, and its hardest brake application, are evaluated
 T = TypeVar("T")

@@ -15,7 +15,7 @@ from ..thermal._heat import FrictionHeat, Heat, PowerShares
 from ..thermal._material import LIBRARY, ROOM, Material, effusivity_share, material
 from ..thermal._network import AbstractCoefficient, Convection, Lump, Radiation, Reservoir, Wall, place_of
 from .contact import polished_surface
-from .heating import ElasticMaterial
+from .stress import ElasticMaterial
 
 
 class _Known(NamedTuple):
@@ -51,6 +51,11 @@ class EstimateData:
     - of a staged brake: `outer_area` (m²) of the linings' outer faces (`lining_area`: of the inner ones),
       `external_share` of the heat of band and linings that goes into the band, `beyond_share` of it that goes into the
       rim at once (`share`: of linings and rim)
+
+    Example:
+        >>> data = sb.formulas.EstimateData(rim_thickness=0.028)
+        >>> [i.source for i in sb.estimates(scene, data).inputs if i.name == "rim_thickness"]
+        ['given']
     """
 
     rim: Material | None = field(default=None, metadata=_made(material("steel_20L"), "steel 20L (V, table 1)"))
@@ -93,7 +98,12 @@ _STAGED = ("outer_area", "external_share", "beyond_share")
 
 
 class Input(NamedTuple):
-    """One input (number or material) of the estimates, and its source."""
+    """One input (number or material) of the estimates, and its source.
+
+    Example:
+        >>> [i.source for i in sb.estimates(scene).inputs if i.name == "hardness"]
+        ['assumption: friction composite']
+    """
 
     name: str
     value: Any
@@ -109,6 +119,11 @@ class Permissible(NamedTuple):
     - `pressure` (Pa), nominal; `power` (W/m²) of friction per area of the linings
 
     The permissible stress of the rim is in `EstimateData.elastic`.
+
+    Example:
+        >>> limits = sb.formulas.Permissible(pressure=0.1e6)
+        >>> sb.synthesize(scene, permissible=limits).exceeded
+        ['margin, pressure']
     """
 
     lining: float | None = None

@@ -57,6 +57,10 @@ class EnergyLevel:
     """One duty of a comparison: its label, and the friction work (J) of its hardest brake application, minimum and
 
     maximum among the pairs: with fade, or with an inertia that follows the rim's mass, runs differ.
+
+    Example:
+        >>> str(sb.formulas.EnergyLevel("stop", 4.0e5, 4.2e5).words)
+        '400…420 kJ'
     """
 
     label: str
@@ -79,6 +83,11 @@ class MaterialRow:
     - `fails`: limits that the pair exceeds, by the simulated number where there is one; empty if it is within all
     - `greatest_work` (J): of one brake application that the pair withstands by the estimates; `ends`: its limiting
       criterion
+
+    Example:
+        >>> row = sb.compare_materials(scene, ["brass"], ["FK-24A"], run=False).rows[0]
+        >>> row.rim, round(row["mass"].value)
+        ('brass', 173)
     """
 
     level: int
@@ -138,6 +147,11 @@ class MaterialComparison(Tabular):
       assumptions and values that could not be simulated
     - `comparison.row("brass", "FK-24A")` is one row; `str` gives the table; `as_dict` the same as numbers and words;
       `dataset` as labelled data; `ranking` the pairs by the work that they withstand
+
+    Example:
+        >>> table = sb.compare_materials(scene, ["steel_20L", "brass"], ["FK-24A"], run=False)
+        >>> [row.rim for row in table.ranking()]
+        ['steel_20L', 'brass']
     """
 
     about: str

@@ -17,7 +17,8 @@ from ..wear import ThresholdWear
 from ._braking import Braking
 from ._estimates import ROWS, Row, look, number
 from ._heated import there
-from .heating import ElasticMaterial, maximum_temperatures, transmission_table
+from .heating import maximum_temperatures, transmission_table
+from .stress import ElasticMaterial
 
 _ZERO = 273.15  # K
 
@@ -28,6 +29,10 @@ class RimMaterial:
 
     - `permissible` (K): of the surface in service; `solidus` (K): where it begins to melt; `hardness` (Pa)
     - `sources`: number → source; assumptions are marked
+
+    Example:
+        >>> sb.formulas.rim_material("brass").elastic.young
+        105000000000.0
     """
 
     name: str
@@ -55,6 +60,10 @@ class LiningMaterial:
     - `permissible` (K): of its surface; `hardness` (Pa); `sources`: number → source
 
     Its friction is that of the scene: the effect of another coefficient needs a run with another law.
+
+    Example:
+        >>> sb.formulas.lining_material("retinax").permissible
+        773.15
     """
 
     name: str

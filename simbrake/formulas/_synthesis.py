@@ -45,6 +45,10 @@ class SynthesisError(RuntimeError):
 
     - `no_convergence`: the temperatures still changed after the last round
     - `material_range`: a property, linear in the temperature, would no longer be positive
+
+    Example:
+        >>> str(sb.formulas.SynthesisError("no_convergence", "after 50 rounds"))
+        'no_convergence: after 50 rounds'
     """
 
     def __init__(self, code: str, message: str) -> None:
@@ -445,6 +449,11 @@ class Synthesis(RowTable[SynthesisRow]):
     - `rim_thickness`, `lining_thickness`: rational (m), `inf` where none is sufficient
     - `synthesis["friction work"]` is one figure, `synthesis.step(8)` those of a step; `str` gives the report,
       `as_dict` the same as numbers and words
+
+    Example:
+        >>> found = sb.synthesize(scene)
+        >>> found.rounds, round(1e3 * found.rim_thickness, 2)
+        (0, 6.55)
     """
 
     rounds: int

@@ -64,6 +64,10 @@ def matte_surface(*areas: Amount) -> Amount:
     """Matte (unpolished) surface: `A_m = A_lips + A_flange + A_bore + …` (S-36), in m².
 
     Raises `ValueError` where one is negative.
+
+    Example:
+        >>> round(sb.formulas.matte_surface(0.12, 0.3, 0.5), 2)
+        0.92
     """
     for area in areas:
         require_not_negative(area=area)
@@ -95,6 +99,10 @@ def triboelectric_power(current: Amount, voltage: Amount, factor: Amount = 200.0
 
     The formula of S for the current (S-9) is lost: give a measured one, or `contact_current`. Raises `ValueError` for a
     negative argument.
+
+    Example:
+        >>> sb.formulas.triboelectric_power(0.5, 0.02)
+        2.0
     """
     require_not_negative(current=current, voltage=voltage, factor=factor)
     return factor * current * voltage
@@ -126,6 +134,10 @@ def contact_current(voltage: Amount, resistivity: Amount, area: Amount, spots: A
     `ValueError` where resistivity, area or number of spots is not positive.
 
     Reference: R. Holm, *Electric Contacts*, 4th ed. (1967), constriction resistance `ρ/(2 a)` of a round spot.
+
+    Example:
+        >>> round(float(sb.formulas.contact_current(2e-3, 1e-6, 2.5e-5, 100)), 2)
+        112.84
     """
     require_positive(resistivity=resistivity, area=area, spots=spots)
     radius = (area / (spots * math.pi)) ** 0.5
@@ -133,14 +145,24 @@ def contact_current(voltage: Amount, resistivity: Amount, area: Amount, spots: A
 
 
 def series_resistance(*resistances: Amount) -> Amount:
-    """`R = Σ R_i` (K/W) of parts in series (S-30). Raises `ValueError` below 0."""
+    """`R = Σ R_i` (K/W) of parts in series (S-30). Raises `ValueError` below 0.
+
+    Example:
+        >>> sb.formulas.series_resistance(0.02, 0.03)
+        0.05
+    """
     for R in resistances:
         require_not_negative(resistance=R)
     return sum(resistances)
 
 
 def parallel_resistance(*resistances: Amount) -> Amount:
-    """`1/R = Σ 1/R_i` (K/W) of parts in parallel (S-30). Raises `ValueError` where one is ≤ 0."""
+    """`1/R = Σ 1/R_i` (K/W) of parts in parallel (S-30). Raises `ValueError` where one is ≤ 0.
+
+    Example:
+        >>> round(sb.formulas.parallel_resistance(0.02, 0.03), 4)
+        0.012
+    """
     for R in resistances:
         require_positive(resistance=R)
     return 1 / sum(1 / R for R in resistances)
@@ -150,6 +172,10 @@ def series_conductivity(thickness: Layers, conductivity: Layers) -> float:
     """Conductivity (W/(m·K)) of layers (k,) in series: `λ = Σ δ_k/Σ(δ_k/λ_k)` (S-30).
 
     The reading of a garbled formula that keeps the resistance of the layers. Raises `ValueError` where a number is ≤ 0.
+
+    Example:
+        >>> round(float(sb.formulas.series_conductivity([0.025, 0.003], [0.6, 45.0])), 4)
+        0.6709
     """
     require_positive(thickness=thickness, conductivity=conductivity)
     thickness = np.asarray(thickness, float)
@@ -157,7 +183,12 @@ def series_conductivity(thickness: Layers, conductivity: Layers) -> float:
 
 
 def parallel_conductivity(area: Layers, conductivity: Layers) -> float:
-    """Conductivity (W/(m·K)) of parts (k,) in parallel: `λ = Σ λ_k A_k/Σ A_k` (S-30). Raises `ValueError` as above."""
+    """Conductivity (W/(m·K)) of parts (k,) in parallel: `λ = Σ λ_k A_k/Σ A_k` (S-30). Raises `ValueError` as above.
+
+    Example:
+        >>> round(float(sb.formulas.parallel_conductivity([0.6, 0.2], [0.6, 45.0])), 2)
+        11.7
+    """
     require_positive(area=area, conductivity=conductivity)
     area = np.asarray(area, float)
     return np.sum(area * np.asarray(conductivity, float)) / np.sum(area)
@@ -204,6 +235,10 @@ def current_density(conductivity: Amount, change: Amount, depth: Amount) -> Amou
 
     S calls the quotient `Δφ/δ` the gradient; with `conductivity=1` it is that. Raises `ValueError` where conductivity
     or depth is not positive.
+
+    Example:
+        >>> sb.formulas.current_density(45.0, 80.0, 0.03)
+        120000.0
     """
     require_positive(conductivity=conductivity, depth=depth)
     return conductivity * change / depth

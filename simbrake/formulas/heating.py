@@ -1,4 +1,4 @@
-"""Heating by a stop: depth, Fourier numbers, temperatures, balance, layers, rational thickness, thermal stress."""
+"""Heating by a stop: depth, Fourier numbers, temperatures, balance, layers, rational thickness."""
 
 import csv
 import math
@@ -13,7 +13,7 @@ from .._base._faults import require_not_negative, require_positive, require_shar
 from ..hybrid._arrays import Array
 from ..thermal._heat import TransmissionPartition
 from ..thermal._material import Material
-from .contact import Amount, Layers
+from .contact import Amount
 
 
 def penetration_depth(diffusivity: Amount, time: Amount) -> Amount:
@@ -46,7 +46,12 @@ def fourier_number(diffusivity: Amount, time: Amount, depth: Amount) -> Amount:
 
 
 def fourier_parameter(diffusivity: Amount, depth: Amount) -> Amount:
-    """`B = a/δ²` in 1/s, so that `Fo = B τ` (S, table 1, which prints 1000 times that for the rim)."""
+    """`B = a/δ²` in 1/s, so that `Fo = B τ` (S, table 1, which prints 1000 times that for the rim).
+
+    Example:
+        >>> round(float(sb.formulas.fourier_parameter(1.2e-5, 0.01)), 6)
+        0.12
+    """
     return fourier_number(diffusivity, 1.0, depth)
 
 
@@ -54,6 +59,11 @@ def effective_fourier_number(diffusivity: Amount, time: Amount, thickness: Amoun
     """Fourier number of a part, `a τ/δ²` while heat reaches through it, else 1/3 (S, step 2 of the synthesis).
 
     `1/3` where `1.73 √(a τ) ≤ δ`: the depth is then the penetration depth itself. Raises `ValueError` as above.
+
+    Example:
+        >>> x = sb.formulas.effective_fourier_number(1.2e-5, [1.0, 20.0], 0.01)
+        >>> [round(float(Fo), 4) for Fo in x]
+        [0.3333, 2.4]
     """
     through = penetration_depth(diffusivity, time) > np.asarray(thickness, float)
     return np.where(through, fourier_number(diffusivity, time, thickness), 1 / 3)[()]
@@ -140,6 +150,11 @@ def slab_rise(flux: Amount, time: Amount, thickness: Amount, material: Material,
     Raises `ValueError` where the thickness is not positive or the time is negative.
 
     Reference: Carslaw & Jaeger (1959), §3.8, eqs. (3), (4).
+
+    Example:
+        >>> rise = sb.formulas.slab_rise(1e6, 2.0, 0.03, sb.material("steel_20L"))
+        >>> round(float(rise), 2)
+        112.72
     """
     conductivity = float(material.conductivity)
     xi = 1 - np.asarray(depth, float) / thickness
@@ -173,6 +188,11 @@ def stopping_slab_rise(flux: Amount, time: Amount, duration: Amount, thickness: 
 
     `τ_N`, `τ_W` are power and work over their means (S). Superposition of `slab_rise`; below `Fo τ = 0.02` that of the
     half-space, `stopping_rise`, to which the back adds 1e-22. Raises `ValueError` outside `0 ≤ t ≤ t_T`.
+
+    Example:
+        >>> rise = sb.formulas.stopping_slab_rise(2e6, 0.5, 1.0, 0.03, sb.material("steel_20L"))
+        >>> round(float(rise), 2)
+        75.15
     """
     half_space = stopping_rise(flux, time, duration, float(material.effusivity))  # checks the times
     Fo = fourier_number(float(material.diffusivity), duration, thickness)
@@ -194,6 +214,11 @@ def reconstructed_surface_rise(
     two terms; alone they are largest at `τ = 0`, where no heat has entered. With the third the rise is 0 there: that of
     a slab under the present power from the start, and `Fo τ²` for the power that was above it. At the end of
     a long brake application it lacks `2/(45 Fo)`. Raises `ValueError` outside `0 ≤ t ≤ t_T`.
+
+    Example:
+        >>> rise = sb.formulas.reconstructed_surface_rise(2e6, 0.5, 1.0, 0.03, sb.material("steel_20L"))
+        >>> round(float(rise), 2)
+        58.35
     """
     tau = np.asarray(time, float) / duration
     if np.any(tau > 1):
@@ -204,7 +229,12 @@ def reconstructed_surface_rise(
 
 
 def transmission_table() -> TransmissionPartition:
-    """V's coefficients and surface layers (table 2) over the temperature of the polished rim surface, as a law."""
+    """V's coefficients and surface layers (table 2) over the temperature of the polished rim surface, as a law.
+
+    Example:
+        >>> type(sb.formulas.transmission_table()).__name__
+        'TransmissionPartition'
+    """
     file = resources.files("simbrake") / "published" / "heat_transmission.csv"
     rows = list(csv.DictReader(file.read_text("utf-8").splitlines()))
     T, layer, one, two, three = (
@@ -215,14 +245,24 @@ def transmission_table() -> TransmissionPartition:
 
 
 def heat_content(material: Material, start: Amount, end: Amount) -> Amount:
-    """Heat per volume (J/m³) from `start` to `end` (K), `ρ ∫ c dT`: exact for a specific heat linear in temperature."""
+    """Heat per volume (J/m³) from `start` to `end` (K), `ρ ∫ c dT`: exact for a specific heat linear in temperature.
+
+    Example:
+        >>> round(float(sb.formulas.heat_content(sb.material("steel_20L"), 300.0, 400.0)) / 1e6, 1)
+        419.3
+    """
     slope = 0.0 if material.specific_heat_slope is None else float(material.specific_heat_slope)
     middle = 0.5 * (start + end) - float(material.reference)
     return float(material.density * material.specific_heat) * (1 + slope * middle) * (end - start)
 
 
 class MaximumTemperatures(NamedTuple):
-    """Alternative formulas of the maximum temperature of a friction surface (K, or rises in K)."""
+    """Alternative formulas of the maximum temperature of a friction surface (K, or rises in K).
+
+    Example:
+        >>> sb.formulas.maximum_temperatures(20.0, 150.0, 90.0).surface_and_third_flash
+        180.0
+    """
 
     surface_and_third_flash: Amount  # S-26: t_s + t_flash/3
     printed: Amount  # S-27 as the scan shows it: t_v + t_s/3 + t_flash/3
@@ -240,6 +280,10 @@ def maximum_temperatures(bulk: Amount, surface: Amount, flash: Amount) -> Maximu
     where it is the rise above the bulk, S-26 leaves the bulk out.
     They differ by these factors: S states no condition for either beyond the kind of
     brake application (single, or repeated at short intervals). Raises `ValueError` for negative rises.
+
+    Example:
+        >>> sb.formulas.maximum_temperatures(20.0, 150.0, 90.0)
+        MaximumTemperatures(surface_and_third_flash=180.0, printed=100.0, plain_sum=260.0)
     """
     require_not_negative(bulk=bulk, surface=surface, flash=flash)
     return MaximumTemperatures(surface + flash / 3, bulk + surface / 3 + flash / 3, bulk + surface + flash)
@@ -249,6 +293,11 @@ class SchmidtCourse(NamedTuple):
     """Temperatures of a wall by Schmidt's scheme: times (m,) in s, depths (N + 2,) in m, temperatures (m, N + 2) in K.
 
     First and last depth are the faces, between them the centres of the layers.
+
+    Example:
+        >>> course = sb.formulas.schmidt(sb.material("steel_20L"), 0.03, 10, 5.0, 1e6)
+        >>> course.temperature.shape[1], round(float(course.temperature[-1, 0]), 1)
+        (12, 184.1)
     """
 
     t: Float[np.ndarray, " m"]
@@ -292,6 +341,11 @@ def schmidt(
     numbers outside their ranges and for fewer than 2 layers.
 
     Reference: M. Jakob, *Heat Transfer*, vol. 1 (1949), ch. 19.
+
+    Example:
+        >>> course = sb.formulas.schmidt(sb.material("steel_20L"), 0.03, 10, 5.0, 1e6, start=293.15)
+        >>> round(float(course.temperature[-1, 0]), 1)
+        477.2
     """
     require_positive(thickness=thickness, end=end)
     require_not_negative(front_coefficient=front_coefficient, back_coefficient=back_coefficient)
@@ -322,7 +376,15 @@ def schmidt(
 
 
 class HeatBalance(NamedTuple):
-    """Balance of a rim over whole revolutions at constant speed and surface temperature (SI units)."""
+    """Balance of a rim over whole revolutions at constant speed and surface temperature (SI units).
+
+    Example:
+        >>> balance = sb.formulas.heat_balance(
+        ...     2e5, overlap=0.75, coefficient=60.0, surface=473.0, ambient=293.0, omega=12.0, area=0.8
+        ... )
+        >>> round(balance.time, 3), round(balance.gained / balance.lost, 1)
+        (2.094, 55.6)
+    """
 
     time: Amount  # s, of the revolutions
     gained: Amount  # J, Q_1
@@ -356,6 +418,13 @@ def heat_balance(
     The scan of S-17…S-20 is damaged; S-21 is whole, and these are its terms before division. `stationary` is the
     temperature of the surface at which `Q = 0`: `T_a + κ q_1/((1 − κ) h)`. Raises `ValueError` for numbers outside
     their ranges.
+
+    Example:
+        >>> balance = sb.formulas.heat_balance(
+        ...     2e5, overlap=0.75, coefficient=60.0, surface=473.0, ambient=293.0, omega=12.0, area=0.8
+        ... )
+        >>> round(balance.mean_flux), round(balance.stationary)
+        (147300, 10293)
     """
     require_positive(omega=omega, area=area, revolutions=revolutions, surface=surface, ambient=ambient)
     require_not_negative(flux=flux, coefficient=coefficient)
@@ -368,7 +437,13 @@ def heat_balance(
 
 
 class RimThickness(NamedTuple):
-    """Rational thickness of a rim (m), and the two thicknesses of which it is the maximum."""
+    """Rational thickness of a rim (m), and the two thicknesses of which it is the maximum.
+
+    Example:
+        >>> case = sb.formulas.rational_rim_thickness(sb.material("steel_20L"), 2.0, heat=2e6, rise=40.0)
+        >>> case.rational == max(case.depth, case.storage)
+        True
+    """
 
     depth: float  # heat of one brake application just reaches the back
     # the heat warms all of it just to the permissible temperature; `inf` where the permissible rise is 0
@@ -377,7 +452,14 @@ class RimThickness(NamedTuple):
 
 
 class LiningThickness(NamedTuple):
-    """Rational thickness of a lining (m), and the two thicknesses of which it is the maximum."""
+    """Rational thickness of a lining (m), and the two thicknesses of which it is the maximum.
+
+    Example:
+        >>> lining = sb.formulas.lining_material("FK-24A").thermal
+        >>> case = sb.formulas.rational_lining_thickness(lining, 60.0, face=620.0, back=390.0, start=293.0)
+        >>> round(1e3 * case.depth, 2), round(1e3 * case.insulation, 2)
+        (8.13, 9.61)
+    """
 
     depth: float  # heat of one brake application just reaches the back
     insulation: float  # the back just reaches its permissible temperature; `inf` where it starts there
@@ -396,6 +478,11 @@ def rational_rim_thickness(material: Material, time: float, *, heat: float, rise
 
     S names a rational thickness without a condition: full penetration is the condition of its steps 1 and 2.
     Raises `ValueError` for a negative time or heat.
+
+    Example:
+        >>> case = sb.formulas.rational_rim_thickness(sb.material("steel_20L"), 2.0, heat=2e6, rise=40.0)
+        >>> round(1e3 * case.rational, 2)
+        11.93
     """
     require_not_negative(time=time, heat=heat)
     depth = float(penetration_depth(float(material.diffusivity), time))
@@ -413,6 +500,10 @@ def held_face_rise(Fo: Amount) -> Amount:
     Below `Fo = 0.2` by images, `2 Σ (−1)ⁿ erfc((2n + 1)/(2 √Fo))`. Raises `ValueError` for a negative one.
 
     Reference: Carslaw & Jaeger (1959), §3.4, eqs. (5), (6).
+
+    Example:
+        >>> round(float(sb.formulas.held_face_rise(0.5)), 4)
+        0.6292
     """
     from scipy.special import erfc
 
@@ -431,6 +522,11 @@ def back_temperature(material: Material, thickness: float, time: float, *, face:
 
     `T_0 + (T_f − T_0) θ(a τ/δ²)` by `held_face_rise`; an upper bound where the face is that hot only for a while.
     Raises `ValueError` where thickness, face or start is not positive or the time is negative.
+
+    Example:
+        >>> lining = sb.formulas.lining_material("FK-24A").thermal
+        >>> round(float(sb.formulas.back_temperature(lining, 0.025, 600.0, face=600.0, start=293.15)), 2)
+        436.64
     """
     require_positive(thickness=thickness, face=face, start=start)
     Fo = fourier_number(float(material.diffusivity), time, thickness)
@@ -451,6 +547,12 @@ def rational_lining_thickness(
 
     `δ_2` is 0 where the face itself is not hotter than `T_p`. The wear allowance is added to it. Raises `ValueError`
     where a temperature is not positive or the time is negative.
+
+    Example:
+        >>> lining = sb.formulas.lining_material("FK-24A").thermal
+        >>> case = sb.formulas.rational_lining_thickness(lining, 60.0, face=620.0, back=390.0, start=293.0)
+        >>> round(1e3 * case.rational, 2)
+        9.61
     """
     require_positive(face=face, back=back, start=start)
     depth = float(penetration_depth(float(material.diffusivity), time))
@@ -471,107 +573,3 @@ def _held_face_number(theta: float) -> float:
     if held_face_rise(low) >= theta:
         return low
     return float(brentq(lambda Fo: float(held_face_rise(Fo)) - theta, low, high, xtol=1e-15, rtol=1e-13))  # pyright: ignore
-
-
-# --- thermal stress of a rim, taken as a plate ------------------------------------------------------------------------
-
-
-class ElasticMaterial(NamedTuple):
-    """Elastic properties of a material for thermal stress.
-
-    `young` `E` (Pa), `expansion` `α_T` (1/K), `poisson` `ν`, `permissible` stress (Pa). Defaults: cast carbon steel,
-    textbook values; the permissible stress is an assumption.
-    """
-
-    young: float = 2.05e11
-    expansion: float = 12.0e-6
-    poisson: float = 0.30
-    permissible: float = 150e6
-
-
-def surface_stress(surface: Amount, mean: Amount, elastic: ElasticMaterial) -> Amount:
-    """Stress of the rim's surface (Pa): `σ = −E α_T (T_s − T_mean)/(1 − ν)` (model §6.3), compression negative.
-
-    - `surface` `T_s`, `mean` `T_mean` over the rim's thickness (K)
-
-    Biaxial and equal in both directions of the surface: the rim is a plate that may expand as a whole but not bend.
-    Raises `ValueError` as `plate_stress`.
-
-    Reference: S. P. Timoshenko, J. N. Goodier, *Theory of Elasticity* (1951), §132.
-    """
-    return _modulus(elastic) * (mean - surface)
-
-
-def plate_stress(
-    temperature: Layers, depth: Layers, elastic: ElasticMaterial, *, restraint: str = "bending"
-) -> Float[np.ndarray, "..."]:
-    """Stress (Pa) over a plate with the profile `temperature` (…, k) at the `depth`s (k,) from face to face:
-
-        none:    σ = E' (T_m − T + 12 M (z − δ/2)/δ³),   M = ∫ (T − T_m)(z − δ/2) dz     free to expand and to bend
-        bending: σ = E' (T_m − T)                                                        free to expand only
-        all:     σ = −E' T                                                               held; T is then the rise
-
-    `E' = E α_T/(1 − ν)`, `T_m = ∫ T dz/δ`. A closed rim of a pulley cannot bend along its circumference, hence
-    the default. The profile is linear between the depths, the integrals are exact for that.
-
-    Raises `ValueError` for another word, depths that do not rise, or constants of the material out of range.
-
-    Reference: Timoshenko & Goodier (1951), §132, eqs. (a)…(e).
-    """
-    z, T = np.asarray(depth, float), np.asarray(temperature, float)
-    if z.ndim != 1 or z.size < 2 or np.any(np.diff(z) <= 0):
-        raise ValueError("depths must rise from face to face")
-    if restraint not in ("none", "bending", "all"):
-        raise ValueError(f"restraint = {restraint!r} must be 'none', 'bending' or 'all'")
-    modulus = _modulus(elastic)
-    if restraint == "all":
-        return -modulus * T
-    mean = np.asarray(profile_mean(T, z))[..., None]
-    stress = modulus * (mean - T)
-    if restraint == "none":
-        thickness, middle = z[-1] - z[0], 0.5 * (z[0] + z[-1])
-        h, arm, away = np.diff(z), z - middle, T - mean
-        a_0, a_1, away_0, away_1 = arm[:-1], arm[1:], away[..., :-1], away[..., 1:]
-        product = away_0 * (2 * a_0 + a_1) + away_1 * (a_0 + 2 * a_1)  # both are linear in each layer
-        moment = np.sum(h / 6 * product, axis=-1)[..., None]
-        stress = stress + modulus * 12 * moment * arm / thickness**3
-    return stress
-
-
-def profile_mean(temperature: Layers, depth: Layers) -> Amount:
-    """Mean over the depth, `∫ T dz/δ`, of a profile (…, k) that is linear between the depths (k,)."""
-    z, T = np.asarray(depth, float), np.asarray(temperature, float)
-    return np.sum(0.5 * np.diff(z) * (T[..., 1:] + T[..., :-1]), axis=-1) / (z[-1] - z[0])
-
-
-def _modulus(elastic: ElasticMaterial) -> float:
-    require_positive(young=elastic.young, permissible=elastic.permissible)
-    if not -1 < elastic.poisson < 0.5:
-        raise ValueError(f"poisson = {elastic.poisson} must be between −1 and 0.5")
-    return elastic.young * elastic.expansion / (1 - elastic.poisson)
-
-
-class StressHistory(NamedTuple):
-    """Thermal stress of a rim over a run (Pa), compression negative."""
-
-    t: Float[np.ndarray, " m"]  # s
-    surface: Float[np.ndarray, " m"]  # at the track
-    back: Float[np.ndarray, " m"]  # at the bore
-    extreme: Float[np.ndarray, " m"]  # of maximum magnitude over the depth
-    ratio: Float[np.ndarray, " m"]  # |extreme| over the permissible stress
-
-    @property
-    def worst(self) -> tuple[float, float, float]:
-        """Time (s), stress (Pa) and ratio to the permissible stress where that is largest."""
-        i = int(np.argmax(self.ratio))
-        return float(self.t[i]), float(self.extreme[i]), float(self.ratio[i])
-
-
-def stress_over_time(
-    t: Layers, temperature: Layers, depth: Layers, elastic: ElasticMaterial, *, restraint: str = "bending"
-) -> StressHistory:
-    """Stress of a plate with the profiles `temperature` (m, k) at the times `t` (m,); else as `plate_stress`."""
-    stress = np.atleast_2d(plate_stress(temperature, depth, elastic, restraint=restraint))
-    extreme = np.take_along_axis(stress, np.argmax(np.abs(stress), axis=1)[:, None], axis=1)[:, 0]
-    ratio = np.abs(extreme) / elastic.permissible
-    return StressHistory(np.asarray(t, float), stress[:, 0], stress[:, -1], extreme, ratio)

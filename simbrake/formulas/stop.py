@@ -22,7 +22,13 @@ _NODES = 24
 
 
 class ClassicalStop(NamedTuple):
-    """A stop of a rigid band that slides throughout, with constant torques (SI units)."""
+    """A stop of a rigid band that slides throughout, with constant torques (SI units).
+
+    Example:
+        >>> stop = sb.formulas.classical_stop(scene)
+        >>> round(float(stop.time), 4), round(float(stop.work), 1)
+        (1.2577, 508008.7)
+    """
 
     ratio: float  # Π, tight over slack tension
     torque: float  # M_b, N·m
@@ -91,7 +97,13 @@ def classical_stop(scene: Scene) -> ClassicalStop | None:
 
 
 class PairStop(NamedTuple):
-    """Sliding of one friction pair in a stop (SI units): 0 throughout where it never slides."""
+    """Sliding of one friction pair in a stop (SI units): 0 throughout where it never slides.
+
+    Example:
+        >>> pair = sb.formulas.PairStop(time=0.8, angle=9.6, work=1.2e5, omega=24.0)
+        >>> pair.work / pair.angle
+        12500.0
+    """
 
     time: float  # s, sliding
     angle: float  # rad, of one body in the other
@@ -104,6 +116,13 @@ class StagedStop(NamedTuple):
 
     `times`: durations of the stages 1, 2, 3 (s); `torques`: brake torque on the pulley in each (N·m), of stage 2, in
     which the centrifugal force falls, the mean
+
+    Example:
+        >>> linings = sb.uniform_linings(8, "270 deg", 0.35)
+        >>> brake = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), linings, sb.Bandage(40.0, 0.2, preload=200.0))
+        >>> staged = sb.Scene(brake, scene.duty, sb.Initial(24.0), 4.0)
+        >>> round(sb.formulas.classical_staged_stop(staged).external_torque)
+        33659
     """
 
     ratio: float  # Π of the external pair, tight over slack tension
@@ -189,6 +208,13 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     load torque, inertia and coefficients those of the start; a bandage on springs counts as one body.
     There is none without speed at the start, with a lever that holds the speed, where a lining is self-locking, or
     where the load outweighs what brakes the pulley.
+
+    Example:
+        >>> linings = sb.uniform_linings(8, "270 deg", 0.35)
+        >>> brake = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), linings, sb.Bandage(40.0, 0.2, preload=200.0))
+        >>> staged = sb.Scene(brake, scene.duty, sb.Initial(24.0), 4.0)
+        >>> [round(float(t), 3) for t in sb.formulas.classical_staged_stop(staged).times]
+        [0.0, 0.06, 5.797]
     """
     brake, lever, omega = band_brake(scene), scene.duty.lever, float(scene.initial.omega)
     bandage = brake.rubbing_part("internal")

@@ -37,6 +37,11 @@ def revolution_ripple(
     positive.
 
     Reference: H. S. Carslaw, J. C. Jaeger, *Conduction of Heat in Solids* (1959), §2.9, §3.10 (periodic flux).
+
+    Example:
+        >>> ripple = sb.formulas.revolution_ripple([0.0, 0.5], [0.0, 0.5], [1e6, 0.0], 0.3, 14e3)
+        >>> [round(float(x), 2) for x in ripple]
+        [-11.87, 11.87]
     """
     require_positive(effusivity=effusivity, period=period)
     x, at, q = (np.asarray(values, float) for values in (place, edges, flux))

@@ -276,7 +276,9 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
         events=_count(c.stats.events, guarded),
         segments=c.stats.segments + 1,
     )
-    status = jnp.where(stats.events > p.settings.max_events.astype(jnp.int32), np.int32(Code.EVENT_LIMIT), _RUNNING)
+    status = jnp.where(
+        stats.events > jnp.asarray(p.settings.max_events, jnp.int32), np.int32(Code.EVENT_LIMIT), _RUNNING
+    )
     status = jnp.where(close >= _ZENO_COUNT, np.int32(Code.ZENO), status)
     status = jnp.where(chain >= p.settings.max_chain, np.int32(Code.CHATTER), status)
     status = p.flat.ended(code, status)

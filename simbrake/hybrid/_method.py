@@ -36,7 +36,12 @@ class Pullback(NamedTuple):
 
 
 class AbstractMethod(eqx.Module):
-    """A one-step method for the flat loop."""
+    """A one-step method for the flat loop.
+
+    Example:
+        >>> result.record.method.order
+        8
+    """
 
     order: eqx.AbstractVar[int]
     evaluations: eqx.AbstractVar[int]
@@ -94,6 +99,11 @@ class ExplicitRungeKutta(AbstractMethod):
     The order is the one the step-size controller assumes for the local error. `evaluations` counts those of `rhs` in
     one step, the first of which is that of the step before. `unrolled` writes every stage out: the fastest
     program; otherwise the stages are a loop, and the program contains the equations once.
+
+    Example:
+        >>> import diffrax
+        >>> sb.hybrid.ExplicitRungeKutta(diffrax.Tsit5()).order
+        5
     """
 
     a: tuple[tuple[float, ...], ...] = eqx.field(static=True)

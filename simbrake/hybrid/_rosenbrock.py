@@ -74,6 +74,10 @@ class Rodas5P(AbstractMethod):
 
     Reference: G. Steinebach, *Construction of Rosenbrock–Wanner method Rodas5P and numerical benchmarks within the
     Julia Differential Equations package*, BIT 63 (2023) 27.
+
+    Example:
+        >>> sb.simulate(scene, solver=sb.hybrid.Rodas5P()).status
+        'stopped'
     """
 
     couplings: Couplings | None = eqx.field(static=True, default=None)

@@ -38,7 +38,12 @@ from ._system import (
 
 class EventKind(enum.IntEnum):
     """Causes of a change of mode: `GUARD`, a guard reached 0; `AT_ONCE`, a guard was negative just after an event, or
-    at the start, and no time passed; `KNOWN_TIME`, `next_stop` was reached."""
+    at the start, and no time passed; `KNOWN_TIME`, `next_stop` was reached.
+
+    Example:
+        >>> [event.kind.name for event in result.record.events]
+        ['AT_ONCE', 'GUARD']
+    """
 
     GUARD = LANDED
     AT_ONCE = INSTANT
@@ -47,7 +52,12 @@ class EventKind(enum.IntEnum):
 
 class HybridEvent(NamedTuple):
     """An event of a run: its time, its kind, the number of the guard that fired (`None` at a time breakpoint), and the
-    modes before and after it (they may be equal)."""
+    modes before and after it (they may be equal).
+
+    Example:
+        >>> round(result.record.events[-1].time, 4)
+        1.2577
+    """
 
     time: float
     kind: EventKind
@@ -62,6 +72,11 @@ class Record(eqx.Module):
     `rows` has `max_steps + 1` entries, of which `count` attempts and then the end of the run are filled. `t` and `y`
     of the rows are differentiable (first derivatives, forward and reverse) with respect to every number of the system,
     the initial state and the times.
+
+    Example:
+        >>> record = result.record
+        >>> int(record.code), round(float(record.t_end), 3), float(record.y_end.omega)
+        (0, 4.0, 0.0)
     """
 
     system: AbstractHybridSystem
@@ -227,6 +242,26 @@ def hybridsolve(
     gives the new mode and the state after the event, and the integration continues from there. The record has every
     step; its `code` is a `Code` or one of the system, and no exception is raised. First derivatives, forward and
     reverse, pass through the events.
+
+    Example:
+        >>> import jax.numpy as jnp
+        >>> class Ball(sb.hybrid.AbstractHybridSystem):  # falls from 1 m, stays where it lands
+        ...     def rhs(self, t, y, mode):
+        ...         return y[1], jnp.where(mode > 0, 0.0, -9.81)
+        ...     def guards(self, t, y, mode):
+        ...         return jnp.where(mode > 0, 1.0, y[0])[None]
+        ...     def transition(self, t, y, mode, fired, at_stop):
+        ...         return mode + 1, 0
+        ...     def reset(self, t, y, before, after):
+        ...         return 0.0 * y[0], 0.0 * y[1]
+        ...     def next_stop(self, mode):
+        ...         return math.inf
+        ...     def scales(self):
+        ...         return 1.0, 1.0
+        >>> settings, method = sb.hybrid.Settings(1e-10, 100), sb.hybrid.Rodas5P()
+        >>> record = sb.hybrid.hybridsolve(Ball(), (1.0, 0.0), np.array(0), 0.0, 2.0, method, settings)
+        >>> round(record.events[0].time, 9) == round(math.sqrt(2 / 9.81), 9)
+        True
     """
     y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
     t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)

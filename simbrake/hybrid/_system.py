@@ -16,7 +16,12 @@ from ._arrays import Array, Count, Guards, Mark, Scalar, State
 
 
 class Code(enum.IntEnum):
-    """Status codes of an integration; codes of systems begin at `SYSTEM_CODES`."""
+    """Status codes of an integration; codes of systems begin at `SYSTEM_CODES`.
+
+    Example:
+        >>> sb.hybrid.Code(int(result.record.code)).name
+        'COMPLETED'
+    """
 
     COMPLETED = 0
     STEP_LIMIT = 1
@@ -44,6 +49,10 @@ class AbstractHybridSystem(eqx.Module):
       it.
 
     Every number is an array leaf, so solutions can be differentiated with respect to all of them.
+
+    Example:
+        >>> isinstance(result.record.system, sb.hybrid.AbstractHybridSystem)
+        True
     """
 
     @property
@@ -102,7 +111,14 @@ class AbstractHybridSystem(eqx.Module):
 
 
 class Instant(NamedTuple):
-    """Quantities of a semi-explicit system at the instant of an event."""
+    """Quantities of a semi-explicit system at the instant of an event.
+
+    Example:
+        >>> record = result.record
+        >>> now = record.system.instant(np.float64(0.1), record.y_end, record.mode_end)
+        >>> float(now.y_rate.omega)
+        0.0
+    """
 
     t: Scalar
     y: PyTree
@@ -118,6 +134,11 @@ class AbstractSemiExplicitSystem(AbstractHybridSystem):
     Forces and other shared terms are written once, in `variables`; rates, guards and changes of mode use them. `z` is a
     pure function of `(t, y, mode)` and of the system's numbers; it is not recorded, and derivatives through a run
     compute it again. Quantities that only the guards need are left out of the stages of a step.
+
+    Example:
+        >>> record = result.record
+        >>> float(record.system.variables(0.1, record.y_end, record.mode_end).lever_tension)
+        12000.0
     """
 
     @abc.abstractmethod
@@ -166,6 +187,10 @@ class Settings(eqx.Module):
     - `rtol`: relative tolerance, absolute ones being `rtol` times the typical size of a state
     - `max_step`: longest step; `guard_samples` points inside each step are checked for excursions of a guard
     - `max_events`, `max_chain` (events at one instant), `max_steps` (attempts): limits, each with its code
+
+    Example:
+        >>> sb.hybrid.Settings(rtol=1e-8, max_events=100).max_steps
+        1024
     """
 
     rtol: Any

@@ -1,4 +1,4 @@
-"""What happened in a run and why, in sentences with the numbers behind them."""
+"""Explanation of a run, in sentences with the numbers behind them."""
 
 import dataclasses
 import os
@@ -89,7 +89,7 @@ def explain(
     - `influence`: differentiate the run, to name the parameters with the largest elasticities
     - `rtol`: of the run;  `progress`: as in `simbrake.sensitivity`
 
-    The **balance** of a stop are work per angle: the mean torque of the brake `M_b = W_b/φ` is the sum of that of the
+    The **balance** of a stop is work per angle: the mean torque of the brake `M_b = W_b/φ` is the sum of that of the
     load `W_load/φ`, that which takes the kinetic energy `ΔE_kin/φ`, and what lever, band and shaft give.
     The **stability** is `1 − f tan(β/2)` of the lining nearest self-locking, and the minimum torque of the sliding
     brake over the load under the maximum force of the lever.
@@ -331,7 +331,7 @@ def _limits(rows: Iterable[Any]) -> list[Finding]:
         text = 'No limit was given, and the scene has none: give limits, as in --limit "max_tension=120 kN".'
         return [Finding("limits", text, {})]
     first, exceeded = rows[0], [row for row in rows if row.state == LimitVerdict.EXCEEDED]
-    state = "exceeded" if first.state == LimitVerdict.EXCEEDED else "reached first"
+    state = "exceeded" if first.state == LimitVerdict.EXCEEDED else "nearest its limit"
     text = f"{first.name} is {state}: {first.value}, allowed {first.limit}, margin {first.margin}."
     if len(exceeded) > 1:
         text += f" Exceeded as well: {', '.join(row.name for row in exceeded[1:])}."

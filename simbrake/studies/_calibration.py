@@ -20,7 +20,12 @@ from ._measured import Measured, check_measured
 
 
 class State(enum.StrEnum):
-    """Status of a fitted parameter."""
+    """Status of a fitted parameter.
+
+    Example:
+        >>> [state.name for state in sb.studies.State]
+        ['FITTED', 'OPEN', 'AT_LOW', 'AT_HIGH']
+    """
 
     FITTED = "fitted"
     OPEN = "open"

@@ -1,4 +1,4 @@
-"""Many runs of one scene with other numbers, in one call: what is to run, the runs, and their data set.
+"""Many runs of one scene with other numbers, in one call: their plan, the runs, and their data set.
 
 Runs go in chunks to threads of this machine or to workers of a Dask cluster. Finished chunks may be stored in a folder,
 and runs whose records were too short are repeated with longer ones.
@@ -63,7 +63,7 @@ _CHUNKS, _MANY = (64, 1024), 2**17
 _ROOM = 16
 #: chunks for every worker, so that all of them end at about the same time
 _SHARES = 8
-#: minimum ratio of the expected costs of two runs for which it pays to sort them
+#: minimum ratio of the expected costs of two runs for which they are sorted
 _UNEQUAL = 1.2
 #: scenes looked at as a whole, besides those with the minimum and the maximum of every parameter
 _LOOKED_AT = 16
@@ -73,7 +73,7 @@ _PATIENCE = 5
 _NAMED = 5
 
 
-# --- what is to run ---------------------------------------------------------------------------------------------------
+# --- the plan of the runs ---------------------------------------------------------------------------------------------
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -571,6 +571,11 @@ def sweep(
     """Runs a scene on the full grid of the values given, `{path: (k,)}`: a data set with one dimension per path.
 
     Everything else is as in `ensemble`; `run` is the number of each run, the last path varies fastest.
+
+    Example:
+        >>> grid = sb.sweep(scene, {"initial.omega": [12.0, 24.0]}, ["stopping_time"])
+        >>> [round(float(t), 4) for t in grid.stopping_time.values]
+        [0.6289, 1.2577]
     """
     axes, found = {}, Faults()
     for path, axis in values.items():

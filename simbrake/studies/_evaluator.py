@@ -86,7 +86,13 @@ Find: TypeAlias = Callable[[Any, Any], tuple[Any, Any]]
 
 
 class Paths(NamedTuple):
-    """Numbers of a scene as one vector: their paths, and the shape of each."""
+    """Numbers of a scene as one vector: their paths, and the shape of each.
+
+    Example:
+        >>> paths = sb.studies.Paths(("initial.omega",), ((),))
+        >>> float(paths(scene, np.array([18.0]), None).initial.omega)
+        18.0
+    """
 
     names: tuple[str, ...]
     shapes: tuple[tuple[int, ...], ...]
@@ -258,7 +264,13 @@ def box_of(
 
 
 class Metrics(NamedTuple):
-    """Metrics of a result as one vector (m,)."""
+    """Metrics of a result as one vector (m,).
+
+    Example:
+        >>> metrics = sb.studies.Metrics(("stopping_time", "stopping_angle"))
+        >>> [round(float(x), 4) for x in metrics(result, None)[0]]
+        [1.2577, 15.0927]
+    """
 
     asked: tuple[Metric, ...]
 
@@ -403,7 +415,7 @@ class Evaluator:
 
 
 class Job(NamedTuple):
-    """What all runs of a chunk share. Structure and metrics are compiled in, numbers are not.
+    """Properties that all runs of a chunk share. Structure and metrics are compiled in, numbers are not.
 
     - `size`: how many runs a chunk has at most;  `room`: how many instants of events a run may have, where only these
       are recorded

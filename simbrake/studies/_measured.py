@@ -74,7 +74,13 @@ class Single:
 
 @dataclasses.dataclass(frozen=True)
 class Measured(Tabular):
-    """Measured data of one run, which can be added: `read_measured("speed.csv") + read_measured("events.csv")`."""
+    """Measured data of one run, which can be added: `read_measured("speed.csv") + read_measured("events.csv")`.
+
+    Example:
+        >>> data = sb.studies.Measured.of([0.0, 0.5], {"omega": [24.0, 14.6]}, sigma={"omega": 0.1})
+        >>> data.count
+        2
+    """
 
     points: tuple[Points, ...] = ()
     singles: tuple[Single, ...] = ()

@@ -157,6 +157,11 @@ class Sensitivity(NamedTuple):
 
     A path that ends in `[:]` means all entries of a list: `value` is their mean, `derivative` that of one shift of
     all of them, `elasticity` and range those of one factor for all of them.
+
+    Example:
+        >>> table = sb.sensitivity(scene, "stopping_time", "initial.omega", span=None)
+        >>> round(table.at("initial.omega").derivative, 5)
+        0.05241
     """
 
     path: str
@@ -173,7 +178,13 @@ class Sensitivity(NamedTuple):
 
 @dataclasses.dataclass(frozen=True)
 class SensitivityTable(Tabular):
-    """Sensitivities of one metric, the largest elasticity first; `notes` concern the whole run."""
+    """Sensitivities of one metric, the largest elasticity first; `notes` concern the whole run.
+
+    Example:
+        >>> table = sb.sensitivity(scene, "stopping_time", "initial.omega", span=None)
+        >>> [row.path for row in table.rows]
+        ['initial.omega']
+    """
 
     metric: str
     unit: str

@@ -101,6 +101,11 @@ def samples(
       hypercube; `"random"`, independent points
 
     The same seed gives the same samples. Raises `InputError` with all errors.
+
+    Example:
+        >>> drawn = sb.studies.samples(scene, {"initial.omega": (20.0, 28.0)}, 8)
+        >>> drawn["initial.omega"].size, bool((drawn["initial.omega"] >= 20.0).all())
+        (8, True)
     """
     draws = checked(Faults(), scene, distributions, n, method)
     return draws.values(unit_points(n, len(draws.paths), method, np.random.default_rng(seed)))
@@ -214,7 +219,12 @@ def complete(data: Dataset) -> Dataset:
 
 
 class Estimate(NamedTuple):
-    """A value and its confidence interval; `nan`: unknown, an infinite end: not bounded."""
+    """A value and its confidence interval; `nan`: unknown, an infinite end: not bounded.
+
+    Example:
+        >>> sb.studies.Estimate(value=0.02, low=0.01, high=0.04).high
+        0.04
+    """
 
     value: float
     low: float

@@ -66,7 +66,7 @@ class ThermalContact(AbstractLink):
     - `area` (m²); `resistance` `R_c` (m²·K/W), `None` for perfect contact (one of the two must then be a wall's face)
     - `opens`: nothing flows while the surfaces are apart: rim and linings of a standard brake, linings and band of a
       staged one, while the band is open; rim and a lining of a staged one while it has lifted off. What crosses the
-      gap is a link of its own: `Convection` or `Radiation` from one to the other, with `covered=1.0`
+      gap is a separate link: `Convection` or `Radiation` from one to the other, with `covered=1.0`
     - `law` of `h_c` by the pressure of the linings, in place of `resistance`; of one node for all linings their mean
 
     Example:

@@ -76,7 +76,7 @@ class PowerShares(Part):
         return PowerSplit(self.heat * power, self.electrical * power, self.mechanical * power)
 
     def faults(self, path: str) -> list[Fault]:
-        """Error of shares of more than 1 in sum. Traced ones are not checked."""
+        """Error of shares whose sum exceeds 1. Traced ones are not checked."""
         if not all(isinstance(share, np.ndarray | np.generic) for share in (self.electrical, self.mechanical)):
             return []
         total = float(np.max(self.electrical + self.mechanical))
@@ -334,7 +334,7 @@ class Heat(Part):
     def faults(self, path: str, linings: int, rims: int = 0) -> list[Fault]:
         """Errors beyond the ranges of single numbers (concrete values only).
 
-        - `linings`: their number;  `rims`: how many of their own the bands may have, 0: all have one
+        - `linings`: their number;  `rims`: number of separate rims that bands may have, 0: they share one
         """
         heated = [place for pair in self.pairs for place in (pair.metal, pair.lining, pair.beyond)]
         found = faults_of_network(self.bodies, self.links, self.sources, path, tuple(p for p in heated if p))
