@@ -17,8 +17,10 @@ PATHS = {
 VALUES = {"f": 0.35, "J": 800.0, "C": 2e5, "T0": 8e3, "w0": 20.0}
 
 
-@pytest.mark.parametrize(("metric", "key"), [("stopping_time", "stop"), ("slip_onset_time", "t0")])
-def test_second_derivatives_of_the_stop_are_those_of_its_closed_form(metric, key):
+@pytest.mark.parametrize(
+    ("metric", "key", "tolerance"), [("stopping_time", "stop", 1e-7), ("slip_onset_time", "t0", 1e-9)]
+)
+def test_second_derivatives_of_the_stop_are_those_of_its_closed_form(metric, key, tolerance):
     exact = jax.hessian(lambda p: closed_form(**p, xp=jax.numpy)[key])(VALUES)
     slope = jax.grad(lambda p: closed_form(**p, xp=jax.numpy)[key])(VALUES)
     found = sb.studies.hessian(stop_scene(), metric, list(PATHS.values()))
@@ -28,7 +30,7 @@ def test_second_derivatives_of_the_stop_are_those_of_its_closed_form(metric, key
         assert found.gradient[i] * VALUES[a] / scale == pytest.approx(float(slope[a]) * VALUES[a] / scale, abs=1e-9)
         for j, b in enumerate(VALUES):
             unit = VALUES[a] * VALUES[b] / scale  # as elasticities, of order one
-            assert found.matrix[i, j] * unit == pytest.approx(float(exact[a][b]) * unit, rel=1e-6, abs=1e-6)
+            assert found.matrix[i, j] * unit == pytest.approx(float(exact[a][b]) * unit, rel=tolerance, abs=tolerance)
             assert abs(found.matrix[i, j] - float(exact[a][b])) * unit <= 10 * found.error[i, j] * unit + 1e-7
     np.testing.assert_array_equal(found.matrix, found.matrix.T)
 

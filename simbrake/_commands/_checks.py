@@ -38,8 +38,9 @@ def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
             cli.prepare_jax()
             found = _examined()
         # for example, JAX finds no device of JAX_PLATFORMS
-        except (ImportError, RuntimeError, AssertionError) as error:
+        except (ImportError, RuntimeError, AssertionError, sb.InputError) as error:
             why = f"{type(error).__name__}: {error}".strip().splitlines()[0]
+            why = str(error.faults[0]) if isinstance(error, sb.InputError) else why
             platforms = os.environ.get("JAX_PLATFORMS")
             note = why + (f" (JAX_PLATFORMS is {platforms}: try without it)" if platforms else "")
             cli.tell(f"{CANNOT}\n  {note}", lambda: {"ok": False, "notes": [note], "versions": versions()}, json_)
