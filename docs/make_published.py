@@ -85,18 +85,25 @@ def section(name: str, of: list) -> list[str]:
 
 def block(table: str) -> str:
     """What stands between the markers of one table."""
-    from simbrake.published import AGREES, cells
+    from simbrake.published import cells, counted
 
     of = [c for c in cells() if c.table == table]
-    agree = sum(c.verdict == AGREES for c in of)
-    counts = f"{agree} agree" + (f", {len(of) - agree} are known misprints" if agree < len(of) else "")
-    return "\n".join([f"{len(of)} cells: {counts}.", "", *section(table, of)])
+    return "\n".join([f"{counted(of)}.", "", *section(table, of)])
+
+
+def sentence() -> str:
+    """Counts of all cells, as the text of the page has them."""
+    from simbrake.published import cells, counted
+
+    return f"All tables: {counted(cells())}."
 
 
 def written(text: str) -> str:
     """The page with every block between its markers computed anew."""
     from simbrake.published import FILES
 
+    before, rest = text.split("All tables: ")
+    text = f"{before}{sentence()}\n{rest.partition(chr(10))[2]}"
     for table in FILES:
         begin, end = f"<!-- {table}: begin -->\n", f"<!-- {table}: end -->"
         before, rest = text.split(begin)

@@ -3,17 +3,19 @@
 import importlib.util
 import json
 import pathlib
+import re
 
 import jax
 import numpy as np
 import pytest
 import staged_scenes as staged
-from helpers import stop_scene
+from helpers import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake._commands import _checks
 from simbrake._run import _networks
-from simbrake.checks import Case, _cases_band, _cases_heat, _cross_check, _validate, run_case
+from simbrake.checks import Case, _cases_band, _cases_heat, _cross_check, _validate, _validation, run_case
+from simbrake.checks._validation import subject_of, truths
 from simbrake.thermal import _network as _links
 
 KEYS = ["case", "source", "value", "truth", "error", "tolerance", "verdict"]
@@ -64,6 +66,49 @@ def test_truths_that_are_computed_agree_with_the_digits_published():
         "two bodies in contact/two metals": 0.599546754116704,
     }.items():
         assert truth[name] == pytest.approx(digits, rel=1e-11), name
+
+
+@pytest.fixture(scope="module")
+def oracles():
+    """The script that makes the frozen truths."""
+    spec = importlib.util.spec_from_file_location("truths", DOCS.parent / "tests" / "oracles" / "truths.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_frozen_truths_are_those_of_their_script_which_knows_nothing_of_simbrake(oracles):
+    text = pathlib.Path(oracles.__file__).read_text("utf-8")
+    assert not re.search(r"^\s*(import|from) (simbrake|jax)", text, re.MULTILINE)
+    frozen = [(subject, row["what"], float(row["truth"])) for subject, rows in truths().items() for row in rows]
+    made = [(subject, what, truth) for subject, what, truth, _, _ in oracles.rows()]
+    assert [row[:2] for row in frozen] == [row[:2] for row in made]
+    np.testing.assert_allclose([row[2] for row in frozen], [row[2] for row in made], rtol=1e-8)
+    wanted = [f"{subject}/{what}" for subject, what, _ in frozen]
+    assert sorted(case.name for case in cases() if case.name.partition("/")[0] in truths()) == sorted(wanted)
+
+
+def test_subjects_are_counted_once_each():
+    assert subject_of("radiation to 0 K/T at 60 s") == subject_of("radiation to 300 K/T at 60 s") == "radiation"
+    assert len({subject_of(case.name) for case in cases()}) == 59
+
+
+def test_frozen_cases_take_derivatives_along_a_number_an_array_and_one_of_its_numbers():
+    """`t = J ω_0/M` of a stop: by the inertia, by all numbers of a lever `T_0`, and by one of two that are the same."""
+    scene, done = _cases_band.elastic_stop(C=None), {}
+    paths = {"J": "brake.pulley.inertia", "all": "duty.slack_tension.values", "first": "duty.slack_tension.values.0"}
+    with pytest.MonkeyPatch.context() as patch:
+        rows = [{"what": what, "source": "", "truth": "0", "tolerance": "0"} for what in paths]
+        patch.setattr(_validation, "truths", lambda: {"one": rows})
+        for case in _validation.frozen_cases("one", scene, {}, paths):
+            done[case.name] = float(case.value())
+    time = 800 * 20 / (0.725 * 8e3 * (closed_form(n=10, beta=27.0)["Pi"] - 1))
+    assert done["one/J"] == pytest.approx(time / 800, rel=1e-10)
+    assert done["one/all"] == pytest.approx(-time / 8e3, rel=1e-10)
+    # the lever is constant up to 1e6 s: of a stop the first number alone counts
+    assert done["one/first"] == pytest.approx(-time / 8e3, rel=1e-5)
 
 
 def test_report_as_table_and_as_json(capsys):
@@ -198,8 +243,6 @@ def test_cross_check_of_a_staged_stop_agrees():
 
 def test_scipy_loop_finds_what_the_closed_form_says():
     """The second integrator is itself no copy of the first: it comes to the truth on its own."""
-    from helpers import closed_form
-
     scene = stop_scene(n=10, beta=27.0)
     course = _cross_check.drive(sb.simulate(scene).record, rtol=1e-11, energy=1e5)
     truth = closed_form(n=10, beta=27.0)

@@ -243,12 +243,14 @@ def validate(
 def reproduce(*, out: cli.Out = None, json_: cli.Flag = False) -> int:
     """Recompute the published tables cell by cell: printed, computed, difference, verdict.
 
+    Printed inputs and numbers that cannot differ are shown and counted as given and trivial, not as agreement.
+
     --out draws the papers' figures and tables that a formula gives, with the printed numbers as points.
 
     Parameters
     ----------
     json_
-        Print a list of {table, row, column, printed, computed, verdict}, alone on stdout.
+        Print a list of {table, row, column, printed, computed, verdict, kind}, alone on stdout.
     """
     cli.prepare_jax()
     from ..published import cells, report

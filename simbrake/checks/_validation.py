@@ -1,14 +1,21 @@
 """Validation cases: computed values beside independent reference values, and the verdicts."""
 
 import abc
+import csv
 import dataclasses
 import functools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from importlib import resources
 from typing import Any, NamedTuple, TypeAlias
 
+import jax
+import numpy as np
+
+from .._base._compiling import DeviceJit
 from .._base._table import Column, Table, Tabular
 from .._parts._scene import Scene
+from .._run._result import Result
 from .._run._simulate import simulate
 
 PASS, FAIL = "pass", "fail"
@@ -38,6 +45,24 @@ Reader: TypeAlias = str | Callable[[Any], Any]
 Row: TypeAlias = tuple[str, str, float, Reader] | tuple[str, str, float, Reader, float]
 
 
+#: names that show one formula or mechanism in several scenes, and the subject that they make
+_TOGETHER = {
+    **dict.fromkeys(("radiation to 0 K", "radiation to 300 K"), "radiation"),
+    **dict.fromkeys(("stop with fade", "stop with no fade"), "stop with fade"),
+    **dict.fromkeys(("held 3600 s", "staged brake held 3600 s"), "held 3600 s"),
+    **dict.fromkeys(
+        (f"Z table {row}" for row in ("5, k = 8, variable", "5, k = 4, uniform", "6, k = 8, variable")), "Z5"
+    ),
+    **dict.fromkeys((f"Z{table} row 0" for table in (1, 2, 4)), "Z1"),
+}
+
+
+def subject_of(name: str) -> str:
+    """The formula or mechanism that a case is about: what stands before the slash in its name."""
+    head = name.partition("/")[0]
+    return _TOGETHER.get(head, head)
+
+
 def cases_of(subject: str, run: Callable[[], Any], tolerance: float, rows: Iterable[Row]) -> list[Case]:
     """Cases that read one result, `run()`, which is made when the first of them is run."""
     once, found = functools.cache(run), []
@@ -52,6 +77,69 @@ def cases_of_run(
 ) -> list[Case]:
     """Cases that read the result of a scene."""
     return cases_of(subject, lambda: simulate(scene, rtol=rtol), tolerance, rows)
+
+
+@functools.cache
+def truths() -> Mapping[str, Sequence[Mapping[str, str]]]:
+    """Rows of `truths.csv` by subject; `tests/oracles/truths.py` made them, with nothing of simbrake."""
+    found: dict[str, list[Mapping[str, str]]] = {}
+    text = (resources.files("simbrake.checks") / "truths.csv").read_text("utf-8")
+    for row in csv.DictReader(text.splitlines()):
+        found.setdefault(row["subject"], []).append(row)
+    return found
+
+
+def frozen_cases(
+    subject: str,
+    scene: Scene,
+    reads: Mapping[str, Reader],
+    slopes: Mapping[str, str] | None = None,
+    of: Callable[[Result], Any] = lambda result: result.stopping_time,
+) -> list[Case]:
+    """Cases of a subject of `truths.csv`: each row is read from the result, or is a derivative of `of(result)`.
+
+    - `slopes`: places of the numbers by which it is taken, of an array by the sum of its numbers
+    - one compiled program gives result and derivatives, in forward mode: the other mode takes several times as long
+    """
+    slopes = slopes or {}
+
+    def towards(path: str) -> Scene:
+        tangent = jax.tree.map(lambda x: np.zeros(np.shape(x)), scene)
+        head, _, last = path.rpartition(".")
+        above = _read(lambda: tangent, head)
+        if isinstance(above, np.ndarray):
+            above[int(last)] = 1.0
+        else:
+            _read(lambda: tangent, path)[...] = 1.0
+        return tangent
+
+    def both(scene: Scene, tangent: Scene) -> tuple[Result, Any]:
+        def found(scene: Scene) -> tuple[Any, Result]:
+            result = simulate(scene, rtol=1e-12, max_steps=1024)
+            return of(result), result
+
+        _, slope, result = jax.jvp(found, (scene,), (tangent,), has_aux=True)
+        return result, slope
+
+    program = DeviceJit(both, subject=("validation", subject), quick=True)
+
+    @functools.cache
+    def along(path: str) -> tuple[Result, Any]:
+        return program(jax.tree.map(np.asarray, scene), towards(path))
+
+    def run() -> Result:
+        return along(next(iter(slopes.values())))[0] if slopes else simulate(scene, rtol=1e-12)
+
+    once, found = functools.cache(run), []
+    for row in truths()[subject]:
+        what = row["what"]
+        value = (
+            (lambda path=slopes[what]: along(path)[1])
+            if what in slopes
+            else functools.partial(_read, once, reads[what])
+        )
+        found.append(Case(f"{subject}/{what}", row["source"], float(row["truth"]), float(row["tolerance"]), value))
+    return found
 
 
 def _read(run: Callable[[], Any], what: Reader) -> Any:
@@ -163,6 +251,7 @@ class Validation(AbstractChecks):
 
     def parts(self) -> list[str | Table]:
         failed = self.failed
-        count = f"{len(self) - len(failed)} of {len(self)} cases pass in {self.seconds:.0f} s"
+        subjects = len({subject_of(check.case) for check in self})
+        count = f"{len(self) - len(failed)} of {len(self)} cases pass in {self.seconds:.0f} s, on {subjects} subjects"
         count += f"; not: {', '.join(failed)}" if failed else ""
         return [*self.table(self.checks, "truth"), "", f"{count} (error: of the truth, absolute where that is 0)"]

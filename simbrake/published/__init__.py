@@ -40,6 +40,10 @@ from ..thermal._heat import FlashTemperature
 from ..thermal._material import effusivity_share, material
 
 AGREES, MISPRINT, DISAGREES = "agrees", "known misprint", "disagrees"
+#: what a cell says of the formulas: it is compared with them, went into them, or cannot differ
+COMPARED, GIVEN, TRIVIAL = "compared", "given", "trivial"
+#: columns of inputs, printed with the results, and of numbers that follow from a printed one beside them
+_KINDS = {"f": GIVEN, "k": GIVEN, "T0": TRIVIAL, "K": TRIVIAL, "tau_m_consistent": TRIVIAL}
 _CONSISTENT = "printed as λ + π/(2 w_0); the equations of motion give 1/λ + π/(2 w_0)"
 #: table → its file in `published/`
 FILES = {f"Z{i}": f"table{i}.csv" for i in range(1, 7)} | {
@@ -50,7 +54,11 @@ FILES = {f"Z{i}": f"table{i}.csv" for i in range(1, 7)} | {
 
 
 class Cell(NamedTuple):
-    """One printed number beside the computed one; `row` counts the data rows of the table from 0."""
+    """One printed number beside the computed one; `row` counts the data rows of the table from 0.
+
+    `kind`: `compared`, or one that must agree: `given` (the friction and the number of sliding linings of a row go into
+    its formulas), `trivial` (`T_0` in parts of itself, a reciprocal of the number beside it, a second look at one).
+    """
 
     table: str
     row: int
@@ -60,9 +68,14 @@ class Cell(NamedTuple):
     verdict: str
     reason: str = ""
 
+    @property
+    def kind(self) -> str:
+        wrong = self.verdict != AGREES and self.column != "tau_m_consistent"
+        return COMPARED if wrong else _KINDS.get(self.column, COMPARED)
+
     def as_dict(self) -> dict[str, str | int | float]:
-        """`{table, row, column, printed, computed, verdict}`."""
-        return {name: getattr(self, name) for name in self._fields[:-1]}
+        """`{table, row, column, printed, computed, verdict, kind}`."""
+        return {name: getattr(self, name) for name in (*self._fields[:-1], "kind")}
 
 
 #: a row as printed, and the numbers computed for one
@@ -86,9 +99,9 @@ def _misprints() -> dict[tuple[str, int, str], str]:
 
 
 def allowed(printed: str) -> float:
-    """The difference within which a number agrees: 1.5 units of its last place (integers: 1 unit), or 0.5 %."""
+    """The difference within which a number agrees: 1.5 units of its last place or 0.5 %; whole numbers: half a unit."""
     places = len(printed.partition(".")[2])
-    return max(10.0**-places * (1.5 if places else 1.0), 0.005 * abs(float(printed)))
+    return max(1.5 * 10.0**-places, 0.005 * abs(float(printed))) if places else 0.5
 
 
 def agrees(printed: str, computed: float) -> bool:
@@ -239,18 +252,32 @@ def cells() -> list[Cell]:
     ]
 
 
+def counted(rows: list[Cell]) -> str:
+    """Counts in words: cells by kind, of those compared by verdict."""
+    kinds = [c.kind for c in rows]
+    of = [c.verdict for c in rows if c.kind == COMPARED]
+    words = {AGREES: "agree", MISPRINT: "are known misprints", DISAGREES: "disagree"}
+    told = ", ".join(f"{of.count(verdict)} {word}" for verdict, word in words.items() if verdict in of)
+    rest = [f"{kinds.count(kind)} {kind}" for kind in (GIVEN, TRIVIAL) if kind in kinds]
+    return "; ".join([f"{len(rows)} cells, {len(of)} compared: {told}", *rest])
+
+
 def report(rows: list[Cell]) -> str:
-    """The comparison as text: every cell, then the count of verdicts per table."""
+    """The comparison as text: every cell, then the counts per table and of all."""
+
+    def shown(c: Cell) -> str:
+        said = c.verdict if c.kind == COMPARED else c.kind
+        return f"{said} ({c.reason})" if c.reason else said
+
     columns = [
         *("table", Column("row"), "column", Column("printed", show="g"), Column("computed", show=".5g")),
         *(Column("difference", show=".2g"), "verdict"),
     ]
-    lines = [(*c[:5], c.computed - c.printed, f"{c.verdict} ({c.reason})" if c.reason else c.verdict) for c in rows]
-    counts = []
-    for table in dict.fromkeys(c.table for c in rows):
-        of = [c.verdict for c in rows if c.table == table]
-        told = ", ".join(f"{of.count(v)} {v}" for v in (AGREES, MISPRINT, DISAGREES) if v in of)
-        counts.append(f"{table}: {len(of)} cells, {told}")
+    lines = [(*c[:5], c.computed - c.printed, shown(c)) for c in rows]
+    counts = [
+        f"{table}: {counted([c for c in rows if c.table == table])}" for table in dict.fromkeys(c.table for c in rows)
+    ]
+    counts.append(f"all: {counted(rows)}")
     return "\n".join([str(Table(columns, lines)), "", *counts])
 
 

@@ -1,0 +1,144 @@
+"""Validation of laws along a stop: friction, memory, changes, flash temperature, wear, contacts that open.
+
+The truths are in `truths.csv`, made by `tests/oracles/truths.py`, which imports nothing of simbrake.
+"""
+
+from typing import Any
+
+from .._parts._scene import ForceDuty, Initial, Scene
+from .._run._edit import with_values
+from .._run._result import Result
+from ..brakes._pressed import DiscBrake, Pads
+from ..fade import FrictionChange, LinearFade, MemoryProcess
+from ..friction import (
+    AbstractFriction,
+    ChangingFriction,
+    ConstantFriction,
+    FrictionWithMemory,
+    ProductFriction,
+    StribeckFriction,
+    TabulatedFriction,
+)
+from ..loads import TorqueLoad
+from ..profiles import Constant, PiecewiseLinear
+from ..thermal._builders import lumped_heat
+from ..thermal._contact import ThermalContact
+from ..thermal._heat import ConstantPartition, FlashTemperature, FrictionHeat, Heat
+from ..thermal._material import ROOM
+from ..thermal._network import Conductance, Lump
+from ..wear import LinearWear, Wear
+from ._cases_band import stop_scene
+from ._validation import Case, frozen_cases
+
+_N = 4
+_LAW = "brake.linings.friction"
+
+
+def _stop(law: AbstractFriction, heat: Heat | None = None, end: float = 3.0, **parts: Any) -> Scene:
+    """A stop of four linings of 50° under a constant lever, the band rigid where no stiffness `C` is given."""
+    scene = stop_scene(n=_N, beta=50.0, law=law, end=end, **{"C": None, **parts})
+    return Scene(scene.brake, scene.duty, scene.initial, end, heat)
+
+
+def _rim(capacity: float, flash: FlashTemperature | None = None) -> Heat:
+    """All heat into one insulated lump, of which the friction takes its temperature."""
+    heat = lumped_heat(rim=capacity, partition=ConstantPartition(1.0), rim_cooling=0.0)
+    return Heat(heat.bodies, heat.links, heat.friction, heat.sources, flash, heat.rim, heat.linings, heat.band)
+
+
+def _fading(slope: float) -> AbstractFriction:
+    return ProductFriction(ConstantFriction(0.35), (LinearFade(slope, ROOM, 0.0, 0.0),))  # pyright: ignore
+
+
+def speed_cases() -> list[Case]:
+    """Friction over the slip speed: Stribeck's curve and a table."""
+    curve = StribeckFriction(0.45, 0.30, 3.0, 1.5)
+    table = TabulatedFriction([0.0, 4.0, 9.0, 16.0], [0.42, 0.35, 0.31, 0.30])
+    stopped = {"stopping time": "stopping_time", "angle": "stopping_angle"}
+    return [
+        *frozen_cases(
+            "Stribeck friction",
+            _stop(curve),
+            stopped,
+            {"∂(stopping time)/∂v_s": f"{_LAW}.stribeck_speed", "∂(stopping time)/∂δ": f"{_LAW}.exponent"},
+        ),
+        *frozen_cases("tabulated friction", _stop(table), stopped, {"∂(stopping time)/∂f_2": f"{_LAW}.coefficient.1"}),
+    ]
+
+
+def heated_cases() -> list[Case]:
+    """Fade on an elastic band, which yields as it fades, and flash temperature, which makes friction implicit."""
+    flash = FlashTemperature(1e-3, 50.0, 1.44e-5, 1.0, 3e7)
+    elastic = _stop(_fading(2e-3), _rim(1.5e3), C=1e5, load=500.0)
+    read = {"full slip": "full_slip_time", "stopping time": "stopping_time", "rim at rest": "end_temperatures.0"}
+    return [
+        *frozen_cases("fade under an elastic band", elastic, read, {"∂(stopping time)/∂s": f"{_LAW}.factors.0.slope"}),
+        *frozen_cases("flash temperature", _stop(_fading(1e-3), _rim(1e5, flash)), read),
+    ]
+
+
+def changing_cases() -> list[Case]:
+    """Friction with a history, and friction that oil changes."""
+    law = FrictionWithMemory(ConstantFriction(0.4), (MemoryProcess(0.5, rate=0.4), MemoryProcess(1.2, work=2e6)), 0.9)
+    pads = DiscBrake(900.0, Pads(law, 0.5, 0.6, 1.0, 3))
+    pressed = Scene(pads, ForceDuty(Constant(3e4), TorqueLoad(Constant(0.0))), Initial(20.0), 1.5)
+    oil = FrictionChange(PiecewiseLinear([0.5, 0.5], [1.0, 0.4]), [2, 3])
+
+    def factor(result: Result):
+        return result.series([float(result.stopping_time)]).friction_memory[0, 0]
+
+    return [
+        *frozen_cases(
+            "friction with memory",
+            pressed,
+            {"stopping time": "stopping_time", "factor at rest": factor},
+            {
+                "∂(stopping time)/∂k": "brake.linings.friction.processes.0.rate",
+                "∂(stopping time)/∂w_0": "brake.linings.friction.processes.1.work",
+            },
+        ),
+        *frozen_cases(
+            "oiled linings",
+            _stop(ChangingFriction(ConstantFriction(0.35), (oil,))),
+            {"stopping time": "stopping_time"},
+            {
+                "∂(stopping time)/∂t_1": f"{_LAW}.changes.0.factor.times",
+                "∂(stopping time)/∂φ": f"{_LAW}.changes.0.factor.values.1",
+            },
+        ),
+    ]
+
+
+def wear_cases() -> list[Case]:
+    """Wear of the linings of a stop, its rate rising with the temperature of the rim."""
+    scene = with_values(_stop(ConstantFriction(0.35)), {"brake.linings.area": 0.03})
+    wear = Wear(LinearWear(2e-14, 5e-3, ROOM))
+    scene = Scene(scene.brake, scene.duty, scene.initial, scene.end_time, _rim(2e4), wear=wear)
+    return frozen_cases(
+        "wear of linings",
+        scene,
+        {"lining 1": "worn_thickness.0", "lining 4": "worn_thickness.3"},
+        {"∂(lining 4)/∂s": "wear.rate.slope"},
+        of=lambda result: result.worn_thickness[3],
+    )
+
+
+def contact_cases() -> list[Case]:
+    """Rim and linings at rest exchange heat until the band is released."""
+    links = (ThermalContact("rim", "linings", 0.1, 0.1 / 40.0, opens=True), Conductance("linings", "band", 25.0))
+    bodies = (Lump("rim", 4e3, 420.0), Lump("linings", 600.0, 350.0), Lump("band", 900.0, 300.0))
+    heat = Heat(
+        bodies, links, FrictionHeat("rim", "linings", ConstantPartition(0.5)), (), None, "rim", "linings", "band"
+    )
+    lever = PiecewiseLinear([0.0, 20.0, 20.0, 50.0], [2e3, 2e3, 0.0, 0.0])
+    scene = _stop(ConstantFriction(0.35), heat, lever=lever, w0=0.0, end=50.0)
+    return frozen_cases(
+        "contact that opens",
+        scene,
+        {"rim": "end_temperatures.0", "linings": "end_temperatures.1"},
+        {"∂(linings)/∂R_c": "heat.links.0.resistance"},
+        of=lambda result: result.end_temperatures[1],
+    )
+
+
+CASES = (speed_cases, heated_cases, changing_cases, wear_cases, contact_cases)

@@ -1,0 +1,393 @@
+"""Plants errors in the package, one at a time, and counts those that no test and no validation case notices.
+
+    python tests/plant.py --map                      # once: which test runs which function (slower than the suite)
+    python tests/plant.py --count 200 --seed 1       # then: 200 errors, in equal numbers per part, kind by kind
+    python tests/plant.py --count 5 --seed 3 --module simbrake/_physics/_rigid.py
+    python tests/plant.py --count 200 --seed 1 --list    # the places alone
+    python tests/plant.py --page                     # what is known so far into docs/planted_errors.md
+
+Each error is put into a copy of the tree, and the tests and subjects of `simbrake validate` that run its function are
+run on it, the cheapest files first, until one fails or the time is up. A copy that cannot be imported, or a test that
+takes far longer than it should, counts as caught. `planted_equivalent.csv` names errors that change no result.
+"""
+
+import argparse
+import csv
+import dataclasses
+import json
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import threading
+import time
+from collections import Counter, defaultdict
+from collections.abc import Iterable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+if __name__ == "__main__":
+    sys.path.insert(0, str(ROOT / "tests"))
+
+from planting import KINDS, Site, sites, with_error  # noqa: E402
+
+KEPT = ROOT / ".pytest_cache" / "planted"
+PAGE = ROOT / "docs" / "planted_errors.md"
+BEGIN, END = "<!-- planted: begin -->\n", "<!-- planted: end -->\n"
+
+#: folders and files of each part of the package; the first that fits is taken
+PARTS = {
+    "physics": "_physics _parts _phases.py brakes thermal fade.py friction.py loads.py profiles.py rope.py shaft.py "
+    "wear.py",
+    "engine": "hybrid _run/_simulate.py _run/_duty.py _run/_scan.py _run/_stepper.py _run/_networks.py",
+    "reports": "_pages results _run/_report.py _run/_verdict.py _run/_log.py _run/_choice.py",
+    "studies": "studies layouts formulas _run",
+    "files": "files _commands _base",
+    "figures": "plot",
+}
+#: tests that see any change of the text or of the count of equations, right or wrong
+BLIND = {"test_house.py", "test_words.py", "test_program_size.py", "test_costs.py", "test_docs.py", "test_plant.py"}
+ROWS = "planted_rows.py"
+
+
+def part_of(module: str) -> str | None:
+    inside = module.removeprefix("simbrake/")
+    for part, places in PARTS.items():
+        if any(inside == place or inside.startswith(f"{place}/") for place in places.split()):
+            return part
+    return None
+
+
+# --- inside the runs of pytest: this file is their plugin -------------------------------------------------------------
+
+
+def _recorded(item, nextitem):
+    """Runs a test; which functions of the package it calls, and how long it takes."""
+    seen: set = set()
+
+    def called(frame, event, arg):
+        seen.add(frame.f_code)
+
+    start = time.monotonic()
+    threading.settrace(called)
+    sys.settrace(called)
+    try:
+        yield
+    finally:
+        sys.settrace(None)
+        threading.settrace(None)  # pyright: ignore
+    package = f"{Path.cwd() / 'simbrake'}{os.sep}"
+    names = {
+        f"{Path(code.co_filename).relative_to(Path.cwd()).as_posix()}::{code.co_qualname}"
+        for code in seen
+        if code.co_filename.startswith(package)
+    }
+    item.config.planted[item.nodeid] = {"seconds": time.monotonic() - start, "functions": sorted(names)}
+
+
+if "PLANT_MAP" in os.environ or "PLANT_LIMIT" in os.environ:
+    import pytest
+
+    def pytest_configure(config):
+        config.planted, config.planted_failed, config.planted_start = {}, [], time.monotonic()
+
+    @pytest.hookimpl(wrapper=True)
+    def pytest_runtest_protocol(item, nextitem):
+        if "PLANT_MAP" in os.environ:
+            yield from _recorded(item, nextitem)
+            return True
+        if time.monotonic() - item.config.planted_start > float(os.environ["PLANT_LIMIT"]):
+            item.session.shouldstop = "the time is up"
+        return (yield)
+
+    def pytest_runtest_logreport(report):
+        if report.failed:
+            _config.planted_failed.append(report.nodeid)
+
+    def pytest_sessionstart(session):
+        global _config
+        _config = session.config
+
+    def pytest_sessionfinish(session, exitstatus):
+        if "PLANT_MAP" in os.environ:
+            good = {name: of for name, of in session.config.planted.items() if name not in _config.planted_failed}
+            Path(os.environ["PLANT_MAP"]).write_text(json.dumps(good), "utf-8")
+
+
+# --- copies of the tree -----------------------------------------------------------------------------------------------
+
+
+def copied(folder: Path) -> Path:
+    """The working tree, in a folder; programs compiled for all copies are kept in one place."""
+    listed = ["git", "ls-files", "-co", "--exclude-standard", "-z"]
+    names = subprocess.run(listed, cwd=ROOT, capture_output=True, check=True, text=True).stdout
+    for name in filter(None, names.split("\0")):
+        if (ROOT / name).is_file():
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
+            shutil.copy2(ROOT / name, folder / name)
+    (folder / ".pytest_cache").mkdir()
+    (KEPT / "programs").mkdir(parents=True, exist_ok=True)
+    (folder / ".pytest_cache" / "programs").symlink_to(KEPT / "programs")
+    return folder
+
+
+def run_pytest(tree: Path, tests: Iterable[str], limit: float, **settings: str) -> tuple[int | None, str]:
+    """Exit status and output of pytest in a copy; the status is `None` where it had to be ended."""
+    path = os.pathsep.join((str(tree), str(tree / "tests")))
+    surroundings = os.environ | {"PYTHONPATH": path, "SIMBRAKE_CACHE_DIR": "", **settings}
+    call = [sys.executable, "-m", "pytest", "-n", "0", "-x", "-q", "--no-header", "--tb=line", "-p", "plant", *tests]
+    if "PLANT_MAP" in settings:
+        call.remove("-x")
+    process = subprocess.Popen(
+        call, cwd=tree, env=surroundings, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True
+    )
+    try:
+        output = process.communicate(timeout=limit)[0]
+        return process.returncode, output.decode(errors="replace")
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, 9)  # what it has started, too
+        return None, process.communicate()[0].decode(errors="replace")
+
+
+# --- which test runs which function -----------------------------------------------------------------------------------
+
+
+def make_map(only: list[str], jobs: int) -> None:
+    """Runs every file of tests and records what its tests call; files recorded before are left out."""
+    files = [ROOT / "tests" / ROWS, *sorted((ROOT / "tests").glob("test_*.py"))]
+    files = [f for f in files if f.name not in BLIND and (f.name in only or not only)]
+    todo = [f for f in files if only or not (KEPT / "map" / f"{f.stem}.json").exists()]
+    (KEPT / "map").mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory() as folder:
+        tree = copied(Path(folder))
+
+        def one(file: Path) -> None:
+            start, target = time.monotonic(), KEPT / "map" / f"{file.stem}.json"
+            status, _ = run_pytest(tree, [f"tests/{file.name}"], 3000.0, PLANT_MAP=str(target))
+            print(f"{file.name}: pytest ends with {status} after {time.monotonic() - start:.0f} s", flush=True)
+
+        with ThreadPoolExecutor(jobs) as pool:
+            list(pool.map(one, todo))
+
+
+class Map:
+    """Which tests run a function, in the order in which they are tried."""
+
+    def __init__(self) -> None:
+        self.seconds: dict[str, float] = {}
+        self.of_function: dict[str, set[str]] = defaultdict(set)
+        for file in sorted((KEPT / "map").glob("*.json")):
+            for test, known in json.loads(file.read_text("utf-8")).items():
+                self.seconds[test] = known["seconds"]
+                for function in known["functions"]:
+                    self.of_function[function].add(test)
+                    self.of_function[function.partition("::")[0]].add(test)
+
+    def tests(self, site: Site) -> list[str]:
+        """Tests that run its function, by files; all that run anything of the module where none runs that function.
+
+        Within one process a later test may use what an earlier one has traced: the tests of a file keep together.
+        """
+        found = self.of_function.get(f"{site.module}::{site.function}") or self.of_function.get(site.module, set())
+        cost: Counter[str] = Counter()
+
+        def group(test: str) -> str:
+            # (subjects of the validation share nothing)
+            return test if ROWS in test else test.partition("::")[0]
+
+        for test in found:
+            cost[group(test)] += self.seconds[test]
+        return sorted(found, key=lambda test: (cost[group(test)], group(test), self.seconds[test]))
+
+
+# --- planting ---------------------------------------------------------------------------------------------------------
+
+
+def equivalents() -> dict[tuple[str, str, str, str], str]:
+    """Errors that change no result, with the reasons."""
+    with (ROOT / "tests" / "planted_equivalent.csv").open(encoding="utf-8", newline="") as file:
+        return {(r["module"], r["function"], r["before"], r["after"]): r["reason"] for r in csv.DictReader(file)}
+
+
+def drawn(count: int, seed: int, module: str | None = None) -> Iterator[Site]:
+    """Places by seed: parts in turn, then a kind of error, then a place, each as likely as the others of its kind."""
+    pool: dict[str, dict[str, list[Site]]] = defaultdict(lambda: defaultdict(list))
+    for file in sorted((ROOT / "simbrake").rglob("*.py")):
+        name = file.relative_to(ROOT).as_posix()
+        part = part_of(name)
+        if name == module or (module is None and part):
+            for site in sites(file, ROOT):
+                pool[part or "other"][site.kind].append(site)
+    if not pool:
+        raise SystemExit(f"{module} is not a file of the package")
+    draw, parts, found, known = random.Random(seed), sorted(pool), set(), 0
+    for _turn in range(50 * count):
+        if known == count:
+            return
+        of_part = pool[parts[known % len(parts)]]
+        site = draw.choice(of_part[draw.choice([kind for kind in KINDS if of_part[kind]])])
+        if site not in found and with_error((ROOT / site.module).read_text("utf-8"), site) is not None:
+            found.add(site)
+            known += 1
+            yield site
+
+
+@dataclasses.dataclass(frozen=True)
+class Outcome:
+    """What became of an error: `caught`, `survived` or `equivalent`, and by which test."""
+
+    part: str
+    site: Site
+    verdict: str
+    by: str
+    seconds: float
+    tests: int
+
+    def as_dict(self) -> dict:
+        return dataclasses.asdict(self) | {"site": self.site._asdict()}
+
+    @staticmethod
+    def of(read: dict) -> "Outcome":
+        return Outcome(**read | {"site": Site(**read["site"])})
+
+
+def tried(site: Site, tree: Path, known: Map, limit: float) -> Outcome:
+    """Plants an error in a copy, runs the tests, and takes it out again."""
+    part, start, reason = part_of(site.module) or "other", time.monotonic(), equivalents().get(site.key)
+    if reason:
+        return Outcome(part, site, "equivalent", reason, 0.0, 0)
+    tests, file = known.tests(site), tree / site.module
+    if not tests:
+        return Outcome(part, site, "survived", "no test runs it", 0.0, 0)
+    text = (ROOT / site.module).read_text("utf-8")
+    planted = with_error(text, site)
+    assert planted is not None
+    slowest = max(known.seconds[test] for test in tests)
+    arguments = tree / "planted_tests.txt"
+    arguments.write_text("\n".join(tests), "utf-8")
+
+    def put(what: str) -> None:
+        file.write_text(what, "utf-8")
+        for old in (file.parent / "__pycache__").glob(f"{file.stem}.*.pyc"):
+            old.unlink()  # (times of files have whole seconds there)
+
+    put(planted)
+    try:
+        status, output = run_pytest(tree, [f"@{arguments.name}"], limit + 60 + 5 * slowest, PLANT_LIMIT=str(limit))
+    finally:
+        put(text)
+    spent = time.monotonic() - start
+    told = [line for line in output.splitlines() if line.startswith(("FAILED ", "ERROR "))]
+    failed = [line.partition(" ")[2].partition(" - ")[0] for line in told]
+    if status is None:
+        return Outcome(part, site, "caught", "takes far longer than it should", spent, len(tests))
+    if status == 0 or ("the time is up" in output and not failed):
+        by = "the time was up" if "the time is up" in output else f"{len(tests)} tests pass"
+        return Outcome(part, site, "survived", by, spent, len(tests))
+    return Outcome(part, site, "caught", failed[0] if failed else "cannot be imported", spent, len(tests))
+
+
+def run_batch(found: list[Site], jobs: int, limit: float, target: Path) -> list[Outcome]:
+    """Every error in turn, in as many copies as there are jobs; what an earlier run of the batch found is kept."""
+    target.parent.mkdir(parents=True, exist_ok=True)
+    done = [Outcome.of(json.loads(line)) for line in target.read_text("utf-8").splitlines()] if target.exists() else []
+    of_before = {outcome.site: outcome for outcome in done}
+    known, lock, todo = Map(), threading.Lock(), [site for site in found if site not in of_before]
+    if not known.seconds:
+        raise SystemExit("which test runs which function is not known yet: python tests/plant.py --map")
+    programs = {f.name for f in (KEPT / "programs").glob("*")}
+    with tempfile.TemporaryDirectory() as folder:
+        free = [copied(Path(folder) / str(job)) for job in range(jobs)]
+
+        def one(site: Site) -> Outcome:
+            with lock:
+                tree = free.pop()
+            try:
+                outcome = tried(site, tree, known, limit)
+            finally:
+                with lock:
+                    free.append(tree)
+            with lock, target.open("a", encoding="utf-8") as file:
+                file.write(json.dumps(outcome.as_dict()) + "\n")
+                place = f"{site.module}:{site.line}"
+                print(
+                    f"{outcome.verdict:9s} {outcome.seconds:5.0f} s {place} {site.kind}: {_short(site)} [{outcome.by}]",
+                    flush=True,
+                )
+            return outcome
+
+        with ThreadPoolExecutor(jobs) as pool:
+            of_before |= {outcome.site: outcome for outcome in pool.map(one, todo)}
+    for file in (KEPT / "programs").glob("*"):
+        if file.name not in programs:
+            file.unlink(missing_ok=True)  # programs of planted errors
+    return [of_before[site] for site in found]
+
+
+# --- the page ---------------------------------------------------------------------------------------------------------
+
+
+def _short(site: Site, longest: int = 70) -> str:
+    cut = [text if len(text) <= longest else text[: longest - 1] + "…" for text in (site.before, site.after)]
+    return " → ".join(cut)
+
+
+def table(outcomes: list[Outcome]) -> str:
+    """Counts by part, then the survivors by module, in Markdown."""
+    lines = [
+        "| part | planted | caught | survived | equivalent | caught of those that matter |",
+        "|---|---|---|---|---|---|",
+    ]
+    for part in [*PARTS, "all"]:
+        of = Counter(o.verdict for o in outcomes if part in (o.part, "all"))
+        matter = of["caught"] + of["survived"]
+        if matter:
+            share = f"{100 * of['caught'] / matter:.0f} %"
+            lines.append(
+                f"| {part} | {of.total()} | {of['caught']} | {of['survived']} | {of['equivalent']} | {share} |"
+            )
+    lines += ["", "| survivor in | line | kind | error | tests |", "|---|---|---|---|---|"]
+    for o in sorted((o for o in outcomes if o.verdict == "survived"), key=lambda o: (o.site.module, o.site.line)):
+        text = _short(o.site).replace("|", "\\|").replace("`", "'").replace("\n", " ")
+        lines.append(f"| {o.site.module} | {o.site.line} | {o.site.kind} | `{text}` | {o.by} |")
+    return "\n".join(lines) + "\n"
+
+
+def write_page(outcomes: list[Outcome], told: str) -> None:
+    before, rest = PAGE.read_text("utf-8").split(BEGIN)
+    PAGE.write_text(f"{before}{BEGIN}{told}\n\n{table(outcomes)}{END}{rest.split(END)[1]}", "utf-8")
+
+
+def main(arguments: list[str] | None = None) -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=200, help="how many errors")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--module", help="a file of the package, from the root of the repository")
+    parser.add_argument("--jobs", type=int, default=2, help="how many at a time")
+    parser.add_argument("--limit", type=float, default=120.0, help="seconds after which no further test begins")
+    parser.add_argument("--list", action="store_true", help="print the places, and plant nothing")
+    parser.add_argument("--map", nargs="*", metavar="FILE", help="record which test runs what; these files anew")
+    parser.add_argument("--page", action="store_true", help="write the outcome into docs/planted_errors.md")
+    chosen = parser.parse_args(arguments)
+    if chosen.map is not None:
+        make_map(chosen.map, chosen.jobs)
+        return
+    found = list(drawn(chosen.count, chosen.seed, chosen.module))
+    if chosen.list:
+        for site in found:
+            print(f"{site.module}:{site.line} {site.kind}: {_short(site)}")
+        return
+    where = f"-{Path(chosen.module).stem}" if chosen.module else ""
+    start = time.monotonic()
+    outcomes = run_batch(found, chosen.jobs, chosen.limit, KEPT / f"outcomes-{chosen.seed}{where}.jsonl")
+    print(table(outcomes))
+    if chosen.page:
+        spent = f"{(time.monotonic() - start) / 60:.0f} min with {chosen.jobs} jobs"
+        write_page(outcomes, f"{len(outcomes)} errors, seed {chosen.seed}, {spent}.")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,89 @@
+"""Planting of errors: every kind is found where it should be, and each error is the one that was meant."""
+
+import ast
+import textwrap
+
+import plant
+import planting
+
+MODULE = '''
+"""Text with 1 + 2."""
+from typing import Any
+
+class Motion:
+    start: float = 1.5
+
+    def ended(self, x, y: "a + b" = 2.0):
+        """Text."""
+        if x < 0 and y:
+            raise ValueError("a" + str(1 + 1))
+        rest = [-y for y in x[1:]]
+        return f(x, 3 * y) if rest[0] else f"{rest[-1] + 1:.3f}"
+'''
+
+
+def of_module(tmp_path):
+    file = tmp_path / "simbrake" / "motion.py"
+    file.parent.mkdir()
+    file.write_text(textwrap.dedent(MODULE), "utf-8")
+    return file.read_text("utf-8"), planting.sites(file, tmp_path)
+
+
+def test_errors_of_every_kind_and_none_in_text_annotations_or_messages(tmp_path):
+    _, found = of_module(tmp_path)
+    assert {(s.function, s.kind, s.before, s.after) for s in found} == {
+        ("Motion", "constant", "1.5", "1.65"),
+        ("Motion.ended", "constant", "2.0", "2.2"),
+        ("Motion.ended", "operator", "x < 0 and y", "x < 0 or y"),
+        ("Motion.ended", "dropped term", "x < 0 and y", "y"),
+        ("Motion.ended", "dropped term", "x < 0 and y", "x < 0"),
+        ("Motion.ended", "operator", "x < 0", "x > 0"),
+        ("Motion.ended", "constant", "0", "1"),
+        ("Motion.ended", "sign", "-y", "y"),
+        ("Motion.ended", "index", "x[1:]", "x[2:]"),
+        ("Motion.ended", "condition", 'f(x, 3 * y) if rest[0] else f"{rest[-1] + 1:.3f}"'.replace('"', "'"), NOT),
+        ("Motion.ended", "swapped arguments", "f(x, 3 * y)", "f(3 * y, x)"),
+        ("Motion.ended", "operator", "3 * y", "3 / y"),
+        ("Motion.ended", "dropped term", "3 * y", "3"),
+        ("Motion.ended", "dropped term", "3 * y", "y"),
+        ("Motion.ended", "constant", "3", "4"),
+        ("Motion.ended", "index", "rest[0]", "rest[1]"),
+        ("Motion.ended", "index", "rest[-1]", "rest[0]"),
+        ("Motion.ended", "operator", "rest[-1] + 1", "rest[-1] - 1"),
+        ("Motion.ended", "dropped term", "rest[-1] + 1", "rest[-1]"),
+        ("Motion.ended", "dropped term", "rest[-1] + 1", "1"),
+        ("Motion.ended", "constant", "1", "2"),
+    }
+
+
+NOT = "f(x, 3 * y) if not rest[0] else f'{rest[-1] + 1:.3f}'"
+
+
+def test_each_error_changes_its_place_alone(tmp_path):
+    text, found = of_module(tmp_path)
+    for site in found:
+        planted = planting.with_error(text, site)
+        assert planted is not None, site
+        assert planted.encode()[: site.start] == text.encode()[: site.start]
+        there = planted.encode()[site.start : len(planted.encode()) - len(text.encode()) + site.end].decode()
+        assert ast.unparse(ast.parse(there, mode="eval")) == ast.unparse(ast.parse(site.after, mode="eval"))
+        assert planted.encode().endswith(text.encode()[site.end :])
+        assert planting.with_error(planted, site) is None  # it is no longer there
+
+
+def test_places_are_drawn_by_seed_from_every_part_and_kind():
+    first, again, other = (list(plant.drawn(60, seed)) for seed in (1, 1, 2))
+    assert first == again
+    assert first != other
+    assert {plant.part_of(site.module) for site in first} == set(plant.PARTS)
+    assert {site.kind for site in first} == set(planting.KINDS)
+    assert len(set(first)) == 60
+
+
+def test_reasons_of_equivalent_errors_are_of_places_there_are():
+    known = plant.equivalents()
+    assert all(reason for reason in known.values())
+    there = {
+        site.key for module in {key[0] for key in known} for site in planting.sites(plant.ROOT / module, plant.ROOT)
+    }
+    assert set(known) <= there
