@@ -1,4 +1,4 @@
-"""Draws the figures of `pictures.md` into `pictures/`, from the shipped scenarios. Takes some minutes."""
+"""Draws the figures of `pictures.md`, and small copies for `gallery.md`, from the shipped scenarios: some minutes."""
 
 import dataclasses
 import importlib.util
@@ -8,13 +8,19 @@ import sys
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.colors import to_rgb
 from PIL import Image
 
 import simbrake as sb
 from simbrake import plot
+from simbrake.files._shipped import title_of
+from simbrake.plot._shared import CYCLE
 
 HERE = Path(__file__).resolve().parent
 DPI = 72
+WIDTH = 300  # px, of small copies
 COLOURS = 200  # fewer, and those that carry a meaning melt into one
 
 
@@ -28,51 +34,102 @@ def scenario(name: str) -> Any:
     return module
 
 
-def save(figure: Any, name: str) -> None:
+def few_colours(image: Image.Image, colours: int = COLOURS) -> Image.Image:
+    """The image with a palette that has the colours of thin lines as they are, though few points have them."""
+    full = image.convert("RGB")
+    paler = [1 - share + share * np.asarray(to_rgb(colour)) for colour in CYCLE for share in (0.25, 0.5, 0.75, 1.0)]
+    thin = ["white", *paler, *colormaps["viridis"](np.linspace(0, 0.92, 9))]
+    kept = np.rint(255 * np.asarray([to_rgb(colour) for colour in thin]))
+    rest = np.asarray(full.quantize(colours - len(thin)).getpalette()).reshape(-1, 3)
+    palette = np.concatenate([kept, rest])[:colours]
+    seen, which = np.unique(np.asarray(full).reshape(-1, 3), axis=0, return_inverse=True)
+    nearest = [int(np.argmin(np.sum((palette - colour) ** 2, axis=1))) for colour in seen]
+    small = Image.fromarray(np.asarray(nearest, np.uint8)[which].reshape(full.height, full.width), "P")
+    small.putpalette(palette.astype(np.uint8).ravel().tolist())
+    return small
+
+
+def save(figure: Any, name: str, colours: int = COLOURS) -> None:
     """Writes a figure as a small PNG."""
     file = HERE / "pictures" / f"{name}.png"
     figure.savefig(file, dpi=DPI)
     with Image.open(file) as image:
-        small = image.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+        small = few_colours(image, colours)
     small.save(file, optimize=True)
+    thumbnail(file)
     print(f"{file.name}: {file.stat().st_size / 1e3:.0f} kB")
+
+
+def thumbnail(file: Path) -> None:
+    """A small copy of a figure, for `gallery.md`."""
+    (file.parent / "small").mkdir(exist_ok=True)
+    with Image.open(file) as image:
+        size = (WIDTH, round(WIDTH * image.height / image.width))
+        few_colours(image.convert("RGB").resize(size, Image.Resampling.LANCZOS)).save(
+            file.parent / "small" / file.name, optimize=True
+        )
+
+
+def titled(name: str) -> Any:
+    """Figures inside have the title of a scenario."""
+    file = sb.files.shipped(name)
+    return plot.titled(title_of(file, file.read_text("utf-8")))
 
 
 def main() -> None:
     (HERE / "pictures").mkdir(exist_ok=True)
-    stop = sb.simulate(scenario("u2_5_5_stop").scene())
-    save(plot.stop(stop), "stop")
-    save(plot.pulley(stop, 0.005), "pulley")
-    save(plot.lining_map(stop, "normal_load"), "lining_map")
-    save(plot.tornado(sb.sensitivity(stop.scene, ["stopping_time"], span=0.05)[0]), "tornado")
+    with titled("u2_5_5_stop"):
+        stops(sb.simulate(scenario("u2_5_5_stop").scene()))
     layouts = {
         "equal increments": sb.layouts.equal_increment_angles(0.3, 10, 10, math.radians(270.0)),
         "equal loads": sb.layouts.equal_load_angles(0.3, 10, math.radians(270.0)),
     }
     save(plot.angles(layouts), "angles")
     save(plot.chord_angles(7, (0.1, 0.3, 0.5)), "chord_angles")
-    save(plot.pressed(sb.simulate(scenario("disc_stop").scene())), "pressed_disc")
-    save(plot.pressed(sb.simulate(scenario("double_shoe_stop").scene())), "pressed_shoe")
-    save(plot.contacts(sb.simulate(scenario("slip_onset_chain").scene())), "contacts")
+    for name, draw, picture in (
+        ("disc_stop", plot.pressed, "pressed_disc"),
+        ("double_shoe_stop", plot.pressed, "pressed_shoe"),
+        ("slip_onset_chain", plot.contacts, "contacts"),
+    ):
+        with titled(name):
+            save(draw(sb.simulate(scenario(name).scene())), picture)
     staged = sb.simulate(scenario("staged_vs_standard").scene())
-    save(plot.stages(staged), "stages")
-    save(plot.pulley(staged), "pulley_staged")
-    tripping = scenario("tripping_30_stands")
-    tripping.STANDS = 4  # enough to see it
-    heated = sb.simulate(tripping.scene())
-    save(plot.temperatures(heated), "temperatures")
-    save(plot.depth(heated), "depth")
+    with titled("staged_vs_standard"):
+        save(plot.stages(staged), "stages")
+        save(plot.pulley(staged), "pulley_staged", 96)
+    heated = sb.simulate(scenario("tripping_30_stands").scene())
+    with titled("tripping_30_stands"):
+        save(plot.stops(heated), "stops")
+        save(plot.temperatures(heated), "temperatures")
+        save(plot.depth(heated), "depth")
     save(plot.wear(scenario("lining_life").lives(scenario("lining_life").scene())), "wear")
-    hot_stop = dataclasses.replace(stop.scene, heat=tripping.heat())
-    save(plot.materials(sb.compare_materials(hot_stop, energy={"initial.omega": [12.0, 24.0, 36.0]})), "materials")
+    benchmark()
+
+
+def stops(stop: sb.Result) -> None:
+    """Figures of one stop, and of many like it."""
+    scene = stop.scene
+    save(plot.stop(stop), "stop")
+    save(plot.pulley(stop, 0.005), "pulley", 96)
+    save(plot.lining_map(stop, "normal_load"), "lining_map")
+    save(plot.tornado(sb.sensitivity(scene, ["stopping_time"], span=0.05)[0]), "tornado")
     film = HERE / "pictures" / "stop.gif"
     plot.animate(stop, film, duration=0.5, fps=20)
     with Image.open(film) as frames:
         frames.seek(3)
-        frame = frames.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)
+        frame = few_colours(frames)
     frame.save(HERE / "pictures" / "animation.png", optimize=True)
+    thumbnail(HERE / "pictures" / "animation.png")
     film.unlink()
-    benchmark()
+    friction = "brake.linings.friction.coefficient"
+    runs = {f"friction {f:.2f}": sb.simulate(sb.with_values(scene, {friction: f})) for f in (0.30, 0.35, 0.40)}
+    save(plot.compare(runs), "compare")
+    mass, speed = np.linspace(20e3, 160e3, 29), np.linspace(2.0, 36.0, 18)
+    save(plot.sweep(sb.sweep(scene, {"duty.load.mass": mass}), ["stopping_time", "energy.friction_heat"]), "sweep")
+    grid = sb.sweep(scene, {"duty.load.mass": mass, "initial.omega": speed}, ["stopping_time", "energy.friction_heat"])
+    save(plot.sweep(grid), "sweep_grid")
+    hot_stop = dataclasses.replace(scene, heat=scenario("tripping_30_stands").heat())
+    save(plot.materials(sb.compare_materials(hot_stop, energy={"initial.omega": [12.0, 24.0, 36.0]})), "materials")
 
 
 def benchmark() -> None:
@@ -82,7 +139,7 @@ def benchmark() -> None:
 
     found = json.loads((HERE / "pictures" / "precision.json").read_text("utf-8"))
     save(pictures.work_precision(found), "speed_against_error")
-    save(plot.work_precision(found | {"scenes": {name: found["scenes"][name] for name in "ac"}}), "precision")
+    save(plot.work_precision(found | {"scenes": {name: found["scenes"][name] for name in "ac"}}), "precision", 48)
     shipped = json.loads((HERE / "pictures" / "shipped.json").read_text("utf-8"))
     save(pictures.shipped(shipped), "shipped")
 

@@ -352,7 +352,7 @@ def test_figures_and_page(faded):
     pads = faded.scene.brake.linings
     assert curve.get_ydata()[0] == pytest.approx(1e-6 * float(pads.greatest_pressure(F)))
     labels = [line.get_label() for line in plot.stop(faded).axes[2].lines]
-    assert "actuator F" in labels
+    assert "actuator $F$" in labels
     page = sb.report(faded, check=False)
     assert "A run of a disc brake with 4 pads" in page
     assert "What presses the linings" in page

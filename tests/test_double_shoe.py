@@ -264,4 +264,4 @@ def test_a_file_holds_it_and_figures_show_both_shoes(faded, tmp_path):
     N = np.asarray(faded.series([0.1]).normal_load)[0]
     curves = [line.get_ydata() for line in figure.axes[1].lines]
     np.testing.assert_allclose([1e6 * c.max() for c in curves], faded.scene.brake.greatest_pressure(N), rtol=1e-3)
-    assert "normal force N on shoe 2" in [line.get_label() for line in plot.stop(faded).axes[2].lines]
+    assert "normal force $N$ on shoe 2" in [line.get_label() for line in plot.stop(faded).axes[2].lines]

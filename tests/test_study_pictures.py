@@ -39,7 +39,7 @@ def test_angles_add_up_to_the_wrap(plain):
     np.testing.assert_allclose(x[1:, 0] - x[:-1, 1], [2, 2, 2, 6, 2, 2, 2], rtol=1e-9)
     assert axes.get_xlabel().endswith(", °")
     assert axes.get_ylabel().endswith(", °")
-    assert "Σβ = 270°" in axes.get_legend().get_texts()[0].get_text()
+    assert r"$\Sigma\beta$ = 270°" in axes.get_legend().get_texts()[0].get_text()
     # Z, table 6: first row
     assert dots["equal increments"].get_ydata()[0] == pytest.approx(50.3, abs=0.5)
 

@@ -1,5 +1,6 @@
 """Commands about one scene or result: run, explain, report, animate, compare; estimates, synthesis and materials."""
 
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -63,7 +64,8 @@ def run(
     if out is not None:
         from .._pages._page import write as write_run
 
-        written = write_run(result, out, None, checks)
+        with sb.plot.titled(title_of(file, file.read_text("utf-8"))):
+            written = write_run(result, out, None, checks)
         if recorded is not None:
             with shown_in(units), cli.whole_file(out / "overlay.png") as place:
                 sb.plot.overlay(result, recorded).savefig(place, dpi=130)
@@ -121,8 +123,10 @@ def report(
     assert limits is not None
     with Waiting("report", "compiling the run…") as told:
         result = sb.simulate(scene, rtol=rtol, throw=False, progress=told)
-        more = {"check": check, "spread": lining or with_spread if with_spread else False, "progress": told}
-        sb.report(result, out, sensitivity=metrics, limits=limits, title=title, files=files, **more)
+        asked = {"sensitivity": metrics, "limits": limits, "check": check}
+        asked |= {"spread": lining or with_spread if with_spread else False}
+        with sb.plot.titled(title):
+            sb.report(result, out, title=title, files=files, progress=told, **asked)
         checks = limit_checks(result, limits)
         verdict = result.verdict(checks)
     said = {"status": result.status, "message": result.message, "written": str(out), "limits": limit_dicts(checks)}
@@ -223,8 +227,12 @@ def animate(
 _Source = Annotated[Path, Parameter(converter=cli.named_file)]
 
 
-def compare(a: _Source, b: _Source, /, *, rtol: float = 1e-9, json_: cli.Json = False) -> int:
-    """Compare two results: differences of their scenes, and of all that was computed.
+def compare(
+    a: _Source, b: _Source, /, *more: _Source, rtol: float = 1e-9, out: cli.Out = None, json_: cli.Json = False
+) -> int:
+    """Compare results: differences of their scenes, and of all that was computed. The first one is the reference.
+
+    --out writes a figure with the results laid over each other, compare.png, and the comparison, compare.json.
 
     Parameters
     ----------
@@ -232,12 +240,17 @@ def compare(a: _Source, b: _Source, /, *, rtol: float = 1e-9, json_: cli.Json = 
         Result file (.nc, .parquet, .csv), folder of run --out, or a scene (.toml, .py), which is run.
     b
         Result or scene to compare with it.
+    more
+        Further ones, each compared with a.
     rtol
         Relative difference up to which numbers count as equal.
     """
-    for path in (a, b):
+    paths = [a, b, *more]
+    for path in paths:
         if not path.is_dir():
             existing_file(path, "*.nc", "*.toml", "*.py")
+    if out is not None and out.exists() and not out.is_dir():
+        raise InputError([Fault("--out", f"{out} is a file", "give a folder")])
     cli.prepare_jax()
 
     def source(path: Path) -> Path | cli.Result:
@@ -246,11 +259,21 @@ def compare(a: _Source, b: _Source, /, *, rtol: float = 1e-9, json_: cli.Json = 
         return sb.simulate(cli.opened(path, None), throw=False, progress=told)
 
     with Waiting("compare", "reading…") as told:
-        sources = source(a), source(b)
+        sources = [source(path) for path in paths]
         told.now("comparing…")
-        found = sb.compare(*sources, rtol)
-    cli.tell(found, found.as_dict, json_)
-    return cli.exit_code(found.equal)
+        found = [sb.compare(sources[0], other, rtol) for other in sources[1:]]
+    stems = [path.stem or str(path) for path in paths]
+    names = [stem if stems.count(stem) == 1 else str(path) for stem, path in zip(stems, paths, strict=True)]
+    equal, text, data = all(one.equal for one in found), str(found[0]), found[0].as_dict()
+    if more:
+        text = "\n\n".join(f"a: {names[0]}, b: {name}\n{one}" for name, one in zip(names[1:], found, strict=True))
+        data = {"equal": equal, "results": names, "comparisons": [one.as_dict() for one in found]}
+    cli.tell(text, lambda: data, json_)
+    if out is not None:
+        labels = [f"{name}, {i}" if names.count(name) > 1 else name for i, name in enumerate(names, 1)]
+        chart = partial(sb.plot.compare(dict(zip(labels, sources, strict=True))).savefig, dpi=130)
+        cli.write(out, {"compare.json": cli.as_json(data), "compare.png": chart}, json_)
+    return cli.exit_code(equal)
 
 
 def estimates(

@@ -83,7 +83,7 @@ def sweep(
 ) -> int:
     """Run a scene on a grid or a sample of its parameters, and print the range of every metric.
 
-    --out writes all runs as runs.csv and runs.nc (netCDF).
+    --out writes all runs as runs.csv and runs.nc (netCDF), and a figure of the metrics, sweep.png.
 
     Parameters
     ----------
@@ -126,7 +126,9 @@ def sweep(
     if out is not None:
         heads = [one.name if one.unit in ("", "1") else f"{one.name} [{one.unit}]" for one in runs.columns]
         rows = partial(runs.frame().to_csv, index=False, header=heads, float_format="%.15g", lineterminator="\n")
-        cli.write(out, {"runs.csv": rows, "runs.nc": partial(data.to_netcdf, engine="scipy")}, json_)
+        files = {"runs.csv": rows, "runs.nc": partial(data.to_netcdf, engine="scipy")}
+        chart = cli.attempt([], sb.plot.sweep, data)  # none of three parameters or more, and where nothing varies
+        cli.write(out, files if chart is None else files | {"sweep.png": partial(chart.savefig, dpi=130)}, json_)
     # -1: interrupted before it was run
     return 130 if min(runs["code"]) < 0 else cli.exit_code(not any(runs["code"]))
 

@@ -96,7 +96,7 @@ class Picture(NamedTuple):
     def caption(self) -> str:
         """Caption: docstring of the function, without its arguments and errors."""
         words = inspect.getdoc(getattr(plot, self.name)) or ""
-        return " ".join(re.split(r"\n\n(?:- |Raises )", words)[0].replace("`", "").split())
+        return " ".join(re.split(r"\n\n(?:- |Raises |Example)", words)[0].replace("`", "").split())
 
     def figure(self, result: Result) -> Figure:
         """The figure of a result."""

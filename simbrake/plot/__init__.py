@@ -1,6 +1,8 @@
 """Figures. Each function draws into a given figure or makes one, and returns it without showing it."""
 
 from ._animation import animate as animate
+from ._many import compare as compare
+from ._many import sweep as sweep
 from ._published import materials as materials
 from ._published import published as published
 from ._published import work_precision as work_precision
@@ -14,6 +16,7 @@ from ._runs import stages as stages
 from ._runs import stop as stop
 from ._runs import stops as stops
 from ._runs import temperatures as temperatures
+from ._shared import titled as titled
 from ._studies import angles as angles
 from ._studies import calibration as calibration
 from ._studies import chord_angles as chord_angles

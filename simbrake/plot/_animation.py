@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
+import matplotlib
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
@@ -39,7 +40,7 @@ from ._pulley import (
     on_circle,
     spot,
 )
-from ._shared import BLUE, SKY, ZERO, Times, dense_grid, one_run, span, windows
+from ._shared import BLUE, SKY, STYLE, ZERO, Times, dense_grid, one_run, span, windows
 
 SHARE = 0.45  # share of the animation for a short onset of slip
 _Time = TypeVar("_Time", float, np.ndarray)  # s, one or many
@@ -151,6 +152,10 @@ def animate(
       function is called with the number of frames done and all of them
 
     Raises `InputError` for another suffix, times outside the run, and a duration or rate out of range.
+
+    Example:
+        >>> sb.plot.animate(result, folder / "stop.gif", duration=0.2, progress=False).name
+        'stop.gif'
     """
     file = Path(path)
     seconds, rate = _numbers(file, duration, fps)
@@ -202,7 +207,7 @@ class Scenery:
         self.load = result.scene.duty.load
         # too few frames would show the pulley turning backwards: then spokes, and finally the mark, are omitted
         self.turn = np.abs(np.gradient(np.asarray(self.p.y.phi)))
-        self.figure = Figure(figsize=(7.2, 7.8), dpi=90, layout="constrained")
+        self.figure = Figure(figsize=(8.4, 9.4), dpi=80, layout="constrained")
         FigureCanvasAgg(self.figure)
         wheel, speed, tension = self.figure.subplots(3, 1, height_ratios=[5.2, 1, 1])
         #: everything that `show` changes, in the order in which it is drawn
@@ -210,21 +215,21 @@ class Scenery:
         self._wheel(wheel, result)
         series = dense_grid(result, film.run[0], film.run[-1])
         self._bandage(wheel, series)
-        speed.plot(series.t, series.omega, color="k", label="pulley ω")
+        speed.plot(series.t, series.omega, color="k", label=r"pulley $\omega$")
         if series.bandage_speed is not None:
-            speed.plot(series.t, series.bandage_speed, color=BLUE, ls="--", label="bandage ω_b")
-            speed.legend(loc="upper right", fontsize=7)
-        tension.plot(series.t, series.tight_tension / 1e3, color=BLUE, label="tight end Tₙ")
-        tension.plot(series.t, series.slack_tension / 1e3, color=SKY, label="slack end T₀")
-        tension.legend(loc="upper left", fontsize=7)
-        speed.set_ylabel("speed,\nrad/s", fontsize=8)
-        tension.set_ylabel("tension,\nkN", fontsize=8)
+            speed.plot(series.t, series.bandage_speed, color=BLUE, ls="--", label=r"bandage $\omega_b$")
+            speed.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
+        tension.plot(series.t, series.tight_tension / 1e3, color=BLUE, label="tight end $T_n$")
+        tension.plot(series.t, series.slack_tension / 1e3, color=SKY, label="slack end $T_0$")
+        tension.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
+        speed.set_ylabel("speed,\nrad/s")
+        tension.set_ylabel("tension,\nkN")
         self.cursors = [self._strip(panel) for panel in (speed, tension)]
         speed.tick_params(labelbottom=False)
         if film.slow:
             place = {"transform": speed.transAxes, "ha": "center", "va": "center"}
-            speed.text(0.5 * SHARE, 0.4, "slow motion", fontsize=7, color="0.4", **place)
-        self.title = self.figure.suptitle(" \n \n ", fontsize=9, ha="left", x=0.03, family="monospace")
+            speed.text(0.5 * SHARE, 0.4, "slow motion", color="0.4", **place)
+        self.title = self.figure.suptitle(" \n \n ", ha="left", x=0.03, family="monospace")
         self.moving += [*self.cursors, self.title]
 
     def _bandage(self, wheel: Axes, series: Series) -> None:
@@ -235,23 +240,23 @@ class Scenery:
         if series.bandage_speed is not None:
             turned = cumulative_trapezoid(series.bandage_speed, series.t, initial=0.0)
             self.ridden = np.interp(self.film.run_time(self.times), series.t, turned)
-            title = "outer half of a lining: band on lining; inner half: lining on rim; by their places under the band"
+            title = "outer half of a lining: band on lining; inner half: lining on rim"
             mark = {"marker": "D", "color": "w", "mec": "k", "ls": "none", "ms": 6}
             handles.append(Line2D([], [], label="mark on the bandage", **mark))
             (self.ride,) = wheel.plot([], [], zorder=5, **mark)
             self.moving.append(self.ride)
         handles.append(Line2D([], [], marker="o", ls="none", color="k", label="mark on the pulley"))
-        place = {"loc": "outside lower center", "ncols": 4}
-        self.figure.legend(handles=handles, fontsize=7, title=title, title_fontsize=7, **place)
+        place = {"loc": "outside lower center", "ncols": 3, "frameon": False}
+        self.figure.legend(handles=handles, title=title, **place)
 
     def _strip(self, axes: Axes) -> Line2D:
         film = self.film
         axes.set_xscale("function", functions=(film.film_time, film.run_time))
         axes.set_xlim(film.run[0], film.run[-1])
         places = ticks(film)
-        axes.set_xticks([t for t, _ in places], [words for _, words in places], fontsize=7)
+        axes.set_xticks([t for t, _ in places], [words for _, words in places])
         axes.set_xticks([], minor=True)
-        axes.tick_params(axis="y", labelsize=7)
+        axes.tick_params(axis="y")
         axes.grid(alpha=0.3)
         if film.slow:
             axes.axvspan(film.run[0], film.run[1], color="0.9", lw=0, zorder=0)
@@ -274,8 +279,7 @@ class Scenery:
                 self.hot = draw_linings(axes, angles, (1.25, 1.38), "temperature")
             rings = ["outer ring: linings"] * bool(self.hot) + ["inner ring: rim"] * ("rim" in self.heat)
             bar = self.figure.colorbar(self.colours, ax=axes, shrink=0.7, pad=0.0)
-            bar.set_label(f"surface temperature, °C\n({', '.join(rings)})", fontsize=8)
-            bar.ax.tick_params(labelsize=7)
+            bar.set_label(f"surface temperature, °C\n({', '.join(rings)})")
         axes.set(aspect="equal", xlim=(-1.5, 1.5), ylim=(-1.6, 1.45))
         axes.axis("off")
         linings = [wedge for wedges in self.wedges.values() for wedge in wedges]
@@ -315,7 +319,8 @@ class Scenery:
 
 
 def _frames(result: Result, film: Film, times: Times) -> Iterator[Image.Image]:
-    stage = Scenery(result, film, times)
+    with matplotlib.rc_context(STYLE):
+        stage = Scenery(result, film, times)
     canvas: Any = stage.figure.canvas
     canvas.draw()
     stage.figure.set_layout_engine("none")  # laid out once, so that nothing moves between frames

@@ -21,11 +21,12 @@ from ..formulas._materials import LiningMaterial, RimMaterial
 from ..formulas.heating import transmission_table
 from ..published import AGREES, S1_PAIR, band_diagrams, cells, chord_curves, energy_levels, overlap_stop, published_rows
 from ..thermal._builders import axial_resistance, radial_resistance
-from ._shared import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, ZERO, finish
+from ._shared import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, ZERO, finish, styled
 
 _RING: dict[str, Any] = {"ms": 12, "mfc": "none", "mec": VERMILLION, "ls": "", "marker": "o"}
 
 
+@styled
 def published(name: str, *, figure: Figure | None = None) -> Figure:
     """A figure of the papers, or the figure of a table, recomputed; printed numbers are points, misprints ringed.
 
@@ -33,6 +34,11 @@ def published(name: str, *, figure: Figure | None = None) -> Figure:
       levels, `"K Fig. 5"` overlap coefficients (simulates two stops), `"V table 1"`, `"V table 2"`, `"S table 1"`
 
     The other figures of the papers are drawings and measurements. Raises `InputError` for another name.
+
+    Example:
+        >>> figure = sb.plot.published("Z Fig. 4")
+        >>> print(figure.axes[0].get_xlabel())
+        $\\beta_7 = \\beta_6$, °
     """
     if name not in PUBLISHED:
         raise InputError([Fault("name", f"{name!r} is not a figure that a formula gives", f"one of {list(PUBLISHED)}")])
@@ -56,71 +62,73 @@ def _z_fig_4(figure: Figure) -> None:
         curves, more = chord_curves(f), "" if f in (0.1, 0.3, 0.5) else ", in table 1 only"
         last, angle = np.degrees(curves.last), np.degrees(curves.angle)
         drawn: dict[str, Any] = {"ls": "--", "lw": 1.0} if more else {"ls": "-", "lw": 1.8}
-        label = f"f = {f:g}, exists up to β₇ = {last[-1]:.1f}°{more}"
+        label = rf"$f$ = {f:g}, exists up to $\beta_7$ = {last[-1]:.1f}°{more}"
         for i, panel in enumerate(panels):
             panel.plot(last, angle[:, i], color=colour, label=label, **drawn)
             panel.plot(last[-1], angle[-1, i], color=colour, marker="|", ms=8)
             if f in printed:
                 where = float(printed[f][f"beta{i + 1}_deg"])
                 panel.plot(20.0, where, color=colour, marker="o", ms=6, mec="black", ls="")
-    for panel, number in zip(panels, "₁₂₃₄₅", strict=True):
-        panel.set(xlabel="β₇ = β₆, °", ylabel=f"β{number}, °")
+    for panel, number in zip(panels, "12345", strict=True):
+        panel.set(xlabel=r"$\beta_7 = \beta_6$, °", ylabel=rf"$\beta_{number}$, °")
         panel.grid(alpha=0.3)
     lines, labels = panels[0].get_legend_handles_labels()
     points = panels[0].plot([], [], marker="o", ms=6, color="white", mec="black", ls="")
     legend.axis("off")
-    legend.legend([*lines, *points], [*labels, "printed in table 1"], loc="center", fontsize=9)
-    figure.suptitle("Z, Fig. 4: chord angles of equal loads over the last angle (k = 7, β₀ = 0)", fontsize=11)
+    legend.legend([*lines, *points], [*labels, "printed in table 1"], loc="center")
+    figure.suptitle("Z, Fig. 4: chord angles of equal loads over the last angle ($k$ = 7, $\\beta_0$ = 0)")
 
 
 def _z_fig_5(figure: Figure) -> None:
     diagrams = band_diagrams()
     figure.set_layout_engine("none")  # the layout engine ignores labels around a circle
-    room = {"left": 0.04, "right": 0.96, "top": 0.83, "bottom": 0.18}
+    room = {"left": 0.06, "right": 0.94, "top": 0.78, "bottom": 0.22}
     for axes, d in zip(
         figure.subplots(1, 2, subplot_kw={"projection": "polar"}, gridspec_kw=room), diagrams, strict=True
     ):
         ends = np.append(0.0, np.cumsum(d.angle))
         middle = 0.5 * (ends[:-1] + ends[1:])
         fill: dict[str, Any] = {"alpha": 0.55, "ec": "black", "lw": 0.6}
-        axes.bar(middle, d.normal, 0.86 * d.angle, color=GREEN, label="load of a lining Nᵢ/T₀", **fill)
+        axes.bar(middle, d.normal, 0.86 * d.angle, color=GREEN, label="load of a lining $N_i/T_0$", **fill)
         around = np.linspace(0.0, ends[-1], 2000)
         on = np.minimum(np.searchsorted(ends, around, side="right"), len(d.angle))
-        axes.plot(around, d.tension[on], color=BLUE, lw=1.8, label="tension behind a lining Tᵢ/T₀")
-        for i, (place, load) in enumerate(zip(middle, d.normal, strict=True)):
-            axes.text(place, d.tension[i + 1] + 0.42, f"{d.tension[i + 1]:.2f}", fontsize=7, color=BLUE, ha="center")
-            axes.text(place, load - 0.12, f"{load:.2f}", fontsize=7, ha="center", va="center")
-        loads = f"loads {d.normal.min():.2f}…{d.normal.max():.2f} T₀"
-        axes.set_title(f"{d.name}\nTₙ/T₀ = {d.tension[-1]:.3f}, {loads}", fontsize=10, y=1.1)
-        axes.set_xticks(middle, [f"{i + 1}" for i in range(len(d.angle))])
+        axes.plot(around, d.tension[on], color=BLUE, lw=1.8, label="tension behind a lining $T_i/T_0$")
+        loads = f"loads {d.normal.min():.2f}…{d.normal.max():.2f} $T_0$"
+        axes.set_title(f"{d.name}\n$T_n/T_0$ = {d.tension[-1]:.3f}, {loads}", y=1.2)
+        numbers = zip(d.tension[1:], d.normal, strict=True)
+        axes.set_xticks(middle, [f"{i}\n{T:.2f}\n{N:.2f}" for i, (T, N) in enumerate(numbers, 1)])
+        axes.tick_params(axis="x", pad=16.0)
         axes.set_rlim(0, 5.2)
         axes.set_rorigin(-1.8)  # the hole is the pulley
         axes.set_rticks([1, 2, 3, 4])
         axes.set_rlabel_position(300)
         axes.grid(alpha=0.4)
     lines, labels = figure.axes[0].get_legend_handles_labels()
-    words = "Z, Fig. 5: k = 10, f = 0.3, w₀ = 1.5, λ = 5.08, linings numbered from the slack end"
-    figure.legend(lines, labels, loc="lower center", ncols=2, fontsize=9, title=words)
+    words = (
+        "Z, Fig. 5: $k$ = 10, $f$ = 0.3, $w_0$ = 1.5, $\\lambda$ = 5.08; at each lining its number from the slack end, "
+    )
+    words += "$T_i/T_0$, $N_i/T_0$"
+    figure.legend(lines, labels, loc="lower center", ncols=2, title=words, frameon=False)
 
 
 def _s_fig_1(figure: Figure) -> None:
     stop, drag = energy_levels()
     share, rise = figure.subplots(2, 2, sharex="col")
     for above, below, levels in zip(share, rise, (stop, drag), strict=True):
-        above.plot(levels.time, levels.power, color=VERMILLION, label="power N/N_m")
-        above.plot(levels.time, levels.work, color=BLUE, ls="--", label="work W/W_T")
-        below.plot(levels.time, levels.maximum, color=VERMILLION, label="maximum, S-26 (tₛ + t_f/3)")
-        below.plot(levels.time, levels.surface, color=ORANGE, label="surface tₛ")
-        below.plot(levels.time, levels.bulk, color=GREEN, ls="--", label="bulk tᵥ")
-    share[0].set_title("a: a stop, power falls linearly", fontsize=10)
-    share[1].set_title("b: a drag at a tenth of that power", fontsize=10)
+        above.plot(levels.time, levels.power, color=VERMILLION, label="power $N/N_m$")
+        above.plot(levels.time, levels.work, color=BLUE, ls="--", label="work $W/W_T$")
+        below.plot(levels.time, levels.maximum, color=VERMILLION, label="maximum, S-26 ($t_s + t_f/3$)")
+        below.plot(levels.time, levels.surface, color=ORANGE, label="surface $t_s$")
+        below.plot(levels.time, levels.bulk, color=GREEN, ls="--", label="bulk $t_v$")
+    share[0].set_title("a: a stop, power falls linearly")
+    share[1].set_title("b: a drag at a tenth of that power")
     share[0].set_ylabel("share (–)")
-    rise[0].set(xlabel="relative time τ/τ_T", ylabel="temperature rise, K")
-    rise[1].set_xlabel("time τ, s")
-    finish([*share, *rise], "best")
+    rise[0].set(xlabel=r"relative time $\tau/\tau_T$ (–)", ylabel="temperature rise, K")
+    rise[1].set_xlabel(r"time $\tau$, s")
+    finish([*share, *rise])
     f, v, p, area = S1_PAIR["f_0"], S1_PAIR["V_0"], S1_PAIR["p_c"] / 1e6, S1_PAIR["A_c"]
     figure.suptitle(
-        f"S, Fig. 1, our reading: rim of V, f₀ = {f:g}, V₀ = {v:g} m/s, p_c = {p:g} MPa, A_c = {area:g} m²", fontsize=11
+        f"S, Fig. 1, our reading: rim of V, $f_0$ = {f:g}, $V_0$ = {v:g} m/s, $p_c$ = {p:g} MPa, $A_c$ = {area:g} m²"
     )
 
 
@@ -145,17 +153,18 @@ def _k_fig_5(figure: Figure) -> None:
             for stage in moving:
                 if stage.duration > 0.1 * t[-1]:
                     middle = 0.5 * (stage.start + stage.end)
-                    axes.text(middle, 0.84, stage.name.replace("_", " "), ha="center", fontsize=9)
+                    words = stage.name.replace("_", " ") if stage.duration > 0.16 * t[-1] else stage.name[-1]
+                    axes.text(middle, 0.84, words, ha="center")
             axes.set_ylim(-0.03, 0.92)
             axes.set_ylabel(f"{pair} pair" if column == 0 else "")
-        panels[0, column].set_title(f"friction: external {external:g}, internal {internal:g}", fontsize=10)
+        panels[0, column].set_title(f"friction: external {external:g}, internal {internal:g}")
         panels[1, column].set_xlabel("time, s")
         for axes in panels[:, column]:
             axes.grid(alpha=0.3)
     lines, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(lines, labels, loc="outside lower center", ncols=2, fontsize=9)
-    figure.supylabel("share of the track that a pair covers", fontsize=10)
-    figure.suptitle("K, Fig. 5, our reading: overlap coefficients of a staged brake in a stop", fontsize=11)
+    figure.legend(lines, labels, loc="outside lower center", ncols=2)
+    figure.supylabel("share of the track that a pair covers")
+    figure.suptitle("K, Fig. 5, our reading: overlap coefficients of a staged brake in a stop")
 
 
 def _on_log_axes(axes: Axes, ticks: list[int], **words: str) -> None:
@@ -163,7 +172,7 @@ def _on_log_axes(axes: Axes, ticks: list[int], **words: str) -> None:
     axes.set(xscale="log", yscale="log", **words)  # pyright: ignore
     axes.set_xticks(ticks, [str(tick) for tick in ticks])
     axes.minorticks_off()
-    finish([axes], "best")
+    finish([axes])
 
 
 def _v_table_1(figure: Figure) -> None:
@@ -175,11 +184,11 @@ def _v_table_1(figure: Figure) -> None:
         of = [row for row in rows if row["element"] == name]
         r, R, L = (float(of[0][column]) for column in ("r_m", "R_m", "L_m"))
         law = axial_resistance if of[0]["direction"] == "axial" else radial_resistance
-        label = f"{name.replace('_', ' ')}, {of[0]['direction']}"
+        label = f"{name.replace('rebord', 'rim lip').replace('_', ' ')}, {of[0]['direction']}"
         axes.plot(conductivity, law(L, conductivity, r, R), color=colour, label=label)
         printed = [float(row["resistance"]) for row in of]
         axes.plot([float(row["lambda_W_mK"]) for row in of], printed, "o", color=colour, ms=5)
-    words = {"xlabel": "conductivity λ, W/(m·K)", "ylabel": "thermal resistance, K/W"}
+    words = {"xlabel": r"conductivity $\lambda$, W/(m·K)", "ylabel": "thermal resistance, K/W"}
     _on_log_axes(axes, [40, 50, 80, 110, 160, 200], title="V, table 1: parts of the pulley", **words)
 
 
@@ -191,7 +200,7 @@ def _v_table_2(figure: Figure) -> None:
     at = np.asarray([float(row["T_polished_C"]) for row in rows])
     coefficient, share = figure.subplots(1, 2)
     for axes, curves, columns, words in (
-        (coefficient, K, ("K1", "K2"), ("into the metal K₁", "into the lining K₂")),
+        (coefficient, K, ("K1", "K2"), ("into the metal $K_1$", "into the lining $K_2$")),
         (share, (K[0] / (K[0] + K[1]), K[1] / (K[0] + K[1])), ("share_metal", "share_lining"), ("metal", "lining")),
     ):
         ringed = []
@@ -206,8 +215,8 @@ def _v_table_2(figure: Figure) -> None:
         axes.set_xlabel("temperature of the polished surface, °C")
     coefficient.set_ylabel("heat transmission, W/(m²·K)")
     share.set(ylabel="share of the friction heat (–)", ylim=(0, 1))
-    finish([coefficient, share], "best")
-    figure.suptitle("V, table 2: heat transmission to both sides of the friction surface", fontsize=11)
+    finish([coefficient, share])
+    figure.suptitle("V, table 2: heat transmission to both sides of the friction surface")
 
 
 def _s_table_1(figure: Figure) -> None:
@@ -219,22 +228,22 @@ def _s_table_1(figure: Figure) -> None:
         depth = np.asarray([float(rows[c.row]["delta_mm"]) for c in chosen])
         # B falls with the square of the depth: between two points of the formula it is a straight line here
         fine = np.geomspace(depth[0], depth[-1], 50)
-        label = f"{part}, {of.replace('_', ' ')}: {'10³ B' if part == 'rim' else 'B'}, 1/s"
+        label = f"{part}, {of.replace('_', ' ')}: {'$10^3 B$' if part == 'rim' else '$B$'}, 1/s"
         axes.plot(fine, chosen[0].computed * (depth[0] / fine) ** 2, color=colour, label=label)
         axes.plot(depth, [c.printed for c in chosen], marker, color=colour, ms=5)
-    words = {"xlabel": "depth δ, mm", "ylabel": "parameter B as printed"}
+    words = {"xlabel": r"depth $\delta$, mm", "ylabel": "parameter $B$ as printed, 1/s"}
     _on_log_axes(axes, [1, 2, 5, 10, 20, 50, 80], title="S, table 1: parameter of the Fourier number", **words)
 
 
 #: available figures: function and size (inch)
 PUBLISHED: dict[str, tuple[Callable[[Figure], None], tuple[float, float]]] = {
     "Z Fig. 4": (_z_fig_4, (11.0, 6.5)),
-    "Z Fig. 5": (_z_fig_5, (11.0, 6.4)),
+    "Z Fig. 5": (_z_fig_5, (12.5, 8.0)),
     "S Fig. 1": (_s_fig_1, (11.0, 6.0)),
     "K Fig. 5": (_k_fig_5, (11.0, 5.4)),
-    "V table 1": (_v_table_1, (7.0, 4.6)),
-    "V table 2": (_v_table_2, (11.0, 4.4)),
-    "S table 1": (_s_table_1, (7.0, 4.6)),
+    "V table 1": (_v_table_1, (8.0, 5.6)),
+    "V table 2": (_v_table_2, (11.0, 5.4)),
+    "S table 1": (_s_table_1, (8.0, 5.6)),
 }
 
 
@@ -256,18 +265,24 @@ def _permissible(rim: RimMaterial, lining: LiningMaterial) -> float:
 
 
 _PANELS = (
-    _Panel("surface", "maximum surface temperature, °C", lambda T: T - ZERO, _permissible),
-    _Panel("stress_ratio", "thermal stress over allowable", limit=lambda rim, lining: 1.0),
-    _Panel("wear", "wear of the linings, µm", lambda h: 1e6 * h),
-    _Panel("mass", "mass of the rim, kg (all levels)", each_level=False),
+    _Panel("surface", "maximum surface\ntemperature, °C", lambda T: T - ZERO, _permissible),
+    _Panel("stress_ratio", "thermal stress\nover allowable (–)", limit=lambda rim, lining: 1.0),
+    _Panel("wear", "wear of the linings,\nµm", lambda h: 1e6 * h),
+    _Panel("mass", "mass of the rim, kg\n(all levels)", each_level=False),
 )
 
 
+@styled
 def materials(comparison: MaterialComparison, *, figure: Figure | None = None) -> Figure:
     """Rim materials side by side, one row of panels for each lining, one bar for each energy level, weak to strong.
 
     Bars are the estimates, diamonds the simulated numbers, red: permissible value; hatched: limit exceeded. The
     mass is the same at all levels. The wear's axis is logarithmic where it spreads over more than two decades.
+
+    Example:
+        >>> figure = sb.plot.materials(sb.compare_materials(scene, data=rims, run=False))
+        >>> figure.axes[0].get_title(loc="left")
+        'lining FK-24A'
     """
     linings, rims, levels = comparison.linings, comparison.rims, comparison.levels
     if figure is None:
@@ -278,7 +293,7 @@ def materials(comparison: MaterialComparison, *, figure: Figure | None = None) -
         for axis, panel in zip(row, _PANELS, strict=True):
             _draw(axis, panel, comparison, lining)
         row[0].set_yticks(range(len(rims)), [rim.name.replace("_", " ") for rim in rims])
-        row[0].set_title(f"lining {lining.name}", loc="left", fontsize=10, fontweight="bold")
+        row[0].set_title(f"lining {lining.name}", loc="left", fontweight="bold")
         for axis in row[1:]:
             axis.set_yticks(range(len(rims)), [""] * len(rims))
     for axis, panel in zip(axes[-1], _PANELS, strict=True):
@@ -289,7 +304,7 @@ def materials(comparison: MaterialComparison, *, figure: Figure | None = None) -
             axis.set(xscale="log", xlim=(10 ** np.floor(np.log10(1e6 * min(wear))), None))
     for axis in axes.flat:
         axis.tick_params(labelbottom=True)
-    figure.legend(handles=_legend(comparison), loc="outside upper center", ncols=4, fontsize=9, frameon=False)
+    figure.legend(handles=_legend(comparison), loc="outside upper center", ncols=4, frameon=False)
     return figure
 
 
@@ -349,24 +364,32 @@ _COLOURS = {
 _MARKERS = "osD^v*"
 
 
+@styled
 def work_precision(data: dict[str, Any] | str | PathLike[str], *, figure: Figure | None = None) -> Figure:
     """Largest error against the time of one warm run, both logarithmic: a panel for each scene, a line for each method.
 
     - `data`: what `benchmarks/speed_against_error.py --json` writes, as a `dict` or the path of the file
 
     Raises `InputError` for a file that cannot be read or is not such a benchmark.
+
+    Example:
+        >>> rows = [{"method": "simbrake Dopri8", "seconds": 1e-4, "error": 1e-9}]
+        >>> one = {"name": "a", "title": "stop", "reference": {"uncertainty": 1e-15}, "rows": rows}
+        >>> figure = sb.plot.work_precision({"scenes": {"a": one}})
+        >>> figure.axes[0].get_xlabel()
+        'time of one warm run, ms'
     """
     found = _benchmark(data)
     scenes = list(found["scenes"].values())
     if figure is None:
-        figure = Figure(figsize=(9.5, 5.6 * len(scenes) + 0.6), layout="constrained")
+        figure = Figure(figsize=(11.0, 6.5 * len(scenes) + 0.6), layout="constrained")
     axes = figure.subplots(len(scenes), 1, squeeze=False)
     for ax, scene in zip(axes[:, 0], scenes, strict=True):
         _panel(ax, scene)
     machine = found.get("machine", {})
     version = machine.get("versions", {}).get("simbrake", "")
     place = f"{machine.get('cpu', 'machine unknown')}, {machine.get('cores', '?')} cores; simbrake {version}"
-    figure.suptitle(f"Work and precision; left and low is better\n{place}", fontsize=11)
+    figure.suptitle(f"work and precision; left and low is better\n{place}")
     return figure
 
 
@@ -392,9 +415,9 @@ def _panel(ax: Axes, scene: dict[str, Any]) -> None:
     ax.axhspan(1e-16, max(scene["reference"]["uncertainty"], 1.1e-16), color="0.9", label="reference uncertain")
     ax.set_title(f"({scene['name']}) {scene['title']}", loc="left")
     ax.set_xlabel("time of one warm run, ms")
-    ax.set_ylabel("largest error: event times relative,\nfinal state in its typical sizes")
+    ax.set_ylabel("largest error (–): event times relative,\nfinal state in its typical sizes")
     ax.grid(alpha=0.3)
-    ax.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), fontsize=8, frameon=False)
+    ax.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, labelspacing=0.15)
 
 
 def _benchmark(data: dict[str, Any] | str | PathLike[str]) -> dict[str, Any]:

@@ -1,7 +1,6 @@
 """The pulley and its linings, seen along the shaft: tension and load along the band, pads, shoes."""
 
 import math
-import textwrap
 from collections.abc import Callable, Iterable
 from typing import Any, TypeAlias
 
@@ -24,7 +23,7 @@ from ..brakes._band import AbstractStiffness, ParallelBands
 from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..hybrid._arrays import Array
-from ._shared import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, finish, one_run, sheet, span
+from ._shared import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, finish, head, name_marks, one_run, sheet, span, styled
 
 Ends: TypeAlias = Float[np.ndarray, "n 2"]  # angles (rad) at which each lining begins and ends
 PerLining: TypeAlias = Float[np.ndarray, " n"]
@@ -105,7 +104,7 @@ def draw_band(axes: Axes, angles: Ends, ends: tuple[str, str]) -> None:
         start, tangent = spot(BAND, angle), direction * spot(1.0, angle + 0.5 * math.pi)
         _draw_arrow(axes, start, start + 0.5 * tangent, mutation_scale=14, color="0.25", lw=2.5)
         place = {"xytext": (0, -3), "textcoords": "offset points", "ha": "center", "va": "top"}
-        axes.annotate(words, tuple(start + 0.52 * tangent), fontsize=9, **place)
+        axes.annotate(words, tuple(start + 0.52 * tangent), **place)
 
 
 def _draw_arrow(axes: Axes, start: Float[np.ndarray, "2"], end: Float[np.ndarray, "2"], **look: Any) -> None:
@@ -120,8 +119,8 @@ def draw_rotation(axes: Axes, omega: float, radius: float) -> None:
         tip, back = (high, high - 14) if omega > 0 else (low, low + 14)
         ends = [spot(radius, math.radians(a)) for a in (back, tip)]
         _draw_arrow(axes, *ends, mutation_scale=12, color="k", lw=1.4, gid="rotation")
-    words = f"ω\n{omega:.3g}\nrad/s" if omega != 0.0 else "at rest"
-    axes.text(0, 0, words, ha="center", va="center", fontsize=8)
+    words = f"$\\omega$\n{omega:.3g}\nrad/s" if omega != 0.0 else "at rest"
+    axes.text(0, 0, words, ha="center", va="center")
 
 
 def contact_legend(contacts: dict[str, np.ndarray], lining: str = "lining") -> list[Artist]:
@@ -132,7 +131,7 @@ def contact_legend(contacts: dict[str, np.ndarray], lining: str = "lining") -> l
 
 # --- along the band ---------------------------------------------------------------------------------------------------
 
-_TENSION, _LOAD = (1.30, 0.72), (0.72, -0.44)  # where the scales begin, and their length; of the load inwards
+_TENSION, _LOAD = (1.30, 0.72), (0.67, -0.37)  # where the scales begin, and their length; of the load inwards
 #: bars of the load of the first friction pair, and of the others
 _BARS: tuple[dict[str, Any], ...] = (
     {"fc": GREEN, "alpha": 0.75, "gid": "load", "zorder": 2},
@@ -140,6 +139,7 @@ _BARS: tuple[dict[str, Any], ...] = (
 )
 
 
+@styled
 def pulley(result: Result, time: float | int | None = None, *, figure: Figure | None = None) -> Figure:
     """Tension of the band and normal load of every lining on the pulley's circle at one time (Z, Fig. 5).
 
@@ -151,45 +151,48 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
     - `time` (s): default that of the maximum tension; at an event the values after it
 
     Raises `InputError` for a time outside the run, for a batch of runs and for a brake without a band (`pressed`).
+
+    Example:
+        >>> figure = sb.plot.pulley(result, 0.5)
+        >>> figure.get_suptitle().splitlines()[1]
+        'tension of the band and normal load of the linings at $t$ = 0.5 s'
     """
     angles = on_circle(lining_edges(band_brake(one_run(result).scene)))
     t, p = _moment(result, time, "max_tension", lambda p: p.shown.tension)
     contacts = lining_contacts(result, p)
     tension = np.append(float(p.flows.contact.slack_tension[0]), np.asarray(p.shown.tension)[0]) / 1e3
-    figure = sheet(figure, 9.0, 9.4)
+    figure = sheet(figure, 10.0, 10.8)
     axes = figure.subplots()
     rings = draw_wheel(axes, angles, contacts)
     colour_linings(rings, contacts, 0)
     middle = LINING[1] - 0.5 * (LINING[1] - LINING[0]) / len(rings)  # of the outermost ring
     for i, angle in enumerate(angles.mean(axis=1)):
         x, y = spot(middle, angle)
-        axes.text(x, y, str(i + 1), ha="center", va="center", fontsize=7, zorder=4)
+        axes.text(x, y, str(i + 1), ha="center", va="center", zorder=4)
     _draw_tension(axes, tension, angles)
     _draw_load(axes, [np.asarray(pair.normal)[0] / 1e3 for pair in p.shown.pairs], angles)
     reverse = tension[-1] < tension[0]
     slack, tight = ("lever end, now tight", "anchor end, now slack") if reverse else ("slack end", "tight end")
-    ends = (f"{slack} (lever)\nT₀ = {tension[0]:.4g} kN", f"{tight} (anchor)\nTₙ = {tension[-1]:.4g} kN")
+    ends = (f"{slack} (lever)\n$T_0$ = {tension[0]:.4g} kN", f"{tight} (anchor)\n$T_n$ = {tension[-1]:.4g} kN")
     draw_band(axes, angles, ends)
     draw_rotation(axes, float(p.y.omega[0]), 0.2)
     axes.set(aspect="equal", xlim=(-2.25, 2.25), ylim=(-1.85, 2.15))
     axes.axis("off")
     why = ", at the maximum tension" if time is None else ""
-    title = f"tension of the band and normal load of the linings at t = {t:.6g} s{why}"
+    title = f"tension of the band and normal load of the linings at $t$ = {t:.6g} s{why}"
     title += f"\nbrake torque {float(p.flows.contact.brake_torque[0]) / 1e3:.4g} kN·m"
+    title += "; outer half of a lining: band on lining, inner half: lining on rim" if len(contacts) > 1 else ""
     if np.isin(next(iter(contacts.values())), (Contact.STICKS, Contact.AT_LIMIT)).any():
         distribution = result.record.system.mechanism.distribution  # pyright: ignore
-        title += "\n" + textwrap.fill(f"load sharing of sticking linings: {distribution}", 100)
-    figure.suptitle(title, fontsize=10)
+        title += f"\nload sharing of sticking linings: {distribution}"
+    head(figure, result.scene, title)
     handles: list[Artist] = [
-        Line2D([], [], color=BLUE, marker="o", ms=3, label="tension T of the band, kN, outwards"),
-        Patch(color=GREEN, alpha=0.75, label="normal load N of a lining, kN, inwards"),
+        Line2D([], [], color=BLUE, marker="o", ms=3, label="tension $T$ of the band, kN, outwards"),
+        Patch(color=GREEN, alpha=0.75, label="normal load $N$ of a lining, kN, inwards"),
     ]
-    words = None
     if len(contacts) > 1:
-        words = "outer half of a lining: band on lining; inner half: lining on rim"
         handles.append(Patch(fill=False, ec="0.3", label="load of a lining on the rim, kN"))
-    handles += contact_legend(contacts)
-    figure.legend(handles=handles, loc="outside lower center", ncols=2, fontsize=8, title=words, title_fontsize=8)
+    name_marks(figure, [], [*handles, *contact_legend(contacts)])
     return figure
 
 
@@ -210,12 +213,12 @@ def _rings(axes: Axes, top: float, count: int, scale: tuple[float, float], angle
     turn = np.linspace(angles[0, 0], angles[-1, 1], 300)
     for value in ticks:
         radius = scale[0] + scale[1] * value / top
-        axes.plot(*spot(radius, turn).T, color="0.85", lw=0.7, zorder=0)
+        axes.plot(*spot(radius, turn).T, color="0.85", lw=0.7, zorder=0, gid="scale")
         # outside of the wrap, at its slack end, where the curve is low
         x, y = spot(radius, turn[0] + 0.05 / radius)
         words = f"{value:g} kN" if value == ticks[-1] else f"{value:g}"
         place = {"ha": "left" if scale[1] < 0 else "right", "va": "top", "rotation": math.degrees(turn[0]) - 180.0}
-        axes.text(x, y, words, fontsize=6.5, color="0.35", rotation_mode="anchor", gid=gid, **place)
+        axes.text(x, y, words, color="0.35", rotation_mode="anchor", gid=gid, **place)
     return top
 
 
@@ -226,7 +229,7 @@ def _radial(axes: Axes, radius: float, angle: float, words: str, *, outwards: bo
     x, y = spot(radius, angle)
     place: dict[str, Any] = {"ha": "left" if outwards != flipped else "right", "va": "center"}
     place |= {"rotation": degrees - 180 if flipped else degrees, "rotation_mode": "anchor"}
-    axes.text(x, y, words, fontsize=7, zorder=5, **place, **look)
+    axes.text(x, y, words, zorder=5, **place, **look)
 
 
 def _draw_tension(axes: Axes, tension: Float[np.ndarray, " m"], angles: Ends) -> None:
@@ -260,6 +263,7 @@ def _draw_load(axes: Axes, loads: list[PerLining], angles: Ends) -> None:
 # --- pads and shoes ---------------------------------------------------------------------------------------------------
 
 
+@styled
 def pressed(result: Result, time: float | int | None = None, *, figure: Figure | None = None) -> Figure:
     """Pads of a disc brake, or shoes of a double-shoe brake, at one time, with the pressure and the forces on them.
 
@@ -269,6 +273,11 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
     - `time` (s): default that of the maximum normal force; at an event the values after it
 
     Raises `InputError` for a time outside the run, for a batch of runs and for another kind of brake.
+
+    Example:
+        >>> figure = sb.plot.pressed(disc)
+        >>> figure.axes[1].get_xlabel()
+        'radius, mm'
     """
     brake = one_run(result).scene.brake
     if not isinstance(brake, DiscBrake | ShoeBrake):
@@ -277,7 +286,7 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
     t, p = _moment(result, time, "max_normal_load", lambda p: p.shown.pairs[0].normal)
     contacts, (pair,) = lining_contacts(result, p), p.shown.pairs
     normal, friction = np.asarray(pair.normal)[0], np.asarray(pair.friction)[0]
-    figure = sheet(figure, 11.0, 5.8)
+    figure = sheet(figure, 11.0, 6.6)
     wheel, course = figure.subplots(1, 2, width_ratios=[1.3, 1])
     colours = [CONTACT_COLOURS[state] for (states,) in contacts.values() for state in states]
     if isinstance(brake, DiscBrake):
@@ -289,18 +298,19 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
     course.set(ylabel="pressure, MPa", ylim=(0.0, None))
     finish([course])
     lines = [
-        f"{brake.words.lining} {i + 1}: N = {N / 1e3:.4g} kN, friction {F / 1e3:.4g} kN"
+        f"{brake.words.lining} {i + 1}: $N$ = {N / 1e3:.4g} kN, friction {F / 1e3:.4g} kN"
         for i, (N, F) in enumerate(zip(normal, friction, strict=True))
     ]
     shown = lines if len(lines) <= 4 else [*lines[:2], f"… {len(lines) - 3} more …", lines[-1]]
-    wheel.text(0.5, -0.02, "\n".join(shown), transform=wheel.transAxes, ha="center", va="top", fontsize=9)
+    wheel.text(0.5, -0.02, "\n".join(shown), transform=wheel.transAxes, ha="center", va="top")
     force, torque = float(p.flows.contact.slack_tension[0]) / 1e3, float(p.flows.contact.brake_torque[0]) / 1e3
-    figure.suptitle(
-        f"{brake.words.brake} at t = {t:.6g} s: force of the actuator {force:.4g} kN, brake torque {torque:.4g} kN·m",
-        fontsize=11,
+    head(
+        figure,
+        result.scene,
+        f"{brake.words.brake} at $t$ = {t:.6g} s: force of the actuator {force:.4g} kN, brake torque {torque:.4g} kN·m",
     )
-    draw_rotation(wheel, float(p.y.omega[0]), 0.2 * float(brake.radius))
-    figure.legend(handles=contact_legend(contacts, brake.words.lining), loc="outside lower center", ncols=3, fontsize=8)
+    draw_rotation(wheel, float(p.y.omega[0]), 0.32 * float(brake.radius))
+    name_marks(figure, [], contact_legend(contacts, brake.words.lining))
     return figure
 
 
@@ -319,7 +329,7 @@ def _disc(wheel: Axes, course: Axes, brake: DiscBrake, normal: PerLining, colour
         x, y = spot(0.5 * (inner + outer), math.radians(middle))
         words = ", ".join(str(k) for k in (2 * i + 1, 2 * i + 2) if k <= pads.count)
         wheel.text(x, y, words, ha="center", va="center", zorder=3)
-    wheel.add_patch(Circle((0, 0), float(brake.radius), fill=False, ec=BLUE, ls="--", lw=1.0, zorder=4))
+    wheel.add_patch(Circle((0, 0), float(brake.radius), fill=False, ec=BLUE, ls="--", lw=1.0, zorder=1.5))
     radius = np.linspace(inner, outer, 100)
     highest = float(np.asarray(pads.greatest_pressure(normal.max())))
     pressure = 1e-6 * highest * np.asarray(pads.pressure.share(radius, inner))
@@ -350,8 +360,8 @@ def _drum(wheel: Axes, course: Axes, brake: ShoeBrake, normal: PerLining, colour
         base = spot(0.92 * r, pin + side * theta)
         wheel.fill(*np.concatenate([line, base[::-1]]).T, color=colour, alpha=0.25, lw=0, gid="pressure")
         x, y = spot(0.97 * r, pin + side * 0.5 * (start + end))
-        wheel.text(x, y, str(i + 1), ha="center", va="center", fontsize=9)
+        wheel.text(x, y, str(i + 1), ha="center", va="center")
         words = "leading ahead" if i == 0 else "trailing ahead"
         course.plot(np.degrees(theta), 1e-6 * p, color=colour, label=f"shoe {i + 1}, {words}")
-    course.set_xlabel("angle from the pin, degrees")
+    course.set_xlabel("angle from the pin, °")
     return 1.15 * r

@@ -1,6 +1,8 @@
 """Figures of one run over time: lever and load, the stop, stages, contacts, temperatures, maps."""
 
+import re
 from collections.abc import Iterable
+from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -9,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
-from matplotlib.ticker import FixedLocator, FuncFormatter, MaxNLocator, NullLocator
+from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import Fault, InputError
 from .._run._linings import VIEWS, WORDS, Contact, RunningIn, lining_values, overlap
@@ -23,46 +25,63 @@ from ._shared import (
     BLUE,
     GREEN,
     ORANGE,
-    SMALL,
+    PURPLE,
+    SKY,
+    TEXT,
     VERMILLION,
     ZERO,
+    Times,
+    Window,
+    application,
     cells,
     dense_grid,
     finish,
+    head,
     marks,
+    name_marks,
     one_run,
     sheet,
     span,
+    strong_applications,
+    styled,
     windows,
 )
 
 
+@styled
 def duty(result: Result, *, figure: Figure | None = None) -> Figure:
     """Slack tension or force that the lever gives and torque of the load over the whole run, with the mass on the hook
-    below where it changes."""
+    below where it changes.
+
+    Example:
+        >>> figure = sb.plot.duty(result)
+        >>> [axes.get_ylabel() for axes in figure.axes]
+        ['tension, kN', 'torque, kN·m']
+    """
     start, end = span(result)
     s = dense_grid(result, start, end)
     load, banded = result.scene.duty.load, result.scene.brake.banded
     rows = 3 if isinstance(load, AbstractString) else 2
-    figure = sheet(figure, 9.0, 1.9 * rows + 0.6)
+    figure = sheet(figure, 9.0, 2.2 * rows + 0.9)
     panels = figure.subplots(rows, 1, sharex=True)
     lever = s.slack_tension if banded else s.lever_force
-    words = "slack tension T₀" if banded else "force of the actuator F"
-    panels[0].plot(s.t, np.asarray(lever) / 1e3, color="tab:blue", label=words)
+    words = "slack tension $T_0$" if banded else "force of the actuator $F$"
+    panels[0].plot(s.t, np.asarray(lever) / 1e3, color=BLUE, label=words)
     panels[0].set_ylabel("tension, kN" if banded else "force, kN")
-    panels[1].plot(s.t, s.load_torque / 1e3, color="tab:red", label="load torque on the shaft")
+    panels[1].plot(s.t, s.load_torque / 1e3, color=VERMILLION, label="load torque on the shaft")
     panels[1].set_ylabel("torque, kN·m")
     if isinstance(load, AbstractString):
         weight = np.asarray(s.load_torque) + float(load.drag) * np.asarray(s.omega)
         mass = weight / float(load.gravity * load.travel())
         swings = load.elasticity is not None
         words = "hook load over gravity" if swings else "mass on the hook"
-        panels[2].step(s.t, mass / 1e3, where="post", color="tab:brown", label=words)
+        panels[2].step(s.t, mass / 1e3, where="post", color=PURPLE, label=words)
         panels[2].set_ylabel("mass, t")
     finish(panels)
     for panel in panels:
         panel.set(xlim=(start, end), ylim=(min(0.0, panel.get_ylim()[0]), None))
     panels[-1].set_xlabel("time, s")
+    head(figure, result.scene, "lever and load")
     return figure
 
 
@@ -71,46 +90,61 @@ def duty(result: Result, *, figure: Figure | None = None) -> Figure:
 _HOT = {"rim": VERMILLION, "linings": ORANGE, "band": BLUE, "linings, outer face": GREEN}
 
 
+@styled
 def stop(result: Result, *, figure: Figure | None = None) -> Figure:
     """Speed of the pulley, torques of brake and load, tensions at the two ends of the band or forces on the linings,
     and number of linings at their friction limit over time.
 
     Left the whole motion (a run that continues at rest is cut shortly after the stop), right the time up to full slip,
-    if it is short. Dashed lines are events.
+    if it is short, or of several stops the one with the maximum friction heat. Dashed lines are events.
+
+    Example:
+        >>> figure = sb.plot.stop(result)
+        >>> float(figure.axes[0].lines[0].get_ydata()[0])
+        24.0
     """
-    columns = windows(result)
-    figure = sheet(figure, 11.5 if len(columns) > 1 else 7.5, 8.5)
+    columns, names = windows(result), list[str]()
+    if len(result.stops) > 1:
+        strongest = float(result.stops["time"][int(np.argmax(result.stops["energy"]))])
+        columns = [columns[0], *application(result, strongest, "the stop with the maximum friction heat", 0.3)]
+    figure = sheet(figure, 11.5 if len(columns) > 1 else 8.0, 9.6)
     axes = figure.subplots(4, len(columns), squeeze=False, sharex="col", width_ratios=[1.5, 1][: len(columns)])
     for panels, window in zip(axes.T, columns, strict=True):
         _panels(panels, dense_grid(result, window.start, window.end), result.scene.brake.words)
         for panel in panels:
             panel.grid(alpha=0.3)
             panel.margins(x=0)
-            marks(panel, result, window, named=panel is panels[0])
-            if not window.enlarged:
-                panel.legend(loc="best", **SMALL)
-            else:
-                panel.set_ylabel("")
+            names += marks(panel, result, window)
+            panel.set_ylabel("" if window is not columns[0] else panel.get_ylabel())
         window.label_time(panels[-1])
-        panels[0].set_title(window.title, fontsize=10)
-    figure.suptitle(f"{result.status.replace('_', ' ')}: {result.message}", fontsize=11)
+        panels[0].set_title(window.title, pad=6.0 + 1.35 * TEXT)  # beside the legend of the other column
+    finish(axes[:, 0])
+    name_marks(figure, names)
+    head(figure, result.scene, f"{result.status.replace('_', ' ')}: {result.message}")
     return figure
 
 
+@styled
 def stops(result: Result, *, figure: Figure | None = None) -> Figure:
     """One point for each stop of the run: duration and travel of the stop, friction heat, and the
-    highest temperatures of rim, linings and band until the next restart."""
+    highest temperatures of rim, linings and band until the next restart.
+
+    Example:
+        >>> figure = sb.plot.stops(result)
+        >>> figure.axes[-1].get_xlabel()
+        'number of the stop'
+    """
     table = result.stops
     if not len(table):
         raise InputError([Fault("result", "has no stop", "a run in which the pulley stops")])
     names = [column.name for column in table.columns]
     hot = [name for name in names if name.startswith("peak_")]
-    figure = sheet(figure, 8.0, 6.4 if hot else 4.6)
+    figure = sheet(figure, 8.5, 7.6 if hot else 5.4)
     panels = figure.subplots(3 if hot else 2, 1, sharex=True)
     number = table["stop"]
-    panels[0].plot(number, table["braking_time"], "o-", ms=3, color="tab:blue", label="time under the band")
+    panels[0].plot(number, table["braking_time"], "o-", ms=3, color=BLUE, label="time under the band")
     panels[0].set_ylabel("time, s")
-    panels[1].plot(number, np.asarray(table["energy"]) / 1e3, "o-", ms=3, color="tab:red", label="friction heat")
+    panels[1].plot(number, np.asarray(table["energy"]) / 1e3, "o-", ms=3, color=VERMILLION, label="friction heat")
     panels[1].set_ylabel("heat, kJ")
     for name in hot:
         place = name.removeprefix("peak_").removesuffix("_temperature").replace("lining", "linings")
@@ -120,50 +154,57 @@ def stops(result: Result, *, figure: Figure | None = None) -> Figure:
         panels[2].set_ylabel("temperature, °C")
     finish(panels)
     panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
-    panels[-1].set_xlabel("stop")
+    panels[-1].set_xlabel("number of the stop")
+    head(figure, result.scene, "the stops of the run")
     return figure
 
 
 def _panels(panels: Iterable[Axes], s: Series, words: BrakeWords) -> None:
     """Speed, torques, tensions or forces, and linings at their limit."""
     speed, torque, tension, linings = panels
-    speed.plot(s.t, s.omega, color="k", label=f"{words.body} speed ω")
-    speed.set_ylabel("ω, rad/s")
+    speed.plot(s.t, s.omega, color="k", label=rf"speed of the {words.body} $\omega$")
+    speed.set_ylabel(r"$\omega$, rad/s")
     if np.ptp(s.omega) <= 1e-6 * np.abs(s.omega).max():  # constant within rounding: no panel
         speed.set_ylim(*sorted((0.0, 1.2 * float(s.omega[0]) or 1.0)))
-    torque.plot(s.t, s.brake_torque / 1e3, color="tab:blue", label="brake M_b")
-    torque.plot(s.t, s.load_torque / 1e3, color="tab:brown", ls="-.", label="load M_load")
+    torque.plot(s.t, s.brake_torque / 1e3, color=BLUE, label="brake $M_b$")
+    torque.plot(s.t, s.load_torque / 1e3, color=PURPLE, ls="-.", label=r"load $M_\mathrm{load}$")
     torque.set_ylabel("torque, kN·m")
     n = s.normal_load.shape[1]
     if s.lever_force is None or s.slack_tension is not None:
-        tension.plot(s.t, s.tight_tension / 1e3, color="tab:blue", label="tight end T_n")
-        tension.plot(s.t, s.slack_tension / 1e3, color="tab:cyan", label="slack end T_0")
+        tension.plot(s.t, s.tight_tension / 1e3, color=BLUE, label="tight end $T_n$")
+        tension.plot(s.t, s.slack_tension / 1e3, color=SKY, label="slack end $T_0$")
         tension.set_ylabel("tension, kN")
     else:
-        tension.plot(s.t, s.lever_force / 1e3, color="tab:cyan", label="actuator F")
+        tension.plot(s.t, s.lever_force / 1e3, color=SKY, label="actuator $F$")
         differ = np.ptp(s.normal_load, axis=1).max() > 0
         for i in range(n if differ else 1):
             which = f" on {words.lining} {i + 1}" if differ else ""
-            tension.plot(s.t, s.normal_load[:, i] / 1e3, ls="--", label=f"normal force N{which}")
+            tension.plot(s.t, s.normal_load[:, i] / 1e3, ls="--", label=f"normal force $N${which}")
         tension.set_ylabel("force, kN")
-    linings.plot(s.t, s.at_limit, color="tab:orange", drawstyle="steps-post", label=f"{words.lining}s at their limit k")
-    linings.set(ylim=(-0.5, n + 0.5), ylabel=f"k of {n}")
+    linings.plot(s.t, s.at_limit, color=ORANGE, drawstyle="steps-post", label=f"{words.lining}s at their limit $k$")
+    linings.set(ylim=(-0.5, n + 0.5), ylabel=f"$k$ of {n}")
 
 
 _STAGES = {
-    "stage_1": ("stage 1: band slides on the bandage", "tab:green"),
-    "stage_2": ("stage 2: both pairs slide", "tab:orange"),
-    "stage_3": ("stage 3: pulley slides in the bandage", "tab:blue"),
-    "held": ("held", "tab:gray"),
+    "stage_1": ("stage 1: band slides on the bandage", GREEN),
+    "stage_2": ("stage 2: both pairs slide", ORANGE),
+    "stage_3": ("stage 3: pulley slides in the bandage", BLUE),
+    "held": ("held", "0.5"),
     "open": ("open", "white"),
 }
 
 
+@styled
 def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figure | None = None) -> Figure:
     """Speeds of pulley and bandage of a staged brake, torques and friction heat of both pairs, and their overlap
     coefficients (K, Fig. 5; filled while a pair slides, hatched while it sticks), stages shaded.
 
     Raises `ValueError` for a standard brake.
+
+    Example:
+        >>> figure = sb.plot.stages(staged)
+        >>> figure.axes[0].get_ylabel()
+        'speed, rad/s'
     """
     parts = result.stages
     start, end = parts[0].start, parts[-1].end
@@ -171,44 +212,46 @@ def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figur
         end = min(end, start + 1.15 * (parts[-1].start - start))
     s = dense_grid(result, start, end)
     t, o = s.t, overlap(result, s.t, running_in)
-    figure = sheet(figure, 9.0, 11.0)
+    figure = sheet(figure, 9.0, 12.0)
     panels = figure.subplots(5, 1, sharex=True, height_ratios=[1.2, 1.2, 1, 0.7, 0.7])
     speed, torque, heat, outer, inner = panels
-    speed.plot(t, s.omega, color="k", label="pulley ω")
-    speed.plot(t, s.bandage_speed, color="tab:green", ls="--", label="bandage ω_b")
+    speed.plot(t, s.omega, color="k", label=r"pulley $\omega$")
+    speed.plot(t, s.bandage_speed, color=GREEN, ls="--", label=r"bandage $\omega_b$")
     speed.set_ylabel("speed, rad/s")
     external, internal = s.pairs["external"], s.pairs["internal"]
-    torque.plot(t, external.torque / 1e3, color="tab:green", label="band on bandage M_ext")
-    torque.plot(t, internal.torque / 1e3, color="tab:blue", label="pulley on bandage Λ")
-    torque.plot(t, np.asarray(internal.capacity) / 1e3, color="tab:blue", ls=":", label="up to which it sticks M_int")
+    torque.plot(t, external.torque / 1e3, color=GREEN, label=r"band on bandage $M_\mathrm{ext}$")
+    torque.plot(t, internal.torque / 1e3, color=BLUE, label=r"pulley on bandage $\Lambda$")
+    torque.plot(t, np.asarray(internal.capacity) / 1e3, color=BLUE, ls=":", label=r"it sticks up to $M_\mathrm{int}$")
     torque.set_ylabel("torque, kN·m")
-    heat.plot(t, external.heat / 1e3, color="tab:green", label="external pair")
-    heat.plot(t, internal.heat / 1e3, color="tab:blue", label="internal pair")
+    heat.plot(t, external.heat / 1e3, color=GREEN, label="external pair")
+    heat.plot(t, internal.heat / 1e3, color=BLUE, label="internal pair")
     heat.set_ylabel("friction heat, kJ")
     for panel, colour, name, dynamic, static in (
-        (outer, "tab:green", "external", o.external_dynamic, o.external_static),
-        (inner, "tab:blue", "internal", o.internal_dynamic, o.internal_static),
+        (outer, GREEN, "external", o.external_dynamic, o.external_static),
+        (inner, BLUE, "internal", o.internal_dynamic, o.internal_static),
     ):
         panel.fill_between(t, dynamic, color=colour, alpha=0.7, lw=0, label="slides (dynamic)")
         panel.fill_between(t, static, facecolor="none", edgecolor=colour, hatch="///", lw=0, label="sticks (static)")
-        panel.set(ylim=(0, 1), ylabel=f"{name} overlap")
+        panel.set(ylim=(0, 1), ylabel=f"{name}\noverlap (–)")
     inner.set_xlabel("time, s")
-    seen = set()
+    speed.set_ylim(top=1.3 * float(np.max(s.omega)))  # room for the names of the stages
+    named = dict[str, Patch]()
     for stage in parts:
         last, (words, colour) = min(stage.end, end), _STAGES[stage.name]
+        named[stage.name] = Patch(facecolor=colour, edgecolor="0.7", alpha=0.25, label=words)
         for panel in panels:
-            label = words if panel is speed and stage.name not in seen else None
-            panel.axvspan(stage.start, last, color=colour, alpha=0.12, lw=0, label=label)
-        seen.add(stage.name)
-        if stage.name.startswith("stage_") and last - stage.start > 0.03 * (end - start):
-            place = {"transform": speed.get_xaxis_transform(), "ha": "center", "va": "bottom"}
-            speed.text(0.5 * (stage.start + last), 1.01, stage.name.replace("_", " "), fontsize=9, **place)
+            panel.axvspan(stage.start, last, color=colour, alpha=0.15, lw=0)
+        if stage.name.startswith("stage_") and last - stage.start > 0.08 * (end - start):
+            place = {"transform": speed.get_xaxis_transform(), "ha": "center", "va": "top"}
+            speed.text(0.5 * (stage.start + last), 0.97, stage.name.replace("_", " "), **place)
     speed.set_xlim(start, end)
     finish(panels)
-    figure.suptitle(f"stages of the brake — {result.status.replace('_', ' ')}: {result.message}", fontsize=11)
+    name_marks(figure, [], named.values())
+    head(figure, result.scene, f"stages of the brake: {result.message}")
     return figure
 
 
+@styled
 def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
     """Stick and slip of each lining over time: of a chain on the pulley, of a resolved bandage on band and rim.
 
@@ -216,12 +259,17 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
     it slides back. Left the whole motion, right the time up to the first full slip, if it is short.
 
     Raises `ValueError` where the linings act as one.
+
+    Example:
+        >>> figure = sb.plot.contacts(chain)
+        >>> figure.axes[0].get_ylabel()
+        'lining, from the slack end'
     """
     found = result.record.modes.contacts  # pyright: ignore
     if not found:
         raise ValueError("the linings of this brake act as one: there are no single contacts to draw")
     t, columns = np.asarray(result.record.rows.t)[: int(result.record.count) + 1], windows(result)
-    figure = sheet(figure, 11.5, 1.2 + 3.2 * len(found))
+    figure = sheet(figure, 11.5, 1.9 + 3.2 * len(found))
     axes = figure.subplots(len(found), len(columns), squeeze=False, sharex="col")
     kinds = (Contact.SLIDES_BACK, Contact.STICKS, Contact.SLIDES)
     colours = ListedColormap([CONTACT_COLOURS[kind] for kind in kinds])
@@ -234,73 +282,128 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
             panel.pcolormesh(edges, linings, states[changes].T, cmap=colours, vmin=-1, vmax=1)
             panel.set_xlim(t[0], window.end)
             panel.yaxis.set_major_locator(MaxNLocator(integer=True))
-            panel.set_title(f"{name}{', enlarged' if window.enlarged else ''}", fontsize=10)
+            panel.set_title(f"{name}{', enlarged' if window.enlarged else ''}")
         row[0].set_ylabel("lining, from the slack end")
     for panel, window in zip(axes[-1], columns, strict=True):
         window.label_time(panel)
-    patches = [Patch(color=CONTACT_COLOURS[kind], label=WORDS[kind]) for kind in kinds]
-    figure.legend(handles=patches, loc="outside lower center", ncols=3, fontsize=9)
+    name_marks(figure, [], [Patch(color=CONTACT_COLOURS[kind], label=WORDS[kind]) for kind in kinds])
+    head(figure, result.scene, "stick and slip of each lining")
     return figure
 
 
+@styled
 def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     """Temperatures of rim, linings and band over time, the permissible one, and the hottest moment's depth profiles.
 
-    Above the surfaces over time (of several lining walls the coolest and the hottest), below the coefficient
-    of friction, and at the right the temperature through the depth of the walls when the rim, or the first
-    place that the scene names, was hottest.
+    Above the surfaces over time (of several lining walls the coolest and the hottest), then the coefficient of
+    friction, below the temperature through the depth of the walls when the rim, or the first place that the scene
+    names, was hottest. Of a run with several brake applications the hottest one is enlarged at the right; of many, the
+    surfaces are their maximum and minimum in each cycle (from one strong application to the next).
 
     Raises `ValueError` if the scene has no heat.
+
+    Example:
+        >>> figure = sb.plot.temperatures(heated)
+        >>> figure.axes[0].get_ylabel()
+        'surface temperature, °C'
     """
-    heat = result.scene.network
+    heat, brake = result.scene.network, result.scene.brake
     if not result.scene.heated:
         raise ValueError("the scene has no heat: there are no temperatures to draw")
-    t = cells(result, *span(result))
+    whole, starts = Window(*span(result)), strong_applications(result)
+    peaks = [float(peak.time) for name, peak in result.report().peaks.items() if name.startswith("peak_")]
+    t, shown = _surfaces(result, whole)
+    hottest = peaks[0] if peaks else float(t[int(np.argmax(next(iter(shown.values())).max(axis=1)))])
+    columns = [whole, *application(result, hottest, "the hottest brake application")]
+    walls = heat.walls[:2]
+    rows = 2 + bool(walls)
+    figure = sheet(figure, 11.5 if walls or len(columns) > 1 else 8.5, 3.1 * rows + 0.6)
+    grid = figure.add_gridspec(rows, 2, width_ratios=[1.3, 1.0])
+    own = {} if brake.banded else {"rim": brake.words.body, "linings": f"{brake.words.lining}s"}
+    lowest, highest = min(T.min() for T in shown.values()), max(T.max() for T in shown.values())
+    for i, window in enumerate(columns):
+        column = slice(None) if len(columns) == 1 else i
+        surface = figure.add_subplot(grid[0, column])
+        friction = figure.add_subplot(grid[1, column], sharex=surface)
+        if i:
+            t, shown = _surfaces(result, window)
+        cycles = starts if i == 0 and len(starts) > _FEW else None
+        for name, T in shown.items():
+            words, colour = own.get(name, name), _HOT.get(name, "0.5")
+            if cycles is not None:
+                _envelope(surface, t, T, np.unique([whole.start, *cycles[1:], whole.end]), colour, words)
+                continue
+            named = (f"{words}, hottest", f"{words}, coolest") if T.shape[1] > 1 else (words, None)
+            # the rim broader, as the faces of linings are often as hot
+            _extremes(surface, t, T, colour, named, lw=3.0 if name == "rim" else 1.3)
+        if cycles is not None:
+            surface.plot([], [], color="0.3", ls=":", label="lowest of a cycle")
+        if heat.permissible is not None:
+            limit = float(np.asarray(heat.permissible)) - ZERO
+            if limit < highest + 1.5 * (highest - lowest):
+                surface.axhline(limit, color="k", lw=0.9, ls="--", label=f"permissible {limit:g} °C")
+            else:
+                surface.plot([], [], " ", label=f"permissible {limit:g} °C, above")
+        _coefficients(friction, result, t)
+        surface.set_xlim(window.start, window.end)
+        surface.set_ylabel("surface temperature, °C")
+        friction.set(xlabel="time, s", ylabel="coefficient of\nfriction (–)")
+        surface.tick_params(labelbottom=False)
+        finish([surface, friction])
+        if i:
+            surface.get_legend().remove()  # pyright: ignore
+            surface.set_title(window.title, loc="left", pad=6.0)
+            friction.get_legend().remove()  # pyright: ignore
+    profiles = np.asarray(result.series([hottest]).temperature)[0] - ZERO
+    for i, wall in enumerate(walls):
+        panel, depths = (
+            figure.add_subplot(grid[2, :] if len(walls) == 1 else grid[2, i]),
+            1e3 * np.asarray(wall.centres),
+        )
+        panel.plot(depths, _layers(result, wall, profiles).T, color=VERMILLION, marker=".", lw=1.0)
+        panel.set_title(f"through the {wall.name} at {hottest:.6g} s", loc="left")
+        panel.set(xlabel="depth below the friction surface, mm", ylabel="temperature, °C")
+        panel.grid(alpha=0.3)
+    head(figure, result.scene, "temperatures")
+    return figure
+
+
+#: cycles from which on the surfaces are drawn as an envelope
+_FEW = 5
+
+
+def _surfaces(result: Result, window: Window) -> tuple[Times, dict[str, Float[np.ndarray, "t n"]]]:
+    """Times, and temperatures (°C) of the surfaces that the scene names, else of all nodes."""
+    t = cells(result, window.start, window.end)
     s = result.series(t)
     surfaces = {"rim": s.rim_temperature, "linings": s.lining_temperature, "band": s.band_temperature}
     surfaces["linings, outer face"] = s.lining_outer_temperature
     found = {name: T for name, T in surfaces.items() if T is not None} or {"nodes": s.temperature}
-    shown = {name: np.asarray(T) - ZERO for name, T in found.items()}
-    walls, brake = heat.walls[:2], result.scene.brake
-    figure = sheet(figure, 11.5 if walls else 7.5, 6.5)
-    axes = figure.subplots(2, 2 if walls else 1, squeeze=False, width_ratios=[1.6, 1][: 2 if walls else 1])
-    surface, friction = axes[:, 0]
-    own = {} if brake.banded else {"rim": brake.words.body, "linings": f"{brake.words.lining}s"}
-    for name, T in shown.items():
-        words = own.get(name, name)
-        lowest, highest = (f"{words}, coolest", f"{words}, hottest") if T.shape[1] > 1 else (None, words)
-        # the rim broader, as the faces of linings are often as hot
-        _extremes(surface, t, T, _HOT.get(name, "tab:gray"), (highest, lowest), lw=3.0 if name == "rim" else 1.3)
-    if heat.permissible is not None:
-        limit = float(np.asarray(heat.permissible)) - ZERO
-        low, high = min(T.min() for T in shown.values()), max(T.max() for T in shown.values())
-        if limit < high + 1.5 * (high - low):
-            surface.axhline(limit, color="k", lw=0.9, ls="--", label="permissible (linings)")
-        else:
-            surface.plot([], [], " ", label=f"permissible (linings) {limit:g} °C, far above")
-    surface.set_ylabel("surface temperature, °C")
-    for (name, pair), colour in zip(s.pairs.items(), ("tab:green", "tab:blue"), strict=False):
+    return t, {name: np.asarray(T) - ZERO for name, T in found.items()}
+
+
+def _envelope(axes: Axes, t: Times, T: Float[np.ndarray, "t n"], bounds: Times, colour: str, words: str) -> None:
+    """The area between the maxima and the minima of all cycles, at their times."""
+    cuts = np.searchsorted(t, bounds)
+    lines = []
+    for values, extreme, style in ((T.max(axis=1), np.argmax, "-"), (T.min(axis=1), np.argmin, ":")):
+        at = np.asarray([a + extreme(values[a:b]) for a, b in pairwise(cuts) if b > a])
+        axes.plot(t[at], values[at], color=colour, ls=style, label=words if style == "-" else None)
+        lines.append(np.interp(t, t[at], values[at]))
+    axes.fill_between(t, *lines, color=colour, alpha=0.15, lw=0)
+
+
+def _coefficients(axes: Axes, result: Result, t: Times) -> None:
+    """Coefficients of friction of all pairs, of several linings the maximum and the minimum."""
+    s = result.series(t)
+    for (name, pair), colour in zip(s.pairs.items(), (GREEN, BLUE), strict=False):
         if pair.friction_coefficient is not None:
             f, words = np.asarray(pair.friction_coefficient), name if len(s.pairs) > 1 else "when sliding"
-            lowest = "of the lining with the minimum" if np.ptp(f, axis=1).max() > 1e-9 else None
-            _extremes(friction, t, f, colour, (f"coefficient of friction, {words}", lowest))
-    low, high = friction.get_ylim()
+            lowest = "lining with the minimum" if np.ptp(f, axis=1).max() > 1e-9 else None
+            _extremes(axes, t, f, colour, (words, lowest))
+    low, high = axes.get_ylim()
     if high - low < 0.12 * high:  # hardly changes: no axis of a few thousandths
-        friction.set_ylim(0.0, 1.25 * high)
-    friction.set(xlabel="time, s", ylabel="coefficient of friction")
-    peaks = [float(peak.time) for name, peak in result.report().peaks.items() if name.startswith("peak_")]
-    hottest = peaks[0] if peaks else float(t[int(np.argmax(next(iter(shown.values())).max(axis=1)))])
-    profiles = np.asarray(result.series([hottest]).temperature)[0] - ZERO
-    for panel, wall in zip(axes[:, -1], walls, strict=False):
-        depths = 1e3 * np.asarray(wall.centres)
-        panel.plot(depths, _layers(result, wall, profiles).T, color="tab:red", marker=".", lw=1.0)
-        panel.set_title(f"through the {wall.name} at {hottest:.6g} s", fontsize=10)
-        panel.set(xlabel="depth below the friction surface, mm", ylabel="temperature, °C")
-    if len(walls) == 1:
-        axes[1, 1].axis("off")
-    finish(axes.flat)
-    figure.suptitle("temperatures", fontsize=11)
-    return figure
+        axes.set_ylim(0.0, 1.25 * high)
 
 
 def _extremes(
@@ -326,50 +429,66 @@ def _layers(result: Result, wall: Wall, T: Float[np.ndarray, "... k"]) -> Float[
 # --- maps -------------------------------------------------------------------------------------------------------------
 
 
+@styled
 def depth(result: Result, wall: str | None = None, copy: int | None = None, *, figure: Figure | None = None) -> Figure:
-    """Temperature (°C) through the depth (mm) of a wall over time as a map with contour lines, beside it profiles.
+    """Temperature (°C) through the depth (mm) of a wall over time as a map, beside it profiles.
 
-    Where the layers are graded, the axis of the depth is so too: every layer is equally high. The lines of the map are
-    those on the colour bar. The profiles are those at the start, while the face heats to its maximum temperature and
-    cools again, and at the end.
+    Of a run with several brake applications the hottest one is enlarged; the lines of its map are those on the colour
+    bar. The profiles are those at its start, while the face heats to its maximum temperature and cools again, and at
+    its end; marks above the map show their times.
 
     - `wall`: name of a body in layers; default that of the rim, else the first one
     - `copy`: which of several equal walls, such as one per lining, from 1; default the one that gets hottest
 
     Raises `InputError` if the scene has no such wall.
+
+    Example:
+        >>> figure = sb.plot.depth(heated)
+        >>> figure.axes[0].get_ylabel()
+        'depth below the front face, mm'
     """
     chosen, window = _wall(one_run(result), wall, copy), windows(result)[0]
-    edges = cells(result, window.start, window.end)
-    middle = 0.5 * (edges[1:] + edges[:-1])
-    T = _layers(result, chosen, np.asarray(result.series(middle).temperature)) - ZERO
+
+    def layers(window: Window) -> tuple[Times, Times, Float[np.ndarray, "t copies layers"]]:
+        edges = cells(result, window.start, window.end)
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        return edges, middle, _layers(result, chosen, np.asarray(result.series(middle).temperature)) - ZERO
+
+    edges, middle, T = layers(window)
     number = int(np.argmax(T.max(axis=(0, 2)))) if copy is None else copy - 1
+    near = application(result, float(middle[int(np.argmax(T[:, number, 0]))]), "the hottest application")
+    depths = 1e3 * np.append(0.0, np.cumsum(np.asarray(chosen.steps)))
+    centres, low, high = 1e3 * np.asarray(chosen.centres), T[:, number].min(), T[:, number].max()
+    figure = sheet(figure, 12.5, 6.0)
+    *fields, profile = figure.subplots(1, 2 + len(near), sharey=True, width_ratios=[*[1.5] * (1 + len(near)), 1.3])
+    names = list[str]()
+    for field, part in zip(fields, [window, *near], strict=True):
+        if part is not window:
+            edges, middle, T = layers(part)
+        shades = {"vmin": low, "vmax": max(high, T[:, number].max()), "cmap": "inferno", "rasterized": True}
+        mesh = field.pcolormesh(edges, depths, T[:, number].T, **shades)
+        names += marks(field, result, part, front=True)
+        field.set(xlabel="time, s", xlim=(part.start, part.end))
+        field.set_title(part.title, loc="left", pad=12.0)
     T = T[:, number]
-    layer_edges = 1e3 * np.append(0.0, np.cumsum(np.asarray(chosen.steps)))
-    centres = 1e3 * np.asarray(chosen.centres)
-    figure = sheet(figure, 11.5, 5.6)
-    field, profile = figure.subplots(1, 2, sharey=True, width_ratios=[1.8, 1])
-    mesh = field.pcolormesh(edges, layer_edges, T.T, cmap="inferno", rasterized=True)
-    bar = figure.colorbar(mesh, ax=field, label="temperature, °C", pad=0.01)
+    bar = figure.colorbar(mesh, ax=fields, label="temperature, °C", pad=0.01)
     if np.ptp(T) > 1e-9 and chosen.layers > 1:
         levels = MaxNLocator(7).tick_values(T.min(), T.max())
-        bar.add_lines(field.contour(middle, centres, T.T, levels=levels, colors="white", linewidths=0.7))
-        bar.set_ticks([x for x in levels if T.min() <= x <= T.max()])
-    _depth_axis(field, layer_edges)
-    marks(field, result, window, named=False, front=True)
+        bar.add_lines(fields[-1].contour(middle, centres, T.T, levels=levels, colors="white", linewidths=0.7))
     hottest, shown = _telling(T[:, 0])
     colours = colormaps["viridis"](np.linspace(0, 0.92, len(shown)))
+    above = fields[-1].get_xaxis_transform()
     for i, colour in zip(shown, colours, strict=True):
-        words = " (face hottest)" if i == hottest else ""
+        words = "\n(hottest)" if i == hottest else ""
         profile.plot(T[i], centres, color=colour, marker=".", label=f"{middle[i]:.5g} s{words}")
-        field.plot([middle[i]], [1.0], marker=7, color=colour, transform=field.get_xaxis_transform(), clip_on=False)
+        fields[-1].plot([middle[i]], [1.02], marker=7, color=colour, transform=above, clip_on=False)
     profile.set_xlabel("temperature, °C")
-    profile.legend(title="time", title_fontsize=8, **SMALL)
     profile.grid(alpha=0.3)
-    graded = " (graded)" if _graded(layer_edges) else ""
-    field.set(xlabel="time, s", ylabel=f"depth below the front face, mm{graded}")
+    profile.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, handlelength=1.2)
+    fields[0].set(ylabel="depth below the front face, mm", ylim=(depths[-1], 0.0))
     which = f" {number + 1} of {chosen.copies}" if chosen.copies > 1 else ""
-    words = f"{chosen.name}{which}, means of {chosen.layers} layers"
-    figure.suptitle(f"temperature through the depth: {words} (dashed: events)", fontsize=11)
+    name_marks(figure, names)
+    head(figure, result.scene, f"temperature through the depth: {chosen.name}{which}, means of {chosen.layers} layers")
     return figure
 
 
@@ -400,23 +519,7 @@ def _wall(result: Result, name: str | None, copy: int | None) -> Wall:
     return found[0]
 
 
-def _graded(edges: Float[np.ndarray, " n"]) -> bool:
-    steps = np.diff(edges)
-    return bool(steps.max() > 3.0 * steps.min())
-
-
-def _depth_axis(axes: Axes, edges: Float[np.ndarray, " n"]) -> None:
-    """The surface on top; graded layers equally high, with the depths of some of their edges."""
-    if _graded(edges):
-        places = np.arange(len(edges), dtype=np.float64)
-        there_and_back = (lambda d: np.interp(d, edges, places), lambda p: np.interp(p, places, edges))
-        axes.set_yscale("function", functions=there_and_back)
-        axes.yaxis.set_major_locator(FixedLocator(edges[:: -(-len(edges) // 9)].tolist()))
-        axes.yaxis.set_minor_locator(NullLocator())
-        axes.yaxis.set_major_formatter(FuncFormatter(lambda d, _: f"{d:.3g}"))
-    axes.set_ylim(edges[-1], edges[0])
-
-
+@styled
 def lining_map(
     result: Result, quantity: str = "temperature", *, pair: str = "external", figure: Figure | None = None
 ) -> Figure:
@@ -430,31 +533,38 @@ def lining_map(
     - `pair`: name of a friction pair; of a staged brake `external` is band on linings, `internal` linings on rim
 
     Raises `InputError` for quantities that the run does not have.
+
+    Example:
+        >>> figure = sb.plot.lining_map(result, "normal_load")
+        >>> figure.axes[-1].get_ylabel()
+        'normal load $N$, kN'
     """
-    columns, maps, brake = windows(one_run(result)), [], result.scene.brake
+    columns, maps, names, brake = windows(one_run(result)), [], list[str](), result.scene.brake
     for window in columns:
         edges = cells(result, window.start, window.end)
         maps.append((edges, lining_values(result, quantity, edges, pair=pair)))
     view, n = VIEWS[quantity], brake.linings.count
-    figure = sheet(figure, 11.5 if len(columns) > 1 else 8.5, 4.8)
+    figure = sheet(figure, 11.5 if len(columns) > 1 else 8.5, 5.4)
     ratios = [1.5, 1][: len(columns)]
     panels = figure.subplots(1, len(columns), squeeze=False, sharey=True, width_ratios=ratios)[0]
     colours = "inferno" if quantity in ("temperature", "friction_heat", "friction_power") else "viridis"
-    unit = f", {view.unit}" if view.unit else ""
+    unit = f", {view.unit}" if view.unit else " (–)"
+    words = re.sub(r"\b([NTFfuv])\b", r"$\1$", view.words).replace("|Tᵢ − Tᵢ₋₁|", "$|T_i - T_{i-1}|$")
     for panel, window, (edges, values) in zip(panels, columns, maps, strict=True):
         shown = np.broadcast_to(view.factor * values + view.offset, (len(edges) - 1, n)).T
         low, high = float(shown.min()), float(shown.max())
         limits = {"vmin": low, "vmax": high if high > low else low + 1.0}
         mesh = panel.pcolormesh(edges, np.arange(n + 1) + 0.5, shown, cmap=colours, rasterized=True, **limits)
-        figure.colorbar(mesh, ax=panel, label=f"{view.words}{unit}", pad=0.01)
-        marks(panel, result, window, named=True, front=True)
+        figure.colorbar(mesh, ax=panel, label=f"{words}{unit}", pad=0.01)
+        names += marks(panel, result, window, front=True)
         panel.set_xlim(window.start, window.end)
         panel.yaxis.set_major_locator(MaxNLocator(integer=True))
         window.label_time(panel)
-        panel.set_title(window.title, fontsize=10)
+        panel.set_title(window.title)
     order = "from the slack to the tight end" if len(brake.bands_of_linings) == 1 else "band after band"
     panels[0].set_ylabel(f"lining, {order}" if brake.banded else brake.words.lining)
     where = f"{brake.pairs[pair].words}: " if len(brake.pairs) > 1 else ""
     alike = " (one surface for all linings)" if maps[0][1].shape[1] == 1 < n and quantity == "temperature" else ""
-    figure.suptitle(f"{where}{view.words}, lining by lining{alike}", fontsize=11)
+    name_marks(figure, names)
+    head(figure, result.scene, f"{where}{words}, lining by lining{alike}")
     return figure

@@ -1,29 +1,41 @@
-"""Shared parts of figures: colours, marks at events, windows and grids of time, axes."""
+"""Shared parts of figures: style, titles, colours, marks at events, windows and grids of time, legends."""
 
 import base64
+import contextlib
+import functools
 import io
-from collections.abc import Iterable
-from typing import Literal, NamedTuple, TypeAlias
+import re
+import textwrap
+from collections.abc import Callable, Iterable, Iterator
+from contextvars import ContextVar
+from typing import Any, NamedTuple, ParamSpec, TypeAlias
 
 import jax
 import matplotlib
 import numpy as np
+from cycler import cycler
 from jaxtyping import Float
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 
 from .._base._faults import Fault, InputError
+from .._base._table import number
+from .._parts._scene import Scene
 from .._run._result import Result
 from .._run._series import Series
 
 Times: TypeAlias = Float[np.ndarray, " t"]  # s
-Corner: TypeAlias = Literal["best", "upper left", "upper right", "lower right"]
+P = ParamSpec("P")
 
 ZERO = 273.15  # K
 
 #: colours distinguishable with any colour vision (M. Okabe, K. Ito, *Color Universal Design*, 2008)
 BLUE, SKY, GREEN, ORANGE, VERMILLION, PURPLE = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7"
+
+CYCLE = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, "black", "0.5")
 
 #: events that change the state of a whole pair, with the colour and label of their line
 MARKED = {
@@ -40,8 +52,72 @@ MARKED = {
 }
 
 
-#: style of legends
-SMALL = {"fontsize": 8, "framealpha": 0.9}
+#: dashes of the lines at events, so that they differ without colours as well
+_DASHES = {
+    "slip_onset": ":",
+    "full_slip": "--",
+    "stop": "-.",
+    "internal_slip": (0, (6, 2)),
+    "external_lock": (0, (2, 2)),
+}
+
+#: size of every text (pt): 6 pt in a figure that is printed at half of its size
+TEXT = 12.0
+STYLE: Any = {  # (as rcParams)
+    "font.size": TEXT,
+    "axes.titlesize": TEXT,
+    "figure.titlesize": TEXT,
+    "axes.prop_cycle": cycler(color=CYCLE),
+}
+_LETTER, _HANDLE = 0.52, 3.6  # mean width of a letter, width of a line of the legend with its spaces, in sizes of text
+
+
+def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
+    """A function that draws, with the style of all figures."""
+
+    @functools.wraps(draw)
+    def drawn(*args: P.args, **kwargs: P.kwargs) -> Figure:
+        with matplotlib.rc_context(STYLE):
+            figure = draw(*args, **kwargs)
+        for axes in figure.axes:
+            axes.tick_params(which="both", labelsize=TEXT)  # further ticks are made when the figure is written
+        return figure
+
+    return drawn
+
+
+_title: ContextVar[str] = ContextVar("title", default="")
+
+
+@contextlib.contextmanager
+def titled(title: str) -> Iterator[None]:
+    """Figures of a run that are drawn inside begin with this title, others with the kind of the brake.
+
+    Example:
+        >>> with sb.plot.titled("stop of 20 t"):
+        ...     figure = sb.plot.stop(result)
+        >>> figure.get_suptitle().splitlines()[0]
+        'stop of 20 t'
+    """
+    token = _title.set(title)
+    try:
+        yield
+    finally:
+        _title.reset(token)
+
+
+def title_of_scene(scene: Scene) -> str:
+    """The title in force, else the scene in words."""
+    lining, n = scene.brake.words.lining, scene.brake.linings.count
+    start = f"initial speed {number(scene.initial.omega, 'rad/s')}" if float(scene.initial.omega) else "from rest"
+    return _title.get() or f"{scene.brake.kind}, {n} {lining}{'s' * (n > 1)}, {start}"
+
+
+def head(figure: Figure, scene: Scene, words: str) -> None:
+    """The title of a figure: its scene, and below what is shown."""
+    letters = int(figure.bbox.width / figure.dpi * 72 / (TEXT * _LETTER))
+    lines = [textwrap.fill(line, letters) for line in (title_of_scene(scene), *words.split("\n"))]
+    figure.suptitle("\n".join(lines))
 
 
 def sheet(figure: Figure | None, width: float, height: float) -> Figure:
@@ -68,10 +144,7 @@ class Window(NamedTuple):
     start: float
     end: float
     enlarged: bool = False
-
-    @property
-    def title(self) -> str:
-        return "up to full slip, enlarged" if self.enlarged else "whole run"
+    title: str = "whole run"
 
     def label_time(self, axes: Axes) -> None:
         """Time in s, or in ms where a short time is enlarged."""
@@ -94,37 +167,62 @@ def windows(result: Result) -> list[Window]:
         end = min(end, start + 1.15 * (moves[-1].time - start))
     slip = next((e.time for e in events if e.name in ("full_slip", "external_lock") and e.time > start), end)
     short = slip - start < 0.25 * (end - start)
-    return [Window(start, end), *([Window(start, start + 1.3 * (slip - start), enlarged=True)] if short else [])]
+    onset = [Window(start, start + 1.3 * (slip - start), True, "up to full slip, enlarged")] if short else []
+    return [Window(start, end), *onset]
 
 
-def marks(axes: Axes, result: Result, window: Window, *, named: bool, front: bool = False) -> None:
-    """Vertical lines at events inside the window; names, staggered, in the topmost panel.
+def strong_applications(result: Result) -> Times:
+    """When the brake applications begin (s) that give at least a third of the friction heat of the strongest one."""
+    table = result.stops
+    begin, heat = np.asarray(table["time"]) - np.asarray(table["motion_time"]), np.asarray(table["energy"])
+    return begin[3 * heat >= heat.max()] if len(table) else begin
 
-    `front`: the lines lie over what the panel shows, in white and black; many of them are ticks at its foot.
+
+def application(result: Result, time: float, title: str, cooling: float = 4.0) -> list[Window]:
+    """Of a run with several stops the brake application that holds a time, and its cooling, so many times as long; else
+    nothing."""
+    table = result.stops
+    if len(table) < 2:
+        return []
+    stops, last = np.asarray(table["time"]), span(result)[1]
+    i = min(int(np.searchsorted(stops, time, side="left")), len(stops) - 1)
+    i -= i > 0 and time < stops[i] - table["motion_time"][i]  # hottest after a stop, before the next motion
+    braked = max(table["braking_time"][i], time - stops[i])
+    end = min(stops[i] + cooling * braked, last)
+    return [Window(stops[i] - 1.2 * table["braking_time"][i], end, title=title)]
+
+
+def marks(axes: Axes, result: Result, window: Window, *, front: bool = False) -> list[str]:
+    """Vertical lines at events inside the window; returns the names of these events.
+
+    `front`: the lines lie over a map, on white; none where they are many.
     """
     shown = [e for e in result.events if e.name in MARKED and window.start <= e.time <= window.end]
-    few = len(shown) <= 12
+    if front and len(shown) > 12:
+        return []
     faint = 1.0 if len(shown) <= 40 else 0.3  # many stops: the lines must not hide the curves
-    for i, event in enumerate(shown):
-        colour, words = MARKED[event.name]
+    for event in shown:
+        look: dict[str, Any] = {"color": MARKED[event.name][0], "ls": _DASHES.get(event.name, (0, (4, 2)))}
         if front:
-            axes.axvline(event.time, ymax=1.0 if few else 0.03, color="black", lw=0.8)
-            axes.axvline(event.time, ymax=1.0 if few else 0.03, color="white", lw=0.8, ls=(0, (4, 4)))
+            axes.axvline(event.time, color="white", lw=2.6)
+            axes.axvline(event.time, lw=1.4, **look)
         else:
-            axes.axvline(event.time, color=colour, lw=0.9 * faint, ls="--", zorder=0, alpha=faint)
-        if named and few:
-            right = event.time > window.start + 0.75 * (window.end - window.start)
-            axes.annotate(
-                words,
-                (event.time, 0.06 + 0.13 * (i % 4)),
-                xycoords=("data", "axes fraction"),
-                xytext=(-4 if right else 4, 0),
-                textcoords="offset points",
-                ha="right" if right else "left",
-                fontsize=8,
-                color="black" if front else colour,
-                bbox={"facecolor": "white", "alpha": 0.8, "linewidth": 0, "pad": 1.0},
-            )
+            axes.axvline(event.time, lw=1.1 * faint, zorder=0, alpha=faint, **look)
+    return [event.name for event in shown]
+
+
+def name_marks(figure: Figure, names: Iterable[str], others: Iterable[Artist] = ()) -> None:
+    """One line below the panels with what the lines at events mean, after `others`."""
+    handles = list(others)
+    for name in dict.fromkeys(names):
+        colour, words = MARKED[name]
+        words = words.replace("t₀", "$t_0$").replace("t₁", "$t_1$")
+        handles.append(Line2D([], [], color=colour, ls=_DASHES.get(name, (0, (4, 2))), label=words))
+    if handles:
+        width = figure.bbox.width / figure.dpi
+        figure.legend(
+            handles=handles, loc="outside lower center", **_in_columns(width, [h.get_label() for h in handles])
+        )
 
 
 def both_sides(result: Result, times: Times, events: Float[np.ndarray, " e"]) -> Series:
@@ -154,12 +252,28 @@ def cells(result: Result, low: float, high: float) -> Times:
     return edges[kept]
 
 
-def finish(panels: Iterable[Axes], legend: Corner = "best") -> None:
-    """Grids, and a legend where something has a name."""
+def _in_columns(width: float, labels: Iterable[Any]) -> dict[str, Any]:
+    """Settings of a legend with as many columns as a width (inch) has room for."""
+    longest = max(len(re.sub(r"\\\w+|[${}_^]", "", str(label))) for label in labels)
+    columns = int(72 * width / (TEXT * (_LETTER * longest + _HANDLE)))
+    return {"ncols": max(1, columns), "frameon": False, "borderpad": 0.2, "labelspacing": 0.3, "handlelength": 1.9}
+
+
+def finish(panels: Iterable[Axes]) -> None:
+    """Grids, and where something has a name a legend in lines above the panel, so that it covers nothing."""
     for panel in panels:
         panel.grid(alpha=0.3)
-        if panel.get_legend_handles_labels()[0]:
-            panel.legend(loc=legend, **SMALL)
+        labels = panel.get_legend_handles_labels()[1]
+        if not labels:
+            continue
+        width = panel.get_position().width * panel.figure.bbox.width / panel.figure.dpi
+        place = _in_columns(width, labels)
+        place["ncols"] = min(place["ncols"], len(labels))
+        panel.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), borderaxespad=0.1, **place)
+        lines = -(-len(labels) // place["ncols"])
+        for side in ("left", "center"):
+            if panel.get_title(side):
+                panel.set_title(panel.get_title(side), loc=side, pad=6.0 + 1.35 * TEXT * lines)
 
 
 #: a figure whose SVG is longer is a PNG instead (bytes)

@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from .._base._faults import Fault, InputError
-from .._base._table import scale
+from .._base._table import pretty, scale
 from .._parts._scene import Scene, band_brake
 from .._run._measure import Metric, name_of
 from .._run._result import Result
@@ -28,52 +28,66 @@ from ..studies._measured import Measured, check_measured, pick
 from ..studies._sensitivity import SensitivityTable
 from ..studies._uncertainty import Uncertainty
 from ._pulley import Ends, lining_edges, side_by_side
-from ._shared import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, ZERO, dense_grid, finish, sheet
+from ._shared import BLUE, CYCLE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, ZERO, dense_grid, finish, head, sheet, styled
 
 
+@styled
 def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = None) -> Figure:
     """Tornado chart: effect of every parameter on a metric over its range, the largest on top.
 
     Without ranges in the table: elasticities.
+
+    Example:
+        >>> (table,) = sb.sensitivity(scene, ["stopping_time"], ["duty.load.mass"])
+        >>> figure = sb.plot.tornado(table)
+        >>> figure.axes[0].get_xlabel()
+        'stopping time, s'
     """
     rows = [row for row in table.matters if row.low is not None and row.high is not None]
     ranged, base = bool(rows), table.value if rows else 0.0
-    bars = [(row, [(row.low, "tab:blue"), (row.high, "tab:red")]) for row in rows]
+    bars = [(row, [(row.low, BLUE), (row.high, VERMILLION)]) for row in rows]
     if not ranged:
         rows = [row for row in table.matters if np.isfinite(row.elasticity)]
-        bars = [(row, [(row.elasticity, "tab:red" if row.elasticity > 0 else "tab:blue")]) for row in rows]
+        bars = [(row, [(row.elasticity, VERMILLION if row.elasticity > 0 else BLUE)]) for row in rows]
     bars = sorted(bars[:most], key=lambda bar: max(abs(end - base) for end, _ in bar[1]))  # pyright: ignore
-    figure = sheet(figure, 9.5, 1.6 + 0.38 * len(bars))
+    figure = sheet(figure, 9.5, 1.9 + 0.5 * len(bars))
     axes = figure.subplots()
     labels = []
     for y, (row, ends) in enumerate(bars):
         for end, colour in ends:
             axes.barh(y, end - base, left=base, color=colour, height=0.7)  # pyright: ignore
-        half, unit = f" ± {row.half:.3g}" if ranged else "", "" if row.unit in ("1", "SI") else f" {row.unit}"
+        half, unit = f" ± {row.half:.3g}" if ranged else "", "" if row.unit in ("1", "SI") else f" {pretty(row.unit)}"
         labels.append(f"{row.path}\n{row.value:.5g}{half}{unit}")
-    axes.set_yticks(range(len(bars)), labels, fontsize=8)
+    axes.set_yticks(range(len(bars)), labels)
     axes.axvline(base, color="black", lw=0.9)
     name = table.metric.replace("_", " ").replace("energy.", "energy: ")
-    axes.set_xlabel(f"elasticity of the {name}: percent for one percent of the parameter")
+    axes.set_xlabel(f"elasticity of the {name}, % for 1 % of the parameter")
     if ranged:
-        ends = [("tab:blue", "parameter at its lower bound"), ("tab:red", "at its upper bound")]
+        ends = [(BLUE, "parameter at its lower bound"), (VERMILLION, "at its upper bound")]
         handles = [Patch(color=colour, label=words) for colour, words in ends]
-        axes.legend(handles=handles, fontsize=8, loc="lower right")
+        axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
         axes.set_xlabel(f"{name}{', ' * bool(table.unit)}{table.unit}")
         words = f"{name} {table.value:.6g} {table.unit}: each parameter over its range, the others fixed"
-        axes.set_title(words, fontsize=10)
+        figure.suptitle(words)
     axes.grid(axis="x", alpha=0.3)
     return figure
 
 
+@styled
 def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> Figure:
     """Measured columns over a run, one panel each: what was measured, its standard deviation, and the run.
 
     Axes have units for reading (within `simbrake.results.shown_in("rig")` those of a rig). Raises `InputError` for
     columns that are not in a run of the scene, and for times outside it.
+
+    Example:
+        >>> data = sb.studies.Measured.of([0.2, 0.4, 0.6], {"omega": [24.1, 19.6, 13.9]})
+        >>> figure = sb.plot.overlay(result, data)
+        >>> figure.axes[0].get_ylabel()
+        'omega, rad/s'
     """
     check_measured(data, result.scene)
-    figure = sheet(figure, 8.0, 1.0 + 2.0 * max(len(data.points), 1))
+    figure = sheet(figure, 9.0, 1.4 + 2.3 * max(len(data.points), 1))
     panels = figure.subplots(max(len(data.points), 1), 1, squeeze=False, sharex=True)[:, 0]
     faults = Faults()
     for axes, part in zip(panels, data.points, strict=False):
@@ -86,25 +100,34 @@ def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> 
         dots = {"fmt": ".", "color": "k", "ms": 4, "elinewidth": 0.8, "zorder": 3}
         spread = None if part.sigma is None else factor * part.sigma
         axes.errorbar(part.t, factor * part.value + offset, spread, label="measured", **dots)
-        axes.plot(s.t, factor * np.asarray(values) + offset, color="tab:blue", label="run")
+        axes.plot(s.t, factor * np.asarray(values) + offset, color=BLUE, label="run")
         axes.set_ylabel(f"{part.name.replace('_', ' ')}{', ' * bool(name)}{name}")
     faults.report()
     panels[-1].set_xlabel("time, s")
     finish(panels)
+    head(figure, result.scene, "measured, and the run")
     return figure
 
 
+@styled
 def calibration(fit: Calibration, *, figure: Figure | None = None) -> Figure:
     """Measured values with their standard deviations and the runs before and after a fit; below, residuals in σ.
 
     One column of panels for each measured column, and one for single values such as event times.
+
+    Example:
+        >>> data = sb.studies.Measured.of([0.2, 0.6], {"omega": [24.1, 13.9]}, sigma={"omega": 0.1})
+        >>> fit = sb.calibrate(scene, {"duty.load.mass": (15e3, 25e3)}, data)
+        >>> figure = sb.plot.calibration(fit)
+        >>> figure.axes[0].get_ylabel()
+        'omega, rad/s'
     """
     columns = [part for part in fit.residuals if part.t is not None]
     singles = [part for part in fit.residuals if part.t is None]
     widths = [2.5] * len(columns) + [1] * bool(singles)
     figure = sheet(figure, 3.0 + 4.6 * len(columns) + 2.0 * bool(singles), 6.0)
     axes = figure.subplots(2, len(widths), squeeze=False, sharex="col", height_ratios=[2, 1], width_ratios=widths)
-    before, fitted = {"color": "tab:gray", "label": "before"}, {"color": "tab:blue", "label": "fitted"}
+    before, fitted = {"color": "0.5", "label": "before"}, {"color": BLUE, "label": "fitted"}
     runs = [(simulate(fit.before, throw=False), before, "--"), (simulate(fit.scene, throw=False), fitted, "-")]
     for (above, below), part, points in zip(axes.T[: len(columns)], columns, fit.data.points, strict=True):
         shift, times = ZERO if part.unit == "K" else 0.0, points.t
@@ -113,9 +136,9 @@ def calibration(fit: Calibration, *, figure: Figure | None = None) -> Figure:
             values = np.asarray(pick(result, s, points.column, points.entry)) - shift
             above.plot(s.t, values, style, **look)
         dots = {"fmt": ".", "color": "k", "ms": 4, "elinewidth": 0.8, "zorder": 3}
-        above.errorbar(times, part.measured - shift, part.sigma, label="measured ± σ", **dots)
+        above.errorbar(times, part.measured - shift, part.sigma, label=r"measured $\pm\,\sigma$", **dots)
         above.set_ylabel(f"{part.name}, {'°C' if shift else part.unit}")
-        below.plot(times, part.scaled, ".", color="tab:blue", ms=4)
+        below.plot(times, part.scaled, ".", color=BLUE, ms=4)
         below.set_xlabel("time, s")
     if singles:
         names = [part.name.replace("_", " ") for part in singles]
@@ -125,33 +148,41 @@ def calibration(fit: Calibration, *, figure: Figure | None = None) -> Figure:
             panel.bar(names, np.where(np.isfinite(values), values, 0.0), width=0.3, **look)  # no bar: it did not occur
             panel.set_xlim(-0.6, len(names) - 0.4)
             panel.axhline(0.0, color="k", lw=0.8)
-        axes[0, -1].set_ylabel("(model − measured)/σ")
+        axes[0, -1].set_ylabel(r"(model − measured)$/\sigma$ (–)")
         axes[1, -1].tick_params(axis="x", rotation=20)
     finish(axes.flat)
     for panel in axes[1]:
-        panel.axhspan(-1, 1, color="tab:blue", alpha=0.1, lw=0)
-    axes[1, 0].set_ylabel("(model − measured)/σ")
-    figure.suptitle(f"calibration: {fit.message}; chi² {fit.chi2:.4g}, {fit.freedom} degrees of freedom", fontsize=11)
+        panel.axhspan(-1, 1, color=BLUE, alpha=0.1, lw=0)
+    axes[1, 0].set_ylabel(r"(model − measured)$/\sigma$ (–)")
+    figure.suptitle(f"calibration: {fit.message}; $\\chi^2$ {fit.chi2:.4g}, {fit.freedom} degrees of freedom")
     return figure
 
 
 # --- uncertain results ------------------------------------------------------------------------------------------------
 
 
+@styled
 def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = None) -> Figure:
-    """Histogram and cumulative share of a metric, quantiles with their intervals, and its limit where it has one."""
+    """Histogram and cumulative share of a metric, quantiles with their intervals, and its limit where it has one.
+
+    Example:
+        >>> found = sb.uncertainty(scene, {"duty.load.mass": (18e3, 22e3)}, ("stopping_time",), n=64, progress=False)
+        >>> figure = sb.plot.distribution(found, "stopping_time")
+        >>> figure.axes[1].get_xlabel()
+        'stopping time, s'
+    """
     name = name_of(metric)
     s = found.statistics[name]
     x = np.asarray(found.data[name], np.float64)
     x = np.sort(x[np.isfinite(x) & (np.asarray(found.data["code"]) == 0)])
     factor, offset, unit = scale(s.unit, float(np.abs(x).max(initial=0.0)), absolute=True)
     x = x * factor + offset
-    figure = sheet(figure, 7.5, 6.5)
+    figure = sheet(figure, 8.5, 7.8)
     density, cumulative = figure.subplots(2, 1, sharex=True)
     bins = int(np.clip(np.sqrt(len(x)), 5, 40))
     if len(x):
-        density.hist(x, bins=bins, weights=np.full(len(x), 100 / found.runs), color="tab:blue", alpha=0.6)
-        cumulative.step(x, 100 * np.arange(1, len(x) + 1) / len(x), where="post", color="tab:blue")
+        density.hist(x, bins=bins, weights=np.full(len(x), 100 / found.runs), color=BLUE, alpha=0.6)
+        cumulative.step(x, 100 * np.arange(1, len(x) + 1) / len(x), where="post", color=BLUE)
     for p, e in s.quantiles.items():
         at, low, high = (factor * value + offset for value in e)
         ends = [[max(at - low, 0.0)], [max(high - at, 0.0)]]
@@ -159,71 +190,88 @@ def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = 
         cumulative.errorbar([at], [100 * p], xerr=ends if bounded else None, fmt="o", ms=4, capsize=4, color="k")
         shift, side = ((-8, 5), "right") if p > 0.5 else ((8, -11), "left")
         place = {"xytext": shift, "textcoords": "offset points", "ha": side}
-        cumulative.annotate(f"{100 * p:g} %: {at:.4g} {unit}", (at, 100 * p), fontsize=8, **place)
+        cumulative.annotate(f"{100 * p:g} %: {at:.4g} {unit}", (at, 100 * p), **place)
     limit = found.limits.get(name)
     if limit is not None and np.ndim(limit) == 0:
         p = next(f for words, f in found.failures.items() if words.startswith(f"{name} > ")).probability
         words = f"limit, exceeded with probability {p.value:.3g} [{p.low:.2g}, {p.high:.2g}]"
         for panel in (density, cumulative):
-            panel.axvline(factor * float(limit) + offset, color="tab:red", ls="--", label=words)
-        density.legend(loc="best", fontsize=8)
+            panel.axvline(factor * float(limit) + offset, color=VERMILLION, ls="--", label=words)
+        finish([density])
     density.set_ylabel(f"share of {found.runs} runs, %")
     words, suffix = name.replace("_", " "), f", {unit}" if unit else ""
     cumulative.set(xlabel=f"{words}{suffix}", ylabel="cumulative share, %")
     rest = "" if s.count == found.runs else f" — {s.count} of {found.runs} runs have it"
     bars = f"bars: {100 * found.confidence:g} % intervals of the quantiles"
-    figure.suptitle(f"{words}{rest} ({bars})", fontsize=10)
+    figure.suptitle(f"{words}{rest} ({bars})")
     for panel in (density, cumulative):
         panel.grid(alpha=0.3)
     return figure
 
 
+@styled
 def indices(table: SobolTable, *, figure: Figure | None = None) -> Figure:
-    """Total and first-order Sobol indices as bars with their intervals, the largest on top."""
+    """Total and first-order Sobol indices as bars with their intervals, the largest on top.
+
+    Example:
+        >>> ranges = {"duty.load.mass": (18e3, 22e3), "initial.omega": (22.0, 26.0)}
+        >>> tables = sb.sobol_indices(scene, ranges, ("stopping_time",), n=64, progress=False)
+        >>> figure = sb.plot.indices(tables["stopping_time"])
+        >>> sorted(label.get_text() for label in figure.axes[0].get_yticklabels())
+        ['duty.load.mass', 'initial.omega']
+    """
     rows = table.indices[::-1]
-    figure = sheet(figure, 8.5, 1.4 + 0.55 * len(rows))
+    figure = sheet(figure, 9.0, 1.9 + 0.6 * len(rows))
     axes = figure.subplots()
     place = np.arange(len(rows))
     total, first = [row.total for row in rows], [row.first for row in rows]
     for label, estimates, colour, shift in (
-        ("first order S_1: alone", first, "tab:orange", -0.2),
-        ("total S_T: with interactions", total, "tab:blue", 0.2),
+        ("first order $S_1$: alone", first, ORANGE, -0.2),
+        ("total $S_T$: with interactions", total, BLUE, 0.2),
     ):
         bars = {"color": colour, "alpha": 0.8, "label": label, "error_kw": {"capsize": 3, "lw": 1}}
         axes.barh(place + shift, [e.value for e in estimates], 0.38, xerr=[e.high - e.value for e in estimates], **bars)
-    axes.set_yticks(place, [row.path for row in rows], fontsize=8)
+    axes.set_yticks(place, [row.path for row in rows])
     axes.axvline(0.0, color="k", lw=0.8)
-    axes.set_xlabel(f"share of the variance (± half of the {100 * table.confidence:g} % interval)")
+    axes.set_xlabel(f"share of the variance (–), ± half of the {100 * table.confidence:g} % interval")
     axes.grid(alpha=0.3, axis="x")
     handles, labels = axes.get_legend_handles_labels()
-    axes.legend(handles[::-1], labels[::-1], loc="lower right", fontsize=8)
+    axes.legend(handles[::-1], labels[::-1], loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
     factor, _, unit = scale(table.unit, table.deviation)
     words = f"sources of uncertainty of the {table.metric.replace('_', ' ')}"
     spread = f"{factor * table.deviation:.3g} {unit}".rstrip()
-    axes.set_title(f"{words} (standard deviation {spread})", fontsize=10)
+    figure.suptitle(f"{words} (standard deviation {spread})")
     return figure
 
 
+@styled
 def effects(table: MorrisTable, *, figure: Figure | None = None) -> Figure:
     """Morris' plane: mean absolute elementary effect against its standard deviation.
 
     Far to the right: influential. Above the line σ = μ*: the effect depends on the values of the other parameters.
+
+    Example:
+        >>> ranges = {"duty.load.mass": (18e3, 22e3), "initial.omega": (22.0, 26.0)}
+        >>> tables = sb.morris(scene, ranges, ("stopping_time",), progress=False)
+        >>> figure = sb.plot.effects(tables["stopping_time"])
+        >>> print(figure.axes[0].get_ylabel())
+        standard deviation of the effects $\\sigma$, s
     """
-    figure = sheet(figure, 7.5, 5.5)
+    figure = sheet(figure, 9.0, 7.0)
     axes = figure.subplots()
     factor, _, unit = scale(table.unit, max((abs(one.mu_star.value) for one in table.effects), default=0.0))
     for one in table.effects:
         star, half = factor * one.mu_star.value, factor * (one.mu_star.high - one.mu_star.value)
         axes.errorbar([star], [factor * one.sigma], xerr=[half], fmt="o", capsize=3, label=one.path)
     right = axes.get_xlim()[1]
-    for slope, words in ((1.0, "σ = μ*"), (0.1, "σ = 0.1 μ*: nearly linear below")):
+    for slope, words in ((1.0, r"$\sigma = \mu^*$"), (0.1, r"$\sigma = 0.1\,\mu^*$: nearly linear below")):
         axes.plot([0, right], [0, slope * right], color="0.6", lw=0.8, ls="--" if slope == 1 else ":", label=words)
     top = max([factor * one.sigma for one in table.effects] + [0.12 * right])
     axes.set(xlim=(0, right), ylim=(-0.03 * top, 1.15 * top))
     suffix = f", {unit}" if unit else ""
-    axes.set_xlabel(f"mean absolute effect μ* of crossing the range (± half of the interval){suffix}")
-    axes.set_ylabel(f"standard deviation of the effects σ{suffix}")
-    axes.set_title(f"elementary effects on {table.metric.replace('_', ' ')}", fontsize=10)
+    axes.set_xlabel(rf"mean absolute effect $\mu^*$ of crossing the range (± half of the interval){suffix}")
+    axes.set_ylabel(rf"standard deviation of the effects $\sigma${suffix}")
+    figure.suptitle(f"elementary effects on {table.metric.replace('_', ' ')}")
     finish([axes])
     return figure
 
@@ -233,6 +281,7 @@ def effects(table: MorrisTable, *, figure: Figure | None = None) -> Figure:
 _STYLES = [(BLUE, "o"), (VERMILLION, "s"), (GREEN, "D"), (ORANGE, "^"), (PURPLE, "v"), (SKY, "P"), ("black", "X")]
 
 
+@styled
 def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) -> Figure:
     """Central angles `β_i` (°) of linings where they lie on the wrap, from the slack to the tight end.
 
@@ -245,6 +294,11 @@ def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) ->
     - `uniform`: also draws the uniform pitch with the same number of linings and wrap as the first layout
 
     Raises `InputError` for values that are no layout, with every error.
+
+    Example:
+        >>> figure = sb.plot.angles({"equal loads": sb.layouts.equal_load_angles(0.3, 10, 4.7)})
+        >>> print(figure.axes[0].get_xlabel())
+        position on the wrap from the slack end $\\Sigma\\beta$, °
     """
     named = _named(given)
     found, edges = [], {}
@@ -265,18 +319,21 @@ def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) ->
         colour, marker = _STYLES[i % len(_STYLES)]
         along, beta = np.degrees(places), np.degrees(places[:, 1] - places[:, 0])
         gaps = " with gaps" if np.any(places[1:, 0] - places[:-1, 1] > 1e-9) else ""
-        label = f"{name}: {len(beta)} linings, Σβ = {beta.sum():.4g}°, on {along[-1, 1]:.4g}°{gaps}"
+        label = f"{name}: {len(beta)} linings, $\\Sigma\\beta$ = {beta.sum():.4g}°, on {along[-1, 1]:.4g}°{gaps}"
         # a step for each lining; gaps interrupt it
         blank = np.full(len(beta), np.nan)
         x, y = np.column_stack([along, blank]), np.column_stack([beta, beta, blank])
         axes.plot(x.ravel(), y.ravel(), color=colour, lw=2.0, ls="--" if name == "uniform pitch" else "-")
         axes.plot(along.mean(axis=1), beta, color=colour, marker=marker, ms=5, ls=":", lw=0.8, label=label)
-    axes.set(xlabel="position on the wrap from the slack end Σβ, °", ylabel="central angle of a lining βᵢ, °")
+    axes.set(
+        xlabel=r"position on the wrap from the slack end $\Sigma\beta$, °",
+        ylabel=r"central angle of a lining $\beta_i$, °",
+    )
     axes.xaxis.set_major_locator(MultipleLocator(30))
     axes.margins(x=0.01)
     axes.set_ylim(bottom=0)
     finish([axes])
-    axes.set_title("angles of the linings along the band", fontsize=11)
+    figure.suptitle("angles of the linings along the band")
     return figure
 
 
@@ -305,22 +362,31 @@ def _edges(one: Any) -> Ends:
     return side_by_side(beta)
 
 
+@styled
 def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figure:
     """Layouts of linings beside each other: angles from the slack to the tight end, their difference from the last
-    layout, and each target of every lining."""
+    layout, and each target of every lining.
+
+    Example:
+        >>> figure = sb.plot.layouts(sb.equal_layout(scene, "friction_work").rows)
+        >>> print(figure.axes[0].get_ylabel())
+        angle $\\beta$, °
+    """
     targets = list(rows[0].values)
-    figure = sheet(figure, 11.5, 3.2 * (2 + len(targets)))
+    figure = sheet(figure, 11.5, 3.4 * (2 + len(targets)))
     panels = figure.subplots(2 + len(targets), 1, squeeze=False, sharex=True)[:, 0]
     linings, width = np.arange(1, len(rows[0].angle) + 1), 0.8 / len(rows)
     for k, row in enumerate(rows):
         panels[0].plot(linings, np.degrees(row.angle), marker="o", ms=4, label=row.name)
         if row.non_uniformity < 1.5:  # others are far away
-            panels[1].plot(linings, np.degrees(row.angle - rows[-1].angle), marker="o", ms=4, color=f"C{k}")
+            panels[1].plot(
+                linings, np.degrees(row.angle - rows[-1].angle), marker="o", ms=4, color=CYCLE[k % len(CYCLE)]
+            )
         for panel, name in zip(panels[2:], targets, strict=True):
             label = f"{row.name}: maximum over minimum {np.max(row.values[name]) / np.min(row.values[name]):.4g}"
             panel.bar(linings + (k - (len(rows) - 1) / 2) * width, row.values[name], width, label=label)
-    panels[0].set_ylabel("angle β, °")
-    panels[1].set_ylabel(f"β less that of\n“{rows[-1].name}”, °")
+    panels[0].set_ylabel(r"angle $\beta$, °")
+    panels[1].set_ylabel(f"$\\beta$ less that of\n“{rows[-1].name}”, °")
     for panel, name in zip(panels[2:], targets, strict=True):
         panel.set_ylabel(f"{name.replace('_', ' ')}, {rows[0].units[name]}".rstrip(", "))
     panels[-1].set_xlabel("lining, from the slack to the tight end")
@@ -330,9 +396,16 @@ def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figur
     return figure
 
 
+@styled
 def chord_angles(k: int, frictions: Sequence[float]) -> Figure:
-    """Chord angles `β_1…β_{k−2}` of equal loads over `β_k = β_{k−1}` as far as they exist, by friction (Z, Fig. 4)."""
-    figure = Figure(figsize=(3.9 * len(frictions), 4.2), layout="constrained")
+    """Chord angles `β_1…β_{k−2}` of equal loads over `β_k = β_{k−1}` as far as they exist, by friction (Z, Fig. 4).
+
+    Example:
+        >>> figure = sb.plot.chord_angles(7, (0.1, 0.3))
+        >>> figure.axes[1].get_title()
+        '$f$ = 0.3, possible up to 27.3°'
+    """
+    figure = Figure(figsize=(4.2 * len(frictions), 5.4), layout="constrained")
     panels = figure.subplots(1, len(frictions), squeeze=False)[0]
     for panel, f in zip(panels, frictions, strict=True):
         found = []
@@ -340,14 +413,14 @@ def chord_angles(k: int, frictions: Sequence[float]) -> Figure:
             for beta in np.radians(np.linspace(1.0, 90.0, 900)):
                 found.append(np.degrees(chord_equal_load_angles(f, k, beta, beta)))
         except InfeasibleLayout:
-            panel.set_title(f"f = {f:g}, possible up to {found[-1][-1]:.1f}°", fontsize=10)
+            panel.set_title(f"$f$ = {f:g}, possible up to {found[-1][-1]:.1f}°")
         angles = np.asarray(found)
         for j in range(k - 2):
-            panel.plot(angles[:, -1], angles[:, j], label=f"β{j + 1}")
-        panel.plot(angles[:, -1], angles[:, -1], color="k", ls=":", label=f"β{k - 1} = β{k}")
-        panel.set_xlabel(f"β{k}, °")
-    finish(panels, "upper left")
-    figure.supylabel("chord angles of equal loads, °", fontsize=10)
+            panel.plot(angles[:, -1], angles[:, j], label=rf"$\beta_{j + 1}$")
+        panel.plot(angles[:, -1], angles[:, -1], color="k", ls=":", label=rf"$\beta_{k - 1} = \beta_{k}$")
+        panel.set_xlabel(rf"$\beta_{k}$, °")
+    finish(panels)
+    figure.supylabel("chord angles of equal loads, °")
     return figure
 
 
@@ -356,6 +429,7 @@ def chord_angles(k: int, frictions: Sequence[float]) -> Figure:
 _MARKS = 5  # lines along the band in one panel
 
 
+@styled
 def wear(lives: LiningLife | Mapping[str, LiningLife], *, figure: Figure | None = None) -> Figure:
     """Thickness worn off along the band after parts of the life, and below over the number of brake applications.
 
@@ -363,9 +437,14 @@ def wear(lives: LiningLife | Mapping[str, LiningLife], *, figure: Figure | None 
     - below left: the most and the least worn lining;  right: maximum over mean wear
 
     Linings are counted from the slack end at the start, and keep their number where the band is turned.
+
+    Example:
+        >>> figure = sb.plot.wear(life)
+        >>> figure.axes[0].get_ylabel()
+        'worn off, mm'
     """
     named = dict(lives) if isinstance(lives, Mapping) else {"": lives}
-    figure = sheet(figure, max(9.5, 3.4 * len(named) + 1.5), 7.2)
+    figure = sheet(figure, max(9.5, 3.4 * len(named) + 1.5), 9.0)
     upper, lower = figure.subfigures(2, 1, height_ratios=[1.15, 1.0])  # pyright: ignore
     top = upper.subplots(1, len(named), squeeze=False, sharey=True)[0]
     left, right = lower.subplots(1, 2)
@@ -373,28 +452,28 @@ def wear(lives: LiningLife | Mapping[str, LiningLife], *, figure: Figure | None 
     factor, words = (1e3, ", thousands") if longest >= 1e4 else (1.0, "")  # of numbers of brake applications
     colours = ScalarMappable(Normalize(0.0, longest / factor), "viridis")
     for i, (axes, (name, life)) in enumerate(zip(top, named.items(), strict=True)):
+        axes.set_title("\n".join(part for part in (name, f"{life.brakings:.0f} brake applications") if part))
         _along_the_band(axes, life, colours, factor)
-        axes.set_title(f"{name + ': ' if name else ''}{life.brakings:.0f} brake applications", fontsize=10)
         colour = _STYLES[i % 5][0]
         done = np.unique(np.concatenate([np.linspace(0.0, life.brakings, 200), life.history.brakings]))
         worn = _worn_after(life, done)
-        label = f"{name}: most worn" if name else "most worn"
-        left.plot(done / factor, 1e3 * worn.max(axis=1), color=colour, label=label)
-        left.plot(done / factor, 1e3 * worn.min(axis=1), color=colour, ls="--", label="least worn")
+        left.plot(done / factor, 1e3 * worn.max(axis=1), color=colour, label=name or "most worn")
+        left.plot(done / factor, 1e3 * worn.min(axis=1), color=colour, ls="--")
         uneven = worn[1:].max(axis=1) / worn[1:].mean(axis=1)
         right.plot(done[1:] / factor, uneven, color=colour, label=name or None)
         for at in life.turned_at:
             left.axvline(at / factor, color=colour, lw=0.9, ls=":")
             right.axvline(at / factor, color=colour, lw=0.9, ls=":")
             place = {"xycoords": ("data", "axes fraction"), "textcoords": "offset points", "va": "top", "ha": "right"}
-            left.annotate("turned ", (at / factor, 0.97), xytext=(-2, 0), fontsize=8, color=colour, **place)
+            left.annotate("turned ", (at / factor, 0.97), xytext=(-2, 0), color=colour, **place)
     top[0].set_ylabel("worn off, mm")
     upper.colorbar(colours, ax=list(top), label=f"brake applications{words}", pad=0.01)
+    left.plot([], [], color="0.3", ls="--", label="least worn")
     left.set(ylabel="worn off, mm", ylim=(0.0, None))
-    right.set(ylabel="maximum over mean wear so far", ylim=(0.98, 1.05 * right.get_ylim()[1]))
+    right.set(ylabel="maximum over\nmean wear so far (–)", ylim=(0.98, 1.05 * right.get_ylim()[1]))
     for axes in (left, right):
         axes.set_xlabel(f"brake applications{words}")
-        finish([axes], "lower right" if axes is left else "upper right")
+        finish([axes])
     return figure
 
 
@@ -416,4 +495,4 @@ def _along_the_band(axes: Axes, life: LiningLife, colours: ScalarMappable, facto
     top = 1.12e3 * float(life.permissible.max())
     axes.set(xlabel="lining, from the slack end", xlim=(0.5, n + 0.5), ylim=(0.0, top))
     axes.set_xticks(linings if n <= 12 else linings[:: 1 + n // 12])
-    finish([axes], "lower right")
+    finish([axes])

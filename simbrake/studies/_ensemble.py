@@ -453,6 +453,7 @@ _MEANINGS = {
     "rejected": "step attempts rejected for their error",
     "retaken": "steps taken again, shorter, at events",
     "segments": "parts of the run between events",
+    "sequence": "runs with the same number, from 0, have the same events in the same order",
     "energy.closure": "residual of the energy balance as a share of the largest energy exchanged",
 }
 
@@ -493,6 +494,9 @@ def _as_dataset(plan: Plan, columns: Columns) -> Dataset:
         data[name] = ("run", columns[name], {"units": unit} if unit else {})
     for name, meaning in _MEANINGS.items():
         data[name] = ("run", columns[name], {"units": "1", "meaning": meaning})
+    # numbers in the order in which the sequences occur first
+    _, first, which = np.unique(columns["sequence"], return_index=True, return_inverse=True)
+    data["sequence"] = ("run", np.argsort(np.argsort(first))[which].astype(np.int32), data["sequence"][2])
     data["status"] = ("run", _statuses(columns), {"meaning": "how the run ended"})
     data["method"] = ("run", columns["method"], {"meaning": "solver of the run"})
     return xr.Dataset(data, coords, {"rtol": plan.rtol, "simbrake": version("simbrake"), "jax": version("jax")})
@@ -547,8 +551,9 @@ def ensemble(
 
     The data set has the varied numbers as coordinates (`units`, `meaning`), every metric, `code` (0, a failure code as
     in `simbrake.results.FAILURES`, or −1), `status` (the words of `Result.status`, or `not_run`), `steps`, `rejected`,
-    `retaken`, `segments`, `energy.closure` and `method`. A run that fails raises nothing. Times of what did not happen
-    are `inf`. Ctrl-C ends the call early: what is finished is returned, the rest has the code −1 and `NaN`.
+    `retaken`, `segments`, `sequence` (the same number: the same events in the same order), `energy.closure` and
+    `method`. A run that fails raises nothing. Times of what did not happen are `inf`. Ctrl-C ends the call early: what
+    is finished is returned, the rest has the code −1 and `NaN`.
 
     Every value is checked against its range, and every end against its start. What else `check` demands of a scene is
     looked at in the runs with the minimum and the maximum of every parameter and in 16 others.

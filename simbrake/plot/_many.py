@@ -1,0 +1,257 @@
+"""Several runs in one figure: results laid over each other, and metrics over the parameters that were varied."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeAlias
+
+import numpy as np
+from jaxtyping import Float
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.ticker import MaxNLocator
+
+from .._base._faults import Fault, InputError
+from .._base._table import scale
+from .._run._log import Status
+from .._run._result import Result
+from ..results._dataset import dataset, load
+from ._shared import BLUE, CYCLE, MARKED, TEXT, VERMILLION, finish, name_marks, sheet, styled
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+    Dataset: TypeAlias = xr.Dataset
+else:  # slow to import
+    Dataset = Any
+Source: TypeAlias = Result | Dataset | str | Path
+
+# --- results laid over each other -------------------------------------------------------------------------------------
+
+_DASHES = ("-", "--", "-.", ":")
+#: events that are marked on the curves of the speed, where one result has not too many of them
+_EVENTS = {"slip_onset": "o", "full_slip": "s", "stop": "D"}
+_MOST = 6
+_HOT = ("rim_temperature", "lining_temperature", "band_temperature")
+
+
+@styled
+def compare(results: Mapping[str, Source] | Sequence[Source], *, figure: Figure | None = None) -> Figure:
+    """Results laid over each other: speed, brake torque, tension of the tight end or normal force, and the hottest
+    surface, as far as the results have them; of runs whose lever holds the speed, its tension.
+
+    Each result has its colour and dashes; marks on the curves of the speed are onset of slip, full slip and stop. Runs
+    that end at rest are cut shortly after the last stop of all.
+
+    - `results`: two or more by name, or in a list (named a, b, …); each a `Result`, its data set, or a result file
+
+    Raises `InputError` for fewer than two results, and for a file that is not a result.
+
+    Example:
+        >>> heavy = sb.simulate(sb.with_values(scene, {"duty.load.mass": 22e3}))
+        >>> figure = sb.plot.compare({"20 t": result, "22 t": heavy})
+        >>> [line.get_label() for line in figure.axes[0].lines if line.get_linestyle() != "None"]
+        ['20 t', '22 t']
+    """
+    named = results if isinstance(results, Mapping) else {chr(97 + i): one for i, one in enumerate(results)}
+    if len(named) < 2:
+        raise InputError([Fault("results", f"{len(named)} result is no comparison", "give two or more")])
+    data = {name: _data(one) for name, one in named.items()}
+    held = all(one["status"].item() == Status.LOWERING for one in data.values())
+    banded = any("tight_tension" in one for one in data.values())
+    panels = [("speed", ("omega",)), ("brake torque", ("brake_torque",))]
+    lever = "tension of\nthe lever" if banded else "force of\nthe actuator"
+    panels += [(lever, ("slack_tension", "lever_force"))] * held
+    panels += [("tension of\nthe tight end" if banded else "normal force", ("tight_tension", "normal_load"))]
+    panels += [("hottest\nsurface", _HOT)] * any(name in one for one in data.values() for name in _HOT)
+    figure = sheet(figure, 9.5, 1.7 + 2.1 * len(panels))
+    rows = figure.subplots(len(panels), 1, squeeze=False, sharex=True)[:, 0]
+    for axes, (words, columns) in zip(rows, panels, strict=True):
+        curves = {name: _curve(one, columns, hottest=columns == _HOT) for name, one in data.items()}
+        unit = next(one[column].attrs["units"] for one in data.values() for column in columns if column in one)
+        top = max(float(np.nanmax(np.abs(y))) for y in curves.values() if y is not None)
+        factor, offset, shown = scale(unit, top, absolute=True)
+        for i, (name, y) in enumerate(curves.items()):
+            if y is not None:
+                look = {"color": CYCLE[i % len(CYCLE)], "ls": _DASHES[i % len(_DASHES)]}
+                label = name if axes is rows[0] else None
+                axes.plot(data[name]["time"].values, factor * y + offset, label=label, **look)
+        axes.set_ylabel(f"{words}, {shown}")
+    marked = [event for i, one in enumerate(data.values()) for event in _mark(rows[0], one, i)]
+    finish(rows)
+    ends = [_end(one) for one in data.values()]
+    rows[-1].set(xlabel="time, s", xlim=(min(float(one["time"][0]) for one in data.values()), max(ends)))
+    like = {"color": "0.3", "ls": "none", "mfc": "white"}
+    name_marks(figure, [], [_named_mark(event, **like) for event in _EVENTS if event in marked])
+    figure.suptitle("results compared")
+    return figure
+
+
+def _data(source: Source) -> Dataset:
+    return dataset(source) if isinstance(source, Result) else load(source) if isinstance(source, str | Path) else source
+
+
+def _curve(data: Dataset, columns: Sequence[str], *, hottest: bool) -> Float[np.ndarray, " t"] | None:
+    """The first of the columns that a result has, of several linings their maximum; `hottest`: the maximum of all."""
+    found = [np.asarray(data[name].values, np.float64) for name in columns if name in data]
+    tops = [values.reshape(len(values), -1).max(axis=1) for values in found]
+    return None if not tops else np.max(tops, axis=0) if hottest else tops[0]
+
+
+def _end(data: Dataset) -> float:
+    """Where the curves of a result end (s): a run that ends at rest shortly after its last stop."""
+    start, end = float(data["time"][0]), float(data["time"][-1])
+    stops = [float(t) for t in data["event_time"].values[data["event_name"].values == "stop"]]
+    return min(end, start + 1.15 * (stops[-1] - start)) if stops and data["status"].item() == Status.STOPPED else end
+
+
+def _named_mark(event: str, **look: Any) -> Line2D:
+    words = MARKED[event][1].replace("t₀", "$t_0$").replace("t₁", "$t_1$")
+    return Line2D([], [], marker=_EVENTS[event], label=words, **look)
+
+
+def _mark(axes: Axes, data: Dataset, i: int) -> list[str]:
+    """Marks at the events of a result on the curve of its speed; returns the names of the events that have some."""
+    t, omega = data["time"].values, data["omega"].values
+    found = []
+    for event, marker in _EVENTS.items():
+        times = data["event_time"].values[data["event_name"].values == event].astype(np.float64)
+        if 0 < len(times) <= _MOST:
+            look = {"color": CYCLE[i % len(CYCLE)], "mfc": "white", "ms": 6.0, "ls": "none", "zorder": 4}
+            axes.plot(times, np.interp(times, t, omega), marker, **look)
+            found.append(event)
+    return found
+
+
+# --- metrics over parameters ------------------------------------------------------------------------------------------
+
+#: metrics that are drawn first, if a study has them
+_FIRST = ("stopping_time", "hook_travel", "stopping_angle", "energy.friction_heat", "max_tension")
+
+
+@styled
+def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure | None = None) -> Figure:
+    """Metrics over the parameters of `simbrake.sweep` or `simbrake.ensemble`.
+
+    - a grid of one parameter: a curve with its points; it has a gap where the sequence of events changes
+    - a grid of two: filled contours, runs that failed hatched, thick lines where the sequence of events changes
+    - rows of an ensemble: a point for each run over each parameter, failed ones left out
+
+    `metrics`: names, by default four at most that vary. Raises `InputError` for names that the data does not have, and
+    for grids of more than two parameters.
+
+    Example:
+        >>> data = sb.sweep(scene, {"duty.load.mass": [18e3, 20e3, 22e3]}, ["stopping_time"], progress=False)
+        >>> figure = sb.plot.sweep(data)
+        >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
+        ('duty.load.mass, t', 'stopping time, s')
+    """
+    grid = "run" not in data.dims
+    paths = [str(name) for name in (data.dims if grid else data.coords) if name != "run" and data[name].ndim == 1]
+    if grid and len(paths) > 2:
+        hint = "select one value of the others: data.sel({path: value})"
+        raise InputError([Fault("data", f"is a grid of {len(paths)} parameters", hint)])
+    shown = _shown(data, metrics)
+    columns = len(paths) if not grid else 2 if len(paths) == 2 and len(shown) > 1 else 1
+    rows = -(-len(shown) // columns) if grid else len(shown)
+    figure = sheet(figure, 9.5 if columns == 1 else 5.8 * columns, 0.9 + rows * (4.4 if columns > 1 else 2.6))
+    panels = figure.subplots(rows, columns, squeeze=False, sharex=False if grid and len(paths) == 2 else "col")
+    for axes in panels.flat[len(shown) * (1 if grid else columns) :]:
+        axes.axis("off")
+    for k, metric in enumerate(shown):
+        values = np.asarray(data[metric].values, np.float64)
+        good = np.isfinite(values) & (np.asarray(data["code"].values) == 0)
+        factor, offset, y_unit = _scale(data, metric, values[good])
+        y = np.where(good, factor * values + offset, np.nan)
+        label = f"{metric.replace('_', ' ').replace('energy.', 'energy: ')}{y_unit}"
+        if grid and len(paths) == 2:
+            _contours(panels.flat[k], data, paths, y, label)
+            continue
+        for axes, path in zip([panels.flat[k]] if grid else panels[k], paths, strict=True):
+            factor, offset, x_unit = _scale(data, path, np.asarray(data[path].values))
+            x = factor * np.asarray(data[path].values, np.float64) + offset
+            if grid:
+                _curve_with_gaps(axes, x, y, np.asarray(data["sequence"].values))
+            else:
+                axes.plot(x, y, ".", color=BLUE, ms=4.0)
+            axes.set(xlabel=f"{path}{x_unit}" if k == len(shown) - 1 else "", ylabel=label)
+            axes.grid(alpha=0.3)
+    failed = int(np.sum(np.asarray(data["code"].values) != 0))
+    words = f"{data['code'].size} runs" + (f", {failed} failed" if failed else "")
+    changes = grid and bool(np.ptp(np.asarray(data["sequence"].values)) > 0)
+    gaps = ("; gaps" if len(paths) == 1 else "; thick lines") + ": the sequence of events changes"
+    blank = any(not np.all(np.isfinite(np.asarray(data[name].values, np.float64))) for name in shown) or failed > 0
+    figure.suptitle(words + gaps * changes + "; hatched: failed or without a value" * (grid and blank))
+    return figure
+
+
+def _shown(data: Dataset, asked: Sequence[str] | None) -> list[str]:
+    """Names of the metrics to be drawn."""
+    known = [str(name) for name, one in data.data_vars.items() if "meaning" not in one.attrs]
+    if asked is not None:
+        if missing := [name for name in asked if name not in known]:
+            hint = f"there are: {', '.join(known)}"
+            raise InputError([Fault("metrics", f"the data is without {', '.join(missing)}", hint)])
+        return list(asked)
+
+    def varies(name: str) -> bool:
+        values = np.asarray(data[name].values, np.float64)
+        values = values[np.isfinite(values)]
+        return values.size > 1 and bool(np.ptp(values) > 1e-9 * np.abs(values).max())
+
+    order = [name for name in _FIRST if name in known] + [name for name in known if name not in _FIRST]
+    found = [name for name in order if varies(name)][:4]
+    if not found:
+        raise InputError([Fault("data", "has no metric that varies", "vary a parameter that matters")])
+    return found
+
+
+def _scale(data: Dataset, name: str, values: Float[np.ndarray, " n"]) -> tuple[float, float, str]:
+    """Factor, offset and unit after a comma for reading a metric or a parameter."""
+    top = float(np.nanmax(np.abs(values), initial=0.0))
+    factor, offset, unit = scale(data[name].attrs.get("units", ""), top, absolute=True)
+    return factor, offset, f", {unit}" if unit and unit != "1" else " (–)"
+
+
+def _curve_with_gaps(axes: Axes, x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n"], sequence: np.ndarray) -> None:
+    """A curve through the points of each sequence of events; points that have failed are hatched."""
+    for part in np.split(np.arange(len(x)), 1 + np.flatnonzero(np.diff(sequence))):
+        axes.plot(x[part], y[part], "o-", color=BLUE, ms=4.0)
+    edges = _edges(x)
+    for i in np.flatnonzero(np.isnan(y)):
+        axes.axvspan(edges[i], edges[i + 1], facecolor="none", edgecolor="0.6", hatch="///", lw=0)
+
+
+def _edges(x: Float[np.ndarray, " n"]) -> Float[np.ndarray, " m"]:
+    """Borders of the cells around points."""
+    middle = 0.5 * (x[1:] + x[:-1])
+    return np.concatenate([x[:1], middle, x[-1:]])
+
+
+def _contours(axes: Axes, data: Dataset, paths: list[str], z: Float[np.ndarray, "m n"], label: str) -> None:
+    """Filled contours of a metric over two parameters, runs without a value hatched."""
+    ends, names = [], []
+    for path in paths:
+        values = np.asarray(data[path].values, np.float64)
+        factor, offset, unit = _scale(data, path, values)
+        ends.append(factor * values + offset)
+        names.append(f"{path}{unit}")
+    (x, y), sequence = ends, np.asarray(data["sequence"].values)
+    axes.set(xlabel=names[0], ylabel=names[1], xlim=(x.min(), x.max()), ylim=(y.min(), y.max()), title=label)
+    if np.isfinite(z).sum() > 2 and min(z.shape) > 1:
+        low, high = np.nanmin(z), np.nanmax(z)
+        levels = MaxNLocator(8).tick_values(low, high)
+        levels = levels[
+            (levels > low + 1e-6 * (high - low)) & (levels < high)
+        ]  # none between values equal but rounding
+        filled = axes.contourf(x, y, z.T, levels=levels, cmap="viridis", extend="both")
+        lines = axes.contour(x, y, z.T, levels=filled.levels, colors="white", linewidths=0.8)
+        axes.clabel(lines, fontsize=TEXT, colors="white", fmt="%g")
+    a, b = _edges(x), _edges(y)
+    for i, j in np.argwhere(np.isnan(z)):
+        cell = {"facecolor": "white", "edgecolor": "0.5", "hatch": "///", "lw": 0}
+        axes.fill([a[i], a[i + 1], a[i + 1], a[i]], [b[j], b[j], b[j + 1], b[j + 1]], gid="failed", **cell)
+    across = [[(a[i + 1], b[j]), (a[i + 1], b[j + 1])] for i, j in np.argwhere(np.diff(sequence, axis=0))]
+    along = [[(a[i], b[j + 1]), (a[i + 1], b[j + 1])] for i, j in np.argwhere(np.diff(sequence, axis=1))]
+    axes.add_collection(LineCollection([*across, *along], colors=VERMILLION, linewidths=2.5, gid="sequence"))

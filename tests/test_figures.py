@@ -1,0 +1,376 @@
+"""Every figure of `simbrake.plot`: its example runs, texts are legible at half size, axes have units, colours are safe,
+and no text lies on a line or on another text."""
+
+import dataclasses
+import doctest
+import inspect
+import itertools
+import json
+import re
+
+import matplotlib
+import numpy as np
+import pytest
+from helpers import main, stop_scene
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import to_rgb
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from matplotlib.text import Text
+from picture_scenes import hot_result, plain_result, staged_result
+
+import simbrake as sb
+from simbrake import plot
+from simbrake.hybrid import LANDED
+from simbrake.plot._pulley import CONTACT_COLOURS
+from simbrake.plot._shared import CYCLE
+from simbrake.studies import _evaluator
+
+DRAWN = {name: one for name, one in vars(plot).items() if inspect.isfunction(one) and not name.startswith("_")}
+#: axes without a unit: counts and names
+COUNTED = r"lining,|lining$|number of the stop|^\$k\$ of \d+|brake applications|^(ex|in)ternal pair$|^$"
+
+
+# --- what a reader meets ----------------------------------------------------------------------------------------------
+
+
+def texts_of(figure):
+    """Texts that are drawn, with their boxes (pixels)."""
+    renderer = figure.canvas.get_renderer()
+    figure.draw(renderer)
+    away = set()
+    for axes in figure.axes:
+        for axis in (axes.xaxis, axes.yaxis):
+            low, high = sorted(axis.get_view_interval())
+            room = 1e-9 * (high - low)
+            for tick in [*axis.get_major_ticks(), *axis.get_minor_ticks()]:
+                if not axes.axison or not low - room <= tick.get_loc() <= high + room:
+                    away |= {tick.label1, tick.label2}
+            if not axes.axison:
+                away.add(axis.label)
+    shown = [x for x in figure.findobj(Text) if x.get_visible() and x.get_text().strip() and x not in away]
+    return [(x, box) for x in shown for box in [x.get_window_extent(renderer)] if box.width > 0]
+
+
+def points_of(line):
+    """Points of a line, one pixel apart, as far as they lie in its axes."""
+    xy = line.get_transform().transform(np.asarray(line.get_xydata(), float))
+    gaps = np.isfinite(xy).all(axis=1)
+    points = [xy[gaps]]
+    if line.get_linestyle() not in ("None", "none", " ", ""):
+        for (a, b), good in zip(itertools.pairwise(xy), gaps[1:] & gaps[:-1], strict=True):
+            count = int(min(np.hypot(*(b - a)), 5000)) + 1 if good else 0
+            points.append(a + np.linspace(0, 1, count + 1)[:, None] * (b - a) if good else np.zeros((0, 2)))
+    points, box = np.concatenate(points), line.axes.bbox
+    inside = (points >= [box.x0 - 1, box.y0 - 1]) & (points <= [box.x1 + 1, box.y1 + 1])
+    return points[inside.all(axis=1)] if line.get_clip_on() else points
+
+
+def on_text(points, text, box):
+    """Which points lie in the box of a text, of a turned one in its own frame."""
+    angle = np.radians(text.get_rotation())
+    if text.get_rotation() % 90 and text.get_rotation_mode() == "anchor":
+        figure, at = text.get_figure(root=True), text.get_transform().transform(text.get_position())
+        turn = text.get_rotation()
+        text.set_rotation(0.0)
+        box = text.get_window_extent(figure.canvas.get_renderer())
+        text.set_rotation(turn)
+        c, s = np.cos(angle), np.sin(angle)
+        points = (points - at) @ np.asarray([[c, -s], [s, c]]) + at
+    inside = (points > [box.x0 + 1, box.y0 + 1]) & (points < [box.x1 - 1, box.y1 - 1])
+    return inside.all(axis=1)
+
+
+def safe(colour):
+    """Grey, one of the colours for any colour vision, paler ones of these, or of a perceptually uniform map."""
+    rgb = np.asarray(to_rgb(colour))
+    if np.ptp(rgb) < 0.02:
+        return True
+    known = [np.asarray(to_rgb(one)) for one in [*CYCLE, *CONTACT_COLOURS.values(), "#00604a"]]
+    pale = [share * one + 1 - share for one in known for share in np.linspace(0.1, 1.0, 37)]
+    maps = [matplotlib.colormaps[name](np.linspace(0, 1, 257))[:, :3] for name in ("viridis", "inferno")]
+    return (
+        min(np.abs(np.asarray(pale) - rgb).max(axis=1).min(), *(np.abs(m - rgb).max(axis=1).min() for m in maps)) < 0.02
+    )
+
+
+def check(figure):
+    """The rules for every figure."""
+    root = figure.get_figure(root=True)
+    FigureCanvasAgg(root)
+    drawn = texts_of(root)
+    assert min(text.get_fontsize() for text, _ in drawn) / 2 >= 6
+    for axes in root.axes:
+        labels = [axes.get_xlabel(), axes.get_ylabel()] if axes.axison else []
+        for label in labels:
+            words = label.replace("\n", " ")
+            assert re.search(r", \S+( \(.*\))?$|\(–\)|, % |, 1/s", words) or re.search(COUNTED, words), words
+    colours = [text.get_color() for text, _ in drawn]
+    for line in root.findobj(Line2D):
+        colours += [line.get_color()] if line.get_linestyle() != "None" else [line.get_markeredgecolor()]
+    colours += [one.get_facecolor() for one in root.findobj(Patch) if one.get_fill()]
+    assert not {str(colour) for colour in colours if not safe(colour)}
+    lines = [
+        line
+        for axes in root.axes
+        if axes.get_visible()
+        for line in axes.lines
+        if line.get_visible() and line.get_gid() != "scale" and len(line.get_xdata())
+    ]
+    for line in lines:
+        points = points_of(line)
+        hit = [text.get_text() for text, box in drawn if on_text(points, text, box).any()]
+        assert not hit, (line.get_label(), hit)
+    level = [(text, box) for text, box in drawn if not text.get_rotation() % 90]
+    for (a, x), (b, y) in itertools.combinations(level, 2):
+        apart = x.x1 - 1 <= y.x0 + 1 or y.x1 - 1 <= x.x0 + 1 or x.y1 - 1 <= y.y0 + 1 or y.y1 - 1 <= x.y0 + 1
+        assert apart, (a.get_text(), b.get_text())
+    cut = [
+        x.get_text() for x, box in drawn if not x.get_clip_on() and not -2 <= box.x0 <= box.x1 <= root.bbox.width + 2
+    ]
+    assert not cut
+
+
+# --- the examples -----------------------------------------------------------------------------------------------------
+
+
+def small_stop():
+    brake = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35))
+    return sb.Scene(brake, sb.Duty("12 kN", sb.HookLoad("20 t", 0.4, 8)), sb.Initial(24.0), 4.0)
+
+
+def chain():
+    scene = stop_scene(n=4, beta=60.0, C=1e5, T0=2e3, w0=6.0, elongation=2e-2, end=0.05)
+    band = sb.Band(scene.brake.band.radius, 1e5, sb.Segments(2e7))
+    linings = dataclasses.replace(scene.brake.linings, mass=4.0)
+    return sb.simulate(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, band=band, linings=linings)))
+
+
+def life():
+    scene = small_stop()
+    linings = dataclasses.replace(scene.brake.linings, area=np.full(8, 0.05))
+    brake = dataclasses.replace(scene.brake, linings=linings)
+    return sb.lining_life(dataclasses.replace(scene, brake=brake, wear=sb.Wear(1e-14, permissible=8e-3)))
+
+
+#: what the examples have besides a scene and its result, as far as they name it
+GIVEN = {
+    "heated": hot_result,
+    "staged": staged_result,
+    "chain": chain,
+    "disc": lambda: sb.simulate(sb.read_scene(sb.files.shipped("disc"))),
+    "life": life,
+    "rims": lambda: sb.formulas.EstimateData(track_area=1.6),
+}
+
+
+@pytest.fixture(scope="module")
+def given():
+    scene = small_stop()
+    return {"sb": sb, "scene": scene, "result": sb.simulate(scene)}
+
+
+@pytest.mark.parametrize("name", DRAWN)
+def test_example_and_rules(name, given, tmp_path):
+    words = inspect.getdoc(DRAWN[name])
+    (test,) = doctest.DocTestFinder(recurse=False).find(inspect.unwrap(DRAWN[name]), name, globs=dict(given))
+    test.globs |= {key: make() for key, make in GIVEN.items() if re.search(rf"\b{key}\b", words)} | {"folder": tmp_path}
+    said: list[str] = []
+    failed, tried = doctest.DocTestRunner(verbose=False).run(test, out=said.append, clear_globs=False)
+    assert tried
+    assert not failed, "".join(said)
+    if "figure" in test.globs:
+        check(test.globs["figure"])
+
+
+@pytest.mark.parametrize("make", [plain_result, staged_result, hot_result])
+def test_rules_for_figures_of_other_runs(make):
+    result = make()
+    for draw in (plot.stop, plot.pulley, lambda run: plot.lining_map(run, "slip_speed"), plot.duty):
+        check(draw(result))
+
+
+@pytest.mark.parametrize("name", plot._published.PUBLISHED)
+def test_rules_for_figures_of_the_papers(name):
+    check(plot.published(name))
+
+
+# --- several runs -----------------------------------------------------------------------------------------------------
+
+
+def test_compare_draws_the_series_of_each_result(given, tmp_path):
+    heavy = sb.simulate(sb.with_values(given["scene"], {"duty.load.mass": 24e3}))
+    hot = hot_result()
+    stored = sb.save(heavy, tmp_path / "heavy.nc")
+    figure = plot.compare({"light": given["result"], "heavy": stored, "hot": sb.dataset(hot)})
+    check(figure)
+    labels = [axes.get_ylabel().replace("\n", " ") for axes in figure.axes]
+    assert labels == ["speed, rad/s", "brake torque, kN·m", "tension of the tight end, kN", "hottest surface, °C"]
+    speed = {line.get_label(): line for line in figure.axes[0].lines if not line.get_label().startswith("_")}
+    assert list(speed) == ["light", "heavy", "hot"]
+    assert len({(line.get_color(), line.get_linestyle()) for line in speed.values()}) == 3
+    for name, run in (("light", given["result"]), ("heavy", heavy), ("hot", hot)):
+        t = np.linspace(0.0, 2.4, 40)
+        np.testing.assert_allclose(
+            np.interp(t, *np.asarray(speed[name].get_data())), run.series(t).omega, rtol=1e-3, atol=1e-2
+        )
+    # temperatures: of the one that has some, the hotter of both faces
+    (line,) = figure.axes[3].lines
+    top = max(hot.metrics[f"peak_{place}_temperature"] for place in ("rim", "lining"))
+    assert np.max(line.get_ydata()) == pytest.approx(top - 273.15, rel=1e-3)
+    # stops are marked on the curves of the speed
+    stops = [line.get_xdata()[0] for line in figure.axes[0].lines if line.get_marker() == "D"]
+    np.testing.assert_allclose(stops, [run.stopping_time for run in (given["result"], heavy, hot)], rtol=1e-12)
+    assert figure.axes[0].get_xlim()[1] == pytest.approx(1.15 * max(stops))
+    with pytest.raises(sb.InputError, match="give two or more"):
+        plot.compare([hot])
+
+
+MASS = np.linspace(10e3, 60e3, 11)
+
+
+@pytest.fixture(scope="module")
+def grid(given):
+    values = {"duty.load.mass": MASS, "initial.omega": [12.0, 24.0, 36.0]}
+    return sb.sweep(given["scene"], values, ["stopping_time", "energy.friction_heat"], progress=False)
+
+
+def test_sequence_is_that_of_the_event_logs(given, grid):
+    seen = {}
+    for i, mass in enumerate(MASS):
+        run = sb.simulate(sb.with_values(given["scene"], {"duty.load.mass": mass, "initial.omega": 24.0}), throw=False)
+        names = tuple((event.name, event.lining) for event in run.events)
+        number = int(grid["sequence"][i, 1])
+        assert seen.setdefault(names, number) == number
+    assert len(set(seen.values())) == len(seen) >= 2
+
+
+def test_sequence_knows_guards_and_order(given):
+    record = given["result"].record
+    kinds, used = np.asarray(record.rows.kind), np.arange(len(record.rows.kind)) < int(record.count)
+    events, guards = np.flatnonzero(used & (kinds >= LANDED)), np.asarray(record.rows.guard)
+
+    def number(guard, kind=kinds):
+        rows = dataclasses.replace(record.rows, guard=np.asarray(guard, guards.dtype), kind=kind)
+        return int(_evaluator._sequence(dataclasses.replace(record, rows=rows)))
+
+    plain, other, swapped, elsewhere = number(guards), guards.copy(), guards.copy(), guards.copy()
+    first, second = events[0], next(i for i in events if guards[i] != guards[events[0]])
+    other[second] += 1
+    swapped[[first, second]] = guards[[second, first]]
+    swapped_kinds = kinds.copy()
+    swapped_kinds[[first, second]] = kinds[[second, first]]
+    elsewhere[np.flatnonzero(used & (kinds < LANDED))] += 1
+    assert number(elsewhere) == plain
+    assert len({plain, number(other), number(swapped, swapped_kinds)}) == 3
+
+
+def test_sweep_of_one_parameter_has_gaps(grid):
+    data = grid.sel({"initial.omega": 24.0})
+    figure = plot.sweep(data)
+    check(figure)
+    time, heat = figure.axes
+    parts = [line.get_xydata() for line in heat.lines]
+    points = np.concatenate(parts)
+    np.testing.assert_allclose(points[:, 0], MASS / 1e3, rtol=1e-12)
+    np.testing.assert_allclose(
+        points[:, 1], data["energy.friction_heat"] / (1e6 if points[-1, 1] < 50 else 1e3), rtol=1e-12
+    )
+    sequence = data["sequence"].values
+    assert len(parts) == 1 + np.count_nonzero(np.diff(sequence)) > 1
+    assert [len(part) for part in parts] == [len(list(group)) for _, group in itertools.groupby(sequence)]
+    # no time of stopping: hatched
+    assert len([p for p in time.patches if p.get_hatch()]) == np.count_nonzero(~np.isfinite(data["stopping_time"])) > 0
+    assert heat.get_xlabel() == "duty.load.mass, t"
+
+
+def test_sweep_of_two_parameters(grid):
+    figure = plot.sweep(grid)
+    check(figure)
+    time, _ = figure.axes
+    assert [time.get_xlabel(), time.get_ylabel(), time.get_title()] == [
+        "duty.load.mass, t",
+        "initial.omega, rad/s",
+        "stopping time, s",
+    ]
+    failed = [patch for patch in time.patches if patch.get_gid() == "failed"]
+    assert len(failed) == np.count_nonzero(~np.isfinite(grid["stopping_time"])) > 0
+    (edges,) = [one for one in time.collections if one.get_gid() == "sequence"]
+    sequence = grid["sequence"].values
+    changes = np.count_nonzero(np.diff(sequence, axis=0)) + np.count_nonzero(np.diff(sequence, axis=1))
+    assert len(edges.get_segments()) == changes
+    assert "hatched" in figure.get_suptitle()
+
+
+def test_sweep_of_an_ensemble_and_what_it_refuses(given, grid):
+    values = {"duty.load.mass": MASS, "initial.omega": np.linspace(12.0, 36.0, len(MASS))}
+    data = sb.ensemble(given["scene"], values, ["stopping_time"], progress=False)
+    figure = plot.sweep(data)
+    check(figure)
+    good = np.isfinite(data["stopping_time"].values)
+    for axes, x in zip(figure.axes, (MASS / 1e3, values["initial.omega"]), strict=True):
+        drawn = np.asarray(axes.lines[0].get_xydata())
+        np.testing.assert_allclose(drawn[good], np.stack([x, data["stopping_time"]], axis=1)[good], rtol=1e-12)
+        assert not np.isfinite(drawn[~good, 1]).any()
+    with pytest.raises(sb.InputError, match="the data is without colour"):
+        plot.sweep(grid, ["colour"])
+    with pytest.raises(sb.InputError, match="grid of 3 parameters"):
+        plot.sweep(grid.expand_dims({"end_time": [1.0, 2.0]}))
+
+
+def test_many_cycles_are_an_envelope(monkeypatch):
+    hot = hot_result()
+    monkeypatch.setattr(plot._runs, "strong_applications", lambda run: np.linspace(0.0, 2.0, 9))
+    figure = plot.temperatures(hot)
+    lines = {line.get_label(): line for line in figure.axes[0].lines}
+    bounds = [0.0, *np.linspace(0.0, 2.0, 9)[1:], float(hot.record.t_end)]
+    drawn = lines["rim"].get_xydata()
+    assert len(drawn) == len(bounds) - 1
+    for (t, T), start, end in zip(drawn, bounds[:-1], bounds[1:], strict=True):
+        assert start <= t <= end
+        true = np.asarray(hot.series(np.linspace(start, end, 400)).rim_temperature).max() - 273.15
+        np.testing.assert_allclose(T, true, atol=0.5)
+    check(figure)
+
+
+def test_title_is_that_of_the_scene_or_the_one_in_force(given):
+    assert plot.stop(given["result"]).get_suptitle().startswith("standard brake, 8 linings, initial speed 24 rad/s\n")
+    with plot.titled("a stop"):
+        assert plot.lining_map(given["result"], "tension").get_suptitle().startswith("a stop\n")
+    assert "a stop" not in plot.duty(given["result"]).get_suptitle()
+
+
+# --- from the command line --------------------------------------------------------------------------------------------
+
+
+def run(capsys, *arguments):
+    with pytest.raises(SystemExit) as end:
+        main([str(one) for one in arguments])
+    return end.value.code, capsys.readouterr().out
+
+
+def test_compare_of_several_results_writes_a_figure(given, tmp_path, capsys):
+    a, b = sb.save(given["result"], tmp_path / "a.nc"), sb.save(given["result"], tmp_path / "b.nc")
+    heavy = sb.with_values(given["scene"], {"duty.load.mass": 24e3})
+    sb.write_scene(heavy, tmp_path / "heavy.toml")
+    code, out = run(capsys, "compare", a, b, "--json")
+    assert code == 0
+    assert set(json.loads(out)) >= {"equal", "scene", "events", "only_a", "only_b", "metrics", "status"}
+    code, out = run(capsys, "compare", a, b, tmp_path / "heavy.toml", "--json", "--out", tmp_path / "out")
+    found = json.loads(out)
+    assert code == 1
+    assert found["results"] == ["a", "b", "heavy"]
+    assert [one["equal"] for one in found["comparisons"]] == [True, False] == [True, found["equal"]]
+    assert found["comparisons"][1]["scene"][0]["name"] == "duty.load.mass"
+    assert json.loads((tmp_path / "out" / "compare.json").read_text("utf-8")) == found
+    assert (tmp_path / "out" / "compare.png").stat().st_size > 10_000
+    code, out = run(capsys, "compare", a, b, tmp_path / "heavy.toml", "--out", tmp_path / "out")
+    assert "a: a, b: heavy\ndifferent" in out
+    assert "compare.png" in out
+
+
+def test_sweep_writes_its_figure(given, tmp_path, capsys):
+    sb.write_scene(given["scene"], tmp_path / "stop.toml")
+    vary = ["--vary", "duty.load.mass=18e3:22e3:3", "--metrics", "stopping_time", "--out", tmp_path / "out"]
+    assert run(capsys, "sweep", tmp_path / "stop.toml", *vary)[0] == 0
+    assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["runs.csv", "runs.nc", "sweep.png"]
