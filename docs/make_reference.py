@@ -42,6 +42,7 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_base._quantity",
         "_run._edit",
         "files._scene_file",
+        "files._fmu",
         "files._shipped",
         "_parts._programme",
         "checks",

@@ -233,7 +233,7 @@ def test_one_wrong_byte_never_passes_for_the_result(files, suffix, tmp_path):
 
 def test_wrong_places_and_suffixes(plain, tmp_path):
     with pytest.raises(sb.InputError, match=r"\.nc \(netCDF\), \.parquet \(Parquet\), \.csv"):
-        sb.save(plain, tmp_path / "x.xlsx")
+        sb.save(plain, tmp_path / "x.ods")
     with pytest.raises(sb.InputError, match="no such file"):
         sb.load(tmp_path / "x.nc")
     (tmp_path / "folder.nc").mkdir()

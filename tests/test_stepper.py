@@ -208,3 +208,18 @@ def test_values_are_read_as_columns():
         stepper["torque"]
     assert repr(stepper).startswith("Stepper(standard brake: t = 0.1 s, ")
     assert repr(stepper).endswith(" rad/s, slip; inputs: lever 24 kN)")
+
+
+def test_numbers_come_from_arrays_and_one_input_from_its_name():
+    stepper = sb.Stepper(rigid(), inputs="lever")
+    assert stepper.units == {"lever": "N"}
+    stepper.advance(np.float32(0.5), lever=np.asarray(3e3))
+    assert (stepper.time, stepper.inputs, stepper.holding) == (0.5, {"lever": 3e3}, False)
+    other = sb.Stepper(rigid(), "lever", state=stepper.state())
+    stepper.advance(5.0, lever=20e3)  # two that go on from one state do not share their commands
+    other.advance(0.1, lever=4e3)
+    assert stepper.holding
+    assert stepper.history().duty.slack_tension.values.tolist() == [3e3, 3e3, 20e3]
+    assert other.history().duty.slack_tension.values.tolist() == [3e3, 3e3, 4e3]
+    with pytest.raises(sb.InputError, match=r"lever: .* is not a number"):
+        stepper.advance(0.1, lever=np.ones(2))

@@ -6,6 +6,7 @@ Files are written whole or not at all.
 import contextlib
 import dataclasses
 import errno
+import importlib
 import os
 import shutil
 import stat
@@ -13,6 +14,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 
@@ -75,6 +77,14 @@ def _require(what: str, good: Callable[[Any], Any], values: dict[str, Any]) -> N
     bad = [name for name, x in numbers.items() if not np.all(good(x) & np.isfinite(x))]
     if bad:
         raise ValueError("; ".join(f"{name} = {values[name]} must be {what}" for name in bad))
+
+
+def needed(package: str, use: str, extra: str) -> ModuleType:
+    """The module of a package that comes with an extra of simbrake. Raises `InputError` where it is missing."""
+    try:
+        return importlib.import_module(package)
+    except ImportError:
+        raise InputError([Fault(package, f"is missing, which {use}", f"pip install 'simbrake[{extra}]'")]) from None
 
 
 # --- files ------------------------------------------------------------------------------------------------------------

@@ -18,7 +18,7 @@ def run(
     file: cli.SceneFile,
     /,
     *,
-    out: cli.Out = None,
+    out: cli.OutResult = None,
     json_: cli.Json = False,
     set_: cli.Set = None,
     limit: cli.Limits = None,
@@ -43,7 +43,10 @@ def run(
     """
     lost = [Fault("--measured", "is drawn into a figure", "give its folder: --out")] if measured and not out else []
     counts = {"max_steps": max_steps, "max_events": max_events}
-    scene = cli.opened(file, set_, rtol, folder=out, faults=lost, **counts)
+    single = out if out and out.suffix in cli.RESULT_FILES and not out.is_dir() else None
+    if single and measured:
+        lost.append(Fault("--measured", "is drawn into a figure", f"give --out a folder, not {single}"))
+    scene = cli.opened(file, set_, rtol, folder=None if single else out, faults=lost, **counts)
     from .._base._table import shown_in
     from .._run._measure import limit_checks, summary_with_limits, text_with_limits
 
@@ -61,7 +64,9 @@ def run(
         with shown_in(units):
             text = text_with_limits(result, checks)
     cli.tell(text, lambda: summary, json_, cli.verdict_of(result))
-    if out is not None:
+    if single is not None:
+        cli.print_written([sb.save(result, single)], json_)
+    elif out is not None:
         from .._pages._page import write as write_run
 
         with sb.plot.titled(title_of(file, file.read_text("utf-8"))):
@@ -172,6 +177,34 @@ def explain(
         found = sb.results.explain(result, limits=limits, influence=influence, progress=told)
     cli.tell(found, found.as_dict, json_)
     return cli.exit_code(result.ok, fail_on_limit and found["outcome"].numbers["exceeded"] > 0)
+
+
+def fmu(
+    file: cli.SceneFile,
+    /,
+    *,
+    out: cli.OutFile = None,
+    input_: Annotated[cli.Many, Parameter(name="--input")] = None,
+    set_: cli.Set = None,
+    json_: cli.Flag = False,
+) -> int:
+    """Write a scene as an FMU for co-simulation (FMI 2.0), which needs Python with simbrake where it runs.
+
+    The file has the name of the scene's file, ending in .fmu, in the working folder or in that of --out.
+
+    Parameters
+    ----------
+    input_
+        Input of the FMU, lever or load; may be repeated. By default the lever, and the load where it is a TorqueLoad.
+    json_
+        Print {written} as JSON, alone on stdout.
+    """
+    out = cli.file_in(out or Path(), f"{file.stem}.fmu")
+    scene = cli.opened(file, set_, faults=cli.faults_of_file(out, ".fmu"))
+    with Waiting("fmu", "compiling…"):
+        sb.files.write_fmu(scene, out, input_)
+    cli.tell(f"written  {out}", lambda: {"written": str(out)}, json_)
+    return 0
 
 
 def animate(
@@ -527,6 +560,7 @@ COMMANDS = {
     run: _RUN,
     explain: _RUN,
     report: _RUN,
+    fmu: "0 success; 2 the input is wrong.",
     animate: "0 the run reached its end; 1 it failed; 2 the input is wrong.",
     compare: "0 equal within the tolerance; 1 different; 2 the input is wrong.",
     estimates: "0 success; 1 the run failed; 2 the input is wrong.",

@@ -64,7 +64,8 @@ class _Held:
     - `where`: the profile in the scene that it takes the place of;  `path` and `unit` of that profile
     - `times`, `values` (2 k,): the last jumps, each as two points at one time; `piece`: how many points the run has
       passed. What a lag still feels of older jumps is in the height of the first
-    - `delay`, `lag` (s) of an actuator;  `said`: all that was commanded, by time
+    - `delay`, `lag` (s) of an actuator;  `said`: all that was commanded, by time: the first `count` of a list that
+      later inputs go on with
     """
 
     path: str
@@ -76,6 +77,7 @@ class _Held:
     delay: float
     lag: float | None
     said: list[tuple[float, float]]
+    count: int = 1
 
     @property
     def level(self) -> float:
@@ -86,7 +88,7 @@ class _Held:
         if value == self.level:
             return self
         if t == self.said[0][0] and not (self.delay or self.lag):  # it is what the run begins with
-            return dataclasses.replace(self, values=np.full_like(self.values, value), said=[(t, value)])
+            return dataclasses.replace(self, values=np.full_like(self.values, value), said=[(t, value)], count=1)
         times, values, piece = self.times, self.values, self.piece
         # of a lag one jump that is over stays, to hold what is left of all before
         if piece >= (2 if self.lag is None else 4):
@@ -101,15 +103,14 @@ class _Held:
             times = np.concatenate([np.full(more - 2, times[0]), times])
             values = np.concatenate([np.full(more - 2, values[0]), values])
             piece += more - 2
-        return dataclasses.replace(self, times=times, values=values, piece=piece, said=[*self.said, (t, value)])
+        said = self.said if len(self.said) == self.count else self.said[: self.count]  # another went on with it
+        said.append((t, value))
+        return dataclasses.replace(self, times=times, values=values, piece=piece, said=said, count=self.count + 1)
 
     def history(self) -> PiecewiseLinear:
         """All that was commanded, as a profile of a scene."""
-        (t, first), *later = self.said
-        times, values = [t], [first]
-        for time, value in later:
-            times, values = [*times, time, time], [*values, values[-1], value]
-        return PiecewiseLinear(np.asarray(times), np.asarray(values))
+        times, values = np.asarray(self.said[: self.count]).T
+        return PiecewiseLinear(np.repeat(times, 2)[1:], np.repeat(values, 2)[:-1])  # jumps
 
 
 def _held(scene: Scene, name: str) -> _Held | Fault:
@@ -239,7 +240,9 @@ class Stepper:
     - `solver`, `rtol`: as for `simulate`;  `state`: of an earlier stepper, to go on from
 
     Between two calls an input stays what it was; a change is a jump, at which an elastic band gives or takes work at
-    once. `end_time` of the scene has no effect. A stop does not end it: the brake holds, and may be released.
+    once. What is read is the state at the end of the last step, under the inputs of that step; before the first one the
+    lever has not yet acted. `end_time` of the scene has no effect. A stop does not end it: the brake holds, and may be
+    released.
 
     Each step is a separate integration, so that results depend on the lengths of the steps within the tolerance. Equal
     commands lead from equal states to equal states, to the last bit.
@@ -260,7 +263,7 @@ class Stepper:
     def __init__(
         self,
         scene: Scene,
-        inputs: Sequence[str] = (),
+        inputs: Sequence[str] | str = (),
         *,
         solver: Solver | None = None,
         rtol: float = 1e-10,
@@ -269,6 +272,7 @@ class Stepper:
         require_64_bits()
         self.scene = scene = checked(scene)
         faults = faults_of_tolerance(rtol)
+        inputs = [inputs] if isinstance(inputs, str) else inputs
         known = f"inputs are {' and '.join(_INPUTS)}"
         faults += [Fault(name, "is no input", known) for name in inputs if name not in _INPUTS]
         given = {name: _held(scene, name) for name in dict.fromkeys(inputs) if name in _INPUTS}
@@ -284,6 +288,8 @@ class Stepper:
         self._limits = Limits(limits[1], limits[2], _ATTEMPTS)
         self._numbers, self._packing = pack((scene, *limits))
         self._method = method_of(scene, self.solver)
+        shapes = self._packing.shapes, solver_name(self.solver), sorted(self._held)
+        self._digest = hashlib.sha256(self._numbers.tobytes() + repr(shapes).encode()).hexdigest()
         self.time, self._begun = float(np.asarray(scene.initial.time)), False
         self._record = record = self._integrate(self.time, self.time, None, None, self._held)
         self._y, self._mode = _at_end(record)
@@ -314,6 +320,16 @@ class Stepper:
         return {name: held.level for name, held in self._held.items()}
 
     @property
+    def units(self) -> dict[str, str]:
+        """Units of the inputs."""
+        return {name: held.unit for name, held in self._held.items()}
+
+    @property
+    def holding(self) -> bool:
+        """Whether the pulley is at rest."""
+        return Label(*(int(part) for part in self._state_now[1].label)).rests
+
+    @property
     def omega(self) -> float:
         """Speed of the pulley (rad/s), exactly 0 while the brake holds it."""
         return float(self._state_now[0].omega)
@@ -338,8 +354,10 @@ class Stepper:
 
     def _read(self, dt: float | str, inputs: Mapping[str, float | str]) -> tuple[float, dict[str, _Held]]:
         reader, held = NumberReader(), dict(self._held)
+        # a number may come from an array, as those of a controller do
+        dt, *values = (x.item() if getattr(x, "ndim", None) == 0 else x for x in (dt, *inputs.values()))  # pyright: ignore
         span = reader.number(dt, Quantity("s", "length of the step", low=0.0), "dt", "s")
-        for name, given in inputs.items():
+        for name, given in zip(inputs, values, strict=True):
             if name not in held:
                 known = ", ".join(held) or "none: name them in Stepper(scene, inputs=[…])"
                 reader.fault(name, "is no input of this stepper", f"inputs are {known}")
@@ -392,19 +410,19 @@ class Stepper:
 
         `np.savez(file, **stepper.state())` saves it, and `stepper.restore(np.load(file))` continues from there.
         """
-        found = {"scene": np.asarray(self._digest()), "time": np.asarray(self.time), "begun": np.asarray(self._begun)}
+        found = {"scene": np.asarray(self._digest), "time": np.asarray(self.time), "begun": np.asarray(self._begun)}
         found |= {"y": self._y.copy(), "mode": self._mode.copy()}
         for name, held in self._held.items():
             points = np.stack([held.times, held.values])
             found |= {f"{name}_points": points, f"{name}_piece": np.asarray(held.piece)}
-            found |= {f"{name}_history": np.asarray(held.said)}
+            found |= {f"{name}_history": np.asarray(held.said[: held.count])}
         return found
 
     def restore(self, state: Mapping[str, Any]) -> "Stepper":
         """The stepper as it was when `state` was taken. Raises `InputError` for a state of another scene."""
         kept = {name: np.asarray(state[name]) for name in state}
         missing = set(self.state()) ^ set(kept)
-        if missing or str(kept["scene"]) != self._digest():
+        if missing or str(kept["scene"]) != self._digest:
             what = f"has other entries ({', '.join(sorted(missing))})" if missing else "is of another scene"
             raise InputError([Fault("state", what, "of a stepper of the same scene, inputs, solver and tolerance")])
         self.time, self._begun = float(kept["time"]), bool(kept["begun"])
@@ -412,12 +430,10 @@ class Stepper:
         for name, held in self._held.items():
             times, values = np.array(kept[f"{name}_points"])
             said, piece = [(t, value) for t, value in kept[f"{name}_history"].tolist()], int(kept[f"{name}_piece"])
-            self._held[name] = dataclasses.replace(held, times=times, values=values, piece=piece, said=said)
+            self._held[name] = dataclasses.replace(
+                held, times=times, values=values, piece=piece, said=said, count=len(said)
+            )
         return self
-
-    def _digest(self) -> str:
-        told = repr((self._packing.shapes, solver_name(self.solver), sorted(self._held), self._y.size, self._mode.size))
-        return hashlib.sha256(self._numbers.tobytes() + told.encode()).hexdigest()
 
     def history(self) -> Scene:
         """The scene of what has happened so far: all commands as profiles, and the present time as its end.

@@ -7,7 +7,7 @@ import json
 import os
 import platform
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
@@ -18,7 +18,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from .._base._compiling import accelerators, run_device
-from .._base._faults import MOST_BYTES_OF_TABLE, Fault, InputError, text_of_file, whole_file
+from .._base._faults import MOST_BYTES_OF_TABLE, Fault, InputError, needed, text_of_file, whole_file
 from .._base._quantity import leaves
 from .._parts._scene import Scene, warnings
 from .._run._duty import stop_variables
@@ -29,6 +29,8 @@ from ..files._scene_file import scene_from_text, scene_text
 from ..hybrid import LANDED
 from ..studies._chunks import fingerprint
 from ..thermal._network import Junction, Reservoir, Wall
+from ._columns import Variable, as_lines, from_lines, join, normalised, split
+from ._exchange import write_excel, write_matlab, written_only
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset
@@ -49,7 +51,6 @@ _STAGE_FIELDS = {
     "lever_work": ("J", "work of the lever in the stage"),
     "load_work": ("J", "work of the load in the stage"),
 }
-Variable = tuple[tuple[str, ...], np.ndarray, dict[str, str]]  # dimensions, values, unit and meaning
 Variables = dict[str, Variable]
 
 
@@ -336,106 +337,6 @@ def _name(thing: Any) -> str:
     return name if str(module).split(".")[0] == "simbrake" else f"{module}.{name}"
 
 
-# --- columns and a header, for tables in files ------------------------------------------------------------------------
-
-Header = dict[str, Any]  # plain values of JSON
-_TYPES = {"f": "float64", "i": "int64", "U": "str"}
-
-
-def normalised(data: Dataset) -> Dataset:
-    """The data set with 64-bit numbers and plain strings for every file format, and no encodings.
-
-    Attributes are text, as not every format keeps other types apart.
-    """
-    import xarray as xr
-
-    def plain(variable: DataArray) -> Variable:
-        values = np.asarray(variable.values)
-        kind = {"i": np.int64, "u": np.int64, "b": np.int64, "f": np.float64}.get(values.dtype.kind, str)
-        return tuple(map(str, variable.dims)), values.astype(kind), _texts(variable.attrs)
-
-    coords = {name: plain(variable) for name, variable in data.coords.items()}
-    return xr.Dataset({k: plain(v) for k, v in data.data_vars.items()}, coords, _texts(data.attrs))
-
-
-def _texts(attrs: Mapping[Any, Any]) -> dict[str, str]:
-    return {str(key): str(value) for key, value in attrs.items()}
-
-
-def split(data: Dataset) -> tuple[Header, dict[str, np.ndarray]]:
-    """Header (plain values of JSON, every name a line of a file) and columns of a normalised data set."""
-    header: dict[str, Any] = {"attrs": dict(data.attrs), "sizes": {str(k): int(n) for k, n in data.sizes.items()}}
-    header["coords"] = [str(name) for name in data.coords]
-    header["variables"] = {}
-    columns: dict[str, np.ndarray] = {}
-    for name, variable in {**data.coords, **data.data_vars}.items():
-        about: dict[str, Any] = {"dims": list(variable.dims), "kind": _TYPES[variable.dtype.kind]}
-        about["attrs"] = dict(variable.attrs)
-        if "time" in variable.dims:
-            names = _names(data, str(name))
-            columns |= dict(zip(names, variable.values.reshape(variable.shape[0], -1).T, strict=True))
-            about["columns"] = names
-        else:
-            about["values"] = [_plain(x) for x in np.ravel(variable.values)]
-        header["variables"][str(name)] = about
-    return header, columns
-
-
-def _names(data: Dataset, name: str) -> list[str]:
-    """One name for each column of a variable, with its labels and its unit, as in `tension_3 [N]`."""
-    variable = data[name]
-    unit = variable.attrs.get("units", "1")
-    labels = [""]
-    for dim in variable.dims[1:]:
-        own = data[dim].values.tolist()
-        labels = [f"{label}_{one}" for label in labels for one in own]
-    return [f"{name}{label}" + (f" [{unit}]" if unit != "1" else "") for label in labels]
-
-
-def _plain(x: Any) -> Any:
-    """A value of JSON, which has no infinity."""
-    if isinstance(x, np.floating):
-        return float(x) if np.isfinite(x) else repr(float(x))
-    return x.item() if isinstance(x, np.generic) else x
-
-
-def join(header: Header, columns: dict[str, np.ndarray]) -> Dataset:
-    """The data set of a header and its columns; `KeyError`, `ValueError`, … where these do not match."""
-    import xarray as xr
-
-    sizes, found = header["sizes"], {}
-    for name, about in header["variables"].items():
-        shape = tuple(sizes[dim] for dim in about["dims"])
-        dtype = np.dtype(about["kind"])
-        if "columns" in about:
-            values = np.stack([np.asarray(columns[one]).astype(dtype) for one in about["columns"]], axis=1)
-        else:
-            values = np.asarray(about["values"], dtype=dtype if dtype.kind != "U" else str)
-        found[name] = (tuple(about["dims"]), values.reshape(shape), about["attrs"])
-    coords = {name: found.pop(name) for name in header["coords"]}
-    return xr.Dataset(found, coords, header["attrs"])
-
-
-def as_lines(header: Header) -> list[str]:
-    """A header as lines of text, one for each variable: `name: JSON`."""
-    parts = {key: header[key] for key in ("attrs", "sizes", "coords")} | {
-        f"variable {name}": about for name, about in header["variables"].items()
-    }
-    return [f"{key}: {json.dumps(part, ensure_ascii=False, allow_nan=False)}" for key, part in parts.items()]
-
-
-def from_lines(lines: list[str]) -> Header:
-    """The header that `as_lines` wrote."""
-    header: Header = {"variables": {}}
-    for line in lines:
-        key, _, text = line.partition(": ")
-        if key.startswith("variable "):
-            header["variables"][key.removeprefix("variable ")] = json.loads(text)
-        else:
-            header[key] = json.loads(text)
-    return header
-
-
 # --- files ------------------------------------------------------------------------------------------------------------
 
 _COMMENT = "# "
@@ -447,7 +348,9 @@ def save(result: Result | Dataset, path: str | Path) -> Path:
 
     By the suffix of `path`: `.nc` netCDF (classic, opened by xarray, MATLAB, Octave, R, Panoply …), `.parquet` (one
     row per time; needs `pip install 'simbrake[tables]'`), `.csv` (one row per time, the rest in lines that begin with
-    `#`). `load` gives the same data set back, to the last bit. Raises `InputError`.
+    `#`). `load` gives the same data set back, to the last bit. For other programs, not read back: `.xlsx` Excel (a
+    sheet for each of inputs, stops, events, series, metrics, materials, with units; needs `simbrake[tables]`), `.mat`
+    MATLAB (a struct `result` of such structs, with `units`). Raises `InputError`.
     """
     path = Path(path)
     kind = _kind_of(path)
@@ -547,13 +450,9 @@ def _read_csv(path: Path) -> Dataset:
 
 
 def _pyarrow() -> Any:
-    try:
-        import pyarrow
-        import pyarrow.parquet
-    except ImportError:
-        hint = "pip install 'simbrake[tables]'"
-        raise InputError([Fault("pyarrow", "is missing, which reads and writes Parquet", hint)]) from None
-    return pyarrow
+    found = needed("pyarrow", "reads and writes Parquet", "tables")
+    importlib.import_module("pyarrow.parquet")
+    return found
 
 
 def _write_parquet(data: Dataset, path: Path) -> None:
@@ -591,6 +490,8 @@ KINDS = {
     ".nc": Kind("netCDF", lambda data, path: data.to_netcdf(path, engine="scipy"), _read_netcdf),
     ".parquet": Kind("Parquet", _write_parquet, _read_parquet),
     ".csv": Kind("CSV", _write_csv, _read_csv),
+    ".xlsx": Kind("Excel", write_excel, written_only),
+    ".mat": Kind("MATLAB", write_matlab, written_only),
 }
 
 

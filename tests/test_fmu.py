@@ -1,0 +1,135 @@
+"""The FMU of a scene, run by FMPy, beside the `Stepper` under the same held inputs."""
+
+import sys
+
+import fmpy
+import fmpy.fmi2
+import fmpy.validation
+import numpy as np
+import pytest
+from helpers import main
+
+import simbrake as sb
+
+COMMANDS = [(3e3, 2e3), (9e3, 5e3), (1e3, 8e3), (20e3, 5e3), (20e3, 5e3), (0.0, 9e3)]
+
+
+@pytest.fixture(scope="module")
+def scene():
+    brake = sb.Brake(sb.Pulley("590 mm", 1200.0), sb.Band("623 mm"), sb.uniform_linings(12, "270 deg", 0.35))
+    lever = sb.loads.Actuator(24e3, lag="60 ms", dead_time="130 ms")
+    return sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad("5 kN*m")), sb.Initial(24.0), "5 s")
+
+
+@pytest.fixture(scope="module")
+def file(scene, tmp_path_factory):
+    return sb.files.write_fmu(scene, tmp_path_factory.mktemp("fmu") / "brake.fmu")
+
+
+class Run:
+    """An instance of an FMU, by names."""
+
+    def __init__(self, file, start=0.0, **values):
+        self.said = []
+        described = fmpy.read_model_description(file)
+        self.vr = {one.name: one.valueReference for one in described.modelVariables}
+        self.fmu = fmpy.fmi2.FMU2Slave(
+            guid=described.guid,
+            unzipDirectory=str(fmpy.extract(file)),
+            modelIdentifier=described.coSimulation.modelIdentifier,
+            instanceName="brake",
+        )
+        callbacks = fmpy.fmi2.fmi2CallbackFunctions()
+        log = lambda env, name, status, category, message: self.said.append(message.decode())  # noqa: E731
+        callbacks.logger = fmpy.fmi2.fmi2CallbackLoggerTYPE(log)
+        self.callbacks = callbacks
+        self.fmu.instantiate(callbacks=callbacks, loggingOn=True)
+        self.set(**values)
+        self.fmu.setupExperiment(startTime=start)
+        self.fmu.enterInitializationMode()
+        self.fmu.exitInitializationMode()
+
+    def set(self, **values):
+        self.fmu.setReal([self.vr[name] for name in values], list(values.values()))
+
+    def get(self, *names):
+        return self.fmu.getReal([self.vr[name] for name in names])
+
+    def steps(self, commands, t, dt=0.13):
+        found = []
+        for lever, load in commands:
+            self.set(lever=lever, load=load)
+            self.fmu.doStep(t, dt)
+            t += dt
+            found.append(self.get("omega", "phi", "brake_torque", "slack_tension", "tight_tension"))
+        return found
+
+
+def test_description_is_valid_and_says_units(file):
+    assert fmpy.validation.validate_fmu(str(file)) == []
+    described = fmpy.read_model_description(file)
+    assert described.coSimulation.canGetAndSetFMUstate
+    assert described.coSimulation.canSerializeFMUstate
+    assert "needs Python with simbrake" in described.description
+    about = {one.name: (one.causality, one.type, one.unit) for one in described.modelVariables}
+    assert about["lever"] == ("input", "Real", "N")
+    assert about["load"] == ("input", "Real", "N.m")
+    assert about["omega"] == ("output", "Real", "rad/s")
+    assert about["band_mode"][:2] == ("output", "Integer")
+    assert about["brake.pulley.inertia"] == ("parameter", "Real", "kg.m2")
+
+
+def test_fmu_is_the_stepper_to_the_last_bit(scene, file):
+    stepper, wanted = sb.Stepper(scene, ["lever", "load"]), []
+    for lever, load in COMMANDS:
+        stepper.advance(0.13, lever=lever, load=load)
+        wanted.append([stepper[n] for n in ("omega", "phi", "brake_torque", "slack_tension", "tight_tension")])
+    run = Run(file, start=7.0)  # the clock of the scene begins with the simulation
+    np.testing.assert_array_equal(run.steps(COMMANDS, 7.0), wanted)
+    assert len({tuple(row) for row in wanted}) == len(COMMANDS)
+
+
+def test_states_are_kept_set_back_and_serialized(file):
+    run = Run(file)
+    run.steps(COMMANDS[:3], 0.0)
+    kept = run.fmu.getFMUstate()
+    data = run.fmu.serializeFMUstate(kept)
+    first = run.steps(COMMANDS[3:], 0.39)
+    run.fmu.setFMUstate(kept)
+    np.testing.assert_array_equal(run.steps(COMMANDS[3:], 0.39), first)
+    other = Run(file)
+    other.fmu.setFMUstate(other.fmu.deSerializeFMUstate(data))
+    np.testing.assert_array_equal(other.steps(COMMANDS[3:], 0.39), first)
+
+
+def test_parameters_and_failed_steps(scene, file):
+    run = Run(file, **{"initial.omega": 12.0})
+    assert run.get("omega") == [12.0]
+    with pytest.raises(fmpy.fmi1.FMICallException, match="discard"):
+        run.steps([(-3.0, 0.0)], 0.0)
+    assert any("lever: -3.0 is out of range" in text for text in run.said)
+    assert run.get("omega") == [12.0]
+    run.steps([(3e3, 0.0)], 0.0)
+    assert run.get("omega")[0] < 12.0
+
+
+def test_what_cannot_be_an_fmu_is_an_input_error(scene, tmp_path, monkeypatch):
+    with pytest.raises(sb.InputError, match=r"give a name with \.fmu"):
+        sb.files.write_fmu(scene, tmp_path / "brake.zip")
+    monkeypatch.setitem(sys.modules, "pythonfmu", None)
+    with pytest.raises(sb.InputError, match=r"pythonfmu: is missing.*simbrake\[fmu\]"):
+        sb.files.write_fmu(scene, tmp_path / "brake.fmu")
+
+
+def test_commands_write_an_fmu_and_a_workbook(scene, tmp_path, capsys):
+    sb.write_scene(scene, tmp_path / "brake.toml")
+    for arguments in (["fmu", "--out", "x.fmu", "--set", "initial.omega=9"], ["run", "--out", "x.xlsx"]):
+        command, option, name, *rest = arguments
+        with pytest.raises(SystemExit) as ended:
+            main([command, str(tmp_path / "brake.toml"), option, str(tmp_path / name), *rest])
+        assert ended.value.code == 0
+        assert f"written  {tmp_path / name}" in capsys.readouterr().out
+    described = fmpy.read_model_description(tmp_path / "x.fmu")
+    (speed,) = (one for one in described.modelVariables if one.name == "initial.omega")
+    assert float(speed.start) == 9.0
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["brake.toml", "x.fmu", "x.xlsx"]
