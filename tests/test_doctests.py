@@ -23,7 +23,7 @@ ON_PAGES = {
 #: names whose examples are pages of the docs, as those above, with what they return
 OF_PAGES = ON_PAGES | {
     *("Calibration", "Evaluator", "GlobalSensitivity", "LifeHistory", "LiningLife", "MorrisTable", "SobolTable"),
-    *("TrackRipple", "Uncertainty", "track_ripple"),
+    *("Hessian", "KnownSpread", "TrackRipple", "Uncertainty", "track_ripple"),
 }
 
 

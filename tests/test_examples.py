@@ -38,7 +38,7 @@ SLOW = {
     )
 }
 #: what shell blocks may hold and is not run here: the set-up, measurements of an hour, a server (tests/test_pages.py)
-NOT_RUN = ("pip install", "pytest", "python benchmarks/", "simbrake app ")
+NOT_RUN = ("pip install", "pytest", "python benchmarks/", "python tests/", "simbrake app ")
 
 
 def blocks(page: pathlib.Path, language: str) -> list[str]:

@@ -482,7 +482,7 @@ def write(
         names, table = series_table(result)
         with (scratch / "series.csv").open("w", encoding="utf-8", newline="") as file:
             csv.writer(file, lineterminator="\n").writerow(names)  # names of bodies may hold anything
-            np.savetxt(file, table, fmt="%.12g", delimiter=",")
+            np.savetxt(file, table, fmt="%.12g", delimiter=",", encoding="utf-8")
         told.now("labelled data")
         save(result, scratch / "result.nc")
         for picture in pictures_of(result, told):

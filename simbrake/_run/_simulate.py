@@ -152,7 +152,7 @@ def long_run(
     if tell is not None:
         tell(float(part.t_end), end)
     used = rooms[-1] - left
-    return joined(rows, part, next(room for room in rooms if used <= room))
+    return joined(rows, part, next(size for size in rooms if used <= size))
 
 
 # --- one run ----------------------------------------------------------------------------------------------------------

@@ -52,16 +52,17 @@ def write_fmu(scene: Scene, path: str | Path, inputs: Sequence[str] | str | None
         inputs = ["lever", "load"] if isinstance(scene.duty.load, TorqueLoad) else ["lever"]
     text = scene_text(scene)
     stepper = Stepper(scene_from_text(text), inputs)
-    with tempfile.TemporaryDirectory() as folder, whole_file(path) as scratch:
-        script, data, file = (Path(folder) / name for name in ("brake_fmu.py", "variables.json", "scene.toml"))
+    with tempfile.TemporaryDirectory() as folder, whole_file(path) as made:
+        scratch = Path(folder)
+        script, files = scratch / "brake_fmu.py", [scratch / "variables.json", scratch / "scene.toml"]
         shutil.copy(Path(__file__).with_name("_slave.py"), script)
-        data.write_text(json.dumps(_described(stepper)), "utf-8")
-        file.write_text(text, "utf-8")
+        (scratch / "variables.json").write_text(json.dumps(_described(stepper)), "utf-8")
+        (scratch / "scene.toml").write_text(text, "utf-8")
         before = list(sys.path)
         try:
             builder = importlib.import_module("pythonfmu.builder").FmuBuilder
             states = {"canGetAndSetFMUstate": True, "canSerializeFMUstate": True}
-            builder.build_FMU(script, dest=scratch, project_files=[data, file], **states)
+            builder.build_FMU(script, dest=made, project_files=files, **states)
         finally:  # where it looked for the script
             sys.path[:] = before
             sys.modules.pop(script.stem, None)

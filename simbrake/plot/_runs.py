@@ -234,7 +234,7 @@ def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figur
         panel.fill_between(t, static, facecolor="none", edgecolor=colour, hatch="///", lw=0, label="sticks (static)")
         panel.set(ylim=(0, 1), ylabel=f"{name}\noverlap (–)")
     inner.set_xlabel("time, s")
-    speed.set_ylim(top=1.3 * float(np.max(s.omega)))  # room for the names of the stages
+    speed.set_ylim(top=1.3 * float(np.max(s.omega)))  # space for the names of the stages
     named = dict[str, Patch]()
     for stage in parts:
         last, (words, colour) = min(stage.end, end), _STAGES[stage.name]

@@ -253,7 +253,7 @@ def cells(result: Result, low: float, high: float) -> Times:
 
 
 def _in_columns(width: float, labels: Iterable[Any]) -> dict[str, Any]:
-    """Settings of a legend with as many columns as a width (inch) has room for."""
+    """Settings of a legend with as many columns as fit into a width (inch)."""
     longest = max(len(re.sub(r"\\\w+|[${}_^]", "", str(label))) for label in labels)
     columns = int(72 * width / (TEXT * (_LETTER * longest + _HANDLE)))
     return {"ncols": max(1, columns), "frameon": False, "borderpad": 0.2, "labelspacing": 0.3, "handlelength": 1.9}
