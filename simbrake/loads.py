@@ -546,6 +546,10 @@ def differential_lever_tension(
 
     With `a ≤ b Π` the brake is self-locking: no force is needed, and the tension is `inf`. Statics only: in a scene the
     lever of `Lever` has its tight end on a fixed anchor. Reference: Khurmi & Gupta, differential band brake.
+
+    Example:
+        >>> sb.loads.differential_lever_tension(400.0, 1.5, 0.1, 0.02, np.array([3.0, 6.0])).round().tolist()
+        [15000.0, inf]
     """
     left = jnp.asarray(slack_arm) - jnp.asarray(tight_arm) * jnp.asarray(ratio)
     holds = left > 0

@@ -77,6 +77,11 @@ class RopeElasticity(Part):
     A rope cannot push: where `F` falls to 0 it is slack, the hook falls freely and the drum bears nothing, until the
     rope is longer than without load again, `e > 0` and `k e + c ė > 0`. The hook starts with the speed `v = ω_0 r_d/n`.
     `k` stays the same over the travel.
+
+    Example:
+        >>> lines = sb.loads.RopeElasticity(modulus="100 GPa", area="500 mm^2", length="40 m")
+        >>> round(float(lines.at_hook(8)) / 1e6, 4)
+        10.0
     """
 
     stiffness: Scalar | None = quantity("N/m", "stiffness of all lines at the hook", positive=True, default=None)

@@ -227,6 +227,11 @@ class Delayed(AbstractProfile):
     """A profile that comes later, `p(t − delay)`; until then it is as before its beginning.
 
     - `profile`: any profile;  `delay` (s)
+
+    Example:
+        >>> lever = sb.wear.Delayed(sb.ramp(0.0, 12e3, 0.0, 1.0), 0.5)
+        >>> float(lever.value(1.0, lever.first_piece(1.0)))
+        6000.0
     """
 
     profile: AbstractProfile = part(AbstractProfile)
@@ -280,6 +285,12 @@ def worn_scene(scene: Any) -> Any:
 
     The band circle is one, so that its radius falls by the mean; the linkage is not readjusted in between. Faces do not
     grow or shrink: the inner one stays on the rim.
+
+    Example:
+        >>> wear = sb.Wear(5e-14, worn="5 mm", geometry=True)
+        >>> worn = sb.wear.worn_scene(sb.Scene(scene.brake, scene.duty, scene.initial, 4.0, wear=wear))
+        >>> round(float(worn.brake.band.radius), 4)
+        0.618
     """
     if not feeds_back(scene):
         return scene
@@ -422,6 +433,13 @@ def turned_scene(scene: Any) -> Any:
     That is every number of `brake.linings`, of segments and gaps of the band, of the wear, and the heat capacity of the
     linings, where it has one entry per lining. Numbers of the places stay: temperatures at the start, free ends of the
     band. Raises `InputError` for a staged brake, whose linings ride on the pulley.
+
+    Example:
+        >>> linings = sb.Lining(0.35, [1.5, 1.5, 1.6])
+        >>> brake = sb.Brake(scene.brake.pulley, scene.brake.band, linings)
+        >>> turned = sb.wear.turned_scene(sb.Scene(brake, scene.duty, scene.initial, 4.0))
+        >>> turned.brake.linings.angle.tolist()
+        [1.6, 1.5, 1.5]
     """
     brake, n = scene.brake, scene.brake.linings.count
     if not isinstance(brake, Brake):

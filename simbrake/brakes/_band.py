@@ -32,6 +32,11 @@ def tension_ratio(fz: Float[Array, " n"]) -> tuple[Float[Array, " n"], Bool[Arra
         μ_i = T_i/T_{i−1} = (1 + f_i z_i)/(1 − f_i z_i),   z_i = tan(β_i/2)                                (Z-12…Z-14)
 
     Where `f_i z_i ≥ 1` the limit is infinite: that lining is marked and its ratio given as 1, for the caller to handle.
+
+    Example:
+        >>> ratio, locked = sb.brakes.tension_ratio(np.array([0.5, 1.2]))
+        >>> ratio.tolist(), locked.tolist()
+        ([3.0, 1.0], [False, True])
     """
     locked = fz >= 1.0
     safe = jnp.where(locked, 0.0, fz)
@@ -111,6 +116,11 @@ class LiningForces(NamedTuple):
     """Forces at every lining: tension behind it `T_i`, circumferential and normal force `F_i`, `N_i` (N).
 
     `tension` is `None` where no band presses the linings.
+
+    Example:
+        >>> forces = sb.brakes.sliding_tensions(10e3, 0.35, np.radians([13.5, 13.5]))
+        >>> forces.normal.round().tolist()
+        [2452.0, 2664.0]
     """
 
     tension: Values
@@ -130,6 +140,11 @@ def mobilised(
 
     The first linings of that order are at their limit, the next carries the rest, the others nothing: the rule used
     wherever rigid bodies leave the load sharing undetermined.
+
+    Example:
+        >>> forces = sb.brakes.mobilised(10e3, 13e3, np.full(4, 1.1), np.full(4, 0.3))
+        >>> forces.tension.round().tolist(), forces.at_limit.tolist()
+        ([11000.0, 12100.0, 13000.0, 13000.0], [True, True, False, False])
     """
     forward = T_n >= T_0
     ahead = jnp.cumprod(mu)
@@ -199,6 +214,10 @@ def sliding_tensions(
       off: `N_i = F_i = 0` and `T_i = T_{i−1} − m_i a_i/c_i`.
 
     A lining on an anchored band rests: both are zero and `T_i = μ_i T_{i−1}`. Needs `f_i tan(β_i/2) < 1`.
+
+    Example:
+        >>> sb.brakes.sliding_tensions(10e3, 0.35, np.radians([13.5, 13.5])).tension.round().tolist()
+        [10864.0, 11803.0]
     """
     c, s = jnp.cos(angle / 2), jnp.sin(angle / 2)
     ma = jnp.broadcast_to(jnp.asarray(inertia_force, c.dtype), c.shape)
@@ -218,7 +237,12 @@ def sliding_tensions(
 
 
 class ChordForces(NamedTuple):
-    """Tensions `T_1…T_k` of the chords behind the linings and normal loads `N_1…N_k` (N)."""
+    """Tensions `T_1…T_k` of the chords behind the linings and normal loads `N_1…N_k` (N).
+
+    Example:
+        >>> sb.brakes.chord_tensions(10e3, 0.35, np.radians([8.0, 16.0, 8.0])).normal.round().tolist()
+        [2208.0, 2319.0]
+    """
 
     tension: Float[Array, " k"]
     normal: Float[Array, " k"]
@@ -231,6 +255,10 @@ def chord_tensions(T_0: Float[Array, ""], f: Float[Array, "..."], beta: Float[Ar
 
     `beta` (k + 1,) holds `β_0…β_k` (rad): chord `i` between lining `i` and `i + 1` subtends `β_i`, `β_0` and `β_k`
     belong to the end chords. Needs `1 − f z_i > 0` for every `i ≥ 1`.
+
+    Example:
+        >>> sb.brakes.chord_tensions(10e3, 0.35, np.radians([8.0, 16.0, 8.0])).tension.round().tolist()
+        [10854.0, 11588.0]
     """
     c, s = jnp.cos(beta / 2), jnp.sin(beta / 2)
     ratio = (c[:-1] + f * s[:-1]) / (c[1:] - f * s[1:])
@@ -252,6 +280,11 @@ def pressure_within(mean: Values, ratio: Values, place: Values) -> Float[Array, 
 
     `α_i` is the arc of its face. The mean over the face is `mean` for every ratio, also below the limit of friction,
     and the pressures at the two edges have that ratio: by Euler's formula `e^{f α_i}`, where the lining slides.
+
+    Example:
+        >>> pressure = sb.brakes.pressure_within(0.8e6, 1.1, np.array([0.0, 0.5, 1.0]))
+        >>> [round(p / 1e6, 3) for p in pressure.tolist()]
+        [0.762, 0.8, 0.839]
     """
     x = jnp.log(jnp.asarray(ratio))
     return mean * jnp.exp(x * place) / _mean_rise(x)
@@ -362,6 +395,11 @@ class LiningsOnPlates(AbstractGeometry):
 
     An end under a constant tension stretches by `S l/(EA)`, so that the half is an option only.
     Source: K-2, model §2.3; consistent as printed but for the halved ends.
+
+    Example:
+        >>> plates = sb.brakes.LiningsOnPlates("210 GPa", "13 cm^2", slack_end="0.3 m", tight_end="0.5 m")
+        >>> round(float(plates.stiffness(0.35, np.radians([13.5] * 20), 0.623)) / 1e6, 2)
+        136.8
     """
 
     modulus: Scalar = quantity("Pa", "modulus of the band", positive=True)
@@ -409,6 +447,12 @@ class BondedLinings(LiningsOnPlates):
 
     K-1 as printed begins the sum over the arcs at `e^{fα}` instead of 1 (the first lining starts at `S_C`), and its
     gaps and ends lack the factor `R_0/(E_1A_1)` that K-4 has: this is the consistent form. Source: K-1, model §2.3.
+
+    Example:
+        >>> lining = {"lining_modulus": "1 GPa", "lining_area": "60 cm^2", "lining_radius": "0.61 m"}
+        >>> bonded = sb.brakes.BondedLinings("210 GPa", "13 cm^2", "0.3 m", "0.5 m", **lining)
+        >>> round(float(bonded.stiffness(0.35, np.radians([13.5] * 20), 0.623)) / 1e6, 2)
+        139.0
     """
 
     lining_modulus: Scalar = quantity("Pa", "modulus of the linings", low=0.0, kw_only=True)
@@ -433,6 +477,12 @@ class ContinuousLining(AbstractGeometry):
     The arc term printed in K-3 has the dimension of a length and mixes both sections without a reason given (it lacks
     `1/(EA)`); this is the arc of K-1 with the sections where they are. Ends are in full, as printed.
     Source: K-3, model §2.3.
+
+    Example:
+        >>> areas = {"slack_area": 6e-4, "tight_area": 1e-3, "slack_lining_area": 3e-3, "tight_lining_area": 5e-3}
+        >>> band = sb.brakes.ContinuousLining(2.1e11, split="180 deg", lining_modulus=1e9, lining_radius=0.61, **areas)
+        >>> round(float(band.stiffness(0.35, np.radians([13.5] * 30), 0.623)) / 1e6, 2)
+        117.53
     """
 
     modulus: Scalar = quantity("Pa", "modulus of the band", positive=True)
@@ -521,6 +571,10 @@ def lever_split(compliances: Values, tension: Values) -> Float[Array, " k"]:
         S_i = S/(c_i Σ_j 1/c_j)                                                                                   (K-8)
 
     - `compliances` (k,): `c_i = Δl_i/S_i` (m/N);  `tension`: `S` (N)
+
+    Example:
+        >>> sb.brakes.lever_split([1e-7, 3e-7], 12e3).round().tolist()
+        [9000.0, 3000.0]
     """
     yielding = 1 / jnp.asarray(compliances)
     return jnp.asarray(tension) * (yielding / jnp.sum(yielding))

@@ -40,6 +40,13 @@ class LinedBand(Part):
     - `stiffness` (N/m), as of `Band`: the lever stretches all bands by the same length, which sets their shares of its
       tension;  or `share` of it, in proportion to those of the other bands: on a balance beam they are equal, or
       inverse to its arms
+
+    Example:
+        >>> sb.brakes.LinedBand(sb.uniform_linings(8, "270 deg", 0.35), stiffness="2 MN/m")
+        LinedBand(
+          linings=Lining(friction=ConstantFriction(coefficient=0.35, static_ratio=1), angle=8 × 33.75°),
+          stiffness=2 MN/m,
+        )
     """
 
     linings: Lining
@@ -186,6 +193,13 @@ class MultiBandBrake(AbstractBandBrake):
     part of the torque that it has of the maximum torque.
 
     Arrays over linings have those of the first band first (`of_bands` divides them). Source: K-4…K-8, model §2.3.
+
+    Example:
+        >>> linings = sb.uniform_linings(8, "270 deg", 0.35)
+        >>> bands = tuple(sb.brakes.LinedBand(linings, stiffness=c) for c in ("3 MN/m", "1 MN/m"))
+        >>> brake = sb.brakes.MultiBandBrake(sb.Pulley(0.59, 1200.0), 0.623, bands)
+        >>> [round(share, 4) for share in brake.lever_shares(0.35).tolist()]
+        [0.75, 0.25]
     """
 
     pulley: Pulley

@@ -78,6 +78,11 @@ class UniformWear(AbstractPadPressure):
     Its maximum pressure is `(r_o + r_i)/(2 r_i)` times the mean one.
 
     Reference: R. G. Budynas, J. K. Nisbett, *Shigley's Mechanical Engineering Design*, calliper brakes.
+
+    Example:
+        >>> law = sb.brakes.UniformWear()
+        >>> round(float(law.radius(0.3, 0.5)), 4), round(float(law.peak(0.3, 0.5)), 4)
+        (0.4, 1.3333)
     """
 
     def radius(self, inner: Values, outer: Values) -> Float[Array, ""]:

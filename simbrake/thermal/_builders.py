@@ -232,6 +232,12 @@ def with_pulley_structure(
 
     - `pulleys` `n`: where one rim of the network stands for the rims of `n` bands, that many structures are behind it;
       in parallel, as one lump of `n` times the capacity, conductance and area
+
+    Example:
+        >>> heat = sb.lumped_heat(rim=2e5, partition=1.0, rim_cooling=20.0)
+        >>> heat = sb.thermal.with_pulley_structure(heat, sb.material("steel_20L"), rim_place="rim")
+        >>> [body.name for body in heat.bodies]
+        ['rim', 'air', 'flange', 'rebord_1', 'rebord_2', 'disc']
     """
     parts = {  # inner and outer radius, width (m)
         "flange": (0.420, 0.565, 0.035),
@@ -268,6 +274,12 @@ def with_external_pair(
     and band conduct only while the band is closed, those between rim and linings as long as a lining sits on the rim:
     always, unless its centrifugal force can lift it off (`Bandage.mass`). A perfect contact there stays closed.
     Raises `ValueError` for a network without linings and band.
+
+    Example:
+        >>> heat = sb.lumped_heat(rim=2e5, linings=2e4, band=3e4, partition=0.9, rim_cooling=20.0, lining_to_band=40.0)
+        >>> external = sb.thermal.with_external_pair(heat, 0.8, rim_share=0.05).external
+        >>> external.metal, external.lining, external.beyond
+        ('band', 'linings', 'rim')
     """
     inner = heat.friction
     if inner is None or inner.lining is None or heat.band is None:

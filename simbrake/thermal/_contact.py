@@ -46,6 +46,11 @@ class MetalContact(AbstractContactLaw):
     - `hardness` `H` (Pa) of the softer
 
     Reference: M. M. Yovanovich, *IEEE Trans. Compon. Packag. Technol.* 28 (2005) 182.
+
+    Example:
+        >>> law = sb.thermal.MetalContact(50.0, slope=0.15, roughness=2e-6, hardness=3e9)
+        >>> law.conductance(np.array([0.5e6, 1e6])).round().tolist()
+        [1207.0, 2332.0]
     """
 
     conductivity: Scalar = quantity("W/(m*K)", "conductivities of both metals", positive=True, many=Over.ROWS)

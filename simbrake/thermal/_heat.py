@@ -31,7 +31,13 @@ from ._network import (
 
 
 class PowerSplit(NamedTuple):
-    """Parts of a friction power (W) or of a friction work (J)."""
+    """Parts of a friction power (W) or of a friction work (J).
+
+    Example:
+        >>> split = sb.PowerShares(electrical=0.02).split(50e3)
+        >>> round(float(split.heat)), round(float(split.electrical))
+        (49000, 1000)
+    """
 
     heat: Any
     electrical: Any
@@ -158,6 +164,11 @@ class TransmissionPartition(AbstractPartition):
     - thickness (m) and conductivity (W/(m·K)) of rim, surface layer, lining, band
 
     Linear between the temperatures of the table, constant beyond its ends (not extrapolated).
+
+    Example:
+        >>> law = sb.formulas.transmission_table()  # of V, a TransmissionPartition
+        >>> round(float(law.share(500.0, 400.0)), 4)
+        0.5572
     """
 
     temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=Over.ROWS)
@@ -230,6 +241,11 @@ class FlashTemperature(Part):
     one meant, and where it ends in a fold the run ends with the code `flash_fold`.
 
     Reference: J. C. Jaeger, *J. Proc. Roy. Soc. NSW* 76 (1942) 203; valid for `v l/(4 a) ≫ 1`.
+
+    Example:
+        >>> flash = sb.thermal.FlashTemperature("1 mm", conductivity=48.0, diffusivity=1.2e-5)
+        >>> round(float(flash.rise(2e6, np.float64(10.0))), 4)
+        1.6287
     """
 
     length: Scalar = quantity("m", "length of a spot", positive=True)

@@ -55,6 +55,11 @@ class SurfaceLayer(Part):
 
         table = sb.formulas.heating.transmission_table()
         sb.thermal.SurfaceLayer(table.temperature, table.surface_layer)
+
+    Example:
+        >>> layer = sb.thermal.SurfaceLayer(["100 degC", "650 degC"], ["5.6 um", "35.4 um"])
+        >>> round(float(layer.resistance(500.0)) * 1e6, 4)
+        12.2284
     """
 
     temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=Over.ROWS)

@@ -28,6 +28,12 @@ class Surroundings(NamedTuple):
       0 of linings and band that stand still
     - `closed`: 1 while linings cover the surface, or the contact is closed, else 0; or of each lining, (n,)
     - `pressure` (Pa) of each lining, (n,), or one for all
+
+    Example:
+        >>> around = sb.thermal.Surroundings(speed=10.0, closed=1.0)
+        >>> link = sb.thermal.Convection("rim", 1.6, 25.0, covered=0.6)
+        >>> round(float(link.conductance(400.0, 293.0, around)), 4)
+        16.0
     """
 
     speed: Any = 0.0
@@ -129,6 +135,11 @@ class TemperatureCoefficient(AbstractCoefficient):
     - `at_one_kelvin` `h_1`
 
     Reference: W. H. McAdams, *Heat Transmission* (1954), ch. 7.
+
+    Example:
+        >>> law = sb.thermal.TemperatureCoefficient(1.5)
+        >>> round(float(law.value(0.0, 373.0, 293.0)), 4)
+        4.4861
     """
 
     at_one_kelvin: Scalar = quantity("W/(m^2*K)", "coefficient at a difference of 1 K", positive=True)
