@@ -57,7 +57,13 @@ class Ledger(NamedTuple):
 
 
 class BandMode(enum.IntEnum):
-    """Label of the band's mode (model §3)."""
+    """Label of the band's mode (model §3).
+
+    Example:
+        >>> mode = sb.results.BandMode(result.series([0.5]).band_mode[0])
+        >>> mode.name
+        'SLIP'
+    """
 
     OPEN = 0
     TAKE_UP = 1

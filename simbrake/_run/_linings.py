@@ -36,6 +36,11 @@ class Rubbing(NamedTuple):
     `increment` is the friction at the radius of the slip: its power is `increment · v_i`. Under a band it is the
     difference of tensions, `|T_i − T_{i−1}| = f_i N_i/cos(β_i/2)`: the friction `f_i N_i` acts where the band's ends
     meet, at `R_b/cos(β_i/2)` (model §1).
+
+    Example:
+        >>> pressed = sb.results.integral(result, lambda p: sb.results.rubbing(result.record, p).normal)
+        >>> round(float(pressed[-1] / pressed[0]), 4)
+        2.8146
     """
 
     increment: Array
@@ -65,6 +70,11 @@ def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
       `internal`, linings on rim
 
     Raises `InputError` for a pair that the brake does not have.
+
+    Example:
+        >>> way = sb.results.integral(result, lambda p: sb.results.rubbing(result.record, p).speed)
+        >>> round(float(way[0]) / float(result["stopping_angle"]), 4)
+        0.623
     """
     system = _system(record)
     if fault := fault_of_pair(pair, system.pair_names):
@@ -212,6 +222,13 @@ def lining_wear(
     The wear does not act back on the run. Raises `InputError` where the areas are missing.
 
     Reference: J. F. Archard, *J. Appl. Phys.* 24 (1953) 981.
+
+    Example:
+        >>> linings = sb.uniform_linings(8, "270 deg", 0.35, area=0.05)
+        >>> brake = sb.Brake(scene.brake.pulley, scene.brake.band, linings)
+        >>> run = sb.simulate(sb.Scene(brake, scene.duty, scene.initial, 4.0))
+        >>> [round(1e6 * float(h), 4) for h in sb.results.lining_wear(run, 5e-14)[[0, -1]]]
+        [0.0733, 0.3258]
     """
     _check(run, pair, "pressure" if place is None else "tight_edge_pressure")
     record = record_of(run)
@@ -234,6 +251,10 @@ def lining_mean(
 
     `nan` where the weight is 0 throughout. With an elastic band the mean over time looks at the time before full slip
     as well, where linings come to their limit one by one inside a step: there the quadrature converges slowly.
+
+    Example:
+        >>> [round(float(x)) for x in sb.results.lining_mean(result, "normal_load")[[0, -1]]]
+        [7794, 34654]
     """
     _check(run, pair, quantity, over=over)
     record = record_of(run)
@@ -400,6 +421,10 @@ class RunningIn(eqx.Module):
         c(W) = 1 − (1 − c_0) exp(−W/W_0)
 
     - `start` `c_0`: nominal area initially in contact, as a share; `work` `W_0` (J) after which 63 % of the rest is won
+
+    Example:
+        >>> round(float(sb.results.RunningIn(0.4, "2 MJ").share(2e6)), 4)
+        0.7793
     """
 
     start: Scalar = quantity("1", "share initially in contact", low=0.0, high=1.0)
@@ -413,6 +438,10 @@ class Overlap(NamedTuple):
     """Overlap coefficients at the times `t` (s); a standard brake has only those of linings on rim, the internal ones.
 
     Dynamic: share of the track area whose pair slides; static: share whose pair sticks (K, Fig. 5, in our reading).
+
+    Example:
+        >>> sb.results.overlap(result, [0.0, 0.5]).internal_static
+        array([0., 0.])
     """
 
     t: Float[np.ndarray, " m"]
@@ -427,6 +456,11 @@ def geometric_overlap(brake: Brake) -> tuple[float | None, float]:
 
     Without areas or the rim's width the linings are taken to be as wide as the track: `Σ β_i/2π`. Raises `InputError`
     for a brake without a band.
+
+    Example:
+        >>> external, internal = sb.results.geometric_overlap(scene.brake)
+        >>> external is None, round(internal, 4)
+        (True, 0.75)
     """
     brake = under_a_band(brake)
     n, width, wrap = brake.linings.count, brake.pulley.width, float(brake.linings.wrap) / (2 * math.pi)
@@ -445,6 +479,10 @@ def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Ove
     """Overlap coefficients of a concrete result at the times `ts` (m,), optionally with contact that grows by wear.
 
     Raises `InputError` for times outside the run, and for a brake without a band.
+
+    Example:
+        >>> sb.results.overlap(result, [0.0, 0.5]).internal_dynamic.round(4)
+        array([0.75, 0.75])
     """
     s, nominal = result.series(ts), geometric_overlap(band_brake(result.scene))
     found = []

@@ -407,7 +407,12 @@ def marks_passed(passing: np.ndarray, row: np.ndarray) -> list[tuple[int, int]]:
 
 
 class Stage(NamedTuple):
-    """A time in which the friction pairs of a staged brake kept their parts (model §4): times in s, energies in J."""
+    """A time in which the friction pairs of a staged brake kept their parts (model §4): times in s, energies in J.
+
+    Example:
+        >>> round(sb.results.Stage("stage_2", 0.2, 0.26, 24e3, 12e3, 0.0, 14e3).duration, 4)
+        0.06
+    """
 
     name: str
     start: float
@@ -500,6 +505,12 @@ def internal_slip_tension(
     what its centrifugal force lifts off. From model §4 (after K).
     Raises `InputError` for a brake without a band, `ValueError` for one without a bandage, or without `omega` where it
     is needed.
+
+    Example:
+        >>> bandage = sb.Bandage(40.0, 0.2, preload=200.0)
+        >>> brake = sb.Brake(scene.brake.pulley, scene.brake.band, scene.brake.linings, bandage)
+        >>> round(float(sb.results.internal_slip_tension(brake, 1240.0)), 2)
+        149.28
     """
     if not under_a_band(brake).in_series:
         raise ValueError("only a staged brake (with a bandage) has an internal pair")

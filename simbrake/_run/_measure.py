@@ -104,7 +104,12 @@ _ROOM = ZERO + 20.0
 
 
 class Colour(enum.StrEnum):
-    """Colour of a verdict."""
+    """Colour of a verdict.
+
+    Example:
+        >>> result.verdict().colour == sb.results.Colour.GREEN
+        True
+    """
 
     RED = "red"
     AMBER = "amber"

@@ -35,7 +35,12 @@ _NO_CAPACITY = 1e-200
 
 
 class Need(NamedTuple):
-    """Condition on a number of a run: the `scenes` that have it, what is `missing` in others, and a check."""
+    """Condition on a number of a run: the `scenes` that have it, what is `missing` in others, and a check.
+
+    Example:
+        >>> sb.results.METRICS["peak_rim_temperature"].needs.lacks(scene)
+        'its heat part names no such place'
+    """
 
     scenes: str
     missing: str
@@ -58,6 +63,11 @@ class Metric(NamedTuple):
     - `needs`: what a scene has whose runs have it;  `shown_anyway`: as `inf` where it lacks that
     - `of_linings`: whether a maximum value tells the lining;  `number(maximum, scene)`: what the number is in terms of
       that maximum, `None`: itself
+
+    Example:
+        >>> metric = sb.results.METRICS["max_tension"]
+        >>> metric.unit, metric.meaning
+        ('N', 'maximum tension of the band at either side of any lining')
     """
 
     unit: str

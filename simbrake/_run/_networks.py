@@ -77,7 +77,13 @@ class NetworkSystem(AbstractHybridSystem):
 
 
 class HeatResult(NamedTuple):
-    """Course of a network: times (m,) in s, temperatures (m, k) in K, heats in J, closure of their balance."""
+    """Course of a network: times (m,) in s, temperatures (m, k) in K, heats in J, closure of their balance.
+
+    Example:
+        >>> heat = sb.lumped_heat(rim=2e5, partition=1.0, rim_cooling=20.0, temperature=400.0)
+        >>> round(float(sb.simulate_heat(heat, [0.0, 60.0]).temperature[-1, 0]), 4)
+        399.3608
+    """
 
     t: Float[Array, " m"]
     temperature: Float[Array, "m k"]
@@ -249,7 +255,14 @@ def steady_state(
 
 
 class CyclicState(NamedTuple):
-    """Scene that starts in the cyclic steady state, its run over one cycle, and the remaining change (K)."""
+    """Scene that starts in the cyclic steady state, its run over one cycle, and the remaining change (K).
+
+    Example:
+        >>> heat = sb.lumped_heat(rim=2e4, partition=1.0, rim_cooling=2e3)
+        >>> found = sb.cyclic_steady_state(sb.Scene(scene.brake, scene.duty, scene.initial, 4.0, heat=heat))
+        >>> round(float(found.scene.heat.bodies[0].temperature), 4)
+        347.0303
+    """
 
     scene: Scene
     result: Result
@@ -258,7 +271,13 @@ class CyclicState(NamedTuple):
 
 
 def with_temperatures(heat: Heat, T: Float[Array, " k"]) -> Heat:
-    """The same network, starting at `T` (k,) in K: one temperature per node with capacity, in their order."""
+    """The same network, starting at `T` (k,) in K: one temperature per node with capacity, in their order.
+
+    Example:
+        >>> heat = sb.lumped_heat(rim=2e5, partition=1.0, rim_cooling=20.0)
+        >>> sb.results.with_temperatures(heat, np.array([400.0])).bodies[0].temperature
+        array(400.)
+    """
     bodies, at = [], 0
     for body in heat.bodies:
         if isinstance(body, Reservoir | Junction):

@@ -203,6 +203,11 @@ def integral(run: Any, pick: Callable[[Probe], PyTree], *, points: int = POINTS)
     band is elastic) converges more slowly; `points` tells. Differentiable forward and reverse, ends of steps move
     with their events. Heat that is booked at an instant (a restart, a break-away, a release of an elastic band) is no
     integral and not in it.
+
+    Example:
+        >>> turned = sb.results.integral(result, lambda p: p.y.omega)
+        >>> round(float(turned) / float(result["stopping_angle"]), 6)
+        1.0
     """
     return _integral(record_of(run), as_tree(pick), points=points)
 

@@ -81,6 +81,10 @@ class PairSeries(NamedTuple):
 
     `None`: `capacity` where the mechanism does not tell, `friction_coefficient` where it cannot change,
     `worn_thickness` without wear of the pair, `friction_memory` of a law without states; of one with several (m, s, n).
+
+    Example:
+        >>> float(result.series([0.5]).pairs["external"].torque[0].round(1))
+        33659.3
     """
 
     normal_load: Annotated[

@@ -402,7 +402,13 @@ _ENTRY = re.compile(r"^(?P<path>.*)\[(?P<index>-?\d+)\]$")
 
 
 class Answer(NamedTuple):
-    """Answer of a prepared run: metrics by name (`inf`: a time that never came), result code, counts of steps."""
+    """Answer of a prepared run: metrics by name (`inf`: a time that never came), result code, counts of steps.
+
+    Example:
+        >>> answer = sb.prepare(scene, ["stopping_time"])({"initial.omega": 18.0})
+        >>> round(answer.metrics["stopping_time"], 4), answer.code
+        (0.9433, 0)
+    """
 
     metrics: dict[str, Any]
     code: int  # 0: the run reached its end time; else one of `simbrake.results.FAILURES`
@@ -419,6 +425,11 @@ class Prepared:
     - `numbers` (k,): all numbers of the scene as one vector; `places`: path → where they lie in it
     - `metrics`: names in the order of `gradient`'s rows
     - `program`: the compiled run, with the seconds that tracing and compiling took
+
+    Example:
+        >>> prepared = sb.prepare(scene, ["stopping_time"])
+        >>> [round(prepared({"initial.omega": omega}).metrics["stopping_time"], 4) for omega in (18.0, 24.0)]
+        [0.9433, 1.2577]
     """
 
     def __init__(self, scene: Scene, metrics: Sequence[Metric], solver: Solver, rtol: float, max_steps: int) -> None:

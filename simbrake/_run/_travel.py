@@ -28,6 +28,10 @@ class RingWear(NamedTuple):
 
     - `travel` `ψ` (rad) in the run;  `depth` (m,) of each lining of the ring (m), mean over its face
     - `stations` (n,): depth worn off at each station of the band (m): of linings that do not travel
+
+    Example:
+        >>> sb.results.RingWear(0.3, np.array([2e-6, 3e-6]), np.array([1e-6, 4e-6])).over_least
+        (1.5, 4.0)
     """
 
     travel: float

@@ -20,7 +20,13 @@ SMALL_RESERVE = 1.25
 
 
 class VerdictRow(NamedTuple):
-    """One limit in words: `name`, `value` in the run, `limit`, `margin` with its percentage, and the `state`."""
+    """One limit in words: `name`, `value` in the run, `limit`, `margin` with its percentage, and the `state`.
+
+    Example:
+        >>> row = result.verdict({"stopping_time": "1 s"}).rows[0]
+        >>> row.name, row.value, row.limit
+        ('Stopping time', '1.25772 s', '≤ 1 s')
+    """
 
     name: str
     value: str

@@ -265,6 +265,11 @@ class Comparison:
     - `solver`, `versions`: settings, counts, versions and machine that are not the same; they are not judged
     - `how` the series were compared, and whether they are `judged`
     - `equal`: nothing judged differs by more than `rtol`
+
+    Example:
+        >>> change = sb.compare(result, sb.simulate(sb.with_values(scene, {"initial.omega": 18.0}))).scene[0]
+        >>> change.name, change.a, change.b
+        ('initial.omega', 24.0, 18.0)
     """
 
     rtol: float

@@ -240,6 +240,11 @@ def provenance(result: Result) -> dict[str, Any]:
     - `settings`: the options of `simulate`;  `outcome`: status, code and counts of the solver
 
     `simbrake.results.rerun` runs it again. Raises `ValueError` for a traced or batched result.
+
+    Example:
+        >>> about = sb.results.provenance(result)
+        >>> about["settings"]["method"], about["outcome"]["status"]
+        ('Dopri8', 'stopped')
     """
     if not result.concrete:
         raise ValueError("a traced or batched result has no provenance: use one result outside of jit and vmap")

@@ -36,7 +36,13 @@ _WIDTH, _TOPIC = 110, 13
 
 
 class Finding(NamedTuple):
-    """One topic of an explanation: sentences, and their numbers in SI by name."""
+    """One topic of an explanation: sentences, and their numbers in SI by name.
+
+    Example:
+        >>> finding = sb.results.explain(result, influence=False)["outcome"]
+        >>> finding.topic, finding.numbers["status"], finding.numbers["exceeded"]
+        ('outcome', 'stopped', 0)
+    """
 
     topic: str
     text: str
