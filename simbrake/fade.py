@@ -223,6 +223,10 @@ class MemoryProcess(Part):
 
     Recovery with the time constant `τ(T) = e^{E/(R_g T)}/k`: `MemoryProcess(1.0, LinearFade(…), rate=1/τ)`. Burn-off of
     binders: `MemoryProcess(0.0, rate=A, activation=E)`. Running-in: `MemoryProcess(c_1, work=w_0)`.
+
+    Example:
+        >>> sb.friction.MemoryProcess(0.9, work="2 MJ/m^2")
+        MemoryProcess(end=0.9, work=2000000 J/m²)
     """
 
     end: Scalar = quantity("1", "factor of friction to which it tends", low=0.0, high=10.0, many=True)
@@ -254,6 +258,13 @@ class FrictionChange(Part):
 
     - `factor`: a number ≥ 0 or a profile, 1 of sound linings, in the time of the run (also of a duty in phases)
     - `linings`: their numbers from the slack end (from 1), one or a list; `None`: all
+
+    Example:
+        >>> oil = sb.friction.FrictionChange(0.4, [3, 4])
+        >>> oil
+        FrictionChange(factor=Constant(level=0.4), linings=[3, 4])
+        >>> np.asarray(oil.of_each(oil.factor.level, 6))
+        array([1. , 1. , 0.4, 0.4, 1. , 1. ])
     """
 
     factor: AbstractProfile = part(AbstractProfile, "1")

@@ -393,6 +393,11 @@ class FunctionProfile(AbstractProfile):
 
     `function(t, parameters)` must accept traced values; `parameters` is a PyTree of arrays whose numbers can be
     differentiated. `typical` is its typical magnitude. At a jump the piece before the knot is continued by its value.
+
+    Example:
+        >>> lever = sb.profiles.FunctionProfile(lambda t, force: force * t**2, 500.0, typical=2000.0)
+        >>> float(lever.value(2.0, 0))
+        2000.0
     """
 
     function: Callable[[Any, Any], Any] = eqx.field(static=True)

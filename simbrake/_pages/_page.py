@@ -213,6 +213,11 @@ def report(
     Numbers are in readable units; the exact value in SI units is in the `value` of each `<data>` element.
 
     Raises `InputError` for errors of the scene, unknown metrics and limits.
+
+    Example:
+        >>> page = sb.report(result, title="First stop", check=False)
+        >>> page[:15], "First stop" in page
+        ('<!DOCTYPE html>', True)
     """
     scene = run.scene if isinstance(run, Result) else run
     bounds, found = read_limits(scene, limits or {})

@@ -263,6 +263,12 @@ def with_materials(scene: Scene, rim: Material | None = None, lining: Material |
     shares).
 
     Raises `InputError` where the scene does not say what they are made of: a lump has no material.
+
+    Example:
+        >>> heated = sb.read_scene(sb.files.shipped("heated"))
+        >>> other = sb.with_materials(heated, rim=sb.thermal.material("cast_iron"))
+        >>> float(heated.heat.bodies[0].material.density), float(other.heat.bodies[0].material.density)
+        (7850.0, 7200.0)
     """
     heat = scene.network
     named = named_materials(heat)

@@ -215,6 +215,11 @@ class CrossCheck(AbstractChecks):
     - `first_difference`: where the changes of mode differ for the first time, in words, or empty
     - `trouble`: reason for an incomplete run of SciPy, or empty
     - `seconds`: of a warm run of simbrake and of SciPy's;  `evaluations` of the right-hand side by SciPy
+
+    Example:
+        >>> found = sb.cross_check(scene, result=result)
+        >>> found.ok, found.method
+        (True, 'DOP853')
     """
 
     method: str

@@ -30,6 +30,12 @@ class Case(NamedTuple):
 
     - `name`: subject, a slash, what is compared;  `source` of the truth: a closed form in symbols, or the publication
     - `truth`: from the closed form or as published;  `tolerance` of the error as `Check` has it
+
+    Example:
+        >>> change = lambda: result.energy["kinetic_change"]
+        >>> case = sb.checks.Case("stop/kinetic energy", "closed form: −J ω²/2", -360e3, 1e-12, change)
+        >>> round(float(case.value()), 4)
+        -360000.0
     """
 
     name: str
@@ -164,6 +170,12 @@ class Check:
     - `error`: `|value − truth|/|truth|`, and `|value − truth|` where the truth is 0; a message, with no value, where
       the run failed
     - `verdict`: `pass` while the error is not above the tolerance, else `fail`
+
+    Example:
+        >>> closure = lambda: result.energy["closure"]
+        >>> case = sb.checks.Case("stop/energies", "their sum is 0", 0.0, 1e-10, closure)
+        >>> sb.checks.run_case(case).verdict
+        'pass'
     """
 
     case: str
@@ -187,7 +199,12 @@ def judged(case: str, source: str, value: float, truth: float, tolerance: float,
 
 
 def run_case(case: Case) -> Check:
-    """Run a case; any exception is a `fail` with the message."""
+    """Run a case; any exception is a `fail` with the message.
+
+    Example:
+        >>> sb.checks.run_case(sb.checks.Case("wrap/ratio", "closed form: 8/5", 1.6, 1e-12, lambda: 1 / 0)).error
+        'ZeroDivisionError: division by zero'
+    """
     try:
         return judged(case.name, case.source, float(case.value()), case.truth, case.tolerance)
     except Exception as problem:  # a validation must reach its end after any exception
@@ -240,7 +257,14 @@ class AbstractChecks(Tabular, Sequence[Check]):
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class Validation(AbstractChecks):
-    """Checks in order; printing them shows the table and the count of verdicts."""
+    """Checks in order; printing them shows the table and the count of verdicts.
+
+    Example:
+        >>> case = sb.checks.Case("wrap/ratio", "closed form: 8/5", 1.6, 1e-12, lambda: 1.7)
+        >>> found = sb.checks.Validation([sb.checks.run_case(case)])
+        >>> found.ok, found.failed
+        (False, ['wrap/ratio'])
+    """
 
     seconds: float = 0.0
 

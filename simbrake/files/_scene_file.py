@@ -254,7 +254,12 @@ def _set_key(tables: dict[str, Toml], path: str, value: Any) -> bool:
 
 
 def read_scene(path: str | Path, values: Mapping[str, Any] | None = None) -> Scene:
-    """The scene of a TOML file; see `scene_from_text`. Raises `InputError` with every error."""
+    """The scene of a TOML file; see `scene_from_text`. Raises `InputError` with every error.
+
+    Example:
+        >>> sb.read_scene(sb.files.shipped("standard"), {"initial.omega": "12 rad/s"}).initial
+        Initial(omega=12 rad/s, elongation=0 m, time=0 s)
+    """
     path = existing_file(Path(path), "*.toml")
     return scene_from_text(text_of_file(path), path.parent, values)
 
@@ -281,7 +286,15 @@ def scene_text(scene: Scene) -> str:
 
 
 def write_scene(scene: Scene, path: str | Path) -> None:
-    """Write a scene to a TOML file, whole or not at all; see `scene_text`."""
+    """Write a scene to a TOML file, whole or not at all; see `scene_text`.
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     sb.write_scene(scene, f"{folder}/stop.toml")
+        ...     sb.read_scene(f"{folder}/stop.toml").initial
+        Initial(omega=24 rad/s, elongation=0 m, time=0 s)
+    """
     text = scene_text(scene)
     with whole_file(Path(path)) as file:
         file.write_text(text, "utf-8")
@@ -330,6 +343,10 @@ def open_scene(file: str | Path, values: Mapping[str, Any] | None = None) -> Sce
     """The scene of a TOML file, or the one that the function `scene()` of a Python file returns; with `values` by path.
 
     Raises `InputError` with every error of a TOML file, and with the error of a Python file in one line.
+
+    Example:
+        >>> sb.files.open_scene(sb.files.shipped("u2_5_5_stop")).initial
+        Initial(omega=24 rad/s, elongation=0 m, time=0 s)
     """
     file = existing_file(Path(file), "*.toml", "*.py")
     if file.suffix == ".toml":

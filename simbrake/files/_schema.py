@@ -39,6 +39,13 @@ def history(
 
     Two rows at one time are a jump. Rows with an empty cell are left out. Raises `InputError` with every error of the
     file: line, column, value and hint.
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     np.savetxt(f"{folder}/a.csv", [[0, 2], [500, 12]], "%g", ",", header="t [ms],lever [kN]", comments="")
+        ...     sb.history(f"{folder}/a.csv", "lever", "N")
+        PiecewiseLinear(times=[0, 0.5] s, values=[2000, 12000])
     """
     from ..studies._measured import CsvFile  # few scenes read a file
 

@@ -42,6 +42,10 @@ def shipped(name: str) -> Path:
     """The file of a template or shipped scene by its name: `sb.read_scene(sb.files.shipped("u2_5_5_stop"))`.
 
     Raises `InputError` with the nearest names where there is none.
+
+    Example:
+        >>> sb.files.shipped("standard").name
+        'standard.toml'
     """
     found = shipped_files()
     if name in found:

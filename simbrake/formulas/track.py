@@ -66,6 +66,12 @@ class TrackRipple(NamedTuple):
 
     A point passes the `heated` (k,) and open parts of the track one after the other, from the tight end on: `edges`
     (k,) where each begins, as a part of the revolution, and `flux` (m, k) into the rim there (W/m²).
+
+    Example:
+        >>> stop = sb.simulate(sb.with_values(scene, {"brake.pulley.width": 0.23, "brake.linings.area": 0.05}))
+        >>> found = sb.formulas.track_ripple(stop, [0.5], material=sb.thermal.material("cast_iron"), share=0.9)
+        >>> round(float(found.overlap), 4), round(float(found.frequency[0]), 4)
+        (0.4691, 18.4097)
     """
 
     t: Float[np.ndarray, " m"]
@@ -100,6 +106,12 @@ def track_ripple(
     width, and where material or share are neither given nor in the scene.
 
     Reference: Volchenko et al. (V): the larger the overlap, the lower the frequency of heating and cooling.
+
+    Example:
+        >>> stop = sb.simulate(sb.with_values(scene, {"brake.pulley.width": 0.23, "brake.linings.area": 0.05}))
+        >>> ripple = sb.formulas.track_ripple(stop, [0.5], material=sb.thermal.material("cast_iron"), share=0.9)
+        >>> ripple.amplitude.round(3)
+        array([24.476])
     """
     scene = result.scene
     brake = band_brake(scene)

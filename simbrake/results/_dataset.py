@@ -69,6 +69,11 @@ def dataset(result: Result, times: Any = None) -> Dataset:
 
     `times` (s): by default 1001 even ones and all events and corners. Raises `InputError` for times
     outside the run, `ValueError` for a traced or batched result.
+
+    Example:
+        >>> data = sb.dataset(result, [0.0, 1.0])
+        >>> data.omega.values.round(4), data.omega.units
+        (array([24.    ,  4.9179]), 'rad/s')
     """
     import xarray as xr
 
@@ -356,6 +361,12 @@ def save(result: Result | Dataset, path: str | Path) -> Path:
     `#`). `load` gives the same data set back, to the last bit. For other programs, not read back: `.xlsx` Excel (a
     sheet for each of inputs, stops, events, series, metrics, materials, with units; needs `simbrake[tables]`), `.mat`
     MATLAB (a struct `result` of such structs, with `units`). Raises `InputError`.
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     print(sb.save(result, f"{folder}/stop.csv").name)
+        stop.csv
     """
     path = Path(path)
     kind = _kind_of(path)
@@ -376,6 +387,12 @@ def load(path: str | Path, *, earlier: bool = False) -> Dataset:
 
     Raises `InputError` for a file that is missing, of another kind, damaged, or changed after it was written, and for
     one of an earlier version whose columns had other names (`earlier=True` reads it as it is).
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     print(sb.load(sb.save(result, f"{folder}/stop.csv")).status.item())
+        stopped
     """
     path = Path(path)
     if path.is_dir():

@@ -22,6 +22,11 @@ class Hessian(NamedTuple):
 
     - `value` `M`;  `gradient` (k,) `∂M/∂p_i`
     - `error` (k, k): estimate from the last two extrapolations, and from the asymmetry of the matrix
+
+    Example:
+        >>> found = sb.studies.hessian(scene, "stopping_angle", "initial.omega")
+        >>> round(float(found.gradient[0]), 4), round(float(found.matrix[0, 0]), 4)
+        (1.2577, 0.0524)
     """
 
     paths: tuple[str, ...]

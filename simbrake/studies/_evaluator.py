@@ -358,6 +358,12 @@ class Evaluator:
     - `solver`, `rtol`, `max_steps`: as for `simulate`, the solver chosen once for the scene given
 
     `runs` counts the points evaluated.
+
+    Example:
+        >>> place = sb.studies.Paths(("initial.omega",), ((),))
+        >>> run = sb.studies.Evaluator(scene, place, sb.studies.Metrics(("stopping_angle",)))
+        >>> run(np.array([24.0])).values.round(4)
+        array([15.0927])
     """
 
     def __init__(

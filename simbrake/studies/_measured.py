@@ -286,6 +286,13 @@ def read_measured(
     - `columns`: columns of series to read; the others are ignored
 
     Raises `InputError` with every error of every file: file, line, column, value and hint.
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     np.savetxt(f"{folder}/stop.csv", [[0, 24], [500, 15]], "%g", ",", header="t [ms],omega", comments="")
+        ...     sb.read_measured(f"{folder}/stop.csv", sigma={"omega": 0.1}).points[0].t
+        array([0. , 0.5])
     """
     data, given = Measured(), dict(sigma or {})
     wanted = None if columns is None else {_normal(name) for name in columns}

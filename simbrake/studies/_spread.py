@@ -41,6 +41,11 @@ class KnownSpread(Tabular):
 
     - `ranges`: path → `(low, high)`, which `simbrake.uncertainty` takes as uniform distributions
     - `known`: path → the same with unit and source
+
+    Example:
+        >>> friction = sb.studies.known_spread(scene, "moulded").known["brake.linings.friction.coefficient"]
+        >>> friction.low, friction.high, friction.source.partition(",")[0]
+        (0.25, 0.45, 'Juvinall & Marshek')
     """
 
     known: dict[str, Range]
