@@ -182,7 +182,7 @@ def resumed(folder):
 
 
 @pytest.mark.slow
-def test_killed_and_resumed_and_two_at_once_to_the_last_bit(tmp_path):
+def test_killed_and_continued_and_two_at_once_to_the_last_bit(tmp_path):
     """`kill -9` in the middle; then two processes go on in the same folder at the same time."""
     folder, first = tmp_path / "runs", resumed(tmp_path / "runs")
     while first.poll() is None and len(list(folder.glob("chunk-*"))) < 5:

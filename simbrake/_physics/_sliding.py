@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ..brakes._band import LiningForces, mobilised, product, running_product, sliding_ratio, tension_ratio
-from ..brakes._design import AbstractLinings, Lining
+from ..brakes._design import AbstractLinings
 from ..friction import AnyContact, Reads, SurfaceState, continued, reads, remembers
 from ..hybrid import largest, smallest
 from ..hybrid._arrays import Array
@@ -102,7 +102,7 @@ class Grip(AbstractGrip):
     solved from the slack end upwards, on the branch that starts at the coefficient without flash.
     """
 
-    linings: Lining  # pyright: ignore
+    linings: AbstractLinings
     tangent: Float[Array, " n"]  # z_i = tan(β_i/2)
     sine: Float[Array, " n"]  # sin(β_i/2)
     flash: FlashTemperature | None
@@ -114,14 +114,14 @@ class Grip(AbstractGrip):
     @classmethod
     def of(
         cls,
-        linings: Lining,
+        linings: AbstractLinings,
         flash: FlashTemperature | None = None,
         shares: PowerShares | None = None,
         *,
         heated: bool = False,
     ) -> "Grip":
         """The friction of given linings, with what depends on their angles alone formed once for the whole run."""
-        half = jnp.asarray(linings.angle) / 2
+        half = jnp.asarray(linings.angle) / 2  # pyright: ignore
         return cls(linings, shares, heated, jnp.tan(half), jnp.sin(half), flash)  # pyright: ignore
 
     @property

@@ -215,7 +215,7 @@ def _events(record: Record, first: bool) -> list[Event]:
     for i, (before, after) in enumerate(itertools.pairwise(labels)):
         if before == after:
             continue
-        names = events_of_change(before, after, settles and t[i + 1] == t[0])
+        names = events_of_change(before, after, settles and bool(t[i + 1] == t[0]))
         found += [Event(float(t[i + 1]), name) for name in names]
         settles = False
     return found
