@@ -134,6 +134,19 @@ def test_a_state_goes_on_to_the_last_bit(tmp_path):
         sb.Stepper(scene).restore(stepper.state())
 
 
+def test_columns_after_a_restore_are_those_of_the_state():
+    stepper = sb.Stepper(rigid(), inputs=["lever", "load"])
+    stepper.advance(0.1, lever=4e3, load=2e3)
+    kept, names = stepper.state(), ("slack_tension", "load_torque", "brake_torque")
+    before = [stepper[name] for name in names]
+    assert before[:2] == [4e3, 2e3]
+    stepper.advance(0.1, lever=9e3, load=7e3)
+    stepper.restore(kept)
+    assert [stepper[name] for name in names] == before
+    another = sb.Stepper(rigid(), inputs=["lever", "load"], state=kept)
+    assert [another[name] for name in names] == before
+
+
 def test_a_new_value_or_length_compiles_nothing():
     stepper = sb.Stepper(rigid(), inputs=["lever"])
     stepper.advance(0.1, lever=4e3)

@@ -433,6 +433,8 @@ class Stepper:
             self._held[name] = dataclasses.replace(
                 held, times=times, values=values, piece=piece, said=said, count=len(said)
             )
+        # (columns are read under the inputs of the record)
+        self._record = self._integrate(self.time, self.time, self._y, self._mode, self._held)
         return self
 
     def history(self) -> Scene:
