@@ -1,6 +1,6 @@
 """Plants errors in the package, one at a time, and counts those that no test and no validation case notices.
 
-    python tests/plant.py --map                      # once: which test runs which function (slower than the suite)
+    python tests/plant.py --map                      # once, Python >= 3.12: which test runs which function
     python tests/plant.py --count 200 --seed 1       # then: 200 errors, in equal numbers per part, kind by kind
     python tests/plant.py --count 5 --seed 3 --module simbrake/_physics/_rigid.py
     python tests/plant.py --count 200 --seed 1 --list    # the places alone
@@ -67,18 +67,22 @@ def part_of(module: str) -> str | None:
 def _recorded(item, nextitem):
     """Runs a test; which functions of the package it calls, and how long it takes."""
     seen: set = set()
+    watch = sys.monitoring
 
-    def called(frame, event, arg):
-        seen.add(frame.f_code)
+    def called(code, offset):
+        seen.add(code)
+        return watch.DISABLE  # (once per test and function is enough, and costs next to nothing)
 
+    watch.use_tool_id(watch.PROFILER_ID, "plant")
+    watch.register_callback(watch.PROFILER_ID, watch.events.PY_START, called)
+    watch.set_events(watch.PROFILER_ID, watch.events.PY_START)
+    watch.restart_events()
     start = time.monotonic()
-    threading.settrace(called)
-    sys.settrace(called)
     try:
         yield
     finally:
-        sys.settrace(None)
-        threading.settrace(None)  # pyright: ignore
+        watch.set_events(watch.PROFILER_ID, 0)
+        watch.free_tool_id(watch.PROFILER_ID)
     package = f"{Path.cwd() / 'simbrake'}{os.sep}"
     names = {
         f"{Path(code.co_filename).relative_to(Path.cwd()).as_posix()}::{code.co_qualname}"
@@ -373,6 +377,8 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--page", action="store_true", help="write the outcome into docs/planted_errors.md")
     chosen = parser.parse_args(arguments)
     if chosen.map is not None:
+        if sys.version_info < (3, 12):
+            parser.error("--map needs Python 3.12 or newer (sys.monitoring)")
         make_map(chosen.map, chosen.jobs)
         return
     found = list(drawn(chosen.count, chosen.seed, chosen.module))

@@ -72,17 +72,23 @@ def test_elasticities_of_a_stop(told):
     assert elasticity[names[2]] == pytest.approx(third[names[2]], rel=1e-7)
 
 
-def test_many_stops():
-    """Two equal releases: totals, and the longest braking."""
-    lever = sb.PiecewiseLinear([0.0, 2.0, 2.0, 2.5, 2.5, 9.0], [T0, T0, 0.0, 0.0, T0, T0])
-    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 1.0, 2.0, 3.0, 4.0, 9.0], [LOAD] * 6))
-    found = explain(stop_scene(C=None, lever=lever, load=load, end=4.0), influence=False)
-    second = 0.5 * LOAD / (TORQUE - LOAD)
+@pytest.mark.parametrize(("released", "longest"), [(0.5, 1), (3.0, 2)])
+def test_many_stops(released, longest):
+    """A release after the first stop: totals, and the balance of the longer of the two applications alone."""
+    again = 2.0 + released
+    lever = sb.PiecewiseLinear([0.0, 2.0, 2.0, again, again, 99.0], [T0, T0, 0.0, 0.0, T0, T0])
+    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 1.0, 2.0, 3.0, 4.0, 99.0], [LOAD] * 6))
+    found = explain(stop_scene(C=None, lever=lever, load=load, end=20.0), influence=False)
+    second = released * LOAD / (TORQUE - LOAD)
+    assert (second > STOP) == (longest == 2)
     assert found["course"].numbers["braking_time"] == pytest.approx(STOP + second, rel=1e-9)
-    assert found["course"].numbers["longest"]["stop"] == 1
+    assert found["course"].numbers["longest"]["stop"] == longest
     assert "influence" not in found
-    assert found["balance"].numbers["stop"] == 1
-    assert found["balance"].numbers["brake_torque"] == pytest.approx(TORQUE, rel=1e-9)
+    balance = found["balance"].numbers
+    assert balance["stop"] == longest
+    assert balance["brake_torque"] == pytest.approx(TORQUE, rel=1e-9)
+    assert balance["load_torque"] == pytest.approx(LOAD, rel=1e-9)
+    assert balance["inertia_torque"] == pytest.approx(TORQUE - LOAD, rel=1e-9)
 
 
 def test_held_load():

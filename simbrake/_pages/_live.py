@@ -20,7 +20,7 @@ from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..plot._animation import film_of, words_of_rate
 from ..plot._pulley import CONTACT_COLOURS, LINING, lining_edges, on_circle
-from ..plot._shared import BLUE, GREEN, MARKED, ORANGE, SKY, VERMILLION, Times, both_sides, span, windows
+from ..plot._shared import BLUE, GREEN, MARKED, ORANGE, SKY, VERMILLION, Times, Window, both_sides, span, windows
 
 #: what JSON has as a mapping
 Data: TypeAlias = dict[str, Any]
@@ -227,7 +227,8 @@ def live(result: Result, detail: Detail = Detail()) -> Data:  # noqa: B008
     """Curves, events and film of a concrete result of positive duration."""
     series = both_sides(result, times_of(result, detail), np.unique([event.time for event in result.events]))
     charts = charts_of(result.scene, series)
-    shown = windows(result)
+    shown, (start, end) = windows(result), span(result)
+    shown += [Window(start, end)] if shown[0].end < end else []
     return {
         "charts": [chart.as_dict() for chart in charts],
         "t": rounded(series.t),

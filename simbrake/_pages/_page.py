@@ -257,6 +257,7 @@ def contents(
     parts = [part for part in parts if part.rows]
     events, checks = event_table(result.events), limit_checks(result, limits)
     origin = {name: value for name, value in provenance(result).items() if name not in ("scene", "outcome")}
+    origin["machine"] = {name: value for name, value in origin["machine"].items() if name != "one_function"}
     return {
         **head(result, checks, title or f"A run of a {brake.kind} with {brake.linings.count} {brake.words.lining}s"),
         "kind": "report",

@@ -257,7 +257,7 @@ def publish(
         **head(base, limit_checks(base, limits), title),
         "kind": "publish",
         "film": False,
-        "panel": "Shaded stretches of a slider have values; others are gaps, where the sequence of events changes.",
+        "panel": "Blue stretches of a slider have values; yellow ones are gaps, where the sequence of events changes.",
         "pictures": [draw(base, PICTURES[0])] if base.ok else (),
         "notes": notes,
         "data": data,

@@ -106,10 +106,13 @@ def event_table(events: Sequence[Event]) -> Table:
 
     rows = []
     for (name, _), group in itertools.groupby(enumerate(events), together):
-        members = [(event.lining, number(event.time, "s")) for _, event in group]
+        found = [event for _, event in group]
+        members = [(event.lining, number(event.time, "s")) for event in found]
         linings, many = [lining for lining, _ in members if lining is not None], len(members) > 1
         last, each = (members[-1][1], members) if many else (None, [])
-        rows.append((members[0][1], name, _span(linings), _meaning(name), last, each))
+        last = None if str(last) == str(members[0][1]) else last
+        meaning = f"{found[0].phase} ended" if found[0].phase else _meaning(name)
+        rows.append((members[0][1], name, _span(linings), meaning, last, each))
     hidden = [Column("time_end", hidden=True), Column("meaning_members", hidden=True)]
     return Table([Column("time"), EVENT, "lining", "meaning", *hidden], rows)
 
@@ -425,9 +428,10 @@ def _tackle(load: HookLoad | StringLoad | TrippingLoad) -> str:
 def duty_words(scene: Scene) -> list[tuple[str, str]]:
     """Lever, load, start and end of a run, in words."""
     start, rest = scene.initial, "" if float(scene.initial.omega) else ", at rest"
+    last = "with the last phase, at the latest at " if isinstance(scene.duty.lever, Phases) else "at "
     return [
         (_LEVER[scene.duty.lever_field], profile_words(scene.duty.lever, "N")),
         ("Load", load_words(scene.duty.load)),
         ("Start", f"{number(start.omega, 'rad/s')} at {digits(float(start.time))} s{rest}"),
-        ("End", f"at {digits(float(scene.end_time))} s"),
+        ("End", f"{last}{digits(float(scene.end_time))} s"),
     ]

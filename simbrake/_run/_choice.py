@@ -9,6 +9,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Float
 
 from .._base._compiling import DeviceJit, per_value
+from .._base._table import digits
 from .._parts._scene import Scene, pairs_of, sensed_at_start
 from ..brakes._design import AbstractLinings, Bandage, unloaded
 from ..friction import remembers
@@ -175,4 +176,4 @@ def stiff_heat(heat: Heat, span: float) -> tuple[bool, str]:
         return False, "no thermal node gives heat to another"
     follows = f"the thermal node {node} follows"
     why = _demands(follows, rate, span, _PATIENCE)
-    return bool(why), why or f"{follows} within {1 / rate:.2g} s, which an explicit method can follow"
+    return bool(why), why or f"{follows} within {digits(1 / rate, 2)} s, which an explicit method can follow"

@@ -169,7 +169,7 @@ class LimitCheck(NamedTuple):
         if self.margin is None:
             return ""
         percent = "" if self.margin_percent is None else f" ({digits(self.margin_percent, 3)} %)"
-        return f"{number(self.margin, self.unit, absolute=False)}{percent}"
+        return f"{number(self.margin, self.unit, count=4, absolute=False)}{percent}"
 
     def as_dict(self) -> Entry:
         """`{name, verdict, value, limit, margin, margin_percent, unit, note}`, numbers in SI."""

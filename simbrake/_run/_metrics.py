@@ -479,8 +479,9 @@ ENERGIES: dict[str, Energy] = {
 
 
 def _account(system: BrakeSystem, start: Instant, end: Instant) -> Account:
-    ledger, shares, thermal = end[1].ledger, system.grip.shares, system.thermal
-    kinetic, elastic = jax.tree.map(lambda a, b: b - a, system.stored(*start), system.stored(*end))
+    shares, thermal = system.grip.shares, system.thermal
+    held = [(system.stored(*instant), instant[1].ledger) for instant in (start, end)]
+    (kinetic, elastic), ledger = jax.tree.map(lambda a, b: b - a, *held)
     work = sum(ledger.friction[1:], start=ledger.friction[0])
     stored = {}
     if thermal is not None:

@@ -126,9 +126,8 @@ def _headline(result: Result, rows: Sequence[VerdictRow]) -> str:
     evaluated = [row for row in rows if row.state in (LimitVerdict.WITHIN, LimitVerdict.WITHIN_SO_FAR)]
     if len(said) == 1 and evaluated:
         first = evaluated[0]
-        said.append(
-            f"Nothing exceeded{' so far' if not result.ok else ''}, smallest margin: {first.name}, {first.margin}"
-        )
+        so_far = "" if result.ok else " so far"
+        said.append(f"No limit exceeded{so_far}; smallest margin: {first.name}, {first.margin}")
     return ". ".join(said)
 
 
@@ -142,7 +141,7 @@ def _outcome(result: Result) -> str:
             after = f"Stopped after {number(m['stopping_time'], 's')}"
             return after + (", then released" if result.status == Status.RELEASED else "")
         case DutyKind.STOPS:
-            return f"{len(result.stops)} stops, at the end {result.status.replace('_', ' ')}"
+            return f"{len(result.stops)} stops; at the end {result.status.replace('_', ' ')}"
         case DutyKind.DRAG:
             return f"Lowered under the brake for {number(summary['end']['duration'], 's')}"
         case DutyKind.STEADY:
@@ -209,6 +208,6 @@ def _lever(result: Result) -> list[tuple[float, VerdictRow]]:
     share = 1 - value / most
     # at its maximum it follows no more: the speed is lost
     state = _judged(value >= most * (1 - 1e-9), share < SMALL_MARGIN)
-    margin = f"{number(most - value, 'N')} ({100 * share:.3g} %)"
+    margin = f"{number(most - value, 'N', count=4)} ({100 * share:.3g} %)"
     shown = f"{number(value, 'N')} (at {number(time, 's')})"
     return [(share, VerdictRow("Slack tension that holds the speed", shown, f"< {number(most, 'N')}", margin, state))]

@@ -81,7 +81,7 @@ def duty(result: Result, *, figure: Figure | None = None) -> Figure:
     for panel in panels:
         panel.set(xlim=(start, end), ylim=(min(0.0, panel.get_ylim()[0]), None))
     panels[-1].set_xlabel("time, s")
-    head(figure, result.scene, "lever and load")
+    head(figure, result.scene, "lever and load" if banded else "actuator and load")
     return figure
 
 
@@ -563,8 +563,8 @@ def lining_map(
         panel.set_title(window.title)
     order = "from the slack to the tight end" if len(brake.bands_of_linings) == 1 else "band after band"
     panels[0].set_ylabel(f"lining, {order}" if brake.banded else brake.words.lining)
-    where = f"{brake.pairs[pair].words}: " if len(brake.pairs) > 1 else ""
+    where, one = f"{brake.pairs[pair].words}: " if len(brake.pairs) > 1 else "", brake.words.lining
     alike = " (one surface for all linings)" if maps[0][1].shape[1] == 1 < n and quantity == "temperature" else ""
     name_marks(figure, names)
-    head(figure, result.scene, f"{where}{words}, lining by lining{alike}")
+    head(figure, result.scene, f"{where}{words}, {one} by {one}{alike}")
     return figure

@@ -68,6 +68,7 @@ STYLE: Any = {  # (as rcParams)
     "axes.titlesize": TEXT,
     "figure.titlesize": TEXT,
     "axes.prop_cycle": cycler(color=CYCLE),
+    "axes.formatter.useoffset": False,
 }
 _LETTER, _HANDLE = 0.52, 3.6  # mean width of a letter, width of a line of the legend with its spaces, in sizes of text
 
@@ -168,7 +169,7 @@ def windows(result: Result) -> list[Window]:
     slip = next((e.time for e in events if e.name in ("full_slip", "external_lock") and e.time > start), end)
     short = slip - start < 0.25 * (end - start)
     onset = [Window(start, start + 1.3 * (slip - start), True, "up to full slip, enlarged")] if short else []
-    return [Window(start, end), *onset]
+    return [Window(start, end, title="whole run" if end == span(result)[1] else "until rest"), *onset]
 
 
 def strong_applications(result: Result) -> Times:

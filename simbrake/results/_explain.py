@@ -22,6 +22,7 @@ from .._run._result import Result
 from .._run._simulate import simulate
 from .._run._stability import least_outweighed, nearest_locking
 from .._run._verdict import SMALL_RESERVE, verdict
+from ..studies._sensitivity import Sensitivity
 from ..studies._sensitivity import sensitivity as sensitivities
 from ._compare import rerun
 
@@ -408,23 +409,28 @@ def _influence(result: Result, told: Waiting) -> list[Finding]:
         table: Any = sensitivities(result.scene, metric, span=None, rtol=float(result.rtol), progress=told)
     except InputError as error:
         return [Finding("influence", f"No derivative: {error.faults[0].problem}.", {})]
+
+    def change(row: Sensitivity) -> float:  # by 1 % of a parameter, but by 1 K (a percentage of kelvins says nothing)
+        return row.derivative if row.unit == "K" else table.value * row.elasticity / 100
+
     rows = [
         row for row in table.matters if not row.path.endswith(_FIXED) and np.isfinite(row.elasticity) and row.value
-    ][:_MOST]
+    ]
+    rows = sorted(rows, key=lambda row: -abs(change(row)))[:_MOST]
     words = _lower(title_of(metric)) if isinstance(metric, str) else "torque of the sliding brake over the load"
     hot = isinstance(metric, str) and about_output(metric)["units"] == "K"
 
-    def change(elasticity: float) -> str:  # (a percentage of kelvins says nothing)
-        kelvins = number(table.value * elasticity / 100, "K", absolute=False, count=3)
-        return str(kelvins) if hot else f"{digits(elasticity, 3)} %"
+    def effect(row: Sensitivity) -> str:
+        by = change(row)
+        shown = number(by, "K", absolute=False, count=3) if hot else f"{digits(100 * by / table.value, 3)} %"
+        return f"{'1 K' if row.unit == 'K' else '1 %'} more of {row.path} ({number(row.value, row.unit)}) {shown}"
 
-    each = [f"{row.path} ({number(row.value, row.unit)}) {change(row.elasticity)}" for row in rows]
     numbers = {
         row.path: {"elasticity": row.elasticity, "derivative": row.derivative, "value": row.value} for row in rows
     }
     if not rows:
         return [Finding("influence", f"No parameter changes the {words}.", {"metric": name_of(metric)})]
-    text = f"What changes the {words} most: 1 % more of {'; of '.join(each)}."
+    text = f"What changes the {words} most: {'; '.join(effect(row) for row in rows)}."
     return [Finding("influence", text, {"metric": name_of(metric), "parameters": numbers})]
 
 

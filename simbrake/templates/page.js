@@ -37,14 +37,15 @@
   // --- charts: values at the cursor, zoom by dragging or with two fingers ------------------------------------------
 
   let run = null;  // what is drawn now
-  let plots = [], hovered = null, zoom = null;
+  let plots = [], hovered = null;
+  let zoom = null, view = 0;  // what the user has zoomed to; else the window of the run that is shown
 
   function marks(u) {
     const c = u.ctx, ratio = uPlot.pxRatio, few = run.events.length <= 12, first = u === plots[0];
     c.save();
     Object.assign(c, {lineWidth: ratio, font: `${11 * ratio}px system-ui, sans-serif`, textAlign: "left"});
     c.setLineDash([4 * ratio, 4 * ratio]);
-    const ends = [-1e9, -1e9, -1e9, -1e9];  // of the labels in each row above the first chart
+    const ends = [-1e9, -1e9, -1e9, -1e9, -1e9];  // of the labels in each row above the first chart
     for (const event of run.events) {
       const x = Math.round(u.valToPos(event.t, "x", true));
       if (x < u.bbox.left || x > u.bbox.left + u.bbox.width) continue;
@@ -74,7 +75,8 @@
   function zoomed(u, key) {
     const {min, max} = u.scales.x, t = run.t, differs = ({scales: {x}}) => x.min !== min || x.max !== max;
     if (key !== "x" || !(max > min)) return;
-    zoom = min <= t[0] && max >= t[t.length - 1] ? null : {min, max};
+    view = run.windows.findIndex(({start, end}) => start === min && end === max);
+    zoom = view >= 0 || min <= t[0] && max >= t[t.length - 1] ? null : {min, max};
     for (const other of plots.filter(differs)) other.setScale("x", {min, max});
   }
 
@@ -110,8 +112,8 @@
     const box = made($("charts"), "div", {class: "chart", "data-chart": about.title});
     made(box, "h3", {}, about.unit === "–" ? about.title : `${about.title}, ${about.unit}`);
     const u = new uPlot({
-      width: $("charts").clientWidth, padding: [labelled ? 56 : 8, null, null, null],
-      height: (narrow ? 130 : 145) + (labelled ? 48 : index === count - 1 ? 18 : 0),
+      width: $("charts").clientWidth, padding: [labelled ? 69 : 8, null, null, null],
+      height: (narrow ? 130 : 145) + (labelled ? 61 : index === count - 1 ? 18 : 0),
       scales: {x: {time: false}},
       cursor: {y: false, sync: {key: "simbrake"}, drag: {x: true, y: false}},
       axes: [
@@ -127,24 +129,34 @@
   }
 
   function drawCharts(found) {
-    const same = run !== null && JSON.stringify(run.charts) === JSON.stringify(found.charts);
+    const shown = view, same = run !== null && JSON.stringify(run.charts) === JSON.stringify(found.charts);
     run = found;
-    if (same) return plots.forEach((u, i) => {
-      u.setData([run.t, ...run.y[i]], zoom === null);
-      if (zoom !== null) u.redraw(true, true);
-    });
+    if (same) {
+      plots.forEach((u, i) => {
+        u.setData([run.t, ...run.y[i]], zoom === null);
+        if (zoom !== null) u.redraw(true, true);
+      });
+      return look(shown);
+    }
     for (const u of plots) u.destroy();
     $("charts").replaceChildren();
     plots = [];
     run.charts.forEach((about, i) => plots.push(chart(about, i, run.charts.length)));
     drawWindows();
+    look(shown);
+  }
+
+  /** Show a window of the run in all charts; none where the user has zoomed. */
+  function look(i) {
+    const window = run.windows[i];
+    if (window) plots[0].setScale("x", {min: window.start, max: window.end});
   }
 
   function drawWindows() {
     $("windows").replaceChildren();
     (run.windows.length > 1 ? run.windows : []).forEach((window, i) => {
-      const button = made($("windows"), "button", {type: "button"}, i === 0 ? "whole run" : window.words);
-      button.addEventListener("click", () => plots[0].setScale("x", {min: run.windows[i].start, max: run.windows[i].end}));
+      const button = made($("windows"), "button", {type: "button"}, window.words);
+      button.addEventListener("click", () => look(i));
     });
     made($("windows"), "span", {class: "soft"}, "Drag over a chart to zoom, double-click for all of it.");
   }

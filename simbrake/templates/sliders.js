@@ -114,21 +114,25 @@
         start += pieces * m;
         return line;
       }));
-      return {charts: grid.charts, t, y, windows: [], events: events.map((event) => ({...event, t: edges[event.edge]}))};
+      const marked = events.map((event) => ({...event, t: edges[event.edge]})), last = marked.at(-1);
+      const whole = {words: "whole run", start: t[0], end: t[t.length - 1]};
+      const rest = last && last.words === "stop" ? t[0] + 1.15 * (last.t - t[0]) : whole.end;
+      const windows = rest < whole.end ? [{...whole, words: "until rest", end: rest}, whole] : [];
+      return {charts: grid.charts, t, y, windows, events: marked};
     }
 
     function show() {
       const found = solve(at), gap = found === null;
       document.body.classList.toggle("gap", gap);
       $("state").textContent = gap ? "Gap: between the solved points around here the sequence of events changes. " +
-        "Move a slider to a shaded stretch." : "";
+        "Move a slider to a blue stretch." : "";
       drawResults(gap ? {colour: "", headline: "No value here", text: "", rows: [], metrics: []}
         : results(found.values, found.sequence));
       if (!gap) drawCharts(runOf(found.values, found.sequence));
       rows.forEach(({bar}, k) => paint(bar, k));
     }
 
-    /** Shade the stretches of a slider that have values, the others as they are. */
+    /** Colour the stretches of a slider: those that have values, and gaps. */
     function paint(bar, k) {
       const {values, low, high} = axes[k], stops = [];
       for (let i = 0; i + 1 < values.length; i++) {
@@ -147,6 +151,12 @@
       if (si !== at[k] && near === undefined) rows[k].put(at[k]);
       show();
     }));
+    if (solve(at) === null) {  // the page begins at the nearest solved point
+      const far = (x) => axes.reduce((sum, axis, k) => sum + ((x[k] - axis.value) / (axis.high - axis.low)) ** 2, 0);
+      const all = axes.reduce((found, axis) => found.flatMap((x) => axis.values.map((value) => [...x, value])), [[]]);
+      const nearest = all.filter((_, i) => points[i].sequence >= 0).sort((a, b) => far(a) - far(b))[0];
+      nearest.forEach((value, k) => { at[k] = value; rows[k].put(value); });
+    }
     show();
   }
 
