@@ -21,21 +21,26 @@ from ._state import BrakeNow, State
 
 
 class HookState(NamedTuple):
-    """Speed of the hook downwards (m/s), and stretch of the rope at the hook (m; below 0 it is slack by that)."""
+    """Speed of the hook downwards (m/s), and the stretch of the rope at the hook beyond that under the weight (m).
+
+    Beyond that under the weight, so that a hook that hangs still does so exactly, whatever the rounding.
+    """
 
     speed: Any
-    stretch: Any
+    excess: Any
 
 
 class RopeNow(NamedTuple):
     """The rope at one instant.
 
-    - `force` (N) on the hook;  `taut_force` (N): what it would be of a taut rope;  `rate` (m/s) of the stretch
+    - `force` (N) on the hook;  `taut_force` (N): what it would be of a taut rope
+    - `stretch` (m; below 0 it is slack by that), and its `rate` (m/s)
     - `mass` (kg) on the hook, and its `weight` (N)
     """
 
     force: Array
     taut_force: Array
+    stretch: Array
     rate: Array
     mass: Array
     weight: Array
@@ -50,17 +55,18 @@ class BrakeUnderRope(BrakeSystem):
     has no energy: what is left of its stretch as its pull ends is heat of the damping, less what comes back where it
     pulls again before that stretch has gone.
 
-    - `stiffness` `k` (N/m), `damping` `c` (N·s/m);  `stretch` `e_0` (m) at the start
+    - `stiffness` `k` (N/m), `damping` `c` (N·s/m);  `excess` `e_0 − m g/k` (m) and `weight` `m g` (N) at the start
     """
 
     stiffness: Float[Array, ""] = eqx.field(kw_only=True)
     damping: Float[Array, ""] = eqx.field(kw_only=True)
-    stretch: Float[Array, ""] = eqx.field(kw_only=True)
+    excess: Float[Array, ""] = eqx.field(kw_only=True)
+    weight: Float[Array, ""] = eqx.field(kw_only=True)
 
     def hung(self, y: State, mode: Mode) -> tuple[State, Mode]:
         """State and mode at the start with those of hook and rope."""
-        hook = HookState(y.omega * self._per_radian(mode), self.stretch)
-        return y._replace(hook=hook), mode._replace(taut=(self.stretch > 0).astype(jnp.int32))
+        y = y._replace(hook=HookState(y.omega * self._per_radian(mode), self.excess))
+        return y, mode._replace(taut=(self.rope(y, mode).stretch > 0).astype(jnp.int32))
 
     def _per_radian(self, mode: Mode) -> Any:
         return self.load.on_layer(mode.layer).travel()
@@ -68,9 +74,13 @@ class BrakeUnderRope(BrakeSystem):
     def rope(self, y: State, mode: Mode) -> RopeNow:
         mass, weight = map(jnp.asarray, self.load.hanging(piece_of(mode, LOAD)))  # pyright: ignore
         rate = y.hook.speed - self._per_radian(mode) * y.omega
-        # (`k e`, so that a hook that hangs still by its weight does so exactly)
-        force = weight + self.stiffness * (y.hook.stretch - weight / self.stiffness) + self.damping * rate
-        return RopeNow(jnp.where(mode.taut == 1, force, 0.0), force, rate, mass, weight)
+        force = weight + (self.stiffness * y.hook.excess + self.damping * rate)
+        stretch = weight / self.stiffness + y.hook.excess
+        return RopeNow(jnp.where(mode.taut == 1, force, 0.0), force, stretch, rate, mass, weight)
+
+    def stretched(self, y: State, mode: Mode) -> Array:
+        """Stretch of the rope since the start (m); exactly 0 of a hook that hangs still."""
+        return y.hook.excess - self.excess + (self.rope(y, mode).weight - self.weight) / self.stiffness
 
     # --- differences from a rigid rope ------------------------------------------------------------------------------
 
@@ -99,7 +109,7 @@ class BrakeUnderRope(BrakeSystem):
 
     def _margins_beside(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> dict[str, Array]:
         rope = z.rope
-        longer = jnp.minimum(self.stiffness * y.hook.stretch, rope.taut_force)
+        longer = jnp.minimum(self.stiffness * rope.stretch, rope.taut_force)
         margin = jnp.where(mode.taut == 1, rope.taut_force, -longer) / rope.weight
         return {**super()._margins_beside(t, y, mode, z), "rope": margin}
 
@@ -111,21 +121,22 @@ class BrakeUnderRope(BrakeSystem):
     def reset(self, t: Array, y: State, before: Mode, after: Mode) -> State:
         found, k, v = super().reset(t, y, before, after), self.stiffness, y.hook.speed
         old, new = self.rope(y, before), self.rope(y, after)
-        pulls, still, e = _pulls(before), _pulls(after), y.hook.stretch
-        # the rope takes another weight on slowly; what hangs on the hook brings its energy
-        follows = e + pulls * (new.weight - old.weight) / k
+        pulls, still, e = _pulls(before), _pulls(after), old.stretch
+        # a rope that pulls takes another weight on slowly; what hangs on the hook brings its energy
+        excess = y.hook.excess - (1 - pulls) * (new.weight - old.weight) / k
+        follows = new.weight / k + excess
         brought = 0.5 * (new.mass - old.mass) * v**2 + 0.5 * k * pulls * (follows**2 - e**2)
         left = 0.5 * k * (pulls - still) * follows**2
         ledger = found.ledger
         ledger = ledger._replace(load_work=ledger.load_work + brought, damper_heat=ledger.damper_heat + left)
-        return found._replace(ledger=ledger, hook=HookState(v, follows))
+        return found._replace(ledger=ledger, hook=HookState(v, excess))
 
     def stored(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
         kinetic, elastic = super().stored(t, y, mode)
         rope = self.rope(y, mode)
         return (
             kinetic + 0.5 * rope.mass * y.hook.speed**2,
-            elastic + 0.5 * self.stiffness * _pulls(mode) * y.hook.stretch**2,
+            elastic + 0.5 * self.stiffness * _pulls(mode) * rope.stretch**2,
         )
 
     @property
@@ -158,5 +169,6 @@ def under_rope(elastic: RopeElasticity, load: AbstractLoad, piece: Piece | None)
     """The system of a load on an elastic rope, which hangs still at the start; `piece` of the load at the start."""
     _, weight = load.hanging(jnp.asarray(0, jnp.int32) if piece is None else piece)  # pyright: ignore
     k = elastic.at_hook(load.line_count)  # pyright: ignore
-    stretch = jnp.asarray(weight) / k if elastic.stretch is None else jnp.asarray(elastic.stretch)
-    return functools.partial(BrakeUnderRope, stiffness=k, damping=jnp.asarray(elastic.damping), stretch=stretch)
+    weight, damping = jnp.asarray(weight), jnp.asarray(elastic.damping)
+    excess = jnp.zeros(()) if elastic.stretch is None else jnp.asarray(elastic.stretch) - weight / k
+    return functools.partial(BrakeUnderRope, stiffness=k, damping=damping, excess=excess, weight=weight)

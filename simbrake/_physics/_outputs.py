@@ -130,8 +130,8 @@ def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow |
     if hanging is None or travel is None or travelled is None:
         return None
     if isinstance(system, BrakeUnderRope):
-        speed, stretch = y.hook
-        return HookNow(travelled + stretch - system.stretch, speed, z.rope.force, stretch, z.rope.weight)
+        position = travelled + system.stretched(y, mode)
+        return HookNow(position, y.hook.speed, z.rope.force, z.rope.stretch, z.rope.weight)
     mass, weight = hanging
     return HookNow(jnp.asarray(travelled), y.omega * travel, weight - mass * travel * z.contact.alpha)
 

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
+import jax
 import numpy as np
 
 from .._base._table import Column, Table, number, scale
@@ -14,7 +15,7 @@ from .._phases import Phases
 from .._physics._mechanism import BandMode, Label
 from ..hybrid import Record
 from ._log import Status
-from ._probe import Entry
+from ._probe import Entry, RunJit
 from ._scan import Scan, peaks_between
 
 
@@ -211,6 +212,9 @@ def rows_of(labels: Sequence[Label]) -> list[Stop]:
     return found
 
 
+_stretched = RunJit(lambda system, states, modes: jax.vmap(system.stretched)(states, modes), quick=True)
+
+
 def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan) -> Table:
     """The stops of a concrete run."""
     found, states, t = rows_of(labels), record.states, np.asarray(record.rows.t)
@@ -220,7 +224,7 @@ def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan) 
     phi = np.asarray(states.phi)
     travelled = scene.duty.load.travelled(phi)
     if states.hook is not None:
-        travelled = travelled + np.asarray(states.hook.stretch)
+        travelled = travelled + np.asarray(_stretched(record.system, states, record.modes))
     names = [name for name in _HOT if name in scan.names]
     tops = peaks_between(scan, names, [(stop.start, stop.end) for stop in found])
     rows, before = list[dict[str, Any]](), 0

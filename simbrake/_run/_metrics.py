@@ -14,6 +14,7 @@ from jaxtyping import Float
 
 from .._parts._scene import Scene, has_load
 from .._physics._brake import BrakeSystem
+from .._physics._hook import BrakeUnderRope
 from .._physics._mechanism import BandMode, Ledger, Mode, slips
 from ..brakes._design import Brake
 from ..hybrid import LANDED, Record, largest, smallest
@@ -173,10 +174,12 @@ def _terminal_speed(record: Record, scene: Scene) -> Array:
 
 
 def _hook_travel(record: Record, scene: Scene) -> Any:
-    travel, hook = scene.duty.load.travelled(_stopping_angle(record, scene)), record.states.hook
+    travel, system = scene.duty.load.travelled(_stopping_angle(record, scene)), record.system
     if travel is None:
         return np.asarray(np.inf)
-    return travel if hook is None else travel + _first(record, _stops, hook.stretch) - hook.stretch[0]
+    if not isinstance(system, BrakeUnderRope):
+        return travel
+    return travel + _first(record, _stops, jax.vmap(system.stretched)(record.states, record.modes))
 
 
 def worn_thickness(record: Record) -> Float[Array, " n"]:
@@ -480,8 +483,9 @@ ENERGIES: dict[str, Energy] = {
 
 def _account(system: BrakeSystem, start: Instant, end: Instant) -> Account:
     shares, thermal = system.grip.shares, system.thermal
-    held = [(system.stored(*instant), instant[1].ledger) for instant in (start, end)]
-    (kinetic, elastic), ledger = jax.tree.map(lambda a, b: b - a, *held)
+    # both ends by the same operations, so that what does not change has not changed, whatever the rounding
+    both = jax.tree.map(lambda *ends: jnp.stack(ends), start, end)
+    (kinetic, elastic), ledger = jax.tree.map(lambda x: x[1] - x[0], (jax.vmap(system.stored)(*both), both[1].ledger))
     work = sum(ledger.friction[1:], start=ledger.friction[0])
     stored = {}
     if thermal is not None:

@@ -253,7 +253,7 @@ class Result:
         if int(mode.taut) == 0:
             return "; the hook falls on a slack rope"
         rope, k = system.rope(y, mode), float(system.stiffness)
-        away, speed = k * float(y.hook.stretch) - float(rope.weight), float(y.hook.speed)
+        away, speed = k * float(y.hook.excess), float(y.hook.speed)
         swing = math.hypot(away, speed * math.sqrt(k * float(rope.mass)))
         return f"; the hook swings on its rope by ± {number(swing, 'N')}" if swing >= _SLIGHT * rope.weight else ""
 
