@@ -39,6 +39,7 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_run._simulate",
         "_run._stepper",
         "_base._faults",
+        "_base._part",
         "_base._quantity",
         "_run._edit",
         "files._scene_file",

@@ -15,7 +15,7 @@ from . import thermal as thermal
 from . import wear as wear
 from ._base._faults import Fault as Fault
 from ._base._faults import InputError as InputError
-from ._base._quantity import quantity as quantity
+from ._base._part import quantity as quantity
 from ._pages._page import report as report
 from ._parts._programme import programme_scene as programme_scene
 from ._parts._scene import Duty as Duty

@@ -11,7 +11,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ._base._faults import Fault, InputError
-from ._base._quantity import Part, Quantity, Scalar, as_part, in_si, part, quantity, short_for, whole
+from ._base._part import Part, as_part, part, quantity, short_for, whole
+from ._base._quantity import Quantity, Scalar, in_si
 from ._base._table import number
 from .hybrid._arrays import Array
 from .profiles import AbstractProfile, Constant, Piece, PiecewiseLinear, Real

@@ -12,7 +12,8 @@ from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Float
 
 from ._base._faults import Fault
-from ._base._quantity import Over, Part, Scalar, part, quantity
+from ._base._part import Part, part, quantity
+from ._base._quantity import Over, Scalar
 from .hybrid._arrays import Array
 from .profiles import AbstractProfile
 

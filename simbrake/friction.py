@@ -15,7 +15,8 @@ from jaxtyping import Bool, Float, PyTree
 
 from ._base._compiling import per_structure, read_by
 from ._base._faults import Fault, InputError
-from ._base._quantity import Over, Part, Scalar, part, quantity, short_for
+from ._base._part import Part, part, quantity, short_for
+from ._base._quantity import Over, Scalar
 from .fade import (
     AbstractFactor,
     AnyContact,

@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ._base._faults import Fault
-from ._base._quantity import Part, Scalar, Values, part, quantity, short_for, whole
+from ._base._part import Part, part, quantity, short_for, whole
+from ._base._quantity import Scalar, Values
 from ._phases import AfterTime, AfterTravel, AtRest, AtTemperature, Phase, Phases, held_within
 from .hybrid._arrays import Array
 from .profiles import AbstractPoints, AbstractProfile, Constant, Piece, PiecewiseLinear, Real, Repeated

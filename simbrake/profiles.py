@@ -14,7 +14,8 @@ from jaxtyping import Bool, Float, Int, PyTree
 
 from ._base._compiling import per_structure
 from ._base._faults import Fault
-from ._base._quantity import Over, Part, Quantity, Scalar, quantity, short_for, takes_values, whole
+from ._base._part import Part, quantity, short_for, takes_values, whole
+from ._base._quantity import Over, Quantity, Scalar
 from .hybrid._arrays import Array, numpy_of
 
 __all__ = ["AbstractProfile", "Constant", "ExponentialRise", "FunctionProfile", "PiecewiseLinear", "Repeated", "ramp"]

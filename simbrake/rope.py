@@ -7,7 +7,8 @@ import numpy as np
 from jaxtyping import Int
 
 from ._base._faults import Fault
-from ._base._quantity import Part, Scalar, quantity
+from ._base._part import Part, quantity
+from ._base._quantity import Scalar
 from .hybrid._arrays import Array, numpy_of
 
 __all__ = ["RopeElasticity", "RopeLayers"]

@@ -8,7 +8,8 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from ._base._faults import Fault
-from ._base._quantity import Part, Scalar, part, quantity
+from ._base._part import Part, part, quantity
+from ._base._quantity import Scalar
 from .profiles import AbstractProfile, Constant, Piece, Real
 
 __all__ = [

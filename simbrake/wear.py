@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Bool, Float, PyTree
 
 from ._base._faults import Fault, InputError
-from ._base._quantity import Over, Part, Scalar, faults_of_sizes, leaves, part, quantity, short_for
+from ._base._part import Part, faults_of_sizes, leaves, part, quantity, short_for
+from ._base._quantity import Over, Scalar
 from ._phases import Phases
 from .brakes._design import Brake
 from .fade import GAS_CONSTANT, FrictionChange, TabulatedFade

@@ -12,7 +12,7 @@ import staged_scenes
 from helpers import stop_scene
 
 import simbrake as sb
-from simbrake._base._quantity import all_in_range, faults_of_values
+from simbrake._base._part import all_in_range, faults_of_values
 
 
 @pytest.mark.parametrize(

@@ -446,7 +446,8 @@ def materials(
 
 def _energy(scene: cli.Scene, text: str) -> list[float] | dict[str, list[float]]:
     """`--energy` in its forms. Raises `InputError` with all errors."""
-    from .._base._quantity import NumberReader, Quantity, leaves
+    from .._base._part import leaves
+    from .._base._quantity import NumberReader, Quantity
 
     path, _, given = (part.strip() for part in text.rpartition("="))
     known = {leaf.path: leaf.about for leaf in leaves(scene) if not getattr(leaf.value, "ndim", 0)}

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from .._base._faults import InputError
-from .._base._quantity import Leaf, leaves
+from .._base._part import Leaf, leaves
 from .._base._table import scale
 from .._parts._scene import Scene, paths_without_meaning
 from .._run._edit import with_values

@@ -23,8 +23,9 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._faults import Fault, InputError, whole_file
+from .._base._part import leaves
 from .._base._progress import Waiting
-from .._base._quantity import BAD, NumberReader, leaves
+from .._base._quantity import BAD, NumberReader
 from .._base._table import digits, pretty, scale
 from .._parts._scene import Scene
 from .._run._edit import with_values

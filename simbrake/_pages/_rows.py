@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
-from .._base._quantity import about_of, unit_below
+from .._base._part import about_of, below, parts_below
 from .._base._table import Column, Number, Table, digits, number, numbers, scale
 from .._parts._scene import Scene
 from .._phases import Phases
@@ -310,36 +310,31 @@ class Part(NamedTuple):
     rows: tuple[Row, ...]
 
 
-def parts_of(node: object, path: str = "", unit: str = "SI") -> list[Part]:
-    """A part of a scene and all parts below it, in the order of the fields; `unit`: what `SI` means here."""
-    if isinstance(node, tuple | list):
-        return [part for i, child in enumerate(node) for part in parts_of(child, f"{path}[{i}]", unit)]
-    if not _is_part(node):
-        return []
+def parts_of(scene: object) -> list[Part]:
+    """A scene and all parts below it, in the order of the fields."""
+    return [_part_of(*one) for one in parts_below(scene)]
+
+
+def _part_of(path: str, part: Any, unit: str) -> Part:
     rows: list[Row] = []
-    below: list[Part] = []
-    for field in dataclasses.fields(node):  # pyright: ignore
-        value, here = getattr(node, field.name), f"{path}.{field.name}" if path else field.name
+    for field in dataclasses.fields(part):
+        value, here = getattr(part, field.name), below(path, field)
         about, whole = about_of(field, unit), field.metadata.get("whole")
-        if any(_is_part(one) for one in (value if isinstance(value, tuple | list) else (value,))):
-            below += parts_of(value, here, unit_below(field, unit))
-        elif about is not None:
+        if next(parts_below(value), None) is not None:
+            continue
+        if about is not None:
             absolute = about.unit == "K" and not about.difference
             shown = Number("not given") if value is None else numbers(value, about.unit, absolute=absolute)
             rows.append(Row(here, about.meaning, shown))
         elif value is not None and (words := _plain(value)):
             rows.append(Row(here, field.name.replace("_", " ") if whole is None else whole.meaning, Number(words)))
-    kind = type(node).__name__
-    return [Part(path, kind, _WORDS.get(kind, _said_of(node)), tuple(rows)), *below]
+    kind = type(part).__name__
+    return Part(path, kind, _WORDS.get(kind, _said_of(part)), tuple(rows))
 
 
 def _said_of(node: object) -> str:
     """The first line of a part's docstring."""
     return (type(node).__doc__ or "").strip().partition("\n")[0].replace("`", "")
-
-
-def _is_part(node: object) -> bool:
-    return dataclasses.is_dataclass(node) and not isinstance(node, type)
 
 
 def _plain(value: object) -> str:

@@ -10,7 +10,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import BAD, NumberReader, Quantity, positive, takes_values
+from .._base._part import takes_values
+from .._base._quantity import BAD, NumberReader, Quantity, positive
 from .._phases import AfterTime, AfterTravel, AtRest, Phase, Phases
 from ..brakes._band import grip, tension_ratio
 from ..brakes._design import Brake, unloaded

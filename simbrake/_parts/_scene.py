@@ -11,7 +11,8 @@ from jax.core import Tracer
 
 from .._base._compiling import DeviceJit, per_value
 from .._base._faults import Fault, InputError
-from .._base._quantity import Part, Scalar, all_in_range, as_arrays, faults_of_values, leaves, part, quantity, shown
+from .._base._part import Part, all_in_range, as_arrays, faults_of_values, leaves, part, quantity
+from .._base._quantity import Scalar, shown
 from .._base._table import number
 from .._phases import AfterTravel, AtTemperature, Phases
 from ..brakes._band import ParallelBands

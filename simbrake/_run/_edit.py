@@ -16,7 +16,8 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import NumberReader, Quantity, about_of, as_number, faults_of_values, unit_below
+from .._base._part import about_of, below, faults_of_values, parts_below
+from .._base._quantity import NumberReader, Quantity, as_number
 from .._parts._scene import Scene, require_scene
 from ..brakes._design import Lining
 from ..thermal._heat import EffusivityPartition, FlashTemperature, FrictionHeat, Heat, TransmissionPartition
@@ -34,19 +35,14 @@ class _Slot(NamedTuple):
     optional: bool
 
 
-def _slots(node: Any, path: str = "", unit: str = "SI") -> dict[str, _Slot]:
+def _slots(scene: Any) -> dict[str, _Slot]:
     """Every number of a scene that may be set, also those that are absent now, and laws in the place of a number."""
-    found: dict[str, _Slot] = {}
-    if isinstance(node, tuple):
-        for i, child in enumerate(node):
-            found |= _slots(child, f"{path}[{i}]", unit)
-    elif dataclasses.is_dataclass(node) and not isinstance(node, type):
-        for field in dataclasses.fields(node):
-            here, value = f"{path}.{field.name}" if path else field.name, getattr(node, field.name)
-            if about := about_of(field, unit):
-                found[here] = _Slot(value, about, field.default is None)
-            found |= _slots(value, here, unit_below(field, unit))
-    return found
+    return {
+        below(path, field): _Slot(getattr(part, field.name), about, field.default is None)
+        for path, part, unit in parts_below(scene)
+        for field in dataclasses.fields(part)
+        if (about := about_of(field, unit))
+    }
 
 
 def parse_assignments(assignments: list[str]) -> dict[str, Any]:

@@ -12,7 +12,8 @@ import numpy as np
 from jaxtyping import Float, Int, PyTree
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import Scalar, as_number, quantity
+from .._base._part import quantity
+from .._base._quantity import Scalar, as_number
 from .._parts._scene import band_brake
 from .._physics._brake import BrakeSystem
 from ..brakes._band import pressure_within

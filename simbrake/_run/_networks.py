@@ -12,7 +12,8 @@ from jaxtyping import Bool, Float, Int, PyTree
 
 from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
-from .._base._quantity import as_arrays, faults_of_tolerance, faults_of_values
+from .._base._part import as_arrays, faults_of_values
+from .._base._quantity import faults_of_tolerance
 from .._parts._scene import Scene, pairs_of
 from .._physics._brake import course_of_profile
 from .._physics._sparsity import couplings

@@ -31,8 +31,9 @@ from .._base._compiling import (
     run_device,
 )
 from .._base._faults import Fault, InputError
+from .._base._part import Whole, faults_of_whole, leaves
 from .._base._progress import Tell, Waiting, telling
-from .._base._quantity import Whole, faults_of_tolerance, faults_of_whole, leaves, shown
+from .._base._quantity import faults_of_tolerance, shown
 from .._parts._scene import Scene, check, checked
 from .._physics._assemble import assemble
 from .._physics._brake import BrakeSystem

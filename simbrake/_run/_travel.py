@@ -9,7 +9,7 @@ from jaxtyping import Float
 from numpy.polynomial import legendre
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import Whole, takes_values
+from .._base._part import Whole, takes_values
 from ..hybrid import SKIPPED
 from ..hybrid._arrays import Array
 from ._linings import WearRate, rubbing, wearing

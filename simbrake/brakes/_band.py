@@ -12,7 +12,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .._base._faults import Fault
-from .._base._quantity import Over, Part, Scalar, Values, as_number, quantity, short_for
+from .._base._part import Part, quantity, short_for
+from .._base._quantity import Over, Scalar, Values, as_number
 from ..hybrid._arrays import Array
 
 

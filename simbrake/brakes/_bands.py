@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Bool, Float, PyTree
 
 from .._base._faults import Fault
-from .._base._quantity import Part, Scalar, Values, faults_of_sizes, quantity
+from .._base._part import Part, faults_of_sizes, quantity
+from .._base._quantity import Scalar, Values
 from ..fade import AnyContact, Bounds
 from ..friction import AbstractFriction, SurfaceState
 from ..hybrid._arrays import Array

@@ -10,18 +10,8 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import (
-    Over,
-    Part,
-    Scalar,
-    Values,
-    Whole,
-    faults_of_sizes,
-    part,
-    positive,
-    quantity,
-    takes_values,
-)
+from .._base._part import Part, Whole, faults_of_sizes, part, quantity, takes_values
+from .._base._quantity import Over, Scalar, Values, positive
 from ..friction import (
     AbstractFriction,
     AnyContact,

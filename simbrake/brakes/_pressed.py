@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from .._base._faults import Fault
-from .._base._quantity import Part, Scalar, Values, part, quantity, whole
+from .._base._part import Part, part, quantity, whole
+from .._base._quantity import Scalar, Values
 from ..friction import AbstractFriction, reads
 from ..hybrid._arrays import Array
 from ._design import AbstractBrake, AbstractLinings, BrakeWords

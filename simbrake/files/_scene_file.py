@@ -14,7 +14,8 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._faults import Fault, InputError, existing_file, text_of_file, whole_file
-from .._base._quantity import BAD, NumberReader, Quantity, Whole, example, faults_of_whole, leaves, shown
+from .._base._part import Whole, faults_of_whole, leaves
+from .._base._quantity import BAD, NumberReader, Quantity, example, shown
 from .._parts._scene import Scene, check, paths_without_meaning, require_scene
 from .._phases import AbstractEnd, read_end
 from .._run._edit import unknown_paths, with_values

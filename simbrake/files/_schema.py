@@ -15,7 +15,8 @@ import numpy as np
 from tabulate import tabulate
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import Quantity, Whole, about_of, alternatives, leaves, short_of, takes_values, unit_below
+from .._base._part import Whole, about_of, alternatives, leaves, short_of, takes_values, unit_below
+from .._base._quantity import Quantity
 from .._base._table import Column, Table, numbers
 from .._parts._programme import programme_scene
 from .._parts._scene import AbstractDuty, Scene

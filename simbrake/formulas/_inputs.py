@@ -9,7 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import NumberReader, Quantity, faults_of_values, positive
+from .._base._part import faults_of_values
+from .._base._quantity import NumberReader, Quantity, positive
 from .._parts._scene import Scene, band_brake
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
 from ..thermal._material import LIBRARY, ROOM, Material, effusivity_share, material

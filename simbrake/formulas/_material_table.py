@@ -10,8 +10,8 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._faults import Fault, InputError
+from .._base._part import leaves
 from .._base._progress import Progress
-from .._base._quantity import leaves
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, band_brake, check
 from .._run._choice import stiffness

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, Num
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import leaves
+from .._base._part import leaves
 from .._base._table import Column, Table, plain, pretty
 from .._parts._scene import Scene
 from .._run._edit import with_values

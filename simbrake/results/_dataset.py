@@ -19,7 +19,7 @@ from jaxtyping import Float, Int
 
 from .._base._compiling import accelerators, run_device
 from .._base._faults import MOST_BYTES_OF_TABLE, Fault, InputError, needed, text_of_file, whole_file
-from .._base._quantity import leaves
+from .._base._part import leaves
 from .._parts._scene import Scene, warnings
 from .._run._duty import stop_variables
 from .._run._metrics import about_output

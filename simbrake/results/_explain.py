@@ -413,9 +413,7 @@ def _influence(result: Result, told: Waiting) -> list[Finding]:
     def change(row: Sensitivity) -> float:  # by 1 % of a parameter, but by 1 K (a percentage of kelvins says nothing)
         return row.derivative if row.unit == "K" else table.value * row.elasticity / 100
 
-    rows = [
-        row for row in table.matters if not row.path.endswith(_FIXED) and np.isfinite(row.elasticity) and row.value
-    ]
+    rows = [row for row in table.matters if not row.path.endswith(_FIXED) and np.isfinite(row.elasticity) and row.value]
     rows = sorted(rows, key=lambda row: -abs(change(row)))[:_MOST]
     words = _lower(title_of(metric)) if isinstance(metric, str) else "torque of the sliding brake over the load"
     hot = isinstance(metric, str) and about_output(metric)["units"] == "K"

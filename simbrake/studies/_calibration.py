@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import leaves, shown
+from .._base._part import leaves
+from .._base._quantity import shown
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, check
 from .._run._choice import stiffness

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import leaves
+from .._base._part import leaves
 from .._parts._scene import Scene
 from .._run._edit import with_values
 from .._run._measure import Metric, check_metrics

@@ -21,8 +21,9 @@ import jax
 import numpy as np
 
 from .._base._faults import Fault, InputError
+from .._base._part import leaves
 from .._base._progress import Progress
-from .._base._quantity import Quantity, leaves
+from .._base._quantity import Quantity
 from .._parts._scene import Scene, faults, require_scene
 from .._physics._mechanism import Label
 from .._run._choice import stiffness

@@ -23,7 +23,7 @@ import numpy as np
 
 from .._base._compiling import DeviceJit, Packing, Program, compiled, pack
 from .._base._faults import Fault, InputError
-from .._base._quantity import leaves
+from .._base._part import leaves
 from .._parts._scene import Scene, require_scene
 from .._run._edit import with_values
 from .._run._measure import Metric, measure, name_of

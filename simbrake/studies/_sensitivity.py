@@ -13,8 +13,8 @@ from jax.flatten_util import ravel_pytree
 
 from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
+from .._base._part import Leaf, leaves
 from .._base._progress import Waiting, waiting
-from .._base._quantity import Leaf, leaves
 from .._base._table import Column, Table, Tabular
 from .._parts._scene import Scene
 from .._physics._mechanism import Label

@@ -4,10 +4,10 @@ import dataclasses
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import numpy as np
 
 from .._base._faults import Fault, InputError
+from .._base._part import parts_below
 from .._base._table import Column, Table, Tabular, number
 from .._parts._scene import Scene
 from .._run._measure import Metric
@@ -92,7 +92,7 @@ def known_spread(scene: Scene, lining: str | None = None) -> KnownSpread:
         raise InputError([Fault("lining", f"{lining!r} is no friction material", f"there are {', '.join(FRICTION)}")])
     found: dict[str, Range] = {}
     faults: list[Fault] = []
-    for path, part in _parts_of(scene, ""):
+    for path, part, _ in parts_below(scene):
         if isinstance(part, ConstantFriction) and np.ndim(part.coefficient) == 0:
             f, where = float(part.coefficient), f"{path}.coefficient"
             if lining is None:
@@ -127,17 +127,6 @@ def _of_library(
                 for field, entry in there.items()
             }
     return {}
-
-
-def _parts_of(node: Any, path: str) -> Iterator[tuple[str, Any]]:
-    """All parts of a scene with their paths."""
-    if isinstance(node, tuple):
-        for i, child in enumerate(node):
-            yield from _parts_of(child, f"{path}[{i}]")
-    elif isinstance(node, eqx.Module):
-        yield path, node
-        for field in dataclasses.fields(node):
-            yield from _parts_of(getattr(node, field.name), f"{path}.{field.name}" if path else field.name)
 
 
 def uncertainty_of_library(

@@ -11,7 +11,8 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from .._base._faults import Fault
-from .._base._quantity import Quantity, leaves
+from .._base._part import leaves
+from .._base._quantity import Quantity
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, faults, require_scene
 from .._run._edit import with_values

@@ -7,7 +7,8 @@ from typing import Annotated
 
 import numpy as np
 
-from .._base._quantity import Quantity, Values, Whole, positive, takes_values
+from .._base._part import Whole, takes_values
+from .._base._quantity import Quantity, Values, positive
 from ._contact import ThermalContact
 from ._heat import AbstractPartition, FrictionHeat, Heat
 from ._material import ROOM, Material, SurfaceLayer, layer_growth

@@ -8,7 +8,8 @@ import jax.numpy as jnp
 from jaxtyping import Float
 
 from .._base._faults import Fault
-from .._base._quantity import Over, Part, Scalar, part, quantity
+from .._base._part import Part, part, quantity
+from .._base._quantity import Over, Scalar
 from ..hybrid._arrays import Array
 from ._network import (
     AbstractLink,

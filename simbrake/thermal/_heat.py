@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._faults import Fault, require_share
-from .._base._quantity import Over, Part, Scalar, Values, part, quantity, short_for
+from .._base._part import Part, part, quantity, short_for
+from .._base._quantity import Over, Scalar, Values
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ._contact import Surface, ThermalContact, faults_of_surfaces, place_size, surfaces_of

@@ -9,7 +9,8 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._faults import Fault
-from .._base._quantity import Over, Part, Scalar, quantity
+from .._base._part import Part, quantity
+from .._base._quantity import Over, Scalar
 from ..hybrid._arrays import Array
 
 ROOM = 293.15  # K, default reference of properties (20 °C)

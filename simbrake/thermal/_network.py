@@ -11,7 +11,8 @@ from jaxtyping import Float
 
 from .._base._compiling import per_structure, read_by
 from .._base._faults import Fault
-from .._base._quantity import Over, Part, Scalar, quantity, whole
+from .._base._part import Part, quantity, whole
+from .._base._quantity import Over, Scalar
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ._material import ROOM, Material, SurfaceLayer

@@ -1,0 +1,427 @@
+"""Parts of a scene: fields with units, checked when a part is made, and the walk over a scene, number by number."""
+
+import dataclasses
+import functools
+import inspect
+import types
+import typing
+from collections.abc import Callable, Iterable, Iterator
+from typing import Annotated, Any, TypeVar, cast
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+
+from ._faults import Fault, InputError
+from ._quantity import NumberReader, Over, Quantity, as_number, example, has_units, in_si, shown
+from ._table import part_text, rows_table, value_text
+
+#: family of parts → class made from a bare number where one of them is expected
+_SHORT: dict[type, type] = {}
+#: numbers of a scene
+_MOST_NUMBERS = 1_000_000
+
+
+def quantity(
+    unit: str,
+    meaning: str,
+    *,
+    low: float | None = None,
+    high: float | None = None,
+    positive: bool = False,
+    difference: bool = False,
+    many: bool | Over = False,
+    may_be_empty: bool = False,
+    default: Any = dataclasses.MISSING,
+    kw_only: bool = False,
+) -> Any:
+    """A numeric field: an array leaf in SI units, with its unit, range and meaning.
+
+    The unit `SI` is that of the field that holds the object (`holding`, or the quantity it replaces).
+    """
+    keywords = {} if default is dataclasses.MISSING else {"default": default}
+    low, may_be_empty = 0.0 if positive else low, may_be_empty or many is Over.GAPS or default == ()
+    about = Quantity(unit, meaning, low, high, positive, difference, many, may_be_empty)
+    words = ("float | Sequence[float]" if many else "float") + (" | None" if default is None else "")
+    converter = _converter(in_si, words, about=about)
+    return eqx.field(converter=converter, metadata={"quantity": about}, kw_only=kw_only, **keywords)
+
+
+class _Shown(type):
+    """Types that show accepted inputs in a signature; values are checked when the part is made."""
+
+    def __instancecheck__(cls, instance: object) -> bool:
+        return True
+
+
+def _converter(read: Callable[..., Any], words: str, **known: Any) -> Callable[[Any], Any]:
+    """A converter of a field; `words`: the type shown in the signature of the class."""
+    converter, kind = functools.partial(read, **known), inspect.Parameter.POSITIONAL_ONLY
+    annotation = _Shown(words, (), {"__module__": "builtins"})
+    vars(converter)["__signature__"] = inspect.Signature([inspect.Parameter("x", kind, annotation=annotation)])
+    return converter
+
+
+@dataclasses.dataclass(frozen=True)
+class Whole:
+    """Meaning and range of a whole number that belongs to the structure."""
+
+    meaning: str
+    low: int
+    high: int
+
+
+def whole(meaning: str, *, low: int = 1, high: int = 100_000, **keywords: Any) -> Any:
+    """A field with a whole number of the structure (static: another number is another program)."""
+    return eqx.field(static=True, metadata={"whole": Whole(meaning, low, high)}, **keywords)
+
+
+_T = TypeVar("_T", bound=type)
+_Build = TypeVar("_Build", bound=Callable)
+
+
+def short_for(family: type) -> Callable[[_T], _T]:
+    """Mark a class as the one of its `family` that a bare number makes: the number is its first field."""
+
+    def marked(maker: _T) -> _T:
+        _SHORT[family] = maker
+        return maker
+
+    return marked
+
+
+def short_of(wanted: Iterable[object]) -> type | None:
+    """Class that a bare number makes where one of the `wanted` classes is expected."""
+    return next((_SHORT[family] for family in wanted if family in _SHORT), None)
+
+
+def as_part(x: Any, family: type, unit: str = "SI") -> Any:
+    """A part of a scene, made from a bare number where one is given; `unit`: meaning of `SI` in it."""
+    maker = short_of((family,))
+    if maker is None or x is None or isinstance(x, eqx.Module) or callable(x):
+        return x
+    return x if _faults_of_short(maker, x, unit, "") else maker(in_si(x, _number_in(maker, unit)))
+
+
+def _number_in(maker: type, unit: str) -> Quantity:
+    """Metadata of the number that alone makes a part; `unit`: meaning of `SI` in it."""
+    first = dataclasses.fields(maker)[0]  # pyright: ignore
+    about, below = about_of(first, unit), short_of((first.metadata.get("part"),))
+    if about is not None or below is None:
+        return about or Quantity(unit, first.name)
+    return _number_in(below, unit_below(first, unit))
+
+
+def _faults_of_short(maker: type, x: object, unit: str, path: str) -> list[Fault]:
+    """Error of a text given in place of a part."""
+    return _faults_of_leaf(Leaf(path, x, _number_in(maker, unit)), made=False) if has_units(x) else []
+
+
+def part(family: type, unit: str | None = None, **keywords: Any) -> Any:
+    """A field with a part of a scene, or a number that makes one; numbers of the unit `SI` in it are in `unit`."""
+    metadata = {"part": family} if unit is None else {"part": family, "unit": unit}
+    words = f"{family.__name__} | float" + ("" if keywords.get("default", family) is not None else " | None")
+    converter = _converter(as_part, words, family=family, unit=unit or "SI")
+    return eqx.field(converter=converter, metadata=metadata, **keywords)
+
+
+class Part(eqx.Module):
+    """A part of a scene. It checks its concrete values when it is made; traced values are not checked.
+
+    A number may be a Python or NumPy number, a list, an array, or a text with its unit, as "590 mm". Where a friction
+    law, load or profile is expected, a number makes a constant one.
+
+    Raises `InputError` with every value that is not a number, not finite or outside its range, and every part of the
+    wrong kind. Conditions across several parts are checked by `check` and before a run.
+    """
+
+    # equinox looks at every attribute for methods, which it makes PyTrees; a part's are called, and nothing else
+    __getattribute__ = object.__getattribute__
+
+    def __check_init__(self) -> None:
+        name, found, hints = type(self).__name__, [], _hints(type(self))
+        for field in dataclasses.fields(self):
+            value, path = getattr(self, field.name), f"{name}.{field.name}"
+            about = field.metadata.get("quantity")
+            kinds = alternatives(hints.get(field.name, Any))
+            if about is not None and value is None:
+                absent = _may_be_absent(type(self), field.name)
+                found += [] if absent else [Fault(path, "is missing", f"{about.meaning}{example(about.unit)}")]
+            elif about is not None and not isinstance(value, eqx.Module):
+                found += _faults_of_leaf(Leaf(path, value, about), made=False)
+            elif isinstance(known := field.metadata.get("whole"), Whole):
+                found += faults_of_whole(path, value, known)
+            else:
+                maker = short_of((field.metadata.get("part"),))
+                unread = [] if maker is None else _faults_of_short(maker, value, unit_below(field, "SI"), path)
+                found += unread or _faults_of_kind(path, value, kinds)
+        if found:
+            raise InputError(found)
+
+    def __repr__(self) -> str:
+        return part_text(self, about_of, unit_below)
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (one.path, value_text(one.value, one.about.unit, absolute=not one.about.difference), one.about.meaning)
+            for one in leaves(self)
+        ]
+        return rows_table(rows, type(self).__name__)._repr_html_()
+
+
+@functools.cache
+def _hints(cls: type) -> dict[str, object]:
+    """Types of the fields of a class."""
+    try:
+        return typing.get_type_hints(cls)
+    except NameError:  # of a class inside a function: its names cannot be looked up
+        return {}
+
+
+@functools.cache
+def alternatives(hint: object) -> tuple[Any, ...]:
+    """The members of a union, or the hint alone."""
+    origin = typing.get_origin(hint)
+    return typing.get_args(hint) if origin in (typing.Union, types.UnionType) else (hint,)
+
+
+def _faults_of_kind(path: str, value: object, kinds: tuple[Any, ...]) -> list[Fault]:
+    """Error of a value that is none of the parts that its field names; fields for other types are not checked."""
+    parts = _parts_among(kinds)
+    if not parts or isinstance(value, kinds):
+        return []
+    names = " or ".join(kind.__name__.removeprefix("Abstract") for kind in parts)
+    return [Fault(path, f"{shown(value)} does not fit here", f"give a {names}")]
+
+
+@functools.cache
+def _parts_among(kinds: tuple[Any, ...]) -> tuple[type, ...]:
+    """The parts of a scene that a field may hold; none if it may hold anything else."""
+    parts = tuple(kind for kind in kinds if isinstance(kind, type) and issubclass(kind, eqx.Module))
+    return () if set(kinds) - {*parts, type(None)} else parts
+
+
+def faults_of_whole(path: str, value: Any, about: Whole) -> list[Fault]:
+    if isinstance(value, bool) or not isinstance(value, int | np.integer):
+        return [Fault(path, f"{shown(value)} is not a whole number", f"{about.meaning}, as in {max(about.low, 1)}")]
+    if about.low <= value <= about.high:
+        return []
+    return [Fault(path, f"{value} is out of range", f"{about.meaning} must be {about.low}…{about.high}")]
+
+
+def takes_values(build: _Build) -> _Build:
+    """Decorate a function that makes a part, so that its arguments behave like fields of parts.
+
+    Metadata of a number are in its annotation, `Annotated[float, positive("m", "thickness")]`; the signature
+    that people see has only the type. Raises `InputError` with all values that are out of range.
+    """
+    hints = typing.get_type_hints(build, include_extras=True)
+    about = {name: typing.get_args(hint)[1] for name, hint in hints.items() if typing.get_origin(hint) is Annotated}
+    plain = typing.get_type_hints(build)
+    signature = inspect.signature(build)
+
+    @functools.wraps(build)
+    def made(*args: Any, **named: Any) -> Any:
+        bound, found = signature.bind(*args, **named), []
+        for name, value in bound.arguments.items():
+            known = about.get(name)
+            if value is None or isinstance(value, eqx.Module):
+                continue
+            if isinstance(known, Quantity):
+                found += _faults_of_leaf(Leaf(name, value, known), made=False)
+                if has_units(value):
+                    read = in_si(value, known)
+                    value = read.tolist() if isinstance(read, np.ndarray) else read
+            elif isinstance(known, Whole):
+                found += faults_of_whole(name, value, known)
+            elif (family := short_of(alternatives(plain.get(name)))) is not None:
+                value = family(value)
+            bound.arguments[name] = value
+        if found:
+            raise InputError(found)
+        return build(*bound.args, **bound.kwargs)
+
+    seen = [one.replace(annotation=plain.get(name, one.annotation)) for name, one in signature.parameters.items()]
+    vars(made)["__signature__"] = signature.replace(parameters=seen, return_annotation=plain.get("return"))
+    made.__annotations__ = plain
+    return cast(_Build, made)
+
+
+def unit_below(field: dataclasses.Field, unit: str) -> str:
+    """Meaning of the unit `SI` below a field, where it means `unit` at the field."""
+    about = field.metadata.get("quantity")
+    given = field.metadata.get("unit") if about is None else about.unit
+    return unit if given in (None, "SI") else given
+
+
+def about_of(field: dataclasses.Field, unit: str) -> Quantity | None:
+    """Metadata of a numeric field where the unit `SI` means `unit`; `None` for other fields."""
+    about = field.metadata.get("quantity")
+    return dataclasses.replace(about, unit=unit) if about is not None and about.unit == "SI" else about
+
+
+def parts_below(node: Any, path: str = "", unit: str = "SI") -> Iterator[tuple[str, Any, str]]:
+    """A part and all parts below it: path, the part, and the meaning of the unit `SI` in it."""
+    if isinstance(node, tuple | list):
+        for i, child in enumerate(node):
+            yield from parts_below(child, f"{path}[{i}]", unit)
+    elif dataclasses.is_dataclass(node) and not isinstance(node, type):
+        yield path, node, unit
+        for field in dataclasses.fields(node):
+            yield from parts_below(getattr(node, field.name), below(path, field), unit_below(field, unit))
+
+
+def below(path: str, field: dataclasses.Field) -> str:
+    """Path of a field of the part at a path."""
+    return f"{path}.{field.name}" if path else field.name
+
+
+@dataclasses.dataclass(frozen=True)
+class Leaf:
+    """One parameter (number or array) of a scene: path, value and metadata."""
+
+    path: str
+    value: Any
+    about: Quantity
+
+
+def _may_be_absent(cls: type, name: str) -> bool:
+    kinds = alternatives(_hints(cls).get(name, Any))
+    return type(None) in kinds or Any in kinds
+
+
+def leaves(node: object, path: str = "", unit: str = "SI") -> list[Leaf]:
+    """Every quantity below `node`, in the order of the fields; `unit`: meaning of `SI` here.
+
+    Example:
+        >>> sb.files.leaves(scene.initial)[0].about.unit
+        'rad/s'
+    """
+    if isinstance(node, tuple | list):
+        return [leaf for i, child in enumerate(node) for leaf in leaves(child, f"{path}[{i}]", unit)]
+    if not dataclasses.is_dataclass(node) or isinstance(node, type):
+        return []
+    found: list[Leaf] = []
+    for field in dataclasses.fields(node):
+        value, here, about = getattr(node, field.name), below(path, field), about_of(field, unit)
+        # where a law replaces a number, the numbers of the law
+        if about is not None and not dataclasses.is_dataclass(value):
+            if value is not None or not _may_be_absent(type(node), field.name):
+                found.append(Leaf(here, value, about))
+        else:
+            found += leaves(value, here, unit_below(field, unit))
+    return found
+
+
+def as_arrays(node: Any) -> Any:
+    """A tree of parts whose numbers are all arrays, also those put in by `eqx.tree_at` without a converter."""
+    if isinstance(node, tuple | list):
+        found = [as_arrays(one) for one in node]
+        return node if all(a is b for a, b in zip(found, node, strict=True)) else type(node)(found)
+    if not dataclasses.is_dataclass(node) or isinstance(node, type):
+        return node
+    changed = {}
+    for field in dataclasses.fields(node):
+        value = getattr(node, field.name)
+        number = field.metadata.get("quantity") is not None and not dataclasses.is_dataclass(value)
+        new = as_number(value) if number else as_arrays(value)
+        if new is not value:
+            changed[field.name] = new
+    return dataclasses.replace(node, **changed) if changed else node
+
+
+def faults_of_values(node: object, path: str = "") -> list[Fault]:
+    """Errors of values that are not numbers, not finite, out of range, or of too few bits; traced values pass."""
+    found = leaves(node, path)
+    if (count := sum(np.size(leaf.value) for leaf in found)) > _MOST_NUMBERS:
+        return [Fault(path or "scene", f"has {count} numbers", f"at most {_MOST_NUMBERS}")]
+    return [fault for leaf in found for fault in _faults_of_leaf(leaf)]
+
+
+def all_in_range(node: object) -> bool:
+    """Whether the numbers of a tree of parts are all float64 arrays of NumPy and in their ranges, in one pass.
+
+    Where it is not, `faults_of_values` says what is wrong, if anything is.
+    """
+    numbers, structure = jax.tree.flatten(node)
+    if not all(type(x) is np.ndarray and x.dtype == np.float64 for x in numbers):
+        return False
+    ranges = _ranges(structure, tuple(x.shape for x in numbers))
+    if ranges is None or not numbers or len(ranges[0]) > _MOST_NUMBERS:
+        return False
+    low, high, above = ranges
+    whole = np.concatenate([x.ravel() for x in numbers])
+    return bool(np.all((whole >= low) & (whole <= high) & (whole > above)))
+
+
+@functools.lru_cache(maxsize=256)
+def _ranges(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> tuple[np.ndarray, ...] | None:
+    """Minimum and maximum values of all numbers, and their exclusive lower bounds.
+
+    `None` where a list or anything else stands for a number, or where a list is empty that may not be.
+    """
+    places = [np.zeros(shape) for shape in shapes]
+    node, known = jax.tree.unflatten(structure, places), {id(place): i for i, place in enumerate(places)}
+    rows: list[tuple[np.ndarray, ...]] = [()] * len(shapes)
+    for leaf in leaves(node):
+        about, i = leaf.about, known.get(id(leaf.value))
+        if i is None or len(shapes[i]) > bool(about.many) or (0 in shapes[i] and not about.may_be_empty):
+            return None
+        low, high = about.ends
+        rows[i] = tuple(np.full(shapes[i], end) for end in (low, high, low if about.open_low else -np.inf))
+    if () in rows:
+        return None  # a number without metadata
+    return tuple(np.concatenate([np.ravel(row[k]) for row in rows]) for k in range(3))
+
+
+def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
+    """Error of one value.
+
+    `made`: it is in a part that has been made, where texts have been read, and lists are only where allowed;
+    until then a list may be for many parts side by side.
+    """
+    about, given = leaf.about, leaf.value
+    if type(given) is np.ndarray and given.ndim == 0 and given.dtype == np.float64 and about.admits_one(given.item()):
+        return []  # as nearly all are
+    dtype = getattr(given, "dtype", np.dtype(np.float64))
+    if jnp.issubdtype(dtype, jnp.floating) and dtype != np.float64:
+        what = f"is {dtype}, in which events cannot be located"
+        return [Fault(leaf.path, what, f"give {about.meaning} as float64")]
+    if isinstance(given, Tracer | jax.ShapeDtypeStruct):
+        return []
+    if has_units(given) and not made:
+        if about.unit == "SI":
+            what = f"{shown(given)} cannot be read here, as the unit depends on the field that holds it"
+            return [Fault(leaf.path, what, "give it in SI units, without a unit")]
+        reader = NumberReader()
+        reader.number(list(given) if isinstance(given, tuple) else given, about, leaf.path, about.unit)
+        return reader.faults
+    given = as_number(given)  # a Python number, put in by `eqx.tree_at`
+    if not isinstance(given, np.ndarray | jax.Array) or given.dtype.kind not in "fiu":
+        unit = "SI units" if about.unit == "SI" else about.unit
+        return [Fault(leaf.path, f"{shown(given)} is not a number", f"give a number in {unit}")]
+    value = np.asarray(given)
+    if made and value.ndim > bool(about.many):
+        hint = "give one number" + (", or a list of numbers" if about.many else "")
+        return [Fault(leaf.path, f"has the shape {value.shape}", hint)]
+    if value.size == 0 and not about.may_be_empty:
+        return [Fault(leaf.path, "is an empty list", f"give {about.meaning}")]
+    bad = ~about.admits(value)
+    if not bad.any():
+        return []
+    which = "" if value.ndim == 0 else "[" + ", ".join(str(i) for i in np.argwhere(bad)[0]) + "]"
+    worst = value[bad].flat[0]
+    words = f"{about.meaning} must be {about.wanted(worst)} {about.unit}{about.in_degrees(worst)}"
+    return [Fault(leaf.path + which, f"{worst:g} {about.unit} is out of range", words)]
+
+
+def faults_of_sizes(node: object, path: str, n: int) -> list[Fault]:
+    """Lists without an entry for each of `n` linings, or for each gap between two."""
+    found = []
+    for leaf in leaves(node, path):
+        entries = {True: n, Over.GAPS: n - 1}.get(leaf.about.many)
+        if entries is not None and np.shape(leaf.value) not in ((), (entries,)):
+            found.append(Fault(leaf.path, f"does not fit {n} linings", f"give one number, or a list of {entries}"))
+    return found
