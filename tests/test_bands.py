@@ -66,6 +66,7 @@ def test_a_stop_has_the_torque_of_both_bands(stopped):
     time = J * W0 / (torque - LOAD)
     assert float(stopped.stopping_time) == pytest.approx(time, rel=1e-12)
     np.testing.assert_allclose(sb.brakes.tension_shares(stopped.scene.brake), share, rtol=1e-14)
+    assert float(stopped.scene.brake.torque(T0, np.concatenate(FRICTION))) == pytest.approx(torque, rel=1e-13)
     s = stopped.series([0.5 * time])
     np.testing.assert_allclose(s.tension[0], np.concatenate([T[1:] for T in along]), rtol=1e-13)
     assert float(s.slack_tension[0]) == pytest.approx(T0, rel=1e-15)

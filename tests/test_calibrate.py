@@ -134,6 +134,16 @@ def test_errors_against_outliers_are_those_of_the_sandwich():
     got = identify(X, r, absolute=True, loss="huber", loss_scale=1e9, noise=1e-9)
     H = np.linalg.inv(X.T @ X)
     np.testing.assert_allclose(got.covariance, H @ (X.T * r**2) @ X @ H * 40 / 37, rtol=1e-10)
+    # beyond the threshold, by `H = Jᵀ diag(d²C/dr²) J` and `diag((dC/dr)²)` of the objective, differentiated numerically
+    c = 0.8
+    for loss, rho in (("soft_l1", lambda z: 2 * (np.sqrt(1 + z) - 1)), ("cauchy", np.log1p)):
+        objective, h = lambda x, rho=rho: 0.5 * c**2 * rho((x / c) ** 2), 1e-4
+        force = (objective(r + h) - objective(r - h)) / (2 * h)
+        curved = np.maximum((objective(r + h) - 2 * objective(r) + objective(r - h)) / h**2, 0.0)
+        G = np.linalg.inv((X.T * curved) @ X)
+        sandwich = G @ (X.T * force**2) @ X @ G * 40 / 37
+        got = identify(X, r, absolute=True, loss=loss, loss_scale=c, noise=1e-9)
+        np.testing.assert_allclose(got.covariance, sandwich, rtol=1e-5, atol=1e-5 * np.abs(sandwich).max())
     plain = identify(X, r, absolute=True, loss="linear", loss_scale=1.0, noise=1e-9)
     np.testing.assert_allclose(plain.covariance, H, rtol=1e-10)
     vague = identify(X * [1, 1, 1e-3], r, absolute=True, loss="linear", loss_scale=1.0, noise=1e-9)

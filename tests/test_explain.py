@@ -68,6 +68,10 @@ def test_elasticities_of_a_stop(told):
     half, h = math.radians(13.5) / 2, 0.35 * Z
     by_angle = -g * (2 * 20 * h / (1 - h**2)) * PI / (PI - 1) * 2 * half / math.sin(2 * half)
     assert elasticity["brake.linings.angle[:]"] == pytest.approx(by_angle, rel=1e-7)
+    assert (
+        f"1 % more of brake.linings.friction.coefficient (0.35) {by_friction:.3g} %".replace("-", "−")
+        in told["influence"].text
+    )
     third = {"brake.band.radius": -g, "duty.slack_tension.values[:]": -g}
     assert elasticity[names[2]] == pytest.approx(third[names[2]], rel=1e-7)
 
@@ -117,6 +121,7 @@ def test_runaway_and_failure_say_what_to_do():
     failed = explain(sb.simulate(rigid(), max_steps=2, throw=False))
     assert failed["remedy"].numbers["status"] == "step_limit"
     assert "raise max_steps" in failed["remedy"].text.lower()
+    assert all(sentence[:1].isupper() and not sentence[1:2].isupper() for sentence in failed["remedy"].text.split(". "))
 
 
 def test_disc_shoe_and_staged_brakes():

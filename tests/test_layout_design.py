@@ -219,6 +219,14 @@ def test_what_cannot_be_levelled_says_why():
         sb.equal_layout(scene, "normal_load", start="given")
 
 
+@pytest.mark.parametrize("large", [2, 3])
+def test_the_lining_that_cannot_carry_the_load_is_named(large):
+    """At equal pressure a lining of fifty times the area needs fifty times the load, above the peak at `f^(−1/3)`."""
+    area = np.where(np.arange(1, 5) == large, 50.0, 1.0)
+    with pytest.raises(sb.layouts.InfeasibleLayout, match=f"lining {large} cannot carry the load"):
+        sb.layouts.equal_load_angles(0.3, 4, math.radians(200.0), area=area)
+
+
 def test_all_faults_of_a_wish_in_one_report():
     with pytest.raises(sb.InputError) as caught:
         sb.equal_layout(stop_scene(), "wear", free="areas", over="day", pair="internal", start="best")

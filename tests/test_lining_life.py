@@ -165,7 +165,7 @@ def test_worn_linings_in_the_heat_part():
         inside=20.0,
     )
     scene = ws.stop(sb.Wear(ws.K, worn=h, heat=True), layered)
-    np.testing.assert_allclose(walls_left(scene)["lining"], 1 - h / 0.03, rtol=1e-14)
+    np.testing.assert_allclose(walls_left(scene)["lining"], 1 - h / 0.03, rtol=1e-14, strict=True)
     thermal = assemble(scene)[0].thermal
     through = 2 * np.asarray(thermal.half[thermal.spans.stores["lining"]]).reshape(4, 5).sum(axis=1)
     np.testing.assert_allclose(through, (0.03 - h) / (float(lining.conductivity) * ws.AREA), rtol=1e-12)

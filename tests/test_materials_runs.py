@@ -44,6 +44,7 @@ def test_simulated_numbers_are_those_of_a_scene_with_that_rim(simulated):
     assert row["share"].simulated == pytest.approx(0.95, rel=1e-9)
     assert row["wear"].simulated is None  # the scene has no lining whose temperature were known
     assert row["mass"].simulated is None
+    assert "no rim in layers" not in str(table)
 
 
 def test_estimates_meet_the_run_where_it_is_as_they_assume(simulated):

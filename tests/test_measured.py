@@ -187,10 +187,17 @@ def test_calibrate_from_files(capsys, monkeypatch, tmp_path, files):
 def test_calibrate_with_bad_input_exits_2_with_all_faults(capsys, tmp_path, files):
     scene, series, _ = map(str, files)
     bad = write(tmp_path, "bad.csv", "t,omega\n0,fast\n")
-    fit = ["--fit", "initial.omega=5", "--sigma", "omega", "--start", "x=y"]
+    fit = ["--fit", "initial.omega=5", "--sigma", "omega", "--start", "x=y", "--start", "5 kN"]
     code, out, err = call(capsys, "calibrate", scene, str(bad), *fit, "--out", str(tmp_path / "out"))
     assert (code, out) == (2, "")
-    for words in ("initial.omega=5", "PATH=LOW:HIGH", "--sigma omega", "'fast' is not a number", "--start x=y"):
+    for words in (
+        "initial.omega=5",
+        "PATH=LOW:HIGH",
+        "--sigma omega",
+        "'fast' is not a number",
+        "--start x=y",
+        "--start 5 kN",
+    ):
         assert words in err
     assert not (tmp_path / "out").exists()
     code, _, err = call(capsys, "calibrate", scene, series, "--fit", "initial.omga=5:60", "--sigma", "omega=1")

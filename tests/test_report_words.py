@@ -35,6 +35,45 @@ def test_handy_numbers(value, unit, text):
     assert str(number(value, unit)) == text
 
 
+#: unit → magnitudes at which its name for reading changes, these names from the smallest on, and what they are in SI
+NAMES = {
+    "N": ([1e3, 1e6], {"N": 1, "kN": 1e3, "MN": 1e6}),
+    "N*m": ([1e3, 1e6], {"N·m": 1, "kN·m": 1e3, "MN·m": 1e6}),
+    "N/m": ([1e3, 1e6], {"N/m": 1, "kN/m": 1e3, "MN/m": 1e6}),
+    "J": ([1e3, 1e7], {"J": 1, "kJ": 1e3, "MJ": 1e6}),
+    "W": ([1e3, 1e6], {"W": 1, "kW": 1e3, "MW": 1e6}),
+    "Pa": ([1e3, 1e5, 1e9], {"Pa": 1, "kPa": 1e3, "MPa": 1e6, "GPa": 1e9}),
+    "kg": ([1e4], {"kg": 1, "t": 1e3}),
+    "m": ([1e-4, 0.1], {"µm": 1e-6, "mm": 1e-3, "m": 1}),
+    "m^2": ([0.01], {"cm²": 1e-4, "m²": 1}),
+    "s": ([1e-4, 0.1], {"µs": 1e-6, "ms": 1e-3, "s": 1}),
+}
+RIG_NAMES = {
+    "N": ([4448.2216152605], {"lbf": 4.4482216152605, "klbf": 4448.2216152605}),
+    "N*m": ([1e6], {"ft·lbf": 1.3558179483314, "ft·klbf": 1355.8179483314}),
+    "J": ([1e3], {"ft·lbf": 1.3558179483314, "ft·klbf": 1355.8179483314}),
+    "W": ([], {"hp": 745.69987158227}),
+    "Pa": ([1e6], {"psi": 6894.7572931684, "ksi": 6894757.2931684}),
+    "kg": ([], {"lb": 0.45359237}),
+    "m": ([0.3], {"in": 0.0254, "ft": 0.3048}),
+    "m^2": ([0.1], {"in²": 6.4516e-4, "ft²": 0.09290304}),
+    "m/s": ([], {"ft/min": 0.00508}),
+    "rad/s": ([], {"rpm": math.pi / 30}),
+}
+
+
+@pytest.mark.parametrize(("system", "table"), [("si", NAMES), ("rig", RIG_NAMES)])
+def test_names_of_units_change_with_the_magnitude(system, table):
+    for unit, (limits, names) in table.items():
+        ends = [0.01 * (limits or [1e4])[0], *limits, 50 * (limits or [1e4])[-1]]
+        for (name, si), low, high in zip(names.items(), ends, ends[1:], strict=False):
+            for value in (1.001 * low, 0.999 * high):
+                with sb.results.shown_in(system):
+                    read, _, shown = str(number(value, unit, count=12)).partition(" ")
+                assert shown == name
+                assert float(read.replace("−", "-")) * si == pytest.approx(value, rel=1e-10)
+
+
 def test_handy_arrays_and_differences():
     assert str(numbers(np.full(20, math.radians(13.5)), "rad")) == "20 × 13.5°"
     assert str(numbers([0.0, 0.35], "s")) == "0, 0.35 s"

@@ -6,6 +6,7 @@ import sys
 import jax
 import numpy as np
 import pytest
+import xarray
 from helpers import closed_form, stop_scene
 from result_scenes import SUFFIXES, heated_stop
 from staged_scenes import stop as staged_stop
@@ -229,6 +230,16 @@ def test_one_wrong_byte_never_passes_for_the_result(files, suffix, tmp_path):
         except sb.InputError:
             refused += 1
     assert refused > 20
+
+
+def test_the_checksum_is_that_of_earlier_files():
+    """Frozen: files that were written before hold it. The same for the other byte order."""
+    for order in "<>":
+        omega = np.array([2.0, -0.5], f"{order}f8")
+        values = {"omega": ("t", omega, {"units": "rad/s"}), "event": ("n", np.array(["stop"]))}
+        data = xarray.Dataset(values, {"t": np.array([0.0, 0.25], f"{order}f8")}, {"format": "simbrake"})
+        found = _result_file._checksum(data)
+        assert found == "be84ee7f6e3d1633ba08f44ece665e8e167826e55eacb47e329e90434c2b12e6"
 
 
 def test_wrong_places_and_suffixes(plain, tmp_path):

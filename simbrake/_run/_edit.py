@@ -3,7 +3,6 @@
 import dataclasses
 import difflib
 import functools
-import json
 import math
 import re
 from collections.abc import Iterable, Sequence
@@ -58,10 +57,9 @@ def parse_assignments(assignments: list[str]) -> dict[str, Any]:
             values[path] = None
             continue
         try:
-            number = float(value) if not value.startswith("[") else json.loads(value)
-            values[path] = np.asarray(number, dtype=np.float64)
-        except (ValueError, TypeError, OverflowError, RecursionError):
-            values[path] = value  # a number with its unit, which is read where the path is known
+            values[path] = np.asarray(float(value))
+        except ValueError:
+            values[path] = value  # a list, or a number with its unit, which is read where the path is known
     if faults:
         raise InputError(faults)
     return values
