@@ -7,8 +7,9 @@
     python tests/plant.py --page                     # what is known so far into docs/planted_errors.md
 
 Each error is put into a copy of the tree, and the tests and subjects of `simbrake validate` that run its function are
-run on it, those first that cost little and call few functions, until one fails or the time is up. A copy that cannot be imported, or a test that
-takes far longer than it should, counts as caught. `planted_equivalent.csv` names errors that change no result.
+run on it, those first that cost little and call few functions, until one fails or the time is up. A copy that cannot be
+imported, or a test that takes far longer than it should, counts as caught. `planted_equivalent.csv` names errors that
+change no result.
 """
 
 import argparse

@@ -134,7 +134,7 @@ def test_errors_against_outliers_are_those_of_the_sandwich():
     got = identify(X, r, absolute=True, loss="huber", loss_scale=1e9, noise=1e-9)
     H = np.linalg.inv(X.T @ X)
     np.testing.assert_allclose(got.covariance, H @ (X.T * r**2) @ X @ H * 40 / 37, rtol=1e-10)
-    # beyond the threshold, by `H = Jᵀ diag(d²C/dr²) J` and `diag((dC/dr)²)` of the objective, differentiated numerically
+    # beyond the threshold, by `H = Jᵀ diag(C'') J` and `diag(C'²)` of the objective `C(r)`, differentiated numerically
     c = 0.8
     for loss, rho in (("soft_l1", lambda z: 2 * (np.sqrt(1 + z) - 1)), ("cauchy", np.log1p)):
         objective, h = lambda x, rho=rho: 0.5 * c**2 * rho((x / c) ** 2), 1e-4
