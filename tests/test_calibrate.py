@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 from heat_scenes import fading, lump, rigid_stop
 from helpers import closed_form, stop_scene
+from scipy.optimize import least_squares
 from scipy.stats import binom, chi2, norm, t
 
 import simbrake as sb
 from simbrake.studies import State
-from simbrake.studies._fit import FitModel, Search, identify
+from simbrake.studies._fit import FitModel, Search, cost, identify
 
 OMEGA, T0, J, F = (
     "initial.omega",
@@ -144,6 +145,9 @@ def test_errors_against_outliers_are_those_of_the_sandwich():
         sandwich = G @ (X.T * force**2) @ X @ G * 40 / 37
         got = identify(X, r, absolute=True, loss=loss, loss_scale=c, noise=1e-9)
         np.testing.assert_allclose(got.covariance, sandwich, rtol=1e-5, atol=1e-5 * np.abs(sandwich).max())
+        assert cost(r, loss, c) == pytest.approx(
+            least_squares(lambda x, r=r: r, [0.0], loss=loss, f_scale=c).cost, rel=1e-12
+        )
     plain = identify(X, r, absolute=True, loss="linear", loss_scale=1.0, noise=1e-9)
     np.testing.assert_allclose(plain.covariance, H, rtol=1e-10)
     vague = identify(X * [1, 1, 1e-3], r, absolute=True, loss="linear", loss_scale=1.0, noise=1e-9)

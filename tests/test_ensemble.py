@@ -239,6 +239,18 @@ def test_interrupted_and_resumed(tmp_path, capsys, monkeypatch):
     assert np.all(sb.ensemble(stop_scene(), values, ["stopping_time"], directory=folder, progress=False).code == 0)
     with pytest.raises(sb.InputError, match="another ensemble: metrics differ"):
         sb.ensemble(stop_scene(), values, ["full_slip_time"], directory=folder)
+    twice = tmp_path / "function"
+
+    def metric(result):
+        return 2 * result.stopping_time
+
+    sb.ensemble(stop_scene(), values, [metric], directory=twice, progress=False)
+
+    def metric(result):
+        return 3 * result.stopping_time
+
+    with pytest.raises(sb.InputError, match="or a function differ"):
+        sb.ensemble(stop_scene(), values, [metric], directory=twice)
     with pytest.raises(sb.InputError, match="numbers or structure of the scene"):
         sb.ensemble(stop_scene(R=0.7), values, ["stopping_time"], directory=folder)
     with pytest.raises(sb.InputError, match="holds other files"):

@@ -72,6 +72,7 @@ def test_elasticities_of_a_stop(told):
         f"1 % more of brake.linings.friction.coefficient (0.35) {by_friction:.3g} %".replace("-", "−")
         in told["influence"].text
     )
+    assert told["influence"].text.startswith("What changes the stopping time most: ")
     third = {"brake.band.radius": -g, "duty.slack_tension.values[:]": -g}
     assert elasticity[names[2]] == pytest.approx(third[names[2]], rel=1e-7)
 

@@ -55,7 +55,9 @@ def result(request):
 
 def dense(result, points=40):
     """Times all over the steps of a run, also just before and just after all events."""
-    rows = result.record.compact().rows.t[: int(result.record.compact().count) + 1]
+    record = result.record.compact()
+    assert len(record.rows.t) == max(64, 1 << int(record.count).bit_length())  # the least power of two that holds it
+    rows = record.rows.t[: int(record.count) + 1]
     share = np.linspace(0.0, 1.0, points, endpoint=False)
     return np.unique((rows[:-1, None] + share * np.diff(rows)[:, None]).ravel())
 

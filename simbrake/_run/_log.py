@@ -478,7 +478,7 @@ def onset_bracket(
     drive = brake.band.radius * (product(mu) - 1) * J / (J + J_b)
     thrust = bandage.centrifugal_force(jnp.asarray(omega))
     pressed = jnp.asarray(bandage.preload) if thrust is None else jnp.asarray(bandage.preload) - thrust
-    return drive, R * f * loads, R * f * pressed * jnp.ones(linings.count), J_b / (J + J_b)
+    return drive, R * f * loads, R * f * pressed, J_b / (J + J_b)
 
 
 def internal_slip_tension(

@@ -44,7 +44,6 @@ class AbstractMethod(eqx.Module):
     """
 
     order: eqx.AbstractVar[int]
-    evaluations: eqx.AbstractVar[int]
 
     @property
     def name(self) -> str:
@@ -96,9 +95,8 @@ class ExplicitRungeKutta(AbstractMethod):
     """An embedded explicit Runge–Kutta pair, `y₁ = y + h Σ bᵢ kᵢ`, `kᵢ = f(t + cᵢ h, y + h Σ aᵢⱼ kⱼ)`.
 
     Any explicit diffrax solver with an error estimate gives its tableau (`diffrax.Tsit5()`, `diffrax.Dopri8()`, …).
-    The order is the one the step-size controller assumes for the local error. `evaluations` counts those of `rhs` in
-    one step, the first of which is that of the step before. `unrolled` writes every stage out: the fastest
-    program; otherwise the stages are a loop, and the program contains the equations once.
+    The order is the one the step-size controller assumes for the local error. `unrolled` writes every stage out: the
+    fastest program; otherwise the stages are a loop, and the program contains the equations once.
 
     Example:
         >>> import diffrax
@@ -112,7 +110,6 @@ class ExplicitRungeKutta(AbstractMethod):
     c: tuple[float, ...] = eqx.field(static=True)
     fsal: bool = eqx.field(static=True)
     order: int = eqx.field(static=True)
-    evaluations: int = eqx.field(static=True)
     unrolled: bool = eqx.field(static=True)
     solver: str = eqx.field(static=True)
 
@@ -133,7 +130,6 @@ class ExplicitRungeKutta(AbstractMethod):
         order = solver.order(diffrax.ODETerm(lambda t, y, args: y))
         assert order is not None
         self.order = int(order)
-        self.evaluations = len(self.c) + (0 if self.fsal else 1)
         self.solver = type(solver).__name__
 
     @classmethod

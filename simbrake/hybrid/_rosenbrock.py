@@ -83,7 +83,6 @@ class Rodas5P(AbstractMethod):
     couplings: Couplings | None = eqx.field(static=True, default=None)
     linear: ChainRows | None = None  # rows of the Jacobian; constant rows are already correct
     order: int = eqx.field(static=True, default=5)
-    evaluations: int = eqx.field(static=True, default=9)
 
     def rolled(self) -> "Rodas5P":
         return self

@@ -198,7 +198,7 @@ class Store:
         if there.get("fingerprint") == self.key and there.get("format") == _FORMAT:
             return
         differ = [name for name, value in about.items() if there.get(name) != value]
-        what = ", ".join(differ) or "numbers or structure of the scene, or the values"
+        what = ", ".join(differ) or "numbers or structure of the scene, the values, or a function"
         hint = "give another folder, or remove this one if its runs are no longer wanted"
         raise InputError([Fault("directory", f"{self.folder} holds another ensemble: {what} differ", hint)])
 
