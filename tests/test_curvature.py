@@ -33,6 +33,12 @@ def test_second_derivatives_of_the_stop_are_those_of_its_closed_form(metric, key
             assert found.matrix[i, j] * unit == pytest.approx(float(exact[a][b]) * unit, rel=tolerance, abs=tolerance)
             assert abs(found.matrix[i, j] - float(exact[a][b])) * unit <= 10 * found.error[i, j] * unit + 1e-7
     np.testing.assert_array_equal(found.matrix, found.matrix.T)
+    # a range of 1 % shows the same curvature, but for its fourth derivative
+    (table,) = sb.sensitivity(stop_scene(), [metric], [PATHS["f"]], span=0.01)
+    (row,) = table.rows
+    assert row.low is not None
+    bent = (0.5 * (row.low + row.high) - table.value) / (0.5 * row.half**2)
+    assert bent == pytest.approx(float(exact["f"]["f"]), rel=1e-3)
 
 
 def test_another_sequence_of_events_within_the_step_is_refused():

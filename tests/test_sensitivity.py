@@ -61,6 +61,7 @@ def test_ends_of_the_ranges_are_runs(tables):
             exact = closed_form(C=2e5 * factor)
             truth = {"stopping_time": exact["stop"], "slip_onset_time": exact["t0"], "max_tension": 8e3 * exact["Pi"]}
             assert end == pytest.approx(truth[table.metric], rel=1e-9)
+        assert row.tangent == pytest.approx(row.derivative * row.half, rel=1e-12)
 
 
 def test_rows_are_sorted_and_written(tables, tmp_path):
@@ -73,6 +74,9 @@ def test_rows_are_sorted_and_written(tables, tmp_path):
     figure = plot.tornado(tables[0])
     labels = [label.get_text() for label in figure.axes[0].get_yticklabels()]
     assert labels[-1].startswith(tables[0].wholes[0].path)  # the widest on top
+    lines = [line for one in figure.axes[0].collections for line in one.get_segments()]
+    along = tables[0].value + abs(tables[0].wholes[0].tangent)
+    assert max(line[:, 0].max() for line in lines) == pytest.approx(along, rel=1e-12)
     with pytest.raises(KeyError, match=r"brake\.band\.stiffness"):
         tables[0].at("brake.band.stifness")
 

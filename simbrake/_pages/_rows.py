@@ -174,11 +174,12 @@ class End(NamedTuple):
 
 
 class Bar(NamedTuple):
-    """A parameter in a tornado chart: path, value with its range, bars."""
+    """A parameter in a tornado chart: path, value with its range, bars, and where its derivative alone would lead."""
 
     path: str
     words: str
     ends: tuple[End, ...]
+    tangents: tuple[float, ...]
 
 
 class Tornado(NamedTuple):
@@ -192,7 +193,10 @@ class Tornado(NamedTuple):
 def tornado(table: SensitivityTable, most: int = 12) -> Tornado:
     """Effect of every parameter on a metric over its range, the largest on top; without ranges, elasticities."""
     rows = [row for row in table.matters if row.low is not None and row.high is not None]
-    caption = "Metric at the lower (blue) and the upper (red) bound of each parameter's range, the others fixed."
+    caption = (
+        "Metric at the lower (blue) and the upper (red) bound of each parameter's range, the others fixed; lines "
+        "across the bars are where the derivative alone would lead to."
+    )
     ends: dict[str, list[tuple[str, Any]]] = {row.path: [("low", row.low), ("high", row.high)] for row in rows}
     base = table.value
     if not rows:
@@ -200,7 +204,8 @@ def tornado(table: SensitivityTable, most: int = 12) -> Tornado:
         rows = [row for row in table.matters if np.isfinite(row.elasticity)]
         ends = {row.path: [("high" if row.elasticity > 0 else "low", row.elasticity)] for row in rows}
     rows = sorted(rows[:most], key=lambda row: -max(abs(x - base) for _, x in ends[row.path]))
-    every = [base, *(x for row in rows for _, x in ends[row.path])]
+    tangents = {row.path: [base - row.tangent, base + row.tangent] if row.tangent else [] for row in rows}
+    every = [base, *(x for row in rows for x in (*(end for _, end in ends[row.path]), *tangents[row.path]))]
     low, width = min(every), max(max(every) - min(every), 1e-300)
 
     def bar(row: Sensitivity) -> Bar:
@@ -212,7 +217,8 @@ def tornado(table: SensitivityTable, most: int = 12) -> Tornado:
             found.append(
                 End(side, a, b - a, f"{row.path}, {side}er bound: {value}" if base else f"{row.path}: {value}")
             )
-        return Bar(row.path, f"{number(row.value, row.unit, count=5)}{half}", tuple(found))
+        along = tuple(100 * (x - low) / width for x in tangents[row.path])
+        return Bar(row.path, f"{number(row.value, row.unit, count=5)}{half}", tuple(found), along)
 
     return Tornado(caption, tuple(map(bar, rows)), 100 * (base - low) / width)
 

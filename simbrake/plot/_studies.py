@@ -9,6 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
@@ -28,14 +29,30 @@ from ..studies._measured import Measured, check_measured, pick
 from ..studies._sensitivity import SensitivityTable
 from ..studies._uncertainty import Uncertainty
 from ._pulley import Ends, lining_edges, side_by_side
-from ._shared import BLUE, CYCLE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, ZERO, dense_grid, finish, head, sheet, styled
+from ._shared import (
+    BLUE,
+    CYCLE,
+    GREEN,
+    ORANGE,
+    PURPLE,
+    SKY,
+    VERMILLION,
+    ZERO,
+    dense_grid,
+    finish,
+    head,
+    name_marks,
+    sheet,
+    styled,
+)
 
 
 @styled
 def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = None) -> Figure:
     """Tornado chart: effect of every parameter on a metric over its range, the largest on top.
 
-    Without ranges in the table: elasticities.
+    Lines across a bar are where its derivative alone would lead to: what the bar differs by is curvature. Without
+    ranges in the table: elasticities.
 
     Example:
         >>> (table,) = sb.sensitivity(scene, ["stopping_time"], ["duty.load.mass"])
@@ -56,6 +73,8 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
     for y, (row, ends) in enumerate(bars):
         for end, colour in ends:
             axes.barh(y, end - base, left=base, color=colour, height=0.7)  # pyright: ignore
+        if row.tangent is not None:
+            axes.vlines([base - row.tangent, base + row.tangent], y - 0.35, y + 0.35, "black", lw=1.5)
         half, unit = f" ± {row.half:.3g}" if ranged else "", "" if row.unit in ("1", "SI") else f" {pretty(row.unit)}"
         labels.append(f"{row.path}\n{row.value:.5g}{half}{unit}")
     axes.set_yticks(range(len(bars)), labels)
@@ -65,7 +84,8 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
     if ranged:
         ends = [(BLUE, "parameter at its lower bound"), (VERMILLION, "at its upper bound")]
         handles = [Patch(color=colour, label=words) for colour, words in ends]
-        axes.legend(handles=handles, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
+        handles.append(Line2D([], [], color="black", lw=1.5, label="by the derivative alone"))
+        name_marks(figure, [], handles)
         axes.set_xlabel(f"{name}{', ' * bool(table.unit)}{table.unit}")
         words = f"{name} {table.value:.6g} {table.unit}: each parameter over its range, the others fixed"
         figure.suptitle(words)

@@ -153,6 +153,8 @@ class Sensitivity(NamedTuple):
     - `derivative` `dM/dp`;  `elasticity` `(p/M) dM/dp`: percent of the metric for one percent of the parameter
     - `half`: half of the range of `p`;  `low`, `high`: the metric at its bounds; `None` where it has
       no value or was not evaluated
+    - `tangent`: change of the metric over `half` along the derivative. What `high − M` and `M − low` differ from it by
+      is the curvature: `½ (low + high) − M = ½ half² d²M/dp² + O(half⁴)`
     - `note`: changes within the range that limit the validity of the derivative; empty if none
 
     A path that ends in `[:]` means all entries of a list: `value` is their mean, `derivative` that of one shift of
@@ -174,6 +176,7 @@ class Sensitivity(NamedTuple):
     low: float | None = None
     high: float | None = None
     note: str = ""
+    tangent: float | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -341,12 +344,14 @@ def _rows(
         ends = around.ends[leaf.path][:, k].tolist() if leaf.path in around.ends else (np.nan, np.nan)
         low, high = (end if np.isfinite(end) else None for end in ends)
         note = around.changes.get(leaf.path, "")
-        half = None if leaf.path not in spans else float(np.mean(spans[leaf.path]))
+        half = tangent = None
+        if leaf.path in spans:
+            half, tangent = float(np.mean(spans[leaf.path])), float(np.sum(slope * spans[leaf.path]))
         with np.errstate(divide="ignore", invalid="ignore"):
             elasticity = slope * p / value
         whole = leaf.path if p.ndim == 0 else f"{leaf.path}[:]"
         sums = float(np.mean(p)), float(np.sum(slope)), float(np.sum(elasticity))
-        rows.append(Sensitivity(whole, about.unit, about.meaning, *sums, half, low, high, note))
+        rows.append(Sensitivity(whole, about.unit, about.meaning, *sums, half, low, high, note, tangent))
         for index in np.ndindex(p.shape) if p.ndim else ():
             entry = f"{leaf.path}[{', '.join(str(i) for i in index)}]"
             numbers = float(p[index]), float(slope[index]), float(elasticity[index])
