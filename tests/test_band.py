@@ -81,7 +81,7 @@ def test_mass_terms_of_a_carried_lining():
     assert float(lifted.tension[0]) == pytest.approx(T_0)
 
 
-@pytest.mark.parametrize(("f", "k"), [(0.5, 9), (0.3, 6), (0.1, 10)])
+@pytest.mark.parametrize(("f", "k"), [(0.5, 9), (0.3, 6), (0.1, 10), (0.3, 1)])
 def test_equal_increment_layout(f, k):
     layout = sb.layouts.equal_increment_angles(f, 10, k, math.radians(270))
     assert float(np.sum(layout.angle)) == pytest.approx(math.radians(270), rel=1e-12)

@@ -3,6 +3,7 @@
 import ast
 import os
 import pathlib
+import platform
 import re
 import subprocess
 import sys
@@ -122,6 +123,8 @@ def test_help_and_version_do_not_wait_for_jax():
     for option in ("--help", "--version"):
         found = subprocess.run([sys.executable, "-c", program, option], capture_output=True, text=True, check=True)
         assert found.stdout.splitlines()[-1] == "[]", option
+    assert f"jax {jax.__version__}" in found.stdout
+    assert f"Python {platform.python_version()}" in found.stdout
 
 
 def test_public_names():

@@ -54,6 +54,15 @@ def test_radiation(ambient, truth, method):
     assert float(run.closure) < 1e-12
 
 
+def test_a_source_that_changes_between_the_first_two_times():
+    """A lump with nothing around: `T = T_0 + ∫P dt/C`, of a power that jumps and bends before the first result."""
+    power = sb.PiecewiseLinear([2.0, 2.0, 5.0], [300.0, 900.0, 0.0])
+    heat = sb.Heat(bodies=(sb.thermal.Lump("a", 15.0, 300.0),), sources=(sb.thermal.Source("a", power),))
+    run = sb.simulate_heat(heat, [0.0, 6.0, 9.0], rtol=1e-12)
+    warm = 300.0 + (2 * 300.0 + 0.5 * 3 * 900.0) / 15.0
+    np.testing.assert_allclose(run.temperature[:, 0], [300.0, warm, warm], rtol=1e-12)
+
+
 def test_half_space_under_constant_flux_at_second_order():
     k, a, q, t = 50.0, 1.4e-5, 1e6, 2.0
     errors = []
