@@ -4,6 +4,7 @@
     python tests/plant.py --count 200 --seed 1       # then: 200 errors, in equal numbers per part, kind by kind
     python tests/plant.py --count 5 --seed 3 --module simbrake/_physics/_rigid.py
     python tests/plant.py --count 200 --seed 1 --list    # the places alone
+    python tests/plant.py --again --seed 1           # its survivors once more, after tests were written
     python tests/plant.py --page                     # what is known so far into docs/planted_errors.md
 
 Each error is put into a copy of the tree, and the tests and subjects of `simbrake validate` that run its function are
@@ -339,6 +340,22 @@ def run_batch(found: list[Site], jobs: int, limit: float, target: Path) -> list[
     return [of_before[site] for site in found]
 
 
+def tried_again(target: Path, jobs: int, limit: float) -> list[Outcome]:
+    """A batch with its survivors planted anew, in the tree as it is now; those whose code is gone are left out."""
+    outcomes, now = [Outcome.of(json.loads(line)) for line in target.read_text("utf-8").splitlines()], {}
+    survivors = [outcome.site for outcome in outcomes if outcome.verdict == "survived"]
+    for old in survivors:
+        same = [site for site in sites(ROOT / old.module, ROOT) if site.key == old.key]
+        if same:
+            now[old] = min(same, key=lambda site: abs(site.line - old.line))
+    anew = target.with_suffix(".again.jsonl")
+    found = dict(zip(now, run_batch(list(now.values()), jobs, limit, anew), strict=True))
+    outcomes = [found.get(o.site, o) for o in outcomes if o.site not in survivors or o.site in found]
+    target.write_text("".join(json.dumps(o.as_dict()) + "\n" for o in outcomes), "utf-8")
+    anew.unlink()
+    return outcomes
+
+
 # --- the page ---------------------------------------------------------------------------------------------------------
 
 
@@ -381,6 +398,9 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--jobs", type=int, default=2, help="how many at a time")
     parser.add_argument("--limit", type=float, default=240.0, help="seconds after which no further test begins")
     parser.add_argument("--list", action="store_true", help="print the places, and plant nothing")
+    parser.add_argument(
+        "--again", action="store_true", help="the survivors of this batch anew, in the tree as it is now"
+    )
     parser.add_argument("--map", nargs="*", metavar="FILE", help="record which test runs what; these files anew")
     parser.add_argument("--page", action="store_true", help="write the outcome into docs/planted_errors.md")
     chosen = parser.parse_args(arguments)
@@ -389,14 +409,17 @@ def main(arguments: list[str] | None = None) -> None:
             parser.error("--map needs Python 3.12 or newer (sys.monitoring)")
         make_map(chosen.map, chosen.jobs)
         return
-    found = list(drawn(chosen.count, chosen.seed, chosen.module))
-    if chosen.list:
-        for site in found:
-            print(f"{site.module}:{site.line} {site.kind}: {_short(site)}")
-        return
     where = f"-{Path(chosen.module).stem}" if chosen.module else ""
-    start = time.monotonic()
-    outcomes = run_batch(found, chosen.jobs, chosen.limit, KEPT / f"outcomes-{chosen.seed}{where}.jsonl")
+    start, target = time.monotonic(), KEPT / f"outcomes-{chosen.seed}{where}.jsonl"
+    if chosen.again:
+        outcomes = tried_again(target, chosen.jobs, chosen.limit)
+    else:
+        found = list(drawn(chosen.count, chosen.seed, chosen.module))
+        if chosen.list:
+            for site in found:
+                print(f"{site.module}:{site.line} {site.kind}: {_short(site)}")
+            return
+        outcomes = run_batch(found, chosen.jobs, chosen.limit, target)
     print(table(outcomes))
     if chosen.page:
         spent = f"{(time.monotonic() - start) / 60:.0f} min with {chosen.jobs} jobs"
