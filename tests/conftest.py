@@ -80,3 +80,18 @@ def scenarios():
     import pathlib
 
     return pathlib.Path(__file__).parent.parent / "scenarios"
+
+
+@pytest.fixture
+def drawn(monkeypatch):
+    """Figures that are saved while a test runs, by the names of their files: what a picture shows is read in them."""
+    from matplotlib.figure import Figure
+
+    found, save = {}, Figure.savefig
+
+    def saved(figure, file, *args, **kwargs):
+        found[getattr(file, "name", str(file).rpartition(os.sep)[2])] = figure
+        return save(figure, file, *args, **kwargs)
+
+    monkeypatch.setattr(Figure, "savefig", saved)
+    return found

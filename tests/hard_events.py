@@ -60,7 +60,6 @@ def corner_at_an_event() -> list[Value | Named]:
         return run(scene(stiffness=C, lever=[(-1.0, T0), (at, T0), (at + 1.0, T0 - rate)]))
 
     shifts = (0.0, 1e-15, -1e-15, 1e-12, -1e-12)
-    a = R * (PI - 1) / J
     left = (times.stop - times.full_slip) * T0  # ∫T_0 dt from full slip to the stop
     late = times.full_slip + (T0 - math.sqrt(T0**2 - 2 * rate * left)) / rate
     stops = [float(with_corner(times.full_slip + shift).stopping_time) for shift in shifts]
@@ -71,7 +70,6 @@ def corner_at_an_event() -> list[Value | Named]:
     s = brentq(lambda s: T0 - rate * s + C * swing * math.sin(chi * s) - (T0 - rate * s) * PI, 0.0, 0.1, xtol=1e-16)
     slips = [float(with_corner(times.onset + shift).full_slip_time) for shift in shifts]
     ends = [with_corner(times.stop + shift) for shift in shifts]
-    assert a > 0
     slope = gradients(scene(stiffness=C, lever=[(-1.0, T0), (times.full_slip, T0), (times.full_slip + 1.0, T0 - rate)]))
     # a corner that moves on adds r (t − t_c) to the lever's impulse: ∂t/∂t_c = −r (t − t_c)/T_0(t); both points move
     moved = np.sum(np.asarray(slope.stop.duty.slack_tension.times)[1:])

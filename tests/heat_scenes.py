@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 import simbrake as sb
 
@@ -40,3 +41,21 @@ def lump(capacity=2e4, share=1.0, linings=None, cooling=0.0, **more):
 def rigid_stop(law, heat, end=10.0, lever=None, load=0.0, w0=W0):
     duty = sb.Duty(lever or sb.Constant(T0), sb.TorqueLoad(sb.Constant(load)))
     return sb.Scene(brake(law, None), duty, sb.Initial(w0), end, heat)
+
+
+def falling_flux(k, rho, c, work, duration, depth=0.028):
+    """A face of TRACK m² that takes `work` in a stop, where the heat does not reach the back at `depth`.
+
+    The greatest rise of the face `(4/3) q_0 √(τ/2π)/e`, at τ/2, that of the mean at the end, and the greatest
+    difference of the two, under the flux `q_0 (1 − t/τ)`.
+    """
+    e, q = math.sqrt(k * rho * c), 2 * work / duration / TRACK
+
+    def face(t):
+        return 2 * q * math.sqrt(t / math.pi) / e * (1 - 2 * t / (3 * duration))
+
+    def mean(t):
+        return q * t * (1 - t / (2 * duration)) / (rho * c * depth)
+
+    greatest = minimize_scalar(lambda t: mean(t) - face(t), bounds=(0.1 * duration, duration), method="bounded")
+    return face(duration / 2), mean(duration), -greatest.fun

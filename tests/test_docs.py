@@ -93,7 +93,6 @@ def test_every_mode_stage_status_and_code_has_words():
     assert set(_log.FAILURES) == (set(Code) | set(_mechanism.BrakeCode)) - {Code.COMPLETED}
     assert all(len(words) == 2 and all(words) for words in _mechanism.BAND_MODES.values())
     assert all(about.meaning and about.brakes for about in _log.EVENTS.values())
-    assert _mechanism.BandMode.HELD in _mechanism.BAND_MODES
 
 
 def test_every_public_name_is_on_one_page_of_the_reference(make_reference):

@@ -55,6 +55,20 @@ def test_tripping_load_books_the_energy_it_brings():
     np.testing.assert_allclose(series.load_torque, np.asarray([68e3, 8e3, 73e3]) * 9.80665 * 0.05, rtol=1e-12)
 
 
+def test_a_string_taken_in_motion_brings_its_energy():
+    """An open brake from 3 rad/s: `ω̇ = m g r/(J + m r²)`; with the speed of the hook the string gives ½ m r² ω²."""
+    load = sb.TrippingLoad(8e3, 60e3, 5e3, 0.2, 8.0, 10.0, drum_radius=0.4, line_count=8, count=2)
+    b = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(4, 4.5, 0.35))
+    result = sb.simulate(sb.Scene(b, sb.Duty(0.0, load), sb.Initial(3.0), 1.0))
+    r, J, M = 0.05, 1200.0 + 8e3 * 0.05**2, 8e3 * 9.80665 * 0.05
+    omega, work = 3.0 + M / J * 0.2, M * (3.0 * 0.2 + 0.5 * M / J * 0.2**2)
+    J, M, work = J + 60e3 * r**2, 68e3 * 9.80665 * r, work + 0.5 * 60e3 * r**2 * omega**2
+    work += M * (omega * 0.8 + 0.5 * M / J * 0.8**2)
+    assert float(result.record.y_end.omega) == pytest.approx(omega + M / J * 0.8, rel=1e-12)
+    assert float(result.energy["load_work"]) == pytest.approx(work, rel=1e-12)
+    assert float(result.energy["closure"]) < 1e-12
+
+
 def test_cyclic_steady_state_is_where_long_cycling_ends():
     heat = sb.lumped_heat(
         rim=1e4,

@@ -151,10 +151,9 @@ def test_many_stops_against_the_closed_form_in_the_callers_order():
     values = drawn(1000)
     done = []
     data = sb.ensemble(stop_scene(end=20.0), values, TIMES, progress=lambda n, total: done.append((n, total)))
-    for i in (0, 17, 500, 999):
-        truth = closed_form(w0=values[SPEED][i], f=values[FRICTION][i], T0=values[LEVER][i])
-        got = [float(data[name][i]) for name in TIMES]
-        np.testing.assert_allclose(got, [truth["t0"], truth["t1"], truth["stop"]], rtol=1e-10)
+    truth = closed_form(w0=values[SPEED], f=values[FRICTION], T0=values[LEVER], xp=np)
+    for name, wanted in zip(TIMES, ("t0", "t1", "stop"), strict=True):
+        np.testing.assert_allclose(data[name], truth[wanted], rtol=1e-10)
     assert np.all(data.code == 0)
     assert done[-1] == (1000, 1000)
     compiled = list(_evaluator._integrators), _evaluator._scanner.on("cpu")._cache_size()
@@ -381,8 +380,11 @@ def test_the_command_samples_and_tells_failures(capsys, scenarios, no_cache):
 
 
 def test_order_gives_back_the_callers_order(monkeypatch):
-    values = drawn(100)
+    values = drawn(97)  # the last run is alone in its chunk
+    stop = closed_form(w0=values[SPEED], f=values[FRICTION], T0=values[LEVER], xp=np)["stop"]
+    truth = np.where(stop < 5.0, stop, np.nan)
     data = sb.ensemble(stop_scene(), values, ["stopping_time"], chunk=8, workers=1, progress=False)
     monkeypatch.setattr(_ensemble, "expected_cost", lambda columns, known, steps: np.zeros(len(columns)))
     plain = sb.ensemble(stop_scene(), values, ["stopping_time"], chunk=8, workers=1, progress=False)
-    np.testing.assert_allclose(data.stopping_time, plain.stopping_time, rtol=1e-13)
+    for found in (data, plain):
+        np.testing.assert_allclose(found.stopping_time, truth, rtol=1e-10)

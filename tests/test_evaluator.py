@@ -5,7 +5,8 @@ import pytest
 from helpers import closed_form, stop_scene
 
 import simbrake as sb
-from simbrake.studies._evaluator import Evaluator, Metrics, Paths, place_of, same_numbers, values_of
+from simbrake.studies import Evaluator, Metrics, Paths
+from simbrake.studies._evaluator import place_of, same_numbers, values_of
 
 PATHS = ("initial.omega", "brake.pulley.inertia", "duty.slack_tension.level")
 NAMES = ("stopping_time", "stopping_angle")

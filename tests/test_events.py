@@ -47,7 +47,9 @@ def test_simultaneous_guards_are_all_handled_at_once():
 def test_two_events_close_together(gap):
     r = run([FIRST, functools.partial(down, at=0.3 + gap)])
     assert [int(m) for m in r.mode_end[0]] == [1, 1]
-    np.testing.assert_allclose(event_times(r), 0.3, atol=2 * gap)
+    times = event_times(r)
+    assert len(times) in (1, 2)
+    np.testing.assert_allclose(times, 0.3, atol=2 * gap)
 
 
 @pytest.mark.parametrize(
@@ -95,7 +97,14 @@ def test_excursion_inside_one_step_is_found(centre, depth):
     """`ẏ = 1` takes steps as long as the run; below zero for 1/16 of it. Times against the closed form."""
     width = 1 / 16
     r = run([functools.partial(bump, centre=centre, width=width, depth=depth)], guard_samples=15)
-    np.testing.assert_allclose(event_times(r)[:1], centre - width / 2, rtol=1e-9)
+    np.testing.assert_allclose(event_times(r)[:1], [centre - width / 2], rtol=1e-9)
+
+
+@pytest.mark.parametrize("depth", [1e-2, 1e-6])
+def test_dip_within_one_step_is_found_by_its_slopes(depth):
+    """A guard that is positive, with its minimum in the step, at both of its ends; nothing is sampled inside."""
+    r = run([lambda t: (t - 0.4) ** 2 - depth], guard_samples=0)
+    np.testing.assert_allclose(event_times(r)[:1], [0.4 - np.sqrt(depth)], rtol=1e-9)
 
 
 def test_touch_without_crossing_is_no_event():

@@ -349,9 +349,9 @@ def run(capsys, *arguments):
     return end.value.code, capsys.readouterr().out
 
 
-def test_compare_of_several_results_writes_a_figure(given, tmp_path, capsys, monkeypatch):
-    drawn, compare = [], plot.compare
-    monkeypatch.setattr(sb.plot, "compare", lambda results: drawn.append(list(results)) or compare(results))
+def test_compare_of_several_results_writes_a_figure(given, tmp_path, capsys, drawn, monkeypatch):
+    names, compare = [], plot.compare
+    monkeypatch.setattr(sb.plot, "compare", lambda results: names.append(list(results)) or compare(results))
     a, b = sb.save(given["result"], tmp_path / "a.nc"), sb.save(given["result"], tmp_path / "b.nc")
     heavy = sb.with_values(given["scene"], {"duty.load.mass": 24e3})
     sb.write_scene(heavy, tmp_path / "heavy.toml")
@@ -365,16 +365,23 @@ def test_compare_of_several_results_writes_a_figure(given, tmp_path, capsys, mon
     assert [one["equal"] for one in found["comparisons"]] == [True, False] == [True, found["equal"]]
     assert found["comparisons"][1]["scene"][0]["name"] == "duty.load.mass"
     assert json.loads((tmp_path / "out" / "compare.json").read_text("utf-8")) == found
-    assert drawn.pop() == ["a", "b", "heavy"]
+    assert (tmp_path / "out" / "compare.png").exists()
+    stops = [line.get_xdata()[0] for line in drawn["compare.png"].axes[0].lines if line.get_marker() == "D"]
+    later = sb.simulate(heavy).stopping_time
+    np.testing.assert_allclose(stops, [given["result"].stopping_time] * 2 + [later], rtol=1e-9)
+    assert names.pop() == ["a", "b", "heavy"]
     run(capsys, "compare", a, a, "--out", tmp_path / "same")
-    assert drawn.pop() == [f"{a}, 1", f"{a}, 2"]
+    assert names.pop() == [f"{a}, 1", f"{a}, 2"]
     code, out = run(capsys, "compare", a, b, tmp_path / "heavy.toml", "--out", tmp_path / "out")
     assert "a: a, b: heavy\ndifferent" in out
     assert "compare.png" in out
 
 
-def test_sweep_writes_its_figure(given, tmp_path, capsys):
+def test_sweep_writes_its_figure(given, tmp_path, capsys, drawn):
     sb.write_scene(given["scene"], tmp_path / "stop.toml")
     vary = ["--vary", "duty.load.mass=18e3:22e3:3", "--metrics", "stopping_time", "--out", tmp_path / "out"]
     assert run(capsys, "sweep", tmp_path / "stop.toml", *vary)[0] == 0
     assert sorted(file.name for file in (tmp_path / "out").iterdir()) == ["runs.csv", "runs.nc", "sweep.png"]
+    mass, time = np.concatenate([line.get_xydata() for line in drawn["sweep.png"].axes[0].lines]).T
+    np.testing.assert_allclose(mass, [18.0, 20.0, 22.0], rtol=1e-12)
+    assert time[1] == pytest.approx(float(given["result"].stopping_time), rel=1e-8)

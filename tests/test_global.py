@@ -6,6 +6,7 @@ slack tension are: mean, deviation, quantiles, failure probability and Sobol ind
 
 import json
 import math
+import re
 import sys
 
 import numpy as np
@@ -151,8 +152,23 @@ def test_statistics_of_a_stop_against_closed_forms():
     assert found.failures["does not stop"].count == 0
     assert json.loads(found.json())["metrics"]["stopping_time"]["mean"]["value"] == s.mean.value
     assert "16 independent sets of 64" in str(found)
-    axes = plot.distribution(found, "stopping_time").axes
-    assert axes[1].get_xlabel() == "stopping time, s"
+    for path, given in json.loads(found.json())["inputs"].items():
+        drawn = {p: MEDIAN[path] * math.exp(SPREAD[path] * ndtri(float(p))) for p in ("0.05", "0.5", "0.95")}
+        assert given["quantiles"] == pytest.approx(drawn, rel=1e-9)
+    # the figure: shares of the runs, the cumulative share is that of the lognormal, quantiles lie at its inverse
+    density, cumulative = plot.distribution(found, "stopping_time").axes
+    assert cumulative.get_xlabel() == "stopping time, s"
+    assert sum(bar.get_height() for bar in density.patches) == pytest.approx(100.0)
+    x, share = cumulative.lines[0].get_data()
+    np.testing.assert_allclose(share, 100 * np.arange(1, 1025) / 1024, rtol=1e-12)
+    np.testing.assert_allclose(share, 100 * ndtr(np.log(x / TYPICAL) / S), atol=2.5)  # Kolmogorov: 4 % at random
+    marks = np.concatenate([one.lines[0].get_xydata() for one in cumulative.containers])
+    np.testing.assert_allclose(marks[:, 0], TYPICAL * np.exp(S * ndtri(marks[:, 1] / 100)), rtol=1e-2)
+    assert len(marks) == len(s.quantiles)
+    shown = re.findall(r"^ *([\d.]+) % +([\d.]+)", str(found), re.MULTILINE)
+    for p, value in shown:
+        assert float(value) == pytest.approx(TYPICAL * math.exp(S * ndtri(float(p) / 100)), rel=1e-2)
+    assert len(shown) == len(s.quantiles)
 
 
 def test_runs_that_do_not_stop_are_counted_and_the_rest_is_told_apart():
@@ -261,6 +277,11 @@ def test_sobol_indices_of_a_brake_against_closed_forms():
     assert found.runs == found.data.sizes["run"] == 512 * 5
     axes = plot.indices(table).axes[0]
     assert [label.get_text() for label in axes.get_yticklabels()] == [row.path for row in table.indices[::-1]]
+    drawn = {round(bar.get_y() + 0.19, 6): bar.get_width() for bar in axes.patches}
+    for i, row in enumerate(table.indices[::-1]):
+        x = v[row.path]
+        assert drawn[round(i - 0.2, 6)] == pytest.approx(x / (whole - 1), abs=0.03)
+        assert drawn[round(i + 0.2, 6)] == pytest.approx(x * whole / (1 + x) / (whole - 1), abs=0.03)
 
 
 def test_morris_effects_of_a_linear_function_are_its_coefficients():
@@ -280,12 +301,20 @@ def test_morris_effects_of_a_brake():
     assert (speed.path, inertia.path, width.path) == ("initial.omega", "brake.pulley.inertia", "brake.pulley.width")
     # linear in the speed, and a little in the inertia with it
     assert speed.mu == pytest.approx(8.0 / 20.0 * TYPICAL, rel=0.02)
-    assert inertia.mu_star.value == pytest.approx(20.0 / 800.0 * TYPICAL, rel=0.2)
+    assert inertia.mu_star.value == pytest.approx(20.0 / 800.0 * TYPICAL, rel=0.1)  # at 8 speeds of 16…24
     assert inertia.sigma > 1e-6
     assert (width.mu, width.sigma) == (0.0, 0.0)
     assert found.runs == 8 * 4
     assert "16 … 24 rad/s" in str(found)
-    assert plot.effects(found["stopping_time"]).axes[0].get_xlabel().endswith(", s")
+    # the mean effect is that of the mean other factor, its spread half the range of it
+    axes = plot.effects(found["stopping_time"]).axes[0]
+    assert axes.get_xlabel().endswith(", s")
+    points = {one.get_label(): one.lines[0].get_xydata()[0] for one in axes.containers}
+    assert points.keys() == set(given)
+    assert points["initial.omega"][0] == pytest.approx(8.0 / 20.0 * TYPICAL, rel=0.02)
+    assert points["initial.omega"][1] < 0.02 * points["initial.omega"][0]
+    np.testing.assert_array_equal(points["brake.pulley.width"], 0.0)
+    assert points["brake.pulley.inertia"][1] == pytest.approx(inertia.sigma, rel=1e-12)
 
 
 def test_without_salib_the_error_names_the_command(monkeypatch):

@@ -51,6 +51,22 @@ def test_every_number_of_the_stop_forward_reverse_and_closed_form():
     assert float(got.initial.time) == pytest.approx(1.0, rel=1e-10)
 
 
+def test_derivatives_by_the_end_and_the_start_of_the_clock():
+    """`ω = ω_0 − a (t_1 − t_0)` and its angle in a stop that the end of the run cuts off, both ways."""
+
+    def end(x):
+        scene = stop_scene(C=None, w0=x[2], time=x[0], end=x[1])
+        state = sb.simulate(scene, rtol=1e-12).record.y_end
+        return jnp.stack([state.omega, state.phi])
+
+    value, forward, reverse = jacobians(end)(jnp.array([0.1, 0.4, 20.0]))
+    a = 0.725 * 8e3 * (closed_form()["Pi"] - 1) / 800.0
+    omega = 20.0 - a * 0.3
+    np.testing.assert_allclose(value, [omega, 20.0 * 0.3 - 0.5 * a * 0.3**2], rtol=1e-12)
+    for found in (forward, reverse):
+        np.testing.assert_allclose(found, [[a, -a, 1.0], [-omega, omega, 0.3]], rtol=1e-11)
+
+
 def events_of(scene):
     r = sb.simulate(scene, rtol=1e-12, max_steps=256)
     return jnp.stack([r.slip_onset_time, r.full_slip_time, r.stopping_time, r.hook_travel, r.max_tension.value])

@@ -150,6 +150,26 @@ def stopping_time(f, slope, capacity):
     return quad(lambda w: J / torque(w), 0.0, W0, epsabs=1e-13, epsrel=1e-13)[0]
 
 
+def test_heat_transmission_divides_the_heat_by_the_temperature_of_the_metal():
+    """Of bodies that stay as hot as they are: `a = K_1/(K_1 + K_2)` of V by hand, halfway between two rows."""
+    law = sb.thermal.TransmissionPartition(
+        np.array([400.0, 600.0]),
+        np.array([30.0, 70.0]),
+        np.array([20.0, 40.0]),
+        np.array([10.0, 30.0]),
+        np.array([1e-4, 3e-4]),
+    )
+    heat = sb.Heat(
+        (sb.thermal.Lump("rim", 1e14, 500.0), sb.thermal.Lump("linings", 1e14, 300.0)),
+        friction=sb.thermal.FrictionHeat("rim", "linings", law),
+    )
+    result = sb.simulate(rigid_stop(sb.ConstantFriction(0.35), heat))
+    K_1 = 1 / (1 / 50.0 + 0.028 / 48.85 + 1 / 30.0)
+    K_2 = 1 / (1 / 30.0 + 2e-4 / 1.02 + 0.030 / 0.736 + 0.006 / 53.94 + 1 / 20.0)
+    shares = [result.metrics[f"heat_to_{body}"] / (0.5 * J * W0**2) for body in ("metal", "linings")]
+    np.testing.assert_allclose(shares, np.array([K_1, K_2]) / (K_1 + K_2), rtol=1e-9)
+
+
 def test_the_share_of_the_heat_may_differ_from_lining_to_lining_of_one_rim():
     """The heat of a lining is in proportion to `T_i − T_{i−1}`, a geometric series along the band."""
     shares, f = np.linspace(0.4, 0.9, N), 0.35

@@ -45,6 +45,28 @@ def test_a_held_brake_lets_go_when_it_is_heated(stiffness):
     assert np.all(np.asarray(held.phi) == 0.0)
 
 
+def test_heat_of_a_break_away_goes_through_the_walls_at_once():
+    """The tension falls from the static to the kinetic limit in no time: `E = (T_1 − T_2)/C ((T_1 + T_2)/2 − T_0)`."""
+    C, n, share, z = 2e5, 4, 0.8, math.tan(math.radians(30.0))
+    rim = sb.thermal.Wall("rim", sb.Material(48.0, 7800.0, 500.0), 0.028, 1.1, 3, 1.7)
+    own = sb.thermal.Wall("lining", sb.Material(0.8, 2000.0, 900.0), 0.03, 0.05, 2, copies=n)
+    heat = sb.Heat(
+        bodies=(rim, own),
+        friction=sb.thermal.FrictionHeat("rim.front", "lining.front", sb.thermal.ConstantPartition(share)),
+    )
+    law = sb.ConstantFriction(0.25, 1.2)
+    duty = sb.Duty(T0, sb.TorqueLoad())
+    result = sb.simulate(sb.Scene(brake(law, C, n, math.radians(60.0)), duty, sb.Initial(W0), 0.5, heat), rtol=1e-11)
+    T_1, T_2 = (T0 * ((1 + f * z) / (1 - f * z)) ** n for f in (0.3, 0.25))
+    E = (T_1 - T_2) / C * (0.5 * (T_1 + T_2) - T0)
+    at = [float(result.full_slip_time)]
+    before, after = (result.series(at, left=left) for left in (True, False))
+    assert float(after.friction_heat[0] - before.friction_heat[0]) == pytest.approx(E, rel=1e-10)
+    rise = np.asarray(after.temperature - before.temperature)[0]
+    into_rim, into_each = share * E / (7800 * 500 * 0.028 * 1.1), (1 - share) * E / n / (2000 * 900 * 0.03 * 0.05)
+    np.testing.assert_allclose(rise, [into_rim] * 3 + [into_each] * 2 * n, rtol=1e-9)
+
+
 @pytest.mark.slow
 def test_self_locking_reached_by_heat_is_an_event_or_a_code():
     rising = sb.friction.ProductFriction(

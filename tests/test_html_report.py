@@ -20,8 +20,8 @@ from simbrake import plot, with_values
 from simbrake._base import _faults, _table
 from simbrake._commands import _runs
 from simbrake._pages import _page, _rows
-from simbrake._run._measure import limit_checks, read_limits
-from simbrake.results import EVENTS
+from simbrake._run._measure import read_limits
+from simbrake.results import EVENTS, limit_checks
 from simbrake.results._compare import repeat
 
 VOID = {"meta", "img", "br", "wbr", "link", "hr", "input"}

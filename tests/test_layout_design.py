@@ -174,6 +174,17 @@ def test_static_layouts_are_the_closed_forms(target, f):
     T, normal = statics(expected, f)
     level = {"tension_increment": np.diff(T), "normal_load": normal, "pressure": normal / area}[target]
     np.testing.assert_allclose(level, level[0], rtol=1e-12)
+    # the figure: angles, their difference from the last, and the target of each lining, of all layouts
+    angles, apart, bars = plot.layouts(design.rows).axes
+    given = np.full(5, 44.0)
+    np.testing.assert_allclose(angles.lines[0].get_ydata(), given, rtol=1e-9)
+    np.testing.assert_allclose(angles.lines[-1].get_ydata(), np.degrees(expected), rtol=1e-6)
+    np.testing.assert_allclose(apart.lines[-1].get_ydata(), 0.0, atol=1e-12)
+    T, normal = statics(np.radians(given), f)
+    first = {"tension_increment": np.diff(T), "normal_load": normal, "pressure": normal / area}[target]
+    drawn = np.asarray([bar.get_height() for bar in bars.containers[0]])
+    np.testing.assert_allclose(drawn / drawn[0], first / first[0], rtol=1e-9)
+    np.testing.assert_allclose(np.ptp([bar.get_height() for bar in bars.containers[-1]]), 0.0, atol=1e-6 * drawn[0])
 
 
 def test_areas_that_level_the_pressure_follow_the_loads():

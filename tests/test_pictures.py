@@ -1,6 +1,7 @@
 """Pictures show what the run has: read back from what is drawn, in the units that the axes name."""
 
 import dataclasses
+import itertools
 import math
 import pathlib
 import re
@@ -119,6 +120,15 @@ def test_chain_is_drawn_lining_by_lining():
     seen = [to_hex(w.get_facecolor()) for w in drawn]
     sticks, slides = (to_hex(CONTACT_COLOURS[c]) for c in (Contact.STICKS, Contact.SLIDES))
     assert seen == [sticks] * 3 + [slides]
+    # stick and slip over time: each lining sticks to the moment at which it slides, whole and enlarged
+    for panel in plot.contacts(result).axes:
+        edges, linings, states = mesh_of(panel)
+        np.testing.assert_allclose(linings, np.arange(5) + 0.5)
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        early = middle < slips[1]
+        ahead = np.array([[t > slips[k] for t in middle[early]] for k in (1, 2, 3, 4)])
+        np.testing.assert_array_equal(states[:, early], ahead)
+        assert set(slips.values()) <= {*edges}
     figure = plot.lining_map(result, "displacement")
     assert figure.axes[-1].get_ylabel().endswith(", mm")
     mesh = figure.axes[0].collections[0]
@@ -237,6 +247,28 @@ def test_example_of_the_page_and_events_in_the_chart(tmp_path, monkeypatch):
     ]
     assert axes[6].get_xlabel() == "time, s"
     assert axes[7].get_xlabel() == "time, ms"
+    # each curve at the ends of its pieces: taken along, sliding, held
+    T_0, T_n, R = 8.0, 8.0 * truth["Pi"], 0.725
+    taken, sliding, held = (
+        0.5 * (a + b) for a, b in itertools.pairwise([truth["t0"], truth["t1"], truth["stop"], 5.0])
+    )
+    x = math.sqrt(2e5 * R**2 / 800.0) * (taken - truth["t0"])  # χ(t − t_0)
+    rising = T_0 + 2e5 * R * 20.0 * math.sin(x) / math.sqrt(2e5 * R**2 / 800.0) / 1e3
+    slowed = R * (T_n - T_0) * 1e3 / 800.0 * (truth["stop"] - sliding)
+    at_limit = sum(limit <= taken for limit in truth["limits"])
+    for curve, wanted in {
+        (0, 0): (20.0 * math.cos(x), slowed),
+        (2, 0): (R * (rising - T_0), R * (T_n - T_0), 0.0),
+        (2, 1): (0.0, 0.0, 0.0),
+        (4, 0): (rising, T_n),
+        (4, 1): (T_0, T_0, T_0),
+        (6, 0): (at_limit, 20),
+    }.items():
+        t, y = axes[curve[0]].lines[curve[1]].get_data()
+        at = (taken, sliding, held)[: len(wanted)]
+        stairs = [y[np.searchsorted(t, time, side="right") - 1] for time in at]
+        drawn = stairs if curve[0] == 6 else np.interp(at, t, y)
+        np.testing.assert_allclose(drawn, wanted, rtol=2e-4, atol=1e-9, err_msg=str(curve))
 
 
 def test_page_names_every_picture():
@@ -247,16 +279,91 @@ def test_page_names_every_picture():
     assert all((pathlib.Path(__file__).parent.parent / "docs" / name).stat().st_size <= 60e3 for name in shown)
 
 
-def test_stages_show_overlaps_over_time(staged):
+def curves(axes):
+    return {line.get_label(): line.get_xydata() for line in axes.lines if not line.get_label().startswith("_")}
+
+
+def test_duty_shows_lever_and_load(staged):
+    """The lever rises from 1 to 15 kN in half a second; a mass of 30 t on the hook pulls with `m g r`."""
+    lever, load = plot.duty(staged).axes
+    ((_, drawn),) = curves(lever).items()
+    np.testing.assert_allclose(drawn[:, 1], np.minimum(1.0 + 28.0 * drawn[:, 0], 15.0), rtol=1e-9)
+    np.testing.assert_array_equal(load.lines[0].get_ydata(), 0.0)
+    string = sb.TrippingLoad(8e3, 60e3, 5e3, 0.2, 8.0, 10.0, drum_radius=0.4, line_count=8, count=2, drag=1e3)
+    b = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(4, 4.5, 0.35))
+    run = sb.simulate(sb.Scene(b, sb.Duty(0.0, string), sb.Initial(3.0), 1.0))
+    figure = plot.duty(run)
+    (t, torque), (_, mass) = (panel.lines[0].get_data() for panel in figure.axes[1:])
+    on_hook = np.where(t < 0.2, 8e3, 68e3)
+    apart = np.abs(t - 0.2) > 1e-9
+    np.testing.assert_allclose(mass[apart], on_hook[apart] / 1e3, rtol=1e-9)
+    wanted = on_hook * 9.80665 * 0.05 - 1e3 * np.asarray(run.series(t).omega)
+    np.testing.assert_allclose(torque[apart], wanted[apart] / 1e3, rtol=1e-9)
+
+
+def test_stops_are_points_of_time_heat_and_temperature(hot):
+    panels = [curves(axes) for axes in plot.stops(hot).axes]
+    heat = 0.5 * 800.0 * 20.0**2 / 1e3 + float(hot.energy["lever_work"] - hot.energy["elastic_change"]) / 1e3
+    under = float(hot.stopping_time) - float(hot.slip_onset_time)
+    np.testing.assert_allclose(panels[0]["time under the band"], [[1, under]], rtol=1e-9)
+    np.testing.assert_allclose(panels[1]["friction heat"], [[1, heat]], rtol=1e-8)
+    t = np.linspace(0.0, float(hot.record.t_end), 4001)
+    for words, T in (("hottest rim", "rim_temperature"), ("hottest linings", "lining_temperature")):
+        hottest = float(np.max(getattr(hot.series(t), T))) - 273.15
+        assert panels[2][words][0, 1] == pytest.approx(hottest, abs=1e-2)
+
+
+def test_stages_show_speeds_torques_heats_and_overlaps(staged):
     figure = plot.stages(staged)
-    labels = [panel.get_ylabel() for panel in figure.axes]
-    overlaps = ["external\noverlap (–)", "internal\noverlap (–)"]
-    assert labels == ["speed, rad/s", "torque, kN·m", "friction heat, kJ", *overlaps]
+    speed, torque, heat, *overlaps = figure.axes
+    t = curves(speed)[r"pulley $\omega$"][:, 0]
+    s, o = staged.series(t), sb.results.overlap(staged, t)
+    apart = np.min(np.abs(np.subtract.outer(t, [e.time for e in staged.events])), axis=1) > 1e-9
+    outer, inner = s.pairs["external"], s.pairs["internal"]
+    for panel, label, values in (
+        (speed, r"pulley $\omega$", s.omega),
+        (speed, r"bandage $\omega_b$", s.bandage_speed),
+        (torque, r"band on bandage $M_\mathrm{ext}$", outer.torque / 1e3),
+        (torque, r"pulley on bandage $\Lambda$", inner.torque / 1e3),
+        (torque, r"it sticks up to $M_\mathrm{int}$", inner.capacity / 1e3),
+        (heat, "external pair", outer.heat / 1e3),
+        (heat, "internal pair", inner.heat / 1e3),
+    ):
+        drawn = curves(panel)[label]
+        np.testing.assert_array_equal(drawn[:, 0], t)
+        np.testing.assert_allclose(drawn[apart, 1], np.asarray(values)[apart], rtol=1e-9, err_msg=label)
+    for panel, fields in zip(
+        overlaps, [("external_dynamic", "external_static"), ("internal_dynamic", "internal_static")], strict=True
+    ):
+        for area, name in zip(panel.collections, fields, strict=True):
+            corners = area.get_paths()[0].vertices  # (t, value) forwards and (t, 0) back
+            assert corners[:, 1].max() == pytest.approx(np.max(getattr(o, name)[apart]), rel=1e-9)
+            at = corners[np.argmax(corners[:, 1]), 0]
+            assert float(getattr(sb.results.overlap(staged, [at]), name)[0]) == pytest.approx(corners[:, 1].max())
     ends = np.unique([s.start for s in staged.stages if s.name.startswith("stage_")])
-    assert len([t for t in figure.axes[0].texts if t.get_text().startswith("stage ")]) == len(ends) == 3
+    assert len([t for t in speed.texts if t.get_text().startswith("stage ")]) == len(ends) == 3
 
 
-def test_temperatures_have_units(hot):
-    labels = [panel.get_ylabel() for panel in plot.temperatures(hot).axes]
-    assert labels.count("temperature, °C") == 2
-    assert "surface temperature, °C" in labels
+def test_temperatures_show_surfaces_friction_and_layers(hot):
+    surface, friction, *depths = plot.temperatures(hot).axes
+    drawn = curves(surface)
+    t = drawn["rim"][:, 0]
+    s = hot.series(t)
+    each = np.asarray(s.lining_temperature) - 273.15
+    np.testing.assert_allclose(drawn["rim"][:, 1], np.ravel(s.rim_temperature) - 273.15, rtol=1e-12)
+    np.testing.assert_allclose(drawn["linings, hottest"][:, 1], each.max(axis=1), rtol=1e-12)
+    np.testing.assert_allclose(drawn["linings, coolest"][:, 1], each.min(axis=1), rtol=1e-12)
+    np.testing.assert_allclose(curves(friction)["when sliding"][:, 1], 0.35, rtol=1e-12)
+    # through the walls at the time of the hottest rim
+    top = hot.metrics["peak_rim_temperature_time"]
+    T = np.asarray(hot.series([top]).temperature)[0] - 273.15
+    for panel, wall, name in zip(depths, hot.scene.heat.walls, ("rim", "lining"), strict=True):
+        nodes = [i for i, node in enumerate(hot.nodes) if node.startswith(f"{name}[")]
+        for line, values in zip(panel.lines, T[nodes].reshape(-1, wall.layers), strict=True):
+            steps = 1e3 * np.asarray(wall.steps)
+            np.testing.assert_allclose(line.get_xdata(), np.cumsum(steps) - 0.5 * steps, rtol=1e-12)
+            np.testing.assert_allclose(line.get_ydata(), values, rtol=1e-9)
+    assert [panel.get_ylabel() for panel in (surface, *depths)] == [
+        "surface temperature, °C",
+        *["temperature, °C"] * 2,
+    ]

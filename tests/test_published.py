@@ -190,6 +190,39 @@ def test_pictures_show_printed_points_and_curves(name):
     assert all(axes.get_xlabel() or axes.name == "polar" or not axes.axison for axes in figure.axes[-1:])
 
 
+def beside_its_curve(axes):
+    """Printed points of one panel over the curve of their colour, interpolated on logarithmic axes, less 1."""
+    lines = [(line, *(np.asarray(x, float) for x in line.get_data())) for line in axes.lines]
+    curves = {line.get_color(): np.log([x, y]) for line, x, y in lines if line.get_linestyle() != "None" and len(x) > 2}
+    for line, x, y in lines:
+        if line.get_marker() in list("osD^") and line.get_color() in curves and len(x) and line.get_markersize() < 12:
+            along, values = curves[line.get_color()]
+            order = np.argsort(along)
+            yield from zip(x, y / np.exp(np.interp(np.log(x), along[order], values[order])) - 1, strict=True)
+
+
+@pytest.mark.parametrize(
+    ("name", "count", "most"),
+    [("Z Fig. 4", 15, 2e-3), ("V table 1", 20, 0.031), ("V table 2", 48, 0.013), ("S table 1", 24, 0.011)],
+)
+def test_printed_points_lie_on_the_curves(name, count, most):
+    """But for the misprints at 650 °C in V, table 2; numbers with two digits are coarse, half of all are exact."""
+    off = [one for axes in plot.published(name).axes for one in beside_its_curve(axes)]
+    assert len(off) == count
+    away = [abs(by) for x, by in off if (name, x) != ("V table 2", 650.0)]
+    assert max(away) < most
+    assert np.median(away) < 5e-4
+
+
+def test_chord_angles_pass_through_the_printed_ones():
+    """Z, table 1: the five angles at β_7 = 20° for three coefficients of friction."""
+    rows = {float(row["f"]): row for row in published_rows("Z1")}
+    for axes, (f, row) in zip(plot.chord_angles(7, tuple(rows)).axes, rows.items(), strict=True):
+        assert f"{f:g}" in axes.get_title()
+        for j, line in enumerate(axes.lines[:5]):
+            assert np.interp(20.0, *line.get_data()) == pytest.approx(float(row[f"beta{j + 1}_deg"]), rel=2e-3)
+
+
 def test_a_figure_without_a_formula_is_refused_by_name():
     with pytest.raises(sb.InputError, match=r"Z Fig\. 2"):
         plot.published("Z Fig. 2")

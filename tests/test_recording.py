@@ -91,14 +91,15 @@ def test_friction_is_fitted_to_the_hook(recording):
     assert fit.parameters[0].value == pytest.approx(F, rel=1e-7)
 
 
-def test_run_writes_the_overlay(recording, tmp_path, capsys):
+def test_run_writes_the_overlay(recording, tmp_path, capsys, drawn):
     sb.write_scene(scene(), tmp_path / "stop.toml")
     options = ["run", str(tmp_path / "stop.toml"), "--measured", str(recording), "--units", "rig"]
     with pytest.raises(SystemExit) as end:
         main([*options, "--out", str(tmp_path / "out")])
     assert end.value.code == 0
     assert "overlay.png" in capsys.readouterr().out
-    assert (tmp_path / "out" / "overlay.png").stat().st_size > 10_000
+    assert (tmp_path / "out" / "overlay.png").exists()
+    np.testing.assert_allclose(drawn["overlay.png"].axes[1].lines[0].get_ydata(), SPEED / 0.00508, rtol=1e-12)
     with pytest.raises(SystemExit) as end:
         main(options)
     assert end.value.code == 2

@@ -1,15 +1,19 @@
 """Units of a rig at the boundary: numbers read and shown in them, and values that are most likely in another unit."""
 
 import json
+import math
 import pathlib
+import re
 
+import pint
 import pytest
 from helpers import main, stop_scene
 from test_scenarios import NAMES, load
 
 import simbrake as sb
-from simbrake._base._table import number, shown_in, to_si, unit
+from simbrake._base._table import number, to_si, unit
 from simbrake._parts._scene import warnings
+from simbrake.results import shown_in
 
 POUND, G, FOOT = 0.45359237, 9.80665, 0.3048
 
@@ -34,6 +38,27 @@ POUND, G, FOOT = 0.45359237, 9.80665, 0.3048
 )
 def test_units_of_a_rig_are_read(text, si, value):
     assert to_si(1.0, unit(text, si)) == pytest.approx(value, rel=1e-15)
+
+
+#: spellings with the engineering meaning, or with one that pint has not
+OWN = {
+    ("1/min", "rad/s"): math.pi / 30, ("rev/s", "rad/s"): 2 * math.pi, ("rev", "rad"): 2 * math.pi, ("C", "K"): 274.15,
+    ("lbf", "kg"): POUND, ("klbf", "kg"): 1e3 * POUND, ("kN", "kg"): 1e3 / G, ("tf", "kg"): 1e3, ("t", "N"): 1e3 * G,
+    ("Nm", "N*m"): 1.0, ("kNm", "N*m"): 1e3, ("-", "1"): 1.0,
+}  # fmt: skip
+
+
+def test_every_known_unit_is_that_of_a_library_of_units():
+    """All spellings that a message offers, one of each in SI, against pint."""
+    seen, registry = set(), pint.UnitRegistry()
+    for si in ["s", "rad", "rad/s", "m", "m/s", "m^2", "kg", "N", "N/m", "N*s/m", "N*m", "Pa", "J", "W", "1", "K"]:
+        with pytest.raises(ValueError, match="known here: ") as told:
+            unit("unknown", si)
+        for name in re.search(r"known here: ([^;]*)", str(told.value))[1].split(", "):
+            truth = OWN.get((name, si)) or registry.Quantity(1.0, name).to("" if si == "1" else si).magnitude
+            assert to_si(1.0, unit(name, si)) == pytest.approx(truth, rel=1e-14), (name, si)
+            seen.add((name, si))
+    assert seen >= {*OWN, ("bar", "Pa"), ("kJ", "J"), ("degF", "K"), ("%", "1")}
 
 
 def test_degrees_fahrenheit_are_read_and_a_difference_is_not():

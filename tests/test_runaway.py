@@ -218,4 +218,5 @@ def test_kinetic_energy_stands_where_it_went():
     assert "kinetic" not in into
     assert f"kinetic energy gained {0.5 * 800.0 * (omega**2 - 400.0) / 1e3:.6g} kJ" in out
     assert "−" not in into + out
-    assert json.loads(json.dumps(result.summary()))["energy"]["kinetic_change"] > 0
+    gained = json.loads(json.dumps(result.summary()))["energy"]["kinetic_change"]
+    assert gained == pytest.approx(0.5 * 800.0 * (omega**2 - 400.0), rel=1e-10)

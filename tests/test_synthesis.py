@@ -60,7 +60,12 @@ def test_every_step_has_figures_with_numbers_and_source(classical):
 def test_what_a_formula_shows_gives_its_value(classical):
     """Values recomputed from the numbers that the report prints beside them."""
     n = {row.name: {number.symbol: number.value for number in row.numbers} for row in classical}
-    x = n["mean bulk temperature, rim"]
+    x, hand = n["mean bulk temperature, rim"], by_hand()
+    shown = [x["W"], x["α"], x["c"], x["G"], n["thickness that holds the heat, braking"]["Q"]]
+    mass = 7850.0 * hand["effective volume, rim"]
+    track, work = 2 * 2 * math.pi * 0.590 * 0.220, hand["friction work"]
+    wanted = [work, hand["heat partition coefficient, rim"], 534.1, mass, hand["heat into the rim"] / track]
+    np.testing.assert_allclose(shown, wanted, rtol=1e-9)
     assert x["T"] + 2 / 3 * x["α"] * x["W"] / (x["c"] * x["G"]) == classical["mean bulk temperature, rim"].value
     x = n["maximum temperature, S-26"]
     assert x["T"] + x["t_s"] + x["t_f"] / 3 == pytest.approx(classical["maximum temperature, S-26"].value)

@@ -11,7 +11,8 @@ from test_double_shoe import shoe_scene
 
 import simbrake as sb
 from simbrake._pages._rows import key_figures
-from simbrake._run._measure import LimitCheck, LimitVerdict, limit_checks, summary_with_limits
+from simbrake._run._measure import LimitVerdict, summary_with_limits
+from simbrake.results import LimitCheck, limit_checks
 
 J, W0, R, T0, LOAD = 800.0, 20.0, 0.725, 8e3, 1.2e4
 Z = math.tan(math.radians(13.5) / 2)
