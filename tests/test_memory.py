@@ -521,3 +521,13 @@ def test_linings_under_an_open_band_do_not_rub():
     series = result.series([0.9, 1.5])
     np.testing.assert_array_equal(series.friction_memory[0], 1.0)
     assert np.all(series.friction_memory[1] < 0.99)
+
+
+@pytest.mark.parametrize("stiffness", [None, 1e5])
+@pytest.mark.parametrize("law", [Travelled(), RunningIn(time=1e6)])
+def test_under_an_open_band_there_is_neither_way_nor_work(law, stiffness):
+    closed = band(law, stiffness)
+    duty = sb.Duty(sb.PiecewiseLinear([0.7, 0.7], [0.0, T_0]), closed.duty.load)
+    for end, moved in ((0.6, False), (0.9, True)):
+        xi = final(sb.simulate(sb.Scene(closed.brake, duty, closed.initial, end), max_steps=512))
+        assert np.all(xi < 1.0) if moved else np.all(xi == 1.0)

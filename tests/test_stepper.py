@@ -209,8 +209,10 @@ def test_heat_goes_on_at_rest_and_a_step_that_fails_changes_nothing():
     with pytest.raises(sb.SimulationError, match="outside_table"):
         stepper.advance(10.0, lever=7e3)
     assert all(np.array_equal(before[name], value) for name, value in stepper.state().items())
-    stepper.advance(3.0)
+    stepper.advance(3.0, lever=6e3)
     np.testing.assert_allclose(stepper["lining_temperature"], 293.15 + 106.0, rtol=1e-10)
+    said = np.asarray(stepper.history().duty.slack_tension.values)
+    np.testing.assert_array_equal(said[::2], [8e3, 8001.0, 8002.0, 8003.0, 8004.0, 6e3])  # not what failed
 
 
 def test_values_are_read_as_columns():
