@@ -265,6 +265,19 @@ def test_sequence_knows_guards_and_order(given):
     assert len({plain, number(other), number(swapped, swapped_kinds)}) == 3
 
 
+def test_of_several_stops_the_hardest_is_enlarged():
+    """Two stops of a run that begins at 5 s: the whole until 1.15 of the way to the last stop, then the harder one."""
+    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 99.0], [2e3, 2e3]))
+    lever = sb.PiecewiseLinear([7.0, 7.0, 8.0, 8.0], [8e3, 0.0, 0.0, 8e3])
+    scene = dataclasses.replace(stop_scene(C=None, lever=lever, load=load, end=30.0), initial=sb.Initial(20.0, time=5.0))
+    result = sb.simulate(scene)
+    first, second = result.stops["time"]
+    assert result.stops["energy"][0] > result.stops["energy"][1]
+    whole, hard = plot.stop(result).axes[:2]
+    np.testing.assert_allclose(whole.get_xlim(), (5.0, 5.0 + 1.15 * (second - 5.0)), rtol=1e-9)
+    assert hard.get_xlim()[0] < 5.0 + 1e-9 < first < hard.get_xlim()[1] < second
+
+
 def test_sweep_of_one_parameter_has_gaps(grid):
     data = grid.sel({"initial.omega": 24.0})
     figure = plot.sweep(data)
@@ -300,6 +313,13 @@ def test_sweep_of_two_parameters(grid):
     changes = np.count_nonzero(np.diff(sequence, axis=0)) + np.count_nonzero(np.diff(sequence, axis=1))
     assert len(edges.get_segments()) == changes
     assert "hatched" in figure.get_suptitle()
+    cells = np.r_[MASS[0], 0.5 * (MASS[1:] + MASS[:-1]), MASS[-1]] / 1e3
+    sides = {x for patch in failed for x in patch.get_xy()[:, 0]}
+    assert all(np.abs(cells - x).min() < 1e-9 for x in sides)
+    assert {cells[0], cells[-1]} & {cells[np.abs(cells - x).argmin()] for x in sides}
+    whole = grid.isel({"duty.load.mass": slice(0, 2)})
+    assert np.isfinite(whole["stopping_time"]).all()
+    assert "hatched" not in plot.sweep(whole).get_suptitle()
 
 
 def test_sweep_of_an_ensemble_and_what_it_refuses(given, grid):

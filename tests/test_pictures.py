@@ -55,6 +55,7 @@ def test_pulley_shows_tensions_and_loads_of_the_run(name, request):
     assert "tight end" in words
     assert f"$T_n$ = {tension[-1]:.4g} kN" in words
     assert f"$t$ = {time:.6g} s" in axes.figure.get_suptitle()
+    assert ("outer half of a lining: band on lining" in axes.figure.get_suptitle()) == (name == "staged")
 
 
 def test_linings_lie_at_their_true_angles_with_gaps(plain):
@@ -121,7 +122,9 @@ def test_chain_is_drawn_lining_by_lining():
     sticks, slides = (to_hex(CONTACT_COLOURS[c]) for c in (Contact.STICKS, Contact.SLIDES))
     assert seen == [sticks] * 3 + [slides]
     # stick and slip over time: each lining sticks to the moment at which it slides, whole and enlarged
-    for panel in plot.contacts(result).axes:
+    both = plot.contacts(result).axes
+    assert ["enlarged" in panel.get_title() for panel in both] == [False, True][: len(both)]
+    for panel in both:
         edges, linings, states = mesh_of(panel)
         np.testing.assert_allclose(linings, np.arange(5) + 0.5)
         middle = 0.5 * (edges[1:] + edges[:-1])

@@ -185,12 +185,12 @@ def application(result: Result, time: float, title: str, cooling: float = 4.0) -
     table = result.stops
     if len(table) < 2:
         return []
-    stops, last = np.asarray(table["time"]), span(result)[1]
+    stops, (first, last) = np.asarray(table["time"]), span(result)
     i = min(int(np.searchsorted(stops, time, side="left")), len(stops) - 1)
     i -= i > 0 and time < stops[i] - table["motion_time"][i]  # hottest after a stop, before the next motion
     braked = max(table["braking_time"][i], time - stops[i])
     end = min(stops[i] + cooling * braked, last)
-    return [Window(stops[i] - 1.2 * table["braking_time"][i], end, title=title)]
+    return [Window(max(stops[i] - 1.2 * table["braking_time"][i], first), end, title=title)]
 
 
 def marks(axes: Axes, result: Result, window: Window, *, front: bool = False) -> list[str]:
