@@ -269,7 +269,9 @@ def test_of_several_stops_the_hardest_is_enlarged():
     """Two stops of a run that begins at 5 s: the whole until 1.15 of the way to the last stop, then the harder one."""
     load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 99.0], [2e3, 2e3]))
     lever = sb.PiecewiseLinear([7.0, 7.0, 8.0, 8.0], [8e3, 0.0, 0.0, 8e3])
-    scene = dataclasses.replace(stop_scene(C=None, lever=lever, load=load, end=30.0), initial=sb.Initial(20.0, time=5.0))
+    scene = dataclasses.replace(
+        stop_scene(C=None, lever=lever, load=load, end=30.0), initial=sb.Initial(20.0, time=5.0)
+    )
     result = sb.simulate(scene)
     first, second = result.stops["time"]
     assert result.stops["energy"][0] > result.stops["energy"][1]

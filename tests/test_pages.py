@@ -5,6 +5,7 @@ test run says loudly (`conftest.py`).
 """
 
 import base64
+import dataclasses
 import html
 import http.client
 import json
@@ -17,6 +18,7 @@ import numpy as np
 import pytest
 from browsers import browser_path, chromium
 from helpers import Waiting, stop_scene
+from test_disc import disc_scene
 
 import simbrake as sb
 from simbrake._commands import _runs
@@ -103,6 +105,27 @@ def test_curves_and_film_of_the_page_are_those_of_the_run(run, report):
     assert len(film["pairs"][0]["contacts"][50]) == run.scene.brake.linings.count
     marked = {event["words"]: event["t"] for event in data["events"]}
     assert marked["stop"] == run.metrics["stopping_time"]
+
+
+def test_curves_of_temperature_are_named_after_the_body():
+    heat = sb.Heat(
+        (sb.thermal.Lump("metal", 2e5), sb.thermal.Lump("linings", 5e3)),
+        friction=sb.thermal.FrictionHeat("metal", "linings", sb.thermal.ConstantPartition(0.9)),
+        linings="linings",
+        rim="metal",
+    )
+    for scene, body, lining in ((stop_scene(n=3), "rim", "lining"), (disc_scene(), "disc", "pad")):
+        result = sb.simulate(dataclasses.replace(scene, heat=heat))
+        charts = {chart.title: chart for chart in _live.charts_of(result.scene, result.series([0.1]))}
+        named = [line.label for line in charts["Surface temperature"].lines]
+        assert named == [f"hottest {body}", f"hottest {lining}"]
+
+
+@pytest.mark.parametrize(("omega", "begins"), [(17.0, 17.0), (23.0, 23.0), (10.0, 20.0), (25.0, 20.0)])
+def test_a_published_slider_begins_at_the_value_of_the_scene(omega, begins):
+    """At the middle of its values where that of the scene is outside of them."""
+    axis = _publish.Axis("initial.omega", (16.0, 20.0, 24.0))
+    assert _publish._slider(stop_scene(w0=omega), axis)["value"] == begins
 
 
 def test_numbers_are_rounded_to_seven_digits():
