@@ -182,6 +182,8 @@ def test_zooming_one_chart_zooms_all(browser, run, report):
         return False
 
     end = 1.3 * run.metrics["full_slip_time"]
+    assert ends_at(1.15 * run.metrics["stopping_time"])
+    page.get_by_role("button", name="whole run").click()
     assert ends_at(5.0)
     page.get_by_role("button", name="up to full slip, enlarged").click()
     assert ends_at(end)

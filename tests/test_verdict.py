@@ -151,7 +151,7 @@ def test_summary_of_many_stops_has_totals_and_the_worst():
     assert f"longest braking {max(STOP, second):.6g} s in stop 1" in text["worst"]
     assert "onset" not in text
     assert "2 × stop" in text["events"]
-    assert result.verdict().headline.startswith("2 stops, at the end stopped")
+    assert result.verdict().headline.startswith("2 stops; at the end stopped")
     # a page shows the same, and nothing of the first stop alone
     figures = {words: (value.text, note) for words, value, note in key_figures(result.summary())}
     assert figures["Stops"] == ("2", "")
