@@ -1,5 +1,6 @@
 """Events and ends of a run that heat brings about, and coefficients of friction that are implicit."""
 
+import dataclasses
 import math
 
 import equinox as eqx
@@ -8,6 +9,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from heat_scenes import BETA, T0, W0, C, N, R, brake, fading, lump
+from helpers import jacobians
+from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import simbrake as sb
@@ -112,6 +115,48 @@ FLASH = sb.thermal.FlashTemperature(length=1e-3, conductivity=50.0, diffusivity=
 
 def test_flash_temperature_of_a_moving_source():
     assert float(FLASH.rise(jnp.asarray(1e8), jnp.asarray(20.0))) == pytest.approx(60.5551805284838, rel=1e-12)
+
+
+def test_flash_temperature_of_a_slow_source():
+    """Tian and Kennedy: `ΔT = 2 q b/(λ √(π (1.273 + Pe)))`, `Pe = v b/(2 a)`, of a round spot of radius `b`; at rest
+    `q b/λ` (Carslaw and Jaeger)."""
+    slow, q, b, a = dataclasses.replace(FLASH, slow=True), 1e8, 0.5e-3, 1.44e-5
+    assert float(slow.rise(jnp.asarray(q), jnp.asarray(0.0))) == pytest.approx(q * b / 50.0, rel=1e-12)
+    for v in (1e-3, 0.1, 20.0):
+        truth = 2 * q * b / (50.0 * math.sqrt(math.pi * (4 / math.pi + v * b / (2 * a))))
+        assert float(slow.rise(jnp.asarray(q), jnp.asarray(v))) == pytest.approx(truth, rel=1e-12)
+
+
+def test_stop_with_flash_down_to_rest_and_its_derivatives():
+    """`t = ∫ J dω/M(f)` with `f = f_0 (1 − s (ΔT_rim + κ f v/√(v + v_0)))`, solved for `f`; by quadrature."""
+    a, hardness, capacity, J, n, beta = 1.44e-5, 3e7, 1e5, 900.0, 4, math.radians(50.0)
+    at = {"f_0": 0.35, "s": 1e-3, "l": 1e-3}
+
+    def time(f_0, s, l):
+        kappa, v_0, z = 2 * hardness / 50.0 * math.sqrt(a * l / math.pi), 16 * a / (math.pi * l), math.tan(beta / 2)
+
+        def needs(w):
+            v, rim = R * w, J * (W0**2 - w**2) / (2 * capacity)
+            f = f_0 * (1 - s * rim) / (1 + f_0 * s * kappa * v / math.sqrt(v + v_0))
+            return J / (R * T0 * (((1 + f * z) / (1 - f * z)) ** n - 1))
+
+        return quad(needs, 0.0, W0, epsabs=0, epsrel=1e-12, points=[0.05, 0.5], limit=200)[0]
+
+    def run(x):
+        law = sb.friction.ProductFriction(sb.ConstantFriction(x[0]), (sb.LinearFade(x[1], 293.15, 0.0),))
+        flash = sb.thermal.FlashTemperature(x[2], 50.0, a, 1.0, hardness, slow=True)
+        partition = sb.thermal.ConstantPartition(1.0)
+        heat = dataclasses.replace(sb.lumped_heat(rim=capacity, partition=partition, rim_cooling=0.0), flash=flash)
+        brake = sb.Brake(sb.Pulley(R, J), sb.Band(R), sb.Lining(law, np.full(n, beta)))
+        scene = sb.Scene(brake, sb.Duty(T0, sb.TorqueLoad()), sb.Initial(W0), 3.0, heat)
+        return sb.simulate(scene, rtol=1e-12, max_steps=512).stopping_time[None]
+
+    value, forwards, backwards = jacobians(run)(jnp.asarray([*at.values()]))
+    assert float(value[0]) == pytest.approx(time(**at), rel=1e-10)
+    moved = [(time(**{**at, name: 1.0001 * x}), time(**{**at, name: 0.9999 * x})) for name, x in at.items()]
+    slopes = [(up - down) / (2e-4 * x) for (up, down), x in zip(moved, at.values(), strict=True)]
+    np.testing.assert_allclose(forwards[0], slopes, rtol=1e-6)
+    np.testing.assert_allclose(backwards[0], slopes, rtol=1e-6)
 
 
 def test_implicit_friction_of_flash_and_pressure_against_scalar_roots():
