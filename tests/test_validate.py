@@ -51,6 +51,15 @@ def test_truths_that_are_computed_agree_with_the_digits_published():
         "staged pair/internal heat": 964.696427220533,
         "staged pair/external heat": 7835.30357277947,
         "lock-up/heat": 1620.0,
+        "winch with a differential band/tension ratio": 2.97674607410784,
+        "winch with a differential band/torque": 69545.6492930983,
+        "winch with a differential band/load that it holds": 309091.774635993,
+        "simple band, forward/pull for 225 N·m": 88.9605391354699,
+        "simple band, reversed/pull for 225 N·m": 288.960539135470,
+        "fading flux/maximum rise": 52.4180821839227,
+        "flutter of a lining/speed above which it decays": 1.35402510055111,
+        "flutter of a lining/growth rate at 0.5 m/s": 56.4773952196454,
+        "flutter of a lining/growth rate at 2.0 m/s": -9.06581770836234,
         "band and block/torque": 2547.32287226585,
         "band and block/time to stop": 7.39975137300599,
         "hook load/stopping time": 1.05986261040236,
@@ -92,7 +101,7 @@ def test_frozen_truths_are_those_of_their_script_which_knows_nothing_of_simbrake
 
 def test_subjects_are_counted_once_each():
     assert subject_of("radiation to 0 K/T at 60 s") == subject_of("radiation to 300 K/T at 60 s") == "radiation"
-    assert len({subject_of(case.name) for case in cases()}) == 59
+    assert len({subject_of(case.name) for case in cases()}) == 68
 
 
 def test_frozen_cases_take_derivatives_along_a_number_an_array_and_one_of_its_numbers():

@@ -9,14 +9,14 @@ import diffrax
 import numpy as np
 from jaxtyping import Float
 from scipy.integrate import quad
-from scipy.optimize import brentq
-from scipy.special import erfc
+from scipy.optimize import brentq, minimize_scalar
+from scipy.special import dawsn, erfc
 
 from .._parts._scene import Scene
 from .._run._networks import simulate_heat, steady_state
 from ..friction import ConstantFriction, LinearFade, ProductFriction
 from ..hybrid._arrays import Array
-from ..profiles import PiecewiseLinear, ramp
+from ..profiles import ExponentialRise, PiecewiseLinear, ramp
 from ..thermal._builders import lumped_heat
 from ..thermal._contact import ThermalContact
 from ..thermal._heat import ConstantPartition, Heat
@@ -152,6 +152,14 @@ def half_space_cases() -> list[Case]:
     return cases_of("half-space", fine, 1e-3, rows)
 
 
+def _hottest(rise: Float[np.ndarray, "81"]) -> tuple[float, float]:
+    """Time and height of the maximum of a course at `_TIMES`, of the parabola through its three highest points."""
+    top = int(np.argmax(rise))
+    a, b, c = rise[top - 1 : top + 2]
+    off = 0.5 * (a - c) / (a - 2 * b + c)
+    return float(_TIMES[top] + off * (_TIMES[1] - _TIMES[0])), float(b - 0.25 * (a - c) * off)
+
+
 def falling_flux_cases() -> list[Case]:
     """Flux that falls in a straight line to 0: the surface is hottest at half the time."""
     q, t_s = 1e6, float(_TIMES[-1])
@@ -160,18 +168,39 @@ def falling_flux_cases() -> list[Case]:
         x, rise = _heated(108, q, 0.0)
         return rise[:, 0] + q * (1 - _TIMES / t_s) * x[0] / _K
 
-    def hottest(surface: Float[np.ndarray, "81"]) -> float:
-        top = int(np.argmax(surface))
-        a, b, c = surface[top - 1 : top + 2]
-        return float(_TIMES[top] + 0.5 * (_TIMES[1] - _TIMES[0]) * (a - c) / (a - 2 * b + c))
-
     source = "Fazekas 1953, Newcomb 1960"
     greatest = 4 / (3 * math.sqrt(2 * math.pi)) * q * math.sqrt(t_s) / (_K / math.sqrt(_A))
     rows = [
         ("maximum rise", f"{source}: 0.53192304 q_0 √t_s/√(kρc)", greatest, np.max),
-        ("time of it", f"{source}: t_s/2", t_s / 2, hottest, 0.01),
+        ("time of it", f"{source}: t_s/2", t_s / 2, lambda rise: _hottest(rise)[0], 0.01),
     ]
     return cases_of("falling flux", surface, 2e-3, rows)
+
+
+def fading_flux_cases() -> list[Case]:
+    """Flux that fades exponentially, on a half-space of a steel of 45 W/(m·K), in layers that grow from 0.05 mm."""
+    q, rate, n, thickness = 1e6, 0.8, 120, 0.04
+    steel = Material(45.0, 7850.0, 480.0)
+    wall = Wall("w", steel, thickness, 1.0, n, layer_growth(5e-5, thickness, n))
+    flux = Source("w.front", q), Source("w.front", ExponentialRise(-q, 1 / rate))
+    per_root = 2 * q / math.sqrt(math.pi * rate * 45.0 * 7850.0 * 480.0)
+
+    def surface() -> Float[np.ndarray, "81"]:
+        run = simulate_heat(Heat((wall,), sources=flux), _TIMES, rtol=1e-9)
+        half = float(wall.centres[0])
+        return np.asarray(run.temperature)[:, 0] - ROOM + q * np.exp(-rate * _TIMES) * half / 45.0
+
+    source = f"{FORM}2 q_0 D(√(λ t))/√(π λ k ρ c), D of Dawson"
+    top: Any = minimize_scalar(lambda x: -dawsn(x), bracket=(0.5, 1.0, 1.5), tol=1e-12)
+    i, end = 12, len(_TIMES) - 1
+    rows = [
+        ("maximum rise", source, -per_root * top.fun, lambda rise: _hottest(rise)[1]),
+        ("time of it", f"{FORM}D' = 0", top.x**2 / rate, lambda rise: _hottest(rise)[0], 3e-4),
+        (f"rise at {_TIMES[i]:g} s", source, per_root * dawsn(math.sqrt(rate * _TIMES[i])), str(i), 4e-4),
+        (f"rise at {_TIMES[end]:g} s", source, per_root * dawsn(math.sqrt(rate * _TIMES[end])), str(end)),
+        ("maximum rise, 15 digits", "Dawson function, evaluated outside", 52.4180821839227, lambda x: _hottest(x)[1]),
+    ]
+    return cases_of("fading flux", surface, 2e-4, rows)
 
 
 def effusivity_cases() -> list[Case]:
@@ -251,6 +280,6 @@ def fade_cases() -> list[Case]:
 
 
 CASES = (
-    *(lump_cases, radiation_cases, repeated_cases, half_space_cases, falling_flux_cases, effusivity_cases),
-    *(steady_cases, fade_cases),
+    *(lump_cases, radiation_cases, repeated_cases, half_space_cases, falling_flux_cases, fading_flux_cases),
+    *(effusivity_cases, steady_cases, fade_cases),
 )

@@ -1,26 +1,34 @@
-"""Validation of mechanisms: staged brake, chain, bands, rope, phases, retarders, linings that travel.
+"""Validation of mechanisms: staged brake, chain, bands, rope, phases, retarders, linings by themselves and floating.
 
 The truths are in `truths.csv`, made by `tests/oracles/truths.py`, which imports nothing of simbrake.
 """
 
+import functools
 import math
+from typing import Any
 
+import jax
+import jax.numpy as jnp
 import numpy as np
+from scipy.optimize import brentq
 
 from .._parts._scene import Duty, Initial, Scene
+from .._physics._assemble import assemble
+from .._physics._mechanism import SLIP
+from .._run._edit import with_values
 from .._run._result import Result
 from .._run._travel import ring_wear
 from ..brakes._bands import LinedBand, MultiBandBrake
 from ..brakes._design import Band, Bandage, Brake, Lining, Pulley, Segments, tension_shares, uniform_linings
-from ..friction import ConstantFriction
+from ..friction import ConstantFriction, StribeckFriction
 from ..loads import HookLoad, Phase, Phases, RopeElasticity, StringLoad, TorqueLoad
 from ..profiles import Constant, PiecewiseLinear, ramp
 from ..shaft import HydrodynamicBrake, ViscousDrag
-from ._cases_band import points, scene_of, stop_scene, time_of
-from ._validation import Case, frozen_cases
+from ._cases_band import closed_form, stop_scene, time_of
+from ._validation import FORM, Case, Slope, cases_of, cases_with_slopes, differentiated, frozen_cases
 
 
-def _staged(lever: PiecewiseLinear, load: float, stiffness: float | None, preload: float, end: float) -> Scene:
+def _staged(lever: PiecewiseLinear, load: float, stiffness: float | None, preload: Any, end: float) -> Scene:
     """Eight linings of 33°, with a grip that depends on the tensions of the band."""
     linings = Lining(ConstantFriction(0.40), np.full(8, math.radians(33.0)), 0.03)
     bandage = Bandage(45.0, ConstantFriction(0.22), preload)
@@ -66,6 +74,90 @@ def chain_cases() -> list[Case]:
         },
         {"∂(speed)/∂C": "brake.band.stiffness"},
         of=lambda result: result.record.y_end.omega,
+    )
+
+
+def flutter_cases() -> list[Case]:
+    """A lining that slides at a steady speed, its friction falling with the speed: small swings grow or decay.
+
+    With `N = (T + T_0) tan(β/2)`; mass, damping and stiffness act as `m`, `c = (1 − f tan β/2) D` and
+    `k = (1 − f tan β/2) C`, as friction takes its part of the tension's changes.
+    """
+    N, m, c, k, f_s, f_k, v_s, z = 1e4, 8.0, 200.0, 60e3, 0.45, 0.30, 0.5, math.tan(math.radians(20.0))
+
+    @jax.jit
+    def jacobian(scene: Scene, stretch: Any) -> Any:
+        system, y, mode = assemble(scene)
+        mode = mode._replace(band=jnp.asarray(SLIP), own=mode.own._replace(linings=jnp.ones(1, jnp.int32)))
+
+        def rates(own: Any) -> Any:
+            moved = y._replace(own=y.own._replace(e=own[:1], v=own[1:]))
+            found = system.rhs(jnp.asarray(0.0), moved, mode).own
+            return jnp.concatenate([found.e, found.v])
+
+        return jax.jacfwd(rates)(jnp.stack([stretch, 0.0]))
+
+    def swing(v: float) -> complex:
+        """Eigenvalue of the swing at the slip speed `v`."""
+        f = f_k + (f_s - f_k) * math.exp(-v / v_s)
+        left, slack = 1 - f * z, (N / z - f * N) / 2
+        band = Band(0.9, k / left, Segments(1e3, c / left, c / left))
+        lining = Lining(StribeckFriction(f_s, f_k, v_s, 1.0), [2 * math.atan(z)], mass=m)  # pyright: ignore
+        brake = Brake(Pulley(0.9, 1e3), band, lining)
+        scene = Scene(brake, Duty(Constant(slack), TorqueLoad()), Initial(v / 0.9), 1.0)
+        found = jacobian(scene, (slack + f * N) * left / k)
+        return max(np.linalg.eigvals(np.asarray(found)), key=lambda x: x.imag)
+
+    def rate(v: float) -> float:
+        return (N * (f_s - f_k) / v_s * math.exp(-v / v_s) - c) / (2 * m)
+
+    source = f"{FORM}(−N f'(v) − c)/2m"
+    rows = [
+        (f"growth rate at {v} m/s", source, rate(v), functools.partial(lambda found, v: found(v).real, v=v))
+        for v in (0.5, 2.0)
+    ]
+    rows += [
+        (
+            "frequency at 0.5 m/s",
+            f"{FORM}√(k/m − σ²)",
+            math.sqrt(k / m - rate(0.5) ** 2),
+            lambda found: found(0.5).imag,
+        ),
+        (
+            "speed above which it decays",
+            f"{FORM}v_s ln(N (f_s − f_k)/(c v_s))",
+            v_s * math.log(N * (f_s - f_k) / (c * v_s)),
+            lambda found: brentq(lambda v: found(v).real, 1.0, 2.0, xtol=1e-13),
+        ),
+    ]
+    return cases_of("flutter of a lining", lambda: swing, 1e-10, rows)
+
+
+def spring_cases() -> list[Case]:
+    """Two linings of a staged brake that move by themselves, with a spring between them (resolved bandage)."""
+    bandage = Bandage(
+        [1.2, 1.5],
+        ConstantFriction(0.2),
+        [1500.0, 900.0],
+        spring=np.array([2e3]),
+        spring_damping=0.05,  # pyright: ignore
+    )
+    linings = Lining(ConstantFriction(0.4), np.full(2, math.radians(50.0)))
+    lever = PiecewiseLinear([0.0, 0.3], [100.0, 6e3])
+    brake = Brake(Pulley(0.59, 200.0), Band(0.64), linings, bandage)
+    scene = Scene(brake, Duty(lever, TorqueLoad()), Initial(20.0), 8.0)
+    return frozen_cases(
+        "linings on springs",
+        scene,
+        {
+            "lining 1 slips": time_of("lining_internal_slip", 1),
+            "lining 2 slips": time_of("lining_internal_slip", 2),
+            "lining 1 rests on the band": time_of("lining_external_stick", 1),
+            "lining 2 rests on the band": time_of("lining_external_stick", 2),
+            "stopping time": "stopping_time",
+            "elongation at rest": "record.y_end.own.stretch.0",
+        },
+        {"∂(stopping time)/∂K": "brake.bandage.spring.0", "∂(stopping time)/∂N_pre": "brake.bandage.preload.1"},
     )
 
 
@@ -144,35 +236,90 @@ def retarder_cases() -> list[Case]:
     )
 
 
-def fall_cases() -> list[Case]:
-    """Free fall of a hook, its inertia that of the pulley, and a brake applied after 0.8 s."""
-    gain = 0.725 * (_ratio(0.25, 15.0) ** 14 - 1)
-    lever = points([0.0, 0.0, 6e4 / gain], [0.0, 0.8, 0.8])
-    scene = scene_of(lever, 60e3 * 0.4 / 8 * 9.80665, n=14, beta=15.0, f=0.25, C=None, J=1350.0, w0=0.0, end=3.0)
-    reads = {
-        "greatest speed": lambda result: result.series([0.8]).omega[0],
-        "stopping time": "stopping_time",
-        "friction heat": "energy.friction_heat",
-    }
-    return frozen_cases("free fall, then brake", scene, reads)
+# --- linings of a staged brake: their travel and their contact --------------------------------------------------------
+
+#: of linings that may lift off: preload (N), mass (kg), radius of the centre of mass (m)
+_PRELOAD, _MASS, _RADIUS = np.array([9e3, 9e3, 400.0, 9e3, 500.0, 9e3, 9e3, 9e3]), np.full(8, 2.0), 0.61
 
 
-def _ratio(f: float, degrees: float) -> float:
-    z = math.tan(math.radians(degrees) / 2)
-    return (1 + f * z) / (1 - f * z)
+def _floating(tension: float, load: float, preload: Any, mass: Any) -> Scene:
+    """A staged brake on a rigid band under a constant lever, with centrifugal forces on its linings."""
+    scene = _staged(PiecewiseLinear([0.0, 7.5], [tension, tension]), load, None, preload, 3.0)
+    return with_values(
+        scene, {"brake.bandage.mass": mass, "brake.bandage.mass_radius": _RADIUS, "brake.bandage.preload": preload}
+    )
+
+
+def _travel_and_contact(result: Result) -> tuple[Any, Any]:
+    """Angle of the stop, and the time at which lining 3 lifts off: that of the first row in which it is off."""
+    record = result.record
+    lifted = jnp.asarray(record.modes.lifted)[:, 2] != 0  # pyright: ignore
+    return result.stopping_angle, jnp.asarray(record.rows.t)[jnp.argmax(lifted)]
 
 
 def travel_cases() -> list[Case]:
     """Linings carried round by the rim while they are braked: two thirds of a turn after a whole one."""
-    lever = PiecewiseLinear([0.0, 7.5], [2e3, 2e3])
-    scene = _staged(lever, 300.0, None, 1e5, 3.0)
+    scene = _floating(2e3, 300.0, np.full(8, 1e5), np.zeros(8))
 
     def depth(lining: int):
         return lambda result: ring_wear(result, 11, 2e-14).depth[lining]
 
     return frozen_cases(
-        "linings that travel", scene, {"lining 1": depth(0), "lining 6": depth(5), "travel": "stopping_angle"}
+        "linings that travel",
+        scene,
+        {"lining 1": depth(0), "lining 6": depth(5), "travel": "stopping_angle"},
+        {
+            "∂(travel)/∂T_0": Slope("duty.slack_tension.values", 0),
+            "∂(travel)/∂f": Slope("brake.linings.friction.coefficient", 0),
+        },
+        of=_travel_and_contact,
+        program="floating linings",
     )
 
 
-CASES = (*(staged_cases, chain_cases, band_cases, rope_cases, phase_cases, retarder_cases, fall_cases, travel_cases),)
+def lift_cases() -> list[Case]:
+    """Linings that their centrifugal force lifts off the rim, as the load speeds up the pulley under a light band."""
+    T_0, load, r, R_b, J, f_i = 150.0, 3e3, 0.59, 0.64, 945.0, 0.22
+    mu, s = closed_form(n=8, f=0.40, beta=33.0)["Pi"] ** (1 / 8), math.sin(math.radians(16.5))
+    pressed = T_0 * (mu ** np.arange(1, 9) + mu ** np.arange(8)) * s + _PRELOAD
+    drive = load - R_b * T_0 * (mu**8 - 1)
+
+    def time(i: int, mass: complex = 2.0, preload: complex | None = None) -> complex:
+        force = pressed[i] if preload is None else pressed[i] - _PRELOAD[i] + preload
+        return (np.sqrt(force / (mass * _RADIUS)) - 20.0) * J / drive
+
+    grip = r * f_i * np.maximum(pressed - _MASS * _RADIUS * (20.0 + drive / J * 2.9) ** 2, 0.0).sum()
+    source = f"{FORM}m r_m ω² = (T_i + T_(i−1)) sin β/2 + N_pre, ω = ω_0 + M t/J"
+    preload = float(_PRELOAD[2])
+    rows = [
+        ("lining 3 lifts off", source, time(2).real, time_of("lining_lift_off", 3)),
+        ("lining 5 lifts off", source, time(4).real, time_of("lining_lift_off", 5)),
+        (
+            "capacity after it",
+            f"{FORM}r f_i Σ max((T_i + T_(i−1)) sin β/2 + N_pre − m r_m ω², 0)",
+            grip,
+            lambda result: result.series([2.9]).pairs["internal"].capacity[0],
+        ),
+        (
+            "∂(lining 3 lifts off)/∂m",
+            f"{source}, differentiated",
+            differentiated(lambda x: time(2, x), 2.0),
+            Slope("brake.bandage.mass.2", 1),
+            1e-9,
+        ),
+        (
+            "∂(lining 3 lifts off)/∂N_pre",
+            f"{source}, differentiated",
+            differentiated(lambda x: time(2, preload=x), preload),
+            Slope("brake.bandage.preload.2", 1),
+            1e-9,
+        ),
+    ]
+    scene = _floating(T_0, load, _PRELOAD, _MASS)
+    return cases_with_slopes("linings that lift off", scene, rows, _travel_and_contact, program="floating linings")
+
+
+CASES = (
+    *(staged_cases, chain_cases, flutter_cases, spring_cases, band_cases, rope_cases, phase_cases, retarder_cases),
+    *(travel_cases, lift_cases),
+)

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 from scipy.integrate import quad
@@ -19,7 +20,7 @@ from ..shaft import AbstractShaftTorque, BearingFriction, EddyCurrentBrake
 from ..thermal._heat import ConstantPartition, FrictionHeat, Heat
 from ..thermal._network import Conductance, Lump, Reservoir
 from ._cases_band import closed_form, stop_scene, time_of
-from ._validation import FORM, Case, cases_of_run
+from ._validation import FORM, Case, Row, Slope, cases_of_run, cases_with_slopes, differentiated
 
 _SHIGLEY = "Budynas & Nisbett, Shigley's Mechanical Engineering Design"
 
@@ -61,20 +62,37 @@ def stop_of(
 def disc_cases() -> list[Case]:
     """A stop against a load with either distribution of pressure, and holding time of a held disc."""
     F, load, J, w0 = 20e3, 1500.0, 400.0, 30.0
-    cubes = 2 / 3 * (_R_O**3 - _R_I**3) / (_R_O**2 - _R_I**2)
     torque = _N * _F * F * _MEAN
-    time, new_time = J * w0 / (torque - load), J * w0 / (_N * _F * F * cubes - load)
+    time = J * w0 / (torque - load)
     worn, new = (stop_of(disc(pressure), F, w0, load) for pressure in (UniformWear(), UniformPressure()))
     held = stop_of(disc(UniformWear()), F, 0.0, PiecewiseLinear([0.0, 10.0], [0.0, 3 * torque]), 9.0)
     of_worn = f"{FORM}J ω_0/(n f F r_e − M), r_e = (r_o + r_i)/2"
     of_new = f"{FORM}the same, r_e = ⅔ (r_o³ − r_i³)/(r_o² − r_i²)"
+    pads = "brake.linings"
+    of_slope = f"{FORM}the stopping time, differentiated"
+
+    def new_time(f: complex = _F, r_i: complex = _R_I) -> complex:
+        arm = 2 / 3 * (_R_O**3 - r_i**3) / (_R_O**2 - r_i**2)
+        return J * w0 / (_N * f * F * arm - load)
+
     wear = [
         ("stopping time, uniform wear", of_worn, time, "stopping_time"),
         ("friction heat", f"{FORM}n f F r_e ω_0 t/2", torque * w0 * time / 2, "energy.friction_heat"),
     ]
+    pressed = [
+        ("stopping time, uniform pressure", of_new, new_time().real, "stopping_time"),
+        ("∂(stopping time)/∂f", of_slope, differentiated(new_time, _F), Slope(f"{pads}.friction.coefficient"), 1e-9),
+        (
+            "∂(stopping time)/∂r_i",
+            of_slope,
+            differentiated(lambda r: new_time(r_i=r), _R_I),
+            Slope(f"{pads}.inner_radius"),
+            1e-9,
+        ),
+    ]
     return [
         *cases_of_run("disc brake", worn, wear),
-        *cases_of_run("disc brake", new, [("stopping time, uniform pressure", of_new, new_time, "stopping_time")]),
+        *cases_with_slopes("disc brake", new, pressed),
         *cases_of_run(
             "disc brake", held, [("restart", f"{FORM}where M(t) = n f_s F r_e", 10.0 * 1.25 / 3, time_of("restart"))]
         ),
@@ -141,15 +159,27 @@ def shoe_cases() -> list[Case]:
     p, b, r, a, end = 1e6, 0.032, 0.150, 0.1227, math.radians(126.0)
     drum = ShoeBrake(J, Shoes(ConstantFriction(f), r, b, 0.0, end), a, 0.212)
 
-    def over(function: Callable[[float], float]) -> float:
-        return quad(function, 0.0, end, epsabs=0.0, epsrel=1e-13)[0]
+    nodes, weights = np.polynomial.legendre.leggauss(40)
 
-    M_N = p * b * r * a * over(lambda x: math.sin(x) ** 2)
-    M_F = f * p * b * r * over(lambda x: math.sin(x) * (r - a * math.cos(x)))
-    leading = f * p * b * r**2 * over(math.sin)
+    def over(function: Callable[[Any], Any], end: complex) -> complex:
+        # exact for these integrands, also along complex angles
+        return complex(np.sum(weights * function(0.5 * end * (nodes + 1)))) * end / 2
+
+    def moments(f: complex = f, end: complex = end) -> tuple[complex, complex, complex]:
+        """Of the normal forces and of friction about the pin, and of friction about the shaft."""
+        M_N = p * b * r * a * over(lambda x: np.sin(x) ** 2, end)
+        M_F = f * p * b * r * over(lambda x: np.sin(x) * (r - a * np.cos(x)), end)
+        return M_N, M_F, f * p * b * r**2 * over(np.sin, end)
+
+    M_N, M_F, leading = (x.real for x in moments())
     force = (M_N - M_F) / 0.212
     trailing = leading * (M_N - M_F) / (M_N + M_F)
     time = J * w0 / (leading + trailing)
+
+    def slowed(f: complex = f, end: complex = end) -> complex:
+        """Stopping time under the same force, whose pressure is that of each shoe."""
+        N, M, T = moments(f, end)
+        return J * w0 / (force * 0.212 * T * (1 / (N - M) + 1 / (N + M)))
 
     def torque(shoe: int) -> Callable[[Result], float]:
         return lambda result: r * float(np.asarray(result.series([0.1]).friction_force)[0, shoe])
@@ -158,15 +188,21 @@ def shoe_cases() -> list[Case]:
         return float(drum.greatest_pressure(result.metrics["max_normal_load"]))
 
     source = f"{_SHIGLEY}, internal expanding shoes; moments by quadrature"
-    rows = [
+    rows: list[Row] = [
         ("torque of the leading shoe", f"{source}: f p b r² ∫ sin θ dθ", leading, torque(0)),
         ("torque of the trailing shoe", f"{source}: M (M_N − M_F)/(M_N + M_F)", trailing, torque(1)),
         ("stopping time", f"{source}: J ω_0/(M_1 + M_2)", time, "stopping_time"),
         ("maximum pressure", f"{source}: 1 MPa was given", 1e6, pressure),
         ("friction that locks", f"{source}: M_N = M_F", f * M_N / M_F, lambda _: 1 / drum.self_locking(np.ones(2))[0]),
     ]
+    for name, slope, place in (
+        ("f", differentiated(slowed, f), "friction.coefficient"),
+        ("θ_2", differentiated(lambda x: slowed(end=x), end), "end"),
+    ):
+        of_slope = "the same: J ω_0/(M_1 + M_2), differentiated"
+        rows.append((f"∂(stopping time)/∂{name}", of_slope, slope, Slope(f"brake.linings.{place}"), 1e-9))
     back = [("stopping time backwards", "the same", time, "stopping_time")]
-    return cases_of_run("double shoe", stop_of(drum, force, w0), rows) + cases_of_run(
+    return cases_with_slopes("double shoe", stop_of(drum, force, w0), rows) + cases_with_slopes(
         "double shoe", stop_of(drum, force, -w0), back
     )
 

@@ -45,8 +45,18 @@ class Case(NamedTuple):
     value: Callable[[], Any]
 
 
+class Slope(NamedTuple):
+    """A derivative to be compared, by the number at a `path` of the scene; `of`: which of several quantities.
+
+    - of an array by the sum of its numbers, or by that whose place ends the path
+    """
+
+    path: str
+    of: int | None = None
+
+
 #: quantity that a case reads from a result: a function of it, or names, keys and places in it as `energy.friction_heat`
-Reader: TypeAlias = str | Callable[[Any], Any]
+Reader: TypeAlias = str | Callable[[Any], Any] | Slope
 #: name, source of the truth, truth, quantity read from the result, and the tolerance if not the default
 Row: TypeAlias = tuple[str, str, float, Reader] | tuple[str, str, float, Reader, float]
 
@@ -56,6 +66,7 @@ _TOGETHER = {
     **dict.fromkeys(("radiation to 0 K", "radiation to 300 K"), "radiation"),
     **dict.fromkeys(("stop with fade", "stop with no fade"), "stop with fade"),
     **dict.fromkeys(("held 3600 s", "staged brake held 3600 s"), "held 3600 s"),
+    **dict.fromkeys(("simple band, forward", "simple band, reversed"), "simple band"),
     **dict.fromkeys(
         (f"Z table {row}" for row in ("5, k = 8, variable", "5, k = 4, uniform", "6, k = 8, variable")), "Z5"
     ),
@@ -95,29 +106,18 @@ def truths() -> Mapping[str, Sequence[Mapping[str, str]]]:
     return found
 
 
-def frozen_cases(
-    subject: str,
-    scene: Scene,
-    reads: Mapping[str, Reader],
-    slopes: Mapping[str, str] | None = None,
-    of: Callable[[Result], Any] = lambda result: result.stopping_time,
-) -> list[Case]:
-    """Cases of a subject of `truths.csv`: each row is read from the result, or is a derivative of `of(result)`.
+def stopping_time(result: Result) -> Any:
+    return result.stopping_time
 
-    - `slopes`: places of the numbers by which it is taken, of an array by the sum of its numbers
-    - one compiled program gives result and derivatives, in forward mode: the other mode takes several times as long
-    """
-    slopes = slopes or {}
 
-    def towards(path: str) -> Scene:
-        tangent = jax.tree.map(lambda x: np.zeros(np.shape(x)), scene)
-        head, _, last = path.rpartition(".")
-        above = _read(lambda: tangent, head)
-        if isinstance(above, np.ndarray):
-            above[int(last)] = 1.0
-        else:
-            _read(lambda: tangent, path)[...] = 1.0
-        return tangent
+def differentiated(of: Callable[[Any], Any], x: float) -> float:
+    """Derivative of a closed form at `x` by a complex step: no difference of near numbers."""
+    return of(x + 1e-200j).imag / 1e-200
+
+
+@functools.cache
+def _with_slope(name: str, of: Callable[[Result], Any]) -> DeviceJit:
+    """One program for a result and a derivative, in forward mode: the other mode takes several times as long."""
 
     def both(scene: Scene, tangent: Scene) -> tuple[Result, Any]:
         def found(scene: Scene) -> tuple[Any, Result]:
@@ -127,31 +127,75 @@ def frozen_cases(
         _, slope, result = jax.jvp(found, (scene,), (tangent,), has_aux=True)
         return result, slope
 
-    program = DeviceJit(both, subject=("validation", subject), quick=True)
+    return DeviceJit(both, subject=("validation", name), quick=True)
+
+
+def _towards(scene: Scene, path: str) -> Scene:
+    tangent = jax.tree.map(lambda x: np.zeros(np.shape(x)), scene)
+    head, _, last = path.rpartition(".")
+    above = _read(lambda: tangent, head)
+    if isinstance(above, np.ndarray):
+        above[int(last)] = 1.0
+    else:
+        _read(lambda: tangent, path)[...] = 1.0
+    return tangent
+
+
+def cases_with_slopes(
+    subject: str,
+    scene: Scene,
+    rows: Iterable[Row],
+    of: Callable[[Result], Any] = stopping_time,
+    tolerance: float = 1e-11,
+    program: str | None = None,
+) -> list[Case]:
+    """Cases that read the result of a scene, of which those of a `Slope` are derivatives of `of(result)`.
+
+    - `program`: name of the compiled program that subjects share, whose scenes differ in their numbers alone
+    """
+    rows = list(rows)
+    run = _with_slope(program or subject, of)
 
     @functools.cache
     def along(path: str) -> tuple[Result, Any]:
-        return program(jax.tree.map(np.asarray, scene), towards(path))
+        return run(jax.tree.map(np.asarray, scene), _towards(scene, path))
 
-    def run() -> Result:
-        return along(next(iter(slopes.values())))[0] if slopes else simulate(scene, rtol=1e-12)
+    first = next((row[3].path for row in rows if isinstance(row[3], Slope)), "initial.omega")
 
-    once, found = functools.cache(run), []
-    for row in truths()[subject]:
-        what = row["what"]
-        value = (
-            (lambda path=slopes[what]: along(path)[1])
-            if what in slopes
-            else functools.partial(_read, once, reads[what])
-        )
-        found.append(Case(f"{subject}/{what}", row["source"], float(row["truth"]), float(row["tolerance"]), value))
-    return found
+    def slope(at: Slope) -> Any:
+        found = along(at.path)[1]
+        return found if at.of is None else found[at.of]
+
+    made = cases_of(subject, lambda: along(first)[0], tolerance, rows)
+    return [
+        case._replace(value=functools.partial(slope, row[3])) if isinstance(row[3], Slope) else case
+        for case, row in zip(made, rows, strict=True)
+    ]
+
+
+def frozen_cases(
+    subject: str,
+    scene: Scene,
+    reads: Mapping[str, Reader],
+    slopes: Mapping[str, str | Slope] | None = None,
+    of: Callable[[Result], Any] = stopping_time,
+    program: str | None = None,
+) -> list[Case]:
+    """Cases of a subject of `truths.csv`: each row is read from the result, or is a derivative of `of(result)`."""
+    slopes = {what: at if isinstance(at, Slope) else Slope(at) for what, at in (slopes or {}).items()}
+    rows = [
+        (what := row["what"], row["source"], float(row["truth"]), {**reads, **slopes}[what], float(row["tolerance"]))
+        for row in truths()[subject]
+    ]
+    if not slopes:
+        return cases_of_run(subject, scene, rows)
+    return cases_with_slopes(subject, scene, rows, of, program=program)
 
 
 def _read(run: Callable[[], Any], what: Reader) -> Any:
     found = run()
     if not isinstance(what, str):
-        return what(found)
+        return what(found)  # pyright: ignore
     for name in what.split("."):
         if name.isdigit():
             found = found[int(name)]

@@ -3,7 +3,7 @@
     python tests/oracles/truths.py            # writes simbrake/checks/truths.csv
 
 Every function is one subject and yields rows (what, truth, source, tolerance). The numbers of a scene stand here and in
-the case of `simbrake/checks/_cases_laws.py` or `_cases_mechanisms.py`, written twice. Derivatives are sixth-order
+the case in `simbrake/checks/_cases_*.py`, written twice. Derivatives are sixth-order
 central differences of the oracle.
 """
 
@@ -326,6 +326,60 @@ def chain_of_one():
     yield "∂(speed)/∂C", slope(lambda C: run(C)[1][0], 5.0, 2e-4), source, 1e-6
 
 
+def linings_on_springs():
+    """Two linings with a spring between: each lets go of the rim, slides on both, and rests on the band."""
+    inertia, own, r, R_b, f_i, damping, half = 200.0, [1.2, 1.5], 0.59, 0.64, 0.2, 0.05, math.radians(25.0)
+    mu, k, mass = ratio(0.4, 2 * half), r * f_i * math.sin(half), 1 / (1 / own[0] + 1 / own[1]) / R_b**2
+
+    def run(K=2e3, second=900.0):
+        floor, D = [r * f_i * 1500.0, r * f_i * second], 2 * damping * math.sqrt(K * mass)
+        slides, rests = [False, False], [False, False]
+
+        def forces(t, y):
+            S = K * y[1] + D * R_b * (y[2] - y[3])
+            Q, T = [-R_b * S, R_b * S], [100.0 + 5900.0 * min(t / 0.3, 1.0)]
+            for i in (0, 1):
+                at_rest = (T[-1] * (R_b + k) + floor[i] + Q[i]) / (R_b - k)
+                T.append(at_rest if rests[i] else T[-1] * mu)
+            G, M = [R_b * (T[i + 1] - T[i]) for i in (0, 1)], [k * (T[i + 1] + T[i]) + floor[i] for i in (0, 1)]
+            drag = sum(M[i] if slides[i] else G[i] - Q[i] for i in (0, 1))
+            a = -drag / (inertia + sum(own[i] for i in (0, 1) if not slides[i]))
+            each = [a if not slides[i] else 0.0 if rests[i] else (M[i] + Q[i] - G[i]) / own[i] for i in (0, 1)]
+            room = [M[i] - (G[i] - Q[i] + own[i] * a) for i in (0, 1)]
+            return [a, R_b * (y[2] - y[3]), *each], room
+
+        t, y, log = 0.0, [20.0, 0.0, 20.0, 20.0], {}
+        while "stop" not in log:
+            events = {"stop": lambda t, y: y[0]}
+            for i in (0, 1):
+                if not slides[i]:
+                    events[f"slip {i + 1}"] = lambda t, y, i=i: forces(t, y)[1][i]
+                elif not rests[i]:
+                    events[f"rest {i + 1}"] = lambda t, y, i=i: y[2 + i]
+            for event in events.values():
+                event.terminal, event.direction = True, -1
+            span, watched = (t, 0.3 if t < 0.3 else 20.0), [*events.values()]
+            out = solve_ivp(lambda t, y: forces(t, y)[0], span, y, "DOP853", rtol=1e-13, atol=1e-13, events=watched)
+            t, y = out.t[-1], out.y[:, -1]
+            for name in [name for name, times in zip(events, out.t_events, strict=True) if times.size]:
+                log[name], i = t, int(name[-1]) - 1 if name != "stop" else 0
+                slides[i] |= name.startswith("slip")
+                if name.startswith("rest"):
+                    rests[i], y[2 + i] = True, 0.0
+        return log, y
+
+    source = "SciPy DOP853, mode by mode: J_i ω̇_i = M_i + Q_i − R_b (T_i − T_(i−1)), Q_i of spring and damper"
+    log, y = run()
+    for name, words in (("slip 1", "lining 1 slips"), ("slip 2", "lining 2 slips")):
+        yield words, log[name], source, SMOOTH
+    for name, words in (("rest 1", "lining 1 rests on the band"), ("rest 2", "lining 2 rests on the band")):
+        yield words, log[name], source, SMOOTH
+    yield "stopping time", log["stop"], source, SMOOTH
+    yield "elongation at rest", y[1], source, SMOOTH
+    yield "∂(stopping time)/∂K", slope(lambda K: run(K)[0]["stop"], 2e3, 1e-3), source, BY_SLOPE
+    yield "∂(stopping time)/∂N_pre", slope(lambda x: run(second=x)[0]["stop"], 900.0, 1e-3), source, BY_SLOPE
+
+
 def several_bands():
     """Two bands of unequal linings under one lever; `K-8` shares the slack tension by `e^{Σ f α}/C`."""
     inertia, R_b, tension, load = 1200.0, 0.623, 6e3, 3e3
@@ -423,7 +477,7 @@ def free_fall_then_brake():
     """0.8 s of free fall of 60 t, then 60 kN·m (three phases of one closed form)."""
     whole, M, load, fall = 1350.0, 6e4, 60e3 * 0.4 / 8 * G, 0.8
 
-    def stop(M=M):
+    def stop(M=M, fall=fall):
         top = load * fall / whole
         time = fall + whole * top / (M - load)
         return top, time, M * top * (time - fall) / 2
@@ -433,6 +487,38 @@ def free_fall_then_brake():
     yield "greatest speed", top, source, EXACT
     yield "stopping time", time, source, EXACT
     yield "friction heat", heat, source, EXACT
+    yield "∂(stopping time)/∂t_1", slope(lambda t: stop(fall=t)[1], fall), source, BY_SLOPE
+    # the torque is in proportion to the arm of 0.1 m
+    yield "∂(stopping time)/∂l", slope(lambda arm: stop(M * arm / 0.1)[1], 0.1), source, BY_SLOPE
+
+
+def lever_that_holds_the_speed():
+    """`T_0 = M/(R_b (Π(T) − 1))` while the lever can, `T = T_r + M ω t/C`; then its limit, and the load gains."""
+    M, f, capacity, limit, w0, end = 5e3, 0.35, 1e3, 3000.0, 5.0, 6.0
+
+    def run(s=1e-3):
+        def gain(rise):
+            return R * (ratio(f * (1 - s * rise)) ** N - 1)
+
+        lost = brentq(lambda t: limit * gain(M * w0 * t / capacity) - M, 0.0, end, xtol=1e-14, rtol=1e-14)
+
+        def rates(t, y):
+            brake = limit * gain(y[1])
+            return [(M - brake) / J, brake * y[0] / capacity]
+
+        rest = solve_ivp(rates, (lost, end), [w0, M * w0 * lost / capacity], "DOP853", rtol=2.3e-14, atol=1e-13)
+        return M / gain(M * w0 * 3.0 / capacity), lost, rest.y[0, -1]
+
+    form = "closed form: T_0 = M/(R_b (Π(T) − 1)), T = T_r + M ω t/C"
+    tension, lost, speed = run()
+    yield "speed", w0, "closed form: ω_0", EXACT
+    yield "slack tension", tension, form, EXACT
+    yield "friction heat", M * w0 * 3.0, "closed form: M ω_0 t", EXACT
+    yield "grip lost", lost, f"{form}, = limit", 1e-7
+    source = "SciPy DOP853: J ω̇ = M − R_b T_0 (Π(T) − 1), C Ṫ = R_b T_0 (Π − 1) ω from there"
+    yield "speed at the end", speed, source, SMOOTH
+    # no step ends at the corner, which costs the derivative digits
+    yield "∂(speed at the end)/∂s", slope(lambda s: run(s)[2], 1e-3), source, 1e-4
 
 
 def linings_that_travel():
@@ -440,7 +526,11 @@ def linings_that_travel():
     R_b, inertia, tension, load, n, beta, rate, area = 0.64, 945.0, 2e3, 300.0, 8, math.radians(33.0), 2e-14, 0.03
     mu = ratio(0.40, beta)
     T = tension * mu ** np.arange(n + 1)
-    travel = inertia * 20.0**2 / (2 * (R_b * (T[-1] - tension) - load))
+
+    def way(tension=tension, f=0.40):
+        return inertia * 20.0**2 / (2 * (R_b * tension * (ratio(f, beta) ** n - 1) - load))
+
+    travel = way()
     pressure = (T[1:] + T[:-1]) * math.sin(beta / 2) / area
 
     def passed(point, station):
@@ -468,9 +558,14 @@ def linings_that_travel():
     yield "travel", travel, "closed form: J ω_0²/2(R_b T_0 (Π − 1) − M)", EXACT
     yield "lining 1", depth(0), source, SMOOTH
     yield "lining 6", depth(5), source, SMOOTH
+    source = "closed form: the travel, differentiated"
+    yield "∂(travel)/∂T_0", slope(lambda x: way(x), tension), source, BY_SLOPE
+    yield "∂(travel)/∂f", slope(lambda x: way(f=x), 0.40), source, BY_SLOPE
 
 
 SUBJECTS = {
+    "linings on springs": linings_on_springs,
+    "lever that holds the speed": lever_that_holds_the_speed,
     "linings that travel": linings_that_travel,
     "Stribeck friction": stribeck_friction,
     "tabulated friction": tabulated_friction,
