@@ -200,14 +200,18 @@ class Map:
         """Tests that run its function, by files; all that run anything of the module where none runs that function.
 
         Files first that cost little and call few functions: they test this one. Within one process a later test may
-        use what an earlier one has traced, so that the tests of a file keep together.
+        use what an earlier one has traced, so that the tests of a file keep together; and what a fixture has found for
+        all tests of a file, so that its other tests come at the end.
         """
         found = self.of_function.get(f"{site.module}::{site.function}") or self.of_function.get(site.module, set())
         cost: Counter[str] = Counter()
         for test in found:
             cost[_group(test)] += self.seconds[test]
         rank = {group: seconds * len(self.of_group[group]) for group, seconds in cost.items()}
-        known = sorted(found, key=lambda test: (rank[_group(test)], _group(test), self.seconds[test]))
+        others = {test for test in self.seconds if _group(test) in rank}
+        known = sorted(
+            others, key=lambda test: (test not in found, rank[_group(test)], _group(test), self.seconds[test])
+        )
         return known or ([f"tests/{ELSEWHERE[site.module]}"] if site.module in ELSEWHERE else [])
 
 
