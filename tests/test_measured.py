@@ -2,6 +2,7 @@
 
 import json
 import math
+import re
 
 import numpy as np
 import pytest
@@ -187,7 +188,7 @@ def test_calibrate_from_files(capsys, monkeypatch, tmp_path, files):
 def test_calibrate_with_bad_input_exits_2_with_all_faults(capsys, tmp_path, files):
     scene, series, _ = map(str, files)
     bad = write(tmp_path, "bad.csv", "t,omega\n0,fast\n")
-    fit = ["--fit", "initial.omega=5", "--sigma", "omega", "--start", "x=y", "--start", "5 kN"]
+    fit = ["--fit", "initial.omega=5", "--sigma", "omega", "--start", "x=y", "--start", "5 kN", "--start", "x=z"]
     code, out, err = call(capsys, "calibrate", scene, str(bad), *fit, "--out", str(tmp_path / "out"))
     assert (code, out) == (2, "")
     for words in (
@@ -199,6 +200,7 @@ def test_calibrate_with_bad_input_exits_2_with_all_faults(capsys, tmp_path, file
         "--start 5 kN",
     ):
         assert words in err
+    assert re.search(r"--start x\W+is given twice", err)
     assert not (tmp_path / "out").exists()
     code, _, err = call(capsys, "calibrate", scene, series, "--fit", "initial.omga=5:60", "--sigma", "omega=1")
     assert code == 2
