@@ -180,6 +180,8 @@ def test_static_layouts_are_the_closed_forms(target, f):
     np.testing.assert_allclose(angles.lines[0].get_ydata(), given, rtol=1e-9)
     np.testing.assert_allclose(angles.lines[-1].get_ydata(), np.degrees(expected), rtol=1e-6)
     np.testing.assert_allclose(apart.lines[-1].get_ydata(), 0.0, atol=1e-12)
+    named = [line.get_label().partition(":")[0] for line in plot.angles(design).axes[0].lines]
+    assert {row.name for row in design.rows} <= set(named)
     T, normal = statics(np.radians(given), f)
     first = {"tension_increment": np.diff(T), "normal_load": normal, "pressure": normal / area}[target]
     drawn = np.asarray([bar.get_height() for bar in bars.containers[0]])

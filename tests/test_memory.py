@@ -17,6 +17,7 @@ from test_every_mechanism import KINDS, PRESSED, scene
 
 import simbrake as sb
 from simbrake._pages._page import series_table
+from simbrake._run._choice import stiffness
 from simbrake.friction import RatesRead, rates_read, reads
 from simbrake.hybrid import QUADRATURE
 from simbrake.results import BandMode
@@ -531,3 +532,12 @@ def test_under_an_open_band_there_is_neither_way_nor_work(law, stiffness):
     for end, moved in ((0.6, False), (0.9, True)):
         xi = final(sb.simulate(sb.Scene(closed.brake, duty, closed.initial, end), max_steps=512))
         assert np.all(xi < 1.0) if moved else np.all(xi == 1.0)
+
+
+def test_quick_memory_asks_for_an_implicit_method_the_sooner_the_more_a_step_costs():
+    """600 and 6000 steps to stay stable: with heat, whose steps cost more, 150 are too many, without it 1500."""
+    heat = sb.lumped_heat(rim=1e6, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0)
+    for steps, needs in ((600, [False, True]), (6000, [True, True]), (60, [False, False])):
+        cold = band(Timed(time=10.0 / (6 * steps)))
+        warm = sb.Scene(cold.brake, cold.duty, cold.initial, cold.end_time, heat)
+        assert [stiffness(one)[0] for one in (cold, warm)] == needs

@@ -12,6 +12,7 @@ from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
 import simbrake as sb
+from simbrake._run._choice import stiffness
 from simbrake.loads import BearingFriction, EddyCurrentBrake, HydrodynamicBrake, TackleLoss, ViscousDrag
 
 J, W0 = 800.0, 20.0
@@ -373,3 +374,12 @@ def test_cross_check_follows_rest_on_dry_friction_and_layers_of_rope():
     assert {"layer_change", "stop", "release"} <= set(names(result))
     report = sb.cross_check(plain, result=result)
     assert report.ok, str(report)
+
+
+def test_a_steep_drag_asks_for_an_implicit_method_and_dry_friction_does_not():
+    """A drag `c` is followed within `J/c`: in steps of six of these an explicit method stays stable."""
+    drag, dry = sb.loads.ViscousDrag(4e5), sb.loads.BearingFriction(5e3)
+    assert stiffness(scene(drag, dry))[0]
+    assert "drag balances the speed within 0.002 s" in stiffness(scene(drag))[1]
+    assert not stiffness(scene(dry))[0]
+    assert not stiffness(scene(sb.loads.ViscousDrag(4e3), dry))[0]
