@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
@@ -83,7 +84,7 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
     axes.set_xlabel(f"elasticity of the {name}, % for 1 % of the parameter")
     if ranged:
         ends = [(BLUE, "parameter at its lower bound"), (VERMILLION, "at its upper bound")]
-        handles = [Patch(color=colour, label=words) for colour, words in ends]
+        handles: list[Artist] = [Patch(color=colour, label=words) for colour, words in ends]
         handles.append(Line2D([], [], color="black", lw=1.5, label="by the derivative alone"))
         name_marks(figure, [], handles)
         axes.set_xlabel(f"{name}{', ' * bool(table.unit)}{table.unit}")
