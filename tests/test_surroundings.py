@@ -200,6 +200,15 @@ def test_killed_and_continued_and_two_at_once_to_the_last_bit(tmp_path):
 # --- interrupted ------------------------------------------------------------------------------------------------------
 
 
+@pytest.fixture
+def heard():
+    """Ctrl-C is heard: a shell without job control starts what runs in its background with it ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heard")
 def test_ctrl_c_is_never_lost_in_a_callback():
     """The signal only leaves a mark; it is raised where the runs are waited for, and the usual handler comes back."""
     with _chunks.interruptible() as look:
@@ -219,7 +228,7 @@ def test_ctrl_c_is_never_lost_in_a_callback():
     assert 0 < int((data.code == -1).sum()) < 400
 
 
-@pytest.mark.skipif(signal.getsignal(signal.SIGINT) is signal.SIG_IGN, reason="Ctrl-C is ignored here")
+@pytest.mark.usefixtures("heard")
 def test_interrupted_while_it_loads_there_is_no_traceback():
     for delay in (0.1, 0.2, 0.3, 0.45, 0.6, 0.8):
         started = command("run", SCENE)
