@@ -1,5 +1,6 @@
 """What every kind of brake can do: derivatives both ways, runs side by side and prepared, heat, wear, files."""
 
+import dataclasses
 import math
 
 import jax
@@ -63,10 +64,13 @@ def scene(kind, hot=False):
     )
 
 
+def linings_of(kind):
+    return [f"brake.bands[{i}].linings" for i in range(2)] if kind == "several bands" else ["brake.linings"]
+
+
 def answers(kind, values):
     inertia = "brake.inertia" if kind in PRESSED else "brake.pulley.inertia"
-    linings = "brake.bands[1].linings" if kind == "several bands" else "brake.linings"
-    paths = ("initial.omega", inertia, f"{linings}.friction.coefficient")
+    paths = ("initial.omega", inertia, f"{linings_of(kind)[-1]}.friction.coefficient")
     run = sb.simulate(sb.with_values(scene(kind), dict(zip(paths, values, strict=True))), rtol=1e-9, max_steps=2048)
     work = run.energy
     return jnp.stack([run.stopping_time, run.stopping_angle, work["friction_heat"] / 1e5]), work["closure"], run.code
@@ -135,3 +139,28 @@ def test_heat_wear_prepared_runs_and_files(kind, tmp_path):
     assert end == 0.0 or kind == "chain"
     np.testing.assert_allclose(kept["omega"].values[-1], end, rtol=1e-9)
     np.testing.assert_allclose(np.sum(kept["worn_thickness"].values[-1]), np.sum(result.worn_thickness), rtol=1e-9)
+
+
+@EVERY
+def test_breakpoints_on_a_straight_line_change_nothing(kind):
+    """All modes are chosen anew at a breakpoint: of a brake that slides, sticks, is held, is turned by its load."""
+    calm, lines = scene(kind), ([0.0, 3.0, 5.0, 6.5, 7.5, 9.0], [500.0, 7e3, 7e3, 100.0, 100.0, 8e3])
+    pairs = linings_of(kind) + ["brake.bandage"] * bool(KINDS.get(kind, (None,))[-1])
+    calm = sb.with_values(calm, {f"{pair}.friction.static_ratio": 1.15 for pair in pairs})
+    runs = []
+    for more in ([], np.linspace(0.05, 8.95, 61)):
+        t = np.union1d(lines[0], more)
+        lever, load = sb.PiecewiseLinear(t, np.interp(t, *lines)), sb.TorqueLoad(sb.Constant(900.0), 2.0)
+        duty = dataclasses.replace(calm.duty, **{calm.duty.lever_field: lever, "load": load})
+        runs.append(sb.simulate(dataclasses.replace(calm, duty=duty), rtol=1e-11))
+    few, many = ([e for e in run.events if "lever" not in e.name] for run in runs)
+    assert [e.name for e in few] == [e.name for e in many]
+    # a chain swings: what differs by rounding grows
+    atol = 1e-9 if kind in ("chain", "bandage on springs") else 1e-13
+    np.testing.assert_allclose([e.time for e in few], [e.time for e in many], rtol=0, atol=atol)
+    one, other = (run.series(np.linspace(0.0, 9.0, 91)) for run in runs)
+    for name in ("omega", "phi", "brake_torque", "friction_heat"):
+        value = getattr(one, name)
+        np.testing.assert_allclose(value, getattr(other, name), rtol=1e-8, atol=1e-9 * np.max(np.abs(value)))
+    if kind not in ("disc brake", "bandage on springs"):  # which the load turns throughout, or until the last pull
+        assert [e.name for e in few if e.name in ("stop", "restart")][:3] == ["stop", "restart", "stop"]
