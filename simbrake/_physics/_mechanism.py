@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int, PyTree
 
-from ..friction import AbstractFriction, RatesRead, SurfaceState, factor_at
+from ..friction import AbstractFriction, RatesRead, SurfaceState, factor_at, reads
 from ..hybrid import SYSTEM_CODES
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile, Piece
@@ -262,7 +262,7 @@ class PairNow(NamedTuple):
       `at_limit`: whether its friction is at the limit
     - `torque` (N·m) that the pair passes on;  `capacity` (N·m): up to which it sticks, or with which it slides, `None`
       where the mechanism has none
-    - `coefficient` (n,) of friction when it slides, `None` without heat and without states of the law
+    - `coefficient` (n,) of friction when it slides, `None` where it cannot change, without heat
     """
 
     force: Float[Array, " n"]
@@ -506,9 +506,14 @@ class AbstractMechanism(eqx.Module):
 
     @property
     def shows_friction(self) -> bool:
-        """Whether coefficients of friction are shown: friction heats bodies of the scene, or its laws have states or
-        change over time."""
-        return any(pair.heat is not None or pair.memory is not None or pair.law.over_time for pair in self.pairs)
+        """Whether coefficients of friction are shown: where they can change, or friction heats bodies of the scene."""
+        return any(
+            pair.heat is not None
+            or pair.memory is not None
+            or bool(pair.law.over_time)
+            or any(reads(pair.law, pair.count, T=False, p=pair.area is not None))
+            for pair in self.pairs
+        )
 
     @property
     def profiles(self) -> tuple[AbstractProfile, ...]:

@@ -9,7 +9,7 @@ from .._parts._scene import ForceDuty, Initial, Scene
 from .._run._edit import with_values
 from .._run._result import Result
 from ..brakes._pressed import DiscBrake, Pads
-from ..fade import FrictionChange, LinearFade, MemoryProcess
+from ..fade import FrictionChange, LinearFade, MemoryProcess, PressureFactor
 from ..friction import (
     AbstractFriction,
     ChangingFriction,
@@ -64,6 +64,22 @@ def speed_cases() -> list[Case]:
         ),
         *frozen_cases("tabulated friction", _stop(table), stopped, {"∂(stopping time)/∂f_2": f"{_LAW}.coefficient.1"}),
     ]
+
+
+def pressed_cases() -> list[Case]:
+    """Friction that falls with the pressure, which it raises: implicit, lining by lining."""
+    law = ProductFriction(ConstantFriction(0.35), (PressureFactor(1e6, 0.3),))  # pyright: ignore
+    factor = f"{_LAW}.factors.0"
+    return frozen_cases(
+        "friction under pressure",
+        with_values(_stop(law), {"brake.linings.area": 0.03}),
+        {
+            "stopping time": "stopping_time",
+            "friction of lining 4": lambda result: result.series([0.5]).pairs["external"].friction_coefficient[0, 3],
+            "tight tension": lambda result: result.series([0.5]).tight_tension[0],
+        },
+        {"∂(stopping time)/∂m": f"{factor}.exponent", "∂(stopping time)/∂p_r": f"{factor}.reference"},
+    )
 
 
 def heated_cases() -> list[Case]:
@@ -141,4 +157,4 @@ def contact_cases() -> list[Case]:
     )
 
 
-CASES = (speed_cases, heated_cases, changing_cases, wear_cases, contact_cases)
+CASES = (speed_cases, pressed_cases, heated_cases, changing_cases, wear_cases, contact_cases)

@@ -10,7 +10,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from .._parts._scene import Scene
+from .._parts._scene import Duty, Scene
 from .._run._result import Result
 from .._run._simulate import simulate
 from ..brakes._band import grip, tension_ratio
@@ -19,15 +19,19 @@ from ..friction import ConstantFriction, ProductFriction
 from ..hybrid._arrays import Array
 from ..loads import (
     GRAVITY,
+    Actuator,
+    AtTemperature,
     Driller,
     HookLoad,
     Lever,
+    Phase,
+    Phases,
     SpeedHold,
     TackleLoss,
     TorqueLoad,
     differential_lever_tension,
 )
-from ..profiles import PiecewiseLinear
+from ..profiles import Constant, PiecewiseLinear
 from ..thermal._builders import lumped_heat
 from ..thermal._heat import ConstantPartition
 from ..thermal._material import ROOM
@@ -238,6 +242,38 @@ def driller_cases() -> list[Case]:
     return cases_with_slopes("driller", scene, rows, lambda result: result.energy["friction_heat"])
 
 
+# --- levers that lag, and that wait for a temperature -----------------------------------------------------------------
+
+
+def actuator_cases() -> list[Case]:
+    """The command rises, jumps and falls; the force follows with a dead time and a lag, less that of a spring."""
+    command = PiecewiseLinear([0.0, 0.3, 0.3, 1.1], [1.5e3, 6e3, 9e3, 4e3])
+    lever = Actuator(command, 0.15, 0.08, 800.0)  # pyright: ignore
+    scene = stop_scene(n=4, beta=50.0, C=None, lever=lever)
+    field = "duty.slack_tension"
+    slopes = {"∂(stopping time)/∂τ": f"{field}.lag", "∂(stopping time)/∂t_d": f"{field}.dead_time"}
+    return frozen_cases("actuator", scene, {"stopping time": "stopping_time"}, slopes)
+
+
+def hot_phase_cases() -> list[Case]:
+    """A load that the brake slows too little heats the rim to a level, and then a stronger pull stops it."""
+    heat = lumped_heat(rim=4e4, partition=ConstantPartition(1.0), rim_cooling=0.0)
+    level = AtTemperature(ROOM + 60.0, of="rim")  # pyright: ignore
+    lever = Phases((Phase(Constant(4e3), level), Phase(Constant(12e3), "rest")))  # pyright: ignore
+    scene = stop_scene(n=4, beta=50.0, C=None, load=9e3, end=30.0)
+    scene = dataclasses.replace(scene, duty=Duty(lever, scene.duty.load), heat=heat)  # pyright: ignore
+    return frozen_cases(
+        "phase that ends hot",
+        scene,
+        {
+            "first phase": time_of("phase_end"),
+            "stopping time": "stopping_time",
+            "rise at rest": lambda result: result.end_temperatures[0] - ROOM,
+        },
+        {"∂(stopping time)/∂(level)": "duty.slack_tension.phases.0.until.level"},
+    )
+
+
 # --- the tackle -------------------------------------------------------------------------------------------------------
 
 
@@ -269,4 +305,7 @@ def tackle_cases() -> list[Case]:
     return cases_with_slopes("tackle with losses", dataclasses.replace(scene, shaft=(TackleLoss(eta),)), rows)  # pyright: ignore
 
 
-CASES = (winch_cases, simple_band_cases, fall_cases, hold_cases, driller_cases, tackle_cases)
+CASES = (
+    *(winch_cases, simple_band_cases, fall_cases, hold_cases, driller_cases),
+    *(actuator_cases, hot_phase_cases, tackle_cases),
+)

@@ -18,6 +18,7 @@ from .._physics._mechanism import SLIP
 from .._run._edit import with_values
 from .._run._result import Result
 from .._run._travel import ring_wear
+from ..brakes._band import BondedLinings
 from ..brakes._bands import LinedBand, MultiBandBrake
 from ..brakes._design import Band, Bandage, Brake, Lining, Pulley, Segments, tension_shares, uniform_linings
 from ..friction import ConstantFriction, StribeckFriction
@@ -179,6 +180,23 @@ def band_cases() -> list[Case]:
     )
 
 
+def elongation_cases() -> list[Case]:
+    """A stop on a soft band whose stiffness follows from arcs, gaps and ends."""
+    geometry = BondedLinings(  # pyright: ignore
+        *(2e9, 13e-4, 0.3, 0.5, math.radians(4.0)), lining_modulus=1e8, lining_area=60e-4, lining_radius=0.71
+    )
+
+    def elongation(result: Result) -> float:
+        return result.series([float(result.full_slip_time)]).elongation[0]
+
+    return frozen_cases(
+        "elongation of the band",
+        stop_scene(n=4, beta=50.0, C=geometry),
+        {"full slip": "full_slip_time", "stopping time": "stopping_time", "elongation at full slip": elongation},
+        {"∂(stopping time)/∂E_1": "brake.band.stiffness.modulus"},
+    )
+
+
 def rope_cases() -> list[Case]:
     """A stop of a hook on an elastic rope, and the swing after it."""
     load = HookLoad(40e3, 0.4, 8.0, elasticity=RopeElasticity(4e6, 0.0))  # pyright: ignore
@@ -321,5 +339,5 @@ def lift_cases() -> list[Case]:
 
 CASES = (
     *(staged_cases, chain_cases, flutter_cases, spring_cases, band_cases, rope_cases, phase_cases, retarder_cases),
-    *(travel_cases, lift_cases),
+    *(elongation_cases, travel_cases, lift_cases),
 )

@@ -139,6 +139,57 @@ def fade_under_an_elastic_band():
     yield "∂(stopping time)/∂s", slope(lambda s: stop(s)[1], 2e-3), source, BY_SLOPE
 
 
+def friction_under_pressure():
+    """`f = f_0 (1 + p/p_r)^{−m}` with `p = (T_i + T_{i−1}) sin(β/2)/A`: each lining's `f` is a root of its own balance."""
+    area = 0.03
+
+    def run(m=0.3, p_r=1e6):
+        T = T0
+        for _ in range(N):
+
+            def rest(f, before=T):
+                p = before * (1 + ratio(f)) * math.sin(BETA / 2) / area
+                return f - 0.35 * (1 + p / p_r) ** -m
+
+            f = brentq(rest, 0.05, 0.36, xtol=1e-16, rtol=1e-15)
+            T *= ratio(f)
+        return J * W0 / (R * (T - T0)), f, T
+
+    source = "root of f = f_0 (1 + p/p_r)^{−m}, p = (T_i + T_{i−1}) sin(β/2)/A, lining by lining"
+    yield "stopping time", run()[0], source, EXACT
+    yield "friction of lining 4", run()[1], source, EXACT
+    yield "tight tension", run()[2], source, EXACT
+    yield "∂(stopping time)/∂m", slope(lambda m: run(m)[0], 0.3), source, BY_SLOPE
+    yield "∂(stopping time)/∂p_r", slope(lambda p_r: run(p_r=p_r)[0], 1e6), source, BY_SLOPE
+
+
+def elongation_of_the_band():
+    """`x = ∫ S dθ/k` over the arcs, gaps and ends of a band of bonded linings, with `S = S_C e^{f θ}` under them (K-1)."""
+    gap, slack_end, tight_end = math.radians(4.0), 0.3, 0.5
+
+    def stiffness(E_1=2e9, f=0.35):
+        steel = E_1 * 13e-4
+        k, x, S = steel / R + 1e8 * 60e-4 / 0.71, slack_end / steel, 1.0
+        for i in range(N):
+            x += over(lambda a, S=S: S * math.exp(f * a) / k, BETA)
+            S *= math.exp(f * BETA)
+            x += S * gap * R / steel if i < N - 1 else 0.0
+        return S / (x + S * tight_end / steel)
+
+    def stop(E_1=2e9):
+        C = stiffness(E_1)
+        chi, height = R * math.sqrt(C / J), T0 * (ratio(0.35) ** N - 1)
+        angle = math.asin(chi * height / (C * R * W0))
+        slip = T0 / (C * R * W0) + angle / chi
+        return slip, slip + J * W0 * math.cos(angle) / (R * height), C
+
+    source = "quadrature: Δl/S_C = ∫ e^{fθ} dθ/k over arcs, gaps, ends; C = e_n/(Δl/S_C); the stop of K"
+    yield "full slip", stop()[0], source, EXACT
+    yield "stopping time", stop()[1], source, EXACT
+    yield "elongation at full slip", T0 * ratio(0.35) ** N / stop()[2], source, EXACT
+    yield "∂(stopping time)/∂E_1", slope(lambda x: stop(x)[1], 2e9), source, BY_SLOPE
+
+
 def friction_with_memory():
     """Pads: `ċ = k (c_1 − c) + (q/w_0)(c_2 − c)`, `q = M ω/(n A)`."""
     f, force, pads, arm, inertia = 0.4, 3e4, 3, 0.55, 900.0
@@ -521,6 +572,59 @@ def lever_that_holds_the_speed():
     yield "∂(speed at the end)/∂s", slope(lambda s: run(s)[2], 1e-3), source, 1e-4
 
 
+def actuator():
+    """`τ Ḟ + F = u(t − t_d)`, `T_0 = F − F_s`: the force in closed form from point to point, `J ω̇ = −R T_0 (Π − 1)`."""
+    times, values, spring = (0.0, 0.3, 0.3, 1.1), (1.5e3, 6e3, 9e3, 4e3), 800.0
+
+    def pieces(tau, dead):
+        """Begin, end, force and command at the begin, slope."""
+        t, F, found = 0.0, values[0], []
+        for begin, end, low, high in zip(times, (*times[1:], 99.0), values, (*values[1:], values[-1]), strict=True):
+            if end == begin:
+                continue
+            m = (high - low) / (end - begin)
+            found.append((begin + dead, end + dead, F, low, m))
+            t, F = end - begin, high - tau * m + (F - low + tau * m) * math.exp(-(end - begin) / tau)
+        return [(0.0, dead, values[0], values[0], 0.0), *found]
+
+    def impulse(t, tau, dead):
+        whole = 0.0
+        for begin, end, F, u, m in pieces(tau, dead):
+            s = min(t, end) - begin
+            if s > 0:
+                steady = (u - tau * m - spring) * s + m * s * s / 2
+                whole += steady + (F - u + tau * m) * tau * -math.expm1(-s / tau)
+        return whole
+
+    def stop(tau=0.15, dead=0.08):
+        gain = R * (ratio(0.35) ** N - 1)
+        return brentq(lambda t: gain * impulse(t, tau, dead) - J * W0, 0.1, 20.0, xtol=1e-15, rtol=1e-15)
+
+    source = "closed form: ∫ (F − F_s) dt = J ω_0/R(Π − 1), F by τ Ḟ + F = u(t − t_d) from point to point"
+    yield "stopping time", stop(), source, EXACT
+    yield "∂(stopping time)/∂τ", slope(lambda x: stop(x), 0.15), source, BY_SLOPE
+    yield "∂(stopping time)/∂t_d", slope(lambda x: stop(dead=x), 0.08), source, BY_SLOPE
+
+
+def phase_that_ends_hot():
+    """A load that the brake slows too little heats the rim to a level, and then a stronger pull stops it."""
+    weak, strong, load, capacity = 4e3, 12e3, 9e3, 4e4
+    gain = R * (ratio(0.35) ** N - 1)
+
+    def ends(rise=60.0):
+        M, alpha = gain * weak, (load - gain * weak) / J
+        way = capacity * rise / M
+        t = (-W0 + math.sqrt(W0 * W0 + 2 * alpha * way)) / alpha
+        last = (W0 + alpha * t) / ((gain * strong - load) / J)
+        return t, t + last, rise + gain * strong * (W0 + alpha * t) * last / 2 / capacity
+
+    source = "closed form: C ΔT = M φ, φ = ω_0 t + α t²/2, then a stop under the second pull"
+    yield "first phase", ends()[0], source, EXACT
+    yield "stopping time", ends()[1], source, EXACT
+    yield "rise at rest", ends()[2], source, EXACT
+    yield "∂(stopping time)/∂(level)", slope(lambda x: ends(x)[1], 60.0), source, BY_SLOPE
+
+
 def linings_that_travel():
     """Linings on a bandage that rides with the rim, under eight stations of 33°; 11 of them fill the ring."""
     R_b, inertia, tension, load, n, beta, rate, area = 0.64, 945.0, 2e3, 300.0, 8, math.radians(33.0), 2e-14, 0.03
@@ -573,6 +677,10 @@ SUBJECTS = {
     "fade under an elastic band": fade_under_an_elastic_band,
     "friction with memory": friction_with_memory,
     "oiled linings": changing_friction,
+    "friction under pressure": friction_under_pressure,
+    "elongation of the band": elongation_of_the_band,
+    "actuator": actuator,
+    "phase that ends hot": phase_that_ends_hot,
     "wear of linings": wear_of_linings,
     "contact that opens": contact_that_opens,
     "staged stop": staged_stop,
