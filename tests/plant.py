@@ -399,6 +399,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--count", type=int, default=200, help="how many errors")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--module", help="a file of the package, from the root of the repository")
+    parser.add_argument("--part", action="append", choices=[*PARTS], help="of the errors drawn, those of this part")
     parser.add_argument("--jobs", type=int, default=2, help="how many at a time")
     parser.add_argument("--limit", type=float, default=240.0, help="seconds after which no further test begins")
     parser.add_argument("--list", action="store_true", help="print the places, and plant nothing")
@@ -419,6 +420,7 @@ def main(arguments: list[str] | None = None) -> None:
         outcomes = tried_again(target, chosen.jobs, chosen.limit)
     else:
         found = list(drawn(chosen.count, chosen.seed, chosen.module))
+        found = [site for site in found if not chosen.part or part_of(site.module) in chosen.part]
         if chosen.list:
             for site in found:
                 print(f"{site.module}:{site.line} {site.kind}: {_short(site)}")

@@ -140,7 +140,7 @@ def fade_under_an_elastic_band():
 
 
 def friction_under_pressure():
-    """`f = f_0 (1 + p/p_r)^{−m}` with `p = (T_i + T_{i−1}) sin(β/2)/A`: each lining's `f` is a root of its own balance."""
+    """`f = f_0 (1 + p/p_r)^{−m}` with `p = (T_i + T_{i−1}) sin(β/2)/A`: a root for each lining."""
     area = 0.03
 
     def run(m=0.3, p_r=1e6):
@@ -164,7 +164,7 @@ def friction_under_pressure():
 
 
 def elongation_of_the_band():
-    """`x = ∫ S dθ/k` over the arcs, gaps and ends of a band of bonded linings, with `S = S_C e^{f θ}` under them (K-1)."""
+    """`x = ∫ S dθ/k` over the arcs, gaps and ends of bonded linings, `S = S_C e^{f θ}` under them (K-1)."""
     gap, slack_end, tight_end = math.radians(4.0), 0.3, 0.5
 
     def stiffness(E_1=2e9, f=0.35):
@@ -578,13 +578,13 @@ def actuator():
 
     def pieces(tau, dead):
         """Begin, end, force and command at the begin, slope."""
-        t, F, found = 0.0, values[0], []
+        F, found = values[0], []
         for begin, end, low, high in zip(times, (*times[1:], 99.0), values, (*values[1:], values[-1]), strict=True):
             if end == begin:
                 continue
             m = (high - low) / (end - begin)
             found.append((begin + dead, end + dead, F, low, m))
-            t, F = end - begin, high - tau * m + (F - low + tau * m) * math.exp(-(end - begin) / tau)
+            F = high - tau * m + (F - low + tau * m) * math.exp(-(end - begin) / tau)
         return [(0.0, dead, values[0], values[0], 0.0), *found]
 
     def impulse(t, tau, dead):
