@@ -12,7 +12,7 @@ from problems import Timed
 
 import simbrake as sb
 from simbrake.checks._cases_integrator import BouncingBall, Oscillator
-from simbrake.hybrid._search import crossed, first_root, suspicious
+from simbrake.hybrid._search import crossed, first_root, interior_minimum, suspicious
 
 
 def down(t, at, slope=1.0):
@@ -265,6 +265,21 @@ def test_a_cubic_with_a_minimum_inside_the_step_is_suspicious():
         assert not (said and rises)
         dips, calm = dips + bool(minima and d1 > 0), calm + rises
     assert min(dips, calm) > 20
+
+
+def test_place_and_value_of_a_minimum_inside_the_step():
+    """Of cubics, against the roots of their derivatives."""
+    cubics = np.random.default_rng(11).normal(size=(400, 4))
+    c3, c2, d0, g0 = cubics.T
+    places, values, exist = jax.jit(interior_minimum)(g0, d0, g0 + d0 + c2 + c3, 3 * c3 + 2 * c2 + d0)
+    for c, place, value, exists in zip(cubics, places, values, exist, strict=True):
+        slope = np.polyder(c)
+        minima = [x.real for x in np.roots(slope) if x.imag == 0 and np.polyval(np.polyder(slope), x.real) > 0]
+        assert bool(exists) == any(0.02 < x < 0.98 for x in minima)
+        if exists:
+            assert float(place) == pytest.approx(minima[0], rel=1e-9)
+            assert float(value) == pytest.approx(np.polyval(c, minima[0]), abs=1e-12)
+    assert 40 < np.sum(exist) < 200
 
 
 @pytest.mark.parametrize(
