@@ -8,7 +8,7 @@
     python tests/plant.py --page                     # what is known so far into docs/planted_errors.md
 
 Each error is put into a copy of the tree, and the tests and subjects of `simbrake validate` that run its function are
-run on it, those first that cost little and call few functions, until one fails or the time is up. A copy that cannot be
+run on it, the cheap and those about its module first, until one fails or the time is up. A copy that cannot be
 imported, or a test that takes far longer than it should, counts as caught. `planted_equivalent.csv` names errors that
 change no result.
 """
@@ -27,7 +27,7 @@ import tempfile
 import threading
 import time
 from collections import Counter, defaultdict
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
@@ -200,24 +200,35 @@ class Map:
     def tests(self, site: Site) -> list[str]:
         """Tests that run its function, by files; all that run anything of the module where none runs that function.
 
-        First what costs little and calls little else than this folder. Within one process a later test may
-        use what an earlier one has traced, so that the tests of a file keep together; and what a fixture has found for
-        all tests of a file, so that its other tests come at the end.
+        In turn what costs little and calls little outside this folder, and what calls functions of this module that few
+        others call: a common function is run by all tests, but its cases are the business of few. Within one process a
+        later test may use what an earlier one has traced, so that the tests of a file keep together; and what a fixture
+        has found for all tests of a file, so that its other tests come at the end.
         """
         found = self.of_function.get(f"{site.module}::{site.function}") or self.of_function.get(site.module, set())
         cost: Counter[str] = Counter()
         for test in found:
             cost[_group(test)] += self.seconds[test]
-        folder = site.module.rpartition("/")[0]
+        folder, module = site.module.rpartition("/")[0], f"{site.module}::"
+        callers = Counter(itertools.chain.from_iterable(self.of_group.values()))
 
-        def about(group: str) -> float:  # what share of all that it calls is near this place
+        def small(group: str) -> float:
             calls = self.of_group[group]
-            return sum(call.startswith(f"{folder}/") for call in calls) / len(calls)
+            return cost[group] * (len(calls) / sum(call.startswith(f"{folder}/") for call in calls)) ** 2
 
-        groups = sorted(cost, key=lambda group: (cost[group] / about(group) ** 2, group))
-        # in turn a subject of the validation and a file of tests: all subjects first would use up the time
-        place = {True: itertools.count(0, 2), False: itertools.count(1, 2)}
-        rank = {group: next(place[ROWS in group]) for group in groups}
+        def strange(group: str) -> float:
+            rare = sum(1 / callers[call] for call in self.of_group[group] if call.startswith(module))
+            return (cost[group] + 3.0) / (rare + 1e-9)
+
+        def in_turn(key: Callable[[str], float]) -> list[str]:
+            """A subject of the validation, then a file of tests: all subjects first would use up the time."""
+            groups = sorted(cost, key=lambda group: (key(group), group))
+            place = {True: itertools.count(0, 2), False: itertools.count(1, 2)}
+            rank = {group: next(place[ROWS in group]) for group in groups}
+            return sorted(groups, key=lambda group: rank[group])
+
+        groups = dict.fromkeys(itertools.chain.from_iterable(zip(in_turn(small), in_turn(strange), strict=True)))
+        rank = {group: i for i, group in enumerate(groups)}
         others = {test for test in self.seconds if _group(test) in rank}
         known = sorted(others, key=lambda test: (test not in found, rank[_group(test)], self.seconds[test]))
         return known or ([f"tests/{ELSEWHERE[site.module]}"] if site.module in ELSEWHERE else [])

@@ -63,10 +63,10 @@ def test_a_source_that_changes_between_the_first_two_times():
     np.testing.assert_allclose(run.temperature[:, 0], [300.0, warm, warm], rtol=1e-12)
 
 
-@pytest.mark.parametrize("begin", [0.0, 40.0])
-def test_a_pulse_of_a_users_own_profile_is_not_stepped_over(begin):
-    """`C ΔT = P √π` over the whole bell, also where the run begins late."""
-    bell = sb.profiles.FunctionProfile(lambda t, at: 900.0 * jnp.exp(-((t - at) ** 2)), begin + 61.0)
+@pytest.mark.parametrize(("begin", "after"), [(0.0, 30.0), (40.0, 61.0), (40.0, 80.0)])
+def test_a_pulse_of_a_users_own_profile_is_not_stepped_over(begin, after):
+    """`C ΔT = P √π` over the whole bell, wherever it lies between the steps, also where the run begins late."""
+    bell = sb.profiles.FunctionProfile(lambda t, at: 900.0 * jnp.exp(-((t - at) ** 2)), begin + after)
     heat = sb.Heat(bodies=(sb.thermal.Lump("a", 15.0, 300.0),), sources=(sb.thermal.Source("a", bell),))
     run = sb.simulate_heat(heat, [begin, begin + 100.0], rtol=1e-10)
     assert run.temperature[-1, 0] - 300.0 == pytest.approx(900.0 * math.sqrt(math.pi) / 15.0, rel=1e-8)
