@@ -146,6 +146,8 @@ def test_lever_that_is_still_to_pull_harder_is_no_runaway():
         (sb.Lever(sb.PiecewiseLinear([0.0, 1.0], [0.0, 3.0]), 2.0, 1.0), 1.0),
         (sb.Repeated([0.0, 0.5], [1.0, 2.0], period=2.0, count=3), 4.5),
         (sb.profiles.ExponentialRise(1.0, 0.1, begin=0.7), 0.7),
+        (sb.loads.Actuator(sb.PiecewiseLinear([0.0, 1.0], [0.0, 3.0]), dead_time=0.25), 1.25),
+        (sb.wear.Delayed(sb.PiecewiseLinear([0.0, 1.0], [0.0, 3.0]), 0.5), 1.5),
     ],
 )
 def test_time_of_the_last_turn_of_a_profile(profile, time):
