@@ -261,8 +261,7 @@ def contact_like(
     """Shapes of the contact of `n` linings for the coefficients of a law, and for the rates of its states (`None`: it
     has none); with or without temperatures and pressures."""
     one = jax.ShapeDtypeStruct((n,), np.float64)
-    memory, factor = _memory_like(law, n), one if law.over_time else None
-    surface, pressure = SurfaceState(one if T else None, memory, factor), one if p else None
+    surface, pressure = SurfaceState(one if T else None, _memory_like(law, n)), one if p else None
     rates = None if surface.memory is None else surface.contact(one, pressure, pressure)
     return surface.contact(one, pressure), rates
 

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import staged_scenes as staged
 from heat_scenes import BETA, T0, W0, C, N, R, brake, fading, lump
 from helpers import jacobians
 from scipy.integrate import quad
@@ -84,6 +85,27 @@ def test_self_locking_reached_by_heat_is_an_event_or_a_code():
     rigid = sb.simulate(warmed(rising, 4e4, n=4, beta=math.radians(60.0), end=140.0, stiffness=None), throw=False)
     assert rigid.status == "singular_geometry"
     assert float(rigid.record.t_end) == pytest.approx(locked, rel=1e-9)
+
+
+def test_a_held_staged_brake_that_comes_to_lock_itself_ends_there_and_does_not_slip():
+    """All bodies warm at 4 K/s; at `f(T) tan(β/2) = 1` of the outer pair its tensions have no end."""
+    rising = sb.friction.ProductFriction(
+        sb.ConstantFriction(1.8), (sb.friction.TabulatedFade(np.array([250.0, 350.0, 900.0]), np.array([0.9, 1, 2.5])),)
+    )
+    heat = sb.thermal.lumped_heat(rim=5e3, linings=6e3, band=9e3, partition=0.7, lining_to_band=30.0, rim_cooling=0.0)
+    bodies = [body for body in heat.bodies if isinstance(body, sb.thermal.Lump)]
+    sources = tuple(sb.thermal.Source(body.name, 4.0 * body.capacity) for body in bodies)
+    heat = sb.thermal.with_external_pair(dataclasses.replace(heat, links=(), sources=sources), 0.5)
+    scene = staged.stop(law=rising, heat=heat, w0=0.0, load=3e3, lever=sb.Constant(8e3), end=140.0)
+    result = sb.simulate(scene, throw=False)
+
+    def margin(t):
+        contact = sb.friction.Contact(v=None, T=jnp.asarray([sb.thermal.ROOM + 4.0 * t]))
+        return 1.8 * float(rising.factors[0].factor(contact)[0]) * math.tan(staged.BETA / 2) - 1
+
+    assert (result.status, [event.name for event in result.events]) == ("singular_geometry", ["self_locking"])
+    assert float(result.record.t_end) == pytest.approx(brentq(margin, 50.0, 140.0, xtol=1e-12), rel=1e-11)
+    assert float(jnp.abs(result.record.y_end.omega)) == 0.0
 
 
 @pytest.mark.slow

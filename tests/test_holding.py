@@ -93,10 +93,18 @@ def test_reserve_of_disc_and_shoes():
         assert shoes.metrics["min_holding_reserve"] == pytest.approx(capacity / 60.0, rel=1e-9)
 
 
-@pytest.mark.parametrize("f_int", [0.05, 0.4])
-def test_reserve_of_a_staged_brake_is_that_of_its_weaker_pair(f_int):
+@pytest.mark.parametrize(
+    ("f_int", "wet", "oiled"), [(0.05, 1.0, 1.0), (0.4, 1.0, 1.0), (0.6, 0.8, 1.1), (0.04, 0.9, 1.2)]
+)
+def test_reserve_of_a_staged_brake_is_that_of_its_weaker_pair(f_int, wet, oiled):
+    """`wet`, `oiled`: factors of the friction in the outer and in the inner pair."""
     T_0, load, ratio = 5e3, 300.0, 1.2
-    laws = {"law": sb.ConstantFriction(staged.F_EXT, ratio), "inner": sb.ConstantFriction(f_int, ratio)}
+
+    def changed(f, factor):
+        change = sb.friction.FrictionChange(sb.PiecewiseLinear([0.0, 1.0], [factor, factor]))
+        return sb.friction.ChangingFriction(sb.ConstantFriction(f, ratio), (change,))
+
+    laws = {"law": changed(staged.F_EXT / wet, wet), "inner": changed(f_int / oiled, oiled)}
     scene = staged.stop(lever=sb.Constant(T_0), load=load, w0=0.0, end=1.0, **laws)
     z, s = math.tan(staged.BETA / 2), math.sin(staged.BETA / 2)
     mu = np.full(staged.N, (1 + ratio * staged.F_EXT * z) / (1 - ratio * staged.F_EXT * z))

@@ -275,6 +275,22 @@ def test_a_thin_surface_node_costs_at_most_three_times_the_steps():
     assert thin <= 3 * uniform, (thin, uniform)
 
 
+def test_gradients_by_the_points_of_a_source_with_an_implicit_method():
+    """`Σ C ΔT = ∫ P dt`: by the values of `P` the weights of the trapezoidal rule, by a time its derivative."""
+    C = np.array([2.0, 5.0])
+
+    def stored(times, power):
+        source = sb.thermal.Source("a", sb.PiecewiseLinear(times, power))
+        bodies = (sb.thermal.Lump("a", C[0], 300.0), sb.thermal.Lump("b", C[1], 300.0))
+        heat = sb.Heat(bodies, (sb.thermal.Conductance("a", "b", 3.0),), sources=(source,))
+        return C @ sb.simulate_heat(heat, [0.0, 4.0], rtol=1e-9, solver=sb.hybrid.Rodas5P()).temperature[-1]
+
+    times, power = jnp.array([0.0, 1.5, 4.0]), jnp.array([10.0, 90.0, 30.0])
+    by_time, by_power = jax.jit(jax.grad(stored, (0, 1)))(times, power)
+    np.testing.assert_allclose(by_power, [0.75, 2.0, 1.25], rtol=1e-9)
+    np.testing.assert_allclose(by_time[1], (power[0] - power[2]) / 2, rtol=1e-9)
+
+
 @pytest.mark.slow
 def test_gradient_of_a_radiating_wall_against_differences():
     def peak(conductivity, method):

@@ -442,8 +442,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         if isinstance(self.lever, Phases):
             still = still._replace(phase=begun_anew(y.phase, t, before, after, self.lever))
         if more is not None:  # mass added to the hook in motion brings its energy
-            speed = y.omega if moved is before else omega
-            brought = 0.5 * (self.inertia_at(after) - self.inertia_at(moved)) * speed**2
+            brought = 0.5 * (self.inertia_at(after) - self.inertia_at(moved)) * omega**2
             still = still._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
         if not self.mechanism.stretches:
             return still
