@@ -5,6 +5,7 @@
     python tests/plant.py --count 5 --seed 3 --module simbrake/_physics/_rigid.py
     python tests/plant.py --count 200 --seed 1 --list    # the places alone
     python tests/plant.py --again --seed 1           # its survivors once more, after tests were written
+    python tests/plant.py --count 200 --seed 2 --part physics --validation    # by `simbrake validate` alone
     python tests/plant.py --page                     # what is known so far into docs/planted_errors.md
 
 Each error is put into a copy of the tree, and the tests and subjects of `simbrake validate` that run its function are
@@ -183,13 +184,13 @@ def make_map(only: list[str], jobs: int) -> None:
 
 
 class Map:
-    """Which tests run a function, in the order in which they are tried."""
+    """Which tests run a function, in the order in which they are tried; `validation`: subjects of it alone."""
 
-    def __init__(self) -> None:
+    def __init__(self, validation: bool = False) -> None:
         self.seconds: dict[str, float] = {}
         self.of_function: dict[str, set[str]] = defaultdict(set)
         self.of_group: dict[str, set[str]] = defaultdict(set)  # functions
-        for file in sorted((KEPT / "map").glob("*.json")):
+        for file in sorted((KEPT / "map").glob(f"{Path(ROWS).stem}.json" if validation else "*.json")):
             for test, known in json.loads(file.read_text("utf-8")).items():
                 self.seconds[test] = known["seconds"]
                 self.of_group[_group(test)] |= set(known["functions"])
@@ -326,12 +327,12 @@ def tried(site: Site, tree: Path, known: Map, limit: float) -> Outcome:
     return Outcome(part, site, "caught", failed[0] if failed else "cannot be imported", spent, len(tests))
 
 
-def run_batch(found: list[Site], jobs: int, limit: float, target: Path) -> list[Outcome]:
+def run_batch(found: list[Site], jobs: int, limit: float, target: Path, validation: bool = False) -> list[Outcome]:
     """Every error in turn, in as many copies as there are jobs; what an earlier run of the batch found is kept."""
     target.parent.mkdir(parents=True, exist_ok=True)
     done = [Outcome.of(json.loads(line)) for line in target.read_text("utf-8").splitlines()] if target.exists() else []
     of_before = {outcome.site: outcome for outcome in done}
-    known, lock, todo = Map(), threading.Lock(), [site for site in found if site not in of_before]
+    known, lock, todo = Map(validation), threading.Lock(), [site for site in found if site not in of_before]
     if not known.seconds:
         raise SystemExit("which test runs which function is not known yet: python tests/plant.py --map")
     programs = {f.name for f in (KEPT / "programs").glob("*")}
@@ -363,7 +364,7 @@ def run_batch(found: list[Site], jobs: int, limit: float, target: Path) -> list[
     return [of_before[site] for site in found]
 
 
-def tried_again(target: Path, jobs: int, limit: float) -> list[Outcome]:
+def tried_again(target: Path, jobs: int, limit: float, validation: bool = False) -> list[Outcome]:
     """A batch with its survivors planted anew, in the tree as it is now; those whose code is gone are left out."""
     outcomes, now = [Outcome.of(json.loads(line)) for line in target.read_text("utf-8").splitlines()], {}
     survivors = [outcome.site for outcome in outcomes if outcome.verdict == "survived"]
@@ -372,7 +373,7 @@ def tried_again(target: Path, jobs: int, limit: float) -> list[Outcome]:
         if same:
             now[old] = min(same, key=lambda site: abs(site.line - old.line))
     anew = target.with_suffix(".again.jsonl")
-    found = dict(zip(now, run_batch(list(now.values()), jobs, limit, anew), strict=True))
+    found = dict(zip(now, run_batch(list(now.values()), jobs, limit, anew, validation), strict=True))
     outcomes = [found.get(o.site, o) for o in outcomes if o.site not in survivors or o.site in found]
     target.write_text("".join(json.dumps(o.as_dict()) + "\n" for o in outcomes), "utf-8")
     anew.unlink()
@@ -419,6 +420,7 @@ def main(arguments: list[str] | None = None) -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--module", help="a file of the package, from the root of the repository")
     parser.add_argument("--part", action="append", choices=[*PARTS], help="of the errors drawn, those of this part")
+    parser.add_argument("--validation", action="store_true", help="by the subjects of `simbrake validate` alone")
     parser.add_argument("--jobs", type=int, default=2, help="how many at a time")
     parser.add_argument("--limit", type=float, default=240.0, help="seconds after which no further test begins")
     parser.add_argument("--list", action="store_true", help="print the places, and plant nothing")
@@ -434,9 +436,10 @@ def main(arguments: list[str] | None = None) -> None:
         make_map(chosen.map, chosen.jobs)
         return
     where = f"-{Path(chosen.module).stem}" if chosen.module else ""
+    where += "-validation" if chosen.validation else ""
     start, target = time.monotonic(), KEPT / f"outcomes-{chosen.seed}{where}.jsonl"
     if chosen.again:
-        outcomes = tried_again(target, chosen.jobs, chosen.limit)
+        outcomes = tried_again(target, chosen.jobs, chosen.limit, chosen.validation)
     else:
         found = list(drawn(chosen.count, chosen.seed, chosen.module))
         found = [site for site in found if not chosen.part or part_of(site.module) in chosen.part]
@@ -444,7 +447,7 @@ def main(arguments: list[str] | None = None) -> None:
             for site in found:
                 print(f"{site.module}:{site.line} {site.kind}: {_short(site)}")
             return
-        outcomes = run_batch(found, chosen.jobs, chosen.limit, target)
+        outcomes = run_batch(found, chosen.jobs, chosen.limit, target, chosen.validation)
     print(table(outcomes))
     if chosen.page:
         spent = f"{(time.monotonic() - start) / 60:.0f} min with {chosen.jobs} jobs"
