@@ -27,7 +27,7 @@ from ..thermal._heat import ConstantPartition, FlashTemperature, FrictionHeat, H
 from ..thermal._material import ROOM
 from ..thermal._network import Conductance, Lump
 from ..wear import LinearWear, Wear
-from ._cases_band import stop_scene
+from ._cases_band import stop_scene, time_of
 from ._validation import Case, frozen_cases
 
 _N = 4
@@ -55,12 +55,26 @@ def speed_cases() -> list[Case]:
     curve = StribeckFriction(0.45, 0.30, 3.0, 1.5)
     table = TabulatedFriction([0.0, 4.0, 9.0, 16.0], [0.42, 0.35, 0.31, 0.30])
     stopped = {"stopping time": "stopping_time", "angle": "stopping_angle"}
+    # the band circle is wider than the rim
+    elastic = with_values(_stop(StribeckFriction(0.40, 0.28, 4.0, 1.0), C=1.2e5), {"brake.band.radius": 0.76})  # pyright: ignore
     return [
         *frozen_cases(
             "Stribeck friction",
             _stop(curve),
             stopped,
             {"∂(stopping time)/∂v_s": f"{_LAW}.stribeck_speed", "∂(stopping time)/∂δ": f"{_LAW}.exponent"},
+        ),
+        *frozen_cases(
+            "Stribeck friction on an elastic band",
+            elastic,
+            {
+                "full slip": "full_slip_time",
+                "sticks again": time_of("restick"),
+                "stopping time": "stopping_time",
+                "friction heat": "energy.friction_heat",
+                "elastic energy at rest": "energy.elastic_change",
+            },
+            {"∂(stopping time)/∂v_s": f"{_LAW}.stribeck_speed"},
         ),
         *frozen_cases("tabulated friction", _stop(table), stopped, {"∂(stopping time)/∂f_2": f"{_LAW}.coefficient.1"}),
     ]

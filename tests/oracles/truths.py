@@ -74,6 +74,48 @@ def stribeck_friction():
     yield "∂(stopping time)/∂δ", slope(lambda x: time(delta=x), 1.5), source, BY_SLOPE
 
 
+def stribeck_friction_on_an_elastic_band():
+    """The band rests until `C x = T_0 Π(f_s)`, drops to `T_0 Π(f(R_b ω))`, grows with the friction, and sticks again."""
+    f_s, f_k, v_s, R_b, C = 0.40, 0.28, 4.0, 0.76, 1.2e5
+
+    def full(f):
+        return T0 * ratio(f) ** N
+
+    def stop(v_s=v_s):
+        def law(v):
+            return f_k + (f_s - f_k) * math.exp(-v / v_s)
+
+        def alpha(w):
+            return -R_b * (full(law(R_b * w)) - T0) / J
+
+        def growth(w):
+            v, z = R_b * w, math.tan(BETA / 2)
+            steeper = full(law(v)) * N * 2 * z / (1 - (law(v) * z) ** 2)
+            return -steeper * (f_s - f_k) / v_s * math.exp(-v / v_s) * R_b * alpha(w) / C
+
+        def ride(t, y):
+            return [-R_b * max(C * y[1] - T0, 0.0) / J, R_b * y[0], 0.0]
+
+        def slide(t, y):
+            return [alpha(y[0]), growth(y[0]), (full(law(R_b * y[0])) - T0) * (R_b * y[0] - growth(y[0]))]
+
+        t, y = until(ride, [W0, 0.0, 0.0], lambda t, y: C * y[1] - T0)
+        t, y = until(ride, y, lambda t, y: C * y[1] - full(f_s), t)
+        slip, after = t, full(law(R_b * y[0]))
+        jump = (y[1] - after / C) * (0.5 * (C * y[1] + after) - T0)
+        t, y = until(slide, [y[0], after / C, jump], lambda t, y: R_b * y[0] - growth(y[0]), t)
+        stick, heat = t, y[2]
+        t, y = until(ride, y, lambda t, y: y[0], t)
+        assert C * y[1] < full(f_s)
+        return slip, stick, t, heat, 0.5 * C * y[1] ** 2
+
+    source = "SciPy DOP853, stage by stage: T_n = T_0 Π(f(R_b ω)), v = R_b ω − Ṫ_n/C"
+    names = ("full slip", "sticks again", "stopping time", "friction heat", "elastic energy at rest")
+    for name, truth in zip(names, stop(), strict=True):
+        yield name, truth, source, SMOOTH
+    yield "∂(stopping time)/∂v_s", slope(lambda x: stop(x)[2], v_s), source, BY_SLOPE
+
+
 def tabulated_friction():
     speed = np.array([0.0, 4.0, 9.0, 16.0])
 
@@ -672,6 +714,7 @@ SUBJECTS = {
     "lever that holds the speed": lever_that_holds_the_speed,
     "linings that travel": linings_that_travel,
     "Stribeck friction": stribeck_friction,
+    "Stribeck friction on an elastic band": stribeck_friction_on_an_elastic_band,
     "tabulated friction": tabulated_friction,
     "flash temperature": flash_temperature,
     "fade under an elastic band": fade_under_an_elastic_band,
