@@ -25,8 +25,13 @@ from ..friction import ConstantFriction, StribeckFriction
 from ..loads import HookLoad, Phase, Phases, RopeElasticity, StringLoad, TorqueLoad
 from ..profiles import Constant, PiecewiseLinear, ramp
 from ..shaft import HydrodynamicBrake, ViscousDrag
-from ._cases_band import closed_form, stop_scene, time_of
+from ..thermal._heat import ConstantPartition, FrictionHeat, Heat
+from ..thermal._network import Convection, Lump, Reservoir, SpeedCoefficient
+from ._cases_band import closed_form, staged_pair, stop_scene, time_of
 from ._validation import FORM, Case, Slope, cases_of, cases_with_slopes, differentiated, frozen_cases
+
+#: bodies of a staged brake with heat, as the nodes are counted
+_PLACES = ("rim", "linings", "band")
 
 
 def _staged(lever: PiecewiseLinear, load: float, stiffness: float | None, preload: Any, end: float) -> Scene:
@@ -58,6 +63,45 @@ def staged_cases() -> list[Case]:
             "∂(stopping time)/∂N_p": "brake.bandage.preload",
         },
     )
+
+
+def staged_heat_cases() -> list[Case]:
+    """Heat of both pairs of a staged brake into rim, linings and band; linings on a ring that turns are cooled.
+
+    The stop is that of the subject "staged pair": torque `c t` of the band, capacity `M_i` of the internal pair.
+    """
+    J_1, J_2, w0, M, c, end, cold = 40.0, 4.0, 20.0, 600.0, 500.0, 3.0, 300.0
+    C, start, area, h_0, v_0 = (50.0, 20.0, 10.0), 400.0, 0.2, 2.0, 3.0
+    share, band, beyond = 0.8, 0.6, 0.4
+    t_0 = M * (J_1 + J_2) / (c * J_1)
+    first = np.polynomial.Polynomial([w0, 0.0, -c / (2 * (J_1 + J_2))])
+    both = np.polynomial.Polynomial([first(t_0), (M - c * t_0) / J_2, -c / (2 * J_2)])
+    lock = t_0 + float(np.max(both.roots()))
+    # ω of the rim less ω of the ring after t_0, until the lock; then that of the rim alone
+    apart = np.polynomial.Polynomial([first(t_0), -M / J_1]) - both
+    after = first(t_0) - M * (lock - t_0) / J_1
+    internal = M * apart.integ()(lock - t_0) + J_1 * after**2 / 2
+    external = (J_1 + J_2) * w0**2 / 2 - internal
+    turned = (first**2).integ()(t_0) + (both**2).integ()(lock - t_0)
+
+    def cooled(area: complex) -> complex:
+        return cold + (start - cold) * np.exp(-h_0 * area * (end + turned / v_0**2) / C[1])
+
+    lumps = tuple(Lump(name, C[i], start if name == "linings" else cold) for i, name in enumerate(_PLACES))
+    air = Convection("linings", area, SpeedCoefficient(h_0, v_0, 2.0))  # pyright: ignore
+    rubs = FrictionHeat("rim", None, ConstantPartition(share), "rim")
+    outer = FrictionHeat("band", None, ConstantPartition(band), "linings", "rim", beyond)
+    heat = Heat((*lumps, Reservoir("air", cold)), (air,), rubs, (), None, *_PLACES, external=outer)
+    scene = staged_pair(M, J_1, J_2, w0, ([0.0, 10.0], [0.0, 10.0 * c]), end)
+    scene = Scene(scene.brake, scene.duty, scene.initial, end, heat)
+    work, lost = f"{FORM}work of the pairs, over C", f"{FORM}e^(−∫ h_0 A (1 + (R_b ω_b/v_0)²) dt/C)"
+    rows = [
+        ("rim", work, cold + (share * internal + beyond * external) / C[0], "end_temperatures.0"),
+        ("linings", lost, cooled(area).real, "end_temperatures.1"),
+        ("band", work, cold + band * external / C[2], "end_temperatures.2"),
+        ("∂(linings)/∂A", f"{lost}, differentiated", differentiated(cooled, area), Slope("heat.links.0.area"), 1e-9),
+    ]
+    return cases_with_slopes("heat of a staged brake", scene, rows, lambda result: result.end_temperatures[1])
 
 
 def chain_cases() -> list[Case]:
@@ -338,6 +382,16 @@ def lift_cases() -> list[Case]:
 
 
 CASES = (
-    *(staged_cases, chain_cases, flutter_cases, spring_cases, band_cases, rope_cases, phase_cases, retarder_cases),
+    *(
+        staged_cases,
+        staged_heat_cases,
+        chain_cases,
+        flutter_cases,
+        spring_cases,
+        band_cases,
+        rope_cases,
+        phase_cases,
+        retarder_cases,
+    ),
     *(elongation_cases, travel_cases, lift_cases),
 )

@@ -75,7 +75,7 @@ def stribeck_friction():
 
 
 def stribeck_friction_on_an_elastic_band():
-    """The band rests until `C x = T_0 Π(f_s)`, drops to `T_0 Π(f(R_b ω))`, grows with the friction, and sticks again."""
+    """The band rests until `C x = T_0 Π(f_s)`, drops to `T_0 Π(f(R_b ω))`, then friction grows and it sticks again."""
     f_s, f_k, v_s, R_b, C = 0.40, 0.28, 4.0, 0.76, 1.2e5
 
     def full(f):
