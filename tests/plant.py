@@ -437,7 +437,7 @@ def main(arguments: list[str] | None = None) -> None:
         return
     where = f"-{Path(chosen.module).stem}" if chosen.module else ""
     where += "-validation" if chosen.validation else ""
-    start, target = time.monotonic(), KEPT / f"outcomes-{chosen.seed}{where}.jsonl"
+    target = KEPT / f"outcomes-{chosen.seed}{where}.jsonl"
     if chosen.again:
         outcomes = tried_again(target, chosen.jobs, chosen.limit, chosen.validation)
     else:
@@ -450,7 +450,7 @@ def main(arguments: list[str] | None = None) -> None:
         outcomes = run_batch(found, chosen.jobs, chosen.limit, target, chosen.validation)
     print(table(outcomes))
     if chosen.page:
-        spent = f"{(time.monotonic() - start) / 60:.0f} min with {chosen.jobs} jobs"
+        spent = f"{sum(o.seconds for o in outcomes) / 60 / chosen.jobs:.0f} min with {chosen.jobs} jobs"
         write_page(outcomes, f"{len(outcomes)} errors, seed {chosen.seed}, {spent}.")
 
 

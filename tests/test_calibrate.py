@@ -14,7 +14,8 @@ from scipy.stats import binom, chi2, norm, t
 import simbrake as sb
 from simbrake import plot
 from simbrake.studies import State
-from simbrake.studies._fit import FitModel, Search, cost, identify
+from simbrake.studies._calibration import _combination
+from simbrake.studies._fit import Direction, FitModel, Search, cost, identify
 
 OMEGA, T0, J, F = (
     "initial.omega",
@@ -150,6 +151,13 @@ def test_what_speeds_cannot_tell_apart_is_found_and_named():
     assert saved["parameters"][1]["standard_error"] is None
     assert saved["open"][0]["spread"] is None
     assert "standard error infinite" in str(fit)
+
+
+def test_a_product_is_named_only_where_nothing_else_is_open_in_its_parameters():
+    one, other = (Direction(np.array(change), 0.0, np.inf) for change in ([1.0, -1.0, 0.0], [0.0, 1.0, 1.0]))
+    arguments = ["p", "q", "r"], np.ones(3), np.array([True, True, True])
+    assert "the data determine only (p)·(q)^1" in _combination(one, [one], *arguments).words
+    assert "the data determine only" not in _combination(one, [one, other], *arguments).words
 
 
 def test_errors_against_outliers_are_those_of_the_sandwich():

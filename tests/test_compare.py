@@ -181,6 +181,9 @@ def test_compare_of_other_events_parts_and_times(plain):
     found = sb.compare(plain, other)
     assert found.status.a == "stopped"
     assert found.status.b == "not_stopped"
+    # both are evaluated at the same times, up to the earlier end
+    assert found.how.startswith("at ")
+    assert found.how.endswith(" times that both have")
     assert any(name.startswith("stop at") for name in found.only_a)
     assert ("duty.slack_tension", "Constant", "PiecewiseLinear") in found.parts
     stopping = next(row for row in found.metrics if row.name == "stopping_time")

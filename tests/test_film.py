@@ -42,6 +42,7 @@ def test_film_is_slow_where_slip_begins(plain):
     assert {words.split()[1] for _, words in places} == {"ms", "s"}
     for t, words in places:
         value, unit = words.split()
+        assert unit == ("ms" if t < film.run[1] else "s")
         assert float(value) * (1e-3 if unit == "ms" else 1.0) == pytest.approx(t)
     # a window without an onset of slip runs evenly
     assert film_of(plain, 6.0, 0.5 * stop, 0.8 * stop).run == pytest.approx((0.5 * stop, 0.8 * stop))
@@ -61,6 +62,9 @@ def test_film_shows_the_run(name, request):
         phi = math.atan2(y, x) - math.pi / 2
         assert math.remainder(phi - float(s.phi[0]), 2 * math.pi) == pytest.approx(0.0, abs=1e-9)
         assert scenery.cursors[0].get_xdata()[0] == pytest.approx(t)
+        _, _, clock, unit, *_ = scenery.title.get_text().split()
+        assert unit == ("ms" if film.slow and t < film.run[1] < 0.5 else "s")
+        assert float(clock) * (1e-3 if unit == "ms" else 1.0) == pytest.approx(t, abs=1e-4)
         if name == "hot":
             coldest, hottest = (float(f(s.lining_temperature)) - 273.15 for f in (np.min, np.max))
             assert scenery.hot[int(np.argmax(s.lining_temperature))].get_facecolor() == pytest.approx(

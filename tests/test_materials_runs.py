@@ -129,6 +129,11 @@ def test_the_chart_shows_every_number(simulated):
     table = compared(["steel_20L", "brass"], ["FK-24A", "retinax"], energy=[2e5, 4e6])
     axes = plot.materials(table).axes
     assert len(axes) == 8
+    assert axes[2].get_xscale() == axes[6].get_xscale() == "linear"
+    apart = compared(["steel_20L"], ["FK-24A"], energy=[2e5, 12e6])
+    cold, hot = (row["wear"].value for row in apart)
+    assert hot > 100 * cold > 0
+    assert plot.materials(apart).axes[2].get_xscale() == "log"
     widths = sorted(bar.get_width() for bar in axes[1].patches)
     ratios = sorted(table.row(rim, level=i)["stress_ratio"].value for rim in ("steel_20L", "brass") for i in (0, 1))
     assert widths == pytest.approx(ratios)
@@ -169,6 +174,8 @@ def test_the_command(capsys, scenarios, tmp_path, monkeypatch, drawn):
     assert call(capsys, *command, "--energy", "12 MJ", "--fail-on-limit")[0] == 3
     assert call(capsys, *command, "--energy", "12 MJ")[0] == 0
     assert call(capsys, *command[:3], "--rim", "cast_iron", "--energy", "100 kJ", "--fail-on-limit")[0] == 0
+    assert call(capsys, *command, "-o", str(tmp_path / "charts"))[0] == 0
+    assert [file.name for file in (tmp_path / "charts").iterdir()] == ["materials.png"]
     for wrong, word in (
         (["--rim", "wood"], "no rim material 'wood'"),
         (["--energy", "lots"], "friction works, as in"),

@@ -11,7 +11,7 @@ import pytest
 from scipy.special import erfc
 
 import simbrake as sb
-from simbrake._run._choice import stiff_heat
+from simbrake._run._choice import fastest_node, stiff_heat
 
 STEEL = sb.Material(conductivity=50.0, density=7800.0, specific_heat=50.0 / (7800.0 * 1.4e-5))
 
@@ -465,3 +465,13 @@ def test_walls_side_by_side_and_lumps_between_them_exchange_no_heat():
     assert np.all(row[:, 3] > row[:, 0])  # twice the power at the back
     assert np.all(row[:, 0] > row[:, 1])
     assert float(run.closure) < 1e-12
+
+
+@pytest.mark.parametrize("single", [True, False])
+def test_the_fastest_node_counts_the_links_of_all_linings_at_one_rim(single):
+    """`2 Σ g/C`: of one rim the links of all four linings, of four rims that of each."""
+    g, C = np.array([1.0, 2.0, 3.0, 4.0]), 5.0
+    rim = sb.thermal.Lump("rim", C) if single else sb.thermal.Lump("rim", C, count=4)
+    heat = sb.Heat((rim, sb.thermal.Lump("linings", 100.0, count=4)), (sb.thermal.Conductance("rim", "linings", g),))
+    rate, node = fastest_node(heat)
+    assert (rate, node) == (pytest.approx(2 * (10.0 if single else 4.0) / C), "rim" if single else "rim[4]")

@@ -113,6 +113,9 @@ def test_profiles_and_loads_in_words():
     assert profile_words(sb.profiles.FunctionProfile(_wave), "N") == "a user-defined function, _wave"
     hook = load_words(sb.HookLoad(mass=60e3, drum_radius=0.4, line_count=8))
     assert hook == "60 t on the hook, 8 lines strung, rope at 0.4 m from the shaft: 29.42 kN·m on the shaft"
+    hook = load_words(sb.HookLoad(mass=61234.56, drum_radius=0.4234567, line_count=8, drag=12.345678))
+    torque = f"{61234.56 * 9.80665 * 0.4234567 / 8e3:.5g} kN·m on the shaft; drag 12.346 N·m·s against the motion"
+    assert hook == f"61.235 t on the hook, 8 lines strung, rope at 0.42346 m from the shaft: {torque}"
 
 
 def _wave(t, parameters):
