@@ -1,5 +1,6 @@
 """`simbrake explain`: what it says of each kind of run, with the numbers in closed form."""
 
+import dataclasses
 import json
 import math
 
@@ -53,6 +54,17 @@ def test_course_limits_linings_and_stability_of_a_stop(told):
     assert stability["self_locking"]["margin"] == pytest.approx(1 - 0.35 * Z, rel=1e-12)
     assert stability["runaway"]["margin"] == pytest.approx(TORQUE / LOAD - 1, rel=1e-9)
     assert stability["holding_reserve"] == pytest.approx(TORQUE / LOAD, rel=1e-9)
+
+
+def test_hottest_lining_over_the_mean_is_counted_from_20_degc():
+    """Insulated linings that keep their own heat, which is in proportion to `μ^i`."""
+    pair = sb.thermal.FrictionHeat(None, "linings", sb.thermal.ConstantPartition(0.0))
+    heat = sb.Heat((sb.thermal.Lump("linings", 5e3, count=20),), (), pair, linings="linings")
+    found = explain(sb.simulate(dataclasses.replace(rigid(), heat=heat)), influence=False)["linings"]
+    hottest, mu = found.numbers["peak_lining_temperature"], PI ** (1 / 20)
+    assert hottest["lining"] == 20
+    assert hottest["over_mean"] == pytest.approx(20 * mu**19 * (mu - 1) / (PI - 1), rel=1e-8)
+    assert ", counted from 20 °C" in found.text
 
 
 def test_elasticities_of_a_stop(told):

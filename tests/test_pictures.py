@@ -71,6 +71,12 @@ def test_linings_lie_at_their_true_angles_with_gaps(plain):
     assert span[0, 0] > 90 > span[-1, 1]
 
 
+def test_of_many_linings_every_second_or_third_is_labelled():
+    axes = plot.pulley(sb.simulate(stop_scene(n=61, beta=4.4)), 0.4).axes[0]
+    assert sum(text.get_gid() == "N" for text in axes.texts) == 21  # 1, 4, … 61
+    assert sum(text.get_gid() == "T" for text in axes.texts) == 22  # and the last
+
+
 def test_default_time_is_that_of_the_greatest_tension(plain):
     figure = plot.pulley(plain)
     assert "at the maximum tension" in figure.get_suptitle()
