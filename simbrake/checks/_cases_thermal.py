@@ -9,15 +9,23 @@ from typing import Any
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
+from scipy.integrate import quad
+from scipy.interpolate import PchipInterpolator
 from scipy.linalg import expm
+from scipy.optimize import brentq
 
 from .._parts._scene import Scene
 from .._run._edit import with_values
 from .._run._result import Result
+from .._run._simulate import simulate, solver_for
+from ..fade import LinearFade, TabulatedFade
+from ..friction import ConstantFriction, ProductFriction
 from ..profiles import PiecewiseLinear
 from ..thermal._contact import MetalContact, ThermalContact
-from ..thermal._heat import FrictionHeat, Heat, PowerShares, TransmissionPartition
+from ..thermal._heat import ConstantPartition, EffusivityPartition, FrictionHeat, Heat, PowerShares, TransmissionPartition
+from ..thermal._material import Material
 from ..thermal._network import (
+    Conductance,
     Convection,
     Lump,
     Radiation,
@@ -27,7 +35,7 @@ from ..thermal._network import (
     TemperatureCoefficient,
 )
 from ._cases_band import stop_scene
-from ._validation import FORM, Case, Row, Slope, cases_with_slopes, differentiated
+from ._validation import FORM, Case, Row, Slope, cases_of, cases_with_slopes, differentiated
 
 _SIGMA = 5.670374419e-8  # W/(m²·K⁴), CODATA 2018
 _AIR = 293.15  # K
@@ -107,8 +115,9 @@ def _stop_with_bodies() -> Scene:
     return dataclasses.replace(scene, heat=heat, power_shares=PowerShares(0.02, 0.1))
 
 
-def _of_the_stop(subject: str, rows: Sequence[Row], tolerance: float = 1e-10) -> list[Case]:
-    return cases_with_slopes(subject, _stop_with_bodies(), rows, _ends, tolerance, "stop with bodies")
+def _of_the_stop(subject: str, rows: Sequence[Row], tolerance: float = 1e-12) -> list[Case]:
+    explicit = solver_for(stiff=False)
+    return cases_with_slopes(subject, _stop_with_bodies(), rows, _ends, tolerance, "stop with bodies", explicit)
 
 
 def _by(path: str, body: str) -> Slope:
@@ -134,7 +143,7 @@ def speed_cooling_cases() -> list[Case]:
         ("m", "exponent", differentiated(lambda x: cooled(exponent=x), 0.8)),
     ):
         at = _by(f"links.0.coefficient.{field}", "by speed")
-        rows.append((f"∂T/∂{name}", "the same, differentiated", slope, at, 1e-9))
+        rows.append((f"∂T/∂{name}", "the same, differentiated", slope, at, 1e-10))
     return _of_the_stop("convection by speed", rows)
 
 
@@ -157,7 +166,7 @@ def covered_cases() -> list[Case]:
         kind = "convection" if name == "covered" else "radiation"
         slope = differentiated(of, 0.3)
         rows.append((f"temperature by {kind}", source, of().real, _end(name)))
-        rows.append((f"∂T/∂κ by {kind}", f"{source}, differentiated", slope, _by(f"links.{i}.covered", name), 1e-9))
+        rows.append((f"∂T/∂κ by {kind}", f"{source}, differentiated", slope, _by(f"links.{i}.covered", name), 1e-10))
     return _of_the_stop("covered surface", rows)
 
 
@@ -183,7 +192,7 @@ def free_convection_cases() -> list[Case]:
             f"{source}, differentiated",
             differentiated(rise, 3.0),
             _by("links.3.coefficient.at_one_kelvin", "free"),
-            1e-9,
+            1e-10,
         ),
     ]
     return _of_the_stop("free convection", rows)
@@ -204,7 +213,7 @@ def capacity_cases() -> list[Case]:
             f"{source}, differentiated",
             differentiated(warmed, 1.5e-3),
             _by("bodies.6.capacity_slope", "varying"),
-            1e-9,
+            1e-10,
         ),
     ]
     return _of_the_stop("capacity by temperature", rows)
@@ -240,7 +249,7 @@ def partition_cases() -> list[Case]:
             f"{source}, differentiated",
             differentiated(lambda x: rim(alpha=x), 6.0),
             _by("friction.partition.alpha_1.1", "rim"),
-            1e-9,
+            1e-10,
         ),
     ]
     shares: list[Row] = [
@@ -249,7 +258,7 @@ def partition_cases() -> list[Case]:
         ("mechanical", split, 0.1 * _WORK, "energy.mechanical_work"),
     ]
     shares += [
-        (f"∂(rim)/∂({name})", f"{source}, differentiated", slope, Slope(f"power_shares.{name}", 0), 1e-9)
+        (f"∂(rim)/∂({name})", f"{source}, differentiated", slope, Slope(f"power_shares.{name}", 0), 1e-10)
         for name, slope in (
             ("electrical", differentiated(lambda x: rim(electrical=x), 0.02)),
             ("mechanical", differentiated(lambda x: rim(mechanical=x), 0.1)),
@@ -293,7 +302,7 @@ def metal_contact_cases() -> list[Case]:
             ("σ_2", differentiated(lambda x: ends(sigma=x)[0][4], 1e-6), "roughness.1"),
         )
     ]
-    return _of_the_stop("metal contact", [*rows, *slopes])
+    return _of_the_stop("metal contact", [*rows, *slopes], 1e-10)
 
 
 def _relaxing(capacities: Sequence[float], conductances: Any) -> Any:
@@ -306,7 +315,151 @@ def _relaxing(capacities: Sequence[float], conductances: Any) -> Any:
     return A / C[:, None]
 
 
+# --- heat of a jump, and fade -----------------------------------------------------------------------------------------
+
+# rim (J/K), stiffness of the band, lever and static ratio; share of the heat that the rim takes, √(λρc) on either side
+_RIM, _C, _TENSION, _RATIO = 3e3, 2e4, 4e3, 1.2
+_METAL, _LINING = (48.0, 7800.0, 480.0), (0.8, 2000.0, 1100.0)
+_SLOPE, _ABOVE, _FLOOR, _BLEND = 4e-3, 310.0, 0.9, 8.0
+_TABLE = [280.0, 320.0, 400.0], [1.0, 0.97, 0.8]
+#: temperatures at which a derivative of the friction jumps, of whatever order
+_CORNERS = 302.0, 318.0, 320.0, 327.0, 343.0
+_LAW = "brake.linings.friction"
+
+
+def _rounded(x: Any, w: float) -> Any:
+    """`max(x, 0)`, its corner rounded over `±w` by the polynomial of the manual."""
+    u = (x + w) / (2 * w)
+    return np.where(x <= -w, 0.0, np.where(x >= w, x, w * u**5 * (14 - 28 * u + 20 * u**2 - 5 * u**3)))
+
+
+def _fading(T: Any) -> Any:
+    """Coefficient of friction at a temperature: fade above a limit down to a floor, times a table."""
+    lost = _SLOPE * _rounded(T - _ABOVE, _BLEND)
+    linear = _FLOOR + _rounded(1 - lost - _FLOOR, _SLOPE * _BLEND)
+    return _F * linear * PchipInterpolator(*_TABLE)(T)
+
+
+def _outcome(result: Result) -> Any:
+    return jnp.stack([result.stopping_time, result.end_temperatures[0]])
+
+
+def jump_cases() -> list[Case]:
+    """An elastic band that breaks away from static friction and then fades as it heats the rim.
+
+    All mechanical energy becomes heat, that of the jump of the tension too:
+    `C_r ΔT/a = J (ω_0² − ω²)/2 − (T_n(T) − T_0)²/2C` from the moment on at which the band slides.
+    """
+    share = 1 / (1 + math.sqrt(math.prod(_LINING) / math.prod(_METAL)))
+
+    def excess(T: Any) -> Any:
+        return _TENSION * (_mu(_fading(T)) ** _N - 1)
+
+    def at(w: float) -> float:
+        """Temperature of the rim at a speed."""
+
+        def left(T: float) -> float:
+            return _RIM * (T - _AIR) / share + excess(T) ** 2 / (2 * _C) - _J * (_W0**2 - w**2) / 2
+
+        found: Any = brentq(left, _AIR, 399.0, xtol=1e-13, rtol=1e-15)
+        return found
+
+    chi, v, cold = math.sqrt(_C * _R**2 / _J), _C * _R * _W0, float(_fading(_AIR))
+
+    def onset(ratio: complex) -> tuple[Any, Any]:
+        """Time at which the band slides, and the speed then: the rim is cold until then."""
+        sine = chi * _TENSION * (_mu(ratio * cold) ** _N - 1) / v
+        return _TENSION / v + np.arcsin(sine) / chi, _W0 * np.sqrt(1 - sine**2)
+
+    (t_1, w_1), end = onset(_RATIO), at(0.0)
+
+    def speed(T: float) -> float:
+        lost = 2 / _J * (_RIM * (T - _AIR) / share + excess(T) ** 2 / (2 * _C))
+        return math.sqrt(max(_W0**2 - lost, 0.0))
+
+    corners = [w for w in map(speed, _CORNERS) if 0 < w < w_1]
+    time = t_1 + quad(lambda w: _J / (_R * excess(at(w))), 0.0, w_1, points=corners, epsabs=1e-13, epsrel=1e-12)[0]
+    by_ratio = differentiated(lambda x: onset(x)[0], _RATIO)
+    by_ratio += differentiated(lambda x: onset(x)[1], _RATIO) * _J / (_R * excess(at(w_1)))
+    metal, lining = Material(*_METAL), Material(*_LINING)
+    pair = FrictionHeat("rim", None, EffusivityPartition(metal, lining))
+    factors = LinearFade(_SLOPE, _ABOVE, _FLOOR, _BLEND), TabulatedFade(*_TABLE)  # pyright: ignore
+    law = ProductFriction(ConstantFriction(_F, _RATIO), factors)
+    scene = stop_scene(n=_N, beta=50.0, C=_C, T0=_TENSION, law=law, end=5.0)
+    scene = dataclasses.replace(scene, heat=Heat((Lump("rim", _RIM, _AIR),), (), pair, rim="rim"))
+    balance = "root: C_r ΔT/a = J ω_0²/2 − (T_n(T) − T_0)²/2C, a = e_1/(e_1 + e_2) (Charron)"
+    course = "quadrature ∫ J dω/R(T_n(T(ω)) − T_0), T(ω) by energy, f(T) by SciPy's monotone cubic and by hand"
+    rows: list[Row] = [
+        ("temperature at rest", balance, end, "end_temperatures.0"),
+        ("full slip", f"{FORM}t_0 + asin(χ T_0 (Π_s − 1)/(C R ω_0))/χ", t_1, "full_slip_time"),
+        ("stopping time", course, time, "stopping_time"),
+        (
+            "elastic energy at rest",
+            f"{balance}; T_n²/2C",
+            (excess(end) + _TENSION) ** 2 / (2 * _C),
+            "energy.elastic_change",
+        ),
+        # the second derivative of the table jumps at 320 K, which derivatives of a run feel
+        (
+            "∂(stopping time)/∂(f_s/f)",
+            f"{course}, differentiated",
+            by_ratio,
+            Slope(f"{_LAW}.base.static_ratio", 0),
+            5e-7,
+        ),
+    ]
+    return cases_with_slopes("heat of a jump", scene, rows, _outcome, 1e-11, solver=solver_for(stiff=False))
+
+
+# --- maximum temperature, and the cyclic steady state -----------------------------------------------------------------
+
+_COOLED, _COOLING, _CYCLE, _PULSE, _POWER = 2e4, 6e3, 10.0, 2.0, 4e3  # J/K, W/K, s, s, W
+_BLOCKS = np.linspace(300.0, 600.0, 20)  # J/K, each cooled through 50 W/K
+
+
+@functools.cache
+def _repeated() -> Scene:
+    """A stop whose heat goes into a cooled rim, beside blocks that a source heats at the begin of each cycle."""
+    bodies = Lump("blocks", _BLOCKS, _AIR, count=_BLOCKS.size), Reservoir("air", _AIR), Lump("rim", _COOLED, _AIR)
+    links = Conductance("rim", "air", _COOLING), Conductance("blocks", "air", 50.0)
+    power = PiecewiseLinear([0.0, _PULSE, _PULSE, _CYCLE], [_POWER, _POWER, 0.0, 0.0])
+    pair = FrictionHeat("rim", None, ConstantPartition(1.0))
+    heat = Heat(bodies, links, pair, (Source("blocks", power),), rim="rim")
+    lever = PiecewiseLinear([0.0, _CYCLE], [_T0, _T0])
+    return dataclasses.replace(stop_scene(n=_N, beta=50.0, C=None, lever=lever, end=_CYCLE), heat=heat)
+
+
+def _rise(t: float, start: float = 0.0, cooling: complex = _COOLING) -> Any:
+    """Rise of the rim in a stop, from that at its start: the heat of friction falls in a straight line to 0."""
+    b, most = cooling / _COOLED, _TORQUE * _W0 / cooling
+    return start * np.exp(-b * t) + most * ((1 + 1 / (b * _STOP)) * (1 - np.exp(-b * t)) - t / _STOP)
+
+
+def _greatest(cooling: complex = _COOLING, start: float = 0.0) -> tuple[Any, Any]:
+    """Time at which the rim is hottest in a stop, and its rise then."""
+    b, most = cooling / _COOLED, _TORQUE * _W0 / cooling
+    t = np.log(1 + b * _STOP * (1 - start / most)) / b
+    return t, most * (1 - t / _STOP)
+
+
+def _hottest(result: Result) -> Any:
+    return result.peak_rim_temperature.value
+
+
+def repeated_stop_cases() -> list[Case]:
+    """Maximum of the temperature in a stop, and the temperatures with which a cycle of stops ends as it began."""
+    t, most = _greatest()
+    peak = functools.cache(lambda: simulate(_repeated(), rtol=1e-12, solver=solver_for(stiff=False)))
+    linear = f"{FORM}C θ' = P_0 (1 − t/t_s) − G θ"
+    rows: list[Row] = [
+        ("rise", f"{linear}: (P_0/G)(1 − t/t_s)", most, lambda r: float(_hottest(r)) - _AIR),
+        ("time", f"{linear}: ln(1 + G t_s/C)/(G/C)", t, "peak_rim_temperature.time", 1e-6),
+    ]
+    found = cases_of("maximum temperature", peak, 1e-11, rows)
+    return found
+
+
 CASES = (
     *(speed_cooling_cases, covered_cases, free_convection_cases, capacity_cases, partition_cases),
-    metal_contact_cases,
+    *(metal_contact_cases, jump_cases, repeated_stop_cases),
 )
