@@ -1,10 +1,13 @@
 """Looking at a result: what is read off the cubic between the ends of steps equals what partial steps find."""
 
+import dataclasses
 import time
 
+import diffrax
 import numpy as np
 import pytest
 from heat_scenes import T0, fading, lump, rigid_stop
+from helpers import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake._run import _report, _scan
@@ -76,6 +79,24 @@ def test_peaks_are_those_of_a_search_by_partial_steps(result):
         there = np.asarray([np.max(getattr(look, column)) for look in at for column in columns])
         # as exact as the run: the time of an interior maximum hardly matters
         assert np.min(np.abs(there / found.value - 1)) < 0.1 * float(result.rtol), name
+
+
+def test_a_maximum_near_the_end_of_a_step_is_found_as_exactly_as_any_other():
+    """`C θ' = P_0 (1 − t/t_s) − G θ` of a cooled rim: hottest at `ln(1 + G t_s/C)/(G/C)`, in many places of a step."""
+    n, J, w_0, C = 20, 800.0, 20.0, 2e4
+    torque = 0.725 * 8e3 * (closed_form(n=n)["Pi"] - 1)
+    t_s, near = J * w_0 / torque, []
+    for G in np.linspace(4e3, 4e4, 25):
+        heat = sb.lumped_heat(rim=C, partition=1.0, rim_cooling=G)
+        scene = dataclasses.replace(stop_scene(n=n, C=None, end=2.0), heat=heat)
+        result = sb.simulate(scene, rtol=1e-12, solver=diffrax.Dopri8())
+        peak, at = result.peak_rim_temperature, np.log(1 + G / C * t_s) / (G / C)
+        rise = torque * w_0 / G * (1 - at / t_s)
+        assert peak.time == pytest.approx(at, rel=1e-5)
+        assert peak.value - 293.15 == pytest.approx(rise, rel=1e-9)
+        steps = np.asarray(result.record.rows.t)[: int(result.record.count) + 1]
+        near.append(np.min(np.abs(steps - at)) / t_s)
+    assert min(near) < 5e-3  # the end of a step lies next to one of them
 
 
 def test_marks_are_where_partial_steps_pass_them(result):

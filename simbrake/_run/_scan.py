@@ -377,68 +377,85 @@ def _streaks(marks: Any) -> np.ndarray:
 # --- maximum values ---------------------------------------------------------------------------------------------------
 
 
+class Near(NamedTuple):
+    """Samples (k,) near which maximum values are looked for, and the steps after theirs.
+
+    - `row` and `share` of each;  `after`: the row of the step after it, `row` where there is none, `times` as long
+    - `smooth`: whether the run passes into that step without an event
+    """
+
+    row: Array
+    share: Array
+    after: Array
+    times: Array
+    smooth: Array
+
+
 def _polish(
-    look: Callable[[Array, Array], Array],
-    xp: ModuleType,
-    row: Array,
-    share: Array,
-    after: Array,
-    width: float,
-    rounds: int = _ROUNDS,
+    look: Callable[[Array, Array], Array], xp: ModuleType, near: Near, width: float, rounds: int = _ROUNDS
 ) -> tuple[Array, Array]:
     """Rows and shares (k,) of maximum values near samples of them: finer grids, each with a parabola through its best.
 
-    `look(rows, shares)` gives values (k, points); `after` are the rows that continue `row` without a jump, else `row`.
+    `look(rows, shares)` gives values (k, points). Places are counted in lengths of the sample's step, also in the step
+    after it. Where no parabola fits, at a corner or an end, the next grid reaches from one neighbour to the other.
     At an interior maximum the rate is 0, so that its derivative does not depend on where exactly it was found.
     """
     grid = xp.linspace(-1.0, 1.0, _POINTS)
+    last = xp.where(near.after != near.row, 1.0 + near.times, 1.0)
 
-    def finer(_: Any, entry: tuple[Array, ...]) -> tuple[Array, ...]:
-        row, share, after, width = entry
-        s = share[:, None] + width * grid
-        over = (s > 1) & (after != row)[:, None]
-        rows = xp.where(over, after[:, None], row[:, None])
-        shares = xp.clip(xp.where(over, s - 1, s), 0.0, 1.0)
+    def placed(x: Array) -> tuple[Array, Array]:
+        row, after, times = (v if x.ndim == 1 else v[:, None] for v in (near.row, near.after, near.times))
+        over = x > 1
+        return xp.where(over, after, row), xp.where(over, xp.clip((x - 1) / times, 0.0, 1.0), x)
+
+    def finer(_: Any, entry: tuple[Array, Array]) -> tuple[Array, Array]:
+        x, width = entry
+        points = xp.clip(x[:, None] + width[:, None] * grid, 0.0, last[:, None])
+        rows, shares = placed(points)
         top = look(rows, shares)
         best = xp.argmax(top, axis=1)
         mid = xp.clip(best, 1, _POINTS - 2)
 
-        def at(x: Array, place: Array) -> Array:
-            return xp.take_along_axis(x, place[:, None], axis=1)[:, 0]
+        def at(values: Array, place: Array) -> Array:
+            return xp.take_along_axis(values, place[:, None], axis=1)[:, 0]
 
-        left, right = at(shares, mid) - at(shares, mid - 1), at(shares, mid + 1) - at(shares, mid)
+        left, right = at(points, mid) - at(points, mid - 1), at(points, mid + 1) - at(points, mid)
         low, high = at(top, mid - 1), at(top, mid + 1)
         curve = low - 2 * at(top, mid) + high
-        same = at(rows, mid - 1) == at(rows, mid + 1)
-        smooth = (best == mid) & same & (curve < 0) & (abs(left - right) < 1e-9)
-        bend = 0.5 * left * (low - high) / xp.where(smooth, curve, 1.0)
-        row, share = at(rows, best), xp.clip(at(shares, best) + xp.where(smooth, bend, 0.0), 0.0, 1.0)
-        return row, share, xp.where(row == after, row, after), _FINER * width
+        same = near.smooth | (at(rows, mid - 1) == at(rows, mid + 1))
+        fits = (best == mid) & same & (curve < 0) & (abs(left - right) < 1e-9)
+        bend = 0.5 * left * (low - high) / xp.where(fits, curve, 1.0)
+        x = xp.clip(at(points, best) + xp.where(fits, bend, 0.0), 0.0, last)
+        return x, width * xp.where(fits, _FINER, 2.0 / (_POINTS - 1))
 
-    entry = (row, share, after, xp.asarray(width))
+    entry = (near.share, xp.full(near.share.shape, width))
     if xp is jnp:
-        entry = jax.lax.fori_loop(0, rounds, finer, entry)
-        return entry[0], entry[1]
+        return placed(jax.lax.fori_loop(0, rounds, finer, entry)[0])
     for i in range(rounds):
         entry = finer(i, entry)
-    return entry[0], entry[1]
+    return placed(entry[0])
 
 
-def _highest(scan: Scan, tops: Array, first: int = 0) -> tuple[Array, Array, Array]:
-    """Row and share of the largest of the samples `tops` (m,), and the row that continues it, all (1,).
+def _highest(scan: Scan, tops: Array, first: int = 0) -> Near:
+    """The largest of the samples `tops` (m,), in arrays of one.
 
     `first`: the row that the samples begin with, where they are not those of the whole run.
     """
-    xp, rows = scan.xp, scan.record.rows
+    xp, rows, steps = scan.xp, scan.record.rows, scan.steps
     begin = first * scan.samples
     used = scan.used[scan.row[begin : begin + tops.shape[0]]]
     best = begin + xp.argmax(xp.where(used, tops, -np.inf))
-    row = scan.row[best]
-    here = xp.arange(scan.used.shape[0], dtype=np.int32)
-    following = scan.used & (here > row)
-    goes_on = xp.any(following) & (rows.kind[row] == ADVANCED)
-    after = xp.where(goes_on, xp.argmax(following).astype(np.int32), row)
-    return row[None], scan.share[best][None], after[None]
+    here, h = xp.arange(scan.used.shape[0], dtype=np.int32), steps.t1 - steps.t0
+    lasts = scan.used & (h > 0)
+    # the begin of a step is the end of the one before it, from which both are looked at
+    before = xp.max(xp.where(lasts & (here < scan.row[best]), here, -1))
+    at_begin = (scan.share[best] == 0.0) & (before >= first) & (rows.kind[before] == ADVANCED)
+    row = xp.where(at_begin, before, scan.row[best]).astype(np.int32)
+    share = xp.where(at_begin, 1.0, scan.share[best])
+    following = lasts & (here > row) & (here < first + tops.shape[0] // scan.samples)
+    after = xp.where(xp.any(following) & (h[row] > 0), xp.argmax(following).astype(np.int32), row)
+    times = xp.where(after != row, h[after] / xp.where(h[row] > 0, h[row], 1.0), 1.0)
+    return Near(*(x[None] for x in (row, share, after, times, rows.kind[row] == ADVANCED)))
 
 
 def peaks(scan: Scan) -> dict[str, Peak]:
@@ -462,17 +479,15 @@ def peaks_between(scan: Scan, names: Sequence[str], spans: Sequence[tuple[int, i
     return {name: seen.tops[name][k * each : (k + 1) * each] for k, name in enumerate(names)}
 
 
-def _polished(
-    scan: Scan, names: Sequence[str], found: Sequence[tuple[Array, Array, Array]], rounds: int = _ROUNDS
-) -> Sight:
+def _polished(scan: Scan, names: Sequence[str], found: Sequence[Near], rounds: int = _ROUNDS) -> Sight:
     """What is seen at maximum values near the samples `found`, each of the metric in its place among `names`."""
-    row, share, after = (np.concatenate(column) for column in zip(*found, strict=True))
+    near = Near(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
     def look(rows: Array, shares: Array) -> Any:
         tops = scan.look(rows.ravel(), shares.ravel()).tops
         return np.stack([tops[name].reshape(rows.shape)[k] for k, name in enumerate(names)])
 
-    return scan.look(*_polish(look, np, row, share, after, 1.0 / (scan.samples - 1), rounds))
+    return scan.look(*_polish(look, np, near, 1.0 / (scan.samples - 1), rounds))
 
 
 def to_hold(scan: Scan, tension: Float[Array, " m"]) -> tuple[Array, Array]:
@@ -521,9 +536,9 @@ def largest_share_of_capacity(scan: Scan) -> Peak:
         here = (held[rows] | (shares == 0.0)).ravel()
         return share_of(here, lambda index: (t[index], y[index], mode[index])).reshape(rows.shape)
 
-    row, share, after = _highest(scan, tops)
-    after = np.where(held[after], after, row)
-    row, share = _polish(look, np, row, share, after, 1.0 / (scan.samples - 1))
+    near = _highest(scan, tops)
+    near = near._replace(after=np.where(held[near.after], near.after, near.row))
+    row, share = _polish(look, np, near, 1.0 / (scan.samples - 1))
     return Peak(look(row[:, None], share[:, None])[0, 0], scan.states(row, share)[0][0], np.int32(1))
 
 
@@ -546,7 +561,7 @@ def peak(run: Any, pick: Pick, *, holding: bool = False) -> Peak:
     (sampled, *tension), *_ = _sampled(*parts, scan.steps, scan.samples, see)  # pyright: ignore
     if holding:
         scan.used = functools.reduce(jnp.logical_or, to_hold(scan, tension[0].ravel()))
-    row, share = _polish(tops, jnp, *_highest(scan, sampled.ravel()), 1.0 / (scan.samples - 1))
+    row, share = _polish(tops, jnp, _highest(scan, sampled.ravel()), 1.0 / (scan.samples - 1))
     p = probe(record, row, jax.lax.stop_gradient(share))
     value = jnp.where(jnp.any(scan.used), pick(p)[0], 0.0) if holding else pick(p)[0]
     lining = _first_largest(jax.lax.stop_gradient(value)[None], jnp)[0]
