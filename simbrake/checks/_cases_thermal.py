@@ -16,6 +16,7 @@ from scipy.optimize import brentq
 
 from .._parts._scene import Scene
 from .._run._edit import with_values
+from .._run._networks import cyclic_steady_state
 from .._run._result import Result
 from .._run._simulate import simulate, solver_for
 from ..fade import LinearFade, TabulatedFade
@@ -449,14 +450,36 @@ def _hottest(result: Result) -> Any:
 def repeated_stop_cases() -> list[Case]:
     """Maximum of the temperature in a stop, and the temperatures with which a cycle of stops ends as it began."""
     t, most = _greatest()
-    peak = functools.cache(lambda: simulate(_repeated(), rtol=1e-12, solver=solver_for(stiff=False)))
+    solver = solver_for(stiff=True)
+    first = functools.cache(lambda: simulate(_repeated(), rtol=1e-12, solver=solver))
+    cycle = functools.cache(lambda: cyclic_steady_state(_repeated(), tolerance=1e-10, rtol=1e-12, solver=solver))
+
+    b = _COOLING / _COOLED
+    start = _rise(_STOP) * math.exp(-b * (_CYCLE - _STOP)) / -math.expm1(-b * _CYCLE)
+    hottest = _greatest(start=start)[1]
+    k = 50.0 / _BLOCKS
+    block = _POWER / _BLOCKS.size / 50.0 * -np.expm1(-k * _PULSE) * np.exp(-k * (_CYCLE - _PULSE)) / -np.expm1(-k * _CYCLE)
+
     linear = f"{FORM}C θ' = P_0 (1 − t/t_s) − G θ"
+    series = "geometric series of the cycles: θ(t_c)/(1 − e^(−G t_c/C))"
+    slope = differentiated(lambda G: _greatest(G)[1], _COOLING)
     rows: list[Row] = [
-        ("rise", f"{linear}: (P_0/G)(1 − t/t_s)", most, lambda r: float(_hottest(r)) - _AIR),
-        ("time", f"{linear}: ln(1 + G t_s/C)/(G/C)", t, "peak_rim_temperature.time", 1e-6),
+        ("rise", f"{linear}: (P_0/G)(1 − t/t_s)", most, lambda r: r["peak_rim_temperature"] - _AIR),
+        ("time", f"{linear}: ln(1 + G t_s/C)/(G/C)", t, lambda r: r.peak_rim_temperature.time, 1e-6),
     ]
-    found = cases_of("maximum temperature", peak, 1e-11, rows)
-    return found
+    cycles: list[Row] = [
+        ("rim", f"{linear}; {series}", start, lambda found: found.scene.heat.bodies[2].temperature - _AIR),
+        ("block 1", f"{FORM}{series}", block[0], lambda found: found.scene.heat.bodies[0].temperature[0] - _AIR),
+        ("block 20", f"{FORM}{series}", block[-1], lambda found: found.scene.heat.bodies[0].temperature[-1] - _AIR),
+        ("rim at the end", f"{linear}; {series}", start, lambda found: found.result.end_temperatures[-1] - _AIR),
+        ("greatest rise", f"{linear}; {series}", hottest, lambda found: found.result["peak_rim_temperature"] - _AIR),
+    ]
+    slopes: list[Row] = [("∂(rise)/∂G", f"{linear}, differentiated", slope, Slope("heat.links.0.value"))]
+    return [
+        *cases_of("maximum temperature", first, 1e-10, rows),
+        *cases_with_slopes("maximum temperature", _repeated(), slopes, _hottest, 1e-7, solver=solver_for(stiff=False)),
+        *cases_of("cyclic steady state", cycle, 1e-9, cycles),
+    ]
 
 
 CASES = (
