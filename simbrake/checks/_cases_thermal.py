@@ -13,14 +13,17 @@ from scipy.interpolate import PchipInterpolator
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
-from .._parts._scene import Scene
+from .._parts._scene import Duty, Initial, Scene
 from .._run._edit import with_values
 from .._run._networks import cyclic_steady_state
 from .._run._result import Result
 from .._run._simulate import simulate, solver_for
+from ..brakes._bands import LinedBand, MultiBandBrake
+from ..brakes._design import Lining, Pulley
 from ..fade import LinearFade, TabulatedFade
 from ..friction import ConstantFriction, ProductFriction
-from ..profiles import PiecewiseLinear
+from ..loads import TorqueLoad
+from ..profiles import Constant, PiecewiseLinear
 from ..thermal._contact import MetalContact, ThermalContact
 from ..thermal._heat import (
     ConstantPartition,
@@ -418,6 +421,42 @@ def jump_cases() -> list[Case]:
     return cases_with_slopes("heat of a jump", scene, rows, _outcome, 1e-11, solver=solver_for(stiff=False))
 
 
+# --- several rims -----------------------------------------------------------------------------------------------------
+
+
+def rims_cases() -> list[Case]:
+    """Two bands on a rim each: every rim takes the heat of its own linings, and every lining its own."""
+    friction, counts, tensions, angle = (0.35, 0.25), (2, 3), (0.75 * 3e3, 0.25 * 3e3), 0.8
+    metal, rims, each = 0.9, np.array([2e3, 1.5e3]), 400.0
+    forces = []
+    for f, n, T in zip(friction, counts, tensions, strict=True):
+        mu = (1 + f * math.tan(angle / 2)) / (1 - f * math.tan(angle / 2))
+        forces.append(T * (mu - 1) * mu ** np.arange(n))
+    work = _WORK / np.sum(np.concatenate(forces))
+    bands = tuple(
+        LinedBand(Lining(ConstantFriction(f), np.full(n, angle)), share=T)
+        for f, n, T in zip(friction, counts, tensions, strict=True)
+    )
+    heat = Heat(
+        (Lump("rims", rims, _AIR, count=2), Lump("linings", each, _AIR, count=5)),
+        friction=FrictionHeat("rims", "linings", ConstantPartition(metal)),
+    )
+    brake = MultiBandBrake(Pulley(_R, _J), _R, bands)
+    scene = Scene(brake, Duty(Constant(3e3), TorqueLoad(Constant(0.0))), Initial(_W0), 12.0, heat)
+    source = f"{FORM}a J ω_0²/2 · F/Σ F over C, F = T (μ − 1) μ^(i − 1)"
+    rows: list[Row] = [
+        (f"rim {j + 1}", source, metal * work * np.sum(own) / rims[j], _warmer(j)) for j, own in enumerate(forces)
+    ]
+    found = (1 - metal) * work * np.concatenate(forces) / each
+    rows += [(f"lining {i + 1}", source, found[i], _warmer(2 + i)) for i in (0, 4)]
+    run = functools.partial(simulate, scene, rtol=1e-12, solver=solver_for(stiff=False))
+    return cases_of("several rims", run, 1e-11, rows)
+
+
+def _warmer(i: int) -> Callable[[Result], Any]:
+    return lambda result: result.end_temperatures[i] - _AIR
+
+
 # --- maximum temperature, and the cyclic steady state -----------------------------------------------------------------
 
 _COOLED, _COOLING, _CYCLE, _PULSE, _POWER = 2e4, 6e3, 10.0, 2.0, 4e3  # J/K, W/K, s, s, W
@@ -492,5 +531,5 @@ def repeated_stop_cases() -> list[Case]:
 
 CASES = (
     *(speed_cooling_cases, covered_cases, free_convection_cases, capacity_cases, partition_cases),
-    *(metal_contact_cases, jump_cases, repeated_stop_cases),
+    *(metal_contact_cases, jump_cases, rims_cases, repeated_stop_cases),
 )
