@@ -27,8 +27,8 @@ def lanes_of_cases() -> list[list[Case]]:
     from . import _cases_thermal as thermal
 
     lanes = (
-        (*integrator.CASES, *heat.CASES, *mechanisms.CASES, *levers.CASES),
-        (*band.CASES, *shaft.CASES, *laws.CASES, *network.CASES, *thermal.CASES),
+        (*integrator.CASES, *heat.CASES, *network.CASES, *mechanisms.CASES, *levers.CASES),
+        (*band.CASES, *shaft.CASES, *laws.CASES, *thermal.CASES),
     )
     return [[case for subject in lane for case in subject()] for lane in lanes]
 
