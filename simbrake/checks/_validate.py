@@ -23,11 +23,12 @@ def lanes_of_cases() -> list[list[Case]]:
     from . import _cases_levers as levers
     from . import _cases_mechanisms as mechanisms
     from . import _cases_network as network
+    from . import _cases_runs as runs
     from . import _cases_shaft as shaft
     from . import _cases_thermal as thermal
 
     lanes = (
-        (*integrator.CASES, *heat.CASES, *network.CASES, *mechanisms.CASES, *levers.CASES),
+        (*integrator.CASES, *heat.CASES, *network.CASES, *mechanisms.CASES, *levers.CASES, *runs.CASES),
         (*band.CASES, *shaft.CASES, *laws.CASES, *thermal.CASES),
     )
     return [[case for subject in lane for case in subject()] for lane in lanes]
