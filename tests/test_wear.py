@@ -146,6 +146,18 @@ def test_derivatives_of_the_worn_thickness_forward_reverse_and_central(cold):
 # --- with heat --------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.parametrize("solver", [None, sb.hybrid.Rodas5P()], ids=["explicit", "implicit"])
+def test_wear_that_grows_with_heat_is_as_exact_as_the_run(solver):
+    """All heat into an insulated rim: `k p_i ∫ exp((T − T_r)/ΔT) ds`, `T = T_r + W/C`; no rate depends on the wear."""
+    rise, capacity = 70.0, 800.0
+    heat = sb.thermal.lumped_heat(rim=capacity, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0)
+    result = sb.simulate(ws.stop(sb.Wear(sb.wear.ExponentialWear(ws.K, rise)), heat), solver=solver, rtol=1e-9)
+    hottest = ws.J * ws.W0**2 / 2 / capacity
+    mean = rise / hottest * math.expm1(hottest / rise)
+    worn = ws.K * ws.T0 * ws.statics()[1] / ws.AREA * ws.distance() * mean
+    np.testing.assert_allclose(result.worn_thickness, worn, rtol=1e-8)
+
+
 @pytest.mark.slow
 def test_wear_that_grows_with_the_lining_s_own_temperature():
     """`dT_i ∝ ds`, so that the exponential law has a closed form; that of Arrhenius is left to SciPy's quadrature."""

@@ -54,8 +54,11 @@ _a, _c = _square(_A), _square(_C)
 _m = np.append(np.asarray(_A[-1]), 1.0)
 # the classical weights, for quadratures: k = Γ⁻¹ u, Γ⁻¹ = I/γ − C, so that y₁ = y + Σ b_i k_i with b = m Γ
 _b = _m @ np.linalg.inv(np.eye(len(_m)) / _GAMMA - _c)
-_bd = float(_b @ np.asarray(_D))
+# those of their error estimate, the last increment
+_e = np.linalg.inv(np.eye(len(_m)) / _GAMMA - _c)[-1]
+_bd, _ed = (float(weights @ np.asarray(_D)) for weights in (_b, _e))
 _TABLE = (_a, _c, np.asarray(_NODES), np.asarray(_D, float), _b)
+_TABLE_WITH_ERROR = (*_TABLE[:4], np.stack([_b, _e], axis=1))
 
 
 #: a step of length 0 is taken as one so short that nothing can overflow
@@ -66,9 +69,9 @@ class Rodas5P(AbstractMethod):
     """Rosenbrock method of order 5(4) with 8 stages, stiffly accurate and A-stable.
 
     One Jacobian and one factorisation a step, no Newton iteration; the last increment is the error estimate. States on
-    which no rate depends (ledgers) stay out of the linear systems and are summed with the same weights, so that sums
-    which the equations conserve are conserved to rounding. `couplings` gives the sparsity of the Jacobian; without it,
-    it is dense.
+    which no rate depends (ledgers, wear) stay out of the linear systems and are summed with the same weights, so that
+    sums which the equations conserve are conserved to rounding; their errors are estimated as those of all others.
+    `couplings` gives the sparsity of the Jacobian; without it, it is dense.
 
     Derivatives of a step include those of the Jacobian: each linear solve is differentiated by its residual.
 
@@ -114,12 +117,13 @@ class Rodas5P(AbstractMethod):
         h = jnp.where(moves, h, _LEAST)
         lu = factor(self._matrix(near, h))
 
-        u, total, _ = _stages(rhs, t, y, h, inner, outer, near.drift, lambda b: solve(lu, b))
-        y1 = put(y, inner, x + weighted(jnp.asarray(_m), u))
+        u, sums, _ = _stages(rhs, t, y, h, inner, outer, near.drift, lambda b: solve(lu, b), _TABLE_WITH_ERROR)
+        y1, error = put(y, inner, x + weighted(jnp.asarray(_m), u)), put(nothing, inner, u[-1])
         if outer:
-            bend = near.outside(_bd * h, weighted(jnp.asarray(_b), u))
-            y1 = put(y1, outer, take(y, outer) + h * (total + bend))
-        return jnp.where(moves, y1, y), put(nothing, inner, u[-1])
+            bends = jax.vmap(near.outside)(h * np.asarray([_bd, _ed]), weighted(jnp.asarray([_b, _e]).T, u[:, None]))
+            change, off = h * (sums + bends)
+            y1, error = put(y1, outer, take(y, outer) + change), put(error, outer, off)
+        return jnp.where(moves, y1, y), error
 
     def whole(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
         near = _linearised(rhs, t, y, self._couplings(y))
@@ -257,8 +261,9 @@ def _stages(
     solved: Callable[[Array], Array],
     table: tuple[np.ndarray, ...] = _TABLE,
     keep: bool = False,
-) -> tuple[Float[Array, "stage inner"], Float[Array, " outer"], PyTree]:
-    """Increments of all stages and the weighted sum of the quadratures' rates; to `keep`: arguments and rates."""
+) -> tuple[Float[Array, "stage inner"], Float[Array, "*sums outer"], PyTree]:
+    """Increments of all stages and the weighted sum, or sums, of the quadratures' rates; to `keep`: arguments and
+    rates."""
     x, n = take(y, inner), len(table[0])
 
     def stage(
@@ -270,8 +275,8 @@ def _stages(
         full = rhs(t + node * h, put(y, inner, argument))
         new = solved(take(full, inner) + weighted(c, u) / h + d * h * take(drift, inner))
         u = jax.lax.dynamic_update_slice(u, new[None], (i, jnp.zeros_like(i)))
-        return (u, total + b * take(full, outer)), (argument, full) if keep else None
+        return (u, total + b[..., None] * take(full, outer)), (argument, full) if keep else None
 
-    start = (jnp.zeros((n, x.shape[0])), jnp.zeros(len(outer)))
+    start = (jnp.zeros((n, x.shape[0])), jnp.zeros((*table[-1].shape[1:], len(outer))))
     (u, total), kept = jax.lax.scan(stage, start, (jnp.arange(n, dtype=jnp.int32), *map(jnp.asarray, table)))
     return u, total, kept
