@@ -17,19 +17,20 @@ def lanes_of_cases() -> list[list[Case]]:
     """Every case, none of them run yet, in two lanes that run side by side; subjects of one share compiled programs."""
     # loaded on demand: they and their references take a good part of a second to import
     from . import _cases_band as band
+    from . import _cases_duties as duties
+    from . import _cases_energies as energies
     from . import _cases_heat as heat
     from . import _cases_integrator as integrator
     from . import _cases_laws as laws
+    from . import _cases_layouts as layouts
     from . import _cases_levers as levers
     from . import _cases_mechanisms as mechanisms
-    from . import _cases_network as network
-    from . import _cases_runs as runs
     from . import _cases_shaft as shaft
-    from . import _cases_thermal as thermal
+    from . import _cases_statics as statics
 
     lanes = (
-        (*integrator.CASES, *heat.CASES, *network.CASES, *mechanisms.CASES, *levers.CASES, *runs.CASES),
-        (*band.CASES, *shaft.CASES, *laws.CASES, *thermal.CASES),
+        (*integrator.CASES, *heat.CASES, *mechanisms.CASES, *levers.CASES, *duties.CASES, *energies.CASES),
+        (*band.CASES, *shaft.CASES, *laws.CASES, *statics.CASES, *layouts.CASES),
     )
     return [[case for subject in lane for case in subject()] for lane in lanes]
 

@@ -267,6 +267,46 @@ def changing_friction():
     yield "∂(stopping time)/∂φ", slope(lambda x: time(factor=x), 0.4), source, BY_SLOPE
 
 
+def softening_on_a_soft_band():
+    """`f c` with `ċ_i = κ_i (c_e − c_i) (v/v_0)²`: `v + T_0 Σ (∂Π/∂c_i) ċ_i(v)/C = R ω`, solved at every call."""
+    f, C, beta, slack, load, pace, end = 0.35, 2e4, math.radians(80.0), 9e3, 500.0, np.array([0.5, 1.5]), 0.4
+    z = math.tan(beta / 2)
+
+    def stop(v_0=10.0):
+        def full(c):
+            return math.prod((1 + f * z * x) / (1 - f * z * x) for x in c)
+
+        def softening(w, c):
+            by_c = full(c) * 2 * f * z / (1 - (f * z * c) ** 2)
+            towards = pace * (end - c) / v_0**2
+            drawn = slack * float(by_c @ towards) / C  # (below 0: the band draws back, and slips the faster)
+
+            def rest(v):
+                return v + drawn * v * abs(v) - R * w
+
+            v = brentq(rest, min(2 * R * w, 0.0), -0.5 / drawn, xtol=1e-15, rtol=1e-15)
+            return towards * v * abs(v)
+
+        def ride(t, y):
+            return [(load - R * max(C * y[1] - slack, 0.0)) / J, R * y[0]]
+
+        def slide(t, y):
+            return [(load - R * slack * (full(y[1:]) - 1)) / J, *softening(y[0], y[1:])]
+
+        t, y = until(lambda t, y: [load / J, R * y[0]], [W0, 0.0], lambda t, y: C * y[1] - slack)
+        slip, y = until(ride, y, lambda t, y: C * y[1] - slack * full(np.ones(2)), t)
+        t, y = until(slide, [y[0], 1.0, 1.0], lambda t, y: y[0], slip)
+        return slip, t, y[1], y[2]
+
+    source = "SciPy DOP853, the slip speed by a root: v + T_0 Σ (∂Π/∂c) ċ(v)/C = R ω"
+    slip, time, first, second = stop()
+    yield "full slip", slip, source, SMOOTH
+    yield "stopping time", time, source, SMOOTH
+    yield "factor of lining 1 at rest", first, source, SMOOTH
+    yield "factor of lining 2 at rest", second, source, SMOOTH
+    yield "∂(stopping time)/∂v_0", slope(lambda x: stop(x)[1], 10.0), source, BY_SLOPE
+
+
 def wear_of_linings():
     """Archard with a rate that rises with the temperature of the rim, `k (1 + s (T − T_r))`."""
     f, k, s, area, capacity = 0.35, 2e-14, 5e-3, 0.03, 2e4
@@ -719,6 +759,7 @@ SUBJECTS = {
     "flash temperature": flash_temperature,
     "fade under an elastic band": fade_under_an_elastic_band,
     "friction with memory": friction_with_memory,
+    "softening on a soft band": softening_on_a_soft_band,
     "oiled linings": changing_friction,
     "friction under pressure": friction_under_pressure,
     "elongation of the band": elongation_of_the_band,

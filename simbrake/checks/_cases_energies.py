@@ -1,0 +1,235 @@
+"""Validation of the energies that brakes store: rope, chain, bandage, linings on springs; memory on a soft band."""
+
+import math
+from typing import Any
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+from scipy.integrate import quad
+from scipy.optimize import brentq
+
+from .._parts._scene import Duty, Initial, Scene
+from .._run._result import Result
+from ..brakes._design import Band, Bandage, Brake, Lining, Pulley, Segments
+from ..friction import AbstractFriction, AnyContact, ConstantFriction
+from ..hybrid._arrays import Array
+from ..loads import GRAVITY, HookLoad, Phase, Phases, RopeElasticity, StringLoad, TorqueLoad
+from ..profiles import Constant, PiecewiseLinear
+from ._cases_band import closed_form, stop_scene
+from ._cases_mechanisms import _staged
+from ._validation import FORM, Case, Row, cases_of_run, cases_with_slopes, frozen_cases, truths
+
+_BALANCE = "first law"
+
+# --- the elastic rope -------------------------------------------------------------------------------------------------
+
+
+def rope_cases() -> list[Case]:
+    """A stop of a hook on an elastic rope and the swing after it: what is stored, and what was done, at the end."""
+    J, per_rad, m, w0, k, T_0, end = 1200.0, 0.05, 40e3, 8.0, 4e6, 25e3, 2.0
+    M, still, nu = T_0 * 0.725 * (closed_form()["Pi"] - 1), m * GRAVITY / k, math.sqrt(k / m)
+    rate = math.sqrt(k * (1 / m + per_rad**2 / J))
+    middle = (GRAVITY + per_rad * M / J) / rate**2
+    swing, steady, pull = still - middle, (k * per_rad * middle - M) / J, k * per_rad / J
+
+    def speed(t: float) -> float:
+        return w0 + steady * t + pull * swing * math.sin(rate * t) / rate
+
+    stop: Any = brentq(speed, 1e-3, 1.0, xtol=1e-15, rtol=1e-15)
+    angle = w0 * stop + steady * stop**2 / 2 + pull * swing * (1 - math.cos(rate * stop)) / rate**2
+    e, v = middle + swing * math.cos(rate * stop), -swing * rate * math.sin(rate * stop)
+    # the drum rests, and the hook swings about its weight
+    turn = nu * (end - stop)
+    e, v = (
+        still + (e - still) * math.cos(turn) + v / nu * math.sin(turn),
+        v * math.cos(turn) - (e - still) * nu * math.sin(turn),
+    )
+    drop = per_rad * angle + e - still
+    source = f"{FORM}two masses on a spring; the hook alone after the stop"
+    rows: list[Row] = [
+        ("stretch", source, e, lambda r: r.series([end]).rope_stretch[0]),
+        ("elastic energy", f"{source}: k (e² − e_0²)/2", k * (e**2 - still**2) / 2, "energy.elastic_change"),
+        (
+            "kinetic energy",
+            f"{source}: m v²/2 − (J + m (r/n)²) ω_0²/2",
+            (m * v**2 - (J + m * per_rad**2) * w0**2) / 2,
+            "energy.kinetic_change",
+        ),
+        ("work of the load", f"{source}: m g s", m * GRAVITY * drop, "energy.load_work"),
+        ("friction heat", f"{source}: M φ", M * angle, "energy.friction_heat"),
+        ("energy-balance residual", _BALANCE, 0.0, "energy.closure", 1e-11),
+    ]
+    load = HookLoad(m, 0.4, 8.0, elasticity=RopeElasticity(k, 0.0))  # pyright: ignore
+    scene = stop_scene(C=None, J=J, T0=T_0, w0=w0, load=load, end=end)
+    return cases_with_slopes("energies on a rope", scene, rows, tolerance=1e-9, program="elastic rope")
+
+
+def string_cases() -> list[Case]:
+    """An elastic rope that takes a string at rest, sets it down and takes a longer one: its energy is load work."""
+    k, empty, string, stand = 4e6, 5e3, 40e3, 3e3
+    light, heavy, last = (m * GRAVITY / k for m in (empty, empty + string, empty + string + stand))
+    lever = Phases((Phase(Constant(25e3), "1 s", hangs=False), Phase(Constant(25e3), "1 s")), 2)  # pyright: ignore
+    load = StringLoad(empty, string, 0.4, 8.0, stand, elasticity=RopeElasticity(k, 2e4))  # pyright: ignore
+    scene = stop_scene(C=None, J=1200.0, w0=0.0, load=load, end=10.0)
+    scene = Scene(scene.brake, Duty(lever, load), scene.initial, 10.0)  # pyright: ignore
+    gained = k * (last**2 - light**2) / 2
+    rows: list[Row] = [
+        ("elastic energy", f"{FORM}k (e_1² − e_0²)/2, e = m g/k", gained, "energy.elastic_change"),
+        ("work of the load", f"{FORM}k (e_1² − e_0²)/2: it is let down slowly", gained, "energy.load_work"),
+        ("hook", f"{FORM}Δm g/k", last - light, lambda r: r.series([4.0]).hook_position[0]),
+        ("hook, first string", f"{FORM}Δm g/k", heavy - light, lambda r: r.series([1.5]).hook_position[0]),
+        ("hook load", f"{FORM}m g", (empty + string) * GRAVITY, lambda r: r.series([1.5]).hook_load[0]),
+        ("energy-balance residual", _BALANCE, 0.0, "energy.closure", 1e-12),
+    ]
+    return cases_of_run("string on a rope", scene, rows)
+
+
+# --- chain, linings on springs, bandage -------------------------------------------------------------------------------
+
+
+def chain_cases() -> list[Case]:
+    """Three linings of unequal mass that stick: with the pulley they are one mass on the anchor's spring and damper."""
+    J, R_b, m, C, D, T_0, w0, end = 40.0, 0.9, np.array([2.0, 5.0, 9.0]), 2e4, 60.0, 1e3, 1.0, 0.06
+    # as seen at the band circle: q̈ + 2 δ q̇ + ν² q = 0 of the elongation beyond T_0/C
+    mass = J / R_b**2 + m.sum()
+    delta = D / (2 * mass)
+    nu = math.sqrt(C / mass - delta**2)
+
+    def moved(t: float) -> tuple[float, float]:
+        """Elongation beyond `T_0/C`, and its rate."""
+        decay, q = math.exp(-delta * t), R_b * w0 / nu
+        return decay * q * math.sin(nu * t), decay * q * (nu * math.cos(nu * t) - delta * math.sin(nu * t))
+
+    q, rate = moved(end)
+    still = T_0 / C
+    source = f"{FORM}(J/R_b² + Σ m) q̈ + D q̇ + C q = 0"
+    damped = quad(lambda t: D * moved(t)[1] ** 2, 0.0, end, epsrel=1e-13, epsabs=0.0)[0]
+    rows: list[Row] = [
+        ("speed", source, rate / R_b, "record.y_end.omega"),
+        (
+            "kinetic energy",
+            f"{source}: Σ of pulley and linings",
+            mass * (rate**2 - (R_b * w0) ** 2) / 2,
+            "energy.kinetic_change",
+        ),
+        (
+            "elastic energy",
+            f"{source}: C (x² − x_0²)/2",
+            C * ((still + q) ** 2 - still**2) / 2,
+            "energy.elastic_change",
+        ),
+        ("work of the lever", f"{source}: T_0 (x − x_0)", T_0 * q, "energy.lever_work"),
+        ("heat of the damper", f"{source}: ∫ D q̇² dt", damped, "energy.damper_heat"),
+        ("energy-balance residual", _BALANCE, 0.0, "energy.closure", 1e-11),
+    ]
+    linings = Lining(ConstantFriction(0.6), np.full(3, math.radians(80.0)), mass=m)
+    brake = Brake(Pulley(R_b, J), Band(R_b, C, Segments(np.array([3e6, 5e6]), 0.05, D)), linings)  # pyright: ignore
+    scene = Scene(brake, Duty(Constant(T_0), TorqueLoad()), Initial(w0, still), end)
+    return cases_of_run("energies of a chain", scene, rows, 1e-10)
+
+
+def spring_cases() -> list[Case]:
+    """The stop of "linings on springs": all kinetic energy is gone, the spring keeps some; and its first instants."""
+    J, own, K, w0, R_b, early = 200.0, (1.2, 1.5), 2e3, 20.0, 0.64, 0.015
+    frozen = {row["what"]: float(row["truth"]) for row in truths()["linings on springs"]}
+    whole = J + sum(own)
+    half = math.tan(math.radians(25.0))
+    drag = R_b * (((1 + 0.4 * half) / (1 - 0.4 * half)) ** 2 - 1)
+    # while all linings ride on the rim, under T_0 = 100 + 5900 t/0.3
+    speed = w0 - drag * (100.0 * early + 5900.0 / 0.3 * early**2 / 2) / whole
+
+    def scene(end: float) -> Scene:
+        bandage = Bandage(
+            list(own),
+            ConstantFriction(0.2),
+            [1500.0, 900.0],
+            spring=np.array([K]),
+            spring_damping=0.05,  # pyright: ignore
+        )
+        linings = Lining(ConstantFriction(0.4), np.full(2, math.radians(50.0)))
+        lever = PiecewiseLinear([0.0, 0.3], [100.0, 6e3])
+        return Scene(Brake(Pulley(0.59, J), Band(R_b), linings, bandage), Duty(lever, TorqueLoad()), Initial(w0), end)
+
+    def rim_speed(result: Result) -> Array:
+        return result._system.mechanism.lining_speed(result.record.y_end.own)[1]
+
+    stopped: list[Row] = [
+        ("kinetic energy", f"{FORM}−(J + Σ J_i) ω_0²/2", -whole * w0**2 / 2, "energy.kinetic_change"),
+        (
+            "elastic energy",
+            "K e²/2, e by SciPy DOP853",
+            K * frozen["elongation at rest"] ** 2 / 2,
+            "energy.elastic_change",
+            1e-8,
+        ),
+        ("energy-balance residual", _BALANCE, 0.0, "energy.closure", 1e-11),
+    ]
+    source = f"{FORM}(J + Σ J_i) ω̇ = −R_b T_0(t) (μ² − 1)"
+    riding: list[Row] = [
+        ("kinetic energy of the ride", source, whole * (speed**2 - w0**2) / 2, "energy.kinetic_change"),
+        ("speed of lining 2 on the band", f"{source}: R_b ω", R_b * speed, rim_speed),
+    ]
+    program = "linings on springs"
+    return [
+        *cases_with_slopes("energies of linings on springs", scene(8.0), stopped, program=program),
+        *cases_with_slopes("energies of linings on springs", scene(early), riding, program=program),
+    ]
+
+
+def staged_cases() -> list[Case]:
+    """The stop of "staged stop", with a bandage on an elastic band."""
+    scene = _staged(PiecewiseLinear([0.0, 7.5], [200.0, 30200.0]), 300.0, 3e5, 900.0, 4.0)
+    rows: list[Row] = [
+        ("kinetic energy", f"{FORM}−(J + J_b) ω_0²/2", -(900.0 + 45.0) * 20.0**2 / 2, "energy.kinetic_change"),
+        ("energy-balance residual", _BALANCE, 0.0, "energy.closure", 1e-11),
+    ]
+    return cases_with_slopes("energies of a staged stop", scene, rows, program="staged stop")
+
+
+# --- friction with memory on an elastic band --------------------------------------------------------------------------
+
+
+class Softening(AbstractFriction):
+    """Friction `f c` of linings that soften the faster they slide: `ċ = κ (c_e − c) (v/v_0)²`."""
+
+    coefficient: Array
+    pace: Float[Array, " n"]  # κ (1/s) of each lining
+    end: Array
+    size: Array  # v_0 (m/s)
+
+    def start(self, n: int) -> Array:
+        return jnp.ones(n)
+
+    def rates(self, contact: AnyContact) -> Array:
+        return self.pace * (self.end - contact.memory) * (contact.v / self.size) ** 2
+
+    def kinetic(self, contact: AnyContact) -> Array:
+        return self.coefficient * contact.memory
+
+    def static(self, contact: AnyContact) -> Array:
+        return self.coefficient * contact.memory
+
+
+def softening_cases() -> list[Case]:
+    """A soft band that yields as its linings soften by the slip: the slip speed is implicit."""
+    law = Softening(*(np.asarray(x) for x in (0.35, [0.5, 1.5], 0.4, 10.0)))  # pyright: ignore
+    scene = stop_scene(n=2, beta=80.0, C=2e4, law=law, load=500.0, T0=9e3, end=6.0)
+
+    def factor(k: int) -> Any:
+        return lambda result: result.series([float(result.stopping_time)]).friction_memory[0, k]
+
+    return frozen_cases(
+        "softening on a soft band",
+        scene,
+        {
+            "full slip": "full_slip_time",
+            "stopping time": "stopping_time",
+            "factor of lining 1 at rest": factor(0),
+            "factor of lining 2 at rest": factor(1),
+        },
+        {"∂(stopping time)/∂v_0": "brake.linings.friction.size"},
+    )
+
+
+CASES = (rope_cases, string_cases, chain_cases, spring_cases, staged_cases, softening_cases)
