@@ -227,6 +227,7 @@ def softening_cases() -> list[Case]:
             "stopping time": "stopping_time",
             "factor of lining 1 at rest": factor(0),
             "factor of lining 2 at rest": factor(1),
+            "work of the lever": "energy.lever_work",
         },
         {"∂(stopping time)/∂v_0": "brake.linings.friction.size"},
     )

@@ -296,14 +296,16 @@ def softening_on_a_soft_band():
         t, y = until(lambda t, y: [load / J, R * y[0]], [W0, 0.0], lambda t, y: C * y[1] - slack)
         slip, y = until(ride, y, lambda t, y: C * y[1] - slack * full(np.ones(2)), t)
         t, y = until(slide, [y[0], 1.0, 1.0], lambda t, y: y[0], slip)
-        return slip, t, y[1], y[2]
+        x = slack * full(y[1:]) / C
+        return slip, t, y[1], y[2], slack * (x - slack / (2 * C))
 
     source = "SciPy DOP853, the slip speed by a root: v + T_0 Σ (∂Π/∂c) ċ(v)/C = R ω"
-    slip, time, first, second = stop()
+    slip, time, first, second, work = stop()
     yield "full slip", slip, source, SMOOTH
     yield "stopping time", time, source, SMOOTH
     yield "factor of lining 1 at rest", first, source, SMOOTH
     yield "factor of lining 2 at rest", second, source, SMOOTH
+    yield "work of the lever", work, "SciPy DOP853: ∫ min(C x, T_0) dx to C x = T_0 Π(c)", SMOOTH
     yield "∂(stopping time)/∂v_0", slope(lambda x: stop(x)[1], 10.0), source, BY_SLOPE
 
 
