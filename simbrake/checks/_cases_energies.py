@@ -219,6 +219,9 @@ def softening_cases() -> list[Case]:
     def factor(k: int) -> Any:
         return lambda result: result.series([float(result.stopping_time)]).friction_memory[0, k]
 
+    def at_one_second(name: str) -> Any:
+        return lambda result: getattr(result.series([1.0]), name)[0]
+
     return frozen_cases(
         "softening on a soft band",
         scene,
@@ -227,7 +230,8 @@ def softening_cases() -> list[Case]:
             "stopping time": "stopping_time",
             "factor of lining 1 at rest": factor(0),
             "factor of lining 2 at rest": factor(1),
-            "work of the lever": "energy.lever_work",
+            "elongation at 1 s": at_one_second("elongation"),
+            "work of the lever at 1 s": at_one_second("lever_work"),
         },
         {"∂(stopping time)/∂v_0": "brake.linings.friction.size"},
     )

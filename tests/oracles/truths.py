@@ -295,17 +295,18 @@ def softening_on_a_soft_band():
 
         t, y = until(lambda t, y: [load / J, R * y[0]], [W0, 0.0], lambda t, y: C * y[1] - slack)
         slip, y = until(ride, y, lambda t, y: C * y[1] - slack * full(np.ones(2)), t)
+        early = solve_ivp(slide, (slip, 1.0), [y[0], 1.0, 1.0], "DOP853", rtol=2.3e-14, atol=1e-13).y[:, -1]
         t, y = until(slide, [y[0], 1.0, 1.0], lambda t, y: y[0], slip)
-        x = slack * full(y[1:]) / C
-        return slip, t, y[1], y[2], slack * (x - slack / (2 * C))
+        return slip, t, y[1], y[2], slack * full(early[1:]) / C
 
     source = "SciPy DOP853, the slip speed by a root: v + T_0 Σ (∂Π/∂c) ċ(v)/C = R ω"
-    slip, time, first, second, work = stop()
+    slip, time, first, second, x = stop()
     yield "full slip", slip, source, SMOOTH
     yield "stopping time", time, source, SMOOTH
     yield "factor of lining 1 at rest", first, source, SMOOTH
     yield "factor of lining 2 at rest", second, source, SMOOTH
-    yield "work of the lever", work, "SciPy DOP853: ∫ min(C x, T_0) dx to C x = T_0 Π(c)", SMOOTH
+    yield "elongation at 1 s", x, f"{source}, C x = T_0 Π(c)", SMOOTH
+    yield "work of the lever at 1 s", slack * (x - slack / (2 * C)), f"{source}, ∫ min(C x, T_0) dx", SMOOTH
     yield "∂(stopping time)/∂v_0", slope(lambda x: stop(x)[1], 10.0), source, BY_SLOPE
 
 
