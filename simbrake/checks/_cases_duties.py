@@ -152,9 +152,7 @@ def tripping_cases() -> list[Case]:
         return omega, phi, work
 
     omega, phi, work = (complex(x).real for x in course())
-    load = TrippingLoad(  # pyright: ignore
-        empty, string, 4e3, *(marks[0], marks[1], 2.0), drum_radius=0.4, line_count=8.0, count=2
-    )
+    load = TrippingLoad(empty, string, 4e3, marks[0], marks[1], 2.0, 0.4, 8.0, 2)  # pyright: ignore
     rows: list[Row] = [
         ("speed", f"{FORM}ω̇ = (m_k g r/n − M_b)/J_k", omega, "record.y_end.omega"),
         ("travel", f"{FORM}Σ (ω t + α t²/2) r/n", per_rad * phi, lambda r: r.series([end]).hook_position[0]),
@@ -210,7 +208,7 @@ def repeated_cases() -> list[Case]:
                 whole += steady + (F - u + tau * m) * tau * (1 - cmath.exp(-s / tau))
         return whole
 
-    time: Any = brentq(lambda t: gain * impulse(t).real - J * w0, 0.1, 20.0, xtol=1e-15, rtol=1e-15)
+    time: Any = brentq(lambda t: gain * impulse(t).real - J * w0, 0.1, 20.0, xtol=1e-15)
     pull = force(time).real
     source = f"{FORM}∫ (F − F_s) dt = J ω_0/R(Π − 1), F by τ Ḟ + F = u(t − t_d) from point to point"
     rows: list[Row] = [("stopping time", source, time, "stopping_time")]

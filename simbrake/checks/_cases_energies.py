@@ -36,7 +36,7 @@ def rope_cases() -> list[Case]:
     def speed(t: float) -> float:
         return w0 + steady * t + pull * swing * math.sin(rate * t) / rate
 
-    stop: Any = brentq(speed, 1e-3, 1.0, xtol=1e-15, rtol=1e-15)
+    stop: Any = brentq(speed, 1e-3, 1.0, xtol=1e-15)
     angle = w0 * stop + steady * stop**2 / 2 + pull * swing * (1 - math.cos(rate * stop)) / rate**2
     e, v = middle + swing * math.cos(rate * stop), -swing * rate * math.sin(rate * stop)
     # the drum rests, and the hook swings about its weight
@@ -152,7 +152,8 @@ def spring_cases() -> list[Case]:
         return Scene(Brake(Pulley(0.59, J), Band(R_b), linings, bandage), Duty(lever, TorqueLoad()), Initial(w0), end)
 
     def rim_speed(result: Result) -> Array:
-        return result._system.mechanism.lining_speed(result.record.y_end.own)[1]
+        speeds: Any = result._system.mechanism.lining_speed(result.record.y_end.own)
+        return speeds[1]
 
     stopped: list[Row] = [
         ("kinetic energy", f"{FORM}−(J + Σ J_i) ω_0²/2", -whole * w0**2 / 2, "energy.kinetic_change"),

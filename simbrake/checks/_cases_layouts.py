@@ -284,7 +284,9 @@ def _reversed_cases() -> list[Case]:
             "tension 1",
             "T_i along the band from its other end",
             float(_followed(f[::-1], angle[::-1], _T0)[0][1]),
-            lambda x: sliding_tensions(_T0, x.brake.linings.friction.coefficient, x.brake.linings.angle).tension[0],
+            lambda x: sliding_tensions(
+                jnp.asarray(_T0), x.brake.linings.friction.coefficient, x.brake.linings.angle
+            ).tension[0],
         ),
         (
             "stiffness",

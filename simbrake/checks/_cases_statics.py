@@ -58,14 +58,15 @@ def chord_cases() -> list[Case]:
         return along(np.array([*beta[:2], angle, beta[3]]))["T3"]
 
     def run() -> tuple[Any, Any]:
-        forces = chord_tensions(_T0, _F, beta)
-        return forces, jax.grad(lambda b: chord_tensions(_T0, _F, b).tension[2])(jnp.asarray(beta))
+        T_0 = jnp.asarray(_T0)
+        forces = chord_tensions(T_0, _F, beta)
+        return forces, jax.grad(lambda b: chord_tensions(T_0, _F, b).tension[2])(jnp.asarray(beta))
 
     truth, source = along(beta), "linear equations: T_i c_i − T_(i−1) c_(i−1) = f N_i, N_i = T_i s_i + T_(i−1) s_(i−1)"
     rows: list[Row] = [(f"tension {i}", f"{source} [Z-1…4]", truth[f"T{i}"], f"0.tension.{i - 1}") for i in (1, 2, 3)]
     rows += [(f"load {i}", f"{source} [Z-1…4]", truth[f"N{i}"], f"0.normal.{i - 1}") for i in (1, 2, 3)]
     rows.append(("∂(tension 3)/∂β_2", f"{source}, differentiated", differentiated(of_third, beta[2]), "1.2"))
-    return cases_of("chords", run, 1e-13, rows)
+    return cases_of("chords", jax.jit(run), 1e-13, rows)
 
 
 def sliding_cases() -> list[Case]:
@@ -120,7 +121,7 @@ def sliding_cases() -> list[Case]:
         ("load 2, lining 2 off", f"{source}, N_2 = 0", 0.0, "2.normal.1"),
         ("∂(tension 3)/∂f_2", f"{source}, differentiated", differentiated(tight, _F[1]), "3.1"),
     ]
-    return cases_of("sliding linings", run, 1e-13, rows)
+    return cases_of("sliding linings", jax.jit(run), 1e-13, rows)
 
 
 # --- elongation of a band ---------------------------------------------------------------------------------------------
@@ -183,18 +184,17 @@ def compliance_cases() -> list[Case]:
         tight_end=_ENDS[1],
     )
     pair = ParallelBands((halved, slotted), linkage=link)
-    names = ("on plates", "half the ends", "bonded", "slotted", "pair")
+    bands = {"on plates": on_plates, "half the ends": halved, "bonded": bonded, "slotted": slotted, "pair": pair}
 
     def run() -> dict[str, Any]:
         given = (_FRICTION, _ANGLE, _R0)
-        found: dict[str, Any] = dict(zip(names, (on_plates, halved, bonded, slotted, pair), strict=True))
-        found |= {f"{name}, C": band.stiffness(*given) for name, band in found.items()}
+        found: dict[str, Any] = {f"{name}, C": band.stiffness(*given) for name, band in bands.items()}
         found |= {"longer": on_plates.elongation(_T0, *given), "shares": pair.shares(*given)}
 
         def by_modulus(band: AbstractStiffness) -> Any:
             return jax.grad(lambda band: band.stiffness(*given))(band).modulus
 
-        return found | {f"{name}, ∂": by_modulus(found[name]) for name in ("on plates", "slotted")}
+        return found | {f"{name}, ∂": by_modulus(bands[name]) for name in ("on plates", "slotted")}
 
     def linked(stretch: complex) -> complex:
         return 1 / (stretch / _RISE + 1 / link)
@@ -219,15 +219,15 @@ def compliance_cases() -> list[Case]:
             read("pair, C"),
         ),
         ("share of the first", "quadrature: c_2/(c_1 + c_2) [K-8]", c_2 / (c_1 + c_2), lambda x: x["shares"][0]),
-        ("bare angle", f"{FORM}Σ β_i of the gaps", math.radians(13.0), lambda x: x["pair"].bare_angle(4)),
-        ("longest wrap, slotted", f"{FORM}twice around", 4 * math.pi, lambda x: x["slotted"].longest_wrap),
-        ("longest wrap of two", f"{FORM}once around", 2 * math.pi, lambda x: x["pair"].longest_wrap),
+        ("bare angle", f"{FORM}Σ β_i of the gaps", math.radians(13.0), lambda _: pair.bare_angle(4)),
+        ("longest wrap, slotted", f"{FORM}twice around", 4 * math.pi, lambda _: slotted.longest_wrap),
+        ("longest wrap of two", f"{FORM}once around", 2 * math.pi, lambda _: pair.longest_wrap),
     ]
     slopes = {"on plates": lambda E: linked(_on_plates(E)), "slotted": lambda E: _RISE / _continuous(E)}
     for name, of in slopes.items():
         truth = differentiated(of, _STEEL)
         rows.append((f"∂(stiffness {name})/∂E_1", f"{own}, differentiated", truth, read(f"{name}, ∂")))
-    return cases_of("elongation by geometry", run, 1e-12, rows)
+    return cases_of("elongation by geometry", jax.jit(run), 1e-12, rows)
 
 
 # --- pressures --------------------------------------------------------------------------------------------------------

@@ -71,6 +71,7 @@ _TOGETHER = {
         (f"Z table {row}" for row in ("5, k = 8, variable", "5, k = 4, uniform", "6, k = 8, variable")), "Z5"
     ),
     **dict.fromkeys((f"Z{table} row 0" for table in (1, 2, 4)), "Z1"),
+    **dict.fromkeys(("pad, uniform wear", "pad, uniform pressure"), "pad"),
 }
 
 
