@@ -25,13 +25,15 @@ def lanes_of_cases() -> list[list[Case]]:
     from . import _cases_layouts as layouts
     from . import _cases_levers as levers
     from . import _cases_mechanisms as mechanisms
+    from . import _cases_network as network
+    from . import _cases_runs as runs
     from . import _cases_shaft as shaft
     from . import _cases_statics as statics
+    from . import _cases_thermal as thermal
 
-    lanes = (
-        (*integrator.CASES, *heat.CASES, *mechanisms.CASES, *levers.CASES, *duties.CASES, *energies.CASES),
-        (*band.CASES, *shaft.CASES, *laws.CASES, *statics.CASES, *layouts.CASES),
-    )
+    first = integrator, heat, network, mechanisms, levers, duties, energies, runs
+    second = band, shaft, laws, statics, layouts, thermal
+    lanes = ([subject for module in lane for subject in module.CASES] for lane in (first, second))
     return [[case for subject in lane for case in subject()] for lane in lanes]
 
 
