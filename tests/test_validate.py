@@ -1,6 +1,6 @@
 """`simbrake validate`: its cases, its verdicts, and the cross-check of a scene with SciPy."""
 
-import importlib.util
+import importlib
 import json
 import pathlib
 import re
@@ -79,20 +79,18 @@ def test_truths_that_are_computed_agree_with_the_digits_published():
 
 @pytest.fixture(scope="module")
 def oracles():
-    """The script that makes the frozen truths."""
-    spec = importlib.util.spec_from_file_location("truths", DOCS.parent / "tests" / "oracles" / "truths.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    """The script that makes the frozen truths, and the text of all its modules."""
+    folder = DOCS.parent / "tests" / "oracles"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(folder)
+        return importlib.import_module("truths"), "\n".join(file.read_text("utf-8") for file in folder.glob("*.py"))
 
 
 def test_frozen_truths_are_those_of_their_script_which_knows_nothing_of_simbrake(oracles):
-    text = pathlib.Path(oracles.__file__).read_text("utf-8")
+    script, text = oracles
     assert not re.search(r"^\s*(import|from) (simbrake|jax)", text, re.MULTILINE)
     frozen = [(subject, row["what"], float(row["truth"])) for subject, rows in truths().items() for row in rows]
-    made = [(subject, what, truth) for subject, what, truth, _, _ in oracles.rows()]
+    made = [(subject, what, truth) for subject, what, truth, _, _ in script.rows()]
     assert [row[:2] for row in frozen] == [row[:2] for row in made]
     np.testing.assert_allclose([row[2] for row in frozen], [row[2] for row in made], rtol=1e-8)
     wanted = [f"{subject}/{what}" for subject, what, _ in frozen]

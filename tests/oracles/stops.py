@@ -1,0 +1,42 @@
+"""What the oracles share: a stop of four linings, quadrature, slopes, the first event of an equation."""
+
+import math
+
+from scipy.integrate import quad, solve_ivp
+
+ROOM, G, GAS = 293.15, 9.80665, 8.31446261815324
+EXACT, SMOOTH, BY_SLOPE = 1e-10, 1e-9, 1e-7
+
+# a stop on a rigid or elastic band: four linings of 50°, constant slack tension, no load
+N, BETA, R, J, T0, W0 = 4, math.radians(50.0), 0.725, 800.0, 8e3, 20.0
+
+
+def ratio(f, beta=BETA):
+    """`T_i/T_{i−1}` of a sliding lining."""
+    z = math.tan(beta / 2)
+    return (1 + f * z) / (1 - f * z)
+
+
+def torque(f):
+    return R * T0 * (ratio(f) ** N - 1)
+
+
+def over(function, high, low=0.0):
+    return quad(function, low, high, epsabs=0.0, epsrel=1e-13, limit=400)[0]
+
+
+def slope(of, x, step=1e-2):
+    h = step * x
+    return sum(c * (of(x + k * h) - of(x - k * h)) for k, c in ((1, 45), (2, -9), (3, 1))) / (60 * h)
+
+
+def until(rhs, y, event, t=0.0, end=100.0, direction=0.0):
+    """The time and state at which an event comes first."""
+
+    def wrapped(t, y):
+        return event(t, y)
+
+    wrapped.terminal, wrapped.direction = True, direction
+    out = solve_ivp(rhs, (t, end), y, "DOP853", events=wrapped, rtol=2.3e-14, atol=1e-13)
+    assert out.t_events[0].size, "the event does not come"
+    return float(out.t_events[0][0]), out.y_events[0][0]
