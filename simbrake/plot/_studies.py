@@ -76,8 +76,8 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
             axes.barh(y, end - base, left=base, color=colour, height=0.7)  # pyright: ignore
         if row.tangent is not None:
             axes.vlines([base - row.tangent, base + row.tangent], y - 0.35, y + 0.35, "black", lw=1.5)
-        half, unit = f" ± {row.half:.3g}" if ranged else "", "" if row.unit in ("1", "SI") else f" {pretty(row.unit)}"
-        labels.append(f"{row.path}\n{row.value:.5g}{half}{unit}")
+        half = f" ± {row.half:.3g}" if ranged else ""
+        labels.append(f"{row.path}\n{row.value:.5g}{half} {pretty(row.unit)}".rstrip())
     axes.set_yticks(range(len(bars)), labels)
     axes.axvline(base, color="black", lw=0.9)
     name = table.metric.replace("_", " ").replace("energy.", "energy: ")

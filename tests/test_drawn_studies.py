@@ -1,0 +1,454 @@
+"""Figures of studies, drawn from tables made by hand: every bar, point, label and text is that of its table."""
+
+import dataclasses
+import itertools
+import math
+
+import numpy as np
+import pytest
+from matplotlib import colormaps
+from matplotlib.colors import to_hex
+from picture_scenes import hot_result, plain_result
+
+import simbrake as sb
+from simbrake import plot
+from simbrake.layouts._equal_layout import LayoutRow
+from simbrake.plot._shared import BLUE, CYCLE, ORANGE, VERMILLION
+from simbrake.studies._calibration import Calibration, Residuals
+from simbrake.studies._global import MorrisEffect, MorrisTable, SobolIndex, SobolTable
+from simbrake.studies._lining_life import LifeHistory, LiningLife
+from simbrake.studies._sensitivity import Sensitivity, SensitivityTable
+from simbrake.studies._uncertainty import Estimate, Failure, Statistics, Uncertainty
+
+
+def legend(drawn):
+    """Texts of the legends of a figure or of a panel."""
+    found = drawn.legends if hasattr(drawn, "legends") else [drawn.get_legend()]
+    return [text.get_text() for one in found if one for text in one.get_texts()]
+
+
+def bars(axes):
+    """Place, begin, end and colour of horizontal bars, from below."""
+    return [
+        (round(p.get_y() + 0.5 * p.get_height(), 6), p.get_x(), p.get_x() + p.get_width(), to_hex(p.get_facecolor()))
+        for p in axes.patches
+    ]
+
+
+def spans(container):
+    """Low and high ends of the bars of an error bar, one row for each point, along the axis on which they lie."""
+    segments = np.asarray(container.lines[2][0].get_segments())
+    along = int(np.any(segments[:, 0, 1] != segments[:, 1, 1]))
+    return segments[:, :, along]
+
+
+# --- sensitivities ----------------------------------------------------------------------------------------------------
+
+MASS = Sensitivity("load.mass", "kg", "mass", 20e3, 1e-4, 1.0, 2e3, 1.9, 2.2, tangent=0.2)
+FRICTION = Sensitivity("friction", "1", "friction", 0.35, -8.0, -1.4, 0.05, 2.6, 1.5, tangent=-0.4)
+HALF = Sensitivity("speed", "rad/s", "speed", 24.0, 0.1, math.nan, 2.0, 1.5, None)
+
+
+def test_tornado_has_the_metric_at_both_bounds_and_along_the_derivative():
+    table = SensitivityTable("stopping_time", "s", 2.0, (MASS, FRICTION, HALF))
+    figure = plot.tornado(table)
+    (axes,) = figure.axes
+    assert bars(axes) == [
+        (0, 2.0, pytest.approx(1.9), BLUE.lower()),
+        (0, 2.0, pytest.approx(2.2), VERMILLION.lower()),
+        (1, 2.0, pytest.approx(2.6), BLUE.lower()),
+        (1, 2.0, pytest.approx(1.5), VERMILLION.lower()),
+    ]
+    labels = [(text.get_position()[1], text.get_text()) for text in axes.get_yticklabels()]
+    assert labels == [(0, "load.mass\n20000 ± 2e+03 kg"), (1, "friction\n0.35 ± 0.05")]
+    across = [np.asarray(one.get_segments()) for one in axes.collections]
+    np.testing.assert_allclose([one[:, 0, 0] for one in across], [[1.8, 2.2], [2.4, 1.6]])
+    np.testing.assert_allclose([one[0, :, 1] for one in across], [[-0.35, 0.35], [0.65, 1.35]])
+    (base,) = axes.lines
+    np.testing.assert_allclose(base.get_xdata(), 2.0)
+    assert axes.get_xlabel() == "stopping time, s"
+    assert figure.get_suptitle() == "stopping time 2 s: each parameter over its range, the others fixed"
+    assert legend(figure) == ["parameter at its lower bound", "at its upper bound", "by the derivative alone"]
+    assert len(plot.tornado(table, most=1).axes[0].get_yticks()) == 1
+    pure = dataclasses.replace(table, metric="energy.friction_heat", unit="")
+    assert plot.tornado(pure).axes[0].get_xlabel() == "energy: friction heat"
+
+
+def test_tornado_without_ranges_has_elasticities():
+    rows = [row._replace(half=None, low=None, high=None, tangent=None) for row in (MASS, FRICTION, HALF)]
+    figure = plot.tornado(SensitivityTable("stopping_time", "s", 2.0, tuple(rows)))
+    (axes,) = figure.axes
+    assert bars(axes) == [(0, 0.0, 1.0, VERMILLION.lower()), (1, 0.0, -1.4, BLUE.lower())]
+    assert [text.get_text() for text in axes.get_yticklabels()] == ["load.mass\n20000 kg", "friction\n0.35"]
+    assert axes.get_xlabel() == "elasticity of the stopping time, % for 1 % of the parameter"
+    assert not axes.collections
+    assert not figure.legends
+    assert not figure.get_suptitle()
+    np.testing.assert_array_equal(axes.lines[0].get_xdata(), 0.0)
+
+
+def test_sobol_indices_with_their_intervals_the_largest_on_top():
+    rows = (
+        SobolIndex("mass", Estimate(0.5, 0.45, 0.52), Estimate(0.7, 0.6, 0.74)),
+        SobolIndex("speed", Estimate(0.2, 0.1, 0.23), Estimate(0.4, 0.3, 0.45)),
+    )
+    figure = plot.indices(SobolTable("stopping_time", "s", 2.0, 0.0125, rows, None, 0.9))
+    (axes,) = figure.axes
+    first, total = [one for one in axes.containers if hasattr(one, "patches")]
+    for drawn, place, values, ends, colour in (
+        (first, -0.2, [0.2, 0.5], [0.23, 0.52], ORANGE),
+        (total, 0.2, [0.4, 0.7], [0.45, 0.74], BLUE),
+    ):
+        np.testing.assert_allclose([p.get_y() + p.get_height() / 2 for p in drawn], [place, 1 + place], atol=1e-12)
+        np.testing.assert_allclose([p.get_width() for p in drawn], values)
+        half = np.subtract(ends, values)
+        np.testing.assert_allclose(spans(drawn.errorbar), np.stack([values - half, values + half], axis=1))
+        assert to_hex(drawn[0].get_facecolor()) == colour.lower()
+    assert [(t.get_position()[1], t.get_text()) for t in axes.get_yticklabels()] == [(0, "speed"), (1, "mass")]
+    assert legend(axes) == ["total $S_T$: with interactions", "first order $S_1$: alone"]
+    assert axes.get_xlabel() == "share of the variance (–), ± half of the 90 % interval"
+    title = "sources of uncertainty of the stopping time (standard deviation 12.5 ms)"
+    assert figure.get_suptitle() == title
+    np.testing.assert_array_equal(axes.lines[-1].get_xdata(), 0.0)
+
+
+def test_elementary_effects_lie_in_their_plane():
+    effects = (
+        MorrisEffect("mass", "kg", 1.0, 2.0, 3e5, Estimate(4e5, 3.5e5, 4.8e5), 2e5),
+        MorrisEffect("speed", "rad/s", 1.0, 2.0, -1e5, Estimate(1e5, 0.5e5, 1.3e5), 5e5),
+    )
+    figure = plot.effects(MorrisTable("energy.friction_heat", "J", effects, 0.95))
+    (axes,) = figure.axes
+    points = {one.get_label(): one for one in axes.containers}
+    np.testing.assert_allclose(points["mass"].lines[0].get_xydata(), [[400.0, 200.0]])
+    np.testing.assert_allclose(points["speed"].lines[0].get_xydata(), [[100.0, 500.0]])
+    np.testing.assert_allclose(spans(points["mass"]), [[320.0, 480.0]])
+    np.testing.assert_allclose(spans(points["speed"]), [[70.0, 130.0]])
+    lines = {line.get_label(): line for line in axes.lines if not line.get_label().startswith("_")}
+    right = axes.get_xlim()[1]
+    assert axes.get_xlim() == (0, right)
+    assert right >= 480.0
+    for words, slope, dashes in (
+        (r"$\sigma = \mu^*$", 1.0, "--"),
+        (r"$\sigma = 0.1\,\mu^*$: nearly linear below", 0.1, ":"),
+    ):
+        np.testing.assert_allclose(lines[words].get_xydata(), [[0, 0], [right, slope * right]])
+        assert lines[words].get_linestyle() == dashes
+    low, high = axes.get_ylim()
+    assert -50.0 < low < 0.0  # points at 0 are seen whole
+    assert 500.0 < high < 1.3 * 500.0
+    assert axes.get_ylabel() == r"standard deviation of the effects $\sigma$, kJ"
+    assert axes.get_xlabel().endswith(" (± half of the interval), kJ")
+    assert figure.get_suptitle() == "elementary effects on energy.friction heat"
+    pure = plot.effects(
+        MorrisTable("ratio", "", (MorrisEffect("mass", "kg", 1, 2, 3, Estimate(4.0, 3, 5), 0.0),), 0.95)
+    )
+    assert pure.axes[0].get_ylabel() == r"standard deviation of the effects $\sigma$"
+    # nothing but linear effects: the lower line is in view
+    assert pure.axes[0].get_ylim()[1] > 0.1 * pure.axes[0].get_xlim()[1]
+
+
+# --- uncertain results ------------------------------------------------------------------------------------------------
+
+
+def uncertain(name, unit, values, code, quantiles, **more):
+    few = Statistics(unit, int(np.isfinite(values).sum()), Estimate(0, 0, 0), Estimate(0, 0, 0), quantiles, 0.0, 0.0)
+    data = {name: np.asarray(values), "code": np.asarray(code)}
+    given = {"failures": {}, "limits": {}, "runs": len(values)} | more
+    return Uncertainty(
+        data, {name: few}, codes={}, inputs={}, groups=1, method="random", seed=1, confidence=0.9, **given
+    )
+
+
+def test_distribution_of_runs_in_degrees_with_quantiles_and_limit():
+    """Ten runs, of which one has no value and one has failed: shares count all runs, the cumulative those with it."""
+    T = 273.15 + np.array([10.0, 80.0, 30.0, 40.0, 20.0, 60.0, 50.0, 70.0, np.nan, 999.0])
+    quantiles = {0.05: Estimate(285.15, 283.15, 290.15), 0.95: Estimate(350.15, 345.15, math.inf)}
+    failed = {
+        "peak_lining_temperature > 300 K": Failure(9, Estimate(0.9, 0.8, 0.95)),
+        "peak_rim_temperature > 333.15 K": Failure(2, Estimate(0.2, 0.12, 0.34)),
+    }
+    found = uncertain(
+        "peak_rim_temperature",
+        "K",
+        T,
+        [0] * 9 + [3],
+        quantiles,
+        limits={"peak_rim_temperature": 333.15},
+        failures=failed,
+    )
+    figure = plot.distribution(found, "peak_rim_temperature")
+    density, cumulative = figure.axes
+    edges = [p.get_x() for p in density.patches if p.get_label() != "_"] + [80.0]
+    np.testing.assert_allclose(edges, np.linspace(10.0, 80.0, 6))
+    # 10 20 | 30 | 40 50 | 60 | 70 80, a tenth of all runs each
+    np.testing.assert_allclose([p.get_height() for p in density.patches], [20.0, 10.0, 20.0, 10.0, 20.0])
+    stairs = next(line for line in cumulative.lines if line.get_drawstyle() == "steps-post")
+    np.testing.assert_allclose(stairs.get_xydata(), [[10.0 * i, 12.5 * i] for i in range(1, 9)])
+    marks = [one.lines[0].get_xydata()[0] for one in cumulative.containers]
+    np.testing.assert_allclose(marks, [[12.0, 5.0], [77.0, 95.0]])
+    np.testing.assert_allclose(spans(cumulative.containers[0]), [[10.0, 17.0]])
+    assert not cumulative.containers[1].lines[2]  # its interval is not bounded
+    assert [(t.get_text(), t.xy, t.get_ha()) for t in cumulative.texts] == [
+        ("5 %: 12 °C", (pytest.approx(12.0), 5.0), "left"),
+        ("95 %: 77 °C", (pytest.approx(77.0), 95.0), "right"),
+    ]
+    # words stand clear of the curve: those of the low quantile below its right, of the high one above its left
+    assert [np.sign(t.xyann).tolist() for t in cumulative.texts] == [[1, -1], [-1, 1]]
+    words = "limit, exceeded with probability 0.2 [0.12, 0.34]"
+    for panel in (density, cumulative):
+        (limit,) = [line for line in panel.lines if line.get_label() == words]
+        np.testing.assert_allclose(limit.get_xdata(), 60.0)
+    assert legend(density) == [words]
+    assert density.get_ylabel() == "share of 10 runs, %"
+    assert [cumulative.get_xlabel(), cumulative.get_ylabel()] == ["peak rim temperature, °C", "cumulative share, %"]
+    title = "peak rim temperature — 9 of 10 runs have it (bars: 90 % intervals of the quantiles)"
+    assert figure.get_suptitle() == title
+
+
+def test_distribution_of_a_number_without_a_unit_that_all_runs_have():
+    """A limit for each lining is no line; 900 runs make 30 bars, few at least 5, many at most 40."""
+    rng = np.random.default_rng(0)
+    for runs, count in ((4, 5), (900, 30), (2500, 40)):
+        found = uncertain("ratio", "", rng.uniform(1.0, 2.0, runs), [0] * runs, {}, limits={"ratio": np.ones(3)})
+        figure = plot.distribution(found, "ratio")
+        density, cumulative = figure.axes
+        assert len(density.patches) == count
+        assert not density.lines
+        assert cumulative.get_xlabel() == "ratio"
+        assert figure.get_suptitle() == "ratio (bars: 90 % intervals of the quantiles)"
+    none = uncertain("ratio", "", [math.nan] * 3, [0] * 3, {})
+    assert not plot.distribution(none, "ratio").axes[0].patches
+
+
+# --- measured data ----------------------------------------------------------------------------------------------------
+
+
+def test_overlay_shows_measured_columns_and_the_run_between_their_times():
+    run = plain_result()
+    t, omega, tight = np.array([0.3, 0.1, 0.7]), np.array([18.0, 20.5, 12.0]), np.array([3e4, 1e4, 5e4])
+    data = sb.studies.Measured.of(t, {"omega": omega, "tight_tension": tight}, sigma={"omega": [0.1, 0.2, 0.3]})
+    figure = plot.overlay(run, data)
+    speed, tension = figure.axes
+    for panel, values, column, factor in ((speed, omega, "omega", 1.0), (tension, tight, "tight_tension", 1e-3)):
+        (points,) = panel.containers
+        np.testing.assert_allclose(points.lines[0].get_xydata(), np.stack([t, factor * values], axis=1))
+        line = next(line for line in panel.lines if line.get_label() == "run")
+        along, drawn = line.get_data()
+        assert (along[0], along[-1]) == (0.1, 0.7)
+        apart = np.min(np.abs(np.subtract.outer(along, [e.time for e in run.events])), axis=1) > 1e-9
+        np.testing.assert_allclose(drawn[apart], factor * np.asarray(getattr(run.series(along), column))[apart])
+        assert legend(panel) == ["run", "measured"]
+    sigma = np.array([[0.1], [0.2], [0.3]])
+    np.testing.assert_allclose(spans(speed.containers[0]), omega[:, None] + sigma * [-1, 1])
+    assert not tension.containers[0].lines[2]
+    assert [panel.get_ylabel() for panel in figure.axes] == ["omega, rad/s", "tight tension, kN"]
+    assert [panel.get_xlabel() for panel in figure.axes] == ["", "time, s"]
+    assert figure.get_suptitle().endswith("measured, and the run")
+    # times of events alone have nothing to draw over time
+    assert len(plot.overlay(run, sb.studies.Measured.of(events={"stopping_time": 1.0})).axes) == 1
+
+
+def test_calibration_shows_temperatures_and_single_values():
+    """Temperatures in °C; an event that did not occur has no bar."""
+    run, t = hot_result(), np.array([0.2, 0.4, 0.6])
+    speed, rim, sigma = np.array([18.0, 15.0, 12.0]), np.array([300.0, 320.0, 330.0]), np.array([0.5, 1.0, 2.0])
+    data = sb.studies.Measured.of(t, {"omega": speed, "rim_temperature": rim})
+    one = lambda x: np.array([x])  # noqa: E731
+    residuals = (
+        Residuals("omega", "rad/s", t, speed, sigma, speed - 1.0, speed + 1.0),
+        Residuals("rim_temperature", "K", t, rim, sigma, rim - 4.0, rim + 2.0),
+        Residuals("stopping_time", "s", None, one(1.0), one(0.1), one(1.5), one(0.9)),
+        Residuals("full_slip_time", "s", None, one(0.3), one(0.1), one(math.inf), one(0.4)),
+    )
+    named = {field.name: None for field in dataclasses.fields(Calibration)}
+    named |= {"residuals": residuals, "scene": run.scene, "before": run.scene, "data": data}
+    figure = plot.calibration(Calibration(**named | {"message": "converged", "chi2": 12.5, "freedom": 4}))
+    (omega, T, was), (omega_off, T_off, now) = np.reshape(figure.axes, (2, 3))
+    for panel, off, values, shift, errors in (
+        (omega, omega_off, speed, 0.0, 1.0 / sigma),
+        (T, T_off, rim, 273.15, 2.0 / sigma),
+    ):
+        (points,) = panel.containers
+        np.testing.assert_allclose(points.lines[0].get_xydata(), np.stack([t, values - shift], axis=1))
+        np.testing.assert_allclose(spans(points), (values - shift)[:, None] + sigma[:, None] * [-1, 1])
+        np.testing.assert_allclose(off.lines[0].get_xydata(), np.stack([t, errors], axis=1))
+        assert off.get_xlabel() == "time, s"
+        styles = {line.get_label(): line.get_linestyle() for line in panel.lines if line.get_label()[0] != "_"}
+        assert {"before": "--", "fitted": "-"}.items() <= styles.items()
+        shade = off.patches[-1]
+        assert sorted(shade.get_extents().transformed(off.transData.inverted()).intervaly) == pytest.approx([-1, 1])
+    drawn = next(line for line in T.lines if line.get_label() == "fitted")
+    hottest = np.ravel(run.series(drawn.get_xdata()).rim_temperature) - 273.15
+    np.testing.assert_allclose(drawn.get_ydata(), hottest, rtol=1e-6)
+    assert [omega.get_ylabel(), T.get_ylabel()] == ["omega, rad/s", "rim_temperature, °C"]
+    heights = [[bar.get_height() for bar in panel.patches[:2]] for panel in (was, now)]
+    np.testing.assert_allclose(heights, [[5.0, 0.0], [-1.0, 1.0]], atol=1e-12)
+    assert [text.get_text() for text in now.get_xticklabels()] == ["stopping time", "full slip time"]
+    assert was.get_xlim() == (-0.6, pytest.approx(1.6))
+    assert was.get_ylabel() == omega_off.get_ylabel() == r"(model − measured)$/\sigma$ (–)"
+    assert (legend(was), legend(now)) == (["before"], ["fitted"])
+    assert figure.get_suptitle() == r"calibration: converged; $\chi^2$ 12.5, 4 degrees of freedom"
+    wide = figure.get_size_inches()
+    assert wide[0] > wide[1]
+
+
+# --- layouts and wear -------------------------------------------------------------------------------------------------
+
+
+def test_layouts_are_compared_with_the_last_one():
+    """A layout that is far from even in its targets would hide the others' differences: it is left out there."""
+    rows = [
+        LayoutRow(name, np.radians(angle), None, {"normal_load": np.asarray(load)}, {"normal_load": "N"})
+        for name, angle, load in (
+            ("uneven", [30.0, 30.0, 30.0], [5.0, 6.0, 8.0]),
+            ("given", [40.0, 30.0, 20.0], [4.0, 4.5, 5.8]),
+            ("level", [42.0, 30.0, 18.0], [5.0, 5.0, 5.0]),
+        )
+    ]
+    for row in rows:
+        row.values["slip"], row.units["slip"] = np.ones(3), ""
+    angles, apart, loads, slips = plot.layouts(rows).axes
+    np.testing.assert_allclose([line.get_ydata() for line in angles.lines], [np.degrees(row.angle) for row in rows])
+    assert all(line.get_xdata().tolist() == [1, 2, 3] for line in [*angles.lines, *apart.lines])
+    np.testing.assert_allclose([line.get_ydata() for line in apart.lines], [[-2, 0, 2], [0, 0, 0]], atol=1e-12)
+    assert [line.get_color() for line in apart.lines] == list(CYCLE[1:3])
+    assert legend(angles) == ["uneven", "given", "level"]
+    assert [text.partition(": ")[2] for text in legend(loads)] == [
+        f"maximum over minimum {ratio}" for ratio in ("1.6", "1.45", "1")
+    ]
+    middle = [[p.get_x() + 0.5 * p.get_width() for p in group] for group in loads.containers]
+    np.testing.assert_allclose(np.mean(middle, axis=0), [1, 2, 3])
+    assert np.all(np.diff(middle, axis=0) > 0)
+    ends = sorted((p.get_x(), p.get_x() + p.get_width()) for p in loads.patches)
+    assert all(b <= c + 1e-9 for (_, b), (c, _) in itertools.pairwise(ends))  # bars do not overlap
+    assert [[p.get_height() for p in group] for group in loads.containers] == [[5, 6, 8], [4, 4.5, 5.8], [5, 5, 5]]
+    assert [panel.get_ylabel() for panel in (angles, apart, loads, slips)] == [
+        r"angle $\beta$, °",
+        "$\\beta$ less that of\n“level”, °",
+        "normal load, N",
+        "slip",
+    ]
+    assert [panel.get_xlabel() for panel in (angles, apart, loads, slips)] == [
+        *[""] * 3,
+        "lining, from the slack to the tight end",
+    ]
+
+
+def made_life(name_of_first, each, brakings, turned_at=()):
+    """A life in which wear rises evenly; lining 1 wears at a rate of 1, the others at `each` of it."""
+    done = np.array([0.0, 0.5, 1.0]) * brakings
+    worn = 8e-3 * (done / brakings)[:, None] * np.asarray(each)
+    history = LifeHistory(done, worn, worn[1:2].repeat(3, axis=0), np.ones(3))
+    return LiningLife(
+        brakings, name_of_first, brakings / np.asarray(each), 8e-3 * np.ones(len(each)), turned_at, None, history, 2
+    )
+
+
+def test_wear_along_the_band_and_over_the_life():
+    lives = {"as built": made_life(1, [1.0, 0.5, 0.3], 12e3), "turned": made_life(1, [1.0, 0.8, 0.9], 2e4, (5e3,))}
+    figure = plot.wear(lives)
+    along, course = figure.subfigs
+    first, second, bar = along.axes
+    left, right = course.axes
+    assert first.get_title() == "as built\n12000 brake applications"
+    assert bar.get_ylabel() == "brake applications, thousands"
+    assert bar.get_ylim() == (0.0, 20.0)
+    for panel, each, life in ((first, [1.0, 0.5, 0.3], 12.0), (second, [1.0, 0.8, 0.9], 20.0)):
+        drawn = [line for line in panel.lines if line.get_marker() == "o"]
+        parts = [line.get_xydata().tolist() for line in drawn]
+        np.testing.assert_allclose(
+            parts, [[[i + 1, 8.0 * k / 5 * x] for i, x in enumerate(each)] for k in range(1, 6)], rtol=1e-12
+        )
+        parts = colormaps["viridis"](np.linspace(0.2, 1.0, 5) * life / 20.0)  # by the number of applications
+        np.testing.assert_allclose([line.get_color() for line in drawn], parts, atol=0.02)
+        (limit,) = [p for p in panel.patches if p.get_label() == "permissible"]
+        np.testing.assert_allclose(limit.get_data().values, 8.0)
+        np.testing.assert_allclose(limit.get_data().edges, [0.5, 1.5, 2.5, 3.5])
+        assert panel.get_xlim() == (0.5, 3.5)
+        assert panel.get_ylim()[0] == 0.0
+        assert 8.0 < panel.get_ylim()[1] < 10.0
+        assert list(panel.get_xticks()) == [1, 2, 3]
+        assert panel.get_xlabel() == "lining, from the slack end"
+        assert legend(panel) == ["permissible"]
+    assert [first.get_ylabel(), second.get_ylabel()] == ["worn off, mm", ""]
+    most = {line.get_label(): line.get_xydata()[-1].tolist() for line in left.lines if len(line.get_xdata()) > 2}
+    np.testing.assert_allclose([most["as built"], most["turned"]], [[12.0, 8.0], [20.0, 8.0]])
+    least = [line.get_xydata()[-1] for line in left.lines if line.get_linestyle() == "--" and len(line.get_xdata()) > 2]
+    np.testing.assert_allclose(least, [[12.0, 2.4], [20.0, 6.4]])
+    assert legend(left) == ["as built", "turned", "least worn"]
+    uneven = [line.get_xydata() for line in right.lines if len(line.get_xdata()) > 2]
+    np.testing.assert_allclose(uneven[0][:, 1], 1.0 / 0.6)
+    np.testing.assert_allclose(uneven[1][:, 1], 1.0 / 0.9)
+    np.testing.assert_allclose([one[-1, 0] for one in uneven], [12.0, 20.0])
+    assert right.get_ylim()[0] == 0.98
+    assert 1.0 / 0.6 < right.get_ylim()[1] < 1.2 / 0.6
+    for panel in (left, right):
+        (turn,) = [line for line in panel.lines if line.get_linestyle() == ":"]
+        np.testing.assert_allclose(turn.get_xdata(), 5.0)
+        assert panel.get_xlabel() == "brake applications, thousands"
+        assert turn.get_color() == VERMILLION  # of the second life
+    assert [(t.get_text(), t.xy[0]) for t in left.texts] == [("turned ", 5.0)]
+    assert left.get_ylim()[0] == 0.0
+    assert [left.get_ylabel(), right.get_ylabel()] == ["worn off, mm", "maximum over\nmean wear so far (–)"]
+
+
+def test_wear_of_one_short_life_of_many_linings():
+    """Below ten thousand the numbers are plain; of 30 linings every third is numbered."""
+    figure = plot.wear(made_life(1, np.linspace(1.0, 0.5, 30), 9e3))
+    along, course = figure.subfigs
+    panel, bar = along.axes
+    assert panel.get_title() == "9000 brake applications"
+    assert bar.get_ylabel() == "brake applications"
+    assert list(panel.get_xticks()) == list(range(1, 31, 3))
+    left, right = course.axes
+    assert legend(left) == ["most worn", "least worn"]
+    assert right.get_legend() is None
+    assert left.lines[0].get_xdata()[-1] == 9e3
+    assert list(plot.wear(made_life(1, np.ones(12), 1e4)).subfigs[0].axes[0].get_xticks()) == list(range(1, 13))
+
+
+def test_angles_of_a_uniform_layout_need_no_uniform_pitch():
+    even, odd = np.full(6, math.radians(45.0)), np.radians([50.0, 40.0, 30.0])
+    figure = plot.angles(even)
+    (axes,) = figure.axes
+    assert legend(axes) == ["layout: 6 linings, $\\Sigma\\beta$ = 270°, on 270°"]
+    axes = plot.angles({"odd": odd}, uniform=False).axes[0]
+    assert legend(axes) == ["odd: 3 linings, $\\Sigma\\beta$ = 120°, on 120°"]
+    steps, dots = axes.lines
+    np.testing.assert_allclose(np.reshape(steps.get_xdata(), (3, 3))[:, :2], [[0, 50], [50, 90], [90, 120]], atol=1e-9)
+    np.testing.assert_allclose(np.reshape(steps.get_ydata(), (3, 3))[:, :2], [[50, 50], [40, 40], [30, 30]])
+    np.testing.assert_allclose(dots.get_xydata(), [[25, 50], [70, 40], [105, 30]])
+    assert axes.get_ylim()[0] == 0
+    styles = [line.get_linestyle() for line in plot.angles({"odd": odd}).axes[0].lines[::2]]
+    assert styles == ["-", "--"]  # the uniform pitch is dashed
+    np.testing.assert_allclose(plot.angles({"odd": odd}).axes[0].lines[3].get_ydata(), 40.0)
+    gaps = legend(plot.angles(plain_result().scene).axes[0])
+    assert gaps == ["layout: 8 linings, $\\Sigma\\beta$ = 240°, on 258° with gaps"]
+    rows = [LayoutRow(name, odd, None, {}, {}) for name in "ab"]
+    assert [text[0] for text in legend(plot.angles(rows).axes[0])] == ["a", "b", "u"]
+    for wrong in ([rows[0], odd], []):
+        with pytest.raises(sb.InputError, match=r"given\['layout'\]"):
+            plot.angles(wrong)
+    with pytest.raises(sb.InputError, match="positive"):
+        plot.angles({"zero": [1.0, 0.0]})
+    with pytest.raises(sb.InputError, match="positive"):
+        plot.angles({"nan": [1.0, math.nan]})
+    with pytest.raises(sb.InputError, match="positive"):
+        plot.angles({"square": np.ones((2, 2))})
+
+
+def test_chord_angles_of_two_frictions():
+    figure = plot.chord_angles(4, (0.1, 0.3))
+    assert [axes.get_xlabel() for axes in figure.axes] == [r"$\beta_4$, °"] * 2
+    for axes, f in zip(figure.axes, (0.1, 0.3), strict=True):
+        assert legend(axes) == [r"$\beta_1$", r"$\beta_2$", r"$\beta_3 = \beta_4$"]
+        for line in axes.lines:
+            assert line.get_xdata()[0] == pytest.approx(1.0)
+        along = axes.lines[-1].get_xdata()
+        np.testing.assert_array_equal(axes.lines[-1].get_ydata(), along)
+        i = len(along) // 2
+        beta = np.radians([line.get_ydata()[i] for line in axes.lines] + [along[i]])
+        load = np.asarray(sb.brakes.chord_tensions(1.0, np.asarray(f), np.append(0.0, beta)).normal)
+        np.testing.assert_allclose(load[1:], load[1], rtol=1e-8)
+    assert figure._supylabel.get_text() == "chord angles of equal loads, °"
