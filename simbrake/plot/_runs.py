@@ -170,7 +170,7 @@ def _panels(panels: Iterable[Axes], s: Series, words: BrakeWords) -> None:
     torque.plot(s.t, s.load_torque / 1e3, color=PURPLE, ls="-.", label=r"load $M_\mathrm{load}$")
     torque.set_ylabel("torque, kN·m")
     n = s.normal_load.shape[1]
-    if s.lever_force is None or s.slack_tension is not None:
+    if s.slack_tension is not None:
         tension.plot(s.t, s.tight_tension / 1e3, color=BLUE, label="tight end $T_n$")
         tension.plot(s.t, s.slack_tension / 1e3, color=SKY, label="slack end $T_0$")
         tension.set_ylabel("tension, kN")
