@@ -50,7 +50,8 @@ HALF = Sensitivity("speed", "rad/s", "speed", 24.0, 0.1, math.nan, 2.0, 1.5, Non
 
 
 def test_tornado_has_the_metric_at_both_bounds_and_along_the_derivative():
-    table = SensitivityTable("stopping_time", "s", 2.0, (MASS, FRICTION, HALF))
+    other = HALF._replace(low=None, high=1.5)
+    table = SensitivityTable("stopping_time", "s", 2.0, (MASS, FRICTION, HALF, other))
     figure = plot.tornado(table)
     (axes,) = figure.axes
     assert bars(axes) == [
@@ -217,6 +218,13 @@ def test_distribution_of_a_number_without_a_unit_that_all_runs_have():
         assert not density.lines
         assert cumulative.get_xlabel() == "ratio"
         assert figure.get_suptitle() == "ratio (bars: 90 % intervals of the quantiles)"
+    one = {"energy.friction_heat > 2e5 J": Failure(1, Estimate(0.25, 0.1, 0.6))}
+    heat = {"limits": {"energy.friction_heat": np.asarray(2e5)}, "failures": one}
+    density = plot.distribution(
+        uncertain("energy.friction_heat", "J", [1e5, 1.5e5, 1.8e5, 2.5e5], [0] * 4, {}, **heat), "energy.friction_heat"
+    ).axes[0]
+    np.testing.assert_allclose(density.lines[0].get_xdata(), 200.0)
+    assert density.patches[0].get_x() == pytest.approx(100.0)
     none = uncertain("ratio", "", [math.nan] * 3, [0] * 3, {})
     assert not plot.distribution(none, "ratio").axes[0].patches
 
@@ -245,6 +253,10 @@ def test_overlay_shows_measured_columns_and_the_run_between_their_times():
     assert [panel.get_ylabel() for panel in figure.axes] == ["omega, rad/s", "tight tension, kN"]
     assert [panel.get_xlabel() for panel in figure.axes] == ["", "time, s"]
     assert figure.get_suptitle().endswith("measured, and the run")
+    hot = hot_result()
+    rim = plot.overlay(hot, sb.studies.Measured.of(t, {"rim_temperature": t + 300.0})).axes[0]
+    np.testing.assert_allclose(rim.containers[0].lines[0].get_ydata(), t + 300.0 - 273.15)
+    assert rim.get_ylabel() == "rim temperature, °C"
     # times of events alone have nothing to draw over time
     assert len(plot.overlay(run, sb.studies.Measured.of(events={"stopping_time": 1.0})).axes) == 1
 
@@ -452,3 +464,27 @@ def test_chord_angles_of_two_frictions():
         load = np.asarray(sb.brakes.chord_tensions(1.0, np.asarray(f), np.append(0.0, beta)).normal)
         np.testing.assert_allclose(load[1:], load[1], rtol=1e-8)
     assert figure._supylabel.get_text() == "chord angles of equal loads, °"
+
+
+def test_figures_grow_by_a_row_for_each_bar_or_panel():
+    """By the same height for each, beside the room for title, legend and label of the axis."""
+    run, t = plain_result(), np.array([0.1, 0.2])
+    layout = LayoutRow("a", np.ones(3), None, {}, {})
+    columns = ["omega", "phi", "tight_tension"]
+    for draw in (
+        lambda n: plot.tornado(SensitivityTable("stopping_time", "s", 2.0, (MASS,) * n)),
+        lambda n: plot.indices(
+            SobolTable("ratio", "", 2.0, 0.1, (SobolIndex("a", Estimate(1, 0, 2), Estimate(1, 0, 2)),) * n, None, 0.9)
+        ),
+        lambda n: plot.overlay(run, sb.studies.Measured.of(t, dict.fromkeys(columns[:n], t))),
+        lambda n: plot.layouts(
+            [
+                dataclasses.replace(
+                    layout, values={f"{i}": t[[0] * 3] for i in range(n)}, units={f"{i}": "" for i in range(n)}
+                )
+            ]
+        ),
+    ):
+        one, two, three = (draw(n).get_size_inches()[1] for n in (1, 2, 3))
+        assert three - two == pytest.approx(two - one)
+        assert 0.4 < two - one < one

@@ -65,7 +65,7 @@ def compare(results: Mapping[str, Source] | Sequence[Source], *, figure: Figure 
     panels += [(lever, ("slack_tension", "lever_force"))] * held
     panels += [("tension of\nthe tight end" if banded else "normal force", ("tight_tension", "normal_load"))]
     panels += [("hottest\nsurface", _HOT)] * any(name in one for one in data.values() for name in _HOT)
-    figure = sheet(figure, 9.5, 1.7 + 2.1 * len(panels))
+    figure = sheet(figure, 9.5, 2.1, rows=len(panels), room=1.7)
     rows = figure.subplots(len(panels), 1, squeeze=False, sharex=True)[:, 0]
     for axes, (words, columns) in zip(rows, panels, strict=True):
         curves = {name: _curve(one, columns, hottest=columns == _HOT) for name, one in data.items()}
@@ -155,7 +155,7 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
     shown = _shown(data, metrics)
     columns = len(paths) if not grid else 2 if len(paths) == 2 and len(shown) > 1 else 1
     rows = -(-len(shown) // columns) if grid else len(shown)
-    figure = sheet(figure, 9.5 if columns == 1 else 5.8 * columns, 0.9 + rows * (4.4 if columns > 1 else 2.6))
+    figure = sheet(figure, 9.5 if columns == 1 else 5.8 * columns, 4.4 if columns > 1 else 2.6, rows=rows, room=0.9)
     panels = figure.subplots(rows, columns, squeeze=False, sharex=False if grid and len(paths) == 2 else "col")
     for axes in panels.flat[len(shown) * (1 if grid else columns) :]:
         axes.axis("off")

@@ -62,7 +62,7 @@ def duty(result: Result, *, figure: Figure | None = None) -> Figure:
     s = dense_grid(result, start, end)
     load, banded = result.scene.duty.load, result.scene.brake.banded
     rows = 3 if isinstance(load, AbstractString) else 2
-    figure = sheet(figure, 9.0, 2.2 * rows + 0.9)
+    figure = sheet(figure, 9.0, 2.2, rows=rows, room=0.9)
     panels = figure.subplots(rows, 1, sharex=True)
     lever = s.slack_tension if banded else s.lever_force
     words = "slack tension $T_0$" if banded else "force of the actuator $F$"
@@ -269,7 +269,7 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
     if not found:
         raise ValueError("the linings of this brake act as one: there are no single contacts to draw")
     t, columns = np.asarray(result.record.rows.t)[: int(result.record.count) + 1], windows(result)
-    figure = sheet(figure, 11.5, 1.9 + 3.2 * len(found))
+    figure = sheet(figure, 11.5, 3.2, rows=len(found), room=1.9)
     axes = figure.subplots(len(found), len(columns), squeeze=False, sharex="col")
     kinds = (Contact.SLIDES_BACK, Contact.STICKS, Contact.SLIDES)
     colours = ListedColormap([CONTACT_COLOURS[kind] for kind in kinds])
@@ -317,7 +317,7 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     columns = [whole, *application(result, hottest, "the hottest brake application")]
     walls = heat.walls[:2]
     rows = 2 + bool(walls)
-    figure = sheet(figure, 11.5 if walls or len(columns) > 1 else 8.5, 3.1 * rows + 0.6)
+    figure = sheet(figure, 11.5 if walls or len(columns) > 1 else 8.5, 3.1, rows=rows, room=0.6)
     grid = figure.add_gridspec(rows, 2, width_ratios=[1.3, 1.0])
     own = {} if brake.banded else {"rim": brake.words.body, "linings": f"{brake.words.lining}s"}
     lowest, highest = min(T.min() for T in shown.values()), max(T.max() for T in shown.values())

@@ -121,9 +121,10 @@ def head(figure: Figure, scene: Scene, words: str) -> None:
     figure.suptitle("\n".join(lines))
 
 
-def sheet(figure: Figure | None, width: float, height: float) -> Figure:
-    """The figure to draw into: the one given, or a new one of this size (inch)."""
-    return Figure(figsize=(width, height), layout="constrained") if figure is None else figure
+def sheet(figure: Figure | None, width: float, height: float, *, rows: int = 1, room: float = 0.0) -> Figure:
+    """The figure to draw into: the one given, or a new one of this width, for `rows` of this height with `room` around
+    them (inch)."""
+    return Figure(figsize=(width, room + rows * height), layout="constrained") if figure is None else figure
 
 
 def one_run(result: Result) -> Result:

@@ -68,7 +68,7 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
         rows = [row for row in table.matters if np.isfinite(row.elasticity)]
         bars = [(row, [(row.elasticity, VERMILLION if row.elasticity > 0 else BLUE)]) for row in rows]
     bars = sorted(bars[:most], key=lambda bar: max(abs(end - base) for end, _ in bar[1]))  # pyright: ignore
-    figure = sheet(figure, 9.5, 1.9 + 0.5 * len(bars))
+    figure = sheet(figure, 9.5, 0.5, rows=len(bars), room=1.9)
     axes = figure.subplots()
     labels = []
     for y, (row, ends) in enumerate(bars):
@@ -108,8 +108,9 @@ def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> 
         'omega, rad/s'
     """
     check_measured(data, result.scene)
-    figure = sheet(figure, 9.0, 1.4 + 2.3 * max(len(data.points), 1))
-    panels = figure.subplots(max(len(data.points), 1), 1, squeeze=False, sharex=True)[:, 0]
+    rows = max(len(data.points), 1)
+    figure = sheet(figure, 9.0, 2.3, rows=rows, room=1.4)
+    panels = figure.subplots(rows, 1, squeeze=False, sharex=True)[:, 0]
     faults = Faults()
     for axes, part in zip(panels, data.points, strict=False):
         s = dense_grid(result, float(part.t.min()), float(part.t.max()))
@@ -242,7 +243,7 @@ def indices(table: SobolTable, *, figure: Figure | None = None) -> Figure:
         ['duty.load.mass', 'initial.omega']
     """
     rows = table.indices[::-1]
-    figure = sheet(figure, 9.0, 1.9 + 0.6 * len(rows))
+    figure = sheet(figure, 9.0, 0.6, rows=len(rows), room=1.9)
     axes = figure.subplots()
     place = np.arange(len(rows))
     total, first = [row.total for row in rows], [row.first for row in rows]
@@ -394,7 +395,7 @@ def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figur
         angle $\\beta$, °
     """
     targets = list(rows[0].values)
-    figure = sheet(figure, 11.5, 3.4 * (2 + len(targets)))
+    figure = sheet(figure, 11.5, 3.4, rows=2 + len(targets))
     panels = figure.subplots(2 + len(targets), 1, squeeze=False, sharex=True)[:, 0]
     linings, width = np.arange(1, len(rows[0].angle) + 1), 0.8 / len(rows)
     for k, row in enumerate(rows):

@@ -1,0 +1,251 @@
+"""Figures of several runs, drawn from data made by hand: results laid over each other, metrics over parameters."""
+
+import math
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.colors import to_hex
+
+import simbrake as sb
+from simbrake import plot
+from simbrake.plot._shared import CYCLE
+
+
+def legend(drawn):
+    """Texts of the legends of a figure or of a panel."""
+    found = drawn.legends if hasattr(drawn, "legends") else [drawn.get_legend()]
+    return [text.get_text() for one in found if one for text in one.get_texts()]
+
+
+# --- results laid over each other -------------------------------------------------------------------------------------
+
+
+def data_of(columns, events=(), status="stopped", end=4.0, start=0.0):
+    """The data of a run that slows evenly from 10 rad/s; `columns`: name → unit and values at the two ends."""
+    t = np.linspace(start, end, 5)
+    given = {"omega": ("rad/s", 10.0 - 2.0 * (t - start)), "brake_torque": ("N*m", np.linspace(1e3, 3e3, 5))} | columns
+    found = {
+        name: ((("time", "lining") if np.ndim(y) == 2 else ("time",)), np.asarray(y), {"units": unit})
+        for name, (unit, y) in given.items()
+    }
+    found |= {
+        "event_name": ("event", np.asarray([name for name, _ in events], str)),
+        "event_time": ("event", np.asarray([time for _, time in events], float)),
+        "status": ((), status),
+    }
+    return xr.Dataset(found, {"time": t})
+
+
+BAND = {"tight_tension": ("N", np.linspace(2e4, 6e4, 5)), "slack_tension": ("N", np.linspace(1e3, 5e3, 5))}
+PADS = {
+    "lever_force": ("N", np.linspace(0.0, 8e3, 5)),
+    "normal_load": ("N", np.outer(np.arange(1, 6), [1e3, 3e3, 2e3])),
+}
+HOT = {
+    "rim_temperature": ("K", 273.15 + np.array([20.0, 50.0, 90.0, 60.0, 40.0])),
+    "lining_temperature": ("K", 273.15 + np.array([[20.0, 25, 0], [60, 70, 0], [30, 20, 0], [30, 20, 0], [30, 20, 0]])),
+}
+
+
+def test_compare_marks_events_and_ends_after_the_last_stop():
+    """Seven marks of one kind are too many; the first run ends at rest after 2 s of its 4 s, the other one does not."""
+    many = [("full_slip", 0.1 * i) for i in range(7)]
+    one = data_of(BAND, [("slip_onset", 0.5), ("stop", 1.0), ("stop", 2.0), *many])
+    other = data_of(BAND, [("stop", 1.0), *many[:6]], "not_stopped", 3.0)
+    figure = plot.compare([one, other])
+    speed, torque, tension = figure.axes
+    labels = [line.get_label() for line in speed.lines if not line.get_label().startswith("_")]
+    assert labels == ["a", "b"] == legend(speed)
+    assert not legend(torque)
+    assert [axes.get_ylabel() for axes in figure.axes] == [
+        "speed, rad/s",
+        "brake torque, kN·m",
+        "tension of\nthe tight end, kN",
+    ]
+    assert [axes.get_xlabel() for axes in figure.axes] == ["", "", "time, s"]
+    assert tension.get_xlim() == (0.0, 3.0)
+    assert plot.compare([one, one]).axes[0].get_xlim() == (0.0, pytest.approx(2.3))
+    late = data_of(BAND, [("stop", 6.0)], end=9.0, start=5.0)
+    assert plot.compare([late, late]).axes[0].get_xlim() == (5.0, pytest.approx(6.15))
+    assert plot.compare([late, one]).axes[0].get_xlim() == (0.0, pytest.approx(6.15))
+    marks = {
+        (line.get_marker(), to_hex(line.get_color())): line.get_xydata().tolist()
+        for line in speed.lines
+        if line.get_linestyle() == "None" and len(line.get_xdata())
+    }
+    a, b = (to_hex(colour) for colour in CYCLE[:2])
+    assert marks.keys() == {("o", a), ("D", a), ("D", b), ("s", b)}
+    np.testing.assert_allclose(marks["o", a], [[0.5, 9.0]])
+    np.testing.assert_allclose(marks["D", a], [[1.0, 8.0], [2.0, 6.0]])
+    np.testing.assert_allclose(marks["s", b], [[0.1 * i, 10.0 - 0.2 * i] for i in range(6)])
+    assert legend(figure) == ["slip onset $t_0$", "full slip $t_1$", "stop"]
+    for axes, factor, column in ((torque, 1e-3, "brake_torque"), (tension, 1e-3, "tight_tension")):
+        for line, data in zip(axes.lines, (one, other), strict=True):
+            np.testing.assert_allclose(line.get_xydata(), np.stack([data["time"], factor * data[column]], axis=1))
+    assert [line.get_linestyle() for line in torque.lines] == ["-", "--"]
+    assert figure.get_suptitle() == "results compared"
+    assert len(plot.compare([one] * 9).axes[0].lines) == 9 + 2 * 9
+
+
+def test_compare_of_pads_shows_the_largest_force_and_the_hottest_surface():
+    held = data_of(PADS | HOT, status="lowering")
+    cold = data_of(PADS, status="lowering")
+    figure = plot.compare({"hot": held, "cold": cold})
+    labels = ["speed, rad/s", "brake torque, kN·m", "force of\nthe actuator, kN", "normal force, kN"]
+    assert [axes.get_ylabel() for axes in figure.axes] == [*labels, "hottest\nsurface, °C"]
+    lever, load, hot = figure.axes[2:]
+    np.testing.assert_allclose([line.get_ydata() for line in lever.lines], [[0, 2, 4, 6, 8]] * 2)
+    np.testing.assert_allclose([line.get_ydata() for line in load.lines], [[3, 6, 9, 12, 15]] * 2)
+    (line,) = hot.lines
+    np.testing.assert_allclose(line.get_ydata(), [25.0, 70.0, 90.0, 60.0, 40.0])
+    assert line.get_color() == CYCLE[0]
+    (line,) = plot.compare({"cold": cold, "hot": held}).axes[4].lines
+    assert line.get_color() == CYCLE[1]
+    # the lever is drawn where it holds the speed of all
+    stopped = data_of(PADS)
+    assert len(plot.compare([stopped, cold]).axes) == 3
+    assert plot.compare([stopped, cold]).axes[0].get_xlim()[1] == 4.0  # no stop in its events
+    banded = data_of(BAND, status="lowering")
+    assert [axes.get_ylabel() for axes in plot.compare([banded, banded]).axes][2:] == [
+        "tension of\nthe lever, kN",
+        "tension of\nthe tight end, kN",
+    ]
+    np.testing.assert_allclose(plot.compare([banded, banded]).axes[2].lines[0].get_ydata(), [1, 2, 3, 4, 5])
+    heights = [plot.compare(pair).get_size_inches()[1] for pair in ([stopped, stopped], [cold, cold], [held, held])]
+    assert np.allclose(np.diff(heights), np.diff(heights)[0])
+    assert np.all(np.diff(heights) > 1.0)
+
+
+# --- metrics over parameters ------------------------------------------------------------------------------------------
+
+
+def study(dims, coords, metrics, sequence, code):
+    """The data of a study; `metrics`: name → unit and values."""
+    about = {"units": "1", "meaning": "of the run"}
+    found = {name: (dims, np.asarray(values, float), {"units": unit}) for name, (unit, values) in metrics.items()}
+    found |= {"sequence": (dims, np.asarray(sequence), about), "code": (dims, np.asarray(code), about)}
+    return xr.Dataset(found, coords)
+
+
+MASS = ("load.mass", np.array([1e4, 2e4, 3e4, 5e4]), {"units": "kg"})
+SPEED = ("speed", np.array([1.0, 2.0, 4.0]), {"units": "rad/s"})
+
+
+def line_study(**more):
+    metrics = {
+        "peak_rim_temperature": ("K", 273.15 + np.array([20.0, 40.0, 50.0, 90.0])),
+        "stopping_time": ("s", [1.0, 2.0, math.nan, 4.0]),
+        "steady": ("N", [5.0, 5.0, 5.0, 5.0]),
+    } | more
+    return study("load.mass", {"load.mass": MASS}, metrics, [0, 0, 1, 1], [0, 0, 0, 0])
+
+
+def test_sweep_over_one_parameter():
+    data = line_study()
+    figure = plot.sweep(data)
+    time, rim = figure.axes  # usual metrics first; what is steady is left out
+    assert [axes.get_ylabel() for axes in figure.axes] == ["stopping time, s", "peak rim temperature, °C"]
+    assert [axes.get_xlabel() for axes in figure.axes] == ["", "load.mass, t"]
+    np.testing.assert_allclose(
+        np.concatenate([line.get_xydata() for line in rim.lines]), [[10, 20], [20, 40], [30, 50], [50, 90]]
+    )
+    assert [len(line.get_xdata()) for line in time.lines] == [2, 2]
+    (cell,) = time.patches
+    assert cell.get_hatch()
+    assert (cell.get_x(), cell.get_x() + cell.get_width()) == pytest.approx((25.0, 40.0))
+    assert not rim.patches
+    words = "4 runs; gaps: the sequence of events changes; hatched: failed or without a value"
+    assert figure.get_suptitle() == words
+    assert plot.sweep(data, ["peak_rim_temperature"]).get_suptitle() == "4 runs; gaps: the sequence of events changes"
+    same = data.assign(sequence=0 * data["sequence"])
+    assert plot.sweep(same, ["peak_rim_temperature"]).get_suptitle() == "4 runs"
+    one = plot.sweep(data, ["steady"]).axes[0]  # what is asked for is drawn, varying or not
+    assert one.get_ylabel() == "steady, N"
+    ends = data.assign(stopping_time=("load.mass", [math.nan, 2.0, 3.0, math.nan]))
+    cells = [(p.get_x(), p.get_x() + p.get_width()) for p in plot.sweep(ends, ["stopping_time"]).axes[0].patches]
+    np.testing.assert_allclose(cells, [(10.0, 15.0), (40.0, 50.0)])
+    # a run that failed has no values that count
+    failed = data.assign(code=("load.mass", [0, 4, 0, 0]))
+    figure = plot.sweep(failed, ["peak_rim_temperature"])
+    assert figure.get_suptitle().startswith("4 runs, 1 failed; gaps: ")
+    assert figure.get_suptitle().endswith("; hatched: failed or without a value")
+    (cell,) = figure.axes[0].patches
+    assert (cell.get_x(), cell.get_x() + cell.get_width()) == pytest.approx((15.0, 25.0))
+
+
+def test_sweep_draws_four_metrics_at_most_and_names_what_is_missing():
+    names = ["zeta", "max_tension", "energy.friction_heat", "hook_travel", "stopping_angle"]
+    rise = [1.0, 2.0, 3.0, 4.0]
+    data = line_study(**{name: ("1" if name == "zeta" else "", rise) for name in names})
+    labels = [axes.get_ylabel() for axes in plot.sweep(data).axes]
+    assert labels == ["stopping time, s", "hook travel (–)", "stopping angle (–)", "energy: friction heat (–)"]
+    assert plot.sweep(data, ["zeta"]).axes[0].get_ylabel() == "zeta (–)"
+    with pytest.raises(sb.InputError, match="the data is without colour, sequence — there are: peak_rim"):
+        plot.sweep(data, ["colour", "zeta", "sequence"])
+    # equal but rounding, or one value alone: nothing that varies
+    for values in ([1.0, 1.0 + 1e-12, 1.0, 1.0], [math.nan, 2.0, math.nan, math.nan]):
+        with pytest.raises(sb.InputError, match="has no metric that varies"):
+            plot.sweep(study("load.mass", {"load.mass": MASS}, {"a": ("s", values)}, [0] * 4, [0] * 4))
+    assert len(plot.sweep(line_study(), ["steady"]).axes) == 1
+
+
+def test_sweep_over_two_parameters():
+    """Values 10 x + y in g; at the corner nothing, in the second row of masses another sequence."""
+    z = 10.0 * MASS[1][:, None] / 1e3 + SPEED[1]
+    z[3, 0] = math.nan
+    sequence = [[0, 0, 0], [1, 1, 2], [1, 1, 2], [1, 1, 2]]
+    dims, coords = ("load.mass", "speed"), {"load.mass": MASS, "speed": SPEED}
+    data = study(dims, coords, {"a": ("s", z), "b": ("s", 2.0 * z), "c": ("s", -z)}, sequence, np.zeros((4, 3), int))
+    figure = plot.sweep(data)
+    a, b, c, rest = figure.axes
+    assert [axes.get_title() for axes in (a, b, c)] == ["a, s", "b, s", "c, s"]
+    assert not rest.axison
+    assert a.get_position().y0 == b.get_position().y0 > c.get_position().y0
+    for axes in (a, b, c):
+        assert (axes.get_xlabel(), axes.get_ylabel()) == ("load.mass, t", "speed, rad/s")
+        assert (axes.get_xlim(), axes.get_ylim()) == ((10.0, 50.0), (1.0, 4.0))
+        (failed,) = axes.patches
+        assert failed.get_gid() == "failed"
+        corners = {tuple(xy) for xy in failed.get_xy().round(9).tolist()}
+        assert corners == {(40.0, 1.0), (50.0, 1.0), (50.0, 1.5), (40.0, 1.5)}
+        (edges,) = [one for one in axes.collections if one.get_gid() == "sequence"]
+        drawn = {tuple(map(tuple, np.round(one, 9).tolist())) for one in edges.get_segments()}
+        x, y = [10.0, 15.0, 25.0, 40.0, 50.0], [1.0, 1.5, 3.0, 4.0]
+        across = {((x[1], y[j]), (x[1], y[j + 1])) for j in range(3)}
+        along = {((x[i], y[2]), (x[i + 1], y[2])) for i in (1, 2, 3)}
+        assert drawn == across | along
+    filled = a.collections[0]
+    assert filled.get_array() is not None
+    assert all(101.0 < level < 504.0 for level in filled.levels)
+    assert len(filled.levels) >= 4
+    # a point of the map has the colour of its level: contours run along 10 x + y
+    line = max((p for p in a.collections[1].get_paths()), key=lambda p: len(p.vertices))
+    along = 10.0 * line.vertices[:, 0] + line.vertices[:, 1]
+    assert np.ptp(along) < 1e-6 or np.min(np.abs(np.subtract.outer(along, filled.levels)), axis=1).max() < 1e-6
+    title = "12 runs; thick lines: the sequence of events changes; hatched: failed or without a value"
+    assert figure.get_suptitle() == title
+    wide, narrow = figure.get_size_inches(), plot.sweep(data, ["a"]).get_size_inches()
+    assert wide[0] > narrow[0]
+    assert len(plot.sweep(data, ["a"]).axes) == 1
+
+
+def test_sweep_of_an_ensemble_has_a_panel_for_each_parameter():
+    mass, speed = (
+        ("run", np.array([1e4, 2e4, 3e4, 5e4]), {"units": "kg"}),
+        ("run", [1.0, 3.0, 2.0, 4.0], {"units": "rad/s"}),
+    )
+    metrics = {"a": ("s", [4.0, 3.0, math.nan, 1.0]), "b": ("", [1.0, 2.0, 3.0, 4.0])}
+    names = ("run", np.arange(4))
+    data = study("run", {"load.mass": mass, "speed": speed, "run": names}, metrics, [0, 0, 1, 1], [0, 0, 0, 2])
+    figure = plot.sweep(data)
+    panels = np.reshape(figure.axes, (2, 2))
+    for row, values in zip(panels, ([4.0, 3.0, math.nan, math.nan], [1.0, 2.0, 3.0, math.nan]), strict=True):
+        for axes, x in zip(row, ([10, 20, 30, 50], [1, 3, 2, 4]), strict=True):
+            np.testing.assert_allclose(axes.lines[0].get_xydata(), np.stack([x, values], axis=1))
+            assert not axes.patches
+    assert [axes.get_xlabel() for axes in panels[1]] == ["load.mass, t", "speed, rad/s"]
+    assert [axes.get_xlabel() for axes in panels[0]] == ["", ""]
+    assert [axes.get_ylabel() for axes in panels[:, 0]] == ["a, s", "b (–)"]
+    assert figure.get_suptitle() == "4 runs, 1 failed"
+    assert figure.get_size_inches()[0] > plot.sweep(line_study()).get_size_inches()[0]
