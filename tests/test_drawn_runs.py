@@ -8,6 +8,7 @@ import math
 import numpy as np
 import pytest
 from helpers import stop_scene
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from picture_scenes import hot_result, plain_result, staged_result
 
@@ -103,6 +104,16 @@ def test_stop_has_the_whole_run_and_its_onset():
     assert legend(left[3]) == ["linings at their limit $k$"]
     assert legend(left[0]) == [r"speed of the pulley $\omega$"]
     assert legend(left[2]) == ["tight end $T_n$", "slack end $T_0$"]
+    t, tight = left[2].lines[0].get_data()
+    apart = np.min(np.abs(np.subtract.outer(t, [e.time for e in run.events])), axis=1) > 1e-9
+    s = run.series(t)
+    np.testing.assert_allclose(tight[apart], np.asarray(s.tight_tension)[apart] / 1e3, rtol=1e-9)
+    np.testing.assert_allclose(left[2].lines[1].get_ydata()[apart], np.asarray(s.slack_tension)[apart] / 1e3, rtol=1e-9)
+    # titles stand beside each other, though only the left column has a legend below its own
+    FigureCanvasAgg(figure).draw()
+    low, level = (axes.title.get_window_extent().y0 for axes in (left[0], right[0]))
+    assert low == pytest.approx(level, abs=0.5)
+    assert low > left[0].get_legend().get_window_extent().y1 - 4.0
     # its lines are told apart by their dashes as well
     dashes = [line.get_linestyle() for line in left[0].lines if len(line.get_xdata()) == 2]
     assert dashes == [":", "--", "-."]
@@ -220,6 +231,12 @@ def test_stages_are_shaded_and_named():
     speed = plot.stages(short).axes[0]
     assert speed.get_xlim() == (0.0, pytest.approx(run.stages[2].start + 1e-3))
     assert [text.get_text() for text in speed.texts] == ["stage 1", "stage 2"]
+    longer = 1.5 * run.stages[2].start
+    short = sb.simulate(dataclasses.replace(run.scene, end_time=longer))
+    assert plot.stages(short).axes[0].get_xlim() == (0.0, pytest.approx(longer))
+    later = sb.simulate(dataclasses.replace(run.scene, initial=sb.Initial(20.0, time=0.2)))
+    end = 0.2 + 1.15 * (later.stages[-1].start - 0.2)
+    assert plot.stages(later).axes[0].get_xlim() == pytest.approx((0.2, end))
     # running in
     grown = plot.stages(run, running_in=sb.results.RunningIn(0.4, 1e3)).axes[3]
     high, low = (axes.collections[0].get_paths()[0].vertices[:, 1].sum() for axes in (figure.axes[3], grown))
@@ -268,6 +285,20 @@ def test_temperatures_of_two_stops_enlarge_the_hotter_one():
     assert not limit.get_label().endswith("above")
     far = plot.temperatures(with_permissible(run, 273.15 + top + 1.6 * (top - bottom))).axes[0]
     assert legend(far)[-1].endswith("above")
+
+
+def test_cycles_are_an_envelope_over_the_whole_run_alone(monkeypatch):
+    """One cycle, so one point of the maximum and one of the minimum; the enlarged application has its curve."""
+    monkeypatch.setattr(plot._runs, "_FEW", 0)
+    run = twice_result()
+    whole, _, near, *_ = plot.temperatures(run).axes
+    assert legend(whole) == ["rim", "lowest of a cycle", "permissible 76.85 °C, above"]
+    high, low = (line.get_xydata() for line in whole.lines[:2])
+    T = np.ravel(run.series(np.linspace(5.0, 12.0, 7001)).rim_temperature) - 273.15
+    np.testing.assert_allclose(high, [[run.metrics["peak_rim_temperature_time"], T.max()]], rtol=1e-2)
+    np.testing.assert_allclose(low, [[5.0, T.min()]], rtol=1e-2)
+    assert [line.get_linestyle() for line in whole.lines[:2]] == ["-", ":"]
+    assert len(near.lines[0].get_xdata()) > 100
 
 
 def test_temperatures_of_one_stop_have_one_column():

@@ -138,6 +138,10 @@ def test_chain_is_drawn_lining_by_lining():
         ahead = np.array([[t > slips[k] for t in middle[early]] for k in (1, 2, 3, 4)])
         np.testing.assert_array_equal(states[:, early], ahead)
         assert set(slips.values()) <= {*edges}
+        assert (edges[0], edges[-1]) == (0.0, pytest.approx(0.05))
+        assert panel.get_xlim()[0] == 0.0
+    assert both[0].get_xlim()[1] == pytest.approx(0.05)
+    assert [panel.get_ylabel() for panel in both] == ["lining, from the slack end", ""][: len(both)]
     figure = plot.lining_map(result, "displacement")
     assert figure.axes[-1].get_ylabel().endswith(", mm")
     mesh = figure.axes[0].collections[0]
