@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from helpers import stop_scene
 from matplotlib.colors import to_hex
-from matplotlib.patches import Arc, FancyArrowPatch, Wedge
+from matplotlib.patches import Arc, FancyArrowPatch, Polygon, Wedge
 from picture_scenes import plain_result, radius, scale, staged_result, wedges
 
 import simbrake as sb
@@ -85,7 +85,8 @@ def test_arrow_of_the_rotation_and_ends_that_change_their_part():
     np.testing.assert_allclose(angle_of(back), [-36.0, -50.0])
     words = " ".join(text.get_text() for text in figure.axes[0].texts)
     assert "lever end, now tight (lever)\n$T_0$ = 8 kN" in words
-    assert "anchor end, now slack (anchor)\n$T_n$ = " in words
+    slack = float(rigid_result(w0=-20.0).series([0.1]).tension[0, -1]) / 1e3
+    assert f"anchor end, now slack (anchor)\n$T_n$ = {slack:.4g} kN" in words
 
 
 def test_numbers_are_legible_and_beside_what_they_tell():
@@ -114,6 +115,9 @@ def test_numbers_are_legible_and_beside_what_they_tell():
     rays = [line.get_xydata() for line in axes.lines if line.get_gid() is None and len(line.get_xdata()) == 2]
     np.testing.assert_allclose([ray[1] for ray in rays], points, atol=1e-12)
     np.testing.assert_allclose(radius(np.asarray([ray[0] for ray in rays])), 1.30)
+    (shade,) = [p for p in axes.patches if isinstance(p, Polygon)]
+    assert radius(shade.get_xy()).min() == pytest.approx(1.30)
+    assert radius(shade.get_xy()).max() == pytest.approx(radius(tension).max())
     # scales stand outside of the wrap, at the slack end, turned along it
     for gid, side in (("tension scale", "right"), ("load scale", "left")):
         for text in (t for t in axes.texts if t.get_gid() == gid):
@@ -221,7 +225,9 @@ def test_pads_lie_around_the_disc_with_their_pressure(disc):
     assert "disc brake at $t$ = 0.3 s: " in figure.get_suptitle()
     assert (course.get_xlabel(), course.get_ylabel(), course.get_ylim()[0]) == ("radius, mm", "pressure, MPa", 0.0)
     assert wheel.get_xlim() == wheel.get_ylim() == (-wheel.get_xlim()[1], wheel.get_xlim()[1])
-    whole = max(p.r for p in wheel.patches if isinstance(p, Wedge))
+    (face,) = [p for p in wheel.patches if isinstance(p, Wedge) and p.get_gid() is None]
+    assert 0.8 * 0.65 < face.r - face.width < 0.65  # a face somewhat broader than the pads
+    whole = face.r
     assert 0.8 < whole < wheel.get_xlim()[1] < 1.2 * whole
     (tip,) = arrows(wheel, "rotation")
     np.testing.assert_allclose(radius(tip), 0.32 * float(disc.scene.brake.radius))
@@ -272,6 +278,12 @@ def test_shoes_lie_in_the_drum_with_their_pressure(start, end, highest):
     np.testing.assert_allclose(np.divide(deepest, deepest[0]), top / top[0], rtol=1e-3)
     assert deepest[0] == pytest.approx(0.45 * 0.15, rel=1e-3)
     assert max(radius(p.get_xy()).max() for p in fills) == pytest.approx(0.92 * 0.15)
+    for fill, shoe in zip(fills, shoes, strict=True):  # along the shoe, in both of its edges
+        ahead, back = np.split(fill.get_xy()[:400], 2)
+        for edge in (ahead, back[::-1]):
+            turned = np.degrees(np.unwrap(np.radians(angle_of(edge))))
+            ends = sorted([turned[0], turned[-1]])
+            np.testing.assert_allclose(np.cos(np.radians(np.subtract(ends, [shoe.theta1, shoe.theta2]))), 1.0)
     for number, shoe in zip(("1", "2"), shoes, strict=True):
         (text,) = [t for t in wheel.texts if t.get_text() == number]
         middle = 0.5 * (shoe.theta1 + shoe.theta2)

@@ -226,3 +226,170 @@ def test_chord_angles_pass_through_the_printed_ones():
 def test_a_figure_without_a_formula_is_refused_by_name():
     with pytest.raises(sb.InputError, match=r"Z Fig\. 2"):
         plot.published("Z Fig. 2")
+
+
+def told(axes):
+    """Texts of the legend of a panel."""
+    return [text.get_text() for text in axes.get_legend().get_texts()]
+
+
+def test_z_fig_4_says_where_curves_end_and_which_are_of_the_table_alone():
+    figure = plot.published("Z Fig. 4")
+    *panels, legend = figure.axes
+    ends = {f: math.degrees(figures.chord_curves(f).last[-1]) for f in (0.1, 0.3, 0.5, 0.2, 0.4)}
+    assert told(legend) == [
+        *(
+            rf"$f$ = {f:g}, exists up to $\beta_7$ = {end:.1f}°{', in table 1 only' if f in (0.2, 0.4) else ''}"
+            for f, end in ends.items()
+        ),
+        "printed in table 1",
+    ]
+    assert not legend.axison
+    rows = {float(row["f"]): row for row in published_rows("Z1")}
+    for i, panel in enumerate(panels):
+        assert (panel.get_xlabel(), panel.get_ylabel()) == (r"$\beta_7 = \beta_6$, °", rf"$\beta_{i + 1}$, °")
+        curves = [line for line in panel.lines if len(line.get_xdata()) > 1]
+        assert [line.get_linestyle() for line in curves] == ["-", "-", "-", "--", "--"]
+        bars = [line for line in panel.lines if line.get_marker() == "|"]
+        for curve, bar, end in zip(curves, bars, ends.values(), strict=True):
+            np.testing.assert_allclose(bar.get_xdata(), end)
+            np.testing.assert_allclose(bar.get_ydata(), curve.get_ydata()[-1])
+        points = [line for line in panel.lines if line.get_marker() == "o" and len(line.get_xdata())]
+        colours = {line.get_color(): f for line, f in zip(curves, ends, strict=True)}
+        for point in points:
+            assert point.get_ydata()[0] == float(rows[colours[point.get_color()]][f"beta{i + 1}_deg"])
+
+
+def test_z_fig_5_has_tension_and_load_of_each_lining_on_its_circle():
+    figure = plot.published("Z Fig. 5")
+    for axes, d in zip(figure.axes, figures.band_diagrams(), strict=True):
+        ends = np.append(0.0, np.cumsum(d.angle))
+        low, high = d.normal.min(), d.normal.max()
+        title = f"{d.name}\n$T_n/T_0$ = {d.tension[-1]:.3f}, loads {low:.2f}…{high:.2f} $T_0$"
+        assert axes.get_title() == title
+        labels = [text.get_text() for text in axes.get_xticklabels()]
+        assert labels == [f"{i + 1}\n{d.tension[i + 1]:.2f}\n{d.normal[i]:.2f}" for i in range(10)]
+        np.testing.assert_allclose(axes.get_xticks(), 0.5 * (ends[1:] + ends[:-1]))
+        for bar, angle, load, a, b in zip(axes.patches, d.angle, d.normal, ends, ends[1:], strict=False):
+            assert bar.get_x() + 0.5 * bar.get_width() == pytest.approx(0.5 * (a + b))
+            assert 0.8 * angle < bar.get_width() < angle
+            assert bar.get_height() == pytest.approx(load)
+        around, tension = axes.lines[0].get_data()
+        for i in range(10):
+            inside = (around > ends[i] + 1e-6) & (around < ends[i + 1] - 1e-6)
+            np.testing.assert_allclose(tension[inside], d.tension[i + 1])
+        assert (around[0], around[-1]) == pytest.approx((0.0, ends[-1]))
+        assert max(d.tension) < axes.get_rmax() < 1.3 * max(d.tension)
+        assert axes.get_rorigin() < 0.0
+    (legend,) = figure.legends
+    assert {text.get_text() for text in legend.get_texts()} == {
+        "tension behind a lining $T_i/T_0$",
+        "load of a lining $N_i/T_0$",
+    }
+    assert "$k$ = 10, $f$ = 0.3, $w_0$ = 1.5" in legend.get_title().get_text()
+
+
+def test_s_fig_1_names_its_curves():
+    figure = plot.published("S Fig. 1")
+    share_a, share_b, rise_a, rise_b = figure.axes
+    assert [axes.get_title() for axes in (share_a, share_b)] == [
+        "a: a stop, power falls linearly",
+        "b: a drag at a tenth of that power",
+    ]
+    assert [axes.get_ylabel() for axes in figure.axes] == ["share (–)", "", "temperature rise, K", ""]
+    assert [axes.get_xlabel() for axes in (rise_a, rise_b)] == [r"relative time $\tau/\tau_T$ (–)", r"time $\tau$, s"]
+    for share, rise, levels in zip((share_a, share_b), (rise_a, rise_b), figures.energy_levels(), strict=True):
+        drawn = {line.get_label(): line.get_data() for line in (*share.lines, *rise.lines)}
+        for words, values in (
+            ("power $N/N_m$", levels.power),
+            ("work $W/W_T$", levels.work),
+            ("maximum, S-26 ($t_s + t_f/3$)", levels.maximum),
+            ("surface $t_s$", levels.surface),
+            ("bulk $t_v$", levels.bulk),
+        ):
+            np.testing.assert_array_equal(drawn[words], (levels.time, values))
+        assert len(told(share)) + len(told(rise)) == 5
+    given = "$f_0$ = 0.35, $V_0$ = 14.2 m/s, $p_c$ = 0.25 MPa, $A_c$ = 1.22 m²"
+    assert figure.get_suptitle().endswith(given)
+
+
+def test_k_fig_5_shows_stages_and_overlaps_of_two_stops():
+    """A stronger external pair lets both pairs slide; a stronger internal one only the band on the bandage."""
+    figure = plot.published("K Fig. 5")
+    panels = np.reshape(figure.axes, (2, 2))
+    assert [axes.get_title() for axes in panels[0]] == [
+        "friction: external 0.42, internal 0.3",
+        "friction: external 0.3, internal 0.42",
+    ]
+    assert [axes.get_ylabel() for axes in figure.axes] == ["external pair", "", "internal pair", ""]
+    assert [axes.get_xlabel() for axes in figure.axes] == ["", "", "time, s", "time, s"]
+    growth = sb.results.RunningIn(start=0.6, work=1.5e5)
+    for column, (external, internal) in enumerate([(0.42, 0.30), (0.30, 0.42)]):
+        run = sb.simulate(figures.overlap_stop(external, internal))
+        moving = [stage for stage in run.stages if stage.name.startswith("stage_")]
+        total = moving[-1].end
+        wide = [stage for stage in moving if stage.duration > 0.1 * total]
+        assert [stage.name[-1] for stage in moving] == (["1", "2", "3"] if column == 0 else ["1"])
+        for axes, pair in zip(panels[:, column], ("external", "internal"), strict=True):
+            curves = {line.get_label(): line.get_data() for line in axes.lines if len(line.get_xdata()) > 2}
+            for words, kind in (("dynamic: the pair slides", "dynamic"), ("static: the pair sticks", "static")):
+                t, drawn = curves[words]
+                assert (t[0], t[-1]) == pytest.approx((0.0, total))
+                o = getattr(sb.results.overlap(run, t, growth), f"{pair}_{kind}")
+                np.testing.assert_allclose(drawn, o, rtol=1e-9, atol=1e-12)
+            borders = [line.get_xdata()[0] for line in axes.lines if len(line.get_xdata()) == 2]
+            np.testing.assert_allclose(borders, [stage.start for stage in moving[1:]])
+            assert [text.get_text() for text in axes.texts] == [
+                f"stage {stage.name[-1]}" if stage.duration > 0.16 * total else stage.name[-1] for stage in wide
+            ]
+            middle = [0.5 * (stage.start + stage.end) for stage in wide]
+            np.testing.assert_allclose([text.get_position()[0] for text in axes.texts], middle)
+            low, high = axes.get_ylim()
+            assert low < 0.0 < 0.84 < high < 1.0
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["dynamic: the pair slides", "static: the pair sticks"]
+
+
+def test_words_of_the_figures_of_tables():
+    (axes,) = plot.published("V table 1").axes
+    assert told(axes) == [
+        "shell, axial",
+        "flange, radial",
+        "rim lip 1, radial",
+        "rim lip 2, radial",
+        "disc, radial",
+        "printed",
+    ]
+    assert [axes.get_xlabel(), axes.get_ylabel()] == [
+        r"conductivity $\lambda$, W/(m·K)",
+        "thermal resistance, K/W",
+    ]
+    assert (axes.get_xscale(), axes.get_yscale(), axes.get_title()) == ("log", "log", "V, table 1: parts of the pulley")
+    assert [text.get_text() for text in axes.get_xticklabels()] == ["40", "50", "80", "110", "160", "200"]
+    np.testing.assert_allclose(axes.lines[0].get_xdata()[[0, -1]], [40.0, 200.0])
+    (axes,) = plot.published("S table 1").axes
+    assert told(axes) == [
+        "rim, steel: $10^3 B$, 1/s",
+        "rim, cast iron: $10^3 B$, 1/s",
+        "band, steel: $B$, 1/s",
+        "band, cast iron: $B$, 1/s",
+        "printed",
+    ]
+    assert [text.get_text() for text in axes.get_xticklabels()] == ["1", "2", "5", "10", "20", "50", "80"]
+    figure = plot.published("V table 2")
+    for axes, words in zip(
+        figure.axes, (("into the metal $K_1$", "into the lining $K_2$"), ("metal", "lining")), strict=True
+    ):
+        assert told(axes) == [*words, "printed", "known misprint"]
+        assert axes.get_xlabel() == "temperature of the polished surface, °C"
+        a, b = (line for line in axes.lines if line.get_label() in words)
+        np.testing.assert_allclose(a.get_xdata()[[0, -1]], [100.0, 650.0])
+        if words[0] == "metal":
+            np.testing.assert_allclose(a.get_ydata() + b.get_ydata(), 1.0)
+    rows = published_rows("V2")
+    wrong = [c for c in cells() if c.table == "V2" and c.verdict != AGREES]
+    for axes, columns in zip(figure.axes, (("K1", "K2"), ("share_metal", "share_lining")), strict=True):
+        rings = next(line for line in axes.lines if line.get_label() == "known misprint")
+        here = {float(rows[c.row][c.column]) for c in wrong if c.column in columns}
+        assert set(rings.get_ydata().tolist()) == here != set()
+    assert plot._published.file_stem("Z Fig. 4") == "z_fig_4"
