@@ -1,5 +1,6 @@
 """Where a result comes from, running it again, and what differs between two."""
 
+import dataclasses
 import json
 import math
 import re
@@ -12,12 +13,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import xarray as xr
 from helpers import stop_scene
 from result_scenes import SUFFIXES, heated_stop
 from staged_scenes import stop as staged_stop
 
 import simbrake as sb
 from simbrake._commands._runs import compare as compare_run
+from simbrake.results import _compare
+from simbrake.results._compare import Change, Comparison, EventShift, SeriesChange, Shift, Word
 
 
 @pytest.fixture(scope="module")
@@ -98,8 +102,14 @@ def test_run_again_to_the_last_bit(tmp_path):
         assert sb.compare(path, again, rtol=0.0).equal
     with pytest.raises(sb.InputError, match=r"brake\.linings\.angle: is of shape \(4,\)"):
         sb.results.rerun(path, scene=stop_scene(n=4))
-    with pytest.raises(sb.InputError, match=r"duty\.slack_tension: is PiecewiseLinear, in the stored run Constant"):
+    with pytest.raises(sb.InputError) as caught:
         sb.results.rerun(path, scene=stop_scene(n=3, lever=sb.ramp(0.0, 1e3, 0.0, 1.0)))
+    assert [str(fault).partition(" — ")[0] for fault in caught.value.faults] == [
+        "duty.slack_tension: is PiecewiseLinear, in the stored run Constant",
+        "duty.slack_tension.level: is absent in the scene given",
+        "duty.slack_tension.times: is absent in the stored run",
+        "duty.slack_tension.values: is absent in the stored run",
+    ]
 
 
 def test_run_again_from_the_text_alone(result, tmp_path):
@@ -224,3 +234,266 @@ def test_the_example_of_the_docs_runs(scenarios, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     exec(compile(block, "results.md", "exec"), {})
     assert re.search(r"duty\.load\.mass +60000 +50000 +kg ", capsys.readouterr().out)
+
+
+# --- small data sets by hand ------------------------------------------------------------------------------------------
+
+
+def by_hand(times=(0.0, 1.0, 2.0), sides=(0, 0, 0), omega=(3.0, 2.0, 1.0), *, numbers=(), parts=(), about=(), **other):
+    """A data set with few variables; `other`: replaces them, `None` leaves one out."""
+
+    def over_time(values, unit, *dims):
+        return ("time", *dims), np.asarray(values, float), {"units": unit}
+
+    n = len(times)
+    variables = {
+        "omega": over_time(omega, "rad/s"),
+        "load": over_time(np.full((n, 2), 20.0), "N", "lining"),
+        "pull": over_time(np.full(n, -60.0), "N"),
+        "share": over_time(np.full(n, 0.2), "1"),
+        "rim_layer_temperature": over_time(np.full((n, 2), 300.0 + len(other)), "K", "layer"),
+        "event_time": ("event", np.asarray([0.5, 1.0, 1.5]), {"units": "s"}),
+        "event_name": ("event", np.asarray(["lining_limit", "lining_limit", "stop"]), {"units": "1"}),
+        "event_lining": ("event", np.asarray([2, 2, 0]), {"units": "1"}),
+        "status": ((), "stopped", {"units": "1"}),
+        "steps": ((), 10 + len(other), {"units": "1"}),
+        "stopping_time": ((), 2.0, {"units": "s"}),
+        "max_load": ((), 20.0, {"units": "N"}),
+        "max_load_time": ((), 1.0, {"units": "s"}),
+        "peak_x_lining": ((), 2, {"units": "1"}),
+        "energy.friction_heat": ((), 1000.0, {"units": "J"}),
+        "energy.kinetic_change": ((), -2000.0, {"units": "J"}),
+        "energy.closure": ((), 0.0, {"units": "1"}),
+    }
+    variables = {name: one for name, one in (variables | other).items() if one is not None}
+    rows = [{"path": path, "value": value, "unit": unit} for path, value, unit in numbers]
+    origin = {
+        "simbrake": "1.0",
+        "versions": {"jax": "0.1"},
+        "machine": {"cores": 2},
+        "scene": {"toml": None, "why": "it is none", "numbers": rows, "parts": dict(parts)},
+        "settings": {"method": "Dopri8", "rtol": 1e-9},
+        "outcome": {"accepted": 10, "rejected": 1, "retaken": 2, "segments": 3, "message": "x"},
+    }
+    for key, value in about:
+        origin[key] = origin[key] | value if isinstance(value, dict) else value
+    coords = {"time": ("time", np.asarray(times, float), {"units": "s"}), "side": ("time", np.asarray(sides, int))}
+    coords["lining"] = [1, 2]
+    return xr.Dataset(variables, coords, {"format": "simbrake result 1", "provenance": json.dumps(origin)})
+
+
+def rows_of(changes):
+    return {row.name: (row.absolute, row.relative, row.differs) for row in changes}
+
+
+def test_numbers_are_judged_by_their_own_size():
+    cases = [
+        ((2.0, 2.5), (0.5, 0.2, True)),
+        ((-2.5, 2.0), (4.5, 1.8, True)),
+        ((2.0, 2.0), (0.0, 0.0, False)),
+        ((math.inf, math.inf), (0.0, 0.0, False)),
+        ((2.0, math.inf), (math.inf, math.inf, True)),
+        ((-math.inf, 2.0), (math.inf, math.inf, True)),
+    ]
+    for (a, b), wanted in cases:
+        found = sb.compare(by_hand(), by_hand(x=((), a, {"units": "s"}))).metrics[-1]
+        assert found == Change("x", None, a, "s", None, None, True)
+        both = (by_hand(x=((), value, {"units": "s"})) for value in (a, b))
+        found = sb.compare(*both, rtol=0.15).metrics[-1]
+        assert (found.absolute, found.relative, found.differs) == pytest.approx(wanted)
+    assert sb.compare(by_hand(), by_hand()).equal
+    left, right = by_hand(stopping_time=((), 2.0, {"units": "s"})), by_hand(stopping_time=((), 2.5, {"units": "s"}))
+    assert [sb.compare(left, right, rtol=rtol).equal for rtol in (0.19, 0.21)] == [False, True]
+    for rtol in (-0.1, 1.0, [0.1]):
+        with pytest.raises(sb.InputError, match="0 ≤ rtol < 1"):
+            sb.compare(left, right, rtol=rtol)
+
+
+def test_energies_are_judged_by_the_largest_one_and_places_of_maxima_not_at_all():
+    changed = {
+        "energy.friction_heat": ((), 990.0, {"units": "J"}),
+        "energy.closure": ((), 1e-3, {"units": "1"}),
+        "energy.shaft_work": ((), 1.0, {"units": "J"}),
+        "max_load_time": ((), 2.0, {"units": "s"}),
+        "peak_x_lining": ((), 1, {"units": "1"}),
+    }
+    for a, b, sign in ((by_hand(), by_hand(**changed), 1), (by_hand(**changed), by_hand(), -1)):
+        found = sb.compare(a, b)
+        assert rows_of(found.energies) == {
+            "energy.friction_heat": (-10.0 * sign, 0.005, True),
+            "energy.kinetic_change": (0.0, 0.0, False),
+            "energy.closure": (1e-3 * sign, 1e-3, True),
+            "energy.shaft_work": (None, None, True),
+        }
+        assert rows_of(found.metrics) == {
+            "stopping_time": (0.0, 0.0, False),
+            "max_load": (0.0, 0.0, False),
+            "max_load_time": (sign, 0.5, False),
+            "peak_x_lining": (-sign, 0.5, False),
+        }
+        assert {row.name: row.unit for row in found.energies}["energy.closure"] == "1"
+
+
+def test_columns_are_judged_by_the_maximum_of_their_unit():
+    load, share = np.full((3, 2), 20.0), np.asarray([0.2, 0.2, 0.7])
+    load[1, 1] = 23.0
+    changed = {"load": (("time", "lining"), load, {"units": "N"}), "share": ("time", share, {"units": "1"})}
+    found = sb.compare(by_hand(), by_hand(**changed), rtol=0.04)
+    assert found.series == [
+        SeriesChange("omega", "rad/s", 0.0, 0.0, 0.0, "", False),
+        SeriesChange("load", "N", 3.0, 0.05, 1.0, "lining 2", True),
+        SeriesChange("pull", "N", 0.0, 0.0, 0.0, "", False),
+        SeriesChange("share", "1", pytest.approx(0.5), pytest.approx(0.5), 2.0, "", True),
+    ]
+    assert (found.how, found.judged, found.equal) == ("at 3 times that both have", True, False)
+    still = {"pull": ("time", np.zeros(3), {"units": "m"})}
+    (pull,) = [row for row in sb.compare(by_hand(**still), by_hand(**still)).series if row.name == "pull"]
+    assert pull == SeriesChange("pull", "m", 0.0, 0.0, 0.0, "", False)
+    lost = {row.name: row for row in sb.compare(by_hand(pull=None), by_hand(share=None)).series}
+    assert lost["share"] == SeriesChange("share", "1", None, None, None, "only in a", True)
+    assert lost["pull"] == SeriesChange("pull", "N", None, None, None, "only in b", True)
+
+
+def test_at_other_times_straight_lines_are_compared():
+    jump = by_hand((0.0, 1.0, 1.0, 2.0), (0, -1, 1, 0), (0.0, 1.0, 5.0, 3.0))
+    other = by_hand((0.5, 1.5, 2.5, 3.5), (0,) * 4, (0.0,) * 4)
+    for a, b in ((jump, other), (other, jump)):
+        found = sb.compare(a, b)
+        # 0.5, 1, 1.5, 2: behind the jump it is 5, then 4, then 3
+        assert found.how == "interpolated at 4 times (straight lines between the stored ones), not judged"
+        omega = found.series[0]
+        assert (omega.absolute, omega.relative, omega.time, omega.differs) == (5.0, 1.0, 1.0, False)
+        assert "omega" in str(found)
+        assert (found.equal, found.judged) == (True, False)
+    early = by_hand((0.0, 0.9, 2.0), omega=(0.0, 0.9, 2.0))
+    omega = sb.compare(early, by_hand((0.4, 1.4, 2.5, 3.0), (0,) * 4, (0.0,) * 4)).series[0]
+    assert (omega.absolute, omega.time) == (2.0, 2.0)
+    apart = sb.compare(by_hand(), by_hand((2.5, 3.0, 4.0)))
+    assert (apart.series, apart.how, apart.judged) == ([], "not at all: they have no time in common", False)
+    half = by_hand((0.0, 1.0), (0, 0), (3.0, 2.5))
+    found = sb.compare(half, by_hand((1.0, 3.0, 4.0), omega=(2.0, 1.0, 0.0)))
+    assert (found.how, found.judged) == ("at 1 times that both have", True)
+    assert (found.series[0].absolute, found.series[0].time) == (0.5, 1.0)
+
+
+def test_events_are_matched_by_name_lining_and_count():
+    """The second of one lining, those of no lining, and what one of the two alone has."""
+    b = {
+        "event_time": ("event", np.asarray([0.25, 1.25, 1.5, 1.75]), {"units": "s"}),
+        "event_name": ("event", np.asarray(["lining_limit", "restart", "stop", "stop"]), {"units": "1"}),
+        "event_lining": ("event", np.asarray([2, 0, 0, 0]), {"units": "1"}),
+    }
+    for left, right, sign in ((by_hand(), by_hand(**b), 1), (by_hand(**b), by_hand(), -1)):
+        found = sb.compare(left, right)
+        assert rows_of(found.events) == {
+            "lining_limit of lining 2": (-0.25 * sign, 0.5, True),
+            "stop": (0.0, 0.0, False),
+        }
+        alone = {1: ["lining_limit of lining 2 (2) at 1 s"], -1: ["restart at 1.25 s", "stop (2) at 1.75 s"]}
+        assert (found.only_a, found.only_b) == (alone[sign], alone[-sign])
+
+
+def test_numbers_parts_settings_and_versions_that_are_not_the_same():
+    a = by_hand(
+        numbers=[("m", 2.0, "kg"), ("x", [[1.0, 2.0], [3.0, 4.0]], "m"), ("only", 1.0, "s"), ("list", [1.0], "N")],
+        parts=[("", "Scene"), ("law", "Faded"), ("kept", 1)],
+    )
+    b = by_hand(
+        numbers=[("m", 2.5, "kg"), ("x", [[1.0, 2.0], [5.0, 4.0]], "m"), ("list", [1.0, 2.0], "N"), ("new", 3.0, "W")],
+        parts=[("", "Other"), ("kept", 1), ("count", 3)],
+        about=[("simbrake", "1.1"), ("settings", {"rtol": 1e-8}), ("outcome", {"accepted": 12, "segments": 4})],
+    )
+    found = sb.compare(a, b)
+    assert found.scene == [
+        Change("m", 2.0, 2.5, "kg", 0.5, 0.2, True),
+        Change("x[1,0]", 3.0, 5.0, "m", 2.0, 0.4, True),
+        Change("only", 1.0, None, "s", None, None, True),
+        Change("list", [1.0], [1.0, 2.0], "N", None, None, True),
+        Change("new", None, 3.0, "W", None, None, True),
+    ]
+    assert found.parts == [Word("scene", "Scene", "Other"), Word("law", "Faded", None), Word("count", None, 3)]
+    assert found.solver == [Word("rtol", 1e-9, 1e-8), Word("steps accepted", 10, 12), Word("segments", 3, 4)]
+    assert found.versions == [Word("simbrake", "1.0", "1.1")]
+    assert re.search(r"list +1 entries +2 entries +N", str(found))
+    assert not sb.compare(by_hand(parts=[("a", 1)]), by_hand(parts=[("a", 2)])).equal
+
+
+def test_a_comparison_reads_from_the_whole_to_the_details():
+    """Rows that do not differ are counted, not shown; of many rows the first twelve are."""
+    same, moved = Change("a", 1.0, 1.0, "s", 0.0, 0.0, False), Change("b", 1.0, 2.0, "s", 1.0, 0.5, True)
+    events = [Change(f"limit of lining {i}", 0.0, 1.0, "s", 1.0, 1.0, True) for i in range(12)]
+    series = [
+        SeriesChange("small", "N", 1.0, 0.1, 0.5, "", True),
+        SeriesChange("large", "N", 9.0, 0.9, 0.5, "", True),
+        SeriesChange("lost", "N", None, None, None, "only in a", True),
+        SeriesChange("kept", "N", 1e-12, 0.0, 0.5, "", False),
+    ]
+    status = Word("status", "stopped", "stopped")
+    about = Comparison(1e-9, status, [], [], [*events, moved], [], [], [same], [], series, "at 2 times", True, [], [])
+    lines = str(about).splitlines()
+    assert lines[0] == "different: relative tolerance 1e-09"
+    assert [line.split()[0] for line in lines[1:3]] == ["events:", "name"]
+    assert lines[1] == "events: 12 of 13"
+    assert [line.split()[0] for line in lines[3:5]] == ["b", "limit"]  # those of single linings last
+    at = lines.index("series")
+    assert [line.split()[0] for line in lines[at + 2 : at + 5]] == ["lost", "large", "small"]
+    assert lines[-1] == "compared 13 events, 1 metric, series at 2 times"
+    assert len(lines) == 1 + 2 + 12 + 2 + 3 + 1
+    assert "kept" in str(dataclasses.replace(about, judged=False))
+    fewer = dataclasses.replace(about, events=events, only_a=["x at 1 s"], solver=[Word("rtol", 1.0, 2.0)])
+    text = str(fewer)
+    assert "\nevents\n" in text
+    assert "\nonly a\nevent\nx at 1 s\n" in text
+    assert text.splitlines()[-3] == "solver"
+    equal = dataclasses.replace(about, events=[same], series=series[3:])
+    assert str(equal) == "equal: relative tolerance 1e-09\ncompared 1 event, 1 metric, series at 2 times"
+    alone = ({"parts": [status]}, {"only_a": ["x"]}, {"only_b": ["x"]}, {"status": Word("status", "held", "stopped")})
+    for other in (*alone, {"scene": [moved]}, {"metrics": [moved]}, {"energies": [moved]}, {"events": [moved]}):
+        assert not dataclasses.replace(equal, **other).equal
+
+
+def test_shifts_of_metrics_and_events_between_two_runs():
+    cases = [((2.0, 1.5), (0.5, 0.25)), ((-4.0, 1.0), (5.0, 1.25)), ((0.0, 1.0), (1.0, None))]
+    for (a, b), (difference, relative) in (*cases, ((None, 1.0), (None, None)), ((1.0, None), (None, None))):
+        shift = Shift("x", "s", a, b)
+        assert (shift.difference, shift.relative) == (difference, relative)
+    one = [sb.results.Event(*e) for e in ((1.0, "limit", 1), (2.0, "limit", 2), (3.0, "stop"), (4.0, "stop"))]
+    two = [sb.results.Event(*e) for e in ((1.5, "limit", 1), (2.25, "limit", 2), (3.0, "stop"), (5.0, "restart"))]
+    wanted = (EventShift("limit", 2, 0.5), EventShift("stop", 1, 0.0))
+    assert _compare._shifts(one, two) == _compare._shifts(two, one) == (wanted, 2)
+
+
+def test_a_repeated_run_is_tighter_and_says_its_units(heated):
+    found = _compare.repeat(heated)
+    assert (found.rtol, found.tighter, found.problem) == (pytest.approx(1e-12), True, "")
+    rows = {row.name: row for row in found.metrics}
+    assert {name: row.unit for name, row in rows.items() if name in ("heat_lost", "stopping_time", "max_tension")} == {
+        "heat_lost": "J",
+        "stopping_time": "s",
+        "max_tension": "N",
+    }
+    for name, value in heated.metrics.items():
+        assert rows[name].value == value
+        assert value is None or rows[name].difference <= 1e-6 * abs(value)
+    assert any(row.value != row.other for row in found.metrics)
+    stop = next(shift for shift in found.events if shift.name == "stop")
+    assert (stop.count, stop.difference) == (1, rows["stopping_time"].difference)
+    failed = _compare.repeat(sb.simulate(stop_scene(), max_events=2, throw=False))
+    assert (failed.rtol, failed.tighter, failed.metrics) == (pytest.approx(1e-12), True, ())
+    assert failed.problem == "the run ended early (event_limit) and was not repeated"
+
+
+def test_where_a_result_comes_from_is_needed_to_run_it_again(plain):
+    data = sb.dataset(plain, [0.0, 1.0])
+    for wrong in (data.assign_attrs(provenance="{"), xr.Dataset(), 3):
+        with pytest.raises(sb.InputError, match="data set: has no provenance"):
+            sb.results.rerun(wrong)
+    about = json.loads(data.attrs["provenance"])
+    for name in ("Euler", "Nix", "diffeqsolve"):  # no method that adapts its steps, none at all, no class
+        about["settings"]["method"] = name
+        with pytest.raises(sb.InputError, match=rf"settings\.method: {name} cannot be made by its name"):
+            sb.results.rerun(data.assign_attrs(provenance=json.dumps(about)))
+    assert isinstance(_compare._solver_of("Tsit5"), diffrax.Tsit5)
+    assert type(_compare._solver_of("Rodas5P")).__name__ == "Rodas5P"
+    with pytest.raises(sb.InputError, match=r"is not in the file as text \(it is none\)"):
+        sb.results.rerun(by_hand())
