@@ -1,11 +1,21 @@
 """The event log of long runs: events where their conditions are met, and work that grows with their number alone."""
 
+import math
+from types import SimpleNamespace
+from typing import NamedTuple
+
 import jax
 import numpy as np
 import pytest
+import staged_scenes as staged
 
 import simbrake as sb
-from simbrake._run import _report, _scan
+from simbrake._phases import Ended
+from simbrake._physics._mechanism import BandMode, BrakeCode, Label
+from simbrake._run import _log, _report, _scan
+from simbrake._run._log import Phase
+from simbrake.hybrid import Code
+from simbrake.results import Event, Status
 
 LININGS, BETA, F, T0 = 20, 0.2, 0.4, 1e4
 
@@ -102,3 +112,192 @@ def test_a_slow_zero_does_not_hold_up_the_others():
     assert abs(found[500] - a[500]) <= 1e-15 ** (1 / 9)  # |f| ≤ 1e-15 is taken for 0
     assert evaluated[500] > 10
     assert np.delete(evaluated, 500).max() <= 5
+
+
+# --- the log by hand --------------------------------------------------------------------------------------------------
+
+OPEN, TAKE_UP, ELASTIC, SLIP, SLIP_BACK, HELD = map(Label, BandMode)
+
+
+def logged(phases, margins, times, start=OPEN):
+    """Events of three linings as texts, and the crossings whose times are asked for."""
+    asked = []
+
+    def locate(crossings):
+        asked.extend(crossings)
+        return np.asarray(times)
+
+    events = _log.event_log(phases, np.asarray(margins, float), locate, 3, start)
+    return [f"{e.name}{'' if e.lining is None else f' {e.lining}'} {e.time:g}" for e in events], asked
+
+
+def test_log_of_a_band_that_slides_and_sticks_again():
+    """Margins of linings 1 to 3 from the slack end, then from the anchor: the last of each comes with full slip."""
+    past = [1.0] * 3
+    margins = [
+        *([[-1.0] * 6] * 2),  # taken up
+        [-1.0, 0.0, -1.0, -1.0, -1.0, -1.0],  # at its limit at once and on the way up: 2
+        [-0.5, 0.2, -1.0, -1.0, -1.0, -1.0],
+        [0.5, 0.4, -0.1, -1.0, -1.0, -1.0],  # 1 comes to its limit before this sample
+        [1.0, 0.6, 0.1, -1.0, -1.0, -1.0],
+        *([[*past, -1.0, -1.0, -1.0]] * 2),  # slides
+        [*past, -1.0, -1.0, -1.0],  # sticks: nothing is new
+        [-1.0, 0.5, -0.1, -1.0, -1.0, -1.0],
+        [-1.0, 0.5, -0.1, -1.0, 0.0, -1.0],
+        [1.0, 0.5, -0.1, -1.0, 1.0, -1.0],
+        [1.0, 0.5, -0.1, -1.0, 1.0, -1.0],  # on another layer of the rope: the same linings
+        [1.0, 0.5, -0.1, -1.0, 1.0, 1.0],
+        *([[-1.0] * 6] * 2),
+    ]
+    phases = [
+        Phase(TAKE_UP, 0, 1, 0.0, 1.0),
+        Phase(ELASTIC, 2, 5, 1.0, 2.0),
+        Phase(SLIP, 6, 7, 2.0, 3.0),
+        Phase(ELASTIC, 8, 11, 3.0, 4.0),
+        Phase(ELASTIC._replace(layer=1), 12, 13, 4.0, 5.0),
+        Phase(HELD, 14, 15, 5.0, 6.0),
+    ]
+    found, asked = logged(phases, margins, [1.5, 3.75, 3.25, 4.5])
+    assert asked == [(3, 0), (10, 0), (10, 4), (12, 5)]
+    assert found == [
+        *("slip_onset 1", "lining_limit 2 1", "lining_limit 1 1.5", "lining_limit 3 2", "full_slip 2", "restick 3"),
+        *("lining_limit 2 3.25", "lining_limit 1 3.75", "layer_change 4", "lining_limit 3 4.5", "stop 5"),
+    ]
+
+
+def test_log_of_a_band_that_slides_back_and_of_a_run_that_fails_at_once():
+    margins = [[-1.0, -1.0, -1.0, -1.0, -1e-13, 0.5], [-1.0, -1.0, -1.0, -1.0, 0.2, 0.6]] + [[-1.0] * 6] * 2
+    phases = [Phase(ELASTIC, 0, 1, 0.0, 1.0), Phase(SLIP_BACK, 2, 3, 1.0, 2.0)]
+    found, asked = logged(phases, margins, [0.25])
+    assert asked == [(0, 4)]
+    wanted = ["slip_onset 0", "lining_limit 3 0", "lining_limit 2 0.25", "lining_limit 1 1", "full_slip 1"]
+    assert found == wanted
+    # after a rest the count begins anew; a phase of one sample has no way up
+    margins = [[1.0] * 6, [0.5, 0.0, -1.0, -1.0, -1.0, -1.0]]
+    found, asked = logged([Phase(HELD, 0, 0, 0.0, 1.0), Phase(ELASTIC, 1, 1, 1.0, 1.0)], margins, [], start=HELD)
+    assert (found, asked) == (["restart 1", "lining_limit 1 1"], [])
+    # all at once; what was at its limit as the band let go is so again
+    phases = [Phase(SLIP, 0, 0, 0.0, 1.0), Phase(OPEN, 0, 0, 1.0, 2.0), Phase(SLIP_BACK, 0, 0, 2.0, 3.0)]
+    limits = [f"lining_limit {i} 0" for i in (1, 2, 3)], [f"lining_limit {i} 2" for i in (3, 2, 1)]
+    found = logged(phases, [[1.0] * 6], [])[0]
+    assert found == ["slip_onset 0", *limits[0], "full_slip 0", "release 1", "slip_onset 2", *limits[1], "full_slip 2"]
+
+
+def test_ends_of_phases_follow_the_stop_and_precede_the_rest():
+    events = [Event(0.5, "a"), Event(1.0, "stop"), Event(1.0, "restart"), Event(2.0, "b")]
+    ends = [Event(t, f"end {i}") for i, t in enumerate((1.0, 1.0, 2.0, 3.0))]
+    found = [event.name for event in _log.with_phases(events, ends)]
+    assert found == ["a", "stop", "end 0", "end 1", "restart", "end 2", "b", "end 3"]
+    assert len(events) == 4
+
+
+def test_a_mark_is_passed_inside_a_step_alone():
+    passing = [[-1.0, 1.0, 0.0], [1.0, -1.0, -1.0], [0.0, 1.0, 0.0], [2.0, 1.0, 1.0], [3.0, 0.0, -1.0]]
+    found = _log.marks_passed(np.asarray(passing), np.asarray([0, 0, 1, 1, 1]))
+    assert found == [(0, 0), (2, 0), (2, 2)]
+
+
+def test_how_a_run_ends():
+    cases = [
+        ((HELD, True, False, False), Status.STOPPED),
+        ((HELD, False, True, True), Status.HELD),
+        ((OPEN._replace(turn=0), True, True, True), Status.STOPPED),
+        ((HELD._replace(inner=1), True, False, False), Status.NOT_STOPPED),  # of a staged brake the bandage rests
+        ((SLIP, True, True, True), Status.LOWERING),
+        ((OPEN, True, True, True), Status.LOWERING),
+        ((OPEN, True, True, False), Status.RELEASED),
+        ((SLIP, True, True, False), Status.RUNAWAY),
+        ((SLIP, True, False, False), Status.NOT_STOPPED),
+    ]
+    for (label, moved, exceeded, steady), status in cases:
+        assert _log.status_of(label, moved, lambda x=exceeded: x, lambda x=steady: x) == status
+    words = sb.brakes.DiscBrake.words
+    assert _log.failure_of(Code.EVENT_LIMIT, words)[1] == "raise max_events"
+    assert _log.failure_of(BrakeCode.SINGULAR_GEOMETRY, words) == (words.locking, words.unlocking)
+
+
+def test_events_as_dictionaries_and_by_name():
+    assert Event(1.0, "stop").as_dict() == {"time": 1.0, "name": "stop"}
+    assert Event(1.0, "lining_limit", 0).as_dict() == {"time": 1.0, "name": "lining_limit", "lining": 0}
+    entry = {"time": 1.0, "name": "phase_end", "phase": 2, "cycle": 3, "until": "rest"}
+    assert Event(1.0, "phase_end", phase=Ended("", 2, 3, "rest")).as_dict() == entry
+    assert Event(1.0, "phase_end", phase=Ended("x", 2, 3, "rest")).as_dict() == entry | {"phase_name": "x"}
+    log = sb.results.Events([Event(1.0, "stop"), Event(2.0, "restart"), Event(3.0, "stop")])
+    assert log["stop"].times == [1.0, 3.0]
+    assert log[1].time == 2.0
+    with pytest.raises(KeyError, match="nearest: stop"):
+        log["stopp"]
+    with pytest.raises(KeyError, match="nearest: slip_onset, lining_limit, full_slip"):
+        log["#"]
+
+
+# --- stages by hand ---------------------------------------------------------------------------------------------------
+
+
+class Ledger(NamedTuple):
+    friction: tuple
+    lever_work: np.ndarray
+    load_work: np.ndarray
+
+
+@pytest.mark.parametrize("share", [None, 0.5])
+def test_stages_by_hand(share):
+    """What lasts no time counts as the next stage's, what a held brake lets go as well; equal neighbours are one."""
+    both = SLIP._replace(inner=1)
+    labels = [OPEN, SLIP, both, SLIP, HELD, SLIP, HELD._replace(inner=1), HELD]
+    external = np.asarray([0.0, 1.0, 3.0, 7.0, 15.0, 31.0, 63.0, 127.0])
+    spare = np.full(2, 1e9)  # rows behind the end
+    columns = [np.append(k * external, spare) for k in (1, 10, 100, 1000)]
+    record = SimpleNamespace(
+        count=7,
+        rows=SimpleNamespace(t=np.append([0.5, 1.0, 3.0, 3.0, 4.0, 6.0, 7.0, 9.0], spare)),
+        states=SimpleNamespace(ledger=Ledger((columns[0], columns[1]), columns[2], columns[3])),
+        system=SimpleNamespace(
+            grip=SimpleNamespace(shares=None if share is None else SimpleNamespace(heat=np.asarray(share)))
+        ),
+    )
+    wanted = [
+        ("open", 0.5, 1.0, 1.0),
+        ("stage_1", 1.0, 4.0, 2.0 + 4.0 + 8.0),
+        ("held", 4.0, 6.0, 0.0),
+        ("stage_1", 6.0, 7.0, 16.0 + 32.0),
+        ("stage_3", 7.0, 9.0, 64.0),
+    ]
+    h = share or 1.0
+    stages = _log.stages_of(record, labels)
+    assert stages == [(*row[:3], h * row[3], 10 * h * row[3], 100 * row[3], 1000 * row[3]) for row in wanted]
+    assert [stage.duration for stage in stages] == [0.5, 3.0, 2.0, 1.0, 2.0]
+    assert stages[0].as_dict()["duration"] == 0.5
+    assert [_log.stage_of(label) for label in labels[:3]] == ["open", "stage_1", "stage_2"]
+    record.count = 3  # ends with what lasts no time
+    assert [stage.name for stage in _log.stages_of(record, labels)] == ["open", "stage_1"]
+
+
+def test_a_missing_stage_has_its_reason():
+    brake, J = staged.brake(), staged.J
+    tension = float(sb.results.internal_slip_tension(brake, J, 100.0))
+
+    def absent(brake, seen, greatest):
+        found = _log.absent_stages(brake, J, 100.0, set(seen.split()), greatest, (None, None))
+        return {one["name"]: one["reason"] for one in found}
+
+    weak = absent(brake, "stage_1", 0.9 * tension)
+    assert list(weak) == ["stage_2", "stage_3"]
+    assert weak["stage_2"] == (
+        f"the internal pair slides from a slack tension of {tension / 1e3:.5g} kN on, "
+        f"the lever gave at most {0.9 * tension / 1e3:.5g} kN"
+    )
+    assert weak["stage_3"] == "the internal pair never slid"
+    late = absent(brake, "stage_1", 1.1 * tension)
+    assert late["stage_2"] == "the pulley came to rest before the internal pair had to slide"
+    assert absent(brake, "stage_1 stage_2", tension) == {
+        "stage_3": "the bandage did not come to rest while the pulley turned in it"
+    }
+    assert absent(brake, "stage_2 stage_3", tension) == {"stage_1": "the internal pair slid from the start"}
+    assert absent(brake, "stage_1 stage_3", tension) == {}
+    z = staged.F_EXT * math.tan(staged.BETA / 2)
+    Pi = ((1 + z) / (1 - z)) ** np.arange(staged.N + 1)
+    drive = staged.R_B * (Pi[-1] - 1) * J / (J + staged.J_B)
+    growth = 0.6 * staged.R * np.sum(Pi[1:] + Pi[:-1]) * math.sin(staged.BETA / 2)
+    strong = absent(staged.brake(f_int=0.6), "stage_1", 2 * tension)
+    assert f"with {drive:.4g} N·m, the rim drives it with up to {growth:.4g} N·m" in strong["stage_2"]
