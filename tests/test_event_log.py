@@ -155,7 +155,7 @@ def test_log_of_a_band_that_slides_and_sticks_again():
         Phase(SLIP, 6, 7, 2.0, 3.0),
         Phase(ELASTIC, 8, 11, 3.0, 4.0),
         Phase(ELASTIC._replace(layer=1), 12, 13, 4.0, 5.0),
-        Phase(HELD, 14, 15, 5.0, 6.0),
+        Phase(HELD._replace(layer=1), 14, 15, 5.0, 6.0),
     ]
     found, asked = logged(phases, margins, [1.5, 3.75, 3.25, 4.5])
     assert asked == [(3, 0), (10, 0), (10, 4), (12, 5)]
