@@ -555,7 +555,7 @@ def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
             spent, at_once = at_once, spent
         if t[i] > t[start]:
             began = float(t[start])
-            if found and found[-1].name == names[start] and found[-1].end == began:
+            if found and found[-1].name == names[start]:
                 last = found.pop()
                 began, spent = last.start, spent + np.array(last[3:])
             found.append(Stage(names[start], began, float(t[i]), *spent.tolist()))

@@ -1,6 +1,7 @@
 """The verdict on a run: limits exceeded, limits nearly reached, and its colour."""
 
 import html
+import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -87,7 +88,7 @@ def verdict(result: Result, limits: Mapping[str, float | str] | Sequence[LimitCh
     judged = [(_share(check), _row(check)) for check in checks if check.limit is not None]
     judged += _holding(result) + _lever(result)
     # the smallest margin first; what has none last
-    rows = [row for _, row in sorted(judged, key=lambda one: (one[0] is None, one[0] or 0.0))]
+    rows = [row for _, row in sorted(judged, key=lambda one: math.inf if one[0] is None else one[0])]
     return Verdict(_colour(result, rows), _headline(result, rows), tuple(rows))
 
 
@@ -173,13 +174,12 @@ def _judged(exceeded: bool, small: bool) -> LimitVerdict:
     return LimitVerdict.EXCEEDED if exceeded else LimitVerdict.SMALL if small else LimitVerdict.WITHIN
 
 
-def _ratio(name: str, value: float, need: float, small: float, note: str) -> tuple[float, VerdictRow]:
-    """A ratio that has to stay above `need`; below `small` its margin is small."""
-    margin = value / need - 1
+def _ratio(name: str, value: float, note: str) -> tuple[float, VerdictRow]:
+    """A ratio that has to stay above 1; below `SMALL_RESERVE` its margin is small."""
+    margin = value - 1
     # where a load breaks away without a jump the ratio is 1 but for rounding
-    state = _judged(value <= need * (1 + 1e-9), value < small)
-    shown = f"{value:.4g}{f' ({note})' if note else ''}"
-    return margin, VerdictRow(name, shown, f"> {need:g}", f"{100 * margin:+.3g} %".replace("-", "−"), state)
+    state = _judged(value <= 1 + 1e-9, value < SMALL_RESERVE)
+    return margin, VerdictRow(name, f"{value:.4g} ({note})", "> 1", f"{100 * margin:+.3g} %".replace("-", "−"), state)
 
 
 def _holding(result: Result) -> list[tuple[float, VerdictRow]]:
@@ -187,15 +187,13 @@ def _holding(result: Result) -> list[tuple[float, VerdictRow]]:
     found, held = [], result.report().holding
     if held is not None:
         when = f"at {number(held.time, 's')}"
-        found.append(_ratio("Holding reserve (static capacity over load)", float(held.value), 1.0, SMALL_RESERVE, when))
-    capacity = result.report().summary["capacity"]
-    load = None if capacity is None else capacity["load_torque"]
+        found.append(_ratio("Holding reserve (static capacity over load)", float(held.value), when))
+    capacity = result.report().summary["capacity"] or {"load_torque": None, "brake_torque": None}
+    load, torque = capacity["load_torque"] or 0.0, capacity["brake_torque"]
     led = speed_is_led(result.scene)  # (then the tension of the lever says the same)
-    if capacity is not None and load and load > 0 and capacity["brake_torque"] and not led:
-        ratio = capacity["brake_torque"] / load
-        runs = result.status == Status.RUNAWAY
-        if runs or ratio > 1:  # (one that is not settled yet, as in a ramp of the lever, may still be short)
-            found.append(_ratio("Torque of the sliding brake over load", ratio, 1.0, SMALL_RESERVE, "at the end"))
+    # (one that is not settled yet, as in a ramp of the lever, may still be short)
+    if load > 0 and torque and not led and (torque > load or result.status == Status.RUNAWAY):
+        found.append(_ratio("Torque of the sliding brake over load", torque / load, "at the end"))
     return found
 
 

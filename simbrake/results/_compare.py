@@ -173,7 +173,7 @@ def repeat(result: Result, progress: Any = False) -> Repeat:
     """
     rtol = float(result.rtol)
     tighter = rtol / RATIO >= _TIGHTEST
-    other_rtol = rtol / RATIO if tighter else min(rtol * RATIO, 1e-2)
+    other_rtol = rtol / RATIO if tighter else rtol * RATIO
     if not result.ok:
         return Repeat(other_rtol, tighter, problem=f"the run ended early ({result.status}) and was not repeated")
     events, metrics = result.events, result.metrics  # before the other run: the scan of one result at a time is kept
@@ -438,8 +438,7 @@ def _change(
     if a == b:
         return Change(name, a, b, unit, 0.0, 0.0, False)
     size = max(abs(a), abs(b)) if scale is None else scale
-    finite = np.isfinite(a) and np.isfinite(b)
-    relative = abs(b - a) / size if finite and size > 0 else float("inf")
+    relative = abs(b - a) / size if np.isfinite(a) and np.isfinite(b) else float("inf")
     return Change(name, a, b, unit, b - a, relative, judged and not relative <= rtol)
 
 
@@ -546,7 +545,7 @@ def _sizes(*groups: dict[str, DataArray]) -> dict[str, float]:
     found: dict[str, float] = {"1": 1.0}
     for variable in (v for group in groups for v in group.values()):
         unit = variable.attrs["units"]
-        if unit != "1" and variable.size:
+        if unit != "1":
             found[unit] = max(found.get(unit, 0.0), float(np.max(np.abs(variable.values))))
     return found
 
