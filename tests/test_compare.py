@@ -250,7 +250,7 @@ def by_hand(times=(0.0, 1.0, 2.0), sides=(0, 0, 0), omega=(3.0, 2.0, 1.0), *, nu
         "omega": over_time(omega, "rad/s"),
         "load": over_time(np.full((n, 2), 20.0), "N", "lining"),
         "pull": over_time(np.full(n, -60.0), "N"),
-        "share": over_time(np.full(n, 0.2), "1"),
+        "share": over_time(np.full(n, 4.0), "1"),
         "rim_layer_temperature": over_time(np.full((n, 2), 300.0 + len(other)), "K", "layer"),
         "event_time": ("event", np.asarray([0.5, 1.0, 1.5]), {"units": "s"}),
         "event_name": ("event", np.asarray(["lining_limit", "lining_limit", "stop"]), {"units": "1"}),
@@ -314,6 +314,7 @@ def test_energies_are_judged_by_the_largest_one_and_places_of_maxima_not_at_all(
         "energy.friction_heat": ((), 990.0, {"units": "J"}),
         "energy.closure": ((), 1e-3, {"units": "1"}),
         "energy.shaft_work": ((), 1.0, {"units": "J"}),
+        "max_load": ((), 25.0, {"units": "N"}),
         "max_load_time": ((), 2.0, {"units": "s"}),
         "peak_x_lining": ((), 1, {"units": "1"}),
     }
@@ -327,15 +328,16 @@ def test_energies_are_judged_by_the_largest_one_and_places_of_maxima_not_at_all(
         }
         assert rows_of(found.metrics) == {
             "stopping_time": (0.0, 0.0, False),
-            "max_load": (0.0, 0.0, False),
+            "max_load": (5.0 * sign, 0.2, True),
             "max_load_time": (sign, 0.5, False),
             "peak_x_lining": (-sign, 0.5, False),
         }
         assert {row.name: row.unit for row in found.energies}["energy.closure"] == "1"
+        assert found.metrics[0] == Change("stopping_time", 2.0, 2.0, "s", 0.0, 0.0, False)
 
 
 def test_columns_are_judged_by_the_maximum_of_their_unit():
-    load, share = np.full((3, 2), 20.0), np.asarray([0.2, 0.2, 0.7])
+    load, share = np.full((3, 2), 20.0), np.asarray([4.0, 4.0, 4.5])
     load[1, 1] = 23.0
     changed = {"load": (("time", "lining"), load, {"units": "N"}), "share": ("time", share, {"units": "1"})}
     found = sb.compare(by_hand(), by_hand(**changed), rtol=0.04)
@@ -343,12 +345,15 @@ def test_columns_are_judged_by_the_maximum_of_their_unit():
         SeriesChange("omega", "rad/s", 0.0, 0.0, 0.0, "", False),
         SeriesChange("load", "N", 3.0, 0.05, 1.0, "lining 2", True),
         SeriesChange("pull", "N", 0.0, 0.0, 0.0, "", False),
-        SeriesChange("share", "1", pytest.approx(0.5), pytest.approx(0.5), 2.0, "", True),
+        SeriesChange("share", "1", 0.5, 0.5, 2.0, "", True),
     ]
     assert (found.how, found.judged, found.equal) == ("at 3 times that both have", True, False)
     still = {"pull": ("time", np.zeros(3), {"units": "m"})}
     (pull,) = [row for row in sb.compare(by_hand(**still), by_hand(**still)).series if row.name == "pull"]
     assert pull == SeriesChange("pull", "m", 0.0, 0.0, 0.0, "", False)
+    for dims, values in ((("time", "node"), np.ones((3, 2))), (("time", "lining"), np.ones((3, 1)))):
+        other = by_hand().drop_vars(["load", "lining"]).assign(load=(dims, values, {"units": "N"}))
+        assert sb.compare(by_hand(), other).series[1].place == "of another shape"
     lost = {row.name: row for row in sb.compare(by_hand(pull=None), by_hand(share=None)).series}
     assert lost["share"] == SeriesChange("share", "1", None, None, None, "only in a", True)
     assert lost["pull"] == SeriesChange("pull", "N", None, None, None, "only in b", True)
@@ -365,9 +370,11 @@ def test_at_other_times_straight_lines_are_compared():
         assert (omega.absolute, omega.relative, omega.time, omega.differs) == (5.0, 1.0, 1.0, False)
         assert "omega" in str(found)
         assert (found.equal, found.judged) == (True, False)
-    early = by_hand((0.0, 0.9, 2.0), omega=(0.0, 0.9, 2.0))
-    omega = sb.compare(early, by_hand((0.4, 1.4, 2.5, 3.0), (0,) * 4, (0.0,) * 4)).series[0]
-    assert (omega.absolute, omega.time) == (2.0, 2.0)
+    # at 4 half way from 6 to 0
+    lines = by_hand((1.0, 3.0, 5.0), omega=(2.0, 6.0, 0.0)), by_hand((1.5, 4.0, 6.0, 7.0), (0,) * 4, (0, -10.0, 0, 0))
+    for a, b in (lines, lines[::-1]):
+        omega = sb.compare(a, b).series[0]
+        assert (omega.absolute, omega.relative, omega.time) == (13.0, 1.3, 4.0)
     apart = sb.compare(by_hand(), by_hand((2.5, 3.0, 4.0)))
     assert (apart.series, apart.how, apart.judged) == ([], "not at all: they have no time in common", False)
     half = by_hand((0.0, 1.0), (0, 0), (3.0, 2.5))
@@ -439,7 +446,12 @@ def test_a_comparison_reads_from_the_whole_to_the_details():
     assert [line.split()[0] for line in lines[at + 2 : at + 5]] == ["lost", "large", "small"]
     assert lines[-1] == "compared 13 events, 1 metric, series at 2 times"
     assert len(lines) == 1 + 2 + 12 + 2 + 3 + 1
-    assert "kept" in str(dataclasses.replace(about, judged=False))
+    assert re.search(r"name +unit +largest difference +relative +time, s +place", lines[at + 1])
+    unjudged = str(
+        dataclasses.replace(about, series=[*series, series[3]._replace(name="same", absolute=0.0)], judged=False)
+    )
+    assert "kept" in unjudged
+    assert "same" not in unjudged
     fewer = dataclasses.replace(about, events=events, only_a=["x at 1 s"], solver=[Word("rtol", 1.0, 2.0)])
     text = str(fewer)
     assert "\nevents\n" in text
@@ -481,6 +493,30 @@ def test_a_repeated_run_is_tighter_and_says_its_units(heated):
     failed = _compare.repeat(sb.simulate(stop_scene(), max_events=2, throw=False))
     assert (failed.rtol, failed.tighter, failed.metrics) == (pytest.approx(1e-12), True, ())
     assert failed.problem == "the run ended early (event_limit) and was not repeated"
+
+
+def test_a_second_run_that_fails_is_no_estimate(heated, monkeypatch):
+    failed = sb.simulate(stop_scene(), max_events=2, throw=False)
+    monkeypatch.setattr(_compare, "simulate", lambda *_, **__: failed)
+    found = _compare.repeat(heated)
+    assert (found.rtol, found.tighter, found.metrics) == (pytest.approx(1e-12), True, ())
+    assert found.problem == f"the second run failed (event_limit): {failed.message}"
+
+
+def test_results_are_compared_at_times_inside_both(plain):
+    later = sb.simulate(sb.with_values(plain.scene, {"initial.time": 0.25}))
+    for a, b in ((plain, later), (later, plain)):
+        found = sb.compare(a, b)
+        assert found.judged
+        assert int(re.fullmatch(r"at (\d+) times that both have", found.how)[1]) >= 1001
+        (slack,) = [row for row in found.series if row.name == "slack_tension"]
+        assert slack.time == 0.25  # the later one starts open
+    for a, b in ((plain, sb.dataset(plain)), (sb.dataset(plain), plain)):
+        assert sb.compare(a, b).equal
+    batch = jax.tree.map(lambda leaf: np.stack([leaf, leaf]), plain)
+    for a, b in ((plain, batch), (batch, plain)):
+        with pytest.raises(ValueError, match="outside of jit"):
+            sb.compare(a, b)
 
 
 def test_where_a_result_comes_from_is_needed_to_run_it_again(plain):

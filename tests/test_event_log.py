@@ -8,6 +8,7 @@ import jax
 import numpy as np
 import pytest
 import staged_scenes as staged
+from heat_scenes import fading
 
 import simbrake as sb
 from simbrake._phases import Ended
@@ -144,7 +145,7 @@ def test_log_of_a_band_that_slides_and_sticks_again():
         [*past, -1.0, -1.0, -1.0],  # sticks: nothing is new
         [-1.0, 0.5, -0.1, -1.0, -1.0, -1.0],
         [-1.0, 0.5, -0.1, -1.0, 0.0, -1.0],
-        [1.0, 0.5, -0.1, -1.0, 1.0, -1.0],
+        [1.0, 0.5, -0.1, 0.1, 1.0, -1.0],
         [1.0, 0.5, -0.1, -1.0, 1.0, -1.0],  # on another layer of the rope: the same linings
         [1.0, 0.5, -0.1, -1.0, 1.0, 1.0],
         *([[-1.0] * 6] * 2),
@@ -178,6 +179,8 @@ def test_log_of_a_band_that_slides_back_and_of_a_run_that_fails_at_once():
     assert (found, asked) == (["restart 1", "lining_limit 1 1"], [])
     # all at once; what was at its limit as the band let go is so again
     phases = [Phase(SLIP, 0, 0, 0.0, 1.0), Phase(OPEN, 0, 0, 1.0, 2.0), Phase(SLIP_BACK, 0, 0, 2.0, 3.0)]
+    back = logged([Phase(SLIP_BACK, 0, 0, 0.0, 1.0)], [[1.0] * 6], [])[0]
+    assert back == ["slip_onset 0", *(f"lining_limit {i} 0" for i in (3, 2, 1)), "full_slip 0"]
     limits = [f"lining_limit {i} 0" for i in (1, 2, 3)], [f"lining_limit {i} 2" for i in (3, 2, 1)]
     found = logged(phases, [[1.0] * 6], [])[0]
     assert found == ["slip_onset 0", *limits[0], "full_slip 0", "release 1", "slip_onset 2", *limits[1], "full_slip 2"]
@@ -189,6 +192,9 @@ def test_ends_of_phases_follow_the_stop_and_precede_the_rest():
     found = [event.name for event in _log.with_phases(events, ends)]
     assert found == ["a", "stop", "end 0", "end 1", "restart", "end 2", "b", "end 3"]
     assert len(events) == 4
+    events = [Event(1.0, "stop"), Event(1.0, "c"), Event(1.0, "stop"), Event(1.0, "d"), Event(4.0, "stop")]
+    found = [event.name for event in _log.with_phases(events, ends[:1])]
+    assert found == ["stop", "c", "stop", "end 0", "d", "stop"]
 
 
 def test_a_mark_is_passed_inside_a_step_alone():
@@ -244,7 +250,7 @@ class Ledger(NamedTuple):
 def test_stages_by_hand(share):
     """What lasts no time counts as the next stage's, what a held brake lets go as well; equal neighbours are one."""
     both = SLIP._replace(inner=1)
-    labels = [OPEN, SLIP, both, SLIP, HELD, SLIP, HELD._replace(inner=1), HELD]
+    labels = [OPEN, SLIP, both, SLIP, HELD, SLIP, *[HELD._replace(inner=1)] * 2]
     external = np.asarray([0.0, 1.0, 3.0, 7.0, 15.0, 31.0, 63.0, 127.0])
     spare = np.full(2, 1e9)  # rows behind the end
     columns = [np.append(k * external, spare) for k in (1, 10, 100, 1000)]
@@ -269,6 +275,8 @@ def test_stages_by_hand(share):
     assert [stage.duration for stage in stages] == [0.5, 3.0, 2.0, 1.0, 2.0]
     assert stages[0].as_dict()["duration"] == 0.5
     assert [_log.stage_of(label) for label in labels[:3]] == ["open", "stage_1", "stage_2"]
+    record.count = 5  # ends held
+    assert _log.stages_of(record, labels)[-1] == ("held", 4.0, 6.0, 16.0 * h, 160.0 * h, 1600.0, 16000.0)
     record.count = 3  # ends with what lasts no time
     assert [stage.name for stage in _log.stages_of(record, labels)] == ["open", "stage_1"]
 
@@ -295,6 +303,11 @@ def test_a_missing_stage_has_its_reason():
     }
     assert absent(brake, "stage_2 stage_3", tension) == {"stage_1": "the internal pair slid from the start"}
     assert absent(brake, "stage_1 stage_3", tension) == {}
+    warm = staged.brake(law=fading(slope=1e-3))
+    tension = float(sb.results.internal_slip_tension(warm, J, 100.0, 400.0, 300.0))
+    assert tension != pytest.approx(float(sb.results.internal_slip_tension(warm, J, 100.0, 300.0, 400.0)), rel=1e-3)
+    (found, _) = _log.absent_stages(warm, J, 100.0, {"stage_1"}, 0.0, (np.asarray(400.0), np.asarray(300.0)))
+    assert f"from a slack tension of {tension / 1e3:.5g} kN on" in found["reason"]
     z = staged.F_EXT * math.tan(staged.BETA / 2)
     Pi = ((1 + z) / (1 - z)) ** np.arange(staged.N + 1)
     drive = staged.R_B * (Pi[-1] - 1) * J / (J + staged.J_B)

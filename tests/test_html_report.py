@@ -297,14 +297,16 @@ def test_error_estimate_is_the_error():
 
 def test_equal_steps_are_no_estimate():
     """A rigid band under constant tension brakes evenly: no tolerance changes the steps, so they are halved."""
-    found = repeat(sb.simulate(stop_scene(C=None), rtol=1e-6))
-    assert found.max_step is not None
-    assert found.max_step < 5.0 / 2
+    result = sb.simulate(stop_scene(C=None), rtol=1e-6)
+    found = repeat(result)
+    assert found.max_step == pytest.approx(5.0 / (2 * int(result.record.stats.accepted)), rel=1e-12)
     assert all(shift.relative is None or shift.relative < 1e-12 for shift in found.metrics)
 
 
 def test_near_rounding_the_second_run_is_looser(run):
-    assert not repeat(sb.simulate(run.scene, rtol=1e-12)).tighter
+    found = repeat(sb.simulate(run.scene, rtol=1e-12))
+    assert not found.tighter
+    assert (found.rtol, found.max_step) == (pytest.approx(1e-10), None)
 
 
 def _wave(t, parameters):

@@ -1,5 +1,6 @@
 """The verdict on a run, its colour and margins, and the summary that fits the duty; numbers by hand."""
 
+import html
 import json
 import math
 
@@ -60,6 +61,75 @@ def test_margin_of_a_limit_sets_the_colour(stop, factor, colour, state):
     assert ("Exceeded: Stopping time" in said.headline) == (colour == "red")
 
 
+def test_rows_are_those_of_the_limits_the_smallest_margin_first(stop):
+    within, exceeded = LimitVerdict.WITHIN, LimitVerdict.EXCEEDED
+    checks = [
+        LimitCheck("max_tension", 100.0, 30.0, "N", within),
+        LimitCheck("full_slip_time", 4.0, None, "s", exceeded, "did not happen in this run"),
+        LimitCheck("stopping_angle", None, 3.0, "rad", LimitVerdict.NO_LIMIT),
+        LimitCheck("peak_rim_temperature", 280.0, 270.0, "K", within),  # a limit below 20 °C has no percentage
+        LimitCheck("stopping_time", 4.0, 3.8, "s", within),
+        LimitCheck("max_normal_load", 10.0, 11.0, "N", exceeded),
+    ]
+    said = stop.verdict(checks)
+    assert said.rows[:3] == (
+        ("Maximum load on a lining", "11 N", "≤ 10 N", "−1 N (−10 %)", "exceeded"),
+        ("Stopping time", "3.8 s", "≤ 4 s", "0.2 s (5 %)", "small margin"),
+        ("Maximum tension of the band", "30 N", "≤ 100 N", "70 N (70 %)", "within limit"),
+    )
+    assert [(row.value, row.margin) for row in said.rows[-2:]] == [
+        ("did not happen in this run", "—"),
+        ("−3.15 °C", "10 K"),
+    ]
+    assert said.headline == (
+        f"Stopped after {STOP:.6g} s. Exceeded: Maximum load on a lining 11 N, allowed ≤ 10 N, margin −1 N "
+        "(−10 %); Full slip t₁ did not happen in this run, allowed ≤ 4 s, margin —. "
+        "Small margin: Stopping time 3.8 s, allowed ≤ 4 s, margin 0.2 s (5 %)"
+    )
+    assert str(said) == f"red: {said.headline}"
+    assert said.as_dict()["rows"][1]["state"] == "small margin"
+    small = stop.verdict(checks[4:5])
+    assert (small.colour, small.headline.count(". ")) == ("amber", 1)
+
+
+def test_a_notebook_shows_the_verdict_metrics_and_warnings():
+    fast = sb.simulate(sb.with_values(rigid(end=0.5), {"initial.omega": 200.0}))
+    raw = fast._repr_html_()
+    page = html.unescape(raw)
+    (warning,) = fast.summary()["warnings"]
+    told = ("#8a5a00", fast.verdict().headline, "max_tension", f"<p>warning: {warning}</p>")
+    places = [page.index(text) for text in told]
+    assert places == sorted(places)
+    assert '"200 rpm"' in warning
+    assert warning not in raw
+    assert f">{T0 * PI / 1e3:.6g} kN<" in page.replace("> ", ">").replace(" <", "<")
+
+
+def test_a_brake_that_is_open_at_the_end_is_amber():
+    """Eased after its stop: the load speeds it up again; or a brake that never was closed."""
+    said = sb.simulate(rigid(lever=(T0, T0, 0.0, 0.0), end=2.5)).verdict()
+    assert said.colour == "amber"
+    assert said.headline.startswith(f"Stopped after {STOP:.6g} s, then released. ")
+    assert "released" not in sb.simulate(rigid()).verdict().headline
+    free = sb.simulate(rigid(lever=(0.0,) * 4, end=0.5)).verdict()
+    assert (free.colour, free.headline) == ("amber", "The brake is open at the end time")
+
+
+@pytest.mark.parametrize(
+    ("part", "colour", "state"), [(0.89, "green", "within limit"), (0.91, "amber", "small margin")]
+)
+def test_a_lever_near_its_maximum_is_amber(part, colour, state):
+    pull = LOAD / (R * (PI - 1))
+    most = pull / part
+    said = sb.simulate(stop_scene(C=None, lever=sb.SpeedHold(most), load=LOAD, end=3.0)).verdict()
+    (row,) = said.rows
+    assert (said.colour, row.state) == (colour, state)
+    assert row.limit == f"< {most / 1e3:.6g} kN"
+    assert row.value.startswith(f"{pull / 1e3:.6g} kN (at ")
+    assert row.margin == f"{most - pull:.4g} N ({100 * (1 - part):.3g} %)"
+    assert said.headline.startswith("Lowered under the brake for 3 s. ")
+
+
 def test_margin_of_a_temperature_is_that_of_its_rise_above_20_degrees():
     check = LimitCheck("peak_rim_temperature", 673.15, 654.15, "K", LimitVerdict.WITHIN)
     assert check.margin_percent == pytest.approx(100 * 19 / 380, rel=1e-12)
@@ -96,10 +166,27 @@ def test_runs_that_end_turning():
     assert away.summary()["duty"] == "runaway"
     short = sb.simulate(rigid(end=0.2))
     assert (short.verdict().colour, short.summary()["duty"]) == ("amber", "turning")
+    (row,) = short.verdict().rows
+    assert row == (
+        "Torque of the sliding brake over load",
+        f"{TORQUE / LOAD:.4g} (at the end)",
+        "> 1",
+        f"+{100 * (TORQUE / LOAD - 1):.3g} %",
+        "within limit",
+    )
+    assert short.verdict().headline == (
+        f"The pulley still turns at the end time. No limit exceeded; smallest margin: {row.name}, {row.margin}"
+    )
+    driven = sb.simulate(rigid(-LOAD, end=0.2))  # the load brakes as well
+    assert (driven.verdict().rows, driven.verdict().colour) == ((), "amber")
     assert "end      until 0.2 s: " in str(short)
     failed = sb.simulate(rigid(), max_steps=2, throw=False)
     assert (failed.verdict().colour, failed.summary()["duty"]) == ("red", "failed")
     assert failed.verdict().headline.startswith("Failed with the code step_limit")
+    capped = failed.verdict([LimitCheck("max_tension", 2.0, 1.0, "N", LimitVerdict.WITHIN_SO_FAR)])
+    assert capped.headline.endswith(
+        "No limit exceeded so far; smallest margin: Maximum tension of the band, 1 N (50 %)"
+    )
 
 
 def test_limits_of_the_scene_are_evaluated():
