@@ -12,6 +12,7 @@ from test_double_shoe import shoe_scene
 
 import simbrake as sb
 from simbrake._pages._rows import key_figures
+from simbrake._run import _report
 from simbrake._run._measure import LimitVerdict, summary_with_limits
 from simbrake.results import LimitCheck, limit_checks
 
@@ -275,3 +276,200 @@ def test_summaries_of_disc_shoe_and_staged_brakes():
     both = sb.simulate(staged.stop())
     assert lines(both)["staged"].startswith("staged   internal slip")
     assert both.summary()["duty"] == "stop"
+
+
+# --- the text of a summary, line by line ------------------------------------------------------------------------------
+
+
+def summary_by_hand(duty="stop", *, energy=(), metrics=(), at=(), events=(), **other):
+    """A summary with numbers of one digit."""
+    return {
+        "status": "stopped",
+        "message": "it stands",
+        "duty": duty,
+        "events": [{"name": name, "time": t} | ({} if i is None else {"lining": i}) for name, t, i in events],
+        "end": {"time": 5.0, "duration": 4.0, "angle": 30.0, "omega": 2.0, "hook_travel": None},
+        "metrics": {
+            **{"slip_onset_time": 0.5, "full_slip_time": 0.75, "stopping_time": 2.0, "stopping_angle": 9.0},
+            **{"hook_travel": None, "max_tension": 3e3, "max_normal_load": 4e3, **dict(metrics)},
+        },
+        "at": {
+            **{"max_tension_lining": 7, "max_tension_time": 0.125, "max_normal_load_lining": 6},
+            **{"max_normal_load_time": 0.25, **dict(at)},
+        },
+        "distribution": "mobilisation",
+        "warnings": [],
+        "energy": {
+            **{"load_work": 5e3, "lever_work": 1e3, "kinetic_change": -6e3, "friction_heat": 12e3, "closure": 2e-16},
+            **dict(energy),
+        },
+        "solver": {
+            **{"method": "Dopri8", "reason": "it is fast", "rtol": 1e-9},
+            **{"steps": 9, "rejected": 8, "retaken": 7, "segments": 6},
+        },
+        **other,
+    }
+
+
+def lines_by_hand(*arguments, **named):
+    return _report.text(summary_by_hand(*arguments, **named)).splitlines()
+
+
+def test_text_of_a_summary():
+    events = [
+        ("slip_onset", 0.5, None),
+        ("lining_limit", 0.5, 1),
+        ("lining_limit", 0.625, 2),
+        ("lining_limit", 0.75, 3),
+    ]
+    summary = summary_by_hand(events=[*events, ("stop", 2.0, None)], warnings=["look", "here"])
+    assert _report.text(summary, ["first", "second"]).splitlines() == [
+        "stopped: it stands",
+        "first",
+        "second",
+        "events   slip onset 0.5 s, lining limits 1…3 0.5…0.75 s, stop 2 s",
+        "onset    slip onset t0 0.5 s, full slip 0.75 s",
+        "stop     after 2 s, 9 rad",
+        "tension  at most 3 kN behind lining 7 at 0.125 s",
+        "load     at most 4 kN on lining 6 at 0.25 s",
+        "energy   load 5 kJ + lever 1 kJ + kinetic 6 kJ = friction heat 12 kJ",
+        "closure  relative energy-balance residual 2.0e-16",
+        "solver   Dopri8, rtol 1e-09: 9 steps, 8 rejected, 7 truncated at events, 6 segments",
+        "warning  look",
+        "warning  here",
+    ]
+
+
+def test_lines_that_only_some_summaries_have():
+    plain = lines_by_hand()
+    assert plain[1] == "events   none"
+
+    def added(*arguments, **named):
+        return [line for line in lines_by_hand(*arguments, **named) if line not in plain]
+
+    assert added(lining="pad")[:2] == [
+        "onset    the pads act from 0.5 s, full slip 0.75 s",
+        "load     at most 4 kN on pad 6 at 0.25 s",
+    ]
+    assert added(metrics={"hook_travel": 3.0}) == ["stop     after 2 s, 9 rad, hook travel 3 m"]
+    assert added(distribution="by stiffness") == ["split    by stiffness"]
+    assert added(metrics={"min_holding_reserve": 1.5}, at={"min_holding_reserve_time": 3.0}) == [
+        "holding  static capacity at least 1.5 times the load, at 3 s"
+    ]
+    hook = {"max_hook_load": 7e3, "max_hook_load_over_weight": 1.25}
+    assert added(metrics=hook, at={"max_hook_load_time": 3.0}) == [
+        "hook     at most 7 kN at 3 s; at most 1.25 times its weight"
+    ]
+    assert not [line for line in lines_by_hand("hold", holding=None) if line.startswith(("onset", "stop "))]
+    never = {"stopping_time": None}
+    assert [line.split()[0] for line in lines_by_hand("turning", metrics=never)][2:4] == ["onset", "end"]
+    never["slip_onset_time"] = None
+    assert lines_by_hand("turning", metrics=never)[2].startswith("end")
+    many = [("stop", 1.0, None), ("restart", 2.0, None), ("stop", 3.0, None)]
+    stops = [
+        {"stop": i, "time": 1.0, "motion_time": 1.0, "braking_time": 1.0, "angle": 1.0, "energy": 1.0} for i in (1, 2)
+    ]
+    listed = lines_by_hand("stops", events=many, stops=stops)
+    assert listed[1] == "events   2 × stop, 1 × restart"
+    assert listed[listed.index("stops") + 1].split()[:2] == ["stop", "time,"]
+    assert len(listed) - listed.index("stops") == 4
+    same = [(f"event_{i}", float(i), None) for i in range(13)]
+    assert lines_by_hand(events=same[:12])[1].count(",") == 11
+    assert lines_by_hand(events=same)[1] == (
+        "events   event 0 0 s, event 1 1 s, event 2 2 s, event 3 3 s, event 4 4 s, event 5 5 s, … 3 more …, "
+        "event 9 9 s, event 10 10 s, event 11 11 s, event 12 12 s"
+    )
+    mixed = [("lining_limit", 1.0, 2), ("grip_lost", 1.5, None), ("lining_limit", 2.0, 3), ("lining_slip", 2.0, 3)]
+    assert lines_by_hand(events=mixed)[1] == (
+        "events   lining limit 2 1 s, grip lost 1.5 s, lining limit 3 2 s, lining slip 3 2 s"
+    )
+
+
+def test_energy_is_on_the_side_where_it_is_positive():
+    def energy_line(**energy):
+        (line,) = [line for line in lines_by_hand(energy=energy) if line.startswith("energy")]
+        return line
+
+    gained = energy_line(kinetic_change=2e3, shaft_work=1e3, elastic_change=-1e3)
+    assert gained == (
+        "energy   load 5 kJ + lever 1 kJ = friction heat 12 kJ + other torques on the shaft 1 kJ + elastic -1 kJ"
+        " + kinetic energy gained 2 kJ"
+    )
+    others = {"damper_heat": 1e3, "electrical_work": 2e3, "mechanical_work": 3e3}
+    assert energy_line(**others).endswith("= friction heat 12 kJ + dampers 1 kJ + electrical 2 kJ + mechanical 3 kJ")
+    # what rounding leaves of a balance is no gain
+    assert "kinetic 0 kJ" in energy_line(kinetic_change=0.0)
+    assert "kinetic -4e-09 kJ" in energy_line(kinetic_change=4e-6)
+    assert "gained 6e-09 kJ" in energy_line(kinetic_change=6e-6)
+    assert "gained 1e-09 kJ" in energy_line(kinetic_change=1e-6, load_work=0.0)
+    assert energy_line(kinetic_change=None, load_work=None) == (
+        "energy   load — kJ + lever 1 kJ + kinetic — kJ = friction heat 12 kJ"
+    )
+    assert lines_by_hand(energy={"closure": None})[-2].endswith("residual —")
+
+
+def test_lines_of_heat():
+    heat = {"heat_stored": 7e3, "heat_lost": 5e3, "heat_to_metal": 9e3, "heat_to_linings": 3e3, "heat_closure": 1e-9}
+    heat |= {"heat_to_band": 0.0, "heat_supplied": 0.0}
+    found = lines_by_hand(energy=heat)
+    assert found[-1] == "method   Dopri8: it is fast"
+    assert found[-5] == "hottest  the scene names no rim, linings or band"
+    assert found[-4] == "heat     to metal 9 kJ + to linings 3 kJ = stored 7 kJ + lost 5 kJ (residual 1.0e-09)"
+    heat |= {"heat_to_band": 1e3, "heat_supplied": -2e3}
+    hot = {"peak_rim_temperature": 373.15, "peak_lining_temperature": 473.15, "peak_band_temperature": None}
+    when = {"peak_rim_temperature_time": 1.0, "peak_lining_temperature_time": 2.0}
+    marks = [("grip_lost", 3.0, None), ("grip_lost", 1.0, None), ("self_locking", 2.0, None)]
+    marks += [("permissible_temperature", 4.0, 2)]
+    found = lines_by_hand(energy=heat, metrics=hot, at=when, events=marks, lining="pad", body="disc")
+    assert found[-6:-3] == [
+        "marks    permissible temperature exceeded once, at 4 s, grip lost 2 times, first at 1 s, "
+        "self-locking once, at 2 s",
+        "hottest  disc 100 °C at 1 s, pads 200 °C at 2 s",
+        "heat     to metal 9 kJ + to linings 3 kJ + to band 1 kJ + supplied -2 kJ = stored 7 kJ + lost 5 kJ"
+        " (residual 1.0e-09)",
+    ]
+    assert "hottest  rim 100 °C at 1 s, linings 200 °C at 2 s" in lines_by_hand(energy=heat, metrics=hot, at=when)
+
+
+def test_lines_of_wear_and_stages():
+    def worn(**metrics):
+        return [line for line in lines_by_hand(metrics=metrics, worn_thickness=[1e-6, 3e-6, 2e-6]) if "wear" in line]
+
+    wear = {"greatest_wear": 3e-6, "wear_over_mean": 1.5, "wear_over_least": 3.0}
+    assert worn(**wear) == ["wear     at most 3 µm on lining 2, 1.5 times the mean, 3 times the least"]
+    assert worn(**wear | {"wear_over_least": None}) == ["wear     at most 3 µm on lining 2, 1.5 times the mean"]
+    assert worn(**wear | {"wear_over_mean": None}) == ["wear     none: no lining slid"]
+    assert worn(greatest_wear=None) == []
+    stage = {"name": "stage_2", "start": 0.5, "end": 2.0, "heat_external": 8e3, "heat_internal": 4e3}
+    found = lines_by_hand(
+        energy={"heat_external": 9e3, "heat_internal": 3e3},
+        metrics={"internal_slip_time": 0.5, "external_lock_time": None},
+        stages=[stage],
+        absent_stages=[{"name": "stage_3", "reason": "it never slid"}],
+    )
+    assert found[4:7] == [
+        "staged   internal slip 0.5 s, external lock —; heat external 9 kJ + internal 3 kJ",
+        "         0.5…2 s stage_2: external 8 kJ, internal 4 kJ",
+        "         no stage_3: it never slid",
+    ]
+
+
+def test_text_of_a_summary_in_units_of_rigs():
+    """1 klbf is 4448.22 N, 1 ft·lbf 1.355818 J, 1 in 25.4 mm."""
+    heat = {"heat_stored": 1.0, "heat_lost": 5e3, "heat_to_metal": 9e3, "heat_to_linings": 3e3, "heat_closure": 1e-9}
+    heat |= {"heat_to_band": 0.0, "heat_supplied": 0.0}
+    wear = {"greatest_wear": 25.4e-6, "wear_over_mean": 1.5, "wear_over_least": None}
+    metrics = wear | {"max_tension": 4448.2216152605, "peak_rim_temperature": 373.15, "hook_travel": 3.048}
+    with sb.results.shown_in("rig"):
+        found = lines_by_hand(
+            energy=heat | {"friction_heat": 2711.6358966628},
+            metrics=metrics,
+            at={"peak_rim_temperature_time": 1.0},
+            worn_thickness=[25.4e-6],
+        )
+    text = "\n".join(found)
+    assert "stop     after 2 s, 9 rad, hook travel 10 ft" in text
+    assert "tension  at most 1 klbf behind lining 7" in text
+    assert "friction heat 2 ft·klbf" in text
+    assert "hottest  rim 212 °F at 1 s" in text
+    assert "wear     at most 0.001 in on lining 1" in text
