@@ -467,6 +467,54 @@ def test_walls_side_by_side_and_lumps_between_them_exchange_no_heat():
     assert float(run.closure) < 1e-12
 
 
+@pytest.mark.parametrize(("face", "h"), [("front", 500.0), ("back", 500.0), ("front", 1e-3)])
+def test_the_fastest_node_of_a_wall_has_its_neighbours_and_its_link(face, h):
+    """`2 Σ g/C` with half of each layer between two nodes, and the half layer behind the face of a link."""
+    k, rho, c, A, thickness = 10.0, 100.0, 8.0, 2.0, 0.9
+    growth = 2.0 if face == "front" else 0.5
+    steps = thickness * growth ** np.arange(3.0) / np.sum(growth ** np.arange(3.0))
+    body = sb.thermal.Wall("w", sb.Material(k, rho, c), thickness, A, 3, growth)
+    heat = sb.Heat((body, sb.thermal.Reservoir("air")), (sb.thermal.Convection(f"w.{face}", A, h, "air"),))
+    half = steps / (2 * k * A)
+    inner = 1 / (half[:-1] + half[1:])
+    total = np.asarray([inner[0], inner.sum(), inner[1]])
+    at = 0 if face == "front" else 2
+    total[at] += 1 / (1 / (h * A) + half[at])
+    rates = 2 * total / (rho * c * A * steps)
+    rate, node = fastest_node(heat)
+    assert (rate, node) == (pytest.approx(rates.max(), rel=1e-12), f"w[{1 + np.argmax(rates)}]")
+    assert at == np.argmax(rates) or h < 1.0
+
+
+def test_links_whose_conductance_changes_are_left_out_and_contacts_are_perfect():
+    C, walls = 5.0, [wall(name, 4, material=sb.Material(10.0, 100.0, 8.0)) for name in "ab"]
+    loose = (sb.thermal.Radiation("lump", 1.0, 0.8), sb.thermal.Conductance("lump", "air", 3.0))
+    heat = sb.Heat((sb.thermal.Lump("lump", C, 400.0), sb.thermal.Reservoir("air")), loose)
+    assert fastest_node(heat) == (pytest.approx(2 * 3.0 / C), "lump")
+    assert fastest_node(sb.Heat(heat.bodies, loose[:1]))[0] == 0.0
+    assert stiff_heat(sb.Heat(heat.bodies, loose[:1]), 10.0) == (False, "no thermal node gives heat to another")
+    step = 0.08 / 4
+    half, C = step / (2 * 10.0), 100.0 * 8.0 * step
+    for contact in (
+        sb.thermal.ThermalContact("a.front", "b.back", 1.0),
+        sb.thermal.ThermalContact("a.front", "b.back", 1.0, law=sb.thermal.MetalContact(50.0, 0.15, 2e-6, 3e9)),
+    ):
+        rate, node = fastest_node(sb.Heat((walls[0], walls[1]), (contact,)))
+        assert (rate, node) == (pytest.approx(2 * (2 / (2 * half)) / C, rel=1e-12), node)
+
+
+@pytest.mark.parametrize(("steps", "stiff"), [(149.0, False), (151.0, True)])
+def test_150_steps_of_the_fastest_node_are_too_many_for_an_explicit_method(steps, stiff):
+    """A step is stable up to six of its times `C/2g`."""
+    heat = sb.Heat((sb.thermal.Lump("a", 2.0), sb.thermal.Reservoir("air")), (sb.thermal.Conductance("a", "air", 4.0),))
+    assert stiff_heat(heat, 6.0 * steps / 4.0) == (
+        stiff,
+        "the thermal node a follows within 0.25 s: an explicit method would need at least 1.5e+02 steps to stay stable"
+        if stiff
+        else "the thermal node a follows within 0.25 s, which an explicit method can follow",
+    )
+
+
 @pytest.mark.parametrize("single", [True, False])
 def test_the_fastest_node_counts_the_links_of_all_linings_at_one_rim(single):
     """`2 Σ g/C`: of one rim the links of all four linings, of four rims that of each."""
