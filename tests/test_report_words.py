@@ -165,6 +165,11 @@ def test_more_profiles_in_words():
 
 def test_more_loads_in_words():
     tackle = "8 lines strung, rope at 0.4 m from the shaft"
+    rope = sb.loads.RopeLayers(0.04, 4.0, 8.5)
+    layers = sb.HookLoad(2e4, 0.4, 8, rope=rope, elasticity=sb.loads.RopeElasticity(stiffness=2e6))
+    words = f"in the first layer, {float(rope.turns):g} turns on the drum, 2 MN/m at the hook: "
+    assert words in load_words(layers)
+    assert "on the drum" not in load_words(sb.HookLoad(2e4, 0.4, 8))
     torque = load_words(sb.TorqueLoad(sb.Constant(3e3), drag=2.0))
     assert torque == "a torque on the shaft, 3 kN·m at all times; drag 2 N·m·s against the motion"
     string = sb.loads.StringLoad(8e3, 80e3, 0.4, 8, stand=900.0)
@@ -202,6 +207,8 @@ def test_parts_of_a_scene_in_words():
         stop_scene(lever=sb.profiles.FunctionProfile(_wave))) for row in part.rows}  # fmt: skip
     assert rows["duty.slack_tension.function"] == ("function", "_wave")
     assert rows["brake.linings.area"][1] == "not given"
+    hook = [str(row.value) for part in parts_of(stop_scene(load=sb.HookLoad(2e4, 0.4, 8))) for row in part.rows]
+    assert "None" not in hook
     repeated = stop_scene(lever=sb.Repeated([1.0, 2.0], [3e4, 0.0], 50.0, 30))
     rows = {row.path: (row.meaning, str(row.value)) for part in parts_of(repeated) for row in part.rows}
     assert rows["duty.slack_tension.count"][1] == "30"
@@ -214,7 +221,7 @@ def test_rows_of_events():
         *(Event(1.0 + i / 8, "lining_limit", i) for i in (3, 2, 1)),
         Event(2.0, "lining_slip", 4),
         *(Event(2.5, "lining_stick", i) for i in (1, 2, 4)),
-        *(Event(2.75, "lining_lift_off", i) for i in (2, 1, 3)),
+        *(Event(2.75, "lining_lift_off", i) for i in (2, 5, 4)),
         Event(3.0, "stop"),
         Event(4.0, "stop"),
         Event(5.0, "phase_end", phase=Ended("hold", 2, 1, "40 s")),
@@ -237,6 +244,7 @@ def test_rows_of_events():
     ]
     assert [len(row["meaning_members"]) for row in rows] == [0, 3, 0, 3, 3, 0, 0, 0, 0]
     assert [f"{i} {t}" for i, t in rows[1]["meaning_members"]] == ["3 1.375 s", "2 1.25 s", "1 1.125 s"]
+    assert "lining lift off" in str(_rows.event_table(events))
     assert rows[0]["meaning"] == "the band is taut: it begins to brake"
     assert rows[7]["meaning"] == "phase 2 'hold' of cycle 1 (40 s) ended"
     assert rows[8]["meaning"] == ""
@@ -307,7 +315,7 @@ def test_rows_of_limits_stages_and_key_figures():
         ("Angle of all stops", "21 rad", ""),
         ("Hook travel of all stops", "5 m", ""),
     ]
-    assert [words for words, *_ in many[7:]].count("Stopping time") == 0
+    assert {words for words, *_ in many[7:]} == {"Maximum tension of the band", "Hottest disc surface", "Friction heat"}
     without = [{name: x for name, x in stop.items() if name != "travel"} for stop in stops]
     assert len(_rows.key_figures(summary | {"stops": without, "capacity": None})) == len(many) - 1
 
@@ -323,6 +331,7 @@ def test_bars_of_a_tornado_are_in_percent_of_its_width():
         row_of("large", 1.0, 1.0, 24.0, 4.0),
         row_of("bare", 2.0),
         row_of("half", 2.0, 1.0, 10.0, None),
+        row_of("other half", 2.0, 1.0, None, 10.0),
     )
     chart = _rows.tornado(SensitivityTable("travel", "m", 10.0, rows))
     assert chart.caption.startswith("Metric at the lower (blue) and the upper (red) bound")
@@ -338,6 +347,8 @@ def test_bars_of_a_tornado_are_in_percent_of_its_width():
     assert [end.width for end in small.ends] == pytest.approx([5.0, 7.5])
     assert small.tangents == pytest.approx((25.0, 35.0))
     assert [bar.path for bar in _rows.tornado(SensitivityTable("travel", "m", 10.0, rows), 1).bars] == ["small"]
+    down, up = row_of("down", 1.0, 1.0, 4.0, 10.0), row_of("up", 1.0, 1.0, 10.0, 11.0)
+    assert [bar.path for bar in _rows.tornado(SensitivityTable("travel", "m", 10.0, (up, down))).bars] == ["down", "up"]
     # a tangent beyond the ends widens the chart
     wide = _rows.tornado(SensitivityTable("travel", "m", 10.0, (row_of("x", 1.0, 1.0, 9.0, 11.0, 10.0),)))
     assert (wide.base, wide.bars[0].tangents) == (pytest.approx(50.0), pytest.approx((0.0, 100.0)))

@@ -60,8 +60,7 @@ def slider_of(path: str, value: float, about: Any, ends: tuple[float, float] | N
     high = high if high > low else low + 1.0
     if ends is None:
         low, high = max(low, -np.inf if about.low is None else about.low), min(high, about.high or np.inf)
-    absolute = about.unit == "K" and not about.difference
-    factor, offset, unit = scale(about.unit, max(abs(low), abs(high)), absolute=absolute)
+    factor, offset, unit = scale(about.unit, max(abs(low), abs(high)), absolute=not about.difference)
     reading = {"factor": factor, "offset": offset, "unit": unit or "–"}
     return {"path": path, "meaning": about.meaning, "value": value, "low": low, "high": high, **reading}
 

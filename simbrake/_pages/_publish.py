@@ -365,7 +365,7 @@ def _sequence(result: Result, pieces: int, sampled: Sampled, lines: int) -> Data
 def _metric(name: str, base: Result, limits: Mapping[str, float]) -> Data:
     """A metric for the script: words, unit for reading, limit."""
     unit, value = unit_of(name), float(measure(base, name))
-    factor, offset, shown = scale(unit, abs(value) if math.isfinite(value) else 1.0, absolute=unit == "K")
+    factor, offset, shown = scale(unit, abs(value) if math.isfinite(value) else 1.0, absolute=True)
     own = base.scene.network.permissible if name == "peak_lining_temperature" else None
     limit = limits.get(name, None if own is None else float(np.asarray(own)))
     reading = {"factor": factor, "offset": offset, "unit": shown, "si_unit": pretty(unit)}

@@ -329,8 +329,7 @@ def _part_of(path: str, part: Any, unit: str) -> Part:
         if next(parts_below(value), None) is not None:
             continue
         if about is not None:
-            absolute = about.unit == "K" and not about.difference
-            shown = Number("not given") if value is None else numbers(value, about.unit, absolute=absolute)
+            shown = Number("not given") if value is None else numbers(value, about.unit, absolute=not about.difference)
             rows.append(Row(here, about.meaning, shown))
         elif value is not None and (words := _plain(value)):
             rows.append(Row(here, field.name.replace("_", " ") if whole is None else whole.meaning, Number(words)))
