@@ -226,7 +226,7 @@ class Store:
 def _load(file: Path) -> tuple[np.ndarray, np.ndarray, Columns] | None:
     """Runs, which of them are final, and columns; a corrupted file (e.g. disk full) counts as missing."""
     try:
-        with np.load(file) as data:
+        with file.open("rb") as stream, np.load(stream) as data:
             return data["run"], data["final"], {name[1:]: data[name] for name in data.files if name.startswith("_")}
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None

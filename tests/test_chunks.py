@@ -1,0 +1,300 @@
+"""Plans and chunks of ensembles without their runs: sizes, groups, faults, the data set, and the folder of chunks."""
+
+import dataclasses
+import json
+import os
+import re
+from concurrent.futures import Future
+from types import SimpleNamespace
+
+import jax
+import numpy as np
+import pytest
+from heat_scenes import fading, lump, rigid_stop
+from helpers import stop_scene
+
+import simbrake as sb
+from simbrake.hybrid import Code
+from simbrake.results import BandMode, metric_names
+from simbrake.studies import _ensemble
+from simbrake.studies._chunks import Pool, Store, Task, fingerprint, thread_count
+from simbrake.studies._evaluator import LANES, Job, Paths, limits_of_many
+
+SPEED, LEVER = "initial.omega", "duty.slack_tension.level"
+
+
+def plan(values, scene=None, metrics=None, solver=None, max_steps=None, chunk=None):
+    return _ensemble.plan_of(scene or stop_scene(), values, metrics, 1e-10, solver, max_steps, chunk)
+
+
+def faults(call, *arguments, **settings):
+    with pytest.raises(sb.InputError) as caught:
+        call(*arguments, **settings)
+    return [str(fault) for fault in caught.value.faults]
+
+
+# --- the plan ---------------------------------------------------------------------------------------------------------
+
+
+def test_values_that_are_no_plan_are_told_with_their_runs():
+    many = np.full(9, -1.0)
+    several = "(runs 0, 1, 2, 3, 4 and 4 more)"
+    assert several in faults(plan, {"brake.pulley.inertia": many})[0]
+    five = faults(plan, {"brake.pulley.inertia": many[:5]})[0]
+    assert "-1 kg*m^2 is out of range (runs 0, 1, 2, 3, 4)" in five
+    angles = np.full((3, 20), 0.2)
+    angles[2, 7:] = -0.3, *np.full(12, -0.4)
+    assert "-0.3 rad is out of range (run 2)" in faults(plan, {"brake.linings.angle": angles})[0]
+    for shape in ((), (0,), (2, 0), (1, 1, 1)):
+        assert faults(plan, {SPEED: np.zeros(shape)})[0].startswith(f"{SPEED}: has the shape {shape}")
+    assert faults(plan, [1.0]) == ["values: nothing varies — give {path: array of values}"]
+    late = {"initial.time": [1.0, 1.5, 7.0, 9.0], "end_time": [2.0, 1.5, 6.0, 10.0]}
+    assert faults(plan, late) == ["end_time: 1.5 s is not after the start (runs 1, 2) — it must be later"]
+    wide = faults(plan, {"brake.linings.angle": [0.2, 0.4, 0.25, 0.5, 0.41]})
+    spans = ["458.4° (runs 1, 4)", "573.0° (run 3)"]  # one hint, one error: also of several runs
+    assert [text.split(" span ")[1].split(" — ")[0] for text in wide] == spans
+    (chunk,) = faults(plan, {SPEED: [1.0]}, chunk=2.0)
+    assert chunk == "chunk: 2.0 is out of range — chunk > 0"
+    (twice,) = faults(plan, {SPEED: [1.0]}, metrics=["stopping_time", "stopping_angle", "stopping_time"])
+    assert twice.startswith("stopping_time: is asked for twice")
+
+
+def test_a_grid_needs_lists_of_different_numbers():
+    wrong = {SPEED: [1.0, 2.0, 1.0], LEVER: [[1.0, 2.0]], "end_time": "soon"}
+    assert [text.partition(":")[0] for text in faults(sb.sweep, stop_scene(), wrong)] == [SPEED, LEVER, "end_time"]
+    assert faults(sb.sweep, stop_scene(), {}) == ["values: nothing varies — give {path: array of values}"]
+    assert faults(sb.ensemble, stop_scene(), {SPEED: [1.0]}, workers=0) == ["workers: 0 is out of range — at least 1"]
+
+
+def test_maxima_are_measured_only_where_they_are_asked_for():
+    scene = stop_scene()
+    maxima = {name for name in metric_names(scene) if name.startswith(("max_", "peak_"))}
+    assert {"max_tension", "max_normal_load"} <= maxima
+    usual = _ensemble.default_metrics(scene)
+    assert set(usual) == set(metric_names(scene)) - maxima
+    assert {"stopping_time", "energy.friction_heat"} <= set(usual)
+    assert plan({SPEED: [1.0]}).metrics == usual
+
+
+def test_runs_are_grouped_by_the_solver_that_each_would_get_by_itself():
+    def groups(scene, values, solver=None):
+        return [(type(one).__name__, runs.tolist()) for one, runs in plan(values, scene, solver=solver).groups()]
+
+    cool, stiff = rigid_stop(fading(), lump(cooling=10.0)), rigid_stop(fading(), lump(cooling=2e7))
+    cooling, speed = {"heat.links[0].value": [10.0, 2e7, 50.0]}, {SPEED: [20.0, 15.0, 10.0]}
+    explicit, implicit = (type(sb.hybrid.Rodas5P()).__name__ if kind else None for kind in (False, True))
+    explicit = groups(stop_scene(), speed)[0][0]
+    assert explicit != implicit
+    assert groups(stop_scene(), speed) == [(explicit, [0, 1, 2])]
+    assert groups(cool, speed) == [(explicit, [0, 1, 2])]
+    assert groups(stiff, speed) == [(implicit, [0, 1, 2])]
+    assert groups(cool, cooling) == groups(stiff, cooling) == [(explicit, [0, 2]), (implicit, [1])]
+    assert groups(cool, {"heat.links[0].value": [1e7, 2e7]}) == [(implicit, [0, 1])]
+    given = sb.hybrid.Rodas5P()
+    assert groups(cool, cooling, given) == groups(stop_scene(), speed, given) == [(implicit, [0, 1, 2])]
+
+
+# --- chunks -----------------------------------------------------------------------------------------------------------
+
+
+def runs_of(count, metrics=("stopping_time",), chunk=None, on_cpu=True, workers=2):
+    pool = SimpleNamespace(on_cpu=on_cpu, workers=workers)
+    made = plan({SPEED: np.linspace(1.0, 20.0, count)}, metrics=list(metrics), chunk=chunk)
+    return _ensemble.Runs(made, pool, None, False)
+
+
+def job(runs, size, max_steps=128, **changes):
+    one = runs.plan
+    solver = one.groups()[0][0]
+    return Job(one.scene, one.paths, one.metrics, solver, one.rtol, max_steps, size, 16)._replace(**changes)
+
+
+def test_space_in_a_chunk_follows_the_number_of_runs():
+    few, some, many = (runs_of(count) for count in (5, 64, 1000))
+    for count, size in ((1, 1), (2, 2), (3, 4), (5, 8), (32, 32), (33, 1024), (1000, 1024), (10**6, 1024)):
+        assert few._size(count) == size, count
+        assert runs_of(5, ["max_tension"])._size(count) == min(size, 64), count
+        assert runs_of(5, chunk=12)._size(count) == min(size, 12), count
+        assert runs_of(5, on_cpu=False)._size(count) == min(2 ** int(np.ceil(np.log2(count))), 2**17), count
+    # 8 chunks for each of 2 workers, of a whole group of lanes at least
+    assert many._share(1000, job(many, 1024)) == LANES == 64
+    assert many._share(16 * 200, job(many, 1024)) == 256
+    assert many._share(10**6, job(many, 1024)) == 1024
+    assert some._share(10, job(some, 8)) == 8
+    assert many._share(1000, job(many, 1024, max_steps=1024)) == 64  # runs by themselves: 1000/16
+    assert runs_of(1000, chunk=12)._share(1000, job(many, 12)) == 12
+    assert runs_of(1000, on_cpu=False)._share(1000, job(many, 1024)) == 1024
+    assert runs_of(5, ["max_tension"])._share(5, job(runs_of(5, ["max_tension"]), 64)) == 64
+
+
+def test_lanes_are_for_short_explicit_runs_of_one_mechanism():
+    runs = runs_of(5)
+    one = job(runs, 1024)
+    assert one.lanes == LANES
+    assert job(runs, 8).lanes == 8
+    assert one._replace(max_steps=129).lanes == 1
+    assert one._replace(solver=sb.hybrid.Rodas5P()).lanes == 1
+    assert one._replace(metrics=("stopping_time", "max_tension")).lanes == 1
+    assert one._replace(metrics=(lambda result: result.stopping_time,)).lanes == 1
+    brake = dataclasses.replace(one.scene.brake, bandage=sb.Bandage(20.0, 0.1))
+    assert one._replace(scene=dataclasses.replace(one.scene, brake=brake)).lanes == 1
+    # rows of all records: of events alone, or of whole runs
+    assert one._replace(size=2**20).fitting().size == 2**22 // 16
+    assert one._replace(size=2**20, metrics=("max_tension",)).fitting().size == 2**19 // 128
+    assert one._replace(room=2**30).fitting().size == 1
+    assert one.fitting() == one
+
+
+def test_limits_of_the_steps_begin_short_where_that_mostly_suffices():
+    explicit, implicit = plan({SPEED: [1.0]}).groups()[0][0], sb.hybrid.Rodas5P()
+    cold, warm = stop_scene(), rigid_stop(fading(), lump())
+    usual = limits_of_many(cold, implicit, None)
+    assert usual[0] == 128 < usual[1]
+    assert limits_of_many(cold, explicit, None) == usual
+    assert limits_of_many(warm, explicit, None)[0] == 128
+    assert limits_of_many(warm, implicit, None)[0] > 128
+    assert limits_of_many(cold, explicit, 40) == (40,)
+
+
+def test_threads_are_as_many_as_cores_and_not_more_than_asked_for():
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
+    most = max(cores, len(jax.devices()))
+    assert [thread_count(n) for n in (None, 1, most, most + 7)] == [most, 1, most, most]
+
+
+def test_tasks_that_finish_are_handed_out_and_cancelled_ones_are_not():
+    futures = [Future() for _ in range(3)]
+    tasks = [Task(128, np.array([i]), np.zeros((1, 1))) for i in range(3)]
+    pool, looked = Pool(2, lambda job, tasks: futures), []
+    pool.look = lambda: looked.append(1)
+    pool.submit(None, tasks)
+    futures[1].set_running_or_notify_cancel()
+    pool.cancel()  # the one that runs is finished
+    assert [future.cancelled() for future in futures] == [True, False, True]
+    futures[1].set_result({"code": np.zeros(1)})
+    assert [task.runs.tolist() for task, _ in pool.results()] == [[1]]
+    assert looked
+
+
+# --- the data set -----------------------------------------------------------------------------------------------------
+
+
+def test_rows_of_the_data_set_have_words_units_and_numbered_sequences():
+    n, codes = 5, np.array([0, 0, int(Code.STEP_LIMIT), -1, 0])
+    made = plan({SPEED: np.arange(1.0, 6.0), "brake.linings.angle": np.full((n, 20), 0.2)}, metrics=["stopping_time"])
+    runs = _ensemble.Runs(made, SimpleNamespace(on_cpu=True, workers=1), None, False)
+    assert runs.columns["code"].tolist() == [-1] * n
+    columns = runs.columns | {"code": codes, "sequence": np.array([7, 3, 7, 0, 3]), "moved": np.array([1, 0, 1, 0, 1])}
+    columns |= {"stopping_time": np.arange(n) + 0.5, "band": np.full(n, BandMode.HELD)}
+    data = _ensemble._as_dataset(made, columns)
+    words = data.status.values
+    assert words.tolist() == ["stopped", "held", "step_limit", "not_run", "stopped"]
+    ways = {"band": [0, 0, 3, 3, 5], "turn": [0, 1, 1, 1, 1], "exceeded": [0, 0, 1, 0, 1], "steady": [0, 0, 0, 1, 0]}
+    ways |= {"inner": [0, 0, 0, 0, 1], "code": [0] * 5, "moved": [1] * 5}
+    ended = _ensemble._statuses({name: np.array(way) for name, way in ways.items()})
+    assert ended.tolist() == ["stopped", "released", "runaway", "lowering", "runaway"]
+    assert data.sequence.values.tolist() == [0, 1, 0, 2, 1]
+    assert data.sequence.attrs["meaning"].startswith("runs with the same number")
+    assert data.run.values.tolist() == list(range(n))
+    assert data[SPEED].dims == ("run",)
+    assert data["brake.linings.angle"].dims == ("run", "brake.linings.angle entry")
+    assert data.stopping_time.attrs == {"units": "s"}
+    assert data.code.attrs["units"] == "1"
+    assert (
+        "units"
+        not in _ensemble._as_dataset(dataclasses.replace(made, metrics=(len,)), columns | {"len": np.zeros(n)})[
+            "len"
+        ].attrs
+    )
+    assert data.attrs["rtol"] == 1e-10
+    axes = {SPEED: np.array([1.0, 2.0]), LEVER: np.array([5e3, 6e3, 7e3])}
+    flat = _ensemble._as_dataset(
+        plan({SPEED: np.repeat(axes[SPEED], 3), LEVER: np.tile(axes[LEVER], 2)}, metrics=["stopping_time"]),
+        {name: np.resize(column, 6) for name, column in columns.items()},
+    )
+    grid = _ensemble._as_grid(flat, axes)
+    assert grid.run.values.tolist() == [[0, 1, 2], [3, 4, 5]]
+    assert grid.stopping_time.dims == (SPEED, LEVER)
+    assert grid[LEVER].attrs["units"] == "N"
+
+
+# --- the folder of chunks ---------------------------------------------------------------------------------------------
+
+
+def test_a_folder_gives_back_what_is_final(tmp_path):
+    store = Store(tmp_path / "kept", "key", {"runs": 4})
+    short = Task(16, np.array([2, 3]), np.zeros((2, 1)), last=False)
+    last = Task(64, np.array([2, 3]), np.zeros((2, 1)))
+    columns = {"code": np.array([0, int(Code.STEP_LIMIT)]), "stopping_time": np.array([1.5, np.inf])}
+    assert short.final(columns).tolist() == [True, False]
+    assert last.final(columns).tolist() == [True, True]
+    assert store.read(short) is None
+    store.write(short, columns)
+    store.write(short, {"code": np.array([5, 5])})  # what is there stays
+    again = Store(tmp_path / "kept", "key", {"runs": 4})
+    assert again.read(short)["stopping_time"].tolist() == [1.5, np.inf]
+    assert again.read(last) is None
+    ((runs, found),) = again.finished()
+    assert runs.tolist() == [2]
+    assert {name: column.tolist() for name, column in found.items()} == {"code": [0], "stopping_time": [1.5]}
+    (file,) = (tmp_path / "kept").glob("chunk-*.npz")
+    assert re.fullmatch(r"chunk-00000002-[0-9a-f]{16}\.npz", file.name)
+    file.write_bytes(file.read_bytes()[:40])
+    assert again.read(short) is None
+    assert [*again.finished()] == []
+    assert Store(tmp_path / "kept", "key").key == "key"  # of another process
+
+
+def test_a_folder_of_something_else_is_refused(tmp_path):
+    file, kept = tmp_path / "file", tmp_path / "kept"
+    file.touch()
+    assert faults(Store, file, "key", {}) == [f"directory: {file} is a file — give a folder"]
+    manifest = kept / "manifest.json"
+    assert faults(Store, kept, "key") == [f"directory: {manifest} is not there"]
+    assert not kept.exists()
+    Store(kept, "key", {"runs": 4, "rtol": 1e-9})
+    assert json.loads(manifest.read_text("utf-8")) == {"format": 1, "fingerprint": "key", "runs": 4, "rtol": 1e-9}
+    (other,) = faults(Store, kept, "another", {"runs": 5, "rtol": 1e-9})
+    assert "holds another ensemble: runs differ" in other
+    (same,) = faults(Store, kept, "another", {"runs": 4, "rtol": 1e-9})
+    assert "numbers or structure of the scene, the values, or a function differ" in same
+    manifest.write_text(json.dumps({"format": 2, "fingerprint": "key"}), "utf-8")
+    assert "holds another ensemble" in faults(Store, kept, "key", {})[0]
+    for text, words in (("[1]", "it is not a table"), ("{", "cannot be read: ")):
+        manifest.write_text(text, "utf-8")
+        (told,) = faults(Store, kept, "key", {})
+        assert f"{manifest} cannot be read: " in told
+        assert words in told
+    manifest.write_bytes(b"\xff\xfe{")
+    assert "give another folder" in faults(Store, kept, "key", {})[0]
+
+
+def test_fingerprints_tell_apart_what_differs_and_nothing_else():
+    def function(constant=1.0, default=2.0, inner=3.0):
+        made = {}
+        text = f"def f(x, y={default}):\n    return x + {constant} + (lambda z: z * {inner})(y)\n"
+        exec(text, {"__name__": "own"}, made)
+        return made["f"]
+
+    @dataclasses.dataclass
+    class Law:
+        a: float
+        b: float
+
+    def closed(k):
+        return lambda x: k * x
+
+    different = [
+        *(1, 2.0, 2, np.array([2.0]), np.array([[2.0]]), np.array([2.0, 3.0]), np.float32(2.0)),
+        *("a", "b", b"a", None, (), [1, 2], [[1], 2], [1, [2]], {"a": 1}, {"a": 2}, {"b": 1}),
+        *(function(), function(1.5), function(default=2.5), function(inner=3.5), closed(1.0), closed(2.0)),
+        *(Law(1.0, 2.0), Law(2.0, 1.0), Law, sb.hybrid.Rodas5P, len, sum),
+        *(lambda x: np.sin(x), lambda x: np.cos(x)),
+    ]
+    marks = [fingerprint(one) for one in different]
+    assert len(set(marks)) == len(marks)
+    assert fingerprint(function()) == fingerprint(function())
+    assert fingerprint(closed(1.0)) == fingerprint(closed(1.0))
+    assert fingerprint((1, 2)) == fingerprint([1, 2])
+    assert fingerprint(Law(1.0, 2.0)) == fingerprint(Law(1.0, 2.0))
+    assert Paths.each(["a"]) == Paths(("a",), ((),))
