@@ -6,12 +6,13 @@ import re
 
 import numpy as np
 import pytest
-from helpers import closed_form
+from heat_scenes import fading, lump, rigid_stop
+from helpers import closed_form, stop_scene
 from test_cli import call
 
 import simbrake as sb
 from simbrake._base._table import unit
-from simbrake.studies._measured import COLUMNS, column_of
+from simbrake.studies._measured import COLUMNS, check_measured, column_of, pick
 
 
 def write(folder, name, text):
@@ -206,3 +207,113 @@ def test_calibrate_with_bad_input_exits_2_with_all_faults(capsys, tmp_path, file
     assert code == 2
     assert "initial.omega" in err
     assert call(capsys, "calibrate", scene, series)[0] == 2
+
+
+# --- values that are not as a logger writes them ----------------------------------------------------------------------
+
+
+def faults(call, *arguments, **settings):
+    with pytest.raises(sb.InputError) as caught:
+        call(*arguments, **settings)
+    return [str(fault) for fault in caught.value.faults]
+
+
+def test_unusual_cells_are_read_as_usual_ones_or_told(tmp_path):
+    zero = write(tmp_path, "zero.csv", "t,omega,omega_sigma\n0,0,0.1\n1,-2,0\n2,3,-1\n")
+    told = faults(sb.read_measured, zero)
+    assert [text.partition("line ")[2].partition(" — ")[0] for text in told] == [
+        "3, column omega_sigma: 0 is not a standard deviation",
+        "4, column omega_sigma: -1 is not a standard deviation",
+    ]
+    cold = write(tmp_path, "cold.csv", "t;rim_temperature [degC];rim_temperature_sigma\n0,5;-12,5;1,5\n1;-300,5;1\n")
+    (text,) = faults(sb.read_measured, cold)
+    assert "line 3, column rim_temperature [degC]: -300.5 is below absolute zero" in text
+    quoted = write(tmp_path, "quoted.csv", 't,omega\n0,"1,5"\n1,2\n')
+    assert "line 2, column omega: '1,5' is not a number" in faults(sb.read_measured, quoted)[0]
+    spread = write(tmp_path, "spread.csv", "t,rim_temperature [degC],rim_temperature_sigma [degF]\n0,0,9\n1,,\n")
+    (rim,) = sb.read_measured(spread).points
+    assert (rim.value.tolist(), rim.sigma.tolist()) == ([273.15], [5.0])
+    late = write(tmp_path, "late.csv", "t;omega\ninf;1\n0,25;2\n")
+    assert "line 2, column t: 'inf' is not finite" in faults(sb.read_measured, late)[0]
+    comma = write(tmp_path, "comma.csv", "event;value;sigma\nstopping_time;1,5;0,25\nmax_tension;0;\n")
+    stop, tension = sb.read_measured(comma).singles
+    assert (stop.value, stop.sigma, tension.value, tension.sigma) == (1.5, 0.25, 0.0, None)
+    none = write(tmp_path, "none.csv", "event,value\nstopping_time,\n")
+    assert "has no event with a value" in faults(sb.read_measured, none)[0]
+    both = write(tmp_path, "both.csv", "event,value,time\nstopping_time,1,1\n")
+    assert "needs one column of values" in faults(sb.read_measured, both)[0]
+    nameless = write(tmp_path, "nameless.csv", "event,value\n,3\nstoping_time,2\n")
+    assert len(faults(sb.read_measured, nameless)) == 2  # and not that there is none
+    wanted = sb.read_measured(
+        write(tmp_path, "w.csv", "t,tension_3,omega\n0,1,2\n"), columns=["tension[3]"], sigma={"tension_3": 2.0}
+    )
+    assert [(one.name, one.sigma.tolist()) for one in wanted.points] == [("tension[3]", [2.0])]
+    assert faults(sb.read_measured, zero.with_name("w.csv"), columns=["phi"])[0].startswith(
+        f"{tmp_path / 'w.csv'}: has no column to fit"
+    )
+    assert faults(sb.read_measured) == ["data: no file was given — give one or more CSV files"]
+
+
+def test_data_say_what_they_hold():
+    t = [0.0, 1.0, 2.5]
+    data = sb.studies.Measured.of(
+        t,
+        {"omega": [3.0, 2.0, 1.0], "phi": [0.0, 1.0, np.nan], "tension[3]": [1.0, 2.0, 4.0]},
+        sigma={"omega": [0.1, 0.2, 0.3], "phi": 0.5},
+        events={"stopping_time": (3.0, 0.25), "max_tension": 2e4},
+    )
+    assert str(data).splitlines() == [
+        "omega [rad/s]: 3 values, t = 0…2.5 s, σ = 0.1…0.3",
+        "phi [rad]: 2 values, t = 0…1 s, σ = 0.5",
+        "tension[3] [N]: 3 values, t = 0…2.5 s, no standard deviation",
+        "stopping_time = 3 s, σ = 0.25",
+        "max_tension = 20000 N, no standard deviation",
+    ]
+    values, sigma = data.arrays
+    assert values.tolist() == [3, 2, 1, 0, 1, 1, 2, 4, 3, 2e4]
+    assert sigma.tolist() == [0.1, 0.2, 0.3, 0.5, 0.5, 1, 1, 1, 0.25, 1]
+    assert [part.tolist() for part in data.split(values)] == [[3, 2, 1], [0, 1], [1, 2, 4], [3], [2e4]]
+    assert not data.sigma_known
+    assert (data.points[2].column, data.points[2].entry) == ("tension", "3")
+    told = data.as_dict()
+    assert told["points"]["phi"] == {"unit": "rad", "t": [0.0, 1.0], "value": [0.0, 1.0], "sigma": [0.5, 0.5]}
+    assert told["singles"]["stopping_time"] == {"unit": "s", "value": 3.0, "sigma": 0.25}
+    assert str(sb.studies.Measured()) == "nothing measured"
+    for sigma in (0.0, -1.0, np.inf, np.nan):
+        (text,) = faults(sb.studies.Measured.of, events={"stopping_time": (3.0, sigma)})
+        assert text == f"stopping_time: {sigma} is not a standard deviation — it must be > 0"
+
+
+def test_what_a_scene_and_its_run_do_not_have_is_told():
+    scene = stop_scene(C=None)
+    assert faults(check_measured, sb.studies.Measured(), scene) == [
+        "data: nothing was measured — give columns over time, or events"
+    ]
+    check_measured(sb.studies.Measured.of([0.0, 5.0], {"omega": [1.0, 2.0]}), scene)
+    late = sb.studies.Measured.of([1.0, 6.5, 8.0], {"omega": [1.0, 2.0, 3.0]})
+    assert "omega: was measured at 6.5 s, but the run goes from 0 to 5 s" in faults(check_measured, late, scene)[0]
+    result = sb.simulate(scene)
+    series = result.series(np.array([0.1, 0.2]))
+    np.testing.assert_array_equal(pick(result, series, "omega", None), series.omega)
+    np.testing.assert_array_equal(pick(result, series, "tension", "3"), series.tension[:, 2])
+    for column, entry, words in (
+        ("omega", "1", "omega[1]: omega has no entries — call it omega"),
+        ("rim_temperature", None, "rim_temperature: is not in a run of this scene"),
+        ("torque", "2", "torque[2]: is not in a run of this scene"),
+        ("tension", "21", "tension[21]: there is no entry 21 — there are: 1, 2, 3, 4, 5, "),
+        ("tension", None, "tension: has 20 entries — name the measured one: tension[1], tension[2], tension[3], tensio"),
+        ("zzz", None, "zzz: is not in a run of this scene — its brake or heat part has no such quantity"),
+        ("brake_torqe", None, "brake_torqe: is not in a run of this scene — nearest: brake_torque"),
+    ):
+        assert str(pick(result, series, column, entry)).startswith(words), column
+    assert str(pick(result, series, "tension", None)).endswith("tension[4], …")
+
+
+def test_nodes_are_named_and_one_entry_needs_no_name():
+    scene = rigid_stop(fading(), lump())
+    result = sb.simulate(scene)
+    series = result.series(np.array([0.1, 0.2]))
+    rim = pick(result, series, "temperature", result.nodes[0])
+    np.testing.assert_array_equal(rim, series.temperature[:, 0])
+    np.testing.assert_array_equal(pick(result, series, "rim_temperature", None), series.rim_temperature[:, 0])
+    assert str(pick(result, series, "temperature", "1")).startswith("temperature[1]: there is no entry 1")

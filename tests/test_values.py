@@ -9,10 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 import staged_scenes
+from heat_scenes import fading, layered_stop, lump, rigid_stop
 from helpers import stop_scene
 
 import simbrake as sb
 from simbrake._base._part import all_in_range, faults_of_values
+from simbrake._run._edit import parse_assignments, read_numbers, unknown_paths
 
 
 @pytest.mark.parametrize(
@@ -164,3 +166,110 @@ def test_signatures_are_readable():
     for build in (sb.uniform_linings, sb.ramp, sb.lumped_heat, sb.layered_heat, sb.programme_scene, sb.history):
         assert "Quantity" not in str(inspect.signature(build))
         assert "Whole" not in str(inspect.signature(build))
+
+
+# --- numbers by path --------------------------------------------------------------------------------------------------
+
+
+def told(call, *arguments):
+    with pytest.raises(sb.InputError) as caught:
+        call(*arguments)
+    return [str(fault) for fault in caught.value.faults]
+
+
+def test_assignments_are_read_as_they_are_written():
+    read = parse_assignments([" initial.omega = 2e1 ", "duty.load.mass=80 t", "brake.band.stiffness=None", "a=b=c"])
+    assert read == {"initial.omega": 20.0, "duty.load.mass": "80 t", "brake.band.stiffness": None, "a": "b=c"}
+    for text in ("initial.omega", "=3", "initial.omega=", " = "):
+        assert told(parse_assignments, [text])[0].startswith(f"{text}: is not of the form path=value"), text
+    assert len(told(parse_assignments, ["a", "b=1", "=c"])) == 2
+
+
+def test_entries_and_absent_numbers_by_path():
+    scene = stop_scene()
+    angle = np.asarray(scene.brake.linings.angle)
+    for path, i in (("brake.linings.angle[19]", 19), ("brake.linings.angle[-20]", 0), ("brake.linings.angle[-1]", 19)):
+        for value in (0.1, "0.1 rad", np.asarray(0.1), jnp.asarray(0.1)):
+            found = np.asarray(sb.with_values(scene, {path: value}).brake.linings.angle)
+            assert found[i] == 0.1
+            np.testing.assert_array_equal(np.delete(found, i), np.delete(angle, i))
+    assert np.all(scene.brake.linings.angle == angle)  # the scene itself stays
+    whole = sb.with_values(scene, {"brake.linings.angle": jnp.asarray(0.1)}).brake.linings.angle
+    assert isinstance(whole, jax.Array)
+    assert whole.tolist() == [0.1] * 20
+    assert sb.with_values(scene, {"brake.band.stiffness": None}).brake.band.stiffness is None
+    assert float(sb.with_values(stop_scene(C=None), {"brake.band.stiffness": 3e5}).brake.band.stiffness) == 3e5
+    assert sb.with_values(scene, {"brake.pulley.width": None}).brake.pulley.width is None
+    for values, words in (
+        ({"brake.linings.angle[20]": 0.1}, "there is no entry 20 — brake.linings.angle has 20 entries, from 0"),
+        ({"brake.linings.angle[-21]": 0.1}, "there is no entry -21"),
+        ({"initial.omega[0]": 0.1}, "there is no entry 0 — initial.omega has 0 entries"),
+        ({"brake.linings.angle[0]": [0.1, 0.2]}, "one number is needed for one entry"),
+        ({"brake.linings.angle[0]": None}, "one number is needed for one entry"),
+        ({"initial.omega": None}, "cannot be absent — give a number"),
+        ({"initial.omega": "20 kN"}, "'kN'"),
+    ):
+        (text,) = told(sb.with_values, scene, values)
+        assert words in text, values
+    assert told(sb.with_values, scene, {"brake.linings.angle[3": 0.1})[0].startswith("brake.linings.angle[3: there is")
+
+
+def test_another_law_in_the_place_of_a_number_brings_its_own_numbers():
+    scene, path = layered_stop(), "heat.links[0].coefficient"
+    law = sb.thermal.SpeedCoefficient(5.0, 2.0, 0.8)
+    blown = sb.with_values(scene, {path: law, "initial.omega": np.asarray(3.0)})
+    assert (blown.heat.links[0].coefficient, float(blown.initial.omega)) == (law, 3.0)
+    assert float(sb.with_values(blown, {f"{path}.at_rest": 6.0}).heat.links[0].coefficient.at_rest) == 6.0
+    other = {path: np.asarray(60.0), "brake.pulley.inertia": np.asarray(700.0)}
+    still = sb.with_values(blown, other)
+    assert (float(still.heat.links[0].coefficient), float(still.brake.pulley.inertia)) == (60.0, 700.0)
+    assert f"{path}.at_rest: there is no such number" in told(sb.with_values, blown, other | {f"{path}.at_rest": 6.0})[0]
+
+
+def test_another_number_of_equal_linings_keeps_the_wrap():
+    scene, path = stop_scene(), "brake.linings.count"
+    for count in (15, 15.0, np.asarray(15.0)):
+        fewer = sb.with_values(scene, {path: count, "initial.omega": 3.0})
+        np.testing.assert_allclose(fewer.brake.linings.angle, np.full(15, np.radians(270.0) / 15), rtol=1e-15)
+        assert float(fewer.initial.omega) == 3.0
+    each = sb.with_values(scene, {"brake.linings.area": np.full(20, 0.02)})
+    np.testing.assert_array_equal(sb.with_values(each, {path: 3}).brake.linings.area, np.full(3, 0.02))
+    one = sb.with_values(sb.with_values(scene, {"brake.linings.area": 0.02}), {path: 2})
+    assert (one.brake.linings.count, np.shape(one.brake.linings.area)) == (2, ())
+    for wrong in (0, 2.5, 10_001, [3, 4], "many", None):
+        (text,) = told(sb.with_values, scene, {path: wrong})
+        assert text.startswith(f"{path}: {wrong} is not a number of linings"), wrong
+    unequal = sb.with_values(scene, {"brake.linings.angle[3]": 0.1})
+    heated = rigid_stop(fading(), lump())
+    assert sb.with_values(heated, {path: 10}).brake.linings.count == 10
+    (text,) = told(sb.with_values, unequal, {path: 10})
+    assert "linings differ, or other parts have a number for each" in text
+    preloads = staged_scenes.stop(preload=np.full(8, 900.0))
+    assert "other parts have a number for each" in told(sb.with_values, preloads, {path: 10})[0]
+
+
+def test_unknown_paths_have_the_same_name_elsewhere_and_then_like_ones_as_hints():
+    scene = stop_scene()
+    (text,) = told(sb.with_values, scene, {"pulley.radius": 1.0})
+    nearest = text.partition("nearest: ")[2].split(", ")
+    assert nearest[:2] == ["brake.pulley.radius", "brake.band.radius"]
+    assert len(nearest) <= 4
+    assert "there is no such number in the scene — there are: " in told(sb.with_values, scene, {"§§": 1.0})[0]
+    assert unknown_paths(scene, ["initial.omega", "brake.linings.angle[2]", "initial.omeg", "nothing[3]"]) == [
+        "initial.omeg",
+        "nothing[3]",
+    ]
+
+
+def test_numbers_of_one_path_have_units_all_or_none():
+    scene, mass = stop_scene(load=sb.TorqueLoad(5e3)), "brake.pulley.inertia"
+    assert read_numbers(scene, mass, ["1", "2e3"]) == [1.0, 2e3]
+    assert read_numbers(scene, "initial.omega", ["60 rpm", "2 rad/s"]) == [pytest.approx(2 * np.pi), 2.0]
+    assert read_numbers(scene, "brake.linings.angle[3]", ["90 deg"]) == [pytest.approx(np.pi / 2)]
+    assert read_numbers(scene, "brake.linings.angle", ["1", "2"]) == [1.0, 2.0]
+    assert told(read_numbers, scene, "end_time", ["3 s", " 4 ", "5"]) == [
+        "end_time: 4 has no unit, others have one — give all of them their unit"
+    ]
+    assert "'kg' is not a unit" in told(read_numbers, scene, "end_time", ["3 kg", "4"])[0]
+    assert len(told(read_numbers, scene, "end_time", ["3 kg", "4"])) == 1
+    assert "no such number" in told(read_numbers, scene, "omega[3]", ["3"])[0]
