@@ -202,6 +202,37 @@ def test_a_capacity_that_falls_runs_away_and_says_so(u2_5_5):
     assert error.value.code == "no_convergence"
 
 
+def test_a_report_says_where_properties_and_shares_are_from(u2_5_5, classical):
+    """Below 150 °C properties and share are as they were; above, at the temperature of step 5, where it is known."""
+    warm = sb.synthesize(hard(u2_5_5), sb.formulas.EstimateData(rim=WARMER, share=0.9, track_area=0.35))
+    for name, cold, hot in (
+        ("heat partition coefficient, rim", "α_TP = e_1/(e_1 + e_2)", "α_TP, as given"),
+        ("temperature of the properties, rim", "room: T_v of step 5 is not above 150 °C", "T_v of step 5"),
+        ("conductivity, rim", "λ (no temperature dependence known)", "λ [1 + b (T − T_r)]"),
+        ("specific heat, lining", "c (no temperature dependence known)", "c (no temperature dependence known)"),
+        ("rounds of steps 1 to 5", "none: properties stay those of room temperature", "until T_v converges"),
+        ("maximum face temperature", "½ (t_{j−1} + t_{j+1}), falling power", "½ (t_{j−1} + t_{j+1}), falling power"),
+        ("Fourier number, rim, refined", "1/3, for b ≤ δ", "1/3, for b ≤ δ"),
+    ):
+        assert (classical[name].formula, warm[name].formula) == (cold, hot), name
+    thin = sb.synthesize(hard(u2_5_5), sb.formulas.EstimateData(share=0.9, track_area=0.35, rim_thickness=0.004))
+    assert thin["Fourier number, rim"].formula == "a τ/δ², for b > δ"
+    assert [number.symbol for number in warm["conductivity, rim"].numbers] == ["λ", "b", "T", "T_r"]
+    assert [number.symbol for number in classical["conductivity, rim"].numbers] == ["λ"]
+    sources = {one.name: (one.value, one.source) for one in classical.inputs}
+    assert sources["back_permissible"] == (393.15, "assumption: rivets or bond, 120 °C")
+    assert sources["lining_permissible"] == (673.15, "assumption: friction composite, 400 °C")
+    assert sources["start"] == (293.15, "20 °C")
+    limits = sb.formulas.Permissible(back=400.0, pressure=1e6)
+    given = {one.name: (one.value, one.unit, one.source) for one in sb.synthesize(u2_5_5, permissible=limits).inputs}
+    assert given["back_permissible"] == (400.0, "K", "given")
+    assert given["pressure_permissible"] == (1e6, "Pa", "given")
+    assert "power_permissible" not in given
+    titles = [line for line in str(classical).splitlines() if line[:2] in ("1.", "4.", "8.", "9.")]
+    assert [title.partition(": ")[2] for title in titles] == [classical.step(i)[0].words for i in (1, 4, 8, 9)]
+    assert classical.step(1)[0].words.startswith("thermal penetration depth, rim 0.0056")
+
+
 # --- rational thickness -----------------------------------------------------------------------------------------------
 
 

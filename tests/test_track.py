@@ -5,9 +5,11 @@ import math
 
 import numpy as np
 import pytest
+import staged_scenes
 from heat_scenes import layered_stop
 
 import simbrake as sb
+from simbrake.formulas.track import _around
 
 STEEL = sb.material("steel_20L")
 E = float(STEEL.effusivity)
@@ -62,8 +64,11 @@ def test_any_course_of_flux_has_a_ripple_without_mean():
     assert abs(mean) < 1e-12 * np.max(np.abs(found))
     shifted = sb.formulas.revolution_ripple(x, edges, flux + 5e6, 0.3, E)
     np.testing.assert_allclose(shifted, found, rtol=1e-9)
-    with pytest.raises(ValueError, match="rise"):
-        sb.formulas.revolution_ripple(x, edges[::-1], flux, 0.3, E)
+    for wrong in (edges[::-1], edges - 0.1, edges + 0.3, edges[:3], edges[None], [0.05, 0.2, 0.2, 0.7]):
+        with pytest.raises(ValueError, match="rise"):
+            sb.formulas.revolution_ripple(x, wrong, flux, 0.3, E)
+    steps = sb.formulas.revolution_ripple([0.0], [0.0, 1 - 1e-9], [1e6, 1e6], 0.3, E)
+    np.testing.assert_allclose(steps, 0.0, atol=1e-9)
 
 
 @pytest.fixture(scope="module")
@@ -120,3 +125,34 @@ def test_what_a_ripple_needs(stop):
     assert {"material", "share"} <= {fault.path for fault in caught.value.faults}
     given = sb.formulas.track_ripple(run, [0.1], material=STEEL, share=0.9)
     assert given.amplitude[0] > 0
+    cooled = sb.formulas.track_ripple(run, [0.1], material=STEEL, share=0.9, cooling=4e3)
+    np.testing.assert_array_equal(cooled.flux[:, ~cooled.heated], -4e3)
+    np.testing.assert_array_equal(cooled.flux[:, cooled.heated], given.flux[:, given.heated])
+    assert np.isnan(given.reach).all()  # of a rim without a thickness
+    assert not given.valid.any()
+
+
+def test_linings_all_around_leave_no_open_track():
+    linings = sb.Lining(sb.ConstantFriction(0.3), np.radians([80.0, 90.0, 100.0, 90.0]), 0.7 * 0.2 * np.pi / 2)
+    brake = sb.Brake(sb.Pulley(0.7, 800.0, 0.2), sb.Band(0.7), linings)
+    edges, lining = _around(brake, np.asarray(linings.area))
+    # faces of 90° in sections from the tight end on: the first is cut to its 80°, that of 100° lies in its middle
+    wide = np.radians([0.0, 90.0, 95.0, 185.0, 190.0, 280.0]) / (2 * math.pi)
+    np.testing.assert_allclose(edges, wide, atol=1e-12)
+    assert lining.tolist() == [3, -1, 2, -1, 1, 0]
+    edges, lining = _around(brake, np.full(4, 1.0))
+    np.testing.assert_allclose(edges, np.radians([0.0, 90.0, 190.0, 280.0]) / (2 * math.pi))
+    assert lining.tolist() == [3, 2, 1, 0]
+
+
+def test_a_staged_brake_heats_its_rim_by_the_inner_pair():
+    scene = staged_scenes.stop(lever=sb.Constant(3e3), end=60.0)
+    scene = sb.with_values(scene, {"brake.bandage.area": 0.05, "brake.pulley.width": 0.2})
+    result = sb.simulate(scene)
+    t = [stage.start + 0.5 * stage.duration for stage in result.stages if stage.name == "stage_3"]
+    ripple = sb.formulas.track_ripple(result, t, material=STEEL, share=0.9)
+    s = result.series(np.asarray(t))
+    power = np.asarray(s.pairs["internal"].torque) * np.asarray(s.omega)
+    assert 0.9 * power[0] == pytest.approx(0.05 * ripple.flux[0][ripple.heated].sum(), rel=1e-9)
+    assert float(s.bandage_speed[0]) == 0.0
+    assert ripple.period[0] == pytest.approx(2 * math.pi / float(s.omega[0]))
