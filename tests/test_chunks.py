@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import os
+import pickle
 import re
 from concurrent.futures import Future
 from types import SimpleNamespace
@@ -17,7 +18,7 @@ import simbrake as sb
 from simbrake.hybrid import Code
 from simbrake.results import BandMode, metric_names
 from simbrake.studies import _ensemble
-from simbrake.studies._chunks import Pool, Store, Task, fingerprint, thread_count
+from simbrake.studies._chunks import Pool, Store, Task, fingerprint, thread_count, threads
 from simbrake.studies._evaluator import LANES, Job, Paths, limits_of_many
 
 SPEED, LEVER = "initial.omega", "duty.slack_tension.level"
@@ -174,6 +175,118 @@ def test_tasks_that_finish_are_handed_out_and_cancelled_ones_are_not():
     futures[1].set_result({"code": np.zeros(1)})
     assert [task.runs.tolist() for task, _ in pool.results()] == [[1]]
     assert looked
+
+
+class Counting:
+    """A pool that takes each run's steps to be those given, and keeps what it was asked for."""
+
+    on_cpu = True
+
+    def __init__(self, steps, workers=1):
+        self.steps, self.workers, self.asked = steps, workers, []
+
+    def submit(self, job, tasks):
+        self.asked += [(job.max_steps, job.room, task.runs.tolist(), task.last) for task in tasks]
+        self.tasks = [task for task in tasks if len(task.runs)]
+
+    def results(self):
+        for task in self.tasks:
+            steps = self.steps[task.runs]
+            code = np.where(steps > task.limit, int(Code.STEP_LIMIT), 0)
+            yield task, {"code": code, "steps": steps, "stopping_time": task.rows[:, 0]}
+
+
+def group(steps, workers=1, speeds=None, **settings):
+    speeds = np.linspace(1.0, 20.0, len(steps)) if speeds is None else speeds
+    made = plan({SPEED: speeds}, metrics=["stopping_time"], **settings)
+    pool = Counting(np.asarray(steps), workers)
+    runs = _ensemble.Runs(made, pool, None, False)
+    ((solver, some),) = made.groups()
+    runs.group(solver, some)
+    return runs, pool.asked
+
+
+def test_a_few_runs_show_the_cost_and_the_rest_begins_with_the_longest():
+    speeds = np.random.default_rng(3).permutation(np.repeat(np.arange(1.0, 7.0), 100))
+    runs, asked = group(2**speeds, speeds=speeds)
+    assert np.all(runs.done)
+    np.testing.assert_array_equal(runs.columns["stopping_time"], speeds)
+    first, rest = asked[0][2], [i for _, _, chunk, _ in asked[1:] for i in chunk]
+    assert first == _ensemble.spread(600, 64).tolist()
+    assert sorted(first + rest) == list(range(600))
+    assert speeds[rest].tolist() == sorted(speeds[rest], reverse=True)
+    assert {(limit, room, last) for limit, room, _, last in asked} == {(128, 32, False)}
+    # nothing is sorted where all cost the same, and few runs need no look ahead
+    _, alike = group(np.full(200, 20))
+    left = [i for _, _, chunk, _ in alike[1:] for i in chunk]
+    assert left == sorted(left)
+    assert [chunk for _, _, chunk, _ in group(np.full(64, 20))[1]] == [list(range(64))]
+    assert len(group(np.full(128, 20), workers=2)[1][0][2]) == 64
+
+
+def test_runs_that_need_more_steps_are_repeated_with_more():
+    steps = np.where(np.arange(20) % 5 == 0, 500, 20)
+    runs, asked = group(steps)
+    assert asked[0] == (128, 32, list(range(20)), False)
+    again = [(limit, room, last) for limit, room, *_, last in asked[1:5]]
+    assert again == [(1024, 256, False)] * 4
+    assert sorted(i for *_, chunk, _ in asked[1:5] for i in chunk) == [0, 5, 10, 15]
+    assert np.all(runs.done)
+    assert runs.columns["steps"].tolist() == steps.tolist()
+    runs, asked = group(np.full(3, 10**7))
+    assert [one[3] for one in asked] == [False] * (len(asked) - 1) + [True]
+    assert asked[-1][0] == asked[-1][1]  # the last one has room for every step
+    assert runs.done.all()
+    assert set(runs.columns["code"]) == {int(Code.STEP_LIMIT)}
+    runs, asked = group(steps, max_steps=40)
+    assert [(limit, room, last) for limit, room, _, last in asked] == [(40, 40, True)]
+    assert np.flatnonzero(runs.columns["code"]).tolist() == [0, 5, 10, 15]
+    # where most of the first runs are longer, the others begin with the higher limit
+    _, asked = group(np.full(200, 500))
+    assert (asked[0][0], len(asked[0][2])) == (128, 64)
+    assert {limit for limit, *_ in asked[1:]} == {1024}
+    _, asked = group(np.where(np.arange(200) % 3 == 0, 500, 20))
+    assert [limit for limit, *_ in asked[:2]] == [128, 128]
+
+
+def test_a_pool_of_threads_has_so_many_workers():
+    with threads(1) as pool:
+        assert (pool.workers, pool.on_cpu) == (1, jax.devices()[0].platform == "cpu")
+
+
+def test_a_worker_of_a_cluster_keeps_what_it_finds(tmp_path, monkeypatch):
+    made = plan({SPEED: [1.0, 2.0]}, metrics=["stopping_time"], solver=sb.hybrid.Rodas5P())
+    store = _ensemble.store_of(made, tmp_path / "kept")
+    manifest = json.loads((tmp_path / "kept" / "manifest.json").read_text("utf-8"))
+    assert {name: manifest[name] for name in ("runs", "paths", "metrics", "rtol", "solver", "max_steps")} == {
+        "runs": 2,
+        "paths": [SPEED],
+        "metrics": ["stopping_time"],
+        "rtol": 1e-10,
+        "solver": "Rodas5P",
+        "max_steps": None,
+    }
+    called = []
+
+    def chunk(job, rows):
+        called.append((job, rows.tolist()))
+        return {"code": np.zeros(2, int), "stopping_time": 2 * rows[:, 0]}
+
+    monkeypatch.setattr(_ensemble, "run_chunk", chunk)
+    payload, task = pickle.dumps("job"), Task(128, np.arange(2), made.columns)
+    for folder, key, times in (
+        ("", "", 1),
+        (str(tmp_path / "kept"), store.key, 2),
+        (str(tmp_path / "kept"), store.key, 2),
+    ):
+        found = _ensemble.run_packed(payload, task, folder, key)
+        assert found["stopping_time"].tolist() == [2.0, 4.0]
+        assert called == [("job", [[1.0], [2.0]])] * times, folder
+    # a folder that is another ensemble's, or not there, keeps nothing
+    for folder, key in ((str(tmp_path / "kept"), "other"), (str(tmp_path / "nowhere"), store.key)):
+        _ensemble.run_packed(payload, task, folder, key)
+    assert len(called) == 4
+    assert not (tmp_path / "nowhere").exists()
 
 
 # --- the data set -----------------------------------------------------------------------------------------------------

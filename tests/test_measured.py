@@ -301,7 +301,11 @@ def test_what_a_scene_and_its_run_do_not_have_is_told():
         ("rim_temperature", None, "rim_temperature: is not in a run of this scene"),
         ("torque", "2", "torque[2]: is not in a run of this scene"),
         ("tension", "21", "tension[21]: there is no entry 21 — there are: 1, 2, 3, 4, 5, "),
-        ("tension", None, "tension: has 20 entries — name the measured one: tension[1], tension[2], tension[3], tensio"),
+        (
+            "tension",
+            None,
+            "tension: has 20 entries — name the measured one: tension[1], tension[2], tension[3], tensio",
+        ),
         ("zzz", None, "zzz: is not in a run of this scene — its brake or heat part has no such quantity"),
         ("brake_torqe", None, "brake_torqe: is not in a run of this scene — nearest: brake_torque"),
     ):

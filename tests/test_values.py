@@ -223,7 +223,9 @@ def test_another_law_in_the_place_of_a_number_brings_its_own_numbers():
     other = {path: np.asarray(60.0), "brake.pulley.inertia": np.asarray(700.0)}
     still = sb.with_values(blown, other)
     assert (float(still.heat.links[0].coefficient), float(still.brake.pulley.inertia)) == (60.0, 700.0)
-    assert f"{path}.at_rest: there is no such number" in told(sb.with_values, blown, other | {f"{path}.at_rest": 6.0})[0]
+    assert (
+        f"{path}.at_rest: there is no such number" in told(sb.with_values, blown, other | {f"{path}.at_rest": 6.0})[0]
+    )
 
 
 def test_another_number_of_equal_linings_keeps_the_wrap():
