@@ -133,18 +133,18 @@ def to_si(number: float, of: Unit) -> float:
 
 # --- number formatting ------------------------------------------------------------------------------------------------
 
-#: SI unit → from which magnitude on, factor and name of a unit for reading; the last one holds for all that is smaller
+#: SI unit → from which magnitude on, factor and name of a unit for reading; smaller ones are shown in the SI unit
 _SCALES: dict[str, tuple[tuple[float, float, str], ...]] = {
-    "N": ((1e6, 1e-6, "MN"), (1e3, 1e-3, "kN"), (0.0, 1.0, "N")),
-    "N*m": ((1e6, 1e-6, "MN·m"), (1e3, 1e-3, "kN·m"), (0.0, 1.0, "N·m")),
-    "N/m": ((1e6, 1e-6, "MN/m"), (1e3, 1e-3, "kN/m"), (0.0, 1.0, "N/m")),
-    "J": ((1e7, 1e-6, "MJ"), (1e3, 1e-3, "kJ"), (0.0, 1.0, "J")),
-    "W": ((1e6, 1e-6, "MW"), (1e3, 1e-3, "kW"), (0.0, 1.0, "W")),
-    "Pa": ((1e9, 1e-9, "GPa"), (1e5, 1e-6, "MPa"), (1e3, 1e-3, "kPa"), (0.0, 1.0, "Pa")),
-    "kg": ((1e4, 1e-3, "t"), (0.0, 1.0, "kg")),
-    "m": ((0.1, 1.0, "m"), (1e-4, 1e3, "mm"), (1e-7, 1e6, "µm"), (0.0, 1.0, "m")),
+    "N": ((1e6, 1e-6, "MN"), (1e3, 1e-3, "kN")),
+    "N*m": ((1e6, 1e-6, "MN·m"), (1e3, 1e-3, "kN·m")),
+    "N/m": ((1e6, 1e-6, "MN/m"), (1e3, 1e-3, "kN/m")),
+    "J": ((1e7, 1e-6, "MJ"), (1e3, 1e-3, "kJ")),
+    "W": ((1e6, 1e-6, "MW"), (1e3, 1e-3, "kW")),
+    "Pa": ((1e9, 1e-9, "GPa"), (1e5, 1e-6, "MPa"), (1e3, 1e-3, "kPa")),
+    "kg": ((1e4, 1e-3, "t"),),
+    "m": ((0.1, 1.0, "m"), (1e-4, 1e3, "mm"), (1e-7, 1e6, "µm")),
     "m^2": ((0.01, 1.0, "m²"), (0.0, 1e4, "cm²")),
-    "s": ((0.1, 1.0, "s"), (1e-4, 1e3, "ms"), (1e-7, 1e6, "µs"), (0.0, 1.0, "s")),
+    "s": ((0.1, 1.0, "s"), (1e-4, 1e3, "ms"), (1e-7, 1e6, "µs")),
     "rad": ((2.1 * math.pi, 1.0, "rad"), (0.0, 180 / math.pi, "°")),
 }
 #: the same on a rig
@@ -213,7 +213,7 @@ def digits(x: float, count: int = 6) -> str:
     if not math.isfinite(x):
         return "—" if math.isnan(x) else "∞" if x > 0 else "−∞"
     mantissa, _, power = f"{x:.{count}g}".partition("e")
-    if power and 0 < int(power) < 9 and abs(x) < 1e7:
+    if power.startswith("+") and abs(x) < 1e7:
         mantissa, power = f"{float(f'{x:.{count}g}'):.0f}", ""
     if not power:
         return mantissa.replace("-", "−")
@@ -233,7 +233,7 @@ def scale(unit: str, magnitude: float, *, absolute: bool = False) -> tuple[float
     if unit == "K":
         return (1.0, -ZERO, "°C") if absolute else (1.0, 0.0, "K")
     for low, factor, name in (_RIG_SCALES if rig and unit in _RIG_SCALES else _SCALES).get(unit, ()):
-        if magnitude >= low and (magnitude > 0 or factor == 1.0 or rig):
+        if magnitude >= low and (magnitude > 0 or rig):
             return factor, 0.0, name
     return 1.0, 0.0, pretty(unit)
 
@@ -440,7 +440,7 @@ def plain(value: Any) -> Any:
         return value if np.isfinite(value) else None
     if isinstance(value, Mapping):
         return {str(key): plain(one) for key, one in value.items()}
-    if dataclasses.is_dataclass(value) and not isinstance(value, type):
+    if dataclasses.is_dataclass(value):
         return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if isinstance(value, tuple) and (names := getattr(value, "_fields", None)):
         return {name: plain(one) for name, one in zip(names, value, strict=True)}
