@@ -1,9 +1,14 @@
 """The cache on disk: the same numbers whatever the state of its folder, and nothing that another user could write."""
 
+import functools
 import json
 import os
+import pathlib
+import platform
+import re
 import subprocess
 import sys
+import time
 from types import SimpleNamespace
 
 import diffrax
@@ -15,6 +20,7 @@ from test_cli import call
 
 import simbrake as sb
 from simbrake._base import _cache, _compiling
+from simbrake._base._quantity import Over
 
 RUN = """
 import jax, logging, sys
@@ -103,6 +109,58 @@ def test_what_a_structure_is():
     assert _cache.key_of("law", Mine()) is None
 
 
+def of_package(name):
+    """A function without a name of its own in a module of that name."""
+    return eval("lambda x: x", {"__name__": f"{name}.mine"})
+
+
+def test_structures_in_words():
+    """Names of classes and functions of known packages, shapes and types; numbers where they are static."""
+    for value, words in (
+        (None, "None"),
+        ((1, [2.5, "a"]), "builtins.tuple(1,builtins.list(2.5,'a'))"),
+        ({"a": True}, "{'a':True}"),
+        (np.zeros((2, 3)), "float64[2, 3]"),
+        (jax.ShapeDtypeStruct((4,), np.int32), "int32[4]"),
+        (np.dtype("int32"), "int32"),
+        (Over.GAPS, "simbrake._base._quantity.Over.GAPS"),
+        (_cache.canonical, "simbrake._base._cache.canonical"),
+        ("".join, "builtins.str.join"),
+        (functools.partial(int, 3), "functools.partialbuiltins.tuple(builtins.int,builtins.tuple(3),{})"),
+    ):
+        assert _cache.canonical(value) == words
+    light, heavy = sb.Pulley(1.0, 2.0), sb.Pulley(1.0, 3.0)
+    assert _cache.canonical(light) == _cache.canonical(heavy)
+    assert _cache.canonical(light, static=True) != _cache.canonical(heavy, static=True)
+    assert _cache.canonical(np.ones(2)) == _cache.canonical(np.zeros(2)) == "float64[2]"
+    assert re.fullmatch(r"float64\[2\][0-9a-f]{64}", _cache.canonical(np.ones(2), static=True))
+    wrapped = functools.wraps(_cache.canonical)(lambda value: "")
+    for unknown in (json.dumps, of_package("simbrake"), wrapped):
+        with pytest.raises(_cache.UnknownStructureError):
+            _cache.canonical(unknown)
+
+
+def test_nothing_is_kept_of_what_jax_is_asked_to_look_at():
+    assert re.fullmatch("run-[0-9a-f]{40}", _cache.key_of("run", 1))
+    for looking in (jax.disable_jit(), jax.debug_nans(True), jax.debug_infs(True)):
+        with looking:
+            assert _cache.key_of("run", 1) is None
+    cpu = jax.local_devices(backend="cpu")[0]
+    assert _cache.key_of("run", 1) != _cache.key_of("run", 1, cpu)
+
+
+def test_surroundings_are_the_sources_and_the_processor():
+    package = os.path.dirname(sb.__file__)
+    about = os.stat(os.path.join(package, "_run", "_simulate.py"))
+    lines = _cache._surroundings().splitlines()
+    assert f"{os.path.join('_run', '_simulate.py')} {about.st_size} {about.st_mtime_ns}" in lines
+    assert not [line for line in lines if ".pyc" in line]
+    first, rest = _cache._processor()[:3], _cache._processor()[3:]
+    assert first == [platform.machine(), platform.system(), str(os.cpu_count())]
+    assert all(line.startswith(("model", "flags", "Features", "CPU")) for line in rest)
+    assert len({line for line in rest if line.startswith("flags")}) <= 1
+
+
 def test_versions_sources_device_and_settings_are_in_the_key(monkeypatch):
     cpu = jax.local_devices(backend="cpu")[0]
     other = SimpleNamespace(platform="cpu", device_kind="other", client=cpu.client)
@@ -143,17 +201,50 @@ def file_instead(path):
     return path
 
 
-@pytest.mark.parametrize("make", [writable_folder, writable_parent, link, link_above, file_instead])
-def test_a_folder_that_is_not_safe_is_left_alone_with_one_line(make, monkeypatch, tmp_path, caplog):
+def sticky_folder(path):
+    path.mkdir()
+    path.chmod(0o1777)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (writable_folder, "others may write to {place} (chmod go-w helps)"),
+        (writable_parent, "others may write to {place.parent} (chmod go-w helps)"),
+        (sticky_folder, "others may write to {place} (chmod go-w helps)"),
+        (link, "{place} is a symbolic link"),
+        (link_above, "{place.parent} is a symbolic link"),
+        (file_instead, "{place.name}: Not a directory"),
+    ],
+)
+def test_a_folder_that_is_not_safe_is_left_alone_with_one_line(make, words, monkeypatch, tmp_path, caplog):
     place = make(tmp_path / "place")
     monkeypatch.setenv("SIMBRAKE_CACHE_DIR", str(place))
     before = sorted(tmp_path.rglob("*"))
     assert _cache.cached("sum", (1, 2), lambda: 3) == 3
     assert _cache.cached("sum", (1, 2), lambda: 4) == 4
     assert sorted(tmp_path.rglob("*")) == before
-    (said,) = caplog.messages
-    assert said.startswith("simbrake: compiled programs are not cached: ")
-    assert "\n" not in said
+    why = words.format(place=place)
+    assert caplog.messages == [f"simbrake: compiled programs are not cached: {why}; SIMBRAKE_CACHE_DIR= turns this off"]
+
+
+def mode_of(path):
+    return path.stat().st_mode & 0o7777
+
+
+def test_a_folder_is_made_private_and_those_above_stay_as_they_are(tmp_path):
+    above, shared = tmp_path / "above", tmp_path / "shared"
+    above.mkdir()
+    (above / "mine").mkdir()
+    for path, mode in ((above, 0o755), (above / "mine", 0o750)):
+        path.chmod(mode)
+    _cache.Folder(above / "mine")
+    assert (mode_of(above), mode_of(above / "mine")) == (0o755, 0o700)
+    shared.mkdir()
+    shared.chmod(0o1777)  # as /tmp
+    _cache.Folder(shared / "new" / "programs")
+    assert [mode_of(path) for path in (shared, shared / "new", shared / "new" / "programs")] == [0o1777, 0o700, 0o700]
 
 
 @pytest.mark.skipif(os.getuid() != 0, reason="only root can give files away")
@@ -166,6 +257,17 @@ def test_what_belongs_to_somebody_else_is_not_opened(what, folder, caplog):
     assert _cache.cached("sum", 1, lambda: 4) == 4
     assert len(caplog.messages) == 1
     os.chown(folder, 0, 0)
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root can give files away")
+def test_folders_above_may_belong_to_root(tmp_path, monkeypatch):
+    (tmp_path / "theirs").mkdir(mode=0o700)
+    (tmp_path / "mine").mkdir(mode=0o700)
+    os.chown(tmp_path / "mine", 12345, 12345)
+    monkeypatch.setattr(os, "getuid", lambda: 12345)
+    assert _cache.Folder(tmp_path / "mine").entries() == []
+    with pytest.raises(OSError, match="theirs belongs to another user"):
+        _cache.Folder(tmp_path / "theirs")
 
 
 @pytest.mark.parametrize(
@@ -196,7 +298,10 @@ def test_without_a_folder_nothing_is_kept(monkeypatch, tmp_path, caplog):
     monkeypatch.delenv("SIMBRAKE_CACHE_DIR")
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     assert _cache.place() == tmp_path / "simbrake" / "programs"
+    monkeypatch.setenv("XDG_CACHE_HOME", "cache")  # not absolute, which has no meaning there
+    assert _cache.place() is None
     monkeypatch.delenv("XDG_CACHE_HOME")
+    assert _cache.place() == pathlib.Path.home() / ".cache" / "simbrake" / "programs"
     monkeypatch.setattr("os.path.expanduser", lambda path: path)  # nobody knows a home
     assert _cache.place() is None
     assert caplog.messages == []
@@ -219,6 +324,69 @@ def test_the_files_unused_for_longest_go_first(folder, monkeypatch):
     _cache.cached("block", 0, lambda: b"")  # used again
     _cache.cached("block", 3, lambda: bytes(9_000))
     assert {file.name for file in folder.iterdir()} == {_cache.key_of("block", i) for i in (0, 2, 3)}
+
+
+def test_no_more_than_the_limit_is_kept_and_nothing_of_killed_processes(folder, monkeypatch):
+    """Three files of 10,000 bytes fill 0.03 MB; one byte more is too much."""
+    monkeypatch.setenv("SIMBRAKE_CACHE_SIZE", "0.03")
+    store = _cache.folder()
+    store.write("a", b"")
+    empty, now = store.entries()[0].size, time.time()
+    for i, name in enumerate("abc"):
+        store.write(name, bytes(10_000 - empty))
+        os.utime(folder / name, (now + i, now + i))
+    assert store.entries() == [
+        _cache.Entry(name, 10_000, pytest.approx(now + i)) for i, name in ((2, "c"), (1, "b"), (0, "a"))
+    ]
+    store.write("b", bytes(10_001 - empty))
+    os.utime(folder / "b", (now + 1, now + 1))
+    for name, age in ((".young", 3000), (".old", 4000), ("b", 4000)):
+        (folder / name).touch()
+        os.utime(folder / name, (now - age, now - age))
+    store.write("c", b"")
+    assert {entry.name for entry in store.entries()} == {"b", "c", ".young"}
+    assert (store.read("c"), store.read("d")) == (b"", None)
+    (folder / "below").mkdir()
+    with pytest.raises(OSError, match="below is not a private file"):
+        store.read("below")
+    assert "below" not in [entry.name for entry in store.entries()]
+
+
+@pytest.mark.parametrize(("text", "megabytes"), [("30", 30.0), ("0", 0.0), ("-3", 0.0), ("many", 512.0), (None, 512.0)])
+def test_the_size_of_the_cache_is_a_setting(monkeypatch, text, megabytes):
+    monkeypatch.delenv("SIMBRAKE_CACHE_SIZE", raising=False)
+    if text is not None:
+        monkeypatch.setenv("SIMBRAKE_CACHE_SIZE", text)
+    assert _cache.limit() == megabytes
+
+
+def test_why_a_file_is_not_read_or_written_is_said(folder, caplog):
+    def failing(error):
+        def restore(content):
+            raise error
+
+        return restore
+
+    for error, words in (
+        (OSError(5, "broken"), "[Errno 5] broken"),
+        (OSError(5, "broken", "disk"), "disk: broken"),
+        (ValueError("old"), "old"),
+        (EOFError(), "EOFError"),
+    ):
+        _cache.write("sum-1", lambda: 3)
+        assert _cache.read("sum-1", lambda content: content + 1) == 4
+        assert _cache.read("sum-1", failing(error)) is None
+        assert caplog.messages.pop() == f"simbrake: cache file sum-1 is unusable and will be replaced: {words}"
+        caplog.clear()
+        assert list(folder.iterdir()) == []
+    assert _cache.read("sum-1", lambda content: content) is None
+    for error, words in ((OSError(5, "broken"), "broken"), (OSError("strange"), "strange"), (ValueError("no"), "no")):
+        _cache.write("sum-1", lambda error=error: failing(error)(None))
+        assert caplog.messages.pop() == f"simbrake: a compiled program is not cached: {words}"
+        caplog.clear()
+    _cache.write(None, lambda: 3)  # what has no key
+    assert _cache.read(None, lambda content: content) is None
+    assert (caplog.messages, list(folder.iterdir())) == ([], [])
 
 
 def test_the_command_shows_and_clears(folder, capsys):

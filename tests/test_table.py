@@ -167,6 +167,11 @@ def test_several_numbers_are_one_a_list_or_a_range():
 
 def test_units_of_the_library_and_what_is_none():
     assert unit("", "m") == unit(" m ", "m") == unit("", "") == unit("1", "1") == Unit(1)
+    assert unit("%", "") == unit("%", "1") == Unit(Fraction("0.01"))
+    for text in ("kN·m", "kN⋅m", " kN * m"):
+        assert unit(text, "N*m") == Unit(1000)
+    assert unit("mm³", "m^3") == unit("mm**3", "m^3") == Unit(Fraction("1e-9"))
+    assert unit("μm", "m") == unit("µm", "m") == Unit(Fraction("1e-6"))
     assert unit("km", "m") == Unit(1000)
     assert unit("celsius", "K") == Unit(1, Fraction("273.15"))
     assert unit("fahrenheit", "K") == Unit(Fraction(5, 9), Fraction("459.67") * 5 / 9)

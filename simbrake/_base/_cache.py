@@ -295,7 +295,7 @@ def _opened(path: Path) -> Folder | None:
 
 
 def _words(error: Exception) -> str:
-    named = isinstance(error, OSError) and error.strerror and error.filename
+    named = isinstance(error, OSError) and error.filename
     return f"{error.filename}: {error.strerror}" if named else str(error)  # pyright: ignore
 
 
@@ -322,8 +322,7 @@ def _reported(name: str) -> Iterator[None]:
 
 def read(key: str | None, restore: Callable[[Any], _Answer]) -> _Answer | None:
     """Return `restore(content)` of the file with this key; `None` if there is none, or none that is usable."""
-    store = None if key is None else folder()
-    if store is None or key is None:
+    if key is None or (store := folder()) is None:
         return None
     with _reported(key):
         body = store.read(key)
@@ -333,8 +332,7 @@ def read(key: str | None, restore: Callable[[Any], _Answer]) -> _Answer | None:
 
 def write(key: str | None, content: Callable[[], Any]) -> None:
     """Write what `content` returns to the file with this key, if possible."""
-    store = None if key is None else folder()
-    if store is None or key is None:
+    if key is None or (store := folder()) is None:
         return
     try:
         store.write(key, pickle.dumps(content(), pickle.HIGHEST_PROTOCOL))
