@@ -264,7 +264,7 @@ def numbers(values: Any, unit: str = "", *, absolute: bool | None = None, count:
     factor, offset, name = scale(unit, float(np.abs(flat).max()), absolute=absolute is not False)
     shown = [digits(x * factor + offset, count) for x in flat]
     exact = ", ".join(repr(x) for x in flat.tolist()) if flat.size <= 100 else ""
-    if array.size > 1 and np.ptp(flat) <= 1e-12 * np.abs(flat).max():
+    if array.size > 1 and np.isfinite(flat).all() and np.ptp(flat) <= 1e-12 * np.abs(flat).max():
         words = f"{array.size} × {shown[0]}"
     elif array.size <= most:
         words = ", ".join(shown)
@@ -442,7 +442,7 @@ def plain(value: Any) -> Any:
         return {str(key): plain(one) for key, one in value.items()}
     if dataclasses.is_dataclass(value):
         return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
-    if isinstance(value, tuple) and (names := getattr(value, "_fields", None)):
+    if names := getattr(value, "_fields", None):
         return {name: plain(one) for name, one in zip(names, value, strict=True)}
     if isinstance(value, tuple | list | set | frozenset):
         return [plain(one) for one in value]
