@@ -1,5 +1,6 @@
 """The cache on disk: the same numbers whatever the state of its folder, and nothing that another user could write."""
 
+import dataclasses
 import functools
 import json
 import os
@@ -134,6 +135,9 @@ def test_structures_in_words():
     assert _cache.canonical(light, static=True) != _cache.canonical(heavy, static=True)
     assert _cache.canonical(np.ones(2)) == _cache.canonical(np.zeros(2)) == "float64[2]"
     assert re.fullmatch(r"float64\[2\][0-9a-f]{64}", _cache.canonical(np.ones(2), static=True))
+    held = dataclasses.make_dataclass("Held", [("x", object, dataclasses.field(metadata={"static": True}))])
+    held.__module__ = "simbrake.mine"
+    assert _cache.canonical(held(np.ones(2))) != _cache.canonical(held(np.zeros(2)))  # static where a field says so
     wrapped = functools.wraps(_cache.canonical)(lambda value: "")
     for unknown in (json.dumps, of_package("simbrake"), wrapped):
         with pytest.raises(_cache.UnknownStructureError):

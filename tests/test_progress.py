@@ -154,3 +154,148 @@ def test_progress_waits_before_it_speaks(capsys):
     line.add(3)
     line.close()
     assert "3/3 frames" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0.4, "0 s"),
+        (59.4, "59 s"),
+        (59.6, "1 min 00 s"),
+        (60, "1 min 00 s"),
+        (61, "1 min 01 s"),
+        (3599, "59 min 59 s"),
+        (3600, "1 h 00 min"),
+        (7384, "2 h 03 min"),
+        (2 * 3600 + 3599, "2 h 59 min"),
+    ],
+)
+def test_spans_of_time_in_words(seconds, text):
+    assert _progress.duration(seconds) == text
+
+
+def test_a_line_is_overwritten_in_place_cleared_or_kept(capsys, monkeypatch):
+    _progress.Line("run").show("nothing")  # no terminal
+    assert capsys.readouterr().err == ""
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: True)
+    for line, shown in (
+        (_progress.Line("run"), "\rrun: half\x1b[K"),
+        (_progress.Line(shown=True), "\rhalf\x1b[K"),
+        (_progress.Line("run", shown=False), ""),
+    ):
+        line.show("half")
+        assert capsys.readouterr().err == shown
+        line.done()
+        assert capsys.readouterr().err == ("\r\x1b[K" if shown else "")
+        line.done(keep=True)
+        assert capsys.readouterr().err == ("\n" if shown else "")
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """The seconds that the clock shows, to be set."""
+    now = [100.0]
+    monkeypatch.setattr("simbrake._base._progress.time", SimpleNamespace(monotonic=lambda: now[0]))
+    return now
+
+
+def test_what_is_counted_anew_has_a_new_rate(clock):
+    told = Waiting("fit", "begins", shown=False)
+    for at, what, done, text in (
+        (100.0, "starts", 2, "starts 2 of 12, cost 3"),
+        (104.0, "starts", 4, "starts 4 of 12, cost 3, 16 s left"),  # two in four seconds
+        (106.0, "starts", 1, "starts 1 of 12, cost 3"),
+        (107.0, "starts", 3, "starts 3 of 12, cost 3, 4 s left"),  # two in one second
+        (110.0, "checks", 6, "checks 6 of 12, cost 3"),
+        (113.0, "checks", 9, "checks 9 of 12, cost 3, 3 s left"),
+    ):
+        clock[0] = at
+        told.now(what, done, 12, also=", cost 3")
+        assert told.text() == text
+    clock[0] = 130.0  # longer than expected
+    assert told.text() == "checks 9 of 12, cost 3, 0 s left"
+    told.now("checks", 10, 12, bound=True)
+    assert told.text() == "checks 10 of 12, at most 10 s left"  # four in twenty seconds
+    told.now("sums up")
+    clock[0] = 142.0
+    assert told.text() == "sums up, 12 s"
+    assert told._thread.daemon  # it does not keep the process
+
+
+def test_who_is_told_of_a_run():
+    said = []
+    with _progress.telling(False) as nobody:
+        assert nobody is None
+    with _progress.telling(said.append) as somebody:
+        assert somebody == said.append
+    with _progress.telling(None) as reach:
+        reach(0.0, 5.0)
+        assert reach.__self__.text() == "simulated to 0 of 5 s"
+        assert reach.__self__._line.name == "run: "
+    with _progress.waiting(False, "fit", "begins") as own:
+        assert (own.text(), own._line.name, own._line.shown) == ("begins, 0 s", "fit: ", False)
+
+
+def test_the_rate_of_pieces_is_that_since_the_first(clock, capsys):
+    """The first takes ten seconds, the compiler's; what comes in less than 0.2 s is not said, unless it is the last."""
+    line = _progress.Progress(100, True, done=4)
+    for at, count, text in (
+        (110.0, 6, "10/100 runs"),
+        (110.1, 10, None),
+        (110.31, 4, "24/100 runs, 45 runs/s, 2 s left"),
+        (115.0, 36, "60/100 runs, 10 runs/s, 4 s left"),
+        (115.21, 0, "60/100 runs, 10 runs/s, 4 s left"),
+        (115.3, 39, None),
+        (120.0, 1, "100/100 runs, 9 runs/s, 0 s left"),
+    ):
+        clock[0] = at
+        line.add(count)
+        said = capsys.readouterr().err.removeprefix("\r\x1b[K")  # of the line while it compiled
+        assert said == ("" if text is None else f"\r{text}\x1b[K")
+    line.close()
+    assert capsys.readouterr().err == "\n"
+
+
+def test_one_piece_in_less_than_a_second_has_a_rate_and_none_has_not(clock, capsys):
+    line = _progress.Progress(9, True, what="frames")
+    for at, count, text in (
+        (101.0, 1, "1/9 frames"),
+        (101.5, 1, "2/9 frames, 2 frames/s, 4 s left"),
+        (102.0, 0, "2/9 frames, 1 frames/s, 7 s left"),
+    ):
+        clock[0] = at
+        line.add(count)
+        assert capsys.readouterr().err == f"\r{text}\x1b[K"
+    at_once = _progress.Progress(2, True)
+    capsys.readouterr()
+    at_once.add(1)
+    clock[0] = 103.0
+    at_once.add(0)
+    assert capsys.readouterr().err.endswith("\r1/2 runs\x1b[K")
+    clock[0] = 104.0
+    at_once = _progress.Progress(2, True)
+    at_once.add(1)
+    at_once.add(1)  # at the same moment
+    assert capsys.readouterr().err.endswith("\r2/2 runs\x1b[K")
+
+
+def test_nothing_is_said_too_early_and_a_function_is_told_all(clock, capsys):
+    line = _progress.Progress(10, True, after=60.0)
+    line.add(5)
+    clock[0] = 159.0
+    line.add(1)
+    line.close()
+    assert capsys.readouterr().err == ""
+    clock[0] = 160.0
+    line.add(1)
+    assert capsys.readouterr().err == "\r7/10 runs, 0 runs/s, 1 min 30 s left\x1b[K"
+    line.close()
+    assert capsys.readouterr().err == "\n"
+    _progress.Progress(10, True).close()
+    assert capsys.readouterr().err == "\n"
+    said = []
+    line = _progress.Progress(10, lambda *told: said.append(told), done=2)
+    line.add(3)
+    line.add(5)
+    line.close()
+    assert (said, capsys.readouterr().err) == ([(5, 10), (10, 10)], "")

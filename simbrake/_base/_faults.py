@@ -127,7 +127,7 @@ def text_of_file(path: Path, what: str = "a TOML file", most: int = MOST_BYTES) 
     except FileNotFoundError:
         raise InputError([Fault(str(path), "there is no such file", f"give the path of {what}")]) from None
     except (OSError, ValueError) as error:
-        words = error.strerror if isinstance(error, OSError) and error.strerror else error
+        words = error.strerror if isinstance(error, OSError) else error
         raise InputError([Fault(str(path), f"cannot be read: {words}", f"give {what} in UTF-8")]) from None
 
 

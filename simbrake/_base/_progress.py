@@ -125,7 +125,7 @@ class Waiting:
     ) -> None:
         (doing, _, way), now = self._doing, time.monotonic()
         goes_on = way is not None and doing == what and done > way.first
-        first, since = (way.first, way.since) if way is not None and goes_on else (done, now)
+        first, since = way[:2] if goes_on else (done, now)
         # one assignment: the reporting thread sees all of it or nothing
         self._doing = (what, since, _Way(first, since, done, total, now, unit, bound, inner, also))
 
@@ -210,7 +210,7 @@ class Progress:
             self._tell(self.done, self.total)
         now = time.monotonic()
         due = now - self._said > 0.2 or self.done == self.total
-        if due and (self._spoke or now - self._begun >= self._after):
+        if due and now - self._begun >= self._after:
             self._said, self._spoke = now, True
             self._line.show(self._text(now))
         if self._first:
