@@ -13,7 +13,19 @@ from heat_scenes import fading, layered_stop, lump, rigid_stop
 from helpers import stop_scene
 
 import simbrake as sb
+from simbrake._base._faults import Fault, require_not_negative, require_positive, require_share
 from simbrake._base._part import all_in_range, faults_of_values
+from simbrake._base._quantity import (
+    NumberReader,
+    Quantity,
+    as_number,
+    example,
+    faults_of_tolerance,
+    has_units,
+    in_si,
+    positive,
+    shown,
+)
 from simbrake._run._edit import parse_assignments, read_numbers, unknown_paths
 
 
@@ -275,3 +287,171 @@ def test_numbers_of_one_path_have_units_all_or_none():
     assert "'kg' is not a unit" in told(read_numbers, scene, "end_time", ["3 kg", "4"])[0]
     assert len(told(read_numbers, scene, "end_time", ["3 kg", "4"])) == 1
     assert "no such number" in told(read_numbers, scene, "omega[3]", ["3"])[0]
+
+
+# --- numbers, their ranges and the words about them -------------------------------------------------------------------
+
+FREE, POSITIVE = Quantity("N", "force"), Quantity("kg", "mass", 0.0, open_low=True)
+SHARE, LENGTH = Quantity("1", "share", 0.0, 1.0), Quantity("m", "length", 5.0)
+ANGLE, TIME = Quantity("rad", "wrap", 0.0, 6.0, open_low=True), Quantity("s", "time")
+
+
+@pytest.mark.parametrize(
+    ("about", "inside", "outside", "words"),
+    [
+        (FREE, (-1e40, 0.0, 1e40), (-1.05e40, 1.05e40, np.nan, np.inf), "finite"),
+        (POSITIVE, (1.5e-40, 1e40), (1e-40, 0.0, -1.0, 1.05e40, np.nan), "> 0"),
+        (SHARE, (0.0, 0.5, 1.0), (-1e-9, 1.001), "≥ 0 and ≤ 1"),
+        (LENGTH, (5.0, 1e6), (4.9, 1.05e6), "≥ 5"),
+        (ANGLE, (1e-30, 6.0), (0.0, 6.1), "> 0 and ≤ 6"),
+        (TIME, (-1e12, 1e12), (-1.05e12, 1.05e12), "finite"),
+        (Quantity("N", "force", high=3.0), (-1e40, 3.0), (3.1,), "≤ 3"),
+        (Quantity("N", "force", 2.0, open_low=True), (2.1, 1e40), (2.0,), "> 2"),
+    ],
+)
+def test_ranges_of_numbers(about, inside, outside, words):
+    assert [about.admits_one(x) for x in (*inside, *outside)] == [True] * len(inside) + [False] * len(outside)
+    assert about.admits(np.asarray([*inside, *outside])).tolist() == [True] * len(inside) + [False] * len(outside)
+    assert about.range == words
+
+
+def test_what_is_wanted_of_a_number_in_words():
+    for about, value, words in (
+        (FREE, 1e41, "at most 1e+40 in magnitude"),
+        (FREE, -1e41, "at most 1e+40 in magnitude"),
+        (FREE, np.inf, "finite"),
+        (LENGTH, 2e6, "at most 1e+06 in magnitude"),
+        (LENGTH, 3.0, "≥ 5"),
+        (POSITIVE, 1e-41, "> 1e-40"),
+        (POSITIVE, 0.0, "> 0"),
+        (POSITIVE, -1.0, "> 0"),
+        (SHARE, 1.5, "≥ 0 and ≤ 1"),
+        (Quantity("N", "force", 1.0, open_low=True), 0.5, "> 1"),
+    ):
+        assert about.wanted(value) == words
+    for about, value, words in (
+        (ANGLE, 270.0, '; did you mean "270 deg"?'),
+        (ANGLE, 400.0, ""),  # not in degrees either
+        (ANGLE, 3.0, ""),
+        (Quantity("rad", "angle", 0.0), 270.0, ""),
+        (Quantity("m", "length", 0.0, 6.0), 270.0, ""),
+        (Quantity("rad", "angle", 0.1, 1.0), 2.0, ""),  # as likely radians
+    ):
+        assert about.in_degrees(value) == words
+    about = positive("m", "thickness", 3.0)
+    assert about == Quantity("m", "thickness", 0.0, 3.0, open_low=True)
+    fields = ("open_low", "difference", "many", "may_be_empty")
+    assert [getattr(FREE, name) for name in fields] == [False] * 4
+
+
+def test_what_counts_as_a_number():
+    array = np.asarray([1.0, 2.0])
+    assert as_number(array) is array
+    frame = pd.Series([1, 2])
+    for given in ([1, 2], (1.0, 2), np.asarray([1, 2]), np.asarray([1, 2], np.uint8), frame, np.float32([1, 2])):
+        found = as_number(given)
+        assert (type(found), found.dtype, found.tolist()) == (np.ndarray, np.float64, [1.0, 2.0])
+    assert (as_number(3).dtype, float(as_number(3))) == (np.float64, 3.0)
+    whole, short = jnp.asarray([1, 2]), jnp.asarray(0.5, jnp.float32)
+    assert (as_number(whole).dtype, as_number(short).dtype) == (np.float64, np.float32)
+    traced = as_number([jnp.asarray(1.0), 2.0])
+    assert isinstance(traced, jax.Array)
+    assert traced.tolist() == [1.0, 2.0]
+    for other in (True, None, "3", {}, pd.Series, ["a"], [1, [2, 3]], np.asarray([True]), np.asarray(["a"]), 1j):
+        assert as_number(other) is other
+    texts = ("1 m", ["1 m", 2], (1, "2"), [1, 2], 3, {"1"}, None)
+    assert [has_units(x) for x in texts] == [True, True, True, False, False, False, False]
+    metres = Quantity("m", "length", many=True)
+    assert in_si("2 mm", metres) == 0.002
+    assert in_si((1, "2 mm"), metres).tolist() == in_si([1, "2 mm"], metres).tolist() == [1.0, 0.002]
+    assert in_si(3, metres).dtype == np.float64
+    assert in_si("2 kg", metres) == "2 kg"
+    assert in_si("2", Quantity("SI", "level")) == "2"
+
+
+def test_tolerances_and_arguments_of_formulas():
+    for good in (1e-8, 1.05e-15, 0.099, np.float64(1e-3), np.asarray([1e-8, 1e-3])):
+        assert faults_of_tolerance(good) == []
+    for bad in (
+        1e-15,
+        0.1,
+        0.105,
+        1.0,
+        -1.0,
+        np.nan,
+        "1e-8",
+        None,
+        np.asarray([1e-8, 0.105]),
+        np.asarray([1e-15, 1e-3]),
+    ):
+        assert faults_of_tolerance(bad) == [Fault("rtol", f"{shown(bad)} is out of range", "must be > 1e-15 and < 0.1")]
+    jax.eval_shape(lambda rtol: faults_of_tolerance(rtol) or rtol, 3.0)
+    checks = ((require_positive, "positive"), (require_not_negative, "at least 0"), (require_share, "between 0 and 1"))
+    values = (0.5, 0.0, 1.0, 1.5, -0.5, np.inf, np.nan, [0.5, -1.0], None)
+    fits = {0: "yn yynnnny".replace(" ", ""), 1: "yyyynnnny", 2: "yyynnnnny"}
+    for i, (check, words) in enumerate(checks):
+        for value, fit in zip(values, fits[i], strict=True):
+            if fit == "y":
+                check(x=value)
+            else:
+                with pytest.raises(ValueError, match="must be") as told:
+                    check(y=0.5, x=value, z=value)
+                assert str(told.value) == f"x = {value} must be {words}; z = {value} must be {words}"
+
+
+def read(value, about, si=None):
+    """The number that is read, or what is said of it."""
+    reader = NumberReader()
+    found = reader.number(value, about, "here", about.unit if si is None else si)
+    return str(reader.faults[0]) if reader.faults else found if isinstance(found, float) else found.tolist()
+
+
+def test_numbers_are_read_and_what_is_wrong_is_said_in_words():
+    many = Quantity("rad", "wrap", 0.0, 6.0, many=True)
+    blend = Quantity("K", "blend", 0.0, difference=True)
+    hint = 'mass, in SI units or with its unit, as in "1.5 kg"'
+    for value, about, wanted in (
+        (2, POSITIVE, 2.0),
+        ("2 t", POSITIVE, 2000.0),
+        ("2", POSITIVE, 2.0),
+        ("[1, 2] rad", many, [1.0, 2.0]),
+        (["90 deg", 1], many, [np.pi / 2, 1.0]),
+        ("[]", many, []),
+        ("20 K", blend, 20.0),
+        ("20 degC", Quantity("K", "temperature"), 293.15),
+        ("20 degC", blend, "here: '20 degC' is a temperature, not a difference of two — give it in K"),
+        ("[1, x] rad", many, "here: '[1, x] rad' is not a list of numbers — as in \"[0.2, 0.3] rad\""),
+        (
+            '["a"] rad',
+            many,
+            "here[0]: 'a' is not a number with a unit — wrap, in SI units or with its unit, as in \"270 deg\"",
+        ),
+        ([1], POSITIVE, f"here: is a list — give one number: {hint}"),
+        (True, POSITIVE, f"here: True is not a number — {hint}"),
+        (None, POSITIVE, f"here: None is not a number — {hint}"),
+        ("heavy", POSITIVE, f"here: 'heavy' is not a number with a unit — {hint}"),
+        (10**400, POSITIVE, f"here: {'1' + '0' * 56}… is too large"),
+        ("2 m", POSITIVE, "here: '2 m': 'm' is not a unit of mass, which is in kg — known here: "),
+        (-2.0, POSITIVE, "here: -2.0 is out of range — mass must be > 0 kg"),
+        ("-2 t", POSITIVE, "here: '-2 t' = -2000 kg is out of range — mass must be > 0 kg"),
+        ("-2 kg", POSITIVE, "here: '-2 kg' is out of range — mass must be > 0 kg"),
+        ("1e999 kg", POSITIVE, "here: '1e999 kg' is out of range — mass must be > 0 kg"),
+        (1.5, SHARE, "here: 1.5 is out of range — share must be ≥ 0 and ≤ 1"),
+        ([1, 270], many, 'here[1]: 270 is out of range — wrap must be ≥ 0 and ≤ 6 rad; did you mean "270 deg"?'),
+    ):
+        found = read(value, about)
+        assert found == wanted or (isinstance(wanted, str) and wanted.endswith("here: ") and found.startswith(wanted))
+    assert read(-1.0, Quantity("SI", "level", 0.0)) == "here: -1.0 is out of range — level must be ≥ 0"
+    reader = NumberReader()
+    reader.fault("", "is odd")
+    assert reader.faults == [Fault("scene", "is odd")]
+
+
+def test_values_are_shortened_and_examples_given_in_messages():
+    assert shown({"a": 1}) == "a table"
+    assert shown("x" * 58) == f"'{'x' * 58}'"
+    assert shown("x" * 59) == f"'{'x' * 56}…"
+    assert shown(np.eye(2)) == "array([[1., 0.], [0., 1.]])"
+    assert [example(si) for si in ("1", "SI")] == ["", ""]
+    assert example("N") == ', in SI units or with its unit, as in "120 kN"'
+    assert example("J") == ', in SI units or with its unit, as in "1.5 J"'
