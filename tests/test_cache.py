@@ -350,7 +350,7 @@ def test_no_more_than_the_limit_is_kept_and_nothing_of_killed_processes(folder, 
     store.write("c", b"")
     assert {entry.name for entry in store.entries()} == {"b", "c", ".young"}
     assert (store.read("c"), store.read("d")) == (b"", None)
-    (folder / "below").mkdir()
+    (folder / "below").mkdir(mode=0o700)
     with pytest.raises(OSError, match="below is not a private file"):
         store.read("below")
     assert "below" not in [entry.name for entry in store.entries()]

@@ -114,12 +114,76 @@ def test_a_folder_gets_all_files_or_none(tmp_path):
 
 def test_what_a_killed_process_has_left_is_removed_later(tmp_path):
     young, old = tmp_path / ".simbrake-young", tmp_path / ".simbrake-old"
-    for folder, age in ((young, 60), (old, 7200)):
+    for folder, age in ((young, 3500), (old, 3700)):
         folder.mkdir()
         (folder / "part").write_text("half", "utf-8")
         os.utime(folder, (time.time() - age,) * 2)
     sb.write_scene(stop_scene(), tmp_path / "scene.toml")
     assert names(tmp_path) == [".simbrake-young", "scene.toml"]  # the young one may be at work
+
+
+def test_folders_above_a_file_are_made_and_a_reason_is_said_in_words(tmp_path):
+    with _faults.whole_file(tmp_path / "a" / "b" / "c.txt") as place:
+        place.write_text("c", "utf-8")
+    assert (names(tmp_path / "a" / "b"), (tmp_path / "a" / "b" / "c.txt").read_text("utf-8")) == (["c.txt"], "c")
+    for error, words in ((OSError("odd"), "odd"), (OSError(errno.EIO, "broken"), "broken")):
+        with pytest.raises(sb.InputError) as told, _faults.whole_file(tmp_path / "d.txt"):
+            raise error
+        assert str(told.value.faults[0]) == f"{tmp_path / 'd.txt'}: cannot be written: {words} — give another place"
+    assert names(tmp_path) == ["a"]
+
+
+def test_what_is_no_file_is_called_what_it_is(tmp_path, monkeypatch):
+    """The first eight files of the folder are named: that of the path, else the working folder."""
+    for i in range(10):
+        (tmp_path / f"{i}.toml").touch()
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "x.py").touch()
+    os.mkfifo(tmp_path / "pipe")
+    eight = "there are: " + ", ".join(str(tmp_path / f"{i}.toml") for i in range(8))
+    empty = "give the path of a scene file"
+    for path, what, hint in (
+        (tmp_path, "is a folder", eight),
+        (tmp_path / "empty", "is a folder", empty),
+        (tmp_path / "pipe", "is not a regular file", eight),
+        (tmp_path / "none.toml", "there is no such file", eight),
+        (tmp_path / "empty" / "none.toml", "there is no such file", empty),
+    ):
+        with pytest.raises(sb.InputError) as told:
+            _faults.existing_file(path, "*.toml", "*.py")
+        assert told.value.faults == (_faults.Fault(str(path), what, hint),)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(sb.InputError, match=r"nowhere/a\.toml: there is no such file — there are: x\.py$"):
+        _faults.existing_file(pathlib.Path("nowhere") / "a.toml", "*.py")
+    assert _faults.existing_file(tmp_path / "x.py") == tmp_path / "x.py"
+    assert _faults.faults_of_place("--out", None) == _faults.faults_of_place("--out", tmp_path / "a" / "b") == []
+
+
+def test_errors_of_input_in_one_report():
+    one, other = _faults.Fault("end_time", "is missing", "give a time"), _faults.Fault("brake", "is missing")
+    assert str(sb.InputError([one])) == "1 input error:\n  end_time: is missing — give a time"
+    assert str(sb.InputError([one, other])).splitlines()[::2] == ["2 input errors:", "  brake: is missing"]
+
+
+def test_texts_have_one_ending_of_lines_and_no_mark(tmp_path):
+    (tmp_path / "a.toml").write_bytes(b"\xef\xbb\xbfa\r\nb\rc\n\n\xc3\xa9")
+    assert _faults.text_of_file(tmp_path / "a.toml") == "a\nb\nc\n\né"
+    assert _faults.text_of_file(tmp_path / "a.toml", most=13) == "a\nb\nc\n\né"
+    for name, most, words in (
+        ("none.toml", 13, "there is no such file — give the path of a table"),
+        ("", 13, "cannot be read: Is a directory — give a table in UTF-8"),
+        ("latin", 13, "cannot be read: 'utf-8' codec can't decode byte 0xe9 in position 0"),
+        ("a\0b", 13, "cannot be read: embedded null byte — give a table in UTF-8"),
+        ("a.toml", 12, "0 MB are more than the 0 MB of a table — make it smaller"),
+    ):
+        (tmp_path / "latin").write_bytes(b"\xe9 ")
+        with pytest.raises(sb.InputError) as told:
+            _faults.text_of_file(tmp_path / name, "a table", most)
+        assert str(told.value.faults[0]).startswith(f"{tmp_path / name}: {words}")
+    with (tmp_path / "large.csv").open("wb") as file:
+        file.truncate((1 << 28) + 1)
+    with pytest.raises(sb.InputError, match="268 MB are more than the 268 MB"):
+        sb.read_measured(tmp_path / "large.csv")
 
 
 @pytest.mark.parametrize("arguments", [("run", SCENE), ("sweep", SCENE, "--vary", "initial.omega=1:2:2")])
