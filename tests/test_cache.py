@@ -462,3 +462,34 @@ def test_one_text_with_other_arguments_that_it_does_not_use_is_another_program(f
     )
     assert in_a_process(program, JAX_COMPILATION_CACHE_DIR="").stdout == "[2.0, 2.0]\n[2.0, 2.0]\n"
     assert any(file.name.startswith("text") for file in folder.iterdir())
+
+
+KEPT = """
+import time
+import jax, numpy as np, simbrake
+from simbrake._base import _compiling
+traced = []
+def function(x):
+    traced.append(x)
+    time.sleep(0.5)
+    return {"a": x.sum(), "b": (x * x)[:2]}
+made = [_compiling.compiled(function, np.ones(3), subject=("probe", 1), quick=quick) for quick in (1, 1, 0, 1)]
+made = [one._replace(quick=bool(one.quick)) for one in made]
+print([one.quick for one in made], [one.one_function for one in made], len(traced))
+print(made[0].trace_seconds >= 0.5 > made[0].compile_seconds > 0)
+print([one[1:3] == made[0][1:3] for one in made], made[3][1:] == made[2][1:])
+print(*({name: x.tolist() for name, x in one.call(np.arange(3.0)).items()} for one in made), sep="\\n")
+power = _compiling.DeviceJit(lambda x, n, scale=1.0: scale * x**n, static_argnames="n", subject=("power",))
+print([power(np.asarray(3.0), n=n).item() for n in (2, 3)], power(np.asarray(3.0), n=2, scale=np.asarray(2.0)).item())
+"""
+
+
+def test_a_quick_program_is_not_taken_for_an_optimised_one(folder):
+    """The quick one is kept and read; where the optimised one is wanted it is made, and read by both from then on."""
+    done = in_a_process(KEPT, JAX_COMPILATION_CACHE_DIR="").stdout.splitlines()
+    assert done[0] == "[True, True, False, False] [True, True, True, True] 1"
+    assert done[1] == "True"
+    assert done[2] == "[True, True, False, False] True"
+    assert done[3:7] == ["{'a': 3.0, 'b': [0.0, 1.0]}"] * 4
+    assert done[7] == "[9.0, 27.0] 18.0"
+    assert {file.name.partition("-")[0] for file in folder.iterdir()} == {"accelerators", "probe", "power"}

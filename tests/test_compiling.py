@@ -1,6 +1,7 @@
 """How programs are compiled: accelerators that may be refused, the device, and runs inside a user's own program."""
 
 import os
+import pickle
 import subprocess
 import sys
 
@@ -48,13 +49,22 @@ def test_a_run_inside_a_program_of_the_user_is_one_function_unless_differentiate
 
 
 def test_what_xla_refuses_is_left_out(fresh_accelerators, monkeypatch):
-    kept = dict(_compiling._CPU_OPTIONS)
+    kept, more = dict(_compiling._CPU_OPTIONS), dict(_compiling._ONE_FUNCTION_OPTIONS)
     usual = _compiling.accelerators("cpu")
+    assert usual == (kept, kept | more, True, ())  # the versions of JAX that are tested refuse nothing
+    for name in ("_CPU_OPTIONS", "_ONE_FUNCTION_OPTIONS"):
+        _compiling.accelerators.cache_clear()
+        with monkeypatch.context() as here:
+            here.setattr(_compiling, name, getattr(_compiling, name) | {"xla_no_such_option": True})
+            assert _compiling.accelerators("cpu") == usual._replace(refused=("xla_no_such_option",))
     _compiling.accelerators.cache_clear()
-    monkeypatch.setattr(_compiling, "_CPU_OPTIONS", kept | {"xla_no_such_option": True})
-    found = _compiling.accelerators("cpu")
-    assert found.options == usual.options
-    assert set(found.refused) == {*usual.refused, "xla_no_such_option"}
+
+    def unmarked(function, numbers):
+        raise NotImplementedError
+
+    monkeypatch.setattr(_compiling, "one_function", unmarked)
+    assert _compiling.accelerators("cpu") == (kept, kept | more, False, ("xla_cpu_small_call",))
+    assert _compiling.accelerators("gpu") == ({}, {}, False, ())
 
 
 def test_answers_do_not_need_any_accelerator(fresh_accelerators, monkeypatch):
@@ -112,3 +122,136 @@ def test_the_shipped_tableau_is_that_of_diffrax():
     from simbrake.hybrid import ExplicitRungeKutta
 
     assert ExplicitRungeKutta.shipped("Dopri8") == ExplicitRungeKutta(diffrax.Dopri8())
+
+
+def test_the_device_where_there_is_no_cpu_and_where_one_is_named(monkeypatch):
+    with jax.default_device("cpu"):
+        assert _compiling.run_device() == jax.local_devices(backend="cpu")[0]
+    monkeypatch.setattr(jax, "local_devices", lambda backend=None: {None: ["gpu:0", "gpu:1"]}[backend])
+    with pytest.raises(KeyError):
+        jax.local_devices("cpu")
+
+    def without_cpu(backend=None):
+        if backend == "cpu":
+            raise RuntimeError("no such backend")
+        return ["gpu:0", "gpu:1"]
+
+    monkeypatch.setattr(jax, "local_devices", without_cpu)
+    assert _compiling.run_device() == "gpu:0"
+
+
+TREE = {
+    "short": np.arange(6.0).reshape(2, 3),
+    "whole": np.asarray([7, 8], np.int32),
+    "one": np.asarray(-1.5),
+    "large": np.arange(256.0),
+    "nearly": np.arange(255.0),
+    "yes": np.asarray([True, False]),
+}
+
+
+def assert_equal(found, wanted):
+    assert jax.tree.structure(found) == jax.tree.structure(wanted)
+    for a, b in zip(jax.tree.leaves(found), jax.tree.leaves(wanted), strict=True):
+        assert (np.asarray(a).dtype, np.asarray(a).tolist()) == (b.dtype, b.tolist())
+
+
+def test_numbers_of_a_tree_in_one_vector_and_back():
+    for tree, xp in ((TREE, np), (TREE, jnp), ({name: TREE[name] for name in ("short", "whole", "one")}, np)):
+        numbers, packing = _compiling.pack(tree, xp)
+        assert (numbers.dtype, numbers.shape) == (np.float64, (packing.size,))
+        assert packing.size == sum(leaf.size for leaf in tree.values())
+        assert_equal(packing.unpack(numbers), tree)
+        like = packing.stand_in()
+        assert {name: (x.shape, x.dtype) for name, x in like.items()} == {
+            name: (x.shape, x.dtype) for name, x in tree.items()
+        }
+    mixed, packing = _compiling.pack([jnp.asarray([1.0]), np.float32(0.5), 3], np)
+    assert (mixed.tolist(), packing.kinds) == ([1.0, 0.5, 3.0], ("float64", "float64", "int64"))
+
+
+def test_results_come_back_in_one_vector_and_large_ones_as_they_are():
+    packed = _compiling.Packed.of(TREE)
+    arrays, unpacking = jax.tree.flatten(packed)
+    assert [array.shape for array in arrays] == [(266,), (256,)]  # 6 + 2 + 1 + 255 + 2, and those from 256 on
+    assert_equal(packed.unpack(), TREE)
+    again = jax.tree.unflatten(unpacking, arrays)
+    assert_equal(again.unpack(), TREE)
+    whole = pickle.loads(pickle.dumps(packed._unpacking))
+    assert_equal(whole(np.asarray(arrays[0]), arrays[1:]), TREE)
+
+
+def test_answers_are_remembered_by_their_numbers_or_by_their_structure():
+    asked = []
+
+    @_compiling.per_value(lambda part: part["x"])
+    def twice(part):
+        asked.append(part)
+        return 2 * float(np.sum(part["x"]))
+
+    for i in (*range(64), 0, 63):
+        assert twice({"x": np.asarray(float(i)), "y": i}) == 2.0 * i
+    assert len(asked) == 64
+    assert twice({"x": np.asarray([63.0])}) == 126.0  # of another shape: the first is forgotten for it
+    for i, count in ((1, 65), (0, 66)):
+        twice({"x": np.asarray(float(i))})
+        assert len(asked) == count
+    assert [twice({"x": 3.0}) for _ in range(2)] == [6.0, 6.0]  # no array: looked at anew
+    assert len(asked) == 68
+
+    @_compiling.per_structure
+    def entries(part, times=1):
+        asked.append(part)
+        return times * part["x"].shape[0], str(part["x"].dtype)
+
+    before = len(asked)
+    for x in (np.ones(3), np.zeros(3), jnp.ones(3)):
+        assert (entries({"x": x}), entries({"x": x}, times=2)) == ((3, "float64"), (6, "float64"))
+    assert entries({"x": np.ones(3, np.int32)}) == (3, "int32")
+    assert len(asked) == before + 3
+
+
+def test_what_becomes_one_function_and_with_which_options():
+    fits = _compiling.fits_one_function
+    assert [fits("a\n" * 49, 50), fits("a\n" * 50, 50), fits("custom_call\n", 50)] == [True, False, False]
+    level, other = "xla_backend_optimization_level", {"other": 1}
+    for known, quick, options in (
+        ({level: 1} | other, True, {level: 0} | other),
+        ({level: 1} | other, False, {level: 1} | other),
+        (other, True, other),
+        ({}, True, None),
+    ):
+        assert _compiling._tier(known, quick) == options
+    add = {i: lambda x, i=i: x + i for i in (1.0, 2.0)}
+    for longest, otherwise, wanted in ((10**6, add[2.0], 1.0), (0, add[2.0], 2.0), (0, None, 1.0)):
+        made = _compiling.compiled(add[1.0], np.zeros(2), longest=longest, otherwise=otherwise)
+        assert (made.call(np.zeros(2)).tolist(), made.one_function) == ([wanted] * 2, longest > 0)
+
+
+def test_what_a_result_depends_on():
+    number = jax.ShapeDtypeStruct((), np.float64)
+    arguments = {"a": number, "b": number}, number
+    assert _compiling.read_by(lambda x, y: 2 * x["b"], *arguments) == ({"a": False, "b": True}, False)
+    assert _compiling.read_by(lambda x, y: x["a"] + y, *arguments) == ({"a": True, "b": False}, True)
+    assert _compiling.read_by(lambda x, y: nothing, *arguments) == ({"a": True, "b": True}, True)  # noqa: F821
+
+
+def test_a_program_is_compiled_again_when_its_runs_have_taken_as_long():
+    made = []
+
+    def make(quick):
+        made.append(quick)
+        return _compiling.Program(lambda x: x + (0.0 if quick else 1.0), 1000.0, 2000.0, True, quick)
+
+    program = _compiling.Improving(make)
+    assert program._worth == 1000.0 + 2 * 2000.0  # to trace and to compile, which takes twice as long
+    assert [program(1.0) for _ in range(3)] == [1.0] * 3
+    assert (made, program.calls, program._thread) == ([True], 3, None)
+    assert 0 < program._spent < 1.0
+    program._worth = 0.0
+    program(1.0)
+    program._thread.join()
+    assert [program(1.0) for _ in range(3)] == [2.0] * 3
+    assert (made, program.calls) == ([True, False], 7)
+    known = _compiling.Improving(lambda quick: make(False))  # as one that was kept
+    assert (known(1.0), known._worth, known._thread) == (2.0, np.inf, None)
