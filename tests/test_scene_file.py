@@ -5,6 +5,7 @@ import importlib.util
 import json
 import math
 import pathlib
+import re
 
 import jax
 import numpy as np
@@ -14,7 +15,7 @@ from hypothesis import strategies as st
 
 import simbrake as sb
 from simbrake.files import leaves
-from simbrake.files._schema import all_makers, parts_of
+from simbrake.files._schema import all_makers, json_schema, nearest, parameter_table, parts_of, schema_text
 
 SCENARIOS = pathlib.Path(__file__).parent.parent / "scenarios"
 TEXT = """
@@ -214,6 +215,273 @@ def test_a_difference_of_temperatures_is_not_read_in_celsius():
 def test_other_faults(old, new, words):
     with pytest.raises(sb.InputError, match=words):
         sb.files.scene_from_text(TEXT.replace(old, new, 1))
+
+
+LEVER = '{ start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }'
+LOAD = 'mass = "60 t", drum_radius = "40 cm", line_count = 8'
+FRICTIONS = [
+    "ConstantFriction",
+    "StribeckFriction",
+    "TabulatedFriction",
+    "ProductFriction",
+    "FrictionWithMemory",
+    "ChangingFriction",
+]
+LAWS = ", ".join(FRICTIONS)
+ENDS = '"rest", "travel 27 m", "temperature 350 degC", "temperature of the linings below 80 degC", "12 s"'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            "friction = 0.35",
+            "friction = true",
+            f"brake.linings.friction: True is not a table — give a table with the keys of one of: {LAWS}",
+        ),
+        (
+            "friction = 0.35",
+            "friction = 2021-01-01",
+            "brake.linings.friction: datetime.date(2021, 1, 1) is not a table — give a table with the keys of one of: "
+            + LAWS,
+        ),
+        (
+            "friction = 0.35",
+            "friction = { static_ratio = 1 }",
+            "brake.linings.friction.type: is missing: the keys do not tell which kind is meant — one of: "
+            "ConstantFriction, TabulatedFriction (key speed)",
+        ),
+        (
+            "friction = 0.35",
+            "friction = {}",
+            f"brake.linings.friction.type: is missing: the keys do not tell which kind is meant — one of: {LAWS}",
+        ),
+        (
+            "friction = 0.35",
+            "friction = { type = 3 }",
+            f"brake.linings.friction.type: 3 does not fit here — there are: {LAWS}",
+        ),
+        (
+            "friction = 0.35",
+            "friction = { type = 'ConstantFriktion' }",
+            "brake.linings.friction.type: 'ConstantFriktion' does not fit here — nearest: ConstantFriction, "
+            "ChangingFriction",
+        ),
+        ("count = 20, ", "", "brake.linings.count: is missing — number of linings, a whole number"),
+        ("count = 20", "count = [20]", "brake.linings.count: [20] is not a whole number — number of linings, as in 1"),
+        ("count = 20", "count = 0", "brake.linings.count: 0 is out of range — number of linings must be 1…10000"),
+        (
+            '[initial]\nomega = "24 rad/s"',
+            "",
+            "initial: is missing — a table with the keys omega, elongation, time",
+        ),
+        (
+            '{ radius = "623 mm", stiffness = "100 kN/m" }',
+            "3",
+            "brake.band: 3 is not a table — give a table with the keys radius, stiffness, segments, strength",
+        ),
+        ("start =", "strt =", "duty.slack_tension.strt: unknown key of ramp — nearest: start"),
+        (
+            LEVER,
+            "{ phases = {} }",
+            "duty.slack_tension.phases: a table is not a list — give a list, one entry for each",
+        ),
+        (LEVER, "{ file = 3, column = 'b' }", "duty.slack_tension.file: 3 is not a text — give it in quotes"),
+        (LEVER, "{ file = 'a' }", "duty.slack_tension.column: is missing — a text"),
+        (
+            LEVER,
+            "{ file = 'a', column = 'b', unit = 'N' }",
+            "duty.slack_tension.unit: unknown key of history — there are: file, column, time, begin",
+        ),
+        (
+            LEVER,
+            "{ phases = [{ lever = 3, until = 'rest' }, { lever = 2, until = 'nonsense' }] }",
+            f"duty.slack_tension.phases[1].until: 'nonsense' is not understood — as in {ENDS}",
+        ),
+        (
+            LEVER,
+            "{ phases = [{ lever = 3, until = 'rest', hangs = 1 }] }",
+            "duty.slack_tension.phases[0].hangs: 1 is not true or false",
+        ),
+        (
+            LEVER,
+            "{ phases = [{ until = 'rest' }] }",
+            "duty.slack_tension.phases[0].lever: is missing — a number, or a table: Constant, ExponentialRise, Lever, "
+            "Actuator, Delayed, PiecewiseLinear, Repeated, SpeedHold, Driller, ramp, history",
+        ),
+        ('format = "simbrake scene 1"', "format = 2", 'format: 2 is not known — this program reads "simbrake scene 1"'),
+    ],
+)
+def test_faults_in_words(old, new, said):
+    with pytest.raises(sb.InputError) as caught:
+        sb.files.scene_from_text(TEXT.replace(old, new, 1))
+    assert said in [str(fault) for fault in caught.value.faults]
+
+
+def test_times_of_a_history_go_on(tmp_path):
+    """The first row that is earlier than the one before it is named by its line; empty rows are left out."""
+    text = TEXT.replace(LEVER, '{ file = "lever.csv", column = "slack_tension" }')
+    for rows, said in (
+        (
+            "0,1\n2,1\n2.5,\n1,3\n4,4\n3,4\n",
+            " line 5, column t: is earlier than the line before — sort the rows by time",
+        ),
+        ("0,\n1,\n", " column slack_tension: has no value"),
+        ("0,x\n1,\n", " line 2, column slack_tension: 'x' is not a number"),
+    ):
+        (tmp_path / "lever.csv").write_text("t,slack_tension\n" + rows, "utf-8")
+        with pytest.raises(sb.InputError) as caught:
+            sb.files.scene_from_text(text, tmp_path)
+        (fault,) = caught.value.faults
+        assert str(fault).startswith(f"duty.slack_tension: {tmp_path / 'lever.csv'}{said}")
+
+
+def test_materials_and_structures_are_written_by_their_names():
+    text = sb.files.scene_text(sb.files.scene_from_text(HEATED))
+    assert 'material = "steel_20L"' in text
+    assert len(re.findall("^conductivity = ", text, re.MULTILINE)) == text.count('conductivity = "0.8 W/(m*K)"') > 0
+
+
+def test_what_is_no_path_of_a_file_is_refused():
+    for path in ("brake.²", "brake.linings[99].count", "", "brake.linings.count.more"):
+        with pytest.raises(sb.InputError, match=r"there is no such number in the scene|no entry|is not"):
+            sb.files.scene_from_text(TEXT, values={path: 1})
+    changed = sb.files.scene_from_text(TEXT, values={"brake.linings.count": 12.0, "duty.slack_tension.end": "30 kN"})
+    assert changed.brake.linings.count == 12
+    assert changed.duty.slack_tension.values.tolist() == [2e3, 30e3]
+
+
+def test_files_of_either_kind(tmp_path):
+    (tmp_path / "scene.txt").write_text(TEXT, "utf-8")
+    with pytest.raises(sb.InputError, match=r"is neither TOML nor Python — a scene is a \.toml file"):
+        sb.files.open_scene(tmp_path / "scene.txt")
+    for text, words in (
+        ("def main(): pass", "is a study without a scene — run it: python "),
+        ("x = 1", r"defines no function scene\(\) — return a simbrake.Scene from it"),
+        ("def scene(): return 3", r"scene\(\) returned int — return a simbrake.Scene"),
+        ("def scene(): return 1 / 0", "ZeroDivisionError: division by zero — fix the scene file"),
+    ):
+        (tmp_path / "scene.py").write_text(text, "utf-8")
+        with pytest.raises(sb.InputError, match=words):
+            sb.files.open_scene(tmp_path / "scene.py")
+    (tmp_path / "scene.toml").write_text(TEXT, "utf-8")
+    read = "import simbrake as sb\n\ndef scene():\n    return sb.files.scene_from_text("
+    (tmp_path / "scene.py").write_text(f"{read}{TEXT!r})\n", "utf-8")
+    for name in ("scene.toml", "scene.py"):
+        assert_same(sb.files.open_scene(tmp_path / name), sb.files.scene_from_text(TEXT))
+        assert float(sb.files.open_scene(tmp_path / name, {"initial.omega": "12 rad/s"}).initial.omega) == 12.0
+
+
+# --- the format in words and as JSON Schema ---------------------------------------------------------------------------
+
+
+def rows_of(name):
+    """Name, default and kind of every key in the text about a type."""
+    heading, *rows = schema_text(name).splitlines()
+    return heading, [tuple(row.split("  — ")[0].split(maxsplit=2)) for row in rows]
+
+
+def test_the_format_in_words():
+    assert schema_text("Pulley").splitlines() == [
+        "Pulley: The brake pulley and all that turns with its shaft.",
+        "  radius   needed  number, m  — radius of the friction track, > 0",
+        "  inertia  needed  number, kg*m^2  — inertia about the shaft, > 0",
+        "  width    absent  number, m  — width of the friction track, > 0",
+    ]
+    laws = " | ".join(FRICTIONS)
+    assert rows_of("uniform_linings")[1] == [
+        ("count", "needed", "whole number"),
+        ("wrap", "needed", "number, rad"),
+        ("friction", "needed", f"{laws} | a number"),
+        ("area", "absent", "number, m^2"),
+        ("mass", "absent", "number, kg"),
+    ]
+    heading, rows = rows_of("Wall")
+    assert heading.startswith("Wall: A wall in layers from its `front` to its `back`")
+    assert rows[0:2] == [("name", "needed", "text"), ("material", "needed", "Material | name in the library")]
+    assert rows[5:] == [
+        ("growth", "1", "number"),
+        ("temperature", "293.15", "number, K"),
+        ("copies", "1", "whole number"),
+        ("both", "false", "true or false"),
+        ("surface_layer", "absent", "SurfaceLayer"),
+    ]
+    assert rows_of("history")[1][:3] == [
+        ("file", "needed", "CSV file"),
+        ("column", "needed", "text"),
+        ("time", "t", "text"),
+    ]
+    assert ("start", "needed", "number, of its place") in rows_of("ramp")[1]
+    assert ("profile", "zero") in [row[:2] for row in rows_of("TorqueLoad")[1]]
+    assert ("shaft", "empty") in [row[:2] for row in rows_of("Scene")[1]]
+    assert ("factors", "needed", "list of LinearFade | TabulatedFade | PressureFactor") in rows_of("ProductFriction")[1]
+    whole, bounded = schema_text("Initial"), schema_text("ConstantFriction")
+    assert "  omega       needed  number, rad/s  — initial speed\n" in whole
+    assert "— coefficient of friction, ≥ 0 and ≤ 10, one or a list\n" in bounded
+    assert "— number of linings, 1…10000\n" in schema_text("uniform_linings")
+    (key,) = [text for text in schema_text("band").split("\n\n") if text.startswith("Band:")]
+    assert key == schema_text("Band")
+    everything = schema_text()
+    assert everything.startswith("A scene file is TOML.")
+    assert all(schema_text(name) in everything for name in all_makers())
+    with pytest.raises(sb.InputError, match="Puley: unknown type, or key without a type — nearest: Pulley"):
+        schema_text("Puley")
+    with pytest.raises(sb.InputError, match="radius: unknown type, or key without a type"):
+        schema_text("radius")
+    assert nearest("abcd", ["abce", "abcf", "abcg", "x"]) in ("nearest: abcg, abcf", "nearest: abce, abcf")
+    assert nearest("q", ["ab", "cd"]) == "there are: ab, cd"
+    assert nearest("q", ["ab", "cd"], instead=["e"]) == "there are: e"
+
+
+def test_the_format_as_json_schema():
+    schema = json_schema()
+    assert schema["anyOf"] == [{"$ref": "#/$defs/Scene"}, {"$ref": "#/$defs/programme_scene"}]
+    defined = schema["$defs"]
+    number, text = {"type": "number"}, {"type": "string"}
+    above = {"type": "number", "exclusiveMinimum": 0.0}
+    radius = "radius of the friction track, m (SI, or a text with its unit)"
+    assert defined["Pulley"]["properties"]["radius"] == {"anyOf": [above, text], "description": radius}
+    assert (defined["Pulley"]["required"], defined["Pulley"]["type"]) == (["radius", "inertia"], "object")
+    assert defined["Pulley"]["additionalProperties"] is False
+    assert list(defined["Pulley"]["properties"]) == ["radius", "inertia", "width", "type"]
+    assert defined["Pulley"]["properties"]["type"] == {"const": "Pulley"}
+    assert defined["Scene"]["properties"]["format"] == {"const": "simbrake scene 1"}
+    share = {"type": "number", "minimum": 0.0, "maximum": 10.0}
+    assert defined["ConstantFriction"]["properties"]["coefficient"] == {
+        "anyOf": [share, text, {"type": "array", "items": {"anyOf": [share, text]}}],
+        "description": "coefficient of friction",
+    }
+    linings = defined["uniform_linings"]["properties"]
+    assert linings["count"] == {"type": "integer", "minimum": 1, "maximum": 10000, "description": "number of linings"}
+    assert linings["friction"] == {"anyOf": [*({"$ref": f"#/$defs/{name}"} for name in FRICTIONS), number, text]}
+    wall = defined["Wall"]["properties"]
+    assert wall["material"]["anyOf"][0] == {"$ref": "#/$defs/Material"}
+    assert "steel_20L" in wall["material"]["anyOf"][1]["enum"]
+    assert len(wall["material"]["anyOf"]) == 2
+    assert (wall["both"], wall["name"]) == ({"type": "boolean"}, text)
+    assert wall["surface_layer"] == {"anyOf": [{"$ref": "#/$defs/SurfaceLayer"}]}
+    assert defined["programme_scene"]["properties"]["programme"] == {"type": "array", "items": text}
+    assert defined["ProductFriction"]["properties"]["factors"] == {
+        "type": "array",
+        "items": {"anyOf": [{"$ref": f"#/$defs/{name}"} for name in ("LinearFade", "TabulatedFade", "PressureFactor")]},
+    }
+
+
+def test_parameters_as_a_table():
+    rows = {
+        row.split()[0]: " ".join(row.split())
+        for row in str(parameter_table(sb.files.scene_from_text(TEXT))).splitlines()
+    }
+    for line in (
+        "path value unit meaning",
+        "brake.pulley.radius 0.59 m radius of the friction track",
+        "duty.load.line_count 8 lines strung",
+        "brake.linings.friction.coefficient 0.35 coefficient of friction",
+        "duty.slack_tension.values 2000, 24000 N values at them",
+    ):
+        assert rows[line.split()[0]].startswith(line[:40])
+    third = sb.files.scene_from_text(TEXT, values={"initial.omega": 1 / 3})
+    assert "initial.omega 0.3333333333 rad/s initial speed" in " ".join(str(parameter_table(third)).split())
 
 
 def test_a_bare_number_stands_for_a_constant_torque():

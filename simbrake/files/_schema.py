@@ -322,7 +322,7 @@ def _default_text(part: Part) -> str:
         return "absent"
     if isinstance(default, bool):
         return str(default).lower()
-    if isinstance(default, int | float | np.ndarray) and np.size(default) == 1:
+    if isinstance(default, int | float | np.ndarray):
         return f"{float(default):g}"
     return default if isinstance(default, str) else "empty" if isinstance(default, tuple) else "zero"
 
