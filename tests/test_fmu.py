@@ -1,6 +1,7 @@
 """The FMU of a scene, run by FMPy, beside the `Stepper` under the same held inputs."""
 
 import sys
+from types import SimpleNamespace
 
 import fmpy
 import fmpy.fmi2
@@ -10,6 +11,7 @@ import pytest
 from helpers import main
 
 import simbrake as sb
+from simbrake.files import _fmu
 
 COMMANDS = [(3e3, 2e3), (9e3, 5e3), (1e3, 8e3), (20e3, 5e3), (20e3, 5e3), (0.0, 9e3)]
 
@@ -77,6 +79,79 @@ def test_description_is_valid_and_says_units(file):
     assert about["omega"] == ("output", "Real", "rad/s")
     assert about["band_mode"][:2] == ("output", "Integer")
     assert about["brake.pulley.inertia"] == ("parameter", "Real", "kg.m2")
+    assert about["holding"] == ("output", "Boolean", None)
+    assert about["rtol"][:2] == ("parameter", "Real")
+    assert not {"t", "holding_reserve", "tension", "brake.linings.angle"} & set(about)
+    starts = {one.name: float(one.start) for one in described.modelVariables if one.start not in (None, "false")}
+    assert {name: starts[name] for name in ("load", "initial.omega", "duty.slack_tension.lag", "rtol")} == {
+        "load": 5e3,
+        "initial.omega": 24.0,
+        "duty.slack_tension.lag": 0.06,
+        "rtol": 1e-10,
+    }
+    kinds = {one.name: one.variability for one in described.modelVariables}
+    assert [kinds[name] for name in ("band_mode", "holding", "initial.omega")] == ["discrete", "discrete", "fixed"]
+    assert described.generationTool == f"simbrake {sb.__version__} with PythonFMU"
+    bases = {unit.name: unit.baseUnit for unit in described.unitDefinitions}
+    assert (bases["N.m"].kg, bases["N.m"].m, bases["N.m"].s) == (1, 2, -2)
+    outputs = [one.variable.name for one in described.outputs]
+    assert [one.variable.name for one in described.initialUnknowns] == outputs
+    assert outputs == [one.name for one in described.modelVariables if one.causality == "output"]
+
+
+def test_units_in_powers_of_base_units():
+    for unit, powers in (
+        ("N.m", {"kg": 1, "m": 2, "s": -2}),
+        ("kg.m2", {"kg": 1, "m": 2}),
+        ("rad/s", {"rad": 1, "s": -1}),
+        ("N.s/m", {"kg": 1, "m": 0, "s": -1}),
+        ("J/(kg.K)", {"kg": 0, "m": 2, "s": -2, "K": -1}),
+        ("W/(m2.K)", {"kg": 1, "m": 0, "s": -3, "K": -1}),
+        ("Pa", {"kg": 1, "m": -1, "s": -2}),
+        ("1/K", {"K": -1}),
+        ("m3", {"m": 3}),
+    ):
+        assert _fmu._powers(unit) == powers
+
+
+def test_of_several_temperatures_the_maximum_is_an_output_and_of_linings_nothing(scene):
+    class Now:
+        omega, t, holding_reserve, band_mode = np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1, int)
+        rim_temperature, normal_load = np.zeros((1, 3)), np.zeros((1, 12))
+
+        def __getattr__(self, name):
+            return None
+
+    given = {"series": Now, "units": {"lever": "N"}, "inputs": {"lever": 3.0}, "rtol": 1e-8}
+    described = _fmu._described(SimpleNamespace(scene=scene, **given))
+    about = {one.pop("name"): one for one in described["variables"]}
+    assert {name for name, one in about.items() if one["causality"] == "output"} == {
+        "omega",
+        "band_mode",
+        "rim_temperature",
+        "holding",
+    }
+    assert (about["omega"]["unit"], about["omega"]["type"], about["band_mode"]["type"]) == ("rad/s", "Real", "Integer")
+    assert about["rim_temperature"]["description"].startswith("maximum: ")
+    assert not about["omega"]["description"].startswith("maximum")
+    assert about["lever"] == {
+        "causality": "input",
+        "type": "Real",
+        "unit": "N",
+        "description": "lever, held from one step to the next",
+        "start": 3.0,
+    }
+    assert about["rtol"] == {
+        "causality": "parameter",
+        "type": "Real",
+        "unit": "",
+        "description": "relative tolerance of the integration",
+        "start": 1e-8,
+    }
+    assert about["brake.pulley.inertia"]["description"] == "inertia about the shaft"
+    assert about["holding"]["description"] == "whether the brake holds the pulley at rest"
+    assert described["units"]["kg.m2"] == {"kg": 1, "m": 2}
+    assert "" not in described["units"]
 
 
 def test_fmu_is_the_stepper_to_the_last_bit(scene, file):
@@ -86,6 +161,8 @@ def test_fmu_is_the_stepper_to_the_last_bit(scene, file):
         wanted.append([stepper[n] for n in ("omega", "phi", "brake_torque", "slack_tension", "tight_tension")])
     run = Run(file, start=7.0)  # the clock of the scene begins with the simulation
     np.testing.assert_array_equal(run.steps(COMMANDS, 7.0), wanted)
+    assert run.fmu.getBoolean([run.vr["holding"]]) == [stepper.holding]
+    assert run.fmu.getInteger([run.vr["band_mode"]]) == [stepper["band_mode"]]
     assert len({tuple(row) for row in wanted}) == len(COMMANDS)
 
 
@@ -100,6 +177,11 @@ def test_states_are_kept_set_back_and_serialized(file):
     other = Run(file)
     other.fmu.setFMUstate(other.fmu.deSerializeFMUstate(data))
     np.testing.assert_array_equal(other.steps(COMMANDS[3:], 0.39), first)
+    slower = Run(file, **{"initial.omega": 12.0, "brake.pulley.inertia": 900.0})
+    slower.steps(COMMANDS[:1], 0.0)
+    slower.fmu.setFMUstate(slower.fmu.deSerializeFMUstate(data))
+    assert slower.get("initial.omega", "brake.pulley.inertia") == [24.0, 1200.0]
+    np.testing.assert_array_equal(slower.steps(COMMANDS[3:], 0.39), first)
 
 
 def test_parameters_and_failed_steps(scene, file):
@@ -109,7 +191,10 @@ def test_parameters_and_failed_steps(scene, file):
         run.steps([(-3.0, 0.0)], 0.0)
     assert any("lever: -3.0 is out of range" in text for text in run.said)
     assert run.get("omega") == [12.0]
-    run.steps([(3e3, 0.0)], 0.0)
+    with pytest.raises(fmpy.fmi1.FMICallException, match="discard"):
+        run.steps([(3e3, 0.0)], 1e-6)
+    assert any("the step begins at 1e-06 s, the brake is at 0.0 s" in text for text in run.said)
+    run.steps([(3e3, 0.0)], 1e-10)  # a clock that has summed up its steps
     assert run.get("omega")[0] < 12.0
 
 

@@ -12,7 +12,7 @@ from helpers import main, open_scene
 
 import simbrake as sb
 from simbrake._commands import _checks, _cli, _options, _runs, _scenes, _studies
-from simbrake.files._shipped import TEMPLATES, shipped_files
+from simbrake.files._shipped import TEMPLATES, nearest_names, shipped_files, title_of
 
 COMMANDS = [f.__name__ for module in (_scenes, _runs, _studies, _checks) for f in module.COMMANDS]
 
@@ -100,6 +100,28 @@ def test_a_scene_is_opened_by_name_and_a_study_says_that_it_is_one(capsys, scena
     code, _, err = call(capsys, "run", "standart")
     assert code == 2
     assert "standart: there is no such file — nearest: standard, " in err
+
+
+def test_titles_and_names_of_shipped_scenes(tmp_path):
+    for name, text, title in (
+        ("a_b.toml", "# ## A stop.\n# more\nx = 1\n", "A stop"),
+        ("a_b.toml", "x = 1\n# A stop\n", "a b"),
+        ("a_b.toml", "", "a b"),
+        ("a_b.py", '"""A stop.\n\nMore."""\n', "A stop"),
+        ("a_b.py", "# A stop\nx = 1\n", "a b"),
+        ("a_b.py", "def (", "a b"),
+    ):
+        assert title_of(tmp_path / name, text) == title
+    assert shipped_files()["claims"].study
+    assert not shipped_files()["u2_5_5_stop"].study
+    assert shipped_files()["standard"].template
+    assert not shipped_files()["claims"].template
+    assert sb.files.shipped("standard").read_text("utf-8").startswith("#")
+    assert nearest_names("standart")[0] == "standard"
+    assert len(nearest_names("stop")) <= 3
+    for name, words in (("standart", "nearest: standard"), ("qqqq", "there are: standard, staged, heated, ")):
+        with pytest.raises(sb.InputError, match=f"{name}: is not the name of a template or shipped scene — {words}"):
+            sb.files.shipped(name)
 
 
 def test_the_wheel_takes_the_shipped_scenes_along(scenarios):
