@@ -1,18 +1,24 @@
 """Starting: templates and shipped scenes by name, what may be set, and what every command has in common."""
 
+import gc
 import io
 import json
 import os
+import pathlib
 import re
+import signal
 import sys
+import threading
 import tomllib
+from types import SimpleNamespace
 
+import jax
 import pytest
 from helpers import main, open_scene
 
 import simbrake as sb
 from simbrake._commands import _checks, _cli, _options, _runs, _scenes, _studies
-from simbrake.files._shipped import TEMPLATES, nearest_names, shipped_files, title_of
+from simbrake.files._shipped import TEMPLATES, Shipped, nearest_names, shipped_files, title_of
 
 COMMANDS = [f.__name__ for module in (_scenes, _runs, _studies, _checks) for f in module.COMMANDS]
 
@@ -273,3 +279,196 @@ def test_out_is_a_folder_or_the_one_file_of_a_command(folder):
     (fault,) = _options.faults_of_file(folder / "taken" / "x.png")
     assert fault.path == "--out"
     assert os.listdir(folder / "kept.d") == []
+
+
+def test_a_name_is_a_file_or_else_a_shipped_scene(folder):
+    def named(text):
+        return _options.named_file(None, [SimpleNamespace(value=text)])
+
+    assert named("standard") == shipped_files()["standard"].file
+    for text in ("standard.toml", "a/standard", "nothing"):
+        assert named(text) == pathlib.Path(text)
+    (folder / "standard").touch()
+    assert named("standard") == pathlib.Path("standard")
+
+
+def test_names_of_files_that_cannot_be_written(folder):
+    (folder / "taken").touch()
+    endings = (".png", ".svg", ".pdf")
+    for file, allowed, said in (
+        (None, endings, []),
+        (folder / "x.svg", endings, []),
+        (folder / "new" / "x.anything", (), []),
+        (folder, endings, [f"--out: {folder} is a folder — give a file"]),
+        (
+            folder / "x.gif",
+            endings,
+            [f"{folder / 'x.gif'}: .gif is not a format of this file — give .png, .svg or .pdf"],
+        ),
+        (
+            folder / "x",
+            endings,
+            [f"{folder / 'x'}: a name without ending is not a format of this file — give .png, .svg or .pdf"],
+        ),
+        (
+            folder / "taken" / "x.png",
+            endings,
+            [f"--out: {folder / 'taken'} is a file — give a folder, or a name with an ending"],
+        ),
+    ):
+        assert [str(fault) for fault in _options.faults_of_file(file, *allowed)] == said
+    for out, name, where in (("a.png", "x.png", "a.png"), ("a", "x.png", "a/x.png")):
+        assert _options.file_in(folder / out, name) == folder / where
+
+
+def test_texts_of_options():
+    faults = []
+    found = _options.assignments("--sigma", "NAME=VALUE", ["a = 1", "b=x", "=3", "a=2", "c", "d=1=2"], float, faults)
+    assert found == {"a": 1.0}
+    hint = "is not of the form NAME=VALUE — numbers are in SI, or have their unit"
+    assert [str(fault) for fault in faults] == [
+        f"--sigma b=x: {hint}",
+        f"--sigma =3: {hint}",
+        "--sigma a: is given twice — give each parameter once",
+        f"--sigma c: {hint}",
+        f"--sigma d=1=2: {hint}",
+    ]
+    assert _options.assignments("--sigma", "NAME=VALUE", None, float, faults) == {}
+    assert _options.bounds("1 t:2 t") == ["1 t", "2 t"]
+    scene, wrong = open_scene(sb.files.shipped("standard")), []
+    assert _options.in_si(scene, "--fit", {"duty.load.mass": ["1 t", "2 t"]}, wrong) == {"duty.load.mass": [1e3, 2e3]}
+    assert _options.in_si(scene, "--fit", {"duty.load.mas": ["1", "2"]}, wrong) == {}
+    assert [fault.path for fault in wrong] == ["--fit duty.load.mas=1:2"]
+
+
+def test_exit_codes_and_what_ended_well():
+    codes = {(ok, exceeded): _options.exit_code(ok, exceeded) for ok in (True, False) for exceeded in (True, False)}
+    assert codes == {(True, False): 0, (True, True): 3, (False, False): 1, (False, True): 1}
+    assert _options.exit_code(True) == 0
+    for status, ok, good in (
+        ("stopped", True, True),
+        ("held", True, True),
+        ("runaway", True, False),
+        ("end_of_time", True, None),
+        ("stopped", False, False),
+    ):
+        assert _options.verdict_of(SimpleNamespace(status=status, ok=ok)) is good
+    from simbrake._run._measure import LimitVerdict
+
+    kept, passed = SimpleNamespace(verdict="within limit"), SimpleNamespace(verdict=LimitVerdict.EXCEEDED)
+    assert [_options.any_exceeded(checks) for checks in ([], [kept], [kept, passed])] == [False, False, True]
+
+
+def test_verdicts_in_colour(monkeypatch):
+    monkeypatch.setattr(_options, "coloured", lambda text, colour, stream: f"<{colour} {text}>")
+    for text, ok, seen in (
+        ("stopped: x", True, "<32 stopped>: x"),
+        ("step_limit: x", False, "<31 step_limit>: x"),
+        ("runaway: x", None, "runaway: x"),
+        ("a\nb: x", True, "a\nb: x"),
+        ("nothing", True, "nothing"),
+        ("a\nwarning  b, warning", None, "a\n<33 warning>  b, warning"),
+        ("x within limit, y exceeded", None, "x <32 within limit>, y <31 exceeded>"),
+    ):
+        assert _options.highlighted(text, ok) == seen
+
+
+def test_results_are_printed_as_text_or_as_json_and_written_all_at_once(folder, capsys):
+    _options.tell("a text", lambda: {"a": [1]}, False)
+    _options.tell("a text", lambda: {"a": [1]}, True)
+    assert capsys.readouterr().out == 'a text\n{\n "a": [\n  1\n ]\n}\n'
+    with pytest.raises(ValueError, match="not JSON compliant"):
+        _options.as_json(float("nan"))
+    files = {"b.txt": "text", "a.txt": lambda place: place.write_text("made", "utf-8")}
+    _options.write(folder / "out", files, False)
+    assert capsys.readouterr().out == f"written  {folder / 'out' / 'a.txt'}, {folder / 'out' / 'b.txt'}\n"
+    _options.write(folder / "out", files, True)
+    assert capsys.readouterr().out == ""
+    texts = [(folder / "out" / name).read_text("utf-8") for name in ("a.txt", "b.txt")]
+    assert texts == ["made", "text\n"]
+
+
+def test_a_scene_is_opened_with_all_errors_in_one_report(folder):
+    file = sb.files.shipped("standard")
+    also, given = [], {"faults": [sb.Fault("--span", "is odd")], "max_steps": 0, "workers": None, "starts": 1}
+    with pytest.raises(sb.InputError) as caught:
+        _options.opened(file, ["initial.omega=x"], 0.105, also=lambda scene: also.append(scene) or [], **given)
+    assert [fault.path for fault in caught.value.faults] == ["--span", "--rtol", "--max-steps", "initial.omega"]
+    assert str(caught.value.faults[1]) == "--rtol: 0.105 is out of range — 0 < rtol < 0.1"
+    assert str(caught.value.faults[2]) == "--max-steps: 0 is out of range — at least 1"
+    for rtol in (1e-15, 1.05e-15, 0.099):
+        if rtol > 1e-15:
+            assert float(_options.opened(file, ["initial.omega=3"], rtol, max_steps=1).initial.omega) == 3.0
+        else:
+            with pytest.raises(sb.InputError, match="--rtol"):
+                _options.opened(file, None, rtol)
+    with pytest.raises(sb.InputError, match="1 input error:\n  --vary: is odd"):
+        _options.opened(file, None, also=lambda scene: [sb.Fault("--vary", "is odd")])
+    with pytest.raises(sb.InputError) as caught:
+        _options.opened(folder / "x.toml", ["a"], 1.0)
+    assert [fault.path for fault in caught.value.faults] == ["--rtol", str(folder / "x.toml")]
+    assert (
+        caught.value.faults[1].hint == "give the path of a scene file; simbrake new lists templates and shipped scenes"
+    )
+    with pytest.raises(sb.InputError, match=r"nearest: standard.*; simbrake new lists"):
+        _options.existing(folder / "standart")
+
+
+def test_before_jax_works(monkeypatch):
+    """64 bits, fewer rounds of the garbage collector, and Ctrl-C where nobody has switched it off."""
+    before, heard = gc.get_threshold(), signal.getsignal(signal.SIGINT)
+    monkeypatch.delenv("TF_CPP_MIN_LOG_LEVEL", raising=False)
+    try:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+        _options.prepare_jax()
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+        assert gc.isenabled()
+        assert gc.get_threshold()[:2] == (100_000, 50)
+        assert os.environ["TF_CPP_MIN_LOG_LEVEL"] == "3"
+        assert jax.config.jax_enable_x64
+        signal.signal(signal.SIGINT, lambda *_: None)
+        failed = []
+        aside = threading.Thread(target=lambda: failed.append(_options.prepare_jax()))
+        aside.start()
+        aside.join()
+        assert failed == [None]
+        assert signal.getsignal(signal.SIGINT) is not signal.default_int_handler
+        _options.prepare_jax()
+        assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    finally:
+        signal.signal(signal.SIGINT, heard)
+        gc.set_threshold(*before)
+
+
+def test_titles_fit_into_the_terminal(monkeypatch, folder):
+    """Words of one letter fill a line up to its last place or the one before."""
+    file = folder / "x.toml"
+    file.touch()
+    found = [Shipped("standard", file, "x " * 300), Shipped("own", file, "a stop")]
+    for columns, length in (("90", 90), ("91", 90), ("30", 2 + 8 + 2 + 40), (None, 200)):
+        monkeypatch.delenv("COLUMNS", raising=False)
+        if columns:
+            monkeypatch.setenv("COLUMNS", columns)
+        lines = _scenes._listed(found).splitlines()
+        assert (lines[0], lines[3], lines[4]) == ("templates, with comments", "shipped scenes", "  own       a stop")
+        assert len(lines[1]) == length
+        assert lines[1].startswith("  standard  x x")
+        assert lines[1].endswith("x…")
+
+
+def test_a_new_scene_goes_into_a_folder_and_a_python_scene_says_how_it_runs_alone(capsys, folder):
+    (folder / "mine").mkdir()
+    code, out, _ = call(capsys, "new", "u2_5_5_stop", "mine", "--json")
+    assert (code, json.loads(out)["written"], json.loads(out)["template"]) == (0, "mine/u2_5_5_stop.toml", False)
+    code, out, _ = call(capsys, "new", "drag_lowering", "mine/x.py")
+    assert code == 0
+    assert out.splitlines()[1:] == [
+        "run it   simbrake run mine/x.py",
+        "         python mine/x.py: what the script prints beside",
+    ]
+    assert len(call(capsys, "new", "standard")[1].splitlines()) == 2
+    code, out, _ = call(capsys, "scene", "show", "standard.toml", "--json")
+    rows = {row["path"]: row for row in json.loads(out)}
+    assert (code, rows["initial.omega"]["value"], rows["initial.omega"]["unit"]) == (0, 24.0, "rad/s")
+    code, out, _ = call(capsys, "scene", "check", "standard.toml", "--json")
+    assert (code, json.loads(out)) == (0, {"faults": [], "warnings": []})
