@@ -13,7 +13,8 @@ import pytest
 from helpers import main
 
 import simbrake
-from simbrake._commands._cli import readable
+from simbrake._commands import _cli
+from simbrake._commands._cli import readable, write_completion
 
 PACKAGE = pathlib.Path(simbrake.__file__).parent
 
@@ -86,6 +87,9 @@ def test_the_command_in_a_process_of_its_own(tmp_path):
         ("10⁻⁶ m², 20 °C, ½ λ", "10^-6 m^2, 20 degC, 1/2 lambda"),
         ("∂t/∂C ≈ −1 … +2 → ∞", "dt/dC ~ -1 ... +2 -> inf"),
         ("╭─┤ẋ│", "+-+x'|"),
+        ("Ω Λ λ ς ⍺", "Omega Lambda lambda sigma \\u237a"),
+        ("x²³ y₁₂z", "x^23 y_12z"),
+        ("Ж 𝛀 ᴬ", "\\u0416 \\U0001d6c0 ^A"),
     ],
 )
 def test_symbols_are_spelled(text, plain):
@@ -177,3 +181,122 @@ def test_completion_asks_for_a_shell_that_it_does_not_find(monkeypatch, capsys):
             main(["--install-completion"])
         assert stop.value.code == 2
         assert words in capsys.readouterr().err
+
+
+def encoded(text, errors="simbrake-readable"):
+    _cli.print_readably()
+    return text.encode("ascii", errors)
+
+
+def test_bytes_of_file_names_stay_what_they_are():
+    """Undecodable bytes between characters that the output lacks; other errors are raised."""
+    name = b"a\xff\xfe\x80".decode("utf-8", "surrogateescape")
+    assert encoded(f"ω{name}λµ{name}b") == b"omegaa\xff\xfe\x80lambdaua\xff\xfe\x80b"
+    with pytest.raises(UnicodeDecodeError):
+        b"\xff".decode("ascii", "simbrake-readable")
+
+
+def test_only_streams_without_a_handler_of_their_own_get_one(monkeypatch):
+    for errors, wanted in (("strict", "simbrake-readable"), ("surrogateescape", "simbrake-readable"), ("replace",) * 2):
+        stream = io.TextIOWrapper(io.BytesIO(), "ascii", errors)
+        monkeypatch.setattr(sys, "stdout", stream)
+        monkeypatch.setattr(sys, "stderr", io.StringIO())  # no such stream
+        _cli.print_readably()
+        monkeypatch.undo()
+        assert stream.errors == wanted
+
+
+@pytest.mark.parametrize("home", ["XDG", "HOME"])
+def test_where_completion_is_written_and_the_line_that_loads_it(monkeypatch, tmp_path, home):
+    """The script of a shell in the place that it has for such files; names with quotes are quoted."""
+    monkeypatch.setenv("HOME", str(tmp_path))
+    for name, folder in (("XDG_DATA_HOME", "data"), ("XDG_CONFIG_HOME", "config")):
+        monkeypatch.setenv(name, str(tmp_path / folder) if home == "XDG" else "")
+    data = tmp_path / ("data" if home == "XDG" else ".local/share")
+    config = tmp_path / ("config" if home == "XDG" else ".config")
+    none = "no start file was changed"
+
+    def generate(shell):
+        return f"_of_{shell}() {{ }}\n" if shell == "zsh" else "é"
+
+    for shell, output, place, said in (
+        (
+            "bash",
+            None,
+            data / "bash-completion" / "completions" / "simbrake",
+            [
+                f"{none}; a line that loads it, to be added to ~/.bashrc, where bash-completion 2.8 or later does not "
+                "load it from there:",
+                "    . {}",
+            ],
+        ),
+        (
+            "zsh",
+            None,
+            tmp_path / ".zsh" / "completions" / "_of_zsh",
+            [
+                f"{none}; a line that loads it, to be added to ~/.zshrc, after compinit:",
+                "    . {} && compdef _of_zsh simbrake",
+            ],
+        ),
+        ("fish", None, config / "fish" / "completions" / "simbrake.fish", [f"{none}: fish loads it from there"]),
+        ("bash", "it's", tmp_path / "it's", [f"{none}; a line that loads it, to be added to ~/.bashrc:", "    . {}"]),
+        (
+            "fish",
+            "x y",
+            tmp_path / "x y",
+            [f"{none}; a line that loads it, to be added to ~/.config/fish/config.fish:", "    source {}"],
+        ),
+        (
+            "powershell",
+            "it's",
+            tmp_path / "it's",
+            [f"{none}; a line that loads it, to be added to your profile ($PROFILE):", "    . {}"],
+        ),
+    ):
+        told = write_completion(generate, shell, None if output is None else tmp_path / output).splitlines()
+        doubled, escaped = str(place).replace("'", "''"), str(place).replace("'", "'\"'\"'")
+        quoted = f"'{doubled}'" if shell == "powershell" else f"'{escaped}'" if output else str(place)
+        assert told == [f"written  {place}", *(line.format(quoted) for line in said)]
+        assert place.read_text("utf-8") == ("\ufeff" if shell == "powershell" else "") + generate(shell)
+    monkeypatch.setenv("SHELL", "/usr/bin/fish")
+    assert "fish loads it" in write_completion(generate, None, None)
+
+
+def test_ends_of_the_command_have_a_code_and_one_line(monkeypatch, capsys):
+    """What a command returns or raises: its code; an error that nobody expects is a traceback."""
+
+    def ends(what):
+        def app(arguments, **options):
+            assert options == {"exit_on_error": False, "print_error": True, "result_action": "return_value"}
+            if isinstance(what, BaseException):
+                raise what
+            return what
+
+        monkeypatch.setattr(_cli, "app", app)
+        with pytest.raises(SystemExit) as stop:
+            main([])
+        return stop.value.code, capsys.readouterr().err
+
+    monkeypatch.setattr(_cli.cli, "redirect_output", lambda: None)
+    fault = simbrake.Fault("a", "is odd")
+    for what, code, said in (
+        (3, 3, ""),
+        (None, 0, ""),
+        ("text", 0, ""),
+        (simbrake.InputError([fault]), 2, "simbrake: 1 input error:\n  a: is odd\n"),
+        (simbrake.formulas.SynthesisError("no_convergence", "x"), 1, "simbrake: no_convergence: x\n"),
+        (
+            KeyboardInterrupt(),
+            130,
+            "simbrake: interrupted; finished runs in --resume DIR are kept; the same command continues\n",
+        ),
+        (BrokenPipeError(), 1, ""),
+        (OSError(28, "No space"), 1, "simbrake: the output cannot be written: No space\n"),
+        (OSError("odd"), 1, "simbrake: the output cannot be written: odd\n"),
+    ):
+        assert ends(what) == (code, said)
+    with pytest.raises(RuntimeError, match="unexpected"):
+        ends(RuntimeError("unexpected"))
+    assert _cli._version().endswith(f", Python {sys.version.split()[0]}")
+    assert _cli._version().startswith(f"simbrake {simbrake.__version__}, jax ")
