@@ -125,7 +125,7 @@ def test_notes_and_codes(capsys, kept, monkeypatch):
     assert told("--time", **fine)[1]["timing"] == took
     code, found = told("--time", **fine | {"x64": False})
     assert (code, found["ok"], "timing" in found) == (1, False, False)
-    code, found = told(cache={"folder": "", "jax": True})
+    code, found = told(cache=REPORT["cache"] | {"folder": "", "jax": True})
     assert found["notes"] == [
         "XLA refuses b: results are the same, but slower (see accelerators)",
         "compiled programs are not cached: every command compiles again; set SIMBRAKE_CACHE_DIR",
