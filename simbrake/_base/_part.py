@@ -349,7 +349,7 @@ def all_in_range(node: object) -> bool:
     if not all(type(x) is np.ndarray and x.dtype == np.float64 for x in numbers):
         return False
     ranges = _ranges(structure, tuple(x.shape for x in numbers))
-    if ranges is None or not numbers or len(ranges[0]) > _MOST_NUMBERS:
+    if ranges is None or len(ranges[0]) > _MOST_NUMBERS:
         return False
     low, high, above = ranges
     whole = np.concatenate([x.ravel() for x in numbers])
