@@ -545,7 +545,7 @@ def _sizes(*groups: dict[str, DataArray]) -> dict[str, float]:
     found: dict[str, float] = {"1": 1.0}
     for variable in (v for group in groups for v in group.values()):
         unit = variable.attrs["units"]
-        if unit != "1":
+        if unit != "1" and variable.size:
             found[unit] = max(found.get(unit, 0.0), float(np.max(np.abs(variable.values))))
     return found
 
