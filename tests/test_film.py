@@ -153,7 +153,7 @@ def test_rate_is_that_of_the_part_of_the_film():
         ((0.0, 0.19, 1.0), "0 ms, 50 ms, 100 ms, 150 ms, 0.4 s, 0.6 s, 0.8 s, 1 s"),
         ((0.0, 0.8, 8.0), "0 s, 0.2 s, 0.4 s, 0.6 s, 2 s, 4 s, 6 s, 8 s"),
         ((0.0, 1.0), "0 s, 0.2 s, 0.4 s, 0.6 s, 0.8 s, 1 s"),
-        ((0.0, 0.6), "0 s, 0.2 s, 0.4 s"),
+        ((0.0, 0.6), "0 s, 0.2 s, 0.4 s, 0.6 s"),
     ],
 )
 def test_ticks_of_the_axis_of_a_film(run, words):

@@ -115,7 +115,7 @@ def ticks(film: Film) -> list[tuple[float, str]]:
         milliseconds = film.slow and i == 0 and high - low < 0.5
         factor, unit = (1e3, "ms") if milliseconds else (1.0, "s")
         for value in MaxNLocator(5, steps=[1, 2, 2.5, 5, 10]).tick_values(factor * low, factor * high):
-            t = value / factor
+            t = float(f"{value:g}") / factor  # as its label says: not beyond the end by rounding
             room = (film.film_time(high) - film.film_time(t)) / film.film[-1]
             near = i > 0 and (film.film_time(t) - film.film[i]) / film.film[-1] < 0.04
             if low <= t <= high and not near and (room > 0.02 or i == len(film.run) - 2):
