@@ -328,7 +328,6 @@ def test_k_fig_5_shows_stages_and_overlaps_of_two_stops():
         run = sb.simulate(figures.overlap_stop(external, internal))
         moving = [stage for stage in run.stages if stage.name.startswith("stage_")]
         total = moving[-1].end
-        wide = [stage for stage in moving if stage.duration > 0.1 * total]
         assert [stage.name[-1] for stage in moving] == (["1", "2", "3"] if column == 0 else ["1"])
         for axes, pair in zip(panels[:, column], ("external", "internal"), strict=True):
             curves = {line.get_label(): line.get_data() for line in axes.lines if len(line.get_xdata()) > 2}
@@ -340,9 +339,9 @@ def test_k_fig_5_shows_stages_and_overlaps_of_two_stops():
             borders = [line.get_xdata()[0] for line in axes.lines if len(line.get_xdata()) == 2]
             np.testing.assert_allclose(borders, [stage.start for stage in moving[1:]])
             assert [text.get_text() for text in axes.texts] == [
-                f"stage {stage.name[-1]}" if stage.duration > 0.16 * total else stage.name[-1] for stage in wide
+                f"stage {stage.name[-1]}" if stage.duration > 0.16 * total else stage.name[-1] for stage in moving
             ]
-            middle = [0.5 * (stage.start + stage.end) for stage in wide]
+            middle = [0.5 * (stage.start + stage.end) for stage in moving]
             np.testing.assert_allclose([text.get_position()[0] for text in axes.texts], middle)
             low, high = axes.get_ylim()
             assert low < 0.0 < 0.84 < high < 1.0

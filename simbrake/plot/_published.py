@@ -151,10 +151,8 @@ def _k_fig_5(figure: Figure) -> None:
             for stage in moving[1:]:
                 axes.axvline(stage.start, color="black", lw=0.6)
             for stage in moving:
-                if stage.duration > 0.1 * t[-1]:
-                    middle = 0.5 * (stage.start + stage.end)
-                    words = stage.name.replace("_", " ") if stage.duration > 0.16 * t[-1] else stage.name[-1]
-                    axes.text(middle, 0.84, words, ha="center")
+                words = stage.name.replace("_", " ") if stage.duration > 0.16 * t[-1] else stage.name[-1]
+                axes.text(0.5 * (stage.start + stage.end), 0.84, words, ha="center")
             axes.set_ylim(-0.03, 0.92)
             axes.set_ylabel(f"{pair} pair" if column == 0 else "")
         panels[0, column].set_title(f"friction: external {external:g}, internal {internal:g}")
