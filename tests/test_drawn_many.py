@@ -85,6 +85,7 @@ def test_compare_marks_events_and_ends_after_the_last_stop():
             np.testing.assert_allclose(line.get_xydata(), np.stack([data["time"], factor * data[column]], axis=1))
     assert [line.get_linestyle() for line in torque.lines] == ["-", "--"]
     assert figure.get_suptitle() == "results compared"
+    assert 8.0 < figure.get_size_inches()[0] < 12.0
     assert len(plot.compare([one] * 9).axes[0].lines) == 9 + 2 * 9
 
 
@@ -145,6 +146,10 @@ def test_sweep_over_one_parameter():
     data = line_study()
     figure = plot.sweep(data)
     time, rim = figure.axes  # usual metrics first; what is steady is left out
+    assert time.axison
+    assert rim.axison
+    assert time.get_shared_x_axes().joined(time, rim)
+    assert 2.0 < figure.get_size_inches()[1] / 2 < 3.5
     assert [axes.get_ylabel() for axes in figure.axes] == ["stopping time, s", "peak rim temperature, °C"]
     assert [axes.get_xlabel() for axes in figure.axes] == ["", "load.mass, t"]
     np.testing.assert_allclose(
@@ -188,6 +193,8 @@ def test_sweep_draws_four_metrics_at_most_and_names_what_is_missing():
         with pytest.raises(sb.InputError, match="has no metric that varies"):
             plot.sweep(study("load.mass", {"load.mass": MASS}, {"a": ("s", values)}, [0] * 4, [0] * 4))
     assert len(plot.sweep(line_study(), ["steady"]).axes) == 1
+    tiny = study("load.mass", {"load.mass": MASS}, {"a": ("m", 1e-7 * np.array(rise))}, [0] * 4, [0] * 4)
+    assert len(plot.sweep(tiny).axes) == 1
 
 
 def test_sweep_over_two_parameters():
@@ -198,9 +205,11 @@ def test_sweep_over_two_parameters():
     dims, coords = ("load.mass", "speed"), {"load.mass": MASS, "speed": SPEED}
     data = study(dims, coords, {"a": ("s", z), "b": ("s", 2.0 * z), "c": ("s", -z)}, sequence, np.zeros((4, 3), int))
     figure = plot.sweep(data)
-    a, b, c, rest = figure.axes
+    a, b, c, _ = figure.axes
     assert [axes.get_title() for axes in (a, b, c)] == ["a, s", "b, s", "c, s"]
-    assert not rest.axison
+    assert [axes.axison for axes in figure.axes] == [True, True, True, False]
+    assert not a.get_shared_x_axes().joined(a, c)  # each has the numbers of its own axes
+    assert figure.get_size_inches()[1] / 2 > 4.0
     assert a.get_position().y0 == b.get_position().y0 > c.get_position().y0
     for axes in (a, b, c):
         assert (axes.get_xlabel(), axes.get_ylabel()) == ("load.mass, t", "speed, rad/s")
@@ -230,22 +239,43 @@ def test_sweep_over_two_parameters():
     assert len(plot.sweep(data, ["a"]).axes) == 1
 
 
+def test_sweep_over_two_parameters_with_few_values_has_no_contours():
+    """The second parameter is read in °C."""
+    for values, z in (
+        ([293.15, 303.15], [[1.0, 2.0], [math.nan] * 2, [math.nan] * 2, [math.nan] * 2]),
+        ([293.15, 303.15], [[1.0, 2.0], [3.0, 4.0], [5.0, 6.0], [7.0, 9.0]]),
+    ):
+        air = ("air", values, {"units": "K"})
+        data = study(
+            ("load.mass", "air"), {"load.mass": MASS, "air": air}, {"a": ("s", z)}, np.zeros_like(z), 0 * np.isnan(z)
+        )
+        (axes,) = plot.sweep(data).axes
+        assert axes.get_ylabel() == "air, °C"
+        assert axes.get_ylim() == pytest.approx((20.0, 30.0))
+        assert (len(axes.collections) > 1) == (z[-1] == [7.0, 9.0])
+
+
 def test_sweep_of_an_ensemble_has_a_panel_for_each_parameter():
     mass, speed = (
         ("run", np.array([1e4, 2e4, 3e4, 5e4]), {"units": "kg"}),
         ("run", [1.0, 3.0, 2.0, 4.0], {"units": "rad/s"}),
     )
-    metrics = {"a": ("s", [4.0, 3.0, math.nan, 1.0]), "b": ("", [1.0, 2.0, 3.0, 4.0])}
+    metrics = {"a": ("s", [4.0, 3.0, math.nan, 1.0]), "b": ("", [1.0, 2.0, 3.0, 4.0]), "c": ("s", [1.0] * 3 + [2.0])}
     names = ("run", np.arange(4))
     data = study("run", {"load.mass": mass, "speed": speed, "run": names}, metrics, [0, 0, 1, 1], [0, 0, 0, 2])
     figure = plot.sweep(data)
-    panels = np.reshape(figure.axes, (2, 2))
-    for row, values in zip(panels, ([4.0, 3.0, math.nan, math.nan], [1.0, 2.0, 3.0, math.nan]), strict=True):
+    panels = np.reshape(figure.axes, (3, 2))
+    assert [axes.get_subplotspec().colspan.start for axes in figure.axes] == [0, 1] * 3
+    for row, values in zip(panels, ([4.0, 3.0, math.nan, math.nan], [1.0, 2.0, 3.0, math.nan]), strict=False):
         for axes, x in zip(row, ([10, 20, 30, 50], [1, 3, 2, 4]), strict=True):
             np.testing.assert_allclose(axes.lines[0].get_xydata(), np.stack([x, values], axis=1))
             assert not axes.patches
-    assert [axes.get_xlabel() for axes in panels[1]] == ["load.mass, t", "speed, rad/s"]
-    assert [axes.get_xlabel() for axes in panels[0]] == ["", ""]
-    assert [axes.get_ylabel() for axes in panels[:, 0]] == ["a, s", "b (–)"]
+    assert [axes.get_xlabel() for axes in panels[2]] == ["load.mass, t", "speed, rad/s"]
+    assert [axes.get_xlabel() for axes in panels[:2].flat] == [""] * 4
+    assert [axes.get_ylabel() for axes in panels[:, 0]] == ["a, s", "b (–)", "c, s"]
+    assert all(axes.axison for axes in figure.axes)
+    joined = figure.axes[0].get_shared_x_axes().joined
+    assert joined(panels[0, 0], panels[1, 0])
+    assert not joined(panels[0, 0], panels[0, 1])
     assert figure.get_suptitle() == "4 runs, 1 failed"
     assert figure.get_size_inches()[0] > plot.sweep(line_study()).get_size_inches()[0]
