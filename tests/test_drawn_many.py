@@ -279,3 +279,16 @@ def test_sweep_of_an_ensemble_has_a_panel_for_each_parameter():
     assert not joined(panels[0, 0], panels[0, 1])
     assert figure.get_suptitle() == "4 runs, 1 failed"
     assert figure.get_size_inches()[0] > plot.sweep(line_study()).get_size_inches()[0]
+
+
+def test_a_parameter_of_one_value_is_no_axis_of_a_sweep():
+    """A grid of four masses, one speed and one temperature of the air is one curve; of one run a point."""
+    one = {"speed": ("speed", [20.0], {"units": "rad/s"}), "air": ("air", [293.15], {"units": "K"})}
+    z = np.reshape([1.0, 2.0, 3.0, 5.0], (1, 4, 1))
+    dims = ("speed", "load.mass", "air")
+    data = study(dims, one | {"load.mass": MASS}, {"a": ("s", z)}, np.zeros_like(z), 0 * np.isnan(z))
+    (axes,) = plot.sweep(data).axes
+    np.testing.assert_allclose(axes.lines[0].get_xydata(), [[10, 1], [20, 2], [30, 3], [50, 5]])
+    assert (axes.get_xlabel(), axes.get_ylabel()) == ("load.mass, t", "a, s")
+    (axes,) = plot.sweep(data.isel({"load.mass": [2]}), ["a"]).axes
+    assert axes.lines[0].get_ydata().tolist() == [3.0]

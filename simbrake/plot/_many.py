@@ -136,6 +136,7 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
 
     - a grid of one parameter: a curve with its points; it has a gap where the sequence of events changes
     - a grid of two: filled contours, runs that failed hatched, thick lines where the sequence of events changes
+    - a parameter of one value is no axis
     - rows of an ensemble: a point for each run over each parameter, failed ones left out
 
     `metrics`: names, by default four at most that vary. Raises `InputError` for names that the data does not have, and
@@ -148,6 +149,9 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
         ('duty.load.mass, t', 'stopping time, s')
     """
     grid = "run" not in data.dims
+    if grid:
+        single = [name for name, size in data.sizes.items() if size == 1]
+        data = data.squeeze(single[: len(data.dims) - 1])
     paths = [str(name) for name in (data.dims if grid else data.coords) if name != "run" and data[name].ndim == 1]
     if grid and len(paths) > 2:
         hint = "select one value of the others: data.sel({path: value})"
@@ -239,7 +243,7 @@ def _contours(axes: Axes, data: Dataset, paths: list[str], z: Float[np.ndarray, 
         names.append(f"{path}{unit}")
     (x, y), sequence = ends, np.asarray(data["sequence"].values)
     axes.set(xlabel=names[0], ylabel=names[1], xlim=(x.min(), x.max()), ylim=(y.min(), y.max()), title=label)
-    if np.isfinite(z).sum() > 2 and min(z.shape) > 1:
+    if np.isfinite(z).sum() > 2:
         low, high = np.nanmin(z), np.nanmax(z)
         levels = MaxNLocator(8).tick_values(low, high)
         levels = levels[
