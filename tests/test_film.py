@@ -1,5 +1,6 @@
 """The film of one braking: how fast it runs, what its frames show, what it refuses."""
 
+import dataclasses
 import math
 import pathlib
 
@@ -308,3 +309,21 @@ def test_title_says_how_far_the_hook_has_travelled():
     scenery.show(2)
     phi = float(run.series([0.2]).phi[0])
     assert scenery.title.get_text().splitlines()[1].endswith(f"turns   hook travel {0.05 * phi:7.4f} m")
+
+
+def test_film_of_two_stops_ends_after_the_first_one():
+    """A run from 5 s on, released at 7 s and braked again at 8 s: times are counted from its start."""
+    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 99.0], [2e3, 2e3]))
+    lever = sb.PiecewiseLinear([7.0, 7.0, 8.0, 8.0], [8e3, 0.0, 0.0, 8e3])
+    scene = stop_scene(n=4, beta=60.0, C=None, lever=lever, load=load, end=12.0)
+    run = sb.simulate(dataclasses.replace(scene, initial=sb.Initial(20.0, time=5.0)))
+    first = float(run.stops["time"][0])
+    assert film_of(run, 6.0, None, None).run == pytest.approx((5.0, 5.0 + 1.15 * (first - 5.0)))
+    assert film_of(run, 6.0, 7.9, 12.0).run == pytest.approx((7.9, 8.03, 12.0))
+
+
+def test_frames_are_in_the_order_of_time(plain, tmp_path, monkeypatch):
+    seen, show = [], Scenery.show
+    monkeypatch.setattr(Scenery, "show", lambda self, i: (seen.append(self.times[i]), show(self, i)))
+    plot.animate(plain, tmp_path / "stop.gif", duration=0.4, fps=10, progress=False)
+    np.testing.assert_allclose(seen, np.linspace(0.0, 0.4, 4))
