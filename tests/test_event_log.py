@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import staged_scenes as staged
 from heat_scenes import fading
+from helpers import stop_scene
 
 import simbrake as sb
 from simbrake._phases import Ended
@@ -113,6 +114,20 @@ def test_a_slow_zero_does_not_hold_up_the_others():
     assert abs(found[500] - a[500]) <= 1e-15 ** (1 / 9)  # |f| ≤ 1e-15 is taken for 0
     assert evaluated[500] > 10
     assert np.delete(evaluated, 500).max() <= 5
+
+
+def test_the_log_of_a_run_that_fails_is_the_beginning_of_the_whole_one():
+    whole = sb.simulate(stop_scene())
+    for steps in (2, 4, 5, 8):
+        failed = sb.simulate(stop_scene(), max_steps=steps, throw=False)
+        end = float(failed.record.rows.t[steps])
+        wanted = [event for event in whole.events if event.time <= end]
+        assert [event[1:] for event in failed.events] == [event[1:] for event in wanted]
+        np.testing.assert_allclose(failed.events.times, [event.time for event in wanted], rtol=1e-10)
+    assert [event.name for event in sb.simulate(stop_scene(end=float(whole.stopping_time))).events][-2:] == [
+        "full_slip",
+        "stop",
+    ]
 
 
 # --- the log by hand --------------------------------------------------------------------------------------------------

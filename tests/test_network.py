@@ -523,3 +523,8 @@ def test_the_fastest_node_counts_the_links_of_all_linings_at_one_rim(single):
     heat = sb.Heat((rim, sb.thermal.Lump("linings", 100.0, count=4)), (sb.thermal.Conductance("rim", "linings", g),))
     rate, node = fastest_node(heat)
     assert (rate, node) == (pytest.approx(2 * (10.0 if single else 4.0) / C), "rim" if single else "rim[4]")
+    if single:  # all of them at one face of a wall, each behind half a layer
+        rim, half, C = wall("rim", 1), 0.08 / (2 * 50.0), 50.0 / 1.4e-5 * 0.08
+        links = (sb.thermal.Conductance("rim.front", "linings", 1e5 * g),)
+        heat = sb.Heat((rim, sb.thermal.Lump("linings", 1e9, count=4)), links)
+        assert fastest_node(heat) == (pytest.approx(2 * np.sum(1 / (1e-5 / g + half)) / C, rel=1e-12), "rim")

@@ -108,6 +108,18 @@ def test_curves_and_film_of_the_page_are_those_of_the_run(run, report):
     np.testing.assert_allclose(film["pairs"][0]["load"][50], np.asarray(p.shown.pairs[0].normal[0]) / 1e3, rtol=1e-4)
     np.testing.assert_allclose(film["phi"][50:60], p.y.phi, rtol=1e-4)
     assert len(film["pairs"][0]["contacts"][50]) == run.scene.brake.linings.count
+    stop, slip = run.metrics["stopping_time"], run.metrics["full_slip_time"]
+    assert [(window["words"], window["start"], window["end"]) for window in data["windows"]] == [
+        ("until rest", 0.0, pytest.approx(1.15 * stop)),
+        ("up to full slip, enlarged", 0.0, pytest.approx(1.3 * slip)),
+        ("whole run", 0.0, 5.0),
+    ]
+    assert (film["hook"], film["heat"], film["seconds"]) == (None, None, 8.0)
+    slow, fast = film["rates"]
+    assert fast["until"] == 8.0
+    for one, low, high, begin in ((slow, 0.0, 1.3 * slip, 0.0), (fast, 1.3 * slip, 1.15 * stop, slow["until"])):
+        rate = float(re.search(r"slow motion: (\S+) times", one["words"])[1])
+        assert rate == pytest.approx((one["until"] - begin) / (high - low), rel=0.05)
     marked = {event["words"]: event["t"] for event in data["events"]}
     assert marked["stop"] == run.metrics["stopping_time"]
 
@@ -119,11 +131,22 @@ def test_curves_of_temperature_are_named_after_the_body():
         linings="linings",
         rim="metal",
     )
-    for scene, body, lining in ((stop_scene(n=3), "rim", "lining"), (disc_scene(), "disc", "pad")):
+    hook = sb.HookLoad(1e3, 0.4, 8)
+    for scene, body, lining in ((stop_scene(n=3, load=hook), "rim", "lining"), (disc_scene(), "disc", "pad")):
         result = sb.simulate(dataclasses.replace(scene, heat=heat))
         charts = {chart.title: chart for chart in _live.charts_of(result.scene, result.series([0.1]))}
         named = [line.label for line in charts["Surface temperature"].lines]
         assert named == [f"hottest {body}", f"hottest {lining}"]
+        film = _live.film(result, 5)
+        s = result.series(film["t"])
+        linings, rim = (np.asarray(x) - 273.15 for x in (s.lining_temperature, s.rim_temperature))
+        np.testing.assert_allclose(film["heat"]["linings"], linings, rtol=1e-4)
+        np.testing.assert_allclose(film["heat"]["rim"], rim.max(axis=1), rtol=1e-4)
+        low, high = min(linings.min(), rim.min()), max(linings.max(), rim.max())
+        assert (film["heat"]["low"], film["heat"]["high"]) == pytest.approx((low, max(high, low + 1.0)), rel=1e-4)
+        assert (film["tension"] is None) == (film["hook"] is None) == (lining == "pad")
+        if film["hook"]:
+            np.testing.assert_allclose(film["hook"], np.asarray(film["phi"]) * 0.4 / 8, rtol=1e-5)
 
 
 @pytest.mark.parametrize(("omega", "begins"), [(17.0, 17.0), (23.0, 23.0), (10.0, 20.0), (25.0, 20.0)])
