@@ -98,7 +98,7 @@ def test_unknowns_are_linear_or_logarithmic_between_the_bounds():
     np.testing.assert_allclose(box.slope(box.up(z)), [20.0, 1e3 * np.log(1e4), 4e5], rtol=1e-14)
     # exactly a hundredfold is linear still, and so are bounds from 0
     for low, logarithmic in ((1e3, False), (999.0, True)):
-        one = box_of(scene(), {"brake.pulley.inertia": (low, 1e5)}, found, decades=100.0)
+        one = box_of(scene(J=1e3), {"brake.pulley.inertia": (low, 1e5)}, found, decades=100.0)
         assert one.logarithmic.tolist() == [logarithmic]
     linear = box_of(scene(), {"brake.pulley.inertia": (1.0, 1e5)}, found)
     assert linear.logarithmic.tolist() == [False]

@@ -11,6 +11,7 @@ import sys
 
 import numpy as np
 import pytest
+import xarray as xr
 from helpers import closed_form, stop_scene
 from scipy import stats
 from scipy.special import ndtr, ndtri
@@ -321,3 +322,149 @@ def test_without_salib_the_error_names_the_command(monkeypatch):
     monkeypatch.setitem(sys.modules, "SALib.analyze", None)
     with pytest.raises(ModuleNotFoundError, match=r"pip install 'simbrake\[global\]'"):
         sb.morris(brake(), {"initial.omega": (16.0, 24.0)})
+
+
+# --- statistics of given numbers --------------------------------------------------------------------------------------
+
+
+def evaluated(columns, group, asked=("stopping_time",), bounds=None, shares=(0.5,), method="random"):
+    """The statistics of runs whose numbers are given."""
+    count = len(group)
+    data = xr.Dataset({name: ("run", np.asarray(column)) for name, column in columns.items()})
+    data["code"] = ("run", np.asarray(columns.get("code", np.zeros(count, int))))
+    inputs = {"initial.omega": ("rad/s", 1.0, 2.0, 3.0), "brake.linings.friction.coefficient": ("1", 0.3, 0.35, 0.4)}
+    return _uncertainty._evaluate(data, np.asarray(group), list(asked), bounds or {}, shares, 0.9, method, 7, inputs)
+
+
+def test_statistics_of_few_numbers_by_hand():
+    x = np.array([3.0, 1.0, 4.0, 2.0, 5.0, 9.0])
+    one = evaluated({"stopping_time": x}, [0, 0, 1, 1, 2, 2]).statistics["stopping_time"]
+    means = np.array([2.0, 3.0, 7.0])
+    half = stats.t.ppf(0.95, 2) * means.std(ddof=1) / math.sqrt(3)
+    assert one.mean == pytest.approx((4.0, 4.0 - half, 4.0 + half), rel=1e-12)
+    assert (one.count, one.unit, one.least, one.greatest) == (6, "s", 1.0, 9.0)
+    spread = [np.std(np.delete(x, [i, i + 1]), ddof=1) for i in (0, 2, 4)]
+    pseudo = 3 * math.log(x.std(ddof=1)) - 2 * np.log(spread)
+    factor = math.exp(stats.t.ppf(0.95, 2) * pseudo.std(ddof=1) / math.sqrt(3))
+    deviation = x.std(ddof=1)
+    assert one.deviation == pytest.approx((deviation, deviation / factor, deviation * factor), rel=1e-12)
+    # each run by itself: order statistics; what 6 values do not bound is infinite
+    single = evaluated({"stopping_time": x}, np.arange(6), shares=(0.5, 0.95)).statistics["stopping_time"]
+    inside = [i for i in range(7) if covered(share(i, 6), 0.5)]
+    ends = np.concatenate([[-np.inf], np.sort(x), [np.inf]])
+    assert single.quantiles[0.5] == (3.5, ends[inside[0]], ends[inside[-1] + 1])
+    assert single.quantiles[0.95].high == math.inf
+    half = stats.t.ppf(0.95, 5) * x.std(ddof=1) / math.sqrt(6)
+    assert single.mean == pytest.approx((4.0, 4.0 - half, 4.0 + half), rel=1e-12)
+    same = evaluated({"stopping_time": np.full(6, 2.5)}, [0, 0, 1, 1, 2, 2]).statistics["stopping_time"]
+    assert (same.mean, same.deviation) == ((2.5, 2.5, 2.5), (0.0, 0.0, 0.0))
+    whole = evaluated({"stopping_time": x}, np.zeros(6)).statistics["stopping_time"]
+    assert whole.mean.value == 4.0
+    assert math.isnan(whole.mean.low)
+
+
+def share(hits, runs, confidence=0.9):
+    """Clopper and Pearson's interval of a share."""
+    tail = (1 - confidence) / 2
+    low = stats.beta.ppf(tail, hits, runs - hits + 1) if hits else 0.0
+    return _uncertainty.Estimate(
+        hits / runs, low, stats.beta.ppf(1 - tail, hits + 1, runs - hits) if hits < runs else 1.0
+    )
+
+
+def test_shares_of_groups_follow_their_scatter_where_hits_are_enough():
+    hits = np.array([5, 6, 7, 6])  # of 10 in each of 4 groups
+    hit = np.concatenate([np.arange(10) < k for k in hits])
+    group = np.repeat(np.arange(4), 10)
+    half = stats.t.ppf(0.95, 3) * (hits / 10).std(ddof=1) / 2
+    assert _uncertainty.probability(hit, group, 0.9) == pytest.approx((0.6, 0.6 - half, 0.6 + half), rel=1e-12)
+    assert _uncertainty.probability(~hit, group, 0.9) == pytest.approx((0.4, 0.4 - half, 0.4 + half), rel=1e-12)
+    for few in (np.arange(40) < 3, np.arange(40) >= 3, np.zeros(40, bool), np.ones(40, bool)):
+        assert _uncertainty.probability(few, group, 0.9) == pytest.approx(share(few.sum(), 40), rel=1e-12)
+    assert _uncertainty.probability(hit, np.arange(40), 0.9) == pytest.approx(share(24, 40), rel=1e-12)
+    assert _uncertainty.probability(hit, np.zeros(40), 0.9) == pytest.approx(share(24, 40), rel=1e-12)
+    assert all(math.isnan(x) for x in _uncertainty.probability(hit[:0], group[:0], 0.9))
+    assert all(math.isnan(x) for x in _uncertainty.quantile(np.zeros(0), group[:0], 0.5, 0.9))
+
+
+def test_a_report_tells_runs_that_have_no_metric_or_failed():
+    columns = {
+        "stopping_time": [1.0, 2.0, np.inf, np.nan],
+        "max_tension": [10.0, 30.0, 20.0, np.nan],
+        "code": [0, 0, 0, 1],
+    }
+    found = evaluated(columns, [0, 0, 1, 1], ("stopping_time", "max_tension"), {"max_tension": 20.0}, method="sobol")
+    assert {name: one.count for name, one in found.statistics.items()} == {"stopping_time": 2, "max_tension": 3}
+    assert {name: one.count for name, one in found.failures.items()} == {
+        "does not stop": 2,
+        "max_tension > 20 N": 2,
+        "any of these": 3,
+    }
+    assert found.codes == {"step_limit": 1}
+    assert (found.runs, found.groups) == (4, 2)
+    lines = [" ".join(line.split()) for line in str(found).splitlines()]
+    assert lines[0].endswith("2 independent sets of 2; seed 7; intervals of 90 %")
+    assert "initial.omega 1 2 3 rad/s" in lines
+    assert "brake.linings.friction.coefficient 0.3 0.35 0.4" in lines
+    assert "stopping_time, s: of the 2 of 4 runs (50.00%) that have it; the rest has none" in lines
+    assert [line for line in lines if line.startswith("extremes")] == [
+        "extremes of the runs 1 2",
+        "extremes of the runs 10 30",
+    ]
+    assert any(line.startswith("max_tension > 20 N 0.5 ") and line.endswith("2 of 4 runs") for line in lines)
+    assert lines[-1] == "1 runs failed (step_limit 1): they count as failures, and have no metrics"
+    told = found.as_dict()
+    assert told["failed_runs"] == {"step_limit": 1}
+    assert told["inputs"]["initial.omega"]["quantiles"] == {"0.05": 1.0, "0.5": 2.0, "0.95": 3.0}
+    sampled = evaluated(columns, np.arange(4), ("stopping_time",), {"max_tension": np.array([5.0, 50.0, 19.0, 9.0])})
+    assert sampled.failures["max_tension > its sampled limit"].count == 3
+    assert "independent sets" not in str(sampled).splitlines()[0]
+    clean = evaluated({"stopping_time": np.ones(4)}, np.arange(4))
+    assert "stopping_time, s: of all 4 runs" in str(clean)
+    assert set(clean.failures) == {"does not stop"}
+    assert "runs failed" not in str(clean)
+    none = evaluated({"stopping_time": np.full(4, np.inf)}, np.arange(4))
+    assert "of the 0 of 4 runs (0.00%) that have it; no statistics" in str(none)
+    assert not evaluated({"max_tension": np.ones(4)}, np.arange(4), ("max_tension",)).failures
+    assert _uncertainty.failure_name(99) == "code 99"
+
+
+def test_points_are_in_as_many_sets_of_a_power_of_two_as_asked_for():
+    for method, n, sets, each in (("sobol", 100, 8, 16), ("sobol", 128, 8, 16), ("latin", 100, 8, 13)):
+        points, group = _uncertainty._points(n, 3, method, sets, 0)
+        assert points.shape == (sets * each, 3)
+        assert group.tolist() == np.repeat(np.arange(sets), each).tolist()
+        first, second = points[:each], points[each : 2 * each]
+        assert not np.array_equal(first, second)
+        # one point in each of as many slices of every axis
+        cells = np.sort(np.floor(first * each).astype(int), axis=0)
+        np.testing.assert_array_equal(cells, np.tile(np.arange(each)[:, None], 3))
+    points, group = _uncertainty._points(10, 2, "random", 8, 0)
+    assert (points.shape, group.tolist()) == ((10, 2), list(range(10)))
+    assert [_uncertainty.power_of_two(n) for n in (1, 2, 3, 4, 5, 1024, 1025)] == [0, 1, 2, 2, 3, 10, 11]
+
+
+@pytest.mark.parametrize(
+    ("distribution", "words"),
+    [
+        ((0.4, 0.3), "(0.4, 0.3) is not a range"),
+        ((0.3, 0.3), "is not a range"),
+        ((0.3, np.inf), "is not a range"),
+        ((0.3,), "is not a range"),
+        (stats.rv_continuous, "type is not a distribution"),
+        (0.35, "float is not a distribution"),
+        (stats.norm(0.35, -1.0), "its median is nan, not one number"),
+        (stats.norm([0.3, 0.4], 0.01), "not one number"),
+        (
+            stats.norm(0.25, 0.25),
+            "is out of range with probability 0.16: coefficient of friction must be ≥ 0 and ≤ 10 — "
+            "truncate it: scipy.stats.truncnorm(-1, 39, 0.25, 0.25)",
+        ),
+        (stats.laplace(0.25, 0.25), "truncate it (scipy.stats.truncnorm for a normal one), or use a bounded one"),
+    ],
+)
+def test_what_is_no_distribution_of_a_number_is_told(distribution, words):
+    with pytest.raises(sb.InputError) as caught:
+        sb.studies.samples(brake(), {"brake.linings.friction.coefficient": distribution}, 4)
+    (fault,) = caught.value.faults
+    assert words in str(fault)
