@@ -1,9 +1,12 @@
 """The verdict on a run, its colour and margins, and the summary that fits the duty; numbers by hand."""
 
+import dataclasses
+import functools
 import html
 import json
 import math
 
+import numpy as np
 import pytest
 import staged_scenes as staged
 from helpers import main, stop_scene
@@ -13,7 +16,17 @@ from test_double_shoe import shoe_scene
 import simbrake as sb
 from simbrake._pages._rows import key_figures
 from simbrake._run import _report
-from simbrake._run._measure import LimitVerdict, summary_with_limits
+from simbrake._run._measure import (
+    LimitVerdict,
+    has_limit,
+    name_of,
+    named,
+    parse_limits,
+    read_limits,
+    summary_with_limits,
+    title_of,
+    unit_of,
+)
 from simbrake.results import LimitCheck, limit_checks
 
 J, W0, R, T0, LOAD = 800.0, 20.0, 0.725, 8e3, 1.2e4
@@ -473,3 +486,103 @@ def test_text_of_a_summary_in_units_of_rigs():
     assert "friction heat 2 ft·klbf" in text
     assert "hottest  rim 212 °F at 1 s" in text
     assert "wear     at most 0.001 in on lining 1" in text
+
+
+# --- limits and their words -------------------------------------------------------------------------------------------
+
+
+def test_a_check_of_a_limit_in_words():
+    def said(value, limit, verdict=LimitVerdict.WITHIN, unit="N", note=""):
+        return str(LimitCheck("max_tension", limit, value, unit, verdict, note))
+
+    assert said(90.0, 120.0) == "max_tension within limit: 90 N, limit 120 N, margin 30 N (25 %)"
+    assert said(120.0, 90.0, LimitVerdict.EXCEEDED, note="maximum at 2 s").endswith("N (−33.3 %) (maximum at 2 s)")
+    assert said(1.0, -2.0) == "max_tension within limit: 1 N, limit −2 N, margin −3 N"
+    assert "margin" not in said(90.0, None)
+    assert "margin" not in said(None, 90.0)
+    assert LimitCheck("x", 0.0, 1.0, "N", LimitVerdict.EXCEEDED).margin_percent is None
+    colours = {one.value: one.colour for one in LimitVerdict}
+    assert colours == {
+        "within limit": "green",
+        "within limit so far": "green",
+        "small margin": "amber",
+        "exceeded": "red",
+        "no limit": None,
+        "not evaluated": None,
+    }
+
+
+def test_limits_are_read_from_texts_with_all_their_faults(stop):
+    scene = stop.scene
+    limits, wrong = parse_limits(scene, ["max_tension = 120 kN", "stopping_time=2", "energy.friction_heat=1 MJ"])
+    assert (limits, wrong) == ({"max_tension": 120e3, "stopping_time": 2.0, "energy.friction_heat": 1e6}, [])
+    texts = ["max_tension", "=3", "stopping_time=", "stopping_angle=1", "stopping_angle=2", "max_pressure=1 MPa"]
+    limits, wrong = parse_limits(scene, [*texts, "stoping_time=1", "peak_rim_temperature=300", "max_normal_load=1 s"])
+    assert limits == {"stopping_angle": 2.0, "max_pressure": 1e6}
+    told = [f"{fault.path}: {fault.problem}" for fault in wrong]
+    for words in (
+        "--limit max_tension: is not of the form METRIC=VALUE",
+        "--limit =3: is not of the form",
+        "--limit stopping_time=: is not of the form",
+        "--limit stopping_angle: is given twice",
+        "--limit max_pressure: needs the areas of the linings",
+        "stoping_time: is not a metric of this scene",
+        "peak_rim_temperature: is not a metric of this scene",
+        "--limit max_normal_load: 's' is not a unit",
+    ):
+        assert any(text.startswith(words) for text in told), (words, told)
+    assert len(wrong) == 8
+    wide = sb.with_values(scene, {"brake.linings.area": 0.02})
+    assert read_limits(wide, {"max_pressure": "1 MPa", "stopping_time": np.float64(3.0)}) == (
+        {"max_pressure": 1e6, "stopping_time": 3.0},
+        [],
+    )
+    assert not has_limit(scene, {})
+    assert has_limit(scene, {"stopping_time": 3.0})
+    worn = dataclasses.replace(wide, wear=sb.Wear(1e-14))
+    assert not has_limit(worn, {})
+    assert has_limit(dataclasses.replace(worn, wear=sb.Wear(1e-14, permissible=8e-3)), {})
+
+
+def test_what_did_not_happen_exceeds_a_limit_only_in_a_whole_run(stop):
+    turning, failed = sb.simulate(rigid(end=0.2)), sb.simulate(rigid(), max_steps=2, throw=False)
+    for result, verdict, note in (
+        (turning, "exceeded", "did not happen in this run"),
+        (failed, "not evaluated", "the run failed before it happened"),
+    ):
+        (check,) = [c for c in limit_checks(result, {"stopping_time": 3.0}) if c.name == "stopping_time"]
+        assert (check.value, check.verdict, check.note) == (None, verdict, note)
+    (check,) = [c for c in limit_checks(failed, {"max_tension": 1e9}) if c.name == "max_tension"]
+    assert check.verdict == "within limit so far"
+    value = float(stop.max_tension.value)
+    for bound, verdict in ((value, "within limit"), (value * (1 - 1e-12), "exceeded")):
+        (check,) = [c for c in limit_checks(stop, {"max_tension": bound}) if c.name == "max_tension"]
+        assert (check.verdict, check.value) == (verdict, value)
+        assert check.note.startswith("maximum at ")
+    first, *others = limit_checks(stop, {})
+    assert (first.name, first.verdict, first.note) == (
+        "peak_lining_temperature",
+        "not evaluated",
+        "the scene has no thermal part",
+    )
+    assert {c.name: (c.verdict, c.limit) for c in others} == {
+        "max_tension": ("no limit", None),
+        "max_normal_load": ("no limit", None),
+    }
+    assert [c.name for c in limit_checks(stop, {"max_tension": 1.0})[1:]] == ["max_normal_load", "max_tension"]
+
+
+def test_metrics_have_titles_units_and_near_names(stop):
+    assert title_of("energy.friction_heat") == "Energy: friction heat"
+    assert title_of("max_pressure") == "Maximum mean pressure on a lining"
+    assert title_of("max_tension_time") == f"{title_of('max_tension')}, when"
+    assert title_of("stopping_time") == "Stopping time"
+    assert title_of("own_number") == "Own number"
+    assert [unit_of(name) for name in ("max_tension", "energy.load_work", "nothing", len)] == ["N", "J", "", ""]
+    assert name_of(len) == "len"
+    assert name_of(functools.partial(len)) == "partial"
+    assert named(stop, "stopping_time") == float(stop.stopping_time)
+    with pytest.raises(KeyError, match="'stoping_time' is not a metric of this scene; nearest: stopping_time"):
+        named(stop, "stoping_time")
+    with pytest.raises(KeyError, match="there are: .*, or a function of the result"):
+        named(stop, "§")
