@@ -11,6 +11,8 @@ from material_scenes import DATA, ROOM, W0, J, compared, whole_scene
 from scipy.special import erfc
 
 import simbrake as sb
+from simbrake.formulas._material_table import QUANTITIES
+from simbrake.formulas._materials import Compared
 
 # --- the materials ----------------------------------------------------------------------------------------------------
 
@@ -254,3 +256,56 @@ def test_a_staged_brake_is_refused():
     brake = dataclasses.replace(scene.brake, bandage=sb.Bandage(20.0, sb.ConstantFriction(0.1)))
     with pytest.raises(sb.InputError, match="one friction pair"):
         compared(["brass"], scene=dataclasses.replace(scene, brake=brake))
+
+
+# --- what the table says ----------------------------------------------------------------------------------------------
+
+
+def made(work, fails=(), level=0, rim="brass", simulated=None, ends="melts"):
+    compared = {name: Compared(1.0, None) for name in QUANTITIES} | {"surface": Compared(400.0, simulated)}
+    return sb.formulas.MaterialRow(level, rim, "FK-24A", compared, fails, work, ends)
+
+
+def test_the_ranking_has_admissible_pairs_first_and_then_the_greatest_work():
+    rows = (
+        made(3e6, ("hot",), rim="steel_20L"),
+        made(1e6, rim="brass"),
+        made(2e6, rim="cast_iron"),
+        made(9e6, rim="brass", level=1),
+    )
+    rims = tuple(sb.formulas.rim_material(name) for name in ("steel_20L", "brass", "cast_iron"))
+    linings = (sb.formulas.lining_material("FK-24A"),)
+    levels = tuple(sb.formulas.EnergyLevel(words, 1e6, 2e6) for words in ("scene", "twice"))
+    table = sb.formulas.MaterialComparison("about", levels, rims, linings, rows, ("a note",))
+    assert [row.rim for row in table.ranking(0)] == ["cast_iron", "brass", "steel_20L"]
+    assert [row.greatest_work for row in table.ranking()] == [9e6]
+    assert table.row("brass") is rows[1]
+    assert table.row("brass", level=-1) is rows[3]
+    with pytest.raises(KeyError, match="no row 'gold' with 'FK-24A'; there are: rims steel_20L, brass, cast_iron; lin"):
+        table.row("gold")
+    assert not table.simulated
+
+
+def test_notes_say_what_is_assumed():
+    table = compared(["steel_20L", "brass"])
+    assert table.about.endswith("time and friction work are those of classical stops, temperatures in °C")
+    assert "no runs: estimates only" in table.notes
+    assert not any("track_area" in note for note in table.notes)  # given
+    free = compared(["steel_20L"], data=None)
+    assert any(note.startswith("track_area = 1.002 m^2 is not the scene's: one rim") for note in free.notes)
+    assert sum("inertia" in note for note in free.notes) == 1
+    assert not any("inertia" in note for note in compared(["steel_20L"], inertia=True).notes)
+    data = table.dataset()
+    assert dict(data.sizes) == {"level": 1, "rim": 2, "lining": 1}
+    assert [name for name in data if name.endswith("_simulated")] == []
+    assert data.surface.sel(rim="brass").item() == table.row("brass")["surface"].value
+    text = str(table)
+    assert " sim." not in text
+    shown = next(line for line in text.splitlines() if line.startswith("brass"))
+    assert f"{table.row('brass')['surface'].value - 273.15:.0f}" in shown.split()
+    sources = sb.formulas.rim_material("brass", young=1e11).sources
+    assert sources.pop("young") == "given"
+    entries = sb.thermal.LIBRARY["brass"] | sb.formulas.RIMS["brass"]
+    for name, source in sources.items():
+        said = entries[name].assumed and not entries[name].source.startswith("assumption")
+        assert source == entries[name].source + (" (assumed)" if said else ""), name

@@ -528,7 +528,7 @@ def test_limits_are_read_from_texts_with_all_their_faults(stop):
         "--limit max_pressure: needs the areas of the linings",
         "stoping_time: is not a metric of this scene",
         "peak_rim_temperature: is not a metric of this scene",
-        "--limit max_normal_load: 's' is not a unit",
+        "--limit max_normal_load: '1 s'",
     ):
         assert any(text.startswith(words) for text in told), (words, told)
     assert len(wrong) == 8
@@ -584,5 +584,5 @@ def test_metrics_have_titles_units_and_near_names(stop):
     assert named(stop, "stopping_time") == float(stop.stopping_time)
     with pytest.raises(KeyError, match="'stoping_time' is not a metric of this scene; nearest: stopping_time"):
         named(stop, "stoping_time")
-    with pytest.raises(KeyError, match="there are: .*, or a function of the result"):
+    with pytest.raises(KeyError, match=r"there are: .*, or a function of the result"):
         named(stop, "§")
