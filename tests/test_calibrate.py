@@ -14,8 +14,9 @@ from scipy.stats import binom, chi2, norm, t
 import simbrake as sb
 from simbrake import plot
 from simbrake.studies import State
-from simbrake.studies._calibration import _combination
-from simbrake.studies._fit import Direction, FitModel, Search, cost, identify
+from simbrake.studies._calibration import Parameter, _absoluteness, _combination, _words
+from simbrake.studies._evaluator import Faults
+from simbrake.studies._fit import _LOSSES, _RHO, Direction, FitModel, Search, cost, identify
 
 OMEGA, T0, J, F = (
     "initial.omega",
@@ -347,3 +348,70 @@ def test_traced_entries_of_arrays_can_be_set():
     value, slope = jax.jit(jax.value_and_grad(total))(0.2)
     assert float(slope) == 21.0
     assert float(value) == pytest.approx(19 * np.radians(13.5) + 21 * 0.2)
+
+
+# --- words ------------------------------------------------------------------------------------------------------------
+
+
+def test_open_combinations_are_told_in_words():
+    def said(change, spread=np.inf, relative=(True, True, True), rate=(1.0, 1.0, 1.0), others=()):
+        one = Direction(np.array(change), 0.0, spread)
+        return _combination(one, [one, *others], ["p", "q", "r"], np.array(rate), np.array(relative))
+
+    assert said([0.0, 1.0, 0.0]).words == "q: no measured value depends on it"
+    assert said([0.0, 1.0, 0.0], 0.5).words == (
+        "q: its bounds determine it better than the data (standard error 0.5 of their range)"
+    )
+    assert said([0.0, 1.0, 0.004]).words == "q: its whole range has less effect than tiny changes of r"
+    assert said([0.5, 1.0, -0.25]).words == "q +1 %, p +0.5 % and r -0.25 % together change no measured value"
+    assert said([0.5, 1.0, -0.25], 2.0).words == (
+        "q +1 %, p +0.5 % and r -0.25 % together change the measured values by less than their errors within the "
+        "bounds (standard error 2 of their range)"
+    )
+    pair = said([0.5, -1.0, 0.0])
+    assert pair.words.startswith("q +1 % and p -0.5 % together change no measured value; the data determine only ")
+    assert pair.words.endswith("(q)·(p)^2")
+    assert pair.relative == {"p": -0.5, "q": 1.0, "r": 0.0}
+    absolute = said([0.5, 1.0, 0.0], relative=(True, False, True)).words
+    assert absolute == "q +0.01 and p +0.5 % together change no measured value"
+    assert said([1.0, 1.0, 0.0], rate=(2.0, 0.5, 1.0)).relative == {"p": 1.0, "q": 0.25, "r": 0.0}
+
+
+def test_states_of_parameters_in_words():
+    def said(state, value=3.0):
+        return _words(Parameter("p", "N", value, 0.1, (2.0, 4.0), state, 3.5, 1.0, 5.0, False))
+
+    open_ = "standard error infinite: not determined by the data"
+    assert said(State.FITTED) == ""
+    assert (said(State.AT_LOW), said(State.AT_HIGH)) == ("at its lower bound", "at its upper bound")
+    assert [said(State.OPEN, value) for value in (3.0, 1.0, 5.0)] == [open_, *[f"{open_}, and it reached a bound"] * 2]
+
+
+def test_standard_deviations_are_absolute_where_all_are_given():
+    both = speeds(line()) + sb.studies.Measured.of(events={"stopping_time": (1.0, 0.1)})
+    half = speeds(line()) + sb.studies.Measured.of(events={"stopping_time": 1.0})
+    for data, wanted, absolute, faults in (
+        (both, None, True, 0),
+        (both, False, False, 0),
+        (speeds(line(), None), None, False, 0),
+        (speeds(line(), None), True, True, 1),
+        (half, None, False, 1),
+        (half, False, False, 1),
+    ):
+        found = Faults()
+        assert _absoluteness(data, wanted, 2, found) is absolute
+        assert len(found) == faults
+    few = sb.studies.Measured.of([0.1, 0.2], {"omega": [2.0, 1.0]})
+    for parameters, words in ((1, []), (2, ["data: 2 values do not determine their scatter with 2 parameters"])):
+        found = Faults()
+        _absoluteness(few, None, parameters, found)
+        assert [str(one).partition(" — ")[0] for one in found] == words
+
+
+def test_losses_are_the_slopes_and_curvatures_of_their_objectives():
+    z, h = np.array([0.3, 0.7, 1.6, 5.0]), 1e-4
+    for name, (first, second) in ((name, law(z)) for name, law in _LOSSES.items()):
+        rho = _RHO[name]
+        np.testing.assert_allclose(first, (rho(z + h) - rho(z - h)) / (2 * h), rtol=1e-7)
+        np.testing.assert_allclose(second, (rho(z + h) - 2 * rho(z) + rho(z - h)) / h**2, atol=2e-7)
+        assert cost(np.array([1e-6]), name, 2.0) == pytest.approx(0.5e-12, rel=1e-6)  # near 0 all are squares
