@@ -213,3 +213,12 @@ def test_a_staged_stop_with_centrifugal_force():
             assert row.value < row.simulated == T_0
         else:
             assert row.value == pytest.approx(row.simulated, rel=1e-8), name
+
+
+def test_friction_at_the_start_is_that_of_the_speed_of_its_pair():
+    """The outer pair slides on the band circle, the inner one on the rim; a line through two points, 0 at 20 m/s."""
+    law = sb.friction.TabulatedFriction([0.0, 20.0], [0.4, 0.0])
+    scene = staged_scenes.stop(law=law, inner=law, w0=20.0)
+    for pair, radius in (("external", R_B), ("internal", R)):
+        found = sb.formulas.stop.friction_at_start(scene, pair)
+        np.testing.assert_allclose(found, np.full(N, 0.4 * (1 - radius)), rtol=1e-12)
