@@ -871,3 +871,93 @@ def test_options_of_explain_and_report(capsys, asked, tmp_path):
     assert (reports[-1][1]["sensitivity"], reports[-1][1]["check"]) == (["stopping_time"], False)
     code, _, err = call(capsys, "report", "standard.toml", "--lining", "woven", "--sensitivity", "x", "--limit", "y=1")
     assert (code, [words in err for words in ("--lining: says what", "3 input errors")]) == (2, [True] * 2)
+
+
+def test_options_of_run(capsys, asked, tmp_path):
+    from simbrake._pages import _page
+    from simbrake._run import _measure
+    from simbrake.studies import _measured
+
+    result = Answer()
+    runs, saves = asked(sb, "simulate", result), asked(sb, "save", lambda found, place: place)
+    checks = asked(_measure, "limit_checks", [SimpleNamespace(verdict=_measure.LimitVerdict.EXCEEDED)])
+    texts, told = asked(_measure, "text_with_limits", "stopped: text"), asked(_measure, "summary_with_limits", {"a": 1})
+    pages = asked(_page, "write", lambda found, out, *_: [out / "a.png"])
+    limits = ("--limit", "max_tension=9 kN")
+    for options, code, out in (
+        ((), 0, "stopped: text\n"),
+        (("--json", *limits), 0, '{\n "a": 1\n}\n'),
+        ((*limits, "--fail-on-limit"), 3, "stopped: text\n"),
+        (("--out", "x.nc"), 0, "stopped: text\nwritten  x.nc\n"),
+        (("--out", "out"), 0, "stopped: text\nwritten  out/a.png\n"),
+    ):
+        assert call(capsys, "run", "standard.toml", *options)[:2] == (code, out)
+    assert {name: runs[0][1][name] for name in ("rtol", "max_steps", "max_events", "throw")} == {
+        "rtol": 1e-10,
+        "max_steps": None,
+        "max_events": 10_000,
+        "throw": False,
+    }
+    assert [one[0] for one in checks][:2] == [(result, {}), (result, {"max_tension": 9e3})]
+    assert texts[0] == told[0]
+    assert texts[0][0][0] is result
+    assert saves == [((result, Path("x.nc")), {})]
+    assert pages[0][0][:3] == (result, Path("out"), None)
+    (tmp_path / "kept.nc").mkdir()
+    assert call(capsys, "run", "standard.toml", "--out", "kept.nc")[1].endswith("written  kept.nc/a.png\n")
+    reads, overlays = (
+        asked(sb, "read_measured", "recorded"),
+        asked(sb.plot, "overlay", SimpleNamespace(savefig=lambda place, dpi: place.write_text(f"{dpi} dots", "utf-8"))),
+    )
+    looks = asked(_measured, "check_measured", None)
+    for options, words in (
+        ((), "--measured: is drawn into a figure — give its folder: --out"),
+        (("--out", "x.nc"), "--measured: is drawn into a figure — give --out a folder, not x.nc"),
+    ):
+        code, _, err = call(capsys, "run", "standard.toml", "--measured", "a.csv", *options)
+        assert (code, words in err, "1 input error" in err) == (2, True, True)
+    code, out, _ = call(capsys, "run", "standard.toml", "--measured", "a.csv", "--measured", "b.csv", "--out", "out")
+    assert (code, out) == (0, "stopped: text\nwritten  out/a.png, out/overlay.png\n")
+    assert reads == [(("a.csv", "b.csv"), {})]
+    assert (looks[0][0][0], overlays[0][0]) == ("recorded", (result, "recorded"))
+    assert (tmp_path / "out" / "overlay.png").read_text("utf-8") == "130 dots"
+    asked(sb, "simulate", Answer(ok=False))
+    assert call(capsys, "run", "standard.toml", *limits, "--fail-on-limit")[0] == 1
+
+
+def test_options_of_validate_and_reproduce(capsys, asked, tmp_path):
+    from simbrake import published
+    from simbrake._pages import _page
+
+    for ok, code in ((True, 0), (False, 1)):
+        cases, crosses = asked(sb, "validate", Answer(ok=ok)), asked(sb, "cross_check", Answer(ok=ok))
+        assert call(capsys, "validate", "--only", "band")[:2] == (code, "a text\n")
+        assert cases == [(("band",), {"progress": None})]
+        assert json.loads(call(capsys, "validate", "--json", "--cross-check", "standard.toml", "--list")[1]) == [1]
+        assert crosses[0][1] == {
+            "method": None,
+            "rtol": 1e-10,
+            "tolerance": None,
+            "max_evaluations": 400_000,
+            "progress": None,
+        }
+        given = ("--method", "Radau", "--rtol", "1e-8", "--allowed", "1e-3", "--max-evaluations", "9")
+        assert call(capsys, "validate", "--cross-check", "standard.toml", *given, "--set", "initial.omega=9")[0] == code
+        assert [*crosses[1][1].values()] == ["Radau", 1e-8, 1e-3, 9, None]
+        assert float(crosses[1][0][0].initial.omega) == 9.0
+    rows = json.loads(call(capsys, "validate", "--list", "--json")[1])
+    lines = call(capsys, "validate", "--list")[1].splitlines()
+    assert lines[0].split() == ["case", "tolerance", "source"]
+    assert len(lines) == len(rows) + 1
+    assert list(rows[0]) == ["case", "tolerance", "source", "truth"]
+    assert lines[1].startswith(f"{rows[0]['case']}  ")
+    assert f" {rows[0]['tolerance']:.0e}  {rows[0]['source']}" in lines[1]
+    cell = lambda verdict: SimpleNamespace(verdict=verdict, as_dict=lambda: {"verdict": verdict})  # noqa: E731
+    asked(published, "report", "a text")
+    written = asked(_page, "write_published", [Path("out/a.png")])
+    for verdicts, code in ((("agrees", "known misprint"), 0), (("agrees", "disagrees"), 1)):
+        asked(published, "cells", [cell(verdict) for verdict in verdicts])
+        assert call(capsys, "reproduce")[:2] == (code, "a text\n")
+        assert call(capsys, "reproduce", "--out", "out")[:2] == (code, "a text\nwritten  out/a.png\n")
+        assert json.loads(call(capsys, "reproduce", "--json")[1]) == [{"verdict": verdict} for verdict in verdicts]
+    assert written[0] == ((Path("out"),), {})
