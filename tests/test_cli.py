@@ -13,7 +13,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
-from helpers import main, open_scene
+from helpers import Waiting, main, open_scene
 
 import simbrake as sb
 from simbrake._base._table import Column, Table
@@ -406,6 +406,15 @@ class Answer:
 @pytest.fixture
 def asked(monkeypatch, tmp_path):
     """A function that lets a name of simbrake answer with something: the arguments of its calls, in a list."""
+
+    class Named(Waiting):
+        def __init__(self, name, what):
+            assert name.isidentifier()
+            assert what.endswith("…")
+            super().__init__(name, what)
+
+    monkeypatch.setattr(_runs, "Waiting", Named)
+    monkeypatch.setattr(_studies, "Waiting", Named)
     monkeypatch.chdir(tmp_path)
     (tmp_path / "standard.toml").write_text(sb.files.shipped("standard").read_text("utf-8"), "utf-8")
 
@@ -772,6 +781,9 @@ def test_options_of_compare(capsys, asked, tmp_path):
     assert [(one[0][0], one[0][1]) for one in calls[1:]] == [("run 24", "run 24")] + [("run 24", Path("a.nc"))] * 2
     code, out, _ = call(capsys, "compare", "a.nc", "kept.toml", "standard.toml")
     assert (code, out) == (0, "a: a, b: kept\na text\n\na: a, b: standard\na text\n")
+    (tmp_path / "out.toml").mkdir()
+    call(capsys, "compare", "out.toml", "a.nc")
+    assert calls[-1][0] == (Path("out.toml"), Path("a.nc"), 1e-9)
     asked(sb, "compare", Answer(equal=False))
     assert call(capsys, "compare", "a.nc", "kept.toml", "--rtol", "1e-3")[0] == 1
     for given, words in (

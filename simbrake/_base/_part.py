@@ -108,10 +108,11 @@ def as_part(x: Any, family: type, unit: str = "SI") -> Any:
 def _number_in(maker: type, unit: str) -> Quantity:
     """Metadata of the number that alone makes a part; `unit`: meaning of `SI` in it."""
     first = dataclasses.fields(maker)[0]  # pyright: ignore
-    about, below = about_of(first, unit), short_of((first.metadata.get("part"),))
-    if about is not None or below is None:
-        return about or Quantity(unit, first.name)
-    return _number_in(below, unit_below(first, unit))
+    if (below := short_of((first.metadata.get("part"),))) is not None:
+        return _number_in(below, unit_below(first, unit))
+    about = about_of(first, unit)
+    assert about is not None, f"the first field of {maker.__name__} is no number"
+    return about
 
 
 def _faults_of_short(maker: type, x: object, unit: str, path: str) -> list[Fault]:

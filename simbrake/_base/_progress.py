@@ -124,8 +124,7 @@ class Waiting:
         also: str = "",
     ) -> None:
         (doing, _, way), now = self._doing, time.monotonic()
-        goes_on = way is not None and doing == what and done > way.first
-        first, since = way[:2] if goes_on else (done, now)
+        first, since = way[:2] if way is not None and doing == what and done > way.first else (done, now)
         # one assignment: the reporting thread sees all of it or nothing
         self._doing = (what, since, _Way(first, since, done, total, now, unit, bound, inner, also))
 
