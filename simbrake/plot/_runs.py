@@ -174,7 +174,7 @@ def _panels(panels: Iterable[Axes], s: Series, words: BrakeWords) -> None:
         tension.plot(s.t, s.tight_tension / 1e3, color=BLUE, label="tight end $T_n$")
         tension.plot(s.t, s.slack_tension / 1e3, color=SKY, label="slack end $T_0$")
         tension.set_ylabel("tension, kN")
-    else:
+    elif s.lever_force is not None:
         tension.plot(s.t, s.lever_force / 1e3, color=SKY, label="actuator $F$")
         differ = np.ptp(s.normal_load, axis=1).max() > 0
         for i in range(n if differ else 1):
