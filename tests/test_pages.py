@@ -873,6 +873,8 @@ def test_figures_of_a_page_have_names_and_conditions():
     assert [key for key, picture in pictures.items() if picture.drawn] == ["stop", "pulley", "pressed"]
     for picture in pictures.values():
         assert not re.search(r"`|\n|Raises|Example", picture.caption)
+        begins = getattr(sb.plot, picture.name).__doc__.splitlines()[0].replace("`", "")
+        assert picture.caption.startswith(begins)
 
     def wanted(scene, **result):
         found = {"stops": [1], "record": SimpleNamespace(modes=SimpleNamespace(contacts={})), **result}
