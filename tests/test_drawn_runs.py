@@ -4,18 +4,30 @@ import dataclasses
 import functools
 import itertools
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 from helpers import stop_scene
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
 from picture_scenes import hot_result, plain_result, staged_result
 
 import simbrake as sb
 from simbrake import plot
 from simbrake.plot._runs import _telling
-from simbrake.plot._shared import BLUE, GREEN, ORANGE, VERMILLION, application, strong_applications, windows
+from simbrake.plot._shared import (
+    BLUE,
+    GREEN,
+    ORANGE,
+    VERMILLION,
+    Window,
+    application,
+    marks,
+    strong_applications,
+    windows,
+)
 
 
 def legend(drawn):
@@ -487,3 +499,47 @@ def test_one_lining_surface_for_all_is_said():
     assert words == "surface temperature, lining by lining (one surface for all linings)"
     assert "for all linings" not in plot.lining_map(run, "slip_speed").get_suptitle()
     assert legend(plot.temperatures(run).axes[0]) == ["rim", "linings"]
+
+
+# --- windows and marks ------------------------------------------------------------------------------------------------
+
+
+def made_run(*events):
+    """What windows and marks read of a run from 5 to 15 s with these events."""
+    rows = SimpleNamespace(t=np.array([5.0, 9.0, 15.0, 0.0]))
+    named = [SimpleNamespace(name=name, time=time) for name, time in events]
+    return SimpleNamespace(record=SimpleNamespace(count=2, rows=rows), events=named)
+
+
+def test_windows_count_from_the_start_of_the_run():
+    both = windows(made_run(("full_slip", 5.0), ("full_slip", 5.1), ("stop", 6.0), ("lining_slip", 7.0)))
+    assert [(w.title, w.enlarged) for w in both] == [("until rest", False), ("up to full slip, enlarged", True)]
+    np.testing.assert_allclose([w[:2] for w in both], [(5.0, 6.15), (5.0, 5.13)])
+    # a quarter of the run is no short onset, and a run that moves on is drawn to its end
+    for events in ([("full_slip", 5.3), ("stop", 6.0)], [("stop", 6.0), ("restart", 8.0)], []):
+        (whole,) = windows(made_run(*events))
+        moves = events[-1:] != [("stop", 6.0)]
+        assert whole[:2] == (5.0, 15.0 if moves else pytest.approx(6.15))
+        assert whole.title == ("whole run" if moves else "until rest")
+
+
+def test_short_times_that_are_enlarged_are_in_milliseconds():
+    for window, words in (
+        (Window(5.0, 5.4, True), "time, ms"),
+        (Window(5.0, 5.6, True), "time, s"),
+        (Window(5.0, 5.4), "time, s"),
+    ):
+        axes = Figure().subplots()
+        window.label_time(axes)
+        assert axes.get_xlabel() == words
+
+
+def test_many_marks_are_faint_and_none_hide_a_map():
+    for count, drawn, look in ((12, 12, (1.1, 1.0)), (40, 0, (1.1, 1.0)), (41, 0, (0.33, 0.3))):
+        run = made_run(*[("stop", 6.0 + 0.1 * i) for i in range(count)], ("lining_slip", 6.0), ("stop", 14.0))
+        axes, over = Figure().subplots(1, 2)
+        assert marks(axes, run, Window(5.0, 13.0)) == ["stop"] * count
+        assert len(axes.lines) == count
+        assert (axes.lines[0].get_linewidth(), axes.lines[0].get_alpha()) == pytest.approx(look)
+        assert marks(over, run, Window(5.0, 13.0), front=True) == ["stop"] * drawn
+        assert len(over.lines) == 2 * drawn  # each on white
