@@ -192,9 +192,9 @@ def test_cost_grows_no_faster_than_the_layers():
         )
         times = []
         for _ in range(6):
-            start = time.perf_counter()
+            start = time.process_time()
             jax.block_until_ready(sb.simulate_heat(heat, [0.0, 5.0], rtol=1e-8, solver=sb.hybrid.Rodas5P()).temperature)
-            times.append(time.perf_counter() - start)
+            times.append(time.process_time() - start)
         return sorted(times[1:])[2]
 
     assert cost(1000) / cost(10) < 100**1.2

@@ -210,11 +210,11 @@ def repeated_cases() -> list[Case]:
 
     time: Any = brentq(lambda t: gain * impulse(t).real - J * w0, 0.1, 20.0, xtol=1e-15)
     pull = force(time).real
-    source = f"{FORM}∫ (F − F_s) dt = J ω_0/R(Π − 1), F by τ Ḟ + F = u(t − t_d) from point to point"
+    source = f"{FORM}∫ (F − F_s) dt = J ω_0/R(Π − 1), F by τ F' + F = u(t − t_d) from point to point"
     rows: list[Row] = [("stopping time", source, time, "stopping_time")]
     for t, words in ((0.15, "before the pulls"), (0.5, "in the first"), (1.2, "in the second"), (1.9, "after them")):
         read = functools.partial(lambda result, t: result.series([t]).slack_tension[0], t=t)
-        rows.append((f"force {words}", f"{FORM}τ Ḟ + F = u(t − t_d)", force(t).real, read))
+        rows.append((f"force {words}", f"{FORM}τ F' + F = u(t − t_d)", force(t).real, read))
     lever = "duty.slack_tension"
     for name, path, of, x in (
         ("τ", f"{lever}.lag", lambda x: impulse(time, tau=x), tau),

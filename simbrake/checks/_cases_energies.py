@@ -91,7 +91,7 @@ def string_cases() -> list[Case]:
 def chain_cases() -> list[Case]:
     """Three linings of unequal mass that stick: with the pulley they are one mass on the anchor's spring and damper."""
     J, R_b, m, C, D, T_0, w0, end = 40.0, 0.9, np.array([2.0, 5.0, 9.0]), 2e4, 60.0, 1e3, 1.0, 0.06
-    # as seen at the band circle: q̈ + 2 δ q̇ + ν² q = 0 of the elongation beyond T_0/C
+    # as seen at the band circle: q'' + 2 δ q' + ν² q = 0 of the elongation beyond T_0/C
     mass = J / R_b**2 + m.sum()
     delta = D / (2 * mass)
     nu = math.sqrt(C / mass - delta**2)
@@ -103,7 +103,7 @@ def chain_cases() -> list[Case]:
 
     q, rate = moved(end)
     still = T_0 / C
-    source = f"{FORM}(J/R_b² + Σ m) q̈ + D q̇ + C q = 0"
+    source = f"{FORM}(J/R_b² + Σ m) q'' + D q' + C q = 0"
     damped = quad(lambda t: D * moved(t)[1] ** 2, 0.0, end, epsrel=1e-13, epsabs=0.0)[0]
     rows: list[Row] = [
         ("speed", source, rate / R_b, "record.y_end.omega"),

@@ -102,7 +102,7 @@ def lever_that_holds_the_speed():
 
 
 def actuator():
-    """`τ Ḟ + F = u(t − t_d)`, `T_0 = F − F_s`: the force in closed form from point to point, `J ω̇ = −R T_0 (Π − 1)`."""
+    """`τ F' + F = u(t − t_d)`, `T_0 = F − F_s`: the force in closed form from point to point, `J ω̇ = −R T_0 (Π − 1)`."""
     times, values, spring = (0.0, 0.3, 0.3, 1.1), (1.5e3, 6e3, 9e3, 4e3), 800.0
 
     def pieces(tau, dead):
@@ -129,7 +129,7 @@ def actuator():
         gain = R * (ratio(0.35) ** N - 1)
         return brentq(lambda t: gain * impulse(t, tau, dead) - J * W0, 0.1, 20.0, xtol=1e-15, rtol=1e-15)
 
-    source = "closed form: ∫ (F − F_s) dt = J ω_0/R(Π − 1), F by τ Ḟ + F = u(t − t_d) from point to point"
+    source = "closed form: ∫ (F − F_s) dt = J ω_0/R(Π − 1), F by τ F' + F = u(t − t_d) from point to point"
     yield "stopping time", stop(), source, EXACT
     yield "∂(stopping time)/∂τ", slope(lambda x: stop(x), 0.15), source, BY_SLOPE
     yield "∂(stopping time)/∂t_d", slope(lambda x: stop(dead=x), 0.08), source, BY_SLOPE
