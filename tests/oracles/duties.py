@@ -102,7 +102,7 @@ def lever_that_holds_the_speed():
 
 
 def actuator():
-    """`τ F' + F = u(t − t_d)`, `T_0 = F − F_s`: the force in closed form from point to point, `J ω̇ = −R T_0 (Π − 1)`."""
+    """`τ F' + F = u(t − t_d)`, `T_0 = F − F_s`: the force in closed form from point to point, then `J ω̇ = −M`."""
     times, values, spring = (0.0, 0.3, 0.3, 1.1), (1.5e3, 6e3, 9e3, 4e3), 800.0
 
     def pieces(tau, dead):
