@@ -142,3 +142,16 @@ def test_published_tables_have_no_cell_that_disagrees():
     tau = [c for c in rows if c.column == "tau_m_consistent"]
     assert len(tau) == 20
     assert all(c.verdict == MISPRINT for c in tau)
+
+
+def test_equal_increments_reach_as_far_as_the_first_lining_locks_itself():
+    """At `f z_1 = 1` the linings have `1/(f z_i) = 2i − 1`: their angles are the widest wrap."""
+    f, n = 0.4, 4
+    most = sum(2 * math.atan(1 / (f * (2 * i - 1))) for i in range(1, n + 1))
+    layout = sb.layouts.equal_increment_angles(f, n, n, 0.999 * most)
+    assert np.sum(layout.angle) == pytest.approx(0.999 * most, rel=1e-12)
+    assert f * math.tan(np.max(layout.angle) / 2) < 1
+    with pytest.raises(
+        sb.layouts.InfeasibleLayout, match=f"at a wrap of {math.degrees(most):.1f}°, below the requested"
+    ):
+        sb.layouts.equal_increment_angles(f, n, n, 1.001 * most)
