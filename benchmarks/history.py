@@ -81,7 +81,7 @@ def rows(names: Iterable[str]) -> Iterable[dict[str, Any]]:
             "equations": found["run"],
             "lines": found["StableHLO lines"],
             "attempts": found["step attempts"],
-            "error": f"{error:.1e}",
+            "error": f"{error:.1e}" if error == error else "",  # none: the modes changed another number of times
             "compile, imports": f"{spent / imports:.2f}",
             "warm run, units": f"{1e-6 * found['warm run, CPU µs'] / reference:.3g}",
         }
