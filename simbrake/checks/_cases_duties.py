@@ -156,7 +156,7 @@ def tripping_cases() -> list[Case]:
     rows: list[Row] = [
         ("speed", f"{FORM}ω̇ = (m_k g r/n − M_b)/J_k", omega, "record.y_end.omega"),
         ("travel", f"{FORM}Σ (ω t + α t²/2) r/n", per_rad * phi, lambda r: r.series([end]).hook_position[0]),
-        ("work of the load", f"{FORM}Σ m_k g s_k + Σ Δm v²/2", work, "energy.load_work"),
+        ("load work", f"{FORM}Σ m_k g s_k + Σ Δm v²/2", work, "energy.load_work"),
         ("friction heat", f"{FORM}M_b φ", gain * pull * phi, "energy.friction_heat"),
         ("energy-balance residual", "first law", 0.0, "energy.closure", 1e-12),
         (

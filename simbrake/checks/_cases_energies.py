@@ -56,7 +56,7 @@ def rope_cases() -> list[Case]:
             (m * v**2 - (J + m * per_rad**2) * w0**2) / 2,
             "energy.kinetic_change",
         ),
-        ("work of the load", f"{source}: m g s", m * GRAVITY * drop, "energy.load_work"),
+        ("load work", f"{source}: m g s", m * GRAVITY * drop, "energy.load_work"),
         ("friction heat", f"{source}: M φ", M * angle, "energy.friction_heat"),
         ("energy-balance residual", _BALANCE, 0.0, "energy.closure", 1e-11),
     ]
@@ -76,7 +76,7 @@ def string_cases() -> list[Case]:
     gained = k * (last**2 - light**2) / 2
     rows: list[Row] = [
         ("elastic energy", f"{FORM}k (e_1² − e_0²)/2, e = m g/k", gained, "energy.elastic_change"),
-        ("work of the load", f"{FORM}k (e_1² − e_0²)/2: it is let down slowly", gained, "energy.load_work"),
+        ("load work", f"{FORM}k (e_1² − e_0²)/2: it is let down slowly", gained, "energy.load_work"),
         ("hook", f"{FORM}Δm g/k", last - light, lambda r: r.series([4.0]).hook_position[0]),
         ("hook, first string", f"{FORM}Δm g/k", heavy - light, lambda r: r.series([1.5]).hook_position[0]),
         ("hook load", f"{FORM}m g", (empty + string) * GRAVITY, lambda r: r.series([1.5]).hook_load[0]),
@@ -119,7 +119,7 @@ def chain_cases() -> list[Case]:
             C * ((still + q) ** 2 - still**2) / 2,
             "energy.elastic_change",
         ),
-        ("work of the lever", f"{source}: T_0 (x − x_0)", T_0 * q, "energy.lever_work"),
+        ("lever work", f"{source}: T_0 (x − x_0)", T_0 * q, "energy.lever_work"),
         ("heat of the damper", f"{source}: ∫ D q̇² dt", damped, "energy.damper_heat"),
         ("energy-balance residual", _BALANCE, 0.0, "energy.closure", 1e-11),
     ]
@@ -232,7 +232,7 @@ def softening_cases() -> list[Case]:
             "factor of lining 1 at rest": factor(0),
             "factor of lining 2 at rest": factor(1),
             "elongation at 1 s": at_one_second("elongation"),
-            "work of the lever at 1 s": at_one_second("lever_work"),
+            "lever work at 1 s": at_one_second("lever_work"),
         },
         {"∂(stopping time)/∂v_0": "brake.linings.friction.size"},
     )

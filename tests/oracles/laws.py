@@ -257,7 +257,7 @@ def softening_on_a_soft_band():
     yield "factor of lining 1 at rest", first, source, SMOOTH
     yield "factor of lining 2 at rest", second, source, SMOOTH
     yield "elongation at 1 s", x, f"{source}, C x = T_0 Π(c)", SMOOTH
-    yield "work of the lever at 1 s", slack * (x - slack / (2 * C)), f"{source}, ∫ min(C x, T_0) dx", SMOOTH
+    yield "lever work at 1 s", slack * (x - slack / (2 * C)), f"{source}, ∫ min(C x, T_0) dx", SMOOTH
     yield "∂(stopping time)/∂v_0", slope(lambda x: stop(x)[1], 10.0), source, BY_SLOPE
 
 
