@@ -499,8 +499,8 @@ class _Search:
             raise SimulationError(f"{name}: the starting layout's run fails, {what}: {hint}", None)
         if not np.all(np.isfinite(residual)):
             raise InfeasibleLayout(
-                "the starting layout has no positive target at every lining: do all linings slide in the run, and does "
-                "is no lining self-locking (f·tan(β/2) ≥ 1)?"
+                "the starting layout has no positive target at every lining: do all linings slide in the run, and is "
+                "none self-locking (f·tan(β/2) ≥ 1)?"
             )
         found = least_squares(
             lambda w: self.look(w).values,
