@@ -7,6 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 from scipy.integrate import quad
+from scipy.linalg import expm
 from scipy.optimize import brentq
 
 from .._parts._scene import Duty, Initial, Scene
@@ -18,7 +19,7 @@ from ..loads import GRAVITY, HookLoad, Phase, Phases, RopeElasticity, StringLoad
 from ..profiles import Constant, PiecewiseLinear
 from ._cases_band import closed_form, stop_scene
 from ._cases_mechanisms import _staged
-from ._validation import FORM, Case, Row, cases_of_run, cases_with_slopes, frozen_cases, truths
+from ._validation import FORM, Case, Row, Slope, cases_of_run, cases_with_slopes, differentiated, frozen_cases, truths
 
 _BALANCE = "first law"
 
@@ -83,6 +84,81 @@ def string_cases() -> list[Case]:
         ("energy-balance residual", _BALANCE, 0.0, "energy.closure", 1e-12),
     ]
     return cases_of_run("string on a rope", scene, rows)
+
+
+def moving_string_cases() -> list[Case]:
+    """A drum that turns under an empty hook takes a string, and brakes: two masses on a damped spring, by exp(A t).
+
+    The string comes with the speed of the hook, and the rope takes its weight on slowly.
+    """
+    J, per_rad, k, c, empty, string, T_0, at, end = 1200.0, 0.05, 4e6, 3e5, 5e3, 40e3, 7.5e3, 1.3, 2.0
+    M = T_0 * 0.725 * (closed_form()["Pi"] - 1)
+
+    def matrix(mass: float, torque: float) -> Any:
+        """Rates of ω, v, stretch beyond that under the weight, φ, s, 1."""
+        A = np.zeros((6, 6))
+        A[0, [0, 1, 2, 5]] = np.array([-c * per_rad, c, k, mass * GRAVITY]) * per_rad / J - [0, 0, 0, torque / J]
+        A[1, :3] = c * per_rad / mass, -c / mass, -k / mass
+        A[2, :2], A[3, 0], A[4, 1] = (-per_rad, 1.0), 1.0, 1.0
+        return A
+
+    def moved(at: complex) -> tuple[Any, Any]:
+        """States as the string is taken, and at the end; the stretch grows with the weight."""
+        taken = expm(matrix(empty, 0.0) * at) @ np.array([0.0, 0.0, 0.0, 0.0, 0.0, 1.0])
+        return taken, expm(matrix(empty + string, M) * (end - at)) @ taken
+
+    def heat(mass: float, torque: float, y: Any, time: float) -> float:
+        def power(t: float) -> float:
+            now = expm(matrix(mass, torque) * t) @ y
+            return c * (now[1] - per_rad * now[0]) ** 2
+
+        return quad(power, 0.0, time, epsabs=0.0, epsrel=1e-12, limit=200)[0]
+
+    taken, last = moved(at)
+    light, heavy = empty * GRAVITY / k, (empty + string) * GRAVITY / k
+    brought = string * taken[1] ** 2 / 2 + k * ((heavy + taken[2]) ** 2 - (light + taken[2]) ** 2) / 2
+    damped = heat(empty, 0.0, np.eye(6)[5], at) + heat(empty + string, M, taken, end - at)
+    source = f"{FORM}exp(A t) of ω, v, e; the string brings Δm v²/2 + k (e_2² − e_1²)/2"
+    rows: list[Row] = [
+        ("speed", source, last[0], "record.y_end.omega"),
+        ("stretch", source, heavy + last[2], lambda r: r.series([end]).rope_stretch[0]),
+        ("hook load", f"{source}; k e + c ė", (k * (heavy + last[2]) + c * (last[1] - per_rad * last[0])), _hook_load),
+        (
+            "kinetic energy",
+            f"{source}; J ω²/2 + m v²/2",
+            (J * last[0] ** 2 + (empty + string) * last[1] ** 2) / 2,
+            "energy.kinetic_change",
+        ),
+        (
+            "load work",
+            f"{source}, + m_1 g s_1 + m_2 g s_2",
+            brought + GRAVITY * (empty * taken[4] + (empty + string) * (last[4] - taken[4])),
+            "energy.load_work",
+        ),
+        ("heat of the damper", f"{source}: ∫ c ė² dt", damped, "energy.damper_heat"),
+        ("friction heat", f"{source}: M φ", M * (last[3] - taken[3]), "energy.friction_heat"),
+        ("energy-balance residual", _BALANCE, 0.0, "energy.closure", 1e-11),
+        (
+            "∂(speed)/∂(time at which it is taken)",
+            f"{source}, differentiated",
+            differentiated(lambda x: moved(x)[1][0], at),
+            Slope("duty.slack_tension.phases.0.until.duration"),
+        ),
+    ]
+    phases = Phases((Phase(Constant(0.0), f"{at} s", hangs=False), Phase(Constant(T_0), "9 s")))  # pyright: ignore
+    load = StringLoad(empty, string, 0.4, 8.0, elasticity=RopeElasticity(k, c))  # pyright: ignore
+    scene = stop_scene(C=None, J=J, w0=0.0, load=load, end=end)
+    scene = Scene(scene.brake, Duty(phases, load), scene.initial, end)
+    return cases_with_slopes("string taken in motion", scene, rows, _speed_at_end, 1e-10)
+
+
+def _speed_at_end(result: Result) -> Any:
+    return result.record.y_end.omega
+
+
+def _hook_load(result: Result) -> Any:
+    force: Any = result.series([float(result.record.t_end)]).hook_load
+    return force[0]
 
 
 # --- chain, linings on springs, bandage -------------------------------------------------------------------------------
@@ -238,4 +314,4 @@ def softening_cases() -> list[Case]:
     )
 
 
-CASES = (rope_cases, string_cases, chain_cases, spring_cases, staged_cases, softening_cases)
+CASES = (rope_cases, string_cases, moving_string_cases, chain_cases, spring_cases, staged_cases, softening_cases)

@@ -32,9 +32,8 @@ from ..thermal._network import (
     Wall,
 )
 from ._cases_band import stop_scene
-from ._validation import FORM, Case, cases_of, cases_of_run
+from ._validation import FORM, SIGMA, Case, cases_of, cases_of_run
 
-_SIGMA = 5.670374419e-8  # W/(m²·K⁴), CODATA 2018
 _K, _A = 50.0, 1.4e-5  # conductivity and diffusivity of the half-spaces
 _STEEL = Material(_K, 7800.0, _K / (7800.0 * _A))
 
@@ -82,7 +81,7 @@ def radiation_cases() -> list[Case]:
     T0, eps, mc, found = 900.0, 0.8, 1e4, []
     for Ta, form in ((0.0, "T_0(1 + 3εσA T_0³t/mc)^(−1/3)"), (300.0, "∫ dT/(T⁴ − T_a⁴) = −εσA t/mc")):
         heat = Heat((Lump("a", mc, T0), Reservoir("air", Ta)), (Radiation("a", 1.0, eps),))  # pyright: ignore
-        truths = {t: (f"T at {t:.0f} s", _radiated(T0, Ta, eps * _SIGMA / mc, t)) for t in (60.0, 600.0, 3600.0)}
+        truths = {t: (f"T at {t:.0f} s", _radiated(T0, Ta, eps * SIGMA / mc, t)) for t in (60.0, 600.0, 3600.0)}
         found += _temperatures(f"radiation to {Ta:.0f} K", heat, f"{FORM}{form}", truths)
     return found
 

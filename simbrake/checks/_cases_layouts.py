@@ -27,6 +27,7 @@ from ..layouts._equal_layout import (
     equal_layout,
     equal_load_angles,
 )
+from ..layouts._least_tension import least_tension
 from ..loads import Phase, Phases, TorqueLoad
 from ..profiles import Constant, PiecewiseLinear
 from ..thermal._builders import lumped_heat
@@ -154,6 +155,52 @@ def search_cases() -> list[Case]:
         ("area", f"{FORM}Σ A", 0.12, lambda x: np.sum(x.area), 1e-12),
     ]
     return cases_of("layout by search", run, 1e-8, rows)
+
+
+def least_tension_cases() -> list[Case]:
+    """The smallest maximum tension `T_0 Π` that stops in time: most friction, and most of the wrap on few linings.
+
+    `T_0 (Π − 1) = J ω_0/(R t)`, so that `T_max = J ω_0/(R t) Π/(Π − 1)` falls with `Π`, which is convex in the angles.
+    """
+    R, J, w0, longest, low, high = 0.725, 800.0, 20.0, 4.0, math.radians(20.0), math.radians(60.0)
+    angle, most = np.radians([50.0, 36.0, 44.0, 30.0, 40.0]), 0.3
+    # three angles at their bounds, one between: it takes what is left of the wrap
+    best = [high, high, angle.sum() - 2 * (high + low), low, low]
+
+    def least(t: complex, f: complex = most, bound: complex = high) -> complex:
+        each = [bound, bound, angle.sum() - 2 * (bound + low), low, low]
+        ratio = math.prod((1 + f * np.tan(b / 2)) / (1 - f * np.tan(b / 2)) for b in each)
+        return J * w0 / (R * t) * ratio / (ratio - 1)
+
+    def run() -> Any:
+        scene = with_values(stop_scene(n=5, f=0.2, C=None, end=6.0), {"brake.linings.angle": angle})
+        bounds = {
+            "duty.slack_tension.level": (1e3, 4e4),
+            "brake.linings.friction.coefficient": (0.1, most),
+            "brake.linings.angle": (low, high),
+        }
+        return least_tension(scene, longest, bounds, limits={"max_normal_load": 1e6})
+
+    source = f"{FORM}J ω_0/(R t) Π/(Π − 1)"
+    by_friction = differentiated(lambda f: least(longest, f), most)
+    rows: list[Row] = [
+        ("maximum tension", source, least(longest).real, "value"),
+        ("angles", f"{FORM}at their bounds, one takes the rest", 0.0, lambda x: np.max(np.abs(_angles(x) - best))),
+        ("∂/∂t", f"{source}, differentiated", differentiated(least, longest), "limits.0.sensitivity", 1e-6),
+        ("∂/∂f", f"{source}, differentiated", by_friction, lambda x: _bound(x, "friction.coefficient"), 1e-6),
+        ("∂/∂N of a limit that is not reached", f"{FORM}0", 0.0, "limits.1.sensitivity", 0.0),
+        ("stationarity", f"{FORM}∇T = Σ λ ∇(limits)", 0.0, "stationarity", 1e-6),
+    ]
+    return cases_of("least tension", run, 1e-8, rows)
+
+
+def _angles(found: Any) -> Any:
+    return np.sort(np.asarray(found.scene.brake.linings.angle))[::-1]
+
+
+def _bound(found: Any, name: str) -> float:
+    (row,) = (row for row in found.variables if row.path.endswith(name))
+    return row.sensitivity
 
 
 # --- wear -------------------------------------------------------------------------------------------------------------
@@ -361,4 +408,4 @@ def worn_cases() -> list[Case]:
     return cases_of_run("worn linings", scene, rows)
 
 
-CASES = (layout_cases, search_cases, wear_law_cases, turned_cases, worn_cases)
+CASES = (layout_cases, search_cases, least_tension_cases, wear_law_cases, turned_cases, worn_cases)

@@ -24,10 +24,7 @@ from ..thermal._network import (
     Wall,
     radiation_governs_above,
 )
-from ._validation import FORM, Case, Row, cases_of
-
-_SIGMA = 5.670374419e-8  # W/(m²·K⁴), CODATA 2018
-_AIR = 293.15  # K
+from ._validation import AIR, FORM, SIGMA, Case, Row, cases_of
 
 # --- networks in the steady state -------------------------------------------------------------------------------------
 
@@ -50,7 +47,7 @@ def _network() -> Heat:
     plain = [Material(k, 7800.0, 480.0) for _, k in _THICK]
     bent = Material(_CONDUCTS, 7800.0, 480.0, _BENDS, reference=_MET)
     bodies = (
-        *(Reservoir("air", _AIR), Reservoir("hot", _HOT), Reservoir("cold", _COLD)),
+        *(Reservoir("air", AIR), Reservoir("hot", _HOT), Reservoir("cold", _COLD)),
         *(Lump("rim", 1e3), Lump("lining", 100.0, count=3), Lump("ring", 1e3), Lump("hub", 1e3)),
         Wall("bent", bent, 0.03, 1.0, _LAYERS),
         *(Wall(name, m, d, 1.0, 4) for name, m, (d, _) in zip(("wall", "screen"), plain, _THICK, strict=True)),
@@ -87,12 +84,12 @@ def steady_network_cases() -> list[Case]:
     def faces(Q: float) -> tuple[float, float, float]:
         """Temperatures of the wall's two faces and of the screen's front for a heat flow through them."""
         front = _COLD + Q * _THICK[1][0] / _THICK[1][1]
-        back = (front**4 + Q / (_BEHIND * _SIGMA)) ** 0.25
+        back = (front**4 + Q / (_BEHIND * SIGMA)) ** 0.25
         return back + Q * _THICK[0][0] / _THICK[0][1], back, front
 
     def rejected(Q: float) -> float:
         T = faces(Q)[0]
-        return _GLOW * _SIGMA * (T**4 - _AIR**4) + _H * (T - _AIR) + Q - _FLUX
+        return _GLOW * SIGMA * (T**4 - AIR**4) + _H * (T - AIR) + Q - _FLUX
 
     Q: Any = brentq(rejected, 1.0, _FLUX, xtol=1e-12)
     half = [d / (8 * k) for d, k in _THICK]
@@ -100,14 +97,14 @@ def steady_network_cases() -> list[Case]:
 
     def second(first: float) -> float:
         """Temperature of the second junction, from the balance of the first."""
-        left = _G[0] * (_HOT - first) - 0.5 * 0.9 * _SIGMA * (first**4 - _AIR**4)
+        left = _G[0] * (_HOT - first) - 0.5 * 0.9 * SIGMA * (first**4 - AIR**4)
         return first - left / _G[1]
 
     def excess(first: float) -> float:
         T = second(first)
-        return _G[1] * (first - T) - _G[2] * (T - _COLD) - 0.2 * 0.6 * _SIGMA * (T**4 - _AIR**4)
+        return _G[1] * (first - T) - _G[2] * (T - _COLD) - 0.2 * 0.6 * SIGMA * (T**4 - AIR**4)
 
-    first: Any = brentq(excess, _AIR, _HOT, xtol=1e-12)
+    first: Any = brentq(excess, AIR, _HOT, xtol=1e-12)
 
     # of the interface: conductance to the air by each way, and heat that arrives from 20 W in each lining
     ways = [a * b / (a + b) for a, b in zip(_INTO, _AWAY, strict=True)]
@@ -142,13 +139,13 @@ def steady_network_cases() -> list[Case]:
         ("second", "root: balances of two junctions", second(first), "second"),
     ]
     entered: list[Row] = [
-        ("rim", of_rim, _INTO[0] * interface / (_INTO[0] + _AWAY[0]), lambda T: T["rim"] - _AIR),
-        ("lining", of_rim, lining, lambda T: T["lining[2]"] - _AIR),
+        ("rim", of_rim, _INTO[0] * interface / (_INTO[0] + _AWAY[0]), lambda T: T["rim"] - AIR),
+        ("lining", of_rim, lining, lambda T: T["lining[2]"] - AIR),
     ]
     parts: list[Row] = [
-        ("hub", of_hub, hub, lambda T: T["hub"] - _AIR),
-        ("flange", of_hub, flange, lambda T: T["flange"] - _AIR),
-        ("ring along its axis", f"{FORM}P L/(λ π (R² − r²))", ring, lambda T: T["ring"] - _AIR),
+        ("hub", of_hub, hub, lambda T: T["hub"] - AIR),
+        ("flange", of_hub, flange, lambda T: T["flange"] - AIR),
+        ("ring along its axis", f"{FORM}P L/(λ π (R² − r²))", ring, lambda T: T["ring"] - AIR),
         ("capacity", f"{FORM}Σ n ρ c π (R² − r²) L", mass * _STEEL[2], lambda T: structure()),
     ]
     of_wall = f"{FORM}Kirchhoff: θ + b θ²/2 is linear in the depth"
@@ -175,7 +172,7 @@ def transient_cases() -> list[Case]:
         sources=(Source("wall.front", ramp(flux, 0.0, 0.0, 200.0)),),
     )
     run = functools.cache(lambda: simulate_heat(heat, [0.0, end], rtol=1e-12))
-    k = glow * _SIGMA / G
+    k = glow * SIGMA / G
 
     def of_skin(T: float) -> float:
         """Temperature of the lump: `G (T − T_s) = ε σ A T_s⁴`."""
@@ -186,7 +183,7 @@ def transient_cases() -> list[Case]:
 
     first: Any = brentq(lambda T: of_skin(T) - start, 1.0, start, xtol=1e-12)
     last: Any = brentq(lambda T: elapsed(T) - elapsed(first) - end, 1.0, first, xtol=1e-12)
-    content = (_AIR - met) + b * (_AIR - met) ** 2 / 2 + flux * 200.0 / 2 / (7800.0 * 480.0 * thickness)
+    content = (AIR - met) + b * (AIR - met) ** 2 / 2 + flux * 200.0 / 2 / (7800.0 * 480.0 * thickness)
     warmed = met + (math.sqrt(1 + 2 * b * content) - 1) / b
     skin: Row = (
         "temperature",
@@ -209,7 +206,7 @@ def transient_cases() -> list[Case]:
 def formula_cases() -> list[Case]:
     """Temperature above which radiation carries more than convection, layers that grow, and effusivity."""
     h, glow = 10.0, 0.8
-    cubic = np.roots([1.0, _AIR, _AIR**2, _AIR**3 - h / (glow * _SIGMA)])
+    cubic = np.roots([1.0, AIR, AIR**2, AIR**3 - h / (glow * SIGMA)])
     governs = float(cubic[np.abs(cubic.imag) < 1e-6].real.max())
     first, thickness = 1e-3, 0.02
     ratio = (math.sqrt(4 * thickness / first - 3) - 1) / 2

@@ -6,12 +6,8 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-import jax.numpy as jnp
 import numpy as np
-from scipy.integrate import quad
-from scipy.interpolate import PchipInterpolator
 from scipy.linalg import expm
-from scipy.optimize import brentq
 
 from .._parts._scene import Duty, Initial, Scene
 from .._run._edit import with_values
@@ -20,20 +16,17 @@ from .._run._result import Result
 from .._run._simulate import simulate, solver_for
 from ..brakes._bands import LinedBand, MultiBandBrake
 from ..brakes._design import Lining, Pulley
-from ..fade import LinearFade, TabulatedFade
-from ..friction import ConstantFriction, ProductFriction
+from ..friction import ConstantFriction
 from ..loads import TorqueLoad
 from ..profiles import Constant, PiecewiseLinear
 from ..thermal._contact import MetalContact, ThermalContact
 from ..thermal._heat import (
     ConstantPartition,
-    EffusivityPartition,
     FrictionHeat,
     Heat,
     PowerShares,
     TransmissionPartition,
 )
-from ..thermal._material import Material
 from ..thermal._network import (
     Conductance,
     Convection,
@@ -45,10 +38,7 @@ from ..thermal._network import (
     TemperatureCoefficient,
 )
 from ._cases_band import stop_scene
-from ._validation import FORM, Case, Row, Slope, cases_of, cases_with_slopes, differentiated
-
-_SIGMA = 5.670374419e-8  # W/(m²·K⁴), CODATA 2018
-_AIR = 293.15  # K
+from ._validation import AIR, FORM, SIGMA, Case, Row, Slope, cases_of, cases_with_slopes, differentiated
 
 # the stop of the cases: linings, their angle (rad) and area, friction, radius, inertia, lever and speed at the start
 _N, _BETA, _AREA, _F, _R, _J, _T0, _W0 = 4, math.radians(50.0), 0.002, 0.35, 0.725, 800.0, 2e3, 20.0
@@ -103,12 +93,12 @@ def _stop_with_bodies() -> Scene:
     )
     law = MetalContact([50.0, 20.0], [0.15, 0.1], [2e-6, 1e-6], 1e8)  # pyright: ignore
     bodies = (
-        *(Lump("rim", 1.2e3, _AIR), Lump("lining", 900.0, 330.0)),
+        *(Lump("rim", 1.2e3, AIR), Lump("lining", 900.0, 330.0)),
         *(Lump("by speed", 500.0, 400.0), Lump("covered", 300.0, 400.0), Lump("radiating", 200.0, 600.0)),
         *(Lump("free", 150.0, 390.0), Lump("varying", 400.0, 310.0, 1.5e-3, 300.0)),
         *(Lump("plate", 600.0, 420.0), Lump("blocks", [80.0, 90.0, 100.0, 110.0], 300.0, count=_N)),
         *(Lump("a", 400.0, 420.0), Lump("b", 300.0, 300.0)),
-        *(Reservoir("air", _AIR), Reservoir("space", 0.0)),
+        *(Reservoir("air", AIR), Reservoir("space", 0.0)),
     )
     links = (
         Convection("by speed", 0.5, SpeedCoefficient(8.0, 2.0, 0.8)),  # pyright: ignore
@@ -143,7 +133,7 @@ def speed_cooling_cases() -> list[Case]:
 
     def cooled(at_rest: complex = 8.0, speed: complex = 2.0, exponent: complex = 0.8) -> Any:
         fast = _over(lambda v: (1 + (v / speed) ** 2) ** (exponent / 2), 0.0, _R * _W0) * _STOP / (_R * _W0)
-        return _AIR + (400.0 - _AIR) * np.exp(-0.5 / 500.0 * at_rest * (fast + _END - _STOP))
+        return AIR + (400.0 - AIR) * np.exp(-0.5 / 500.0 * at_rest * (fast + _END - _STOP))
 
     source = f"{FORM}θ_0 e^(−(A/C) ∫ h dt), h = h_0 [1 + (v/v_0)²]^(m/2), v in a straight line to 0"
     rows: list[Row] = [("temperature", source, cooled().real, _end("by speed"))]
@@ -162,11 +152,11 @@ def covered_cases() -> list[Case]:
 
     def convecting(share: complex = 0.3) -> Any:
         open_for = (1 - share) * _RELEASE + _END - _RELEASE
-        return _AIR + (400.0 - _AIR) * np.exp(-30.0 * 0.6 / 300.0 * open_for)
+        return AIR + (400.0 - AIR) * np.exp(-30.0 * 0.6 / 300.0 * open_for)
 
     def radiating(share: complex = 0.3) -> complex:
         open_for = (1 - share) * _RELEASE + _END - _RELEASE
-        return 600.0 * (1 + 3 * 0.9 * _SIGMA * 0.8 / 200.0 * 600.0**3 * open_for) ** (-1 / 3)
+        return 600.0 * (1 + 3 * 0.9 * SIGMA * 0.8 / 200.0 * 600.0**3 * open_for) ** (-1 / 3)
 
     rows: list[Row] = []
     for i, name, of, source in (
@@ -189,14 +179,14 @@ def free_convection_cases() -> list[Case]:
         def course(s: complex) -> Any:
             return 0.5 * np.log((s - 1) / (s + 1)) + np.arctan(s)
 
-        start = ((390.0 - _AIR) ** 2 + 1) ** 0.25
+        start = ((390.0 - AIR) ** 2 + 1) ** 0.25
         lag = h * 0.7 / 150.0 * _END
         s = _root(lambda s: course(s) - course(start) + lag, lambda s: 2 * s**2 / (s**4 - 1), start - 4.0)
         return (s**4 - 1) ** 0.5
 
     source = f"{FORM}½ ln((s − 1)/(s + 1)) + arctan s falls by (h_1 A/C) t, s⁴ = θ² + 1"
     rows: list[Row] = [
-        ("temperature", source, _AIR + rise(3.0).real, _end("free")),
+        ("temperature", source, AIR + rise(3.0).real, _end("free")),
         (
             "∂T/∂h_1",
             f"{source}, differentiated",
@@ -244,13 +234,13 @@ def partition_cases() -> list[Case]:
         heat = (1 - electrical - mechanical) * _WORK / 1.2e3
 
         def taken(T: complex) -> complex:
-            return _over(lambda x: 1 / share(x, alpha), _AIR, T) - heat
+            return _over(lambda x: 1 / share(x, alpha), AIR, T) - heat
 
-        return _root(taken, lambda T: 1 / share(T, alpha), _AIR + 0.5 * heat)
+        return _root(taken, lambda T: 1 / share(T, alpha), AIR + 0.5 * heat)
 
     source = "quadrature: ∫ C dT/a(T) = heat, a = K_1/(K_1 + K_2) by hand"
     split = f"{FORM}share of J ω_0²/2"
-    lining = 330.0 + (0.88 * _WORK - 1.2e3 * (rim().real - _AIR)) / 900.0
+    lining = 330.0 + (0.88 * _WORK - 1.2e3 * (rim().real - AIR)) / 900.0
     rows: list[Row] = [
         ("rim", source, rim().real, _end("rim")),
         ("lining", f"{source}; the rest", lining, _end("lining")),
@@ -325,102 +315,6 @@ def _relaxing(capacities: Sequence[float], conductances: Any) -> Any:
     return A / C[:, None]
 
 
-# --- heat of a jump, and fade -----------------------------------------------------------------------------------------
-
-# rim (J/K), stiffness of the band, lever and static ratio; share of the heat that the rim takes, √(λρc) on either side
-_RIM, _C, _TENSION, _RATIO = 3e3, 2e4, 4e3, 1.2
-_METAL, _LINING = (48.0, 7800.0, 480.0), (0.8, 2000.0, 1100.0)
-_SLOPE, _ABOVE, _FLOOR, _BLEND = 4e-3, 310.0, 0.9, 8.0
-_TABLE = [280.0, 320.0, 400.0], [1.0, 0.97, 0.8]
-#: temperatures at which a derivative of the friction jumps, of whatever order
-_CORNERS = 302.0, 318.0, 320.0, 327.0, 343.0
-_LAW = "brake.linings.friction"
-
-
-def _rounded(x: Any, w: float) -> Any:
-    """`max(x, 0)`, its corner rounded over `±w` by the polynomial of the manual."""
-    u = (x + w) / (2 * w)
-    return np.where(x <= -w, 0.0, np.where(x >= w, x, w * u**5 * (14 - 28 * u + 20 * u**2 - 5 * u**3)))
-
-
-def _fading(T: Any) -> Any:
-    """Coefficient of friction at a temperature: fade above a limit down to a floor, times a table."""
-    lost = _SLOPE * _rounded(T - _ABOVE, _BLEND)
-    linear = _FLOOR + _rounded(1 - lost - _FLOOR, _SLOPE * _BLEND)
-    return _F * linear * PchipInterpolator(*_TABLE)(T)
-
-
-def _outcome(result: Result) -> Any:
-    return jnp.stack([result.stopping_time, result.end_temperatures[0]])
-
-
-def jump_cases() -> list[Case]:
-    """An elastic band that breaks away from static friction and then fades as it heats the rim.
-
-    All mechanical energy becomes heat, that of the jump of the tension too:
-    `C_r ΔT/a = J (ω_0² − ω²)/2 − (T_n(T) − T_0)²/2C` from the moment on at which the band slides.
-    """
-    share = 1 / (1 + math.sqrt(math.prod(_LINING) / math.prod(_METAL)))
-
-    def excess(T: Any) -> Any:
-        return _TENSION * (_mu(_fading(T)) ** _N - 1)
-
-    def at(w: float) -> float:
-        """Temperature of the rim at a speed."""
-
-        def left(T: float) -> float:
-            return _RIM * (T - _AIR) / share + excess(T) ** 2 / (2 * _C) - _J * (_W0**2 - w**2) / 2
-
-        found: Any = brentq(left, _AIR, 399.0, xtol=1e-13)
-        return found
-
-    chi, v, cold = math.sqrt(_C * _R**2 / _J), _C * _R * _W0, float(_fading(_AIR))
-
-    def onset(ratio: complex) -> tuple[Any, Any]:
-        """Time at which the band slides, and the speed then: the rim is cold until then."""
-        sine = chi * _TENSION * (_mu(ratio * cold) ** _N - 1) / v
-        return _TENSION / v + np.arcsin(sine) / chi, _W0 * np.sqrt(1 - sine**2)
-
-    (t_1, w_1), end = onset(_RATIO), at(0.0)
-
-    def speed(T: float) -> float:
-        lost = 2 / _J * (_RIM * (T - _AIR) / share + excess(T) ** 2 / (2 * _C))
-        return math.sqrt(max(_W0**2 - lost, 0.0))
-
-    corners = [w for w in map(speed, _CORNERS) if 0 < w < w_1]
-    time = t_1 + quad(lambda w: _J / (_R * excess(at(w))), 0.0, w_1, points=corners, epsabs=1e-13, epsrel=1e-12)[0]
-    by_ratio = differentiated(lambda x: onset(x)[0], _RATIO)
-    by_ratio += differentiated(lambda x: onset(x)[1], _RATIO) * _J / (_R * excess(at(w_1)))
-    metal, lining = Material(*_METAL), Material(*_LINING)
-    pair = FrictionHeat("rim", None, EffusivityPartition(metal, lining))
-    factors = LinearFade(_SLOPE, _ABOVE, _FLOOR, _BLEND), TabulatedFade(*_TABLE)  # pyright: ignore
-    law = ProductFriction(ConstantFriction(_F, _RATIO), factors)
-    scene = stop_scene(n=_N, beta=50.0, C=_C, T0=_TENSION, law=law, end=5.0)
-    scene = dataclasses.replace(scene, heat=Heat((Lump("rim", _RIM, _AIR),), (), pair, rim="rim"))
-    balance = "root: C_r ΔT/a = J ω_0²/2 − (T_n(T) − T_0)²/2C, a = e_1/(e_1 + e_2) (Charron)"
-    course = "quadrature ∫ J dω/R(T_n(T(ω)) − T_0), T(ω) by energy, f(T) by SciPy's monotone cubic and by hand"
-    rows: list[Row] = [
-        ("temperature at rest", balance, end, "end_temperatures.0"),
-        ("full slip", f"{FORM}t_0 + asin(χ T_0 (Π_s − 1)/(C R ω_0))/χ", t_1, "full_slip_time"),
-        ("stopping time", course, time, "stopping_time"),
-        (
-            "elastic energy at rest",
-            f"{balance}; T_n²/2C",
-            (excess(end) + _TENSION) ** 2 / (2 * _C),
-            "energy.elastic_change",
-        ),
-        # the second derivative of the table jumps at 320 K, which derivatives of a run feel
-        (
-            "∂(stopping time)/∂(f_s/f)",
-            f"{course}, differentiated",
-            by_ratio,
-            Slope(f"{_LAW}.base.static_ratio", 0),
-            5e-7,
-        ),
-    ]
-    return cases_with_slopes("heat of a jump", scene, rows, _outcome, 1e-11, solver=solver_for(stiff=False))
-
-
 # --- several rims -----------------------------------------------------------------------------------------------------
 
 
@@ -438,7 +332,7 @@ def rims_cases() -> list[Case]:
         for f, n, T in zip(friction, counts, tensions, strict=True)
     )
     heat = Heat(
-        (Lump("rims", rims, _AIR, count=2), Lump("linings", each, _AIR, count=5)),
+        (Lump("rims", rims, AIR, count=2), Lump("linings", each, AIR, count=5)),
         friction=FrictionHeat("rims", "linings", ConstantPartition(metal)),
     )
     brake = MultiBandBrake(Pulley(_R, _J), _R, bands)
@@ -454,7 +348,7 @@ def rims_cases() -> list[Case]:
 
 
 def _warmer(i: int) -> Callable[[Result], Any]:
-    return lambda result: result.end_temperatures[i] - _AIR
+    return lambda result: result.end_temperatures[i] - AIR
 
 
 # --- maximum temperature, and the cyclic steady state -----------------------------------------------------------------
@@ -466,7 +360,7 @@ _BLOCKS = np.linspace(300.0, 600.0, 20)  # J/K, each cooled through 50 W/K
 @functools.cache
 def _repeated() -> Scene:
     """A stop whose heat goes into a cooled rim, beside blocks that a source heats at the begin of each cycle."""
-    bodies = Lump("blocks", _BLOCKS, _AIR, count=_BLOCKS.size), Reservoir("air", _AIR), Lump("rim", _COOLED, _AIR)
+    bodies = Lump("blocks", _BLOCKS, AIR, count=_BLOCKS.size), Reservoir("air", AIR), Lump("rim", _COOLED, AIR)
     links = Conductance("rim", "air", _COOLING), Conductance("blocks", "air", 50.0)
     power = PiecewiseLinear([0.0, _PULSE, _PULSE, _CYCLE], [_POWER, _POWER, 0.0, 0.0])
     pair = FrictionHeat("rim", None, ConstantPartition(1.0))
@@ -511,15 +405,15 @@ def repeated_stop_cases() -> list[Case]:
     series = "geometric series of the cycles: θ(t_c)/(1 − e^(−G t_c/C))"
     slope = differentiated(lambda G: _greatest(G)[1], _COOLING)
     rows: list[Row] = [
-        ("rise", f"{linear}: (P_0/G)(1 − t/t_s)", most, lambda r: r["peak_rim_temperature"] - _AIR),
+        ("rise", f"{linear}: (P_0/G)(1 − t/t_s)", most, lambda r: r["peak_rim_temperature"] - AIR),
         ("time", f"{linear}: ln(1 + G t_s/C)/(G/C)", t, lambda r: r.peak_rim_temperature.time, 1e-6),
     ]
     cycles: list[Row] = [
-        ("rim", f"{linear}; {series}", start, lambda found: found.scene.heat.bodies[2].temperature - _AIR),
-        ("block 1", f"{FORM}{series}", block[0], lambda found: found.scene.heat.bodies[0].temperature[0] - _AIR),
-        ("block 20", f"{FORM}{series}", block[-1], lambda found: found.scene.heat.bodies[0].temperature[-1] - _AIR),
-        ("rim at the end", f"{linear}; {series}", start, lambda found: found.result.end_temperatures[-1] - _AIR),
-        ("greatest rise", f"{linear}; {series}", hottest, lambda found: found.result["peak_rim_temperature"] - _AIR),
+        ("rim", f"{linear}; {series}", start, lambda found: found.scene.heat.bodies[2].temperature - AIR),
+        ("block 1", f"{FORM}{series}", block[0], lambda found: found.scene.heat.bodies[0].temperature[0] - AIR),
+        ("block 20", f"{FORM}{series}", block[-1], lambda found: found.scene.heat.bodies[0].temperature[-1] - AIR),
+        ("rim at the end", f"{linear}; {series}", start, lambda found: found.result.end_temperatures[-1] - AIR),
+        ("greatest rise", f"{linear}; {series}", hottest, lambda found: found.result["peak_rim_temperature"] - AIR),
     ]
     slopes: list[Row] = [("∂(rise)/∂G", f"{linear}, differentiated", slope, Slope("heat.links.0.value"))]
     return [
@@ -531,5 +425,5 @@ def repeated_stop_cases() -> list[Case]:
 
 CASES = (
     *(speed_cooling_cases, covered_cases, free_convection_cases, capacity_cases, partition_cases),
-    *(metal_contact_cases, jump_cases, rims_cases, repeated_stop_cases),
+    *(metal_contact_cases, rims_cases, repeated_stop_cases),
 )

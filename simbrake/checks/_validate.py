@@ -21,6 +21,7 @@ def lanes_of_cases() -> list[list[Case]]:
     from . import _cases_energies as energies
     from . import _cases_heat as heat
     from . import _cases_integrator as integrator
+    from . import _cases_jumps as jumps
     from . import _cases_laws as laws
     from . import _cases_layouts as layouts
     from . import _cases_levers as levers
@@ -32,7 +33,7 @@ def lanes_of_cases() -> list[list[Case]]:
     from . import _cases_thermal as thermal
 
     first = integrator, heat, network, mechanisms, levers, duties, energies, runs
-    second = band, shaft, laws, statics, layouts, thermal
+    second = band, shaft, laws, statics, layouts, thermal, jumps
     lanes = ([subject for module in lane for subject in module.CASES] for lane in (first, second))
     return [[case for subject in lane for case in subject()] for lane in lanes]
 

@@ -21,6 +21,8 @@ from .._run._simulate import Solver, simulate
 PASS, FAIL = "pass", "fail"
 #: beginning of the source of most reference values
 FORM = "closed form: "
+SIGMA = 5.670374419e-8  # W/(m²·K⁴), CODATA 2018
+AIR = 293.15  # K
 
 # --- cases ------------------------------------------------------------------------------------------------------------
 
