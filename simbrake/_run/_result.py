@@ -281,9 +281,10 @@ class Result:
     def report(self) -> Report:
         """Event log, metrics and summary of a concrete result; the last one made is kept, as it scans the whole run."""
         global _last_report
-        if _last_report is None or _last_report.result.record.rows.t is not self.record.rows.t:
-            _last_report = Report(self)
-        return _last_report
+        found = _last_report  # (read once: another thread may put its own in the same place)
+        if found is None or found.result.record.rows.t is not self.record.rows.t:
+            found = _last_report = Report(self)
+        return found
 
     @property
     def events(self) -> Events:

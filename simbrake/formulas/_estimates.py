@@ -111,7 +111,7 @@ def look(context: Any, path: str) -> Any:
     for name in path.split("."):
         if isinstance(context, Mapping):
             context = context.get(name)
-        elif isinstance(context, Sequence | np.ndarray) and name.lstrip("-").isdigit():
+        elif name.lstrip("-").isdigit():
             context = context[int(name)]
         else:
             context = getattr(context, name)

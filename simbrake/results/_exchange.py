@@ -80,7 +80,7 @@ def sheets(data: Dataset) -> Iterator[tuple[str, list[list[Any]]]]:
         if title == _METRICS:
             rows = [[name, one.values[()], _unit(one), one.attrs["meaning"]] for name, one in variables.items()]
             yield title, [["name", "value", "unit", "meaning"], *rows]
-        elif variables or title == "stops":
+        elif variables:
             columns = {name: x for variable in variables for name, x in columns_of(data, variable).items()}
             yield title, [list(columns), *map(list, itertools.zip_longest(*columns.values()))]
     heads = [f"{name} [{unit}]" if unit != "1" else name for name, unit in _properties().items()]
