@@ -317,6 +317,7 @@ def test_a_missing_stage_has_its_reason():
         "stage_3": "the bandage did not come to rest while the pulley turned in it"
     }
     assert absent(brake, "stage_2 stage_3", tension) == {"stage_1": "the internal pair slid from the start"}
+    assert absent(brake, "held", tension)["stage_1"] == "the pulley never turned with its bandage"
     assert absent(brake, "stage_1 stage_3", tension) == {}
     warm = staged.brake(law=fading(slope=1e-3))
     tension = float(sb.results.internal_slip_tension(warm, J, 100.0, 400.0, 300.0))

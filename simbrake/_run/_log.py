@@ -593,5 +593,7 @@ def absent_stages(
             reason = "the bandage did not come to rest while the pulley turned in it"
         found.append({"name": "stage_3", "reason": reason})
     if "stage_1" not in seen:
-        found.append({"name": "stage_1", "reason": "the internal pair slid from the start"})
+        slid = bool(seen & {"stage_2", "stage_3"})
+        reason = "the internal pair slid from the start" if slid else "the pulley never turned with its bandage"
+        found.append({"name": "stage_1", "reason": reason})
     return found
