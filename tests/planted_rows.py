@@ -3,16 +3,16 @@
 import pytest
 
 from simbrake.checks import run_case
-from simbrake.checks._validate import lanes_of_cases
+from simbrake.checks._validate import lanes_of_subjects
 
-CASES = [case for lane in lanes_of_cases() for case in lane]
-
-
-def subject(case):
-    return case.name.partition("/")[0]
+SUBJECTS = [subject for lane in lanes_of_subjects() for subject in lane]
 
 
-@pytest.mark.parametrize("name", list(dict.fromkeys(map(subject, CASES))))
-def test_row(name):
-    checks = [run_case(case) for case in CASES if subject(case) == name]
+def name_of(subject):
+    return f"{subject.__module__.rpartition('_cases_')[2]}, {subject.__name__.removesuffix('_cases')}"
+
+
+@pytest.mark.parametrize("subject", SUBJECTS, ids=name_of)
+def test_row(subject):
+    checks = [run_case(case) for case in subject()]
     assert [(c.case, c.value, c.error) for c in checks if c.verdict != "pass"] == []

@@ -375,16 +375,24 @@ def reserve_cases() -> list[Case]:
 
 
 def _sprung_reserves() -> list[Case]:
-    """The scene of "linings on springs" at rest, each lining in its weaker pair."""
-    half, load, T_0, r, R_b = math.radians(25.0), 150.0, 6e3, 0.59, 0.64
+    """The scene of "linings on springs" at rest, each lining in its weaker pair; and how they share a smaller load.
+
+    Each takes the same share `θ` of what the rim grips, `R_b (T − T_before) = θ r f ((T + T_before) sin β/2 + N)`, but
+    no more than the band, `T ≤ μ T_before`.
+    """
+    half, load, T_0, r, R_b = math.radians(25.0), 1500.0, 6e3, 0.59, 0.64
     mu = (1 + 0.4 * math.tan(half)) / (1 - 0.4 * math.tan(half))
     found = []
     for words, preload in (("band weaker", (6e5, 9e5)), ("rim weaker", (1500.0, 900.0)), ("one each", (1500.0, 9e5))):
-        T = T_0
-        for N in preload:
-            # R_b (T − T_before) = r f ((T + T_before) sin β/2 + N), where that is less than with μ
-            k = r * 0.2 * math.sin(half)
-            T = min(mu * T, ((R_b + k) * T + r * 0.2 * N) / (R_b - k))
+
+        def along(share: float, preload: tuple[float, float] = preload) -> list[float]:
+            T = [T_0]
+            for N in preload:
+                k = share * r * 0.2
+                free = ((R_b + k * math.sin(half)) * T[-1] + k * N) / (R_b - k * math.sin(half))
+                T.append(min(mu * T[-1], free))
+            return T
+
         bandage = Bandage(
             [1.2, 1.5],
             ConstantFriction(0.2),
@@ -396,14 +404,23 @@ def _sprung_reserves() -> list[Case]:
         lever = PiecewiseLinear([0.0, 0.3], [T_0, T_0])
         brake = Brake(Pulley(0.59, 200.0), Band(R_b), linings, bandage)
         scene = Scene(brake, Duty(lever, TorqueLoad(Constant(load))), Initial(0.0), 2.0)
-        row = (
-            f"on springs, {words}",
-            f"{FORM}R_b (T_n − T_0)/M, each lining in its weaker pair",
-            R_b * (T - T_0) / load,
-        )
-        found += cases_with_slopes(
-            "holding reserve", scene, [(*row, "metrics.min_holding_reserve")], program="linings on springs"
-        )
+        most = along(1.0)[-1] - T_0
+        share: Any = brentq(lambda x, T=along: R_b * (T(x)[-1] - T_0) - load, 0.0, 1.0, xtol=1e-16)
+        rows: list[Row] = [
+            (
+                f"on springs, {words}",
+                f"{FORM}R_b (T_n − T_0)/M, each lining in its weaker pair",
+                R_b * most / load,
+                "metrics.min_holding_reserve",
+            ),
+            (
+                f"on springs, {words}, tension between the linings",
+                f"{FORM}R_b (T_i − T_(i−1)) = θ r f (N_i + N_pre) up to T_i = μ T_(i−1), Σ = M",
+                along(share)[1],
+                lambda result: result.series([1.0]).tension[0, 0],
+            ),
+        ]
+        found += cases_with_slopes("holding reserve", scene, rows, program="linings on springs")
     return found
 
 

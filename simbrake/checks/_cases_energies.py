@@ -211,7 +211,8 @@ def spring_cases() -> list[Case]:
     frozen = {row["what"]: float(row["truth"]) for row in truths()["linings on springs"]}
     whole = J + sum(own)
     half = math.tan(math.radians(25.0))
-    drag = R_b * (((1 + 0.4 * half) / (1 - 0.4 * half)) ** 2 - 1)
+    mu = (1 + 0.4 * half) / (1 - 0.4 * half)
+    drag = R_b * (mu**2 - 1)
     # while all linings ride on the rim, under T_0 = 100 + 5900 t/0.3
     speed = w0 - drag * (100.0 * early + 5900.0 / 0.3 * early**2 / 2) / whole
 
@@ -246,6 +247,12 @@ def spring_cases() -> list[Case]:
     riding: list[Row] = [
         ("kinetic energy of the ride", source, whole * (speed**2 - w0**2) / 2, "energy.kinetic_change"),
         ("speed of lining 2 on the band", f"{source}: R_b ω", R_b * speed, rim_speed),
+        (
+            "friction of lining 2 on the band",
+            f"{FORM}(T_2 − T_1) cos β/2, T_i = μ^i T_0(t)",
+            (100.0 + 5900.0 / 0.3 * early) * mu * (mu - 1) * math.cos(math.radians(25.0)),
+            lambda result: result.series([early]).friction_force[0, 1],
+        ),
     ]
     program = "linings on springs"
     return [

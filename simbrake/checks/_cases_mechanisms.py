@@ -21,14 +21,15 @@ from .._run._travel import ring_wear
 from ..brakes._band import BondedLinings
 from ..brakes._bands import LinedBand, MultiBandBrake
 from ..brakes._design import Band, Bandage, Brake, Lining, Pulley, Segments, tension_shares, uniform_linings
-from ..friction import ConstantFriction, StribeckFriction
+from ..fade import PressureFactor
+from ..friction import ConstantFriction, ProductFriction, StribeckFriction
 from ..loads import HookLoad, Phase, Phases, RopeElasticity, StringLoad, TorqueLoad
 from ..profiles import Constant, PiecewiseLinear, ramp
 from ..shaft import HydrodynamicBrake, ViscousDrag
 from ..thermal._heat import ConstantPartition, FrictionHeat, Heat
 from ..thermal._network import Convection, Lump, Reservoir, SpeedCoefficient
 from ._cases_band import closed_form, staged_pair, stop_scene, time_of
-from ._validation import FORM, Case, Slope, cases_of, cases_with_slopes, differentiated, frozen_cases
+from ._validation import FORM, Case, Row, Slope, cases_of, cases_with_slopes, differentiated, frozen_cases
 
 #: bodies of a staged brake with heat, as the nodes are counted
 _PLACES = ("rim", "linings", "band")
@@ -63,6 +64,61 @@ def staged_cases() -> list[Case]:
             "∂(stopping time)/∂N_p": "brake.bandage.preload",
         },
     )
+
+
+def pressed_stage_cases() -> list[Case]:
+    """All stages of a staged brake of one lining whose inner friction falls with the pressure, and the pull that holds.
+
+    Stage 2 is uniformly decelerated on both sides of the inner face; in stage 3 the band only just holds the bandage:
+    `R_b (T_1 − T_0) = R f(p) N`, `N = (T_1 + T_0) sin β/2 + N_pre`, `p = N/A`.
+    """
+    T_0, J, J_b, R, R_b, half, w0, pre, area = 6e3, 900.0, 45.0, 0.59, 0.64, math.radians(55.0), 20.0, 2e3, 0.02
+    f, reference, exponent = 0.12, 6e5, 0.35
+    ratio = (1 + 0.4 * math.tan(half)) / (1 - 0.4 * math.tan(half))
+
+    def load(T_1: float) -> float:
+        return (T_1 + T_0) * math.sin(half) + pre
+
+    def friction(T_1: float, exponent: float = exponent) -> float:
+        return f * (1 + load(T_1) / area / reference) ** -exponent
+
+    def torque(T_1: float, exponent: float = exponent) -> float:
+        return R * friction(T_1, exponent) * load(T_1)
+
+    def stages(exponent: float = exponent) -> tuple[float, float, float]:
+        """Times of the lock and of the stop, and the tension that holds the bandage."""
+        inner = torque(ratio * T_0, exponent)
+        lock = J_b * w0 / (R_b * T_0 * (ratio - 1) - inner)
+        holds: Any = brentq(lambda T: R_b * (T - T_0) - torque(T, exponent), T_0, ratio * T_0, xtol=1e-10)
+        return lock, lock + (J * w0 - inner * lock) / torque(holds, exponent), holds
+
+    (lock, stop, holds), h = stages(), 1e-3
+    slope = sum(c * (stages(exponent + k * h)[1] - stages(exponent - k * h)[1]) for k, c in ((1, 45), (2, -9), (3, 1)))
+    source = f"{FORM}R_b (T_1 − T_0) = R f(p) N in stage 3"
+
+    def at_one_second(name: str) -> Any:
+        return lambda result: getattr(result.series([1.0]).pairs["internal"], name)[0, 0]
+
+    rows: list[Row] = [
+        ("external lock", f"{FORM}J_b ω_0/(R_b T_0 (μ − 1) − R f(p) N)", lock, "external_lock_time"),
+        ("stopping time", source, stop, "stopping_time"),
+        ("tension in stage 3", source, holds, lambda result: result.series([1.0]).tension[0, 0]),
+        ("load in stage 3", f"{source}; N", load(holds), at_one_second("normal_load")),
+        ("friction in stage 3", f"{source}; f(p)", friction(holds), at_one_second("friction_coefficient")),
+        (
+            "∂(stopping time)/∂m",
+            f"{source}, differences",
+            slope / (60 * h),
+            Slope("brake.bandage.friction.factors.0.exponent"),
+            1e-9,
+        ),
+    ]
+    law = ProductFriction(ConstantFriction(f), (PressureFactor(reference, exponent),))  # pyright: ignore
+    linings = Lining(ConstantFriction(0.4), np.array([2 * half]), 0.03)
+    bandage = Bandage(J_b, law, pre, area)  # pyright: ignore
+    brake = Brake(Pulley(R, J), Band(R_b), linings, bandage)
+    scene = Scene(brake, Duty(Constant(T_0), TorqueLoad()), Initial(w0), 40.0)
+    return cases_with_slopes("staged, friction under pressure", scene, rows, tolerance=1e-10)
 
 
 def staged_heat_cases() -> list[Case]:
@@ -384,6 +440,7 @@ def lift_cases() -> list[Case]:
 CASES = (
     *(
         staged_cases,
+        pressed_stage_cases,
         staged_heat_cases,
         chain_cases,
         flutter_cases,

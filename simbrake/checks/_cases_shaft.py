@@ -249,15 +249,22 @@ def bearing_cases() -> list[Case]:
 
 
 def rope_cases() -> list[Case]:
-    """A stop over two layers of rope, by energy."""
-    m, r, d, n, turns, g, T_0 = 40e3, 0.4, 0.04, 8.0, 5.0, 9.80665, 12e3
-    scene = stop_scene(C=None, T0=T_0, w0=_W0, load=HookLoad(m, r, n, rope=RopeLayers(d, 4.0, turns)), end=6.0)  # pyright: ignore
-    upper, phi = r + math.sqrt(3) / 2 * d, 2 * math.pi * (turns - 4.0)
-    M_b = 0.725 * T_0 * (closed_form()["Pi"] - 1)
-    energy = 0.5 * (_J + m * (upper / n) ** 2) * _W0**2 - (M_b - m * g * upper / n) * phi
-    travel = (upper * phi + r * energy / (M_b - m * g * r / n)) / n
-    source = f"{FORM}Σ r_k φ_k/n, J ω_0²/2 = Σ (M_b − m g r_k/n) φ_k"
-    return cases_of_run("rope in layers", scene, [("hook travel", source, travel, "hook_travel")])
+    """Stops over two and over four layers of rope, by energy."""
+    m, r, d, n, g, T_0 = 40e3, 0.4, 0.04, 8.0, 9.80665, 12e3
+    M_b, found = 0.725 * T_0 * (closed_form()["Pi"] - 1), []
+    for words, each, turns, w0 in (("hook travel", 4.0, 5.0, _W0), ("hook travel, four layers", 1.5, 5.0, 31.0)):
+        load = HookLoad(m, r, n, rope=RopeLayers(d, each, turns))  # pyright: ignore
+        scene = stop_scene(C=None, T0=T_0, w0=w0, load=load, end=20.0)
+        top = math.ceil(turns / each)
+        energy, travel = 0.5 * (_J + m * ((r + (top - 1) * math.sqrt(3) / 2 * d) / n) ** 2) * w0**2, 0.0
+        for layer in range(top, 0, -1):
+            radius = r + (layer - 1) * math.sqrt(3) / 2 * d
+            net = M_b - m * g * radius / n
+            turned = min(2 * math.pi * min(turns - (layer - 1) * each, each), energy / net)
+            energy, travel = energy - net * turned, travel + radius * turned / n
+        source = f"{FORM}Σ r_k φ_k/n, J ω_0²/2 = Σ (M_b − m g r_k/n) φ_k"
+        found += cases_with_slopes("rope in layers", scene, [(words, source, travel, "hook_travel")])
+    return found
 
 
 CASES = (disc_cases, calliper_cases, snub_cases, shoe_cases, eddy_current_cases, bearing_cases, rope_cases)

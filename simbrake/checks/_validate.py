@@ -3,7 +3,7 @@
 import itertools
 import threading
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from fnmatch import fnmatchcase
 
@@ -13,8 +13,8 @@ from .._run._simulate import require_64_bits
 from ._validation import Case, Check, Validation, run_case
 
 
-def lanes_of_cases() -> list[list[Case]]:
-    """Every case, none of them run yet, in two lanes that run side by side; subjects of one share compiled programs."""
+def lanes_of_subjects() -> tuple[list[Callable[[], list[Case]]], ...]:
+    """Functions that make the cases, in two lanes that run side by side; those of one share compiled programs."""
     # loaded on demand: they and their references take a good part of a second to import
     from . import _cases_band as band
     from . import _cases_duties as duties
@@ -34,8 +34,12 @@ def lanes_of_cases() -> list[list[Case]]:
 
     first = integrator, heat, network, mechanisms, levers, duties, energies, runs
     second = band, shaft, laws, statics, layouts, thermal, jumps
-    lanes = ([subject for module in lane for subject in module.CASES] for lane in (first, second))
-    return [[case for subject in lane for case in subject()] for lane in lanes]
+    return [s for module in first for s in module.CASES], [s for module in second for s in module.CASES]
+
+
+def lanes_of_cases() -> list[list[Case]]:
+    """Every case, none of them run yet, lane by lane."""
+    return [[case for subject in lane for case in subject()] for lane in lanes_of_subjects()]
 
 
 def chosen(only: str | None = None) -> list[list[Case]]:
