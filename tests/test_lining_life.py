@@ -44,6 +44,14 @@ def test_constant_wear_lasts_as_long_as_the_tight_lining(braking):
     assert life.over_mean[-1] == pytest.approx(float(braking.wear_over_mean), rel=1e-12)
     assert life.over_least[0] == pytest.approx(float(braking.wear_over_least), rel=1e-12)
     assert life.used == pytest.approx(w.mean() / w.max(), rel=1e-12)
+    # how uneven the wear of one stop is, initially and at the end
+    course = life.history._replace(per_braking=np.array([[1.0, 1.0, 1.0, 3.0], [1.0, 1.0, 1.0, 5.0]]))
+    (line,) = (line for line in str(dataclasses.replace(life, history=course)).splitlines() if line[:6] == "uneven")
+    assert line == (
+        "uneven   maximum wear of one stop 2 times the mean and 3 times the minimum initially, 2.5 and 5 times at the end"
+    )
+    course = course._replace(per_braking=course.per_braking[::-1])
+    assert "initially, 2 and 3 times" in str(dataclasses.replace(life, history=course))
     # what is worn before, and a permissible wear of one's own, per lining and with a unit
     worn = np.array([0.0, 1e-3, 0.0, 2e-3])
     early = sb.lining_life(sb.with_values(braking.scene, {"wear.worn": worn}), "6 mm")

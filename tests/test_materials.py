@@ -11,7 +11,7 @@ from material_scenes import DATA, ROOM, W0, J, compared, whole_scene
 from scipy.special import erfc
 
 import simbrake as sb
-from simbrake.formulas._material_table import QUANTITIES
+from simbrake.formulas._material_table import _COLUMNS, QUANTITIES
 from simbrake.formulas._materials import Compared
 
 # --- the materials ----------------------------------------------------------------------------------------------------
@@ -309,3 +309,11 @@ def test_notes_say_what_is_assumed():
     for name, source in sources.items():
         said = entries[name].assumed and not entries[name].source.startswith("assumption")
         assert source == entries[name].source + (" (assumed)" if said else ""), name
+
+
+def test_columns_are_in_the_units_of_their_headings():
+    of_unit = {"%": 100.0, "MPa": 1e-6, "µm": 1e6, "kg": 1.0, "": 1.0}
+    for name, _, _, unit, show in _COLUMNS:
+        value = 523.15 if unit == "°C" else 37.5 / of_unit[unit]
+        wanted = 250.0 if unit == "°C" else 37.5
+        assert float(show(value)) == pytest.approx(wanted, abs=0.5), name

@@ -21,6 +21,12 @@ def write(folder, name, text):
     return file
 
 
+def test_measured_columns_are_what_has_a_derivative():
+    """The times, counts and names of a series are none."""
+    assert {"omega", "tight_tension", "lining_temperature"} < set(COLUMNS)
+    assert not {"t", "at_limit", "band_mode", "sense"} & set(COLUMNS)
+
+
 def test_units_and_empty_cells(tmp_path):
     series = write(
         tmp_path,

@@ -72,6 +72,7 @@ def test_what_a_formula_shows_gives_its_value(classical):
     x = n["maximum temperature, S-27"]
     found = classical["maximum temperature, S-27"].value
     assert x["T"] + x["t_v"] + x["t_s"] / 3 + x["t_f"] / 3 == pytest.approx(found)
+    assert n["maximum face temperature"]["N"] == 100
     x, h = n["mean net flux"], sb.formulas.radiation_coefficient(0.8, 293.15, 293.15)
     loss = (1 - x["κ"]) * (x["h"] + h) * (x["T"] - x["T_a"])
     assert x["κ"] * x["q_1"] - loss == pytest.approx(classical["mean net flux"].value)
