@@ -48,7 +48,8 @@ def test_constant_wear_lasts_as_long_as_the_tight_lining(braking):
     course = life.history._replace(per_braking=np.array([[1.0, 1.0, 1.0, 3.0], [1.0, 1.0, 1.0, 5.0]]))
     (line,) = (line for line in str(dataclasses.replace(life, history=course)).splitlines() if line[:6] == "uneven")
     assert line == (
-        "uneven   maximum wear of one stop 2 times the mean and 3 times the minimum initially, 2.5 and 5 times at the end"
+        "uneven   maximum wear of one stop 2 times the mean and 3 times the minimum initially, "
+        "2.5 and 5 times at the end"
     )
     course = course._replace(per_braking=course.per_braking[::-1])
     assert "initially, 2 and 3 times" in str(dataclasses.replace(life, history=course))
