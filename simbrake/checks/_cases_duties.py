@@ -27,7 +27,7 @@ from ..profiles import Constant, FunctionProfile, PiecewiseLinear, Repeated
 from ..thermal._heat import ConstantPartition, FrictionHeat, Heat
 from ..thermal._material import ROOM
 from ..thermal._network import Conductance, Lump, Reservoir
-from ._cases_band import closed_form, scene_of, staged_pair, stop_scene
+from ._cases_band import closed_form, scene_of, staged_pair, stop_scene, time_of
 from ._cases_shaft import disc, stop_of
 from ._validation import FORM, Case, Row, Slope, cases_of_run, cases_with_slopes, differentiated
 
@@ -370,8 +370,26 @@ def reserve_cases() -> list[Case]:
         ),
         *cases_of_run("holding reserve", staged, [("staged, band weaker", least, 500 / 300, reserve)]),
         *cases_of_run("holding reserve", outer, [("staged, rim weaker", least, 400 / 300, reserve)]),
+        *_staged_restarts(),
         *_sprung_reserves(),
     ]
+
+
+def _staged_restarts() -> list[Case]:
+    """A load that grows until the weaker pair of a staged brake at rest gives way, downwards and upwards."""
+    found, M_0, rate, M_b = [], 10.0, 200.0, 500.0
+    source = f"{FORM}when M_0 + s t is the capacity of the weaker pair, R_b T_0 (Π − 1), upwards R_b T_0 (1 − 1/Π)"
+    upwards = M_b / closed_form(n=4, f=0.5, beta=60.0)["Pi"]
+    for words, preload, sense, most in (
+        *(("band weaker", 600.0, 1.0, M_b), ("rim weaker", 400.0, 1.0, 400.0)),
+        *(("band weaker, upwards", 600.0, -1.0, upwards), ("rim weaker, upwards", 30.0, -1.0, 30.0)),
+    ):
+        scene = staged_pair(M_i=preload, w0=0.0, lever=((0.0, 1e6, 2e6, 3e6), jnp.full(4, M_b)), end=4.0)
+        load = TorqueLoad(PiecewiseLinear([0.0, 10.0], [sense * M_0, sense * (M_0 + 10.0 * rate)]))
+        scene = Scene(scene.brake, Duty(scene.duty.slack_tension, load), scene.initial, 4.0)
+        rows: list[Row] = [(words, source, (most - M_0) / rate, time_of("restart"))]
+        found += cases_with_slopes("staged brake breaks away", scene, rows)
+    return found
 
 
 def _sprung_reserves() -> list[Case]:
