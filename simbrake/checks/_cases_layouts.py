@@ -354,30 +354,31 @@ def worn_cases() -> list[Case]:
     worn, angle = np.array([1e-3, 2e-3, 4e-3, 7e-3]), np.radians([40.0, 52.0, 45.0, 61.0])
     whole, speed, C, G, end = 0.030, 0.1, (2e4, 900.0, 3e3), 60.0, 4.0
 
-    def stop() -> tuple[float, float, float]:
+    def stop() -> tuple[float, float, list[float]]:
         mean = float(angle @ worn) / angle.sum()
         late = float(angle @ worn) / speed
-        M = (_R - mean) * (_followed(_F, angle, _T0)[0][-1] - _T0)
+        along = _followed(_F, angle, _T0)[0]
+        M = (_R - mean) * (along[-1] - _T0)
         # of the metal: α_1 and the rim, α_2; of the lining: α_2, layer, lining, band, α_3
         into = 1 / (1 / 40.0 + 0.028 / 48.85 + 1 / 25.0)
         out = 1 / (1 / 25.0 + 2e-5 / 1.02 + (whole - mean) / 0.736 + 0.006 / 53.94 + 1 / 15.0)
-        share, left = into / (into + out), 1 - mean / whole
+        share, left = into / (into + out), 1 - worn / whole
         time = _J * _W0 / M
-        # rim alone; linings and band, of which the power falls in a straight line: y' = A y + (p − q t) e_1
+        # rim alone; linings and band, of which the power falls in a straight line: y' = A y + (p − q t) b
         g, c_l, c_b = G / left, C[1] * left, C[2]
-        A = np.zeros((4, 4))
-        A[0, :3], A[1, :2] = (-g / c_l, g / c_l, M * _W0 * (1 - share) / c_l), (g / c_b, -g / c_b)
-        A[2, 3] = -1 / time  # power over that at the start
-        heated = expm(A * time) @ np.array([0.0, 0.0, 1.0, 1.0])
-        A[0, 2] = 0.0
-        rest = end - late - time
-        linings = (expm(A * rest) @ np.array([*heated[:2], 0.0, 0.0]))[0]
+        A = np.zeros((7, 7))
+        A[:4, :4], A[:4, 4], A[4, :4], A[4, 4] = np.diag(-g / c_l), g / c_l, g / c_b, -g.sum() / c_b
+        A[:4, 5] = _W0 * (1 - share) * (_R - mean) * np.diff(along) / c_l
+        A[5, 6] = -1 / time  # power over that at the start
+        heated = expm(A * time) @ np.array([0.0] * 5 + [1.0, 1.0])
+        A[:4, 5] = 0.0
+        linings = (expm(A * (end - late - time)) @ np.array([*heated[:5], 0.0, 0.0]))[:4].tolist()
         return late + time, share * _J * _W0**2 / 2 / C[0], linings
 
     time, rim, linings = stop()
     table = ([300.0, 900.0], [40.0, 40.0], [25.0, 25.0], [15.0, 15.0], [2e-5, 2e-5])
     heat = Heat(
-        (Lump("rim", C[0]), Lump("linings", C[1]), Lump("band", C[2])),
+        (Lump("rim", C[0]), Lump("linings", C[1], count=4), Lump("band", C[2])),
         (Conductance("linings", "band", G),),
         FrictionHeat("rim", "linings", TransmissionPartition(*table)),  # pyright: ignore
         (),
@@ -397,12 +398,15 @@ def worn_cases() -> list[Case]:
     rows: list[Row] = [
         ("stopping time", f"{source}, + J ω_0/M", time, "stopping_time"),
         ("rise of the rim", f"{FORM}a J ω_0²/2C, δ' = δ − h̄ in a", rim, lambda r: r.end_temperatures[0] - ROOM, 1e-9),
-        (
-            "rise of the linings",
-            f"{FORM}exp(A t), C' = C s, G' = G/s, s = 1 − h̄/δ",
-            linings,
-            lambda r: r.end_temperatures[1] - ROOM,
-            1e-9,
+        *(
+            (
+                f"rise of lining {i + 1}",
+                f"{FORM}exp(A t), C' = C s, G' = G/s, s = 1 − h_i/δ",
+                linings[i],
+                lambda r, i=i: r.end_temperatures[1 + i] - ROOM,
+                1e-9,
+            )
+            for i in (0, 3)
         ),
     ]
     return cases_of_run("worn linings", scene, rows)

@@ -156,6 +156,14 @@ def staged_heat_cases() -> list[Case]:
         ("linings", lost, cooled(area).real, "end_temperatures.1"),
         ("band", work, cold + band * external / C[2], "end_temperatures.2"),
         ("∂(linings)/∂A", f"{lost}, differentiated", differentiated(cooled, area), Slope("heat.links.0.area"), 1e-9),
+        ("heat to the rim", work, share * internal + beyond * external, "energy.heat_to_metal"),
+        ("heat to the band", work, band * external, "energy.heat_to_band"),
+        (
+            "heat lost",
+            f"{work}, + C ΔT of the linings",
+            (1 - share) * internal + C[1] * (start - cooled(area).real),
+            "energy.heat_lost",
+        ),
     ]
     return cases_with_slopes("heat of a staged brake", scene, rows, lambda result: result.end_temperatures[1])
 

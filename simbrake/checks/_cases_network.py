@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 
 from .._run._networks import simulate_heat, steady_state
 from ..profiles import ramp
-from ..thermal._builders import axial_resistance, with_pulley_structure
+from ..thermal._builders import axial_resistance, layered_heat, with_pulley_structure
 from ..thermal._contact import ThermalContact
 from ..thermal._heat import ConstantPartition, FrictionHeat, Heat
 from ..thermal._material import Material, layer_growth
@@ -209,7 +209,12 @@ def formula_cases() -> list[Case]:
     cubic = np.roots([1.0, AIR, AIR**2, AIR**3 - h / (glow * SIGMA)])
     governs = float(cubic[np.abs(cubic.imag) < 1e-6].real.max())
     first, thickness = 1e-3, 0.02
-    ratio = (math.sqrt(4 * thickness / first - 3) - 1) / 2
+    ratio, half = ((math.sqrt(4 * d / first - 3) - 1) / 2 for d in (thickness, thickness / 2))
+    steel = Material(*_STEEL)
+    rim: dict[str, Any] = {"rim": steel, "rim_thickness": 0.025, "track_area": 1.6, "partition": 0.9}
+    layers: dict[str, Any] = {"lining_layers": 6, "lining_first": first, "lining_both": True}
+    built = layered_heat(**rim, lining=steel, lining_thickness=thickness, lining_area=1.0, **layers)
+    (lining,) = (wall for wall in built.walls if wall.name == "lining")
     return [
         *cases_of(
             "radiation over convection",
@@ -222,6 +227,16 @@ def formula_cases() -> list[Case]:
             lambda: layer_growth(first, thickness, 3),
             1e-13,
             [("ratio of three", f"{FORM}1 + r + r² = d/d_1", ratio, lambda r: r)],
+        ),
+        *cases_of(
+            "growing layers",
+            lambda: lining.steps,
+            1e-12,
+            [
+                ("first layer of a lining", f"{FORM}d_1, as wanted", first, "0"),
+                ("last layer of a lining", f"{FORM}d_1, thin at both faces", first, "5"),
+                ("middle layer of a lining", f"{FORM}d/2 − d_1 (1 + r)", (thickness / 2 - first * (1 + half)), "2"),
+            ],
         ),
         *cases_of(
             "effusivity",
