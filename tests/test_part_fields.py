@@ -88,7 +88,7 @@ def test_a_part_reads_its_values_or_says_what_is_wrong():
         "Probe.shift: '3 degC' is a temperature, not a difference of two — give it in K",
         "Probe.rows[1]: 'x' is not a number with a unit — rows, in SI units or with its unit, as in \"590 mm\"",
         "Probe.gaps[0]: -1 m is out of range — gaps must be ≥ 0 m",
-        "Probe.law: <class 'test_values.Probe'> does not fit here — give a Profile",
+        "Probe.law: <class 'test_part_fields.Probe'> does not fit here — give a Profile",
         "Probe.own: '2 kN' cannot be read here, as the unit depends on the field that holds it — "
         "give it in SI units, without a unit",
         "Probe.count: 6 is out of range — count must be 2…5",

@@ -162,7 +162,7 @@ def falling_string_cases() -> list[Case]:
     v = still / nu * math.sin(turn) + GRAVITY * tight * math.cos(turn)
     fallen, early = GRAVITY * at**2 / 2, 0.18
     work = GRAVITY * (empty * fallen + m * (slack + e - fallen)) + string * (GRAVITY * at) ** 2 / 2
-    source = f"{FORM}e = g t²/2 − e_0, then m ë = m g − k e"
+    source = f"{FORM}e = g t²/2 − e_0, then m e'' = m g − k e"
     rows: list[Row] = [
         (
             "stretch as it falls",
