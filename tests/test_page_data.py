@@ -19,13 +19,8 @@ from simbrake.studies import Sensitivity
 
 
 @pytest.fixture(scope="module")
-def scene():
-    return stop_scene(load=300.0, T0=8e3)
-
-
-@pytest.fixture(scope="module")
-def run(scene):
-    return sb.simulate(scene)
+def run():
+    return sb.simulate(stop_scene(load=300.0, T0=8e3))
 
 
 def test_charts_are_those_of_the_columns_and_in_their_units():
@@ -148,8 +143,8 @@ def test_sliders_are_in_groups_with_the_duty_first():
     assert alike == ["brake.linings.angle"]
 
 
-def test_values_of_sliders_are_numbers_of_the_scene(scene):
-    app = _app.App(scene, {}, " two\n words ")
+def test_values_of_sliders_are_numbers_of_the_scene(run):
+    app = _app.App(run.scene, {}, " two\n words ")
     assert float(app.edited({"initial.omega": 12}).initial.omega) == 12.0
     for wrong in ([], None, {"nix": 1.0}, {"initial.omega": "1"}, {"initial.omega": True}, {"initial.omega": None}):
         with pytest.raises(ValueError, match="not"):
@@ -161,9 +156,9 @@ def test_values_of_sliders_are_numbers_of_the_scene(scene):
     assert "duty.slack_tension" in own.saved({})["problem"]
 
 
-def test_axes_of_a_publication(scene):
+def test_axes_of_a_publication(run):
     (speed, load) = _publish.read_axes(
-        scene, ["initial.omega = 10 : 30 : 5", "duty.load.profile.level=1 kN*m:2 kN*m:2"]
+        run.scene, ["initial.omega = 10 : 30 : 5", "duty.load.profile.level=1 kN*m:2 kN*m:2"]
     )
     assert speed == ("initial.omega", (10.0, 15.0, 20.0, 25.0, 30.0))
     assert load == ("duty.load.profile.level", (1e3, 2e3))
@@ -175,14 +170,14 @@ def test_axes_of_a_publication(scene):
     }
     for text, words in refused.items():
         with pytest.raises(sb.InputError) as caught:
-            _publish.read_axes(scene, [text])
+            _publish.read_axes(run.scene, [text])
         assert len(caught.value.faults) == 1
         assert words in str(caught.value)
     with pytest.raises(sb.InputError, match="is given twice"):
-        _publish.read_axes(scene, ["initial.omega=1:2:3"] * 2)
+        _publish.read_axes(run.scene, ["initial.omega=1:2:3"] * 2)
     with pytest.raises(sb.InputError, match="--vary: is given 4 times"):
-        _publish.read_axes(scene, [f"brake.linings.angle[{i}]=0.1:0.2:2" for i in range(4)])
-    assert len(_publish.read_axes(scene, ["initial.omega=1:2:4000"])[0].values) == 4000
+        _publish.read_axes(run.scene, [f"brake.linings.angle[{i}]=0.1:0.2:2" for i in range(4)])
+    assert len(_publish.read_axes(run.scene, ["initial.omega=1:2:4000"])[0].values) == 4000
 
 
 def test_sequence_and_pieces_of_a_run():

@@ -62,7 +62,8 @@ ATTEMPTS = {"a": 12, "b": 72, "c": 243, "d": 19, "e": 187, "everything": 245, "b
 ATTEMPTS |= {"disc": 283, "shoes": 19, "bands": 182, "lowering": 155, "stands": 14732}
 #: attempts more or less, of a hundred and one: processors round differently
 ROUNDED = 0.02
-#: attempts fewer of (c), whose errors are near rounding at 1e-10: 221, 238 or 243 by the kernels of the BLAS alone
+#: attempts fewer of (c): rounding moves the step in which the band sticks again, which is then taken 4 to 19 times more
+#: to find that instant; 221, 238 or 243 attempts by the kernels of the BLAS
 FEWER = {"c": 22}
 
 

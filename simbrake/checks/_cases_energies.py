@@ -122,7 +122,7 @@ def moving_string_cases() -> list[Case]:
     rows: list[Row] = [
         ("speed", source, last[0], "record.y_end.omega"),
         ("stretch", source, heavy + last[2], lambda r: r.series([end]).rope_stretch[0]),
-        ("hook load", f"{source}; k e + c ė", (k * (heavy + last[2]) + c * (last[1] - per_rad * last[0])), _hook_load),
+        ("hook load", f"{source}; k e + c ė", k * (heavy + last[2]) + c * (last[1] - per_rad * last[0]), _hook_load),
         (
             "kinetic energy",
             f"{source}; J ω²/2 + m v²/2",
@@ -156,10 +156,10 @@ def falling_string_cases() -> list[Case]:
     """A hook that falls on a slack rope takes a string, falls on, and swings as the rope pulls; the drum holds."""
     k, empty, string, slack, at, end = 4e6, 5e3, 40e3, 0.2, 0.12, 0.5
     m, tight = empty + string, math.sqrt(2 * slack / GRAVITY)
-    still, nu = m * GRAVITY / k, math.sqrt(m / k)
-    turn = (end - tight) / nu
-    e = still * (1 - math.cos(turn)) + GRAVITY * tight * nu * math.sin(turn)
-    v = still / nu * math.sin(turn) + GRAVITY * tight * math.cos(turn)
+    still, nu = m * GRAVITY / k, math.sqrt(k / m)
+    turn = nu * (end - tight)
+    e = still * (1 - math.cos(turn)) + GRAVITY * tight / nu * math.sin(turn)
+    v = still * nu * math.sin(turn) + GRAVITY * tight * math.cos(turn)
     fallen, early = GRAVITY * at**2 / 2, 0.18
     work = GRAVITY * (empty * fallen + m * (slack + e - fallen)) + string * (GRAVITY * at) ** 2 / 2
     source = f"{FORM}e = g t²/2 − e_0, then m e'' = m g − k e"

@@ -46,7 +46,7 @@ from ..wear import (
     turned_scene,
 )
 from ._cases_band import closed_form, stop_scene
-from ._validation import FORM, Case, Row, Slope, cases_of, cases_of_run, cases_with_slopes, differentiated
+from ._validation import FORM, Case, Reader, Row, Slope, cases_of, cases_of_run, cases_with_slopes, differentiated
 
 # --- layouts ----------------------------------------------------------------------------------------------------------
 
@@ -167,9 +167,8 @@ def least_tension_cases() -> list[Case]:
     # three angles at their bounds, one between: it takes what is left of the wrap
     best = [high, high, angle.sum() - 2 * (high + low), low, low]
 
-    def least(t: complex, f: complex = most, bound: complex = high) -> complex:
-        each = [bound, bound, angle.sum() - 2 * (bound + low), low, low]
-        ratio = math.prod((1 + f * np.tan(b / 2)) / (1 - f * np.tan(b / 2)) for b in each)
+    def least(t: complex, f: complex = most) -> complex:
+        ratio = math.prod((1 + f * math.tan(b / 2)) / (1 - f * math.tan(b / 2)) for b in best)
         return J * w0 / (R * t) * ratio / (ratio - 1)
 
     def run() -> Any:
@@ -350,66 +349,67 @@ def _reversed_cases() -> list[Case]:
 
 
 def worn_cases() -> list[Case]:
-    """A stop of linings worn unequally before it: radius, slack to be taken up, share and flow of heat."""
+    """A stop of linings worn unequally before it: radius, slack to be taken up, share and flow of heat.
+
+    Linings that are one lump have lost their mean, those of one lump each what each has lost.
+    """
     worn, angle = np.array([1e-3, 2e-3, 4e-3, 7e-3]), np.radians([40.0, 52.0, 45.0, 61.0])
     whole, speed, C, G, end = 0.030, 0.1, (2e4, 900.0, 3e3), 60.0, 4.0
+    mean, late = float(angle @ worn) / angle.sum(), float(angle @ worn) / speed
+    along = _followed(_F, angle, _T0)[0]
+    torque = (_R - mean) * (along[-1] - _T0)
+    time = _J * _W0 / torque
+    # of the metal: α_1 and the rim, α_2; of the lining: α_2, layer, lining, band, α_3
+    into = 1 / (1 / 40.0 + 0.028 / 48.85 + 1 / 25.0)
+    out = 1 / (1 / 25.0 + 2e-5 / 1.02 + (whole - mean) / 0.736 + 0.006 / 53.94 + 1 / 15.0)
+    share = into / (into + out)
 
-    def stop() -> tuple[float, float, list[float]]:
-        mean = float(angle @ worn) / angle.sum()
-        late = float(angle @ worn) / speed
-        along = _followed(_F, angle, _T0)[0]
-        M = (_R - mean) * (along[-1] - _T0)
-        # of the metal: α_1 and the rim, α_2; of the lining: α_2, layer, lining, band, α_3
-        into = 1 / (1 / 40.0 + 0.028 / 48.85 + 1 / 25.0)
-        out = 1 / (1 / 25.0 + 2e-5 / 1.02 + (whole - mean) / 0.736 + 0.006 / 53.94 + 1 / 15.0)
-        share, left = into / (into + out), 1 - worn / whole
-        time = _J * _W0 / M
-        # rim alone; linings and band, of which the power falls in a straight line: y' = A y + (p − q t) b
-        g, c_l, c_b = G / left, C[1] * left, C[2]
-        A = np.zeros((7, 7))
-        A[:4, :4], A[:4, 4], A[4, :4], A[4, 4] = np.diag(-g / c_l), g / c_l, g / c_b, -g.sum() / c_b
-        A[:4, 5] = _W0 * (1 - share) * (_R - mean) * np.diff(along) / c_l
-        A[5, 6] = -1 / time  # power over that at the start
-        heated = expm(A * time) @ np.array([0.0] * 5 + [1.0, 1.0])
-        A[:4, 5] = 0.0
-        linings = (expm(A * (end - late - time)) @ np.array([*heated[:5], 0.0, 0.0]))[:4].tolist()
-        return late + time, share * _J * _W0**2 / 2 / C[0], linings
+    def rises(left: Any, torques: Any) -> list[float]:
+        """Of lumps that have these shares of their thickness, at the end: `y' = A y + (p − q t) b` in the stop."""
+        n = len(left)
+        g, c_l = G / left, C[1] * left
+        A = np.zeros((n + 3, n + 3))
+        A[:n, :n], A[:n, n], A[n, :n], A[n, n] = np.diag(-g / c_l), g / c_l, g / C[2], -g.sum() / C[2]
+        A[:n, n + 1] = _W0 * (1 - share) * torques / c_l
+        A[n + 1, n + 2] = -1 / time  # power over that at the start
+        heated = expm(A * time) @ np.append(np.zeros(n + 1), [1.0, 1.0])
+        heated[n + 1 :] = 0.0
+        return (expm(A * (end - late - time)) @ heated)[:n].tolist()
 
-    time, rim, linings = stop()
-    table = ([300.0, 900.0], [40.0, 40.0], [25.0, 25.0], [15.0, 15.0], [2e-5, 2e-5])
-    heat = Heat(
-        (Lump("rim", C[0]), Lump("linings", C[1], count=4), Lump("band", C[2])),
-        (Conductance("linings", "band", G),),
-        FrictionHeat("rim", "linings", TransmissionPartition(*table)),  # pyright: ignore
-        (),
-        None,
-        "rim",
-        "linings",
-        "band",
-    )
-    effects: dict[str, Any] = {"thickness": whole, "geometry": True, "heat": True, "take_up_speed": speed}
-    # (before its first point a lever stays as it is)
-    scene = _worn_stop(ConstantWear(1e-14), None, lever=PiecewiseLinear([0.0, 0.0], [0.0, _T0]))  # pyright: ignore
-    wear = Wear(ConstantWear(1e-14), worn=worn, **effects)  # pyright: ignore
-    scene = with_values(
-        Scene(scene.brake, scene.duty, scene.initial, end, heat, wear=wear), {"brake.linings.angle": angle}
-    )
+    def scene(count: int) -> Scene:
+        table = ([300.0, 900.0], [40.0, 40.0], [25.0, 25.0], [15.0, 15.0], [2e-5, 2e-5])
+        heat = Heat(
+            (Lump("rim", C[0]), Lump("linings", C[1], count=count), Lump("band", C[2])),
+            (Conductance("linings", "band", G),),
+            FrictionHeat("rim", "linings", TransmissionPartition(*table)),  # pyright: ignore
+            (),
+            None,
+            "rim",
+            "linings",
+            "band",
+        )
+        effects: dict[str, Any] = {"thickness": whole, "geometry": True, "heat": True, "take_up_speed": speed}
+        # (before its first point a lever stays as it is)
+        scene = _worn_stop(ConstantWear(1e-14), None, lever=PiecewiseLinear([0.0, 0.0], [0.0, _T0]))  # pyright: ignore
+        wear = Wear(ConstantWear(1e-14), worn=worn, **effects)  # pyright: ignore
+        scene = Scene(scene.brake, scene.duty, scene.initial, end, heat, wear=wear)
+        return with_values(scene, {"brake.linings.angle": angle})
+
+    def rise(node: int) -> Reader:
+        return lambda result: result.end_temperatures[node] - ROOM
+
     source = f"{FORM}R' = R − h̄, delay h̄ Σβ/u, h̄ = Σ β_i h_i/Σ β"
+    in_rim = share * _J * _W0**2 / 2 / C[0]
+    (lump,) = rises(np.array([1 - mean / whole]), np.array([torque]))
+    each = rises(1 - worn / whole, (_R - mean) * np.diff(along))
     rows: list[Row] = [
-        ("stopping time", f"{source}, + J ω_0/M", time, "stopping_time"),
-        ("rise of the rim", f"{FORM}a J ω_0²/2C, δ' = δ − h̄ in a", rim, lambda r: r.end_temperatures[0] - ROOM, 1e-9),
-        *(
-            (
-                f"rise of lining {i + 1}",
-                f"{FORM}exp(A t), C' = C s, G' = G/s, s = 1 − h_i/δ",
-                linings[i],
-                lambda r, i=i: r.end_temperatures[1 + i] - ROOM,
-                1e-9,
-            )
-            for i in (0, 3)
-        ),
+        ("stopping time", f"{source}, + J ω_0/M", late + time, "stopping_time"),
+        ("rise of the rim", f"{FORM}a J ω_0²/2C, δ' = δ − h̄ in a", in_rim, rise(0), 1e-9),
+        ("rise of the linings", f"{FORM}exp(A t), C' = C s, G' = G/s, s = 1 − h̄/δ", lump, rise(1), 1e-9),
     ]
-    return cases_of_run("worn linings", scene, rows)
+    own = f"{FORM}exp(A t), C' = C s_i, G' = G/s_i, s_i = 1 − h_i/δ"
+    apart: list[Row] = [(f"rise of lining {i + 1}", own, each[i], rise(1 + i), 1e-9) for i in (0, 3)]
+    return [*cases_of_run("worn linings", scene(1), rows), *cases_of_run("worn linings", scene(4), apart)]
 
 
 CASES = (layout_cases, search_cases, least_tension_cases, wear_law_cases, turned_cases, worn_cases)

@@ -204,7 +204,7 @@ def transient_cases() -> list[Case]:
 
 
 def formula_cases() -> list[Case]:
-    """Temperature above which radiation carries more than convection, layers that grow, and effusivity."""
+    """Temperature above which radiation carries more than convection, growing layers, also as built, and effusivity."""
     h, glow = 10.0, 0.8
     cubic = np.roots([1.0, AIR, AIR**2, AIR**3 - h / (glow * SIGMA)])
     governs = float(cubic[np.abs(cubic.imag) < 1e-6].real.max())
@@ -235,7 +235,7 @@ def formula_cases() -> list[Case]:
             [
                 ("first layer of a lining", f"{FORM}d_1, as wanted", first, "0"),
                 ("last layer of a lining", f"{FORM}d_1, thin at both faces", first, "5"),
-                ("middle layer of a lining", f"{FORM}d/2 − d_1 (1 + r)", (thickness / 2 - first * (1 + half)), "2"),
+                ("middle layer of a lining", f"{FORM}d/2 − d_1 (1 + r)", thickness / 2 - first * (1 + half), "2"),
             ],
         ),
         *cases_of(

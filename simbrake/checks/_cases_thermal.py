@@ -1,4 +1,4 @@
-"""Validation of the thermal laws of a run: cooling, contacts, shares of the heat, jumps, maximum temperatures."""
+"""Validation of the thermal laws of a run: cooling, contacts, shares of the heat, rims, maximum temperatures."""
 
 import dataclasses
 import functools
