@@ -87,3 +87,17 @@ def test_reasons_of_equivalent_errors_are_of_places_there_are():
         site.key for module in {key[0] for key in known} for site in planting.sites(plant.ROOT / module, plant.ROOT)
     }
     assert set(known) <= there
+
+
+def test_tests_that_are_lost_are_left_out(tmp_path, capsys):
+    """A list with one unknown test would run none, and the error count as caught."""
+    (tmp_path / "tests").mkdir()
+    (tmp_path / "tests" / "test_a.py").write_text("def test_one(): pass\n", "utf-8")
+    kept, moved, gone = (f"tests/test_{name}" for name in ("a.py::test_one", "a.py::test_moved", "b.py::test_one"))
+    known = object.__new__(plant.Map)
+    known.seconds = dict.fromkeys((kept, moved, gone), 1.0)
+    known.of_function = {"simbrake/x.py::f": {kept, moved}, "simbrake/x.py": {gone}}
+    known.forget_lost(tmp_path)
+    assert known.seconds == {kept: 1.0}
+    assert known.of_function == {"simbrake/x.py::f": {kept}, "simbrake/x.py": set()}
+    assert capsys.readouterr().out == "2 tests of the map are lost; python tests/plant.py --map test_a.py test_b.py\n"
