@@ -208,6 +208,24 @@ def test_stribeck_friction_sticks_and_slips():
     assert closure(record) < 1e-10
 
 
+def test_friction_of_each_lining_is_that_at_its_own_slip():
+    s = sb.simulate(chain(law=sb.StribeckFriction(0.35, 0.3, 0.4), m=0.05, damping=0.05, end=1.0)).series([0.25, 0.5])
+    slip = np.abs(np.asarray(s.pairs["external"].slip_speed))
+    assert slip[1].max() > 1.001 * slip[1].min() > 0.0
+    np.testing.assert_allclose(s.friction_coefficient, 0.3 + 0.05 * np.exp(-((slip / 0.4) ** 2)), rtol=1e-12)
+
+
+@pytest.mark.parametrize("sense", [1, -1])
+def test_a_held_chain_breaks_away_the_way_of_the_load(sense):
+    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 8.0, 18.0], [0.0, 0.0, sense * 40.0]))
+    result = sb.simulate(chain(w0=0.3, load=load, m=0.05, damping=0.3, end=12.0))
+    again = [event.time for event in result.events if event.name == "restart"][-1]
+    assert 8.0 < again < 9.0
+    last = int(result.record.count)
+    assert int(result.record.modes.sense[last]) == sense
+    assert sense * float(result.record.y_end.omega) > 5.0
+
+
 def test_segments_go_slack_and_taut_again():
     lever = sb.PiecewiseLinear([0.0, 0.5, 0.5, 1.0, 1.0], [1.0, 1.0, 0.0, 0.0, 1.0])  # let go, and thrown in again
     record = run(chain(lever=lever, m=2e-2, K=100.0, end=3.0), 1e-11)
