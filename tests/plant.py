@@ -152,15 +152,24 @@ def copied(folder: Path) -> Path:
     return folder
 
 
+def _surroundings(tree: Path, **settings: str) -> dict[str, str]:
+    """Those of pytest in a copy: options meant for the pytest that runs this may be unknown there."""
+    path = os.pathsep.join((str(tree), str(tree / "tests")))
+    return os.environ | {"PYTHONPATH": path, "SIMBRAKE_CACHE_DIR": "", "PYTEST_ADDOPTS": "", **settings}
+
+
 def run_pytest(tree: Path, tests: Iterable[str], limit: float, **settings: str) -> tuple[int | None, str]:
     """Exit status and output of pytest in a copy; the status is `None` where it had to be ended."""
-    path = os.pathsep.join((str(tree), str(tree / "tests")))
-    surroundings = os.environ | {"PYTHONPATH": path, "SIMBRAKE_CACHE_DIR": "", **settings}
     call = [sys.executable, "-m", "pytest", "-n", "0", "-x", "-q", "--no-header", "--tb=line", "-p", "plant", *tests]
     if "PLANT_MAP" in settings:
         call.remove("-x")
     process = subprocess.Popen(
-        call, cwd=tree, env=surroundings, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, start_new_session=True
+        call,
+        cwd=tree,
+        env=_surroundings(tree, **settings),
+        stdout=subprocess.PIPE,
+        stderr=subprocess.STDOUT,
+        start_new_session=True,
     )
     try:
         output = process.communicate(timeout=limit)[0]
@@ -211,10 +220,8 @@ class Map:
         files = sorted({test.partition("::")[0] for test in self.seconds})
         there = [file for file in files if (tree / file).exists()]
         call = [sys.executable, "-m", "pytest", "-n", "0", "-q", "-m", "", "--collect-only", *there]
-        path = os.pathsep.join((str(tree), str(tree / "tests")))
-        surroundings = os.environ | {"PYTHONPATH": path, "SIMBRAKE_CACHE_DIR": ""}
-        output = subprocess.run(call, cwd=tree, env=surroundings, capture_output=True, check=True, text=True).stdout
-        lost = set(self.seconds) - set(output.splitlines())
+        listed = subprocess.run(call, cwd=tree, env=_surroundings(tree), stdout=subprocess.PIPE, check=True, text=True)
+        lost = set(self.seconds) - set(listed.stdout.splitlines())
         for tests in self.of_function.values():
             tests -= lost
         if lost:
