@@ -11,6 +11,7 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from .._parts._programme import programme_scene
@@ -21,12 +22,14 @@ from .._run._result import Result
 from ..brakes._bands import LinedBand, MultiBandBrake
 from ..brakes._design import Band, Bandage, Brake, Lining, Pulley, uniform_linings
 from ..brakes._pressed import UniformWear
-from ..friction import ConstantFriction
+from ..fade import MemoryProcess
+from ..friction import ConstantFriction, FrictionWithMemory
 from ..loads import GRAVITY, Actuator, HookLoad, Phase, Phases, TorqueLoad, TrippingLoad
 from ..profiles import Constant, FunctionProfile, PiecewiseLinear, Repeated
 from ..thermal._heat import ConstantPartition, FrictionHeat, Heat
 from ..thermal._material import ROOM
 from ..thermal._network import Conductance, Lump, Reservoir
+from ..wear import ConstantWear, Wear
 from ._cases_band import closed_form, scene_of, staged_pair, stop_scene, time_of
 from ._cases_shaft import disc, stop_of
 from ._validation import FORM, Case, Row, Slope, cases_of_run, cases_with_slopes, differentiated
@@ -97,6 +100,36 @@ def programme_cases() -> list[Case]:
         ("friction heat", f"{FORM}Σ m_k g s_k: from rest to rest", work, "energy.friction_heat"),
     ]
     return cases_of_run("programme in words", scene, rows, 1e-10)
+
+
+def turned_cases() -> list[Case]:
+    """Two cycles in words, the driller at the lever throughout; the band is turned end for end between them."""
+    m, per_rad, speed, a, lowered, slowed = 40e3, 0.4 / 8, 1.2, 0.5, 12.0, 3.0
+    n, f, area, k = 6, 0.35, 0.04, 5e-14
+    angle = math.radians(270.0 / n)
+    travel = lowered + speed * slowed / 2
+    time = speed / a + (lowered - speed**2 / (2 * a)) / speed + slowed
+    mu = (1 + f * math.tan(angle / 2)) / (1 - f * math.tan(angle / 2))
+    shares = mu ** np.arange(n) * (mu - 1) / (mu**n - 1)
+    worn = k * m * GRAVITY * travel * shares * math.cos(angle / 2) / (f * area)
+    work = f"{FORM}m g s: from rest to rest"
+    depth = f"{FORM}k cos(β/2)/(f A) m g s (s_i + s_(n+1−i)), s_i = Π^(i−1)"
+    turned: Any = worn + worn[::-1]
+    rows: list[Row] = [
+        ("end", f"{FORM}2 (v/a + (s − v²/2a)/v + t_b)", 2 * time, "record.t_end"),
+        ("friction heat", work, 2 * m * GRAVITY * travel, "energy.friction_heat"),
+        ("wear of the first lining", depth, turned[0], "worn_thickness.0"),
+        ("wear of the third lining", depth, turned[2], "worn_thickness.2"),
+    ]
+    scene = programme_scene(
+        Brake(Pulley(0.59, 1200.0), Band(0.623), uniform_linings(n, n * angle, ConstantFriction(f), area=area)),
+        ("lower 12 m at 1.2 m/s", "brake to rest in 3 s", "turn the band after 1 cycle", "repeat 2 times"),
+        HookLoad(m, per_rad * 8.0, 8.0),  # pyright: ignore
+        25e3,
+        acceleration=a,
+        wear=Wear(ConstantWear(k)),  # pyright: ignore
+    )
+    return cases_of_run("programme with a turned band", scene, rows, 1e-10)
 
 
 def cooling_cases() -> list[Case]:
@@ -341,6 +374,54 @@ def bands_cases() -> list[Case]:
     return found
 
 
+def memory_of_bands_cases() -> list[Case]:
+    """A stop by two bands on a balance beam: one with constant friction, one whose friction falls with time."""
+    J, R_b, T_0, w0, f, paces, ends = 1200.0, 0.623, 9e3, 20.0, 0.4, (0.5, 0.2), (0.5, 0.85)
+    shares, pace = (0.25, 0.75), sum(paces)
+    limit = sum(k * e for k, e in zip(paces, ends, strict=True)) / pace
+
+    def factor(t: Any) -> Any:
+        return limit + (1 - limit) * np.exp(-pace * t)
+
+    def torque(t: Any) -> Any:
+        found = 0.0
+        for share, mu, angle in zip(shares, (_FRICTION[0], f * factor(t)), _ANGLES, strict=True):
+            each = np.tan(angle / 2)
+            found += share * (np.prod((1 + mu * each) / (1 - mu * each)) - 1)
+        return R_b * T_0 * found
+
+    def lost(t: float, moment: int = 0) -> float:
+        """`∫ M t^m dt`."""
+        return quad(lambda t: torque(t) * t**moment, 0.0, t, epsabs=0.0, epsrel=1e-13)[0]
+
+    time: Any = brentq(lambda t: lost(t) - J * w0, 0.1, 5.0, xtol=1e-15)
+    # J ω(t) = ∫_t^{t_s} M dt, so that the angle is ∫ M t dt/J
+    turned, source = lost(time, 1) / J, f"{FORM}J ω_0 = ∫ R_b Σ_j T_0,j (Π_j(f c(t)) − 1) dt; quadrature"
+    c = f"{FORM}c = c_e + (1 − c_e) e^(−Σ k t), c_e = Σ k c_e,j/Σ k"
+    at = 0.5
+
+    def friction(k: int) -> Callable[[Result], Any]:
+        return lambda result: result.series([at]).pairs["external"].friction_coefficient[0, k]  # pyright: ignore
+
+    rows: list[Row] = [
+        ("stopping time", source, time, "stopping_time"),
+        ("angle of the stop", f"{source}: ∫ M t dt/J", turned, "record.y_end.phi"),
+        ("torque", source, torque(at), lambda r: r.series([at]).brake_torque[0]),
+        ("friction of band 1", "given", _FRICTION[0][1], friction(1)),
+        ("friction of band 2", c, f * factor(at), friction(5)),
+        ("factor at rest", c, factor(time), lambda r: r.series([time]).friction_memory[0, 6]),
+        ("∂(stopping time)/∂ω_0", f"{source}: J/M(t_s)", J / torque(time), Slope("initial.omega")),
+    ]
+    falling = tuple(MemoryProcess(e, rate=k) for k, e in zip(paces, ends, strict=True))  # pyright: ignore
+    laws = ConstantFriction(_FRICTION[0]), FrictionWithMemory(ConstantFriction(f), falling)
+    bands = tuple(
+        LinedBand(Lining(law, angle), share=share) for law, angle, share in zip(laws, _ANGLES, shares, strict=True)
+    )
+    brake = MultiBandBrake(Pulley(0.59, J), R_b, bands)
+    scene = Scene(brake, Duty(Constant(T_0), TorqueLoad()), Initial(w0), 6.0)
+    return cases_with_slopes("memory of several bands", scene, rows)
+
+
 def reserve_cases() -> list[Case]:
     """Static capacity over load of brakes that hold: one band both ways, a disc, a staged brake, linings on springs."""
     Pi, load = closed_form(n=14, f=0.25, beta=15.0)["Pi"], 2e3
@@ -443,6 +524,6 @@ def _sprung_reserves() -> list[Case]:
 
 
 CASES = (
-    *(programme_cases, cooling_cases, tripping_cases, repeated_cases, function_cases),
-    *(bands_cases, reserve_cases),
+    *(programme_cases, turned_cases, cooling_cases, tripping_cases, repeated_cases, function_cases),
+    *(bands_cases, memory_of_bands_cases, reserve_cases),
 )

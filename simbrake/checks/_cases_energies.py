@@ -17,7 +17,7 @@ from ..friction import AbstractFriction, AnyContact, ConstantFriction
 from ..hybrid._arrays import Array
 from ..loads import GRAVITY, HookLoad, Phase, Phases, RopeElasticity, StringLoad, TorqueLoad
 from ..profiles import Constant, PiecewiseLinear
-from ._cases_band import closed_form, stop_scene
+from ._cases_band import closed_form, stop_scene, time_of
 from ._cases_mechanisms import _staged
 from ._validation import FORM, Case, Row, Slope, cases_of_run, cases_with_slopes, differentiated, frozen_cases, truths
 
@@ -236,6 +236,74 @@ def chain_cases() -> list[Case]:
     return cases_of_run("energies of a chain", scene, rows, 1e-10)
 
 
+def parting_cases() -> list[Case]:
+    """A lining that a growing torque takes along on its spring, until it breaks away; either way."""
+    return [*_parting(1), *_parting(-1)]
+
+
+def _parting(sense: int) -> list[Case]:
+    J, R_b, m, C, D, T_0, f, growth, end = 40.0, 0.9, 5.0, 2e4, 60.0, 1e3, 0.3, sense * 2e3, 0.5
+    z = math.tan(math.radians(30.0))
+    # of t, elongation beyond T_0/C, its rate, speed of the pulley, 1: sticking; sliding
+    stuck, along = np.zeros((2, 5, 5))
+    stuck[0, 4] = stuck[1, 2] = along[0, 4] = along[1, 2] = 1.0
+    spring = np.array([0.0, C, D, 0.0, 0.0])  # T − T_0
+    stuck[2] = (np.array([growth / R_b, 0.0, 0.0, 0.0, 0.0]) - spring) / (J / R_b**2 + m)
+    stuck[3] = stuck[2] / R_b
+
+    def force(f: Any) -> Any:
+        """Of friction on a lining that slides: `± f (T + T_0) tan(β/2)`."""
+        return sense * f * z * (spring + np.array([0.0, 0.0, 0.0, 0.0, 2 * T_0]))
+
+    def moved(t: Any, taken: Any, f: Any) -> Any:
+        slid = along + 0j * f
+        slid[2], slid[3] = (force(f) - spring) / m, (np.array([growth, 0.0, 0.0, 0.0, 0.0]) - R_b * force(f)) / J
+        return expm(slid * (t - taken)) @ stuck_at(taken)
+
+    def stuck_at(t: Any) -> Any:
+        return expm(stuck * t) @ np.array([0.0, 0.0, 0.0, 0.0, 1.0])
+
+    def excess(t: Any, f: Any) -> Any:
+        """Of the force that holds the lining over what friction can."""
+        return sense * (m * stuck[2] + spring - force(f)) @ stuck_at(t)
+
+    taken: Any = brentq(lambda t: excess(t, f), 0.0, end, xtol=1e-16)
+    slope = sense * (m * stuck[2] + spring - force(f)) @ stuck @ stuck_at(taken)
+
+    def last(f: Any) -> Any:
+        return moved(end, taken - excess(taken, f) / slope, f)
+
+    def power(t: float) -> float:
+        y = moved(t, taken, f).real
+        return force(f) @ y * (R_b * y[3] - y[2])
+
+    e, v, w = last(f).real[1:4]
+    at_rest, source = T_0 / C, f"{FORM}matrix exponential of the linear rates, root of |G| = f_s N/cos(β/2)"
+    heat = quad(power, taken, end, epsabs=0.0, epsrel=1e-13)[0]
+    rows: list[Row] = [
+        ("breaks away", source, taken, time_of("restart")),
+        ("speed", source, w, "record.y_end.omega"),
+        ("speed of the lining", source, v, "record.y_end.own.v.0", 1e-9),
+        ("elongation beyond x_0", source, e, lambda r: r.series([end]).elongation[0]),
+        ("friction heat", f"{source}; quadrature of G (R_b ω − v)", heat, "energy.friction_heat"),
+        ("elastic energy", f"{source}: C (x² − x_0²)/2", C * e * (e + 2 * at_rest) / 2, "energy.elastic_change"),
+        ("energy-balance residual", _BALANCE, 0.0, "energy.closure", 1e-11),
+        (
+            "∂(speed)/∂f",
+            f"{source}, differentiated",
+            differentiated(lambda f: last(f)[3], f),
+            Slope("brake.linings.friction.coefficient"),
+            1e-9,
+        ),
+    ]
+    lining = Lining(ConstantFriction(f), np.full(1, math.radians(60.0)), mass=m)
+    brake = Brake(Pulley(R_b, J), Band(R_b, C, Segments(1e3, D, D)), lining)  # pyright: ignore
+    load = TorqueLoad(PiecewiseLinear([0.0, 1.0], [0.0, growth]))
+    scene = Scene(brake, Duty(Constant(T_0), load), Initial(0.0, at_rest), end)
+    subject = f"a lining that breaks away {'ahead' if sense > 0 else 'back'}"
+    return cases_with_slopes(subject, scene, rows, lambda r: r.record.y_end.omega, program="parting lining")
+
+
 def spring_cases() -> list[Case]:
     """The stop of "linings on springs": all kinetic energy is gone, the spring keeps some; and its first instants."""
     J, own, K, w0, R_b, early = 200.0, (1.2, 1.5), 2e3, 20.0, 0.64, 0.015
@@ -358,6 +426,7 @@ CASES = (
     moving_string_cases,
     falling_string_cases,
     chain_cases,
+    parting_cases,
     spring_cases,
     staged_cases,
     softening_cases,

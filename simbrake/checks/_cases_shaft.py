@@ -16,8 +16,9 @@ from ..friction import ConstantFriction
 from ..loads import HookLoad, TorqueLoad
 from ..profiles import AbstractProfile, Constant, PiecewiseLinear, Repeated
 from ..rope import RopeLayers
-from ..shaft import AbstractShaftTorque, BearingFriction, EddyCurrentBrake
+from ..shaft import AbstractShaftTorque, BearingFriction, EddyCurrentBrake, HydrodynamicBrake
 from ..thermal._heat import ConstantPartition, FrictionHeat, Heat
+from ..thermal._material import ROOM
 from ..thermal._network import Conductance, Lump, Reservoir
 from ._cases_band import closed_form, stop_scene, time_of
 from ._validation import FORM, Case, Row, Slope, cases_of_run, cases_with_slopes, differentiated
@@ -248,6 +249,41 @@ def bearing_cases() -> list[Case]:
     return cases_of_run("bearing friction", _turning(BearingFriction(M_c), load=load, end=11.0), rows)  # pyright: ignore
 
 
+def shaft_heat_cases() -> list[Case]:
+    """Bearings and a half-filled hydrodynamic brake bring a pulley to rest; each heats a body, one of which cools."""
+    M_c, k, fill, C, b = 300.0, 50.0, 0.5, (2e3, 4e2), 0.4
+    K, share = k * fill, math.sqrt(k * fill / M_c)
+
+    def stopped(k: complex) -> complex:
+        return _J * np.arctan(_W0 * np.sqrt(k * fill / M_c)) / np.sqrt(k * fill * M_c)
+
+    time = stopped(k).real
+    turned = _J / (2 * K) * math.log1p(K * _W0**2 / M_c)
+
+    def speed(t: float) -> float:
+        return math.tan((time - t) * math.sqrt(K * M_c) / _J) / share
+
+    source = f"{FORM}J ω̇ = −(k κ ω² + M_c)"
+    cooled = quad(lambda t: K * speed(t) ** 3 * math.exp(-b * (time - t)), 0.0, time, epsabs=0.0, epsrel=1e-13)[0]
+    rows: list[Row] = [
+        ("stopping time", f"{source}: J atan(ω_0 √(k κ/M_c))/√(k κ M_c)", time, "stopping_time"),
+        ("∂(stopping time)/∂k", f"{source}, differentiated", differentiated(stopped, k), Slope("shaft.1.coefficient")),
+        ("rise of the housing", f"{source}: M_c φ/C", M_c * turned / C[0], lambda r: r.end_temperatures[0] - ROOM),
+        (
+            "rise of the water",
+            f"{source}: ∫ k κ ω³ e^(−b (t_e − t)) dt/C",
+            cooled * math.exp(-b) / C[1],
+            lambda r: r.end_temperatures[1] - ROOM,
+            1e-9,
+        ),
+    ]
+    bodies = Lump("housing", C[0], ROOM), Lump("water", C[1], ROOM), Reservoir("air", ROOM)
+    heat = Heat(bodies, (Conductance("water", "air", b * C[1]),), None)
+    laws = BearingFriction(M_c, place="housing"), HydrodynamicBrake(k, fill, place="water")  # pyright: ignore
+    scene = dataclasses.replace(_turning(*laws, load=TorqueLoad(Constant(0.0)), end=time + 1.0), heat=heat)
+    return cases_with_slopes("heat of torques on the shaft", scene, rows, tolerance=1e-10)
+
+
 def rope_cases() -> list[Case]:
     """Stops over two and over four layers of rope, by energy."""
     m, r, d, n, g, T_0 = 40e3, 0.4, 0.04, 8.0, 9.80665, 12e3
@@ -267,4 +303,7 @@ def rope_cases() -> list[Case]:
     return found
 
 
-CASES = (disc_cases, calliper_cases, snub_cases, shoe_cases, eddy_current_cases, bearing_cases, rope_cases)
+CASES = (
+    *(disc_cases, calliper_cases, snub_cases, shoe_cases),
+    *(eddy_current_cases, bearing_cases, shaft_heat_cases, rope_cases),
+)
