@@ -152,6 +152,9 @@ def test_values_of_sliders_are_numbers_of_the_scene(run):
     saved = app.saved({"initial.omega": 12.0})
     assert saved["name"] == "scene.toml"
     assert saved["text"].startswith("# two words, changed in the app\n")
+    locked = _app.App(stop_scene(C=None), {}, "").saved({"brake.linings.friction.coefficient": 9.0})
+    assert "self-locking" in locked["problem"]
+    assert "text" not in locked
     own = _app.App(stop_scene(lever=sb.profiles.FunctionProfile(lambda t, parameters: 1.0 + 0.0 * t)), {}, "")
     assert "duty.slack_tension" in own.saved({})["problem"]
 

@@ -18,7 +18,7 @@ import numpy as np
 from .._base._faults import InputError
 from .._base._part import Leaf, leaves
 from .._base._table import scale
-from .._parts._scene import Scene, paths_without_meaning
+from .._parts._scene import Scene, check, paths_without_meaning
 from .._run._edit import with_values
 from .._run._measure import limit_checks
 from .._run._result import Result
@@ -164,10 +164,11 @@ class App:
         return {"results": {**shown, "metrics": metric_rows(parts["figures"])}, "run": self._run(result)}
 
     def saved(self, values: Any) -> Data:
-        """The scene with values of sliders as a scene file."""
+        """The scene with values of sliders as a scene file, or what is wrong with them."""
         try:
-            title = " ".join(self.title.split())
-            text = f"# {title}, changed in the app\n{scene_text(self.edited(values))}"
+            scene, title = self.edited(values), " ".join(self.title.split())
+            check(scene)
+            text = f"# {title}, changed in the app\n{scene_text(scene)}"
             return {"name": "scene.toml", "text": text}
         except InputError as error:
             return {"problem": "\n".join(map(str, error.faults))}
