@@ -348,14 +348,25 @@ def tried(site: Site, tree: Path, known: Map, limit: float) -> Outcome:
     finally:
         put(text)
     spent = time.monotonic() - start
+    return Outcome(part, site, *judged(status, output, len(tests)), spent, len(tests))
+
+
+def judged(status: int | None, output: str, count: int) -> tuple[str, str]:
+    """Whether an error is caught, and by what, as pytest ended.
+
+    A pytest that ends by itself, as a process may that has compiled too much, says nothing of the error: it counts as
+    not noticed.
+    """
     told = [line for line in output.splitlines() if line.startswith(("FAILED ", "ERROR "))]
-    failed = [line.partition(" ")[2].partition(" - ")[0] for line in told]
+    if told:
+        return "caught", told[0].partition(" ")[2].partition(" - ")[0]
     if status is None:
-        return Outcome(part, site, "caught", "takes far longer than it should", spent, len(tests))
-    if status == 0 or ("the time is up" in output and not failed):
-        by = "the time was up" if "the time is up" in output else f"{len(tests)} tests pass"
-        return Outcome(part, site, "survived", by, spent, len(tests))
-    return Outcome(part, site, "caught", failed[0] if failed else "cannot be imported", spent, len(tests))
+        return "caught", "takes far longer than it should"
+    if "while loading conftest" in output:
+        return "caught", "cannot be imported"
+    if "the time is up" in output:
+        return "survived", "the time was up"
+    return "survived", f"{count} tests pass" if status == 0 else f"pytest ended by itself, with {status}"
 
 
 def run_batch(found: list[Site], jobs: int, limit: float, target: Path, validation: bool = False) -> list[Outcome]:

@@ -5,6 +5,7 @@ import textwrap
 
 import plant
 import planting
+import pytest
 
 MODULE = '''
 """Text with 1 + 2."""
@@ -101,3 +102,21 @@ def test_tests_that_are_lost_are_left_out(tmp_path, capsys):
     assert known.seconds == {kept: 1.0}
     assert known.of_function == {"simbrake/x.py::f": {kept}, "simbrake/x.py": set()}
     assert capsys.readouterr().out == "2 tests of the map are lost; python tests/plant.py --map test_a.py test_b.py\n"
+
+
+@pytest.mark.parametrize(
+    ("status", "output", "found"),
+    [
+        (0, "12 passed in 3 s", ("survived", "7 tests pass")),
+        (1, "FAILED tests/test_a.py::test_b[1] - assert 1 == 2", ("caught", "tests/test_a.py::test_b[1]")),
+        (2, "ERROR tests/test_a.py - NameError: x", ("caught", "tests/test_a.py")),
+        (2, "!! Interrupted: the time is up !!\nFAILED tests/a.py::b", ("caught", "tests/a.py::b")),
+        (2, "!! Interrupted: the time is up !!", ("survived", "the time was up")),
+        (4, "ImportError while loading conftest '/x/tests/conftest.py'.", ("caught", "cannot be imported")),
+        (4, "ERROR: not found: tests/a.py::b", ("survived", "pytest ended by itself, with 4")),
+        (-11, "....", ("survived", "pytest ended by itself, with -11")),
+        (None, "....", ("caught", "takes far longer than it should")),
+    ],
+)
+def test_an_error_is_caught_only_where_a_test_fails(status, output, found):
+    assert plant.judged(status, output, 7) == found
