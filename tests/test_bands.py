@@ -332,6 +332,19 @@ def test_laws_that_see_the_rim_see_that_of_their_own_band():
     np.testing.assert_allclose(result.series([truth.t[-1]]).rim_temperature[0], truth.y[1:, -1], rtol=1e-10)
 
 
+def test_heat_of_the_shaft_enters_all_rims_alike():
+    heat = sb.Heat(
+        (sb.thermal.Lump("rims", C_RIM, ROOM, count=2),),
+        (),
+        sb.thermal.FrictionHeat("rims", None, sb.thermal.ConstantPartition(TO_RIM)),
+        rim="rims",
+    )
+    drag = sb.shaft.ViscousDrag(200.0, place="rims")
+    result = sb.simulate(scene(load=0.0, pull=0.0, end=2.0, heat=heat, shaft=(drag,)), rtol=1e-11)
+    lost = J * W0**2 / 2 * (1 - np.exp(-2 * 200.0 * 2.0 / J))
+    np.testing.assert_allclose(result.end_temperatures - ROOM, np.full(2, lost / (2 * C_RIM)), rtol=1e-9)
+
+
 def test_a_lever_that_holds_the_speed_pulls_for_all_bands():
     held = dataclasses.replace(scene(end=2.0), duty=sb.Duty(sb.SpeedHold(1e5), sb.TorqueLoad(LOAD)))
     s = sb.simulate(held).series([1.0])

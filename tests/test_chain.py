@@ -226,6 +226,16 @@ def test_a_held_chain_breaks_away_the_way_of_the_load(sense):
     assert sense * float(result.record.y_end.omega) > 5.0
 
 
+@pytest.mark.parametrize("sense", [1, -1])
+def test_a_sudden_load_takes_a_chain_at_rest_its_way(sense):
+    load = sb.TorqueLoad(sb.Constant(sense * 400.0))
+    result = sb.simulate(chain(w0=0.0, load=load, m=0.05, damping=0.3, end=0.5))
+    last = int(result.record.count)
+    assert [event.time for event in result.events if event.name == "restart"] == [0.0]
+    assert int(result.record.modes.sense[last]) == sense
+    assert sense * float(result.record.y_end.omega) > 1.0
+
+
 def test_segments_go_slack_and_taut_again():
     lever = sb.PiecewiseLinear([0.0, 0.5, 0.5, 1.0, 1.0], [1.0, 1.0, 0.0, 0.0, 1.0])  # let go, and thrown in again
     record = run(chain(lever=lever, m=2e-2, K=100.0, end=3.0), 1e-11)

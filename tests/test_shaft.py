@@ -336,11 +336,11 @@ def test_resolved_linings_take_smooth_torques_and_refuse_dry_ones():
 
 
 def test_input_errors_and_a_scene_file(tmp_path):
-    bad = scene(EddyCurrentBrake(1e3, 5.0, 1.5, place="nowhere"), HydrodynamicBrake(1.0, -0.1))
+    bad = scene(EddyCurrentBrake(1e3, 5.0, 1.05, place="nowhere"), HydrodynamicBrake(1.0, -0.1))
     with pytest.raises(sb.InputError) as caught:
         sb.simulate(bad)
     text = str(caught.value)
-    for part in ("shaft[0].excitation: 1.5 is above 1", "shaft[0].place", "'nowhere'", "shaft[1].fill.level: -0.1"):
+    for part in ("shaft[0].excitation: 1.05 is above 1", "shaft[0].place", "'nowhere'", "shaft[1].fill.level: -0.1"):
         assert part in text
     file = tmp_path / "scene.toml"
     laws = (

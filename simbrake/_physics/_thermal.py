@@ -427,7 +427,7 @@ class Thermal(eqx.Module):
         zero = jnp.zeros(())
         if pair is None:
             return Deposit(jnp.zeros_like(T), jnp.zeros_like(T_J), zero, zero, jnp.sum(P), {})
-        at = self._reader(T, T_J, self._given(t, pieces)[0])
+        at = self._reader(T, T_J, {})  # heat enters no reservoir
 
         def temperature(place: str | None, other: str | None) -> Array:
             return self._at_linings(at(place or other or pair.sensor or ""), n)

@@ -79,11 +79,11 @@ class JoinedFriction(AbstractFriction):
 
         return jax.tree.map(one, x)
 
-    def joined(self, parts: Iterable[Values], lead: tuple[int, ...] = ()) -> Float[Array, "*lead n"]:
+    def joined(self, parts: Iterable[Values]) -> Float[Array, " n"]:
         """One array over all linings of what each band has, (n_i,) or one for all its linings."""
         each = zip(parts, self.spans, strict=True)
-        sizes = [jnp.broadcast_to(jnp.asarray(x, jnp.float64), (*lead, last - first)) for x, (first, last) in each]
-        return jnp.concatenate(sizes, axis=-1)
+        sizes = [jnp.broadcast_to(jnp.asarray(x, jnp.float64), (last - first,)) for x, (first, last) in each]
+        return jnp.concatenate(sizes)
 
     def _own_memory(self, memory: Any, i: int) -> PyTree:
         """The states of the law of band `i` among those of all."""
@@ -108,7 +108,7 @@ class JoinedFriction(AbstractFriction):
     def _coefficient(
         self, of: Callable[[AbstractFriction, AnyContact], Any], contact: AnyContact
     ) -> Float[Array, "..."]:
-        return self.joined(self._each(of, contact), jnp.shape(contact.v)[:-1])
+        return self.joined(self._each(of, contact))
 
     def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
         return self._coefficient(lambda law, own: law.kinetic(own), contact)
