@@ -361,6 +361,13 @@ def test_all_faults_of_a_network_in_one_report():
         )
 
 
+@pytest.mark.parametrize("kind", [sb.thermal.Convection, sb.thermal.Radiation])
+def test_a_surface_is_covered_in_whole_at_most(kind):
+    assert kind("a", 1.0, 0.5, covered=1.0).covered == 1.0
+    with pytest.raises(sb.InputError, match=r"covered: 1\.01 is out of range .* and ≤ 1$"):
+        kind("a", 1.0, 0.5, covered=1.01)
+
+
 def test_links_that_share_a_face_see_one_surface():
     """Two convections from one face are one of the sum, although each lies behind the same half layer."""
 

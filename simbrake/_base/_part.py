@@ -15,7 +15,7 @@ import numpy as np
 from jax.core import Tracer
 
 from ._faults import Fault, InputError
-from ._quantity import NumberReader, Over, Quantity, as_number, example, has_units, in_si, shown
+from ._quantity import NumberReader, Over, Quantity, as_number, behind, example, has_units, in_si, shown
 from ._table import part_text, rows_table, value_text
 
 #: family of parts → class made from a bare number where one of them is expected
@@ -401,8 +401,8 @@ def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
         return reader.faults
     given = as_number(given)  # a Python number, put in by `eqx.tree_at`
     if not isinstance(given, np.ndarray | jax.Array) or given.dtype.kind not in "fiu":
-        unit = "SI units" if about.unit == "SI" else about.unit
-        return [Fault(leaf.path, f"{shown(given)} is not a number", f"give a number in {unit}")]
+        unit = " in SI units" if about.unit == "SI" else "" if about.unit == "1" else f" in {about.unit}"
+        return [Fault(leaf.path, f"{shown(given)} is not a number", f"give a number{unit}")]
     value = np.asarray(given)
     if made and value.ndim > bool(about.many):
         hint = "give one number" + (", or a list of numbers" if about.many else "")
@@ -414,8 +414,8 @@ def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
         return []
     which = "" if value.ndim == 0 else "[" + ", ".join(str(i) for i in np.argwhere(bad)[0]) + "]"
     worst = value[bad].flat[0]
-    words = f"{about.meaning} must be {about.wanted(worst)} {about.unit}{about.in_degrees(worst)}"
-    return [Fault(leaf.path + which, f"{worst:g} {about.unit} is out of range", words)]
+    words = f"{about.meaning} must be {about.wanted(worst)}{behind(about.unit)}{about.in_degrees(worst)}"
+    return [Fault(leaf.path + which, f"{worst:g}{behind(about.unit)} is out of range", words)]
 
 
 def faults_of_sizes(node: object, path: str, n: int) -> list[Fault]:

@@ -181,10 +181,10 @@ class NumberReader:
         number = self._in_si(value, about, path, si)
         if number is BAD or about.admits(np.asarray(number)).all():
             return number
-        words = f"{about.meaning} must be {about.wanted(number)}" + ("" if si in ("1", "SI") else f" {si}")
-        words += about.in_degrees(number)
-        same = isinstance(value, str) and f"{number:g} {si}" != value and np.isfinite(number)
-        return self.fault(path, f"{shown(value)}{f' = {number:g} {si}' if same else ''} is out of range", words)
+        words = f"{about.meaning} must be {about.wanted(number)}{behind(si)}{about.in_degrees(number)}"
+        found = f"{number:g}{behind(si)}"
+        same = isinstance(value, str) and found != value and np.isfinite(number)
+        return self.fault(path, f"{shown(value)}{f' = {found}' if same else ''} is out of range", words)
 
     def _in_si(self, value: object, about: Quantity, path: str, si: str) -> Any:
         if isinstance(value, bool) or not isinstance(value, int | float | str):
@@ -200,7 +200,8 @@ class NumberReader:
         try:
             of = unit(match["unit"], si)
         except ValueError as error:
-            what = f"{match['unit'].strip()!r} is not a unit of {about.meaning}, which is in {si}"
+            kind = "a pure number" if si == "1" else f"which is in {si}"
+            what = f"{match['unit'].strip()!r} is not a unit of {about.meaning}, {kind}"
             return self.fault(path, f"{shown(value)}: {what}", str(error))
         if about.difference and of.offset:
             return self.fault(path, f"{shown(value)} is a temperature, not a difference of two", "give it in K")
@@ -214,7 +215,12 @@ def shown(value: object) -> str:
     return text if len(text) <= 60 else text[:57] + "…"
 
 
+def behind(unit: str) -> str:
+    """A unit as it follows a number in a message: a pure number has none."""
+    return "" if unit in ("1", "SI", "") else f" {unit}"
+
+
 def example(si: str) -> str:
     """Hint: accepted forms of a number in the unit `si`."""
     examples = {"N": "120 kN", "rad": "270 deg", "K": "450 degC", "m": "590 mm", "rad/s": "24 rad/s", "s": "0.35 s"}
-    return f', in SI units or with its unit, as in "{examples.get(si, f"1.5 {si}")}"' if si not in ("1", "SI") else ""
+    return f', in SI units or with its unit, as in "{examples.get(si, f"1.5 {si}")}"' if behind(si) else ""

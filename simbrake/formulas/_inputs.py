@@ -10,7 +10,7 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._part import faults_of_values
-from .._base._quantity import NumberReader, Quantity, positive
+from .._base._quantity import NumberReader, Quantity, behind, positive
 from .._parts._scene import Scene, band_brake
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
 from ..thermal._material import LIBRARY, ROOM, Material, effusivity_share, material
@@ -183,7 +183,7 @@ def faults_of_data(data: EstimateData | None, limits: Permissible) -> list[Fault
 def _fault(path: str, value: Any, about: Quantity) -> Fault | None:
     if value is None or bool(about.admits(np.asarray(value, float))):  # not a NaN
         return None
-    return Fault(path, f"{value} {about.unit} is out of range", f"{about.meaning} must be {about.wanted(value)}")
+    return Fault(path, f"{value}{behind(about.unit)} is out of range", f"{about.meaning} must be {about.wanted(value)}")
 
 
 def read_given(texts: list[str]) -> tuple[EstimateData, Permissible]:

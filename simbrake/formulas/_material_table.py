@@ -12,6 +12,7 @@ from jax.core import Tracer
 from .._base._faults import Fault, InputError
 from .._base._part import leaves
 from .._base._progress import Progress
+from .._base._quantity import behind
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, band_brake, check
 from .._run._choice import stiffness
@@ -354,8 +355,7 @@ def _levels(scene: Scene, energy: Energy) -> list[tuple[str, Scene]]:
             raise InputError([Fault("energy", f"names {len(energy)} numbers of the scene", hint)])
         ((path, values),) = energy.items()
         scenes = [with_values(scene, {path: float(value)}) for value in values]
-        unit = next((f" {leaf.about.unit}" for one in scenes for leaf in leaves(one) if leaf.path == path), "")
-        unit = "" if unit in (" 1", " SI") else unit
+        unit = next((behind(leaf.about.unit) for one in scenes for leaf in leaves(one) if leaf.path == path), "")
         found = [(f"{path} = {float(v):.6g}{unit}", one) for v, one in zip(values, scenes, strict=True)]
         for _, one in found:
             check(one)

@@ -23,7 +23,7 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._part import leaves
 from .._base._progress import Progress
-from .._base._quantity import Quantity
+from .._base._quantity import Quantity, behind
 from .._parts._scene import Scene, faults, require_scene
 from .._physics._mechanism import Label
 from .._run._choice import stiffness
@@ -209,8 +209,8 @@ def _outside(path: str, array: np.ndarray, about: Quantity) -> list[Fault]:
     if len(bad) == 0:
         return []
     worst = array.reshape(len(array), -1)[tuple(bad[0])]
-    what = f"{worst:g} {about.unit} is out of range {_named(np.unique(bad[:, 0]))}"
-    return [Fault(path, what, f"{about.meaning} must be {about.range} {about.unit}")]
+    what = f"{worst:g}{behind(about.unit)} is out of range {_named(np.unique(bad[:, 0]))}"
+    return [Fault(path, what, f"{about.meaning} must be {about.range}{behind(about.unit)}")]
 
 
 def _of_times(plan: Plan) -> list[Fault]:

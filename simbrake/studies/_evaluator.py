@@ -24,6 +24,7 @@ import numpy as np
 from .._base._compiling import DeviceJit, Packing, Program, compiled, pack
 from .._base._faults import Fault, InputError
 from .._base._part import leaves
+from .._base._quantity import behind
 from .._parts._scene import Scene, require_scene
 from .._run._edit import with_values
 from .._run._measure import Metric, measure, name_of
@@ -257,7 +258,7 @@ def box_of(
             continue
         if leaf is not None and not np.all(leaf.about.admits(low) & leaf.about.admits(high)):
             worst = np.append(low, high)[~leaf.about.admits(np.append(low, high))][0]
-            what = f"the bound {worst:g} {leaf.about.unit} is out of range"
+            what = f"the bound {worst:g}{behind(leaf.about.unit)} is out of range"
             found.append(Fault(path, what, f"must be {leaf.about.range}"))
         if value is None:
             found.append(Fault(path, "has no one value in the scene", "give its start value"))

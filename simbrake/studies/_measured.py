@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._faults import MOST_BYTES_OF_TABLE, Fault, InputError, text_of_file
+from .._base._quantity import behind
 from .._base._table import Tabular, Unit, plain, spelled, to_si, unit
 from .._parts._scene import Scene
 from .._run._measure import Metric, check_metrics, name_of, unit_of
@@ -146,9 +147,10 @@ class Measured(Tabular):
 
     def parts(self) -> Iterator[str]:
         for part in self.points:
+            mark = f" [{part.unit}]" if behind(part.unit) else ""
             span = f"{part.t.size} values, t = {part.t.min():.6g}…{part.t.max():.6g} s"
-            yield f"{part.name} [{part.unit}]: {span}, {_spread(part.sigma)}"
-        yield from (f"{one.name} = {one.value:.6g} {one.unit}, {_spread(one.sigma)}" for one in self.singles)
+            yield f"{part.name}{mark}: {span}, {_spread(part.sigma)}"
+        yield from (f"{one.name} = {one.value:.6g}{behind(one.unit)}, {_spread(one.sigma)}" for one in self.singles)
         if not self.count:
             yield "nothing measured"
 

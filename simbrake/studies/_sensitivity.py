@@ -15,6 +15,7 @@ from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._part import Leaf, leaves
 from .._base._progress import Waiting, waiting
+from .._base._quantity import behind
 from .._base._table import Column, Table, Tabular
 from .._parts._scene import Scene
 from .._physics._mechanism import Label
@@ -215,7 +216,7 @@ class SensitivityTable(Tabular):
 
     def parts(self) -> Iterator[str | Table]:
         """The single entries of lists are left out, parameters without influence only counted."""
-        yield f"{self.metric} = {self.value:.8g} {self.unit}"
+        yield f"{self.metric} = {self.value:.8g}{behind(self.unit)}"
         shown = self.matters[:_SHOWN]
         ends = any(row.low is not None or row.high is not None for row in shown)
         columns = [Column("path", heading="parameter p", left=True), Column("value", show=".6g"), "unit"]

@@ -12,7 +12,7 @@ import numpy as np
 
 from .._base._faults import Fault
 from .._base._part import leaves
-from .._base._quantity import Quantity
+from .._base._quantity import Quantity, behind
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, faults, require_scene
 from .._run._edit import with_values
@@ -188,8 +188,8 @@ def _faults_of_range(path: str, distribution: Distribution, about: Quantity) -> 
         above = float(1.0 - distribution.cdf(about.high))
     if not below + above > 0.0:
         return []
-    unit = "" if about.unit == "1" else f" {about.unit}"
-    problem = f"is out of range with probability {below + above:.2g}: {about.meaning} must be {about.range}{unit}"
+    problem = f"is out of range with probability {below + above:.2g}: {about.meaning} must be {about.range}"
+    problem += behind(about.unit)
     return [Fault(path, problem, _cut(distribution, about))]
 
 
