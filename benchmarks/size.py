@@ -85,16 +85,17 @@ class Programs(NamedTuple):
 
 
 class Subject(NamedTuple):
-    """A scene and the method of its run; `None`: the one that `simulate` chooses."""
+    """A scene, the method of its run (`None`: the one that `simulate` chooses), and room for its attempts."""
 
     title: str
     scene: Callable[[], sb.Scene]
     solver: Any
+    room: int = STRETCH
 
     def programs(self) -> Programs:
         scene = self.scene()
-        numbers, packing = pack((scene, np.asarray(RTOL), np.asarray(np.inf), np.asarray(10_000, np.int32)))
-        run = run_of_numbers(packing, method_of(scene, solver_of(scene, self.solver)), STRETCH)
+        numbers, packing = pack((scene, np.asarray(RTOL), np.asarray(np.inf), np.asarray(20_000, np.int32)))
+        run = run_of_numbers(packing, method_of(scene, solver_of(scene, self.solver)), self.room)
         return Programs(*_flat(*assemble(scene)), run, numbers)
 
 
@@ -118,9 +119,9 @@ def _case(name: str, solver: Any) -> Subject:
     return Subject(CASES[name].title, CASES[name].simbrake, solver)
 
 
-def _scenario(name: str, title: str, solver: Any = None) -> Subject:
+def _scenario(name: str, title: str, solver: Any = None, room: int = STRETCH) -> Subject:
     scene = functools.cache(lambda: runpy.run_path(str(ROOT / "scenarios" / f"{name}.py"))["scene"]())
-    return Subject(title, scene, solver)
+    return Subject(title, scene, solver, room)
 
 
 #: every kind of brake that has a system of equations of its own, rigid bands with all methods; loads and duties
@@ -138,7 +139,7 @@ SCENES: dict[str, Subject] = {
     "shoes": _scenario("double_shoe_stop", "double-shoe brake"),
     "bands": _scenario("unequal_bands", "two bands that differ, a rim each"),
     "lowering": _scenario("drag_lowering", "a load lowered at a given speed, with heat and fade"),
-    "stands": _scenario("tripping_30_stands", "thirty stands in phases, walls, contacts that open"),
+    "stands": _scenario("tripping_30_stands", "thirty stands in phases, walls, contacts that open", room=16_384),
 }
 
 
