@@ -111,16 +111,17 @@ def draw(path: str) -> None:
     commits = list(dict.fromkeys(row["commit"] for row in history))
     figure, panels = plt.subplots(len(DRAWN), 1, figsize=(8, 10), sharex=True, layout="constrained")
     for panel, (column, title) in zip(panels, DRAWN.items(), strict=True):
-        for name in dict.fromkeys(row["scene"] for row in history):
+        for i, name in enumerate(dict.fromkeys(row["scene"] for row in history)):
             own = [row for row in history if row["scene"] == name]
             first = float(own[0][column])
             at, values = [commits.index(row["commit"]) for row in own], [float(row[column]) / first for row in own]
-            panel.plot(at, values, "o-", ms=3, label=name)
+            # (there are ten colours)
+            panel.plot(at, values, "o-" if i < 10 else "s--", ms=3, label=name)
         panel.set_title(f"{title}, over the first row of each scene", loc="left", fontsize=9)
         panel.grid(alpha=0.3)
     panels[-1].set_xticks(range(len(commits)), commits, rotation=45)
     panels[-1].set_xlabel("commit")
-    panels[0].legend(ncols=4, fontsize=8, loc="upper left", bbox_to_anchor=(0, 1.7))
+    figure.legend(*panels[0].get_legend_handles_labels(), ncols=6, fontsize=8, loc="outside upper left")
     figure.savefig(path, dpi=150)
 
 
