@@ -10,15 +10,27 @@ def main(arguments: list[str] | None = None) -> None:
     """Entry point of the `simbrake` command. While it loads, Ctrl-C ends it at once and without a traceback."""
     main_thread = threading.current_thread() is threading.main_thread()
     usual = main_thread and signal.getsignal(signal.SIGINT) is signal.default_int_handler
+    hook = sys.unraisablehook
     try:
         if usual:
             signal.signal(signal.SIGINT, _quit)
+            sys.unraisablehook = _raise_again
         from ._commands._cli import main as run
 
         run(arguments)
     finally:
         if usual:
             signal.signal(signal.SIGINT, signal.default_int_handler)
+            sys.unraisablehook = hook
+
+
+def _raise_again(lost: "sys.UnraisableHookArgs") -> None:
+    """A Ctrl-C that came in a callback of the garbage collector (JAX has one), where Python drops it, comes again."""
+    if lost.exc_type is KeyboardInterrupt:
+        # (raised here it would be lost as well)
+        threading.Timer(0.01, os.kill, (os.getpid(), signal.SIGINT)).start()
+    else:
+        sys.__unraisablehook__(lost)
 
 
 def _quit(*_: object) -> None:

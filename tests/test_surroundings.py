@@ -6,6 +6,7 @@ What is promised in `docs/promises.md` is tried here; the cache has `test_cache.
 import ast
 import contextlib
 import errno
+import gc
 import multiprocessing
 import os
 import pathlib
@@ -23,7 +24,9 @@ import pytest
 from helpers import main, stop_scene
 
 import simbrake as sb
+from simbrake import __main__ as program
 from simbrake._base import _compiling, _faults
+from simbrake._commands import _cli
 from simbrake._run import _simulate
 from simbrake.studies import _chunks, _ensemble
 
@@ -302,6 +305,33 @@ def test_interrupted_while_it_loads_there_is_no_traceback():
         # (before simbrake is known to Python, nobody listens)
         assert "_commands" not in said, (delay, said)
         assert "jax" not in said, (delay, said)
+
+
+@pytest.mark.usefixtures("heard")
+def test_ctrl_c_in_a_callback_of_the_garbage_collector_is_not_lost(monkeypatch, capfd):
+    pressed = []
+
+    def press(phase, info):
+        if not pressed:
+            pressed.append(phase)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    def work(arguments):
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        gc.callbacks.append(press)
+        try:
+            gc.collect()
+            time.sleep(30.0)
+        finally:
+            gc.callbacks.remove(press)
+
+    monkeypatch.setattr(_cli, "main", work)
+    before = sys.unraisablehook
+    with pytest.raises(KeyboardInterrupt):
+        program.main([])
+    assert pressed
+    assert sys.unraisablehook is before
+    assert capfd.readouterr().err == ""
 
 
 # --- outputs that are closed or full ----------------------------------------------------------------------------------
