@@ -18,6 +18,12 @@ def main(arguments: list[str] | None = None) -> None:
         from ._commands._cli import main as run
 
         run(arguments)
+    except SystemExit as ended:
+        if arguments is None and ended.code == 130:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            os._exit(130)  # a compilation that was interrupted may crash the end of the interpreter
+        raise
     finally:
         if usual:
             signal.signal(signal.SIGINT, signal.default_int_handler)

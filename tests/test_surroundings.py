@@ -308,6 +308,20 @@ def test_interrupted_while_it_loads_there_is_no_traceback():
 
 
 @pytest.mark.usefixtures("heard")
+@pytest.mark.parametrize("delay", [1.5, 2.5])
+def test_interrupted_while_it_compiles_it_says_so(delay, tmp_path):
+    """And ends itself: the end of the interpreter under a compilation that was interrupted may crash."""
+    environment = os.environ | {"SIMBRAKE_CACHE_DIR": str(tmp_path)}
+    started = command("run", "scenarios/tripping_30_stands.py", env=environment)
+    time.sleep(delay)
+    started.send_signal(signal.SIGINT)
+    _, said = started.communicate(timeout=60)
+    assert started.returncode == 130
+    assert said.startswith("simbrake: interrupted")
+    assert said.count("\n") == 1
+
+
+@pytest.mark.usefixtures("heard")
 def test_ctrl_c_in_a_callback_of_the_garbage_collector_is_not_lost(monkeypatch, capfd):
     pressed = []
 

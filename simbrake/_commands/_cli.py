@@ -168,6 +168,7 @@ def _version() -> str:
 
 app = cyclopts.App(
     name="simbrake",
+    suppress_keyboard_interrupt=False,  # `main` tells of it
     help="""Dynamic simulator of band-shoe brakes of drilling drawworks: stick and slip of every lining, heat, events,
     and derivatives of all results. A scene is a file: a brake, its duty and its initial state. First steps:
 
