@@ -94,7 +94,7 @@ class Subject(NamedTuple):
 
     def programs(self) -> Programs:
         scene = self.scene()
-        numbers, packing = pack((scene, np.asarray(RTOL), np.asarray(np.inf), np.asarray(20_000, np.int32)))
+        numbers, packing = pack((scene, np.asarray(RTOL), np.asarray(np.inf), np.asarray(self.room, np.int32)))
         run = run_of_numbers(packing, method_of(scene, solver_of(scene, self.solver)), self.room)
         return Programs(*_flat(*assemble(scene)), run, numbers)
 

@@ -16,7 +16,7 @@ from jaxtyping import Float, Int
 from ..hybrid._arrays import Array
 from ._compiling import warn_of_untested_jax
 from ._faults import Fault
-from ._table import to_si, unit
+from ._table import pretty, to_si, unit
 
 if TYPE_CHECKING:
     Scalar = Values = Any  # accepted inputs: a number, a list, an array
@@ -217,7 +217,7 @@ def shown(value: object) -> str:
 
 def behind(unit: str) -> str:
     """A unit as it follows a number in a message: a pure number has none."""
-    return "" if unit in ("1", "SI", "") else f" {unit}"
+    return f" {unit}" if pretty(unit) else ""
 
 
 def example(si: str) -> str:
