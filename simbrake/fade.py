@@ -11,6 +11,7 @@ import numpy as np
 from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Float
 
+from ._base._corners import clipped
 from ._base._faults import Fault
 from ._base._part import Part, part, quantity
 from ._base._quantity import Over, Scalar
@@ -74,12 +75,60 @@ else:
 Bounds: TypeAlias = tuple[Float[Array, ""], Float[Array, ""]]
 
 
-def interpolated(x: Array, at: Array, values: Array) -> Array:
-    """A monotone cubic through `values` (k,) at the places `at` (k,)."""
-    import interpax  # a slow import, needed by tables only
+def _alike(a: Array, b: Array) -> Array:
+    """Whether two chords have one sense.
 
-    with jax.numpy_dtype_promotion("standard"):  # the library mixes integers and floats
-        return interpax.interp1d(x, at, values, method="monotonic")
+    One of 0 counts as rising at both of its ends: these are then on the same side of the corner. Two of 0 differ, as
+    the value between them moves them apart, whichever way.
+    """
+    return ((a >= 0) == (b >= 0)) & ((a != 0) | (b != 0))
+
+
+def _end_slope(h: tuple[Array, Array], chord: tuple[Array, Array]) -> Array:
+    """Slope at an end by the parabola through three points, the nearer interval and chord first.
+
+    It is 0 where the parabola would leave the sense of the first chord. A second chord of the other sense is left out:
+    the slope then depends on the values like a straight line wherever both chords are 0, as on a plateau.
+    """
+    alike = _alike(*chord)
+    slope = ((2 * h[0] + h[1]) * chord[0] - h[0] * jnp.where(alike, chord[1], 0.0)) / (h[0] + h[1])
+    return jnp.where(alike & (slope * chord[0] <= 0), 0.0, slope)
+
+
+def _node_slopes(h: Array, chord: Array) -> Array:
+    """Slopes (k,) of a monotone cubic at its points, for the intervals `h` (k − 1,) and the slopes of their chords.
+
+    Inside the weighted harmonic mean of both chords, 0 where they differ in sense or one of them is 0.
+    """
+    if h.shape[0] == 1:
+        return jnp.concatenate([chord, chord])
+    before, after = 2 * h[1:] + h[:-1], h[1:] + 2 * h[:-1]
+    alike = _alike(chord[:-1], chord[1:])
+    whole = jnp.where(alike, before * chord[1:] + after * chord[:-1], 1.0)
+    inside = jnp.where(alike, (before + after) * (chord[:-1] * chord[1:]) / whole, 0.0)
+    first, last = (_end_slope((h[a], h[b]), (chord[a], chord[b])) for a, b in ((0, 1), (-1, -2)))
+    return jnp.concatenate([first[None], inside, last[None]])
+
+
+def interpolated(x: Array, at: Array, values: Array) -> Array:
+    """A monotone cubic through `values` (k,) at the places `at` (k,), for `x` (n,) between the first and the last.
+
+    Its derivatives by values and places are those of one side at ties, as on a plateau of equal values.
+
+    Reference: F. N. Fritsch, J. Butland, *SIAM J. Sci. Stat. Comput.* 5 (1984) 300; ends: C. Moler, *Numerical
+    Computing with MATLAB* (2004), section 3.6.
+    """
+    h = jnp.diff(at)
+    chord = jnp.diff(values) / h
+    d = _node_slopes(h, chord)
+    square, cube = (3 * chord - 2 * d[:-1] - d[1:]) / h, (d[:-1] + d[1:] - 2 * chord) / (h * h)
+    pieces = jnp.stack([at[:-1], values[:-1], d[:-1], square, cube], axis=1)
+    # a product with a mask in place of indexed loads, which are slow in a loop and backwards
+    passed = jnp.sum(x[:, None] >= at[None, 1:-1], axis=1, dtype=jnp.int32)
+    here = passed[:, None] == jnp.arange(h.shape[0], dtype=jnp.int32)
+    start, value, slope, square, cube = (here.astype(jnp.float64) @ pieces).T
+    s = x - start
+    return value + s * (slope + s * (square + s * cube))
 
 
 def is_table(at: Scalar, values: Scalar) -> bool:
@@ -184,7 +233,7 @@ class TabulatedFade(AbstractFactor):
 
     def factor(self, contact: AnyContact) -> Float[Array, "..."]:
         T, values = jnp.asarray(self.temperature), jnp.asarray(self.values)
-        here = jnp.clip(jnp.asarray(contact.T), T[0], T[-1])
+        here = clipped(contact.T, T[0], T[-1])
         return interpolated(here.reshape(-1), T, values).reshape(here.shape)
 
     def faults(self, path: str) -> list[Fault]:

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Bool, Float, PyTree
 
 from ._base._compiling import per_structure, read_by
+from ._base._corners import clipped, greater, lesser
 from ._base._faults import Fault, InputError
 from ._base._part import Part, part, quantity, short_for
 from ._base._quantity import Over, Scalar
@@ -403,7 +404,8 @@ class TabulatedFriction(AbstractFriction):
     - `static_ratio`: `f_s / f(0) ≥ 1`
 
     Beyond the last speed the last coefficient holds (not extrapolated). The interpolant has a continuous
-    slope, so that the table's knots need no step ends. One table serves all linings.
+    slope, so that the table's knots need no step ends. One table serves all linings. Where two neighbours are equal the
+    interpolant has a corner as a function of them: derivatives by such coefficients are those of one side.
 
     Example:
         >>> sb.friction.TabulatedFriction([0.0, 5.0], [0.4, 0.35])
@@ -416,9 +418,8 @@ class TabulatedFriction(AbstractFriction):
 
     def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
         speed, coefficient = jnp.asarray(self.speed), jnp.asarray(self.coefficient)
-        # (no clip: at v = 0, where slip begins, it would halve the slope)
-        v = jnp.where(contact.v >= 0, jnp.minimum(contact.v, speed[-1]), 0.0)
-        return interpolated(v, speed, coefficient)
+        v = clipped(contact.v, 0.0, speed[-1])
+        return interpolated(v.reshape(-1), speed, coefficient).reshape(v.shape)
 
     def static(self, contact: AnyContact) -> Float[Array, "..."]:
         return jnp.asarray(self.coefficient[..., 0] * self.static_ratio)
@@ -510,7 +511,7 @@ def _common_range(*parts: AbstractFriction | AbstractFactor) -> Bounds | None:
         return None
     low, high = bounds[0]
     for one in bounds[1:]:
-        low, high = jnp.maximum(low, one[0]), jnp.minimum(high, one[1])
+        low, high = greater(low, one[0]), lesser(high, one[1])
     return low, high
 
 

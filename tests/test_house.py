@@ -100,7 +100,7 @@ def test_only_plots_import_matplotlib():
 
 def test_importing_loads_nothing_that_a_run_does_not_need():
     """Half a second each: pictures, tables, units, reports and SciPy are loaded by those who use them."""
-    heavy = ("matplotlib", "scipy", "xarray", "pandas", "pint", "jinja2", "pyarrow", "interpax", "cyclopts", "SALib")
+    heavy = ("matplotlib", "scipy", "xarray", "pandas", "pint", "jinja2", "pyarrow", "cyclopts", "SALib")
     names = ("studies", "formulas", "published", "layouts", "checks", "_pages")
     unused = tuple(f"simbrake.{name}" for name in names)
     program = "import sys, simbrake as sb; sb.Scene, sb.Brake, sb.simulate; print("

@@ -24,7 +24,7 @@ TESTED = [
     if not text.startswith("simbrake")
 ]
 #: packages whose minor releases change interfaces that simbrake uses
-MINOR = {"jax", "diffrax", "equinox", "optimistix", "jaxtyping", "interpax", "pint"}
+MINOR = {"jax", "diffrax", "equinox", "optimistix", "jaxtyping", "pint"}
 
 
 def bounds(requirement: Requirement, operator: str) -> list[str]:

@@ -41,8 +41,8 @@ DEFAULT_SIZE = 512.0
 _MAGIC = b"simbrake cache 1\n"
 _DIGEST = hashlib.sha256().digest_size
 #: packages of whose classes and functions everything is known by their versions
-_KNOWN = ("simbrake", "jax", "jaxlib", "numpy", "equinox", "diffrax", "interpax", "jaxtyping", "builtins", "functools")
-_VERSIONS = ("jax", "jaxlib", "numpy", "equinox", "diffrax", "interpax")
+_KNOWN = ("simbrake", "jax", "jaxlib", "numpy", "equinox", "diffrax", "jaxtyping", "builtins", "functools")
+_VERSIONS = ("jax", "jaxlib", "numpy", "equinox", "diffrax")
 
 _log = logging.getLogger("simbrake")
 

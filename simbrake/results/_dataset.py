@@ -233,7 +233,7 @@ def _numbers(result: Result) -> Variables:
 
 # --- provenance ----------------------------------------------------------------------------------------------------
 
-PACKAGES = ("jax", "jaxlib", "diffrax", "equinox", "interpax", "numpy", "scipy")
+PACKAGES = ("jax", "jaxlib", "diffrax", "equinox", "numpy", "scipy")
 
 
 def provenance(result: Result) -> dict[str, Any]:
