@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from ._base._corners import clipped
 from ._base._faults import Fault, InputError
 from ._base._part import Part, as_part, part, quantity, short_for, whole
 from ._base._quantity import Quantity, Scalar, in_si
@@ -368,4 +369,4 @@ class PhaseEnd(NamedTuple):
 def held_within(torque: Array, gain: Array, greatest: Array) -> Array:
     """Slack tension (N) for a brake torque (N·m) and the torque per newton of it (m), 0 … `greatest`."""
     grips = gain > 0
-    return jnp.where(grips, jnp.clip(torque / jnp.where(grips, gain, 1.0), 0.0, greatest), greatest)
+    return jnp.where(grips, clipped(torque / jnp.where(grips, gain, 1.0), 0.0, greatest), greatest)

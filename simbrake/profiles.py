@@ -155,11 +155,21 @@ def next_known_time(
     return time - jax.lax.stop_gradient(late), turns
 
 
+def jump_times(times: Float[Array, " n"]) -> Float[Array, " n"]:
+    """The times of a profile's points, where the second of two equal ones has the derivative of their mean.
+
+    The values between the two points of a jump are those of a line, however steep: moving one of the points moves the
+    mean by half.
+    """
+    before = jnp.concatenate([times[:1], times[:-1]])
+    return jnp.where(times > before, times, 0.5 * (before + times))
+
+
 def _next_of(times: Scalar, piece: Piece) -> Float[Array, "..."] | float:
     """The time that ends the piece, `inf` after the last."""
     if not np.shape(times)[0]:
         return jnp.inf
-    times = jnp.append(jnp.asarray(times), jnp.inf)
+    times = jnp.append(jump_times(jnp.asarray(times)), jnp.inf)
     # (at equal times a minimum of those not yet passed would share the derivative)
     return jnp.sum(jnp.where(jnp.arange(times.shape[0], dtype=jnp.int32) == piece, times, 0.0))
 
@@ -256,7 +266,11 @@ class PiecewiseLinear(AbstractPoints):
         turn = jnp.diff(jnp.concatenate([zero, _slopes(rise, span), zero]))
         jump = jnp.concatenate([zero, jnp.where(span > 0, 0.0, rise)])
         passed = jnp.arange(times.shape[0], dtype=jnp.int32) < piece
-        return jnp.sum(jnp.where(passed, (lag * turn - jump) * jnp.exp(jnp.where(passed, times - t, 0.0) / lag), 0.0))
+
+        def left(of: Array) -> Array:
+            return jnp.exp(jnp.where(passed, of - t, 0.0) / lag)
+
+        return jnp.sum(jnp.where(passed, lag * turn * left(times) - jump * left(jump_times(times)), 0.0))
 
     def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
         return _next_of(self.times, piece)
@@ -309,6 +323,12 @@ class Repeated(AbstractPoints):
     def knot_count(self) -> int:
         return self.count * int(np.shape(self.times)[0])
 
+    def _jump_times(self) -> Float[Array, " k"]:
+        """`jump_times` of a cycle, the jump from one cycle to the next included."""
+        times = jnp.asarray(self.times)
+        since = jnp.roll(jnp.diff(times, append=self.period + times[:1]), 1)
+        return jnp.where(since > 0, times, times - 0.5 * since)
+
     def value(self, t: Real, piece: Piece) -> Real:
         times, values = jnp.asarray(self.times), jnp.asarray(self.values)
         k = times.shape[0]
@@ -329,20 +349,27 @@ class Repeated(AbstractPoints):
         piece = jnp.clip(jnp.asarray(piece, jnp.int32), 0, self.knot_count)
         often = (piece + k - 1 - jnp.arange(k, dtype=jnp.int32)) // k
         count = often.astype(jnp.float64)
-        age = jnp.where(often > 0, t - (self.begin + (count - 1) * self.period + times), 0.0)
+
+        def left(of: Array) -> Array:
+            age = jnp.where(often > 0, t - (self.begin + (count - 1) * self.period + of), 0.0)
+            return jnp.exp(-age / lag)
+
         ratio = -self.period / lag
         series = jnp.expm1(count * ratio) / jnp.expm1(ratio)  # (0 of a point not passed)
-        found = jnp.sum((lag * (slope - jnp.roll(slope, 1)) - jump) * jnp.exp(-age / lag) * series)
+        jumps = self._jump_times()
+        found = jnp.sum((lag * (slope - jnp.roll(slope, 1)) * left(times) - jump * left(jumps)) * series)
         # before the first cycle and after the last one it is constant
-        first, last = t - (self.begin + times[0]), t - (self.begin + (self.count - 1.0) * self.period + times[-1])
+        last = t - (self.begin + (self.count - 1.0) * self.period + times[-1])
         begun, over = piece > 0, piece == self.knot_count
-        found += jnp.where(begun, (lag * slope[-1] + jump[0]) * jnp.exp(-jnp.where(begun, first, 0.0) / lag), 0.0)
+        for part, of in ((lag * slope[-1], times), (jump[0], jumps)):
+            found += jnp.where(begun, part * jnp.exp(-jnp.where(begun, t - (self.begin + of[0]), 0.0) / lag), 0.0)
         return found - jnp.where(over, lag * slope[-1] * jnp.exp(-jnp.where(over, last, 0.0) / lag), 0.0)
 
     def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
         times, piece = jnp.asarray(self.times), jnp.asarray(piece, jnp.int32)
         k = times.shape[0]
         here = jnp.arange(k, dtype=jnp.int32) == piece % k
+        times = jnp.where(piece > 0, self._jump_times(), times)  # (no jump leads to the first point of all)
         t = self.begin + (piece // k).astype(jnp.float64) * self.period + _picked(times, here)
         return jnp.where(piece < self.knot_count, t, jnp.inf)
 

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, PyTree
 
+from ._base._corners import greater
 from ._base._faults import Fault, InputError
 from ._base._part import Part, faults_of_sizes, leaves, part, quantity, short_for
 from ._base._quantity import Over, Scalar
@@ -93,7 +94,7 @@ class LinearWear(AbstractWearRate):
 
     def at(self, T: Temperature) -> Float[Array, "..."]:
         k = jnp.asarray(self.coefficient)
-        return k if T is None else k * jnp.maximum(1 + self.slope * (T - self.reference), 0.0)
+        return k if T is None else k * greater(1 + self.slope * (T - self.reference), 0.0)
 
 
 class ExponentialWear(AbstractWearRate):
@@ -164,7 +165,7 @@ class ThresholdWear(AbstractWearRate):
 
     def at(self, T: Temperature) -> Float[Array, "..."]:
         k = jnp.asarray(self.coefficient)
-        hot = self.threshold if T is None else jnp.maximum(T, self.threshold)
+        hot = self.threshold if T is None else greater(T, self.threshold)
         return k * jnp.exp(self.energy / GAS_CONSTANT * (1 / self.threshold - 1 / hot))
 
 

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, PyTree
 
+from .._base._corners import greater, lesser
 from ..brakes._band import LiningForces
 from ..friction import SurfaceState
 from ..hybrid._arrays import Array
@@ -268,7 +269,7 @@ class AbstractElasticBand(AbstractBand):
         takes_up = was_slack & (found.omega > 0) & takes_up & ~((old == TAKE_UP) & fired[1])
         low, high = jnp.where(locked, 0.0, rest.lower), jnp.where(locked, jnp.inf, rest.upper)
         # the lever itself draws a slack band tight on a pulley that does not run into it
-        tension = jnp.where(was_slack & (found.omega <= 0), jnp.maximum(tension, low), tension)
+        tension = jnp.where(was_slack & (found.omega <= 0), greater(tension, low), tension)
         if new.pieces[0] is not None:  # late in a run the time breakpoints themselves are rounded
             steepest = jnp.maximum(jnp.abs(acting.pull), jnp.abs(now.acting.pull))
             rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(locked, 1.0, rest.limit.other)
@@ -308,9 +309,9 @@ class AbstractElasticBand(AbstractBand):
             limit = self.wrap.limit(T_0, v, surfaces[0], back, ~sliding)
             upper = T_0 * limit.ratio
             low, high = jnp.where(locked, 0.0, T_0 / limit.other), jnp.where(locked, jnp.inf, upper)
-            drawn = jnp.maximum(tension, low)
+            drawn = greater(tension, low)
             resting = jnp.where(held, jnp.where(drawn_tight, drawn, tension), jnp.where(sliding, upper, kept))
-            T_n = jnp.where(elastic, jnp.minimum(drawn, high), resting)
+            T_n = jnp.where(elastic, lesser(drawn, high), resting)
             drift = T_n / C - x
             heat = drift * (T_0 - 0.5 * (C * x + T_n))
             return own._replace(x=T_n / C), T_0 * drift, (heat, *(jnp.zeros_like(heat) for _ in self.pairs[1:]))

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, PyTree
 
+from .._base._corners import lesser
 from ..hybrid import CORE
 from ..hybrid._arrays import Array
 from ..hybrid._system import Instant
@@ -109,7 +110,7 @@ class BrakeUnderRope(BrakeSystem):
 
     def _margins_beside(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> dict[str, Array]:
         rope = z.rope
-        longer = jnp.minimum(self.stiffness * rope.stretch, rope.taut_force)
+        longer = lesser(self.stiffness * rope.stretch, rope.taut_force)
         margin = jnp.where(mode.taut == 1, rope.taut_force, -longer) / rope.weight
         return {**super()._margins_beside(t, y, mode, z), "rope": margin}
 

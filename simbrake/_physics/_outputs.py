@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from ..hybrid import smallest
 from ..hybrid._arrays import Array
 from ..thermal._heat import place_count
 from ._brake import LEVER, LOAD, BrakeSystem, piece_of
@@ -46,7 +47,7 @@ def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Array,
     load = system.load_torque(t, jnp.zeros_like(y.omega), mode, y)
     way = jnp.where(load < 0, -1.0, 1.0)
     pairs = system.mechanism.capacity(tension, way, y.own, surfaces, static=True)
-    return jnp.abs(load), jnp.min(pairs)
+    return jnp.abs(load), smallest(pairs)
 
 
 def driving(system: BrakeSystem, t: Array, omega: Array, mode: Mode) -> Array:
@@ -101,7 +102,7 @@ def terminal_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Float
 
     def net(speed: Array) -> Array:
         omega = sense * speed
-        held = jnp.min(system.mechanism.capacity(T_0, omega, y.own, surfaces))
+        held = smallest(system.mechanism.capacity(T_0, omega, y.own, surfaces))
         return driving(system, t, omega, mode) - jnp.where(mode.band == OPEN, 0.0, held)
 
     return jnp.where(led, jnp.inf, stable_speed(net, jnp.abs(y.omega)))

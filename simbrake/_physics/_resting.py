@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Bool, Float, Int
 
+from .._base._corners import clipped
 from ..hybrid._arrays import Array
 
 _GRID, _ROUNDS, _NEWTON = 32, 3, 4
@@ -51,7 +52,7 @@ def resting_tensions(r: Resting, T_0: Float[Array, ""], share: Float[Array, ""])
     """Tensions `T_1…T_n` for a share `θ` of the grip on the rim."""
 
     def lining(before: Array, one: Resting) -> tuple[Array, Array]:
-        T = jnp.clip(unbounded(one, before, share), before / one.mu, before * one.mu)
+        T = clipped(unbounded(one, before, share), before / one.mu, before * one.mu)
         T = jnp.where(one.fixed, T, one.gain * before + one.offset)
         return T, T
 

@@ -35,6 +35,11 @@ def rests(mode: Mode) -> Any:
     return still if inner is None else still & (inner == 0)
 
 
+def borne_at_rest(load: Array, limit: Array) -> Array:
+    """`clip(load, ±limit)`, with derivatives of one side also where `limit` is 0: without a load it stays 0."""
+    return jnp.where(jnp.abs(load) < limit, load, jnp.sign(load) * limit)
+
+
 class Shaft(eqx.Module):
     """Torques beside the brake.
 
@@ -72,14 +77,14 @@ class Shaft(eqx.Module):
         if not self.dry:
             each = tuple(torque for _, torque in found)
             return ShaftNow(each, loads[0] - sum(each[1:], start=each[0]))
-        limit = sum(torque for dry, torque in found if dry)
+        limit = jnp.asarray(sum(torque for dry, torque in found if dry))
         sense, inner = mode.sense, getattr(mode.own, "inner", None)
         if not isinstance(mode.band, Sliding):
             sense = jnp.where(mode.band == OPEN, mode.turn, sense)
         if inner is not None:  # the sense of a staged brake is that of its bandage
             sense = jnp.where(inner == 0, sense, jnp.where(mode.turn == 0, inner, mode.turn))
         # with the band open the load is within the limit as long as the mode lasts
-        borne, still = jnp.where(mode.band == HELD, jnp.clip(load, -limit, limit), load), rests(mode)
+        borne, still = jnp.where(mode.band == HELD, borne_at_rest(load, limit), load), rests(mode)
         share = borne / jnp.where(limit > 0, limit, 1.0)
         share = jnp.where(still, share, sense.astype(share.dtype))
         each = tuple(share * torque if dry else torque for dry, torque in found)

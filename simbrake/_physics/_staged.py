@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from .._base._corners import clipped
 from ..brakes._band import limit_tensions, piece_of, tensions_on
 from ..brakes._design import Bandage
 from ..friction import SurfaceState, continued, reads
@@ -406,6 +407,6 @@ class StagedBrake(AbstractElasticBand):
         )
         piece = self.internal.holding_piece(tension, mu, sense, R_b, rim)
         T_n = self.internal.holding_tension(tension, mu, piece, sense, R_b, rim)
-        T_n = jnp.clip(T_n, tension / jnp.prod(mu), tension * jnp.prod(mu))
+        T_n = clipped(T_n, tension / jnp.prod(mu), tension * jnp.prod(mu))
         inner = self.internal.capacity(tension, tensions_on(tension, T_n, mu, piece), rim)
         return jnp.stack([outer, inner])

@@ -10,11 +10,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from .._base._corners import greater
 from .._phases import Ended
 from .._physics._mechanism import BandMode, BrakeCode, Label, events_of_change
 from ..brakes._band import grip, product, running_product, tension_ratio
 from ..brakes._design import Bandage, Brake, BrakeWords, under_a_band, unloaded
-from ..hybrid import Code, Record
+from ..hybrid import Code, Record, largest
 from ..hybrid._arrays import Array
 from ._probe import Entry, Number
 
@@ -527,7 +528,7 @@ def internal_slip_tension(
     touches = touch <= jnp.append(touch, 0.0)[:, None]
     left = jnp.sum(jnp.where(touches, pressed, 0.0), axis=1) - share * load_torque
     tension = left / jnp.where(slips, drive - jnp.sum(jnp.where(touches, grips, 0.0), axis=1), 1.0)
-    return jnp.where(slips, jnp.maximum(jnp.max(tension), 0.0), jnp.inf)
+    return jnp.where(slips, greater(largest(tension), 0.0), jnp.inf)
 
 
 def stages_of(record: Record, labels: list[Label]) -> list[Stage]:

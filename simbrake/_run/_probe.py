@@ -11,6 +11,7 @@ from jax.core import Tracer
 from jaxtyping import Float, Int, PyTree
 
 from .._base._compiling import DeviceJit
+from .._base._corners import greater
 from .._base._progress import piece
 from .._physics import _outputs as capacities
 from .._physics._brake import BrakeSystem
@@ -112,10 +113,10 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
         )
 
     flows, shown, margins, hot, passed, *others = jax.vmap(look)(t, y, mode)
-    greater = None
+    most = None
     if shown.tension is not None:
-        greater = jnp.maximum(shown.tension, tension_before(shown, flows.contact.slack_tension))
-    return Probe(t, y, mode, flows, shown, margins, greater, hot, passed, *others)
+        most = greater(shown.tension, tension_before(shown, flows.contact.slack_tension))
+    return Probe(t, y, mode, flows, shown, margins, most, hot, passed, *others)
 
 
 def probe_at(record: Record, index: Int[Array, " m"], h: Float[Array, " m"], *, still: bool = False) -> Probe:

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from .._base._corners import lesser
 from .._base._faults import Fault
 from .._base._part import Part, quantity, short_for
 from .._base._quantity import Over, Scalar, Values, as_number
@@ -150,7 +151,7 @@ def mobilised(
     forward = T_n >= T_0
     ahead = jnp.cumprod(mu)
     behind = jnp.append(jnp.cumprod(mu[::-1])[::-1][1:], 1.0)
-    tension = jnp.where(forward, jnp.minimum(T_0 * ahead, T_n), jnp.minimum(T_n * behind, T_0))
+    tension = jnp.where(forward, lesser(T_0 * ahead, T_n), lesser(T_n * behind, T_0))
     before = jnp.append(T_0, tension[:-1])
     slack = 1e-12 * jnp.maximum(T_0, T_n)
     limit_ahead = T_0 * ahead <= T_n + slack
@@ -504,7 +505,8 @@ class ContinuousLining(AbstractGeometry):
         slack = E_1 * self.slack_area / radius + E_2 * self.slack_lining_area / self.lining_radius
         tight = E_1 * self.tight_area / radius + E_2 * self.tight_lining_area / self.lining_radius
         # each element up to the split, and from there on
-        first = jnp.clip(self.split - (jnp.cumsum(angle) - angle), 0.0, angle)
+        ahead = self.split - (jnp.cumsum(angle) - angle)
+        first = jnp.where(ahead > 0, lesser(ahead, angle), 0.0)
         rest = angle - first
         before = jnp.exp(jnp.cumsum(f * angle) - f * angle)
         of_slack = before * first * _mean_rise(f * first)
