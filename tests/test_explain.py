@@ -345,8 +345,9 @@ def test_the_number_that_matters_in_each_duty():
 def test_what_changes_a_run_most(monkeypatch):
     """One percent of a parameter, one kelvin of a temperature; what nobody can change is left out."""
 
-    def row(path, value, unit, elasticity, derivative):
-        return SimpleNamespace(path=path, value=value, unit=unit, elasticity=elasticity, derivative=derivative)
+    def row(path, value, unit, elasticity, derivative, note=""):
+        numbers = {"value": value, "elasticity": elasticity, "derivative": derivative}
+        return SimpleNamespace(path=path, unit=unit, note=note, **numbers)
 
     rows = [
         row("x.gravity", 9.8, "m/s^2", 9.0, 9.0),
@@ -355,14 +356,14 @@ def test_what_changes_a_run_most(monkeypatch):
         row("f", 0.4, "1", -3.0, -30.0),
         row("none", 0.0, "N", 7.0, 1.0),
         row("odd", 1.0, "N", math.nan, 1.0),
-        row("r", 2.0, "m", 1.0, 2.0),
+        row("r", 2.0, "m", 1.0, 2.0, "one-sided: 2 below, 3 above"),
     ]
     table = SimpleNamespace(value=4.0, matters=rows)
     monkeypatch.setattr(_explain, "sensitivities", lambda *_, **__: table)
     (found,) = _explain._influence(told_of(duty=DutyKind.STOP), None)
     assert found.text == (
         "What changes the stopping time most: 1 K more of T (26.85 °C) −5 %; "
-        "1 % more of f (0.4) −3 %; 1 % more of r (2 m) 1 %."
+        "1 % more of f (0.4) −3 %; 1 % more of r (2 m) 1 % (one-sided derivative)."
     )
     assert found.numbers["metric"] == "stopping_time"
     assert found.numbers["parameters"]["f"] == {"elasticity": -3.0, "derivative": -30.0, "value": 0.4}

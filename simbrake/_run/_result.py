@@ -26,6 +26,7 @@ from .._physics._state import Capacity
 from ..hybrid import Record
 from ..hybrid._arrays import Array
 from ..thermal._heat import node_names
+from ._kinks import notes_on_derivatives
 from ._log import FAILURES, STATUS_MESSAGES, Events, Stage, Status, failure_of, status_of
 from ._metrics import HOLDING, METRICS, Peak, energies, stored_heat, worn_thickness
 from ._probe import Entry, end_capacity, ends_of, is_traced_run, lowers_steadily, probe_at, probe_many, runs_away
@@ -322,6 +323,18 @@ class Result:
         `simbrake.results.verdict` describes what it says.
         """
         return _above("_run._verdict").verdict(self, limits)
+
+    def derivative_notes(self) -> tuple[str, ...]:
+        """Where derivatives of this run are one-sided or end to hold, as far as the run itself shows it.
+
+        Jumps of a profile at the start, events that nearly coincide, several at one instant, and events that are only
+        just reached. `simbrake.sensitivity` compares with differences on both sides as well, parameter by parameter.
+
+        Example:
+            >>> result.derivative_notes()
+            ()
+        """
+        return notes_on_derivatives(self.scene, self.record)
 
     def plot(self) -> Any:
         """The run over time as a figure of Matplotlib: `simbrake.plot.stop`."""

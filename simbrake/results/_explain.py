@@ -421,7 +421,8 @@ def _influence(result: Result, told: Waiting) -> list[Finding]:
     def effect(row: Sensitivity) -> str:
         by = change(row)
         shown = number(by, "K", absolute=False, count=3) if hot else f"{digits(100 * by / table.value, 3)} %"
-        return f"{'1 K' if row.unit == 'K' else '1 %'} more of {row.path} ({number(row.value, row.unit)}) {shown}"
+        side = " (one-sided derivative)" if row.note.startswith("one-sided") else ""
+        return f"{'1 K' if row.unit == 'K' else '1 %'} more of {row.path} ({number(row.value, row.unit)}) {shown}{side}"
 
     numbers = {
         row.path: {"elasticity": row.elasticity, "derivative": row.derivative, "value": row.value} for row in rows

@@ -6,12 +6,8 @@ import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jax.flatten_util import ravel_pytree
 
-from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._part import Leaf, leaves
 from .._base._progress import Waiting, waiting
@@ -23,15 +19,11 @@ from .._run._edit import with_values
 from .._run._measure import Metric, check_metrics, happened, name_of, unit_of
 from .._run._report import labels_of
 from .._run._result import Result
-from ..hybrid import LANDED, STOPPED, Record
 from ..hybrid._arrays import Array
 from ._evaluator import Evaluator, Faults, Metrics, Paths, Solver, asked_of, values_of
+from ._sides import Slope, Slopes, compare_sides
 
 _ENDS = ("lower", "upper")
-#: two events within this share of a run are nearly simultaneous
-NEAR = 1e-6
-#: a guard is grazed if it passes 0 so slowly that its size of order one would take this many runs
-GRAZE = 1e4
 
 
 class Range(NamedTuple):
@@ -59,7 +51,7 @@ def look_around(
         values, words = zip(*(end_of_range(run, scene, metrics, usual) for scene in scenes), strict=True)
         ends[path] = np.stack(values)
         changes[path] = "; ".join(f"{name} bound: {what}" for name, what in zip(_ENDS, words, strict=True) if what)
-    return Range(ends, changes, (*near_ties(base.record), *passages(base.record)))
+    return Range(ends, changes, base.derivative_notes())
 
 
 def modes_of(result: Result) -> list[Label]:
@@ -83,64 +75,6 @@ def end_of_range(run: Evaluator, scene: Scene, metrics: Metrics, usual: list[Lab
     return values_of(result, metrics), what
 
 
-def near_ties(record: Record) -> list[str]:
-    """Events so close that a small change may exchange them."""
-    n = int(record.count)
-    t, kind = np.asarray(record.rows.t)[: n + 1], np.asarray(record.rows.kind)[:n]
-    at = np.flatnonzero((kind == LANDED) | (kind == STOPPED))
-    times, landed, whole = t[at + 1], kind[at] == LANDED, t[-1] - t[0]
-    found = []
-    for i in np.flatnonzero((np.diff(times) > 0) & (np.diff(times) < NEAR * whole)):
-        if landed[i] or landed[i + 1]:
-            what = "events" if landed[i] and landed[i + 1] else "an event and a corner of a given function"
-            words = f"{what} at {times[i]:.9g} s and {times[i + 1] - times[i]:.2g} s later nearly coincide"
-            found.append(f"{words}: derivatives are one-sided, valid until the two change their order")
-    return found
-
-
-def _approach(record: Record, index: Array) -> tuple[Array, Array, Array]:
-    """Times, rates (1/s) at which the guards that fired reached 0, and whether others reached 0 at the same instant.
-
-    Guards that move alike, as those of speed and slip under a steady lever, are one.
-    """
-    t, y = record.ends(index)
-    flat, span = record.flat, record.t_end - record.rows.t[0]
-
-    def one(t: Array, y: Any, i: Array) -> tuple[Array, Array]:
-        mode, fired = record.rows.mode[i], record.rows.guard[i]
-        packed = ravel_pytree(y)[0]
-        f = flat.rhs(t, packed, mode)
-        g, rate = jax.jvp(lambda t, y: flat.guards(t, y, mode), (t, packed), (jnp.ones_like(t), f))
-        normals = jnp.column_stack(jax.jacfwd(lambda t, y: flat.guards(t, y, mode), (0, 1))(t, packed))
-        size = jnp.linalg.norm(normals, axis=1)
-        alike = jnp.abs(normals @ normals[fired]) >= (1 - 1e-9) * size * size[fired]
-        together = ~alike & (rate < 0) & (jnp.abs(g) <= 1e-12 * jnp.abs(rate) * span)
-        return rate[fired], jnp.any(together)
-
-    return t, *jax.vmap(one)(t, y, index)
-
-
-_approaches = DeviceJit(_approach)
-
-
-def passages(record: Record) -> list[str]:
-    """Grazing events, and simultaneous events."""
-    record = record.compact()
-    t, kind = np.asarray(record.rows.t), np.asarray(record.rows.kind)[: int(record.count)]
-    index = np.flatnonzero(kind == LANDED)
-    if not len(index):
-        return []
-    padded = np.pad(index, (0, -len(index) % 16), mode="edge").astype(np.int32)
-    times, rates, together = (np.asarray(x)[: len(index)] for x in _approaches(record, padded))
-    whole = t[int(record.count)] - t[0]
-    slow = times[np.abs(rates) * whole * GRAZE < 1]
-    several = times[together]
-    return [
-        *(f"the event at {time:.9g} s is only just reached: a small change may remove it" for time in slow),
-        *(f"several thresholds are reached at {time:.9g} s: derivatives are one-sided there" for time in several),
-    ]
-
-
 #: an elasticity below this is rounding error
 _ROUNDING = 1e-13
 #: rows that are printed
@@ -156,7 +90,8 @@ class Sensitivity(NamedTuple):
       no value or was not evaluated
     - `tangent`: change of the metric over `half` along the derivative. What `high − M` and `M − low` differ from it by
       is the curvature: `½ (low + high) − M = ½ half² d²M/dp² + O(half⁴)`
-    - `note`: changes within the range that limit the validity of the derivative; empty if none
+    - `note`: whether the derivative is one-sided, or why there is none (`derivative` is then NaN); changes within the
+      range that limit its validity; empty if none
 
     A path that ends in `[:]` means all entries of a list: `value` is their mean, `derivative` that of one shift of
     all of them, `elasticity` and range those of one factor for all of them.
@@ -264,6 +199,9 @@ def sensitivity(
     Forward derivatives are taken one number at a time, reverse ones one metric at a time, whichever are fewer; either
     is one compiled program, which all scenes of a structure share.
 
+    Derivatives are compared with differences of whole runs on both sides: at a corner the derivative is that of one
+    side and noted as one-sided, where differences diverge there is none.
+
     Raises `InputError` for unknown paths and metrics, and where a metric has no value in this run (an event that did
     not occur has no derivative); `SimulationError` where the run fails.
 
@@ -289,10 +227,11 @@ def sensitivity(
         slopes = run(x)
         if slopes.code != 0 or not np.all(np.isfinite(slopes.values)):
             raise RuntimeError("the differentiated run ended before the plain one; please report this scene")
+        sides = compare_sides(run, base, metrics, chosen, values, slopes.jacobian, told)
         around = Range({}, {}, ()) if span is None else look_around(run, base, metrics, spans, told)
     tables = []
     for k, (one, value) in enumerate(zip(metrics.asked, values.tolist(), strict=True)):
-        rows = _rows(chosen, paths.values(slopes.jacobian[k]), value, spans, around, k)
+        rows = _rows(chosen, paths.values(slopes.jacobian[k]), value, spans, around, sides, k)
         tables.append(SensitivityTable(name_of(one), unit_of(one), value, rows, around.notes))
     return tables[0] if single else tables
 
@@ -336,6 +275,7 @@ def _rows(
     value: float,
     spans: Mapping[str, np.ndarray],
     around: Range,
+    sides: Slopes,
     k: int,
 ) -> tuple[Sensitivity, ...]:
     """Rows of one metric, lists as wholes and by their entries."""
@@ -344,17 +284,33 @@ def _rows(
         p, slope, about = np.asarray(leaf.value, np.float64), derivatives[leaf.path], leaf.about
         ends = around.ends[leaf.path][:, k].tolist() if leaf.path in around.ends else (np.nan, np.nan)
         low, high = (end if np.isfinite(end) else None for end in ends)
-        note = around.changes.get(leaf.path, "")
         half = tangent = None
         if leaf.path in spans:
             half, tangent = float(np.mean(spans[leaf.path])), float(np.sum(slope * spans[leaf.path]))
         with np.errstate(divide="ignore", invalid="ignore"):
             elasticity = slope * p / value
         whole = leaf.path if p.ndim == 0 else f"{leaf.path}[:]"
+        one = sides.get((k, leaf.path, () if p.ndim == 0 else None))
         sums = float(np.mean(p)), float(np.sum(slope)), float(np.sum(elasticity))
-        rows.append(Sensitivity(whole, about.unit, about.meaning, *sums, half, low, high, note, tangent))
+        sums, said = _corrected(sums, one, value)
+        tangent = tangent if np.isfinite(sums[1]) else None
+        notes = "; ".join(filter(None, (said, around.changes.get(leaf.path, ""))))
+        rows.append(Sensitivity(whole, about.unit, about.meaning, *sums, half, low, high, notes, tangent))
         for index in np.ndindex(p.shape) if p.ndim else ():
             entry = f"{leaf.path}[{', '.join(str(i) for i in index)}]"
             numbers = float(p[index]), float(slope[index]), float(elasticity[index])
-            rows.append(Sensitivity(entry, about.unit, about.meaning, *numbers))
+            numbers, said = _corrected(numbers, sides.get((k, leaf.path, index)), value)
+            rows.append(Sensitivity(entry, about.unit, about.meaning, *numbers, note=said))
     return tuple(sorted(rows, key=lambda row: -abs(row.elasticity) if np.isfinite(row.elasticity) else 0.0))
+
+
+def _corrected(
+    numbers: tuple[float, float, float], slope: Slope | None, value: float
+) -> tuple[tuple[float, float, float], str]:
+    """Value, derivative and elasticity of a parameter with the derivative of one side, or none, and the note on it."""
+    p, derivative, elasticity = numbers
+    if slope is None:
+        return numbers, ""
+    if slope.value != derivative:  # (a list as a whole: by the mean of its entries)
+        elasticity = slope.value * p / value if value else np.nan
+    return (p, slope.value, elasticity), slope.note

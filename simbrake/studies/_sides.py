@@ -1,0 +1,245 @@
+"""Derivatives of runs against differences on both sides: where they are one-sided, and where there is none.
+
+At a tie (two equal values of a table, a number at its bound, two events at one instant) the derivative of a run is that
+of the branch that it takes, which is one side's; at a jump it says nothing. Structure does not tell where; some more
+runs do. First all numbers `p` are changed at once in a direction `δ` without meaning,
+
+    E(h) = M(p + h δ) − M(p) − h M'(p) δ,   k = 4 E(h/2) − E(h)
+
+so that curvature cancels in `k`: it is 0 where the metric `M` has a derivative, and that is `M'`. Only where it is not
+the numbers are halved, down to single ones, and their differences are taken on either side.
+"""
+
+import enum
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from .._base._faults import InputError
+from .._base._part import Leaf
+from .._base._progress import Waiting
+from .._base._quantity import Over
+from .._run._edit import with_values
+from .._run._result import Result
+from ._evaluator import Evaluator, Metrics, Paths, values_of
+
+#: largest change of a number, in steps `h = √rtol` of its size
+_REACH = 10.0
+#: share of the step that a mismatch must exceed, and how many tolerances of the run: its rounding and that of its steps
+_SHARE, _NOISE = 3e-3, 30.0
+#: relative difference below which two derivatives agree
+_AGREE = 2e-3
+#: ratio of the difference quotients of a step and of its quarter from which on they diverge (of a root 2, of a jump 4)
+_DIVERGES = 1.6
+#: sizes of numbers that are 0, by unit, where neither their list nor their bounds tell one
+_SIZES = {"s": 0.1, "m": 0.1, "N": 1e3, "N*m": 1e3, "K": 100.0, "kg": 1e3, "J/K": 1e4, "W": 1e3}
+
+
+class Kind(enum.Enum):
+    """What differences on one side give: a derivative; none, as they diverge, the metric has no value there, or the
+    numbers there are out of range."""
+
+    GIVEN = enum.auto()
+    DIVERGES = enum.auto()
+    LOST = enum.auto()
+    REFUSED = enum.auto()
+
+
+class Side(NamedTuple):
+    """A one-sided derivative by differences, and its error."""
+
+    kind: Kind
+    value: float = np.nan
+    error: float = 0.0
+
+
+class Slope(NamedTuple):
+    """The derivative to report, and the note on it."""
+
+    value: float
+    note: str
+
+
+#: derivatives that are not those of both sides, by the number of the metric, the path, and the index of an entry
+#: (`None`: a list as a whole)
+Slopes = dict[tuple[int, str, tuple[int, ...] | None], Slope]
+
+
+def typical_size(leaf: Leaf) -> np.ndarray:
+    """Magnitude of every entry, of a 0 that of its list, its bound or its unit."""
+    values, of_unit = np.abs(np.asarray(leaf.value, np.float64)), _SIZES.get(leaf.about.unit, 1.0)
+    most = np.max(values, initial=0.0) or min(leaf.about.high or np.inf, of_unit)
+    return np.where(values > 0, values, most)
+
+
+def _tied(leaf: Leaf) -> np.ndarray:
+    """Entries of a table or profile that are equal to a neighbour: points at one place cannot pass each other."""
+    values = np.ravel(np.asarray(leaf.value, np.float64))
+    if values.size < 2 or leaf.about.many is not Over.ROWS:
+        return np.zeros(values.size, bool)
+    equal = np.diff(values) == 0
+    return np.append(equal, False) | np.append(False, equal)
+
+
+class _Search:
+    """Runs near a scene, and what they say of the derivatives of its metrics.
+
+    - `values` (m,), `jacobian` (m, k): of the metrics at the scene
+    """
+
+    def __init__(
+        self,
+        run: Evaluator,
+        base: Result,
+        metrics: Metrics,
+        chosen: Sequence[Leaf],
+        values: np.ndarray,
+        jacobian: np.ndarray,
+    ) -> None:
+        self.run, self.base, self.metrics, self.known, self.jacobian = run, base, metrics, values, jacobian
+        self.paths = Paths(tuple(leaf.path for leaf in chosen), tuple(np.shape(leaf.value) for leaf in chosen))
+        self.places = [(leaf.path, index) for leaf in chosen for index in np.ndindex(np.shape(leaf.value))]
+        flat = [np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen]
+        self.x, self.size = np.concatenate(flat), np.concatenate([np.ravel(typical_size(leaf)) for leaf in chosen])
+        rtol = float(run.rtol)
+        self.step, self.runs, self.refused = np.sqrt(rtol), 0, set[str]()
+        scale = np.maximum(np.abs(values), np.max(np.abs(jacobian) * self.size, axis=1, initial=0.0))
+        self.scale = np.where(scale > 0, scale, 1.0)
+        self.noise = _NOISE * rtol * self.scale
+        # all numbers move the metrics alike, as far as their sizes allow: none hides another one
+        with np.errstate(divide="ignore"):
+            wanted = np.min(self.scale[:, None] / np.abs(jacobian), axis=0)
+        self.move = self.step * np.minimum(wanted, _REACH * self.size)
+        abouts = [leaf.about for leaf, entries in zip(chosen, flat, strict=True) for _ in entries]
+        moved = zip(abouts, self.x, self.move, strict=True)
+        self.ways = np.asarray([[a.admits_one(x - d), a.admits_one(x + d)] for a, x, d in moved], bool).reshape(-1, 2)
+
+    def values(self, change: np.ndarray) -> np.ndarray | None:
+        """Metrics (m,) of the run with changed numbers, NaN if it fails; `None` if its input is refused."""
+        moves = self.paths.values(change)
+        numbers = {path: x for path, x in self.paths.values(self.x + change).items() if np.any(moves[path])}
+        self.runs += 1
+        try:
+            result = self.run.result(with_values(self.base.scene, numbers), throw=False)
+        except InputError as error:
+            self.refused = {fault.path for fault in error.faults}
+            return None
+        return values_of(result, self.metrics) if result.ok else np.full(len(self.known), np.nan)
+
+    def suspects(self, entries: np.ndarray) -> list[int]:
+        """Single numbers in whose direction a metric may have another derivative than that of the run."""
+        if entries.size <= 1:
+            return entries.tolist()
+        doubt = self._doubtful(entries)
+        if doubt is None:  # those that cannot be changed together with others are looked at by themselves
+            aside = [i for i in entries if any(_belongs(self.places[i][0], path) for path in self.refused)]
+            if 0 < len(aside) < entries.size:
+                return [*aside, *self.suspects(np.setdiff1d(entries, aside))]
+        if doubt is False:
+            return []
+        half = entries.size // 2
+        return [*self.suspects(entries[:half]), *self.suspects(entries[half:])]
+
+    def _doubtful(self, entries: np.ndarray) -> bool | None:
+        """Whether `k` is not 0 in a direction of these numbers, or the opposite one; `None`: the input is refused."""
+        rng, limit = np.random.default_rng(entries.size), _SHARE * self.step * self.scale + self.noise
+        signs, far = rng.choice([-1.0, 1.0], self.x.size), np.zeros(self.x.size)
+        far[entries] = rng.uniform(0.5, 1.0, entries.size) * self.move[entries]
+        below, above = self.ways.T
+        for turn in (1.0, -1.0):
+            change = far * np.where(below & above, turn * signs, np.where(above, 1.0, -1.0))
+            left = 0.0
+            for share in (1.0, 0.5):
+                found = self.values(share * change)
+                if found is None:
+                    return None
+                if not np.all(np.isfinite(found)):
+                    return True
+                left = found - self.known - self.jacobian @ (share * change) - (0.0 if share == 1 else left / 4)
+                if np.all(np.abs(left) <= share**2 * limit):
+                    break
+            else:
+                return True
+        return False
+
+    def side(self, change: np.ndarray, by: float) -> list[Side]:
+        """One-sided derivatives of every metric along a change of the numbers, per `by` (signed)."""
+        far, near = self.values(change), self.values(change / 4)
+        if far is None or near is None:
+            return [Side(Kind.REFUSED)] * len(self.known)
+        found = []
+        for base, noise, a, b in zip(self.known, self.noise, far, near, strict=True):
+            if not np.isfinite(a + b):
+                found.append(Side(Kind.LOST))
+                continue
+            a, b, noise = (a - base) / by, 4 * (b - base) / by, 0.4 * noise / abs(by)
+            if abs(b) > _DIVERGES * abs(a) + noise and abs(b - a) > 5 * noise:
+                found.append(Side(Kind.DIVERGES))
+            else:
+                found.append(Side(Kind.GIVEN, (4 * b - a) / 3, abs(b - a) / 3 + noise))
+        return found
+
+
+def _belongs(path: str, fault: str) -> bool:
+    return path == fault or path.startswith((f"{fault}.", f"{fault}[")) or fault.startswith((f"{path}.", f"{path}["))
+
+
+def judged(slope: float, below: Side, above: Side) -> Slope | None:
+    """The derivative to report in place of that of the run, by both sides; `None`: it stands, without a note."""
+
+    def agree(a: float, b: float, error: float) -> bool:
+        return abs(a - b) <= max(_AGREE * max(abs(a), abs(b)), error)
+
+    sides = {"below": below, "above": above}
+    at = {kind: [name for name, one in sides.items() if one.kind is kind] for kind in Kind}
+    if at[Kind.DIVERGES]:
+        where = " and ".join(at[Kind.DIVERGES])
+        return Slope(np.nan, f"none: differences diverge {where} (a jump, or an event that is only just reached)")
+    given = [sides[name] for name in at[Kind.GIVEN]]
+    if not given:
+        return Slope(np.nan, "none: no value on either side") if at[Kind.LOST] else None
+    words = ", ".join([*(f"{sides[name].value:.6g} {name}" for name in at[Kind.GIVEN])])
+    words += "".join(f", no value {name}" for name in at[Kind.LOST])
+    fits = any(agree(slope, one.value, one.error) for one in given)
+    if len(given) == 2 and agree(below.value, above.value, below.error + above.error):
+        mean = 0.5 * (below.value + above.value)
+        return None if fits else Slope(mean, f"by differences: {words} (the run itself gives {slope:.6g})")
+    if fits:
+        return None if at[Kind.REFUSED] else Slope(slope, f"one-sided: {words}")
+    return Slope(given[-1].value, f"one-sided, by differences: {words}")
+
+
+def compare_sides(
+    run: Evaluator,
+    base: Result,
+    metrics: Metrics,
+    chosen: Sequence[Leaf],
+    values: np.ndarray,
+    jacobian: np.ndarray,
+    told: Waiting,
+) -> Slopes:
+    """Derivatives that are not those of both sides.
+
+    - `values` (m,), `jacobian` (m, k): the metrics of `base`, and their derivatives by all entries of `chosen`
+    """
+    told.now("differences on both sides")
+    search, slopes = _Search(run, base, metrics, chosen, values, jacobian), Slopes()
+    tied = np.concatenate([_tied(leaf) for leaf in chosen])
+    suspects = sorted([*np.flatnonzero(tied).tolist(), *search.suspects(np.flatnonzero(~tied))])
+    changes: list[tuple[tuple[str, tuple[int, ...] | None], np.ndarray]] = [
+        (search.places[i], np.eye(tied.size)[i] * min(search.move[i], search.step * search.size[i])) for i in suspects
+    ]
+    for path, span in zip(search.paths.names, search.paths.spans, strict=True):
+        if any(place[0] == path and place[1] != () for place, _ in changes):
+            whole = np.zeros(tied.size)
+            whole[span] = min(np.min(search.move[span]), search.step * np.min(search.size[span]))
+            changes.append(((path, None), whole))
+    for (path, index), change in changes:
+        by = float(np.max(change))
+        both = search.side(-change, -by), search.side(change, by)
+        for k, (below, above) in enumerate(zip(*both, strict=True)):
+            slope = judged(float(jacobian[k] @ change) / by, below, above)
+            if slope is not None:
+                slopes[k, path, index] = slope
+    return slopes
