@@ -2,6 +2,9 @@ import contextlib
 import gc
 import importlib
 import os
+import resource
+import sys
+import time
 
 import jax
 import psutil
@@ -9,6 +12,9 @@ import pytest
 from browsers import browser_path
 from compile_flags import set_flags
 from jaxtyping import install_import_hook
+
+#: memory mappings of a worker: a run of the tests fails beyond it
+MOST_MAPPINGS = 20_000
 
 
 def pytest_addoption(parser):
@@ -52,7 +58,11 @@ def pytest_configure(config):
 
 
 def pytest_terminal_summary(terminalreporter):
-    """A missing browser is said loudly: tests of pages then test their data alone, without a skip that would fail."""
+    """What each worker took. A missing browser is said loudly: pages are then tested by their data alone."""
+    for worker, found in sorted(_peaks.items()):
+        over = found["mappings"] > MOST_MAPPINGS
+        words = f"{worker}: at most {found['mappings']} memory mappings, {found['megabytes']:.0f} MB"
+        terminalreporter.write_line(f"{words} (more than {MOST_MAPPINGS} mappings)" if over else words, red=over)
     if browser_path() is None:
         words = "NO BROWSER: reports, publications and apps were tested by their data alone, not in a browser."
         terminalreporter.section("warning", sep="!", red=True, bold=True)
@@ -67,12 +77,55 @@ def pytest_runtest_makereport(item, call):
     return report
 
 
+#: memory mappings of this process, counted after a file of tests and every few seconds: the most, and when last
+_seen = {"mappings": 0, "counted": 0.0}
+#: of each worker: most memory mappings, and the peak of its memory (MB)
+_peaks = {}
+
+
+def _count_mappings():
+    from simbrake._base._programs import mappings  # (simbrake is first imported above, where types may be checked)
+
+    found = mappings() or 0
+    _seen.update(mappings=max(_seen["mappings"], found), counted=time.monotonic())
+    return found
+
+
 @pytest.fixture(scope="module", autouse=True)
 def _forget_programs():
-    """Files share programs, traced and compiled, until these take too much memory: all of them take gigabytes."""
+    """Files share programs, traced and compiled, until these take too much: all of them take gigabytes.
+
+    Those of simbrake are in a store with a bound; what the tests compile themselves is held by JAX.
+    """
     yield
-    if psutil.Process().memory_info().rss > 2e9:
+    if _count_mappings() > MOST_MAPPINGS / 2 or psutil.Process().memory_info().rss > 2e9:
+        from simbrake._base._programs import STORE
+
+        STORE.forget()
         jax.clear_caches()
+
+
+def pytest_runtest_teardown():
+    if time.monotonic() - _seen["counted"] > 5.0:
+        _count_mappings()
+
+
+def pytest_sessionfinish(session):
+    """A worker reports to the process that started it; without workers that is this one."""
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024) / 1e6
+    found = {"mappings": _seen["mappings"], "megabytes": peak}
+    if hasattr(session.config, "workeroutput"):
+        session.config.workeroutput["peaks"] = found
+    elif not session.config.getoption("numprocesses", None):
+        _peaks["this process"] = found
+    if any(one["mappings"] > MOST_MAPPINGS for one in _peaks.values()) and session.exitstatus == 0:
+        session.exitstatus = pytest.ExitCode.TESTS_FAILED
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_testnodedown(node):
+    if "peaks" in getattr(node, "workeroutput", {}):
+        _peaks[node.gateway.id] = node.workeroutput["peaks"]
 
 
 @pytest.fixture(scope="session")

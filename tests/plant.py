@@ -17,7 +17,6 @@ change no result.
 import argparse
 import csv
 import dataclasses
-import gc
 import itertools
 import json
 import os
@@ -77,11 +76,9 @@ def _recorded(item, nextitem):
     watch = sys.monitoring
     if ROWS in item.nodeid:
         # (a program that an earlier subject has compiled would hide the functions that it was made of)
-        from simbrake._base._compiling import DeviceJit
+        from simbrake._base._programs import STORE
 
-        gc.unfreeze()  # (frozen objects are not told of)
-        for program in (one for one in gc.get_objects() if isinstance(one, DeviceJit)):
-            program._programs_by_key.clear()
+        STORE.forget()
 
     def called(code, offset):
         seen.add(code)

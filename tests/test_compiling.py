@@ -246,7 +246,7 @@ def test_a_program_is_compiled_again_when_its_runs_have_taken_as_long():
 
     def make(quick):
         made.append(quick)
-        return _compiling.Program(lambda x: x + (0.0 if quick else 1.0), 1000.0, 2000.0, True, quick)
+        return _compiling.Program(lambda x: x + (0.0 if quick else 1.0), 1000.0, 2000.0, True, quick, 100)
 
     program = _compiling.Improving(make)
     assert program._worth == 1000.0 + 2 * 2000.0  # to trace and to compile, which takes twice as long

@@ -74,6 +74,7 @@ REPORT = {
     "x64": True,
     "devices": {"all": ["cpu:0", "cpu:1"], "single_runs": "cpu:0", "ensembles": ["cpu:0", "cpu:1"]},
     "cache": {"folder": "/kept", "programs": 3, "bytes": 1_050_000},
+    "memory": {"megabytes": 384.0, "mappings": 15_000},
     "xla_flags": "",
     "accelerators": [
         {"name": "a", "in_force": True, "worth": "half"},
@@ -94,6 +95,7 @@ def test_the_report_in_words():
         "devices       cpu:0, cpu:1",
         "              single runs on cpu:0, ensembles on cpu:0, cpu:1",
         "programs      /kept (3 files, 1.1 MB)",
+        "              in a process at most some 384 MB and 15,000 memory mappings",
         "XLA_FLAGS     not set (simbrake never sets it)",
         f"accelerators  {'a':<38}in force  half",
         f"              {'b':<38}refused   all",

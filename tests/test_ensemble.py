@@ -16,6 +16,7 @@ from heat_scenes import fading, lump, rigid_stop
 from helpers import closed_form, main, stop_scene
 
 import simbrake as sb
+from simbrake._base._programs import STORE
 from simbrake._base._progress import Progress, duration
 from simbrake._run._measure import measure
 from simbrake.studies import _ensemble, _evaluator
@@ -156,9 +157,9 @@ def test_many_stops_against_the_closed_form_in_the_callers_order():
         np.testing.assert_allclose(data[name], truth[wanted], rtol=1e-10)
     assert np.all(data.code == 0)
     assert done[-1] == (1000, 1000)
-    compiled = list(_evaluator._integrators), _evaluator._scanner.on("cpu")._cache_size()
+    made = STORE.made
     other = sb.ensemble(stop_scene(end=21.0, J=700.0), drawn(1000, 2), TIMES, progress=False, workers=1, rtol=1e-9)
-    assert (list(_evaluator._integrators), _evaluator._scanner.on("cpu")._cache_size()) == compiled
+    assert STORE.made == made
     assert not np.any(other.stopping_time == data.stopping_time)
 
 

@@ -45,10 +45,10 @@ def test_a_long_run_has_the_times_of_the_closed_form(untold):
 def test_told_and_untold_are_one_program_and_one_result_to_the_last_bit(untold, monkeypatch, length):
     monkeypatch.setattr(_simulate, "_FIRST", length)
     monkeypatch.setattr(_simulate, "_TARGET", 0.0)  # no time at all: from then on every attempt is a stretch of its own
-    programs = _simulate._stretch_program.cache_info().currsize, _simulate._program.cache_info().currsize
+    programs = _simulate._stretch_program.made, _simulate._program.made
     seen = []
     told = sb.simulate(stop_scene(), max_steps=LONG, progress=lambda t, end: seen.append((t, end)))
-    assert (_simulate._stretch_program.cache_info().currsize, _simulate._program.cache_info().currsize) == programs
+    assert (_simulate._stretch_program.made, _simulate._program.made) == programs
     assert same_bits(told.record, untold.record)
     times = [t for t, _ in seen]
     assert times[0] == 0.0

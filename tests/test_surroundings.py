@@ -27,7 +27,6 @@ import simbrake as sb
 from simbrake import __main__ as program
 from simbrake._base import _compiling, _faults
 from simbrake._commands import _cli
-from simbrake._run import _simulate
 from simbrake.studies import _chunks, _ensemble
 
 SPEED = "initial.omega"
@@ -479,10 +478,6 @@ def test_a_spawned_process_gives_the_same_to_the_last_bit():
     assert ours.poll(120)
     assert ours.recv() == float(sb.simulate(stop_scene()).stopping_time)
     child.join(10)
-
-
-def test_programs_in_memory_are_limited():
-    assert _simulate._program.cache_info().maxsize == _simulate._KEPT <= 512 / 12
 
 
 def test_the_owner_is_known():

@@ -149,7 +149,7 @@ def test_other_physics_than_that_of_the_truth_fails():
 def test_a_planted_wrong_constant_of_nature_fails(monkeypatch):
     def checked():
         jax.clear_caches()
-        _networks._compiled._programs_by_key.clear()  # the constant is part of the program
+        _networks._compiled.clear_cache()  # the constant is part of the program
         return run_case(next(c for c in _cases_heat.radiation_cases() if c.name == "radiation to 0 K/T at 3600 s"))
 
     assert checked().verdict == "pass"

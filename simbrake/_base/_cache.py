@@ -42,7 +42,7 @@ _MAGIC = b"simbrake cache 1\n"
 _DIGEST = hashlib.sha256().digest_size
 #: packages of whose classes and functions everything is known by their versions
 _KNOWN = ("simbrake", "jax", "jaxlib", "numpy", "equinox", "diffrax", "jaxtyping", "builtins", "functools")
-_VERSIONS = ("jax", "jaxlib", "numpy", "equinox", "diffrax")
+_VERSIONS = ("jax", "jaxlib", "numpy", "equinox", "diffrax", "optimistix", "lineax")
 
 _log = logging.getLogger("simbrake")
 

@@ -9,6 +9,7 @@ import os
 import threading
 import time
 import warnings
+import weakref
 from collections.abc import Callable, Hashable, Sequence
 from types import ModuleType
 from typing import Any, NamedTuple, TypeAlias, TypeVar
@@ -23,6 +24,7 @@ from jaxtyping import PyTree
 from ..hybrid._arrays import Array
 from . import _cache
 from ._faults import Fault, InputError
+from ._programs import STORE
 
 _Answer = TypeVar("_Answer")
 #: of the compiler, by name
@@ -30,8 +32,12 @@ Options: TypeAlias = dict[str, bool | int | str]
 
 #: options for programs on a CPU. XLA's older emitters of fused kernels: the newer ones take 1.6 times as long to
 #: compile these loops and run them no faster. LLVM's first level of optimisation: a quarter less compile time, the
-#: code as fast.
-_CPU_OPTIONS: Options = {"xla_cpu_use_fusion_emitters": False, "xla_backend_optimization_level": 1}
+#: code as fast. Each part that is compiled by itself takes three memory mappings (see `_programs`): two parts, not 32.
+_CPU_OPTIONS: Options = {
+    "xla_cpu_use_fusion_emitters": False,
+    "xla_backend_optimization_level": 1,
+    "xla_cpu_parallel_codegen_split_count": 2,
+}
 #: only for a run as one function: matrix products that XLA would hand to a library cannot be part of it
 _ONE_FUNCTION_OPTIONS: Options = {"xla_cpu_experimental_ynn_fusion_type": ""}
 #: for a program that may be run once only: LLVM without its optimiser
@@ -43,6 +49,7 @@ _MARK = "xla_cpu_small_call"
 WORTH = {
     "xla_cpu_use_fusion_emitters": "without it compiling takes up to 1.6 times as long",
     "xla_backend_optimization_level": "without it compiling takes 1.3 times as long",
+    "xla_cpu_parallel_codegen_split_count": "without it a run and its print take 2.6 times as many memory mappings",
     "xla_cpu_experimental_ynn_fusion_type": "without it programs with matrix products are not compiled as one function",
     _MARK: "without it a warm stop of 20 linings takes 4 times as long",
 }
@@ -144,7 +151,8 @@ def require_own_process() -> None:
 class DeviceJit:
     """A function compiled by itself: for `run_device()`, with the options for it, and kept on disk.
 
-    It is compiled once for each structure of its arguments; static ones are given by name.
+    It is compiled once for each structure of its arguments; static ones are given by name. `_programs.STORE` keeps the
+    programs, as long as there is room and this object lives.
 
     - `subject`: where the function is not one of a module: a name, and all that the function depends on
     - `quick`: for what is called a few times only, without LLVM's optimiser, which takes half the time to compile
@@ -163,7 +171,12 @@ class DeviceJit:
         self._static = (static_argnames,) if isinstance(static_argnames, str) else static_argnames
         self._subject, self._quick = subject or (function.__name__, function), quick
         self._programs: dict[str, Callable[..., Any]] = {}
-        self._programs_by_key: dict[Hashable, jax.stages.Compiled] = {}
+        self._owner = object()
+        weakref.finalize(self, STORE.bury, self._owner).atexit = False
+
+    def clear_cache(self) -> None:
+        """Drop its programs."""
+        STORE.forget(self._owner)
 
     def on(self, platform: str) -> Callable:
         """The jitted function for a platform."""
@@ -177,17 +190,16 @@ class DeviceJit:
         device = run_device()
         static = {name: named.pop(name) for name in self._static if name in named}
         leaves, structure = jax.tree.flatten((arguments, named))
+        leaves = [np.float64(leaf) if type(leaf) is float else leaf for leaf in leaves]
         if not all(isinstance(leaf, np.ndarray | np.generic | jax.Array) for leaf in leaves) or _traced(leaves):
             with jax.default_device(device):
                 return self.on(device.platform)(*arguments, **named, **static)
         leaves = [np.asarray(leaf) for leaf in leaves]
-        key = structure, tuple((leaf.shape, leaf.dtype) for leaf in leaves), tuple(static.items()), device
-        program = self._programs_by_key.get(key)
-        if program is None:
-            program = self._programs_by_key.setdefault(key, self._compiled(leaves, structure, static, device))
-        return program(leaves)
+        shapes = tuple((leaf.shape, leaf.dtype) for leaf in leaves)
+        key = self._owner, structure, shapes, tuple(static.items()), device
+        return STORE.get(key, lambda: self._compiled(leaves, structure, static, device)).call(leaves)
 
-    def _compiled(self, leaves: list[np.ndarray], structure: Any, static: dict, device: Any) -> jax.stages.Compiled:
+    def _compiled(self, leaves: list[np.ndarray], structure: Any, static: dict, device: Any) -> "Program":
         def function(leaves: list[Array]) -> PyTree:
             arguments, named = jax.tree.unflatten(structure, leaves)
             return self._function(*arguments, **named, **static)
@@ -199,7 +211,7 @@ class DeviceJit:
             return _finished(lowered, start, False, self._quick, device if by_text else None)
 
         shapes = jax.tree.unflatten(structure, leaves)
-        return _cached_or((*self._subject, shapes, static), self._quick, device, make).call
+        return _cached_or((*self._subject, shapes, static), self._quick, device, make)
 
 
 def _traced(leaves: list[Any]) -> bool:
@@ -402,6 +414,7 @@ class Program(NamedTuple):
     compile_seconds: float
     one_function: bool  # loops and all; otherwise a hundred small kernels in every turn of a loop
     quick: bool  # without LLVM's optimiser
+    lines: int  # of StableHLO
 
 
 def compiled(
@@ -434,9 +447,10 @@ def compiled(
             if use.one_function:
                 options = _tier(use.one_function_options, quick)
                 lowered = jax.jit(lambda x: one_function(inner, x), compiler_options=options).lower(numbers)
-                if fits_one_function(lowered.as_text(), longest):
+                text = lowered.as_text()
+                if fits_one_function(text, longest):
                     try:
-                        return _finished(lowered, start, True, quick, place)
+                        return _finished(lowered, start, True, quick, place, text)
                     except JaxRuntimeError:
                         pass  # an operation that it does not know; what is wrong with the function itself shows below
             ordinary = jax.jit(otherwise or inner, compiler_options=_tier(use.options, quick))
@@ -451,18 +465,25 @@ def fits_one_function(text: str, longest: int = LONGEST) -> bool:
 
 
 def _finished(
-    lowered: jax.stages.Lowered, start: float, one_function: bool, quick: bool, device: Any = None
+    lowered: jax.stages.Lowered,
+    start: float,
+    one_function: bool,
+    quick: bool,
+    device: Any = None,
+    text: str | None = None,
 ) -> Program:
     """A lowered program, compiled; with a `device` it is looked up and kept there by its text."""
+    text = lowered.as_text() if text is None else text
     # (the text is without arguments that the program ignores, and so is what is kept)
     shapes = tuple((one.shape, str(one.dtype)) for one in jax.tree.leaves(lowered.args_info))
-    key = None if device is None else _cache.key_of("text", (lowered.as_text(), shapes), device)
+    key = None if device is None else _cache.key_of("text", (text, shapes), device)
     trees = jax.tree.structure(lowered.args_info), lowered.out_tree
     kept = _cache.read(key, lambda stored: _restored(stored, trees, device))
     if kept is not None:
         return kept
-    traced = time.perf_counter()
-    program = Program(lowered.compile(), traced - start, time.perf_counter() - traced, one_function, quick)
+    traced, executable = time.perf_counter(), lowered.compile()
+    seconds = traced - start, time.perf_counter() - traced
+    program = Program(executable, *seconds, one_function, quick, text.count("\n"))
     _keep(key, program)
     return program
 
@@ -500,6 +521,7 @@ class Improving:
         self._program = make(True)
         found = self._program  # optimised already, if that was cached
         self._worth = found.trace_seconds + 2 * found.compile_seconds if found.quick else np.inf
+        self.lines = found.lines
 
     def __call__(self, numbers: Array) -> PyTree:
         start = time.perf_counter()

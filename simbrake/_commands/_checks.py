@@ -23,14 +23,15 @@ def versions() -> dict[str, str]:
 
 
 def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
-    """Report the installation: versions, devices, precision, cache of compiled programs, XLA options and their gain.
+    """Report the installation: versions, devices, precision, compiled programs, XLA options and their gain.
 
     Parameters
     ----------
     time_
         Measure a standard stop as well: processor time to compile and of a warm run, and its error.
     json_
-        Print {ok, notes, versions, tested_jax, x64, devices, cache, xla_flags, accelerators, timing}, alone on stdout.
+        Print {ok, notes, versions, tested_jax, x64, devices, cache, memory, xla_flags, accelerators, timing}, alone on
+        stdout.
     """
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -69,6 +70,7 @@ def _examined() -> dict[str, Any]:
 
     from .._base import _cache
     from .._base._compiling import FIRST_UNTESTED_JAX, OLDEST_JAX, WORTH, accelerators, run_device
+    from .._base._programs import Bounds
 
     here = run_device()
     refused = accelerators(here.platform).refused
@@ -82,6 +84,7 @@ def _examined() -> dict[str, Any]:
         "x64": jnp.ones(()).dtype == jnp.float64,
         "devices": {"all": devices, "single_runs": str(here), "ensembles": devices},
         "cache": {name: kept[name] for name in ("folder", "programs", "bytes")} | {"jax": _cache.of_jax()},
+        "memory": Bounds.now()._asdict(),
         "xla_flags": os.environ.get("XLA_FLAGS", ""),
         "accelerators": rows if here.platform == "cpu" else [],
     }
@@ -162,7 +165,7 @@ def _timing() -> dict[str, float]:
 def _text(report: dict[str, Any]) -> str:
     """The report as text, verdict first."""
     devices, cache = report["devices"], report["cache"]
-    size = f"{cache['programs']} files, {cache['bytes'] / 1e6:.1f} MB"
+    size, memory = f"{cache['programs']} files, {cache['bytes'] / 1e6:.1f} MB", report["memory"]
     lines = [
         ("versions", ", ".join(f"{name} {number}" for name, number in report["versions"].items())),
         ("", f"tested with JAX {report['tested_jax']}"),
@@ -170,6 +173,7 @@ def _text(report: dict[str, Any]) -> str:
         ("devices", ", ".join(devices["all"])),
         ("", f"single runs on {devices['single_runs']}, ensembles on {', '.join(devices['ensembles'])}"),
         ("programs", f"{cache['folder']} ({size})" if cache["folder"] else "not cached"),
+        ("", f"in a process at most some {memory['megabytes']:g} MB and {memory['mappings']:,} memory mappings"),
         ("XLA_FLAGS", f"{report['xla_flags'] or 'not set'} (simbrake never sets it)"),
     ]
     for i, row in enumerate(report["accelerators"]):

@@ -218,7 +218,7 @@ def _steady(
     return T, thermal.junctions(T, zero, conditions, pieces)
 
 
-_steady_jit = eqx.filter_jit(_steady)
+_steady_traced, _steady_compiled = jax.jit(_steady), DeviceJit(_steady)
 
 
 def steady_state(
@@ -246,7 +246,8 @@ def steady_state(
                 [Fault("heat", "has no reservoir", "without an outlet its temperatures are not determined")]
             )
     heat = as_arrays(heat)
-    stores, junctions = _steady_jit(heat, (speed, closed, pressure), power, guess)
+    steady = _steady_traced if traced else _steady_compiled
+    stores, junctions = steady(heat, (speed, closed, pressure), power, guess)
     if not traced and not np.all(np.isfinite(np.asarray(stores))):
         raise InputError([Fault("heat", "no steady state was found", "a body may have no way to a reservoir")])
     return dict(zip(node_names(heat), [*stores, *junctions], strict=True))

@@ -32,6 +32,7 @@ from .._base._compiling import (
 )
 from .._base._faults import Fault, InputError
 from .._base._part import Whole, faults_of_whole, leaves
+from .._base._programs import Kept
 from .._base._progress import Tell, Waiting, telling
 from .._base._quantity import faults_of_tolerance, shown
 from .._parts._scene import Scene, check, checked
@@ -103,7 +104,7 @@ def posed(
     return (system, state, mode, scene.initial.time, scene.end_time), settings
 
 
-@functools.lru_cache(maxsize=16)
+@functools.partial(Kept, lines=lambda made: made[0].lines)
 def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> tuple[Program, np.ndarray]:
     """One stretch of all runs of one structure, compiled: a function of the numbers, the state left by the stretch
     before and its length, in one vector; and the state at the start of the first."""
@@ -183,11 +184,7 @@ def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> 
     return run
 
 
-#: structures whose programs stay in memory, some 12 MiB each
-_KEPT = 40
-
-
-@functools.lru_cache(maxsize=_KEPT)
+@Kept
 def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: Any) -> Improving:
     """The compiled run of all scenes of one structure."""
     run, subject = run_of_numbers(packing, method, max_steps), ("run", packing, method, max_steps)
@@ -201,13 +198,25 @@ def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: A
     return Improving(make)
 
 
-@functools.lru_cache(maxsize=256)
-def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Array], Record]:
+class _Part(NamedTuple):
+    """A run as part of a larger program. JAX compiles `run` by itself where that is not compiled as a whole."""
+
+    call: Callable[[Array], Record]
+    run: Any
+    #: of what JAX may keep of it: its length is not known here
+    lines: int = 8000
+
+    def clear_cache(self) -> None:
+        self.run.clear_cache()
+
+
+@Kept
+def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> _Part:
     """The run as part of a larger program: as one function where XLA can do that, but not where it is differentiated
     or many of it run side by side, as XLA's treatment of it is not known there."""
     run = jax.jit(run_of_numbers(packing, method, max_steps))
     if jax.default_backend() != "cpu" or not accelerators("cpu").one_function:
-        return run
+        return _Part(run, run)
 
     def joins() -> bool:
         text = run.lower(jax.ShapeDtypeStruct((packing.size,), np.float64)).as_text()
@@ -231,7 +240,7 @@ def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[
     def _(primals: PyTree, tangents: PyTree) -> tuple[Record, PyTree]:
         return jax.jvp(run, primals, tangents)
 
-    return part
+    return _Part(part, run)
 
 
 def require_64_bits() -> None:
@@ -332,7 +341,7 @@ def simulate(
     limits = Limits(longest, events, max_steps)
     if is_traced((scene, rtol)):
         numbers, packing = pack((_marked(scene), rtol_, longest, events), jnp)
-        record = _part(packing, method, max_steps or _STEPS[0])(numbers)
+        record = _part(packing, method, max_steps or _STEPS[0]).call(numbers)
         return Result(scene, record, rtol_, name, limits)
     numbers, packing = pack((scene, rtol_, longest, events))
     rooms = step_limits(scene, max_steps)

@@ -16,6 +16,7 @@ import numpy as np
 from .._base import _cache
 from .._base._compiling import Packed, Packing, Program, compiled, pack, run_device
 from .._base._faults import Fault, InputError
+from .._base._programs import Kept
 from .._base._quantity import NumberReader, Quantity, faults_of_tolerance
 from .._base._table import number
 from .._parts._scene import Scene, checked
@@ -158,7 +159,7 @@ class _Shape(NamedTuple):
     points: int
 
 
-@functools.lru_cache(maxsize=64)
+@functools.partial(Kept, lines=lambda made: made[0].lines)
 def _program(packing: Packing, method: AbstractMethod, shapes: tuple[_Shape, ...], device: Any) -> tuple[Program, int]:
     """One integration between two times, a function of one vector: the numbers of the scene, points of the inputs,
     both times, state and mode; and the size of what comes after the inputs. A state that is not a number is the start.

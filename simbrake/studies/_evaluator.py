@@ -12,8 +12,7 @@ import functools
 import itertools
 import math
 import re
-import threading
-from collections.abc import Callable, Container, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Container, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import equinox as eqx
@@ -24,6 +23,7 @@ import numpy as np
 from .._base._compiling import DeviceJit, Packing, Program, compiled, pack
 from .._base._faults import Fault, InputError
 from .._base._part import leaves
+from .._base._programs import STORE
 from .._base._quantity import behind
 from .._parts._scene import Scene, require_scene
 from .._run._edit import with_values
@@ -50,8 +50,6 @@ _ROWS, _MANY_ROWS = 2**19, 2**22
 LANES = 64
 #: points whose results are cached
 _REMEMBERED = 4
-#: cached compiled integrations of chunks, the latest last; a program takes a megabyte or more
-_KEPT = 16
 #: rows of a record that are measured: the next of these sizes that holds the longest run of a chunk
 _SIZES = tuple(64 * 4**i for i in range(8))
 
@@ -536,21 +534,6 @@ def _scanner(result: Result, *, metrics: Sequence[Metric], size: int, lanes: int
     return jax.lax.map(heavy, result, batch_size=lanes)
 
 
-_integrators: dict[Hashable, Program] = {}
-_ready: set[Hashable] = set()
-_compiling = threading.Lock()
-
-
-def _scan(key: Hashable, result: Result, **static: Any) -> Any:
-    """The metrics that sample all steps; of several threads that need them first, one compiles, the others wait."""
-    if key in _ready:
-        return jax.block_until_ready(_scanner(result, **static))
-    with _compiling:
-        found = jax.block_until_ready(_scanner(result, **static))
-        _ready.add(key)
-    return found
-
-
 def _integrator(job: Job, numbers: Array, like: Packing, device: Any) -> Program:
     """The compiled integration of a chunk with this layout of parameters; one thread compiles, the others wait.
 
@@ -558,19 +541,17 @@ def _integrator(job: Job, numbers: Array, like: Packing, device: Any) -> Program
     slowest of more runs. Runs that are recorded as a whole follow one another, if XLA can make one function of it: side
     by side every step that is an event for one of them would cost all of them the work of an event.
     """
-    key = (like, *job[1:4], *job[5:], device)
-    with _compiling:
-        if key not in _integrators:
-            # the parameters of the scene are in the vector: a cached program holds none of them
-            run = functools.partial(_integrate, like=like, job=job._replace(scene=None))  # pyright: ignore
-            lanes = job.lanes if device.platform == "cpu" else job.size
-            first = functools.partial(run, lanes=lanes)
-            second = functools.partial(run, lanes=job.size) if job.scans else first
-            subject = ("chunk", like, job.paths, [*map(identity_of, job.metrics)], job.solver, *job[5:], lanes)
-            _integrators[key] = compiled(first, numbers, otherwise=second, device=device, subject=subject)
-            while len(_integrators) > _KEPT:
-                del _integrators[next(iter(_integrators))]
-        return _integrators[key]
+
+    def make() -> Program:
+        # the parameters of the scene are in the vector: a cached program holds none of them
+        run = functools.partial(_integrate, like=like, job=job._replace(scene=None))  # pyright: ignore
+        lanes = job.lanes if device.platform == "cpu" else job.size
+        first = functools.partial(run, lanes=lanes)
+        second = functools.partial(run, lanes=job.size) if job.scans else first
+        subject = ("chunk", like, job.paths, [*map(identity_of, job.metrics)], job.solver, *job[5:], lanes)
+        return compiled(first, numbers, otherwise=second, device=device, subject=subject)
+
+    return STORE.get((_integrate, like, *job[1:4], *job[5:], device), make)
 
 
 def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
@@ -590,8 +571,7 @@ def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
             used = int(np.max(np.asarray(result.record.count))) + 1
             kept = min(next((n for n in _SIZES if n >= used), used), job.max_steps + 1)
             lanes = 1 if device.platform == "cpu" else 16
-            key = (like, job.solver, job.max_steps, device, job.metrics, kept)
-            heavy = _scan(key, result, metrics=job.metrics, size=kept, lanes=lanes)
+            heavy = jax.block_until_ready(_scanner(result, metrics=job.metrics, size=kept, lanes=lanes))
     columns = dict(zip(_names(job), np.asarray(found)[:, :count], strict=True))
     columns |= {name: columns[name].astype(np.int32) for name in ABOUT if name != "energy.closure"}
     columns |= {name: np.asarray(value)[:count] for name, value in jax.device_get(heavy).items()}
