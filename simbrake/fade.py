@@ -26,7 +26,7 @@ class Contact(NamedTuple):
     """Inputs of a friction law: slip speed `v` (m/s), surface temperature `T` (K) and pressure `p` (Pa).
 
     Each broadcasts over the linings; `None` where the scene does not model it. A law with states has them in `memory`;
-    their rates also see `q` (W/m²), the friction power per area of a lining.
+    their rates also see `q = f p v` (W/m²), the friction power per area of its face.
 
     Example:
         >>> sb.ConstantFriction(0.35).kinetic(sb.friction.Contact(np.float64(2.0))).item()
@@ -44,7 +44,10 @@ class Contact(NamedTuple):
 
     @property
     def q(self) -> Any:
-        """Friction power per area `f p v` (W/m²), for rates of states only; `None` without areas."""
+        """Friction power per area of the face, `f p v` (W/m²), for rates of states only; `None` without areas.
+
+        Under a band the friction heat over the area is `1/cos(β/2)` times that: friction acts on the band circle.
+        """
         return None
 
     @property
@@ -269,7 +272,8 @@ class MemoryProcess(Part):
 
     - `end` `c_e`: factor of friction to which it tends; `fade` `φ(T)`: how that depends on temperature, 1 without
     - `rate` `k` (1/s) and `activation` energy `E` (J/mol): how fast with time; `k` at all temperatures without `E`
-    - `work` `w_0` (J/m²): friction work per area in which the distance to `c_e φ` falls to 1/e
+    - `work` `w_0` (J/m²): friction work per area of the face, `∫ f p v dt`, in which the distance to `c_e φ` falls to
+      1/e
 
     Recovery with the time constant `τ(T) = e^{E/(R_g T)}/k`: `MemoryProcess(1.0, LinearFade(…), rate=1/τ)`. Burn-off of
     binders: `MemoryProcess(0.0, rate=A, activation=E)`. Running-in: `MemoryProcess(c_1, work=w_0)`.
@@ -300,7 +304,7 @@ class MemoryProcess(Part):
         """Error of a process without a pace, or with an activation energy and no rate."""
         if self.rate is None and (self.work is None or self.activation is not None):
             return [Fault(path, "has no pace", "give rate (1/s), work (J/m²), or both; activation belongs to rate")]
-        return [] if self.fade is None else self.fade.faults(f"{path}.fade")
+        return []
 
 
 class FrictionChange(Part):

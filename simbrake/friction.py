@@ -96,6 +96,9 @@ class AbstractFriction(Part):
     It then gives `start` and `rates`, and finds the states in `contact.memory`. The rates see the slip speed of the
     surfaces, 0 while they stick or do not touch (the coefficients of a band as a whole see `R_b ω`). In a jump of the
     tension no time passes, and the states are unchanged.
+
+    A law made of others (fields that hold a law, or a tuple of laws) passes the contact on to them. What it does not
+    define itself it has from them: states, changes over time, range of temperatures, errors.
     """
 
     @abc.abstractmethod
@@ -114,36 +117,75 @@ class AbstractFriction(Part):
         still = contact._replace(v=jnp.zeros_like(contact.v))
         return jnp.where(static, self.static(still), self.kinetic(contact))
 
+    @property
+    def bases(self) -> dict[str, "AbstractFriction"]:
+        """The laws that this one is made of, at any depth, by their paths in it."""
+        return self._below(AbstractFriction)
+
+    def _below(self, kinds: Any) -> dict[str, Any]:
+        """The nearest parts of some kinds in this law, by their paths in it."""
+
+        def wanted(x: object) -> bool:
+            return x is not self and isinstance(x, kinds)
+
+        found = jax.tree_util.tree_flatten_with_path(self, is_leaf=wanted)[0]
+        return {jax.tree_util.keystr(path).removeprefix("."): part for path, part in found if wanted(part)}
+
+    def _remembering(self) -> "AbstractFriction | None":
+        """The one of its bases that has states."""
+        found = [law for law in self.bases.values() if remembers(law)]
+        if len(found) > 1:
+            raise NotImplementedError(f"several laws in a {type(self).__name__} have states: give `start` and `rates`")
+        return found[0] if found else None
+
     def start(self, n: int) -> PyTree:
         """States of the law at the start of a run: a PyTree of numbers for all or for each of `n` linings.
 
-        `None`: it has no states.
+        `None`: it has no states. By default those of its base.
         """
-        return None
+        base = self._remembering()
+        return None if base is None else base.start(n)
 
     def rates(self, contact: AnyContact) -> PyTree:
         """Rates (1/s times the unit of each state) of the states `contact.memory`, a PyTree like that.
 
-        They must be smooth in `v ≥ 0`. `contact.q` is the friction power per area (W/m²).
+        They must be smooth in `v ≥ 0`. `contact.q` is the friction power per area at the face, `f p v` (W/m²).
         """
-        raise NotImplementedError(f"{type(self).__name__} has states but no `rates`")
+        base = self._remembering()
+        if base is None:
+            raise NotImplementedError(f"{type(self).__name__} has states but no `rates`")
+        return base.rates(contact)
 
     def sizes(self) -> PyTree:
         """Typical size of each state, a number or a PyTree like that of `start`: tolerances are in proportion to it."""
-        return 1.0
+        base = self._remembering()
+        return 1.0 if base is None else base.sizes()
 
     def faults(self, path: str) -> list[Fault]:
         """Errors of this law beyond the ranges of single numbers; a custom law may omit it."""
-        return []
+        parts = self._below((AbstractFriction, AbstractFactor))
+        return [fault for name, part in parts.items() for fault in part.faults(f"{path}.{name}")]
 
     def temperature_range(self) -> Bounds | None:
         """Temperatures (K) between which the law holds, `None` without bounds; a run ends where it leaves them."""
-        return None
+        return _common_range(*self._below((AbstractFriction, AbstractFactor)).values())
 
     @property
     def over_time(self) -> tuple[FrictionChange, ...]:
-        """Given changes over time."""
-        return ()
+        """Given changes over time, whose factor the law finds in `contact.factor`."""
+        return tuple(change for law in self.bases.values() for change in law.over_time)
+
+    def factor_at(self, n: int, t: Array, pieces: Sequence[Piece] | None = None) -> Float[Array, " n"] | None:
+        """Factor of the friction of `n` linings at the time `t`; `None`: the law has no changes over time.
+
+        - `pieces` on which the profiles of the changes are; `None`: those that begin at or before `t`
+        """
+        found = None
+        for i, change in enumerate(self.over_time):
+            piece = change.factor.first_piece(t) if pieces is None else pieces[i]
+            one = change.of_each(jnp.asarray(change.factor.value(t, piece)), n)
+            found = one if found is None else found * one
+        return found
 
 
 def memory_at_start(law: AbstractFriction, n: int) -> PyTree:
@@ -188,9 +230,43 @@ def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
         if np.any(chosen > n) or np.any(chosen % 1):
             what = f"changes of the linings {', '.join(f'{i:g}' for i in chosen)}"
             found.append(Fault(path, what, f"give whole numbers of linings, 1…{n} from the slack end"))
+    found += _faults_of_bases(law, path)
     if not found and not _fits(law, n):
         found = [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
+    if not found and not _sees_changes(law, n):
+        found = [Fault(path, "does not follow the changes over time of a law in it", _PASS_ON)]
     return law.faults(path) + found
+
+
+_PASS_ON = "pass the contact on to that law as it is, or with `contact._replace`"
+
+
+def _faults_of_bases(law: AbstractFriction, path: str) -> list[Fault]:
+    """Errors of a law that hides states or changes of the laws that it is made of, or mixes up their changes."""
+    found, bases = list[Fault](), law.bases
+    for name, base in bases.items():
+        lost = {id(change) for change in base.over_time} - {id(change) for change in law.over_time}
+        if lost:
+            hint = "put all changes into one law around it; a custom law leaves `over_time` as it is"
+            found.append(Fault(f"{path}.{name}", "changes over time, and the law around it does not", hint))
+        if remembers(base) and not remembers(law):
+            hint = "a custom law leaves `start`, `rates` and `sizes` as they are"
+            found.append(Fault(f"{path}.{name}", "has states, and the law around it has none", hint))
+        found += _faults_of_bases(base, f"{path}.{name}")
+    if sum(bool(base.over_time) for base in bases.values()) > 1:
+        found.append(Fault(path, "several laws in it change over time", "put all changes into one law around it"))
+    return found
+
+
+@per_structure
+def _sees_changes(law: AbstractFriction, n: int) -> bool:
+    """Whether the coefficients of a law with changes over time depend on their factor."""
+    if not law.over_time:
+        return True
+    contact, _ = contact_like(law, n)
+    one = jax.ShapeDtypeStruct((n,), np.float64)
+    seen = ContactWithMemory(contact.v, contact.T, contact.p, contact.memory, contact.q, one)
+    return bool(read_by(_coefficients, law, seen)[1].factor)
 
 
 @per_structure
@@ -453,25 +529,6 @@ class AbstractScaledFriction(AbstractFriction):
     def static(self, contact: AnyContact) -> Float[Array, "..."]:
         return self.base.static(contact) * self.scale(contact)
 
-    def start(self, n: int) -> PyTree:
-        return self.base.start(n)
-
-    def rates(self, contact: AnyContact) -> PyTree:
-        return self.base.rates(contact)
-
-    def sizes(self) -> PyTree:
-        return self.base.sizes()
-
-    def faults(self, path: str) -> list[Fault]:
-        return self.base.faults(f"{path}.base")
-
-    def temperature_range(self) -> Bounds | None:
-        return self.base.temperature_range()
-
-    @property
-    def over_time(self) -> tuple[FrictionChange, ...]:
-        return self.base.over_time
-
 
 class ProductFriction(AbstractScaledFriction):
     """`f(T, v, p) = f_base(v) · ∏ factors(T, p)`, sliding and sticking alike. States are those of the base law.
@@ -493,15 +550,6 @@ class ProductFriction(AbstractScaledFriction):
         for one in self.factors:
             product = one.factor(contact) if product is None else product * one.factor(contact)
         return jnp.ones(()) if product is None else product
-
-    def faults(self, path: str) -> list[Fault]:
-        found = super().faults(path)
-        for i, one in enumerate(self.factors):
-            found += one.faults(f"{path}.factors[{i}]")
-        return found
-
-    def temperature_range(self) -> Bounds | None:
-        return _common_range(self.base, *self.factors)
 
 
 def _common_range(*parts: AbstractFriction | AbstractFactor) -> Bounds | None:
@@ -548,9 +596,6 @@ class FrictionWithMemory(AbstractScaledFriction):
             found.append(Fault(f"{path}.base", "has states of its own", "put all processes into one law"))
         return found
 
-    def temperature_range(self) -> Bounds | None:
-        return _common_range(self.base, *(one.fade for one in self.processes if one.fade is not None))
-
 
 # --- friction that is changed from outside ----------------------------------------------------------------------------
 
@@ -583,25 +628,6 @@ class ChangingFriction(AbstractScaledFriction):
         for i, one in enumerate(self.changes):
             of_profile = one.factor.faults(f"{path}.changes[{i}].factor", 0.0)
             found += [dataclasses.replace(fault, hint="friction is never negative") for fault in of_profile]
-            if one.factor.controls_speed:
-                found.append(Fault(f"{path}.changes[{i}].factor", "is a lever that depends on the speed", "a profile"))
         if not self.changes:
             found.append(Fault(f"{path}.changes", "is empty", "give at least one change, or the base law alone"))
-        if self.base.over_time:
-            found.append(Fault(f"{path}.base", "has changes over time of its own", "put all changes into one law"))
         return found
-
-
-def factor_at(
-    law: AbstractFriction, n: int, t: Array, pieces: Sequence[Piece] | None = None
-) -> Float[Array, " n"] | None:
-    """Factor of the friction of `n` linings at the time `t`, `None` of a law without changes over time.
-
-    - `pieces` on which the profiles of the changes are; `None`: those that begin at or before `t`
-    """
-    found = None
-    for i, change in enumerate(law.over_time):
-        piece = change.factor.first_piece(t) if pieces is None else pieces[i]
-        one = change.of_each(jnp.asarray(change.factor.value(t, piece)), n)
-        found = one if found is None else found * one
-    return found

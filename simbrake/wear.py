@@ -16,7 +16,7 @@ from ._base._quantity import Over, Scalar
 from ._phases import Phases
 from .brakes._design import Brake
 from .fade import GAS_CONSTANT, FrictionChange, TabulatedFade
-from .friction import TabulatedFriction
+from .friction import TabulatedFriction, remembers
 from .hybrid._arrays import Array
 from .profiles import AbstractProfile, Piece, Real
 from .thermal._heat import Heat, TransmissionPartition
@@ -403,6 +403,9 @@ def _faults_of_turning(brake: Any) -> list[Fault]:
     parts = [*leaves(brake.linings, "brake.linings"), *leaves(brake.band, "brake.band")]
     listed = [leaf for leaf in parts if np.ndim(leaf.value) == 1 and leaf.about.many is not Over.ROWS]
     unlike = [leaf.path for leaf in listed if np.ptp(np.asarray(leaf.value)) > 0]
+    if remembers(brake.linings.friction):
+        hint = "leave out one of them, or `lining_life(turn_at=…)`, which turns the band between stops"
+        return [Fault(where, "the friction law has states, which would not turn with the band", hint)]
     changes = brake.linings.friction.over_time
     unlike += ["brake.linings.friction.changes" for change in changes if change.linings is not None]
     hint = "equal linings; else `lining_life(turn_at=…)`, which turns the band between stops"

@@ -48,8 +48,9 @@ def tensions(slack, f, angle, back=False):
 
 
 def shares(stiffness=STIFFNESS, friction=FRICTION, xp=np):
-    """K-8 with `c = e^{Σfα}/C`."""
-    yielding = xp.stack([C / xp.exp(xp.sum(f * a)) for C, f, a in zip(stiffness, friction, ANGLES, strict=True)])
+    """K-8 with `c = Π/C`: all bands have one elongation `x = T_n/C`."""
+    growth = [xp.prod((1 + f * xp.tan(a / 2)) / (1 - f * xp.tan(a / 2))) for f, a in zip(friction, ANGLES, strict=True)]
+    yielding = xp.stack([C / Pi for C, Pi in zip(stiffness, growth, strict=True)])
     return yielding / yielding.sum()
 
 
@@ -122,7 +123,10 @@ def test_given_shares_are_relative():
 
 
 def test_geometries_stretch_alike():
-    """Each band by quadrature of `∫ S R dθ/(E A)` and its ends, under its share of the lever's tension."""
+    """Each band by quadrature of `∫ S R dθ/(E A)` and its ends, `S` by Euler's law up to the tight end.
+
+    There it is the `T_n = Π T_0` of the band's linings, whose share of the lever's tension `T_0` is.
+    """
     modulus, area, ends = 2.06e11, (1.3e-3, 1.1e-3), ((0.35, 0.6), (0.3, 1.4))
     bands = tuple(
         lined(j, stiffness=sb.brakes.LiningsOnPlates(modulus, area[j], *ends[j], gap=0.02 * j)) for j in (0, 1)
@@ -130,7 +134,8 @@ def test_geometries_stretch_alike():
     found = np.asarray(sb.brakes.tension_shares(scene(bands).brake))
     stretch = []
     for j, share in enumerate(found):
-        S, total, EA = share * T0, share * T0 * ends[j][0] / (modulus * area[j]), modulus * area[j]
+        S = share * T0 * ratios(FRICTION[j], ANGLES[j]).prod() / math.exp(np.sum(FRICTION[j] * ANGLES[j]))
+        total, EA = S * ends[j][0] / (modulus * area[j]), modulus * area[j]
         for i, (f, a) in enumerate(zip(FRICTION[j], ANGLES[j], strict=True)):
             total += quad(lambda x, S=S, f=f: S * math.exp(f * x), 0, a, epsabs=0, epsrel=1e-13)[0] * R_B / EA
             S *= math.exp(f * a)
@@ -176,10 +181,10 @@ def test_derivatives_of_the_stopping_time_have_the_closed_form():
 
     def closed(x):
         given = bands(x)
-        yielding = jnp.stack([C * jnp.exp(-jnp.sum(f * a)) for f, C, a in given])
+        growth = jnp.stack([jnp.prod((1 + f * jnp.tan(a / 2)) / (1 - f * jnp.tan(a / 2))) for f, _, a in given])
+        yielding = jnp.stack([C for _, C, _ in given]) / growth
         slack = x[5] * yielding / yielding.sum()
-        growth = jnp.stack([jnp.prod((1 + f * jnp.tan(a / 2)) / (1 - f * jnp.tan(a / 2))) - 1 for f, _, a in given])
-        return J * W0 / (R_B * jnp.sum(slack * growth) - LOAD)
+        return J * W0 / (R_B * jnp.sum(slack * (growth - 1)) - LOAD)
 
     x = jnp.asarray([1.0, 1.05, *STIFFNESS, 0.8, T0])
     value, ahead, back = jacobians(time)(x)
@@ -245,7 +250,7 @@ def hot_truth(scale=1.0, stiffness=STIFFNESS[1]):
                 [(LOAD - R_B * steps.sum()) / J],
                 (TO_RIM * np.array(each) - G_RIM * (rims - ROOM)) / C_RIM,
                 ((1 - TO_RIM) * P - G_LINING * (T - ROOM)) / C_LINING,
-                (RUN_IN[0] - c) * P[N[0] :] / area[N[0] :] / RUN_IN[1],
+                (RUN_IN[0] - c) * f[1] * N_i[N[0] :] / area[N[0] :] * v / RUN_IN[1],
                 WEAR * np.exp((T - ROOM) / 100.0) * N_i / area * v,
                 each,
             ]

@@ -11,7 +11,7 @@ import pytest
 from helpers import jacobians
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from test_memory import AREA, OMEGA, PADS, R_B, T_0, TORQUE, F, J, Timed, Z, band, disc, final
+from test_memory import AREA, BETA, OMEGA, PADS, R_B, T_0, TORQUE, F, J, Timed, Z, band, disc, final
 
 import simbrake as sb
 from simbrake.friction import FrictionWithMemory, LinearFade, MemoryProcess
@@ -60,11 +60,12 @@ def test_at_constant_temperature_memory_is_an_exponential(end, start, fade):
     np.testing.assert_allclose(backwards, forwards, rtol=1e-9, atol=1e-12)
 
 
-def test_running_in_follows_the_friction_work_of_each_lining():
+def test_running_in_follows_the_work_at_the_face_of_each_lining():
+    """`∫ f p v dt`: the friction of the band on its circle does `1/cos(β/2)` times that."""
     end, work = np.asarray([1.4, 1.2, 1.0, 0.9]), 2e6
     law = FrictionWithMemory(F, (MemoryProcess(end, work=work),), 0.8)
     result = sb.simulate(band(law), rtol=1e-12)
-    done = np.asarray(sb.results.friction_work(result)) / AREA
+    done = np.asarray(sb.results.friction_work(result)) * math.cos(BETA / 2) / AREA
     assert np.ptp(done) > 0.1 * work
     np.testing.assert_allclose(final(result), end + (0.8 - end) * np.exp(-done / work), rtol=1e-9)
 
@@ -91,7 +92,11 @@ def test_a_stop_with_all_processes_and_heat_against_scipy():
         f = F * c
         tension = T_0 * np.cumprod(np.append(1.0, (1 + f * Z) / (1 - f * Z)))
         power = np.diff(tension) * R_B * omega
-        change = k * (1 - 8e-4 * (T - 250.0) - c) - A * np.exp(-E / (GAS * T)) * c + power / AREA / w_0 * (1.1 - c)
+        change = (
+            k * (1 - 8e-4 * (T - 250.0) - c)
+            - A * np.exp(-E / (GAS * T)) * c
+            + power * math.cos(BETA / 2) / AREA / w_0 * (1.1 - c)
+        )
         return [-R_B * (tension[-1] - T_0) / J, *((1 - share) * power / capacity), *change]
 
     def rest(t, y):

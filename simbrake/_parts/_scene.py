@@ -11,7 +11,7 @@ from jax.core import Tracer
 
 from .._base._compiling import DeviceJit, per_value
 from .._base._faults import Fault, InputError
-from .._base._part import Part, all_in_range, as_arrays, faults_of_values, leaves, part, quantity
+from .._base._part import Part, all_in_range, as_arrays, faults_of_values, leaves, part, parts_below, quantity
 from .._base._quantity import Scalar, shown
 from .._base._table import number
 from .._phases import AfterTravel, AtTemperature, Phases
@@ -198,8 +198,18 @@ def _faults_of_parts(scene: Scene) -> list[Fault]:
     """Errors between parts, without start and end."""
     found = [*_faults_of_brake(scene), *_faults_of_heat(scene)]
     found += [] if scene.power_shares is None else scene.power_shares.faults("power_shares")
-    found += faults_of_wear(scene) + _faults_of_duty(scene) + _faults_of_shaft(scene)
+    found += faults_of_wear(scene) + _faults_of_duty(scene) + _faults_of_shaft(scene) + _misplaced_levers(scene)
     return found or _faults_of_band(scene)
+
+
+def _misplaced_levers(scene: Scene) -> list[Fault]:
+    """Errors of levers that depend on the speed where a function of time is needed."""
+    lever = f"duty.{scene.duty.lever_field}"
+    return [
+        Fault(path, "is a lever that depends on the speed", "give a profile, a function of the time")
+        for path, part, _ in parts_below(scene)
+        if isinstance(part, AbstractProfile) and part.controls_speed and not path.startswith(lever)
+    ]
 
 
 def _optional(scene: Scene) -> tuple[Heat | None, Wear | None, PowerShares | None, tuple[AbstractShaftTorque, ...]]:
@@ -328,7 +338,7 @@ def warnings(scene: Scene) -> list[str]:
     read = read_by_linings(scene)
     if not (read.T or read.p or remembers(brake.linings.friction)):
         return found
-    shares = np.asarray(tension_shares(brake, sensed_at_start(scene)))
+    shares = np.asarray(tension_shares(brake, sensed_at_start(scene), scene.initial.time))
     if np.ptp(shares) > 1e-9:
         text = ", ".join(f"{share:.4g}" for share in shares)
         found.append(

@@ -96,6 +96,7 @@ def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
         seen = place is not None and place.sensor is not None
         memory = rates_read(part.friction, n, T=seen, p=part.area is not None)
         apart = thermal is not None and thermal.tells_apart(place)
+        by_band = brake.banded and name == "external" and memory is not None and memory.q
         return Pair(
             name=name,
             field=field,
@@ -107,6 +108,7 @@ def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
             on_band=several and part is brake.linings,
             apart=apart or (memory is not None and memory.q),
             memory=memory,
+            cosine=jnp.cos(jnp.asarray(brake.linings.angle) / 2) if by_band else None,  # pyright: ignore
         )
 
     return tuple(pair(name, place.field) for name, place in brake.pairs.items())
@@ -160,7 +162,7 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyCo
     assert isinstance(brake, Brake)
     friction = Grip.of(brake.linings, scene.network.flash, scene.power_shares, heated=heated)
     linings, bandage, radius, n = brake.linings, brake.bandage, jnp.asarray(brake.band.radius), brake.linings.count
-    stiffness = stiffness_of(brake, still.T)
+    stiffness = stiffness_of(brake, still.T, scene.initial.time)
     if brake.band.segments is not None:
         return _chain(scene, brake, pairs, sizes, friction, stiffness)
     if bandage is not None and bandage.spring is not None:

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int, PyTree
 
-from ..friction import AbstractFriction, RatesRead, SurfaceState, factor_at, reads
+from ..friction import AbstractFriction, RatesRead, SurfaceState, reads
 from ..hybrid import SYSTEM_CODES
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile, Piece
@@ -207,6 +207,7 @@ class Pair(eqx.Module):
     - `wear`: its rate, `None`: none is followed;  `on_band`: whether the linings rub on the band, not on the rim
     - `apart`: whether the heat, or states of the law, depend on the distribution over the linings
     - `memory`: what the rates of the law's states depend on, `None`: it has none
+    - `cosine` (n,): friction at the face of a lining over its force along the slip, where rates need it (`None`: 1)
     """
 
     name: str = eqx.field(static=True)
@@ -219,16 +220,21 @@ class Pair(eqx.Module):
     on_band: bool = eqx.field(static=True, default=False)
     apart: bool = eqx.field(static=True, default=False)
     memory: RatesRead | None = eqx.field(static=True, default=None)
+    cosine: Float[Array, " n"] | None = None
 
     def memory_rates(self, surface: SurfaceState, v: Array, normal: Float[Array, " n"], power: Array) -> PyTree:
         """Rates of the states of its law, (n,) each.
 
         - `v` (m/s): slip speed signed by the sense, `power` (W) of the friction of each lining: (n,) or one for all
 
+        The law sees `q = f p v` at the face: under a band the force along the slip is `1/cos(β_i/2)` times that, as it
+        acts on the band circle, and so is the power.
+
         Past the end of a slide, where both are below 0, a rate `g` continues with its slope,
         `2 g(0) − g(|v|)`.
         """
         still, area = jnp.zeros(self.count), self.area
+        power = power if self.cosine is None else power * self.cosine
         p, q = (None, None) if area is None else (normal / area, power / area + still)
         v = v + still
 
@@ -524,9 +530,7 @@ class AbstractMechanism(eqx.Module):
         """Factors of the friction of each pair at the time `t`, with the profiles on these pieces; `None`: of a law
         without changes."""
         left = iter(pieces)
-        return tuple(
-            factor_at(pair.law, pair.count, t, [next(left) for _ in pair.law.over_time]) for pair in self.pairs
-        )
+        return tuple(pair.law.factor_at(pair.count, t, [next(left) for _ in pair.law.over_time]) for pair in self.pairs)
 
     @property
     def tells_pairs_apart(self) -> bool:

@@ -492,7 +492,7 @@ class RigidBands(AbstractRigidContact):
     ) -> list[tuple[RigidBand, Float[Array, ""], SurfaceState | None]]:
         """The bands with their slack tensions, and the surfaces of their linings."""
         tensions, law = jnp.unstack(self.shares * force), self.law
-        return [(band, tensions[j], law.surface(surface, j)) for j, band in enumerate(self.bands)]
+        return [(band, tensions[j], law.own(surface, j)) for j, band in enumerate(self.bands)]
 
     def torques(self, force: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Torques:
         found = tuple(band.torques(T_0, v, own, back, static) for band, T_0, own in self._each(force, surface))

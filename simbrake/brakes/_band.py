@@ -329,7 +329,7 @@ class AbstractStiffness(Part):
         return []
 
     def compliance(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
-        """`c = Δl/S_C = e^{Σfα}/C` in m/N, the `C_i` of K-8, linkage included."""
+        """`c = Δl/S_C = e^{Σfα}/C` in m/N, the `C_i` of K-8 for Euler's law along the band, linkage included."""
         return tension_rise(f, angle) / self.stiffness(f, angle, radius)
 
     def elongation(self, slack_tension: Values, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
@@ -536,8 +536,7 @@ class ParallelBands(AbstractStiffness):
     `T_n,j/T_0,j` is the same for every band at every time; angles and friction being equal, all reach every limit
     together, at the same `Π`. They differ in the tension that each carries: `shares`. With a law that depends on
     temperature or pressure, and unequal shares, the scene has the mean band (a warning says so). Bands whose linings
-    differ cannot be written as one band; that is a known gap. Source: K-5…K-8, model §2.3; K names the compliance `C_i`
-    a stiffness.
+    differ are a `MultiBandBrake`. Source: K-5…K-8, model §2.3; K names the compliance `C_i` a stiffness.
 
     Example:
         >>> sb.brakes.ParallelBands([1e5, 2e5]).bands

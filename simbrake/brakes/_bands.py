@@ -1,6 +1,6 @@
 """Several bands side by side under one lever, each with its own linings."""
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, ClassVar, TypeVar
 
 import equinox as eqx
@@ -13,8 +13,9 @@ from .._base._faults import Fault
 from .._base._part import Part, faults_of_sizes, quantity
 from .._base._quantity import Scalar, Values
 from ..fade import AnyContact, Bounds
-from ..friction import AbstractFriction, SurfaceState
+from ..friction import AbstractFriction
 from ..hybrid._arrays import Array
+from ..profiles import Piece
 from ._band import AbstractStiffness, GivenStiffness, grip, lever_split, product, tension_ratio
 from ._design import (
     AbstractBandBrake,
@@ -64,7 +65,8 @@ class JoinedFriction(AbstractFriction):
 
     - `laws` of the bands;  `spans`: numbers of their first linings, and of those after the last ones
 
-    Its states are a tuple: the first state of every law, the second, …; of laws with fewer they are 0 throughout.
+    Its states are a tuple: the first state of every law, the second, …; of laws with fewer they are 0 throughout. Its
+    changes over time are those of the laws, each on the linings of its own band.
     """
 
     laws: tuple[AbstractFriction, ...]
@@ -85,25 +87,17 @@ class JoinedFriction(AbstractFriction):
         sizes = [jnp.broadcast_to(jnp.asarray(x, jnp.float64), (last - first,)) for x, (first, last) in each]
         return jnp.concatenate(sizes)
 
-    def _own_memory(self, memory: Any, i: int) -> PyTree:
-        """The states of the law of band `i` among those of all."""
+    def own(self, seen: Any, i: int) -> Any:
+        """The linings of band `i` in a contact, or a state of the surfaces (`None`: without), of all linings."""
+        if seen is None or seen.memory is None:
+            return self.cut(seen, i)
         like = jax.tree.structure(self.laws[i].start(1))
-        return like.unflatten(self.cut(memory[: like.num_leaves], i)) if like.num_leaves else None
-
-    def surface(self, surface: SurfaceState | None, i: int) -> SurfaceState | None:
-        """The surfaces of the linings of band `i`."""
-        if surface is None:
-            return None
-        memory = None if surface.memory is None else self._own_memory(surface.memory, i)
-        return SurfaceState(self.cut(surface.T, i), memory)
+        memory = self.cut(seen.memory[: like.num_leaves], i)
+        rest = self.cut(seen._replace(memory=None), i)
+        return rest._replace(memory=like.unflatten(memory) if like.num_leaves else None)
 
     def _each(self, of: Callable[[AbstractFriction, AnyContact], Any], contact: AnyContact) -> list[Any]:
-        found = []
-        for i, law in enumerate(self.laws):
-            own = self.surface(SurfaceState(contact.T, contact.memory), i)
-            assert own is not None
-            found.append(of(law, own.contact(*(self.cut(x, i) for x in (contact.v, contact.p, contact.q)))))
-        return found
+        return [of(law, self.own(contact, i)) for i, law in enumerate(self.laws)]
 
     def _coefficient(
         self, of: Callable[[AbstractFriction, AnyContact], Any], contact: AnyContact
@@ -141,6 +135,17 @@ class JoinedFriction(AbstractFriction):
             one_for_all = jax.tree.structure(size) == jax.tree.structure(0)
             sizes.append([size] * like.num_leaves if one_for_all else size)
         return self._states(sizes, 1.0) or 1.0
+
+    def factor_at(self, n: int, t: Array, pieces: Sequence[Piece] | None = None) -> Float[Array, " n"] | None:
+        if not self.over_time:
+            return None
+        found, first = [], 0
+        for law, (begin, end) in zip(self.laws, self.spans, strict=True):
+            last = first + len(law.over_time)
+            own = law.factor_at(end - begin, t, None if pieces is None else pieces[first:last])
+            found.append(1.0 if own is None else own)
+            first = last
+        return self.joined(found)
 
     def temperature_range(self) -> Bounds | None:
         bounds = [law.temperature_range() for law in self.laws]
@@ -182,16 +187,19 @@ class JoinedLinings(AbstractLinings):
 class MultiBandBrake(AbstractBandBrake):
     """A band-shoe brake with several bands side by side under one lever, each with its own linings.
 
-        T_0,j = s_j T_0,   s_j = 1/(c_j Σ_k 1/c_k)   (K-8)
+        T_0,j = s_j T_0,   s_j = 1/(c_j Σ_k 1/c_k),   c_j = Π_j/C_j   (K-8)
         M = R_b Σ_j T_0,j (Π_j − 1),   backwards  R_b Σ_j T_0,j (1 − 1/Π_j)
 
     - `pulley` on which all of them act, or several on one shaft;  `band_radius` `R_b` (m) of their circle
     - `bands`: each with its linings, and its stiffness (or its share `s_j`, in proportion to those of the others)
 
-    `T_0` is the sum of the slack tensions. The compliance `c_j` is that of full slip (`AbstractStiffness.compliance`),
-    with the friction at zero speed and at the temperature of the start, and constant in the run. The stiffness sets the
-    shares alone: the bands themselves are rigid, slide together and stick together. Where they stick, each has that
-    part of the torque that it has of the maximum torque.
+    `T_0` is the sum of the slack tensions. The lever stretches all bands alike: as for one elastic band the stiffness
+    `C_j` is that at the tight end, `x = T_n,j/C_j`, and in full slip `T_n,j = Π_j T_0,j` with the `Π_j` of the band's
+    linings (not `e^{Σfα}`, their limit of many). The shares `s_j` are those of a slide ahead with the friction at the
+    start of the run, at zero speed and without pressure, and constant in the run: a later change of the friction moves
+    the torque of each band, not its share of the lever. The stiffness sets the shares alone: the bands themselves are
+    rigid, slide together and stick together. Where they stick, each has that part of the torque that it has of the
+    maximum torque.
 
     Arrays over linings have those of the first band first (`of_bands` divides them). Source: K-4…K-8, model §2.3.
 
@@ -253,9 +261,10 @@ class MultiBandBrake(AbstractBandBrake):
         own = self.of_bands(jnp.broadcast_to(jnp.asarray(f), (self.linings.count,)))
         found = []
         for band, f in zip(self.bands, own, strict=True):
-            given = band.stiffness
+            given, angle = band.stiffness, jnp.asarray(band.linings.angle)
             stiffness = given if isinstance(given, AbstractStiffness) else GivenStiffness(given)
-            found.append(stiffness.compliance(f, jnp.asarray(band.linings.angle), jnp.asarray(self.band_radius)))
+            C = stiffness.stiffness(f, angle, jnp.asarray(self.band_radius))
+            found.append(product(tension_ratio(grip(f, angle))[0]) / C)
         return lever_split(jnp.stack(found), 1.0)
 
     def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:

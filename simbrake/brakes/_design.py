@@ -16,7 +16,6 @@ from ..friction import (
     AbstractFriction,
     AnyContact,
     SurfaceState,
-    factor_at,
     faults_of_law,
     memory_at_start,
     needs,
@@ -247,7 +246,7 @@ def unloaded(
     law are those of the start. `t` (s): time of changes of the law, `None`: those of sound linings.
     """
     law, n = pair.friction, np.size(v)
-    pressed, factor = pair.area is not None or needs(law, n).p, None if t is None else factor_at(law, n, t)
+    pressed, factor = pair.area is not None or needs(law, n).p, None if t is None else law.factor_at(n, t)
     return SurfaceState(T, memory_at_start(law, n), factor).contact(v, jnp.zeros_like(v) if pressed else None)
 
 
@@ -557,19 +556,23 @@ def under_a_band(brake: AbstractBrake) -> Brake:
     return brake
 
 
-def _still_friction(linings: AbstractLinings, temperature: Values | None) -> Float[Array, " n"]:
+def _still_friction(linings: AbstractLinings, temperature: Values | None, time: Values | None) -> Float[Array, " n"]:
     law, n = linings.friction, linings.count
     if temperature is None and needs(law, n).T:
         raise ValueError("the friction law depends on the temperature: give it")
     T = None if temperature is None else jnp.broadcast_to(jnp.asarray(temperature), (n,))
-    return jnp.broadcast_to(law.kinetic(unloaded(linings, jnp.zeros(n), T)), (n,))
+    at = None if time is None else jnp.asarray(time)
+    return jnp.broadcast_to(law.kinetic(unloaded(linings, jnp.zeros(n), T, at)), (n,))
 
 
-def stiffness_of(brake: AbstractBrake, temperature: Values | None = None) -> Float[Array, ""] | None:
+def stiffness_of(
+    brake: AbstractBrake, temperature: Values | None = None, time: Values | None = None
+) -> Float[Array, ""] | None:
     """Stiffness `C` of a brake's band in N/m, given or from its geometry; `None` for a rigid band.
 
     The friction along a geometry is the linings' kinetic coefficient at zero speed, without pressure, and at the
-    `temperature` (K, a number or (n,)) if the law depends on it: that of the start, constant in the run.
+    `temperature` (K, a number or (n,)) if the law depends on it; of a law that changes over time at the `time` (s),
+    `None`: that of sound linings. A run takes those of its start, and the stiffness is constant in it.
 
     Raises `ValueError` if that temperature is needed and missing, `InputError` for a brake without a band, or with
     several.
@@ -582,16 +585,18 @@ def stiffness_of(brake: AbstractBrake, temperature: Values | None = None) -> Flo
     stiffness = under_a_band(brake).band.stiffness
     if not isinstance(stiffness, AbstractStiffness):
         return None if stiffness is None else jnp.asarray(stiffness)
-    f = _still_friction(brake.linings, temperature)
+    f = _still_friction(brake.linings, temperature, time)
     return stiffness.stiffness(f, jnp.asarray(brake.linings.weights), jnp.asarray(brake.radius))
 
 
-def tension_shares(brake: AbstractBrake, temperature: Values | None = None) -> Float[Array, " k"]:
+def tension_shares(
+    brake: AbstractBrake, temperature: Values | None = None, time: Values | None = None
+) -> Float[Array, " k"]:
     """Share of the lever's tension that each of a brake's parallel bands has (K-8); `[1]` where there is one band.
 
-    `temperature` as in `stiffness_of`. Raises `InputError` for a brake without a band.
+    `temperature`, `time` as in `stiffness_of`. Raises `InputError` for a brake without a band.
     """
     brake = brake if brake.banded else under_a_band(brake)
     if isinstance(brake, Brake) and not isinstance(brake.band.stiffness, ParallelBands):
         return jnp.ones(1)
-    return brake.lever_shares(_still_friction(brake.linings, temperature))
+    return brake.lever_shares(_still_friction(brake.linings, temperature, time))

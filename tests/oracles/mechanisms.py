@@ -168,7 +168,7 @@ def linings_on_springs():
 
 
 def several_bands():
-    """Two bands of unequal linings under one lever; `K-8` shares the slack tension by `e^{Σ f α}/C`."""
+    """Two bands of unequal linings under one lever; they stretch alike, `x = Π_j T_0,j/C_j`."""
     inertia, R_b, tension, load = 1200.0, 0.623, 6e3, 3e3
     angles = [np.array([0.9, 0.7, 0.8, 1.1]), np.array([0.5, 0.6, 0.4, 0.7, 0.8, 0.6])]
     friction = [np.array([0.35, 0.3, 0.32, 0.4]), np.full(6, 0.28)]
@@ -178,12 +178,12 @@ def several_bands():
         return np.prod((1 + fz) / (1 - fz))
 
     def stop(first=2e5):
-        stiff = [C / math.exp(f @ a) for C, f, a in zip((first, 3.5e5), friction, angles, strict=True)]
+        stiff = [C / along(f, a) for C, f, a in zip((first, 3.5e5), friction, angles, strict=True)]
         shares = np.asarray(stiff) / sum(stiff)
         torques = [R_b * s * tension * (along(f, a) - 1) for s, f, a in zip(shares, friction, angles, strict=True)]
         return inertia * 20.0 / (sum(torques) - load), shares[0]
 
-    source = "closed form: J ω_0/(Σ R_b T_0,j (Π_j − 1) − M), T_0,j by C_j e^{−Σ f α} (K-8)"
+    source = "closed form: J ω_0/(Σ R_b T_0,j (Π_j − 1) − M), T_0,j by C_j/Π_j (K-8)"
     yield "stopping time", stop()[0], source, EXACT
     yield "share of the first band", stop()[1], source, EXACT
     yield "∂(stopping time)/∂C_1", slope(lambda C: stop(C)[0], 2e5), source, BY_SLOPE
