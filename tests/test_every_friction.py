@@ -251,7 +251,7 @@ def test_torques_on_the_shaft_phases_and_power_shares_act(kind):
     assert float(other.stopping_time) == pytest.approx(float(one.stopping_time), rel=1e-9)
     energy = {name: float(value) for name, value in other.energy.items()}
     into = energy["heat_to_metal"] + energy["heat_to_linings"] + energy.get("heat_to_band", 0.0)
-    assert into == pytest.approx(0.7 * energy["friction_heat"], rel=1e-9)
+    assert into == pytest.approx(0.7 * float(one.series([7.0]).friction_work[0]), rel=1e-8)
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -296,7 +296,9 @@ def test_running_in_and_wear_have_one_pressure_and_one_way(kind):
         np.testing.assert_allclose(rise, truth, rtol=1e-7, atol=1e-12, err_msg=one.path)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize(
+    "kind", slow_but("rigid band", "chain", "bandage on springs", "disc brake", "double-shoe brake")
+)
 def test_flash_temperature_has_the_same_work_or_is_refused(kind):
     """`f = f_0 (1 − s ΔT)`, `ΔT = (2 f p v/λ) √(a l/(π v))`, with load, speed and coefficient of the results."""
     start = scene(kind, lambda n, f=F: ProductFriction(f, (LinearFade(5e-3, HOT),)))
