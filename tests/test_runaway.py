@@ -13,6 +13,7 @@ import staged_scenes as staged
 from heat_scenes import fading, lump, rigid_stop
 from helpers import stop_scene
 from scipy.optimize import brentq
+from test_disc import TORQUE, disc_scene
 
 import simbrake as sb
 
@@ -48,6 +49,28 @@ def assert_holds_up_to(scene, torque, *, relative=1e-6):
 @pytest.mark.parametrize(("omega", "torque"), [(20.0, AHEAD), (-20.0, -BACK)])
 def test_standard_brake_holds_what_the_capstan_equation_says(stiffness, omega, torque):
     assert_holds_up_to(stop_scene(C=stiffness, w0=omega, end=0.3), torque)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        stop_scene(C=None, load=AHEAD, end=2.0),
+        stop_scene(C=2e5, load=AHEAD, end=2.0),
+        stop_scene(C=None, w0=-20.0, load=-BACK, end=2.0),
+        stop_scene(C=None, lever=sb.SpeedHold(T0), load=AHEAD, end=2.0),
+        disc_scene(load=TORQUE, end=2.0),
+    ],
+)
+def test_load_that_equals_the_brake_is_no_runaway(scene):
+    """The speed stays constant from full slip on: nothing runs away, and nothing says so."""
+    result = sb.simulate(scene)
+    found, s = result.end_capacity, result.series([1.0, 2.0])
+    assert float(found.torque) == pytest.approx(float(found.load), rel=1e-12)
+    assert float(s.omega[1]) == pytest.approx(float(s.omega[0]), rel=1e-9)
+    assert result.status == "not_stopped"
+    said = sb.results.explain(result, influence=False)
+    assert "runs away" not in str(result)
+    assert "too little" not in str(said)
 
 
 def test_message_names_both_torques():

@@ -92,9 +92,14 @@ class Capacity(NamedTuple):
         return self.pairs.min(axis=-1)
 
     @property
+    def outweighed(self) -> Bool[Array, "*many"]:
+        """Whether the load exceeds the torque of the sliding brake; a load that equals it keeps the speed constant."""
+        return self.load > self.torque * (1 + _ROUNDING)
+
+    @property
     def exceeded(self) -> Bool[Array, "*many"]:
-        """Whether the brake cannot hold the load, now or with the final lever force."""
-        return self.settled & (self.load > 0) & (self.load >= self.torque * (1 - _ROUNDING))
+        """Whether the load exceeds what the brake gives, now and with the final lever force."""
+        return self.settled & self.outweighed
 
 
 # --- phases of a duty -------------------------------------------------------------------------------------------------

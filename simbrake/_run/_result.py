@@ -152,7 +152,8 @@ class Result:
         """Load torque and maximum torque of the sliding brake (N·m) at the end of the run, in the sense of rotation.
 
         With kinetic friction at the speed and the temperatures of the end; meaningful while the pulley turns. A
-        run whose load is not below that torque, with the lever at its last value, ends as `runaway`.
+        run whose load exceeds that torque, with the lever at its last value, ends as `runaway`; one whose load equals
+        it turns at constant speed.
         """
         return end_capacity(self.record)
 
@@ -274,9 +275,8 @@ class Result:
             now, more = f"is at {number(np.max(np.asarray(hot)), 'K', absolute=True)}", [motion]
         if turns:
             found = self.end_capacity
-            away = found.load > found.torque and not lowers_steadily(record)
             words = _torques(found, list(self.scene.brake.pairs))
-            more.append(f"the load runs away: {words}" if away else words)
+            more.append(f"the load runs away: {words}" if found.outweighed and not lowers_steadily(record) else words)
         return ", ".join([f"{lever.ended(passed)} began at {number(y.phase.begun, 's')} and {now}", *more])
 
     def report(self) -> Report:

@@ -84,7 +84,7 @@ def shortage(scan: Scan, status: str) -> list[str]:
         if not some.size:
             return some
         found = capacities_at(scan.record, some, scan.instants)
-        return some[(found.load > 0) & (found.load > found.torque * (1 + _ROUNDING))]
+        return some[found.outweighed]
 
     # first coarsely, then at all samples of the steps in which it is short
     rows_short = np.unique(scan.row[short_at(np.flatnonzero(hardest & _coarse(scan)))])

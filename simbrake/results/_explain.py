@@ -32,6 +32,10 @@ _MOST = 3
 _FIXED = ("gravity", "initial.time", "end_time")
 #: linings whose maximum over their mean is below this are alike
 _ALIKE = 1 + 1e-6
+#: torques that differ by less than this share of the load balance each other
+_BALANCED = 1e-9
+#: percent of a balance that shows in none of its printed digits
+_SHOWN = 5e-4
 #: width of the text, and of the topics before it
 _WIDTH, _TOPIC = 110, 13
 
@@ -217,7 +221,12 @@ def _balance(result: Result) -> list[Finding]:
     text = (
         f"At the end the sliding brake gives {number(torque, 'N*m')}{weak} against {number(load, 'N*m')} of the load: "
     )
-    text += f"{number(left, 'N*m')} are left to slow it down." if left > 0 else f"{number(-left, 'N*m')} too little."
+    if abs(left) <= _BALANCED * load:
+        text += "they balance, and the speed stays as it is."
+    elif left > 0:
+        text += f"{number(left, 'N*m')} are left to slow it down."
+    else:
+        text += f"{number(-left, 'N*m')} too little."
     return [Finding("balance", text, {"brake_torque": torque, "load_torque": load})]
 
 
@@ -362,7 +371,7 @@ def _stability(result: Result) -> list[Finding]:
     if least is not None:
         found["runaway"] = {**least._asdict(), "margin": least.margin}
         torque, load = number(least.torque, "N*m"), number(least.load, "N*m")
-        verb = "gives too little" if least.margin <= 0 else "gives at least"
+        verb = "gives too little," if least.margin < -_BALANCED else "gives at least"
         said.append(
             f"Under the maximum force of the lever the sliding brake {verb} {torque} against {load} of the load "
             f"(at {number(least.time, 's')}): runaway margin {digits(100 * least.margin, 4)} %."
