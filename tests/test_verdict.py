@@ -27,6 +27,7 @@ from simbrake._run._measure import (
     title_of,
     unit_of,
 )
+from simbrake._run._metrics import RESIDUAL_SEES
 from simbrake.results import LimitCheck, limit_checks
 
 J, W0, R, T0, LOAD = 800.0, 20.0, 0.725, 8e3, 1.2e4
@@ -258,7 +259,7 @@ def test_summary_of_many_stops_has_totals_and_the_worst():
     assert figures["Stops"] == ("2", "")
     assert figures["Time of braking"][0] == f"{STOP + second:.5g}"
     assert figures["Longest braking"] == (f"{max(STOP, second):.5g}", "in stop 1")
-    assert not {"Stopping time", "Angle to the stop"} & set(figures)
+    assert not {"Stopping time", "Angle to the first stop"} & set(figures)
 
 
 def test_summary_of_a_held_load():
@@ -301,7 +302,7 @@ def summary_by_hand(duty="stop", *, energy=(), metrics=(), at=(), events=(), **o
         "message": "it stands",
         "duty": duty,
         "events": [{"name": name, "time": t} | ({} if i is None else {"lining": i}) for name, t, i in events],
-        "end": {"time": 5.0, "duration": 4.0, "angle": 30.0, "omega": 2.0, "hook_travel": None},
+        "end": {"time": 5.0, "duration": 4.0, "angle": 9.0, "omega": 2.0, "hook_travel": None},
         "metrics": {
             **{"slip_onset_time": 0.5, "full_slip_time": 0.75, "stopping_time": 2.0, "stopping_angle": 9.0},
             **{"hook_travel": None, "max_tension": 3e3, "max_normal_load": 4e3, **dict(metrics)},
@@ -346,7 +347,7 @@ def test_text_of_a_summary():
         "tension  at most 3 kN behind lining 7 at 0.125 s",
         "load     at most 4 kN on lining 6 at 0.25 s",
         "energy   load 5 kJ + lever 1 kJ + kinetic 6 kJ = friction heat 12 kJ",
-        "closure  relative energy-balance residual 2.0e-16",
+        f"closure  relative energy-balance residual 2.0e-16 ({RESIDUAL_SEES})",
         "solver   Dopri8, rtol 1e-09: 9 steps, 8 rejected, 7 truncated at events, 6 segments",
         "warning  look",
         "warning  here",
@@ -365,6 +366,8 @@ def test_lines_that_only_some_summaries_have():
         "load     at most 4 kN on pad 6 at 0.25 s",
     ]
     assert added(metrics={"hook_travel": 3.0}) == ["stop     after 2 s, 9 rad, hook travel 3 m"]
+    on = {"time": 5.0, "duration": 4.0, "angle": 30.0, "omega": 2.0, "hook_travel": 8.0}
+    assert added(end=on) == ["run      30 rad, hook travel 8 m in all, at the end turning at 2 rad/s"]
     assert added(distribution="by stiffness") == ["split    by stiffness"]
     assert added(metrics={"min_holding_reserve": 1.5}, at={"min_holding_reserve_time": 3.0}) == [
         "holding  static capacity at least 1.5 times the load, at 3 s"
@@ -428,7 +431,7 @@ def test_lines_of_heat():
     assert found[-1] == "method   Dopri8: it is fast"
     assert found[-5] == "hottest  the scene names no rim, linings or band"
     assert found[-4] == "heat     to metal 9 kJ + to linings 3 kJ = stored 7 kJ + lost 5 kJ (residual 1.0e-09)"
-    heat |= {"heat_to_band": 1e3, "heat_supplied": -2e3}
+    heat |= {"heat_to_metal": 7e3, "heat_to_band": 1e3, "heat_elsewhere": 1e3, "shaft_work": 3e3, "heat_supplied": -2e3}
     hot = {"peak_rim_temperature": 373.15, "peak_lining_temperature": 473.15, "peak_band_temperature": None}
     when = {"peak_rim_temperature_time": 1.0, "peak_lining_temperature_time": 2.0}
     marks = [("grip_lost", 3.0, None), ("grip_lost", 1.0, None), ("self_locking", 2.0, None)]
@@ -437,11 +440,11 @@ def test_lines_of_heat():
     assert found[-6:-3] == [
         "marks    permissible temperature exceeded once, at 4 s, grip lost 2 times, first at 1 s, "
         "self-locking once, at 2 s",
-        "hottest  disc 100 °C at 1 s, pads 200 °C at 2 s",
-        "heat     to metal 9 kJ + to linings 3 kJ + to band 1 kJ + supplied -2 kJ = stored 7 kJ + lost 5 kJ"
-        " (residual 1.0e-09)",
+        "hottest  pads 200 °C at 2 s, disc 100 °C at 1 s",
+        "heat     to metal 7 kJ + to linings 3 kJ + to band 1 kJ + to no body 1 kJ + other torques on the shaft 3 kJ"
+        " + supplied -2 kJ = stored 7 kJ + lost 5 kJ (residual 1.0e-09)",
     ]
-    assert "hottest  rim 100 °C at 1 s, linings 200 °C at 2 s" in lines_by_hand(energy=heat, metrics=hot, at=when)
+    assert "hottest  linings 200 °C at 2 s, rim 100 °C at 1 s" in lines_by_hand(energy=heat, metrics=hot, at=when)
 
 
 def test_lines_of_wear_and_stages():

@@ -14,7 +14,7 @@ from .._phases import Phases
 from .._run._duty import OfStops
 from .._run._log import EVENTS, STAGES, Event
 from .._run._measure import Colour, LimitCheck, title_of, unit_of
-from .._run._metrics import METRICS
+from .._run._metrics import METRICS, RESIDUAL_SEES, Balance, energy_balance, heat_balance
 from .._run._result import Result
 from ..loads import AbstractLoad, Driller, HookLoad, Lever, SpeedHold, StringLoad, TorqueLoad, TrippingLoad
 from ..profiles import AbstractProfile, Constant, ExponentialRise, FunctionProfile, PiecewiseLinear, Repeated
@@ -233,61 +233,70 @@ class Share(NamedTuple):
 
 
 class Ledger(NamedTuple):
-    """A balance: energy in, energy out, and how well the two sides agree."""
+    """A balance: energy in, energy out, how well the two sides agree, and what that does not tell."""
 
     title: str
     into: tuple[Share, ...]
     out: tuple[Share, ...]
     total: Number
     closure: str
-    note: str = ""
+    note: str = f"This residual is no error estimate: {RESIDUAL_SEES}."
 
 
-def ledger(title: str, into: Mapping[str, float], out: Mapping[str, float], closure: float, note: str = "") -> Ledger:
+def ledger(title: str, balance: Balance, closure: float) -> Ledger:
     """Both sides of a balance; negative terms are shown on the other side."""
-    terms = [*into.items(), *((words, -value) for words, value in out.items())]
-    sides = [[(words, sign * value) for words, value in terms if sign * value > 0] for sign in (1, -1)]
-    totals = [sum(value for _, value in side) for side in sides]
+    sides = balance.positive
+    totals = [sum(side.values()) for side in sides]
     hues = itertools.count()
     left, right = (
         tuple(
             Share(words, number(value, "J", beside=max(totals)), 100 * value / total, next(hues))
-            for words, value in side
+            for words, value in side.items()
         )
         for side, total in zip(sides, totals, strict=True)
     )
-    return Ledger(title, left, right, number(max(totals), "J"), digits(closure, 2), note)
+    return Ledger(title, left, right, number(max(totals), "J"), digits(closure, 2))
 
 
-#: terms of the balance that only some brakes have
-_OTHERS = {
-    "Electrical work of friction": "electrical_work",
-    "Mechanical work of friction": "mechanical_work",
-    "Heat of dampers": "damper_heat",
-    "Other torques on the shaft": "shaft_work",
-    "Elastic energy of the band": "elastic_change",
+#: terms of both balances in words
+_TERMS = {
+    "load_work": "Work of the load",
+    "lever_work": "Work of the lever",
+    "kinetic_release": "Kinetic energy given up",
+    "friction_heat": "Friction heat",
+    "electrical_work": "Electrical work of friction",
+    "mechanical_work": "Mechanical work of friction",
+    "damper_heat": "Heat of dampers",
+    "shaft_work": "Other torques on the shaft",
+    "elastic_change": "Elastic energy",
+    "heat_to_metal": "Friction heat into metal",
+    "heat_to_linings": "Friction heat into linings",
+    "heat_to_band": "Friction heat into the band",
+    "heat_elsewhere": "Friction heat into no body",
+    "heat_supplied": "Supplied",
+    "heat_stored": "Stored",
+    "heat_lost": "Lost to the surroundings and to no body",
 }
 
 
 def ledgers(result: Result, summary: Summary) -> list[Ledger]:
     """The balance of energy; with a thermal part also that of heat."""
     e, pairs = summary["energy"], result.scene.brake.pairs
-    into = {"Work of the load": e["load_work"], "Work of the lever": e["lever_work"]}
-    into["Kinetic energy given up"] = -e["kinetic_change"]
-    heat = {"Friction heat": e["friction_heat"]}
+
+    def named(terms: Mapping[str, float | None]) -> dict[str, float]:
+        # (what left the range of numbers in a failed run is no number)
+        return {_TERMS.get(name, name): np.nan if value is None else value for name, value in terms.items()}
+
+    into, out = energy_balance(e)
     if len(pairs) > 1:
-        heat = {f"Friction heat, {place.words}": e[f"heat_{pair}"] for pair, place in pairs.items()}
-    out = heat | {words: e.get(name, 0.0) for words, name in _OTHERS.items()}
-    found = [ledger("Mechanical energy", into, out, e["closure"])]
+        del out["friction_heat"]
+        out = {f"Friction heat, {place.words}": e[f"heat_{pair}"] for pair, place in pairs.items()} | out
+    found = [ledger("Mechanical energy", Balance(named(into), named(out)), e["closure"])]
     if "heat_stored" in e:
-        places = {place: e[f"heat_to_{place}"] for place in ("metal", "linings", "band")}
-        entered = ", ".join(f"{place} {number(value, 'J')}" for place, value in places.items() if value)
-        note = f"The friction heat entered: {entered}." if entered else ""
-        into = {"Friction heat": e["friction_heat"], "Supplied": e["heat_supplied"]}
-        into |= {"Other torques on the shaft": e["shaft_work"]} if "shaft_work" in e else {}
-        out = {f"Stored in {name}": float(value) for name, value in result.stored_heat.items()}
-        out["Lost to the surroundings"] = e["heat_lost"]
-        found.append(ledger("Heat", into, out, e["heat_closure"], note))
+        into, out = heat_balance(e)
+        del out["heat_stored"]
+        out = {f"Stored in {name}": float(value) for name, value in result.stored_heat.items()} | out
+        found.append(ledger("Heat", Balance(named(into), named(out)), e["heat_closure"]))
     return found
 
 

@@ -331,7 +331,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def _booked_of(self, pair: Pair, deposit: Deposit) -> HeatLedger:
         metal, none = deposit.to_metal, jnp.zeros_like(deposit.to_metal)
         behind = none if deposit.beyond is None else deposit.beyond
-        metal, band = (behind, metal) if pair.on_band else (metal, none)
+        metal, band = (behind, metal) if pair.on_band else (metal if deposit.beyond is None else metal + behind, none)
         return HeatLedger(metal, deposit.to_linings, deposit.lost, 0.0, band if self._has_band else None)
 
     @property

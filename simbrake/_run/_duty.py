@@ -15,8 +15,12 @@ from .._phases import Phases
 from .._physics._mechanism import BandMode, Label
 from ..hybrid import Record
 from ._log import Status
+from ._metrics import hook_travel_at
 from ._probe import Entry, RunJit
 from ._scan import Scan, peaks_between
+
+#: angles that differ by less than this share of them are the same
+_SAME = 1e-9
 
 
 class DutyKind(enum.StrEnum):
@@ -62,12 +66,13 @@ def end_of(record: Record, scene: Scene) -> Entry:
     """State of a concrete run at its end, in SI: time, angle, speed, travel of a hook where there is one."""
     states, t, n = record.states, np.asarray(record.rows.t), int(record.count)
     angle = float(states.phi[n] - states.phi[0])
+    travel = hook_travel_at(record.system, scene, record.y_end, record.mode_end)  # pyright: ignore
     return {
         "time": float(t[n]),
         "duration": float(t[n] - t[0]),
         "angle": angle,
         "omega": float(states.omega[n]),
-        "hook_travel": scene.duty.load.travelled(angle),
+        "hook_travel": None if travel is None else float(travel),
     }
 
 
@@ -83,8 +88,11 @@ def duty_lines(summary: Entry) -> list[str]:
     where = f"{number(end['angle'], 'rad')}"
     where += "" if end["hook_travel"] is None else f", hook travel {number(end['hook_travel'], 'm')}"
     match kind:
+        case DutyKind.STOP:
+            return _after_lines(where, end, summary["metrics"]["stopping_angle"])
         case DutyKind.STOPS:
-            return _stops_lines(summary)
+            turned = sum(row["angle"] for row in summary["stops"])
+            return [*_stops_lines(summary), *_after_lines(where, end, turned)]
         case DutyKind.HOLD:
             return _held_lines(summary)
         case DutyKind.DRAG | DutyKind.STEADY:
@@ -128,6 +136,13 @@ def _stops_lines(summary: Entry) -> list[str]:
         f"worst    longest braking {number(slowest['braking_time'], 's')} in stop {slowest['stop']}, "
         f"maximum friction heat {number(hottest['energy'], 'J')} in stop {hottest['stop']}",
     ]
+
+
+def _after_lines(where: str, end: Entry, angle: float) -> list[str]:
+    """The whole run, to which energies belong, where the pulley turned on after the `angle` of its stops (rad)."""
+    if abs(end["angle"] - angle) <= _SAME * abs(angle):
+        return []
+    return [f"run      {where} in all, at the end turning at {number(end['omega'], 'rad/s')}"]
 
 
 def _held_lines(summary: Entry) -> list[str]:

@@ -5,7 +5,7 @@ They are functions of a run's record, traceable, so that they can be differentia
 
 import functools
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import jax
 import jax.numpy as jnp
@@ -16,6 +16,7 @@ from .._parts._scene import Scene, has_load
 from .._physics._brake import BrakeSystem
 from .._physics._hook import BrakeUnderRope
 from .._physics._mechanism import BandMode, Ledger, Mode, slips
+from .._physics._state import State
 from ..brakes._design import Brake
 from ..hybrid import LANDED, Record, largest, smallest
 from ..hybrid._arrays import Array, numpy_of
@@ -31,6 +32,8 @@ Happens = Callable[[Mode, Mode], Array]
 
 #: the one that is looked for only while the brake is to hold (`to_hold`)
 HOLDING = "min_holding_reserve"
+#: differences of the friction heat below this share of it are rounding
+_NOTHING_LEFT = 1e-12
 #: in place of a capacity of 0 (N·m)
 _NO_CAPACITY = 1e-200
 
@@ -182,6 +185,17 @@ def _hook_travel(record: Record, scene: Scene) -> Any:
     return travel + _first(record, _stops, jax.vmap(system.stretched)(record.states, record.modes))
 
 
+def _total_travel(record: Record, scene: Scene) -> Any:
+    _, end = ends_of(record)
+    return hook_travel_at(record.system, scene, *end[1:])  # pyright: ignore
+
+
+def hook_travel_at(system: BrakeSystem, scene: Scene, y: State, mode: Mode) -> Any:
+    """Travel of the hook (m) since the start, with the stretch of an elastic rope; `None` of a load on no hook."""
+    travel = scene.duty.load.travelled(y.phi)
+    return travel + system.stretched(y, mode) if isinstance(system, BrakeUnderRope) else travel  # pyright: ignore
+
+
 def worn_thickness(record: Record) -> Float[Array, " n"]:
     """Thickness that every lining lost in a run (m)."""
     return thickness(record.y_end.worn)
@@ -264,14 +278,19 @@ METRICS: dict[str, Metric] = {
         _terminal_speed,
         _SHAFT,
     ),
-    "stopping_angle": Metric("rad", "angle from the start to the first stop", "Angle to the stop", _stopping_angle),
+    "stopping_angle": Metric(
+        "rad", "angle from the start to the first stop", "Angle to the first stop", _stopping_angle
+    ),
     "hook_travel": Metric(
         "m",
         "travel of the hook from the start to the first stop",
-        "Hook travel to the stop",
+        "Hook travel to the first stop",
         _hook_travel,
         _HOOK,
         shown_anyway=True,
+    ),
+    "total_hook_travel": Metric(
+        "m", "travel of the hook from the start to the end of the run", "Hook travel of the run", _total_travel, _HOOK
     ),
     "max_hook_load": Metric(
         "N",
@@ -441,10 +460,20 @@ def closure_of(*terms: Array | None) -> Array:
     return jnp.where(largest > 0, jnp.abs(jnp.sum(each)) / jnp.where(largest > 0, largest, 1.0), 0.0)
 
 
+def _elsewhere(a: Account) -> Array:
+    heat = a.ledger.heat
+    into = heat.to_metal + heat.to_linings + (0.0 if heat.to_band is None else heat.to_band)
+    away = a.friction.heat - into
+    return jnp.where(jnp.abs(away) > _NOTHING_LEFT * jnp.abs(a.friction.heat), away, 0.0)
+
+
 def _energy_closure(a: Account) -> Array:
     taken = [term for term in (*a.friction, a.ledger.damper_heat, a.shaft_work) if term is not None]
     return closure_of(a.kinetic, a.elastic, -a.ledger.load_work, -a.ledger.lever_work, *taken)
 
+
+#: what the residual of a balance does not see
+RESIDUAL_SEES = "it shows energy that is lost, not the errors in time, of the mesh, or of the model"
 
 #: energies over the run by name, beside the heat of each pair of a brake with several (`heat_external`)
 ENERGIES: dict[str, Energy] = {
@@ -458,7 +487,9 @@ ENERGIES: dict[str, Energy] = {
     "electrical_work": Energy("electrical part of the friction work", lambda a: a.friction.electrical, _SHARES),
     "mechanical_work": Energy("mechanical part of the friction work", lambda a: a.friction.mechanical, _SHARES),
     "closure": Energy(
-        "residual of the energy balance as a share of the largest energy exchanged", _energy_closure, unit="1"
+        f"residual of the energy balance as a share of the largest energy exchanged; {RESIDUAL_SEES}",
+        _energy_closure,
+        unit="1",
     ),
     "heat_to_metal": Energy("friction heat that entered the metal", lambda a: a.ledger.heat.to_metal, _HEAT),
     "heat_to_linings": Energy("friction heat that entered the linings", lambda a: a.ledger.heat.to_linings, _HEAT),
@@ -467,11 +498,12 @@ ENERGIES: dict[str, Energy] = {
         lambda a: jnp.zeros(()) if a.ledger.heat.to_band is None else a.ledger.heat.to_band,
         _HEAT,
     ),
+    "heat_elsewhere": Energy("friction heat that enters no body: counted as lost", _elsewhere, _HEAT),
     "heat_supplied": Energy("heat from sources", lambda a: a.ledger.heat.supplied, _HEAT),
     "heat_stored": Energy("heat stored in the network", lambda a: a.heat_stored, _HEAT),
     "heat_lost": Energy("heat lost to the surroundings", lambda a: a.ledger.heat.lost, _HEAT),
     "heat_closure": Energy(
-        "residual of the heat balance as a share of the largest heat exchanged",
+        f"residual of the heat balance as a share of the largest heat exchanged; {RESIDUAL_SEES}",
         lambda a: closure_of(
             a.friction.heat, a.shaft_work, a.ledger.heat.supplied, -a.heat_stored, -a.ledger.heat.lost
         ),
@@ -479,6 +511,47 @@ ENERGIES: dict[str, Energy] = {
         "1",
     ),
 }
+
+
+#: energies of a run by name (J), `None` in a failed run for what left the range of numbers
+Energies: TypeAlias = Mapping[str, Any]
+
+
+class Balance(NamedTuple):
+    """Both sides of a balance: energies (J) by name, each of them once; the sums of `into` and `out` are equal.
+
+    Every text, page and explanation that shows a balance takes its terms from here.
+    """
+
+    into: dict[str, Any]
+    out: dict[str, Any]
+
+    @property
+    def positive(self) -> "Balance":
+        """The same with negative terms as positive ones on the other side, and without those that are 0."""
+        terms = [*self.into.items(), *((name, -value) for name, value in self.out.items())]
+        return Balance(*({name: sign * value for name, value in terms if sign * value > 0} for sign in (1, -1)))
+
+
+def energy_balance(e: Energies) -> Balance:
+    """Balance of the mechanical energy: works and kinetic energy given up, and what became of them.
+
+    `kinetic_release` is `−kinetic_change`; energies that a run does not have are left out.
+    """
+    change = e["kinetic_change"]
+    into = {"load_work": e["load_work"], "lever_work": e["lever_work"]}
+    into["kinetic_release"] = None if change is None else -change
+    out = ("friction_heat", "damper_heat", "shaft_work", "electrical_work", "mechanical_work", "elastic_change")
+    return Balance(into, {name: e[name] for name in out if name in e})
+
+
+def heat_balance(e: Energies) -> Balance:
+    """Balance of the heat: where the friction heat entered, heat of other sources, and where all of it went.
+
+    The first four terms are the friction heat.
+    """
+    into = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_elsewhere", "shaft_work", "heat_supplied")
+    return Balance({name: e[name] for name in into if name in e}, {n: e[n] for n in ("heat_stored", "heat_lost")})
 
 
 def _account(system: BrakeSystem, start: Instant, end: Instant) -> Account:

@@ -2,7 +2,7 @@
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import jax
@@ -29,7 +29,7 @@ from ._duty import (
     words_of,
 )
 from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of, with_phases
-from ._metrics import HOLDING, METRICS, Peak, energies, metrics_of
+from ._metrics import HOLDING, METRICS, RESIDUAL_SEES, Peak, energies, energy_balance, heat_balance, metrics_of
 from ._probe import Entry, RunJit, record_of
 from ._scan import Scan, largest_share_of_capacity, peaks
 from ._stability import shortage
@@ -380,8 +380,8 @@ def _temperature(value: float) -> str:
 
 def _sum(energies: Entry, words: dict[str, str], *, digits: int = 6) -> str:
     """The energies that a run has, each after its words, in kJ."""
-    there = {name: word for name, word in words.items() if name in energies}
-    return " + ".join(f"{word} {_kilo(energies[name], 'kJ', digits=digits)}" for name, word in there.items())
+    there = {words[name]: value for name, value in energies.items() if name in words}
+    return " + ".join(f"{word} {_kilo(value, 'kJ', digits=digits)}" for word, value in there.items())
 
 
 def _share(value: float | None) -> str:
@@ -423,6 +423,12 @@ def _stop_lines(summary: Entry) -> list[str]:
     ]
 
 
+def hottest_first(metrics: Mapping[str, float | None]) -> list[str]:
+    """Names of the maximum temperatures that a run has, the highest one first."""
+    there = {name: value for name, value in metrics.items() if name.startswith("peak_") and value is not None}
+    return sorted((name for name in there if name.endswith("_temperature")), key=lambda name: -there[name])
+
+
 #: events that change no mode, in words
 _MARKS = {
     "permissible_temperature": "permissible temperature exceeded",
@@ -448,15 +454,14 @@ def _heat_lines(summary: Entry) -> list[str]:
         "lining_outer": "linings outside",
     }
     names = {f"peak_{place}_temperature": words for place, words in places.items()}
-    there = {name: words for name, words in names.items() if m.get(name) is not None}
+    there = {name: names[name] for name in hottest_first(m) if name in names}
     hot = [f"{words} {_temperature(m[k])} at {at[f'{k}_time']:.6g} s" for k, words in there.items()]
-    given = {"heat_to_metal": "to metal", "heat_to_linings": "to linings"}
-    given |= {name: words for name, words in (("heat_to_band", "to band"), ("heat_supplied", "supplied")) if e[name]}
+    into, out = heat_balance(e)
+    into = {name: value for name, value in into.items() if value != 0 or name in ("heat_to_metal", "heat_to_linings")}
     return [
         *([f"marks    {', '.join(marks)}"] if marks else []),
         f"hottest  {', '.join(hot)}" if hot else "hottest  the scene names no rim, linings or band",
-        f"heat     {_sum(e, given)} = {_sum(e, {'heat_stored': 'stored', 'heat_lost': 'lost'})}"
-        f" (residual {_share(e['heat_closure'])})",
+        f"heat     {_sum(into, _TERMS)} = {_sum(out, _TERMS)} (residual {_share(e['heat_closure'])})",
     ]
 
 
@@ -518,29 +523,45 @@ def _wear_lines(summary: Entry) -> list[str]:
     ]
 
 
+#: terms of both balances in words
+_TERMS = {
+    "load_work": "load",
+    "lever_work": "lever",
+    "kinetic_release": "kinetic",
+    "friction_heat": "friction heat",
+    "damper_heat": "dampers",
+    "shaft_work": "other torques on the shaft",
+    "electrical_work": "electrical",
+    "mechanical_work": "mechanical",
+    "elastic_change": "elastic",
+    "kinetic_change": "kinetic energy gained",
+    "heat_to_metal": "to metal",
+    "heat_to_linings": "to linings",
+    "heat_to_band": "to band",
+    "heat_elsewhere": "to no body",
+    "heat_supplied": "supplied",
+    "heat_stored": "stored",
+    "heat_lost": "lost",
+}
+
+
 def _energy_line(summary: Entry) -> str:
     """Energy in and energy out; kinetic energy on the side where it is positive."""
-    e, change = summary["energy"], summary["energy"]["kinetic_change"]
+    e = summary["energy"]
+    into, out = energy_balance(e)
+    change = e["kinetic_change"]
     # the load has sped the pulley up
-    gains = change is not None and change > _ROUNDING * abs(e["load_work"] or 0.0)
-    e = e | {"given": None if change is None else -change}
-    taken = {
-        "friction_heat": "friction heat",
-        "damper_heat": "dampers",
-        "shaft_work": "other torques on the shaft",
-        "electrical_work": "electrical",
-        "mechanical_work": "mechanical",
-        "elastic_change": "elastic",
-    }
-    given = {"load_work": "load", "lever_work": "lever"} | ({} if gains else {"given": "kinetic"})
-    taken |= {"kinetic_change": "kinetic energy gained"} if gains else {}
-    return f"energy   {_sum(e, given)} = {_sum(e, taken)}"
+    if change is not None and change > _ROUNDING * abs(e["load_work"] or 0.0):
+        out["kinetic_change"] = change
+        del into["kinetic_release"]
+    return f"energy   {_sum(into, _TERMS)} = {_sum(out, _TERMS)}"
 
 
 def text(summary: Entry, first: Sequence[str] = ()) -> str:
     """About ten lines that can be read without the source; `first`: lines below the heading."""
     e, s = summary["energy"], summary["solver"]
     many = summary["duty"] == DutyKind.STOPS
+    seen = "" if e["closure"] is None else f" ({RESIDUAL_SEES})"
     lines = [
         f"{summary['status']}: {summary['message']}",
         *first,
@@ -555,7 +576,7 @@ def text(summary: Entry, first: Sequence[str] = ()) -> str:
         _energy_line(summary),
         *_heat_lines(summary),
         *_wear_lines(summary),
-        f"closure  relative energy-balance residual {_share(e['closure'])}",
+        f"closure  relative energy-balance residual {_share(e['closure'])}{seen}",
         f"solver   {s['method']}, rtol {s['rtol']:g}: {s['steps']} steps, {s['rejected']} rejected, "
         f"{s['retaken']} truncated at events, {s['segments']} segments",
     ]

@@ -16,7 +16,7 @@ from .._parts._scene import Scene
 from .._run._duty import DutyKind, rows_of
 from .._run._log import failure_of
 from .._run._measure import LimitVerdict, Metric, name_of, title_of
-from .._run._metrics import HOLDING, about_output, energies_between
+from .._run._metrics import HOLDING, about_output, energies_between, energy_balance
 from .._run._report import labels_of
 from .._run._result import Result
 from .._run._simulate import simulate
@@ -257,7 +257,7 @@ def _torque_budget(result: Result, kind: str) -> Finding:
     over = f"the {number(angle, 'rad', count=5)} of {which},"
     text = f"Averaged over {over} the brake gives {number(torque['brake'], 'N*m', count=5)}: "
     text += f"{term('load')} against the load, {term('inertia')} against the inertia"
-    minor = abs(share["others"]) < 0.05
+    minor = abs(share["others"]) < _SHOWN
     text += ". " if minor else f", {term('others')} from lever, band and shaft. "
     governs = "load" if works["load"] > works["inertia"] else "inertia"
     why = {
@@ -280,22 +280,41 @@ def _torques_at_rest(result: Result) -> list[Finding]:
     return [Finding("balance", f"{text}{digits(used, 4)} % of its static capacity are used.", held)]
 
 
+#: terms of the balance in words
+_POWERS = {
+    "load_work": "load",
+    "lever_work": "lever",
+    "kinetic_release": "kinetic energy",
+    "friction_heat": "friction",
+    "damper_heat": "dampers",
+    "shaft_work": "other torques on the shaft",
+    "electrical_work": "electrical work of friction",
+    "mechanical_work": "mechanical work of friction",
+    "elastic_change": "elastic energy",
+}
+
+
 def _powers(result: Result) -> Finding:
-    """Where the power of a lowered load goes."""
+    """Mean powers of a lowering: what load, lever and inertia give, and what takes it."""
     energy, duration = result.report().summary["energy"], result.report().summary["end"]["duration"]
-    works = {"friction": energy["friction_heat"], "other torques on the shaft": energy.get("shaft_work", 0.0)}
-    load = energy["load_work"]
-    shares = [
-        f"{number(w / duration, 'W')} ({digits(100 * w / load, 3)} %) {name}" for name, w in works.items() if w and load
-    ]
-    text = f"The load gives {number(load / duration, 'W')} on average; of it take: {', '.join(shares) or 'nothing'}."
+    both = energy_balance(energy).positive
+    whole = max(sum(side.values()) for side in both)
+
+    def terms(side: Mapping[str, float]) -> str:
+        shown = {_POWERS.get(name, name): work for name, work in side.items() if 100 * work / whole >= _SHOWN}
+        each = (f"{words} {number(w / duration, 'W')} ({digits(100 * w / whole, 3)} %)" for words, w in shown.items())
+        return ", ".join(each) or "nothing"
+
+    text = f"Mean powers: in {terms(both.into)}; out {terms(both.out)}."
     pull = result.report().summary.get("pull")
     if pull is not None:
         value, most = number(pull["value"], "N"), number(pull["limit"], "N")
         text += f" The lever needs up to {value} of its {most} to hold the speed."
-    return Finding(
-        "balance", text, {"load_power": load / duration, **{k.split()[0]: w / duration for k, w in works.items()}}
-    )
+    powers = {"load_power": "load_work", "friction": "friction_heat", "other": "shaft_work"}
+    numbers: dict[str, Any] = {key: energy.get(name, 0.0) / duration for key, name in powers.items()}
+    for side, works in both._asdict().items():
+        numbers[side] = {name: work / duration for name, work in works.items()}
+    return Finding("balance", text, numbers)
 
 
 # --- linings, limits, stability ---------------------------------------------------------------------------------------

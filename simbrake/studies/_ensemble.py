@@ -30,7 +30,7 @@ from .._run._choice import stiffness
 from .._run._edit import with_values
 from .._run._log import FAILURES, status_of
 from .._run._measure import Metric, check_metrics, name_of, unit_of
-from .._run._metrics import METRICS, metric_names
+from .._run._metrics import ENERGIES, METRICS, metric_names
 from .._run._simulate import check_limits, require_64_bits, require_compiling, solver_for, solver_name
 from ._chunks import Pool, Store, Task, fingerprint, interruptible, threads
 from ._evaluator import (
@@ -455,7 +455,7 @@ _MEANINGS = {
     "retaken": "steps taken again, shorter, at events",
     "segments": "parts of the run between events",
     "sequence": "runs with the same number, from 0, have the same events in the same order",
-    "energy.closure": "residual of the energy balance as a share of the largest energy exchanged",
+    "energy.closure": ENERGIES["closure"].meaning,
 }
 
 
