@@ -20,7 +20,7 @@ import simbrake as sb
 from simbrake._base._faults import Fault
 from simbrake._run._duty import DutyKind
 from simbrake._run._measure import LimitVerdict
-from simbrake.results import VerdictRow, _explain
+from simbrake.results import Judged, VerdictRow, _explain
 
 explain = sb.results.explain
 
@@ -304,8 +304,10 @@ def test_limits_in_words():
     names |= {"d": LimitVerdict.SMALL, "e": LimitVerdict.WITHIN, "f": LimitVerdict.NOT_EVALUATED}
     rows = {name: VerdictRow(f"Force {name}", f"{name} N", f"≤ {name} kN", f"{name} %", x) for name, x in names.items()}
 
+    covered = Judged(3, 3, {}, ())
+
     def told_of_rows(names):
-        (found,) = _explain._limits([rows[name] for name in names])
+        (found,) = _explain._limits([rows[name] for name in names], covered)
         return found.text
 
     first = "Force a is exceeded: a N, allowed ≤ a kN, margin a %."
@@ -313,7 +315,7 @@ def test_limits_in_words():
     assert told_of_rows("ade") == f"{first} Next: Force d d N, allowed ≤ d kN, margin d %."
     assert told_of_rows("fdf") == "Force d is nearest its limit: d N, allowed ≤ d kN, margin d %."
     assert told_of_rows("f").startswith("No limit was given")
-    (found,) = _explain._limits([rows["a"]])
+    (found,) = _explain._limits([rows["a"]], covered)
     assert found.numbers == {"rows": [{**rows["a"]._asdict(), "state": "exceeded"}]}
 
 

@@ -243,7 +243,7 @@ def test_heading_says_what_is_exceeded(run):
     assert low.colour == "red"
     limit = _table.number(peak - 1000.0, "N")
     assert f"Maximum tension of the band {_table.number(peak, 'N')}, allowed ≤ {limit}, margin −1 kN" in low.headline
-    high = run.verdict({"max_tension": 2 * peak})
+    high = run.verdict({"max_tension": 2 * peak, "max_normal_load": 1e9})
     assert (high.colour, "Exceeded" in high.headline) == ("green", False)
     text = sb.report(run, check=False, limits={"max_tension": peak - 1000.0})
     assert '<div class="verdict red"' in text
@@ -317,7 +317,7 @@ def test_both_sides_of_a_ledger_are_equal(run):
     e = run.energy
     into = {"load": float(e["load_work"]), "kinetic": -float(e["kinetic_change"]), "lever": -5.0}
     out = {"heat": float(e["friction_heat"]), "nothing": 0.0}
-    book = _rows.ledger("x", into, out, 0.0)
+    book = _rows.ledger("x", _rows.Balance(into, out), 0.0)
     assert [share.words for share in book.into] == ["load", "kinetic"]
     assert [share.words for share in book.out] == ["lever", "heat"]  # given by the brake, so on the other side
     for side in (book.into, book.out):

@@ -36,6 +36,8 @@ PI = ((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20
 TORQUE = R * T0 * (PI - 1)
 STOP = J * W0 / (TORQUE - LOAD)
 ANGLE = STOP * W0 / 2
+#: limits of all parts of a band brake without heat that nothing comes near
+AMPLE = {"max_tension": 1e9, "max_normal_load": 1e9}
 
 
 def lines(result):
@@ -65,7 +67,7 @@ def stop():
     [(0.99, "red", "exceeded"), (1.05, "amber", "small margin"), (1.2, "green", "within limit")],
 )
 def test_margin_of_a_limit_sets_the_colour(stop, factor, colour, state):
-    said = stop.verdict({"stopping_time": factor * STOP})
+    said = stop.verdict({"stopping_time": factor * STOP, **AMPLE})
     assert said.colour == colour
     row = said.rows[0]
     assert (row.name, row.state) == ("Stopping time", state)
@@ -99,12 +101,13 @@ def test_rows_are_those_of_the_limits_the_smallest_margin_first(stop):
     assert said.headline == (
         f"Stopped after {STOP:.6g} s. Exceeded: Maximum load on a lining 11 N, allowed ≤ 10 N, margin −1 N "
         "(−10 %); Full slip t₁ did not happen in this run, allowed ≤ 4 s, margin —. "
-        "Small margin: Stopping time 3.8 s, allowed ≤ 4 s, margin 0.2 s (5 %)"
+        "Small margin: Stopping time 3.8 s, allowed ≤ 4 s, margin 0.2 s (5 %). "
+        "2 of 2 limits given; not modelled: temperatures, lever force"
     )
     assert str(said) == f"red: {said.headline}"
     assert said.as_dict()["rows"][1]["state"] == "small margin"
     small = stop.verdict(checks[4:5])
-    assert (small.colour, small.headline.count(". ")) == ("amber", 1)
+    assert (small.colour, small.headline.count(". ")) == ("amber", 2)
 
 
 def test_a_notebook_shows_the_verdict_metrics_and_warnings():
@@ -136,8 +139,8 @@ def test_a_brake_that_is_open_at_the_end_is_amber():
 def test_a_lever_near_its_maximum_is_amber(part, colour, state):
     pull = LOAD / (R * (PI - 1))
     most = pull / part
-    said = sb.simulate(stop_scene(C=None, lever=sb.SpeedHold(most), load=LOAD, end=3.0)).verdict()
-    (row,) = said.rows
+    said = sb.simulate(stop_scene(C=None, lever=sb.SpeedHold(most), load=LOAD, end=3.0)).verdict(AMPLE)
+    row = said.rows[0]
     assert (said.colour, row.state) == (colour, state)
     assert row.limit == f"< {most / 1e3:.6g} kN"
     assert row.value.startswith(f"{pull / 1e3:.6g} kN (at ")
@@ -154,9 +157,9 @@ def test_margin_of_a_temperature_is_that_of_its_rise_above_20_degrees():
 
 @pytest.mark.parametrize(("reserve", "colour"), [(1.2, "amber"), (1.3, "green")])
 def test_small_holding_reserve_is_amber(reserve, colour):
-    said = sb.simulate(rigid(TORQUE / reserve, w0=1.0)).verdict()
+    said = sb.simulate(rigid(TORQUE / reserve, w0=1.0)).verdict(AMPLE)
     assert said.colour == colour
-    (row,) = said.rows
+    row = said.rows[0]
     assert row.value.startswith(f"{reserve:g} (at ")
     assert row.margin == f"+{100 * (reserve - 1):.3g} %"
 
@@ -190,7 +193,8 @@ def test_runs_that_end_turning():
         "within limit",
     )
     assert short.verdict().headline == (
-        f"The pulley still turns at the end time. No limit exceeded; smallest margin: {row.name}, {row.margin}"
+        f"The pulley still turns at the end time. No limit exceeded; smallest margin: {row.name}, {row.margin}. "
+        "0 of 2 limits given, none for band tension, load on a lining; not modelled: temperatures, lever force"
     )
     driven = sb.simulate(rigid(-LOAD, end=0.2))  # the load brakes as well
     assert (driven.verdict().rows, driven.verdict().colour) == ((), "amber")
@@ -199,9 +203,8 @@ def test_runs_that_end_turning():
     assert (failed.verdict().colour, failed.summary()["duty"]) == ("red", "failed")
     assert failed.verdict().headline.startswith("Failed with the code step_limit")
     capped = failed.verdict([LimitCheck("max_tension", 2.0, 1.0, "N", LimitVerdict.WITHIN_SO_FAR)])
-    assert capped.headline.endswith(
-        "No limit exceeded so far; smallest margin: Maximum tension of the band, 1 N (50 %)"
-    )
+    margin = "No limit exceeded so far; smallest margin: Maximum tension of the band, 1 N (50 %). "
+    assert margin in capped.headline
 
 
 def test_limits_of_the_scene_are_evaluated():
@@ -218,6 +221,76 @@ def test_limits_of_the_scene_are_evaluated():
     assert found["verdict"]["colour"] == "red"
     assert found["limits"][0]["margin_percent"] == pytest.approx(100 * (1 - stress / 150e6), rel=1e-9)
     json.dumps(found, allow_nan=False)
+
+
+def hot_stop(**permissible):
+    """A rim without cooling takes all the heat of a stop, linings none: its temperature is its share of the work."""
+    heat = sb.lumped_heat(rim=500.0, linings=2e4, partition=1.0, rim_cooling=0.0, **permissible)
+    return dataclasses.replace(rigid(), heat=heat)
+
+
+def test_hottest_body_comes_first_and_what_has_no_limit_is_named():
+    """Linings stay cold below their limit; the rim glows, and has none."""
+    hot = 293.15 + TORQUE * ANGLE / 500.0
+    result = sb.simulate(hot_stop(permissible=400.0))
+    assert result.metrics["peak_rim_temperature"] == pytest.approx(hot, rel=1e-9)
+    said = result.verdict()
+    assert said.colour == "amber"
+    assert f". Hottest: rim {hot - 273.15:.6g} °C, no limit given. " in said.headline
+    assert said.headline.endswith(
+        "1 of 4 limits given, none for band tension, load on a lining, rim temperature; not modelled: lever force"
+    )
+    assert json.loads(json.dumps(said.as_dict()))["judged"] == {
+        "given": 1,
+        "of": 4,
+        "missing": {
+            "band tension": ["max_tension"],
+            "load on a lining": ["max_normal_load"],
+            "rim temperature": ["peak_rim_temperature"],
+        },
+        "not_modelled": ["lever force"],
+    }
+    for word in said.judged.missing:
+        assert word in sb.results.explain(result, influence=False)["limits"].text
+    named = {names[0]: 1e9 for names in said.judged.missing.values()}
+    assert result.verdict(named).colour == "green"
+    for name in named:
+        assert result.verdict({other: 1e9 for other in named if other != name}).colour == "amber"
+    assert lines(result)["hottest"].startswith(f"hottest  rim {hot - 273.15:.5g} °C")
+    assert [check.name for check in limit_checks(result, {})][:2] == [
+        "peak_rim_temperature",
+        "peak_lining_temperature",
+    ]
+
+
+def test_permissible_temperature_of_the_rim_is_an_event_and_a_limit():
+    """Half of the work of the stop is done where `ω t − a t²/2` is half of the angle."""
+    limit = 293.15 + 0.5 * TORQUE * ANGLE / 500.0
+    result = sb.simulate(hot_stop(permissible_rim=limit))
+    (event,) = result.events["permissible_rim_temperature"]
+    assert event.time == pytest.approx(STOP * (1 - math.sqrt(0.5)), rel=1e-9)
+    said = result.verdict(AMPLE)
+    assert said.colour == "red"
+    row = next(row for row in said.rows if row.name == "Hottest rim surface")
+    assert (row.state, row.limit) == ("exceeded", f"≤ {limit - 273.15:.6g} °C")
+    assert "rim temperature" not in said.judged.missing
+    assert result.verdict({**AMPLE, "peak_rim_temperature": 1e9, "peak_lining_temperature": 1e9}).colour == "green"
+    with pytest.raises(sb.InputError, match="permissible_band: the network names no place as the band"):
+        sb.check(hot_stop(permissible_band=400.0))
+
+
+def test_permissible_pressure_is_a_limit():
+    linings = sb.uniform_linings(20, "270 deg", 0.35, area=0.02, permissible_pressure="1 MPa")
+    scene = rigid()
+    brake = dataclasses.replace(scene.brake, linings=linings)
+    result = sb.simulate(dataclasses.replace(scene, brake=brake))
+    (check,) = [check for check in limit_checks(result, {}) if check.name == "max_pressure"]
+    assert check.value == pytest.approx(result.metrics["max_normal_load"] / 0.02, rel=1e-9)
+    assert (check.limit, check.note) == (1e6, "lining 20")
+    assert result.verdict({"max_tension": 1e9}).judged.missing == {}
+    without = dataclasses.replace(brake, linings=dataclasses.replace(linings, area=None))
+    with pytest.raises(sb.InputError, match="a permissible pressure needs the area"):
+        sb.check(dataclasses.replace(scene, brake=without))
 
 
 def test_run_prints_the_verdict_first(tmp_path, capsys, stop):
@@ -279,7 +352,7 @@ def test_summary_of_a_lowering_under_the_brake():
     assert f"mean power of the load {LOAD * W0 / 1e3:.6g} kW" in lines(result)["speed"]
     (row,) = result.verdict().rows
     assert f"({100 * (1 - pull / T0):.3g} %)" in row.margin
-    assert result.verdict().colour == "green"
+    assert result.verdict(AMPLE).colour == "green"
 
 
 def test_summaries_of_disc_shoe_and_staged_brakes():

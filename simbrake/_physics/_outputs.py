@@ -16,6 +16,8 @@ from ._hook import BrakeUnderRope
 from ._mechanism import OPEN, SLIP, Mode
 from ._state import BrakeNow, Capacity, State
 
+#: places whose permissible temperature is that of their hottest node
+_WHOLE = ("rim", "band")
 #: up to this share of the tension the lever may still move, at its present rate over the time of the run so far
 _AT_REST = 1e-3
 #: speeds at which a balance of torques is looked for: so many on either side, up to that many times the present one
@@ -152,7 +154,7 @@ def mark_names(system: BrakeSystem) -> list[tuple[str, int | None]]:
     if heat.permissible is not None and heat.linings is not None:
         per_lining = place_count(heat, heat.linings) == n and n > 1
         names += [("permissible_temperature", i + 1 if per_lining else None) for i in range(n if per_lining else 1)]
-    return names
+    return names + [(f"permissible_{kind}_temperature", None) for kind in _WHOLE if kind in heat.permissible_at]
 
 
 def passing(system: BrakeSystem, mode: Mode, q: BrakeNow, hot: dict[str, Array]) -> Array:
@@ -167,4 +169,7 @@ def passing(system: BrakeSystem, mode: Mode, q: BrakeNow, hot: dict[str, Array])
     heat = None if system.thermal is None else system.thermal.heat
     if heat is not None and heat.permissible is not None and heat.linings is not None:
         found.append((hot["linings"] - heat.permissible) / 100.0)
+    if heat is not None:
+        limits = heat.permissible_at
+        found += [(jnp.max(hot[kind]) - limits[kind])[None] / 100.0 for kind in _WHOLE if kind in limits]
     return jnp.concatenate(found) if found else jnp.zeros(0)

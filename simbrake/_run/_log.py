@@ -222,6 +222,16 @@ EVENTS = {
         _HEAT,
         "the linings exceeded their permissible temperature",
     ),
+    "permissible_rim_temperature": EventMeaning(
+        "the surface of the rim exceeded `Heat.permissible_rim`; a mark",
+        _HEAT,
+        "the rim exceeded its permissible temperature",
+    ),
+    "permissible_band_temperature": EventMeaning(
+        "the band exceeded `Heat.permissible_band`; a mark",
+        _HEAT,
+        "the band exceeded its permissible temperature",
+    ),
     "grip_lost": EventMeaning(
         "sliding, while the lever is not being released, the brake no longer outweighs the load; a mark",
         "standard brake whose friction depends on temperature",

@@ -17,9 +17,10 @@ from ..hybrid._arrays import Array
 from ._linings import lining_peak
 from ._metrics import METRICS, about_output, metric_names
 from ._probe import Entry, Number
+from ._report import body_of, hottest_first
 from ._report import text as text_of
 from ._result import Result
-from ._strength import allowable_values
+from ._strength import HOT, allowable_values, lever_of
 
 #: a metric's name, the name of an energy (`energy.friction_heat`), or a function of a `Result` to a number
 Metric = str | Callable[[Result], Any]
@@ -96,9 +97,15 @@ def happened(value: Number) -> Bool[np.ndarray, "*shape"] | np.bool_:
 
 #: a limit on what is not a metric: it needs the areas of the linings
 PRESSURE = "max_pressure"
-_HOT = "peak_lining_temperature"
 #: shown without a limit too, where the scene has them
-_USUAL = ("peak_rim_temperature", "max_tension", "max_normal_load")
+_USUAL = ("max_tension", "max_normal_load")
+_LININGS = "peak_lining_temperature"
+#: events of a temperature that exceeds its limit, by the metric
+_EXCEEDED = {
+    _LININGS: "permissible_temperature",
+    "peak_rim_temperature": "permissible_rim_temperature",
+    "peak_band_temperature": "permissible_band_temperature",
+}
 #: kelvins of 20 °C, from which the rise of a temperature is counted
 _ROOM = ZERO + 20.0
 
@@ -224,7 +231,8 @@ def parse_limits(scene: Scene, texts: Sequence[str]) -> tuple[dict[str, float], 
 def has_limit(scene: Scene, limits: Mapping[str, float]) -> bool:
     """Whether there is anything that a run could exceed: a limit given, or one of the scene."""
     worn = scene.wear is not None and scene.wear.permissible is not None
-    return bool(limits) or scene.network.permissible is not None or worn or bool(allowable_values(scene))
+    pressed = scene.brake.linings.permissible_pressure is not None
+    return bool(limits) or worn or pressed or bool(allowable_values(scene))
 
 
 def _plain(value: Any) -> Any:
@@ -233,11 +241,12 @@ def _plain(value: Any) -> Any:
 
 
 def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck]:
-    """All limits of a concrete result with their verdicts: the linings' temperature, the usual metrics, then `limits`.
+    """All limits of a concrete result with their verdicts: temperatures, the hottest place first, then the others.
 
     `limits`: metric (or `max_pressure`) → maximum permissible value in SI, as `read_limits` gives them; beside them
-    the allowable values of the scene's own parts (`Strength`, `Lever`, `Wear`) are evaluated. A value equal
-    to its limit is within it. What did not happen (a stop that never came) exceeds its limit in a run that reached its
+    the allowable values of the scene's own parts (`Heat`, `Lining`, `Strength`, `Lever`, `Wear`) are evaluated. Also
+    listed, without a verdict, are temperatures, tension and load on a lining that have no limit. A value equal to its
+    limit is within it. What did not happen (a stop that never came) exceeds its limit in a run that reached its
     end time; in a run that failed it is not evaluated.
 
     Example:
@@ -246,21 +255,35 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
         (1.0, 'exceeded')
     """
     summary, known = result.report().summary, metric_names(result.scene)
-    limits = {**allowable_values(result.scene), **limits}
-    checks = [_linings(result, summary, limits)]
+    own = allowable_values(result.scene)
+    limits = {**own, **limits}
+    hot = [name for name in hottest_first(summary["metrics"]) if name in HOT]
+    checks = [_temperature(result, summary, name, limits.get(name), own.get(name)) for name in hot]
+    if _LININGS not in hot:
+        checks.append(_no_linings(result, limits.get(_LININGS)))
     for name in _USUAL:
         if name in known and name not in limits:
             checks.append(LimitCheck(name, None, summary["metrics"][name], unit_of(name), LimitVerdict.NO_LIMIT))
+    checks += _pressed(result, limits.get(PRESSURE))
     for name, bound in limits.items():
-        if name == _HOT:
+        if name in HOT or name == PRESSURE:
             continue
-        if name == PRESSURE:
-            value, unit, time = float(np.max(np.asarray(lining_peak(result, "pressure")))), "Pa", None
-        else:
-            value, unit, time = float(measure(result, name)), unit_of(name), summary["at"].get(f"{name}_time")
+        value, unit, time = float(measure(result, name)), unit_of(name), summary["at"].get(f"{name}_time")
         note = "" if time is None else f"maximum at {number(time, 's')}"
         checks.append(_judged(result, name, bound, value, unit, note))
     return checks + _worn(result)
+
+
+def _pressed(result: Result, given: float | None) -> list[LimitCheck]:
+    """The mean pressure of the lining that is nearest its limit, `given` or that of the scene."""
+    limit = result.scene.brake.linings.permissible_pressure if given is None else given
+    if limit is None:
+        return []
+    value = np.asarray(lining_peak(result, "pressure"))
+    most = np.broadcast_to(np.asarray(limit), value.shape)
+    i = int(np.argmax(value / most))
+    note = f"{result.scene.brake.words.lining} {i + 1}"
+    return [_judged(result, PRESSURE, float(most[i]), float(value[i]), "Pa", note)]
 
 
 def _worn(result: Result) -> list[LimitCheck]:
@@ -285,25 +308,88 @@ def _judged(result: Result, name: str, bound: float, value: float, unit: str, no
     return LimitCheck(name, bound, value, unit, within if value <= bound else LimitVerdict.EXCEEDED, note)
 
 
-def _linings(result: Result, summary: Entry, limits: Mapping[str, float]) -> LimitCheck:
-    """The temperature of the linings, which a scene itself may limit."""
-    own, value = result.scene.network.permissible, summary["metrics"].get(_HOT)
-    own = None if own is None else float(np.asarray(own))
-    bound = float(limits[_HOT]) if _HOT in limits else own
-    if value is None:
-        note = "the scene has no thermal part"
-        if result.scene.heated:
-            note = "the thermal part names no place as that of the linings"
-        return LimitCheck(_HOT, bound, None, "K", LimitVerdict.NOT_EVALUATED, note)
+def _temperature(result: Result, summary: Entry, name: str, bound: float | None, own: float | None) -> LimitCheck:
+    """The maximum temperature of a place, which a scene itself may limit (`own`)."""
+    value = summary["metrics"][name]
     if bound is None:
-        return LimitCheck(_HOT, None, value, "K", LimitVerdict.NO_LIMIT)
-    hottest = f"maximum at {number(summary['at'][f'{_HOT}_time'], 's')}"
-    if value > bound and bound == own:
-        times = [event["time"] for event in summary["events"] if event["name"] == "permissible_temperature"]
+        return LimitCheck(name, None, value, "K", LimitVerdict.NO_LIMIT)
+    hottest = f"maximum at {number(summary['at'][f'{name}_time'], 's')}"
+    if value > bound and bound == own and name in _EXCEEDED:
+        times = [event["time"] for event in summary["events"] if event["name"] == _EXCEEDED[name]]
         often = "" if len(times) < 2 else f", {len(times)} times in all"
         first = f"first exceeded at {number(min(times), 's')}{often}" if times else "above it from the start"
         hottest = f"{first}; {hottest}"
-    return _judged(result, _HOT, bound, value, "K", hottest)
+    return _judged(result, name, bound, value, "K", hottest)
+
+
+def _no_linings(result: Result, bound: float | None) -> LimitCheck:
+    """The temperature of linings that a scene does not have."""
+    heated = result.scene.heated
+    note = "the thermal part names no place as that of the linings" if heated else "the scene has no thermal part"
+    return LimitCheck(_LININGS, bound, None, "K", LimitVerdict.NOT_EVALUATED, note)
+
+
+# --- what the limits cover --------------------------------------------------------------------------------------------
+
+
+class Judged(NamedTuple):
+    """What the limits of a run cover.
+
+    - `given` of `of` limits: of the parts under load in the run, one each;  `missing`: those without a limit, in words,
+      with the metrics (one suffices) that can have one in `limits`;  `not_modelled`: what a brake has beside them
+
+    Example:
+        >>> judged = result.verdict({"max_tension": "120 kN"}).judged
+        >>> judged.given, judged.of, list(judged.missing)
+        (1, 2, ['load on a lining'])
+    """
+
+    given: int
+    of: int
+    missing: dict[str, tuple[str, ...]]
+    not_modelled: tuple[str, ...]
+
+    def __str__(self) -> str:
+        """In words, empty where nothing was under load."""
+        if not self.of:
+            return ""
+        none = f", none for {', '.join(self.missing)}" if self.missing else ""
+        beside = f"; not modelled: {', '.join(self.not_modelled)}" if self.not_modelled else ""
+        return f"{self.given} of {self.of} limits given{none}{beside}"
+
+
+#: a part of a brake in words → metrics, one of which has to have a limit where the first that a run has is above 0
+_PARTS = {
+    "band tension": ("max_tension", "max_band_stress"),
+    "anchor stress": ("max_anchor_stress",),
+    "load on a lining": ("max_normal_load", PRESSURE),
+    "lever force": ("max_lever_force",),
+    "wear": ("greatest_wear", "worn_thickness"),
+}
+
+
+def judged(result: Result, checks: Sequence[LimitCheck]) -> Judged:
+    """What the limits among `checks` cover of the parts of a brake that were under load."""
+    summary, scene = result.report().summary, result.scene
+    metrics, words = summary["metrics"], scene.brake.words
+    limited = {check.name for check in checks if check.limit is not None}
+    parts = {name.replace("lining", words.lining): names for name, names in _PARTS.items() if metrics.get(names[0])}
+    if scene.duty.lever.controls_speed:  # (it is compared with the maximum of its own)
+        parts.pop("lever force", None)
+    rubs = bool(summary["energy"]["friction_heat"])
+    hot = hottest_first(metrics) if rubs else []
+    for name in (name for name in hot if name in HOT):
+        parts[f"{body_of(HOT[name], summary)} temperature"] = (name,)
+    known = {*metric_names(scene), *((PRESSURE,) if scene.brake.linings.area is not None else ())}
+    missing = {
+        part: tuple(name for name in names if name in known)
+        for part, names in parts.items()
+        if limited.isdisjoint(names)
+    }
+    beside = () if hot or not rubs else ("temperatures",)
+    if scene.brake.banded and lever_of(scene) is None and metrics.get("max_tension"):
+        beside += () if scene.duty.lever.controls_speed else ("lever force",)
+    return Judged(len(parts) - len(missing), len(parts), missing, beside)
 
 
 def limit_lines(checks: Sequence[LimitCheck]) -> list[str]:

@@ -33,7 +33,7 @@ from ._metrics import HOLDING, METRICS, RESIDUAL_SEES, Peak, energies, energy_ba
 from ._probe import Entry, RunJit, record_of
 from ._scan import Scan, largest_share_of_capacity, peaks
 from ._stability import shortage
-from ._strength import limits_exceeded
+from ._strength import HOT, limits_exceeded
 
 #: from the place in a step where samples have a zero it is at most this far (share of the step)
 _NEAR = 1e-2
@@ -429,9 +429,17 @@ def hottest_first(metrics: Mapping[str, float | None]) -> list[str]:
     return sorted((name for name in there if name.endswith("_temperature")), key=lambda name: -there[name])
 
 
+def body_of(place: str, summary: Entry) -> str:
+    """A place whose temperature is reported, in the words of its kind of brake."""
+    own = {"rim": summary.get("body", "rim"), "linings": f"{summary.get('lining', 'lining')}s"}
+    return own.get(place, "linings outside" if place == "outer" else place)
+
+
 #: events that change no mode, in words
 _MARKS = {
     "permissible_temperature": "permissible temperature exceeded",
+    "permissible_rim_temperature": "permissible temperature of the rim exceeded",
+    "permissible_band_temperature": "permissible temperature of the band exceeded",
     "grip_lost": "grip lost",
     "self_locking": "self-locking",
 }
@@ -447,14 +455,7 @@ def _heat_lines(summary: Entry) -> list[str]:
         if times:
             often = "once, " if len(times) == 1 else f"{len(times)} times, first "
             marks.append(f"{words} {often}at {min(times):.6g} s")
-    places = {
-        "rim": summary.get("body", "rim"),
-        "lining": f"{summary.get('lining', 'lining')}s",
-        "band": "band",
-        "lining_outer": "linings outside",
-    }
-    names = {f"peak_{place}_temperature": words for place, words in places.items()}
-    there = {name: names[name] for name in hottest_first(m) if name in names}
+    there = {name: body_of(HOT[name], summary) for name in hottest_first(m) if name in HOT}
     hot = [f"{words} {_temperature(m[k])} at {at[f'{k}_time']:.6g} s" for k, words in there.items()]
     into, out = heat_balance(e)
     into = {name: value for name, value in into.items() if value != 0 or name in ("heat_to_metal", "heat_to_linings")}

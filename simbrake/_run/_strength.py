@@ -1,4 +1,4 @@
-"""Stresses of band and anchor, force and travel of the lever: numbers of a run, and their allowable values."""
+"""Stresses of band and anchor, force and travel of the lever, temperatures: their allowable values in a scene."""
 
 from collections.abc import Mapping
 from typing import Any
@@ -51,20 +51,30 @@ _ALLOWABLE = {
     "max_lever_force": ("N", lambda scene: getattr(lever_of(scene), "greatest_force", None)),
     "lever_travel": ("m", lambda scene: getattr(lever_of(scene), "greatest_travel", None)),
 }
+#: metric → place whose permissible temperature limits it
+HOT = {
+    "peak_rim_temperature": "rim",
+    "peak_lining_temperature": "linings",
+    "peak_band_temperature": "band",
+    "peak_lining_outer_temperature": "outer",
+}
 
 
 def allowable_values(scene: Scene) -> dict[str, float]:
-    """Allowable values of metrics, in SI, of the parts of a scene that have them."""
+    """Allowable values of metrics, in SI, of the parts of a scene that have them, temperatures among them."""
     found = {name: allowable(scene) for name, (_, allowable) in _ALLOWABLE.items()}
+    hot = scene.network.permissible_at
+    found |= {name: hot[place] for name, place in HOT.items() if place in hot}
     return {name: float(most) for name, most in found.items() if most is not None}
 
 
 def limits_exceeded(scene: Scene, metrics: Mapping[str, float | None]) -> list[str]:
-    """Warnings of forces, stresses and travels above their allowable values."""
+    """Warnings of forces, stresses and travels above their allowable values; temperatures have events instead."""
     found = []
     for name, most in allowable_values(scene).items():
-        value, (unit, _) = metrics.get(name), _ALLOWABLE[name]
-        if value is not None and value > most:
+        value = metrics.get(name)
+        if name in _ALLOWABLE and value is not None and value > most:
+            unit = _ALLOWABLE[name][0]
             words = name.removeprefix("max_").replace("_", " ")
             share = f"{value / most:.4g} × the allowable {number(most, unit)}"
             found.append(f"over_limit: {words} {number(value, unit)} is {share}")

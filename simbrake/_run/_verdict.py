@@ -9,13 +9,17 @@ from .._base._faults import InputError
 from .._base._table import coloured, number, rows_table
 from ._duty import DutyKind, speed_is_led
 from ._log import Status
-from ._measure import Colour, LimitCheck, LimitVerdict, limit_checks, read_limits, title_of
+from ._measure import Colour, Judged, LimitCheck, LimitVerdict, judged, limit_checks, read_limits, title_of
 from ._metrics import about_output
 from ._probe import Entry
+from ._report import body_of, hottest_first
 from ._result import Result
+from ._strength import HOT
 
 #: a margin below this share of the limit is small
 SMALL_MARGIN = 0.10
+#: torques that differ by less than this share of the load balance each other
+_ROUNDING = 1e-9
 #: a held load needs a static capacity of this multiple of it, else the holding reserve is small
 SMALL_RESERVE = 1.25
 
@@ -37,12 +41,13 @@ class VerdictRow(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """The verdict on a run: `colour`, one line, and the limits, the smallest margin first.
+    """The verdict on a run: `colour`, one line, the limits, the smallest margin first, and what they cover.
 
     - red: a limit is exceeded, a held load broke away although the lever was not let go, the run failed, or the load
       runs away
-    - amber: a margin is below 10 % of its limit, the holding reserve below 1.25, or the pulley still turns at the end
-      although the duty does not prescribe its speed
+    - amber: a margin is below 10 % of its limit, the holding reserve below 1.25, a part of the brake that was under
+      load has no limit (`judged.missing`), or the pulley still turns at the end although the duty does not prescribe
+      its speed
     - green: everything else
 
     Example:
@@ -53,11 +58,14 @@ class Verdict(NamedTuple):
     colour: Colour
     headline: str
     rows: tuple[VerdictRow, ...]
+    judged: Judged
 
     def as_dict(self) -> Entry:
-        """`{colour, headline, rows}` of JSON."""
+        """`{colour, headline, rows, judged}` of JSON."""
         rows = [{**row._asdict(), "state": str(row.state)} for row in self.rows]
-        return {"colour": str(self.colour), "headline": self.headline, "rows": rows}
+        judged = self.judged._asdict() | {"missing": {part: list(names) for part, names in self.judged.missing.items()}}
+        judged["not_modelled"] = list(self.judged.not_modelled)
+        return {"colour": str(self.colour), "headline": self.headline, "rows": rows, "judged": judged}
 
     def __str__(self) -> str:
         return f"{self.colour}: {self.headline}"
@@ -85,11 +93,12 @@ def verdict(result: Result, limits: Mapping[str, float | str] | Sequence[LimitCh
         checks: Sequence[LimitCheck] = limit_checks(result, bounds)
     else:
         checks = limits
-    judged = [(_share(check), _row(check)) for check in checks if check.limit is not None]
-    judged += _holding(result) + _lever(result)
+    found = [(_share(check), _row(check)) for check in checks if check.limit is not None]
+    found += _holding(result) + _lever(result)
     # the smallest margin first; what has none last
-    rows = [row for _, row in sorted(judged, key=lambda one: math.inf if one[0] is None else one[0])]
-    return Verdict(_colour(result, rows), _headline(result, rows), tuple(rows))
+    rows = [row for _, row in sorted(found, key=lambda one: math.inf if one[0] is None else one[0])]
+    cover = judged(result, checks)
+    return Verdict(_colour(result, rows, cover), _headline(result, rows, checks, cover), tuple(rows), cover)
 
 
 def page_of(result: Result) -> str:
@@ -104,11 +113,11 @@ def page_of(result: Result) -> str:
     return coloured(str(said.headline), said.colour) + rows_table(rows, "")._repr_html_() + notes
 
 
-def _colour(result: Result, rows: Sequence[VerdictRow]) -> Colour:
+def _colour(result: Result, rows: Sequence[VerdictRow], cover: Judged) -> Colour:
     states = {row.state for row in rows}
     if not result.ok or result.status == Status.RUNAWAY or LimitVerdict.EXCEEDED in states:
         return Colour.RED
-    return Colour.AMBER if LimitVerdict.SMALL in states or _loose(result) else Colour.GREEN
+    return Colour.AMBER if LimitVerdict.SMALL in states or cover.missing or _loose(result) else Colour.GREEN
 
 
 def _loose(result: Result) -> bool:
@@ -116,8 +125,8 @@ def _loose(result: Result) -> bool:
     return result.report().summary["duty"] == DutyKind.TURNING or result.status == Status.RELEASED
 
 
-def _headline(result: Result, rows: Sequence[VerdictRow]) -> str:
-    """The outcome, then limits exceeded, or nearly reached, or the smallest margin."""
+def _headline(result: Result, rows: Sequence[VerdictRow], checks: Sequence[LimitCheck], cover: Judged) -> str:
+    """The outcome, limits exceeded, or nearly reached, or the smallest margin; the hottest body; what was evaluated."""
     said = [_outcome(result)]
     for state, words in ((LimitVerdict.EXCEEDED, "Exceeded"), (LimitVerdict.SMALL, "Small margin")):
         these = [
@@ -129,7 +138,20 @@ def _headline(result: Result, rows: Sequence[VerdictRow]) -> str:
         first = evaluated[0]
         so_far = "" if result.ok else " so far"
         said.append(f"No limit exceeded{so_far}; smallest margin: {first.name}, {first.margin}")
-    return ". ".join(said)
+    said[1:1] = _hottest(result, checks)
+    return ". ".join([*said, *([str(cover)] if cover.of else [])])
+
+
+def _hottest(result: Result, checks: Sequence[LimitCheck]) -> list[str]:
+    """The hottest body of a run with heat, whichever it is."""
+    summary = result.report().summary
+    names = [name for name in hottest_first(summary["metrics"]) if name in HOT]
+    if not names or not summary["energy"]["friction_heat"]:
+        return []
+    name = names[0]
+    bound = next((check.limit for check in checks if check.name == name and check.limit is not None), None)
+    allowed = "no limit given" if bound is None else f"allowed ≤ {number(bound, 'K')}"
+    return [f"Hottest: {body_of(HOT[name], summary)} {number(summary['metrics'][name], 'K')}, {allowed}"]
 
 
 def _outcome(result: Result) -> str:
@@ -170,7 +192,7 @@ def _row(check: LimitCheck) -> VerdictRow:
 # --- capacity of a brake ----------------------------------------------------------------------------------------------
 
 
-def _judged(exceeded: bool, small: bool) -> LimitVerdict:
+def _state(exceeded: bool, small: bool) -> LimitVerdict:
     return LimitVerdict.EXCEEDED if exceeded else LimitVerdict.SMALL if small else LimitVerdict.WITHIN
 
 
@@ -178,7 +200,7 @@ def _ratio(name: str, value: float, note: str) -> tuple[float, VerdictRow]:
     """A ratio that has to stay above 1; below `SMALL_RESERVE` its margin is small."""
     margin = value - 1
     # where a load breaks away without a jump the ratio is 1 but for rounding
-    state = _judged(value <= 1 + 1e-9, value < SMALL_RESERVE)
+    state = _state(value <= 1 + 1e-9, value < SMALL_RESERVE)
     return margin, VerdictRow(name, f"{value:.4g} ({note})", "> 1", f"{100 * margin:+.3g} %".replace("-", "−"), state)
 
 
@@ -192,7 +214,8 @@ def _holding(result: Result) -> list[tuple[float, VerdictRow]]:
     load, torque = capacity["load_torque"] or 0.0, capacity["brake_torque"]
     led = speed_is_led(result.scene)  # (then the tension of the lever says the same)
     # (one that is not settled yet, as in a ramp of the lever, may still be short)
-    if load > 0 and torque and not led and (torque > load or result.status == Status.RUNAWAY):
+    short = torque is not None and torque < load * (1 - _ROUNDING)
+    if load > 0 and torque and not led and (not short or result.status == Status.RUNAWAY):
         found.append(_ratio("Torque of the sliding brake over load", torque / load, "at the end"))
     return found
 
@@ -205,7 +228,7 @@ def _lever(result: Result) -> list[tuple[float, VerdictRow]]:
     most, value, time = pull
     share = 1 - value / most
     # at its maximum it follows no more: the speed is lost
-    state = _judged(value >= most * (1 - 1e-9), share < SMALL_MARGIN)
+    state = _state(value >= most * (1 - 1e-9), share < SMALL_MARGIN)
     margin = f"{number(most - value, 'N', count=4)} ({100 * share:.3g} %)"
     shown = f"{number(value, 'N')} (at {number(time, 's')})"
     return [(share, VerdictRow("Slack tension that holds the speed", shown, f"< {number(most, 'N')}", margin, state))]

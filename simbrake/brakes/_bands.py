@@ -180,6 +180,11 @@ class JoinedLinings(AbstractLinings):
         return None if any(area is None for area in areas) else self.friction.joined(areas)
 
     @property
+    def permissible_pressure(self) -> Float[Array, " n"] | None:  # pyright: ignore
+        limits = [own.permissible_pressure for own in self.bands]
+        return None if any(limit is None for limit in limits) else self.friction.joined(limits)
+
+    @property
     def weights(self) -> Float[Array, " n"]:
         return self.angle
 

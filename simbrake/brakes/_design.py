@@ -117,9 +117,13 @@ class AbstractLinings(Part):
 
         @property
         def area(self) -> Scalar | None: ...
+
+        @property
+        def permissible_pressure(self) -> Scalar | None: ...
     else:
         friction: eqx.AbstractVar[AbstractFriction]
         area: eqx.AbstractVar[Any]
+        permissible_pressure: eqx.AbstractVar[Any]
 
     @property
     @abc.abstractmethod
@@ -138,6 +142,7 @@ class Lining(AbstractLinings):
     - `angle` `β_i` (n,) in rad: central angle of each;  `friction`: its law, with numbers for all or per lining
     - `area` `A_i` (m²), a number or (n,): needed where pressure matters
     - `mass` `m_i` (kg), a number or (n,): needed where the band is resolved into `segments`, else without effect
+    - `permissible_pressure` (Pa), a number or (n,): limit of the mean pressure `N_i/A_i` for the verdict on a run
 
     Example:
         >>> sb.Lining(0.35, ["14 deg", "13 deg"])
@@ -148,6 +153,9 @@ class Lining(AbstractLinings):
     angle: Scalar = quantity("rad", "central angle of a lining", positive=True, high=math.pi * (1 - 1e-9), many=True)
     area: Scalar | None = quantity("m^2", "area of a lining", positive=True, many=True, default=None)
     mass: Scalar | None = quantity("kg", "mass of a lining and its band", positive=True, many=True, default=None)
+    permissible_pressure: Scalar | None = quantity(
+        "Pa", "permissible mean pressure", positive=True, many=True, default=None
+    )
 
     @property
     def count(self) -> int:
@@ -170,15 +178,17 @@ def uniform_linings(
     friction: AbstractFriction | float,
     area: Annotated[float | None, positive("m^2", "area of a lining")] = None,
     mass: Annotated[float | None, positive("kg", "mass of a lining and its band")] = None,
+    permissible_pressure: Annotated[float | None, positive("Pa", "permissible mean pressure")] = None,
 ) -> Lining:
     """`count` equal linings over the angle `wrap` (rad); each of the `area` (m²) if pressure matters, of the `mass`
-    (kg) in a chain.
+    (kg) in a chain; `permissible_pressure` (Pa): a limit for the verdict.
 
     Example:
         >>> sb.uniform_linings(20, "270 deg", 0.35)
         Lining(friction=ConstantFriction(coefficient=0.35, static_ratio=1), angle=20 × 13.5°)
     """
-    return Lining(angle=np.full(count, wrap / count), friction=friction, area=area, mass=mass)  # pyright: ignore
+    options: Any = {"area": area, "mass": mass, "permissible_pressure": permissible_pressure}
+    return Lining(angle=np.full(count, wrap / count), friction=friction, **options)  # pyright: ignore
 
 
 class Bandage(Part):
@@ -517,6 +527,8 @@ def faults_of_pair(pair: AbstractLinings | Bandage, path: str, n: int, of: str =
     found = faults_of_law(pair.friction, f"{path}.friction", n)
     if pair.area is None and needs(pair.friction, n).p:
         found.append(Fault(f"{path}.area", "is missing", f"the friction law{of} depends on the pressure"))
+    elif pair.area is None and getattr(pair, "permissible_pressure", None) is not None:
+        found.append(Fault(f"{path}.area", "is missing", "a permissible pressure needs the area of a lining"))
     return found
 
 

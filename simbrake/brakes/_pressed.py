@@ -123,6 +123,7 @@ class Pads(AbstractLinings):
 
     - `inner_radius` `r_i`, `outer_radius` `r_o` (m) and `angle` (rad) of a pad;  `count` of pads: two of each calliper
     - `friction`: its law, with numbers for all or per pad;  `pressure`: its distribution over the radius
+    - `permissible_pressure` (Pa): limit of the mean pressure on a pad for the verdict on a run
 
     Example:
         >>> sb.Pads(0.4, "300 mm", "500 mm", "40 deg", faces=4).count
@@ -135,6 +136,7 @@ class Pads(AbstractLinings):
     angle: Scalar = quantity("rad", "angle of a pad about the shaft", positive=True, high=2 * math.pi)
     faces: int = whole("pads on the disc, two of each calliper", high=1000, default=2)
     pressure: AbstractPadPressure = eqx.field(default_factory=UniformWear)
+    permissible_pressure: Scalar | None = quantity("Pa", "permissible mean pressure", positive=True, default=None)
 
     @property
     def count(self) -> int:
@@ -198,6 +200,7 @@ class Shoes(AbstractLinings):
     - `radius` `r` (m) of their faces, which is that of the drum;  `width` `b` (m)
     - `start` `θ_1`, `end` `θ_2` (rad) of a lining, from the line of the shaft to the pin of its shoe
     - `friction`: its law, with numbers for both or for each
+    - `permissible_pressure` (Pa): limit of the mean pressure on a lining for the verdict on a run
 
     Example:
         >>> sb.Shoes(0.32, 0.15, "32 mm", 0.0, "126 deg")
@@ -215,6 +218,7 @@ class Shoes(AbstractLinings):
     width: Scalar = quantity("m", "width of a lining", positive=True)
     start: Scalar = quantity("rad", "angle at which a lining begins, from its pin", low=0.0, high=math.pi)
     end: Scalar = quantity("rad", "angle at which a lining ends, from its pin", positive=True, high=math.pi)
+    permissible_pressure: Scalar | None = quantity("Pa", "permissible mean pressure", positive=True, default=None)
 
     @property
     def count(self) -> int:

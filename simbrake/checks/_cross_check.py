@@ -259,7 +259,8 @@ class CrossCheck(AbstractChecks):
 #: name, simbrake's value, SciPy's, and the reference of the difference
 _Compared: TypeAlias = tuple[str, float, float, float]
 #: logged thresholds that change no mode
-_MARKS = ("lining_limit", "permissible_temperature", "grip_lost", "self_locking")
+_MARKS = ("lining_limit", "grip_lost", "self_locking")
+_MARKS += ("permissible_temperature", "permissible_rim_temperature", "permissible_band_temperature")
 #: maximum number of thermal nodes with a line each
 _NODES = 12
 #: states of the mechanisms

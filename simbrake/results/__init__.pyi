@@ -21,6 +21,7 @@ from ._of_runs import DutyKind as DutyKind
 from ._of_runs import Event as Event
 from ._of_runs import Events as Events
 from ._of_runs import HeatResult as HeatResult
+from ._of_runs import Judged as Judged
 from ._of_runs import LimitCheck as LimitCheck
 from ._of_runs import Metric as Metric
 from ._of_runs import Need as Need

@@ -15,7 +15,7 @@ from .._base._table import Table, Tabular, digits, number
 from .._parts._scene import Scene
 from .._run._duty import DutyKind, rows_of
 from .._run._log import failure_of
-from .._run._measure import LimitVerdict, Metric, name_of, title_of
+from .._run._measure import Judged, LimitVerdict, Metric, name_of, title_of
 from .._run._metrics import HOLDING, about_output, energies_between, energy_balance
 from .._run._report import labels_of
 from .._run._result import Result
@@ -123,7 +123,7 @@ def explain(
             *_course(result),
             *_balance(result),
             *_linings(result),
-            *_limits(said.rows),
+            *_limits(said.rows, said.judged),
             *_stability(result),
         ]
         if influence and result.ok:
@@ -359,12 +359,14 @@ def _linings(result: Result) -> list[Finding]:
     return [Finding("linings", " ".join(said), numbers)] if said else []
 
 
-def _limits(rows: Iterable[Any]) -> list[Finding]:
-    """The limit that comes first, and how many are exceeded."""
+def _limits(rows: Iterable[Any], cover: Judged) -> list[Finding]:
+    """The limit that comes first, how many are exceeded, and what has none."""
     rows = [row for row in rows if row.state != LimitVerdict.NOT_EVALUATED]
+    none = (f"{part} (--limit {' or '.join(names)})" for part, names in cover.missing.items())
+    missing = f" No limit for: {', '.join(none)}." if cover.missing else ""
     if not rows:
         text = 'No limit was given, and the scene has none: give limits, as in --limit "max_tension=120 kN".'
-        return [Finding("limits", text, {})]
+        return [Finding("limits", text + missing, {})]
     first, exceeded = rows[0], [row for row in rows if row.state == LimitVerdict.EXCEEDED]
     state = "exceeded" if first.state == LimitVerdict.EXCEEDED else "nearest its limit"
     text = f"{first.name} is {state}: {first.value}, allowed {first.limit}, margin {first.margin}."
@@ -373,7 +375,7 @@ def _limits(rows: Iterable[Any]) -> list[Finding]:
     elif len(rows) > 1:
         after = rows[1]
         text += f" Next: {after.name} {after.value}, allowed {after.limit}, margin {after.margin}."
-    return [Finding("limits", text, {"rows": [{**row._asdict(), "state": str(row.state)} for row in rows]})]
+    return [Finding("limits", text + missing, {"rows": [{**row._asdict(), "state": str(row.state)} for row in rows]})]
 
 
 def _stability(result: Result) -> list[Finding]:

@@ -22,6 +22,7 @@ from .._run._log import Stage as Stage
 from .._run._log import Status as Status
 from .._run._log import internal_slip_tension as internal_slip_tension
 from .._run._measure import Colour as Colour
+from .._run._measure import Judged as Judged
 from .._run._measure import LimitCheck as LimitCheck
 from .._run._measure import limit_checks as limit_checks
 from .._run._metrics import METRICS as METRICS

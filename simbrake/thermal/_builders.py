@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Sequence
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -29,6 +29,8 @@ from ._network import (
 _Start = Annotated[float | Sequence[float], Quantity("K", "temperature at the start", 0.0, many=True)]
 _Ambient = Annotated[float, Quantity("K", "temperature of the air", 0.0)]
 _Permissible = Annotated[float | None, positive("K", "permissible temperature of the linings")]
+_PermissibleRim = Annotated[float | None, positive("K", "permissible temperature of the rim")]
+_PermissibleBand = Annotated[float | None, positive("K", "permissible temperature of the band")]
 
 
 def _coefficient(where: str) -> Quantity:
@@ -68,12 +70,15 @@ def lumped_heat(
     temperature: _Start = ROOM,
     ambient: _Ambient = ROOM,
     permissible: _Permissible = None,
+    permissible_rim: _PermissibleRim = None,
+    permissible_band: _PermissibleBand = None,
 ) -> Heat:
     """Rim, linings and band as one lump each.
 
     - `rim`, `linings`, `band`: capacities (J/K); without `linings` their share of the heat leaves the network
     - `rim_cooling`, `band_cooling`: `h A` to the air; `lining_to_band`: conductance (W/K)
-    - `temperature` at the start, of the `ambient` air, `permissible` one of the linings (K)
+    - `temperature` at the start, of the `ambient` air, `permissible` one of the linings (K),
+      `permissible_rim`, `permissible_band` of rim and band
 
     Raises `ValueError` where a band is given without linings, or a conductance without its bodies.
 
@@ -94,7 +99,8 @@ def lumped_heat(
             links.append(Conductance("band", "air", band_cooling))
     elif linings is not None:
         links.append(Conductance("linings", "air", 0.0 if band_cooling is None else band_cooling))
-    return _rubbing("rim", None if linings is None else "linings", partition, bodies, links, permissible)
+    limits = permissible, permissible_rim, permissible_band
+    return _rubbing("rim", None if linings is None else "linings", partition, bodies, links, limits)
 
 
 def _rubbing(
@@ -103,12 +109,17 @@ def _rubbing(
     partition: AbstractPartition | float,
     bodies: list[Body],
     links: list[AbstractLink],
-    permissible: float | None,
+    limits: tuple[float | None, float | None, float | None],
 ) -> Heat:
-    """A network with linings (`None`: none) on the rim, with a band where there is a body of this name."""
+    """A network with linings (`None`: none) on the rim, with a band where there is a body of this name.
+
+    `limits`: permissible temperatures of linings, rim and band (K)
+    """
     band = "band" if any(body.name == "band" for body in bodies) else None
     pair = FrictionHeat(rim, linings, partition)  # pyright: ignore
-    return Heat(tuple(bodies), tuple(links), pair, rim=rim, linings=linings, band=band, permissible=permissible)
+    fields = ("permissible", "permissible_rim", "permissible_band")
+    given: Any = dict(zip(fields, limits, strict=True))
+    return Heat(tuple(bodies), tuple(links), pair, rim=rim, linings=linings, band=band, **given)
 
 
 def _growth(thickness: float, first: float | None, layers: int, both: bool = False) -> float:
@@ -165,6 +176,8 @@ def layered_heat(
     permissible: _Permissible = None,
     contact_resistance: Annotated[float | None, positive("m^2*K/W", "resistance between rim and linings")] = None,
     band_resistance: Annotated[float | None, positive("m^2*K/W", "resistance between linings and band")] = None,
+    permissible_rim: _PermissibleRim = None,
+    permissible_band: _PermissibleBand = None,
 ) -> Heat:
     """Layered rim, linings with a thin surface layer over their body, and the band behind them.
 
@@ -180,6 +193,7 @@ def layered_heat(
       `lining_area/track_area`)
     - `contact_resistance` (m²·K/W): of the heat exchange between rim and linings while the band is closed; `None`: no
       exchange;  `band_resistance`: between linings and band, `None`: perfect contact
+    - `permissible`, `permissible_rim`, `permissible_band` (K): permissible temperatures of linings, rim and band
 
     Raises `ValueError` where sizes contradict each other.
     """
@@ -212,7 +226,8 @@ def layered_heat(
         bodies.append(Lump("band", band.density * band.specific_heat * band_thickness * lining_area, temperature))
         links.append(ThermalContact("lining.back", "band", lining_area / each, band_resistance))
         links += _cooled("band", lining_area, band_coefficient, band_emissivity)
-    return _rubbing("rim.front", None if lining is None else "lining.front", partition, bodies, links, permissible)
+    limits = permissible, permissible_rim, permissible_band
+    return _rubbing("rim.front", None if lining is None else "lining.front", partition, bodies, links, limits)
 
 
 @takes_values

@@ -285,7 +285,8 @@ class Heat(Part):
     - `flash`: flash temperature for the friction law
     - `rim`, `linings`, `band`: places whose temperatures are reported as those of rim, linings and band; `rim` is the
       body on which the linings rub, a disc or drum as well
-    - `permissible` (K): permissible temperature of the linings; exceeding it is an event
+    - `permissible` (K): permissible temperature of the linings; `permissible_rim`, `permissible_band` (K): of the rim
+      and the band. Exceeding one is an event, and each is a limit of the verdict on a run
 
     Example:
         >>> bodies = (sb.thermal.Lump("rim", 2e5), sb.thermal.Reservoir("air"))
@@ -303,6 +304,8 @@ class Heat(Part):
     band: str | None = eqx.field(static=True, default=None)
     permissible: Scalar | None = quantity("K", "permissible temperature of the linings", positive=True, default=None)
     external: FrictionHeat | None = None
+    permissible_rim: Scalar | None = quantity("K", "permissible temperature of the rim", positive=True, default=None)
+    permissible_band: Scalar | None = quantity("K", "permissible temperature of the band", positive=True, default=None)
 
     @property
     def walls(self) -> tuple[Wall, ...]:
@@ -349,6 +352,13 @@ class Heat(Part):
         return {kind: place for kind, place in named.items() if place is not None}
 
     @property
+    def permissible_at(self) -> dict[str, Scalar]:
+        """Permissible temperatures (K) of the `hot_places` that have one; both faces of a lining have the same."""
+        given = {"linings": self.permissible, "rim": self.permissible_rim, "band": self.permissible_band}
+        given["outer"] = self.permissible
+        return {kind: T for kind in self.hot_places if (T := given[kind]) is not None}
+
+    @property
     def profiles(self) -> tuple[AbstractProfile, ...]:
         """Given functions of time inside: prescribed temperatures and powers."""
         inside = [b.temperature for b in self.bodies if isinstance(b, Reservoir)] + [s.power for s in self.sources]
@@ -362,6 +372,10 @@ class Heat(Part):
         heated = [place for pair in self.pairs for place in (pair.metal, pair.lining, pair.beyond)]
         found = faults_of_network(self.bodies, self.links, self.sources, path, tuple(p for p in heated if p))
         found = found or faults_of_surfaces(self.bodies, self.links, self.sources, path)
+        for kind in ("rim", "band"):
+            if getattr(self, f"permissible_{kind}") is not None and getattr(self, kind) is None:
+                hint = f"name it in `{kind}`, or leave the limit out"
+                found.append(Fault(f"{path}.permissible_{kind}", f"the network names no place as the {kind}", hint))
         for i in self.pressed:
             if getattr(self.links[i], "resistance", None) is not None:
                 found.append(Fault(f"{path}.links[{i}].law", "stands beside a resistance", "give one of the two"))
