@@ -5,7 +5,9 @@ import functools
 import html
 import json
 import math
+import re
 
+import jax.numpy as jnp
 import numpy as np
 import pytest
 import staged_scenes as staged
@@ -662,3 +664,25 @@ def test_metrics_have_titles_units_and_near_names(stop):
         named(stop, "stoping_time")
     with pytest.raises(KeyError, match=r"there are: .*, or a function of the result"):
         named(stop, "§")
+
+
+# --- what a run could not see -----------------------------------------------------------------------------------------
+
+
+def _with_a_pulse(t, begin):
+    return LOAD + jnp.where((t > begin) & (t < begin + 0.02), 20 * TORQUE, 0.0)
+
+
+def test_note_says_how_often_a_user_defined_function_was_looked_at():
+    """20 ms in 100 s are missed, and the note says that such a pulse may be; a shorter step finds it."""
+    profile = sb.profiles.FunctionProfile(_with_a_pulse, 50.33, typical=LOAD)
+    scene = stop_scene(C=None, load=sb.TorqueLoad(profile), end=100.0)
+    (note,) = sb.simulate(scene).summary()["notes"]
+    assert note.startswith("sampled: the load is a user-defined function of time; this run looked at least every ")
+    interval = float(re.search(r"every ([\d.]+) ms", note)[1]) / 1e3
+    assert 0.02 < interval <= 100.0 / 1024 * 1.01
+    fine = sb.simulate(scene, max_step=0.1)
+    assert any(line.startswith("note     sampled: the load") for line in str(fine).splitlines())
+    assert "at least every 6.25 ms" in fine.summary()["notes"][0]  # 0.1 s/16
+    assert [event.time for event in fine.events["restart"]] == [pytest.approx(50.33, abs=1e-9)]
+    assert sb.simulate(rigid()).summary()["notes"] == []

@@ -110,13 +110,20 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return (*heat, *self.mechanism.profiles, *(() if self.shaft is None else self.shaft.profiles))
 
     @property
+    def sampled(self) -> tuple[str, ...]:
+        """Given functions of time, in words, that may have features between two breakpoints which only samples see."""
+        levers = [phase.lever for phase in self.lever.phases] if isinstance(self.lever, Phases) else [self.lever]
+        plain = {
+            "the lever": all(hides_nothing(one, _course_of_lever) for one in levers),
+            "the load": hides_nothing(self.load, _course_of_load),
+            "another given function": all(hides_nothing(one, course_of_profile) for one in self.profiles),
+        }
+        return tuple(words for words, known in plain.items() if not known)
+
+    @property
     def guard_samples(self) -> int:
         """Points inside a step at which guards are evaluated: none if given functions have no short features."""
-        levers = [phase.lever for phase in self.lever.phases] if isinstance(self.lever, Phases) else [self.lever]
-        plain = all(hides_nothing(one, _course_of_lever) for one in levers) and hides_nothing(
-            self.load, _course_of_load
-        )
-        return 0 if plain and all(hides_nothing(profile, course_of_profile) for profile in self.profiles) else 15
+        return 15 if self.sampled else 0
 
     @property
     def jumps(self) -> bool:

@@ -313,6 +313,19 @@ class Report:
             found["holding"] = {"load_torque": load, "capacity": least * load}
         return found
 
+    def _notes(self) -> list[str]:
+        """What this run could not see."""
+        system: BrakeSystem = self._record.system  # pyright: ignore
+        if not (names := system.sampled):
+            return []
+        t = np.asarray(self._record.rows.t)[: int(self._record.count) + 1]
+        longest = float(np.max(np.diff(t), initial=0.0)) / (system.guard_samples + 1)
+        verb = "is a user-defined function" if len(names) == 1 else "are user-defined functions"
+        return [
+            f"sampled: {' and '.join(names)} {verb} of time; this run looked at least every "
+            f"{number(longest, 's', count=3)}, a shorter pulse may be missed: give its knots, or a shorter max_step"
+        ]
+
     @functools.cached_property
     def summary(self) -> Entry:
         """What `Result.summary` gives a copy of."""
@@ -332,6 +345,7 @@ class Report:
             "message": r.message,
             "capacity": capacity,
             "warnings": said,
+            "notes": self._notes(),
             "events": [event.as_dict() for event in self.events],
             "end": end_of(self._record, r.scene),
             **self._holding(metrics),
@@ -587,4 +601,5 @@ def text(summary: Entry, first: Sequence[str] = ()) -> str:
         lines.append(f"method   {s['method']}: {s['reason']}")
     if (table := stop_table(summary)) is not None:
         lines += ["stops", *(f"         {line}" for line in str(table).splitlines())]
+    lines += [f"note     {note}" for note in summary.get("notes", ())]
     return "\n".join([*lines, *(f"warning  {warning}" for warning in summary["warnings"])])

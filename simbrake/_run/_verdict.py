@@ -109,7 +109,8 @@ def page_of(result: Result) -> str:
         (name, str(number(value, about_output(name)["units"])), about_output(name)["meaning"])
         for name, value in metrics.items()
     ]
-    notes = "".join(f"<p>warning: {html.escape(text)}</p>" for text in summary["warnings"])
+    notes = "".join(f"<p>note: {html.escape(text)}</p>" for text in summary["notes"])
+    notes += "".join(f"<p>warning: {html.escape(text)}</p>" for text in summary["warnings"])
     return coloured(str(said.headline), said.colour) + rows_table(rows, "")._repr_html_() + notes
 
 
