@@ -185,6 +185,20 @@ def test_a_programme_in_a_file_is_the_scene_in_python():
         sb.files.scene_from_text(text.replace("brake to rest", "brake"))
 
 
+@pytest.mark.parametrize("brake", ["brake to rest in 3 s", "brake to rest"])
+def test_braking_adds_its_own_travel(brake):
+    """`V X/2` beside the 25 m: in the run, and in the error of a rope that is too short by a little."""
+    lines = ("lower 25 m at 1.2 m/s", brake)
+    travel = sb.simulate(sb.programme_scene(BRAKE, lines, sb.HookLoad(60e3, 0.4, 8), pull=40e3))["total_hook_travel"]
+    if brake.endswith("s"):
+        assert travel == pytest.approx(26.8, rel=1e-4)
+    assert travel > 25.1
+    turns = (travel - 0.05) * 8 / (2 * math.pi * 0.4)
+    hook = sb.HookLoad(60e3, 0.4, 8, rope=sb.loads.RopeLayers("30 mm", turns, turns))
+    with pytest.raises(sb.InputError, match=f"lowers {travel:.4g}[0-9]* m in all, braking included"):
+        sb.programme_scene(BRAKE, lines, hook, pull=40e3)
+
+
 def test_a_programme_with_layers_of_rope():
     """The hook is lowered as far as said over three layers; the pulley keeps the speed of the outermost."""
     rope = sb.loads.RopeLayers("30 mm", 20.0, 50.0)
@@ -203,5 +217,7 @@ def test_a_programme_with_layers_of_rope():
     assert float(s.omega[0]) == pytest.approx(8 / radius[2], rel=1e-9)
     assert result.status == "stopped"
     assert float(result.energy["closure"]) <= 1e-9
-    with pytest.raises(sb.InputError, match=r"lowers 36 m in all, the rope on the drum is enough for 16\.\d+ m"):
+    with pytest.raises(
+        sb.InputError, match=r"lowers 3\d\.\d+ m in all, braking included, the rope on the drum is enough for 16\.\d+ m"
+    ):
         sb.programme_scene(BRAKE, (*lines, "repeat 3 times"), hook, pull=40e3, empty=5e3)

@@ -102,11 +102,12 @@ def programme_scene(
     """A scene from a programme in words: a list of lines, one cycle of work, perhaps repeated.
 
     - `lower D at V`: the hook starts from rest with the `acceleration` and continues at the speed `V`, over the
-      distance `D` in all; the driller controls the speed (`Driller`), so that fade changes the lever force and not the
+      distance `D`, run-up included; the braking after it adds its own travel. The driller controls the speed (`Driller`), so that fade changes the lever force and not the
       speed. With layers of rope (`HookLoad.rope`) the distance is that of the hook, and `V` its speed in the layer of
       the start: the pulley keeps its speed, so that in the layers below the hook is slower by their radius
     - `brake to rest`: the slack tension rises to the `pull` in the `lever_time`, and stays there until the pulley rests
-    - `brake to rest in X`: the driller controls the speed linearly to 0 until the pulley rests
+    - `brake to rest in X`: the driller controls the speed linearly to 0 until the pulley rests, over `V X/2`: "lower
+      25 m at 1.2 m/s" and "brake to rest in 3 s" travel 26.8 m together
     - `hold X` or `wait X`;  `take the string`, `set the string in the slips`: between them the string hangs on the hook
     - `turn the band after N cycles`: end for end, so that the worn lining of the tight end comes to the slack end; for
       `wear` with equal linings. Without a number it is turned at that point of every cycle, at rest
@@ -251,6 +252,10 @@ class _Plan:
             time = self.lever_time + (early - ramp) / excess
         else:
             time = float(max(np.roots([0.5 * over, start, -early]).real))
+        rising = min(time, self.lever_time)
+        turned = self.omega * rising - (0.5 * start + over * rising / 6) * rising**2 / self.inertia
+        turned += 0.5 * max(early - ramp, 0.0) ** 2 / (excess * self.inertia)
+        self.lowered += turned / self.per_metre
         self.omega = 0.0
         self._phase("brake", PiecewiseLinear([0.0, self.lever_time], [first, self.pull]), AtRest(), time)
         return None
@@ -258,6 +263,7 @@ class _Plan:
     def _brake_in(self, time: float) -> None:
         # (beyond 0, as a pulley that is late would never come to rest at a speed that only approaches 0)
         driller = self._driller([0.0, 2 * time], [self.omega, -self.omega])
+        self.lowered += 0.5 * self.omega * time / self.per_metre
         self.omega = 0.0
         self._phase("brake", driller, AtRest(), time)
 
@@ -270,7 +276,7 @@ class _Plan:
     def faults(self, empty: float, stand: float, wear: Wear | None, count: int) -> list[Fault]:
         """Errors of the cycle as a whole, repeated `count` times."""
         taken, down, far = "take" in self.marks, "set" in self.marks, count * self.lowered
-        short = f"lowers {far:.5g} m in all, the rope on the drum is enough for {self.rope:.5g} m"
+        short = f"lowers {far:.5g} m in all, braking included, the rope on the drum is enough for {self.rope:.5g} m"
         why = "stands are added in the slips: take the string, set the string in the slips"
         bare = taken and not empty and self.elastic
         checks = (

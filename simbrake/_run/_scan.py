@@ -517,8 +517,6 @@ def largest_share_of_capacity(scan: Scan) -> Peak:
     is.
 
     A separate program: capacities are much work, and are needed only while the pulley is at rest.
-
-    - `among`: rows of the run in which it is looked for
     """
     record, (held, broken) = scan.record, to_hold(scan, scan.seen.lever_tension)
     samples = np.flatnonzero(held[scan.row] | (broken[scan.row] & (scan.share == 0.0)))
