@@ -102,9 +102,10 @@ def programme_scene(
     """A scene from a programme in words: a list of lines, one cycle of work, perhaps repeated.
 
     - `lower D at V`: the hook starts from rest with the `acceleration` and continues at the speed `V`, over the
-      distance `D`, run-up included; the braking after it adds its own travel. The driller controls the speed (`Driller`), so that fade changes the lever force and not the
-      speed. With layers of rope (`HookLoad.rope`) the distance is that of the hook, and `V` its speed in the layer of
-      the start: the pulley keeps its speed, so that in the layers below the hook is slower by their radius
+      distance `D`, run-up included; the braking after it adds its own travel. The driller controls the speed
+      (`Driller`), so that fade changes the lever force and not the speed. With layers of rope (`HookLoad.rope`) the
+      distance is that of the hook, and `V` its speed in the layer of the start: the pulley keeps its speed, so that in
+      the layers below the hook is slower by their radius
     - `brake to rest`: the slack tension rises to the `pull` in the `lever_time`, and stays there until the pulley rests
     - `brake to rest in X`: the driller controls the speed linearly to 0 until the pulley rests, over `V X/2`: "lower
       25 m at 1.2 m/s" and "brake to rest in 3 s" travel 26.8 m together

@@ -317,8 +317,8 @@ def _temperature(result: Result, summary: Entry, name: str, bound: float | None,
     if value > bound and bound == own and name in _EXCEEDED:
         times = [event["time"] for event in summary["events"] if event["name"] == _EXCEEDED[name]]
         often = "" if len(times) < 2 else f", {len(times)} times in all"
-        first = f"first exceeded at {number(min(times), 's')}{often}" if times else "above it from the start"
-        hottest = f"{first}; {hottest}"
+        early = "above it from the start; " if result.report().scan.seen.tops[name][0] > bound else ""
+        hottest = (f"first exceeded at {number(min(times), 's')}{often}; " if times else early) + hottest
     return _judged(result, name, bound, value, "K", hottest)
 
 
