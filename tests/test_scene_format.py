@@ -29,6 +29,7 @@ def test_the_format_in_words():
         ("friction", "needed", f"{laws} | a number"),
         ("area", "absent", "number, m^2"),
         ("mass", "absent", "number, kg"),
+        ("permissible_pressure", "absent", "number, Pa"),
     ]
     heading, rows = rows_of("Wall")
     assert heading.startswith("Wall: A wall in layers from its `front` to its `back`")

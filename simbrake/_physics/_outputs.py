@@ -16,8 +16,8 @@ from ._hook import BrakeUnderRope
 from ._mechanism import OPEN, SLIP, Mode
 from ._state import BrakeNow, Capacity, State
 
-#: places whose permissible temperature is that of their hottest node
-_WHOLE = ("rim", "band")
+#: places whose permissible temperature is that of their hottest node, and the events of exceeding it
+_WHOLE = {"rim": "permissible_rim_temperature", "band": "permissible_band_temperature"}
 #: up to this share of the tension the lever may still move, at its present rate over the time of the run so far
 _AT_REST = 1e-3
 #: speeds at which a balance of torques is looked for: so many on either side, up to that many times the present one
@@ -154,7 +154,7 @@ def mark_names(system: BrakeSystem) -> list[tuple[str, int | None]]:
     if heat.permissible is not None and heat.linings is not None:
         per_lining = place_count(heat, heat.linings) == n and n > 1
         names += [("permissible_temperature", i + 1 if per_lining else None) for i in range(n if per_lining else 1)]
-    return names + [(f"permissible_{kind}_temperature", None) for kind in _WHOLE if kind in heat.permissible_at]
+    return names + [(event, None) for kind, event in _WHOLE.items() if kind in heat.permissible_at]
 
 
 def passing(system: BrakeSystem, mode: Mode, q: BrakeNow, hot: dict[str, Array]) -> Array:
