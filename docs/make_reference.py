@@ -59,6 +59,8 @@ PAGES: dict[str, tuple[str, ...]] = {
         "_run._metrics",
         "_run._measure",
         "_run._verdict",
+        "_run._accuracy",
+        "_run._errors",
         "_run._duty",
         "_physics._mechanism",
         "results._dataset",

@@ -21,7 +21,7 @@ from staged_scenes import stop as staged_stop
 import simbrake as sb
 from simbrake._commands._runs import compare as compare_run
 from simbrake.results import _compare
-from simbrake.results._compare import Change, Comparison, EventShift, SeriesChange, Shift, Word
+from simbrake.results._compare import Change, Comparison, SeriesChange, Word
 
 
 @pytest.fixture(scope="module")
@@ -462,45 +462,6 @@ def test_a_comparison_reads_from_the_whole_to_the_details():
     alone = ({"parts": [status]}, {"only_a": ["x"]}, {"only_b": ["x"]}, {"status": Word("status", "held", "stopped")})
     for other in (*alone, {"scene": [moved]}, {"metrics": [moved]}, {"energies": [moved]}, {"events": [moved]}):
         assert not dataclasses.replace(equal, **other).equal
-
-
-def test_shifts_of_metrics_and_events_between_two_runs():
-    cases = [((2.0, 1.5), (0.5, 0.25)), ((-4.0, 1.0), (5.0, 1.25)), ((0.0, 1.0), (1.0, None))]
-    for (a, b), (difference, relative) in (*cases, ((None, 1.0), (None, None)), ((1.0, None), (None, None))):
-        shift = Shift("x", "s", a, b)
-        assert (shift.difference, shift.relative) == (difference, relative)
-    one = [sb.results.Event(*e) for e in ((1.0, "limit", 1), (2.0, "limit", 2), (3.0, "stop"), (4.0, "stop"))]
-    two = [sb.results.Event(*e) for e in ((1.5, "limit", 1), (2.25, "limit", 2), (3.0, "stop"), (5.0, "restart"))]
-    wanted = (EventShift("limit", 2, 0.5), EventShift("stop", 1, 0.0))
-    assert _compare._shifts(one, two) == _compare._shifts(two, one) == (wanted, 2)
-
-
-def test_a_repeated_run_is_tighter_and_says_its_units(heated):
-    found = _compare.repeat(heated)
-    assert (found.rtol, found.tighter, found.problem) == (pytest.approx(1e-12), True, "")
-    rows = {row.name: row for row in found.metrics}
-    assert {name: row.unit for name, row in rows.items() if name in ("heat_lost", "stopping_time", "max_tension")} == {
-        "heat_lost": "J",
-        "stopping_time": "s",
-        "max_tension": "N",
-    }
-    for name, value in heated.metrics.items():
-        assert rows[name].value == value
-        assert value is None or rows[name].difference <= 1e-6 * abs(value)
-    assert any(row.value != row.other for row in found.metrics)
-    stop = next(shift for shift in found.events if shift.name == "stop")
-    assert (stop.count, stop.difference) == (1, rows["stopping_time"].difference)
-    failed = _compare.repeat(sb.simulate(stop_scene(), max_events=2, throw=False))
-    assert (failed.rtol, failed.tighter, failed.metrics) == (pytest.approx(1e-12), True, ())
-    assert failed.problem == "the run ended early (event_limit) and was not repeated"
-
-
-def test_a_second_run_that_fails_is_no_estimate(heated, monkeypatch):
-    failed = sb.simulate(stop_scene(), max_events=2, throw=False)
-    monkeypatch.setattr(_compare, "simulate", lambda *_, **__: failed)
-    found = _compare.repeat(heated)
-    assert (found.rtol, found.tighter, found.metrics) == (pytest.approx(1e-12), True, ())
-    assert found.problem == f"the second run failed (event_limit): {failed.message}"
 
 
 def test_results_are_compared_at_times_inside_both(plain):

@@ -13,7 +13,7 @@ import re
 import numpy as np
 import pytest
 from heat_scenes import fading, layered_stop, rigid_stop
-from helpers import Waiting, closed_form, stop_scene
+from helpers import Waiting, stop_scene
 
 import simbrake as sb
 from simbrake import plot, with_values
@@ -22,7 +22,6 @@ from simbrake._commands import _runs
 from simbrake._pages import _page, _rows
 from simbrake._run._measure import read_limits
 from simbrake.results import EVENTS, limit_checks
-from simbrake.results._compare import repeat
 
 VOID = {"meta", "img", "br", "wbr", "link", "hr", "input"}
 NASTY = "<script>alert(1)</script>"
@@ -277,36 +276,6 @@ def test_all_faults_of_the_options_at_once(run):
         sb.report(run, limits={"max_tensoin": 1.0, "max_pressure": 1e5, "max_tension": math.nan}, sensitivity=["nix"])
     assert len(caught.value.faults) == 4
     assert "max_tension" in str(caught.value)
-
-
-def test_error_estimate_is_the_error():
-    """At a loose tolerance the difference of two runs is the error of the first, from the closed form."""
-    result = sb.simulate(stop_scene(), rtol=1e-4)
-    truth = closed_form()
-    found = repeat(result)
-    assert found.tighter
-    assert found.rtol == pytest.approx(1e-6)
-    assert found.unmatched == 0
-    shifts = {shift.name: shift for shift in found.metrics}
-    for name, exact in (("full_slip_time", truth["t1"]), ("stopping_time", truth["stop"])):
-        error = abs(result.metrics[name] - exact)
-        assert shifts[name].difference == pytest.approx(error, abs=0.1 * error + 1e-14)
-    limit = next(shift for shift in found.events if shift.name == "lining_limit")
-    assert limit.count == 20
-
-
-def test_equal_steps_are_no_estimate():
-    """A rigid band under constant tension brakes evenly: no tolerance changes the steps, so they are halved."""
-    result = sb.simulate(stop_scene(C=None), rtol=1e-6)
-    found = repeat(result)
-    assert found.max_step == pytest.approx(5.0 / (2 * int(result.record.stats.accepted)), rel=1e-12)
-    assert all(shift.relative is None or shift.relative < 1e-12 for shift in found.metrics)
-
-
-def test_near_rounding_the_second_run_is_looser(run):
-    found = repeat(sb.simulate(run.scene, rtol=1e-12))
-    assert not found.tighter
-    assert (found.rtol, found.max_step) == (pytest.approx(1e-10), None)
 
 
 def _wave(t, parameters):

@@ -14,7 +14,6 @@ from test_double_shoe import shoe_scene
 import simbrake as sb
 from simbrake._pages import _app, _live, _page, _publish
 from simbrake.hybrid import FINISHED, LANDED, STOPPED
-from simbrake.results import _compare
 from simbrake.studies import Sensitivity
 
 
@@ -281,27 +280,6 @@ def test_tables_of_the_report_by_hand():
     assert found[0] == ["m", "mass", "2 kg", "1.2346", "0.5", "kinks"]
     assert found[1][3:5] == ["0", "0"]
     assert found[2][3:5] == ["10⁻²⁰", "10⁻¹⁴"]
-    assert _page._in_si(None, "N") == ("—", "", "", "")
-    assert _page._in_si(1.26e-9, "N*m") == ("1.3·10⁻⁹", "N·m", "1.26e-09", "N·m")
-    shifts = (
-        _compare.Shift("other", "s", 1.0, 1.0),
-        _compare.Shift("max_tension", "N", 4e3, 5e3),
-        _compare.Shift("stopping_time", "s", None, None),
-        _compare.Shift("full_slip_time", "s", None, 2.0),
-        _compare.Shift("slip_onset_time", "s", 0.0, 0.5),
-    )
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(_page, "title_of", lambda name: name)
-        second = _compare.Repeat(1e-12, True, (_compare.EventShift("stop", 2, 1e-9),), shifts)
-        found = _page._accuracy(second)
-    assert [str(x) for x in found["events"][0].values()] == ["stop", "2", "10⁻⁹ s"]
-    assert [[str(x) for x in row.values()] for row in found["metrics"]] == [
-        ["slip_onset_time", "0 s", "0.5 s", "—"],
-        ["full_slip_time", "—", "—", "—"],
-        ["max_tension", "4 kN", "1000 N", "0.25"],
-        ["other", "1 s", "0 s", "0"],
-    ]
-    assert (found["rtol"], found["tighter"]) == (1e-12, True)
 
 
 def test_figures_of_a_page_have_names_and_conditions():

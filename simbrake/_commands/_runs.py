@@ -26,6 +26,7 @@ def run(
     rtol: cli.Rtol = 1e-10,
     max_steps: cli.MaxSteps = None,
     max_events: int = 10_000,
+    accuracy: cli.Flag = False,
     units: cli.Units = "si",
     measured: cli.Many = None,
 ) -> int:
@@ -40,6 +41,8 @@ def run(
         overlay.png; may be repeated.
     max_events
         Maximum number of events.
+    accuracy
+        Run a second time, to estimate the errors of metrics, event times and states.
     """
     lost = [Fault("--measured", "is drawn into a figure", "give its folder: --out")] if measured and not out else []
     counts = {"max_steps": max_steps, "max_events": max_events}
@@ -63,6 +66,10 @@ def run(
         summary = summary_with_limits(result, checks)
         with shown_in(units):
             text = text_with_limits(result, checks)
+            if accuracy:
+                told.now("second run, for the errors")
+                found = result.accuracy()
+                text, summary = f"{text}\n{found}", {**summary, "accuracy": found.as_dict()}
     cli.tell(text, lambda: summary, json_, cli.verdict_of(result))
     if single is not None:
         cli.print_written([sb.save(result, single)], json_)
@@ -103,7 +110,7 @@ def report(
     sensitivity
         Metric whose derivatives with respect to every parameter are shown; may be repeated.
     check
-        Run a second time at another tolerance, to estimate the error of the first run.
+        Run a second time, to estimate the errors of the first run.
     with_spread
         Give every key figure its range under the spread of the inputs that the library knows, from 256 runs.
     lining
@@ -151,6 +158,7 @@ def explain(
     limit: cli.Limits = None,
     fail_on_limit: cli.FailOnLimit = False,
     influence: bool = True,
+    accuracy: cli.Flag = False,
     set_: cli.Set = None,
     rtol: cli.Rtol = 1e-10,
     json_: cli.Flag = False,
@@ -161,6 +169,8 @@ def explain(
     ----------
     influence
         Differentiate the run as well, to name the parameters that change it most.
+    accuracy
+        Run a second time, to estimate the errors of the first run.
     json_
         Print the findings with their numbers as JSON, alone on stdout.
     """
@@ -174,7 +184,7 @@ def explain(
             cli.prepare_jax()
             result = sb.results.rerun(file / "result.nc" if file.is_dir() else file)
         limits = cli.limits_of(result.scene, limit, fail_on_limit)
-        found = sb.results.explain(result, limits=limits, influence=influence, progress=told)
+        found = sb.results.explain(result, limits=limits, influence=influence, accuracy=accuracy, progress=told)
     cli.tell(found, found.as_dict, json_)
     return cli.exit_code(result.ok, fail_on_limit and found["outcome"].numbers["exceeded"] > 0)
 

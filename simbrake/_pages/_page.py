@@ -20,8 +20,9 @@ from markupsafe import Markup
 from .. import plot
 from .._base._faults import InputError, whole_file, whole_folder
 from .._base._progress import Waiting, waiting
-from .._base._table import Column, Number, Table, digits, number, pretty
+from .._base._table import Column, Number, Table, digits, number
 from .._parts._scene import Scene, paths_without_meaning
+from .._run._accuracy import SCOPE, accuracy
 from .._run._duty import stop_table
 from .._run._measure import (
     LimitCheck,
@@ -46,7 +47,6 @@ from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..files._scene_file import scene_text
 from ..plot._published import PUBLISHED, file_stem, published
 from ..plot._shared import Figure, both_sides, data_uri, span
-from ..results._compare import Repeat, repeat
 from ..results._dataset import provenance, save
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._sensitivity import sensitivity as tables_of
@@ -56,7 +56,6 @@ from ..thermal._heat import place_count
 from ._live import Data, Detail, drawable, embedded, film, live, still
 from ._rows import (
     BADGES,
-    EVENT,
     HEAT,
     duty_words,
     event_counts,
@@ -204,7 +203,7 @@ def report(
       maximum mean pressure on a lining (Pa); the scene's own permissible temperature is always evaluated. The heading
       of the page says which are exceeded
     - `title`: heading of the page;  `files`: name → text, shown at the end, such as the scene file
-    - `check`: run a second time at another tolerance, to estimate the error of the first run
+    - `check`: run a second time, to estimate the errors of the first run (`Result.accuracy`)
     - `spread`: give every key figure the range that it has under the spread of the inputs that the library knows
       (`simbrake.studies.known_spread`), from 256 runs; the name of a friction material instead of `True` says what the
       linings are
@@ -238,7 +237,7 @@ def report(
             parts |= _spread(result, parts["figures"], lining, told)
         if check:
             told.now("second run, for the error estimate")
-            parts["repeat"] = _accuracy(repeat(result, told))
+            parts["accuracy"] = accuracy(result, told)
     text = render(parts)
     if path is not None:
         with whole_file(Path(path)) as file:
@@ -278,7 +277,8 @@ def contents(
         "sensitivities": None,
         "spread": None,
         "without": [],
-        "repeat": None,
+        "accuracy": None,
+        "not_covered": SCOPE,
         "provenance": flat(origin),
         "files": {**_scene_text(scene), **files},
     }
@@ -399,35 +399,6 @@ def _sensitivity_table(rows: Sequence[Sensitivity]) -> Table:
         ]
         found.append((row.path, row.meaning, number(row.value, row.unit), *influence, row.note))
     return Table(columns, found)
-
-
-def _in_si(difference: float | None, unit: str) -> Number:
-    """A difference in SI."""
-    if difference is None:
-        return Number("—")
-    return Number(digits(difference, 2), pretty(unit), repr(difference), pretty(unit))
-
-
-def _accuracy(second: Repeat) -> Contents:
-    """The comparison of two runs, with formatted numbers."""
-    events = [(shift.name, shift.count, _in_si(shift.difference, "s")) for shift in second.events]
-    order = {name: i for i, name in enumerate(METRICS)}
-    metrics = [
-        (
-            title_of(shift.name),
-            number(shift.value, shift.unit),
-            _in_si(shift.difference, shift.unit),
-            "—" if shift.relative is None else digits(shift.relative, 2),
-        )
-        for shift in sorted(second.metrics, key=lambda shift: order.get(shift.name, len(order)))
-        if shift.value is not None or shift.other is not None
-    ]
-    compared = ["metric", Column("value"), Column("difference"), Column("relative")]
-    return {
-        **second._asdict(),
-        "events": Table([EVENT, Column("count"), Column("maximum difference of their times")], events),
-        "metrics": Table(compared, metrics),
-    }
 
 
 def template_file(name: str) -> str:

@@ -56,6 +56,7 @@ from ..hybrid._arrays import Array
 from ..hybrid._lanes import hybridsolve_lane
 from ._choice import stiffness
 from ._edit import with_values
+from ._errors import AnswerAccuracy, of_answers, second_rtol
 from ._log import SimulationError
 from ._measure import Metric, check_metrics, measure, name_of, unit_of
 from ._metrics import identity_of
@@ -564,6 +565,14 @@ class Prepared:
         scene = self._like.unpack(self.vector(values))
         check(scene)
         return scene
+
+    def accuracy(self, values: Values = None) -> AnswerAccuracy:
+        """Estimated errors of the metrics of a run with these numbers, by a second run of the same program at the
+        tolerance of `Result.accuracy`: `simbrake.results.AnswerAccuracy`.
+
+        Events are counted in both runs, not compared; nothing is compiled.
+        """
+        return of_answers(self(values), self(values, rtol=second_rtol(self.rtol)))
 
     def result(self, values: Values = None) -> Result:
         """The whole `Result` of a run with these numbers, by `simulate`."""

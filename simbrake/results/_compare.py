@@ -1,4 +1,4 @@
-"""Stored results run again, a run at another tolerance, and two results side by side."""
+"""Stored results run again, and two results side by side."""
 
 import dataclasses
 import json
@@ -15,8 +15,6 @@ from .._base._part import leaves
 from .._base._table import Column, Table, plain, pretty
 from .._parts._scene import Scene
 from .._run._edit import with_values
-from .._run._log import Event
-from .._run._metrics import about_output
 from .._run._result import Result
 from .._run._simulate import simulate
 from ..files._scene_file import scene_from_text
@@ -110,103 +108,6 @@ def _solver_of(name: str) -> Any:
     if isinstance(solver, type) and issubclass(solver, diffrax.AbstractERK):
         return solver()
     raise InputError([Fault("settings.method", f"{name} cannot be made by its name", "give it: rerun(…, solver=…)")])
-
-
-# --- at another tolerance ---------------------------------------------------------------------------------------------
-
-#: factor between the tolerances of the two runs
-RATIO = 100.0
-#: below this tolerance rounding dominates, and a tighter run shows no error
-_TIGHTEST = 1e-13
-
-
-class Shift(NamedTuple):
-    """A metric in both runs, in its SI unit; `None` where it has no value."""
-
-    name: str
-    unit: str
-    value: float | None
-    other: float | None
-
-    @property
-    def difference(self) -> float | None:
-        return None if self.value is None or self.other is None else abs(self.value - self.other)
-
-    @property
-    def relative(self) -> float | None:
-        """Difference as a share of the value; kelvins as a share of the temperature above absolute zero."""
-        return self.difference / abs(self.value) if self.difference is not None and self.value else None
-
-
-class EventShift(NamedTuple):
-    """Events of one name: count in both runs, and the largest difference of their times (s)."""
-
-    name: str
-    count: int
-    difference: float
-
-
-class Repeat(NamedTuple):
-    """A run and the same scene at another tolerance.
-
-    With `tighter` the differences estimate the error of the run reported; else the error
-    of the looser one, usually far larger. `unmatched`: events that only one of the two has; `problem`: reason for a
-    missing comparison.
-    """
-
-    rtol: float
-    tighter: bool
-    events: tuple[EventShift, ...] = ()
-    metrics: tuple[Shift, ...] = ()
-    unmatched: int = 0
-    max_step: float | None = None
-    problem: str = ""
-
-
-def repeat(result: Result, progress: Any = False) -> Repeat:
-    """Run the scene of a concrete result again, 100 times tighter (or looser, where rounding would govern), with the
-    same method, and compares the times of all events and all metrics.
-
-    Where events and time breakpoints cut a run into pieces so short that both tolerances take the same steps, their
-    difference would be 0 without meaning: the second run then takes steps of at most half the mean one. `progress` as
-    for `simulate`.
-    """
-    rtol = float(result.rtol)
-    tighter = rtol / RATIO >= _TIGHTEST
-    other_rtol = rtol / RATIO if tighter else rtol * RATIO
-    if not result.ok:
-        return Repeat(other_rtol, tighter, problem=f"the run ended early ({result.status}) and was not repeated")
-    events, metrics = result.events, result.metrics  # before the other run: the scan of one result at a time is kept
-    options: dict[str, Any] = {"rtol": other_rtol, "solver": result.record.method, "throw": False}
-    options["progress"] = progress
-    other, longest = simulate(result.scene, **options), None
-    if other.ok and _steps(other) == _steps(result):
-        times = np.asarray(result.record.rows.t)
-        longest = float(times[int(result.record.count)] - times[0]) / (2 * max(_steps(result)[0], 1))
-        other = simulate(result.scene, max_step=longest, **options)
-    if not other.ok:
-        return Repeat(other_rtol, tighter, problem=f"the second run failed ({other.status}): {other.message}")
-    shifts, unmatched = _shifts(events, other.events)
-    found, rows = other.metrics, []
-    for name in (name for name in metrics if name in found):
-        unit = "J" if name.startswith("heat_") else about_output(name)["units"]  # heats are there too
-        rows.append(Shift(name, unit, metrics[name], found[name]))
-    return Repeat(other_rtol, tighter, shifts, tuple(rows), unmatched, longest)
-
-
-def _steps(result: Result) -> tuple[int, int]:
-    return int(result.record.stats.accepted), int(result.record.stats.rejected)
-
-
-def _shifts(a: list[Event], b: list[Event]) -> tuple[tuple[EventShift, ...], int]:
-    """Shifts of the events that are in both, by name, and the number of unmatched ones."""
-    times = [occurrences((e.name, e.lining, e.time) for e in events) for events in (a, b)]
-    by_name: dict[str, list[float]] = {}
-    for key, time in times[0].items():
-        if key in times[1]:
-            by_name.setdefault(key[0], []).append(abs(time - times[1][key]))
-    shifts = tuple(EventShift(name, len(found), float(np.max(found))) for name, found in by_name.items())
-    return shifts, len(times[0].keys() ^ times[1].keys())
 
 
 def occurrences(events: Iterable[tuple[str, int | None, float]]) -> dict[tuple[str, int | None, int], float]:

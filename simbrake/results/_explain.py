@@ -59,7 +59,7 @@ class Explanation(Tabular):
     """What happened in a run and why: `findings` in the order in which they are read.
 
     `str` gives the text, `as_dict()` topics, sentences and numbers for JSON, `explanation["balance"]` one of the
-    topics: outcome, course, balance, linings, limits, stability, influence, remedy, as far as the run has them.
+    topics: outcome, course, balance, linings, limits, stability, influence, accuracy, remedy, where the run has them.
 
     Example:
         >>> sb.results.explain(result, influence=False)["outcome"].numbers["status"]
@@ -90,6 +90,7 @@ def explain(
     *,
     limits: Mapping[str, float | str] | None = None,
     influence: bool = True,
+    accuracy: bool = False,
     rtol: float = 1e-10,
     progress: bool | Waiting | None = False,
 ) -> Explanation:
@@ -98,6 +99,7 @@ def explain(
     - `run`: a concrete result; a scene, which is run; or a file or folder of results, whose scene is run again
     - `limits`: maximum permissible values as in `simbrake.report`, beside those of the scene
     - `influence`: differentiate the run, to name the parameters with the largest elasticities
+    - `accuracy`: run a second time, to estimate the errors of the run (`Result.accuracy`)
     - `rtol`: of the run;  `progress`: as in `simbrake.sensitivity`
 
     The **balance** of a stop is work per angle: the mean torque of the brake `M_b = W_b/φ` is the sum of that of the
@@ -128,6 +130,9 @@ def explain(
         ]
         if influence and result.ok:
             found += _influence(result, told)
+        if accuracy and result.ok:
+            told.now("second run")
+            found += _accuracy(result)
         found += _remedy(result)
     return Explanation(tuple(found))
 
@@ -461,6 +466,12 @@ def _influence(result: Result, told: Waiting) -> list[Finding]:
         return [Finding("influence", f"No parameter changes the {words}.", {"metric": name_of(metric)})]
     text = f"What changes the {words} most: {'; '.join(effect(row) for row in rows)}."
     return [Finding("influence", text, {"metric": name_of(metric), "parameters": numbers})]
+
+
+def _accuracy(result: Result) -> list[Finding]:
+    """Estimated errors of the run."""
+    found = result.accuracy()
+    return [Finding("accuracy", f"{_upper(found.line)}.", found.as_dict())]
 
 
 def _remedy(result: Result) -> list[Finding]:

@@ -2,7 +2,13 @@
 
 from .._base._table import shown_in as shown_in
 from .._physics._mechanism import BandMode as BandMode
+from .._run._accuracy import Accuracy as Accuracy
+from .._run._accuracy import ErrorEstimate as ErrorEstimate
+from .._run._accuracy import EventError as EventError
+from .._run._accuracy import StateError as StateError
+from .._run._accuracy import accuracy as accuracy
 from .._run._duty import DutyKind as DutyKind
+from .._run._errors import AnswerAccuracy as AnswerAccuracy
 from .._run._linings import Overlap as Overlap
 from .._run._linings import Rubbing as Rubbing
 from .._run._linings import RunningIn as RunningIn

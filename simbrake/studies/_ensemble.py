@@ -28,6 +28,7 @@ from .._parts._scene import Scene, faults, require_scene
 from .._physics._mechanism import Label
 from .._run._choice import stiffness
 from .._run._edit import with_values
+from .._run._errors import errors_between, second_rtol
 from .._run._log import FAILURES, status_of
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._metrics import ENERGIES, METRICS, metric_names
@@ -481,7 +482,17 @@ def _statuses(columns: Columns) -> np.ndarray:
     return np.asarray(words)[which]
 
 
-def _as_dataset(plan: Plan, columns: Columns) -> Dataset:
+def _errors(plan: Plan, columns: Columns, second: Columns) -> Columns:
+    """Estimated errors of every metric, NaN where a run failed, or the second one has other events."""
+    same = (columns["code"] == 0) & (second["code"] == 0) & (columns["sequence"] == second["sequence"])
+    found = {}
+    for name in map(name_of, plan.metrics):
+        errors = errors_between(columns[name], second[name], columns["steps"])
+        found[name] = np.where(same, errors, np.nan)
+    return found
+
+
+def _as_dataset(plan: Plan, columns: Columns, errors: Columns | None = None) -> Dataset:
     """One row per run: the varied numbers as coordinates, metrics, result code and step counts as variables."""
     import xarray as xr
 
@@ -493,6 +504,9 @@ def _as_dataset(plan: Plan, columns: Columns) -> Dataset:
     data: dict[str, Any] = {}
     for name, unit in ((name_of(metric), unit_of(metric)) for metric in plan.metrics):
         data[name] = ("run", columns[name], {"units": unit} if unit else {})
+        if errors is not None:
+            meaning = {"meaning": f"estimated error of {name}; NaN where the events of a second run differ"}
+            data[f"{name}_error"] = ("run", errors[name], {**({"units": unit} if unit else {}), **meaning})
     for name, meaning in _MEANINGS.items():
         data[name] = ("run", columns[name], {"units": "1", "meaning": meaning})
     # numbers in the order in which the sequences occur first
@@ -529,6 +543,7 @@ def ensemble(
     progress: Tell = None,
     client: Client | None = None,
     directory: str | os.PathLike[str] | None = None,
+    accuracy: bool = False,
 ) -> Dataset:
     """Runs a scene once for every row of `values` and gives an `xarray.Dataset` with the dimension `run`.
 
@@ -549,6 +564,9 @@ def ensemble(
       rejected. Workers of a cluster with access to the folder write there themselves, so that one that dies loses no
       more than its current chunk
     - `progress`: `None` shows a line where stderr is a terminal, `False` none; or a function of `(done, total)`
+    - `accuracy`: make all runs a second time, at the tolerance of `Result.accuracy` and by the same program, to
+      estimate the error of each metric: variables `…_error`, NaN where a run failed, a metric has no value, or the
+      events of the second run are not the same ones; none at all after Ctrl-C
 
     The data set has the varied numbers as coordinates (`units`, `meaning`), every metric, `code` (0, a failure code as
     in `simbrake.results.FAILURES`, or −1), `status` (the words of `Result.status`, or `not_run`), `steps`, `rejected`,
@@ -568,7 +586,13 @@ def ensemble(
     if workers is not None and not (isinstance(workers, int) and workers >= 1):
         raise InputError([Fault("workers", f"{workers} is out of range", "at least 1")])
     folder = None if directory is None else Path(directory)
-    return _as_dataset(plan, run_all(plan, workers, client, folder, progress))
+    columns, errors = run_all(plan, workers, client, folder, progress), None
+    if accuracy:
+        again = dataclasses.replace(plan, rtol=second_rtol(plan.rtol))
+        below = None if folder is None else folder / "accuracy"
+        if np.all(columns["code"] != NOT_RUN):  # else Ctrl-C has ended the call
+            errors = _errors(plan, columns, run_all(again, workers, client, below, progress))
+    return _as_dataset(plan, columns, errors)
 
 
 def sweep(

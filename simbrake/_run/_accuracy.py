@@ -1,0 +1,534 @@
+"""Estimated errors of one run: of its metrics, of the times of its events, and of its states."""
+
+import dataclasses
+import difflib
+import functools
+import math
+import time
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import jax
+import numpy as np
+from jaxtyping import Float
+
+from .._base._faults import Fault, InputError
+from .._base._table import Column, Number, Table, Tabular, digits, number, plain, pretty
+from ..hybrid import FINISHED, Code, Record, Rodas5P
+from ._errors import EPS, rounding, second_rtol
+from ._log import Event
+from ._measure import title_of
+from ._metrics import ENERGIES, METRICS, about_output
+from ._probe import Entry, RunJit, in_lanes
+from ._result import Result
+from ._scan import Scan
+from ._simulate import simulate, solver_of
+
+#: share of a run to which instants near 0 are resolved, relative to rounding
+_INSTANT = 1e-3
+#: segments that last less than this share of a run may come in one of two runs only
+_BRIEF = 1e-12
+#: instants at which the states of two runs are compared, at most
+_INSTANTS = 4096
+SCOPE = (
+    "covers the integration in time: steps, events, and maximum values inside steps. Does not cover the layers of "
+    "walls (their mesh in depth), the model and its parameters, or a pulse in a profile that no step looked at"
+)
+
+# --- states by kind ---------------------------------------------------------------------------------------------------
+
+
+class Kind(NamedTuple):
+    """A kind of states: its name in data, in words, and its unit."""
+
+    name: str
+    words: str
+    unit: str
+
+
+_KINDS = {
+    "phi": Kind("angle", "angle", "rad"),
+    "omega": Kind("speed", "speed", "rad/s"),
+    "x": Kind("band_stretch", "elongation of the band", "m"),
+    "omega_b": Kind("bandage_speed", "speed of the bandage", "rad/s"),
+    "e": Kind("segment_stretch", "elongation of the segments", "m"),
+    "v": Kind("lining_speed", "speed of the linings", "m/s"),
+    "stretch": Kind("spring_stretch", "elongation of the springs", "m"),
+    "speeds": Kind("lining_speed", "speed of the linings", "rad/s"),
+    "ledger": Kind("energy", "energies", "J"),
+    "heat": Kind("temperature", "temperatures", "K"),
+    "worn": Kind("wear", "worn thickness", "m"),
+    "memory": Kind("friction_state", "states of friction laws", "1"),
+    "begun": Kind("phase_start", "start of the phase", "s"),
+    "turned": Kind("phase_angle", "angle in the phase", "rad"),
+    "hook.speed": Kind("hook_speed", "speed of the hook", "m/s"),
+    "hook.excess": Kind("rope_stretch", "elongation of the rope", "m"),
+}
+
+
+def kinds_of(record: Record) -> list[Kind]:
+    """Kind of every entry of the flat state."""
+    found = []
+    for path, leaf in jax.tree_util.tree_leaves_with_path(record.y_like):
+        names = [str(getattr(key, "name", key)) for key in path]
+        name = names[-1] if names[0] in ("own", "phase") else ".".join(names) if names[0] == "hook" else names[0]
+        found += [_KINDS.get(name, Kind(name, name.replace("_", " "), ""))] * int(np.size(leaf))
+    return found
+
+
+def _temperatures_of(thermal: Any, u: Float[np.ndarray, "m nodes"]) -> Any:
+    return jax.vmap(thermal.temperatures)(u)
+
+
+_temperatures = RunJit(_temperatures_of, quick=True)
+
+
+# --- two runs, segment by segment -------------------------------------------------------------------------------------
+
+
+class Segment(NamedTuple):
+    """Rows of a run from one event or time breakpoint to the next, and the mode in between."""
+
+    first: int
+    last: int
+    mode: tuple[int, ...]
+
+
+def _segments(scan: Scan, brief: float) -> list[Segment]:
+    """Segments of a concrete run that last longer than `brief` (s)."""
+    rows, n = scan.record.rows, int(scan.record.count)
+    t, kind, modes = np.asarray(rows.t), np.asarray(rows.kind)[:n], np.asarray(rows.mode)
+    last = np.union1d(np.flatnonzero(kind >= FINISHED), [n - 1] if n else []).astype(int)
+    first = np.concatenate([[0], last[:-1] + 1]).astype(int)[: len(last)]
+    spans = [(a, b) for a, b in zip(first.tolist(), last.tolist(), strict=True) if t[b + 1] - t[a] > brief]
+    return [Segment(a, b, tuple(modes[a].tolist())) for a, b in spans]
+
+
+def _named(event: Event) -> tuple[str, int | None]:
+    return event.name, event.lining
+
+
+def _words(event: Event | None) -> str:
+    if event is None:
+        return "nothing more"
+    lining = "" if event.lining is None else f" of lining {event.lining}"
+    return f"{event.name}{lining} at {event.time:.9g} s"
+
+
+def _in_pairs(a: list[Event], b: list[Event]) -> tuple[list[tuple[Event, Event]], str]:
+    """The same events of two runs, those of one name in the order of time; or where the runs differ first, in words."""
+    others: dict[tuple[str, int | None], list[Event]] = {}
+    for event in b:
+        others.setdefault(_named(event), []).append(event)
+    pairs = []
+    for event in a:
+        there = others.get(_named(event))
+        if not there:
+            break
+        pairs.append((event, there.pop(0)))
+    if len(pairs) == len(a) == len(b):
+        return pairs, ""
+    for i, one in enumerate([*a, None]):
+        other = b[i] if i < len(b) else None
+        if one is None or other is None or _named(one) != _named(other):
+            return [], f"event {i + 1} is {_words(one)} in this run, {_words(other)} in the second"
+    return [], ""
+
+
+class Difference(NamedTuple):
+    """How far two runs lie apart: metrics by name, times of events in the order of the log, states by kind (largest
+    difference, the time of it in the first run, and the largest value); and why they cannot be compared."""
+
+    metrics: dict[str, float | None]
+    events: list[float]
+    states: dict[Kind, tuple[float, float, float]]
+    problem: str = ""
+
+
+def metrics_of_run(result: Result) -> dict[str, float | None]:
+    """Metrics of a concrete result and its energies as `energy.…`; no residuals, which are no values of the run."""
+    energies = {
+        f"energy.{name}": float(value)
+        for name, value in result.energy.items()
+        if name not in ENERGIES or ENERGIES[name].unit == "J"
+    }
+    found = {name: value for name, value in result.metrics.items() if f"energy.{name}" not in energies}
+    times = {f"{name}_time": float(peak.time) for name, peak in result.report().peaks.items()}
+    return {**found, **{k: v for k, v in times.items() if found.get(k.removesuffix("_time")) is not None}, **energies}
+
+
+def difference(a: Result, b: Result) -> Difference:
+    """How far two runs of one scene lie apart; states at equal shares of the time between events."""
+    mine, theirs = a.report(), b.report()
+    pairs, problem = _in_pairs(mine.events, theirs.events)
+    segments = None if problem else _matched(mine.scan, theirs.scan)
+    if segments is None:
+        return Difference({}, [], {}, problem or "between two events the modes of the runs differ")
+    ours, others = metrics_of_run(a), metrics_of_run(b)
+    metrics = {
+        name: None if value is None or others.get(name) is None else abs(value - others[name])  # pyright: ignore
+        for name, value in ours.items()
+    }
+    return Difference(metrics, [abs(x.time - y.time) for x, y in pairs], _of_states(mine.scan, theirs.scan, segments))
+
+
+def _matched(a: Scan, b: Scan) -> list[tuple[Segment, Segment]] | None:
+    span = float(np.max(a.steps.t1) - np.min(a.steps.t0))
+    for brief in (0.0, _BRIEF * span, 1e3 * _BRIEF * span):
+        mine, theirs = _segments(a, brief), _segments(b, brief)
+        if [one.mode for one in mine] == [one.mode for one in theirs]:
+            return list(zip(mine, theirs, strict=True))
+    return None
+
+
+def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> dict[Kind, tuple[float, float, float]]:
+    if not segments:
+        return {}
+    rows, shares, y, t = [], [], [], []
+    for mine, theirs in segments:
+        here = np.arange(mine.first, mine.last + 1)
+        begin, end = a.steps.t0[mine.first], a.steps.t1[mine.last]
+        times = np.append(a.steps.t0[here], end)
+        places = (times - begin) / (end - begin)
+        # the same places in the other run
+        starts, stop = b.steps.t0[theirs.first : theirs.last + 1], b.steps.t1[theirs.last]
+        others = starts[0] + places * (stop - starts[0])
+        row = np.clip(np.searchsorted(starts, others, side="right") - 1, 0, len(starts) - 1)
+        # (the end of a segment is that of its last step that lasts)
+        span = b.steps.t1[theirs.first + row] - starts[row]
+        share = np.where(span > 0, (others - starts[row]) / np.where(span > 0, span, 1.0), 1.0)
+        share[-1], row[-1] = 1.0, len(starts) - 1
+        rows.append(theirs.first + row)
+        shares.append(np.clip(share, 0.0, 1.0))
+        y.append(np.concatenate([a.steps.y0[here], a.steps.y1[mine.last : mine.last + 1]]))
+        t.append(times)
+    row, share, y, t = (np.concatenate(column) for column in (rows, shares, y, t))
+    some = np.unique(np.linspace(0, len(t) - 1, min(len(t), _INSTANTS)).round().astype(int))
+    row, share, y, t = row[some], share[some], y[some], t[some]
+    other = np.asarray(b.states(row, share)[1])
+    # ends of steps are known, and not changed by rounding
+    start, end = share == 0.0, share == 1.0
+    other = np.where(start[:, None], b.steps.y0[row], np.where(end[:, None], b.steps.y1[row], other))
+    kinds, found = kinds_of(a.record), {}
+    system: Any = a.record.system
+    for kind in dict.fromkeys(kinds):
+        columns = np.asarray([i for i, one in enumerate(kinds) if one == kind])
+        u, v = y[:, columns], other[:, columns]
+        if kind.name == "temperature":
+            u, v = (in_lanes(lambda rows: _temperatures(system.thermal, rows), x) for x in (u, v))
+        apart = np.max(np.abs(u - v), axis=1)
+        worst = int(np.argmax(apart))
+        found[kind] = (float(apart[worst]), float(t[worst]), float(np.max(np.abs(u))))
+    return found
+
+
+# --- the second run ---------------------------------------------------------------------------------------------------
+
+
+def longest_step(record: Record) -> float:
+    """Longest step (s) of the second run: such that it cuts the steps of the first, all but the shortest, in two."""
+    h = np.diff(np.asarray(record.rows.t)[: int(record.count) + 1])
+    h = h[h > 0]
+    low, high = 0.0, float(np.max(h, initial=0.0))
+    for _ in range(60 if high else 0):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if np.sum(np.ceil(h / middle)) <= 2 * len(h) else (middle, high)
+    return high or math.inf
+
+
+def second_run(result: Result, progress: Any = False) -> Result:
+    """The same scene with the same solver at `second_rtol`, by the program that the first run has compiled."""
+    limits = result.limits
+    options: dict[str, Any] = {
+        "solver": _solver_again(result),
+        "rtol": second_rtol(float(result.rtol)),
+        "max_step": min(longest_step(result.record), float(limits.max_step)),
+        "max_events": int(limits.max_events),
+        "throw": False,
+        "progress": progress,
+    }
+    found = simulate(result.scene, max_steps=limits.max_steps, **options)
+    if limits.max_steps is not None and int(found.code) == Code.STEP_LIMIT:  # it needs more of them than the first
+        found = simulate(result.scene, **options)
+    return found
+
+
+def _solver_again(result: Result) -> Any:
+    """The solver of the run as it was given, which finds the compiled program: the method of a record may be a variant
+    of it that fits the system."""
+    used = result.record.method
+    if isinstance(used, Rodas5P):
+        return Rodas5P()
+    usual = solver_of(result.scene)
+    return usual if getattr(usual, "solver", None) == getattr(used, "solver", "") else used
+
+
+# --- the estimate -----------------------------------------------------------------------------------------------------
+
+
+class ErrorEstimate(NamedTuple):
+    """A metric or an energy with its estimated error, both in its SI unit; `None` where it has no value.
+
+    Example:
+        >>> one = result.accuracy().metrics[2]
+        >>> one.name, one.unit, one.error < 1e-9
+        ('stopping_time', 's', True)
+    """
+
+    name: str
+    unit: str
+    value: float | None
+    error: float | None
+
+    @property
+    def relative(self) -> float | None:
+        """Error as a share of the value; of a temperature as a share of the kelvins."""
+        return self.error / abs(self.value) if self.error is not None and self.value else None
+
+
+class EventError(NamedTuple):
+    """An event of the log and the estimated error of its time (s).
+
+    Example:
+        >>> one = result.accuracy().events[-1]
+        >>> one.name, one.error < 1e-9
+        ('stop', True)
+    """
+
+    name: str
+    lining: int | None
+    time: float
+    error: float
+
+
+class StateError(NamedTuple):
+    """The largest estimated error of one kind of states over a run, in its SI unit; when (s), and the largest value.
+
+    Example:
+        >>> one = result.accuracy().states[0]
+        >>> one.name, one.unit, one.error < 1e-8
+        ('angle', 'rad', True)
+    """
+
+    name: str
+    unit: str
+    error: float
+    time: float
+    largest: float
+
+
+@dataclasses.dataclass(frozen=True, repr=False)
+class Accuracy(Tabular):
+    """Estimated errors of a run, from a second one.
+
+    - `metrics` (with energies), `events`, `states`: of each the estimated error;  `problem`: empty, or why there is no
+      estimate (the three are empty then)
+    - `rtol` of the run, `second_rtol` and `max_step` (s) of the second;  `steps` and `second_steps` taken, `seconds` of
+      the second run
+
+    `accuracy["stopping_time"]` is the error of a metric or of a kind of states. Printing it shows all of them.
+
+    Example:
+        >>> found = result.accuracy()
+        >>> found.problem, found["stopping_time"] < 1e-9
+        ('', True)
+    """
+
+    rtol: float
+    second_rtol: float
+    max_step: float
+    steps: int
+    second_steps: int
+    seconds: float
+    metrics: tuple[ErrorEstimate, ...] = ()
+    events: tuple[EventError, ...] = ()
+    states: tuple[StateError, ...] = ()
+    problem: str = ""
+
+    def __getitem__(self, name: str) -> float | None:
+        known = {one.name: one.error for one in (*self.metrics, *self.states)}
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=3, cutoff=0.4)
+            hint = self.problem or f"nearest: {', '.join(near or known)}"
+            raise KeyError(f"no error of {name!r}; {hint}")
+        return known[name]
+
+    __iter__ = None
+
+    @property
+    def event_time(self) -> float | None:
+        """The largest error of the time of an event (s), `None` without events."""
+        return max((one.error for one in self.events), default=None)
+
+    @property
+    def how(self) -> str:
+        """From which run."""
+        longest = f" and steps of at most {number(self.max_step, 's', count=3)}" if math.isfinite(self.max_step) else ""
+        again = f"a second run with rtol {digits(self.second_rtol, 2)}{longest}"
+        return f"{again}: {self.second_steps} steps after {self.steps}"
+
+    @property
+    def line(self) -> str:
+        """The estimate in one line."""
+        if self.problem:
+            return f"no estimate of the error: {self.problem}"
+        said = [] if self.event_time is None else [f"event times {_size(self.event_time, 's')}"]
+        said += [f"{_KIND_WORDS[one.name]} {_size(one.error, one.unit)}" for one in self.states if one.error > 0]
+        return f"estimated errors of at most: {', '.join(said) or 'nothing moves'}; from {self.how}"
+
+    def parts(self) -> Iterator[str | Table]:
+        """The tables; then how they were found, and what the estimate does not cover."""
+        yield f"accuracy {self.line}"
+        if not self.problem:
+            yield self.table()
+            if self.events:
+                yield self.event_table()
+            yield self.state_table()
+        if self.seconds:
+            yield f"cost     {self.second_steps} steps after {self.steps}, {number(self.seconds, 's', count=3)}"
+        yield f"scope    {SCOPE}"
+
+    def table(self) -> Table:
+        """Metrics with a value and their errors."""
+        columns = ["metric", Column("value"), Column("error"), Column("relative")]
+        rows = [
+            (
+                title_of(one.name),
+                number(one.value, one.unit),
+                _size(one.error, one.unit),
+                "—" if one.relative is None else digits(one.relative, 2),
+            )
+            for one in self.metrics
+            if one.value is not None
+        ]
+        return Table(columns, rows)
+
+    def event_table(self) -> Table:
+        """Events by name: how many, and the largest error of their times."""
+        worst: dict[str, list[float]] = {}
+        for event in self.events:
+            worst.setdefault(event.name, []).append(event.error)
+        rows = [(name.replace("_", " "), len(errors), _size(max(errors), "s")) for name, errors in worst.items()]
+        return Table(["event", Column("count"), Column("error", heading="largest error of their times")], rows)
+
+    def state_table(self) -> Table:
+        """The largest error of each kind of states, and when it occurs."""
+        columns = [
+            "state",
+            Column("error", heading="largest error"),
+            Column("at"),
+            Column("largest", heading="of up to"),
+        ]
+        rows = [
+            (_KIND_WORDS[one.name], _size(one.error, one.unit), number(one.time, "s"), number(one.largest, one.unit))
+            for one in self.states
+        ]
+        return Table(columns, rows)
+
+    def as_dict(self) -> Entry:
+        """`{estimated, problem, scope, metrics, events, states, cost}` of JSON, numbers in SI."""
+        found = {
+            "estimated": not self.problem,
+            "problem": self.problem,
+            "scope": SCOPE,
+            "metrics": {one.name: {"value": one.value, "error": one.error, "unit": one.unit} for one in self.metrics},
+            "events": [one._asdict() for one in self.events],
+            "states": {one.name: one._asdict() for one in self.states},
+            "cost": {
+                "rtol": self.rtol,
+                "second_rtol": self.second_rtol,
+                "second_max_step": self.max_step,
+                "steps": self.steps,
+                "second_steps": self.second_steps,
+                "second_seconds": self.seconds,
+            },
+        }
+        return plain(found)
+
+
+_KIND_WORDS = {kind.name: kind.words for kind in _KINDS.values()}
+
+
+def _size(error: float | None, unit: str) -> Number:
+    """An error in its SI unit."""
+    return Number("—") if error is None else Number(digits(error, 2), pretty(unit), repr(error), pretty(unit))
+
+
+def accuracy(result: Result, progress: Any = False) -> Accuracy:
+    """Estimate the errors of a concrete result: of every metric, of the time of every event, of every kind of states.
+
+        error ≈ |value − value of a second run| + ε √steps |value|          (ε = 2⁻⁵²: what rounding leaves)
+
+    The second run has the same solver at a tolerance 100 times tighter, 1e-12 at the loosest and 1e-13 at the tightest,
+    and steps so short that the first run's would be cut in two; so its own error is a small part of the difference. (It
+    is a tolerance, not a list of halved steps, as a tolerance needs no other compiled program.) States are compared at
+    equal shares of the time between two events. Where the events of the two runs are not the same ones in the same
+    order there is no estimate, and `problem` says where they differ first. A run that ended early has none either.
+
+    It covers the integration in time, not the layers of walls, the model and its parameters, or a pulse in a profile
+    that no step looked at. `progress` as for `simulate`.
+
+    Raises `InputError` for a traced result or a batch.
+
+    Example:
+        >>> sb.results.accuracy(result).problem
+        ''
+    """
+    if not result.concrete:
+        raise InputError([Fault("accuracy", "needs one result with values", "take it outside of jit, vmap and grad")])
+    rtol, steps = float(result.rtol), int(result.record.stats.accepted)
+    if not result.ok:
+        why = f"the run ended early ({result.status}) and was not repeated"
+        return Accuracy(rtol, second_rtol(rtol), math.inf, steps, 0, 0.0, problem=why)
+    start = time.perf_counter()
+    second = second_run(result, progress)
+    seconds, taken = time.perf_counter() - start, int(second.record.stats.accepted)
+    longest = min(longest_step(result.record), float(result.limits.max_step))
+    found = functools.partial(Accuracy, rtol, second_rtol(rtol), longest, steps, taken, seconds)
+    if not second.ok:
+        return found(problem=f"the second run failed ({second.status}): {second.message}")
+    apart = difference(result, second)
+    if apart.problem:
+        return found(problem=apart.problem)
+    return found(*_estimates(result, apart))
+
+
+def _estimates(
+    result: Result, apart: Difference
+) -> tuple[tuple[ErrorEstimate, ...], tuple[EventError, ...], tuple[StateError, ...]]:
+    """Errors from the differences of two runs, with what rounding leaves."""
+    steps, scan, values = int(result.record.stats.accepted), result.report().scan, metrics_of_run(result)
+    peaks = {name for name, metric in METRICS.items() if metric.greatest}
+    begin, end = float(np.min(scan.steps.t0)), float(np.max(scan.steps.t1))
+    energy = max((abs(value) for name, value in values.items() if name.startswith("energy.") and value), default=0.0)
+
+    def size(unit: str, value: float) -> float:
+        if unit == "s":
+            return max(abs(value), _INSTANT * (end - begin))
+        return energy if unit == "J" else abs(value)
+
+    metrics = list[ErrorEstimate]()
+    for name, value in values.items():
+        unit, error = about_output(name)["units"], apart.metrics[name]
+        if error is not None and value is not None and (error or value):  # (what is 0 in both is no sum)
+            error = float(error + rounding(steps, size(unit, value)))
+            if name.removesuffix("_time") in peaks:
+                error += _root_of_rounding(scan, value)
+        metrics.append(ErrorEstimate(name, unit, value, error))
+    events = [
+        EventError(event.name, event.lining, float(event.time), float(error + rounding(steps, size("s", event.time))))
+        for event, error in zip(result.events, apart.events, strict=True)
+    ]
+    states = [
+        StateError(kind.name, kind.unit, float(error + rounding(steps, largest)), at, largest)
+        for kind, (error, at, largest) in apart.states.items()
+    ]
+    return tuple(metrics), tuple(events), tuple(states)
+
+
+def _root_of_rounding(scan: Scan, t: float) -> float:
+    """How exactly the time of a maximum inside a step is known: over √ε of the step it changes by rounding alone."""
+    steps = scan.steps
+    row = int(np.clip(np.searchsorted(steps.t0, t, side="right") - 1, 0, len(steps.t0) - 1))
+    inside = steps.t0[row] < t < steps.t1[row]
+    return math.sqrt(EPS) * float(steps.t1[row] - steps.t0[row]) if inside else 0.0
