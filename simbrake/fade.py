@@ -206,7 +206,7 @@ class LinearFade(AbstractFactor):
         ConstantFriction(coefficient=0.35, static_ratio=1)
     """
 
-    slope: Scalar = quantity("1/K", "loss of friction per kelvin", low=0.0, many=True)
+    slope: Scalar = quantity("1/K", "loss of friction per kelvin", low=0.0, many=True, typical=1e-3)
     above: Scalar = quantity("K", "temperature at which fade begins", low=0.0, many=True)
     floor: Scalar = quantity("1", "minimum factor", low=0.0, high=1.0, many=True, default=0.0)
     blend: Scalar | None = quantity(
@@ -286,7 +286,7 @@ class MemoryProcess(Part):
     end: Scalar = quantity("1", "factor of friction to which it tends", low=0.0, high=10.0, many=True)
     fade: AbstractFactor | None = None
     rate: Scalar | None = quantity("1/s", "rate", low=0.0, many=True, default=None)
-    activation: Scalar | None = quantity("J/mol", "activation energy", low=0.0, many=True, default=None)
+    activation: Scalar | None = quantity("J/mol", "activation energy", low=0.0, many=True, typical=2e4, default=None)
     work: Scalar | None = quantity(
         "J/m^2", "friction work per area of running-in", positive=True, many=True, default=None
     )

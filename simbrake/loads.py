@@ -437,7 +437,7 @@ class Lever(AbstractProfile):
     arm: Scalar = quantity("m", "arm of the force", positive=True)
     slack_arm: Scalar = quantity("m", "arm of the slack end", positive=True)
     efficiency: Scalar = quantity("1", "efficiency of the linkage", positive=True, high=1.0, default=1.0)
-    clearance: Scalar = quantity("m", "clearance of the released linings", low=0.0, default=0.0)
+    clearance: Scalar = quantity("m", "clearance of the released linings", low=0.0, typical=1e-3, default=0.0)
     greatest_force: Scalar | None = quantity("N", "allowable force on the lever", positive=True, default=None)
     greatest_travel: Scalar | None = quantity("m", "allowable travel of the lever", positive=True, default=None)
 

@@ -30,7 +30,7 @@ class RopeLayers(Part):
         array(50.)
     """
 
-    diameter: Scalar = quantity("m", "diameter of the rope", low=0.0)
+    diameter: Scalar = quantity("m", "diameter of the rope", low=0.0, typical=0.03)
     turns_per_layer: Scalar = quantity("1", "turns of a full layer", positive=True)
     turns: Scalar = quantity("1", "turns on the drum at the start", positive=True)
     rise: Scalar = quantity("1", "rise of a layer over the diameter", low=0.0, high=1.0, default=math.sqrt(3) / 2)

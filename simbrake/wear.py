@@ -56,7 +56,7 @@ class AbstractWearRate(Part):
 
 
 def _rate_at(words: str) -> Any:
-    return quantity("m^3/(N*m)", f"wear rate {words}".rstrip(), low=0.0, many=True)
+    return quantity("m^3/(N*m)", f"wear rate {words}".rstrip(), low=0.0, many=True, typical=1e-14)
 
 
 @short_for(AbstractWearRate)
@@ -137,7 +137,7 @@ class ArrheniusWear(AbstractWearRate):
     """
 
     coefficient: Scalar = _rate_at("at the reference temperature")
-    energy: Scalar = quantity("J/mol", "activation energy", low=0.0, many=True)
+    energy: Scalar = quantity("J/mol", "activation energy", low=0.0, many=True, typical=2e4)
     reference: Scalar = quantity("K", "temperature at which the coefficient holds", positive=True, default=ROOM)
 
     def at(self, T: Temperature) -> Float[Array, "..."]:
@@ -161,7 +161,7 @@ class ThresholdWear(AbstractWearRate):
 
     coefficient: Scalar = _rate_at("below the threshold")
     threshold: Scalar = quantity("K", "temperature above which wear grows", positive=True, default=503.15)
-    energy: Scalar = quantity("J/mol", "activation energy", low=0.0, many=True, default=40e3)
+    energy: Scalar = quantity("J/mol", "activation energy", low=0.0, many=True, typical=2e4, default=40e3)
 
     def at(self, T: Temperature) -> Float[Array, "..."]:
         k = jnp.asarray(self.coefficient)
@@ -195,7 +195,7 @@ class Wear(Part):
 
     rate: AbstractWearRate = part(AbstractWearRate)
     internal: AbstractWearRate | None = part(AbstractWearRate, default=None)
-    worn: Scalar = quantity("m", "thickness worn off before the run", low=0.0, many=True, default=0.0)
+    worn: Scalar = quantity("m", "thickness worn off before the run", low=0.0, many=True, typical=1e-3, default=0.0)
     permissible: Scalar | None = quantity("m", "permissible wear", positive=True, many=True, default=None)
     thickness: Scalar | None = quantity("m", "thickness of a new lining", positive=True, default=None)
     geometry: bool = eqx.field(static=True, default=False)

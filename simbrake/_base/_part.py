@@ -34,16 +34,18 @@ def quantity(
     difference: bool = False,
     many: bool | Over = False,
     may_be_empty: bool = False,
+    typical: float | None = None,
     default: Any = dataclasses.MISSING,
     kw_only: bool = False,
 ) -> Any:
     """A numeric field: an array leaf in SI units, with its unit, range and meaning.
 
-    The unit `SI` is that of the field that holds the object (`holding`, or the quantity it replaces).
+    The unit `SI` is that of the field that holds the object (`holding`, or the quantity it replaces). `typical`: size
+    where the unit alone does not tell it (derivatives of a number that is 0 are resolved for such a change).
     """
     keywords = {} if default is dataclasses.MISSING else {"default": default}
     low, may_be_empty = 0.0 if positive else low, may_be_empty or many is Over.GAPS or default == ()
-    about = Quantity(unit, meaning, low, high, positive, difference, many, may_be_empty)
+    about = Quantity(unit, meaning, low, high, positive, difference, many, may_be_empty, typical)
     words = ("float | Sequence[float]" if many else "float") + (" | None" if default is None else "")
     converter = _converter(in_si, words, about=about)
     return eqx.field(converter=converter, metadata={"quantity": about}, kw_only=kw_only, **keywords)

@@ -2,10 +2,11 @@
 
 import dataclasses
 import enum
+import functools
 import json
 import math
 import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -43,6 +44,40 @@ class Over(enum.Enum):
     ROWS = "points of a table, times, nodes: any number"
 
 
+class Characteristic(NamedTuple):
+    """Characteristic sizes of a machine (SI), from which typical sizes of its numbers follow by their units."""
+
+    force: Any
+    length: Any
+    speed: Any  # rad/s
+    temperature: Any
+
+
+#: powers of the characteristic sizes in a unit
+_POWERS = {
+    "N": (1, 0, 0, 0),
+    "m": (0, 1, 0, 0),
+    "s": (0, 0, -1, 0),
+    "K": (0, 0, 0, 1),
+    "kg": (1, -1, -2, 0),
+    "Pa": (1, -2, 0, 0),
+    "J": (1, 1, 0, 0),
+    "W": (1, 1, 1, 0),
+}
+
+
+@functools.cache
+def _powers(unit: str) -> tuple[int, ...]:
+    """The same of a product of units: `W/(m^2*K)`."""
+    total = np.zeros(4, int)
+    above, _, below = unit.partition("/")
+    for sign, product in ((1, above), (-1, below.strip("()"))):
+        for factor in product.split("*"):
+            name, _, exponent = factor.partition("^")
+            total += sign * int(exponent or 1) * np.asarray(_POWERS.get(name, (0, 0, 0, 0)))
+    return tuple(total.tolist())
+
+
 @dataclasses.dataclass(frozen=True)
 class Quantity:
     """Unit (SI), meaning and range of a number; bounds are inclusive unless `open_low`."""
@@ -55,6 +90,16 @@ class Quantity:
     difference: bool = False  # of temperatures: no offset of degC
     many: bool | Over = False  # one number, or one for each (lining, unless it says of what)
     may_be_empty: bool = False  # an empty array has a meaning
+    typical: float | None = None  # size, where the unit does not tell it
+
+    def size(self, machine: Characteristic) -> Any:
+        """Typical size of the number in a machine (SI): what an effect that is absent, 0, would be if it were there."""
+        if self.typical is not None:
+            return self.typical
+        size = 1.0
+        for base, power in zip(machine, _powers(self.unit), strict=True):
+            size = size * base**power if power else size
+        return size
 
     @property
     def ends(self) -> tuple[float, float]:

@@ -4,18 +4,21 @@ import functools
 from collections.abc import Callable
 from typing import Any
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int, PyTree
 
+from .._base._part import leaves, parts_below
+from .._base._quantity import Characteristic
 from .._phases import AtTemperature, PhaseEnd, PhaseNow, Phases
 from ..friction import SurfaceState, memory_at_start, memory_sizes
 from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, smallest
 from ..hybrid._arrays import Array
 from ..hybrid._system import ENDED, Instant, variables_of
 from ..loads import AbstractLoad
-from ..profiles import AbstractProfile, Real, hides_nothing, next_known_time
+from ..profiles import AbstractProfile, FunctionProfile, Real, hides_nothing, next_known_time
 from ._mechanism import (
     OPEN,
     AbstractMechanism,
@@ -124,6 +127,14 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def guard_samples(self) -> int:
         """Points inside a step at which guards are evaluated: none if given functions have no short features."""
         return 15 if self.sampled else 0
+
+    def typical_numbers(self) -> PyTree:
+        machine = Characteristic(self.sizes.torque / self.track_radius, self.track_radius, self.sizes.speed, 100.0)
+        sizes = {id(leaf.value): leaf.about.size(machine) for leaf in leaves(self)}
+        for _, part, _ in parts_below(self):
+            if isinstance(part, FunctionProfile):
+                sizes |= {id(x): part.typical for x in jax.tree.leaves(part.parameters)}
+        return jax.tree.map(lambda x: sizes.get(id(x), 0.0), eqx.filter(self, eqx.is_inexact_array))
 
     @property
     def jumps(self) -> bool:

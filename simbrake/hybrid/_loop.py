@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.typing import ArrayLike
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Float, Int, PyTree
 
 from ._arrays import Array, Count, Guards, Mark, Scalar, State, any_of_each, entry, first_least
 from ._method import AbstractMethod
@@ -36,6 +36,12 @@ class Problem(NamedTuple):
     t0: Scalar
     t1: Scalar
     settings: Settings
+    direction: PyTree | None = None  # of all numbers of `flat`: the tangent of the state along it steers steps as well
+
+    @property
+    def tangents(self) -> int:
+        """How many tangents steer the steps beside the values."""
+        return int(self.direction is not None)
 
     @property
     def guard_tolerance(self) -> Array:
@@ -70,6 +76,7 @@ class Attempt(NamedTuple):
     finite: Mark
     h_next: Scalar
     resolution: Scalar  # time differences below it are rounding
+    tangents1: tuple[State, ...]
 
 
 class Verdict(NamedTuple):
@@ -93,10 +100,15 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
     reaches = (wish * 1.001 >= room) & ~settles
     h = jnp.where(settles, c.cap, jnp.where(reaches, room, wish))
     t1 = jnp.where(reaches, target, c.t + h)
-    y1, error = _moved(p, c, h)
+    y1, error, tangents1, tangent_errors = _moved(p, c, h)
     f1, g1, rate1 = p.flat.look(t1, y1, c.mode)
     error = error + h * p.method.error_of_rate * f1
-    [size] = p.norms(jnp.maximum(jnp.abs(c.y), jnp.abs(y1)), error + 0.0 * f1)
+    reach = jnp.maximum(jnp.abs(c.y), jnp.abs(y1))
+    [size] = p.norms(reach, error + 0.0 * f1)
+    for v1, error_of_tangent in zip(tangents1, tangent_errors, strict=True):
+        # a tangent that is not finite (an infinite slope) cannot steer; the derivative itself shows it
+        [of_tangent] = p.norms(jnp.maximum(reach, jnp.abs(v1)), error_of_tangent)
+        size = jnp.where(jnp.isfinite(of_tangent), jnp.maximum(size, of_tangent), size)
     crosses = crossed(c, h, g1, rate1, p.guard_tolerance)
     odd = suspicious(c, h, g1, rate1, p.guard_tolerance, crosses)
     crossing, odd, unsound = any_of_each(crosses, odd, ~jnp.isfinite(g1))
@@ -108,18 +120,43 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
     h_next = jnp.where(accept & (h < c.h), jnp.maximum(c.h, h * factor), h * factor)
     resolution = 8 * _EPS * jnp.maximum(jnp.abs(c.t), 1e-3 * (p.t1 - p.t0))
     guards = (g1, rate1, crosses, crossing, odd, unsound)
-    return Attempt(h, t1, target, reaches, y1, f1, *guards, accept, finite, h_next, resolution)
+    return Attempt(h, t1, target, reaches, y1, f1, *guards, accept, finite, h_next, resolution, tangents1)
 
 
-def _moved(p: Problem, c: Carry, h: Array) -> tuple[Array, Array]:
-    """State at the end of an attempt and the error estimate of the method; just after a restart one move along `f`."""
+Moved = tuple[State, State, tuple[State, ...], tuple[State, ...]]
+
+
+def _moved(p: Problem, c: Carry, h: Array) -> Moved:
+    """State at the end of an attempt and the error estimate of the method, and both for the tangents; just after a
+    restart one move along `f`."""
     settles, along = c.settling > 0, c.y + h * c.f
+    nothing = jnp.zeros_like(along)
 
-    def step() -> tuple[Array, Array]:
-        y, error = p.method.attempt(lambda t, y: p.flat.rhs(t, y, c.mode), c.t, c.y, c.f, h)
-        return jnp.where(settles, along, y), error
+    def attempt(flat: Flat, y: State, f: State) -> tuple[State, State]:
+        return p.method.attempt(lambda t, y: flat.rhs(t, y, c.mode), c.t, y, f, h)
 
-    return jax.lax.cond(eqxi.unvmap_all(settles), lambda: (along, jnp.zeros_like(along)), step)
+    def step() -> Moved:
+        if p.direction is None:
+            y, error = attempt(p.flat, c.y, c.f)
+            return jnp.where(settles, along, y), error, (), ()
+        [v] = c.tangents
+        moving = (p.direction, v, _rate_along(p, c.t, c.y, v, c.mode))
+        (y, error), (v1, error_of_tangent) = eqx.filter_jvp(attempt, (p.flat, c.y, c.f), moving)
+        if p.method.error_of_rate:
+            rate = _rate_along(p, c.t + h, y, v1, c.mode)
+            error_of_tangent = error_of_tangent + h * p.method.error_of_rate * rate
+        v1 = jnp.where(jnp.isfinite(v1), v1, v)
+        return jnp.where(settles, along, y), error, (v1,), (jnp.where(settles, 0.0, error_of_tangent),)
+
+    def restart() -> Moved:
+        return along, nothing, c.tangents, (nothing,) * p.tangents
+
+    return jax.lax.cond(eqxi.unvmap_all(settles), restart, step)
+
+
+def _rate_along(p: Problem, t: Scalar, y: State, v: State, mode: Int[Array, " mode"]) -> State:
+    """Derivative of the rates along the direction of the numbers and the tangent `v` of the state."""
+    return eqx.filter_jvp(lambda flat, y: flat.rhs(t, y, mode), (p.flat, y), (p.direction, v))[1]
 
 
 def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
@@ -249,6 +286,7 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
         settling=c.settling,
         stats=stats,
         mode=c.mode,
+        tangents=tuple(map(pick, a.tangents1, c.tangents)),
     )
 
 
@@ -261,7 +299,8 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     # the guards at the landing, one move along their rates from the end of the step
     reached = c.armed & (a.g1 + v.delta * a.rate1 <= tol)
     fired = jnp.where(v.instant, here, reached | (here & v.land))
-    y, mode, code = p.flat.jump(t, y, c.mode, fired, v.stop)
+    before = y
+    y, mode, code = p.flat.jump(t, before, c.mode, fired, v.stop)
     moved = ~v.instant & (a.h > 0)
 
     guarded = ~v.stop
@@ -301,12 +340,32 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
         settling=jnp.full_like(c.settling, 2),
         stats=stats,
         mode=mode,
+        tangents=_tangents_after(p, c, a, v, t, before, mode),
     )
+
+
+def _tangents_after(
+    p: Problem, c: Carry, a: Attempt, v: Verdict, t: Scalar, y: State, mode: Int[Array, " mode"]
+) -> tuple[State, ...]:
+    """Tangents just after an event.
+
+    The move of the event's time is left out, as it would take the derivatives of the guards: what steers the steps is
+    how large and how smooth a tangent is, and every state keeps a part in it.
+    """
+
+    def after(flat: Flat, y: State) -> State:
+        return flat.reset(t, y, c.mode, mode)
+
+    found = []
+    for old, new in zip(c.tangents, a.tangents1, strict=True):
+        moved = eqx.filter_jvp(after, (p.flat, y), (p.direction, jnp.where(v.instant, old, new)))[1]
+        found.append(jnp.where(jnp.isfinite(moved), moved, old))
+    return tuple(found)
 
 
 def _iterate(p: Problem, packed: Packed, ny: int, ng: int) -> tuple[Packed, Float[Array, " column"], Mark]:
     """One attempt: the packed carry after it, the row that records it, and whether it was more than an evaluation."""
-    c = unpack(packed, ny, ng)
+    c = unpack(packed, ny, ng, p.tangents)
     settles = c.settling > 0
     a = _attempt(p, c)
     v = _judge(p, c, a)
@@ -357,7 +416,20 @@ def started(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Carry:
         settling=zero + 2,
         stats=Stats(zero, zero, zero, zero, zero + 1),
         mode=mode0,
+        tangents=(_first_tangent(p, y0),) * p.tangents,
     )
+
+
+def _first_tangent(p: Problem, y0: State) -> State:
+    """A change of every state by about its own size and its typical one; ledgers are driven by the others."""
+    typical = jnp.where(p.weights > 0, 1.0 / jnp.where(p.weights > 0, p.weights, 1.0) + jnp.abs(y0), 0.0)
+    return generic(y0.shape[0], seed=0) * typical
+
+
+def generic(n: int, seed: int) -> np.ndarray:
+    """`n` numbers of magnitude 0.5…1.5 and any sign: a direction in which nothing cancels by symmetry."""
+    random = np.random.default_rng(seed)
+    return random.uniform(0.5, 1.5, n) * random.choice([-1.0, 1.0], n)
 
 
 def space(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Array:
@@ -368,8 +440,9 @@ def advanced(
     p: Problem, packed: Packed, rows: PackedRows, ny: int, ng: int, limit: Count | int
 ) -> tuple[Packed, PackedRows, Count]:
     """The carry after `limit` more attempts or at the end of the run, the rows of these, and how many they were."""
-    start = unpack(packed, ny, ng)
-    p = p._replace(method=p.method.settled(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
+    start = unpack(packed, ny, ng, p.tangents)
+    if p.direction is None:  # rows of the Jacobian that are known beforehand have no tangent
+        p = p._replace(method=p.method.settled(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
 
     def running(loop: tuple[Count, Packed, PackedRows]) -> Mark:
         i, (_, integers), _ = loop
@@ -406,4 +479,4 @@ def run(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Ended:
     ny, ng = y0.shape[0], start.g.shape[0]
     rows = space(p, y0, mode0)
     packed, rows, count = advanced(p, pack(start), rows, ny, ng, p.settings.max_steps)
-    return closed(unpack(packed, ny, ng), rows, count)
+    return closed(unpack(packed, ny, ng, p.tangents), rows, count)

@@ -45,6 +45,7 @@ class Carry(NamedTuple):
     settling: Count  # just after a restart: 2 rates and guards are unknown, 1 the first step's length; else 0
     stats: Stats
     mode: Int[Array, " mode"]
+    tangents: tuple[State, ...] = ()  # of the state, where its derivatives steer the steps as well
 
 
 #: whole numbers of a carry beside its marks and its mode: status, retakes, chain, close, settling, and the counts
@@ -54,7 +55,7 @@ Packed = tuple[Float[Array, " x"], Int[Array, " n"]]
 
 
 def pack(c: Carry) -> Packed:
-    x = jnp.concatenate([jnp.stack([c.t, c.h, c.cap, c.crossing, c.t_event]), c.y, c.f, c.g, c.rate])
+    x = jnp.concatenate([jnp.stack([c.t, c.h, c.cap, c.crossing, c.t_event]), c.y, c.f, c.g, c.rate, *c.tangents])
     scalars = jnp.stack([c.status, c.retakes, c.chain, c.close, c.settling, *c.stats])
     return x, jnp.concatenate([scalars, c.armed.astype(jnp.int32), c.cluster.astype(jnp.int32), c.mode])
 
@@ -64,9 +65,9 @@ def carried_size(ny: int, ng: int, nm: int) -> int:
     return 5 + 2 * ny + 2 * ng + FIXED + 2 * ng + nm
 
 
-def unpack(packed: Packed, ny: int, ng: int) -> Carry:
+def unpack(packed: Packed, ny: int, ng: int, tangents: int = 0) -> Carry:
     x, n = packed
-    head, y, f, g, rate = jax.lax.split(x, (5, ny, ny, ng, ng))
+    head, y, f, g, rate, *along = jax.lax.split(x, (5, ny, ny, ng, ng, *(ny,) * tangents))
     scalars, armed, cluster, mode = jax.lax.split(n, (FIXED, ng, ng, n.shape[0] - FIXED - 2 * ng))
     t, h, cap, crossing, t_event = jnp.unstack(head)
     status, retakes, chain, close, settling, *counted = jnp.unstack(scalars)
@@ -89,6 +90,7 @@ def unpack(packed: Packed, ny: int, ng: int) -> Carry:
         settling,
         Stats(*counted),
         mode,
+        tuple(along),
     )
 
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 import enum
+import functools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -25,6 +26,7 @@ from ._system import (
     SKIPPED,
     STOPPED,
     AbstractHybridSystem,
+    Code,
     Flat,
     Rows,
     Settings,
@@ -217,6 +219,21 @@ def fitted(system: AbstractHybridSystem, method: AbstractMethod) -> AbstractMeth
     return method.fitted(Couplings.of(np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(kinds)])))
 
 
+def generic_direction(flat: Flat) -> PyTree:
+    """A direction of all numbers of a system: each by its magnitude; one that is 0 by the largest of its array, else by
+    its typical size, or 1 where that is not known."""
+    numbers, structure = jax.tree.flatten(eqx.filter(flat, eqx.is_inexact_array))
+    typical = jax.tree.leaves(flat.system.typical_numbers()) or [0.0] * len(numbers)
+    found = []
+    for i, (x, known) in enumerate(zip(numbers, typical, strict=True)):
+        size = jnp.abs(jax.lax.stop_gradient(jnp.asarray(x)))
+        size = jnp.where(jnp.isfinite(size), size, 0.0)
+        for instead in (jnp.max(size, initial=0.0), jax.lax.stop_gradient(known), 1.0):
+            size = jnp.where(size > 0, size, instead)
+        found.append(size * _loop.generic(int(np.size(x)), seed=i + 1).reshape(np.shape(x)))
+    return jax.tree.unflatten(structure, found)
+
+
 def weights_of(system: AbstractHybridSystem, y_like: PyTree) -> tuple[Array, Array]:
     """Weights of the states in the error norm, and how many are in it."""
     sizes = ravel(jax.tree.map(jnp.add, y_like, system.scales()), jnp.float64)
@@ -279,18 +296,20 @@ def hybridsolve(
         weights = weights_of(whole, y_like)
         return Problem(flatten(whole, y_like, mode_like), method, *weights, t0, t1, settings), mode0
 
-    @jax.custom_jvp
-    def run(params: PyTree, flat_y0: Array, others: PyTree) -> PyTree:
+    @functools.partial(jax.custom_jvp, nondiff_argnums=(3,))
+    def run(params: PyTree, flat_y0: Array, others: PyTree, differentiated: bool) -> PyTree:
         p, mode0 = problem(params, others)
+        if differentiated:
+            p = p._replace(direction=generic_direction(p.flat))
         packed, count, code, stats = _loop.run(p, flat_y0, mode0)
         rows = unpack_rows(packed, flat_y0.shape[0])
         return rows.t, rows.y, eqx.tree_at(lambda r: (r.t, r.y), rows, (None, None)), (count, code, stats)
 
     @run.defjvp
-    def _(primals: PyTree, tangents: PyTree) -> tuple[PyTree, PyTree]:
+    def _(differentiated: bool, primals: PyTree, tangents: PyTree) -> tuple[PyTree, PyTree]:
         params, flat_y0, others = primals
         d_params, d_y0, _ = tangents
-        t, y, rows, (count, code, stats) = run(params, flat_y0, others)
+        t, y, rows, (count, code, stats) = run(params, flat_y0, others, True)
         starts = jnp.concatenate([t[:, None], y], axis=1)
 
         p, mode0 = problem(params, others)
@@ -315,6 +334,8 @@ def hybridsolve(
 
         d_start = jnp.concatenate([d_params[2][None], d_y0])
         d = sweep(RowMap(forwards, backwards), params, starts, count, (d_params, d_start))
+        # a record that was too short does not reach the end: its derivatives must not look like those of the run
+        d = d * jnp.where(code == Code.STEP_LIMIT, jnp.nan, 1.0)
         return (t, y, rows, (count, code, stats)), (
             d[:, 0],
             d[:, 1:],
@@ -324,7 +345,7 @@ def hybridsolve(
     # JAX looks traced functions up together with the mesh; its absence is written differently here and
     # inside of derivatives
     with jax.sharding.use_abstract_mesh(jax.sharding.get_abstract_mesh()):
-        t, y, rows, (count, code, stats) = run((numbers, t1, t0), flat_y0, others)
+        t, y, rows, (count, code, stats) = run((numbers, t1, t0), flat_y0, others, False)
     rows = eqx.tree_at(lambda r: (r.t, r.y), rows, (t, y), is_leaf=lambda x: x is None)
     return Record(system, method, y_like, mode_like, t1, rows, count, code, stats)
 

@@ -95,6 +95,14 @@ class AbstractHybridSystem(eqx.Module):
     def scales(self) -> PyTree:
         """Typical size of every state, for the error norm; `inf` keeps a state (a ledger) out of the norm."""
 
+    def typical_numbers(self) -> PyTree | None:
+        """Typical size of every number of the system, one leaf like each (0: not known), or `None`.
+
+        The steps of a differentiated run resolve derivatives along a change of every number by its size. That of a
+        number that is 0, as of an effect that is absent, cannot be seen from its value.
+        """
+        return None
+
     def code_at_end(self, mode: PyTree) -> Count | int:
         """Code of a run that reaches its end time in this mode, of a `self_timed` system."""
         return 0

@@ -170,7 +170,7 @@ class Convection(AbstractLink):
 
     a: str = eqx.field(static=True)
     area: Scalar = quantity("m^2", "area of the surface", positive=True)
-    coefficient: AbstractCoefficient | Any = quantity("W/(m^2*K)", "heat transfer coefficient", low=0.0)
+    coefficient: AbstractCoefficient | Any = quantity("W/(m^2*K)", "heat transfer coefficient", low=0.0, typical=10.0)
     b: str = eqx.field(static=True, default="air")
     covered: Scalar | None = quantity(
         "1", "share covered by linings while they touch the surface", low=0.0, high=1.0, default=None
