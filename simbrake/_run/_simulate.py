@@ -288,9 +288,14 @@ def step_limits(scene: Scene, max_steps: int | None) -> tuple[int, ...]:
     return _STEPS[many:]
 
 
-def room_for(result: Result) -> int:
+#: how many times the step attempts of a run a differentiated one may take, as it resolves tangents too
+_DIFFERENTIATED = 2
+
+
+def room_for(result: Result, *, differentiated: bool = False) -> int:
     """Step attempts to allow in runs like this one, a power of two: programs round differently, and need a few more."""
-    return 1 << math.ceil(math.log2(1.25 * int(result.record.count) + 48))
+    count = int(result.record.count) * (_DIFFERENTIATED if differentiated else 1)
+    return 1 << math.ceil(math.log2(1.25 * count + 48))
 
 
 def simulate(
@@ -337,10 +342,10 @@ def simulate(
     solver = solver_of(scene, solver)
     method = method_of(scene, solver)
     name = solver_name(solver)
-    rtol_, longest = np.asarray(rtol, np.float64) if np.isscalar(rtol) else rtol, np.asarray(max_step, np.float64)
+    rtol_, longest = (np.asarray(x, np.float64) if np.isscalar(x) else x for x in (rtol, max_step))
     events = np.asarray(max_events, np.int32)
     limits = Limits(longest, events, max_steps)
-    if is_traced((scene, rtol)):
+    if is_traced((scene, rtol, max_step)):
         numbers, packing = pack((_marked(scene), rtol_, longest, events), jnp)
         record = _part(packing, method, max_steps or _STEPS[0]).call(numbers)
         return Result(scene, record, rtol_, name, limits)
@@ -407,7 +412,7 @@ Values = Mapping[str, Any] | np.ndarray | None
 
 _MOST_STEPS = 1 << 20
 #: lines up to which derivatives are compiled as one function: with Rodas5P it would take minutes
-_LONGEST_SLOPES = 19_000
+_LONGEST_SLOPES = 26_000
 _COUNTS = 6  # code and counts of steps, behind the metrics
 _ENTRY = re.compile(r"^(?P<path>.*)\[(?P<index>-?\d+)\]$")
 
@@ -443,8 +448,19 @@ class Prepared:
         [0.9433, 1.2577]
     """
 
-    def __init__(self, scene: Scene, metrics: Sequence[Metric], solver: Solver, rtol: float, max_steps: int) -> None:
+    def __init__(
+        self,
+        scene: Scene,
+        metrics: Sequence[Metric],
+        solver: Solver,
+        rtol: float,
+        max_steps: int,
+        max_step: float = np.inf,
+        max_events: int = 10_000,
+    ) -> None:
         self.scene, self.solver, self.rtol, self.max_steps = scene, solver, rtol, max_steps
+        self.max_step, self.max_events = max_step, max_events
+        self._slope_steps = _DIFFERENTIATED * max_steps
         self.metrics = tuple(name_of(metric) for metric in metrics)
         self._asked = tuple(metrics)
         self.numbers, self._like = pack(scene)
@@ -470,9 +486,10 @@ class Prepared:
             found[leaf.path] = slice(first, first + int(np.size(leaf.value)))
         return found
 
-    def _run(self, numbers: Float[Array, " k"]) -> Float[Array, " out"]:
-        scene, rtol = self._like.unpack(numbers[:-1]), numbers[-1]
-        result = simulate(scene, solver=self.solver, rtol=rtol, max_steps=self.max_steps)
+    def _run(self, numbers: Float[Array, " k"], max_steps: int) -> Float[Array, " out"]:
+        scene, (rtol, max_step) = self._like.unpack(numbers[:-2]), numbers[-2:]
+        limits = {"max_step": max_step, "max_steps": max_steps, "max_events": self.max_events}
+        result = simulate(scene, solver=self.solver, rtol=rtol, **limits)
         found = [measure(result, metric) for metric in self._asked]
         ends = np.cumsum([0, *(value.size for value in found)]).tolist()
         wheres = [a if value.ndim == 0 else slice(a, b) for a, b, value in zip(ends, ends[1:], found, strict=False)]
@@ -480,20 +497,21 @@ class Prepared:
         counts = jnp.stack([jnp.asarray(n, jnp.float64) for n in (result.code, *result.record.stats)])
         return jnp.concatenate([*(jnp.ravel(value) for value in found), counts])
 
-    def _subject(self, what: str) -> tuple:
+    def _subject(self, what: str, max_steps: int) -> tuple:
         """Key of the compiled programs."""
-        return what, self._like, [*map(identity_of, self._asked)], self.solver, self.max_steps
+        return what, self._like, [*map(identity_of, self._asked)], self.solver, max_steps, self.max_events
 
     def _compile(self) -> Program:
         numbers = self._input(self.numbers, self.rtol)
-        program = compiled(self._run, numbers, subject=self._subject("prepared"))
+        run = functools.partial(self._run, max_steps=self.max_steps)
+        program = compiled(run, numbers, subject=self._subject("prepared", self.max_steps))
 
         def spans() -> list[tuple[str, int | slice]]:
             if not self._spans:
-                jax.eval_shape(self._run, numbers)
+                jax.eval_shape(run, numbers)
             return self._spans
 
-        self._spans = _cache.cached("spans", self._subject("spans"), spans)
+        self._spans = _cache.cached("spans", self._subject("spans", self.max_steps), spans)
         return program
 
     def vector(self, values: Values = None) -> Array:
@@ -528,37 +546,50 @@ class Prepared:
         *_, code, accepted, rejected, retaken, events, segments = out.tolist()
         if code == Code.STEP_LIMIT and self.max_steps < _MOST_STEPS:
             # the record was too short for these numbers: a longer one, from now on
-            self.max_steps, self._slope = 4 * self.max_steps, None
+            self.max_steps = 4 * self.max_steps
             self.program = self._compile()
             return self(values, rtol=rtol)
         metrics = {name: out[where].item() if type(where) is int else out[where] for name, where in self._spans}
         counts = int(accepted), int(rejected), int(retaken), int(events), int(segments)
         return Answer(metrics, int(code), *counts)
 
-    @staticmethod
-    def _input(numbers: Array, rtol: float) -> np.ndarray:
-        whole = np.empty(numbers.size + 1)
-        whole[:-1] = numbers
-        whole[-1] = rtol
+    def _input(self, numbers: Array, rtol: float) -> np.ndarray:
+        whole = np.empty(numbers.size + 2)
+        whole[:-2] = numbers
+        whole[-2], whole[-1] = rtol, self.max_step
         return whole
 
     def gradient(self, values: Values = None) -> np.ndarray:
         """Derivatives of all metrics with respect to all numbers, (metrics, k), by one reverse pass for each metric.
 
-        Zero for a metric that is infinite. Compiles at the first call.
+        Zero for a metric that is infinite, NaN where the run fails (`code` of a call says how). Compiles at the first
+        call. Its steps resolve the derivatives as well: a run takes up to twice as many as without.
         """
         numbers = self._input(self.vector(values), self.rtol)
-        if self._slope is None:
-            subject = self._subject("gradient")
-            self._slope = compiled(self._slopes, numbers, longest=_LONGEST_SLOPES, subject=subject)
-        return np.asarray(self._slope.call(numbers))
+        while True:
+            if self._slope is None:
+                slopes = functools.partial(self._slopes, max_steps=self._slope_steps)
+                subject = self._subject("gradient", self._slope_steps)
+                self._slope = compiled(slopes, numbers, longest=_LONGEST_SLOPES, subject=subject)
+            *slope, code = np.asarray(self._slope.call(numbers))
+            if code != Code.STEP_LIMIT or self._slope_steps >= _MOST_STEPS:
+                return np.reshape(slope, (-1, self.numbers.size))
+            self._slope_steps, self._slope = 4 * self._slope_steps, None  # a longer record, from now on
 
-    def _slopes(self, numbers: Float[Array, " k"]) -> Float[Array, "metrics numbers"]:
-        found, back = jax.vjp(lambda x: self._run(x)[:-_COUNTS], numbers)
+    def _slopes(self, numbers: Float[Array, " k"], max_steps: int) -> Float[Array, " out"]:
+        """All derivatives in one vector, and the code of the run."""
+
+        def run(x: Array) -> tuple[Array, Array]:
+            out = self._run(x, max_steps)
+            return out[:-_COUNTS], out[-_COUNTS]
+
+        found, back, code = jax.vjp(run, numbers, has_aux=True)
         eye = jnp.where(jnp.isfinite(found), 1.0, 0.0) * jnp.eye(found.size)
         if found.size < 3:
-            return jnp.stack([back(row)[0][:-1] for row in eye])
-        return jax.lax.map(lambda row: back(row)[0][:-1], eye)
+            rows = jnp.stack([back(row)[0][:-2] for row in eye])
+        else:
+            rows = jax.lax.map(lambda row: back(row)[0][:-2], eye)
+        return jnp.append(jnp.where(code == 0, rows, jnp.nan), code)
 
     def check(self, values: Values = None) -> Scene:
         """The scene with these numbers. Raises `InputError` with all its errors."""
@@ -577,7 +608,8 @@ class Prepared:
     def result(self, values: Values = None) -> Result:
         """The whole `Result` of a run with these numbers, by `simulate`."""
         scene = self.check(values)
-        return simulate(scene, solver=self.solver, rtol=self.rtol, max_steps=self.max_steps, throw=False)
+        limits = {"max_step": self.max_step, "max_steps": self.max_steps, "max_events": self.max_events}
+        return simulate(scene, solver=self.solver, rtol=self.rtol, throw=False, **limits)
 
 
 def prepare(
@@ -586,7 +618,9 @@ def prepare(
     *,
     solver: Solver | None = None,
     rtol: float = 1e-10,
+    max_step: float = np.inf,
     max_steps: int | None = None,
+    max_events: int = 10_000,
 ) -> Prepared:
     """Compiles a scene's run for many calls with other numbers, each some tens of microseconds: loops, live displays.
 
@@ -595,7 +629,7 @@ def prepare(
         run.gradient({"initial.omega": 18.0})[0, run.places["brake.pulley.inertia"]]
 
     - `metrics`: names, energies as `energy.…`, or functions of a `Result` to a number or an array
-    - `solver`, `rtol`: as for `simulate`, chosen once for the scene given
+    - `solver`, `rtol`, `max_step` (s), `max_events`: as for `simulate`, chosen once for the scene given
     - `max_steps`: step attempts to allocate; by default what the scene's own run needs and a quarter more. A run
       that needs more is compiled again with more
 
@@ -609,5 +643,6 @@ def prepare(
     scene = checked(scene)
     check_metrics(scene, metrics)
     solver = solver_of(scene, solver)
-    limit = max_steps or room_for(simulate(scene, solver=solver, rtol=rtol))
-    return Prepared(scene, metrics, solver, rtol, limit)
+    limits = {"max_step": max_step, "max_events": max_events}
+    run = functools.partial(simulate, scene, solver=solver, rtol=rtol, **limits)
+    return Prepared(scene, metrics, solver, rtol, max_steps or room_for(run()), **limits)
