@@ -7,6 +7,7 @@ scenes of one structure and kept; new numbers never re-trace. A run whose record
 one.
 """
 
+import copy
 import dataclasses
 import functools
 import itertools
@@ -50,6 +51,8 @@ _ROWS, _MANY_ROWS = 2**19, 2**22
 LANES = 64
 #: points whose results are cached
 _REMEMBERED = 4
+#: tolerance at which rounding begins to govern
+_FINEST = 1e-12
 #: rows of a record that are measured: the next of these sizes that holds the longest run of a chunk
 _SIZES = tuple(64 * 4**i for i in range(8))
 
@@ -392,8 +395,8 @@ class Evaluator:
         return simulate(self.scene if scene is None else scene, solver=self.solver, rtol=self.rtol, **options)
 
     def like(self, result: Result) -> None:
-        """Takes the length of this run for that of the others."""
-        first = room_for(result)
+        """Takes the length of this run for that of the others, which are differentiated."""
+        first = room_for(result, differentiated=True)
         longer = (first * 4**i for i in range(1, 16) if first * 4 ** (i - 1) < _LONGEST)
         self.limits, self._level = (first, *longer), 0
 
@@ -411,6 +414,15 @@ class Evaluator:
             if len(self._known) > _REMEMBERED:
                 del self._known[next(iter(self._known))]
         return found
+
+    def finer(self) -> "Evaluator":
+        """The same at a tenth of the tolerance: what it changes is an estimate of the error by integration in time.
+
+        Where rounding would govern that, at ten times the tolerance, which is the more cautious estimate.
+        """
+        other = copy.copy(self)
+        other.rtol, other._known = self.rtol * (0.1 if self.rtol > _FINEST else 10.0), {}
+        return other
 
     def _at(self, x: np.ndarray, given: Any) -> Evaluation:
         program = _program(self._asked._replace(max_steps=self.limits[self._level]))

@@ -3,6 +3,7 @@
 import dataclasses
 import difflib
 import itertools
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -90,6 +91,8 @@ class Sensitivity(NamedTuple):
       no value or was not evaluated
     - `tangent`: change of the metric over `half` along the derivative. What `high − M` and `M − low` differ from it by
       is the curvature: `½ (low + high) − M = ½ half² d²M/dp² + O(half⁴)`
+    - `error`: estimated error of the derivative by integration in time, from the same derivative at a tenth of the
+      tolerance (below 1e-12, at ten times); NaN where that run has none
     - `note`: whether the derivative is one-sided, or why there is none (`derivative` is then NaN); changes within the
       range that limit its validity; empty if none
 
@@ -113,6 +116,7 @@ class Sensitivity(NamedTuple):
     high: float | None = None
     note: str = ""
     tangent: float | None = None
+    error: float = math.nan
 
 
 @dataclasses.dataclass(frozen=True)
@@ -155,13 +159,12 @@ class SensitivityTable(Tabular):
         shown = self.matters[:_SHOWN]
         ends = any(row.low is not None or row.high is not None for row in shown)
         columns = [Column("path", heading="parameter p", left=True), Column("value", show=".6g"), "unit"]
-        columns += [Column("derivative", show=".5g"), Column("elasticity", show=".4g")]
+        columns += [Column("derivative", show=".5g"), Column("error", heading="± error", show=".1g")]
+        columns += [Column("elasticity", show=".4g")]
         columns += [Column("half", heading="± half", show=".3g", hidden=not ends)]
         columns += [Column(f"at the {name} bound", show=".7g", hidden=not ends) for name in _ENDS]
-        rows = [
-            (row.path, row.value, row.unit, row.derivative, row.elasticity, row.half, row.low, row.high, row.note)
-            for row in shown
-        ]
+        fields = ("path", "value", "unit", "derivative", "error", "elasticity", "half", "low", "high", "note")
+        rows = [tuple(getattr(row, field) for field in fields) for row in shown]
         yield Table([*columns, Column("note", heading="", left=True)], rows)
         left, without = len(self.wholes) - len(shown), len(self.wholes) - len(self.matters)
         rest = [f"{left - without} more"] * (left > without) + [f"{without} without influence"] * bool(without)
@@ -227,11 +230,13 @@ def sensitivity(
         slopes = run(x)
         if slopes.code != 0 or not np.all(np.isfinite(slopes.values)):
             raise RuntimeError("the differentiated run ended before the plain one; please report this scene")
+        finer = run.finer()(x)
         sides = compare_sides(run, base, metrics, chosen, values, slopes.jacobian, told)
         around = Range({}, {}, ()) if span is None else look_around(run, base, metrics, spans, told)
     tables = []
     for k, (one, value) in enumerate(zip(metrics.asked, values.tolist(), strict=True)):
-        rows = _rows(chosen, paths.values(slopes.jacobian[k]), value, spans, around, sides, k)
+        derivatives = paths.values(slopes.jacobian[k]), paths.values(finer.jacobian[k])
+        rows = _rows(chosen, *derivatives, value, spans, around, sides, k)
         tables.append(SensitivityTable(name_of(one), unit_of(one), value, rows, around.notes))
     return tables[0] if single else tables
 
@@ -272,6 +277,7 @@ def check_happened(metrics: Metrics, values: np.ndarray) -> None:
 def _rows(
     chosen: list[Leaf],
     derivatives: Mapping[str, Array],
+    finer: Mapping[str, Array],
     value: float,
     spans: Mapping[str, np.ndarray],
     around: Range,
@@ -282,6 +288,7 @@ def _rows(
     rows = []
     for leaf in chosen:
         p, slope, about = np.asarray(leaf.value, np.float64), derivatives[leaf.path], leaf.about
+        off = finer[leaf.path] - slope
         ends = around.ends[leaf.path][:, k].tolist() if leaf.path in around.ends else (np.nan, np.nan)
         low, high = (end if np.isfinite(end) else None for end in ends)
         half = tangent = None
@@ -293,14 +300,15 @@ def _rows(
         one = sides.get((k, leaf.path, () if p.ndim == 0 else None))
         sums = float(np.mean(p)), float(np.sum(slope)), float(np.sum(elasticity))
         sums, said = _corrected(sums, one, value)
-        tangent = tangent if np.isfinite(sums[1]) else None
+        tangent, error = (tangent, abs(float(np.sum(off)))) if np.isfinite(sums[1]) else (None, np.nan)
         notes = "; ".join(filter(None, (said, around.changes.get(leaf.path, ""))))
-        rows.append(Sensitivity(whole, about.unit, about.meaning, *sums, half, low, high, notes, tangent))
+        rows.append(Sensitivity(whole, about.unit, about.meaning, *sums, half, low, high, notes, tangent, error))
         for index in np.ndindex(p.shape) if p.ndim else ():
             entry = f"{leaf.path}[{', '.join(str(i) for i in index)}]"
             numbers = float(p[index]), float(slope[index]), float(elasticity[index])
             numbers, said = _corrected(numbers, sides.get((k, leaf.path, index)), value)
-            rows.append(Sensitivity(entry, about.unit, about.meaning, *numbers, note=said))
+            error = abs(float(off[index])) if np.isfinite(numbers[1]) else np.nan
+            rows.append(Sensitivity(entry, about.unit, about.meaning, *numbers, note=said, error=error))
     return tuple(sorted(rows, key=lambda row: -abs(row.elasticity) if np.isfinite(row.elasticity) else 0.0))
 
 

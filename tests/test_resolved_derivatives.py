@@ -1,0 +1,207 @@
+"""A differentiated run resolves its derivatives: by numbers without effect, in stiff runs, through many events.
+
+The steps of a plain run are chosen by the values. Where a number changes no value at the base point, values alone would
+let a few long steps cross the whole run, and its derivative would be integrated blindly.
+"""
+
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import simbrake as sb
+
+N, BETA, R_B, J, T_0, OMEGA, F, AREA = 12, math.radians(22.5), 0.6, 300.0, 2500.0, 20.0, 0.35, 0.02
+V_S, P_R, TAU, CRITICAL = 0.05, 1e6, 0.02, 0.3
+
+
+def stop(law, load=0.0, **more):
+    """A stop of a rigid band under a constant lever."""
+    brake = sb.Brake(sb.Pulley(0.57, J), sb.Band(R_B), sb.Lining(law, np.full(N, BETA), AREA))
+    load = sb.TorqueLoad(sb.Constant(load)) if isinstance(load, float) else load
+    return sb.Scene(brake, sb.Duty(sb.Constant(T_0), load), sb.Initial(OMEGA), 4.0, **more)
+
+
+def without_effect():
+    """Five laws and torques whose numbers are 0 or equal, so that the stop is that of a constant torque."""
+    law = sb.friction.ProductFriction(sb.friction.StribeckFriction(F, F, V_S), (sb.friction.PressureFactor(P_R, 0.0),))
+    loads = sb.loads
+    shaft = (loads.EddyCurrentBrake(0.0, CRITICAL), loads.HydrodynamicBrake(0.0), loads.ViscousDrag(0.0))
+    return stop(law, sb.TorqueLoad(sb.profiles.ExponentialRise(0.0, TAU), 0.0), shaft=shaft)
+
+
+def truths():
+    """Derivatives of the stopping time `∫ J dω/M` in closed form or by quadrature, each with the number's size."""
+    z, growth = math.tan(BETA / 2), 2 * math.tan(BETA / 2) / (1 - (F * math.tan(BETA / 2)) ** 2)
+    mu = (1 + F * z) / (1 - F * z)
+    tension = T_0 * mu ** np.arange(N + 1)
+    M = R_B * (tension[-1] - T_0)
+    by_friction = R_B * tension[-1] * growth  # ∂M/∂f of one lining
+    time = J * OMEGA / M
+
+    def by_torque(shape):
+        return -J / M**2 * quad(shape, 0.0, OMEGA, points=[0.1, 0.3, 1.0], epsabs=1e-13, epsrel=1e-12, limit=500)[0]
+
+    pressure = (tension[1:] + tension[:-1]) * math.sin(BETA / 2) / AREA
+    drop = -F * np.sum(np.log1p(pressure / P_R)) * by_friction
+    stribeck = by_torque(lambda w: N * by_friction * math.exp(-((R_B * w / V_S) ** 2)))
+    return time, {
+        "brake.linings.friction.base.static_coefficient": (stribeck, F),
+        "brake.linings.friction.factors[0].exponent": (-J * OMEGA / M**2 * drop, 1.0),
+        "shaft[0].max_torque": (by_torque(lambda w: 2 * w * CRITICAL / (w**2 + CRITICAL**2)), M),
+        "shaft[1].coefficient": (by_torque(lambda w: w**2), M / OMEGA**2),
+        "shaft[2].coefficient": (by_torque(lambda w: w), M / OMEGA),
+        "duty.load.drag": (by_torque(lambda w: w), M / OMEGA),
+        "duty.load.profile.level": ((time + TAU * math.expm1(-time / TAU)) / M, M),
+    }
+
+
+def wrong(found, time):
+    """Error of each derivative over what counts: it, or the metric over the size of the number."""
+    return {path: abs(found[path] - d) / max(abs(d), time / size) for path, (d, size) in truths()[1].items()}
+
+
+def test_numbers_without_effect_forwards():
+    scene, (time, expected) = without_effect(), truths()
+
+    def stopping_time(x):
+        return sb.simulate(sb.with_values(scene, dict(zip(expected, x, strict=True)))).stopping_time
+
+    slope = jax.jit(jax.jacfwd(stopping_time))(jnp.asarray([F] + [0.0] * (len(expected) - 1)))
+    assert max(wrong(dict(zip(expected, slope.tolist(), strict=True)), time).values()) < 1e-8
+
+
+def test_numbers_without_effect_in_reverse():
+    time, expected = truths()
+    run = sb.prepare(without_effect(), ["stopping_time"])
+    slopes = run.gradient()
+    assert max(wrong({path: slopes[0, run.places[path]].item() for path in expected}, time).values()) < 1e-8
+
+
+def test_prepared_gradient_takes_the_steps_it_needs():
+    scene = stop(sb.friction.StribeckFriction(0.45, F, V_S))
+    run = sb.prepare(scene, ["stopping_time"])
+    # a record that suffices for the values alone
+    short = sb.prepare(scene, ["stopping_time"], max_steps=run().accepted + run().rejected + run().retaken + 2)
+    np.testing.assert_allclose(short.gradient(), run.gradient(), rtol=1e-12)
+    fine = sb.prepare(scene, ["stopping_time"], max_step=0.01)
+    assert fine().accepted > 100 > run().accepted
+    assert fine().metrics["stopping_time"] == pytest.approx(run().metrics["stopping_time"], rel=1e-10)
+
+
+def test_value_with_and_without_derivative():
+    scene = jax.tree.map(jnp.asarray, stop(sb.friction.StribeckFriction(0.45, F, 0.5, 1.5)))
+    value, slope = jax.jit(jax.value_and_grad(lambda s: sb.simulate(s).stopping_time))(scene)
+    assert float(value) == pytest.approx(float(sb.simulate(scene).stopping_time), rel=1e-10)
+
+    def torque(w, f_s=0.45):
+        f = F + (f_s - F) * math.exp(-((R_B * w / 0.5) ** 1.5))
+        z = math.tan(BETA / 2)
+        return R_B * T_0 * (((1 + f * z) / (1 - f * z)) ** N - 1)
+
+    def by_static(w):
+        return (1 / torque(w, 0.45 + 1e-5) - 1 / torque(w, 0.45 - 1e-5)) / 2e-5
+
+    truth = J * quad(by_static, 0.0, OMEGA, points=[0.5, 1.0, 3.0], epsabs=1e-12, epsrel=1e-11, limit=500)[0]
+    assert float(slope.brake.linings.friction.static_coefficient) == pytest.approx(truth, rel=1e-7)
+
+
+def test_record_too_short_gives_no_derivative():
+    scene = jax.tree.map(jnp.asarray, stop(sb.friction.StribeckFriction(F, F, V_S)))
+
+    def run(s):
+        result = sb.simulate(s, max_steps=12)
+        return result.record.y_end.phi, result.code
+
+    slope, code = jax.jit(jax.grad(run, has_aux=True))(scene)
+    assert int(code) == sb.hybrid.Code.STEP_LIMIT
+    assert np.isnan(float(slope.initial.omega))
+
+
+def test_estimated_error_of_derivatives():
+    (time, expected), rtol = truths(), 1e-6
+    table = sb.sensitivity(without_effect(), "stopping_time", ["shaft", "brake.linings.friction"], span=None, rtol=rtol)
+    for path, (truth, size) in expected.items():
+        if not path.startswith("duty"):
+            row = table.at(path)
+            true = abs(row.derivative - truth)
+            assert true <= 3 * row.error + 1e-10 * time / size, path
+            assert row.error <= 1e3 * rtol * max(abs(truth), time / size), path
+    assert "± error" in str(table)
+
+
+def hot(links, layers=0, slope=0.0):
+    """A stop whose rim heats, of one lump or of layers, under friction that fades with its temperature."""
+    thermal = sb.thermal
+    steel = thermal.Material(48.0, 7800.0, 480.0)
+    rim = thermal.Wall("rim", steel, 0.025, 0.9, layers) if layers else thermal.Lump("rim", 2e4)
+    heat = sb.Heat(
+        bodies=(rim, thermal.Lump("linings", 1e3), thermal.Reservoir("air")),
+        links=links,
+        friction=thermal.FrictionHeat("rim.front" if layers else "rim", "linings", thermal.ConstantPartition(0.8)),
+        linings="linings",
+    )
+    fade = sb.friction.LinearFade(slope, 293.15)
+    return stop(sb.friction.ProductFriction(sb.ConstantFriction(0.4), (fade,)), heat=heat)
+
+
+def compare_with_short_steps(scene, paths, step, tolerance, **options):
+    """Derivatives at the default steps beside those of very many short ones, in one program."""
+
+    def metric(x, max_step):
+        run = sb.simulate(sb.with_values(scene, dict(zip(paths, x, strict=True))), max_step=max_step, **options)
+        return run.stopping_time
+
+    slope = jax.jit(jax.value_and_grad(metric))
+    known = {leaf.path: float(np.mean(leaf.value)) for leaf in sb.files.leaves(scene)}
+    x = jnp.asarray([known[path] for path in paths])
+    time, found = slope(x, np.inf)
+    truth = slope(x, step)[1]
+    size = np.where(x == 0, 1.0, np.abs(x))
+    assert np.max(np.abs(found - truth) / np.maximum(np.abs(truth), float(time) / size)) < tolerance
+    assert np.all(truth != 0.0)
+
+
+@pytest.mark.slow
+def test_heat_without_effect():
+    thermal = sb.thermal
+    links = (
+        thermal.Convection("rim", 2.0, 0.0),
+        thermal.Radiation("rim", 2.0, 0.0),
+        thermal.Conductance("rim", "linings", 0.0),
+    )
+    paths = ["heat.links[0].coefficient", "heat.links[1].emissivity", "heat.links[2].value"]
+    paths += ["brake.linings.friction.factors[0].slope", "brake.linings.friction.base.coefficient"]
+    compare_with_short_steps(hot(links, slope=2e-4), paths, 1e-3, 1e-8, max_steps=8192)
+    compare_with_short_steps(hot(links), paths[3:], 1e-3, 1e-8, max_steps=8192)
+
+
+@pytest.mark.slow
+def test_layers_with_rodas5p():
+    scene = hot((sb.thermal.Convection("rim.back", 0.9, 30.0),), layers=8)
+    paths = ["brake.linings.friction.factors[0].slope", "brake.linings.friction.base.coefficient", "initial.omega"]
+    compare_with_short_steps(scene, paths, 5e-4, 1e-7, solver=sb.hybrid.Rodas5P(), max_steps=16384)
+
+
+@pytest.mark.slow
+def test_a_run_of_a_hundred_events():
+    """A pulley that a load turns again and again past a brake that opens and closes."""
+    lever = sb.profiles.Repeated([0.0, 0.02, 0.1, 0.12], [200.0, 3e3, 3e3, 200.0], period=0.2)
+    scene = stop(sb.friction.StribeckFriction(F, F, V_S), 2500.0)
+    scene = sb.with_values(scene, {"end_time": 6.0})
+    duty = sb.Duty(lever, sb.TorqueLoad(sb.Constant(2500.0)))
+    scene = sb.Scene(scene.brake, duty, sb.Initial(2.0), 6.0)
+    events = sb.simulate(scene).record.stats.events
+    assert int(events) >= 100
+    paths = ["brake.linings.friction.static_coefficient", "brake.linings.friction.kinetic_coefficient"]
+
+    def end(x, max_step):
+        changed = sb.with_values(scene, dict(zip(paths, x, strict=True)))
+        return sb.simulate(changed, max_step=max_step, max_steps=16384).record.y_end.phi
+
+    slope = jax.jit(jax.grad(end))
+    x = jnp.asarray([F, F])
+    np.testing.assert_allclose(slope(x, np.inf), slope(x, 5e-4), rtol=1e-7)
