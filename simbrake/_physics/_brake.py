@@ -128,9 +128,13 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Points inside a step at which guards are evaluated: none if given functions have no short features."""
         return 15 if self.sampled else 0
 
+    @property
+    def machine(self) -> Characteristic:
+        """Force, length, speed and temperature from which typical sizes of the brake's numbers follow."""
+        return Characteristic(self.sizes.torque / self.track_radius, self.track_radius, self.sizes.speed, 100.0)
+
     def typical_numbers(self) -> PyTree:
-        machine = Characteristic(self.sizes.torque / self.track_radius, self.track_radius, self.sizes.speed, 100.0)
-        sizes = {id(leaf.value): leaf.about.size(machine) for leaf in leaves(self)}
+        sizes = {id(leaf.value): leaf.about.size(self.machine) for leaf in leaves(self)}
         for _, part, _ in parts_below(self):
             if isinstance(part, FunctionProfile):
                 sizes |= {id(x): part.typical for x in jax.tree.leaves(part.parameters)}

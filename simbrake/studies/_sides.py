@@ -19,7 +19,7 @@ import numpy as np
 from .._base._faults import InputError
 from .._base._part import Leaf
 from .._base._progress import Waiting
-from .._base._quantity import Over
+from .._base._quantity import Characteristic, Over
 from .._run._edit import with_values
 from .._run._result import Result
 from ._evaluator import Evaluator, Metrics, Paths, values_of
@@ -32,8 +32,6 @@ _SHARE, _NOISE = 3e-3, 30.0
 _AGREE = 2e-3
 #: ratio of the difference quotients of a step and of its quarter from which on they diverge (of a root 2, of a jump 4)
 _DIVERGES = 1.6
-#: sizes of numbers that are 0, by unit, where neither their list nor their bounds tell one
-_SIZES = {"s": 0.1, "m": 0.1, "N": 1e3, "N*m": 1e3, "K": 100.0, "kg": 1e3, "J/K": 1e4, "W": 1e3}
 
 
 class Kind(enum.Enum):
@@ -66,10 +64,10 @@ class Slope(NamedTuple):
 Slopes = dict[tuple[int, str, tuple[int, ...] | None], Slope]
 
 
-def typical_size(leaf: Leaf) -> np.ndarray:
-    """Magnitude of every entry, of a 0 that of its list, its bound or its unit."""
-    values, of_unit = np.abs(np.asarray(leaf.value, np.float64)), _SIZES.get(leaf.about.unit, 1.0)
-    most = np.max(values, initial=0.0) or min(leaf.about.high or np.inf, of_unit)
+def typical_size(leaf: Leaf, machine: Characteristic) -> np.ndarray:
+    """Magnitude of every entry, of a 0 that of its list, or its typical size in the machine within its bound."""
+    values = np.abs(np.asarray(leaf.value, np.float64))
+    most = np.max(values, initial=0.0) or min(leaf.about.high or np.inf, float(leaf.about.size(machine)))
     return np.where(values > 0, values, most)
 
 
@@ -101,7 +99,9 @@ class _Search:
         self.paths = Paths(tuple(leaf.path for leaf in chosen), tuple(np.shape(leaf.value) for leaf in chosen))
         self.places = [(leaf.path, index) for leaf in chosen for index in np.ndindex(np.shape(leaf.value))]
         flat = [np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen]
-        self.x, self.size = np.concatenate(flat), np.concatenate([np.ravel(typical_size(leaf)) for leaf in chosen])
+        machine = base.record.system.machine  # pyright: ignore
+        sizes = [np.ravel(typical_size(leaf, machine)) for leaf in chosen]
+        self.x, self.size = np.concatenate(flat), np.concatenate(sizes)
         rtol = float(run.rtol)
         self.step, self.runs, self.refused = np.sqrt(rtol), 0, set[str]()
         scale = np.maximum(np.abs(values), np.max(np.abs(jacobian) * self.size, axis=1, initial=0.0))
