@@ -238,3 +238,14 @@ def test_a_blend_has_four_continuous_derivatives():
             for side in (-1e-6, 1e-6):
                 assert float(f(end + side)) == pytest.approx(value, abs=1e-4), (end, order)
             f = jax.grad(f)
+
+
+def test_derivative_of_the_rate_of_a_maximum():
+    """The rate of `max x_i` is that of one entry, and so is the derivative of its value along another direction."""
+    x, rate = jnp.asarray([0.1, 0.3, 0.3]), jnp.asarray([1.0, 2.0, 5.0])
+
+    def value_and_rate(x):
+        return jax.jvp(sb.hybrid.largest, (x,), (rate,))
+
+    (value, of_value), (moved, _) = jax.jvp(value_and_rate, (x,), (rate,))
+    assert [float(y) for y in (value, of_value, moved)] == [0.3, 2.0, 2.0]
