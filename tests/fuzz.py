@@ -162,7 +162,7 @@ def read_result(content: str | bytes, folder: pathlib.Path) -> object:
     return sb.load(file)
 
 
-MANIFEST = json.dumps({"format": 1, "fingerprint": "a", "runs": 3, "paths": ["initial.omega"], "metrics": []}, indent=2)
+MANIFEST = json.dumps({"format": 2, "fingerprint": "a", "runs": 3, "paths": ["initial.omega"], "metrics": []}, indent=2)
 
 
 def read_manifest(text: str | bytes, folder: pathlib.Path) -> object:

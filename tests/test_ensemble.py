@@ -16,6 +16,7 @@ from heat_scenes import fading, lump, rigid_stop
 from helpers import closed_form, main, stop_scene
 
 import simbrake as sb
+from simbrake._base._fingerprint import fingerprint
 from simbrake._base._programs import STORE
 from simbrake._base._progress import Progress, duration
 from simbrake._run._measure import measure
@@ -249,9 +250,9 @@ def test_interrupted_and_resumed(tmp_path, capsys, monkeypatch):
     def metric(result):
         return 3 * result.stopping_time
 
-    with pytest.raises(sb.InputError, match="or a function differ"):
+    with pytest.raises(sb.InputError, match="another ensemble: the metric metric differs"):
         sb.ensemble(stop_scene(), values, [metric], directory=twice)
-    with pytest.raises(sb.InputError, match="numbers or structure of the scene"):
+    with pytest.raises(sb.InputError, match="another ensemble: the scene differs"):
         sb.ensemble(stop_scene(R=0.7), values, ["stopping_time"], directory=folder)
     with pytest.raises(sb.InputError, match="holds other files"):
         sb.ensemble(stop_scene(), values, ["stopping_time"], directory=tmp_path)
@@ -274,10 +275,10 @@ def test_fingerprints_see_numbers_structure_and_code():
     scenes = [
         stop_scene(lever=sb.profiles.FunctionProfile(law(k)), n=n) for k, n in ((1.0, 4), (1.0, 4), (2.0, 4), (1.0, 5))
     ]
-    marks = [_ensemble.fingerprint(scene) for scene in scenes]
+    marks = [fingerprint(scene) for scene in scenes]
     assert marks[0] == marks[1]
     assert len(set(marks)) == 3
-    assert _ensemble.fingerprint(stop_scene(C=None)) != _ensemble.fingerprint(stop_scene())
+    assert fingerprint(stop_scene(C=None)) != fingerprint(stop_scene())
 
 
 def test_progress_tells_what_is_left(capsys, monkeypatch):

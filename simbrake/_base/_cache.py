@@ -32,6 +32,8 @@ from typing import Any, NamedTuple, TypeVar
 import jax
 import numpy as np
 
+from ._fingerprint import LIBRARIES
+
 _Answer = TypeVar("_Answer")
 
 FOLDER_VARIABLE, SIZE_VARIABLE = "SIMBRAKE_CACHE_DIR", "SIMBRAKE_CACHE_SIZE"
@@ -42,7 +44,6 @@ _MAGIC = b"simbrake cache 1\n"
 _DIGEST = hashlib.sha256().digest_size
 #: packages of whose classes and functions everything is known by their versions
 _KNOWN = ("simbrake", "jax", "jaxlib", "numpy", "equinox", "diffrax", "jaxtyping", "builtins", "functools")
-_VERSIONS = ("jax", "jaxlib", "numpy", "equinox", "diffrax", "optimistix", "lineax")
 
 _log = logging.getLogger("simbrake")
 
@@ -114,7 +115,7 @@ def _surroundings() -> str:
                 about = os.stat(os.path.join(folder, file))
                 sources.append(f"{os.path.relpath(folder, package)}/{file} {about.st_size} {about.st_mtime_ns}")
     found = [sys.version, *sorted(sources)]
-    for name in _VERSIONS:
+    for name in LIBRARIES:
         with contextlib.suppress(PackageNotFoundError):
             found.append(f"{name} {version(name)}")
     return "\n".join([*found, *_processor()])

@@ -19,6 +19,7 @@ from jaxtyping import Float, Int
 
 from .._base._compiling import accelerators, run_device
 from .._base._faults import MOST_BYTES_OF_TABLE, Fault, InputError, needed, text_of_file, whole_file
+from .._base._fingerprint import fingerprint
 from .._base._part import leaves
 from .._parts._scene import Scene, warnings
 from .._run._duty import stop_variables
@@ -27,7 +28,6 @@ from .._run._result import Result
 from .._run._series import RENAMED, SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
 from ..files._scene_file import scene_from_text, scene_text
 from ..hybrid import LANDED
-from ..studies._chunks import fingerprint
 from ..thermal._network import Junction, Reservoir, Wall
 from ._columns import Variable, as_lines, from_lines, join, normalised, split
 from ._exchange import write_excel, write_matlab, written_only

@@ -9,7 +9,6 @@ import os
 import queue
 import signal
 import threading
-import types
 import zipfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import Future, ThreadPoolExecutor, as_completed
@@ -24,8 +23,8 @@ from ..hybrid import Code
 from . import _evaluator
 from ._evaluator import Columns, Job
 
-#: of the manifest
-_FORMAT = 1
+#: of the manifest; 1: without versions, functions by their bytecode alone
+_FORMAT = 2
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -125,48 +124,18 @@ def threads(workers: int | None) -> Iterator[Pool]:
 # --- finished chunks on disk ------------------------------------------------------------------------------------------
 
 
-def fingerprint(*parts: object) -> str:
-    """A hash of values, structures and functions that is the same in every process."""
-    digest = hashlib.sha256()
-    _feed(digest.update, parts)
-    return digest.hexdigest()
-
-
-def _feed(update: Callable[[bytes], None], part: object) -> None:
-    if isinstance(part, jax.Array | np.ndarray | np.generic | float | int):
-        array = np.asarray(part)
-        update(f"{array.dtype.str}{array.shape}".encode() + array.tobytes())
-    elif isinstance(part, types.FunctionType):
-        update(f"{part.__module__}.{part.__qualname__}".encode() + part.__code__.co_code)
-        inner = [c.cell_contents for c in part.__closure__ or ()]
-        _feed(update, [part.__defaults__, inner, part.__code__.co_names, *_constants(part.__code__)])
-    elif dataclasses.is_dataclass(part) and not isinstance(part, type):
-        update(type(part).__qualname__.encode())
-        _feed(update, {field.name: getattr(part, field.name, None) for field in dataclasses.fields(part)})
-    elif isinstance(part, dict):
-        _feed(update, [*part.items()])
-    elif isinstance(part, tuple | list):
-        update(f"({len(part)}".encode())
-        for one in part:
-            _feed(update, one)
-    elif part is None or isinstance(part, str | bytes):
-        update(repr(part).encode())
-    else:
-        named = getattr(part, "__qualname__", None)
-        update((named or type(part).__qualname__).encode())
-
-
-def _constants(code: types.CodeType) -> list[object]:
-    """Constants of a function, those of functions inside it as well."""
-    found: list[object] = []
-    for constant in code.co_consts:
-        found += [constant.co_code, *_constants(constant)] if isinstance(constant, types.CodeType) else [constant]
-    return [c for c in found if c is None or isinstance(c, str | bytes | float | int | tuple)]
+def _difference(name: str, before: Any, now: Any) -> str:
+    if isinstance(before, dict) and isinstance(now, dict):
+        both = dict.fromkeys([*before, *now])
+        return "; ".join(_difference(f"{k}", before.get(k), now.get(k)) for k in both if before.get(k) != now.get(k))
+    return f"{name}: {before} there, {now} here"
 
 
 class Store:
     """A folder with a manifest and a file for every finished chunk, each written whole or not at all.
 
+    The manifest has the `key` of the study and, by name, what this is made of (`about`: a name with "the" is that of a
+    fingerprint), to tell what differs.
     Without `about` the folder is one that another process has begun.
     """
 
@@ -195,12 +164,18 @@ class Store:
         except (ValueError, RecursionError) as error:
             words = error.faults[0].problem if isinstance(error, InputError) else f"cannot be read: {error}"
             raise InputError([Fault("directory", f"{manifest} {words}", "give another folder")]) from error
-        if there.get("fingerprint") == self.key and there.get("format") == _FORMAT:
-            return
         differ = [name for name, value in about.items() if there.get(name) != value]
+        if not differ and there.get("fingerprint") == self.key and there.get("format") == _FORMAT:
+            return
+        if about and there.get("format") != _FORMAT:
+            differ = ["simbrake"]
+        differ = [name for name in differ if not name.startswith("the ") or name in there]
         what = ", ".join(differ) or "numbers or structure of the scene, the values, or a function"
+        verb = "differs" if len(differ) == 1 and what.startswith("the ") else "differ"
+        told = "; ".join(_difference(name, there.get(name), about.get(name)) for name in differ if name[:4] != "the ")
         hint = "give another folder, or remove this one if its runs are no longer wanted"
-        raise InputError([Fault("directory", f"{self.folder} holds another ensemble: {what} differ", hint)])
+        words = f"{self.folder} holds another ensemble: {what} {verb}{f' ({told})' if told else ''}"
+        raise InputError([Fault("directory", words, hint)])
 
     def _file(self, task: Task) -> Path:
         mark = hashlib.sha256(np.asarray(task.runs, np.int64).tobytes() + str(task.limit).encode()).hexdigest()[:16]

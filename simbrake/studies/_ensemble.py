@@ -11,7 +11,7 @@ import math
 import os
 import socket
 import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from importlib.metadata import version
 from pathlib import Path
@@ -21,6 +21,7 @@ import jax
 import numpy as np
 
 from .._base._faults import Fault, InputError
+from .._base._fingerprint import FingerprintError, fingerprint, versions
 from .._base._part import leaves
 from .._base._progress import Progress
 from .._base._quantity import Quantity, behind
@@ -31,9 +32,9 @@ from .._run._edit import with_values
 from .._run._errors import errors_between, second_rtol
 from .._run._log import FAILURES, status_of
 from .._run._measure import Metric, check_metrics, name_of, unit_of
-from .._run._metrics import ENERGIES, METRICS, metric_names
+from .._run._metrics import ENERGIES, METRICS, identity_of, metric_names
 from .._run._simulate import check_limits, require_64_bits, require_compiling, solver_for, solver_name
-from ._chunks import Pool, Store, Task, fingerprint, interruptible, threads
+from ._chunks import Pool, Store, Task, interruptible, threads
 from ._evaluator import (
     ABOUT,
     Columns,
@@ -71,6 +72,8 @@ _UNEQUAL = 1.2
 _LOOKED_AT = 16
 #: s to wait for the scheduler of a cluster
 _PATIENCE = 5
+#: structures of scenes whose functions are remembered
+_STRUCTURES = 64
 #: runs named in one error
 _NAMED = 5
 
@@ -97,6 +100,14 @@ class Plan:
     @property
     def count(self) -> int:
         return len(next(iter(self.values.values())))
+
+    @functools.cached_property
+    def code(self) -> str:
+        """Fingerprint of the functions in the scene and among the metrics; empty where one has none."""
+        try:
+            return fingerprint(_structure(self.scene), [*map(identity_of, self.metrics)])
+        except FingerprintError:
+            return ""
 
     @functools.cached_property
     def columns(self) -> np.ndarray:
@@ -242,11 +253,13 @@ def _of_scenes(plan: Plan) -> list[Fault]:
 
 
 def store_of(plan: Plan, folder: Path) -> Store:
-    """The folder that keeps the chunks of a plan and of no other."""
+    """The folder that keeps the chunks of a plan and of no other.
+
+    Raises `InputError` where it is another plan's, and where the scene or a metric has no fingerprint: numbers of an
+    earlier process could then be those of another function.
+    """
     names = [name_of(metric) for metric in plan.metrics]
-    functions = [metric for metric in plan.metrics if not isinstance(metric, str)]
-    key = fingerprint(plan.scene, plan.values, names, functions, plan.rtol, plan.solver, plan.max_steps)
-    about = {
+    about: dict[str, Any] = {
         "runs": plan.count,
         "paths": list(plan.values),
         "metrics": names,
@@ -254,8 +267,20 @@ def store_of(plan: Plan, folder: Path) -> Store:
         "solver": None if plan.solver is None else solver_name(plan.solver),
         "max_steps": plan.max_steps,
         "simbrake": version("simbrake"),
+        "versions": versions(),
     }
-    return Store(folder, key, about)
+    parts = {"the scene": plan.scene, "the values": plan.values, "the solver": plan.solver}
+    parts |= {f"the metric {name}": identity_of(metric) for name, metric in zip(names, plan.metrics, strict=True)}
+    found = Faults()
+    for what, part in parts.items():
+        try:
+            about[what] = fingerprint(part)
+        except FingerprintError as error:
+            words = f"{what} cannot be recognised in a later process: {error}"
+            hint = "give what it needs as numbers (arguments of functools.partial, defaults), or leave directory out"
+            found.append(Fault("directory", words, hint))
+    found.report()
+    return Store(folder, fingerprint(about), about)
 
 
 @functools.lru_cache(maxsize=8)
@@ -380,7 +405,7 @@ class Runs:
     def level(self, solver: Solver, runs: np.ndarray, limit: int, size: int, last: bool) -> np.ndarray:
         """Runs in chunks with one limit of the steps; returns those for which it was too low, in the same order."""
         plan, room = self.plan, limit if last else min(limit, max(_ROOM, limit // 4))
-        job = Job(plan.scene, plan.paths, plan.metrics, solver, plan.rtol, limit, size, room).fitting()
+        job = Job(plan.scene, plan.paths, plan.metrics, solver, plan.rtol, limit, size, room, plan.code).fitting()
         size = self._share(len(runs), job)
         parts = [runs[start : start + size] for start in range(0, len(runs), size)]
         self.pool.submit(job, [Task(limit, part, plan.columns[part], last) for part in parts])
@@ -427,9 +452,33 @@ class Runs:
             missing = self.level(solver, missing, limit, size, limit == limits[-1])
 
 
+#: fingerprints of the functions in scenes, by the structure of these
+_codes: dict[Hashable, str] = {}
+
+
+def _structure(scene: Scene) -> Scene:
+    return jax.tree.map(lambda leaf: None, scene)
+
+
+def _retrace_changed(scene: Scene) -> None:
+    """Lets JAX forget what it has traced if a function in the scene does something else than before (a global value
+    that it reads has changed, say): JAX would take it for the same one."""
+    try:
+        code = fingerprint(_structure(scene))
+    except FingerprintError:
+        return
+    key = jax.tree.structure(scene)
+    if _codes.setdefault(key, code) != code:
+        jax.clear_caches()
+        _codes[key] = code
+    while len(_codes) > _STRUCTURES:
+        del _codes[next(iter(_codes))]
+
+
 def run_all(plan: Plan, workers: int | None, client: Client | None, directory: Path | None, progress: Tell) -> Columns:
     """Columns of all runs of a plan; after Ctrl-C those of the finished ones, the others with the code `NOT_RUN`."""
     store = None if directory is None else store_of(plan, directory)
+    _retrace_changed(plan.scene)
     with threads(workers) if client is None else cluster(client, store) as pool:
         runs = Runs(plan, pool, store, progress)
         try:
@@ -560,9 +609,11 @@ def ensemble(
     - `workers`: threads, by default one per core, or one per accelerator where there are any
     - `client`: a `dask.distributed.Client`, or the address of its scheduler: chunks are run there. simbrake must be
       installed on the workers; a chunk whose worker dies is run by another
-    - `directory`: finished chunks are stored there. The same call continues where an earlier one ended, another one is
-      rejected. Workers of a cluster with access to the folder write there themselves, so that one that dies loses no
-      more than its current chunk
+    - `directory`: finished chunks are stored there. The same call continues where an earlier one ended; another one is
+      rejected, as is one of another version of simbrake or JAX, or with functions that have changed: in their code,
+      their defaults, their closures, the global values and functions that they read, or the state of their objects.
+      Functions that may depend on more (files, the environment, clocks) are rejected at once. Workers of a cluster with
+      access to the folder write there themselves, so that one that dies loses no more than its current chunk
     - `progress`: `None` shows a line where stderr is a terminal, `False` none; or a function of `(done, total)`
     - `accuracy`: make all runs a second time, at the tolerance of `Result.accuracy` and by the same program, to
       estimate the error of each metric: variables `…_error`, NaN where a run failed, a metric has no value, or the

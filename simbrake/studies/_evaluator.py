@@ -446,7 +446,7 @@ class Job(NamedTuple):
     """Properties that all runs of a chunk share. Structure and metrics are compiled in, numbers are not.
 
     - `size`: how many runs a chunk has at most;  `room`: how many instants of events a run may have, where only these
-      are recorded
+      are recorded;  `code`: fingerprint of functions in scene and metrics, which are compiled in with what they read
     """
 
     scene: Scene
@@ -457,6 +457,7 @@ class Job(NamedTuple):
     max_steps: int
     size: int
     room: int
+    code: str = ""
 
     @property
     def scans(self) -> bool:
@@ -533,9 +534,10 @@ def _integrate(numbers: Array, *, like: Packing, job: Job, lanes: int) -> tuple[
     return jax.lax.while_loop(lambda carry: carry[0] * lanes < count, body, begin)[1], None
 
 
-@functools.partial(DeviceJit, static_argnames=("metrics", "size", "lanes"))
-def _scanner(result: Result, *, metrics: Sequence[Metric], size: int, lanes: int) -> dict[str, Any]:
-    """Metrics that sample all steps of a batch of results, of which the first `size` rows are used."""
+@functools.partial(DeviceJit, static_argnames=("metrics", "size", "lanes", "code"))
+def _scanner(result: Result, *, metrics: Sequence[Metric], size: int, lanes: int, code: str) -> dict[str, Any]:
+    """Metrics that sample all steps of a batch of results, of which the first `size` rows are used; compiled again for
+    another `code` of the same functions."""
     rows = jax.tree.map(lambda leaf: leaf[:, :size], result.record.rows)
     result = eqx.tree_at(lambda r: r.record.rows, result, rows)
 
@@ -583,7 +585,8 @@ def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
             used = int(np.max(np.asarray(result.record.count))) + 1
             kept = min(next((n for n in _SIZES if n >= used), used), job.max_steps + 1)
             lanes = 1 if device.platform == "cpu" else 16
-            heavy = jax.block_until_ready(_scanner(result, metrics=job.metrics, size=kept, lanes=lanes))
+            static = {"metrics": job.metrics, "size": kept, "lanes": lanes, "code": job.code}
+            heavy = jax.block_until_ready(_scanner(result, **static))
     columns = dict(zip(_names(job), np.asarray(found)[:, :count], strict=True))
     columns |= {name: columns[name].astype(np.int32) for name in ABOUT if name != "energy.closure"}
     columns |= {name: np.asarray(value)[:count] for name, value in jax.device_get(heavy).items()}
