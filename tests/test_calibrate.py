@@ -13,10 +13,10 @@ from scipy.stats import binom, chi2, norm, t
 
 import simbrake as sb
 from simbrake import plot
-from simbrake.studies import State
-from simbrake.studies._calibration import Parameter, _absoluteness, _combination, _words
-from simbrake.studies._evaluator import Faults
-from simbrake.studies._fit import _LOSSES, _RHO, Direction, FitModel, Search, cost, identify
+from simbrake.studies import Outcome, State
+from simbrake.studies._calibration import Parameter, _absoluteness, _combination, _elsewhere, _words
+from simbrake.studies._evaluator import Box, Evaluation, Faults, Paths
+from simbrake.studies._fit import _LOSSES, _RHO, Direction, FitModel, Search, confound, cost, identify
 
 OMEGA, T0, J, F = (
     "initial.omega",
@@ -64,6 +64,8 @@ def test_covariance_of_a_linear_problem_is_the_closed_one():
     assert fit.freedom == TS.size - 2
     assert fit.probability == pytest.approx(chi2.sf(fit.chi2, fit.freedom))
     assert fit.converged
+    assert fit.outcome == Outcome.CONVERGED
+    assert f"reduced χ² {fit.chi2 / 28:.3g} (28 degrees of freedom)" in fit.headline
     assert fit.open == ()
     assert float(fit.scene.initial.omega) == fit[OMEGA].value
     spans = np.array([55.0, 28e3])
@@ -135,6 +137,9 @@ def test_what_speeds_cannot_tell_apart_is_found_and_named():
     assert [p.state for p in fit.parameters] == [State.FITTED, State.OPEN, State.OPEN]
     assert np.isinf(fit[T0].standard_error)
     assert np.isinf(fit[J].standard_error)
+    assert fit.outcome == Outcome.NOT_DETERMINED
+    assert fit.headline.startswith(f"not determined: the data do not determine {T0}, {J}")
+    assert any(text.startswith(f"fix {T0} or {J}") for text in fit.advice)
     (one,) = fit.open
     assert np.isinf(one.spread)
     assert one.relative[T0] == pytest.approx(one.relative[J], rel=1e-6)
@@ -275,6 +280,130 @@ def test_friction_fade_and_heat_capacity_of_a_heated_stop():
     np.testing.assert_allclose(J, D, rtol=1e-6, atol=1e-8 * np.abs(D).max())
 
 
+# --- what a fit has not learned ---------------------------------------------------------------------------------------
+
+HOLDS, TRUTH = 280.0, 224.85  # N: the brake holds the load of `held` from the first one on
+LATER = np.linspace(0.1, 2.0, 20)
+
+
+def held(T):
+    """A load that hangs on the brake: from rest it accelerates at `(M − R T_0 (Π − 1))/J`, or is held."""
+    return rigid(T0=T, w0=0.0, load=rate(HOLDS) * 800.0)
+
+
+def lowering(T, noise):
+    exact = max(rate(HOLDS) - rate(T), 0.0) * LATER
+    values = exact + 0.01 * np.random.default_rng(noise).standard_normal(LATER.size)
+    return sb.studies.Measured.of(LATER, {"omega": values}, sigma={"omega": 0.01})
+
+
+def test_a_start_that_holds_the_load_is_stuck_and_told_the_way_out():
+    bounds = {T0: (100.0, 400.0)}
+    fit = sb.calibrate(held(300.0), bounds, lowering(TRUTH, 0))
+    assert (fit.outcome, fit.converged) == (Outcome.STUCK, False)
+    assert fit.chi2 == pytest.approx(fit.chi2_start, rel=1e-12)
+    assert fit.headline.startswith(f"stuck: no measured value reacts to {T0} = 300 N")
+    assert "starts=6" in fit.advice[0]
+    assert fit.as_dict()["outcome"] == "stuck"
+    assert str(fit).splitlines()[0] == fit.headline
+    out = sb.calibrate(held(300.0), bounds, lowering(TRUTH, 0), starts=6)
+    assert out.outcome == Outcome.CONVERGED
+    assert abs(out[T0].value - TRUTH) < 3 * out[T0].standard_error
+    # a load that is held indeed: every force that holds it explains the data
+    still = sb.calibrate(held(300.0), bounds, lowering(300.0, 1))
+    assert still.outcome == Outcome.NOT_DETERMINED
+    assert T0 in still.headline
+
+
+class Toy:
+    """A model of one parameter from 0 to 1, and its slope, in the place of a scene."""
+
+    def __init__(self, values, h=1e-6):
+        self.rtol, self.runs, self.failures, self.paths = 1e-10, 0, {}, ("p",)
+        self.run = self
+        self.values, self.h = values, h
+
+    def __call__(self, x):
+        self.runs += 1
+        up, here, down = (np.atleast_1d(self.values(float(x[0]) + k * self.h)) for k in (1, 0, -1))
+        return Evaluation(here, ((up - down) / (2 * self.h))[:, None], 0, None)
+
+    def refused(self, found):
+        return None
+
+
+@pytest.mark.parametrize(
+    ("values", "measured", "start", "unexplained", "stuck"),
+    [
+        (lambda p: max(0.6 - p, 0.0), 0.4, 0.8, True, True),  # reacts below 0.6 only
+        (lambda p: max(0.6 - p, 0.0), 0.4, 0.8, False, True),  # and fits better there, whatever the noise is
+        (lambda p: max(0.6 - p, 0.0), 0.0, 0.8, False, False),  # fits where it is
+        (lambda p: max(0.6 - p, 0.0), -5.0, 0.8, True, True),  # explains nothing, and has seen a part of its bounds
+        (lambda p: 3.0, 0.4, 0.8, True, False),  # reacts nowhere
+        (lambda p: np.cos(4 * np.pi * p) + p, -0.8, 0.75, True, True),  # a local minimum
+        (lambda p: p**2, 0.25, 0.5, False, False),  # the minimum
+        (lambda p: p**2 + p, -1.0, 0.0, True, False),  # a bad fit that is the best one
+    ],
+)
+def test_a_search_is_stuck_where_other_values_fit_better(values, measured, start, unexplained, stuck):
+    ends = (np.zeros(1), np.ones(1), np.array([start]), np.array([False]))
+    search = Search(
+        Toy(values), Box(Paths.each(("p",)), *ends), np.array([measured]), np.ones(1), "linear", 1.0, "trf", 50, 1
+    )
+    search.run()
+    z = search.best[1]
+    silent = search.silent(z)
+    found = _elsewhere(search, z, silent, unexplained)
+    assert (found is not None) == stuck
+    if found is not None:
+        assert set(found.silent) == ({"p"} if silent[0] else set())
+        assert values(found.values["p"]) != values(float(z[0]))
+
+
+def test_correlations_with_a_fixed_number_are_those_of_a_fit_of_both():
+    rng = np.random.default_rng(1)
+    A, j, r = rng.standard_normal((30, 3)), rng.standard_normal(30), rng.standard_normal(30)
+    j = A @ [2.0, -1.0, 0.01] + 0.05 * j
+    got = confound(A, j, r, 1e-12)
+    whole = np.linalg.inv(np.c_[A, j].T @ np.c_[A, j])
+    np.testing.assert_allclose(got.correlation, whole[:3, 3] / np.sqrt(np.diag(whole)[:3] * whole[3, 3]), rtol=1e-9)
+    np.testing.assert_allclose(got.variance, np.diag(np.linalg.inv(A.T @ A)), rtol=1e-9)
+    fits = [np.linalg.lstsq(A, b, rcond=None)[0] for b in (r, r - j)]
+    np.testing.assert_allclose(got.shift, fits[1] - fits[0], rtol=1e-9)
+    left = [np.linalg.lstsq(B, r, rcond=None)[1][0] for B in (A, np.c_[A, j])]
+    assert got.gain == pytest.approx(left[0] - left[1], rel=1e-9)
+    same = confound(A, A @ [1.0, 0.0, 0.0], r, 1e-9)  # free, it could be anything
+    np.testing.assert_allclose(same.correlation, [-1.0, 0.0, 0.0], atol=1e-6)
+    assert same.gain == 0.0
+
+
+def test_a_wrong_fixed_number_that_acts_alike_is_in_the_headline():
+    """Speeds of a short time long after the start determine ω_0 given T_0, and hardly both."""
+    ts = np.linspace(0.55, 0.6, 30)
+    data = sb.studies.Measured.of(ts, {"omega": 20.0 - rate(8e3) * ts}, sigma={"omega": 0.01})
+    wrong = 8.4e3
+    fit = sb.calibrate(rigid(T0=wrong), {OMEGA: (5.0, 60.0)}, data)
+    assert fit.outcome == Outcome.CONVERGED
+    assert abs(fit[OMEGA].value - 20.0) > 100 * fit[OMEGA].standard_error  # confident, and wrong
+    (one,) = [one for one in fit.fixed if one.path == T0]
+    cov = np.linalg.inv(np.stack([np.ones_like(ts), -ts]) @ np.stack([np.ones_like(ts), -ts], axis=1))
+    assert one.correlation == pytest.approx(cov[0, 1] / np.sqrt(cov[0, 0] * cov[1, 1]), abs=1e-6)
+    assert 0.9999 > one.correlation > 0.99
+    assert one.shift == pytest.approx(rate(wrong) * ts.mean() / fit[OMEGA].value, rel=1e-5)
+    assert (1 - one.shift * 0.4 / 8.4) * fit[OMEGA].value == pytest.approx(20.0, rel=1e-6)  # corrected by it
+    assert one.parameter == OMEGA
+    assert T0 in fit.headline or len(fit.fixed) > 3
+    assert any("independently" in text for text in fit.advice)
+    assert fit.as_dict()["fixed"][0]["parameter"] == OMEGA
+    # speeds from the start on tell the two apart: -0.87
+    fit = sb.calibrate(rigid(T0=wrong), {OMEGA: (5.0, 60.0)}, speeds(20.0 - rate(8e3) * TS, 0.01))
+    assert fit.fixed == ()
+    assert "does not explain the data" in fit.headline
+    free = [text for text in fit.advice if text.startswith("free ")]
+    assert len(free) == 1
+    assert free[0].endswith(" to 0") or float(free[0].split()[-1]) < 1e-3 * fit.chi2
+
+
 # --- bounds, events that do not occur, interruption -----------------------------------------------------------------
 
 
@@ -301,7 +430,7 @@ def test_events_that_the_model_does_not_have():
     assert fit.failures["stopping_time does not occur in the model"] >= 1
     assert fit.as_dict()["chi2_start"] is None
     late = sb.calibrate(rigid(end=2.0), bounds, sb.studies.Measured.of(events={"stopping_time": (3.0, 0.01)}))
-    assert not late.converged
+    assert (late.outcome, late.converged) == (Outcome.NOT_CONVERGED, False)
     assert "stopping_time does not occur" in late.message
     assert np.isfinite(late[F].value)
 

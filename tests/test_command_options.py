@@ -19,7 +19,7 @@ from simbrake._commands import _runs, _studies
 class Answer:
     """A result that says what was asked of it: text, JSON, verdict."""
 
-    ok, converged, status, message, equal = True, True, "stopped", "said", True
+    ok, outcome, status, message, equal = True, "converged", "stopped", "said", True
     values, exceeded, residuals = {"initial.omega": 12.5}, (), ()
 
     def __init__(self, **other):
@@ -253,7 +253,7 @@ def test_options_of_calibrate_and_the_command_that_runs_its_result(capsys, asked
         "stop,s,,11,12,13,14,15",
     ]
     assert (tmp_path / "out" / "calibration.png").read_text("utf-8") == "130 dots"
-    calls = asked(sb, "calibrate", Answer(converged=False))
+    calls = asked(sb, "calibrate", Answer(outcome="not_converged"))
     more = (
         "--start",
         "initial.omega=20",
@@ -270,6 +270,10 @@ def test_options_of_calibrate_and_the_command_that_runs_its_result(capsys, asked
     assert (code, json.loads(out)) == (1, {"a": 1})
     assert reads[-1] == ((Path("a.csv"), Path("e.csv")), {"sigma": {"omega": 0.1}, "columns": ["omega"]})
     assert calls[0][1] == {"start": {"initial.omega": 20.0}, "loss": "huber", "starts": 4, "rtol": 1e-8}
+    for outcome in sb.studies.Outcome:
+        asked(sb, "calibrate", Answer(outcome=outcome))
+        known = {"converged": 0, "not_converged": 1, "not_determined": 4, "stuck": 5}
+        assert call(capsys, *fit)[0] == known[outcome]
     for wrong, words in (
         (("--fit", "initial.omega=1"), "--fit initial.omega=1: is not of the form PATH=LOW:HIGH"),
         (("--sigma", "omega=x"), "--sigma omega=x: is not of the form NAME=VALUE"),

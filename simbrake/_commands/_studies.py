@@ -308,7 +308,11 @@ def calibrate(
         table = partial(_residuals(found).to_csv, index=False, float_format="%.12g", lineterminator="\n")
         texts = {"calibration.json": cli.as_json(found.as_dict()), "calibration.txt": str(found)}
         cli.write(out, {**texts, "residuals.csv": table, "calibration.png": chart}, json_)
-    return cli.exit_code(found.converged)
+    return _OUTCOMES[found.outcome]
+
+
+#: exit codes of `calibrate`; 2 and 3 have their meaning for every command
+_OUTCOMES = {"converged": 0, "not_converged": 1, "not_determined": 4, "stuck": 5}
 
 
 def _residuals(fit: Calibration) -> DataFrame:
@@ -370,6 +374,7 @@ def life(
 COMMANDS = {
     sensitivity: "0 success; 1 a run failed; 2 the input is wrong.",
     sweep: "0 every run reached its end; 1 a run failed; 2 the input is wrong; 130 interrupted.",
-    calibrate: "0 the fit converged; 1 it did not; 2 the input is wrong.",
+    calibrate: "0 the fit converged and the data determine every parameter; 1 it did not converge; 2 the input is "
+    "wrong; 4 the data do not determine a parameter; 5 stuck: the data do not react to a parameter at its start value.",
     life: "0 success; 1 the run failed; 2 the input is wrong.",
 }

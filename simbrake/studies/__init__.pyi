@@ -1,4 +1,6 @@
 from ._calibration import Calibration as Calibration
+from ._calibration import FixedNumber as FixedNumber
+from ._calibration import Outcome as Outcome
 from ._calibration import State as State
 from ._calibration import calibrate as calibrate
 from ._curvature import Hessian as Hessian

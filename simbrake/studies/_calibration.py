@@ -3,20 +3,20 @@
 import dataclasses
 import enum
 from collections.abc import Iterator, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._part import leaves
-from .._base._quantity import shown
+from .._base._quantity import behind, shown
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, check
 from .._run._choice import stiffness
 from .._run._edit import with_values
 from .._run._simulate import solver_for, solver_name
 from ._evaluator import Faults, Solver, box_of, place_of
-from ._fit import LOSSES, Direction, FitModel, Identified, Search, identify
+from ._fit import LIMITED, LOSSES, STEP, Direction, FitModel, Identified, Search, confound, identify
 from ._measured import Measured, check_measured
 
 
@@ -32,6 +32,43 @@ class State(enum.StrEnum):
     OPEN = "open"
     AT_LOW = "at_lower_bound"
     AT_HIGH = "at_upper_bound"
+
+
+class Outcome(enum.StrEnum):
+    """What a fit has learned.
+
+    - `CONVERGED`: the residual no longer decreases, and the data determine every parameter, or a bound does
+    - `NOT_DETERMINED`: it no longer decreases, but the data leave parameters open
+    - `STUCK`: the measured values do not react to a parameter where the search stands, though they do elsewhere
+    - `NOT_CONVERGED`: the search ended before: limit of evaluations, rejected points, interruption
+
+    Example:
+        >>> [str(outcome) for outcome in sb.studies.Outcome]
+        ['converged', 'not_determined', 'stuck', 'not_converged']
+    """
+
+    CONVERGED = "converged"
+    NOT_DETERMINED = "not_determined"
+    STUCK = "stuck"
+    NOT_CONVERGED = "not_converged"
+
+
+@dataclasses.dataclass(frozen=True)
+class FixedNumber:
+    """A fixed number of the scene that the data do not tell apart from a fitted parameter.
+
+    - `path`, `value` (SI; the largest entry of a list, of which all entries change in proportion)
+    - `parameter`: path of the fitted one;  `correlation` of the two if both were fitted
+    - `shift`: relative change of the parameter per relative change of the number, `(dθ/θ)/(dk/k)` (`dθ/(dk/k)` where θ
+      is 0): an error of 1 % in the number is one of `shift` % in the parameter, which its standard error leaves out
+    """
+
+    path: str
+    value: float
+    unit: str
+    parameter: str
+    correlation: float
+    shift: float
 
 
 @dataclasses.dataclass(frozen=True)
@@ -102,7 +139,10 @@ class Calibration(Tabular):
       scaled by `chi2/freedom`;  `probability` of a larger `chi2` where they are
     - `singular_values` of the Jacobian in standard deviations per range of the bounds; `open`: undetermined directions
     - `scene`: the scene with the fitted numbers;  `before`: with the start values
-    - `converged`, `message`, `evaluations` of model and Jacobian together, `failures`: rejected trial points, by reason
+    - `outcome`, `message`: why the search ended;  `advice`: what to do;  `converged`: whether it ended at a minimum,
+      also where the data do not determine every parameter
+    - `fixed`: fixed numbers that correlate by more than 0.99 with a fitted one, those with the largest effect first
+    - `evaluations` of model and Jacobian together, `failures`: rejected trial points, by reason
     """
 
     parameters: tuple[Parameter, ...]
@@ -126,6 +166,9 @@ class Calibration(Tabular):
     solver: str
     loss: str
     warnings: tuple[str, ...]
+    outcome: Outcome
+    advice: tuple[str, ...]
+    fixed: tuple[FixedNumber, ...]
 
     def __getitem__(self, path: str) -> Parameter:
         return {parameter.path: parameter for parameter in self.parameters}[path]
@@ -149,15 +192,45 @@ class Calibration(Tabular):
         """`chi2` per degree of freedom; NaN without any."""
         return self.chi2 / self.freedom if self.freedom > 0 else np.nan
 
+    @property
+    def headline(self) -> str:
+        """What the fit has learned, in one line."""
+        text = f"{self.outcome.replace('_', ' ')}: {self.message}"
+        if self.freedom > 0 and self.outcome in (Outcome.CONVERGED, Outcome.NOT_DETERMINED):
+            text += f"; {self._reduced}"
+        if _unexplained(self.probability) and self.outcome != Outcome.STUCK:
+            text += ": the model does not explain the data"
+        if self.fixed:
+            named = [f"{one.path} ({one.correlation:+.4f} with {one.parameter})" for one in self.fixed[:_NAMED]]
+            more = f" and {len(self.fixed) - _NAMED} more" if len(self.fixed) > _NAMED else ""
+            text += f"; cannot be told apart from fixed numbers: {', '.join(named)}{more}"
+        return text
+
+    @property
+    def _reduced(self) -> str:
+        return f"reduced χ² {self.reduced_chi2:.3g} ({self.freedom} degrees of freedom)"
+
     def as_dict(self) -> dict[str, Any]:
         """Return the data for JSON; `null` where a number is infinite or unknown."""
-        kept = ("converged", "message", "confidence", "covariance", "correlation", "chi2", "chi2_start")
+        kept = (
+            "outcome",
+            "headline",
+            "advice",
+            "converged",
+            "message",
+            "confidence",
+            "covariance",
+            "correlation",
+            "chi2",
+            "chi2_start",
+        )
         kept += ("reduced_chi2", "singular_values", "evaluations", "failures", "solver", "loss", "warnings")
         found: dict[str, Any] = {name: getattr(self, name) for name in kept}
         parameters = [dataclasses.asdict(p) for p in self.parameters]
         found["parameters"] = [p | {"bounds": [p.pop("low"), p.pop("high")]} for p in parameters]
         combinations = [dataclasses.asdict(one) for one in self.open]
         found["open"] = [one | {"relative_change": one.pop("relative")} for one in combinations]
+        found["fixed"] = [dataclasses.asdict(one) for one in self.fixed]
         found |= {"degrees_of_freedom": self.freedom, "probability_of_larger_chi2": self.probability}
         found["absolute_sigma"] = self.absolute
         columns = ("name", "unit", "count", "chi2", "largest")
@@ -168,7 +241,8 @@ class Calibration(Tabular):
         return plain(found)
 
     def parts(self) -> Iterator[str | Table]:
-        yield f"{'fitted' if self.converged else 'not converged'}: {self.message}"
+        yield self.headline
+        yield from (f"advice   {text}" for text in self.advice)
         columns = [Column("path", heading="parameter", left=True), Column("value"), "unit"]
         columns += [Column("standard error", show=".2g")]
         columns += [Column(f"{100 * self.confidence:g} % {end}") for end in ("from", "to")] + [Column("start")]
@@ -184,6 +258,7 @@ class Calibration(Tabular):
             pair = f"{self.parameters[j].path} and {self.parameters[i].path}"
             yield f"corr     {self.correlation[i, j]:+.4f} between {pair}"
         yield from (f"open     {one.words}" for one in self.open)
+        yield from (f"fixed    {_of_fixed(one)}" for one in self.fixed)
         data = [Column("name", heading="data", left=True), Column("values"), Column("rms", shown_in="σ", show=".3g")]
         rows = [(r.name, r.scaled.size, np.sqrt(np.mean(r.scaled**2)), r.largest) for r in self.residuals]
         yield Table([*data, Column("maximum", shown_in="σ", show=".3g")], rows)
@@ -192,9 +267,8 @@ class Calibration(Tabular):
         yield f"solver   {self.solver}, {self.evaluations} runs with derivatives, {refused} rejected"
 
     def _quality(self) -> str:
-        text = f"chi²     {self.chi2_start:.5g} → {self.chi2:.5g} with {self.freedom} degrees of freedom"
-        if self.freedom > 0:
-            text += f", {self.reduced_chi2:.3g} each"
+        text = f"χ²       {self.chi2_start:.5g} → {self.chi2:.5g}"
+        text += f", {self._reduced}" if self.freedom > 0 else ", no degrees of freedom"
         if self.probability is not None:
             return f"{text}; a larger one has probability {self.probability:.2g}"
         return text if self.absolute else f"{text}; errors are scaled by it, as σ are not absolute"
@@ -207,10 +281,25 @@ def _words(p: Parameter) -> str:
     return {State.AT_LOW: "at its lower bound", State.AT_HIGH: "at its upper bound"}.get(p.state, "")
 
 
+def _of_fixed(one: FixedNumber) -> str:
+    """A fixed number with what an error in it does."""
+    return f"{one.path} +1 % shifts {one.parameter} by {one.shift:+.3g} %, correlation {one.correlation:+.4f}"
+
+
+def _unexplained(probability: float | None) -> bool:
+    return probability is not None and probability < _UNLIKELY
+
+
 #: smaller shares of a combination are not named
 _SMALL = 0.01
-#: probability of chi² below which model and data disagree
+#: correlation above which a fixed number is not told apart from a fitted one, and how many the headline names
+_TIED, _NAMED = 0.99, 3
+#: probability of χ² below which model and data disagree
 _UNLIKELY = 1e-3
+#: share of the cost by which another point must fit better
+_BETTER = 0.01
+#: share of χ² by which a freed number must lower it to be named
+_HELPS = 0.5
 
 
 def assess(
@@ -225,9 +314,9 @@ def assess(
     theta, residual = box.up(z), search.residual(found)
     fixed = search.pressed(z) & ((z == 0) | (z == 1))
     if fixed.any():  # noise alone drives an undetermined parameter to a bound: then the bound fixes it, not the data
-        whole = _identified(search, z, np.zeros_like(fixed), absolute, rtol)
+        whole = _identified(search, z, np.zeros_like(fixed), absolute)
         fixed = fixed & ~whole.concerned
-    known = _identified(search, z, fixed, absolute, rtol)
+    known = _identified(search, z, fixed, absolute)
     chi2, freedom = float(residual @ residual), residual.size - known.rank
     concerned, slope = np.zeros(z.size, bool), box.slope(theta)
     concerned[~fixed] = known.concerned
@@ -260,6 +349,11 @@ def assess(
     rows = zip(data.all, *columns, strict=True)
     residuals = tuple(Residuals(one.name, one.unit, one.t, *row) for one, *row in rows)  # pyright: ignore
     names, solver = [paths[i] for i in np.flatnonzero(~fixed)], search.model.run.solver
+    unexplained = _unexplained(probability)
+    reached = _elsewhere(search, z, concerned & ~fixed, unexplained) if search.converged else None
+    outcome = Outcome.STUCK if reached else Outcome.NOT_DETERMINED if concerned.any() else Outcome.CONVERGED
+    outcome = outcome if search.converged else Outcome.NOT_CONVERGED
+    tied, freed = _tied(search, z, theta, ~fixed, concerned, before)
     rate = (slope / np.where(theta == 0, 1.0, theta))[~fixed]
     return Calibration(
         parameters=parameters,
@@ -276,17 +370,120 @@ def assess(
         scene=with_values(before, dict(zip(paths, theta.tolist(), strict=True))),
         before=before,
         data=data,
-        converged=search.converged,
-        message=search.message,
+        converged=search.converged and outcome != Outcome.STUCK,
+        message=_message(outcome, search, reached, parameters),
         evaluations=search.model.run.runs,
         failures=dict(search.model.failures),
         solver=f"{'' if solver is None else solver_name(solver)}, rtol {rtol:g}, {search.method}",
         loss=search.loss,
         warnings=tuple(_warnings(search, z, chi2, probability, fixed, paths)),
+        outcome=outcome,
+        advice=tuple(_advice(outcome, search, reached, parameters, tied, freed if unexplained else [])),
+        fixed=tied,
     )
 
 
-def _identified(search: Search, z: np.ndarray, fixed: np.ndarray, absolute: bool, rtol: float) -> Identified:
+class _Elsewhere(NamedTuple):
+    """A point at which the measured values differ, and fit better where none is `silent`; parameters to which they do
+    not react at the end of the search."""
+
+    values: dict[str, float]
+    silent: tuple[str, ...]
+
+
+def _elsewhere(search: Search, z: np.ndarray, concerned: np.ndarray, unexplained: bool) -> _Elsewhere | None:
+    """What shows that a search is stuck: a point that fits better, or, if the model does not explain the data, one at
+    which the measured values react to parameters to which they do not at the end; `None` where nothing does."""
+    here, start = search.cost(search.look(z)[0]), search.look(search.box.down(search.box.start))
+    silent = concerned & search.silent(z) if concerned.any() else concerned
+    moved = start[1] is not None or here < search.cost(start[0]) * (1 - 1e-6)
+    if not (silent.any() or unexplained or not moved) or here == 0:
+        return None
+    found = search.probes(z, silent if silent.any() else np.ones_like(silent))
+    better = bool(found) and found[0][1] < here * (1 - _BETTER)
+    if not found or not (better or (unexplained and silent.any())):
+        return None
+    paths, there = search.model.paths, search.box.up(found[0][0])
+    varied = silent if silent.any() else np.ones_like(silent)
+    return _Elsewhere(
+        {paths[i]: float(there[i]) for i in np.flatnonzero(varied)}, tuple(paths[i] for i in np.flatnonzero(silent))
+    )
+
+
+def _tied(
+    search: Search, z: np.ndarray, theta: np.ndarray, free: np.ndarray, concerned: np.ndarray, scene: Scene
+) -> tuple[tuple[FixedNumber, ...], list[tuple[float, str]]]:
+    """Fixed numbers that are not told apart from fitted parameters, those with the largest effect in standard errors
+    first; and all by
+    which `Σ r²` would fall if they were free: the fall, and the path."""
+    if not (free & ~concerned).any():
+        return (), []
+    found, slope = search.look(z)[0], search.box.slope(theta)
+    jacobian, residual = search.jacobian(z, found)[:, free], search.residual(found)
+    which, units = np.flatnonzero(free), {leaf.path: leaf.about.unit for leaf in leaves(scene)}
+    rows: list[tuple[float, FixedNumber]] = []
+    freed: list[tuple[float, str]] = []
+    for path, value, change in search.model.of_fixed(theta):
+        ties = confound(jacobian, change / search.sigma, residual, max(search.noise, STEP**2))
+        freed.append((ties.gain, path))
+        strength = np.where(concerned[which], 0.0, np.abs(ties.correlation))
+        k = int(np.argmax(strength))
+        i, shift = which[k], ties.shift[k] * slope[which[k]]
+        error = float(np.sqrt(max(ties.variance[k], 0.0))) * slope[i]
+        if strength[k] > _TIED and abs(shift) > error:  # else an error of the whole number would not matter
+            shift = float(shift / theta[i]) if theta[i] else float(shift)
+            row = FixedNumber(path, value, units[path], search.model.paths[i], float(ties.correlation[k]), shift)
+            rows.append((abs(ties.shift[k] * slope[i]) / error if error > 0 else np.inf, row))
+    rows.sort(key=lambda row: -row[0])
+    return tuple(row for _, row in rows), sorted(freed, reverse=True)
+
+
+def _message(outcome: Outcome, search: Search, reached: _Elsewhere | None, parameters: tuple[Parameter, ...]) -> str:
+    """Why a search ended, with the parameters that the data do not tell."""
+    at = {p.path: _quantity(p, p.value) for p in parameters}
+    if outcome == Outcome.STUCK and reached is not None:
+        if not reached.silent:
+            return "a local minimum: other values within the bounds fit better"
+        named = " and ".join(f"{path} = {at[path]}" for path in reached.silent)
+        return f"no measured value reacts to {named}, though it does elsewhere within the bounds"
+    if outcome == Outcome.NOT_DETERMINED:
+        return f"the data do not determine {', '.join(p.path for p in parameters if p.state == State.OPEN)}"
+    return search.message
+
+
+def _quantity(p: Parameter, value: float) -> str:
+    return f"{value:.5g}{behind(p.unit)}"
+
+
+def _advice(
+    outcome: Outcome,
+    search: Search,
+    reached: _Elsewhere | None,
+    parameters: tuple[Parameter, ...],
+    tied: tuple[FixedNumber, ...],
+    freed: list[tuple[float, str]],
+) -> Iterator[str]:
+    """The way out, in words."""
+    several = f"try several starts (starts={max(6, 2 * search.starts)})"
+    if outcome == Outcome.STUCK and reached is not None:
+        there = reached.values
+        begins = ", ".join(f"{p.path} = {_quantity(p, there[p.path])}" for p in parameters if p.path in there)
+        yield f"{several}, or another start, as {begins}"
+    elif outcome == Outcome.NOT_CONVERGED:
+        yield f"{several}, or raise max_evaluations" if search.message == LIMITED else several
+    elif outcome == Outcome.NOT_DETERMINED:
+        open_ = [p.path for p in parameters if p.state == State.OPEN]
+        fix = f"fix {' or '.join(open_)}" if len(open_) > 1 else f"fix {open_[0]} (leave it out of the fit)"
+        yield f"{fix}, give narrower bounds, or measure another quantity"
+    total = float(np.sum(search.residual(search.best[2]) ** 2)) if search.best is not None else 0.0
+    if freed and outcome != Outcome.STUCK and freed[0][0] > _HELPS * total:
+        left = max(total - freed[0][0], 0.0)
+        yield f"free {freed[0][1]}: to first order χ² would fall from {total:.4g} to {left:.4g}"
+    if tied:
+        yield f"determine {tied[0].path} independently: the standard error of {tied[0].parameter} takes it as exact"
+
+
+def _identified(search: Search, z: np.ndarray, fixed: np.ndarray, absolute: bool) -> Identified:
     found = search.look(z)[0]
     residual = search.residual(found)
     if fixed.all():
@@ -297,8 +494,7 @@ def _identified(search: Search, z: np.ndarray, fixed: np.ndarray, absolute: bool
         absolute=absolute,
         loss=search.loss,
         loss_scale=search.loss_scale,
-        # derivatives are those of the steps taken, and these differ from the motion by the tolerance
-        noise=max(10 * rtol, 1e-12),
+        noise=search.noise,
     )
 
 
@@ -338,10 +534,10 @@ def _warnings(
 ) -> list[str]:
     found = []
     if probability is not None and probability < _UNLIKELY:
-        what = f"chi² is as improbable as {probability:.1g}: the model does not explain the data within their errors"
+        what = f"χ² is as improbable as {probability:.1g}: the model does not explain the data within their errors"
         found.append(f"{what}, and the standard errors are too small")
     elif probability is not None and probability > 1 - _UNLIKELY and chi2 > 0:
-        found.append("chi² is improbably small: the standard deviations of the data are too large")
+        found.append("χ² is improbably small: the standard deviations of the data are too large")
     if fixed.any():
         named = ", ".join(path for path, at in zip(paths, fixed, strict=True) if at)
         found.append(f"at an active bound: {named}; the errors of the others assume it as fixed")

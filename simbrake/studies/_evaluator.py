@@ -383,7 +383,7 @@ class Evaluator:
         rtol: float = 1e-10,
         max_steps: int | None = None,
     ) -> None:
-        self.scene, self.given, self.rtol = scene, given, rtol
+        self.scene, self.place, self.given, self.rtol = scene, place, given, rtol
         self.solver = solver_of(scene, solver) if run else None
         self.limits = step_limits(scene, max_steps) if run else (0,)
         self._asked = Asked(place, find, self.solver, self.limits[0], reverse, singly)
@@ -424,9 +424,13 @@ class Evaluator:
         other.rtol, other._known = self.rtol * (0.1 if self.rtol > _FINEST else 10.0), {}
         return other
 
-    def _at(self, x: np.ndarray, given: Any) -> Evaluation:
+    def elsewhere(self, x: np.ndarray, scene: Scene) -> Evaluation:
+        """The same of another scene of this structure, by the same program; not counted in `runs`."""
+        return self._at(x, self.given, scene)
+
+    def _at(self, x: np.ndarray, given: Any, scene: Scene | None = None) -> Evaluation:
         program = _program(self._asked._replace(max_steps=self.limits[self._level]))
-        rest = (self.scene, given, np.asarray(self.rtol, np.float64))
+        rest = (self.scene if scene is None else scene, given, np.asarray(self.rtol, np.float64))
         if not self._asked.singly:
             jacobian, values, code, more = program(x, *rest)
             return Evaluation(np.asarray(values), np.asarray(jacobian), int(code), more)

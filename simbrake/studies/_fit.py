@@ -7,13 +7,15 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
+from .._base._part import leaves
 from .._base._progress import Waiting
 from .._parts._scene import Scene
+from .._run._edit import with_values
 from .._run._log import FAILURES
 from .._run._measure import Metric, measure
 from .._run._result import Result
 from ..hybrid._arrays import Array
-from ._evaluator import Box, Evaluation, Evaluator, Faults, Paths, Solver
+from ._evaluator import Box, Evaluation, Evaluator, Faults, Paths, Solver, place_of
 from ._measured import Measured, pick
 
 
@@ -76,6 +78,32 @@ class FitModel:
             self.failures[reason] = self.failures.get(reason, 0) + 1
         return found
 
+    def of_fixed(self, theta: np.ndarray) -> list[tuple[str, float, np.ndarray]]:
+        """Numbers of the scene that are not fitted, not 0, and change the measured values: path, value (that of the
+        largest entry), and the change of the values (m,) per relative change of the number.
+
+        Central differences with the program of the fit, in which every number of the scene is an input: nothing is
+        compiled, and two runs per number suffice for correlations.
+        """
+        scene, found = with_values(self.run.scene, self.run.place.values(theta)), []
+        known = leaves(scene)
+        fitted = {place_of(path, {leaf.path for leaf in known})[0] for path in self.paths}
+        for leaf in known:
+            value = np.asarray(leaf.value, float) if leaf.value is not None else np.zeros(0)
+            if leaf.path in fitted or leaf.path in _OF_THE_RUN or not np.any(value) or not np.all(np.isfinite(value)):
+                continue
+            ends = [value * (1 + side * STEP) for side in (1, -1)]
+            if not all(np.all(leaf.about.admits(end)) for end in ends):
+                continue
+            try:
+                up, down = (self.run.elsewhere(theta, with_values(self.run.scene, {leaf.path: end})) for end in ends)
+            except InputError:  # numbers that must fit to others, as times in their order
+                continue
+            change = (up.values - down.values) / (2 * STEP)
+            if up.code == down.code == 0 and np.all(np.isfinite(change)):
+                found.append((leaf.path, float(value.flat[np.argmax(np.abs(value))]), change))
+        return found
+
     def refused(self, found: Evaluation) -> str | None:
         """Reason to reject a point: its run fails, or it lacks a measured event; `None` for a valid point."""
         if found.code != 0:
@@ -88,8 +116,18 @@ class FitModel:
         return None
 
 
+#: relative step of differences by fixed numbers
+STEP = 1e-3
+#: numbers of a scene that are no properties of what was measured
+_OF_THE_RUN = ("end_time", "initial.time")
+#: why a search has ended
+DONE, LIMITED = "the residual no longer decreases", "the limit of evaluations was reached"
 #: a parameter this close to an active bound (over the range) at the end is set to it
 _NEAR = 1e-3
+
+
+#: points tried to see whether parameters have an effect elsewhere
+_PROBES = 12
 
 
 @dataclasses.dataclass
@@ -125,6 +163,35 @@ class Search:
             count, also = min(self.model.run.runs, most), f", chi² {self.least:.6g}"
             self.progress.now("run", count, most, bound=True, also=also)
         return found, refused
+
+    @property
+    def noise(self) -> float:
+        """Relative rounding of values and derivatives: they are those of the steps taken, which differ from the motion
+        by the tolerance."""
+        return max(10 * self.model.run.rtol, 1e-12)
+
+    def silent(self, z: np.ndarray) -> np.ndarray:
+        """Parameters (p,) on which no value depends at a point, within rounding."""
+        found = self.look(z)[0]
+        size = np.linalg.norm(np.maximum(np.abs(found.values), np.abs(self.measured)) / self.sigma)
+        return np.linalg.norm(self.jacobian(z, found), axis=0) <= self.noise * size
+
+    def probes(self, z: np.ndarray, varied: np.ndarray) -> list[tuple[np.ndarray, float]]:
+        """Points over the bounds of the parameters `varied`, the others as in `z`, at which the measured values differ
+        from those at `z`, with their costs, the best first."""
+        from scipy.stats import qmc
+
+        here, found = self.look(z)[0].values, []
+        halton = qmc.Halton(int(varied.sum()), scramble=False)
+        halton.fast_forward(1)
+        for shares in halton.random(_PROBES):
+            point = z.copy()
+            point[varied] = shares
+            there = self.model.run(self.box.up(point))
+            size = np.maximum(np.abs(here), np.abs(self.measured))
+            if self.model.refused(there) is None and np.any(np.abs(there.values - here) > self.noise * size):
+                found.append((point, self.cost(there)))
+        return sorted(found, key=lambda pair: pair[1])
 
     def residual(self, found: Evaluation) -> np.ndarray:
         return (found.values - self.measured) / self.sigma
@@ -230,10 +297,10 @@ class Search:
             gtol=1e-12,
             max_nfev=self.most,
         )
-        z, words = whole(found.x), {0: "the limit of evaluations was reached", 1: "the gradient vanishes"}
+        z, words = whole(found.x), {0: LIMITED}
         if found.status != 1 and barrier is not None:
             return z, float(found.cost), False, f"ended beside rejected points: {barrier}"
-        return z, float(found.cost), found.status > 0, words.get(found.status, "no step makes the fit better")
+        return z, float(found.cost), found.status > 0, words.get(found.status, DONE)
 
 
 # --- covariance by a truncated SVD, and the undetermined combinations of parameters ----------------------------------
@@ -328,6 +395,39 @@ def identify(
         change = v[:, k] / v[np.argmax(np.abs(v[:, k])), k]
         directions.append(Direction(change, float(s[k]), float(along[k])))
     return Identified(covariance, _concerned(v[:, ~closed], covariance), s, directions, int(closed.sum()))
+
+
+class Confounded(NamedTuple):
+    """How a fixed number is tied to fitted ones (p,): their correlations if it were free, their shift for its change of
+    1, their variances while it is fixed (for residuals of variance 1), and by how much `Σ r²` would fall if it were
+    free."""
+
+    correlation: np.ndarray
+    shift: np.ndarray
+    variance: np.ndarray
+    gain: float
+
+
+def confound(jacobian: np.ndarray, column: np.ndarray, residual: np.ndarray, noise: float) -> Confounded:
+    """Correlations of fitted parameters, with derivatives `J` (m, p), with a number of derivatives `j` (m,).
+
+    With `a = J⁺ j` and `e = j − J a`, freeing the number makes its variance `1/eᵀe`, those of the parameters
+    `C_ii + a_i²/eᵀe` with `C = (JᵀJ)⁺`, and the covariances `−a_i/eᵀe`.
+
+    Source: Björck, Numerical Methods for Least Squares Problems (1996), 3.2 (a column that is added).
+    """
+    u, s, vt = np.linalg.svd(jacobian, full_matrices=False)
+    kept = s > noise * max(float(s.max(initial=0.0)), 1e-300)
+    u, v = u[:, kept], vt[kept].T / s[kept]
+    a = v @ (u.T @ column)
+    rest = column - u @ (u.T @ column)
+    size, variance = float(column @ column), np.sum(v**2, axis=1)
+    square = max(float(rest @ rest), noise**2 * size)  # never of rounding alone
+    scale = np.sqrt(variance * square + a**2)
+    correlation = np.where(scale > 0, -a / np.where(scale > 0, scale, 1.0), 0.0)
+    left = residual - u @ (u.T @ residual)
+    independent = square > 1e-6 * size
+    return Confounded(correlation, -a, variance, float(rest @ left) ** 2 / square if independent else 0.0)
 
 
 def _scatter(m: int, rank: int) -> float:
