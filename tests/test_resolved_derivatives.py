@@ -138,10 +138,11 @@ def hot(links, layers=0, slope=0.0):
     thermal = sb.thermal
     steel = thermal.Material(48.0, 7800.0, 480.0)
     rim = thermal.Wall("rim", steel, 0.025, 0.9, layers) if layers else thermal.Lump("rim", 2e4)
+    place = "rim.front" if layers else "rim"
     heat = sb.Heat(
         bodies=(rim, thermal.Lump("linings", 1e3), thermal.Reservoir("air")),
         links=links,
-        friction=thermal.FrictionHeat("rim.front" if layers else "rim", "linings", thermal.ConstantPartition(0.8)),
+        friction=thermal.FrictionHeat(place, "linings", thermal.ConstantPartition(0.8), sensed=place),
         linings="linings",
     )
     fade = sb.friction.LinearFade(slope, 293.15)
@@ -189,13 +190,10 @@ def test_layers_with_rodas5p():
 @pytest.mark.slow
 def test_a_run_of_a_hundred_events():
     """A pulley that a load turns again and again past a brake that opens and closes."""
-    lever = sb.profiles.Repeated([0.0, 0.02, 0.1, 0.12], [200.0, 3e3, 3e3, 200.0], period=0.2)
-    scene = stop(sb.friction.StribeckFriction(F, F, V_S), 2500.0)
-    scene = sb.with_values(scene, {"end_time": 6.0})
-    duty = sb.Duty(lever, sb.TorqueLoad(sb.Constant(2500.0)))
-    scene = sb.Scene(scene.brake, duty, sb.Initial(2.0), 6.0)
-    events = sb.simulate(scene).record.stats.events
-    assert int(events) >= 100
+    lever = sb.profiles.Repeated([0.0, 0.02, 0.1, 0.12], [200.0, 3e3, 3e3, 200.0], 0.2, 60)
+    brake = stop(sb.friction.StribeckFriction(F, F, V_S)).brake
+    scene = sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad(sb.Constant(2500.0))), sb.Initial(2.0), 12.0)
+    assert int(sb.simulate(scene).record.stats.events) >= 100
     paths = ["brake.linings.friction.static_coefficient", "brake.linings.friction.kinetic_coefficient"]
 
     def end(x, max_step):
@@ -204,4 +202,4 @@ def test_a_run_of_a_hundred_events():
 
     slope = jax.jit(jax.grad(end))
     x = jnp.asarray([F, F])
-    np.testing.assert_allclose(slope(x, np.inf), slope(x, 5e-4), rtol=1e-7)
+    np.testing.assert_allclose(slope(x, np.inf), slope(x, 1e-3), rtol=1e-7)

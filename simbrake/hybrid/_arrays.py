@@ -61,8 +61,8 @@ def largest(x: Float[Array, " n"]) -> Float[Array, ""]:
 @largest.defjvp
 def _(primals: tuple[Float[Array, " n"]], tangents: tuple[Float[Array, " n"]]) -> tuple[Array, Array]:
     (x,), (dx,) = primals, tangents
-    # not `jnp.max`, whose own derivative would be taken where this rule is differentiated again: it divides by the number
-    # of entries that are equal to the maximum, none where a fused kernel rounds a copy of `x` otherwise
+    # not `jnp.max`, whose own derivative would be taken where this rule is differentiated again: it divides by how many
+    # entries are equal to the maximum, none where a fused kernel rounds a copy of `x` otherwise
     most = largest(x)
     place = _first(x >= most - _NEAR * jnp.abs(most))
     return most, jnp.sum(jnp.where(np.arange(x.shape[0], dtype=np.int32) == place, dx, 0.0))

@@ -441,8 +441,7 @@ def advanced(
 ) -> tuple[Packed, PackedRows, Count]:
     """The carry after `limit` more attempts or at the end of the run, the rows of these, and how many they were."""
     start = unpack(packed, ny, ng, p.tangents)
-    if p.direction is None:  # rows of the Jacobian that are known beforehand have no tangent
-        p = p._replace(method=p.method.settled(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
+    p = p._replace(method=p.method.settled(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
 
     def running(loop: tuple[Count, Packed, PackedRows]) -> Mark:
         i, (_, integers), _ = loop

@@ -62,6 +62,10 @@ class AbstractMethod(eqx.Module):
         """The same method with what stays the same in a run computed, for `rhs` at any of its instants."""
         return self
 
+    def with_tangents(self) -> "AbstractMethod":
+        """The same method, its attempts made for forward derivatives."""
+        return self
+
     @abc.abstractmethod
     def attempt(self, rhs: Rhs, t: Scalar, y: State, f: State, h: Scalar) -> tuple[State, State]:
         """From `(t, y)` with `f = rhs(t, y)` over `h`: the new state, and its error estimate but for

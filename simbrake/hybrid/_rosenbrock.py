@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float, PyTree
 
 from ._arrays import Array, Rhs, RhsOf, Scalar, State, put, take
-from ._bordered import Bordered, ChainRows, Couplings, factor, jacobian, linear_rows, solve
+from ._bordered import Bordered, ChainRows, Couplings, Factored, factor, jacobian, linear_rows, solve
 from ._method import AbstractMethod, Pullback, weighted
 
 # Rodas5P, coefficients in the form without products by the Jacobian (Hairer & Wanner, Solving ODEs II, IV.7):
@@ -86,6 +86,7 @@ class Rodas5P(AbstractMethod):
     couplings: Couplings | None = eqx.field(static=True, default=None)
     linear: ChainRows | None = None  # rows of the Jacobian; constant rows are already correct
     order: int = eqx.field(static=True, default=5)
+    differentiated: bool = eqx.field(static=True, default=False)  # an attempt is to be differentiated forwards
 
     def rolled(self) -> "Rodas5P":
         return self
@@ -93,12 +94,16 @@ class Rodas5P(AbstractMethod):
     def fitted(self, couplings: Couplings | None) -> "Rodas5P":
         return Rodas5P(couplings)  # pyright: ignore
 
+    def with_tangents(self) -> "Rodas5P":
+        return Rodas5P(self.couplings, self.linear, differentiated=True)  # pyright: ignore
+
     def settled(self, rhs: Rhs, t: Scalar, y: State) -> "Rodas5P":
         places = self._couplings(y)
         if places.varying is None or len(places.varying) == len(places.chain):
             return self
         rows = linear_rows(_linearised(rhs, t, y, places).inside, places)
-        return Rodas5P(self.couplings, jax.lax.stop_gradient(rows))  # pyright: ignore
+        rows = jax.lax.stop_gradient(rows)
+        return Rodas5P(self.couplings, rows, differentiated=self.differentiated)  # pyright: ignore
 
     def _couplings(self, y: State) -> Couplings:
         return self.couplings or Couplings(tuple(range(y.shape[0])), (), ())
@@ -115,9 +120,13 @@ class Rodas5P(AbstractMethod):
         x, nothing = take(y, inner), jnp.zeros_like(y)
         moves = h != 0
         h = jnp.where(moves, h, _LEAST)
-        lu = factor(self._matrix(near, h))
-
-        u, sums, _ = _stages(rhs, t, y, h, inner, outer, near.drift, lambda b: solve(lu, b), _TABLE_WITH_ERROR)
+        matrix = self._matrix(near, h)
+        if self.differentiated:
+            solved = _by_residual(rhs, t, y, h, inner, matrix)
+        else:
+            lu = factor(matrix)
+            solved = functools.partial(solve, lu)
+        u, sums, _ = _stages(rhs, t, y, h, inner, outer, near.drift, solved, _TABLE_WITH_ERROR)
         y1, error = put(y, inner, x + weighted(jnp.asarray(_m), u)), put(nothing, inner, u[-1])
         if outer:
             bends = jax.vmap(near.outside)(h * np.asarray([_bd, _ed]), weighted(jnp.asarray([_b, _e]).T, u[:, None]))
@@ -127,25 +136,10 @@ class Rodas5P(AbstractMethod):
 
     def whole(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
         near = _linearised(rhs, t, y, self._couplings(y))
-        inner, outer = near.inner, near.outer
-
-        def dynamic(t: Array, x: Array) -> Array:
-            return take(rhs(t, put(y, inner, x)), inner)
-
-        x = take(y, inner)
+        inner, outer, x = near.inner, near.outer, take(y, near.inner)
         moves, full_step = h != 0, h
         h = jnp.where(moves, h, _LEAST)
-        matrix = jax.lax.stop_gradient(self._matrix(near, h))
-        lu, lu_transposed = factor(matrix), factor(matrix.transposed)
-
-        def residual(v: Array) -> Array:
-            return v / (_GAMMA * h) - jax.jvp(lambda x: dynamic(t, x), (x,), (v,))[1]
-
-        def solved(b: Array) -> Array:
-            return jax.lax.custom_linear_solve(
-                residual, b, lambda _, b: solve(lu, b), transpose_solve=lambda _, b: solve(lu_transposed, b)
-            )
-
+        solved = _by_residual(rhs, t, y, h, inner, self._matrix(near, h), backwards=True)
         u, total, _ = _stages(rhs, t, y, h, inner, outer, near.drift, solved)
         y1 = put(y, inner, x + weighted(jnp.asarray(_m), u))
         if outer:
@@ -221,6 +215,28 @@ class Rodas5P(AbstractMethod):
 
         y1 = jnp.where(moves, y1, y)
         return Pullback(y1, fulls[-1], back)
+
+
+def _by_residual(
+    rhs: Rhs, t: Scalar, y: State, h: Scalar, inner: tuple[int, ...], matrix: Bordered, *, backwards: bool = False
+) -> Callable[[Array], Array]:
+    """Solutions with the matrix whose derivatives are those of the residual `v/(γ h) − J v`: one direction of the rates
+    for each, where those of the matrix itself would take all its columns. `backwards`: also in reverse."""
+    matrix, x = jax.lax.stop_gradient(matrix), take(y, inner)
+    lu = factor(matrix)
+    back = functools.partial(_solved_by, factor(matrix.transposed)) if backwards else None
+
+    def residual(v: Array) -> Array:
+        return v / (_GAMMA * h) - jax.jvp(lambda x: take(rhs(t, put(y, inner, x)), inner), (x,), (v,))[1]
+
+    def solved(b: Array) -> Array:
+        return jax.lax.custom_linear_solve(residual, b, functools.partial(_solved_by, lu), transpose_solve=back)
+
+    return solved
+
+
+def _solved_by(lu: Factored, _: Callable[[Array], Array], b: Array) -> Array:
+    return solve(lu, b)
 
 
 class _Linearised(NamedTuple):

@@ -300,7 +300,7 @@ def hybridsolve(
     def run(params: PyTree, flat_y0: Array, others: PyTree, differentiated: bool) -> PyTree:
         p, mode0 = problem(params, others)
         if differentiated:
-            p = p._replace(direction=generic_direction(p.flat))
+            p = p._replace(direction=generic_direction(p.flat), method=method.with_tangents())
         packed, count, code, stats = _loop.run(p, flat_y0, mode0)
         rows = unpack_rows(packed, flat_y0.shape[0])
         return rows.t, rows.y, eqx.tree_at(lambda r: (r.t, r.y), rows, (None, None)), (count, code, stats)
