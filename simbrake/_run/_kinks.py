@@ -1,4 +1,4 @@
-"""Where derivatives of a run are one-sided, or end to hold, as far as the run itself shows it."""
+"""Where derivatives of a run are one-sided or no longer valid, as far as the run itself shows it."""
 
 from typing import Any
 

@@ -329,7 +329,7 @@ class Result:
         return _above("_run._verdict").verdict(self, limits)
 
     def derivative_notes(self) -> tuple[str, ...]:
-        """Where derivatives of this run are one-sided or end to hold, as far as the run itself shows it.
+        """Where derivatives of this run are one-sided or no longer valid, as far as the run itself shows it.
 
         Jumps of a profile at the start, events that nearly coincide, several at one instant, and events that are only
         just reached. `simbrake.sensitivity` compares with differences on both sides as well, parameter by parameter.
