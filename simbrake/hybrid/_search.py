@@ -145,7 +145,7 @@ def interior_minimum(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> tuple[Gu
     # the same root in the form that does not cancel
     denominator = jnp.where(c2 >= 0, c2 + root, 3 * c3)
     s = jnp.where(c2 >= 0, -d0, root - c2) / jnp.where(denominator == 0, 1.0, denominator)
-    exists = (discriminant > 0) & (denominator != 0) & (s > 1e-3) & (s < 1)
+    exists = (discriminant > 0) & (denominator != 0) & (s > 0.02) & (s < 0.98)
     s = jnp.where(exists, s, 0.5)
     return s, ((c3 * s + c2) * s + d0) * s + g0, exists
 
@@ -210,10 +210,7 @@ def search(
     # the cubic is a guess: a minimum near zero is sampled at its predicted location
     s, lowest, exists = interior_minimum(c.g, d0, g1, d1)
     high = jnp.maximum(c.g, g1)
-    inside = (s > 0.02) & (s < 0.98)
-    near = inside & (lowest < 0.1 * high) & (high > 10 * tol)
-    # one that grazes zero may lie beside an end, where the end itself says nothing about it
-    near = exists & ~crosses & (near | (c.armed & (lowest < -10 * TINY)))
+    near = exists & ~crosses & (lowest < 0.1 * high) & (high > 10 * tol)
     share = jnp.minimum(share, jnp.where(near, s, jnp.inf))
     share = jnp.minimum(share, negative_from)
     least, i = first_least(jnp.where(at_start, -1.0, share))
