@@ -170,30 +170,3 @@ def test_derivatives_of_the_reserve_of_a_load_that_breaks_away():
         value, slopes = jax.value_and_grad(lambda x: least(x).min_holding_reserve.value)(x)
         np.testing.assert_allclose(value, truth(x), rtol=1e-9)
         np.testing.assert_allclose(slopes, jax.grad(truth)(x), rtol=1e-7)
-
-
-# --- loads that break away by a hair ----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("excess", [1e-6, 1e-9])
-@pytest.mark.parametrize("lag", [1e-3, 0.1, 0.5])
-@pytest.mark.parametrize("stiffness", [None, 2e5])
-def test_load_that_grazes_the_capacity_breaks_away_in_time(stiffness, lag, excess):
-    """A lever that is eased and applied again, behind a lag: its tension has a smooth minimum in closed form,
-
-    `F(s) = F_1 + m s − m τ (1 − e^{−s/τ}) − …`, and the load exceeds the capacity there by a hair.
-    """
-    full, slope = T0, 2e3  # N; N/s down to 1 s, up again afterwards
-    command = sb.PiecewiseLinear([0.0, 1.0, 3.0], [full, full - slope, full + slope])
-    turned = full - slope + lag * slope * (1 - math.exp(-1 / lag))  # at 1 s
-
-    def force(s):
-        return full - slope + slope * (s - lag) + (turned - full + slope + lag * slope) * math.exp(-s / lag)
-
-    lowest = lag * math.log((turned - full + slope + lag * slope) / (lag * slope))
-    load = R * (capstan(STATIC * F) - 1) * force(lowest) * (1 + excess)
-    true = 1.0 + brentq(lambda s: force(s) - (1 + excess) * force(lowest), 0.0, lowest, xtol=1e-15)
-    scene = held(load, sb.loads.Actuator(command, lag=lag))
-    scene = dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, band=sb.Band(R, stiffness)))
-    times = sb.simulate(scene).events["restart"].times
-    assert times[:1] == [pytest.approx(true, abs=1e-9)]

@@ -60,7 +60,7 @@ def test_results_are_read_by_name(result):
 
 def test_results_in_notebooks_figures_and_data_sets(result):
     page = result._repr_html_()
-    assert "#e7f4ec" in page  # green
+    assert "#fdf3e0" in page  # amber: no limits are given
     assert "stopping_time" in page
     series = result.series([0.0, 0.5])
     assert "omega" in repr(series)

@@ -64,7 +64,7 @@ def test_a_template_runs_at_once(capsys, name):
     found = json.loads(out)
     assert found["status"] == "stopped"
     assert found["energy"]["closure"] <= 1e-9
-    assert [limit["verdict"] for limit in found["limits"]] == ["within limit"] * (name in ("heated", "tripping"))
+    assert {limit["verdict"] for limit in found["limits"]} == {"within limit"}
 
 
 def test_all_shipped_scenes_are_listed_and_written_by_name(capsys, folder, scenarios):
@@ -99,7 +99,7 @@ def test_new_replaces_no_file_and_names_what_is_near(capsys, folder):
 
 
 def test_a_scene_is_opened_by_name_and_a_study_says_that_it_is_one(capsys, scenarios):
-    assert call(capsys, "scene", "check", "standard")[:2] == call(capsys, "scene", "check", "u2_5_5_stop")[:2]
+    assert call(capsys, "scene", "check", "standard")[0] == call(capsys, "scene", "check", "u2_5_5_stop")[0] == 0
     code, out, err = call(capsys, "run", scenarios / "claims.py")
     assert (code, out) == (2, "")
     assert f"is a study without a scene — run it: python {scenarios / 'claims.py'}" in err

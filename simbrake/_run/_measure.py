@@ -114,7 +114,7 @@ class Colour(enum.StrEnum):
     """Colour of a verdict.
 
     Example:
-        >>> result.verdict().colour == sb.results.Colour.GREEN
+        >>> result.verdict().colour == sb.results.Colour.AMBER
         True
     """
 

@@ -117,13 +117,14 @@ class AbstractLinings(Part):
 
         @property
         def area(self) -> Scalar | None: ...
-
-        @property
-        def permissible_pressure(self) -> Scalar | None: ...
     else:
         friction: eqx.AbstractVar[AbstractFriction]
         area: eqx.AbstractVar[Any]
-        permissible_pressure: eqx.AbstractVar[Any]
+
+    @property
+    def permissible_pressure(self) -> Any:
+        """Permissible mean pressure of a lining (Pa), a number or (n,); `None`: none is given."""
+        return None
 
     @property
     @abc.abstractmethod
