@@ -61,6 +61,10 @@ class FixedNumber:
     - `parameter`: path of the fitted one;  `correlation` of the two if both were fitted
     - `shift`: relative change of the parameter per relative change of the number, `(dθ/θ)/(dk/k)` (`dθ/(dk/k)` where θ
       is 0): an error of 1 % in the number is one of `shift` % in the parameter, which its standard error leaves out
+
+    Example:
+        >>> sb.studies.FixedNumber("drum", 0.4, "m", "friction", 0.999, -1.2).shift
+        -1.2
     """
 
     path: str
