@@ -16,6 +16,8 @@ from ._search import TINY, Carry, Found, Packed, Stats, crossed, leaving, pack, 
 from ._system import ADVANCED, FINISHED, HEAD, INSTANT, LANDED, SKIPPED, STOPPED, Code, Flat, Settings, pack_row
 
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 10.0
+#: tangents are held to the geometric mean of this and the tolerance of values: fewer digits are asked of derivatives
+_OF_TANGENTS = 1e-8
 _RUNNING = np.int32(-1)
 #: a guard that fires so many times within this share of the run is a Zeno point
 _ZENO_INTERVAL, _ZENO_COUNT = 1e-6, 20
@@ -105,10 +107,11 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
     error = error + h * p.method.error_of_rate * f1
     reach = jnp.maximum(jnp.abs(c.y), jnp.abs(y1))
     [size] = p.norms(reach, error + 0.0 * f1)
+    looser = jnp.maximum(jnp.sqrt(_OF_TANGENTS / p.settings.rtol), 1.0) if tangents1 else 1.0
     for v1, error_of_tangent in zip(tangents1, tangent_errors, strict=True):
         # a tangent that is not finite (an infinite slope) cannot steer; the derivative itself shows it
         [of_tangent] = p.norms(jnp.maximum(reach, jnp.abs(v1)), error_of_tangent)
-        size = jnp.where(jnp.isfinite(of_tangent), jnp.maximum(size, of_tangent), size)
+        size = jnp.where(jnp.isfinite(of_tangent), jnp.maximum(size, of_tangent / looser), size)
     crosses = crossed(c, h, g1, rate1, p.guard_tolerance)
     odd = suspicious(c, h, g1, rate1, p.guard_tolerance, crosses)
     crossing, odd, unsound = any_of_each(crosses, odd, ~jnp.isfinite(g1))
