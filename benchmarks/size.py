@@ -218,7 +218,7 @@ def costs(programs: Programs) -> dict[str, float]:
 def warm_prepared(subject: Subject, attempts: int) -> float:
     """Processor seconds of a prepared run, which gives a metric instead of the record of all attempts."""
     run = sb.prepare(subject.scene(), ["stopping_time"], solver=subject.solver, rtol=RTOL, max_steps=attempts)
-    numbers = np.append(run.numbers, run.rtol)
+    numbers = run.inputs(run.numbers, run.rtol)
     return interleaved({"run": lambda: np.asarray(run.program.call(numbers))}, 1.0)["run"].cpu_median
 
 

@@ -78,7 +78,7 @@ def warm(name: str, method: str, rtol: float = _TOLERANCE) -> Warm:
     # a restart evaluates the rates twice: there, and for the length of the first step
     steps = round(attempts + 2 * answer.segments / STAGES[method])
     error = float(np.max(np.abs(answer.metrics["times"] / reference(name).answer.times - 1)))
-    numbers = np.append(run.numbers, rtol)
+    numbers = run.inputs(run.numbers, rtol)
     return Warm(run, lambda: np.asarray(run.program.call(numbers)), attempts, steps, error)
 
 
@@ -118,7 +118,7 @@ def against_bare(name: str, method: str, budget: float) -> dict[str, Any]:
 
 def _ends(run: Any, at: float) -> Callable[[], Any]:
     """A call of the run ended at a time."""
-    numbers = np.append(run.vector({"end_time": at}), run.rtol)
+    numbers = run.inputs(run.vector({"end_time": at}), run.rtol)
     return lambda: np.asarray(run.program.call(numbers))
 
 
@@ -155,7 +155,7 @@ def corners(budget: float, more: int = 16) -> dict[str, Any]:
         duty = sb.Duty(sb.PiecewiseLinear(times, np.full(count, p.T_0)), scene.duty.load)
         scene = sb.Scene(scene.brake, duty, scene.initial, 0.9 * reference("a").answer.times[-1])
         runs.append(sb.prepare(scene, ["full_slip_time"], solver=solver_named("Dopri8"), rtol=_TOLERANCE))
-    numbers = [np.append(run.numbers, run.rtol) for run in runs]
+    numbers = [run.inputs(run.numbers, run.rtol) for run in runs]
     calls = {
         str(i): lambda run=run, x=x: np.asarray(run.program.call(x))
         for i, (run, x) in enumerate(zip(runs, numbers, strict=True))

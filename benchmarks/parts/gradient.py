@@ -116,7 +116,7 @@ def one(name: str, method: str, budget: float, known: bool) -> list[dict[str, An
     """Rows of one scene: reverse and forward. `known`: compare with the closed form, else with differences."""
     case = CASES[name]
     run = sb.prepare(case.simbrake(), ["stopping_time"], solver=solver_named(method), rtol=_TOLERANCE)
-    numbers = np.append(run.numbers, run.rtol)
+    numbers = run.inputs(run.numbers, run.rtol)
     slopes, paths = run.gradient()[0], _COLD if case.simbrake().heat is None else _HOT
     program, along = forward(run)
     unit = np.zeros(run.numbers.size)

@@ -90,7 +90,7 @@ def point(curve: str, n: int, budget: float) -> dict[str, Any]:
     program = run.program  # a tight run may need room for more steps, which compiles another
     attempts = answer.accepted + answer.rejected + answer.retaken
     steps = round(attempts + 2 * answer.segments / STAGES[method])
-    numbers = np.append(run.numbers, rtol)
+    numbers = run.inputs(run.numbers, rtol)
     loops = bare.programs(scene, solver, steps, bare.longest(scene, solver, rtol))
     calls = {"run": lambda: np.asarray(program.call(numbers)), "nothing": nothing(numbers)}
     times = interleaved(calls | loops, budget)

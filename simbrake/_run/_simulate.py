@@ -502,7 +502,7 @@ class Prepared:
         return what, self._like, [*map(identity_of, self._asked)], self.solver, max_steps, self.max_events
 
     def _compile(self) -> Program:
-        numbers = self._input(self.numbers, self.rtol)
+        numbers = self.inputs(self.numbers, self.rtol)
         run = functools.partial(self._run, max_steps=self.max_steps)
         program = compiled(run, numbers, subject=self._subject("prepared", self.max_steps))
 
@@ -541,7 +541,7 @@ class Prepared:
         Values are taken as they are: `check` looks at them first.
         """
         require_own_process()
-        numbers = self._input(self.vector(values), self.rtol if rtol is None else rtol)
+        numbers = self.inputs(self.vector(values), self.rtol if rtol is None else rtol)
         out = np.asarray(self.program.call(numbers))
         *_, code, accepted, rejected, retaken, events, segments = out.tolist()
         if code == Code.STEP_LIMIT and self.max_steps < _MOST_STEPS:
@@ -553,7 +553,8 @@ class Prepared:
         counts = int(accepted), int(rejected), int(retaken), int(events), int(segments)
         return Answer(metrics, int(code), *counts)
 
-    def _input(self, numbers: Array, rtol: float) -> np.ndarray:
+    def inputs(self, numbers: Array, rtol: float) -> np.ndarray:
+        """What its programs are called with: all numbers of the scene, the tolerance and the longest step."""
         whole = np.empty(numbers.size + 2)
         whole[:-2] = numbers
         whole[-2], whole[-1] = rtol, self.max_step
@@ -565,7 +566,7 @@ class Prepared:
         Zero for a metric that is infinite, NaN where the run fails (`code` of a call says how). Compiles at the first
         call. Its steps resolve the derivatives as well: a run takes up to twice as many as without.
         """
-        numbers = self._input(self.vector(values), self.rtol)
+        numbers = self.inputs(self.vector(values), self.rtol)
         while True:
             if self._slope is None:
                 slopes = functools.partial(self._slopes, max_steps=self._slope_steps)
