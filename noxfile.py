@@ -1,5 +1,6 @@
-"""What must pass before a change is merged: `nox` runs all of it, `nox -s NAME` one session, `nox -l` lists them.
+"""What must pass before a change is merged: `nox` runs it, `nox -s NAME` one session, `nox -l` lists them all.
 
+The sessions marked nightly take much longer and are not in the default: `.ci/run nightly` runs everything.
 An interpreter that is missing fails the run, unless `SIMBRAKE_CI_WITHOUT="3.12 3.13"` excludes it by name.
 """
 
@@ -17,7 +18,7 @@ from readme_lines import install_and_run, install_and_test  # noqa: E402
 
 PYTHONS = ["3.11", "3.12", "3.13"]  # as the classifiers of pyproject.toml
 OLDEST = "3.11"  # that .ci/oldest.txt is made for
-FULL = "3.11"  # runs the whole suite, and so needs no smoke session
+MAIN = "3.11"  # runs all tests, and so needs no smoke session
 WHEEL = "3.13"
 
 excluded = os.environ.get("SIMBRAKE_CI_WITHOUT", "").split()
@@ -29,10 +30,9 @@ nox.options.error_on_missing_interpreters = True
 nox.options.sessions = [
     name
     for name, python in [
-        ("full", FULL),
-        *((f"smoke-{python}", python) for python in PYTHONS if python != FULL),
-        ("oldest", OLDEST),
-        ("wheel", WHEEL),
+        ("lint", MAIN),
+        ("main", MAIN),
+        *((f"smoke-{python}", python) for python in PYTHONS if python != MAIN),
     ]
     if python not in excluded
 ]
@@ -59,18 +59,21 @@ def of_the_tests(session: nox.Session) -> dict[str, str]:
     }
 
 
-def check_source(session: nox.Session) -> None:
+@nox.session(python=MAIN)
+def lint(session: nox.Session) -> None:
     """Style, format and types."""
+    session.install("-e", ".[dev]")
     session.run("ruff", "check", ".")
     session.run("ruff", "format", "--check", ".")
     session.run("pyright")
 
 
-@nox.session(python=FULL)
-def lint(session: nox.Session) -> None:
-    """Style, format and types alone; `full` begins with them."""
-    session.install("-e", ".[dev]")
-    check_source(session)
+@nox.session(python=MAIN)
+def main(session: nox.Session) -> None:
+    """The two lines of README.md: the main job, and the tests, with the peers of the benchmarks."""
+    session.install("-e", ".[test,bench]")
+    readme_line(session, install_and_run)
+    readme_line(session, install_and_test)
 
 
 @nox.session(python=PYTHONS)
@@ -83,7 +86,7 @@ def smoke(session: nox.Session) -> None:
 
 @nox.session(python=OLDEST)
 def oldest(session: nox.Session) -> None:
-    """The oldest versions that pyproject.toml admits."""
+    """Nightly: the oldest versions that pyproject.toml admits."""
     session.install("-e", ".[test]", "-c", ".ci/oldest.txt")
     session.run("simbrake", "run", "scenarios/u2_5_5_stop.py")
     # the newest indirect dependencies deprecate what the oldest direct ones call
@@ -92,7 +95,7 @@ def oldest(session: nox.Session) -> None:
 
 @nox.session(python=WHEEL)
 def wheel(session: nox.Session) -> None:
-    """The wheel made from the sdist, in an environment and a folder of its own, with the compile options of users."""
+    """Nightly: the wheel made from the sdist, in an environment and a folder of its own, with the options of users."""
     session.install("build")
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
@@ -108,18 +111,20 @@ def wheel(session: nox.Session) -> None:
         session.run(*tests, external=True, env=NO_SKIPS | users)
 
 
-@nox.session(python=FULL)
-def full(session: nox.Session) -> None:
-    """Style, format and types; the docs; every test, with the peers of the benchmarks; the notebooks."""
-    session.install("-e", ".[dev,bench]")
-    # first what keeps one core busy: `.ci/run` has other sessions beside this one
-    check_source(session)
+@nox.session(python=MAIN)
+def docs(session: nox.Session) -> None:
+    """Nightly: the pages, their examples, the printed tables, the notebooks."""
+    session.install("-e", ".[dev]")
     session.run("sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "docs", "build/docs")
     session.run("simbrake", "reproduce", silent=True)
-    readme_line(session, install_and_run)
-    readme_line(session, install_and_test)
-    session.run("pytest", "-m", "slow", "--ignore", "tests/test_examples.py", env=NO_SKIPS)
     # the examples of the docs call nearly everything between them: here shapes and types of every call are checked
     checked = NO_SKIPS | {"SIMBRAKE_CHECK_TYPES": "1"}
     session.run("pytest", "-m", "slow", "--dist", "load", "tests/test_examples.py", env=checked)
     session.run("pytest", "--nbmake", "--nbmake-timeout=600", "notebooks", env=of_the_tests(session))
+
+
+@nox.session(python=MAIN)
+def slow(session: nox.Session) -> None:
+    """Nightly: the slow tests, with the peers of the benchmarks."""
+    session.install("-e", ".[test,bench]")
+    session.run("pytest", "-m", "slow", "--ignore", "tests/test_examples.py", env=NO_SKIPS)
