@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from helpers import jacobians
 from scipy.integrate import solve_ivp
+from test_scenarios import load
 
 import simbrake as sb
 from simbrake import plot
@@ -358,3 +359,15 @@ def test_figures_and_page(faded):
     assert "What presses the linings" in page
     assert "elongation" not in page
     assert "Elastic energy" not in page
+
+
+@pytest.mark.smoke
+def test_disc_in_layers_inside_a_program_of_the_user():
+    """The linear systems of the implicit method are long sums of products, which not every compiler takes."""
+    scene = dataclasses.replace(load("disc_stop").scene(), end_time=0.05)
+
+    def angle(omega):
+        return sb.simulate(sb.with_values(scene, {"initial.omega": omega}), max_steps=256).record.y_end.phi
+
+    omega = float(scene.initial.omega)
+    np.testing.assert_allclose(jax.jit(angle)(omega), angle(omega), rtol=1e-12)

@@ -236,7 +236,12 @@ def _product(a: Float[Array, "k l"], b: Float[Array, "l ..."]) -> Float[Array, "
     """`a @ b`, written out where the core is small: matrix products may be calls of a library."""
     if min(a.shape) > _SMALL_CORE:
         return a @ b
-    return jnp.sum(a[:, :, None] * b[None], axis=1) if b.ndim == 2 else jnp.sum(a * b, axis=1)
+    if b.ndim == 1:
+        return jnp.sum(a * b, axis=1)
+    # in blocks: XLA of JAX 0.10.2 turns a long sum of products in a program of the user into what it cannot compile
+    blocks = [slice(i, i + _SMALL_CORE) for i in range(0, max(a.shape[1], 1), _SMALL_CORE)]
+    first, *others = (jnp.sum(a[:, block, None] * b[None, block], axis=1) for block in blocks)
+    return sum(others, first)
 
 
 def factor(a: Bordered) -> Factored:
