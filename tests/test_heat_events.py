@@ -149,6 +149,7 @@ def test_flash_temperature_of_a_slow_source():
         assert float(slow.rise(jnp.asarray(q), jnp.asarray(v))) == pytest.approx(truth, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_stop_with_flash_down_to_rest_and_its_derivatives():
     """`t = ∫ J dω/M(f)` with `f = f_0 (1 − s (ΔT_rim + κ f v/√(v + v_0)))`, solved for `f`; by quadrature."""
     a, hardness, capacity, J, n, beta = 1.44e-5, 3e7, 1e5, 900.0, 4, math.radians(50.0)

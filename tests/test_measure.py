@@ -9,7 +9,10 @@ from simbrake._run._measure import check_metrics, happened, measure, name_of, un
 from simbrake.results import METRICS, metric_names
 
 
-@pytest.mark.parametrize("name", ["u2_5_5_stop", "staged_vs_standard", "slip_onset_chain", "resolved_bandage"])
+@pytest.mark.parametrize(
+    "name",
+    ["u2_5_5_stop", pytest.param("staged_vs_standard", marks=pytest.mark.slow), "slip_onset_chain", "resolved_bandage"],
+)
 def test_names_of_a_scene_are_those_of_its_run(name):
     scene = load(name).scene()
     seen = {}

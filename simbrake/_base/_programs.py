@@ -24,7 +24,7 @@ Key: TypeAlias = tuple[Hashable, ...]
 
 MEMORY_VARIABLE, MAPPINGS_VARIABLE = "SIMBRAKE_PROGRAM_MEMORY", "SIMBRAKE_PROGRAM_MAPPINGS"
 #: MB that programs may take
-DEFAULT_MEMORY = 384.0
+DEFAULT_MEMORY = 320.0
 #: memory mappings of the process, whoever holds them, from which on programs go
 DEFAULT_MAPPINGS = 15_000
 #: share of the mappings of the system that is ours at most
