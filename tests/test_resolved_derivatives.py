@@ -72,7 +72,7 @@ def test_numbers_without_effect_forwards():
         return sb.simulate(sb.with_values(scene, dict(zip(expected, x, strict=True)))).stopping_time
 
     slope = jax.jit(jax.jacfwd(stopping_time))(jnp.asarray([F] + [0.0] * (len(expected) - 1)))
-    assert max(wrong(dict(zip(expected, slope.tolist(), strict=True)), time).values()) < 1e-8
+    assert max(wrong(dict(zip(expected, slope.tolist(), strict=True)), time).values()) < 1e-7
 
 
 @pytest.mark.slow
@@ -80,7 +80,7 @@ def test_numbers_without_effect_in_reverse():
     time, expected = truths()
     run = sb.prepare(without_effect(), ["stopping_time"])
     slopes = run.gradient()
-    assert max(wrong({path: slopes[0, run.places[path]].item() for path in expected}, time).values()) < 1e-8
+    assert max(wrong({path: slopes[0, run.places[path]].item() for path in expected}, time).values()) < 1e-7
 
 
 def test_prepared_gradient_takes_the_steps_it_needs():
