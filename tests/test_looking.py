@@ -132,12 +132,16 @@ def test_a_look_at_a_long_run_costs_less_than_the_run():
         function()
         return time.process_time() - begun
 
-    runs = [sb.simulate(scene, max_steps=1 << 15, solver=sb.hybrid.Rodas5P(), rtol=1e-8) for _ in range(4)]
-    looks = [seconds(runs[i].summary) for i in range(3)]
-    (seconds_of_a_run,) = [
-        seconds(lambda: sb.simulate(scene, max_steps=1 << 15, solver=sb.hybrid.Rodas5P(), rtol=1e-8))
-    ]
-    assert min(looks[1:]) < 0.2 + 2.0 * seconds_of_a_run
+    def run():
+        return sb.simulate(scene, max_steps=1 << 15, solver=sb.hybrid.Rodas5P(), rtol=1e-8)
+
+    run().summary()  # compiles
+    # a run and a look right after each other, several times: what else the machine does slows both
+    pairs = []
+    for _ in range(5):
+        took, result = seconds(run), run()
+        pairs.append((seconds(result.summary), took))
+    assert min(look - 2.0 * took for look, took in pairs) < 0.2
 
 
 # --- the pieces -------------------------------------------------------------------------------------------------------
