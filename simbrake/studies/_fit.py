@@ -92,7 +92,7 @@ class FitModel:
             value = np.asarray(leaf.value, float) if leaf.value is not None else np.zeros(0)
             if leaf.path in fitted or leaf.path in _OF_THE_RUN or not np.any(value) or not np.all(np.isfinite(value)):
                 continue
-            ends = [value * (1 + side * STEP) for side in (1, -1)]
+            ends = [np.asarray(value * (1 + side * STEP)) for side in (1, -1)]
             if not all(np.all(leaf.about.admits(end)) for end in ends):
                 continue
             try:
