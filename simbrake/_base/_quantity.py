@@ -115,7 +115,7 @@ class Quantity:
     def admits_one(self, value: float) -> bool:
         """The same for a single number, faster."""
         low, high = self.ends
-        return (low < value if self.open_low else low <= value) and value <= high
+        return bool((low < value if self.open_low else low <= value) and value <= high)
 
     def in_degrees(self, value: float) -> str:
         """What may have been meant, of an angle beyond its range that is within it in degrees."""
