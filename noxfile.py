@@ -1,7 +1,8 @@
 """What must pass before a change is merged: `nox` runs it, `nox -s NAME` one session, `nox -l` lists them all.
 
 The sessions marked nightly take much longer and are not in the default: `.ci/run nightly` runs everything.
-An interpreter that is missing fails the run, unless `SIMBRAKE_CI_WITHOUT="3.12 3.13"` excludes it by name.
+An interpreter that is missing fails the run, unless `SIMBRAKE_CI_WITHOUT="3.12 3.13"` excludes it by name, and all
+its sessions with it. The first of each kind, as listed here, takes longest: `.ci/run` puts the others beside it.
 """
 
 import os
@@ -27,15 +28,20 @@ if unknown := set(excluded) - set(PYTHONS):
 
 nox.options.default_venv_backend = "venv"
 nox.options.error_on_missing_interpreters = True
-nox.options.sessions = [
-    name
-    for name, python in [
-        ("lint", MAIN),
-        ("main", MAIN),
-        *((f"smoke-{python}", python) for python in PYTHONS if python != MAIN),
-    ]
-    if python not in excluded
-]
+nox.options.sessions = []  # those of a day
+
+
+def on(*pythons: str, nightly: bool = False):
+    """Makes a function a session on these Pythons, or none on those that are excluded."""
+
+    def session(function):
+        left = [python for python in pythons if python not in excluded]
+        if left and not nightly:
+            nox.options.sessions += [function.__name__]
+        return nox.session(python=left)(function) if left else function
+
+    return session
+
 
 #: a skipped test is a failure: what it needs must be installed
 NO_SKIPS = {"PYTEST_ADDOPTS": "--no-skips"}
@@ -59,7 +65,15 @@ def of_the_tests(session: nox.Session) -> dict[str, str]:
     }
 
 
-@nox.session(python=MAIN)
+@on(MAIN)
+def main(session: nox.Session) -> None:
+    """The two lines of README.md: the main job, and the tests, with the peers of the benchmarks."""
+    session.install("-e", ".[test,bench]")
+    readme_line(session, install_and_run)
+    readme_line(session, install_and_test)
+
+
+@on(MAIN)
 def lint(session: nox.Session) -> None:
     """Style, format and types."""
     session.install("-e", ".[dev]")
@@ -68,15 +82,7 @@ def lint(session: nox.Session) -> None:
     session.run("pyright")
 
 
-@nox.session(python=MAIN)
-def main(session: nox.Session) -> None:
-    """The two lines of README.md: the main job, and the tests, with the peers of the benchmarks."""
-    session.install("-e", ".[test,bench]")
-    readme_line(session, install_and_run)
-    readme_line(session, install_and_test)
-
-
-@nox.session(python=PYTHONS)
+@on(*(python for python in PYTHONS if python != MAIN))
 def smoke(session: nox.Session) -> None:
     """What pip finds for each Python: the first line of README.md, and tests that touch every part."""
     readme_line(session, install_and_run)
@@ -84,7 +90,14 @@ def smoke(session: nox.Session) -> None:
     session.run("pytest", "-m", "smoke", env=NO_SKIPS)
 
 
-@nox.session(python=OLDEST)
+@on(MAIN, nightly=True)
+def slow(session: nox.Session) -> None:
+    """Nightly: the slow tests, with the peers of the benchmarks."""
+    session.install("-e", ".[test,bench]")
+    session.run("pytest", "-m", "slow", "--ignore", "tests/test_examples.py", env=NO_SKIPS)
+
+
+@on(OLDEST, nightly=True)
 def oldest(session: nox.Session) -> None:
     """Nightly: the oldest versions that pyproject.toml admits."""
     session.install("-e", ".[test]", "-c", ".ci/oldest.txt")
@@ -93,7 +106,7 @@ def oldest(session: nox.Session) -> None:
     session.run("pytest", "-m", "smoke", "-W", "default", env=NO_SKIPS)
 
 
-@nox.session(python=WHEEL)
+@on(WHEEL, nightly=True)
 def wheel(session: nox.Session) -> None:
     """Nightly: the wheel made from the sdist, in an environment and a folder of its own, with the options of users."""
     session.install("build")
@@ -111,7 +124,7 @@ def wheel(session: nox.Session) -> None:
         session.run(*tests, external=True, env=NO_SKIPS | users)
 
 
-@nox.session(python=MAIN)
+@on(MAIN, nightly=True)
 def docs(session: nox.Session) -> None:
     """Nightly: the pages, their examples, the printed tables, the notebooks."""
     session.install("-e", ".[dev]")
@@ -121,10 +134,3 @@ def docs(session: nox.Session) -> None:
     checked = NO_SKIPS | {"SIMBRAKE_CHECK_TYPES": "1"}
     session.run("pytest", "-m", "slow", "--dist", "load", "tests/test_examples.py", env=checked)
     session.run("pytest", "--nbmake", "--nbmake-timeout=600", "notebooks", env=of_the_tests(session))
-
-
-@nox.session(python=MAIN)
-def slow(session: nox.Session) -> None:
-    """Nightly: the slow tests, with the peers of the benchmarks."""
-    session.install("-e", ".[test,bench]")
-    session.run("pytest", "-m", "slow", "--ignore", "tests/test_examples.py", env=NO_SKIPS)
