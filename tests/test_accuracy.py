@@ -204,6 +204,9 @@ def test_command_prints_errors_and_keys(capsys, tmp_path):
     assert told[-1]["topic"] == "accuracy"
     assert told[-1]["numbers"]["metrics"] == found["metrics"]
     assert "Estimated errors of at most" in sb.report(sb.simulate(stop_scene()))
+    page = str(tmp_path / "stop.html")
+    assert "\naccuracy estimated errors of at most: event times" in call("report", str(file), "--out", page)
+    assert json.loads(call("report", str(file), "--out", page, "--json"))["accuracy"]["metrics"] == found["metrics"]
 
 
 def test_prepared_runs_and_ensembles():

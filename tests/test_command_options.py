@@ -20,7 +20,7 @@ class Answer:
     """A result that says what was asked of it: text, JSON, verdict."""
 
     ok, outcome, status, message, equal = True, "converged", "stopped", "said", True
-    values, exceeded, residuals = {"initial.omega": 12.5}, (), ()
+    values, exceeded, residuals, line = {"initial.omega": 12.5}, (), (), "small errors"
 
     def __init__(self, **other):
         vars(self).update(other)
@@ -33,6 +33,9 @@ class Answer:
 
     def as_list(self):
         return [1]
+
+    def accuracy(self):
+        return vars(self).setdefault("found", Answer())
 
 
 @pytest.fixture
@@ -501,13 +504,14 @@ def test_options_of_explain_and_report(capsys, asked, tmp_path):
     asked(_measure, "limit_checks", [])
     reports = asked(sb, "report", None)
     code, out, _ = call(capsys, "report", "standard.toml")
-    assert (code, out) == (0, "stopped: said\nverdict  a text\nwritten  standard.html\n")
+    said = "stopped: said\nverdict  a text\naccuracy small errors\nwritten  standard.html\n"
+    assert (code, out) == (0, said)
     (one, options) = reports[0]
     assert one == (result, Path("standard.html"))
     assert {name: options[name] for name in ("sensitivity", "limits", "check", "spread")} == {
         "sensitivity": [],
         "limits": {},
-        "check": True,
+        "check": result.accuracy(),
         "spread": False,
     }
     assert list(options["files"]) == ["standard.toml"]
@@ -515,6 +519,7 @@ def test_options_of_explain_and_report(capsys, asked, tmp_path):
     for more, spread in (((), True), (("--lining", "woven"), "woven")):
         told = json.loads(call(capsys, "report", "standard.toml", *given, *more)[1])
         assert (told["status"], told["message"], told["written"]) == ("stopped", "said", "out/standard.html")
+        assert told["accuracy"] is None
         assert reports[-1][1]["spread"] == spread
     assert (reports[-1][1]["sensitivity"], reports[-1][1]["check"]) == (["stopping_time"], False)
     code, _, err = call(capsys, "report", "standard.toml", "--lining", "woven", "--sensitivity", "x", "--limit", "y=1")

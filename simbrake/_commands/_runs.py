@@ -116,7 +116,7 @@ def report(
     lining
         Friction material of the linings for --with-spread, such as moulded, woven or class_F.
     json_
-        Print {status, message, written, limits, verdict} as JSON, alone on stdout.
+        Print {status, message, written, limits, verdict, accuracy} as JSON, alone on stdout.
     """
     out = cli.file_in(out or Path(), f"{file.stem}.html")
     scene = cli.opened(file, set_, rtol, faults=cli.faults_of_file(out))
@@ -135,15 +135,19 @@ def report(
     assert limits is not None
     with Waiting("report", "compiling the run…") as told:
         result = sb.simulate(scene, rtol=rtol, throw=False, progress=told)
-        asked = {"sensitivity": metrics, "limits": limits, "check": check}
+        if check:
+            told.now("second run, for the error estimate")
+        errors = result.accuracy() if check else None
+        asked = {"sensitivity": metrics, "limits": limits, "check": errors or False}
         asked |= {"spread": lining or with_spread if with_spread else False}
         with sb.plot.titled(title):
             sb.report(result, out, title=title, files=files, progress=told, **asked)
         checks = limit_checks(result, limits)
         verdict = result.verdict(checks)
     said = {"status": result.status, "message": result.message, "written": str(out), "limits": limit_dicts(checks)}
-    said |= {"verdict": verdict.as_dict()}
-    lines = [f"{result.status}: {result.message}", f"verdict  {verdict}", *limit_lines(checks), f"written  {out}"]
+    said |= {"verdict": verdict.as_dict(), "accuracy": errors and errors.as_dict()}
+    lines = [f"{result.status}: {result.message}", f"verdict  {verdict}", *limit_lines(checks)]
+    lines += [*([f"accuracy {errors.line}"] if errors else []), f"written  {out}"]
     cli.tell("\n".join(lines), lambda: said, json_, cli.verdict_of(result))
     return cli.exit_code(result.ok, fail_on_limit and cli.any_exceeded(checks))
 

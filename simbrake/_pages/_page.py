@@ -22,7 +22,7 @@ from .._base._faults import InputError, whole_file, whole_folder
 from .._base._progress import Waiting, waiting
 from .._base._table import Column, Number, Table, digits, number
 from .._parts._scene import Scene, paths_without_meaning
-from .._run._accuracy import SCOPE, accuracy
+from .._run._accuracy import SCOPE, Accuracy, accuracy
 from .._run._duty import stop_table
 from .._run._measure import (
     LimitCheck,
@@ -185,7 +185,7 @@ def report(
     limits: Mapping[str, int | float | str] | None = None,
     title: str = "",
     files: Mapping[str, str] | None = None,
-    check: bool = True,
+    check: bool | Accuracy = True,
     spread: bool | str = False,
     rtol: float = 1e-10,
     progress: bool | Waiting | None = False,
@@ -203,7 +203,7 @@ def report(
       maximum mean pressure on a lining (Pa); the scene's own permissible temperature is always evaluated. The heading
       of the page says which are exceeded
     - `title`: heading of the page;  `files`: name → text, shown at the end, such as the scene file
-    - `check`: run a second time, to estimate the errors of the first run (`Result.accuracy`)
+    - `check`: run a second time, to estimate the errors of the first run; or such an estimate (`Result.accuracy()`)
     - `spread`: give every key figure the range that it has under the spread of the inputs that the library knows
       (`simbrake.studies.known_spread`), from 256 runs; the name of a friction material instead of `True` says what the
       linings are
@@ -235,9 +235,9 @@ def report(
             parts |= _sensitivities(result, sensitivity, span, told)
         if spread:
             parts |= _spread(result, parts["figures"], lining, told)
-        if check:
+        if check is True:
             told.now("second run, for the error estimate")
-            parts["accuracy"] = accuracy(result, told)
+        parts["accuracy"] = accuracy(result, told) if check is True else check or None
     text = render(parts)
     if path is not None:
         with whole_file(Path(path)) as file:
