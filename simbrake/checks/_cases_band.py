@@ -466,7 +466,7 @@ def gradient_cases() -> list[Case]:
     """Derivatives of the stopping time by reverse mode; forward mode along all numbers at once."""
 
     def stopping_time(scene: Scene) -> Array:
-        return simulate(scene, rtol=1e-12, max_steps=64).stopping_time
+        return simulate(scene, rtol=1e-12, max_steps=256).stopping_time
 
     def both(scene: Scene) -> tuple[Scene, Array]:
         return jax.grad(stopping_time)(scene), jax.jvp(stopping_time, (scene,), (scene,))[1]

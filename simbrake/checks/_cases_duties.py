@@ -331,9 +331,10 @@ def _edges(k: int) -> Callable[[Result], Any]:
 def bands_cases() -> list[Case]:
     """Tension behind every lining of two bands, and its load: while they slide, and while they hold part of it."""
     R_b = 0.623
-    yields = np.array([C / math.exp(f @ a) for C, f, a in zip((2e5, 3.5e5), _FRICTION, _ANGLES, strict=True)])
-    slack = 6e3 * yields / yields.sum()
     ratio = [(1 + f * np.tan(a / 2)) / (1 - f * np.tan(a / 2)) for f, a in zip(_FRICTION, _ANGLES, strict=True)]
+    # equal elongation at the tight end: T_0,j Π_j/C_j is the same
+    yields = np.array([C / np.prod(mu) for C, mu in zip((2e5, 3.5e5), ratio, strict=True)])
+    slack = 6e3 * yields / yields.sum()
     full = [T_0 * np.append(1.0, np.cumprod(mu)) for T_0, mu in zip(slack, ratio, strict=True)]
     torques = np.array([R_b * (T[-1] - T[0]) for T in full])
     load = 0.6 * torques.sum()

@@ -189,7 +189,7 @@ def judged(slope: float, below: Side, above: Side) -> Slope | None:
     """The derivative to report in place of that of the run, by both sides; `None`: it stands, without a note."""
 
     def agree(a: float, b: float, error: float) -> bool:
-        return abs(a - b) <= max(_AGREE * max(abs(a), abs(b)), error)
+        return bool(abs(a - b) <= max(_AGREE * max(abs(a), abs(b)), error))
 
     sides = {"below": below, "above": above}
     at = {kind: [name for name, one in sides.items() if one.kind is kind] for kind in Kind}
