@@ -87,14 +87,21 @@ def smoke(session: nox.Session) -> None:
     """What pip finds for each Python: the first line of README.md, and tests that touch every part."""
     readme_line(session, install_and_run)
     session.install("-e", ".[test]")
-    session.run("pytest", "-m", "smoke", env=NO_SKIPS)
+    session.run("pytest", "-m", "smoke", "tests", env=NO_SKIPS)
 
 
 @on(MAIN, nightly=True)
 def slow(session: nox.Session) -> None:
     """Nightly: the slow tests, with the peers of the benchmarks."""
     session.install("-e", ".[test,bench]")
-    session.run("pytest", "-m", "slow", "--ignore", "tests/test_examples.py", env=NO_SKIPS)
+    session.run("pytest", "-m", "slow", "tests", "--ignore", "tests/pages/test_examples.py", env=NO_SKIPS)
+
+
+@on(MAIN, nightly=True)
+def rest(session: nox.Session) -> None:
+    """Nightly: files and commands, pages and figures, validation and benchmarks."""
+    session.install("-e", ".[test,bench]")
+    session.run("pytest", "tests/files", "tests/pages", "tests/validation", env=NO_SKIPS)
 
 
 @on(OLDEST, nightly=True)
@@ -103,7 +110,7 @@ def oldest(session: nox.Session) -> None:
     session.install("-e", ".[test]", "-c", ".ci/oldest.txt")
     session.run("simbrake", "run", "scenarios/u2_5_5_stop.py")
     # the newest indirect dependencies deprecate what the oldest direct ones call
-    session.run("pytest", "-m", "smoke", "-W", "default", env=NO_SKIPS)
+    session.run("pytest", "-m", "smoke", "-W", "default", "tests", env=NO_SKIPS)
 
 
 @on(WHEEL, nightly=True)
@@ -132,5 +139,5 @@ def docs(session: nox.Session) -> None:
     session.run("simbrake", "reproduce", silent=True)
     # the examples of the docs call nearly everything between them: here shapes and types of every call are checked
     checked = NO_SKIPS | {"SIMBRAKE_CHECK_TYPES": "1"}
-    session.run("pytest", "-m", "slow", "--dist", "load", "tests/test_examples.py", env=checked)
+    session.run("pytest", "-m", "slow", "--dist", "load", "tests/pages/test_examples.py", env=checked)
     session.run("pytest", "--nbmake", "--nbmake-timeout=600", "notebooks", env=of_the_tests(session))

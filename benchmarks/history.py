@@ -7,7 +7,7 @@
 JAX, of a warm run in runs of a fixed problem by SciPy. Units of the same minute on the same machine make rows of
 different machines comparable, by some ten percent. `--png` draws the file, a line for each scene.
 
-Counts are tests as well (`tests/test_program_size.py`); times are not, as they depend on what else a machine does.
+Counts are tests as well (`tests/engine/test_program_size.py`); times are not: they depend on what else runs.
 """
 
 import argparse

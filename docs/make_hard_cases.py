@@ -13,7 +13,7 @@ import jax
 jax.config.update("jax_numpy_dtype_promotion", "strict")
 
 HERE = pathlib.Path(__file__).parent
-sys.path.insert(0, str(HERE.parent / "tests"))
+sys.path[:0] = [str(HERE.parent / "tests" / folder) for folder in (".", "physics", "engine", "files")]
 
 PARTS = [
     ("Friction and geometry", "hard_limits", "test_hard_brake.py::test_limits"),
@@ -27,9 +27,9 @@ HEAD = """# Hard cases
 
 Results of simbrake for cases in which stick–slip simulators are likely to fail: numbers with their error against a
 closed form or an independent integration (relative, rounded up to a power of ten ≥ 1e-13), or a code. The tests check
-the same functions (`pytest -k hard`; rows marked *slow* with `-m slow`); `python make_hard_cases.py` in this folder
-recomputes the table. Rows "asserted" belong to an older test, which is run for the table too. The last column shows
-SciPy's `solve_ivp` with events, where informative.
+the same functions (`pytest -k hard tests`; rows marked *slow* with `-m slow`); `python make_hard_cases.py` in this
+folder recomputes the table. Rows "asserted" belong to an older test, which is run for the table too. The last column
+shows SciPy's `solve_ivp` with events, where informative.
 """
 
 FOOT = """

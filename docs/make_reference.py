@@ -95,7 +95,7 @@ _MANY = 12
 _WIDTH = 100
 #: between an argument and its default, without and with an annotation
 _EQUALS = ("=", " = ")
-#: opens a signature: coloured as Python, but no example (`tests/test_examples.py` runs blocks of `python`)
+#: opens a signature: coloured as Python, but no example (`tests/pages/test_examples.py` runs blocks of `python`)
 _FENCE = "```py"
 _KINDS = {
     "abc.abstractmethod": "abstract",

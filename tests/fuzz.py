@@ -1,7 +1,7 @@
 """Mutated input: scene files, `--set`, recordings, result files, manifests; each is read, or an input error in words.
 
-`python tests/fuzz.py --count 20000 --seed 1` runs many of them, `tests/test_hostile_input.py` a few hundred. A mutant
-that ends in any other error, or takes longer than 2 s, is printed as a line for the corpus of that test.
+`python tests/fuzz.py --count 20000 --seed 1` runs many of them, `tests/files/test_hostile_input.py` a few hundred. A
+mutant that ends in any other error, or takes longer than 2 s, is printed as a line for the corpus of that test.
 """
 
 import argparse

@@ -56,7 +56,7 @@ PARTS = {
 BLIND = {"test_house.py", "test_words.py", "test_program_size.py", "test_costs.py", "test_docs.py", "test_plant.py"}
 ROWS = "planted_rows.py"
 #: files whose functions run in other processes, or before a test: tests that see them
-ELSEWHERE = {"simbrake/files/_slave.py": "test_fmu.py", "simbrake/_base/_precision.py": "test_start.py"}
+ELSEWHERE = {"simbrake/files/_slave.py": "files/test_fmu.py", "simbrake/_base/_precision.py": "files/test_start.py"}
 
 
 def part_of(module: str) -> str | None:
@@ -181,7 +181,7 @@ def run_pytest(tree: Path, tests: Iterable[str], limit: float, **settings: str) 
 
 def make_map(only: list[str], jobs: int) -> None:
     """Runs every file of tests and records what its tests call; files recorded before are left out."""
-    files = [ROOT / "tests" / ROWS, *sorted((ROOT / "tests").glob("test_*.py"))]
+    files = [ROOT / "tests" / ROWS, *sorted((ROOT / "tests").rglob("test_*.py"))]
     files = [f for f in files if f.name not in BLIND and (f.name in only or not only)]
     todo = [f for f in files if only or not (KEPT / "map" / f"{f.stem}.json").exists()]
     (KEPT / "map").mkdir(parents=True, exist_ok=True)
@@ -190,7 +190,7 @@ def make_map(only: list[str], jobs: int) -> None:
 
         def one(file: Path) -> None:
             start, target = time.monotonic(), KEPT / "map" / f"{file.stem}.json"
-            status, _ = run_pytest(tree, [f"tests/{file.name}"], 3000.0, PLANT_MAP=str(target))
+            status, _ = run_pytest(tree, [file.relative_to(ROOT).as_posix()], 3000.0, PLANT_MAP=str(target))
             print(f"{file.name}: pytest ends with {status} after {time.monotonic() - start:.0f} s", flush=True)
 
         with ThreadPoolExecutor(jobs) as pool:

@@ -1,0 +1,57 @@
+"""Second derivatives against closed forms, and where there are none."""
+
+import jax
+import numpy as np
+import pytest
+from helpers import closed_form, stop_scene
+
+import simbrake as sb
+
+PATHS = {
+    "f": "brake.linings.friction.coefficient",
+    "J": "brake.pulley.inertia",
+    "C": "brake.band.stiffness",
+    "T0": "duty.slack_tension.level",
+    "w0": "initial.omega",
+}
+VALUES = {"f": 0.35, "J": 800.0, "C": 2e5, "T0": 8e3, "w0": 20.0}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("metric", "key", "tolerance"), [("stopping_time", "stop", 1e-7), ("slip_onset_time", "t0", 1e-9)]
+)
+def test_second_derivatives_of_the_stop_are_those_of_its_closed_form(metric, key, tolerance):
+    exact = jax.hessian(lambda p: closed_form(**p, xp=jax.numpy)[key])(VALUES)
+    slope = jax.grad(lambda p: closed_form(**p, xp=jax.numpy)[key])(VALUES)
+    found = sb.studies.hessian(stop_scene(), metric, list(PATHS.values()))
+    assert found.paths == tuple(PATHS.values())
+    scale = abs(found.value)
+    for i, a in enumerate(VALUES):
+        assert found.gradient[i] * VALUES[a] / scale == pytest.approx(float(slope[a]) * VALUES[a] / scale, abs=1e-9)
+        for j, b in enumerate(VALUES):
+            unit = VALUES[a] * VALUES[b] / scale  # as elasticities, of order one
+            assert found.matrix[i, j] * unit == pytest.approx(float(exact[a][b]) * unit, rel=tolerance, abs=tolerance)
+            assert abs(found.matrix[i, j] - float(exact[a][b])) * unit <= 10 * found.error[i, j] * unit + 1e-7
+    np.testing.assert_array_equal(found.matrix, found.matrix.T)
+    # a range of 1 % shows the same curvature, but for its fourth derivative
+    (table,) = sb.sensitivity(stop_scene(), [metric], [PATHS["f"]], span=0.01)
+    (row,) = table.rows
+    assert row.low is not None
+    bent = (0.5 * (row.low + row.high) - table.value) / (0.5 * row.half**2)
+    assert bent == pytest.approx(float(exact["f"]["f"]), rel=1e-3)
+
+
+def test_another_sequence_of_events_within_the_step_is_refused():
+    scene, metric = stop_scene(), "stopping_time"
+    stop = float(sb.simulate(scene).stopping_time)
+    close = sb.with_values(scene, {"end_time": 1.005 * stop})
+    with pytest.raises(sb.InputError, match=r"initial\.omega: .* within a step of 0\.02 — give a smaller step"):
+        sb.studies.hessian(close, metric, "initial.omega")
+    assert sb.studies.hessian(close, metric, "initial.omega", step=0.001).matrix.shape == (1, 1)
+    with pytest.raises(sb.InputError, match="unknown parameter"):
+        sb.studies.hessian(scene, metric, "initial.omeg")
+    with pytest.raises(sb.InputError, match=r"initial\.time: is 0"):
+        sb.studies.hessian(scene, metric, "initial.time")
+    with pytest.raises(sb.InputError, match="stoping_time"):
+        sb.studies.hessian(scene, "stoping_time", "initial.omega")

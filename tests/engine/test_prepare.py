@@ -1,0 +1,146 @@
+"""The prepared handle: the numbers of single runs and their derivatives, room for longer runs, faults."""
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from heat_scenes import fading, lump, rigid_stop
+from helpers import closed_form, stop_scene
+
+import simbrake as sb
+from simbrake._base._compiling import compiled
+
+TIMES = {"slip_onset_time": "t0", "full_slip_time": "t1", "stopping_time": "stop"}
+
+PATHS = {"initial.omega": "w0", "duty.slack_tension.level": "T0", "brake.pulley.inertia": "J"}
+
+
+@pytest.fixture(scope="module")
+def run():
+    return sb.prepare(stop_scene(end=20.0), [*TIMES, "energy.friction_heat"])
+
+
+def test_runs_and_gradients_are_those_of_the_closed_form(run):
+    assert run.program.one_function == (jax.default_backend() == "cpu")
+    derived = jax.jit(jax.jacobian(lambda p: {name: closed_form(**p, xp=jnp)[key] for name, key in TIMES.items()}))
+    for change in ({}, {"initial.omega": 11.0}, {"duty.slack_tension.level": 6e3, "initial.omega": 25.0}):
+        p = {"w0": change.get("initial.omega", 20.0), "T0": change.get("duty.slack_tension.level", 8e3), "J": 800.0}
+        truth = closed_form(**p)
+        slopes, answer, slope = derived(p), run(change), run.gradient(change)
+        assert answer.code == 0
+        assert answer.accepted > 5
+        assert slope.shape == (4, run.numbers.size)
+        for row, (name, key) in zip(slope, TIMES.items(), strict=False):
+            assert answer.metrics[name] == pytest.approx(truth[key], rel=1e-9)
+            for path, of in (
+                ("initial.omega", "w0"),
+                ("duty.slack_tension.level", "T0"),
+                ("brake.pulley.inertia", "J"),
+            ):
+                expected = float(slopes[name][of])
+                assert row[run.places[path]] == pytest.approx(expected, rel=1e-7, abs=1e-12)
+
+
+def test_same_as_simulate_for_entries_and_vectors(run):
+    change = {"brake.linings.angle[3]": 0.21, "brake.linings.angle[-1]": 0.25, "brake.pulley.inertia": 700.0}
+    numbers = run.vector(change)
+    assert run(numbers) == run(change)
+    result = run.result(change)
+    found = run(change).metrics
+    assert found["stopping_time"] == pytest.approx(float(result.stopping_time), rel=1e-12)
+    assert found["energy.friction_heat"] == pytest.approx(float(result.energy["friction_heat"]), rel=1e-12)
+    entry = range(run.numbers.size)[run.places["brake.linings.angle"]][3]
+    assert numbers[entry] == 0.21
+    assert run.numbers[entry] != 0.21
+
+
+def test_a_run_that_needs_more_room_gets_it():
+    run = sb.prepare(stop_scene(end=20.0), ["stopping_time"], max_steps=8)
+    assert run().metrics["stopping_time"] == pytest.approx(closed_form()["stop"], rel=1e-10)
+    assert run.max_steps > 8
+
+
+def test_never_is_infinite_and_its_derivative_zero(run):
+    answer = run({"initial.omega": 0.0})
+    assert answer.metrics["stopping_time"] == np.inf
+    assert not np.any(run.gradient({"initial.omega": 0.0})[2])
+
+
+@pytest.mark.slow
+def test_measured_friction_runs_as_one_function_too():
+    speeds, values = jnp.linspace(0.0, 30.0, 7), jnp.asarray([0.4, 0.36, 0.34, 0.33, 0.325, 0.32, 0.32])
+    run = sb.prepare(stop_scene(law=sb.friction.TabulatedFriction(speeds, values)), ["stopping_time"], rtol=1e-8)
+    assert run.program.one_function == (jax.default_backend() == "cpu")
+    assert run().metrics["stopping_time"] == pytest.approx(float(run.result().stopping_time), rel=1e-9)
+
+
+@pytest.mark.slow
+def test_heat_and_the_implicit_method():
+    scene = rigid_stop(fading(), lump())
+    expected = sb.simulate(scene, rtol=1e-11).stopping_time
+    for solver in (None, sb.hybrid.Rodas5P()):
+        run = sb.prepare(scene, ["stopping_time"], solver=solver, rtol=1e-8)
+        assert run.program.one_function == (jax.default_backend() == "cpu")
+        assert run().metrics["stopping_time"] == pytest.approx(float(expected), rel=1e-6)
+
+
+def test_what_calls_a_library_is_compiled_the_ordinary_way():
+    a = np.arange(9.0) + np.eye(3).ravel()
+
+    def solved(x):
+        return jnp.linalg.solve(x.reshape(3, 3), jnp.ones(3))
+
+    program = compiled(solved, a)
+    assert not program.one_function
+    np.testing.assert_allclose(program.call(a), np.linalg.solve(a.reshape(3, 3), np.ones(3)), rtol=1e-13)
+    other = compiled(solved, a, otherwise=lambda x: 2 * solved(x))
+    np.testing.assert_allclose(other.call(a), 2 * np.asarray(program.call(a)), rtol=1e-15)
+    assert compiled(jnp.tan, a, otherwise=solved).one_function == (jax.default_backend() == "cpu")
+
+
+def test_faults(run):
+    with pytest.raises(sb.InputError, match=r"initial\.omega"):
+        run({"initial.omeg": 3.0})
+    with pytest.raises(sb.InputError, match=r"brake\.pulley\.inertia"):
+        run.check({"brake.pulley.inertia": -3.0})
+    with pytest.raises(sb.InputError, match="stopping_time"):
+        sb.prepare(stop_scene(), ["stoping_time"])
+    assert run({"brake.pulley.inertia": np.nan}).code != 0
+
+
+def test_functions_with_arrays_and_another_tolerance():
+    def both(result):
+        return jnp.stack([result.slip_onset_time, result.stopping_time])
+
+    run = sb.prepare(stop_scene(end=20.0), [both, "full_slip_time"], rtol=1e-10)
+    truth = closed_form()
+    fine, coarse = run(), run(rtol=1e-4)
+    np.testing.assert_allclose(fine.metrics["both"], [truth["t0"], truth["stop"]], rtol=1e-9)
+    assert fine.metrics["full_slip_time"] == pytest.approx(truth["t1"], rel=1e-9)
+    assert coarse.accepted < fine.accepted
+    assert run.gradient().shape == (3, run.numbers.size)
+
+
+class Kinds(sb.friction.AbstractFriction):
+    """A law of one's own that picks the coefficient of every lining by its index."""
+
+    values: jax.Array
+    which: np.ndarray
+
+    def kinetic(self, contact):
+        return jnp.asarray(self.values)[jnp.asarray(self.which)]
+
+    def static(self, contact):
+        return self.kinetic(contact)
+
+    def faults(self, path):
+        return []
+
+
+def test_whole_numbers_of_a_law_of_ones_own_stay_whole():
+    law = Kinds(jnp.asarray([0.2, 0.35]), np.ones(20, np.int32))
+    scene = eqx.tree_at(lambda s: s.brake.linings.friction, stop_scene(), law)
+    expected = pytest.approx(closed_form()["stop"], rel=1e-10)
+    assert float(sb.simulate(scene).stopping_time) == expected
+    assert sb.prepare(scene, ["stopping_time"])().metrics["stopping_time"] == expected

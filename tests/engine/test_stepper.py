@@ -1,0 +1,242 @@
+"""Steps that the caller sets: equal to one run of the same commands, closed forms, states kept and taken up again."""
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import simbrake as sb
+from simbrake._run import _stepper
+
+ELASTIC = sb.Brake(sb.Pulley("590 mm", 1200.0), sb.Band("623 mm", 4e5), sb.uniform_linings(20, "270 deg", 0.35))
+COMMANDS = [(5e3, 5e3), (12e3, 5e3), (24e3, 4e3), (24e3, 6e3), (1e3, 6e3), (0.0, 6e3), (20e3, 6e3), (20e3, 3e3)]
+
+
+def rigid(lever=24e3, load=5e3, **options):
+    linings = sb.uniform_linings(12, "270 deg", 0.35)
+    brake = sb.Brake(sb.Pulley("590 mm", 1200.0), sb.Band("623 mm"), linings)
+    return sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad(load)), sb.Initial(24.0), "5 s", **options)
+
+
+def elastic(lever=24e3):
+    return sb.Scene(ELASTIC, sb.Duty(lever, sb.TorqueLoad(5e3)), sb.Initial(24.0), "5 s")
+
+
+def test_steps_of_one_scene_are_its_run():
+    scene = sb.Scene(ELASTIC, sb.Duty(sb.ramp(0.0, 24e3, 0.0, 0.3), sb.TorqueLoad(5e3)), sb.Initial(24.0), "3 s")
+    whole, stepper = sb.simulate(scene), sb.Stepper(scene)
+    events = [event for _ in range(60) for event in stepper.advance(0.05).events]
+    names = [event for event in whole.events if event.name != "lining_limit"]
+    assert [event.name for event in events] == [event.name for event in names]
+    np.testing.assert_allclose([event.time for event in events], [event.time for event in names], rtol=1e-9)
+    assert stepper.omega == 0.0
+    phi = whole.series([3.0]).phi[0]
+    np.testing.assert_allclose(stepper["phi"], phi, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_commands_are_jumps_of_a_profile():
+    stepper = sb.Stepper(elastic(), inputs=["lever", "load"])
+    events = [event for F, M in COMMANDS for event in stepper.advance(0.31, lever=F, load=M).events]
+    whole = sb.simulate(stepper.history())
+    names = [event for event in whole.events if event.name != "lining_limit"]
+    assert [event.name for event in events] == [event.name for event in names]
+    assert {"slip_onset", "restick", "stop", "restart", "release"} <= {event.name for event in events}
+    np.testing.assert_allclose([event.time for event in events], [event.time for event in names], rtol=1e-9)
+    end, kept = whole.record.y_end, stepper.series()
+    np.testing.assert_allclose(kept.phi[0], end.phi, rtol=1e-9)
+    np.testing.assert_allclose(kept.elongation[0], end.own.x, rtol=1e-9)
+    for name in ("load_work", "lever_work", "friction_heat"):
+        np.testing.assert_allclose(
+            getattr(kept, name)[0], getattr(whole.series([whole.record.t_end]), name)[0], rtol=1e-9
+        )
+
+
+def test_held_inputs_of_a_rigid_band_in_closed_form():
+    """J dω/dt = M − T_0 (Π − 1) R: uniformly decelerated between two commands, at rest until the load outweighs it."""
+    scene, ratio = rigid(), None
+    stepper = sb.Stepper(scene, inputs=["lever", "load"])
+    tan = np.tan(1.5 * np.pi / 12 / 2)
+    ratio = ((1 + 0.35 * tan) / (1 - 0.35 * tan)) ** 12
+    arm, inertia, omega = 0.623 * (ratio - 1), 1200.0, 24.0
+    for F, M in ((3e3, 2e3), (6e3, 8e3), (0.0, 3e3)):
+        stepper.advance("0.4 s", lever=F, load=M)
+        omega += (M - F * arm) / inertia * 0.4
+        np.testing.assert_allclose(stepper.omega, omega, rtol=1e-12)
+    stop = stepper.advance(2.0, lever="9 kN", load=0.0).events[-1]
+    np.testing.assert_allclose(stop.time, 1.2 + omega * inertia / (9e3 * arm), rtol=1e-12)
+    assert (stop.name, stepper.omega) == ("stop", 0.0)
+    assert stepper.advance(10.0, load=0.999 * 9e3 * arm).events == []
+    assert stepper.omega == 0.0
+    begun = stepper.advance(0.5, load=1.2 * 9e3 * arm)
+    assert [(event.name, event.time) for event in begun.events] == [("restart", 13.2), ("full_slip", 13.2)]
+    np.testing.assert_allclose(stepper.omega, 0.2 * 9e3 * arm / inertia * 0.5, rtol=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("lag", "dead_time"), [("60 ms", "0 s"), (None, "130 ms"), ("60 ms", "130 ms")])
+def test_an_actuator_follows_its_commands(lag, dead_time):
+    """More commands than fit wait in the dead time, and a lag still feels those that are long over (against SciPy)."""
+    late, slow = {"0 s": 0.0, "130 ms": 0.13}[dead_time], 0.0 if lag is None else 0.06
+    scene = rigid(sb.loads.Actuator(24e3, lag=lag, dead_time=dead_time))
+    stepper = sb.Stepper(scene, inputs=["lever"])
+    rng = np.random.default_rng(5)
+    given = [(0.05 * k, force) for k, force in enumerate(rng.uniform(1e3, 9e3, 24))]
+    found = []
+    for _, force in given:
+        stepper.advance(0.05, lever=force)
+        found.append(stepper["slack_tension"])
+
+    def command(t):
+        return [24e3, *(force for begun, force in given if begun <= t + 1e-12)][-1]
+
+    wanted, tension = [], 24e3
+    for k in range(24):
+        knots = sorted({0.05 * k, *(0.05 * j + late for j in range(24)), 0.05 * (k + 1)})
+        for a, b in pairwise(knots):
+            if a < 0.05 * k - 1e-12 or b > 0.05 * (k + 1) + 1e-12 or b - a < 1e-12:
+                continue
+            u = command(0.5 * (a + b) - late)
+            if not slow:
+                tension = u
+            else:
+                run = solve_ivp(lambda t, F, u=u: (u - F) / slow, (a, b), [tension], rtol=1e-12, atol=1e-6)
+                tension = run.y[0, -1]
+        wanted.append(tension)
+    np.testing.assert_allclose(found, wanted, rtol=1e-9)
+    whole = sb.simulate(stepper.history())
+    np.testing.assert_allclose(stepper["phi"], whole.record.y_end.phi, rtol=1e-9)
+
+
+def test_a_state_goes_on_to_the_last_bit(tmp_path):
+    scene = rigid(sb.loads.Actuator(24e3, lag="60 ms", dead_time="130 ms"))
+    stepper = sb.Stepper(scene, inputs=["lever"])
+    for force in (3e3, 8e3, 5e3, 7e3):
+        stepper.advance(0.04, lever=force)
+    np.savez(tmp_path / "state.npz", **stepper.state())
+
+    def further(one):
+        return [(one.advance(0.03, lever=force).events, one.omega) for force in (2e3, 9e3, 20e3, 20e3, 24e3)]
+
+    first = further(stepper)
+    with np.load(tmp_path / "state.npz") as kept:
+        again = sb.Stepper(scene, inputs=["lever"], state=kept)
+    assert (again.time, again.inputs) == (0.16, {"lever": 7e3})
+    assert further(again) == first
+    assert (
+        stepper.history().duty.slack_tension.command.times.tolist()
+        == again.history().duty.slack_tension.command.times.tolist()
+    )
+    np.testing.assert_array_equal(again.state()["y"], stepper.state()["y"])
+    other = sb.Stepper(rigid(sb.loads.Actuator(25e3, lag="60 ms", dead_time="130 ms")), inputs=["lever"])
+    with pytest.raises(sb.InputError, match="state: is of another scene"):
+        other.restore(stepper.state())
+    with pytest.raises(sb.InputError, match="state: has other entries"):
+        sb.Stepper(scene).restore(stepper.state())
+
+
+def test_columns_after_a_restore_are_those_of_the_state():
+    stepper = sb.Stepper(rigid(), inputs=["lever", "load"])
+    stepper.advance(0.1, lever=4e3, load=2e3)
+    kept, names = stepper.state(), ("slack_tension", "load_torque", "brake_torque")
+    before = [stepper[name] for name in names]
+    assert before[:2] == [4e3, 2e3]
+    stepper.advance(0.1, lever=9e3, load=7e3)
+    stepper.restore(kept)
+    assert [stepper[name] for name in names] == before
+    another = sb.Stepper(rigid(), inputs=["lever", "load"], state=kept)
+    assert [another[name] for name in names] == before
+
+
+def test_a_new_value_or_length_compiles_nothing():
+    stepper = sb.Stepper(rigid(), inputs=["lever"])
+    stepper.advance(0.1, lever=4e3)
+    count = _stepper._program.made
+    for k in range(20):
+        stepper.advance(0.01 * (k + 1), lever=4e3 + 100.0 * k)
+    assert _stepper._program.made == count
+
+
+def test_a_lever_with_arms_and_a_driller_are_commanded_as_such():
+    lever = sb.Lever("400 N", arm="1.5 m", slack_arm="0.1 m")
+    stepper = sb.Stepper(rigid(lever), inputs=["lever"])
+    stepper.advance(0.1, lever="200 N")
+    np.testing.assert_allclose(stepper["slack_tension"], 3000.0, rtol=1e-14)
+    driller = sb.Stepper(rigid(sb.Driller(sb.PiecewiseLinear([0.0], [24.0]), "60 kN")), inputs=["lever"])
+    driller.advance(4.0, lever="120 rpm")
+    # ω − ω_r falls by e^{−g t} with g = 2/s
+    np.testing.assert_allclose(driller.omega - 4 * np.pi, (24 - 4 * np.pi) * np.exp(-8.0), rtol=1e-7)
+
+
+def test_wrong_input_is_reported_at_once_and_changes_nothing():
+    with pytest.raises(sb.InputError) as caught:
+        sb.Stepper(
+            sb.Scene(ELASTIC, sb.Duty("0 N", sb.HookLoad("60 t", "400 mm", 8)), sb.Initial(24.0), 5.0),
+            ["lever", "load", "wind"],
+        )
+    text = str(caught.value)
+    assert "duty.slack_tension: is 0 at all times" in text
+    assert "duty.load: a HookLoad gives its torque by itself" in text
+    assert "wind: is no input — inputs are lever and load" in text
+    stepper = sb.Stepper(rigid(), inputs=["lever"])
+    before = stepper.state()
+    with pytest.raises(sb.InputError) as caught:
+        stepper.advance("-1 s", lever="3 kg", load=3.0)
+    text = str(caught.value)
+    assert all(part in text for part in ("dt: ", "lever: ", "load: is no input of this stepper"))
+    assert all(np.array_equal(before[name], value) for name, value in stepper.state().items())
+
+
+def warmed():
+    """A brake at rest whose linings are warmed from outside by 2 K/s, and whose friction is known up to 400 K."""
+    fade = sb.friction.TabulatedFade(np.asarray([280.0, 400.0]), np.asarray([1.0, 0.8]))
+    law = sb.friction.ProductFriction(sb.ConstantFriction(0.3), (fade,))
+    brake = sb.Brake(sb.Pulley("590 mm", 1200.0), sb.Band("623 mm", 4e5), sb.uniform_linings(12, "270 deg", law))
+    heat = sb.Heat(
+        (sb.thermal.Lump("linings", 1e4),),
+        sources=(sb.thermal.Source("linings", 2e4),),
+        friction=sb.thermal.FrictionHeat(None, "linings", sb.thermal.ConstantPartition(1.0)),
+        linings="linings",
+    )
+    return sb.Scene(brake, sb.Duty(8e3, sb.TorqueLoad(0.0)), sb.Initial(0.0), 100.0, heat)
+
+
+def test_heat_goes_on_at_rest_and_a_step_that_fails_changes_nothing():
+    stepper = sb.Stepper(warmed(), inputs=["lever"])
+    for k in range(5):
+        stepper.advance(10.0, lever=8e3 + k)
+        np.testing.assert_allclose(stepper["lining_temperature"], 293.15 + 20.0 * (k + 1), rtol=1e-10)
+    before = stepper.state()
+    with pytest.raises(sb.SimulationError, match="outside_table"):
+        stepper.advance(10.0, lever=7e3)
+    assert all(np.array_equal(before[name], value) for name, value in stepper.state().items())
+    stepper.advance(3.0, lever=6e3)
+    np.testing.assert_allclose(stepper["lining_temperature"], 293.15 + 106.0, rtol=1e-10)
+    said = np.asarray(stepper.history().duty.slack_tension.values)
+    np.testing.assert_array_equal(said[::2], [8e3, 8001.0, 8002.0, 8003.0, 8004.0, 6e3])  # not what failed
+
+
+def test_values_are_read_as_columns():
+    stepper = sb.Stepper(rigid(), inputs=["lever"])
+    stepper.advance(0.1)
+    assert stepper["normal_load"].shape == (12,)
+    with pytest.raises(KeyError, match="is no column of this scene; there are t, phi, omega"):
+        stepper["torque"]
+    assert repr(stepper).startswith("Stepper(standard brake: t = 0.1 s, ")
+    assert repr(stepper).endswith(" rad/s, slip; inputs: lever 24 kN)")
+
+
+def test_numbers_come_from_arrays_and_one_input_from_its_name():
+    stepper = sb.Stepper(rigid(), inputs="lever")
+    assert stepper.units == {"lever": "N"}
+    stepper.advance(np.float32(0.5), lever=np.asarray(3e3))
+    assert (stepper.time, stepper.inputs, stepper.holding) == (0.5, {"lever": 3e3}, False)
+    other = sb.Stepper(rigid(), "lever", state=stepper.state())
+    stepper.advance(5.0, lever=20e3)  # two that go on from one state do not share their commands
+    other.advance(0.1, lever=4e3)
+    assert stepper.holding
+    assert stepper.history().duty.slack_tension.values.tolist() == [3e3, 3e3, 20e3]
+    assert other.history().duty.slack_tension.values.tolist() == [3e3, 3e3, 4e3]
+    with pytest.raises(sb.InputError, match=r"lever: .* is not a number"):
+        stepper.advance(0.1, lever=np.ones(2))

@@ -1,0 +1,474 @@
+"""Scene files: what is written comes back to the last bit, and no text leads to a traceback."""
+
+import importlib.util
+import json
+import math
+import pathlib
+import re
+
+import jax
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+import simbrake as sb
+from simbrake.files import leaves
+from simbrake.files._schema import all_makers, parts_of
+
+SCENARIOS = pathlib.Path(__file__).parents[2] / "scenarios"
+TEXT = """
+format = "simbrake scene 1"
+end_time = "5 s"
+
+[brake]
+pulley = { radius = "590 mm", inertia = "1200 kg*m^2" }
+band = { radius = "623 mm", stiffness = "100 kN/m" }
+linings = { count = 20, wrap = "270 deg", friction = 0.35 }
+
+[duty]
+slack_tension = { start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }
+load = { mass = "60 t", drum_radius = "40 cm", line_count = 8 }
+
+[initial]
+omega = "24 rad/s"
+"""
+HEATED = (
+    TEXT.replace("friction = 0.35", "friction = { base = 0.35, factors = [{ slope = 3e-4, above = '120 degC' }] }")
+    + """
+[heat]
+type = "with_pulley_structure"
+material = "steel_20L"
+
+[heat.heat]
+type = "layered_heat"
+rim = "steel_20L"
+rim_thickness = "25 mm"
+rim_layers = 5
+track_area = 0.8
+partition = 0.9
+lining = { conductivity = 0.8, density = "2 g/cm^3", specific_heat = "1.1 kJ/(kg*K)" }
+lining_area = 0.6
+lining_layers = 4
+inside = { at_rest = 8, speed = "20 km/h" }
+outside = "25 W/m^2/K"
+temperature = "20 degC"
+permissible = "450 degC"
+"""
+)
+
+
+def scenario(name):
+    spec = importlib.util.spec_from_file_location(name, SCENARIOS / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module.scene()
+
+
+def assert_same(a, b):
+    (x, s), (y, t) = jax.tree.flatten(a), jax.tree.flatten(b)
+    assert s == t
+    for one, other in zip(x, y, strict=True):
+        assert np.shape(one) == np.shape(other)
+        assert np.asarray(one).tobytes() == np.asarray(other).tobytes()
+
+
+NAMES = sorted(file.stem for file in SCENARIOS.glob("*.py") if "def scene()" in file.read_text("utf-8"))
+
+
+@pytest.mark.smoke
+@pytest.mark.parametrize("name", NAMES)
+def test_every_shipped_scene_is_written_and_read_without_loss(name, tmp_path):
+    there = scenario(name)
+    sb.write_scene(there, tmp_path / "scene.toml")
+    assert_same(sb.read_scene(tmp_path / "scene.toml"), there)
+    assert [file.name for file in tmp_path.iterdir()] == ["scene.toml"]
+
+
+def test_units_and_short_forms_mean_the_scene_in_python():
+    wanted = sb.Scene(
+        brake=sb.Brake(
+            sb.Pulley(radius=0.59, inertia=1200.0),
+            sb.Band(radius=0.623, stiffness=1e5),
+            sb.uniform_linings(20, math.radians(270), sb.ConstantFriction(0.35)),
+        ),
+        duty=sb.Duty(sb.ramp(2e3, 24e3, 0.0, 0.35), sb.HookLoad(mass=60e3, drum_radius=0.4, line_count=8)),
+        initial=sb.Initial(omega=24.0),
+        end_time=5.0,
+    )
+    assert_same(sb.files.scene_from_text(TEXT), wanted)
+
+
+def test_builders_of_heat_in_a_file():
+    scene = sb.files.scene_from_text(HEATED)
+    steel, lining = sb.material("steel_20L"), sb.Material(0.8, 2000.0, 1100.0)
+    layered = sb.layered_heat(
+        rim=steel,
+        rim_thickness=0.025,
+        rim_layers=5,
+        track_area=0.8,
+        partition=sb.thermal.ConstantPartition(0.9),
+        lining=lining,
+        lining_area=0.6,
+        lining_layers=4,
+        inside=sb.thermal.SpeedCoefficient(8.0, 20 / 3.6),
+        outside=25.0,
+        temperature=293.15,
+        permissible=723.15,
+    )
+    assert_same(scene.heat, sb.thermal.with_pulley_structure(layered, steel))
+    assert_same(sb.files.scene_from_text(sb.files.scene_text(scene)), scene)
+
+
+def test_a_history_from_csv_has_its_rows_as_knots(tmp_path):
+    (tmp_path / "lever.csv").write_text("t [ms];slack_tension [kN]\n0;2\n350;24\n350;20\n# end\n900;\n1000;20,5\n")
+    text = TEXT.replace(
+        '{ start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }',
+        '{ file = "lever.csv", column = "slack_tension", begin = "1 s" }',
+    )
+    (tmp_path / "scene.toml").write_text(text)
+    profile = sb.read_scene(tmp_path / "scene.toml").duty.slack_tension
+    np.testing.assert_array_equal(profile.times, [1.0, 1.35, 1.35, 2.0])
+    np.testing.assert_array_equal(profile.values, [2e3, 24e3, 20e3, 20.5e3])
+
+
+def test_a_faulty_history_names_line_and_column(tmp_path):
+    (tmp_path / "lever.csv").write_text("t,slack_tension [m]\n1,2\n0,x\n")
+    text = TEXT.replace(
+        '{ start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }', '{ file = "%s", column = "%s" }'
+    )
+    with pytest.raises(sb.InputError) as caught:
+        sb.files.scene_from_text(text % ("lever.csv", "slack_tension"), tmp_path)
+    assert "duty.slack_tension: " in str(caught.value)
+    assert "'m' is not a unit of a quantity in N" in str(caught.value)
+    assert "line 3, column slack_tension [m]: 'x' is not a number" in str(caught.value)
+    with pytest.raises(sb.InputError, match="has no column tension — there are: t, slack_tension"):
+        sb.files.scene_from_text(text % ("lever.csv", "tension"), tmp_path)
+    with pytest.raises(sb.InputError, match="there is no such file"):
+        sb.files.scene_from_text(text % ("other.csv", "tension"), tmp_path)
+
+
+def test_all_faults_of_a_file_in_one_report():
+    text = """
+end_time = "5 m"
+solver = 3
+[brake]
+pulley = { radius = "-590 mm", inertia = "12 kg*m^3", widht = 2 }
+band = { radius = true, stiffness = "stiff" }
+linings = { count = 2.5, wrap = "270 degC", friction = 11 }
+[duty]
+slack_tension = { type = "Ramp", start = 1 }
+load = { mass = "60 t", drum_radius = 0, line_count = 8 }
+[initial]
+[heat]
+type = "layered_heat"
+rim = "steel_20"
+partition = 1.5
+rim_thickness = nan
+track_area = 2021-01-01
+temperature = "-300 degC"
+"""
+    with pytest.raises(sb.InputError) as caught:
+        sb.files.scene_from_text(text)
+    said = [str(fault) for fault in caught.value.faults]
+    for words in (
+        "end_time: '5 m': 'm' is not a unit of end of the run, which is in s — known here: s, ms",
+        "solver: unknown key of Scene — there are: brake, duty",
+        "brake.pulley.radius: '-590 mm' = -0.59 m is out of range — radius of the friction track must be > 0 m",
+        "brake.pulley.inertia: '12 kg*m^3': 'kg*m^3' is not a unit",
+        "brake.pulley.widht: unknown key of Pulley — nearest: width",
+        "brake.band.radius: True is not a number",
+        "brake.band.stiffness: 'stiff' is not a number with a unit",
+        "brake.linings.count: 2.5 is not a whole number",
+        "brake.linings.wrap: '270 degC': 'degC' is not a unit of wrap angle, which is in rad — known here: rad, deg",
+        "brake.linings.friction: 11 is out of range — coefficient of friction must be ≥ 0 and ≤ 10",
+        "duty.slack_tension.type: 'Ramp' does not fit here — nearest: ramp",
+        "duty.load.drum_radius: 0 is out of range",
+        "initial.omega: is missing — initial speed",
+        "heat.rim: 'steel_20' is not a material of the library — nearest: steel_20L",
+        "heat.rim_thickness: nan is out of range",
+        "heat.track_area: datetime.date(2021, 1, 1) is not a number",
+        "heat.partition: 1.5 is out of range",
+        "heat.temperature: '-300 degC' = -26.85 K is out of range",
+    ):
+        assert any(one.startswith(words) for one in said), (words, said)
+    assert len(said) == 18
+
+
+def test_a_difference_of_temperatures_is_not_read_in_celsius():
+    with pytest.raises(sb.InputError, match="not a difference of two"):
+        sb.files.scene_from_text(HEATED.replace("above = '120 degC'", "above = '120 degC', blend = '5 degC'"))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ('"simbrake scene 1"', '"simbrake scene 9"', "this program reads"),
+        ("count = 20, wrap", "count = 20, count = 20, wrap", "TOML: .*line"),
+        ("friction = 0.35", "friction = { static_ratio = 1 }", "friction.type: is missing: the keys do not tell"),
+        ('radius = "623 mm"', 'radius = "0.2 m"', "is inside the track"),
+        ("friction = 0.35", "friction = " + "{ base = " * 3000 + "1" + "}" * 3000, "nested too deeply|cannot be read"),
+        ("friction = 0.35", "friction = " + "9" * 5000, "cannot be read"),
+    ],
+)
+def test_other_faults(old, new, words):
+    with pytest.raises(sb.InputError, match=words):
+        sb.files.scene_from_text(TEXT.replace(old, new, 1))
+
+
+LEVER = '{ start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }'
+LOAD = 'mass = "60 t", drum_radius = "40 cm", line_count = 8'
+FRICTIONS = [
+    "ConstantFriction",
+    "StribeckFriction",
+    "TabulatedFriction",
+    "ProductFriction",
+    "FrictionWithMemory",
+    "ChangingFriction",
+]
+LAWS = ", ".join(FRICTIONS)
+ENDS = '"rest", "travel 27 m", "temperature 350 degC", "temperature of the linings below 80 degC", "12 s"'
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            "friction = 0.35",
+            "friction = true",
+            f"brake.linings.friction: True is not a table — give a table with the keys of one of: {LAWS}",
+        ),
+        (
+            "friction = 0.35",
+            "friction = 2021-01-01",
+            "brake.linings.friction: datetime.date(2021, 1, 1) is not a table — give a table with the keys of one of: "
+            + LAWS,
+        ),
+        (
+            "friction = 0.35",
+            "friction = { static_ratio = 1 }",
+            "brake.linings.friction.type: is missing: the keys do not tell which kind is meant — one of: "
+            "ConstantFriction, TabulatedFriction (key speed)",
+        ),
+        (
+            "friction = 0.35",
+            "friction = {}",
+            f"brake.linings.friction.type: is missing: the keys do not tell which kind is meant — one of: {LAWS}",
+        ),
+        (
+            "friction = 0.35",
+            "friction = { type = 3 }",
+            f"brake.linings.friction.type: 3 does not fit here — there are: {LAWS}",
+        ),
+        (
+            "friction = 0.35",
+            "friction = { type = 'ConstantFriktion' }",
+            "brake.linings.friction.type: 'ConstantFriktion' does not fit here — nearest: ConstantFriction, "
+            "ChangingFriction",
+        ),
+        ("count = 20, ", "", "brake.linings.count: is missing — number of linings, a whole number"),
+        ("count = 20", "count = [20]", "brake.linings.count: [20] is not a whole number — number of linings, as in 1"),
+        ("count = 20", "count = 0", "brake.linings.count: 0 is out of range — number of linings must be 1…10000"),
+        (
+            '[initial]\nomega = "24 rad/s"',
+            "",
+            "initial: is missing — a table with the keys omega, elongation, time",
+        ),
+        (
+            '{ radius = "623 mm", stiffness = "100 kN/m" }',
+            "3",
+            "brake.band: 3 is not a table — give a table with the keys radius, stiffness, segments, strength",
+        ),
+        ("start =", "strt =", "duty.slack_tension.strt: unknown key of ramp — nearest: start"),
+        (
+            LEVER,
+            "{ phases = {} }",
+            "duty.slack_tension.phases: a table is not a list — give a list, one entry for each",
+        ),
+        (LEVER, "{ file = 3, column = 'b' }", "duty.slack_tension.file: 3 is not a text — give it in quotes"),
+        (LEVER, "{ file = 'a' }", "duty.slack_tension.column: is missing — a text"),
+        (
+            LEVER,
+            "{ file = 'a', column = 'b', unit = 'N' }",
+            "duty.slack_tension.unit: unknown key of history — there are: file, column, time, begin",
+        ),
+        (
+            LEVER,
+            "{ phases = [{ lever = 3, until = 'rest' }, { lever = 2, until = 'nonsense' }] }",
+            f"duty.slack_tension.phases[1].until: 'nonsense' is not understood — as in {ENDS}",
+        ),
+        (
+            LEVER,
+            "{ phases = [{ lever = 3, until = 'rest', hangs = 1 }] }",
+            "duty.slack_tension.phases[0].hangs: 1 is not true or false",
+        ),
+        (
+            LEVER,
+            "{ phases = [{ until = 'rest' }] }",
+            "duty.slack_tension.phases[0].lever: is missing — a number, or a table: Constant, ExponentialRise, Lever, "
+            "Actuator, Delayed, PiecewiseLinear, Repeated, SpeedHold, Driller, ramp, history",
+        ),
+        ('format = "simbrake scene 1"', "format = 2", 'format: 2 is not known — this program reads "simbrake scene 1"'),
+    ],
+)
+def test_faults_in_words(old, new, said):
+    with pytest.raises(sb.InputError) as caught:
+        sb.files.scene_from_text(TEXT.replace(old, new, 1))
+    assert said in [str(fault) for fault in caught.value.faults]
+
+
+def test_times_of_a_history_go_on(tmp_path):
+    """The first row that is earlier than the one before it is named by its line; empty rows are left out."""
+    text = TEXT.replace(LEVER, '{ file = "lever.csv", column = "slack_tension" }')
+    for rows, said in (
+        (
+            "0,1\n2,1\n2.5,\n1,3\n4,4\n3,4\n",
+            " line 5, column t: is earlier than the line before — sort the rows by time",
+        ),
+        ("0,\n1,\n", " column slack_tension: has no value"),
+        ("0,x\n1,\n", " line 2, column slack_tension: 'x' is not a number"),
+    ):
+        (tmp_path / "lever.csv").write_text("t,slack_tension\n" + rows, "utf-8")
+        with pytest.raises(sb.InputError) as caught:
+            sb.files.scene_from_text(text, tmp_path)
+        (fault,) = caught.value.faults
+        assert str(fault).startswith(f"duty.slack_tension: {tmp_path / 'lever.csv'}{said}")
+
+
+def test_materials_and_structures_are_written_by_their_names():
+    text = sb.files.scene_text(sb.files.scene_from_text(HEATED))
+    assert 'material = "steel_20L"' in text
+    assert len(re.findall("^conductivity = ", text, re.MULTILINE)) == text.count('conductivity = "0.8 W/(m*K)"') > 0
+
+
+def test_what_is_no_path_of_a_file_is_refused():
+    for path in ("brake.²", "brake.linings[99].count", "", "brake.linings.count.more"):
+        with pytest.raises(sb.InputError, match=r"there is no such number in the scene|no entry|is not"):
+            sb.files.scene_from_text(TEXT, values={path: 1})
+    changed = sb.files.scene_from_text(TEXT, values={"brake.linings.count": 12.0, "duty.slack_tension.end": "30 kN"})
+    assert changed.brake.linings.count == 12
+    assert changed.duty.slack_tension.values.tolist() == [2e3, 30e3]
+
+
+def test_files_of_either_kind(tmp_path):
+    (tmp_path / "scene.txt").write_text(TEXT, "utf-8")
+    with pytest.raises(sb.InputError, match=r"is neither TOML nor Python — a scene is a \.toml file"):
+        sb.files.open_scene(tmp_path / "scene.txt")
+    for text, words in (
+        ("def main(): pass", "is a study without a scene — run it: python "),
+        ("x = 1", r"defines no function scene\(\) — return a simbrake.Scene from it"),
+        ("def scene(): return 3", r"scene\(\) returned int — return a simbrake.Scene"),
+        ("def scene(): return 1 / 0", "ZeroDivisionError: division by zero — fix the scene file"),
+    ):
+        (tmp_path / "scene.py").write_text(text, "utf-8")
+        with pytest.raises(sb.InputError, match=words):
+            sb.files.open_scene(tmp_path / "scene.py")
+    (tmp_path / "scene.toml").write_text(TEXT, "utf-8")
+    read = "import simbrake as sb\n\ndef scene():\n    return sb.files.scene_from_text("
+    (tmp_path / "scene.py").write_text(f"{read}{TEXT!r})\n", "utf-8")
+    for name in ("scene.toml", "scene.py"):
+        assert_same(sb.files.open_scene(tmp_path / name), sb.files.scene_from_text(TEXT))
+        assert float(sb.files.open_scene(tmp_path / name, {"initial.omega": "12 rad/s"}).initial.omega) == 12.0
+
+
+# --- no text leads to a traceback ---------------------------------------------------------------------------------
+
+KEYS = sorted({part.name for maker in all_makers().values() for part in parts_of(maker)} | {"type", "", "é", "a.b"})
+NUMBERS = st.one_of(
+    st.integers(-(10**30), 10**30),
+    st.floats(allow_nan=True, allow_infinity=True),
+    st.sampled_from([0, 1, 20, 0.35, 1e-300, 1e300, -1, True, False]),
+)
+WORDS = st.one_of(
+    st.sampled_from(
+        ["120 kN", "270 deg", "450 degC", "1e999 N", "-1 m", "[1, 2] m", "[1, x] m", "[] N", "steel_20L", "5 9^9^9"]
+    ),
+    st.sampled_from(sorted(all_makers())),
+    st.text(max_size=12),
+)
+VALUES = st.recursive(
+    st.one_of(NUMBERS, WORDS),
+    lambda inner: st.one_of(st.lists(inner, max_size=3), st.dictionaries(st.sampled_from(KEYS), inner, max_size=4)),
+    max_leaves=8,
+)
+
+
+def slots(table, path=()):
+    found = []
+    for key, value in table.items() if isinstance(table, dict) else enumerate(table):
+        found.append((*path, key))
+        if isinstance(value, dict | list):
+            found += slots(value, (*path, key))
+    return found
+
+
+def changed(table, path, value, how):
+    import copy
+
+    table = copy.deepcopy(table)
+    node = table
+    for step in path[:-1]:
+        node = node[step]
+    if how == "remove":
+        del node[path[-1]]
+    elif how == "add" and isinstance(node, dict):
+        node[str(value)[:20] or "x"] = value
+    else:
+        node[path[-1]] = value
+    return table
+
+
+@settings(deadline=None, max_examples=200, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
+@given(data=st.data())
+def test_mutated_files_are_read_or_refused(data):
+    import tomllib
+
+    import tomli_w
+
+    table = tomllib.loads(data.draw(st.sampled_from([TEXT, HEATED, _EVERYTHING])))
+    for _ in range(data.draw(st.integers(1, 3))):
+        places = slots(table)
+        if places:
+            how = data.draw(st.sampled_from(["replace", "replace", "remove", "add"]))
+            table = changed(table, data.draw(st.sampled_from(places)), data.draw(VALUES), how)
+    try:
+        text = tomli_w.dumps(table)
+    except (TypeError, ValueError):
+        return
+    try:
+        scene = sb.files.scene_from_text(text)
+    except sb.InputError:
+        return
+    assert_same(sb.files.scene_from_text(sb.files.scene_text(scene)), scene)
+
+
+@settings(deadline=None, max_examples=200)
+@given(st.one_of(st.text(), st.binary().map(lambda raw: raw.decode("latin-1"))))
+def test_any_text_is_refused_in_words(text):
+    with pytest.raises(sb.InputError):
+        sb.files.scene_from_text(text)
+
+
+_EVERYTHING = sb.files.scene_text(scenario("everything_coupled"))
+
+FIELDS = [leaf.path for leaf in leaves(sb.files.scene_from_text(TEXT))]
+
+
+@settings(deadline=None, max_examples=60, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    st.dictionaries(
+        st.sampled_from(FIELDS),
+        st.one_of(st.sampled_from([0.0, 1e-300, 1e-12, 1.0, 1e3, 1e12, 1e39, 1e41, -1.0]), st.floats(1e-40, 1e40)),
+        min_size=1,
+        max_size=3,
+    )
+)
+def test_any_numbers_run_to_a_named_end_or_are_refused(changes):
+    try:
+        scene = sb.with_values(sb.files.scene_from_text(TEXT), changes)
+        result = sb.simulate(scene, throw=False, max_steps=500)
+    except sb.InputError:
+        return
+    summary = json.dumps(result.summary(), allow_nan=False)
+    assert f'"status": "{result.status}"' in summary
+    assert str(result).startswith(f"{result.status}: ")

@@ -1,0 +1,496 @@
+"""Faults of the surroundings: killed, no space, nothing to write to, several processes and threads, odd settings.
+
+What is promised in `docs/promises.md` is tried here; the cache has `test_cache.py`, odd input `test_hostile_input.py`.
+"""
+
+import ast
+import contextlib
+import errno
+import gc
+import multiprocessing
+import os
+import pathlib
+import resource
+import signal
+import subprocess
+import sys
+import threading
+import time
+import warnings
+
+import jax
+import numpy as np
+import pytest
+from helpers import main, stop_scene
+
+import simbrake as sb
+from simbrake import __main__ as program
+from simbrake._base import _compiling, _faults
+from simbrake._commands import _cli
+from simbrake.studies import _chunks, _ensemble
+
+SPEED = "initial.omega"
+SCENE = "scenarios/u2_5_5_stop.toml"
+ROOT = pathlib.Path(__file__).parents[2]
+
+
+def command(*arguments, **options):
+    """A process of the command line."""
+    usual = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "cwd": ROOT}
+    return subprocess.Popen([sys.executable, "-m", "simbrake", *map(str, arguments)], **usual | options)
+
+
+def names(folder):
+    return sorted(path.name for path in folder.iterdir())
+
+
+# --- nothing is half written ------------------------------------------------------------------------------------------
+
+
+def test_every_file_is_written_in_one_place():
+    """Whatever writes gets its place from `whole_file` or `whole_folder`, or from a caller that has it from there."""
+    writers, places = ("write_text", "write_bytes", "savefig", "to_csv", "to_netcdf", "savetxt", "savez"), set()
+    for file in (ROOT / "simbrake").rglob("*.py"):
+        for call in (node for node in ast.walk(ast.parse(file.read_text("utf-8"))) if isinstance(node, ast.Call)):
+            if isinstance(call.func, ast.Attribute) and call.func.attr in writers:
+                to = call.func.value if call.func.attr.startswith("write") else (call.args or [None])[0]
+                places.add("partial" if to is None else ast.unparse(to).split(" / ")[0].strip("("))
+    assert places <= {"scratch", "file", "path", "page", "place", "partial"}, places
+
+
+@pytest.fixture(scope="module")
+def result():
+    return sb.simulate(stop_scene())
+
+
+@contextlib.contextmanager
+def no_more_than(size):
+    """Files of this process end at so many bytes, as on a full disk."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+@pytest.mark.parametrize("name", ["result.nc", "result.csv", "scene.toml"])
+def test_on_a_full_disk_the_old_file_stays(result, tmp_path, name):
+    file = tmp_path / name
+    write = (lambda: sb.write_scene(result.scene, file)) if name == "scene.toml" else lambda: sb.save(result, file)
+    write()
+    before = file.read_bytes()
+    with no_more_than(100), pytest.raises(sb.InputError, match="cannot be written: File too large"):
+        write()
+    assert (names(tmp_path), file.read_bytes()) == ([name], before)
+
+
+def test_a_folder_gets_all_files_or_none(tmp_path):
+    """No space after the first of two; a folder of that name in the way; a link is replaced, not followed."""
+    folder, elsewhere = tmp_path / "out", tmp_path / "elsewhere"
+    elsewhere.write_text("mine", "utf-8")
+
+    def write(*, fails=None):
+        with _faults.whole_folder(folder) as (scratch, written):
+            (scratch / "a.txt").write_text("a", "utf-8")
+            if fails:
+                raise OSError(fails, os.strerror(fails))
+            (scratch / "b.txt").write_text("b", "utf-8")
+        return written
+
+    for fails in (errno.ENOSPC, errno.EROFS, errno.EIO):
+        with pytest.raises(sb.InputError, match="cannot be written"):
+            write(fails=fails)
+    assert names(tmp_path) == ["elsewhere"]
+    (folder / "b.txt").mkdir(parents=True)
+    with pytest.raises(sb.InputError, match="there is a folder of that name"):
+        write()
+    assert names(folder) == ["b.txt"]
+    (folder / "b.txt").rmdir()
+    (folder / "a.txt").symlink_to(elsewhere)
+    assert [file.name for file in write()] == ["a.txt", "b.txt"]
+    assert not (folder / "a.txt").is_symlink()
+    assert elsewhere.read_text("utf-8") == "mine"
+    assert names(tmp_path) == ["elsewhere", "out"]
+
+
+def test_what_a_killed_process_has_left_is_removed_later(tmp_path):
+    young, old = tmp_path / ".simbrake-young", tmp_path / ".simbrake-old"
+    for folder, age in ((young, 3500), (old, 3700)):
+        folder.mkdir()
+        (folder / "part").write_text("half", "utf-8")
+        os.utime(folder, (time.time() - age,) * 2)
+    sb.write_scene(stop_scene(), tmp_path / "scene.toml")
+    assert names(tmp_path) == [".simbrake-young", "scene.toml"]  # the young one may be at work
+
+
+def test_folders_above_a_file_are_made_and_a_reason_is_said_in_words(tmp_path):
+    with _faults.whole_file(tmp_path / "a" / "b" / "c.txt") as place:
+        place.write_text("c", "utf-8")
+    assert (names(tmp_path / "a" / "b"), (tmp_path / "a" / "b" / "c.txt").read_text("utf-8")) == (["c.txt"], "c")
+    for error, words in ((OSError("odd"), "odd"), (OSError(errno.EIO, "broken"), "broken")):
+        with pytest.raises(sb.InputError) as told, _faults.whole_file(tmp_path / "d.txt"):
+            raise error
+        assert str(told.value.faults[0]) == f"{tmp_path / 'd.txt'}: cannot be written: {words} — give another place"
+    assert names(tmp_path) == ["a"]
+
+
+def test_what_is_no_file_is_called_what_it_is(tmp_path, monkeypatch):
+    """The first eight files of the folder are named: that of the path, else the working folder."""
+    for i in range(10):
+        (tmp_path / f"{i}.toml").touch()
+    (tmp_path / "empty").mkdir()
+    (tmp_path / "x.py").touch()
+    os.mkfifo(tmp_path / "pipe")
+    eight = "there are: " + ", ".join(str(tmp_path / f"{i}.toml") for i in range(8))
+    empty = "give the path of a scene file"
+    for path, what, hint in (
+        (tmp_path, "is a folder", eight),
+        (tmp_path / "empty", "is a folder", empty),
+        (tmp_path / "pipe", "is not a regular file", eight),
+        (tmp_path / "none.toml", "there is no such file", eight),
+        (tmp_path / "empty" / "none.toml", "there is no such file", empty),
+    ):
+        with pytest.raises(sb.InputError) as told:
+            _faults.existing_file(path, "*.toml", "*.py")
+        assert told.value.faults == (_faults.Fault(str(path), what, hint),)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(sb.InputError, match=r"nowhere/a\.toml: there is no such file — there are: x\.py$"):
+        _faults.existing_file(pathlib.Path("nowhere") / "a.toml", "*.py")
+    assert _faults.existing_file(tmp_path / "x.py") == tmp_path / "x.py"
+    assert _faults.faults_of_place("--out", None) == _faults.faults_of_place("--out", tmp_path / "a" / "b") == []
+
+
+def test_errors_of_input_in_one_report():
+    one, other = _faults.Fault("end_time", "is missing", "give a time"), _faults.Fault("brake", "is missing")
+    assert str(sb.InputError([one])) == "1 input error:\n  end_time: is missing — give a time"
+    assert str(sb.InputError([one, other])).splitlines()[::2] == ["2 input errors:", "  brake: is missing"]
+
+
+def test_texts_have_one_ending_of_lines_and_no_mark(tmp_path):
+    (tmp_path / "a.toml").write_bytes(b"\xef\xbb\xbfa\r\nb\rc\n\n\xc3\xa9")
+    assert _faults.text_of_file(tmp_path / "a.toml") == "a\nb\nc\n\né"
+    assert _faults.text_of_file(tmp_path / "a.toml", most=13) == "a\nb\nc\n\né"
+    for name, most, words in (
+        ("none.toml", 13, "there is no such file — give the path of a table"),
+        ("", 13, "cannot be read: Is a directory — give a table in UTF-8"),
+        ("latin", 13, "cannot be read: 'utf-8' codec can't decode byte 0xe9 in position 0"),
+        ("a\0b", 13, "cannot be read: embedded null byte — give a table in UTF-8"),
+        ("a.toml", 12, "0 MB are more than the 0 MB of a table — make it smaller"),
+    ):
+        (tmp_path / "latin").write_bytes(b"\xe9 ")
+        with pytest.raises(sb.InputError) as told:
+            _faults.text_of_file(tmp_path / name, "a table", most)
+        assert str(told.value.faults[0]).startswith(f"{tmp_path / name}: {words}")
+    with (tmp_path / "large.csv").open("wb") as file:
+        file.truncate((1 << 28) + 1)
+    with pytest.raises(sb.InputError, match="268 MB are more than the 268 MB"):
+        sb.read_measured(tmp_path / "large.csv")
+
+
+@pytest.mark.parametrize("arguments", [("run", SCENE), ("sweep", SCENE, "--vary", "initial.omega=1:2:2")])
+def test_where_nothing_can_be_written_nothing_is_run(arguments, tmp_path, capsys, monkeypatch):
+    """A file in the way, at once or above; a folder that is read-only (root may write there, hence simulated)."""
+
+    def forbidden(*_, **__):
+        raise AssertionError("it ran")
+
+    monkeypatch.setattr(sb, "simulate", forbidden)
+    monkeypatch.setattr(_ensemble, "run_all", forbidden)
+    (tmp_path / "file").write_text("mine", "utf-8")
+    options = ("--out", "--resume") if arguments[0] == "sweep" else ("--out",)
+    for option in options:
+        for place, words in ((tmp_path / "file", "is a file"), (tmp_path / "file" / "below", "is a file")):
+            with pytest.raises(SystemExit) as stop:
+                main([*map(str, arguments), option, str(place)])
+            assert stop.value.code == 2
+            assert words in capsys.readouterr().err
+    monkeypatch.setattr("os.access", lambda *_: False)
+    with pytest.raises(SystemExit) as stop:
+        main([*map(str, arguments), "--out", str(tmp_path / "new")])
+    assert stop.value.code == 2
+    assert f"{tmp_path} is read-only" in capsys.readouterr().err
+    assert names(tmp_path) == ["file"]
+
+
+def test_a_full_disk_during_an_ensemble_is_an_input_error_and_it_goes_on_later(tmp_path, monkeypatch):
+    values, write = {SPEED: np.linspace(5, 20, 40)}, np.savez
+
+    def full(file, **columns):
+        if len(names(tmp_path / "runs")) > 2:
+            raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        write(file, **columns)
+
+    options = {"directory": tmp_path / "runs", "chunk": 8, "workers": 1, "progress": False}
+    monkeypatch.setattr(np, "savez", full)
+    with pytest.raises(sb.InputError, match="No space left on device"):
+        sb.ensemble(stop_scene(), values, ["stopping_time"], **options)
+    assert not [name for name in names(tmp_path / "runs") if name.startswith(".")]
+    monkeypatch.setattr(np, "savez", write)
+    data = sb.ensemble(stop_scene(), values, ["stopping_time"], **options)
+    fresh = sb.ensemble(stop_scene(), values, ["stopping_time"], **options | {"directory": None})
+    np.testing.assert_array_equal(data.stopping_time, fresh.stopping_time)
+
+
+RESUMED = """
+import sys, numpy as np, simbrake as sb
+from simbrake.files import open_scene
+values = {"initial.omega": np.linspace(5, 25, 4000), "duty.load.mass": np.linspace(4e4, 8e4, 4000)}
+settings = {"directory": sys.argv[2] or None, "chunk": 64, "progress": False}
+data = sb.ensemble(open_scene(sys.argv[1]), values, ["stopping_time", "energy.friction_heat"], **settings)
+print(data.stopping_time.values.tobytes().hex()[:4000], data["energy.friction_heat"].values.sum().hex())
+"""
+
+
+def resumed(folder):
+    program = [sys.executable, "-c", RESUMED, str(ROOT / SCENE), str(folder)]
+    return subprocess.Popen(program, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+@pytest.mark.slow
+def test_killed_and_continued_and_two_at_once_to_the_last_bit(tmp_path):
+    """`kill -9` in the middle; then two processes go on in the same folder at the same time."""
+    folder, first = tmp_path / "runs", resumed(tmp_path / "runs")
+    while first.poll() is None and len(list(folder.glob("chunk-*"))) < 5:
+        time.sleep(0.02)
+    first.kill()
+    first.communicate()
+    assert 5 <= len(list(folder.glob("chunk-*"))) < 63
+    both = [resumed(folder), resumed(folder), resumed("")]
+    said = [one.communicate(timeout=300) for one in both]
+    assert [one.returncode for one in both] == [0, 0, 0], said
+    assert said[0] == said[1] == said[2]
+    assert not [name for name in names(folder) if not name.startswith(("chunk-", "manifest", ".simbrake-"))]
+
+
+# --- interrupted ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def heard():
+    """Ctrl-C is heard: a shell without job control starts what runs in its background with it ignored."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+@pytest.mark.usefixtures("heard")
+def test_ctrl_c_is_never_lost_in_a_callback():
+    """The signal only leaves a mark; it is raised where the runs are waited for, and the usual handler comes back."""
+    with _chunks.interruptible() as look:
+        look()
+        os.kill(os.getpid(), signal.SIGINT)
+        with pytest.raises(KeyboardInterrupt):
+            look()
+        look()
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
+
+    def press(done, total):
+        with contextlib.suppress(KeyboardInterrupt):  # as a callback of JAX would swallow it
+            os.kill(os.getpid(), signal.SIGINT)
+
+    values = {SPEED: np.linspace(5, 20, 400)}
+    data = sb.ensemble(stop_scene(), values, ["stopping_time"], chunk=8, workers=1, progress=press)
+    assert 0 < int((data.code == -1).sum()) < 400
+
+
+@pytest.mark.usefixtures("heard")
+def test_interrupted_while_it_loads_there_is_no_traceback():
+    for delay in (0.1, 0.2, 0.3, 0.45, 0.6, 0.8):
+        started = command("run", SCENE)
+        time.sleep(delay)
+        started.send_signal(signal.SIGINT)
+        _, said = started.communicate(timeout=60)
+        # (before simbrake is known to Python, nobody listens)
+        assert "_commands" not in said, (delay, said)
+        assert "jax" not in said, (delay, said)
+
+
+@pytest.mark.usefixtures("heard")
+@pytest.mark.parametrize("delay", [1.5, 2.5])
+def test_interrupted_while_it_compiles_it_says_so(delay, tmp_path):
+    """And ends itself: the end of the interpreter under a compilation that was interrupted may crash."""
+    environment = os.environ | {"SIMBRAKE_CACHE_DIR": str(tmp_path)}
+    started = command("run", "scenarios/tripping_30_stands.py", env=environment)
+    time.sleep(delay)
+    started.send_signal(signal.SIGINT)
+    _, said = started.communicate(timeout=60)
+    assert started.returncode == 130
+    assert said.startswith("simbrake: interrupted")
+    assert said.count("\n") == 1
+
+
+@pytest.mark.usefixtures("heard")
+def test_ctrl_c_in_a_callback_of_the_garbage_collector_is_not_lost(monkeypatch, capfd):
+    pressed = []
+
+    def press(phase, info):
+        if not pressed:
+            pressed.append(phase)
+            os.kill(os.getpid(), signal.SIGINT)
+
+    def work(arguments):
+        signal.signal(signal.SIGINT, signal.default_int_handler)
+        gc.callbacks.append(press)
+        try:
+            gc.collect()
+            time.sleep(30.0)
+        finally:
+            gc.callbacks.remove(press)
+
+    monkeypatch.setattr(_cli, "main", work)
+    before = sys.unraisablehook
+    with pytest.raises(KeyboardInterrupt):
+        program.main([])
+    assert pressed
+    assert sys.unraisablehook is before
+    assert capfd.readouterr().err == ""
+
+
+# --- outputs that are closed or full ----------------------------------------------------------------------------------
+
+
+def test_closed_and_full_outputs():
+    with open("/dev/full", "w") as full:
+        blocked = command("scene", "show", SCENE, stdout=full)
+        closed = subprocess.Popen(
+            ["bash", "-c", 'exec "$@" >&-', "-", sys.executable, "-m", "simbrake", "scene", "show", SCENE],
+            stderr=subprocess.PIPE,
+            text=True,
+            cwd=ROOT,
+        )
+        said = [one.communicate(timeout=120)[1] for one in (blocked, closed)]
+    assert said == ["simbrake: the output cannot be written: No space left on device\n", ""]
+    assert (blocked.returncode, closed.returncode) == (1, 0)
+
+
+# --- odd settings -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_without_a_home_in_the_locale_c(tmp_path):
+    bare = {"LC_ALL": "C", "PYTHONPATH": str(ROOT), "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
+    done = command("run", SCENE, "--out", tmp_path / "out", env=bare)
+    out, err = done.communicate(timeout=300)
+    assert (done.returncode, err) == (0, "")
+    assert out.startswith("stopped:")
+    assert out.isascii()
+    assert not (tmp_path / "out" / "summary.txt").read_text("utf-8").isascii()
+
+
+def test_without_compiling_it_says_so():
+    with jax.disable_jit(), pytest.raises(sb.InputError, match="JAX_DISABLE_JIT: is set"):
+        sb.simulate(stop_scene())
+    with jax.disable_jit(), pytest.raises(sb.InputError, match="JAX_DISABLE_JIT: is set"):
+        sb.ensemble(stop_scene(), {SPEED: [1.0]})
+
+
+def test_looking_for_nans_changes_nothing():
+    plain = float(sb.simulate(stop_scene()).stopping_time)
+    with jax.debug_nans(True):
+        assert float(sb.simulate(stop_scene()).stopping_time) == plain
+
+
+def test_a_device_that_is_not_there_is_called_so():
+    program = "import simbrake as sb, sys; from simbrake.files import open_scene; sb.simulate(open_scene(sys.argv[1]))"
+    asked = os.environ | {"JAX_PLATFORMS": "cuda", "JAX_COMPILATION_CACHE_DIR": ""}
+    done = subprocess.run([sys.executable, "-c", program, str(ROOT / SCENE)], capture_output=True, text=True, env=asked)
+    if done.returncode == 0:
+        pytest.skip("there is one")
+    assert "JAX_PLATFORMS: is cuda, and there is no such device" in done.stderr
+
+
+# --- threads and processes --------------------------------------------------------------------------------------------
+
+
+def test_four_threads_at_once_to_the_last_bit():
+    scenes = [stop_scene(w0=w, n=7) for w in np.linspace(5, 25, 16).tolist()]
+    found, prepared = {}, sb.prepare(scenes[0], ["stopping_time"])
+
+    def work(first):
+        for i in range(first, 16, 4):
+            found[i] = float(sb.simulate(scenes[i]).stopping_time), prepared({SPEED: 5.0 + i}).metrics["stopping_time"]
+
+    threads = [threading.Thread(target=work, args=(first,)) for first in range(4)]
+    for one in threads:
+        one.start()
+    for one in threads:
+        one.join(timeout=300)
+    for i, scene in enumerate(scenes):
+        assert found[i] == (
+            float(sb.simulate(scene).stopping_time),
+            prepared({SPEED: 5.0 + i}).metrics["stopping_time"],
+        )
+
+
+def test_threads_that_take_turns_have_their_own_reports():
+    """One report is kept for all threads: each is given that of its own result, however often they change over."""
+    results, wrong = [sb.simulate(stop_scene(w0=w, n=7)) for w in (10.0, 20.0)], []
+
+    def work(result):
+        wrong.extend(1 for _ in range(5000) if result.report().result.record is not result.record)
+
+    interval, threads = sys.getswitchinterval(), [threading.Thread(target=work, args=(one,)) for one in results]
+    sys.setswitchinterval(1e-6)
+    try:
+        for one in threads:
+            one.start()
+        for one in threads:
+            one.join(timeout=300)
+    finally:
+        sys.setswitchinterval(interval)
+    assert not wrong
+
+
+def _forked(pipe, prepared):
+    said = []
+    for call in (lambda: sb.simulate(stop_scene()), prepared, lambda: sb.ensemble(stop_scene(), {SPEED: [1.0]})):
+        try:
+            call()
+        except sb.InputError as error:
+            said.append(error.faults[0].problem)
+    pipe.send(said)
+
+
+def _spawned(pipe):
+    pipe.send(float(sb.simulate(stop_scene()).stopping_time))
+
+
+def test_a_forked_process_says_what_would_wait_for_ever():
+    prepared, context = sb.prepare(stop_scene(), ["stopping_time"]), multiprocessing.get_context("fork")
+    ours, theirs = context.Pipe()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # JAX warns of every fork
+        child = context.Process(target=_forked, args=(theirs, prepared))
+        child.start()
+    assert ours.poll(60)
+    assert ours.recv() == ["was forked from one that had run simbrake, without its threads"] * 3
+    child.join(10)
+    assert child.exitcode == 0
+
+
+@pytest.mark.slow
+def test_a_spawned_process_gives_the_same_to_the_last_bit():
+    context = multiprocessing.get_context("spawn")
+    ours, theirs = context.Pipe()
+    child = context.Process(target=_spawned, args=(theirs,))
+    child.start()
+    assert ours.poll(120)
+    assert ours.recv() == float(sb.simulate(stop_scene()).stopping_time)
+    child.join(10)
+
+
+def test_the_owner_is_known():
+    assert [os.getpid()] == _compiling._OWNER
+
+
+# --- a cluster that does not answer -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("address", ["tcp://127.0.0.1:1", "nonsense", "tcp://", "http://x:99999999", "tcp://::::"])
+def test_a_scheduler_that_does_not_answer(address):
+    pytest.importorskip("distributed")
+    start = time.perf_counter()
+    with pytest.raises(sb.InputError, match="client: no Dask scheduler answers at"):
+        sb.ensemble(stop_scene(), {SPEED: [1.0]}, client=address)
+    assert time.perf_counter() - start < 10

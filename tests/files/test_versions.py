@@ -1,0 +1,78 @@
+"""Versions of packages: the bounds in pyproject.toml, the oldest versions that CI runs, the warning at newer ones."""
+
+import pathlib
+import re
+import subprocess
+import sys
+import tomllib
+
+import pytest
+from packaging.requirements import Requirement
+from packaging.version import Version
+
+from simbrake._base._compiling import FIRST_UNTESTED_JAX, OLDEST_JAX
+
+ROOT = pathlib.Path(__file__).parents[2]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+EXTRAS = PROJECT["optional-dependencies"]
+TESTED = [
+    Requirement(text)
+    for text in (
+        *PROJECT["dependencies"],
+        *(text for name in ("ensemble", "fmu", "global", "tables", "test") for text in EXTRAS[name]),
+    )
+    if not text.startswith("simbrake")
+]
+#: packages whose minor releases change interfaces that simbrake uses
+MINOR = {"jax", "diffrax", "equinox", "optimistix", "jaxtyping", "pint"}
+
+
+def bounds(requirement: Requirement, operator: str) -> list[str]:
+    return [one.version for one in requirement.specifier if one.operator == operator]
+
+
+def test_every_lower_bound_is_run_by_ci():
+    """The constraints of the job with the oldest versions pin every direct dependency at its lower bound."""
+    text = (ROOT / ".ci" / "oldest.txt").read_text("utf-8")
+    pins = dict(re.findall(r"^([\w-]+)==(\S+)$", text, re.M))
+    assert "://" not in text
+    for requirement in TESTED:
+        (lowest,) = bounds(requirement, ">=")
+        assert Version(pins[requirement.name.lower()]) == Version(lowest), requirement
+
+
+def test_packages_that_can_break_simbrake_have_upper_bounds():
+    names = {requirement.name for requirement in TESTED}
+    assert names >= MINOR
+    for requirement in TESTED:
+        if requirement.name in MINOR:
+            (upper,) = bounds(requirement, "<")
+            assert len(Version(upper).release) == 2, requirement
+
+
+def test_the_warning_knows_the_upper_bound_of_jax():
+    (jax,) = (requirement for requirement in TESTED if requirement.name == "jax")
+    assert Version(bounds(jax, "<")[0]).release == FIRST_UNTESTED_JAX
+    assert Version(bounds(jax, ">=")[0]).release == OLDEST_JAX
+
+
+@pytest.mark.parametrize(
+    ("version", "lines"),
+    [((0, 12, 9), 0), pytest.param((*FIRST_UNTESTED_JAX, 0), 1, marks=pytest.mark.smoke), ((1, 0, 0), 1)],
+)
+def test_newer_jax_than_tested_warns_in_one_line(version, lines):
+    """A user's process: importing the package alone says nothing, the first name that needs JAX does, once."""
+    program = f"""
+import jax, sys
+jax.__version_info__ = {version}
+import simbrake as sb
+print("imported", file=sys.stderr)
+sb.Scene, sb.simulate, sb.ensemble
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    first, *warned = done.stderr.splitlines()
+    assert first == "imported"
+    assert len(warned) == lines
+    for line in warned:
+        assert f"JAX {'.'.join(map(str, version))} is newer than simbrake was tested with" in line
+        assert "pip install 'jax<" in line

@@ -1,0 +1,114 @@
+"""Every example of README and docs runs: fenced Python blocks page by page, and shell lines with simbrake commands.
+
+A page's blocks run one after the other in one namespace, so that a later one may use what an earlier one made.
+"""
+
+import os
+import pathlib
+import re
+import shlex
+
+import jax
+import pytest
+from helpers import main
+
+ROOT = pathlib.Path(__file__).parents[2]
+PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
+#: pages that take more than some ten seconds to compile and run
+SLOW = {
+    f"docs/{name}.md"
+    for name in (
+        "bandage",
+        "calibration",
+        "ensembles",
+        "estimates",
+        "extending",
+        "first_steps",
+        "layout_design",
+        "materials",
+        "published",
+        "recipes",
+        "report",
+        "sensitivity",
+        "synthesis",
+        "uncertainty",
+        "validation",
+        "verdict",
+        "wear",
+    )
+}
+#: what shell blocks may hold and is not run here: the set-up, measurements of an hour, a server (see test_pages)
+NOT_RUN = ("pip install", "pytest", "python benchmarks/", "python tests/", "simbrake app ")
+
+
+def blocks(page: pathlib.Path, language: str) -> list[str]:
+    return re.findall(rf"^```{language}\n(.*?)^```", page.read_text("utf-8"), re.S | re.M)
+
+
+def name_of(page: pathlib.Path) -> str:
+    return page.relative_to(ROOT).as_posix()
+
+
+def commands(page: pathlib.Path) -> list[str]:
+    """Commands of the shell blocks of a page; `a && b` are two."""
+    lines = [line for block in blocks(page, "sh") for line in block.replace("\\\n", " ").splitlines()]
+    return [part.strip() for line in lines for part in line.split(" && ") if part.strip()]
+
+
+def simbrake_commands(page: pathlib.Path) -> list[str]:
+    return [text for text in commands(page) if text.startswith("simbrake ") and not text.startswith(NOT_RUN)]
+
+
+EXAMPLES = [page for page in PAGES if blocks(page, "python") or simbrake_commands(page)]
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """A folder of its own with the scenarios in it, as the root of the repository has them."""
+    (tmp_path / "scenarios").symlink_to(ROOT / "scenarios")
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "")
+    # examples are written for JAX as it comes: mixed types are no error there
+    with jax.numpy_dtype_promotion("standard"):
+        yield tmp_path
+
+
+def save_files(page: pathlib.Path, folder: pathlib.Path) -> None:
+    """Files that a page tells its reader to save a block as."""
+    text = page.read_text("utf-8")
+    for name, block in re.findall(r"[Ss]ave this as `(\w+\.\w+)`.*?^```(?:python|toml)\n(.*?)^```", text, re.S | re.M):
+        (folder / name).write_text(block, "utf-8")
+
+
+def test_the_pages_have_examples():
+    names = {name_of(page) for page in EXAMPLES}
+    assert SLOW | {"README.md", "docs/first_steps.md", "docs/fast_runs.md"} <= names
+    assert sum(len(simbrake_commands(page)) for page in EXAMPLES) >= 8
+
+
+def test_shell_blocks_hold_nothing_that_is_not_looked_at():
+    assert not [text for page in PAGES for text in commands(page) if not text.startswith(("simbrake ", *NOT_RUN))]
+
+
+@pytest.mark.parametrize(
+    "page",
+    [
+        pytest.param(page, id=name_of(page), marks=[pytest.mark.slow] if name_of(page) in SLOW else [])
+        for page in EXAMPLES
+    ],
+)
+def test_examples_of(page, folder, capsys):
+    space: dict[str, object] = {"__name__": "example"}
+    for number, block in enumerate(blocks(page, "python"), 1):
+        exec(compile(block, f"{name_of(page)}, block {number}", "exec"), space)
+    save_files(page, folder)
+    for text in simbrake_commands(page):
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as stop:
+            main(shlex.split(text, comments=True)[1:])
+        out, err = capsys.readouterr()
+        assert stop.value.code == 0, f"{text}: {out} {err}"
+        assert out, text
+        assert all(
+            (folder / name).is_file() or os.listdir(folder / name) for name in re.findall(r"--out (\S+)", text)
+        ), text

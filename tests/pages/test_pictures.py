@@ -1,0 +1,382 @@
+"""Pictures show what the run has: read back from what is drawn, in the units that the axes name."""
+
+import dataclasses
+import itertools
+import math
+import pathlib
+import re
+
+import jax
+import numpy as np
+import pytest
+from helpers import closed_form, stop_scene
+from matplotlib.colors import to_hex
+from picture_scenes import hot_result, plain_result, radius, scale, staged_result, wedges
+
+import simbrake as sb
+from simbrake import plot
+from simbrake.plot._pulley import CONTACT_COLOURS, Contact
+
+
+@pytest.fixture(scope="module")
+def plain():
+    return plain_result()
+
+
+@pytest.fixture(scope="module")
+def staged():
+    return staged_result()
+
+
+@pytest.fixture(scope="module")
+def hot():
+    return hot_result()
+
+
+@pytest.mark.parametrize("name", ["plain", "staged", "hot"])
+def test_pulley_shows_tensions_and_loads_of_the_run(name, request):
+    result = request.getfixturevalue(name)
+    time = 0.5 * float(result.stopping_time)
+    axes = plot.pulley(result, time).axes[0]
+    s = result.series([time])
+    n = s.tension.shape[1]
+    tension = np.append(s.slack_tension, s.tension[0]) / 1e3
+    (line,) = [x for x in axes.lines if x.get_gid() == "tension"]
+    drawn = scale(axes, "tension scale")(radius(line.get_xydata())).reshape(n, 2)
+    np.testing.assert_allclose(drawn, np.stack([tension[:-1], tension[1:]], axis=1), rtol=1e-9)
+    bars = wedges(axes, "load")
+    loads = scale(axes, "load scale")([bar.r - bar.width for bar in bars])
+    np.testing.assert_allclose(loads, np.asarray(s.normal_load)[0] / 1e3, rtol=1e-9)
+    for gid, values in (("T", tension), ("N", s.normal_load[0] / 1e3)):
+        written = [float(t.get_text()) for t in axes.texts if t.get_gid() == gid]
+        np.testing.assert_allclose(written, values, rtol=6e-3)
+    words = " ".join(t.get_text() for t in axes.texts)
+    assert "slack end" in words
+    assert "tight end" in words
+    assert f"$T_n$ = {tension[-1]:.4g} kN" in words
+    assert f"$t$ = {time:.6g} s" in axes.figure.get_suptitle()
+    assert ("outer half of a lining: band on lining" in axes.figure.get_suptitle()) == (name == "staged")
+
+
+def test_linings_lie_at_their_true_angles_with_gaps(plain):
+    axes = plot.pulley(plain).axes[0]
+    drawn = wedges(axes, "external")
+    span = np.asarray([[w.theta2, w.theta1] for w in drawn])
+    np.testing.assert_allclose(span[:, 0] - span[:, 1], 30.0, rtol=1e-12)
+    gaps = np.full(7, 2.0)
+    gaps[3] = 6.0
+    np.testing.assert_allclose(span[:-1, 1] - span[1:, 0], gaps, rtol=1e-9)
+    assert span[0, 0] + span[-1, 1] == pytest.approx(180.0)  # the wrap is centred on the top
+    # slack end at the left, where the pulley that turns counter-clockwise runs off
+    assert span[0, 0] > 90 > span[-1, 1]
+
+
+def test_of_many_linings_every_second_or_third_is_labelled():
+    axes = plot.pulley(sb.simulate(stop_scene(n=61, beta=4.4)), 0.4).axes[0]
+    assert sum(text.get_gid() == "N" for text in axes.texts) == 21  # 1, 4, … 61
+    assert sum(text.get_gid() == "T" for text in axes.texts) == 22  # and the last
+
+
+def test_default_time_is_that_of_the_greatest_tension(plain):
+    figure = plot.pulley(plain)
+    assert "at the maximum tension" in figure.get_suptitle()
+    written = [float(t.get_text()) for t in figure.axes[0].texts if t.get_gid() == "T"]
+    assert max(written) == pytest.approx(plain.metrics["max_tension"] / 1e3, rel=6e-3)
+
+
+def test_linings_have_the_colour_of_what_they_do(plain, staged):
+    onset, full = float(plain.slip_onset_time), float(plain.full_slip_time)
+    colours = {to_hex(colour): kind for kind, colour in CONTACT_COLOURS.items()}
+
+    def seen(result, time, pair="external"):
+        return [colours[to_hex(w.get_facecolor())] for w in wedges(plot.pulley(result, time).axes[0], pair)]
+
+    middle = 0.5 * (onset + full)
+    k = int(plain.series([middle]).at_limit[0])
+    assert 0 < k < 8
+    assert seen(plain, middle) == [Contact.AT_LIMIT] * k + [Contact.STICKS] * (8 - k)
+    assert seen(plain, 0.5 * float(plain.stopping_time)) == [Contact.SLIDES] * 8
+    late = 0.5 * (float(staged.external_lock_time) + float(staged.stopping_time))
+    assert seen(staged, late, "internal") == [Contact.SLIDES] * 6
+    assert Contact.SLIDES not in seen(staged, late)
+    early = 0.5 * float(staged.internal_slip_time)
+    assert seen(staged, early, "internal") == [Contact.STICKS] * 6
+    assert seen(staged, early) == [Contact.SLIDES] * 6
+
+
+def test_pulley_refuses_what_it_cannot_draw(plain):
+    with pytest.raises(sb.InputError, match="outside the run"):
+        plot.pulley(plain, 99.0)
+    with pytest.raises(sb.InputError, match="outside the run"):
+        plot.pulley(plain, math.nan)
+    batch = jax.tree.map(lambda x: np.stack([x, x]), plain)
+    for draw in (plot.pulley, plot.lining_map, plot.depth):
+        with pytest.raises(sb.InputError, match="batch of runs"):
+            draw(batch)
+
+
+def test_chain_is_drawn_lining_by_lining():
+    scene = stop_scene(n=4, beta=60.0, C=1e5, T0=2e3, w0=6.0, elongation=2e-2, end=0.05)
+    linings = dataclasses.replace(scene.brake.linings, mass=4.0)
+    band = sb.Band(scene.brake.band.radius, 1e5, sb.Segments(2e7))
+    result = sb.simulate(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, band=band, linings=linings)))
+    slips = {e.lining: e.time for e in result.events if e.name == "lining_slip"}
+    # the front of slip runs from the tight end to the slack end
+    time = 0.5 * (slips[4] + slips[3])
+    drawn = wedges(plot.pulley(result, time).axes[0], "external")
+    seen = [to_hex(w.get_facecolor()) for w in drawn]
+    sticks, slides = (to_hex(CONTACT_COLOURS[c]) for c in (Contact.STICKS, Contact.SLIDES))
+    assert seen == [sticks] * 3 + [slides]
+    # stick and slip over time: each lining sticks to the moment at which it slides, whole and enlarged
+    both = plot.contacts(result).axes
+    assert ["enlarged" in panel.get_title() for panel in both] == [False, True][: len(both)]
+    for panel in both:
+        edges, linings, states = mesh_of(panel)
+        np.testing.assert_allclose(linings, np.arange(5) + 0.5)
+        middle = 0.5 * (edges[1:] + edges[:-1])
+        early = middle < slips[1]
+        ahead = np.array([[t > slips[k] for t in middle[early]] for k in (1, 2, 3, 4)])
+        np.testing.assert_array_equal(states[:, early], ahead)
+        assert set(slips.values()) <= {*edges}
+        assert (edges[0], edges[-1]) == (0.0, pytest.approx(0.05))
+        assert panel.get_xlim()[0] == 0.0
+    assert both[0].get_xlim()[1] == pytest.approx(0.05)
+    assert [panel.get_ylabel() for panel in both] == ["lining, from the slack end", ""][: len(both)]
+    figure = plot.lining_map(result, "displacement")
+    assert figure.axes[-1].get_ylabel().endswith(", mm")
+    mesh = figure.axes[0].collections[0]
+    edges = mesh.get_coordinates()[0, :, 0]
+    shown = np.asarray(mesh.get_array()).reshape(4, -1)
+    truth = np.asarray(result.series(0.5 * (edges[1:] + edges[:-1])).displacement).T * 1e3
+    np.testing.assert_allclose(shown, truth, atol=1e-12)
+
+
+# --- maps -------------------------------------------------------------------------------------------------------------
+
+
+def mesh_of(axes):
+    """Edges of the cells and values of a map, one row for each place."""
+    mesh = axes.collections[0]
+    corners = np.asarray(mesh.get_coordinates())
+    return corners[0, :, 0], corners[:, 0, 1], np.asarray(mesh.get_array()).reshape(corners.shape[0] - 1, -1)
+
+
+@pytest.mark.parametrize(
+    ("quantity", "unit", "factor", "shift"),
+    [("normal_load", "kN", 1e-3, 0.0), ("temperature", "°C", 1.0, -273.15), ("slip_speed", "m/s", 1.0, 0.0)],
+)
+def test_lining_map_shows_the_series(hot, quantity, unit, factor, shift):
+    figure = plot.lining_map(hot, quantity)
+    edges, _, shown = mesh_of(figure.axes[0])
+    s = hot.series(0.5 * (edges[1:] + edges[:-1]))
+    column = {"temperature": "lining_temperature"}.get(quantity, quantity)
+    truth = np.asarray(getattr(s, column))
+    truth = np.broadcast_to(truth if truth.ndim == 2 else truth[:, None], shown.T.shape)
+    np.testing.assert_allclose(shown, factor * np.abs(truth.T) + shift, rtol=1e-9, atol=1e-9)
+    labels = [axes.get_ylabel() for axes in figure.axes]
+    assert "lining, from the slack to the tight end" in labels
+    assert any(label.endswith(f", {unit}") for label in labels)
+    assert figure.axes[0].get_xlabel() == "time, s"
+    # every event is an edge: no cell mixes what is before and after it
+    inside = [e.time for e in hot.events if edges[0] <= e.time <= edges[-1]]
+    assert np.max(np.min(np.abs(np.subtract.outer(inside, edges)), axis=1)) <= 1e-11
+
+
+@pytest.mark.parametrize("pair", ["external", "internal"])
+def test_friction_heat_of_a_map_adds_up(staged, pair):
+    _, _, shown = mesh_of(plot.lining_map(staged, "friction_heat", pair=pair).axes[0])
+    np.testing.assert_allclose(shown[:, -1] * 1e3, sb.results.friction_work(staged, pair=pair), rtol=1e-4)
+    assert np.all(np.diff(shown, axis=1) >= 0)
+
+
+def test_lining_map_refuses_what_the_run_has_not(plain, staged):
+    for quantity, pair, words in (
+        ("colour", "external", "there are: temperature, normal_load"),
+        ("temperature", "external", "no heat"),
+        ("pressure", "external", "brake.linings.area"),
+        ("displacement", "external", "chain"),
+        ("friction_coefficient", "external", "no heat"),
+        ("slip_speed", "internal", "the brake has no 'internal' pair — it has: external"),
+        ("slip_speed", "middle", "the brake has no 'middle' pair — it has: external"),
+    ):
+        with pytest.raises(sb.InputError, match=words):
+            plot.lining_map(plain, quantity, pair=pair)
+    with pytest.raises(sb.InputError, match="of the band"):
+        plot.lining_map(staged, "tension", pair="internal")
+    with pytest.raises(sb.InputError, match="no heat"):
+        plot.depth(plain)
+
+
+def test_depth_shows_the_layers(hot):
+    figure = plot.depth(hot)
+    field, profile = figure.axes[:2]
+    edges, layers, shown = mesh_of(field)
+    rim = hot.scene.heat.bodies[0]
+    np.testing.assert_allclose(np.diff(layers), 1e3 * np.asarray(rim.steps), rtol=1e-9)
+    nodes = [i for i, name in enumerate(hot.nodes) if name.startswith("rim")]
+    truth = np.asarray(hot.series(0.5 * (edges[1:] + edges[:-1])).temperature)[:, nodes].T - 273.15
+    np.testing.assert_allclose(shown, truth, rtol=1e-12)
+    assert field.get_ylabel() == "depth below the front face, mm"
+    assert profile.get_xlabel() == "temperature, °C"
+    # the axis is linear: a layer is as high as it is thick
+    heights = np.diff(field.transData.transform(np.stack([np.zeros_like(layers), layers], axis=1))[:, 1])
+    np.testing.assert_allclose(heights / heights.sum(), np.diff(layers) / layers[-1], rtol=1e-9)
+    # the hottest profile is among those at the side
+    hottest = shown[:, np.argmax(shown[0])]
+    assert any(np.array_equal(line.get_xdata(), hottest) for line in profile.lines)
+
+
+def test_depth_of_one_of_several_walls(hot):
+    nodes = [i for i, name in enumerate(hot.nodes) if name.startswith("lining[2,")]
+    edges, _, shown = mesh_of(plot.depth(hot, "lining", 2).axes[0])
+    truth = np.asarray(hot.series(0.5 * (edges[1:] + edges[:-1])).temperature)[:, nodes].T - 273.15
+    np.testing.assert_allclose(shown, truth, rtol=1e-12)
+    assert "lining 4 of 4" in plot.depth(hot, "lining").get_suptitle()  # at the tight end it is hottest
+    with pytest.raises(sb.InputError, match="there are: rim, lining"):
+        plot.depth(hot, "flange")
+    with pytest.raises(sb.InputError, match="1…4"):
+        plot.depth(hot, "lining", 5)
+
+
+# --- those that were there --------------------------------------------------------------------------------------------
+
+
+def test_example_of_the_page_and_events_in_the_chart(tmp_path, monkeypatch):
+    page = (pathlib.Path(__file__).parents[2] / "docs" / "pictures.md").read_text("utf-8")
+    (example,) = re.findall(r"```python\n(.*?)```", page, re.S)
+    monkeypatch.chdir(tmp_path)
+    found = {}
+    exec(compile(example, "pictures.md", "exec"), found)
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["pulley.png", "stop.gif", "stop.png"]
+    axes = plot.stop(found["result"]).axes
+    lines = sorted({line.get_xdata()[0] for line in axes[0].lines if len(line.get_xdata()) == 2})
+    truth = closed_form()
+    np.testing.assert_allclose(lines, [truth["t0"], truth["t1"], truth["stop"]], rtol=1e-9)
+    assert [panel.get_ylabel() for panel in axes[::2]] == [
+        r"$\omega$, rad/s",
+        "torque, kN·m",
+        "tension, kN",
+        "$k$ of 20",
+    ]
+    assert axes[6].get_xlabel() == "time, s"
+    assert axes[7].get_xlabel() == "time, ms"
+    # each curve at the ends of its pieces: taken along, sliding, held
+    T_0, T_n, R = 8.0, 8.0 * truth["Pi"], 0.725
+    taken, sliding, held = (
+        0.5 * (a + b) for a, b in itertools.pairwise([truth["t0"], truth["t1"], truth["stop"], 5.0])
+    )
+    x = math.sqrt(2e5 * R**2 / 800.0) * (taken - truth["t0"])  # χ(t − t_0)
+    rising = T_0 + 2e5 * R * 20.0 * math.sin(x) / math.sqrt(2e5 * R**2 / 800.0) / 1e3
+    slowed = R * (T_n - T_0) * 1e3 / 800.0 * (truth["stop"] - sliding)
+    at_limit = sum(limit <= taken for limit in truth["limits"])
+    for curve, wanted in {
+        (0, 0): (20.0 * math.cos(x), slowed),
+        (2, 0): (R * (rising - T_0), R * (T_n - T_0), 0.0),
+        (2, 1): (0.0, 0.0, 0.0),
+        (4, 0): (rising, T_n),
+        (4, 1): (T_0, T_0, T_0),
+        (6, 0): (at_limit, 20),
+    }.items():
+        t, y = axes[curve[0]].lines[curve[1]].get_data()
+        at = (taken, sliding, held)[: len(wanted)]
+        stairs = [y[np.searchsorted(t, time, side="right") - 1] for time in at]
+        drawn = stairs if curve[0] == 6 else np.interp(at, t, y)
+        np.testing.assert_allclose(drawn, wanted, rtol=2e-4, atol=1e-9, err_msg=str(curve))
+
+
+def test_page_names_every_picture():
+    page = (pathlib.Path(__file__).parents[2] / "docs" / "pictures.md").read_text("utf-8")
+    public = {name for name, value in vars(plot).items() if callable(value) and not name.startswith("_")}
+    assert {name for name in public if f"plot.{name}(" not in page} == set()
+    shown = set(re.findall(r"\]\((pictures/.*?\.png)\)", page))
+    assert all((pathlib.Path(__file__).parents[2] / "docs" / name).stat().st_size <= 60e3 for name in shown)
+
+
+def curves(axes):
+    return {line.get_label(): line.get_xydata() for line in axes.lines if not line.get_label().startswith("_")}
+
+
+def test_duty_shows_lever_and_load(staged):
+    """The lever rises from 1 to 15 kN in half a second; a mass of 30 t on the hook pulls with `m g r`."""
+    lever, load = plot.duty(staged).axes
+    ((_, drawn),) = curves(lever).items()
+    np.testing.assert_allclose(drawn[:, 1], np.minimum(1.0 + 28.0 * drawn[:, 0], 15.0), rtol=1e-9)
+    np.testing.assert_array_equal(load.lines[0].get_ydata(), 0.0)
+    string = sb.TrippingLoad(8e3, 60e3, 5e3, 0.2, 8.0, 10.0, drum_radius=0.4, line_count=8, count=2, drag=1e3)
+    b = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(4, 4.5, 0.35))
+    run = sb.simulate(sb.Scene(b, sb.Duty(0.0, string), sb.Initial(3.0), 1.0))
+    figure = plot.duty(run)
+    (t, torque), (_, mass) = (panel.lines[0].get_data() for panel in figure.axes[1:])
+    on_hook = np.where(t < 0.2, 8e3, 68e3)
+    apart = np.abs(t - 0.2) > 1e-9
+    np.testing.assert_allclose(mass[apart], on_hook[apart] / 1e3, rtol=1e-9)
+    wanted = on_hook * 9.80665 * 0.05 - 1e3 * np.asarray(run.series(t).omega)
+    np.testing.assert_allclose(torque[apart], wanted[apart] / 1e3, rtol=1e-9)
+
+
+def test_stops_are_points_of_time_heat_and_temperature(hot):
+    panels = [curves(axes) for axes in plot.stops(hot).axes]
+    heat = 0.5 * 800.0 * 20.0**2 / 1e3 + float(hot.energy["lever_work"] - hot.energy["elastic_change"]) / 1e3
+    under = float(hot.stopping_time) - float(hot.slip_onset_time)
+    np.testing.assert_allclose(panels[0]["time under the band"], [[1, under]], rtol=1e-9)
+    np.testing.assert_allclose(panels[1]["friction heat"], [[1, heat]], rtol=1e-8)
+    t = np.linspace(0.0, float(hot.record.t_end), 4001)
+    for words, T in (("hottest rim", "rim_temperature"), ("hottest linings", "lining_temperature")):
+        hottest = float(np.max(getattr(hot.series(t), T))) - 273.15
+        assert panels[2][words][0, 1] == pytest.approx(hottest, abs=1e-2)
+
+
+def test_stages_show_speeds_torques_heats_and_overlaps(staged):
+    figure = plot.stages(staged)
+    speed, torque, heat, *overlaps = figure.axes
+    t = curves(speed)[r"pulley $\omega$"][:, 0]
+    s, o = staged.series(t), sb.results.overlap(staged, t)
+    apart = np.min(np.abs(np.subtract.outer(t, [e.time for e in staged.events])), axis=1) > 1e-9
+    outer, inner = s.pairs["external"], s.pairs["internal"]
+    for panel, label, values in (
+        (speed, r"pulley $\omega$", s.omega),
+        (speed, r"bandage $\omega_b$", s.bandage_speed),
+        (torque, r"band on bandage $M_\mathrm{ext}$", outer.torque / 1e3),
+        (torque, r"pulley on bandage $\Lambda$", inner.torque / 1e3),
+        (torque, r"it sticks up to $M_\mathrm{int}$", inner.capacity / 1e3),
+        (heat, "external pair", outer.heat / 1e3),
+        (heat, "internal pair", inner.heat / 1e3),
+    ):
+        drawn = curves(panel)[label]
+        np.testing.assert_array_equal(drawn[:, 0], t)
+        np.testing.assert_allclose(drawn[apart, 1], np.asarray(values)[apart], rtol=1e-9, err_msg=label)
+    for panel, fields in zip(
+        overlaps, [("external_dynamic", "external_static"), ("internal_dynamic", "internal_static")], strict=True
+    ):
+        for area, name in zip(panel.collections, fields, strict=True):
+            corners = area.get_paths()[0].vertices  # (t, value) forwards and (t, 0) back
+            assert corners[:, 1].max() == pytest.approx(np.max(getattr(o, name)[apart]), rel=1e-9)
+            at = corners[np.argmax(corners[:, 1]), 0]
+            assert float(getattr(sb.results.overlap(staged, [at]), name)[0]) == pytest.approx(corners[:, 1].max())
+    ends = np.unique([s.start for s in staged.stages if s.name.startswith("stage_")])
+    assert len([t for t in speed.texts if t.get_text().startswith("stage ")]) == len(ends) == 3
+
+
+def test_temperatures_show_surfaces_friction_and_layers(hot):
+    surface, friction, *depths = plot.temperatures(hot).axes
+    drawn = curves(surface)
+    t = drawn["rim"][:, 0]
+    s = hot.series(t)
+    each = np.asarray(s.lining_temperature) - 273.15
+    np.testing.assert_allclose(drawn["rim"][:, 1], np.ravel(s.rim_temperature) - 273.15, rtol=1e-12)
+    np.testing.assert_allclose(drawn["linings, hottest"][:, 1], each.max(axis=1), rtol=1e-12)
+    np.testing.assert_allclose(drawn["linings, coolest"][:, 1], each.min(axis=1), rtol=1e-12)
+    np.testing.assert_allclose(curves(friction)["when sliding"][:, 1], 0.35, rtol=1e-12)
+    # through the walls at the time of the hottest rim
+    top = hot.metrics["peak_rim_temperature_time"]
+    T = np.asarray(hot.series([top]).temperature)[0] - 273.15
+    for panel, wall, name in zip(depths, hot.scene.heat.walls, ("rim", "lining"), strict=True):
+        nodes = [i for i, node in enumerate(hot.nodes) if node.startswith(f"{name}[")]
+        for line, values in zip(panel.lines, T[nodes].reshape(-1, wall.layers), strict=True):
+            steps = 1e3 * np.asarray(wall.steps)
+            np.testing.assert_allclose(line.get_xdata(), np.cumsum(steps) - 0.5 * steps, rtol=1e-12)
+            np.testing.assert_allclose(line.get_ydata(), values, rtol=1e-9)
+    assert [panel.get_ylabel() for panel in (surface, *depths)] == [
+        "surface temperature, °C",
+        *["temperature, °C"] * 2,
+    ]

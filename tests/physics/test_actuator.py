@@ -1,0 +1,137 @@
+"""An actuator behind its command: dead time, lag and return spring, against closed forms and SciPy."""
+
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import jacobians
+from scipy.integrate import solve_ivp
+from scipy.special import lambertw
+
+import simbrake as sb
+from simbrake.loads import Actuator
+
+R, J, N, BETA, FRICTION, STATIC, W0 = 0.6, 900.0, 10, math.radians(25.0), 0.3, 1.2, 18.0
+Z = math.tan(BETA / 2)
+FORCE, LAG, DEAD, SPRING, LOAD, RELEASED = 7e3, 0.25, 0.08, 400.0, 2e3, 3.0
+
+
+def gain(f):
+    """Torque per newton of the slack tension."""
+    return R * (((1 + f * Z) / (1 - f * Z)) ** N - 1)
+
+
+def scene(lever, load=0.0, omega=W0, end=5.0):
+    brake = sb.Brake(sb.Pulley(R, J), sb.Band(R), sb.Lining(sb.ConstantFriction(FRICTION, STATIC), np.full(N, BETA)))
+    return sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad(sb.Constant(load))), sb.Initial(omega), end)
+
+
+COMMANDS = {
+    "points": sb.PiecewiseLinear([1.0, 2.0, 2.0, 3.5, 3.5, 4.0], [2e3, 8e3, 1e3, 1e3, 5e3, 0.0]),
+    "cycles": sb.Repeated([0.0, 0.4, 0.9, 0.9, 2.0], [0.0, 5e3, 7e3, 2e3, 1e3], 2.0, 3, begin=0.5),
+    "cycles with gaps": sb.Repeated([0.2, 0.4, 0.9], [0.0, 5e3, 7e3], 2.0, 3, begin=0.5),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("command", COMMANDS.values(), ids=list(COMMANDS))
+def test_lagged_course_is_that_of_its_differential_equation(command):
+    """`τ Ḟ + F = u(t − t_d)`, piece by piece."""
+    actuator, force, i, start = Actuator(command, LAG, DEAD), float(command.value(-1.0, 0)), 0, 0.0
+    while start < 9.0:
+        end = min(float(actuator.next_knot(jnp.asarray(i, jnp.int32))), 9.0)
+        if end > start:
+            t = np.linspace(start, end, 4)
+            rhs = lambda t, F, i=i: (float(command.value(t - DEAD, i)) - F) / LAG  # noqa: E731
+            truth = solve_ivp(rhs, (start, end), [force], "DOP853", rtol=1e-12, atol=1e-9, t_eval=t).y[0]
+            np.testing.assert_allclose([float(actuator.value(x, i)) for x in t], truth, rtol=1e-10, atol=1e-6)
+            force = truth[-1]
+        i, start = i + 1, end
+
+
+def stop_time(x):
+    """Of a step of the command at 0 without a load, by the Lambert W function."""
+    force, lag, dead = x
+    c = J * W0 / (gain(FRICTION) * force) + lag
+    return dead + c + lag * float(lambertw(-math.exp(-c / lag)).real)
+
+
+@pytest.mark.slow
+def test_stop_under_a_lagged_step():
+    """`ω = ω_0 − (K F/J)(t − τ + τ e^{−t/τ})` after the dead time, with its derivatives."""
+
+    def found(x):
+        step = sb.PiecewiseLinear([0.0, 0.0], jnp.stack([jnp.zeros(()), x[0]]))
+        return sb.simulate(scene(Actuator(step, x[1], x[2])), max_steps=128).stopping_time[None]
+
+    x = np.array([FORCE, LAG, DEAD])
+    value, forwards, backwards = jacobians(found)(jnp.asarray(x))
+    np.testing.assert_allclose(value[0], stop_time(x), rtol=1e-9)
+    c = J * W0 / (gain(FRICTION) * FORCE) + LAG
+    s = stop_time(x) - DEAD
+    decayed = math.exp(-s / LAG)  # s + τ e^{−s/τ} = c
+    by_lag = (1 - decayed * (1 + s / LAG)) / (1 - decayed)
+    truth = [-(c - LAG) / FORCE / (1 - decayed), by_lag, 1.0]
+    np.testing.assert_allclose(forwards[0], truth, rtol=1e-7)
+    np.testing.assert_allclose(backwards[0], truth, rtol=1e-7)
+
+
+def released(spring):
+    command = sb.PiecewiseLinear([RELEASED, RELEASED], [FORCE, 0.0])
+    return sb.simulate(scene(Actuator(command, LAG, DEAD, spring), LOAD))
+
+
+def test_release_lets_the_load_go_and_opens_at_the_return_spring():
+    """`F e^{−s/τ} − F_s` falls to what holds the load, and to 0: there the band opens."""
+    result = released(SPRING)
+    times = {event.name: event.time for event in result.events}
+    begin = RELEASED + DEAD
+    assert times["restart"] == pytest.approx(
+        begin + LAG * math.log(FORCE / (LOAD / gain(STATIC * FRICTION) + SPRING)), rel=1e-10
+    )
+    assert times["release"] == pytest.approx(begin + LAG * math.log(FORCE / SPRING), rel=1e-10)
+    assert result.series([4.9]).slack_tension[0] == 0.0
+    # without a return spring the band never opens: its tension fades away
+    faded = released(0.0)
+    assert "release" not in {event.name for event in faded.events}
+    assert faded.series([4.9]).slack_tension[0] == pytest.approx(FORCE * math.exp(-(4.9 - begin) / LAG), rel=1e-9)
+    for run in (result, faded):
+        assert float(run.energy["closure"]) <= 1e-12
+
+
+def test_spring_delays_the_grip():
+    step = sb.PiecewiseLinear([0.5, 0.5], [0.0, FORCE])
+    result = sb.simulate(scene(Actuator(step, LAG, DEAD, SPRING)))
+    onset = 0.5 + DEAD - LAG * math.log(1 - SPRING / FORCE)
+    assert float(result.slip_onset_time) == pytest.approx(onset, rel=1e-10)
+
+
+def test_dead_time_alone_and_a_lever_around_it():
+    ramp = sb.ramp(0.0, 1e3, 0.2, 0.5)
+    lever = sb.Lever(Actuator(ramp, None, DEAD), "1.2 m", "0.2 m")
+    late = sb.simulate(scene(lever))
+    prompt = sb.simulate(scene(sb.ramp(0.0, 6e3, 0.2 + DEAD, 0.5)))
+    assert float(late.stopping_time) == pytest.approx(float(prompt.stopping_time), rel=1e-12)
+
+
+def test_input_is_checked():
+    for bad, path in (
+        (Actuator(sb.profiles.ExponentialRise(5e3, 0.2), 0.1), "duty.slack_tension.command"),
+        (Actuator(sb.Constant(-1.0), 0.1), "duty.slack_tension.command.level"),
+        (sb.Lever(Actuator(sb.SpeedHold(1e3)), 1.0, 0.2), "duty.slack_tension.force.command"),
+    ):
+        with pytest.raises(sb.InputError, match=path):
+            sb.simulate(scene(bad))
+    with pytest.raises(sb.InputError, match="lag"):
+        sb.simulate(scene(Actuator(sb.Constant(1e3), -0.1)))
+
+
+def test_scene_file_keeps_it(tmp_path):
+    given = scene(sb.Lever(Actuator(COMMANDS["cycles"], "250 ms", "80 ms", "0.4 kN"), 1.2, 0.2))
+    sb.write_scene(given, tmp_path / "scene.toml")
+    read = sb.read_scene(tmp_path / "scene.toml")
+    assert jax.tree.structure(read) == jax.tree.structure(given)
+    for a, b in zip(jax.tree.leaves(read), jax.tree.leaves(given), strict=True):
+        np.testing.assert_array_equal(a, b)

@@ -1,0 +1,497 @@
+"""Several bands of unequal linings under one lever: shares, stops, holds in closed form, heat against SciPy, input."""
+
+import dataclasses
+import functools
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import jacobians
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
+
+import simbrake as sb
+from simbrake import plot
+
+R, R_B, J, W0, T0, LOAD = 0.59, 0.623, 1200.0, 20.0, 6e3, 3e3
+ANGLES = (np.array([0.9, 0.7, 0.8, 1.1]), np.array([0.5, 0.6, 0.4, 0.7, 0.8, 0.6]))
+FRICTION = (np.array([0.35, 0.3, 0.32, 0.4]), np.full(6, 0.28))
+STIFFNESS, RATIO = (2e5, 3.5e5), (1.2, 1.05)
+AREA = (0.03, np.array([0.02, 0.02, 0.015, 0.025, 0.03, 0.02]))
+
+
+def lined(j, *, law=None, angle=None, stiffness=None, share=None, area=None):
+    law = sb.ConstantFriction(FRICTION[j], RATIO[j]) if law is None else law
+    linings = sb.Lining(law, ANGLES[j] if angle is None else angle, AREA[j] if area is None else area)
+    stiffness = STIFFNESS[j] if stiffness is None and share is None else stiffness
+    return sb.brakes.LinedBand(linings, stiffness, share)
+
+
+def scene(bands=None, *, load=LOAD, omega=W0, pull=T0, end=6.0, **parts):
+    bands = (lined(0), lined(1)) if bands is None else bands
+    brake = sb.brakes.MultiBandBrake(sb.Pulley(R, J), R_B, bands)
+    pull = pull if isinstance(pull, sb.PiecewiseLinear) else sb.PiecewiseLinear([0.0, 9.0], [pull, pull])
+    load = load if isinstance(load, sb.PiecewiseLinear) else sb.PiecewiseLinear([0.0, 9.0], [load, load])
+    return sb.Scene(brake, sb.Duty(pull, sb.TorqueLoad(load)), sb.Initial(omega), end, **parts)
+
+
+def ratios(f, angle):
+    fz = f * np.tan(angle / 2)
+    return (1 + fz) / (1 - fz)
+
+
+def tensions(slack, f, angle, back=False):
+    mu = ratios(f, angle)
+    return slack * np.append(1.0, np.cumprod(1 / mu if back else mu))
+
+
+def shares(stiffness=STIFFNESS, friction=FRICTION, xp=np):
+    """K-8 with `c = Π/C`: all bands have one elongation `x = T_n/C`."""
+    growth = [xp.prod((1 + f * xp.tan(a / 2)) / (1 - f * xp.tan(a / 2))) for f, a in zip(friction, ANGLES, strict=True)]
+    yielding = xp.stack([C / Pi for C, Pi in zip(stiffness, growth, strict=True)])
+    return yielding / yielding.sum()
+
+
+@pytest.fixture(scope="module")
+def stopped():
+    return sb.simulate(scene())
+
+
+@pytest.mark.smoke
+def test_a_stop_has_the_torque_of_both_bands(stopped):
+    share = shares()
+    along = [tensions(s * T0, f, a) for s, f, a in zip(share, FRICTION, ANGLES, strict=True)]
+    torque = R_B * sum(T[-1] - T[0] for T in along)
+    time = J * W0 / (torque - LOAD)
+    assert float(stopped.stopping_time) == pytest.approx(time, rel=1e-12)
+    np.testing.assert_allclose(sb.brakes.tension_shares(stopped.scene.brake), share, rtol=1e-14)
+    assert float(stopped.scene.brake.torque(T0, np.concatenate(FRICTION))) == pytest.approx(torque, rel=1e-13)
+    s = stopped.series([0.5 * time])
+    np.testing.assert_allclose(s.tension[0], np.concatenate([T[1:] for T in along]), rtol=1e-13)
+    assert float(s.slack_tension[0]) == pytest.approx(T0, rel=1e-15)
+    assert float(s.tight_tension[0]) == pytest.approx(sum(T[-1] for T in along), rel=1e-13)
+    loads = [(T[1:] + T[:-1]) * np.sin(a / 2) for T, a in zip(along, ANGLES, strict=True)]
+    np.testing.assert_allclose(s.normal_load[0], np.concatenate(loads), rtol=1e-13)
+    np.testing.assert_allclose(s.friction_force[0], np.concatenate(FRICTION) * np.concatenate(loads), rtol=1e-13)
+    work = np.asarray(sb.results.friction_work(stopped))
+    np.testing.assert_allclose(work, np.concatenate([np.diff(T) for T in along]) * R_B * W0 * time / 2, rtol=1e-11)
+    first, second = stopped.scene.brake.of_bands(work)
+    assert first.sum() / second.sum() == pytest.approx(np.ptp(along[0]) / np.ptp(along[1]), rel=1e-11)
+    assert first.sum() + second.sum() == pytest.approx(float(stopped.energy["friction_heat"]), rel=1e-12)
+    assert float(stopped.energy["closure"]) <= 1e-12
+    greatest = stopped.max_tension
+    T_max = np.array([T[-1] for T in along])
+    assert float(greatest.value) == pytest.approx(T_max.max(), rel=1e-13)
+    assert int(greatest.lining) == (4, 10)[int(T_max.argmax())]
+    # the second band begins at its own slack tension, not behind the first one
+    edges = sb.results.lining_mean(stopped, "edge_pressure_ratio")
+    np.testing.assert_allclose(edges, np.concatenate([ratios(f, a) for f, a in zip(FRICTION, ANGLES, strict=True)]))
+
+
+def test_backwards_the_lever_ends_are_the_tight_ones():
+    result = sb.simulate(scene(omega=-W0, load=-500.0, end=20.0))
+    along = [tensions(s * T0, f, a, back=True) for s, f, a in zip(shares(), FRICTION, ANGLES, strict=True)]
+    torque = R_B * sum(T[0] - T[-1] for T in along)
+    assert float(result.stopping_time) == pytest.approx(J * W0 / (torque - 500.0), rel=1e-12)
+    np.testing.assert_allclose(result.series([0.1]).tension[0], np.concatenate([T[1:] for T in along]), rtol=1e-13)
+
+
+def test_equal_bands_are_bands_in_parallel():
+    """Against today's brake, whose stop has the closed form `J ω_0/(R_b T_0 (Π − 1) − M)`."""
+    result = sb.simulate(scene((lined(0), lined(0, stiffness=3 * STIFFNESS[0]))))
+    Pi = ratios(FRICTION[0], ANGLES[0]).prod()
+    assert float(result.stopping_time) == pytest.approx(J * W0 / (R_B * T0 * (Pi - 1) - LOAD), rel=1e-12)
+    np.testing.assert_allclose(sb.brakes.tension_shares(result.scene.brake), [0.25, 0.75], rtol=1e-14)
+    band = sb.Band(R_B, sb.brakes.ParallelBands((STIFFNESS[0], 3 * STIFFNESS[0])))
+    together = sb.Brake(sb.Pulley(R, J), band, lined(0).linings)
+    np.testing.assert_allclose(sb.brakes.tension_shares(together), [0.25, 0.75], rtol=1e-14)
+    s, one = result.series([0.2]), sb.simulate(dataclasses.replace(result.scene, brake=together), throw=False)
+    both = sum(np.asarray(part) for part in result.scene.brake.of_bands(s.tension[0]))
+    # the parallel bands are elastic: the same tensions once they slide
+    np.testing.assert_allclose(both, one.series([0.2]).tension[0], rtol=1e-12)
+
+
+def test_given_shares_are_relative():
+    for given in ((1.0, 2.0), (0.25, 0.5)):
+        result = sb.simulate(scene((lined(0, share=given[0]), lined(1, share=given[1]))))
+        torque = sum(
+            w * R_B * T0 * (ratios(f, a).prod() - 1) for w, f, a in zip((1 / 3, 2 / 3), FRICTION, ANGLES, strict=True)
+        )
+        assert float(result.stopping_time) == pytest.approx(J * W0 / (torque - LOAD), rel=1e-12)
+
+
+def test_geometries_stretch_alike():
+    """Each band by quadrature of `∫ S R dθ/(E A)` and its ends, `S` by Euler's law up to the tight end.
+
+    There it is the `T_n = Π T_0` of the band's linings, whose share of the lever's tension `T_0` is.
+    """
+    modulus, area, ends = 2.06e11, (1.3e-3, 1.1e-3), ((0.35, 0.6), (0.3, 1.4))
+    bands = tuple(
+        lined(j, stiffness=sb.brakes.LiningsOnPlates(modulus, area[j], *ends[j], gap=0.02 * j)) for j in (0, 1)
+    )
+    found = np.asarray(sb.brakes.tension_shares(scene(bands).brake))
+    stretch = []
+    for j, share in enumerate(found):
+        S = share * T0 * ratios(FRICTION[j], ANGLES[j]).prod() / math.exp(np.sum(FRICTION[j] * ANGLES[j]))
+        total, EA = S * ends[j][0] / (modulus * area[j]), modulus * area[j]
+        for i, (f, a) in enumerate(zip(FRICTION[j], ANGLES[j], strict=True)):
+            total += quad(lambda x, S=S, f=f: S * math.exp(f * x), 0, a, epsabs=0, epsrel=1e-13)[0] * R_B / EA
+            S *= math.exp(f * a)
+            total += S * R_B * 0.02 * j / EA if i < len(ANGLES[j]) - 1 else S * ends[j][1] / EA
+        stretch.append(total)
+    assert found.sum() == pytest.approx(1.0, rel=1e-15)
+    assert stretch[0] == pytest.approx(stretch[1], rel=1e-12)
+
+
+def test_at_rest_the_load_is_held_and_shared_as_the_maximum_torque(stopped):
+    static = [r * f for r, f in zip(RATIO, FRICTION, strict=True)]
+    slack = shares() * T0
+    most = np.array([T * (ratios(f, a).prod() - 1) for T, f, a in zip(slack, static, ANGLES, strict=True)])
+    s = stopped.series([5.5])
+    assert float(s.omega[0]) == 0.0
+    assert float(s.brake_torque[0]) == LOAD
+    held = stopped.scene.brake.of_bands(np.asarray(s.tension)[0])
+    np.testing.assert_allclose([T[-1] for T in held] - slack, LOAD / R_B * most / most.sum(), rtol=1e-12)
+    for j, T in enumerate(held):  # no lining beyond its limit
+        assert np.all(np.diff(np.append(slack[j], T)) >= -1e-9)
+        assert np.all(T / np.append(slack[j], T[:-1]) <= ratios(static[j], ANGLES[j]) * (1 + 1e-12))
+    assert stopped.metrics["min_holding_reserve"] == pytest.approx(R_B * most.sum() / LOAD, rel=1e-12)
+    rising = sb.PiecewiseLinear([0.0, 9.0], [0.0, 3 * R_B * most.sum()])
+    result = sb.simulate(scene(omega=0.0, load=rising, end=5.0))
+    restart = next(event.time for event in result.events if event.name == "restart")
+    assert restart == pytest.approx(3.0, rel=1e-12)
+    kinetic = sum(T * (ratios(f, a).prod() - 1) for T, f, a in zip(slack, FRICTION, ANGLES, strict=True))
+    assert float(result.end_capacity.torque) == pytest.approx(R_B * kinetic, rel=1e-12)
+
+
+def test_derivatives_of_the_stopping_time_have_the_closed_form():
+    """With respect to the friction of each band, the stiffness of each, an angle and the lever: through the shares."""
+
+    def bands(x):
+        f, C, angle = x[:2], x[2:4], x[4]
+        angles = (jnp.asarray(ANGLES[0]).at[2].set(angle), jnp.asarray(ANGLES[1]))
+        return [(f[j] * FRICTION[j], C[j], angles[j]) for j in (0, 1)]
+
+    def time(x):
+        made = [lined(j, law=sb.ConstantFriction(f, 1.1), angle=a, stiffness=C) for j, (f, C, a) in enumerate(bands(x))]
+        pull = sb.PiecewiseLinear(np.array([0.0, 9.0]), jnp.stack([x[5], x[5]]))
+        return sb.simulate(scene(tuple(made), pull=pull), max_steps=64).stopping_time[None]
+
+    def closed(x):
+        given = bands(x)
+        growth = jnp.stack([jnp.prod((1 + f * jnp.tan(a / 2)) / (1 - f * jnp.tan(a / 2))) for f, _, a in given])
+        yielding = jnp.stack([C for _, C, _ in given]) / growth
+        slack = x[5] * yielding / yielding.sum()
+        return J * W0 / (R_B * jnp.sum(slack * (growth - 1)) - LOAD)
+
+    x = jnp.asarray([1.0, 1.05, *STIFFNESS, 0.8, T0])
+    value, ahead, back = jacobians(time)(x)
+    assert float(value[0]) == pytest.approx(float(closed(x)), rel=1e-12)
+    truth = np.asarray(jax.grad(closed)(x))
+    np.testing.assert_allclose(ahead[0], truth, rtol=1e-10)
+    np.testing.assert_allclose(back[0], truth, rtol=1e-10)
+
+
+# --- heat, fade, memory, wear -----------------------------------------------------------------------------------------
+
+SLOPE, STRIBECK, RUN_IN, WEAR = 1e-3, (0.34, 0.29, 3.0), (0.8, 4e6), 2e-13
+C_RIM, C_LINING, G_RIM, G_LINING, TO_RIM, ROOM = 4e4, 4e3, 60.0, 3.0, 0.7, 293.15
+N = ANGLES[0].size, ANGLES[1].size
+
+
+FADING = sb.friction.ProductFriction(sb.ConstantFriction(0.3), (sb.LinearFade(SLOPE, 273.15),))
+
+
+def hot_scene(scale=1.0, stiffness=STIFFNESS[1], **changes):
+    """A band whose friction fades beside one whose friction falls with the speed and runs in; a rim for each."""
+    fading = sb.friction.ProductFriction(sb.ConstantFriction(scale * FRICTION[0], 1.1), (sb.LinearFade(SLOPE, 273.15),))
+    running_in = sb.friction.FrictionWithMemory(
+        sb.StribeckFriction(*STRIBECK), (sb.friction.MemoryProcess(RUN_IN[0], work=RUN_IN[1]),)
+    )
+    heat = sb.Heat(
+        (
+            sb.thermal.Lump("rims", C_RIM, ROOM, count=2),
+            sb.thermal.Lump("linings", C_LINING, ROOM, count=sum(N)),
+            sb.thermal.Reservoir("air", ROOM),
+        ),
+        (sb.thermal.Conductance("rims", "air", G_RIM), sb.thermal.Conductance("linings", "air", G_LINING)),
+        sb.thermal.FrictionHeat("rims", "linings", sb.thermal.ConstantPartition(TO_RIM)),
+        rim="rims",
+        linings="linings",
+    )
+    bands = lined(0, law=fading), lined(1, law=running_in, stiffness=stiffness)
+    return scene(bands, heat=heat, wear=sb.Wear(sb.wear.ExponentialWear(WEAR, rise=100.0)), **changes)
+
+
+@functools.cache
+def hot_truth(scale=1.0, stiffness=STIFFNESS[1]):
+    """Time of the stop and states then by SciPy: speed, rims, linings, memory of band 2, wear, work of the bands."""
+    f_0 = scale * FRICTION[0] * (1 - SLOPE * 20.0), np.full(N[1], STRIBECK[0])
+    slack = shares((STIFFNESS[0], stiffness), f_0) * T0
+    area = np.concatenate([np.full(N[0], AREA[0]), AREA[1]])
+
+    def rates(t, y):
+        w, rims, T, c = y[0], y[1:3], y[3 : 3 + sum(N)], y[3 + sum(N) : 3 + sum(N) + N[1]]
+        f_s, f_k, v_s = STRIBECK
+        v = R_B * w
+        f = (
+            scale * FRICTION[0] * (1 - SLOPE * (T[: N[0]] - 273.15)),
+            (f_k + (f_s - f_k) * np.exp(-((v / v_s) ** 2))) * c,
+        )
+        along = [tensions(S, one, a) for S, one, a in zip(slack, f, ANGLES, strict=True)]
+        steps = np.concatenate([np.diff(S) for S in along])
+        N_i = np.concatenate([(S[1:] + S[:-1]) * np.sin(a / 2) for S, a in zip(along, ANGLES, strict=True)])
+        P = steps * v
+        each = P[: N[0]].sum(), P[N[0] :].sum()
+        return np.concatenate(
+            [
+                [(LOAD - R_B * steps.sum()) / J],
+                (TO_RIM * np.array(each) - G_RIM * (rims - ROOM)) / C_RIM,
+                ((1 - TO_RIM) * P - G_LINING * (T - ROOM)) / C_LINING,
+                (RUN_IN[0] - c) * f[1] * N_i[N[0] :] / area[N[0] :] * v / RUN_IN[1],
+                WEAR * np.exp((T - ROOM) / 100.0) * N_i / area * v,
+                each,
+            ]
+        )
+
+    def stops(t, y):
+        return y[0]
+
+    stops.terminal = True
+    start = np.concatenate([[W0], np.full(2 + sum(N), ROOM), np.ones(N[1]), np.zeros(sum(N) + 2)])
+    tol = np.concatenate([np.full(start.size - sum(N) - 2, 1e-12), np.full(sum(N), 1e-19), [1e-6, 1e-6]])
+    truth = solve_ivp(rates, (0, 9), start, "DOP853", events=stops, rtol=3e-14, atol=tol)
+    return truth.t[-1], truth.y[:, -1]
+
+
+@pytest.fixture(scope="module")
+def hot():
+    return sb.simulate(hot_scene(), rtol=1e-12)
+
+
+@pytest.mark.slow
+def test_heat_fade_memory_and_wear_of_each_band_against_scipy(hot):
+    time, y = hot_truth()
+    n = sum(N)
+    assert float(hot.stopping_time) == pytest.approx(time, rel=1e-9)
+    s = hot.series([float(hot.stopping_time)])
+    np.testing.assert_allclose(s.rim_temperature[0], y[1:3], rtol=1e-9)
+    np.testing.assert_allclose(s.lining_temperature[0], y[3 : 3 + n], rtol=1e-9)
+    np.testing.assert_allclose(s.friction_memory[0, N[0] :], y[3 + n : 3 + n + N[1]], rtol=1e-9)
+    np.testing.assert_array_equal(s.friction_memory[0, : N[0]], 0.0)  # the other law has none
+    np.testing.assert_allclose(hot.worn_thickness, y[3 + n + N[1] : -2], rtol=1e-9)
+    work = [part.sum() for part in hot.scene.brake.of_bands(np.asarray(sb.results.friction_work(hot)))]
+    np.testing.assert_allclose(work, y[-2:], rtol=1e-9)
+    assert abs(y[1] - y[2]) > 0.5  # the rims differ
+    assert float(hot.energy["closure"]) <= 1e-11
+    assert float(hot.energy["heat_closure"]) <= 1e-12
+
+
+@pytest.mark.slow
+def test_derivatives_with_heat_against_scipy():
+    def time(x):
+        return sb.simulate(hot_scene(x[0], x[1]), rtol=1e-12, max_steps=128).stopping_time[None]
+
+    _, ahead, back = jacobians(time)(jnp.asarray([1.0, STIFFNESS[1]]))
+    np.testing.assert_allclose(back, ahead, rtol=1e-10)
+    for i, size in enumerate((1.0, STIFFNESS[1])):
+
+        def difference(h, i=i):
+            up, down = (hot_truth(**{("scale", "stiffness")[i]: (1.0, STIFFNESS[1])[i] + d}) for d in (h, -h))
+            return (up[0] - down[0]) / (2 * h)
+
+        h = 2e-3 * size
+        assert float(ahead[0, i]) == pytest.approx((4 * difference(h) - difference(2 * h)) / 3, rel=1e-7)
+
+
+def test_laws_that_see_the_rim_see_that_of_their_own_band():
+    """Rims that start at different temperatures; heat into the linings is not modelled."""
+    start, fade = np.array([293.15, 393.15]), sb.LinearFade(2e-3, 273.15)
+    laws = [sb.friction.ProductFriction(sb.ConstantFriction(f, 1.0), (fade,)) for f in FRICTION]
+    heat = sb.Heat(
+        (sb.thermal.Lump("rims", C_RIM, start, count=2), sb.thermal.Reservoir("air", ROOM)),
+        (sb.thermal.Conductance("rims", "air", G_RIM),),
+        sb.thermal.FrictionHeat("rims", None, sb.thermal.ConstantPartition(TO_RIM)),
+        rim="rims",
+    )
+    result = sb.simulate(scene((lined(0, law=laws[0]), lined(1, law=laws[1])), load=0.0, heat=heat), rtol=1e-11)
+
+    def friction(T):
+        return [f * (1 - 2e-3 * (rim - 273.15)) for f, rim in zip(FRICTION, T, strict=True)]
+
+    slack = shares(friction=friction(start)) * T0
+    assert slack[0] == pytest.approx(T0 * float(sb.brakes.tension_shares(result.scene.brake, np.repeat(start, N))[0]))
+
+    def rates(t, y):
+        f = friction(y[1:])
+        pull = np.array([S * (ratios(one, a).prod() - 1) for S, one, a in zip(slack, f, ANGLES, strict=True)])
+        return [-R_B * pull.sum() / J, *((TO_RIM * pull * R_B * y[0] - G_RIM * (y[1:] - ROOM)) / C_RIM)]
+
+    def stops(t, y):
+        return y[0]
+
+    stops.terminal = True
+    truth = solve_ivp(rates, (0, 9), [W0, *start], "DOP853", events=stops, rtol=1e-13, atol=1e-12)
+    assert float(result.stopping_time) == pytest.approx(truth.t[-1], rel=1e-10)
+    np.testing.assert_allclose(result.series([truth.t[-1]]).rim_temperature[0], truth.y[1:, -1], rtol=1e-10)
+
+
+def test_heat_of_the_shaft_enters_all_rims_alike():
+    heat = sb.Heat(
+        (sb.thermal.Lump("rims", C_RIM, ROOM, count=2),),
+        (),
+        sb.thermal.FrictionHeat("rims", None, sb.thermal.ConstantPartition(TO_RIM)),
+        rim="rims",
+    )
+    drag = sb.shaft.ViscousDrag(200.0, place="rims")
+    result = sb.simulate(scene(load=0.0, pull=0.0, end=2.0, heat=heat, shaft=(drag,)), rtol=1e-11)
+    lost = J * W0**2 / 2 * (1 - np.exp(-2 * 200.0 * 2.0 / J))
+    np.testing.assert_allclose(result.end_temperatures - ROOM, np.full(2, lost / (2 * C_RIM)), rtol=1e-9)
+
+
+def test_a_lever_that_holds_the_speed_pulls_for_all_bands():
+    held = dataclasses.replace(scene(end=2.0), duty=sb.Duty(sb.SpeedHold(1e5), sb.TorqueLoad(LOAD)))
+    s = sb.simulate(held).series([1.0])
+    growth = sum(S * (ratios(f, a).prod() - 1) for S, f, a in zip(shares(), FRICTION, ANGLES, strict=True))
+    assert float(s.slack_tension[0]) == pytest.approx(LOAD / R_B / growth, rel=1e-12)
+    assert float(s.omega[0]) == pytest.approx(W0, rel=1e-13)
+
+
+@pytest.mark.slow
+def test_friction_of_the_pressure_on_one_band_by_its_own_recursion():
+    factor, p_r, m = FRICTION[0], 5e5, 0.3
+    law = sb.friction.ProductFriction(sb.ConstantFriction(factor), (sb.friction.PressureFactor(p_r, m),))
+    result = sb.simulate(scene((lined(0, law=law, share=1.0), lined(1, share=1.0))))
+    slack = T = T0 / 2
+    for f_0, a in zip(factor, ANGLES[0], strict=True):
+
+        def excess(f, T=T, a=a, f_0=f_0):
+            mu = ratios(f, a)
+            return f - f_0 * (1 + T * (1 + mu) * math.sin(a / 2) / AREA[0] / p_r) ** -m
+
+        T *= ratios(brentq(excess, 0.0, f_0, xtol=1e-15), a)
+    torque = R_B * (T - slack + slack * (ratios(FRICTION[1], ANGLES[1]).prod() - 1))
+    assert float(result.stopping_time) == pytest.approx(J * W0 / (torque - LOAD), rel=1e-12)
+
+
+def test_a_run_ends_where_the_linings_of_one_band_leave_their_table():
+    table = sb.friction.TabulatedFade([250.0, 320.0], [1.0, 0.9])
+    scene = hot_scene(end=20.0)
+    law = sb.friction.ProductFriction(sb.ConstantFriction(0.3), (table,))
+    other = dataclasses.replace(scene.brake.bands[1], linings=lined(1, law=law).linings)
+    brake = dataclasses.replace(scene.brake, bands=(scene.brake.bands[0], other))
+    result = sb.simulate(dataclasses.replace(scene, brake=brake, initial=sb.Initial(60.0)), throw=False)
+    assert result.status == "outside_table"
+    T = np.asarray(result.series([float(result.record.t_end)]).lining_temperature)[0]
+    assert T[N[0] :].max() == pytest.approx(320.0, abs=1e-6)
+    assert T[: N[0]].max() > 325.0  # those of the other band have no table
+
+
+# --- input, files, figures --------------------------------------------------------------------------------------------
+
+
+def test_a_file_holds_it(hot, tmp_path):
+    text = sb.files.scene_text(hot.scene)
+    assert "elongation" not in text
+    again = sb.files.scene_from_text(text)
+    assert sb.files.scene_text(again) == text
+    assert float(sb.simulate(again, rtol=1e-12).stopping_time) == float(hot.stopping_time)
+    sb.save(hot, tmp_path / "stop.nc")
+    data = sb.load(tmp_path / "stop.nc")
+    np.testing.assert_allclose(data["rim_temperature"][-1], hot.series([6.0]).rim_temperature[0], rtol=1e-14)
+    changed = sb.with_values(
+        scene(), {"brake.bands[1].linings.friction.coefficient": 0.3, "brake.bands[0].stiffness": 1e5}
+    )
+    assert float(changed.brake.bands[0].stiffness) == 1e5
+
+
+GOOD = """
+format = "simbrake scene 1"
+end_time = "6 s"
+[brake]
+pulley = { radius = "590 mm", inertia = "1200 kg*m^2" }
+band_radius = "623 mm"
+[[brake.bands]]
+linings = { count = 8, wrap = "200 deg", friction = 0.35 }
+share = 1
+[[brake.bands]]
+linings = { count = 10, wrap = "250 deg", friction = 0.25 }
+share = 1
+[duty]
+slack_tension = "6 kN"
+load = "3 kN*m"
+[initial]
+omega = "20 rad/s"
+"""
+
+
+def test_a_file_by_hand_and_all_its_errors_at_once():
+    result = sb.simulate(sb.files.scene_from_text(GOOD))
+    torque = sum(
+        R_B * T0 / 2 * (ratios(f, math.radians(wrap) / n) ** n - 1) for n, wrap, f in ((8, 200, 0.35), (10, 250, 0.25))
+    )
+    assert float(result.stopping_time) == pytest.approx(J * W0 / (torque - LOAD), rel=1e-12)
+    assert "multi-band brake" in sb.report(result, check=False)
+    bad = GOOD.replace("share = 1\n", "stiffness = 2e5\n", 1).replace("250 deg", "370 deg").replace("623 mm", "523 mm")
+    with pytest.raises(sb.InputError) as caught:
+        sb.check(sb.files.scene_from_text(bad))
+    for part in (
+        "brake.band_radius: 0.523 m is inside the track of 0.59 m",
+        "brake.bands[0].share: is missing",
+        "brake.bands[0].stiffness: stands beside the share of a band",
+        "brake.bands[1].linings.angle: the linings span 370.0°",
+    ):
+        assert part in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("bands", "message"),
+    [
+        ((), r"brake\.bands: there is no band"),
+        ((lined(0), dataclasses.replace(lined(1), stiffness=None)), r"brake\.bands\[1\]\.stiffness: is missing"),
+        (
+            (lined(0, law=sb.ConstantFriction([0.3, 0.4])), lined(1)),
+            r"bands\[0\]\.linings\.friction: its numbers do not",
+        ),
+        (
+            (lined(0), dataclasses.replace(lined(1), linings=sb.Lining(0.3, ANGLES[1]))),
+            r"brake\.bands\[1\]\.linings\.area: is missing",
+        ),
+        (
+            (lined(0), dataclasses.replace(lined(1), linings=sb.Lining(0.3, ANGLES[1], 0.02, 3.0))),
+            r"brake\.bands\[1\]\.linings\.mass: has no effect",
+        ),
+        (
+            (lined(0), lined(1, law=sb.ConstantFriction(2.8))),
+            r"brake\.bands\[1\]\.linings\.angle\[4\]: lining 5 of band 2: f·tan\(β/2\) = 1\.184 ≥ 1",
+        ),
+        ((lined(0), lined(1, law=FADING)), r"heat: is missing, but friction law brake\.bands\[\*\]\.linings\.friction"),
+    ],
+)
+def test_bad_input(bands, message):
+    with pytest.raises(sb.InputError, match=message):
+        sb.check(scene(bands))
+
+
+def test_what_needs_one_band_says_so(stopped):
+    with_wear = dataclasses.replace(hot_scene(), wear=sb.Wear(WEAR, geometry=True, turned_at=1.0))
+    with pytest.raises(sb.InputError, match=r"wear\.geometry: has no effect on a multi-band brake"):
+        sb.check(with_wear)
+    with pytest.raises(sb.InputError, match=r"initial\.elongation: a multi-band brake has rigid bands"):
+        sb.check(dataclasses.replace(stopped.scene, initial=sb.Initial(W0, elongation=1e-3)))
+    heat = hot_scene().heat
+    rims = dataclasses.replace(heat.bodies[0], count=3)
+    three = dataclasses.replace(hot_scene(), heat=dataclasses.replace(heat, bodies=(rims, *heat.bodies[1:])))
+    with pytest.raises(sb.InputError, match=r"heat\.friction\.metal: 'rims' has 3 nodes — 1 or 2 or 10"):
+        sb.check(three)
+    for feature in (
+        lambda: sb.estimates(stopped.scene),
+        lambda: sb.brakes.stiffness_of(stopped.scene.brake),
+        lambda: sb.wear.turned_scene(stopped.scene),
+        lambda: plot.pulley(stopped),
+    ):
+        with pytest.raises(sb.InputError, match=r"is a multi-band brake: .* one band"):
+            feature()
+    assert plot.lining_map(stopped, "normal_load").axes[0].get_ylabel() == "lining, band after band"

@@ -1,0 +1,306 @@
+"""Band compliance: elongation against quadrature, bands in parallel, the scene with geometry, the lever."""
+
+import dataclasses
+import math
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import closed_form, stop_scene
+from scipy.integrate import quad
+
+import simbrake as sb
+
+E1, A1, E2, A2, R0, R0_ = 2.1e11, 1.3e-3, 3e9, 6.6e-3, 0.623, 0.605
+L_C, L_H = 0.4, 0.9
+BETA = math.radians(13.5)
+
+
+BAND = {"modulus": E1, "area": A1, "slack_end": L_C, "tight_end": L_H}
+LINING = {"lining_modulus": E2, "lining_area": A2, "lining_radius": R0_}
+SLOTTED = {
+    "modulus": E1,
+    "slack_area": A1,
+    "tight_area": 0.6 * A1,
+    "split": 2.9,
+    "lining_modulus": E2,
+    "slack_lining_area": A2,
+    "tight_lining_area": 0.4 * A2,
+    "lining_radius": R0_,
+    "slack_end": L_C,
+    "tight_end": L_H,
+}
+
+
+def bonded(**change):
+    return sb.brakes.BondedLinings(**{**BAND, **LINING, **change})
+
+
+def plates(**change):
+    return sb.brakes.LiningsOnPlates(**{**BAND, **change})
+
+
+def slotted(**change):
+    return sb.brakes.ContinuousLining(**{**SLOTTED, **change})
+
+
+def elongation_by_quadrature(S_C, pieces, ends=((L_C, E1 * A1), (L_H, E1 * A1)), end_factor=1.0):
+    """`∫ S ds/k` along `pieces` of (friction, angle, stiffness per rad), and the ends (length, EA)."""
+    S, total = S_C, end_factor * S_C * ends[0][0] / ends[0][1]
+    for f, angle, k in pieces:
+        total += quad(lambda θ, S=S, f=f: S * math.exp(f * θ), 0.0, angle, epsabs=0, epsrel=1e-13)[0] / k
+        S *= math.exp(f * angle)
+    return total + end_factor * S * ends[1][0] / ends[1][1]
+
+
+ANGLES = np.radians([20.0, 8.0, 15.0, 30.0])
+GAPS = np.radians([2.0, 0.0, 3.5])
+EACH = np.asarray([0.35, 0.1, 0.0, 0.5])
+BARE, BOND = E1 * A1 / R0, E1 * A1 / R0 + E2 * A2 / R0_
+
+
+def laid(f, angles, gaps, k):
+    """Arcs with their friction and bare gaps without, alternating."""
+    pieces = [(f[0], angles[0], k)]
+    for i, gap in enumerate(gaps):
+        pieces += [(0.0, gap, BARE), (f[i + 1], angles[i + 1], k)]
+    return pieces
+
+
+@pytest.mark.parametrize("halved", [False, True])
+@pytest.mark.parametrize(("make", "k"), [(bonded, BOND), (plates, BARE)])
+def test_elongation_of_separate_linings_against_quadrature(make, k, halved):
+    equal = (np.full(20, 0.35), np.full(20, math.radians(12.0)), np.full(19, math.radians(1.5)))
+    for f, angles, gaps in (equal, (EACH, ANGLES, GAPS), (0 * EACH, ANGLES, GAPS)):
+        got = make(gap=gaps, halved_ends=halved).elongation(5e3, f, angles, R0)
+        truth = elongation_by_quadrature(5e3, laid(f, angles, gaps, k), end_factor=0.5 if halved else 1.0)
+        assert float(got) == pytest.approx(truth, rel=1e-13)
+    one = make(gap=equal[2]).compliance(0.35, equal[1], R0)
+    assert float(one) == pytest.approx(float(make(gap=math.radians(1.5)).compliance(equal[0], equal[1], R0)), rel=1e-14)
+
+
+@pytest.mark.parametrize("split", [0.0, 2.9, math.radians(400.0)])
+def test_elongation_of_a_continuous_lining_beyond_a_full_turn_against_quadrature(split):
+    wrap, f = math.radians(400.0), 0.2
+    tongue, slot = BOND, 0.6 * E1 * A1 / R0 + E2 * 0.4 * A2 / R0_
+    pieces = [(f, split, tongue), (f, wrap - split, slot)]
+    ends = ((L_C, E1 * A1), (L_H, 0.6 * E1 * A1))
+    angle = np.full(50, wrap / 50)
+    got = slotted(split=split).elongation(5e3, f, angle, R0)
+    assert float(got) == pytest.approx(elongation_by_quadrature(5e3, pieces, ends), rel=1e-13)
+    assert float(sb.brakes.tension_rise(f, angle)) == pytest.approx(math.exp(f * wrap), rel=1e-13)
+
+
+@pytest.mark.parametrize("make", [bonded, plates, slotted])
+def test_without_friction_the_elongation_and_its_slope_are_exact(make):
+    """`Δl/S_C` at f = 0 and its derivative, against those of the integrand `∫ e^{fθ} dθ`."""
+    angle = np.full(20, BETA)
+
+    def compliance(f):
+        return make().stretch(f, angle, R0)
+
+    value, slope = jax.value_and_grad(compliance)(0.0)
+    wrap = 20 * BETA
+    if make is slotted:
+        split, slot = 2.9, 0.6 * E1 * A1 / R0 + E2 * 0.4 * A2 / R0_
+        rest = wrap**2 - split**2
+        truth = split / BOND + (wrap - split) / slot + (L_C + L_H / 0.6) / (E1 * A1)
+        rise = split**2 / 2 / BOND + rest / 2 / slot + wrap * L_H / 0.6 / (E1 * A1)
+    else:
+        k = BOND if make is bonded else BARE
+        truth, rise = wrap / k + (L_C + L_H) / (E1 * A1), wrap**2 / 2 / k + wrap * L_H / (E1 * A1)
+    assert float(value) == pytest.approx(truth, rel=1e-13)
+    assert float(slope) == pytest.approx(rise, rel=1e-12)
+    # no seam where the series hands over to the closed form, f α = 0.02
+    near = [float(jax.jit(jax.grad(compliance))(0.02 / BETA * s)) for s in (1 - 1e-9, 1 + 1e-9)]
+    assert near[0] == pytest.approx(near[1], rel=1e-8)
+
+
+def test_anchor_and_linkage_are_in_series():
+    angle = np.full(20, BETA)
+    alone, soft = (float(bonded(linkage=c).stiffness(0.35, angle, R0)) for c in (None, 1e5))
+    assert 1 / soft == pytest.approx(1 / alone + 1 / 1e5, rel=1e-14)
+    rise = math.exp(0.35 * 20 * BETA)
+    assert alone == pytest.approx(5e3 * rise / float(bonded().elongation(5e3, 0.35, angle, R0)), rel=1e-13)
+
+
+def test_bands_in_parallel_stretch_alike_and_carry_the_whole():
+    c = np.asarray([2e-8, 5e-8, 3e-8])
+    split = np.asarray(sb.brakes.lever_split(c, 1e4))
+    assert split.sum() == pytest.approx(1e4, rel=1e-15)
+    np.testing.assert_allclose(split * c, split[0] * c[0], rtol=1e-15)
+    np.testing.assert_array_equal(np.asarray(sb.brakes.lever_split([3e-8, 3e-8], 1e4)), [5e3, 5e3])
+    # geometries and numbers, with linings of their own friction
+    angle = np.full(4, 0.6)
+    bands = sb.brakes.ParallelBands((bonded(), plates(tight_end=2.0), 4e8))
+    assert isinstance(bands.bands[2], sb.brakes.GivenStiffness)
+    shares = bands.shares(EACH, angle, R0)
+    each = np.asarray([band.stiffness(EACH, angle, R0) for band in bands.bands])
+    np.testing.assert_allclose(np.asarray(shares), each / each.sum(), rtol=1e-14)
+    stretched = [float(b.elongation(8e3 * s, EACH, angle, R0)) for b, s in zip(bands.bands, shares, strict=True)]
+    np.testing.assert_allclose(stretched, stretched[0], rtol=1e-14)
+    assert float(bands.stiffness(EACH, angle, R0)) == pytest.approx(each.sum(), rel=1e-15)
+    assert float(bands.elongation(8e3, EACH, angle, R0)) == pytest.approx(stretched[0], rel=1e-14)
+    joined = sb.brakes.ParallelBands(bands.bands, linkage=1e8).stiffness(EACH, angle, R0)
+    assert 1 / float(joined) == pytest.approx(1 / each.sum() + 1e-8, rel=1e-14)
+
+
+def soft_scene(modulus=5e8, **rest):
+    """A band of little modulus, so that its stretch governs the stop."""
+    return stop_scene(C=plates(modulus=modulus, **rest))
+
+
+def test_a_scene_with_geometry_is_the_scene_with_that_number():
+    scene = soft_scene()
+    C = float(sb.brakes.stiffness_of(scene.brake))
+    assert 1e5 < C < 1e6
+    geometry, number = sb.simulate(scene), sb.simulate(stop_scene(C=C))
+    assert float(geometry.stopping_time) == pytest.approx(float(number.stopping_time), rel=1e-14)
+    assert float(geometry.stopping_time) == pytest.approx(closed_form(C=C)["stop"], rel=1e-10)
+    # two equal bands are one of twice the stiffness, half the tension in each
+    pair = stop_scene(C=sb.brakes.ParallelBands((plates(modulus=5e8),) * 2))
+    np.testing.assert_allclose(
+        np.asarray(sb.brakes.tension_shares(pair.brake)), [0.5, 0.5], rtol=4e-16
+    )  # two roundings
+    np.testing.assert_array_equal(np.asarray(sb.brakes.tension_shares(scene.brake)), [1.0])
+    twice = float(sb.simulate(stop_scene(C=2 * C)).stopping_time)
+    assert float(sb.simulate(pair).stopping_time) == pytest.approx(twice, rel=1e-14)
+    assert sb.brakes.stiffness_of(stop_scene(C=None).brake) is None
+
+
+def test_a_law_of_the_temperature_gives_the_friction_at_the_start():
+    law = sb.friction.ProductFriction(sb.ConstantFriction(0.4), (sb.LinearFade(1e-3, 300.0),))
+    brake = stop_scene(C=plates(), law=law).brake
+    hot = stop_scene(C=plates(), f=0.4 * (1 - 1e-3 * 100.0)).brake
+    assert float(sb.brakes.stiffness_of(brake, 400.0)) == pytest.approx(float(sb.brakes.stiffness_of(hot)), rel=1e-14)
+    with pytest.raises(ValueError, match="depends on the temperature"):
+        sb.brakes.stiffness_of(brake)
+
+
+@pytest.mark.slow
+def test_gradient_of_the_stop_by_modulus_length_and_friction():
+    def stop(modulus, tight_end, f):
+        scene = stop_scene(C=plates(modulus=modulus, tight_end=tight_end, linkage=2e6), f=f)
+        return sb.simulate(scene, rtol=1e-12, max_steps=128).stopping_time
+
+    def truth(modulus, tight_end, f):
+        C = plates(modulus=modulus, tight_end=tight_end, linkage=2e6).stiffness(f, np.full(20, BETA), 0.725)
+        return closed_form(C=C, f=f, xp=jnp)["stop"]
+
+    at = (5e8, 0.9, 0.35)
+    got = jax.jit(jax.grad(stop, argnums=(0, 1, 2)))(*at)
+    np.testing.assert_allclose(got, jax.jit(jax.grad(truth, argnums=(0, 1, 2)))(*at), rtol=1e-9)
+    run = jax.jit(stop)
+    for i, (x, g) in enumerate(zip(at, got, strict=True)):
+
+        def difference(h, i=i, x=x):
+            return float(run(*at[:i], x + h, *at[i + 1 :]) - run(*at[:i], x - h, *at[i + 1 :])) / (2 * h)
+
+        h = 2e-3 * x
+        assert float(g) == pytest.approx((4 * difference(h) - difference(2 * h)) / 3, rel=1e-7)
+
+
+def test_values_of_a_geometry_are_set_by_path():
+    scene = stop_scene(C=sb.brakes.ParallelBands((plates(), 4e8)))
+    stiffer = sb.with_values(scene, {"brake.band.stiffness.bands[0].modulus": 2 * E1})
+    alone = [np.asarray(s.brake.band.stiffness.bands[0].stiffness(0.35, [BETA] * 20, 0.725)) for s in (scene, stiffer)]
+    assert alone[1] == pytest.approx(2 * alone[0], rel=1e-14)
+    geometry = sb.with_values(soft_scene(), {"brake.band.stiffness.modulus": 1e9, "brake.band.stiffness.linkage": 1e6})
+    assert float(geometry.brake.band.stiffness.linkage) == 1e6
+    # a number, or nothing, in place of the whole geometry
+    assert float(sb.with_values(scene, {"brake.band.stiffness": 2e5}).brake.band.stiffness) == 2e5
+    assert sb.with_values(scene, {"brake.band.stiffness": None}).brake.band.stiffness is None
+    with pytest.raises(sb.InputError, match="there is no such number"):
+        sb.with_values(scene, {"brake.band.stiffness": 2e5, "brake.band.stiffness.linkage": 1e6})
+
+
+@pytest.mark.parametrize(
+    ("stiffness", "message"),
+    [
+        (eqx.tree_at(lambda s: s.modulus, plates(), -1.0), r"brake\.band\.stiffness\.modulus: -1 Pa"),
+        (eqx.tree_at(lambda s: s.area, plates(), np.nan), r"brake\.band\.stiffness\.area"),
+        (plates(area=[1e-3, 2e-3]), r"brake\.band\.stiffness\.area: has the shape \(2,\)"),
+        (plates(gap=[0.1, 0.1]), r"brake\.band\.stiffness\.gap: has the shape \(2,\)"),
+        (plates(gap=0.1), r"brake\.linings\.angle: the linings span 378\.9° with their gaps"),
+        (sb.brakes.ParallelBands(()), r"brake\.band\.stiffness\.bands: there is no band"),
+        (
+            eqx.tree_at(lambda s: s.bands[1].value, sb.brakes.ParallelBands((2e5, 1.0)), -1.0),
+            r"brake\.band\.stiffness\.bands\[1\]\.value: -1 N/m",
+        ),
+        (sb.brakes.ParallelBands((2e5, plates(gap=[0.1]))), r"brake\.band\.stiffness\.bands\[1\]\.gap"),
+    ],
+)
+def test_faults_of_a_geometry_are_named(stiffness, message):
+    with pytest.raises(sb.InputError, match=message):
+        sb.simulate(stop_scene(C=stiffness))
+
+
+def test_only_a_slotted_band_goes_more_than_once_around():
+    with pytest.raises(sb.InputError, match="more than the pulley has"):
+        sb.check(stop_scene(C=bonded(), beta=20.0))
+    sb.check(stop_scene(C=slotted(), beta=20.0))
+    with pytest.raises(sb.InputError, match="more than 720°"):
+        sb.check(stop_scene(C=slotted(), beta=37.0))
+
+
+def test_unequal_bands_are_a_warning_where_friction_looks_at_their_load():
+    from simbrake._parts._scene import warnings
+
+    law = sb.friction.ProductFriction(sb.ConstantFriction(0.3), (sb.friction.PressureFactor(1e6, 0.1),))
+    assert warnings(stop_scene(C=sb.brakes.ParallelBands((2e5, 3e5)))) == []
+    assert warnings(stop_scene(C=sb.brakes.ParallelBands((2e5, 2e5)), law=law)) == []
+    scene = stop_scene(C=sb.brakes.ParallelBands((2e5, 3e5)), law=law)
+    linings = dataclasses.replace(scene.brake.linings, area=0.1)
+    (text,) = warnings(eqx.tree_at(lambda s: s.brake.linings, scene, linings))
+    assert text.startswith("unequal_bands: the bands carry 0.4, 0.6")
+
+
+@pytest.mark.slow
+def test_lever_against_the_textbook_and_in_a_scene():
+    lever = sb.Lever(sb.Constant(200.0), arm=0.75, slack_arm=0.12)
+    assert float(lever.value(jnp.asarray(0.0), jnp.asarray(0))) == pytest.approx(1250.0, rel=1e-15)
+    # knots and jumps are those of the force
+    jump = sb.PiecewiseLinear(times=[0.0, 0.2, 0.2], values=[300.0, 640.0, 1280.0])
+    forced, direct = (
+        stop_scene(lever=lever)
+        for lever in (
+            sb.Lever(jump, arm=0.9, slack_arm=0.1, efficiency=0.9),
+            sb.PiecewiseLinear(times=[0.0, 0.2, 0.2], values=8.1 * np.asarray([300.0, 640.0, 1280.0])),
+        )
+    )
+    assert float(sb.simulate(forced).stopping_time) == pytest.approx(
+        float(sb.simulate(direct).stopping_time), rel=1e-12
+    )
+    assert sb.Lever(sb.Repeated([0.0], [1.0], 1.0, 7), 1.0, 1.0).knot_count == 7
+
+    def stop(arm):
+        scene = stop_scene(lever=sb.Lever(sb.Constant(1e3), arm, 0.1))
+        return sb.simulate(scene, rtol=1e-12, max_steps=128).stopping_time
+
+    truth = jax.jit(jax.grad(lambda arm: closed_form(T0=1e4 * arm, xp=jnp)["stop"]))(0.8)
+    assert float(jax.jit(jax.grad(stop))(0.8)) == pytest.approx(float(truth), rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("lever", "message"),
+    [
+        (sb.Lever(sb.Constant(-1.0), 1.0, 0.1), r"duty\.slack_tension\.force\.level"),
+        (eqx.tree_at(lambda lever: lever.slack_arm, sb.Lever(1.0, 1.0, 0.1), 0.0), r"duty\.slack_tension\.slack_arm"),
+        (sb.Lever(sb.Constant(1.0), [1.0, 2.0], 0.1), r"duty\.slack_tension\.arm: has the shape"),
+        (sb.Lever(sb.SpeedHold(1e4), 1.0, 0.1), r"duty\.slack_tension\.force: a lever that holds"),
+    ],
+)
+def test_faults_of_a_lever_are_named(lever, message):
+    with pytest.raises(sb.InputError, match=message):
+        sb.check(stop_scene(lever=lever))
+
+
+def test_a_differential_lever_locks_itself():
+    T_0 = float(sb.loads.differential_lever_tension(200.0, 0.75, 0.12, 0.02, 4.0))
+    moments = T_0 * 0.12 - 4.0 * T_0 * 0.02 - 200.0 * 0.75
+    assert abs(moments) < 1e-12
+    assert np.isinf(sb.loads.differential_lever_tension(200.0, 0.75, 0.12, 0.03, 4.0))
+    slope = jax.grad(lambda b: sb.loads.differential_lever_tension(200.0, 0.75, 0.12, b, 4.0))(0.02)
+    assert float(slope) == pytest.approx(150.0 * 4.0 / 0.04**2, rel=1e-12)

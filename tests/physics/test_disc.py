@@ -1,0 +1,376 @@
+"""Disc brakes: stops and holds in closed form, fade against SciPy, derivatives, input, files and figures."""
+
+import dataclasses
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import jacobians
+from scipy.integrate import solve_ivp
+from test_scenarios import load
+
+import simbrake as sb
+from simbrake import plot
+
+R_I, R_O, N, F, J, W0, FRICTION, RATIO, LOAD = 0.30, 0.50, 4, 20e3, 400.0, 30.0, 0.4, 1.25, 1500.0
+TORQUE = N * FRICTION * F * 0.5 * (R_I + R_O)
+
+
+def disc_scene(*, force=None, load=LOAD, omega=W0, friction=None, end=4.0, pressure=None, **parts):
+    """A stop of four pads with two points for the force and the load, so that scenes share their program."""
+    force = sb.PiecewiseLinear([0.0, 9.0], [F, F]) if force is None else force
+    load = load if isinstance(load, sb.PiecewiseLinear) else sb.PiecewiseLinear([0.0, 9.0], [load, load])
+    friction = sb.ConstantFriction(FRICTION, RATIO) if friction is None else friction
+    pads = sb.Pads(friction, R_I, R_O, 0.7, N, pressure or sb.brakes.UniformWear())
+    return sb.Scene(sb.DiscBrake(J, pads), sb.ForceDuty(force, sb.TorqueLoad(load)), sb.Initial(omega), end, **parts)
+
+
+CAPACITY = 500.0  # J/K of a pad
+
+
+def heat():
+    return sb.Heat(
+        (
+            sb.thermal.Lump("disc", 2e5, 293.15),
+            sb.thermal.Lump("pads", CAPACITY, 293.15, count=N),
+            sb.thermal.Reservoir("air", 293.15),
+        ),
+        (sb.thermal.Conductance("pads", "air", 5.0), sb.thermal.Conductance("disc", "air", 20.0)),
+        sb.thermal.FrictionHeat("disc", "pads", sb.thermal.ConstantPartition(0.7)),
+        rim="disc",
+        linings="pads",
+        permissible=310.0,
+    )
+
+
+FADE = sb.friction.ProductFriction(sb.ConstantFriction(FRICTION, RATIO), (sb.LinearFade(slope=2e-3, above=273.15),))
+
+
+def fading_scene(**changes):
+    return disc_scene(friction=FADE, heat=heat(), wear=sb.Wear(sb.wear.ExponentialWear(1e-13, rise=80.0)), **changes)
+
+
+@pytest.fixture(scope="module")
+def stopped():
+    return sb.simulate(disc_scene())
+
+
+@pytest.fixture(scope="module")
+def faded():
+    return sb.simulate(fading_scene(), rtol=1e-11)
+
+
+@pytest.mark.smoke
+def test_a_stop_has_the_closed_form(stopped):
+    time = J * W0 / (TORQUE - LOAD)
+    assert float(stopped.stopping_time) == pytest.approx(time, rel=1e-12)
+    assert float(stopped.stopping_angle) == pytest.approx(W0 * time / 2, rel=1e-12)
+    assert float(stopped.energy["friction_heat"]) == pytest.approx(TORQUE * W0 * time / 2, rel=1e-12)
+    assert float(stopped.energy["closure"]) <= 1e-12
+    assert [event.name for event in stopped.events] == ["slip_onset", "full_slip", "stop"]
+    assert stopped.status == "stopped"
+
+
+def test_held_pads_share_the_load_and_the_speed_is_exactly_zero(stopped):
+    s = stopped.series([0.5, 3.5])
+    assert float(s.omega[1]) == 0.0
+    assert float(s.brake_torque[1]) == LOAD
+    np.testing.assert_allclose(s.friction_force, [np.full(N, FRICTION * F), np.full(N, LOAD / 0.4 / N)], rtol=1e-12)
+    np.testing.assert_allclose(s.normal_load, np.full((2, N), F))
+    assert s.at_limit.tolist() == [N, 0]
+    np.testing.assert_allclose(s.lever_force, F)
+    assert s.tension is None
+    assert s.slack_tension is None
+
+
+def test_names_of_a_band_are_not_there(stopped):
+    assert "max_tension" not in stopped.metrics
+    assert stopped.metrics["max_normal_load"] == pytest.approx(F)
+    with pytest.raises(ValueError, match="max_tension"):
+        _ = stopped.max_tension
+    with pytest.raises(sb.InputError, match="max_tension: is not a metric of this scene"):
+        sb.sensitivity(stopped.scene, ["max_tension"])
+    assert "tension" not in str(stopped)
+    assert "elastic_change" not in stopped.energy
+    assert "elastic" not in str(stopped)
+    with pytest.raises(sb.InputError, match=r"energy\.elastic_change: is not a metric of this scene"):
+        sb.sensitivity(stopped.scene, ["energy.elastic_change"])
+    assert "disc to rest" in str(stopped)
+    assert "on pad 1" in str(stopped)
+
+
+def test_both_directions_are_alike(stopped):
+    back = sb.simulate(disc_scene(omega=-W0, load=-LOAD))
+    assert float(back.stopping_time) == pytest.approx(float(stopped.stopping_time), rel=1e-13)
+    assert float(back.stopping_angle) == pytest.approx(-float(stopped.stopping_angle), rel=1e-13)
+    np.testing.assert_allclose(back.series([0.5]).friction_force, -FRICTION * F)
+    assert float(back.energy["friction_heat"]) == pytest.approx(float(stopped.energy["friction_heat"]), rel=1e-13)
+
+
+def test_uniform_pressure_has_the_greater_radius():
+    result = sb.simulate(disc_scene(pressure=sb.brakes.UniformPressure()))
+    radius = 2 / 3 * (R_O**3 - R_I**3) / (R_O**2 - R_I**2)
+    assert float(result.stopping_time) == pytest.approx(J * W0 / (N * FRICTION * F * radius - LOAD), rel=1e-12)
+    brake = result.scene.brake
+    # the radius and the greatest pressure follow from the distribution itself
+    for pressure, profile in (
+        (sb.brakes.UniformWear(), lambda r: R_I / r),
+        (sb.brakes.UniformPressure(), lambda r: np.ones_like(r)),
+    ):
+        r, weights = np.polynomial.legendre.leggauss(20)
+        r, weights = 0.5 * (R_O + R_I) + 0.5 * (R_O - R_I) * r, 0.5 * (R_O - R_I) * weights
+        pads = dataclasses.replace(brake.linings, pressure=pressure)
+        force, moment = (np.sum(weights * profile(r) * r**k) for k in (1, 2))
+        assert float(pads.radius) == pytest.approx(moment / force, rel=1e-13)
+        greatest = F / (0.7 * force) * profile(R_I * np.ones(1))[0]
+        assert float(pads.greatest_pressure(F)) == pytest.approx(greatest, rel=1e-13)
+        np.testing.assert_allclose(pressure.share(r, R_I), profile(r) / profile(R_I * np.ones(1)), rtol=1e-13)
+
+
+def test_restart_where_the_load_exceeds_the_static_limit_and_release():
+    load = sb.PiecewiseLinear([0.0, 9.0], [0.0, 3 * TORQUE])
+    result = sb.simulate(disc_scene(omega=0.0, load=load, end=5.0))
+    restart = 9.0 * RATIO / 3
+    names = {event.name: event.time for event in result.events}
+    assert names["restart"] == pytest.approx(restart, rel=1e-12)
+    assert float(result.series([3.7]).omega[0]) == 0.0
+    assert result.status == "runaway"
+    assert float(result.end_capacity.torque) == pytest.approx(TORQUE, rel=1e-12)
+    held = sb.simulate(disc_scene(force=sb.PiecewiseLinear([0.0, 1.0], [F, 0.0]), end=3.0, load=0.0))
+    assert [event.name for event in held.events] == ["slip_onset", "full_slip", "release"]
+    assert held.status == "released"
+    # ω = ω_0 − (M/J)(t − t²/2) up to 1 s
+    assert float(held.record.y_end.omega) == pytest.approx(W0 - TORQUE / J / 2, rel=1e-11)
+
+
+@pytest.mark.slow
+def test_fade_and_wear_against_scipy(faded):
+    def rates(t, y):
+        omega, disc, pads, _ = y
+        f = FRICTION * (1 - 2e-3 * (pads - 273.15))
+        power = f * F * 0.4 * omega  # of one pad
+        air = 20.0 * (disc - 293.15), 5.0 * (pads - 293.15)
+        rise = [(N * 0.7 * power - air[0]) / 2e5, (0.3 * power - air[1]) / CAPACITY]
+        p = F / (0.5 * 0.7 * (R_O**2 - R_I**2))
+        wear = 1e-13 * math.exp((pads - 293.15) / 80.0) * p * 0.4 * omega
+        return [(LOAD - N * f * F * 0.4) / J, *rise, wear]
+
+    def stops(t, y):
+        return y[0]
+
+    stops.terminal = True
+    truth = solve_ivp(rates, (0, 4), [W0, 293.15, 293.15, 0.0], "DOP853", events=stops, rtol=1e-12, atol=1e-14)
+    assert float(faded.stopping_time) == pytest.approx(truth.t[-1], rel=1e-10)
+    np.testing.assert_allclose(faded.worn_thickness, truth.y[3, -1], rtol=1e-9)
+    s = faded.series([truth.t[-1]])
+    np.testing.assert_allclose(s.temperature[0], [truth.y[1, -1], *[truth.y[2, -1]] * N], rtol=1e-10)
+    assert float(faded.energy["closure"]) <= 1e-11
+    assert float(faded.energy["heat_closure"]) <= 1e-12
+    assert [e.lining for e in faded.events if e.name == "permissible_temperature"] == [1, 2, 3, 4]
+    np.testing.assert_allclose(sb.results.friction_work(faded), float(faded.energy["friction_heat"]) / N, rtol=1e-9)
+
+
+def test_pads_of_different_friction_have_temperatures_and_wear_of_their_own():
+    law = sb.friction.ProductFriction(
+        sb.ConstantFriction(np.array([0.3, 0.4, 0.4, 0.5])), (sb.LinearFade(slope=2e-3, above=273.15),)
+    )
+    result = sb.simulate(disc_scene(friction=law, heat=heat(), wear=sb.Wear(1e-13)))
+    T = np.asarray(result.series([1.0]).lining_temperature)[0]
+    assert T[0] < T[1] < T[3]
+    assert T[1] == pytest.approx(T[2], rel=1e-14)
+    # wear by a constant rate is k p times the way, whatever the friction
+    p = F / float(result.scene.brake.linings.area)
+    np.testing.assert_allclose(result.worn_thickness, 1e-13 * p * 0.4 * float(result.stopping_angle), rtol=1e-9)
+    assert float(result.energy["closure"]) <= 1e-12
+
+
+def test_pressure_counts():
+    law = sb.friction.ProductFriction(
+        sb.ConstantFriction(FRICTION), (sb.friction.PressureFactor(reference=1e6, exponent=0.3),)
+    )
+    result = sb.simulate(disc_scene(friction=law))
+    p = F / (0.5 * 0.7 * (R_O**2 - R_I**2))
+    torque = TORQUE * (1 + p / 1e6) ** -0.3
+    assert float(result.stopping_time) == pytest.approx(J * W0 / (torque - LOAD), rel=1e-12)
+
+
+def test_derivatives_of_the_stopping_time_have_the_closed_form():
+    def time(x):
+        friction = sb.ConstantFriction(x[0], RATIO)
+        pads = sb.Pads(friction, x[1], x[2], 0.7, N)
+        force = sb.PiecewiseLinear(np.array([0.0, 9.0]), jnp.stack([x[3], x[3]]))
+        load = sb.TorqueLoad(sb.PiecewiseLinear(np.array([0.0, 9.0]), jnp.stack([x[4], x[4]])))
+        scene = sb.Scene(sb.DiscBrake(x[5], pads), sb.ForceDuty(force, load), sb.Initial(x[6]), 4.0)
+        return sb.simulate(scene, max_steps=64).stopping_time[None]
+
+    def closed(x):
+        return x[5] * x[6] / (N * x[0] * x[3] * 0.5 * (x[1] + x[2]) - x[4])
+
+    x = jnp.asarray([FRICTION, R_I, R_O, F, LOAD, J, W0])
+    truth = np.asarray(jax.grad(closed)(x))
+    value, ahead, back = jacobians(time)(x)
+    assert float(value[0]) == pytest.approx(float(closed(x)), rel=1e-12)
+    np.testing.assert_allclose(ahead[0], truth, rtol=1e-11)
+    np.testing.assert_allclose(back[0], truth, rtol=1e-11)
+
+
+@pytest.mark.slow
+def test_derivatives_through_fade_by_differences():
+    found = sb.sensitivity(fading_scene(), ["stopping_time"], wrt=["brake.linings.inner_radius", "brake.inertia"])[0]
+    table = {row.path: row.derivative for row in found.rows}
+    for path, step in (("brake.linings.inner_radius", 1e-5), ("brake.inertia", 1e-2)):
+        scene = fading_scene()
+        middle = float(next(leaf.value for leaf in sb.files.leaves(scene) if leaf.path == path))
+        ends = [
+            float(sb.simulate(sb.with_values(scene, {path: middle + k * step}), rtol=1e-12).stopping_time)
+            for k in (1, -1)
+        ]
+        assert table[path] == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-6)
+
+
+def test_a_lever_that_holds_the_speed():
+    lever = sb.SpeedHold(limit=5e4)
+    result = sb.simulate(disc_scene(force=lever, end=2.0))
+    s = result.series([1.0])
+    assert float(s.omega[0]) == pytest.approx(W0, rel=1e-9)
+    assert float(s.lever_force[0]) == pytest.approx(LOAD / (N * FRICTION * 0.4), rel=1e-9)
+
+
+def test_studies_take_a_disc_brake():
+    scene = disc_scene()
+    speeds = [15.0, 30.0]
+    runs = sb.sweep(scene, {"initial.omega": speeds}, ["stopping_time", "energy.friction_heat"])
+    truth = [J * w / (TORQUE - LOAD) for w in speeds]
+    np.testing.assert_allclose(np.asarray(runs["stopping_time"]).ravel(), truth, rtol=1e-11)
+    fast = sb.prepare(scene, ["stopping_time"])
+    assert float(fast({"initial.omega": 15.0})[0]["stopping_time"]) == pytest.approx(truth[0], rel=1e-11)
+
+
+@pytest.mark.slow
+def test_the_least_normal_load_that_stops_in_time():
+    """`t = J ω_0/(n f F r_e − M)`, so that the force follows from the time allowed."""
+    scene, allowed = disc_scene(force=sb.Constant(F)), 1.5
+    found = sb.least_tension(scene, allowed, {"duty.force.level": (1e4, 4e4)}, objective="max_normal_load")
+    wanted = (J * W0 / allowed + LOAD) * F / TORQUE
+    assert found.success
+    assert found.value == pytest.approx(wanted, rel=1e-8)
+
+
+def test_all_faults_at_once():
+    bad = disc_scene(friction=FADE, wear=sb.Wear(1e-13, geometry=True, take_up_speed=0.1))
+    bad = sb.with_values(bad, {"brake.linings.outer_radius": 0.2, "end_time": -1.0})
+    with pytest.raises(sb.InputError) as caught:
+        sb.check(bad)
+    text = str(caught.value)
+    for part in (
+        "brake.linings.outer_radius: 0.2 m is not outside of the inner radius 0.3 m",
+        "heat: is missing",
+        "wear.geometry: has no effect on a disc brake",
+        "wear.take_up_speed",
+        "end_time",
+    ):
+        assert part in text
+    banded = dataclasses.replace(disc_scene(), duty=sb.Duty(sb.Constant(1e3), sb.TorqueLoad(sb.Constant(0.0))))
+    with pytest.raises(sb.InputError, match=r"duty\.slack_tension: a disc brake has no band"):
+        sb.simulate(banded)
+    with pytest.raises(sb.InputError, match=r"linings\.friction: its numbers do not fit 4 linings"):
+        sb.check(disc_scene(friction=sb.ConstantFriction(np.array([0.3, 0.4]))))
+
+
+@pytest.mark.parametrize(
+    "feature",
+    [
+        lambda scene, run: sb.estimates(scene),
+        lambda scene, run: sb.synthesize(scene),
+        lambda scene, run: sb.equal_layout(scene, "pressure"),
+        lambda scene, run: sb.results.overlap(run, [0.1]),
+        lambda scene, run: sb.results.geometric_overlap(scene.brake),
+        lambda scene, run: sb.brakes.stiffness_of(scene.brake),
+        lambda scene, run: sb.brakes.tension_shares(scene.brake),
+        lambda scene, run: sb.results.internal_slip_tension(scene.brake, 1.0),
+        lambda scene, run: sb.programme_scene(scene.brake, ("brake to rest",), sb.HookLoad(1e4, 0.4, 8.0), F),
+        lambda scene, run: sb.wear.turned_scene(scene),
+        lambda scene, run: plot.pulley(run),
+        lambda scene, run: plot.animate(run, "film.gif"),
+    ],
+)
+def test_what_is_of_a_band_says_so(stopped, feature):
+    with pytest.raises(sb.InputError, match="disc brake"):
+        feature(stopped.scene, stopped)
+
+
+def test_a_file_holds_it_and_a_result_is_saved(faded, tmp_path):
+    text = sb.files.scene_text(faded.scene)
+    assert 'inertia = "400.0 kg*m^2"' in text
+    assert "elongation" not in text
+    again = sb.files.scene_from_text(text)
+    assert sb.files.scene_text(again) == text
+    assert float(sb.simulate(again, rtol=1e-11).stopping_time) == float(faded.stopping_time)
+    sb.save(faded, tmp_path / "stop.nc")
+    data = sb.load(tmp_path / "stop.nc")
+    assert float(data["stopping_time"]) == float(faded.stopping_time)
+    assert "slack_tension" not in data
+    np.testing.assert_allclose(data["lever_force"], F)
+
+
+GOOD = """
+format = "simbrake scene 1"
+end_time = "4 s"
+[brake]
+inertia = "400 kg*m^2"
+[brake.linings]
+friction = 0.4
+inner_radius = "30 cm"
+outer_radius = "50 cm"
+angle = "40 deg"
+faces = 4
+[duty]
+force = "20 kN"
+load = "1.5 kN*m"
+[initial]
+omega = "30 rad/s"
+"""
+
+
+def test_a_file_by_hand():
+    result = sb.simulate(sb.files.scene_from_text(GOOD))
+    assert float(result.stopping_time) == pytest.approx(J * W0 / (TORQUE - LOAD), rel=1e-12)
+    bad = GOOD.replace("400 kg*m^2", "400 m").replace("outer_radius", "outer_radus").replace("0.4", "-0.4")
+    with pytest.raises(sb.InputError) as caught:
+        sb.files.scene_from_text(bad.replace("faces = 4", "faces = 0"))
+    text = str(caught.value)
+    for path in ("brake.inertia", "linings.outer_radus", "linings.outer_radius", "linings.friction", "linings.faces"):
+        assert path in text
+    with pytest.raises(sb.InputError, match="a disc brake has no band"):
+        sb.check(sb.files.scene_from_text(GOOD.replace("force =", "slack_tension =")))
+    with pytest.raises(sb.InputError, match=r"Duty \(key slack_tension\), ForceDuty \(key force\)"):
+        sb.files.scene_from_text(GOOD.replace('force = "20 kN"\n', ""))
+
+
+def test_figures_and_page(faded):
+    figure = plot.pressed(faded)
+    assert len([patch for patch in figure.axes[0].patches if patch.get_gid() == "pad"]) == N // 2
+    curve = next(line for line in figure.axes[1].lines if line.get_label() == "pressure on a pad")
+    pads = faded.scene.brake.linings
+    assert curve.get_ydata()[0] == pytest.approx(1e-6 * float(pads.greatest_pressure(F)))
+    labels = [line.get_label() for line in plot.stop(faded).axes[2].lines]
+    assert "actuator $F$" in labels
+    page = sb.report(faded, check=False)
+    assert "A run of a disc brake with 4 pads" in page
+    assert "What presses the linings" in page
+    assert "elongation" not in page
+    assert "Elastic energy" not in page
+
+
+@pytest.mark.smoke
+def test_disc_in_layers_inside_a_program_of_the_user():
+    """The linear systems of the implicit method are long sums of products, which not every compiler takes."""
+    scene = dataclasses.replace(load("disc_stop").scene(), end_time=0.05)
+
+    def angle(omega):
+        return sb.simulate(sb.with_values(scene, {"initial.omega": omega}), max_steps=256).record.y_end.phi
+
+    omega = float(scene.initial.omega)
+    np.testing.assert_allclose(jax.jit(angle)(omega), angle(omega), rtol=1e-12)

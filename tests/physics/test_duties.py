@@ -1,0 +1,212 @@
+"""Repeated duties, strings run in, the cyclic steady state, and ready networks of brakes."""
+
+import math
+from types import SimpleNamespace
+
+import equinox as eqx
+import jax
+import numpy as np
+import pytest
+from heat_scenes import BETA, T0, W0, J, N, brake, fading, rigid_stop
+
+import simbrake as sb
+from simbrake._physics._mechanism import BandMode
+from simbrake._run._duty import Stop, rows_of
+
+# --- duties ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_repeated_duty_is_the_duty_written_out():
+    points = {"times": np.asarray([0.5, 1.0, 3.0, 3.2]), "values": np.asarray([T0, 0.0, 0.0, T0])}
+    times = np.concatenate([points["times"] + 6.0 * c for c in range(3)])
+    law, load = sb.ConstantFriction(0.35), sb.TorqueLoad(sb.Constant(5e3), 300.0)
+    runs = []
+    for lever in (sb.Repeated(**points, period=6.0, count=3), sb.PiecewiseLinear(times, np.tile(points["values"], 3))):
+        runs.append(sb.simulate(sb.Scene(brake(law), sb.Duty(lever, load), sb.Initial(0.0), 18.0)))
+    one, two = ([(event.name, event.lining) for event in run.events] for run in runs)
+    assert one == two
+    np.testing.assert_allclose([e.time for e in runs[0].events], [e.time for e in runs[1].events], rtol=1e-11)
+    assert sum(event.name == "stop" for event in runs[0].events) == 3
+
+
+def test_tripping_load_books_the_energy_it_brings():
+    load = sb.TrippingLoad(
+        empty=8e3,
+        string=60e3,
+        stand=5e3,
+        taken=0.2,
+        set=8.0,
+        period=10.0,
+        drum_radius=0.4,
+        line_count=8,
+        count=2,
+        drag=1.6e3,
+    )
+    lever = sb.Repeated([0.5, 1.0, 4.0, 4.3], [24e3, 0.0, 0.0, 24e3], 10.0, 2)
+    b = sb.Brake(
+        sb.Pulley(0.59, 1200.0),
+        sb.Band(0.623, 1e5),
+        sb.uniform_linings(20, math.radians(270), sb.ConstantFriction(0.35)),
+    )
+    result = sb.simulate(sb.Scene(b, sb.Duty(lever, load), sb.Initial(0.0), 20.0))
+    assert float(result.energy["closure"]) < 1e-9
+    stops = [event.time for event in result.events if event.name == "stop"]
+    assert len(stops) == 2
+    # the second string is heavier: it runs faster and takes longer to stop
+    assert stops[1] - 10.0 > stops[0]
+    series = result.series([5.0 + 2.0, 9.0, 15.0 + 2.0])
+    np.testing.assert_allclose(series.load_torque, np.asarray([68e3, 8e3, 73e3]) * 9.80665 * 0.05, rtol=1e-12)
+
+
+def test_a_string_taken_in_motion_brings_its_energy():
+    """An open brake from 3 rad/s: `ω̇ = m g r/(J + m r²)`; with the speed of the hook the string gives ½ m r² ω²."""
+    load = sb.TrippingLoad(8e3, 60e3, 5e3, 0.2, 8.0, 10.0, drum_radius=0.4, line_count=8, count=2)
+    b = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(4, 4.5, 0.35))
+    result = sb.simulate(sb.Scene(b, sb.Duty(0.0, load), sb.Initial(3.0), 1.0))
+    r, J, M = 0.05, 1200.0 + 8e3 * 0.05**2, 8e3 * 9.80665 * 0.05
+    omega, work = 3.0 + M / J * 0.2, M * (3.0 * 0.2 + 0.5 * M / J * 0.2**2)
+    J, M, work = J + 60e3 * r**2, 68e3 * 9.80665 * r, work + 0.5 * 60e3 * r**2 * omega**2
+    work += M * (omega * 0.8 + 0.5 * M / J * 0.8**2)
+    assert float(result.record.y_end.omega) == pytest.approx(omega + M / J * 0.8, rel=1e-12)
+    assert float(result.energy["load_work"]) == pytest.approx(work, rel=1e-12)
+    assert float(result.energy["closure"]) < 1e-12
+
+
+def test_cyclic_steady_state_is_where_long_cycling_ends():
+    heat = sb.lumped_heat(
+        rim=1e4,
+        linings=5e3,
+        band=4e3,
+        partition=sb.thermal.ConstantPartition(0.8),
+        rim_cooling=60.0,
+        lining_to_band=40.0,
+        band_cooling=30.0,
+    )
+    scene = rigid_stop(fading(slope=1e-3, floor=0.4), heat, 60.0)
+    found = sb.cyclic_steady_state(scene)
+    assert found.change < 1e-7
+    T = np.full(3, sb.thermal.ROOM)
+    for _ in range(100):
+        run = sb.simulate(eqx.tree_at(lambda s: s.heat, scene, sb.results.with_temperatures(heat, T)))
+        T = np.asarray(run.end_temperatures)
+    np.testing.assert_allclose(T, np.asarray(found.result.end_temperatures), atol=1e-6)
+    assert found.cycles < 40
+    # over a cycle all friction heat leaves: half the kinetic energy's worth at 60 s
+    assert float(found.result.energy["heat_lost"]) == pytest.approx(0.5 * J * W0**2, rel=1e-7)
+
+
+# --- ready networks ----------------------------------------------------------------------------------------------
+
+
+def installation(each=1, **more):
+    area = 2 * math.pi * 0.59 * 0.22
+    return sb.layered_heat(
+        rim=sb.material("steel_20L"), rim_thickness=0.025, rim_layers=6, rim_first=1e-3, track_area=area,
+        lining=sb.material("FK-24A"), lining_area=0.75 * area, lining_layers=5, lining_first=1e-4, each=each,
+        partition=sb.thermal.ConstantPartition(0.9), **more,
+    )  # fmt: skip
+
+
+def test_every_lining_gets_the_heat_of_its_own_friction():
+    """Insulated walls, one per lining: stored heat in proportion to the tension increments, whatever the depth."""
+    scene = rigid_stop(sb.ConstantFriction(0.35), installation(each=N))
+    result = sb.simulate(scene)
+    stored = np.asarray(result.record.system.thermal.capacity) * (np.asarray(result.end_temperatures) - sb.thermal.ROOM)
+    linings = stored[6:].reshape(N, 5).sum(axis=1)
+    fz = 0.35 * math.tan(BETA / 2)
+    tensions = ((1 + fz) / (1 - fz)) ** np.arange(N + 1)
+    np.testing.assert_allclose(linings / linings.sum(), np.diff(tensions) / (tensions[-1] - 1), rtol=1e-9)
+    assert linings.sum() == pytest.approx(0.1 * 0.5 * J * W0**2, rel=1e-9)
+    assert int(result.peak_lining_temperature.lining) == N
+    assert result.nodes[6] == "lining[1,1]"
+
+
+def test_one_wall_for_all_linings_is_the_mean_of_walls_for_each():
+    cooled = {
+        "outside": 30.0,
+        "inside": sb.thermal.SpeedCoefficient(8.0, 2.0),
+        "emissivity": 0.8,
+        "contact_resistance": 2e-3,
+    }
+    runs = [sb.simulate(rigid_stop(sb.ConstantFriction(0.35), installation(each, **cooled))) for each in (1, N)]
+    one, each = (np.asarray(run.end_temperatures) for run in runs)
+    np.testing.assert_allclose(each[:6], one[:6], rtol=1e-9)
+    np.testing.assert_allclose(each[6:].reshape(N, 5).mean(axis=0), one[6:], rtol=1e-9)
+    assert all(float(run.energy["heat_closure"]) < 1e-12 for run in runs)
+
+
+def test_interface_without_capacity_shares_friction_heat_by_effusivity():
+    """Friction heat given to a junction between two walls: the share that they find by themselves is Charron's."""
+    steel, lining = sb.Material(45.0, 7850.0, 480.0), sb.Material(0.8, 2000.0, 1100.0)
+    growth = sb.thermal.layer_growth(5e-6, 0.03, 60)
+    heat = sb.Heat(
+        (
+            sb.thermal.Wall("rim", steel, 0.03, 1.0, 60, growth),
+            sb.thermal.Wall("lining", lining, 0.03, 1.0, 60, growth),
+            sb.thermal.Junction("face"),
+        ),
+        (sb.thermal.ThermalContact("face", "rim.front", 1.0), sb.thermal.ThermalContact("face", "lining.front", 1.0)),
+        sb.thermal.FrictionHeat("face", "face", sb.thermal.ConstantPartition(0.5), sensed="rim.front"),
+        rim="rim.front",
+    )
+    result = sb.simulate(rigid_stop(sb.ConstantFriction(0.35), heat))
+    stored = {name: float(value) for name, value in result.stored_heat.items()}
+    assert stored["rim"] / sum(stored.values()) == pytest.approx(0.907538740903391, abs=2e-3)
+    assert float(result.energy["heat_closure"]) < 1e-10  # perfect contact of layers of 5 µm: large conductances cancel
+
+
+@pytest.mark.slow
+def test_thermal_stabilisation_sends_nothing_to_the_flange():
+    steel = sb.material("steel_20L")
+    with_flange = sb.thermal.with_pulley_structure(installation(), steel)
+    without = sb.thermal.with_pulley_structure(installation(), steel, flange=False)
+    hot = [np.where(np.arange(11 + len(h.bodies) - 3) < 6, 450.0, 300.0) for h in (with_flange, without)]
+    ends = []
+    for heat, T in zip((with_flange, without), hot, strict=True):
+        run = sb.simulate_heat(sb.results.with_temperatures(heat, T), [0.0, 300.0])
+        ends.append(float(run.temperature[-1, 0]))
+    assert ends[0] < ends[1]
+    assert "flange" not in [body.name for body in without.bodies]
+    # V, table 1: the flange's resistance
+    assert float(sb.thermal.radial_resistance(0.035, 47.8, 0.420, 0.565)) == pytest.approx(0.028, abs=5e-4)
+
+
+def test_radiation_governs_above_a_temperature():
+    T = sb.thermal.radiation_governs_above(25.0, 0.8)
+    assert pytest.approx(25.0 * (T - sb.thermal.ROOM), rel=1e-10) == 0.8 * sb.thermal.STEFAN_BOLTZMANN * (
+        T**4 - sb.thermal.ROOM**4
+    )
+
+
+@pytest.mark.slow
+def test_cost_grows_no_faster_than_the_layers():
+    import time
+
+    def cost(layers):
+        growth = sb.thermal.layer_growth(1e-6, 0.03, layers)
+        steel = sb.material("steel_20L")
+        heat = sb.Heat(
+            (sb.thermal.Wall("w", steel, 0.03, 1.0, layers, growth), sb.thermal.Reservoir("air")),
+            (sb.thermal.Convection("w.back", 1.0, 100.0),),
+            sources=(sb.thermal.Source("w.front", sb.ramp(1e6, 0.0, 0.0, 5.0)),),
+        )
+        times = []
+        for _ in range(6):
+            start = time.process_time()
+            jax.block_until_ready(sb.simulate_heat(heat, [0.0, 5.0], rtol=1e-8, solver=sb.hybrid.Rodas5P()).temperature)
+            times.append(time.process_time() - start)
+        return sorted(times[1:])[2]
+
+    assert cost(1000) / cost(10) < 100**1.2
+    assert cost(1000) / cost(100) < 10**1.2 * 1.5  # the timing itself is uncertain
+
+
+def test_the_rest_after_a_stop_ends_with_the_next_restart():
+    slides, held = SimpleNamespace(rests=False, band=BandMode.SLIP), SimpleNamespace(rests=True, band=BandMode.HELD)
+    falls = SimpleNamespace(rests=False, band=BandMode.OPEN)
+    # rows:   0      1      2     3      4       5     6     7     8
+    course = [falls, slides, held, held, slides, held, held, falls, slides]
+    assert rows_of(course) == [Stop(0, 1, 2, 4), Stop(4, 4, 5, 7)]
+    assert rows_of([held, slides, held]) == [Stop(1, 1, 2, 2)]  # begins at rest
+    assert rows_of([slides, falls]) == []

@@ -1,0 +1,360 @@
+"""Friction that is changed while a brake runs: oil, lost linings; closed forms, SciPy, derivatives, files, input."""
+
+import dataclasses
+import math
+import pathlib
+import re
+
+import bandage_scenes
+import chain_scenes
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+import staged_scenes as staged
+from helpers import jacobians
+from scipy.integrate import quad, solve_ivp
+from test_disc import FRICTION, R_I, R_O, W0, F, J, N, disc_scene, heat
+from test_double_shoe import normals, shoe_scene
+
+import simbrake as sb
+from simbrake.friction import ChangingFriction, FrictionChange
+
+R_B, INERTIA, T0, OMEGA, COUNT, MU = 0.623, 1200.0, 6e3, 24.0, 8, 0.35
+Z = math.tan(math.radians(270 / COUNT / 2))
+
+
+def jump(time, to, begin=1.0):
+    return sb.PiecewiseLinear([time, time], [begin, to])
+
+
+def changed(base, factor, linings=None):
+    return ChangingFriction(base, (FrictionChange(factor, linings),))
+
+
+def scene(law, stiffness=None, load=0.0, omega=OMEGA, end=8.0, T_0=T0):
+    brake = sb.Brake(sb.Pulley(0.59, INERTIA), sb.Band(R_B, stiffness), sb.uniform_linings(COUNT, "270 deg", law))
+    # (at rest the band has the elongation with which it bears the load)
+    elongation = 0.0 if stiffness is None or omega else (T0 + load / R_B) / stiffness
+    return sb.Scene(brake, sb.Duty(T_0, load), sb.Initial(omega, elongation), end)
+
+
+def torque(factor, f=MU, chosen=slice(None), T_0=T0):
+    """`R_b T_0 (Π − 1)`, `Π` the product of the ratios `T_i/T_{i−1}`."""
+    each = jnp.full(COUNT, f).at[chosen].multiply(factor)
+    return R_B * T_0 * (jnp.prod((1 + each * Z) / (1 - each * Z)) - 1)
+
+
+OIL = slice(2, 4)  # linings 3 and 4
+
+
+@pytest.mark.slow
+def test_a_stop_with_oil_on_two_linings_and_its_derivatives():
+    """`ω_1 = ω_0 − M_1 t_1/J`, `t_stop = t_1 + J ω_1/M_2`; by instant, factor, friction and lining tension."""
+
+    def stop(x):
+        law = changed(sb.ConstantFriction(x[2]), jump(x[0], x[1]), [3, 4])
+        return sb.simulate(scene(law, T_0=sb.Constant(x[3])), max_steps=64).stopping_time[None]
+
+    def by_hand(x):
+        t, factor, f, T_0 = x
+        before, after = torque(1.0, f, T_0=T_0), torque(factor, f, OIL, T_0)
+        return (t + (OMEGA - before * t / INERTIA) * INERTIA / after)[None]
+
+    x = jnp.asarray([0.5, 0.4, MU, T0])
+    value, forward, backward = jacobians(stop)(x)
+    np.testing.assert_allclose(value, by_hand(x), rtol=1e-12)
+    np.testing.assert_allclose(forward, jax.jacobian(by_hand)(x), rtol=1e-9)
+    np.testing.assert_allclose(backward, forward, rtol=1e-10)
+    result = sb.simulate(scene(changed(MU, jump(0.5, 0.4), [3, 4])))
+    tension = T0 * np.cumprod([(1 + f * Z) / (1 - f * Z) for f in (MU, MU, 0.4 * MU, 0.4 * MU, MU, MU, MU, MU)])
+    np.testing.assert_allclose(result.series([0.7]).tension[0], tension, rtol=1e-12)
+    assert float(result.energy["closure"]) <= 1e-12
+
+
+def test_a_lost_lining_is_found_by_its_number_without_compiling_again():
+    """Which lining is a number: all of them lower the torque alike on a rigid band."""
+    law = ChangingFriction(MU, (FrictionChange(jump(0.2, 0.0), 1.0), FrictionChange(jump(1.0, 0.5), [2, 5])))
+    run = sb.prepare(scene(law), ["stopping_time"])
+    lost = torque(0.0, MU, slice(0, 1))
+    each = np.full(COUNT, MU)
+    each[[0, 1, 4]] *= [0.0, 0.5, 0.5]
+    both = R_B * T0 * (np.prod((1 + each * Z) / (1 - each * Z)) - 1)
+    left = OMEGA - (0.2 * torque(1.0) + 0.8 * lost) / INERTIA
+    for number in (1.0, 7.0):
+        found = run({"brake.linings.friction.changes[0].linings": number}).metrics["stopping_time"]
+        assert found == pytest.approx(float(1.0 + left * INERTIA / both), rel=1e-12)
+
+
+def test_an_elastic_band_follows_friction_that_changes_slowly():
+    """In full slip `T_n = T_0 Π(t)`: stop by its integral, heat by `v_s = R_b ω − T_0 Π̇/C`, lever by `T_0 ẋ`."""
+    C, law = 2e5, changed(MU, sb.PiecewiseLinear([0.3, 1.1], [1.0, 0.5]))
+    result = sb.simulate(scene(law, C))
+    begin = float(result.full_slip_time)
+    start = result.series([begin])
+
+    def factor(t):
+        return 1.0 - 0.625 * min(max(t - 0.3, 0.0), 0.8)
+
+    def ratio(t):
+        return ((1 + factor(t) * MU * Z) / (1 - factor(t) * MU * Z)) ** COUNT
+
+    def rates(t, y):
+        f = factor(t) * MU * Z
+        slope = ratio(t) * COUNT * 2 / (1 - f**2) * MU * Z * (-0.625 if 0.3 < t < 1.1 else 0.0)
+        drag, stretch = T0 * (ratio(t) - 1), T0 * slope / C
+        return [-R_B * drag / INERTIA, drag * (R_B * y[0] - stretch), T0 * stretch]
+
+    def stops(t, y):
+        return y[0]
+
+    stops.terminal = True
+    y, t = [float(start.omega[0]), 0.0, 0.0], begin
+    for end in (0.3, 0.7, 1.1, 9.0):
+        found = solve_ivp(rates, (t, end), y, "DOP853", events=stops, rtol=1e-13, atol=1e-9)
+        t, y = found.t[-1], found.y[:, -1]
+        seen = result.series([t], left=True)
+        assert float(seen.omega[0]) == pytest.approx(y[0], rel=1e-9, abs=1e-9)
+        for name, value in (("friction_work", y[1]), ("lever_work", y[2])):
+            change = float(getattr(seen, name)[0] - getattr(start, name)[0])
+            assert change == pytest.approx(value, rel=1e-8, abs=1e-6)
+    assert float(result.stopping_time) == pytest.approx(t, rel=1e-9)
+    assert float(result.energy["closure"]) <= 1e-11
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stiffness", [None, 3e5])
+def test_a_held_load_goes_when_friction_jumps(stiffness):
+    """It holds until the instant of the jump, then `J ω̇ = M − M_k`; exactly, in either direction."""
+    end, ratio = 2.0, 1.2
+
+    def held(x):
+        law = changed(sb.ConstantFriction(MU, ratio), jump(x[0], x[1]))
+        return scene(law, stiffness, x[2], 0.0, end)
+
+    def grip(f, load):
+        Pi = ((1 + f * Z) / (1 - f * Z)) ** COUNT
+        return R_B * T0 * jnp.where(load > 0, Pi - 1, 1 / Pi - 1)
+
+    def by_hand(x):
+        return ((x[2] - grip(MU * x[1], x[2])) / INERTIA * (end - x[0]))[None]
+
+    run = jacobians(lambda x: sb.simulate(held(x), max_steps=128).record.y_end.omega[None])
+    for x in (np.array([1.7, 0.45, 14e3]), np.array([1.2, 0.45, -2.5e3])):
+        assert abs(grip(MU * ratio, x[2])) > abs(x[2]) > abs(grip(MU * ratio * x[1], x[2]))
+        value, forward, backward = run(x)
+        np.testing.assert_allclose(value, by_hand(x), rtol=1e-11)
+        np.testing.assert_allclose(forward, jax.jacobian(by_hand)(x), rtol=1e-8)
+        np.testing.assert_allclose(backward, forward, rtol=1e-9)
+        result = sb.simulate(held(x))
+        assert next(event.time for event in result.events if event.name == "restart") == x[0]
+        assert np.all(np.asarray(result.series([0.3, 1.0, x[0]], left=True).omega) == 0.0)
+        assert float(result.energy["closure"]) <= 1e-12
+
+
+# --- other brakes -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_a_staged_brake_with_changes_of_both_pairs():
+    """Oil on the rim lets the bandage go at once; on the band it lowers the torque of stage 1."""
+    R, J_, J_b, s = staged.R, staged.J, staged.J_B, math.sin(staged.BETA / 2)
+    z, T_0, load = math.tan(staged.BETA / 2), 400.0, 300.0
+    outer, inner = np.full(staged.N, staged.F_EXT), np.full(staged.N, staged.F_INT)
+
+    def ext(f):
+        Pi = np.cumprod(np.append(1.0, (1 + f * z) / (1 - f * z)))
+        return staged.R_B * T_0 * (Pi[-1] - 1), T_0 * (Pi[1:] + Pi[:-1]) * s
+
+    def parts(t):
+        f, g = outer.copy(), inner.copy()
+        f[2:4] *= 0.5 if t >= 0.4 else 1.0
+        g *= 0.2 if t >= 0.9 else 1.0
+        M_ext, N_i = ext(f)
+        return M_ext, R * float(np.sum(g * (N_i + staged.PRELOAD)))
+
+    laws = {"law": changed(staged.F_EXT, jump(0.4, 0.5), [3, 4]), "inner": changed(staged.F_INT, jump(0.9, 0.2))}
+    result = sb.simulate(staged.stop(lever=sb.Constant(T_0), load=load, w0=20.0, end=1.5, **laws))
+    omega = 20.0 + 0.4 * (load - parts(0.0)[0]) / (J_ + J_b)
+    omega += 0.5 * (load - parts(0.5)[0]) / (J_ + J_b)
+    M_ext, M_int = parts(1.0)
+    assert parts(0.5)[1] > abs(load - J_ * (load - M_ext) / (J_ + J_b)) > M_int  # it grips, and does not then
+    assert float(result.internal_slip_time) == 0.9
+    end = result.series([1.5])
+    assert float(end.omega[0]) == pytest.approx(omega + 0.6 * (load - M_int) / J_, rel=1e-12)
+    assert float(end.bandage_speed[0]) == pytest.approx(omega + 0.6 * (M_int - M_ext) / J_b, rel=1e-12)
+    assert float(result.energy["closure"]) <= 1e-12
+
+
+def test_a_chain_with_an_oiled_lining_against_scipy():
+    """From the jump on, with all linings sliding: three linings on their segments, the pulley."""
+    n, t_1, t_2, f = 3, 0.06, 0.09, np.array([0.3, 0.06, 0.3])
+    law = changed(0.3, jump(t_1, 0.2), 2.0)
+    result = sb.simulate(chain_scenes.chain(n=n, law=law, w0=10.0, end=t_2, K=50.0, m=0.1, ratio=0.4, damping=0.3))
+    half = math.radians(13.5)
+    segments = result.scene.brake.band.segments
+    K = np.array([50.0, 50.0, 5.0 / chain_scenes.ARM])
+    D = np.array([2 * float(segments.damping_ratio) * math.sqrt(50.0 * 0.1)] * 2 + [0.3])
+
+    def rates(t, y):
+        omega, e, v = y[0], y[1 : n + 1], y[n + 1 :]
+        stretching = v - np.append(v[1:], 0.0)
+        T = 1.0 + K * e + D * stretching
+        before = np.append(1.0, T[:-1])
+        G = f * (T + before) * math.sin(half) / math.cos(half)
+        assert np.all(T > 0)
+        assert np.all(chain_scenes.ARM * omega > v)
+        return np.concatenate([[-chain_scenes.ARM * G.sum() / 4.0], stretching, (G + before - T) / 0.1])
+
+    assert np.all(np.asarray(result.record.mode_end.own.linings) == 1)
+    record = result.record.compact()
+    i = int(np.flatnonzero(np.asarray(record.rows.t) == t_1)[-1])
+    y = jax.tree.map(lambda column: np.asarray(column)[i], record.states)
+    begin = np.concatenate([[y.omega], y.own.e, y.own.v])
+    found = solve_ivp(rates, (t_1, t_2), begin, "DOP853", rtol=1e-13, atol=1e-14)
+    end = result.record.y_end
+    np.testing.assert_allclose(np.concatenate([[end.omega], end.own.e, end.own.v]), found.y[:, -1], rtol=1e-9)
+
+
+def test_a_disc_with_fade_and_oil_against_scipy():
+    """Two of four pads from 0.6 s on; pads fade by their own heat; disc and pads as lumps."""
+    base = sb.friction.ProductFriction(sb.ConstantFriction(FRICTION), (sb.LinearFade(2e-3, 273.15),))
+    result = sb.simulate(disc_scene(friction=changed(base, jump(0.6, 0.3), [1, 4]), heat=heat()), rtol=1e-12)
+    r, load = 0.5 * (R_I + R_O), 1500.0
+
+    def rates(t, y, factor):
+        f = FRICTION * (1 - 2e-3 * (y[2:] - 273.15)) * factor
+        P = f * F * r * y[0]
+        disc = (0.3 * 0.0 + 0.7 * P.sum() - 20.0 * (y[1] - 293.15)) / 2e5
+        return [(load - r * F * f.sum()) / J, disc, *((0.3 * P - 5.0 * (y[2:] - 293.15)) / 500.0)]
+
+    def stops(t, y, factor):
+        return y[0]
+
+    stops.terminal = True
+    y, t = np.array([W0, 293.15, *[293.15] * N]), 0.0
+    for end, factor in ((0.6, np.ones(N)), (9.0, np.array([0.3, 1.0, 1.0, 0.3]))):
+        found = solve_ivp(rates, (t, end), y, "DOP853", args=(factor,), events=stops, rtol=1e-13, atol=1e-10)
+        t, y = found.t[-1], found.y[:, -1]
+    assert float(result.stopping_time) == pytest.approx(t, rel=1e-9)
+    hot = np.asarray(result.series([t], left=True).temperature)[0]
+    np.testing.assert_allclose(hot, y[1:], rtol=1e-9)
+    assert float(result.energy["heat_closure"]) <= 1e-12
+
+
+def test_an_oiled_shoe():
+    """The leading shoe loses friction: its load falls as well; one of them rising until it locks ends the run."""
+    f = np.array([0.32, 0.32])
+    law = changed(sb.ConstantFriction(f, 1.1), jump(0.3, 0.25), 1.0)
+    result = sb.simulate(shoe_scene(friction=law))
+    before = 0.150 * np.sum(f * normals(f))
+    after = 0.150 * np.sum(f * [0.25, 1.0] * normals(f * [0.25, 1.0]))
+    assert float(result.stopping_time) == pytest.approx(0.3 + (25.0 - before * 0.3 / 12.0) * 12.0 / after, rel=1e-11)
+    wet = changed(sb.ConstantFriction(f, 1.1), jump(0.3, 4.0), 1.0)
+    locked = sb.simulate(shoe_scene(friction=wet), throw=False)
+    assert locked.status == "singular_geometry"
+    assert float(locked.record.t_end) == 0.3
+
+
+@pytest.mark.slow
+def test_a_resolved_bandage_with_an_oiled_lining():
+    """Stage 3, all linings held by the band: `R_b (T_i − T_{i−1}) = R f_i [(T_i + T_{i−1}) s + N_pre] + Q_i`.
+
+    `Q_i`: of the springs as they were when the linings came to rest.
+    """
+    t_1, f_int, T_0, preload = 0.6, 0.15, 2e3, 800.0
+    scene = bandage_scenes.scene(f_int=f_int, preload=preload, lever=((0.0, 9.0), (T_0, T_0)), end=0.9)
+    bandage = dataclasses.replace(scene.brake.bandage, friction=changed(f_int, jump(t_1, 0.1), [2]))
+    scene = dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bandage))
+    result = sb.simulate(scene, rtol=1e-12)
+    n, R, R_b = scene.brake.linings.count, bandage_scenes.R, bandage_scenes.R_B
+    s = math.sin(float(scene.brake.linings.angle[0]) / 2)
+    T, f = [T_0], np.array([f_int, 0.1 * f_int, f_int])
+    force = np.concatenate([[0.0], 2e3 * np.asarray(result.record.y_end.own.stretch), [0.0]])
+    for i in range(n):
+        Q = R_b * (force[i] - force[i + 1])
+        T.append(((R_b + R * f[i] * s) * T[-1] + R * f[i] * preload + Q) / (R_b - R * f[i] * s))
+    seen = result.series([t_1, 0.9])
+    np.testing.assert_allclose(seen.tension[1], T[1:], rtol=1e-10)
+    slope = -R_b * (T[-1] - T_0) / float(scene.brake.pulley.inertia)
+    assert float(seen.omega[1] - seen.omega[0]) == pytest.approx(slope * (0.9 - t_1), rel=1e-9)
+    assert float(result.energy["closure"]) <= 1e-9
+
+
+# --- what goes with it ------------------------------------------------------------------------------------------------
+
+
+def test_friction_with_memory_and_changes():
+    """Running-in of a disc under a factor that falls: `ω̇` and `ċ` by SciPy."""
+    law = sb.friction.FrictionWithMemory(0.3, (sb.friction.MemoryProcess(1.3, work=2e6),), initial=0.7)
+    result = sb.simulate(disc_scene(friction=changed(law, sb.PiecewiseLinear([0.2, 0.8], [1.0, 0.6]))), rtol=1e-12)
+    area, r, load = float(result.scene.brake.linings.area), 0.5 * (R_I + R_O), 1500.0
+
+    def rates(t, y):
+        f = 0.3 * y[1] * (1.0 - min(max(t - 0.2, 0.0), 0.6) / 1.5)
+        return [(load - N * r * F * f) / J, (1.3 - y[1]) * f * F * r * y[0] / area / 2e6]
+
+    def stops(t, y):
+        return y[0]
+
+    stops.terminal = True
+    y, t = [W0, 0.7], 0.0
+    for end in (0.2, 0.8, 19.0):
+        found = solve_ivp(rates, (t, end), y, "DOP853", events=stops, rtol=1e-13, atol=1e-12)
+        t, y = found.t[-1], found.y[:, -1]
+    assert float(result.stopping_time) == pytest.approx(t, rel=1e-9)
+
+
+def test_runaway_waits_for_changes_to_come():
+    """A load beyond the oiled brake runs away, unless the brake dries later."""
+    load = 8e3
+    oily = sb.simulate(scene(changed(MU, jump(0.5, 0.3)), None, load, 10.0, 4.0))
+    assert oily.status == "runaway"
+    drying = sb.PiecewiseLinear([0.5, 0.5, 6.0, 7.0], [1.0, 0.3, 0.3, 1.0])
+    assert sb.simulate(scene(changed(MU, drying), None, load, 10.0, 4.0)).status == "not_stopped"
+
+
+def test_changes_are_written_read_and_turned():
+    law = changed(sb.friction.StribeckFriction(0.4, 0.3, 2.0), jump(2.0, 0.4), [3, 4])
+    before = scene(law)
+    after = sb.files.scene_from_text(sb.files.scene_text(before))
+    assert jax.tree.structure(after) == jax.tree.structure(before)
+    assert all(np.array_equal(a, b) for a, b in zip(jax.tree.leaves(after), jax.tree.leaves(before), strict=True))
+    text = (pathlib.Path(__file__).parents[2] / "docs" / "recipes.md").read_text("utf-8")
+    recipe = re.search(r"type = \"ChangingFriction\".*?(?=```)", text, re.S)
+    assert recipe is not None
+    head, _, rest = sb.files.scene_text(scene(changed(MU, 1.0))).partition("[brake.linings.friction]\n")
+    others = re.search(r"\n\[(?!brake\.linings|\[brake\.linings).*", rest, re.S)
+    assert others is not None
+    law = recipe[0].replace("linings = 20", "linings = 8")
+    written = sb.files.scene_from_text(f"{head}[brake.linings.friction]\n{law}{others[0]}").brake.linings.friction
+    np.testing.assert_array_equal(written.changes[0].linings, [3, 4])
+    assert [float(written.changes[1].linings), float(written.changes[1].factor.level)] == [8.0, 0.0]
+    turned = sb.wear.turned_scene(before).brake.linings.friction.changes[0]
+    np.testing.assert_array_equal(turned.linings, [6, 5])
+    np.testing.assert_array_equal(turned.factor.times, [2.0, 2.0])
+
+
+def test_input_errors():
+    cases = {
+        "give whole numbers of linings, 1…8": changed(MU, 0.5, [3, 9]),
+        "friction is never negative": changed(MU, jump(1.0, -0.1)),
+        "changes: is empty": ChangingFriction(MU, ()),
+        "put all changes into one law": changed(changed(MU, 0.5), 0.5),
+        "self-locking": changed(MU, 14.0),
+        "a lever that depends on the speed": changed(MU, sb.Driller(sb.PiecewiseLinear([0.0], [1.0]), 1e3)),
+    }
+    for words, law in cases.items():
+        with pytest.raises(sb.InputError, match=words):
+            sb.check(scene(law))
+    with pytest.raises(sb.InputError, match="linings"):
+        FrictionChange(0.5, [0])
+
+
+def test_a_course_between_points_is_the_mean_of_its_ends():
+    """A ramp of the factor on a rigid band: the stop by quadrature."""
+    result = sb.simulate(scene(changed(MU, sb.PiecewiseLinear([0.2, 1.0], [1.0, 0.6]), [1, 8])))
+    lost = quad(lambda t: float(torque(1 - 0.5 * (t - 0.2), MU, jnp.asarray([0, 7]))), 0.2, 1.0, epsrel=1e-12)[0]
+    left = OMEGA - (0.2 * torque(1.0) + lost) / INERTIA
+    truth = 1.0 + left * INERTIA / torque(0.6, MU, jnp.asarray([0, 7]))
+    assert float(result.stopping_time) == pytest.approx(float(truth), rel=1e-10)

@@ -1,0 +1,140 @@
+"""Friction with memory: recovery, burn-off and running-in against closed forms, and all of them against SciPy."""
+
+import math
+import pathlib
+import re
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import jacobians
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from test_memory import AREA, BETA, OMEGA, PADS, R_B, T_0, TORQUE, F, J, Timed, Z, band, disc, final
+
+import simbrake as sb
+from simbrake.friction import FrictionWithMemory, LinearFade, MemoryProcess
+
+GAS = 8.314462618
+KELVIN = 520.0
+
+
+def furnace(mass=1e15):
+    """Heat of pads whose temperature stays as it is."""
+    return sb.Heat(
+        (sb.thermal.Lump("disc", mass), sb.thermal.Lump("pads", mass, count=PADS, temperature=KELVIN)),
+        friction=sb.thermal.FrictionHeat("disc", "pads", sb.thermal.ConstantPartition(0.6)),
+        linings="pads",
+    )
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("end", "start", "fade"),
+    [(1.0, 0.6, LinearFade(5e-4, 420.0)), (0.0, 1.0, None)],
+    ids=["recovery", "burn-off"],
+)
+def test_at_constant_temperature_memory_is_an_exponential(end, start, fade):
+    """`c = c_e φ + (c_0 − c_e φ) e^{−kt}`, `k = A e^{−E/(R_g T)}`; stopping time, and how it follows A, E and c_0."""
+    A, E = 3e3, 4e4
+    k = A * math.exp(-E / (GAS * KELVIN))
+    goal = end * (1 - 5e-4 * (KELVIN - 420.0))
+
+    def stop(x):
+        process = MemoryProcess(end, fade, x[0], x[1])
+        run = sb.simulate(disc(FrictionWithMemory(F, (process,), x[2]), heat=furnace()), rtol=1e-12, max_steps=512)
+        return jnp.stack([run.stopping_time, run.record.y_end.memory[0][0]])
+
+    def left(t, k=k, start=start):
+        return OMEGA - TORQUE / J * (goal * t + (start - goal) * (1 - math.exp(-k * t)) / k)
+
+    t = brentq(left, 0.0, 20.0, xtol=1e-14, rtol=1e-14)
+    value, forwards, backwards = jacobians(stop)(jnp.asarray([A, E, start]))
+    assert float(value[0]) == pytest.approx(t, rel=1e-9)
+    assert float(value[1]) == pytest.approx(goal + (start - goal) * math.exp(-k * 10.0), rel=1e-9)
+    gone = math.exp(-k * t)
+    c = goal + (start - goal) * gone
+    by_k = (start - goal) * ((1 - gone) / k - t * gone) / k / c
+    by_start = -(1 - gone) / k / c
+    np.testing.assert_allclose(forwards[0], [by_k * k / A, -by_k * k / (GAS * KELVIN), by_start], rtol=1e-7)
+    np.testing.assert_allclose(backwards, forwards, rtol=1e-9, atol=1e-12)
+
+
+def test_running_in_follows_the_work_at_the_face_of_each_lining():
+    """`∫ f p v dt`: the friction of the band on its circle does `1/cos(β/2)` times that."""
+    end, work = np.asarray([1.4, 1.2, 1.0, 0.9]), 2e6
+    law = FrictionWithMemory(F, (MemoryProcess(end, work=work),), 0.8)
+    result = sb.simulate(band(law), rtol=1e-12)
+    done = np.asarray(sb.results.friction_work(result)) * math.cos(BETA / 2) / AREA
+    assert np.ptp(done) > 0.1 * work
+    np.testing.assert_allclose(final(result), end + (0.8 - end) * np.exp(-done / work), rtol=1e-9)
+
+
+def test_a_stop_with_all_processes_and_heat_against_scipy():
+    """Fade with recovery, burn-off and running-in at once, each lining for itself."""
+    n, capacity, share, room = 4, 900.0, 0.7, sb.thermal.ROOM
+    heat = sb.Heat(
+        (sb.thermal.Lump("rim", 2e5), sb.thermal.Lump("pads", capacity, count=n)),
+        friction=sb.thermal.FrictionHeat("rim", "pads", sb.thermal.ConstantPartition(share)),
+        linings="pads",
+    )
+    A, E, k, w_0 = 2e5, 6e4, 0.4, 5e6
+    processes = (
+        MemoryProcess(1.0, LinearFade(8e-4, 250.0), k),
+        MemoryProcess(0.0, rate=A, activation=E),
+        MemoryProcess(1.1, work=w_0),
+    )
+    scene = sb.with_values(band(FrictionWithMemory(F, processes, 0.9)), {"end_time": 4.0})
+    result = sb.simulate(sb.Scene(scene.brake, scene.duty, scene.initial, 4.0, heat), rtol=1e-12)
+
+    def rhs(t, y):
+        omega, T, c = max(y[0], 0.0), np.asarray(y[1 : 1 + n]), np.asarray(y[1 + n :])
+        f = F * c
+        tension = T_0 * np.cumprod(np.append(1.0, (1 + f * Z) / (1 - f * Z)))
+        power = np.diff(tension) * R_B * omega
+        change = (
+            k * (1 - 8e-4 * (T - 250.0) - c)
+            - A * np.exp(-E / (GAS * T)) * c
+            + power * math.cos(BETA / 2) / AREA / w_0 * (1.1 - c)
+        )
+        return [-R_B * (tension[-1] - T_0) / J, *((1 - share) * power / capacity), *change]
+
+    def rest(t, y):
+        return y[0]
+
+    rest.terminal = True
+    how = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-12}
+    run = solve_ivp(rhs, (0.0, 9.0), [OMEGA, *(n * [room]), *(n * [0.9])], events=rest, **how)
+    assert float(result.stopping_time) == pytest.approx(run.t_events[0][0], rel=1e-9)
+    rested = solve_ivp(lambda t, y: [0.0, *rhs(t, [0.0, *y[1:]])[1:]], (run.t[-1], 4.0), run.y[:, -1], **how)
+    np.testing.assert_allclose(final(result), rested.y[1 + n :, -1], rtol=1e-9)
+    assert np.ptp(final(result)) > 1e-3
+    assert float(result.energy["closure"]) < 1e-9
+
+
+def test_processes_in_a_scene_file_and_their_errors(tmp_path):
+    law = FrictionWithMemory(
+        sb.StribeckFriction(0.45, 0.4, 0.5),
+        (MemoryProcess(1.0, LinearFade(8e-4, 423.15, 0.2), 0.5), MemoryProcess(1.2, work=4e6)),
+        [0.8, 0.9, 0.8],
+    )
+    sb.write_scene(disc(law, heat=furnace()), tmp_path / "scene.toml")
+    again = sb.read_scene(tmp_path / "scene.toml").brake.linings.friction
+    assert jax.tree.structure(again) == jax.tree.structure(law)
+    for x, y in zip(jax.tree.leaves(again), jax.tree.leaves(law), strict=True):
+        np.testing.assert_array_equal(x, y)
+    recipes = (pathlib.Path(__file__).parents[2] / "docs" / "recipes.md").read_text("utf-8")
+    recipe = re.search(r"```toml\n(\[brake\.linings\.friction\].*?)```", recipes, re.S)
+    assert recipe is not None
+    heads, _, rest = (tmp_path / "scene.toml").read_text("utf-8").partition("[brake.linings.friction]")
+    (tmp_path / "short.toml").write_text(heads + recipe[1] + rest[rest.index("\n[brake.linings.pressure]") :], "utf-8")
+    short = sb.read_scene(tmp_path / "short.toml").brake.linings.friction
+    assert [float(one.end) for one in short.processes] == [0.85, 1.0]
+    assert [float(short.processes[0].activation), float(short.processes[1].work)] == [7e4, 4e7]
+    with pytest.raises(sb.InputError) as caught:
+        sb.simulate(band(FrictionWithMemory(Timed(), (MemoryProcess(1.0, activation=4e4),))))
+    for words in ("processes[0]", "has no pace", "base", "states of its own"):
+        assert words in str(caught.value)
+    with pytest.raises(sb.InputError, match="temperature"):  # a law that needs heat in a scene without
+        sb.simulate(band(FrictionWithMemory(F, (MemoryProcess(0.0, rate=1.0, activation=4e4),))))

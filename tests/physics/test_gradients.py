@@ -1,0 +1,137 @@
+"""First derivatives with respect to every number: forward = reverse = closed form = central differences."""
+
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import closed_form, jacobians, stop_scene
+from jax.flatten_util import ravel_pytree
+
+import simbrake as sb
+
+
+def stopping_time(scene):
+    return sb.simulate(scene, rtol=1e-12, max_steps=128).stopping_time
+
+
+@pytest.mark.smoke
+def test_every_number_of_the_stop_forward_reverse_and_closed_form():
+    scene = jax.tree.map(jnp.asarray, stop_scene())
+    vector, tree = ravel_pytree(scene)
+    forward, reverse = (tree(x) for x in jacobians(lambda x: stopping_time(tree(x)))(vector)[1:])
+    numbers = [(leaf.path, leaf.value) for leaf in sb.files.leaves(reverse)]
+    assert len(numbers) >= 12
+    scale = {leaf.path: np.maximum(np.abs(np.asarray(leaf.value)), 1e-3) for leaf in sb.files.leaves(scene)}
+    for (path, a), leaf in zip(numbers, sb.files.leaves(forward), strict=True):
+        np.testing.assert_allclose(
+            np.asarray(a) * scale[path], np.asarray(leaf.value) * scale[path], rtol=1e-10, atol=1e-12, err_msg=path
+        )
+
+    def truth(f, beta, R, J, C, T0, w0):
+        return closed_form(f=f, beta=beta, R=R, J=J, C=C, T0=T0, w0=w0, xp=jnp)["stop"]
+
+    values = (0.35, 13.5, 0.725, 800.0, 2e5, 8e3, 20.0)
+    f, beta, R, J, C, T0, w0 = jax.jit(jax.grad(truth, argnums=tuple(range(7))))(*values)
+    got = reverse
+    pairs = {
+        "f": (got.brake.linings.friction.coefficient, f),
+        "beta": (np.sum(got.brake.linings.angle) * math.pi / 180, beta),
+        "R": (got.brake.band.radius, R),
+        "J": (got.brake.pulley.inertia, J),
+        "C": (got.brake.band.stiffness, C),
+        "T0": (got.duty.slack_tension.level, T0),
+        "w0": (got.initial.omega, w0),
+    }
+    for name, (a, b) in pairs.items():
+        assert float(a) == pytest.approx(float(b), rel=1e-9), name
+    # numbers that cannot matter, and the start of the clock
+    assert float(got.end_time) == 0.0
+    assert float(got.initial.time) == pytest.approx(1.0, rel=1e-10)
+
+
+def test_derivatives_by_the_end_and_the_start_of_the_clock():
+    """`ω = ω_0 − a (t_1 − t_0)` and its angle in a stop that the end of the run cuts off, both ways."""
+
+    def end(x):
+        scene = stop_scene(C=None, w0=x[2], time=x[0], end=x[1])
+        state = sb.simulate(scene, rtol=1e-12).record.y_end
+        return jnp.stack([state.omega, state.phi])
+
+    value, forward, reverse = jacobians(end)(jnp.array([0.1, 0.4, 20.0]))
+    a = 0.725 * 8e3 * (closed_form()["Pi"] - 1) / 800.0
+    omega = 20.0 - a * 0.3
+    np.testing.assert_allclose(value, [omega, 20.0 * 0.3 - 0.5 * a * 0.3**2], rtol=1e-12)
+    for found in (forward, reverse):
+        np.testing.assert_allclose(found, [[a, -a, 1.0], [-omega, omega, 0.3]], rtol=1e-11)
+
+
+def events_of(scene):
+    r = sb.simulate(scene, rtol=1e-12, max_steps=256)
+    return jnp.stack([r.slip_onset_time, r.full_slip_time, r.stopping_time, r.hook_travel, r.max_tension.value])
+
+
+@pytest.mark.slow
+def test_scenario_gradients_against_central_differences(scenarios):
+    from helpers import open_scene
+
+    scene = jax.tree.map(jnp.asarray, open_scene(scenarios / "u2_5_5_stop.py"))
+    J = jax.jit(jax.jacfwd(events_of))(scene)
+    jacobian = {leaf.path: np.asarray(leaf.value) for leaf in sb.files.leaves(J)}
+    run = jax.jit(events_of)
+    for leaf in sb.files.leaves(scene):
+        value = np.asarray(leaf.value, float)
+        index = () if value.ndim == 0 else (0,)
+        h = 1e-5 * max(abs(float(value[index])), 1e-2)
+
+        def shifted(step, path=leaf.path, value=value, index=index):
+            new = value.copy()
+            new[index] += step
+            return np.asarray(run(jax.tree.map(jnp.asarray, sb.with_values(scene, {path: new}))))
+
+        if leaf.path in ("initial.elongation", "brake.linings.friction.static_ratio", "duty.load.drag"):
+            difference = (4 * shifted(h) - shifted(2 * h) - 3 * shifted(0)) / (2 * h)  # at the edge of its range
+        else:
+            far, near = (shifted(2 * h) - shifted(-2 * h)) / 4, (shifted(h) - shifted(-h)) / 2
+            difference = (4 * near - far) / 3 / h
+        size = np.maximum(np.abs(np.asarray(run(scene))), 1e-6) / max(abs(float(value[index])), 1.0)
+        got = jacobian[leaf.path][(slice(None), *index)]
+        np.testing.assert_allclose(got, difference, rtol=2e-6, atol=float(np.max(size)) * 1e-7, err_msg=leaf.path)
+
+
+@pytest.mark.slow
+def test_metrics_are_differentiable_outside_of_jit():
+    """Where only the numbers that are differentiated are traced, and the modes of the run are known."""
+
+    def asked(w0):
+        result = sb.simulate(stop_scene(C=None, w0=w0), rtol=1e-12, max_steps=64)
+        return result.stopping_time, result.stopping_angle, result.max_tension.value, result.energy["friction_heat"]
+
+    values, slopes = jax.jvp(asked, (20.0,), (1.0,))
+    t, phi, T, heat = (float(x) for x in values)
+    # a constant torque M stops J ω₀ after t = J ω₀/M, φ = ω₀ t/2, with J ω₀²/2 of heat; tensions do not know the speed
+    for slope, truth in zip(slopes, (t / 20, 2 * phi / 20, 0.0, 2 * heat / 20), strict=True):
+        assert float(slope) == pytest.approx(truth, rel=1e-9, abs=1e-9 * T)
+    assert heat == pytest.approx(0.5 * 800.0 * 20.0**2, rel=1e-9)
+
+
+def test_series_and_energy_are_differentiable():
+    def metrics(T0):
+        scene = stop_scene(T0=T0)
+        r = sb.simulate(scene, rtol=1e-12, max_steps=128)
+        s = r.series(jnp.asarray([0.001, 0.008, 0.3]))
+        return jnp.concatenate([s.omega, s.tight_tension, r.energy["friction_heat"][None]])
+
+    forward = np.asarray(jax.jit(jax.jacfwd(metrics))(8e3))
+    h = 1.0
+    run = jax.jit(metrics)
+    difference = (np.asarray(run(8e3 + h)) - np.asarray(run(8e3 - h))) / (2 * h)
+    np.testing.assert_allclose(forward, difference, rtol=1e-6, atol=1e-9)
+
+
+def test_gradients_of_a_batch():
+    many = jax.jit(jax.vmap(jax.grad(lambda w: stopping_time(stop_scene(w0=w)))))(jnp.asarray([10.0, 15.0, 20.0]))
+    truth = jax.jit(jax.grad(lambda w: closed_form(w0=w, xp=jnp)["stop"]))
+    for w, g in zip((10.0, 15.0, 20.0), np.asarray(many), strict=True):
+        assert g == pytest.approx(float(truth(w)), rel=1e-9)

@@ -1,0 +1,254 @@
+"""First derivatives at corners: where a slide ends, breakpoints at one instant, the blend of a fade."""
+
+import itertools
+import math
+from typing import ClassVar
+
+import diffrax
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from chain_scenes import chain, first_and_stop
+from heat_scenes import BETA, T0, W0, J, N, R, fading, lump, rigid_stop
+from helpers import jacobians, stop_scene
+from scipy.integrate import quad
+from staged_scenes import stop as staged_stop
+
+import simbrake as sb
+from simbrake.friction import continued
+from simbrake.profiles import next_known_time
+
+Z = math.tan(BETA / 2)
+
+
+def ratio_and_slope(f):
+    """`Π` of the linings of the standard stop and its derivative by the coefficient of friction."""
+    Pi = ((1 + f * Z) / (1 - f * Z)) ** N
+    return Pi, 2 * N * Z * Pi / (1 - (f * Z) ** 2)
+
+
+# --- the end of a slide ----------------------------------------------------------------------------------------------
+
+
+class Magnitude(sb.friction.AbstractFriction):
+    """`f = f_k + (f_s − f_k) exp(−|v|/v_s)`, as a user may write it."""
+
+    static_coefficient: float
+    kinetic_coefficient: float
+    stribeck_speed: float
+    speed_dependent: ClassVar[bool] = True
+
+    def kinetic(self, contact):
+        fall = jnp.exp(-jnp.abs(contact.v) / self.stribeck_speed)
+        return self.kinetic_coefficient + (self.static_coefficient - self.kinetic_coefficient) * fall
+
+    def static(self, contact):
+        return jnp.asarray(self.static_coefficient)
+
+
+def straight(f_s, f_k, v_s):
+    """A table of two points: a straight line from `f_s` at rest to `f_k` at `v_s`."""
+    return sb.friction.TabulatedFriction(jnp.stack([0.0 * v_s, v_s]), jnp.stack([f_s, f_k]))
+
+
+LAWS = {
+    "Stribeck": (lambda *x: sb.StribeckFriction(*x, exponent=1.0), 4.0, lambda v, f_s, f_k, v_s: math.exp(-v / v_s)),
+    "table": (straight, 20.0, lambda v, f_s, f_k, v_s: 1 - v / v_s),
+    "takes |v|": (Magnitude, 4.0, lambda v, f_s, f_k, v_s: math.exp(-v / v_s)),
+}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["Stribeck", "takes |v|", pytest.param("table", marks=pytest.mark.slow)])
+def test_stop_under_a_law_with_a_slope_at_rest_against_quadrature(name):
+    """Rigid band, no load: `t = ∫ J dω/(R T_0 (Π(f(R ω)) − 1))`, so that `T_0 ∂t/∂T_0 = −t`."""
+    law, v_s, share = LAWS[name]
+
+    def stopping_time(x):
+        scene = stop_scene(C=None, T0=x[0], law=law(x[1], x[2], jnp.asarray(v_s)))
+        return sb.simulate(scene, max_steps=256).stopping_time
+
+    at = jnp.asarray([T0, 0.35, 0.25])
+    value, forward, reverse = jacobians(stopping_time)(at)
+
+    def of_speed(w, part):
+        s = share(R * w, 0.35, 0.25, v_s)
+        Pi, slope = ratio_and_slope(0.25 + 0.1 * s)
+        time = J / (R * T0 * (Pi - 1))
+        return (time, -time / T0, -time / (Pi - 1) * slope * s, -time / (Pi - 1) * slope * (1 - s))[part]
+
+    exact = [quad(of_speed, 0.0, 20.0, args=(part,), epsabs=0.0, epsrel=1e-13)[0] for part in range(4)]
+    assert float(value) == pytest.approx(exact[0], rel=1e-9)
+    np.testing.assert_allclose(reverse, exact[1:], rtol=1e-8)
+    np.testing.assert_allclose(forward, exact[1:], rtol=1e-8)
+
+
+def test_laws_continue_past_rest_with_their_slope():
+    for law in (sb.StribeckFriction(0.4, 0.3, 0.5, 1.0), straight(0.4, 0.3, 0.5), Magnitude(0.4, 0.3, 0.5)):
+
+        def f(v, law=law):
+            return continued(lambda v: law.kinetic(sb.friction.Contact(v)), v)
+
+        v = np.array([-1e-7, 1e-7])
+        value, slope = jax.jvp(f, (jnp.asarray(v),), (jnp.ones(2),))
+        np.testing.assert_allclose(value, 0.4 - 0.2 * v, atol=1e-12)
+        np.testing.assert_allclose(slope, -0.2, rtol=1e-6)
+        assert float(f(jnp.asarray(0.0))) == 0.4
+
+
+def derivative_by_scale(scene, powers, stop):
+    """A stopping time, and its derivative by `λ` where numbers of a scene grow as the powers of `λ` given."""
+
+    def at(scale):
+        values = {leaf.path: leaf.value for leaf in sb.files.leaves(scene)}
+        return stop(sb.with_values(scene, {path: values[path] * scale**power for path, power in powers.items()}))
+
+    return jax.jit(lambda: jax.jvp(at, (jnp.ones(()),), (jnp.ones(()),)))()
+
+
+@pytest.mark.slow
+def test_time_scales_with_all_forces_of_a_staged_brake():
+    """Rigid band, no load: `t ~ 1/λ` where tensions and preload grow as `λ`, whatever the friction laws are."""
+    law, inner = sb.StribeckFriction(0.40, 0.3, 3.0, 1.0), sb.StribeckFriction(0.22, 0.15, 3.0, 1.0)
+    scene = staged_stop(lever=sb.Constant(8e3), load=0.0, law=law, inner=inner)
+    powers = {"duty.slack_tension.level": 1, "brake.bandage.preload": 1}
+    t, slope = derivative_by_scale(scene, powers, lambda s: sb.simulate(s, max_steps=256).stopping_time)
+    assert float(slope) == pytest.approx(-float(t), rel=1e-8)
+
+
+@pytest.mark.slow
+def test_time_scales_with_all_forces_of_a_chain():
+    """`t ~ 1/λ` where tensions and damping grow as `λ` and stiffnesses as `λ²`: lengths shrink, speeds stay."""
+    law = sb.StribeckFriction(0.3, 0.2, 0.3, 1.0)
+    scene = chain(n=2, law=law, T0=3.0, C=5.0, K=20.0, m=0.05, damping=0.1, x0=0.0, end=30.0)
+    powers = {"duty.slack_tension.level": 1, "brake.band.segments.anchor_damping": 1}
+    powers |= {"brake.band.stiffness": 2, "brake.band.segments.stiffness": 2}
+    t, slope = derivative_by_scale(scene, powers, lambda s: first_and_stop(s, rtol=1e-11)[1])
+    assert float(t) == pytest.approx(6.52416, rel=1e-5)  # at rest, after each lining has slid
+    assert float(slope) == pytest.approx(-float(t), rel=1e-8)
+
+
+# --- breakpoints at one instant --------------------------------------------------------------------------------------
+
+
+def jump(at, before, after):
+    return sb.PiecewiseLinear(jnp.stack([at, at]), jnp.asarray([before, after]))
+
+
+@pytest.mark.slow
+def test_breakpoints_at_one_instant_keep_their_own_derivatives():
+    """Lever doubled at 1 s, `t = k/2 + ω_0/(2 a)`; an idle corner of the load there, and (second point) the end."""
+
+    def run(x):
+        load = sb.TorqueLoad(jump(x[1], 0.0, 0.0))
+        scene = stop_scene(C=None, lever=jump(x[0], 4e3, 8e3), load=load, end=x[2])
+        result = sb.simulate(scene, max_steps=256)
+        return jnp.stack([result.stopping_time, result.record.y_end.omega])
+
+    a = 4e3 * R * (ratio_and_slope(0.35)[0] - 1) / J
+    cases = [([1.0, 1.0, 5.0], 0, [0.5, 0.0, 0.0]), ([1.0, 1.0, 1.0], 1, [0.0, 0.0, -a])]
+    cases.append(([1.0, 1.0 + 2e-16, 5.0], 0, [0.5, 0.0, 0.0]))
+    both = jacobians(run)
+    for at, row, exact in cases:
+        for jacobian in map(np.asarray, both(np.asarray(at))[1:]):
+            np.testing.assert_allclose(jacobian[row], exact, rtol=1e-10, atol=1e-12)
+
+
+def test_the_next_known_time_is_that_of_one_profile():
+    near = np.nextafter(0.3, 1.0)
+
+    def due(x, waits):
+        first, second, third = (sb.PiecewiseLinear(x[i][None], jnp.zeros(1)) for i in range(3))
+        profiles = [first, second, sb.Constant(1.0), third]
+        time, turns = next_known_time(profiles, [jnp.asarray(0)] * 4, lambda t: jnp.asarray(waits))
+        return time, jnp.stack([jnp.asarray(turn) for turn in turns])
+
+    for at, waits, first in (
+        ([0.3, 0.3, 0.3], False, 0),
+        ([0.3, 0.3, 0.3], True, 1),
+        ([0.5, near, 0.3], False, 1),
+        ([near, 0.4, 0.3], False, 0),
+        ([0.3, 0.4, 0.5], True, 0),
+        ([0.5, 0.4, 0.3], True, 2),
+    ):
+        (time, turns), slope = jax.value_and_grad(due, has_aux=True)(jnp.asarray(at), waits)
+        assert float(time) == min(at)
+        np.testing.assert_array_equal(slope, np.eye(3)[first])
+        np.testing.assert_array_equal(np.flatnonzero(turns), [first + (first == 2)])
+
+
+@pytest.mark.parametrize("C", [None, 2e5])
+def test_a_brake_at_rest_is_not_let_go_between_two_breakpoints_at_one_instant(C):
+    """Lever and load change together, up, down, and with the lever let go: held before and after is held all along."""
+    times = np.array([1.0, 1.0, 2.0, 2.0, 3.0, 3.0])
+    lever = sb.PiecewiseLinear(times, np.array([4e3, 8e3, 8e3, 4e3, 4e3, 0.0]))
+    load = sb.TorqueLoad(sb.PiecewiseLinear(times, np.array([10e3, 20e3, 20e3, 10e3, 10e3, 20e3])))
+    assert ratio_and_slope(0.35)[0] * 4e3 * R < 20e3  # neither change by itself would leave it at rest
+    result = sb.simulate(stop_scene(C=C, w0=0.0, lever=lever, load=load, end=3.1))
+    assert [(e.name, e.time) for e in result.events] == [("release", 3.0)]
+    assert float(result.record.y_end.omega) == pytest.approx(20e3 * 0.1 / J, rel=1e-12)
+
+
+# --- the blend of a fade ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_stop_through_a_blend_against_quadrature():
+    """An adiabatic lump, `T = T_0 + (ω_0² − ω²) J/2C`, heated by 80 K through a fade with a blend of 11 K."""
+    C, slope, blend = 2e3, 2e-3, 11.0
+    above = np.array([332.0, 338.0, 346.0])
+
+    def stopping_time(x):
+        law = fading(slope=slope, above=x[0], blend=x[1])
+        return sb.simulate(rigid_stop(law, lump(C)), rtol=1e-13, solver=diffrax.Dopri8(), max_steps=256).stopping_time
+
+    def excess(x):
+        """`x₊` and its derivatives by the corner and by the blend."""
+        if abs(x) >= blend:
+            return max(x, 0.0), -float(x > 0), 0.0
+        s = (x + blend) / (2 * blend)
+        value, rate = s**5 * (14 - 28 * s + 20 * s**2 - 5 * s**3), s**4 * (35 - 84 * s + 70 * s**2 - 20 * s**3)
+        return blend * value, -rate, value - rate * x / blend
+
+    def exact(above, part):
+        def integrand(w):
+            lost, by_above, by_blend = excess(sb.thermal.ROOM + J * (W0**2 - w**2) / (2 * C) - above)
+            Pi, by_f = ratio_and_slope(0.35 * (1 - slope * lost))
+            return J / (R * T0 * (Pi - 1) ** 2) * by_f * 0.35 * slope * (by_above, by_blend)[part]
+
+        ends = [math.sqrt(W0**2 - 2 * C * (above + d - sb.thermal.ROOM) / J) for d in (blend, -blend)]
+        points = [0.0, *ends, W0]
+        return sum(quad(integrand, a, b, epsabs=0.0, epsrel=1e-13)[0] for a, b in itertools.pairwise(points))
+
+    truth = [np.array([exact(a, part) for a in above]) for part in (0, 1)]
+    points = np.stack([above, np.full(3, blend)], axis=1)
+    for found in jax.jit(jax.vmap(jacobians(stopping_time)))(points)[1:]:
+        np.testing.assert_allclose(found, np.stack(truth, axis=1), rtol=0, atol=1e-8 * np.min(np.abs(truth[0])))
+
+
+def test_a_blend_has_four_continuous_derivatives():
+    law = sb.LinearFade(slope=0.05, above=300.0, blend=2.0)
+
+    def lost(x):
+        return 1 - law.factor(sb.friction.Contact(v=None, T=300.0 + x))
+
+    assert float(lost(0.0)) == pytest.approx(0.05 * 2.0 * 4.375 / 32, rel=1e-12)
+    for end, wanted in ((-2.0, [0.0, 0.0]), (2.0, [0.1, 0.05])):
+        f = lost
+        for order in range(5):
+            value = wanted[order] if order < 2 else 0.0
+            for side in (-1e-6, 1e-6):
+                assert float(f(end + side)) == pytest.approx(value, abs=1e-4), (end, order)
+            f = jax.grad(f)
+
+
+def test_derivative_of_the_rate_of_a_maximum():
+    """The rate of `max x_i` is that of one entry, and so is the derivative of its value along another direction."""
+    x, rate = jnp.asarray([0.1, 0.3, 0.3]), jnp.asarray([1.0, 2.0, 5.0])
+
+    def value_and_rate(x):
+        return jax.jvp(sb.hybrid.largest, (x,), (rate,))
+
+    (value, of_value), (moved, _) = jax.jvp(value_and_rate, (x,), (rate,))
+    assert [float(y) for y in (value, of_value, moved)] == [0.3, 2.0, 2.0]

@@ -1,0 +1,23 @@
+"""Hard cases of a brake without heat: limits of friction and geometry, events, time and units."""
+
+import hard_events
+import hard_limits
+import hard_time
+import pytest
+from hard_cases import cases_to_test, check
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", cases_to_test(hard_limits.CASES))
+def test_limits(case):
+    check(case)
+
+
+@pytest.mark.parametrize("case", cases_to_test(hard_events.CASES))
+def test_events(case):
+    check(case)
+
+
+@pytest.mark.parametrize("case", cases_to_test(hard_time.CASES))
+def test_time(case):
+    check(case)

@@ -1,0 +1,11 @@
+"""Hard cases with heat."""
+
+import pytest
+from hard_cases import cases_to_test, check
+from hard_heat import CASES
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", cases_to_test(CASES))
+def test_heat(case):
+    check(case)

@@ -1,0 +1,174 @@
+"""Holding reserve: static capacity in the direction of the load over the load; hot, and of every kind of brake."""
+
+import dataclasses
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+import staged_scenes as staged
+from scipy.optimize import brentq
+from test_disc import LOAD, RATIO, TORQUE, disc_scene
+from test_double_shoe import FRICTION, normals, shoe_scene
+
+import simbrake as sb
+
+R, N, BETA, F, STATIC, T0, M = 0.7, 12, math.radians(20.0), 0.32, 1.15, 6e3, 6e3
+Z = math.tan(BETA / 2)
+TIMES = np.array([0.0, 1.0, 2.5, 4.0])
+
+
+def capstan(f):
+    return ((1 + f * Z) / (1 - f * Z)) ** N
+
+
+def held(load=M, lever=None, law=None, **parts):
+    law = law or sb.ConstantFriction(F, STATIC)
+    brake = sb.Brake(sb.Pulley(R, 900.0), sb.Band(R), sb.Lining(law, np.full(N, BETA)))
+    lever = lever or sb.PiecewiseLinear([0.0, 1.0, 4.0], [T0, T0, 0.5 * T0])
+    return sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad(sb.Constant(load))), sb.Initial(0.0), 4.0, **parts)
+
+
+def test_reserve_of_a_band_brake_either_way():
+    tension = T0 * np.array([1.0, 1.0, 0.75, 0.5])
+    for load, grip in ((M, capstan(STATIC * F) - 1), (-0.2 * M, 1 - 1 / capstan(STATIC * F))):
+        result = sb.simulate(held(load))
+        reserve = R * tension * grip / abs(load)
+        np.testing.assert_allclose(result.series(TIMES).holding_reserve, reserve, rtol=1e-12)
+        assert result.metrics["min_holding_reserve"] == pytest.approx(reserve[-1], rel=1e-9)
+        assert float(result.min_holding_reserve.time) == pytest.approx(4.0, rel=1e-9)
+    text = f"holding  static capacity at least {reserve[-1]:.5g} times the load, at 4 s"
+    assert text in str(result)
+
+
+def test_no_load_has_no_reserve():
+    result = sb.simulate(held(0.0))
+    assert result.series(TIMES).holding_reserve is None
+    assert "min_holding_reserve" not in result.metrics
+    with pytest.raises(ValueError, match="no min_holding_reserve: it has no load"):
+        _ = result.min_holding_reserve
+    moving = sb.simulate(sb.with_values(held(), {"initial.omega": 20.0, "end_time": 0.1}))
+    assert moving.metrics["min_holding_reserve"] is None  # it never came to rest
+    assert moving.series(TIMES[:1]).holding_reserve[0] == pytest.approx(
+        R * T0 * (capstan(STATIC * F) - 1) / M, rel=1e-12
+    )
+
+
+@pytest.mark.slow
+def test_reserve_falls_with_fade():
+    """Linings heated by a source: `T = T_a + P t/C`, `f = f_0 (1 − s (T − T_a))`; its derivatives."""
+    C, slope = 2e4, 1e-3
+
+    def scene(x):
+        load, f, power = x
+        heat = sb.Heat(
+            (sb.thermal.Lump("linings", C, 300.0),),
+            friction=sb.thermal.FrictionHeat(None, "linings", 1.0),
+            sources=(sb.thermal.Source("linings", power),),
+            linings="linings",
+        )
+        law = sb.friction.ProductFriction(sb.ConstantFriction(f, STATIC), (sb.LinearFade(slope, 300.0),))
+        return held(load, sb.Constant(T0), law, heat=heat)
+
+    def reserve(x, t):
+        load, f, power = x
+        return R * T0 * (capstan(STATIC * f * (1 - slope * power * t / C)) - 1) / load
+
+    x = jnp.asarray([M, F, 1e5 / 4])
+    result = sb.simulate(scene(np.asarray(x)))
+    np.testing.assert_allclose(result.series(TIMES).holding_reserve, reserve(np.asarray(x), TIMES), rtol=1e-9)
+    value, slopes = jax.value_and_grad(lambda x: sb.simulate(scene(x), max_steps=256).min_holding_reserve.value)(x)
+    expected, truth = jax.value_and_grad(lambda x: reserve(x, 4.0))(x)
+    np.testing.assert_allclose(value, expected, rtol=1e-9)
+    np.testing.assert_allclose(slopes, truth, rtol=1e-7)
+
+
+def test_reserve_of_disc_and_shoes():
+    disc = sb.simulate(disc_scene())
+    assert disc.metrics["min_holding_reserve"] == pytest.approx(RATIO * TORQUE / LOAD, rel=1e-12)
+    for load in (60.0, -60.0):
+        shoes = sb.simulate(shoe_scene(omega=0.0, load=load, end=1.0))
+        f = 1.1 * FRICTION
+        capacity = 0.150 * f * np.sum(normals(f, back=load < 0))
+        assert shoes.metrics["min_holding_reserve"] == pytest.approx(capacity / 60.0, rel=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("f_int", "wet", "oiled"), [(0.05, 1.0, 1.0), (0.4, 1.0, 1.0), (0.6, 0.8, 1.1), (0.04, 0.9, 1.2)]
+)
+def test_reserve_of_a_staged_brake_is_that_of_its_weaker_pair(f_int, wet, oiled):
+    """`wet`, `oiled`: factors of the friction in the outer and in the inner pair."""
+    T_0, load, ratio = 5e3, 300.0, 1.2
+
+    def changed(f, factor):
+        change = sb.friction.FrictionChange(sb.PiecewiseLinear([0.0, 1.0], [factor, factor]))
+        return sb.friction.ChangingFriction(sb.ConstantFriction(f, ratio), (change,))
+
+    laws = {"law": changed(staged.F_EXT / wet, wet), "inner": changed(f_int / oiled, oiled)}
+    scene = staged.stop(lever=sb.Constant(T_0), load=load, w0=0.0, end=1.0, **laws)
+    z, s = math.tan(staged.BETA / 2), math.sin(staged.BETA / 2)
+    mu = np.full(staged.N, (1 + ratio * staged.F_EXT * z) / (1 - ratio * staged.F_EXT * z))
+
+    def grip(T_n):
+        T = staged.tensions(T_0, T_n, mu)
+        return staged.R * ratio * f_int * float(np.sum((T[1:] + T[:-1]) * s + staged.PRELOAD))
+
+    most = T_0 * np.prod(mu)
+    outer = staged.R_B * (most - T_0)
+    inner = grip(most)
+    if inner < outer:  # the band holds what slides in the bandage with less than its limit
+        inner = grip(brentq(lambda T_n: staged.R_B * (T_n - T_0) - grip(T_n), T_0, most, xtol=1e-10))
+    found = sb.simulate(scene).metrics["min_holding_reserve"]
+    assert found == pytest.approx(min(outer, inner) / load, rel=1e-9)
+
+
+# --- the lever that is let go, and the load that breaks away ----------------------------------------------------------
+
+CASES = {  # lever (s, times T0), factor of friction and load (times M) from 2 s on: minimum, when; at T0 it is `FULL`
+    "let go slowly": (([0.0, 1.0, 3.0, 3.8], [0.9, 1.0, 1.0, 0.0]), 1.0, 1.0, 0.9, 0.0),
+    "let go at once": (([0.0, 1.0, 3.0, 3.0], [1.0, 1.2, 1.2, 0.1]), 1.0, 1.0, 1.0, 0.0),
+    "eased, and held": (([0.0, 1.0, 3.0, 3.5], [1.0, 1.0, 1.0, 0.8]), 1.0, 1.0, 0.8, 3.5),
+    "let go in two steps": (([0.0, 1.0, 1.5, 3.5], [1.0, 1.0, 0.7, 0.0]), 1.0, 1.0, 1.0, 0.0),
+    "oil, and let go": (([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0]), 0.8, 1.0, None, 2.0),
+    "oil that lets it go": (([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0]), 0.2, 1.0, None, 2.0),
+    "a load too heavy": (([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0]), 1.0, 3.0, 1 / 3, 2.0),
+}
+
+
+def one_case(lever, factor, load):
+    times, values = lever
+    law = sb.friction.ChangingFriction(
+        sb.ConstantFriction(F, STATIC), (sb.friction.FrictionChange(sb.PiecewiseLinear([2.0, 2.0], [1.0, factor])),)
+    )
+    scene = held(M, sb.PiecewiseLinear(times, T0 * jnp.asarray(values)), law)
+    steps = sb.TorqueLoad(sb.PiecewiseLinear([2.0, 2.0], [M, load * M]))
+    return dataclasses.replace(scene, duty=dataclasses.replace(scene.duty, load=steps))
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_the_reserve_is_that_of_a_brake_that_is_to_hold(case):
+    lever, factor, load, share, when = CASES[case]
+    full = R * T0 * (capstan(STATIC * F) - 1) / M
+    truth = full * share if share else R * T0 * (capstan(STATIC * F * factor) - 1) / M
+    least = sb.simulate(one_case(lever, factor, load)).min_holding_reserve
+    assert full > 1.5
+    assert float(least.value) == pytest.approx(truth, rel=1e-9)
+    assert float(least.time) == pytest.approx(when, abs=1e-9)
+
+
+def test_derivatives_of_the_reserve_of_a_load_that_breaks_away():
+    lever = ([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0])
+
+    def least(x):
+        return sb.simulate(one_case((lever[0], x[0] * jnp.asarray(lever[1])), x[1], 1.0), max_steps=256)
+
+    def truth(x):
+        return R * x[0] * T0 * (capstan(STATIC * F * x[1]) - 1) / M
+
+    for factor in (0.2, 0.8):
+        x = jnp.asarray([1.0, factor])
+        value, slopes = jax.value_and_grad(lambda x: least(x).min_holding_reserve.value)(x)
+        np.testing.assert_allclose(value, truth(x), rtol=1e-9)
+        np.testing.assert_allclose(slopes, jax.grad(truth)(x), rtol=1e-7)

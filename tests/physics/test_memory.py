@@ -1,0 +1,552 @@
+"""Friction laws with states of their own: against closed forms and SciPy, for every kind of brake."""
+
+import json
+import math
+from typing import Any
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import assemble, jacobians
+from jax.flatten_util import ravel_pytree
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+from test_every_mechanism import KINDS, PRESSED, scene
+
+import simbrake as sb
+from simbrake._pages._page import series_table
+from simbrake._run._choice import stiffness
+from simbrake.friction import RatesRead, rates_read, reads
+from simbrake.hybrid import QUADRATURE
+from simbrake.results import BandMode
+
+J, OMEGA, F, CAPACITY = 900.0, 20.0, 0.4, 3e4
+#: pads: force, count, effective radius by uniform wear, area, torque of the brake at the start
+FORCE, PADS, ARM, PAD = 3e4, 3, 0.5 * (0.5 + 0.6), 0.5 * (0.6**2 - 0.5**2)
+TORQUE = PADS * F * FORCE * ARM
+#: band
+T_0, R, R_B, BETA, AREA = 4e3, 0.59, 0.64, math.radians(50.0), 0.03
+Z = math.tan(BETA / 2)
+
+
+class Timed(sb.friction.AbstractFriction):
+    """Friction `f ξ` that comes to another one by itself, `ξ̇ = (ξ_e − ξ)/τ`."""
+
+    coefficient: Any = sb.quantity("1", "coefficient at the start", low=0.0, default=F)
+    end: Any = sb.quantity("1", "factor to which it tends", low=0.0, default=0.5)
+    time: Any = sb.quantity("s", "time constant", positive=True, default=2.0)
+
+    def start(self, n):
+        return 1.0
+
+    def rates(self, contact):
+        return (self.end - contact.memory) / self.time
+
+    def kinetic(self, contact):
+        return self.coefficient * contact.memory
+
+    def static(self, contact):
+        return self.coefficient * contact.memory
+
+
+class Travelled(Timed):
+    """The same by the way that it slides, `ξ̇ = (ξ_e − ξ) (v/v_0)^k/τ`."""
+
+    power: int = eqx.field(static=True, default=1)
+
+    def rates(self, contact):
+        return (self.end - contact.memory) * contact.v**self.power / self.time
+
+
+class RunningIn(Timed):
+    """The same by the friction work per area, `ξ̇ = (ξ_e − ξ) q/w_0` (`time`: `w_0` in J/m²)."""
+
+    def rates(self, contact):
+        return (self.end - contact.memory) * contact.q / self.time
+
+
+class Pressed(Timed):
+    """By pressure, also at rest: `ξ̇ = (ξ_e − ξ) p/(p_0 τ)` with `p_0` = 1 MPa."""
+
+    def rates(self, contact):
+        return (self.end - contact.memory) * contact.p / 1e6 / self.time
+
+
+class Recovering(Timed):
+    """Two states: a fade that heat brings and that recovers slower, and the temperature that was last seen."""
+
+    def start(self, n):
+        return {"fade": jnp.zeros(n), "seen": 293.15}
+
+    def rates(self, contact):
+        fade, seen = contact.memory["fade"], contact.memory["seen"]
+        return {"fade": (1e-3 * (seen - 293.15) - fade) / self.time, "seen": (contact.T - seen) / 0.5}
+
+    def sizes(self):
+        return {"fade": 0.1, "seen": 100.0}
+
+    def kinetic(self, contact):
+        return self.coefficient * (1 - contact.memory["fade"])
+
+    def static(self, contact):
+        return self.coefficient * (1 - contact.memory["fade"])
+
+
+def disc(law, load=0.0, omega=OMEGA, end=10.0, heat=None):
+    """Three pads under a constant force: the pressure is constant."""
+    brake = sb.DiscBrake(J, sb.Pads(law, 0.5, 0.6, 1.0, PADS))
+    duty = sb.ForceDuty(sb.Constant(FORCE), sb.TorqueLoad(sb.Constant(load)))
+    return sb.Scene(brake, duty, sb.Initial(omega), end, heat)
+
+
+def band(law, stiffness=None, load=0.0, omega=OMEGA, end=10.0, elongation=0.0, bandage=None, n=4):
+    brake = sb.Brake(sb.Pulley(R, J), sb.Band(R_B, stiffness), sb.Lining(law, np.full(n, BETA), AREA), bandage)
+    duty = sb.Duty(sb.Constant(T_0), sb.TorqueLoad(sb.Constant(load)))
+    return sb.Scene(brake, duty, sb.Initial(omega, elongation), end)
+
+
+def ratio(f, n=4):
+    """`T_n/T_0` of a band whose linings all slide."""
+    return ((1 + f * Z) / (1 - f * Z)) ** n
+
+
+def final(result, pair=0):
+    return np.asarray(result.record.y_end.memory[pair])
+
+
+def towards(end, x):
+    """`ξ_e + (1 − ξ_e) e^{−x}`"""
+    return end + (1 - end) * np.exp(-x)
+
+
+# --- sliding, closed forms --------------------------------------------------------------------------------------------
+
+
+def test_a_stop_under_friction_that_tends_to_another():
+    """`ω_0 − (M/J) [ξ_e t + (1 − ξ_e) τ (1 − e^{−t/τ})] = 0`, its derivatives, and runs side by side."""
+    end, tau = 0.5, 2.0
+
+    def stop(x):
+        return sb.simulate(disc(Timed(F, x[0], x[1])), rtol=1e-12, max_steps=256).stopping_time[None]
+
+    def left(t):
+        return OMEGA - TORQUE / J * (end * t + (1 - end) * tau * (1 - math.exp(-t / tau)))
+
+    t = brentq(left, 0.0, 10.0, xtol=1e-14, rtol=1e-14)
+    value, forwards, backwards = jacobians(stop)(jnp.asarray([end, tau]))
+    assert float(value[0]) == pytest.approx(t, rel=1e-10)
+    faded, xi = math.exp(-t / tau), towards(end, t / tau)
+    by_end = -(t - tau * (1 - faded)) / xi
+    by_tau = -(1 - end) * (1 - faded - t / tau * faded) / xi
+    np.testing.assert_allclose(forwards[0], [by_end, by_tau], rtol=1e-8)
+    np.testing.assert_allclose(backwards, forwards, rtol=1e-11)
+    side = jax.jit(jax.vmap(stop))(jnp.asarray([[end, tau], [1.0, tau]]))[:, 0]
+    np.testing.assert_allclose(side, [t, OMEGA * J / TORQUE], rtol=1e-10)  # ξ_e = 1: nothing fades
+
+
+def test_friction_that_falls_with_the_way():
+    """`½ J ω_0² = (M/r) [ξ_e s + (1 − ξ_e) L (1 − e^{−s/L})]` over the way `s` of a stop."""
+    end, length = 0.4, 6.0
+    result = sb.simulate(disc(Travelled(F, end, length)), rtol=1e-12)
+
+    def left(s):
+        return 0.5 * J * OMEGA**2 - TORQUE / ARM * (end * s + (1 - end) * length * (1 - math.exp(-s / length)))
+
+    s = brentq(left, 0.0, 100.0, xtol=1e-14, rtol=1e-14)
+    assert float(result.stopping_angle) == pytest.approx(s / ARM, rel=1e-10)
+    np.testing.assert_allclose(final(result), towards(end, s / length), rtol=1e-10)  # and at rest nothing changes
+
+
+def test_friction_that_runs_in_with_the_work():
+    """`ξ` follows the friction work per area alone, whatever its course."""
+    end, work = 1.4, 4e5
+    result = sb.simulate(disc(RunningIn(F, end, work)), rtol=1e-12)
+    each = 0.5 * J * OMEGA**2 / PADS / PAD
+    np.testing.assert_allclose(final(result), towards(end, each / work), rtol=1e-10)
+    with pytest.raises(sb.InputError, match=r"linings\.area"):
+        sb.simulate(eqx.tree_at(lambda s: s.brake.linings.area, band(RunningIn()), None))
+
+
+@pytest.mark.slow
+def test_every_lining_of_a_staged_brake_runs_in_by_its_own_work():
+    bandage = sb.Bandage(45.0, RunningIn(0.22, 1.3, 2e6), 900.0, AREA)
+    result = sb.simulate(band(RunningIn(F, 0.6, 3e6), 2e6, bandage=bandage), rtol=1e-11)
+    assert "external_lock" in [event.name for event in result.events]
+    # at the face `f p v`: the force of a lining under the band, at the chord of its arc, is 1/cos(β/2) of that
+    for pair, (end, work, face) in enumerate([(0.6, 3e6, math.cos(BETA / 2)), (1.3, 2e6, 1.0)]):
+        done = np.asarray(sb.results.friction_work(result, pair=("external", "internal")[pair]))
+        assert np.ptp(final(result, pair)) > 1e-3
+        np.testing.assert_allclose(final(result, pair), towards(end, face * done / AREA / work), rtol=1e-8)
+
+
+# --- at rest ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stiffness", [None, "disc", pytest.param(2e6, marks=pytest.mark.slow)])
+def test_a_held_brake_whose_friction_decays_lets_go(stiffness):
+    """`f e^{−t/τ}` falls to what the load needs at `t = τ ln(f/f*)`."""
+    tau, load = 2.0, 4e3
+    if stiffness == "disc":
+        needed, slope = F * load / TORQUE, 1.0
+    else:
+        root = (1 + load / (R_B * T_0)) ** 0.25
+        needed = (root - 1) / (root + 1) / Z
+        slope = load / (R_B * T_0) / (1 + load / (R_B * T_0)) * 0.25 * 2 * root / (root**2 - 1)  # d ln f*/d ln M
+
+    def run(x):
+        law = Timed(F, 0.0, x[0])
+        scene = disc(law, x[1], 0.0) if stiffness == "disc" else band(law, stiffness, x[1], 0.0)
+        return sb.simulate(scene, rtol=1e-12, max_steps=256)
+
+    result = run([tau, load])
+    event = next(event for event in result.events if event.name == "restart")
+    t = tau * math.log(F / needed)
+    assert event.time == pytest.approx(t, rel=1e-11)
+    assert result.status in ("runaway", "not_stopped")
+
+    def instant(x):  # the row of the event: a differentiated run has rows of its own
+        times = run(x).record.rows.t
+        return times[jnp.argmin(jnp.abs(times - t))][None]
+
+    _, forwards, backwards = jacobians(instant)(jnp.asarray([tau, load]))
+    np.testing.assert_allclose(forwards[0], [t / tau, -tau * slope / load], rtol=1e-9)
+    np.testing.assert_allclose(backwards, forwards, rtol=1e-10)
+
+
+def test_pressure_at_rest_is_that_of_the_tensions():
+    """While the first lining alone carries the load all others have the tension of the tight end at both sides."""
+    end, tau, load = 0.8, 5.0, 200.0
+    result = sb.simulate(band(Pressed(F, end, tau), load=load, omega=0.0, end=3.0), rtol=1e-11)
+    tight = T_0 + load / R_B
+    normal = np.asarray([T_0 + tight, *(3 * [2 * tight])]) * math.sin(BETA / 2)
+    assert result.status == "held"
+    np.testing.assert_allclose(final(result), towards(end, normal / AREA / 1e6 * 3.0 / tau), rtol=1e-9)
+
+
+def test_a_sliding_brake_that_loses_its_grip():
+    """Without heat too the log has the instant at which the load outweighs the brake."""
+    end, tau, load = 0.5, 2.0, 0.7 * TORQUE
+    result = sb.simulate(disc(Timed(F, end, tau), load, end=4.0), rtol=1e-11)
+    event = next(event for event in result.events if event.name == "grip_lost")
+    assert event.time == pytest.approx(tau * math.log(0.5 / 0.2), rel=1e-8)
+    assert result.status == "runaway"
+
+
+# --- elastic band: the slip that ages the linings depends on how the band follows ------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("power", [1, 2])
+def test_an_elastic_band_in_full_slip_follows_the_states(power):
+    """`v_s = R_b ω − ẋ`, `x = T_0 Π(f ξ)/C`, `ξ̇ = (ξ_e − ξ) v_s^k/L`: one equation for `v_s` at every instant."""
+    C, end, length = 3e4, 0.6, 1.0 * 40.0 ** (power - 1)
+    law = Travelled(F, end, length, power)
+    scene = band(law, C, elongation=T_0 / C, end=1.2)
+    result = sb.simulate(scene, rtol=1e-12)
+    chi = R_B * math.sqrt(C / J)
+    reach = T_0 * (ratio(F) - 1) * chi / (C * R_B * OMEGA)
+    t_1, omega_1 = math.asin(reach) / chi, OMEGA * math.sqrt(1 - reach**2)
+    assert float(result.full_slip_time) == pytest.approx(t_1, rel=1e-10)
+
+    def slope(f):
+        """`dT_n/df`"""
+        return T_0 * ratio(f) * 4 * 2 * Z / (1 - (f * Z) ** 2)
+
+    def rhs(t, y):
+        omega, xi = y
+        give = slope(F * xi) * F * (xi - end) / (length * C)  # v_s − give v_s^k = R_b ω
+        v = R_B * omega
+        v = v / (1 - give) if power == 1 else 2 * v / (1 + math.sqrt(1 - 4 * give * v))
+        return [-R_B * T_0 * (ratio(F * xi) - 1) / J, (end - xi) * v**power / length]
+
+    run = solve_ivp(rhs, (t_1, 1.2), [omega_1, 1.0], "DOP853", rtol=1e-13, atol=1e-13)
+    y = result.record.y_end
+    assert float(y.omega) == pytest.approx(run.y[0, -1], rel=1e-9)
+    np.testing.assert_allclose(final(result), run.y[1, -1], rtol=1e-9)
+    assert float(result.energy["closure"]) < 1e-10
+    # the states matter: 1 + γ is far from 1 at the start of the slip
+    assert slope(F) * F * (1 - end) / (length * C) * (R_B * omega_1) ** (power - 1) > 0.1
+
+
+@pytest.mark.parametrize("power", [1, 2])
+def test_friction_that_falls_faster_than_the_band_follows_ends_the_run(power):
+    scene = band(Travelled(F, 0.6, 0.2 * 40.0 ** (power - 1), power), 3e4, elongation=T_0 / 3e4)
+    result = sb.simulate(scene, throw=False)
+    assert result.status == "band_snap"
+    assert "state" in result.message
+
+
+# --- staged brake -----------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_a_staged_brake_whose_pairs_both_change():
+    """One lining, so that its tension while the band holds it is one linear equation; both stages by SciPy."""
+    inertia, f_in, preload, n = 45.0, 0.2, 500.0, 1
+    outer, inner = Timed(F, 0.8, 0.8), Timed(f_in, 1.3, 1.5)
+    result = sb.simulate(band(outer, bandage=sb.Bandage(inertia, inner, preload), omega=5.0, end=14.0, n=n), rtol=1e-12)
+    s = math.sin(BETA / 2)
+
+    def faces(t):
+        return F * towards(0.8, t / 0.8), f_in * towards(1.3, t / 1.5)
+
+    def sliding(t, y):
+        f, g = faces(t)
+        external = R_B * T_0 * (ratio(f, n) - 1)
+        internal = R * g * ((T_0 + T_0 * ratio(f, n)) * s + preload)
+        return [-internal / J, (internal - external) / inertia]
+
+    def held(t, y):
+        _, g = faces(t)
+        T_n = (R_B * T_0 + R * g * (s * T_0 + preload)) / (R_B - R * g * s)
+        return [-R_B * (T_n - T_0) / J]
+
+    def rest(t, y):
+        return y[-1]
+
+    rest.terminal = True
+    how = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-13, "events": rest, "max_step": 0.05}
+    first = solve_ivp(sliding, (0.0, 5.0), [5.0, 5.0], **how)
+    lock = first.t_events[0][0]
+    second = solve_ivp(held, (lock, 20.0), first.y_events[0][0][:1], **how)
+    assert float(result.external_lock_time) == pytest.approx(lock, rel=1e-10)
+    assert float(result.stopping_time) == pytest.approx(second.t_events[0][0], rel=1e-10)
+    assert float(result.energy["closure"]) < 1e-10
+
+
+# --- heat, two states, files ------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def recovering():
+    heat = sb.Heat(
+        (sb.thermal.Lump("disc", 2e5), sb.thermal.Lump("pads", CAPACITY, count=PADS)),
+        friction=sb.thermal.FrictionHeat("disc", "pads", sb.thermal.ConstantPartition(0.6)),
+        linings="pads",
+    )
+    return disc(Recovering(F, time=0.7), heat=heat, end=4.0)
+
+
+@pytest.mark.parametrize("solver", [None, sb.hybrid.Rodas5P()], ids=["explicit", "Rosenbrock"])
+def test_two_states_and_heat_against_scipy(recovering, solver):
+    result = sb.simulate(recovering, rtol=1e-12 if solver is None else 1e-11, solver=solver)
+
+    def rhs(t, y):
+        omega, T, fade, seen = y
+        power = F * (1 - fade) * FORCE * ARM * omega
+        rates = [0.4 * power / CAPACITY, (1e-3 * (seen - sb.thermal.ROOM) - fade) / 0.7, (T - seen) / 0.5]
+        return [-PADS * F * (1 - fade) * FORCE * ARM / J, *rates]
+
+    def rest(t, y):
+        return y[0]
+
+    rest.terminal = True
+    how = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-12}
+    run = solve_ivp(rhs, (0.0, 9.0), [OMEGA, sb.thermal.ROOM, 0.0, sb.thermal.ROOM], events=rest, **how)
+    assert float(result.stopping_time) == pytest.approx(run.t_events[0][0], rel=1e-9)
+    cooled = solve_ivp(lambda t, y: [0.0, *rhs(t, [0.0, *y[1:]])[1:]], (run.t[-1], 4.0), run.y[:, -1], **how)
+    end = result.record.y_end.memory[0]
+    np.testing.assert_allclose(end["fade"], cooled.y[2, -1], rtol=1e-8)
+    np.testing.assert_allclose(end["seen"], cooled.y[3, -1], rtol=1e-9)
+
+
+def test_what_results_files_and_pages_show_of_states(recovering, tmp_path):
+    result = sb.simulate(recovering)
+    series = result.series([0.0, 1.0])
+    assert np.shape(series.friction_memory) == (2, 2, PADS)  # fade, seen
+    np.testing.assert_allclose(series.friction_memory[0], [[0.0] * PADS, [sb.thermal.ROOM] * PADS])
+    f = F * (1 - series.friction_memory[:, 0])
+    np.testing.assert_allclose(series.friction_coefficient, f, rtol=1e-12)
+    kept = sb.load(sb.save(result, tmp_path / "run.csv"))["friction_memory"]
+    assert kept.dims == ("time", "friction_memory_state", "lining")
+    np.testing.assert_allclose(kept.values[-1, 1], result.record.y_end.memory[0]["seen"], rtol=1e-9)
+    json.dumps(result.summary(), allow_nan=False)
+    assert "friction_memory_2_3" in series_table(result)[0]
+    with pytest.raises(sb.InputError, match="Recovering is a custom class"):
+        sb.write_scene(recovering, tmp_path / "scene.toml")
+    answer = sb.prepare(recovering, ["stopping_time"])({"brake.linings.friction.time": 1e6})
+    assert answer.metrics["stopping_time"] == pytest.approx(OMEGA * J / TORQUE, rel=1e-5)
+
+
+@pytest.mark.slow
+def test_one_state_is_one_column_per_lining(tmp_path):
+    bandage = sb.Bandage(45.0, Timed(0.2), 500.0)
+    plain = sb.simulate(band(sb.ConstantFriction(F), bandage=bandage))
+    series = plain.series([0.0, 3.0])
+    assert series.friction_memory is None
+    np.testing.assert_allclose(
+        series.pairs["internal"].friction_memory[:, 0], towards(0.5, np.asarray([0.0, 3.0]) / 2.0)
+    )
+    table = sb.load(sb.save(plain, tmp_path / "run.nc"))
+    assert table["internal_friction_memory"].dims == ("time", "lining")
+    heat = sb.Heat(
+        (sb.thermal.Lump("rim", 1e4),), friction=sb.thermal.FrictionHeat("rim", None, sb.thermal.ConstantPartition(1.0))
+    )
+    with pytest.raises(sb.InputError, match="law with states"):
+        sb.cyclic_steady_state(disc(Timed(), heat=heat))
+
+
+def test_a_fast_state_gets_a_method_for_stiff_systems():
+    slow, fast = (sb.simulate(disc(Timed(F, 0.5, tau)), rtol=1e-8) for tau in (2.0, 1e-3))
+    assert slow.method_name == "Dopri8"
+    assert fast.method_name == "Rodas5P"
+    assert "0.001 s" in fast.summary()["solver"]["reason"]
+    drop = 1e-3 * (1 - 0.5) / 0.5  # (s) what the first millisecond brakes more than all others
+    assert float(fast.stopping_time) == pytest.approx(OMEGA * J / (0.5 * TORQUE) - drop, rel=1e-7)
+
+
+# --- every kind of brake ----------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["staged, elastic band", "chain", "bandage on springs", "double-shoe brake"])
+def test_derivatives_of_every_kind(kind):
+    """Both ways the same, and those of a chord; every pair has states that its slip drives."""
+    assert kind in KINDS or kind in PRESSED
+
+    def end(x):
+        changed = eqx.tree_at(lambda s: s.brake.linings.friction, scene(kind), Travelled(F, x[0], x[1]))
+        if getattr(changed.brake, "bandage", None) is not None:
+            inner = Travelled(0.22, x[0], x[1])
+            changed = eqx.tree_at(lambda s: s.brake.bandage.friction, changed, inner)
+        run = sb.simulate(changed, rtol=1e-9, max_steps=2048)
+        states = jnp.concatenate([one for one in run.record.y_end.memory if one is not None])
+        return jnp.concatenate([run.stopping_time[None], states, run.energy["closure"][None]])
+
+    start = jnp.asarray([0.8, 30.0])
+    program = jacobians(end)
+    value, forwards, backwards = program(start)
+    assert np.all(np.isfinite(value))
+    assert float(value[-1]) < 1e-9
+    assert np.all(value[1:-1] < 1.0 - 1e-3)
+    np.testing.assert_allclose(forwards[:-1], backwards[:-1], rtol=1e-9, atol=1e-11 * np.max(np.abs(forwards[:-1])))
+    step = jnp.asarray([1e-3, 0.0])
+    less, more = (program(x)[0] for x in (start - step, start + step))
+    np.testing.assert_allclose((more - less)[:-1] / 2e-3, forwards[:-1, 0], rtol=2e-4)
+
+
+# --- what a law says of itself ----------------------------------------------------------------------------------------
+
+
+def test_what_the_rates_read():
+    def of(law, T=True, p=True):
+        return rates_read(law, 4, T=T, p=p)
+
+    assert of(sb.ConstantFriction(0.3)) is None
+    assert of(Timed()) == RatesRead(v=False, T=False, p=False, q=False)
+    assert of(Travelled()) == RatesRead(v=True, T=False, p=False, q=False)
+    assert of(Travelled(power=2)) == RatesRead(v=True, T=False, p=False, q=False, bends=True)
+    assert of(RunningIn()) == RatesRead(v=False, T=False, p=False, q=True)
+    assert of(Recovering()) == RatesRead(v=False, T=True, p=False, q=False)
+    assert of(sb.friction.ProductFriction(Pressed(), ())) == RatesRead(v=False, T=False, p=True, q=False)
+    assert reads(Recovering(), 4, T=True, p=True) == (False, False, False)  # the coefficients read the memory alone
+
+
+def test_a_law_without_states_costs_nothing_and_one_with_them_what_it_has():
+    states = [jax.tree.leaves(assemble(disc(law))[1]) for law in (sb.ConstantFriction(F), Timed())]
+    assert len(states[1]) == len(states[0]) + 1
+    assert assemble(disc(sb.ConstantFriction(F)))[1].memory is None
+
+
+class Wrong(Timed):
+    kind: str = eqx.field(static=True, default="")
+
+    def start(self, n):
+        if self.kind == "fails":
+            raise ValueError("no start")
+        return jnp.zeros(n + 1) if self.kind == "start" else jnp.nan if self.kind == "nan" else 1.0
+
+    def rates(self, contact):
+        if self.kind == "name":
+            return contact.velocity
+        return (contact.memory, 0.0) if self.kind == "structure" else jnp.zeros(7) if self.kind == "rate" else 0.0
+
+    def sizes(self):
+        return -1.0 if self.kind == "size" else (1.0, 2.0) if self.kind == "sizes" else 1.0
+
+
+class WithoutRates(sb.ConstantFriction):
+    def start(self, n):
+        return 1.0
+
+
+@pytest.mark.parametrize(
+    ("law", "words"),
+    [
+        (Wrong(kind="fails"), "no start"),
+        (Wrong(kind="start"), "does not fit 4 linings"),
+        (Wrong(kind="nan"), "out of range"),
+        (Wrong(kind="name"), "velocity"),
+        (Wrong(kind="structure"), "another structure"),
+        (Wrong(kind="rate"), "does not fit 4 linings"),
+        (Wrong(kind="size"), "out of range"),
+        (Wrong(kind="sizes"), "another structure"),
+        (WithoutRates(0.3), "no `rates`"),
+    ],
+)
+def test_wrong_states_are_input_errors(law, words):
+    with pytest.raises(sb.InputError) as caught:
+        sb.simulate(eqx.tree_at(lambda s: s.end_time, band(law), np.asarray(-1.0)))
+    assert {fault.path for fault in caught.value.faults} == {"brake.linings.friction", "end_time"}
+    assert words in str(caught.value)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["rigid band", "elastic band", "chain", "disc brake"])
+@pytest.mark.parametrize("law", [Timed(), Travelled(), RunningIn()], ids=lambda law: type(law).__name__)
+def test_the_jacobian_has_nothing_where_none_is_declared(kind, law):
+    system, y, mode = assemble(eqx.tree_at(lambda s: s.brake.linings.friction, scene(kind), law))
+    sliding = jax.tree.map(jnp.asarray, mode._replace(band=int(BandMode.SLIP)))
+    if kind == "chain":
+        sliding = sliding._replace(own=sliding.own._replace(linings=jnp.ones(3, jnp.int32)))
+        y = y._replace(own=y.own._replace(v=jnp.asarray([1.0, 2.0, 3.0])))
+    y = y._replace(omega=jnp.asarray(18.0), memory=(jnp.asarray([0.9, 0.8, 0.7]),))
+    flat, back = ravel_pytree(y)
+    slope = jax.jit(jax.jacfwd(lambda x: ravel_pytree(system.rhs(jnp.asarray(1.0), back(x), sliding))[0]))(flat)
+    kinds = np.concatenate([np.ravel(kind) for kind in jax.tree.leaves(system.couplings())])
+    chained = np.flatnonzero(kinds >= 0)
+    # not where loads depend on the friction of others, nor where the slip does; nor beside a core that is larger
+    loads, slips = isinstance(law, RunningIn) and "band" in kind, isinstance(law, Travelled) and kind == "elastic band"
+    coupled = loads or slips
+    assert len(chained) == (0 if coupled or kind == "chain" else 3)
+    block = np.asarray(slope)[np.ix_(chained, chained)]
+    assert np.all(np.diag(block) != 0)
+    assert np.count_nonzero(block) == len(chained)
+    assert not np.any(np.asarray(slope)[:, kinds == QUADRATURE])
+
+
+@pytest.mark.slow
+def test_linings_under_an_open_band_do_not_rub():
+    """The linings of a bandage on springs move past the open band all the same."""
+    law = Travelled(F, 0.5, 3.0)
+    late = sb.PiecewiseLinear([0.0, 1.0, 2.0], [0.0, 0.0, 9e3])
+    changed = eqx.tree_at(
+        lambda s: (s.brake.linings.friction, s.duty.slack_tension), scene("bandage on springs"), (law, late)
+    )
+    result = sb.simulate(eqx.tree_at(lambda s: s.end_time, changed, np.asarray(1.5)), rtol=1e-8)
+    series = result.series([0.9, 1.5])
+    np.testing.assert_array_equal(series.friction_memory[0], 1.0)
+    assert np.all(series.friction_memory[1] < 0.99)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stiffness", [None, 1e5])
+@pytest.mark.parametrize("law", [Travelled(), RunningIn(time=1e6)])
+def test_under_an_open_band_there_is_neither_way_nor_work(law, stiffness):
+    closed = band(law, stiffness)
+    duty = sb.Duty(sb.PiecewiseLinear([0.7, 0.7], [0.0, T_0]), closed.duty.load)
+    for end, moved in ((0.6, False), (0.9, True)):
+        xi = final(sb.simulate(sb.Scene(closed.brake, duty, closed.initial, end), max_steps=512))
+        assert np.all(xi < 1.0) if moved else np.all(xi == 1.0)
+
+
+def test_quick_memory_asks_for_an_implicit_method_the_sooner_the_more_a_step_costs():
+    """600 and 6000 steps to stay stable: with heat, whose steps cost more, 150 are too many, without it 1500."""
+    heat = sb.lumped_heat(rim=1e6, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0)
+    for steps, needs in ((600, [False, True]), (6000, [True, True]), (60, [False, False])):
+        cold = band(Timed(time=10.0 / (6 * steps)))
+        warm = sb.Scene(cold.brake, cold.duty, cold.initial, cold.end_time, heat)
+        assert [stiffness(one)[0] for one in (cold, warm)] == needs

@@ -1,0 +1,349 @@
+"""Duties in phases that end with rest, travel, a temperature or a time: against closed forms and SciPy."""
+
+import dataclasses
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
+import simbrake as sb
+from simbrake.loads import Phase, Phases, StringLoad
+
+G, R, R_B, J_P, PER_RAD = 9.80665, 0.59, 0.623, 1200.0, 0.4 / 8
+F, N, WRAP = 0.35, 20, math.radians(270)
+MU = ((1 + F * math.tan(WRAP / N / 2)) / (1 - F * math.tan(WRAP / N / 2))) ** N
+GAIN = R_B * (MU - 1)  # N·m of brake torque per N of slack tension
+BRAKE = sb.Brake(sb.Pulley(R, J_P), sb.Band(R_B), sb.uniform_linings(N, WRAP, sb.ConstantFriction(F)))
+EMPTY, STRING, STAND = 5e3, 40e3, 2e3
+PULL, RAMP, DISTANCE = 25e3, 0.5, 12.0
+LOAD = StringLoad(EMPTY, STRING, 0.4, 8, STAND)
+PHASES = Phases(
+    (
+        Phase(0.0, f"travel {DISTANCE} m", "lower"),
+        Phase(sb.ramp(0.0, PULL, 0.0, RAMP), "rest", "brake"),
+        Phase(PULL, "4 s", "hold"),
+        Phase(PULL, "2 s", "slips", hangs=False),
+    ),
+    count=2,
+)
+SCENE = sb.Scene(BRAKE, sb.Duty(PHASES, LOAD), sb.Initial(0.0), 60.0)
+
+
+@pytest.fixture(scope="module")
+def two_cycles():
+    return sb.simulate(SCENE)
+
+
+def ends(result):
+    return [event for event in result.events if event.name == "phase_end"]
+
+
+def by_scipy():
+    """Ends of the phases, and the angle at the end of each cycle, from SciPy with events."""
+    t, phi, found, angles = 0.0, 0.0, [], []
+    for cycle in range(2):
+        m = EMPTY + STRING + cycle * STAND
+        J, M = J_P + m * PER_RAD**2, m * G * PER_RAD
+        begun, at = t, phi
+
+        def tension(s):
+            return PULL * np.clip(s / RAMP, 0.0, 1.0)
+
+        def there(s, y):
+            return (y[0] - at) * PER_RAD - DISTANCE
+
+        def rest(s, y):
+            return y[1]
+
+        there.terminal, rest.terminal, rest.direction = True, True, -1
+        options = {"rtol": 1e-12, "atol": 1e-12, "method": "DOP853"}
+        out = solve_ivp(lambda s, y: [y[1], M / J], (0, 100), [phi, 0.0], events=there, **options)
+        t, y = begun + out.t[-1], out.y[:, -1]
+        found.append(t)
+        brake = lambda s, y: [y[1], (M - GAIN * tension(s)) / J]  # noqa: E731
+        out = solve_ivp(brake, (0, RAMP), y, events=rest, **options)
+        assert out.status == 0
+        out = solve_ivp(brake, (RAMP, 100), out.y[:, -1], events=rest, **options)
+        t += out.t[-1]
+        phi = out.y[0, -1]
+        found += [t, t + 4.0, t + 6.0]
+        angles.append(phi)
+        t += 6.0
+    return np.asarray(found), np.asarray(angles)
+
+
+def test_two_cycles_are_those_of_scipy_with_events(two_cycles):
+    times, angles = by_scipy()
+    found = ends(two_cycles)
+    np.testing.assert_allclose([event.time for event in found], times, rtol=1e-9)
+    assert [(event.phase.name, event.phase.cycle) for event in found] == [
+        (phase.name, cycle) for cycle in (1, 2) for phase in PHASES.phases
+    ]
+    assert [event.phase.until for event in found[:4]] == ["travel 12 m", "rest", "4 s", "2 s"]
+    np.testing.assert_allclose(np.cumsum(two_cycles.stops["angle"]), angles, rtol=1e-9)
+    assert float(two_cycles.record.t_end) == pytest.approx(times[-1], rel=1e-9)
+    assert two_cycles.ok
+    assert two_cycles.status == "stopped"
+    assert float(two_cycles.energy["closure"]) <= 1e-9
+    names = [event.name for event in two_cycles.events]
+    assert names.index("phase_end", names.index("stop")) == names.index("stop") + 1
+
+
+def test_a_phase_ended_by_travel_has_the_time_of_free_fall_and_its_derivatives(two_cycles):
+    # s = M t²/(2 J) PER_RAD: t = √(2 s J/(M PER_RAD)),  dt/ds = 1/v
+    m = EMPTY + STRING
+    J, M = J_P + m * PER_RAD**2, m * G * PER_RAD
+    assert ends(two_cycles)[0].time == pytest.approx(math.sqrt(2 * DISTANCE * J / (M * PER_RAD)), rel=1e-10)
+
+    def onset(distance, duration):
+        first, brake, hold, slips = PHASES.phases
+        first = dataclasses.replace(first, until=sb.loads.AfterTravel(distance))
+        hold = dataclasses.replace(hold, until=sb.loads.AfterTime(duration))
+        scene = dataclasses.replace(SCENE, duty=sb.Duty(Phases((first, brake, hold, slips), 2), LOAD))
+        result = sb.simulate(scene)
+        return jnp.stack([result.slip_onset_time, result.stopping_time, result.record.t_end])
+
+    def cycle(distance, k):  # of the fall, and of the stop: with `lost` the speed that the ramp takes
+        m = EMPTY + STRING + k * STAND
+        J, M = J_P + m * PER_RAD**2, m * G * PER_RAD
+        fall = np.sqrt(2 * distance * J / (M * PER_RAD))
+        lost = (GAIN * PULL / 2 - M) * RAMP / J
+        return fall, RAMP + (M / J * fall - lost) / ((GAIN * PULL - M) / J)
+
+    def wanted(distance, duration):
+        (fall, brake), (fall_2, brake_2) = cycle(distance, 0), cycle(distance, 1)
+        return fall, fall + brake, fall + brake + fall_2 + brake_2 + 2 * (duration + 2.0)
+
+    step = 1e-30
+    by_distance = [np.imag(x) / step for x in wanted(DISTANCE + 1j * step, 4.0)]
+    x = (DISTANCE, 4.0)
+    np.testing.assert_allclose(onset(*x), wanted(*x), rtol=1e-10)
+    forward = jax.jit(lambda a, b: jax.jvp(onset, x, (a, b))[1])
+    np.testing.assert_allclose(forward(1.0, 0.0), by_distance, rtol=1e-9)
+    np.testing.assert_allclose(forward(0.0, 1.0), [0.0, 0.0, 2.0], rtol=1e-12, atol=1e-12)
+    v = M / J * wanted(*x)[0] * PER_RAD
+    assert float(forward(1.0, 0.0)[0]) == pytest.approx(1 / v, rel=1e-9)
+    backward = jax.jit(jax.grad(lambda *x: onset(*x)[2], argnums=(0, 1)))(*x)
+    np.testing.assert_allclose(backward, [by_distance[2], 2.0], rtol=1e-9)
+
+
+# --- fade: the stop takes as long as it takes ------------------------------------------------------------------------
+
+CAPACITY, SLOPE, T_0 = 6e4, 2.5e-3, 293.15
+FADED = sb.friction.ProductFriction(sb.ConstantFriction(F), (sb.LinearFade(SLOPE, above=T_0, floor=0.2),))
+HOT = dataclasses.replace(BRAKE, linings=dataclasses.replace(BRAKE.linings, friction=FADED))
+HEAT = sb.lumped_heat(rim=CAPACITY, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0)
+HEAT = dataclasses.replace(HEAT, friction=dataclasses.replace(HEAT.friction, sensed="rim"))
+TORQUE = 8e3
+
+
+def hot_scene(*phases, count=1, omega=30.0, end=40.0, load=TORQUE, brake=HOT):
+    return sb.Scene(brake, sb.Duty(Phases(phases, count), load), sb.Initial(omega), end, HEAT)
+
+
+def gain(T):
+    z = F * (1 - SLOPE * (T - T_0)) * math.tan(WRAP / N / 2)
+    return R_B * (((1 + z) / (1 - z)) ** N - 1)
+
+
+def test_a_faded_stop_ends_its_phase_when_it_rests():
+    pull, J = 16e3, J_P
+
+    def rates(t, y):
+        omega, T = y
+        torque = gain(T) * pull
+        return [(TORQUE - torque) / J, torque * omega / CAPACITY]
+
+    def rest(t, y):
+        return y[0]
+
+    rest.terminal = True
+    out = solve_ivp(rates, (0, 60), [30.0, T_0], events=rest, rtol=1e-12, atol=1e-10, method="DOP853")
+    cold = J * 30.0 / (gain(T_0) * pull - TORQUE)
+    assert out.t[-1] > 1.02 * cold
+    result = sb.simulate(hot_scene(Phase(pull, "rest"), Phase(60e3, "3 s")))
+    assert [event.time for event in ends(result)] == pytest.approx([out.t[-1], out.t[-1] + 3.0], rel=1e-9)
+    assert result.stops["peak_rim_temperature"] == pytest.approx([out.y[1, -1]], rel=1e-9)
+    assert result.stops["energy"] == pytest.approx([float(result.energy["friction_heat"])], rel=1e-12)
+
+
+@pytest.mark.slow
+def test_a_phase_ends_at_a_temperature_also_at_once_and_on_the_way_down():
+    # drag at a held speed heats the rim with M ω: T = T_0 + M ω t/C
+    drag = sb.SpeedHold(100e3)
+    level = T_0 + 30.0
+    hot = f"temperature {level} K"
+    phases = (
+        Phase(drag, hot),
+        Phase(drag, hot),
+        Phase(drag, f"temperature of the rim below {level + 5} K"),
+        Phase(60e3, "rest"),
+    )
+    scene = hot_scene(*phases, omega=10.0, brake=dataclasses.replace(HOT, linings=BRAKE.linings))
+    result = sb.simulate(scene)
+    t = CAPACITY * 30.0 / (TORQUE * 10.0)
+    stop = t + J_P * 10.0 / (GAIN * 60e3 - TORQUE)
+    assert [event.time for event in ends(result)] == pytest.approx([t, t, t, stop], rel=1e-9)
+    assert [event.phase.phase for event in ends(result)] == [1, 2, 3, 4]
+
+    def when(level):
+        first = dataclasses.replace(phases[0], until=sb.loads.AtTemperature(level))
+        other = dataclasses.replace(scene, duty=sb.Duty(Phases((first, *phases[1:]), 1), TORQUE))
+        return sb.simulate(other).record.t_end
+
+    # (later in that phase, and sooner in none of the others)
+    assert float(jax.jit(jax.grad(when))(level + 1.0)) == pytest.approx(CAPACITY / (TORQUE * 10.0), rel=1e-7)
+
+
+def test_rest_is_armed_by_motion_alone():
+    # it rests from the start under the lever: only after the release, the drop and the stop it has come to rest
+    lever = sb.PiecewiseLinear([1.0, 1.0, 2.0, 2.0], [PULL, 0.0, 0.0, PULL])
+    scene = dataclasses.replace(SCENE, duty=sb.Duty(Phases((Phase(lever, "rest"),)), LOAD))
+    result = sb.simulate(scene)
+    M = (EMPTY + STRING) * G * PER_RAD
+    assert [event.time for event in ends(result)] == pytest.approx([2.0 + M / (GAIN * PULL - M)], rel=1e-10)
+
+
+def test_ends_at_one_instant_are_all_passed():
+    """A corner of the lever, the end of the phase by its time, and a lever that jumps with it."""
+    M = (EMPTY + STRING) * G * PER_RAD
+    lever = sb.PiecewiseLinear([0.0, 1.0], [0.0, 0.0])
+    phases = Phases((Phase(lever, "1 s"), Phase(sb.PiecewiseLinear([0.0, 0.0], [0.0, PULL]), "rest")), 1)
+    result = sb.simulate(dataclasses.replace(SCENE, duty=sb.Duty(phases, LOAD)))
+    assert [event.time for event in ends(result)] == pytest.approx([1.0, 1.0 + M / (GAIN * PULL - M)], rel=1e-10)
+
+
+def test_a_lever_that_is_no_straight_line_runs_from_the_start_of_its_phase():
+    rise = sb.profiles.ExponentialRise(PULL, 0.4)
+    lower = Phase(0.0, "1.5 s")
+    result = sb.simulate(dataclasses.replace(SCENE, duty=sb.Duty(Phases((lower, Phase(rise, "rest"))), LOAD)))
+    m = EMPTY + STRING
+    J, M = J_P + m * PER_RAD**2, m * G * PER_RAD
+    speed = lambda s: 1.5 * M / J + (M * s - GAIN * PULL * (s - 0.4 * (1 - math.exp(-s / 0.4)))) / J  # noqa: E731
+    assert ends(result)[1].time == pytest.approx(1.5 + brentq(speed, 0.3, 50.0, xtol=1e-14), rel=1e-9)
+
+
+def test_pads_are_pressed_in_phases():
+    # uniform wear: M = n f F (r_i + r_o)/2
+    pads = sb.Pads(sb.ConstantFriction(0.4), 0.3, 0.5, 0.7, 4, sb.brakes.UniformWear())
+    phases = Phases((Phase(5e3, "0.5 s"), Phase(20e3, "rest"), Phase(20e3, "1 s")))
+    result = sb.simulate(sb.Scene(sb.DiscBrake(400.0, pads), sb.ForceDuty(phases, 1.5e3), sb.Initial(30.0), 9.0))
+    early, late = ((4 * 0.4 * force * 0.4 - 1.5e3) / 400.0 for force in (5e3, 20e3))
+    stop = 0.5 + (30.0 - 0.5 * early) / late
+    assert [event.time for event in ends(result)] == pytest.approx([0.5, stop, stop + 1.0], rel=1e-10)
+
+
+# --- what cannot be ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("until the cows come home", "is not understood"),
+        ("travel far", "'far' is no travel in a unit of m"),
+        ("travel -3 m", "-3 m is out of range|no travel"),
+        ("travel 27 kg", "'27 kg' is no travel in a unit of m"),
+        ("temperature of the moon 350 degC", "'moon' is no place of a temperature — there are: rim, linings, band"),
+        ("12 m", "'12 m' is no time in a unit of s"),
+    ],
+)
+def test_a_text_that_is_no_end_is_an_input_error(text, words):
+    with pytest.raises(sb.InputError, match=words):
+        Phase(1e3, text)
+
+
+def test_ends_that_never_come_are_named_before_the_run():
+    torque = sb.Duty(Phases((Phase(0.0, "rest"), Phase(1e3, "travel 3 m"), Phase(1e3, "temperature 350 degC"))), 5e3)
+    with pytest.raises(sb.InputError) as caught:
+        sb.simulate(dataclasses.replace(SCENE, duty=torque))
+    said = str(caught.value)
+    for words in (
+        "duty.slack_tension.phases[0].until: never comes: the brake is open",
+        "duty.slack_tension.phases[1].until: never comes: the load hangs on no hook",
+        "duty.slack_tension.phases[2].until: never comes: no temperature of the rim is simulated",
+    ):
+        assert words in said
+    with pytest.raises(sb.InputError, match="hangs in phases, and the duty has none"):
+        sb.simulate(dataclasses.replace(SCENE, duty=sb.Duty(1e3, LOAD)))
+
+
+def test_a_phase_that_never_ends_says_what_it_waited_for():
+    weak = Phases((PHASES.phases[0], Phase(500.0, "rest", "brake")), 1)
+    result = sb.simulate(dataclasses.replace(SCENE, duty=sb.Duty(weak, LOAD), end_time=8.0), throw=False)
+    assert result.status == "phase_never_ends"
+    assert "phase 2 'brake' of cycle 1 (rest) began at" in result.message
+    # (lowering from rest, then the load against 500 N of lever tension)
+    m = EMPTY + STRING
+    J, M, grip = J_P + m * PER_RAD**2, m * G * PER_RAD, GAIN * 500.0
+    begun = math.sqrt(2 * DISTANCE / PER_RAD * J / M)
+    speed = math.sqrt(2 * DISTANCE / PER_RAD * M / J) + (8.0 - begun) * (M - grip) / J
+    assert f"began at {begun:.6g} s and turns at {speed:.6g} rad/s, the load runs away: " in result.message
+    assert f"load torque {M / 1e3:.6g} kN·m, the sliding brake gives {grip / 1e3:.6g} kN·m" in result.message
+    far = Phases((Phase(PULL, "travel 30 m"),), 1)
+    result = sb.simulate(dataclasses.replace(SCENE, duty=sb.Duty(far, LOAD), end_time=8.0), throw=False)
+    assert "phase 1 of cycle 1 (travel 30 m) began at 0 s and is at 0 m, the pulley is at rest" in result.message
+
+
+def test_phases_are_written_and_read(two_cycles):
+    text = sb.files.scene_text(SCENE)
+    back = sb.files.scene_from_text(text)
+    assert jax.tree.structure(back) == jax.tree.structure(SCENE)
+    assert all(np.array_equal(a, b) for a, b in zip(jax.tree.leaves(back), jax.tree.leaves(SCENE), strict=True))
+    toml = """
+    end_time = 60
+    initial = { omega = 0 }
+    [brake]
+    pulley = { radius = 0.59, inertia = 1200 }
+    band = { radius = 0.623 }
+    linings = { count = 20, wrap = "270 deg", friction = 0.35 }
+    [duty.load]
+    type = "StringLoad"
+    empty = "5 t"
+    string = "40 t"
+    stand = "2 t"
+    drum_radius = 0.4
+    line_count = 8
+    [duty.slack_tension]
+    count = 2
+    phases = [
+        { lever = 0, until = "travel 12 m", name = "lower" },
+        { lever = { type = "PiecewiseLinear", times = [0, 0.5], values = [0, 25000] }, until = "rest", name = "brake" },
+        { lever = "25 kN", until = "4 s", name = "hold" },
+        { lever = "25 kN", until = 2, name = "slips", hangs = false },
+    ]
+    """
+    read = sb.files.scene_from_text(toml)
+    assert jax.tree.structure(read) == jax.tree.structure(SCENE)
+    np.testing.assert_allclose(*(np.concatenate([np.ravel(x) for x in jax.tree.leaves(one)]) for one in (read, SCENE)))
+    with pytest.raises(sb.InputError, match=r"duty\.slack_tension\.phases\[0\]\.until: 'sometime' is not understood"):
+        sb.files.scene_from_text(toml.replace("travel 12 m", "sometime"))
+
+
+def test_stops_are_in_every_form(two_cycles):
+    table = two_cycles.stops
+    times, _ = by_scipy()
+    assert table["time"] == pytest.approx(times[[1, 5]], rel=1e-9)
+    assert table["motion_time"] == pytest.approx([times[1], times[5] - times[3]], rel=1e-9)
+    assert table["braking_time"] == pytest.approx([times[1] - times[0], times[5] - times[4]], rel=1e-9)
+    assert np.sum(table["energy"]) == pytest.approx(float(two_cycles.energy["friction_heat"]), rel=1e-12)
+    np.testing.assert_allclose(np.asarray(table["angle"]) * PER_RAD, table["travel"], rtol=1e-12)
+    assert two_cycles.summary()["stops"] == table.as_list()
+    assert str(table).splitlines()[0].strip() in str(two_cycles)
+    data = sb.dataset(two_cycles)
+    np.testing.assert_array_equal(data.stop_energy, table["energy"])
+    assert data.stop_time.attrs == {"units": "s", "meaning": "time of the stop"}
+
+
+def test_scipy_with_the_same_guards_passes_the_same_phases():
+    assert sb.checks.cross_check(SCENE).ok
+
+
+def test_runs_side_by_side_are_those_one_by_one(two_cycles):
+    path, far = "duty.slack_tension.phases[0].until.distance", np.array([DISTANCE, 16.0])
+    found = sb.ensemble(SCENE, {path: far}, ["stopping_time"]).stopping_time
+    alone = [float(sb.simulate(sb.with_values(SCENE, {path: x})).stopping_time) for x in far]
+    np.testing.assert_allclose(found, alone, rtol=1e-12)

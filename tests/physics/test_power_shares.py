@@ -1,0 +1,110 @@
+"""Friction power as heat, electrical and mechanical work: what heats, what is booked, and that it costs nothing."""
+
+import dataclasses
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import stop_scene
+
+import simbrake as sb
+from simbrake.friction import SurfaceState
+
+SHARES = sb.PowerShares(electrical=0.05, mechanical=0.27)
+
+
+def heated(shares=None):
+    """A stop whose rim takes all heat and loses none, with friction that does not look at it."""
+    rim = sb.thermal.Lump("rim", capacity=2e4, temperature=300.0)
+    heat = sb.Heat((rim,), (), sb.thermal.FrictionHeat("rim", None, sb.thermal.ConstantPartition(1.0)), rim="rim")
+    return dataclasses.replace(stop_scene(), heat=heat, power_shares=shares)
+
+
+@pytest.fixture(scope="module")
+def runs():
+    return sb.simulate(heated()), sb.simulate(heated(SHARES))
+
+
+@pytest.mark.slow
+def test_heat_warms_and_the_rest_is_booked(runs):
+    plain, split = ({name: float(value) for name, value in run.energy.items()} for run in runs)
+    work = plain["friction_heat"]
+    assert split["friction_heat"] == pytest.approx(0.68 * work, rel=1e-9)
+    assert split["electrical_work"] == pytest.approx(0.05 * work, rel=1e-9)
+    assert split["mechanical_work"] == pytest.approx(0.27 * work, rel=1e-9)
+    assert split["heat_stored"] == pytest.approx(0.68 * plain["heat_stored"], rel=1e-9)
+    assert max(split["closure"], split["heat_closure"]) < 1e-9
+    assert "electrical_work" not in plain
+    rises = [float(run.series([5.0]).temperature[0, 0]) - 300.0 for run in runs]
+    assert rises[1] == pytest.approx(0.68 * work / 2e4, rel=1e-9)
+    assert rises[0] == pytest.approx(work / 2e4, rel=1e-9)
+    # torque and times do not know of it
+    assert float(runs[1].stopping_time) == pytest.approx(float(runs[0].stopping_time), rel=1e-10)
+
+
+def test_courses_add_up_and_the_summary_tells(runs):
+    s = runs[1].series(np.linspace(0.0, 5.0, 40))
+    np.testing.assert_allclose(s.electrical_work, 0.05 * np.asarray(s.friction_work), rtol=1e-12)
+    np.testing.assert_allclose(s.friction_heat, 0.68 * np.asarray(s.friction_work), rtol=1e-12)
+    np.testing.assert_allclose(s.friction_work, runs[0].series(np.linspace(0.0, 5.0, 40)).friction_work, rtol=1e-8)
+    assert "+ electrical" in str(runs[1])
+    assert "+ mechanical" in str(runs[1])
+    assert "electrical" not in str(runs[0])
+    rows = sb.estimates(runs[1])
+    assert rows["electrical work"].value == pytest.approx(rows["electrical work"].simulated, rel=1e-12)
+
+
+@pytest.mark.slow
+def test_a_scene_without_heat_books_the_shares():
+    def electrical(share):
+        shares = sb.PowerShares(electrical=share, mechanical=0.1)
+        return sb.simulate(dataclasses.replace(stop_scene(), power_shares=shares)).energy["electrical_work"]
+
+    work = sb.simulate(stop_scene()).energy["friction_heat"]
+    assert float(electrical(0.2)) == pytest.approx(0.2 * float(work), rel=1e-10)
+    assert float(jax.jit(jax.grad(electrical))(0.2)) == pytest.approx(float(work), rel=1e-8)
+
+
+def test_flash_temperature_sees_the_heat_alone():
+    """Twice the friction power with half of it as heat is the same flash temperature."""
+    flash = sb.thermal.FlashTemperature(50e-6, 48.0, 1.2e-5, 1.0, 300e6)
+    linings = sb.uniform_linings(4, math.radians(120), sb.ConstantFriction(0.3))
+    from helpers import Grip
+
+    law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(3e-4, 293.15),))
+    linings = dataclasses.replace(linings, friction=law)
+    args = (jnp.asarray(1e4), jnp.full(4, 5.0), SurfaceState(jnp.full(4, 293.15)), jnp.asarray(False))
+    half = Grip.of(linings, flash, sb.PowerShares(mechanical=0.5)).coefficients(*args, static=False).f
+    halved = dataclasses.replace(flash, share=0.5)
+    np.testing.assert_allclose(half, Grip.of(linings, halved).coefficients(*args, static=False).f, rtol=1e-12)
+    assert np.all(np.asarray(half) > np.asarray(Grip.of(linings, flash).coefficients(*args, static=False).f))
+
+
+def test_shares_of_more_than_everything_are_a_fault_with_a_path():
+    with pytest.raises(sb.InputError, match=r"power_shares.*more than 1"):
+        sb.simulate(sb.with_values(heated(SHARES), {"power_shares.electrical": 0.9}))
+    with pytest.raises(sb.InputError, match=r"power_shares\.mechanical.*out of range"):
+        sb.simulate(sb.with_values(heated(SHARES), {"power_shares.mechanical": -0.1}))
+
+
+def test_shares_are_written_and_read_back():
+    text = sb.files.scene_text(heated(SHARES))
+    assert "[power_shares]" in text
+    again = sb.files.scene_from_text(text)
+    assert float(again.power_shares.mechanical) == 0.27
+    assert sb.files.scene_text(again) == text
+
+
+def test_thermal_estimates_take_the_heat_alone():
+    scene = dataclasses.replace(stop_scene(), power_shares=SHARES)
+    (rows, plain), start = (sb.estimates(each) for each in (scene, stop_scene())), 293.15
+    assert rows["friction work"].value == pytest.approx(plain["friction work"].value)
+    name = next(row.name for row in plain if row.name.startswith("bulk"))
+    assert rows[name].value - start == pytest.approx(0.68 * (plain[name].value - start), rel=1e-9)
+    tables = [
+        sb.compare_materials(each, rims=["steel_20L"], linings=["FK-24A"], run=False) for each in (scene, stop_scene())
+    ]
+    warm, hot = (table.rows[0]["bulk"].value - start for table in tables)
+    assert warm == pytest.approx(0.68 * hot, rel=1e-9)

@@ -1,0 +1,41 @@
+"""Random scenes against models in NumPy and SciPy that share no equation with the package.
+
+A few of those that `python benchmarks/random_scenes.py` runs, one of each kind of brake.
+"""
+
+import pathlib
+import sys
+
+import pytest
+
+sys.path.insert(0, str(pathlib.Path(__file__).parents[2]))
+
+from benchmarks.independent.compare import compare
+
+SCENES = (
+    ("rigid band", "plain", 4),
+    ("elastic band", "plain", 5),
+    ("staged, rigid band", "plain", 1),
+    # at rest under a load beyond both pairs: the weaker one alone lets go
+    ("staged, elastic band", "plain", 0),
+    ("chain", "plain", 5),
+    ("disc", "hot", 2),
+    ("shoe", "plain", 0),
+    ("shoe", "fill", 2),
+    # linings that lift off the rim and touch again
+    ("staged, rigid band", "plain", 5),
+    ("staged, elastic band", "plain", 9),
+    ("resolved bandage", "plain", 1),
+    # linings held at rest of which springs tear one off; six linings with friction that depends on their own speeds
+    ("resolved bandage", "plain", 2),
+    ("resolved bandage", "fill", 2),
+    ("several bands", "hot", 1),
+)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("kind", "flavour", "seed"), SCENES)
+def test_a_random_scene_agrees_with_an_independent_model(kind, flavour, seed):
+    found = compare(kind, flavour, seed)
+    assert not found.differs, found
+    assert found.modes > 1

@@ -1,0 +1,154 @@
+"""Layers of rope on the drum: travel, a stop by energy with jumps of the speed, kinds of brake, the end of the rope."""
+
+import dataclasses
+import math
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import jacobians, open_scene, stop_scene
+
+import simbrake as sb
+from simbrake.loads import RopeLayers
+
+J, R_1, LINES, GRAVITY, PITCH = 1200.0, 0.4, 8.0, 9.80665, math.sqrt(3) / 2
+Z = math.tan(math.radians(13.5) / 2)
+GAIN = 0.725 * (((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1)
+#: mass on the hook, diameter, turns of a layer, turns on the drum (a third layer begun), speed
+GIVEN = (40e3, 0.04, 4.0, 9.5, 24.0)
+
+
+def stop(x=GIVEN, T0=10.5e3, C=None, end=12.0, **given):
+    m, d, per_layer, turns, w0 = x
+    load = sb.HookLoad(m, R_1, LINES, rope=RopeLayers(d, per_layer, turns))
+    return stop_scene(C=C, J=J, T0=T0, w0=w0, load=load, end=end, **given)
+
+
+def by_energy(x, T0=10.5e3):
+    """Time, angle, travel of a stop that ends in the first layer: in each layer a constant torque, between them jumps
+    of the speed at constant kinetic energy."""
+    m, d, per_layer, turns, w0 = x
+    radii = [R_1 + k * PITCH * d for k in (2, 1, 0)]
+    J_0 = J + m * (radii[0] / LINES) ** 2
+    E, time, angle, travel = 0.5 * J_0 * w0**2, 0.0, 0.0, 0.0
+    for r, here in zip(radii, (turns - 2 * per_layer, per_layer, None), strict=True):
+        inertia, torque = J + m * (r / LINES) ** 2, T0 * GAIN - m * GRAVITY * r / LINES
+        phi = E / torque if here is None else 2 * jnp.pi * here
+        left = E - torque * phi
+        fast, slow = jnp.sqrt(2 * E / inertia), 0.0 if here is None else jnp.sqrt(2 * left / inertia)
+        time, angle, travel = time + (fast - slow) * inertia / torque, angle + phi, travel + r * phi / LINES
+        E = left
+    return jnp.stack([time, angle, travel])
+
+
+def test_stop_over_three_layers_and_its_derivatives():
+    def run(x):
+        result = sb.simulate(stop(tuple(x)), max_steps=128)
+        return jnp.stack([result.stopping_time, result.stopping_angle, result.hook_travel])
+
+    value, forwards, backwards = jacobians(run)(jnp.asarray(GIVEN))
+    truth, slopes, _ = jacobians(by_energy)(jnp.asarray(GIVEN))
+    np.testing.assert_allclose(value, truth, rtol=1e-9)
+    np.testing.assert_allclose(forwards, slopes, rtol=1e-7, atol=1e-12)
+    np.testing.assert_allclose(backwards, slopes, rtol=1e-7, atol=1e-12)
+
+
+def test_events_series_and_balance_of_that_stop():
+    result = sb.simulate(stop())
+    assert [event.name for event in result.events if event.name != "lining_limit"] == [
+        *("slip_onset", "full_slip", "layer_change", "layer_change", "stop"),
+    ]
+    assert float(result.energy["closure"]) < 1e-12
+    change = [event.time for event in result.events if event.name == "layer_change"]
+    before, after = result.series(change, left=True), result.series(change)
+    np.testing.assert_array_equal(before.rope_layer, [3, 2])
+    np.testing.assert_array_equal(after.rope_layer, [2, 1])
+    m, d = GIVEN[:2]
+    r = R_1 + PITCH * d * np.array([2.0, 1.0, 0.0])
+    inertia = J + m * (r / LINES) ** 2
+    np.testing.assert_allclose(after.omega / before.omega, np.sqrt(inertia[:-1] / inertia[1:]), rtol=1e-12)
+    np.testing.assert_allclose(after.load_torque, m * GRAVITY * r[1:] / LINES, rtol=1e-12)
+    # held in the first layer
+    assert float(result.series([11.0]).brake_torque[0]) == pytest.approx(m * GRAVITY * R_1 / LINES, rel=1e-12)
+    assert float(result.energy["load_work"]) == pytest.approx(m * GRAVITY * float(result.hook_travel), rel=1e-12)
+
+
+def test_rope_that_is_wound_up_again_and_rope_that_ends():
+    """Thrown upwards the rope climbs a layer and comes back: the same speed there, without a loss; then it ends."""
+    m, d, per_layer, w0 = 40e3, 0.04, 4.0, -14.0
+    scene = stop((m, d, per_layer, 3.0, w0), T0=0.0, end=4.0)
+    result = sb.simulate(scene, throw=False)
+    r = R_1 + PITCH * d * np.array([0.0, 1.0])
+    inertia, torque = J + m * (r / LINES) ** 2, m * GRAVITY * r / LINES
+    assert result.status == "rope_end"
+    assert "all the rope is paid out" in result.message
+    assert [event.name for event in result.events] == ["layer_change", "layer_change"]
+    up = math.sqrt(w0**2 - 2 * torque[0] * 2 * math.pi / inertia[0])
+    first = (-w0 - up) * inertia[0] / torque[0]
+    beyond = up * math.sqrt(inertia[0] / inertia[1])
+    second = first + 2 * beyond * inertia[1] / torque[1]
+    np.testing.assert_allclose([event.time for event in result.events], [first, second], rtol=1e-9)
+    down = math.sqrt(up**2 + 2 * torque[0] * 2 * math.pi * per_layer / inertia[0])
+    assert float(result.record.t_end) == pytest.approx(second + (down - up) * inertia[0] / torque[0], rel=1e-9)
+    assert float(result.record.y_end.phi) == pytest.approx(6 * math.pi, rel=1e-10)
+
+
+@pytest.mark.slow
+def test_elastic_staged_and_resolved_brakes_keep_their_balance_over_layers():
+    import chain_scenes
+    import staged_scenes as staged
+
+    elastic = sb.simulate(stop(C=4e5, end=6.0))
+    assert elastic.status == "stopped"
+    assert float(elastic.energy["closure"]) < 1e-9
+    rope = sb.HookLoad(6e3, 0.2, 4.0, rope=RopeLayers(0.03, 3.0, 7.2))
+    plain = staged.stop(end=12.0)
+    lowered = dataclasses.replace(plain, duty=sb.Duty(plain.duty.slack_tension, rope))
+    result = sb.simulate(lowered)
+    assert result.status == "stopped"
+    assert sum(event.name == "layer_change" for event in result.events) >= 1
+    assert float(result.energy["closure"]) < 1e-9
+    # while the bandage rides with the pulley both keep one speed, and their kinetic energy
+    free = dataclasses.replace(plain, duty=sb.Duty(sb.Constant(0.0), rope), end_time=0.5)
+    run = sb.simulate(free)
+    change = [event.time for event in run.events if event.name == "layer_change"][:1]
+    before, after = run.series(change, left=True), run.series(change)
+    J_b, J_p = float(np.sum(plain.brake.bandage.inertia)), float(plain.brake.inertia)
+    r = 0.2 + 0.03 * PITCH * np.array([2.0, 1.0])
+    inertia = J_p + J_b + 6e3 * (r / 4.0) ** 2
+    np.testing.assert_allclose(after.omega / before.omega, np.sqrt(inertia[0] / inertia[1]), rtol=1e-12)
+    np.testing.assert_array_equal(after.bandage_speed, after.omega)
+    chain = chain_scenes.chain(end=1.0)
+    hook = sb.HookLoad(2.0, 0.1, 1.0, rope=RopeLayers(0.02, 0.3, 0.7))
+    swung = sb.simulate(dataclasses.replace(chain, duty=sb.Duty(chain.duty.slack_tension, hook)), throw=False)
+    assert any(event.name == "layer_change" for event in swung.events)
+    assert float(swung.energy["closure"]) < 1e-9
+
+
+def test_tripping_with_layers():
+    """Mass taken in motion on a layer brings its energy at that radius; the balance closes."""
+    load = sb.TrippingLoad(
+        *(4e3, 30e3, 2e3, 0.5, 6.0, 8.0, R_1, LINES), count=1, rope=RopeLayers(0.04, 4.0, 9.5, rise=1.0)
+    )
+    result = sb.simulate(stop_scene(C=None, J=J, T0=10.5e3, w0=24.0, load=load, end=7.0))
+    assert float(result.energy["closure"]) < 1e-12
+    r = R_1 + 2 * 0.04
+    first = sb.simulate(stop_scene(C=None, J=J, T0=10.5e3, w0=24.0, load=load, end=0.4))
+    inertia = J + 4e3 * (r / LINES) ** 2
+    fall = (10.5e3 * GAIN - 4e3 * GRAVITY * r / LINES) * 0.4 / inertia
+    assert float(first.record.y_end.phi) < 3 * math.pi
+    assert float(first.record.y_end.omega) == pytest.approx(24.0 - fall, rel=1e-10)
+
+
+def test_rope_in_a_scene_file_and_in_checks(tmp_path):
+    file = tmp_path / "scene.toml"
+    sb.write_scene(stop(), file)
+    again = open_scene(file)
+    assert float(again.duty.load.rope.turns) == 9.5
+    assert float(again.duty.load.rope.rise) == PITCH
+    with pytest.raises(sb.InputError, match=r"RopeLayers\.turns_per_layer"):
+        RopeLayers(0.03, 0.0, 5.0)
+    layers = RopeLayers(0.03, 20.0, 50.0)
+    assert float(layers.paid_out(jnp.asarray(R_1), jnp.asarray(100 * math.pi))) == pytest.approx(
+        2 * math.pi * (20 * R_1 + 20 * (R_1 + 0.03 * PITCH) + 10 * (R_1 + 2 * 0.03 * PITCH)), rel=1e-12
+    )

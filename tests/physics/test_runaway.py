@@ -1,0 +1,248 @@
+"""A load that the brake cannot hold: the outcome `runaway`, both torques, temporary shortages, the kinetic energy."""
+
+import dataclasses
+import json
+import math
+
+import bandage_scenes as resolved
+import chain_scenes
+import jax
+import numpy as np
+import pytest
+import staged_scenes as staged
+from heat_scenes import fading, lump, rigid_stop
+from helpers import stop_scene
+from scipy.optimize import brentq
+from test_disc import TORQUE, disc_scene
+
+import simbrake as sb
+
+R, T0, N, Z = 0.725, 8e3, 20, math.tan(math.radians(13.5) / 2)
+
+
+def capstan(f, n=N, z=Z):
+    """`Π` of `n` equal linings."""
+    return ((1 + f * z) / (1 - f * z)) ** n
+
+
+#: what the sliding brake of `stop_scene` gives, and the same with its lever end tight
+AHEAD, BACK = R * T0 * (capstan(0.35) - 1), R * T0 * (1 - 1 / capstan(0.35))
+
+
+def with_load(scene, load):
+    duty = sb.Duty(scene.duty.slack_tension, load if isinstance(load, sb.TorqueLoad) else sb.TorqueLoad(load))
+    return dataclasses.replace(scene, duty=duty)
+
+
+def assert_holds_up_to(scene, torque, *, relative=1e-6):
+    """A load just above `torque` runs away, one just below does not; the torque is named to 1e-9."""
+    for factor, status in ((1 + relative, "runaway"), (1 - relative, "not_stopped")):
+        result = sb.simulate(with_load(scene, sb.Constant(factor * torque)))
+        assert result.status == status
+        found = result.summary()["capacity"]
+        assert found["brake_torque"] == pytest.approx(abs(torque), rel=1e-9)
+        assert found["load_torque"] == pytest.approx(abs(factor * torque), rel=1e-12)
+    return result
+
+
+@pytest.mark.parametrize("stiffness", [2e5, None])
+@pytest.mark.parametrize(("omega", "torque"), [(20.0, AHEAD), (-20.0, -BACK)])
+def test_standard_brake_holds_what_the_capstan_equation_says(stiffness, omega, torque):
+    assert_holds_up_to(stop_scene(C=stiffness, w0=omega, end=0.3), torque)
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        stop_scene(C=None, load=AHEAD, end=2.0),
+        stop_scene(C=2e5, load=AHEAD, end=2.0),
+        stop_scene(C=None, w0=-20.0, load=-BACK, end=2.0),
+        stop_scene(C=None, lever=sb.SpeedHold(T0), load=AHEAD, end=2.0),
+        disc_scene(load=TORQUE, end=2.0),
+    ],
+)
+def test_load_that_equals_the_brake_is_no_runaway(scene):
+    """The speed stays constant from full slip on: nothing runs away, and nothing says so."""
+    result = sb.simulate(scene)
+    found, s = result.end_capacity, result.series([1.0, 2.0])
+    assert float(found.torque) == pytest.approx(float(found.load), rel=1e-12)
+    assert float(s.omega[1]) == pytest.approx(float(s.omega[0]), rel=1e-9)
+    assert result.status == "not_stopped"
+    said = sb.results.explain(result, influence=False)
+    assert "runs away" not in str(result)
+    assert "too little" not in str(said)
+
+
+def test_message_names_both_torques():
+    result = sb.simulate(stop_scene(load=1e5, end=0.3))
+    assert result.message.startswith("the brake cannot hold this load: load torque 100 kN·m")
+    assert f"gives {AHEAD / 1e3:.6g} kN·m at the end time" in result.message
+    assert "runaway: the brake cannot hold this load" in str(result)
+    assert result.summary()["warnings"] == []
+    assert result.ok
+    assert sb.simulate(stop_scene()).summary()["capacity"] is None
+
+
+def test_friction_is_that_of_the_speed_and_the_temperature_of_the_end():
+    law = sb.StribeckFriction(static_coefficient=0.35, kinetic_coefficient=0.2, stribeck_speed=30.0)
+    result = sb.simulate(stop_scene(law=law, C=None, load=6e4, end=0.3))
+    v = R * float(result.record.y_end.omega)
+    f = 0.2 + 0.15 * math.exp(-((v / 30.0) ** 2))
+    assert 0.22 < f < 0.33
+    assert result.status == "runaway"
+    assert float(result.end_capacity.torque) == pytest.approx(R * T0 * (capstan(f) - 1), rel=1e-9)
+    # the load is below what the cold brake gives and above what the faded one does
+    hot = sb.simulate(rigid_stop(fading(slope=1.5e-3), lump(2e4), 8.0, load=2e4, w0=25.0))
+    f = 0.35 * (1 - 1.5e-3 * (float(hot.end_temperatures[0]) - 293.15))
+    faded = R * T0 * (capstan(f) - 1)
+    assert faded < 2e4 < AHEAD
+    assert hot.status == "runaway"
+    assert float(hot.end_capacity.torque) == pytest.approx(faded, rel=1e-9)
+
+
+def test_resolved_chain_holds_what_its_band_does():
+    z = math.tan(math.radians(27.0) / 2)
+    torque = chain_scenes.ARM * (capstan(0.3, 4, z) - 1)
+    assert_holds_up_to(chain_scenes.chain(end=0.5), torque, relative=1e-3)
+
+
+def test_staged_brake_holds_what_its_weaker_pair_does():
+    scene = staged.stop(lever=sb.Constant(2e3), end=0.5)
+    z, s = math.tan(staged.BETA / 2), math.sin(staged.BETA / 2)
+    mu = np.full(staged.N, (1 + staged.F_EXT * z) / (1 - staged.F_EXT * z))
+
+    def rim(T_n, f):
+        T = staged.tensions(2e3, T_n, mu)
+        return staged.R * f * float(np.sum((T[1:] + T[:-1]) * s + staged.PRELOAD))
+
+    most = 2e3 * float(np.prod(mu))
+    T_n = brentq(lambda T: staged.R_B * (T - 2e3) - rim(T, staged.F_INT), 2e3, most, xtol=1e-9, rtol=1e-14)
+    assert_holds_up_to(scene, rim(T_n, staged.F_INT))
+    weaker = sb.simulate(with_load(scene, sb.Constant(5e4)))
+    assert weaker.message.endswith("limited by its internal pair")
+    external = staged.R_B * (most - 2e3)
+    assert rim(most, 0.6) > external
+    assert_holds_up_to(staged.stop(lever=sb.Constant(2e3), end=0.5, f_int=0.6), external)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sense", [-1, pytest.param(1, marks=pytest.mark.slow)])
+def test_resolved_bandage_holds_what_each_lining_does_at_its_weaker_pair(sense):
+    """Linings 1 and 2 slide on the rim, lining 3 with its strong rim on the band: a walk along the band by hand."""
+    f_int, preload, T_0 = np.array([0.1, 0.15, 0.9]), 1500.0, 2e3
+    angle = math.radians(50.0)
+    z, s = math.tan(angle / 2), math.sin(angle / 2)
+    T = [T_0]
+    for f in f_int:
+        q, p = resolved.R * f * s, resolved.R * f * preload
+        on_rim = ((resolved.R_B + sense * q) * T[-1] + sense * p) / (resolved.R_B - sense * q)
+        on_band = T[-1] * ((1 + 0.4 * z) / (1 - 0.4 * z)) ** sense
+        T.append(min(on_rim, on_band) if sense > 0 else max(on_rim, on_band))
+    assert T[3] == pytest.approx(T[2] * ((1 + 0.4 * z) / (1 - 0.4 * z)) ** sense)
+    torque = resolved.R_B * (T[-1] - T_0)
+    options = {"f_int": f_int, "lever": ((0.0,), (T_0,)), "spring": 1e-7, "damping": 0.0, "omega": 20.0 * sense}
+    for factor, status in ((1 + 1e-4, "runaway"), (1 - 1e-4, "not_stopped")):
+        result = sb.simulate(resolved.scene(load=((0.0,), (factor * torque,)), end=0.3, **options))
+        assert result.status == status
+        assert float(result.end_capacity.torque) == pytest.approx(abs(torque), rel=1e-6)
+
+
+def test_lever_that_is_still_to_pull_harder_is_no_runaway():
+    def status(lever, end=0.3):
+        return sb.simulate(stop_scene(lever=lever, load=3e4, C=None, end=end)).status
+
+    times = [0.0, 0.2, 1.0, 2.0]
+    assert status(sb.PiecewiseLinear(times, [1e3, T0, T0, T0])) == "runaway"  # no change is to come
+    assert status(sb.PiecewiseLinear(times, [1e3, T0, T0, 2 * T0])) == "not_stopped"
+    assert status(sb.PiecewiseLinear([0.0, 0.4, 1.0, 2.0], [1e3, T0, T0, T0])) == "not_stopped"
+    assert status(sb.profiles.ExponentialRise(T0, 0.01)) == "runaway"
+    assert status(sb.profiles.ExponentialRise(T0, 0.2)) == "not_stopped"
+    assert status(sb.SpeedHold(limit=T0)) == "runaway"
+    assert status(sb.SpeedHold(limit=2 * T0)) == "not_stopped"
+
+
+@pytest.mark.parametrize(
+    ("profile", "time"),
+    [
+        (sb.Constant(1.0), -math.inf),
+        (sb.PiecewiseLinear([0.0, 1.0, 2.0], [0.0, 3.0, 3.0]), 1.0),
+        (sb.PiecewiseLinear([0.0, 1.0, 2.0], [3.0, 0.0, 3.0]), 2.0),
+        (sb.Lever(sb.PiecewiseLinear([0.0, 1.0], [0.0, 3.0]), 2.0, 1.0), 1.0),
+        (sb.Repeated([0.0, 0.5], [1.0, 2.0], period=2.0, count=3), 4.5),
+        (sb.profiles.ExponentialRise(1.0, 0.1, begin=0.7), 0.7),
+        (sb.loads.Actuator(sb.PiecewiseLinear([0.0, 1.0], [0.0, 3.0]), dead_time=0.25), 1.25),
+        (sb.wear.Delayed(sb.PiecewiseLinear([0.0, 1.0], [0.0, 3.0]), 0.5), 1.5),
+    ],
+)
+def test_time_of_the_last_turn_of_a_profile(profile, time):
+    assert bool(profile.no_more_turns(max(time, -1e9)))
+    assert math.isinf(time) or not bool(profile.no_more_turns(time - 1e-9))
+
+
+def test_what_is_no_load_and_what_locks_itself_is_no_runaway():
+    assert sb.simulate(stop_scene(f=0.0, end=0.3)).status == "not_stopped"
+    locked = sb.simulate(stop_scene(n=2, beta=100.0, f=0.9, load=1e5, w0=0.5, end=0.02))
+    assert locked.status == "not_stopped"
+    assert locked.summary()["capacity"] == {"load_torque": 1e5, "brake_torque": None, "pairs": [None]}
+
+
+def test_temporary_shortage_is_a_warning():
+    pulse = sb.PiecewiseLinear([0.2, 0.2, 0.5, 0.5], [0.0, 4e4, 4e4, 0.0])
+    result = sb.simulate(with_load(stop_scene(C=None, end=6.0), pulse))
+    assert result.status == "stopped"
+    (warning,) = result.summary()["warnings"]
+    assert warning.startswith(
+        "shortage: from 0.2 to 0.5 s the load torque (up to 40 kN·m) exceeded what the sliding brake"
+    )
+    # a load that the brake outweighs, and one that is there only while the lever still rises
+    assert sb.simulate(with_load(stop_scene(C=None), sb.Constant(0.9 * AHEAD))).summary()["warnings"] == []
+    rising = stop_scene(C=None, lever=sb.PiecewiseLinear([0.0, 0.5], [10.0, T0]), load=1e4)
+    assert sb.simulate(rising).summary()["warnings"] == []
+
+
+def test_swings_of_a_chain_are_no_shortage():
+    """The tensions of a light chain swing, and the pulley gains speed for moments; the load is below the capacity."""
+    result = sb.simulate(chain_scenes.chain(m=0.3, K=10.0, w0=0.5, end=12.0, load=sb.TorqueLoad(sb.Constant(0.65))))
+    z = math.tan(math.radians(27.0) / 2)
+    assert chain_scenes.ARM * (capstan(0.3, 4, z) - 1) > 0.65
+    s = result.series(np.linspace(0.01, 12.0, 2001))
+    slides = (np.asarray(s.omega) > 0) & (np.asarray(s.at_limit) == 4)
+    assert np.any(slides & (np.asarray(s.brake_torque) < 0.65))
+    assert not any("shortage" in warning for warning in result.summary()["warnings"])
+
+
+def test_runs_of_an_ensemble_end_as_single_runs_do():
+    loads = [0.2 * AHEAD, 0.999 * AHEAD, 1.001 * AHEAD]
+    data = sb.ensemble(stop_scene(end=2.0), {"duty.load.profile.level": loads}, ["stopping_time"])
+    assert list(data.status.values) == ["stopped", "not_stopped", "runaway"]
+
+
+def test_capacity_is_differentiable():
+    """∂M_b/∂T_0 = M_b/T_0."""
+
+    def torque(T):
+        return sb.simulate(stop_scene(T0=T, load=1e5, C=None, end=0.3), max_steps=64).end_capacity.torque
+
+    value, slope = jax.jvp(torque, (T0,), (1.0,))
+    assert float(value) == pytest.approx(AHEAD, rel=1e-12)
+    assert float(slope) == pytest.approx(AHEAD / T0, rel=1e-12)
+
+
+def energy_line(result):
+    return next(line for line in str(result).splitlines() if line.startswith("energy"))
+
+
+def test_kinetic_energy_stands_where_it_went():
+    """Given up it is a source; gained, as in a runaway, a sink: never a negative source."""
+    stopped = energy_line(sb.simulate(stop_scene()))
+    into, out = stopped.split(" = ")
+    assert "+ kinetic 160 kJ" in into
+    assert "kinetic" not in out
+    result = sb.simulate(stop_scene(load=1e5, C=None, end=2.0))
+    omega = 20.0 + (1e5 - AHEAD) * 2.0 / 800.0
+    into, out = energy_line(result).split(" = ")
+    assert "kinetic" not in into
+    assert f"kinetic energy gained {0.5 * 800.0 * (omega**2 - 400.0) / 1e3:.6g} kJ" in out
+    assert "−" not in into + out
+    gained = json.loads(json.dumps(result.summary()))["energy"]["kinetic_change"]
+    assert gained == pytest.approx(0.5 * 800.0 * (omega**2 - 400.0), rel=1e-10)

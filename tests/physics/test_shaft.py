@@ -1,0 +1,417 @@
+"""Torques on the shaft beside the brake: stops, rest on dry friction, terminal speeds, heat; against closed forms."""
+
+import dataclasses
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import jacobians, open_scene, stop_scene
+from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
+
+import simbrake as sb
+from simbrake._run._choice import stiffness
+from simbrake.loads import BearingFriction, EddyCurrentBrake, HydrodynamicBrake, TackleLoss, ViscousDrag
+
+J, W0 = 800.0, 20.0
+Z = math.tan(math.radians(13.5) / 2)
+#: torque per newton of slack tension of the brake of `stop_scene`
+GAIN = 0.725 * (((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1)
+
+
+def scene(*laws, load=0.0, T0=0.0, w0=W0, end=30.0, C=None, **given):
+    """A rigid brake, its band open unless told otherwise, with torques on its shaft."""
+    return dataclasses.replace(stop_scene(C=C, T0=T0, w0=w0, load=load, end=end, **given), shaft=laws)
+
+
+def names(result):
+    return [event.name for event in result.events]
+
+
+def balanced(result):
+    """The balances of energy and heat close."""
+    energy = result.energy
+    assert float(energy["closure"]) < 1e-9
+    assert float(energy.get("heat_closure", 0.0)) < 1e-12
+    return energy
+
+
+# --- stops on one law and on three ------------------------------------------------------------------------------------
+
+
+def test_stop_on_three_laws_and_its_derivatives():
+    """Dry, viscous and quadratic drag with the band open: `t = (2J/D)[atan((2kω+c)/D)]`, `D² = 4 k M − c²`."""
+    given = jnp.asarray([1500.0, 40.0, 12.0, J, W0])
+
+    def run(x):
+        laws = (BearingFriction(x[0]), ViscousDrag(x[1]), HydrodynamicBrake(x[2]))
+        return jnp.stack([sb.simulate(scene(*laws, J=x[3], w0=x[4]), max_steps=128).stopping_time])
+
+    def closed(x):
+        M, c, k, inertia, omega = x
+        D = jnp.sqrt(4 * k * M - c**2)
+        return jnp.stack([2 * inertia / D * (jnp.arctan((2 * k * omega + c) / D) - jnp.arctan(c / D))])
+
+    value, forwards, backwards = jacobians(run)(given)
+    truth, slope, _ = jacobians(closed)(given)
+    np.testing.assert_allclose(value, truth, rtol=1e-9)
+    np.testing.assert_allclose(forwards, slope, rtol=1e-7)
+    np.testing.assert_allclose(backwards, slope, rtol=1e-7)
+    result = sb.simulate(scene(BearingFriction(1500.0), ViscousDrag(40.0), HydrodynamicBrake(12.0)))
+    assert (result.status, names(result)) == ("stopped", ["stop"])
+    assert "dry friction of the shaft holds it" in result.message
+    energy = balanced(result)
+    assert float(energy["shaft_bearing_friction"]) == pytest.approx(1500.0 * float(result.stopping_angle), rel=1e-9)
+    shares = [float(energy[f"shaft_{name}"]) for name in ("bearing_friction", "viscous_drag", "hydrodynamic_brake")]
+    assert sum(shares) == pytest.approx(0.5 * J * W0**2, rel=1e-12)
+    assert float(result.record.y_end.omega) == 0.0
+
+
+def test_eddy_current_brake_after_kloss_with_an_excitation_that_jumps():
+    """`t = ∫ J (ω² + ω_m²)/(2 e² M_m ω ω_m) dω` between two speeds, by quadrature; e from 0.5 to 1 at the second."""
+    M_m, w_m, slow = 9e3, 11.0, 12.0
+
+    def time(e, high, low):
+        return quad(lambda w: J * (w**2 + w_m**2) / (2 * e**2 * M_m * w * w_m), low, high, epsabs=0, epsrel=1e-13)[0]
+
+    first, second = time(0.5, W0, slow), time(1.0, slow, 3.0)
+    e = sb.PiecewiseLinear([first, first], [0.5, 1.0])
+    result = sb.simulate(scene(EddyCurrentBrake(M_m, w_m, e), end=first + second))
+    assert float(result.record.y_end.omega) == pytest.approx(3.0, rel=1e-9)
+    seen = result.series([first], left=True)
+    assert float(seen.omega[0]) == pytest.approx(slow, rel=1e-9)
+    torque = 2 * 0.25 * M_m * slow * w_m / (slow**2 + w_m**2)
+    assert float(seen.shaft_torque[0]) == pytest.approx(torque, rel=1e-9)
+    assert result.status == "released"
+    assert float(balanced(result)["shaft_eddy_current_brake"]) == pytest.approx(0.5 * J * (W0**2 - 9.0), rel=1e-9)
+
+
+def test_quadratic_drag_alone_decays_as_one_over_time():
+    k, fill, end = 30.0, 0.4, 7.0
+    result = sb.simulate(scene(HydrodynamicBrake(k, fill), end=end))
+    assert float(result.record.y_end.omega) == pytest.approx(W0 / (1 + fill * k * W0 * end / J), rel=1e-9)
+    back = sb.simulate(scene(HydrodynamicBrake(k, fill), end=end, w0=-W0))
+    assert float(back.record.y_end.omega) == -float(result.record.y_end.omega)
+
+
+# --- terminal speeds --------------------------------------------------------------------------------------------------
+
+LOAD = 6e3
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("law", "closed"),
+    [
+        (lambda M: EddyCurrentBrake(M, 9.0), lambda M: 9.0 * (M / LOAD - jnp.sqrt((M / LOAD) ** 2 - 1))),
+        (lambda k: HydrodynamicBrake(k), lambda k: jnp.sqrt(LOAD / k)),
+        (lambda c: ViscousDrag(c), lambda c: LOAD / c),
+    ],
+)
+def test_terminal_speed_of_each_law(law, closed):
+    size = 2e4 if "Eddy" in type(law(1.0)).__name__ else 900.0
+
+    def speed(x):
+        return sb.simulate(scene(law(x), load=LOAD, w0=0.0, end=20.0), max_steps=256).terminal_speed
+
+    value, slope = jax.jvp(speed, (jnp.asarray(size),), (jnp.ones(()),))
+    truth, exact = jax.jvp(closed, (jnp.asarray(size),), (jnp.ones(()),))
+    assert float(value) == pytest.approx(float(truth), rel=1e-9)
+    assert float(slope) == pytest.approx(float(exact), rel=1e-7)
+    result = sb.simulate(scene(law(size), load=LOAD, w0=0.0, end=20.0))
+    assert result.status == "lowering"
+    assert result.message.endswith(f"{float(truth):.6g} rad/s")
+    assert result.summary()["metrics"]["terminal_speed"] == float(value)
+    assert float(result.record.y_end.omega) == pytest.approx(float(truth), rel=1e-2)
+    balanced(result)
+
+
+def test_load_above_the_maximum_torque_has_no_terminal_speed_and_a_dragging_band_adds_to_it():
+    assert math.isinf(sb.simulate(scene(EddyCurrentBrake(0.9 * LOAD, 9.0), load=LOAD, w0=1.0, end=2.0)).terminal_speed)
+    # a band that drags: M_load − M_b = c ω
+    result = sb.simulate(scene(ViscousDrag(500.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=15.0))
+    assert result.status == "lowering"
+    assert float(result.terminal_speed) == pytest.approx(0.4 * LOAD / 500.0, rel=1e-9)
+    # the band cannot hold the load, and the eddy-current brake is past its maximum: it runs away
+    lost = sb.simulate(scene(EddyCurrentBrake(0.3 * LOAD, 2.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=1.0))
+    assert lost.status == "runaway"
+    # on the way to a terminal speed it is neither
+    assert sb.simulate(scene(ViscousDrag(500.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=0.1)).status == "not_stopped"
+
+
+# --- rest on dry friction ---------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_rest_on_the_bearings_alone_until_a_growing_load_exceeds_them():
+    """Stop at `J ω_0/(M_c − M)`, rest, restart where `M + s (t − 5) = M_c`, then `ω = s (t − t_r)²/(2J)`."""
+    M_c, M, slope, end = 5e3, 1e3, 800.0, 14.0
+    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 5.0, 25.0], [M, M, M + 20.0 * slope]))
+    result = sb.simulate(scene(BearingFriction(M_c), load=load, end=end))
+    restart = 5.0 + (M_c - M) / slope
+    assert names(result) == ["stop", "restart"]
+    assert float(result.stopping_time) == pytest.approx(J * W0 / (M_c - M), rel=1e-10)
+    assert result.events[1].time == pytest.approx(restart, rel=1e-10)
+    assert float(result.record.y_end.omega) == pytest.approx(slope * (end - restart) ** 2 / (2 * J), rel=1e-9)
+    seen = result.series([4.5, 7.0])
+    np.testing.assert_array_equal(seen.omega, 0.0)
+    np.testing.assert_allclose(seen.shaft_torque, [M, M + 2.0 * slope], rtol=1e-12)
+    balanced(result)
+
+    def restarted(M_c):
+        return sb.simulate(scene(BearingFriction(M_c), load=load, end=end), max_steps=128).record.y_end.omega
+
+    _, derivative = jax.jvp(restarted, (jnp.asarray(M_c),), (jnp.ones(()),))
+    assert float(derivative) == pytest.approx(-(end - restart) / J, rel=1e-7)
+
+
+def test_load_that_turns_round_takes_the_pulley_back_through_rest():
+    """Dry friction opposes both ways: rest while `|M| ≤ M_c`, then backwards."""
+    M_c = 2e3
+    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 10.0], [0.0, -1e4]))
+    result = sb.simulate(scene(BearingFriction(M_c), load=load, w0=1.0, end=6.0))
+
+    def motion(sense):
+        return lambda t, y: [(-1e3 * t - sense * M_c) / J]
+
+    def halts(t, y):
+        return y[0]
+
+    halts.terminal = True
+    ahead = solve_ivp(motion(1.0), (0.0, 6.0), [1.0], events=halts, rtol=1e-12, atol=1e-14, method="DOP853")
+    back = solve_ivp(motion(-1.0), (2.0, 6.0), [0.0], rtol=1e-12, atol=1e-14, method="DOP853")
+    assert names(result) == ["stop", "restart"]
+    assert float(result.stopping_time) == pytest.approx(ahead.t[-1], rel=1e-9)
+    assert result.events[1].time == pytest.approx(2.0, rel=1e-10)
+    assert float(result.record.y_end.omega) == pytest.approx(back.y[0, -1], rel=1e-9)
+    assert float(result.record.y_end.omega) < 0
+    # without rest between: a jump of the load throws it back at once
+    jump = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 0.0], [-9e3, -9e3]))
+    thrown = sb.simulate(scene(BearingFriction(M_c), load=jump, w0=1.0, end=1.0))
+    turn = J * 1.0 / (9e3 + M_c)
+    assert float(thrown.record.y_end.omega) == pytest.approx(-(9e3 - M_c) * (1.0 - turn) / J, rel=1e-9)
+    assert math.isinf(thrown.stopping_time)
+    balanced(thrown)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("C", [None, 2e5])
+def test_bearings_bear_their_share_first_and_the_band_the_rest(C):
+    """Held by both; the lever is released and the bearings hold; the load grows until it exceeds them."""
+    M_c, M, T0, slope = 4e3, 3e3, 2e3, 1e3
+    lever = sb.PiecewiseLinear([0.0, 6.0, 6.0], [T0, T0, 0.0])
+    grown = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 3.0, 4.0, 5.0, 8.0, 30.0], [M, M, 6e3, M, M, M + 22e3]))
+    result = sb.simulate(scene(BearingFriction(M_c), load=grown, lever=lever, C=C, end=9.6, w0=4.0))
+    seen = result.series([2.0, 4.0, 7.0])
+    np.testing.assert_array_equal(seen.omega, 0.0)
+    np.testing.assert_allclose(seen.brake_torque, [0.0, 6e3 - M_c, 0.0], atol=1e-8)
+    np.testing.assert_allclose(seen.shaft_torque, [M, M_c, M], rtol=1e-12)
+    assert [name for name in names(result) if name != "lining_limit"][-3:] == ["stop", "release", "restart"]
+    restart = 8.0 + (M_c - M) / slope
+    assert result.events[-1].time == pytest.approx(restart, rel=1e-10)
+    assert float(result.record.y_end.omega) == pytest.approx(slope * (9.6 - restart) ** 2 / (2 * J), rel=1e-8)
+    if C is None:
+        assert float(result.stopping_time) == pytest.approx(J * 4.0 / (T0 * GAIN + M_c - M), rel=1e-10)
+    balanced(result)
+
+
+def test_band_and_bearings_hold_their_sum():
+    """A restart where the load exceeds `T_0 R_b (Π − 1) + M_c`."""
+    M_c, T0, slope = 4e3, 2e3, 5e3
+    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 20.0], [0.0, 20.0 * slope]))
+    result = sb.simulate(scene(BearingFriction(M_c), load=load, T0=T0, w0=0.0, end=10.0))
+    restart = next(event for event in result.events if event.name == "restart")
+    assert restart.time == pytest.approx((T0 * GAIN + M_c) / slope, rel=1e-10)
+    balanced(result)
+
+
+def test_tackle_loss_helps_to_lower():
+    """The drum sees `η m g r/n`, at rest as well."""
+    eta, m, T0 = 0.85, 20e3, 6e3
+    hook = sb.HookLoad(m, 0.4, 8)
+    lowered, arm = m * 9.80665 * 0.05 * eta, 0.05
+    result = sb.simulate(scene(TackleLoss(eta), load=hook, T0=T0, end=12.0))
+    inertia = J + m * arm**2
+    assert float(result.stopping_time) == pytest.approx(inertia * W0 / (T0 * GAIN - lowered), rel=1e-10)
+    assert float(result.series([11.0]).brake_torque[0]) == pytest.approx(lowered, rel=1e-12)
+    energy = balanced(result)
+    assert float(energy["shaft_tackle_loss"]) == pytest.approx((1 - eta) * float(energy["load_work"]), rel=1e-10)
+
+
+def test_rests_from_the_start_or_starts_at_once():
+    held = sb.simulate(scene(BearingFriction(2e3), load=1e3, w0=0.0, end=1.0))
+    assert (held.status, names(held)) == ("held", [])
+    assert float(held.record.y_end.phi) == 0.0
+    loose = sb.simulate(scene(BearingFriction(2e3), load=3e3, w0=0.0, end=1.0))
+    assert float(loose.record.y_end.omega) == pytest.approx(1e3 / J, rel=1e-10)
+
+
+def test_staged_brake_with_its_band_open_comes_to_rest_with_its_bandage():
+    staged = pytest.importorskip("staged_scenes")
+    plain = staged.stop(lever=sb.Constant(0.0), end=60.0)
+    found = sb.simulate(dataclasses.replace(plain, shaft=(BearingFriction(2e3),)))
+    inertia = float(plain.brake.inertia) + float(np.sum(plain.brake.bandage.inertia))
+    load = float(plain.duty.load.profile.level)
+    assert float(found.stopping_time) == pytest.approx(inertia * float(plain.initial.omega) / (2e3 - load), rel=1e-9)
+    balanced(found)
+
+
+def test_staged_stop_with_dry_friction_against_scipy():
+    """Bandage and pulley as two bodies, both pairs sliding: stage 2 and 3 by hand; dry friction on the pulley alone."""
+    import staged_scenes as staged
+
+    M_c, T_0 = 400.0, 4e3
+    plain = staged.stop(lever=sb.Constant(T_0), end=20.0)
+    result = sb.simulate(dataclasses.replace(plain, shaft=(BearingFriction(M_c),)))
+    z, s = math.tan(staged.BETA / 2), math.sin(staged.BETA / 2)
+    mu = np.full(staged.N, (1 + staged.F_EXT * z) / (1 - staged.F_EXT * z))
+    J_p, J_b = float(plain.brake.inertia), float(np.sum(plain.brake.bandage.inertia))
+    load, w0 = float(plain.duty.load.profile.level), float(plain.initial.omega)
+
+    def rim(T_n):
+        T = staged.tensions(T_0, T_n, mu)
+        return staged.R * staged.F_INT * float(np.sum((T[1:] + T[:-1]) * s + staged.PRELOAD))
+
+    full = T_0 * float(np.prod(mu))
+    external = staged.R_B * (full - T_0)
+    # the band brakes the bandage harder than the rim drives it: stage 2 from the start, then stage 3
+    assert external > rim(full)
+    t_2 = w0 / ((external - rim(full)) / J_b)
+    w_2 = w0 - (rim(full) + M_c - load) / J_p * t_2
+    T_n = brentq(lambda T: staged.R_B * (T - T_0) - rim(T), T_0, full, xtol=1e-9, rtol=1e-14)
+    stop = t_2 + w_2 * J_p / (rim(T_n) + M_c - load)
+    assert "external_lock" in names(result)
+    assert float(result.external_lock_time) == pytest.approx(t_2, rel=1e-9)
+    assert float(result.stopping_time) == pytest.approx(stop, rel=1e-9)
+    assert names(result)[-1] == "stop"
+    assert float(result.series([15.0]).shaft_torque[0]) == pytest.approx(min(load, M_c), rel=1e-12)
+    balanced(result)
+
+
+# --- heat, levers, input ----------------------------------------------------------------------------------------------
+
+
+def test_heat_enters_its_body_or_is_lost():
+    """One lump behind a conductance to the air takes the eddy-current brake's heat: SciPy, of 3 equations."""
+    C, g, M_m, w_m, load = 5e4, 30.0, 2e4, 9.0, 6e3
+    heat = sb.Heat(
+        bodies=(sb.thermal.Lump("rotor", C, 300.0), sb.thermal.Reservoir("air", 290.0)),
+        links=(sb.thermal.Conductance("rotor", "air", g),),
+    )
+    plain = scene(EddyCurrentBrake(M_m, w_m, 1.0, "rotor"), BearingFriction(300.0), load=load, w0=5.0, end=20.0)
+    result = sb.simulate(dataclasses.replace(plain, heat=heat))
+
+    def rates(t, y):
+        w, T, _ = y
+        M = 2 * M_m * w * w_m / (w * w + w_m * w_m)
+        return [(load - M - 300.0) / J, (M * w - g * (T - 290.0)) / C, g * (T - 290.0) + 300.0 * w]
+
+    truth = solve_ivp(rates, (0.0, 20.0), [5.0, 300.0, 0.0], rtol=1e-12, atol=1e-10, method="DOP853").y[:, -1]
+    assert float(result.record.y_end.omega) == pytest.approx(truth[0], rel=1e-9)
+    assert float(result.end_temperatures[0]) == pytest.approx(truth[1], rel=1e-9)
+    energy = balanced(result)
+    assert float(energy["heat_lost"]) == pytest.approx(truth[2], rel=1e-9)
+    assert result.status == "lowering"
+
+
+def test_lever_that_holds_the_speed_gives_what_is_left():
+    load, c = 9e3, 200.0
+    held = stop_scene(C=None, lever=sb.SpeedHold(8e3), load=load, w0=12.0, end=2.0)
+    result = sb.simulate(dataclasses.replace(held, shaft=(ViscousDrag(c), BearingFriction(500.0))))
+    seen = result.series([1.0])
+    assert float(seen.omega[0]) == pytest.approx(12.0, rel=1e-12)
+    assert float(seen.brake_torque[0]) == pytest.approx(load - 12.0 * c - 500.0, rel=1e-12)
+
+
+def test_resolved_linings_take_smooth_torques_and_refuse_dry_ones():
+    import chain_scenes
+
+    chain = chain_scenes.chain(end=0.5)
+    result = sb.simulate(dataclasses.replace(chain, shaft=(ViscousDrag(0.2),)))
+    times = np.linspace(0.0, 0.5, 20001)
+    taken = np.trapezoid(0.2 * np.asarray(result.series(times).omega) ** 2, times)  # ∫ c ω² dt
+    assert float(result.energy["shaft_work"]) == pytest.approx(taken, rel=1e-6)
+    assert float(result.energy["closure"]) < 1e-9
+    with pytest.raises(sb.InputError, match=r"shaft\[0\]: dry friction of the shaft is not modelled"):
+        sb.simulate(dataclasses.replace(chain, shaft=(BearingFriction(1.0),)))
+
+
+def test_input_errors_and_a_scene_file(tmp_path):
+    bad = scene(EddyCurrentBrake(1e3, 5.0, 1.05, place="nowhere"), HydrodynamicBrake(1.0, -0.1))
+    with pytest.raises(sb.InputError) as caught:
+        sb.simulate(bad)
+    text = str(caught.value)
+    for part in ("shaft[0].excitation: 1.05 is above 1", "shaft[0].place", "'nowhere'", "shaft[1].fill.level: -0.1"):
+        assert part in text
+    file = tmp_path / "scene.toml"
+    laws = (
+        EddyCurrentBrake("20 kN*m", "60 rpm", sb.ramp(0.0, 1.0, 1.0, 2.0)),
+        HydrodynamicBrake(3.0, 0.5),
+        TackleLoss(0.9),
+        BearingFriction("0.5 kN*m"),
+        ViscousDrag(10.0),
+    )
+    sb.write_scene(scene(*laws), file)
+    again = open_scene(file)
+    assert jax.tree.structure(again) == jax.tree.structure(jax.tree.map(np.asarray, scene(*laws)))
+    assert float(again.shaft[0].critical_speed) == pytest.approx(2 * math.pi)
+    assert type(again.shaft[0].excitation) is sb.PiecewiseLinear
+
+
+@pytest.mark.slow
+def test_ensembles_end_in_the_same_words():
+    torques = [0.5 * LOAD, 3.0 * LOAD]
+    plain = scene(EddyCurrentBrake(1.0, 9.0), BearingFriction(10.0), load=LOAD, w0=3.0, end=15.0)
+    data = sb.ensemble(plain, {"shaft[0].max_torque": torques}, ["terminal_speed", "energy.shaft_work"])
+    assert list(data.status.values) == ["released", "lowering"]
+    rest = sb.ensemble(plain, {"shaft[1].limit": [2.0 * LOAD]}, ["energy.shaft_bearing_friction"])
+    assert list(rest.status.values) == ["stopped"]
+
+
+def test_cross_check_follows_rest_on_dry_friction_and_layers_of_rope():
+    hook = sb.HookLoad(40e3, 0.4, 8, rope=sb.loads.RopeLayers(0.04, 4.0, 8.4))
+    lever = sb.PiecewiseLinear([0.0, 3.0], [14e3, 0.0])
+    plain = scene(BearingFriction(23e3), ViscousDrag(20.0), load=hook, lever=lever, end=4.0)
+    result = sb.simulate(plain)
+    assert {"layer_change", "stop", "release"} <= set(names(result))
+    report = sb.cross_check(plain, result=result)
+    assert report.ok, str(report)
+
+
+def test_a_steep_drag_asks_for_an_implicit_method_and_dry_friction_does_not():
+    """A drag `c` is followed within `J/c`: in steps of six of these an explicit method stays stable."""
+    drag, dry = sb.loads.ViscousDrag(4e5), sb.loads.BearingFriction(5e3)
+    assert stiffness(scene(drag, dry))[0]
+    assert "drag balances the speed within 0.002 s" in stiffness(scene(drag))[1]
+    assert not stiffness(scene(dry))[0]
+    assert not stiffness(scene(sb.loads.ViscousDrag(4e3), dry))[0]
+
+
+@pytest.mark.parametrize(("steps", "stiff"), [(1490.0, False), (1510.0, True)])
+def test_drag_of_load_and_shaft_together_may_ask_for_1500_explicit_steps(steps, stiff):
+    """Rates `(c_load + c_shaft)/J` over the time from the start to the end, in steps of six."""
+    c = 6.0 * steps / 8.0 * J
+    load = sb.TorqueLoad(sb.Constant(0.0), drag=0.75 * c)
+    one = sb.with_values(scene(sb.loads.ViscousDrag(0.25 * c), load=load, end=10.0), {"initial.time": 2.0})
+    found = stiffness(one)
+    assert found[0] == stiff
+    if stiff:
+        assert found[1] == (
+            f"drag balances the speed within {J / c:.2g} s: "
+            "an explicit method would need at least 1.5e+03 steps to stay stable"
+        )
+    else:
+        assert found[1] == "nothing in the scene is stiff"
+
+
+@pytest.mark.parametrize(("steps", "stiff"), [(1490.0, False), (1510.0, True)])
+def test_a_damped_rope_may_ask_for_1500_explicit_steps(steps, stiff):
+    """Rate `c (1/m + (r/n)²/J)` over 10 s, in steps of six; with the empty hook where a string hangs at times."""
+    m, r, n = 2e3, 0.4, 2
+    c = 6.0 * steps / 10.0 / (1 / m + (r / n) ** 2 / J)
+    rope = sb.loads.RopeElasticity(stiffness=1e6, damping=c)
+    load = sb.loads.TrippingLoad(m, 6e4, 900.0, 1.0, 5.0, 6.0, r, n, count=2, elasticity=rope)
+    found = stiffness(scene(load=load, end=10.0))
+    assert (found[0], "the damped rope follows within" in found[1]) == (stiff, stiff)

@@ -1,0 +1,75 @@
+"""Stresses of band and anchor, force and travel of the lever, and their allowable values."""
+
+import math
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+import pytest
+
+import simbrake as sb
+
+R, J, N, BETA, F, C, FORCE, ARM, SLACK_ARM, ETA = 0.6, 900.0, 8, math.radians(30.0), 0.3, 4e5, 500.0, 1.4, 0.1, 0.9
+T0 = ETA * FORCE * ARM / SLACK_ARM
+RATIO = ((1 + F * math.tan(BETA / 2)) / (1 - F * math.tan(BETA / 2))) ** N
+AREA, ANCHOR, CLEARANCE, WORN = 8e-4, 5e-4, 1.5e-3, 4e-3
+
+
+def scene(strength=None, force=FORCE, worn=WORN, **limits):
+    lever = sb.Lever(
+        sb.PiecewiseLinear([0.0, 0.2], jnp.stack([0.0 * force, 1.0 * force])), ARM, SLACK_ARM, ETA, CLEARANCE, **limits
+    )
+    lining = sb.Lining(sb.ConstantFriction(F), np.full(N, BETA), area=0.02)
+    brake = sb.Brake(sb.Pulley(R, J), sb.Band(R, C, strength=strength), lining)
+    duty = sb.Duty(lever, sb.TorqueLoad(sb.Constant(0.0)))
+    return sb.Scene(brake, duty, sb.Initial(20.0), 3.0, wear=sb.Wear(1e-12, worn=worn))
+
+
+STRENGTH = sb.brakes.Strength(AREA, "20 MPa", ANCHOR, "90 MPa")
+
+
+def test_stresses_force_and_travel():
+    result = sb.simulate(scene(STRENGTH, greatest_force=450.0, greatest_travel=0.5))
+    m = result.metrics
+    assert m["max_band_stress"] == pytest.approx(T0 * RATIO / AREA, rel=1e-9)
+    assert m["max_anchor_stress"] == pytest.approx(T0 * RATIO / ANCHOR, rel=1e-9)
+    assert m["max_lever_force"] == pytest.approx(FORCE, rel=1e-9)
+    assert result.summary()["at"]["max_band_stress_lining"] == N
+    # stopped in full slip: the band keeps its stretch; wear of the run is Archard's
+    lost = WORN + np.asarray(result.worn_thickness)
+    travel = ARM / SLACK_ARM * (T0 * RATIO / C + np.sum(BETA * (lost + CLEARANCE)))
+    assert m["lever_travel"] == pytest.approx(travel, rel=1e-9)
+    said = [text for text in result.summary()["warnings"] if text.startswith("over_limit")]
+    assert [text.split()[1:3] for text in said] == [["band", "stress"], ["lever", "force"], ["lever", "travel"]]
+    assert f"{T0 * RATIO / AREA / 20e6:.4g} × the allowable 20 MPa" in said[0]
+    within = sb.simulate(scene(sb.brakes.Strength(AREA, "80 MPa"), greatest_force="600 N"))
+    assert not [text for text in within.summary()["warnings"] if text.startswith("over_limit")]
+    assert "max_anchor_stress" not in within.metrics
+
+
+@pytest.mark.slow
+def test_derivatives():
+    def numbers(x):
+        result = sb.simulate(scene(sb.brakes.Strength(x[1]), x[0], x[2]), max_steps=256)
+        return jnp.stack([result.max_band_stress.value, result.max_lever_force.value, result.lever_travel])
+
+    x = jnp.asarray([FORCE, AREA, WORN])
+    slope = jax.jacfwd(numbers)(x)
+    stress = T0 * RATIO / AREA
+    np.testing.assert_allclose(slope[0], [stress / FORCE, -stress / AREA, 0.0], rtol=1e-7, atol=1e-7)
+    np.testing.assert_allclose(slope[1], [1.0, 0.0, 0.0], rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(slope[2, 2], ARM / SLACK_ARM * N * BETA, rtol=1e-7)
+
+
+def test_absent_without_sections_and_arms():
+    plain = sb.simulate(
+        sb.Scene(
+            sb.Brake(sb.Pulley(R, J), sb.Band(R, C), sb.Lining(sb.ConstantFriction(F), np.full(N, BETA))),
+            sb.Duty(T0, 0.0),
+            sb.Initial(20.0),
+            3.0,
+        )
+    )
+    assert not {"max_band_stress", "max_anchor_stress", "max_lever_force", "lever_travel"} & set(plain.metrics)
+    with pytest.raises(ValueError, match="its band has no `strength`"):
+        _ = plain.max_band_stress

@@ -1,0 +1,152 @@
+"""Sensitivity tables against closed forms and whole runs, and what they say where a derivative ends to hold."""
+
+import json
+import math
+
+import jax
+import numpy as np
+import pytest
+from helpers import closed_form, stop_scene
+
+import simbrake as sb
+from simbrake import plot
+
+METRICS = ["stopping_time", "slip_onset_time", "max_tension", "energy.friction_heat"]
+
+
+@pytest.fixture(scope="module")
+def tables():
+    return sb.sensitivity(stop_scene(), METRICS, span=0.01)
+
+
+def test_derivatives_of_the_stop_are_those_of_its_closed_form(tables):
+    values = {"f": 0.35, "beta": 13.5, "R": 0.725, "J": 800.0, "C": 2e5, "T0": 8e3, "w0": 20.0}
+
+    def truth(p):
+        found = closed_form(**p, xp=jax.numpy)
+        return {"stopping_time": found["stop"], "slip_onset_time": found["t0"], "max_tension": p["T0"] * found["Pi"]}
+
+    slopes, exact = (
+        jax.jit(jax.jacrev(truth))(values),
+        {name: float(value) for name, value in jax.jit(truth)(values).items()},
+    )
+    paths = {
+        "f": "brake.linings.friction.coefficient",
+        "J": "brake.pulley.inertia",
+        "C": "brake.band.stiffness",
+        "T0": "duty.slack_tension.level",
+        "w0": "initial.omega",
+    }
+    for table in tables[:3]:
+        assert table.value == pytest.approx(exact[table.metric], rel=1e-9)
+        for name, path in paths.items():
+            slope, row = float(slopes[table.metric][name]), table.at(path)
+            scale = abs(exact[table.metric] / values[name])
+            assert row.derivative == pytest.approx(slope, rel=1e-9, abs=1e-11 * scale)
+            assert row.elasticity == pytest.approx(slope / exact[table.metric] * values[name], rel=1e-8, abs=1e-10)
+        # a list as a whole: one factor for all its entries
+        whole = table.at("brake.linings.angle[:]")
+        slope = float(slopes[table.metric]["beta"])
+        assert whole.elasticity == pytest.approx(slope * 13.5 / exact[table.metric], rel=1e-8, abs=1e-10)
+        entries = [table.at(f"brake.linings.angle[{i}]").derivative for i in range(20)]
+        assert sum(entries) == pytest.approx(whole.derivative, rel=1e-12)
+    assert [t.unit for t in tables] == ["s", "s", "N", "J"]
+
+
+def test_ends_of_the_ranges_are_runs(tables):
+    for table in tables[:3]:
+        row = table.at("brake.band.stiffness")
+        assert row.half == pytest.approx(2e3)
+        for end, factor in ((row.low, 0.99), (row.high, 1.01)):
+            exact = closed_form(C=2e5 * factor)
+            truth = {"stopping_time": exact["stop"], "slip_onset_time": exact["t0"], "max_tension": 8e3 * exact["Pi"]}
+            assert end == pytest.approx(truth[table.metric], rel=1e-9)
+        assert row.tangent == pytest.approx(row.derivative * row.half, rel=1e-12)
+
+
+def test_rows_are_sorted_and_written(tables, tmp_path):
+    sizes = [abs(row.elasticity) for row in tables[0].rows if np.isfinite(row.elasticity)]
+    assert sizes == sorted(sizes, reverse=True)
+    assert json.loads(json.dumps(tables[0].as_dict(), allow_nan=False))["rows"][0]["path"] == tables[0].rows[0].path
+    words = str(tables[0])
+    assert "brake.linings.angle[:]" in words
+    assert "brake.linings.angle[3]" not in words
+    figure = plot.tornado(tables[0])
+    labels = [label.get_text() for label in figure.axes[0].get_yticklabels()]
+    assert labels[-1].startswith(tables[0].wholes[0].path)  # the widest on top
+    lines = [line for one in figure.axes[0].collections for line in one.get_segments()]
+    along = tables[0].value + abs(tables[0].wholes[0].tangent)
+    assert max(line[:, 0].max() for line in lines) == pytest.approx(along, rel=1e-12)
+    # its bars reach from the value to the closed form at the ends of the range
+    stop, C = closed_form()["stop"], next(i for i, label in enumerate(labels) if "band.stiffness" in label)
+    bars = {bar.get_x() + bar.get_width() for bar in figure.axes[0].patches if round(bar.get_y() + 0.35) == C}
+    ends = [closed_form(C=2e5 * factor)["stop"] for factor in (0.99, 1.01)]
+    np.testing.assert_allclose(sorted(bars), sorted(ends), rtol=1e-9)
+    assert all(bar.get_x() == pytest.approx(stop, rel=1e-9) for bar in figure.axes[0].patches)
+    with pytest.raises(KeyError, match=r"brake\.band\.stiffness"):
+        tables[0].at("brake.band.stifness")
+
+
+@pytest.mark.slow
+def test_forward_for_one_number_equals_reverse_for_all(tables):
+    one = sb.sensitivity(stop_scene(), ["stopping_time", "max_tension"], "brake.band.stiffness", span=None)
+    for table, full in zip(one, (tables[0], tables[2]), strict=True):
+        (row,) = table.rows
+        assert row.low is None
+        assert row.derivative == pytest.approx(full.at("brake.band.stiffness").derivative, rel=1e-10, abs=1e-16)
+
+
+def test_a_change_of_modes_within_the_range_is_noted():
+    scene = stop_scene(end=closed_form()["stop"] * 1.005)
+    table = sb.sensitivity(
+        scene, "stopping_time", ["initial.omega", "brake.pulley.inertia"], span={"initial.omega": 0.5}
+    )
+    row = table.at("initial.omega")
+    assert row.high is None  # with more speed it does not stop before the end of the run
+    assert row.low == pytest.approx(closed_form(w0=19.5)["stop"], rel=1e-9)
+    assert row.note.startswith("upper bound: other modes (the end instead of held")
+    assert table.at("brake.pulley.inertia").note == ""
+    assert table.at("brake.pulley.inertia").half is None
+
+
+@pytest.mark.slow
+def test_an_event_beside_a_corner_is_noted():
+    stop = closed_form()["stop"]
+    scene = stop_scene()
+    for gap, notes in ((1e-8, 1), (1e-3, 0)):
+        lever = sb.PiecewiseLinear([0.0, stop - gap, 10.0], [8e3, 8e3, 8e3])
+        near = sb.Scene(scene.brake, sb.Duty(lever, scene.duty.load), scene.initial, scene.end_time)
+        table = sb.sensitivity(near, "stopping_time", "initial.omega", span=None)
+        assert table.notes == ()
+        table = sb.sensitivity(near, "stopping_time", "initial.omega", span={"initial.omega": 1e-3})
+        assert len([note for note in table.notes if "corner" in note]) == notes
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("excess", "notes"), [(1e-10, 1), (1e-2, 0)])
+def test_a_grazed_limit_is_noted(excess, notes):
+    """The load on a held brake passes its capacity by `excess`, at the crest of a wave."""
+    n, beta = 4, math.radians(20.0)
+    z = 0.3 * math.tan(beta / 2)
+    capacity = 0.7 * 5e3 * (((1 + z) / (1 - z)) ** n - 1)
+    brake = sb.Brake(sb.Pulley(0.7, 500.0), sb.Band(0.7), sb.Lining(sb.ConstantFriction(0.3), np.full(n, beta)))
+    crest = sb.profiles.FunctionProfile(lambda t, _: capacity * (1 + excess) * jax.numpy.sin(t))
+    scene = sb.Scene(brake, sb.Duty(sb.Constant(5e3), sb.TorqueLoad(crest)), sb.Initial(0.0), 2.0)
+    result = sb.simulate(scene)
+    assert next(event.name for event in result.events) == "restart"
+
+    def turned(result):
+        return result.record.y_end.phi
+
+    table = sb.sensitivity(scene, turned, "brake.pulley.inertia", span={"brake.pulley.inertia": 1.0})
+    assert len([note for note in table.notes if "only just reached" in note]) == notes
+
+
+def test_all_faults_in_one_report():
+    with pytest.raises(sb.InputError) as error:
+        sb.sensitivity(stop_scene(), "stopping_time", ["brake.band.stifness", "initial"], span=None)
+    assert "nearest: brake.band.stiffness" in str(error.value)
+    with pytest.raises(sb.InputError, match="has no value in this run"):
+        sb.sensitivity(stop_scene(end=0.01), "stopping_time", span=None)
+    with pytest.raises(sb.InputError, match="2 input errors"):
+        sb.sensitivity(stop_scene(), "stopping_time", "initial", span={"initial.omega": -1.0, "brake.band.radius": 1.0})

@@ -1,0 +1,98 @@
+"""The papers' claims: that their page is theirs, and numbers of the quick ones by formulas written here."""
+
+import importlib.util
+import math
+import pathlib
+import sys
+
+import numpy as np
+import pytest
+from scipy.optimize import brentq
+
+ROOT = pathlib.Path(__file__).parents[2]
+PAGE = (ROOT / "docs" / "claims.md").read_text("utf-8")
+
+
+@pytest.fixture(scope="module")
+def claims():
+    spec = importlib.util.spec_from_file_location("claims", ROOT / "scenarios" / "claims.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    path = list(sys.path)
+    spec.loader.exec_module(module)
+    yield module
+    sys.path[:] = path
+
+
+@pytest.fixture(scope="module")
+def quick(claims):
+    runs = claims.Runs()
+    return {one.find.__name__: (one, one.find(runs)) for one in claims.CLAIMS if one.fast}
+
+
+def rows():
+    return [line for line in PAGE.splitlines() if line.startswith("| ") and "**" in line]
+
+
+def test_every_claim_has_a_row_in_the_page(claims):
+    papers = list(claims.PAPERS)
+    assert len(claims.CLAIMS) >= 16
+    assert {one.paper for one in claims.CLAIMS} == set(papers)
+    ordered = sorted(claims.CLAIMS, key=lambda one: papers.index(one.paper))
+    assert len(rows()) == len(ordered), "run: python scenarios/claims.py --write-docs"
+    for row, one in zip(rows(), ordered, strict=True):
+        assert row.startswith(f"| {one.words}"), "run: python scenarios/claims.py --write-docs"
+        assert f"| {one.place} |" in row
+        assert row.count("|") == 5
+    for verdict in (claims.CONFIRMED, claims.LIMITED, claims.CONTRADICTED):
+        count = sum(f"| **{verdict}** |" in row for row in rows())
+        assert f"{count} {verdict}" in PAGE
+
+
+def test_quick_claims_are_as_in_the_page(quick):
+    assert len(quick) >= 8
+    for one, found in quick.values():
+        row = next(row for row in rows() if row.startswith(f"| {one.words}"))
+        assert row.endswith(f"| {found.text} | **{found.verdict}** |"), "run: python scenarios/claims.py --write-docs"
+
+
+def test_verdicts_follow_from_numbers(claims):
+    from papers.common import judged
+
+    assert judged([True, True]) == claims.CONFIRMED
+    assert judged([True, False], [True, False]) == claims.LIMITED
+    assert judged(False) == claims.CONTRADICTED
+
+
+def rise(f, angle):
+    """Tensions at the two sides of a sliding lining."""
+    return (1 + f * math.tan(angle / 2)) / (1 - f * math.tan(angle / 2))
+
+
+def test_numbers_by_hand(quick):
+    """Of the layouts, S's radiation and V's resistances."""
+    fz = 0.2 * math.tan(math.radians(13.5))
+    assert quick["tight_side"][1].value == pytest.approx(((1 + fz) / (1 - fz)) ** 9, rel=1e-12)
+    # equal increments: 1/z_i = 1/z_n − 2 f (n − i) over the wrap, and a uniform pitch of the same ratio of tensions
+    f, steps = 0.4, np.arange(9, -1, -1)
+    z_n = brentq(lambda z: 2 * np.arctan(1 / (1 / z - 2 * f * steps)).sum() - 1.5 * math.pi, 1e-3, 1 / (2 * f * 9 + f))
+    z = 1 / (1 / z_n - 2 * f * steps)
+    T = np.cumprod((1 + f * z) / (1 - f * z))
+    uneven = np.max((T + np.append(1.0, T[:-1])) * np.sin(np.arctan(z)))
+    mu = T[-1] ** 0.1
+    highest = T[-1] * (1 + 1 / mu) * math.sin(math.atan((mu - 1) / (mu + 1) / f))
+    assert quick["variable_pitch"][1].value == pytest.approx(highest / uneven, rel=1e-9)
+    edge = [x / -math.expm1(-x) / arc for arc in (27.0, 54.0) for x in [math.log(rise(0.3, math.radians(arc)))]]
+    assert quick["edges"][1].value == pytest.approx(edge[1] / edge[0], rel=1e-12)
+    T = 673.15
+    h = 0.8 * 5.670374419e-8 * (T**2 + 293.15**2) * (T + 293.15)
+    assert quick["governs"][1].value == pytest.approx(h, rel=1e-6)
+    flat = lambda r, R, L: math.log(R / r) / (2 * math.pi * L)  # noqa: E731
+    shell = 0.220 / (math.pi * (0.590**2 - 0.565**2))
+    behind = flat(0.420, 0.565, 0.035) + flat(0.565, 0.615, 0.025) + flat(0.575, 0.615, 0.025)
+    assert quick["resistance"][1].value == pytest.approx(1 + behind / shell, rel=1e-12)
+    arcs = quick["sliding_arc"][1].value  # Z's table 1
+    assert arcs == pytest.approx(244.6 / 134.5, rel=2e-3)
+    assert quick["fourier"][1].value < 15
+    assert np.isfinite([found.value for _, found in quick.values()]).all()

@@ -1,0 +1,243 @@
+"""The work–precision benchmark: its equations, its reference and its interpolation."""
+
+import importlib
+import pathlib
+import shutil
+import sys
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.optimize import brentq
+
+sys.path.insert(0, str(pathlib.Path(__file__).parents[2]))
+
+import simbrake as sb
+from benchmarks import documents, ours, peers, report, shipped
+from benchmarks.chain import Linear
+from benchmarks.equations import automaton_of, drive
+from benchmarks.peers import diffrax_smooth, scipy_ivp
+from benchmarks.peers.written import written
+from benchmarks.peers.written.form import FLOATS
+from benchmarks.reference import error, radau, reference
+from benchmarks.scenes import CASES, Answer, closed_form
+from benchmarks.walls import layers
+
+
+@pytest.mark.parametrize("name", ["a", "b", *(pytest.param(n, marks=pytest.mark.slow) for n in "def")])
+def test_scipy_and_simbrake_agree(name):
+    case = CASES[name]
+    theirs = peers.solve(scipy_ivp, name, "SciPy DOP853", 1e-11)
+    mine = ours.simbrake_runner(case, "simbrake Dopri8", 1e-11)()
+    assert max(error(case, mine, theirs)) <= 1e-9
+    if name == "a":
+        assert max(error(case, mine, closed_form(case.plain))) <= 1e-11
+    if name == "b":
+        assert theirs.times[-1] == pytest.approx(0.65866, abs=1e-5)
+
+
+@pytest.mark.parametrize("name", [pytest.param("b", marks=pytest.mark.slow), "d"])
+def test_reference_by_collocation(name):
+    theirs = peers.solve(scipy_ivp, name, "SciPy DOP853", 1e-12)
+    assert max(error(CASES[name], theirs, reference(name).answer)) <= 1e-11
+    assert reference(name).uncertainty <= 1e-12
+
+
+NO_GCC = pytest.mark.skipif(shutil.which("gcc") is None, reason="no gcc")
+#: one method of each peer, what is asked of it, and how close it must come in scenes with events
+PEERS = [
+    ("casadi_events", "CasADi erk", 1e-10, 1e-8),
+    ("casadi_events", "CasADi Rosenbrock", 1e-10, 1e-8),
+    ("casadi_events", "CasADi CVODES Adams", 1e-10, 3e-6),
+    ("sundae_cvode", "sundae CVODE Adams", 1e-12, 1e-8),
+    ("pathsim_blocks", "PathSim RKDP87", 1e-10, 1e-7),
+    ("heyoka_taylor", "heyoka Taylor", 1e-12, 1e-10),
+    ("pydiffsol_text", "diffsol tsit45", 1e-11, 1e-8),
+    pytest.param("casadi_events", "CasADi erk, C", 1e-10, 1e-8, marks=[pytest.mark.slow, NO_GCC]),
+    pytest.param("cyrk_numba", "CyRK DOP853", 1e-11, 1e-8, marks=pytest.mark.slow),
+]
+
+
+@pytest.mark.parametrize("name", ["a", "b", "d", "e", "f"])
+@pytest.mark.parametrize(("module", "method", "tolerance", "allowed"), PEERS)
+def test_peers_solve_every_scene(module, method, tolerance, allowed, name):
+    peer = importlib.import_module(f"benchmarks.peers.{module}")
+    for package in peer.PACKAGES:
+        pytest.importorskip(package)
+    theirs = peers.solve(peer, name, method, tolerance)
+    assert max(error(CASES[name], theirs, peers.solve(scipy_ivp, name, "SciPy DOP853", 1e-12))) <= allowed
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_written_modes_are_the_plain_ones(name):
+    """Rates and guards of the expressions, with floats in them, are those of the equations that SciPy is given."""
+    rng, modes, forms = np.random.default_rng(1), automaton_of(CASES[name]).modes, written(CASES[name])
+    assert set(forms) == {mode for mode, known in modes.items() if known.rhs is not None}
+    for mode, form in forms.items():
+        known = modes[mode]
+        for t in (0.3, 1.4, 20.1):
+            y = known.scales * rng.uniform(0.5, 1.5, len(known.scales))
+            if mode.endswith("slide"):  # linings that stick move with the rim
+                stuck = CASES[name].plain.n - int(mode.split()[0])
+                y[CASES[name].plain.n + 2 :][:stuck] = CASES[name].plain.R * y[0]
+            rates, guards = form.program.equations(FLOATS, t, y.tolist(), form.numbers(t).tolist())
+            truth = np.asarray(known.rhs(t, y))
+            np.testing.assert_allclose(rates, truth, rtol=1e-12, atol=1e-12 * np.max(np.abs(truth)))
+            for found, guard in zip(guards, known.guards, strict=False):
+                assert found == pytest.approx(guard.value(t, y), rel=1e-9)
+            assert all(value > 0 for value in guards[len(known.guards) :])  # never falls through 0
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_programs_of_modes_take_what_they_are_given(name):
+    for form in written(CASES[name]).values():
+        rates, guards = form.program.equations(FLOATS, 0.0, [1.0] * form.program.states, form.numbers(0.0).tolist())
+        assert (len(rates), len(guards)) == (form.program.states, form.program.guards)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("name", "smaller"), [("d", 0.5), ("e", 0.2), ("f", 0.2)])
+def test_error_of_smoothed_friction_falls_with_its_width(name, smaller):
+    case, (coarse, fine) = CASES[name], list(diffrax_smooth.methods(CASES[name]))[-2:]
+    truth = peers.solve(scipy_ivp, name, "SciPy DOP853", 1e-11)
+    wide, narrow = (max(error(case, peers.solve(diffrax_smooth, name, m, 1e-6), truth)) for m in (coarse, fine))
+    assert narrow < smaller * wide
+
+
+def test_collocation_of_the_chain_is_its_matrix_exponential():
+    p = CASES["e"].plain
+    known, n = Linear(p), 2 * p.n + 2
+    rows = [np.append(g, h) for g, h in zip(known.g, known.h, strict=True)]
+
+    def segment(name, t, y, stop):
+        k = int(name.split()[0])
+        M = np.zeros((n + 1, n + 1))
+        M[:n, :n], M[:n, n] = known.A[k], known.b[k]
+
+        def after(s):
+            return expm(s * M) @ np.append(y, 1.0)
+
+        if k == p.n:
+            return stop, after(stop - t)[:n], None
+        # less than the time from one lining to the next
+        s = brentq(lambda s: rows[k] @ after(s), 0.0, 3e-3, xtol=1e-18, rtol=1e-15)
+        return t + s, after(s)[:n], 0
+
+    exact = Answer(*drive(automaton_of(CASES["e"]), CASES["e"], segment), 0, 0)
+    assert max(error(CASES["e"], reference("e").answer, exact)) <= 1e-12
+    assert reference("e").uncertainty <= 1e-12
+
+
+@pytest.mark.parametrize("k", [0, 7, 20])
+def test_power_of_the_plain_chain(k):
+    p = CASES["e"].plain
+    known, n = Linear(p), p.n
+    y = np.concatenate([[p.w_0, 0.0], p.stretch, np.full(n, p.R * p.w_0)]) * np.random.default_rng(k).uniform(
+        0.5, 1, 42
+    )
+    y[n + 2 : 2 * n + 2 - k] = p.R * y[0]  # those that stick
+    rates, (w, e, v) = known.A[k] @ y + known.b[k], (y[0], y[2 : n + 2], y[n + 2 :])
+    elastic = p.T_0 + p.stiffness * e
+    damping = known.D * (v - np.append(v[1:], 0.0))
+    T, before = elastic + damping, np.append(p.T_0, (elastic + damping)[:-1])
+    # d(½Jω² + ½Σm v² + ΣT²/2K) = T_0 v_1 − Σ of those that slide G (R ω − v) − Σ D ė²
+    stored = p.J * w * rates[0] + p.m * v @ rates[n + 2 :] + elastic @ rates[2 : n + 2]
+    rubbed = (p.f * p.z * (T + before) * (p.R * w - v))[n - k :].sum()
+    spent = p.T_0 * v[0] - rubbed - damping @ rates[2 : n + 2]
+    assert stored == pytest.approx(spent, rel=1e-9)
+
+
+def test_a_lining_that_sticks_again_is_noticed():
+    p = CASES["e"].plain
+    known, y = Linear(p), np.concatenate([[p.w_0], np.zeros(p.n + 1), np.full(p.n, 0.9 * p.R * p.w_0)])
+    known.checked(y, 3)
+    y[-1] = 1.1 * p.R * p.w_0
+    with pytest.raises(RuntimeError, match="sticks again"):
+        known.checked(y, 3)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_jacobians_of_the_plain_equations(name):
+    rng = np.random.default_rng(0)
+    for mode in automaton_of(CASES[name]).modes.values():
+        if mode.rhs is None:
+            continue
+        y = mode.scales * rng.uniform(0.5, 1.5, len(mode.scales))
+        steps = 1e-5 * mode.scales
+        columns = [
+            (np.asarray(mode.rhs(0.3, y + h * e)) - np.asarray(mode.rhs(0.3, y - h * e))) / (2 * h)
+            for h, e in zip(steps, np.eye(len(y)), strict=True)
+        ]
+        found = mode.jacobian(0.3, y)
+        np.testing.assert_allclose(found, np.stack(columns, axis=1), atol=1e-9 * np.max(np.abs(found)))
+
+
+def test_stiff_scene_is_as_described():
+    p = CASES["c"].plain
+    steps = layers(1e-6, 0.028, 20)
+    assert steps[0] == pytest.approx(1e-6, rel=1e-9)
+    assert steps.sum() == pytest.approx(0.028, rel=1e-12)
+    slope = 2 * p.n * p.f * p.z * p.fade * p.T_0 * p.Pi / (1 - (p.f * p.z) ** 2)
+    assert 1 - slope * p.into[0] * p.T_0 * (p.Pi - 1) / p.C == pytest.approx(0.17, abs=0.005)  # 1 + γ at full slip
+    sb.check(CASES["c"].simbrake())
+
+
+def test_radau_points_integrate_their_polynomials():
+    c, A = radau(5)
+    for k in range(5):
+        np.testing.assert_allclose(A @ c**k, c ** (k + 1) / (k + 1), atol=1e-14)
+    # the last row is the quadrature, exact to degree 2 s − 2
+    assert A[-1] @ c**8 == pytest.approx(1 / 9, abs=1e-14)
+
+
+def test_time_at_equal_error():
+    points = [{"seconds": t, "error": t**-4} for t in (1.0, 2.0, 8.0)]
+    assert report.time_at(points, 3.0**-4) == pytest.approx(3.0)
+    assert report.time_at(points, 10.0) == 1.0
+    assert report.time_at(points, 1e-9) is None
+
+
+def test_tables_of_the_documentation(tmp_path):
+    rows = [
+        {"method": name, "tolerance": 10.0**-k, "error": 10.0**-k, "seconds": factor * k * 1e-5}
+        for name, factor in (("simbrake Tsit5", 1.0), ("heyoka Taylor", 0.25))
+        for k in (4, 8)
+    ]
+    scene = {"name": "a", "title": "stop", "rows": rows, "left_out": {"x": "stiff", "y": "stiff", "z": "no gcc"}}
+    text = report.markdown(scene | {"equal_error": report.equal_error(scene)})
+    assert "| heyoka Taylor | 12 | 17 |  | 0.25 | 0.25 |  | 1e-08 |" in text
+    assert "Not run: x, y (stiff).\nNot run: z (no gcc)." in text
+    assert [report.significant(x) for x in (0.0123, 0.25, 3.14159, 27.4, 12345.0)] == [
+        "0.012",
+        "0.25",
+        "3.1",
+        "27",
+        "12,000",
+    ]
+    page = tmp_path / "page.md"
+    page.write_text(f"before\n{documents.BEGIN}\n{documents.END}\nafter\n", "utf-8")
+    documents.write(page, "scene", {"b": "second"}, ("a", "b"))
+    documents.write(page, "scene", {"a": "first"}, ("a", "b"))
+    written = page.read_text("utf-8")
+    assert written.index("before") < written.index("first") < written.index("second") < written.index("after")
+
+
+def test_shipped_scenes_are_compared_by_modes_heat_and_temperatures():
+    def marks(times, heat, end=300.0):
+        return shipped.Marks(np.array(times), heat, np.array([290.0, end]))
+
+    names = shipped.scenes()
+    assert "u2_5_5_stop.py" in names
+    assert len({name.partition(".")[0] for name in names}) == len(names)
+    truth = marks([0.0, 1.0, 2.0], 100.0)
+    assert marks([0.0, 1.0, 2.0], 101.0).error(truth) == pytest.approx(0.01)
+    assert marks([1e-5, 1.0, 2.0], 100.0).error(truth) == pytest.approx(1e-5)
+    assert marks([0.0, 1.0, 2.0], 100.0, end=303.0).error(truth) == pytest.approx(0.01)
+    assert np.isnan(marks([0.0, 1.0], 100.0).error(truth))
+
+
+@pytest.mark.slow
+def test_a_shipped_scene():
+    found = shipped.measure("u2_5_5_stop.py", (1e-4, 1e-8), 0.01)
+    assert found["events"] == 5
+    assert all(row["error"] <= 1e-6 and row["seconds"] > 0 for row in found["rows"])
