@@ -10,7 +10,7 @@ import numpy as np
 from hard_cases import C, Case, Elsewhere, Named, Value, run, scene
 from heat_scenes import fading, lump, rigid_stop
 from scipy.integrate import solve_ivp
-from test_scenarios import NAMES, load
+from shipped import NAMES, load
 
 import simbrake as sb
 from simbrake.files import leaves

@@ -16,8 +16,8 @@ import diffrax
 import jax
 import numpy as np
 import pytest
+from commands import call
 from helpers import stop_scene
-from test_cli import call
 
 import simbrake as sb
 from simbrake._base import _cache, _compiling

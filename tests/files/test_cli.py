@@ -10,24 +10,13 @@ import tomllib
 
 import numpy as np
 import pytest
-from helpers import Waiting, main
-
-
-def call(capsys, *arguments):
-    with pytest.raises(SystemExit) as stop:
-        main(list(arguments))
-    out, err = capsys.readouterr()
-    return stop.value.code, out, err
+from commands import call, no_cache  # noqa: F401
+from helpers import Waiting
 
 
 @pytest.fixture
 def scenario(scenarios):
     return str(scenarios / "u2_5_5_stop.py")
-
-
-@pytest.fixture(autouse=True)
-def no_cache(monkeypatch):
-    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "")
 
 
 @pytest.mark.smoke

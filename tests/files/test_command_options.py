@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
+from commands import call, no_cache  # noqa: F401
 from helpers import Waiting, open_scene
-from test_cli import call, no_cache  # noqa: F401
 
 import simbrake as sb
 from simbrake._base._table import Column, Table

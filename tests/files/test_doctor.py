@@ -9,7 +9,7 @@ from importlib.metadata import version
 
 import jax
 import pytest
-from test_cli import call
+from commands import call
 
 import simbrake as sb
 from simbrake._base._compiling import WORTH, accelerators

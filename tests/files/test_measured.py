@@ -6,9 +6,9 @@ import re
 
 import numpy as np
 import pytest
+from commands import call
 from heat_scenes import fading, lump, rigid_stop
 from helpers import closed_form, stop_scene
-from test_cli import call
 
 import simbrake as sb
 from simbrake._base._table import unit

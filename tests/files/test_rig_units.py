@@ -8,7 +8,7 @@ import re
 import pint
 import pytest
 from helpers import main, stop_scene
-from test_scenarios import NAMES, load
+from shipped import NAMES, load
 
 import simbrake as sb
 from simbrake._base._table import number, to_si, unit

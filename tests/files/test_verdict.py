@@ -11,9 +11,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import staged_scenes as staged
+from disc_scenes import disc_scene
 from helpers import main, stop_scene
-from test_disc import disc_scene
-from test_double_shoe import shoe_scene
+from shoe_scenes import shoe_scene
 
 import simbrake as sb
 from simbrake._pages._rows import key_figures

@@ -7,9 +7,9 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from disc_scenes import disc_scene
 from helpers import stop_scene
-from test_disc import disc_scene
-from test_double_shoe import shoe_scene
+from shoe_scenes import shoe_scene
 
 import simbrake as sb
 from simbrake._pages import _app, _live, _page, _publish

@@ -17,8 +17,8 @@ import time
 import numpy as np
 import pytest
 from browsers import browser_path, chromium
+from disc_scenes import disc_scene
 from helpers import Waiting, stop_scene
-from test_disc import disc_scene
 
 import simbrake as sb
 from simbrake._commands import _runs

@@ -12,10 +12,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import staged_scenes as staged
+from disc_scenes import FRICTION, R_I, R_O, W0, F, J, N, disc_heat, disc_scene
 from helpers import jacobians
 from scipy.integrate import quad, solve_ivp
-from test_disc import FRICTION, R_I, R_O, W0, F, J, N, disc_scene, heat
-from test_double_shoe import normals, shoe_scene
+from shoe_scenes import normals, shoe_scene
 
 import simbrake as sb
 from simbrake.friction import ChangingFriction, FrictionChange
@@ -219,7 +219,7 @@ def test_a_chain_with_an_oiled_lining_against_scipy():
 def test_a_disc_with_fade_and_oil_against_scipy():
     """Two of four pads from 0.6 s on; pads fade by their own heat; disc and pads as lumps."""
     base = sb.friction.ProductFriction(sb.ConstantFriction(FRICTION), (sb.LinearFade(2e-3, 273.15),))
-    result = sb.simulate(disc_scene(friction=changed(base, jump(0.6, 0.3), [1, 4]), heat=heat()), rtol=1e-12)
+    result = sb.simulate(disc_scene(friction=changed(base, jump(0.6, 0.3), [1, 4]), heat=disc_heat()), rtol=1e-12)
     r, load = 0.5 * (R_I + R_O), 1500.0
 
     def rates(t, y, factor):

@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import staged_scenes as staged
+from disc_scenes import LOAD, RATIO, TORQUE, disc_scene
 from scipy.optimize import brentq
-from test_disc import LOAD, RATIO, TORQUE, disc_scene
-from test_double_shoe import FRICTION, normals, shoe_scene
+from shoe_scenes import FRICTION, normals, shoe_scene
 
 import simbrake as sb
 

@@ -10,10 +10,10 @@ import jax
 import numpy as np
 import pytest
 import staged_scenes as staged
+from disc_scenes import TORQUE, disc_scene
 from heat_scenes import fading, lump, rigid_stop
 from helpers import stop_scene
 from scipy.optimize import brentq
-from test_disc import TORQUE, disc_scene
 
 import simbrake as sb
 

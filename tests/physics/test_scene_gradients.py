@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from test_scenarios import NAMES, load
+from shipped import NAMES, load
 
 import simbrake as sb
 from simbrake._base._compiling import accelerators

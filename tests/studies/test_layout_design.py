@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 import staged_scenes
 from helpers import stop_scene
-from test_scenarios import load
+from shipped import load
 
 import simbrake as sb
 from simbrake import plot

@@ -2,7 +2,7 @@
 
 import jax
 import pytest
-from test_scenarios import load
+from shipped import load
 
 import simbrake as sb
 from simbrake._run._measure import check_metrics, happened, measure, name_of, unit_of
