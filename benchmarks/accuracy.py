@@ -5,8 +5,8 @@
 A case is one metric, energy, time of an event or kind of states of one run. Its true error is the difference to a run
 at rtol 1e-13 with shorter steps. That run is compared with references that share nothing with the integrator: closed
 forms and collocation of order 23 (benchmarks/reference.py) for the benchmark's scenes, the independent models
-(benchmarks/independent) for the first `--verify` random ones. Random scenes are drawn by the seed from every kind of
-brake and flavour of benchmarks/independent/draws.py.
+(tests/oracles/independent) for the first `--verify` random ones. Random scenes are drawn by the seed from every kind of
+brake and flavour of tests/oracles/independent/draws.py.
 
 Printed are, of all cases at each tolerance, how many have `true ≤ 3 estimate + 1e-13 scale` (at least 95 % should) and
 `estimate ≤ 100 true + 1e-12 scale` (at least 80 %). The scale is the value; of times at least 1e-3 of the run, of
@@ -24,12 +24,13 @@ from typing import Any, NamedTuple
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "tests"))
 
 import numpy as np
+from oracles.independent.compare import compare
+from oracles.independent.draws import FLAVOURS, KINDS, draw, scene
 
 import simbrake as sb
-from benchmarks.independent.compare import compare
-from benchmarks.independent.draws import FLAVOURS, KINDS, draw, scene
 from benchmarks.ours import event_times, final_state
 from benchmarks.reference import error, reference
 from benchmarks.scenes import CASES, Answer

@@ -3,20 +3,16 @@
 import functools
 import json
 import math
-import pathlib
-import sys
 
 import jax
 import numpy as np
 import pytest
 from helpers import closed_form, main, stop_scene
+from oracles.independent.draws import draw
+from oracles.independent.draws import scene as random_scene
 from scipy.integrate import solve_ivp
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2]))
-
 import simbrake as sb
-from benchmarks.independent.draws import draw
-from benchmarks.independent.draws import scene as random_scene
 from simbrake._run import _accuracy, _simulate
 from simbrake._run._accuracy import SCOPE, longest_step
 from simbrake._run._errors import second_rtol

@@ -1,16 +1,10 @@
 """Random scenes against models in NumPy and SciPy that share no equation with the package.
 
-A few of those that `python benchmarks/random_scenes.py` runs, one of each kind of brake.
+A few of those that `python tests/oracles/random_scenes.py` runs, one of each kind of brake.
 """
 
-import pathlib
-import sys
-
 import pytest
-
-sys.path.insert(0, str(pathlib.Path(__file__).parents[2]))
-
-from benchmarks.independent.compare import compare
+from oracles.independent.compare import compare
 
 SCENES = (
     ("rigid band", "plain", 4),

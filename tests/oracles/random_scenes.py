@@ -1,8 +1,8 @@
 """Random scenes of every kind of brake, run by simbrake and by an independent model, and compared.
 
-`python benchmarks/random_scenes.py [--seeds 5] [--first 0] [--kinds "disc;shoe"] [--flavours plain,hot] [--json F]`
+`python tests/oracles/random_scenes.py [--seeds 5] [--first 0] [--kinds "disc;shoe"] [--flavours plain,hot] [--json F]`
 
-The independent models (`benchmarks/independent`) are NumPy and SciPy, written from the equations of docs/theory: they
+The independent models (`oracles/independent`) are NumPy and SciPy, written from the equations of docs/theory: they
 share the numbers of a scene with simbrake and nothing else. A scene is drawn by its kind, flavour and seed:
 
 - `plain`: a lever of straight lines with jumps and releases, a load torque of both signs, static above kinetic friction
@@ -25,11 +25,10 @@ import sys
 import time
 
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
-ROOT = pathlib.Path(__file__).resolve().parents[1]
-sys.path.insert(0, str(ROOT))
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
-from benchmarks.independent.compare import Comparison, compare  # noqa: E402
-from benchmarks.independent.draws import FLAVOURS, KINDS  # noqa: E402
+from oracles.independent.compare import Comparison, compare
+from oracles.independent.draws import FLAVOURS, KINDS
 
 
 def row(one: Comparison) -> str:

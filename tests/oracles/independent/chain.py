@@ -3,8 +3,7 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-
-from benchmarks.independent.base import BACK, ELASTIC, HELD, SLIP, Brake, Pair, names_of_change
+from oracles.independent.base import BACK, ELASTIC, HELD, SLIP, Brake, Pair, names_of_change
 
 #: a lining that is nearer to its limit than this share of a typical tension is at it
 _AT = 1e-10

@@ -3,14 +3,14 @@
 from typing import Any, NamedTuple
 
 import numpy as np
+from oracles.independent import base, draws
+from oracles.independent.banded import Banded
+from oracles.independent.chain import Chain
+from oracles.independent.pressed import Bands, Pressed
+from oracles.independent.sprung import Sprung
+from oracles.independent.stepping import Logged, integrate
 
 import simbrake as sb
-from benchmarks.independent import base, draws
-from benchmarks.independent.banded import Banded
-from benchmarks.independent.chain import Chain
-from benchmarks.independent.pressed import Bands, Pressed
-from benchmarks.independent.sprung import Sprung
-from benchmarks.independent.stepping import Logged, integrate
 
 RTOL = 1e-11
 #: relative differences allowed: of times over 1 s, of states and energies; linings that slip and stick one by one, some

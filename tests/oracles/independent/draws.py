@@ -3,9 +3,9 @@
 from typing import Any
 
 import numpy as np
+from oracles.independent.stepping import Filling, Lines
 
 import simbrake as sb
-from benchmarks.independent.stepping import Filling, Lines
 
 KINDS = (
     "rigid band", "elastic band", "staged, rigid band", "staged, elastic band", "chain", "disc", "shoe",

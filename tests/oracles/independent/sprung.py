@@ -3,9 +3,7 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
-
-from benchmarks.independent.base import (
+from oracles.independent.base import (
     BACK,
     HELD,
     OPEN,
@@ -17,6 +15,7 @@ from benchmarks.independent.base import (
     names_of_change,
     names_with_a_bandage,
 )
+from scipy.optimize import brentq
 
 #: shares at which the torque of linings at rest is looked at before its root is bracketed
 _SHARES = np.linspace(-1.0, 1.0, 201)

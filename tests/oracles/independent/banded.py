@@ -3,8 +3,7 @@
 from typing import Any, NamedTuple
 
 import numpy as np
-
-from benchmarks.independent.base import (
+from oracles.independent.base import (
     BACK,
     ELASTIC,
     HELD,

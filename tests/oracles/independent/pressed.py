@@ -6,10 +6,9 @@ Moments of the shoes by quadrature.
 from typing import Any
 
 import numpy as np
+from oracles.independent.base import BACK, HELD, OPEN, SLIP, Brake, Pair, names_of_change
+from oracles.independent.draws import BANDS
 from scipy.integrate import quad
-
-from benchmarks.independent.base import BACK, HELD, OPEN, SLIP, Brake, Pair, names_of_change
-from benchmarks.independent.draws import BANDS
 
 
 def effective_radius(p: dict[str, Any]) -> float:

@@ -6,8 +6,7 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-
-from benchmarks.independent.stepping import AbstractModel, Law, Lines, Logged, Lumps
+from oracles.independent.stepping import AbstractModel, Law, Lines, Logged, Lumps
 
 #: sizes below this share of a typical one are rounding
 ROUNDING = 1e-11
