@@ -16,11 +16,11 @@ HERE = pathlib.Path(__file__).parent
 sys.path[:0] = [str(HERE.parent / "tests" / folder) for folder in (".", "physics", "engine", "files")]
 
 PARTS = [
-    ("Friction and geometry", "hard_limits", "test_hard_brake.py::test_limits"),
-    ("Events, rest and motion", "hard_events", "test_hard_brake.py::test_events"),
-    ("Time, units, tolerances", "hard_time", "test_hard_brake.py::test_time"),
-    ("Heat", "hard_heat", "test_hard_heat.py::test_heat"),
-    ("Input", "hard_input", "test_hard_input.py::test_input"),
+    ("Friction and geometry", "oracles.hard_limits", "test_hard_brake.py::test_limits"),
+    ("Events, rest and motion", "oracles.hard_events", "test_hard_brake.py::test_events"),
+    ("Time, units, tolerances", "oracles.hard_time", "test_hard_brake.py::test_time"),
+    ("Heat", "oracles.hard_heat", "test_hard_heat.py::test_heat"),
+    ("Input", "oracles.hard_input", "test_hard_input.py::test_input"),
 ]
 
 HEAD = """# Hard cases

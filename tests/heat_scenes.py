@@ -9,6 +9,7 @@ import simbrake as sb
 
 R, J, C, T0, W0, N, BETA = 0.725, 800.0, 2e5, 8e3, 20.0, 20, math.radians(13.5)
 TRACK = 2 * math.pi * R * 0.23
+FLASH = sb.thermal.FlashTemperature(length=1e-3, conductivity=50.0, diffusivity=1.44e-5)
 
 
 def fading(f=0.35, slope=3e-4, above=293.15, floor=0.0, blend=0.0):
@@ -41,6 +42,20 @@ def lump(capacity=2e4, share=1.0, linings=None, cooling=0.0, **more):
 def rigid_stop(law, heat, end=10.0, lever=None, load=0.0, w0=W0):
     duty = sb.Duty(lever or sb.Constant(T0), sb.TorqueLoad(sb.Constant(load)))
     return sb.Scene(brake(law, None), duty, sb.Initial(w0), end, heat)
+
+
+def warmed(law, power, load=0.0, stiffness=C, end=200.0, capacity=1e4, n=N, beta=BETA, flash=None, area=None, w0=0.0):
+    """A brake whose linings are warmed from outside: `T = T_0 + P t/C`."""
+    heat = sb.Heat(
+        (sb.thermal.Lump("linings", capacity),),
+        sources=(sb.thermal.Source("linings", power),),
+        friction=sb.thermal.FrictionHeat(None, "linings", sb.thermal.ConstantPartition(1.0)),
+        flash=flash,
+        linings="linings",
+        permissible=293.15 + 50.0,
+    )
+    duty = sb.Duty(sb.Constant(T0), sb.TorqueLoad(sb.Constant(load)))
+    return sb.Scene(brake(law, stiffness, n, beta, area), duty, sb.Initial(w0), end, heat)
 
 
 def falling_flux(k, rho, c, work, duration, depth=0.028):

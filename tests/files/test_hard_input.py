@@ -3,13 +3,9 @@
 import importlib
 import inspect
 
-import hard_events
-import hard_heat
-import hard_input
-import hard_limits
-import hard_time
 import pytest
-from hard_cases import Elsewhere, cases_to_test, check
+from oracles import hard_events, hard_heat, hard_input, hard_limits, hard_time
+from oracles.hard_cases import Elsewhere, cases_to_test, check
 
 MODULES = (hard_limits, hard_events, hard_time, hard_heat, hard_input)
 

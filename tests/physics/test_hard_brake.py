@@ -1,10 +1,8 @@
 """Hard cases of a brake without heat: limits of friction and geometry, events, time and units."""
 
-import hard_events
-import hard_limits
-import hard_time
 import pytest
-from hard_cases import cases_to_test, check
+from oracles import hard_events, hard_limits, hard_time
+from oracles.hard_cases import cases_to_test, check
 
 
 @pytest.mark.slow

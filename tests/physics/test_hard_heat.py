@@ -1,8 +1,8 @@
 """Hard cases with heat."""
 
 import pytest
-from hard_cases import cases_to_test, check
-from hard_heat import CASES
+from oracles.hard_cases import cases_to_test, check
+from oracles.hard_heat import CASES
 
 
 @pytest.mark.slow

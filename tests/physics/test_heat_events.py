@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import staged_scenes as staged
-from heat_scenes import BETA, T0, W0, C, N, R, brake, fading, lump
+from heat_scenes import BETA, FLASH, T0, W0, C, N, R, brake, fading, lump, warmed
 from helpers import jacobians
 from scipy.integrate import quad
 from scipy.optimize import brentq
@@ -18,20 +18,6 @@ import simbrake as sb
 from simbrake.friction import SurfaceState
 
 # --- events that heat brings about -------------------------------------------------------------------------------
-
-
-def warmed(law, power, load=0.0, stiffness=C, end=200.0, capacity=1e4, n=N, beta=BETA, flash=None, area=None, w0=0.0):
-    """A brake whose linings are warmed from outside: `T = T_0 + P t/C`."""
-    heat = sb.Heat(
-        (sb.thermal.Lump("linings", capacity),),
-        sources=(sb.thermal.Source("linings", power),),
-        friction=sb.thermal.FrictionHeat(None, "linings", sb.thermal.ConstantPartition(1.0)),
-        flash=flash,
-        linings="linings",
-        permissible=293.15 + 50.0,
-    )
-    duty = sb.Duty(sb.Constant(T0), sb.TorqueLoad(sb.Constant(load)))
-    return sb.Scene(brake(law, stiffness, n, beta, area), duty, sb.Initial(w0), end, heat)
 
 
 @pytest.mark.slow
@@ -132,9 +118,6 @@ def test_band_snap_is_named():
     result = sb.simulate(scene, throw=False)
     assert result.status == "band_snap"
     assert "capacity" in result.message
-
-
-FLASH = sb.thermal.FlashTemperature(length=1e-3, conductivity=50.0, diffusivity=1.44e-5)
 
 
 def test_flash_temperature_of_a_moving_source():

@@ -7,8 +7,8 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from hard_cases import C, Case, Elsewhere, Named, Value, run, scene
 from heat_scenes import fading, lump, rigid_stop
+from oracles.hard_cases import C, Case, Elsewhere, Named, Value, run, scene
 from scipy.integrate import solve_ivp
 from shipped import NAMES, load
 

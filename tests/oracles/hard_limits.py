@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hard_cases import (
+from oracles.hard_cases import (
     BETA,
     T0,
     W0,

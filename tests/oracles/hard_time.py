@@ -9,8 +9,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from chain_scenes import changes
-from hard_cases import BETA, T0, W0, C, Case, Elsewhere, J, Named, R, Value, gradients, run, scene, stop_times
-from hard_events import BELT, HOLD, PI, belt, belt_period, let_go
+from oracles.hard_cases import BETA, T0, W0, C, Case, Elsewhere, J, Named, R, Value, gradients, run, scene, stop_times
+from oracles.hard_events import BELT, HOLD, PI, belt, belt_period, let_go
 from scipy.integrate import solve_ivp
 
 import simbrake as sb

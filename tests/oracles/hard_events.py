@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from chain_scenes import changes
-from hard_cases import (
+from oracles.hard_cases import (
     BETA,
     T0,
     W0,

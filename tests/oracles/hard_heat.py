@@ -10,12 +10,11 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from hard_cases import Case, Elsewhere, Named, Value
-from heat_scenes import BETA, T0, TRACK, W0, C, J, N, R, fading, layered_stop, lump, rigid_stop
+from heat_scenes import BETA, FLASH, T0, TRACK, W0, C, J, N, R, fading, layered_stop, lump, rigid_stop, warmed
 from heat_scenes import brake as heated_brake
+from oracles.hard_cases import Case, Elsewhere, Named, Value
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq, fsolve
-from test_heat_events import FLASH, warmed
 
 import simbrake as sb
 from simbrake.friction import SurfaceState
