@@ -1,4 +1,4 @@
-"""What several tests need: quick solves, event lists; standard scenes and closed forms come from the package."""
+"""What several tests need: quick solves, event lists, Jacobians both ways."""
 
 import functools
 from collections.abc import Callable
@@ -15,10 +15,6 @@ from simbrake.__main__ import main as main
 from simbrake._base._progress import Waiting as Waiting
 from simbrake._physics._assemble import assemble as assemble
 from simbrake._physics._sliding import Grip as Grip
-from simbrake.checks._cases_band import closed_form as closed_form
-from simbrake.checks._cases_band import stop_scene as stop_scene
-from simbrake.checks._cases_integrator import arrays as arrays
-from simbrake.checks._cases_integrator import first_event_times as first_event_times
 from simbrake.files import open_scene as open_scene
 from simbrake.hybrid import LANDED, STOPPED
 

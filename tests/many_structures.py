@@ -12,10 +12,10 @@ import tempfile
 
 import jax
 import psutil
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake._base._programs import STORE, mappings
-from simbrake.checks._cases_band import closed_form, stop_scene
 
 
 def stopping_time(omega, n):

@@ -5,8 +5,8 @@ import functools
 import math
 
 import numpy as np
-from helpers import stop_scene
 from matplotlib.patches import Wedge
+from stop_scenes import stop_scene
 
 import simbrake as sb
 

@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from helpers import stop_scene
+from stop_scenes import stop_scene
 
 import simbrake as sb
 

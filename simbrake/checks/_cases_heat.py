@@ -9,30 +9,20 @@ import diffrax
 import numpy as np
 from jaxtyping import Float
 from scipy.integrate import quad
-from scipy.optimize import brentq, minimize_scalar
-from scipy.special import dawsn, erfc
+from scipy.special import erfc
 
 from .._parts._scene import Scene
-from .._run._networks import simulate_heat, steady_state
+from .._run._networks import simulate_heat
 from ..friction import ConstantFriction, LinearFade, ProductFriction
 from ..hybrid._arrays import Array
-from ..profiles import ExponentialRise, PiecewiseLinear, ramp
+from ..profiles import ramp
 from ..thermal._builders import lumped_heat
 from ..thermal._contact import ThermalContact
 from ..thermal._heat import ConstantPartition, Heat
 from ..thermal._material import ROOM, Material, layer_growth
-from ..thermal._network import (
-    Conductance,
-    Convection,
-    Junction,
-    Lump,
-    Radiation,
-    Reservoir,
-    Source,
-    Wall,
-)
+from ..thermal._network import Conductance, Junction, Lump, Source, Wall
 from ._cases_band import stop_scene
-from ._validation import FORM, SIGMA, Case, cases_of, cases_of_run
+from ._validation import FORM, Case, cases_of, cases_of_run
 
 _K, _A = 50.0, 1.4e-5  # conductivity and diffusivity of the half-spaces
 _STEEL = Material(_K, 7800.0, _K / (7800.0 * _A))
@@ -62,48 +52,6 @@ def lump_cases() -> list[Case]:
     heat = Heat((Lump("a", C, 373.15), Lump("b", C, 273.15)), (Conductance("a", "b", G),))
     truths = {t: (f"T1 at {t} s", 323.15 + 50 * math.exp(-2 * G / C * t)) for t in (0.1, 0.5, 1.0)}
     return _temperatures("two lumps", heat, f"{FORM}T_m + ΔT/2 · e^(−2Gt/C)", truths)
-
-
-def _radiated(T0: float, Ta: float, c: float, t: float) -> float:
-    """Root T of `∫ dT/(T⁴ − T_a⁴) = −c t`: the lump that radiates to surroundings at `T_a`, in implicit closed form."""
-    if Ta == 0:
-        return T0 * (1 + 3 * c * T0**3 * t) ** (-1 / 3)
-
-    def integral(T: float) -> float:
-        return (math.log((T - Ta) / (T + Ta)) - 2 * math.atan(T / Ta)) / (4 * Ta**3)
-
-    found: Any = brentq(lambda T: integral(T) - integral(T0) + c * t, Ta * (1 + 1e-13), T0, xtol=1e-12)
-    return found
-
-
-def radiation_cases() -> list[Case]:
-    """A lump at 900 K that radiates to 0 K and to 300 K."""
-    T0, eps, mc, found = 900.0, 0.8, 1e4, []
-    for Ta, form in ((0.0, "T_0(1 + 3εσA T_0³t/mc)^(−1/3)"), (300.0, "∫ dT/(T⁴ − T_a⁴) = −εσA t/mc")):
-        heat = Heat((Lump("a", mc, T0), Reservoir("air", Ta)), (Radiation("a", 1.0, eps),))  # pyright: ignore
-        truths = {t: (f"T at {t:.0f} s", _radiated(T0, Ta, eps * SIGMA / mc, t)) for t in (60.0, 600.0, 3600.0)}
-        found += _temperatures(f"radiation to {Ta:.0f} K", heat, f"{FORM}{form}", truths)
-    return found
-
-
-def repeated_cases() -> list[Case]:
-    """Stops once a minute that warm a drum by 40 K each, in pulses of 1 µs."""
-    C, b, t_c, rise, pulse = 1000.0, 1 / 300, 60.0, 40.0, 1e-6
-    starts = np.arange(10) * t_c
-    times = np.sort(np.concatenate([starts, starts, starts + pulse, starts + pulse]))
-    power = np.tile([0.0, 1.0, 1.0, 0.0], 10) * rise * C / pulse
-    heat = Heat(
-        (Lump("drum", C, 300.0), Reservoir("air", 300.0)),
-        (Convection("drum", 1.0, C * b),),  # pyright: ignore
-        sources=(Source("drum", PiecewiseLinear(times, power)),),
-    )
-    source = "Limpert, Brake Design and Safety: ΔT(1 − e^(−n b t_c))/(1 − e^(−b t_c))"
-    truths = {
-        (n - 1) * t_c + pulse: (f"rise after {n}", rise * math.expm1(-n * b * t_c) / math.expm1(-b * t_c))
-        for n in (1, 5, 10)
-    }
-    # the pulse lasts 1 µs of the 300 s in which the drum cools
-    return _temperatures("repeated stops", heat, source, truths, tolerance=1e-7, rtol=1e-11, less=300.0)
 
 
 # --- walls ------------------------------------------------------------------------------------------------------------
@@ -151,57 +99,6 @@ def half_space_cases() -> list[Case]:
     return cases_of("half-space", fine, 1e-3, rows)
 
 
-def _hottest(rise: Float[np.ndarray, "81"]) -> tuple[float, float]:
-    """Time and height of the maximum of a course at `_TIMES`, of the parabola through its three highest points."""
-    top = int(np.argmax(rise))
-    a, b, c = rise[top - 1 : top + 2]
-    off = 0.5 * (a - c) / (a - 2 * b + c)
-    return float(_TIMES[top] + off * (_TIMES[1] - _TIMES[0])), float(b - 0.25 * (a - c) * off)
-
-
-def falling_flux_cases() -> list[Case]:
-    """Flux that falls in a straight line to 0: the surface is hottest at half the time."""
-    q, t_s = 1e6, float(_TIMES[-1])
-
-    def surface() -> Float[np.ndarray, "81"]:
-        x, rise = _heated(108, q, 0.0)
-        return rise[:, 0] + q * (1 - _TIMES / t_s) * x[0] / _K
-
-    source = "Fazekas 1953, Newcomb 1960"
-    greatest = 4 / (3 * math.sqrt(2 * math.pi)) * q * math.sqrt(t_s) / (_K / math.sqrt(_A))
-    rows = [
-        ("maximum rise", f"{source}: 0.53192304 q_0 √t_s/√(kρc)", greatest, np.max),
-        ("time of it", f"{source}: t_s/2", t_s / 2, lambda rise: _hottest(rise)[0], 0.01),
-    ]
-    return cases_of("falling flux", surface, 2e-3, rows)
-
-
-def fading_flux_cases() -> list[Case]:
-    """Flux that fades exponentially, on a half-space of a steel of 45 W/(m·K), in layers that grow from 0.05 mm."""
-    q, rate, n, thickness = 1e6, 0.8, 120, 0.04
-    steel = Material(45.0, 7850.0, 480.0)
-    wall = Wall("w", steel, thickness, 1.0, n, layer_growth(5e-5, thickness, n))
-    flux = Source("w.front", q), Source("w.front", ExponentialRise(-q, 1 / rate))
-    per_root = 2 * q / math.sqrt(math.pi * rate * 45.0 * 7850.0 * 480.0)
-
-    def surface() -> Float[np.ndarray, "81"]:
-        run = simulate_heat(Heat((wall,), sources=flux), _TIMES, rtol=1e-9)
-        half = float(wall.centres[0])
-        return np.asarray(run.temperature)[:, 0] - ROOM + q * np.exp(-rate * _TIMES) * half / 45.0
-
-    source = f"{FORM}2 q_0 D(√(λ t))/√(π λ k ρ c), D of Dawson"
-    top: Any = minimize_scalar(lambda x: -dawsn(x), bracket=(0.5, 1.0, 1.5), tol=1e-12)
-    i, end = 12, len(_TIMES) - 1
-    rows = [
-        ("maximum rise", source, -per_root * top.fun, lambda rise: _hottest(rise)[1]),
-        ("time of it", f"{FORM}D' = 0", top.x**2 / rate, lambda rise: _hottest(rise)[0], 3e-4),
-        (f"rise at {_TIMES[i]:g} s", source, per_root * dawsn(math.sqrt(rate * _TIMES[i])), str(i), 4e-4),
-        (f"rise at {_TIMES[end]:g} s", source, per_root * dawsn(math.sqrt(rate * _TIMES[end])), str(end)),
-        ("maximum rise, 15 digits", "Dawson function, evaluated outside", 52.4180821839227, lambda x: _hottest(x)[1]),
-    ]
-    return cases_of("fading flux", surface, 2e-4, rows)
-
-
 def effusivity_cases() -> list[Case]:
     """Heat into the interface of two bodies in perfect contact: the network yields Charron's share."""
     n, thickness = 120, 0.03
@@ -229,20 +126,6 @@ def effusivity_cases() -> list[Case]:
         row = (name, "Charron: e1/(e1 + e2), e = √(kρc)", e1 / (e1 + e2), lambda share: share)
         found += cases_of("two bodies in contact", functools.partial(share, *bodies), 5e-4, [row])
     return found
-
-
-def steady_cases() -> list[Case]:
-    """A wall heated and cooled at one face and held at the other, in the steady state."""
-    q, h, L, Ta, Tb = 1e5, 50.0, 0.03, 300.0, 350.0
-    heat = Heat(
-        (Wall("w", _STEEL, L, 1.0, 4), Reservoir("air", Ta), Reservoir("back", Tb)),
-        (Convection("w.front", 1.0, h), ThermalContact("w.back", "back", 1.0)),  # pyright: ignore
-        sources=(Source("w.front", q),),
-    )
-    face = (q + h * Ta + _K / L * Tb) / (h + _K / L)
-    source = f"{FORM}q = h(T_f − T_a) + λ(T_f − T_b)/L"
-    row = ("first layer", source, face + (Tb - face) / 8, lambda found: next(iter(found.values())))
-    return cases_of("wall in steady state", lambda: steady_state(heat), 1e-8, [row])
 
 
 # --- brakes -----------------------------------------------------------------------------------------------------------
@@ -279,6 +162,8 @@ def fade_cases() -> list[Case]:
 
 
 CASES = (
-    *(lump_cases, radiation_cases, repeated_cases, half_space_cases, falling_flux_cases, fading_flux_cases),
-    *(effusivity_cases, steady_cases, fade_cases),
+    lump_cases,
+    half_space_cases,
+    effusivity_cases,
+    fade_cases,
 )

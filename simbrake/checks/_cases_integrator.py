@@ -19,7 +19,6 @@ from ..hybrid import LANDED, AbstractHybridSystem, Code, ExplicitRungeKutta, Rec
 from ..hybrid._arrays import Array
 from ._validation import FORM, Case, cases_of
 
-_LEINE = "Leine, van Campen, de Kraker, van den Steen 1998, Nonlinear Dynamics 16:41–54"
 _IVP = "Test Set for IVP Solvers (Mazzia, Magherini)"
 
 Number: TypeAlias = Float[Array, ""]
@@ -97,68 +96,6 @@ class BeltOscillator(Smooth):
     def reset(self, t: Number, y: Oscillator, before: Mode, after: Mode) -> Oscillator:
         x = jnp.where(after == SLIP, self.F_s / self.k, y.x)
         return Oscillator(x, jnp.where(after == STICK, self.v_b, y.v))
-
-
-class CoulombOscillator(Smooth):
-    """Free oscillator with Coulomb friction, `ẍ + x = −F sgn ẋ`; `mode` is the sign of `ẋ`, 0 at rest."""
-
-    F: Any = 0.15
-
-    def rhs(self, t: Number, y: Oscillator, mode: Mode) -> Oscillator:
-        moving = mode != 0
-        return Oscillator(jnp.where(moving, y.v, 0.0), jnp.where(moving, -y.x - self.F * mode.astype(float), 0.0))
-
-    def guards(self, t: Number, y: Oscillator, mode: Mode) -> Guards:
-        return jnp.where(mode == 0, 1.0, mode.astype(float) * y.v)[None]
-
-    def transition(self, t: Number, y: Oscillator, mode: Mode, fired: Fired, at_stop: Array) -> tuple[Mode, int]:
-        return jnp.where(jnp.abs(y.x) <= self.F, 0, -jnp.sign(y.x).astype(int)), 0
-
-    def reset(self, t: Number, y: Oscillator, before: Mode, after: Mode) -> Oscillator:
-        return Oscillator(y.x, 0.0 * y.v)
-
-
-class Filippov(Smooth):
-    """`ẋ = −2` if `x > y` else 2; `ẏ = −3` if `y > x` else 1.5: from (1.5, 1) slides along `x = y` at −6/17 from 1/7.
-
-    Modes +1 above, −1 below, 0 sliding; on the line `ẋ = ẏ` fixes the convex weight.
-    """
-
-    def rhs(self, t: Number, y: Float[Array, "2"], mode: Mode) -> Float[Array, "2"]:
-        above, below = jnp.asarray([-2.0, 1.5]), jnp.asarray([2.0, -3.0])
-        n_above, n_below = above[0] - above[1], below[0] - below[1]
-        weight = n_below / (n_below - n_above)
-        slide = weight * above + (1 - weight) * below
-        return jnp.where(mode == 0, slide, jnp.where(mode > 0, above, below))
-
-    def guards(self, t: Number, y: Float[Array, "2"], mode: Mode) -> Guards:
-        return jnp.where(mode == 0, 1.0, mode.astype(float) * (y[0] - y[1]))[None]
-
-    def transition(self, t: Number, y: PyTree, mode: Mode, fired: Fired, at_stop: Array) -> tuple[Mode, int]:
-        return 0 * mode, 0
-
-    def scales(self) -> float:
-        return 1.0
-
-
-class BouncingBall(Smooth):
-    """FMI reference model: falls with `g`, leaves each impact with `e` of its speed, rests below `v_min`."""
-
-    g: Any = 9.81
-    e: Any = 0.7
-    v_min: Any = 0.1
-
-    def rhs(self, t: Number, y: Oscillator, mode: Mode) -> Oscillator:
-        return Oscillator(jnp.where(mode == 0, y.v, 0.0), jnp.where(mode == 0, -self.g, 0.0))
-
-    def guards(self, t: Number, y: Oscillator, mode: Mode) -> Guards:
-        return jnp.where(mode == 0, y.x, 1.0)[None]
-
-    def transition(self, t: Number, y: Oscillator, mode: Mode, fired: Fired, at_stop: Array) -> tuple[Mode, int]:
-        return jnp.where(-self.e * y.v < self.v_min, 1, 0), 0
-
-    def reset(self, t: Number, y: Oscillator, before: Mode, after: Mode) -> Oscillator:
-        return Oscillator(0.0 * y.x, jnp.where(after == 1, 0.0, -self.e * y.v))
 
 
 class Robertson(Smooth):
@@ -241,11 +178,6 @@ def _solved(
     return _finished(program, system)
 
 
-def _events_and(count: int, last: Callable[[PyTree], Number]) -> Callable[[Record], Float[Array, " numbers"]]:
-    """The times of the first events, and a number of the state at the end."""
-    return lambda record: jnp.append(first_event_times(record, count), last(record.y_end))
-
-
 def belt_cases() -> list[Case]:
     """Belt oscillator with F_s > F_k: times, extremes, derivatives of the period by every number."""
     belt, subject = BeltOscillator(), "belt oscillator"
@@ -291,59 +223,6 @@ def belt_cases() -> list[Case]:
     return cases_of(subject, run, 1e-11, rows) + cases_of(subject, _finished(slopes, belt), 1e-9, by)
 
 
-def leine_cases() -> list[Case]:
-    """Slip law F_s/(1 + 3|v|): a benchmark of stick–slip without smoothing."""
-
-    def read(record: Record) -> Float[Array, "3"]:
-        t = first_event_times(record, 2)
-        return jnp.append(t, record.at(t[:1], left=True)[0].x)
-
-    # digits beyond the publication: DOP853 at rtol 2e-14 on the slip phase alone
-    source = f"{_LEINE}; digits: slip phase alone, DOP853"
-    rows = [
-        ("slip lasts", source, 4.29599952548, "0"),
-        ("x where slip ends", source, -0.54100635387, "2"),
-        ("period", source, 12.00103129483, "1"),
-    ]
-    belt = BeltOscillator(decay=3.0)
-    return cases_of("Leine oscillator", _solved(read, belt, belt.start, SLIP, 13.0), 1e-9, rows)
-
-
-def coulomb_cases() -> list[Case]:
-    """Free oscillator with dry friction: amplitude falls by 2F/k in every half period until it rests."""
-    rows = [
-        ("time of rest", f"{FORM}3π", 3 * math.pi, "2"),
-        ("x at rest, 1000 s", f"{FORM}−(x_0 − 6F/k)", -(1 - 6 * 0.15), "3"),
-    ]
-    run = _solved(_events_and(3, lambda y: y.x), CoulombOscillator(F=0.15), Oscillator(1.0, 0.0), -1, 1000.0)
-    return cases_of("Coulomb oscillator", run, 1e-12, rows)
-
-
-def filippov_cases() -> list[Case]:
-    """Sliding along the line where two fields meet (Filippov's convex combination)."""
-    rows = [
-        ("reaches the line", f"{FORM}0.5/(2 + 1.5)", 1 / 7, "0"),
-        ("x(1)", f"{FORM}slides at −6/17", 31 / 34, "1"),
-    ]
-    run = _solved(_events_and(1, lambda y: y[0]), Filippov(), np.asarray([1.5, 1.0]), 1, 1.0)
-    return cases_of("Filippov sliding", run, 1e-12, rows)
-
-
-def ball_cases() -> list[Case]:
-    """Bouncing ball of the FMI reference models: impacts, and rest where it leaves slower than 0.1 m/s."""
-    g, e, h = 9.81, 0.7, 1.0
-    first = math.sqrt(2 * h / g)
-
-    def impact(k: int) -> float:
-        return first + 2 * first * sum(e**i for i in range(1, k))
-
-    source = "FMI reference model"
-    rows = [(f"impact {k}", f"{source}; {FORM}√(2h/g)(1 + 2 Σ eⁱ)", impact(k), f"{k - 1}") for k in (1, 2, 6, 11)]
-    rest = ("speed at rest", source, 0.0, "11", 0.0)
-    run = _solved(_events_and(11, lambda y: y.v), BouncingBall(g, e, 0.1), Oscillator(h, 0.0), 0, 3.0)
-    return cases_of("bouncing ball", run, 1e-12, [*rows, rest])
-
-
 def stiff_cases() -> list[Case]:
     """Stiff problems of the Test Set at its end times."""
 
@@ -360,4 +239,7 @@ def stiff_cases() -> list[Case]:
     return found
 
 
-CASES = (belt_cases, leine_cases, coulomb_cases, filippov_cases, ball_cases, stiff_cases)
+CASES = (
+    belt_cases,
+    stiff_cases,
+)

@@ -9,13 +9,12 @@ from .._parts._scene import ForceDuty, Initial, Scene
 from .._run._edit import with_values
 from .._run._result import Result
 from ..brakes._pressed import DiscBrake, Pads
-from ..fade import FrictionChange, LinearFade, MemoryProcess, PressureFactor
+from ..fade import FrictionChange, MemoryProcess
 from ..friction import (
     AbstractFriction,
     ChangingFriction,
     ConstantFriction,
     FrictionWithMemory,
-    ProductFriction,
     StribeckFriction,
     TabulatedFriction,
 )
@@ -46,10 +45,6 @@ def _rim(capacity: float, flash: FlashTemperature | None = None) -> Heat:
     return Heat(heat.bodies, heat.links, heat.friction, heat.sources, flash, heat.rim, heat.linings, heat.band)
 
 
-def _fading(slope: float) -> AbstractFriction:
-    return ProductFriction(ConstantFriction(0.35), (LinearFade(slope, ROOM, 0.0, 0.0),))  # pyright: ignore
-
-
 def speed_cases() -> list[Case]:
     """Friction over the slip speed: Stribeck's curve and a table."""
     curve = StribeckFriction(0.45, 0.30, 3.0, 1.5)
@@ -77,33 +72,6 @@ def speed_cases() -> list[Case]:
             {"∂(stopping time)/∂v_s": f"{_LAW}.stribeck_speed"},
         ),
         *frozen_cases("tabulated friction", _stop(table), stopped, {"∂(stopping time)/∂f_2": f"{_LAW}.coefficient.1"}),
-    ]
-
-
-def pressed_cases() -> list[Case]:
-    """Friction that falls with the pressure, which it raises: implicit, lining by lining."""
-    law = ProductFriction(ConstantFriction(0.35), (PressureFactor(1e6, 0.3),))  # pyright: ignore
-    factor = f"{_LAW}.factors.0"
-    return frozen_cases(
-        "friction under pressure",
-        with_values(_stop(law), {"brake.linings.area": 0.03}),
-        {
-            "stopping time": "stopping_time",
-            "friction of lining 4": lambda result: result.series([0.5]).pairs["external"].friction_coefficient[0, 3],
-            "tight tension": lambda result: result.series([0.5]).tight_tension[0],
-        },
-        {"∂(stopping time)/∂m": f"{factor}.exponent", "∂(stopping time)/∂p_r": f"{factor}.reference"},
-    )
-
-
-def heated_cases() -> list[Case]:
-    """Fade on an elastic band, which yields as it fades, and flash temperature, which makes friction implicit."""
-    flash = FlashTemperature(1e-3, 50.0, 1.44e-5, 1.0, 3e7)
-    elastic = _stop(_fading(2e-3), _rim(1.5e3), C=1e5, load=500.0)
-    read = {"full slip": "full_slip_time", "stopping time": "stopping_time", "rim at rest": "end_temperatures.0"}
-    return [
-        *frozen_cases("fade under an elastic band", elastic, read, {"∂(stopping time)/∂s": f"{_LAW}.factors.0.slope"}),
-        *frozen_cases("flash temperature", _stop(_fading(1e-3), _rim(1e5, flash)), read),
     ]
 
 
@@ -171,4 +139,9 @@ def contact_cases() -> list[Case]:
     )
 
 
-CASES = (speed_cases, pressed_cases, heated_cases, changing_cases, wear_cases, contact_cases)
+CASES = (
+    speed_cases,
+    changing_cases,
+    wear_cases,
+    contact_cases,
+)

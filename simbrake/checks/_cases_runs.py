@@ -101,4 +101,8 @@ def stepper_cases() -> list[Case]:
     return cases_of("steps from outside", run, 1e-10, rows)
 
 
-CASES = (prepared_cases, ensemble_cases, stepper_cases)
+CASES = (
+    prepared_cases,
+    ensemble_cases,
+    stepper_cases,
+)

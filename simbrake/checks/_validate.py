@@ -17,23 +17,15 @@ def lanes_of_subjects() -> tuple[list[Callable[[], list[Case]]], ...]:
     """Functions that make the cases, in two lanes that run side by side; those of one share compiled programs."""
     # loaded on demand: they and their references take a good part of a second to import
     from . import _cases_band as band
-    from . import _cases_duties as duties
-    from . import _cases_energies as energies
     from . import _cases_heat as heat
     from . import _cases_integrator as integrator
-    from . import _cases_jumps as jumps
     from . import _cases_laws as laws
-    from . import _cases_layouts as layouts
-    from . import _cases_levers as levers
     from . import _cases_mechanisms as mechanisms
-    from . import _cases_network as network
     from . import _cases_runs as runs
     from . import _cases_shaft as shaft
-    from . import _cases_statics as statics
-    from . import _cases_thermal as thermal
 
-    first = integrator, heat, network, mechanisms, levers, duties, energies, runs
-    second = band, shaft, laws, statics, layouts, thermal, jumps
+    first = integrator, heat, mechanisms, runs
+    second = band, shaft, laws
     return [s for module in first for s in module.CASES], [s for module in second for s in module.CASES]
 
 

@@ -7,10 +7,11 @@ import math
 import jax
 import numpy as np
 import pytest
-from helpers import closed_form, main, stop_scene
+from helpers import main
 from oracles.independent.draws import draw
 from oracles.independent.draws import scene as random_scene
 from scipy.integrate import solve_ivp
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake._run import _accuracy, _simulate

@@ -17,7 +17,7 @@ import jax
 import numpy as np
 import pytest
 from commands import call
-from helpers import stop_scene
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake._base import _cache, _compiling

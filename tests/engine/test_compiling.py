@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import closed_form, stop_scene
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake._base import _compiling

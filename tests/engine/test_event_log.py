@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import staged_scenes as staged
 from heat_scenes import fading
-from helpers import stop_scene
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake._phases import Ended

@@ -7,11 +7,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import TSIT5, arrays, event_guards, event_times, settings, solve
-from problems import Timed
+from helpers import TSIT5, event_guards, event_times, settings, solve
+from small_systems import BouncingBall, Oscillator, Timed, arrays
 
 import simbrake as sb
-from simbrake.checks._cases_integrator import BouncingBall, Oscillator
 from simbrake.hybrid._search import crossed, first_root, interior_minimum, suspicious
 
 

@@ -7,7 +7,7 @@ import diffrax
 import numpy as np
 import pytest
 from heat_scenes import T0, fading, lump, rigid_stop
-from helpers import closed_form, stop_scene
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake._run import _report, _scan

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from heat_scenes import fading, lump, rigid_stop
-from helpers import closed_form, stop_scene
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake._base._compiling import compiled

@@ -4,10 +4,8 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import DOPRI8, arrays, event_times, first_event_times, settings, solve
-
-import simbrake as sb
-from simbrake.checks._cases_integrator import (
+from helpers import DOPRI8, event_times, settings, solve
+from small_systems import (
     SLIP,
     BeltOscillator,
     BouncingBall,
@@ -15,7 +13,11 @@ from simbrake.checks._cases_integrator import (
     Filippov,
     Oscillator,
     Smooth,
+    arrays,
+    first_event_times,
 )
+
+import simbrake as sb
 
 BELT = arrays(BeltOscillator())
 T_SLIP, T_STICK = 4.06888787159140, 4.0

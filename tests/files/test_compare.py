@@ -14,9 +14,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import xarray as xr
-from helpers import stop_scene
 from result_scenes import SUFFIXES, heated_stop
 from staged_scenes import stop as staged_stop
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake._commands._runs import compare as compare_run
@@ -209,8 +209,8 @@ def test_the_command_compares_files_folders_and_scenes(plain, tmp_path, capsys):
     a, b = sb.save(plain, folder / "result.nc"), sb.save(plain, tmp_path / "b.parquet")
     assert compare_run(folder, b) == 0
     assert capsys.readouterr().out.startswith("equal: relative tolerance 1e-09")
-    helpers = (Path(__file__).parents[1] / "helpers.py").read_text("utf-8")
-    program = helpers + "\n\ndef scene():\n    return stop_scene(w0=21.0)\n"
+    scenes = (Path(__file__).parents[1] / "stop_scenes.py").read_text("utf-8")
+    program = scenes + "\n\ndef scene():\n    return stop_scene(w0=21.0)\n"
     (tmp_path / "faster.py").write_text(program, "utf-8")
     assert compare_run(a, tmp_path / "faster.py", json_=True) == 1
     found = json.loads(capsys.readouterr().out)

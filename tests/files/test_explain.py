@@ -10,8 +10,9 @@ import staged_scenes as staged
 from disc_scenes import FRICTION, RATIO, F, N, disc_scene
 from disc_scenes import LOAD as DISC_LOAD
 from disc_scenes import TORQUE as DISC_TORQUE
-from helpers import main, stop_scene
+from helpers import main
 from shoe_scenes import shoe_scene
+from stop_scenes import stop_scene
 from test_shaft import GAIN
 from test_shaft import scene as shaft_scene
 from test_verdict import ANGLE, LOAD, PI, STOP, T0, TORQUE, W0, J, R, Z, rigid

@@ -11,7 +11,8 @@ import jax
 import numpy as np
 import pytest
 from heat_scenes import fading, lump, rigid_stop
-from helpers import main, open_scene, stop_scene
+from helpers import main, open_scene
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake._base import _faults

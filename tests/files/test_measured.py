@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from commands import call
 from heat_scenes import fading, lump, rigid_stop
-from helpers import closed_form, stop_scene
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake._base._table import unit

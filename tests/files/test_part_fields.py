@@ -8,7 +8,7 @@ import equinox as eqx
 import jax
 import numpy as np
 import pytest
-from helpers import stop_scene
+from stop_scenes import stop_scene
 from test_values import ANGLE, POSITIVE
 
 import simbrake as sb

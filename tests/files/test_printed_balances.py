@@ -9,7 +9,7 @@ import re
 
 import pytest
 from heat_scenes import lump
-from helpers import stop_scene
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake._pages import _page

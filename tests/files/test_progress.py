@@ -11,7 +11,8 @@ from types import SimpleNamespace
 import jax
 import numpy as np
 import pytest
-from helpers import Waiting, closed_form, stop_scene
+from helpers import Waiting
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake._base import _compiling, _progress

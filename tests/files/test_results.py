@@ -7,9 +7,9 @@ import jax
 import numpy as np
 import pytest
 import xarray
-from helpers import closed_form, stop_scene
 from result_scenes import SUFFIXES, heated_stop
 from staged_scenes import stop as staged_stop
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake.results import PAIR_COLUMNS, SERIES_COLUMNS, PairSeries, Series

@@ -7,8 +7,9 @@ import re
 
 import pint
 import pytest
-from helpers import main, stop_scene
+from helpers import main
 from shipped import NAMES, load
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake._base._table import number, to_si, unit

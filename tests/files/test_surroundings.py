@@ -21,7 +21,8 @@ import warnings
 import jax
 import numpy as np
 import pytest
-from helpers import main, stop_scene
+from helpers import main
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake import __main__ as program

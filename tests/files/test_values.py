@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 import staged_scenes
 from heat_scenes import fading, layered_stop, lump, rigid_stop
-from helpers import stop_scene
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake._base._faults import Fault, require_not_negative, require_positive, require_share

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 import staged_scenes as staged
 from disc_scenes import disc_scene
-from helpers import main, stop_scene
+from helpers import main
 from shoe_scenes import shoe_scene
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake._pages._rows import key_figures

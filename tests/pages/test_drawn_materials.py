@@ -4,8 +4,8 @@ import json
 
 import numpy as np
 import pytest
-from helpers import stop_scene
 from matplotlib.colors import to_rgb
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake import plot

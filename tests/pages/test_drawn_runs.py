@@ -8,11 +8,11 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from helpers import stop_scene
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from picture_scenes import hot_result, plain_result, staged_result
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake import plot

@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 import pytest
-from helpers import stop_scene
 from matplotlib.colors import to_hex
 from matplotlib.patches import Arc, FancyArrowPatch, Polygon, Wedge
 from picture_scenes import plain_result, radius, scale, staged_result, wedges
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake import plot

@@ -11,13 +11,14 @@ import re
 import matplotlib
 import numpy as np
 import pytest
-from helpers import main, stop_scene
+from helpers import main
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
 from picture_scenes import hot_result, plain_result, staged_result
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake import plot

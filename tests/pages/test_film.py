@@ -6,9 +6,9 @@ import pathlib
 
 import numpy as np
 import pytest
-from helpers import stop_scene
 from picture_scenes import hot_result, plain_result, staged_result
 from PIL import Image
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake import plot

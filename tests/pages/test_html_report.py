@@ -13,7 +13,8 @@ import re
 import numpy as np
 import pytest
 from heat_scenes import fading, layered_stop, rigid_stop
-from helpers import Waiting, stop_scene
+from helpers import Waiting
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake import plot, with_values
@@ -348,7 +349,7 @@ def _umask():
 
 def test_command(capsys, tmp_path):
     file = tmp_path / "my_scene.py"
-    program = "from helpers import stop_scene as scene\n"
+    program = "from stop_scenes import stop_scene as scene\n"
     file.write_text('"""A stop by hand.\n\nMore."""\n' + program)
     out = tmp_path / "page.html"
     assert _runs.report(file, out=out, limit=["max_tension=1"], check=False, json_=True) == 0

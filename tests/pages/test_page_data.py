@@ -8,8 +8,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 from disc_scenes import disc_scene
-from helpers import stop_scene
 from shoe_scenes import shoe_scene
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake._pages import _app, _live, _page, _publish

@@ -18,7 +18,8 @@ import numpy as np
 import pytest
 from browsers import browser_path, chromium
 from disc_scenes import disc_scene
-from helpers import Waiting, stop_scene
+from helpers import Waiting
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake._commands import _runs
@@ -287,7 +288,7 @@ def test_texts_of_people_never_run(browser, report):
 
 def test_animate_writes_a_page(tmp_path, monkeypatch):
     (tmp_path / "scene.py").write_text(
-        '"""A film."""\nfrom helpers import stop_scene\nscene = lambda: stop_scene(load=300.0, T0=8e3)\n'
+        '"""A film."""\nfrom stop_scenes import stop_scene\nscene = lambda: stop_scene(load=300.0, T0=8e3)\n'
     )
     assert _runs.animate(tmp_path / "scene.py", tmp_path / "film.html", duration=2.0, fps=10, end=1.0) == 0
     film = data_of((tmp_path / "film.html").read_text("utf-8"))["run"]["film"]
@@ -567,7 +568,7 @@ def test_a_slider_of_the_app_moves_metrics_and_pictures(browser, server, scene, 
 
 
 def test_command_publishes(tmp_path, capsys):
-    source = '"""A page."""\nfrom helpers import stop_scene\nscene = lambda: stop_scene(load=300.0, T0=8e3)\n'
+    source = '"""A page."""\nfrom stop_scenes import stop_scene\nscene = lambda: stop_scene(load=300.0, T0=8e3)\n'
     (tmp_path / "scene.py").write_text(source)
     out = tmp_path / "sliders.html"
     assert _runs.publish(tmp_path / "scene.py", vary=["initial.omega=16:24:2"], out=out, json_=True) == 0

@@ -9,9 +9,9 @@ import re
 import jax
 import numpy as np
 import pytest
-from helpers import closed_form, stop_scene
 from matplotlib.colors import to_hex
 from picture_scenes import hot_result, plain_result, radius, scale, staged_result, wedges
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake import plot

@@ -7,8 +7,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import jacobians, open_scene, stop_scene
+from helpers import jacobians, open_scene
 from scipy.integrate import solve_ivp
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake.loads import Phase, Phases, RopeElasticity, RopeLayers

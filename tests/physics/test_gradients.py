@@ -6,8 +6,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import closed_form, jacobians, stop_scene
+from helpers import jacobians
 from jax.flatten_util import ravel_pytree
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 

@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from chain_scenes import chain, first_and_stop
 from heat_scenes import BETA, T0, W0, J, N, R, fading, lump, rigid_stop
-from helpers import jacobians, stop_scene
+from helpers import jacobians
 from scipy.integrate import quad
 from staged_scenes import stop as staged_stop
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake.friction import continued

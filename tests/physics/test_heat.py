@@ -10,8 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from heat_scenes import BETA, T0, TRACK, W0, C, J, N, R, brake, fading, layered_stop, lump, rigid_stop
-from helpers import jacobians, stop_scene
+from helpers import jacobians
 from scipy.integrate import quad, solve_ivp
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake.friction import Contact

@@ -6,9 +6,9 @@ import math
 import jax
 import numpy as np
 import pytest
-from helpers import stop_scene
 from material_scenes import DATA, ROOM, W0, J, compared, whole_scene
 from scipy.special import erfc
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake.formulas._material_table import _COLUMNS, QUANTITIES

@@ -7,8 +7,9 @@ import math
 import numpy as np
 import pytest
 from heat_scenes import TRACK, falling_flux
-from helpers import main, stop_scene
+from helpers import main
 from material_scenes import ROOM, W0, J, compared, heated, whole_scene
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake import plot

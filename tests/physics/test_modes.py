@@ -5,7 +5,7 @@ import math
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import closed_form, stop_scene
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 

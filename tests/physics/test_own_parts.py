@@ -8,8 +8,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import assemble, closed_form, stop_scene
+from helpers import assemble
 from scipy.integrate import quad, solve_ivp
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake import plot

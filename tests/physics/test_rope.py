@@ -6,7 +6,8 @@ import math
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import jacobians, open_scene, stop_scene
+from helpers import jacobians, open_scene
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake.loads import RopeLayers

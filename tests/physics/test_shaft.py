@@ -7,9 +7,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import jacobians, open_scene, stop_scene
+from helpers import jacobians, open_scene
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake._run._choice import stiffness

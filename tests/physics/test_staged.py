@@ -7,11 +7,11 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import staged_scenes as staged
-from helpers import jacobians, stop_scene
+from helpers import jacobians
+from stop_scenes import staged_pair, stop_scene
 
 import simbrake as sb
 from simbrake import plot
-from simbrake.checks._cases_band import staged_pair
 
 
 def names(result):

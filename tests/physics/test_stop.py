@@ -7,13 +7,12 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import closed_form, stop_scene
 from scipy.integrate import solve_ivp
+from stop_scenes import FallingFriction, closed_form, stop_scene
 
 import simbrake as sb
 from simbrake import plot
 from simbrake._run._linings import look
-from simbrake.checks._cases_band import FallingFriction
 from simbrake.plot._animation import film_of
 from simbrake.studies._measured import check_measured
 

@@ -12,8 +12,9 @@ import numpy as np
 import pytest
 import staged_scenes
 import wear_scenes as ws
-from helpers import assemble, stop_scene
+from helpers import assemble
 from scipy.integrate import quad
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake._run._linings import lining_values

@@ -7,9 +7,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from heat_scenes import fading, lump, rigid_stop
-from helpers import closed_form, stop_scene
 from scipy.optimize import least_squares
 from scipy.stats import binom, chi2, norm, t
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake import plot

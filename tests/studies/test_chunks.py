@@ -12,7 +12,7 @@ import jax
 import numpy as np
 import pytest
 from heat_scenes import fading, lump, rigid_stop
-from helpers import stop_scene
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake.hybrid import Code

@@ -13,7 +13,8 @@ import numpy as np
 import pytest
 import xarray as xr
 from heat_scenes import fading, lump, rigid_stop
-from helpers import closed_form, main, stop_scene
+from helpers import main
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake._base._fingerprint import fingerprint

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from helpers import closed_form, stop_scene
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake.studies import Evaluator, Metrics, Paths

@@ -9,7 +9,7 @@ import sys
 import diffrax
 import numpy as np
 import pytest
-from helpers import closed_form, stop_scene
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake._base._fingerprint import FingerprintError, fingerprint

@@ -12,9 +12,9 @@ import sys
 import numpy as np
 import pytest
 import xarray as xr
-from helpers import closed_form, stop_scene
 from scipy import stats
 from scipy.special import ndtr, ndtri
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake import plot

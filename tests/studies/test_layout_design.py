@@ -12,8 +12,8 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import staged_scenes
-from helpers import stop_scene
 from shipped import load
+from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake import plot

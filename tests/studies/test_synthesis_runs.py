@@ -10,8 +10,9 @@ import runpy
 import numpy as np
 import pytest
 from heat_scenes import TRACK, layered_stop
-from helpers import main, stop_scene
+from helpers import main
 from scipy.integrate import dblquad, quad
+from stop_scenes import stop_scene
 from synthesis_by_hand import by_hand
 
 import simbrake as sb

@@ -1,21 +1,20 @@
 """`simbrake validate`: its cases, its verdicts, and the cross-check of a scene with SciPy."""
 
-import importlib
 import json
 import pathlib
-import re
 
 import jax
 import numpy as np
 import pytest
 import staged_scenes as staged
-from helpers import closed_form, stop_scene
+from cases_heat import radiation_cases
+from stop_scenes import closed_form, elastic_stop, stop_scene
 
 import simbrake as sb
 from simbrake._commands import _checks
 from simbrake._run import _networks
-from simbrake.checks import Case, _cases_band, _cases_heat, _cross_check, _validate, _validation, run_case
-from simbrake.checks._validation import subject_of, truths
+from simbrake.checks import Case, _cases_band, _cross_check, _validate, _validation, run_case
+from simbrake.checks._validation import subject_of
 from simbrake.thermal import _network as _links
 
 KEYS = ["case", "source", "value", "truth", "error", "tolerance", "verdict"]
@@ -28,10 +27,10 @@ def cases():
 
 def test_cases_are_many_and_each_has_a_name_of_its_own_a_source_and_a_tolerance():
     found = cases()
-    assert len(found) >= 25
+    assert len(found) >= 100
     assert len({case.name for case in found}) == len(found)
     subjects = {case.name.partition("/")[0] for case in found}
-    for subject in ("belt oscillator", "elastic stop", "staged pair", "half-space", "duty", "held 3600 s", "Robertson"):
+    for subject in ("belt oscillator", "elastic stop", "staged pair", "half-space", "held 3600 s", "Robertson"):
         assert subject in subjects
     for case in found:
         assert case.source
@@ -46,29 +45,13 @@ def test_truths_that_are_computed_agree_with_the_digits_published():
         "belt oscillator/slip lasts": 4.06888787159140,
         "belt oscillator/∂(period)/∂k": -5.63444393579570,
         "belt oscillator/∂(period)/∂m": 2.43444393579570,
-        "bouncing ball/impact 11": 2.49911331422462,
         "staged pair/external lock": 1.61952353926807,
         "staged pair/internal heat": 964.696427220533,
         "staged pair/external heat": 7835.30357277947,
-        "lock-up/heat": 1620.0,
-        "winch with a differential band/tension ratio": 2.97674607410784,
-        "winch with a differential band/torque": 69545.6492930983,
-        "winch with a differential band/load that it holds": 309091.774635993,
-        "simple band, forward/pull for 225 N·m": 88.9605391354699,
-        "simple band, reversed/pull for 225 N·m": 288.960539135470,
-        "fading flux/maximum rise": 52.4180821839227,
-        "flutter of a lining/speed above which it decays": 1.35402510055111,
-        "flutter of a lining/growth rate at 0.5 m/s": 56.4773952196454,
-        "flutter of a lining/growth rate at 2.0 m/s": -9.06581770836234,
-        "band and block/torque": 2547.32287226585,
-        "band and block/time to stop": 7.39975137300599,
         "hook load/stopping time": 1.05986261040236,
         "hook load/friction heat": 763101.079489696,
         "exponential rise/stopping time": 4.49993828748156,
         "two lumps/T1 at 0.5 s": 348.820855951630,
-        "radiation to 0 K/T at 3600 s": 270.786641370929,
-        "radiation to 300 K/T at 600 s": 482.334096654852,
-        "repeated stops/rise after 10": 190.802296902655,
         "half-space/surface": 119.416426428837,
         "half-space/10 mm deep": 12.6092893607,
         "two bodies in contact/steel and lining": 0.907538740903391,
@@ -77,39 +60,14 @@ def test_truths_that_are_computed_agree_with_the_digits_published():
         assert truth[name] == pytest.approx(digits, rel=1e-11), name
 
 
-@pytest.fixture(scope="module")
-def oracles():
-    """The script that makes the frozen truths, and the text of all its modules."""
-    folder = DOCS.parent / "tests" / "oracles"
-    with pytest.MonkeyPatch.context() as patch:
-        patch.syspath_prepend(folder)
-        return importlib.import_module("truths"), "\n".join(file.read_text("utf-8") for file in folder.glob("*.py"))
-
-
-def test_frozen_truths_are_those_of_their_script_which_knows_nothing_of_simbrake(oracles):
-    script, text = oracles
-    assert not re.search(r"^\s*(import|from) (simbrake|jax)", text, re.MULTILINE)
-    frozen = [(subject, row["what"], float(row["truth"])) for subject, rows in truths().items() for row in rows]
-    made = [(subject, what, truth) for subject, what, truth, _, _ in script.rows()]
-    assert [row[:2] for row in frozen] == [row[:2] for row in made]
-    np.testing.assert_allclose([row[2] for row in frozen], [row[2] for row in made], rtol=1e-8)
-    wanted = [f"{subject}/{what}" for subject, what, _ in frozen]
-    assert sorted(case.name for case in cases() if case.name.partition("/")[0] in truths()) == sorted(wanted)
-
-
 def test_subjects_are_counted_once_each():
-    assert subject_of("radiation to 0 K/T at 60 s") == subject_of("radiation to 300 K/T at 60 s") == "radiation"
-    subjects = len({subject_of(case.name) for case in cases()})
-    assert subjects == 133
-    root = pathlib.Path(__file__).parents[2]
-    for page in ("README.md", "docs/claims_and_evidence.md"):  # what they promise is what there is
-        assert f"{len(cases())} cases on {subjects} subjects" in (root / page).read_text("utf-8")
-    assert f"shares no code with it: {subjects} in all" in (root / "docs/validation.md").read_text("utf-8")
+    assert subject_of("stop with fade/stopping time") == subject_of("stop with no fade/stopping time")
+    assert subject_of("elastic stop/slip onset") == "elastic stop"
 
 
 def test_frozen_cases_take_derivatives_along_a_number_an_array_and_one_of_its_numbers():
     """`t = J ω_0/M` of a stop: by the inertia, by all numbers of a lever `T_0`, and by one of two that are the same."""
-    scene, done = _cases_band.elastic_stop(C=None), {}
+    scene, done = elastic_stop(C=None), {}
     paths = {"J": "brake.pulley.inertia", "all": "duty.slack_tension.values", "first": "duty.slack_tension.values.0"}
     with pytest.MonkeyPatch.context() as patch:
         rows = [{"what": what, "source": "", "truth": "0", "tolerance": "0"} for what in paths]
@@ -139,7 +97,7 @@ def test_report_as_table_and_as_json(capsys):
 
 def test_other_physics_than_that_of_the_truth_fails():
     """A coefficient of friction and an inertia off by a thousandth: the cases that see it fail."""
-    verdicts = [run_case(case).verdict for case in _cases_band.elastic_cases(_cases_band.elastic_stop(f=0.35 * 1.001))]
+    verdicts = [run_case(case).verdict for case in _cases_band.elastic_cases(elastic_stop(f=0.35 * 1.001))]
     assert verdicts == ["pass", "fail", "fail", "fail", "fail"]  # the onset of slip does not depend on friction
     checks = {c.case.partition("/")[2]: c for c in map(run_case, _cases_band.pair_cases(J_2=4.004))}
     assert checks["internal slip"].verdict == checks["external lock"].verdict == "fail"
@@ -150,7 +108,7 @@ def test_a_planted_wrong_constant_of_nature_fails(monkeypatch):
     def checked():
         jax.clear_caches()
         _networks._compiled.clear_cache()  # the constant is part of the program
-        return run_case(next(c for c in _cases_heat.radiation_cases() if c.name == "radiation to 0 K/T at 3600 s"))
+        return run_case(next(c for c in radiation_cases() if c.name == "radiation to 0 K/T at 3600 s"))
 
     assert checked().verdict == "pass"
     with monkeypatch.context() as planted:
@@ -183,21 +141,12 @@ def test_a_case_that_raises_is_a_fail_with_its_message():
     assert not sb.checks.Validation([]).ok
 
 
-def test_docs_list_the_cases_there_are():
-    spec = importlib.util.spec_from_file_location("make_validation", DOCS / "make_validation.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    assert module.table() in (DOCS / "validation.md").read_text("utf-8"), "run docs/make_validation.py"
-
-
 # --- cross-check ----------------------------------------------------------------------------------------------------
 
 
 @pytest.fixture(scope="module")
 def elastic():
-    scene = _cases_band.elastic_stop(load=300.0, drag=20.0)
+    scene = elastic_stop(load=300.0, drag=20.0)
     return scene, sb.simulate(scene)
 
 

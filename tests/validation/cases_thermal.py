@@ -7,38 +7,43 @@ from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
+from case_tools import AIR, EXPLICIT, FORM, SIGMA, STIFF, Case, Row, Slope, cases_of, cases_with_slopes, differentiated
 from scipy.linalg import expm
+from stop_scenes import stop_scene
 
-from .._parts._scene import Duty, Initial, Scene
-from .._run._edit import with_values
-from .._run._networks import cyclic_steady_state
-from .._run._result import Result
-from .._run._simulate import simulate, solver_for
-from ..brakes._bands import LinedBand, MultiBandBrake
-from ..brakes._design import Lining, Pulley
-from ..friction import ConstantFriction
-from ..loads import TorqueLoad
-from ..profiles import Constant, PiecewiseLinear
-from ..thermal._contact import MetalContact, ThermalContact
-from ..thermal._heat import (
-    ConstantPartition,
-    FrictionHeat,
+from simbrake import (
+    Constant,
+    ConstantFriction,
+    Duty,
     Heat,
+    Initial,
+    Lining,
+    PiecewiseLinear,
     PowerShares,
-    TransmissionPartition,
+    Pulley,
+    Result,
+    Scene,
+    TorqueLoad,
+    cyclic_steady_state,
+    simulate,
+    with_values,
 )
-from ..thermal._network import (
+from simbrake.brakes import LinedBand, MultiBandBrake
+from simbrake.thermal import (
     Conductance,
+    ConstantPartition,
     Convection,
+    FrictionHeat,
     Lump,
+    MetalContact,
     Radiation,
     Reservoir,
     Source,
     SpeedCoefficient,
     TemperatureCoefficient,
+    ThermalContact,
+    TransmissionPartition,
 )
-from ._cases_band import stop_scene
-from ._validation import AIR, FORM, SIGMA, Case, Row, Slope, cases_of, cases_with_slopes, differentiated
 
 # the stop of the cases: linings, their angle (rad) and area, friction, radius, inertia, lever and speed at the start
 _N, _BETA, _AREA, _F, _R, _J, _T0, _W0 = 4, math.radians(50.0), 0.002, 0.35, 0.725, 800.0, 2e3, 20.0
@@ -116,7 +121,7 @@ def _stop_with_bodies() -> Scene:
 
 
 def _of_the_stop(subject: str, rows: Sequence[Row], tolerance: float = 1e-12) -> list[Case]:
-    explicit = solver_for(stiff=False)
+    explicit = EXPLICIT
     return cases_with_slopes(subject, _stop_with_bodies(), rows, _ends, tolerance, "stop with bodies", explicit)
 
 
@@ -343,7 +348,7 @@ def rims_cases() -> list[Case]:
     ]
     found = (1 - metal) * work * np.concatenate(forces) / each
     rows += [(f"lining {i + 1}", source, found[i], _warmer(2 + i)) for i in (0, 4)]
-    run = functools.partial(simulate, scene, rtol=1e-12, solver=solver_for(stiff=False))
+    run = functools.partial(simulate, scene, rtol=1e-12, solver=EXPLICIT)
     return cases_of("several rims", run, 1e-11, rows)
 
 
@@ -389,7 +394,7 @@ def _hottest(result: Result) -> Any:
 def repeated_stop_cases() -> list[Case]:
     """Maximum of the temperature in a stop, and the temperatures with which a cycle of stops ends as it began."""
     t, most = _greatest()
-    solver = solver_for(stiff=True)
+    solver = STIFF
     first = functools.cache(lambda: simulate(_repeated(), rtol=1e-12, solver=solver))
     cycle = functools.cache(lambda: cyclic_steady_state(_repeated(), tolerance=1e-10, rtol=1e-12, solver=solver))
 
@@ -418,12 +423,18 @@ def repeated_stop_cases() -> list[Case]:
     slopes: list[Row] = [("∂(rise)/∂G", f"{linear}, differentiated", slope, Slope("heat.links.0.value"))]
     return [
         *cases_of("maximum temperature", first, 1e-10, rows),
-        *cases_with_slopes("maximum temperature", _repeated(), slopes, _hottest, 1e-7, solver=solver_for(stiff=False)),
+        *cases_with_slopes("maximum temperature", _repeated(), slopes, _hottest, 1e-7, solver=EXPLICIT),
         *cases_of("cyclic steady state", cycle, 1e-9, cycles),
     ]
 
 
 CASES = (
-    *(speed_cooling_cases, covered_cases, free_convection_cases, capacity_cases, partition_cases),
-    *(metal_contact_cases, rims_cases, repeated_stop_cases),
+    speed_cooling_cases,
+    covered_cases,
+    free_convection_cases,
+    capacity_cases,
+    partition_cases,
+    metal_contact_cases,
+    rims_cases,
+    repeated_stop_cases,
 )

@@ -9,32 +9,48 @@ import math
 from collections.abc import Callable
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
+from case_tools import (
+    FORM,
+    Case,
+    Reader,
+    Row,
+    Slope,
+    cases_of,
+    cases_of_run,
+    cases_with_slopes,
+    differentiated,
+)
 from scipy.integrate import quad
 from scipy.linalg import expm
+from stop_scenes import closed_form, stop_scene
 
-from .._parts._scene import Duty, Initial, Scene
-from .._run._edit import with_values
-from ..brakes._band import LiningsOnPlates, sliding_tensions
-from ..brakes._design import Band, Brake, Lining, Pulley
-from ..friction import ConstantFriction
-from ..hybrid._arrays import Array
-from ..layouts._equal_layout import (
-    InfeasibleLayout,
-    chord_equal_load_angles,
-    equal_increment_angles,
+from simbrake import (
+    Band,
+    Brake,
+    Constant,
+    ConstantFriction,
+    Duty,
+    Heat,
+    Initial,
+    Lining,
+    PiecewiseLinear,
+    Pulley,
+    Scene,
+    TorqueLoad,
+    Wear,
     equal_layout,
-    equal_load_angles,
+    least_tension,
+    lumped_heat,
+    with_values,
 )
-from ..layouts._least_tension import least_tension
-from ..loads import Phase, Phases, TorqueLoad
-from ..profiles import Constant, PiecewiseLinear
-from ..thermal._builders import lumped_heat
-from ..thermal._heat import ConstantPartition, FrictionHeat, Heat, TransmissionPartition
-from ..thermal._material import ROOM
-from ..thermal._network import Conductance, Lump
-from ..wear import (
+from simbrake.brakes import LiningsOnPlates, sliding_tensions
+from simbrake.layouts import InfeasibleLayout, chord_equal_load_angles, equal_increment_angles, equal_load_angles
+from simbrake.loads import Phase, Phases
+from simbrake.thermal import ROOM, Conductance, ConstantPartition, FrictionHeat, Lump, TransmissionPartition
+from simbrake.wear import (
     AbstractWearRate,
     ArrheniusWear,
     ConstantWear,
@@ -42,11 +58,8 @@ from ..wear import (
     LinearWear,
     Temperature,
     ThresholdWear,
-    Wear,
     turned_scene,
 )
-from ._cases_band import closed_form, stop_scene
-from ._validation import FORM, Case, Reader, Row, Slope, cases_of, cases_of_run, cases_with_slopes, differentiated
 
 # --- layouts ----------------------------------------------------------------------------------------------------------
 
@@ -214,7 +227,7 @@ class Separately(AbstractWearRate):
 
     laws: tuple[AbstractWearRate, ...]
 
-    def at(self, T: Temperature) -> Array:
+    def at(self, T: Temperature) -> jax.Array:
         if T is None:
             return jnp.stack([law.at(None) for law in self.laws])
         each = jnp.broadcast_to(T, (len(self.laws),))
@@ -412,4 +425,11 @@ def worn_cases() -> list[Case]:
     return [*cases_of_run("worn linings", scene(1), rows), *cases_of_run("worn linings", scene(4), apart)]
 
 
-CASES = (layout_cases, search_cases, least_tension_cases, wear_law_cases, turned_cases, worn_cases)
+CASES = (
+    layout_cases,
+    search_cases,
+    least_tension_cases,
+    wear_law_cases,
+    turned_cases,
+    worn_cases,
+)

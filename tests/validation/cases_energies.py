@@ -3,23 +3,46 @@
 import math
 from typing import Any
 
+import jax
 import jax.numpy as jnp
 import numpy as np
+from case_tools import (
+    FORM,
+    Case,
+    Row,
+    Slope,
+    cases_of_run,
+    cases_with_slopes,
+    differentiated,
+    frozen_cases,
+    truths,
+)
+from cases_mechanisms import _staged
 from jaxtyping import Float
 from scipy.integrate import quad
 from scipy.linalg import expm
 from scipy.optimize import brentq
+from stop_scenes import closed_form, stop_scene, time_of
 
-from .._parts._scene import Duty, Initial, Scene
-from .._run._result import Result
-from ..brakes._design import Band, Bandage, Brake, Lining, Pulley, Segments
-from ..friction import AbstractFriction, AnyContact, ConstantFriction
-from ..hybrid._arrays import Array
-from ..loads import GRAVITY, HookLoad, Phase, Phases, RopeElasticity, StringLoad, TorqueLoad
-from ..profiles import Constant, PiecewiseLinear
-from ._cases_band import closed_form, stop_scene, time_of
-from ._cases_mechanisms import _staged
-from ._validation import FORM, Case, Row, Slope, cases_of_run, cases_with_slopes, differentiated, frozen_cases, truths
+from simbrake import (
+    Band,
+    Bandage,
+    Brake,
+    Constant,
+    ConstantFriction,
+    Duty,
+    HookLoad,
+    Initial,
+    Lining,
+    PiecewiseLinear,
+    Pulley,
+    Result,
+    Scene,
+    Segments,
+    TorqueLoad,
+)
+from simbrake.friction import AbstractFriction, AnyContact
+from simbrake.loads import GRAVITY, Phase, Phases, RopeElasticity, StringLoad
 
 _BALANCE = "first law"
 
@@ -327,7 +350,7 @@ def spring_cases() -> list[Case]:
         lever = PiecewiseLinear([0.0, 0.3], [100.0, 6e3])
         return Scene(Brake(Pulley(0.59, J), Band(R_b), linings, bandage), Duty(lever, TorqueLoad()), Initial(w0), end)
 
-    def rim_speed(result: Result) -> Array:
+    def rim_speed(result: Result) -> jax.Array:
         speeds: Any = result._system.mechanism.lining_speed(result.record.y_end.own)
         return speeds[1]
 
@@ -376,21 +399,21 @@ def staged_cases() -> list[Case]:
 class Softening(AbstractFriction):
     """Friction `f c` of linings that soften the faster they slide: `ċ = κ (c_e − c) (v/v_0)²`."""
 
-    coefficient: Array
-    pace: Float[Array, " n"]  # κ (1/s) of each lining
-    end: Array
-    size: Array  # v_0 (m/s)
+    coefficient: jax.Array
+    pace: Float[jax.Array, " n"]  # κ (1/s) of each lining
+    end: jax.Array
+    size: jax.Array  # v_0 (m/s)
 
-    def start(self, n: int) -> Array:
+    def start(self, n: int) -> jax.Array:
         return jnp.ones(n)
 
-    def rates(self, contact: AnyContact) -> Array:
+    def rates(self, contact: AnyContact) -> jax.Array:
         return self.pace * (self.end - contact.memory) * (contact.v / self.size) ** 2
 
-    def kinetic(self, contact: AnyContact) -> Array:
+    def kinetic(self, contact: AnyContact) -> jax.Array:
         return self.coefficient * contact.memory
 
-    def static(self, contact: AnyContact) -> Array:
+    def static(self, contact: AnyContact) -> jax.Array:
         return self.coefficient * contact.memory
 
 

@@ -5,26 +5,27 @@ import math
 from typing import Any
 
 import numpy as np
+from case_tools import AIR, FORM, SIGMA, Case, Row, cases_of
 from scipy.optimize import brentq
 
-from .._run._networks import simulate_heat, steady_state
-from ..profiles import ramp
-from ..thermal._builders import axial_resistance, layered_heat, with_pulley_structure
-from ..thermal._contact import ThermalContact
-from ..thermal._heat import ConstantPartition, FrictionHeat, Heat
-from ..thermal._material import Material, layer_growth
-from ..thermal._network import (
+from simbrake import Heat, Material, layered_heat, ramp, simulate_heat, steady_state
+from simbrake.thermal import (
     Conductance,
+    ConstantPartition,
     Convection,
+    FrictionHeat,
     Junction,
     Lump,
     Radiation,
     Reservoir,
     Source,
+    ThermalContact,
     Wall,
+    axial_resistance,
+    layer_growth,
     radiation_governs_above,
+    with_pulley_structure,
 )
-from ._validation import AIR, FORM, SIGMA, Case, Row, cases_of
 
 # --- networks in the steady state -------------------------------------------------------------------------------------
 
@@ -247,4 +248,8 @@ def formula_cases() -> list[Case]:
     ]
 
 
-CASES = (steady_network_cases, transient_cases, formula_cases)
+CASES = (
+    steady_network_cases,
+    transient_cases,
+    formula_cases,
+)

@@ -6,23 +6,18 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from case_tools import AIR, EXPLICIT, FORM, Case, Reader, Row, Slope, cases_with_slopes, differentiated
+from cases_thermal import _F, _J, _N, _R, _W0, _mu
 from scipy.integrate import quad
 from scipy.interpolate import PchipInterpolator
 from scipy.linalg import expm
 from scipy.optimize import brentq
+from stop_scenes import stop_scene
 
-from .._run._edit import with_values
-from .._run._result import Result
-from .._run._simulate import solver_for
-from ..fade import LinearFade, TabulatedFade
-from ..friction import ConstantFriction, ProductFriction
-from ..thermal._heat import ConstantPartition, EffusivityPartition, FrictionHeat, Heat
-from ..thermal._material import Material
-from ..thermal._network import Lump, Wall
-from ..wear import ConstantWear, Wear
-from ._cases_band import stop_scene
-from ._cases_thermal import _F, _J, _N, _R, _W0, _mu
-from ._validation import AIR, FORM, Case, Reader, Row, Slope, cases_with_slopes, differentiated
+from simbrake import ConstantFriction, Heat, LinearFade, Material, Result, Wear, with_values
+from simbrake.friction import ProductFriction, TabulatedFade
+from simbrake.thermal import ConstantPartition, EffusivityPartition, FrictionHeat, Lump, Wall
+from simbrake.wear import ConstantWear
 
 # rim (J/K), stiffness of the band, lever and static ratio; share of the heat that the rim takes, √(λρc) on either side
 _RIM, _C, _TENSION, _RATIO = 3e3, 2e4, 4e3, 1.2
@@ -115,7 +110,7 @@ def jump_cases() -> list[Case]:
             5e-7,
         ),
     ]
-    return cases_with_slopes("heat of a jump", scene, rows, _outcome, 1e-11, solver=solver_for(stiff=False))
+    return cases_with_slopes("heat of a jump", scene, rows, _outcome, 1e-11, solver=EXPLICIT)
 
 
 def wall_cases() -> list[Case]:
@@ -186,4 +181,7 @@ def wall_cases() -> list[Case]:
     return cases_with_slopes("worn walls", scene, rows, lambda r: r.end_temperatures[2 + 2 * _N], 1e-10)
 
 
-CASES = (jump_cases, wall_cases)
+CASES = (
+    jump_cases,
+    wall_cases,
+)

@@ -12,21 +12,23 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from case_tools import FORM, Case, Row, cases_of, differentiated
 from scipy.integrate import quad
 
-from ..brakes._band import (
+from simbrake import ConstantFriction, Pads, ShoeBrake, Shoes
+from simbrake.brakes import (
+    AbstractPadPressure,
     AbstractStiffness,
     BondedLinings,
     ContinuousLining,
     LiningsOnPlates,
     ParallelBands,
+    UniformPressure,
+    UniformWear,
     chord_tensions,
     pressure_within,
     sliding_tensions,
 )
-from ..brakes._pressed import AbstractPadPressure, Pads, ShoeBrake, Shoes, UniformPressure, UniformWear
-from ..friction import ConstantFriction
-from ._validation import FORM, Case, Row, cases_of, differentiated
 
 _T0 = 8e3
 _F = np.array([0.30, 0.42, 0.35])
@@ -342,4 +344,10 @@ def _shoe_cases() -> list[Case]:
     return cases_of("shoes", run, 1e-12, rows)
 
 
-CASES = (chord_cases, sliding_cases, compliance_cases, lining_pressure_cases, pad_cases)
+CASES = (
+    chord_cases,
+    sliding_cases,
+    compliance_cases,
+    lining_pressure_cases,
+    pad_cases,
+)

@@ -11,28 +11,42 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
+from case_tools import FORM, Case, Row, Slope, cases_of_run, cases_with_slopes, differentiated
+from cases_shaft import disc, stop_of
 from scipy.integrate import quad
 from scipy.optimize import brentq
+from stop_scenes import closed_form, scene_of, staged_pair, stop_scene, time_of
 
-from .._parts._programme import programme_scene
-from .._parts._scene import Duty, Initial, Scene
-from .._run._edit import with_values
-from .._run._linings import lining_peak
-from .._run._result import Result
-from ..brakes._bands import LinedBand, MultiBandBrake
-from ..brakes._design import Band, Bandage, Brake, Lining, Pulley, uniform_linings
-from ..brakes._pressed import UniformWear
-from ..fade import MemoryProcess
-from ..friction import ConstantFriction, FrictionWithMemory
-from ..loads import GRAVITY, Actuator, HookLoad, Phase, Phases, TorqueLoad, TrippingLoad
-from ..profiles import Constant, FunctionProfile, PiecewiseLinear, Repeated
-from ..thermal._heat import ConstantPartition, FrictionHeat, Heat
-from ..thermal._material import ROOM
-from ..thermal._network import Conductance, Lump, Reservoir
-from ..wear import ConstantWear, Wear
-from ._cases_band import closed_form, scene_of, staged_pair, stop_scene, time_of
-from ._cases_shaft import disc, stop_of
-from ._validation import FORM, Case, Row, Slope, cases_of_run, cases_with_slopes, differentiated
+from simbrake import (
+    Band,
+    Bandage,
+    Brake,
+    Constant,
+    ConstantFriction,
+    Duty,
+    Heat,
+    HookLoad,
+    Initial,
+    Lining,
+    PiecewiseLinear,
+    Pulley,
+    Repeated,
+    Result,
+    Scene,
+    TorqueLoad,
+    TrippingLoad,
+    Wear,
+    programme_scene,
+    uniform_linings,
+    with_values,
+)
+from simbrake.brakes import LinedBand, MultiBandBrake, UniformWear
+from simbrake.friction import FrictionWithMemory, MemoryProcess
+from simbrake.loads import GRAVITY, Actuator, Phase, Phases
+from simbrake.profiles import FunctionProfile
+from simbrake.results import lining_peak
+from simbrake.thermal import ROOM, Conductance, ConstantPartition, FrictionHeat, Lump, Reservoir
+from simbrake.wear import ConstantWear
 
 #: tension ratio of the linings of most brakes here: of 20 over 270°, and of 4 of 50°
 _PI_20, _PI_4 = closed_form()["Pi"], closed_form(n=4, beta=50.0)["Pi"]
@@ -525,6 +539,13 @@ def _sprung_reserves() -> list[Case]:
 
 
 CASES = (
-    *(programme_cases, turned_cases, cooling_cases, tripping_cases, repeated_cases, function_cases),
-    *(bands_cases, memory_of_bands_cases, reserve_cases),
+    programme_cases,
+    turned_cases,
+    cooling_cases,
+    tripping_cases,
+    repeated_cases,
+    function_cases,
+    bands_cases,
+    memory_of_bands_cases,
+    reserve_cases,
 )

@@ -9,34 +9,29 @@ from typing import Any
 import jax
 import jax.numpy as jnp
 import numpy as np
+from case_tools import FORM, Case, Slope, cases_of, cases_with_slopes, differentiated, frozen_cases
+from stop_scenes import Number, closed_form, points, scene_of, stop_scene, time_of
 
-from .._parts._scene import Duty, Scene
-from .._run._result import Result
-from .._run._simulate import simulate
-from ..brakes._band import grip, tension_ratio
-from ..fade import LinearFade
-from ..friction import ConstantFriction, ProductFriction
-from ..hybrid._arrays import Array
-from ..loads import (
-    GRAVITY,
-    Actuator,
-    AtTemperature,
+from simbrake import (
+    Constant,
+    ConstantFriction,
     Driller,
+    Duty,
     HookLoad,
     Lever,
-    Phase,
-    Phases,
+    LinearFade,
+    PiecewiseLinear,
+    Result,
+    Scene,
     SpeedHold,
-    TackleLoss,
     TorqueLoad,
-    differential_lever_tension,
+    lumped_heat,
+    simulate,
 )
-from ..profiles import Constant, PiecewiseLinear
-from ..thermal._builders import lumped_heat
-from ..thermal._heat import ConstantPartition
-from ..thermal._material import ROOM
-from ._cases_band import Number, closed_form, points, scene_of, stop_scene, time_of
-from ._validation import FORM, Case, Slope, cases_of, cases_with_slopes, differentiated, frozen_cases
+from simbrake.brakes import grip, tension_ratio
+from simbrake.friction import ProductFriction
+from simbrake.loads import GRAVITY, Actuator, AtTemperature, Phase, Phases, TackleLoss, differential_lever_tension
+from simbrake.thermal import ROOM, ConstantPartition
 
 _KHURMI = "Khurmi & Gupta, Theory of Machines"
 #: linings of every band here with a lever: one compiled program for all of them
@@ -63,7 +58,7 @@ def winch_cases() -> list[Case]:
     T_0 = F * l / (a - b * Pi)
     M = radius * T_0 * (Pi - 1)
 
-    def slack(friction: Number) -> Array:
+    def slack(friction: Number) -> jax.Array:
         # by the friction of a belt, through that of linings which are one
         beta = phi / _N
         f = jnp.tanh(friction * beta / 2) / math.tan(beta / 2)
@@ -306,6 +301,12 @@ def tackle_cases() -> list[Case]:
 
 
 CASES = (
-    *(winch_cases, simple_band_cases, fall_cases, hold_cases, driller_cases),
-    *(actuator_cases, hot_phase_cases, tackle_cases),
+    winch_cases,
+    simple_band_cases,
+    fall_cases,
+    hold_cases,
+    driller_cases,
+    actuator_cases,
+    hot_phase_cases,
+    tackle_cases,
 )

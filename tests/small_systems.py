@@ -1,0 +1,194 @@
+"""Small hybrid systems that test the integrator without any brake: exact solutions, guards given over time."""
+
+import math
+from typing import Any, NamedTuple, TypeAlias, TypeVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+from jaxtyping import Bool, Float, Int, PyTree
+
+from simbrake.hybrid import (
+    LANDED,
+    AbstractHybridSystem,
+    Record,
+)
+
+Number: TypeAlias = Float[jax.Array, ""]
+Mode: TypeAlias = Int[jax.Array, ""]
+Guards: TypeAlias = Float[jax.Array, " guard"]
+Fired: TypeAlias = Bool[jax.Array, " guard"]
+S = TypeVar("S")
+
+# --- systems ----------------------------------------------------------------------------------------------------------
+
+
+class Oscillator(NamedTuple):
+    x: Any
+    v: Any
+
+
+STICK, SLIP = 0, 1
+
+
+class Smooth(AbstractHybridSystem):
+    """An initial value problem without events, base of the others."""
+
+    def guards(self, t: Number, y: PyTree, mode: Mode) -> Guards:
+        return jnp.ones(1)
+
+    def transition(self, t: Number, y: PyTree, mode: Mode, fired: Fired, at_stop: jax.Array) -> tuple[Mode, int]:
+        return mode, 0
+
+    def reset(self, t: Number, y: PyTree, before: Mode, after: Mode) -> PyTree:
+        return y
+
+    def next_stop(self, mode: Mode, y: Any = None) -> float:
+        return math.inf
+
+    def scales(self) -> PyTree:
+        return Oscillator(1.0, 1.0)
+
+
+class BeltOscillator(Smooth):
+    """Mass on a spring dragged by a belt: `m ẍ + k x = F`, sticks while `|k x| ≤ F_s`, slips with `F_k`.
+
+    From `x = F_s/k`, `v = v_b` with `Δ = (F_s − F_k)/k`, `ω = √(k/m)`: slip lasts `(2/ω)(π − atan(Δω/v_b))`,
+    stick `2Δ/v_b`. With `decay` > 0 the slip law is `F_s/(1 + decay |v_rel|)` (Leine et al. 1998).
+    """
+
+    m: Any = 1.0
+    k: Any = 1.0
+    F_s: Any = 1.0
+    F_k: Any = 0.6
+    v_b: Any = 0.2
+    decay: Any = None
+
+    @property
+    def start(self) -> Oscillator:
+        """State at the onset of slip."""
+        return Oscillator(self.F_s / self.k, self.v_b)
+
+    def force(self, v: Number) -> Number:
+        if self.decay is None:
+            return self.F_k
+        return self.F_s / (1 + self.decay * (self.v_b - v))
+
+    def rhs(self, t: Number, y: Oscillator, mode: Mode) -> Oscillator:
+        slip = (self.force(y.v) - self.k * y.x) / self.m
+        return Oscillator(y.v, jnp.where(mode == STICK, 0.0, slip))
+
+    def guards(self, t: Number, y: Oscillator, mode: Mode) -> Guards:
+        stick = 1 - self.k * y.x / self.F_s
+        slip = (self.v_b - y.v) / self.v_b
+        return jnp.where(mode == STICK, stick, slip)[None]
+
+    def transition(self, t: Number, y: Oscillator, mode: Mode, fired: Fired, at_stop: jax.Array) -> tuple[Mode, int]:
+        return 1 - mode, 0
+
+    def reset(self, t: Number, y: Oscillator, before: Mode, after: Mode) -> Oscillator:
+        x = jnp.where(after == SLIP, self.F_s / self.k, y.x)
+        return Oscillator(x, jnp.where(after == STICK, self.v_b, y.v))
+
+
+class CoulombOscillator(Smooth):
+    """Free oscillator with Coulomb friction, `ẍ + x = −F sgn ẋ`; `mode` is the sign of `ẋ`, 0 at rest."""
+
+    F: Any = 0.15
+
+    def rhs(self, t: Number, y: Oscillator, mode: Mode) -> Oscillator:
+        moving = mode != 0
+        return Oscillator(jnp.where(moving, y.v, 0.0), jnp.where(moving, -y.x - self.F * mode.astype(float), 0.0))
+
+    def guards(self, t: Number, y: Oscillator, mode: Mode) -> Guards:
+        return jnp.where(mode == 0, 1.0, mode.astype(float) * y.v)[None]
+
+    def transition(self, t: Number, y: Oscillator, mode: Mode, fired: Fired, at_stop: jax.Array) -> tuple[Mode, int]:
+        return jnp.where(jnp.abs(y.x) <= self.F, 0, -jnp.sign(y.x).astype(int)), 0
+
+    def reset(self, t: Number, y: Oscillator, before: Mode, after: Mode) -> Oscillator:
+        return Oscillator(y.x, 0.0 * y.v)
+
+
+class Filippov(Smooth):
+    """`ẋ = −2` if `x > y` else 2; `ẏ = −3` if `y > x` else 1.5: from (1.5, 1) slides along `x = y` at −6/17 from 1/7.
+
+    Modes +1 above, −1 below, 0 sliding; on the line `ẋ = ẏ` fixes the convex weight.
+    """
+
+    def rhs(self, t: Number, y: Float[jax.Array, "2"], mode: Mode) -> Float[jax.Array, "2"]:
+        above, below = jnp.asarray([-2.0, 1.5]), jnp.asarray([2.0, -3.0])
+        n_above, n_below = above[0] - above[1], below[0] - below[1]
+        weight = n_below / (n_below - n_above)
+        slide = weight * above + (1 - weight) * below
+        return jnp.where(mode == 0, slide, jnp.where(mode > 0, above, below))
+
+    def guards(self, t: Number, y: Float[jax.Array, "2"], mode: Mode) -> Guards:
+        return jnp.where(mode == 0, 1.0, mode.astype(float) * (y[0] - y[1]))[None]
+
+    def transition(self, t: Number, y: PyTree, mode: Mode, fired: Fired, at_stop: jax.Array) -> tuple[Mode, int]:
+        return 0 * mode, 0
+
+    def scales(self) -> float:
+        return 1.0
+
+
+class BouncingBall(Smooth):
+    """FMI reference model: falls with `g`, leaves each impact with `e` of its speed, rests below `v_min`."""
+
+    g: Any = 9.81
+    e: Any = 0.7
+    v_min: Any = 0.1
+
+    def rhs(self, t: Number, y: Oscillator, mode: Mode) -> Oscillator:
+        return Oscillator(jnp.where(mode == 0, y.v, 0.0), jnp.where(mode == 0, -self.g, 0.0))
+
+    def guards(self, t: Number, y: Oscillator, mode: Mode) -> Guards:
+        return jnp.where(mode == 0, y.x, 1.0)[None]
+
+    def transition(self, t: Number, y: Oscillator, mode: Mode, fired: Fired, at_stop: jax.Array) -> tuple[Mode, int]:
+        return jnp.where(-self.e * y.v < self.v_min, 1, 0), 0
+
+    def reset(self, t: Number, y: Oscillator, before: Mode, after: Mode) -> Oscillator:
+        return Oscillator(0.0 * y.x, jnp.where(after == 1, 0.0, -self.e * y.v))
+
+
+def arrays(system: S) -> S:
+    """The same system with every number as an array, so that a new value never re-traces."""
+    return jax.tree.map(lambda x: jnp.asarray(x, jnp.float64) if isinstance(x, float) else x, system)
+
+
+def first_event_times(record: Record, count: int) -> Float[jax.Array, " count"]:
+    """Times of the first `count` events that guards made after the start, traced."""
+    i = jnp.flatnonzero(record.rows.kind == LANDED, size=count, fill_value=0)
+    return record.rows.t[i + 1]
+
+
+class Timed(AbstractHybridSystem):
+    """`ẏ = 1` from 0 and guards given as functions of `t`; every firing moves that guard's count in the mode by one.
+
+    `corner`, if finite, is a known time at which the slope changes to 2.
+    """
+
+    functions: tuple = eqx.field(static=True)
+    corner: Any = jnp.inf
+    repeat: bool = eqx.field(static=True, default=False)
+
+    def rhs(self, t, y, mode):
+        return jnp.where(mode[1] > 0, 2.0, 1.0) * jnp.ones_like(y)
+
+    def guards(self, t, y, mode):
+        values = jnp.stack([fn(t) for fn in self.functions])
+        return jnp.where((mode[0] > 0) & (not self.repeat), 1.0, values)
+
+    def transition(self, t, y, mode, fired, at_stop):
+        return (mode[0] + fired.astype(jnp.int32), mode[1] + at_stop.astype(jnp.int32)), 0
+
+    def reset(self, t, y, before, after):
+        return y
+
+    def next_stop(self, mode):
+        return jnp.where(mode[1] > 0, jnp.inf, self.corner)
+
+    def scales(self):
+        return 1.0

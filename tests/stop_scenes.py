@@ -1,0 +1,180 @@
+"""Stops of a band brake, and their closed forms, that many tests share."""
+
+import math
+from collections.abc import Callable, Sequence
+from types import ModuleType
+from typing import Any, TypeAlias
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from simbrake import (
+    Band,
+    Bandage,
+    Brake,
+    Constant,
+    ConstantFriction,
+    Duty,
+    Fault,
+    Initial,
+    Lining,
+    PiecewiseLinear,
+    Pulley,
+    Result,
+    Scene,
+    TorqueLoad,
+)
+from simbrake.brakes import AbstractStiffness
+from simbrake.friction import AbstractFriction, Contact
+from simbrake.loads import AbstractLoad
+from simbrake.profiles import AbstractProfile
+
+#: a number of a scene or of a closed form: also traced, or complex
+Number: TypeAlias = complex | float | int | jax.Array
+Values: TypeAlias = Number | Sequence[Number]
+
+# --- scenes with closed-form solutions --------------------------------------------------------------------------------
+
+
+def stop_scene(
+    n: int = 20,
+    f: Number = 0.35,
+    beta: float = 13.5,
+    R: Number = 0.725,
+    J: Number = 800.0,
+    C: Number | AbstractStiffness | None = 2e5,
+    T0: Number = 8e3,
+    w0: Number = 20.0,
+    load: Number | AbstractLoad = 0.0,
+    end: Number = 5.0,
+    law: AbstractFriction | None = None,
+    lever: AbstractProfile | None = None,
+    **initial: Number,
+) -> Scene:
+    """A stop with constant slack tension on `n` linings of `beta` degrees: closed forms in `closed_form`.
+
+    `C`: stiffness, `None` for a rigid band; `law`: friction in place of `f`; `lever`: profile in place of `T0`; `load`:
+    a torque, or a load.
+    """
+    lining = Lining(law if law is not None else ConstantFriction(f), np.full(n, math.radians(beta)))
+    force = lever if lever is not None else Constant(T0)
+    duty = Duty(force, load if isinstance(load, AbstractLoad) else TorqueLoad(Constant(load)))
+    return Scene(Brake(Pulley(R, J), Band(R, C), lining), duty, Initial(omega=w0, **initial), end)
+
+
+def closed_form(
+    n: int = 20,
+    f: Number = 0.35,
+    beta: Number = 13.5,
+    R: Number = 0.725,
+    J: Number = 800.0,
+    C: Number = 2e5,
+    T0: Number = 8e3,
+    w0: Number = 20.0,
+    xp: ModuleType = math,
+) -> dict[str, Any]:
+    """Event times of a stop without load (model §3): t0, lining limits, t1 and stopping time.
+
+        t0 = T_0/(C R ω_0),   lining i: t0 + asin(χ T_0 (Π_i − 1)/(C R ω_0))/χ,   χ² = C R²/J,   t1 = that of lining n
+        stop: t1 + J ω_0 cos χ(t1 − t0)/(R T_0 (Π − 1))
+
+    `xp`: `math`, or a module with the same functions for derivatives (`jax.numpy`) or complex numbers (`numpy`).
+    """
+    z = xp.tan(beta * math.pi / 180 / 2)
+    mu = (1 + f * z) / (1 - f * z)
+    Pi = mu**n
+    t0 = T0 / (C * R * w0)
+    chi = xp.sqrt(C * R**2 / J)
+
+    def limit(ratio: Number) -> Number:
+        return t0 + xp.asin(chi * T0 * (ratio - 1) / (C * R * w0)) / chi
+
+    t1 = limit(Pi)
+    w1 = w0 * xp.cos(chi * (t1 - t0))
+    limits = [limit(mu ** (i + 1)) for i in range(n)]
+    return {"t0": t0, "limits": limits, "t1": t1, "stop": t1 + w1 * J / (R * T0 * (Pi - 1)), "Pi": Pi}
+
+
+class FallingFriction(AbstractFriction):
+    """Friction with which the torque of one lining of 0.5 rad falls as `M_0/(1 + κ ω)`, for `R_b` = 1 m.
+
+    A stop then takes `(J/M_0)(ω_0 + κ ω_0²/2)` and the angle `(J/M_0)(ω_0²/2 + κ ω_0³/3)`.
+    """
+
+    M0: jax.Array
+    kappa: jax.Array
+    T_0: jax.Array
+
+    def kinetic(self, contact: Contact) -> jax.Array:
+        torque = self.M0 / (1 + self.kappa * contact.v)
+        r = 1 + torque / self.T_0  # Π for R_b = 1
+        return (r - 1) / (r + 1) / jnp.tan(0.25)
+
+    def static(self, contact: Contact) -> jax.Array:
+        return self.kinetic(Contact(v=0.0 * contact.v))
+
+    def faults(self, path: str) -> list[Fault]:
+        return []
+
+
+def tension_for(torque: Number, n: int, f: Number, beta: float, R: Number = 1.0) -> Number:
+    """Slack tension (N) at which the torque of `n` sliding linings is `torque`: `T_0 = M/(R (Π − 1))`."""
+    return torque / (R * (closed_form(n=n, f=f, beta=beta)["Pi"] - 1))
+
+
+def staged_pair(
+    M_i: Number = 600.0,
+    J_1: Number = 40.0,
+    J_2: Number = 4.0,
+    w0: Number = 20.0,
+    lever: tuple[Values, Sequence[Number] | jax.Array] | None = None,
+    end: Number = 3.0,
+    c: Number = 500.0,
+) -> Scene:
+    """Pulley `J_1` and bandage `J_2` joined by an internal pair of capacity `M_i`; the band's torque is `c t`.
+
+    The capacity comes from preload alone: a coefficient so small that the tensions add nothing to it. `lever` `(times,
+    torques)`: points of the band's torque in place of `c t`. Radii are 1 m.
+    """
+    n, f, beta, small = 4, 0.5, 60.0, 1e-14
+    brake = Brake(
+        Pulley(1.0, J_1),
+        Band(1.0),
+        Lining(ConstantFriction(f), np.full(n, math.radians(beta))),
+        Bandage(J_2, ConstantFriction(small), M_i / (n * small)),
+    )
+    times, torques = ([0.0, 10.0], [jnp.zeros(()), jnp.asarray(10.0 * c)]) if lever is None else lever
+    tensions = jnp.stack([jnp.asarray(tension_for(torque, n, f, beta), jnp.float64) for torque in torques])
+    return Scene(brake, Duty(PiecewiseLinear(times, tensions), TorqueLoad()), Initial(w0), end)
+
+
+def points(values: Values, times: Values = 0.0, count: int = 6) -> PiecewiseLinear:
+    """A profile of `count` points, a constant by itself: scenes of one structure share their compiled program."""
+    values, times = np.atleast_1d(np.asarray(values, float)), np.atleast_1d(np.asarray(times, float))
+    more = count - len(values)
+    later = np.linspace(1e6, 2e6, more)  # after the end of every run
+    return PiecewiseLinear(np.append(times, later), np.append(values, np.full(more, values[-1])))
+
+
+def scene_of(
+    lever: Values | PiecewiseLinear, load: Values | PiecewiseLinear = 0.0, drag: float = 0.0, **parts: Any
+) -> Scene:
+    """`stop_scene` under a lever and a load of six points each."""
+    lever, load = (x if isinstance(x, PiecewiseLinear) else points(x) for x in (lever, load))
+    return stop_scene(lever=lever, load=TorqueLoad(load, drag=drag), **parts)
+
+
+def time_of(name: str, lining: int | None = None) -> Callable[[Result], float]:
+    """The time of the first such event in a run."""
+    return lambda r: next(e.time for e in r.events if e.name == name and e.lining == lining)
+
+
+# --- the standard brake -----------------------------------------------------------------------------------------------
+
+#: the elastic stop of several cases, and its closed forms
+ELASTIC: dict[str, Any] = {"n": 10, "beta": 27.0, "f": 0.35, "R": 0.725, "J": 800.0, "C": 2e5, "w0": 20.0}
+
+
+def elastic_stop(T0: Number = 8e3, **changes: Any) -> Scene:
+    return scene_of(T0, **{**ELASTIC, "end": 5.0, **changes})
