@@ -136,7 +136,7 @@ def docs(session: nox.Session) -> None:
     """Nightly: the pages, their examples, the printed tables, the notebooks."""
     session.install("-e", ".[dev]")
     session.run("sphinx-build", "-q", "-W", "--keep-going", "-b", "html", "docs", "build/docs")
-    session.run("simbrake", "reproduce", silent=True)
+    session.run("python", "papers/reproduce.py", silent=True)
     # the examples of the docs call nearly everything between them: here shapes and types of every call are checked
     checked = NO_SKIPS | {"SIMBRAKE_CHECK_TYPES": "1"}
     session.run("pytest", "-m", "slow", "--dist", "load", "tests/pages/test_examples.py", env=checked)

@@ -29,7 +29,7 @@ LAYERS = (
     ("_physics", "mechanisms with friction pairs; one system that couples them with heat, wear, ledger"),
     ("_run", "one run: simulate, prepare, events, metrics, series, energies"),
     ("studies, layouts", "many runs on one evaluator: sensitivities, ensembles, fits, layouts, life"),
-    ("formulas, published", "estimates, synthesis, materials; tables of the papers"),
+    ("formulas", "estimates, synthesis, materials"),
     ("files, results, checks", "scenes and results in files, comparisons; validation"),
     ("plot, _pages, _commands", "figures, the report, the command line"),
 )

@@ -74,7 +74,7 @@ PAGES: dict[str, tuple[str, ...]] = {
     "wear": ("wear", "studies._lining_life", "_run._travel"),
     "layouts": ("_run._linings", "_run._probe", "layouts"),
     "studies": ("studies",),
-    "estimates": ("formulas", "published"),
+    "estimates": ("formulas",),
     "integrator": ("hybrid",),
 }
 _LETTERS = "Z, V, S, K and `model §` refer to the [sources of the theory manual](../theory/index.md#sources)."

@@ -11,7 +11,7 @@
 - parts: `friction`, `loads`, `profiles`, `thermal`, `wear`, `brakes`
 - runs and results: `simulate`, `prepare`, `Result`; `results`, `report`, `compare`, `dataset`, `save`, `load`, `plot`
 - studies: `sensitivity`, `ensemble`, `sweep`, `uncertainty`, `calibrate`, `lining_life`; `studies`, `layouts`
-- estimates and checks: `estimates`, `synthesize`, `compare_materials`; `formulas`, `published`, `checks`, `validate`
+- estimates and checks: `estimates`, `synthesize`, `compare_materials`; `formulas`, `checks`, `validate`
 - the integrator: `hybrid`
 
 Values are in SI, or texts with a unit. The names at the top are in `__init__.pyi`, each with its module, which is
@@ -36,6 +36,8 @@ use_64_bits()
 
 
 def __getattr__(name: str) -> Any:
+    if name == "published":  # (the hint goes with the next version)
+        raise AttributeError("simbrake.published is papers/printed_tables.py in a checkout of the repository")
     try:
         return _named(name)
     except AttributeError:

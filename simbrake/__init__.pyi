@@ -8,7 +8,6 @@ from . import layouts as layouts
 from . import loads as loads
 from . import plot as plot
 from . import profiles as profiles
-from . import published as published
 from . import results as results
 from . import studies as studies
 from . import thermal as thermal

@@ -1,7 +1,9 @@
 """Commands about the installation and the program: doctor, validate, reproduce."""
 
+import importlib
 import os
 import platform
+import sys
 import warnings
 from importlib.metadata import version
 from pathlib import Path
@@ -245,9 +247,7 @@ def validate(
 
 
 def reproduce(*, out: cli.Out = None, json_: cli.Flag = False) -> int:
-    """Recompute the published tables cell by cell: printed, computed, difference, verdict.
-
-    Printed inputs and numbers that cannot differ are shown and counted as given and trivial, not as agreement.
+    """Recompute the published tables cell by cell, in a checkout of the repository: `python papers/reproduce.py`.
 
     --out draws the papers' figures and tables that a formula gives, with the printed numbers as points.
 
@@ -256,16 +256,18 @@ def reproduce(*, out: cli.Out = None, json_: cli.Flag = False) -> int:
     json_
         Print a list of {table, row, column, printed, computed, verdict, kind}, alone on stdout.
     """
+    script = Path(sb.__file__).parents[1] / "papers" / "reproduce.py"
+    if not script.exists():
+        hint = "python papers/reproduce.py in a checkout of the repository recomputes them"
+        raise sb.InputError([sb.Fault("reproduce", "the papers' tables are not part of the package", hint)])
     cli.prepare_jax()
-    from ..published import cells, report
-
-    rows = cells()
-    cli.tell(report(rows), lambda: [cell.as_dict() for cell in rows], json_)
-    if out is not None:
-        from .._pages._page import write_published
-
-        cli.print_written(write_published(out), json_)
-    return cli.exit_code(not any(cell.verdict == "disagrees" for cell in rows))
+    print("note: this command becomes: python papers/reproduce.py", file=sys.stderr)
+    options = [*(["--json"] if json_ else []), *([] if out is None else ["--out", str(out)])]
+    sys.path.insert(0, str(script.parent))
+    try:
+        return importlib.import_module("reproduce").main(options)
+    finally:
+        sys.path.remove(str(script.parent))
 
 
 #: commands and their exit codes

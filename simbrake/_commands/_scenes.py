@@ -37,9 +37,6 @@ def new(name: str | None = None, file: Path | None = None, /, *, json_: cli.Flag
         return 0
     source = shipped(name)
     one = shipped_files()[name]
-    if one.study:
-        hint = f"run it where it is: python {source}"
-        raise InputError([Fault(name, "is a study of several files, not a scene", hint)])
     target = Path(source.name) if file is None else file / source.name if file.is_dir() else file
     if target.suffix != source.suffix:
         raise InputError([Fault(str(target), f"{name} is a {source.suffix} file", f"give a name with {source.suffix}")])
@@ -61,7 +58,7 @@ def _listed(found: list[Shipped]) -> str:
     """The names with their titles."""
     width = max(len(one.name) for one in found)
     room = max(shutil.get_terminal_size((200, 24)).columns - width - 4, 40)
-    titles = {one: "study, run as a script: " * one.study + one.title for one in found}
+    titles = {one: one.title for one in found}
     rows = {one: f"  {one.name:{width}}  {textwrap.shorten(titles[one], room, placeholder='…')}" for one in found}
     templates = [row for one, row in rows.items() if one.template]
     scenes = [row for one, row in rows.items() if not one.template]

@@ -45,7 +45,6 @@ from .._run._simulate import simulate
 from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..files._scene_file import scene_text
-from ..plot._published import PUBLISHED, file_stem, published
 from ..plot._shared import Figure, both_sides, data_uri, span
 from ..results._dataset import provenance, save
 from ..studies._sensitivity import Sensitivity, SensitivityTable
@@ -469,14 +468,6 @@ def write(
 
 def _write_json(file: Path, found: object) -> None:
     file.write_text(json.dumps(found, indent=2, allow_nan=False) + "\n", "utf-8")
-
-
-def write_published(folder: Path) -> list[Path]:
-    """Write the figures of the papers that a formula gives, and figures of their tables, as PNG."""
-    with whole_folder(folder) as (scratch, written):
-        for name in PUBLISHED:
-            published(name).savefig(scratch / f"{file_stem(name)}.png", dpi=130)
-    return written
 
 
 def write_sensitivities(tables: Sequence[SensitivityTable], folder: Path) -> list[Path]:

@@ -23,11 +23,6 @@ class Shipped(NamedTuple):
     def template(self) -> bool:
         return self.name in TEMPLATES
 
-    @property
-    def study(self) -> bool:
-        """Whether it is a script without a scene, as `claims`."""
-        return self.file.suffix == ".py" and "def scene(" not in self.file.read_text("utf-8")
-
 
 def shipped_files() -> dict[str, Shipped]:
     """All of them by name, templates first. A scene in TOML and in Python has the TOML file at its name."""

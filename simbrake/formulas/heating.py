@@ -235,7 +235,7 @@ def transmission_table() -> TransmissionPartition:
         >>> type(sb.formulas.transmission_table()).__name__
         'TransmissionPartition'
     """
-    file = resources.files("simbrake") / "published" / "heat_transmission.csv"
+    file = resources.files("simbrake.formulas") / "heat_transmission.csv"
     rows = list(csv.DictReader(file.read_text("utf-8").splitlines()))
     T, layer, one, two, three = (
         np.asarray([float(row[name]) for row in rows])

@@ -1,11 +1,10 @@
 """Figures. Each function draws into a given figure or makes one, and returns it without showing it."""
 
 from ._animation import animate as animate
+from ._comparisons import materials as materials
+from ._comparisons import work_precision as work_precision
 from ._many import compare as compare
 from ._many import sweep as sweep
-from ._published import materials as materials
-from ._published import published as published
-from ._published import work_precision as work_precision
 from ._pulley import pressed as pressed
 from ._pulley import pulley as pulley
 from ._runs import contacts as contacts

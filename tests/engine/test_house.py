@@ -101,7 +101,7 @@ def test_only_plots_import_matplotlib():
 def test_importing_loads_nothing_that_a_run_does_not_need():
     """Half a second each: pictures, tables, units, reports and SciPy are loaded by those who use them."""
     heavy = ("matplotlib", "scipy", "xarray", "pandas", "pint", "jinja2", "pyarrow", "cyclopts", "SALib")
-    names = ("studies", "formulas", "published", "layouts", "checks", "_pages")
+    names = ("studies", "formulas", "layouts", "checks", "_pages")
     unused = tuple(f"simbrake.{name}" for name in names)
     program = "import sys, simbrake as sb; sb.Scene, sb.Brake, sb.simulate; print("
     program += f"[name for name in {heavy + unused} if name in sys.modules])"
@@ -145,7 +145,7 @@ def test_public_names():
     assert set(names) <= set(sb.__all__)
     homes = [getattr(sb, name) for name in sb.__all__ if isinstance(getattr(sb, name), types.ModuleType)]
     assert {home.__name__.partition(".")[2] for home in homes} >= {
-        *("friction", "thermal", "loads", "formulas", "studies", "layouts", "hybrid", "published", "plot"),
+        *("friction", "thermal", "loads", "formulas", "studies", "layouts", "hybrid", "plot"),
     }
     found = [getattr(home, name) for home in (sb, *homes) for name in getattr(home, "__all__", ())]
     classes = {one for one in found if isinstance(one, type)}

@@ -578,10 +578,7 @@ def test_options_of_run(capsys, asked, tmp_path):
     assert call(capsys, "run", "standard.toml", *limits, "--fail-on-limit")[0] == 1
 
 
-def test_options_of_validate_and_reproduce(capsys, asked, tmp_path):
-    from simbrake import published
-    from simbrake._pages import _page
-
+def test_options_of_validate(capsys, asked):
     for ok, code in ((True, 0), (False, 1)):
         cases, crosses = asked(sb, "validate", Answer(ok=ok)), asked(sb, "cross_check", Answer(ok=ok))
         assert call(capsys, "validate", "--only", "band")[:2] == (code, "a text\n")
@@ -605,12 +602,3 @@ def test_options_of_validate_and_reproduce(capsys, asked, tmp_path):
     assert list(rows[0]) == ["case", "tolerance", "source", "truth"]
     assert lines[1].startswith(f"{rows[0]['case']}  ")
     assert f" {rows[0]['tolerance']:.0e}  {rows[0]['source']}" in lines[1]
-    cell = lambda verdict: SimpleNamespace(verdict=verdict, as_dict=lambda: {"verdict": verdict})  # noqa: E731
-    asked(published, "report", "a text")
-    written = asked(_page, "write_published", [Path("out/a.png")])
-    for verdicts, code in ((("agrees", "known misprint"), 0), (("agrees", "disagrees"), 1)):
-        asked(published, "cells", [cell(verdict) for verdict in verdicts])
-        assert call(capsys, "reproduce")[:2] == (code, "a text\n")
-        assert call(capsys, "reproduce", "--out", "out")[:2] == (code, "a text\nwritten  out/a.png\n")
-        assert json.loads(call(capsys, "reproduce", "--json")[1]) == [{"verdict": verdict} for verdict in verdicts]
-    assert written[0] == ((Path("out"),), {})

@@ -90,7 +90,6 @@ def test_new_replaces_no_file_and_names_what_is_near(capsys, folder):
         (["standard"], "standard.toml: exists and is not replaced"),
         (["standart"], "nearest: standard"),
         (["standard", "mine.py"], "give a name with .toml"),
-        (["claims"], "is a study of several files, not a scene — run it where it is: python "),
     ):
         code, out, err = call(capsys, "new", *arguments)
         assert (code, out) == (2, "")
@@ -98,11 +97,13 @@ def test_new_replaces_no_file_and_names_what_is_near(capsys, folder):
     assert [(file.name, file.read_text("utf-8")) for file in folder.iterdir()] == [("standard.toml", "mine")]
 
 
-def test_a_scene_is_opened_by_name_and_a_study_says_that_it_is_one(capsys, scenarios):
+def test_a_scene_is_opened_by_name_and_a_study_says_that_it_is_one(capsys, tmp_path):
     assert call(capsys, "scene", "check", "standard")[0] == call(capsys, "scene", "check", "u2_5_5_stop")[0] == 0
-    code, out, err = call(capsys, "run", scenarios / "claims.py")
-    assert (code, out) == (2, "")
-    assert f"is a study without a scene — run it: python {scenarios / 'claims.py'}" in err
+    study = tmp_path / "study.py"
+    study.write_text("def main():\n    pass\n", "utf-8")
+    code, _, err = call(capsys, "run", study)
+    assert code == 2
+    assert f"is a study without a scene — run it: python {study}" in err
     code, _, err = call(capsys, "run", "standart")
     assert code == 2
     assert "standart: there is no such file — nearest: standard, " in err
@@ -118,10 +119,8 @@ def test_titles_and_names_of_shipped_scenes(tmp_path):
         ("a_b.py", "def (", "a b"),
     ):
         assert title_of(tmp_path / name, text) == title
-    assert shipped_files()["claims"].study
-    assert not shipped_files()["u2_5_5_stop"].study
     assert shipped_files()["standard"].template
-    assert not shipped_files()["claims"].template
+    assert not shipped_files()["u2_5_5_stop"].template
     assert sb.files.shipped("standard").read_text("utf-8").startswith("#")
     assert nearest_names("standart")[0] == "standard"
     assert len(nearest_names("stop")) <= 3

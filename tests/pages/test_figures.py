@@ -17,6 +17,7 @@ from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
+from paper_figures import PUBLISHED, published
 from picture_scenes import hot_result, plain_result, staged_result
 from stop_scenes import stop_scene
 
@@ -191,9 +192,9 @@ def test_rules_for_figures_of_other_runs(make):
         check(draw(result))
 
 
-@pytest.mark.parametrize("name", plot._published.PUBLISHED)
+@pytest.mark.parametrize("name", PUBLISHED)
 def test_rules_for_figures_of_the_papers(name):
-    check(plot.published(name))
+    check(published(name))
 
 
 # --- several runs -----------------------------------------------------------------------------------------------------

@@ -9,7 +9,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import simbrake as sb
-from simbrake.published import DISAGREES, MISPRINT, cells
 
 
 def ratio(f, angles):
@@ -132,16 +131,6 @@ def test_chord_layout_and_its_infeasible_case():
 def test_infeasible_layouts_say_so(call):
     with pytest.raises(sb.layouts.InfeasibleLayout, match=r"\w+"):
         call()
-
-
-def test_published_tables_have_no_cell_that_disagrees():
-    rows = cells()
-    assert len(rows) == 578
-    assert [c for c in rows if c.verdict == DISAGREES] == []
-    assert all(c.reason for c in rows if c.verdict == MISPRINT)
-    tau = [c for c in rows if c.column == "tau_m_consistent"]
-    assert len(tau) == 20
-    assert all(c.verdict == MISPRINT for c in tau)
 
 
 def test_equal_increments_reach_as_far_as_the_first_lining_locks_itself():

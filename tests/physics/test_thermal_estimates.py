@@ -7,17 +7,9 @@ import pytest
 from scipy.integrate import quad
 
 import simbrake as sb
-from simbrake.published import AGREES, cells
 
 STEEL = sb.material("steel_20L")
 A, E = float(STEEL.diffusivity), float(STEEL.effusivity)
-
-
-def test_table_s1_comes_from_the_formula_cell_by_cell():
-    table = [cell for cell in cells() if cell.table == "S1"]
-    assert len(table) == 24
-    assert {cell.verdict for cell in table} == {AGREES}
-    assert sb.formulas.fourier_parameter(1.14e-5, 0.030) * 1000 == pytest.approx(12.667, abs=5e-4)
 
 
 def test_the_penetration_depth_has_a_fourier_number_of_one_third():

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from case_tools import FORM, Case, Reader, Row, cases_of, cases_of_run
+from printed_tables import FRICTION, LAMBDA, allowed, cells, published_rows, stopped_band
 from stop_scenes import (
     ELASTIC,
     FallingFriction,
@@ -27,7 +28,6 @@ from simbrake import (
 )
 from simbrake.brakes import grip, tension_ratio
 from simbrake.loads import differential_lever_tension
-from simbrake.published import FRICTION, LAMBDA, allowed, cells, published_rows, stopped_band
 from simbrake.results import BandMode, Series
 
 _BOOK = "Khurmi & Gupta, Theory of Machines, band and block brake"

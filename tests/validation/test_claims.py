@@ -15,7 +15,7 @@ PAGE = (ROOT / "docs" / "claims.md").read_text("utf-8")
 
 @pytest.fixture(scope="module")
 def claims():
-    spec = importlib.util.spec_from_file_location("claims", ROOT / "scenarios" / "claims.py")
+    spec = importlib.util.spec_from_file_location("claims", ROOT / "papers" / "claims.py")
     assert spec is not None
     assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
@@ -40,9 +40,9 @@ def test_every_claim_has_a_row_in_the_page(claims):
     assert len(claims.CLAIMS) >= 16
     assert {one.paper for one in claims.CLAIMS} == set(papers)
     ordered = sorted(claims.CLAIMS, key=lambda one: papers.index(one.paper))
-    assert len(rows()) == len(ordered), "run: python scenarios/claims.py --write-docs"
+    assert len(rows()) == len(ordered), "run: python papers/claims.py --write-docs"
     for row, one in zip(rows(), ordered, strict=True):
-        assert row.startswith(f"| {one.words}"), "run: python scenarios/claims.py --write-docs"
+        assert row.startswith(f"| {one.words}"), "run: python papers/claims.py --write-docs"
         assert f"| {one.place} |" in row
         assert row.count("|") == 5
     for verdict in (claims.CONFIRMED, claims.LIMITED, claims.CONTRADICTED):
@@ -54,11 +54,11 @@ def test_quick_claims_are_as_in_the_page(quick):
     assert len(quick) >= 8
     for one, found in quick.values():
         row = next(row for row in rows() if row.startswith(f"| {one.words}"))
-        assert row.endswith(f"| {found.text} | **{found.verdict}** |"), "run: python scenarios/claims.py --write-docs"
+        assert row.endswith(f"| {found.text} | **{found.verdict}** |"), "run: python papers/claims.py --write-docs"
 
 
 def test_verdicts_follow_from_numbers(claims):
-    from papers.common import judged
+    from claim import judged
 
     assert judged([True, True]) == claims.CONFIRMED
     assert judged([True, False], [True, False]) == claims.LIMITED

@@ -1,4 +1,4 @@
-"""Writes the tables and figures of `published.md`: `python docs/make_published.py [--tables]`.
+"""Writes the tables and figures of `docs/published.md`: `python papers/write_page.py [--tables]`.
 
 The tables are between markers. Takes half a minute; `--tables` leaves the figures as they are.
 """
@@ -7,7 +7,10 @@ import itertools
 import pathlib
 import sys
 
-HERE = pathlib.Path(__file__).parent
+import printed_tables as tables
+from printed_tables import AGREES, FILES, published_rows
+
+DOCS = pathlib.Path(__file__).parents[1] / "docs"
 NAMES = {"k": "k", "f": "f", "scheme": "pitch", "w0": "w₀", "tau_m": "τ_m", "T_max": "T_max", "N_max": "N_max"} | {
     "gamma": "γ",
     "alpha_deg": "α, °",
@@ -50,8 +53,6 @@ def shown(printed: str, computed: float) -> str:
 
 def section(name: str, of: list) -> list[str]:
     """One table: printed above computed, misprints in bold, and the reason of each."""
-    from simbrake.published import AGREES, published_rows
-
     rows = published_rows(name)
     found = {(c.row, c.column): c for c in of}
     extra = [column for column in dict.fromkeys(c.column for c in of) if column not in rows[0]]
@@ -85,23 +86,17 @@ def section(name: str, of: list) -> list[str]:
 
 def block(table: str) -> str:
     """What stands between the markers of one table."""
-    from simbrake.published import cells, counted
-
-    of = [c for c in cells() if c.table == table]
-    return "\n".join([f"{counted(of)}.", "", *section(table, of)])
+    of = [c for c in tables.cells() if c.table == table]
+    return "\n".join([f"{tables.counted(of)}.", "", *section(table, of)])
 
 
 def sentence() -> str:
     """Counts of all cells, as the text of the page has them."""
-    from simbrake.published import cells, counted
-
-    return f"All tables: {counted(cells())}."
+    return f"All tables: {tables.counted(tables.cells())}."
 
 
 def written(text: str) -> str:
     """The page with every block between its markers computed anew."""
-    from simbrake.published import FILES
-
     before, rest = text.split("All tables: ")
     text = f"{before}{sentence()}\n{rest.partition(chr(10))[2]}"
     for table in FILES:
@@ -112,13 +107,13 @@ def written(text: str) -> str:
 
 
 def main(arguments: list[str]) -> None:
-    page = HERE / "published.md"
+    page = DOCS / "published.md"
     page.write_text(written(page.read_text("utf-8")), "utf-8")
     if "--tables" in arguments:
         return
+    sys.path.insert(0, str(DOCS))
     from make_pictures import save
-
-    from simbrake.plot._published import PUBLISHED, file_stem, published
+    from paper_figures import PUBLISHED, file_stem, published
 
     for name in PUBLISHED:
         save(published(name), file_stem(name))

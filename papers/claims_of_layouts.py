@@ -4,10 +4,9 @@ import dataclasses
 import math
 
 import numpy as np
+from claim import FRICTIONS, LININGS, WRAP, Found, Runs, claim, even, judged, loads, of_each, stop, uniform
 
 import simbrake as sb
-
-from .common import FRICTIONS, LININGS, WRAP, Found, Runs, claim, even, judged, loads, of_each, stop, uniform
 
 
 @claim(

@@ -5,10 +5,9 @@ import math
 from typing import Any
 
 import numpy as np
+from claim import LININGS, WRAP, ZERO, Found, Runs, claim, floating, judged, of_each, stop
 
 import simbrake as sb
-
-from .common import LININGS, WRAP, ZERO, Found, Runs, claim, floating, judged, of_each, stop
 
 
 @claim(

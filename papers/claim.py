@@ -13,7 +13,7 @@ import numpy as np
 
 import simbrake as sb
 
-HERE = pathlib.Path(__file__).parents[1]  # the scenarios
+HERE = pathlib.Path(__file__).parents[1] / "scenarios"
 CONFIRMED, LIMITED, CONTRADICTED = "confirmed", "confirmed within limits", "contradicted"
 ZERO = 273.15
 WRAP, LININGS = math.radians(270.0), 10  # Z, tables 5 and 6

@@ -11,6 +11,7 @@ formulas are checked against the printed tables instead, which give the same for
 import csv
 import functools
 import math
+import pathlib
 from collections.abc import Iterable
 from importlib import resources
 from typing import NamedTuple, TypeAlias
@@ -18,11 +19,10 @@ from typing import NamedTuple, TypeAlias
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
+from tabulate import tabulate
 
-from .._base._table import Column, Table
-from .._parts._scene import Duty, Initial, Scene
-from ..brakes._design import Band, Bandage, Brake, Pulley, uniform_linings
-from ..formulas.heating import (
+import simbrake as sb
+from simbrake.formulas import (
     fourier_parameter,
     maximum_temperatures,
     mean_bulk_rise,
@@ -31,13 +31,8 @@ from ..formulas.heating import (
     stopping_rise,
     transmission_table,
 )
-from ..friction import ConstantFriction
-from ..layouts._equal_layout import InfeasibleLayout, chord_equal_load_angles, equal_increment_angles
-from ..loads import TorqueLoad
-from ..profiles import Constant, PiecewiseLinear
-from ..thermal._builders import axial_resistance, radial_resistance
-from ..thermal._heat import FlashTemperature
-from ..thermal._material import effusivity_share, material
+from simbrake.layouts import InfeasibleLayout, chord_equal_load_angles, equal_increment_angles
+from simbrake.thermal import FlashTemperature, axial_resistance, effusivity_share, radial_resistance
 
 AGREES, MISPRINT, DISAGREES = "agrees", "known misprint", "disagrees"
 #: what a cell says of the formulas: it is compared with them, went into them, or cannot differ
@@ -45,7 +40,7 @@ COMPARED, GIVEN, TRIVIAL = "compared", "given", "trivial"
 #: columns of inputs, printed with the results, and of numbers that follow from a printed one beside them
 _KINDS = {"f": GIVEN, "k": GIVEN, "T0": TRIVIAL, "K": TRIVIAL, "tau_m_consistent": TRIVIAL}
 _CONSISTENT = "printed as λ + π/(2 w_0); the equations of motion give 1/λ + π/(2 w_0)"
-#: table → its file in `published/`
+#: table → its file, beside this one or among the data of `simbrake.formulas`
 FILES = {f"Z{i}": f"table{i}.csv" for i in range(1, 7)} | {
     "V1": "thermal_resistance.csv",
     "V2": "heat_transmission.csv",
@@ -84,7 +79,8 @@ Computed: TypeAlias = dict[str, float]
 
 
 def _rows(name: str) -> list[Printed]:
-    file = resources.files(__name__) / name
+    file = pathlib.Path(__file__).with_name(name)
+    file = file if file.exists() else resources.files("simbrake.formulas") / name
     return list(csv.DictReader(file.read_text("utf-8").splitlines()))
 
 
@@ -269,16 +265,15 @@ def report(rows: list[Cell]) -> str:
         said = c.verdict if c.kind == COMPARED else c.kind
         return f"{said} ({c.reason})" if c.reason else said
 
-    columns = [
-        *("table", Column("row"), "column", Column("printed", show="g"), Column("computed", show=".5g")),
-        *(Column("difference", show=".2g"), "verdict"),
-    ]
-    lines = [(*c[:5], c.computed - c.printed, shown(c)) for c in rows]
+    heads = ("table", "row", "column", "printed", "computed", "difference", "verdict")
+    lines = [(*c[:3], f"{c.printed:g}", f"{c.computed:.5g}", f"{c.computed - c.printed:.2g}", shown(c)) for c in rows]
+    aligned = ("left", "right", "left", "right", "right", "right", "left")
+    text = tabulate(lines, heads, "plain", disable_numparse=True, colalign=aligned)
     counts = [
         f"{table}: {counted([c for c in rows if c.table == table])}" for table in dict.fromkeys(c.table for c in rows)
     ]
     counts.append(f"all: {counted(rows)}")
-    return "\n".join([str(Table(columns, lines)), "", *counts])
+    return "\n".join([text, "", *counts])
 
 
 # --- figures ----------------------------------------------------------------------------------------------------------
@@ -347,8 +342,8 @@ def energy_levels(points: int = 201) -> tuple[EnergyLevels, EnergyLevels]:
 
     Bulk by energy over the depth of step 1, surface by the falling flux (stop) or the slab (drag), the maximum by S-26.
     """
-    steel, s = material("steel_20L"), np.linspace(0.0, 1.0, points)
-    share = float(effusivity_share(steel, material("FK-24A")))
+    steel, s = sb.material("steel_20L"), np.linspace(0.0, 1.0, points)
+    share = float(effusivity_share(steel, sb.material("FK-24A")))
     first = S1_PAIR["f_0"] * S1_PAIR["p_c"] * S1_PAIR["A_c"] * S1_PAIR["V_0"]
     q, a, heat = share * first / S1_TRACK, float(steel.diffusivity), float(steel.density * steel.specific_heat)
     law = FlashTemperature(_SPOT, float(steel.conductivity), a, share, _HARDNESS)
@@ -372,13 +367,13 @@ def energy_levels(points: int = 201) -> tuple[EnergyLevels, EnergyLevels]:
     return stop, EnergyLevels(t, np.ones(points), s, bulk, surface, np.asarray(top.surface_and_third_flash))
 
 
-def overlap_stop(external: float, internal: float) -> Scene:
+def overlap_stop(external: float, internal: float) -> sb.Scene:
     """A stop of a staged brake with these coefficients of friction, for K, Fig. 5; the numbers are assumed."""
-    brake = Brake(
-        Pulley(0.590, 1200.0, width=0.220),
-        Band(0.638),
-        uniform_linings(20, math.radians(270.0), ConstantFriction(external)),
-        Bandage(22.0, ConstantFriction(internal), 4e3),
+    brake = sb.Brake(
+        sb.Pulley(0.590, 1200.0, width=0.220),
+        sb.Band(0.638),
+        sb.uniform_linings(20, math.radians(270.0), sb.ConstantFriction(external)),
+        sb.Bandage(22.0, sb.ConstantFriction(internal), 4e3),
     )
-    duty = Duty(PiecewiseLinear([0.0, 2.0], [0.5e3, 20e3]), TorqueLoad(Constant(8e3)))
-    return Scene(brake, duty, Initial(24.0), 8.0)
+    duty = sb.Duty(sb.PiecewiseLinear([0.0, 2.0], [0.5e3, 20e3]), sb.TorqueLoad(sb.Constant(8e3)))
+    return sb.Scene(brake, duty, sb.Initial(24.0), 8.0)

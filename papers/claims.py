@@ -1,6 +1,6 @@
 """The qualitative claims of the four papers, each as a run or a formula with its number and a verdict.
 
-`python scenarios/claims.py` prints them, `--write-docs` writes `docs/claims.md`, `--fast` omits those that need runs of
+`python papers/claims.py` prints them, `--write-docs` writes `docs/claims.md`, `--fast` omits those that need runs of
 more than some seconds. A claim is stated in our own words with its place in the paper; the verdict follows from the
 number. Papers: Z Zhuravlov et al., S Skrypnyk, K Kryshtopa, V Volchenko et al. Geometry from V and Z; all other numbers
 are the assumptions of the scenarios that are used.
@@ -12,8 +12,10 @@ import sys
 
 HERE = pathlib.Path(__file__).parent
 sys.path.insert(0, str(HERE))
-from papers import heat, layouts, staged  # noqa: E402, F401  (each enters its claims)
-from papers.common import CLAIMS, CONFIRMED, CONTRADICTED, LIMITED, Claim, Found, Runs  # noqa: E402
+import claims_of_heat  # noqa: E402, F401  (each enters its claims)
+import claims_of_layouts  # noqa: E402, F401
+import claims_of_staged  # noqa: E402, F401
+from claim import CLAIMS, CONFIRMED, CONTRADICTED, LIMITED, Claim, Found, Runs  # noqa: E402
 
 PAPERS = {
     "Z": "Zhuravlov et al., *Dynamics of friction couples of a band-shoe brake*",
@@ -35,7 +37,7 @@ def page(found: list[tuple[Claim, Found]]) -> str:
         "their assumptions;",
         "what a comparison keeps equal is in brackets. The printed tables: [the papers recomputed](published.md).",
         "",
-        f"{len(found)} claims: {counts}. `python scenarios/claims.py` prints them,",
+        f"{len(found)} claims: {counts}. `python papers/claims.py` prints them,",
         "with `--write-docs` it writes this page.",
     ]
     for paper, title in PAPERS.items():

@@ -3,10 +3,9 @@
 import math
 
 import numpy as np
+from claim import WRAP, ZERO, Found, Runs, claim, judged, of_each, scenario, stop
 
 import simbrake as sb
-
-from .common import WRAP, ZERO, Found, Runs, claim, judged, of_each, scenario, stop
 
 
 @claim("V", "table 1", "flange and two rim lips double the thermal resistance of the pulley", fast=True)
