@@ -3,7 +3,7 @@
 import functools
 import math
 from collections.abc import Callable
-from typing import Any, TypeAlias
+from typing import TypeAlias
 
 import diffrax
 import numpy as np
@@ -17,10 +17,9 @@ from ..friction import ConstantFriction, LinearFade, ProductFriction
 from ..hybrid._arrays import Array
 from ..profiles import ramp
 from ..thermal._builders import lumped_heat
-from ..thermal._contact import ThermalContact
 from ..thermal._heat import ConstantPartition, Heat
-from ..thermal._material import ROOM, Material, layer_growth
-from ..thermal._network import Conductance, Junction, Lump, Source, Wall
+from ..thermal._material import ROOM, Material
+from ..thermal._network import Conductance, Lump, Source, Wall
 from ._cases_band import stop_scene
 from ._validation import FORM, Case, cases_of, cases_of_run
 
@@ -99,35 +98,6 @@ def half_space_cases() -> list[Case]:
     return cases_of("half-space", fine, 1e-3, rows)
 
 
-def effusivity_cases() -> list[Case]:
-    """Heat into the interface of two bodies in perfect contact: the network yields Charron's share."""
-    n, thickness = 120, 0.03
-    growth = layer_growth(2e-6, thickness, n)
-
-    def share(first: Material, second: Material) -> float:
-        walls = Wall("rim", first, thickness, 1.0, n, growth), Wall("lining", second, thickness, 1.0, n, growth)
-        contacts = ThermalContact("face", "rim.front", 1.0), ThermalContact("face", "lining.front", 1.0)
-        heat = Heat((*walls, Junction("face")), contacts, sources=(Source("face", 1e6),))
-        run = simulate_heat(heat, [0.0, 0.2], rtol=1e-8)
-        system: Any = run.record.system
-        stored = np.asarray(system.thermal.capacity) * (np.asarray(run.temperature)[-1] - ROOM)
-        return float(stored[:n].sum() / stored.sum())
-
-    def effusivity(m: Material) -> float:
-        return math.sqrt(float(m.conductivity) * float(m.density) * float(m.specific_heat))
-
-    metals = Material(51.0, 7100.0, 51.0 / (7100.0 * 1.44e-5)), Material(34.3, 4700.0, 34.3 / (4700.0 * 1.46e-5))
-    found = []
-    for name, *bodies in (
-        ("steel and lining", Material(45.0, 7850.0, 480.0), Material(0.8, 2000.0, 1100.0)),
-        ("two metals", *metals),
-    ):
-        e1, e2 = map(effusivity, bodies)
-        row = (name, "Charron: e1/(e1 + e2), e = √(kρc)", e1 / (e1 + e2), lambda share: share)
-        found += cases_of("two bodies in contact", functools.partial(share, *bodies), 5e-4, [row])
-    return found
-
-
 # --- brakes -----------------------------------------------------------------------------------------------------------
 
 
@@ -164,6 +134,5 @@ def fade_cases() -> list[Case]:
 CASES = (
     lump_cases,
     half_space_cases,
-    effusivity_cases,
     fade_cases,
 )

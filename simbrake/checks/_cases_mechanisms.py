@@ -59,7 +59,6 @@ def spring_cases() -> list[Case]:
             "stopping time": "stopping_time",
             "elongation at rest": "record.y_end.own.stretch.0",
         },
-        {"∂(stopping time)/∂K": "brake.bandage.spring.0", "∂(stopping time)/∂N_pre": "brake.bandage.preload.1"},
     )
 
 

@@ -147,11 +147,13 @@ def frozen_cases(
     of: Callable[[Result], Any] = stopping_time,
     program: str | None = None,
 ) -> list[Case]:
-    """Cases of a subject of `truths.csv`: each row is read from the result, or is a derivative of `of(result)`."""
+    """Cases of a subject of `truths.csv`: rows that are read from the result, and derivatives of `of(result)`."""
     slopes = {what: at if isinstance(at, Slope) else Slope(at) for what, at in (slopes or {}).items()}
+    known = {**reads, **slopes}
     rows = [
-        (what := row["what"], row["source"], float(row["truth"]), {**reads, **slopes}[what], float(row["tolerance"]))
+        (what, row["source"], float(row["truth"]), known[what], float(row["tolerance"]))
         for row in truths()[subject]
+        if (what := row["what"]) in known
     ]
     if not slopes:
         return cases_of_run(subject, scene, rows)

@@ -327,9 +327,34 @@ def _parting(sense: int) -> list[Case]:
     return cases_with_slopes(subject, scene, rows, lambda r: r.record.y_end.omega, program="parting lining")
 
 
+#: inertia of the linings of `sprung_stop` (kg·m²)
+SPRUNG = 1.2, 1.5
+
+
+def sprung_stop(end: float) -> Scene:
+    """The stop of "linings on springs": two linings of a staged brake, with a spring between them."""
+    bandage = Bandage(
+        list(SPRUNG),
+        ConstantFriction(0.2),
+        [1500.0, 900.0],
+        spring=np.array([2e3]),
+        spring_damping=0.05,  # pyright: ignore
+    )
+    linings = Lining(ConstantFriction(0.4), np.full(2, math.radians(50.0)))
+    lever = PiecewiseLinear([0.0, 0.3], [100.0, 6e3])
+    brake = Brake(Pulley(0.59, 200.0), Band(0.64), linings, bandage)
+    return Scene(brake, Duty(lever, TorqueLoad()), Initial(20.0), end)
+
+
+def sprung_slopes() -> list[Case]:
+    """Its derivatives."""
+    slopes = {"∂(stopping time)/∂K": "brake.bandage.spring.0", "∂(stopping time)/∂N_pre": "brake.bandage.preload.1"}
+    return frozen_cases("linings on springs", sprung_stop(8.0), {}, slopes)
+
+
 def spring_cases() -> list[Case]:
     """The stop of "linings on springs": all kinetic energy is gone, the spring keeps some; and its first instants."""
-    J, own, K, w0, R_b, early = 200.0, (1.2, 1.5), 2e3, 20.0, 0.64, 0.015
+    J, own, K, w0, R_b, early = 200.0, SPRUNG, 2e3, 20.0, 0.64, 0.015
     frozen = {row["what"]: float(row["truth"]) for row in truths()["linings on springs"]}
     whole = J + sum(own)
     half = math.tan(math.radians(25.0))
@@ -337,18 +362,6 @@ def spring_cases() -> list[Case]:
     drag = R_b * (mu**2 - 1)
     # while all linings ride on the rim, under T_0 = 100 + 5900 t/0.3
     speed = w0 - drag * (100.0 * early + 5900.0 / 0.3 * early**2 / 2) / whole
-
-    def scene(end: float) -> Scene:
-        bandage = Bandage(
-            list(own),
-            ConstantFriction(0.2),
-            [1500.0, 900.0],
-            spring=np.array([K]),
-            spring_damping=0.05,  # pyright: ignore
-        )
-        linings = Lining(ConstantFriction(0.4), np.full(2, math.radians(50.0)))
-        lever = PiecewiseLinear([0.0, 0.3], [100.0, 6e3])
-        return Scene(Brake(Pulley(0.59, J), Band(R_b), linings, bandage), Duty(lever, TorqueLoad()), Initial(w0), end)
 
     def rim_speed(result: Result) -> jax.Array:
         speeds: Any = result._system.mechanism.lining_speed(result.record.y_end.own)
@@ -378,8 +391,8 @@ def spring_cases() -> list[Case]:
     ]
     program = "linings on springs"
     return [
-        *cases_with_slopes("energies of linings on springs", scene(8.0), stopped, program=program),
-        *cases_with_slopes("energies of linings on springs", scene(early), riding, program=program),
+        *cases_with_slopes("energies of linings on springs", sprung_stop(8.0), stopped, program=program),
+        *cases_with_slopes("energies of linings on springs", sprung_stop(early), riding, program=program),
     ]
 
 
@@ -451,6 +464,7 @@ CASES = (
     chain_cases,
     parting_cases,
     spring_cases,
+    sprung_slopes,
     staged_cases,
     softening_cases,
 )

@@ -1,5 +1,6 @@
 """Validation of heat: thermal networks alone, and brakes whose friction fades as they warm up."""
 
+import functools
 import math
 from typing import Any, TypeAlias
 
@@ -12,7 +13,18 @@ from scipy.special import dawsn
 
 from simbrake import Heat, Material, PiecewiseLinear, ramp, simulate_heat, steady_state
 from simbrake.profiles import ExponentialRise
-from simbrake.thermal import ROOM, Convection, Lump, Radiation, Reservoir, Source, ThermalContact, Wall, layer_growth
+from simbrake.thermal import (
+    ROOM,
+    Convection,
+    Junction,
+    Lump,
+    Radiation,
+    Reservoir,
+    Source,
+    ThermalContact,
+    Wall,
+    layer_growth,
+)
 
 _K, _A = 50.0, 1.4e-5  # conductivity and diffusivity of the half-spaces
 _STEEL = Material(_K, 7800.0, _K / (7800.0 * _A))
@@ -160,7 +172,37 @@ def steady_cases() -> list[Case]:
     return cases_of("wall in steady state", lambda: steady_state(heat), 1e-8, [row])
 
 
+def effusivity_cases() -> list[Case]:
+    """Heat into the interface of two bodies in perfect contact: the network yields Charron's share."""
+    n, thickness = 120, 0.03
+    growth = layer_growth(2e-6, thickness, n)
+
+    def share(first: Material, second: Material) -> float:
+        walls = Wall("rim", first, thickness, 1.0, n, growth), Wall("lining", second, thickness, 1.0, n, growth)
+        contacts = ThermalContact("face", "rim.front", 1.0), ThermalContact("face", "lining.front", 1.0)
+        heat = Heat((*walls, Junction("face")), contacts, sources=(Source("face", 1e6),))
+        run = simulate_heat(heat, [0.0, 0.2], rtol=1e-8)
+        system: Any = run.record.system
+        stored = np.asarray(system.thermal.capacity) * (np.asarray(run.temperature)[-1] - ROOM)
+        return float(stored[:n].sum() / stored.sum())
+
+    def effusivity(m: Material) -> float:
+        return math.sqrt(float(m.conductivity) * float(m.density) * float(m.specific_heat))
+
+    metals = Material(51.0, 7100.0, 51.0 / (7100.0 * 1.44e-5)), Material(34.3, 4700.0, 34.3 / (4700.0 * 1.46e-5))
+    found = []
+    for name, *bodies in (
+        ("steel and lining", Material(45.0, 7850.0, 480.0), Material(0.8, 2000.0, 1100.0)),
+        ("two metals", *metals),
+    ):
+        e1, e2 = map(effusivity, bodies)
+        row = (name, "Charron: e1/(e1 + e2), e = √(kρc)", e1 / (e1 + e2), lambda share: share)
+        found += cases_of("two bodies in contact", functools.partial(share, *bodies), 5e-4, [row])
+    return found
+
+
 CASES = (
+    effusivity_cases,
     radiation_cases,
     repeated_cases,
     falling_flux_cases,

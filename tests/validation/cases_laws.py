@@ -6,12 +6,13 @@ The truths are in `truths.csv`, made by `tests/oracles/truths.py`, which imports
 from typing import Any
 
 from case_tools import Case, frozen_cases
-from stop_scenes import stop_scene
+from stop_scenes import stop_scene, time_of
 
 from simbrake import (
     ConstantFriction,
     Heat,
     LinearFade,
+    PiecewiseLinear,
     Scene,
     lumped_heat,
     with_values,
@@ -20,8 +21,10 @@ from simbrake.friction import (
     AbstractFriction,
     PressureFactor,
     ProductFriction,
+    StribeckFriction,
+    TabulatedFriction,
 )
-from simbrake.thermal import ROOM, ConstantPartition, FlashTemperature
+from simbrake.thermal import ROOM, Conductance, ConstantPartition, FlashTemperature, FrictionHeat, Lump, ThermalContact
 
 _N = 4
 _LAW = "brake.linings.friction"
@@ -41,6 +44,33 @@ def _rim(capacity: float, flash: FlashTemperature | None = None) -> Heat:
 
 def _fading(slope: float) -> AbstractFriction:
     return ProductFriction(ConstantFriction(0.35), (LinearFade(slope, ROOM, 0.0, 0.0),))  # pyright: ignore
+
+
+def speed_cases() -> list[Case]:
+    """Friction over the slip speed, a curve and a table."""
+    table = TabulatedFriction([0.0, 4.0, 9.0, 16.0], [0.42, 0.35, 0.31, 0.30])
+    # the band circle is wider than the rim
+    elastic = with_values(_stop(StribeckFriction(0.40, 0.28, 4.0, 1.0), C=1.2e5), {"brake.band.radius": 0.76})  # pyright: ignore
+    return [
+        *frozen_cases(
+            "Stribeck friction on an elastic band",
+            elastic,
+            {
+                "full slip": "full_slip_time",
+                "sticks again": time_of("restick"),
+                "stopping time": "stopping_time",
+                "friction heat": "energy.friction_heat",
+                "elastic energy at rest": "energy.elastic_change",
+            },
+            {"∂(stopping time)/∂v_s": f"{_LAW}.stribeck_speed"},
+        ),
+        *frozen_cases(
+            "tabulated friction",
+            _stop(table),
+            {"stopping time": "stopping_time", "angle": "stopping_angle"},
+            {"∂(stopping time)/∂f_2": f"{_LAW}.coefficient.1"},
+        ),
+    ]
 
 
 def pressed_cases() -> list[Case]:
@@ -70,7 +100,22 @@ def heated_cases() -> list[Case]:
     ]
 
 
-CASES = (
-    pressed_cases,
-    heated_cases,
-)
+def contact_cases() -> list[Case]:
+    """Rim and linings at rest exchange heat until the band is released."""
+    links = (ThermalContact("rim", "linings", 0.1, 0.1 / 40.0, opens=True), Conductance("linings", "band", 25.0))
+    bodies = (Lump("rim", 4e3, 420.0), Lump("linings", 600.0, 350.0), Lump("band", 900.0, 300.0))
+    heat = Heat(
+        bodies, links, FrictionHeat("rim", "linings", ConstantPartition(0.5)), (), None, "rim", "linings", "band"
+    )
+    lever = PiecewiseLinear([0.0, 20.0, 20.0, 50.0], [2e3, 2e3, 0.0, 0.0])
+    scene = _stop(ConstantFriction(0.35), heat, lever=lever, w0=0.0, end=50.0)
+    return frozen_cases(
+        "contact that opens",
+        scene,
+        {"rim": "end_temperatures.0", "linings": "end_temperatures.1"},
+        {"∂(linings)/∂R_c": "heat.links.0.resistance"},
+        of=lambda result: result.end_temperatures[1],
+    )
+
+
+CASES = (speed_cases, pressed_cases, heated_cases, contact_cases)
