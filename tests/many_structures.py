@@ -39,18 +39,17 @@ def visit(n: int, turn: int, folder: pathlib.Path) -> None:
 
 
 def main(visits: int, distinct: int) -> None:
-    most, process = 0, psutil.Process()
+    # (the peak that the system keeps starts at that of the process which started this one)
+    most, peak, process = 0, 0.0, psutil.Process()
     with tempfile.TemporaryDirectory() as folder:
         for turn in range(visits):
             visit(8 + turn % distinct, turn, pathlib.Path(folder))
             count = mappings() or 0
-            most = max(most, count)
+            memory = process.memory_info().rss / 1e6
+            most, peak = max(most, count), max(peak, memory)
             if turn % 10 == 9:
                 about = f"{len(STORE)} programs, {STORE.memory:.0f} MB estimated, {STORE.made} made"
-                print(turn + 1, count, round(process.memory_info().rss / 1e6), about, flush=True)
-    import resource
-
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3
+                print(turn + 1, count, round(memory), about, flush=True)
     print(json.dumps({"visits": visits, "distinct": distinct, "mappings": most, "megabytes": peak}))
 
 

@@ -2,12 +2,12 @@
 
 import dataclasses
 import functools
-import importlib.util
 import json
 import math
 import re
 
 import pytest
+import shipped
 from heat_scenes import lump
 from stop_scenes import stop_scene
 
@@ -70,13 +70,9 @@ MADE = {one.__name__: one for one in (hydrodynamic, lowered, not_in_the_network)
 def scene_of(name):
     if name in MADE:
         return MADE[name]()
-    file = shipped_files()[name].file
-    if file.suffix == ".toml":
-        return sb.read_scene(file)
-    spec = importlib.util.spec_from_file_location(name, file)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module.scene()
+    if name in shipped.NAMES:
+        return shipped.load(name).scene()
+    return sb.read_scene(sb.files.shipped(name))
 
 
 @functools.lru_cache(maxsize=1)
@@ -84,7 +80,7 @@ def run_of(name):
     return sb.simulate(scene_of(name))
 
 
-SHIPPED = [name for name, one in shipped_files().items() if not one.study]
+SHIPPED = [name for name, one in shipped_files().items() if one.template or name in shipped.NAMES]
 QUICK = ("heated", "disc", *MADE)
 
 

@@ -5,9 +5,9 @@ import re
 import sys
 
 import pytest
+from printed_tables import agrees
 
 import simbrake as sb
-from simbrake.published import agrees
 
 DOCS = pathlib.Path(sb.__file__).parents[1] / "docs"
 NUMBER = re.compile(r"(?<![\w.])[−-]?\d+(?:\.\d+)?(?:e[+-]\d+)?")
