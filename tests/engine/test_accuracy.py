@@ -95,6 +95,7 @@ def test_estimate_sees_what_the_energy_balance_does_not(rtol):
         assert found["peak_rim_temperature"] / rise > 3 * float(result.energy["closure"])
 
 
+@pytest.mark.slow
 def test_stiff_method_and_the_same_steps_again():
     """Rodas5P; and a band that brakes evenly, which no tolerance would give other steps."""
     t, phi, _ = fading_truth()
@@ -133,6 +134,7 @@ def test_second_run_compiles_no_program():
         assert _simulate._program.made == before
 
 
+@pytest.mark.slow
 def test_other_events_are_no_estimate():
     """An elastic band that sticks just before the stop, which a loose tolerance sees as one event."""
     problem = random_scene(draw("elastic band", "fill", 8686171))
@@ -170,12 +172,14 @@ def test_a_limit_of_steps_is_of_the_first_run():
     assert result.accuracy().second_steps > 15
 
 
+@pytest.mark.slow
 def test_traced_results_and_batches_are_refused():
     batch = jax.vmap(lambda omega: sb.simulate(sb.with_values(stop_scene(), {"initial.omega": omega})))
     with pytest.raises(sb.InputError, match="one result"):
         batch(np.asarray([18.0, 20.0])).accuracy()
 
 
+@pytest.mark.slow
 def test_command_prints_errors_and_keys(capsys, tmp_path):
     file = tmp_path / "stop.toml"
     sb.write_scene(stop_scene(), file)
@@ -206,6 +210,7 @@ def test_command_prints_errors_and_keys(capsys, tmp_path):
     assert json.loads(call("report", str(file), "--out", page, "--json"))["accuracy"]["metrics"] == found["metrics"]
 
 
+@pytest.mark.slow
 def test_prepared_runs_and_ensembles():
     prepared = sb.prepare(stop_scene(), ["stopping_time", "full_slip_time", "internal_slip_time"][:2], rtol=1e-4)
     for omega in (18.0, 20.0):

@@ -69,6 +69,7 @@ def test_every_lining_limit_is_where_the_tension_is_at_the_limit(logs):
     np.testing.assert_allclose(tension, np.where(tension > 1, ahead, back), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_every_full_slip_follows_the_limits_of_all_linings(logs):
     """Counted from the slack end, or from the anchor when the band slides back."""
     result, _ = logs[1]
@@ -117,6 +118,7 @@ def test_a_slow_zero_does_not_hold_up_the_others():
     assert np.delete(evaluated, 500).max() <= 5
 
 
+@pytest.mark.slow
 def test_the_log_of_a_run_that_fails_is_the_beginning_of_the_whole_one():
     whole = sb.simulate(stop_scene())
     for steps in (2, 4, 5, 8):

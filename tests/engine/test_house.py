@@ -170,6 +170,7 @@ def test_a_thousand_values_do_not_re_trace():
     assert _simulate._program.made == count
 
 
+@pytest.mark.slow
 def test_vmap_gives_the_numbers_of_single_runs():
     speeds = jnp.asarray([5.0, 12.0, 20.0, 31.0])
 

@@ -82,6 +82,7 @@ def test_peaks_are_those_of_a_search_by_partial_steps(result):
         assert np.min(np.abs(there / found.value - 1)) < 0.1 * float(result.rtol), name
 
 
+@pytest.mark.slow
 def test_a_maximum_near_the_end_of_a_step_is_found_as_exactly_as_any_other():
     """`C θ' = P_0 (1 − t/t_s) − G θ` of a cooled rim: hottest at `ln(1 + G t_s/C)/(G/C)`, in many places of a step."""
     n, J, w_0, C = 20, 800.0, 20.0, 2e4
@@ -100,6 +101,7 @@ def test_a_maximum_near_the_end_of_a_step_is_found_as_exactly_as_any_other():
     assert min(near) < 5e-3  # the end of a step lies next to one of them
 
 
+@pytest.mark.slow
 def test_marks_are_where_partial_steps_pass_them(result):
     """The permissible temperature, or the limits of linings (`T_n = T_0 μ^i`, and from the anchor)."""
     if result.scene.heated:

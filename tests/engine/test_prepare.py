@@ -55,6 +55,7 @@ def test_same_as_simulate_for_entries_and_vectors(run):
     assert run.numbers[entry] != 0.21
 
 
+@pytest.mark.slow
 def test_a_run_that_needs_more_room_gets_it():
     run = sb.prepare(stop_scene(end=20.0), ["stopping_time"], max_steps=8)
     assert run().metrics["stopping_time"] == pytest.approx(closed_form()["stop"], rel=1e-10)
@@ -109,6 +110,7 @@ def test_faults(run):
     assert run({"brake.pulley.inertia": np.nan}).code != 0
 
 
+@pytest.mark.slow
 def test_functions_with_arrays_and_another_tolerance():
     def both(result):
         return jnp.stack([result.slip_onset_time, result.stopping_time])
@@ -138,6 +140,7 @@ class Kinds(sb.friction.AbstractFriction):
         return []
 
 
+@pytest.mark.slow
 def test_whole_numbers_of_a_law_of_ones_own_stay_whole():
     law = Kinds(jnp.asarray([0.2, 0.35]), np.ones(20, np.int32))
     scene = eqx.tree_at(lambda s: s.brake.linings.friction, stop_scene(), law)

@@ -61,6 +61,7 @@ def test_the_least_recently_used_go(store, monkeypatch):
     assert store.made == 6
 
 
+@pytest.mark.slow
 @on_linux
 def test_mappings_are_given_back(store, monkeypatch):
     program = tiny()
@@ -175,6 +176,7 @@ def test_a_prepared_run_keeps_its_program(monkeypatch):
     np.testing.assert_array_equal(prepared.gradient(), slope)
 
 
+@pytest.mark.slow
 def test_programs_may_go_while_one_is_traced(store, monkeypatch):
     def stopping_time(omega):
         called(tiny(), 3)

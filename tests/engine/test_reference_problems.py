@@ -134,6 +134,7 @@ def staged_times(pair):
     return first_event_times(r, 3), r.y_end
 
 
+@pytest.mark.slow
 def test_staged_pair_times_heat_and_gradients():
     pair = arrays(StagedPair())
     times, end = jax.jit(staged_times)(pair)

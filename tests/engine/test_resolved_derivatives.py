@@ -83,6 +83,7 @@ def test_numbers_without_effect_in_reverse():
     assert max(wrong({path: slopes[0, run.places[path]].item() for path in expected}, time).values()) < 1e-7
 
 
+@pytest.mark.slow
 def test_prepared_gradient_takes_the_steps_it_needs():
     scene = stop(sb.friction.StribeckFriction(0.45, F, V_S))
     run = sb.prepare(scene, ["stopping_time"])
@@ -111,6 +112,7 @@ def test_value_with_and_without_derivative():
     assert float(slope.brake.linings.friction.static_coefficient) == pytest.approx(truth, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_record_too_short_gives_no_derivative():
     scene = jax.tree.map(jnp.asarray, stop(sb.friction.StribeckFriction(F, F, V_S)))
 
@@ -123,6 +125,7 @@ def test_record_too_short_gives_no_derivative():
     assert np.isnan(float(slope.initial.omega))
 
 
+@pytest.mark.slow
 def test_estimated_error_of_derivatives():
     (time, expected), rtol = truths(), 1e-6
     truth, size = expected["brake.linings.friction.base.static_coefficient"]

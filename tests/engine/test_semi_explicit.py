@@ -93,6 +93,7 @@ def records():
     return {kind: jax.jit(lambda kind=kind: run(kind))() for kind in (Plain, Shared)}
 
 
+@pytest.mark.slow
 def test_both_ways_are_the_same_run(records):
     one, two = records[Plain], records[Shared]
     n = int(one.count)

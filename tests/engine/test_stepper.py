@@ -23,6 +23,7 @@ def elastic(lever=24e3):
     return sb.Scene(ELASTIC, sb.Duty(lever, sb.TorqueLoad(5e3)), sb.Initial(24.0), "5 s")
 
 
+@pytest.mark.slow
 def test_steps_of_one_scene_are_its_run():
     scene = sb.Scene(ELASTIC, sb.Duty(sb.ramp(0.0, 24e3, 0.0, 0.3), sb.TorqueLoad(5e3)), sb.Initial(24.0), "3 s")
     whole, stepper = sb.simulate(scene), sb.Stepper(scene)
@@ -109,6 +110,7 @@ def test_an_actuator_follows_its_commands(lag, dead_time):
     np.testing.assert_allclose(stepper["phi"], whole.record.y_end.phi, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_state_goes_on_to_the_last_bit(tmp_path):
     scene = rigid(sb.loads.Actuator(24e3, lag="60 ms", dead_time="130 ms"))
     stepper = sb.Stepper(scene, inputs=["lever"])
@@ -158,6 +160,7 @@ def test_a_new_value_or_length_compiles_nothing():
     assert _stepper._program.made == count
 
 
+@pytest.mark.slow
 def test_a_lever_with_arms_and_a_driller_are_commanded_as_such():
     lever = sb.Lever("400 N", arm="1.5 m", slack_arm="0.1 m")
     stepper = sb.Stepper(rigid(lever), inputs=["lever"])

@@ -108,6 +108,7 @@ def test_spring_delays_the_grip():
     assert float(result.slip_onset_time) == pytest.approx(onset, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_dead_time_alone_and_a_lever_around_it():
     ramp = sb.ramp(0.0, 1e3, 0.2, 0.5)
     lever = sb.Lever(Actuator(ramp, None, DEAD), "1.2 m", "0.2 m")

@@ -98,6 +98,7 @@ def test_backwards_the_lever_ends_are_the_tight_ones():
     np.testing.assert_allclose(result.series([0.1]).tension[0], np.concatenate([T[1:] for T in along]), rtol=1e-13)
 
 
+@pytest.mark.slow
 def test_equal_bands_are_bands_in_parallel():
     """Against today's brake, whose stop has the closed form `J ω_0/(R_b T_0 (Π − 1) − M)`."""
     result = sb.simulate(scene((lined(0), lined(0, stiffness=3 * STIFFNESS[0]))))
@@ -166,6 +167,7 @@ def test_at_rest_the_load_is_held_and_shared_as_the_maximum_torque(stopped):
     assert float(result.end_capacity.torque) == pytest.approx(R_B * kinetic, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_derivatives_of_the_stopping_time_have_the_closed_form():
     """With respect to the friction of each band, the stiffness of each, an angle and the lever: through the shares."""
 
@@ -306,6 +308,7 @@ def test_derivatives_with_heat_against_scipy():
         assert float(ahead[0, i]) == pytest.approx((4 * difference(h) - difference(2 * h)) / 3, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_laws_that_see_the_rim_see_that_of_their_own_band():
     """Rims that start at different temperatures; heat into the linings is not modelled."""
     start, fade = np.array([293.15, 393.15]), sb.LinearFade(2e-3, 273.15)
@@ -351,6 +354,7 @@ def test_heat_of_the_shaft_enters_all_rims_alike():
     np.testing.assert_allclose(result.end_temperatures - ROOM, np.full(2, lost / (2 * C_RIM)), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_lever_that_holds_the_speed_pulls_for_all_bands():
     held = dataclasses.replace(scene(end=2.0), duty=sb.Duty(sb.SpeedHold(1e5), sb.TorqueLoad(LOAD)))
     s = sb.simulate(held).series([1.0])
@@ -376,6 +380,7 @@ def test_friction_of_the_pressure_on_one_band_by_its_own_recursion():
     assert float(result.stopping_time) == pytest.approx(J * W0 / (torque - LOAD), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_run_ends_where_the_linings_of_one_band_leave_their_table():
     table = sb.friction.TabulatedFade([250.0, 320.0], [1.0, 0.9])
     scene = hot_scene(end=20.0)
@@ -392,6 +397,7 @@ def test_a_run_ends_where_the_linings_of_one_band_leave_their_table():
 # --- input, files, figures --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_file_holds_it(hot, tmp_path):
     text = sb.files.scene_text(hot.scene)
     assert "elongation" not in text
@@ -427,6 +433,7 @@ omega = "20 rad/s"
 """
 
 
+@pytest.mark.slow
 def test_a_file_by_hand_and_all_its_errors_at_once():
     result = sb.simulate(sb.files.scene_from_text(GOOD))
     torque = sum(

@@ -38,6 +38,7 @@ def quasi_static(k=4, R_b=ARM, C=5.0 / ARM, J=4.0):
     return first, t1, t1 + math.cos(chi * t1) * J / (R_b * (MU**k - 1))
 
 
+@pytest.mark.slow
 def test_checked_figures_of_the_model():
     _, t1, stop = quasi_static()
     assert (t1, stop) == (pytest.approx(0.156987, abs=5e-7), pytest.approx(5.345307, abs=5e-7))
@@ -47,6 +48,7 @@ def test_checked_figures_of_the_model():
     assert closure(record) < 1e-12
 
 
+@pytest.mark.slow
 def test_converges_to_the_quasi_static_band():
     first, t1, stop = quasi_static()
     masses, stiffnesses = np.asarray([1e-2, 1e-3, 1e-4]), np.asarray([1e2, 1e3, 1e4])
@@ -195,6 +197,7 @@ def test_gradients_against_central_differences():
     np.testing.assert_allclose(reverse[1], exact[1], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_stribeck_friction_sticks_and_slips():
     law = sb.StribeckFriction(0.4, 0.2, 0.1, 1.5)
     record = run(chain(law=law, m=5e-3, K=100.0, w0=0.5, damping=0.01, end=8.0), 1e-11)
@@ -208,6 +211,7 @@ def test_stribeck_friction_sticks_and_slips():
     assert closure(record) < 1e-10
 
 
+@pytest.mark.slow
 def test_friction_of_each_lining_is_that_at_its_own_slip():
     s = sb.simulate(chain(law=sb.StribeckFriction(0.35, 0.3, 0.4), m=0.05, damping=0.05, end=1.0)).series([0.25, 0.5])
     slip = np.abs(np.asarray(s.pairs["external"].slip_speed))
@@ -215,6 +219,7 @@ def test_friction_of_each_lining_is_that_at_its_own_slip():
     np.testing.assert_allclose(s.friction_coefficient, 0.3 + 0.05 * np.exp(-((slip / 0.4) ** 2)), rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sense", [1, -1])
 def test_a_held_chain_breaks_away_the_way_of_the_load(sense):
     load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 8.0, 18.0], [0.0, 0.0, sense * 40.0]))
@@ -253,6 +258,7 @@ def test_segments_go_slack_and_taut_again():
     assert closure(record) < 1e-10
 
 
+@pytest.mark.slow
 def test_linings_that_let_go_at_one_instant():
     # from rest under a ramp of the load the same force would hold each lining: M(t) = (J + n m R²) 2 f z T_0/(m R)
     n, m, J, rate = 5, 0.5, 4.0, 2.0
@@ -290,6 +296,7 @@ def test_a_slack_band_is_drawn_tight_by_a_rising_lever():
     assert changes(record)[0][0] == 0.0
 
 
+@pytest.mark.slow
 def test_a_bare_steel_band_is_stiff():
     # guards whose rates are so small that steps of rounding length no longer move them must fire all the same
     record = run(drawworks(26, K=1.8e9, end=1.4), 1e-10, 32768)
@@ -298,6 +305,7 @@ def test_a_bare_steel_band_is_stiff():
     assert np.all(np.diff(first_slips(record)[3:]) < 0)
 
 
+@pytest.mark.slow
 def test_friction_heat_lands_where_it_arises():
     fade = sb.friction.ProductFriction(sb.ConstantFriction(0.3), (sb.LinearFade(2e-3, 293.15),))
     heat = sb.Heat(

@@ -121,6 +121,7 @@ def test_conductance_of_metals_by_pressure():
     assert float(slope) == pytest.approx(1.25 * k * m / sigma / 1.4e9 * 1e-6**-0.05, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("staged", [False, True])
 def test_each_lining_conducts_by_its_pressure(staged):
     """A pulley at rest without a load: every tension is `T_0`, `N_i = 2 T_0 sin(β_i/2)`, on the rim `+ N_pre`."""
@@ -142,6 +143,7 @@ def test_each_lining_conducts_by_its_pressure(staged):
         assert abs(exact[1] - START[1]) > 1.0
 
 
+@pytest.mark.slow
 def test_one_node_for_all_linings_conducts_by_their_mean():
     angles = np.radians([30.0, 40.0, 50.0, 60.0])
     contact = ThermalContact("rim", "linings", 0.04, law=MetalContact(50.0, 0.15, 40e-6, 3e9), opens=True)

@@ -176,6 +176,7 @@ def test_pressure_counts():
     assert float(result.stopping_time) == pytest.approx(J * W0 / (torque - LOAD), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_derivatives_of_the_stopping_time_have_the_closed_form():
     def time(x):
         friction = sb.ConstantFriction(x[0], RATIO)
@@ -218,6 +219,7 @@ def test_a_lever_that_holds_the_speed():
     assert float(s.lever_force[0]) == pytest.approx(LOAD / (N * FRICTION * 0.4), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_studies_take_a_disc_brake():
     scene = disc_scene()
     speeds = [15.0, 30.0]
@@ -281,6 +283,7 @@ def test_what_is_of_a_band_says_so(stopped, feature):
         feature(stopped.scene, stopped)
 
 
+@pytest.mark.slow
 def test_a_file_holds_it_and_a_result_is_saved(faded, tmp_path):
     text = sb.files.scene_text(faded.scene)
     assert 'inertia = "400.0 kg*m^2"' in text

@@ -161,6 +161,7 @@ def test_a_shoe_that_comes_to_lock_itself_ends_the_run():
     assert float(result.record.t_end) == pytest.approx(truth.t[-1], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_fade_of_each_shoe_against_scipy(faded):
     def rates(t, y):
         f = FRICTION * (1 - 3e-3 * (y[1:3] - 273.15))
@@ -185,6 +186,7 @@ def test_fade_of_each_shoe_against_scipy(faded):
     np.testing.assert_allclose(np.sum(sb.results.friction_work(faded)), float(faded.energy["friction_heat"]), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_derivatives_of_the_stopping_time_have_the_closed_form():
     def time(x):
         shoes = sb.Shoes(sb.ConstantFriction(x[:2], 1.1), x[2], B, x[3], x[4])

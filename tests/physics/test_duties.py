@@ -30,6 +30,7 @@ def test_repeated_duty_is_the_duty_written_out():
     assert sum(event.name == "stop" for event in runs[0].events) == 3
 
 
+@pytest.mark.slow
 def test_tripping_load_books_the_energy_it_brings():
     load = sb.TrippingLoad(
         empty=8e3,
@@ -122,6 +123,7 @@ def test_every_lining_gets_the_heat_of_its_own_friction():
     assert result.nodes[6] == "lining[1,1]"
 
 
+@pytest.mark.slow
 def test_one_wall_for_all_linings_is_the_mean_of_walls_for_each():
     cooled = {
         "outside": 30.0,

@@ -31,6 +31,7 @@ def names(result):
 # --- closed forms -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_hook_swings_over_a_drum_at_rest():
     """`F − W = (k e_0 − W) e^{−δt} (cos ω t − … sin ω t)`; the drum moves exactly 0, and the reserve is that of the
     rope."""
@@ -220,6 +221,7 @@ def by_hand(x):
     return jnp.stack([t, m * G + jnp.hypot(k * e - m * G, v * jnp.sqrt(k * m))])
 
 
+@pytest.mark.slow
 def test_stopping_time_and_peak_with_their_derivatives():
     x = jnp.array([K, M, 25e3, 8.0])
 
@@ -236,6 +238,7 @@ def test_stopping_time_and_peak_with_their_derivatives():
     np.testing.assert_allclose(backwards / size, slopes / size, rtol=1e-7, atol=1e-8)
 
 
+@pytest.mark.slow
 def test_stiff_ropes_tend_to_the_rigid_one():
     """Under a tension that rises all the time, with damping: the stopping time differs by a term in `1/k`."""
     lever = sb.PiecewiseLinear([0.0, 2.0], [4e3, 24e3])
@@ -253,6 +256,7 @@ def test_stiff_ropes_tend_to_the_rigid_one():
 # --- together with everything else ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_balances_with_layers_dry_friction_heat_and_an_elastic_band():
     heat = sb.lumped_heat(rim=4e5, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=60.0)
     shaft = (sb.loads.BearingFriction(500.0), sb.loads.TackleLoss(0.9), sb.loads.EddyCurrentBrake(2e3, 10.0))
@@ -317,6 +321,7 @@ def test_string_in_phases():
     assert travel == pytest.approx(float(result.hook_travel) - 40e3 * G / K, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_driller_holds_the_speed_of_the_drum():
     """A lever that controls the speed sees the pull of the rope: the drum keeps to its course as the hook swings."""
     lever = sb.Driller(sb.PiecewiseLinear([0.0, 2.0], [24.0, 4.0]), 60e3)

@@ -50,6 +50,7 @@ def test_a_scene_alone_has_every_estimate_and_no_simulated_number():
         table["colour"]
 
 
+@pytest.mark.slow
 def test_estimates_beside_a_stop_that_is_as_they_assume(run):
     """Sliding throughout under constant torque: statics agree, temperatures up to what the formulas leave out."""
     result, table = run

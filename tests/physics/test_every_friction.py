@@ -217,6 +217,7 @@ def test_factors_act_as_another_coefficient(kind):
             np.testing.assert_allclose(run(way), truth, rtol=1e-8, err_msg=str(way))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", slow_but("disc brake"))
 def test_a_factor_of_the_pressure_acts_or_is_refused(kind):
     start = scene(kind, functools.partial(graded, pressed=True))

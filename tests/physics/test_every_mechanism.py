@@ -77,7 +77,7 @@ def answers(kind, values):
 
 
 #: those of many equations take long to compile
-LONG = [kind for kind in KINDS if kind not in ("rigid band", "elastic band")] + ["double-shoe brake"]
+LONG = [kind for kind in (*KINDS, *PRESSED) if kind != "rigid band"]
 EVERY = pytest.mark.parametrize(
     "kind", [pytest.param(kind, marks=[pytest.mark.slow] if kind in LONG else []) for kind in (*KINDS, *PRESSED)]
 )

@@ -72,6 +72,7 @@ def test_a_stop_with_oil_on_two_linings_and_its_derivatives():
     assert float(result.energy["closure"]) <= 1e-12
 
 
+@pytest.mark.slow
 def test_a_lost_lining_is_found_by_its_number_without_compiling_again():
     """Which lining is a number: all of them lower the torque alike on a rigid band."""
     law = ChangingFriction(MU, (FrictionChange(jump(0.2, 0.0), 1.0), FrictionChange(jump(1.0, 0.5), [2, 5])))
@@ -86,6 +87,7 @@ def test_a_lost_lining_is_found_by_its_number_without_compiling_again():
         assert found == pytest.approx(float(1.0 + left * INERTIA / both), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_an_elastic_band_follows_friction_that_changes_slowly():
     """In full slip `T_n = T_0 Π(t)`: stop by its integral, heat by `v_s = R_b ω − T_0 Π̇/C`, lever by `T_0 ẋ`."""
     C, law = 2e5, changed(MU, sb.PiecewiseLinear([0.3, 1.1], [1.0, 0.5]))
@@ -186,6 +188,7 @@ def test_a_staged_brake_with_changes_of_both_pairs():
     assert float(result.energy["closure"]) <= 1e-12
 
 
+@pytest.mark.slow
 def test_a_chain_with_an_oiled_lining_against_scipy():
     """From the jump on, with all linings sliding: three linings on their segments, the pulley."""
     n, t_1, t_2, f = 3, 0.06, 0.09, np.array([0.3, 0.06, 0.3])
@@ -305,6 +308,7 @@ def test_friction_with_memory_and_changes():
     assert float(result.stopping_time) == pytest.approx(t, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_runaway_waits_for_changes_to_come():
     """A load beyond the oiled brake runs away, unless the brake dries later."""
     load = 8e3

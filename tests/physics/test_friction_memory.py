@@ -61,6 +61,7 @@ def test_at_constant_temperature_memory_is_an_exponential(end, start, fade):
     np.testing.assert_allclose(backwards, forwards, rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_running_in_follows_the_work_at_the_face_of_each_lining():
     """`∫ f p v dt`: the friction of the band on its circle does `1/cos(β/2)` times that."""
     end, work = np.asarray([1.4, 1.2, 1.0, 0.9]), 2e6

@@ -52,6 +52,7 @@ def test_every_number_of_the_stop_forward_reverse_and_closed_form():
     assert float(got.initial.time) == pytest.approx(1.0, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_derivatives_by_the_end_and_the_start_of_the_clock():
     """`ω = ω_0 − a (t_1 − t_0)` and its angle in a stop that the end of the run cuts off, both ways."""
 
@@ -117,6 +118,7 @@ def test_metrics_are_differentiable_outside_of_jit():
     assert heat == pytest.approx(0.5 * 800.0 * 20.0**2, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_series_and_energy_are_differentiable():
     def metrics(T0):
         scene = stop_scene(T0=T0)
@@ -131,6 +133,7 @@ def test_series_and_energy_are_differentiable():
     np.testing.assert_allclose(forward, difference, rtol=1e-6, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_gradients_of_a_batch():
     many = jax.jit(jax.vmap(jax.grad(lambda w: stopping_time(stop_scene(w0=w)))))(jnp.asarray([10.0, 15.0, 20.0]))
     truth = jax.jit(jax.grad(lambda w: closed_form(w0=w, xp=jnp)["stop"]))

@@ -228,6 +228,7 @@ def test_stop_through_a_blend_against_quadrature():
         np.testing.assert_allclose(found, np.stack(truth, axis=1), rtol=0, atol=1e-8 * np.min(np.abs(truth[0])))
 
 
+@pytest.mark.slow
 def test_a_blend_has_four_continuous_derivatives():
     law = sb.LinearFade(slope=0.05, above=300.0, blend=2.0)
 

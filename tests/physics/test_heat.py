@@ -122,6 +122,7 @@ def test_every_watt_is_accounted_for(growth):
     assert stored + lost == pytest.approx(given, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_heat_without_fade_changes_nothing():
     plain = sb.simulate(stop_scene())
     scene = stop_scene()
@@ -151,6 +152,7 @@ def stopping_time(f, slope, capacity):
     return quad(lambda w: J / torque(w), 0.0, W0, epsabs=1e-13, epsrel=1e-13)[0]
 
 
+@pytest.mark.slow
 def test_heat_transmission_divides_the_heat_by_the_temperature_of_the_metal():
     """Of bodies that stay as hot as they are: `a = K_1/(K_1 + K_2)` of V by hand, halfway between two rows."""
     law = sb.thermal.TransmissionPartition(
@@ -190,6 +192,7 @@ def test_stop_with_an_adiabatic_lump_against_quadrature(solver):
     assert result.metrics["peak_rim_temperature"] == pytest.approx(sb.thermal.ROOM + 0.5 * J * W0**2 / 2e4, rel=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("solver", [diffrax.Dopri8(), pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)])
 def test_gradients_with_fade_against_quadrature(solver):
     def metrics(x):
@@ -210,6 +213,7 @@ def test_gradients_with_fade_against_quadrature(solver):
     assert backward[1, 2] == pytest.approx(-0.5 * J * W0**2 / 2e4**2, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_drag_holds_the_speed_and_the_lever_follows_the_fade():
     heat = lump(5e4, linings=1e4, share=0.9, cooling=300.0)
     scene = rigid_stop(fading(slope=1e-3), heat, 60.0, sb.SpeedHold(limit=50e3), load=2e4, w0=5.0)
@@ -270,6 +274,7 @@ def test_numbers_of_a_heat_part_are_set_by_path():
     assert float(scene.heat.links[0].coefficient) == 10.0
 
 
+@pytest.mark.slow
 def test_heat_with_no_power_is_no_heat():
     """A friction law that fades, on a network that no heat reaches: the brake without heat, to rounding."""
     heat = layered_stop().heat
@@ -359,6 +364,7 @@ def test_structure_of_two_pulleys_is_twice_that_of_one():
         assert volumes["disc"] == pytest.approx(pulleys * np.pi * (0.590**2 - 0.575**2) * 0.025, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_surface_layer_is_in_series_with_its_wall():
     """Steady flow through `δ_s(T)/λ_s` and a wall: with `δ_s` linear in the temperature a quadratic equation."""
     L, lam, A, n = 0.03, 0.736, 0.2, 6

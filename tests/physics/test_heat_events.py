@@ -110,6 +110,7 @@ def test_a_table_that_is_left_ends_the_run_or_is_refused_before_it():
         sb.simulate(warmed(law(300.0, 400.0), 2e4))
 
 
+@pytest.mark.slow
 def test_band_snap_is_named():
     """A surface node so small that fade outruns the band: 1 + γ reaches 0."""
     heat = lump(30.0)
@@ -167,6 +168,7 @@ def test_stop_with_flash_down_to_rest_and_its_derivatives():
     np.testing.assert_allclose(backwards[0], slopes, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_implicit_friction_of_flash_and_pressure_against_scalar_roots():
     area, v = 0.02, 10.0
     base = sb.friction.ProductFriction(

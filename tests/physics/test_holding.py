@@ -84,6 +84,7 @@ def test_reserve_falls_with_fade():
     np.testing.assert_allclose(slopes, truth, rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_reserve_of_disc_and_shoes():
     disc = sb.simulate(disc_scene())
     assert disc.metrics["min_holding_reserve"] == pytest.approx(RATIO * TORQUE / LOAD, rel=1e-12)
@@ -158,6 +159,7 @@ def test_the_reserve_is_that_of_a_brake_that_is_to_hold(case):
     assert float(least.time) == pytest.approx(when, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_derivatives_of_the_reserve_of_a_load_that_breaks_away():
     lever = ([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0])
 

@@ -199,6 +199,7 @@ def test_derivative_of_the_stop_by_the_mass_is_that_of_scipy_s_differences():
 # --- onset of internal slip -------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("rate", [4e2, 4e3, 4e4])
 def test_the_onset_depends_on_the_ramp_by_the_speed_then(rate):
     """Stage 1 has a closed form, `(J + J_b) ω̇ = M_load − R_b (Π − 1) T_0(t)`; grip is lost and found on the way."""

@@ -121,6 +121,7 @@ def test_equal_loads_of_z_reduce_the_non_uniformity_by_the_factor_computed(braki
 # --- with feedback ----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_worn_brake_has_a_smaller_circle_and_a_later_lever(braking):
     """`R_b' = R_b − h̄`; without load the distance and the wear of a braking stay, and the stop takes longer."""
     h = np.array([1e-3, 2e-3, 3e-3, 6e-3])

@@ -27,6 +27,7 @@ def simulated():
     return first, third, _simulate._program.made - count
 
 
+@pytest.mark.slow
 def test_a_new_material_does_not_re_trace(simulated):
     *_, more = simulated
     assert more == 0

@@ -124,6 +124,7 @@ def towards(end, x):
 # --- sliding, closed forms --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_stop_under_friction_that_tends_to_another():
     """`ω_0 − (M/J) [ξ_e t + (1 − ξ_e) τ (1 − e^{−t/τ})] = 0`, its derivatives, and runs side by side."""
     end, tau = 0.5, 2.0

@@ -207,6 +207,7 @@ def test_self_locking_lining_is_an_error_on_a_rigid_band_and_a_warning_on_an_ela
     assert float(result.stopping_time) == pytest.approx(8e3 / (2e5 * 0.725 * 20) + math.pi / 2 / chi, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_restart_under_stribeck_friction_and_strong_drag():
     """The load passes the static capacity at 20 s, not the kinetic one; the band then stretches at a creep."""
     scene = stop_scene(law=sb.StribeckFriction(0.4, 0.3, 0.05), w0=0.0, C=2e5, end=30.0)

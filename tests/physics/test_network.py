@@ -122,6 +122,7 @@ def test_half_space_under_linearly_falling_flux():
     assert exact.max() == pytest.approx(0.53192304 * q * math.sqrt(t_s) / STEEL.effusivity, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_convecting_slab_at_second_order():
     """Separation of variables: decay of the first mode, `β tan β = Bi` (Carslaw & Jaeger 3.11)."""
     from scipy.optimize import brentq
@@ -222,6 +223,7 @@ def test_a_junction_is_the_limit_of_a_small_capacity_and_may_radiate():
     assert float(exact.closure) < 1e-11
 
 
+@pytest.mark.slow
 def test_steady_state_of_a_network_with_radiation_is_where_long_cooling_ends():
     heat = sb.Heat(
         (
@@ -275,6 +277,7 @@ def test_a_thin_surface_node_costs_at_most_three_times_the_steps():
     assert thin <= 3 * uniform, (thin, uniform)
 
 
+@pytest.mark.slow
 def test_gradients_by_the_points_of_a_source_with_an_implicit_method():
     """`Σ C ΔT = ∫ P dt`: by the values of `P` the weights of the trapezoidal rule, by a time its derivative."""
     C = np.array([2.0, 5.0])

@@ -93,6 +93,7 @@ def test_two_cycles_are_those_of_scipy_with_events(two_cycles):
     assert names.index("phase_end", names.index("stop")) == names.index("stop") + 1
 
 
+@pytest.mark.slow
 def test_a_phase_ended_by_travel_has_the_time_of_free_fall_and_its_derivatives(two_cycles):
     # s = M t²/(2 J) PER_RAD: t = √(2 s J/(M PER_RAD)),  dt/ds = 1/v
     m = EMPTY + STRING
@@ -150,6 +151,7 @@ def gain(T):
     return R_B * (((1 + z) / (1 - z)) ** N - 1)
 
 
+@pytest.mark.slow
 def test_a_faded_stop_ends_its_phase_when_it_rests():
     pull, J = 16e3, J_P
 
@@ -199,6 +201,7 @@ def test_a_phase_ends_at_a_temperature_also_at_once_and_on_the_way_down():
     assert float(jax.jit(jax.grad(when))(level + 1.0)) == pytest.approx(CAPACITY / (TORQUE * 10.0), rel=1e-7)
 
 
+@pytest.mark.slow
 def test_rest_is_armed_by_motion_alone():
     # it rests from the start under the lever: only after the release, the drop and the stop it has come to rest
     lever = sb.PiecewiseLinear([1.0, 1.0, 2.0, 2.0], [PULL, 0.0, 0.0, PULL])
@@ -208,6 +211,7 @@ def test_rest_is_armed_by_motion_alone():
     assert [event.time for event in ends(result)] == pytest.approx([2.0 + M / (GAIN * PULL - M)], rel=1e-10)
 
 
+@pytest.mark.slow
 def test_ends_at_one_instant_are_all_passed():
     """A corner of the lever, the end of the phase by its time, and a lever that jumps with it."""
     M = (EMPTY + STRING) * G * PER_RAD
@@ -217,6 +221,7 @@ def test_ends_at_one_instant_are_all_passed():
     assert [event.time for event in ends(result)] == pytest.approx([1.0, 1.0 + M / (GAIN * PULL - M)], rel=1e-10)
 
 
+@pytest.mark.slow
 def test_a_lever_that_is_no_straight_line_runs_from_the_start_of_its_phase():
     rise = sb.profiles.ExponentialRise(PULL, 0.4)
     lower = Phase(0.0, "1.5 s")
@@ -271,6 +276,7 @@ def test_ends_that_never_come_are_named_before_the_run():
         sb.simulate(dataclasses.replace(SCENE, duty=sb.Duty(1e3, LOAD)))
 
 
+@pytest.mark.slow
 def test_a_phase_that_never_ends_says_what_it_waited_for():
     weak = Phases((PHASES.phases[0], Phase(500.0, "rest", "brake")), 1)
     result = sb.simulate(dataclasses.replace(SCENE, duty=sb.Duty(weak, LOAD), end_time=8.0), throw=False)
@@ -342,6 +348,7 @@ def test_scipy_with_the_same_guards_passes_the_same_phases():
     assert sb.checks.cross_check(SCENE).ok
 
 
+@pytest.mark.slow
 def test_runs_side_by_side_are_those_one_by_one(two_cycles):
     path, far = "duty.slack_tension.phases[0].until.distance", np.array([DISTANCE, 16.0])
     found = sb.ensemble(SCENE, {path: far}, ["stopping_time"]).stopping_time

@@ -42,6 +42,7 @@ def starts_of(result, count):
     return [0.0] + [e.time for e in result.events if e.phase and e.phase.phase == last and e.phase.cycle < count]
 
 
+@pytest.mark.slow
 def test_the_hook_is_lowered_as_said_in_every_cycle(tripping):
     run_up, lowering = 1.2 / 0.5, 1.2 / 0.5 + (27 - 1.2**2 / (2 * 0.5)) / 1.2
     starts = starts_of(tripping, 3)
@@ -79,6 +80,7 @@ def fading(factor):
 FADE = sb.LinearFade(1e-3, above=293.15, floor=0.5)
 
 
+@pytest.mark.slow
 def test_fade_moves_the_lever_and_not_the_hook():
     brake = fading(FADE)
     heat = sb.lumped_heat(rim=8e4, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=20.0)

@@ -54,6 +54,7 @@ def test_stop_over_three_layers_and_its_derivatives():
     np.testing.assert_allclose(backwards, slopes, rtol=1e-7, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_events_series_and_balance_of_that_stop():
     result = sb.simulate(stop())
     assert [event.name for event in result.events if event.name != "lining_limit"] == [

@@ -106,6 +106,7 @@ def test_resolved_chain_holds_what_its_band_does():
     assert_holds_up_to(chain_scenes.chain(end=0.5), torque, relative=1e-3)
 
 
+@pytest.mark.slow
 def test_staged_brake_holds_what_its_weaker_pair_does():
     scene = staged.stop(lever=sb.Constant(2e3), end=0.5)
     z, s = math.tan(staged.BETA / 2), math.sin(staged.BETA / 2)
@@ -217,6 +218,7 @@ def test_runs_of_an_ensemble_end_as_single_runs_do():
     assert list(data.status.values) == ["stopped", "not_stopped", "runaway"]
 
 
+@pytest.mark.slow
 def test_capacity_is_differentiable():
     """∂M_b/∂T_0 = M_b/T_0."""
 

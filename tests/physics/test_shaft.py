@@ -249,6 +249,7 @@ def test_rests_from_the_start_or_starts_at_once():
     assert float(loose.record.y_end.omega) == pytest.approx(1e3 / J, rel=1e-10)
 
 
+@pytest.mark.slow
 def test_staged_brake_with_its_band_open_comes_to_rest_with_its_bandage():
     staged = pytest.importorskip("staged_scenes")
     plain = staged.stop(lever=sb.Constant(0.0), end=60.0)
@@ -317,6 +318,7 @@ def test_heat_enters_its_body_or_is_lost():
     assert result.status == "lowering"
 
 
+@pytest.mark.slow
 def test_lever_that_holds_the_speed_gives_what_is_left():
     load, c = 9e3, 200.0
     held = stop_scene(C=None, lever=sb.SpeedHold(8e3), load=load, w0=12.0, end=2.0)
@@ -326,6 +328,7 @@ def test_lever_that_holds_the_speed_gives_what_is_left():
     assert float(seen.brake_torque[0]) == pytest.approx(load - 12.0 * c - 500.0, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_resolved_linings_take_smooth_torques_and_refuse_dry_ones():
     import chain_scenes
 
@@ -371,6 +374,7 @@ def test_ensembles_end_in_the_same_words():
     assert list(rest.status.values) == ["stopped"]
 
 
+@pytest.mark.slow
 def test_cross_check_follows_rest_on_dry_friction_and_layers_of_rope():
     hook = sb.HookLoad(40e3, 0.4, 8, rope=sb.loads.RopeLayers(0.04, 4.0, 8.4))
     lever = sb.PiecewiseLinear([0.0, 3.0], [14e3, 0.0])

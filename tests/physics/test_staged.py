@@ -78,6 +78,7 @@ def test_onset_tension_tends_to_its_limit_with_slope_1_and_the_lock_to_the_onset
     assert abs(slopes[1] - 0.5) < abs(slopes[0] - 0.5) + 1e-3
 
 
+@pytest.mark.slow
 def test_elastic_band_against_scipy_event_by_event():
     result, truth = sb.simulate(staged.stop(stiffness=3e5), rtol=1e-11), staged.by_hand(3e5)
     assert names(result) == list(truth)

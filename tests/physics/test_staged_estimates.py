@@ -55,6 +55,7 @@ def run():
     return sb.simulate(constant(3e3))
 
 
+@pytest.mark.slow
 def test_a_run_as_the_estimate_assumes_agrees(run):
     table = sb.estimates(run)
     for name in (

@@ -47,6 +47,7 @@ def test_heat_of_both_pairs_is_accounted_for(stiffness):
     assert float(result.stopping_time) > 1.002 * float(cold.stopping_time)
 
 
+@pytest.mark.slow
 def test_heated_staged_stop_against_scipy():
     """Rigid band: rates of both speeds and three lumps written by hand, events from DOP853."""
     from scipy.integrate import solve_ivp

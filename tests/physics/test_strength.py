@@ -28,6 +28,7 @@ def scene(strength=None, force=FORCE, worn=WORN, **limits):
 STRENGTH = sb.brakes.Strength(AREA, "20 MPa", ANCHOR, "90 MPa")
 
 
+@pytest.mark.slow
 def test_stresses_force_and_travel():
     result = sb.simulate(scene(STRENGTH, greatest_force=450.0, greatest_travel=0.5))
     m = result.metrics

@@ -84,6 +84,7 @@ def stop():
     return sb.simulate(dataclasses.replace(scene, brake=brake, initial=sb.Initial(20.0))), area
 
 
+@pytest.mark.slow
 def test_a_point_of_the_track_in_a_run(stop):
     result, area = stop
     rim = result.scene.heat.bodies[0].material
@@ -145,6 +146,7 @@ def test_linings_all_around_leave_no_open_track():
     assert lining.tolist() == [3, 2, 1, 0]
 
 
+@pytest.mark.slow
 def test_a_staged_brake_heats_its_rim_by_the_inner_pair():
     scene = staged_scenes.stop(lever=sb.Constant(3e3), end=60.0)
     scene = sb.with_values(scene, {"brake.bandage.area": 0.05, "brake.pulley.width": 0.2})

@@ -44,6 +44,7 @@ def mean_over_arcs(count, travel):
     return under(points, travel).reshape(count, -1, staged.N).mean(axis=1)
 
 
+@pytest.mark.slow
 def test_wear_is_equal_after_whole_revolutions_at_constant_tension():
     T_0 = 3e3
     scene = riding(sb.Constant(T_0), ARM * T_0, end=6 * math.pi / 20)

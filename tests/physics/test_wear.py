@@ -213,6 +213,7 @@ def test_the_states_are_the_integrals_over_the_run(scene):
         np.testing.assert_allclose(np.asarray(last.pairs["internal"].worn_thickness)[0], np.asarray(worn[1]), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_band_turned_at_rest_wears_on_from_the_other_end():
     lever = sb.PiecewiseLinear([0.0, 3.0, 3.0, 5.0, 5.0], [ws.T0, ws.T0, 0.0, 0.0, ws.T0])
     drive = sb.TorqueLoad(sb.PiecewiseLinear([3.0, 3.0, 5.0, 5.0], [0.0, 7000.0, 7000.0, 0.0]))

@@ -51,6 +51,7 @@ def speeds(values, sigma=SIGMA):
 # --- errors ---------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_covariance_of_a_linear_problem_is_the_closed_one():
     fit = sb.calibrate(rigid(), LINE, speeds(line(noise=np.random.default_rng(0))), start=START)
     X = np.stack([np.ones_like(TS), -rate() * TS], axis=1)
@@ -130,6 +131,7 @@ def test_coverage_of_the_intervals_over_repeated_experiments(caplog):
     assert chi2.ppf(1e-3, freedom) < scatter < chi2.ppf(1 - 1e-3, freedom)
 
 
+@pytest.mark.slow
 def test_what_speeds_cannot_tell_apart_is_found_and_named():
     """ω = ω_0 − R_b T_0 (Π − 1)/J t: of T_0 and J only the ratio is determined, and f enters the same product."""
     bounds = {OMEGA: (5.0, 60.0), T0: (2e3, 3e4), J: (200.0, 5e3)}

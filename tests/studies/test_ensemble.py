@@ -176,6 +176,7 @@ def test_fields_with_entries_and_functions():
     np.testing.assert_allclose(same.stopping_time, data.stopping_time, rtol=1e-13)
 
 
+@pytest.mark.slow
 def test_sweep_is_a_full_grid():
     data = sb.sweep(stop_scene(), {SPEED: [10.0, 20.0], LEVER: [6e3, 8e3, 1e4]}, ["stopping_time"], progress=False)
     assert data.stopping_time.dims == (SPEED, LEVER)
@@ -217,6 +218,7 @@ class Interrupting:
             raise KeyboardInterrupt
 
 
+@pytest.mark.slow
 def test_interrupted_and_resumed(tmp_path, capsys, monkeypatch):
     values, folder = drawn(300), tmp_path / "runs"
     run = _evaluator.run_chunk
@@ -341,6 +343,7 @@ def no_cache(monkeypatch):
     monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "")
 
 
+@pytest.mark.slow
 def test_the_command(capsys, tmp_path, scenarios, no_cache):
     scenario = str(scenarios / "u2_5_5_stop.py")
     grid = ["sweep", scenario, "--vary", "duty.load.mass=30 t:300 t:3", "--vary", "initial.omega=10,20"]
@@ -367,6 +370,7 @@ def test_the_command(capsys, tmp_path, scenarios, no_cache):
     assert found["runs"][-1]["metrics"]["stopping_time"] is None
 
 
+@pytest.mark.slow
 def test_the_command_samples_and_tells_failures(capsys, scenarios, no_cache):
     scenario = str(scenarios / "u2_5_5_stop.py")
     vary = ["--vary", "duty.load.mass=3e4:6e4", "--metrics", "stopping_time"]
@@ -383,6 +387,7 @@ def test_the_command_samples_and_tells_failures(capsys, scenarios, no_cache):
     assert "2 input errors" in err
 
 
+@pytest.mark.slow
 def test_order_gives_back_the_callers_order(monkeypatch):
     values = drawn(97)  # the last run is alone in its chunk
     stop = closed_form(w0=values[SPEED], f=values[FRICTION], T0=values[LEVER], xp=np)["stop"]

@@ -321,6 +321,7 @@ def test_a_metric_that_cannot_be_known_again_is_refused_before_any_run(tmp_path)
     assert not (tmp_path / "kept").exists()
 
 
+@pytest.mark.slow
 def test_a_changed_global_is_seen_in_the_same_process_too(tmp_path, monkeypatch):
     """Of a metric and of a profile in the scene: JAX would take each for the function that it has compiled."""
     scene = stop_scene(C=None, lever=sb.profiles.FunctionProfile(lambda t, p: 8e3 * LIMIT / 2 * (1 + 0 * t)))

@@ -93,6 +93,7 @@ def test_integrals_of_what_is_known_are_exact():
     assert fine.sum() == pytest.approx(float(result.energy["friction_heat"]), rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "scene",
     [

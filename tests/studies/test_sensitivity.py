@@ -19,6 +19,7 @@ def tables():
     return sb.sensitivity(stop_scene(), METRICS, span=0.01)
 
 
+@pytest.mark.slow
 def test_derivatives_of_the_stop_are_those_of_its_closed_form(tables):
     values = {"f": 0.35, "beta": 13.5, "R": 0.725, "J": 800.0, "C": 2e5, "T0": 8e3, "w0": 20.0}
 
@@ -96,6 +97,7 @@ def test_forward_for_one_number_equals_reverse_for_all(tables):
         assert row.derivative == pytest.approx(full.at("brake.band.stiffness").derivative, rel=1e-10, abs=1e-16)
 
 
+@pytest.mark.slow
 def test_a_change_of_modes_within_the_range_is_noted():
     scene = stop_scene(end=closed_form()["stop"] * 1.005)
     table = sb.sensitivity(

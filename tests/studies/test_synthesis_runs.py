@@ -70,6 +70,7 @@ def test_beside_a_stop_that_is_as_the_formulas_assume(run):
         assert found[name].simulated is None
 
 
+@pytest.mark.slow
 def test_what_the_run_keeps_is_its_friction_heat_less_what_the_air_takes(run):
     """Step 10: stored heat from the layers, against the ledger of the run."""
     row = sb.synthesize(run)["heat into the rim"]
@@ -81,6 +82,7 @@ def test_what_the_run_keeps_is_its_friction_heat_less_what_the_air_takes(run):
     assert lost > 0
 
 
+@pytest.mark.slow
 def test_numbers_of_the_user_come_before_those_of_the_scene(run):
     found = sb.synthesize(
         run, sb.formulas.EstimateData(rim_thickness=0.05), permissible=sb.formulas.Permissible(lining=300.0, power=1.0)
@@ -111,6 +113,7 @@ def twice():
     return sb.simulate(dataclasses.replace(scene, duty=duty, end_time=30.0))
 
 
+@pytest.mark.slow
 def test_the_hardest_of_several_brakings_has_its_own_classical_stop(twice):
     found = sb.synthesize(twice)
     assert "the hardest of" in found.about
