@@ -101,7 +101,7 @@ def slow(session: nox.Session) -> None:
 def rest(session: nox.Session) -> None:
     """Nightly: files and commands, pages and figures, validation and benchmarks."""
     session.install("-e", ".[test,bench]")
-    session.run("pytest", "tests/files", "tests/pages", "tests/validation", env=NO_SKIPS)
+    session.run("pytest", "tests/files", "tests/pages", "tests/validation", "tests/internals", env=NO_SKIPS)
 
 
 @on(OLDEST, nightly=True)

@@ -15,7 +15,7 @@ author = "The simbrake authors"
 copyright = "the simbrake authors, Apache-2.0"
 version = release = simbrake.__version__
 
-extensions = ["myst_parser", "math_ml", "source_links"]
+extensions = ["myst_parser", "math_ml", "source_links", "from_code"]
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 3
 myst_links_external_new_tab = True

@@ -1,14 +1,10 @@
-"""Writes what the pages take from the code, as plain Markdown that needs no build to be read.
+"""What the pages take from the code, filled in when they are built.
 
-    python docs/make_reference.py           # writes
-    python docs/make_reference.py --check   # lists pages that are out of date; exit code 1 if there are any
-
-It replaces what lies between marks: after `<!-- reference PAGE: begin -->` the public names of a page of the reference
-(heading, signature, docstring, parameters with units, members, source), after `<!-- table NAME: begin -->` a table of
-`TABLES`, after `<!-- list NAME: begin -->` a list of `LISTS`. Docstrings are Markdown, and taken as they are.
+A line `<!-- reference PAGE -->` becomes the public names of a page of the reference (heading, signature, docstring,
+parameters with units, members, source), `<!-- table NAME -->` a table of `TABLES`, `<!-- list NAME -->` a list of
+`LISTS`. Docstrings are Markdown, and taken as they are.
 """
 
-import argparse
 import ast
 import dataclasses
 import enum
@@ -18,18 +14,22 @@ import inspect
 import json
 import pathlib
 import re
-import sys
 import types
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from sphinx.application import Sphinx
+from sphinx.util import logging
+
 import simbrake
 from simbrake._physics import _mechanism
-from simbrake._run import _log
+from simbrake._run import _log as names
 from simbrake._run._metrics import METRICS
 from simbrake._run._series import PAIR_COLUMNS, SERIES_COLUMNS
 
-DOCS = pathlib.Path(__file__).parent
+_log = logging.getLogger(__name__)
+
+DOCS = pathlib.Path(__file__).parents[1]
 PACKAGE = pathlib.Path(simbrake.__file__).parent
 
 #: page (a file in `docs/api`) → modules, in the order in which their names are shown
@@ -422,7 +422,7 @@ def table(head: str, rows: list[tuple[Any, ...]]) -> list[str]:
 
 def _codes() -> list[str]:
     done = (0, "a status above", "the run reached its end time", "")
-    found = [(int(code), f"`{name}`", what, hint) for code, (name, what, hint) in _log.FAILURES.items()]
+    found = [(int(code), f"`{name}`", what, hint) for code, (name, what, hint) in names.FAILURES.items()]
     return table("code | status | message | remedy", [done, *sorted(found)])
 
 
@@ -437,14 +437,14 @@ def _metrics() -> list[str]:
 
 TABLES: dict[str, Callable[[], list[str]]] = {
     "events": lambda: table(
-        "event | meaning | brakes", [(f"`{n}`", e.meaning, e.brakes) for n, e in _log.EVENTS.items()]
+        "event | meaning | brakes", [(f"`{n}`", e.meaning, e.brakes) for n, e in names.EVENTS.items()]
     ),
     "modes": lambda: table(
         "number | mode | band | holds while",
         [(int(m), f"`{m.name}`", *words) for m, words in _mechanism.BAND_MODES.items()],
     ),
-    "stages": lambda: table("stage | pairs", [(f"`{n}`", words) for n, words in _log.STAGES.items()]),
-    "statuses": lambda: table("status | message", [(f"`{s}`", words) for s, words in _log.STATUS_MESSAGES.items()]),
+    "stages": lambda: table("stage | pairs", [(f"`{n}`", words) for n, words in names.STAGES.items()]),
+    "statuses": lambda: table("status | message", [(f"`{s}`", words) for s, words in names.STATUS_MESSAGES.items()]),
     "codes": _codes,
     "metrics": _metrics,
     "series": lambda: _columns(SERIES_COLUMNS),
@@ -479,45 +479,26 @@ BLOCKS: dict[str, Callable[[str], list[str]]] = {
     "table": lambda name: TABLES[name](),
     "list": lambda name: LISTS[name](),
 }
-_MARK = re.compile(r"<!-- (reference|table|list) (\w+): begin -->\n.*?<!-- \1 \2: end -->", re.S)
+_MARK = re.compile(r"^<!-- (reference|table|list) (\w+) -->$", re.M)
 
 
-# writing
+def filled(text: str) -> str:
+    """A page with what its marks stand for."""
+    return _MARK.sub(lambda mark: "\n".join(BLOCKS[mark[1]](mark[2])), text)
 
 
-def written(text: str) -> str:
-    """A page with everything between its marks made anew."""
-    return _MARK.sub(
-        lambda found: "\n".join(
-            [
-                f"<!-- {found[1]} {found[2]}: begin -->",
-                "",
-                *BLOCKS[found[1]](found[2]),
-                "",
-                f"<!-- {found[1]} {found[2]}: end -->",
-            ]
-        ),
-        text,
-    )
+def _read(app: Sphinx, page: str, source: list[str]) -> None:
+    source[0] = filled(source[0])
 
 
-def stale() -> dict[pathlib.Path, str]:
-    """Pages that are out of date, with what they should hold."""
-    texts = {file: file.read_text("utf-8") for file in sorted(DOCS.rglob("*.md"))}
-    return {file: new for file, text in texts.items() if (new := written(text)) != text}
+def _complete(app: Sphinx) -> None:
+    homeless = [f"{name} (module {module})" for name, module in public_names().items() if page_of(name) is None]
+    if homeless:
+        _log.warning("give their modules a page in PAGES of docs/_extension/from_code.py: %s", ", ".join(homeless))
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description="Write what the pages take from the code.")
-    parser.add_argument("--check", action="store_true", help="only list pages that are out of date")
-    check = parser.parse_args().check
-    found = stale()
-    for file, text in found.items():
-        print(f"{'out of date' if check else 'written'}: {file.relative_to(DOCS.parent)}")
-        if not check:
-            file.write_text(text, "utf-8")
-    return 1 if check and found else 0
-
-
-if __name__ == "__main__":
-    sys.exit(main())
+def setup(app: Sphinx) -> dict[str, bool]:
+    app.connect("builder-inited", _complete)
+    # before the tables of contents, which are made of the lists
+    app.connect("source-read", _read, priority=400)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}
