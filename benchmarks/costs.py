@@ -1,28 +1,31 @@
-"""What simbrake's answers cost, each beside its limit and its error, and beside a peer or a bare loop of the same run.
+"""What a user of simbrake waits for, each cost beside its limit and its error, and beside a peer of the same run.
 
-`python benchmarks/costs.py [--quick] [--parts first,again,…] [--json out.json] [--png out.png]`
+`python benchmarks/costs.py [--quick] [--parts process,looking,…] [--json out.json]`
 
-- `first`: a fresh process of Python up to its first result, in imports of jax and diffrax
-- `again`: `simbrake run` on shipped scenes, cold and a second time, and mistakes, in imports of jax
-- `looking`: a result printed, its metrics and events, in the time of its run
-- `engine`: a warm run against a bare loop with as many evaluations; an event in steps
+- `process`: `import simbrake`, `simbrake run` cold and a second time, mistakes; in processes that import JAX alone
+- `looking`: a result printed, its metrics and its events, in the time of its run
 - `loops`: run after run from Python, beside heyoka; `simulate` and `jax.jit` beside prepared runs
-- `gradient`: derivatives in warm runs, and what they take to compile
-- `ensemble`: runs a second beside SciPy and beside a bare loop over chunks
-- `growth`: time over the number of layers and linings
-- `elsewhere`: what needs many cores or an accelerator, as last measured
+- `gradient`: derivatives of the stopping time in warm runs, and what the first one takes
+- `ensemble`: many stops, beside SciPy one after the other and beside one worker
 
-Quote ratios: times depend on the machine and on what else it does. `--write-docs` puts the tables into docs/costs.md.
+Quote ratios: calls alternate round after round, so that other load on the machine affects all of them alike; times are
+processor time. `--write-docs` puts the numbers into docs/measured/costs.json, from which the pages are made.
 """
 
 import argparse
+import dataclasses
+import importlib.util
+import itertools
 import json
+import math
 import os
 import pathlib
 import sys
+import tempfile
 import time
 import warnings
-from typing import Any
+from collections.abc import Callable
+from typing import Any, NamedTuple
 
 # matrices are small: more threads would only wait for each other
 for _name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -32,61 +35,510 @@ os.environ["SIMBRAKE_CACHE_DIR"] = ""  # what is compiled here is compiled anew
 ROOT = pathlib.Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
-from benchmarks import documents, ours  # noqa: E402
-from benchmarks.machine import machine  # noqa: E402
-from benchmarks.parts import chart, elsewhere, table  # noqa: E402
+import numpy as np  # noqa: E402
+from tabulate import tabulate  # noqa: E402
 
-PARTS = ("first", "again", "looking", "engine", "loops", "gradient", "ensemble", "growth", "elsewhere")
+from benchmarks import ours  # noqa: E402
+from benchmarks.machine import machine, measured_on  # noqa: E402
+from benchmarks.processes import Rounds, cache_folder, fresh  # noqa: E402
+from benchmarks.scenes import CASES, closed_form, cycles_case  # noqa: E402
+from benchmarks.timing import Times, interleaved, ratio  # noqa: E402
+
+NUMBERS = ROOT / "docs" / "measured" / "costs.json"
+TIGHT = 1e-12
 
 
-def measured(names: list[str], quick: bool, where: str) -> list[table.Part]:
-    """The parts asked for, each printed as it is done; `where`: the machine, of what not every machine can measure."""
-    import importlib
+class Cost(NamedTuple):
+    """One cost: processor time (s), what it is compared with, and the ratio of both beside its limit."""
 
-    found = []
+    what: str
+    cpu: float
+    peer: str
+    peer_cpu: float
+    ratio: float
+    limit: float | None = None
+    #: largest relative error of what was computed, and of what the peer computed
+    error: float | None = None
+    peer_error: float | None = None
+
+    @property
+    def missed(self) -> bool:
+        return self.limit is not None and not self.ratio <= self.limit
+
+
+class Part(NamedTuple):
+    """Costs of one kind, and what has to be known to read them."""
+
+    name: str
+    title: str
+    costs: list[Cost]
+    notes: tuple[str, ...]
+
+
+HEAD = ("", "CPU", "error", "against", "its CPU", "its error", "ratio", "limit", "")
+
+
+def _seconds(x: float) -> str:
+    unit, factor = ("s", 1.0) if x >= 1.0 else ("ms", 1e3) if x >= 1e-3 else ("µs", 1e6)
+    return f"{x * factor:.3g} {unit}"
+
+
+def _error(x: float | None) -> str:
+    return "" if x is None else f"{x:.0e}"
+
+
+def table(part: Part, form: str) -> str:
+    """The costs as a table of text (`form="plain"`) or of Markdown (`form="github"`)."""
+    rows = []
+    for c in part.costs:
+        limit, missed = "" if c.limit is None else f"≤ {c.limit:.3g}", "missed" if c.missed else ""
+        mine, theirs = (_seconds(c.cpu), _error(c.error)), (_seconds(c.peer_cpu), _error(c.peer_error))
+        rows.append((c.what, *mine, c.peer, *theirs, f"{c.ratio:.3g}", limit, missed))
+    return tabulate(rows, HEAD, form, disable_numparse=True)
+
+
+def markdown(found: dict[str, Any], name: str) -> str:
+    """A part for the pages, from what was written as JSON."""
+    known = found["parts"][name]
+    part = Part(name, known["title"], [Cost(**cost) for cost in known["costs"]], tuple(known["notes"]))
+    about = measured_on(found["machine"], ("python", "jax", "diffrax", "scipy", "heyoka"))
+    return "\n\n".join([f"**{name}**: {part.title}", table(part, "github"), " ".join(part.notes), about])
+
+
+def largest_difference(found: list[tuple[str, float]], truth: list[tuple[str, float]]) -> float:
+    """Largest relative difference of an event's time; NaN if the events differ."""
+    if [name for name, _ in found] != [name for name, _ in truth]:
+        return math.nan
+    pairs = [(a, b) for (_, a), (_, b) in zip(found, truth, strict=True) if a != b]
+    return max((abs(a - b) / max(abs(b), 1e-300) for a, b in pairs), default=0.0)
+
+
+# --- fresh processes --------------------------------------------------------------------------------------------------
+
+#: limits of a cold process beyond its integration, and of one that finds what it kept, in imports of JAX
+COLD = {"u2_5_5_stop.toml": 4.0, "drag_lowering.py": 10.0, "tripping_30_stands.py": 15.0, "everything_coupled.py": 16.0}
+AGAIN, IMPORT, MISTAKE, MISTAKEN_SCENE = 2.5, 1.3, 0.5, 1.5
+
+#: modules are loaded with the names that are used
+_IMPORT = """
+import simbrake as sb
+sb.Scene, sb.Brake, sb.Pulley, sb.Band, sb.Lining, sb.ConstantFriction, sb.Duty, sb.Initial, sb.simulate
+"""
+#: a prepared run is compiled with all optimisation, whatever the first tier does
+_WARM = """
+import sys, time
+import simbrake as sb
+run = sb.prepare(sb.files.open_scene(sys.argv[1]), ["energy.friction_heat"])
+run()
+found = []
+while len(found) < 3 or (sum(found) < 0.2 and len(found) < 50):
+    start = time.process_time()
+    run()
+    found.append(time.process_time() - start)
+print(sorted(found)[len(found) // 2])
+"""
+
+
+def _told(arguments: list[str], cache: str) -> list[tuple[str, float]]:
+    """Events that `run --json` prints."""
+    return [(event["name"], event["time"]) for event in json.loads(fresh(arguments, cache).out)["events"]]
+
+
+def _mistakes(folder: str) -> dict[str, tuple[str, ...]]:
+    """Command lines with one mistake each."""
+    scene = ROOT / "scenarios" / "u2_5_5_stop.toml"
+    misspelt = pathlib.Path(folder) / "stop.toml"
+    misspelt.write_text(scene.read_text("utf-8").replace("inertia =", "inertai ="), "utf-8")
+    return {
+        "unknown command": ("runn", str(scene)),
+        "unknown option": ("run", str(scene), "--rtoll", "1e-8"),
+        "no such file": ("run", str(misspelt.with_name("step.toml"))),
+        "unknown name in a scene file": ("run", str(misspelt)),
+        "unknown name in --set": ("run", str(scene), "--set", "brake.puley.inertia=3"),
+    }
+
+
+def process(quick: bool) -> Part:
+    """Fresh processes, round after round."""
+    names, rounds = (list(COLD)[:1], 1) if quick else (list(COLD), 3)
+    with tempfile.TemporaryDirectory() as folder, cache_folder() as kept:
+        wrong = _mistakes(folder)
+
+        def turn() -> dict[str, float]:
+            found = {"import simbrake": fresh(["-c", _IMPORT]).cpu}
+            for name in names:
+                with cache_folder() as cache:
+                    line = ["-m", "simbrake", "run", str(ROOT / "scenarios" / name), "--json"]
+                    found |= {f"run {name}, {what}": fresh(line, cache).cpu for what in ("cold", "again")}
+            return found | {what: fresh(["-m", "simbrake", *line], kept, code=2).cpu for what, line in wrong.items()}
+
+        found = Rounds.of(rounds, turn)
+        costs = []
+
+        def add(what: str, limit: float, less: float = 0.0, error: float | None = None) -> None:
+            unit, over = sorted(found.units)[len(found.units) // 2], found.in_units(what, less)
+            costs.append(Cost(what, found.seconds(what), "import jax", unit, over, limit, error))
+
+        add("import simbrake", IMPORT)
+        for name in names:
+            file = str(ROOT / "scenarios" / name)
+            itself = float(fresh(["-c", _WARM, file], kept).out.split()[-1])
+            line = ["-m", "simbrake", "run", file, "--json"]
+            error = largest_difference(_told(line, kept), _told([*line, "--rtol", f"{TIGHT}"], kept))
+            add(f"run {name}, cold", COLD[name], itself, error)
+            add(f"run {name}, again", AGAIN, itself, error)
+        for what in wrong:
+            add(what, MISTAKEN_SCENE if "name in" in what else MISTAKE)
+    notes = (
+        "The ratio is taken in every round and less the warm, optimised integration of the scene.",
+        "Cold: with an empty cache folder; again: the next process with the same folder.",
+        f"Error: largest relative one of an event's time, against a run at rtol {TIGHT:.0e}.",
+    )
+    return Part("process", "fresh processes, in processes that import JAX", costs, notes)
+
+
+# --- looking at a result ----------------------------------------------------------------------------------------------
+
+#: processor seconds that any look may take, and the share of the run's own beyond them
+FREE, SHARE = 0.05, 0.2
+LOOKS: dict[str, Callable[[Any], Any]] = {
+    "print": str,
+    "metrics": lambda result: result.metrics,
+    "events": lambda result: result.events,
+}
+
+
+def _timed(call: Callable[[], Any]) -> tuple[float, Any]:
+    start = time.process_time()
+    found = call()
+    return time.process_time() - start, found
+
+
+def looks(name: str, scene: Any, kinds: dict[str, Callable[[Any], Any]], rounds: int) -> list[Cost]:
+    """Every look at a result that was not looked at before."""
+    import simbrake as sb
+
+    def run(rtol: float = 1e-10) -> Any:
+        return sb.simulate(scene, rtol=rtol, max_events=1_000_000)
+
+    def times(result: Any) -> list[tuple[str, float]]:
+        return [(event.name, float(event.time)) for event in result.events]
+
+    cpu, runs = {what: [] for what in kinds}, []
+    for look in kinds.values():
+        look(run())
+    for _ in range(rounds):
+        for what, look in kinds.items():
+            seconds, result = _timed(run)
+            runs.append(seconds)
+            cpu[what].append(_timed(lambda look=look, result=result: look(result))[0])
+    own, error = float(np.median(runs)), largest_difference(times(run()), times(run(TIGHT)))
+    found = {what: float(np.median(seconds)) for what, seconds in cpu.items()}
+    return [
+        Cost(f"{name}, {what}", seconds, "its run", own, max(0.0, seconds - FREE) / own, SHARE, error)
+        for what, seconds in found.items()
+    ]
+
+
+def looking(quick: bool) -> Part:
+    """Looks at shipped scenes, and at many events."""
+    import simbrake as sb
+
+    names, rounds = (list(COLD)[:1], 1) if quick else (list(COLD), 3)
+    costs = []
     for name in names:
-        start = time.perf_counter()
-        part = importlib.import_module(f"benchmarks.parts.{name}").measure(quick)
-        print(table.text(part), f"\n  ({time.perf_counter() - start:.0f} s)", flush=True)
-        elsewhere.keep(part.targets if name != elsewhere.NAME and not quick else [], where)
-        found.append(part)
+        costs += looks(name, sb.files.open_scene(ROOT / "scenarios" / name), LOOKS, rounds)
+    for cycles in (22,) if quick else (220, 660):
+        costs += looks(f"(f), {cycles} cycles", cycles_case(cycles).simbrake(), {"events": LOOKS["events"]}, rounds)
+    notes = ("Looks are warm; the ratio is what they take beyond 50 ms.", "220 cycles have some 10,000 events.")
+    return Part("looking", "looking at a result, in the time of its run", costs, notes)
+
+
+# --- run after run ----------------------------------------------------------------------------------------------------
+
+
+def _prepared(name: str, method: str, rtol: float) -> tuple[Any, float]:
+    """A prepared run of a scene, and the error of its event times."""
+    import jax.numpy as jnp
+
+    import simbrake as sb
+    from benchmarks.reference import reference
+
+    def times(result: Any) -> Any:
+        return jnp.stack(ours.event_times(result, CASES[name]))
+
+    run = sb.prepare(CASES[name].simbrake(), [times], solver=ours.solver_named(method), rtol=rtol)
+    found = run().metrics["times"]
+    return run, float(np.max(np.abs(found / reference(name).answer.times - 1)))
+
+
+def _cost(what: str, mine: Times, peer: str, theirs: Times, *rest: Any) -> Cost:
+    return Cost(what, mine.cpu_median, peer, theirs.cpu_median, ratio(mine, theirs), *rest)
+
+
+def beside_heyoka(name: str, budget: float, rtol: float = 1e-8) -> list[Cost]:
+    """A prepared run and heyoka's, from Python: by a loop written for the scene, and by the layer that all share."""
+    from benchmarks.peers import heyoka_taylor
+    from benchmarks.reference import error, reference
+
+    runs = {method: _prepared(name, method, rtol) for method in ("Tsit5", "Dopri8")}
+    theirs = {how: heyoka_taylor.prepare(CASES[name], how, rtol) for how in heyoka_taylor.methods(CASES[name])}
+    wrong = {how: error(CASES[name], call(), reference(name).answer)[0] for how, call in theirs.items()}
+    times = interleaved({method: run for method, (run, _) in runs.items()} | theirs, budget)
+    best = min(runs, key=lambda method: times[method].cpu_median)
+    limit = {"a": 3.0, "b": 4.0}[name]
+    return [
+        _cost(f"({name}) prepared, {method}", times[method], how, times[how], limit, runs[method][1], wrong[how])
+        for method in (best,)
+        for how in theirs
+    ]
+
+
+def ways(name: str, budget: float, rtol: float = 1e-8) -> list[Cost]:
+    """Runs with another speed each time: by `simulate`, in a jitted function of the user's, beside a prepared run."""
+    import jax
+
+    import simbrake as sb
+
+    scene, solver, (ready, error) = CASES[name].simbrake(), ours.solver_named("Dopri8"), _prepared(name, "Dopri8", rtol)
+    speeds = itertools.cycle(scene.initial.omega * np.linspace(0.99, 1.0, 16))
+
+    def at(omega: Any) -> Any:
+        return dataclasses.replace(scene, initial=sb.Initial(omega, scene.initial.elongation))
+
+    def stop(omega: Any) -> Any:
+        return sb.simulate(at(omega), solver=solver, rtol=rtol, max_steps=ready.max_steps).stopping_time
+
+    inside = jax.jit(stop)
+    calls: dict[str, Callable[[], Any]] = {
+        "prepared": lambda: ready({"initial.omega": next(speeds)}),
+        "simulate": lambda: sb.simulate(at(next(speeds)), solver=solver, rtol=rtol),
+        "jax.jit": lambda: jax.block_until_ready(inside(next(speeds))),
+    }
+    truth = closed_form(CASES[name].plain).times[-1]
+    found = {"simulate": sb.simulate(scene, solver=solver, rtol=rtol).stopping_time, "jax.jit": inside(20.0)}
+    times = interleaved(calls, budget, batch=0.02)  # a loop of each, as its callers write it
+    limits = {"simulate": 8.0, "jax.jit": 4.0}
+    return [
+        _cost(f"({name}) {way}", times[way], "prepared run", times["prepared"], limit)._replace(
+            error=abs(float(found[way]) / truth - 1), peer_error=error
+        )
+        for way, limit in limits.items()
+    ]
+
+
+def loops(quick: bool) -> Part:
+    """Run after run; heyoka where it is installed."""
+    budget, costs = (0.3, []) if quick else (2.0, [])
+    notes = ["heyoka has modes written out by hand, no energy balance and no record of steps."]
+    if importlib.util.find_spec("heyoka") is None:
+        notes = ["heyoka is not installed: `pip install -e '.[bench]'`."]
+    else:
+        for name in "a" if quick else "ab":
+            costs += beside_heyoka(name, budget)
+    return Part("loops", "one stop after the other from Python, rtol 1e-8", [*costs, *ways("a", budget)], tuple(notes))
+
+
+# --- derivatives ------------------------------------------------------------------------------------------------------
+
+_NUMBERS = ("initial.omega", "brake.pulley.inertia", "brake.linings.friction.coefficient", "duty.slack_tension.level")
+#: with heat the run starts at the onset of slip: another slack tension alone would move it to one side of a corner
+_HOT = (*_NUMBERS[:2], "brake.linings.friction.base.coefficient", "brake.linings.friction.factors[0].slope")
+#: limits of a warm reverse pass, in runs; of making it, cold, in imports of JAX
+_REVERSE, _MADE = {"a": 5.0, "b": 5.0, "c": 8.0}, {"a": 6.0, "b": 10.0, "c": 18.0}
+_FORWARD = 1.6
+
+#: the first gradient beyond a warm one
+_FIRST = """
+import sys, time
+from benchmarks import ours
+import simbrake as sb
+from benchmarks.scenes import CASES
+run = sb.prepare(CASES[sys.argv[1]].simbrake(), ["stopping_time"], solver=ours.solver_named(sys.argv[2]), rtol=1e-8)
+run()
+def timed():
+    start = time.process_time()
+    run.gradient()
+    return time.process_time() - start
+first = timed()
+print(first - min(timed() for _ in range(3)))
+"""
+
+
+def exact(p: Any) -> dict[str, float]:
+    """Derivatives of the stopping time of a stop without heat, from the closed form (Z-15…Z-18) by JAX."""
+    import jax
+    import jax.numpy as jnp
+
+    def stop(w_0: Any, J: Any, f: Any, T_0: Any) -> Any:
+        fz = f * p.z
+        Pi = ((1 + fz) / (1 - fz)) ** p.n
+        chi = jnp.sqrt(p.C * p.R**2 / J)
+        reach = jnp.arcsin(chi * T_0 * (Pi - 1) / (p.C * p.R * w_0))
+        return T_0 / (p.C * p.R * w_0) + reach / chi + w_0 * jnp.cos(reach) * J / (p.R * T_0 * (Pi - 1))
+
+    found = jax.grad(stop, argnums=(0, 1, 2, 3))(p.w_0, p.J, p.f, p.T_0)
+    return dict(zip(_NUMBERS, (float(x) for x in found), strict=True))
+
+
+def differences(run: Any, paths: tuple[str, ...]) -> dict[str, float]:
+    """Central differences of order 4 of tight runs."""
+    found = {}
+    for path in paths:
+        (x,) = run.numbers[run.places[path]]
+        h = 1e-3 * x
+        values = [run({path: x + k * h}, rtol=TIGHT).metrics["stopping_time"] for k in (-2, -1, 1, 2)]
+        found[path] = float(np.dot([1, -8, 8, -1], values) / (12 * h))
     return found
 
 
-def write_docs(path: pathlib.Path, about: dict[str, Any], parts: list[table.Part]) -> None:
-    """Puts the tables of the parts between the two marks of a document; parts not measured stay as they are."""
-    head = documents.measured_on(about, ("python", "jax", "diffrax", "scipy"))
-    # what was measured on other machines tells its own
-    texts = {part.name: [table.markdown(part), *([] if part.name == elsewhere.NAME else [head])] for part in parts}
-    documents.write(path, "part", {name: "\n\n".join(lines) for name, lines in texts.items()}, PARTS)
+def derivatives(name: str, method: str, budget: float, rounds: int) -> list[Cost]:
+    """All derivatives by reverse mode and one by forward mode in warm runs; the first ones of fresh processes."""
+    import jax
+
+    import simbrake as sb
+
+    scene, solver = CASES[name].simbrake(), ours.solver_named(method)
+    run = sb.prepare(scene, ["stopping_time"], solver=solver, rtol=1e-8)
+    slopes, paths = run.gradient()[0], _NUMBERS if scene.heat is None else _HOT
+
+    def stop(omega: Any) -> Any:
+        changed = sb.with_values(scene, {"initial.omega": omega})
+        return sb.simulate(changed, solver=solver, rtol=1e-8, max_steps=run.max_steps).stopping_time
+
+    plain, along = jax.jit(stop), jax.jit(lambda omega: jax.jvp(stop, (omega,), (1.0,)))
+    at = float(scene.initial.omega)
+    calls = {
+        "run": run,
+        "reverse": run.gradient,
+        "plain": lambda: jax.block_until_ready(plain(at)),
+        "forward": lambda: jax.block_until_ready(along(at)),
+    }
+    times = interleaved(calls, budget)
+    # runs for the differences may need room for more steps, and then compile anew: they come last
+    truth = exact(CASES[name].plain) if scene.heat is None else differences(run, paths)
+    error = max(abs(float(slopes[run.places[path]][0]) / truth[path] - 1) for path in paths)
+    one = abs(float(along(at)[1]) / truth[paths[0]] - 1)
+
+    def turn() -> dict[str, float]:
+        with cache_folder() as cache:
+            return {w: float(fresh(["-c", _FIRST, name, method], cache).out) for w in ("cold", "again")}
+
+    made = Rounds.of(rounds, turn)
+    unit = sorted(made.units)[len(made.units) // 2]
+    words = f"({name}) {method}, all {run.numbers.size} numbers"
+    return [
+        _cost(f"{words}, reverse", times["reverse"], "prepared run", times["run"], _REVERSE[name], error),
+        _cost(f"({name}) {method}, one, jvp", times["forward"], "jitted run", times["plain"], _FORWARD, one),
+        *(
+            Cost(f"{words}, first, {w}", made.seconds(w), "import jax", unit, made.in_units(w), limit, error)
+            for w, limit in (("cold", _MADE[name]), ("again", AGAIN))
+        ),
+    ]
+
+
+def gradient(quick: bool) -> Part:
+    """Scenes without heat, with layers, and stiff."""
+    cases = (("a", "Dopri8"), ("b", "Dopri8"), ("c", "Rodas5P"))
+    budget, rounds = (0.3, 1) if quick else (2.0, 3)
+    costs = [cost for case in (cases[:1] if quick else cases) for cost in derivatives(*case, budget, rounds)]
+    notes = (
+        "rtol 1e-8; error: of the derivatives by initial speed (jvp: that alone), inertia, friction, and slack tension"
+        " (a) or slope of the fade (b, c), against the closed form (a) or central differences of tight runs.",
+        "First: the first gradient of a fresh process beyond a warm one; again: with what the one before has kept.",
+    )
+    return Part("gradient", "derivatives of the stopping time", costs, notes)
+
+
+# --- ensembles --------------------------------------------------------------------------------------------------------
+
+_FRICTION = {"a": "brake.linings.friction.coefficient", "b": "brake.linings.friction.base.coefficient"}
+
+
+def many(name: str, count: int, few: int, rounds: int) -> list[Cost]:
+    """An ensemble of different stops beside SciPy on some of them, and all workers beside one; for each run."""
+    import simbrake as sb
+    from benchmarks.peers import scipy_ivp
+
+    rng = np.random.default_rng(1)
+    table = rng.uniform((12.0, 600.0, 0.33), (20.0, 800.0, 0.40), (count, 3))
+    paths = ("initial.omega", "brake.pulley.inertia", _FRICTION[name])
+    values, metrics = dict(zip(paths, table.T, strict=True)), ("full_slip_time", "stopping_time")
+    scene, solver = CASES[name].simbrake(), ours.solver_named("Tsit5")
+
+    def ours_on(workers: int | None) -> Any:
+        return sb.ensemble(scene, values, metrics, rtol=1e-6, solver=solver, workers=workers, progress=False)
+
+    def single(row: Any, method: str, tolerance: float) -> Callable[[], Any]:
+        plain = dataclasses.replace(CASES[name].plain, **dict(zip(("w_0", "J", "f"), map(float, row), strict=True)))
+        return scipy_ivp.prepare(dataclasses.replace(CASES[name], plain=plain), method, tolerance)
+
+    peers = {m: [single(row, m, 1e-6) for row in table[:few]] for m in ("SciPy RK45", "SciPy DOP853")}
+    truth = np.stack([single(row, "SciPy DOP853", 1e-12)().times[-2:] for row in table[:few]])
+    calls = {m: lambda runs=runs: [call() for call in runs] for m, runs in peers.items()}
+    times = interleaved(calls | {"one": lambda: ours_on(1), "all": lambda: ours_on(None)}, 0.0, rounds)
+    best = min(peers, key=lambda m: times[m].cpu_median)
+    theirs = np.max(np.abs(np.stack([call().times[-2:] for call in peers[best]]) / truth - 1))
+    data = ours_on(1)
+    if np.any(data.code.values):
+        raise RuntimeError("a run of the ensemble failed")
+    mine = np.max(np.abs(np.stack([data[m].values[:few] for m in metrics], axis=1) / truth - 1))
+    one, peer = times["one"].cpu_median / count, times[best].cpu_median / few
+    what = f"({name}) {count:,} runs"
+    workers = os.cpu_count() or 1
+    elapsed = times["all"].median / times["one"].median
+    limit = {"a": 1 / 100, "b": 1 / 80}[name]
+    return [
+        Cost(f"{what}, one worker, each", one, best, peer, one / peer, limit, float(mine), float(theirs)),
+        Cost(f"{what}, {workers} workers, elapsed", times["all"].median, "1 worker", times["one"].median, elapsed)
+        ._replace(limit=1 / (0.75 * workers), error=float(mine)),
+    ]  # fmt: skip
+
+
+def ensemble(quick: bool) -> Part:
+    """Stops without heat and with a layered rim."""
+    sizes = (("a", 1_000, 10, 1),) if quick else (("a", 100_000, 40, 3), ("b", 10_000, 40, 3))
+    notes = ("Tsit5, rtol 1e-6; SciPy runs one stop after the other with its faster method.",)
+    costs = [cost for size in sizes for cost in many(*size)]
+    return Part("ensemble", "many stops", costs, (*notes, "Error: of event times against tight single runs by SciPy."))
+
+
+PARTS: dict[str, Callable[[bool], Part]] = {
+    "process": process,
+    "looking": looking,
+    "loops": loops,
+    "gradient": gradient,
+    "ensemble": ensemble,
+}
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--quick", action="store_true", help="few sizes, one scene, short timings")
+    parser.add_argument("--quick", action="store_true", help="few sizes, one scene, one round")
     parser.add_argument("--parts", default=",".join(PARTS), help="default: all")
     parser.add_argument("--json", help="file for the numbers")
-    parser.add_argument("--png", help="file for the chart")
-    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/costs.md")
+    parser.add_argument("--write-docs", action="store_true", help="put the parts into docs/measured/costs.json")
     options = parser.parse_args()
     names = options.parts.split(",")
     if unknown := set(names) - set(PARTS):
         parser.error(f"no part {', '.join(sorted(unknown))}; there are {', '.join(PARTS)}")
     warnings.filterwarnings("ignore", message=".*divide.*|.*overflow.*")
     ours.configure()
-    about = machine()
-    print(f"{about['cpu']}, {about['cores']} cores, load {about['load']:.1f}")
-    print(", ".join(f"{name} {number}" for name, number in about["versions"].items()))
-    parts = measured(names, options.quick, f"{about['cpu']}, {about['cores']} cores; JAX {about['versions']['jax']}")
-    if options.json:
-        numbers = {"machine": about, "quick": options.quick, "parts": {part.name: part.as_numbers() for part in parts}}
-        pathlib.Path(options.json).write_text(json.dumps(numbers, indent=1))
-    if options.png:
-        chart.draw(about, parts, options.png)
-    if options.write_docs:
-        write_docs(ROOT / "docs" / "costs.md", about, parts)
-    missed = [target for part in parts for target in part.targets if not target.met]
-    print(f"\n{sum(len(part.targets) for part in parts) - len(missed)} targets reached, {len(missed)} missed")
+    found: dict[str, Any] = {"machine": machine(), "quick": options.quick, "parts": {}}
+    print(measured_on(found["machine"], tuple(found["machine"]["versions"])))
+    missed = 0
+    for name in names:
+        start = time.perf_counter()
+        part = PARTS[name](options.quick)
+        took = f"({time.perf_counter() - start:.0f} s)"
+        print("\n".join(["", f"{name}: {part.title}", table(part, "plain"), *part.notes, took]), flush=True)
+        found["parts"][name] = {"title": part.title, "costs": [c._asdict() for c in part.costs], "notes": part.notes}
+        missed += sum(cost.missed for cost in part.costs)
+    print(f"\n{missed} limits missed")
+    files = [pathlib.Path(options.json)] if options.json else []
+    for file in files + ([NUMBERS] if options.write_docs else []):
+        old = json.loads(file.read_text("utf-8"))["parts"] if file == NUMBERS and file.is_file() else {}
+        file.write_text(json.dumps(found | {"parts": old | found["parts"]}, indent=1) + "\n", "utf-8")
     return 0
 
 

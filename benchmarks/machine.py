@@ -15,8 +15,6 @@ PACKAGES = (
     "simbrake",
     "scikit-sundae",
     "casadi",
-    "CyRK",
-    "numba",
     "heyoka",
     "pydiffsol",
 )
@@ -36,3 +34,9 @@ def machine() -> dict[str, Any]:
             versions[package] = "not installed"
     load = os.getloadavg()[0] if hasattr(os, "getloadavg") else None
     return {"cpu": cpu, "cores": os.cpu_count(), "system": platform.system(), "load": load, "versions": versions}
+
+
+def measured_on(about: dict[str, Any], packages: tuple[str, ...]) -> str:
+    """The machine in one sentence."""
+    versions = ", ".join(f"{name} {about['versions'][name]}" for name in packages)
+    return f"Measured on {about['cpu']}, {about['cores']} cores (load {about['load']:.1f}); {versions}."

@@ -25,7 +25,8 @@ def configure() -> None:
     jax.config.update("jax_cpu_enable_async_dispatch", False)
 
 
-def _solver(name: str) -> Any:
+def solver_named(name: str) -> Any:
+    """A method by its name."""
     import diffrax
 
     import simbrake as sb
@@ -45,7 +46,7 @@ def _prepared(name: str, solver: str, room: int) -> Any:
     def times(result: Any) -> Any:
         return jnp.stack(event_times(result, case))
 
-    return sb.prepare(case.simbrake(), [times, final_state], solver=_solver(solver), max_steps=room)
+    return sb.prepare(case.simbrake(), [times, final_state], solver=solver_named(solver), max_steps=room)
 
 
 def final_state(result: Any) -> Any:

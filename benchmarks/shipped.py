@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.parts.timing import interleaved
+from benchmarks.timing import interleaved
 
 FOLDER = pathlib.Path(__file__).resolve().parents[1] / "scenarios"
 TOLERANCES = tuple(10.0**-k for k in range(4, 12))

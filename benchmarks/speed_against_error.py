@@ -6,8 +6,8 @@ For every tolerance: the largest error of event times and final state against an
 processor time of a warm run, steps, right-hand sides. Times at equal error are given as ratios to simbrake; quote
 these, absolute times depend on the machine. simbrake also integrates its energy balance, which the others do not. The
 command fails if a tool does not come to the reference at its tightest tolerances. `pip install -e '.[bench]'` installs
-the other tools. `--shipped`: simbrake alone on every shipped scene, beside a tight run. `--write-docs` puts the tables
-into docs/speed_against_error.md.
+the other tools. `--shipped`: simbrake alone on every shipped scene, beside a tight run. Of the
+numbers in `docs/pictures/precision.json` and `shipped.json` (`--json`) the pages and their figures are made.
 """
 
 import argparse
@@ -32,11 +32,11 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
 import numpy as np  # noqa: E402
 
-from benchmarks import documents, ours, peers, pictures, report, shipped  # noqa: E402
+from benchmarks import ours, peers, pictures, report, shipped  # noqa: E402
 from benchmarks.machine import machine  # noqa: E402
-from benchmarks.parts.timing import interleaved  # noqa: E402
 from benchmarks.reference import error, reference  # noqa: E402
 from benchmarks.scenes import CASES, Answer, Case  # noqa: E402
+from benchmarks.timing import interleaved  # noqa: E402
 
 FULL = tuple(10.0**-k for k in range(3, 13))
 QUICK = (1e-4, 1e-7, 1e-10)
@@ -171,12 +171,6 @@ def of_scenes(names: list[str], options: argparse.Namespace) -> dict[str, Any]:
         print(report.text(found["scenes"][name]), flush=True)
     if options.png:
         pictures.work_precision(found).savefig(options.png, dpi=100)
-    if options.write_docs:
-        head = documents.measured_on(
-            found["machine"], ("python", "jax", "scipy", "heyoka", "pydiffsol", "casadi", "CyRK")
-        )
-        texts = {name: f"{report.markdown(scene)}\n\n{head}" for name, scene in found["scenes"].items()}
-        documents.write(documents.ROOT / "docs" / "speed_against_error.md", "scene", texts, tuple(CASES))
     return found
 
 
@@ -187,7 +181,6 @@ def main() -> int:
     parser.add_argument("--shipped", action="store_true", help="simbrake on every shipped scene instead")
     parser.add_argument("--json", help="file for the numbers")
     parser.add_argument("--png", help="file for the chart")
-    parser.add_argument("--write-docs", action="store_true", help="write the tables into docs/speed_against_error.md")
     options = parser.parse_args()
     names = (options.scenes or ("a,b" if options.quick else ",".join(CASES))).split(",")
     if unknown := set(names) - set(CASES):

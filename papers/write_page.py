@@ -1,6 +1,6 @@
-"""Writes the tables and figures of `docs/published.md`: `python papers/write_page.py [--tables]`.
+"""The printed tables as `docs/published.md` shows them when it is built.
 
-The tables are between markers. Takes half a minute; `--tables` leaves the figures as they are.
+`python papers/write_page.py` draws the figures of that page, in half a minute.
 """
 
 import itertools
@@ -8,7 +8,7 @@ import pathlib
 import sys
 
 import printed_tables as tables
-from printed_tables import AGREES, FILES, published_rows
+from printed_tables import AGREES, published_rows
 
 DOCS = pathlib.Path(__file__).parents[1] / "docs"
 NAMES = {"k": "k", "f": "f", "scheme": "pitch", "w0": "w₀", "tau_m": "τ_m", "T_max": "T_max", "N_max": "N_max"} | {
@@ -85,32 +85,14 @@ def section(name: str, of: list) -> list[str]:
 
 
 def block(table: str) -> str:
-    """What stands between the markers of one table."""
+    """One table, counts first; all of them counted for `all`."""
+    if table == "all":
+        return f"All tables: {tables.counted(tables.cells())}."
     of = [c for c in tables.cells() if c.table == table]
     return "\n".join([f"{tables.counted(of)}.", "", *section(table, of)])
 
 
-def sentence() -> str:
-    """Counts of all cells, as the text of the page has them."""
-    return f"All tables: {tables.counted(tables.cells())}."
-
-
-def written(text: str) -> str:
-    """The page with every block between its markers computed anew."""
-    before, rest = text.split("All tables: ")
-    text = f"{before}{sentence()}\n{rest.partition(chr(10))[2]}"
-    for table in FILES:
-        begin, end = f"<!-- {table}: begin -->\n", f"<!-- {table}: end -->"
-        before, rest = text.split(begin)
-        text = before + begin + block(table) + end + rest.split(end)[1]
-    return text
-
-
-def main(arguments: list[str]) -> None:
-    page = DOCS / "published.md"
-    page.write_text(written(page.read_text("utf-8")), "utf-8")
-    if "--tables" in arguments:
-        return
+def main() -> None:
     sys.path.insert(0, str(DOCS))
     from make_pictures import save
     from paper_figures import PUBLISHED, file_stem, published
@@ -120,4 +102,4 @@ def main(arguments: list[str]) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    main()

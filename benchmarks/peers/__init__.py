@@ -17,7 +17,6 @@ MODULES = (
     "scipy_ivp",
     "sundae_cvode",
     "casadi_events",
-    "cyrk_numba",
     "pathsim_blocks",
     "diffrax_smooth",
     "heyoka_taylor",

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from benchmarks.peers.diffrax_scenes import chain, cycles, staged, stop
+from benchmarks.peers.diffrax_scenes import staged, stop
 from benchmarks.peers.diffrax_scenes.smooth import compiled
-from benchmarks.scenes import CASES, Answer, Case, Chain, Cycles, Staged, Stop
+from benchmarks.scenes import CASES, Answer, Case, Staged, Stop
 
 NAME, PACKAGES, PIP, AGREES = "diffrax", ("diffrax",), "diffrax", 0.3
-_SCENES = {Stop: stop, Staged: staged, Chain: chain, Cycles: cycles}
-_SHARES = {Stop: (1e-2, 1e-4), Staged: (1e-2, 1e-4, 1e-6), Chain: (1e-4, 1e-6), Cycles: (1e-2, 1e-4, 1e-6)}
+_SCENES = {Stop: stop, Staged: staged}
+_SHARES = {Stop: (1e-2, 1e-4), Staged: (1e-2, 1e-4, 1e-6)}
 #: step attempts to make room for
 _ROOM = 16384
 
@@ -31,6 +31,8 @@ def _methods(case: Case) -> dict[str, tuple[str, float]]:
 
 
 def methods(case: Case) -> dict[str, str | None]:
+    if type(case.plain) not in _SCENES:
+        return {}  # more of the same
     stability = "explicit on a stiff scene: stability asks for millions of steps"
     return {name: stability if case.stiff and m == "Tsit5" else None for name, (m, _) in _methods(case).items()}
 

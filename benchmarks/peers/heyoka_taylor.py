@@ -1,7 +1,8 @@
 """heyoka's Taylor series with terminal events: an adaptive integrator for each program of the modes.
 
 Events are roots of the Taylor polynomial of their guards. Tolerance and order are compiled in; the numbers of a scene
-are parameters of the integrator, so that another run needs no other program. It has no implicit method.
+are parameters of the integrator, so that another run needs no other program. It has no implicit method. The stop
+without heat is also run by the loop that a user of heyoka writes for it, without the layer that all scenes share.
 """
 
 from collections.abc import Callable
@@ -12,13 +13,47 @@ import numpy as np
 from benchmarks.equations import automaton_of, drive
 from benchmarks.peers.written import written
 from benchmarks.peers.written.form import Program, Words
-from benchmarks.scenes import Answer, Case
+from benchmarks.scenes import Answer, Case, Stop
 
 NAME, PACKAGES, PIP, AGREES = "heyoka", ("heyoka",), "'heyoka>=7.13'", 1e-9
 
 
 def methods(case: Case) -> dict[str, str | None]:
-    return {"heyoka Taylor": "explicit on a stiff scene: stability asks for millions of steps" if case.stiff else None}
+    if case.stiff:
+        return {"heyoka Taylor": "explicit on a stiff scene: stability asks for millions of steps"}
+    return {"heyoka Taylor": None, **({"heyoka, plain loop": None} if case.name == "a" else {})}
+
+
+def _plain_loop(p: Stop, tolerance: float) -> Callable[[], Answer]:
+    """Take-up, elastic, full slip: three integrators, one after the other."""
+    import heyoka as hy
+
+    w, phi, x = hy.make_vars("w", "phi", "x")
+    full = p.T_0 * p.Pi
+
+    def phase(rate: Any, guard: Any) -> Any:
+        event = hy.t_event(guard, direction=hy.event_direction.negative)
+        system = [(w, rate), (phi, w), (x, p.R * w)]
+        return hy.taylor_adaptive(system, [p.w_0, 0.0, 0.0], t_events=[event], tol=tolerance, fast_math=True)
+
+    take_up = phase(0.0 * w, p.T_0 - p.C * x)
+    elastic = phase(p.R / p.J * (p.T_0 - p.C * x), full - p.C * x)
+    slip = phase(-p.R / p.J * (full - p.T_0) + 0.0 * w, w)
+    start = np.array([p.w_0, 0.0, 0.0])
+
+    def run() -> Answer:
+        state, t, times, steps = start, 0.0, [], 0
+        for integrator in (take_up, elastic, slip):
+            integrator.time = t
+            integrator.state[:] = state
+            integrator.reset_cooldowns()
+            steps += integrator.propagate_until(p.end)[3]
+            state, t = integrator.state, integrator.time
+            times.append(t)
+        # in full slip the band stays as long as it is
+        return Answer(np.array(times), np.array([state[1], full / p.C]), -1, steps)
+
+    return run
 
 
 def _integrator(program: Program, numbers: int, tolerance: float) -> Any:
@@ -41,6 +76,8 @@ def _integrator(program: Program, numbers: int, tolerance: float) -> Any:
 def prepare(case: Case, method: str, tolerance: float) -> Callable[[], Answer]:
     import heyoka as hy
 
+    if method == "heyoka, plain loop":
+        return _plain_loop(case.plain, tolerance)
     automaton, modes, made = automaton_of(case), written(case), {}
     for mode in modes.values():
         if mode.program not in made:

@@ -2,7 +2,8 @@
 
 A line `<!-- reference PAGE -->` becomes the public names of a page of the reference (heading, signature, docstring,
 parameters with units, members, source), `<!-- table NAME -->` a table of `TABLES`, `<!-- list NAME -->` a list of
-`LISTS`. Docstrings are Markdown, and taken as they are.
+`LISTS`, `<!-- measured NAME -->` what a benchmark has written as JSON, `<!-- printed NAME -->` a table of the papers.
+Docstrings are Markdown, and taken as they are.
 """
 
 import ast
@@ -14,6 +15,7 @@ import inspect
 import json
 import pathlib
 import re
+import sys
 import types
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -473,13 +475,47 @@ def _names() -> list[str]:
     return lines
 
 
-LISTS: dict[str, Callable[[], list[str]]] = {"notebooks": _notebooks, "names": _names}
+def _measured(name: str) -> list[str]:
+    """A scene of the work–precision benchmark, or a part of the benchmark of costs."""
+    sys.path.insert(0, str(DOCS.parent))
+    from benchmarks import costs, report
+    from benchmarks.machine import measured_on
+
+    if name in costs.PARTS:
+        return costs.markdown(json.loads(costs.NUMBERS.read_text("utf-8")), name).splitlines()
+    found = json.loads((DOCS / "pictures" / "precision.json").read_text("utf-8"))
+    packages = ("python", "jax", "scipy", "heyoka", "pydiffsol", "casadi")
+    return [*report.markdown(found["scenes"][name]).splitlines(), "", measured_on(found["machine"], packages)]
+
+
+def _hard_cases() -> list[str]:
+    """Cases that are hard for simulators of stick and slip."""
+    found, lines = json.loads((DOCS / "measured" / "hard_cases.json").read_text("utf-8")), []
+    for part, rows in found.items():
+        lines += [f"## {part}", "", *table("case | what makes it hard | simbrake | SciPy", rows), ""]
+    return lines
+
+
+def _printed(name: str) -> list[str]:
+    """A printed table of the papers beside the computed one, or their claims."""
+    sys.path.insert(0, str(DOCS.parent / "papers"))
+    import claims
+    import write_page
+
+    if name == "claims":
+        return claims.page(json.loads(claims.NUMBERS.read_text("utf-8"))).splitlines()
+    return write_page.block(name).splitlines()
+
+
+LISTS: dict[str, Callable[[], list[str]]] = {"notebooks": _notebooks, "names": _names, "hard_cases": _hard_cases}
 BLOCKS: dict[str, Callable[[str], list[str]]] = {
     "reference": reference,
     "table": lambda name: TABLES[name](),
     "list": lambda name: LISTS[name](),
+    "measured": _measured,
+    "printed": _printed,
 }
-_MARK = re.compile(r"^<!-- (reference|table|list) (\w+) -->$", re.M)
+_MARK = re.compile(r"^<!-- (reference|table|list|measured|printed) (\w+) -->$", re.M)
 
 
 def filled(text: str) -> str:
