@@ -17,7 +17,7 @@ version = release = simbrake.__version__
 
 extensions = ["myst_parser", "math_ml", "source_links", "from_code"]
 myst_enable_extensions = ["dollarmath"]
-myst_heading_anchors = 3
+myst_heading_anchors = 4
 myst_links_external_new_tab = True
 exclude_patterns = ["_extension"]
 

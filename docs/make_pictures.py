@@ -1,4 +1,4 @@
-"""Draws the figures of `pictures.md`, and small copies for `gallery.md`, from the shipped scenarios: some minutes."""
+"""Draws the figures of `pictures.md`, and small copies for the gallery, from the shipped scenarios: some minutes."""
 
 import dataclasses
 import importlib.util
@@ -61,7 +61,7 @@ def save(figure: Any, name: str, colours: int = COLOURS) -> None:
 
 
 def thumbnail(file: Path) -> None:
-    """A small copy of a figure, for `gallery.md`."""
+    """A small copy of a figure, for the gallery."""
     (file.parent / "small").mkdir(exist_ok=True)
     with Image.open(file) as image:
         size = (WIDTH, round(WIDTH * image.height / image.width))

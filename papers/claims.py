@@ -28,7 +28,7 @@ PAPERS = {
 
 
 def page(found: list[dict[str, str]]) -> str:
-    """Tables by paper, as `docs/claims.md` shows them when it is built."""
+    """Tables by paper, as `docs/published.md` shows them when it is built."""
     verdicts = [row["verdict"] for row in found]
     counts = ", ".join(f"{verdicts.count(v)} {v}" for v in (CONFIRMED, LIMITED, CONTRADICTED))
     lines = [f"{len(found)} claims: {counts}."]

@@ -1,6 +1,7 @@
 """Faults of the surroundings: killed, no space, nothing to write to, several processes and threads, odd settings.
 
-What is promised in `docs/promises.md` is tried here; the cache has `test_cache.py`, odd input `test_hostile_input.py`.
+What is promised in `docs/claims_and_evidence.md` is tried here; the cache has `test_cache.py`, odd input
+`test_hostile_input.py`.
 """
 
 import ast

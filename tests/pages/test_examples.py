@@ -18,7 +18,6 @@ PAGES = sorted([ROOT / "README.md", *(ROOT / "docs").rglob("*.md")])
 SLOW = {
     f"docs/{name}.md"
     for name in (
-        "bandage",
         "calibration",
         "ensembles",
         "estimates",
@@ -31,8 +30,8 @@ SLOW = {
         "report",
         "sensitivity",
         "synthesis",
-        "uncertainty",
-        "validation",
+        "chain",
+        "accuracy_and_speed",
         "verdict",
         "wear",
     )

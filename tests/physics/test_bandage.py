@@ -189,7 +189,7 @@ def test_stiff_springs_tend_to_the_rigid_bandage():
     """Until the lock every lining slides on the band in both systems, with the same tensions: those times agree.
 
     Afterwards they differ for good: the rigid bandage mobilises linings from the slack end, which loads the rim most;
-    single ones keep the shares with which they came to rest, and the springs bear the rest (`docs/bandage.md`).
+    single ones keep the shares with which they came to rest, and the springs bear the rest (`docs/chain.md`).
     """
     kwargs = {"preload": [1500.0, 1200.0, 900.0], "damping": 1.0}
     made = scene(**kwargs)
