@@ -73,6 +73,7 @@ def test_what_xla_refuses_is_left_out(fresh_accelerators, monkeypatch):
     assert _compiling.accelerators("gpu") == ({}, {}, False, ())
 
 
+@pytest.mark.slow
 def test_answers_do_not_need_any_accelerator(fresh_accelerators, monkeypatch):
     none = _compiling.Accelerators({}, {}, False, ())
     for module in (_compiling, _simulate):

@@ -82,6 +82,7 @@ def test_every_full_slip_follows_the_limits_of_all_linings(logs):
         assert [e.lining for e in before] in (ahead, ahead[::-1])
 
 
+@pytest.mark.slow
 def test_the_work_grows_with_the_number_of_events(logs):
     (short, few), (long, many) = logs
     ratio = len(long.events) / len(short.events)

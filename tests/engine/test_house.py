@@ -157,6 +157,7 @@ def test_public_names():
         _ = sb.Convektion
 
 
+@pytest.mark.slow
 def test_a_thousand_values_do_not_re_trace():
     sb.simulate(stop_scene(T0=5e3))
     count = _simulate._program.made

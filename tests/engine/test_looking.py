@@ -117,6 +117,7 @@ def test_marks_are_where_partial_steps_pass_them(result):
     np.testing.assert_allclose(tension, np.where(tension > 1, mu**i, mu ** (i - 7.0)), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_stiff_run_is_looked_at_with_few_partial_steps(monkeypatch):
     """Samples and smooth maxima take none: steps are as costly as those of the run."""
     taken, original = [], _scan.rows_in_lanes

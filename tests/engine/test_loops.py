@@ -86,6 +86,7 @@ def test_jacobian_with_rows_formed_once_is_the_dense_one(m, constant):
     np.testing.assert_allclose(chain, dense[m:, m:], rtol=1e-14)
 
 
+@pytest.mark.slow
 def test_rows_marked_as_linear_are_the_same_in_every_state_and_mode():
     """Layers within walls of constant properties, and no others."""
     scene = layered_stop()

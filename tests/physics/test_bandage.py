@@ -262,6 +262,8 @@ def _limit(T_0, weaker):
     return R_B * (T - T_0)
 
 
+@pytest.mark.slow
+@pytest.mark.slow
 @pytest.mark.parametrize(("T_0", "first"), [(1e3, (0, 1, 1)), (200.0, (0, 0, 0)), (6e3, (1, 1, 1))])
 def test_held_brake_moves_exactly_0_and_starts_at_its_limit(T_0, first):
     limit = _limit(T_0, "weaker")

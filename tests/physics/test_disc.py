@@ -332,6 +332,7 @@ def test_a_file_by_hand():
         sb.files.scene_from_text(GOOD.replace('force = "20 kN"\n', ""))
 
 
+@pytest.mark.slow
 def test_figures_and_page(faded):
     figure = plot.pressed(faded)
     assert len([patch for patch in figure.axes[0].patches if patch.get_gid() == "pad"]) == N // 2

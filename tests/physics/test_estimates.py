@@ -77,6 +77,7 @@ def test_estimates_beside_a_stop_that_is_as_they_assume(run):
     assert table["heat partition coefficient, rim, effusivities"].simulated == pytest.approx(0.95)
 
 
+@pytest.mark.slow
 def test_inputs_of_a_run_come_from_its_scene(run):
     result, table = run
     inputs = {i.name: i for i in table.inputs}

@@ -354,6 +354,7 @@ def test_two_states_and_heat_against_scipy(recovering, solver):
     np.testing.assert_allclose(end["seen"], cooled.y[3, -1], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_what_results_files_and_pages_show_of_states(recovering, tmp_path):
     result = sb.simulate(recovering)
     series = result.series([0.0, 1.0])
@@ -390,6 +391,7 @@ def test_one_state_is_one_column_per_lining(tmp_path):
         sb.cyclic_steady_state(disc(Timed(), heat=heat))
 
 
+@pytest.mark.slow
 def test_a_fast_state_gets_a_method_for_stiff_systems():
     slow, fast = (sb.simulate(disc(Timed(F, 0.5, tau)), rtol=1e-8) for tau in (2.0, 1e-3))
     assert slow.method_name == "Dopri8"

@@ -219,6 +219,7 @@ def test_restart_under_stribeck_friction_and_strong_drag():
     assert float(result.energy["closure"]) <= 1e-7
 
 
+@pytest.mark.slow
 def test_random_duties_keep_the_books_and_never_gain_energy_by_friction():
     """Levers, loads, releases and reversals at random: the run ends, the ledger closes, friction only takes."""
     rng = np.random.default_rng(0)

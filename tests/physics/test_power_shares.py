@@ -44,6 +44,7 @@ def test_heat_warms_and_the_rest_is_booked(runs):
     assert float(runs[1].stopping_time) == pytest.approx(float(runs[0].stopping_time), rel=1e-10)
 
 
+@pytest.mark.slow
 def test_courses_add_up_and_the_summary_tells(runs):
     s = runs[1].series(np.linspace(0.0, 5.0, 40))
     np.testing.assert_allclose(s.electrical_work, 0.05 * np.asarray(s.friction_work), rtol=1e-12)

@@ -55,6 +55,7 @@ def test_the_hook_is_lowered_as_said_in_every_cycle(tripping):
     assert float(tripping.energy["closure"]) <= 1e-9
 
 
+@pytest.mark.slow
 def test_the_stop_comes_when_planned_and_later_with_each_stand(tripping):
     first, *_ = stops = times(tripping, "stop")
     # J ω̇ = −R_b (Π − 1)(T_0 − T_w): the lever goes from T_w to the pull in 0.35 s

@@ -42,6 +42,7 @@ def by_energy(x, T0=10.5e3):
     return jnp.stack([time, angle, travel])
 
 
+@pytest.mark.slow
 def test_stop_over_three_layers_and_its_derivatives():
     def run(x):
         result = sb.simulate(stop(tuple(x)), max_steps=128)

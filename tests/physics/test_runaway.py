@@ -83,6 +83,7 @@ def test_message_names_both_torques():
     assert sb.simulate(stop_scene()).summary()["capacity"] is None
 
 
+@pytest.mark.slow
 def test_friction_is_that_of_the_speed_and_the_temperature_of_the_end():
     law = sb.StribeckFriction(static_coefficient=0.35, kinetic_coefficient=0.2, stribeck_speed=30.0)
     result = sb.simulate(stop_scene(law=law, C=None, load=6e4, end=0.3))
@@ -100,6 +101,7 @@ def test_friction_is_that_of_the_speed_and_the_temperature_of_the_end():
     assert float(hot.end_capacity.torque) == pytest.approx(faded, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_resolved_chain_holds_what_its_band_does():
     z = math.tan(math.radians(27.0) / 2)
     torque = chain_scenes.ARM * (capstan(0.3, 4, z) - 1)
@@ -187,6 +189,7 @@ def test_what_is_no_load_and_what_locks_itself_is_no_runaway():
     assert locked.summary()["capacity"] == {"load_torque": 1e5, "brake_torque": None, "pairs": [None]}
 
 
+@pytest.mark.slow
 def test_temporary_shortage_is_a_warning():
     pulse = sb.PiecewiseLinear([0.2, 0.2, 0.5, 0.5], [0.0, 4e4, 4e4, 0.0])
     result = sb.simulate(with_load(stop_scene(C=None, end=6.0), pulse))
@@ -212,6 +215,7 @@ def test_swings_of_a_chain_are_no_shortage():
     assert not any("shortage" in warning for warning in result.summary()["warnings"])
 
 
+@pytest.mark.slow
 def test_runs_of_an_ensemble_end_as_single_runs_do():
     loads = [0.2 * AHEAD, 0.999 * AHEAD, 1.001 * AHEAD]
     data = sb.ensemble(stop_scene(end=2.0), {"duty.load.profile.level": loads}, ["stopping_time"])

@@ -129,6 +129,7 @@ def test_terminal_speed_of_each_law(law, closed):
     balanced(result)
 
 
+@pytest.mark.slow
 def test_load_above_the_maximum_torque_has_no_terminal_speed_and_a_dragging_band_adds_to_it():
     assert math.isinf(sb.simulate(scene(EddyCurrentBrake(0.9 * LOAD, 9.0), load=LOAD, w0=1.0, end=2.0)).terminal_speed)
     # a band that drags: M_load − M_b = c ω
@@ -260,6 +261,7 @@ def test_staged_brake_with_its_band_open_comes_to_rest_with_its_bandage():
     balanced(found)
 
 
+@pytest.mark.slow
 def test_staged_stop_with_dry_friction_against_scipy():
     """Bandage and pulley as two bodies, both pairs sliding: stage 2 and 3 by hand; dry friction on the pulley alone."""
     import staged_scenes as staged

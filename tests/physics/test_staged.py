@@ -90,6 +90,7 @@ def test_elastic_band_against_scipy_event_by_event():
 # --- stages that cannot occur ---------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_bandage_turns_with_the_pulley_where_the_internal_friction_is_greater():
     result = sb.simulate(staged.stop(f_int=0.6, stiffness=3e5))
     assert "internal_slip" not in names(result)

@@ -102,6 +102,7 @@ def test_shares_of_the_power_in_a_run_leave_the_friction_work_as_it_is(run):
         assert cold[f"surface temperature, falling flux, {pair} pair"].value == 293.15
 
 
+@pytest.mark.slow
 def test_a_brake_below_the_onset_rides_to_the_end():
     scene = constant(500.0)
     stop = sb.formulas.classical_staged_stop(scene)

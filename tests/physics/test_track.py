@@ -117,6 +117,7 @@ def test_a_point_of_the_track_in_a_run(stop):
     assert late.amplitude[1] == 0.0
 
 
+@pytest.mark.slow
 def test_what_a_ripple_needs(stop):
     result, _ = stop
     cold = dataclasses.replace(result.scene, heat=None)

@@ -57,6 +57,7 @@ def test_wear_is_equal_after_whole_revolutions_at_constant_tension():
     assert without == pytest.approx(PI[-2], rel=1e-11)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("count", "start"), [(11, 0.0), (12, 0.0), (11, 2 * math.pi * 7 / 3960)])
 def test_a_stop_under_constant_tension(count, start):
     """Wear goes with the way, whatever the speed: each point of the ring has what passed it."""
@@ -70,6 +71,7 @@ def test_a_stop_under_constant_tension(count, start):
     assert found.depth.sum() * 2 * math.pi / count == pytest.approx(found.stations.sum() * staged.BETA, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_ramp_against_quadrature():
     """`T_0` and so the wear per way grow with time: one integral per lining, between its corners."""
     scene = riding(sb.PiecewiseLinear([0.0, 9.0], [200.0, 36200.0]), 600.0, end=0.7)

@@ -73,6 +73,7 @@ def test_covariance_of_a_linear_problem_is_the_closed_one():
     np.testing.assert_allclose(fit.singular_values, np.linalg.svd(X * spans / SIGMA, compute_uv=False), rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_figure_shows_measurements_runs_and_residuals():
     """Speeds before and after the fit are straight lines; the stopping time before it is ω_0/rate."""
     values, stop = line(noise=np.random.default_rng(0)), 20.0 / rate(8e3)
@@ -111,6 +112,7 @@ def test_without_standard_deviations_errors_come_from_the_scatter():
     np.testing.assert_allclose(weights.covariance, cov, rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_coverage_of_the_intervals_over_repeated_experiments(caplog):
     """60 seeded experiments on one program: intervals hold the truth, errors are neither too small nor too large."""
     sb.calibrate(rigid(), LINE, speeds(line()), start=START)
@@ -300,6 +302,7 @@ def lowering(T, noise):
     return sb.studies.Measured.of(LATER, {"omega": values}, sigma={"omega": 0.01})
 
 
+@pytest.mark.slow
 def test_a_start_that_holds_the_load_is_stuck_and_told_the_way_out():
     bounds = {T0: (100.0, 400.0)}
     fit = sb.calibrate(held(300.0), bounds, lowering(TRUTH, 0))
@@ -380,6 +383,7 @@ def test_correlations_with_a_fixed_number_are_those_of_a_fit_of_both():
     assert same.gain == 0.0
 
 
+@pytest.mark.slow
 def test_a_wrong_fixed_number_that_acts_alike_is_in_the_headline():
     """Speeds of a short time long after the start determine ω_0 given T_0, and hardly both."""
     ts = np.linspace(0.55, 0.6, 30)

@@ -54,6 +54,7 @@ def test_derivatives_of_the_stop_are_those_of_its_closed_form(tables):
     assert [t.unit for t in tables] == ["s", "s", "N", "J"]
 
 
+@pytest.mark.slow
 def test_ends_of_the_ranges_are_runs(tables):
     for table in tables[:3]:
         row = table.at("brake.band.stiffness")
