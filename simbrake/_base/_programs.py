@@ -186,7 +186,7 @@ class Store:
         if self.memory > bounds.megabytes:
             self._drop_oldest(lambda _, megabytes: megabytes <= _LOWER * bounds.megabytes)
             _trim()(0)
-        if self._gone > _LOWER * bounds.megabytes:
+        if self._gone > bounds.megabytes:
             # JAX keeps what was traced for them, some MB for each structure, and programs of single operations
             self._clear_jax()
         self._until_count -= 1
