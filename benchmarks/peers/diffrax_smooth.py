@@ -32,7 +32,7 @@ def _methods(case: Case) -> dict[str, tuple[str, float]]:
 
 def methods(case: Case) -> dict[str, str | None]:
     if type(case.plain) not in _SCENES:
-        return {}  # more of the same
+        return {}
     stability = "explicit on a stiff scene: stability asks for millions of steps"
     return {name: stability if case.stiff and m == "Tsit5" else None for name, (m, _) in _methods(case).items()}
 

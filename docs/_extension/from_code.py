@@ -32,6 +32,7 @@ from simbrake._run._series import PAIR_COLUMNS, SERIES_COLUMNS
 _log = logging.getLogger(__name__)
 
 DOCS = pathlib.Path(__file__).parents[1]
+sys.path[:0] = [str(DOCS.parent), str(DOCS.parent / "papers")]  # benchmarks, and what recomputes the papers
 PACKAGE = pathlib.Path(simbrake.__file__).parent
 
 #: page (a file in `docs/api`) → modules, in the order in which their names are shown
@@ -477,7 +478,6 @@ def _names() -> list[str]:
 
 def _measured(name: str) -> list[str]:
     """A scene of the work–precision benchmark, or a part of the benchmark of costs."""
-    sys.path.insert(0, str(DOCS.parent))
     from benchmarks import costs, report
     from benchmarks.machine import measured_on
 
@@ -498,7 +498,6 @@ def _hard_cases() -> list[str]:
 
 def _printed(name: str) -> list[str]:
     """A printed table of the papers beside the computed one, or their claims."""
-    sys.path.insert(0, str(DOCS.parent / "papers"))
     import claims
     import write_page
 

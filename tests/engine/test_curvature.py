@@ -42,7 +42,6 @@ def test_second_derivatives_of_the_stop_are_those_of_its_closed_form(metric, key
     assert bent == pytest.approx(float(exact["f"]["f"]), rel=1e-3)
 
 
-@pytest.mark.slow
 def test_another_sequence_of_events_within_the_step_is_refused():
     scene, metric = stop_scene(), "stopping_time"
     stop = float(sb.simulate(scene).stopping_time)

@@ -243,7 +243,7 @@ def test_depth_of_one_of_several_walls(hot):
 
 def test_example_of_the_page_and_events_in_the_chart(tmp_path, monkeypatch):
     page = (pathlib.Path(__file__).parents[2] / "docs" / "pictures.md").read_text("utf-8")
-    (example,) = re.findall(r"```python\n(.*?)```", page, re.S)
+    example = re.findall(r"```python\n(.*?)```", page, re.S)[0]
     monkeypatch.chdir(tmp_path)
     found = {}
     exec(compile(example, "pictures.md", "exec"), found)
