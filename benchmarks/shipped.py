@@ -18,7 +18,6 @@ _HEAT = "energy.friction_heat"
 def scenes() -> list[str]:
     """Names of the files that make one scene; a scene file beside a Python file of its name is the same scene."""
     names = {file.stem: file.name for ending in ("toml", "py") for file in sorted(FOLDER.glob(f"*.{ending}"))}
-    del names["claims"]  # a study without a scene
     return [names[stem] for stem in sorted(names)]
 
 
