@@ -25,7 +25,6 @@ SLOW = {
         "first_steps",
         "layout_design",
         "materials",
-        "published",
         "recipes",
         "report",
         "sensitivity",
@@ -37,7 +36,7 @@ SLOW = {
     )
 }
 #: what shell blocks may hold and is not run here: the set-up, measurements of an hour, a server (see test_pages)
-NOT_RUN = ("pip install", "pytest", "python benchmarks/", "python tests/", "simbrake app ")
+NOT_RUN = ("pip install", "pytest", "python benchmarks/", "python papers/", "python tests/", "simbrake app ")
 
 
 def blocks(page: pathlib.Path, language: str) -> list[str]:

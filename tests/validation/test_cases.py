@@ -57,6 +57,8 @@ def test_truths_that_are_computed_agree_with_the_digits_published():
         "radiation to 0 K/T at 3600 s": 270.786641370929,
         "radiation to 300 K/T at 600 s": 482.334096654852,
         "repeated stops/rise after 10": 190.802296902655,
+        "two bodies in contact/steel and lining": 0.907538740903391,
+        "two bodies in contact/two metals": 0.599546754116704,
     }.items():
         assert truth[name] == pytest.approx(digits, rel=1e-11), name
 

@@ -54,8 +54,6 @@ def test_truths_that_are_computed_agree_with_the_digits_published():
         "two lumps/T1 at 0.5 s": 348.820855951630,
         "half-space/surface": 119.416426428837,
         "half-space/10 mm deep": 12.6092893607,
-        "two bodies in contact/steel and lining": 0.907538740903391,
-        "two bodies in contact/two metals": 0.599546754116704,
     }.items():
         assert truth[name] == pytest.approx(digits, rel=1e-11), name
 
