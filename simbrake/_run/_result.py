@@ -23,7 +23,7 @@ from .._physics._brake import BrakeSystem
 from .._physics._hook import BrakeUnderRope
 from .._physics._mechanism import BrakeCode
 from .._physics._state import Capacity
-from ..hybrid import Record
+from ..hybrid import Code, Record
 from ..hybrid._arrays import Array
 from ..thermal._heat import node_names
 from ._kinks import notes_on_derivatives
@@ -397,6 +397,13 @@ def _metric(result: Result, name: str) -> Array | Peak:
     if metric.greatest:
         if result.concrete:
             return result.report().peaks[name]
-        return metric.of_peak(peak(result.record, metric.find, holding=name == HOLDING), scene)
+        found = metric.of_peak(peak(result.record, metric.find, holding=name == HOLDING), scene)
+        return found._replace(value=_of_whole_run(found.value, result.record))
     found = metric.find(result.record, scene)
-    return jax.device_put(np.asarray(found), run_device()) if result.concrete else found
+    return jax.device_put(np.asarray(found), run_device()) if result.concrete else _of_whole_run(found, result.record)
+
+
+def _of_whole_run(value: Array, record: Record) -> Array:
+    """The same value. It has no derivative (NaN) where the record was too short for the run: what did not happen yet is
+    a constant there, whose derivative, 0, would look like an answer."""
+    return value + jnp.where(record.code == Code.STEP_LIMIT, 0.0 * record.t_end, 0.0)
