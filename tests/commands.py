@@ -1,4 +1,8 @@
-"""The command line as tests call it."""
+"""The command line and Python, as tests call them."""
+
+import os
+import subprocess
+import sys
 
 import pytest
 from helpers import main
@@ -10,6 +14,14 @@ def call(capsys, *arguments):
         main(list(arguments))
     out, err = capsys.readouterr()
     return stop.value.code, out, err
+
+
+def python(program, *arguments, **environment):
+    """A process that runs a program with some more variables in its environment."""
+    command, environment = [sys.executable, "-c", program, *map(str, arguments)], os.environ | environment
+    done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment, check=False)
+    assert done.returncode == 0, done.stderr
+    return done
 
 
 @pytest.fixture(autouse=True)

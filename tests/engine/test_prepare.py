@@ -9,7 +9,6 @@ from heat_scenes import fading, lump, rigid_stop
 from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
-from simbrake._base._compiling import compiled
 
 TIMES = {"slip_onset_time": "t0", "full_slip_time": "t1", "stopping_time": "stop"}
 
@@ -84,20 +83,6 @@ def test_heat_and_the_implicit_method():
         run = sb.prepare(scene, ["stopping_time"], solver=solver, rtol=1e-8)
         assert run.program.one_function == (jax.default_backend() == "cpu")
         assert run().metrics["stopping_time"] == pytest.approx(float(expected), rel=1e-6)
-
-
-def test_what_calls_a_library_is_compiled_the_ordinary_way():
-    a = np.arange(9.0) + np.eye(3).ravel()
-
-    def solved(x):
-        return jnp.linalg.solve(x.reshape(3, 3), jnp.ones(3))
-
-    program = compiled(solved, a)
-    assert not program.one_function
-    np.testing.assert_allclose(program.call(a), np.linalg.solve(a.reshape(3, 3), np.ones(3)), rtol=1e-13)
-    other = compiled(solved, a, otherwise=lambda x: 2 * solved(x))
-    np.testing.assert_allclose(other.call(a), 2 * np.asarray(program.call(a)), rtol=1e-15)
-    assert compiled(jnp.tan, a, otherwise=solved).one_function == (jax.default_backend() == "cpu")
 
 
 def test_faults(run):

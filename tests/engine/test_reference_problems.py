@@ -1,5 +1,6 @@
 """The integrator on small systems with exact answers: event times and their first derivatives."""
 
+import diffrax
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -175,7 +176,6 @@ def test_event_times_are_as_good_as_the_integrator(rtol):
 
 def test_diffrax_nested_solve_is_the_slow_reference():
     """The same slip phase by diffrax's own event mechanism, bisected to rounding."""
-    import diffrax
     import optimistix
 
     def field(t, y, args):
@@ -197,3 +197,7 @@ def test_diffrax_nested_solve_is_the_slow_reference():
     )
     r = solve(arrays(BeltOscillator(decay=3.0)), *belt_start(BELT), 0.0, 5.0, settings(1e-13))
     assert event_times(r)[0] == pytest.approx(float(out.ts[0]), abs=1e-9)
+
+
+def test_shipped_tableau_is_that_of_diffrax():
+    assert sb.hybrid.ExplicitRungeKutta.shipped("Dopri8") == sb.hybrid.ExplicitRungeKutta(diffrax.Dopri8())

@@ -1,10 +1,6 @@
 """Compiled programs in memory: the bound is held, the least recently used go and give back what they hold."""
 
 import gc
-import json
-import os
-import pathlib
-import subprocess
 import sys
 import threading
 import weakref
@@ -81,7 +77,7 @@ def test_mappings_are_given_back(store, monkeypatch):
     assert mappings() - before <= each
 
 
-def test_mappings_of_others_do_not_empty_the_store_each_time(store, monkeypatch):
+def test_mappings_of_others_are_left_alone(store, monkeypatch):
     program = tiny()
     monkeypatch.setattr(_programs, "mappings", lambda: 5000 + 12 * len(store))
     monkeypatch.setenv("SIMBRAKE_PROGRAM_MAPPINGS", "2000")
@@ -93,7 +89,7 @@ def test_mappings_of_others_do_not_empty_the_store_each_time(store, monkeypatch)
     assert len(store) == 15
 
 
-def test_what_jax_keeps_goes_once_a_whole_store_has_gone(store, monkeypatch):
+def test_jax_is_cleared_once_a_store_has_gone(store, monkeypatch):
     class Part(NamedTuple):
         run: Any
         lines: int = 1000
@@ -193,7 +189,7 @@ def test_programs_may_go_while_one_is_traced(store, monkeypatch):
 
 @pytest.mark.slow
 @on_linux
-def test_every_program_of_the_package_can_be_given_back():
+def test_every_program_can_be_given_back():
     """Of runs, a print, series, derivatives, a study and a stepper nothing stays."""
 
     def everything(n):
@@ -238,18 +234,3 @@ def test_structures_stay_within_a_small_bound(monkeypatch):
     assert most <= 2.5 * each
     assert found[0] == found[-1]
     assert mappings() - before < 60
-
-
-@pytest.mark.slow
-@on_linux
-def test_a_thousand_structures_in_one_process(tmp_path):
-    script = pathlib.Path(__file__).parents[1] / "many_structures.py"
-    # what JAX caches on disk for the tests would be read instead
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(("JAX_", "XLA_"))}
-    environment["SIMBRAKE_CACHE_DIR"] = str(tmp_path / "programs")
-    command = [sys.executable, str(script), "1000", "24"]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-    peaks = json.loads(done.stdout.splitlines()[-1])
-    assert peaks["visits"] == 1000
-    assert peaks["mappings"] < 20_000
-    assert peaks["megabytes"] < 1500

@@ -1,14 +1,12 @@
 """How programs are compiled: accelerators that may be refused, the device, and runs inside a user's own program."""
 
-import os
 import pickle
-import subprocess
-import sys
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from commands import python
 from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
@@ -30,7 +28,7 @@ def stopping_time(omega):
 
 
 @pytest.mark.slow
-def test_a_run_inside_a_program_of_the_user_is_one_function_unless_differentiated_or_vectorised(fresh_accelerators):
+def test_a_run_inside_a_program_of_the_user(fresh_accelerators):
     # nothing was compiled before: what XLA accepts is found out in the midst of tracing
     plain = jax.jit(stopping_time).lower(20.0)
     assert ("xla_cpu_small_call" in plain.as_text()) == _compiling.accelerators("cpu").one_function
@@ -87,52 +85,7 @@ def test_answers_do_not_need_any_accelerator(fresh_accelerators, monkeypatch):
     assert float(within.compile()(20.0)) == pytest.approx(truth, rel=1e-10)
 
 
-PROGRAM = """
-import os
-before = dict(os.environ)
-import jax
-values = dict(jax.config.values) | {"jax_enable_x64": True}  # the one change that simbrake makes
-import math, numpy as np
-import simbrake as sb
-linings = sb.uniform_linings(20, math.radians(270), sb.ConstantFriction(0.35))
-brake = sb.Brake(sb.Pulley(0.725, 800.0), sb.Band(0.725, 2e5), linings)
-scene = sb.Scene(brake, sb.Duty(sb.Constant(8e3), sb.TorqueLoad()), sb.Initial(20.0), 5.0)
-from simbrake._base._compiling import Packed
-unpack, used = Packed.unpack, []
-Packed.unpack = lambda packed: (used.extend(d.id for d in packed.numbers.devices()), unpack(packed))[1]
-here = sb.simulate(scene, max_steps=128)
-sb.ensemble(scene, {"initial.omega": np.asarray([18.0, 20.0])}, ("stopping_time",), max_steps=128)
-assert dict(os.environ) == before, "the environment"
-assert dict(jax.config.values) == values, "JAX's configuration"
-with jax.default_device(jax.devices()[1]):
-    there = sb.simulate(scene, max_steps=128)
-print(float(here.stopping_time), float(there.stopping_time))
-print(*used)
-"""
-
-
-@pytest.mark.slow
-def test_the_process_is_left_as_it_was_and_the_device_is_the_one_asked_for():
-    # two devices on one machine; as `XLA_FLAGS` may hold what the user has set, it is set here
-    environment = dict(os.environ, XLA_FLAGS="--xla_force_host_platform_device_count=2", JAX_PLATFORMS="cpu")
-    command = [sys.executable, "-c", PROGRAM]
-    done = subprocess.run(command, capture_output=True, text=True, env=environment, timeout=300)
-    assert done.returncode == 0, done.stderr
-    times, devices = done.stdout.splitlines()
-    truth = closed_form()["stop"]
-    assert [float(x) for x in times.split()] == pytest.approx([truth, truth], rel=1e-10)
-    assert devices == "0 1"
-
-
-def test_the_shipped_tableau_is_that_of_diffrax():
-    import diffrax
-
-    from simbrake.hybrid import ExplicitRungeKutta
-
-    assert ExplicitRungeKutta.shipped("Dopri8") == ExplicitRungeKutta(diffrax.Dopri8())
-
-
-def test_the_device_where_there_is_no_cpu_and_where_one_is_named(monkeypatch):
+def test_the_device_of_a_run(monkeypatch):
     with jax.default_device("cpu"):
         assert _compiling.run_device() == jax.local_devices(backend="cpu")[0]
     monkeypatch.setattr(jax, "local_devices", lambda backend=None: {None: ["gpu:0", "gpu:1"]}[backend])
@@ -164,7 +117,7 @@ def assert_equal(found, wanted):
         assert (np.asarray(a).dtype, np.asarray(a).tolist()) == (b.dtype, b.tolist())
 
 
-def test_numbers_of_a_tree_in_one_vector_and_back():
+def test_numbers_of_a_tree_as_one_vector():
     for tree, xp in ((TREE, np), (TREE, jnp), ({name: TREE[name] for name in ("short", "whole", "one")}, np)):
         numbers, packing = _compiling.pack(tree, xp)
         assert (numbers.dtype, numbers.shape) == (np.float64, (packing.size,))
@@ -178,7 +131,7 @@ def test_numbers_of_a_tree_in_one_vector_and_back():
     assert (mixed.tolist(), packing.kinds) == ([1.0, 0.5, 3.0], ("float64", "float64", "int64"))
 
 
-def test_results_come_back_in_one_vector_and_large_ones_as_they_are():
+def test_results_come_back_in_one_vector():
     packed = _compiling.Packed.of(TREE)
     arrays, unpacking = jax.tree.flatten(packed)
     assert [array.shape for array in arrays] == [(266,), (256,)]  # 6 + 2 + 1 + 255 + 2, and those from 256 on
@@ -189,7 +142,7 @@ def test_results_come_back_in_one_vector_and_large_ones_as_they_are():
     assert_equal(whole(np.asarray(arrays[0]), arrays[1:]), TREE)
 
 
-def test_answers_are_remembered_by_their_numbers_or_by_their_structure():
+def test_what_answers_are_remembered_by():
     asked = []
 
     @_compiling.per_value(lambda part: part["x"])
@@ -219,23 +172,6 @@ def test_answers_are_remembered_by_their_numbers_or_by_their_structure():
     assert len(asked) == before + 3
 
 
-def test_what_becomes_one_function_and_with_which_options():
-    fits = _compiling.fits_one_function
-    assert [fits("a\n" * 49, 50), fits("a\n" * 50, 50), fits("custom_call\n", 50)] == [True, False, False]
-    level, other = "xla_backend_optimization_level", {"other": 1}
-    for known, quick, options in (
-        ({level: 1} | other, True, {level: 0} | other),
-        ({level: 1} | other, False, {level: 1} | other),
-        (other, True, other),
-        ({}, True, None),
-    ):
-        assert _compiling._tier(known, quick) == options
-    add = {i: lambda x, i=i: x + i for i in (1.0, 2.0)}
-    for longest, otherwise, wanted in ((10**6, add[2.0], 1.0), (0, add[2.0], 2.0), (0, None, 1.0)):
-        made = _compiling.compiled(add[1.0], np.zeros(2), longest=longest, otherwise=otherwise)
-        assert (made.call(np.zeros(2)).tolist(), made.one_function) == ([wanted] * 2, longest > 0)
-
-
 def test_what_a_result_depends_on():
     number = jax.ShapeDtypeStruct((), np.float64)
     arguments = {"a": number, "b": number}, number
@@ -244,7 +180,7 @@ def test_what_a_result_depends_on():
     assert _compiling.read_by(lambda x, y: nothing, *arguments) == ({"a": True, "b": True}, True)  # noqa: F821
 
 
-def test_a_program_is_compiled_again_when_its_runs_have_taken_as_long():
+def test_a_busy_program_is_compiled_again():
     made = []
 
     def make(quick):
@@ -263,3 +199,51 @@ def test_a_program_is_compiled_again_when_its_runs_have_taken_as_long():
     assert (made, program.calls) == ([True, False], 7)
     known = _compiling.Improving(lambda quick: make(False))  # as one that was kept
     assert (known(1.0), known._worth, known._thread) == (2.0, np.inf, None)
+
+
+def test_what_calls_a_library():
+    a = np.arange(9.0) + np.eye(3).ravel()
+
+    def solved(x):
+        return jnp.linalg.solve(x.reshape(3, 3), jnp.ones(3))
+
+    program = _compiling.compiled(solved, a)
+    assert not program.one_function
+    np.testing.assert_allclose(program.call(a), np.linalg.solve(a.reshape(3, 3), np.ones(3)), rtol=1e-13)
+    other = _compiling.compiled(solved, a, otherwise=lambda x: 2 * solved(x))
+    np.testing.assert_allclose(other.call(a), 2 * np.asarray(program.call(a)), rtol=1e-15)
+    assert _compiling.compiled(jnp.tan, a, otherwise=solved).one_function == (jax.default_backend() == "cpu")
+
+
+PROGRAM = """
+import os
+before = dict(os.environ)
+import jax
+values = dict(jax.config.values) | {"jax_enable_x64": True}  # the one change that simbrake makes
+import math, numpy as np
+import simbrake as sb
+linings = sb.uniform_linings(20, math.radians(270), sb.ConstantFriction(0.35))
+brake = sb.Brake(sb.Pulley(0.725, 800.0), sb.Band(0.725, 2e5), linings)
+scene = sb.Scene(brake, sb.Duty(sb.Constant(8e3), sb.TorqueLoad()), sb.Initial(20.0), 5.0)
+from simbrake._base._compiling import Packed
+unpack, used = Packed.unpack, []
+Packed.unpack = lambda packed: (used.extend(d.id for d in packed.numbers.devices()), unpack(packed))[1]
+here = sb.simulate(scene, max_steps=128)
+sb.ensemble(scene, {"initial.omega": np.asarray([18.0, 20.0])}, ("stopping_time",), max_steps=128)
+assert dict(os.environ) == before, "the environment"
+assert dict(jax.config.values) == values, "JAX's configuration"
+with jax.default_device(jax.devices()[1]):
+    there = sb.simulate(scene, max_steps=128)
+print(float(here.stopping_time), float(there.stopping_time))
+print(*used)
+"""
+
+
+@pytest.mark.slow
+def test_process_and_device_are_as_asked_for():
+    # two devices on one machine; as `XLA_FLAGS` may hold what the user has set, it is set here
+    environment = {"XLA_FLAGS": "--xla_force_host_platform_device_count=2", "JAX_PLATFORMS": "cpu"}
+    times, devices = python(PROGRAM, **environment).stdout.splitlines()
+    truth = closed_form()["stop"]
+    assert [float(x) for x in times.split()] == pytest.approx([truth, truth], rel=1e-10)
+    assert devices == "0 1"

@@ -1,0 +1,112 @@
+"""Programs kept on disk: a second process compiles nothing, and finds the same numbers."""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+
+import pytest
+from commands import python
+
+RUN = """
+import jax, logging, sys
+jax.config.update("jax_log_compiles", True)
+logging.basicConfig(stream=sys.stdout, format="%(message)s")
+import simbrake as sb
+from simbrake.files import open_scene
+scene = open_scene(sys.argv[1])
+result = sb.simulate(scene)
+prepared = sb.prepare(scene, ["stopping_time"], rtol=1e-8)
+numbers = float(result.stopping_time).hex(), prepared().metrics, prepared.gradient().tolist()
+print(result, *numbers, "diffrax" in sys.modules)
+"""
+
+
+@pytest.fixture
+def folder(monkeypatch, tmp_path):
+    """An empty folder for kept programs."""
+    monkeypatch.setenv("SIMBRAKE_CACHE_DIR", str(tmp_path / "kept"))
+    return tmp_path / "kept"
+
+
+@pytest.mark.slow
+def test_a_second_process_compiles_nothing(folder, scenarios):
+    """From Python; the report, a prepared run and its gradient too."""
+    scene, off = scenarios / "u2_5_5_stop.toml", {"JAX_COMPILATION_CACHE_DIR": ""}
+    first = python(RUN, scene, **off)
+    assert "Compiling jit" in first.stdout
+    again = python(RUN, scene, **off)
+    assert "Compiling jit" not in again.stdout
+    assert "Finished tracing" not in again.stdout
+    answer = first.stdout[first.stdout.index("stopped:") :].replace("] True", "] False")
+    assert again.stdout == answer
+    assert first.stderr == again.stderr == ""
+    assert all(file.stat().st_mode & 0o777 == 0o600 for file in folder.iterdir())
+
+
+@pytest.mark.slow
+def test_beside_the_cache_of_jax(folder, scenarios, tmp_path):
+    """What JAX has read from its own cache can be stored and loaded, but not be called."""
+    program = (
+        "import sys\n"
+        "import simbrake as sb; from simbrake.files import open_scene\n"
+        "print(sb.simulate(open_scene(sys.argv[1])))"
+    )
+    scene, jax_too = (
+        scenarios / "u2_5_5_stop.toml",
+        {
+            "JAX_COMPILATION_CACHE_DIR": str(tmp_path / "jax"),
+            "JAX_PERSISTENT_CACHE_MIN_COMPILE_TIME_SECS": "0",
+            "JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES": "-1",
+        },
+    )
+    first, second, third = (python(program, scene, **jax_too).stdout for _ in range(3))
+    assert first == second == third
+    assert not [file.name for file in folder.iterdir() if file.name.startswith(("run", "text"))]
+    # programs written without it serve beside it
+    python(program, scene, JAX_COMPILATION_CACHE_DIR="")
+    assert python(program, scene, **jax_too).stdout == first
+
+
+@pytest.mark.slow
+def test_a_users_law_is_compiled_once(folder, tmp_path, scenarios):
+    scene = tmp_path / "mine.py"
+    law = """
+import pathlib, sys
+import equinox as eqx
+import simbrake as sb
+from simbrake.files import open_scene
+class Mine(sb.friction.AbstractFriction):
+    def static(self, contact):
+        return {value} + 0.0 * contact.v
+    def kinetic(self, contact):
+        return {value} + 0.0 * contact.v
+def scene():
+    return eqx.tree_at(lambda s: s.brake.linings.friction, open_scene(pathlib.Path(sys.argv[2])), Mine())
+"""
+    program = RUN.split("prepared =")[0] + "print(result)"
+    found = []
+    for value in (0.35, 0.35, 0.3):
+        scene.write_text(law.format(value=value))
+        found.append(python(program, scene, scenarios / "u2_5_5_stop.toml", JAX_COMPILATION_CACHE_DIR="").stdout)
+    assert "Finished XLA compilation of jit(<lambda>)" in found[0]
+    assert "Finished XLA compilation" not in found[1]
+    assert "Finished XLA compilation of jit(<lambda>)" in found[2]
+    stops = [text[text.index("stop     after") :].splitlines()[0] for text in found]
+    assert stops[0] == stops[1] != stops[2]
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs /proc/self/maps")
+def test_a_thousand_structures(folder):
+    script = pathlib.Path(__file__).parents[1] / "many_structures.py"
+    # what JAX caches on disk for the tests would be read instead
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("JAX_", "XLA_"))}
+    environment["SIMBRAKE_CACHE_DIR"] = str(folder)
+    command = [sys.executable, str(script), "1000", "24"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
+    peaks = json.loads(done.stdout.splitlines()[-1])
+    assert peaks["visits"] == 1000
+    assert peaks["mappings"] < 20_000
+    assert peaks["megabytes"] < 1500
