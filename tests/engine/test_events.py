@@ -1,7 +1,6 @@
 """What can go wrong between two steps: order, coincidence, zeros at the start, dips, corners, chains, limits."""
 
 import functools
-from types import SimpleNamespace
 
 import jax
 import jax.numpy as jnp
@@ -11,7 +10,6 @@ from helpers import TSIT5, event_guards, event_times, settings, solve
 from small_systems import BouncingBall, Oscillator, Timed, arrays
 
 import simbrake as sb
-from simbrake.hybrid._search import crossed, first_root, interior_minimum, suspicious
 
 
 def down(t, at, slope=1.0):
@@ -232,69 +230,3 @@ def test_a_batch_gives_the_numbers_of_single_runs():
         one = jax.jit(times)(jnp.asarray(e))
         assert int(one[1]) == int(many[1][i])
         np.testing.assert_allclose(np.asarray(one[0]), np.asarray(many[0][i]), rtol=0, atol=1e-14)
-
-
-def test_first_root_of_a_cubic_to_rounding():
-    # cubics with one crossing in (0, 1), against the roots of their polynomials
-    rng = np.random.default_rng(3)
-    checked, root = 0, jax.jit(first_root)
-    for c in rng.normal(size=(200, 4)):
-        roots = np.roots(c)
-        inside = np.sort(roots[(np.abs(roots.imag) < 1e-12) & (roots.real > 0) & (roots.real < 1)].real)
-        if len(inside) != 1 or c[3] <= 1e-3:
-            continue
-        ends = (c[3], c[2], np.sum(c), 3 * c[0] + 2 * c[1] + c[2])
-        found = root(*(np.asarray([x]) for x in ends))
-        assert float(found[0]) == pytest.approx(inside[0], abs=1e-12 / abs(np.polyval(np.polyder(c), inside[0])))
-        checked += 1
-    assert checked > 30
-
-
-def test_a_cubic_with_a_minimum_inside_the_step_is_suspicious():
-    """Where it rises at the end; one that rises by more than its slopes explain has no minimum inside."""
-    rng, dips, calm = np.random.default_rng(5), 0, 0
-    for c3, c2, d0, g0 in rng.normal([0.0, 0.0, 0.0, 4.0], size=(400, 4)):
-        slope = np.poly1d([3 * c3, 2 * c2, d0])
-        minima = [x.real for x in slope.roots if abs(x.imag) < 1e-12 and 0 < x.real < 1 and slope.deriv()(x.real) > 0]
-        g1, d1, h = g0 + d0 + c2 + c3, slope(1.0), 0.5
-        c = SimpleNamespace(g=np.array([g0]), rate=np.array([d0 / h]), armed=np.array([True]))
-        said = bool(suspicious(c, h, np.array([g1]), np.array([d1 / h]), 1e-9, np.array([False]))[0])
-        assert said or not minima or d1 <= 0
-        rises = d0 > 0 and d1 > 0 and 3 * (g1 - g0) > d0 + d1
-        assert not (said and rises)
-        dips, calm = dips + bool(minima and d1 > 0), calm + rises
-    assert min(dips, calm) > 20
-
-
-def test_place_and_value_of_a_minimum_inside_the_step():
-    """Of cubics, against the roots of their derivatives."""
-    cubics = np.random.default_rng(11).normal(size=(400, 4))
-    c3, c2, d0, g0 = cubics.T
-    places, values, exist = jax.jit(interior_minimum)(g0, d0, g0 + d0 + c2 + c3, 3 * c3 + 2 * c2 + d0)
-    for c, place, value, exists in zip(cubics, places, values, exist, strict=True):
-        slope = np.polyder(c)
-        minima = [x.real for x in np.roots(slope) if x.imag == 0 and np.polyval(np.polyder(slope), x.real) > 0]
-        assert bool(exists) == any(0.02 < x < 0.98 for x in minima)
-        if exists:
-            assert float(place) == pytest.approx(minima[0], rel=1e-9)
-            assert float(value) == pytest.approx(np.polyval(c, minima[0]), abs=1e-12)
-    assert 40 < np.sum(exist) < 200
-
-
-@pytest.mark.parametrize(
-    ("armed", "rate", "start", "end", "end_rate", "crosses"),
-    [
-        (True, -1.0, 1.0, -1e-12, -1.0, True),
-        (True, -1.0, 1.0, -1e-16, 1.0, False),  # touches zero within rounding
-        (True, -1.0, 1.0, 0.0, -1.0, True),
-        (False, 1.0, -1e-10, 0.5, 1.0, False),  # leaves zero
-        (False, 1.0, 1e-10, 0.5e-10, -1.0, False),  # leaves zero, and is not back yet
-        (False, 1.0, 1e-10, -1e-12, -1.0, True),
-        (False, 1.0, -1e-10, -2e-10, 1.0, True),  # sinks further
-        (False, -1.0, 0.0, -1e-10, -1.0, False),  # within the tolerance of a guard that does not leave
-        (False, -1.0, 0.0, -1e-8, -1.0, True),
-    ],
-)
-def test_what_crosses_zero(armed, rate, start, end, end_rate, crosses):
-    c = SimpleNamespace(g=np.array([start]), rate=np.array([rate]), armed=np.array([armed]))
-    assert bool(crossed(c, 1.0, np.array([end]), np.array([end_rate]), 1e-9)[0]) == crosses

@@ -9,6 +9,7 @@ import pytest
 from helpers import DOPRI8, settings
 
 import simbrake as sb
+from simbrake.hybrid import largest, smallest
 
 #: mass, static and kinetic friction (N), rate of the pull (N/s), and when it ends
 M, F_S, F_K, RATE, UNTIL, END = 2.0, 3.0, 2.0, 1.5, 4.0, 8.0
@@ -116,7 +117,7 @@ def test_events_have_kinds_times_and_modes(records):
     assert [tuple(event.after) for event in events] == [(1, 0), (1, 1), (0, 1)]
 
 
-def test_derivatives_forwards_and_backwards_are_those_of_the_closed_form(records):
+def test_derivatives_of_the_closed_form(records):
     distance = float(records[Shared].y_end.x)
     assert distance == pytest.approx(closed_form(M)[2], rel=1e-10)
 
@@ -127,3 +128,14 @@ def test_derivatives_forwards_and_backwards_are_those_of_the_closed_form(records
     # dx ∝ 1/m, and so is v² m
     assert float(forwards) == pytest.approx(-distance / M, rel=1e-9)
     assert float(backwards) == pytest.approx(float(forwards), rel=1e-12)
+
+
+@pytest.mark.parametrize("x", [[1.0, 3.0, 2.0], [2.0, 2.0, 1.0], [-4.0, -1.0], [0.0, 0.0], [5.0]])
+def test_derivative_of_the_largest_entry(x):
+    x = np.asarray(x)
+    one_hot = np.eye(len(x))[np.argmax(x)]
+    assert float(largest(x)) == max(x)
+    np.testing.assert_array_equal(jax.grad(largest)(x), one_hot)
+    np.testing.assert_array_equal(jax.jacfwd(largest)(x), one_hot)
+    assert float(smallest(-x)) == -max(x)
+    np.testing.assert_array_equal(jax.grad(smallest)(-x), one_hot)

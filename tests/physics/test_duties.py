@@ -1,7 +1,6 @@
 """Repeated duties, strings run in, the cyclic steady state, and ready networks of brakes."""
 
 import math
-from types import SimpleNamespace
 
 import equinox as eqx
 import jax
@@ -10,8 +9,6 @@ import pytest
 from heat_scenes import BETA, T0, W0, J, N, brake, fading, rigid_stop
 
 import simbrake as sb
-from simbrake._physics._mechanism import BandMode
-from simbrake._run._duty import Stop, rows_of
 
 # --- duties ------------------------------------------------------------------------------------------------------
 
@@ -202,13 +199,3 @@ def test_cost_grows_no_faster_than_the_layers():
 
     assert cost(1000) / cost(10) < 100**1.2
     assert cost(1000) / cost(100) < 10**1.2 * 1.5  # the timing itself is uncertain
-
-
-def test_the_rest_after_a_stop_ends_with_the_next_restart():
-    slides, held = SimpleNamespace(rests=False, band=BandMode.SLIP), SimpleNamespace(rests=True, band=BandMode.HELD)
-    falls = SimpleNamespace(rests=False, band=BandMode.OPEN)
-    # rows:   0      1      2     3      4       5     6     7     8
-    course = [falls, slides, held, held, slides, held, held, falls, slides]
-    assert rows_of(course) == [Stop(0, 1, 2, 4), Stop(4, 4, 5, 7)]
-    assert rows_of([held, slides, held]) == [Stop(1, 1, 2, 2)]  # begins at rest
-    assert rows_of([slides, falls]) == []

@@ -10,7 +10,6 @@ import staged_scenes as staged
 from scipy.integrate import quad
 
 import simbrake as sb
-from simbrake._run._travel import overlaps
 
 RATE, AREA = 2e-14, 0.03
 Z, S = math.tan(staged.BETA / 2), math.sin(staged.BETA / 2)
@@ -96,13 +95,6 @@ def test_a_ramp_against_quadrature():
         pieces = [0.0, *at, end]
         truth = sum(quad(rate, a, b, epsabs=0, epsrel=1e-11)[0] for a, b in itertools.pairwise(pieces))
         assert found.depth[j] == pytest.approx(truth, rel=1e-9)
-
-
-def test_overlaps_of_a_station_are_its_angle():
-    angle, psi = np.radians([20.0, 70.0, 45.0]), np.linspace(-9.0, 9.0, 37)
-    for count in (1, 2, 5, 26):
-        np.testing.assert_allclose(overlaps(angle, count, psi).sum(axis=2), np.tile(angle, (37, 1)), rtol=1e-12)
-        assert np.max(overlaps(angle, count, psi)) <= 2 * math.pi / count * (1 + 1e-12)
 
 
 def test_what_has_no_ring_is_said():

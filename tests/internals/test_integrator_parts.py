@@ -1,6 +1,7 @@
-"""What makes the loops of the engine fast: entries as slices, bordered systems, constant rows formed once."""
+"""Parts of the integrator: short vectors, bordered systems, roots and minima inside a step, crossings."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import jax
 import jax.numpy as jnp
@@ -10,7 +11,9 @@ from heat_scenes import layered_stop
 from helpers import assemble
 
 import simbrake as sb
-from simbrake.hybrid import CORE, LINEAR, _arrays, _bordered, _system, largest, smallest
+from simbrake.hybrid import CORE, LINEAR, _arrays, _bordered, _system
+from simbrake.hybrid._arrays import any_of_each, entry, first_least
+from simbrake.hybrid._search import crossed, first_root, interior_minimum, suspicious
 from simbrake.results import BandMode
 
 
@@ -22,15 +25,6 @@ def test_entries_as_slices():
     expected[list(places)] = values
     np.testing.assert_array_equal(_arrays.put(jnp.asarray(x), places, jnp.asarray(values)), expected)
     assert _arrays.take(jnp.asarray(x), ()).shape == (0,)
-
-
-def test_largest_entry_and_its_derivative():
-    x, d = jnp.asarray([1.0, 3.0, -2.0, 3.0]), jnp.asarray([0.1, 0.2, 0.3, 0.4])
-    for find, value, slope in ((largest, 3.0, 0.2), (smallest, -2.0, 0.3)):
-        found = jax.jvp(find, (x,), (d,))
-        assert (float(found[0]), float(found[1])) == (value, slope)
-        np.testing.assert_array_equal(jax.grad(find)(x), np.asarray(d == slope, float))
-        assert np.isnan(find(x.at[2].set(jnp.nan)))
 
 
 @pytest.mark.parametrize(("m", "n"), [(0, 7), (3, 0), (1, 1), (3, 19), (5, 64), (20, 4)])
@@ -67,7 +61,7 @@ def bordered_rates(m, n, constant, seed=3):
 
 @pytest.mark.parametrize("constant", [(), (0, 1, 2, 3, 4, 5, 6, 7), (1, 2, 3, 5, 6), (3,)])
 @pytest.mark.parametrize("m", [1, 4])
-def test_jacobian_with_rows_formed_once_is_the_dense_one(m, constant):
+def test_rows_formed_once_are_the_dense_ones(m, constant):
     n = 8
     linear = np.isin(np.arange(n), constant)
     kinds = np.append(np.full(m, CORE), np.arange(n) + LINEAR * linear)
@@ -87,7 +81,7 @@ def test_jacobian_with_rows_formed_once_is_the_dense_one(m, constant):
 
 
 @pytest.mark.slow
-def test_rows_marked_as_linear_are_the_same_in_every_state_and_mode():
+def test_linear_rows_are_the_same_everywhere():
     """Layers within walls of constant properties, and no others."""
     scene = layered_stop()
     steel = sb.Material(48.0, 7800.0, 500.0)
@@ -115,3 +109,97 @@ def test_rows_marked_as_linear_are_the_same_in_every_state_and_mode():
         np.testing.assert_array_equal(J[marked], found[0][marked])
     others = (kinds >= 0) & ~marked
     assert all(np.any(J[others] != found[0][others]) for J in found[1:])
+
+
+def test_first_root_of_a_cubic_to_rounding():
+    # cubics with one crossing in (0, 1), against the roots of their polynomials
+    rng = np.random.default_rng(3)
+    checked, root = 0, jax.jit(first_root)
+    for c in rng.normal(size=(200, 4)):
+        roots = np.roots(c)
+        inside = np.sort(roots[(np.abs(roots.imag) < 1e-12) & (roots.real > 0) & (roots.real < 1)].real)
+        if len(inside) != 1 or c[3] <= 1e-3:
+            continue
+        ends = (c[3], c[2], np.sum(c), 3 * c[0] + 2 * c[1] + c[2])
+        found = root(*(np.asarray([x]) for x in ends))
+        assert float(found[0]) == pytest.approx(inside[0], abs=1e-12 / abs(np.polyval(np.polyder(c), inside[0])))
+        checked += 1
+    assert checked > 30
+
+
+def test_a_cubic_with_a_minimum_is_suspicious():
+    """Where it rises at the end; one that rises by more than its slopes explain has no minimum inside."""
+    rng, dips, calm = np.random.default_rng(5), 0, 0
+    for c3, c2, d0, g0 in rng.normal([0.0, 0.0, 0.0, 4.0], size=(400, 4)):
+        slope = np.poly1d([3 * c3, 2 * c2, d0])
+        minima = [x.real for x in slope.roots if abs(x.imag) < 1e-12 and 0 < x.real < 1 and slope.deriv()(x.real) > 0]
+        g1, d1, h = g0 + d0 + c2 + c3, slope(1.0), 0.5
+        c = SimpleNamespace(g=np.array([g0]), rate=np.array([d0 / h]), armed=np.array([True]))
+        said = bool(suspicious(c, h, np.array([g1]), np.array([d1 / h]), 1e-9, np.array([False]))[0])
+        assert said or not minima or d1 <= 0
+        rises = d0 > 0 and d1 > 0 and 3 * (g1 - g0) > d0 + d1
+        assert not (said and rises)
+        dips, calm = dips + bool(minima and d1 > 0), calm + rises
+    assert min(dips, calm) > 20
+
+
+def test_minimum_inside_the_step():
+    """Of cubics, against the roots of their derivatives."""
+    cubics = np.random.default_rng(11).normal(size=(400, 4))
+    c3, c2, d0, g0 = cubics.T
+    places, values, exist = jax.jit(interior_minimum)(g0, d0, g0 + d0 + c2 + c3, 3 * c3 + 2 * c2 + d0)
+    for c, place, value, exists in zip(cubics, places, values, exist, strict=True):
+        slope = np.polyder(c)
+        minima = [x.real for x in np.roots(slope) if x.imag == 0 and np.polyval(np.polyder(slope), x.real) > 0]
+        assert bool(exists) == any(0.02 < x < 0.98 for x in minima)
+        if exists:
+            assert float(place) == pytest.approx(minima[0], rel=1e-9)
+            assert float(value) == pytest.approx(np.polyval(c, minima[0]), abs=1e-12)
+    assert 40 < np.sum(exist) < 200
+
+
+@pytest.mark.parametrize(
+    ("armed", "rate", "start", "end", "end_rate", "crosses"),
+    [
+        (True, -1.0, 1.0, -1e-12, -1.0, True),
+        (True, -1.0, 1.0, -1e-16, 1.0, False),  # touches zero within rounding
+        (True, -1.0, 1.0, 0.0, -1.0, True),
+        (False, 1.0, -1e-10, 0.5, 1.0, False),  # leaves zero
+        (False, 1.0, 1e-10, 0.5e-10, -1.0, False),  # leaves zero, and is not back yet
+        (False, 1.0, 1e-10, -1e-12, -1.0, True),
+        (False, 1.0, -1e-10, -2e-10, 1.0, True),  # sinks further
+        (False, -1.0, 0.0, -1e-10, -1.0, False),  # within the tolerance of a guard that does not leave
+        (False, -1.0, 0.0, -1e-8, -1.0, True),
+    ],
+)
+def test_what_crosses_zero(armed, rate, start, end, end_rate, crosses):
+    c = SimpleNamespace(g=np.array([start]), rate=np.array([rate]), armed=np.array([armed]))
+    assert bool(crossed(c, 1.0, np.array([end]), np.array([end_rate]), 1e-9)[0]) == crosses
+
+
+@pytest.mark.parametrize("seed", range(4))
+@pytest.mark.parametrize("n", [1, 2, 7, 40])
+def test_marks_at_once_are_those_one_by_one(seed, n):
+    marks = np.random.default_rng(seed).random((5, n)) < 0.5 / n
+    found = jax.jit(any_of_each)(*marks)
+    assert [bool(mark) for mark in found] == [any(mark) for mark in marks]
+    lanes = jax.vmap(any_of_each)(marks, ~marks)
+    np.testing.assert_array_equal(lanes, [np.any(marks, axis=1), np.any(~marks, axis=1)])
+
+
+def test_first_of_equal_entries():
+    inf = np.inf
+    cases = [
+        ([3.0, 1.0, 1.0], 1.0, 1),
+        ([-0.5, -1.0, 2.0, -1.0], -1.0, 1),
+        ([inf, inf, 0.0], 0.0, 2),
+        ([inf, -inf], -inf, None),  # no place counts where nothing is found
+        ([0.25], 0.25, 0),
+        ([0.1 + 0.2, 0.3], 0.3, 0),  # equal but for rounding
+        ([0.3 * (1 + 1e-9), 0.3], 0.3, 1),
+    ]
+    for x, least, place in cases:
+        found, at = jax.jit(first_least)(np.asarray(x))
+        assert float(found) == least
+        assert place is None or int(at) == place
+        assert float(entry(jnp.asarray(x), at)) == x[int(at)]
