@@ -139,7 +139,6 @@ def benchmark() -> None:
 
     found = json.loads((HERE / "pictures" / "precision.json").read_text("utf-8"))
     save(pictures.work_precision(found), "speed_against_error")
-    save(plot.work_precision(found | {"scenes": {name: found["scenes"][name] for name in "ac"}}), "precision", 48)
     shipped = json.loads((HERE / "pictures" / "shipped.json").read_text("utf-8"))
     save(pictures.shipped(shipped), "shipped")
 

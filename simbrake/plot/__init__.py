@@ -2,7 +2,6 @@
 
 from ._animation import animate as animate
 from ._comparisons import materials as materials
-from ._comparisons import work_precision as work_precision
 from ._many import compare as compare
 from ._many import sweep as sweep
 from ._pulley import pressed as pressed
@@ -26,3 +25,9 @@ from ._studies import layouts as layouts
 from ._studies import overlay as overlay
 from ._studies import tornado as tornado
 from ._studies import wear as wear
+
+
+def __getattr__(name: str) -> object:
+    if name == "work_precision":  # (the hint goes with the next version)
+        raise AttributeError("simbrake.plot.work_precision is benchmarks/pictures.py in a checkout of the repository")
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

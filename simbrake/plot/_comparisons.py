@@ -1,10 +1,6 @@
-"""Figures of materials side by side, and of work and precision."""
+"""Figures of materials side by side."""
 
-import json
-import math
 from collections.abc import Callable
-from os import PathLike
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,10 +10,9 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
-from .._base._faults import Fault, InputError
 from ..formulas._material_table import MaterialComparison, MaterialRow
 from ..formulas._materials import LiningMaterial, RimMaterial
-from ._shared import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILLION, ZERO, styled
+from ._shared import BLUE, VERMILLION, ZERO, styled
 
 # --- materials side by side -------------------------------------------------------------------------------------------
 
@@ -119,101 +114,3 @@ def _legend(comparison: MaterialComparison) -> list[Any]:
     if any(not row.admissible for row in comparison):
         found.append(Patch(facecolor="0.6", edgecolor="white", hatch="////", label="limit exceeded"))
     return found
-
-
-# --- work and precision -----------------------------------------------------------------------------------------------
-
-#: colour of each family of tools; its methods differ by their marks
-_COLOURS = {
-    "simbrake": "black",
-    "SciPy": BLUE,
-    "sundae": ORANGE,
-    "CasADi": GREEN,
-    "CyRK": VERMILLION,
-    "PathSim": PURPLE,
-    "diffrax": SKY,
-}
-_MARKERS = "osD^v*"
-
-
-@styled
-def work_precision(data: dict[str, Any] | str | PathLike[str], *, figure: Figure | None = None) -> Figure:
-    """Largest error against the time of one warm run, both logarithmic: a panel for each scene, a line for each method.
-
-    - `data`: what `benchmarks/speed_against_error.py --json` writes, as a `dict` or the path of the file
-
-    Raises `InputError` for a file that cannot be read or is not such a benchmark.
-
-    Example:
-        >>> rows = [{"method": "simbrake Dopri8", "seconds": 1e-4, "error": 1e-9}]
-        >>> one = {"name": "a", "title": "stop", "reference": {"uncertainty": 1e-15}, "rows": rows}
-        >>> figure = sb.plot.work_precision({"scenes": {"a": one}})
-        >>> figure.axes[0].get_xlabel()
-        'time of one warm run, ms'
-    """
-    found = _benchmark(data)
-    scenes = list(found["scenes"].values())
-    if figure is None:
-        figure = Figure(figsize=(11.0, 6.5 * len(scenes) + 0.6), layout="constrained")
-    axes = figure.subplots(len(scenes), 1, squeeze=False)
-    for ax, scene in zip(axes[:, 0], scenes, strict=True):
-        _panel(ax, scene)
-    machine = found.get("machine", {})
-    version = machine.get("versions", {}).get("simbrake", "")
-    place = f"{machine.get('cpu', 'machine unknown')}, {machine.get('cores', '?')} cores; simbrake {version}"
-    figure.suptitle(f"work and precision; left and low is better\n{place}")
-    return figure
-
-
-def _panel(ax: Axes, scene: dict[str, Any]) -> None:
-    curves: dict[str, list[dict[str, Any]]] = {}
-    for row in scene["rows"]:
-        curves.setdefault(row["method"], []).append(row)
-    seen: dict[str, int] = {}
-    for name, points in curves.items():
-        family = name.split()[0]
-        marker = _MARKERS[seen.setdefault(family, 0) % len(_MARKERS)]
-        seen[family] += 1
-        good = [p for p in points if math.isfinite(p["error"])]
-        ax.loglog(
-            [1e3 * p["seconds"] for p in good],
-            [max(p["error"], 1e-16) for p in good],  # an error of 0 is drawn at the rounding of the reference
-            marker=marker,
-            color=_COLOURS.get(family, "0.5"),
-            linewidth=2.2 if family == "simbrake" else 1.0,
-            markersize=4,
-            label=name,
-        )
-    ax.axhspan(1e-16, max(scene["reference"]["uncertainty"], 1.1e-16), color="0.9", label="reference uncertain")
-    ax.set_title(f"({scene['name']}) {scene['title']}", loc="left")
-    ax.set_xlabel("time of one warm run, ms")
-    ax.set_ylabel("largest error (–): event times relative,\nfinal state in its typical sizes")
-    ax.grid(alpha=0.3)
-    ax.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False, labelspacing=0.15)
-
-
-def _benchmark(data: dict[str, Any] | str | PathLike[str]) -> dict[str, Any]:
-    """The numbers of a benchmark, read and checked."""
-    hint = "give what benchmarks/speed_against_error.py --json wrote"
-    if isinstance(data, str | PathLike):
-        try:
-            data = json.loads(Path(data).read_text("utf-8"))
-        except OSError as error:
-            raise InputError([Fault("data", f"cannot be read: {error}", hint)]) from error
-        except ValueError as error:
-            raise InputError([Fault("data", f"is not JSON: {error}", hint)]) from error
-    scenes = data.get("scenes") if isinstance(data, dict) else None
-    if not isinstance(data, dict) or not isinstance(scenes, dict) or not scenes:
-        raise InputError([Fault("data.scenes", "is missing or empty", hint)])
-    missing = [f"{name}.{key}" for name, scene in scenes.items() for key in _missing(scene)]
-    if missing:
-        raise InputError([Fault(f"data.scenes.{key}", "is missing", hint) for key in missing])
-    return data
-
-
-def _missing(scene: Any) -> list[str]:
-    needed = ("name", "title", "reference", "rows")
-    if missing := [key for key in needed if not isinstance(scene, dict) or key not in scene]:
-        return missing
-    missing = [f"rows.{key}" for key in ("method", "seconds", "error") if any(key not in row for row in scene["rows"])]
-    return missing + ([] if "uncertainty" in scene["reference"] else ["reference.uncertainty"])

@@ -1,6 +1,4 @@
-"""The chart of materials and that of work and precision: bars, limits, hatches, curves and words."""
-
-import json
+"""The chart of materials: bars, limits, hatches and words."""
 
 import numpy as np
 import pytest
@@ -91,57 +89,3 @@ def test_the_chart_of_what_is_within_its_limits(table):
     assert axes.get_xscale() == "log"
     assert axes.get_xlim()[0] <= least < 10 * axes.get_xlim()[0]
     assert np.log10(axes.get_xlim()[0]) == pytest.approx(round(np.log10(axes.get_xlim()[0])))
-
-
-# --- work and precision -----------------------------------------------------------------------------------------------
-
-
-def benchmark(**more):
-    rows = [
-        {"method": method, "seconds": 1e-3 * (k + 1), "error": error}
-        for k, method in enumerate(["simbrake Dopri8", "SciPy LSODA", "SciPy Radau", "unknown"])
-        for error in (1e-6, 0.0)
-    ]
-    return {"scenes": {"a": {"name": "a", "title": "stop", "reference": {"uncertainty": 1e-14}, "rows": rows}}} | more
-
-
-def test_methods_of_a_family_share_their_colour_and_differ_by_marks():
-    figure = plot.work_precision(benchmark(machine={"cpu": "a cpu", "cores": 3, "versions": {"simbrake": "9.1"}}))
-    (axes,) = figure.axes
-    lines = {line.get_label(): line for line in axes.lines}
-    assert list(lines) == ["simbrake Dopri8", "SciPy LSODA", "SciPy Radau", "unknown"]
-    for k, line in enumerate(lines.values()):
-        np.testing.assert_allclose(line.get_xydata(), [[k + 1.0, 1e-6], [k + 1.0, 1e-16]])
-    own, one, two, other = lines.values()
-    assert one.get_color() == two.get_color() == BLUE
-    assert (own.get_color(), other.get_color()) == ("black", "0.5")
-    assert own.get_marker() == one.get_marker() == other.get_marker() != two.get_marker()
-    assert own.get_linewidth() > one.get_linewidth()
-    assert axes.get_title(loc="left") == "(a) stop"
-    assert axes.get_xscale() == axes.get_yscale() == "log"
-    (shade,) = axes.patches
-    box = shade.get_extents().transformed(axes.transData.inverted())
-    np.testing.assert_allclose([box.y0, box.y1], [1e-16, 1e-14])
-    assert legend(axes.get_legend())[-1] == "reference uncertain"
-    head, place = figure.get_suptitle().splitlines()
-    assert head.endswith("left and low is better")
-    assert place == "a cpu, 3 cores; simbrake 9.1"
-    assert plot.work_precision(benchmark()).get_suptitle().endswith("machine unknown, ? cores; simbrake ")
-
-
-def test_a_benchmark_lacks_what_it_lacks(tmp_path):
-    whole = benchmark()["scenes"]["a"]
-    for scene, names in (
-        ([], "name title reference rows"),
-        ({**whole, "reference": {}}, "reference.uncertainty"),
-        ({**whole, "rows": [{"method": "a"}]}, "rows.seconds rows.error"),
-        ({"name": "a", "rows": []}, "title reference"),
-    ):
-        with pytest.raises(sb.InputError) as caught:
-            plot.work_precision({"scenes": {"s": scene}})
-        assert [fault.path for fault in caught.value.faults] == [f"data.scenes.s.{name}" for name in names.split()]
-    for wrong in ([], {}, {"scenes": []}, {"scenes": {}}, {"scenes": None}):
-        file = tmp_path / "found.json"
-        file.write_text(json.dumps(wrong), "utf-8")
-        with pytest.raises(sb.InputError, match="is missing or empty"):
-            plot.work_precision(file)

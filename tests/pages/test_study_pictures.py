@@ -1,6 +1,5 @@
 """Pictures of layouts and of measured speeds, checked against the numbers they show."""
 
-import json
 import math
 import pathlib
 import sys
@@ -68,18 +67,6 @@ def benchmark():
     return {"machine": machine, "scenes": {"a": scene, "b": {**scene, "name": "b"}}}
 
 
-def test_work_and_precision(tmp_path):
-    file = tmp_path / "found.json"
-    file.write_text(json.dumps(benchmark()), "utf-8")
-    for data in (benchmark(), file, str(file)):
-        figure = plot.work_precision(data)
-        assert len(figure.axes) == 2
-        lines = {line.get_label(): line for line in figure.axes[0].lines}
-        np.testing.assert_allclose(lines["simbrake Dopri8"].get_xydata(), [[0.1, 1e-6], [0.2, 1e-16]])
-        np.testing.assert_allclose(lines["Other RK4"].get_xydata(), [[3.0, 1e-4]])  # what failed has no mark
-        assert figure.axes[0].get_xlabel().endswith(", ms")
-
-
 def test_pictures_of_the_benchmark(tmp_path):
     pictures.work_precision(benchmark()).savefig(tmp_path / "chart.png")
     rows = [{"tolerance": 10.0**-k, "error": math.nan if k == 4 else 10.0**-k, "seconds": 1e-4 * k} for k in (4, 7, 10)]
@@ -90,17 +77,3 @@ def test_pictures_of_the_benchmark(tmp_path):
     for name in ("chart", "shipped"):
         with Image.open(tmp_path / f"{name}.png") as image:
             assert min(image.size) > 500
-
-
-def test_work_and_precision_refuses_other_files(tmp_path):
-    with pytest.raises(sb.InputError, match="cannot be read"):
-        plot.work_precision(tmp_path / "none.json")
-    (tmp_path / "bad.json").write_text("{", "utf-8")
-    with pytest.raises(sb.InputError, match="is not JSON"):
-        plot.work_precision(tmp_path / "bad.json")
-    with pytest.raises(sb.InputError, match=r"data\.scenes"):
-        plot.work_precision({"rows": []})
-    broken = benchmark()
-    del broken["scenes"]["a"]["rows"][1]["error"], broken["scenes"]["b"]["title"]
-    with pytest.raises(sb.InputError, match="2 input errors"):
-        plot.work_precision(broken)
