@@ -1,5 +1,6 @@
 """What several tests need: quick solves, event lists, Jacobians both ways."""
 
+import contextlib
 import functools
 from collections.abc import Callable
 from typing import Any
@@ -44,6 +45,15 @@ def jacobians(f: Callable[[Any], Any]) -> Callable[[Any], Any]:
         return value, jax.vmap(slope, out_axes=-1)(jnp.eye(x.size)), backwards
 
     return found
+
+
+@contextlib.contextmanager
+def nothing_compiled(caplog):
+    """Nothing is traced or compiled meanwhile."""
+    caplog.clear()
+    with jax.log_compiles():
+        yield
+    assert caplog.messages == []
 
 
 def event_times(record) -> np.ndarray:
