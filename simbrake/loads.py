@@ -11,12 +11,12 @@ from jaxtyping import Bool, Float
 from ._base._faults import Fault
 from ._base._part import Part, part, quantity, short_for, whole
 from ._base._quantity import Scalar, Values
+from ._base._retired import answers
 from ._phases import AfterTime, AfterTravel, AtRest, AtTemperature, Phase, Phases, held_within
 from .hybrid._arrays import Array
 from .profiles import AbstractPoints, AbstractProfile, Constant, Piece, PiecewiseLinear, Real, Repeated
 from .rope import RopeElasticity, RopeLayers
 from .shaft import (
-    AbstractDryTorque,
     AbstractShaftTorque,
     BearingFriction,
     EddyCurrentBrake,
@@ -27,7 +27,6 @@ from .shaft import (
 
 __all__ = [
     "GRAVITY",
-    "AbstractDryTorque",
     "AbstractLoad",
     "AbstractShaftTorque",
     "Actuator",
@@ -53,6 +52,8 @@ __all__ = [
     "ViscousDrag",
     "differential_lever_tension",
 ]
+
+__getattr__ = answers(__name__, internal={"AbstractDryTorque": "shaft"})
 
 GRAVITY = 9.80665  # m/s², standard acceleration of free fall (3rd CGPM, 1901)
 

@@ -1,4 +1,3 @@
-from ._band import AbstractGeometry as AbstractGeometry
 from ._band import AbstractStiffness as AbstractStiffness
 from ._band import BondedLinings as BondedLinings
 from ._band import ChordForces as ChordForces

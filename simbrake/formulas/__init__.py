@@ -7,4 +7,14 @@ names is used.
 
 import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+from .._base._retired import answers
+
+_named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+__getattr__ = answers(
+    __name__,
+    internal={
+        "profile_mean": "formulas.stress",
+    },
+    others=_named,
+)

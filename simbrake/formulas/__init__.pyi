@@ -73,7 +73,6 @@ from .stop import classical_stop as classical_stop
 from .stress import ElasticMaterial as ElasticMaterial
 from .stress import StressHistory as StressHistory
 from .stress import plate_stress as plate_stress
-from .stress import profile_mean as profile_mean
 from .stress import stress_over_time as stress_over_time
 from .stress import surface_stress as surface_stress
 from .track import TrackRipple as TrackRipple

@@ -17,7 +17,6 @@ from ._of_runs import Accuracy as Accuracy
 from ._of_runs import Answer as Answer
 from ._of_runs import AnswerAccuracy as AnswerAccuracy
 from ._of_runs import BandMode as BandMode
-from ._of_runs import Colour as Colour
 from ._of_runs import CyclicState as CyclicState
 from ._of_runs import DutyKind as DutyKind
 from ._of_runs import ErrorEstimate as ErrorEstimate
@@ -28,13 +27,11 @@ from ._of_runs import HeatResult as HeatResult
 from ._of_runs import Judged as Judged
 from ._of_runs import LimitCheck as LimitCheck
 from ._of_runs import Metric as Metric
-from ._of_runs import Need as Need
 from ._of_runs import Overlap as Overlap
 from ._of_runs import PairSeries as PairSeries
 from ._of_runs import Prepared as Prepared
 from ._of_runs import Result as Result
 from ._of_runs import RingWear as RingWear
-from ._of_runs import Rubbing as Rubbing
 from ._of_runs import RunningIn as RunningIn
 from ._of_runs import Series as Series
 from ._of_runs import SimulationError as SimulationError
@@ -57,7 +54,6 @@ from ._of_runs import metric_names as metric_names
 from ._of_runs import overlap as overlap
 from ._of_runs import prepare as prepare
 from ._of_runs import ring_wear as ring_wear
-from ._of_runs import rubbing as rubbing
 from ._of_runs import shown_in as shown_in
 from ._of_runs import simulate_heat as simulate_heat
 from ._of_runs import steady_state as steady_state

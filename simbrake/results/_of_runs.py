@@ -10,7 +10,6 @@ from .._run._accuracy import accuracy as accuracy
 from .._run._duty import DutyKind as DutyKind
 from .._run._errors import AnswerAccuracy as AnswerAccuracy
 from .._run._linings import Overlap as Overlap
-from .._run._linings import Rubbing as Rubbing
 from .._run._linings import RunningIn as RunningIn
 from .._run._linings import friction_work as friction_work
 from .._run._linings import geometric_overlap as geometric_overlap
@@ -18,7 +17,6 @@ from .._run._linings import lining_mean as lining_mean
 from .._run._linings import lining_peak as lining_peak
 from .._run._linings import lining_wear as lining_wear
 from .._run._linings import overlap as overlap
-from .._run._linings import rubbing as rubbing
 from .._run._log import EVENTS as EVENTS
 from .._run._log import FAILURES as FAILURES
 from .._run._log import Event as Event
@@ -27,13 +25,11 @@ from .._run._log import SimulationError as SimulationError
 from .._run._log import Stage as Stage
 from .._run._log import Status as Status
 from .._run._log import internal_slip_tension as internal_slip_tension
-from .._run._measure import Colour as Colour
 from .._run._measure import Judged as Judged
 from .._run._measure import LimitCheck as LimitCheck
 from .._run._measure import limit_checks as limit_checks
 from .._run._metrics import METRICS as METRICS
 from .._run._metrics import Metric as Metric
-from .._run._metrics import Need as Need
 from .._run._metrics import metric_names as metric_names
 from .._run._networks import CyclicState as CyclicState
 from .._run._networks import HeatResult as HeatResult

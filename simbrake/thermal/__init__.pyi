@@ -4,10 +4,8 @@ from ._builders import lumped_heat as lumped_heat
 from ._builders import radial_resistance as radial_resistance
 from ._builders import with_external_pair as with_external_pair
 from ._builders import with_pulley_structure as with_pulley_structure
-from ._contact import AbstractContactLaw as AbstractContactLaw
 from ._contact import MetalContact as MetalContact
 from ._contact import ThermalContact as ThermalContact
-from ._heat import AbstractPartition as AbstractPartition
 from ._heat import ConstantPartition as ConstantPartition
 from ._heat import EffusivityPartition as EffusivityPartition
 from ._heat import FlashTemperature as FlashTemperature

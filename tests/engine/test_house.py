@@ -159,6 +159,15 @@ def test_public_names():
         _ = sb.Convektion
 
 
+def test_former_public_names_answer():
+    for home, name in ((sb.results, "rubbing"), (sb.thermal, "AbstractPartition"), (sb.loads, "AbstractDryTorque")):
+        assert name not in home.__all__
+        with pytest.warns(DeprecationWarning, match=rf"simbrake\.\w+\.{name} is internal"):
+            assert callable(getattr(home, name))
+    with pytest.raises(AttributeError, match=r"work_precision went: it is benchmarks/pictures\.py"):
+        _ = sb.plot.work_precision
+
+
 @pytest.mark.slow
 def test_a_thousand_values_do_not_re_trace(caplog):
     float(sb.simulate(stop_scene(T0=5e3)).stopping_time)

@@ -14,8 +14,6 @@ from ..formulas._material_table import MaterialComparison, MaterialRow
 from ..formulas._materials import LiningMaterial, RimMaterial
 from ._shared import BLUE, VERMILLION, ZERO, styled
 
-# --- materials side by side -------------------------------------------------------------------------------------------
-
 
 class _Panel(NamedTuple):
     """One quantity: its title, how a number of a row is shown, and the limit of a pair of materials, if any."""
