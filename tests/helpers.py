@@ -69,3 +69,23 @@ def event_guards(record) -> list[int]:
     kind = np.asarray(record.rows.kind)[:n]
     i = np.flatnonzero((kind >= LANDED) & (kind != STOPPED))
     return [int(g) for g in np.asarray(record.rows.guard)[i]]
+
+
+def assert_one_sided(f, numbers, ways: str) -> None:
+    """Derivatives of `f` forwards and backwards are the same, and that of one side by each of the numbers.
+
+    `ways` has `+` at a number that can only rise, `-` at one that can only fall.
+    """
+    program, x = jax.jit(lambda x: (f(x), jax.jacfwd(f)(x), jax.jacrev(f)(x))), np.asarray(numbers, float)
+    known, slope, back = map(np.asarray, program(x))
+    assert np.all(np.isfinite(slope))
+    np.testing.assert_allclose(slope, back, rtol=1e-12, atol=1e-14)
+    size = np.maximum(np.abs(x), 0.1)
+    for i in range(x.size):
+        away, sides = [], {"+": (1,), "-": (-1,)}.get(ways[i : i + 1], (-1, 1))
+        for side in sides:
+            h = side * 1e-4 * size[i]
+            far, near = (np.asarray(program(x + share * h * np.eye(x.size)[i])[0]) for share in (1.0, 0.5))
+            difference = (4 * near - far - 3 * known) / h
+            away.append(np.abs(slope[..., i] - difference) * size[i])
+        assert np.all(np.min(away, axis=0) <= 1e-6 * max(1.0, np.max(np.abs(known)))), (i, away)

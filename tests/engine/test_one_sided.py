@@ -7,17 +7,13 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from helpers import assert_one_sided
 from stop_scenes import stop_scene
 
 import simbrake as sb
-from simbrake._base._corners import clipped, greater, lesser
-from simbrake._phases import held_within
-from simbrake._physics._shaft import borne_at_rest
-from simbrake.brakes._band import mobilised
 from simbrake.fade import interpolated
 from simbrake.friction import Contact
 from simbrake.hybrid import LANDED
-from simbrake.studies._sides import Kind, Side, judged
 
 V = jnp.linspace(0.0, 13.0, 27)
 PLATE = [0.0, 0.1, 1.0, 3.0, 12.0]
@@ -38,16 +34,12 @@ def table_of_temperature(T):
     return lambda: (lambda x: law(at, x[1:] * values).factor(Contact(None, x[0])), [T, 1.0, 1.0, 1.0])
 
 
-def dry(load, limit):
-    return lambda: (lambda x: borne_at_rest(x[0], x[1]), [load, limit])
-
-
 def spread(T_n, f):
     """Tensions by the mobilisation rule, by both ends and the friction of three linings (`T_n` 0: all slide)."""
 
     def tensions(x):
         mu = (1 + x[2:] * 0.2) / (1 - x[2:] * 0.2)
-        return mobilised(x[0], x[1] if T_n else x[0] * jnp.prod(mu), mu, jnp.full(3, 0.4)).tension
+        return sb.brakes.mobilised(x[0], x[1] if T_n else x[0] * jnp.prod(mu), mu, jnp.full(3, 0.4)).tension
 
     return lambda: (tensions, [1.0, T_n, *f])
 
@@ -144,13 +136,6 @@ CASES = {
         "",
     ),
     "tackle without load": (lambda: (lambda x: sb.loads.TackleLoss(x[0]).torque(0.0, 1.0, 0, x[1]), [0.8, 0.0]), ""),
-    "bearings, nothing": (dry(0.0, 0.0), " +"),
-    "bearings without load": (dry(0.0, 2.0), ""),
-    "bearings without friction": (dry(-3.0, 0.0), " +"),
-    "bearings at their limit": (dry(3.0, 3.0), ""),
-    "bearings at their limit, back": (dry(-3.0, 3.0), ""),
-    "held speed without load": (lambda: (lambda x: held_within(x[0], x[1], x[2]), [0.0, 2.0, 3.0]), ""),
-    "held speed at the limit": (lambda: (lambda x: held_within(x[0], x[1], x[2]), [6.0, 2.0, 3.0]), ""),
     "linings, equal ends": (spread(1.0, [0.3, 0.3, 0.3]), ""),
     "linings without friction": (spread(0.0, [0.0, 0.0, 0.0]), "  +++"),
     "linings, one at its limit": (spread(1.06 / 0.94, [0.3, 0.3, 0.3]), ""),
@@ -189,28 +174,14 @@ CASES = {
     "actuator, jump": (lagged([0.5, 1.5, 1.5, 2.5]), " -+"),
     "actuator, jumps of a cycle": (lagged([0.1, 0.5, 0.5, 0.8], 3), " -+"),
     "actuator, jump between cycles": (lagged([0.5, 1.0, 1.5], 3), "+ -"),
-    "limits": (lambda: (lambda x: jnp.stack([lesser(*x), greater(*x)]), [1.0, 1.0]), ""),
-    "bounds": (lambda: (lambda x: clipped(x[0], x[1], x[2]), [1.0, 1.0, 2.0]), ""),
     "magnitude": (lambda: (lambda x: jnp.abs(x), [0.0]), ""),
 }
 
 
 @pytest.mark.parametrize("name", CASES)
 def test_derivative_is_that_of_one_side(name):
-    (f, numbers), ways = CASES[name][0](), CASES[name][1]
-    f, x = jax.jit(f), np.asarray(numbers, float)
-    slopes = [np.asarray(of(f)(x)) for of in (jax.jacfwd, jax.jacrev)]
-    assert np.all(np.isfinite(slopes[0]))
-    np.testing.assert_allclose(*slopes, rtol=1e-12, atol=1e-14)
-    known, size = np.asarray(f(x)), np.maximum(np.abs(x), 0.1)
-    for i in range(x.size):
-        away, sides = [], {"+": (1,), "-": (-1,)}.get(ways[i : i + 1], (-1, 1))
-        for side in sides:
-            h = side * 1e-4 * size[i]
-            far, near = (np.asarray(f(x + share * h * np.eye(x.size)[i])) for share in (1.0, 0.5))
-            difference = (4 * near - far - 3 * known) / h
-            away.append(np.abs(slopes[0][..., i] - difference) * size[i])
-        assert np.all(np.min(away, axis=0) <= 1e-6 * max(1.0, np.max(np.abs(known)))), (i, away)
+    case, ways = CASES[name]
+    assert_one_sided(*case(), ways)
 
 
 @pytest.mark.parametrize("values", [[0.35] * 5, [0.40, 0.38, 0.36, 0.36, 0.36], [0.36, 0.36, 0.36, 0.30, 0.36]])
@@ -279,32 +250,3 @@ def test_grazed_event_has_no_derivative():
     assert level.note.startswith("none: ")
     assert (inertia.derivative, inertia.note) == (0.0, "")
     assert any("only just reached" in note for note in sb.simulate(scene).derivative_notes())
-
-
-def given(value, error=1e-9):
-    return Side(Kind.GIVEN, value, error)
-
-
-@pytest.mark.parametrize(
-    ("slope", "below", "above", "value", "note"),
-    [
-        (2.0, given(2.0), given(2.0), None, None),
-        (2.0, given(2.0), given(3.0), 2.0, "one-sided: 2 below, 3 above"),
-        (3.0, given(2.0), given(3.0), 3.0, "one-sided: 2 below, 3 above"),
-        (2.5, given(2.0), given(3.0), 3.0, "one-sided, by differences: 2 below, 3 above"),
-        (9.0, given(2.0), given(2.0), 2.0, "by differences: 2 below, 2 above (the run itself gives 9)"),
-        (2.0, Side(Kind.REFUSED), given(2.0), None, None),
-        (9.0, Side(Kind.REFUSED), given(2.0), 2.0, "one-sided, by differences: 2 above"),
-        (2.0, Side(Kind.LOST), given(2.0), 2.0, "one-sided: 2 above, no value below"),
-        (9.0, Side(Kind.LOST), Side(Kind.LOST), np.nan, "none: no value on either side"),
-        (9.0, given(2.0), Side(Kind.DIVERGES), np.nan, "none: differences diverge above"),
-        (9.0, Side(Kind.REFUSED), Side(Kind.REFUSED), None, None),
-    ],
-)
-def test_what_is_reported_for_both_sides(slope, below, above, value, note):
-    found = judged(slope, below, above)
-    if value is None:
-        assert found is None
-    else:
-        assert found.value == pytest.approx(value, nan_ok=True)
-        assert found.note.startswith(note)
