@@ -1,4 +1,4 @@
-"""Error against time as pictures: all scenes with all tools, and every shipped scene."""
+"""Error against time as a picture: all scenes with all tools."""
 
 import logging
 import math
@@ -113,52 +113,3 @@ def _legend(figure: Any, marks: dict[str, dict[str, str]]) -> None:
             stacks.append(list(entries))
     handles = [handle for stack in stacks for handle in [*stack, *[nothing] * (tall - len(stack))]]
     figure.legend(handles=handles, loc="outside lower center", ncols=len(stacks), fontsize=12, frameon=False)
-
-
-def shipped(found: dict[str, Any]) -> Any:
-    """A small panel for each shipped scene; a number at a point: tolerance 10 to that power."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
-
-    scenes = found["shipped"]
-    columns = 4
-    rows = math.ceil(len(scenes) / columns)
-    figure, axes = _figure(columns, rows, (4.6 * columns, 3.7 * rows + 0.9))
-    for ax, scene in zip(axes, scenes, strict=False):
-        good = [row for row in scene["rows"] if math.isfinite(row["error"])]
-        times, errors = [1e3 * row["seconds"] for row in good], [max(row["error"], _ROUNDING) for row in good]
-        ax.loglog(times, errors, marker="o", color="black", linewidth=1.5, markersize=4)
-        powers = [f"{math.log10(row['tolerance']):.0f}" for row in good]
-        if good and max(times) < 1.3 * min(times) and max(errors) < 1e3 * min(errors):
-            words = [(0, f"{powers[0]} … {powers[-1]}")]  # all in one place
-        else:
-            words = [(i, powers[i]) for i in dict.fromkeys((0, len(good) - 1)) if good]
-        for i, text in words:
-            ax.annotate(text, (times[i], errors[i]), xytext=(7, 6), textcoords="offset points", fontsize=12)
-        low, high = ax.get_xlim()
-        if high < 10 * low:  # a decade at least: a run that takes the same at any tolerance is a vertical line
-            low, high = low / (10 * low / high) ** 0.5, high * (10 * low / high) ** 0.5
-        ax.set_xlim(low / 1.1, 1.7 * high)  # room for the label of the last point
-        ax.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if high < 30 * low else (1.0,)))
-        ax.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{x:g}"))
-        ax.xaxis.set_minor_formatter(NullFormatter())
-        ax.set_ylim(_ROUNDING / 2, 1e-1)
-        ax.set_title(
-            f"{scene['name'].rpartition('.')[0]}\n{scene['method']}, {scene['events']} changes of modes",
-            loc="left",
-            fontsize=12,
-        )
-        ax.tick_params(labelsize=12)
-        ax.grid(alpha=0.3)
-    for ax in axes[len(scenes) :]:
-        ax.set_axis_off()
-    for ax in axes[::columns]:
-        ax.set_ylabel("largest error (–)", fontsize=12)
-    for ax in axes[max(0, len(scenes) - columns) : len(scenes)]:
-        ax.set_xlabel("time of one warm run, ms", fontsize=12)
-    figure.suptitle(
-        "Shipped scenes: largest error (times of changes of modes, friction heat, temperatures at the end;"
-        " relative to a run at tolerance 1e-13) against time\n"
-        f"at the ends of a curve: its tolerances as powers of ten; {_place(found)}",
-        fontsize=12,
-    )
-    return figure

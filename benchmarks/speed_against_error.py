@@ -1,13 +1,12 @@
 """Work against precision of whole runs with all their events: simbrake beside other tools, on the same equations.
 
-`python benchmarks/speed_against_error.py [--quick] [--scenes a,b | --shipped] [--json out.json] [--png out.png]`
+`python benchmarks/speed_against_error.py [--quick] [--scenes a,b] [--json out.json] [--png out.png]`
 
 For every tolerance: the largest error of event times and final state against an independent reference, the median
 processor time of a warm run, steps, right-hand sides. Times at equal error are given as ratios to simbrake; quote
 these, absolute times depend on the machine. simbrake also integrates its energy balance, which the others do not. The
 command fails if a tool does not come to the reference at its tightest tolerances. `pip install -e '.[bench]'` installs
-the other tools. `--shipped`: simbrake alone on every shipped scene, beside a tight run. Of the
-numbers in `docs/pictures/precision.json` and `shipped.json` (`--json`) the pages and their figures are made.
+the other tools. Of the numbers in `docs/pictures/precision.json` (`--json`) the pages and their figure are made.
 """
 
 import argparse
@@ -32,7 +31,7 @@ sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1]))
 
 import numpy as np  # noqa: E402
 
-from benchmarks import ours, peers, pictures, report, shipped  # noqa: E402
+from benchmarks import ours, peers, pictures, report  # noqa: E402
 from benchmarks.machine import machine  # noqa: E402
 from benchmarks.reference import error, reference  # noqa: E402
 from benchmarks.scenes import CASES, Answer, Case  # noqa: E402
@@ -148,18 +147,6 @@ def measure(case: Case, modules: list[Any], tolerances: tuple[float, ...], budge
     return scene | {"equal_error": report.equal_error(scene)}
 
 
-def of_shipped(options: argparse.Namespace) -> dict[str, Any]:
-    """Error against time of the shipped scenes, printed; drawn if asked for."""
-    tolerances, budget = (shipped.QUICK, 0.05) if options.quick else (shipped.TOLERANCES, 0.5)
-    found: dict[str, Any] = {"machine": machine(), "shipped": []}
-    for name in shipped.scenes():
-        found["shipped"].append(shipped.measure(name, tolerances, budget))
-        print(shipped.text(found["shipped"][-1]), flush=True)
-    if options.png:
-        pictures.shipped(found).savefig(options.png, dpi=100)
-    return found
-
-
 def of_scenes(names: list[str], options: argparse.Namespace) -> dict[str, Any]:
     """All tools on the scenes of the benchmark, printed; drawn and written into the documentation if asked for."""
     modules, missing = peers.available()
@@ -178,7 +165,6 @@ def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--quick", action="store_true", help="few tolerances and short timings")
     parser.add_argument("--scenes", default=None, help=f"of {','.join(CASES)}; default: all, with --quick a,b")
-    parser.add_argument("--shipped", action="store_true", help="simbrake on every shipped scene instead")
     parser.add_argument("--json", help="file for the numbers")
     parser.add_argument("--png", help="file for the chart")
     options = parser.parse_args()
@@ -190,12 +176,11 @@ def main() -> int:
     about = machine()
     print(f"{about['cpu']}, {about['cores']} cores, load {about['load']:.1f}")
     print(", ".join(f"{name} {number}" for name, number in about["versions"].items()))
-    found = of_shipped(options) if options.shipped else of_scenes(names, options)
+    found = of_scenes(names, options)
     if options.json:
         pathlib.Path(options.json).write_text(json.dumps(found, separators=(",", ":")), "utf-8")
-    faults = [fault for scene in found.get("scenes", {}).values() for fault in scene["faults"]]
-    if not options.shipped:
-        print("\n".join(["", *faults] if faults else ["", "all agree with their references"]))
+    faults = [fault for scene in found["scenes"].values() for fault in scene["faults"]]
+    print("\n".join(["", *faults] if faults else ["", "all agree with their references"]))
     return bool(faults)
 
 

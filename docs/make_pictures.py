@@ -133,14 +133,12 @@ def stops(stop: sb.Result) -> None:
 
 
 def benchmark() -> None:
-    """Draws what `benchmarks/speed_against_error.py --json` wrote, here and with `--shipped`, into the two files."""
+    """Draws what `benchmarks/speed_against_error.py --json` wrote."""
     sys.path.insert(0, str(HERE.parent))
     from benchmarks import pictures
 
     found = json.loads((HERE / "pictures" / "precision.json").read_text("utf-8"))
     save(pictures.work_precision(found), "speed_against_error")
-    shipped = json.loads((HERE / "pictures" / "shipped.json").read_text("utf-8"))
-    save(pictures.shipped(shipped), "shipped")
 
 
 if __name__ == "__main__":

@@ -67,13 +67,7 @@ def benchmark():
     return {"machine": machine, "scenes": {"a": scene, "b": {**scene, "name": "b"}}}
 
 
-def test_pictures_of_the_benchmark(tmp_path):
+def test_picture_of_the_benchmark(tmp_path):
     pictures.work_precision(benchmark()).savefig(tmp_path / "chart.png")
-    rows = [{"tolerance": 10.0**-k, "error": math.nan if k == 4 else 10.0**-k, "seconds": 1e-4 * k} for k in (4, 7, 10)]
-    none = [{"tolerance": 1e-4, "error": math.nan, "seconds": 1.0}]
-    scenes = [{"name": f"{name}.py", "method": "Tsit5", "events": 2, "rows": rows} for name in "abcde"]
-    found = {"machine": benchmark()["machine"], "shipped": [*scenes, {**scenes[0], "rows": none}]}
-    pictures.shipped(found).savefig(tmp_path / "shipped.png")
-    for name in ("chart", "shipped"):
-        with Image.open(tmp_path / f"{name}.png") as image:
-            assert min(image.size) > 500
+    with Image.open(tmp_path / "chart.png") as image:
+        assert min(image.size) > 500

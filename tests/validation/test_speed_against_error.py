@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 sys.path.insert(0, str(pathlib.Path(__file__).parents[2]))
 
 import simbrake as sb
-from benchmarks import ours, peers, report, shipped
+from benchmarks import ours, peers, report
 from benchmarks.chain import Linear
 from benchmarks.equations import automaton_of, drive
 from benchmarks.peers import diffrax_smooth, scipy_ivp
@@ -219,24 +219,3 @@ def test_tables_of_the_documentation():
         "27",
         "12,000",
     ]
-
-
-def test_shipped_scenes_are_compared_by_modes_heat_and_temperatures():
-    def marks(times, heat, end=300.0):
-        return shipped.Marks(np.array(times), heat, np.array([290.0, end]))
-
-    names = shipped.scenes()
-    assert "u2_5_5_stop.py" in names
-    assert len({name.partition(".")[0] for name in names}) == len(names)
-    truth = marks([0.0, 1.0, 2.0], 100.0)
-    assert marks([0.0, 1.0, 2.0], 101.0).error(truth) == pytest.approx(0.01)
-    assert marks([1e-5, 1.0, 2.0], 100.0).error(truth) == pytest.approx(1e-5)
-    assert marks([0.0, 1.0, 2.0], 100.0, end=303.0).error(truth) == pytest.approx(0.01)
-    assert np.isnan(marks([0.0, 1.0], 100.0).error(truth))
-
-
-@pytest.mark.slow
-def test_a_shipped_scene():
-    found = shipped.measure("u2_5_5_stop.py", (1e-4, 1e-8), 0.01)
-    assert found["events"] == 5
-    assert all(row["error"] <= 1e-6 and row["seconds"] > 0 for row in found["rows"])
