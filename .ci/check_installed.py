@@ -1,6 +1,6 @@
 """Check an installed simbrake from an empty folder: `python check_installed.py CHECKOUT`.
 
-The package lies outside of the checkout, has every file of its source and the shipped scenes, and runs, with its
+The package lies outside of the checkout, has every file of its source and twelve shipped scenes, and runs, with its
 templates and tables.
 """
 
@@ -11,6 +11,7 @@ import subprocess
 import sys
 
 import simbrake as sb
+from simbrake.files._shipped import IN_CHECKOUT
 
 
 def files(package: pathlib.Path) -> set[pathlib.Path]:
@@ -31,7 +32,8 @@ def run(*arguments: str) -> str:
 def main() -> None:
     checkout, installed = pathlib.Path(sys.argv[1]).resolve(), pathlib.Path(sb.__file__).resolve().parent
     assert not installed.is_relative_to(checkout), installed
-    source = files(checkout / "simbrake") | {pathlib.Path("scenarios") / file for file in files(checkout / "scenarios")}
+    scenes = {file for file in files(checkout / "scenarios") if file.stem not in IN_CHECKOUT}
+    source = files(checkout / "simbrake") | {pathlib.Path("scenarios") / file for file in scenes}
     assert files(installed) == source, sorted(map(str, files(installed) ^ source))
     assert pathlib.Path("py.typed") in source
     for name in sb.__all__:
@@ -45,6 +47,9 @@ def main() -> None:
     run("scene", "check", "drag_lowering")  # uses another one
     run("report", "u2_5_5_stop.toml")
     assert "<html" in pathlib.Path("u2_5_5_stop.html").read_text("utf-8")
+    missing = subprocess.run([command(), "run", "unequal_bands"], capture_output=True, text=True)
+    assert missing.returncode == 2
+    assert "scenarios/unequal_bands.py in a checkout" in missing.stderr
     away = subprocess.run([command(), "reproduce"], capture_output=True, text=True)
     assert (away.returncode, away.stdout) == (2, "")
     assert "papers/reproduce.py" in away.stderr

@@ -110,10 +110,9 @@ def existing(file: Path) -> Path:
         return existing_file(file, "*.toml", "*.py")
     except InputError as error:
         (fault,) = error.faults
-        from ..files._shipped import nearest_names
+        from ..files._shipped import hint_of
 
-        near = [] if file.suffix else nearest_names(file.name)
-        hint = f"nearest: {', '.join(near)}" if near else fault.hint
+        hint = ("" if file.suffix else hint_of(file.name)) or fault.hint
         hint += "; simbrake new lists templates and shipped scenes"
         raise InputError([dataclasses.replace(fault, hint=hint)]) from None
 

@@ -9,6 +9,14 @@ from .._base._faults import Fault, InputError
 
 #: names of the templates, in the order in which a newcomer meets them
 TEMPLATES = ("standard", "staged", "heated", "tripping", "disc", "shoe")
+#: studies, and further scenes of a kind of which an installed package has one: `scenarios/` of a checkout has them
+IN_CHECKOUT = (
+    "calibrate_friction",
+    "everything_coupled",
+    "sensitivity_u2_5_5",
+    "stopping_time_uncertainty",
+    "unequal_bands",
+)
 _PACKAGE = Path(__file__).parents[1]
 
 
@@ -45,14 +53,16 @@ def shipped(name: str) -> Path:
     found = shipped_files()
     if name in found:
         return found[name].file
-    near = nearest_names(name)
-    hint = f"nearest: {', '.join(near)}" if near else f"there are: {', '.join(found)}"
+    hint = hint_of(name) or f"there are: {', '.join(found)}"
     raise InputError([Fault(name, "is not the name of a template or shipped scene", hint)])
 
 
-def nearest_names(name: str) -> list[str]:
-    """Names of templates and shipped scenes that are similar to a name."""
-    return difflib.get_close_matches(name, shipped_files(), n=3, cutoff=0.5)
+def hint_of(name: str) -> str:
+    """Where a scene is that an installed package does not have, or the nearest names; empty where there are none."""
+    if name in IN_CHECKOUT:
+        return f"it is scenarios/{name}.py in a checkout of the repository"
+    near = difflib.get_close_matches(name, shipped_files(), n=3, cutoff=0.5)
+    return f"nearest: {', '.join(near)}" if near else ""
 
 
 def title_of(file: Path, text: str) -> str:

@@ -9,7 +9,6 @@ import re
 import signal
 import sys
 import threading
-import tomllib
 from types import SimpleNamespace
 
 import jax
@@ -18,7 +17,8 @@ from helpers import main, open_scene
 
 import simbrake as sb
 from simbrake._commands import _checks, _cli, _options, _runs, _scenes, _studies
-from simbrake.files._shipped import TEMPLATES, Shipped, nearest_names, shipped_files, title_of
+from simbrake.files import _shipped
+from simbrake.files._shipped import IN_CHECKOUT, TEMPLATES, Shipped, hint_of, shipped_files, title_of
 
 COMMANDS = [f.__name__ for module in (_scenes, _runs, _studies, _checks) for f in module.COMMANDS]
 
@@ -122,8 +122,8 @@ def test_titles_and_names_of_shipped_scenes(tmp_path):
     assert shipped_files()["standard"].template
     assert not shipped_files()["u2_5_5_stop"].template
     assert sb.files.shipped("standard").read_text("utf-8").startswith("#")
-    assert nearest_names("standart")[0] == "standard"
-    assert len(nearest_names("stop")) <= 3
+    assert hint_of("standart").startswith("nearest: standard")
+    assert 1 <= len(hint_of("stop").split(",")) <= 3
     for name, words in (("standart", "nearest: standard"), ("qqqq", "there are: standard, staged, heated, ")):
         with pytest.raises(sb.InputError, match=f"{name}: is not the name of a template or shipped scene — {words}"):
             sb.files.shipped(name)
@@ -131,10 +131,20 @@ def test_titles_and_names_of_shipped_scenes(tmp_path):
 
 def test_the_wheel_takes_the_shipped_scenes_along(scenarios):
     """What `.ci/check_installed.py` sees in an installed one."""
-    build = tomllib.loads((scenarios.parent / "pyproject.toml").read_text("utf-8"))["tool"]["hatch"]["build"]["targets"]
-    hook = (scenarios.parent / build["wheel"]["hooks"]["custom"]["path"]).read_text("utf-8")
-    assert 'build_data["force_include"]["scenarios"] = "simbrake/scenarios"' in hook
+    names = {name for name, one in shipped_files().items() if not one.template}
     assert {one.file.parent for one in shipped_files().values() if not one.template} == {scenarios}
+    assert len(names - set(IN_CHECKOUT)) == 12
+    assert names > set(IN_CHECKOUT)
+
+
+def test_a_scene_of_the_checkout_alone_says_where_it_is(capsys, monkeypatch):
+    installed = {name: one for name, one in shipped_files().items() if name not in IN_CHECKOUT}
+    monkeypatch.setattr(_shipped, "shipped_files", lambda: installed)
+    where = "it is scenarios/unequal_bands.py in a checkout of the repository"
+    for arguments in (("run", "unequal_bands"), ("new", "unequal_bands")):
+        code, _, err = call(capsys, *arguments)
+        assert code == 2
+        assert where in err
 
 
 def test_no_script_or_page_sets_64_bits_itself(scenarios):
