@@ -6,13 +6,11 @@ import math
 import jax
 import jax.numpy as jnp
 import numpy as np
-from helpers import DOPRI8, assemble, settings, solve
 
 import simbrake as sb
 
 R, R_B = 0.59, 0.64
 HALF = math.radians(25)  # of each of three linings
-METHOD = DOPRI8.rolled()
 
 
 def profile(times, values, size):
@@ -53,10 +51,8 @@ def scene(
     return sb.Scene(sb.Brake(sb.Pulley(R, J), sb.Band(R_B), linings, bandage), duty, sb.Initial(omega), end)
 
 
-def run(scene, rtol=1e-11, method=METHOD):
-    system, state, mode = assemble(scene)
-    how = settings(rtol, max_steps=4096)
-    return solve(system, state, mode, scene.initial.time, jnp.asarray(scene.end_time, jnp.float64), how, method)
+def run(scene, rtol=1e-11, solver=None):
+    return sb.simulate(scene, rtol=rtol, solver=solver, max_steps=4096, throw=False)
 
 
 def changes(record):

@@ -7,7 +7,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from helpers import DOPRI8, assemble, settings
+from bandage_scenes import profile
 
 import simbrake as sb
 from simbrake.hybrid import LANDED
@@ -35,14 +35,19 @@ def chain(
     heat=None,
     ratio=0.05,
 ):
-    """Four equal linings as in the checked figures of model §3.1 ("arms as Z": R_b := R c, C := C_Z/c)."""
+    """Four equal linings as in the checked figures of model §3.1 ("arms as Z": R_b := R c, C := C_Z/c).
+
+    Lever and load are points `(times, values)`, so that all runs share one program, or parts of their own.
+    """
+    lever = profile(*lever, 7) if isinstance(lever, tuple) else lever
+    load = sb.TorqueLoad(profile(*load, 6)) if isinstance(load, tuple) else load
     return sb.Scene(
         sb.Brake(
             sb.Pulley(R_b, J),
             sb.Band(R_b, C, sb.Segments(K, ratio, damping)),
             sb.Lining(law or sb.ConstantFriction(f), np.full(n, math.radians(beta)), mass=m),
         ),
-        sb.Duty(lever or sb.Constant(T0), load or sb.TorqueLoad()),
+        sb.Duty(lever or profile((0.0,), (T0,), 7), load or sb.TorqueLoad(profile((0.0,), (0.0,), 6))),
         sb.Initial(w0, T0 / C if x0 is None else x0),
         end,
         heat,
@@ -60,15 +65,8 @@ def drawworks(n, K=1e7, m=3.5, end=1.5, law=None):
     )
 
 
-def traced(scene, rtol, max_steps):
-    system, y0, mode0 = assemble(scene)
-    limits = settings(rtol, max_steps=max_steps, guard_samples=system.guard_samples)
-    return sb.hybrid.hybridsolve(system, y0, mode0, scene.initial.time, scene.end_time, DOPRI8, limits)
-
-
-@functools.partial(eqx.filter_jit)
-def run(scene, rtol=1e-10, max_steps=8192):
-    return traced(scene, rtol, max_steps)
+def run(scene, rtol=1e-10, max_steps=None):
+    return sb.simulate(scene, rtol=rtol, max_steps=max_steps, throw=False).record
 
 
 def changes(record):
@@ -121,7 +119,7 @@ def closure(record) -> float:
 
 def first_and_stop(scene, rtol=1e-13, max_steps=8192):
     """First slip of any lining and the stopping time, traced."""
-    rows, n = traced(scene, rtol, max_steps).rows, scene.brake.linings.count
+    rows, n = run(scene, rtol, max_steps).rows, scene.brake.linings.count
     landed = rows.kind == LANDED
     first = jnp.argmax(landed & (rows.guard < n))
     return jnp.stack([rows.t[first + 1], rows.t[jnp.argmax(landed & (rows.guard == 3 * n)) + 1]])

@@ -14,7 +14,6 @@ from scipy.integrate import solve_ivp
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._run._metrics import energies
 
 
 @functools.cache
@@ -27,9 +26,10 @@ def long_run():
 
 @pytest.mark.slow
 def test_26_linings_let_go_lock_and_stop():
-    record = long_run()
+    result = long_run()
+    record = result.record
     assert int(record.code) == 0
-    assert float(energies(record)["closure"]) < 1e-12
+    assert float(result.energy["closure"]) < 1e-12
     rows = changes(record)
     slides = np.array([np.sum(inner != 0) for _, _, _, inner in rows])
     held = np.array([np.sum(outer == 0) for _, _, outer, _ in rows])
@@ -70,7 +70,7 @@ def test_release_at_once_where_preload_compensates():
     before = at * mu ** np.arange(n)
     alpha = -R_B * at * (mu**n - 1) / (J + J_b)
     preload = (R_B * before * (mu - 1) + J_b / n * alpha) / (R * f_int) - before * (mu + 1) * s
-    record = run(scene(f=f, f_int=f_int, J=J, J_b=J_b, preload=preload))
+    record = run(scene(f=f, f_int=f_int, J=J, J_b=J_b, preload=preload)).record
     rows = changes(record)
     t, _, _, inner = rows[1]
     assert t == pytest.approx(0.3 * (at - 100) / 5900, rel=1e-9)
@@ -81,7 +81,7 @@ def test_release_at_once_where_preload_compensates():
 @pytest.mark.slow
 def test_one_lining_is_the_rigid_bandage():
     one = scene(1, wrap=60.0, f_int=0.15, preload=1e3, J=50.0)
-    record = run(one)
+    record = run(one).record
     rows, brake = changes(record), one.brake
     bandage = sb.Bandage(4.0, sb.ConstantFriction(0.15), 1e3)
     rigid = sb.Scene(sb.Brake(brake.pulley, brake.band, brake.linings, bandage), one.duty, one.initial, one.end_time)
@@ -167,7 +167,7 @@ class Alone:
 @pytest.mark.slow
 def test_three_linings_integrated_by_other_means():
     preload, J_i = [1500.0, 1200.0, 900.0], [1.2, 1.5, 1.0]
-    record = run(scene(preload=preload, J_b=np.array(J_i), spring=500.0))
+    record = run(scene(preload=preload, J_b=np.array(J_i), spring=500.0)).record
     alone = Alone(0.4, 0.2, preload, 200.0, J_i, 500.0, lambda t: 100 + 5900 * min(t / 0.3, 1.0))
     log = alone.go(np.array([20.0, 0, 0, 20, 20, 20]), 4.0)
     rows, mine = changes(record), []
@@ -198,10 +198,10 @@ def test_stiff_springs_tend_to_the_rigid_bandage():
     truth = sb.simulate(sb.Scene(brake, made.duty, made.initial, made.end_time))
     misses, locks, stops = [], [], []
     for spring in (1e5, 1e6, 1e7):
-        record = run(scene(**kwargs, spring=spring), rtol=1e-9)
-        rows = changes(record)
-        assert int(record.code) == 0
-        assert float(energies(record)["closure"]) < 1e-8
+        result = run(scene(**kwargs, spring=spring), rtol=1e-9)
+        rows = changes(result.record)
+        assert int(result.code) == 0
+        assert float(result.energy["closure"]) < 1e-8
         slip = next(t for t, _, _, inner in rows if np.all(inner == 1))
         misses.append(abs(slip / float(truth.internal_slip_time) - 1))
         lock = next(t for t, band, _, inner in rows if band == sb.results.BandMode.HELD and np.all(inner == 1))
@@ -216,7 +216,7 @@ def test_stiff_springs_tend_to_the_rigid_bandage():
 
 def _times(made):
     """First release on the rim and stop, traced."""
-    record = run(made)
+    record = run(made).record
     m, start = record.modes, record.rows.t
     inside = jnp.arange(start.shape[0], dtype=jnp.int32) <= record.count
     slip = jnp.argmax(inside & jnp.any(m.own.inner != 0, axis=1)).astype(jnp.int32)
@@ -263,13 +263,12 @@ def _limit(T_0, weaker):
 
 
 @pytest.mark.slow
-@pytest.mark.slow
 @pytest.mark.parametrize(("T_0", "first"), [(1e3, (0, 1, 1)), (200.0, (0, 0, 0)), (6e3, (1, 1, 1))])
 def test_held_brake_moves_exactly_0_and_starts_at_its_limit(T_0, first):
     limit = _limit(T_0, "weaker")
     loads = (0.9 * limit, 0.9 * limit, 1.1 * limit)
     load = ((0.0, 3600.0, 3601.0), loads)
-    record = run(scene(lever=((0.0,), (T_0,)), load=load, omega=0.0, end=3601.0))
+    record = run(scene(lever=((0.0,), (T_0,)), load=load, omega=0.0, end=3601.0)).record
     rows = changes(record)
     assert int(record.code) == 0
     y, _, q = sampled(0, record, jnp.linspace(0.0, 3600.0, 50))
@@ -292,8 +291,8 @@ def test_random_duties_end_well():
     for seed in range(30):
         made = random_duty(seed)
         sb.check(made)
-        record = run(made)
-        energy = energies(record)
+        result = run(made)
+        record, energy = result.record, result.energy
         assert int(record.code) == 0, seed
         assert float(energy["closure"]) < 1e-8, seed
         ledger, n = record.states.ledger, int(record.count) + 1
@@ -327,9 +326,10 @@ def test_heat_of_both_pairs_enters_the_network():
     brake = sb.Brake(plain.brake.pulley, plain.brake.band, linings, plain.brake.bandage)
     hot = sb.Scene(brake, plain.duty, plain.initial, plain.end_time, heat)
     sb.check(hot)
-    record = run(hot)
+    result = run(hot)
+    record, energy = result.record, result.energy
     assert int(record.code) == 0
-    energy, end = energies(record), record.y_end
+    end = record.y_end
     assert float(energy["closure"]) < 1e-10
     booked, rubbed = end.ledger.heat, float(energy["friction_heat"])
     assert float(booked.to_metal + booked.to_linings + booked.to_band) == pytest.approx(rubbed, rel=1e-10)
@@ -337,8 +337,7 @@ def test_heat_of_both_pairs_enters_the_network():
     thermal = record.system.thermal
     stored = float(jnp.sum(thermal.capacity * end.heat)) - float(jnp.sum(thermal.capacity * record.states.heat[0]))
     assert stored + float(booked.lost) == pytest.approx(rubbed, rel=1e-10)
-    cold = run(plain)
-    assert changes(record)[-1][0] != changes(cold)[-1][0]
+    assert changes(record)[-1][0] != changes(run(plain).record)[-1][0]
 
 
 def test_faults_of_a_bandage_with_springs():
