@@ -6,22 +6,15 @@ Exit codes: 0 success, 1 failure, 2 the input is wrong, 3 a limit is exceeded (`
 
 import codecs
 import itertools
-import os
-import re
-import shlex
 import sys
 import unicodedata
-from collections.abc import Callable
 from io import StringIO, TextIOWrapper
-from pathlib import Path
-from typing import Annotated, Literal, get_args
 
 import cyclopts
-from cyclopts import Parameter
 
 import simbrake as sb
 
-from .._base._faults import Fault, InputError, whole_file
+from .._base._faults import InputError
 from . import _checks, _runs, _scenes, _studies
 from . import _options as cli
 
@@ -110,54 +103,6 @@ def print_readably() -> None:
             stream.reconfigure(errors=_NAME)
 
 
-# --- the completion script of a shell in one file, and the line that loads it -----------------------------------------
-
-Shell = Literal["zsh", "bash", "fish", "powershell"]
-
-
-def write_completion(generate: Callable[..., str], shell: Shell | None, output: Path | None) -> str:
-    """Write the completion script of `generate(shell=…)` to `output`, whole or not at all.
-
-    Returns the file written, and how to make the shell load it. Raises `InputError` where the shell is not known or
-    the file cannot be written.
-    """
-    name = shell or Path(os.environ.get("SHELL", "")).name
-    if name not in get_args(Shell):
-        what = f"unknown shell (SHELL is {name!r})" if name else "SHELL is not set"
-        raise InputError([Fault("--shell", what, "give --shell bash, zsh, fish or powershell")])
-    script, home = generate(shell=name), Path.home()
-    data = Path(os.environ.get("XDG_DATA_HOME") or home / ".local" / "share")
-    config = Path(os.environ.get("XDG_CONFIG_HOME") or home / ".config")
-    # zsh needs the name of the completing function
-    found = re.search(r"^(\w+)\(\)", script, re.MULTILINE)
-    function = found[1] if found else "_simbrake"
-    # user folder for completions, start file, line in it that loads a file
-    usual, start, line = {
-        "bash": (data / "bash-completion" / "completions" / "simbrake", "~/.bashrc", ". {}"),
-        "zsh": (
-            home / ".zsh" / "completions" / function,
-            "~/.zshrc, after compinit",
-            f". {{}} && compdef {function} simbrake",
-        ),
-        "fish": (config / "fish" / "completions" / "simbrake.fish", "~/.config/fish/config.fish", "source {}"),
-        "powershell": (None, "your profile ($PROFILE)", ". {}"),
-    }[name]
-    place = output or usual
-    if place is None:
-        raise InputError([Fault("--output", f"is missing: {name} has no standard place for it", "give a file")])
-    place = place.absolute()
-    with whole_file(place) as scratch:
-        # Windows PowerShell reads a script without a byte-order mark in the legacy encoding
-        scratch.write_text("\ufeff" * (name == "powershell") + script, "utf-8")
-    if output is None and name == "fish":
-        return f"written  {place}\nno start file was changed: fish loads it from there"
-    if output is None and name == "bash":
-        start += ", where bash-completion 2.8 or later does not load it from there"
-    path = f"'{str(place).replace(chr(39), 2 * chr(39))}'" if name == "powershell" else shlex.quote(str(place))
-    how = f"no start file was changed; a line that loads it, to be added to {start}:"
-    return f"written  {place}\n{how}\n    {line.format(path)}"
-
-
 # --- the commands -----------------------------------------------------------------------------------------------------
 
 
@@ -189,23 +134,7 @@ app = cyclopts.App(
 )
 
 
-@app.command(name="--install-completion", help_epilogue=_scenes.CODES)
-def install_completion(
-    *, shell: Shell | None = None, output: Annotated[Path | None, Parameter(name=["--output", "-o"])] = None
-) -> int:
-    """Write a file with which a shell completes commands and options; the shell's start file is not changed.
-
-    Parameters
-    ----------
-    shell
-        Shell to write for; by default that of the environment variable SHELL.
-    output
-        File to write; by default the standard place of bash, zsh or fish.
-    """
-    print(write_completion(app.generate_completion, shell, output))
-    return 0
-
-
+app.register_install_completion_command(add_to_startup=False, help_epilogue=_scenes.CODES)
 app.command(_scenes.scene)
 for _module in (_scenes, _runs, _studies, _checks):
     for _command, _codes in _module.COMMANDS.items():
