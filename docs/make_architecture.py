@@ -1,7 +1,7 @@
-"""The path of one parameter through simbrake, for docs/architecture.md: files entered by a run and its derivative.
+"""The path of one parameter through simbrake: files entered by a run and its derivative.
 
     python docs/make_architecture.py          # prints the tables
-    python docs/make_architecture.py --write  # writes tables and figure
+    python docs/make_architecture.py --write  # draws the figure of docs/architecture.md
 
 The friction coefficient of a band brake goes from a scene into a result (`simulate`, first call: traced and compiled),
 is evaluated (`metrics`), and differentiated (`jax.jvp`). A profiler of Python notes each file of the package when a
@@ -118,17 +118,11 @@ def picture() -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--write", action="store_true", help="write the tables and the figure into docs/")
-    lines = tables()
-    if not parser.parse_args().write:
-        print("\n".join(lines))
-        return
-    page = DOCS / "architecture.md"
-    text = page.read_text("utf-8")
-    begin, end = "<!-- the way begins here -->\n", "<!-- the way ends here -->"
-    head, tail = text.split(begin)[0], text.split(end)[1]
-    page.write_text(f"{head}{begin}\n" + "\n".join(lines) + f"\n{end}{tail}", "utf-8")
-    picture()
+    parser.add_argument("--write", action="store_true", help="draw the figure of docs/architecture.md instead")
+    if parser.parse_args().write:
+        picture()
+    else:
+        print("\n".join(tables()))
 
 
 if __name__ == "__main__":

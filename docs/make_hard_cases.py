@@ -1,4 +1,4 @@
-"""Writes `measured/hard_cases.json`, of which `hard_cases.md` is made, from the cases that the tests check.
+"""Writes `measured/hard_cases.json` for `claims_and_evidence.md` from the cases that the tests check.
 
 Errors are rounded up to powers of ten, so that the table is the same on every machine. Takes about six minutes.
 """

@@ -49,14 +49,15 @@ def few_colours(image: Image.Image, colours: int = COLOURS) -> Image.Image:
     return small
 
 
-def save(figure: Any, name: str, colours: int = COLOURS) -> None:
+def save(figure: Any, name: str, colours: int = COLOURS, gallery: bool = True) -> None:
     """Writes a figure as a small PNG."""
     file = HERE / "pictures" / f"{name}.png"
     figure.savefig(file, dpi=DPI)
     with Image.open(file) as image:
         small = few_colours(image, colours)
     small.save(file, optimize=True)
-    thumbnail(file)
+    if gallery:
+        thumbnail(file)
     print(f"{file.name}: {file.stat().st_size / 1e3:.0f} kB")
 
 
@@ -138,7 +139,7 @@ def benchmark() -> None:
     from benchmarks import pictures
 
     found = json.loads((HERE / "pictures" / "precision.json").read_text("utf-8"))
-    save(pictures.work_precision(found), "speed_against_error")
+    save(pictures.work_precision(found), "speed_against_error", gallery=False)
 
 
 if __name__ == "__main__":

@@ -492,7 +492,7 @@ def _hard_cases() -> list[str]:
     """Cases that are hard for simulators of stick and slip."""
     found, lines = json.loads((DOCS / "measured" / "hard_cases.json").read_text("utf-8")), []
     for part, rows in found.items():
-        lines += [f"## {part}", "", *table("case | what makes it hard | simbrake | SciPy", rows), ""]
+        lines += [f"### {part}", "", *table("case | what makes it hard | simbrake | SciPy", rows), ""]
     return lines
 
 

@@ -1,6 +1,6 @@
 """What a hard case is: a name, what makes it hard, and a function that gives measured and expected values.
 
-The tests `test_hard_*.py` check every case, `docs/make_hard_cases.py` writes them for `docs/hard_cases.md`.
+The tests `test_hard_*.py` check every case, `docs/make_hard_cases.py` writes them for `docs/claims_and_evidence.md`.
 """
 
 import dataclasses

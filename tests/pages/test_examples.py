@@ -29,6 +29,7 @@ SLOW = {
         "report",
         "sensitivity",
         "synthesis",
+        "uncertainty",
         "chain",
         "accuracy_and_speed",
         "verdict",

@@ -21,7 +21,7 @@ def source(cell):
 def test_there_are_six_and_all_are_listed():
     assert [file.stem[0] for file in FILES] == list("123456")
     page = (ROOT / "docs" / "first_steps.md").read_text("utf-8")
-    assert re.findall(r"^\| `(\w+)` \|", page, re.M) == [file.stem for file in FILES]
+    assert "<!-- list notebooks -->" in page  # title and question of each, filled in when the page is built
 
 
 @pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)

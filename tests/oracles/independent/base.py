@@ -179,7 +179,7 @@ def answers(model: Brake, y: np.ndarray) -> dict[str, Any]:
 
 
 def names_of_change(before: str, after: str, first: bool) -> list[str]:
-    """Names of the events in a change of mode of what a lever acts on, as docs/theory/standard_brake.md has them."""
+    """Names of the events in a change of mode of what a lever acts on, as docs/events_and_modes.md has them."""
     if before == after:
         return []
     if after == OPEN:
