@@ -1,5 +1,7 @@
 """The command line and Python, as tests call them."""
 
+import contextlib
+import io
 import os
 import subprocess
 import sys
@@ -22,6 +24,13 @@ def python(program, *arguments, **environment):
     done = subprocess.run(command, capture_output=True, text=True, timeout=300, env=environment, check=False)
     assert done.returncode == 0, done.stderr
     return done
+
+
+def output(*arguments):
+    """What a command prints, outside of a test."""
+    with contextlib.redirect_stdout(io.StringIO()) as printed, contextlib.suppress(SystemExit):
+        main(list(arguments))
+    return printed.getvalue()
 
 
 @pytest.fixture(autouse=True)

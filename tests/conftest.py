@@ -19,6 +19,7 @@ MOST_MAPPINGS = 20_000
 
 def pytest_addoption(parser):
     parser.addoption("--no-skips", action="store_true", help="a skipped test fails: CI installs what tests need")
+    parser.addoption("--renew", action="store_true", help="write the texts in tests/files/golden anew")
 
 
 def pytest_configure(config):

@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 import math
+import typing
 
 import numpy as np
 from matplotlib.patches import Wedge
@@ -11,6 +12,17 @@ from stop_scenes import stop_scene
 import simbrake as sb
 
 GAP = math.radians(2.0)
+#: colours of the figures, which are told apart by any colour vision
+BLUE, SKY, GREEN, ORANGE, VERMILLION, PURPLE = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7"
+CYCLE = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, "black", "0.5")
+#: of a lining, by what it does
+CONTACTS = {
+    "slides": VERMILLION,
+    "at its friction limit": ORANGE,
+    "sticks": "#9ecae1",
+    "slides back": PURPLE,
+    "not pressed": "0.88",
+}
 
 
 @functools.cache
@@ -69,3 +81,14 @@ def scale(axes, gid):
     assert texts[-1].get_text().endswith(" kN")
     slope = (values[-1] - values[0]) / (radii[-1] - radii[0])
     return lambda r: values[0] + slope * (np.asarray(r) - radii[0])
+
+
+def legend(drawn):
+    """Texts of the legends of a figure or of a panel."""
+    found = drawn.legends if hasattr(drawn, "legends") else [drawn.get_legend()]
+    return [text.get_text() for one in found if one for text in one.get_texts()]
+
+
+def row_type(table, field):
+    """The class of the rows that a result of a study has in a field, as its annotation says."""
+    return next(one for one in typing.get_args(typing.get_type_hints(table)[field]) if dataclasses.is_dataclass(one))

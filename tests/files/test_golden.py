@@ -1,0 +1,136 @@
+"""What a run says, whole: its summary, its explanation and the text of its report, one file for each kind of duty.
+
+`pytest tests/files/test_golden.py -m "" --renew` writes the files anew; the difference is then for review.
+"""
+
+import dataclasses
+import html.parser
+import re
+
+import pytest
+import staged_scenes as staged
+from disc_scenes import fading_scene
+from goldens import assert_kept
+from heat_scenes import lump
+from matplotlib.figure import Figure
+from result_scenes import heated_stop
+from shoe_scenes import shoe_scene
+from stop_scenes import stop_scene
+
+import simbrake as sb
+
+T0, LOAD = 8e3, 1.2e4
+
+
+def rigid(load=LOAD, *, lever=T0, **parts):
+    lever = sb.Constant(lever) if isinstance(lever, float) else lever
+    return stop_scene(n=6, beta=45.0, C=None, lever=lever, load=load, **parts)
+
+
+def stop():
+    """An elastic band, a hook on a rope in layers, wear with a permissible depth, allowable stresses."""
+    hook = sb.HookLoad(2e4, 0.4, 8, rope=sb.loads.RopeLayers(0.04, 4.0, 8.5))
+    scene = stop_scene(n=8, beta=30.0, lever=sb.ramp(2e3, 24e3, 0.0, 0.35), load=hook)
+    brake = dataclasses.replace(
+        scene.brake,
+        band=sb.Band(0.725, 2e5, strength=sb.brakes.Strength(band_area=2e-3, band_stress=150e6)),
+        linings=dataclasses.replace(scene.brake.linings, area=0.02, permissible_pressure=1e6),
+    )
+    return dataclasses.replace(scene, brake=brake, wear=sb.Wear(1e-14, permissible=8e-3))
+
+
+def stops():
+    """Two stops, the load on the open brake between them; a permissible temperature exceeded."""
+    lever = sb.PiecewiseLinear([0.0, 2.0, 2.0, 2.5, 2.5, 9.0], [T0, T0, 0.0, 0.0, T0, T0])
+    heat = sb.lumped_heat(rim=2e4, linings=1e4, partition=0.6, rim_cooling=5.0, permissible=310.0)
+    return dataclasses.replace(rigid(lever=lever, end=4.0), heat=heat)
+
+
+def heated():
+    """Resistances on the shaft, shares of the power that leave as electricity, heat in layers."""
+    shaft = (sb.loads.HydrodynamicBrake(60.0, place="rim"), sb.loads.BearingFriction("30 N*m"))
+    shares = sb.PowerShares(electrical=0.02, mechanical=0.05)
+    scene = rigid(3e3, w0=20.0, end=3.0)
+    return dataclasses.replace(scene, heat=lump(2e5, linings=4e4, share=0.8), shaft=shaft, power_shares=shares)
+
+
+def tripping():
+    """Two cycles of phases in which a string is lowered by stands."""
+    phases = (
+        sb.loads.Phase(sb.Constant(0.0), "travel 3 m", "lower"),
+        sb.loads.Phase(sb.Constant(3e4), "rest", "brake"),
+    )
+    load = sb.loads.StringLoad(8e3, 30e3, 0.4, 8, stand=900.0)
+    return rigid(w0=0.0, lever=sb.loads.Phases(phases, count=2), load=load, end=60.0)
+
+
+SCENES = {
+    "stop": stop,
+    "stops": stops,
+    "heated": heated,
+    "layers": heated_stop,
+    "held": lambda: rigid(w0=0.0),
+    "lowering": lambda: rigid(lever=sb.SpeedHold(T0), end=3.0),
+    "steady": lambda: dataclasses.replace(rigid(lever=0.0, w0=20.0), shaft=(sb.loads.ViscousDrag(600.0),)),
+    "tripping": tripping,
+    "runaway": lambda: rigid(6e4, end=0.5),
+    "turning": lambda: rigid(end=0.2),
+    "open": lambda: rigid(lever=0.0, end=0.5),
+    "disc": lambda: fading_scene(force=sb.PiecewiseLinear([0.0, 9.0], [2e4, 2e4])),
+    "shoe": lambda: shoe_scene(load=100.0),
+    "staged": lambda: staged.stop(heat=None),
+}
+
+
+class Text(html.parser.HTMLParser):
+    """The words of a page, a line for each row, heading and paragraph."""
+
+    def __init__(self, page):
+        super().__init__()
+        self.hidden, self.parts = 0, []
+        self.feed(page)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        self.hidden += tag in ("script", "style", "svg", "figure", "noscript")
+        self.parts += ["\n"] if tag in ("tr", "p", "h1", "h2", "h3", "li", "dt", "pre", "summary", "div") else [" "]
+
+    def handle_endtag(self, tag):
+        self.hidden -= tag in ("script", "style", "svg", "figure", "noscript")
+
+    def handle_data(self, data):
+        self.parts += [] if self.hidden else [data]
+
+    def __str__(self):
+        lines = (" ".join(line.split()) for line in "".join(self.parts).split("\n"))
+        return "\n".join(line for line in lines if line)
+
+
+#: what differs from machine to machine: residuals of rounding, and how many steps a run took
+ROUNDING = ((r"((?:residual|by) )[\d.·⁻⁰-⁹¹²³e+-]+", r"\1…"), (r"\d+ (steps|accepted|rejected|truncated)", r"… \1"))
+
+
+def said(name):
+    """Summary, explanation and page of a run; what stands in every page is in those of `stop` and `tripping`."""
+    result = sb.simulate(SCENES[name](), throw=False)
+    first = name == "stop"
+    limits = {"max_tension": "120 kN", "stopping_time": "0.56 s"} if first else {}
+    page = sb.report(result, check=False, limits=limits, sensitivity=["stopping_time"] if first else ())
+    parts = [str(result), sb.results.explain(result, limits=limits, influence=name in ("stop", "held"))]
+    if first:
+        with sb.results.shown_in("rig"):
+            parts.append(str(result))
+    parts.append(str(Text(page)).partition("\nProvenance\nsimbrake")[0])
+    if name not in ("stop", "tripping"):
+        parts[-1] = parts[-1].partition("\nEquipment\nEvery")[0]
+    text = "\n\n".join(map(str, parts)) + "\n"
+    for pattern, masked in ROUNDING:
+        text = re.sub(pattern, masked, text)
+    return text
+
+
+@pytest.mark.parametrize("name", SCENES)
+def test_words_of_a_run(name, request, monkeypatch):
+    # (figures take longer than all the rest, and have no words here)
+    monkeypatch.setattr(Figure, "savefig", lambda figure, file, **options: file.write(b""))
+    assert_kept(request, name, said(name))

@@ -1,0 +1,27 @@
+"""Texts that are compared as a whole with those kept in tests/files/golden; `pytest --renew` writes them anew."""
+
+import pathlib
+
+from picture_scenes import legend
+
+FOLDER = pathlib.Path(__file__).parent / "files" / "golden"
+
+
+def assert_kept(request, name, text):
+    """`text` is that of the file `name`.txt; their difference is for review."""
+    file = FOLDER / f"{name}.txt"
+    if request.config.getoption("renew"):
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, "utf-8")
+    assert text == file.read_text("utf-8"), f"renew it with --renew, if this is meant: {file.name}"
+
+
+def words_of(figure):
+    """Title, legends and axes of a figure, a line for each."""
+    lines = [figure.get_suptitle() or "", *(f"legend: {text}" for text in legend(figure))] if figure.axes else []
+    for axes in figure.axes:
+        if axes.axison or axes.get_legend():
+            titles = [axes.get_title(), axes.get_title(loc="left")]
+            lines.append(" | ".join(["axes", *filter(None, titles), axes.get_xlabel(), axes.get_ylabel()]))
+            lines += [f"  {text}" for text in legend(axes)]
+    return "\n".join(line.replace("\n", " / ") for line in lines) + "\n"
