@@ -7,7 +7,6 @@ mutant that ends in any other error, or takes longer than 2 s, is printed as a l
 import argparse
 import contextlib
 import functools
-import json
 import pathlib
 import random
 import re
@@ -19,10 +18,6 @@ from collections.abc import Callable, Iterator
 from typing import NamedTuple
 
 import simbrake as sb
-from simbrake._base._progress import Progress
-from simbrake._parts._scene import plausibility, warnings
-from simbrake._run._edit import parse_assignments
-from simbrake.studies._chunks import Store
 
 ROOT = pathlib.Path(sb.__file__).parent
 #: s that reading and checking one mutant may take
@@ -115,7 +110,8 @@ def read_scene(text: str | bytes, folder: pathlib.Path) -> object:
     file = folder / "scene.toml"
     file.write_bytes(text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text)
     scene = sb.read_scene(file)
-    return warnings(scene), plausibility(scene), sb.files.scene_text(scene)
+    sb.check(scene)
+    return sb.files.scene_text(scene)
 
 
 @functools.cache
@@ -125,7 +121,8 @@ def standard() -> str:
 
 def read_set(text: str | bytes, _: pathlib.Path) -> object:
     assert isinstance(text, str)
-    return sb.files.scene_from_text(standard(), values=parse_assignments([text]))
+    path, _, value = text.partition("=")
+    return sb.files.scene_from_text(standard(), values={path.strip(): value.strip()})
 
 
 SETTINGS = (
@@ -162,13 +159,23 @@ def read_result(content: str | bytes, folder: pathlib.Path) -> object:
     return sb.load(file)
 
 
-MANIFEST = json.dumps({"format": 2, "fingerprint": "a", "runs": 3, "paths": ["initial.omega"], "metrics": []}, indent=2)
+def ensemble(folder: pathlib.Path) -> object:
+    """Three runs kept in a folder, or those that it has."""
+    scene, values = sb.files.scene_from_text(standard()), {"initial.omega": [18.0, 20.0, 22.0]}
+    return sb.ensemble(scene, values, ["stopping_time"], directory=folder, progress=False)
+
+
+@functools.cache
+def manifest() -> str:
+    with tempfile.TemporaryDirectory() as folder:
+        ensemble(pathlib.Path(folder))
+        return pathlib.Path(folder, "manifest.json").read_text("utf-8")
 
 
 def read_manifest(text: str | bytes, folder: pathlib.Path) -> object:
     assert isinstance(text, str)
     (folder / "manifest.json").write_bytes(text.encode("utf-8", "surrogatepass"))
-    return list(Store(folder, "a", {"runs": 3}).finished())
+    return ensemble(folder)
 
 
 def kinds() -> dict[str, Kind]:
@@ -177,7 +184,7 @@ def kinds() -> dict[str, Kind]:
         "set": Kind(SETTINGS, read_set),
         "recording": Kind(RECORDINGS, read_recording),
         "result": Kind(results(), read_result),
-        "manifest": Kind((MANIFEST,), read_manifest),
+        "manifest": Kind((manifest(),), read_manifest),
     }
 
 
@@ -207,7 +214,7 @@ def tried(kind: str, content: str | bytes) -> Found | None:
         if (spent := time.perf_counter() - start) > LONGEST:
             return Found(kind, content, f"took {spent:.1f} s")
         known = {"lever.csv", "scene.toml", "recording.csv", "result.nc", "result.csv", "manifest.json"}
-        more = {file.name for file in pathlib.Path(folder).iterdir()} - known
+        more = {file.name for file in pathlib.Path(folder).iterdir() if not file.name.startswith("chunk-")} - known
         return Found(kind, content, f"left {sorted(more)}") if more else None
 
 
@@ -239,14 +246,12 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     asked = parser.parse_args()
     python_warnings.simplefilter("error")
-    line, found, longest = Progress(asked.count, None), [], 0.0
+    found, longest = [], 0.0
     for kind, content in mutants(asked.count, asked.seed):
         start = time.perf_counter()
         one = tried(kind, content)
         longest = max(longest, time.perf_counter() - start)
         found += [] if one is None else [one]
-        line.add(1)
-    line.close()
     for one in found:
         print(f'    ("{one.kind}", {one.content[-300:]!r}),  # {one.what}')
     print(f"{asked.count} mutants, {len(found)} not as promised, the longest took {longest:.2f} s")

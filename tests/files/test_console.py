@@ -1,22 +1,16 @@
 """The command line around its commands: outputs that are not UTF-8, `python -m`, completion of shells."""
 
-import ast
 import io
-import json
 import os
 import pathlib
 import subprocess
 import sys
-import tomllib
 
 import pytest
+from commands import call
 from helpers import main
 
 import simbrake
-from simbrake._commands import _cli
-from simbrake._commands._cli import readable
-
-PACKAGE = pathlib.Path(simbrake.__file__).parent
 
 
 def printed(monkeypatch, encoding, *arguments):
@@ -36,7 +30,7 @@ def printed(monkeypatch, encoding, *arguments):
 
 
 @pytest.mark.parametrize("encoding", ["ascii", "cp1252", "cp1251"])
-def test_an_output_that_is_not_utf_8_gets_what_it_can_show(monkeypatch, scenarios, encoding):
+def test_output_that_is_not_utf_8(monkeypatch, scenarios, encoding):
     scene = str(scenarios / "u2_5_5_stop.toml")
     monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "")
     code, out, err = printed(monkeypatch, encoding, "run", scene)
@@ -60,12 +54,9 @@ def test_an_output_that_is_not_utf_8_gets_what_it_can_show(monkeypatch, scenario
     assert name + b": there is no such file" in err
 
 
-def test_the_command_in_a_process_of_its_own(tmp_path):
+def test_command_in_its_own_process(tmp_path):
     """`PYTHONIOENCODING` as a user sets it; `python -m simbrake` is the command, help and all."""
-    programs = (
-        [sys.executable, "-m", "simbrake"],
-        [sys.executable, "-c", "from simbrake._commands._cli import main; main()"],
-    )
+    programs = ([sys.executable, "-m", "simbrake"], [str(pathlib.Path(sys.executable).with_name("simbrake"))])
     asked = {**os.environ, "PYTHONIOENCODING": "ascii", "COLUMNS": "80"}
     helps = []
     for program in programs:
@@ -73,11 +64,15 @@ def test_the_command_in_a_process_of_its_own(tmp_path):
         assert (done.returncode, done.stderr) == (0, b"")
         helps.append(done.stdout.decode("ascii"))
     assert helps[0] == helps[1]
-    assert helps[0].startswith("Usage: simbrake COMMAND\n")
     done = subprocess.run([*programs[0], "run", "ω.toml"], env=asked, capture_output=True, timeout=300, cwd=tmp_path)
     assert done.returncode == 2
-    assert done.stderr.decode("ascii").startswith("simbrake: 1 input error:")
     assert b"omega.toml: there is no such file" in done.stderr
+
+
+def spell(capsys, text):
+    """A text in ASCII as the command prints it: it registers a handler of errors of encoding."""
+    call(capsys, "--version")
+    return text.encode("ascii", "simbrake-readable")
 
 
 @pytest.mark.parametrize(
@@ -92,44 +87,8 @@ def test_the_command_in_a_process_of_its_own(tmp_path):
         ("Ж 𝛀 ᴬ", "\\u0416 \\U0001d6c0 ^A"),
     ],
 )
-def test_symbols_are_spelled(text, plain):
-    assert readable(text) == plain
-
-
-def test_names_stay_what_they_are_in_json_and_toml():
-    name = "обод № 1, Bremstrommel für é"
-    assert tomllib.loads(f'name = "{readable(name)}"') == {"name": name}
-    assert json.loads(f'"{readable(name)}"') == name
-
-
-def string_constants(file):
-    return [n.value for n in ast.walk(ast.parse(file.read_text("utf-8"))) if isinstance(n, ast.Constant)]
-
-
-def test_every_symbol_that_the_package_prints_is_spelled():
-    texts = [text for file in PACKAGE.rglob("*.py") for text in string_constants(file) if isinstance(text, str)]
-    texts.append((PACKAGE / "checks" / "truths.csv").read_text("utf-8"))
-    symbols = {character for text in texts for character in text if not character.isascii() and character.isprintable()}
-    assert {"ω", "²", "…"} <= symbols
-    names = set("éöøü")  # of authors, in docstrings
-    assert {character for character in symbols - names if "\\" in readable(character)} == set()
-
-
-def test_every_text_file_is_opened_with_its_encoding():
-    """The default is that of the machine: a file written on one could not be read on another."""
-    unsaid = []
-    for file in PACKAGE.rglob("*.py"):
-        for call in (n for n in ast.walk(ast.parse(file.read_text("utf-8"))) if isinstance(n, ast.Call)):
-            words = ast.unparse(call.func)
-            if words.split(".")[-1] not in ("open", "read_text", "write_text", "savetxt") or words == "os.open":
-                continue
-            said = [word.value for word in call.keywords if word.arg == "encoding"] + call.args
-            values = [node.value for node in said if isinstance(node, ast.Constant)]
-            if not {"utf-8", "utf-8-sig", "rb", "wb"} & {value for value in values if isinstance(value, str)}:
-                unsaid.append(f"{file.name}: {ast.unparse(call)}")
-    assert unsaid == []
-    # read by lazy_loader in the encoding of the machine
-    assert (PACKAGE / "__init__.pyi").read_bytes().isascii()
+def test_symbols_are_spelled(capsys, text, plain):
+    assert spell(capsys, text) == plain.encode()
 
 
 def files_under(folder):
@@ -137,7 +96,7 @@ def files_under(folder):
 
 
 @pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell"])
-def test_completion_is_written_and_no_start_file_changed(monkeypatch, tmp_path, shell):
+def test_completion_changes_no_start_file(monkeypatch, tmp_path, shell):
     home, file = tmp_path / "home", tmp_path / "my files" / "complete"
     home.mkdir()
     starts = {".bashrc": "# mine\n", ".zshrc": "# mine\n"}
@@ -157,63 +116,16 @@ def test_completion_is_written_and_no_start_file_changed(monkeypatch, tmp_path, 
         assert done.stdout == "complete -F _simbrake simbrake\n"
 
 
-def encoded(text, errors="simbrake-readable"):
-    _cli.print_readably()
-    return text.encode("ascii", errors)
-
-
-def test_bytes_of_file_names_stay_what_they_are():
+def test_bytes_of_file_names(capsys):
     """Undecodable bytes between characters that the output lacks; other errors are raised."""
     name = b"a\xff\xfe\x80".decode("utf-8", "surrogateescape")
-    assert encoded(f"ω{name}λµ{name}b") == b"omegaa\xff\xfe\x80lambdaua\xff\xfe\x80b"
+    spelled = spell(capsys, f"ω{name}λµ{name}b")
+    assert spelled == b"omegaa\xff\xfe\x80lambdaua\xff\xfe\x80b"
     with pytest.raises(UnicodeDecodeError):
         b"\xff".decode("ascii", "simbrake-readable")
 
 
-def test_only_streams_without_a_handler_of_their_own_get_one(monkeypatch):
-    for errors, wanted in (("strict", "simbrake-readable"), ("surrogateescape", "simbrake-readable"), ("replace",) * 2):
-        stream = io.TextIOWrapper(io.BytesIO(), "ascii", errors)
-        monkeypatch.setattr(sys, "stdout", stream)
-        monkeypatch.setattr(sys, "stderr", io.StringIO())  # no such stream
-        _cli.print_readably()
-        monkeypatch.undo()
-        assert stream.errors == wanted
-
-
-def test_ends_of_the_command_have_a_code_and_one_line(monkeypatch, capsys):
-    """What a command returns or raises: its code; an error that nobody expects is a traceback."""
-
-    def ends(what):
-        def app(arguments, **options):
-            assert options == {"exit_on_error": False, "print_error": True, "result_action": "return_value"}
-            if isinstance(what, BaseException):
-                raise what
-            return what
-
-        monkeypatch.setattr(_cli, "app", app)
-        with pytest.raises(SystemExit) as stop:
-            main([])
-        return stop.value.code, capsys.readouterr().err
-
-    monkeypatch.setattr(_cli.cli, "redirect_output", lambda: None)
-    fault = simbrake.Fault("a", "is odd")
-    for what, code, said in (
-        (3, 3, ""),
-        (None, 0, ""),
-        ("text", 0, ""),
-        (simbrake.InputError([fault]), 2, "simbrake: 1 input error:\n  a: is odd\n"),
-        (simbrake.formulas.SynthesisError("no_convergence", "x"), 1, "simbrake: no_convergence: x\n"),
-        (
-            KeyboardInterrupt(),
-            130,
-            "simbrake: interrupted; finished runs in --resume DIR are kept; the same command continues\n",
-        ),
-        (BrokenPipeError(), 1, ""),
-        (OSError(28, "No space"), 1, "simbrake: the output cannot be written: No space\n"),
-        (OSError("odd"), 1, "simbrake: the output cannot be written: odd\n"),
-    ):
-        assert ends(what) == (code, said)
-    with pytest.raises(RuntimeError, match="unexpected"):
-        ends(RuntimeError("unexpected"))
-    assert _cli._version().endswith(f", Python {sys.version.split()[0]}")
-    assert _cli._version().startswith(f"simbrake {simbrake.__version__}, jax ")
+def test_version_names_its_packages(capsys):
+    out = call(capsys, "--version")[1].strip()
+    assert out.startswith(f"simbrake {simbrake.__version__}, jax ")
+    assert out.endswith(f", Python {sys.version.split()[0]}")

@@ -1,17 +1,16 @@
 """The FMU of a scene, run by FMPy, beside the `Stepper` under the same held inputs."""
 
 import sys
-from types import SimpleNamespace
 
 import fmpy
 import fmpy.fmi2
 import fmpy.validation
 import numpy as np
 import pytest
+from heat_scenes import layered_stop
 from helpers import main
 
 import simbrake as sb
-from simbrake.files import _fmu
 
 COMMANDS = [(3e3, 2e3), (9e3, 5e3), (1e3, 8e3), (20e3, 5e3), (20e3, 5e3), (0.0, 9e3)]
 
@@ -99,61 +98,6 @@ def test_description_is_valid_and_says_units(file):
     assert outputs == [one.name for one in described.modelVariables if one.causality == "output"]
 
 
-def test_units_in_powers_of_base_units():
-    for unit, powers in (
-        ("N.m", {"kg": 1, "m": 2, "s": -2}),
-        ("kg.m2", {"kg": 1, "m": 2}),
-        ("rad/s", {"rad": 1, "s": -1}),
-        ("N.s/m", {"kg": 1, "m": 0, "s": -1}),
-        ("J/(kg.K)", {"kg": 0, "m": 2, "s": -2, "K": -1}),
-        ("W/(m2.K)", {"kg": 1, "m": 0, "s": -3, "K": -1}),
-        ("Pa", {"kg": 1, "m": -1, "s": -2}),
-        ("1/K", {"K": -1}),
-        ("m3", {"m": 3}),
-    ):
-        assert _fmu._powers(unit) == powers
-
-
-def test_of_several_temperatures_the_maximum_is_an_output_and_of_linings_nothing(scene):
-    class Now:
-        omega, t, holding_reserve, band_mode = np.zeros(1), np.zeros(1), np.zeros(1), np.zeros(1, int)
-        rim_temperature, normal_load = np.zeros((1, 3)), np.zeros((1, 12))
-
-        def __getattr__(self, name):
-            return None
-
-    given = {"series": Now, "units": {"lever": "N"}, "inputs": {"lever": 3.0}, "rtol": 1e-8}
-    described = _fmu._described(SimpleNamespace(scene=scene, **given))
-    about = {one.pop("name"): one for one in described["variables"]}
-    assert {name for name, one in about.items() if one["causality"] == "output"} == {
-        "omega",
-        "band_mode",
-        "rim_temperature",
-        "holding",
-    }
-    assert (about["omega"]["unit"], about["omega"]["type"], about["band_mode"]["type"]) == ("rad/s", "Real", "Integer")
-    assert about["rim_temperature"]["description"].startswith("maximum: ")
-    assert not about["omega"]["description"].startswith("maximum")
-    assert about["lever"] == {
-        "causality": "input",
-        "type": "Real",
-        "unit": "N",
-        "description": "lever, held from one step to the next",
-        "start": 3.0,
-    }
-    assert about["rtol"] == {
-        "causality": "parameter",
-        "type": "Real",
-        "unit": "",
-        "description": "relative tolerance of the integration",
-        "start": 1e-8,
-    }
-    assert about["brake.pulley.inertia"]["description"] == "inertia about the shaft"
-    assert about["holding"]["description"] == "whether the brake holds the pulley at rest"
-    assert described["units"]["kg.m2"] == {"kg": 1, "m": 2}
-    assert "" not in described["units"]
-
-
 def test_fmu_is_the_stepper_to_the_last_bit(scene, file):
     stepper, wanted = sb.Stepper(scene, ["lever", "load"]), []
     for lever, load in COMMANDS:
@@ -166,7 +110,7 @@ def test_fmu_is_the_stepper_to_the_last_bit(scene, file):
     assert len({tuple(row) for row in wanted}) == len(COMMANDS)
 
 
-def test_states_are_kept_set_back_and_serialized(file):
+def test_states_are_kept_and_set_back(file):
     run = Run(file)
     run.steps(COMMANDS[:3], 0.0)
     kept = run.fmu.getFMUstate()
@@ -184,6 +128,30 @@ def test_states_are_kept_set_back_and_serialized(file):
     np.testing.assert_array_equal(slower.steps(COMMANDS[3:], 0.39), first)
 
 
+def test_state_has_its_outputs_and_its_clock(file):
+    """Set back in an instance whose simulation began at another time: its clock goes on, outputs are those then."""
+    run = Run(file, start=7.0)
+    kept = run.steps(COMMANDS[:3], 7.0)[-1]
+    data = run.fmu.serializeFMUstate(run.fmu.getFMUstate())
+    later = run.steps(COMMANDS[3:], 7.39)
+    other = Run(file, start=1.0)
+    other.steps(COMMANDS[:1], 1.0)
+    other.fmu.setFMUstate(other.fmu.deSerializeFMUstate(data))
+    assert other.get("omega", "phi", "brake_torque", "slack_tension", "tight_tension") == kept
+    np.testing.assert_array_equal(other.steps(COMMANDS[3:], 7.39), later)
+
+
+def test_clock_of_a_scene_that_starts_later(scene, tmp_path):
+    """The time of the simulation is not that of the scene, which begins at 2 s."""
+    late = sb.with_values(scene, {"initial.time": 2.0, "end_time": 9.0})
+    stepper, wanted = sb.Stepper(late, ["lever", "load"]), []
+    for lever, load in COMMANDS[:2]:
+        stepper.advance(0.13, lever=lever, load=load)
+        wanted.append([stepper[n] for n in ("omega", "phi", "brake_torque", "slack_tension", "tight_tension")])
+    run = Run(sb.files.write_fmu(late, tmp_path / "late.fmu"), start=7.0)
+    np.testing.assert_array_equal(run.steps(COMMANDS[:2], 7.0), wanted)
+
+
 def test_parameters_and_failed_steps(scene, file):
     run = Run(file, **{"initial.omega": 12.0})
     assert run.get("omega") == [12.0]
@@ -198,7 +166,7 @@ def test_parameters_and_failed_steps(scene, file):
     assert run.get("omega")[0] < 12.0
 
 
-def test_what_cannot_be_an_fmu_is_an_input_error(scene, tmp_path, monkeypatch):
+def test_what_cannot_be_an_fmu(scene, tmp_path, monkeypatch):
     with pytest.raises(sb.InputError, match=r"give a name with \.fmu"):
         sb.files.write_fmu(scene, tmp_path / "brake.zip")
     monkeypatch.setitem(sys.modules, "pythonfmu", None)
@@ -206,7 +174,18 @@ def test_what_cannot_be_an_fmu_is_an_input_error(scene, tmp_path, monkeypatch):
         sb.files.write_fmu(scene, tmp_path / "brake.fmu")
 
 
-def test_commands_write_an_fmu_and_a_workbook(scene, tmp_path, capsys):
+def test_hottest_node_is_an_output(tmp_path):
+    """Of several temperatures the maximum; of single linings nothing."""
+    read = fmpy.read_model_description(sb.files.write_fmu(layered_stop(), tmp_path / "hot.fmu"))
+    about = {one.name: one for one in read.modelVariables}
+    assert (about["rim_temperature"].causality, about["rim_temperature"].unit) == ("output", "K")
+    assert "normal_load" not in about
+    bases = {unit.name: unit.baseUnit for unit in read.unitDefinitions}
+    assert [getattr(bases["W/(m2.K)"], x) for x in ("kg", "m", "s", "K")] == [1, 0, -3, -1]
+    assert [getattr(bases["J/(kg.K)"], x) for x in ("kg", "m", "s", "K")] == [0, 2, -2, -1]
+
+
+def test_commands_write_fmu_and_workbook(scene, tmp_path, capsys):
     sb.write_scene(scene, tmp_path / "brake.toml")
     for arguments in (["fmu", "--out", "x.fmu", "--set", "initial.omega=9"], ["run", "--out", "x.xlsx"]):
         command, option, name, *rest = arguments

@@ -8,23 +8,16 @@ import numpy as np
 import pytest
 from commands import call
 from heat_scenes import fading, lump, rigid_stop
+from staged_scenes import stop as staged_stop
 from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
-from simbrake._base._table import unit
-from simbrake.studies._measured import COLUMNS, check_measured, column_of, pick
 
 
 def write(folder, name, text):
     file = folder / name
     file.write_text(text, "utf-8")
     return file
-
-
-def test_measured_columns_are_what_has_a_derivative():
-    """The times, counts and names of a series are none."""
-    assert {"omega", "tight_tension", "lining_temperature"} < set(COLUMNS)
-    assert not {"t", "at_limit", "band_mode", "sense"} & set(COLUMNS)
 
 
 def test_units_and_empty_cells(tmp_path):
@@ -59,7 +52,7 @@ def test_units_and_empty_cells(tmp_path):
     assert "stopping_time = 1.5 s" in str(data)
 
 
-def test_semicolons_with_decimal_commas_and_chosen_columns(tmp_path):
+def test_semicolons_and_decimal_commas(tmp_path):
     file = write(tmp_path, "a.csv", "\ufefft;omega;comment\n0,5;1,25e1;begin\n1,5;7;end\n")
     (omega,) = sb.read_measured(file, columns=["omega"], sigma={"omega": 0.1}).points
     np.testing.assert_allclose(omega.t, [0.5, 1.5])
@@ -68,7 +61,7 @@ def test_semicolons_with_decimal_commas_and_chosen_columns(tmp_path):
         sb.read_measured(file)
 
 
-def test_all_faults_of_all_files_in_one_report(tmp_path):
+def test_all_faults_of_files_at_once(tmp_path):
     series = write(
         tmp_path,
         "series.csv",
@@ -110,27 +103,11 @@ def test_all_faults_of_all_files_in_one_report(tmp_path):
     assert len(caught.value.faults) == 16
 
 
-def test_a_broken_logger_does_not_fill_the_screen(tmp_path):
+def test_a_broken_logger_is_told_shortly(tmp_path):
     file = write(tmp_path, "a.csv", "t,omega\n" + "".join(f"{i},err\n" for i in range(500)))
     with pytest.raises(sb.InputError, match="450 more errors") as caught:
         sb.read_measured(file, sigma={"omega": 0.1})
     assert len(caught.value.faults) == 51
-
-
-def test_names_of_columns_are_those_that_a_run_writes():
-    assert column_of("omega") == ("omega", None)
-    assert column_of("tension[20]") == column_of("tension_20") == ("tension", "20")
-    assert column_of("temperature_rim[1]") == column_of("temperature[rim[1]]") == ("temperature", "rim[1]")
-    assert column_of("lining_outer_temperature_2") == ("lining_outer_temperature", "2")
-    assert all(column_of(name) == (name, None) for name in COLUMNS)
-    assert column_of("tension_sigma") is None
-    # of friction pairs
-    assert column_of("internal_torque") == ("internal_torque", None)
-    assert column_of("external_slip_speed[3]") == column_of("external_slip_speed_3") == ("external_slip_speed", "3")
-    assert column_of("internal_sense") is column_of("internal_load") is None
-    assert unit("kN·m", "N*m").factor == 1e3
-    with pytest.raises(ValueError, match="known here"):
-        unit("rpm", "N")
 
 
 def test_arrays_are_checked_as_files_are():
@@ -192,7 +169,7 @@ def test_calibrate_from_files(capsys, monkeypatch, tmp_path, files):
     assert "not converged" in out
 
 
-def test_calibrate_with_bad_input_exits_2_with_all_faults(capsys, tmp_path, files):
+def test_calibrate_with_bad_input_exits_2(capsys, tmp_path, files):
     scene, series, _ = map(str, files)
     bad = write(tmp_path, "bad.csv", "t,omega\n0,fast\n")
     fit = ["--fit", "initial.omega=5", "--sigma", "omega", "--start", "x=y", "--start", "5 kN", "--start", "x=z"]
@@ -224,7 +201,7 @@ def faults(call, *arguments, **settings):
     return [str(fault) for fault in caught.value.faults]
 
 
-def test_unusual_cells_are_read_as_usual_ones_or_told(tmp_path):
+def test_unusual_cells_are_read_or_told(tmp_path):
     zero = write(tmp_path, "zero.csv", "t,omega,omega_sigma\n0,0,0.1\n1,-2,0\n2,3,-1\n")
     told = faults(sb.read_measured, zero)
     assert [text.partition("line ")[2].partition(" — ")[0] for text in told] == [
@@ -290,40 +267,49 @@ def test_data_say_what_they_hold():
         assert text == f"stopping_time: {sigma} is not a standard deviation — it must be > 0"
 
 
-def test_what_a_scene_and_its_run_do_not_have_is_told():
-    scene = stop_scene(C=None)
-    assert faults(check_measured, sb.studies.Measured(), scene) == [
-        "data: nothing was measured — give columns over time, or events"
-    ]
-    check_measured(sb.studies.Measured.of([0.0, 5.0], {"omega": [1.0, 2.0]}), scene)
-    late = sb.studies.Measured.of([1.0, 6.5, 8.0], {"omega": [1.0, 2.0, 3.0]})
-    assert "omega: was measured at 6.5 s, but the run goes from 0 to 5 s" in faults(check_measured, late, scene)[0]
-    result = sb.simulate(scene)
-    series = result.series(np.array([0.1, 0.2]))
-    np.testing.assert_array_equal(pick(result, series, "omega", None), series.omega)
-    np.testing.assert_array_equal(pick(result, series, "tension", "3"), series.tension[:, 2])
-    for column, entry, words in (
-        ("omega", "1", "omega[1]: omega has no entries — call it omega"),
-        ("rim_temperature", None, "rim_temperature: is not in a run of this scene"),
-        ("torque", "2", "torque[2]: is not in a run of this scene"),
-        ("tension", "21", "tension[21]: there is no entry 21 — there are: 1, 2, 3, 4, 5, "),
-        (
-            "tension",
-            None,
-            "tension: has 20 entries — name the measured one: tension[1], tension[2], tension[3], tensio",
-        ),
-        ("zzz", None, "zzz: is not in a run of this scene — its brake or heat part has no such quantity"),
-        ("brake_torqe", None, "brake_torqe: is not in a run of this scene — nearest: brake_torque"),
+@pytest.mark.parametrize(
+    ("column", "words"),
+    [
+        ("omega[1]", "omega has no entries"),
+        ("rim_temperature", "is not in a run of this scene"),
+        ("internal_torque", "nearest: external_torque"),
+        ("tension[21]", "there is no entry 21"),
+        ("tension", "has 20 entries"),
+        ("brake_torqe", "nearest: brake_torque"),
+        ("at_limit", "cannot be fitted"),
+    ],
+)
+def test_columns_that_a_run_does_not_have(column, words):
+    with pytest.raises(sb.InputError) as caught:
+        sb.plot.overlay(sb.simulate(stop_scene(C=None)), sb.studies.Measured.of([0.1, 0.2], {column: [1.0, 2.0]}))
+    (fault,) = caught.value.faults
+    assert column in fault.path + fault.problem
+    assert words in str(fault)
+
+
+def drawn(result, column):
+    """The curve of a run that is laid over a measured column."""
+    data = sb.studies.Measured.of([0.1, 0.2], {column: [2e3, 3e3]})
+    (line,) = (line for line in sb.plot.overlay(result, data).axes[0].lines if line.get_label() == "run")
+    return line.get_data()
+
+
+def test_entries_of_columns():
+    """Of a lining, a pair and a node; one entry alone needs no name."""
+    staged, hot = sb.simulate(staged_stop()), sb.simulate(rigid_stop(fading(), lump()))
+    for result, names, read in (
+        (staged, ("tension[3]", "tension_3"), lambda s: s.tension[:, 2] / 1e3),
+        (staged, ("internal_slip_speed[3]", "internal_slip_speed_3"), lambda s: s.pairs["internal"].slip_speed[:, 2]),
+        (hot, (f"temperature[{hot.nodes[0]}]", "rim_temperature"), lambda s: s.rim_temperature[:, 0] - 273.15),
     ):
-        assert str(pick(result, series, column, entry)).startswith(words), column
-    assert str(pick(result, series, "tension", None)).endswith("tension[4], …")
+        for name in names:
+            t, y = drawn(result, name)
+            apart = np.min(np.abs(np.subtract.outer(t, [e.time for e in result.events])), axis=1) > 1e-9
+            np.testing.assert_allclose(y[apart], read(result.series(t))[apart], rtol=1e-9, err_msg=name)
 
 
-def test_nodes_are_named_and_one_entry_needs_no_name():
-    scene = rigid_stop(fading(), lump())
-    result = sb.simulate(scene)
-    series = result.series(np.array([0.1, 0.2]))
-    rim = pick(result, series, "temperature", result.nodes[0])
-    np.testing.assert_array_equal(rim, series.temperature[:, 0])
-    np.testing.assert_array_equal(pick(result, series, "rim_temperature", None), series.rim_temperature[:, 0])
-    assert str(pick(result, series, "temperature", "1")).startswith("temperature[1]: there is no entry 1")
+def test_measured_times_lie_in_the_run():
+    data = sb.studies.Measured.of([1.0, 6.5, 8.0], {"omega": [1.0, 2.0, 3.0]}, sigma={"omega": 0.1})
+    for wrong, words in ((data, "6.5 s"), (sb.studies.Measured(), "nothing was measured")):
+        with pytest.raises(sb.InputError, match=words):
+            sb.calibrate(stop_scene(C=None), {"initial.omega": (5.0, 30.0)}, wrong)

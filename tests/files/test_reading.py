@@ -58,7 +58,7 @@ def test_results_are_read_by_name(result):
         result.events["stopp"]
 
 
-def test_results_in_notebooks_figures_and_data_sets(result):
+def test_results_in_notebooks(result):
     page = result._repr_html_()
     assert "#fdf3e0" in page  # amber: no limits are given
     assert "stopping_time" in page

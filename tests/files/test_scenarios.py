@@ -18,7 +18,7 @@ def test_scene_is_valid(name):
 
 
 @pytest.mark.slow
-def test_everything_coupled_keeps_its_balances():
+def test_everything_coupled_balances():
     result = sb.simulate(load("everything_coupled").scene())
     assert result.status == "stopped"
     assert float(result.energy["closure"]) <= 1e-9
@@ -93,7 +93,7 @@ def pulley_network():
     return np.array(C), np.diag((K + K.T).sum(1) + air) - K - K.T, np.array([e[0], e[1], 0, 0, 0, 0, 0]) / sum(e)
 
 
-def test_thermal_stabilisation_sends_more_heat_to_the_flange_than_the_first_cycle():
+def test_heat_to_the_flange_when_stabilised():
     """The first cycle against SciPy; means of the steady cycle are linear algebra of a linear network."""
     from scipy.integrate import solve_ivp
 
