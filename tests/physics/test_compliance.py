@@ -1,6 +1,5 @@
 """Band compliance: elongation against quadrature, bands in parallel, the scene with geometry, the lever."""
 
-import dataclasses
 import math
 
 import equinox as eqx
@@ -243,18 +242,6 @@ def test_only_a_slotted_band_goes_more_than_once_around():
     sb.check(stop_scene(C=slotted(), beta=20.0))
     with pytest.raises(sb.InputError, match="more than 720°"):
         sb.check(stop_scene(C=slotted(), beta=37.0))
-
-
-def test_unequal_bands_are_a_warning_where_friction_looks_at_their_load():
-    from simbrake._parts._scene import warnings
-
-    law = sb.friction.ProductFriction(sb.ConstantFriction(0.3), (sb.friction.PressureFactor(1e6, 0.1),))
-    assert warnings(stop_scene(C=sb.brakes.ParallelBands((2e5, 3e5)))) == []
-    assert warnings(stop_scene(C=sb.brakes.ParallelBands((2e5, 2e5)), law=law)) == []
-    scene = stop_scene(C=sb.brakes.ParallelBands((2e5, 3e5)), law=law)
-    linings = dataclasses.replace(scene.brake.linings, area=0.1)
-    (text,) = warnings(eqx.tree_at(lambda s: s.brake.linings, scene, linings))
-    assert text.startswith("unequal_bands: the bands carry 0.4, 0.6")
 
 
 @pytest.mark.slow

@@ -4,7 +4,6 @@ import dataclasses
 import math
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -15,7 +14,6 @@ from scipy.integrate import quad
 from scipy.optimize import brentq
 
 import simbrake as sb
-from simbrake.friction import SurfaceState
 
 # --- events that heat brings about -------------------------------------------------------------------------------
 
@@ -166,50 +164,6 @@ def test_stop_with_flash_down_to_rest_and_its_derivatives():
     slopes = [(up - down) / (2e-4 * x) for (up, down), x in zip(moved, at.values(), strict=True)]
     np.testing.assert_allclose(forwards[0], slopes, rtol=1e-6)
     np.testing.assert_allclose(backwards[0], slopes, rtol=1e-6)
-
-
-@pytest.mark.slow
-def test_implicit_friction_of_flash_and_pressure_against_scalar_roots():
-    area, v = 0.02, 10.0
-    base = sb.friction.ProductFriction(
-        sb.ConstantFriction(0.4), (sb.LinearFade(2e-3, 300.0), sb.friction.PressureFactor(reference=1e6, exponent=0.3))
-    )
-    grip = sb_grip(base, area)
-    T = np.full(5, 320.0)
-    found = grip.coefficients(
-        jnp.asarray(2e4), jnp.full(5, v), SurfaceState(jnp.asarray(T)), jnp.asarray(False), static=False
-    )
-    before = 2e4
-    for i in range(5):
-
-        def law(f, before=before):
-            mu = (1 + f * math.tan(0.25)) / (1 - f * math.tan(0.25))
-            p = before * (1 + mu) * math.sin(0.25) / area
-            rise = 2 * f * p * v / 50.0 * math.sqrt(1.44e-5 * 1e-3 / (math.pi * v))
-            return 0.4 * (1 - 2e-3 * (320.0 + rise - 300.0)) * (1 + p / 1e6) ** -0.3 - f
-
-        f = brentq(law, 0.0, 1.0, xtol=1e-15)
-        assert float(found.f[i]) == pytest.approx(f, rel=1e-12)
-        before *= (1 + f * math.tan(0.25)) / (1 - f * math.tan(0.25))
-
-    @jax.jit
-    def least(T):
-        return grip.coefficients(jnp.asarray(2e4), jnp.full(5, v), SurfaceState(T), jnp.asarray(False), static=False).f[
-            -1
-        ]
-
-    slope = np.asarray(jax.jit(jax.grad(least))(T))
-    h = 1e-3
-    for j in (0, 4):
-        e = np.eye(5)[j] * h
-        central = (float(least(T + e)) - float(least(T - e))) / (2 * h)
-        assert float(slope[j]) == pytest.approx(central, rel=1e-7)
-
-
-def sb_grip(law, area):
-    from helpers import Grip
-
-    return Grip.of(sb.Lining(law, np.full(5, 0.5), area), FLASH)
 
 
 @pytest.mark.slow

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import staged_scenes
 import wear_scenes as ws
-from helpers import assemble, main
+from helpers import main
 
 import simbrake as sb
 from simbrake import plot
@@ -127,8 +127,7 @@ def test_a_worn_brake_has_a_smaller_circle_and_a_later_lever(braking):
     h = np.array([1e-3, 2e-3, 3e-3, 6e-3])
     scene = sb.with_values(braking.scene, {"brake.band.radius": 0.65})
     fresh = sb.simulate(eqx.tree_at(lambda s: s.wear, scene, sb.Wear(ws.K, worn=h, geometry=True)))
-    system, _, _ = assemble(fresh.scene)
-    assert float(system.mechanism.radius) == pytest.approx(0.65 - h.mean(), rel=1e-14)
+    assert float(fresh.record.system.mechanism.radius) == pytest.approx(0.65 - h.mean(), rel=1e-14)
     alpha = ws.T0 * (ws.statics()[0][-1] - 1) / ws.J
     assert float(fresh.stopping_time) == pytest.approx(ws.W0 / (alpha * (0.65 - h.mean())), rel=1e-10)
     np.testing.assert_allclose(fresh.worn_thickness, braking.worn_thickness, rtol=1e-9)
@@ -176,7 +175,7 @@ def test_worn_linings_in_the_heat_part():
     )
     scene = ws.stop(sb.Wear(ws.K, worn=h, heat=True), layered)
     np.testing.assert_allclose(walls_left(scene)["lining"], 1 - h / 0.03, rtol=1e-14, strict=True)
-    thermal = assemble(scene)[0].thermal
+    thermal = sb.simulate(scene).record.system.thermal
     through = 2 * np.asarray(thermal.half[thermal.spans.stores["lining"]]).reshape(4, 5).sum(axis=1)
     np.testing.assert_allclose(through, (0.03 - h) / (float(lining.conductivity) * ws.AREA), rtol=1e-12)
     stored = np.asarray(thermal.capacity[4:]).reshape(4, 5).sum(axis=1)

@@ -11,8 +11,6 @@ from scipy.special import erfc
 from stop_scenes import stop_scene
 
 import simbrake as sb
-from simbrake.formulas._material_table import _COLUMNS, QUANTITIES
-from simbrake.formulas._materials import Compared
 
 # --- the materials ----------------------------------------------------------------------------------------------------
 
@@ -261,31 +259,6 @@ def test_a_staged_brake_is_refused():
 # --- what the table says ----------------------------------------------------------------------------------------------
 
 
-def made(work, fails=(), level=0, rim="brass", simulated=None, ends="melts"):
-    compared = {name: Compared(1.0, None) for name in QUANTITIES} | {"surface": Compared(400.0, simulated)}
-    return sb.formulas.MaterialRow(level, rim, "FK-24A", compared, fails, work, ends)
-
-
-def test_the_ranking_has_admissible_pairs_first_and_then_the_greatest_work():
-    rows = (
-        made(3e6, ("hot",), rim="steel_20L"),
-        made(1e6, rim="brass"),
-        made(2e6, rim="cast_iron"),
-        made(9e6, rim="brass", level=1),
-    )
-    rims = tuple(sb.formulas.rim_material(name) for name in ("steel_20L", "brass", "cast_iron"))
-    linings = (sb.formulas.lining_material("FK-24A"),)
-    levels = tuple(sb.formulas.EnergyLevel(words, 1e6, 2e6) for words in ("scene", "twice"))
-    table = sb.formulas.MaterialComparison("about", levels, rims, linings, rows, ("a note",))
-    assert [row.rim for row in table.ranking(0)] == ["cast_iron", "brass", "steel_20L"]
-    assert [row.greatest_work for row in table.ranking()] == [9e6]
-    assert table.row("brass") is rows[1]
-    assert table.row("brass", level=-1) is rows[3]
-    with pytest.raises(KeyError, match="no row 'gold' with 'FK-24A'; there are: rims steel_20L, brass, cast_iron; lin"):
-        table.row("gold")
-    assert not table.simulated
-
-
 def test_notes_say_what_is_assumed():
     table = compared(["steel_20L", "brass"])
     assert table.about.endswith("time and friction work are those of classical stops, temperatures in °C")
@@ -309,11 +282,3 @@ def test_notes_say_what_is_assumed():
     for name, source in sources.items():
         said = entries[name].assumed and not entries[name].source.startswith("assumption")
         assert source == entries[name].source + (" (assumed)" if said else ""), name
-
-
-def test_columns_are_in_the_units_of_their_headings():
-    of_unit = {"%": 100.0, "MPa": 1e-6, "µm": 1e6, "kg": 1.0, "": 1.0}
-    for name, _, _, unit, show in _COLUMNS:
-        value = 523.15 if unit == "°C" else 37.5 / of_unit[unit]
-        wanted = 250.0 if unit == "°C" else 37.5
-        assert float(show(value)) == pytest.approx(wanted, abs=0.5), name

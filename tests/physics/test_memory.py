@@ -2,25 +2,20 @@
 
 import json
 import math
-from typing import Any
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import assemble, jacobians
-from jax.flatten_util import ravel_pytree
+from helpers import jacobians
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from test_every_mechanism import KINDS, PRESSED, scene
+from user_parts import RunningIn, Timed, Travelled
 
 import simbrake as sb
-from simbrake._pages._page import series_table
-from simbrake._run._choice import stiffness
 from simbrake.friction import RatesRead, rates_read, reads
-from simbrake.hybrid import QUADRATURE
-from simbrake.results import BandMode
 
 J, OMEGA, F, CAPACITY = 900.0, 20.0, 0.4, 3e4
 #: pads: force, count, effective radius by uniform wear, area, torque of the brake at the start
@@ -29,42 +24,6 @@ TORQUE = PADS * F * FORCE * ARM
 #: band
 T_0, R, R_B, BETA, AREA = 4e3, 0.59, 0.64, math.radians(50.0), 0.03
 Z = math.tan(BETA / 2)
-
-
-class Timed(sb.friction.AbstractFriction):
-    """Friction `f ξ` that comes to another one by itself, `ξ̇ = (ξ_e − ξ)/τ`."""
-
-    coefficient: Any = sb.quantity("1", "coefficient at the start", low=0.0, default=F)
-    end: Any = sb.quantity("1", "factor to which it tends", low=0.0, default=0.5)
-    time: Any = sb.quantity("s", "time constant", positive=True, default=2.0)
-
-    def start(self, n):
-        return 1.0
-
-    def rates(self, contact):
-        return (self.end - contact.memory) / self.time
-
-    def kinetic(self, contact):
-        return self.coefficient * contact.memory
-
-    def static(self, contact):
-        return self.coefficient * contact.memory
-
-
-class Travelled(Timed):
-    """The same by the way that it slides, `ξ̇ = (ξ_e − ξ) (v/v_0)^k/τ`."""
-
-    power: int = eqx.field(static=True, default=1)
-
-    def rates(self, contact):
-        return (self.end - contact.memory) * contact.v**self.power / self.time
-
-
-class RunningIn(Timed):
-    """The same by the friction work per area, `ξ̇ = (ξ_e − ξ) q/w_0` (`time`: `w_0` in J/m²)."""
-
-    def rates(self, contact):
-        return (self.end - contact.memory) * contact.q / self.time
 
 
 class Pressed(Timed):
@@ -366,7 +325,6 @@ def test_what_results_files_and_pages_show_of_states(recovering, tmp_path):
     assert kept.dims == ("time", "friction_memory_state", "lining")
     np.testing.assert_allclose(kept.values[-1, 1], result.record.y_end.memory[0]["seen"], rtol=1e-9)
     json.dumps(result.summary(), allow_nan=False)
-    assert "friction_memory_2_3" in series_table(result)[0]
     with pytest.raises(sb.InputError, match="Recovering is a custom class"):
         sb.write_scene(recovering, tmp_path / "scene.toml")
     answer = sb.prepare(recovering, ["stopping_time"])({"brake.linings.friction.time": 1e6})
@@ -449,9 +407,9 @@ def test_what_the_rates_read():
 
 
 def test_a_law_without_states_costs_nothing_and_one_with_them_what_it_has():
-    states = [jax.tree.leaves(assemble(disc(law))[1]) for law in (sb.ConstantFriction(F), Timed())]
-    assert len(states[1]) == len(states[0]) + 1
-    assert assemble(disc(sb.ConstantFriction(F)))[1].memory is None
+    plain, timed = (sb.simulate(disc(law)).record.y_end for law in (sb.ConstantFriction(F), Timed()))
+    assert len(jax.tree.leaves(timed)) == len(jax.tree.leaves(plain)) + 1
+    assert plain.memory is None
 
 
 class Wrong(Timed):
@@ -498,30 +456,6 @@ def test_wrong_states_are_input_errors(law, words):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["rigid band", "elastic band", "chain", "disc brake"])
-@pytest.mark.parametrize("law", [Timed(), Travelled(), RunningIn()], ids=lambda law: type(law).__name__)
-def test_the_jacobian_has_nothing_where_none_is_declared(kind, law):
-    system, y, mode = assemble(eqx.tree_at(lambda s: s.brake.linings.friction, scene(kind), law))
-    sliding = jax.tree.map(jnp.asarray, mode._replace(band=int(BandMode.SLIP)))
-    if kind == "chain":
-        sliding = sliding._replace(own=sliding.own._replace(linings=jnp.ones(3, jnp.int32)))
-        y = y._replace(own=y.own._replace(v=jnp.asarray([1.0, 2.0, 3.0])))
-    y = y._replace(omega=jnp.asarray(18.0), memory=(jnp.asarray([0.9, 0.8, 0.7]),))
-    flat, back = ravel_pytree(y)
-    slope = jax.jit(jax.jacfwd(lambda x: ravel_pytree(system.rhs(jnp.asarray(1.0), back(x), sliding))[0]))(flat)
-    kinds = np.concatenate([np.ravel(kind) for kind in jax.tree.leaves(system.couplings())])
-    chained = np.flatnonzero(kinds >= 0)
-    # not where loads depend on the friction of others, nor where the slip does; nor beside a core that is larger
-    loads, slips = isinstance(law, RunningIn) and "band" in kind, isinstance(law, Travelled) and kind == "elastic band"
-    coupled = loads or slips
-    assert len(chained) == (0 if coupled or kind == "chain" else 3)
-    block = np.asarray(slope)[np.ix_(chained, chained)]
-    assert np.all(np.diag(block) != 0)
-    assert np.count_nonzero(block) == len(chained)
-    assert not np.any(np.asarray(slope)[:, kinds == QUADRATURE])
-
-
-@pytest.mark.slow
 def test_linings_under_an_open_band_do_not_rub():
     """The linings of a bandage on springs move past the open band all the same."""
     law = Travelled(F, 0.5, 3.0)
@@ -544,12 +478,3 @@ def test_under_an_open_band_there_is_neither_way_nor_work(law, stiffness):
     for end, moved in ((0.6, False), (0.9, True)):
         xi = final(sb.simulate(sb.Scene(closed.brake, duty, closed.initial, end), max_steps=512))
         assert np.all(xi < 1.0) if moved else np.all(xi == 1.0)
-
-
-def test_quick_memory_asks_for_an_implicit_method_the_sooner_the_more_a_step_costs():
-    """600 and 6000 steps to stay stable: with heat, whose steps cost more, 150 are too many, without it 1500."""
-    heat = sb.lumped_heat(rim=1e6, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0)
-    for steps, needs in ((600, [False, True]), (6000, [True, True]), (60, [False, False])):
-        cold = band(Timed(time=10.0 / (6 * steps)))
-        warm = sb.Scene(cold.brake, cold.duty, cold.initial, cold.end_time, heat)
-        assert [stiffness(one)[0] for one in (cold, warm)] == needs

@@ -1,7 +1,6 @@
 """Thermal networks by themselves against closed forms: lumps, radiation, slabs, contact, junctions, steady states."""
 
 import math
-from typing import Any
 
 import equinox as eqx
 import jax
@@ -9,9 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.special import erfc
+from user_parts import Quartic
 
 import simbrake as sb
-from simbrake._run._choice import fastest_node, stiff_heat
+from simbrake.thermal import Lump, ThermalContact
 
 STEEL = sb.Material(conductivity=50.0, density=7800.0, specific_heat=50.0 / (7800.0 * 1.4e-5))
 
@@ -397,28 +397,6 @@ def test_a_source_raises_the_face_from_which_a_wall_convects():
     np.testing.assert_allclose(T, face + (350.0 - face) * depth, rtol=1e-8)
 
 
-class Quartic(sb.thermal.AbstractLink):
-    """A link of one's own, `g = s (T_a − T_b)²`."""
-
-    a: str = eqx.field(static=True)
-    b: str = eqx.field(static=True)
-    growth: Any = sb.quantity("W/K^3", "growth of the conductance", low=0.0)
-
-    def conductance(self, T_a, T_b, around):
-        return self.growth * (T_a - T_b) ** 2
-
-
-@pytest.mark.parametrize(("growth", "stiff"), [(1e-3, False), (10.0, True)])
-def test_a_link_of_ones_own_is_looked_at_when_the_method_is_chosen(growth, stiff):
-    # 100 K at the start: g = 1e4 s W/K, so that 2 g/C · 10 s/6 is 17 steps for s = 1e-3, 1.7e5 for s = 10
-    heat = sb.Heat(
-        (sb.thermal.Lump("a", 2.0, 400.0), sb.thermal.Reservoir("air", 300.0)), (Quartic("a", "air", growth),)
-    )
-    found, why = stiff_heat(heat, 10.0)
-    assert found is stiff
-    assert "the thermal node a follows" in why
-
-
 def test_a_link_of_ones_own_against_its_closed_form():
     # C dθ/dt = −s θ³, θ = θ_0/√(1 + 2 s θ_0² t/C)
     heat = sb.Heat((sb.thermal.Lump("a", 2.0, 400.0), sb.thermal.Reservoir("air", 300.0)), (Quartic("a", "air", 1e-3),))
@@ -477,64 +455,8 @@ def test_walls_side_by_side_and_lumps_between_them_exchange_no_heat():
     assert float(run.closure) < 1e-12
 
 
-@pytest.mark.parametrize(("face", "h"), [("front", 500.0), ("back", 500.0), ("front", 1e-3)])
-def test_the_fastest_node_of_a_wall_has_its_neighbours_and_its_link(face, h):
-    """`2 Σ g/C` with half of each layer between two nodes, and the half layer behind the face of a link."""
-    k, rho, c, A, thickness = 10.0, 100.0, 8.0, 2.0, 0.9
-    growth = 2.0 if face == "front" else 0.5
-    steps = thickness * growth ** np.arange(3.0) / np.sum(growth ** np.arange(3.0))
-    body = sb.thermal.Wall("w", sb.Material(k, rho, c), thickness, A, 3, growth)
-    heat = sb.Heat((body, sb.thermal.Reservoir("air")), (sb.thermal.Convection(f"w.{face}", A, h, "air"),))
-    half = steps / (2 * k * A)
-    inner = 1 / (half[:-1] + half[1:])
-    total = np.asarray([inner[0], inner.sum(), inner[1]])
-    at = 0 if face == "front" else 2
-    total[at] += 1 / (1 / (h * A) + half[at])
-    rates = 2 * total / (rho * c * A * steps)
-    rate, node = fastest_node(heat)
-    assert (rate, node) == (pytest.approx(rates.max(), rel=1e-12), f"w[{1 + np.argmax(rates)}]")
-    assert at == np.argmax(rates) or h < 1.0
-
-
-def test_links_whose_conductance_changes_are_left_out_and_contacts_are_perfect():
-    C, walls = 5.0, [wall(name, 4, material=sb.Material(10.0, 100.0, 8.0)) for name in "ab"]
-    loose = (sb.thermal.Radiation("lump", 1.0, 0.8), sb.thermal.Conductance("lump", "air", 3.0))
-    heat = sb.Heat((sb.thermal.Lump("lump", C, 400.0), sb.thermal.Reservoir("air")), loose)
-    assert fastest_node(heat) == (pytest.approx(2 * 3.0 / C), "lump")
-    assert fastest_node(sb.Heat(heat.bodies, loose[:1]))[0] == 0.0
-    assert stiff_heat(sb.Heat(heat.bodies, loose[:1]), 10.0) == (False, "no thermal node gives heat to another")
-    step = 0.08 / 4
-    half, C = step / (2 * 10.0), 100.0 * 8.0 * step
-    for contact in (
-        sb.thermal.ThermalContact("a.front", "b.back", 1.0),
-        sb.thermal.ThermalContact("a.front", "b.back", 1.0, law=sb.thermal.MetalContact(50.0, 0.15, 2e-6, 3e9)),
-    ):
-        rate, node = fastest_node(sb.Heat((walls[0], walls[1]), (contact,)))
-        assert (rate, node) == (pytest.approx(2 * (2 / (2 * half)) / C, rel=1e-12), node)
-
-
-@pytest.mark.parametrize(("steps", "stiff"), [(149.0, False), (151.0, True)])
-def test_150_steps_of_the_fastest_node_are_too_many_for_an_explicit_method(steps, stiff):
-    """A step is stable up to six of its times `C/2g`."""
-    heat = sb.Heat((sb.thermal.Lump("a", 2.0), sb.thermal.Reservoir("air")), (sb.thermal.Conductance("a", "air", 4.0),))
-    assert stiff_heat(heat, 6.0 * steps / 4.0) == (
-        stiff,
-        "the thermal node a follows within 0.25 s: an explicit method would need at least 1.5e+02 steps to stay stable"
-        if stiff
-        else "the thermal node a follows within 0.25 s, which an explicit method can follow",
-    )
-
-
-@pytest.mark.parametrize("single", [True, False])
-def test_the_fastest_node_counts_the_links_of_all_linings_at_one_rim(single):
-    """`2 Σ g/C`: of one rim the links of all four linings, of four rims that of each."""
-    g, C = np.array([1.0, 2.0, 3.0, 4.0]), 5.0
-    rim = sb.thermal.Lump("rim", C) if single else sb.thermal.Lump("rim", C, count=4)
-    heat = sb.Heat((rim, sb.thermal.Lump("linings", 100.0, count=4)), (sb.thermal.Conductance("rim", "linings", g),))
-    rate, node = fastest_node(heat)
-    assert (rate, node) == (pytest.approx(2 * (10.0 if single else 4.0) / C), "rim" if single else "rim[4]")
-    if single:  # all of them at one face of a wall, each behind half a layer
-        rim, half, C = wall("rim", 1), 0.08 / (2 * 50.0), 50.0 / 1.4e-5 * 0.08
-        links = (sb.thermal.Conductance("rim.front", "linings", 1e5 * g),)
-        heat = sb.Heat((rim, sb.thermal.Lump("linings", 1e9, count=4)), links)
-        assert fastest_node(heat) == (pytest.approx(2 * np.sum(1 / (1e-5 / g + half)) / C, rel=1e-12), "rim")
+def test_perfect_contacts_of_two_lumps_at_one_face_are_an_input_error():
+    bodies = (sb.thermal.Wall("w", STEEL, 0.02, 1.0, 2), Lump("a", 10.0), Lump("b", 10.0, 350.0))
+    links = (ThermalContact("w.front", "a", 1.0), ThermalContact("b", "w.front", 1.0))
+    with pytest.raises(sb.InputError, match=r"heat\.links: perfect contacts at w\.front hold a and b together"):
+        sb.simulate_heat(sb.Heat(bodies, links), [0.0, 1.0])

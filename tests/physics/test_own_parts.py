@@ -8,111 +8,15 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import assemble
 from scipy.integrate import quad, solve_ivp
 from stop_scenes import closed_form, stop_scene
+from user_parts import AT_REST, T_0, Bump, Cubic, Derived, J, N, Own, R, falling, torque_of
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._physics._brake import course_of_profile
 from simbrake.friction import reads
-from simbrake.profiles import hides_nothing
-from simbrake.results import BandMode
-from simbrake.thermal import AbstractCoefficient
-from simbrake.thermal import _network as links
-
-N, BETA, R, J, T_0, SPEED = 20, math.radians(13.5), 0.725, 800.0, 8e3, 30.0
-AT_REST = 0.4
-
-
-def torque_of(f):
-    """Torque of the linings that all slide (N·m), `R T_0 (Π − 1)`."""
-    fz = f * math.tan(BETA / 2)
-    return R * T_0 * (((1 + fz) / (1 - fz)) ** N - 1)
-
-
-def falling(v):
-    return AT_REST / (1 + v / SPEED)
-
 
 # --- friction laws: the same coefficient written in many ways ---------------------------------------------------------
-
-
-class Own(sb.friction.AbstractFriction):
-    coefficient: Any = sb.quantity("1", "coefficient at rest", low=0.0, default=AT_REST)
-
-    def kinetic(self, contact):
-        return self.coefficient / (1 + contact.v / SPEED)
-
-    def static(self, contact):
-        return jnp.asarray(self.coefficient)
-
-
-class Jitted(Own):
-    @jax.jit
-    def kinetic(self, contact):
-        return self.coefficient / (1 + contact.v / SPEED)
-
-
-class Vmapped(Own):
-    def kinetic(self, contact):
-        return jax.vmap(lambda one: self.coefficient / (1 + one.v / SPEED))(contact)
-
-
-class Unpacked(Own):
-    def kinetic(self, contact):
-        v, _, _ = contact
-        return self.coefficient / (1 + v / SPEED)
-
-
-class Replaced(Own):
-    def kinetic(self, contact):
-        scaled = contact._replace(v=contact.v / SPEED)
-        return self.coefficient / (1 + scaled.v)
-
-
-class Derived(sb.ConstantFriction):
-    """A shipped law whose coefficient is made to fall."""
-
-    def kinetic(self, contact):
-        return self.coefficient / (1 + contact.v / SPEED)
-
-
-class Declared(Own):
-    """What a class says of itself has no effect."""
-
-    speed_dependent: ClassVar[bool] = False
-    temperature_dependent: ClassVar[bool] = False
-    pressure_dependent: ClassVar[bool] = False
-
-
-LAWS = [Own(), Jitted(), Vmapped(), Unpacked(), Replaced(), Derived(AT_REST), Declared()]
-LAWS += [sb.friction.ProductFriction(Derived(AT_REST), ())]
-
-
-def torque_at(law, omega):
-    """Brake torque of an assembled rigid brake in full slip."""
-    system, state, mode = assemble(stop_scene(C=None, law=law, w0=omega))
-    mode = jax.tree.map(jnp.asarray, mode._replace(band=int(BandMode.SLIP)))
-    return system.variables(jnp.zeros(()), state._replace(omega=jnp.asarray(omega)), mode).contact.brake_torque
-
-
-@pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
-def test_a_law_that_reads_the_speed_is_not_frozen(law):
-    several = jax.jit(jax.vmap(lambda omega: torque_at(law, omega)))
-    omega = np.asarray([0.0, 5.0, 20.0])
-    np.testing.assert_allclose(several(omega), torque_of(falling(R * omega)), rtol=1e-12)
-
-
-def test_a_law_of_traced_numbers_is_not_frozen_either():
-    def torque(coefficient):
-        return torque_at(Derived(coefficient), 20.0)
-
-    value, slope = jax.jit(jax.value_and_grad(torque))(AT_REST)
-    assert float(value) == pytest.approx(torque_of(falling(R * 20.0)), rel=1e-12)
-    fz = falling(R * 20.0) * math.tan(BETA / 2)
-    Pi = ((1 + fz) / (1 - fz)) ** N
-    assert float(slope) == pytest.approx(R * T_0 * Pi * N * 2 / (1 - fz**2) * fz / AT_REST, rel=1e-12)
 
 
 def test_a_shipped_law_made_to_fall_stops_when_it_should_and_never_where_it_cannot():
@@ -153,9 +57,9 @@ def heated(law, capacity):
 
 def test_optional_temperature_without_heat_is_the_constant_law():
     fading, constant = (stop_scene(law=law) for law in (Fading(0.35), sb.ConstantFriction(0.35)))
-    (_, state, mode), (_, plain, plain_mode) = assemble(fading), assemble(constant)
-    assert len(jax.tree.leaves((state, mode))) == len(jax.tree.leaves((plain, plain_mode)))
-    assert float(sb.simulate(fading).stopping_time) == pytest.approx(closed_form()["stop"], rel=1e-10)
+    found, plain = sb.simulate(fading), sb.simulate(constant)
+    assert len(jax.tree.leaves(found.record.y_end)) == len(jax.tree.leaves(plain.record.y_end))
+    assert float(found.stopping_time) == pytest.approx(closed_form()["stop"], rel=1e-10)
 
 
 def test_optional_temperature_with_heat_fades():
@@ -181,34 +85,6 @@ def test_what_a_law_needs_and_the_scene_lacks_is_named():
     with pytest.raises(sb.InputError) as caught:
         sb.simulate(stop_scene(law=NeedsAll(0.3)))
     assert {fault.path for fault in caught.value.faults} == {"brake.linings.area", "heat"}
-
-
-class Pressed(sb.ConstantFriction):
-    """Falls with the pressure where there is one."""
-
-    def kinetic(self, contact):
-        f = jnp.asarray(self.coefficient)
-        return f if contact.p is None else f * (1 + contact.p / 1e6) ** -0.2
-
-
-def test_pressure_where_linings_have_areas():
-    area, law = 0.05, Pressed(0.35)
-    plain = stop_scene(C=None, law=law)
-    pressed = eqx.tree_at(lambda s: s.brake.linings.area, plain, area, is_leaf=lambda x: x is None)
-    implicit = [assemble(scene)[0].grip.implicit for scene in (plain, pressed)]
-    assert implicit == [False, True]
-    system, state, mode = assemble(pressed)
-    mode = mode._replace(band=jnp.asarray(int(BandMode.SLIP), jnp.int32))
-    tight = T_0
-    for _ in range(N):
-        f = 0.35
-        for _ in range(200):
-            fz = f * math.tan(BETA / 2)
-            after = tight * (1 + fz) / (1 - fz)
-            f = 0.35 * (1 + (tight + after) * math.sin(BETA / 2) / area / 1e6) ** -0.2
-        tight = after
-    flows = jax.jit(lambda t, y, mode: system.variables(t, y, mode))(jnp.zeros(()), state, mode)
-    assert float(flows.contact.tight_tension) == pytest.approx(tight, rel=1e-12)
 
 
 # --- the question itself ----------------------------------------------------------------------------------------------
@@ -283,20 +159,6 @@ def test_what_a_law_reads(law, read):
 # --- thermal links ----------------------------------------------------------------------------------------------------
 
 
-class Cubic(sb.thermal.Conductance):
-    """A shipped link whose conductance is made to grow, `g = s (T_a − T_b)²`."""
-
-    def conductance(self, T_a, T_b, around):
-        return self.value * (T_a - T_b) ** 2
-
-
-class Cooling(AbstractCoefficient):
-    """Reads only the speed."""
-
-    def value(self, v, T, T_a):
-        return 20.0 + v
-
-
 def test_a_junction_behind_a_link_made_nonlinear():
     """`P = s (T_j − T_air)³` through the junction, `P = G (T_a − T_j)` before it."""
     P, G, s = 500.0, 10.0, 1e-3
@@ -308,104 +170,13 @@ def test_a_junction_behind_a_link_made_nonlinear():
     assert float(found["a"]) == pytest.approx(T_j + P / G, rel=1e-9)
 
 
-@pytest.mark.parametrize(
-    ("link", "nonlinear", "constant"),
-    [
-        (sb.thermal.Conductance("a", "b", 1.0), False, True),
-        (sb.thermal.ThermalContact("a", "b", 1.0), False, True),
-        (sb.thermal.Convection("a", 1.0, 10.0), False, True),
-        (sb.thermal.Convection("a", 1.0, 10.0, covered=0.5), False, False),
-        (sb.thermal.Convection("a", 1.0, sb.thermal.SpeedCoefficient(10.0, 5.0)), False, False),
-        (sb.thermal.Convection("a", 1.0, Cooling()), False, False),
-        (sb.thermal.Convection("a", 1.0, sb.thermal.TemperatureCoefficient(2.0)), True, False),
-        (sb.thermal.Radiation("a", 1.0, 0.8), True, False),
-        (Cubic("a", "b", 1.0), True, False),
-    ],
-)
-def test_what_the_conductance_of_a_link_depends_on(link, nonlinear, constant):
-    assert links.reads(link, 3, 1).temperatures is nonlinear
-    assert links.reads(link, 1, 1).temperatures is nonlinear
-    bodies = (sb.thermal.Lump("a", 1.0, count=3), sb.thermal.Lump("b", 1.0), sb.thermal.Reservoir("air", 300.0))
-    assert links.depends_on_temperatures(link, bodies) is nonlinear
-    assert links.is_constant(link, bodies) is constant
-
-
 # --- profiles ---------------------------------------------------------------------------------------------------------
-
-
-class Bump(sb.Constant):
-    """A shipped profile with a short bump of its own, of the area `4 w √π` times its level."""
-
-    def value(self, t, piece):
-        return self.level * (1 + 4.0 * jnp.exp(-(((t - 0.3) / 0.005) ** 2)))
 
 
 def test_a_bump_on_a_shipped_profile_is_not_missed():
     result = sb.simulate(stop_scene(C=None, lever=Bump(T_0), end=2.0), rtol=1e-12)
     stop = 20.0 * J / torque_of(0.35) - 4.0 * 0.005 * math.sqrt(math.pi)
     assert float(result.stopping_time) == pytest.approx(stop, rel=1e-9)
-
-
-class Slanted(sb.Constant):
-    def value(self, t, piece):
-        return self.level * (1 - t / 10.0) - 3.0
-
-
-class Doubled(sb.profiles.ExponentialRise):
-    """Not the curve that its class stands for."""
-
-    def value(self, t, piece):
-        return self.level * jnp.sin(t / self.time_constant)
-
-
-def of(function):
-    return sb.profiles.FunctionProfile(lambda t, p: function(t))
-
-
-PLAIN = [
-    sb.Constant(1.0),
-    sb.ramp(0.0, 1.0, 0.0, 2.0),
-    sb.Repeated([0.0, 1.0], [0.0, 5.0], 2.0, 9),
-    sb.profiles.ExponentialRise(1.0, 0.3),
-    sb.Lever(sb.profiles.ExponentialRise(1.0, 0.3), 0.8, 0.1),
-    sb.SpeedHold(1.0),
-    Slanted(1.0),
-]
-SHORT = [
-    Bump(1.0),
-    Doubled(1.0, 1e-3),
-    sb.Lever(Bump(1.0), 0.8, 0.1),
-    of(lambda t: t * t),
-    of(lambda t: 5.0 * (t < 1.0)),
-    of(lambda t: t + 0.0 * jnp.floor(t)),
-    of(lambda t: t + jnp.asarray(t, jnp.int32)),
-    of(lambda t: 1.0 if t else 0.0),
-    of(lambda t: t + (t == 1.0)),
-]
-
-
-@pytest.mark.parametrize(("profile", "plain"), [(x, True) for x in PLAIN] + [(x, False) for x in SHORT])
-def test_which_profiles_hide_nothing(profile, plain):
-    assert hides_nothing(profile, course_of_profile) is plain
-    traced = []
-    jax.eval_shape(lambda profile: traced.append(hides_nothing(profile, course_of_profile)), profile)
-    assert traced == [plain]
-
-
-class Surging(sb.TorqueLoad):
-    """A load with a course of its own beside its profile."""
-
-    def torque(self, t, omega, piece):
-        return self.profile.value(t, piece) + jnp.sin(1e3 * t)
-
-
-def test_points_inside_steps_are_looked_at_only_where_something_can_hide():
-    def samples(**parts):
-        return assemble(stop_scene(**parts))[0].guard_samples
-
-    assert samples() == 0
-    assert samples(lever=Bump(T_0)) > 0
-    assert samples(load=Surging()) > 0
 
 
 # --- another kind of brake --------------------------------------------------------------------------------------------

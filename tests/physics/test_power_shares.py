@@ -1,16 +1,13 @@
 """Friction power as heat, electrical and mechanical work: what heats, what is booked, and that it costs nothing."""
 
 import dataclasses
-import math
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 from stop_scenes import stop_scene
 
 import simbrake as sb
-from simbrake.friction import SurfaceState
 
 SHARES = sb.PowerShares(electrical=0.05, mechanical=0.27)
 
@@ -66,21 +63,6 @@ def test_a_scene_without_heat_books_the_shares():
     work = sb.simulate(stop_scene()).energy["friction_heat"]
     assert float(electrical(0.2)) == pytest.approx(0.2 * float(work), rel=1e-10)
     assert float(jax.jit(jax.grad(electrical))(0.2)) == pytest.approx(float(work), rel=1e-8)
-
-
-def test_flash_temperature_sees_the_heat_alone():
-    """Twice the friction power with half of it as heat is the same flash temperature."""
-    flash = sb.thermal.FlashTemperature(50e-6, 48.0, 1.2e-5, 1.0, 300e6)
-    linings = sb.uniform_linings(4, math.radians(120), sb.ConstantFriction(0.3))
-    from helpers import Grip
-
-    law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(3e-4, 293.15),))
-    linings = dataclasses.replace(linings, friction=law)
-    args = (jnp.asarray(1e4), jnp.full(4, 5.0), SurfaceState(jnp.full(4, 293.15)), jnp.asarray(False))
-    half = Grip.of(linings, flash, sb.PowerShares(mechanical=0.5)).coefficients(*args, static=False).f
-    halved = dataclasses.replace(flash, share=0.5)
-    np.testing.assert_allclose(half, Grip.of(linings, halved).coefficients(*args, static=False).f, rtol=1e-12)
-    assert np.all(np.asarray(half) > np.asarray(Grip.of(linings, flash).coefficients(*args, static=False).f))
 
 
 def test_shares_of_more_than_everything_are_a_fault_with_a_path():

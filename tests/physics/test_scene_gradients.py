@@ -1,8 +1,8 @@
 """Derivatives of every shipped scene against central differences: all its numbers at once, through all its events."""
 
 import dataclasses
-import functools
 
+import diffrax
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,9 +10,6 @@ import pytest
 from shipped import NAMES, load
 
 import simbrake as sb
-from simbrake._base._compiling import accelerators
-from simbrake._physics._mechanism import BrakeCode
-from simbrake._run._simulate import solver_of
 from simbrake.hybrid import LANDED, Code
 
 RTOL = 1e-12
@@ -23,6 +20,8 @@ STEPS = {"slip_onset_chain": 4096}
 END = {"tripping_30_stands": 10.0, "slip_onset_chain": 0.3, "thermal_stabilisation": 10.0, "drag_lowering": 2.0}
 #: share by which all numbers move; less where many linings pass their marks in close order, which must stay the same
 STEP = {"resolved_bandage": 5e-5, "slip_onset_chain": 1e-5}
+#: scenes that `simulate` runs by the implicit method
+STIFF = {"disc_stop", "drag_lowering", "tripping_30_stands"}
 #: tighter where an event is passed slowly: friction of a heated pair that recovers at rest lets go at last
 TIGHT = {"everything_coupled": 1e-13}
 
@@ -47,15 +46,15 @@ def scene_and_direction(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_events_and_states_of_a_scene(name):
     scene, direction = scene_and_direction(name)
-    method, rtol = solver_of(scene), TIGHT.get(name, RTOL)
+    solver, rtol = sb.hybrid.Rodas5P() if name in STIFF else diffrax.Dopri8(), TIGHT.get(name, RTOL)
 
     # one program for runs and slope: compiling is most of the work, and another program would round differently
     # (the numbers of the scene are arguments, so that scenes of one structure share it)
-    @functools.partial(jax.jit, compiler_options=accelerators("cpu").options)
+    @jax.jit
     def run(scene, direction, share):
         def starts(share):
             moved = jax.tree.map(lambda p, d: p + share * d, scene, direction)
-            record = sb.simulate(moved, rtol=rtol, solver=method, max_steps=STEPS.get(name)).record
+            record = sb.simulate(moved, rtol=rtol, solver=solver, max_steps=STEPS.get(name)).record
             return (record.rows.t, record.rows.y), (record.rows.kind, record.count, record.code)
 
         return jax.jvp(starts, (share,), (jnp.ones(()),), has_aux=True)
@@ -63,7 +62,7 @@ def test_events_and_states_of_a_scene(name):
     def at(share):
         """Times of the events looked at and of the end, the states there, and the slopes of both."""
         (t, y), (dt, dy), (kind, count, code) = jax.tree.map(np.asarray, run(scene, direction, np.float64(share)))
-        assert code in (Code.COMPLETED, BrakeCode.PHASE_NEVER_ENDS)  # (a duty in phases that is cut)
+        assert code == Code.COMPLETED or name in END  # (a duty in phases that is cut does not end)
         landed = np.flatnonzero(kind[:count] == LANDED)
         wanted = np.unique(np.linspace(0, len(landed) - 1, min(len(landed), EVENTS)).astype(int))
         rows = np.append(landed[wanted] + 1, count)

@@ -13,7 +13,6 @@ from scipy.optimize import brentq
 from stop_scenes import stop_scene
 
 import simbrake as sb
-from simbrake._run._choice import stiffness
 from simbrake.loads import BearingFriction, EddyCurrentBrake, HydrodynamicBrake, TackleLoss, ViscousDrag
 
 J, W0 = 800.0, 20.0
@@ -385,40 +384,3 @@ def test_cross_check_follows_rest_on_dry_friction_and_layers_of_rope():
     assert {"layer_change", "stop", "release"} <= set(names(result))
     report = sb.cross_check(plain, result=result)
     assert report.ok, str(report)
-
-
-def test_a_steep_drag_asks_for_an_implicit_method_and_dry_friction_does_not():
-    """A drag `c` is followed within `J/c`: in steps of six of these an explicit method stays stable."""
-    drag, dry = sb.loads.ViscousDrag(4e5), sb.loads.BearingFriction(5e3)
-    assert stiffness(scene(drag, dry))[0]
-    assert "drag balances the speed within 0.002 s" in stiffness(scene(drag))[1]
-    assert not stiffness(scene(dry))[0]
-    assert not stiffness(scene(sb.loads.ViscousDrag(4e3), dry))[0]
-
-
-@pytest.mark.parametrize(("steps", "stiff"), [(1490.0, False), (1510.0, True)])
-def test_drag_of_load_and_shaft_together_may_ask_for_1500_explicit_steps(steps, stiff):
-    """Rates `(c_load + c_shaft)/J` over the time from the start to the end, in steps of six."""
-    c = 6.0 * steps / 8.0 * J
-    load = sb.TorqueLoad(sb.Constant(0.0), drag=0.75 * c)
-    one = sb.with_values(scene(sb.loads.ViscousDrag(0.25 * c), load=load, end=10.0), {"initial.time": 2.0})
-    found = stiffness(one)
-    assert found[0] == stiff
-    if stiff:
-        assert found[1] == (
-            f"drag balances the speed within {J / c:.2g} s: "
-            "an explicit method would need at least 1.5e+03 steps to stay stable"
-        )
-    else:
-        assert found[1] == "nothing in the scene is stiff"
-
-
-@pytest.mark.parametrize(("steps", "stiff"), [(1490.0, False), (1510.0, True)])
-def test_a_damped_rope_may_ask_for_1500_explicit_steps(steps, stiff):
-    """Rate `c (1/m + (r/n)²/J)` over 10 s, in steps of six; with the empty hook where a string hangs at times."""
-    m, r, n = 2e3, 0.4, 2
-    c = 6.0 * steps / 10.0 / (1 / m + (r / n) ** 2 / J)
-    rope = sb.loads.RopeElasticity(stiffness=1e6, damping=c)
-    load = sb.loads.TrippingLoad(m, 6e4, 900.0, 1.0, 5.0, 6.0, r, n, count=2, elasticity=rope)
-    found = stiffness(scene(load=load, end=10.0))
-    assert (found[0], "the damped rope follows within" in found[1]) == (stiff, stiff)

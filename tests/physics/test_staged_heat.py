@@ -10,7 +10,6 @@ import pytest
 import staged_scenes as staged
 
 import simbrake as sb
-from simbrake._parts._scene import faults
 
 
 def heated(fade=4e-4, **parts):
@@ -118,7 +117,7 @@ def test_a_pair_without_a_place_for_its_heat_is_an_input_error(temperature_depen
     scene = heated() if temperature_dependent else staged.stop(heat=heated().heat)
     bandage = dataclasses.replace(scene.brake.bandage, spring=spring)
     scene = dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bandage))
-    assert faults(scene) == []
+    sb.check(scene)
     for field, builder in (("external", "with_external_pair(heat, partition)"), ("friction", "FrictionHeat(metal")):
         one = dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, **{field: None}))
         with pytest.raises(sb.InputError) as caught:
@@ -128,7 +127,9 @@ def test_a_pair_without_a_place_for_its_heat_is_an_input_error(temperature_depen
         assert "would enter no body" in fault.problem
         assert builder in fault.hint
     neither = dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, friction=None, external=None))
-    assert {fault.path for fault in faults(neither)} == {"heat.friction", "heat.external"}
+    with pytest.raises(sb.InputError) as caught:
+        sb.check(neither)
+    assert {fault.path for fault in caught.value.faults} == {"heat.friction", "heat.external"}
 
 
 @pytest.mark.slow

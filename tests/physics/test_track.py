@@ -9,7 +9,6 @@ import staged_scenes
 from heat_scenes import layered_stop
 
 import simbrake as sb
-from simbrake.formulas.track import _around
 
 STEEL = sb.material("steel_20L")
 E = float(STEEL.effusivity)
@@ -132,19 +131,6 @@ def test_what_a_ripple_needs(stop):
     np.testing.assert_array_equal(cooled.flux[:, cooled.heated], given.flux[:, given.heated])
     assert np.isnan(given.reach).all()  # of a rim without a thickness
     assert not given.valid.any()
-
-
-def test_linings_all_around_leave_no_open_track():
-    linings = sb.Lining(sb.ConstantFriction(0.3), np.radians([80.0, 90.0, 100.0, 90.0]), 0.7 * 0.2 * np.pi / 2)
-    brake = sb.Brake(sb.Pulley(0.7, 800.0, 0.2), sb.Band(0.7), linings)
-    edges, lining = _around(brake, np.asarray(linings.area))
-    # faces of 90° in sections from the tight end on: the first is cut to its 80°, that of 100° lies in its middle
-    wide = np.radians([0.0, 90.0, 95.0, 185.0, 190.0, 280.0]) / (2 * math.pi)
-    np.testing.assert_allclose(edges, wide, atol=1e-12)
-    assert lining.tolist() == [3, -1, 2, -1, 1, 0]
-    edges, lining = _around(brake, np.full(4, 1.0))
-    np.testing.assert_allclose(edges, np.radians([0.0, 90.0, 190.0, 280.0]) / (2 * math.pi))
-    assert lining.tolist() == [3, 2, 1, 0]
 
 
 @pytest.mark.slow

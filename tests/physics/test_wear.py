@@ -12,12 +12,10 @@ import numpy as np
 import pytest
 import staged_scenes
 import wear_scenes as ws
-from helpers import assemble
 from scipy.integrate import quad
 from stop_scenes import stop_scene
 
 import simbrake as sb
-from simbrake._run._linings import lining_values
 
 # --- laws -------------------------------------------------------------------------------------------------------------
 
@@ -108,8 +106,6 @@ def test_metrics_series_and_words_of_the_wear(cold):
     assert data.worn_thickness.attrs["units"] == "m"
     np.testing.assert_allclose(data.worn_thickness.values[-1], np.asarray(cold.worn_thickness), rtol=1e-15)
     assert {"greatest_wear", "wear_over_mean", "wear_over_least"} <= set(data)
-    edges = np.array([0.0, 2e-9, 8.0])
-    np.testing.assert_allclose(lining_values(cold, "worn_thickness", edges)[1], cold.series([4.0]).worn_thickness[0])
     assert cold.summary()["worn_thickness"] == np.asarray(cold.worn_thickness).tolist()
 
 
@@ -231,25 +227,6 @@ def test_a_band_turned_at_rest_wears_on_from_the_other_end():
 
 
 # --- a scene without wear ---------------------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("scene", [stop_scene, lambda: staged_scenes.stop(), lambda: ws.stop(None, ws.lumps())])
-def test_a_scene_without_wear_is_assembled_and_compiled_as_if_there_was_none(scene):
-    """The program of the other rates is the same without wear, to the letter, and wear is the only state more."""
-    scene = scene()
-
-    def program(scene):
-        system, y, mode = assemble(scene)
-        rates = jax.jit(lambda t, y, mode: system.rhs(t, y, mode)._replace(worn=None))
-        return rates.lower(jnp.zeros(()), y, mode).as_text(), jax.tree.structure(y).num_leaves
-
-    text, leaves = program(scene)
-    worn_text, worn_leaves = program(ws.wearing(scene, sb.Wear(1e-14)))
-    assert text == worn_text
-    assert worn_leaves == leaves + 1
-    assert assemble(scene)[0].wearing is None
-    with pytest.raises(ValueError, match="no wear"):
-        _ = sb.simulate(stop_scene()).worn_thickness
 
 
 # --- files and faults -------------------------------------------------------------------------------------------------

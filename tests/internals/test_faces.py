@@ -1,4 +1,4 @@
-"""Flows through walls' faces at which several links end, against a dense solution of all face temperatures."""
+"""Heat flows through faces that several links share, against dense solutions."""
 
 import dataclasses
 
@@ -13,7 +13,11 @@ from simbrake._physics._thermal import Conditions, assemble_thermal
 from simbrake.thermal import Conductance, Convection, Lump, Radiation, Reservoir, Source, ThermalContact
 
 N, SIGMA = 3, 5.670374419e-8
+
+
 STEEL, LINING = sb.Material(48.0, 7800.0, 500.0), sb.Material(0.7, 2000.0, 1000.0)
+
+
 #: layers, thickness (m), area (m²), conductivity, copies
 WALLS = {
     "rim": (5, 0.025, 1.5, 48.0, 1),
@@ -22,6 +26,8 @@ WALLS = {
     "shield": (2, 0.004, 0.9, 48.0, 1),
     "block": (2, 0.01, 0.2, 0.7, N),
 }
+
+
 #: links by kind: ends, conductance (W/K), `ε A` (m²), or none of a perfect contact
 LINEAR = [
     ("rim.front", "air", 45.0),
@@ -44,7 +50,11 @@ LINEAR = [
     ("shield.back", "air", 11.0),
     ("band", "air", 4.0),
 ]
+
+
 RADIANT = [("rim.front", "air", 1.2), ("plate.back", "shield.back", 0.7), ("lining.back", "air", 0.25)]
+
+
 SOURCES = [("rim.front", 900.0), ("plate.front", 400.0)]
 
 
@@ -195,10 +205,3 @@ def test_derivative_of_a_flow_through_eliminated_faces():
     h = 1e-2
     up, down, up2, down2 = (float(lost(45.0 + s * h)) for s in (1, -1, 2, -2))
     assert float(jax.grad(lost)(45.0)) == pytest.approx((8 * (up - down) - (up2 - down2)) / (12 * h), rel=1e-9)
-
-
-def test_perfect_contacts_of_two_lumps_at_one_face_are_an_input_error():
-    bodies = (sb.thermal.Wall("w", STEEL, 0.02, 1.0, 2), Lump("a", 10.0), Lump("b", 10.0, 350.0))
-    links = (ThermalContact("w.front", "a", 1.0), ThermalContact("b", "w.front", 1.0))
-    with pytest.raises(sb.InputError, match=r"heat\.links: perfect contacts at w\.front hold a and b together"):
-        sb.simulate_heat(sb.Heat(bodies, links), [0.0, 1.0])

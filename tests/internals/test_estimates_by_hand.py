@@ -11,7 +11,10 @@ import pytest
 import simbrake as sb
 from simbrake.formulas._braking import Braking
 from simbrake.formulas._heated import Absent, HeatedPart, RunValues, WallCourse, _hardest, _sliding, schmidt_layers
+from simbrake.formulas._material_table import QUANTITIES
+from simbrake.formulas._materials import Compared
 from simbrake.formulas.stress import ElasticMaterial
+from simbrake.formulas.track import _around
 
 RIM, LINING, BAND = sb.Material(40.0, 7800.0, 480.0), sb.Material(0.7, 2000.0, 1100.0), sb.Material(50.0, 7700.0, 500.0)
 SIGMA = 5.670374419e-8
@@ -391,3 +394,41 @@ def test_the_stretch_over_which_friction_works_most():
         found = _sliding(s, pair)
         np.testing.assert_array_equal(found[0], speed)
         np.testing.assert_array_equal(found[1], torque)
+
+
+def made(work, fails=(), level=0, rim="brass", simulated=None, ends="melts"):
+    compared = {name: Compared(1.0, None) for name in QUANTITIES} | {"surface": Compared(400.0, simulated)}
+    return sb.formulas.MaterialRow(level, rim, "FK-24A", compared, fails, work, ends)
+
+
+def test_the_ranking_has_admissible_pairs_first_and_then_the_greatest_work():
+    rows = (
+        made(3e6, ("hot",), rim="steel_20L"),
+        made(1e6, rim="brass"),
+        made(2e6, rim="cast_iron"),
+        made(9e6, rim="brass", level=1),
+    )
+    rims = tuple(sb.formulas.rim_material(name) for name in ("steel_20L", "brass", "cast_iron"))
+    linings = (sb.formulas.lining_material("FK-24A"),)
+    levels = tuple(sb.formulas.EnergyLevel(words, 1e6, 2e6) for words in ("scene", "twice"))
+    table = sb.formulas.MaterialComparison("about", levels, rims, linings, rows, ("a note",))
+    assert [row.rim for row in table.ranking(0)] == ["cast_iron", "brass", "steel_20L"]
+    assert [row.greatest_work for row in table.ranking()] == [9e6]
+    assert table.row("brass") is rows[1]
+    assert table.row("brass", level=-1) is rows[3]
+    with pytest.raises(KeyError, match="no row 'gold' with 'FK-24A'; there are: rims steel_20L, brass, cast_iron; lin"):
+        table.row("gold")
+    assert not table.simulated
+
+
+def test_linings_all_around_leave_no_open_track():
+    linings = sb.Lining(sb.ConstantFriction(0.3), np.radians([80.0, 90.0, 100.0, 90.0]), 0.7 * 0.2 * np.pi / 2)
+    brake = sb.Brake(sb.Pulley(0.7, 800.0, 0.2), sb.Band(0.7), linings)
+    edges, lining = _around(brake, np.asarray(linings.area))
+    # faces of 90° in sections from the tight end on: the first is cut to its 80°, that of 100° lies in its middle
+    wide = np.radians([0.0, 90.0, 95.0, 185.0, 190.0, 280.0]) / (2 * math.pi)
+    np.testing.assert_allclose(edges, wide, atol=1e-12)
+    assert lining.tolist() == [3, -1, 2, -1, 1, 0]
+    edges, lining = _around(brake, np.full(4, 1.0))
+    np.testing.assert_allclose(edges, np.radians([0.0, 90.0, 190.0, 280.0]) / (2 * math.pi))
+    assert lining.tolist() == [3, 2, 1, 0]

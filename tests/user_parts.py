@@ -1,0 +1,175 @@
+"""Friction laws, links, profiles and loads as users write them, which several tests share."""
+
+import math
+from typing import Any, ClassVar
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+
+import simbrake as sb
+from simbrake.thermal import AbstractCoefficient
+
+N, BETA, R, J, T_0, SPEED = 20, math.radians(13.5), 0.725, 800.0, 8e3, 30.0
+AT_REST = F = 0.4
+
+
+class Timed(sb.friction.AbstractFriction):
+    """Friction `f ξ` that comes to another one by itself, `ξ̇ = (ξ_e − ξ)/τ`."""
+
+    coefficient: Any = sb.quantity("1", "coefficient at the start", low=0.0, default=F)
+    end: Any = sb.quantity("1", "factor to which it tends", low=0.0, default=0.5)
+    time: Any = sb.quantity("s", "time constant", positive=True, default=2.0)
+
+    def start(self, n):
+        return 1.0
+
+    def rates(self, contact):
+        return (self.end - contact.memory) / self.time
+
+    def kinetic(self, contact):
+        return self.coefficient * contact.memory
+
+    def static(self, contact):
+        return self.coefficient * contact.memory
+
+
+class Travelled(Timed):
+    """The same by the way that it slides, `ξ̇ = (ξ_e − ξ) (v/v_0)^k/τ`."""
+
+    power: int = eqx.field(static=True, default=1)
+
+    def rates(self, contact):
+        return (self.end - contact.memory) * contact.v**self.power / self.time
+
+
+class RunningIn(Timed):
+    """The same by the friction work per area, `ξ̇ = (ξ_e − ξ) q/w_0` (`time`: `w_0` in J/m²)."""
+
+    def rates(self, contact):
+        return (self.end - contact.memory) * contact.q / self.time
+
+
+def torque_of(f):
+    """Torque of the linings that all slide (N·m), `R T_0 (Π − 1)`."""
+    fz = f * math.tan(BETA / 2)
+    return R * T_0 * (((1 + fz) / (1 - fz)) ** N - 1)
+
+
+def falling(v):
+    return AT_REST / (1 + v / SPEED)
+
+
+class Own(sb.friction.AbstractFriction):
+    coefficient: Any = sb.quantity("1", "coefficient at rest", low=0.0, default=AT_REST)
+
+    def kinetic(self, contact):
+        return self.coefficient / (1 + contact.v / SPEED)
+
+    def static(self, contact):
+        return jnp.asarray(self.coefficient)
+
+
+class Jitted(Own):
+    @jax.jit
+    def kinetic(self, contact):
+        return self.coefficient / (1 + contact.v / SPEED)
+
+
+class Vmapped(Own):
+    def kinetic(self, contact):
+        return jax.vmap(lambda one: self.coefficient / (1 + one.v / SPEED))(contact)
+
+
+class Unpacked(Own):
+    def kinetic(self, contact):
+        v, _, _ = contact
+        return self.coefficient / (1 + v / SPEED)
+
+
+class Replaced(Own):
+    def kinetic(self, contact):
+        scaled = contact._replace(v=contact.v / SPEED)
+        return self.coefficient / (1 + scaled.v)
+
+
+class Derived(sb.ConstantFriction):
+    """A shipped law whose coefficient is made to fall."""
+
+    def kinetic(self, contact):
+        return self.coefficient / (1 + contact.v / SPEED)
+
+
+class Declared(Own):
+    """What a class says of itself has no effect."""
+
+    speed_dependent: ClassVar[bool] = False
+    temperature_dependent: ClassVar[bool] = False
+    pressure_dependent: ClassVar[bool] = False
+
+
+LAWS = [Own(), Jitted(), Vmapped(), Unpacked(), Replaced(), Derived(AT_REST), Declared()]
+LAWS += [sb.friction.ProductFriction(Derived(AT_REST), ())]
+
+
+class Pressed(sb.ConstantFriction):
+    """Falls with the pressure where there is one."""
+
+    def kinetic(self, contact):
+        f = jnp.asarray(self.coefficient)
+        return f if contact.p is None else f * (1 + contact.p / 1e6) ** -0.2
+
+
+class Cubic(sb.thermal.Conductance):
+    """A shipped link whose conductance is made to grow, `g = s (T_a − T_b)²`."""
+
+    def conductance(self, T_a, T_b, around):
+        return self.value * (T_a - T_b) ** 2
+
+
+class Cooling(AbstractCoefficient):
+    """Reads only the speed."""
+
+    def value(self, v, T, T_a):
+        return 20.0 + v
+
+
+class Bump(sb.Constant):
+    """A shipped profile with a short bump of its own, of the area `4 w √π` times its level."""
+
+    def value(self, t, piece):
+        return self.level * (1 + 4.0 * jnp.exp(-(((t - 0.3) / 0.005) ** 2)))
+
+
+class Slanted(sb.Constant):
+    def value(self, t, piece):
+        return self.level * (1 - t / 10.0) - 3.0
+
+
+class Doubled(sb.profiles.ExponentialRise):
+    """Not the curve that its class stands for."""
+
+    def value(self, t, piece):
+        return self.level * jnp.sin(t / self.time_constant)
+
+
+def of(function):
+    return sb.profiles.FunctionProfile(lambda t, p: function(t))
+
+
+class Surging(sb.TorqueLoad):
+    """A load with a course of its own beside its profile."""
+
+    def torque(self, t, omega, piece):
+        return self.profile.value(t, piece) + jnp.sin(1e3 * t)
+
+
+class Quartic(sb.thermal.AbstractLink):
+    """A link of one's own, `g = s (T_a − T_b)²`."""
+
+    a: str = eqx.field(static=True)
+    b: str = eqx.field(static=True)
+    growth: Any = sb.quantity("W/K^3", "growth of the conductance", low=0.0)
+
+    def conductance(self, T_a, T_b, around):
+        return self.growth * (T_a - T_b) ** 2
