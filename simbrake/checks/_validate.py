@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from fnmatch import fnmatchcase
 
 from .._base._faults import Fault, InputError
-from .._base._progress import Line, duration
+from .._base._progress import Waiting
 from .._run._simulate import require_64_bits
 from ._validation import Case, Check, Validation, run_case
 
@@ -53,7 +53,7 @@ def chosen(only: str | None = None) -> list[list[Case]]:
 
 def run_lanes(lanes: Sequence[Sequence[Case]], progress: bool | None = None) -> Validation:
     """Run the lanes in parallel, as compiling releases Python; a line on a terminal shows the progress."""
-    line, total = Line("validate", progress), sum(map(len, lanes))
+    told, total = Waiting("validate", "compiling…", progress), sum(map(len, lanes))
     start, halted, done = time.monotonic(), threading.Event(), itertools.count(1)
 
     def run(lane: Sequence[Case]) -> list[Check]:
@@ -62,17 +62,15 @@ def run_lanes(lanes: Sequence[Sequence[Case]], progress: bool | None = None) -> 
             if halted.is_set():
                 break
             checks.append(run_case(case))
-            k = next(done)
-            line.show(f"{k}/{total} cases, about {duration((total - k) * line.spent / k)} left")
+            told.now("cases", next(done), total)
         return checks
 
-    with ThreadPoolExecutor(max(1, len(lanes))) as pool:
+    with told, ThreadPoolExecutor(max(1, len(lanes))) as pool:
         futures = [pool.submit(run, lane) for lane in lanes]
         try:
             checks = [check for future in futures for check in future.result()]
         finally:
             halted.set()  # interrupted: each lane ends after the case it is at
-    line.done()
     return Validation(checks, time.monotonic() - start)
 
 

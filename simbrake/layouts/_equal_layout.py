@@ -16,7 +16,7 @@ from jaxtyping import Float
 
 from .._base._compiling import DeviceJit
 from .._base._faults import Fault
-from .._base._progress import Line, duration
+from .._base._progress import Waiting
 from .._base._quantity import as_number
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, band_brake, faults, read_by_linings
@@ -463,7 +463,7 @@ class _Search:
 
     def __init__(self, run: Evaluator, free: str, levelled: _Levelled, friction: np.ndarray) -> None:
         self.run, self.free, self.levelled, self.friction = run, free, levelled, friction
-        self.progress = Line("layout")
+        self.progress = Waiting("layout", "compiling…")
         self.start = np.zeros((2 if free == "both" else 1) * (len(run.given[0]) - 1))
 
     def look(self, w: np.ndarray, given: Given | None = None) -> Evaluation:
@@ -476,8 +476,7 @@ class _Search:
         before, found = self.run.runs, self.run(w, given)
         if self.run.runs > before:
             worst = max(np.max(np.asarray(v)) / np.min(np.asarray(v)) for v in found.more)
-            spent = duration(self.progress.spent)
-            self.progress.show(f"run {self.run.runs}, maximum over minimum {worst:.9g}, {spent}")
+            self.progress.now(f"run {self.run.runs}, maximum over minimum {worst:.9g}")
         return found if found.code == 0 else found._replace(values=np.full_like(found.values, np.nan))
 
     def row(self, name: str, layout: tuple[Array, Array | None], found: Evaluation) -> LayoutRow:
@@ -579,12 +578,10 @@ def equal_layout(
     if over == "braking":
         run.like(run.result())
     search = _Search(run, free, levelled, friction_at_start(scene))
-    try:
+    with search.progress:
         rows = [search.row(name, one, search.look(search.start, (*one, wear_rate))) for name, one in layouts.items()]
         w, iterations = search.solve(tolerance, max_iterations)
         best = search.row("optimum", _unfolded(w, given[0], given[1], free), search.look(w))
-    finally:
-        search.progress.done()
     named = tuple(name_of(one) for one in targets)
     if not best.non_uniformity <= 1 + tolerance:
         grip = search.friction * np.tan(best.angle / 2)

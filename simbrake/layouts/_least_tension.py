@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._faults import Fault, InputError
-from .._base._progress import Line, duration
+from .._base._progress import Waiting
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, faults
 from .._run._measure import check_metrics, measure, unit_of
@@ -125,7 +125,7 @@ class _Problem:
 
     def __init__(self, run: Evaluator, names: tuple[str, ...], box: Box, limits: np.ndarray, keep_wrap: bool) -> None:
         self.run, self.names, self.box, self.limits = run, names, box, limits
-        self.scale, self.progress = 1.0, Line("minimum tension")
+        self.scale, self.progress = 1.0, Waiting("minimum tension", "compiling…")
         self.start = box.down(box.start)
         # change of the wrap with the unknowns, where an angle is free
         angles = [float(path.partition("[")[0] == _ANGLES) for path in box.paths.names]
@@ -137,8 +137,7 @@ class _Problem:
         before, found = self.run.runs, self.run(self.box.up(u))
         values = found.values if found.code == 0 else np.full_like(found.values, np.inf)
         if self.run.runs > before:
-            spent = duration(self.progress.spent)
-            self.progress.show(f"run {self.run.runs}, {self.names[0]} {values[0]:.6g}, {spent}")
+            self.progress.now(f"run {self.run.runs}, {self.names[0]} {values[0]:.6g}")
         return values, found.jacobian * self.box.slope(self.box.up(u))
 
     def objective(self, u: np.ndarray) -> tuple[float, np.ndarray]:
@@ -204,7 +203,7 @@ def least_tension(
     result = run.result()
     run.like(result)
     problem = _Problem(run, names, box, np.asarray(list(allowed.values())), keep_wrap)
-    try:
+    with problem.progress:
         first = problem.look(problem.start)[0]
         missing = [name for name, value in zip(names, first, strict=True) if not np.isfinite(value)]
         if missing:
@@ -213,8 +212,6 @@ def least_tension(
             raise InputError([Fault(name, what, hint) for name in missing])
         problem.scale = float(first[0])
         return _report(problem, _solve(problem, tolerance, max_iterations))
-    finally:
-        problem.progress.done()
 
 
 def _solve(problem: _Problem, tolerance: float, most: int) -> Any:

@@ -161,7 +161,7 @@ class Search:
             self.least, most = min(self.least, float(np.sum(self.residual(found) ** 2))), self.most * self.starts
             # a search mostly ends long before its limit: the time left is shown as a bound
             count, also = min(self.model.run.runs, most), f", chi² {self.least:.6g}"
-            self.progress.now("run", count, most, bound=True, also=also)
+            self.progress.now("run", count, most, also=also)
         return found, refused
 
     @property

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._progress import Line
+from .._base._progress import Waiting
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, check, require_scene
 from .._run._edit import with_values
@@ -169,7 +169,7 @@ class _Brake:
         self.limit, self.tolerance, self.step, self.options = limit, tolerance, step, options
         self.feeds_back, self.runs = feeds_back(scene), 0
         self._known: dict[bool, tuple[np.ndarray, float]] = {}
-        self.progress = Line("brakings")
+        self.progress = Waiting("brakings", "compiling…")
 
     def look(self, done: float, worn: np.ndarray, turned: bool) -> _Point:
         if turned not in self._known or self.feeds_back:
@@ -207,7 +207,7 @@ class _Brake:
             worn = ahead.worn(done)
             steps.append(ahead._replace(length=done))
             now = self.look(now.done + done, worn, now.turned)
-            self.progress.show(f"{now.done:.0f} done, {1e3 * float(np.max(worn)):.3g} mm worn")
+            self.progress.now(f"{now.done:.0f} done, {1e3 * float(np.max(worn)):.3g} mm worn")
             if reached <= length or np.min(limit - worn) <= 1e-12 * np.max(limit):
                 break
             if step is None and self.feeds_back:
@@ -313,13 +313,13 @@ def lining_life(
     found.report()
     assert scene.wear is not None
     brake = _Brake(scene, limit, tolerance, None if step is None else float(step), options)
-    first = brake.look(0.0, np.asarray(scene.wear.worn), False)
-    paths, unturned = brake.life(first, turns), None
-    if best:
-        unturned = paths[0].end.done
-        turns = (_best_turn(brake, paths[0]),)
-        paths = brake.life(first, turns)
-    brake.progress.done()
+    with brake.progress:
+        first = brake.look(0.0, np.asarray(scene.wear.worn), False)
+        paths, unturned = brake.life(first, turns), None
+        if best:
+            unturned = paths[0].end.done
+            turns = (_best_turn(brake, paths[0]),)
+            paths = brake.life(first, turns)
     points = [point for path in paths for point in (*(step.start for step in path.steps), path.end)]
     columns = [np.asarray(column) for column in list(zip(*points, strict=True))[:4]]
     end = points[-1]

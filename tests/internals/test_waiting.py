@@ -1,83 +1,91 @@
-"""Rates and times left that are told while people wait, by a clock that is set."""
+"""What a terminal shows of a long task: its words, and the time left."""
 
-from types import SimpleNamespace
+import time
 
 import pytest
+import rich.progress
+from helpers import Waiting
 
 from simbrake._base import _progress
 
 
 @pytest.fixture
 def clock(monkeypatch):
-    """The seconds that the clock shows, to be set."""
-    now = [100.0]
-    monkeypatch.setattr("simbrake._base._progress.time", SimpleNamespace(monotonic=lambda: now[0]))
+    """The seconds that the clock of the bar shows, to be set."""
+    now, begin = [100.0], rich.progress.Progress.__init__
+    monkeypatch.setattr(
+        rich.progress.Progress, "__init__", lambda self, *a, **more: begin(self, *a, get_time=lambda: now[0], **more)
+    )
     return now
 
 
-def test_what_is_counted_anew_has_a_new_rate(clock):
-    told = _progress.Waiting("fit", "begins", shown=False)
-    for at, what, done, text in (
-        (100.0, "starts", 2, "starts 2 of 12, cost 3"),
-        (104.0, "starts", 4, "starts 4 of 12, cost 3, 16 s left"),  # two in four seconds
-        (106.0, "starts", 1, "starts 1 of 12, cost 3"),
-        (107.0, "starts", 3, "starts 3 of 12, cost 3, 4 s left"),  # two in one second
-        (110.0, "checks", 6, "checks 6 of 12, cost 3"),
-        (113.0, "checks", 9, "checks 9 of 12, cost 3, 3 s left"),
-    ):
-        clock[0] = at
-        told.now(what, done, 12, also=", cost 3")
-        assert told.text() == text
-    clock[0] = 130.0  # longer than expected
-    assert told.text() == "checks 9 of 12, cost 3, 0 s left"
-    told.now("checks", 10, 12, bound=True)
-    assert told.text() == "checks 10 of 12, at most 10 s left"  # four in twenty seconds
-    told.now("sums up")
-    clock[0] = 142.0
-    assert told.text() == "sums up, 12 s"
+def shown(told):
+    """The line that a terminal shows: its words, the time spent, the time left."""
+    task = told._bar.tasks[0]
+    return task.description, task.elapsed, task.time_remaining
 
 
-def test_the_time_left_of_a_run_is_a_bound(clock):
-    clock[0] = 0.0
-    told = _progress.Waiting("run", "compiles", shown=False)
-    clock[0] = 20.0
-    assert told.text() == "compiles, 20 s"
-    told.reach(0.0, 1500.0)
-    assert told.text() == "simulated to 0 of 1500 s"
-    clock[0] = 30.0
-    told.reach(300.0, 1500.0)  # a fifth in ten seconds, the compiler's not counted
-    assert told.text() == "simulated to 300 of 1500 s, at most 40 s left"
-    clock[0] = 35.0
-    assert told.text().endswith("at most 35 s left")
-    told.now("pictures", 0, 4)
-    assert told.text() == "pictures 0 of 4"
-    clock[0] = 37.0
-    told.now("pictures", 1, 4)
-    assert told.text() == "pictures 1 of 4, 6 s left"
-    told.piece(3, 9)  # what goes on inside a picture is not told: the pictures are counted
-    assert told.text() == "pictures 1 of 4, 6 s left"
-    told.now("sums up")
-    told.piece(0, 10)
-    clock[0] = 38.0
-    told.piece(2, 10)
-    assert told.text() == "sums up 2 of 10, 4 s left"
+def test_the_time_left_is_that_of_the_pieces_since_the_first(clock):
+    with Waiting("run", "compiles", shown=True, after=60.0) as told:
+        for seconds, tell, words, left in (
+            (20.0, None, "compiles", None),
+            (0.0, lambda: told.reach(0.0, 1500.0), "simulated to 0 of 1500 s", None),
+            (10.0, lambda: told.reach(300.0, 1500.0), "simulated to 300 of 1500 s", None),
+            (10.0, lambda: told.reach(600.0, 1500.0), "simulated to 600 of 1500 s", 30.0),
+            (0.0, lambda: told.now("pictures", 0, 4), "pictures 0 of 4", None),
+            (2.0, lambda: told.now("pictures", 1, 4, also=", cost 3"), "pictures 1 of 4, cost 3", None),
+            (2.0, lambda: told.piece(3, 9), "pictures 1 of 4, cost 3", None),  # inside a picture
+            (0.0, lambda: told.now("pictures", 2, 4), "pictures 2 of 4", 4.0),
+            (1.0, lambda: told.now("pictures", 0, 4), "pictures 0 of 4", None),  # counted anew
+            (0.0, lambda: told.now("sums up"), "sums up", None),
+            (1.0, lambda: told.piece(2, 10), "sums up 2 of 10", None),
+        ):
+            clock[0] += seconds
+            if tell is not None:
+                tell()
+            said, _, rest = shown(told)
+            assert (said, rest) == (f"run: {words}", left)
 
 
-def test_rate_of_pieces_since_the_first(clock, capsys):
-    """The first takes ten seconds, the compiler's; what comes in less than 0.2 s is not said, unless it is the last."""
-    line = _progress.Progress(100, True, done=4)
-    for at, count, text in (
-        (110.0, 6, "10/100 runs"),
-        (110.1, 10, None),
-        (110.31, 4, "24/100 runs, 45 runs/s, 2 s left"),
-        (115.0, 36, "60/100 runs, 10 runs/s, 4 s left"),
-        (115.21, 0, "60/100 runs, 10 runs/s, 4 s left"),
-        (115.3, 39, None),
-        (120.0, 1, "100/100 runs, 9 runs/s, 0 s left"),
-    ):
-        clock[0] = at
-        line.add(count)
-        said = capsys.readouterr().err.removeprefix("\r\x1b[K")  # of the line while it compiled
-        assert said == ("" if text is None else f"\r{text}\x1b[K")
+def test_pieces_reach_whoever_waits_and_nobody_else(capsys):
+    _progress.piece(1, 2)
+    with Waiting("run", "sums up", shown=True, after=0.02) as told:
+        _progress.piece(1, 2)
+        assert shown(told)[0] == "run: sums up 1 of 2"
+        with _progress.waiting(told, "report", "sums up again") as same:
+            assert same is told
+        assert shown(told)[0] == "run: sums up again"
+        time.sleep(0.3)
+    assert "run: sums up again" in capsys.readouterr().err
+    _progress.piece(2, 2)
+
+
+def test_who_is_told_of_a_run(capsys):
+    said = []
+    with _progress.telling(False) as nobody:
+        assert nobody is None
+    with _progress.telling(said.append) as somebody:
+        assert somebody == said.append
+    with _progress.telling(True) as reach:
+        reach(0.0, 5.0)
+        assert shown(reach.__self__)[0] == "run: simulated to 0 of 5 s"
+    with _progress.waiting(False, "fit", "begins") as own:
+        own.now("goes on", 1, 2)
+        assert own.shown is False
+    with _progress.waiting(None, "fit", "begins") as own:  # no terminal
+        assert own.shown is False
+    assert capsys.readouterr().err == ""
+
+
+def test_pieces_are_shown_or_told_to_a_function(capsys):
+    line = _progress.Progress(10, True, done=4, what="frames")
+    line.add(3)
+    assert shown(line._waiting)[0] == "frames 7 of 10"
     line.close()
-    assert capsys.readouterr().err == "\n"
+    assert "frames 7 of 10" in capsys.readouterr().err
+    said = []
+    line = _progress.Progress(10, lambda *told: said.append(told), done=2)
+    line.add(3)
+    line.add(5)
+    line.close()
+    assert (said, capsys.readouterr().err) == ([(5, 10), (10, 10)], "")

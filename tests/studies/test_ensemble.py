@@ -5,7 +5,6 @@ import json
 import os
 import signal
 import time
-from types import SimpleNamespace
 
 import jax
 import jax.numpy as jnp
@@ -19,7 +18,6 @@ from stop_scenes import closed_form, stop_scene
 import simbrake as sb
 from simbrake._base._fingerprint import fingerprint
 from simbrake._base._programs import STORE
-from simbrake._base._progress import Progress, duration
 from simbrake._run._measure import measure
 from simbrake.studies import _ensemble, _evaluator
 
@@ -283,19 +281,6 @@ def test_fingerprints_see_numbers_structure_and_code():
     assert marks[0] == marks[1]
     assert len(set(marks)) == 3
     assert fingerprint(stop_scene(C=None)) != fingerprint(stop_scene())
-
-
-def test_progress_tells_what_is_left(capsys, monkeypatch):
-    now = [0.0]
-    # a stand-in for the module, not for its function: threads of others read the clock too
-    monkeypatch.setattr("simbrake._base._progress.time", SimpleNamespace(monotonic=lambda: now[0]))
-    line = Progress(1000, True)
-    for now[0] in (10.0, 20.0):
-        line.add(100)
-    line.close()
-    assert "200/1000 runs, 10 runs/s, 1 min 20 s left" in capsys.readouterr().err
-    assert duration(3.4) == "3 s"
-    assert duration(7290.0) == "2 h 01 min"
 
 
 @pytest.mark.slow
