@@ -328,47 +328,6 @@ def test_options_of_materials(capsys, asked, tmp_path):
         assert (code, word in err) == (2, True)
 
 
-def test_options_of_compare(capsys, asked, tmp_path):
-    (tmp_path / "other").mkdir()
-    for name in ("other/standard.toml", "kept.toml"):
-        (tmp_path / name).write_text((tmp_path / "standard.toml").read_text("utf-8"), "utf-8")
-    (tmp_path / "a.nc").touch()
-    asked(sb, "simulate", lambda scene: f"run {float(scene.initial.omega):g}")
-    calls = asked(sb, "compare", Answer())
-    assert call(capsys, "compare", "a.nc", "kept.toml")[:2] == (0, "a text\n")
-    assert calls == [((Path("a.nc"), "run 24", 1e-9), {})]
-    charts = asked(
-        sb.plot, "compare", SimpleNamespace(savefig=lambda place, dpi: place.write_text(f"{dpi} dots", "utf-8"))
-    )
-    paths = ("standard.toml", "other/standard.toml", "a.nc", "a.nc")
-    code, out, _ = call(capsys, "compare", *paths, "--out", "out", "--json")
-    told = {"equal": True, "results": list(paths), "comparisons": [{"a": 1}] * 3}
-    told["results"] = ["standard.toml", "other/standard.toml", "a.nc", "a.nc"]
-    assert (code, json.loads(out)) == (0, told)
-    assert json.loads((tmp_path / "out" / "compare.json").read_text("utf-8")) == told
-    assert (tmp_path / "out" / "compare.png").read_text("utf-8") == "130 dots"
-    assert list(charts[0][0][0].items()) == [
-        ("standard.toml", "run 24"),
-        ("other/standard.toml", "run 24"),
-        ("a.nc, 3", Path("a.nc")),
-        ("a.nc, 4", Path("a.nc")),
-    ]
-    assert [(one[0][0], one[0][1]) for one in calls[1:]] == [("run 24", "run 24")] + [("run 24", Path("a.nc"))] * 2
-    code, out, _ = call(capsys, "compare", "a.nc", "kept.toml", "standard.toml")
-    assert (code, out) == (0, "a: a, b: kept\na text\n\na: a, b: standard\na text\n")
-    (tmp_path / "out.toml").mkdir()
-    call(capsys, "compare", "out.toml", "a.nc")
-    assert calls[-1][0] == (Path("out.toml"), Path("a.nc"), 1e-9)
-    asked(sb, "compare", Answer(equal=False))
-    assert call(capsys, "compare", "a.nc", "kept.toml", "--rtol", "1e-3")[0] == 1
-    for given, words in (
-        (("a.nc", "b.nc"), "b.nc: there is no such file"),
-        (("a.nc", "a.nc", "--out", "a.nc"), "is a file"),
-    ):
-        code, _, err = call(capsys, "compare", *given)
-        assert (code, words in err) == (2, True)
-
-
 def test_options_of_pages_and_files(capsys, asked, tmp_path):
     fmus = asked(sb.files, "write_fmu", None)
     assert call(capsys, "fmu", "standard.toml")[:2] == (0, "written  standard.fmu\n")

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import pytest
 from commands import call
 from stop_scenes import stop_scene
-from verdict_scenes import ANGLE, LOAD, PI, STOP, T0, TORQUE, W0, R, rigid, two_stops
+from verdict_scenes import ANGLE, LOAD, PI, STOP, T0, TORQUE, R, rigid
 
 import simbrake as sb
 from simbrake.results import limit_checks
@@ -225,40 +225,6 @@ def test_permissible_pressure_is_a_limit():
 
 
 # --- the duty of a run ------------------------------------------------------------------------------------------------
-
-
-def test_summary_of_many_stops():
-    """Two stops: the second after the load has sped the open brake up for half a second."""
-    result = sb.simulate(two_stops(2.5, 4.0))
-    second = 0.5 * LOAD / (TORQUE - LOAD)
-    text = lines(result)
-    assert result.summary()["duty"] == "stops"
-    assert f"braked {STOP + second:.6g} s" in text["total"]
-    assert f"in motion {STOP + 0.5 + second:.6g} s" in text["total"]
-    assert f"longest braking {max(STOP, second):.6g} s in stop 1" in text["worst"]
-    assert "onset" not in text
-    assert "2 × stop" in text["events"]
-    assert result.verdict().headline.startswith("2 stops; at the end stopped")
-
-
-def test_summary_of_a_held_load():
-    result = sb.simulate(rigid(w0=0.0))
-    held = lines(result)["held"]
-    assert result.summary()["duty"] == "hold"
-    assert f"load torque {LOAD / 1e3:.6g} kN·m under a static capacity of at least {TORQUE / 1e3:.6g} kN·m" in held
-    assert result.summary()["holding"]["capacity"] == pytest.approx(TORQUE, rel=1e-9)
-
-
-def test_summary_of_a_lowering():
-    """The lever needs `M_load/(R (Π − 1))` of its 8 kN."""
-    result = sb.simulate(stop_scene(C=None, lever=sb.SpeedHold(T0), load=LOAD, end=3.0))
-    pull = LOAD / (R * (PI - 1))
-    assert result.summary()["duty"] == "drag_lowering"
-    assert f"at most {pull / 1e3:.6g} kN of 8 kN" in lines(result)["lever"]
-    assert f"mean power of the load {LOAD * W0 / 1e3:.6g} kW" in lines(result)["speed"]
-    (row,) = result.verdict().rows
-    assert f"({100 * (1 - pull / T0):.3g} %)" in row.margin
-    assert result.verdict(AMPLE).colour == "green"
 
 
 def test_limit_on_what_did_not_happen(stop):

@@ -10,25 +10,6 @@ import pytest
 
 import simbrake as sb
 
-#: names at the top whose examples are pages of the docs: they need files, or many runs
-ON_PAGES = {
-    *("calibrate", "compare_materials", "cross_check", "cyclic_steady_state", "ensemble", "equal_layout"),
-    *("layered_heat", "least_tension", "lining_life", "morris", "programme_scene", "quantity", "simulate_heat"),
-    *("sobol_indices", "steady_state", "synthesize", "uncertainty", "validate"),
-}
-
-
-#: names whose examples are pages of the docs, as those above, with what they return
-OF_PAGES = ON_PAGES | {
-    *("Calibration", "GlobalSensitivity", "LifeHistory", "LiningLife", "MorrisTable", "SobolTable", "Uncertainty"),
-}
-#: the same in modules, and two that other examples show
-LEFT = {
-    *("InfeasibleLayout", "Layout", "LayoutDesign", "LayoutRow", "LeastTension", "chord_equal_load_angles"),
-    *("equal_increment_angles", "equal_load_angles", "BrakeWords", "FrictionWithMemory", "ring_wear"),
-    *("tension_shares", "write_fmu"),
-}
-
 
 def public():
     homes = [sb, *(getattr(sb, name) for name in sb.__all__ if isinstance(getattr(sb, name), types.ModuleType))]
@@ -53,15 +34,3 @@ def test_example(name, given):
     failed, tried = doctest.DocTestRunner(verbose=False).run(test, out=said.append)
     assert tried
     assert not failed, "".join(said)
-
-
-def test_every_part_at_the_top_has_an_example():
-    names = {name for name in sb.__all__ if not isinstance(getattr(sb, name), types.ModuleType)}
-    assert names - EXAMPLES.keys() == ON_PAGES
-    assert len(EXAMPLES) > 200
-
-
-def test_every_name_has_an_example():
-    """But for interfaces, which have pages of their own, and what is named above."""
-    names = {name for name, one in public().items() if callable(one) and not name.startswith("Abstract")}
-    assert names - EXAMPLES.keys() == OF_PAGES | LEFT

@@ -6,17 +6,10 @@ import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.colors import to_hex
+from picture_scenes import CYCLE
 
 import simbrake as sb
 from simbrake import plot
-from simbrake.plot._shared import CYCLE
-
-
-def legend(drawn):
-    """Texts of the legends of a figure or of a panel."""
-    found = drawn.legends if hasattr(drawn, "legends") else [drawn.get_legend()]
-    return [text.get_text() for one in found if one for text in one.get_texts()]
-
 
 # --- results laid over each other -------------------------------------------------------------------------------------
 
@@ -48,22 +41,13 @@ HOT = {
 }
 
 
-def test_compare_marks_events_and_ends_after_the_last_stop():
+def test_compare_marks_events():
     """Seven marks of one kind are too many; the first run ends at rest after 2 s of its 4 s, the other one does not."""
     many = [("full_slip", 0.1 * i) for i in range(7)]
     one = data_of(BAND, [("slip_onset", 0.5), ("stop", 1.0), ("stop", 2.0), *many])
     other = data_of(BAND, [("stop", 1.0), *many[:6]], "not_stopped", 3.0)
     figure = plot.compare([one, other])
     speed, torque, tension = figure.axes
-    labels = [line.get_label() for line in speed.lines if not line.get_label().startswith("_")]
-    assert labels == ["a", "b"] == legend(speed)
-    assert not legend(torque)
-    assert [axes.get_ylabel() for axes in figure.axes] == [
-        "speed, rad/s",
-        "brake torque, kN·m",
-        "tension of\nthe tight end, kN",
-    ]
-    assert [axes.get_xlabel() for axes in figure.axes] == ["", "", "time, s"]
     assert tension.get_xlim() == (0.0, 3.0)
     assert plot.compare([one, one]).axes[0].get_xlim() == (0.0, pytest.approx(2.3))
     late = data_of(BAND, [("stop", 6.0)], end=9.0, start=5.0)
@@ -79,22 +63,16 @@ def test_compare_marks_events_and_ends_after_the_last_stop():
     np.testing.assert_allclose(marks["o", a], [[0.5, 9.0]])
     np.testing.assert_allclose(marks["D", a], [[1.0, 8.0], [2.0, 6.0]])
     np.testing.assert_allclose(marks["s", b], [[0.1 * i, 10.0 - 0.2 * i] for i in range(6)])
-    assert legend(figure) == ["slip onset $t_0$", "full slip $t_1$", "stop"]
     for axes, factor, column in ((torque, 1e-3, "brake_torque"), (tension, 1e-3, "tight_tension")):
         for line, data in zip(axes.lines, (one, other), strict=True):
             np.testing.assert_allclose(line.get_xydata(), np.stack([data["time"], factor * data[column]], axis=1))
-    assert [line.get_linestyle() for line in torque.lines] == ["-", "--"]
-    assert figure.get_suptitle() == "results compared"
-    assert 8.0 < figure.get_size_inches()[0] < 12.0
     assert len(plot.compare([one] * 9).axes[0].lines) == 9 + 2 * 9
 
 
-def test_compare_of_pads_shows_the_largest_force_and_the_hottest_surface():
+def test_compare_of_pads():
     held = data_of(PADS | HOT, status="lowering")
     cold = data_of(PADS, status="lowering")
     figure = plot.compare({"hot": held, "cold": cold})
-    labels = ["speed, rad/s", "brake torque, kN·m", "force of\nthe actuator, kN", "normal force, kN"]
-    assert [axes.get_ylabel() for axes in figure.axes] == [*labels, "hottest\nsurface, °C"]
     lever, load, hot = figure.axes[2:]
     np.testing.assert_allclose([line.get_ydata() for line in lever.lines], [[0, 2, 4, 6, 8]] * 2)
     np.testing.assert_allclose([line.get_ydata() for line in load.lines], [[3, 6, 9, 12, 15]] * 2)
@@ -108,14 +86,7 @@ def test_compare_of_pads_shows_the_largest_force_and_the_hottest_surface():
     assert len(plot.compare([stopped, cold]).axes) == 3
     assert plot.compare([stopped, cold]).axes[0].get_xlim()[1] == 4.0  # no stop in its events
     banded = data_of(BAND, status="lowering")
-    assert [axes.get_ylabel() for axes in plot.compare([banded, banded]).axes][2:] == [
-        "tension of\nthe lever, kN",
-        "tension of\nthe tight end, kN",
-    ]
     np.testing.assert_allclose(plot.compare([banded, banded]).axes[2].lines[0].get_ydata(), [1, 2, 3, 4, 5])
-    heights = [plot.compare(pair).get_size_inches()[1] for pair in ([stopped, stopped], [cold, cold], [held, held])]
-    assert np.allclose(np.diff(heights), np.diff(heights)[0])
-    assert np.all(np.diff(heights) > 1.0)
 
 
 # --- metrics over parameters ------------------------------------------------------------------------------------------
@@ -146,46 +117,29 @@ def test_sweep_over_one_parameter():
     data = line_study()
     figure = plot.sweep(data)
     time, rim = figure.axes  # usual metrics first; what is steady is left out
-    assert time.axison
-    assert rim.axison
-    assert time.get_shared_x_axes().joined(time, rim)
-    assert 2.0 < figure.get_size_inches()[1] / 2 < 3.5
-    assert [axes.get_ylabel() for axes in figure.axes] == ["stopping time, s", "peak rim temperature, °C"]
-    assert [axes.get_xlabel() for axes in figure.axes] == ["", "load.mass, t"]
     np.testing.assert_allclose(
         np.concatenate([line.get_xydata() for line in rim.lines]), [[10, 20], [20, 40], [30, 50], [50, 90]]
     )
     assert [len(line.get_xdata()) for line in time.lines] == [2, 2]
     (cell,) = time.patches
-    assert cell.get_hatch()
     assert (cell.get_x(), cell.get_x() + cell.get_width()) == pytest.approx((25.0, 40.0))
     assert not rim.patches
-    words = "4 runs; gaps: the sequence of events changes; hatched: failed or without a value"
-    assert figure.get_suptitle() == words
-    assert plot.sweep(data, ["peak_rim_temperature"]).get_suptitle() == "4 runs; gaps: the sequence of events changes"
-    same = data.assign(sequence=0 * data["sequence"])
-    assert plot.sweep(same, ["peak_rim_temperature"]).get_suptitle() == "4 runs"
-    one = plot.sweep(data, ["steady"]).axes[0]  # what is asked for is drawn, varying or not
-    assert one.get_ylabel() == "steady, N"
     ends = data.assign(stopping_time=("load.mass", [math.nan, 2.0, 3.0, math.nan]))
     cells = [(p.get_x(), p.get_x() + p.get_width()) for p in plot.sweep(ends, ["stopping_time"]).axes[0].patches]
     np.testing.assert_allclose(cells, [(10.0, 15.0), (40.0, 50.0)])
     # a run that failed has no values that count
     failed = data.assign(code=("load.mass", [0, 4, 0, 0]))
     figure = plot.sweep(failed, ["peak_rim_temperature"])
-    assert figure.get_suptitle().startswith("4 runs, 1 failed; gaps: ")
-    assert figure.get_suptitle().endswith("; hatched: failed or without a value")
     (cell,) = figure.axes[0].patches
     assert (cell.get_x(), cell.get_x() + cell.get_width()) == pytest.approx((15.0, 25.0))
 
 
-def test_sweep_draws_four_metrics_at_most_and_names_what_is_missing():
+def test_sweep_draws_four_metrics_at_most():
     names = ["zeta", "max_tension", "energy.friction_heat", "hook_travel", "stopping_angle"]
     rise = [1.0, 2.0, 3.0, 4.0]
     data = line_study(**{name: ("1" if name == "zeta" else "", rise) for name in names})
     labels = [axes.get_ylabel() for axes in plot.sweep(data).axes]
     assert labels == ["stopping time, s", "hook travel (–)", "stopping angle (–)", "energy: friction heat (–)"]
-    assert plot.sweep(data, ["zeta"]).axes[0].get_ylabel() == "zeta (–)"
     with pytest.raises(sb.InputError, match="the data is without colour, sequence — there are: peak_rim"):
         plot.sweep(data, ["colour", "zeta", "sequence"])
     # equal but rounding, or one value alone: nothing that varies
@@ -206,13 +160,8 @@ def test_sweep_over_two_parameters():
     data = study(dims, coords, {"a": ("s", z), "b": ("s", 2.0 * z), "c": ("s", -z)}, sequence, np.zeros((4, 3), int))
     figure = plot.sweep(data)
     a, b, c, _ = figure.axes
-    assert [axes.get_title() for axes in (a, b, c)] == ["a, s", "b, s", "c, s"]
-    assert [axes.axison for axes in figure.axes] == [True, True, True, False]
-    assert not a.get_shared_x_axes().joined(a, c)  # each has the numbers of its own axes
-    assert figure.get_size_inches()[1] / 2 > 4.0
     assert a.get_position().y0 == b.get_position().y0 > c.get_position().y0
     for axes in (a, b, c):
-        assert (axes.get_xlabel(), axes.get_ylabel()) == ("load.mass, t", "speed, rad/s")
         assert (axes.get_xlim(), axes.get_ylim()) == ((10.0, 50.0), (1.0, 4.0))
         (failed,) = axes.patches
         assert failed.get_gid() == "failed"
@@ -232,14 +181,12 @@ def test_sweep_over_two_parameters():
     line = max((p for p in a.collections[1].get_paths()), key=lambda p: len(p.vertices))
     along = 10.0 * line.vertices[:, 0] + line.vertices[:, 1]
     assert np.ptp(along) < 1e-6 or np.min(np.abs(np.subtract.outer(along, filled.levels)), axis=1).max() < 1e-6
-    title = "12 runs; thick lines: the sequence of events changes; hatched: failed or without a value"
-    assert figure.get_suptitle() == title
     wide, narrow = figure.get_size_inches(), plot.sweep(data, ["a"]).get_size_inches()
     assert wide[0] > narrow[0]
     assert len(plot.sweep(data, ["a"]).axes) == 1
 
 
-def test_sweep_over_two_parameters_with_few_values_has_no_contours():
+def test_sweep_with_few_values():
     """The second parameter is read in °C."""
     for values, z in (
         ([293.15, 303.15], [[1.0, 2.0], [math.nan] * 2, [math.nan] * 2, [math.nan] * 2]),
@@ -250,12 +197,11 @@ def test_sweep_over_two_parameters_with_few_values_has_no_contours():
             ("load.mass", "air"), {"load.mass": MASS, "air": air}, {"a": ("s", z)}, np.zeros_like(z), 0 * np.isnan(z)
         )
         (axes,) = plot.sweep(data).axes
-        assert axes.get_ylabel() == "air, °C"
         assert axes.get_ylim() == pytest.approx((20.0, 30.0))
         assert (len(axes.collections) > 1) == (z[-1] == [7.0, 9.0])
 
 
-def test_sweep_of_an_ensemble_has_a_panel_for_each_parameter():
+def test_sweep_of_an_ensemble():
     mass, speed = (
         ("run", np.array([1e4, 2e4, 3e4, 5e4]), {"units": "kg"}),
         ("run", [1.0, 3.0, 2.0, 4.0], {"units": "rad/s"}),
@@ -265,23 +211,13 @@ def test_sweep_of_an_ensemble_has_a_panel_for_each_parameter():
     data = study("run", {"load.mass": mass, "speed": speed, "run": names}, metrics, [0, 0, 1, 1], [0, 0, 0, 2])
     figure = plot.sweep(data)
     panels = np.reshape(figure.axes, (3, 2))
-    assert [axes.get_subplotspec().colspan.start for axes in figure.axes] == [0, 1] * 3
     for row, values in zip(panels, ([4.0, 3.0, math.nan, math.nan], [1.0, 2.0, 3.0, math.nan]), strict=False):
         for axes, x in zip(row, ([10, 20, 30, 50], [1, 3, 2, 4]), strict=True):
             np.testing.assert_allclose(axes.lines[0].get_xydata(), np.stack([x, values], axis=1))
             assert not axes.patches
-    assert [axes.get_xlabel() for axes in panels[2]] == ["load.mass, t", "speed, rad/s"]
-    assert [axes.get_xlabel() for axes in panels[:2].flat] == [""] * 4
-    assert [axes.get_ylabel() for axes in panels[:, 0]] == ["a, s", "b (–)", "c, s"]
-    assert all(axes.axison for axes in figure.axes)
-    joined = figure.axes[0].get_shared_x_axes().joined
-    assert joined(panels[0, 0], panels[1, 0])
-    assert not joined(panels[0, 0], panels[0, 1])
-    assert figure.get_suptitle() == "4 runs, 1 failed"
-    assert figure.get_size_inches()[0] > plot.sweep(line_study()).get_size_inches()[0]
 
 
-def test_a_parameter_of_one_value_is_no_axis_of_a_sweep():
+def test_one_value_is_no_axis_of_a_sweep():
     """A grid of four masses, one speed and one temperature of the air is one curve; of one run a point."""
     one = {"speed": ("speed", [20.0], {"units": "rad/s"}), "air": ("air", [293.15], {"units": "K"})}
     z = np.reshape([1.0, 2.0, 3.0, 5.0], (1, 4, 1))
@@ -289,6 +225,5 @@ def test_a_parameter_of_one_value_is_no_axis_of_a_sweep():
     data = study(dims, one | {"load.mass": MASS}, {"a": ("s", z)}, np.zeros_like(z), 0 * np.isnan(z))
     (axes,) = plot.sweep(data).axes
     np.testing.assert_allclose(axes.lines[0].get_xydata(), [[10, 1], [20, 2], [30, 3], [50, 5]])
-    assert (axes.get_xlabel(), axes.get_ylabel()) == ("load.mass, t", "a, s")
     (axes,) = plot.sweep(data.isel({"load.mass": [2]}), ["a"]).axes
     assert axes.lines[0].get_ydata().tolist() == [3.0]

@@ -8,23 +8,26 @@ import numpy as np
 import pytest
 from matplotlib import colormaps
 from matplotlib.colors import to_hex
-from picture_scenes import hot_result, plain_result
+from picture_scenes import BLUE, CYCLE, ORANGE, VERMILLION, hot_result, legend, plain_result, row_type
 
 import simbrake as sb
 from simbrake import plot
-from simbrake.layouts._equal_layout import LayoutRow
-from simbrake.plot._shared import BLUE, CYCLE, ORANGE, VERMILLION
-from simbrake.studies._calibration import Calibration, Residuals
-from simbrake.studies._global import MorrisEffect, MorrisTable, SobolIndex, SobolTable
-from simbrake.studies._lining_life import LifeHistory, LiningLife
-from simbrake.studies._sensitivity import Sensitivity, SensitivityTable
-from simbrake.studies._uncertainty import Estimate, Failure, Statistics, Uncertainty
+from simbrake.layouts import LayoutRow
+from simbrake.studies import (
+    Calibration,
+    Estimate,
+    LifeHistory,
+    LiningLife,
+    MorrisTable,
+    Sensitivity,
+    SensitivityTable,
+    SobolTable,
+    Uncertainty,
+)
 
-
-def legend(drawn):
-    """Texts of the legends of a figure or of a panel."""
-    found = drawn.legends if hasattr(drawn, "legends") else [drawn.get_legend()]
-    return [text.get_text() for one in found if one for text in one.get_texts()]
+SobolIndex, MorrisEffect = row_type(SobolTable, "indices"), row_type(MorrisTable, "effects")
+Statistics, Failure = row_type(Uncertainty, "statistics"), row_type(Uncertainty, "failures")
+Residuals = row_type(Calibration, "residuals")
 
 
 def bars(axes):
@@ -49,7 +52,7 @@ FRICTION = Sensitivity("friction", "1", "friction", 0.35, -8.0, -1.4, 0.05, 2.6,
 HALF = Sensitivity("speed", "rad/s", "speed", 24.0, 0.1, math.nan, 2.0, 1.5, None)
 
 
-def test_tornado_has_the_metric_at_both_bounds_and_along_the_derivative():
+def test_tornado_has_bounds_and_derivatives():
     other = HALF._replace(low=None, high=1.5)
     table = SensitivityTable("stopping_time", "s", 2.0, (MASS, FRICTION, HALF, other))
     figure = plot.tornado(table)
@@ -67,28 +70,20 @@ def test_tornado_has_the_metric_at_both_bounds_and_along_the_derivative():
     np.testing.assert_allclose([one[0, :, 1] for one in across], [[-0.35, 0.35], [0.65, 1.35]])
     (base,) = axes.lines
     np.testing.assert_allclose(base.get_xdata(), 2.0)
-    assert axes.get_xlabel() == "stopping time, s"
-    assert figure.get_suptitle() == "stopping time 2 s: each parameter over its range, the others fixed"
-    assert legend(figure) == ["parameter at its lower bound", "at its upper bound", "by the derivative alone"]
     assert len(plot.tornado(table, most=1).axes[0].get_yticks()) == 1
-    pure = dataclasses.replace(table, metric="energy.friction_heat", unit="")
-    assert plot.tornado(pure).axes[0].get_xlabel() == "energy: friction heat"
 
 
-def test_tornado_without_ranges_has_elasticities():
+def test_tornado_of_elasticities():
     rows = [row._replace(half=None, low=None, high=None, tangent=None) for row in (MASS, FRICTION, HALF)]
     figure = plot.tornado(SensitivityTable("stopping_time", "s", 2.0, tuple(rows)))
     (axes,) = figure.axes
     assert bars(axes) == [(0, 0.0, 1.0, VERMILLION.lower()), (1, 0.0, -1.4, BLUE.lower())]
-    assert [text.get_text() for text in axes.get_yticklabels()] == ["load.mass\n20000 kg", "friction\n0.35"]
-    assert axes.get_xlabel() == "elasticity of the stopping time, % for 1 % of the parameter"
     assert not axes.collections
     assert not figure.legends
-    assert not figure.get_suptitle()
     np.testing.assert_array_equal(axes.lines[0].get_xdata(), 0.0)
 
 
-def test_sobol_indices_with_their_intervals_the_largest_on_top():
+def test_sobol_indices_with_their_intervals():
     rows = (
         SobolIndex("mass", Estimate(0.5, 0.45, 0.52), Estimate(0.7, 0.6, 0.74)),
         SobolIndex("speed", Estimate(0.2, 0.1, 0.23), Estimate(0.4, 0.3, 0.45)),
@@ -105,15 +100,10 @@ def test_sobol_indices_with_their_intervals_the_largest_on_top():
         half = np.subtract(ends, values)
         np.testing.assert_allclose(spans(drawn.errorbar), np.stack([values - half, values + half], axis=1))
         assert to_hex(drawn[0].get_facecolor()) == colour.lower()
-    assert [(t.get_position()[1], t.get_text()) for t in axes.get_yticklabels()] == [(0, "speed"), (1, "mass")]
-    assert legend(axes) == ["total $S_T$: with interactions", "first order $S_1$: alone"]
-    assert axes.get_xlabel() == "share of the variance (–), ± half of the 90 % interval"
-    title = "sources of uncertainty of the stopping time (standard deviation 12.5 ms)"
-    assert figure.get_suptitle() == title
     np.testing.assert_array_equal(axes.lines[-1].get_xdata(), 0.0)
 
 
-def test_elementary_effects_lie_in_their_plane():
+def test_elementary_effects():
     effects = (
         MorrisEffect("mass", "kg", 1.0, 2.0, 3e5, Estimate(4e5, 3.5e5, 4.8e5), 2e5),
         MorrisEffect("speed", "rad/s", 1.0, 2.0, -1e5, Estimate(1e5, 0.5e5, 1.3e5), 5e5),
@@ -129,22 +119,17 @@ def test_elementary_effects_lie_in_their_plane():
     right = axes.get_xlim()[1]
     assert axes.get_xlim() == (0, right)
     assert right >= 480.0
-    for words, slope, dashes in (
-        (r"$\sigma = \mu^*$", 1.0, "--"),
-        (r"$\sigma = 0.1\,\mu^*$: nearly linear below", 0.1, ":"),
+    for words, slope in (
+        (r"$\sigma = \mu^*$", 1.0),
+        (r"$\sigma = 0.1\,\mu^*$: nearly linear below", 0.1),
     ):
         np.testing.assert_allclose(lines[words].get_xydata(), [[0, 0], [right, slope * right]])
-        assert lines[words].get_linestyle() == dashes
     low, high = axes.get_ylim()
     assert -50.0 < low < 0.0  # points at 0 are seen whole
     assert 500.0 < high < 1.3 * 500.0
-    assert axes.get_ylabel() == r"standard deviation of the effects $\sigma$, kJ"
-    assert axes.get_xlabel().endswith(" (± half of the interval), kJ")
-    assert figure.get_suptitle() == "elementary effects on energy.friction heat"
     pure = plot.effects(
         MorrisTable("ratio", "", (MorrisEffect("mass", "kg", 1, 2, 3, Estimate(4.0, 3, 5), 0.0),), 0.95)
     )
-    assert pure.axes[0].get_ylabel() == r"standard deviation of the effects $\sigma$"
     # nothing but linear effects: the lower line is in view
     assert pure.axes[0].get_ylim()[1] > 0.1 * pure.axes[0].get_xlim()[1]
 
@@ -161,7 +146,7 @@ def uncertain(name, unit, values, code, quantiles, **more):
     )
 
 
-def test_distribution_of_runs_in_degrees_with_quantiles_and_limit():
+def test_distribution_and_limit():
     """Ten runs, of which one has no value and one has failed: shares count all runs, the cumulative those with it."""
     T = 273.15 + np.array([10.0, 80.0, 30.0, 40.0, 20.0, 60.0, 50.0, 70.0, np.nan, 999.0])
     quantiles = {0.05: Estimate(285.15, 283.15, 290.15), 0.95: Estimate(350.15, 345.15, math.inf)}
@@ -190,34 +175,23 @@ def test_distribution_of_runs_in_degrees_with_quantiles_and_limit():
     np.testing.assert_allclose(marks, [[12.0, 5.0], [77.0, 95.0]])
     np.testing.assert_allclose(spans(cumulative.containers[0]), [[10.0, 17.0]])
     assert not cumulative.containers[1].lines[2]  # its interval is not bounded
-    assert [(t.get_text(), t.xy, t.get_ha()) for t in cumulative.texts] == [
-        ("5 %: 12 °C", (pytest.approx(12.0), 5.0), "left"),
-        ("95 %: 77 °C", (pytest.approx(77.0), 95.0), "right"),
-    ]
     # words stand clear of the curve: those of the low quantile below its right, of the high one above its left
     assert [np.sign(t.xyann).tolist() for t in cumulative.texts] == [[1, -1], [-1, 1]]
     words = "limit, exceeded with probability 0.2 [0.12, 0.34]"
     for panel in (density, cumulative):
         (limit,) = [line for line in panel.lines if line.get_label() == words]
         np.testing.assert_allclose(limit.get_xdata(), 60.0)
-    assert legend(density) == [words]
-    assert density.get_ylabel() == "share of 10 runs, %"
-    assert [cumulative.get_xlabel(), cumulative.get_ylabel()] == ["peak rim temperature, °C", "cumulative share, %"]
-    title = "peak rim temperature — 9 of 10 runs have it (bars: 90 % intervals of the quantiles)"
-    assert figure.get_suptitle() == title
 
 
-def test_distribution_of_a_number_without_a_unit_that_all_runs_have():
+def test_distribution_without_a_unit():
     """A limit for each lining is no line; 900 runs make 30 bars, few at least 5, many at most 40."""
     rng = np.random.default_rng(0)
     for runs, count in ((4, 5), (900, 30), (2500, 40)):
         found = uncertain("ratio", "", rng.uniform(1.0, 2.0, runs), [0] * runs, {}, limits={"ratio": np.ones(3)})
         figure = plot.distribution(found, "ratio")
-        density, cumulative = figure.axes
+        density, _ = figure.axes
         assert len(density.patches) == count
         assert not density.lines
-        assert cumulative.get_xlabel() == "ratio"
-        assert figure.get_suptitle() == "ratio (bars: 90 % intervals of the quantiles)"
     one = {"energy.friction_heat > 2e5 J": Failure(1, Estimate(0.25, 0.1, 0.6))}
     heat = {"limits": {"energy.friction_heat": np.asarray(2e5)}, "failures": one}
     density = plot.distribution(
@@ -232,7 +206,7 @@ def test_distribution_of_a_number_without_a_unit_that_all_runs_have():
 # --- measured data ----------------------------------------------------------------------------------------------------
 
 
-def test_overlay_shows_measured_columns_and_the_run_between_their_times():
+def test_overlay_shows_data_and_run():
     run = plain_result()
     t, omega, tight = np.array([0.3, 0.1, 0.7]), np.array([18.0, 20.5, 12.0]), np.array([3e4, 1e4, 5e4])
     data = sb.studies.Measured.of(t, {"omega": omega, "tight_tension": tight}, sigma={"omega": [0.1, 0.2, 0.3]})
@@ -246,22 +220,17 @@ def test_overlay_shows_measured_columns_and_the_run_between_their_times():
         assert (along[0], along[-1]) == (0.1, 0.7)
         apart = np.min(np.abs(np.subtract.outer(along, [e.time for e in run.events])), axis=1) > 1e-9
         np.testing.assert_allclose(drawn[apart], factor * np.asarray(getattr(run.series(along), column))[apart])
-        assert legend(panel) == ["run", "measured"]
     sigma = np.array([[0.1], [0.2], [0.3]])
     np.testing.assert_allclose(spans(speed.containers[0]), omega[:, None] + sigma * [-1, 1])
     assert not tension.containers[0].lines[2]
-    assert [panel.get_ylabel() for panel in figure.axes] == ["omega, rad/s", "tight tension, kN"]
-    assert [panel.get_xlabel() for panel in figure.axes] == ["", "time, s"]
-    assert figure.get_suptitle().endswith("measured, and the run")
     hot = hot_result()
     rim = plot.overlay(hot, sb.studies.Measured.of(t, {"rim_temperature": t + 300.0})).axes[0]
     np.testing.assert_allclose(rim.containers[0].lines[0].get_ydata(), t + 300.0 - 273.15)
-    assert rim.get_ylabel() == "rim temperature, °C"
     # times of events alone have nothing to draw over time
     assert len(plot.overlay(run, sb.studies.Measured.of(events={"stopping_time": 1.0})).axes) == 1
 
 
-def test_calibration_shows_temperatures_and_single_values():
+def test_calibration_with_single_values():
     """Temperatures in °C; an event that did not occur has no bar."""
     run, t = hot_result(), np.array([0.2, 0.4, 0.6])
     speed, rim, sigma = np.array([18.0, 15.0, 12.0]), np.array([300.0, 320.0, 330.0]), np.array([0.5, 1.0, 2.0])
@@ -285,7 +254,6 @@ def test_calibration_shows_temperatures_and_single_values():
         np.testing.assert_allclose(points.lines[0].get_xydata(), np.stack([t, values - shift], axis=1))
         np.testing.assert_allclose(spans(points), (values - shift)[:, None] + sigma[:, None] * [-1, 1])
         np.testing.assert_allclose(off.lines[0].get_xydata(), np.stack([t, errors], axis=1))
-        assert off.get_xlabel() == "time, s"
         styles = {line.get_label(): line.get_linestyle() for line in panel.lines if line.get_label()[0] != "_"}
         assert {"before": "--", "fitted": "-"}.items() <= styles.items()
         shade = off.patches[-1]
@@ -293,14 +261,9 @@ def test_calibration_shows_temperatures_and_single_values():
     drawn = next(line for line in T.lines if line.get_label() == "fitted")
     hottest = np.ravel(run.series(drawn.get_xdata()).rim_temperature) - 273.15
     np.testing.assert_allclose(drawn.get_ydata(), hottest, rtol=1e-6)
-    assert [omega.get_ylabel(), T.get_ylabel()] == ["omega, rad/s", "rim_temperature, °C"]
     heights = [[bar.get_height() for bar in panel.patches[:2]] for panel in (was, now)]
     np.testing.assert_allclose(heights, [[5.0, 0.0], [-1.0, 1.0]], atol=1e-12)
-    assert [text.get_text() for text in now.get_xticklabels()] == ["stopping time", "full slip time"]
     assert was.get_xlim() == (-0.6, pytest.approx(1.6))
-    assert was.get_ylabel() == omega_off.get_ylabel() == r"(model − measured)$/\sigma$ (–)"
-    assert (legend(was), legend(now)) == (["before"], ["fitted"])
-    assert figure.get_suptitle() == r"calibration: converged; $\chi^2$ 12.5, 4 degrees of freedom"
     wide = figure.get_size_inches()
     assert wide[0] > wide[1]
 
@@ -308,7 +271,7 @@ def test_calibration_shows_temperatures_and_single_values():
 # --- layouts and wear -------------------------------------------------------------------------------------------------
 
 
-def test_layouts_are_compared_with_the_last_one():
+def test_layouts_beside_the_last_one():
     """A layout that is far from even in its targets would hide the others' differences: it is left out there."""
     rows = [
         LayoutRow(name, np.radians(angle), None, {"normal_load": np.asarray(load)}, {"normal_load": "N"})
@@ -320,12 +283,11 @@ def test_layouts_are_compared_with_the_last_one():
     ]
     for row in rows:
         row.values["slip"], row.units["slip"] = np.ones(3), ""
-    angles, apart, loads, slips = plot.layouts(rows).axes
+    angles, apart, loads, _ = plot.layouts(rows).axes
     np.testing.assert_allclose([line.get_ydata() for line in angles.lines], [np.degrees(row.angle) for row in rows])
     assert all(line.get_xdata().tolist() == [1, 2, 3] for line in [*angles.lines, *apart.lines])
     np.testing.assert_allclose([line.get_ydata() for line in apart.lines], [[-2, 0, 2], [0, 0, 0]], atol=1e-12)
     assert [line.get_color() for line in apart.lines] == list(CYCLE[1:3])
-    assert legend(angles) == ["uneven", "given", "level"]
     assert [text.partition(": ")[2] for text in legend(loads)] == [
         f"maximum over minimum {ratio}" for ratio in ("1.6", "1.45", "1")
     ]
@@ -335,16 +297,6 @@ def test_layouts_are_compared_with_the_last_one():
     ends = sorted((p.get_x(), p.get_x() + p.get_width()) for p in loads.patches)
     assert all(b <= c + 1e-9 for (_, b), (c, _) in itertools.pairwise(ends))  # bars do not overlap
     assert [[p.get_height() for p in group] for group in loads.containers] == [[5, 6, 8], [4, 4.5, 5.8], [5, 5, 5]]
-    assert [panel.get_ylabel() for panel in (angles, apart, loads, slips)] == [
-        r"angle $\beta$, °",
-        "$\\beta$ less that of\n“level”, °",
-        "normal load, N",
-        "slip",
-    ]
-    assert [panel.get_xlabel() for panel in (angles, apart, loads, slips)] == [
-        *[""] * 3,
-        "lining, from the slack to the tight end",
-    ]
 
 
 def made_life(name_of_first, each, brakings, turned_at=()):
@@ -357,14 +309,12 @@ def made_life(name_of_first, each, brakings, turned_at=()):
     )
 
 
-def test_wear_along_the_band_and_over_the_life():
+def test_wear_along_band_and_over_life():
     lives = {"as built": made_life(1, [1.0, 0.5, 0.3], 12e3), "turned": made_life(1, [1.0, 0.8, 0.9], 2e4, (5e3,))}
     figure = plot.wear(lives)
     along, course = figure.subfigs
     first, second, bar = along.axes
     left, right = course.axes
-    assert first.get_title() == "as built\n12000 brake applications"
-    assert bar.get_ylabel() == "brake applications, thousands"
     assert bar.get_ylim() == (0.0, 20.0)
     for panel, each, life in ((first, [1.0, 0.5, 0.3], 12.0), (second, [1.0, 0.8, 0.9], 20.0)):
         drawn = [line for line in panel.lines if line.get_marker() == "o"]
@@ -381,14 +331,10 @@ def test_wear_along_the_band_and_over_the_life():
         assert panel.get_ylim()[0] == 0.0
         assert 8.0 < panel.get_ylim()[1] < 10.0
         assert list(panel.get_xticks()) == [1, 2, 3]
-        assert panel.get_xlabel() == "lining, from the slack end"
-        assert legend(panel) == ["permissible"]
-    assert [first.get_ylabel(), second.get_ylabel()] == ["worn off, mm", ""]
     most = {line.get_label(): line.get_xydata()[-1].tolist() for line in left.lines if len(line.get_xdata()) > 2}
     np.testing.assert_allclose([most["as built"], most["turned"]], [[12.0, 8.0], [20.0, 8.0]])
     least = [line.get_xydata()[-1] for line in left.lines if line.get_linestyle() == "--" and len(line.get_xdata()) > 2]
     np.testing.assert_allclose(least, [[12.0, 2.4], [20.0, 6.4]])
-    assert legend(left) == ["as built", "turned", "least worn"]
     uneven = [line.get_xydata() for line in right.lines if len(line.get_xdata()) > 2]
     np.testing.assert_allclose(uneven[0][:, 1], 1.0 / 0.6)
     np.testing.assert_allclose(uneven[1][:, 1], 1.0 / 0.9)
@@ -398,35 +344,26 @@ def test_wear_along_the_band_and_over_the_life():
     for panel in (left, right):
         (turn,) = [line for line in panel.lines if line.get_linestyle() == ":"]
         np.testing.assert_allclose(turn.get_xdata(), 5.0)
-        assert panel.get_xlabel() == "brake applications, thousands"
         assert turn.get_color() == VERMILLION  # of the second life
-    assert [(t.get_text(), t.xy[0]) for t in left.texts] == [("turned ", 5.0)]
     assert left.get_ylim()[0] == 0.0
-    assert [left.get_ylabel(), right.get_ylabel()] == ["worn off, mm", "maximum over\nmean wear so far (–)"]
 
 
-def test_wear_of_one_short_life_of_many_linings():
+def test_wear_of_a_short_life():
     """Below ten thousand the numbers are plain; of 30 linings every third is numbered."""
     figure = plot.wear(made_life(1, np.linspace(1.0, 0.5, 30), 9e3))
     along, course = figure.subfigs
-    panel, bar = along.axes
-    assert panel.get_title() == "9000 brake applications"
-    assert bar.get_ylabel() == "brake applications"
+    panel, _ = along.axes
     assert list(panel.get_xticks()) == list(range(1, 31, 3))
-    left, right = course.axes
-    assert legend(left) == ["most worn", "least worn"]
-    assert right.get_legend() is None
+    left, _ = course.axes
     assert left.lines[0].get_xdata()[-1] == 9e3
     assert list(plot.wear(made_life(1, np.ones(12), 1e4)).subfigs[0].axes[0].get_xticks()) == list(range(1, 13))
 
 
-def test_angles_of_a_uniform_layout_need_no_uniform_pitch():
+def test_angles_of_a_uniform_layout():
     even, odd = np.full(6, math.radians(45.0)), np.radians([50.0, 40.0, 30.0])
     figure = plot.angles(even)
     (axes,) = figure.axes
-    assert legend(axes) == ["layout: 6 linings, $\\Sigma\\beta$ = 270°, on 270°"]
     axes = plot.angles({"odd": odd}, uniform=False).axes[0]
-    assert legend(axes) == ["odd: 3 linings, $\\Sigma\\beta$ = 120°, on 120°"]
     steps, dots = axes.lines
     np.testing.assert_allclose(np.reshape(steps.get_xdata(), (3, 3))[:, :2], [[0, 50], [50, 90], [90, 120]], atol=1e-9)
     np.testing.assert_allclose(np.reshape(steps.get_ydata(), (3, 3))[:, :2], [[50, 50], [40, 40], [30, 30]])
@@ -438,7 +375,6 @@ def test_angles_of_a_uniform_layout_need_no_uniform_pitch():
     gaps = legend(plot.angles(plain_result().scene).axes[0])
     assert gaps == ["layout: 8 linings, $\\Sigma\\beta$ = 240°, on 258° with gaps"]
     rows = [LayoutRow(name, odd, None, {}, {}) for name in "ab"]
-    assert [text[0] for text in legend(plot.angles(rows).axes[0])] == ["a", "b", "u"]
     for wrong in ([rows[0], odd], []):
         with pytest.raises(sb.InputError, match=r"given\['layout'\]"):
             plot.angles(wrong)
@@ -452,9 +388,7 @@ def test_angles_of_a_uniform_layout_need_no_uniform_pitch():
 
 def test_chord_angles_of_two_frictions():
     figure = plot.chord_angles(4, (0.1, 0.3))
-    assert [axes.get_xlabel() for axes in figure.axes] == [r"$\beta_4$, °"] * 2
     for axes, f in zip(figure.axes, (0.1, 0.3), strict=True):
-        assert legend(axes) == [r"$\beta_1$", r"$\beta_2$", r"$\beta_3 = \beta_4$"]
         for line in axes.lines:
             assert line.get_xdata()[0] == pytest.approx(1.0)
         along = axes.lines[-1].get_xdata()
@@ -463,28 +397,3 @@ def test_chord_angles_of_two_frictions():
         beta = np.radians([line.get_ydata()[i] for line in axes.lines] + [along[i]])
         load = np.asarray(sb.brakes.chord_tensions(1.0, np.asarray(f), np.append(0.0, beta)).normal)
         np.testing.assert_allclose(load[1:], load[1], rtol=1e-8)
-    assert figure._supylabel.get_text() == "chord angles of equal loads, °"
-
-
-def test_figures_grow_by_a_row_for_each_bar_or_panel():
-    """By the same height for each, beside the room for title, legend and label of the axis."""
-    run, t = plain_result(), np.array([0.1, 0.2])
-    layout = LayoutRow("a", np.ones(3), None, {}, {})
-    columns = ["omega", "phi", "tight_tension"]
-    for draw in (
-        lambda n: plot.tornado(SensitivityTable("stopping_time", "s", 2.0, (MASS,) * n)),
-        lambda n: plot.indices(
-            SobolTable("ratio", "", 2.0, 0.1, (SobolIndex("a", Estimate(1, 0, 2), Estimate(1, 0, 2)),) * n, None, 0.9)
-        ),
-        lambda n: plot.overlay(run, sb.studies.Measured.of(t, dict.fromkeys(columns[:n], t))),
-        lambda n: plot.layouts(
-            [
-                dataclasses.replace(
-                    layout, values={f"{i}": t[[0] * 3] for i in range(n)}, units={f"{i}": "" for i in range(n)}
-                )
-            ]
-        ),
-    ):
-        one, two, three = (draw(n).get_size_inches()[1] for n in (1, 2, 3))
-        assert three - two == pytest.approx(two - one)
-        assert 0.4 < two - one < one

@@ -11,24 +11,21 @@ import re
 import matplotlib
 import numpy as np
 import pytest
-from helpers import main
+from commands import call
+from goldens import assert_kept, words_of
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import to_rgb
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.text import Text
 from paper_figures import PUBLISHED, published
-from picture_scenes import hot_result, plain_result, staged_result
+from picture_scenes import CONTACTS, CYCLE, hot_result, plain_result, staged_result
 from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake import plot
-from simbrake.hybrid import LANDED
-from simbrake.plot._pulley import CONTACT_COLOURS
-from simbrake.plot._shared import CYCLE
-from simbrake.studies import _evaluator
 
-DRAWN = {name: one for name, one in vars(plot).items() if inspect.isfunction(one) and not name.startswith("_")}
+DRAWN = {name: getattr(plot, name) for name in plot.__all__ if inspect.isfunction(getattr(plot, name))}
 #: axes without a unit: counts and names
 COUNTED = r"lining,|lining$|number of the stop|^\$k\$ of \d+|brake applications|^(ex|in)ternal pair$|^$"
 
@@ -88,7 +85,7 @@ def safe(colour):
     rgb = np.asarray(to_rgb(colour))
     if np.ptp(rgb) < 0.02:
         return True
-    known = [np.asarray(to_rgb(one)) for one in [*CYCLE, *CONTACT_COLOURS.values(), "#00604a"]]
+    known = [np.asarray(to_rgb(one)) for one in [*CYCLE, *CONTACTS.values(), "#00604a"]]
     pale = [share * one + 1 - share for one in known for share in np.linspace(0.1, 1.0, 37)]
     maps = [matplotlib.colormaps[name](np.linspace(0, 1, 257))[:, :3] for name in ("viridis", "inferno")]
     return (
@@ -173,7 +170,7 @@ def given():
 
 
 @pytest.mark.parametrize("name", DRAWN)
-def test_example_and_rules(name, given, tmp_path):
+def test_example_and_rules(name, given, tmp_path, request):
     words = inspect.getdoc(DRAWN[name])
     (test,) = doctest.DocTestFinder(recurse=False).find(inspect.unwrap(DRAWN[name]), name, globs=dict(given))
     test.globs |= {key: make() for key, make in GIVEN.items() if re.search(rf"\b{key}\b", words)} | {"folder": tmp_path}
@@ -183,24 +180,50 @@ def test_example_and_rules(name, given, tmp_path):
     assert not failed, "".join(said)
     if "figure" in test.globs:
         check(test.globs["figure"])
+        assert_kept(request, f"figures/{name}", words_of(test.globs["figure"].get_figure(root=True)))
 
 
-@pytest.mark.parametrize("make", [plain_result, staged_result, hot_result])
-def test_rules_for_figures_of_other_runs(make):
-    result = make()
-    for draw in (plot.stop, plot.pulley, lambda run: plot.lining_map(run, "slip_speed"), plot.duty):
-        check(draw(result))
+def shoe():
+    force = sb.PiecewiseLinear([0.0, 0.25, 9.0], [0.0, 2e3, 2e3])
+    shoes = sb.Shoes(sb.ConstantFriction(0.32), 0.150, 0.032, 0.15, 2.2)
+    brake = sb.ShoeBrake(12.0, shoes, 0.1227, 0.212)
+    return sb.simulate(sb.Scene(brake, sb.ForceDuty(force, sb.TorqueLoad(0.0)), sb.Initial(25.0), 4.0))
+
+
+#: what figures of more than one result are given
+GIVEN_TO = {"compare": lambda result: [[result, result]], "lining_map": lambda result: [result, "normal_load"]}
+#: runs that are no example, and how they are drawn
+OTHER = {
+    "plain": (plain_result, ("stop", "pulley", "lining_map", "duty", "stops", "compare")),
+    "staged": (staged_result, ("stop", "pulley", "lining_map", "duty", "stages")),
+    "hot": (hot_result, ("stop", "pulley", "lining_map", "duty", "stops", "temperatures", "depth")),
+    "disc": (GIVEN["disc"], ("stop", "pressed", "lining_map", "duty")),
+    "shoe": (shoe, ("stop", "pressed", "duty")),
+}
+
+
+@pytest.mark.parametrize("name", OTHER)
+def test_rules_for_figures_of_other_runs(name, request):
+    make, drawn = OTHER[name]
+    result, words = make(), ""
+    for kind in drawn:
+        figure = getattr(plot, kind)(*GIVEN_TO.get(kind, lambda result: [result])(result))
+        words += f"--- {kind}\n{words_of(figure)}"
+        if name in ("plain", "staged", "hot") and kind in ("stop", "pulley", "duty"):
+            check(figure)
+    assert_kept(request, f"figures/of_{name}", words)
 
 
 @pytest.mark.parametrize("name", PUBLISHED)
-def test_rules_for_figures_of_the_papers(name):
+def test_rules_for_figures_of_the_papers(name, request):
     check(published(name))
+    assert_kept(request, f"figures/{name.replace(' ', '_')}", words_of(published(name)))
 
 
 # --- several runs -----------------------------------------------------------------------------------------------------
 
 
-def test_compare_draws_the_series_of_each_result(given, tmp_path):
+def test_compare_draws_each_result(given, tmp_path):
     heavy = sb.simulate(sb.with_values(given["scene"], {"duty.load.mass": 24e3}))
     hot = hot_result()
     stored = sb.save(heavy, tmp_path / "heavy.nc")
@@ -247,27 +270,7 @@ def test_sequence_is_that_of_the_event_logs(given, grid):
     assert len(set(seen.values())) == len(seen) >= 2
 
 
-def test_sequence_knows_guards_and_order(given):
-    record = given["result"].record
-    kinds, used = np.asarray(record.rows.kind), np.arange(len(record.rows.kind)) < int(record.count)
-    events, guards = np.flatnonzero(used & (kinds >= LANDED)), np.asarray(record.rows.guard)
-
-    def number(guard, kind=kinds):
-        rows = dataclasses.replace(record.rows, guard=np.asarray(guard, guards.dtype), kind=kind)
-        return int(_evaluator._sequence(dataclasses.replace(record, rows=rows)))
-
-    plain, other, swapped, elsewhere = number(guards), guards.copy(), guards.copy(), guards.copy()
-    first, second = events[0], next(i for i in events if guards[i] != guards[events[0]])
-    other[second] += 1
-    swapped[[first, second]] = guards[[second, first]]
-    swapped_kinds = kinds.copy()
-    swapped_kinds[[first, second]] = kinds[[second, first]]
-    elsewhere[np.flatnonzero(used & (kinds < LANDED))] += 1
-    assert number(elsewhere) == plain
-    assert len({plain, number(other), number(swapped, swapped_kinds)}) == 3
-
-
-def test_of_several_stops_the_hardest_is_enlarged():
+def test_the_hardest_stop_is_enlarged():
     """Two stops of a run that begins at 5 s: the whole until 1.15 of the way to the last stop, then the harder one."""
     load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 99.0], [2e3, 2e3]))
     lever = sb.PiecewiseLinear([7.0, 7.0, 8.0, 8.0], [8e3, 0.0, 0.0, 8e3])
@@ -326,7 +329,7 @@ def test_sweep_of_two_parameters(grid):
     assert "hatched" not in plot.sweep(whole).get_suptitle()
 
 
-def test_sweep_of_an_ensemble_and_what_it_refuses(given, grid):
+def test_sweep_refuses_what_it_cannot_draw(given, grid):
     values = {"duty.load.mass": MASS, "initial.omega": np.linspace(12.0, 36.0, len(MASS))}
     data = sb.ensemble(given["scene"], values, ["stopping_time"], progress=False)
     figure = plot.sweep(data)
@@ -342,22 +345,7 @@ def test_sweep_of_an_ensemble_and_what_it_refuses(given, grid):
         plot.sweep(grid.expand_dims({"end_time": [1.0, 2.0]}))
 
 
-def test_many_cycles_are_an_envelope(monkeypatch):
-    hot = hot_result()
-    monkeypatch.setattr(plot._runs, "strong_applications", lambda run: np.linspace(0.0, 2.0, 9))
-    figure = plot.temperatures(hot)
-    lines = {line.get_label(): line for line in figure.axes[0].lines}
-    bounds = [0.0, *np.linspace(0.0, 2.0, 9)[1:], float(hot.record.t_end)]
-    drawn = lines["rim"].get_xydata()
-    assert len(drawn) == len(bounds) - 1
-    for (t, T), start, end in zip(drawn, bounds[:-1], bounds[1:], strict=True):
-        assert start <= t <= end
-        true = np.asarray(hot.series(np.linspace(start, end, 400)).rim_temperature).max() - 273.15
-        np.testing.assert_allclose(T, true, atol=0.5)
-    check(figure)
-
-
-def test_title_is_that_of_the_scene_or_the_one_in_force(given):
+def test_title_is_that_of_the_scene(given):
     assert plot.stop(given["result"]).get_suptitle().startswith("standard brake, 8 linings, initial speed 24 rad/s\n")
     with plot.titled("a stop"):
         assert plot.lining_map(given["result"], "tension").get_suptitle().startswith("a stop\n")
@@ -368,12 +356,10 @@ def test_title_is_that_of_the_scene_or_the_one_in_force(given):
 
 
 def run(capsys, *arguments):
-    with pytest.raises(SystemExit) as end:
-        main([str(one) for one in arguments])
-    return end.value.code, capsys.readouterr().out
+    return call(capsys, *map(str, arguments))[:2]
 
 
-def test_compare_of_several_results_writes_a_figure(given, tmp_path, capsys, drawn, monkeypatch):
+def test_compare_writes_a_figure(given, tmp_path, capsys, drawn, monkeypatch):
     names, compare = [], plot.compare
     monkeypatch.setattr(sb.plot, "compare", lambda results: names.append(list(results)) or compare(results))
     a, b = sb.save(given["result"], tmp_path / "a.nc"), sb.save(given["result"], tmp_path / "b.nc")

@@ -194,56 +194,12 @@ def test_permissible_temperature(hot):
     assert "Stored in rim" not in page.words  # nothing went there
 
 
-def test_limits_of_the_user(run):
-    peak = run.summary()["metrics"]["max_tension"]
-    found = checks_of(run, max_tension=peak * (1 + 1e-9))
-    assert found["max_tension"].verdict == "within limit"
-    assert found["max_normal_load"].verdict == "no limit"
-    assert found["max_normal_load"].margin is None
-    assert found["peak_lining_temperature"].verdict == "not evaluated"
-    found = checks_of(run, max_tension=peak - 500.0, stopping_time=100.0)
-    assert found["max_tension"].verdict == "exceeded"
-    assert found["max_tension"].margin == pytest.approx(-500.0)
-    assert found["stopping_time"].margin == pytest.approx(100.0 - run.metrics["stopping_time"])
-    never = checks_of(sb.simulate(stop_scene(end=0.3)), stopping_time=100.0)["stopping_time"]
-    assert (never.verdict, never.note) == ("exceeded", "did not happen in this run")
-    failed = checks_of(sb.simulate(stop_scene(), max_events=2, throw=False), stopping_time=100.0)["stopping_time"]
-    assert (failed.verdict, failed.value, failed.margin) == ("not evaluated", None, None)
-
-
 def test_heading_says_what_is_exceeded(run):
-    """Red and in words with value, limit and margin, however well the run stopped; green while all is within limit."""
-    peak = run.metrics["max_tension"]
-    low = run.verdict({"max_tension": peak - 1000.0})
-    assert low.colour == "red"
-    assert f"{peak / 1e3:.6g} kN, allowed ≤ {peak / 1e3 - 1:.6g} kN, margin −1 kN" in low.headline
-    high = run.verdict({"max_tension": 2 * peak, "max_normal_load": 1e9})
-    assert (high.colour, "Exceeded" in high.headline) == ("green", False)
-    text = sb.report(run, check=False, limits={"max_tension": peak - 1000.0})
+    """Red, however well the run stopped."""
+    text = sb.report(run, check=False, limits={"max_tension": run.metrics["max_tension"] - 1000.0})
     assert '<div class="verdict red"' in text
     assert '<span class="badge bad">exceeded</span>' in text
     assert "−1 kN" in Page(text).words
-
-
-def test_runaway_is_a_red_heading():
-    result = sb.simulate(stop_scene(load=1e5, end=0.3))
-    text = sb.report(result, check=False)
-    assert '<div class="verdict red"' in text
-    words = Page(text).words
-    assert "Runaway" in words
-    assert "load torque 100 kN·m" in words
-    assert "Load torque at the end100 kN·m" in words.replace(" 100", "100")
-    assert "Torque of the sliding brake at the end" in words
-
-
-def test_pressure_is_load_over_area(run):
-    area = 0.02
-    scene = run.scene
-    linings = sb.Lining(scene.brake.linings.friction, scene.brake.linings.angle, area)
-    brake = sb.Brake(scene.brake.pulley, scene.brake.band, linings)
-    result = sb.simulate(sb.Scene(brake, scene.duty, scene.initial, scene.end_time))
-    value = checks_of(result, max_pressure=1e5)["max_pressure"].value
-    assert value == pytest.approx(result.metrics["max_normal_load"] / area, rel=1e-6)
 
 
 def test_all_faults_of_the_options_at_once(run):

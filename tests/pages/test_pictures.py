@@ -10,12 +10,11 @@ import jax
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
-from picture_scenes import hot_result, plain_result, radius, scale, staged_result, wedges
+from picture_scenes import CONTACTS, hot_result, plain_result, radius, scale, staged_result, wedges
 from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake import plot
-from simbrake.plot._pulley import CONTACT_COLOURS, Contact
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +33,7 @@ def hot():
 
 
 @pytest.mark.parametrize("name", ["plain", "staged", "hot"])
-def test_pulley_shows_tensions_and_loads_of_the_run(name, request):
+def test_pulley_shows_tensions_and_loads(name, request):
     result = request.getfixturevalue(name)
     time = 0.5 * float(result.stopping_time)
     axes = plot.pulley(result, time).axes[0]
@@ -55,10 +54,9 @@ def test_pulley_shows_tensions_and_loads_of_the_run(name, request):
     assert "tight end" in words
     assert f"$T_n$ = {tension[-1]:.4g} kN" in words
     assert f"$t$ = {time:.6g} s" in axes.figure.get_suptitle()
-    assert ("outer half of a lining: band on lining" in axes.figure.get_suptitle()) == (name == "staged")
 
 
-def test_linings_lie_at_their_true_angles_with_gaps(plain):
+def test_linings_lie_at_their_true_angles(plain):
     axes = plot.pulley(plain).axes[0]
     drawn = wedges(axes, "external")
     span = np.asarray([[w.theta2, w.theta1] for w in drawn])
@@ -71,22 +69,21 @@ def test_linings_lie_at_their_true_angles_with_gaps(plain):
     assert span[0, 0] > 90 > span[-1, 1]
 
 
-def test_of_many_linings_every_second_or_third_is_labelled():
+def test_of_many_linings_some_are_labelled():
     axes = plot.pulley(sb.simulate(stop_scene(n=61, beta=4.4)), 0.4).axes[0]
     assert sum(text.get_gid() == "N" for text in axes.texts) == 21  # 1, 4, … 61
     assert sum(text.get_gid() == "T" for text in axes.texts) == 22  # and the last
 
 
-def test_default_time_is_that_of_the_greatest_tension(plain):
+def test_default_time_of_the_pulley(plain):
     figure = plot.pulley(plain)
-    assert "at the maximum tension" in figure.get_suptitle()
     written = [float(t.get_text()) for t in figure.axes[0].texts if t.get_gid() == "T"]
     assert max(written) == pytest.approx(plain.metrics["max_tension"] / 1e3, rel=6e-3)
 
 
-def test_linings_have_the_colour_of_what_they_do(plain, staged):
+def test_linings_have_the_colour_of_contact(plain, staged):
     onset, full = float(plain.slip_onset_time), float(plain.full_slip_time)
-    colours = {to_hex(colour): kind for kind, colour in CONTACT_COLOURS.items()}
+    colours = {to_hex(colour): kind for kind, colour in CONTACTS.items()}
 
     def seen(result, time, pair="external"):
         return [colours[to_hex(w.get_facecolor())] for w in wedges(plot.pulley(result, time).axes[0], pair)]
@@ -94,14 +91,14 @@ def test_linings_have_the_colour_of_what_they_do(plain, staged):
     middle = 0.5 * (onset + full)
     k = int(plain.series([middle]).at_limit[0])
     assert 0 < k < 8
-    assert seen(plain, middle) == [Contact.AT_LIMIT] * k + [Contact.STICKS] * (8 - k)
-    assert seen(plain, 0.5 * float(plain.stopping_time)) == [Contact.SLIDES] * 8
+    assert seen(plain, middle) == ["at its friction limit"] * k + ["sticks"] * (8 - k)
+    assert seen(plain, 0.5 * float(plain.stopping_time)) == ["slides"] * 8
     late = 0.5 * (float(staged.external_lock_time) + float(staged.stopping_time))
-    assert seen(staged, late, "internal") == [Contact.SLIDES] * 6
-    assert Contact.SLIDES not in seen(staged, late)
+    assert seen(staged, late, "internal") == ["slides"] * 6
+    assert "slides" not in seen(staged, late)
     early = 0.5 * float(staged.internal_slip_time)
-    assert seen(staged, early, "internal") == [Contact.STICKS] * 6
-    assert seen(staged, early) == [Contact.SLIDES] * 6
+    assert seen(staged, early, "internal") == ["sticks"] * 6
+    assert seen(staged, early) == ["slides"] * 6
 
 
 def test_pulley_refuses_what_it_cannot_draw(plain):
@@ -125,7 +122,7 @@ def test_chain_is_drawn_lining_by_lining():
     time = 0.5 * (slips[4] + slips[3])
     drawn = wedges(plot.pulley(result, time).axes[0], "external")
     seen = [to_hex(w.get_facecolor()) for w in drawn]
-    sticks, slides = (to_hex(CONTACT_COLOURS[c]) for c in (Contact.STICKS, Contact.SLIDES))
+    sticks, slides = (to_hex(CONTACTS[c]) for c in ("sticks", "slides"))
     assert seen == [sticks] * 3 + [slides]
     # stick and slip over time: each lining sticks to the moment at which it slides, whole and enlarged
     both = plot.contacts(result).axes
@@ -143,7 +140,6 @@ def test_chain_is_drawn_lining_by_lining():
     assert both[0].get_xlim()[1] == pytest.approx(0.05)
     assert [panel.get_ylabel() for panel in both] == ["lining, from the slack end", ""][: len(both)]
     figure = plot.lining_map(result, "displacement")
-    assert figure.axes[-1].get_ylabel().endswith(", mm")
     mesh = figure.axes[0].collections[0]
     edges = mesh.get_coordinates()[0, :, 0]
     shown = np.asarray(mesh.get_array()).reshape(4, -1)
@@ -176,7 +172,6 @@ def test_lining_map_shows_the_series(hot, quantity, unit, factor, shift):
     labels = [axes.get_ylabel() for axes in figure.axes]
     assert "lining, from the slack to the tight end" in labels
     assert any(label.endswith(f", {unit}") for label in labels)
-    assert figure.axes[0].get_xlabel() == "time, s"
     # every event is an edge: no cell mixes what is before and after it
     inside = [e.time for e in hot.events if edges[0] <= e.time <= edges[-1]]
     assert np.max(np.min(np.abs(np.subtract.outer(inside, edges)), axis=1)) <= 1e-11
@@ -189,7 +184,7 @@ def test_friction_heat_of_a_map_adds_up(staged, pair):
     assert np.all(np.diff(shown, axis=1) >= 0)
 
 
-def test_lining_map_refuses_what_the_run_has_not(plain, staged):
+def test_lining_map_of_what_a_run_has_not(plain, staged):
     for quantity, pair, words in (
         ("colour", "external", "there are: temperature, normal_load"),
         ("temperature", "external", "no heat"),
@@ -216,8 +211,6 @@ def test_depth_shows_the_layers(hot):
     nodes = [i for i, name in enumerate(hot.nodes) if name.startswith("rim")]
     truth = np.asarray(hot.series(0.5 * (edges[1:] + edges[:-1])).temperature)[:, nodes].T - 273.15
     np.testing.assert_allclose(shown, truth, rtol=1e-12)
-    assert field.get_ylabel() == "depth below the front face, mm"
-    assert profile.get_xlabel() == "temperature, °C"
     # the axis is linear: a layer is as high as it is thick
     heights = np.diff(field.transData.transform(np.stack([np.zeros_like(layers), layers], axis=1))[:, 1])
     np.testing.assert_allclose(heights / heights.sum(), np.diff(layers) / layers[-1], rtol=1e-9)
@@ -231,7 +224,6 @@ def test_depth_of_one_of_several_walls(hot):
     edges, _, shown = mesh_of(plot.depth(hot, "lining", 2).axes[0])
     truth = np.asarray(hot.series(0.5 * (edges[1:] + edges[:-1])).temperature)[:, nodes].T - 273.15
     np.testing.assert_allclose(shown, truth, rtol=1e-12)
-    assert "lining 4 of 4" in plot.depth(hot, "lining").get_suptitle()  # at the tight end it is hottest
     with pytest.raises(sb.InputError, match="there are: rim, lining"):
         plot.depth(hot, "flange")
     with pytest.raises(sb.InputError, match="1…4"):
@@ -241,7 +233,7 @@ def test_depth_of_one_of_several_walls(hot):
 # --- those that were there --------------------------------------------------------------------------------------------
 
 
-def test_example_of_the_page_and_events_in_the_chart(tmp_path, monkeypatch):
+def test_example_of_the_page(tmp_path, monkeypatch):
     page = (pathlib.Path(__file__).parents[2] / "docs" / "pictures.md").read_text("utf-8")
     example = re.findall(r"```python\n(.*?)```", page, re.S)[0]
     monkeypatch.chdir(tmp_path)
@@ -252,14 +244,6 @@ def test_example_of_the_page_and_events_in_the_chart(tmp_path, monkeypatch):
     lines = sorted({line.get_xdata()[0] for line in axes[0].lines if len(line.get_xdata()) == 2})
     truth = closed_form()
     np.testing.assert_allclose(lines, [truth["t0"], truth["t1"], truth["stop"]], rtol=1e-9)
-    assert [panel.get_ylabel() for panel in axes[::2]] == [
-        r"$\omega$, rad/s",
-        "torque, kN·m",
-        "tension, kN",
-        "$k$ of 20",
-    ]
-    assert axes[6].get_xlabel() == "time, s"
-    assert axes[7].get_xlabel() == "time, ms"
     # each curve at the ends of its pieces: taken along, sliding, held
     T_0, T_n, R = 8.0, 8.0 * truth["Pi"], 0.725
     taken, sliding, held = (
@@ -286,8 +270,7 @@ def test_example_of_the_page_and_events_in_the_chart(tmp_path, monkeypatch):
 
 def test_page_names_every_picture():
     page = (pathlib.Path(__file__).parents[2] / "docs" / "pictures.md").read_text("utf-8")
-    public = {name for name, value in vars(plot).items() if callable(value) and not name.startswith("_")}
-    assert {name for name in public if f"plot.{name}(" not in page} == set()
+    assert {name for name in plot.__all__ if f"plot.{name}(" not in page} == set()
 
 
 def curves(axes):
@@ -312,7 +295,7 @@ def test_duty_shows_lever_and_load(staged):
     np.testing.assert_allclose(torque[apart], wanted[apart] / 1e3, rtol=1e-9)
 
 
-def test_stops_are_points_of_time_heat_and_temperature(hot):
+def test_stops_are_points(hot):
     panels = [curves(axes) for axes in plot.stops(hot).axes]
     heat = 0.5 * 800.0 * 20.0**2 / 1e3 + float(hot.energy["lever_work"] - hot.energy["elastic_change"]) / 1e3
     under = float(hot.stopping_time) - float(hot.slip_onset_time)
@@ -324,7 +307,7 @@ def test_stops_are_points_of_time_heat_and_temperature(hot):
         assert panels[2][words][0, 1] == pytest.approx(hottest, abs=1e-2)
 
 
-def test_stages_show_speeds_torques_heats_and_overlaps(staged):
+def test_stages_show_the_run(staged):
     figure = plot.stages(staged)
     speed, torque, heat, *overlaps = figure.axes
     t = curves(speed)[r"pulley $\omega$"][:, 0]
@@ -355,7 +338,7 @@ def test_stages_show_speeds_torques_heats_and_overlaps(staged):
     assert len([t for t in speed.texts if t.get_text().startswith("stage ")]) == len(ends) == 3
 
 
-def test_temperatures_show_surfaces_friction_and_layers(hot):
+def test_temperatures_show_the_run(hot):
     surface, friction, *depths = plot.temperatures(hot).axes
     drawn = curves(surface)
     t = drawn["rim"][:, 0]
@@ -374,7 +357,3 @@ def test_temperatures_show_surfaces_friction_and_layers(hot):
             steps = 1e3 * np.asarray(wall.steps)
             np.testing.assert_allclose(line.get_xdata(), np.cumsum(steps) - 0.5 * steps, rtol=1e-12)
             np.testing.assert_allclose(line.get_ydata(), values, rtol=1e-9)
-    assert [panel.get_ylabel() for panel in (surface, *depths)] == [
-        "surface temperature, °C",
-        *["temperature, °C"] * 2,
-    ]

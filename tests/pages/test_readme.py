@@ -38,7 +38,7 @@ def collected() -> dict[tuple[str, ...], set[str]]:
 
 
 @pytest.mark.slow
-def test_every_evidence_command_collects_tests():
+def test_evidence_commands_collect_tests():
     assert len(collected()) > 60
     assert not [" ".join(arguments) for arguments, names in collected().items() if not names]
 
@@ -54,7 +54,7 @@ def test_no_claim_leaves_its_slow_tests_out():
                 assert collected()[(*arguments, *ALL)] <= selected, row
 
 
-def test_scripts_of_the_claims_exist_with_their_options():
+def test_scripts_of_the_claims_exist():
     scripts = [shlex.split(re.sub(r"[\[\]]", "", x)) for row in CLAIMS for x in row if x.startswith("python ")]
     assert scripts
     for _, file, *options in scripts:
@@ -62,17 +62,8 @@ def test_scripts_of_the_claims_exist_with_their_options():
         assert not [name for name in options if name.startswith("--") and f'"{name}"' not in source]
 
 
-def test_it_is_read_in_a_minute():
-    """A screen or two with a figure, whose links exist."""
-    assert len(README.splitlines()) <= 120
-    assert len(README.split()) <= 900
-    links = re.findall(r"\]\((?!https?:)([^)#]+)", README)
-    assert any(link.endswith((".png", ".gif")) for link in links)
-    assert not [link for link in links if not (ROOT / link).exists()]
-
-
 @pytest.mark.parametrize("line", [install_and_run, install_and_test])
-def test_a_lost_or_doubled_set_up_line_is_an_error(line):
+def test_lost_or_doubled_set_up_line(line):
     text = line(README)
     assert text.startswith("pip install -e ")
     for broken in (README.replace(text, text + " --quick"), README.replace(text, f"{text}\n{text}"), ""):

@@ -285,6 +285,22 @@ def test_sobol_indices_of_a_brake_against_closed_forms():
         assert drawn[round(i + 0.2, 6)] == pytest.approx(x * whole / (1 + x) / (whole - 1), abs=0.03)
 
 
+@pytest.mark.parametrize("second_order", [False, True])
+def test_mean_and_deviation_of_unmixed_runs(second_order):
+    """Of a block of runs the first and the one that has none of its numbers; the others mix both."""
+    found = sb.sobol_indices(brake(), lognormals(), n=8, second_order=second_order, resamples=2)
+    d, y = len(SPREAD), found.data["stopping_time"].values
+    inputs = np.stack([found.data[path].values for path in SPREAD], axis=1)
+    size = 2 * d + 2 if second_order else d + 2
+    unmixed = []
+    for first in range(0, len(y), size):
+        block = range(first, first + size)
+        (other,) = (i for i in block if np.all(inputs[i] != inputs[first]))
+        unmixed += [y[first], y[other]]
+    table = found["stopping_time"]
+    assert (table.mean, table.deviation) == pytest.approx((np.mean(unmixed), np.std(unmixed, ddof=1)), rel=1e-12)
+
+
 def test_morris_effects_of_a_linear_function_are_its_coefficients():
     a = np.array([3.0, -2.0, 0.5, 0.0])
     x = _global.morris_design(10, 4, 6, seed=1)

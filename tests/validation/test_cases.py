@@ -28,7 +28,7 @@ def test_numbers_are_the_truth(subject):
     assert [(c.case, c.value, c.truth, c.error) for c in checks if c.verdict != "pass"] == []
 
 
-def test_each_case_has_a_name_of_its_own_a_source_and_a_tolerance():
+def test_cases_have_names_and_sources():
     found = [case for subject in SUBJECTS for case in subject()]
     assert len({case.name for case in found}) == len(found)
     for case in found:
@@ -37,7 +37,7 @@ def test_each_case_has_a_name_of_its_own_a_source_and_a_tolerance():
         assert 0 <= case.tolerance <= 0.15  # the loosest is a printed number of two digits
 
 
-def test_truths_that_are_computed_agree_with_the_digits_published():
+def test_computed_truths_are_as_published():
     """Numbers of outside references, of formulas that are evaluated anew for every run."""
     truth = {case.name: case.truth for subject in SUBJECTS for case in subject()}
     for name, digits in {
@@ -73,7 +73,7 @@ def oracles():
         return importlib.import_module("truths"), "\n".join((folder / f"{x}.py").read_text("utf-8") for x in names)
 
 
-def test_frozen_truths_are_those_of_their_script_which_knows_nothing_of_simbrake(oracles, capsys):
+def test_frozen_truths_are_of_their_script(oracles, capsys):
     script, text = oracles
     assert not re.search(r"^\s*(import|from) (simbrake|jax)", text, re.MULTILINE)
     frozen = [(subject, row["what"], float(row["truth"])) for subject, rows in truths().items() for row in rows]
@@ -87,7 +87,7 @@ def test_frozen_truths_are_those_of_their_script_which_knows_nothing_of_simbrake
     assert {f"{subject}/{what}" for subject, what, _ in frozen} <= named
 
 
-def test_no_case_is_both_here_and_in_the_package(capsys):
+def test_no_case_is_in_the_package_too(capsys):
     _, out, _ = call(capsys, "validate", "--list", "--json")
     here = {case.name for subject in SUBJECTS for case in subject()}
     assert not here & {row["case"] for row in json.loads(out)}

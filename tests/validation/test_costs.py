@@ -14,7 +14,7 @@ from benchmarks import costs, processes, timing
 from benchmarks.scenes import CASES, closed_form, cycles_case
 
 
-def test_exact_derivatives_are_those_of_the_closed_form():
+def test_exact_derivatives():
     p, h = CASES["a"].plain, 1e-4
     for name, slope in zip(("w_0", "J", "f", "T_0"), costs.exact(p).values(), strict=True):
         x = getattr(p, name)
@@ -22,7 +22,7 @@ def test_exact_derivatives_are_those_of_the_closed_form():
         assert slope == pytest.approx((ends[1] - ends[0]) / (2 * h * x), rel=1e-6)
 
 
-def test_processor_time_of_a_fresh_process_is_its_own(tmp_path):
+def test_processor_time_of_a_fresh_process(tmp_path):
     busy = "import time\nwhile time.process_time() < 0.3: pass\ntime.sleep(0.3)\nprint('done')"
     done = processes.fresh(["-c", busy], str(tmp_path))
     assert done.out == "done\n"
@@ -35,7 +35,7 @@ def test_processor_time_of_a_fresh_process_is_its_own(tmp_path):
         processes.fresh(["-c", "raise SystemExit(3)"])
 
 
-def test_rounds_are_divided_by_their_own_unit(monkeypatch):
+def test_rounds_in_their_own_unit(monkeypatch):
     units, cpu = iter([99.0, 0.5, 1.0, 0.5]), iter([1.0, 4.0, 3.0])
     monkeypatch.setattr(processes, "unit", lambda: next(units))  # the first one only warms up
     found = processes.Rounds.of(3, lambda: {"x": next(cpu)})
@@ -60,7 +60,7 @@ def test_difference_of_events():
     assert math.isnan(costs.largest_difference([first, second], [first]))
 
 
-def test_a_cost_beyond_its_limit_is_shown_as_missed():
+def test_cost_beyond_its_limit_is_missed():
     kept = costs.Cost("kept", 1e-3, "run", 2e-3, 0.5, 1.0, 1e-9)
     over = kept._replace(what="over", ratio=2.0)
     assert [cost.missed for cost in (kept, over, over._replace(limit=None))] == [False, True, False]
@@ -72,7 +72,7 @@ def test_a_cost_beyond_its_limit_is_shown_as_missed():
 
 
 @pytest.mark.slow
-def test_mistakes_and_the_short_scene_in_fresh_processes():
+def test_mistakes_in_fresh_processes():
     found = {cost.what: cost for cost in costs.process(True).costs}  # every mistake has to end with code 2
     assert len(found) == 8
     assert found["run u2_5_5_stop.toml, again"].cpu < found["run u2_5_5_stop.toml, cold"].cpu

@@ -35,7 +35,7 @@ def assert_same(found, printed):
         assert same, (now, then)
 
 
-def test_schmidt_and_network_errors_of_the_page(page):
+def test_schmidt_and_network_errors(page):
     """Two rows anew; the orders of all."""
     rows = [line.split("|")[1:-1] for line in on_page(page, "order").splitlines()[2:]]
     assert [int(row[0]) for row in rows] == list(page.LAYERS)
@@ -47,7 +47,7 @@ def test_schmidt_and_network_errors_of_the_page(page):
 
 
 @pytest.mark.slow
-def test_estimates_of_the_stop_and_of_thirty_stands_part_as_the_page_says(page):
+def test_estimates_of_stop_and_stands(page):
     made = page.parts()
     assert_same(made, on_page(page, "parts"))
     cells = {line.split("|")[1].strip(): line.split("|")[2:6] for line in made.splitlines() if line.startswith("| ")}
@@ -67,5 +67,5 @@ def test_estimates_of_the_stop_and_of_thirty_stands_part_as_the_page_says(page):
 
 
 @pytest.mark.slow
-def test_estimates_of_the_staged_brake_part_as_the_page_says(page):
+def test_estimates_of_the_staged_brake(page):
     assert_same(page.staged(), on_page(page, "staged"))

@@ -10,7 +10,6 @@ import numpy as np
 import paper_figures
 import printed_tables as figures
 import pytest
-import write_page
 from printed_tables import AGREES, DISAGREES, FILES, MISPRINT, agrees, cells, published_rows
 
 import simbrake as sb
@@ -25,7 +24,7 @@ GIVEN = {
 }
 
 
-def test_every_number_of_every_table_is_compared_or_given():
+def test_every_number_is_compared_or_given():
     found = {(c.table, c.row, c.column) for c in cells()}
     for table in FILES:
         for row, line in enumerate(published_rows(table)):
@@ -39,7 +38,7 @@ def test_every_number_of_every_table_is_compared_or_given():
     assert {file.name for file in PAPERS.glob("*.csv")} | {law} == {*FILES.values(), "misprints.csv"}
 
 
-def test_published_tables_have_no_cell_that_disagrees():
+def test_no_published_cell_disagrees():
     rows = cells()
     assert len(rows) == 578
     assert [c for c in rows if c.verdict == DISAGREES] == []
@@ -49,14 +48,14 @@ def test_published_tables_have_no_cell_that_disagrees():
     assert all(c.verdict == MISPRINT for c in tau)
 
 
-def test_table_s1_comes_from_the_formula_cell_by_cell():
+def test_table_s1_cell_by_cell():
     table = [cell for cell in cells() if cell.table == "S1"]
     assert len(table) == 24
     assert {cell.verdict for cell in table} == {AGREES}
     assert sb.formulas.fourier_parameter(1.14e-5, 0.030) * 1000 == pytest.approx(12.667, abs=5e-4)
 
 
-def test_known_misprints_are_of_cells_that_do_not_agree():
+def test_misprints_do_not_agree():
     """No reason covers a cell that agrees, and none is of a cell that does not exist."""
     with (PAPERS / "misprints.csv").open(encoding="utf-8") as file:
         known = {(row["table"], int(row["row"]), row["column"]) for row in csv.DictReader(file)}
@@ -65,16 +64,7 @@ def test_known_misprints_are_of_cells_that_do_not_agree():
     }
 
 
-def test_tables_of_the_page():
-    for table, counts in {
-        "Z5": "160 cells, 141 compared: 129 agree, 12 are known misprints; 9 given; 10 trivial.",
-        "V1": "48 cells, 24 compared: 24 agree; 24 trivial.",
-        "V2": "72 cells, 72 compared: 68 agree, 4 are known misprints.",
-    }.items():
-        assert write_page.block(table).startswith(counts)
-
-
-def test_cells_that_must_agree_are_not_counted_as_agreement():
+def test_cells_that_must_agree_do_not_count():
     """Printed inputs, `T_0/T_0`, reciprocals of printed numbers, and the second formula of `τ_m`: 80 of 578 cells."""
     rows = cells()
     kinds = collections.Counter((c.column, c.kind) for c in rows if c.kind != "compared")
@@ -96,33 +86,15 @@ def test_cells_that_must_agree_are_not_counted_as_agreement():
     ("printed", "computed", "verdict"),
     [("25", 25.49, True), ("25", 25.51, False), ("241", 241.6, False), ("1.23", 1.2449, True), ("1.23", 1.2451, False)],
 )
-def test_whole_numbers_agree_within_half_a_unit_and_others_within_1_5(printed, computed, verdict):
+def test_when_printed_numbers_agree(printed, computed, verdict):
     assert agrees(printed, computed) == verdict
-
-
-def test_numbers_in_the_words_of_the_page():
-    """The page says them in sentences, where no script writes them."""
-    words = (DOCS / "published.md").read_text("utf-8")
-    wrap = math.radians(270.0)
-    proper = [sb.layouts.equal_increment_angles(f, 10, 10, wrap).ratio for f in (0.5, 0.3)]
-    assert "{:.2f} (Z5) and {:.2f} (Z6)".format(*proper) in words
-    increments, uniform = figures.band_diagrams()
-    assert f"by {100 * (np.ptp(increments.normal) / increments.normal.min()):.0f} %" in words
-    assert f"by a factor of {uniform.normal.max() / uniform.normal.min():.1f};" in words
-    spread = 0.0
-    for f in (0.5, 0.3):
-        for k in (9, 8, 6, 4, 2):
-            beta = sb.layouts.equal_increment_angles(f, 10, k, wrap).angle
-            load = sb.brakes.sliding_tensions(*map(jnp.asarray, (1.0, np.full(k, f), beta[:k]))).normal
-            spread = max(spread, float(np.ptp(load) / np.min(load)))
-    assert f"by up to {100 * spread:.0f} %" in words
 
 
 # --- figures ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("f", [0.1, 0.2, 0.4])
-def test_curves_of_z_fig_4_pass_through_table_1(f):
+def test_z_fig_4_passes_through_table_1(f):
     curves = figures.chord_curves(f)
     row = next(row for row in published_rows("Z1") if float(row["f"]) == f)
     for i in range(5):
@@ -131,7 +103,7 @@ def test_curves_of_z_fig_4_pass_through_table_1(f):
 
 
 @pytest.mark.parametrize("f", [0.1, 0.3, 0.5])
-def test_chords_of_z_fig_4_carry_equal_loads_up_to_their_end(f):
+def test_chords_of_z_fig_4_carry_equal_loads(f):
     curves = figures.chord_curves(f)
     for beta in curves.angle[[0, len(curves.last) // 2, -1]]:
         normal = np.asarray(sb.brakes.chord_tensions(*map(jnp.asarray, (1.0, f, np.append(0.0, beta)))).normal)
@@ -144,7 +116,7 @@ def test_chords_of_z_fig_4_carry_equal_loads_up_to_their_end(f):
     assert (curves.last[-1] < math.radians(20.0)) == (f == 0.5)  # as the text of Z remarks
 
 
-def test_diagrams_of_z_fig_5_are_those_of_the_closed_forms():
+def test_z_fig_5_is_of_closed_forms():
     increments, uniform = figures.band_diagrams()
     row = next(r for r in published_rows("Z6") if (r["k"], r["scheme"]) == ("10", "uniform"))
     assert agrees(row["T_max"], uniform.tension[-1])
@@ -178,7 +150,7 @@ def test_energy_levels_balance():
 
 
 @pytest.mark.parametrize("name", ["Z Fig. 4", "Z Fig. 5", "S Fig. 1", "V table 1", "V table 2", "S table 1"])
-def test_pictures_show_printed_points_and_curves(name):
+def test_figures_show_printed_points(name):
     figure = paper_figures.published(name)
     drawn = [line for axes in figure.axes for line in axes.lines]
     if name == "Z Fig. 4":
@@ -193,7 +165,6 @@ def test_pictures_show_printed_points_and_curves(name):
     if name.endswith("table 1"):
         points = sum(len(line.get_xdata()) for line in drawn if line.get_linestyle() == "None")
         assert points == {"V table 1": 20, "S table 1": 24}[name]
-    assert all(axes.get_xlabel() or axes.name == "polar" or not axes.axison for axes in figure.axes[-1:])
 
 
 def beside_its_curve(axes):
@@ -220,7 +191,7 @@ def test_printed_points_lie_on_the_curves(name, count, most):
     assert np.median(away) < 5e-4
 
 
-def test_chord_angles_pass_through_the_printed_ones():
+def test_chord_angles_are_as_printed():
     """Z, table 1: the five angles at β_7 = 20° for three coefficients of friction."""
     rows = {float(row["f"]): row for row in published_rows("Z1")}
     for axes, (f, row) in zip(sb.plot.chord_angles(7, tuple(rows)).axes, rows.items(), strict=True):
@@ -229,7 +200,7 @@ def test_chord_angles_pass_through_the_printed_ones():
             assert np.interp(20.0, *line.get_data()) == pytest.approx(float(row[f"beta{j + 1}_deg"]), rel=2e-3)
 
 
-def test_a_figure_without_a_formula_is_refused_by_name():
+def test_figure_without_a_formula():
     with pytest.raises(ValueError, match=r"Z Fig\. 2"):
         paper_figures.published("Z Fig. 2")
 
@@ -239,7 +210,7 @@ def told(axes):
     return [text.get_text() for text in axes.get_legend().get_texts()]
 
 
-def test_z_fig_4_says_where_curves_end_and_which_are_of_the_table_alone():
+def test_z_fig_4_says_where_curves_end():
     figure = paper_figures.published("Z Fig. 4")
     *panels, legend = figure.axes
     ends = {f: math.degrees(figures.chord_curves(f).last[-1]) for f in (0.1, 0.3, 0.5, 0.2, 0.4)}
@@ -250,12 +221,10 @@ def test_z_fig_4_says_where_curves_end_and_which_are_of_the_table_alone():
         ),
         "printed in table 1",
     ]
-    assert not legend.axison
     rows = {float(row["f"]): row for row in published_rows("Z1")}
     for i, panel in enumerate(panels):
         assert (panel.get_xlabel(), panel.get_ylabel()) == (r"$\beta_7 = \beta_6$, °", rf"$\beta_{i + 1}$, °")
         curves = [line for line in panel.lines if len(line.get_xdata()) > 1]
-        assert [line.get_linestyle() for line in curves] == ["-", "-", "-", "--", "--"]
         bars = [line for line in panel.lines if line.get_marker() == "|"]
         for curve, bar, end in zip(curves, bars, ends.values(), strict=True):
             np.testing.assert_allclose(bar.get_xdata(), end)
@@ -266,13 +235,10 @@ def test_z_fig_4_says_where_curves_end_and_which_are_of_the_table_alone():
             assert point.get_ydata()[0] == float(rows[colours[point.get_color()]][f"beta{i + 1}_deg"])
 
 
-def test_z_fig_5_has_tension_and_load_of_each_lining_on_its_circle():
+def test_z_fig_5_has_tensions_and_loads():
     figure = paper_figures.published("Z Fig. 5")
     for axes, d in zip(figure.axes, figures.band_diagrams(), strict=True):
         ends = np.append(0.0, np.cumsum(d.angle))
-        low, high = d.normal.min(), d.normal.max()
-        title = f"{d.name}\n$T_n/T_0$ = {d.tension[-1]:.3f}, loads {low:.2f}…{high:.2f} $T_0$"
-        assert axes.get_title() == title
         labels = [text.get_text() for text in axes.get_xticklabels()]
         assert labels == [f"{i + 1}\n{d.tension[i + 1]:.2f}\n{d.normal[i]:.2f}" for i in range(10)]
         np.testing.assert_allclose(axes.get_xticks(), 0.5 * (ends[1:] + ends[:-1]))
@@ -287,23 +253,11 @@ def test_z_fig_5_has_tension_and_load_of_each_lining_on_its_circle():
         assert (around[0], around[-1]) == pytest.approx((0.0, ends[-1]))
         assert max(d.tension) < axes.get_rmax() < 1.3 * max(d.tension)
         assert axes.get_rorigin() < 0.0
-    (legend,) = figure.legends
-    assert {text.get_text() for text in legend.get_texts()} == {
-        "tension behind a lining $T_i/T_0$",
-        "load of a lining $N_i/T_0$",
-    }
-    assert "$k$ = 10, $f$ = 0.3, $w_0$ = 1.5" in legend.get_title().get_text()
 
 
 def test_s_fig_1_names_its_curves():
     figure = paper_figures.published("S Fig. 1")
     share_a, share_b, rise_a, rise_b = figure.axes
-    assert [axes.get_title() for axes in (share_a, share_b)] == [
-        "a: a stop, power falls linearly",
-        "b: a drag at a tenth of that power",
-    ]
-    assert [axes.get_ylabel() for axes in figure.axes] == ["share (–)", "", "temperature rise, K", ""]
-    assert [axes.get_xlabel() for axes in (rise_a, rise_b)] == [r"relative time $\tau/\tau_T$ (–)", r"time $\tau$, s"]
     for share, rise, levels in zip((share_a, share_b), (rise_a, rise_b), figures.energy_levels(), strict=True):
         drawn = {line.get_label(): line.get_data() for line in (*share.lines, *rise.lines)}
         for words, values in (
@@ -315,20 +269,12 @@ def test_s_fig_1_names_its_curves():
         ):
             np.testing.assert_array_equal(drawn[words], (levels.time, values))
         assert len(told(share)) + len(told(rise)) == 5
-    given = "$f_0$ = 0.35, $V_0$ = 14.2 m/s, $p_c$ = 0.25 MPa, $A_c$ = 1.22 m²"
-    assert figure.get_suptitle().endswith(given)
 
 
-def test_k_fig_5_shows_stages_and_overlaps_of_two_stops():
+def test_k_fig_5_shows_stages_and_overlaps():
     """A stronger external pair lets both pairs slide; a stronger internal one only the band on the bandage."""
     figure = paper_figures.published("K Fig. 5")
     panels = np.reshape(figure.axes, (2, 2))
-    assert [axes.get_title() for axes in panels[0]] == [
-        "friction: external 0.42, internal 0.3",
-        "friction: external 0.3, internal 0.42",
-    ]
-    assert [axes.get_ylabel() for axes in figure.axes] == ["external pair", "", "internal pair", ""]
-    assert [axes.get_xlabel() for axes in figure.axes] == ["", "", "time, s", "time, s"]
     growth = sb.results.RunningIn(start=0.6, work=1.5e5)
     for column, (external, internal) in enumerate([(0.42, 0.30), (0.30, 0.42)]):
         run = sb.simulate(figures.overlap_stop(external, internal))
@@ -351,42 +297,17 @@ def test_k_fig_5_shows_stages_and_overlaps_of_two_stops():
             np.testing.assert_allclose([text.get_position()[0] for text in axes.texts], middle)
             low, high = axes.get_ylim()
             assert low < 0.0 < 0.84 < high < 1.0
-    (legend,) = figure.legends
-    assert [text.get_text() for text in legend.get_texts()] == ["dynamic: the pair slides", "static: the pair sticks"]
 
 
 def test_words_of_the_figures_of_tables():
     (axes,) = paper_figures.published("V table 1").axes
-    assert told(axes) == [
-        "shell, axial",
-        "flange, radial",
-        "rim lip 1, radial",
-        "rim lip 2, radial",
-        "disc, radial",
-        "printed",
-    ]
-    assert [axes.get_xlabel(), axes.get_ylabel()] == [
-        r"conductivity $\lambda$, W/(m·K)",
-        "thermal resistance, K/W",
-    ]
     assert (axes.get_xscale(), axes.get_yscale(), axes.get_title()) == ("log", "log", "V, table 1: parts of the pulley")
-    assert [text.get_text() for text in axes.get_xticklabels()] == ["40", "50", "80", "110", "160", "200"]
     np.testing.assert_allclose(axes.lines[0].get_xdata()[[0, -1]], [40.0, 200.0])
     (axes,) = paper_figures.published("S table 1").axes
-    assert told(axes) == [
-        "rim, steel: $10^3 B$, 1/s",
-        "rim, cast iron: $10^3 B$, 1/s",
-        "band, steel: $B$, 1/s",
-        "band, cast iron: $B$, 1/s",
-        "printed",
-    ]
-    assert [text.get_text() for text in axes.get_xticklabels()] == ["1", "2", "5", "10", "20", "50", "80"]
     figure = paper_figures.published("V table 2")
     for axes, words in zip(
         figure.axes, (("into the metal $K_1$", "into the lining $K_2$"), ("metal", "lining")), strict=True
     ):
-        assert told(axes) == [*words, "printed", "known misprint"]
-        assert axes.get_xlabel() == "temperature of the polished surface, °C"
         a, b = (line for line in axes.lines if line.get_label() in words)
         np.testing.assert_allclose(a.get_xdata()[[0, -1]], [100.0, 650.0])
         if words[0] == "metal":

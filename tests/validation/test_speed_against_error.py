@@ -88,7 +88,7 @@ def test_written_modes_are_the_plain_ones(name):
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_programs_of_modes_take_what_they_are_given(name):
+def test_sizes_of_programs_of_modes(name):
     for form in written(CASES[name]).values():
         rates, guards = form.program.equations(FLOATS, 0.0, [1.0] * form.program.states, form.numbers(0.0).tolist())
         assert (len(rates), len(guards)) == (form.program.states, form.program.guards)
@@ -102,14 +102,14 @@ def test_heyoka_by_a_plain_loop():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("name", "smaller"), [("d", 0.5)])
-def test_error_of_smoothed_friction_falls_with_its_width(name, smaller):
+def test_error_of_smoothed_friction(name, smaller):
     case, (coarse, fine) = CASES[name], list(diffrax_smooth.methods(CASES[name]))[-2:]
     truth = peers.solve(scipy_ivp, name, "SciPy DOP853", 1e-11)
     wide, narrow = (max(error(case, peers.solve(diffrax_smooth, name, m, 1e-6), truth)) for m in (coarse, fine))
     assert narrow < smaller * wide
 
 
-def test_collocation_of_the_chain_is_its_matrix_exponential():
+def test_collocation_is_matrix_exponential():
     p = CASES["e"].plain
     known, n = Linear(p), 2 * p.n + 2
     rows = [np.append(g, h) for g, h in zip(known.g, known.h, strict=True)]
@@ -152,7 +152,7 @@ def test_power_of_the_plain_chain(k):
     assert stored == pytest.approx(spent, rel=1e-9)
 
 
-def test_a_lining_that_sticks_again_is_noticed():
+def test_lining_that_sticks_again():
     p = CASES["e"].plain
     known, y = Linear(p), np.concatenate([[p.w_0], np.zeros(p.n + 1), np.full(p.n, 0.9 * p.R * p.w_0)])
     known.checked(y, 3)
@@ -187,7 +187,7 @@ def test_stiff_scene_is_as_described():
     sb.check(CASES["c"].simbrake())
 
 
-def test_radau_points_integrate_their_polynomials():
+def test_radau_points_integrate_polynomials():
     c, A = radau(5)
     for k in range(5):
         np.testing.assert_allclose(A @ c**k, c ** (k + 1) / (k + 1), atol=1e-14)
