@@ -11,6 +11,7 @@ import pytest
 import simbrake as sb
 from simbrake.formulas._braking import Braking
 from simbrake.formulas._heated import Absent, HeatedPart, RunValues, WallCourse, _hardest, _sliding, schmidt_layers
+from simbrake.formulas._inputs import read_given
 from simbrake.formulas._material_table import QUANTITIES
 from simbrake.formulas._materials import Compared
 from simbrake.formulas.stress import ElasticMaterial
@@ -432,3 +433,16 @@ def test_linings_all_around_leave_no_open_track():
     edges, lining = _around(brake, np.full(4, 1.0))
     np.testing.assert_allclose(edges, np.radians([0.0, 90.0, 190.0, 280.0]) / (2 * math.pi))
     assert lining.tolist() == [3, 2, 1, 0]
+
+
+def test_numbers_are_read_with_units_and_all_faults():
+    data, limits = read_given(["rim_thickness=28 mm", "rim=cast_iron", "permissible.back=130 degC", "ambient=30 degC"])
+    assert data.rim_thickness == pytest.approx(0.028)
+    assert float(data.rim.conductivity) == 50.0
+    assert limits.back == pytest.approx(403.15)
+    assert data.ambient == pytest.approx(303.15)
+    assert data.elastic is None
+    assert read_given(["permissible.stress=200 MPa"])[0].elastic.permissible == 200e6
+    with pytest.raises(sb.InputError) as error:
+        read_given(["nonsense", "rims=1", "rim=gold", "share=2", "rim_thickness=3 kg"])
+    assert len(error.value.faults) == 5

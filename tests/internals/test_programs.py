@@ -1,6 +1,7 @@
-"""Compiled programs in memory: the bound is held, the least recently used go and give back what they hold."""
+"""Compiled programs: the bound of those in memory, what is compiled how, and for which device."""
 
 import gc
+import pickle
 import sys
 import threading
 import weakref
@@ -10,6 +11,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from commands import python
 from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
@@ -234,3 +236,238 @@ def test_structures_stay_within_a_small_bound(monkeypatch):
     assert most <= 2.5 * each
     assert found[0] == found[-1]
     assert mappings() - before < 60
+
+
+@pytest.fixture
+def fresh_accelerators():
+    _compiling.accelerators.cache_clear()
+    yield
+    _compiling.accelerators.cache_clear()
+    _simulate._program.cache_clear()
+    _simulate._part.cache_clear()
+
+
+def stopping_time(omega):
+    return sb.simulate(stop_scene(w0=omega), rtol=1e-11, max_steps=128).stopping_time
+
+
+@pytest.mark.slow
+def test_a_run_inside_a_program_of_the_user(fresh_accelerators):
+    # nothing was compiled before: what XLA accepts is found out in the midst of tracing
+    plain = jax.jit(stopping_time).lower(20.0)
+    assert ("xla_cpu_small_call" in plain.as_text()) == _compiling.accelerators("cpu").one_function
+    truth = closed_form()["stop"]
+    assert float(plain.compile()(20.0)) == pytest.approx(truth, rel=1e-10)
+
+    speeds = jnp.asarray([10.0, 20.0])
+    side_by_side = jax.jit(jax.vmap(stopping_time)).lower(speeds)
+    slope = jax.jit(jax.value_and_grad(stopping_time)).lower(20.0)
+    assert "xla_cpu_small_call" not in side_by_side.as_text() + slope.as_text()
+    truths = [closed_form(w0=w)["stop"] for w in (10.0, 20.0)]
+    np.testing.assert_allclose(side_by_side.compile()(speeds), truths, rtol=1e-10)
+    value, by_speed = slope.compile()(20.0)
+    central = closed_form(w0=20.0 + 1e-200j, xp=np)["stop"].imag / 1e-200
+    assert float(value) == pytest.approx(truth, rel=1e-10)
+    assert float(by_speed) == pytest.approx(central, rel=1e-9)
+
+
+def test_what_xla_refuses_is_left_out(fresh_accelerators, monkeypatch):
+    usual = _compiling.accelerators("cpu")
+    gone = usual.refused
+    assert set(gone) <= {"xla_cpu_use_fusion_emitters"}  # all that a tested version of JAX no longer has
+    kept = {name: value for name, value in _compiling._CPU_OPTIONS.items() if name not in gone}
+    more = dict(_compiling._ONE_FUNCTION_OPTIONS)
+    assert usual == (kept, kept | more, True, gone)
+    for name in ("_CPU_OPTIONS", "_ONE_FUNCTION_OPTIONS"):
+        _compiling.accelerators.cache_clear()
+        with monkeypatch.context() as here:
+            here.setattr(_compiling, name, getattr(_compiling, name) | {"xla_no_such_option": True})
+            found = _compiling.accelerators("cpu")
+            assert found == usual._replace(refused=found.refused)
+            assert sorted(found.refused) == sorted((*gone, "xla_no_such_option"))
+    _compiling.accelerators.cache_clear()
+
+    def unmarked(function, numbers):
+        raise NotImplementedError
+
+    monkeypatch.setattr(_compiling, "one_function", unmarked)
+    assert _compiling.accelerators("cpu") == (kept, kept | more, False, (*gone, "xla_cpu_small_call"))
+    assert _compiling.accelerators("gpu") == ({}, {}, False, ())
+
+
+@pytest.mark.slow
+def test_answers_do_not_need_any_accelerator(fresh_accelerators, monkeypatch):
+    none = _compiling.Accelerators({}, {}, False, ())
+    for module in (_compiling, _simulate):
+        monkeypatch.setattr(module, "accelerators", lambda platform: none)
+    _simulate._program.cache_clear()
+    _simulate._part.cache_clear()
+    truth = closed_form()["stop"]
+    assert float(sb.simulate(stop_scene(), rtol=1e-11, max_steps=128).stopping_time) == pytest.approx(truth, rel=1e-10)
+    within = jax.jit(lambda omega: stopping_time(omega)).lower(20.0)  # (a new function: nothing traced before)
+    assert "xla_cpu_small_call" not in within.as_text()
+    assert float(within.compile()(20.0)) == pytest.approx(truth, rel=1e-10)
+
+
+def test_the_device_of_a_run(monkeypatch):
+    with jax.default_device("cpu"):
+        assert _compiling.run_device() == jax.local_devices(backend="cpu")[0]
+    monkeypatch.setattr(jax, "local_devices", lambda backend=None: {None: ["gpu:0", "gpu:1"]}[backend])
+    with pytest.raises(KeyError):
+        jax.local_devices("cpu")
+
+    def without_cpu(backend=None):
+        if backend == "cpu":
+            raise RuntimeError("no such backend")
+        return ["gpu:0", "gpu:1"]
+
+    monkeypatch.setattr(jax, "local_devices", without_cpu)
+    assert _compiling.run_device() == "gpu:0"
+
+
+TREE = {
+    "short": np.arange(6.0).reshape(2, 3),
+    "whole": np.asarray([7, 8], np.int32),
+    "one": np.asarray(-1.5),
+    "large": np.arange(256.0),
+    "nearly": np.arange(255.0),
+    "yes": np.asarray([True, False]),
+}
+
+
+def assert_equal(found, wanted):
+    assert jax.tree.structure(found) == jax.tree.structure(wanted)
+    for a, b in zip(jax.tree.leaves(found), jax.tree.leaves(wanted), strict=True):
+        assert (np.asarray(a).dtype, np.asarray(a).tolist()) == (b.dtype, b.tolist())
+
+
+def test_numbers_of_a_tree_as_one_vector():
+    for tree, xp in ((TREE, np), (TREE, jnp), ({name: TREE[name] for name in ("short", "whole", "one")}, np)):
+        numbers, packing = _compiling.pack(tree, xp)
+        assert (numbers.dtype, numbers.shape) == (np.float64, (packing.size,))
+        assert packing.size == sum(leaf.size for leaf in tree.values())
+        assert_equal(packing.unpack(numbers), tree)
+        like = packing.stand_in()
+        assert {name: (x.shape, x.dtype) for name, x in like.items()} == {
+            name: (x.shape, x.dtype) for name, x in tree.items()
+        }
+    mixed, packing = _compiling.pack([jnp.asarray([1.0]), np.float32(0.5), 3], np)
+    assert (mixed.tolist(), packing.kinds) == ([1.0, 0.5, 3.0], ("float64", "float64", "int64"))
+
+
+def test_results_come_back_in_one_vector():
+    packed = _compiling.Packed.of(TREE)
+    arrays, unpacking = jax.tree.flatten(packed)
+    assert [array.shape for array in arrays] == [(266,), (256,)]  # 6 + 2 + 1 + 255 + 2, and those from 256 on
+    assert_equal(packed.unpack(), TREE)
+    again = jax.tree.unflatten(unpacking, arrays)
+    assert_equal(again.unpack(), TREE)
+    whole = pickle.loads(pickle.dumps(packed._unpacking))
+    assert_equal(whole(np.asarray(arrays[0]), arrays[1:]), TREE)
+
+
+def test_what_answers_are_remembered_by():
+    asked = []
+
+    @_compiling.per_value(lambda part: part["x"])
+    def twice(part):
+        asked.append(part)
+        return 2 * float(np.sum(part["x"]))
+
+    for i in (*range(64), 0, 63):
+        assert twice({"x": np.asarray(float(i)), "y": i}) == 2.0 * i
+    assert len(asked) == 64
+    assert twice({"x": np.asarray([63.0])}) == 126.0  # of another shape: the first is forgotten for it
+    for i, count in ((1, 65), (0, 66)):
+        twice({"x": np.asarray(float(i))})
+        assert len(asked) == count
+    assert [twice({"x": 3.0}) for _ in range(2)] == [6.0, 6.0]  # no array: looked at anew
+    assert len(asked) == 68
+
+    @_compiling.per_structure
+    def entries(part, times=1):
+        asked.append(part)
+        return times * part["x"].shape[0], str(part["x"].dtype)
+
+    before = len(asked)
+    for x in (np.ones(3), np.zeros(3), jnp.ones(3)):
+        assert (entries({"x": x}), entries({"x": x}, times=2)) == ((3, "float64"), (6, "float64"))
+    assert entries({"x": np.ones(3, np.int32)}) == (3, "int32")
+    assert len(asked) == before + 3
+
+
+def test_what_a_result_depends_on():
+    number = jax.ShapeDtypeStruct((), np.float64)
+    arguments = {"a": number, "b": number}, number
+    assert _compiling.read_by(lambda x, y: 2 * x["b"], *arguments) == ({"a": False, "b": True}, False)
+    assert _compiling.read_by(lambda x, y: x["a"] + y, *arguments) == ({"a": True, "b": False}, True)
+    assert _compiling.read_by(lambda x, y: nothing, *arguments) == ({"a": True, "b": True}, True)  # noqa: F821
+
+
+def test_a_busy_program_is_compiled_again():
+    made = []
+
+    def make(quick):
+        made.append(quick)
+        return _compiling.Program(lambda x: x + (0.0 if quick else 1.0), 1000.0, 2000.0, True, quick, 100)
+
+    program = _compiling.Improving(make)
+    assert program._worth == 1000.0 + 2 * 2000.0  # to trace and to compile, which takes twice as long
+    assert [program(1.0) for _ in range(3)] == [1.0] * 3
+    assert (made, program.calls, program._thread) == ([True], 3, None)
+    assert 0 < program._spent < 1.0
+    program._worth = 0.0
+    program(1.0)
+    program._thread.join()
+    assert [program(1.0) for _ in range(3)] == [2.0] * 3
+    assert (made, program.calls) == ([True, False], 7)
+    known = _compiling.Improving(lambda quick: make(False))  # as one that was kept
+    assert (known(1.0), known._worth, known._thread) == (2.0, np.inf, None)
+
+
+def test_what_calls_a_library():
+    a = np.arange(9.0) + np.eye(3).ravel()
+
+    def solved(x):
+        return jnp.linalg.solve(x.reshape(3, 3), jnp.ones(3))
+
+    program = _compiling.compiled(solved, a)
+    assert not program.one_function
+    np.testing.assert_allclose(program.call(a), np.linalg.solve(a.reshape(3, 3), np.ones(3)), rtol=1e-13)
+    other = _compiling.compiled(solved, a, otherwise=lambda x: 2 * solved(x))
+    np.testing.assert_allclose(other.call(a), 2 * np.asarray(program.call(a)), rtol=1e-15)
+    assert _compiling.compiled(jnp.tan, a, otherwise=solved).one_function == (jax.default_backend() == "cpu")
+
+
+PROGRAM = """
+import os
+before = dict(os.environ)
+import jax
+values = dict(jax.config.values) | {"jax_enable_x64": True}  # the one change that simbrake makes
+import math, numpy as np
+import simbrake as sb
+linings = sb.uniform_linings(20, math.radians(270), sb.ConstantFriction(0.35))
+brake = sb.Brake(sb.Pulley(0.725, 800.0), sb.Band(0.725, 2e5), linings)
+scene = sb.Scene(brake, sb.Duty(sb.Constant(8e3), sb.TorqueLoad()), sb.Initial(20.0), 5.0)
+from simbrake._base._compiling import Packed
+unpack, used = Packed.unpack, []
+Packed.unpack = lambda packed: (used.extend(d.id for d in packed.numbers.devices()), unpack(packed))[1]
+here = sb.simulate(scene, max_steps=128)
+sb.ensemble(scene, {"initial.omega": np.asarray([18.0, 20.0])}, ("stopping_time",), max_steps=128)
+assert dict(os.environ) == before, "the environment"
+assert dict(jax.config.values) == values, "JAX's configuration"
+with jax.default_device(jax.devices()[1]):
+    there = sb.simulate(scene, max_steps=128)
+print(float(here.stopping_time), float(there.stopping_time))
+print(*used)
+"""
+
+
+@pytest.mark.slow
+def test_process_and_device_are_as_asked_for():
+    # two devices on one machine; as `XLA_FLAGS` may hold what the user has set, it is set here
+    environment = {"XLA_FLAGS": "--xla_force_host_platform_device_count=2", "JAX_PLATFORMS": "cpu"}
+    times, devices = python(PROGRAM, **environment).stdout.splitlines()
+    truth = closed_form()["stop"]
+    assert [float(x) for x in times.split()] == pytest.approx([truth, truth], rel=1e-10)
+    assert devices == "0 1"

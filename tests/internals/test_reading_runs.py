@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 import staged_scenes as staged
 from heat_scenes import T0, fading, lump, rigid_stop
+from shipped import load
 
 import simbrake as sb
 from simbrake._physics import _chain, _mechanism, _sprung
@@ -16,9 +17,10 @@ from simbrake._physics._mechanism import BrakeCode, Label
 from simbrake._run import _log, _report, _scan
 from simbrake._run._duty import Stop, rows_of
 from simbrake._run._log import Phase
+from simbrake._run._measure import check_metrics, happened, measure, name_of, unit_of
 from simbrake._run._travel import overlaps
 from simbrake.hybrid import Code
-from simbrake.results import BandMode, Status
+from simbrake.results import METRICS, BandMode, Status, metric_names
 
 LABELS = [_mechanism.Label(int(band), inner) for band in BandMode for inner in (-1, 0, 1)]
 
@@ -355,3 +357,48 @@ def test_overlaps_of_a_station_are_its_angle():
     for count in (1, 2, 5, 26):
         np.testing.assert_allclose(overlaps(angle, count, psi).sum(axis=2), np.tile(angle, (37, 1)), rtol=1e-12)
         assert np.max(overlaps(angle, count, psi)) <= 2 * math.pi / count * (1 + 1e-12)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["u2_5_5_stop", pytest.param("staged_vs_standard", marks=pytest.mark.slow), "slip_onset_chain", "resolved_bandage"],
+)
+def test_names_of_a_scene_are_those_of_its_run(name):
+    scene = load(name).scene()
+    seen = {}
+
+    def run(scene):
+        result = sb.simulate(scene)
+        for one in set(METRICS) & set(metric_names(scene)):
+            seen[one] = measure(result, one)
+        for one in set(METRICS) - set(metric_names(scene)) - {"hook_travel"}:
+            with pytest.raises(ValueError, match=f"the scene has no {one}: "):
+                measure(result, one)
+        seen.update({f"energy.{key}": None for key in result.energy if not key.endswith("closure")})
+        return measure(result, "energy.load_work"), measure(result, "stopping_time")
+
+    shapes = jax.eval_shape(run, scene)
+    assert set(metric_names(scene)) == set(seen)
+    assert all(shape.shape == () and shape.dtype == "float64" for shape in shapes)
+    assert all(unit_of(one) for one in metric_names(scene))
+
+
+def test_what_a_scene_does_not_have_is_refused_in_one_report():
+    scene = load("u2_5_5_stop").scene()
+    with pytest.raises(sb.InputError) as error:
+        check_metrics(scene, ["stoping_time", "peak_rim_temperature", 3.0, "stopping_time"])
+    text = str(error.value)
+    assert "3 input errors" in text
+    assert "nearest: stopping_time" in text
+
+
+def test_functions_of_a_result_are_metrics():
+    def work_ratio(result):
+        return result.energy["load_work"] / result.energy["friction_heat"]
+
+    result = sb.simulate(load("u2_5_5_stop").scene())
+    assert name_of(work_ratio) == "work_ratio"
+    assert unit_of(work_ratio) == ""
+    expected = float(result.energy["load_work"]) / float(result.energy["friction_heat"])
+    assert float(measure(result, work_ratio)) == expected
+    assert happened(measure(result, "stopping_time"))

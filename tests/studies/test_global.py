@@ -11,14 +11,12 @@ import sys
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy import stats
 from scipy.special import ndtr, ndtri
 from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 from simbrake import plot
-from simbrake.studies import _global, _uncertainty
 
 SPREAD = {"initial.omega": 0.10, "brake.pulley.inertia": 0.20, "duty.slack_tension.level": 0.30}
 MEDIAN = {"initial.omega": 20.0, "brake.pulley.inertia": 800.0, "duty.slack_tension.level": 8e3}
@@ -101,37 +99,6 @@ def test_all_faults_of_the_input_in_one_report():
 # --- intervals --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("method", "n"), [("sobol", 512), ("latin", 512), ("random", 256)])
-def test_intervals_cover_the_truth_as_often_as_they_say(method, n):
-    d, repeats = 4, 250
-    hits: dict[str, int] = {}
-    for seed in range(repeats):
-        unit, group = _uncertainty._points(n, d, method, 16, seed)
-        y = stats.norm.ppf(np.clip(unit, 1e-9, 1 - 1e-9)).sum(axis=1)  # normal with the variance d
-        mean, deviation = _uncertainty.mean_and_deviation(y, group, 0.95)
-        pairs = {"mean": (mean, 0.0), "deviation": (deviation, math.sqrt(d))}
-        for p in (0.05, 0.5):
-            pairs[f"quantile {p}"] = _uncertainty.quantile(y, group, p, 0.95), math.sqrt(d) * ndtri(p)
-        for p in (0.3, 0.01):
-            pairs[f"probability {p}"] = _uncertainty.probability(y > -math.sqrt(d) * ndtri(p), group, 0.95), p
-        for name, (estimate, truth) in pairs.items():
-            hits[name] = hits.get(name, 0) + covered(estimate, truth)
-    share = {name: count / repeats for name, count in hits.items()}
-    # 95 % of 250 scatters by 1.4 %; where few hits come to a set the binomial interval covers more
-    assert min(share.values()) > 0.905, share
-    assert share["mean"] < 0.99, share
-
-
-def test_few_runs_bound_what_they_can():
-    group = np.arange(20)
-    never = _uncertainty.probability(np.zeros(20, bool), group, 0.95)
-    assert never.high == pytest.approx(1 - 0.025 ** (1 / 20), rel=1e-9)
-    assert _uncertainty.quantile(np.arange(20.0), group, 0.99, 0.95).high == np.inf
-    # order statistics of 20: the 6th and the 15th hold the median with 95.9 %
-    middle = _uncertainty.quantile(np.arange(1.0, 21.0), group, 0.5, 0.95)
-    assert (middle.low, middle.value, middle.high) == (6.0, 10.5, 15.0)
-
-
 def test_statistics_of_a_stop_against_closed_forms():
     limit = TYPICAL * math.exp(S * ndtri(0.97))
     found = sb.uncertainty(brake(), lognormals(), n=1024, limits={"stopping_time": limit}, quantiles=(0.05, 0.5, 0.9))
@@ -188,30 +155,6 @@ def test_runs_that_do_not_stop_are_counted_and_the_rest_is_told_apart():
     assert caught.value.result.sizes["run"] == 80  # pyright: ignore
 
 
-def test_failed_runs_count_as_failures_and_have_no_metrics():
-    import xarray as xr
-
-    rng = np.random.default_rng(0)
-    x = rng.uniform(1.0, 2.0, 200)
-    code = np.where(np.arange(200) < 10, 1, 0)
-    data = xr.Dataset({"stopping_time": ("run", np.where(np.arange(200) < 50, np.inf, x)), "code": ("run", code)})
-    data["max_tension"] = "run", np.where(code == 1, np.nan, 1e3 * x)
-    asked = ["stopping_time", "max_tension"]
-    bounds = {"max_tension": 1.9e3}
-    found = _uncertainty._evaluate(
-        data, np.arange(200), asked, bounds, (0.5,), 0.95, "random", 0, {"x": ("1", 1.0, 1.5, 2.0)}
-    )
-    assert found.statistics["stopping_time"].count == 150
-    assert found.statistics["max_tension"].count == 190
-    assert found.statistics["max_tension"].mean.value == pytest.approx(1e3 * x[10:].mean())
-    assert found.failures["does not stop"].count == 50
-    passed = int(np.sum(x[10:] > 1.9)) + 10
-    assert found.failures["max_tension > 1900 N"].count == passed
-    assert found.failures["any of these"].count == int(np.sum((np.arange(200) < 50) | (x > 1.9)))
-    assert found.codes == {"step_limit": 10}
-    assert "10 runs failed (step_limit 10)" in str(found)
-
-
 def test_an_interrupted_ensemble_is_no_sample():
     def stop(done, total):
         if done:
@@ -222,44 +165,6 @@ def test_an_interrupted_ensemble_is_no_sample():
 
 
 # --- indices ----------------------------------------------------------------------------------------------------------
-
-
-def test_sobol_indices_of_the_ishigami_function():
-    a, b = 7.0, 0.1
-    x = np.pi * (2 * _global.sobol_design(4096, 3, True, seed=2) - 1)
-    y = np.sin(x[:, 0]) + a * np.sin(x[:, 1]) ** 2 + b * x[:, 2] ** 4 * np.sin(x[:, 0])
-    first = (1 + b * np.pi**4 / 5) ** 2 / 2, a**2 / 8, 0.0
-    both = b**2 * np.pi**8 * (1 / 18 - 1 / 50)
-    variance = sum(first) + both
-    table = _global.sobol_table(["x", "y", "z"], y, True, name="Ishigami")
-    truth = dict(zip("xyz", zip(first, (first[0] + both, first[1], both), strict=True), strict=True))
-    assert [row.path for row in table.indices] == ["x", "y", "z"]
-    for row in table.indices:
-        for estimate, exact in zip((row.first, row.total), truth[row.path], strict=True):
-            assert estimate.value == pytest.approx(exact / variance, abs=0.01)
-            assert covered(estimate, exact / variance)
-    assert table.pairs is not None
-    assert table.pairs[0].paths == ("x", "z")
-    assert table.pairs[0].second.value == pytest.approx(both / variance, abs=0.02)
-    assert table.deviation == pytest.approx(math.sqrt(variance), rel=1e-2)
-    assert "together x × z" in str(table)
-
-
-def test_intervals_of_sobol_indices_cover_the_g_function():
-    a = np.array([0.0, 1.0, 4.5])
-    v = 1 / (3 * (1 + a) ** 2)
-    variance = np.prod(1 + v) - 1
-    first, total = v / variance, v * np.prod(1 + v) / (1 + v) / variance
-    hits, repeats = np.zeros((2, 3)), 100
-    for seed in range(repeats):
-        u = _global.sobol_design(128, 3, False, seed)
-        table = _global.sobol_table(
-            ["0", "1", "2"], np.prod((abs(4 * u - 2) + a) / (1 + a), axis=1), resamples=200, seed=seed
-        )
-        for row in table.indices:
-            i = int(row.path)
-            hits[:, i] += covered(row.first, first[i]), covered(row.total, total[i])
-    assert hits.min() >= 0.88 * repeats, hits
 
 
 def test_sobol_indices_of_a_brake_against_closed_forms():
@@ -301,15 +206,6 @@ def test_mean_and_deviation_of_unmixed_runs(second_order):
     assert (table.mean, table.deviation) == pytest.approx((np.mean(unmixed), np.std(unmixed, ddof=1)), rel=1e-12)
 
 
-def test_morris_effects_of_a_linear_function_are_its_coefficients():
-    a = np.array([3.0, -2.0, 0.5, 0.0])
-    x = _global.morris_design(10, 4, 6, seed=1)
-    found = _global.morris_numbers(x, x @ a, 6, 0.95, 100, seed=1)
-    np.testing.assert_allclose(found.mu, a, atol=1e-12)
-    np.testing.assert_allclose(found.mu_star, abs(a), atol=1e-12)
-    np.testing.assert_allclose(found.sigma, 0.0, atol=1e-12)
-
-
 def test_morris_effects_of_a_brake():
     given = {"initial.omega": (16.0, 24.0), "brake.pulley.width": (0.2, 0.3), "brake.pulley.inertia": (790.0, 810.0)}
     scene = sb.with_values(brake(), {"brake.pulley.width": 0.23})
@@ -341,123 +237,6 @@ def test_without_salib_the_error_names_the_command(monkeypatch):
 
 
 # --- statistics of given numbers --------------------------------------------------------------------------------------
-
-
-def evaluated(columns, group, asked=("stopping_time",), bounds=None, shares=(0.5,), method="random"):
-    """The statistics of runs whose numbers are given."""
-    count = len(group)
-    data = xr.Dataset({name: ("run", np.asarray(column)) for name, column in columns.items()})
-    data["code"] = ("run", np.asarray(columns.get("code", np.zeros(count, int))))
-    inputs = {"initial.omega": ("rad/s", 1.0, 2.0, 3.0), "brake.linings.friction.coefficient": ("1", 0.3, 0.35, 0.4)}
-    return _uncertainty._evaluate(data, np.asarray(group), list(asked), bounds or {}, shares, 0.9, method, 7, inputs)
-
-
-def test_statistics_of_few_numbers_by_hand():
-    x = np.array([3.0, 1.0, 4.0, 2.0, 5.0, 9.0])
-    one = evaluated({"stopping_time": x}, [0, 0, 1, 1, 2, 2]).statistics["stopping_time"]
-    means = np.array([2.0, 3.0, 7.0])
-    half = stats.t.ppf(0.95, 2) * means.std(ddof=1) / math.sqrt(3)
-    assert one.mean == pytest.approx((4.0, 4.0 - half, 4.0 + half), rel=1e-12)
-    assert (one.count, one.unit, one.least, one.greatest) == (6, "s", 1.0, 9.0)
-    spread = [np.std(np.delete(x, [i, i + 1]), ddof=1) for i in (0, 2, 4)]
-    pseudo = 3 * math.log(x.std(ddof=1)) - 2 * np.log(spread)
-    factor = math.exp(stats.t.ppf(0.95, 2) * pseudo.std(ddof=1) / math.sqrt(3))
-    deviation = x.std(ddof=1)
-    assert one.deviation == pytest.approx((deviation, deviation / factor, deviation * factor), rel=1e-12)
-    # each run by itself: order statistics; what 6 values do not bound is infinite
-    single = evaluated({"stopping_time": x}, np.arange(6), shares=(0.5, 0.95)).statistics["stopping_time"]
-    inside = [i for i in range(7) if covered(share(i, 6), 0.5)]
-    ends = np.concatenate([[-np.inf], np.sort(x), [np.inf]])
-    assert single.quantiles[0.5] == (3.5, ends[inside[0]], ends[inside[-1] + 1])
-    assert single.quantiles[0.95].high == math.inf
-    half = stats.t.ppf(0.95, 5) * x.std(ddof=1) / math.sqrt(6)
-    assert single.mean == pytest.approx((4.0, 4.0 - half, 4.0 + half), rel=1e-12)
-    same = evaluated({"stopping_time": np.full(6, 2.5)}, [0, 0, 1, 1, 2, 2]).statistics["stopping_time"]
-    assert (same.mean, same.deviation) == ((2.5, 2.5, 2.5), (0.0, 0.0, 0.0))
-    whole = evaluated({"stopping_time": x}, np.zeros(6)).statistics["stopping_time"]
-    assert whole.mean.value == 4.0
-    assert math.isnan(whole.mean.low)
-
-
-def share(hits, runs, confidence=0.9):
-    """Clopper and Pearson's interval of a share."""
-    tail = (1 - confidence) / 2
-    low = stats.beta.ppf(tail, hits, runs - hits + 1) if hits else 0.0
-    return _uncertainty.Estimate(
-        hits / runs, low, stats.beta.ppf(1 - tail, hits + 1, runs - hits) if hits < runs else 1.0
-    )
-
-
-def test_shares_of_groups_follow_their_scatter_where_hits_are_enough():
-    hits = np.array([5, 6, 7, 6])  # of 10 in each of 4 groups
-    hit = np.concatenate([np.arange(10) < k for k in hits])
-    group = np.repeat(np.arange(4), 10)
-    half = stats.t.ppf(0.95, 3) * (hits / 10).std(ddof=1) / 2
-    assert _uncertainty.probability(hit, group, 0.9) == pytest.approx((0.6, 0.6 - half, 0.6 + half), rel=1e-12)
-    assert _uncertainty.probability(~hit, group, 0.9) == pytest.approx((0.4, 0.4 - half, 0.4 + half), rel=1e-12)
-    for few in (np.arange(40) < 3, np.arange(40) >= 3, np.zeros(40, bool), np.ones(40, bool)):
-        assert _uncertainty.probability(few, group, 0.9) == pytest.approx(share(few.sum(), 40), rel=1e-12)
-    assert _uncertainty.probability(hit, np.arange(40), 0.9) == pytest.approx(share(24, 40), rel=1e-12)
-    assert _uncertainty.probability(hit, np.zeros(40), 0.9) == pytest.approx(share(24, 40), rel=1e-12)
-    assert all(math.isnan(x) for x in _uncertainty.probability(hit[:0], group[:0], 0.9))
-    assert all(math.isnan(x) for x in _uncertainty.quantile(np.zeros(0), group[:0], 0.5, 0.9))
-
-
-def test_a_report_tells_runs_that_have_no_metric_or_failed():
-    columns = {
-        "stopping_time": [1.0, 2.0, np.inf, np.nan],
-        "max_tension": [10.0, 30.0, 20.0, np.nan],
-        "code": [0, 0, 0, 1],
-    }
-    found = evaluated(columns, [0, 0, 1, 1], ("stopping_time", "max_tension"), {"max_tension": 20.0}, method="sobol")
-    assert {name: one.count for name, one in found.statistics.items()} == {"stopping_time": 2, "max_tension": 3}
-    assert {name: one.count for name, one in found.failures.items()} == {
-        "does not stop": 2,
-        "max_tension > 20 N": 2,
-        "any of these": 3,
-    }
-    assert found.codes == {"step_limit": 1}
-    assert (found.runs, found.groups) == (4, 2)
-    lines = [" ".join(line.split()) for line in str(found).splitlines()]
-    assert lines[0].endswith("2 independent sets of 2; seed 7; intervals of 90 %")
-    assert "initial.omega 1 2 3 rad/s" in lines
-    assert "brake.linings.friction.coefficient 0.3 0.35 0.4" in lines
-    assert "stopping_time, s: of the 2 of 4 runs (50.00%) that have it; the rest has none" in lines
-    assert [line for line in lines if line.startswith("extremes")] == [
-        "extremes of the runs 1 2",
-        "extremes of the runs 10 30",
-    ]
-    assert any(line.startswith("max_tension > 20 N 0.5 ") and line.endswith("2 of 4 runs") for line in lines)
-    assert lines[-1] == "1 runs failed (step_limit 1): they count as failures, and have no metrics"
-    told = found.as_dict()
-    assert told["failed_runs"] == {"step_limit": 1}
-    assert told["inputs"]["initial.omega"]["quantiles"] == {"0.05": 1.0, "0.5": 2.0, "0.95": 3.0}
-    sampled = evaluated(columns, np.arange(4), ("stopping_time",), {"max_tension": np.array([5.0, 50.0, 19.0, 9.0])})
-    assert sampled.failures["max_tension > its sampled limit"].count == 3
-    assert "independent sets" not in str(sampled).splitlines()[0]
-    clean = evaluated({"stopping_time": np.ones(4)}, np.arange(4))
-    assert "stopping_time, s: of all 4 runs" in str(clean)
-    assert set(clean.failures) == {"does not stop"}
-    assert "runs failed" not in str(clean)
-    none = evaluated({"stopping_time": np.full(4, np.inf)}, np.arange(4))
-    assert "of the 0 of 4 runs (0.00%) that have it; no statistics" in str(none)
-    assert not evaluated({"max_tension": np.ones(4)}, np.arange(4), ("max_tension",)).failures
-    assert _uncertainty.failure_name(99) == "code 99"
-
-
-def test_points_are_in_as_many_sets_of_a_power_of_two_as_asked_for():
-    for method, n, sets, each in (("sobol", 100, 8, 16), ("sobol", 128, 8, 16), ("latin", 100, 8, 13)):
-        points, group = _uncertainty._points(n, 3, method, sets, 0)
-        assert points.shape == (sets * each, 3)
-        assert group.tolist() == np.repeat(np.arange(sets), each).tolist()
-        first, second = points[:each], points[each : 2 * each]
-        assert not np.array_equal(first, second)
-        # one point in each of as many slices of every axis
-        cells = np.sort(np.floor(first * each).astype(int), axis=0)
-        np.testing.assert_array_equal(cells, np.tile(np.arange(each)[:, None], 3))
-    points, group = _uncertainty._points(10, 2, "random", 8, 0)
-    assert (points.shape, group.tolist()) == ((10, 2), list(range(10)))
-    assert [_uncertainty.power_of_two(n) for n in (1, 2, 3, 4, 5, 1024, 1025)] == [0, 1, 2, 2, 3, 10, 11]
 
 
 @pytest.mark.parametrize(

@@ -16,7 +16,6 @@ from stop_scenes import stop_scene
 from synthesis_by_hand import by_hand
 
 import simbrake as sb
-from simbrake.formulas._inputs import read_given
 
 
 @pytest.fixture(scope="module")
@@ -160,19 +159,6 @@ def test_a_staged_brake_and_a_scene_without_a_stop_are_refused():
         sb.synthesize(dataclasses.replace(scene, brake=brake))
     with pytest.raises(sb.InputError, match="no classical stop"):
         sb.synthesize(stop_scene(C=None, w0=0.0))
-
-
-def test_numbers_are_read_with_units_and_all_faults():
-    data, limits = read_given(["rim_thickness=28 mm", "rim=cast_iron", "permissible.back=130 degC", "ambient=30 degC"])
-    assert data.rim_thickness == pytest.approx(0.028)
-    assert float(data.rim.conductivity) == 50.0
-    assert limits.back == pytest.approx(403.15)
-    assert data.ambient == pytest.approx(303.15)
-    assert data.elastic is None
-    assert read_given(["permissible.stress=200 MPa"])[0].elastic.permissible == 200e6
-    with pytest.raises(sb.InputError) as error:
-        read_given(["nonsense", "rims=1", "rim=gold", "share=2", "rim_thickness=3 kg"])
-    assert len(error.value.faults) == 5
 
 
 # --- the command ------------------------------------------------------------------------------------------------------

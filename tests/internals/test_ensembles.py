@@ -1,10 +1,11 @@
-"""Plans and chunks of ensembles without their runs: sizes, groups, faults, the data set, and the folder of chunks."""
+"""Plans and chunks of ensembles: sizes, groups, faults, the data set, the folder of chunks, lanes."""
 
 import dataclasses
 import json
 import os
 import pickle
 import re
+import time
 from concurrent.futures import Future
 from types import SimpleNamespace
 
@@ -15,13 +16,14 @@ from heat_scenes import fading, lump, rigid_stop
 from stop_scenes import stop_scene
 
 import simbrake as sb
+from simbrake._run._measure import measure
 from simbrake.hybrid import Code
 from simbrake.results import BandMode, metric_names
-from simbrake.studies import _ensemble
+from simbrake.studies import _ensemble, _evaluator
 from simbrake.studies._chunks import Pool, Store, Task, thread_count, threads
 from simbrake.studies._evaluator import LANES, Job, limits_of_many
 
-SPEED, LEVER = "initial.omega", "duty.slack_tension.level"
+SPEED, FRICTION, LEVER = "initial.omega", "brake.linings.friction.coefficient", "duty.slack_tension.level"
 
 
 def plan(values, scene=None, metrics=None, solver=None, max_steps=None, chunk=None):
@@ -381,3 +383,142 @@ def test_a_folder_of_something_else_is_refused(tmp_path):
         assert words in told
     manifest.write_bytes(b"\xff\xfe{")
     assert "give another folder" in faults(Store, kept, "key", {})[0]
+
+
+@pytest.mark.slow
+def test_lanes_take_the_steps_of_single_runs_whatever_their_neighbours_do(monkeypatch):
+    """Lanes wait for each other at events: runs of different events, lengths and ends beside each other; of chunks
+    whose last group is not full; and of more events than there is space for at first."""
+    n = 21
+    rng = np.random.default_rng(5)
+    values = {
+        SPEED: np.append(rng.uniform(-5, 30, n - 2), [0.0, 12.0]),
+        FRICTION: rng.uniform(0.2, 0.4, n),
+        "duty.load.profile.level": np.append(rng.uniform(0, 4e4, n - 2), [0.0, 1e4]),
+        "end_time": np.append(rng.uniform(0.5, 3.0, n - 2), [1.0, 1e-3]),
+    }
+    scene, metrics = stop_scene(), [*TIMES, "stopping_angle", "energy.friction_heat", "energy.elastic_change"]
+    monkeypatch.setattr(_evaluator, "LANES", 8)
+    monkeypatch.setattr(_ensemble, "_ROOM", 3)
+    monkeypatch.setattr(_evaluator, "_SHORT", 16)
+    limits, run = [], _evaluator.run_chunk
+    seen = lambda job, rows, device=None: limits.append(job.max_steps) or run(job, rows, device)  # noqa: E731
+    monkeypatch.setattr(_evaluator, "run_chunk", seen)
+    data = assert_like_single_runs(scene, values, metrics, range(n), chunk=12)
+    assert set(limits) == {16, 1024}
+    assert {"stopped", "not_stopped", "held"} <= set(data.status.values)
+    for i in range(n):
+        one = sb.with_values(scene, {path: array[i] for path, array in values.items()})
+        stats = sb.simulate(one, throw=False).record.stats
+        got = [int(data[name][i]) for name in ("steps", "rejected", "retaken", "segments")]
+        # (programs round differently, and now and then a step is taken again for that)
+        np.testing.assert_allclose(got, [stats.accepted, stats.rejected, stats.retaken, stats.segments], atol=1)
+
+
+def test_scenes_of_single_runs_are_those_of_with_values():
+    values = {
+        "brake.linings.angle": np.linspace(0.1, 0.3, 40).reshape(2, 20),
+        SPEED: np.asarray([3.0, 4.0]),
+        "duty.slack_tension.level": np.asarray([5e3, 6e3]),
+    }
+    entry = {"brake.linings.angle[3]": np.asarray([0.11, 0.12]), "brake.linings.angle[-1]": np.asarray([0.2, 0.3])}
+    for some in (values, entry):
+        plan = _ensemble.plan_of(stop_scene(), some, None, 1e-10, None, None, None)
+        for i in (0, 1):
+            expected = sb.with_values(stop_scene(), {path: array[i] for path, array in some.items()})
+            assert jax.tree.structure(plan.one(i)) == jax.tree.structure(expected)
+            for a, b in zip(jax.tree.leaves(plan.one(i)), jax.tree.leaves(expected), strict=True):
+                np.testing.assert_array_equal(a, b)
+
+
+class Interrupting:
+    """Progress that interrupts after some runs, as Ctrl-C would."""
+
+    def __init__(self, after):
+        self.after = after
+
+    def __call__(self, done, total):
+        if done >= self.after:
+            self.after = np.inf
+            raise KeyboardInterrupt
+
+
+@pytest.mark.slow
+def test_interrupted_and_resumed(tmp_path, capsys, monkeypatch):
+    values, folder = drawn(300), tmp_path / "runs"
+    run = _evaluator.run_chunk
+
+    def slow(*arguments):
+        time.sleep(0.1)
+        return run(*arguments)
+
+    monkeypatch.setattr("simbrake.studies._evaluator.run_chunk", slow)
+    part = sb.ensemble(stop_scene(), values, ["stopping_time"], directory=folder, workers=1, progress=Interrupting(100))
+    missing = part.code.values == -1
+    assert 0 < missing.sum() <= 200
+    assert set(part.status.values[missing]) == {"not_run"}
+    assert np.all(np.isnan(part.stopping_time.values[missing]))
+    assert f"{missing.sum()} of 300 runs are missing" in capsys.readouterr().err
+    again = []
+    monkeypatch.setattr("simbrake.studies._evaluator.run_chunk", lambda *a: again.append(len(a[1])) or run(*a))
+    whole = sb.ensemble(stop_scene(), values, ["stopping_time"], directory=folder, progress=False)
+    assert sum(again) == missing.sum()
+    fresh = sb.ensemble(stop_scene(), values, ["stopping_time"], progress=False)
+    np.testing.assert_allclose(whole.stopping_time, fresh.stopping_time, rtol=1e-13)
+    (folder / sorted(os.listdir(folder))[0]).write_bytes(b"spoilt")
+    assert np.all(sb.ensemble(stop_scene(), values, ["stopping_time"], directory=folder, progress=False).code == 0)
+    with pytest.raises(sb.InputError, match="another ensemble: metrics differ"):
+        sb.ensemble(stop_scene(), values, ["full_slip_time"], directory=folder)
+    twice = tmp_path / "function"
+
+    def metric(result):
+        return 2 * result.stopping_time
+
+    sb.ensemble(stop_scene(), values, [metric], directory=twice, progress=False)
+
+    def metric(result):
+        return 3 * result.stopping_time
+
+    with pytest.raises(sb.InputError, match="another ensemble: the metric metric differs"):
+        sb.ensemble(stop_scene(), values, [metric], directory=twice)
+    with pytest.raises(sb.InputError, match="another ensemble: the scene differs"):
+        sb.ensemble(stop_scene(R=0.7), values, ["stopping_time"], directory=folder)
+    with pytest.raises(sb.InputError, match="holds other files"):
+        sb.ensemble(stop_scene(), values, ["stopping_time"], directory=tmp_path)
+
+
+def test_expected_cost_is_a_fit_and_sorts():
+    x = np.random.default_rng(0).uniform(-1, 1, (500, 3)) * [1.0, 1e3, 0.0]
+    steps = np.exp(2.0 + 0.5 * x[:, 0] - 0.3e-6 * x[:, 1] ** 2)
+    known = _ensemble.spread(500, 64)
+    np.testing.assert_allclose(_ensemble.expected_cost(x, known, steps[known]), np.log(steps), atol=1e-4)
+    assert len(np.unique(known)) == 64
+    few = _ensemble.expected_cost(x, known[:3], steps[known[:3]])
+    assert np.all(np.isfinite(few))
+
+
+TIMES = ("slip_onset_time", "full_slip_time", "stopping_time")
+
+
+def drawn(count, seed=1):
+    rng = np.random.default_rng(seed)
+    return {
+        SPEED: rng.uniform(5, 30, count),
+        FRICTION: rng.uniform(0.2, 0.4, count),
+        LEVER: rng.uniform(5e3, 1e4, count),
+    }
+
+
+def assert_like_single_runs(scene, values, metrics, runs, **settings):
+    data = sb.ensemble(scene, values, metrics, progress=False, **settings)
+    settings.pop("chunk", None)
+    for i in runs:
+        one = sb.with_values(scene, {path: array[i] for path, array in values.items()})
+        single = sb.simulate(one, throw=False, **settings)
+        assert (int(data.code[i]), str(data.status[i].values)) == (int(single.code), single.status)
+        assert str(data.method[i].values) == single.method_name
+        for name in data.data_vars:
+            if name in metrics:
+                np.testing.assert_allclose(data[name][i], float(measure(single, name)), rtol=1e-12, err_msg=str(name))
+        assert float(data["energy.closure"][i]) < 1e-9
+    return data
