@@ -13,9 +13,6 @@ import numpy as np
 
 import simbrake as sb
 from simbrake.__main__ import main as main
-from simbrake._base._progress import Waiting as Waiting
-from simbrake._physics._assemble import assemble as assemble
-from simbrake._physics._sliding import Grip as Grip
 from simbrake.files import open_scene as open_scene
 from simbrake.hybrid import LANDED, STOPPED
 

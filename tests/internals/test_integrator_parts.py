@@ -8,9 +8,9 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from heat_scenes import layered_stop
-from helpers import assemble
 
 import simbrake as sb
+from simbrake._physics._assemble import assemble
 from simbrake.hybrid import CORE, LINEAR, _arrays, _bordered, _system
 from simbrake.hybrid._arrays import any_of_each, entry, first_least
 from simbrake.hybrid._search import crossed, first_root, interior_minimum, suspicious

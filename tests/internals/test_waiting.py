@@ -4,9 +4,9 @@ import time
 
 import pytest
 import rich.progress
-from helpers import Waiting
 
 from simbrake._base import _progress
+from simbrake._base._progress import Waiting
 
 
 @pytest.fixture
