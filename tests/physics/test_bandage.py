@@ -287,6 +287,13 @@ def test_held_brake_moves_exactly_0_and_starts_at_its_limit(T_0, first):
     assert np.all((outer == 0) != (inner == 0))
 
 
+@pytest.mark.parametrize("T_0", [1e3, 200.0, 6e3])
+def test_torque_at_the_end_of_a_run(T_0):
+    result = run(scene(lever=((0.0,), (T_0,)), spring=1e-6, end=0.01))
+    assert float(result.record.y_end.omega) > 0
+    assert float(result.end_capacity.torque) == pytest.approx(_limit(T_0, "weaker"), rel=1e-6)  # springs add 3e-8
+
+
 def test_random_duties_end_well():
     for seed in range(30):
         made = random_duty(seed)

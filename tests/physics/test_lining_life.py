@@ -160,19 +160,24 @@ def test_worn_linings_in_the_heat_part():
     np.testing.assert_allclose(worn.links[0].value, 3.0 / (1 - h / 0.03), rtol=1e-14)
     # walls: the conduction through them is λ A/(δ − h), each copy with its own h
     steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
-    layered = sb.layered_heat(
-        rim=steel,
-        rim_thickness=0.025,
-        track_area=0.8,
-        rim_layers=4,
-        partition=sb.thermal.ConstantPartition(0.9),
-        lining=lining,
-        lining_thickness=0.03,
-        lining_area=4 * ws.AREA,
-        lining_layers=5,
-        each=4,
-        inside=20.0,
+    layered, alike = (
+        sb.layered_heat(
+            rim=steel,
+            rim_thickness=0.025,
+            track_area=0.8,
+            rim_layers=4,
+            partition=sb.thermal.ConstantPartition(0.9),
+            lining=lining,
+            lining_thickness=0.03,
+            lining_area=4 * ws.AREA,
+            lining_layers=5,
+            each=each,
+            inside=20.0,
+        )
+        for each in (4, 1)
     )
+    mean = walls_left(ws.stop(sb.Wear(ws.K, worn=h, heat=True), alike))["lining"]  # of linings of equal angles
+    np.testing.assert_allclose(mean, [1 - h.mean() / 0.03], rtol=1e-14, strict=True)
     scene = ws.stop(sb.Wear(ws.K, worn=h, heat=True), layered)
     np.testing.assert_allclose(walls_left(scene)["lining"], 1 - h / 0.03, rtol=1e-14, strict=True)
     thermal = sb.simulate(scene).record.system.thermal

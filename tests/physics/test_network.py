@@ -36,6 +36,30 @@ def test_two_lumps():
     np.testing.assert_allclose(run.temperature.sum(axis=1), 646.3, rtol=1e-13)
 
 
+def test_junctions_in_a_row():
+    """Two lumps over three resistances in series: `ΔT = ΔT_0 exp(−2 t/(C ΣR))`."""
+    lumps = (sb.thermal.Lump("a", 15.0, 373.15), sb.thermal.Lump("b", 15.0, 273.15))
+    row = [*zip("apqb", "pqb", strict=False)]
+    links = tuple(sb.thermal.Conductance(*ends, g) for ends, g in zip(row, (10.0, 20.0, 5.0), strict=True))
+    heat = sb.Heat((*lumps, sb.thermal.Junction("p"), sb.thermal.Junction("q")), links)
+    ts = np.array([0.0, 0.1, 0.5, 2.0])
+    run = sb.simulate_heat(heat, ts, rtol=1e-12)
+    np.testing.assert_allclose(-np.diff(run.temperature)[:, 0], 100.0 * np.exp(-2 * ts / (15.0 * 0.35)), rtol=1e-10)
+
+
+def test_bodies_of_a_layered_brake():
+    steel, lining, band = (sb.material(name) for name in ("steel_20L", "FK-24A", "band_steel"))
+    heat = sb.layered_heat(
+        **{"rim": steel, "rim_thickness": 0.025, "track_area": 1.0, "partition": 0.5, "lining": lining},
+        **{"lining_thickness": 0.03, "lining_area": 0.7, "band": band, "band_thickness": 0.004},
+    )
+    by_name = {body.name: body for body in heat.bodies}
+    mass = float(band.density) * 0.004 * 0.7
+    assert float(by_name["band"].capacity) == pytest.approx(mass * float(band.specific_heat), rel=1e-14)
+    assert [float(by_name[name].thickness) for name in ("rim", "lining")] == [0.025, 0.03]
+    assert [float(by_name[name].area) for name in ("rim", "lining")] == [1.0, 0.7]
+
+
 @pytest.mark.parametrize(
     ("ambient", "truth"),
     [
