@@ -348,8 +348,9 @@ def test_figures_and_page(faded):
     assert "Elastic energy" not in page
 
 
+@pytest.mark.slow
 @pytest.mark.smoke
-def test_disc_in_layers_inside_a_program_of_the_user():
+def test_disc_in_layers_inside_a_users_program():
     """The linear systems of the implicit method are long sums of products, which not every compiler takes."""
     scene = dataclasses.replace(load("disc_stop").scene(), end_time=0.05)
 

@@ -90,7 +90,7 @@ def slow_but(*fast):
     return [pytest.param(kind, marks=[] if kind in fast else [pytest.mark.slow]) for kind in KINDS]
 
 
-EVERY = pytest.mark.parametrize("kind", slow_but("rigid band", "several bands by stiffness", "disc brake"))
+EVERY = pytest.mark.parametrize("kind", slow_but("rigid band", "disc brake"))
 
 
 class OnFace(NamedTuple):

@@ -186,6 +186,7 @@ def test_pressure_at_rest_is_that_of_the_tensions():
     np.testing.assert_allclose(final(result), towards(end, normal / AREA / 1e6 * 3.0 / tau), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_sliding_brake_that_loses_its_grip():
     """Without heat too the log has the instant at which the load outweighs the brake."""
     end, tau, load = 0.5, 2.0, 0.7 * TORQUE
@@ -231,8 +232,8 @@ def test_an_elastic_band_in_full_slip_follows_the_states(power):
     assert slope(F) * F * (1 - end) / (length * C) * (R_B * omega_1) ** (power - 1) > 0.1
 
 
-@pytest.mark.parametrize("power", [1, 2])
-def test_friction_that_falls_faster_than_the_band_follows_ends_the_run(power):
+@pytest.mark.parametrize("power", [1, pytest.param(2, marks=pytest.mark.slow)])
+def test_friction_that_outruns_the_band(power):
     scene = band(Travelled(F, 0.6, 0.2 * 40.0 ** (power - 1), power), 3e4, elongation=T_0 / 3e4)
     result = sb.simulate(scene, throw=False)
     assert result.status == "band_snap"
@@ -290,7 +291,10 @@ def recovering():
     return disc(Recovering(F, time=0.7), heat=heat, end=4.0)
 
 
-@pytest.mark.parametrize("solver", [None, sb.hybrid.Rodas5P()], ids=["explicit", "Rosenbrock"])
+SOLVERS = [None, pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)]
+
+
+@pytest.mark.parametrize("solver", SOLVERS, ids=["explicit", "Rosenbrock"])
 def test_two_states_and_heat_against_scipy(recovering, solver):
     result = sb.simulate(recovering, rtol=1e-12 if solver is None else 1e-11, solver=solver)
 

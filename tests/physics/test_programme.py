@@ -188,7 +188,7 @@ def test_a_programme_in_a_file_is_the_scene_in_python():
         sb.files.scene_from_text(text.replace("brake to rest", "brake"))
 
 
-@pytest.mark.parametrize("brake", ["brake to rest in 3 s", "brake to rest"])
+@pytest.mark.parametrize("brake", ["brake to rest in 3 s", pytest.param("brake to rest", marks=pytest.mark.slow)])
 def test_braking_adds_its_own_travel(brake):
     """`V X/2` beside the 25 m: in the run, and in the error of a rope that is too short by a little."""
     lines = ("lower 25 m at 1.2 m/s", brake)

@@ -206,7 +206,7 @@ def test_temporary_shortage_is_a_warning():
 
 def test_swings_of_a_chain_are_no_shortage():
     """The tensions of a light chain swing, and the pulley gains speed for moments; the load is below the capacity."""
-    result = sb.simulate(chain_scenes.chain(m=0.3, K=10.0, w0=0.5, end=12.0, load=sb.TorqueLoad(sb.Constant(0.65))))
+    result = sb.simulate(chain_scenes.chain(m=0.3, K=10.0, w0=0.5, end=12.0, load=((0.0,), (0.65,))))
     z = math.tan(math.radians(27.0) / 2)
     assert chain_scenes.ARM * (capstan(0.3, 4, z) - 1) > 0.65
     s = result.series(np.linspace(0.01, 12.0, 2001))
