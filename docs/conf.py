@@ -8,6 +8,8 @@ from sphinx.application import Sphinx
 
 sys.path.insert(0, str(pathlib.Path(__file__).parent / "_extension"))
 
+import reference
+
 import simbrake
 
 project = "simbrake"
@@ -15,7 +17,19 @@ author = "The simbrake authors"
 copyright = "the simbrake authors, Apache-2.0"
 version = release = simbrake.__version__
 
-extensions = ["myst_parser", "math_ml", "source_links", "from_code"]
+extensions = [
+    *("myst_parser", "sphinx.ext.autodoc", "sphinx.ext.autosummary", "sphinx.ext.linkcode"),
+    *("math_ml", "source_links", "reference", "from_code"),
+]
+autodoc_default_options = {"members": True}
+autodoc_member_order = "bysource"
+autodoc_typehints_format = "short"
+autodoc_docstring_signature = False
+autosummary_generate = False
+linkcode_resolve = reference.source_of
+default_role = "name"  # of docstrings
+python_maximum_signature_line_length = 120
+smartquotes = False  # examples are to be copied
 myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4
 myst_links_external_new_tab = True

@@ -49,7 +49,7 @@ def surface_stress(surface: Amount, mean: Amount, elastic: ElasticMaterial) -> A
 def plate_stress(
     temperature: Layers, depth: Layers, elastic: ElasticMaterial, *, restraint: str = "bending"
 ) -> Float[np.ndarray, "..."]:
-    """Stress (Pa) over a plate with the profile `temperature` (…, k) at the `depth`s (k,) from face to face:
+    """Stress (Pa) over a plate with the profile `temperature` (…, k) at the places `depth` (k,) from face to face:
 
         none:    σ = E' (T_m − T + 12 M (z − δ/2)/δ³),   M = ∫ (T − T_m)(z − δ/2) dz     free to expand and to bend
         bending: σ = E' (T_m − T)                                                        free to expand only
