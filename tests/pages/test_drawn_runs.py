@@ -54,20 +54,6 @@ def shoe_result(omega=25.0):
 # --- lever, load and the stop -----------------------------------------------------------------------------------------
 
 
-def test_duty_of_an_actuator_and_of_a_lever():
-    """The callipers close from 0 to 45 kN in a quarter of a second."""
-    figure = plot.duty(disc_result())
-    force, _ = figure.axes[:2]
-    t, drawn = force.lines[0].get_data()
-    np.testing.assert_allclose(drawn, np.minimum(180.0 * t, 45.0), atol=1e-9)
-    figure = plot.duty(plain_result())
-    lever, _ = figure.axes
-    assert lever.get_xlim() == (0.0, 4.0)
-    assert plot.duty(staged_result()).axes[0].get_ylim()[0] == 0.0  # of a lever from 1 kN on
-    driven = sb.simulate(dataclasses.replace(stop_scene(T0=0.0, C=None, load=-1e3), end_time=0.1))
-    assert plot.duty(driven).axes[1].get_ylim()[0] < -1.0
-
-
 def test_stop_has_the_run_and_its_onset():
     run = plain_result()
     figure = plot.stop(run)
@@ -311,12 +297,3 @@ def test_scales_and_marks_of_a_lining_map(make, quantity, pair, colours):
 def test_scale_of_a_map_of_one_value():
     mesh = plot.lining_map(hot_result(), "friction_coefficient").axes[0].collections[0]
     assert mesh.get_clim() == pytest.approx((0.35, 1.35))
-
-
-def test_one_lining_surface_for_all_is_said():
-    steel, lining = sb.material("steel_20L"), sb.material("FK-24A")
-    thick = {"rim_thickness": 0.02, "track_area": 0.8, "rim_layers": 3, "lining_layers": 2, "lining_area": 0.6}
-    heat = sb.layered_heat(rim=steel, lining=lining, partition=0.9, **thick)
-    run = sb.simulate(dataclasses.replace(stop_scene(n=4, beta=60.0, C=None), heat=heat))
-    words = below(plot.lining_map(run, "temperature").get_suptitle())
-    assert words == "surface temperature, lining by lining (one surface for all linings)"

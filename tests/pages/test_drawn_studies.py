@@ -348,44 +348,6 @@ def test_wear_along_band_and_over_life():
     assert left.get_ylim()[0] == 0.0
 
 
-def test_wear_of_a_short_life():
-    """Below ten thousand the numbers are plain; of 30 linings every third is numbered."""
-    figure = plot.wear(made_life(1, np.linspace(1.0, 0.5, 30), 9e3))
-    along, course = figure.subfigs
-    panel, _ = along.axes
-    assert list(panel.get_xticks()) == list(range(1, 31, 3))
-    left, _ = course.axes
-    assert left.lines[0].get_xdata()[-1] == 9e3
-    assert list(plot.wear(made_life(1, np.ones(12), 1e4)).subfigs[0].axes[0].get_xticks()) == list(range(1, 13))
-
-
-def test_angles_of_a_uniform_layout():
-    even, odd = np.full(6, math.radians(45.0)), np.radians([50.0, 40.0, 30.0])
-    figure = plot.angles(even)
-    (axes,) = figure.axes
-    axes = plot.angles({"odd": odd}, uniform=False).axes[0]
-    steps, dots = axes.lines
-    np.testing.assert_allclose(np.reshape(steps.get_xdata(), (3, 3))[:, :2], [[0, 50], [50, 90], [90, 120]], atol=1e-9)
-    np.testing.assert_allclose(np.reshape(steps.get_ydata(), (3, 3))[:, :2], [[50, 50], [40, 40], [30, 30]])
-    np.testing.assert_allclose(dots.get_xydata(), [[25, 50], [70, 40], [105, 30]])
-    assert axes.get_ylim()[0] == 0
-    styles = [line.get_linestyle() for line in plot.angles({"odd": odd}).axes[0].lines[::2]]
-    assert styles == ["-", "--"]  # the uniform pitch is dashed
-    np.testing.assert_allclose(plot.angles({"odd": odd}).axes[0].lines[3].get_ydata(), 40.0)
-    gaps = legend(plot.angles(plain_result().scene).axes[0])
-    assert gaps == ["layout: 8 linings, $\\Sigma\\beta$ = 240°, on 258° with gaps"]
-    rows = [LayoutRow(name, odd, None, {}, {}) for name in "ab"]
-    for wrong in ([rows[0], odd], []):
-        with pytest.raises(sb.InputError, match=r"given\['layout'\]"):
-            plot.angles(wrong)
-    with pytest.raises(sb.InputError, match="positive"):
-        plot.angles({"zero": [1.0, 0.0]})
-    with pytest.raises(sb.InputError, match="positive"):
-        plot.angles({"nan": [1.0, math.nan]})
-    with pytest.raises(sb.InputError, match="positive"):
-        plot.angles({"square": np.ones((2, 2))})
-
-
 def test_chord_angles_of_two_frictions():
     figure = plot.chord_angles(4, (0.1, 0.3))
     for axes, f in zip(figure.axes, (0.1, 0.3), strict=True):

@@ -285,66 +285,6 @@ def test_the_hardest_stop_is_enlarged():
     assert hard.get_xlim()[0] < 5.0 + 1e-9 < first < hard.get_xlim()[1] < second
 
 
-def test_sweep_of_one_parameter_has_gaps(grid):
-    data = grid.sel({"initial.omega": 24.0})
-    figure = plot.sweep(data)
-    check(figure)
-    time, heat = figure.axes
-    parts = [line.get_xydata() for line in heat.lines]
-    points = np.concatenate(parts)
-    np.testing.assert_allclose(points[:, 0], MASS / 1e3, rtol=1e-12)
-    np.testing.assert_allclose(
-        points[:, 1], data["energy.friction_heat"] / (1e6 if points[-1, 1] < 50 else 1e3), rtol=1e-12
-    )
-    sequence = data["sequence"].values
-    assert len(parts) == 1 + np.count_nonzero(np.diff(sequence)) > 1
-    assert [len(part) for part in parts] == [len(list(group)) for _, group in itertools.groupby(sequence)]
-    # no time of stopping: hatched
-    assert len([p for p in time.patches if p.get_hatch()]) == np.count_nonzero(~np.isfinite(data["stopping_time"])) > 0
-    assert heat.get_xlabel() == "duty.load.mass, t"
-
-
-def test_sweep_of_two_parameters(grid):
-    figure = plot.sweep(grid)
-    check(figure)
-    time, _ = figure.axes
-    assert [time.get_xlabel(), time.get_ylabel(), time.get_title()] == [
-        "duty.load.mass, t",
-        "initial.omega, rad/s",
-        "stopping time, s",
-    ]
-    failed = [patch for patch in time.patches if patch.get_gid() == "failed"]
-    assert len(failed) == np.count_nonzero(~np.isfinite(grid["stopping_time"])) > 0
-    (edges,) = [one for one in time.collections if one.get_gid() == "sequence"]
-    sequence = grid["sequence"].values
-    changes = np.count_nonzero(np.diff(sequence, axis=0)) + np.count_nonzero(np.diff(sequence, axis=1))
-    assert len(edges.get_segments()) == changes
-    assert "hatched" in figure.get_suptitle()
-    cells = np.r_[MASS[0], 0.5 * (MASS[1:] + MASS[:-1]), MASS[-1]] / 1e3
-    sides = {x for patch in failed for x in patch.get_xy()[:, 0]}
-    assert all(np.abs(cells - x).min() < 1e-9 for x in sides)
-    assert {cells[0], cells[-1]} & {cells[np.abs(cells - x).argmin()] for x in sides}
-    whole = grid.isel({"duty.load.mass": slice(0, 2)})
-    assert np.isfinite(whole["stopping_time"]).all()
-    assert "hatched" not in plot.sweep(whole).get_suptitle()
-
-
-def test_sweep_refuses_what_it_cannot_draw(given, grid):
-    values = {"duty.load.mass": MASS, "initial.omega": np.linspace(12.0, 36.0, len(MASS))}
-    data = sb.ensemble(given["scene"], values, ["stopping_time"], progress=False)
-    figure = plot.sweep(data)
-    check(figure)
-    good = np.isfinite(data["stopping_time"].values)
-    for axes, x in zip(figure.axes, (MASS / 1e3, values["initial.omega"]), strict=True):
-        drawn = np.asarray(axes.lines[0].get_xydata())
-        np.testing.assert_allclose(drawn[good], np.stack([x, data["stopping_time"]], axis=1)[good], rtol=1e-12)
-        assert not np.isfinite(drawn[~good, 1]).any()
-    with pytest.raises(sb.InputError, match="the data is without colour"):
-        plot.sweep(grid, ["colour"])
-    with pytest.raises(sb.InputError, match="grid of 3 parameters"):
-        plot.sweep(grid.expand_dims({"end_time": [1.0, 2.0]}))
-
-
 def test_title_is_that_of_the_scene(given):
     assert plot.stop(given["result"]).get_suptitle().startswith("standard brake, 8 linings, initial speed 24 rad/s\n")
     with plot.titled("a stop"):

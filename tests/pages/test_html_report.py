@@ -161,14 +161,6 @@ def test_failure_is_shown_with_its_message():
     assert "The run over time" in page.words
 
 
-def test_failure_at_the_start_has_a_page():
-    result = sb.simulate(stop_scene(), max_events=0, throw=False)
-    page = Page(sb.report(result))
-    assert "Failed: event_limit" in page.words
-    assert "nothing to draw" in page.words
-    assert "img" not in page.tags
-
-
 def checks_of(result, **limits):
     return {check.name: check for check in limit_checks(result, limits)}
 

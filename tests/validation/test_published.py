@@ -149,24 +149,6 @@ def test_energy_levels_balance():
     assert drag.surface[-1] - drag.bulk[-1] == pytest.approx(lead, rel=1e-3)
 
 
-@pytest.mark.parametrize("name", ["Z Fig. 4", "Z Fig. 5", "S Fig. 1", "V table 1", "V table 2", "S table 1"])
-def test_figures_show_printed_points(name):
-    figure = paper_figures.published(name)
-    drawn = [line for axes in figure.axes for line in axes.lines]
-    if name == "Z Fig. 4":
-        marks = [line for line in drawn if line.get_marker() == "o" and len(line.get_xdata())]
-        assert len(marks) == 15  # five angles of three rows
-        assert {float(line.get_xdata()[0]) for line in marks} == {20.0}
-    if name == "Z Fig. 5":
-        assert [sorted(round(p.get_height(), 2) for p in axes.patches)[-1] for axes in figure.axes] == [1.09, 1.84]
-    if name == "V table 2":
-        rings = [line for line in drawn if line.get_markersize() == 12 and len(line.get_xdata())]
-        assert {float(line.get_xdata()[0]) for line in rings} == {650.0}
-    if name.endswith("table 1"):
-        points = sum(len(line.get_xdata()) for line in drawn if line.get_linestyle() == "None")
-        assert points == {"V table 1": 20, "S table 1": 24}[name]
-
-
 def beside_its_curve(axes):
     """Printed points of one panel over the curve of their colour, interpolated on logarithmic axes, less 1."""
     lines = [(line, *(np.asarray(x, float) for x in line.get_data())) for line in axes.lines]
