@@ -67,7 +67,7 @@ def braking(monkeypatch, *, run=None, stop=STOP, given=None, load=None, **more):
     monkeypatch.setattr("simbrake.formulas._braking.friction_at_start", lambda scene, pair: np.array([0.3, 0.36]))
     inputs = {name: Given(value) for name, value in (GIVEN | (given or {})).items()}
     numbers = {"time": 4.0, "work": 3e5, "omega": 20.0} | more
-    return Braking(scene(**(load or {})), inputs, stop, None, run, **numbers)  # pyright: ignore
+    return Braking(scene(**(load or {})), inputs, stop, None, run, **numbers)
 
 
 def run(**more):
@@ -84,8 +84,8 @@ def run(**more):
     result = SimpleNamespace(metrics={"stopping_time": 5.5, "stopping_angle": 44.0}, events=[], energy={}, stages=[])
     values = {"pair": "", "other_work": 0.5 * WORK, "brakings": 1, "total_work": 4e5} | more
     found = RunValues(
-        result,  # pyright: ignore
-        series,  # pyright: ignore
+        result,
+        series,
         values["pair"],
         WORK,
         values["other_work"],

@@ -221,10 +221,10 @@ def scipy_belt(law, end: float, smoothing: float | None = None) -> np.ndarray:
         def turns(t, y):
             return y[1]
 
-        turns.direction = -1  # pyright: ignore
+        turns.direction = -1
         out = solve_ivp(smooth, (0, end), [1.0, v], "Radau", events=turns, rtol=1e-9, atol=1e-12)
         return out.t_events[0]
-    sticks.terminal, sticks.direction = True, -1  # pyright: ignore
+    sticks.terminal, sticks.direction = True, -1
     limit = (1 + law(0.0) * z) / (1 - law(0.0) * z)
     t, e, found = 0.0, 1.0, []
     while True:

@@ -64,7 +64,7 @@ def thin_surface() -> list[Value | Named]:
     def stop(t, y):
         return y[0]
 
-    stop.terminal, stop.direction = True, -1  # pyright: ignore
+    stop.terminal, stop.direction = True, -1
     start = np.append(W0, np.zeros(20))
     out = solve_ivp(rigid_rhs(), (0, 5), start, "Radau", events=stop, rtol=1e-10, atol=1e-10)
     T = result.series([float(result.stopping_time)], left=True).temperature[0] - sb.thermal.ROOM

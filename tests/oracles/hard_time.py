@@ -136,7 +136,7 @@ def scipy_tolerances() -> str:
     def stop(t, y):
         return y[0]
 
-    stop.terminal = True  # pyright: ignore
+    stop.terminal = True
     errors, c = [], 60.0
     for rtol in (1e-2, 1e-14):
         with warnings.catch_warnings(record=True) as said:

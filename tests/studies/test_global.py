@@ -152,7 +152,7 @@ def test_runs_that_do_not_stop_are_counted_and_the_rest_is_told_apart():
     assert f"{s.count} of 512 runs" in str(found)
     with pytest.raises(sb.SimulationError, match=r"stopping_time does not exist in \d+ of 80 runs") as caught:
         sb.sobol_indices(brake(end), lognormals(), n=16)
-    assert caught.value.result.sizes["run"] == 80  # pyright: ignore
+    assert caught.value.result.sizes["run"] == 80
 
 
 def test_an_interrupted_ensemble_is_no_sample():

@@ -163,7 +163,7 @@ def frozen_cases(
 def _read(run: Callable[[], Any], what: Reader) -> Any:
     found = run()
     if not isinstance(what, str):
-        return what(found)  # pyright: ignore
+        return what(found)
     for name in what.split("."):
         if name.isdigit():
             found = found[int(name)]

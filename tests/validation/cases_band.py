@@ -92,7 +92,7 @@ def capstan_cases() -> list[Case]:
 def falling_cases() -> list[Case]:
     """A custom friction law, μ_0/(1 + κω)."""
     J, M, k, w = 10.0, 50.0, 0.3, 8.0
-    law = FallingFriction(*(jnp.asarray(x) for x in (M, k, 20.0)))  # pyright: ignore
+    law = FallingFriction(*(jnp.asarray(x) for x in (M, k, 20.0)))
     time, angle = J / M * (w + k * w**2 / 2), J / M * (w**2 / 2 + k * w**3 / 3)
     rows = [
         ("stopping time", f"{FORM}(J/M_0)(ω_0 + κω_0²/2)", time, "stopping_time"),

@@ -82,7 +82,7 @@ def programme_cases() -> list[Case]:
     scene = programme_scene(
         brake,
         (*words, "wait 3 s", "repeat 2 times"),
-        HookLoad(masses[0], 0.4, 8.0),  # pyright: ignore
+        HookLoad(masses[0], 0.4, 8.0),
         pull,
         lever_time=ramp,
         acceleration=a,
@@ -138,10 +138,10 @@ def turned_cases() -> list[Case]:
     scene = programme_scene(
         Brake(Pulley(0.59, 1200.0), Band(0.623), uniform_linings(n, n * angle, ConstantFriction(f), area=area)),
         ("lower 12 m at 1.2 m/s", "brake to rest in 3 s", "turn the band after 1 cycle", "repeat 2 times"),
-        HookLoad(m, per_rad * 8.0, 8.0),  # pyright: ignore
+        HookLoad(m, per_rad * 8.0, 8.0),
         25e3,
         acceleration=a,
-        wear=Wear(ConstantWear(k)),  # pyright: ignore
+        wear=Wear(ConstantWear(k)),
     )
     return cases_of_run("programme with a turned band", scene, rows, 1e-10)
 
@@ -162,9 +162,9 @@ def cooling_cases() -> list[Case]:
         rim="rim",
     )
     ends = f"temperature of the rim below {level} K"
-    lever = Phases((Phase(Constant(8e3), "rest"), Phase(Constant(8e3), ends)))  # pyright: ignore
+    lever = Phases((Phase(Constant(8e3), "rest"), Phase(Constant(8e3), ends)))
     scene = stop_scene(n=4, beta=50.0, C=None)
-    scene = Scene(scene.brake, Duty(lever, scene.duty.load), scene.initial, 400.0, heat)  # pyright: ignore
+    scene = Scene(scene.brake, Duty(lever, scene.duty.load), scene.initial, 400.0, heat)
     rows: list[Row] = [
         (
             "rise at rest",
@@ -199,7 +199,7 @@ def tripping_cases() -> list[Case]:
         return omega, phi, work
 
     omega, phi, work = (complex(x).real for x in course())
-    load = TrippingLoad(empty, string, 4e3, marks[0], marks[1], 2.0, 0.4, 8.0, 2)  # pyright: ignore
+    load = TrippingLoad(empty, string, 4e3, marks[0], marks[1], 2.0, 0.4, 8.0, 2)
     rows: list[Row] = [
         ("speed", f"{FORM}ω̇ = (m_k g r/n − M_b)/J_k", omega, "record.y_end.omega"),
         ("travel", f"{FORM}Σ (ω t + α t²/2) r/n", per_rad * phi, lambda r: r.series([end]).hook_position[0]),
@@ -270,8 +270,8 @@ def repeated_cases() -> list[Case]:
         rows.append(
             (f"∂(stopping time)/∂{name}", f"{source}, differentiated", -differentiated(of, x) / pull, Slope(path), 1e-8)
         )
-    command = Repeated(times, values, period, count, begin)  # pyright: ignore
-    scene = stop_scene(n=4, beta=50.0, C=None, lever=Actuator(command, tau, dead, spring), end=8.0)  # pyright: ignore
+    command = Repeated(times, values, period, count, begin)
+    scene = stop_scene(n=4, beta=50.0, C=None, lever=Actuator(command, tau, dead, spring), end=8.0)
     return cases_with_slopes("repeated pulls", scene, rows)
 
 
@@ -288,7 +288,7 @@ def function_cases() -> list[Case]:
         left = J * w0 + loads[0] * at - pulled
         return at + left / (gain * later - loads[1])
 
-    profile = FunctionProfile(lever, np.array([early, rise, later]), typical=later, knots=[jump])  # pyright: ignore
+    profile = FunctionProfile(lever, np.array([early, rise, later]), typical=later, knots=[jump])
     source = f"{FORM}J ω_0 = ∫ (R_b (Π − 1) T_0(t) − M(t)) dt"
     rows: list[Row] = [
         ("stopping time", source, time().real, "stopping_time"),
@@ -315,7 +315,7 @@ def function_cases() -> list[Case]:
             1e-9,
         ),
     ]
-    load = TorqueLoad(PiecewiseLinear([at, at], loads))  # pyright: ignore
+    load = TorqueLoad(PiecewiseLinear([at, at], loads))
     return cases_with_slopes(
         "lever as a function", stop_scene(n=4, beta=50.0, C=None, lever=profile, load=load, end=8.0), rows
     )
@@ -416,7 +416,7 @@ def memory_of_bands_cases() -> list[Case]:
     at = 0.5
 
     def friction(k: int) -> Callable[[Result], Any]:
-        return lambda result: result.series([at]).pairs["external"].friction_coefficient[0, k]  # pyright: ignore
+        return lambda result: result.series([at]).pairs["external"].friction_coefficient[0, k]
 
     rows: list[Row] = [
         ("stopping time", source, time, "stopping_time"),
@@ -427,7 +427,7 @@ def memory_of_bands_cases() -> list[Case]:
         ("factor at rest", c, factor(time), lambda r: r.series([time]).friction_memory[0, 6]),
         ("∂(stopping time)/∂ω_0", f"{source}: J/M(t_s)", J / torque(time), Slope("initial.omega")),
     ]
-    falling = tuple(MemoryProcess(e, rate=k) for k, e in zip(paces, ends, strict=True))  # pyright: ignore
+    falling = tuple(MemoryProcess(e, rate=k) for k, e in zip(paces, ends, strict=True))
     laws = ConstantFriction(_FRICTION[0]), FrictionWithMemory(ConstantFriction(f), falling)
     bands = tuple(
         LinedBand(Lining(law, angle), share=share) for law, angle, share in zip(laws, _ANGLES, shares, strict=True)
@@ -512,7 +512,7 @@ def _sprung_reserves() -> list[Case]:
             ConstantFriction(0.2),
             list(preload),
             spring=np.array([2e3]),
-            spring_damping=0.05,  # pyright: ignore
+            spring_damping=0.05,
         )
         linings = Lining(ConstantFriction(0.4), np.full(2, math.radians(50.0)))
         lever = PiecewiseLinear([0.0, 0.3], [T_0, T_0])

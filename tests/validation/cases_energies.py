@@ -84,7 +84,7 @@ def rope_cases() -> list[Case]:
         ("friction heat", f"{source}: M φ", M * angle, "energy.friction_heat"),
         ("energy-balance residual", _BALANCE, 0.0, "energy.closure", 1e-11),
     ]
-    load = HookLoad(m, 0.4, 8.0, elasticity=RopeElasticity(k, 0.0))  # pyright: ignore
+    load = HookLoad(m, 0.4, 8.0, elasticity=RopeElasticity(k, 0.0))
     scene = stop_scene(C=None, J=J, T0=T_0, w0=w0, load=load, end=end)
     return cases_with_slopes("energies on a rope", scene, rows, tolerance=1e-9, program="elastic rope")
 
@@ -93,10 +93,10 @@ def string_cases() -> list[Case]:
     """An elastic rope that takes a string at rest, sets it down and takes a longer one: its energy is load work."""
     k, empty, string, stand = 4e6, 5e3, 40e3, 3e3
     light, heavy, last = (m * GRAVITY / k for m in (empty, empty + string, empty + string + stand))
-    lever = Phases((Phase(Constant(25e3), "1 s", hangs=False), Phase(Constant(25e3), "1 s")), 2)  # pyright: ignore
-    load = StringLoad(empty, string, 0.4, 8.0, stand, elasticity=RopeElasticity(k, 2e4))  # pyright: ignore
+    lever = Phases((Phase(Constant(25e3), "1 s", hangs=False), Phase(Constant(25e3), "1 s")), 2)
+    load = StringLoad(empty, string, 0.4, 8.0, stand, elasticity=RopeElasticity(k, 2e4))
     scene = stop_scene(C=None, J=1200.0, w0=0.0, load=load, end=10.0)
-    scene = Scene(scene.brake, Duty(lever, load), scene.initial, 10.0)  # pyright: ignore
+    scene = Scene(scene.brake, Duty(lever, load), scene.initial, 10.0)
     gained = k * (last**2 - light**2) / 2
     rows: list[Row] = [
         ("elastic energy", f"{FORM}k (e_1² − e_0²)/2, e = m g/k", gained, "energy.elastic_change"),
@@ -168,8 +168,8 @@ def moving_string_cases() -> list[Case]:
             Slope("duty.slack_tension.phases.0.until.duration"),
         ),
     ]
-    phases = Phases((Phase(Constant(0.0), f"{at} s", hangs=False), Phase(Constant(T_0), "9 s")))  # pyright: ignore
-    load = StringLoad(empty, string, 0.4, 8.0, elasticity=RopeElasticity(k, c))  # pyright: ignore
+    phases = Phases((Phase(Constant(0.0), f"{at} s", hangs=False), Phase(Constant(T_0), "9 s")))
+    load = StringLoad(empty, string, 0.4, 8.0, elasticity=RopeElasticity(k, c))
     scene = stop_scene(C=None, J=J, w0=0.0, load=load, end=end)
     scene = Scene(scene.brake, Duty(phases, load), scene.initial, end)
     return cases_with_slopes("string taken in motion", scene, rows, _speed_at_end, 1e-10)
@@ -199,8 +199,8 @@ def falling_string_cases() -> list[Case]:
         ("elastic energy", f"{source}: k e²/2", k * e**2 / 2, "energy.elastic_change"),
         ("energy-balance residual", _BALANCE, 0.0, "energy.closure", 1e-11),
     ]
-    phases = Phases((Phase(Constant(25e3), f"{at} s", hangs=False), Phase(Constant(25e3), "9 s")))  # pyright: ignore
-    load = StringLoad(empty, string, 0.4, 8.0, elasticity=RopeElasticity(k, 0.0, stretch=-slack))  # pyright: ignore
+    phases = Phases((Phase(Constant(25e3), f"{at} s", hangs=False), Phase(Constant(25e3), "9 s")))
+    load = StringLoad(empty, string, 0.4, 8.0, elasticity=RopeElasticity(k, 0.0, stretch=-slack))
     scene = stop_scene(C=None, J=1200.0, w0=0.0, load=load, end=end)
     scene = Scene(scene.brake, Duty(phases, load), scene.initial, end)
     return cases_with_slopes("string taken on a slack rope", scene, rows, tolerance=1e-10)
@@ -254,7 +254,7 @@ def chain_cases() -> list[Case]:
         ("energy-balance residual", _BALANCE, 0.0, "energy.closure", 1e-11),
     ]
     linings = Lining(ConstantFriction(0.6), np.full(3, math.radians(80.0)), mass=m)
-    brake = Brake(Pulley(R_b, J), Band(R_b, C, Segments(np.array([3e6, 5e6]), 0.05, D)), linings)  # pyright: ignore
+    brake = Brake(Pulley(R_b, J), Band(R_b, C, Segments(np.array([3e6, 5e6]), 0.05, D)), linings)
     scene = Scene(brake, Duty(Constant(T_0), TorqueLoad()), Initial(w0, still), end)
     return cases_of_run("energies of a chain", scene, rows, 1e-10)
 
@@ -320,7 +320,7 @@ def _parting(sense: int) -> list[Case]:
         ),
     ]
     lining = Lining(ConstantFriction(f), np.full(1, math.radians(60.0)), mass=m)
-    brake = Brake(Pulley(R_b, J), Band(R_b, C, Segments(1e3, D, D)), lining)  # pyright: ignore
+    brake = Brake(Pulley(R_b, J), Band(R_b, C, Segments(1e3, D, D)), lining)
     load = TorqueLoad(PiecewiseLinear([0.0, 1.0], [0.0, growth]))
     scene = Scene(brake, Duty(Constant(T_0), load), Initial(0.0, at_rest), end)
     subject = f"a lining that breaks away {'ahead' if sense > 0 else 'back'}"
@@ -338,7 +338,7 @@ def sprung_stop(end: float) -> Scene:
         ConstantFriction(0.2),
         [1500.0, 900.0],
         spring=np.array([2e3]),
-        spring_damping=0.05,  # pyright: ignore
+        spring_damping=0.05,
     )
     linings = Lining(ConstantFriction(0.4), np.full(2, math.radians(50.0)))
     lever = PiecewiseLinear([0.0, 0.3], [100.0, 6e3])
@@ -432,7 +432,7 @@ class Softening(AbstractFriction):
 
 def softening_cases() -> list[Case]:
     """A soft band that yields as its linings soften by the slip: the slip speed is implicit."""
-    law = Softening(*(np.asarray(x) for x in (0.35, [0.5, 1.5], 0.4, 10.0)))  # pyright: ignore
+    law = Softening(*(np.asarray(x) for x in (0.35, [0.5, 1.5], 0.4, 10.0)))
     scene = stop_scene(n=2, beta=80.0, C=2e4, law=law, load=500.0, T0=9e3, end=6.0)
 
     def factor(k: int) -> Any:

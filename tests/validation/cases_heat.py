@@ -64,7 +64,7 @@ def radiation_cases() -> list[Case]:
     """A lump at 900 K that radiates to 0 K and to 300 K."""
     T0, eps, mc, found = 900.0, 0.8, 1e4, []
     for Ta, form in ((0.0, "T_0(1 + 3εσA T_0³t/mc)^(−1/3)"), (300.0, "∫ dT/(T⁴ − T_a⁴) = −εσA t/mc")):
-        heat = Heat((Lump("a", mc, T0), Reservoir("air", Ta)), (Radiation("a", 1.0, eps),))  # pyright: ignore
+        heat = Heat((Lump("a", mc, T0), Reservoir("air", Ta)), (Radiation("a", 1.0, eps),))
         truths = {t: (f"T at {t:.0f} s", _radiated(T0, Ta, eps * SIGMA / mc, t)) for t in (60.0, 600.0, 3600.0)}
         found += _temperatures(f"radiation to {Ta:.0f} K", heat, f"{FORM}{form}", truths)
     return found
@@ -78,7 +78,7 @@ def repeated_cases() -> list[Case]:
     power = np.tile([0.0, 1.0, 1.0, 0.0], 10) * rise * C / pulse
     heat = Heat(
         (Lump("drum", C, 300.0), Reservoir("air", 300.0)),
-        (Convection("drum", 1.0, C * b),),  # pyright: ignore
+        (Convection("drum", 1.0, C * b),),
         sources=(Source("drum", PiecewiseLinear(times, power)),),
     )
     source = "Limpert, Brake Design and Safety: ΔT(1 − e^(−n b t_c))/(1 − e^(−b t_c))"
@@ -163,7 +163,7 @@ def steady_cases() -> list[Case]:
     q, h, L, Ta, Tb = 1e5, 50.0, 0.03, 300.0, 350.0
     heat = Heat(
         (Wall("w", _STEEL, L, 1.0, 4), Reservoir("air", Ta), Reservoir("back", Tb)),
-        (Convection("w.front", 1.0, h), ThermalContact("w.back", "back", 1.0)),  # pyright: ignore
+        (Convection("w.front", 1.0, h), ThermalContact("w.back", "back", 1.0)),
         sources=(Source("w.front", q),),
     )
     face = (q + h * Ta + _K / L * Tb) / (h + _K / L)

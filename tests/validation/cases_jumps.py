@@ -85,7 +85,7 @@ def jump_cases() -> list[Case]:
     by_ratio += differentiated(lambda x: onset(x)[1], _RATIO) * _J / (_R * excess(at(w_1)))
     metal, lining = Material(*_METAL), Material(*_LINING)
     pair = FrictionHeat("rim", None, EffusivityPartition(metal, lining))
-    factors = LinearFade(_SLOPE, _ABOVE, _FLOOR, _BLEND), TabulatedFade(*_TABLE)  # pyright: ignore
+    factors = LinearFade(_SLOPE, _ABOVE, _FLOOR, _BLEND), TabulatedFade(*_TABLE)
     law = ProductFriction(ConstantFriction(_F, _RATIO), factors)
     scene = stop_scene(n=_N, beta=50.0, C=_C, T0=_TENSION, law=law, end=5.0)
     scene = dataclasses.replace(scene, heat=Heat((Lump("rim", _RIM, AIR),), (), pair, rim="rim"))
@@ -167,8 +167,8 @@ def wall_cases() -> list[Case]:
     ]
     heat = Heat(
         (
-            Wall("rim", Material(*steel), 0.02, area, 3, 1.6, AIR),  # pyright: ignore
-            Wall("linings", Material(*friction), whole, area, 2, 1.3, AIR, _N),  # pyright: ignore
+            Wall("rim", Material(*steel), 0.02, area, 3, 1.6, AIR),
+            Wall("linings", Material(*friction), whole, area, 2, 1.3, AIR, _N),
         ),
         (),
         FrictionHeat("rim.front", "linings.front", ConstantPartition(share)),
@@ -176,7 +176,7 @@ def wall_cases() -> list[Case]:
         linings="linings.front",
     )
     scene = stop_scene(n=_N, beta=50.0, C=_C, T0=_TENSION, law=ConstantFriction(_F, static), end=end)
-    wear = Wear(ConstantWear(0.0), worn=worn, thickness=whole, heat=True)  # pyright: ignore
+    wear = Wear(ConstantWear(0.0), worn=worn, thickness=whole, heat=True)
     scene = with_values(dataclasses.replace(scene, heat=heat, wear=wear), {"brake.linings.area": area})
     return cases_with_slopes("worn walls", scene, rows, lambda r: r.end_temperatures[2 + 2 * _N], 1e-10)
 

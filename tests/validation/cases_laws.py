@@ -43,14 +43,14 @@ def _rim(capacity: float, flash: FlashTemperature | None = None) -> Heat:
 
 
 def _fading(slope: float) -> AbstractFriction:
-    return ProductFriction(ConstantFriction(0.35), (LinearFade(slope, ROOM, 0.0, 0.0),))  # pyright: ignore
+    return ProductFriction(ConstantFriction(0.35), (LinearFade(slope, ROOM, 0.0, 0.0),))
 
 
 def speed_cases() -> list[Case]:
     """Friction over the slip speed, a curve and a table."""
     table = TabulatedFriction([0.0, 4.0, 9.0, 16.0], [0.42, 0.35, 0.31, 0.30])
     # the band circle is wider than the rim
-    elastic = with_values(_stop(StribeckFriction(0.40, 0.28, 4.0, 1.0), C=1.2e5), {"brake.band.radius": 0.76})  # pyright: ignore
+    elastic = with_values(_stop(StribeckFriction(0.40, 0.28, 4.0, 1.0), C=1.2e5), {"brake.band.radius": 0.76})
     return [
         *frozen_cases(
             "Stribeck friction on an elastic band",
@@ -75,7 +75,7 @@ def speed_cases() -> list[Case]:
 
 def pressed_cases() -> list[Case]:
     """Friction that falls with the pressure, which it raises: implicit, lining by lining."""
-    law = ProductFriction(ConstantFriction(0.35), (PressureFactor(1e6, 0.3),))  # pyright: ignore
+    law = ProductFriction(ConstantFriction(0.35), (PressureFactor(1e6, 0.3),))
     factor = f"{_LAW}.factors.0"
     return frozen_cases(
         "friction under pressure",

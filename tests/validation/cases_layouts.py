@@ -154,7 +154,7 @@ def layout_cases() -> list[Case]:
 def search_cases() -> list[Case]:
     """Angles and areas searched for equal increments and pressures."""
     f, area = np.array([0.30, 0.38, 0.35, 0.33]), np.full(4, 0.03)
-    stop = stop_scene(n=4, beta=50.0, C=None, law=ConstantFriction(f))  # pyright: ignore
+    stop = stop_scene(n=4, beta=50.0, C=None, law=ConstantFriction(f))
 
     def run() -> Any:
         scene = with_values(stop, {"brake.linings.area": area})
@@ -292,10 +292,10 @@ def wear_law_cases() -> list[Case]:
     ]
     each = Separately(
         (
-            ArrheniusWear(k, E),  # pyright: ignore
-            ThresholdWear(k, above, E),  # pyright: ignore
-            ExponentialWear(k, 70.0),  # pyright: ignore
-            LinearWear(k, -0.02),  # pyright: ignore
+            ArrheniusWear(k, E),
+            ThresholdWear(k, above, E),
+            ExponentialWear(k, 70.0),
+            LinearWear(k, -0.02),
         )
     )
     heat = lumped_heat(rim=capacity, partition=ConstantPartition(1.0), rim_cooling=0.0)
@@ -312,9 +312,9 @@ def turned_cases() -> list[Case]:
         again = _R * (load - gain * weak) / _J * slides**2 / 2
         return k * (_pressures()[lining] * way + _pressures(weak)[_N - 1 - lining] * again)
 
-    phases = Phases((Phase(Constant(_T0), "rest"), Phase(Constant(weak), f"{slides} s")))  # pyright: ignore
-    scene = _worn_stop(ConstantWear(k), None, turned_after=[1.0])  # pyright: ignore
-    duty = Duty(phases, TorqueLoad(Constant(load)))  # pyright: ignore
+    phases = Phases((Phase(Constant(_T0), "rest"), Phase(Constant(weak), f"{slides} s")))
+    scene = _worn_stop(ConstantWear(k), None, turned_after=[1.0])
+    duty = Duty(phases, TorqueLoad(Constant(load)))
     scene = Scene(scene.brake, duty, scene.initial, 30.0, wear=scene.wear)
     source = f"{FORM}k (p_i s_1 + p_(n+1−i) s_2)"
     rows: list[Row] = [(f"lining {i + 1}", source, worn(i).real, f"worn_thickness.{i}") for i in (0, 1, 3)]
@@ -329,7 +329,7 @@ def _reversed_cases() -> list[Case]:
     worn = np.array([1e-3, 2e-3, 4e-3])
     band = Band(0.623, LiningsOnPlates(2.1e11, 13e-4, 0.3, 0.5, gap))
     brake = Brake(Pulley(0.59, 1200.0), band, Lining(ConstantFriction(f), angle, 0.03))
-    wear = Wear(ConstantWear(k := 3e-14 * np.array([1.0, 2.0, 3.0])), worn=worn)  # pyright: ignore
+    wear = Wear(ConstantWear(k := 3e-14 * np.array([1.0, 2.0, 3.0])), worn=worn)
     scene = Scene(brake, stop_scene().duty, Initial(20.0), 1.0, wear=wear)
 
     # Δl/S_C of the band that begins with the lining that was the last
@@ -394,7 +394,7 @@ def worn_cases() -> list[Case]:
         heat = Heat(
             (Lump("rim", C[0]), Lump("linings", C[1], count=count), Lump("band", C[2])),
             (Conductance("linings", "band", G),),
-            FrictionHeat("rim", "linings", TransmissionPartition(*table)),  # pyright: ignore
+            FrictionHeat("rim", "linings", TransmissionPartition(*table)),
             (),
             None,
             "rim",
@@ -403,8 +403,8 @@ def worn_cases() -> list[Case]:
         )
         effects: dict[str, Any] = {"thickness": whole, "geometry": True, "heat": True, "take_up_speed": speed}
         # (before its first point a lever stays as it is)
-        scene = _worn_stop(ConstantWear(1e-14), None, lever=PiecewiseLinear([0.0, 0.0], [0.0, _T0]))  # pyright: ignore
-        wear = Wear(ConstantWear(1e-14), worn=worn, **effects)  # pyright: ignore
+        scene = _worn_stop(ConstantWear(1e-14), None, lever=PiecewiseLinear([0.0, 0.0], [0.0, _T0]))
+        wear = Wear(ConstantWear(1e-14), worn=worn, **effects)
         scene = Scene(scene.brake, scene.duty, scene.initial, end, heat, wear=wear)
         return with_values(scene, {"brake.linings.angle": angle})
 

@@ -140,7 +140,7 @@ def simple_band_cases() -> list[Case]:
             J=J,
             w0=sense * w0,
             end=20.0,
-            **_belt(mu, 270.0),  # pyright: ignore
+            **_belt(mu, 270.0),
         )
         found += cases_with_slopes(f"simple band, {name}", scene, rows, program="band on a lever")
     return found
@@ -149,7 +149,7 @@ def simple_band_cases() -> list[Case]:
 def fall_cases() -> list[Case]:
     """Free fall of a hook, its inertia that of the pulley, and a brake applied after 0.8 s."""
     gain = 0.725 * (closed_form(n=_N, f=0.25, beta=15.0)["Pi"] - 1)
-    lever = Lever(points([0.0, 0.0, 6e4 / gain], [0.0, 0.8, 0.8]), 0.1, 0.1)  # pyright: ignore
+    lever = Lever(points([0.0, 0.0, 6e4 / gain], [0.0, 0.8, 0.8]), 0.1, 0.1)
     load = 60e3 * 0.4 / 8 * 9.80665
     scene = _on_lever(lever, load, n=_N, beta=15.0, f=0.25, J=1350.0, w0=0.0, end=3.0)
     return frozen_cases(
@@ -171,9 +171,9 @@ def fall_cases() -> list[Case]:
 def hold_cases() -> list[Case]:
     """A load lowered at a steady speed by a brake that fades until the lever can hold it no more."""
     M, f, s, C, limit = 5e3, 0.35, 1e-3, 1e3, 3000.0
-    law = ProductFriction(ConstantFriction(f), (LinearFade(s, ROOM, 0.0, 0.0),))  # pyright: ignore
+    law = ProductFriction(ConstantFriction(f), (LinearFade(s, ROOM, 0.0, 0.0),))
     heat = lumped_heat(rim=C, partition=ConstantPartition(1.0), rim_cooling=0.0)
-    cold = stop_scene(n=4, beta=50.0, law=law, lever=SpeedHold(limit), load=M, w0=5.0, C=None, end=6.0)  # pyright: ignore
+    cold = stop_scene(n=4, beta=50.0, law=law, lever=SpeedHold(limit), load=M, w0=5.0, C=None, end=6.0)
     scene = Scene(cold.brake, cold.duty, cold.initial, 6.0, heat)
 
     def at(name: str) -> Callable[[Result], float]:
@@ -232,7 +232,7 @@ def driller_cases() -> list[Case]:
             1e-9,
         ),
     ]
-    lever = Driller(PiecewiseLinear(times, course), 1e5, g)  # pyright: ignore
+    lever = Driller(PiecewiseLinear(times, course), 1e5, g)
     scene = stop_scene(n=n, f=f, beta=50.0, lever=lever, load=M, J=J, w0=w0, C=None, end=end)
     return cases_with_slopes("driller", scene, rows, lambda result: result.energy["friction_heat"])
 
@@ -243,7 +243,7 @@ def driller_cases() -> list[Case]:
 def actuator_cases() -> list[Case]:
     """The command rises, jumps and falls; the force follows with a dead time and a lag, less that of a spring."""
     command = PiecewiseLinear([0.0, 0.3, 0.3, 1.1], [1.5e3, 6e3, 9e3, 4e3])
-    lever = Actuator(command, 0.15, 0.08, 800.0)  # pyright: ignore
+    lever = Actuator(command, 0.15, 0.08, 800.0)
     scene = stop_scene(n=4, beta=50.0, C=None, lever=lever)
     field = "duty.slack_tension"
     slopes = {"∂(stopping time)/∂τ": f"{field}.lag", "∂(stopping time)/∂t_d": f"{field}.dead_time"}
@@ -253,10 +253,10 @@ def actuator_cases() -> list[Case]:
 def hot_phase_cases() -> list[Case]:
     """A load that the brake slows too little heats the rim to a level, and then a stronger pull stops it."""
     heat = lumped_heat(rim=4e4, partition=ConstantPartition(1.0), rim_cooling=0.0)
-    level = AtTemperature(ROOM + 60.0, of="rim")  # pyright: ignore
-    lever = Phases((Phase(Constant(4e3), level), Phase(Constant(12e3), "rest")))  # pyright: ignore
+    level = AtTemperature(ROOM + 60.0, of="rim")
+    lever = Phases((Phase(Constant(4e3), level), Phase(Constant(12e3), "rest")))
     scene = stop_scene(n=4, beta=50.0, C=None, load=9e3, end=30.0)
-    scene = dataclasses.replace(scene, duty=Duty(lever, scene.duty.load), heat=heat)  # pyright: ignore
+    scene = dataclasses.replace(scene, duty=Duty(lever, scene.duty.load), heat=heat)
     return frozen_cases(
         "phase that ends hot",
         scene,
@@ -296,8 +296,8 @@ def tackle_cases() -> list[Case]:
         ),
     ]
     lever = PiecewiseLinear([0.0, 3.0, 3.0 + off], [F, F, 0.0])
-    scene = stop_scene(C=None, lever=lever, load=HookLoad(m, r, lines), J=J, w0=w0, end=4.0)  # pyright: ignore
-    return cases_with_slopes("tackle with losses", dataclasses.replace(scene, shaft=(TackleLoss(eta),)), rows)  # pyright: ignore
+    scene = stop_scene(C=None, lever=lever, load=HookLoad(m, r, lines), J=J, w0=w0, end=4.0)
+    return cases_with_slopes("tackle with losses", dataclasses.replace(scene, shaft=(TackleLoss(eta),)), rows)
 
 
 CASES = (

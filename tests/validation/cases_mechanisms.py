@@ -132,9 +132,9 @@ def pressed_stage_cases() -> list[Case]:
             1e-9,
         ),
     ]
-    law = ProductFriction(ConstantFriction(f), (PressureFactor(reference, exponent),))  # pyright: ignore
+    law = ProductFriction(ConstantFriction(f), (PressureFactor(reference, exponent),))
     linings = Lining(ConstantFriction(0.4), np.array([2 * half]), 0.03)
-    bandage = Bandage(J_b, law, pre, area)  # pyright: ignore
+    bandage = Bandage(J_b, law, pre, area)
     brake = Brake(Pulley(R, J), Band(R_b), linings, bandage)
     scene = Scene(brake, Duty(Constant(T_0), TorqueLoad()), Initial(w0), 40.0)
     return cases_with_slopes("staged, friction under pressure", scene, rows, tolerance=1e-10)
@@ -163,7 +163,7 @@ def staged_heat_cases() -> list[Case]:
         return cold + (start - cold) * np.exp(-h_0 * area * (end + turned / v_0**2) / C[1])
 
     lumps = tuple(Lump(name, C[i], start if name == "linings" else cold) for i, name in enumerate(_PLACES))
-    air = Convection("linings", area, SpeedCoefficient(h_0, v_0, 2.0))  # pyright: ignore
+    air = Convection("linings", area, SpeedCoefficient(h_0, v_0, 2.0))
     rubs = FrictionHeat("rim", None, ConstantPartition(share), "rim")
     outer = FrictionHeat("band", None, ConstantPartition(band), "linings", "rim", beyond)
     heat = Heat((*lumps, Reservoir("air", cold)), (air,), rubs, (), None, *_PLACES, external=outer)
@@ -212,7 +212,7 @@ def flutter_cases() -> list[Case]:
         f = f_k + (f_s - f_k) * math.exp(-v / v_s)
         left, slack = 1 - f * z, (N / z - f * N) / 2
         band = Band(0.9, k / left, Segments(1e3, c / left, c / left))
-        lining = Lining(StribeckFriction(f_s, f_k, v_s, 1.0), [2 * math.atan(z)], mass=m)  # pyright: ignore
+        lining = Lining(StribeckFriction(f_s, f_k, v_s, 1.0), [2 * math.atan(z)], mass=m)
         brake = Brake(Pulley(0.9, 1e3), band, lining)
         scene = Scene(brake, Duty(Constant(slack), TorqueLoad()), Initial(v / 0.9), 1.0)
         found = jacobian(scene, (slack + f * N) * left / k)
@@ -245,12 +245,12 @@ def flutter_cases() -> list[Case]:
 
 def elongation_cases() -> list[Case]:
     """A stop on a soft band whose stiffness follows from arcs, gaps and ends."""
-    geometry = BondedLinings(  # pyright: ignore
+    geometry = BondedLinings(
         *(2e9, 13e-4, 0.3, 0.5, math.radians(4.0)), lining_modulus=1e8, lining_area=60e-4, lining_radius=0.71
     )
 
     def longest(result: Result) -> Any:
-        return result.series([float(result.full_slip_time)]).elongation[0]  # pyright: ignore
+        return result.series([float(result.full_slip_time)]).elongation[0]
 
     return frozen_cases(
         "elongation of the band",
@@ -270,7 +270,7 @@ def retarder_cases() -> list[Case]:
         scene.duty,
         scene.initial,
         time,
-        shaft=(HydrodynamicBrake(k), ViscousDrag(c)),  # pyright: ignore
+        shaft=(HydrodynamicBrake(k), ViscousDrag(c)),
     )
     return frozen_cases(
         "retarders on the shaft",
@@ -298,7 +298,7 @@ def _floating(tension: float, load: float, preload: Any, mass: Any) -> Scene:
 def _travel_and_contact(result: Result) -> tuple[Any, Any]:
     """Angle of the stop, and the time at which lining 3 lifts off: that of the first row in which it is off."""
     record = result.record
-    lifted = jnp.asarray(record.modes.lifted)[:, 2] != 0  # pyright: ignore
+    lifted = jnp.asarray(record.modes.lifted)[:, 2] != 0
     return result.stopping_angle, jnp.asarray(record.rows.t)[jnp.argmax(lifted)]
 
 

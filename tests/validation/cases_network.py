@@ -57,11 +57,11 @@ def _network() -> Heat:
     links = (
         *(ThermalContact("bent.front", "hot", 1.0), ThermalContact("bent.back", "cold", 1.0)),
         # one end or the other of a link is the face
-        *(Radiation("wall.front", 1.0, 0.3), Radiation("air", 1.0, _GLOW - 0.3, "wall.front")),  # pyright: ignore
-        Convection("wall.front", 1.0, _H),  # pyright: ignore
-        *(Radiation("wall.back", 1.0, _BEHIND, "screen.front"), ThermalContact("screen.back", "cold", 1.0)),  # pyright: ignore
+        *(Radiation("wall.front", 1.0, 0.3), Radiation("air", 1.0, _GLOW - 0.3, "wall.front")),
+        Convection("wall.front", 1.0, _H),
+        *(Radiation("wall.back", 1.0, _BEHIND, "screen.front"), ThermalContact("screen.back", "cold", 1.0)),
         *(Conductance("hot", "first", _G[0]), Conductance("first", "second", _G[1])),
-        *(Radiation("first", 0.5, 0.9), Conductance("second", "cold", _G[2]), Radiation("second", 0.2, 0.6)),  # pyright: ignore
+        *(Radiation("first", 0.5, 0.9), Conductance("second", "cold", _G[2]), Radiation("second", 0.2, 0.6)),
         *(Conductance("interface", "rim", _INTO[0]), Conductance("interface", "lining", _INTO[1])),
         *(Conductance("rim", "air", _AWAY[0]), Conductance("lining", "air", _AWAY[1])),
         Conductance("ring", "air", 1 / axial_resistance(0.1, 48.0, 0.55, 0.59)),
@@ -166,10 +166,10 @@ def transient_cases() -> list[Case]:
     """A lump that radiates through a junction without capacity, and a wall whose specific heat grows as it warms."""
     C, G, glow, start, end = 500.0, 6.0, 0.9 * 0.4, 900.0, 400.0
     b, met, flux, thickness = 8e-4, 300.0, 20e3, 0.01
-    wall = Wall("wall", Material(60.0, 7800.0, 480.0, specific_heat_slope=b, reference=met), thickness, 1.0, 4)  # pyright: ignore
+    wall = Wall("wall", Material(60.0, 7800.0, 480.0, specific_heat_slope=b, reference=met), thickness, 1.0, 4)
     heat = Heat(
         (Lump("lump", C, start), Reservoir("space", 0.0), Junction("skin"), wall),
-        (Conductance("lump", "skin", G), Radiation("skin", 0.4, 0.9, "space")),  # pyright: ignore
+        (Conductance("lump", "skin", G), Radiation("skin", 0.4, 0.9, "space")),
         sources=(Source("wall.front", ramp(flux, 0.0, 0.0, 200.0)),),
     )
     run = functools.cache(lambda: simulate_heat(heat, [0.0, end], rtol=1e-12))

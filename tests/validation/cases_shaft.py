@@ -98,7 +98,7 @@ def snub_cases() -> list[Case]:
     one = share * mass * a / C * (fast * (1 - fall) / b - a * (tau / b - (1 - fall) / b**2))
 
     def rise(k: int) -> Callable[[Result], float]:
-        return lambda r: float(r.series([(k - 1) * period + tau]).temperature[0, 0]) - 293.15  # pyright: ignore
+        return lambda r: float(r.series([(k - 1) * period + tau]).temperature[0, 0]) - 293.15
 
     rows = [
         (
@@ -128,7 +128,7 @@ def eddy_current_cases() -> list[Case]:
     """Slowing down between two speeds, and lowering of a load at a steady speed."""
     M_m, w_m, low, load = 9e3, 11.0, 3.0, 4e3
     time = quad(lambda w: _J * (w**2 + w_m**2) / (2 * M_m * w * w_m), low, _W0, epsabs=0.0, epsrel=1e-13)[0]
-    brake = EddyCurrentBrake(M_m, w_m)  # pyright: ignore
+    brake = EddyCurrentBrake(M_m, w_m)
     slowed = _turning(brake, load=TorqueLoad(Constant(0.0)), end=time)
     lowered = _turning(brake, load=TorqueLoad(Constant(load)), end=20.0, w0=0.0)
     kloss = "quadrature: ω at t = ∫ J (ω² + ω_m²)/(2 M_m ω ω_m) dω (Kloss)"
@@ -173,7 +173,7 @@ def shaft_heat_cases() -> list[Case]:
     ]
     bodies = Lump("housing", C[0], ROOM), Lump("water", C[1], ROOM), Reservoir("air", ROOM)
     heat = Heat(bodies, (Conductance("water", "air", b * C[1]),), None)
-    laws = BearingFriction(M_c, place="housing"), HydrodynamicBrake(k, fill, place="water")  # pyright: ignore
+    laws = BearingFriction(M_c, place="housing"), HydrodynamicBrake(k, fill, place="water")
     scene = dataclasses.replace(_turning(*laws, load=TorqueLoad(Constant(0.0)), end=time + 1.0), heat=heat)
     return cases_with_slopes("heat of torques on the shaft", scene, rows, tolerance=1e-10)
 

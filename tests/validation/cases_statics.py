@@ -181,7 +181,7 @@ def compliance_cases() -> list[Case]:
     bonded = BondedLinings(**plates, lining_modulus=1e9, lining_area=60e-4, lining_radius=0.61)
     slotted = ContinuousLining(
         _STEEL,
-        *(6e-4, 10e-4, _KINKS[0], 1.2e9, 3e-3, 5e-3, 0.61),  # pyright: ignore
+        *(6e-4, 10e-4, _KINKS[0], 1.2e9, 3e-3, 5e-3, 0.61),
         slack_end=_ENDS[0],
         tight_end=_ENDS[1],
     )
@@ -314,7 +314,7 @@ def pad_cases() -> list[Case]:
 def _shoe_cases() -> list[Case]:
     """Shoes whose linings end before 90°: greatest pressure, loads that hold and that slide, friction that locks."""
     r, b, a, arm, low, high, F = 0.15, 0.04, 0.12, 0.21, math.radians(22.0), math.radians(81.0), 2e3
-    brake = ShoeBrake(12.0, Shoes(ConstantFriction(0.3), r, b, low, high), a, arm)  # pyright: ignore
+    brake = ShoeBrake(12.0, Shoes(ConstantFriction(0.3), r, b, low, high), a, arm)
     # of the pressure sin θ: load, moments of the normal forces and of friction 1 about the pin
     N, M_N, M_F = (
         _gauss(of, low, high)

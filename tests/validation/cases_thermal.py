@@ -94,9 +94,9 @@ def _stop_with_bodies() -> Scene:
     """A stop of a rigid band, held and then released, with bodies of which each shows one law of the network."""
     table = TransmissionPartition(
         *([200.0, 280.0, 420.0], [4.0, 6.0, 14.0], [5.0, 9.0, 20.0], [3.0, 5.0, 11.0], [1e-3, 2e-3, 5e-3]),
-        *(0.028, 4.0, 0.3, 0.03, 0.7, 0.006, 2.0),  # pyright: ignore
+        *(0.028, 4.0, 0.3, 0.03, 0.7, 0.006, 2.0),
     )
-    law = MetalContact([50.0, 20.0], [0.15, 0.1], [2e-6, 1e-6], 1e8)  # pyright: ignore
+    law = MetalContact([50.0, 20.0], [0.15, 0.1], [2e-6, 1e-6], 1e8)
     bodies = (
         *(Lump("rim", 1.2e3, AIR), Lump("lining", 900.0, 330.0)),
         *(Lump("by speed", 500.0, 400.0), Lump("covered", 300.0, 400.0), Lump("radiating", 200.0, 600.0)),
@@ -106,14 +106,14 @@ def _stop_with_bodies() -> Scene:
         *(Reservoir("air", AIR), Reservoir("space", 0.0)),
     )
     links = (
-        Convection("by speed", 0.5, SpeedCoefficient(8.0, 2.0, 0.8)),  # pyright: ignore
-        Convection("covered", 0.6, 30.0, covered=0.3),  # pyright: ignore
-        Radiation("radiating", 0.8, 0.9, "space", covered=0.3),  # pyright: ignore
-        Convection("free", 0.7, TemperatureCoefficient(3.0, 0.5)),  # pyright: ignore
+        Convection("by speed", 0.5, SpeedCoefficient(8.0, 2.0, 0.8)),
+        Convection("covered", 0.6, 30.0, covered=0.3),
+        Radiation("radiating", 0.8, 0.9, "space", covered=0.3),
+        Convection("free", 0.7, TemperatureCoefficient(3.0, 0.5)),
         ThermalContact("plate", "blocks", 2e-4, opens=True, law=law),
         ThermalContact("a", "b", 6e-4, opens=True, law=law),
     )
-    heat = Heat(bodies, links, FrictionHeat("rim", "lining", table), (Source("varying", 2e3),))  # pyright: ignore
+    heat = Heat(bodies, links, FrictionHeat("rim", "lining", table), (Source("varying", 2e3),))
     lever = PiecewiseLinear([0.0, _RELEASE, _RELEASE, _END], [_T0, _T0, 0.0, 0.0])
     scene = stop_scene(n=_N, beta=50.0, C=None, lever=lever, end=_END)
     scene = with_values(scene, {"brake.linings.area": _AREA})

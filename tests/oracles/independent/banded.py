@@ -229,7 +229,7 @@ class Banded(Brake):
         if self.mode in SLIDES and self.C is not None:
             found["stick"] = (1 if self.mode == SLIP else -1) * now.lead / (self.R_b * self.speed)
         if self.mode in (ELASTIC, TAKE_UP):
-            tension, mu = self.C * self.stretch(y), self.static_ratios(y)  # pyright: ignore
+            tension, mu = self.C * self.stretch(y), self.static_ratios(y)
             if self.mode == TAKE_UP:
                 found["upper"] = (T_0 - tension) / self.force
             else:

@@ -137,7 +137,7 @@ def _law(p: dict[str, Any], law: dict[str, Any], ratio: float) -> sb.friction.Ab
 def _brake(p: dict[str, Any]) -> Any:
     law, kind, n = _law(p, p["law"], p["ratios"][0]), p["kind"], p["n"]
     if kind == "disc":
-        return sb.DiscBrake(p["J"], sb.Pads(law, *p["radii"], p["angle"], n))  # pyright: ignore
+        return sb.DiscBrake(p["J"], sb.Pads(law, *p["radii"], p["angle"], n))
     if kind == "shoe":
         return sb.ShoeBrake(p["J"], sb.Shoes(law, p["radius"], p["width"], *p["angles"]), p["pin"], p["arm"])
     if kind == "several bands":
@@ -184,7 +184,7 @@ def _thermal(p: dict[str, Any]) -> tuple[sb.Heat | None, sb.Wear | None]:
             sb.thermal.ThermalContact("rim", "linings", 1.0, 1 / q["contact"], opens=True),
             sb.thermal.Conductance("linings", "band", q["conductance"], opens=staged),
             sb.thermal.Convection("linings", q["lining_area"], h),
-            sb.thermal.Convection("band", 1.0, q["band_loss"]),  # pyright: ignore
+            sb.thermal.Convection("band", 1.0, q["band_loss"]),
         ),
         friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(q["metal"])),
         external=sb.thermal.FrictionHeat("band", "linings", sb.thermal.ConstantPartition(q["metal_out"]))

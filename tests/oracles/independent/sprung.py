@@ -141,9 +141,9 @@ class Sprung(Brake):
                 a,
                 b,
                 xtol=1e-16,
-                rtol=1e-15,  # pyright: ignore
+                rtol=1e-15,
             )
-            return float(root), taken[0], taken[-1]  # pyright: ignore
+            return float(root), taken[0], taken[-1]
         return (1.0 if taken[-1] < M else -1.0), taken[0], taken[-1]
 
     def forces_of_springs(self, y: np.ndarray) -> tuple[np.ndarray, float, np.ndarray]:

@@ -96,7 +96,7 @@ def _land(
     def value(s: float) -> float:
         return model.guards(s, dense(s))[name]
 
-    root = float(brentq(value, low, high, xtol=1e-15, rtol=1e-14)) if value(low) > 0 else low  # pyright: ignore
+    root = float(brentq(value, low, high, xtol=1e-15, rtol=1e-14)) if value(low) > 0 else low
     reach = max(1e-6 * (high - low), 1e-13 * max(1.0, abs(high)))
     slope = (value(root + reach) - value(root - reach)) / (2 * reach)
     at = _exactly(model, t, y, root)
