@@ -122,18 +122,6 @@ def test_bad_input_exits_2(capsys, scenario, arguments, words, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize(
-    "text", ["", "def scene(): return 3", "def scene(): 1/0", "scene = 5", "import nothing_like_it", "def scene(:"]
-)
-def test_broken_scenario_files_exit_2(capsys, tmp_path, text):
-    file = tmp_path / "broken.py"
-    file.write_text(text, encoding="utf-8")
-    code, out, err = call(capsys, "run", str(file))
-    assert code == 2
-    assert out == ""
-    assert "broken.py" in err
-
-
 def test_failure_exits_1(capsys, scenario):
     code, out, _ = call(capsys, "run", scenario, "--json", "--max-steps", "8")
     assert code == 1
