@@ -93,6 +93,8 @@ def test_runs_are_grouped_by_the_solver_that_each_would_get_by_itself():
     assert groups(stiff, speed) == [(implicit, [0, 1, 2])]
     assert groups(cool, cooling) == groups(stiff, cooling) == [(explicit, [0, 2]), (implicit, [1])]
     assert groups(cool, {"heat.links[0].value": [1e7, 2e7]}) == [(implicit, [0, 1])]
+    quick = rigid_stop(fading(), lump(cooling=2e4))
+    assert groups(quick, {"end_time": [1.0, 2000.0, 2.0]}) == [(explicit, [0, 2]), (implicit, [1])]
     given = sb.hybrid.Rodas5P()
     assert groups(cool, cooling, given) == groups(stop_scene(), speed, given) == [(implicit, [0, 1, 2])]
 

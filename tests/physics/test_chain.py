@@ -144,6 +144,12 @@ def test_a_whole_stop_of_26_linings():
     assert np.max(past[final]) < 1e-9 * scale
     slides = linings * np.asarray(q.lining_slip)[:k]
     assert np.min(slides) > -1e-9
+    # a lining that comes to stick has exactly the speed of the pulley from then on
+    rows = np.flatnonzero(np.any((linings[1:] == 0) & (linings[:-1] != 0), axis=1)) + 1
+    caught = (linings[rows] == 0) & (linings[rows - 1] != 0)
+    rim = np.asarray(record.system.mechanism.radius * y.omega)[rows, None]
+    assert np.sum(caught) >= 26
+    assert not np.any(np.where(caught, np.asarray(y.own.v)[rows] - rim, 0.0))
     # moment balance: all that brakes comes from the grip of the linings
     load = drawworks(26).duty.load.torque(0.0, 0.0, np.asarray(0))
     alpha = (load - q.brake_torque) / record.system.inertia

@@ -192,6 +192,22 @@ def test_worn_linings_in_the_heat_part():
     assert float(seen.lining_thickness) == pytest.approx(0.03 - h.mean(), rel=1e-14)
 
 
+def test_a_step_of_many_stops_by_its_formula():
+    """`h(Δ) = ½ [(Δ + 1) w(0) + (Δ − 1) w(Δ w(0))]`; at the end the first lining has lost all that it may lose."""
+    scene, step = dragged(0.03), 20.0
+
+    def wear(worn):
+        return np.asarray(sb.simulate(sb.with_values(scene, {"wear.worn": worn})).worn_thickness)
+
+    first = wear(np.zeros(4))
+    life = sb.lining_life(scene, step=step)
+    expected = 0.5 * ((step + 1) * first + (step - 1) * wear(step * first))
+    assert life.history.brakings[1] == step
+    np.testing.assert_allclose(life.history.worn[1], expected, rtol=1e-9)
+    assert life.brakings % step > 1
+    assert life.worn[life.first - 1] == pytest.approx(LIMIT, rel=1e-9)
+
+
 @pytest.mark.slow
 def test_steps_of_many_brakings_against_one_after_the_other():
     scene = dragged(0.03)

@@ -34,6 +34,7 @@ def travel_share(result):
 def assert_like_single_runs(scene, values, metrics, runs, **settings):
     data = sb.ensemble(scene, values, metrics, progress=False, **settings)
     settings.pop("chunk", None)
+    events = {}
     for i in runs:
         one = sb.with_values(scene, {path: array[i] for path, array in values.items()})
         single = sb.simulate(one, throw=False, **settings)
@@ -45,6 +46,9 @@ def assert_like_single_runs(scene, values, metrics, runs, **settings):
                 wanted = np.inf if found is None else float(found)
                 np.testing.assert_allclose(data[name][i], wanted, rtol=1e-12, err_msg=str(name))
         assert float(data["energy.closure"][i]) < 1e-9
+        # runs of one sequence have the same events in the same order
+        seen = [(event.name, event.lining) for event in single.events]
+        assert events.setdefault(int(data.sequence[i]), seen) == seen
     return data
 
 
@@ -98,6 +102,31 @@ def test_many_stops_against_the_closed_form(caplog):
     with nothing_compiled(caplog):
         other = sb.ensemble(stop_scene(end=21.0, J=700.0), drawn(1000, 2), TIMES, progress=False, workers=1, rtol=1e-9)
     assert not np.any(other.stopping_time == data.stopping_time)
+
+
+def own_tolerance(result):
+    return result.rtol * result.stopping_time
+
+
+def test_a_metric_of_the_tolerance_is_computed_again(tmp_path):
+    """Numbers of another tolerance are not taken for those of this one."""
+    values = {SPEED: [10.0, 20.0]}
+
+    def found(rtol):
+        return sb.ensemble(stop_scene(C=None), values, [own_tolerance], rtol=rtol, directory=tmp_path, progress=False)
+
+    truth = 800 / (0.725 * 8e3 * (closed_form()["Pi"] - 1)) * np.asarray(values[SPEED])
+    np.testing.assert_allclose(found(1e-8).own_tolerance, 1e-8 * truth, rtol=1e-9)
+    with pytest.raises(sb.InputError, match="rtol: 1e-08 there, 1e-06 here"):
+        found(1e-6)
+
+
+@pytest.mark.slow
+def test_runs_of_other_lengths_get_the_solver_of_a_single_run():
+    """A quick node asks for an implicit method where it is followed for long."""
+    scene = rigid_stop(fading(), lump(cooling=2e4))
+    data = assert_like_single_runs(scene, {"end_time": np.asarray([1.0, 2000.0])}, ["stopping_time"], range(2))
+    assert list(data.method.values) == ["Dopri8", "Rodas5P"]
 
 
 @pytest.mark.slow
