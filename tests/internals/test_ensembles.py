@@ -6,7 +6,6 @@ import os
 import pickle
 import re
 import time
-from concurrent.futures import Future
 from types import SimpleNamespace
 
 import jax
@@ -20,8 +19,8 @@ from simbrake._run._measure import measure
 from simbrake.hybrid import Code
 from simbrake.results import BandMode, metric_names
 from simbrake.studies import _ensemble, _evaluator
-from simbrake.studies._chunks import Pool, Store, Task, thread_count, threads
-from simbrake.studies._evaluator import LANES, Job, limits_of_many
+from simbrake.studies._chunks import Store, Task
+from simbrake.studies._evaluator import LANES, Job
 
 SPEED, FRICTION, LEVER = "initial.omega", "brake.linings.friction.coefficient", "duty.slack_tension.level"
 
@@ -114,24 +113,6 @@ def job(runs, size, max_steps=128, **changes):
     return Job(one.scene, one.paths, one.metrics, solver, one.rtol, max_steps, size, 16)._replace(**changes)
 
 
-def test_space_in_a_chunk_follows_the_number_of_runs():
-    few, some, many = (runs_of(count) for count in (5, 64, 1000))
-    for count, size in ((1, 1), (2, 2), (3, 4), (5, 8), (32, 32), (33, 1024), (1000, 1024), (10**6, 1024)):
-        assert few._size(count) == size, count
-        assert runs_of(5, ["max_tension"])._size(count) == min(size, 64), count
-        assert runs_of(5, chunk=12)._size(count) == min(size, 12), count
-        assert runs_of(5, on_cpu=False)._size(count) == min(2 ** int(np.ceil(np.log2(count))), 2**17), count
-    # 8 chunks for each of 2 workers, of a whole group of lanes at least
-    assert many._share(1000, job(many, 1024)) == LANES == 64
-    assert many._share(16 * 200, job(many, 1024)) == 256
-    assert many._share(10**6, job(many, 1024)) == 1024
-    assert some._share(10, job(some, 8)) == 8
-    assert many._share(1000, job(many, 1024, max_steps=1024)) == 64  # runs by themselves: 1000/16
-    assert runs_of(1000, chunk=12)._share(1000, job(many, 12)) == 12
-    assert runs_of(1000, on_cpu=False)._share(1000, job(many, 1024)) == 1024
-    assert runs_of(5, ["max_tension"])._share(5, job(runs_of(5, ["max_tension"]), 64)) == 64
-
-
 def test_lanes_are_for_short_explicit_runs_of_one_mechanism():
     runs = runs_of(5)
     one = job(runs, 1024)
@@ -148,37 +129,6 @@ def test_lanes_are_for_short_explicit_runs_of_one_mechanism():
     assert one._replace(size=2**20, metrics=("max_tension",)).fitting().size == 2**19 // 128
     assert one._replace(room=2**30).fitting().size == 1
     assert one.fitting() == one
-
-
-def test_limits_of_the_steps_begin_short_where_that_mostly_suffices():
-    explicit, implicit = plan({SPEED: [1.0]}).groups()[0][0], sb.hybrid.Rodas5P()
-    cold, warm = stop_scene(), rigid_stop(fading(), lump())
-    usual = limits_of_many(cold, implicit, None)
-    assert usual[0] == 128 < usual[1]
-    assert limits_of_many(cold, explicit, None) == usual
-    assert limits_of_many(warm, explicit, None)[0] == 128
-    assert limits_of_many(warm, implicit, None)[0] > 128
-    assert limits_of_many(cold, explicit, 40) == (40,)
-
-
-def test_threads_are_as_many_as_cores_and_not_more_than_asked_for():
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count()
-    most = max(cores, len(jax.devices()))
-    assert [thread_count(n) for n in (None, 1, most, most + 7)] == [most, 1, most, most]
-
-
-def test_tasks_that_finish_are_handed_out_and_cancelled_ones_are_not():
-    futures = [Future() for _ in range(3)]
-    tasks = [Task(128, np.array([i]), np.zeros((1, 1))) for i in range(3)]
-    pool, looked = Pool(2, lambda job, tasks: futures), []
-    pool.look = lambda: looked.append(1)
-    pool.submit(None, tasks)
-    futures[1].set_running_or_notify_cancel()
-    pool.cancel()  # the one that runs is finished
-    assert [future.cancelled() for future in futures] == [True, False, True]
-    futures[1].set_result({"code": np.zeros(1)})
-    assert [task.runs.tolist() for task, _ in pool.results()] == [[1]]
-    assert looked
 
 
 class Counting:
@@ -210,24 +160,6 @@ def group(steps, workers=1, speeds=None, **settings):
     return runs, pool.asked
 
 
-def test_a_few_runs_show_the_cost_and_the_rest_begins_with_the_longest():
-    speeds = np.random.default_rng(3).permutation(np.repeat(np.arange(1.0, 7.0), 100))
-    runs, asked = group(2**speeds, speeds=speeds)
-    assert np.all(runs.done)
-    np.testing.assert_array_equal(runs.columns["stopping_time"], speeds)
-    first, rest = asked[0][2], [i for _, _, chunk, _ in asked[1:] for i in chunk]
-    assert first == _ensemble.spread(600, 64).tolist()
-    assert sorted(first + rest) == list(range(600))
-    assert speeds[rest].tolist() == sorted(speeds[rest], reverse=True)
-    assert {(limit, room, last) for limit, room, _, last in asked} == {(128, 32, False)}
-    # nothing is sorted where all cost the same, and few runs need no look ahead
-    _, alike = group(np.full(200, 20))
-    left = [i for _, _, chunk, _ in alike[1:] for i in chunk]
-    assert left == sorted(left)
-    assert [chunk for _, _, chunk, _ in group(np.full(64, 20))[1]] == [list(range(64))]
-    assert len(group(np.full(128, 20), workers=2)[1][0][2]) == 64
-
-
 def test_runs_that_need_more_steps_are_repeated_with_more():
     steps = np.where(np.arange(20) % 5 == 0, 500, 20)
     runs, asked = group(steps)
@@ -252,11 +184,6 @@ def test_runs_that_need_more_steps_are_repeated_with_more():
     assert {limit for limit, *_ in asked[1:]} == {1024}
     _, asked = group(np.where(np.arange(200) % 3 == 0, 500, 20))
     assert [limit for limit, *_ in asked[:2]] == [128, 128]
-
-
-def test_a_pool_of_threads_has_so_many_workers():
-    with threads(1) as pool:
-        assert (pool.workers, pool.on_cpu) == (1, jax.devices()[0].platform == "cpu")
 
 
 def test_a_worker_of_a_cluster_keeps_what_it_finds(tmp_path, monkeypatch):
@@ -487,16 +414,6 @@ def test_interrupted_and_resumed(tmp_path, capsys, monkeypatch):
         sb.ensemble(stop_scene(R=0.7), values, ["stopping_time"], directory=folder)
     with pytest.raises(sb.InputError, match="holds other files"):
         sb.ensemble(stop_scene(), values, ["stopping_time"], directory=tmp_path)
-
-
-def test_expected_cost_is_a_fit_and_sorts():
-    x = np.random.default_rng(0).uniform(-1, 1, (500, 3)) * [1.0, 1e3, 0.0]
-    steps = np.exp(2.0 + 0.5 * x[:, 0] - 0.3e-6 * x[:, 1] ** 2)
-    known = _ensemble.spread(500, 64)
-    np.testing.assert_allclose(_ensemble.expected_cost(x, known, steps[known]), np.log(steps), atol=1e-4)
-    assert len(np.unique(known)) == 64
-    few = _ensemble.expected_cost(x, known[:3], steps[known[:3]])
-    assert np.all(np.isfinite(few))
 
 
 TIMES = ("slip_onset_time", "full_slip_time", "stopping_time")

@@ -318,10 +318,6 @@ def test_interpolant_is_exact_for_polynomials():
         assert not of_values[m][~there[m]].any()
 
 
-def test_streaks():
-    assert _scan._streaks(np.asarray([1, 1, 0, 1, 1, 1, 0], bool)).tolist() == [0, 1, 2, 0, 1, 2, 3, 0]
-
-
 def test_zeros_of_samples_and_their_refinement():
     a = np.linspace(0.02, 0.98, 200)
     functions = [

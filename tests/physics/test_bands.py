@@ -341,6 +341,7 @@ def test_laws_that_see_the_rim_see_that_of_their_own_band():
     np.testing.assert_allclose(result.series([truth.t[-1]]).rim_temperature[0], truth.y[1:, -1], rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_heat_of_the_shaft_enters_all_rims_alike():
     heat = sb.Heat(
         (sb.thermal.Lump("rims", C_RIM, ROOM, count=2),),

@@ -211,6 +211,7 @@ def test_derivatives_through_fade_by_differences():
         assert table[path] == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_a_lever_that_holds_the_speed():
     lever = sb.SpeedHold(limit=5e4)
     result = sb.simulate(disc_scene(force=lever, end=2.0))

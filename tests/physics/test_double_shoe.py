@@ -226,6 +226,7 @@ def test_all_faults_at_once():
         assert part in str(caught.value)
 
 
+@pytest.mark.slow
 def test_a_file_holds_it_and_figures_show_both_shoes(faded, tmp_path):
     text = sb.files.scene_text(faded.scene)
     again = sb.files.scene_from_text(text)

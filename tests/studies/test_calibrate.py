@@ -264,6 +264,7 @@ def test_a_bound_that_holds_the_fit_is_said():
     assert fit.as_dict()["parameters"][1]["state"] == "at_upper_bound"
 
 
+@pytest.mark.slow
 def test_events_that_the_model_does_not_have():
     data = sb.studies.Measured.of(events={"stopping_time": (0.5, 0.01)})
     bounds, weak = {F: (0.01, 0.6)}, {F: 0.011}

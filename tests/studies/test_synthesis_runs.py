@@ -128,6 +128,7 @@ def test_the_hardest_of_several_brakings_has_its_own_classical_stop(twice):
     assert duty["Q"] / one["Q"] == pytest.approx(total / found["friction work"].simulated, rel=1e-3)
 
 
+@pytest.mark.slow
 def test_no_thickness_will_do_for_a_lining_that_starts_too_hot(run):
     """No number stands for it, in words nor in JSON, nor a difference from the thickness of the run."""
     found = sb.synthesize(run, permissible=sb.formulas.Permissible(lining=293.0, back=293.15))
