@@ -224,9 +224,6 @@ def test_permissible_pressure_is_a_limit():
         sb.check(dataclasses.replace(scene, brake=without))
 
 
-# --- the duty of a run ------------------------------------------------------------------------------------------------
-
-
 def test_limit_on_what_did_not_happen(stop):
     turning, failed = sb.simulate(rigid(end=0.2)), sb.simulate(rigid(), max_steps=2, throw=False)
     for result, verdict, note in (
