@@ -26,7 +26,7 @@ PARTS = {
 
 
 def row(case) -> list[str]:
-    from hard_cases import Elsewhere
+    from oracles.hard_cases import Elsewhere
 
     if isinstance(case, Elsewhere):
         getattr(importlib.import_module(case.file), case.test)(**case.arguments)
