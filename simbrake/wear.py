@@ -15,8 +15,7 @@ from ._base._part import Part, faults_of_sizes, leaves, part, quantity, short_fo
 from ._base._quantity import Over, Scalar
 from ._phases import Phases
 from .brakes._design import Brake
-from .fade import GAS_CONSTANT, FrictionChange, TabulatedFade
-from .friction import TabulatedFriction, remembers
+from .friction import GAS_CONSTANT, FrictionChange, TabulatedFade, TabulatedFriction, remembers
 from .hybrid._arrays import Array
 from .profiles import AbstractProfile, Piece, Real
 from .thermal._heat import Heat, TransmissionPartition

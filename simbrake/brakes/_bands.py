@@ -12,8 +12,7 @@ from jaxtyping import Bool, Float, PyTree
 from .._base._faults import Fault
 from .._base._part import Part, faults_of_sizes, quantity
 from .._base._quantity import Scalar, Values
-from ..fade import AnyContact, Bounds
-from ..friction import AbstractFriction
+from ..friction import AbstractFriction, AnyContact, Bounds
 from ..hybrid._arrays import Array
 from ..profiles import Piece
 from ._band import AbstractStiffness, GivenStiffness, grip, lever_split, product, tension_ratio

@@ -9,12 +9,13 @@ from .._parts._scene import ForceDuty, Initial, Scene
 from .._run._edit import with_values
 from .._run._result import Result
 from ..brakes._pressed import DiscBrake, Pads
-from ..fade import FrictionChange, MemoryProcess
 from ..friction import (
     AbstractFriction,
     ChangingFriction,
     ConstantFriction,
+    FrictionChange,
     FrictionWithMemory,
+    MemoryProcess,
     StribeckFriction,
 )
 from ..loads import TorqueLoad

@@ -11,8 +11,7 @@ from helpers import assert_one_sided
 from stop_scenes import stop_scene
 
 import simbrake as sb
-from simbrake.fade import interpolated
-from simbrake.friction import Contact
+from simbrake.friction import Contact, interpolated
 from simbrake.hybrid import LANDED
 
 V = jnp.linspace(0.0, 13.0, 27)
