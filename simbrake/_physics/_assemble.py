@@ -15,10 +15,9 @@ from ..hybrid._arrays import Array
 from ..profiles import first_piece
 from ..thermal._heat import FrictionHeat
 from ..wear import AbstractWearRate, walls_left, worn_scene
-from ._brake import BrakeSystem, State, Wearing
+from ._brake import BrakeSystem, BrakeUnderRope, State, Wearing, under_rope
 from ._chain import Chain
 from ._elastic import ElasticBand
-from ._hook import BrakeUnderRope, under_rope
 from ._mechanism import AbstractMechanism, Mode, Pair, Sizes
 from ._rigid import PressedContact, RigidBand, RigidBands
 from ._shaft import Shaft

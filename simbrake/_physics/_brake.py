@@ -2,23 +2,25 @@
 
 import functools
 from collections.abc import Callable
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int, PyTree
+from jaxtyping import Bool, Float, PyTree
 
+from .._base._corners import lesser
 from .._base._part import leaves, parts_below
 from .._base._quantity import Characteristic
-from .._phases import AtTemperature, PhaseEnd, PhaseNow, Phases
+from .._phases import AfterTravel, AtRest, AtTemperature, PhaseEnd, PhaseNow, Phases
 from ..friction import SurfaceState, memory_at_start, memory_sizes
 from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, smallest
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, largest
 from ..hybrid._system import ENDED, Instant, variables_of
 from ..loads import AbstractLoad
-from ..profiles import AbstractProfile, FunctionProfile, Real, hides_nothing, next_known_time
+from ..profiles import AbstractProfile, FunctionProfile, Piece, Real, hides_nothing, next_known_time
+from ..rope import RopeElasticity
 from ._mechanism import (
     OPEN,
     AbstractMechanism,
@@ -37,14 +39,147 @@ from ._mechanism import (
 from ._shaft import Shaft, ShaftNow, speed_on_layer
 from ._sliding import AbstractGrip
 from ._sparsity import couplings, couplings_of_memory
-from ._state import BrakeNow, PhaseState, State, ThermalNow, Wearing, begun_anew, margin_of_phase
-from ._thermal import Conditions, Deposit, Pieces, Thermal, total
+from ._thermal import Conditions, Deposit, HeatFlows, Pieces, Thermal, total
+
+# --- state of a run ---------------------------------------------------------------------------------------------------
+
+
+#: relative rounding of a torque that balances another one
+_ROUNDING = 1e-9
+
+
+class State(NamedTuple):
+    """Angle `φ` (rad) and speed `ω` (rad/s) of the pulley, the states of the mechanism's own, the ledger, the heat
+    content of the thermal nodes over their capacity (K; `None` without heat), the thickness worn off the linings of
+    each pair (m; `None` without wear, and of a pair without), the states of the friction law of each pair (`None`
+    without any), of the phase of the duty (`None` without phases), and of a hook on an elastic rope (`None` on a rigid
+    one)."""
+
+    phi: Any
+    omega: Any
+    own: Any
+    ledger: Ledger
+    heat: Any = None
+    worn: Any = None
+    memory: Any = None
+    phase: Any = None
+    hook: Any = None
+
+
+class ThermalNow(NamedTuple):
+    """The thermal network at one instant."""
+
+    T: Array  # temperatures of the nodes with capacity (K)
+    T_junctions: Array  # of those without, friction heat included
+    flows: HeatFlows  # friction apart
+    deposits: tuple[Deposit, ...]  # of the friction heat of each pair (W)
+
+
+class BrakeNow(NamedTuple):
+    """Variables of a brake: applied loads, its mechanism (`contact`), its pairs, and the thermal network if any."""
+
+    lever_tension: Float[Array, ""]  # T_0 (N), as the lever would give it
+    lever_rate: Float[Array, ""]  # its rate (N/s)
+    load_torque: Float[Array, ""]  # M_load (N·m)
+    contact: PyTree  # a `ContactNow`
+    rubs: tuple[Rub, ...]
+    thermal: ThermalNow | None
+    shaft: ShaftNow | None = None  # torques on the shaft beside load and brake
+    rope: Any = None  # a `RopeNow`, of an elastic rope
+
+    @property
+    def net_load(self) -> Array:
+        """Torque (N·m) that the shaft leaves of the load: that on the mechanism."""
+        return self.load_torque if self.shaft is None else self.shaft.left
+
+
+class Wearing(NamedTuple):
+    """Integration of the wear depth of the linings: no rate depends on it, it is a quadrature.
+
+    - `scale` (m): typical thickness that the run wears off
+    - `turned_at`: times at which the band is turned end for end (of a duty in phases: numbers of phases that have
+      ended). `h_i` of the first pair stays that of the lining which was the `i`-th at the start; after an odd number of
+      turns it rubs where the `(n + 1 − i)`-th did
+    """
+
+    scale: Float[Array, ""]
+    turned_at: Array | None
+
+
+class Capacity(NamedTuple):
+    """Load and sliding brake at one instant, or at many: torques (N·m) in the direction in which the pulley turns.
+
+    - `load`: load torque, less the other torques on the shaft
+    - `pairs` (…, k): maximum torque of each friction pair with its kinetic friction at the speed of the pulley and the
+      temperatures of that instant: of a standard brake one, of a staged brake external, internal
+    - `settled`: whether the lever is at its last value
+    """
+
+    load: Float[Array, "*many"]
+    pairs: Float[Array, "*many pairs"]
+    settled: Bool[Array, "*many"]
+
+    @property
+    def torque(self) -> Float[Array, "*many"]:
+        """Capacity of the brake: the torque of its weaker pair (N·m)."""
+        return self.pairs.min(axis=-1)
+
+    @property
+    def outweighed(self) -> Bool[Array, "*many"]:
+        """Whether the load exceeds the torque of the sliding brake; a load that equals it keeps the speed constant."""
+        return self.load > self.torque * (1 + _ROUNDING)
+
+    @property
+    def exceeded(self) -> Bool[Array, "*many"]:
+        """Whether the load exceeds what the brake gives, now and with the final lever force."""
+        return self.settled & self.outweighed
+
+
+# --- phases of a duty -------------------------------------------------------------------------------------------------
+
+
+class PhaseState(NamedTuple):
+    """Begin of the phase that runs (s), and angle by which the pulley has turned in it (rad)."""
+
+    begun: Any
+    turned: Any
+
+
+def begun_anew(state: PhaseState, t: Array, before: Mode, after: Mode, phases: Phases) -> PhaseState:
+    """The state after a change of mode: another phase begins now, unless all are over."""
+    new = (after.phase != before.phase) & (after.phase < phases.total)
+    return PhaseState(jnp.where(new, t, state.begun), jnp.where(new, 0.0, state.turned))
+
+
+def margin_of_phase(
+    now: PhaseNow, state: PhaseState, mode: Mode, lowered: Any, hot: dict[str, Array]
+) -> Float[Array, ""]:
+    """Margin to the end of the phase that runs; 1 where a time ends it, which is a time breakpoint.
+
+    - `lowered`: travel of the hook in the phase (m);  `hot`: surface temperatures (K)
+    """
+    found = []
+    for phase in now.whole.phases:
+        end = phase.until
+        if isinstance(end, AtRest):
+            # (the pulley has moved in the phase, if only by rounding: an event at its begin takes no time)
+            found.append(jnp.where(mode.rests & (state.turned != 0), -1.0, 1.0))
+        elif isinstance(end, AfterTravel):
+            found.append(1.0 - lowered / end.distance)
+        elif isinstance(end, AtTemperature):
+            above = (largest(jnp.atleast_1d(hot[end.of])) - end.level) / 100.0
+            found.append(above if end.falling else -above)
+        else:
+            found.append(1.0)
+    return now.of_each(found)
+
+
+# --- the system -------------------------------------------------------------------------------------------------------
+
 
 #: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it
 _PASSES = 4
 
-#: piece of a given function of time
-Piece = Int[Array, ""]
 #: places among `Mode.pieces`: of the lever, the load, then of the profiles of the heat, friction, then of the shaft
 LEVER, LOAD, HEAT = 0, 1, 2
 
@@ -618,3 +753,160 @@ def _total(power: Array) -> Array:
 def piece_of(mode: Mode, which: int) -> Piece:
     """The piece on which a given function of time is; one without time breakpoints has only one."""
     return jnp.asarray(0, jnp.int32) if mode.pieces[which] is None else mode.pieces[which]
+
+
+# --- under an elastic rope --------------------------------------------------------------------------------------------
+
+
+class HookState(NamedTuple):
+    """Speed of the hook downwards (m/s), and the stretch of the rope at the hook beyond that under the weight (m).
+
+    Beyond that under the weight, so that a hook that hangs still does so exactly, whatever the rounding.
+    """
+
+    speed: Any
+    excess: Any
+
+
+class RopeNow(NamedTuple):
+    """The rope at one instant.
+
+    - `force` (N) on the hook;  `taut_force` (N): what it would be of a taut rope
+    - `stretch` (m; below 0 it is slack by that), and its `rate` (m/s)
+    - `mass` (kg) on the hook, and its `weight` (N)
+    """
+
+    force: Array
+    taut_force: Array
+    stretch: Array
+    rate: Array
+    mass: Array
+    weight: Array
+
+
+class BrakeUnderRope(BrakeSystem):
+    """A brake under a hook on an elastic rope (`RopeElasticity`).
+
+        F = k e + c ė,   ė = v − ω r/n,   m v̇ = m g − F,   J ω̇ = F r/n − c_d ω − Σ M_shaft − M_b
+
+    Taut and slack are modes, in the slack one `F = 0`; `J` is without the hook, which only the rope feels. A slack rope
+    has no energy: what is left of its stretch as its pull ends is heat of the damping, less what comes back where it
+    pulls again before that stretch has gone.
+
+    - `stiffness` `k` (N/m), `damping` `c` (N·s/m);  `excess` `e_0 − m g/k` (m) and `weight` `m g` (N) at the start
+    """
+
+    stiffness: Float[Array, ""] = eqx.field(kw_only=True)
+    damping: Float[Array, ""] = eqx.field(kw_only=True)
+    excess: Float[Array, ""] = eqx.field(kw_only=True)
+    weight: Float[Array, ""] = eqx.field(kw_only=True)
+
+    def hung(self, y: State, mode: Mode) -> tuple[State, Mode]:
+        """State and mode at the start with those of hook and rope."""
+        y = y._replace(hook=HookState(y.omega * self._per_radian(mode), self.excess))
+        return y, mode._replace(taut=(self.rope(y, mode).stretch > 0).astype(jnp.int32))
+
+    def _per_radian(self, mode: Mode) -> Any:
+        return self.load.on_layer(mode.layer).travel()
+
+    def rope(self, y: State, mode: Mode) -> RopeNow:
+        mass, weight = map(jnp.asarray, self.load.hanging(piece_of(mode, LOAD)))  # pyright: ignore
+        rate = y.hook.speed - self._per_radian(mode) * y.omega
+        force = weight + (self.stiffness * y.hook.excess + self.damping * rate)
+        stretch = weight / self.stiffness + y.hook.excess
+        return RopeNow(jnp.where(mode.taut == 1, force, 0.0), force, stretch, rate, mass, weight)
+
+    def stretched(self, y: State, mode: Mode) -> Array:
+        """Stretch of the rope since the start (m); exactly 0 of a hook that hangs still."""
+        return y.hook.excess - self.excess + (self.rope(y, mode).weight - self.weight) / self.stiffness
+
+    # --- differences from a rigid rope ------------------------------------------------------------------------------
+
+    def inertia_at(self, mode: Mode) -> Array:
+        return self.inertia
+
+    def load_torque(self, t: Array, omega: Array, mode: Mode, y: State | None = None) -> Array:
+        """Torque of the load (N·m): with the pull of the rope in the state `y`, without a state that of the weight."""
+        torque = super().load_torque(t, omega, mode)
+        if y is None:
+            return torque
+        rope = self.rope(y, mode)
+        return torque + (rope.force - rope.weight) * self._per_radian(mode)
+
+    def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
+        return super().variables(t, y, mode)._replace(rope=self.rope(y, mode))
+
+    def rates(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> State:
+        found, rope, v = super().rates(t, y, mode, z), z.rope, y.hook.speed
+        ledger, heat = found.ledger, jnp.where(mode.taut == 1, self.damping * rope.rate**2, 0.0)
+        ledger = ledger._replace(
+            load_work=ledger.load_work + rope.weight * v - rope.force * (v - rope.rate),
+            damper_heat=heat if ledger.damper_heat is None else ledger.damper_heat + heat,
+        )
+        return found._replace(ledger=ledger, hook=HookState((rope.weight - rope.force) / rope.mass, rope.rate))
+
+    def _margins_beside(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> dict[str, Array]:
+        rope = z.rope
+        longer = lesser(self.stiffness * rope.stretch, rope.taut_force)
+        margin = jnp.where(mode.taut == 1, rope.taut_force, -longer) / rope.weight
+        return {**super()._margins_beside(t, y, mode, z), "rope": margin}
+
+    def change(self, now: Instant, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
+        # (the guard of the rope is the last; what the brake does answers the pull after it)
+        taut = now.mode.taut ^ fired[-1].astype(jnp.int32)
+        return super().change(now._replace(mode=now.mode._replace(taut=taut)), fired, at_stop)
+
+    def reset(self, t: Array, y: State, before: Mode, after: Mode) -> State:
+        found, k, v = super().reset(t, y, before, after), self.stiffness, y.hook.speed
+        old, new = self.rope(y, before), self.rope(y, after)
+        pulls, still, e = _pulls(before), _pulls(after), old.stretch
+        # a rope that pulls takes another weight on slowly; what hangs on the hook brings its energy
+        excess = y.hook.excess - (1 - pulls) * (new.weight - old.weight) / k
+        follows = new.weight / k + excess
+        brought = 0.5 * (new.mass - old.mass) * v**2 + 0.5 * k * pulls * (follows**2 - e**2)
+        left = 0.5 * k * (pulls - still) * follows**2
+        ledger = found.ledger
+        ledger = ledger._replace(load_work=ledger.load_work + brought, damper_heat=ledger.damper_heat + left)
+        return found._replace(ledger=ledger, hook=HookState(v, excess))
+
+    def stored(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
+        kinetic, elastic = super().stored(t, y, mode)
+        rope = self.rope(y, mode)
+        return (
+            kinetic + 0.5 * rope.mass * y.hook.speed**2,
+            elastic + 0.5 * self.stiffness * _pulls(mode) * rope.stretch**2,
+        )
+
+    @property
+    def jumps(self) -> bool:
+        return super().jumps or self.load.added_inertia(jnp.asarray(0, jnp.int32)) is not None
+
+    # --- sizes --------------------------------------------------------------------------------------------------------
+
+    def _like(self, phi: PyTree, omega: PyTree, own: PyTree, quadrature: PyTree, *others: PyTree) -> State:
+        found = super()._like(phi, omega, own, quadrature, *others)
+        damped = found.ledger._replace(damper_heat=quadrature)
+        return found._replace(ledger=damped, hook=HookState(omega, omega))
+
+    def scales(self) -> State:
+        per_radian, sizes = jnp.asarray(self.load.travel()), self.sizes
+        hook = HookState(sizes.speed * per_radian, sizes.torque / (self.stiffness * per_radian))
+        return super().scales()._replace(hook=hook)
+
+    def couplings(self) -> State | None:
+        found, core = super().couplings(), np.asarray(CORE)
+        return None if found is None else found._replace(hook=HookState(core, core))
+
+
+def _pulls(mode: Mode) -> Array:
+    """1 of a taut rope, 0 of a slack one."""
+    return jnp.asarray(mode.taut, jnp.float64)
+
+
+def under_rope(elastic: RopeElasticity, load: AbstractLoad, piece: Piece | None) -> Callable[..., BrakeUnderRope]:
+    """The system of a load on an elastic rope, which hangs still at the start; `piece` of the load at the start."""
+    _, weight = load.hanging(jnp.asarray(0, jnp.int32) if piece is None else piece)  # pyright: ignore
+    k = elastic.at_hook(load.line_count)  # pyright: ignore
+    weight, damping = jnp.asarray(weight), jnp.asarray(elastic.damping)
+    excess = jnp.zeros(()) if elastic.stretch is None else jnp.asarray(elastic.stretch) - weight / k
+    return functools.partial(BrakeUnderRope, stiffness=k, damping=damping, excess=excess, weight=weight)

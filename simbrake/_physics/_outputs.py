@@ -11,10 +11,8 @@ from jaxtyping import Float
 from ..hybrid import smallest
 from ..hybrid._arrays import Array
 from ..thermal._heat import place_count
-from ._brake import LEVER, LOAD, BrakeSystem, piece_of
-from ._hook import BrakeUnderRope
+from ._brake import LEVER, LOAD, BrakeNow, BrakeSystem, BrakeUnderRope, Capacity, State, piece_of
 from ._mechanism import OPEN, SLIP, Mode
-from ._state import BrakeNow, Capacity, State
 
 #: places whose permissible temperature is that of their hottest node, and the events of exceeding it
 _WHOLE = {"rim": "permissible_rim_temperature", "band": "permissible_band_temperature"}

@@ -13,10 +13,8 @@ import numpy as np
 from jaxtyping import Float
 
 from .._parts._scene import Scene, has_load
-from .._physics._brake import BrakeSystem
-from .._physics._hook import BrakeUnderRope
+from .._physics._brake import BrakeSystem, BrakeUnderRope, State
 from .._physics._mechanism import BandMode, Ledger, Mode, slips
-from .._physics._state import State
 from ..brakes._design import Brake
 from ..hybrid import LANDED, Record, largest, smallest
 from ..hybrid._arrays import Array, numpy_of

@@ -14,10 +14,9 @@ from .._base._compiling import DeviceJit
 from .._base._corners import greater
 from .._base._progress import piece
 from .._physics import _outputs as capacities
-from .._physics._brake import BrakeSystem
+from .._physics._brake import BrakeNow, BrakeSystem, Capacity, State
 from .._physics._mechanism import Mode, Shown
 from .._physics._outputs import HookNow, hook_of, passing
-from .._physics._state import BrakeNow, Capacity, State
 from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array
 from ..hybrid._system import unravel

@@ -12,27 +12,114 @@ from typing import Any, TypeVar
 import jax
 import jax.numpy as jnp
 import numpy as np
+from jax.flatten_util import ravel_pytree
 from jaxtyping import Float, Int
 
-from .._base._compiling import run_device
+from .._base._compiling import DeviceJit, run_device
 from .._base._faults import InputError
+from .._base._part import leaves
 from .._base._table import Table, number
 from .._parts._scene import Scene
 from .._phases import AfterTravel, AtTemperature, Phases
-from .._physics._brake import BrakeSystem
-from .._physics._hook import BrakeUnderRope
+from .._physics._brake import BrakeSystem, BrakeUnderRope, Capacity
 from .._physics._mechanism import BrakeCode
-from .._physics._state import Capacity
-from ..hybrid import Code, Record
+from ..hybrid import LANDED, STOPPED, Code, Record
 from ..hybrid._arrays import Array
 from ..thermal._heat import node_names
-from ._kinks import notes_on_derivatives
 from ._log import FAILURES, STATUS_MESSAGES, Events, Stage, Status, failure_of, status_of
 from ._metrics import HOLDING, METRICS, Peak, energies, stored_heat, worn_thickness
 from ._probe import Entry, end_capacity, ends_of, is_traced_run, lowers_steadily, probe_at, probe_many, runs_away
 from ._report import Report, labels_of
 from ._scan import peak
 from ._series import Series, array_of_times, fault_of_times, outside, series_of
+
+# --- derivatives that exist on one side only --------------------------------------------------------------------------
+
+
+#: two events within this share of a run are nearly simultaneous
+NEAR = 1e-6
+#: a guard is grazed if it passes 0 so slowly that its size of order one would take this many runs
+GRAZE = 1e4
+
+
+def notes_on_derivatives(scene: Scene, record: Record) -> tuple[str, ...]:
+    """Jumps at the start, events that nearly coincide, simultaneous events, and events that are only just reached."""
+    return (*jumps_at_start(scene), *near_ties(record), *passages(record))
+
+
+def jumps_at_start(scene: Scene) -> list[str]:
+    """Profiles of the scene that jump exactly at its start: an earlier jump changes nothing, a later one does."""
+    start, parts = float(scene.initial.time), {leaf.path: np.asarray(leaf.value, float) for leaf in leaves(scene)}
+    found = []
+    for path, times in parts.items():
+        values = parts.get(f"{path.removesuffix('times')}values")
+        if path.endswith(".times") and values is not None and times.ndim == 1 and times.shape == values.shape:
+            here = np.flatnonzero(times == start)
+            if len(here) > 1 and np.any(values[here] != values[here[0]]):
+                found.append(f"{path}: a jump at the start: derivatives by its time are those of an earlier one, 0")
+    return found
+
+
+def near_ties(record: Record) -> list[str]:
+    """Events so close that a small change may exchange them."""
+    n = int(record.count)
+    t, kind = np.asarray(record.rows.t)[: n + 1], np.asarray(record.rows.kind)[:n]
+    at = np.flatnonzero((kind == LANDED) | (kind == STOPPED))
+    times, landed, whole = t[at + 1], kind[at] == LANDED, t[-1] - t[0]
+    found = []
+    for i in np.flatnonzero((np.diff(times) > 0) & (np.diff(times) < NEAR * whole)):
+        if landed[i] or landed[i + 1]:
+            what = "events" if landed[i] and landed[i + 1] else "an event and a corner of a given function"
+            words = f"{what} at {times[i]:.9g} s and {times[i + 1] - times[i]:.2g} s later nearly coincide"
+            found.append(f"{words}: derivatives are one-sided, valid until the two change their order")
+    return found
+
+
+def _approach(record: Record, index: Array) -> tuple[Array, Array, Array]:
+    """Times, rates (1/s) at which the guards that fired reached 0, and whether others reached 0 at the same instant.
+
+    Guards that move alike, as those of speed and slip under a steady lever, are one.
+    """
+    t, y = record.ends(index)
+    flat, span = record.flat, record.t_end - record.rows.t[0]
+
+    def one(t: Array, y: Any, i: Array) -> tuple[Array, Array]:
+        mode, fired = record.rows.mode[i], record.rows.guard[i]
+        packed = ravel_pytree(y)[0]
+        f = flat.rhs(t, packed, mode)
+        g, rate = jax.jvp(lambda t, y: flat.guards(t, y, mode), (t, packed), (jnp.ones_like(t), f))
+        normals = jnp.column_stack(jax.jacfwd(lambda t, y: flat.guards(t, y, mode), (0, 1))(t, packed))
+        size = jnp.linalg.norm(normals, axis=1)
+        alike = jnp.abs(normals @ normals[fired]) >= (1 - 1e-9) * size * size[fired]
+        together = ~alike & (rate < 0) & (jnp.abs(g) <= 1e-12 * jnp.abs(rate) * span)
+        return rate[fired], jnp.any(together)
+
+    return t, *jax.vmap(one)(t, y, index)
+
+
+_approaches = DeviceJit(_approach)
+
+
+def passages(record: Record) -> list[str]:
+    """Grazing events, and simultaneous events."""
+    record = record.compact()
+    t, kind = np.asarray(record.rows.t), np.asarray(record.rows.kind)[: int(record.count)]
+    index = np.flatnonzero(kind == LANDED)
+    if not len(index):
+        return []
+    padded = np.pad(index, (0, -len(index) % 16), mode="edge").astype(np.int32)
+    times, rates, together = (np.asarray(x)[: len(index)] for x in _approaches(record, padded))
+    whole = t[int(record.count)] - t[0]
+    slow = times[np.abs(rates) * whole * GRAZE < 1]
+    several = times[together]
+    return [
+        *(f"the event at {time:.9g} s is only just reached: a small change may remove it" for time in slow),
+        *(f"several thresholds are reached at {time:.9g} s: derivatives are one-sided there" for time in several),
+    ]
+
+
+# --- the result -------------------------------------------------------------------------------------------------------
+
 
 _last_report: Report | None = None
 #: a hook load that swings by less than this share of the weight counts as at rest

@@ -21,9 +21,8 @@ from .._base._quantity import NumberReader, Quantity, faults_of_tolerance
 from .._base._table import number
 from .._parts._scene import Scene, checked
 from .._phases import Phases
-from .._physics._brake import LEVER, LOAD, BrakeSystem
+from .._physics._brake import LEVER, LOAD, BrakeSystem, State
 from .._physics._mechanism import Label, Mode, events_of_change
-from .._physics._state import State
 from ..hybrid import AbstractMethod, Code, Record, Settings, hybridsolve
 from ..hybrid._arrays import Array
 from ..hybrid._system import pack_mode, ravel, unravel

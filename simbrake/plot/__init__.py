@@ -2,8 +2,7 @@
 
 from .._base._retired import answers
 from ._animation import animate
-from ._many import compare, sweep
-from ._materials import materials
+from ._many import compare, materials, sweep
 from ._pulley import pressed, pulley
 from ._runs import contacts, depth, duty, lining_map, stages, stop, stops, temperatures
 from ._shared import titled

@@ -29,8 +29,7 @@ from .._run._series import RENAMED, SERIES_COLUMNS, Series, flat, meaning_of_col
 from ..files._scene_file import scene_from_text, scene_text
 from ..hybrid import LANDED
 from ..thermal._network import Junction, Reservoir, Wall
-from ._columns import Variable, as_lines, from_lines, join, normalised, split
-from ._exchange import write_excel, write_matlab, written_only
+from ._exchange import Variable, as_lines, from_lines, join, normalised, split, write_excel, write_matlab, written_only
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset

@@ -8,8 +8,8 @@ from .._run._accuracy import EventError as EventError
 from .._run._accuracy import StateError as StateError
 from .._run._accuracy import accuracy as accuracy
 from .._run._duty import DutyKind as DutyKind
-from .._run._errors import AnswerAccuracy as AnswerAccuracy
 from .._run._linings import Overlap as Overlap
+from .._run._linings import RingWear as RingWear
 from .._run._linings import RunningIn as RunningIn
 from .._run._linings import friction_work as friction_work
 from .._run._linings import geometric_overlap as geometric_overlap
@@ -17,6 +17,7 @@ from .._run._linings import lining_mean as lining_mean
 from .._run._linings import lining_peak as lining_peak
 from .._run._linings import lining_wear as lining_wear
 from .._run._linings import overlap as overlap
+from .._run._linings import ring_wear as ring_wear
 from .._run._log import EVENTS as EVENTS
 from .._run._log import FAILURES as FAILURES
 from .._run._log import Event as Event
@@ -44,10 +45,9 @@ from .._run._series import SERIES_COLUMNS as SERIES_COLUMNS
 from .._run._series import PairSeries as PairSeries
 from .._run._series import Series as Series
 from .._run._simulate import Answer as Answer
+from .._run._simulate import AnswerAccuracy as AnswerAccuracy
 from .._run._simulate import Prepared as Prepared
 from .._run._simulate import prepare as prepare
-from .._run._travel import RingWear as RingWear
-from .._run._travel import ring_wear as ring_wear
 from .._run._verdict import Verdict as Verdict
 from .._run._verdict import VerdictRow as VerdictRow
 from .._run._verdict import verdict as verdict

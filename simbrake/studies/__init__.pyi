@@ -3,8 +3,6 @@ from ._calibration import FixedNumber as FixedNumber
 from ._calibration import Outcome as Outcome
 from ._calibration import State as State
 from ._calibration import calibrate as calibrate
-from ._curvature import Hessian as Hessian
-from ._curvature import hessian as hessian
 from ._ensemble import ensemble as ensemble
 from ._ensemble import sweep as sweep
 from ._evaluator import Evaluator as Evaluator
@@ -20,8 +18,10 @@ from ._lining_life import LiningLife as LiningLife
 from ._lining_life import lining_life as lining_life
 from ._measured import Measured as Measured
 from ._measured import read_measured as read_measured
+from ._sensitivity import Hessian as Hessian
 from ._sensitivity import Sensitivity as Sensitivity
 from ._sensitivity import SensitivityTable as SensitivityTable
+from ._sensitivity import hessian as hessian
 from ._sensitivity import sensitivity as sensitivity
 from ._spread import FRICTION as FRICTION
 from ._spread import KnownSpread as KnownSpread

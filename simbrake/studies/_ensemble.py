@@ -29,11 +29,18 @@ from .._parts._scene import Scene, faults, require_scene
 from .._physics._mechanism import Label
 from .._run._choice import stiffness
 from .._run._edit import with_values
-from .._run._errors import errors_between, second_rtol
 from .._run._log import FAILURES, status_of
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._metrics import ENERGIES, METRICS, identity_of, metric_names
-from .._run._simulate import check_limits, require_64_bits, require_compiling, solver_for, solver_name
+from .._run._simulate import (
+    check_limits,
+    errors_between,
+    require_64_bits,
+    require_compiling,
+    second_rtol,
+    solver_for,
+    solver_name,
+)
 from ._chunks import Pool, Store, Task, interruptible, threads
 from ._evaluator import (
     ABOUT,

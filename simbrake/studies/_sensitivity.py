@@ -322,3 +322,99 @@ def _corrected(
     if slope.value != derivative:  # (a list as a whole: by the mean of its entries)
         elasticity = slope.value * p / value if value else np.nan
     return (p, slope.value, elasticity), slope.note
+
+
+# --- second derivatives -----------------------------------------------------------------------------------------------
+
+
+#: halvings of the step, each of which removes one power of its square from the error
+_HALVINGS = 3
+
+
+class Hessian(NamedTuple):
+    """Second derivatives of a metric: `matrix` (k, k) `∂²M/∂p_i ∂p_j`, of the numbers named in `paths` (k,).
+
+    - `value` `M`;  `gradient` (k,) `∂M/∂p_i`
+    - `error` (k, k): estimate from the last two extrapolations, and from the asymmetry of the matrix
+
+    Example:
+        >>> found = sb.studies.hessian(scene, "stopping_angle", "initial.omega")
+        >>> round(float(found.gradient[0]), 4), round(float(found.matrix[0, 0]), 4)
+        (1.2577, 0.0524)
+    """
+
+    paths: tuple[str, ...]
+    value: float
+    gradient: np.ndarray
+    matrix: np.ndarray
+    error: np.ndarray
+
+
+def hessian(
+    scene: Scene,
+    metric: Metric,
+    paths: str | Sequence[str],
+    *,
+    step: float = 0.02,
+    rtol: float = 1e-12,
+    solver: Solver | None = None,
+) -> Hessian:
+    """Second derivatives of a metric with respect to parameters of a scene, through every event of its run.
+
+    `∂²M/∂p_i ∂p_j ≈ (g_j(p + h e_i) − g_j(p − h e_i))/2h` of the exact gradient `g`, for `h`, `h/2`, `h/4`, and
+    extrapolated to `h → 0` (Richardson: the error is `O(h⁶)`).
+
+    - `metric`: a metric's name or a function of a `Result` to a number;  `paths`: as `wrt` of `sensitivity`
+    - `step`: first `h`, as a share of each number;  `rtol`, `solver`: as for `simulate`
+
+    Raises `InputError` for unknown paths and metrics, for a number that is 0, and where a run at `p ± h` has another
+    sequence of events: the metric has no second derivative across that; `SimulationError` where the run fails.
+    Source: Richardson, Phil. Trans. R. Soc. A 210 (1911).
+
+    Example:
+        >>> found = sb.studies.hessian(scene, "stopping_angle", "initial.omega")
+        >>> found.matrix.shape
+        (1, 1)
+    """
+    metrics = Metrics((metric,))
+    check_metrics(scene, metrics.asked)
+    chosen = chosen_leaves(leaves(scene), paths)
+    place = Paths(tuple(leaf.path for leaf in chosen), tuple(np.shape(leaf.value) for leaf in chosen))
+    x = np.concatenate([np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen])
+    names = tuple(
+        leaf.path + "".join(f"[{i}]" for i in index) for leaf in chosen for index in np.ndindex(np.shape(leaf.value))
+    )
+    found = Faults(Fault(name, "is 0", "leave it out") for name, number in zip(names, x, strict=True) if number == 0)
+    found.unless(0 < step < 1, "step", step, "0 < step < 1")
+    found.report()
+    run = Evaluator(scene, place, metrics, size=1, reverse=x.size > 1, rtol=rtol, solver=solver)
+    base = run.result()
+    check_happened(metrics, values_of(base, metrics))
+    usual, moves = modes_of(base), np.diag(step * np.abs(x))
+    for name, move in zip(names, moves, strict=True):
+        for moved in (x - move, x + move):
+            *_, words = end_of_range(run, with_values(scene, place.values(moved)), metrics, usual)
+            found += [Fault(name, f"{words} within a step of {step:g}", "give a smaller step")] if words else []
+    found.report()
+    run.like(base)
+
+    def gradient(at: np.ndarray) -> np.ndarray:
+        slopes = run(at)
+        if slopes.code != 0 or not np.all(np.isfinite(slopes.jacobian)):
+            raise InputError([Fault("step", "the metric has no derivative within it", "give a smaller step")])
+        return slopes.jacobian[0]
+
+    rows, errors = [], []
+    for move in moves:
+        table: list[np.ndarray] = []
+        for part in 0.5 ** np.arange(_HALVINGS):
+            entry = [(gradient(x + part * move) - gradient(x - part * move)) / (2 * part * np.sum(move))]
+            for k, coarser in enumerate(table, 1):
+                entry.append(entry[-1] + (entry[-1] - coarser) / (4**k - 1))
+            before, table = table, entry
+        rows.append(table[-1])
+        errors.append(np.abs(table[-1] - before[-1]))
+    matrix = np.stack(rows)
+    error = np.maximum(np.stack(errors), np.abs(matrix - matrix.T) / 2)
+    value = float(values_of(base, metrics)[0])
+    return Hessian(names, value, gradient(x), (matrix + matrix.T) / 2, error)

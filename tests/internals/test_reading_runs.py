@@ -16,9 +16,9 @@ from simbrake._physics import _chain, _mechanism, _sprung
 from simbrake._physics._mechanism import BrakeCode, Label
 from simbrake._run import _log, _report, _scan
 from simbrake._run._duty import Stop, rows_of
+from simbrake._run._linings import overlaps
 from simbrake._run._log import Phase
 from simbrake._run._measure import check_metrics, happened, measure, name_of, unit_of
-from simbrake._run._travel import overlaps
 from simbrake.hybrid import Code
 from simbrake.results import METRICS, BandMode, Status, metric_names
 
