@@ -111,7 +111,7 @@ def test_importing_loads_nothing_that_a_run_does_not_need():
     assert found.stdout.strip() == "[]"
 
 
-def test_public_packages_load_their_modules_with_the_names_that_are_used():
+def test_public_packages_load_names_when_used():
     program = "import sys, simbrake.formulas as f; print([n for n in ('jax', 'numpy', 'scipy') if n in sys.modules]); "
     program += "print('fourier_number' in dir(f), f.fourier_number(1e-5, 1.0, 0.01) > 0); "
     program += "import simbrake as sb; print(sb.formulas is f, sb.formulas.fourier_number is f.fourier_number)"

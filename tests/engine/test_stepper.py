@@ -204,7 +204,7 @@ def warmed():
     return sb.Scene(brake, sb.Duty(8e3, sb.TorqueLoad(0.0)), sb.Initial(0.0), 100.0, heat)
 
 
-def test_heat_goes_on_at_rest_and_a_step_that_fails_changes_nothing():
+def test_a_step_that_fails_changes_nothing():
     stepper = sb.Stepper(warmed(), inputs=["lever"])
     for k in range(5):
         stepper.advance(10.0, lever=8e3 + k)

@@ -288,7 +288,7 @@ CASES: list[Case | Elsewhere] = [
               "test_reversed_load_while_held_lets_go_the_other_way",
               "restart where the load passes −R_b T_0 (1 − 1/Π): 1e-11"),
     Elsewhere("speed through zero", "the load stops the pulley and drives it back", "test_modes",
-              "test_speed_through_zero_under_a_load_that_the_brake_cannot_hold",
+              "test_speed_through_zero",
               "deceleration both ways in closed form: 1e-9"),
     Case("limit cycle: stick and slip of a lining", "the slip speed passes zero in every cycle", limit_cycle),
     Case("limit cycle with Stribeck friction", "friction that falls with speed feeds the swing", stribeck_cycle,

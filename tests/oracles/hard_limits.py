@@ -198,7 +198,7 @@ CASES: list[Case | Elsewhere] = [
               "test_self_locking_reached_by_heat_is_an_event_or_a_code",
               "event `self_locking` (elastic), code `singular_geometry` (rigid), at the same time: 1e-9"),
     Elsewhere("f·tan(β/2) > 1 from the start", "no limit exists for that lining", "test_modes",
-              "test_self_locking_lining_is_an_error_on_a_rigid_band_and_a_warning_on_an_elastic_one",
+              "test_a_lining_that_locks_itself",
               "`InputError` (rigid); warning, and the stop of a bonded band to 1e-10 (elastic)"),
     Case("f → 0", "full slip without any torque; Π − 1 cancels", no_friction),
     Case("wrap → 2π", "the whole pulley is covered; more is rejected", full_turn),

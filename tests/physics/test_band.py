@@ -133,7 +133,7 @@ def test_infeasible_layouts_say_so(call):
         call()
 
 
-def test_equal_increments_reach_as_far_as_the_first_lining_locks_itself():
+def test_reach_of_equal_increments():
     """At `f z_1 = 1` the linings have `1/(f z_i) = 2i − 1`: their angles are the widest wrap."""
     f, n = 0.4, 4
     most = sum(2 * math.atan(1 / (f * (2 * i - 1))) for i in range(1, n + 1))

@@ -146,7 +146,7 @@ def test_geometries_stretch_alike():
     assert stretch[0] == pytest.approx(stretch[1], rel=1e-12)
 
 
-def test_at_rest_the_load_is_held_and_shared_as_the_maximum_torque(stopped):
+def test_sharing_of_a_load_at_rest(stopped):
     static = [r * f for r, f in zip(RATIO, FRICTION, strict=True)]
     slack = shares() * T0
     most = np.array([T * (ratios(f, a).prod() - 1) for T, f, a in zip(slack, static, ANGLES, strict=True)])
@@ -365,7 +365,7 @@ def test_a_lever_that_holds_the_speed_pulls_for_all_bands():
 
 
 @pytest.mark.slow
-def test_friction_of_the_pressure_on_one_band_by_its_own_recursion():
+def test_pressure_on_one_band():
     factor, p_r, m = FRICTION[0], 5e5, 0.3
     law = sb.friction.ProductFriction(sb.ConstantFriction(factor), (sb.friction.PressureFactor(p_r, m),))
     result = sb.simulate(scene((lined(0, law=law, share=1.0), lined(1, share=1.0))))
@@ -382,7 +382,7 @@ def test_friction_of_the_pressure_on_one_band_by_its_own_recursion():
 
 
 @pytest.mark.slow
-def test_a_run_ends_where_the_linings_of_one_band_leave_their_table():
+def test_one_band_leaves_its_table():
     table = sb.friction.TabulatedFade([250.0, 320.0], [1.0, 0.9])
     scene = hot_scene(end=20.0)
     law = sb.friction.ProductFriction(sb.ConstantFriction(0.3), (table,))

@@ -81,7 +81,7 @@ def test_elongation_of_separate_linings_against_quadrature(make, k, halved):
 
 
 @pytest.mark.parametrize("split", [0.0, 2.9, math.radians(400.0)])
-def test_elongation_of_a_continuous_lining_beyond_a_full_turn_against_quadrature(split):
+def test_more_than_a_full_turn_against_quadrature(split):
     wrap, f = math.radians(400.0), 0.2
     tongue, slot = BOND, 0.6 * E1 * A1 / R0 + E2 * 0.4 * A2 / R0_
     pieces = [(f, split, tongue), (f, wrap - split, slot)]
@@ -169,7 +169,7 @@ def test_a_scene_with_geometry_is_the_scene_with_that_number():
     assert sb.brakes.stiffness_of(stop_scene(C=None).brake) is None
 
 
-def test_a_law_of_the_temperature_gives_the_friction_at_the_start():
+def test_stiffness_under_a_law_of_temperature():
     law = sb.friction.ProductFriction(sb.ConstantFriction(0.4), (sb.LinearFade(1e-3, 300.0),))
     brake = stop_scene(C=plates(), law=law).brake
     hot = stop_scene(C=plates(), f=0.4 * (1 - 1e-3 * 100.0)).brake

@@ -74,7 +74,7 @@ def test_a_contact_is_opened_by_the_lever(staged):
 
 
 @pytest.mark.slow
-def test_derivatives_by_the_time_and_the_resistance_of_a_contact_that_opens():
+def test_derivatives_of_a_contact_that_opens():
     def end(x):
         resistance, opens_at = x
         contact = ThermalContact("rim", "linings", 0.1, resistance, opens=True)

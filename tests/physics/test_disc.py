@@ -109,7 +109,7 @@ def test_uniform_pressure_has_the_greater_radius():
         np.testing.assert_allclose(pressure.share(r, R_I), profile(r) / profile(R_I * np.ones(1)), rtol=1e-13)
 
 
-def test_restart_where_the_load_exceeds_the_static_limit_and_release():
+def test_restart_and_release():
     load = sb.PiecewiseLinear([0.0, 9.0], [0.0, 3 * TORQUE])
     result = sb.simulate(disc_scene(omega=0.0, load=load, end=5.0))
     restart = 9.0 * RATIO / 3
@@ -152,7 +152,7 @@ def test_fade_and_wear_against_scipy(faded):
     np.testing.assert_allclose(sb.results.friction_work(faded), float(faded.energy["friction_heat"]) / N, rtol=1e-9)
 
 
-def test_pads_of_different_friction_have_temperatures_and_wear_of_their_own():
+def test_pads_of_different_friction():
     law = sb.friction.ProductFriction(
         sb.ConstantFriction(np.array([0.3, 0.4, 0.4, 0.5])), (sb.LinearFade(slope=2e-3, above=273.15),)
     )

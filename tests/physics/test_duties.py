@@ -135,7 +135,7 @@ def test_one_wall_for_all_linings_is_the_mean_of_walls_for_each():
     assert all(float(run.energy["heat_closure"]) < 1e-12 for run in runs)
 
 
-def test_interface_without_capacity_shares_friction_heat_by_effusivity():
+def test_interface_shares_heat_by_effusivity():
     """Friction heat given to a junction between two walls: the share that they find by themselves is Charron's."""
     steel, lining = sb.Material(45.0, 7850.0, 480.0), sb.Material(0.8, 2000.0, 1100.0)
     growth = sb.thermal.layer_growth(5e-6, 0.03, 60)

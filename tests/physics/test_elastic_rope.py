@@ -257,7 +257,7 @@ def test_stiff_ropes_tend_to_the_rigid_one():
 
 
 @pytest.mark.slow
-def test_balances_with_layers_dry_friction_heat_and_an_elastic_band():
+def test_balances_with_everything_coupled():
     heat = sb.lumped_heat(rim=4e5, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=60.0)
     shaft = (sb.loads.BearingFriction(500.0), sb.loads.TackleLoss(0.9), sb.loads.EddyCurrentBrake(2e3, 10.0))
     plain = scene(c=2e4, C=4e5, rope=RopeLayers(0.04, 4.0, 4.5), T0=16e3)

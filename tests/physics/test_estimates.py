@@ -33,7 +33,7 @@ def test_the_classical_stop_is_the_closed_form_of_full_slip():
     assert sb.formulas.classical_stop(scene).time == pytest.approx(800.0 * 20.0 / (M - 5e3 + 100.0 * 10.0), rel=1e-12)
 
 
-def test_a_scene_alone_has_every_estimate_and_no_simulated_number():
+def test_estimates_of_a_scene_alone():
     table = sb.estimates(stop_scene(C=None), sb.formulas.EstimateData(track_area=1.0, lining_area=0.7))
     assert table["friction work"].value == pytest.approx(0.5 * 800.0 * 20.0**2)
     assert {row.simulated for row in table} == {None}
@@ -104,7 +104,7 @@ def test_a_scene_without_a_classical_stop_says_so(scene, word):
         sb.estimates(scene())
 
 
-def test_too_large_linings_and_numbers_of_another_brake_are_refused():
+def test_numbers_of_another_brake_are_refused():
     scene = stop_scene(C=None)
     with pytest.raises(sb.InputError, match="of the track"):
         sb.estimates(scene, sb.formulas.EstimateData(track_area=1.0, lining_area=1.2))

@@ -440,7 +440,7 @@ def test_a_custom_law_ends_with_the_table_in_it():
         sb.check(scene("rigid band", lambda n: Faded(sb.friction.TabulatedFade([400.0, 300.0], [1.0, 1.0]))))
 
 
-def test_a_band_whose_friction_has_states_is_not_turned_within_a_run():
+def test_a_band_with_states_is_not_turned():
     law = FrictionWithMemory(F, (MemoryProcess(0.9, rate=1.0),))
     for name in ("turned_at", "turned_after"):
         start = scene("rigid band", lambda n: law, wear=sb.Wear(WEAR, **{name: 1.0}))

@@ -73,7 +73,7 @@ def test_a_stop_with_oil_on_two_linings_and_its_derivatives():
 
 
 @pytest.mark.slow
-def test_a_lost_lining_is_found_by_its_number_without_compiling_again():
+def test_a_lost_lining_compiles_nothing():
     """Which lining is a number: all of them lower the torque alike on a rigid band."""
     law = ChangingFriction(MU, (FrictionChange(jump(0.2, 0.0), 1.0), FrictionChange(jump(1.0, 0.5), [2, 5])))
     run = sb.prepare(scene(law), ["stopping_time"])

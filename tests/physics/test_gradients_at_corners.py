@@ -62,7 +62,7 @@ LAWS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["Stribeck", "takes |v|", pytest.param("table", marks=pytest.mark.slow)])
-def test_stop_under_a_law_with_a_slope_at_rest_against_quadrature(name):
+def test_a_law_with_a_slope_at_rest(name):
     """Rigid band, no load: `t = ∫ J dω/(R T_0 (Π(f(R ω)) − 1))`, so that `T_0 ∂t/∂T_0 = −t`."""
     law, v_s, share = LAWS[name]
 
@@ -180,7 +180,7 @@ def test_the_next_known_time_is_that_of_one_profile():
 
 
 @pytest.mark.parametrize("C", [None, 2e5])
-def test_a_brake_at_rest_is_not_let_go_between_two_breakpoints_at_one_instant(C):
+def test_two_breakpoints_at_one_instant_at_rest(C):
     """Lever and load change together, up, down, and with the lever let go: held before and after is held all along."""
     times = np.array([1.0, 1.0, 2.0, 2.0, 3.0, 3.0])
     lever = sb.PiecewiseLinear(times, np.array([4e3, 8e3, 8e3, 4e3, 4e3, 0.0]))

@@ -95,7 +95,7 @@ def test_layered_rim_with_fade_against_scipy():
 
 
 @pytest.mark.slow
-def test_a_surface_layer_of_a_micrometre_gets_the_implicit_method_and_the_same_answer():
+def test_a_surface_layer_of_a_micrometre():
     growth = sb.thermal.layer_growth(1e-6, 0.028, 20)
     result = layered_result(growth)
     assert result.method_name == "Rodas5P"
@@ -153,7 +153,7 @@ def stopping_time(f, slope, capacity):
 
 
 @pytest.mark.slow
-def test_heat_transmission_divides_the_heat_by_the_temperature_of_the_metal():
+def test_heat_transmission_by_metal_temperature():
     """Of bodies that stay as hot as they are: `a = K_1/(K_1 + K_2)` of V by hand, halfway between two rows."""
     law = sb.thermal.TransmissionPartition(
         np.array([400.0, 600.0]),
@@ -173,7 +173,7 @@ def test_heat_transmission_divides_the_heat_by_the_temperature_of_the_metal():
     np.testing.assert_allclose(shares, np.array([K_1, K_2]) / (K_1 + K_2), rtol=1e-9)
 
 
-def test_the_share_of_the_heat_may_differ_from_lining_to_lining_of_one_rim():
+def test_shares_of_heat_of_single_linings():
     """The heat of a lining is in proportion to `T_i − T_{i−1}`, a geometric series along the band."""
     shares, f = np.linspace(0.4, 0.9, N), 0.35
     energy = sb.simulate(rigid_stop(sb.ConstantFriction(f), lump(share=shares, linings=1e4))).energy
@@ -186,7 +186,7 @@ def test_the_share_of_the_heat_may_differ_from_lining_to_lining_of_one_rim():
 
 
 @pytest.mark.parametrize("solver", [diffrax.Dopri8(), pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)])
-def test_stop_with_an_adiabatic_lump_against_quadrature(solver):
+def test_an_adiabatic_lump_against_quadrature(solver):
     result = fade_stop(solver=solver)
     assert result.metrics["stopping_time"] == pytest.approx(stopping_time(0.35, 2e-3, 2e4), rel=1e-10)
     assert result.metrics["peak_rim_temperature"] == pytest.approx(sb.thermal.ROOM + 0.5 * J * W0**2 / 2e4, rel=1e-12)

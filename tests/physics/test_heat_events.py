@@ -73,7 +73,7 @@ def test_self_locking_reached_by_heat_is_an_event_or_a_code():
 
 
 @pytest.mark.slow
-def test_a_held_staged_brake_that_comes_to_lock_itself_ends_there_and_does_not_slip():
+def test_a_held_staged_brake_locks_itself():
     """All bodies warm at 4 K/s; at `f(T) tan(β/2) = 1` of the outer pair its tensions have no end."""
     rising = sb.friction.ProductFriction(
         sb.ConstantFriction(1.8), (sb.friction.TabulatedFade(np.array([250.0, 350.0, 900.0]), np.array([0.9, 1, 2.5])),)
@@ -95,7 +95,7 @@ def test_a_held_staged_brake_that_comes_to_lock_itself_ends_there_and_does_not_s
 
 
 @pytest.mark.slow
-def test_a_table_that_is_left_ends_the_run_or_is_refused_before_it():
+def test_a_table_that_is_left():
     def law(*T):
         return sb.friction.ProductFriction(
             sb.ConstantFriction(0.3), (sb.friction.TabulatedFade(np.asarray(T), np.asarray([1.0, 0.8])),)

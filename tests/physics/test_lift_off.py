@@ -180,7 +180,7 @@ def test_a_stop_with_falling_grip_against_scipy(mass, w0):
 
 
 @pytest.mark.slow
-def test_derivative_of_the_stop_by_the_mass_is_that_of_scipy_s_differences():
+def test_derivative_of_the_stop_by_the_mass():
     def times(x):
         result = sb.simulate(with_masses(staged.stop(w0=40.0), x[0]), rtol=1e-12, max_steps=256)
         return jnp.stack([result.external_lock_time, result.stopping_time])

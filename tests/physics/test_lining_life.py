@@ -83,7 +83,7 @@ def test_the_best_turn_of_equal_linings_is_at_half_of_the_life(braking):
     assert never.brakings == pytest.approx(life.unturned, rel=1e-12)
 
 
-def test_a_turned_brake_has_all_that_goes_with_the_band_from_the_other_end():
+def test_what_goes_with_a_turned_band():
     law = sb.friction.ProductFriction(
         sb.ConstantFriction(np.array([0.3, 0.28, 0.33, 0.25])),
         (sb.friction.TabulatedFade([300.0, 400.0, 500.0, 600.0], [1.0, 0.9, 0.8, 0.7]),),
@@ -101,7 +101,7 @@ def test_a_turned_brake_has_all_that_goes_with_the_band_from_the_other_end():
         sb.wear.turned_scene(ws.wearing(staged_scenes.stop(), sb.Wear(1e-14)))
 
 
-def test_equal_loads_of_z_reduce_the_non_uniformity_by_the_factor_computed(braking):
+def test_equal_loads_of_z_level_the_wear(braking):
     """`N_n/N_1 = μ^(n−1)` for the uniform pitch, 1 for equal loads, over the whole life; and the gain in brakings."""
     angle = np.asarray(sb.layouts.equal_load_angles(ws.F, ws.N, ws.N * ws.BETA).angle)
     fz = ws.F * math.tan(ws.BETA / 2)

@@ -15,7 +15,7 @@ import simbrake as sb
 # --- the materials ----------------------------------------------------------------------------------------------------
 
 
-def test_every_number_of_the_library_has_a_source_and_lies_in_its_range():
+def test_numbers_of_the_library():
     printed = {"steel_20L": 47.8, "magnesium_alloy": 79.1, "brass": 109.0, "aluminium_alloy": 163.0}  # V, table 1
     assert {name: sb.formulas.rim_material(name).numbers["conductivity"] for name in printed} == printed
     for table, maker in (
@@ -42,7 +42,7 @@ def test_a_number_of_a_material_can_be_given():
         sb.formulas.rim_material("brass", solidus=-1.0)
 
 
-def test_wear_is_constant_up_to_the_threshold_and_follows_arrhenius_above():
+def test_wear_of_lining_materials():
     law = sb.wear.ThresholdWear(2e-14, 500.0, 40e3)
     cold, there, hot = (float(law(None, None, np.asarray(T))) for T in (300.0, 500.0, 650.0))
     assert (cold, there) == (2e-14, 2e-14)

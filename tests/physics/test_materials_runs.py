@@ -78,7 +78,7 @@ def test_without_heat_the_scene_runs_once_and_wear_adds_up():
 
 
 @pytest.mark.slow
-def test_simulated_wear_lies_between_that_of_the_coldest_and_the_hottest_lining():
+def test_simulated_wear_is_within_its_bounds():
     scene = whole_scene()
     scene = dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, flash=None))
     keen = sb.formulas.lining_material("retinax", wear_threshold=ROOM, wear_activation=60e3)

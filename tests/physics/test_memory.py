@@ -410,7 +410,7 @@ def test_what_the_rates_read():
     assert reads(Recovering(), 4, T=True, p=True) == (False, False, False)  # the coefficients read the memory alone
 
 
-def test_a_law_without_states_costs_nothing_and_one_with_them_what_it_has():
+def test_a_law_without_states_costs_nothing():
     plain, timed = (sb.simulate(disc(law)).record.y_end for law in (sb.ConstantFriction(F), Timed()))
     assert len(jax.tree.leaves(timed)) == len(jax.tree.leaves(plain)) + 1
     assert plain.memory is None

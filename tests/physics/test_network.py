@@ -232,7 +232,7 @@ def test_repeated_stops_of_a_lump():
     np.testing.assert_allclose(run.temperature[1:, 0] - 300.0, [40.0, 139.487655972995, 190.802296902655], rtol=1e-7)
 
 
-def test_a_junction_is_the_limit_of_a_small_capacity_and_may_radiate():
+def test_a_junction_is_a_small_capacity():
     def heat(middle):
         return sb.Heat(
             (sb.thermal.Lump("a", 100.0, 800.0), middle, sb.thermal.Reservoir("air", 300.0)),
@@ -248,7 +248,7 @@ def test_a_junction_is_the_limit_of_a_small_capacity_and_may_radiate():
 
 
 @pytest.mark.slow
-def test_steady_state_of_a_network_with_radiation_is_where_long_cooling_ends():
+def test_steady_state_ends_long_cooling():
     heat = sb.Heat(
         (
             sb.thermal.Lump("rim", 5e3, 700.0),
@@ -302,7 +302,7 @@ def test_a_thin_surface_node_costs_at_most_three_times_the_steps():
 
 
 @pytest.mark.slow
-def test_gradients_by_the_points_of_a_source_with_an_implicit_method():
+def test_gradients_by_the_points_of_a_source():
     """`Σ C ΔT = ∫ P dt`: by the values of `P` the weights of the trapezoidal rule, by a time its derivative."""
     C = np.array([2.0, 5.0])
 
@@ -453,7 +453,7 @@ def test_linings_cover_a_surface_while_the_band_is_closed(kind):
     assert end(1.0) == pytest.approx(truth(area), rel=1e-9)
 
 
-def test_walls_side_by_side_and_lumps_between_them_exchange_no_heat():
+def test_walls_side_by_side():
     """Three copies of a wall, a wall of one layer and lumps, each heated by itself: what each took stays in it."""
     bodies = (
         sb.thermal.Lump("before", 500.0),
@@ -479,7 +479,7 @@ def test_walls_side_by_side_and_lumps_between_them_exchange_no_heat():
     assert float(run.closure) < 1e-12
 
 
-def test_perfect_contacts_of_two_lumps_at_one_face_are_an_input_error():
+def test_two_lumps_at_one_face():
     bodies = (sb.thermal.Wall("w", STEEL, 0.02, 1.0, 2), Lump("a", 10.0), Lump("b", 10.0, 350.0))
     links = (ThermalContact("w.front", "a", 1.0), ThermalContact("b", "w.front", 1.0))
     with pytest.raises(sb.InputError, match=r"heat\.links: perfect contacts at w\.front hold a and b together"):

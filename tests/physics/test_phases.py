@@ -94,7 +94,7 @@ def test_two_cycles_are_those_of_scipy_with_events(two_cycles):
 
 
 @pytest.mark.slow
-def test_a_phase_ended_by_travel_has_the_time_of_free_fall_and_its_derivatives(two_cycles):
+def test_a_phase_ended_by_travel(two_cycles):
     # s = M t²/(2 J) PER_RAD: t = √(2 s J/(M PER_RAD)),  dt/ds = 1/v
     m = EMPTY + STRING
     J, M = J_P + m * PER_RAD**2, m * G * PER_RAD
@@ -174,7 +174,7 @@ def test_a_faded_stop_ends_its_phase_when_it_rests():
 
 
 @pytest.mark.slow
-def test_a_phase_ends_at_a_temperature_also_at_once_and_on_the_way_down():
+def test_a_phase_ended_by_a_temperature():
     # drag at a held speed heats the rim with M ω: T = T_0 + M ω t/C
     drag = sb.SpeedHold(100e3)
     level = T_0 + 30.0
@@ -222,7 +222,7 @@ def test_ends_at_one_instant_are_all_passed():
 
 
 @pytest.mark.slow
-def test_a_lever_that_is_no_straight_line_runs_from_the_start_of_its_phase():
+def test_a_curved_lever_in_a_phase():
     rise = sb.profiles.ExponentialRise(PULL, 0.4)
     lower = Phase(0.0, "1.5 s")
     result = sb.simulate(dataclasses.replace(SCENE, duty=sb.Duty(Phases((lower, Phase(rise, "rest"))), LOAD)))

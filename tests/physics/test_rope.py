@@ -97,7 +97,7 @@ def test_rope_that_is_wound_up_again_and_rope_that_ends():
 
 
 @pytest.mark.slow
-def test_elastic_staged_and_resolved_brakes_keep_their_balance_over_layers():
+def test_every_brake_keeps_its_energy_over_layers():
     import chain_scenes
     import staged_scenes as staged
 

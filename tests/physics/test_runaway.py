@@ -84,7 +84,7 @@ def test_message_names_both_torques():
 
 
 @pytest.mark.slow
-def test_friction_is_that_of_the_speed_and_the_temperature_of_the_end():
+def test_capacity_at_the_speed_of_the_end():
     law = sb.StribeckFriction(static_coefficient=0.35, kinetic_coefficient=0.2, stribeck_speed=30.0)
     result = sb.simulate(stop_scene(law=law, C=None, load=6e4, end=0.3))
     v = R * float(result.record.y_end.omega)
@@ -130,7 +130,7 @@ def test_staged_brake_holds_what_its_weaker_pair_does():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("sense", [-1, pytest.param(1, marks=pytest.mark.slow)])
-def test_resolved_bandage_holds_what_each_lining_does_at_its_weaker_pair(sense):
+def test_capacity_of_a_resolved_bandage(sense):
     """Linings 1 and 2 slide on the rim, lining 3 with its strong rim on the band: a walk along the band by hand."""
     f_int, preload, T_0 = np.array([0.1, 0.15, 0.9]), 1500.0, 2e3
     angle = math.radians(50.0)

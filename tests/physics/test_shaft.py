@@ -67,7 +67,7 @@ def test_stop_on_three_laws_and_its_derivatives(derived):
     assert float(result.record.y_end.omega) == 0.0
 
 
-def test_eddy_current_brake_after_kloss_with_an_excitation_that_jumps():
+def test_eddy_current_brake_after_kloss():
     """`t = ∫ J (ω² + ω_m²)/(2 e² M_m ω ω_m) dω` between two speeds, by quadrature; e from 0.5 to 1 at the second."""
     M_m, w_m, slow = 9e3, 11.0, 12.0
 
@@ -127,7 +127,7 @@ def test_terminal_speed_of_each_law(law, closed):
 
 
 @pytest.mark.slow
-def test_load_above_the_maximum_torque_has_no_terminal_speed_and_a_dragging_band_adds_to_it():
+def test_load_above_the_maximum_torque():
     assert math.isinf(sb.simulate(scene(EddyCurrentBrake(0.9 * LOAD, 9.0), load=LOAD, w0=1.0, end=2.0)).terminal_speed)
     # a band that drags: M_load − M_b = c ω
     result = sb.simulate(scene(ViscousDrag(500.0), load=LOAD, T0=0.6 * LOAD / GAIN, end=15.0))
@@ -144,7 +144,7 @@ def test_load_above_the_maximum_torque_has_no_terminal_speed_and_a_dragging_band
 
 
 @pytest.mark.slow
-def test_rest_on_the_bearings_alone_until_a_growing_load_exceeds_them():
+def test_rest_on_the_bearings_alone():
     """Stop at `J ω_0/(M_c − M)`, rest, restart where `M + s (t − 5) = M_c`, then `ω = s (t − t_r)²/(2J)`."""
     M_c, M, slope, end = 5e3, 1e3, 800.0, 14.0
     load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 5.0, 25.0], [M, M, M + 20.0 * slope]))
@@ -166,7 +166,7 @@ def test_rest_on_the_bearings_alone_until_a_growing_load_exceeds_them():
     assert float(derivative) == pytest.approx(-(end - restart) / J, rel=1e-7)
 
 
-def test_load_that_turns_round_takes_the_pulley_back_through_rest():
+def test_a_load_that_turns_round():
     """Dry friction opposes both ways: rest while `|M| ≤ M_c`, then backwards."""
     M_c = 2e3
     load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 10.0], [0.0, -1e4]))
@@ -248,7 +248,7 @@ def test_rests_from_the_start_or_starts_at_once():
 
 
 @pytest.mark.slow
-def test_staged_brake_with_its_band_open_comes_to_rest_with_its_bandage():
+def test_a_staged_brake_with_its_band_open():
     staged = pytest.importorskip("staged_scenes")
     plain = staged.stop(lever=sb.Constant(0.0), end=60.0)
     found = sb.simulate(dataclasses.replace(plain, shaft=(BearingFriction(2e3),)))
@@ -328,7 +328,7 @@ def test_lever_that_holds_the_speed_gives_what_is_left():
 
 
 @pytest.mark.slow
-def test_resolved_linings_take_smooth_torques_and_refuse_dry_ones():
+def test_torques_beside_resolved_linings():
     import chain_scenes
 
     chain = chain_scenes.chain(end=0.5)
@@ -374,7 +374,7 @@ def test_ensembles_end_in_the_same_words():
 
 
 @pytest.mark.slow
-def test_cross_check_follows_rest_on_dry_friction_and_layers_of_rope():
+def test_cross_check_of_rest_on_dry_friction():
     hook = sb.HookLoad(40e3, 0.4, 8, rope=sb.loads.RopeLayers(0.04, 4.0, 8.4))
     lever = sb.PiecewiseLinear([0.0, 3.0], [14e3, 0.0])
     plain = scene(BearingFriction(23e3), ViscousDrag(20.0), load=hook, lever=lever, end=4.0)

@@ -41,7 +41,7 @@ def by_hand(T_0, load=300.0, w0=20.0):
 
 
 @pytest.mark.parametrize("T_0", [3e3, 12e3])
-def test_the_classical_staged_stop_is_that_of_the_equations_of_motion(T_0):
+def test_the_classical_staged_stop(T_0):
     stop, ((t_2, t_3), external, internal) = sb.formulas.classical_staged_stop(constant(T_0)), by_hand(T_0)
     assert stop is not None
     assert stop.times == pytest.approx((0.0, t_2, t_3), rel=1e-9)
@@ -84,7 +84,7 @@ def test_a_run_as_the_estimate_assumes_agrees(run):
 
 
 @pytest.mark.slow
-def test_shares_of_the_power_in_a_run_leave_the_friction_work_as_it_is(run):
+def test_power_shares_leave_the_friction_work(run):
     """The works of the pairs are those of the run without shares, also where none of it is heat."""
     shared = dataclasses.replace(constant(3e3), power_shares=sb.PowerShares(electrical=0.1, mechanical=0.2))
     table, plain = sb.estimates(sb.simulate(shared)), sb.estimates(run)

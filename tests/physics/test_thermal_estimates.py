@@ -38,7 +38,7 @@ def test_surface_of_a_stop_against_duhamels_integral():
     assert top == pytest.approx(2 / 3 * sb.formulas.half_space_rise(q, tau / 2, E), rel=1e-14)
 
 
-def test_slab_is_a_half_space_at_first_and_warms_evenly_in_the_end():
+def test_slab_at_first_and_in_the_end():
     q, thickness = 3e5, 0.025
     early = 0.02 * thickness**2 / A
     assert sb.formulas.slab_rise(q, early, thickness, STEEL) == pytest.approx(
@@ -216,7 +216,7 @@ def test_stress_of_a_parabolic_profile():
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.01)
 
 
-def test_stress_carries_no_force_and_no_moment_where_the_plate_is_free():
+def test_stress_of_a_free_plate():
     rng = np.random.default_rng(3)
     z = np.sort(rng.uniform(0.0, 0.03, 30))
     T = rng.uniform(300.0, 500.0, (4, 30))

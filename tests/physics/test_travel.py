@@ -44,7 +44,7 @@ def mean_over_arcs(count, travel):
 
 
 @pytest.mark.slow
-def test_wear_is_equal_after_whole_revolutions_at_constant_tension():
+def test_wear_after_whole_revolutions():
     T_0 = 3e3
     scene = riding(sb.Constant(T_0), ARM * T_0, end=6 * math.pi / 20)
     found = sb.results.ring_wear(sb.simulate(scene), 11, RATE)

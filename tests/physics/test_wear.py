@@ -20,7 +20,7 @@ import simbrake as sb
 # --- laws -------------------------------------------------------------------------------------------------------------
 
 
-def test_laws_have_their_coefficient_at_the_reference_and_where_there_is_no_temperature():
+def test_laws_at_their_reference():
     laws = [
         sb.wear.ConstantWear(3e-14),
         sb.wear.LinearWear(3e-14, slope=6e-3, reference=423.15),
@@ -117,7 +117,7 @@ def test_wear_of_a_run_in_which_nothing_slides_is_none(cold):
 
 
 @pytest.mark.slow
-def test_derivatives_of_the_worn_thickness_forward_reverse_and_central(cold):
+def test_derivatives_of_the_worn_thickness(cold):
     shares = jnp.asarray([0.7, -0.2, 0.4, 1.3])
 
     def worn(scene):

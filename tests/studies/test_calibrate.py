@@ -63,7 +63,7 @@ def test_figure_shows_measurements_runs_and_residuals():
         assert bar.get_height() == pytest.approx((time - stop) / 0.01, rel=1e-6)
 
 
-def test_without_standard_deviations_errors_come_from_the_scatter():
+def test_errors_without_standard_deviations():
     values = line(noise=np.random.default_rng(3))
     fit = sb.calibrate(rigid(), LINE, speeds(values, None), start=START)
     X = np.stack([np.ones_like(TS), -rate() * TS], axis=1)
@@ -202,7 +202,7 @@ def lowering(T, noise):
 
 
 @pytest.mark.slow
-def test_a_start_that_holds_the_load_is_stuck_and_told_the_way_out():
+def test_a_start_that_holds_the_load_is_stuck():
     bounds = {T0: (100.0, 400.0)}
     fit = sb.calibrate(held(300.0), bounds, lowering(TRUTH, 0))
     assert (fit.outcome, fit.converged) == (Outcome.STUCK, False)

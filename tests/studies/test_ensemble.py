@@ -53,7 +53,7 @@ def assert_like_single_runs(scene, values, metrics, runs, **settings):
 
 
 @pytest.mark.smoke
-def test_same_numbers_as_single_runs_with_other_events_in_every_run():
+def test_same_numbers_as_single_runs():
     n = 12
     rng = np.random.default_rng(1)
     values = {

@@ -44,7 +44,7 @@ def test_values_and_derivatives_of_a_stop(reverse, singly):
 
 
 @pytest.mark.slow
-def test_a_record_that_is_too_short_is_lengthened_and_a_failed_run_has_its_code():
+def test_a_record_that_is_too_short():
     short = sb.simulate(scene(end=1e-3))
     run = Evaluator(
         scene(end=1e-3), Paths.each(("end_time", *PATHS)), Metrics(NAMES), size=2, reverse=True, singly=True

@@ -57,7 +57,7 @@ def test_samples_have_the_moments_of_their_distributions(method, close):
     assert not np.array_equal(sb.studies.samples(brake(), given, 1024, seed=4, method=method)["initial.omega"], x)
 
 
-def test_any_number_of_sobol_samples_is_the_head_of_the_next_power_of_two():
+def test_any_number_of_sobol_samples():
     given = {"initial.omega": (10.0, 20.0)}
     whole = sb.studies.samples(brake(), given, 128)["initial.omega"]
     assert np.array_equal(sb.studies.samples(brake(), given, 100)["initial.omega"], whole[:100])
@@ -139,7 +139,7 @@ def test_statistics_of_a_stop_against_closed_forms():
     assert len(shown) == len(s.quantiles)
 
 
-def test_runs_that_do_not_stop_are_counted_and_the_rest_is_told_apart():
+def test_runs_that_do_not_stop_are_counted():
     end = TYPICAL * math.exp(S * ndtri(0.8))
     found = sb.uncertainty(brake(end), lognormals(), n=512, confidence=0.999)
     s = found.statistics["stopping_time"]

@@ -201,7 +201,7 @@ def test_areas_that_level_the_pressure_follow_the_loads():
 
 
 @pytest.mark.slow
-def test_angles_for_equal_work_with_areas_for_equal_wear_over_a_braking():
+def test_angles_and_areas_over_a_braking():
     """Without fade the shares do not change in the run: the statics hold."""
     design = sb.equal_layout(
         heated_stop(), ("friction_work", "wear"), free="both", over="braking", rate=rate(), start="given"

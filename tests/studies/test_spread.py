@@ -61,7 +61,7 @@ def test_every_friction_material_has_a_range_and_a_source():
 
 
 @pytest.mark.slow
-def test_key_figures_of_a_report_have_the_ranges_of_the_closed_form(tmp_path):
+def test_ranges_of_key_figures(tmp_path):
     """A stop takes longer with less friction: its quantiles are those of the coefficient, the other way round."""
     page = sb.report(stop(), check=False, spread="moulded")
     low, high = (stopping_time(0.25 + 0.20 * share) for share in (0.95, 0.05))

@@ -83,7 +83,7 @@ def test_what_a_formula_shows_gives_its_value(classical):
     assert x["Q"] / (x["ρ c"] * x["ΔT_p"]) == classical["thickness that holds the heat, braking"].value
 
 
-def test_layers_of_a_stop_are_those_of_a_half_space_under_falling_power(classical):
+def test_layers_of_a_stop(classical):
     """Heat does not reach the back: Schmidt's scheme against the closed form and its energy."""
     face = classical["surface temperature, falling flux"].value
     assert classical["maximum face temperature"].value == pytest.approx(face, abs=5e-3 * (face - 293.15))
@@ -148,7 +148,7 @@ def test_the_temperature_of_the_properties_is_a_root(u2_5_5, thickness):
     assert abs(truth - first) > 5.0
 
 
-def test_rim_and_lining_settle_together_when_effusivities_share_the_heat(u2_5_5):
+def test_rim_and_lining_settle_together(u2_5_5):
     """Two equations with two unknowns, by scipy's `root`."""
     lining = sb.material("FK-24A", specific_heat_slope=1e-3, conductivity_slope=5e-4)
     data = sb.formulas.EstimateData(rim=WARMER, lining=lining, track_area=0.35)
@@ -173,7 +173,7 @@ def test_rim_and_lining_settle_together_when_effusivities_share_the_heat(u2_5_5)
     np.testing.assert_allclose([found[name].value for name in names], truth.x, rtol=1e-10)
 
 
-def test_properties_stay_those_of_room_temperature_below_150_degrees(u2_5_5, classical):
+def test_properties_below_150_degrees(u2_5_5, classical):
     data = sb.formulas.EstimateData(rim=WARMER, track_area=2 * sb.formulas.polished_surface(0.590, 0.220))
     found = sb.synthesize(u2_5_5, data)
     assert found.rounds == 0
@@ -273,7 +273,7 @@ def test_the_back_of_a_held_slab():
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.2)
 
 
-def test_a_rational_lining_keeps_its_back_at_the_permissible_temperature():
+def test_a_rational_lining():
     given = {"face": 600.0, "back": 393.15, "start": 293.15}
     found = sb.formulas.rational_lining_thickness(LINING, 1500.0, **given)
     back = sb.formulas.back_temperature(LINING, found.insulation, 1500.0, face=600.0, start=293.15)

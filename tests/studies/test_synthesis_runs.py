@@ -70,7 +70,7 @@ def test_beside_a_stop_that_is_as_the_formulas_assume(run):
 
 
 @pytest.mark.slow
-def test_what_the_run_keeps_is_its_friction_heat_less_what_the_air_takes(run):
+def test_what_the_run_keeps(run):
     """Step 10: stored heat from the layers, against the ledger of the run."""
     row = sb.synthesize(run)["heat into the rim"]
     stop = run.metrics["stopping_time"]
@@ -113,7 +113,7 @@ def twice():
 
 
 @pytest.mark.slow
-def test_the_hardest_of_several_brakings_has_its_own_classical_stop(twice):
+def test_the_hardest_of_several_brakings(twice):
     found = sb.synthesize(twice)
     assert "the hardest of" in found.about
     omega = 5e3 / 800.0 * (12.001 - 9.01)
