@@ -3,6 +3,7 @@
 import dataclasses
 import json
 
+import pint
 import pytest
 from commands import call, output
 from shipped import load
@@ -18,6 +19,25 @@ def rows_of(name):
     """Name, default and kind of every key in the text about a type."""
     heading, *rows = output("scene", "schema", name).splitlines()
     return heading, [tuple(row.split("  — ")[0].split(maxsplit=2)) for row in rows if row]
+
+
+def test_every_unit_is_one():
+    words = [description for description in of_properties(SCHEMA) if "its unit" in description]
+    units = {text.removesuffix(" (SI, or a text with its unit)").rpartition(", ")[2] for text in words}
+    assert len(words) > 200
+    assert {"K", "N", "W/(m*K)"} <= units
+    registry = pint.UnitRegistry()
+    for unit in units:
+        assert registry(unit).u is not None, unit
+
+
+def of_properties(schema):
+    """Descriptions of everything in a schema."""
+    for value in schema.values() if isinstance(schema, dict) else schema:
+        if isinstance(value, dict | list):
+            yield from of_properties(value)
+    if isinstance(schema, dict) and isinstance(schema.get("description"), str):
+        yield schema["description"]
 
 
 def test_the_format_in_words(capsys):
