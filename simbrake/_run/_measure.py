@@ -15,12 +15,11 @@ from .._base._table import ZERO, digits, number, plain
 from .._parts._scene import Scene, require_scene
 from ..hybrid._arrays import Array
 from ._linings import lining_peak
-from ._metrics import METRICS, about_output, metric_names
+from ._metrics import HOT, METRICS, about_output, allowable_values, lever_of, metric_names
 from ._probe import Entry, Number
 from ._report import body_of, hottest_first
 from ._report import text as text_of
 from ._result import Result
-from ._strength import HOT, allowable_values, lever_of
 
 #: a metric's name, the name of an energy (`energy.friction_heat`), or a function of a `Result` to a number
 Metric = str | Callable[[Result], Any]

@@ -29,11 +29,21 @@ from ._duty import (
     words_of,
 )
 from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of, with_phases
-from ._metrics import HOLDING, METRICS, RESIDUAL_SEES, Peak, energies, energy_balance, heat_balance, metrics_of
+from ._metrics import (
+    HOLDING,
+    HOT,
+    METRICS,
+    RESIDUAL_SEES,
+    Peak,
+    energies,
+    energy_balance,
+    heat_balance,
+    limits_exceeded,
+    metrics_of,
+)
 from ._probe import Entry, RunJit, record_of
 from ._scan import Scan, largest_share_of_capacity, peaks
 from ._stability import shortage
-from ._strength import HOT, limits_exceeded
 
 #: from the place in a step where samples have a zero it is at most this far (share of the step)
 _NEAR = 1e-2

@@ -10,11 +10,10 @@ from .._base._table import coloured, number, rows_table
 from ._duty import DutyKind, speed_is_led
 from ._log import Status
 from ._measure import Colour, Judged, LimitCheck, LimitVerdict, judged, limit_checks, read_limits, title_of
-from ._metrics import about_output
+from ._metrics import HOT, about_output
 from ._probe import Entry
 from ._report import body_of, hottest_first
 from ._result import Result
-from ._strength import HOT
 
 #: a margin below this share of the limit is small
 SMALL_MARGIN = 0.10
