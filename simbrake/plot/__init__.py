@@ -36,4 +36,10 @@ __all__ = [
     "wear",
 ]
 
-__getattr__ = answers(__name__, gone={"work_precision": "it is benchmarks/pictures.py in a checkout of the repository"})
+__getattr__ = answers(
+    __name__,
+    gone={
+        "published": "it is papers/paper_figures.py in a checkout of the repository",
+        "work_precision": "it is benchmarks/pictures.py in a checkout of the repository",
+    },
+)
