@@ -15,6 +15,7 @@ from collections.abc import Iterator
 from typing import Any
 
 from docutils import nodes
+from sphinx import addnodes
 from sphinx.application import Sphinx
 from sphinx.domains.python import PyXRefRole
 from sphinx.environment import BuildEnvironment
@@ -30,6 +31,13 @@ _MANY = 12
 _POWERS = str.maketrans({"2": "²", "3": "³", "4": "⁴", "^": None})
 #: a paragraph at the margin, and the indented block below it, unless that is an example or an item of a list
 _FORMULA = re.compile(r"^(\S.*)\n\n(?= {4}(?!>>>|- ))", re.M)
+
+_TYPED = (addnodes.desc_annotation, addnodes.desc_returns, addnodes.desc_sig_name)
+_OR = r"\0 \0\|\0 \0"
+#: one type for arrays of JAX and of NumPy, word by word
+_UNION = re.compile(
+    rf"(\w+)\0\[\0jaxlib\._jax\.Array\0(.*?)\0\](?P<others>{_OR}\1\0\[\0ndarray\0\2\0\](?:{_OR}generic)?)"
+)
 
 
 def found(name: str) -> Any:
@@ -150,10 +158,15 @@ def _complete(app: Sphinx, env: BuildEnvironment) -> None:
 
 
 def _arrays(app: Sphinx, doctree: nodes.document) -> None:
-    """Arrays by the names that users know."""
+    """Types of arrays as they are in the source: `Float[Array, 'n']`, which is a union when it is evaluated."""
+    for place in doctree.findall(lambda node: isinstance(node, _TYPED)):
+        words = "\0".join(child.astext() for child in place.children)
+        for match in reversed(list(_UNION.finditer(words))):
+            first = words[: match.start("others")].count("\0") + 1
+            del place[first : first + match["others"].count("\0")]
     for text in list(doctree.findall(nodes.Text)):
-        if text in ("jaxlib._jax.Array", "numpy.ndarray"):
-            text.parent.replace(text, nodes.Text(text.rpartition(".")[2]))
+        if text == "jaxlib._jax.Array":
+            text.parent.replace(text, nodes.Text("Array"))
 
 
 def setup(app: Sphinx) -> dict[str, bool]:
