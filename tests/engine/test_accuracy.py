@@ -59,7 +59,7 @@ def holds(true, estimate, value):
 
 @pytest.mark.smoke
 @pytest.mark.parametrize("rtol", [1e-3, 1e-6, 1e-10, 1e-12])
-def test_estimate_is_the_error_against_the_closed_form(rtol):
+def test_estimate_matches_the_true_error(rtol):
     result, truth = sb.simulate(stop_scene(), rtol=rtol), closed_form()
     found = result.accuracy()
     assert not found.problem
@@ -75,7 +75,7 @@ def test_estimate_is_the_error_against_the_closed_form(rtol):
 
 
 @pytest.mark.parametrize("rtol", [1e-3, 1e-5, 1e-8, 1e-10])
-def test_estimate_sees_what_the_energy_balance_does_not(rtol):
+def test_error_seen_where_energy_is_exact(rtol):
     """Fade at loose tolerances: energy is conserved to rounding, while time and temperature are off."""
     t, phi, rise = fading_truth()
     result = sb.simulate(fading_stop(), rtol=rtol)
@@ -93,7 +93,7 @@ def test_estimate_sees_what_the_energy_balance_does_not(rtol):
 
 
 @pytest.mark.slow
-def test_stiff_method_and_the_same_steps_again():
+def test_estimate_of_stiff_and_even_stops():
     """Rodas5P; and a band that brakes evenly, which no tolerance would give other steps."""
     t, phi, _ = fading_truth()
     for rtol in (1e-4, 1e-8):
@@ -143,7 +143,7 @@ def test_other_events_are_no_estimate():
         assert holds(abs(one.time - event.time), one.error, max(event.time, 1e-3))
 
 
-def test_run_that_ended_early_has_no_estimate():
+def test_run_ended_early_has_no_estimate():
     failed = sb.simulate(stop_scene(), max_events=2, throw=False)
     found = failed.accuracy()
     assert found.problem == "the run ended early (event_limit) and was not repeated"
@@ -153,14 +153,14 @@ def test_run_that_ended_early_has_no_estimate():
         found["stopping_time"]
 
 
-def test_a_limit_of_steps_is_of_the_first_run():
+def test_step_limit_is_of_the_first_run():
     result = sb.simulate(stop_scene(), max_steps=15)
     assert not result.accuracy().problem
     assert result.accuracy().second_steps > 15
 
 
 @pytest.mark.slow
-def test_traced_results_and_batches_are_refused():
+def test_estimate_of_a_batch_is_refused():
     batch = jax.vmap(lambda omega: sb.simulate(sb.with_values(stop_scene(), {"initial.omega": omega})))
     with pytest.raises(sb.InputError, match="one result"):
         batch(np.asarray([18.0, 20.0])).accuracy()

@@ -42,7 +42,7 @@ def test_second_derivatives_of_the_stop(metric, key, tolerance):
     assert bent == pytest.approx(float(exact["f"]["f"]), rel=1e-3)
 
 
-def test_another_sequence_of_events_within_the_step_is_refused():
+def test_other_events_in_a_step_are_refused():
     scene, metric = stop_scene(), "stopping_time"
     stop = float(sb.simulate(scene).stopping_time)
     close = sb.with_values(scene, {"end_time": 1.005 * stop})

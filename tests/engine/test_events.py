@@ -80,7 +80,7 @@ FIRST, SECOND = down(0.3), down(0.7, slope=50.0)
 
 
 @pytest.mark.parametrize("order", [(FIRST, SECOND), (SECOND, FIRST)])
-def test_two_guards_in_one_step_earliest_first(order):
+def test_two_guards_in_a_step_earliest_first(order):
     r = run(order)
     np.testing.assert_allclose(event_times(r), [0.3, 0.7], rtol=1e-12)
     assert event_guards(r) == [order.index(FIRST), order.index(SECOND)]
@@ -88,7 +88,7 @@ def test_two_guards_in_one_step_earliest_first(order):
     assert np.any((t < 0.3) & (t + h > 0.7))  # both did lie in one attempt
 
 
-def test_simultaneous_guards_are_handled_at_once():
+def test_simultaneous_guards_fire_together():
     r = run([FIRST, down(0.3, slope=2.0), SECOND])
     np.testing.assert_allclose(event_times(r), [0.3, 0.7], rtol=1e-12)
     assert [int(m) for m in r.mode_end[0]] == [1, 1, 1]
@@ -146,7 +146,7 @@ def test_excursion_inside_one_step_is_found(centre, depth):
 
 
 @pytest.mark.parametrize("depth", [1e-2, 1e-6])
-def test_dip_within_one_step_is_found_by_its_slopes(depth):
+def test_dip_within_a_step_found_by_slopes(depth):
     """A guard that is positive, with its minimum in the step, at both of its ends; nothing is sampled inside."""
     r = run([Curve(-depth, 1.0, (0.4, 0.4))], guard_samples=0)
     np.testing.assert_allclose(event_times(r)[:1], [0.4 - np.sqrt(depth)], rtol=1e-9)
@@ -168,7 +168,7 @@ def test_corner_that_coincides_with_an_event(shift):
 
 
 @pytest.mark.parametrize("gap", [1e-10, 1e-8, 1e-6])
-def test_an_event_just_behind_a_corner_is_after_it(gap):
+def test_event_behind_a_corner_is_after_it(gap):
     r = run([down(0.5 + gap)], corner=0.5)
     np.testing.assert_allclose(event_times(r), [0.5 + gap], rtol=1e-14)
 
@@ -198,7 +198,7 @@ class Chain(sb.hybrid.AbstractHybridSystem):
         return 1.0
 
 
-def test_chain_of_mode_changes_at_one_instant():
+def test_mode_changes_chain_at_one_instant():
     r = solve(Chain(jnp.asarray(False)), jnp.asarray(0.0), jnp.asarray(0), 0.0, 1.0, settings())
     np.testing.assert_allclose(event_times(r), [0.5] * 5, rtol=1e-12)
     assert int(r.mode_end) == 5
@@ -238,7 +238,7 @@ class Explosion(Chain):
         return jnp.ones(1)
 
 
-def test_overflow_rejects_and_ends_in_a_named_code():
+def test_overflow_ends_in_a_named_code():
     r = solve(Explosion(), jnp.asarray(0.0), jnp.asarray(0), 0.0, 2.0, settings(1e-8))
     assert int(r.code) in (sb.hybrid.Code.STEP_TOO_SMALL, sb.hybrid.Code.NOT_FINITE, sb.hybrid.Code.STEP_LIMIT)
     assert float(r.t_end) == pytest.approx(1.0, abs=1e-3)
@@ -263,7 +263,7 @@ def test_many_events():
     assert int(r.stats.accepted + r.stats.rejected + r.stats.retaken) < 4 * 10_000
 
 
-def test_a_batch_gives_the_numbers_of_single_runs():
+def test_batch_equals_single_runs():
     ball, bounces = arrays(BouncingBall()), [0.7, 0.6, 0.5, 0.3]
     start = Oscillator(1.0, 0.0), jnp.asarray(0), 0.0, 3.0
 

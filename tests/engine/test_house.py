@@ -88,7 +88,7 @@ def test_integrator_knows_nothing_of_brakes():
         assert not [n for n in ast.walk(tree) if isinstance(n, ast.ImportFrom) and n.level > 1]
 
 
-def test_nothing_is_built_on_the_inside_of_jax():
+def test_no_private_parts_of_jax_are_used():
     """No private module, no program of JAX taken apart, no flag of the process; `equinox.internal` in one file."""
     inside = re.compile(r"jax\._src|jax\.(interpreters|extend)|make_jaxpr|\.eqns\b|\bXLA_FLAGS\b.*\]\s*=|_p\.bind")
     sources = {path: path.read_text("utf-8") for path in PACKAGE.rglob("*.py")}
@@ -100,7 +100,7 @@ def test_only_plots_import_matplotlib():
     assert {f.parent.name for f in PACKAGE.rglob("*.py") if "!matplotlib" in imports(f)} == {"plot"}
 
 
-def test_importing_loads_nothing_that_a_run_does_not_need():
+def test_importing_loads_only_what_runs_use():
     """Half a second each: pictures, tables, units, reports and SciPy are loaded by those who use them."""
     heavy = ("matplotlib", "scipy", "xarray", "pandas", "pint", "jinja2", "pyarrow", "cyclopts", "SALib")
     names = ("studies", "formulas", "layouts", "checks", "_pages")
@@ -111,7 +111,7 @@ def test_importing_loads_nothing_that_a_run_does_not_need():
     assert found.stdout.strip() == "[]"
 
 
-def test_public_packages_load_names_when_used():
+def test_packages_load_names_when_used():
     program = "import sys, simbrake.formulas as f; print([n for n in ('jax', 'numpy', 'scipy') if n in sys.modules]); "
     program += "print('fourier_number' in dir(f), f.fourier_number(1e-5, 1.0, 0.01) > 0); "
     program += "import simbrake as sb; print(sb.formulas is f, sb.formulas.fourier_number is f.fourier_number)"
@@ -119,7 +119,7 @@ def test_public_packages_load_names_when_used():
     assert found.stdout.splitlines() == ["[]", "True True", "True True"]
 
 
-def test_help_and_version_do_not_wait_for_jax():
+def test_help_and_version_do_not_need_jax():
     program = "import sys; from simbrake.__main__ import main\nsys.argv = ['simbrake', sys.argv[1]]\n"
     program += "try:\n    main()\nfinally:\n    print(sorted({'jax', 'numpy', 'scipy'} & set(sys.modules)))"
     for option in ("--help", "--version"):
@@ -182,7 +182,7 @@ def test_a_thousand_values_do_not_re_trace(caplog):
 
 
 @pytest.mark.slow
-def test_vmap_gives_the_numbers_of_single_runs():
+def test_vmap_equals_single_runs():
     speeds = jnp.asarray([5.0, 12.0, 20.0, 31.0])
 
     def numbers(w):
@@ -231,7 +231,7 @@ def test_nan_and_infinity_are_refused(bad, path):
         sb.simulate(sb.with_values(stop_scene(), {path: bad}))
 
 
-def test_failure_raises_with_the_result_or_returns_the_code():
+def test_failure_raises_or_returns_its_code():
     with pytest.raises(sb.SimulationError, match="step_limit") as caught:
         sb.simulate(stop_scene(), max_steps=8)
     assert float(caught.value.result.record.t_end) < 5.0
@@ -263,7 +263,7 @@ print(jax.numpy.ones(1).dtype, dict(os.environ) == before, len(sys.meta_path) - 
         ("simbrake", "simbrake.Scene; import jax"),
     ],
 )
-def test_scripts_need_no_line_that_sets_64_bits(first, second):
+def test_scripts_need_not_set_64_bits(first, second):
     """Whichever is imported first; neither the environment nor the finders of imports are left changed."""
     program, asked = BITS.format(first, second), {k: v for k, v in os.environ.items() if k != "JAX_ENABLE_X64"}
     found = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True, env=asked)

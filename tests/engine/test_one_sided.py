@@ -184,7 +184,7 @@ def test_derivative_is_that_of_one_side(name):
 
 
 @pytest.mark.parametrize("values", [[0.35] * 5, [0.40, 0.38, 0.36, 0.36, 0.36], [0.36, 0.36, 0.36, 0.30, 0.36]])
-def test_table_scales_and_shifts_with_all_its_values(values):
+def test_table_scales_and_shifts_by_values(values):
     """`f(c y) = c f(y)` and `f(y + c) = f(y) + c`, so that the sums of the derivatives are `f` and 1."""
 
     def f(y):
@@ -205,7 +205,7 @@ def lever(times, values, **options):
 
 
 @pytest.mark.slow
-def test_points_of_a_jump_share_its_derivative():
+def test_jump_points_share_its_derivative():
     """`t = k/2 + …` where the lever doubles at `k`: each of both points moves the middle of the jump."""
     table = sb.sensitivity(lever([1.0, 1.0], [4e3, 8e3], end=9.0), "stopping_time", f"{LEVER}.times", span=None)
     assert [table.at(f"{LEVER}.times[{i}]").derivative for i in (0, 1)] == pytest.approx([0.25, 0.25], rel=1e-9)

@@ -20,7 +20,7 @@ def run():
     return sb.prepare(stop_scene(end=20.0), [*TIMES, "energy.friction_heat"])
 
 
-def test_runs_and_gradients_are_those_of_the_closed_form(run):
+def test_run_and_gradient_match_closed_form(run):
     assert run.program.one_function == (jax.default_backend() == "cpu")
     derived = jax.jit(jax.jacobian(lambda p: {name: closed_form(**p, xp=jnp)[key] for name, key in TIMES.items()}))
     for change in ({}, {"initial.omega": 11.0}, {"duty.slack_tension.level": 6e3, "initial.omega": 25.0}):
@@ -41,7 +41,7 @@ def test_runs_and_gradients_are_those_of_the_closed_form(run):
                 assert row[run.places[path]] == pytest.approx(expected, rel=1e-7, abs=1e-12)
 
 
-def test_same_as_simulate_for_entries_and_vectors(run):
+def test_entries_and_vectors_match_simulate(run):
     change = {"brake.linings.angle[3]": 0.21, "brake.linings.angle[-1]": 0.25, "brake.pulley.inertia": 700.0}
     numbers = run.vector(change)
     assert run(numbers) == run(change)
@@ -61,14 +61,14 @@ def test_a_run_that_needs_more_room_gets_it():
     assert run.max_steps > 8
 
 
-def test_never_is_infinite_and_its_derivative_zero(run):
+def test_never_is_infinite_with_derivative_0(run):
     answer = run({"initial.omega": 0.0})
     assert answer.metrics["stopping_time"] == np.inf
     assert not np.any(run.gradient({"initial.omega": 0.0})[2])
 
 
 @pytest.mark.slow
-def test_measured_friction_runs_as_one_function_too():
+def test_measured_friction_is_one_function():
     speeds, values = jnp.linspace(0.0, 30.0, 7), jnp.asarray([0.4, 0.36, 0.34, 0.33, 0.325, 0.32, 0.32])
     run = sb.prepare(stop_scene(law=sb.friction.TabulatedFriction(speeds, values)), ["stopping_time"], rtol=1e-8)
     assert run.program.one_function == (jax.default_backend() == "cpu")
@@ -96,7 +96,7 @@ def test_faults(run):
 
 
 @pytest.mark.slow
-def test_functions_with_arrays_and_another_tolerance():
+def test_array_metrics_and_another_tolerance():
     def both(result):
         return jnp.stack([result.slip_onset_time, result.stopping_time])
 
@@ -126,7 +126,7 @@ class Kinds(sb.friction.AbstractFriction):
 
 
 @pytest.mark.slow
-def test_whole_numbers_of_a_law_of_ones_own_stay_whole():
+def test_integers_of_a_custom_law_stay_whole():
     law = Kinds(jnp.asarray([0.2, 0.35]), np.ones(20, np.int32))
     scene = eqx.tree_at(lambda s: s.brake.linings.friction, stop_scene(), law)
     expected = pytest.approx(closed_form()["stop"], rel=1e-10)

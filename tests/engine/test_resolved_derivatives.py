@@ -85,7 +85,7 @@ def test_numbers_without_effect_in_reverse():
 
 
 @pytest.mark.slow
-def test_prepared_gradient_takes_the_steps_it_needs():
+def test_gradient_takes_the_steps_it_needs():
     scene = stop(sb.friction.StribeckFriction(0.45, F, V_S))
     run = sb.prepare(scene, ["stopping_time"])
     # a record that suffices for the values alone
@@ -114,7 +114,7 @@ def test_value_with_and_without_derivative():
 
 
 @pytest.mark.slow
-def test_record_too_short_gives_no_derivative():
+def test_short_record_gives_no_derivative():
     """Not even of what did not happen yet, whose infinite time is a constant."""
     scene = jax.tree.map(jnp.asarray, stop(sb.friction.StribeckFriction(F, F, V_S)))
 
