@@ -170,7 +170,7 @@ def test_place_of_the_largest_difference(plain, tmp_path):
     assert sb.compare(data, other, rtol=1.1 * row.relative).equal
 
 
-def test_series_at_other_times_are_not_judged(plain):
+def test_series_at_other_times_do_not_count(plain):
     found = sb.compare(sb.dataset(plain, np.linspace(0.0, 5.0, 400)), sb.dataset(plain, np.linspace(0.1, 4.9, 333)))
     assert found.how.startswith("interpolated")
     assert found.equal

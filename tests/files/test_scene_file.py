@@ -96,7 +96,7 @@ def test_history_has_its_rows_as_knots(tmp_path):
     np.testing.assert_array_equal(profile.values, [2e3, 24e3, 20e3, 20.5e3])
 
 
-def test_faulty_history_names_line_and_column(tmp_path):
+def test_bad_history_names_line_and_column(tmp_path):
     (tmp_path / "lever.csv").write_text("t,slack_tension [m]\n1,2\n0,x\n")
     text = TEXT.replace(
         '{ start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }', '{ file = "%s", column = "%s" }'

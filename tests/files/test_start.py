@@ -29,7 +29,7 @@ def folder(tmp_path, monkeypatch):
 
 
 @pytest.mark.parametrize("name", TEMPLATES)
-def test_template_is_a_scene_without_warnings(capsys, folder, name):
+def test_template_gives_no_warnings(capsys, folder, name):
     code, out, err = call(capsys, "new", name, "mine.toml")
     assert (code, err) == (0, "")
     assert "simbrake run mine.toml" in out
