@@ -38,7 +38,7 @@ def faults(call, *arguments, **settings):
 # --- the plan ---------------------------------------------------------------------------------------------------------
 
 
-def test_values_that_are_no_plan_are_told_with_their_runs():
+def test_wrong_values_are_named_with_runs():
     many = np.full(9, -1.0)
     several = "(runs 0, 1, 2, 3, 4 and 4 more)"
     assert several in faults(plan, {"brake.pulley.inertia": many})[0]
@@ -61,14 +61,14 @@ def test_values_that_are_no_plan_are_told_with_their_runs():
     assert twice.startswith("stopping_time: is asked for twice")
 
 
-def test_a_grid_needs_lists_of_different_numbers():
+def test_grid_needs_distinct_numbers():
     wrong = {SPEED: [1.0, 2.0, 1.0], LEVER: [[1.0, 2.0]], "end_time": "soon"}
     assert [text.partition(":")[0] for text in faults(sb.sweep, stop_scene(), wrong)] == [SPEED, LEVER, "end_time"]
     assert faults(sb.sweep, stop_scene(), {}) == ["values: nothing varies — give {path: array of values}"]
     assert faults(sb.ensemble, stop_scene(), {SPEED: [1.0]}, workers=0) == ["workers: 0 is out of range — at least 1"]
 
 
-def test_maxima_are_measured_only_where_they_are_asked_for():
+def test_maxima_are_measured_only_on_request():
     scene = stop_scene()
     maxima = {name for name in metric_names(scene) if name.startswith(("max_", "peak_"))}
     assert {"max_tension", "max_normal_load"} <= maxima
@@ -78,7 +78,7 @@ def test_maxima_are_measured_only_where_they_are_asked_for():
     assert plan({SPEED: [1.0]}).metrics == usual
 
 
-def test_runs_are_grouped_by_the_solver_that_each_would_get_by_itself():
+def test_runs_are_grouped_by_their_solver():
     def groups(scene, values, solver=None):
         return [(type(one).__name__, runs.tolist()) for one, runs in plan(values, scene, solver=solver).groups()]
 
@@ -113,7 +113,7 @@ def job(runs, size, max_steps=128, **changes):
     return Job(one.scene, one.paths, one.metrics, solver, one.rtol, max_steps, size, 16)._replace(**changes)
 
 
-def test_lanes_are_for_short_explicit_runs_of_one_mechanism():
+def test_lanes_are_for_short_explicit_runs():
     runs = runs_of(5)
     one = job(runs, 1024)
     assert one.lanes == LANES
@@ -160,7 +160,7 @@ def group(steps, workers=1, speeds=None, **settings):
     return runs, pool.asked
 
 
-def test_runs_that_need_more_steps_are_repeated_with_more():
+def test_runs_repeat_with_more_steps_at_need():
     steps = np.where(np.arange(20) % 5 == 0, 500, 20)
     runs, asked = group(steps)
     assert asked[0] == (128, 32, list(range(20)), False)
@@ -186,7 +186,7 @@ def test_runs_that_need_more_steps_are_repeated_with_more():
     assert [limit for limit, *_ in asked[:2]] == [128, 128]
 
 
-def test_a_worker_of_a_cluster_keeps_what_it_finds(tmp_path, monkeypatch):
+def test_cluster_worker_stores_its_results(tmp_path, monkeypatch):
     made = plan({SPEED: [1.0, 2.0]}, metrics=["stopping_time"], solver=sb.hybrid.Rodas5P())
     store = _ensemble.store_of(made, tmp_path / "kept")
     manifest = json.loads((tmp_path / "kept" / "manifest.json").read_text("utf-8"))
@@ -224,7 +224,7 @@ def test_a_worker_of_a_cluster_keeps_what_it_finds(tmp_path, monkeypatch):
 # --- the data set -----------------------------------------------------------------------------------------------------
 
 
-def test_rows_of_the_data_set_have_words_units_and_numbered_sequences():
+def test_data_set_has_words_units_sequences():
     n, codes = 5, np.array([0, 0, int(Code.STEP_LIMIT), -1, 0])
     made = plan({SPEED: np.arange(1.0, 6.0), "brake.linings.angle": np.full((n, 20), 0.2)}, metrics=["stopping_time"])
     runs = _ensemble.Runs(made, SimpleNamespace(on_cpu=True, workers=1), None, False)
@@ -290,7 +290,7 @@ def test_a_folder_gives_back_what_is_final(tmp_path):
     assert Store(tmp_path / "kept", "key").key == "key"  # of another process
 
 
-def test_a_folder_of_something_else_is_refused(tmp_path):
+def test_folder_of_other_things_is_refused(tmp_path):
     file, kept = tmp_path / "file", tmp_path / "kept"
     file.touch()
     assert faults(Store, file, "key", {}) == [f"directory: {file} is a file — give a folder"]
@@ -315,7 +315,7 @@ def test_a_folder_of_something_else_is_refused(tmp_path):
 
 
 @pytest.mark.slow
-def test_lanes_take_the_steps_of_single_runs_whatever_their_neighbours_do(monkeypatch):
+def test_lanes_take_the_steps_of_single_runs(monkeypatch):
     """Lanes wait for each other at events: runs of different events, lengths and ends beside each other; of chunks
     whose last group is not full; and of more events than there is space for at first."""
     n = 21
@@ -344,7 +344,7 @@ def test_lanes_take_the_steps_of_single_runs_whatever_their_neighbours_do(monkey
         np.testing.assert_allclose(got, [stats.accepted, stats.rejected, stats.retaken, stats.segments], atol=1)
 
 
-def test_scenes_of_single_runs_are_those_of_with_values():
+def test_planned_scenes_equal_with_values():
     values = {
         "brake.linings.angle": np.linspace(0.1, 0.3, 40).reshape(2, 20),
         SPEED: np.asarray([3.0, 4.0]),

@@ -80,7 +80,7 @@ def held(x):
         (lambda x: clipped(*x), [1.0, 1.0, 2.0], ""),
     ],
 )
-def test_derivative_of_a_limit_is_of_one_side(f, numbers, ways):
+def test_derivative_of_limit_is_one_sided(f, numbers, ways):
     assert_one_sided(f, numbers, ways)
 
 
@@ -151,7 +151,7 @@ def test_implicit_friction_by_scalar_roots():
         assert float(slope[j]) == pytest.approx(central, rel=1e-7)
 
 
-def test_flash_temperature_sees_the_heat_alone():
+def test_flash_temperature_sees_heat_alone():
     """Twice the friction power with half of it as heat is the same flash temperature."""
     flash = sb.thermal.FlashTemperature(50e-6, 48.0, 1.2e-5, 1.0, 300e6)
     linings = sb.uniform_linings(4, math.radians(120), sb.ConstantFriction(0.3))
@@ -290,7 +290,7 @@ def test_a_law_of_the_speed_is_not_frozen(law):
     np.testing.assert_allclose(several(omega), torque_of(falling(R * omega)), rtol=1e-12)
 
 
-def test_a_law_of_traced_numbers_is_not_frozen():
+def test_law_of_traced_numbers_is_not_frozen():
     def torque(coefficient):
         return torque_at(Derived(coefficient), 20.0)
 

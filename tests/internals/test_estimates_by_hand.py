@@ -101,7 +101,7 @@ def run(**more):
 # --- motion, forces and work ------------------------------------------------------------------------------------------
 
 
-def test_motion_of_a_classical_stop_and_of_each_pair(monkeypatch):
+def test_motion_of_a_stop_and_of_each_pair(monkeypatch):
     b = braking(monkeypatch)
     assert (b.R, b.R_b, b.arm, b.speed) == (0.6, 0.65, 0.65, 20.0 * 0.6)
     assert b.travel == pytest.approx(0.65 * 20.0 * 4.0 / 2)
@@ -123,7 +123,7 @@ def test_motion_of_a_classical_stop_and_of_each_pair(monkeypatch):
     assert braking(monkeypatch, run=run(brakings=2)).hardest_work() == 3e5
 
 
-def test_the_rest_that_ends_the_hardest_of_several_brakings(monkeypatch):
+def test_rest_after_the_hardest_stop(monkeypatch):
     b = braking(monkeypatch, run=run(brakings=2))
     rests = b.run.result.events
     with pytest.raises(Absent):
@@ -140,7 +140,7 @@ def test_the_rest_that_ends_the_hardest_of_several_brakings(monkeypatch):
         _ = b.hardest_time
 
 
-def test_a_hook_has_its_travel_and_a_torque_none(monkeypatch):
+def test_hook_has_travel_and_torque_has_none(monkeypatch):
     load = {"drum_radius": 0.4, "line_count": 8.0, "travelled": lambda angle: 0.05 * angle}
     b = braking(monkeypatch, load=load, run=run())
     assert b.drum == (0.4, 8.0)
@@ -315,7 +315,7 @@ def test_the_rim_of_a_run(monkeypatch):
         outer.layered_duration()
 
 
-def test_schmidt_has_the_work_of_the_run_from_its_temperatures():
+def test_schmidt_has_the_work_of_the_run():
     r = run()
     found = r.schmidt(RIM, 0.8, 1.6, beyond=0.25)
     n = schmidt_layers(RIM, 0.025, 4.0)
@@ -377,7 +377,7 @@ def test_pairs_of_a_staged_brake(monkeypatch):
     assert [one.pair for one in both.of_pairs()] == ["external"]
 
 
-def test_the_stretch_over_which_friction_works_most():
+def test_interval_of_the_most_friction_work():
     t, work = np.arange(8.0), np.array([0.0, 0.0, 2.0, 3.0, 3.0, 4.0, 9.0, 9.0])
     assert _hardest(t, work) == (4, 6, 2)
     assert _hardest(t, np.zeros(8)) is None
@@ -402,7 +402,7 @@ def made(work, fails=(), level=0, rim="brass", simulated=None, ends="melts"):
     return sb.formulas.MaterialRow(level, rim, "FK-24A", compared, fails, work, ends)
 
 
-def test_the_ranking_has_admissible_pairs_first_and_then_the_greatest_work():
+def test_ranking_is_by_admissible_then_work():
     rows = (
         made(3e6, ("hot",), rim="steel_20L"),
         made(1e6, rim="brass"),
@@ -422,7 +422,7 @@ def test_the_ranking_has_admissible_pairs_first_and_then_the_greatest_work():
     assert not table.simulated
 
 
-def test_linings_all_around_leave_no_open_track():
+def test_linings_all_around_leave_no_gap():
     linings = sb.Lining(sb.ConstantFriction(0.3), np.radians([80.0, 90.0, 100.0, 90.0]), 0.7 * 0.2 * np.pi / 2)
     brake = sb.Brake(sb.Pulley(0.7, 800.0, 0.2), sb.Band(0.7), linings)
     edges, lining = _around(brake, np.asarray(linings.area))
@@ -435,7 +435,7 @@ def test_linings_all_around_leave_no_open_track():
     assert lining.tolist() == [3, 2, 1, 0]
 
 
-def test_numbers_are_read_with_units_and_all_faults():
+def test_numbers_with_units_and_all_errors():
     data, limits = read_given(["rim_thickness=28 mm", "rim=cast_iron", "permissible.back=130 degC", "ambient=30 degC"])
     assert data.rim_thickness == pytest.approx(0.028)
     assert float(data.rim.conductivity) == 50.0

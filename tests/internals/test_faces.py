@@ -160,7 +160,7 @@ def temperatures(rng):
 
 
 @pytest.mark.parametrize("seed", [1, 2])
-def test_faces_with_several_links_against_a_dense_solution(seed):
+def test_linked_faces_match_dense_solution(seed):
     """Rows of linings, single faces, faces in perfect contact with each other and with a lump, sources."""
     T = temperatures(np.random.default_rng(seed))
     exact, (found, left) = dense(T), ours(network(), T)
@@ -169,7 +169,7 @@ def test_faces_with_several_links_against_a_dense_solution(seed):
         np.testing.assert_allclose(found[place], flow, rtol=1e-9, atol=1e-9 * 1e3, err_msg=place)
 
 
-def test_radiation_of_shared_faces_against_a_dense_solution():
+def test_radiation_matches_a_dense_solution():
     """Two Newton steps from the temperatures of the outermost layers."""
     T = temperatures(np.random.default_rng(3))
     exact, (found, left) = dense(T, RADIANT), ours(network(RADIANT), T)
@@ -180,7 +180,7 @@ def test_radiation_of_shared_faces_against_a_dense_solution():
 
 @pytest.mark.parametrize(("conductivity", "half", "error"), [(48.0, 1e-4, 1e-9), (0.7, 1.4e-3, 1e-6)])
 @pytest.mark.parametrize("hot", [400.0, 700.0])
-def test_error_of_radiation_on_rims_and_linings(conductivity, half, error, hot):
+def test_radiation_error_on_rims_and_linings(conductivity, half, error, hot):
     """`(S − T)/R = ε σ (T_a⁴ − S⁴) + h (T_a − S)` of one face: a rim's, and one of a lining of uniform layers."""
     wall = sb.thermal.Wall("w", sb.Material(conductivity, 2000.0, 1000.0), 4 * half, 1.0, 2)
     links = (Radiation("w.front", 1.0, 0.8), Convection("w.front", 1.0, 25.0))
@@ -193,7 +193,7 @@ def test_error_of_radiation_on_rims_and_linings(conductivity, half, error, hot):
     assert float(found) == pytest.approx(-out, rel=error)
 
 
-def test_derivative_of_a_flow_through_eliminated_faces():
+def test_derivative_through_eliminated_faces():
     T, heat = temperatures(np.random.default_rng(4)), network()
 
     def lost(g):

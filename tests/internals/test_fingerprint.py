@@ -208,7 +208,7 @@ def in_a_process(folder, text, k, seed):
     return json.loads(done.stdout)
 
 
-def test_another_process_notices_what_changed_in_any_callable(tmp_path):
+def test_changes_seen_by_another_process(tmp_path):
     first, again = (in_a_process(tmp_path, CALLABLES, "2", seed) for seed in ("1", "2"))
     changed = in_a_process(tmp_path, CALLABLES.replace("LITERAL = 3.0", "LITERAL = 6.0"), "4", "1")
     recognised, outside = names()
@@ -219,7 +219,7 @@ def test_another_process_notices_what_changed_in_any_callable(tmp_path):
     assert {name for name in outside if not first[name].startswith("refused: ")} == set()
 
 
-def test_fingerprints_tell_apart_what_differs_and_nothing_else():
+def test_fingerprints_differ_as_values_do():
     def function(constant=1.0, default=2.0, inner=3.0):
         made = {}
         text = f"def f(x, y={default}):\n    return x + {constant} + (lambda z: z * {inner})(y)\n"
@@ -281,7 +281,7 @@ def measured(result):
         ({"metrics": ["full_slip_time"]}, "metrics"),
     ],
 )
-def test_a_study_with_another_setting_is_not_resumed(tmp_path, change, words):
+def test_study_of_other_settings_not_resumed(tmp_path, change, words):
     store = _ensemble.store_of(plan(), tmp_path)
     assert _ensemble.store_of(plan(), tmp_path).key == store.key
     with pytest.raises(sb.InputError, match="holds another ensemble") as caught:
@@ -289,7 +289,7 @@ def test_a_study_with_another_setting_is_not_resumed(tmp_path, change, words):
     assert words in str(caught.value)
 
 
-def test_solvers_with_other_settings_are_told_apart(tmp_path):
+def test_solver_settings_change_fingerprint(tmp_path):
     one, other = sb.hybrid.ExplicitRungeKutta(diffrax.Dopri8()), sb.hybrid.ExplicitRungeKutta(diffrax.Tsit5())
     _ensemble.store_of(plan(solver=one), tmp_path)
     with pytest.raises(sb.InputError, match="the solver"):
@@ -297,7 +297,7 @@ def test_solvers_with_other_settings_are_told_apart(tmp_path):
 
 
 @pytest.mark.parametrize("name", ["simbrake", "jax", "source of simbrake", "Python"])
-def test_a_folder_of_another_version_is_told_with_both(tmp_path, name):
+def test_folder_of_other_version_names_both(tmp_path, name):
     _ensemble.store_of(plan(), tmp_path)
     file = tmp_path / "manifest.json"
     manifest = json.loads(file.read_text("utf-8"))
@@ -314,7 +314,7 @@ def test_a_folder_of_another_version_is_told_with_both(tmp_path, name):
         _ensemble.store_of(plan(), tmp_path)
 
 
-def test_a_metric_that_cannot_be_known_again_is_refused_before_any_run(tmp_path):
+def test_unrecognisable_metric_is_refused(tmp_path):
     with pytest.raises(sb.InputError) as caught:
         sb.ensemble(stop_scene(), {SPEED: [10.0]}, [lambda r: float(os.environ["LIMIT"])], directory=tmp_path / "kept")
     assert "os.environ" in str(caught.value)
@@ -322,7 +322,7 @@ def test_a_metric_that_cannot_be_known_again_is_refused_before_any_run(tmp_path)
 
 
 @pytest.mark.slow
-def test_a_changed_global_is_seen_in_the_same_process_too(tmp_path, monkeypatch):
+def test_changed_global_seen_in_same_process(tmp_path, monkeypatch):
     """Of a metric and of a profile in the scene: JAX would take each for the function that it has compiled."""
     scene = stop_scene(C=None, lever=sb.profiles.FunctionProfile(lambda t, p: 8e3 * LIMIT / 2 * (1 + 0 * t)))
     speeds = {SPEED: [10.0, 20.0]}

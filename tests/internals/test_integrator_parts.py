@@ -127,7 +127,7 @@ def test_first_root_of_a_cubic_to_rounding():
     assert checked > 30
 
 
-def test_a_cubic_with_a_minimum_is_suspicious():
+def test_cubic_with_a_minimum_is_suspicious():
     """Where it rises at the end; one that rises by more than its slopes explain has no minimum inside."""
     rng, dips, calm = np.random.default_rng(5), 0, 0
     for c3, c2, d0, g0 in rng.normal([0.0, 0.0, 0.0, 4.0], size=(400, 4)):

@@ -91,7 +91,7 @@ def test_mappings_of_others_are_left_alone(store, monkeypatch):
     assert len(store) == 15
 
 
-def test_jax_is_cleared_once_a_store_has_gone(store, monkeypatch):
+def test_jax_cleared_once_a_store_has_gone(store, monkeypatch):
     class Part(NamedTuple):
         run: Any
         lines: int = 1000
@@ -222,7 +222,7 @@ def test_every_program_can_be_given_back():
 
 @pytest.mark.slow
 @on_linux
-def test_structures_stay_within_a_small_bound(monkeypatch):
+def test_programs_of_structures_stay_bounded(monkeypatch):
     """Seven structures with room for two."""
     STORE.forget()
     jax.clear_caches()

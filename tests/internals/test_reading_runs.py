@@ -25,7 +25,7 @@ from simbrake.results import METRICS, BandMode, Status, metric_names
 LABELS = [_mechanism.Label(int(band), inner) for band in BandMode for inner in (-1, 0, 1)]
 
 
-def test_every_change_of_mode_has_names_with_a_row():
+def test_every_mode_change_is_named_in_a_row():
     emitted = {
         name
         for before, after in itertools.product(LABELS, LABELS)
@@ -36,7 +36,7 @@ def test_every_change_of_mode_has_names_with_a_row():
     assert emitted <= _log.EVENTS.keys()
 
 
-def test_contacts_of_single_linings_have_rows():
+def test_single_lining_contacts_have_rows():
     chain = _chain.ChainMode(*[None] * len(_chain.ChainMode._fields))
     bandage = _sprung.SprungMode(*[None] * len(_sprung.SprungMode._fields))
     names = {
@@ -56,7 +56,7 @@ def test_modes_stages_and_codes_have_words():
 
 
 @pytest.mark.slow
-def test_work_grows_with_the_number_of_events(monkeypatch):
+def test_log_work_grows_with_event_number(monkeypatch):
     """What the log of 60 and of 240 cycles of a swinging load hands to compiled programs, call by call."""
     given: dict[str, list[tuple[tuple[int, ...], ...]]] = {}
 
@@ -304,7 +304,7 @@ def test_partial_steps_of_a_stiff_run(monkeypatch):
     assert sum(taken) < 0.5 * int(result.record.count)
 
 
-def test_interpolant_is_exact_for_polynomials():
+def test_interpolant_exact_for_polynomials():
     rng = np.random.default_rng(4)
     nodes = np.sort(rng.uniform(-3.0, 4.0, (5, 6)), axis=1)
     there = np.ones((5, 6), bool)
@@ -318,7 +318,7 @@ def test_interpolant_is_exact_for_polynomials():
         assert not of_values[m][~there[m]].any()
 
 
-def test_zeros_of_samples_and_their_refinement():
+def test_zeros_of_samples_are_refined():
     a = np.linspace(0.02, 0.98, 200)
     functions = [
         lambda some, x: np.tanh(3 * (x - a[some])) + 0.1 * (x - a[some]) ** 2,
@@ -359,7 +359,7 @@ def test_overlaps_of_a_station_are_its_angle():
     "name",
     ["u2_5_5_stop", pytest.param("staged_vs_standard", marks=pytest.mark.slow), "slip_onset_chain", "resolved_bandage"],
 )
-def test_names_of_a_scene_are_those_of_its_run(name):
+def test_scene_names_are_those_of_its_run(name):
     scene = load(name).scene()
     seen = {}
 
@@ -379,7 +379,7 @@ def test_names_of_a_scene_are_those_of_its_run(name):
     assert all(unit_of(one) for one in metric_names(scene))
 
 
-def test_what_a_scene_does_not_have_is_refused_in_one_report():
+def test_missing_metrics_in_one_report():
     scene = load("u2_5_5_stop").scene()
     with pytest.raises(sb.InputError) as error:
         check_metrics(scene, ["stoping_time", "peak_rim_temperature", 3.0, "stopping_time"])

@@ -27,7 +27,7 @@ from simbrake.studies._evaluator import (
 from simbrake.studies._fit import _LOSSES, _RHO, Direction, FitModel, Search, confound, cost, identify
 
 
-def test_paths_of_entries_and_numbers_that_are_named_twice():
+def test_paths_and_numbers_named_twice():
     sizes = {"a.b": 3, "c[0].x": 1}
     assert place_of("a.b[-1]", sizes) == ("a.b", -1)
     assert place_of("c[0].x", sizes) == ("c[0].x", None)
@@ -38,7 +38,7 @@ def test_paths_of_entries_and_numbers_that_are_named_twice():
     assert set(same_numbers(["a.b", "a.b[1]"], sizes)) == {"a.b[1]"}
 
 
-def test_unknowns_are_linear_or_logarithmic_between_the_bounds():
+def test_unknowns_are_linear_or_logarithmic():
     found = Faults()
     bounds = {"initial.omega": (5.0, 25.0), "brake.pulley.inertia": (10.0, 1e5), "duty.load.profile.level": (0.0, 4e5)}
     box = box_of(rigid(J=1e3), bounds, found, starts={"initial.omega": 10.0}, decades=100.0)
@@ -101,7 +101,7 @@ def test_unequal_entries_have_no_one_value():
     assert box_of(unequal, {"brake.linings.angle[3]": (0.05, 0.5)}, Faults()).start.tolist() == [0.1]
 
 
-def test_settings_are_told_with_what_they_should_be():
+def test_wrong_settings_say_what_is_right():
     found = Faults()
     for share in (0.0, 1.0, 0.5, -1.0):
         found.share("share", share, 0.9)
@@ -126,14 +126,14 @@ def test_settings_are_told_with_what_they_should_be():
     assert asked_of(("stopping_time", len)) == ["stopping_time", len]
 
 
-def test_a_product_is_named_only_where_nothing_else_is_open_in_its_parameters():
+def test_product_named_if_all_else_is_known():
     one, other = (Direction(np.array(change), 0.0, np.inf) for change in ([1.0, -1.0, 0.0], [0.0, 1.0, 1.0]))
     arguments = ["p", "q", "r"], np.ones(3), np.array([True, True, True])
     assert "the data determine only (p)·(q)^1" in _combination(one, [one], *arguments).words
     assert "the data determine only" not in _combination(one, [one, other], *arguments).words
 
 
-def test_errors_against_outliers_are_those_of_the_sandwich():
+def test_robust_errors_match_the_sandwich():
     rng = np.random.default_rng(5)
     X, r = rng.standard_normal((40, 3)) * 30, rng.standard_normal(40)
     got = identify(X, r, absolute=True, loss="huber", loss_scale=1e9, noise=1e-9)
@@ -159,7 +159,7 @@ def test_errors_against_outliers_are_those_of_the_sandwich():
     assert vague.open[0].spread == pytest.approx(1e3 * np.sqrt(H[2, 2]), rel=0.01)
 
 
-def test_jacobian_against_central_differences():
+def test_jacobian_matches_differences():
     import diffrax
 
     model = FitModel(stop_scene(), tuple(ELASTIC), elastic_data(), solver=diffrax.Dopri8(), rtol=1e-11, max_steps=None)
@@ -198,7 +198,7 @@ class Toy:
         (lambda p: p**2 + p, -1.0, 0.0, True, False),  # a bad fit that is the best one
     ],
 )
-def test_a_search_is_stuck_where_other_values_fit_better(values, measured, start, unexplained, stuck):
+def test_search_stuck_if_others_fit_better(values, measured, start, unexplained, stuck):
     ends = (np.zeros(1), np.ones(1), np.array([start]), np.array([False]))
     search = Search(
         Toy(values), Box(Paths.each(("p",)), *ends), np.array([measured]), np.ones(1), "linear", 1.0, "trf", 50, 1
@@ -213,7 +213,7 @@ def test_a_search_is_stuck_where_other_values_fit_better(values, measured, start
         assert values(found.values["p"]) != values(float(z[0]))
 
 
-def test_correlations_with_a_fixed_number_are_those_of_a_fit_of_both():
+def test_fixed_number_correlates_as_fitted():
     rng = np.random.default_rng(1)
     A, j, r = rng.standard_normal((30, 3)), rng.standard_normal(30), rng.standard_normal(30)
     j = A @ [2.0, -1.0, 0.01] + 0.05 * j
@@ -281,7 +281,7 @@ def test_states_of_parameters_in_words():
     assert [said(State.OPEN, value) for value in (3.0, 1.0, 5.0)] == [open_, *[f"{open_}, and it reached a bound"] * 2]
 
 
-def test_standard_deviations_are_absolute_where_all_are_given():
+def test_given_deviations_are_absolute():
     both = speeds(line()) + sb.studies.Measured.of(events={"stopping_time": (1.0, 0.1)})
     half = speeds(line()) + sb.studies.Measured.of(events={"stopping_time": 1.0})
     for data, wanted, absolute, faults in (
@@ -302,7 +302,7 @@ def test_standard_deviations_are_absolute_where_all_are_given():
         assert [str(one).partition(" — ")[0] for one in found] == words
 
 
-def test_losses_are_the_slopes_and_curvatures_of_their_objectives():
+def test_slopes_and_curvatures_of_the_losses():
     z, h = np.array([0.3, 0.7, 1.6, 5.0]), 1e-4
     for name, (first, second) in ((name, law(z)) for name, law in _LOSSES.items()):
         rho = _RHO[name]
@@ -321,7 +321,7 @@ def central(model, theta, relative=1e-5):
 
 
 @pytest.mark.parametrize(("method", "n"), [("sobol", 512), ("latin", 512), ("random", 256)])
-def test_intervals_cover_the_truth_as_often_as_they_say(method, n):
+def test_intervals_cover_the_truth_as_stated(method, n):
     d, repeats = 4, 250
     hits: dict[str, int] = {}
     for seed in range(repeats):
@@ -351,7 +351,7 @@ def test_few_runs_bound_what_they_can():
     assert (middle.low, middle.value, middle.high) == (6.0, 10.5, 15.0)
 
 
-def test_failed_runs_count_as_failures_and_have_no_metrics():
+def test_failed_runs_count_without_metrics():
     import xarray as xr
 
     rng = np.random.default_rng(0)
@@ -375,7 +375,7 @@ def test_failed_runs_count_as_failures_and_have_no_metrics():
     assert "10 runs failed (step_limit 10)" in str(found)
 
 
-def test_sobol_indices_of_the_ishigami_function():
+def test_sobol_indices_of_ishigami_function():
     a, b = 7.0, 0.1
     x = np.pi * (2 * _global.sobol_design(4096, 3, True, seed=2) - 1)
     y = np.sin(x[:, 0]) + a * np.sin(x[:, 1]) ** 2 + b * x[:, 2] ** 4 * np.sin(x[:, 0])
@@ -396,7 +396,7 @@ def test_sobol_indices_of_the_ishigami_function():
     assert "together x × z" in str(table)
 
 
-def test_intervals_of_sobol_indices_cover_the_g_function():
+def test_sobol_intervals_cover_g_function():
     a = np.array([0.0, 1.0, 4.5])
     v = 1 / (3 * (1 + a) ** 2)
     variance = np.prod(1 + v) - 1
@@ -413,7 +413,7 @@ def test_intervals_of_sobol_indices_cover_the_g_function():
     assert hits.min() >= 0.88 * repeats, hits
 
 
-def test_morris_effects_of_a_linear_function_are_its_coefficients():
+def test_morris_effects_of_linear_function():
     a = np.array([3.0, -2.0, 0.5, 0.0])
     x = _global.morris_design(10, 4, 6, seed=1)
     found = _global.morris_numbers(x, x @ a, 6, 0.95, 100, seed=1)
@@ -467,7 +467,7 @@ def share(hits, runs, confidence=0.9):
     )
 
 
-def test_shares_of_groups_follow_their_scatter_where_hits_are_enough():
+def test_group_scatter_needs_enough_hits():
     hits = np.array([5, 6, 7, 6])  # of 10 in each of 4 groups
     hit = np.concatenate([np.arange(10) < k for k in hits])
     group = np.repeat(np.arange(4), 10)
@@ -482,7 +482,7 @@ def test_shares_of_groups_follow_their_scatter_where_hits_are_enough():
     assert all(math.isnan(x) for x in _uncertainty.quantile(np.zeros(0), group[:0], 0.5, 0.9))
 
 
-def test_a_report_tells_runs_that_have_no_metric_or_failed():
+def test_report_tells_of_runs_without_metric():
     columns = {
         "stopping_time": [1.0, 2.0, np.inf, np.nan],
         "max_tension": [10.0, 30.0, 20.0, np.nan],
@@ -524,7 +524,7 @@ def test_a_report_tells_runs_that_have_no_metric_or_failed():
     assert _uncertainty.failure_name(99) == "code 99"
 
 
-def test_points_are_in_as_many_sets_of_a_power_of_two_as_asked_for():
+def test_points_come_in_the_sets_asked_for():
     for method, n, sets, each in (("sobol", 100, 8, 16), ("sobol", 128, 8, 16), ("latin", 100, 8, 13)):
         points, group = _uncertainty._points(n, 3, method, sets, 0)
         assert points.shape == (sets * each, 3)

@@ -25,7 +25,7 @@ def shown(told):
     return task.description, task.elapsed, task.time_remaining
 
 
-def test_the_time_left_is_that_of_the_pieces_since_the_first(clock):
+def test_time_left_by_pieces_after_the_first(clock):
     with Waiting("run", "compiles", shown=True, after=60.0) as told:
         for seconds, tell, words, left in (
             (20.0, None, "compiles", None),
@@ -47,7 +47,7 @@ def test_the_time_left_is_that_of_the_pieces_since_the_first(clock):
             assert (said, rest) == (f"run: {words}", left)
 
 
-def test_pieces_reach_whoever_waits_and_nobody_else(capsys):
+def test_pieces_reach_only_those_who_wait(capsys):
     _progress.piece(1, 2)
     with Waiting("run", "sums up", shown=True, after=0.02) as told:
         _progress.piece(1, 2)
@@ -77,7 +77,7 @@ def test_who_is_told_of_a_run(capsys):
     assert capsys.readouterr().err == ""
 
 
-def test_pieces_are_shown_or_told_to_a_function(capsys):
+def test_pieces_are_shown_or_reported(capsys):
     line = _progress.Progress(10, True, done=4, what="frames")
     line.add(3)
     assert shown(line._waiting)[0] == "frames 7 of 10"
