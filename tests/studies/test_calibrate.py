@@ -19,7 +19,7 @@ from simbrake.studies import Outcome, State
 
 
 @pytest.mark.slow
-def test_covariance_of_a_linear_problem_is_the_closed_one():
+def test_linear_covariance_is_the_closed_one():
     fit = sb.calibrate(rigid(), LINE, speeds(line(noise=np.random.default_rng(0))), start=START)
     X = np.stack([np.ones_like(TS), -rate() * TS], axis=1)
     cov = SIGMA**2 * np.linalg.inv(X.T @ X)
@@ -41,7 +41,7 @@ def test_covariance_of_a_linear_problem_is_the_closed_one():
 
 
 @pytest.mark.slow
-def test_figure_shows_measurements_runs_and_residuals():
+def test_figure_shows_data_runs_residuals():
     """Speeds before and after the fit are straight lines; the stopping time before it is ω_0/rate."""
     values, stop = line(noise=np.random.default_rng(0)), 20.0 / rate(8e3)
     data = speeds(values) + sb.studies.Measured.of(events={"stopping_time": (stop, 0.01)})
@@ -80,7 +80,7 @@ def test_errors_without_standard_deviations():
 
 
 @pytest.mark.slow
-def test_coverage_of_the_intervals_over_repeated_experiments(caplog):
+def test_coverage_over_repeated_experiments(caplog):
     """60 seeded experiments on one program: intervals hold the truth, errors are neither too small nor too large."""
     sb.calibrate(rigid(), LINE, speeds(line()), start=START)
     noise, runs = np.random.default_rng(7), 60
@@ -101,7 +101,7 @@ def test_coverage_of_the_intervals_over_repeated_experiments(caplog):
 
 
 @pytest.mark.slow
-def test_what_speeds_cannot_tell_apart_is_found_and_named():
+def test_undetermined_product_is_named():
     """ω = ω_0 − R_b T_0 (Π − 1)/J t: of T_0 and J only the ratio is determined, and f enters the same product."""
     bounds = {OMEGA: (5.0, 60.0), T0: (2e3, 3e4), J: (200.0, 5e3)}
     fit = sb.calibrate(rigid(), bounds, speeds(line(noise=np.random.default_rng(0))), start=START)
@@ -149,7 +149,7 @@ def elastic():
     return elastic_data()
 
 
-def test_planted_parameters_come_back_from_exact_data(elastic):
+def test_planted_parameters_come_back(elastic):
     fit = sb.calibrate(stop_scene(), ELASTIC, elastic, rtol=1e-11)
     np.testing.assert_allclose(list(fit.values.values()), [0.31, 1.5e5, 900.0], rtol=1e-8)
     assert [p.logarithmic for p in fit.parameters] == [False, True, False]
@@ -159,7 +159,7 @@ def test_planted_parameters_come_back_from_exact_data(elastic):
 
 
 @pytest.mark.slow
-def test_friction_fade_and_heat_capacity_of_a_heated_stop():
+def test_fade_and_heat_capacity_come_back():
     def scene(f, slope, capacity):
         return rigid_stop(fading(f, slope), lump(capacity), end=2.0)
 
@@ -202,7 +202,7 @@ def lowering(T, noise):
 
 
 @pytest.mark.slow
-def test_a_start_that_holds_the_load_is_stuck():
+def test_start_that_holds_the_load_is_stuck():
     bounds = {T0: (100.0, 400.0)}
     fit = sb.calibrate(held(300.0), bounds, lowering(TRUTH, 0))
     assert (fit.outcome, fit.converged) == (Outcome.STUCK, False)
@@ -221,7 +221,7 @@ def test_a_start_that_holds_the_load_is_stuck():
 
 
 @pytest.mark.slow
-def test_a_wrong_fixed_number_that_acts_alike_is_in_the_headline():
+def test_headline_names_wrong_fixed_number():
     """Speeds of a short time long after the start determine ω_0 given T_0, and hardly both."""
     ts = np.linspace(0.55, 0.6, 30)
     data = sb.studies.Measured.of(ts, {"omega": 20.0 - rate(8e3) * ts}, sigma={"omega": 0.01})
@@ -280,7 +280,7 @@ def test_events_that_the_model_does_not_have():
     assert np.isfinite(late[F].value)
 
 
-def test_what_is_wrong_with_a_fit_is_told_at_once():
+def test_all_errors_of_a_fit_come_at_once():
     bad = {F: (0.5, 0.4), "brake.pulley.mass": (1.0, 2.0), J: (-5.0, 900.0), T0: (2e3, 6e3), OMEGA: (1.0, np.inf)}
     with pytest.raises(sb.InputError) as caught:
         sb.calibrate(rigid(), bad, speeds(line()), loss="square", start={"end_time": 3.0}, confidence=1.0)

@@ -81,7 +81,7 @@ def test_failing_runs_keep_their_codes():
 
 
 @pytest.mark.slow
-def test_every_run_gets_the_solver_of_a_single_run():
+def test_run_gets_the_solver_of_a_single_run():
     scene = rigid_stop(fading(), lump(cooling=10.0), end=1.0)
     values = {"heat.links[0].value": np.asarray([10.0, 2e7, 50.0]), SPEED: np.asarray([20.0, 15.0, 10.0])}
     data = assert_like_single_runs(
@@ -108,7 +108,7 @@ def own_tolerance(result):
     return result.rtol * result.stopping_time
 
 
-def test_a_metric_of_the_tolerance_is_computed_again(tmp_path):
+def test_metric_of_tolerance_is_recomputed(tmp_path):
     """Numbers of another tolerance are not taken for those of this one."""
     values = {SPEED: [10.0, 20.0]}
 
@@ -122,7 +122,7 @@ def test_a_metric_of_the_tolerance_is_computed_again(tmp_path):
 
 
 @pytest.mark.slow
-def test_runs_of_other_lengths_get_the_solver_of_a_single_run():
+def test_lengths_get_solvers_of_single_runs():
     """A quick node asks for an implicit method where it is followed for long."""
     scene = rigid_stop(fading(), lump(cooling=2e4))
     data = assert_like_single_runs(scene, {"end_time": np.asarray([1.0, 2000.0])}, ["stopping_time"], range(2))
@@ -242,7 +242,7 @@ def test_the_command(capsys, tmp_path, scenarios, no_cache):
 
 
 @pytest.mark.slow
-def test_the_command_samples_and_tells_failures(capsys, scenarios, no_cache):
+def test_command_samples_and_counts_failures(capsys, scenarios, no_cache):
     scenario = str(scenarios / "u2_5_5_stop.py")
     vary = ["--vary", "duty.load.mass=3e4:6e4", "--metrics", "stopping_time"]
     code, out, _ = call(capsys, "sweep", scenario, *vary, "--sample", "4", "--json")

@@ -40,7 +40,7 @@ def covered(estimate, truth):
 
 
 @pytest.mark.parametrize(("method", "close"), [("sobol", 2e-3), ("latin", 2e-2), ("random", 0.2)])
-def test_samples_have_the_moments_of_their_distributions(method, close):
+def test_samples_have_the_right_moments(method, close):
     given = {
         "brake.linings.friction.coefficient": (0.3, 0.4),
         "brake.linings.angle[3]": stats.truncnorm(-2, 2, 0.25, 0.02),
@@ -63,7 +63,7 @@ def test_any_number_of_sobol_samples():
     assert np.array_equal(sb.studies.samples(brake(), given, 100)["initial.omega"], whole[:100])
 
 
-def test_all_faults_of_the_input_in_one_report():
+def test_all_input_errors_in_one_report():
     given = {
         "brake.linings.friction.coefficient": stats.norm(0.35, 0.1),
         "brake.pulley.inertia": stats.uniform(-1, 4),
@@ -99,7 +99,7 @@ def test_all_faults_of_the_input_in_one_report():
 # --- intervals --------------------------------------------------------------------------------------------------------
 
 
-def test_statistics_of_a_stop_against_closed_forms():
+def test_stop_statistics_match_closed_forms():
     limit = TYPICAL * math.exp(S * ndtri(0.97))
     found = sb.uncertainty(brake(), lognormals(), n=1024, limits={"stopping_time": limit}, quantiles=(0.05, 0.5, 0.9))
     s = found.statistics["stopping_time"]
@@ -155,7 +155,7 @@ def test_runs_that_do_not_stop_are_counted():
     assert caught.value.result.sizes["run"] == 80
 
 
-def test_an_interrupted_ensemble_is_no_sample():
+def test_interrupted_ensemble_is_no_sample():
     def stop(done, total):
         if done:
             raise KeyboardInterrupt
@@ -167,7 +167,7 @@ def test_an_interrupted_ensemble_is_no_sample():
 # --- indices ----------------------------------------------------------------------------------------------------------
 
 
-def test_sobol_indices_of_a_brake_against_closed_forms():
+def test_sobol_indices_match_closed_forms():
     found = sb.sobol_indices(brake(), lognormals(), n=512)
     table = found["stopping_time"]
     v = {path: math.expm1(s**2) for path, s in SPREAD.items()}
@@ -230,7 +230,7 @@ def test_morris_effects_of_a_brake():
     assert points["brake.pulley.inertia"][1] == pytest.approx(inertia.sigma, rel=1e-12)
 
 
-def test_without_salib_the_error_names_the_command(monkeypatch):
+def test_missing_salib_names_the_command(monkeypatch):
     monkeypatch.setitem(sys.modules, "SALib.analyze", None)
     with pytest.raises(ModuleNotFoundError, match=r"pip install 'simbrake\[global\]'"):
         sb.morris(brake(), {"initial.omega": (16.0, 24.0)})
@@ -258,7 +258,7 @@ def test_without_salib_the_error_names_the_command(monkeypatch):
         (stats.laplace(0.25, 0.25), "truncate it (scipy.stats.truncnorm for a normal one), or use a bounded one"),
     ],
 )
-def test_what_is_no_distribution_of_a_number_is_told(distribution, words):
+def test_wrong_distributions_are_reported(distribution, words):
     with pytest.raises(sb.InputError) as caught:
         sb.studies.samples(brake(), {"brake.linings.friction.coefficient": distribution}, 4)
     (fault,) = caught.value.faults

@@ -61,7 +61,7 @@ def statics(angle, f=F):
 
 
 @pytest.mark.slow
-def test_a_rigid_stop_has_work_wear_and_means_in_closed_form():
+def test_work_wear_and_means_in_closed_form():
     result = sb.simulate(heated_stop())
     T, normal = statics(np.full(N, BETA))
     energy = J * W0**2 / 2
@@ -83,13 +83,13 @@ def _clock_and_speed(p):
 
 
 @pytest.mark.parametrize("points", [4, pytest.param(8, marks=pytest.mark.slow)])
-def test_work_of_the_linings_is_that_of_the_ledger(points):
+def test_work_matches_ledger_at_any_points(points):
     result = sb.simulate(heated_stop(fade=1e-3))
     work = np.asarray(sb.results.friction_work(result, points=points))
     assert work.sum() == pytest.approx(float(result.energy["friction_heat"]), rel=1e-9)
 
 
-def test_integrals_of_what_is_known_are_exact():
+def test_known_integrals_are_exact():
     result = sb.simulate(heated_stop(fade=1e-3))
     squares, turned = sb.results.integral(result, _clock_and_speed)
     assert float(squares) == pytest.approx(8.0**3 / 3, rel=1e-13)
@@ -106,7 +106,7 @@ def test_integrals_of_what_is_known_are_exact():
     ],
     ids=["staged", "bandage", "chain"],
 )
-def test_work_of_the_linings_is_the_heat_in_the_ledger(scene):
+def test_lining_work_is_the_heat_in_ledger(scene):
     result = sb.simulate(scene())
     ledger = result.record.y_end.ledger
     assert float(sb.results.friction_work(result).sum()) == pytest.approx(float(ledger.friction[0]), rel=1e-9)
@@ -115,7 +115,7 @@ def test_work_of_the_linings_is_the_heat_in_the_ledger(scene):
         assert float(inner.sum()) == pytest.approx(float(ledger.friction[1]), rel=1e-9)
 
 
-def test_heat_of_a_break_away_belongs_to_no_lining():
+def test_break_away_heat_is_of_no_lining():
     n, C = 6, 2e5
     result = sb.simulate(stop_scene(n=n, beta=40.0, C=C, law=sb.ConstantFriction(0.25, 1.2)))
     fz = 0.25 * math.tan(math.radians(20.0))
@@ -126,7 +126,7 @@ def test_heat_of_a_break_away_belongs_to_no_lining():
 
 
 @pytest.mark.slow
-def test_gradients_of_wear_against_central_differences():
+def test_gradients_of_wear_match_differences():
     paths = {
         "duty.slack_tension.level": T0,
         "initial.omega": W0,
@@ -193,7 +193,7 @@ def test_static_layouts_are_the_closed_forms(target, f):
     np.testing.assert_allclose(np.ptp([bar.get_height() for bar in bars.containers[-1]]), 0.0, atol=1e-6 * drawn[0])
 
 
-def test_areas_that_level_the_pressure_follow_the_loads():
+def test_equal_pressure_areas_follow_loads():
     scene = sb.with_values(stop_scene(n=5, beta=44.0, C=None), {"brake.linings.area": 0.03})
     design = sb.equal_layout(scene, "pressure", free="area", start="given")
     normal = statics(np.full(5, math.radians(44.0)), 0.35)[1]
@@ -213,7 +213,7 @@ def test_angles_and_areas_over_a_braking():
 
 
 @pytest.mark.slow
-def test_fade_and_hot_wear_move_the_layout_of_equal_wear():
+def test_fade_and_hot_wear_move_the_layout():
     cold = sb.equal_layout(heated_stop(), "wear", over="braking", rate=rate(), start="given")
     static = sb.layouts.equal_load_angles(F, N, N * BETA).angle
     np.testing.assert_allclose(cold.angle, static, atol=1e-8)
@@ -235,7 +235,7 @@ def test_what_cannot_be_levelled_says_why():
 
 
 @pytest.mark.parametrize("large", [2, 3])
-def test_the_lining_that_cannot_carry_the_load_is_named(large):
+def test_lining_that_cannot_carry_is_named(large):
     """At equal pressure a lining of fifty times the area needs fifty times the load, above the peak at `f^(−1/3)`."""
     area = np.where(np.arange(1, 5) == large, 50.0, 1.0)
     with pytest.raises(sb.layouts.InfeasibleLayout, match=f"lining {large} cannot carry the load"):
@@ -256,7 +256,7 @@ def test_all_faults_of_a_wish_in_one_report():
         sb.equal_layout(stop_scene(), "presure", free="both")
 
 
-def test_uniform_pitch_loads_the_tight_side_as_the_model_says():
+def test_uniform_pitch_loads_the_tight_side():
     scenario = load("equal_wear_layout")
     wrap = math.radians(270.0)
     for f, ratio in ((0.2, 2.4), (0.3, 3.7), (0.5, 8.8)):  # model §7
@@ -308,7 +308,7 @@ def test_least_tension_is_the_closed_form():
     assert design.as_dict()["limits"][0]["name"] == "stopping_time"
 
 
-def test_all_faults_of_a_search_in_one_report():
+def test_all_search_errors_in_one_report():
     scene = dataclasses.replace(stop_scene(C=None), end_time=np.asarray(-1.0))
     with pytest.raises(sb.InputError) as caught:
         sb.least_tension(

@@ -20,7 +20,7 @@ def tables():
 
 
 @pytest.mark.slow
-def test_derivatives_of_the_stop_are_those_of_its_closed_form(tables):
+def test_derivatives_match_the_closed_form(tables):
     values = {"f": 0.35, "beta": 13.5, "R": 0.725, "J": 800.0, "C": 2e5, "T0": 8e3, "w0": 20.0}
 
     def truth(p):
@@ -90,7 +90,7 @@ def test_rows_are_sorted_and_written(tables, tmp_path):
 
 
 @pytest.mark.slow
-def test_forward_for_one_number_equals_reverse_for_all(tables):
+def test_forward_for_one_is_reverse_for_all(tables):
     one = sb.sensitivity(stop_scene(), ["stopping_time", "max_tension"], "brake.band.stiffness", span=None)
     for table, full in zip(one, (tables[0], tables[2]), strict=True):
         (row,) = table.rows
@@ -99,7 +99,7 @@ def test_forward_for_one_number_equals_reverse_for_all(tables):
 
 
 @pytest.mark.slow
-def test_a_change_of_modes_within_the_range_is_noted():
+def test_mode_change_within_range_is_noted():
     scene = stop_scene(end=closed_form()["stop"] * 1.005)
     table = sb.sensitivity(
         scene, "stopping_time", ["initial.omega", "brake.pulley.inertia"], span={"initial.omega": 0.5}

@@ -32,7 +32,7 @@ def heated():
     return stop(heat=sb.Heat(bodies=(rim, own), friction=friction, rim="rim.front"))
 
 
-def test_friction_has_the_range_of_its_material_or_of_a_class():
+def test_friction_range_by_material_or_class():
     path = "brake.linings.friction.coefficient"
     assert known_spread(stop()).ranges == {path: (pytest.approx(0.30), pytest.approx(0.40))}
     assert known_spread(stop(), "moulded").ranges == {path: (0.25, 0.45)}
@@ -43,7 +43,7 @@ def test_friction_has_the_range_of_its_material_or_of_a_class():
         known_spread(stop(), "mould")
 
 
-def test_thermal_properties_have_the_ranges_of_the_library():
+def test_thermal_ranges_are_of_the_library():
     known = known_spread(heated()).known
     entries = sb.thermal.LIBRARY["steel_20L"]
     found = {path: (one.low, one.high, one.source) for path, one in known.items() if path.startswith("heat.")}
@@ -52,7 +52,7 @@ def test_thermal_properties_have_the_ranges_of_the_library():
     }  # and nothing of a material that is not the library's
 
 
-def test_every_friction_material_has_a_range_and_a_source():
+def test_every_friction_has_range_and_source():
     for name, numbers in FRICTION.items():
         f = numbers["coefficient"]
         assert 0.1 < f.low < f.value < f.high < 0.6, name
@@ -77,7 +77,7 @@ def test_ranges_of_key_figures(tmp_path):
     assert re.search(r"90 % of the \d+ runs of 256 that have it", few)
 
 
-def test_wrong_options_are_told_together_and_write_nothing(tmp_path, capsys):
+def test_wrong_options_write_nothing(tmp_path, capsys):
     file = tmp_path / "stop.toml"
     sb.write_scene(stop(), file)
     out = tmp_path / "page.html"

@@ -41,7 +41,7 @@ def test_the_chain_of_the_u2_5_5_by_hand(classical):
         assert classical[name].value == pytest.approx(value, rel=1e-12), name
 
 
-def test_every_step_has_figures_with_numbers_and_source(classical):
+def test_every_step_has_numbers_and_source(classical):
     assert sorted({row.step for row in classical}) == list(range(1, 13))
     steps = [row.step for row in classical]
     assert steps == sorted(steps)
@@ -57,7 +57,7 @@ def test_every_step_has_figures_with_numbers_and_source(classical):
         classical["colour"]
 
 
-def test_what_a_formula_shows_gives_its_value(classical):
+def test_shown_numbers_give_the_value(classical):
     """Values recomputed from the numbers that the report prints beside them."""
     n = {row.name: {number.symbol: number.value for number in row.numbers} for row in classical}
     x, hand = n["mean bulk temperature, rim"], by_hand()
@@ -92,7 +92,7 @@ def test_layers_of_a_stop(classical):
     assert classical["rim at the end, face"].value - 293.15 == pytest.approx(end, rel=1e-2)
 
 
-def test_transmission_may_stand_for_the_scenes_law(u2_5_5):
+def test_transmission_replaces_a_scenes_law(u2_5_5):
     found = sb.synthesize(u2_5_5, partition=sb.formulas.transmission_table())
     assert found["heat partition coefficient, rim"].value == pytest.approx(
         found["heat partition coefficient, rim, transmission"].value
@@ -101,7 +101,7 @@ def test_transmission_may_stand_for_the_scenes_law(u2_5_5):
         sb.synthesize(u2_5_5, sb.formulas.EstimateData(share=0.9), partition=sb.formulas.transmission_table())
 
 
-def test_only_the_heat_of_the_friction_work_warms(u2_5_5, classical):
+def test_only_heat_of_friction_work_warms(u2_5_5, classical):
     data = sb.formulas.EstimateData(
         track_area=2 * sb.formulas.polished_surface(0.590, 0.220), power=sb.thermal.shares_of_S()
     )
@@ -127,7 +127,7 @@ def bulk_rise(T, share, W, A, tau, material, thickness=0.025):
 
 
 @pytest.mark.parametrize("thickness", [0.025, 0.004])
-def test_the_temperature_of_the_properties_is_a_root(u2_5_5, thickness):
+def test_property_temperature_is_a_root(u2_5_5, thickness):
     """Heat that stays in the rim, and heat that passes through it; the root by bracketing."""
     data = sb.formulas.EstimateData(rim=WARMER, share=0.9, track_area=0.35, rim_thickness=thickness)
     found = sb.synthesize(hard(u2_5_5), data)
@@ -181,7 +181,7 @@ def test_properties_below_150_degrees(u2_5_5, classical):
     assert found[name].value == classical[name].value < 423.15
 
 
-def test_a_capacity_that_falls_runs_away_and_says_so(u2_5_5):
+def test_falling_capacity_runs_away(u2_5_5):
     """T − T_0 = K/(1 − b (T − T_0)) has a solution while K b ≤ 1/4 (heat through a thin rim)."""
     stop = sb.formulas.classical_stop(hard(u2_5_5))
     K = bulk_rise(293.15, 0.9, stop.work, 0.35, stop.time, STEEL, 0.004)
@@ -203,7 +203,7 @@ def test_a_capacity_that_falls_runs_away_and_says_so(u2_5_5):
     assert error.value.code == "no_convergence"
 
 
-def test_a_report_says_where_properties_and_shares_are_from(u2_5_5, classical):
+def test_report_gives_sources_of_properties(u2_5_5, classical):
     """Below 150 °C properties and share are as they were; above, at the temperature of step 5, where it is known."""
     warm = sb.synthesize(hard(u2_5_5), sb.formulas.EstimateData(rim=WARMER, share=0.9, track_area=0.35))
     for name, cold, hot in (
@@ -237,7 +237,7 @@ def test_a_report_says_where_properties_and_shares_are_from(u2_5_5, classical):
 # --- rational thickness -----------------------------------------------------------------------------------------------
 
 
-def test_heat_just_reaches_the_back_of_a_rational_rim():
+def test_heat_reaches_back_of_rational_rim():
     found = sb.formulas.rational_rim_thickness(STEEL, 1.25, heat=8e5, rise=300.0)
     assert sb.formulas.fourier_number(float(STEEL.diffusivity), 1.25, found.depth) == pytest.approx(1 / 1.73**2)
     assert found.storage * float(STEEL.density * STEEL.specific_heat) * 300.0 == pytest.approx(8e5)
@@ -290,7 +290,7 @@ def test_a_rational_lining():
     assert thin > 393.15 + 50.0
 
 
-def test_heat_content_is_the_integral_of_the_capacity():
+def test_heat_content_integrates_capacity():
     truth = quad(lambda T: 7850.0 * 534.1 * (1 + 1e-3 * (T - 293.15)), 310.0, 480.0)[0]
     found = sb.formulas.heat_content(WARMER, np.array([310.0]), np.array([480.0]))
     assert found[0] == pytest.approx(truth, rel=1e-13)

@@ -35,7 +35,7 @@ def run():
 
 
 @pytest.mark.slow
-def test_beside_a_stop_that_is_as_the_formulas_assume(run):
+def test_formulas_match_a_stop_they_assume(run):
     found = sb.synthesize(run)
     exact = ("stopping time", "brake torque", "stopping angle", "friction work", "tight tension, maximum")
     for name in (*exact, "friction travel", "energy load of the linings"):
@@ -82,7 +82,7 @@ def test_what_the_run_keeps(run):
 
 
 @pytest.mark.slow
-def test_numbers_of_the_user_come_before_those_of_the_scene(run):
+def test_user_numbers_precede_those_of_scene(run):
     found = sb.synthesize(
         run, sb.formulas.EstimateData(rim_thickness=0.05), permissible=sb.formulas.Permissible(lining=300.0, power=1.0)
     )
@@ -129,7 +129,7 @@ def test_the_hardest_of_several_brakings(twice):
 
 
 @pytest.mark.slow
-def test_no_thickness_will_do_for_a_lining_that_starts_too_hot(run):
+def test_no_thickness_for_a_lining_too_hot(run):
     """No number stands for it, in words nor in JSON, nor a difference from the thickness of the run."""
     found = sb.synthesize(run, permissible=sb.formulas.Permissible(lining=293.0, back=293.15))
     assert found.lining_thickness == found.rim_thickness == math.inf
@@ -153,7 +153,7 @@ def test_all_faults_come_in_one_report(u2_5_5):
     assert paths == ["rim_thickness", "share", "permissible.back", "elastic.poisson", "tolerance", "rounds"]
 
 
-def test_a_staged_brake_and_a_scene_without_a_stop_are_refused():
+def test_staged_brake_or_no_stop_is_refused():
     scene = stop_scene(C=None)
     brake = dataclasses.replace(scene.brake, bandage=sb.Bandage(20.0, sb.ConstantFriction(0.1)))
     with pytest.raises(sb.InputError, match="one friction pair"):
@@ -178,7 +178,7 @@ def call(capsys, monkeypatch):
     return called
 
 
-def test_the_report_has_twelve_numbered_lines(call, scenarios):
+def test_report_has_twelve_numbered_lines(call, scenarios):
     code, out, err = call(scenarios / "u2_5_5_stop.toml")
     assert code == 0
     assert err == ""
@@ -189,7 +189,7 @@ def test_the_report_has_twelve_numbered_lines(call, scenarios):
     assert "reason: the lever takes time" in out
 
 
-def test_json_is_a_list_of_steps_and_a_file_is_whole(call, scenarios, tmp_path):
+def test_json_lists_steps_and_file_is_whole(call, scenarios, tmp_path):
     place = tmp_path / "synthesis.json"
     code, out, _ = call(scenarios / "u2_5_5_stop.toml", "--no-run", "--json", "-o", place)
     assert code == 0
@@ -223,7 +223,7 @@ def test_options_change_the_inputs(call, scenarios):
     assert rows["stopping angle"]["value"] == pytest.approx(by_hand()["stopping angle"] * (30 / 24) ** 2)
 
 
-def test_bad_input_is_one_report_and_writes_nothing(call, scenarios, tmp_path):
+def test_bad_input_writes_nothing(call, scenarios, tmp_path):
     (tmp_path / "taken").touch()
     bad = ["--given", "rims=1", "--given", "share=2", "--set", "duty.load.mass=-1", "-o", tmp_path / "taken"]
     code, out, err = call(scenarios / "u2_5_5_stop.toml", *bad)
