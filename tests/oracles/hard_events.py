@@ -285,7 +285,7 @@ CASES: list[Case | Elsewhere] = [
     Case("held for 24 h", "any creep adds up", held_for_a_day, scipy_hold, slow=True),
     Case("brake weaker than the load", "no stop will come", weaker_than_the_load, slow=True),
     Elsewhere("load reverses while held", "it slips the other way, where the brake is weaker", "test_modes",
-              "test_reversed_load_while_held_lets_go_the_other_way",
+              "test_reversed_load_restarts_other_way",
               "restart where the load passes −R_b T_0 (1 − 1/Π): 1e-11"),
     Elsewhere("speed through zero", "the load stops the pulley and drives it back", "test_modes",
               "test_speed_through_zero",

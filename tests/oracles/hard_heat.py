@@ -301,6 +301,6 @@ CASES: list[Case | Elsewhere] = [
     Elsewhere("flash temperature that loses its solution", "the branch folds in the run", "test_heat_events",
               "test_flash_fold_is_named", "code `flash_fold`, where the hill of the residual sinks to 0: 1e-4"),
     Elsewhere("gradients with fade, reverse mode", "temperature feeds back on friction", "test_heat",
-              "test_gradients_with_fade_against_quadrature", "reverse = forward 1e-9; = quadrature 1e-8",
+              "test_gradients_with_fade_by_quadrature", "reverse = forward 1e-9; = quadrature 1e-8",
               {"solver": diffrax.Dopri8()}),
 ]  # fmt: skip

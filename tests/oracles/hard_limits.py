@@ -195,7 +195,7 @@ CASES: list[Case | Elsewhere] = [
          near_locking_elastic),
     Elsewhere("f·tan(β/2) = 1 reached by heating", "friction that rises locks a lining while it is held",
               "test_heat_events",
-              "test_self_locking_reached_by_heat_is_an_event_or_a_code",
+              "test_self_locking_by_heat_is_reported",
               "event `self_locking` (elastic), code `singular_geometry` (rigid), at the same time: 1e-9"),
     Elsewhere("f·tan(β/2) > 1 from the start", "no limit exists for that lining", "test_modes",
               "test_a_lining_that_locks_itself",

@@ -219,7 +219,7 @@ CASES: list[Case | Elsewhere] = [
     Case("lever applied within 1 µs", "a ramp shorter than a step", fast_lever, scipy_fast_lever),
     Case("huge and tiny units", "an absolute tolerance would be wrong by 15 orders", other_units),
     Elsewhere("inertia of 1e-6 and 1e9 times", "as above, inertia and torques alone", "test_stop",
-              "test_scaling_inertia_and_torques_together_leaves_the_motion", "stopping time: 1e-9"),
+              "test_common_scaling_keeps_the_motion", "stopping time: 1e-9"),
     Case("tolerance 1e-2 and 1e-14", "events no worse than the tolerance; steps near rounding", tolerances,
          scipy_tolerances),
     Case("strong drag", "stable explicit steps are 1e4 times too short", strong_drag, slow=True),

@@ -37,7 +37,7 @@ COMMANDS = {
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", COMMANDS.values(), ids=list(COMMANDS))
-def test_lagged_course_is_that_of_its_differential_equation(command):
+def test_lagged_course_solves_its_equation(command):
     """`τ Ḟ + F = u(t − t_d)`, piece by piece."""
     actuator, force, i, start = Actuator(command, LAG, DEAD), float(command.value(-1.0, 0)), 0, 0.0
     while start < 9.0:
@@ -83,7 +83,7 @@ def released(spring):
     return sb.simulate(scene(Actuator(command, LAG, DEAD, spring), LOAD))
 
 
-def test_release_lets_the_load_go_and_opens_at_the_return_spring():
+def test_release_frees_load_and_opens_band():
     """`F e^{−s/τ} − F_s` falls to what holds the load, and to 0: there the band opens."""
     result = released(SPRING)
     times = {event.name: event.time for event in result.events}
@@ -109,7 +109,7 @@ def test_spring_delays_the_grip():
 
 
 @pytest.mark.slow
-def test_dead_time_alone_and_a_lever_around_it():
+def test_dead_time_alone_and_within_a_lever():
     ramp = sb.ramp(0.0, 1e3, 0.2, 0.5)
     lever = sb.Lever(Actuator(ramp, None, DEAD), "1.2 m", "0.2 m")
     late = sb.simulate(scene(lever))

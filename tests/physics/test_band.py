@@ -29,7 +29,7 @@ def test_band_and_block_of_the_textbook():
     assert 0.5 * float(forces.tension[-1] - T_0) == pytest.approx(2547.32287226585, rel=1e-11)
 
 
-def test_capstan_limit_is_approached_at_order_two():
+def test_capstan_limit_is_of_second_order():
     wrap, mu = math.radians(270), 0.4
     truth = float(sb.brakes.capstan_ratio(jnp.asarray(mu), jnp.asarray(wrap)))
     assert truth == pytest.approx(6.58606196269473, rel=1e-14)
@@ -38,7 +38,7 @@ def test_capstan_limit_is_approached_at_order_two():
     assert math.log2(errors[1] / errors[2]) == pytest.approx(2.0, abs=0.01)
 
 
-def test_self_locking_lining_is_marked_not_infinite():
+def test_self_locking_lining_is_marked():
     mu, locked = sb.brakes.tension_ratio(jnp.asarray([0.5, 0.999999, 1.0, 3.0]))
     assert list(np.asarray(locked)) == [False, False, True, True]
     assert np.all(np.isfinite(mu))
@@ -51,7 +51,7 @@ def test_self_locking_lining_is_marked_not_infinite():
     share=st.floats(0.0, 1.0),
     angles=st.lists(st.floats(0.1, 0.6), min_size=5, max_size=5),
 )
-def test_mobilised_forces_balance_and_respect_their_limits(f, T_0, share, angles):
+def test_mobilised_forces_balance_in_limits(f, T_0, share, angles):
     beta = np.asarray(angles)
     mu, _ = sb.brakes.tension_ratio(sb.brakes.grip(jnp.asarray(f), jnp.asarray(beta)))
     Pi = float(np.prod(mu))
@@ -92,7 +92,7 @@ def test_equal_increment_layout(f, k):
     assert (1 / z[k - 1] + f) / (1 / z[0] - f) == pytest.approx(layout.ratio, rel=1e-11)  # telescoped, equal f
 
 
-def test_equal_increment_layout_with_unequal_friction():
+def test_equal_increments_unequal_friction():
     f = np.linspace(0.25, 0.35, 8)
     layout = sb.layouts.equal_increment_angles(f, 8, 8, math.radians(240))
     forces = sb.brakes.sliding_tensions(jnp.asarray(1.0), jnp.asarray(f), jnp.asarray(layout.angle))
@@ -110,7 +110,7 @@ def test_equal_load_layout(area):
     np.testing.assert_allclose(pressure, pressure[0], rtol=1e-9)
 
 
-def test_chord_layout_and_its_infeasible_case():
+def test_chord_layout_and_infeasible_case():
     twenty = math.radians(20)
     beta = sb.layouts.chord_equal_load_angles(0.2, 7, twenty, twenty)
     forces = sb.brakes.chord_tensions(jnp.asarray(1.0), jnp.asarray(0.2), jnp.append(0.0, jnp.asarray(beta)))

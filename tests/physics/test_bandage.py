@@ -62,7 +62,7 @@ def test_26_linings_let_go_lock_and_stop():
 
 
 @pytest.mark.slow
-def test_release_at_once_where_preload_compensates():
+def test_preload_releases_linings_together():
     """`N_pre,i` such that every lining comes to its limit at the lever tension `T*`: one instant, one event."""
     n, f, f_int, J, J_b, at = 3, 0.4, 0.2, 200.0, 4.0, 3e3
     z, s = math.tan(HALF), math.sin(HALF)
@@ -165,7 +165,7 @@ class Alone:
 
 
 @pytest.mark.slow
-def test_three_linings_integrated_by_other_means():
+def test_three_linings_by_another_integrator():
     preload, J_i = [1500.0, 1200.0, 900.0], [1.2, 1.5, 1.0]
     record = run(scene(preload=preload, J_b=np.array(J_i), spring=500.0)).record
     alone = Alone(0.4, 0.2, preload, 200.0, J_i, 500.0, lambda t: 100 + 5900 * min(t / 0.3, 1.0))
@@ -185,7 +185,7 @@ def test_three_linings_integrated_by_other_means():
 
 
 @pytest.mark.slow
-def test_stiff_springs_tend_to_the_rigid_bandage():
+def test_stiff_springs_tend_to_rigid_bandage():
     """Until the lock every lining slides on the band in both systems, with the same tensions: those times agree.
 
     Afterwards they differ for good: the rigid bandage mobilises linings from the slack end, which loads the rim most;
@@ -264,7 +264,7 @@ def _limit(T_0, weaker):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("T_0", "first"), [(1e3, (0, 1, 1)), (200.0, (0, 0, 0)), (6e3, (1, 1, 1))])
-def test_held_brake_moves_exactly_0_and_starts_at_its_limit(T_0, first):
+def test_held_brake_is_still_up_to_its_limit(T_0, first):
     limit = _limit(T_0, "weaker")
     loads = (0.9 * limit, 0.9 * limit, 1.1 * limit)
     load = ((0.0, 3600.0, 3601.0), loads)
@@ -310,7 +310,7 @@ def test_random_duties_end_well():
 
 
 @pytest.mark.slow
-def test_heat_of_both_pairs_enters_the_network():
+def test_heat_of_both_pairs_enters_network():
     plain = scene()
     bodies = (
         sb.thermal.Lump("rim", 2e4),
@@ -359,7 +359,7 @@ def test_faults_of_a_bandage_with_springs():
 
 
 @pytest.mark.slow
-def test_a_bandage_runs_through_the_front_door():
+def test_simulate_runs_a_bandage():
     """Events, stages, energies and overlap by `simulate`; each lining in the log and in the series."""
     result = sb.simulate(scene())
     assert result.status == "stopped"
@@ -383,7 +383,7 @@ def test_a_bandage_runs_through_the_front_door():
 
 
 @pytest.mark.slow
-def test_a_lining_that_only_turns_round_lets_go_of_nothing():
+def test_turning_round_releases_no_lining():
     """An open brake that a load turned back: linings slide on the band from the start, and none was held there."""
     made = scene(lever=((0.0, 0.5, 0.5), (0.0, 0.0, 3e3)), load=((0.0,), (-500.0,)), omega=0.0)
     result = sb.simulate(made)

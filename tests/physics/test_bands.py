@@ -90,7 +90,7 @@ def test_a_stop_has_the_torque_of_both_bands(stopped):
     np.testing.assert_allclose(edges, np.concatenate([ratios(f, a) for f, a in zip(FRICTION, ANGLES, strict=True)]))
 
 
-def test_backwards_the_lever_ends_are_the_tight_ones():
+def test_backwards_the_lever_end_is_tight():
     result = sb.simulate(scene(omega=-W0, load=-500.0, end=20.0))
     along = [tensions(s * T0, f, a, back=True) for s, f, a in zip(shares(), FRICTION, ANGLES, strict=True)]
     torque = R_B * sum(T[0] - T[-1] for T in along)
@@ -168,7 +168,7 @@ def test_sharing_of_a_load_at_rest(stopped):
 
 
 @pytest.mark.slow
-def test_derivatives_of_the_stopping_time_have_the_closed_form():
+def test_stopping_time_derivatives_are_exact():
     """With respect to the friction of each band, the stiffness of each, an angle and the lever: through the shares."""
 
     def bands(x):
@@ -274,7 +274,8 @@ def hot():
 
 
 @pytest.mark.slow
-def test_heat_fade_memory_and_wear_of_each_band_against_scipy(hot):
+def test_bands_with_all_physics_match_scipy(hot):
+    """Heat, fade, memory and wear of each band."""
     time, y = hot_truth()
     n = sum(N)
     assert float(hot.stopping_time) == pytest.approx(time, rel=1e-9)
@@ -309,7 +310,7 @@ def test_derivatives_with_heat_against_scipy():
 
 
 @pytest.mark.slow
-def test_laws_that_see_the_rim_see_that_of_their_own_band():
+def test_laws_see_the_rim_of_their_own_band():
     """Rims that start at different temperatures; heat into the linings is not modelled."""
     start, fade = np.array([293.15, 393.15]), sb.LinearFade(2e-3, 273.15)
     laws = [sb.friction.ProductFriction(sb.ConstantFriction(f, 1.0), (fade,)) for f in FRICTION]
@@ -342,7 +343,7 @@ def test_laws_that_see_the_rim_see_that_of_their_own_band():
 
 
 @pytest.mark.slow
-def test_heat_of_the_shaft_enters_all_rims_alike():
+def test_shaft_heat_enters_all_rims_alike():
     heat = sb.Heat(
         (sb.thermal.Lump("rims", C_RIM, ROOM, count=2),),
         (),
@@ -356,7 +357,7 @@ def test_heat_of_the_shaft_enters_all_rims_alike():
 
 
 @pytest.mark.slow
-def test_a_lever_that_holds_the_speed_pulls_for_all_bands():
+def test_speed_holding_lever_pulls_all_bands():
     held = dataclasses.replace(scene(end=2.0), duty=sb.Duty(sb.SpeedHold(1e5), sb.TorqueLoad(LOAD)))
     s = sb.simulate(held).series([1.0])
     growth = sum(S * (ratios(f, a).prod() - 1) for S, f, a in zip(shares(), FRICTION, ANGLES, strict=True))
@@ -435,7 +436,7 @@ omega = "20 rad/s"
 
 
 @pytest.mark.slow
-def test_a_file_by_hand_and_all_its_errors_at_once():
+def test_file_by_hand_and_all_its_errors():
     result = sb.simulate(sb.files.scene_from_text(GOOD))
     torque = sum(
         R_B * T0 / 2 * (ratios(f, math.radians(wrap) / n) ** n - 1) for n, wrap, f in ((8, 200, 0.35), (10, 250, 0.25))

@@ -177,7 +177,7 @@ def test_a_whole_stop_of_26_linings():
 
 
 @pytest.mark.slow
-def test_gradients_against_central_differences():
+def test_gradients_match_central_differences():
     numbers = {"m": 2e-2, "K": 60.0, "C": 5.0, "f": 0.3, "T0": 1.0, "J": 2.0}
 
     def times(values):
@@ -217,7 +217,7 @@ def test_stribeck_friction_sticks_and_slips():
 
 
 @pytest.mark.slow
-def test_friction_of_each_lining_is_that_at_its_own_slip():
+def test_lining_friction_is_at_its_own_slip():
     s = sb.simulate(chain(law=sb.StribeckFriction(0.35, 0.3, 0.4), m=0.05, damping=0.05, end=1.0)).series([0.25, 0.5])
     slip = np.abs(np.asarray(s.pairs["external"].slip_speed))
     assert slip[1].max() > 1.001 * slip[1].min() > 0.0
@@ -226,7 +226,7 @@ def test_friction_of_each_lining_is_that_at_its_own_slip():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("sense", [1, -1])
-def test_a_held_chain_breaks_away_the_way_of_the_load(sense):
+def test_held_chain_breaks_away_with_load(sense):
     load = (0.0, 8.0, 18.0), (0.0, 0.0, sense * 40.0)
     result = sb.simulate(chain(w0=0.3, load=load, m=0.05, damping=0.3, end=12.0))
     again = [event.time for event in result.events if event.name == "restart"][-1]
@@ -237,7 +237,7 @@ def test_a_held_chain_breaks_away_the_way_of_the_load(sense):
 
 
 @pytest.mark.parametrize("sense", [1, -1])
-def test_a_sudden_load_takes_a_chain_at_rest_its_way(sense):
+def test_sudden_load_moves_a_chain_its_way(sense):
     load = (0.0,), (sense * 400.0,)
     result = sb.simulate(chain(w0=0.0, load=load, m=0.05, damping=0.3, end=0.5))
     last = int(result.record.count)
@@ -292,7 +292,7 @@ def test_linings_that_let_go_at_one_instant():
     assert found[2][2].band == sb.results.BandMode.SLIP
 
 
-def test_a_slack_band_is_drawn_tight_by_a_rising_lever():
+def test_rising_lever_tightens_a_slack_band():
     # everything starts from exactly 0: slip speeds leave it more slowly than rounding would show
     lever = (0.0, 1.0, 2.0, 3.0, 4.0), (0.0, 1.0, 1.0, 0.0, 0.0)
     record = run(chain(m=0.0858, K=34.7, C=1.19, J=0.727, x0=0.0, lever=lever, end=4.5))
@@ -372,7 +372,7 @@ def test_a_chain_runs_through_the_front_door():
 
 
 @pytest.mark.slow
-def test_random_chains_end_and_keep_their_energy():
+def test_random_chains_keep_their_energy():
     """Stiffnesses over two decades, laws that fall with the speed or stick, loose and tight tolerances."""
     draw, ended = np.random.default_rng(5), []
     for i in range(14):

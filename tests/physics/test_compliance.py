@@ -70,7 +70,7 @@ def laid(f, angles, gaps, k):
 
 @pytest.mark.parametrize("halved", [False, True])
 @pytest.mark.parametrize(("make", "k"), [(bonded, BOND), (plates, BARE)])
-def test_elongation_of_separate_linings_against_quadrature(make, k, halved):
+def test_separate_linings_match_quadrature(make, k, halved):
     equal = (np.full(20, 0.35), np.full(20, math.radians(12.0)), np.full(19, math.radians(1.5)))
     for f, angles, gaps in (equal, (EACH, ANGLES, GAPS), (0 * EACH, ANGLES, GAPS)):
         got = make(gap=gaps, halved_ends=halved).elongation(5e3, f, angles, R0)
@@ -81,7 +81,7 @@ def test_elongation_of_separate_linings_against_quadrature(make, k, halved):
 
 
 @pytest.mark.parametrize("split", [0.0, 2.9, math.radians(400.0)])
-def test_more_than_a_full_turn_against_quadrature(split):
+def test_more_than_a_turn_matches_quadrature(split):
     wrap, f = math.radians(400.0), 0.2
     tongue, slot = BOND, 0.6 * E1 * A1 / R0 + E2 * 0.4 * A2 / R0_
     pieces = [(f, split, tongue), (f, wrap - split, slot)]
@@ -93,7 +93,7 @@ def test_more_than_a_full_turn_against_quadrature(split):
 
 
 @pytest.mark.parametrize("make", [bonded, plates, slotted])
-def test_without_friction_the_elongation_and_its_slope_are_exact(make):
+def test_elongation_is_exact_at_no_friction(make):
     """`Δl/S_C` at f = 0 and its derivative, against those of the integrand `∫ e^{fθ} dθ`."""
     angle = np.full(20, BETA)
 
@@ -125,7 +125,7 @@ def test_anchor_and_linkage_are_in_series():
     assert alone == pytest.approx(5e3 * rise / float(bonded().elongation(5e3, 0.35, angle, R0)), rel=1e-13)
 
 
-def test_bands_in_parallel_stretch_alike_and_carry_the_whole():
+def test_parallel_bands_stretch_alike():
     c = np.asarray([2e-8, 5e-8, 3e-8])
     split = np.asarray(sb.brakes.lever_split(c, 1e4))
     assert split.sum() == pytest.approx(1e4, rel=1e-15)
@@ -151,7 +151,7 @@ def soft_scene(modulus=5e8, **rest):
     return stop_scene(C=plates(modulus=modulus, **rest))
 
 
-def test_a_scene_with_geometry_is_the_scene_with_that_number():
+def test_geometry_equals_its_stiffness_value():
     scene = soft_scene()
     C = float(sb.brakes.stiffness_of(scene.brake))
     assert 1e5 < C < 1e6
@@ -169,7 +169,7 @@ def test_a_scene_with_geometry_is_the_scene_with_that_number():
     assert sb.brakes.stiffness_of(stop_scene(C=None).brake) is None
 
 
-def test_stiffness_under_a_law_of_temperature():
+def test_stiffness_under_a_temperature_law():
     law = sb.friction.ProductFriction(sb.ConstantFriction(0.4), (sb.LinearFade(1e-3, 300.0),))
     brake = stop_scene(C=plates(), law=law).brake
     hot = stop_scene(C=plates(), f=0.4 * (1 - 1e-3 * 100.0)).brake
@@ -179,7 +179,7 @@ def test_stiffness_under_a_law_of_temperature():
 
 
 @pytest.mark.slow
-def test_gradient_of_the_stop_by_modulus_length_and_friction():
+def test_gradient_of_the_stop_by_the_band():
     def stop(modulus, tight_end, f):
         scene = stop_scene(C=plates(modulus=modulus, tight_end=tight_end, linkage=2e6), f=f)
         return sb.simulate(scene, rtol=1e-12, max_steps=128).stopping_time
@@ -201,7 +201,7 @@ def test_gradient_of_the_stop_by_modulus_length_and_friction():
         assert float(g) == pytest.approx((4 * difference(h) - difference(2 * h)) / 3, rel=1e-7)
 
 
-def test_values_of_a_geometry_are_set_by_path():
+def test_geometry_values_are_set_by_path():
     scene = stop_scene(C=sb.brakes.ParallelBands((plates(), 4e8)))
     stiffer = sb.with_values(scene, {"brake.band.stiffness.bands[0].modulus": 2 * E1})
     alone = [np.asarray(s.brake.band.stiffness.bands[0].stiffness(0.35, [BETA] * 20, 0.725)) for s in (scene, stiffer)]
@@ -236,7 +236,7 @@ def test_faults_of_a_geometry_are_named(stiffness, message):
         sb.simulate(stop_scene(C=stiffness))
 
 
-def test_only_a_slotted_band_goes_more_than_once_around():
+def test_only_a_slotted_band_exceeds_a_turn():
     with pytest.raises(sb.InputError, match="more than the pulley has"):
         sb.check(stop_scene(C=bonded(), beta=20.0))
     sb.check(stop_scene(C=slotted(), beta=20.0))

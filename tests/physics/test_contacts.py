@@ -123,7 +123,7 @@ def test_conductance_of_metals_by_pressure():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("staged", [False, True])
-def test_each_lining_conducts_by_its_pressure(staged):
+def test_linings_conduct_by_their_pressure(staged):
     """A pulley at rest without a load: every tension is `T_0`, `N_i = 2 T_0 sin(β_i/2)`, on the rim `+ N_pre`."""
     angles, area = np.radians([30.0, 40.0, 50.0, 60.0]), np.array([0.02, 0.03, 0.035, 0.045])
     law = MetalContact(50.0, 0.15, 40e-6, 3e9)
@@ -144,7 +144,7 @@ def test_each_lining_conducts_by_its_pressure(staged):
 
 
 @pytest.mark.slow
-def test_one_node_for_all_linings_conducts_by_their_mean():
+def test_one_node_conducts_by_mean_pressure():
     angles = np.radians([30.0, 40.0, 50.0, 60.0])
     contact = ThermalContact("rim", "linings", 0.04, law=MetalContact(50.0, 0.15, 40e-6, 3e9), opens=True)
     heat = network(False, (contact, Conductance("linings", "band", 0.0)))

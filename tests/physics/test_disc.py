@@ -53,7 +53,7 @@ def test_a_stop_has_the_closed_form(stopped):
     assert stopped.status == "stopped"
 
 
-def test_held_pads_share_the_load_and_the_speed_is_exactly_zero(stopped):
+def test_held_pads_share_the_load_at_rest(stopped):
     s = stopped.series([0.5, 3.5])
     assert float(s.omega[1]) == 0.0
     assert float(s.brake_torque[1]) == LOAD
@@ -89,7 +89,7 @@ def test_both_directions_are_alike(stopped):
     assert float(back.energy["friction_heat"]) == pytest.approx(float(stopped.energy["friction_heat"]), rel=1e-13)
 
 
-def test_uniform_pressure_has_the_greater_radius():
+def test_uniform_pressure_has_greater_radius():
     result = sb.simulate(disc_scene(pressure=sb.brakes.UniformPressure()))
     radius = 2 / 3 * (R_O**3 - R_I**3) / (R_O**2 - R_I**2)
     assert float(result.stopping_time) == pytest.approx(J * W0 / (N * FRICTION * F * radius - LOAD), rel=1e-12)
@@ -177,7 +177,7 @@ def test_pressure_counts():
 
 
 @pytest.mark.slow
-def test_derivatives_of_the_stopping_time_have_the_closed_form():
+def test_stopping_time_derivatives_are_exact():
     def time(x):
         friction = sb.ConstantFriction(x[0], RATIO)
         pads = sb.Pads(friction, x[1], x[2], 0.7, N)
@@ -198,7 +198,7 @@ def test_derivatives_of_the_stopping_time_have_the_closed_form():
 
 
 @pytest.mark.slow
-def test_derivatives_through_fade_by_differences():
+def test_fade_derivatives_match_differences():
     found = sb.sensitivity(fading_scene(), ["stopping_time"], wrt=["brake.linings.inner_radius", "brake.inertia"])[0]
     table = {row.path: row.derivative for row in found.rows}
     for path, step in (("brake.linings.inner_radius", 1e-5), ("brake.inertia", 1e-2)):
@@ -232,7 +232,7 @@ def test_studies_take_a_disc_brake():
 
 
 @pytest.mark.slow
-def test_the_least_normal_load_that_stops_in_time():
+def test_least_normal_load_to_stop_in_time():
     """`t = J ω_0/(n f F r_e − M)`, so that the force follows from the time allowed."""
     scene, allowed = disc_scene(force=sb.Constant(F)), 1.5
     found = sb.least_tension(scene, allowed, {"duty.force.level": (1e4, 4e4)}, objective="max_normal_load")
@@ -285,7 +285,7 @@ def test_what_is_of_a_band_says_so(stopped, feature):
 
 
 @pytest.mark.slow
-def test_a_file_holds_it_and_a_result_is_saved(faded, tmp_path):
+def test_disc_in_a_file_and_in_a_result(faded, tmp_path):
     text = sb.files.scene_text(faded.scene)
     assert 'inertia = "400.0 kg*m^2"' in text
     assert "elongation" not in text
@@ -351,7 +351,7 @@ def test_figures_and_page(faded):
 
 @pytest.mark.slow
 @pytest.mark.smoke
-def test_disc_in_layers_inside_a_users_program():
+def test_layered_disc_inside_a_users_program():
     """The linear systems of the implicit method are long sums of products, which not every compiler takes."""
     scene = dataclasses.replace(load("disc_stop").scene(), end_time=0.05)
 

@@ -45,7 +45,7 @@ def faded():
 
 
 @pytest.mark.smoke
-def test_a_stop_has_the_torques_of_both_shoes(stopped):
+def test_stop_has_the_torques_of_both_shoes(stopped):
     N = normals(FRICTION)
     torque = FRICTION * R * N.sum()
     assert N[0] > 2 * N[1]
@@ -94,7 +94,7 @@ def test_directions_swap_the_shoes():
         assert float(result.stopping_time) == pytest.approx(J * W0 / torque, rel=1e-12)
 
 
-def test_held_shoes_keep_the_balance_about_their_pins(stopped):
+def test_held_shoes_balance_about_their_pins(stopped):
     s = stopped.series([3.5])
     friction, normal = np.asarray(s.friction_force)[0], np.asarray(s.normal_load)[0]
     assert float(s.omega[0]) == 0.0
@@ -103,7 +103,7 @@ def test_held_shoes_keep_the_balance_about_their_pins(stopped):
     assert np.all(np.abs(friction) < 1.1 * FRICTION * normal)
 
 
-def test_restart_where_the_load_exceeds_the_static_limit():
+def test_restart_where_load_exceeds_capacity():
     static = 1.1 * FRICTION
     hold = static * R * normals(static).sum()
     result = sb.simulate(shoe_scene(omega=0.0, load=sb.PiecewiseLinear([0.0, 9.0], [0.0, 3 * hold])))
@@ -129,7 +129,7 @@ def test_self_locking_is_named():
     assert float(result.stopping_time) == pytest.approx(J * W0 / (R * float(nearly @ normals(nearly))), rel=1e-11)
 
 
-def test_a_shoe_that_comes_to_lock_itself_ends_the_run():
+def test_shoe_that_locks_itself_ends_the_run():
     """Friction that rises with the temperature; the time is that at which `f(T) M_F = M_N`, by SciPy."""
     slope, base = 2e-2, 0.6 * LOCKS
 
@@ -187,7 +187,7 @@ def test_fade_of_each_shoe_against_scipy(faded):
 
 
 @pytest.mark.slow
-def test_derivatives_of_the_stopping_time_have_the_closed_form():
+def test_stopping_time_derivatives_are_exact():
     def time(x):
         shoes = sb.Shoes(sb.ConstantFriction(x[:2], 1.1), x[2], B, x[3], x[4])
         force = sb.PiecewiseLinear(np.array([0.0, 9.0]), jnp.stack([x[7], x[7]]))
@@ -227,7 +227,7 @@ def test_all_faults_at_once():
 
 
 @pytest.mark.slow
-def test_a_file_holds_it_and_figures_show_both_shoes(faded, tmp_path):
+def test_file_and_figures_have_both_shoes(faded, tmp_path):
     text = sb.files.scene_text(faded.scene)
     again = sb.files.scene_from_text(text)
     assert sb.files.scene_text(again) == text

@@ -14,7 +14,7 @@ import simbrake as sb
 
 
 @pytest.mark.slow
-def test_repeated_duty_is_the_duty_written_out():
+def test_repeated_duty_equals_it_written_out():
     points = {"times": np.asarray([0.5, 1.0, 3.0, 3.2]), "values": np.asarray([T0, 0.0, 0.0, T0])}
     times = np.concatenate([points["times"] + 6.0 * c for c in range(3)])
     law, load = sb.ConstantFriction(0.35), sb.TorqueLoad(sb.Constant(5e3), 300.0)
@@ -28,7 +28,7 @@ def test_repeated_duty_is_the_duty_written_out():
 
 
 @pytest.mark.slow
-def test_tripping_load_books_the_energy_it_brings():
+def test_tripping_load_books_its_energy():
     load = sb.TrippingLoad(
         empty=8e3,
         string=60e3,
@@ -57,7 +57,7 @@ def test_tripping_load_books_the_energy_it_brings():
     np.testing.assert_allclose(series.load_torque, np.asarray([68e3, 8e3, 73e3]) * 9.80665 * 0.05, rtol=1e-12)
 
 
-def test_a_string_taken_in_motion_brings_its_energy():
+def test_string_taken_in_motion_adds_energy():
     """An open brake from 3 rad/s: `ω̇ = m g r/(J + m r²)`; with the speed of the hook the string gives ½ m r² ω²."""
     load = sb.TrippingLoad(8e3, 60e3, 5e3, 0.2, 8.0, 10.0, drum_radius=0.4, line_count=8, count=2)
     b = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(4, 4.5, 0.35))
@@ -71,7 +71,7 @@ def test_a_string_taken_in_motion_brings_its_energy():
     assert float(result.energy["closure"]) < 1e-12
 
 
-def test_cyclic_steady_state_is_where_long_cycling_ends():
+def test_cyclic_state_is_where_cycling_ends():
     heat = sb.lumped_heat(
         rim=1e4,
         linings=5e3,
@@ -106,7 +106,7 @@ def installation(each=1, **more):
     )  # fmt: skip
 
 
-def test_every_lining_gets_the_heat_of_its_own_friction():
+def test_linings_heat_by_their_own_friction():
     """Insulated walls, one per lining: stored heat in proportion to the tension increments, whatever the depth."""
     scene = rigid_stop(sb.ConstantFriction(0.35), installation(each=N))
     result = sb.simulate(scene)
@@ -121,7 +121,7 @@ def test_every_lining_gets_the_heat_of_its_own_friction():
 
 
 @pytest.mark.slow
-def test_one_wall_for_all_linings_is_the_mean_of_walls_for_each():
+def test_one_wall_is_the_mean_of_many_walls():
     cooled = {
         "outside": 30.0,
         "inside": sb.thermal.SpeedCoefficient(8.0, 2.0),
@@ -156,7 +156,8 @@ def test_interface_shares_heat_by_effusivity():
 
 
 @pytest.mark.slow
-def test_thermal_stabilisation_sends_nothing_to_the_flange():
+def test_stabilised_rim_heats_no_flange():
+    """Thermal stabilisation leaves out the flange and its heat flow."""
     steel = sb.material("steel_20L")
     with_flange = sb.thermal.with_pulley_structure(installation(), steel)
     without = sb.thermal.with_pulley_structure(installation(), steel, flange=False)
@@ -171,7 +172,7 @@ def test_thermal_stabilisation_sends_nothing_to_the_flange():
     assert float(sb.thermal.radial_resistance(0.035, 47.8, 0.420, 0.565)) == pytest.approx(0.028, abs=5e-4)
 
 
-def test_radiation_governs_above_a_temperature():
+def test_radiation_governs_when_hot():
     T = sb.thermal.radiation_governs_above(25.0, 0.8)
     assert pytest.approx(25.0 * (T - sb.thermal.ROOM), rel=1e-10) == 0.8 * sb.thermal.STEFAN_BOLTZMANN * (
         T**4 - sb.thermal.ROOM**4
@@ -179,7 +180,7 @@ def test_radiation_governs_above_a_temperature():
 
 
 @pytest.mark.slow
-def test_cost_grows_no_faster_than_the_layers():
+def test_cost_grows_no_faster_than_layers():
     import time
 
     def cost(layers):

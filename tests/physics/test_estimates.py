@@ -20,7 +20,7 @@ def run():
     return result, sb.estimates(result)
 
 
-def test_the_classical_stop_is_the_closed_form_of_full_slip():
+def test_classical_stop_is_that_of_full_slip():
     stop = sb.formulas.classical_stop(stop_scene(C=None))
     truth = closed_form(C=1e15)  # as good as rigid: slips from the first moment
     assert stop is not None
@@ -51,7 +51,7 @@ def test_estimates_of_a_scene_alone():
 
 
 @pytest.mark.slow
-def test_estimates_beside_a_stop_that_is_as_they_assume(run):
+def test_estimates_match_a_stop_they_assume(run):
     """Sliding throughout under constant torque: statics agree, temperatures up to what the formulas leave out."""
     result, table = run
     for name in ("brake torque", "stopping time", "stopping angle", "friction work"):
@@ -99,12 +99,13 @@ def test_inputs_of_a_run_come_from_its_scene(run):
         (lambda: stop_scene(C=None, T0=-1.0), "slack_tension"),
     ],
 )
-def test_a_scene_without_a_classical_stop_says_so(scene, word):
+def test_estimates_need_a_classical_stop(scene, word):
+    """A scene without one says so."""
     with pytest.raises(sb.InputError, match=word):
         sb.estimates(scene())
 
 
-def test_numbers_of_another_brake_are_refused():
+def test_data_of_another_brake_are_refused():
     scene = stop_scene(C=None)
     with pytest.raises(sb.InputError, match="of the track"):
         sb.estimates(scene, sb.formulas.EstimateData(track_area=1.0, lining_area=1.2))
@@ -112,7 +113,7 @@ def test_numbers_of_another_brake_are_refused():
         sb.estimates(scene, sb.formulas.EstimateData(outer_area=0.7))
 
 
-def test_rows_are_printed_with_source_difference_and_reason():
+def test_rows_have_source_difference_reason():
     row = sb.formulas.EstimateRow
     rows = (
         row("lever", "F l", 3.0, "N*m", "S-3", 2.0, "a spring"),
@@ -135,7 +136,7 @@ def test_rows_are_printed_with_source_difference_and_reason():
     assert [line for line in lines if line.startswith("reason")] == ["reason: a spring (lever; angle)"]
 
 
-def test_the_brake_application_of_a_run_is_named(run):
+def test_brake_application_of_a_run_is_named(run):
     result, table = run
     stop = float(result.stopping_time)
     assert table.about == (

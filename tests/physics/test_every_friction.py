@@ -152,7 +152,7 @@ def course(result):
 
 
 @EVERY
-def test_memory_and_changes_act_as_another_coefficient(kind):
+def test_memory_and_changes_act_on_friction(kind):
     """From the start on, of all linings of a pair, of the first and of the last one; and while friction falls."""
     start = scene(kind, wrapped)
 
@@ -219,7 +219,7 @@ def test_factors_act_as_another_coefficient(kind):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", slow_but("disc brake"))
-def test_a_factor_of_the_pressure_acts_or_is_refused(kind):
+def test_pressure_factor_acts_or_is_refused(kind):
     start = scene(kind, functools.partial(graded, pressed=True))
     start = dataclasses.replace(start, heat=still_heat(start.brake))
     if kind in ("bandage on springs", "double-shoe brake"):
@@ -240,7 +240,7 @@ def test_a_factor_of_the_pressure_acts_or_is_refused(kind):
 
 @pytest.mark.slow
 @EVERY
-def test_torques_on_the_shaft_phases_and_power_shares_act(kind):
+def test_torques_phases_and_shares_act(kind):
     """A drag on the shaft is one in the load, a phase its lever; heat is what the shares leave of the friction work."""
     start = scene(kind, plain)
     duty, field = start.duty, start.duty.lever_field
@@ -259,7 +259,7 @@ def test_torques_on_the_shaft_phases_and_power_shares_act(kind):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_lever_that_holds_the_speed_does_so_or_is_refused(kind):
+def test_lever_holds_the_speed_or_is_refused(kind):
     start = scene(kind, plain)
     duty = dataclasses.replace(start.duty, **{start.duty.lever_field: sb.SpeedHold(1e6)}, load=sb.TorqueLoad(500.0))
     held = dataclasses.replace(start, duty=duty, end_time=2.0)
@@ -280,7 +280,7 @@ def running_in(n, f=F):
 
 @pytest.mark.slow
 @EVERY
-def test_running_in_and_wear_have_one_pressure_and_one_way(kind):
+def test_running_in_and_wear_share_pressure(kind):
     """`ċ = (c_1 − c) f c p v/w_0` and `ḣ = k p v` of one face: `ln[c/(c_1 − c)]` rises by `c_1 f h/(k w_0)`.
 
     Of wide linings, where `p v` at the face is 0.77 to 0.92 of the friction heat of the band over `f A`.
@@ -305,7 +305,7 @@ def test_running_in_and_wear_have_one_pressure_and_one_way(kind):
 @pytest.mark.parametrize(
     "kind", slow_but("rigid band", "chain", "bandage on springs", "disc brake", "double-shoe brake")
 )
-def test_flash_temperature_has_the_same_work_or_is_refused(kind):
+def test_flash_keeps_the_work_or_is_refused(kind):
     """`f = f_0 (1 − s ΔT)`, `ΔT = (2 f p v/λ) √(a l/(π v))`, with load, speed and coefficient of the results."""
     start = scene(kind, lambda n, f=F: ProductFriction(f, (LinearFade(5e-3, HOT),)))
     flash = sb.thermal.FlashTemperature(1e-3, conductivity=1.0, diffusivity=1e-6)
@@ -365,7 +365,7 @@ class Mean(Half):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", ["rigid band", "several bands by stiffness"])
-def test_a_custom_law_has_memory_and_changes_of_the_law_in_it(kind):
+def test_custom_law_takes_memory_and_changes(kind):
     start = scene(kind, lambda n, f=F: Half(wrapped(n, 2 * f)))
     for one in laws_of(start.brake):
         less = np.full(one.n, LESS)
@@ -393,7 +393,7 @@ def oiled(f=F, chosen=None):
         (lambda n, f=F: Half(oiled(chosen=4.0)), "give whole numbers of linings, 1…"),
     ],
 )
-def test_a_law_that_loses_changes_or_states_is_refused(law, words):
+def test_law_that_loses_states_is_refused(law, words):
     for kind in ("staged, elastic band", "several bands by shares", "disc brake"):
         with pytest.raises(sb.InputError, match=words):
             sb.check(scene(kind, law))
@@ -429,7 +429,7 @@ class Faded(sb.friction.AbstractFriction):
         return self.kinetic(contact)
 
 
-def test_a_custom_law_ends_with_the_table_in_it():
+def test_custom_law_ends_with_its_table():
     table = sb.friction.TabulatedFade([HOT - 200.0, HOT - 10.0], [1.0, 0.9])
     for law in (Faded(table), Half(ProductFriction(F, (table,)))):
         for kind in ("rigid band", "several bands by shares", "disc brake"):
@@ -449,7 +449,7 @@ def test_a_band_with_states_is_not_turned():
 
 
 @pytest.mark.parametrize("lever", [sb.SpeedHold(1e4), sb.Driller(sb.PiecewiseLinear([0.0], [1.0]), 1e4)])
-def test_a_lever_by_speed_is_no_function_of_time(lever):
+def test_lever_by_speed_is_no_time_function(lever):
     start = scene("rigid band", plain)
     heat = still_heat(start.brake)
     warmed = dataclasses.replace(heat, sources=(sb.thermal.Source("rim", lever),))

@@ -84,7 +84,7 @@ EVERY = pytest.mark.parametrize(
 
 
 @EVERY
-def test_derivatives_both_ways_and_runs_side_by_side(kind):
+def test_derivatives_both_ways_and_batches(kind):
     start = np.asarray([20.0, 900.0, 0.4])
     value, forwards, backwards = jacobians(lambda x: answers(kind, x)[0])(jnp.asarray(start))
     assert np.all(np.isfinite(value))
@@ -147,7 +147,7 @@ def test_heat_wear_prepared_runs_and_files(kind, tmp_path):
 
 @pytest.mark.slow
 @EVERY
-def test_breakpoints_on_a_straight_line_change_nothing(kind):
+def test_breakpoints_on_line_change_nothing(kind):
     """All modes are chosen anew at a breakpoint: of a brake that slides, sticks, is held, is turned by its load."""
     calm, lines = scene(kind), ([0.0, 3.0, 5.0, 6.5, 7.5, 9.0], [500.0, 7e3, 7e3, 100.0, 100.0, 8e3])
     pairs = linings_of(kind) + ["brake.bandage"] * bool(KINDS.get(kind, (None,))[-1])

@@ -49,7 +49,7 @@ OIL = slice(2, 4)  # linings 3 and 4
 
 
 @pytest.mark.slow
-def test_a_stop_with_oil_on_two_linings_and_its_derivatives():
+def test_stop_and_derivatives_with_oil():
     """`ω_1 = ω_0 − M_1 t_1/J`, `t_stop = t_1 + J ω_1/M_2`; by instant, factor, friction and lining tension."""
 
     def stop(x):
@@ -88,7 +88,7 @@ def test_a_lost_lining_compiles_nothing():
 
 
 @pytest.mark.slow
-def test_an_elastic_band_follows_friction_that_changes_slowly():
+def test_elastic_band_follows_slow_friction():
     """In full slip `T_n = T_0 Π(t)`: stop by its integral, heat by `v_s = R_b ω − T_0 Π̇/C`, lever by `T_0 ẋ`."""
     C, law = 2e5, changed(MU, sb.PiecewiseLinear([0.3, 1.1], [1.0, 0.5]))
     result = sb.simulate(scene(law, C))
@@ -126,7 +126,7 @@ def test_an_elastic_band_follows_friction_that_changes_slowly():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [None, 3e5])
-def test_a_held_load_goes_when_friction_jumps(stiffness):
+def test_held_load_goes_when_friction_jumps(stiffness):
     """It holds until the instant of the jump, then `J ω̇ = M − M_k`; exactly, in either direction."""
     end, ratio = 2.0, 1.2
 
@@ -158,7 +158,7 @@ def test_a_held_load_goes_when_friction_jumps(stiffness):
 
 
 @pytest.mark.slow
-def test_a_staged_brake_with_changes_of_both_pairs():
+def test_staged_brake_with_changes_of_pairs():
     """Oil on the rim lets the bandage go at once; on the band it lowers the torque of stage 1."""
     R, J_, J_b, s = staged.R, staged.J, staged.J_B, math.sin(staged.BETA / 2)
     z, T_0, load = math.tan(staged.BETA / 2), 400.0, 300.0
@@ -189,7 +189,7 @@ def test_a_staged_brake_with_changes_of_both_pairs():
 
 
 @pytest.mark.slow
-def test_a_chain_with_an_oiled_lining_against_scipy():
+def test_chain_with_oil_matches_scipy():
     """From the jump on, with all linings sliding: three linings on their segments, the pulley."""
     n, t_1, t_2, f = 3, 0.06, 0.09, np.array([0.3, 0.06, 0.3])
     law = changed(0.3, jump(t_1, 0.2), 2.0)
@@ -219,7 +219,7 @@ def test_a_chain_with_an_oiled_lining_against_scipy():
     np.testing.assert_allclose(np.concatenate([[end.omega], end.own.e, end.own.v]), found.y[:, -1], rtol=1e-9)
 
 
-def test_a_disc_with_fade_and_oil_against_scipy():
+def test_disc_with_fade_and_oil_by_scipy():
     """Two of four pads from 0.6 s on; pads fade by their own heat; disc and pads as lumps."""
     base = sb.friction.ProductFriction(sb.ConstantFriction(FRICTION), (sb.LinearFade(2e-3, 273.15),))
     result = sb.simulate(disc_scene(friction=changed(base, jump(0.6, 0.3), [1, 4]), heat=disc_heat()), rtol=1e-12)
@@ -260,7 +260,7 @@ def test_an_oiled_shoe():
 
 
 @pytest.mark.slow
-def test_a_resolved_bandage_with_an_oiled_lining():
+def test_resolved_bandage_with_oiled_lining():
     """Stage 3, all linings held by the band: `R_b (T_i − T_{i−1}) = R f_i [(T_i + T_{i−1}) s + N_pre] + Q_i`.
 
     `Q_i`: of the springs as they were when the linings came to rest.
@@ -355,7 +355,7 @@ def test_input_errors():
         FrictionChange(0.5, [0])
 
 
-def test_a_course_between_points_is_the_mean_of_its_ends():
+def test_change_is_linear_between_points():
     """A ramp of the factor on a rigid band: the stop by quadrature."""
     result = sb.simulate(scene(changed(MU, sb.PiecewiseLinear([0.2, 1.0], [1.0, 0.6]), [1, 8])))
     lost = quad(lambda t: float(torque(1 - 0.5 * (t - 0.2), MU, jnp.asarray([0, 7]))), 0.2, 1.0, epsrel=1e-12)[0]

@@ -35,7 +35,7 @@ def furnace(mass=1e15):
     [(1.0, 0.6, LinearFade(5e-4, 420.0)), (0.0, 1.0, None)],
     ids=["recovery", "burn-off"],
 )
-def test_at_constant_temperature_memory_is_an_exponential(end, start, fade):
+def test_isothermal_memory_is_exponential(end, start, fade):
     """`c = c_e φ + (c_0 − c_e φ) e^{−kt}`, `k = A e^{−E/(R_g T)}`; stopping time, and how it follows A, E and c_0."""
     A, E = 3e3, 4e4
     k = A * math.exp(-E / (GAS * KELVIN))
@@ -62,7 +62,7 @@ def test_at_constant_temperature_memory_is_an_exponential(end, start, fade):
 
 
 @pytest.mark.slow
-def test_running_in_follows_the_work_at_the_face_of_each_lining():
+def test_running_in_follows_work_at_the_face():
     """`∫ f p v dt`: the friction of the band on its circle does `1/cos(β/2)` times that."""
     end, work = np.asarray([1.4, 1.2, 1.0, 0.9]), 2e6
     law = FrictionWithMemory(F, (MemoryProcess(end, work=work),), 0.8)
@@ -72,7 +72,7 @@ def test_running_in_follows_the_work_at_the_face_of_each_lining():
     np.testing.assert_allclose(final(result), end + (0.8 - end) * np.exp(-done / work), rtol=1e-9)
 
 
-def test_a_stop_with_all_processes_and_heat_against_scipy():
+def test_stop_with_all_processes_by_scipy():
     """Fade with recovery, burn-off and running-in at once, each lining for itself."""
     n, capacity, share, room = 4, 900.0, 0.7, sb.thermal.ROOM
     heat = sb.Heat(
@@ -114,7 +114,7 @@ def test_a_stop_with_all_processes_and_heat_against_scipy():
     assert float(result.energy["closure"]) < 1e-9
 
 
-def test_processes_in_a_scene_file_and_their_errors(tmp_path):
+def test_processes_in_a_file_and_errors(tmp_path):
     law = FrictionWithMemory(
         sb.StribeckFriction(0.45, 0.4, 0.5),
         (MemoryProcess(1.0, LinearFade(8e-4, 423.15, 0.2), 0.5), MemoryProcess(1.2, work=4e6)),

@@ -18,7 +18,7 @@ def stopping_time(scene):
 
 
 @pytest.mark.smoke
-def test_every_number_of_the_stop_forward_reverse_and_closed_form():
+def test_every_number_has_exact_derivatives():
     scene = jax.tree.map(jnp.asarray, stop_scene())
     vector, tree = ravel_pytree(scene)
     forward, reverse = (tree(x) for x in jacobians(lambda x: stopping_time(tree(x)))(vector)[1:])
@@ -53,7 +53,7 @@ def test_every_number_of_the_stop_forward_reverse_and_closed_form():
 
 
 @pytest.mark.slow
-def test_derivatives_by_the_end_and_the_start_of_the_clock():
+def test_derivatives_by_start_and_end_time():
     """`ω = ω_0 − a (t_1 − t_0)` and its angle in a stop that the end of the run cuts off, both ways."""
 
     def end(x):
@@ -75,7 +75,7 @@ def events_of(scene):
 
 
 @pytest.mark.slow
-def test_scenario_gradients_against_central_differences(scenarios):
+def test_scenario_gradients_by_differences(scenarios):
     from helpers import open_scene
 
     scene = jax.tree.map(jnp.asarray, open_scene(scenarios / "u2_5_5_stop.py"))
@@ -103,7 +103,7 @@ def test_scenario_gradients_against_central_differences(scenarios):
 
 
 @pytest.mark.slow
-def test_metrics_are_differentiable_outside_of_jit():
+def test_metrics_differentiable_outside_jit():
     """Where only the numbers that are differentiated are traced, and the modes of the run are known."""
 
     def asked(w0):
@@ -119,7 +119,7 @@ def test_metrics_are_differentiable_outside_of_jit():
 
 
 @pytest.mark.slow
-def test_series_and_energy_are_differentiable():
+def test_series_and_energy_have_derivatives():
     def metrics(T0):
         scene = stop_scene(T0=T0)
         r = sb.simulate(scene, rtol=1e-12, max_steps=128)

@@ -85,7 +85,7 @@ def test_a_law_with_a_slope_at_rest(name):
     np.testing.assert_allclose(forward, exact[1:], rtol=1e-8)
 
 
-def test_laws_continue_past_rest_with_their_slope():
+def test_laws_keep_their_slope_past_rest():
     for law in (sb.StribeckFriction(0.4, 0.3, 0.5, 1.0), straight(0.4, 0.3, 0.5), Magnitude(0.4, 0.3, 0.5)):
 
         def f(v, law=law):
@@ -109,7 +109,7 @@ def derivative_by_scale(scene, powers, stop):
 
 
 @pytest.mark.slow
-def test_time_scales_with_all_forces_of_a_staged_brake():
+def test_time_scales_with_staged_brake_force():
     """Rigid band, no load: `t ~ 1/λ` where tensions and preload grow as `λ`, whatever the friction laws are."""
     law, inner = sb.StribeckFriction(0.40, 0.3, 3.0, 1.0), sb.StribeckFriction(0.22, 0.15, 3.0, 1.0)
     scene = staged_stop(lever=sb.Constant(8e3), load=0.0, law=law, inner=inner)
@@ -119,7 +119,7 @@ def test_time_scales_with_all_forces_of_a_staged_brake():
 
 
 @pytest.mark.slow
-def test_time_scales_with_all_forces_of_a_chain():
+def test_time_scales_with_forces_of_a_chain():
     """`t ~ 1/λ` where tensions and damping grow as `λ` and stiffnesses as `λ²`: lengths shrink, speeds stay."""
     law = sb.StribeckFriction(0.3, 0.2, 0.3, 1.0)
     scene = chain(n=2, law=law, T0=3.0, C=5.0, K=20.0, m=0.05, damping=0.1, x0=0.0, end=30.0)
@@ -138,7 +138,7 @@ def jump(at, before, after):
 
 
 @pytest.mark.slow
-def test_breakpoints_at_one_instant_keep_their_own_derivatives():
+def test_tied_breakpoints_keep_derivatives():
     """Lever doubled at 1 s, `t = k/2 + ω_0/(2 a)`; an idle corner of the load there, and (second point) the end."""
 
     def run(x):
@@ -156,7 +156,7 @@ def test_breakpoints_at_one_instant_keep_their_own_derivatives():
             np.testing.assert_allclose(jacobian[row], exact, rtol=1e-10, atol=1e-12)
 
 
-def test_the_next_known_time_is_that_of_one_profile():
+def test_next_breakpoint_is_of_one_profile():
     near = np.nextafter(0.3, 1.0)
 
     def due(x, waits):
@@ -180,7 +180,7 @@ def test_the_next_known_time_is_that_of_one_profile():
 
 
 @pytest.mark.parametrize("C", [None, 2e5])
-def test_two_breakpoints_at_one_instant_at_rest(C):
+def test_two_tied_breakpoints_at_rest(C):
     """Lever and load change together, up, down, and with the lever let go: held before and after is held all along."""
     times = np.array([1.0, 1.0, 2.0, 2.0, 3.0, 3.0])
     lever = sb.PiecewiseLinear(times, np.array([4e3, 8e3, 8e3, 4e3, 4e3, 0.0]))
@@ -195,7 +195,7 @@ def test_two_breakpoints_at_one_instant_at_rest(C):
 
 
 @pytest.mark.slow
-def test_stop_through_a_blend_against_quadrature():
+def test_stop_through_a_blend_by_quadrature():
     """An adiabatic lump, `T = T_0 + (ω_0² − ω²) J/2C`, heated by 80 K through a fade with a blend of 11 K."""
     C, slope, blend = 2e3, 2e-3, 11.0
     above = np.array([332.0, 338.0, 346.0])
@@ -229,7 +229,7 @@ def test_stop_through_a_blend_against_quadrature():
 
 
 @pytest.mark.slow
-def test_a_blend_has_four_continuous_derivatives():
+def test_blend_has_four_smooth_derivatives():
     law = sb.LinearFade(slope=0.05, above=300.0, blend=2.0)
 
     def lost(x):

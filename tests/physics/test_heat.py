@@ -153,7 +153,7 @@ def stopping_time(f, slope, capacity):
 
 
 @pytest.mark.slow
-def test_heat_transmission_by_metal_temperature():
+def test_heat_transmission_by_temperature():
     """Of bodies that stay as hot as they are: `a = K_1/(K_1 + K_2)` of V by hand, halfway between two rows."""
     law = sb.thermal.TransmissionPartition(
         np.array([400.0, 600.0]),
@@ -186,7 +186,7 @@ def test_shares_of_heat_of_single_linings():
 
 
 @pytest.mark.parametrize("solver", [diffrax.Dopri8(), pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)])
-def test_an_adiabatic_lump_against_quadrature(solver):
+def test_adiabatic_lump_against_quadrature(solver):
     result = fade_stop(solver=solver)
     assert result.metrics["stopping_time"] == pytest.approx(stopping_time(0.35, 2e-3, 2e4), rel=1e-10)
     assert result.metrics["peak_rim_temperature"] == pytest.approx(sb.thermal.ROOM + 0.5 * J * W0**2 / 2e4, rel=1e-12)
@@ -194,7 +194,7 @@ def test_an_adiabatic_lump_against_quadrature(solver):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("solver", [diffrax.Dopri8(), pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)])
-def test_gradients_with_fade_against_quadrature(solver):
+def test_gradients_with_fade_by_quadrature(solver):
     def metrics(x):
         result = fade_stop(*x, solver)
         return jnp.stack([result.stopping_time, result.end_temperatures[0]])
@@ -214,7 +214,7 @@ def test_gradients_with_fade_against_quadrature(solver):
 
 
 @pytest.mark.slow
-def test_drag_holds_the_speed_and_the_lever_follows_the_fade():
+def test_lever_follows_fade_to_hold_speed():
     heat = lump(5e4, linings=1e4, share=0.9, cooling=300.0)
     scene = rigid_stop(fading(slope=1e-3), heat, 60.0, sb.SpeedHold(limit=50e3), load=2e4, w0=5.0)
     result = sb.simulate(scene)
@@ -266,7 +266,7 @@ def test_faults_of_a_scene_with_heat():
     assert "'nowhere'" in str(caught.value)
 
 
-def test_numbers_of_a_heat_part_are_set_by_path():
+def test_heat_part_values_are_set_by_path():
     scene = sb.with_values(
         layered_stop(), {"heat.bodies[0].material.conductivity": 60.0, "heat.links[0].coefficient": 10.0}
     )
@@ -291,7 +291,7 @@ def test_heat_with_no_power_is_no_heat():
 
 
 @pytest.mark.slow
-def test_a_batch_of_stiff_scenes_is_its_single_runs():
+def test_batch_of_stiff_scenes_is_its_runs():
     base = layered_stop(sb.thermal.layer_growth(1e-5, 0.028, 20))
 
     def stop(f):
@@ -305,7 +305,7 @@ def test_a_batch_of_stiff_scenes_is_its_single_runs():
 
 
 @pytest.mark.slow
-def test_gradient_of_a_peak_temperature_against_differences():
+def test_gradient_of_a_peak_temperature():
     """The rim of a dragging, then stopping pulley is hottest at some time in between: an interior maximum."""
 
     def peak(f, capacity):
@@ -325,7 +325,7 @@ def test_gradient_of_a_peak_temperature_against_differences():
         assert float(slopes[i]) == pytest.approx(central, rel=1e-7)
 
 
-def test_slip_may_begin_on_the_corner_of_a_fade():
+def test_slip_may_begin_on_a_fade_corner():
     """Heating from just there, friction falls from the first instant on: no step is shortened to find that out."""
     for above in (293.15, 283.15):
         scene = layered_stop(law=fading(above=above))
@@ -333,7 +333,7 @@ def test_slip_may_begin_on_the_corner_of_a_fade():
 
 
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.0])
-def test_slope_of_stribeck_friction_where_slip_begins(exponent):
+def test_stribeck_slope_where_slip_begins(exponent):
     law = sb.StribeckFriction(0.4, 0.3, 0.5, exponent)
 
     def f(v):
@@ -345,7 +345,7 @@ def test_slope_of_stribeck_friction_where_slip_begins(exponent):
     assert float(f(jnp.asarray(0.7))) == pytest.approx(0.3 + 0.1 * math.exp(-((0.7 / 0.5) ** exponent)), rel=1e-14)
 
 
-def test_structure_of_two_pulleys_is_twice_that_of_one():
+def test_two_pulleys_are_twice_a_structure():
     """Steady flow through V's radial resistance and the convection behind it, per pulley."""
     steel = sb.material("steel_20L")
     air = sb.thermal.Reservoir("air", 300.0)
@@ -365,7 +365,7 @@ def test_structure_of_two_pulleys_is_twice_that_of_one():
 
 
 @pytest.mark.slow
-def test_surface_layer_is_in_series_with_its_wall():
+def test_surface_layer_in_series_with_wall():
     """Steady flow through `δ_s(T)/λ_s` and a wall: with `δ_s` linear in the temperature a quadratic equation."""
     L, lam, A, n = 0.03, 0.736, 0.2, 6
     layer = sb.thermal.SurfaceLayer([373.15, 923.15], ["5.6 um", "35.4 um"])

@@ -20,7 +20,7 @@ import simbrake as sb
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [C, None])
-def test_a_held_brake_lets_go_when_it_is_heated(stiffness):
+def test_held_brake_lets_go_when_heated(stiffness):
     z, load = math.tan(BETA / 2), 2.0e4
     result = sb.simulate(warmed(fading(slope=1e-3), 2e4, load, stiffness, end=150.0), throw=False)
     mu = (load / (R * T0) + 1) ** (1 / N)
@@ -34,7 +34,7 @@ def test_a_held_brake_lets_go_when_it_is_heated(stiffness):
     assert np.all(np.asarray(held.phi) == 0.0)
 
 
-def test_heat_of_a_break_away_goes_through_the_walls_at_once():
+def test_break_away_heats_the_walls_at_once():
     """The tension falls from the static to the kinetic limit in no time: `E = (T_1 − T_2)/C ((T_1 + T_2)/2 − T_0)`."""
     C, n, share, z = 2e5, 4, 0.8, math.tan(math.radians(30.0))
     rim = sb.thermal.Wall("rim", sb.Material(48.0, 7800.0, 500.0), 0.028, 1.1, 3, 1.7)
@@ -57,7 +57,8 @@ def test_heat_of_a_break_away_goes_through_the_walls_at_once():
 
 
 @pytest.mark.slow
-def test_self_locking_reached_by_heat_is_an_event_or_a_code():
+def test_self_locking_by_heat_is_reported():
+    """By an event (elastic band) or a named code (rigid band)."""
     rising = sb.friction.ProductFriction(
         sb.ConstantFriction(0.9),
         (sb.friction.TabulatedFade(np.asarray([250.0, 350.0, 900.0]), np.asarray([0.9, 1.0, 2.5])),),
@@ -119,7 +120,7 @@ def test_band_snap_is_named():
     assert "capacity" in result.message
 
 
-def test_flash_temperature_of_a_moving_source():
+def test_flash_temperature_of_moving_source():
     assert float(FLASH.rise(jnp.asarray(1e8), jnp.asarray(20.0))) == pytest.approx(60.5551805284838, rel=1e-12)
 
 
@@ -134,7 +135,7 @@ def test_flash_temperature_of_a_slow_source():
 
 
 @pytest.mark.slow
-def test_stop_with_flash_down_to_rest_and_its_derivatives():
+def test_stop_with_flash_and_derivatives():
     """`t = ∫ J dω/M(f)` with `f = f_0 (1 − s (ΔT_rim + κ f v/√(v + v_0)))`, solved for `f`; by quadrature."""
     a, hardness, capacity, J, n, beta = 1.44e-5, 3e7, 1e5, 900.0, 4, math.radians(50.0)
     at = {"f_0": 0.35, "s": 1e-3, "l": 1e-3}

@@ -99,7 +99,7 @@ def test_reserve_of_disc_and_shoes():
 @pytest.mark.parametrize(
     ("f_int", "wet", "oiled"), [(0.05, 1.0, 1.0), (0.4, 1.0, 1.0), (0.6, 0.8, 1.1), (0.04, 0.9, 1.2)]
 )
-def test_reserve_of_a_staged_brake_is_that_of_its_weaker_pair(f_int, wet, oiled):
+def test_staged_reserve_is_of_weaker_pair(f_int, wet, oiled):
     """`wet`, `oiled`: factors of the friction in the outer and in the inner pair."""
     T_0, load, ratio = 5e3, 300.0, 1.2
 
@@ -149,7 +149,7 @@ def one_case(lever, factor, load):
 
 
 @pytest.mark.parametrize("case", CASES)
-def test_the_reserve_is_that_of_a_brake_that_is_to_hold(case):
+def test_reserve_of_a_brake_that_is_to_hold(case):
     lever, factor, load, share, when = CASES[case]
     full = R * T0 * (capstan(STATIC * F) - 1) / M
     truth = full * share if share else R * T0 * (capstan(STATIC * F * factor) - 1) / M
@@ -160,7 +160,7 @@ def test_the_reserve_is_that_of_a_brake_that_is_to_hold(case):
 
 
 @pytest.mark.slow
-def test_derivatives_of_the_reserve_of_a_load_that_breaks_away():
+def test_reserve_derivatives_at_break_away():
     lever = ([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0])
 
     def least(x):

@@ -47,7 +47,7 @@ def speed_up(T_0, mass=MASS):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("T_0", [0.0, 150.0])
-def test_each_lining_lifts_off_and_touches_down_at_its_own_speed(T_0):
+def test_linings_lift_off_at_own_speeds(T_0):
     result, J = sb.simulate(speed_up(T_0)), staged.J + staged.J_B
     drag = staged.R_B * T_0 * (PI[-1] - 1)
     limit = np.sqrt((T_0 * (PI[1:] + PI[:-1]) * S + PRELOAD) / (MASS * RADIUS))
@@ -72,7 +72,7 @@ def test_each_lining_lifts_off_and_touches_down_at_its_own_speed(T_0):
 
 
 @pytest.mark.slow
-def test_derivative_of_the_lift_off_by_the_mass():
+def test_derivative_of_lift_off_by_the_mass():
     """`t_i = J (√(N_pre,i/(m_i r_m)) − ω_0)/M`: the time moves by `−J ω_i/(2 m_i M)`."""
 
     def times(mass):
@@ -163,7 +163,7 @@ def alone(mass, w0, T_0=200.0, rate=4e3, preload=staged.PRELOAD, load=300.0):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("mass", "w0"), [(3.0, 20.0), (5.4, 40.0)])
-def test_a_stop_with_falling_grip_against_scipy(mass, w0):
+def test_stop_with_falling_grip_by_scipy(mass, w0):
     """The second has no grip at all without the band: its linings slide from the start."""
     scene = with_masses(staged.stop(w0=w0), mass)
     truth, heat = alone(mass, w0)
@@ -201,7 +201,7 @@ def test_derivative_of_the_stop_by_the_mass():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("rate", [4e2, 4e3, 4e4])
-def test_the_onset_depends_on_the_ramp_by_the_speed_then(rate):
+def test_onset_depends_on_the_speed_then(rate):
     """Stage 1 has a closed form, `(J + J_b) ω̇ = M_load − R_b (Π − 1) T_0(t)`; grip is lost and found on the way."""
     mass, scene = 1.5, with_masses(staged.stop(rate=rate, load=600.0), 1.5)
     result, J = sb.simulate(scene), staged.J + staged.J_B
@@ -215,7 +215,7 @@ def test_the_onset_depends_on_the_ramp_by_the_speed_then(rate):
     assert float(onset) == pytest.approx(T_0, rel=1e-9)
 
 
-def test_the_onset_with_linings_that_have_lifted_off():
+def test_onset_with_lifted_linings():
     """The root over a fine grid of tensions, with some of the linings off the rim there; and where there is none."""
     scene = with_masses(staged.stop(preload=np.linspace(200.0, 3000.0, staged.N)), 4.0)
     J, J_b, arm = staged.J, staged.J_B, staged.R_B * (PI[-1] - 1)
@@ -266,7 +266,7 @@ def lifting_times():
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("each", "wall"), [(1, False), (8, False), (8, True)])
-def test_a_lining_off_the_rim_takes_no_heat_from_it(each, wall):
+def test_lining_off_the_rim_takes_no_heat(each, wall):
     """Piecewise linear equations, by matrix exponentials from one lift-off or touchdown to the next."""
     result = sb.simulate(with_heat(speed_up(0.0), each, wall))
     up = lifting_times()
@@ -303,7 +303,7 @@ def test_a_lining_off_the_rim_takes_no_heat_from_it(each, wall):
 
 
 @pytest.mark.slow
-def test_derivative_of_the_exchanged_heat_by_the_masses():
+def test_derivative_of_heat_by_the_masses():
     """`T_r − T_l = ΔT e^{−k ∫ G dt}`, `∫ G dt = G_1 Σ min(t_i, t)`."""
 
     def difference(mass):
@@ -324,7 +324,7 @@ def test_derivative_of_the_exchanged_heat_by_the_masses():
 
 
 @pytest.mark.slow
-def test_linings_on_springs_lift_off_at_their_own_speeds():
+def test_sprung_linings_lift_off_one_by_one():
     """An open brake that a load speeds up: all turn together, each with its own preload."""
     preload, mass = np.array([500.0, 2e4, 900.0]), np.array([2.0, 2.0, 2.4])
     load = ((0.0, 3.0, 3.0, 4.0), (1500.0, 1500.0, -1500.0, -1500.0))
@@ -341,7 +341,7 @@ def test_linings_on_springs_lift_off_at_their_own_speeds():
 
 
 @pytest.mark.slow
-def test_one_lining_on_springs_is_the_rigid_bandage():
+def test_one_sprung_lining_is_rigid_bandage():
     one = with_masses(bandage_scenes.scene(1, wrap=60.0, f_int=0.15, preload=1e3, J=50.0), 3.0)
     bandage = dataclasses.replace(one.brake.bandage, spring=None, spring_damping=0.05, inertia=4.0)
     rigid = dataclasses.replace(one, brake=dataclasses.replace(one.brake, bandage=bandage))
@@ -358,7 +358,8 @@ def test_one_lining_on_springs_is_the_rigid_bandage():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [None, 2e5])
-def test_random_duties_keep_their_energy_and_no_lining_pulls(stiffness):
+def test_random_duties_keep_energy_and_press(stiffness):
+    """Linings press on the rim or are off it; none ever pulls."""
     seen = set()
     for seed in range(15):
         rng = np.random.default_rng(seed)

@@ -33,7 +33,7 @@ def braking():
     return sb.simulate(ws.stop(sb.Wear(ws.K, permissible=LIMIT)))
 
 
-def test_constant_wear_lasts_as_long_as_the_tight_lining(braking):
+def test_life_is_that_of_the_tight_lining(braking):
     w = np.asarray(braking.worn_thickness)
     life = sb.lining_life(braking)
     assert life.first == 4
@@ -62,7 +62,7 @@ def test_constant_wear_lasts_as_long_as_the_tight_lining(braking):
     assert f"{life.brakings:.0f} stops, until lining 4 of 4 has lost 8 mm" in str(life)
 
 
-def test_the_best_turn_of_equal_linings_is_at_half_of_the_life(braking):
+def test_best_turn_is_at_half_of_the_life(braking):
     w = np.asarray(braking.worn_thickness)
     life = sb.lining_life(braking, turn_at="best")
     assert life.brakings == pytest.approx(2 * LIMIT / (w[0] + w[-1]), rel=1e-6)
@@ -122,7 +122,7 @@ def test_equal_loads_of_z_level_the_wear(braking):
 
 
 @pytest.mark.slow
-def test_a_worn_brake_has_a_smaller_circle_and_a_later_lever(braking):
+def test_worn_brake_has_a_smaller_circle(braking):
     """`R_b' = R_b − h̄`; without load the distance and the wear of a braking stay, and the stop takes longer."""
     h = np.array([1e-3, 2e-3, 3e-3, 6e-3])
     scene = sb.with_values(braking.scene, {"brake.band.radius": 0.65})
@@ -209,7 +209,7 @@ def test_a_step_of_many_stops_by_its_formula():
 
 
 @pytest.mark.slow
-def test_steps_of_many_brakings_against_one_after_the_other():
+def test_large_steps_match_single_brakings():
     scene = dragged(0.03)
     one_by_one = sb.lining_life(scene, step=1)
     life = sb.lining_life(scene)

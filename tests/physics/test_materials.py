@@ -53,7 +53,7 @@ def test_wear_of_lining_materials():
 # --- exchanged in a scene ---------------------------------------------------------------------------------------------
 
 
-def test_another_material_is_the_scene_built_with_it():
+def test_new_material_equals_a_scene_with_it():
     brass, other = sb.material("brass"), sb.material("retinax")
     found = sb.with_materials(whole_scene(), brass, other)
     built = whole_scene(rim="brass", lining="retinax").heat
@@ -62,7 +62,7 @@ def test_another_material_is_the_scene_built_with_it():
         np.testing.assert_allclose(a, b, rtol=1e-14)
 
 
-def test_shares_follow_only_where_they_are_made_from_materials():
+def test_shares_follow_if_of_materials():
     brass, other = sb.material("brass"), sb.material("retinax")
     given = sb.with_materials(whole_scene(sb.thermal.ConstantPartition(0.9)), brass, other).heat.friction.partition
     assert float(given.metal) == 0.9
@@ -76,7 +76,7 @@ def test_shares_follow_only_where_they_are_made_from_materials():
         np.testing.assert_array_equal(a, b)
 
 
-def test_a_scene_that_names_no_material_is_refused():
+def test_scene_without_material_is_refused():
     with pytest.raises(sb.InputError, match=r"heat.rim.*\n.*heat.linings"):
         sb.with_materials(stop_scene(), sb.material("brass"), sb.material("retinax"))
 
@@ -128,7 +128,7 @@ def test_a_stop_by_hand(name):
     assert float(lining.conductivity) == 0.736
 
 
-def test_estimates_are_those_of_the_table_of_estimates():
+def test_estimates_match_the_estimate_table():
     row = compared(["brass"]).row("brass")
     m = sb.formulas.rim_material("brass")
     table = sb.estimates(
@@ -150,7 +150,7 @@ def test_estimates_are_those_of_the_table_of_estimates():
     assert steel == pytest.approx(table["heat partition coefficient, rim, transmission"].value, rel=1e-4)
 
 
-def test_the_greatest_work_in_closed_form_and_as_a_level():
+def test_maximum_work_in_closed_form():
     """Surface of a half-space: rise ∝ q √τ ∝ W^(3/4) at given torques; at that work a pair is just admissible."""
     stiffless = sb.formulas.rim_material("steel_20L", young=1.0, permissible_temperature=ROOM + 30.0)
     row = compared([stiffless]).row("steel_20L")
@@ -170,7 +170,7 @@ def test_the_greatest_work_in_closed_form_and_as_a_level():
         assert row.greatest_work == pytest.approx(stressed.greatest_work, rel=1e-9)
 
 
-def test_nothing_is_left_where_the_rim_is_too_hot_at_the_start():
+def test_rim_too_hot_at_start_leaves_nothing():
     row = compared([sb.formulas.rim_material("brass", permissible_temperature=290.0)]).row("brass")
     assert (row.greatest_work, row.ends) == (0.0, "rim temperature")
     assert not row.admissible
@@ -204,7 +204,7 @@ def test_levels_by_a_number_of_the_scene():
     assert loaded.row("brass")["friction_work"].value == pytest.approx(1e5, rel=1e-11)
 
 
-def test_the_inertia_follows_the_mass_if_asked():
+def test_inertia_follows_the_mass_if_asked():
     own, other = sb.formulas.rim_material("steel_20L"), sb.formulas.rim_material("magnesium_alloy")
     radius = float(stop_scene().brake.pulley.radius)
     lighter = 1.05 * 0.05 * (other.numbers["density"] - own.numbers["density"])
@@ -215,14 +215,14 @@ def test_the_inertia_follows_the_mass_if_asked():
     assert "for every rim mass" in str(compared([own]))
 
 
-def test_sizes_that_the_scene_does_not_have_are_said():
+def test_sizes_missing_in_a_scene_are_named():
     notes = " ".join(compared(["brass"], data=sb.formulas.EstimateData(track_area=1.05)).notes)
     assert "rim_thickness = 0.025 m is not the scene's: V, table 1" in notes
     assert "lining_area" in notes
     assert "track_area" not in notes
 
 
-def test_the_ranking_has_admissible_pairs_first():
+def test_ranking_has_admissible_pairs_first():
     weak = dataclasses.replace(sb.formulas.rim_material("steel_20L", permissible_stress=1e6), name="weak")
     strong = dataclasses.replace(sb.formulas.rim_material("steel_20L", permissible_stress=1e9), name="strong")
     table = compared([weak, strong])

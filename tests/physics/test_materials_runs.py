@@ -28,7 +28,7 @@ def test_a_new_material_does_not_re_trace(simulated, caplog):
         sb.compare_materials(heated(), ["magnesium_alloy", "cast_iron"], ["retinax"])
 
 
-def test_simulated_numbers_are_those_of_the_scene(simulated):
+def test_simulated_numbers_are_of_the_scene(simulated):
     table, row = simulated, simulated.row("brass")
     scene = heated()
     wall = dataclasses.replace(scene.heat.bodies[0], material=sb.material("brass"))
@@ -43,7 +43,7 @@ def test_simulated_numbers_are_those_of_the_scene(simulated):
     assert "no rim in layers" not in str(table)
 
 
-def test_estimates_and_runs_are_those_of_a_half_space(simulated):
+def test_estimates_and_runs_of_a_half_space(simulated):
     """Closed forms for a face under falling flux; the air, layers of some thickness and the back take little from it.
 
     The estimated stress takes the face under the mean flux at the end: 3/√8 of its greatest rise.
@@ -61,7 +61,7 @@ def test_estimates_and_runs_are_those_of_a_half_space(simulated):
 
 
 @pytest.mark.slow
-def test_without_heat_the_scene_runs_once_and_wear_adds_up():
+def test_one_run_without_heat_and_mean_wear():
     """Mean wear by hand against the integral over the run, for a constant coefficient."""
     scene = stop_scene(C=None)
     cold = sb.formulas.lining_material("FK-24A", wear_activation=0.0)
@@ -90,7 +90,7 @@ def test_simulated_wear_is_within_its_bounds():
     assert coldest * load_way < row["wear"].simulated < hottest * load_way
 
 
-def test_materials_with_slopes_and_without_are_one_program():
+def test_sloped_materials_share_one_program():
     sloped = sb.formulas.rim_material("brass")
     thermal = dataclasses.replace(sloped.thermal, conductivity_slope=1e-3)
     table = compared([dataclasses.replace(sloped, thermal=thermal), "cast_iron"])
@@ -100,7 +100,7 @@ def test_materials_with_slopes_and_without_are_one_program():
 # --- shown ------------------------------------------------------------------------------------------------------------
 
 
-def test_the_table_its_numbers_and_labelled_data():
+def test_table_its_numbers_and_labelled_data():
     table = compared(["steel_20L", "brass"], ["FK-24A", "retinax"], energy=[2e5, 4e6])
     text = str(table)
     assert text.count("within limits") >= 4

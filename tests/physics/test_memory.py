@@ -84,7 +84,7 @@ def towards(end, x):
 
 
 @pytest.mark.slow
-def test_a_stop_under_friction_that_tends_to_another():
+def test_stop_while_friction_tends_to_limit():
     """`ω_0 − (M/J) [ξ_e t + (1 − ξ_e) τ (1 − e^{−t/τ})] = 0`, its derivatives, and runs side by side."""
     end, tau = 0.5, 2.0
 
@@ -130,7 +130,7 @@ def test_friction_that_runs_in_with_the_work():
 
 
 @pytest.mark.slow
-def test_every_lining_of_a_staged_brake_runs_in_by_its_own_work():
+def test_staged_linings_run_in_by_own_work():
     bandage = sb.Bandage(45.0, RunningIn(0.22, 1.3, 2e6), 900.0, AREA)
     result = sb.simulate(band(RunningIn(F, 0.6, 3e6), 2e6, bandage=bandage), rtol=1e-11)
     assert "external_lock" in [event.name for event in result.events]
@@ -146,7 +146,7 @@ def test_every_lining_of_a_staged_brake_runs_in_by_its_own_work():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [None, "disc", pytest.param(2e6, marks=pytest.mark.slow)])
-def test_a_held_brake_whose_friction_decays_lets_go(stiffness):
+def test_held_brake_slips_as_friction_decays(stiffness):
     """`f e^{−t/τ}` falls to what the load needs at `t = τ ln(f/f*)`."""
     tau, load = 2.0, 4e3
     if stiffness == "disc":
@@ -176,7 +176,7 @@ def test_a_held_brake_whose_friction_decays_lets_go(stiffness):
     np.testing.assert_allclose(backwards, forwards, rtol=1e-10)
 
 
-def test_pressure_at_rest_is_that_of_the_tensions():
+def test_pressure_at_rest_follows_tensions():
     """While the first lining alone carries the load all others have the tension of the tight end at both sides."""
     end, tau, load = 0.8, 5.0, 200.0
     result = sb.simulate(band(Pressed(F, end, tau), load=load, omega=0.0, end=3.0), rtol=1e-11)
@@ -201,7 +201,7 @@ def test_a_sliding_brake_that_loses_its_grip():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("power", [1, 2])
-def test_an_elastic_band_in_full_slip_follows_the_states(power):
+def test_elastic_band_in_slip_follows_states(power):
     """`v_s = R_b ω − ẋ`, `x = T_0 Π(f ξ)/C`, `ξ̇ = (ξ_e − ξ) v_s^k/L`: one equation for `v_s` at every instant."""
     C, end, length = 3e4, 0.6, 1.0 * 40.0 ** (power - 1)
     law = Travelled(F, end, length, power)
@@ -244,7 +244,7 @@ def test_friction_that_outruns_the_band(power):
 
 
 @pytest.mark.slow
-def test_a_staged_brake_whose_pairs_both_change():
+def test_staged_brake_whose_pairs_change():
     """One lining, so that its tension while the band holds it is one linear equation; both stages by SciPy."""
     inertia, f_in, preload, n = 45.0, 0.2, 500.0, 1
     outer, inner = Timed(F, 0.8, 0.8), Timed(f_in, 1.3, 1.5)
@@ -318,7 +318,7 @@ def test_two_states_and_heat_against_scipy(recovering, solver):
 
 
 @pytest.mark.slow
-def test_what_results_files_and_pages_show_of_states(recovering, tmp_path):
+def test_results_files_and_pages_show_states(recovering, tmp_path):
     result = sb.simulate(recovering)
     series = result.series([0.0, 1.0])
     assert np.shape(series.friction_memory) == (2, 2, PADS)  # fade, seen
@@ -354,7 +354,7 @@ def test_one_state_is_one_column_per_lining(tmp_path):
 
 
 @pytest.mark.slow
-def test_a_fast_state_gets_a_method_for_stiff_systems():
+def test_fast_state_gets_a_stiff_method():
     slow, fast = (sb.simulate(disc(Timed(F, 0.5, tau)), rtol=1e-8) for tau in (2.0, 1e-3))
     assert slow.method_name == "Dopri8"
     assert fast.method_name == "Rodas5P"
@@ -460,7 +460,7 @@ def test_wrong_states_are_input_errors(law, words):
 
 
 @pytest.mark.slow
-def test_linings_under_an_open_band_do_not_rub():
+def test_linings_do_not_rub_under_open_band():
     """The linings of a bandage on springs move past the open band all the same."""
     law = Travelled(F, 0.5, 3.0)
     late = sb.PiecewiseLinear([0.0, 1.0, 2.0], [0.0, 0.0, 9e3])
@@ -476,7 +476,7 @@ def test_linings_under_an_open_band_do_not_rub():
 @pytest.mark.slow
 @pytest.mark.parametrize("stiffness", [None, 1e5])
 @pytest.mark.parametrize("law", [Travelled(), RunningIn(time=1e6)])
-def test_under_an_open_band_there_is_neither_way_nor_work(law, stiffness):
+def test_open_band_has_no_path_and_no_work(law, stiffness):
     closed = band(law, stiffness)
     duty = sb.Duty(sb.PiecewiseLinear([0.7, 0.7], [0.0, T_0]), closed.duty.load)
     for end, moved in ((0.6, False), (0.9, True)):

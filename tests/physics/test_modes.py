@@ -43,7 +43,7 @@ def test_hold_after_a_stop_is_exact():
 
 
 @pytest.mark.parametrize("stiffness", [2e5, None])
-def test_brake_weaker_than_the_load_ends_with_a_status(stiffness):
+def test_too_weak_brake_ends_with_a_status(stiffness):
     result = sb.simulate(stop_scene(C=stiffness, load=1.5 * HOLD, end=3.0))
     assert result.status == "runaway"
     assert result.metrics["stopping_time"] is None
@@ -52,7 +52,7 @@ def test_brake_weaker_than_the_load_ends_with_a_status(stiffness):
 
 
 @pytest.mark.parametrize("stiffness", [2e5, None])
-def test_load_that_outgrows_the_brake_restarts_it(stiffness):
+def test_load_above_the_brake_restarts_it(stiffness):
     """Load ramp from 0 at 5 kN·m/s on a brake at rest: restart exactly where it passes the capacity."""
     scene = stop_scene(C=stiffness, w0=0.0, end=12.0)
     scene = with_load(scene, sb.TorqueLoad(sb.PiecewiseLinear([0.0, 12.0], [0.0, 60e3])))
@@ -66,7 +66,7 @@ def test_load_that_outgrows_the_brake_restarts_it(stiffness):
         assert float(late.omega[0]) == pytest.approx(5e3 / 2 / 800, rel=1e-9)
 
 
-def test_release_while_held_and_braking_again():
+def test_release_at_rest_and_braking_again():
     """Lever off and on: stop, slow release until the load breaks the brake loose, open, second stop."""
     lever = sb.PiecewiseLinear([0.0, 2.0, 3.0, 3.5, 3.6], [8e3, 8e3, 0.0, 0.0, 8e3])
     result = sb.simulate(with_load(stop_scene(lever=lever, end=8.0), sb.TorqueLoad(sb.Constant(0.5 * HOLD))))
@@ -99,7 +99,7 @@ def test_release_books_the_elastic_energy():
     assert float(e["closure"]) <= 1e-12
 
 
-def test_band_sticks_again_under_a_fast_lever():
+def test_band_sticks_again_under_fast_lever():
     """In slip ẋ = Ṫ_0 Π/C: under a ramp the band sticks again before the stop, where R_b ω has fallen to it."""
     lever = sb.PiecewiseLinear([0.0, 0.5, 0.7], [8e3, 8e3, 12e3])
     result = sb.simulate(stop_scene(lever=lever, C=5e4, end=3.0))
@@ -110,7 +110,8 @@ def test_band_sticks_again_under_a_fast_lever():
     assert float(result.energy["closure"]) <= 1e-9
 
 
-def test_stop_alone_where_slip_and_motion_end_together():
+def test_only_a_stop_where_slip_ends_too():
+    """Slip and motion end together: the log names the stop alone."""
     result = sb.simulate(stop_scene())
     assert changes(result) == ["slip_onset", "full_slip", "stop"]
 
@@ -147,7 +148,7 @@ def test_lever_ramp_from_exactly_zero(r, status):
     assert float(result.energy["closure"]) <= 1e-9
 
 
-def test_lever_draws_a_slack_band_on_a_pulley_at_rest():
+def test_lever_draws_a_slack_band_at_rest():
     """x := T_0/(Π_s C); lever work less elastic energy is heat."""
     result = sb.simulate(stop_scene(w0=0.0, end=1.0))
     x = 8e3 / (PI * 2e5)
@@ -171,7 +172,7 @@ def test_speed_through_zero():
     assert float(result.energy["closure"]) <= 1e-9
 
 
-def test_reversed_load_while_held_lets_go_the_other_way():
+def test_reversed_load_restarts_other_way():
     low = 0.725 * 8e3 * (1 - 1 / PI)
     scene = with_load(
         stop_scene(w0=0.0, C=None, end=10.0), sb.TorqueLoad(sb.PiecewiseLinear([0.0, 10.0], [0.0, -2 * low]))
@@ -181,7 +182,7 @@ def test_reversed_load_while_held_lets_go_the_other_way():
     assert float(result.record.y_end.omega) < 0
 
 
-def test_a_short_pulse_of_the_load_is_not_overlooked_while_held():
+def test_short_pulse_of_the_load_is_noticed():
     """1 s of overload in an hour of holding, given as a smooth function without any knots."""
     load = sb.TorqueLoad(
         sb.profiles.FunctionProfile(
@@ -208,7 +209,7 @@ def test_a_lining_that_locks_itself():
 
 
 @pytest.mark.slow
-def test_restart_under_stribeck_friction_and_strong_drag():
+def test_restart_under_stribeck_and_drag():
     """The load passes the static capacity at 20 s, not the kinetic one; the band then stretches at a creep."""
     scene = stop_scene(law=sb.StribeckFriction(0.4, 0.3, 0.05), w0=0.0, C=2e5, end=30.0)
     high = 0.725 * 8e3 * (closed_form(f=0.4)["Pi"] - 1)

@@ -78,7 +78,7 @@ def test_radiation(ambient, truth, method):
     assert float(run.closure) < 1e-12
 
 
-def test_a_source_that_changes_between_the_first_two_times():
+def test_source_changes_before_first_result():
     """A lump with nothing around: `T = T_0 + ∫P dt/C`, of a power that jumps and bends before the first result."""
     power = sb.PiecewiseLinear([2.0, 2.0, 5.0], [300.0, 900.0, 0.0])
     heat = sb.Heat(bodies=(sb.thermal.Lump("a", 15.0, 300.0),), sources=(sb.thermal.Source("a", power),))
@@ -88,7 +88,7 @@ def test_a_source_that_changes_between_the_first_two_times():
 
 
 @pytest.mark.parametrize(("begin", "after"), [(0.0, 30.0), (40.0, 61.0), (40.0, 80.0)])
-def test_a_pulse_of_a_users_own_profile_is_not_stepped_over(begin, after):
+def test_custom_pulse_is_not_stepped_over(begin, after):
     """`C ΔT = P √π` over the whole bell, wherever it lies between the steps, also where the run begins late."""
     bell = sb.profiles.FunctionProfile(lambda t, at: 900.0 * jnp.exp(-((t - at) ** 2)), begin + after)
     heat = sb.Heat(bodies=(sb.thermal.Lump("a", 15.0, 300.0),), sources=(sb.thermal.Source("a", bell),))
@@ -96,7 +96,7 @@ def test_a_pulse_of_a_users_own_profile_is_not_stepped_over(begin, after):
     assert run.temperature[-1, 0] - 300.0 == pytest.approx(900.0 * math.sqrt(math.pi) / 15.0, rel=1e-8)
 
 
-def test_half_space_under_constant_flux_at_second_order():
+def test_constant_flux_has_second_order():
     k, a, q, t = 50.0, 1.4e-5, 1e6, 2.0
     errors = []
     for layers in (40, 80, 160):
@@ -114,7 +114,7 @@ def test_half_space_under_constant_flux_at_second_order():
     assert errors[-1][1] < 0.1  # of 119 K
 
 
-def test_a_wall_graded_to_both_faces_is_two_half_spaces():
+def test_graded_wall_is_two_half_spaces():
     """Layers are symmetric, and either face has the closed form of its own flux as long as the middle stays cold."""
     k, rho_c, t = 0.5, 2e6, 20.0
     lining = sb.Material(k, 2000.0, 1000.0)
@@ -132,7 +132,7 @@ def test_a_wall_graded_to_both_faces_is_two_half_spaces():
         assert float(run.temperature[-1, node]) - sb.thermal.ROOM == pytest.approx(exact, rel=5e-3)
 
 
-def test_half_space_under_linearly_falling_flux():
+def test_half_space_under_falling_flux():
     """Fazekas 1953, Newcomb 1960: greatest at half the time, 0.53192304 q0 √t_s / √(kρc)."""
     q, t_s = 1e6, 2.0
     heat = heated_wall(120, growth=1.03, power=sb.ramp(q, 0.0, 0.0, t_s))
@@ -167,7 +167,7 @@ def test_convecting_slab_at_second_order():
 
 
 @pytest.mark.slow
-def test_contact_finds_the_effusivity_split_by_itself():
+def test_contact_finds_the_effusivity_split():
     """Heat into an interface without capacity between two bodies: Charron's share, without being told."""
     steel, lining = sb.Material(45.0, 7850.0, 480.0), sb.Material(0.8, 2000.0, 1100.0)
     n, growth = 200, sb.thermal.layer_growth(2e-6, 0.03, 200)
@@ -191,7 +191,7 @@ def test_contact_finds_the_effusivity_split_by_itself():
     assert float(run.closure) < 1e-12
 
 
-def test_properties_that_change_with_temperature_conserve_heat():
+def test_varying_properties_conserve_heat():
     """λ and c linear in T: an insulated wall, unevenly warm at the start, keeps its heat content to rounding."""
     m = sb.Material(40.0, 7800.0, 450.0, conductivity_slope=-5e-4, specific_heat_slope=8e-4)
     T0 = np.linspace(900.0, 300.0, 12)
@@ -203,7 +203,7 @@ def test_properties_that_change_with_temperature_conserve_heat():
     assert np.ptp(T[-1]) < 1e-6
 
 
-def test_kirchhoff_profile_of_a_wall_in_steady_state():
+def test_kirchhoff_profile_of_a_steady_wall():
     """With λ(T) linear, λ T is harmonic: the steady flux through a wall is the mean conductivity's."""
     m = sb.Material(40.0, 7800.0, 450.0, conductivity_slope=-8e-4)
     heat = sb.Heat(
@@ -283,7 +283,7 @@ def eqx_source(heat, power):
     return eqx.tree_at(lambda h: h.sources[0].power, heat, jnp.asarray(power, jnp.float64))
 
 
-def test_a_thin_surface_node_costs_at_most_three_times_the_steps():
+def test_thin_node_costs_three_times_at_most():
     def steps(first):
         n = 20
         growth = 1.0 if first is None else sb.thermal.layer_growth(first, 0.03, n)
@@ -319,7 +319,7 @@ def test_gradients_by_the_points_of_a_source():
 
 
 @pytest.mark.slow
-def test_gradient_of_a_radiating_wall_against_differences():
+def test_gradient_of_a_radiating_wall():
     def peak(conductivity, method):
         m = sb.Material(conductivity, 7800.0, 450.0)
         heat = sb.Heat(
@@ -338,7 +338,7 @@ def test_gradient_of_a_radiating_wall_against_differences():
 
 
 @pytest.mark.parametrize("times", [[0.0, 10.0, 5.0], [0.0, math.nan], [], ["soon"]])
-def test_times_that_make_no_run_are_an_input_error(times):
+def test_wrong_times_are_an_input_error(times):
     """The run ends at the last time: 10 s of `[0, 10, 5]` would have the values of 5 s."""
     heat = sb.Heat(
         (sb.thermal.Lump("a", 1.0), sb.thermal.Lump("b", 1.0, 300.0)), (sb.thermal.Conductance("a", "b", 1.0),)
@@ -347,7 +347,7 @@ def test_times_that_make_no_run_are_an_input_error(times):
         sb.simulate_heat(heat, times)
 
 
-def test_all_faults_of_a_network_in_one_report():
+def test_all_network_errors_in_one_report():
     heat = sb.Heat(
         bodies=(
             sb.thermal.Lump("a", 1.0),
@@ -389,13 +389,13 @@ def test_all_faults_of_a_network_in_one_report():
 
 
 @pytest.mark.parametrize("kind", [sb.thermal.Convection, sb.thermal.Radiation])
-def test_a_surface_is_covered_in_whole_at_most(kind):
+def test_surface_is_covered_at_most_in_whole(kind):
     assert kind("a", 1.0, 0.5, covered=1.0).covered == 1.0
     with pytest.raises(sb.InputError, match=r"covered: 1\.01 is out of range .* and ≤ 1$"):
         kind("a", 1.0, 0.5, covered=1.01)
 
 
-def test_links_that_share_a_face_see_one_surface():
+def test_links_of_one_face_see_one_surface():
     """Two convections from one face are one of the sum, although each lies behind the same half layer."""
 
     def end(*coefficients):
@@ -407,7 +407,7 @@ def test_links_that_share_a_face_see_one_surface():
     np.testing.assert_allclose(end(150.0, 250.0), end(400.0), rtol=1e-8)
 
 
-def test_a_source_raises_the_face_from_which_a_wall_convects():
+def test_source_raises_the_convecting_face():
     """Steady wall, held at the back, heated and cooled at the front: `q = h (T_f − T_a) + λ (T_f − T_b)/L`."""
     q, h, L = 1e5, 50.0, 0.03
     heat = sb.Heat(
@@ -421,7 +421,7 @@ def test_a_source_raises_the_face_from_which_a_wall_convects():
     np.testing.assert_allclose(T, face + (350.0 - face) * depth, rtol=1e-8)
 
 
-def test_a_link_of_ones_own_against_its_closed_form():
+def test_custom_link_matches_its_closed_form():
     # C dθ/dt = −s θ³, θ = θ_0/√(1 + 2 s θ_0² t/C)
     heat = sb.Heat((sb.thermal.Lump("a", 2.0, 400.0), sb.thermal.Reservoir("air", 300.0)), (Quartic("a", "air", 1e-3),))
     t = np.linspace(0.0, 10.0, 6)
@@ -432,7 +432,7 @@ def test_a_link_of_ones_own_against_its_closed_form():
 
 
 @pytest.mark.parametrize("kind", [sb.thermal.Convection, sb.thermal.Radiation])
-def test_linings_cover_a_surface_while_the_band_is_closed(kind):
+def test_closed_band_covers_the_surface(kind):
     """A lump against 0 K: `T_0 e^(−h A t/C)`, or `(T_0⁻³ + 3 ε σ A t/C)^(−1/3)`, `A` the open area."""
     h, emissivity, area, C, T_0, t = 20.0, 0.8, 0.7, 1e4, 900.0, 600.0
 

@@ -55,14 +55,14 @@ def heated(law, capacity):
     return eqx.tree_at(lambda s: s.heat, stop_scene(C=None, law=law), heat, is_leaf=lambda x: x is None)
 
 
-def test_optional_temperature_without_heat_is_the_constant_law():
+def test_optional_temperature_may_be_absent():
     fading, constant = (stop_scene(law=law) for law in (Fading(0.35), sb.ConstantFriction(0.35)))
     found, plain = sb.simulate(fading), sb.simulate(constant)
     assert len(jax.tree.leaves(found.record.y_end)) == len(jax.tree.leaves(plain.record.y_end))
     assert float(found.stopping_time) == pytest.approx(closed_form()["stop"], rel=1e-10)
 
 
-def test_optional_temperature_with_heat_fades():
+def test_optional_temperature_fades_if_given():
     result = sb.simulate(heated(Fading(0.35), capacity=500.0), rtol=1e-12)
 
     def slowness(w):
@@ -81,7 +81,7 @@ class NeedsAll(sb.ConstantFriction):
         return self.coefficient * (1 - 1e-3 * (contact.T - sb.thermal.ROOM)) * (1 + contact.p / 1e6) ** -0.1
 
 
-def test_what_a_law_needs_and_the_scene_lacks_is_named():
+def test_what_the_scene_lacks_is_named():
     with pytest.raises(sb.InputError) as caught:
         sb.simulate(stop_scene(law=NeedsAll(0.3)))
     assert {fault.path for fault in caught.value.faults} == {"brake.linings.area", "heat"}
@@ -159,7 +159,7 @@ def test_what_a_law_reads(law, read):
 # --- thermal links ----------------------------------------------------------------------------------------------------
 
 
-def test_a_junction_behind_a_link_made_nonlinear():
+def test_junction_behind_a_nonlinear_link():
     """`P = s (T_j − T_air)³` through the junction, `P = G (T_a − T_j)` before it."""
     P, G, s = 500.0, 10.0, 1e-3
     bodies = (sb.thermal.Lump("a", 2.0, 400.0), sb.thermal.Junction("j"), sb.thermal.Reservoir("air", 300.0))
@@ -173,7 +173,7 @@ def test_a_junction_behind_a_link_made_nonlinear():
 # --- profiles ---------------------------------------------------------------------------------------------------------
 
 
-def test_a_bump_on_a_shipped_profile_is_not_missed():
+def test_bump_on_a_profile_is_not_missed():
     result = sb.simulate(stop_scene(C=None, lever=Bump(T_0), end=2.0), rtol=1e-12)
     stop = 20.0 * J / torque_of(0.35) - 4.0 * 0.005 * math.sqrt(math.pi)
     assert float(result.stopping_time) == pytest.approx(stop, rel=1e-9)
@@ -219,7 +219,7 @@ class ConeBrake(sb.brakes.AbstractPressedBrake):
 
 
 @pytest.mark.slow
-def test_a_cone_brake_of_a_user_has_all_that_a_brake_has():
+def test_custom_cone_brake_is_a_full_brake():
     f, F, r_i, r_o, alpha, inertia, omega, load = 0.3, 2e3, 0.20, 0.26, math.radians(12.5), 50.0, 60.0, 50.0
     rim, linings = sb.thermal.Lump("rim", 5e3), sb.thermal.Lump("linings", 500.0)
     heat = sb.Heat(

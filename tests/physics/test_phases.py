@@ -76,7 +76,7 @@ def by_scipy():
     return np.asarray(found), np.asarray(angles)
 
 
-def test_two_cycles_are_those_of_scipy_with_events(two_cycles):
+def test_two_cycles_match_scipy_with_events(two_cycles):
     times, angles = by_scipy()
     found = ends(two_cycles)
     np.testing.assert_allclose([event.time for event in found], times, rtol=1e-9)
@@ -152,7 +152,7 @@ def gain(T):
 
 
 @pytest.mark.slow
-def test_a_faded_stop_ends_its_phase_when_it_rests():
+def test_faded_stop_ends_its_phase_at_rest():
     pull, J = 16e3, J_P
 
     def rates(t, y):
@@ -256,12 +256,12 @@ def test_pads_are_pressed_in_phases():
         ("12 m", "'12 m' is no time in a unit of s"),
     ],
 )
-def test_a_text_that_is_no_end_is_an_input_error(text, words):
+def test_text_that_is_no_end_is_refused(text, words):
     with pytest.raises(sb.InputError, match=words):
         Phase(1e3, text)
 
 
-def test_ends_that_never_come_are_named_before_the_run():
+def test_impossible_ends_are_named_at_once():
     torque = sb.Duty(Phases((Phase(0.0, "rest"), Phase(1e3, "travel 3 m"), Phase(1e3, "temperature 350 degC"))), 5e3)
     with pytest.raises(sb.InputError) as caught:
         sb.simulate(dataclasses.replace(SCENE, duty=torque))
@@ -277,7 +277,7 @@ def test_ends_that_never_come_are_named_before_the_run():
 
 
 @pytest.mark.slow
-def test_a_phase_that_never_ends_says_what_it_waited_for():
+def test_endless_phase_says_what_it_awaits():
     weak = Phases((PHASES.phases[0], Phase(500.0, "rest", "brake")), 1)
     result = sb.simulate(dataclasses.replace(SCENE, duty=sb.Duty(weak, LOAD), end_time=8.0), throw=False)
     assert result.status == "phase_never_ends"
@@ -344,12 +344,12 @@ def test_stops_are_in_every_form(two_cycles):
     assert data.stop_time.attrs == {"units": "s", "meaning": "time of the stop"}
 
 
-def test_scipy_with_the_same_guards_passes_the_same_phases():
+def test_scipy_passes_the_same_phases():
     assert sb.checks.cross_check(SCENE).ok
 
 
 @pytest.mark.slow
-def test_runs_side_by_side_are_those_one_by_one(two_cycles):
+def test_batch_equals_single_runs(two_cycles):
     path, far = "duty.slack_tension.phases[0].until.distance", np.array([DISTANCE, 16.0])
     found = sb.ensemble(SCENE, {path: far}, ["stopping_time"]).stopping_time
     alone = [float(sb.simulate(sb.with_values(SCENE, {path: x})).stopping_time) for x in far]

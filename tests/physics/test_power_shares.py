@@ -42,7 +42,7 @@ def test_heat_warms_and_the_rest_is_booked(runs):
 
 
 @pytest.mark.slow
-def test_courses_add_up_and_the_summary_tells(runs):
+def test_courses_add_up_and_summary_tells(runs):
     s = runs[1].series(np.linspace(0.0, 5.0, 40))
     np.testing.assert_allclose(s.electrical_work, 0.05 * np.asarray(s.friction_work), rtol=1e-12)
     np.testing.assert_allclose(s.friction_heat, 0.68 * np.asarray(s.friction_work), rtol=1e-12)
@@ -55,7 +55,7 @@ def test_courses_add_up_and_the_summary_tells(runs):
 
 
 @pytest.mark.slow
-def test_a_scene_without_heat_books_the_shares():
+def test_shares_are_booked_without_heat():
     def electrical(share):
         shares = sb.PowerShares(electrical=share, mechanical=0.1)
         return sb.simulate(dataclasses.replace(stop_scene(), power_shares=shares)).energy["electrical_work"]
@@ -65,7 +65,7 @@ def test_a_scene_without_heat_books_the_shares():
     assert float(jax.jit(jax.grad(electrical))(0.2)) == pytest.approx(float(work), rel=1e-8)
 
 
-def test_shares_of_more_than_everything_are_a_fault_with_a_path():
+def test_shares_above_one_are_an_input_error():
     with pytest.raises(sb.InputError, match=r"power_shares.*more than 1"):
         sb.simulate(sb.with_values(heated(SHARES), {"power_shares.electrical": 0.9}))
     with pytest.raises(sb.InputError, match=r"power_shares\.mechanical.*out of range"):
@@ -80,7 +80,7 @@ def test_shares_are_written_and_read_back():
     assert sb.files.scene_text(again) == text
 
 
-def test_thermal_estimates_take_the_heat_alone():
+def test_thermal_estimates_take_heat_alone():
     scene = dataclasses.replace(stop_scene(), power_shares=SHARES)
     (rows, plain), start = (sb.estimates(each) for each in (scene, stop_scene())), 293.15
     assert rows["friction work"].value == pytest.approx(plain["friction work"].value)

@@ -43,7 +43,7 @@ def starts_of(result, count):
 
 
 @pytest.mark.slow
-def test_the_hook_is_lowered_as_said_in_every_cycle(tripping):
+def test_hook_is_lowered_as_programmed(tripping):
     run_up, lowering = 1.2 / 0.5, 1.2 / 0.5 + (27 - 1.2**2 / (2 * 0.5)) / 1.2
     starts = starts_of(tripping, 3)
     s = tripping.series(np.concatenate([[t + run_up, t + 10.0, t + lowering] for t in starts]), left=True)
@@ -56,7 +56,7 @@ def test_the_hook_is_lowered_as_said_in_every_cycle(tripping):
 
 
 @pytest.mark.slow
-def test_the_stop_comes_when_planned_and_later_with_each_stand(tripping):
+def test_stop_comes_later_with_each_stand(tripping):
     first, *_ = stops = times(tripping, "stop")
     # J ω̇ = −R_b (Π − 1)(T_0 − T_w): the lever goes from T_w to the pull in 0.35 s
     mu = (1 + 0.35 * math.tan(math.radians(13.5) / 2)) / (1 - 0.35 * math.tan(math.radians(13.5) / 2))
@@ -82,7 +82,7 @@ FADE = sb.LinearFade(1e-3, above=293.15, floor=0.5)
 
 
 @pytest.mark.slow
-def test_fade_moves_the_lever_and_not_the_hook():
+def test_fade_moves_the_lever_not_the_hook():
     brake = fading(FADE)
     heat = sb.lumped_heat(rim=8e4, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=20.0)
     heat = dataclasses.replace(heat, friction=dataclasses.replace(heat.friction, sensed="rim"))
@@ -97,7 +97,7 @@ def test_fade_moves_the_lever_and_not_the_hook():
 
 
 @pytest.mark.slow
-def test_derivatives_pass_through_a_programme():
+def test_derivatives_pass_a_programme():
     lines = ("lower 5 m at 1 m/s", "brake to rest", "hold 1 s")
 
     def travel(friction, pull):
@@ -136,7 +136,7 @@ def test_what_cannot_be_done_is_said(lines, words):
         sb.programme_scene(BRAKE, lines, HOOK, pull=30e3)
 
 
-def test_a_pull_too_weak_for_the_load_names_the_least_one():
+def test_too_weak_a_pull_names_the_least_one():
     with pytest.raises(sb.InputError, match=r"needs \d+ N at the slack end — raise `pull`") as caught:
         sb.programme_scene(BRAKE, ("lower 9 m at 1 m/s", "brake to rest"), HOOK, pull=3e3)
     least = float(str(caught.value).split("needs ")[1].split(" N")[0])
@@ -145,7 +145,7 @@ def test_a_pull_too_weak_for_the_load_names_the_least_one():
 
 
 @pytest.mark.parametrize("lines", [TRIP, ("lower 9 m at 1 m/s", "brake to rest in 3 s", "hold 1 s")])
-def test_fading_friction_without_heat_is_the_error_of_any_duty(lines):
+def test_fade_without_heat_is_usual_error(lines):
     for brake, heat, words in (
         (fading(FADE), None, "heat: is missing, but friction law brake.linings.friction depends on the temperature"),
         (
@@ -161,12 +161,12 @@ def test_fading_friction_without_heat_is_the_error_of_any_duty(lines):
         assert caught.value.faults == other.value.faults
 
 
-def test_numbers_of_the_load_are_named_as_in_a_programme():
+def test_load_errors_are_named_as_load():
     with pytest.raises(sb.InputError, match=r"\n  load\.mass: -3 kg is out of range"):
         sb.programme_scene(BRAKE, TRIP, eqx.tree_at(lambda load: load.mass, HOOK, -3.0), pull=60e3)
 
 
-def test_a_programme_in_a_file_is_the_scene_in_python():
+def test_programme_file_equals_python_scene():
     text = """
     programme = ["lower 27 m at 1.2 m/s", "brake to rest", "hold 40 s", "repeat 30 times"]
     pull = "30 kN"

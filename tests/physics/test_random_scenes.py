@@ -29,7 +29,7 @@ SCENES = (
 
 @pytest.mark.slow
 @pytest.mark.parametrize(("kind", "flavour", "seed"), SCENES)
-def test_a_random_scene_agrees_with_an_independent_model(kind, flavour, seed):
+def test_random_scene_agrees_with_its_oracle(kind, flavour, seed):
     found = compare(kind, flavour, seed)
     assert not found.differs, found
     assert found.modes > 1

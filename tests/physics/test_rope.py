@@ -43,7 +43,7 @@ def by_energy(x, T0=10.5e3):
 
 
 @pytest.mark.slow
-def test_stop_over_three_layers_and_its_derivatives():
+def test_three_layer_stop_and_derivatives():
     def run(x):
         result = sb.simulate(stop(tuple(x)), max_steps=128)
         return jnp.stack([result.stopping_time, result.stopping_angle, result.hook_travel])
@@ -56,7 +56,7 @@ def test_stop_over_three_layers_and_its_derivatives():
 
 
 @pytest.mark.slow
-def test_events_series_and_balance_of_that_stop():
+def test_three_layer_stop_events_and_balance():
     result = sb.simulate(stop())
     assert [event.name for event in result.events if event.name != "lining_limit"] == [
         *("slip_onset", "full_slip", "layer_change", "layer_change", "stop"),
@@ -76,7 +76,7 @@ def test_events_series_and_balance_of_that_stop():
     assert float(result.energy["load_work"]) == pytest.approx(m * GRAVITY * float(result.hook_travel), rel=1e-12)
 
 
-def test_rope_that_is_wound_up_again_and_rope_that_ends():
+def test_rope_wound_up_again_and_rope_ending():
     """Thrown upwards the rope climbs a layer and comes back: the same speed there, without a loss; then it ends."""
     m, d, per_layer, w0 = 40e3, 0.04, 4.0, -14.0
     scene = stop((m, d, per_layer, 3.0, w0), T0=0.0, end=4.0)
@@ -97,7 +97,7 @@ def test_rope_that_is_wound_up_again_and_rope_that_ends():
 
 
 @pytest.mark.slow
-def test_every_brake_keeps_its_energy_over_layers():
+def test_brakes_keep_energy_over_layers():
     import chain_scenes
     import staged_scenes as staged
 

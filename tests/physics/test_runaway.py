@@ -47,7 +47,7 @@ def assert_holds_up_to(scene, torque, *, relative=1e-6):
 
 @pytest.mark.parametrize("stiffness", [2e5, None])
 @pytest.mark.parametrize(("omega", "torque"), [(20.0, AHEAD), (-20.0, -BACK)])
-def test_standard_brake_holds_what_the_capstan_equation_says(stiffness, omega, torque):
+def test_brake_holds_by_the_capstan_equation(stiffness, omega, torque):
     assert_holds_up_to(stop_scene(C=stiffness, w0=omega, end=0.3), torque)
 
 
@@ -61,7 +61,7 @@ def test_standard_brake_holds_what_the_capstan_equation_says(stiffness, omega, t
         disc_scene(load=TORQUE, end=2.0),
     ],
 )
-def test_load_that_equals_the_brake_is_no_runaway(scene):
+def test_load_equal_to_brake_is_no_runaway(scene):
     """The speed stays constant from full slip on: nothing runs away, and nothing says so."""
     result = sb.simulate(scene)
     found, s = result.end_capacity, result.series([1.0, 2.0])
@@ -102,14 +102,14 @@ def test_capacity_at_the_speed_of_the_end():
 
 
 @pytest.mark.slow
-def test_resolved_chain_holds_what_its_band_does():
+def test_chain_holds_what_its_band_does():
     z = math.tan(math.radians(27.0) / 2)
     torque = chain_scenes.ARM * (capstan(0.3, 4, z) - 1)
     assert_holds_up_to(chain_scenes.chain(end=0.5), torque, relative=1e-3)
 
 
 @pytest.mark.slow
-def test_staged_brake_holds_what_its_weaker_pair_does():
+def test_staged_brake_holds_by_weaker_pair():
     scene = staged.stop(lever=sb.Constant(2e3), end=0.5)
     z, s = math.tan(staged.BETA / 2), math.sin(staged.BETA / 2)
     mu = np.full(staged.N, (1 + staged.F_EXT * z) / (1 - staged.F_EXT * z))
@@ -150,7 +150,7 @@ def test_capacity_of_a_resolved_bandage(sense):
         assert float(result.end_capacity.torque) == pytest.approx(abs(torque), rel=1e-6)
 
 
-def test_lever_that_is_still_to_pull_harder_is_no_runaway():
+def test_lever_to_pull_harder_is_no_runaway():
     def status(lever, end=0.3):
         return sb.simulate(stop_scene(lever=lever, load=3e4, C=None, end=end)).status
 
@@ -182,7 +182,7 @@ def test_time_of_the_last_turn_of_a_profile(profile, time):
     assert math.isinf(time) or not bool(profile.no_more_turns(time - 1e-9))
 
 
-def test_what_is_no_load_and_what_locks_itself_is_no_runaway():
+def test_locking_and_no_load_are_no_runaway():
     assert sb.simulate(stop_scene(f=0.0, end=0.3)).status == "not_stopped"
     locked = sb.simulate(stop_scene(n=2, beta=100.0, f=0.9, load=1e5, w0=0.5, end=0.02))
     assert locked.status == "not_stopped"
@@ -216,7 +216,7 @@ def test_swings_of_a_chain_are_no_shortage():
 
 
 @pytest.mark.slow
-def test_runs_of_an_ensemble_end_as_single_runs_do():
+def test_ensemble_runs_end_as_single_ones():
     loads = [0.2 * AHEAD, 0.999 * AHEAD, 1.001 * AHEAD]
     data = sb.ensemble(stop_scene(end=2.0), {"duty.load.profile.level": loads}, ["stopping_time"])
     assert list(data.status.values) == ["stopped", "not_stopped", "runaway"]

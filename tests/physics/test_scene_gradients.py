@@ -85,7 +85,7 @@ def test_events_and_states_of_a_scene(name):
 
 
 @pytest.mark.slow
-def test_all_hundred_numbers_of_a_scene_in_one_reverse_pass():
+def test_hundred_numbers_in_one_reverse_pass():
     scene = load("staged_vs_standard").scene()
     table = sb.sensitivity(scene, "stopping_time", span=None, rtol=RTOL)
     entries = [row for row in table.rows if not row.path.endswith("[:]")]

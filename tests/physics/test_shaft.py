@@ -42,7 +42,7 @@ def balanced(result):
 
 
 @pytest.mark.parametrize("derived", [jax.jacrev, pytest.param(jax.jacfwd, marks=pytest.mark.slow)])
-def test_stop_on_three_laws_and_its_derivatives(derived):
+def test_stop_on_three_laws_and_derivatives(derived):
     """Dry, viscous and quadratic drag with the band open: `t = (2J/D)[atan((2kω+c)/D)]`, `D² = 4 k M − c²`."""
     given = jnp.asarray([1500.0, 40.0, 12.0, J, W0])
 
@@ -86,7 +86,7 @@ def test_eddy_current_brake_after_kloss():
     assert float(balanced(result)["shaft_eddy_current_brake"]) == pytest.approx(0.5 * J * (W0**2 - 9.0), rel=1e-9)
 
 
-def test_quadratic_drag_alone_decays_as_one_over_time():
+def test_quadratic_drag_decays_as_one_over_t():
     k, fill, end = 30.0, 0.4, 7.0
     result = sb.simulate(scene(HydrodynamicBrake(k, fill), end=end))
     assert float(result.record.y_end.omega) == pytest.approx(W0 / (1 + fill * k * W0 * end / J), rel=1e-9)
@@ -197,7 +197,7 @@ def test_a_load_that_turns_round():
 
 @pytest.mark.slow
 @pytest.mark.parametrize("C", [None, 2e5])
-def test_bearings_bear_their_share_first_and_the_band_the_rest(C):
+def test_bearings_hold_first_then_the_band(C):
     """Held by both; the lever is released and the bearings hold; the load grows until it exceeds them."""
     M_c, M, T0, slope = 4e3, 3e3, 2e3, 1e3
     lever = sb.PiecewiseLinear([0.0, 6.0, 6.0], [T0, T0, 0.0])
@@ -239,7 +239,7 @@ def test_tackle_loss_helps_to_lower():
     assert float(energy["shaft_tackle_loss"]) == pytest.approx((1 - eta) * float(energy["load_work"]), rel=1e-10)
 
 
-def test_rests_from_the_start_or_starts_at_once():
+def test_rests_or_starts_at_once():
     held = sb.simulate(scene(BearingFriction(2e3), load=1e3, w0=0.0, end=1.0))
     assert (held.status, names(held)) == ("held", [])
     assert float(held.record.y_end.phi) == 0.0
@@ -259,7 +259,7 @@ def test_a_staged_brake_with_its_band_open():
 
 
 @pytest.mark.slow
-def test_staged_stop_with_dry_friction_against_scipy():
+def test_staged_stop_with_dry_shaft_by_scipy():
     """Bandage and pulley as two bodies, both pairs sliding: stage 2 and 3 by hand; dry friction on the pulley alone."""
     import staged_scenes as staged
 
@@ -318,7 +318,7 @@ def test_heat_enters_its_body_or_is_lost():
 
 
 @pytest.mark.slow
-def test_lever_that_holds_the_speed_gives_what_is_left():
+def test_speed_holding_lever_gives_the_rest():
     load, c = 9e3, 200.0
     held = stop_scene(C=None, lever=sb.SpeedHold(8e3), load=load, w0=12.0, end=2.0)
     result = sb.simulate(dataclasses.replace(held, shaft=(ViscousDrag(c), BearingFriction(500.0))))

@@ -37,7 +37,7 @@ def test_staged_pair_has_its_closed_form():
 
 
 @pytest.mark.slow
-def test_staged_pair_has_its_gradients_forwards_and_backwards():
+def test_staged_pair_has_gradients_both_ways():
     def times(x):
         result = sb.simulate(staged_pair(x[0], c=x[1]), max_steps=64)
         return jnp.stack([result.internal_slip_time, result.stopping_time])
@@ -52,7 +52,7 @@ def test_staged_pair_has_its_gradients_forwards_and_backwards():
 
 
 @pytest.mark.parametrize("rate", [10.0, 1e3, 1e5])
-def test_internal_slip_begins_at_one_tension_at_any_rate(rate):
+def test_internal_slip_begins_at_one_tension(rate):
     result = sb.simulate(staged.stop(rate=rate, start=500.0, end=100.0))
     tension = 500.0 + rate * float(result.internal_slip_time)
     assert tension == pytest.approx(float(sb.results.internal_slip_tension(staged.brake(), staged.J, 300.0)), rel=1e-10)
@@ -79,7 +79,7 @@ def test_slopes_of_onset_tension_and_lock():
 
 
 @pytest.mark.slow
-def test_elastic_band_against_scipy_event_by_event():
+def test_elastic_band_events_match_scipy():
     result, truth = sb.simulate(staged.stop(stiffness=3e5), rtol=1e-11), staged.by_hand(3e5)
     assert names(result) == list(truth)
     for event in (e for e in result.events if e.name in truth):
@@ -107,7 +107,7 @@ def test_bandage_turns_with_the_pulley():
 
 
 @pytest.mark.slow
-def test_too_weak_a_lever_is_named_as_the_reason():
+def test_too_weak_a_lever_is_the_reason():
     result = sb.simulate(staged.stop(lever=sb.Constant(300.0), load=0.0, end=100.0))
     (first, second) = result.summary()["absent_stages"]
     assert "the lever gave at most 0.3 kN" in first["reason"]
@@ -180,7 +180,7 @@ def duties(request):
 
 
 @pytest.mark.slow
-def test_random_duties_keep_their_energy_and_only_dissipate(duties):
+def test_random_duties_only_dissipate(duties):
     seen = set()
     for result in duties:
         assert float(result.energy["closure"]) <= 1e-9
@@ -226,7 +226,9 @@ def test_forces_of_both_pairs_by_statics():
     assert inner.heat[-1] == pytest.approx(float(result.energy["heat_internal"]), rel=1e-12)
 
 
-def test_scaling_inertias_and_torques_together_leaves_the_motion():
+def test_common_scaling_keeps_the_motion():
+    """Inertias and all torques scaled by one factor."""
+
     def times(k):
         scene = staged.stop(J=k * staged.J, J_b=k * staged.J_B, preload=k * staged.PRELOAD, load=k * 300.0)
         lever = sb.PiecewiseLinear([0.0, 7.5], [k * 200.0, k * 30200.0])
@@ -273,7 +275,7 @@ def test_faults_of_a_bandage_in_one_report():
         _ = sb.simulate(stop_scene()).internal_slip_time
 
 
-def test_overlap_coefficients_follow_the_stages():
+def test_overlap_coefficients_follow_stages():
     result = sb.simulate(staged_pair())
     o = sb.results.overlap(result, [0.5, 1.4, 1.8, 2.5])
     share = 4 * (math.pi / 3) / (2 * math.pi)

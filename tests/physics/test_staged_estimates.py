@@ -56,7 +56,7 @@ def run():
 
 
 @pytest.mark.slow
-def test_a_run_as_the_estimate_assumes_agrees(run):
+def test_run_as_the_estimate_assumes_agrees(run):
     table = sb.estimates(run)
     for name in (
         "torque, external pair",
@@ -84,7 +84,7 @@ def test_a_run_as_the_estimate_assumes_agrees(run):
 
 
 @pytest.mark.slow
-def test_power_shares_leave_the_friction_work(run):
+def test_power_shares_keep_the_friction_work(run):
     """The works of the pairs are those of the run without shares, also where none of it is heat."""
     shared = dataclasses.replace(constant(3e3), power_shares=sb.PowerShares(electrical=0.1, mechanical=0.2))
     table, plain = sb.estimates(sb.simulate(shared)), sb.estimates(run)
@@ -103,7 +103,7 @@ def test_power_shares_leave_the_friction_work(run):
 
 
 @pytest.mark.slow
-def test_a_brake_below_the_onset_rides_to_the_end():
+def test_brake_below_onset_rides_to_the_end():
     scene = constant(500.0)
     stop = sb.formulas.classical_staged_stop(scene)
     assert stop is not None
@@ -116,7 +116,7 @@ def test_a_brake_below_the_onset_rides_to_the_end():
     assert sb.estimates(result)["stage 1"].value == pytest.approx(result.metrics["stopping_time"], rel=1e-10)
 
 
-def test_each_pair_has_its_own_shares_and_faces():
+def test_pairs_have_their_shares_and_faces():
     data = sb.formulas.EstimateData(
         share=0.9, external_share=0.6, beyond_share=0.05, track_area=0.9, lining_area=0.6, outer_area=0.7
     )
@@ -149,13 +149,14 @@ def test_each_pair_has_its_own_shares_and_faces():
     ("scene", "word"),
     [(lambda: constant(3e3, w0=0.0), "no classical stop"), (lambda: constant(3e3, load=9e3), "no classical stop")],
 )
-def test_a_staged_scene_without_a_classical_stop_says_so(scene, word):
+def test_staged_estimates_need_a_stop(scene, word):
+    """A scene without a classical stop says so."""
     with pytest.raises(sb.InputError, match=word):
         sb.estimates(scene())
 
 
 @pytest.mark.slow
-def test_temperatures_of_both_pairs_beside_a_heated_run():
+def test_temperatures_of_both_pairs_in_a_run():
     """A ramp of the lever, a layered rim and a band of steel: bulk by energy, the rim's surface by Schmidt's scheme."""
     import runpy
 
@@ -184,7 +185,7 @@ def test_temperatures_of_both_pairs_beside_a_heated_run():
 
 
 @pytest.mark.slow
-def test_a_staged_stop_with_centrifugal_force():
+def test_staged_stop_with_centrifugal_force():
     """Stage 2 against SciPy, with linings off the rim at first; and beside a run."""
     mass, T_0, load, w0, z = 5.0, 3e3, 300.0, 30.0, np.tan(staged_scenes.BETA / 2)
     scene = constant(T_0, w0=w0, preload=300.0)
@@ -218,7 +219,7 @@ def test_a_staged_stop_with_centrifugal_force():
             assert row.value == pytest.approx(row.simulated, rel=1e-8), name
 
 
-def test_friction_at_the_start_is_that_of_the_speed_of_its_pair():
+def test_initial_friction_by_speed_of_pair():
     """The outer pair slides on the band circle, the inner one on the rim; a line through two points, 0 at 20 m/s."""
     law = sb.friction.TabulatedFriction([0.0, 20.0], [0.4, 0.0])
     scene = staged_scenes.stop(law=law, inner=law, w0=20.0)

@@ -112,7 +112,7 @@ def test_heated_staged_stop_against_scipy():
 
 @pytest.mark.parametrize("temperature_dependent", [False, True])
 @pytest.mark.parametrize("spring", [None, 1e5])
-def test_a_pair_without_a_place_for_its_heat_is_an_input_error(temperature_dependent, spring):
+def test_pair_must_have_a_place_for_its_heat(temperature_dependent, spring):
     """The heat of either pair would leave the network: both are named, once each, with what builds the place."""
     scene = heated() if temperature_dependent else staged.stop(heat=heated().heat)
     bandage = dataclasses.replace(scene.brake.bandage, spring=spring)
@@ -133,7 +133,7 @@ def test_a_pair_without_a_place_for_its_heat_is_an_input_error(temperature_depen
 
 
 @pytest.mark.slow
-def test_outer_face_of_the_linings_is_a_place_of_its_own():
+def test_outer_lining_face_has_its_own_place():
     """Equal steel and equal fluxes on both faces of the linings: each face takes the heat that its own pair gives."""
     lining, steel = sb.Material(0.5, 2000.0, 1000.0), sb.Material(48.0, 7800.0, 500.0)
     heat = sb.layered_heat(

@@ -45,7 +45,7 @@ def test_closed_forms_of_every_event(case):
     assert result.status == "stopped"
 
 
-def test_stop_before_full_slip_ends_with_all_energy_elastic():
+def test_stop_before_slip_is_all_elastic():
     """Z-16: the band never slips, stop at t0 + π/(2χ); nothing is heated."""
     case = {"f": 0.5, "C": 5e3, "w0": 2.0}
     onset = 8e3 / (5e3 * 0.725 * 2.0)
@@ -107,7 +107,7 @@ def test_hook_load_in_closed_form():
     assert float(result.energy["friction_heat"]) == pytest.approx(763101.079489696, rel=1e-11)
 
 
-def test_exponential_rise_of_the_slack_tension():
+def test_exponential_rise_of_slack_tension():
     """p = p0(1 − exp(−t/ti)) from exactly 0 on a rigid band: t_s = a + ti + ti W0(−exp(−(a + ti)/ti))."""
     Pi = closed_form()["Pi"]
     a, ti = 4.0, 0.5
@@ -116,7 +116,7 @@ def test_exponential_rise_of_the_slack_tension():
     assert float(sb.simulate(scene).stopping_time) == pytest.approx(4.49993828748156, rel=1e-11)
 
 
-def test_friction_law_of_ones_own_in_closed_form():
+def test_custom_friction_in_closed_form():
     """μ0/(1 + κω): t = (J/M0)(ω0 + κω0²/2), θ = (J/M0)(ω0²/2 + κω0³/3)."""
     J, M0, kappa, w0 = 10.0, 50.0, 0.3, 8.0
     law = FallingFriction(*(jnp.asarray(x) for x in (M0, kappa, 20.0)))
@@ -153,7 +153,7 @@ def scipy_stop(T, dT, load, Pi, J, R, C, w0, t_end):
     return times
 
 
-def test_ramp_and_speed_dependent_load_against_scipy():
+def test_ramp_and_load_by_speed_match_scipy():
     """A lever and a load that change all the time; before the stop the rising tension makes the band stick again."""
     lever = sb.profiles.FunctionProfile(
         lambda t, p: p[0] + p[1] * jnp.sin(p[2] * t) ** 2, jnp.asarray([6e3, 4e3, 1.5]), 1e4
@@ -179,7 +179,7 @@ def test_ramp_and_speed_dependent_load_against_scipy():
 
 
 @pytest.mark.parametrize("table", [pytest.param(False, marks=pytest.mark.smoke), True])
-def test_stribeck_and_tabulated_friction_against_scipy(table):
+def test_stribeck_and_tables_match_scipy(table):
     v = np.linspace(0.0, 20.0, 161)
     f = 0.25 + 0.1 * np.exp(-v / 4.0)
     smooth = sb.StribeckFriction(0.35, 0.25, 4.0, exponent=1.0)
@@ -202,7 +202,7 @@ def test_stribeck_and_tabulated_friction_against_scipy(table):
     assert got == pytest.approx(expected, rel=2e-5 if table else 1e-10)  # the table's own interpolation error
 
 
-def test_heat_of_an_elastic_band_whose_friction_follows_the_speed():
+def test_elastic_band_heat_with_speed_law():
     """`T_n = T_0 Π(R ω)` stretches the band as it slides: its heat is ∫ (T_n − T_0)(R ω − Ṫ_n/C) dt."""
     C, T_0, J, R, z = 2e5, 8e3, 800.0, 0.725, math.tan(math.radians(13.5) / 2)
     result = sb.simulate(stop_scene(C=C, law=sb.StribeckFriction(0.35, 0.25, 4.0, exponent=1.0), end=3.0), rtol=1e-11)
@@ -222,7 +222,8 @@ def test_heat_of_an_elastic_band_whose_friction_follows_the_speed():
     np.testing.assert_allclose(found, truth, rtol=1e-9)
 
 
-def test_scaling_inertia_and_torques_together_leaves_the_motion():
+def test_common_scaling_keeps_the_motion():
+    """Inertia and all torques scaled by one factor."""
     truth = sb.simulate(stop_scene(load=3e3))
     for scale in (1e-6, 1e9):
         scaled = sb.simulate(stop_scene(J=800 * scale, C=2e5 * scale, T0=8e3 * scale, load=3e3 * scale))
@@ -237,7 +238,7 @@ def test_shifting_time_shifts_events():
     np.testing.assert_allclose([e.time + 5 for e in a.events], [e.time for e in b.events], rtol=1e-10)
 
 
-def test_rotation_the_other_way_changes_slack_and_tight_side():
+def test_other_way_swaps_slack_and_tight():
     """Rigid band, ω < 0: torque R_b T_0 (1 − 1/Π)."""
     Pi = closed_form()["Pi"]
     result = sb.simulate(stop_scene(C=None, w0=-20.0, end=10.0))
@@ -249,7 +250,7 @@ def test_rotation_the_other_way_changes_slack_and_tight_side():
     assert limits == list(range(20, 0, -1))  # counted from the anchor
 
 
-def test_series_has_left_and_right_values_at_events(stop):
+def test_series_has_both_values_at_events(stop):
     t1 = float(stop.stopping_time)
     left, right = stop.series([t1], left=True), stop.series([t1])
     assert float(left.brake_torque[0]) == pytest.approx(0.725 * 8e3 * (closed_form()["Pi"] - 1), rel=1e-9)
@@ -276,12 +277,12 @@ def test_series_has_left_and_right_values_at_events(stop):
         ("soon", "'soon' are not numbers"),
     ],
 )
-def test_series_refuses_times_outside_the_run(stop, times, words):
+def test_series_refuses_times_outside_run(stop, times, words):
     with pytest.raises(sb.InputError, match=words):
         stop.series(times)
 
 
-def test_every_view_of_a_run_refuses_times_outside_it(stop, tmp_path):
+def test_views_refuse_times_outside_the_run(stop, tmp_path):
     for view in (
         lambda: sb.results.overlap(stop, [6.0]),
         lambda: sb.dataset(stop, [6.0]),
@@ -292,7 +293,7 @@ def test_every_view_of_a_run_refuses_times_outside_it(stop, tmp_path):
             view()
 
 
-def test_values_outside_the_run_are_nan_if_asked_for(stop):
+def test_values_outside_are_nan_if_asked_for(stop):
     """Before full slip of an elastic band `ω = ω_0 cos χ(t − t0)`."""
     truth, chi = closed_form(), math.sqrt(2e5 * 0.725**2 / 800)
     t = 0.5 * (truth["t0"] + truth["t1"])
@@ -310,7 +311,7 @@ def test_values_outside_the_run_are_nan_if_asked_for(stop):
     assert traced.band_mode.tolist() == [int(s.band_mode[0]), np.iinfo(np.int32).min]
 
 
-def test_rounding_at_the_ends_of_a_run_is_no_fault(stop):
+def test_rounding_at_run_ends_is_accepted(stop):
     late, early = 5.0 * (1 + 4e-16) + 1e-9, -1e-10
     s = stop.series([early, late])
     np.testing.assert_array_equal(s.t, [0.0, 5.0])
@@ -323,7 +324,7 @@ def test_rounding_at_the_ends_of_a_run_is_no_fault(stop):
     assert len(caught.value.faults) == 1
 
 
-def test_number_of_sliding_linings_follows_the_tension(stop):
+def test_sliding_linings_follow_the_tension(stop):
     truth = closed_form()
     middle = 0.5 * (np.asarray(truth["limits"][:-1]) + np.asarray(truth["limits"][1:]))
     s = stop.series(middle)

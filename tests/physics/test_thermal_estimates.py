@@ -12,7 +12,7 @@ STEEL = sb.material("steel_20L")
 A, E = float(STEEL.diffusivity), float(STEEL.effusivity)
 
 
-def test_the_penetration_depth_has_a_fourier_number_of_one_third():
+def test_depth_has_fourier_number_one_third():
     depth = sb.formulas.penetration_depth(A, 2.0)
     assert sb.formulas.fourier_number(A, 2.0, depth) == pytest.approx(1 / 3, rel=3e-3)  # 1.73² = 2.9929
     assert sb.formulas.effective_fourier_number(A, 2.0, 1.01 * depth) == 1 / 3
@@ -20,14 +20,14 @@ def test_the_penetration_depth_has_a_fourier_number_of_one_third():
     np.testing.assert_allclose(sb.formulas.effective_volume(2.0, 0.025, np.array([0.01, 0.03])), [0.02, 0.05])
 
 
-def test_bulk_rise_is_the_mean_over_a_braking_with_falling_power():
+def test_bulk_rise_is_mean_for_falling_power():
     mean = quad(lambda s: 2 * s - s**2, 0.0, 1.0)[0]
     assert sb.formulas.mean_bulk_rise(0.9, 8e5, 534.0, 80.0) == pytest.approx(
         mean * 0.9 * 8e5 / (534.0 * 80.0), rel=1e-14
     )
 
 
-def test_surface_of_a_stop_against_duhamels_integral():
+def test_surface_of_a_stop_by_duhamel():
     q, tau = 4e5, 1.3
     for t in (0.2, tau / 2, tau):
         # dT = q(s) ds/(e √(π (t − s))), with t − s = u²
@@ -80,7 +80,7 @@ def falling_face(q, tau, thickness, times):
     return first + q * (1 - t[:, 0] / tau) * dx / (2 * conductivity)  # from the centre to the face
 
 
-def test_surface_of_a_slab_in_a_stop_against_finite_volumes():
+def test_slab_surface_matches_finite_volumes():
     q, tau, thickness = 4e5, 2.2, 0.012
     times = tau * np.array([0.05, 0.3, 0.5, 0.8, 1.0])
     found = sb.formulas.stopping_slab_rise(q, times, tau, thickness, STEEL)
@@ -99,7 +99,7 @@ def test_surface_of_a_slab_in_a_stop_against_finite_volumes():
 RISES = sb.formulas.stopping_slab_rise, sb.formulas.reconstructed_surface_rise
 
 
-def test_s_24_with_the_term_that_makes_it_start_at_zero():
+def test_s_24_with_the_term_for_a_zero_start():
     q, tau, thickness = 4e5, 2.2, 0.012
     Fo, unit = A * tau / thickness**2, q * thickness / (2 * float(STEEL.conductivity))
     n = np.arange(1, 200_001)
@@ -115,7 +115,7 @@ def test_s_24_with_the_term_that_makes_it_start_at_zero():
             rise(q, 1.1 * tau, tau, thickness, STEEL)
 
 
-def test_combinations_of_the_maximum_temperature():
+def test_maximum_temperature_combinations():
     found = sb.formulas.maximum_temperatures(30.0, 60.0, 90.0)
     assert found == (90.0, 80.0, 180.0)
 
@@ -123,7 +123,7 @@ def test_combinations_of_the_maximum_temperature():
 # --- Schmidt's scheme -------------------------------------------------------------------------------------------------
 
 
-def test_schmidt_on_a_half_space_is_a_random_walk():
+def test_schmidt_is_a_random_walk_in_depth():
     """Each step puts q Δx/(2 λ) into the first layer, from where it walks and is reflected at the face."""
     q, m, step = 2e5, 40, 0.5e-3
     course = sb.formulas.schmidt(STEEL, 400 * step, 400, m * step**2 / (2 * A), q)
@@ -134,7 +134,7 @@ def test_schmidt_on_a_half_space_is_a_random_walk():
     assert course.temperature[m, 0] == pytest.approx(sb.formulas.half_space_rise(q, course.t[m], E), rel=1e-2)
 
 
-def test_schmidt_converges_to_the_slab_with_second_order():
+def test_schmidt_is_of_second_order_on_slab():
     q, thickness = 2e5, 0.025
     end = 0.5 * thickness**2 / A  # a whole number of steps for every N below
     errors = []
@@ -176,7 +176,7 @@ def test_schmidt_beside_the_layered_rim():
     assert apart[0] / apart[1] == pytest.approx(4.0, rel=0.15)
 
 
-def test_schmidt_comes_to_the_steady_state_of_a_cooled_wall():
+def test_schmidt_reaches_cooled_steady_state():
     q, h, thickness = 5e3, 200.0, 0.025
     course = sb.formulas.schmidt(STEEL, thickness, 10, 12_000.0, q, back_coefficient=h, ambient=20.0, start=20.0)
     steady = 20.0 + q / h + q * (thickness - course.depth) / float(STEEL.conductivity)
@@ -284,7 +284,7 @@ def test_heat_balance_over_four_revolutions():
     assert sb.formulas.heat_balance(4e4, surface=450.0, **{**given, "overlap": 1.0}).stationary == math.inf
 
 
-def test_a_network_settles_where_the_balance_says():
+def test_network_settles_by_the_balance():
     """One lump, heated under the linings and cooled on the open track (S-21 without the four revolutions)."""
     balance = sb.formulas.heat_balance(
         2e3, overlap=0.75, coefficient=80.0, surface=300.0, ambient=290.0, omega=5.0, area=0.8

@@ -49,7 +49,7 @@ def test_square_wave_of_flux_on_a_half_space():
     np.testing.assert_allclose(found, by_fourier(x, edges, flux, period, E), rtol=1e-7)
 
 
-def test_any_course_of_flux_has_a_ripple_without_mean():
+def test_ripple_of_any_flux_has_no_mean():
     edges, flux = np.asarray([0.05, 0.2, 0.45, 0.7]), np.asarray([3e6, -2e4, 1e6, -2e4])
     x = np.asarray([0.0, 0.1, 0.33, 0.6, 0.9])
     found = sb.formulas.revolution_ripple(x, edges, flux, 0.3, E)
@@ -134,7 +134,7 @@ def test_what_a_ripple_needs(stop):
 
 
 @pytest.mark.slow
-def test_a_staged_brake_heats_its_rim_by_the_inner_pair():
+def test_inner_pair_heats_a_staged_rim():
     scene = staged_scenes.stop(lever=sb.Constant(3e3), end=60.0)
     scene = sb.with_values(scene, {"brake.bandage.area": 0.05, "brake.pulley.width": 0.2})
     result = sb.simulate(scene)

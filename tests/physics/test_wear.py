@@ -48,7 +48,7 @@ def cold():
     return sb.simulate(ws.stop(sb.Wear(ws.K)))
 
 
-def test_a_rigid_stop_wears_the_linings_by_their_loads(cold):
+def test_rigid_stop_wears_linings_by_loads(cold):
     normal = ws.statics()[1]
     worn = np.asarray(cold.worn_thickness)
     np.testing.assert_allclose(worn / worn.sum(), normal / normal.sum(), rtol=1e-12)
@@ -59,7 +59,7 @@ def test_a_rigid_stop_wears_the_linings_by_their_loads(cold):
     np.testing.assert_allclose(worn, np.asarray(sb.results.lining_wear(cold, ws.K)), rtol=1e-12)
 
 
-def test_pressure_within_a_lining_integrates_to_its_load():
+def test_lining_pressure_integrates_to_load():
     """At, near and far from a uniform pressure, below and above 1; smooth there, derivatives too."""
     for ratio in (0.3, 1 - 1e-3, 1.0, 1 + 1e-9, 1.02, 1.7, 40.0):
         within = functools.partial(sb.brakes.pressure_within, 3.0, ratio)
@@ -85,7 +85,7 @@ def test_edges_of_linings_in_a_run(cold):
         np.testing.assert_allclose(worn, ws.K * pressure * ws.distance(), rtol=1e-10)
 
 
-def test_metrics_series_and_words_of_the_wear(cold):
+def test_wear_metrics_series_and_words(cold):
     _, normal = ws.statics()
     m = cold.metrics
     assert m["greatest_wear"] == pytest.approx(float(cold.worn_thickness[-1]), rel=1e-15)
@@ -109,7 +109,7 @@ def test_metrics_series_and_words_of_the_wear(cold):
     assert cold.summary()["worn_thickness"] == np.asarray(cold.worn_thickness).tolist()
 
 
-def test_wear_of_a_run_in_which_nothing_slides_is_none(cold):
+def test_run_without_slip_has_no_wear(cold):
     still = sb.simulate(sb.with_values(cold.scene, {"initial.omega": 0.0}))
     assert not np.any(np.asarray(still.worn_thickness))
     assert still.metrics["wear_over_mean"] is None
@@ -145,7 +145,7 @@ def test_derivatives_of_the_worn_thickness(cold):
 
 
 @pytest.mark.parametrize("solver", [None, sb.hybrid.Rodas5P()], ids=["explicit", "implicit"])
-def test_wear_that_grows_with_heat_is_as_exact_as_the_run(solver):
+def test_hot_wear_is_as_exact_as_the_run(solver):
     """All heat into an insulated rim: `k p_i ∫ exp((T − T_r)/ΔT) ds`, `T = T_r + W/C`; no rate depends on the wear."""
     rise, capacity = 70.0, 800.0
     heat = sb.thermal.lumped_heat(rim=capacity, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0)
@@ -157,7 +157,7 @@ def test_wear_that_grows_with_heat_is_as_exact_as_the_run(solver):
 
 
 @pytest.mark.slow
-def test_wear_that_grows_with_the_lining_s_own_temperature():
+def test_wear_grows_with_lining_temperature():
     """`dT_i ∝ ds`, so that the exponential law has a closed form; that of Arrhenius is left to SciPy's quadrature."""
     law = sb.wear.ExponentialWear(ws.K, rise=90.0, reference=320.0)
     result = sb.simulate(ws.stop(sb.Wear(law), ws.lumps()))
@@ -193,7 +193,7 @@ def test_wear_that_grows_with_the_lining_s_own_temperature():
     ],
     ids=["elastic band, break-away", "staged", "bandage", "chain"],
 )
-def test_the_states_are_the_integrals_over_the_run(scene):
+def test_states_are_integrals_over_the_run(scene):
     scene = scene()
     inner = None if scene.brake.bandage is None else 3e-14
     result = sb.simulate(ws.wearing(scene, sb.Wear(1e-14, internal=inner)))
@@ -210,7 +210,7 @@ def test_the_states_are_the_integrals_over_the_run(scene):
 
 
 @pytest.mark.slow
-def test_a_band_turned_at_rest_wears_on_from_the_other_end():
+def test_turned_band_wears_from_other_end():
     lever = sb.PiecewiseLinear([0.0, 3.0, 3.0, 5.0, 5.0], [ws.T0, ws.T0, 0.0, 0.0, ws.T0])
     drive = sb.TorqueLoad(sb.PiecewiseLinear([3.0, 3.0, 5.0, 5.0], [0.0, 7000.0, 7000.0, 0.0]))
 
