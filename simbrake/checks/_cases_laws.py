@@ -5,6 +5,8 @@ The truths are in `truths.csv`, made by `tests/oracles/truths.py`, which imports
 
 from typing import Any
 
+from diffrax import Tsit5
+
 from .._parts._scene import ForceDuty, Initial, Scene
 from .._run._edit import with_values
 from .._run._result import Result
@@ -49,6 +51,7 @@ def speed_cases() -> list[Case]:
         _stop(StribeckFriction(0.45, 0.30, 3.0, 1.5)),
         {"stopping time": "stopping_time", "angle": "stopping_angle"},
         {"∂(stopping time)/∂v_s": f"{_LAW}.stribeck_speed", "∂(stopping time)/∂δ": f"{_LAW}.exponent"},
+        solver=Tsit5(),
     )
 
 
@@ -71,6 +74,7 @@ def changing_cases() -> list[Case]:
                 "∂(stopping time)/∂k": "brake.linings.friction.processes.0.rate",
                 "∂(stopping time)/∂w_0": "brake.linings.friction.processes.1.work",
             },
+            solver=Tsit5(),
         ),
         *frozen_cases(
             "oiled linings",
@@ -80,6 +84,7 @@ def changing_cases() -> list[Case]:
                 "∂(stopping time)/∂t_1": f"{_LAW}.changes.0.factor.times",
                 "∂(stopping time)/∂φ": f"{_LAW}.changes.0.factor.values.1",
             },
+            solver=Tsit5(),
         ),
     ]
 
@@ -95,6 +100,7 @@ def wear_cases() -> list[Case]:
         {"lining 1": "worn_thickness.0", "lining 4": "worn_thickness.3"},
         {"∂(lining 4)/∂s": "wear.rate.slope"},
         of=lambda result: result.worn_thickness[3],
+        solver=Tsit5(),
     )
 
 

@@ -6,6 +6,7 @@ The truths are in `truths.csv`, made by `tests/oracles/truths.py`, which imports
 import math
 
 import numpy as np
+from diffrax import Tsit5
 
 from .._parts._scene import Duty, Initial, Scene
 from ..brakes._bands import LinedBand, MultiBandBrake
@@ -59,6 +60,7 @@ def spring_cases() -> list[Case]:
             "stopping time": "stopping_time",
             "elongation at rest": "record.y_end.own.stretch.0",
         },
+        solver=Tsit5(),
     )
 
 
@@ -77,6 +79,7 @@ def band_cases() -> list[Case]:
         scene,
         {"stopping time": "stopping_time", "share of the first band": lambda _: tension_shares(brake)[0]},
         {"∂(stopping time)/∂C_1": "brake.bands.0.stiffness"},
+        solver=Tsit5(),
     )
 
 
@@ -113,6 +116,7 @@ def phase_cases() -> list[Case]:
         {"first fall ends": ended(0), "first stop": ended(1), "second fall ends": ended(4), "end": "record.t_end"},
         {"∂(end)/∂s": "duty.slack_tension.phases.0.until.distance"},
         of=lambda result: result.record.t_end,
+        solver=Tsit5(),
     )
 
 

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from diffrax import Tsit5
 
 from .._parts._scene import ForceDuty, Initial, Scene
 from .._run._result import Result
@@ -80,7 +81,7 @@ def disc_cases() -> list[Case]:
     ]
     return [
         *cases_of_run("disc brake", worn, wear),
-        *cases_with_slopes("disc brake", new, pressed),
+        *cases_with_slopes("disc brake", new, pressed, solver=Tsit5()),
         *cases_of_run(
             "disc brake", held, [("restart", f"{FORM}where M(t) = n f_s F r_e", 10.0 * 1.25 / 3, time_of("restart"))]
         ),
@@ -142,8 +143,8 @@ def shoe_cases() -> list[Case]:
         of_slope = "the same: J ω_0/(M_1 + M_2), differentiated"
         rows.append((f"∂(stopping time)/∂{name}", of_slope, slope, Slope(f"brake.linings.{place}"), 1e-9))
     back = [("stopping time backwards", "the same", time, "stopping_time")]
-    return cases_with_slopes("double shoe", stop_of(drum, force, w0), rows) + cases_with_slopes(
-        "double shoe", stop_of(drum, force, -w0), back
+    return cases_with_slopes("double shoe", stop_of(drum, force, w0), rows, solver=Tsit5()) + cases_with_slopes(
+        "double shoe", stop_of(drum, force, -w0), back, solver=Tsit5()
     )
 
 
@@ -184,7 +185,7 @@ def rope_cases() -> list[Case]:
             turned = min(2 * math.pi * min(turns - (layer - 1) * each, each), energy / net)
             energy, travel = energy - net * turned, travel + radius * turned / n
         source = f"{FORM}Σ r_k φ_k/n, J ω_0²/2 = Σ (M_b − m g r_k/n) φ_k"
-        found += cases_with_slopes("rope in layers", scene, [(words, source, travel, "hook_travel")])
+        found += cases_of_run("rope in layers", scene, [(words, source, travel, "hook_travel")])
     return found
 
 

@@ -84,10 +84,15 @@ def cases_of(subject: str, run: Callable[[], Any], tolerance: float, rows: Itera
 
 
 def cases_of_run(
-    subject: str, scene: Scene, rows: Iterable[Row], tolerance: float = 1e-11, rtol: float = 1e-12
+    subject: str,
+    scene: Scene,
+    rows: Iterable[Row],
+    tolerance: float = 1e-11,
+    rtol: float = 1e-12,
+    solver: Solver | None = None,
 ) -> list[Case]:
     """Cases that read the result of a scene."""
-    return cases_of(subject, lambda: simulate(scene, rtol=rtol), tolerance, rows)
+    return cases_of(subject, lambda: simulate(scene, rtol=rtol, solver=solver), tolerance, rows)
 
 
 @functools.cache
@@ -121,7 +126,7 @@ def _with_slope(name: str, of: Callable[[Result], Any], solver: Solver | None = 
         _, slope, result = jax.jvp(found, (scene,), (tangent,), has_aux=True)
         return result, slope
 
-    return DeviceJit(both, subject=("validation", name), quick=True)
+    return DeviceJit(both, subject=("validation", name, solver), quick=True)
 
 
 def _towards(scene: Scene, path: str) -> Scene:
@@ -147,7 +152,7 @@ def cases_with_slopes(
     """Cases that read the result of a scene, of which those of a `Slope` are derivatives of `of(result)`.
 
     - `program`: name of the compiled program that subjects share, whose scenes differ in their numbers alone
-    - `solver`: as of `simulate`; an explicit one takes less than half as long to compile
+    - `solver`: as of `simulate`; one of fewer stages takes half as long to compile
     """
     rows = list(rows)
     run = _with_slope(program or subject, of, solver)
@@ -176,6 +181,7 @@ def frozen_cases(
     slopes: Mapping[str, str | Slope] | None = None,
     of: Callable[[Result], Any] = stopping_time,
     program: str | None = None,
+    solver: Solver | None = None,
 ) -> list[Case]:
     """Cases of a subject of `truths.csv`: rows that are read from the result, and derivatives of `of(result)`."""
     slopes = {what: at if isinstance(at, Slope) else Slope(at) for what, at in (slopes or {}).items()}
@@ -186,8 +192,8 @@ def frozen_cases(
         if (what := row["what"]) in known
     ]
     if not slopes:
-        return cases_of_run(subject, scene, rows)
-    return cases_with_slopes(subject, scene, rows, of, program=program)
+        return cases_of_run(subject, scene, rows, solver=solver)
+    return cases_with_slopes(subject, scene, rows, of, program=program, solver=solver)
 
 
 def _read(run: Callable[[], Any], what: Reader) -> Any:
