@@ -178,3 +178,19 @@ ELASTIC: dict[str, Any] = {"n": 10, "beta": 27.0, "f": 0.35, "R": 0.725, "J": 80
 
 def elastic_stop(T0: Number = 8e3, **changes: Any) -> Scene:
     return scene_of(T0, **{**ELASTIC, "end": 5.0, **changes})
+
+
+# --- many stops -------------------------------------------------------------------------------------------------------
+
+SPEED, FRICTION, LEVER = "initial.omega", "brake.linings.friction.coefficient", "duty.slack_tension.level"
+TIMES = ("slip_onset_time", "full_slip_time", "stopping_time")
+
+
+def drawn(count, seed=1):
+    """Values for that many stops."""
+    rng = np.random.default_rng(seed)
+    return {
+        SPEED: rng.uniform(5, 30, count),
+        FRICTION: rng.uniform(0.2, 0.4, count),
+        LEVER: rng.uniform(5e3, 1e4, count),
+    }

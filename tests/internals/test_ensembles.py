@@ -12,7 +12,7 @@ import jax
 import numpy as np
 import pytest
 from heat_scenes import fading, lump, rigid_stop
-from stop_scenes import stop_scene
+from stop_scenes import FRICTION, LEVER, SPEED, TIMES, drawn, stop_scene
 
 import simbrake as sb
 from simbrake._run._measure import measure
@@ -21,8 +21,6 @@ from simbrake.results import BandMode, metric_names
 from simbrake.studies import _ensemble, _evaluator
 from simbrake.studies._chunks import Store, Task
 from simbrake.studies._evaluator import LANES, Job
-
-SPEED, FRICTION, LEVER = "initial.omega", "brake.linings.friction.coefficient", "duty.slack_tension.level"
 
 
 def plan(values, scene=None, metrics=None, solver=None, max_steps=None, chunk=None):
@@ -414,18 +412,6 @@ def test_interrupted_and_resumed(tmp_path, capsys, monkeypatch):
         sb.ensemble(stop_scene(R=0.7), values, ["stopping_time"], directory=folder)
     with pytest.raises(sb.InputError, match="holds other files"):
         sb.ensemble(stop_scene(), values, ["stopping_time"], directory=tmp_path)
-
-
-TIMES = ("slip_onset_time", "full_slip_time", "stopping_time")
-
-
-def drawn(count, seed=1):
-    rng = np.random.default_rng(seed)
-    return {
-        SPEED: rng.uniform(5, 30, count),
-        FRICTION: rng.uniform(0.2, 0.4, count),
-        LEVER: rng.uniform(5e3, 1e4, count),
-    }
 
 
 def assert_like_single_runs(scene, values, metrics, runs, **settings):

@@ -10,21 +10,9 @@ import pytest
 import xarray as xr
 from heat_scenes import fading, lump, rigid_stop
 from helpers import main, nothing_compiled
-from stop_scenes import closed_form, stop_scene
+from stop_scenes import FRICTION, LEVER, SPEED, TIMES, closed_form, drawn, stop_scene
 
 import simbrake as sb
-
-SPEED, FRICTION, LEVER = "initial.omega", "brake.linings.friction.coefficient", "duty.slack_tension.level"
-TIMES = ("slip_onset_time", "full_slip_time", "stopping_time")
-
-
-def drawn(count, seed=1):
-    rng = np.random.default_rng(seed)
-    return {
-        SPEED: rng.uniform(5, 30, count),
-        FRICTION: rng.uniform(0.2, 0.4, count),
-        LEVER: rng.uniform(5e3, 1e4, count),
-    }
 
 
 def travel_share(result):
