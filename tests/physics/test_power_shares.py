@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import jax
 import numpy as np
 import pytest
 from stop_scenes import stop_scene
@@ -52,17 +51,6 @@ def test_courses_add_up_and_summary_tells(runs):
     assert "electrical" not in str(runs[0])
     rows = sb.estimates(runs[1])
     assert rows["electrical work"].value == pytest.approx(rows["electrical work"].simulated, rel=1e-12)
-
-
-@pytest.mark.slow
-def test_shares_are_booked_without_heat():
-    def electrical(share):
-        shares = sb.PowerShares(electrical=share, mechanical=0.1)
-        return sb.simulate(dataclasses.replace(stop_scene(), power_shares=shares)).energy["electrical_work"]
-
-    work = sb.simulate(stop_scene()).energy["friction_heat"]
-    assert float(electrical(0.2)) == pytest.approx(0.2 * float(work), rel=1e-10)
-    assert float(jax.jit(jax.grad(electrical))(0.2)) == pytest.approx(float(work), rel=1e-8)
 
 
 def test_shares_above_one_are_an_input_error():
