@@ -79,3 +79,18 @@ def test_thermal_estimates_take_heat_alone():
     ]
     warm, hot = (table.rows[0]["bulk"].value - start for table in tables)
     assert warm == pytest.approx(0.68 * hot, rel=1e-9)
+
+
+def test_flash_temperature_sees_heat_alone():
+    """Half of the power as heat is a flash of half the share."""
+    flash = sb.thermal.FlashTemperature(50e-6, 48.0, 1.2e-5, 1.0, 300e6)
+    law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(3e-4, 293.15),))
+
+    def torque(flash, shares):
+        start = dataclasses.replace(stop_scene(C=None, law=law, end=1e-3), heat=heated().heat, power_shares=shares)
+        scene = dataclasses.replace(start, heat=dataclasses.replace(start.heat, flash=flash))
+        return float(sb.simulate(scene).series([0.0]).brake_torque[0])
+
+    half = torque(flash, sb.PowerShares(mechanical=0.5))
+    assert half == pytest.approx(torque(dataclasses.replace(flash, share=0.5), None), rel=1e-12)
+    assert half > 1.001 * torque(flash, None)
