@@ -498,6 +498,8 @@ class SprungBandage(AbstractMechanism):
         band = jnp.where(pulls, jnp.where(jnp.all(outer == 0), HELD, moving), OPEN)
         new = new._replace(own=new.own._replace(outer=outer), band=band.astype(jnp.int32))
         locks = fired[_FIRST + 2 * n] if self.fades else jnp.asarray(False)
+        if self.fades:  # where friction jumps past the limit, other guards fire before that of locking
+            locks = locks | (z.locking < 0)
         if old.own.lifted is not None:
             turning = self.arrested(omega, own, old, new)
             z, last, inner = ask(new, *turning)[1], _FIRST + 2 * n + self.fades, new.own.inner
