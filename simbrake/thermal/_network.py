@@ -342,8 +342,8 @@ _FACES = ("front", "back")
 
 
 def nodes_at(body: Body, face: str | None) -> slice:
-    """Nodes of a body named by a place: all, or the outermost layers of a wall."""
-    if face is None or not isinstance(body, Wall):
+    """Nodes of a body named by a place (see `body_at`): all, or the outermost layers of a wall."""
+    if not isinstance(body, Wall):
         return slice(None)
     return slice(0 if face == "front" else body.layers - 1, None, body.layers)
 
