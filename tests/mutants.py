@@ -1,6 +1,6 @@
 """Plants errors drawn once, one at a time, and tells which are seen: before and after a change of the tests.
 
-    python tests/mutants.py [WORD] [--pytest ARGUMENT …]
+    python tests/mutants.py [WORD] [--pytest "FILE -k NAME"]
 
 `mutants.csv` has a hundred: function, expression, what stands there instead, and what sees it (a file of tests, or the
 numbers of `simbrake validate` of that name), or why nothing can. WORD: those whose module or function contains it.
@@ -12,11 +12,14 @@ import ast
 import csv
 import os
 import pathlib
+import shlex
 import shutil
 import subprocess
 import sys
 import tempfile
 from collections.abc import Iterator
+
+import pytest
 
 ROOT = pathlib.Path(__file__).parents[1]
 
@@ -74,13 +77,15 @@ def seen(tree: pathlib.Path, mutant: dict[str, str], arguments: list[str]) -> st
         done = subprocess.run(command, cwd=tree, env=surroundings, stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
     finally:
         file.write_text(whole, "utf-8")
+    if done.returncode == pytest.ExitCode.NO_TESTS_COLLECTED or b"file or directory not found" in done.stdout:
+        return "NOTHING RUN: no such test"
     return "seen" if done.returncode else "NOT SEEN"
 
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("word", nargs="?", default="")
-    parser.add_argument("--pytest", nargs="+", default=[], metavar="ARGUMENT")
+    parser.add_argument("--pytest", default="", metavar="ARGUMENTS")
     options = parser.parse_args()
     with (ROOT / "tests" / "mutants.csv").open(encoding="utf-8", newline="") as table:
         mutants = [row for row in csv.DictReader(table) if options.word in f"{row['module']} {row['function']}"]
@@ -92,7 +97,7 @@ def main() -> int:
             if mutant["unseen_because"]:
                 outcome = f"left out: {mutant['unseen_because']}"
             else:
-                outcome = seen(tree, mutant, options.pytest)
+                outcome = seen(tree, mutant, shlex.split(options.pytest))
                 missed += outcome != "seen"
             print(f"{mutant['module']} {mutant['function']}: {mutant['before'][:50]!r}: {outcome}", flush=True)
     return int(missed > 0)
