@@ -143,11 +143,38 @@ def test_load_above_the_maximum_torque():
 # --- rest on dry friction ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
+def test_rest_on_the_bearings_alone():
+    """Stop at `J ω_0/(M_c − M)`, rest, restart where `M + s (t − 5) = M_c`, then `ω = s (t − t_r)²/(2J)`."""
+    M_c, M, slope, end = 5e3, 1e3, 800.0, 14.0
+    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 5.0, 25.0], [M, M, M + 20.0 * slope]))
+    result = sb.simulate(scene(BearingFriction(M_c), load=load, end=end))
+    restart = 5.0 + (M_c - M) / slope
+    assert names(result) == ["stop", "restart"]
+    assert float(result.stopping_time) == pytest.approx(J * W0 / (M_c - M), rel=1e-10)
+    assert result.events[1].time == pytest.approx(restart, rel=1e-10)
+    assert float(result.record.y_end.omega) == pytest.approx(slope * (end - restart) ** 2 / (2 * J), rel=1e-9)
+    seen = result.series([4.5, 7.0])
+    np.testing.assert_array_equal(seen.omega, 0.0)
+    np.testing.assert_allclose(seen.shaft_torque, [M, M + 2.0 * slope], rtol=1e-12)
+    balanced(result)
+
+    def restarted(M_c):
+        return sb.simulate(scene(BearingFriction(M_c), load=load, end=end), max_steps=128).record.y_end.omega
+
+    _, derivative = jax.jvp(restarted, (jnp.asarray(M_c),), (jnp.ones(()),))
+    assert float(derivative) == pytest.approx(-(end - restart) / J, rel=1e-7)
+
+
 def test_a_load_that_turns_round():
-    """Dry friction opposes both ways: rest while `|M| ≤ M_c`, then backwards."""
+    """Dry friction opposes both ways: rest while `|M| ≤ M_c`, then backwards; also where the band stopped it first."""
     M_c = 2e3
-    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 10.0], [0.0, -1e4]))
-    result = sb.simulate(scene(BearingFriction(M_c), load=load, w0=1.0, end=6.0))
+
+    def turned(times, torques, end, T0=0.0):
+        load, lever = sb.PiecewiseLinear(times, torques), sb.PiecewiseLinear([0.0, 0.5, 0.5], [T0, T0, 0.0])
+        return sb.simulate(scene(BearingFriction(M_c), load=sb.TorqueLoad(load), lever=lever, w0=1.0, end=end))
+
+    result = turned([0.0, 10.0], [0.0, -1e4], 6.0)
 
     def motion(sense):
         return lambda t, y: [(-1e3 * t - sense * M_c) / J]
@@ -163,9 +190,12 @@ def test_a_load_that_turns_round():
     assert result.events[1].time == pytest.approx(2.0, rel=1e-10)
     assert float(result.record.y_end.omega) == pytest.approx(back.y[0, -1], rel=1e-9)
     assert float(result.record.y_end.omega) < 0
+    # the band stops it and lets go before the same load comes, a second later
+    released = turned([1.0, 11.0], [0.0, -1e4], 7.0, T0=8e3)
+    assert names(released)[-3:] == ["stop", "release", "restart"]
+    assert float(released.record.y_end.omega) == pytest.approx(back.y[0, -1], rel=1e-9)
     # without rest between: a jump of the load throws it back at once
-    jump = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 0.0], [-9e3, -9e3]))
-    thrown = sb.simulate(scene(BearingFriction(M_c), load=jump, w0=1.0, end=1.0))
+    thrown = turned([0.0, 0.0], [-9e3, -9e3], 1.0)
     turn = J * 1.0 / (9e3 + M_c)
     assert float(thrown.record.y_end.omega) == pytest.approx(-(9e3 - M_c) * (1.0 - turn) / J, rel=1e-9)
     assert math.isinf(thrown.stopping_time)
@@ -194,12 +224,14 @@ def test_bearings_hold_first_then_the_band(C):
 
 
 def test_band_and_bearings_hold_their_sum():
-    """A restart where the load exceeds `T_0 R_b (Π − 1) + M_c`."""
-    M_c, T0, slope = 4e3, 2e3, 5e3
+    """A restart at `t_r`, where the load exceeds `T_0 R_b (Π − 1) + M_c`; then `ω = s (t − t_r)²/(2J)`."""
+    M_c, T0, slope, end = 4e3, 2e3, 5e3, 10.0
     load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 20.0], [0.0, 20.0 * slope]))
-    result = sb.simulate(scene(BearingFriction(M_c), load=load, T0=T0, w0=0.0, end=10.0))
+    result = sb.simulate(scene(BearingFriction(M_c), load=load, T0=T0, w0=0.0, end=end))
     restart = next(event for event in result.events if event.name == "restart")
-    assert restart.time == pytest.approx((T0 * GAIN + M_c) / slope, rel=1e-10)
+    torn = (T0 * GAIN + M_c) / slope
+    assert restart.time == pytest.approx(torn, rel=1e-10)
+    assert float(result.record.y_end.omega) == pytest.approx(slope * (end - torn) ** 2 / (2 * J), rel=1e-9)
     balanced(result)
 
 
@@ -222,6 +254,17 @@ def test_rests_or_starts_at_once():
     assert float(held.record.y_end.phi) == 0.0
     loose = sb.simulate(scene(BearingFriction(2e3), load=3e3, w0=0.0, end=1.0))
     assert float(loose.record.y_end.omega) == pytest.approx(1e3 / J, rel=1e-10)
+
+
+@pytest.mark.slow
+def test_a_staged_brake_with_its_band_open():
+    staged = pytest.importorskip("staged_scenes")
+    plain = staged.stop(lever=sb.Constant(0.0), end=60.0)
+    found = sb.simulate(dataclasses.replace(plain, shaft=(BearingFriction(2e3),)))
+    inertia = float(plain.brake.inertia) + float(np.sum(plain.brake.bandage.inertia))
+    load = float(plain.duty.load.profile.level)
+    assert float(found.stopping_time) == pytest.approx(inertia * float(plain.initial.omega) / (2e3 - load), rel=1e-9)
+    balanced(found)
 
 
 @pytest.mark.slow
@@ -283,6 +326,30 @@ def test_heat_enters_its_body_or_is_lost():
     assert result.status == "lowering"
 
 
+@pytest.mark.slow
+def test_speed_holding_lever_gives_the_rest():
+    load, c = 9e3, 200.0
+    held = stop_scene(C=None, lever=sb.SpeedHold(8e3), load=load, w0=12.0, end=2.0)
+    result = sb.simulate(dataclasses.replace(held, shaft=(ViscousDrag(c), BearingFriction(500.0))))
+    seen = result.series([1.0])
+    assert float(seen.omega[0]) == pytest.approx(12.0, rel=1e-12)
+    assert float(seen.brake_torque[0]) == pytest.approx(load - 12.0 * c - 500.0, rel=1e-12)
+
+
+@pytest.mark.slow
+def test_torques_beside_resolved_linings():
+    import chain_scenes
+
+    chain = chain_scenes.chain(end=0.5)
+    result = sb.simulate(dataclasses.replace(chain, shaft=(ViscousDrag(0.2),)))
+    times = np.linspace(0.0, 0.5, 20001)
+    taken = np.trapezoid(0.2 * np.asarray(result.series(times).omega) ** 2, times)  # ∫ c ω² dt
+    assert float(result.energy["shaft_work"]) == pytest.approx(taken, rel=1e-6)
+    assert float(result.energy["closure"]) < 1e-9
+    with pytest.raises(sb.InputError, match=r"shaft\[0\]: dry friction of the shaft is not modelled"):
+        sb.simulate(dataclasses.replace(chain, shaft=(BearingFriction(1.0),)))
+
+
 def test_input_errors_and_a_scene_file(tmp_path):
     bad = scene(EddyCurrentBrake(1e3, 5.0, 1.05, place="nowhere"), HydrodynamicBrake(1.0, -0.1))
     with pytest.raises(sb.InputError) as caught:
@@ -303,3 +370,24 @@ def test_input_errors_and_a_scene_file(tmp_path):
     assert jax.tree.structure(again) == jax.tree.structure(jax.tree.map(np.asarray, scene(*laws)))
     assert float(again.shaft[0].critical_speed) == pytest.approx(2 * math.pi)
     assert type(again.shaft[0].excitation) is sb.PiecewiseLinear
+
+
+@pytest.mark.slow
+def test_ensembles_end_in_the_same_words():
+    torques = [0.5 * LOAD, 3.0 * LOAD]
+    plain = scene(EddyCurrentBrake(1.0, 9.0), BearingFriction(10.0), load=LOAD, w0=3.0, end=15.0)
+    data = sb.ensemble(plain, {"shaft[0].max_torque": torques}, ["terminal_speed", "energy.shaft_work"])
+    assert list(data.status.values) == ["released", "lowering"]
+    rest = sb.ensemble(plain, {"shaft[1].limit": [2.0 * LOAD]}, ["energy.shaft_bearing_friction"])
+    assert list(rest.status.values) == ["stopped"]
+
+
+@pytest.mark.slow
+def test_cross_check_of_rest_on_dry_friction():
+    hook = sb.HookLoad(40e3, 0.4, 8, rope=sb.loads.RopeLayers(0.04, 4.0, 8.4))
+    lever = sb.PiecewiseLinear([0.0, 3.0], [14e3, 0.0])
+    plain = scene(BearingFriction(23e3), ViscousDrag(20.0), load=hook, lever=lever, end=4.0)
+    result = sb.simulate(plain)
+    assert {"layer_change", "stop", "release"} <= set(names(result))
+    report = sb.cross_check(plain, result=result)
+    assert report.ok, str(report)
