@@ -1,10 +1,9 @@
 """Friction laws, links, profiles and loads as users write them, which several tests share."""
 
 import math
-from typing import Any, ClassVar
+from typing import Any
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 
 import simbrake as sb
@@ -70,54 +69,11 @@ class Own(sb.friction.AbstractFriction):
         return jnp.asarray(self.coefficient)
 
 
-class Jitted(Own):
-    @jax.jit
-    def kinetic(self, contact):
-        return self.coefficient / (1 + contact.v / SPEED)
-
-
-class Vmapped(Own):
-    def kinetic(self, contact):
-        return jax.vmap(lambda one: self.coefficient / (1 + one.v / SPEED))(contact)
-
-
-class Unpacked(Own):
-    def kinetic(self, contact):
-        v, _, _ = contact
-        return self.coefficient / (1 + v / SPEED)
-
-
-class Replaced(Own):
-    def kinetic(self, contact):
-        scaled = contact._replace(v=contact.v / SPEED)
-        return self.coefficient / (1 + scaled.v)
-
-
 class Derived(sb.ConstantFriction):
     """A shipped law whose coefficient is made to fall."""
 
     def kinetic(self, contact):
         return self.coefficient / (1 + contact.v / SPEED)
-
-
-class Declared(Own):
-    """What a class says of itself has no effect."""
-
-    speed_dependent: ClassVar[bool] = False
-    temperature_dependent: ClassVar[bool] = False
-    pressure_dependent: ClassVar[bool] = False
-
-
-LAWS = [Own(), Jitted(), Vmapped(), Unpacked(), Replaced(), Derived(AT_REST), Declared()]
-LAWS += [sb.friction.ProductFriction(Derived(AT_REST), ())]
-
-
-class Pressed(sb.ConstantFriction):
-    """Falls with the pressure where there is one."""
-
-    def kinetic(self, contact):
-        f = jnp.asarray(self.coefficient)
-        return f if contact.p is None else f * (1 + contact.p / 1e6) ** -0.2
 
 
 class Cubic(sb.thermal.Conductance):
@@ -146,22 +102,8 @@ class Slanted(sb.Constant):
         return self.level * (1 - t / 10.0) - 3.0
 
 
-class Doubled(sb.profiles.ExponentialRise):
-    """Not the curve that its class stands for."""
-
-    def value(self, t, piece):
-        return self.level * jnp.sin(t / self.time_constant)
-
-
 def of(function):
     return sb.profiles.FunctionProfile(lambda t, p: function(t))
-
-
-class Surging(sb.TorqueLoad):
-    """A load with a course of its own beside its profile."""
-
-    def torque(self, t, omega, piece):
-        return self.profile.value(t, piece) + jnp.sin(1e3 * t)
 
 
 class Quartic(sb.thermal.AbstractLink):

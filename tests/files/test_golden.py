@@ -1,4 +1,4 @@
-"""What a run says, whole: its summary, its explanation and the text of its report, one file for each kind of duty.
+"""What a run says, whole: its summary, its explanation and the text of some reports, a file for each kind of duty.
 
 `pytest tests/files/test_golden.py -m "" --renew` writes the files anew; the difference is then for review.
 """
@@ -110,19 +110,22 @@ class Text(html.parser.HTMLParser):
 ROUNDING = ((r"((?:residual|by) )[\d.·⁻⁰-⁹¹²³e+-]+", r"\1…"), (r"\d+ (steps|accepted|rejected|truncated)", r"… \1"))
 
 
+#: runs whose page is kept too: each has a part that the others lack; the equipment of one is enough
+PAGES = ("stop", "tripping", "heated", "staged", "disc")
+
+
 def said(name):
-    """Summary, explanation and page of a run; what stands in every page is in those of `stop` and `tripping`."""
+    """Summary and explanation of a run, and the page of some."""
     result = sb.simulate(SCENES[name](), throw=False)
     first = name == "stop"
     limits = {"max_tension": "120 kN", "stopping_time": "0.56 s"} if first else {}
-    page = sb.report(result, check=False, limits=limits, sensitivity=["stopping_time"] if first else ())
     parts = [str(result), sb.results.explain(result, limits=limits, influence=name in ("stop", "held"))]
     if first:
         with sb.results.shown_in("rig"):
             parts.append(str(result))
-    parts.append(str(Text(page)).partition("\nProvenance\nsimbrake")[0])
-    if name not in ("stop", "tripping"):
-        parts[-1] = parts[-1].partition("\nEquipment\nEvery")[0]
+    if name in PAGES:
+        page = str(Text(sb.report(result, check=False, limits=limits, sensitivity=["stopping_time"] if first else ())))
+        parts.append(page.partition("\nProvenance\nsimbrake" if first else "\nEquipment\nEvery")[0])
     text = "\n\n".join(map(str, parts)) + "\n"
     for pattern, masked in ROUNDING:
         text = re.sub(pattern, masked, text)

@@ -1,70 +1,11 @@
-"""Oracles of mechanisms: staged brake, chain, linings on springs or on a ring that travels, several bands, rope."""
+"""Oracles of mechanisms: chain, linings on springs, several bands, rope, phases."""
 
-import itertools
 import math
 
 import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from stops import BY_SLOPE, EXACT, SMOOTH, G, ratio, slope, until
-
-
-def staged_stop():
-    """T_on, the lock and a stop in stage 3 on an elastic band; the grip depends on the tensions."""
-    r, R_b, Jp, J_b, n, beta = 0.59, 0.64, 900.0, 45.0, 8, math.radians(33.0)
-    f_e, rate, begin, load, C = 0.40, 4e3, 200.0, 300.0, 3e5
-    mu, s = ratio(f_e, beta), math.sin(beta / 2)
-    Pi = mu**n
-
-    def times(f_i=0.22, preload=900.0):
-        def lever(t):
-            return begin + rate * t
-
-        def grip(T_0, T_n):
-            T = np.minimum(T_0 * mu ** np.arange(n + 1), T_n)
-            return r * f_i * float(np.sum((T[1:] + T[:-1]) * s + preload))
-
-        def drag(t):
-            return R_b * lever(t) * (Pi - 1)
-
-        whole, take_up = Jp + J_b, C * 0.0
-        t, y = until(lambda t, y: [load / whole, R_b * y[0]], [20.0, take_up], lambda t, y: C * y[1] - lever(t))
-        ride = lambda t, y: [(load - R_b * (C * y[1] - lever(t))) / whole, R_b * y[0]]  # noqa: E731
-        t, y = until(ride, y, lambda t, y: C * y[1] - Pi * lever(t), t)
-        slides = lambda t, y: [(load - drag(t)) / whole]  # noqa: E731
-        full = lambda t, y: grip(lever(t), Pi * lever(t)) - drag(t) - J_b * (load - drag(t)) / whole  # noqa: E731
-        slip, y = until(slides, y[:1], full, t)
-        tension = lever(slip)
-
-        def both(t, y):
-            M = grip(lever(t), Pi * lever(t))
-            return [(load - M) / Jp, (M - drag(t)) / J_b]
-
-        # the band stretches with the lever: its slip ends before the bandage rests
-        t, y = until(both, [y[0], y[0]], lambda t, y: y[1] - rate * Pi / C / R_b, slip)
-
-        def swing(t, y):
-            M = grip(lever(t), C * y[2])
-            return [(load - M) / Jp, (M - R_b * (C * y[2] - lever(t))) / J_b, R_b * y[1]]
-
-        lock, y = until(swing, [*y, Pi * lever(t) / C], lambda t, y: y[1], t)
-
-        def held(t, y):
-            T_0 = lever(t)
-            T_n = brentq(lambda T: R_b * (T - T_0) - grip(T_0, T), T_0, T_0 * Pi, xtol=1e-12, rtol=1e-15)
-            return [(load - grip(T_0, T_n)) / Jp]
-
-        stop, y = until(held, y[:1], lambda t, y: y[0], lock)
-        return slip, lock, stop, tension
-
-    source = "SciPy DOP853, stage by stage; M_i = r f_i Σ ((T_i + T_{i−1}) sin β/2 + N_p)"
-    slip, lock, stop, tension = times()
-    yield "internal slip", slip, source, SMOOTH
-    yield "tension at internal slip", tension, source, SMOOTH
-    yield "external lock", lock, source, SMOOTH
-    yield "stopping time", stop, source, SMOOTH
-    yield "∂(stopping time)/∂f_i", slope(lambda x: times(x)[2], 0.22, 2e-3), source, BY_SLOPE
-    yield "∂(stopping time)/∂N_p", slope(lambda x: times(preload=x)[2], 900.0, 2e-3), source, BY_SLOPE
+from stops import BY_SLOPE, EXACT, SMOOTH, G, ratio, slope
 
 
 def chain_of_one():
@@ -118,8 +59,10 @@ def linings_on_springs():
     inertia, own, r, R_b, f_i, damping, half = 200.0, [1.2, 1.5], 0.59, 0.64, 0.2, 0.05, math.radians(25.0)
     mu, k, mass = ratio(0.4, 2 * half), r * f_i * math.sin(half), 1 / (1 / own[0] + 1 / own[1]) / R_b**2
 
-    def run(K=2e3, second=900.0):
-        floor, D = [r * f_i * 1500.0, r * f_i * second], 2 * damping * math.sqrt(K * mass)
+    K = 2e3
+
+    def run():
+        floor, D = [r * f_i * 1500.0, r * f_i * 900.0], 2 * damping * math.sqrt(K * mass)
         slides, rests = [False, False], [False, False]
 
         def forces(t, y):
@@ -163,8 +106,6 @@ def linings_on_springs():
         yield words, log[name], source, SMOOTH
     yield "stopping time", log["stop"], source, SMOOTH
     yield "elongation at rest", y[1], source, SMOOTH
-    yield "∂(stopping time)/∂K", slope(lambda K: run(K)[0]["stop"], 2e3, 1e-3), source, BY_SLOPE
-    yield "∂(stopping time)/∂N_pre", slope(lambda x: run(second=x)[0]["stop"], 900.0, 1e-3), source, BY_SLOPE
 
 
 def several_bands():
@@ -214,53 +155,38 @@ def elastic_rope():
     yield "∂(stopping time)/∂k", slope(lambda k: stop(k)[0], 4e6), source, BY_SLOPE
 
 
-def linings_that_travel():
-    """Linings on a bandage that rides with the rim, under eight stations of 33°; 11 of them fill the ring."""
-    R_b, inertia, tension, load, n, beta, rate, area = 0.64, 945.0, 2e3, 300.0, 8, math.radians(33.0), 2e-14, 0.03
-    mu = ratio(0.40, beta)
-    T = tension * mu ** np.arange(n + 1)
+def phases_by_state():
+    """Two cycles: free fall by 12 m, a stop under a ramp, 4 s, 2 s out of the slips; 2 t more each time."""
+    inertia, per_rad, pull, ramp = 1200.0, 0.05, 25e3, 0.5
+    gain = 0.623 * (ratio(0.35, math.radians(270) / 20) ** 20 - 1)
 
-    def way(tension=tension, f=0.40):
-        return inertia * 20.0**2 / (2 * (R_b * tension * (ratio(f, beta) ** n - 1) - load))
+    def ends(distance=12.0):
+        t, found = 0.0, []
+        for cycle in range(2):
+            m = 45e3 + 2e3 * cycle
+            whole, M = inertia + m * per_rad**2, m * G * per_rad
+            fall = math.sqrt(2 * distance * whole / (M * per_rad))
+            lost = (gain * pull / 2 - M) * ramp / whole  # speed that the ramp takes
+            t += fall
+            found.append(t)
+            t += ramp + (M / whole * fall - lost) / ((gain * pull - M) / whole)
+            found.append(t)
+            t += 6.0
+        return [*found, t]
 
-    travel = way()
-    pressure = (T[1:] + T[:-1]) * math.sin(beta / 2) / area
-
-    def passed(point, station):
-        """Angle by which a point of the ring that starts at `point` is under a station, to the slack end."""
-        first = station * beta
-        spans = [(first - 2 * math.pi * k, first + beta - 2 * math.pi * k) for k in range(20)]
-        return sum(max(min(high, point) - max(low, point - travel), 0.0) for low, high in spans)
-
-    def depth(lining):
-        edges = [beta * i for i in range(n + 1)]
-        corners = [e - 2 * math.pi * k + shift for e in edges for k in range(20) for shift in (0.0, travel)]
-        low, high = beta_of_ring * lining, beta_of_ring * (lining + 1)
-        cuts = [low, *sorted(c for c in corners if low < c < high), high]
-        # linear in between: the middle is exact
-        return (
-            sum(
-                (b - a) * sum(rate * pressure[k] * R_b * passed((a + b) / 2, k) for k in range(n))
-                for a, b in itertools.pairwise(cuts)
-            )
-            / beta_of_ring
-        )
-
-    beta_of_ring = 2 * math.pi / 11
-    source = "closed form: k Σ p_i R_b × angle under station i, mean over the lining"
-    yield "travel", travel, "closed form: J ω_0²/2(R_b T_0 (Π − 1) − M)", EXACT
-    yield "lining 1", depth(0), source, SMOOTH
-    yield "lining 6", depth(5), source, SMOOTH
-    source = "closed form: the travel, differentiated"
-    yield "∂(travel)/∂T_0", slope(lambda x: way(x), tension), source, BY_SLOPE
-    yield "∂(travel)/∂f", slope(lambda x: way(f=x), 0.40), source, BY_SLOPE
+    source = "closed form: √(2 s J/(M ρ)), then the ramp and the rest of the stop"
+    found = ends()
+    yield "first fall ends", found[0], source, EXACT
+    yield "first stop", found[1], source, EXACT
+    yield "second fall ends", found[2], source, EXACT
+    yield "end", found[4], source, EXACT
+    yield "∂(end)/∂s", slope(lambda s: ends(s)[4], 12.0), source, BY_SLOPE
 
 
 SUBJECTS = {
     "linings on springs": linings_on_springs,
-    "linings that travel": linings_that_travel,
-    "staged stop": staged_stop,
     "chain of one lining": chain_of_one,
     "several bands": several_bands,
     "elastic rope": elastic_rope,
+    "phases by state": phases_by_state,
 }

@@ -4,7 +4,7 @@ import math
 
 from scipy.integrate import quad, solve_ivp
 
-ROOM, G, GAS = 293.15, 9.80665, 8.31446261815324
+G = 9.80665
 EXACT, SMOOTH, BY_SLOPE = 1e-10, 1e-9, 1e-7
 
 # a stop on a rigid or elastic band: four linings of 50°, constant slack tension, no load

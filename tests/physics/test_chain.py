@@ -13,15 +13,12 @@ from chain_scenes import (
     changes,
     closure,
     drawworks,
-    first_and_stop,
     first_slips,
     full_slip_of,
     looked,
     run,
     stop_of,
 )
-from helpers import jacobians
-from scipy.integrate import solve_ivp
 
 import simbrake as sb
 from simbrake.hybrid import INSTANT
@@ -67,64 +64,6 @@ def test_converges_to_the_quasi_static_band():
     i = int(np.searchsorted(np.asarray(record.rows.t)[: int(record.count)], 3.0))
     np.testing.assert_allclose(np.asarray(looked(record)[0].tension)[i], MU ** np.arange(1, 5), rtol=1e-6)
     np.testing.assert_allclose([stop_of(record), full_slip_of(record)], [stop, t1], atol=1.1e-3)
-
-
-def single_shoe(J, R_b, m, C, D, f, T0, w0, end):
-    """One shoe with DOP853 and events, written down independently: event times and the end of (ω, u, v, lever work)."""
-    fz = f * Z_ANGLE
-
-    def force(y):
-        return T0 + C * y[1] + D * y[2]
-
-    def stuck(t, y):
-        a = -R_b * (force(y) - T0) / (J + m * R_b**2)
-        return [a, y[2], R_b * a, T0 * y[2]]
-
-    def sliding(sign):
-        def rhs(t, y):
-            G = sign * fz * (force(y) + T0)
-            return [-R_b * G / J, y[2], (G + T0 - force(y)) / m, T0 * y[2]]
-
-        return rhs
-
-    def let_go(side):
-        def event(t, y):
-            return fz * (force(y) + T0) - side * (m * stuck(t, y)[2] + force(y) - T0)
-
-        return event
-
-    def slip(sign):
-        return lambda t, y: sign * (R_b * y[0] - y[2])
-
-    t, y, mode, times = 0.0, [w0, 0.0, R_b * w0, 0.0], 0, []
-    while t < end and len(times) < 500:
-        rhs = stuck if mode == 0 else sliding(mode)
-        events = [let_go(1), let_go(-1)] if mode == 0 else [slip(mode)]
-        for e in events:
-            e.terminal, e.direction = True, -1
-        done = solve_ivp(rhs, (t, end), y, "DOP853", events=events, rtol=1e-13, atol=1e-15, max_step=0.02)
-        t, y = done.t[-1], done.y[:, -1]
-        if t < end:
-            times.append(t)
-            mode = ((1, -1)[int(done.t_events[0].size == 0)]) if mode == 0 else 0
-            if mode == 0:
-                y[2] = R_b * y[0]
-    return np.asarray(times), y
-
-
-def test_one_lining_is_a_single_shoe():
-    given = {"J": 0.5, "R_b": 0.9, "C": 5.0, "f": 0.3, "T0": 1.0, "w0": 0.6}
-    scene = chain(n=1, **given, m=0.05, damping=0.03, end=8.0)
-    record = run(scene, 1e-13)
-    times, (omega, u, v, lever_work) = single_shoe(**given, m=0.05, D=0.03, end=8.0)
-    found = changes(record)
-    switches = [t for t, before, after in found if before.own.linings[0] != after.own.linings[0]]
-    assert len(times) >= 6
-    np.testing.assert_allclose(switches, times, rtol=0, atol=1e-9)
-    end = record.y_end
-    np.testing.assert_allclose([end.omega, end.own.e[0], end.own.v[0]], [omega, u, v], rtol=0, atol=1e-9)
-    assert float(end.ledger.lever_work) == pytest.approx(lever_work, abs=1e-9)
-    assert {int(after.own.linings[0]) for _, _, after in found} == {-1, 0, 1}  # the pulley springs back after its stop
 
 
 def test_a_whole_stop_of_26_linings():
@@ -174,46 +113,6 @@ def test_a_whole_stop_of_26_linings():
     np.testing.assert_allclose(pair.friction, 0.35 * np.asarray(pair.normal), rtol=1e-12)
     s = record.stats
     print(f"26 linings: {int(s.events)} events, {int(record.count)} attempts, {int(s.retaken)} of them retaken")
-
-
-@pytest.mark.slow
-def test_gradients_match_central_differences():
-    numbers = {"m": 2e-2, "K": 60.0, "C": 5.0, "f": 0.3, "T0": 1.0, "J": 2.0}
-
-    def times(values):
-        q = dict(zip(numbers, values, strict=True))
-        return first_and_stop(chain(**q, damping=0.1, x0=0.2, w0=0.8, end=2.9))
-
-    centre = np.asarray(list(numbers.values()))
-    solve = jacobians(times)
-    value, exact, reverse = map(np.asarray, solve(centre))
-    assert np.all(np.isfinite(value))
-    for i, name in enumerate(numbers):
-
-        def slope(h, i=i):
-            step = np.where(np.arange(6) == i, centre * h, 0.0)
-            return (np.asarray(solve(centre + step)[0]) - np.asarray(solve(centre - step)[0])) / (2 * step[i])
-
-        coarse, fine = slope(2e-4), slope(1e-4)
-        difference = fine + (fine - coarse) / 3
-        size = np.maximum(np.abs(exact[:, i]), 1e-2 / numbers[name])
-        print(name, exact[:, i], np.abs(exact[:, i] - difference) / size)
-        assert np.all(np.abs(exact[:, i] - difference) < 1e-7 * size), name
-    np.testing.assert_allclose(reverse[1], exact[1], rtol=1e-9)
-
-
-@pytest.mark.slow
-def test_stribeck_friction_sticks_and_slips():
-    law = sb.StribeckFriction(0.4, 0.2, 0.1, 1.5)
-    record = run(chain(law=law, m=5e-3, K=100.0, w0=0.5, damping=0.01, end=8.0), 1e-11)
-    assert int(record.code) == 0
-    found = changes(record)
-    for i in range(4):
-        own = [int(after.own.linings[i]) for _, before, after in found if after.own.linings[i] != before.own.linings[i]]
-        print("lining", i + 1, "slips ahead", own.count(1), "back", own.count(-1), "sticks", own.count(0))
-        assert own.count(1) >= 3
-        assert own.count(-1) >= 1
-    assert closure(record) < 1e-10
 
 
 @pytest.mark.slow
@@ -301,34 +200,6 @@ def test_rising_lever_tightens_a_slack_band():
     assert changes(record)[0][0] == 0.0
 
 
-@pytest.mark.slow
-def test_a_bare_steel_band_is_stiff():
-    # guards whose rates are so small that steps of rounding length no longer move them must fire all the same
-    record = run(drawworks(26, K=1.8e9, end=1.4), 1e-10, 32768)
-    assert int(record.code) == 0
-    assert closure(record) < 1e-9
-    assert np.all(np.diff(first_slips(record)[3:]) < 0)
-
-
-@pytest.mark.slow
-def test_friction_heat_lands_where_it_arises():
-    fade = sb.friction.ProductFriction(sb.ConstantFriction(0.3), (sb.LinearFade(2e-3, 293.15),))
-    heat = sb.Heat(
-        bodies=(sb.thermal.Lump("rim", 5.0), sb.thermal.Lump("linings", 0.5, count=4), sb.thermal.Reservoir("air")),
-        links=(sb.thermal.Conductance("rim", "air", 0.01),),
-        friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.6)),
-    )
-    record = run(chain(law=fade, m=1e-2, damping=0.05, heat=heat), 1e-10)
-    assert int(record.code) == 0
-    end = record.y_end.ledger
-    assert float(end.heat.to_metal + end.heat.to_linings) == pytest.approx(float(end.friction[0]), rel=1e-12)
-    assert closure(record) < 1e-10
-    T = np.asarray(record.system.sensed(record.y_end.heat)[0])
-    assert np.all(np.diff(T) > 0)  # the tight end does most of the work
-    cold = run(chain(m=1e-2, damping=0.05))
-    assert stop_of(record) > stop_of(cold)
-
-
 def test_faults():
     plain, whole = chain(), sb.Lining(sb.ConstantFriction(0.3), np.full(4, 0.4), mass=1.0)
 
@@ -369,20 +240,3 @@ def test_a_chain_runs_through_the_front_door():
     assert np.all(np.diff(np.asarray(s.damper_heat)) >= -1e-9)
     np.testing.assert_allclose(s.elongation, np.asarray(s.displacement)[:, 0], rtol=1e-12)
     assert "damper_heat" in result.energy
-
-
-@pytest.mark.slow
-def test_random_chains_keep_their_energy():
-    """Stiffnesses over two decades, laws that fall with the speed or stick, loose and tight tolerances."""
-    draw, ended = np.random.default_rng(5), []
-    for i in range(14):
-        K, m, f = 10 ** draw.uniform(6, 8.5), draw.uniform(1, 6), draw.uniform(0.2, 0.5)
-        law = sb.StribeckFriction(1.2 * f, f, draw.uniform(0.2, 2.0)) if i % 2 else sb.ConstantFriction(f, 1.2)
-        values = {"initial.omega": draw.uniform(5, 30), "brake.band.segments.anchor_damping": 0.05 * (i % 3)}
-        rtol = (1e-6, 1e-8, 1e-10)[i % 3]
-        result = sb.simulate(sb.with_values(drawworks(6, K=K, m=m, law=law), values), rtol=rtol, throw=False)
-        ended.append(result.status)
-        assert float(result.energy["closure"]) <= max(1e-9, 10 * rtol)
-        if result.status == "step_limit":  # linings that stick and slip at every swing: where, and in which modes
-            assert "last modes: " in result.message
-    assert ended.count("step_limit") <= 1

@@ -1,4 +1,4 @@
-"""Contacts that open with the band and conduct by pressure, and cooling of bodies that turn or stand still."""
+"""Contacts that open with the band and conduct by pressure."""
 
 import dataclasses
 import math
@@ -73,26 +73,6 @@ def test_a_contact_is_opened_by_the_lever(staged):
     assert float(result.end_temperatures @ capacities) == pytest.approx(float(START @ capacities), rel=1e-13)
 
 
-@pytest.mark.slow
-def test_derivatives_of_a_contact_that_opens():
-    def end(x):
-        resistance, opens_at = x
-        contact = ThermalContact("rim", "linings", 0.1, resistance, opens=True)
-        lever = sb.PiecewiseLinear([0.0, opens_at, opens_at, END], [2e3, 2e3, 0.0, 0.0])
-        scene = at_rest(False, network(False, (contact, Conductance("linings", "band", BEHIND))), lever)
-        return sb.simulate(scene, rtol=1e-12, solver=sb.hybrid.Rodas5P()).end_temperatures
-
-    closed, left = exchange((0, 1, CONTACT), (1, 2, BEHIND)), exchange((1, 2, BEHIND))
-    value, forward = jax.jit(lambda x: (end(x), jax.jacfwd(end)(x)))(jnp.array([0.1 / CONTACT, OPENS_AT]))
-    before, after = expm(closed * OPENS_AT) @ START, expm(left * (END - OPENS_AT))
-    np.testing.assert_allclose(value, after @ before, rtol=1e-10)
-    np.testing.assert_allclose(forward[:, 1], after @ (closed - left) @ before, rtol=1e-7)
-    # of exp(A t) in the direction B = ∂A/∂R_c: the upper right block of exp([[A, B], [0, A]] t)
-    slope = exchange((0, 1, -(CONTACT**2) / 0.1))
-    block = expm(np.block([[closed, slope], [np.zeros((3, 3)), closed]]) * OPENS_AT)[:3, 3:]
-    np.testing.assert_allclose(forward[:, 0], after @ block @ START, rtol=1e-7)
-
-
 def yovanovich(p):
     """Steel (two roughnesses) on bronze."""
     k = 2 * 45.0 * 60.0 / (45.0 + 60.0)
@@ -143,18 +123,6 @@ def test_linings_conduct_by_their_pressure(staged):
         assert abs(exact[1] - START[1]) > 1.0
 
 
-@pytest.mark.slow
-def test_one_node_conducts_by_mean_pressure():
-    angles = np.radians([30.0, 40.0, 50.0, 60.0])
-    contact = ThermalContact("rim", "linings", 0.04, law=MetalContact(50.0, 0.15, 40e-6, 3e9), opens=True)
-    heat = network(False, (contact, Conductance("linings", "band", 0.0)))
-    result = sb.simulate(at_rest(False, heat, sb.Constant(4e3), angles=angles), rtol=1e-12)
-    x = 2 * 4e3 * np.sin(angles / 2) / AREA / 3e9
-    g = 0.04 * np.mean(1.25 * 50.0 * 0.15 / 40e-6 * x * (x**2 + 1e-12) ** -0.025)
-    exact = expm(exchange((0, 1, g)) * END) @ START
-    np.testing.assert_allclose(result.series([END]).temperature[0], exact, rtol=1e-10)
-
-
 def test_faults_of_contacts():
     contact = ThermalContact("rim", "linings", 0.04, law=METALS, opens=True)
     scene = at_rest(False, network(False, (contact, Conductance("linings", "band", 1.0))), sb.Constant(1e3), area=None)
@@ -176,31 +144,3 @@ def test_faults_of_contacts():
     heat = dataclasses.replace(heat, links=(*heat.links, Convection("lining.back", 0.7, 20.0)))
     with pytest.raises(sb.InputError, match=r"resistance: perfect contact that opens, at lining\.back with other"):
         sb.simulate(at_rest(True, heat, sb.Constant(1e3)))
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("staged", [False, True])
-def test_bodies_cool_at_their_own_speed(staged):
-    """A free pulley slows down by a given torque; `h = h_0 [1 + (v/v_0)²]` is a polynomial of the time.
-
-    The bandage rides on the rim: its outer faces have `ω R_b`, and the rim stays covered. The band, and the linings of
-    a standard brake, stand still.
-    """
-    h_0, v_0, w_0, torque, covered = 12.0, 3.0, 24.0, -120.0, 0.6
-    areas = {"rim": 1.2, "linings": 0.8, "band": 0.9}
-    h = sb.thermal.SpeedCoefficient(h_0, v_0, 2.0)
-    links = tuple(Convection(name, area, h, covered=covered if name == "rim" else None) for name, area in areas.items())
-    duty = sb.Duty(sb.Constant(0.0), sb.TorqueLoad(sb.Constant(torque)))
-    scene = sb.Scene(brake(staged), duty, sb.Initial(w_0), END, network(staged, links))
-    result = sb.simulate(scene, rtol=1e-12)
-    alpha = torque / (J + (20.0 if staged else 0.0))
-    t = np.array([10.0, 30.0, END])
-    assert w_0 + alpha * END > 0
-    squares = ((w_0 + alpha * t) ** 3 - w_0**3) / (3 * alpha)  # ∫ ω² dt
-    arms = {"rim": R, "linings": R_B if staged else 0.0, "band": 0.0}
-    exact = []
-    for (name, area), C, T in zip(areas.items(), (RIM, LININGS, BAND), START, strict=True):
-        open_area = area * (1 - covered) if staged and name == "rim" else area
-        decay = h_0 * open_area * (t + squares * (arms[name] / v_0) ** 2) / C
-        exact.append(290.0 + (T - 290.0) * np.exp(-decay))
-    np.testing.assert_allclose(result.series(t).temperature, np.transpose(exact), rtol=1e-10)

@@ -1,14 +1,11 @@
-"""Disc brakes: stops and holds in closed form, fade against SciPy, derivatives, input, files and figures."""
+"""Disc brakes: stops and holds in closed form, both directions, pads of their own friction, input."""
 
 import dataclasses
-import math
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 from disc_scenes import (
-    CAPACITY,
     FADE,
     FRICTION,
     LOAD,
@@ -22,10 +19,7 @@ from disc_scenes import (
     N,
     disc_heat,
     disc_scene,
-    fading_scene,
 )
-from helpers import jacobians
-from scipy.integrate import solve_ivp
 from shipped import load
 
 import simbrake as sb
@@ -35,11 +29,6 @@ from simbrake import plot
 @pytest.fixture(scope="module")
 def stopped():
     return sb.simulate(disc_scene())
-
-
-@pytest.fixture(scope="module")
-def faded():
-    return sb.simulate(fading_scene(), rtol=1e-11)
 
 
 @pytest.mark.smoke
@@ -125,33 +114,6 @@ def test_restart_and_release():
     assert float(held.record.y_end.omega) == pytest.approx(W0 - TORQUE / J / 2, rel=1e-11)
 
 
-@pytest.mark.slow
-def test_fade_and_wear_against_scipy(faded):
-    def rates(t, y):
-        omega, disc, pads, _ = y
-        f = FRICTION * (1 - 2e-3 * (pads - 273.15))
-        power = f * F * 0.4 * omega  # of one pad
-        air = 20.0 * (disc - 293.15), 5.0 * (pads - 293.15)
-        rise = [(N * 0.7 * power - air[0]) / 2e5, (0.3 * power - air[1]) / CAPACITY]
-        p = F / (0.5 * 0.7 * (R_O**2 - R_I**2))
-        wear = 1e-13 * math.exp((pads - 293.15) / 80.0) * p * 0.4 * omega
-        return [(LOAD - N * f * F * 0.4) / J, *rise, wear]
-
-    def stops(t, y):
-        return y[0]
-
-    stops.terminal = True
-    truth = solve_ivp(rates, (0, 4), [W0, 293.15, 293.15, 0.0], "DOP853", events=stops, rtol=1e-12, atol=1e-14)
-    assert float(faded.stopping_time) == pytest.approx(truth.t[-1], rel=1e-10)
-    np.testing.assert_allclose(faded.worn_thickness, truth.y[3, -1], rtol=1e-9)
-    s = faded.series([truth.t[-1]])
-    np.testing.assert_allclose(s.temperature[0], [truth.y[1, -1], *[truth.y[2, -1]] * N], rtol=1e-10)
-    assert float(faded.energy["closure"]) <= 1e-11
-    assert float(faded.energy["heat_closure"]) <= 1e-12
-    assert [e.lining for e in faded.events if e.name == "permissible_temperature"] == [1, 2, 3, 4]
-    np.testing.assert_allclose(sb.results.friction_work(faded), float(faded.energy["friction_heat"]) / N, rtol=1e-9)
-
-
 def test_pads_of_different_friction():
     law = sb.friction.ProductFriction(
         sb.ConstantFriction(np.array([0.3, 0.4, 0.4, 0.5])), (sb.LinearFade(slope=2e-3, above=273.15),)
@@ -174,61 +136,6 @@ def test_pressure_counts():
     p = F / (0.5 * 0.7 * (R_O**2 - R_I**2))
     torque = TORQUE * (1 + p / 1e6) ** -0.3
     assert float(result.stopping_time) == pytest.approx(J * W0 / (torque - LOAD), rel=1e-12)
-
-
-@pytest.mark.slow
-def test_stopping_time_derivatives_are_exact():
-    def time(x):
-        friction = sb.ConstantFriction(x[0], RATIO)
-        pads = sb.Pads(friction, x[1], x[2], 0.7, N)
-        force = sb.PiecewiseLinear(np.array([0.0, 9.0]), jnp.stack([x[3], x[3]]))
-        load = sb.TorqueLoad(sb.PiecewiseLinear(np.array([0.0, 9.0]), jnp.stack([x[4], x[4]])))
-        scene = sb.Scene(sb.DiscBrake(x[5], pads), sb.ForceDuty(force, load), sb.Initial(x[6]), 4.0)
-        return sb.simulate(scene, max_steps=64).stopping_time[None]
-
-    def closed(x):
-        return x[5] * x[6] / (N * x[0] * x[3] * 0.5 * (x[1] + x[2]) - x[4])
-
-    x = jnp.asarray([FRICTION, R_I, R_O, F, LOAD, J, W0])
-    truth = np.asarray(jax.grad(closed)(x))
-    value, ahead, back = jacobians(time)(x)
-    assert float(value[0]) == pytest.approx(float(closed(x)), rel=1e-12)
-    np.testing.assert_allclose(ahead[0], truth, rtol=1e-11)
-    np.testing.assert_allclose(back[0], truth, rtol=1e-11)
-
-
-@pytest.mark.slow
-def test_fade_derivatives_match_differences():
-    found = sb.sensitivity(fading_scene(), ["stopping_time"], wrt=["brake.linings.inner_radius", "brake.inertia"])[0]
-    table = {row.path: row.derivative for row in found.rows}
-    for path, step in (("brake.linings.inner_radius", 1e-5), ("brake.inertia", 1e-2)):
-        scene = fading_scene()
-        middle = float(next(leaf.value for leaf in sb.files.leaves(scene) if leaf.path == path))
-        ends = [
-            float(sb.simulate(sb.with_values(scene, {path: middle + k * step}), rtol=1e-12).stopping_time)
-            for k in (1, -1)
-        ]
-        assert table[path] == pytest.approx((ends[0] - ends[1]) / (2 * step), rel=1e-6)
-
-
-@pytest.mark.slow
-def test_a_lever_that_holds_the_speed():
-    lever = sb.SpeedHold(limit=5e4)
-    result = sb.simulate(disc_scene(force=lever, end=2.0))
-    s = result.series([1.0])
-    assert float(s.omega[0]) == pytest.approx(W0, rel=1e-9)
-    assert float(s.lever_force[0]) == pytest.approx(LOAD / (N * FRICTION * 0.4), rel=1e-9)
-
-
-@pytest.mark.slow
-def test_studies_take_a_disc_brake():
-    scene = disc_scene()
-    speeds = [15.0, 30.0]
-    runs = sb.sweep(scene, {"initial.omega": speeds}, ["stopping_time", "energy.friction_heat"])
-    truth = [J * w / (TORQUE - LOAD) for w in speeds]
-    np.testing.assert_allclose(np.asarray(runs["stopping_time"]).ravel(), truth, rtol=1e-11)
-    fast = sb.prepare(scene, ["stopping_time"])
-    assert float(fast({"initial.omega": 15.0})[0]["stopping_time"]) == pytest.approx(truth[0], rel=1e-11)
 
 
 @pytest.mark.slow
@@ -284,21 +191,6 @@ def test_what_is_of_a_band_says_so(stopped, feature):
         feature(stopped.scene, stopped)
 
 
-@pytest.mark.slow
-def test_disc_in_a_file_and_in_a_result(faded, tmp_path):
-    text = sb.files.scene_text(faded.scene)
-    assert 'inertia = "400.0 kg*m^2"' in text
-    assert "elongation" not in text
-    again = sb.files.scene_from_text(text)
-    assert sb.files.scene_text(again) == text
-    assert float(sb.simulate(again, rtol=1e-11).stopping_time) == float(faded.stopping_time)
-    sb.save(faded, tmp_path / "stop.nc")
-    data = sb.load(tmp_path / "stop.nc")
-    assert float(data["stopping_time"]) == float(faded.stopping_time)
-    assert "slack_tension" not in data
-    np.testing.assert_allclose(data["lever_force"], F)
-
-
 GOOD = """
 format = "simbrake scene 1"
 end_time = "4 s"
@@ -331,22 +223,6 @@ def test_a_file_by_hand():
         sb.check(sb.files.scene_from_text(GOOD.replace("force =", "slack_tension =")))
     with pytest.raises(sb.InputError, match=r"Duty \(key slack_tension\), ForceDuty \(key force\)"):
         sb.files.scene_from_text(GOOD.replace('force = "20 kN"\n', ""))
-
-
-@pytest.mark.slow
-def test_figures_and_page(faded):
-    figure = plot.pressed(faded)
-    assert len([patch for patch in figure.axes[0].patches if patch.get_gid() == "pad"]) == N // 2
-    curve = next(line for line in figure.axes[1].lines if line.get_label() == "pressure on a pad")
-    pads = faded.scene.brake.linings
-    assert curve.get_ydata()[0] == pytest.approx(1e-6 * float(pads.greatest_pressure(F)))
-    labels = [line.get_label() for line in plot.stop(faded).axes[2].lines]
-    assert "actuator $F$" in labels
-    page = sb.report(faded, check=False)
-    assert "A run of a disc brake with 4 pads" in page
-    assert "What presses the linings" in page
-    assert "elongation" not in page
-    assert "Elastic energy" not in page
 
 
 @pytest.mark.slow

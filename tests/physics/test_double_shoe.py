@@ -1,4 +1,4 @@
-"""Double-shoe brakes: moments by quadrature, both directions, self-locking, holds, derivatives, fade, figures."""
+"""Double-shoe brakes: moments by quadrature, both directions, self-locking, holds, input."""
 
 import math
 
@@ -6,11 +6,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import jacobians
 from scipy.integrate import solve_ivp
 from shoe_scenes import (
     END,
-    FADE,
     FRICTION,
     LOCKS,
     M_F,
@@ -31,17 +29,11 @@ from shoe_scenes import (
 )
 
 import simbrake as sb
-from simbrake import plot
 
 
 @pytest.fixture(scope="module")
 def stopped():
     return sb.simulate(shoe_scene(load=60.0))
-
-
-@pytest.fixture(scope="module")
-def faded():
-    return sb.simulate(shoe_scene(friction=FADE, heat=shoe_heat(), wear=sb.Wear(2e-13)), rtol=1e-11)
 
 
 @pytest.mark.smoke
@@ -161,56 +153,6 @@ def test_shoe_that_locks_itself_ends_the_run():
     assert float(result.record.t_end) == pytest.approx(truth.t[-1], rel=1e-5)
 
 
-@pytest.mark.slow
-def test_fade_of_each_shoe_against_scipy(faded):
-    def rates(t, y):
-        f = FRICTION * (1 - 3e-3 * (y[1:3] - 273.15))
-        friction = f * normals(f)
-        power = friction * R * y[0]
-        wear = 2e-13 * normals(f) / (B * R * (END - START)) * R * y[0]
-        return [-R * friction.sum() / J, *((0.2 * power - (y[1:3] - 293.15)) / 60.0), *wear]
-
-    def stops(t, y):
-        return y[0]
-
-    stops.terminal = True
-    start = [W0, 293.15, 293.15, 0.0, 0.0]
-    truth = solve_ivp(rates, (0, 4), start, "DOP853", events=stops, rtol=1e-12, atol=1e-14)
-    assert float(faded.stopping_time) == pytest.approx(truth.t[-1], rel=1e-10)
-    T = np.asarray(faded.series([truth.t[-1]]).lining_temperature)[0]
-    np.testing.assert_allclose(T, truth.y[1:3, -1], rtol=1e-10)
-    assert T[0] > T[1] + 1.0
-    np.testing.assert_allclose(faded.worn_thickness, truth.y[3:, -1], rtol=1e-8)
-    assert float(faded.energy["closure"]) <= 1e-11
-    assert float(faded.energy["heat_closure"]) <= 1e-12
-    np.testing.assert_allclose(np.sum(sb.results.friction_work(faded)), float(faded.energy["friction_heat"]), rtol=1e-9)
-
-
-@pytest.mark.slow
-def test_stopping_time_derivatives_are_exact():
-    def time(x):
-        shoes = sb.Shoes(sb.ConstantFriction(x[:2], 1.1), x[2], B, x[3], x[4])
-        force = sb.PiecewiseLinear(np.array([0.0, 9.0]), jnp.stack([x[7], x[7]]))
-        load = sb.TorqueLoad(sb.PiecewiseLinear(np.array([0.0, 9.0]), np.array([60.0, 60.0])))
-        scene = sb.Scene(sb.ShoeBrake(J, shoes, x[5], x[6]), sb.ForceDuty(force, load), sb.Initial(W0), 4.0)
-        return sb.simulate(scene, max_steps=64).stopping_time[None]
-
-    def closed(x):
-        f, r, start, end, a, c, F = x[:2], *x[2:]
-        squares = (end - start) / 2 - (jnp.sin(2 * end) - jnp.sin(2 * start)) / 4
-        span = jnp.cos(start) - jnp.cos(end)
-        friction = r * span - a / 2 * (jnp.sin(end) ** 2 - jnp.sin(start) ** 2)
-        N = F * c * span / (a * squares - jnp.asarray([1.0, -1.0]) * f * friction)
-        return J * W0 / (r * jnp.sum(f * N) - 60.0)
-
-    x = jnp.asarray([0.33, 0.30, R, START, END, A, C, F])
-    value, ahead, back = jacobians(time)(x)
-    truth = np.asarray(jax.grad(closed)(x))
-    assert float(value[0]) == pytest.approx(float(closed(x)), rel=1e-12)
-    np.testing.assert_allclose(ahead[0], truth, rtol=1e-10)
-    np.testing.assert_allclose(back[0], truth, rtol=1e-10)
-
-
 def test_all_faults_at_once():
     law = sb.friction.ProductFriction(
         sb.ConstantFriction(0.3), (sb.friction.PressureFactor(reference=1e6, exponent=0.2),)
@@ -224,19 +166,3 @@ def test_all_faults_at_once():
         "brake.linings.friction: cannot depend on the pressure of a double-shoe brake",
     ):
         assert part in str(caught.value)
-
-
-@pytest.mark.slow
-def test_file_and_figures_have_both_shoes(faded, tmp_path):
-    text = sb.files.scene_text(faded.scene)
-    again = sb.files.scene_from_text(text)
-    assert sb.files.scene_text(again) == text
-    assert float(sb.simulate(again, rtol=1e-11).stopping_time) == float(faded.stopping_time)
-    sb.save(faded, tmp_path / "stop.nc")
-    np.testing.assert_allclose(sb.load(tmp_path / "stop.nc")["lever_force"], F)
-    figure = plot.pressed(faded, 0.1)
-    assert len([patch for patch in figure.axes[0].patches if patch.get_gid() == "shoe"]) == 2
-    N = np.asarray(faded.series([0.1]).normal_load)[0]
-    curves = [line.get_ydata() for line in figure.axes[1].lines]
-    np.testing.assert_allclose([1e6 * c.max() for c in curves], faded.scene.brake.greatest_pressure(N), rtol=1e-3)
-    assert "normal force $N$ on shoe 2" in [line.get_label() for line in plot.stop(faded).axes[2].lines]

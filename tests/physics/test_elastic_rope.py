@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 from stop_scenes import stop_scene
 
 import simbrake as sb
-from simbrake.loads import Phase, Phases, RopeElasticity, RopeLayers
+from simbrake.loads import RopeElasticity, RopeLayers
 
 G, M, J, RHO, K = 9.80665, 40e3, 1200.0, 0.4 / 8, 4e6
 W, Z = M * G, math.tan(math.radians(13.5) / 2)
@@ -199,45 +199,6 @@ def test_stop_against_scipy(kind):
     assert implicit.series([end]).rope_stretch[0] == pytest.approx(float(last[3]), rel=1e-6)
 
 
-def by_hand(x):
-    """Stopping time of two masses on a spring, drum and hook, under a constant torque, and peak of the swing then."""
-    k, m, T0, w0 = x
-    inverse, M_b = 1 / m + RHO**2 / J, T0 * GAIN
-    rate = jnp.sqrt(k * inverse)
-    middle = (G + RHO * M_b / J) / rate**2
-    swing = m * G / k - middle
-
-    def speed(t):
-        return w0 + (k * RHO * middle - M_b) / J * t + k * RHO / J * swing * jnp.sin(rate * t) / rate
-
-    t = 0.2
-    for _ in range(12):
-        slope = (k * RHO * (middle + swing * jnp.cos(rate * t)) - M_b) / J
-        t = t - speed(t) / slope
-    e, v = (
-        middle + swing * jnp.cos(rate * t),
-        -swing * rate * jnp.sin(rate * t),
-    )  # (of the hook, the drum being at rest)
-    return jnp.stack([t, m * G + jnp.hypot(k * e - m * G, v * jnp.sqrt(k * m))])
-
-
-@pytest.mark.slow
-def test_derivatives_of_time_and_peak():
-    x = jnp.array([K, M, 25e3, 8.0])
-
-    def run(x):
-        k, m, T0, w0 = x
-        result = sb.simulate(scene(k, m=m, T0=T0, w0=w0, end=2.0), max_steps=256)
-        return jnp.stack([result.stopping_time, result.max_hook_load.value])
-
-    value, forwards, backwards = jacobians(run)(x)
-    truth, slopes, _ = jacobians(by_hand)(x)
-    np.testing.assert_allclose(value, truth, rtol=1e-9)
-    size = np.asarray(truth)[:, None] / np.asarray(x)
-    np.testing.assert_allclose(forwards / size, slopes / size, rtol=1e-7, atol=1e-8)
-    np.testing.assert_allclose(backwards / size, slopes / size, rtol=1e-7, atol=1e-8)
-
-
 @pytest.mark.slow
 def test_stiff_ropes_tend_to_the_rigid_one():
     """Under a tension that rises all the time, with damping: the stopping time differs by a term in `1/k`."""
@@ -273,61 +234,6 @@ def test_balances_with_everything_coupled():
     assert float(after.hook_load[0] - before.hook_load[0]) == pytest.approx(
         2e4 * float(after.omega[0]) * 0.04 * math.sqrt(3) / 2 / 8, rel=1e-9
     )
-
-
-@pytest.mark.slow
-def test_staged_brake():
-    import staged_scenes as staged
-
-    plain = staged.stop(end=6.0)
-    hook = sb.HookLoad(6e3, 0.2, 4.0, elasticity=RopeElasticity("2 MN/m", "4 kN*s/m"))
-    result = sb.simulate(dataclasses.replace(plain, duty=sb.Duty(plain.duty.slack_tension, hook)))
-    assert result.status == "stopped"
-    assert float(result.energy["closure"]) < 1e-9
-    rigid = dataclasses.replace(hook, elasticity=None)
-    other = sb.simulate(dataclasses.replace(plain, duty=sb.Duty(plain.duty.slack_tension, rigid)))
-    assert float(result.stopping_time) == pytest.approx(float(other.stopping_time), rel=2e-3)
-
-
-@pytest.mark.slow
-def test_string_in_phases():
-    """Travel counts the drum; a weight that is taken on or set down stretches the rope without a swing."""
-    pull = sb.Constant(25e3)
-    phases = Phases(
-        (
-            Phase(pull, "0.5 s", "slips", hangs=False),
-            Phase(0.0, "travel 1 m", "lower"),
-            Phase(sb.ramp(0.0, 25e3, 0.0, 0.3), "rest", "brake"),
-            Phase(pull, "3 s", "hold"),
-            Phase(pull, "1 s", "slips", hangs=False),
-        )
-    )
-    load = sb.loads.StringLoad(5e3, 40e3, 0.4, 8, 2e3, elasticity=RopeElasticity(K, "60 kN*s/m"))
-    what = stop_scene(C=None, J=J, w0=0.0, load=load, end=60.0)
-    result = sb.simulate(dataclasses.replace(what, duty=sb.Duty(phases, load)))
-    ends = {event.phase.name: event.time for event in result.events if event.name == "phase_end"}
-    s = result.series([0.4, 0.500001, ends["lower"]])
-    np.testing.assert_allclose(s.hook_load[:2], [5e3 * G, 45e3 * G], rtol=1e-6)
-    np.testing.assert_allclose(s.rope_stretch[:2], np.array([5e3, 45e3]) * G / K, rtol=1e-6)
-    assert float(s.phi[2]) * RHO == pytest.approx(1.0, rel=1e-10)
-    end = result.series([float(result.record.t_end)], left=True)
-    assert float(end.hook_load[0]) == pytest.approx(5e3 * G, rel=1e-3)
-    assert 1.1 < result.metrics["max_hook_load_over_weight"] < 2.0
-    assert float(result.energy["closure"]) < 1e-9
-    travel = float(result.stops[0]["travel"])
-    stop = result.series([float(result.stops[0]["time"])])
-    stretched = float(stop.rope_stretch[0]) - 5e3 * G / K
-    assert float(result.hook_travel) == pytest.approx(float(stop.phi[0]) * RHO + stretched, rel=1e-10)
-    assert travel == pytest.approx(float(result.hook_travel) - 40e3 * G / K, rel=1e-9)
-
-
-@pytest.mark.slow
-def test_driller_holds_the_speed_of_the_drum():
-    """A lever that controls the speed sees the pull of the rope: the drum keeps to its course as the hook swings."""
-    lever = sb.Driller(sb.PiecewiseLinear([0.0, 2.0], [24.0, 4.0]), 60e3)
-    result = sb.simulate(scene(c=1e4, stretch=1.3 * W / K, lever=lever, end=2.0))
-    t = np.linspace(0.0, 2.0, 9)
-    np.testing.assert_allclose(result.series(t).omega, 24.0 - 10 * t, rtol=1e-9)
 
 
 @pytest.mark.slow

@@ -1,12 +1,9 @@
-"""Friction that is changed while a brake runs: oil, lost linings; closed forms, SciPy, derivatives, files, input."""
+"""Friction that is changed while a brake runs: oil, lost linings; closed forms, SciPy, files, input."""
 
-import dataclasses
 import math
 import pathlib
 import re
 
-import bandage_scenes
-import chain_scenes
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -45,33 +42,6 @@ def torque(factor, f=MU, chosen=slice(None), T_0=T0):
     return R_B * T_0 * (jnp.prod((1 + each * Z) / (1 - each * Z)) - 1)
 
 
-OIL = slice(2, 4)  # linings 3 and 4
-
-
-@pytest.mark.slow
-def test_stop_and_derivatives_with_oil():
-    """`ω_1 = ω_0 − M_1 t_1/J`, `t_stop = t_1 + J ω_1/M_2`; by instant, factor, friction and lining tension."""
-
-    def stop(x):
-        law = changed(sb.ConstantFriction(x[2]), jump(x[0], x[1]), [3, 4])
-        return sb.simulate(scene(law, T_0=sb.Constant(x[3])), max_steps=64).stopping_time[None]
-
-    def by_hand(x):
-        t, factor, f, T_0 = x
-        before, after = torque(1.0, f, T_0=T_0), torque(factor, f, OIL, T_0)
-        return (t + (OMEGA - before * t / INERTIA) * INERTIA / after)[None]
-
-    x = jnp.asarray([0.5, 0.4, MU, T0])
-    value, forward, backward = jacobians(stop)(x)
-    np.testing.assert_allclose(value, by_hand(x), rtol=1e-12)
-    np.testing.assert_allclose(forward, jax.jacobian(by_hand)(x), rtol=1e-9)
-    np.testing.assert_allclose(backward, forward, rtol=1e-10)
-    result = sb.simulate(scene(changed(MU, jump(0.5, 0.4), [3, 4])))
-    tension = T0 * np.cumprod([(1 + f * Z) / (1 - f * Z) for f in (MU, MU, 0.4 * MU, 0.4 * MU, MU, MU, MU, MU)])
-    np.testing.assert_allclose(result.series([0.7]).tension[0], tension, rtol=1e-12)
-    assert float(result.energy["closure"]) <= 1e-12
-
-
 @pytest.mark.slow
 def test_a_lost_lining_compiles_nothing():
     """Which lining is a number: all of them lower the torque alike on a rigid band."""
@@ -85,43 +55,6 @@ def test_a_lost_lining_compiles_nothing():
     for number in (1.0, 7.0):
         found = run({"brake.linings.friction.changes[0].linings": number}).metrics["stopping_time"]
         assert found == pytest.approx(float(1.0 + left * INERTIA / both), rel=1e-12)
-
-
-@pytest.mark.slow
-def test_elastic_band_follows_slow_friction():
-    """In full slip `T_n = T_0 Π(t)`: stop by its integral, heat by `v_s = R_b ω − T_0 Π̇/C`, lever by `T_0 ẋ`."""
-    C, law = 2e5, changed(MU, sb.PiecewiseLinear([0.3, 1.1], [1.0, 0.5]))
-    result = sb.simulate(scene(law, C))
-    begin = float(result.full_slip_time)
-    start = result.series([begin])
-
-    def factor(t):
-        return 1.0 - 0.625 * min(max(t - 0.3, 0.0), 0.8)
-
-    def ratio(t):
-        return ((1 + factor(t) * MU * Z) / (1 - factor(t) * MU * Z)) ** COUNT
-
-    def rates(t, y):
-        f = factor(t) * MU * Z
-        slope = ratio(t) * COUNT * 2 / (1 - f**2) * MU * Z * (-0.625 if 0.3 < t < 1.1 else 0.0)
-        drag, stretch = T0 * (ratio(t) - 1), T0 * slope / C
-        return [-R_B * drag / INERTIA, drag * (R_B * y[0] - stretch), T0 * stretch]
-
-    def stops(t, y):
-        return y[0]
-
-    stops.terminal = True
-    y, t = [float(start.omega[0]), 0.0, 0.0], begin
-    for end in (0.3, 0.7, 1.1, 9.0):
-        found = solve_ivp(rates, (t, end), y, "DOP853", events=stops, rtol=1e-13, atol=1e-9)
-        t, y = found.t[-1], found.y[:, -1]
-        seen = result.series([t], left=True)
-        assert float(seen.omega[0]) == pytest.approx(y[0], rel=1e-9, abs=1e-9)
-        for name, value in (("friction_work", y[1]), ("lever_work", y[2])):
-            change = float(getattr(seen, name)[0] - getattr(start, name)[0])
-            assert change == pytest.approx(value, rel=1e-8, abs=1e-6)
-    assert float(result.stopping_time) == pytest.approx(t, rel=1e-9)
-    assert float(result.energy["closure"]) <= 1e-11
 
 
 @pytest.mark.slow
@@ -188,37 +121,6 @@ def test_staged_brake_with_changes_of_pairs():
     assert float(result.energy["closure"]) <= 1e-12
 
 
-@pytest.mark.slow
-def test_chain_with_oil_matches_scipy():
-    """From the jump on, with all linings sliding: three linings on their segments, the pulley."""
-    n, t_1, t_2, f = 3, 0.06, 0.09, np.array([0.3, 0.06, 0.3])
-    law = changed(0.3, jump(t_1, 0.2), 2.0)
-    result = sb.simulate(chain_scenes.chain(n=n, law=law, w0=10.0, end=t_2, K=50.0, m=0.1, ratio=0.4, damping=0.3))
-    half = math.radians(13.5)
-    segments = result.scene.brake.band.segments
-    K = np.array([50.0, 50.0, 5.0 / chain_scenes.ARM])
-    D = np.array([2 * float(segments.damping_ratio) * math.sqrt(50.0 * 0.1)] * 2 + [0.3])
-
-    def rates(t, y):
-        omega, e, v = y[0], y[1 : n + 1], y[n + 1 :]
-        stretching = v - np.append(v[1:], 0.0)
-        T = 1.0 + K * e + D * stretching
-        before = np.append(1.0, T[:-1])
-        G = f * (T + before) * math.sin(half) / math.cos(half)
-        assert np.all(T > 0)
-        assert np.all(chain_scenes.ARM * omega > v)
-        return np.concatenate([[-chain_scenes.ARM * G.sum() / 4.0], stretching, (G + before - T) / 0.1])
-
-    assert np.all(np.asarray(result.record.mode_end.own.linings) == 1)
-    record = result.record.compact()
-    i = int(np.flatnonzero(np.asarray(record.rows.t) == t_1)[-1])
-    y = jax.tree.map(lambda column: np.asarray(column)[i], record.states)
-    begin = np.concatenate([[y.omega], y.own.e, y.own.v])
-    found = solve_ivp(rates, (t_1, t_2), begin, "DOP853", rtol=1e-13, atol=1e-14)
-    end = result.record.y_end
-    np.testing.assert_allclose(np.concatenate([[end.omega], end.own.e, end.own.v]), found.y[:, -1], rtol=1e-9)
-
-
 def test_disc_with_fade_and_oil_by_scipy():
     """Two of four pads from 0.6 s on; pads fade by their own heat; disc and pads as lumps."""
     base = sb.friction.ProductFriction(sb.ConstantFriction(FRICTION), (sb.LinearFade(2e-3, 273.15),))
@@ -259,72 +161,7 @@ def test_an_oiled_shoe():
     assert float(locked.record.t_end) == 0.3
 
 
-@pytest.mark.slow
-def test_resolved_bandage_with_oiled_lining():
-    """Stage 3, all linings held by the band: `R_b (T_i − T_{i−1}) = R f_i [(T_i + T_{i−1}) s + N_pre] + Q_i`.
-
-    `Q_i`: of the springs as they were when the linings came to rest. With so much friction that `R f s/R_b` exceeds 1
-    the lining locks.
-    """
-    t_1, f_int, T_0, preload = 0.6, 0.15, 2e3, 800.0
-
-    def oiled(factor):
-        scene = bandage_scenes.scene(f_int=f_int, preload=preload, lever=((0.0, 9.0), (T_0, T_0)), end=0.9)
-        bandage = dataclasses.replace(scene.brake.bandage, friction=changed(f_int, jump(t_1, factor), [2]))
-        scene = dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bandage))
-        return scene, sb.simulate(scene, rtol=1e-12, throw=False)
-
-    scene, result = oiled(0.1)
-    n, R, R_b = scene.brake.linings.count, bandage_scenes.R, bandage_scenes.R_B
-    s = math.sin(float(scene.brake.linings.angle[0]) / 2)
-    T, f = [T_0], np.array([f_int, 0.1 * f_int, f_int])
-    force = np.concatenate([[0.0], 2e3 * np.asarray(result.record.y_end.own.stretch), [0.0]])
-    for i in range(n):
-        Q = R_b * (force[i] - force[i + 1])
-        T.append(((R_b + R * f[i] * s) * T[-1] + R * f[i] * preload + Q) / (R_b - R * f[i] * s))
-    seen = result.series([t_1, 0.9])
-    np.testing.assert_allclose(seen.tension[1], T[1:], rtol=1e-10)
-    slope = -R_b * (T[-1] - T_0) / float(scene.brake.pulley.inertia)
-    assert float(seen.omega[1] - seen.omega[0]) == pytest.approx(slope * (0.9 - t_1), rel=1e-9)
-    assert float(result.energy["closure"]) <= 1e-9
-    locks = R_b / (R * f_int * s)
-    assert oiled(0.99 * locks)[1].ok
-    locked = oiled(1.01 * locks)[1]
-    assert (locked.status, float(locked.record.t_end)) == ("singular_geometry", t_1)
-
-
 # --- what goes with it ------------------------------------------------------------------------------------------------
-
-
-def test_friction_with_memory_and_changes():
-    """Running-in of a disc under a factor that falls: `ω̇` and `ċ` by SciPy."""
-    law = sb.friction.FrictionWithMemory(0.3, (sb.friction.MemoryProcess(1.3, work=2e6),), initial=0.7)
-    result = sb.simulate(disc_scene(friction=changed(law, sb.PiecewiseLinear([0.2, 0.8], [1.0, 0.6]))), rtol=1e-12)
-    area, r, load = float(result.scene.brake.linings.area), 0.5 * (R_I + R_O), 1500.0
-
-    def rates(t, y):
-        f = 0.3 * y[1] * (1.0 - min(max(t - 0.2, 0.0), 0.6) / 1.5)
-        return [(load - N * r * F * f) / J, (1.3 - y[1]) * f * F * r * y[0] / area / 2e6]
-
-    def stops(t, y):
-        return y[0]
-
-    stops.terminal = True
-    y, t = [W0, 0.7], 0.0
-    for end in (0.2, 0.8, 19.0):
-        found = solve_ivp(rates, (t, end), y, "DOP853", events=stops, rtol=1e-13, atol=1e-12)
-        t, y = found.t[-1], found.y[:, -1]
-    assert float(result.stopping_time) == pytest.approx(t, rel=1e-9)
-
-
-@pytest.mark.slow
-def test_runaway_waits_for_changes_to_come():
-    """A load beyond the oiled brake runs away, unless the brake dries later."""
-    load = 8e3
-    oily = sb.simulate(scene(changed(MU, jump(0.5, 0.3)), None, load, 10.0, 4.0))
-    assert oily.status == "runaway"
-    drying = sb.PiecewiseLinear([0.5, 0.5, 6.0, 7.0], [1.0, 0.3, 0.3, 1.0])
-    assert sb.simulate(scene(changed(MU, drying), None, load, 10.0, 4.0)).status == "not_stopped"
 
 
 def test_changes_are_written_read_and_turned():

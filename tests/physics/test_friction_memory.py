@@ -1,4 +1,4 @@
-"""Friction with memory: recovery, burn-off and running-in against closed forms, and all of them against SciPy."""
+"""Friction with memory: recovery and burn-off against closed forms, all processes against SciPy, files."""
 
 import math
 import pathlib
@@ -59,17 +59,6 @@ def test_isothermal_memory_is_exponential(end, start, fade):
     by_start = -(1 - gone) / k / c
     np.testing.assert_allclose(forwards[0], [by_k * k / A, -by_k * k / (GAS * KELVIN), by_start], rtol=1e-7)
     np.testing.assert_allclose(backwards, forwards, rtol=1e-9, atol=1e-12)
-
-
-@pytest.mark.slow
-def test_running_in_follows_work_at_the_face():
-    """`∫ f p v dt`: the friction of the band on its circle does `1/cos(β/2)` times that."""
-    end, work = np.asarray([1.4, 1.2, 1.0, 0.9]), 2e6
-    law = FrictionWithMemory(F, (MemoryProcess(end, work=work),), 0.8)
-    result = sb.simulate(band(law), rtol=1e-12)
-    done = np.asarray(sb.results.friction_work(result)) * math.cos(BETA / 2) / AREA
-    assert np.ptp(done) > 0.1 * work
-    np.testing.assert_allclose(final(result), end + (0.8 - end) * np.exp(-done / work), rtol=1e-9)
 
 
 def test_stop_with_all_processes_by_scipy():

@@ -1,4 +1,4 @@
-"""Brakes with heat: against scipy on the same equations, closed forms with fade, gradients."""
+"""Brakes with heat: against scipy on the same equations, closed forms with fade, gradients with it."""
 
 import functools
 import math
@@ -9,7 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from heat_scenes import BETA, T0, TRACK, W0, C, J, N, R, brake, fading, layered_stop, lump, rigid_stop
+from heat_scenes import BETA, T0, TRACK, W0, C, J, N, R, fading, layered_stop, lump, rigid_stop
 from helpers import jacobians
 from scipy.integrate import quad, solve_ivp
 from stop_scenes import stop_scene
@@ -122,18 +122,6 @@ def test_every_watt_is_accounted_for(growth):
     assert stored + lost == pytest.approx(given, rel=1e-12)
 
 
-@pytest.mark.slow
-def test_heat_without_fade_changes_nothing():
-    plain = sb.simulate(stop_scene())
-    scene = stop_scene()
-    heat = layered_stop().heat
-    warm = sb.simulate(eqx.tree_at(lambda s: s.heat, scene, heat, is_leaf=lambda x: x is None))
-    for name in ("slip_onset_time", "full_slip_time", "stopping_time", "stopping_angle"):
-        assert warm.metrics[name] == pytest.approx(plain.metrics[name], rel=1e-12)
-    assert plain.metrics["stopping_time"] is not None
-    assert "heat_lost" not in plain.metrics
-
-
 # --- closed forms ------------------------------------------------------------------------------------------------
 
 
@@ -150,27 +138,6 @@ def stopping_time(f, slope, capacity):
         return R * T0 * (((1 + now * z) / (1 - now * z)) ** N - 1)
 
     return quad(lambda w: J / torque(w), 0.0, W0, epsabs=1e-13, epsrel=1e-13)[0]
-
-
-@pytest.mark.slow
-def test_heat_transmission_by_temperature():
-    """Of bodies that stay as hot as they are: `a = K_1/(K_1 + K_2)` of V by hand, halfway between two rows."""
-    law = sb.thermal.TransmissionPartition(
-        np.array([400.0, 600.0]),
-        np.array([30.0, 70.0]),
-        np.array([20.0, 40.0]),
-        np.array([10.0, 30.0]),
-        np.array([1e-4, 3e-4]),
-    )
-    heat = sb.Heat(
-        (sb.thermal.Lump("rim", 1e14, 500.0), sb.thermal.Lump("linings", 1e14, 300.0)),
-        friction=sb.thermal.FrictionHeat("rim", "linings", law),
-    )
-    result = sb.simulate(rigid_stop(sb.ConstantFriction(0.35), heat))
-    K_1 = 1 / (1 / 50.0 + 0.028 / 48.85 + 1 / 30.0)
-    K_2 = 1 / (1 / 30.0 + 2e-4 / 1.02 + 0.030 / 0.736 + 0.006 / 53.94 + 1 / 20.0)
-    shares = [result.metrics[f"heat_to_{body}"] / (0.5 * J * W0**2) for body in ("metal", "linings")]
-    np.testing.assert_allclose(shares, np.array([K_1, K_2]) / (K_1 + K_2), rtol=1e-9)
 
 
 def test_shares_of_heat_of_single_linings():
@@ -213,31 +180,6 @@ def test_gradients_with_fade_by_quadrature(solver):
     assert backward[1, 2] == pytest.approx(-0.5 * J * W0**2 / 2e4**2, rel=1e-9)
 
 
-@pytest.mark.slow
-def test_lever_follows_fade_to_hold_speed():
-    heat = lump(5e4, linings=1e4, share=0.9, cooling=300.0)
-    scene = rigid_stop(fading(slope=1e-3), heat, 60.0, sb.SpeedHold(limit=50e3), load=2e4, w0=5.0)
-    result = sb.simulate(scene)
-    assert float(result.record.y_end.omega) == pytest.approx(5.0, rel=1e-13)
-    power = 2e4 * 5.0
-    assert float(result.energy["friction_heat"]) == pytest.approx(power * 60.0, rel=1e-12)
-    t = np.asarray([0.0, 20.0, 60.0])
-    series = result.series(t)
-    rim = sb.thermal.ROOM + 0.9 * power / 300.0 * (1 - np.exp(-300.0 / 5e4 * t))
-    linings = sb.thermal.ROOM + 0.1 * power / 1e4 * t
-    np.testing.assert_allclose(series.temperature, np.stack([rim, linings], axis=1), rtol=1e-10)
-    fz = 0.35 * (1 - 1e-3 * (linings - sb.thermal.ROOM)) * math.tan(BETA / 2)
-    Pi = ((1 + fz) / (1 - fz)) ** N
-    np.testing.assert_allclose(series.slack_tension, 2e4 / (R * (Pi - 1)), rtol=1e-9)
-    assert "grip_lost" not in [event.name for event in result.events]
-    runaway = sb.simulate(eqx.tree_at(lambda s: s.duty.slack_tension.limit, scene, np.asarray(7e3)))
-    needed = 2e4 / (7e3 * R) + 1
-    f_end = (needed ** (1 / N) - 1) / (needed ** (1 / N) + 1) / math.tan(BETA / 2)
-    t_end = (1 - f_end / 0.35) / 1e-3 / (0.1 * power / 1e4)
-    lost = [event.time for event in runaway.events if event.name == "grip_lost"]
-    assert lost[0] == pytest.approx(t_end, rel=1e-6)
-
-
 # --- faults ------------------------------------------------------------------------------------------------------
 
 
@@ -272,57 +214,6 @@ def test_heat_part_values_are_set_by_path():
     )
     assert float(scene.heat.bodies[0].material.conductivity) == 60.0
     assert float(scene.heat.links[0].coefficient) == 10.0
-
-
-@pytest.mark.slow
-def test_heat_with_no_power_is_no_heat():
-    """A friction law that fades, on a network that no heat reaches: the brake without heat, to rounding."""
-    heat = layered_stop().heat
-    cold = eqx.tree_at(
-        lambda h: h.friction, heat, sb.thermal.FrictionHeat(None, None, sb.thermal.ConstantPartition(0.5), "rim.front")
-    )
-    scene = layered_stop()
-    warm = sb.simulate(eqx.tree_at(lambda s: s.heat, scene, cold))
-    plain = sb.simulate(sb.Scene(brake(sb.ConstantFriction(0.35)), scene.duty, scene.initial, 2.0))
-    for name in ("full_slip_time", "stopping_time", "stopping_angle", "max_tension"):
-        assert warm.metrics[name] == pytest.approx(plain.metrics[name], rel=1e-12)
-    np.testing.assert_allclose(np.asarray(warm.end_temperatures), sb.thermal.ROOM, rtol=1e-14)
-    assert warm.metrics["heat_lost"] == pytest.approx(float(plain.energy["friction_heat"]), rel=1e-12)
-
-
-@pytest.mark.slow
-def test_batch_of_stiff_scenes_is_its_runs():
-    base = layered_stop(sb.thermal.layer_growth(1e-5, 0.028, 20))
-
-    def stop(f):
-        scene = eqx.tree_at(lambda s: s.brake.linings.friction.base.coefficient, base, f)
-        return sb.simulate(scene, rtol=1e-8, max_steps=256).stopping_time
-
-    values = jnp.asarray([0.3, 0.35])
-    batch = jax.jit(jax.vmap(stop))(values)
-    single = jax.jit(stop)
-    np.testing.assert_allclose(np.asarray(batch), [float(single(f)) for f in values], rtol=1e-12)
-
-
-@pytest.mark.slow
-def test_gradient_of_a_peak_temperature():
-    """The rim of a dragging, then stopping pulley is hottest at some time in between: an interior maximum."""
-
-    def peak(f, capacity):
-        heat = lump(capacity, cooling=4e3)
-        result = sb.simulate(
-            rigid_stop(fading(f), heat, 2.0), rtol=1e-12, solver=diffrax.Dopri8(), max_steps=256
-        )  # fmt: skip
-        return result.peak_rim_temperature.value
-
-    # without LLVM's first level one of the four runs takes other steps, which the difference shows 700-fold
-    at, value = (0.35, 5e3), jax.jit(peak, compiler_options={"xla_backend_optimization_level": 1})
-    slopes = jax.jit(jax.grad(peak, (0, 1)))(*at)
-    for i, h in enumerate((2e-4, 5.0)):
-        up, down = (value(*(x + s * h * (j == i) for j, x in enumerate(at))) for s in (1, -1))
-        up2, down2 = (value(*(x + 2 * s * h * (j == i) for j, x in enumerate(at))) for s in (1, -1))
-        central = (8 * (float(up) - float(down)) - (float(up2) - float(down2))) / (12 * h)
-        assert float(slopes[i]) == pytest.approx(central, rel=1e-7)
 
 
 def test_slip_may_begin_on_a_fade_corner():

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import staged_scenes as staged
-from heat_scenes import BETA, FLASH, T0, W0, C, N, R, brake, fading, lump, warmed
+from heat_scenes import BETA, FLASH, T0, W0, C, N, R, brake, fading, warmed
 from helpers import jacobians
 from scipy.integrate import quad
 from scipy.optimize import brentq
@@ -107,17 +107,6 @@ def test_a_table_that_is_left():
     assert float(result.record.t_end) == pytest.approx((400.0 - 293.15) / 2.0, rel=1e-10)
     with pytest.raises(sb.InputError, match="does not cover the start"):
         sb.simulate(warmed(law(300.0, 400.0), 2e4))
-
-
-@pytest.mark.slow
-def test_band_snap_is_named():
-    """A surface node so small that fade outruns the band: 1 + γ reaches 0."""
-    heat = lump(30.0)
-    duty = sb.Duty(sb.Constant(T0), sb.TorqueLoad())
-    scene = sb.Scene(brake(fading(slope=3e-3, floor=0.1), C), duty, sb.Initial(W0), 2.0, heat)
-    result = sb.simulate(scene, throw=False)
-    assert result.status == "band_snap"
-    assert "capacity" in result.message
 
 
 def test_flash_temperature_of_moving_source():

@@ -128,28 +128,6 @@ def test_a_stop_by_hand(name):
     assert float(lining.conductivity) == 0.736
 
 
-def test_estimates_match_the_estimate_table():
-    row = compared(["brass"]).row("brass")
-    m = sb.formulas.rim_material("brass")
-    table = sb.estimates(
-        stop_scene(C=None), dataclasses.replace(DATA, rim=m.thermal, elastic=m.elastic, hardness=300e6)
-    )
-    for key, name in {
-        "friction_work": "friction work",
-        "bulk": "bulk temperature, mean",
-        "bulk_end": "bulk temperature, end",
-        "surface": "surface temperature, falling flux",
-        "maximum": "maximum temperature, S-26",
-        "stress": "thermal stress, surface",
-        "stress_ratio": "stress over allowable",
-        "effusivity_share": "heat partition coefficient, rim, effusivities",
-    }.items():
-        assert row[key].value == pytest.approx(table[name].value, rel=1e-13), key
-    # V's table has 48.85 W/(m·K): the rim's material hardly matters for the share by transmission
-    steel = compared(["steel_20L"]).row("steel_20L")["transmission_share"].value
-    assert steel == pytest.approx(table["heat partition coefficient, rim, transmission"].value, rel=1e-4)
-
-
 def test_maximum_work_in_closed_form():
     """Surface of a half-space: rise ∝ q √τ ∝ W^(3/4) at given torques; at that work a pair is just admissible."""
     stiffless = sb.formulas.rim_material("steel_20L", young=1.0, permissible_temperature=ROOM + 30.0)
@@ -215,21 +193,6 @@ def test_inertia_follows_the_mass_if_asked():
     assert "for every rim mass" in str(compared([own]))
 
 
-def test_sizes_missing_in_a_scene_are_named():
-    notes = " ".join(compared(["brass"], data=sb.formulas.EstimateData(track_area=1.05)).notes)
-    assert "rim_thickness = 0.025 m is not the scene's: V, table 1" in notes
-    assert "lining_area" in notes
-    assert "track_area" not in notes
-
-
-def test_ranking_has_admissible_pairs_first():
-    weak = dataclasses.replace(sb.formulas.rim_material("steel_20L", permissible_stress=1e6), name="weak")
-    strong = dataclasses.replace(sb.formulas.rim_material("steel_20L", permissible_stress=1e9), name="strong")
-    table = compared([weak, strong])
-    assert [row.rim for row in table.ranking()] == ["strong", "weak"]
-    assert [row.admissible for row in table.ranking()] == [True, False]
-
-
 @pytest.mark.parametrize(
     ("options", "word"),
     [
@@ -254,31 +217,3 @@ def test_a_staged_brake_is_refused():
     brake = dataclasses.replace(scene.brake, bandage=sb.Bandage(20.0, sb.ConstantFriction(0.1)))
     with pytest.raises(sb.InputError, match="one friction pair"):
         compared(["brass"], scene=dataclasses.replace(scene, brake=brake))
-
-
-# --- what the table says ----------------------------------------------------------------------------------------------
-
-
-def test_notes_say_what_is_assumed():
-    table = compared(["steel_20L", "brass"])
-    assert table.about.endswith("time and friction work are those of classical stops, temperatures in °C")
-    assert "no runs: estimates only" in table.notes
-    assert not any("track_area" in note for note in table.notes)  # given
-    free = compared(["steel_20L"], data=None)
-    assert any(note.startswith("track_area = 1.002 m^2 is not the scene's: one rim") for note in free.notes)
-    assert sum("inertia" in note for note in free.notes) == 1
-    assert not any("inertia" in note for note in compared(["steel_20L"], inertia=True).notes)
-    data = table.dataset()
-    assert dict(data.sizes) == {"level": 1, "rim": 2, "lining": 1}
-    assert [name for name in data if name.endswith("_simulated")] == []
-    assert data.surface.sel(rim="brass").item() == table.row("brass")["surface"].value
-    text = str(table)
-    assert " sim." not in text
-    shown = next(line for line in text.splitlines() if line.startswith("brass"))
-    assert f"{table.row('brass')['surface'].value - 273.15:.0f}" in shown.split()
-    sources = sb.formulas.rim_material("brass", young=1e11).sources
-    assert sources.pop("young") == "given"
-    entries = sb.thermal.LIBRARY["brass"] | sb.formulas.RIMS["brass"]
-    for name, source in sources.items():
-        said = entries[name].assumed and not entries[name].source.startswith("assumption")
-        assert source == entries[name].source + (" (assumed)" if said else ""), name

@@ -1,4 +1,4 @@
-"""Friction laws with states of their own: against closed forms and SciPy, for every kind of brake."""
+"""Friction laws with states of their own: against closed forms and SciPy, files, input."""
 
 import json
 import math
@@ -11,7 +11,7 @@ import pytest
 from helpers import jacobians
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
-from test_every_mechanism import KINDS, PRESSED, scene
+from test_every_mechanism import scene
 from user_parts import RunningIn, Timed, Travelled
 
 import simbrake as sb
@@ -66,11 +66,6 @@ def band(law, stiffness=None, load=0.0, omega=OMEGA, end=10.0, elongation=0.0, b
     return sb.Scene(brake, duty, sb.Initial(omega, elongation), end)
 
 
-def ratio(f, n=4):
-    """`T_n/T_0` of a band whose linings all slide."""
-    return ((1 + f * Z) / (1 - f * Z)) ** n
-
-
 def final(result, pair=0):
     return np.asarray(result.record.y_end.memory[pair])
 
@@ -81,29 +76,6 @@ def towards(end, x):
 
 
 # --- sliding, closed forms --------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_stop_while_friction_tends_to_limit():
-    """`ω_0 − (M/J) [ξ_e t + (1 − ξ_e) τ (1 − e^{−t/τ})] = 0`, its derivatives, and runs side by side."""
-    end, tau = 0.5, 2.0
-
-    def stop(x):
-        return sb.simulate(disc(Timed(F, x[0], x[1])), rtol=1e-12, max_steps=256).stopping_time[None]
-
-    def left(t):
-        return OMEGA - TORQUE / J * (end * t + (1 - end) * tau * (1 - math.exp(-t / tau)))
-
-    t = brentq(left, 0.0, 10.0, xtol=1e-14, rtol=1e-14)
-    value, forwards, backwards = jacobians(stop)(jnp.asarray([end, tau]))
-    assert float(value[0]) == pytest.approx(t, rel=1e-10)
-    faded, xi = math.exp(-t / tau), towards(end, t / tau)
-    by_end = -(t - tau * (1 - faded)) / xi
-    by_tau = -(1 - end) * (1 - faded - t / tau * faded) / xi
-    np.testing.assert_allclose(forwards[0], [by_end, by_tau], rtol=1e-8)
-    np.testing.assert_allclose(backwards, forwards, rtol=1e-11)
-    side = jax.jit(jax.vmap(stop))(jnp.asarray([[end, tau], [1.0, tau]]))[:, 0]
-    np.testing.assert_allclose(side, [t, OMEGA * J / TORQUE], rtol=1e-10)  # ξ_e = 1: nothing fades
 
 
 def test_friction_that_falls_with_the_way():
@@ -129,23 +101,11 @@ def test_friction_that_runs_in_with_the_work():
         sb.simulate(eqx.tree_at(lambda s: s.brake.linings.area, band(RunningIn()), None))
 
 
-@pytest.mark.slow
-def test_staged_linings_run_in_by_own_work():
-    bandage = sb.Bandage(45.0, RunningIn(0.22, 1.3, 2e6), 900.0, AREA)
-    result = sb.simulate(band(RunningIn(F, 0.6, 3e6), 2e6, bandage=bandage), rtol=1e-11)
-    assert "external_lock" in [event.name for event in result.events]
-    # at the face `f p v`: the force of a lining under the band, at the chord of its arc, is 1/cos(β/2) of that
-    for pair, (end, work, face) in enumerate([(0.6, 3e6, math.cos(BETA / 2)), (1.3, 2e6, 1.0)]):
-        done = np.asarray(sb.results.friction_work(result, pair=("external", "internal")[pair]))
-        assert np.ptp(final(result, pair)) > 1e-3
-        np.testing.assert_allclose(final(result, pair), towards(end, face * done / AREA / work), rtol=1e-8)
-
-
 # --- at rest ----------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stiffness", [None, "disc", pytest.param(2e6, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("stiffness", ["disc", 2e6])
 def test_held_brake_slips_as_friction_decays(stiffness):
     """`f e^{−t/τ}` falls to what the load needs at `t = τ ln(f/f*)`."""
     tau, load = 2.0, 4e3
@@ -196,86 +156,11 @@ def test_a_sliding_brake_that_loses_its_grip():
     assert result.status == "runaway"
 
 
-# --- elastic band: the slip that ages the linings depends on how the band follows ------------------------------------
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("power", [1, 2])
-def test_elastic_band_in_slip_follows_states(power):
-    """`v_s = R_b ω − ẋ`, `x = T_0 Π(f ξ)/C`, `ξ̇ = (ξ_e − ξ) v_s^k/L`: one equation for `v_s` at every instant."""
-    C, end, length = 3e4, 0.6, 1.0 * 40.0 ** (power - 1)
-    law = Travelled(F, end, length, power)
-    scene = band(law, C, elongation=T_0 / C, end=1.2)
-    result = sb.simulate(scene, rtol=1e-12)
-    chi = R_B * math.sqrt(C / J)
-    reach = T_0 * (ratio(F) - 1) * chi / (C * R_B * OMEGA)
-    t_1, omega_1 = math.asin(reach) / chi, OMEGA * math.sqrt(1 - reach**2)
-    assert float(result.full_slip_time) == pytest.approx(t_1, rel=1e-10)
-
-    def slope(f):
-        """`dT_n/df`"""
-        return T_0 * ratio(f) * 4 * 2 * Z / (1 - (f * Z) ** 2)
-
-    def rhs(t, y):
-        omega, xi = y
-        give = slope(F * xi) * F * (xi - end) / (length * C)  # v_s − give v_s^k = R_b ω
-        v = R_B * omega
-        v = v / (1 - give) if power == 1 else 2 * v / (1 + math.sqrt(1 - 4 * give * v))
-        return [-R_B * T_0 * (ratio(F * xi) - 1) / J, (end - xi) * v**power / length]
-
-    run = solve_ivp(rhs, (t_1, 1.2), [omega_1, 1.0], "DOP853", rtol=1e-13, atol=1e-13)
-    y = result.record.y_end
-    assert float(y.omega) == pytest.approx(run.y[0, -1], rel=1e-9)
-    np.testing.assert_allclose(final(result), run.y[1, -1], rtol=1e-9)
-    assert float(result.energy["closure"]) < 1e-10
-    # the states matter: 1 + γ is far from 1 at the start of the slip
-    assert slope(F) * F * (1 - end) / (length * C) * (R_B * omega_1) ** (power - 1) > 0.1
-
-
-@pytest.mark.parametrize("power", [1, pytest.param(2, marks=pytest.mark.slow)])
-def test_friction_that_outruns_the_band(power):
-    scene = band(Travelled(F, 0.6, 0.2 * 40.0 ** (power - 1), power), 3e4, elongation=T_0 / 3e4)
+def test_friction_that_outruns_the_band():
+    scene = band(Travelled(F, 0.6, 0.2), 3e4, elongation=T_0 / 3e4)
     result = sb.simulate(scene, throw=False)
     assert result.status == "band_snap"
     assert "state" in result.message
-
-
-# --- staged brake -----------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_staged_brake_whose_pairs_change():
-    """One lining, so that its tension while the band holds it is one linear equation; both stages by SciPy."""
-    inertia, f_in, preload, n = 45.0, 0.2, 500.0, 1
-    outer, inner = Timed(F, 0.8, 0.8), Timed(f_in, 1.3, 1.5)
-    result = sb.simulate(band(outer, bandage=sb.Bandage(inertia, inner, preload), omega=5.0, end=14.0, n=n), rtol=1e-12)
-    s = math.sin(BETA / 2)
-
-    def faces(t):
-        return F * towards(0.8, t / 0.8), f_in * towards(1.3, t / 1.5)
-
-    def sliding(t, y):
-        f, g = faces(t)
-        external = R_B * T_0 * (ratio(f, n) - 1)
-        internal = R * g * ((T_0 + T_0 * ratio(f, n)) * s + preload)
-        return [-internal / J, (internal - external) / inertia]
-
-    def held(t, y):
-        _, g = faces(t)
-        T_n = (R_B * T_0 + R * g * (s * T_0 + preload)) / (R_B - R * g * s)
-        return [-R_B * (T_n - T_0) / J]
-
-    def rest(t, y):
-        return y[-1]
-
-    rest.terminal = True
-    how = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-13, "events": rest, "max_step": 0.05}
-    first = solve_ivp(sliding, (0.0, 5.0), [5.0, 5.0], **how)
-    lock = first.t_events[0][0]
-    second = solve_ivp(held, (lock, 20.0), first.y_events[0][0][:1], **how)
-    assert float(result.external_lock_time) == pytest.approx(lock, rel=1e-10)
-    assert float(result.stopping_time) == pytest.approx(second.t_events[0][0], rel=1e-10)
-    assert float(result.energy["closure"]) < 1e-10
 
 
 # --- heat, two states, files ------------------------------------------------------------------------------------------
@@ -291,12 +176,8 @@ def recovering():
     return disc(Recovering(F, time=0.7), heat=heat, end=4.0)
 
 
-SOLVERS = [None, pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)]
-
-
-@pytest.mark.parametrize("solver", SOLVERS, ids=["explicit", "Rosenbrock"])
-def test_two_states_and_heat_against_scipy(recovering, solver):
-    result = sb.simulate(recovering, rtol=1e-12 if solver is None else 1e-11, solver=solver)
+def test_two_states_and_heat_against_scipy(recovering):
+    result = sb.simulate(recovering, rtol=1e-12)
 
     def rhs(t, y):
         omega, T, fade, seen = y
@@ -363,20 +244,18 @@ def test_fast_state_gets_a_stiff_method():
     assert float(fast.stopping_time) == pytest.approx(OMEGA * J / (0.5 * TORQUE) - drop, rel=1e-7)
 
 
-# --- every kind of brake ----------------------------------------------------------------------------------------------
+# --- staged brakes ----------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("kind", ["staged, elastic band", "chain", "bandage on springs", "double-shoe brake"])
-def test_derivatives_of_every_kind(kind):
+def test_derivatives_of_two_pairs():
     """Both ways the same, and those of a chord; every pair has states that its slip drives."""
-    assert kind in KINDS or kind in PRESSED
 
     def end(x):
-        changed = eqx.tree_at(lambda s: s.brake.linings.friction, scene(kind), Travelled(F, x[0], x[1]))
-        if getattr(changed.brake, "bandage", None) is not None:
-            inner = Travelled(0.22, x[0], x[1])
-            changed = eqx.tree_at(lambda s: s.brake.bandage.friction, changed, inner)
+        changed = eqx.tree_at(
+            lambda s: s.brake.linings.friction, scene("staged, elastic band"), Travelled(F, x[0], x[1])
+        )
+        changed = eqx.tree_at(lambda s: s.brake.bandage.friction, changed, Travelled(0.22, x[0], x[1]))
         run = sb.simulate(changed, rtol=1e-9, max_steps=2048)
         states = jnp.concatenate([one for one in run.record.y_end.memory if one is not None])
         return jnp.concatenate([run.stopping_time[None], states, run.energy["closure"][None]])
@@ -474,8 +353,7 @@ def test_linings_do_not_rub_under_open_band():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("stiffness", [None, 1e5])
-@pytest.mark.parametrize("law", [Travelled(), RunningIn(time=1e6)])
+@pytest.mark.parametrize(("law", "stiffness"), [(Travelled(), 1e5), (RunningIn(time=1e6), None)])
 def test_open_band_has_no_path_and_no_work(law, stiffness):
     closed = band(law, stiffness)
     duty = sb.Duty(sb.PiecewiseLinear([0.7, 0.7], [0.0, T_0]), closed.duty.load)

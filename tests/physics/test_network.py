@@ -132,65 +132,6 @@ def test_graded_wall_is_two_half_spaces():
         assert float(run.temperature[-1, node]) - sb.thermal.ROOM == pytest.approx(exact, rel=5e-3)
 
 
-def test_half_space_under_falling_flux():
-    """Fazekas 1953, Newcomb 1960: greatest at half the time, 0.53192304 q0 √t_s / √(kρc)."""
-    q, t_s = 1e6, 2.0
-    heat = heated_wall(120, growth=1.03, power=sb.ramp(q, 0.0, 0.0, t_s))
-    times = np.linspace(0.0, t_s, 201)
-    run = sb.simulate_heat(heat, times, rtol=1e-9)
-    half = float(heat.bodies[0].centres[0])
-    surface = np.asarray(run.temperature[:, 0]) - sb.thermal.ROOM + q * (1 - times / t_s) * half / 50.0
-    exact = 2 * q / 50.0 * np.sqrt(1.4e-5 * times / math.pi) * (1 - 2 * times / (3 * t_s))
-    assert np.abs(surface - exact)[5:].max() < 2e-3 * exact.max()
-    assert times[np.argmax(surface)] == pytest.approx(t_s / 2, abs=0.021)
-    assert exact.max() == pytest.approx(0.53192304 * q * math.sqrt(t_s) / STEEL.effusivity, rel=1e-7)
-
-
-@pytest.mark.slow
-def test_convecting_slab_at_second_order():
-    """Separation of variables: decay of the first mode, `β tan β = Bi` (Carslaw & Jaeger 3.11)."""
-    from scipy.optimize import brentq
-
-    L, k, h, a, t = 0.03, 50.0, 2000.0, 1.4e-5, 20.0
-    beta = brentq(lambda b: b * math.tan(b) - h * L / k, 1e-6, math.pi / 2 - 1e-9)
-    errors = []
-    for n in (10, 20, 40):
-        x = (np.arange(n) + 0.5) * L / n
-        mode = 100.0 * np.cos(beta * x / L)
-        body = wall("w", n, L, temperature=300.0 + mode)
-        heat = sb.Heat((body, sb.thermal.Reservoir("air", 300.0)), (sb.thermal.Convection("w.back", 1.0, h),))
-        run = sb.simulate_heat(heat, [0.0, t], rtol=1e-11)
-        exact = mode * math.exp(-a * (beta / L) ** 2 * t)
-        errors.append(np.abs(np.asarray(run.temperature[-1]) - 300.0 - exact).max())
-    orders = np.log2(np.asarray(errors)[:-1] / np.asarray(errors)[1:])
-    assert np.all((orders > 1.9) & (orders < 2.1)), orders
-
-
-@pytest.mark.slow
-def test_contact_finds_the_effusivity_split():
-    """Heat into an interface without capacity between two bodies: Charron's share, without being told."""
-    steel, lining = sb.Material(45.0, 7850.0, 480.0), sb.Material(0.8, 2000.0, 1100.0)
-    n, growth = 200, sb.thermal.layer_growth(2e-6, 0.03, 200)
-    heat = sb.Heat(
-        bodies=(
-            wall("rim", n, 0.03, steel, growth),
-            wall("lining", n, 0.03, lining, growth),
-            sb.thermal.Junction("face"),
-        ),
-        links=(
-            sb.thermal.ThermalContact("face", "rim.front", 1.0),
-            sb.thermal.ThermalContact("face", "lining.front", 1.0),
-        ),
-        sources=(sb.thermal.Source("face", 1e6),),
-    )
-    run = sb.simulate_heat(heat, [0.0, 0.05, 0.2], rtol=1e-9)
-    stored = np.asarray(run.record.system.thermal.capacity) * (np.asarray(run.temperature)[-1] - sb.thermal.ROOM)
-    share = stored[:n].sum() / stored.sum()
-    assert share == pytest.approx(0.907538740903391, abs=2e-4)
-    assert float(sb.thermal.effusivity_share(steel, lining)) == pytest.approx(0.907538740903391, rel=1e-12)
-    assert float(run.closure) < 1e-12
-
-
 def test_varying_properties_conserve_heat():
     """λ and c linear in T: an insulated wall, unevenly warm at the start, keeps its heat content to rounding."""
     m = sb.Material(40.0, 7800.0, 450.0, conductivity_slope=-5e-4, specific_heat_slope=8e-4)
@@ -215,36 +156,6 @@ def test_kirchhoff_profile_of_a_steady_wall():
     ends = [(x - sb.thermal.ROOM) - 4e-4 * (x - sb.thermal.ROOM) ** 2 for x in (700.0, 300.0)]
     depth = np.asarray(heat.bodies[0].centres) / 0.03
     np.testing.assert_allclose(theta, ends[0] + (ends[1] - ends[0]) * depth, atol=2e-3)
-
-
-def test_repeated_stops_of_a_lump():
-    """Limpert: rise after stop n = ΔT (1 − e^{−n b t_c})/(1 − e^{−b t_c}), here with heat pulses of 1 ms."""
-    C, b, t_c, pulse = 1000.0, 1 / 300, 60.0, 1e-6
-    starts = np.arange(10) * t_c
-    times = np.sort(np.concatenate([starts, starts, starts + pulse, starts + pulse]))
-    power = np.tile([0.0, 1.0, 1.0, 0.0], 10) * 40.0 * C / pulse
-    heat = sb.Heat(
-        (sb.thermal.Lump("drum", C, 300.0), sb.thermal.Reservoir("air", 300.0)),
-        (sb.thermal.Convection("drum", 1.0, C * b),),
-        sources=(sb.thermal.Source("drum", sb.PiecewiseLinear(times, power)),),
-    )
-    run = sb.simulate_heat(heat, [0.0, pulse, 4 * t_c + pulse, 9 * t_c + pulse], rtol=1e-11)
-    np.testing.assert_allclose(run.temperature[1:, 0] - 300.0, [40.0, 139.487655972995, 190.802296902655], rtol=1e-7)
-
-
-def test_a_junction_is_a_small_capacity():
-    def heat(middle):
-        return sb.Heat(
-            (sb.thermal.Lump("a", 100.0, 800.0), middle, sb.thermal.Reservoir("air", 300.0)),
-            (sb.thermal.Conductance("a", "m", 5.0), sb.thermal.Radiation("m", 0.5, 0.9)),
-        )
-
-    times = [0.0, 20.0, 100.0]
-    exact = sb.simulate_heat(heat(sb.thermal.Junction("m")), times, rtol=1e-11)
-    assert heat(sb.thermal.Lump("m", 0.0)).bodies[1] == sb.thermal.Junction("m")
-    near = sb.simulate_heat(heat(sb.thermal.Lump("m", 1e-5, 600.0)), times, rtol=1e-9)
-    np.testing.assert_allclose(exact.temperature[1:, 0], near.temperature[1:, 0], rtol=2e-7)
-    assert float(exact.closure) < 1e-11
 
 
 @pytest.mark.slow
@@ -283,24 +194,6 @@ def eqx_source(heat, power):
     return eqx.tree_at(lambda h: h.sources[0].power, heat, jnp.asarray(power, jnp.float64))
 
 
-def test_thin_node_costs_three_times_at_most():
-    def steps(first):
-        n = 20
-        growth = 1.0 if first is None else sb.thermal.layer_growth(first, 0.03, n)
-        heat = heated_wall_of(n, growth)
-        return int(sb.simulate_heat(heat, [0.0, 5.0], rtol=1e-8, solver=sb.hybrid.Rodas5P()).record.stats.accepted)
-
-    def heated_wall_of(n, growth):
-        return sb.Heat(
-            (wall("w", n, 0.03, growth=growth), sb.thermal.Reservoir("air")),
-            (sb.thermal.Convection("w.back", 1.0, 100.0),),
-            sources=(sb.thermal.Source("w.front", sb.ramp(1e6, 0.0, 0.0, 5.0)),),
-        )
-
-    uniform, thin = steps(None), steps(1e-6)
-    assert thin <= 3 * uniform, (thin, uniform)
-
-
 @pytest.mark.slow
 def test_gradients_by_the_points_of_a_source():
     """`Σ C ΔT = ∫ P dt`: by the values of `P` the weights of the trapezoidal rule, by a time its derivative."""
@@ -316,25 +209,6 @@ def test_gradients_by_the_points_of_a_source():
     by_time, by_power = jax.jit(jax.grad(stored, (0, 1)))(times, power)
     np.testing.assert_allclose(by_power, [0.75, 2.0, 1.25], rtol=1e-9)
     np.testing.assert_allclose(by_time[1], (power[0] - power[2]) / 2, rtol=1e-9)
-
-
-@pytest.mark.slow
-def test_gradient_of_a_radiating_wall():
-    def peak(conductivity, method):
-        m = sb.Material(conductivity, 7800.0, 450.0)
-        heat = sb.Heat(
-            (wall("w", 12, 0.03, m, 1.4), sb.thermal.Reservoir("air")),
-            (sb.thermal.Radiation("w.back", 1.0, 0.9),),
-            sources=(sb.thermal.Source("w.front", 1e6),),
-        )
-        return sb.simulate_heat(heat, jnp.asarray([0.0, 3.0]), rtol=1e-11, solver=method).temperature[-1, 0]
-
-    for method in (sb.hybrid.Rodas5P(), None):
-        k, h = 40.0, 1e-2
-        by_ad = jax.jit(jax.grad(lambda k: peak(k, method)))(k)
-        value = jax.jit(lambda k: peak(k, method))
-        by_difference = (value(k + h) - value(k - h)) / (2 * h)
-        assert float(by_ad) == pytest.approx(float(by_difference), rel=1e-6)
 
 
 @pytest.mark.parametrize("times", [[0.0, 10.0, 5.0], [0.0, math.nan], [], ["soon"]])
@@ -407,20 +281,6 @@ def test_links_of_one_face_see_one_surface():
     np.testing.assert_allclose(end(150.0, 250.0), end(400.0), rtol=1e-8)
 
 
-def test_source_raises_the_convecting_face():
-    """Steady wall, held at the back, heated and cooled at the front: `q = h (T_f − T_a) + λ (T_f − T_b)/L`."""
-    q, h, L = 1e5, 50.0, 0.03
-    heat = sb.Heat(
-        (wall("w", 4, L), sb.thermal.Reservoir("air", 300.0), sb.thermal.Reservoir("back", 350.0)),
-        (sb.thermal.Convection("w.front", 1.0, h), sb.thermal.ThermalContact("w.back", "back", 1.0)),
-        sources=(sb.thermal.Source("w.front", q),),
-    )
-    T = np.asarray(list(sb.steady_state(heat).values()))
-    face = (q + h * 300.0 + 50.0 / L * 350.0) / (h + 50.0 / L)
-    depth = np.asarray(heat.bodies[0].centres) / L
-    np.testing.assert_allclose(T, face + (350.0 - face) * depth, rtol=1e-8)
-
-
 def test_custom_link_matches_its_closed_form():
     # C dθ/dt = −s θ³, θ = θ_0/√(1 + 2 s θ_0² t/C)
     heat = sb.Heat((sb.thermal.Lump("a", 2.0, 400.0), sb.thermal.Reservoir("air", 300.0)), (Quartic("a", "air", 1e-3),))
@@ -429,28 +289,6 @@ def test_custom_link_matches_its_closed_form():
     np.testing.assert_allclose(run.temperature[:, 0] - 300.0, 100.0 / np.sqrt(1 + 10.0 * t), rtol=1e-10)
     assert float(run.closure) < 1e-13
     assert [leaf.path for leaf in sb.files.leaves(heat, "heat") if "links" in leaf.path] == ["heat.links[0].growth"]
-
-
-@pytest.mark.parametrize("kind", [sb.thermal.Convection, sb.thermal.Radiation])
-def test_closed_band_covers_the_surface(kind):
-    """A lump against 0 K: `T_0 e^(−h A t/C)`, or `(T_0⁻³ + 3 ε σ A t/C)^(−1/3)`, `A` the open area."""
-    h, emissivity, area, C, T_0, t = 20.0, 0.8, 0.7, 1e4, 900.0, 600.0
-
-    def end(closed, **covered):
-        heat = sb.Heat(
-            (sb.thermal.Lump("a", C, T_0), sb.thermal.Reservoir("air", 0.0)),
-            (kind("a", area, h if kind is sb.thermal.Convection else emissivity, **covered),),
-        )
-        return float(sb.simulate_heat(heat, [0.0, t], closed=closed, rtol=1e-11).temperature[-1, 0])
-
-    def truth(open_area):
-        if kind is sb.thermal.Convection:
-            return T_0 * math.exp(-h * open_area * t / C)
-        return (T_0**-3 + 3 * emissivity * 5.670374419e-8 * open_area * t / C) ** (-1 / 3)
-
-    assert end(1.0, covered=0.6) == pytest.approx(truth(0.4 * area), rel=1e-9)
-    assert end(0.0, covered=0.6) == pytest.approx(truth(area), rel=1e-9)
-    assert end(1.0) == pytest.approx(truth(area), rel=1e-9)
 
 
 def test_walls_side_by_side():

@@ -2,7 +2,6 @@
 
 import dataclasses
 
-import jax
 import numpy as np
 import pytest
 from stop_scenes import stop_scene
@@ -54,17 +53,6 @@ def test_courses_add_up_and_summary_tells(runs):
     assert rows["electrical work"].value == pytest.approx(rows["electrical work"].simulated, rel=1e-12)
 
 
-@pytest.mark.slow
-def test_shares_are_booked_without_heat():
-    def electrical(share):
-        shares = sb.PowerShares(electrical=share, mechanical=0.1)
-        return sb.simulate(dataclasses.replace(stop_scene(), power_shares=shares)).energy["electrical_work"]
-
-    work = sb.simulate(stop_scene()).energy["friction_heat"]
-    assert float(electrical(0.2)) == pytest.approx(0.2 * float(work), rel=1e-10)
-    assert float(jax.jit(jax.grad(electrical))(0.2)) == pytest.approx(float(work), rel=1e-8)
-
-
 def test_shares_above_one_are_an_input_error():
     with pytest.raises(sb.InputError, match=r"power_shares.*more than 1"):
         sb.simulate(sb.with_values(heated(SHARES), {"power_shares.electrical": 0.9}))
@@ -91,3 +79,18 @@ def test_thermal_estimates_take_heat_alone():
     ]
     warm, hot = (table.rows[0]["bulk"].value - start for table in tables)
     assert warm == pytest.approx(0.68 * hot, rel=1e-9)
+
+
+def test_flash_temperature_sees_heat_alone():
+    """Half of the power as heat is a flash of half the share."""
+    flash = sb.thermal.FlashTemperature(50e-6, 48.0, 1.2e-5, 1.0, 300e6)
+    law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(3e-4, 293.15),))
+
+    def torque(flash, shares):
+        start = dataclasses.replace(stop_scene(C=None, law=law, end=1e-3), heat=heated().heat, power_shares=shares)
+        scene = dataclasses.replace(start, heat=dataclasses.replace(start.heat, flash=flash))
+        return float(sb.simulate(scene).series([0.0]).brake_torque[0])
+
+    half = torque(flash, sb.PowerShares(mechanical=0.5))
+    assert half == pytest.approx(torque(dataclasses.replace(flash, share=0.5), None), rel=1e-12)
+    assert half > 1.001 * torque(flash, None)

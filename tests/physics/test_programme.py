@@ -81,42 +81,6 @@ def fading(factor):
 FADE = sb.LinearFade(1e-3, above=293.15, floor=0.5)
 
 
-@pytest.mark.slow
-def test_fade_moves_the_lever_not_the_hook():
-    brake = fading(FADE)
-    heat = sb.lumped_heat(rim=8e4, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=20.0)
-    heat = dataclasses.replace(heat, friction=dataclasses.replace(heat.friction, sensed="rim"))
-    lines = ("lower 27 m at 1.2 m/s", "brake to rest in 2 s", "hold 3 s")
-    result = sb.simulate(sb.programme_scene(brake, lines, HOOK, pull=60e3, heat=heat))
-    lowering = 1.2 / 0.5 + (27 - 1.2**2 / (2 * 0.5)) / 1.2
-    s = result.series(np.linspace(2.4, lowering, 40))
-    np.testing.assert_allclose(s.omega, 24.0, rtol=1e-7)
-    assert np.all(np.diff(np.asarray(s.slack_tension)) > 0)
-    assert np.asarray(s.slack_tension)[-1] > 1.3 * np.asarray(s.slack_tension)[0]
-    assert float(result.stopping_time) == pytest.approx(lowering + 2.0, abs=1e-6)
-
-
-@pytest.mark.slow
-def test_derivatives_pass_a_programme():
-    lines = ("lower 5 m at 1 m/s", "brake to rest", "hold 1 s")
-
-    def travel(friction, pull):
-        linings = sb.uniform_linings(20, math.radians(270), sb.ConstantFriction(friction))
-        scene = sb.programme_scene(dataclasses.replace(BRAKE, linings=linings), lines, HOOK, pull=pull)
-        return sb.simulate(scene).metrics["hook_travel"]
-
-    scene = sb.programme_scene(BRAKE, lines, HOOK, pull=30e3)
-    gradient = jax.jit(jax.grad(lambda scene: sb.simulate(scene).stopping_time))(scene)
-    # J dω/dT: a greater weight at the throw shifts the stop as the closed form of the planned stop does
-    step = 1e-4
-    ends = [
-        float(sb.simulate(sb.with_values(scene, {"brake.pulley.inertia": 1200.0 * (1 + d)})).stopping_time)
-        for d in (-step, step)
-    ]
-    assert float(gradient.brake.pulley.inertia) == pytest.approx((ends[1] - ends[0]) / (2 * step * 1200.0), rel=1e-6)
-    assert travel(0.35, 30e3) > travel(0.35, 40e3)
-
-
 @pytest.mark.parametrize(
     ("lines", "words"),
     [

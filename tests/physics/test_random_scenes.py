@@ -14,10 +14,10 @@ SCENES = (
     ("staged, elastic band", "plain", 0),
     ("chain", "plain", 5),
     ("disc", "hot", 2),
-    ("shoe", "plain", 0),
+    ("shoe", "hot", 0),
     ("shoe", "fill", 2),
-    # linings that lift off the rim and touch again
-    ("staged, rigid band", "plain", 5),
+    # linings that lift off the rim and touch again, where they take no heat
+    ("staged, rigid band", "hot", 1),
     ("staged, elastic band", "plain", 9),
     ("resolved bandage", "plain", 1),
     # linings held at rest of which springs tear one off; six linings with friction that depends on their own speeds

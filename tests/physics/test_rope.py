@@ -1,6 +1,5 @@
-"""Layers of rope on the drum: travel, a stop by energy with jumps of the speed, kinds of brake, the end of the rope."""
+"""Layers of rope on the drum: travel, a stop by energy with jumps of the speed, the end of the rope."""
 
-import dataclasses
 import math
 
 import jax.numpy as jnp
@@ -94,38 +93,6 @@ def test_rope_wound_up_again_and_rope_ending():
     down = math.sqrt(up**2 + 2 * torque[0] * 2 * math.pi * per_layer / inertia[0])
     assert float(result.record.t_end) == pytest.approx(second + (down - up) * inertia[0] / torque[0], rel=1e-9)
     assert float(result.record.y_end.phi) == pytest.approx(6 * math.pi, rel=1e-10)
-
-
-@pytest.mark.slow
-def test_brakes_keep_energy_over_layers():
-    import chain_scenes
-    import staged_scenes as staged
-
-    elastic = sb.simulate(stop(C=4e5, end=6.0))
-    assert elastic.status == "stopped"
-    assert float(elastic.energy["closure"]) < 1e-9
-    rope = sb.HookLoad(6e3, 0.2, 4.0, rope=RopeLayers(0.03, 3.0, 7.2))
-    plain = staged.stop(end=12.0)
-    lowered = dataclasses.replace(plain, duty=sb.Duty(plain.duty.slack_tension, rope))
-    result = sb.simulate(lowered)
-    assert result.status == "stopped"
-    assert sum(event.name == "layer_change" for event in result.events) >= 1
-    assert float(result.energy["closure"]) < 1e-9
-    # while the bandage rides with the pulley both keep one speed, and their kinetic energy
-    free = dataclasses.replace(plain, duty=sb.Duty(sb.Constant(0.0), rope), end_time=0.5)
-    run = sb.simulate(free)
-    change = [event.time for event in run.events if event.name == "layer_change"][:1]
-    before, after = run.series(change, left=True), run.series(change)
-    J_b, J_p = float(np.sum(plain.brake.bandage.inertia)), float(plain.brake.inertia)
-    r = 0.2 + 0.03 * PITCH * np.array([2.0, 1.0])
-    inertia = J_p + J_b + 6e3 * (r / 4.0) ** 2
-    np.testing.assert_allclose(after.omega / before.omega, np.sqrt(inertia[0] / inertia[1]), rtol=1e-12)
-    np.testing.assert_array_equal(after.bandage_speed, after.omega)
-    chain = chain_scenes.chain(end=1.0)
-    hook = sb.HookLoad(2.0, 0.1, 1.0, rope=RopeLayers(0.02, 0.3, 0.7))
-    swung = sb.simulate(dataclasses.replace(chain, duty=sb.Duty(chain.duty.slack_tension, hook)), throw=False)
-    assert any(event.name == "layer_change" for event in swung.events)
-    assert float(swung.energy["closure"]) < 1e-9
 
 
 def test_tripping_with_layers():

@@ -143,29 +143,6 @@ def test_load_above_the_maximum_torque():
 # --- rest on dry friction ---------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
-def test_rest_on_the_bearings_alone():
-    """Stop at `J ω_0/(M_c − M)`, rest, restart where `M + s (t − 5) = M_c`, then `ω = s (t − t_r)²/(2J)`."""
-    M_c, M, slope, end = 5e3, 1e3, 800.0, 14.0
-    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 5.0, 25.0], [M, M, M + 20.0 * slope]))
-    result = sb.simulate(scene(BearingFriction(M_c), load=load, end=end))
-    restart = 5.0 + (M_c - M) / slope
-    assert names(result) == ["stop", "restart"]
-    assert float(result.stopping_time) == pytest.approx(J * W0 / (M_c - M), rel=1e-10)
-    assert result.events[1].time == pytest.approx(restart, rel=1e-10)
-    assert float(result.record.y_end.omega) == pytest.approx(slope * (end - restart) ** 2 / (2 * J), rel=1e-9)
-    seen = result.series([4.5, 7.0])
-    np.testing.assert_array_equal(seen.omega, 0.0)
-    np.testing.assert_allclose(seen.shaft_torque, [M, M + 2.0 * slope], rtol=1e-12)
-    balanced(result)
-
-    def restarted(M_c):
-        return sb.simulate(scene(BearingFriction(M_c), load=load, end=end), max_steps=128).record.y_end.omega
-
-    _, derivative = jax.jvp(restarted, (jnp.asarray(M_c),), (jnp.ones(()),))
-    assert float(derivative) == pytest.approx(-(end - restart) / J, rel=1e-7)
-
-
 def test_a_load_that_turns_round():
     """Dry friction opposes both ways: rest while `|M| ≤ M_c`, then backwards; also where the band stopped it first."""
     M_c = 2e3
@@ -257,17 +234,6 @@ def test_rests_or_starts_at_once():
 
 
 @pytest.mark.slow
-def test_a_staged_brake_with_its_band_open():
-    staged = pytest.importorskip("staged_scenes")
-    plain = staged.stop(lever=sb.Constant(0.0), end=60.0)
-    found = sb.simulate(dataclasses.replace(plain, shaft=(BearingFriction(2e3),)))
-    inertia = float(plain.brake.inertia) + float(np.sum(plain.brake.bandage.inertia))
-    load = float(plain.duty.load.profile.level)
-    assert float(found.stopping_time) == pytest.approx(inertia * float(plain.initial.omega) / (2e3 - load), rel=1e-9)
-    balanced(found)
-
-
-@pytest.mark.slow
 def test_staged_stop_with_dry_shaft_by_scipy():
     """Bandage and pulley as two bodies, both pairs sliding: stage 2 and 3 by hand; dry friction on the pulley alone."""
     import staged_scenes as staged
@@ -326,30 +292,6 @@ def test_heat_enters_its_body_or_is_lost():
     assert result.status == "lowering"
 
 
-@pytest.mark.slow
-def test_speed_holding_lever_gives_the_rest():
-    load, c = 9e3, 200.0
-    held = stop_scene(C=None, lever=sb.SpeedHold(8e3), load=load, w0=12.0, end=2.0)
-    result = sb.simulate(dataclasses.replace(held, shaft=(ViscousDrag(c), BearingFriction(500.0))))
-    seen = result.series([1.0])
-    assert float(seen.omega[0]) == pytest.approx(12.0, rel=1e-12)
-    assert float(seen.brake_torque[0]) == pytest.approx(load - 12.0 * c - 500.0, rel=1e-12)
-
-
-@pytest.mark.slow
-def test_torques_beside_resolved_linings():
-    import chain_scenes
-
-    chain = chain_scenes.chain(end=0.5)
-    result = sb.simulate(dataclasses.replace(chain, shaft=(ViscousDrag(0.2),)))
-    times = np.linspace(0.0, 0.5, 20001)
-    taken = np.trapezoid(0.2 * np.asarray(result.series(times).omega) ** 2, times)  # ∫ c ω² dt
-    assert float(result.energy["shaft_work"]) == pytest.approx(taken, rel=1e-6)
-    assert float(result.energy["closure"]) < 1e-9
-    with pytest.raises(sb.InputError, match=r"shaft\[0\]: dry friction of the shaft is not modelled"):
-        sb.simulate(dataclasses.replace(chain, shaft=(BearingFriction(1.0),)))
-
-
 def test_input_errors_and_a_scene_file(tmp_path):
     bad = scene(EddyCurrentBrake(1e3, 5.0, 1.05, place="nowhere"), HydrodynamicBrake(1.0, -0.1))
     with pytest.raises(sb.InputError) as caught:
@@ -370,24 +312,3 @@ def test_input_errors_and_a_scene_file(tmp_path):
     assert jax.tree.structure(again) == jax.tree.structure(jax.tree.map(np.asarray, scene(*laws)))
     assert float(again.shaft[0].critical_speed) == pytest.approx(2 * math.pi)
     assert type(again.shaft[0].excitation) is sb.PiecewiseLinear
-
-
-@pytest.mark.slow
-def test_ensembles_end_in_the_same_words():
-    torques = [0.5 * LOAD, 3.0 * LOAD]
-    plain = scene(EddyCurrentBrake(1.0, 9.0), BearingFriction(10.0), load=LOAD, w0=3.0, end=15.0)
-    data = sb.ensemble(plain, {"shaft[0].max_torque": torques}, ["terminal_speed", "energy.shaft_work"])
-    assert list(data.status.values) == ["released", "lowering"]
-    rest = sb.ensemble(plain, {"shaft[1].limit": [2.0 * LOAD]}, ["energy.shaft_bearing_friction"])
-    assert list(rest.status.values) == ["stopped"]
-
-
-@pytest.mark.slow
-def test_cross_check_of_rest_on_dry_friction():
-    hook = sb.HookLoad(40e3, 0.4, 8, rope=sb.loads.RopeLayers(0.04, 4.0, 8.4))
-    lever = sb.PiecewiseLinear([0.0, 3.0], [14e3, 0.0])
-    plain = scene(BearingFriction(23e3), ViscousDrag(20.0), load=hook, lever=lever, end=4.0)
-    result = sb.simulate(plain)
-    assert {"layer_change", "stop", "release"} <= set(names(result))
-    report = sb.cross_check(plain, result=result)
-    assert report.ok, str(report)

@@ -1,8 +1,7 @@
-"""The staged brake: both pairs, every stage and event, against closed forms and independent integration."""
+"""The staged brake: both pairs, every stage and event, against closed forms and balances."""
 
 import math
 
-import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
@@ -76,15 +75,6 @@ def test_slopes_of_onset_tension_and_lock():
     slopes = np.log10(np.asarray(excess[:-1]) / np.asarray(excess[1:]))
     assert slopes[1] == pytest.approx(0.5, abs=0.01)
     assert abs(slopes[1] - 0.5) < abs(slopes[0] - 0.5) + 1e-3
-
-
-@pytest.mark.slow
-def test_elastic_band_events_match_scipy():
-    result, truth = sb.simulate(staged.stop(stiffness=3e5), rtol=1e-11), staged.by_hand(3e5)
-    assert names(result) == list(truth)
-    for event in (e for e in result.events if e.name in truth):
-        assert event.time == pytest.approx(truth[event.name], rel=1e-9), event.name
-    assert float(result.energy["closure"]) <= 1e-9
 
 
 # --- stages that cannot occur ---------------------------------------------------------------------------------------
@@ -236,28 +226,6 @@ def test_common_scaling_keeps_the_motion():
         return [float(result.internal_slip_time), float(result.external_lock_time), float(result.stopping_time)]
 
     np.testing.assert_allclose(times(7.0), times(1.0), rtol=1e-12)
-
-
-# --- derivatives ----------------------------------------------------------------------------------------------------
-
-
-@pytest.mark.slow
-def test_gradients_through_every_stage():
-    def answer(p):
-        scene = staged.stop(stiffness=p[0], f_ext=p[1], f_int=p[2], preload=p[3], J_b=p[4], J=p[5], w0=p[6], load=p[7])
-        result = sb.simulate(scene, rtol=1e-12, max_steps=512)
-        heat = result.energy["heat_internal"]
-        return jnp.stack([result.internal_slip_time, result.external_lock_time, result.stopping_time, heat])
-
-    p = jnp.asarray([3e5, staged.F_EXT, staged.F_INT, staged.PRELOAD, staged.J_B, staged.J, 20.0, 300.0])
-    many = jax.jit(jax.vmap(answer))
-    jacobian = np.asarray(jax.jit(jax.jacfwd(answer))(p)) * np.asarray(p)
-    h = 2e-4
-    steps = np.concatenate([np.diag(np.full(8, k * h)) for k in (1, -1, 2, -2)])
-    a, b, c, d = np.split(np.asarray(many(p * (1 + steps))), 4)
-    differences = ((8 * (a - b) - (c - d)) / (12 * h)).T
-    largest = np.abs(differences).max(axis=1, keepdims=True)  # what is 1e-4 of the largest is lost in its rounding
-    assert np.all(np.abs(jacobian - differences) <= 1e-7 * np.abs(differences) + 1e-11 * largest)
 
 
 # --- input ----------------------------------------------------------------------------------------------------------

@@ -6,7 +6,6 @@ import json
 import numpy as np
 import pytest
 import staged_scenes
-from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import simbrake as sb
@@ -81,25 +80,6 @@ def test_run_as_the_estimate_assumes_agrees(run):
     assert alone["pressure, mean, internal pair"].value == pytest.approx(
         table["pressure, mean, internal pair"].value, rel=1e-3
     )
-
-
-@pytest.mark.slow
-def test_power_shares_keep_the_friction_work(run):
-    """The works of the pairs are those of the run without shares, also where none of it is heat."""
-    shared = dataclasses.replace(constant(3e3), power_shares=sb.PowerShares(electrical=0.1, mechanical=0.2))
-    table, plain = sb.estimates(sb.simulate(shared)), sb.estimates(run)
-    for pair in ("external", "internal"):
-        row = table[f"friction work, {pair} pair"]
-        assert row.simulated == pytest.approx(plain[row.name].simulated, rel=1e-9)
-        name = f"surface temperature, falling flux, {pair} pair"
-        assert table[name].value - 293.15 == pytest.approx(0.7 * (plain[name].value - 293.15), rel=1e-9)
-    assert table["work into heat"].simulated == pytest.approx(0.7 * plain["friction work"].simulated, rel=1e-9)
-    alone = dataclasses.replace(shared, power_shares=sb.PowerShares(mechanical=1.0))
-    cold = sb.estimates(sb.simulate(alone))
-    for pair in ("external", "internal"):
-        name = f"friction work, {pair} pair"
-        assert cold[name].simulated == pytest.approx(plain[name].simulated, rel=1e-9)
-        assert cold[f"surface temperature, falling flux, {pair} pair"].value == 293.15
 
 
 @pytest.mark.slow
@@ -182,41 +162,6 @@ def test_temperatures_of_both_pairs_in_a_run():
     for pair, part in (("external", "band"), ("internal", "rim")):
         row = table[f"heat partition coefficient, {part}, effusivities, {pair} pair"]
         assert row.value == pytest.approx(row.simulated, rel=1e-6)
-
-
-@pytest.mark.slow
-def test_staged_stop_with_centrifugal_force():
-    """Stage 2 against SciPy, with linings off the rim at first; and beside a run."""
-    mass, T_0, load, w0, z = 5.0, 3e3, 300.0, 30.0, np.tan(staged_scenes.BETA / 2)
-    scene = constant(T_0, w0=w0, preload=300.0)
-    bandage = dataclasses.replace(scene.brake.bandage, mass=mass, mass_radius=0.61)
-    scene = dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bandage))
-    Pi = ((1 + staged_scenes.F_EXT * z) / (1 - staged_scenes.F_EXT * z)) ** np.arange(N + 1)
-    pressed = T_0 * (Pi[1:] + Pi[:-1]) * np.sin(staged_scenes.BETA / 2) + 300.0
-    assert np.any(pressed < mass * 0.61 * w0**2)
-
-    def rates(t, y):
-        M = R * staged_scenes.F_INT * np.maximum(pressed - mass * 0.61 * y[1] ** 2, 0).sum()
-        return [(load - M) / J, (M - R_B * T_0 * (Pi[-1] - 1)) / J_B, y[0], y[1], M * (y[0] - y[1])]
-
-    lock = lambda t, y: y[1]  # noqa: E731
-    lock.terminal = True
-    truth = solve_ivp(rates, (0, 9), [w0, w0, 0, 0, 0], "DOP853", events=lock, rtol=1e-12, atol=1e-12)
-    stop = sb.formulas.classical_staged_stop(scene)
-    assert stop.times[1] == pytest.approx(truth.t[-1], rel=1e-9)
-    assert stop.external.angle == pytest.approx(truth.y[3, -1], rel=1e-9)
-    M_3 = stop.torques[2]
-    left = truth.y[0, -1]
-    assert stop.times[2] == pytest.approx(J * left / (M_3 - load), rel=1e-9)
-    assert stop.angle == pytest.approx(truth.y[2, -1] + 0.5 * left * stop.times[2], rel=1e-9)
-    assert stop.internal.work == pytest.approx(truth.y[4, -1] + M_3 * 0.5 * left * stop.times[2], rel=1e-9)
-    table = sb.estimates(sb.simulate(scene))
-    for name in ("stage 2", "stage 3", "friction work, internal pair", "slack tension of internal slip"):
-        row = table[name]
-        if name.startswith("slack"):
-            assert row.value < row.simulated == T_0
-        else:
-            assert row.value == pytest.approx(row.simulated, rel=1e-8), name
 
 
 def test_initial_friction_by_speed_of_pair():

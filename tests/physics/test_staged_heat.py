@@ -1,10 +1,7 @@
-"""Heat of a staged brake: what both pairs leave where, fade that undoes a stage, derivatives."""
+"""Heat of a staged brake: what both pairs leave where, fade that undoes a stage."""
 
 import dataclasses
-import math
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 import pytest
 import staged_scenes as staged
@@ -44,70 +41,6 @@ def test_heat_of_both_pairs_is_accounted_for(stiffness):
     assert energy["heat_to_linings"] == pytest.approx(0.4 * external + 0.3 * internal, rel=1e-9)
     cold = sb.simulate(staged.stop(stiffness=stiffness))
     assert float(result.stopping_time) > 1.002 * float(cold.stopping_time)
-
-
-@pytest.mark.slow
-def test_heated_staged_stop_against_scipy():
-    """Rigid band: rates of both speeds and three lumps written by hand, events from DOP853."""
-    from scipy.integrate import solve_ivp
-    from scipy.optimize import brentq
-
-    result = sb.simulate(heated())
-    s_, tan = math.sin(staged.BETA / 2), math.tan(staged.BETA / 2)
-
-    def parts(t, y):
-        left = 1 - 4e-4 * (y[3] - 293.15)
-        z = staged.F_EXT * left * tan
-        mu = np.full(staged.N, (1 + z) / (1 - z))
-        return 200.0 + 4e3 * t, mu, staged.F_INT * left
-
-    def grip(T_0, T_n, mu, f):
-        T = staged.tensions(T_0, T_n, mu)
-        return staged.R * f * float(np.sum((T[1:] + T[:-1]) * s_ + staged.PRELOAD))
-
-    def rates(t, y, stage):  # ω, ω_b, rim, linings, band
-        T_0, mu, f = parts(t, y)
-        Pi = np.prod(mu)
-        T_n = T_0 * Pi
-        if stage == 3:
-            T_n = brentq(lambda T: staged.R_B * (T - T_0) - grip(T_0, T, mu, f), T_0, T_0 * Pi, xtol=1e-10, rtol=1e-14)
-        M_ext, M_int = staged.R_B * (T_n - T_0), grip(T_0, T_n, mu, f)
-        if stage == 1:
-            a = b = (300.0 - M_ext) / (staged.J + staged.J_B)
-        else:
-            a, b = (300.0 - M_int) / staged.J, (M_int - M_ext) / staged.J_B if stage == 2 else 0.0
-        outer = M_ext * y[1]
-        inner = M_int * (y[0] - y[1]) if stage > 1 else 0.0
-        rim, lining, band = y[2:]
-        back = 30.0 * (lining - band)
-        return [
-            a,
-            b,
-            (0.1 * outer + 0.7 * inner - 15.0 * (rim - 293.15)) / 4e4,
-            (0.4 * outer + 0.3 * inner - back) / 6e3,
-            (0.5 * outer + back - 5.0 * (band - 293.15)) / 9e3,
-        ]
-
-    def lets_go(t, y):
-        T_0, mu, f = parts(t, y)
-        M = staged.R_B * T_0 * (np.prod(mu) - 1)
-        return grip(T_0, T_0 * np.prod(mu), mu, f) - M - staged.J_B * (300.0 - M) / (staged.J + staged.J_B)
-
-    t, y, times = 0.0, np.array([20.0, 20.0, 293.15, 293.15, 293.15]), []
-    for stage, event in ((1, lets_go), (2, lambda t, y: y[1]), (3, lambda t, y: y[0])):
-        event.terminal = True
-        run = solve_ivp(
-            lambda t, y, k=stage: rates(t, y, k), (t, 20.0), y, "DOP853", events=event, rtol=1e-11, atol=1e-10
-        )
-        t, y = float(run.t_events[0][0]), run.y_events[0][0]
-        times.append(t)
-    ours = [result.internal_slip_time, result.external_lock_time, result.stopping_time]
-    np.testing.assert_allclose([float(x) for x in ours], times, rtol=1e-8)
-    end = result.series(times[-1:])
-    np.testing.assert_allclose(end.temperature[0], y[2:], rtol=1e-9)
-    left = 1 - 4e-4 * (y[3] - 293.15)
-    np.testing.assert_allclose(end.friction_coefficient[0], staged.F_EXT * left, rtol=1e-9)
-    np.testing.assert_allclose(end.pairs["internal"].friction_coefficient[0], staged.F_INT * left, rtol=1e-9)
 
 
 @pytest.mark.parametrize("temperature_dependent", [False, True])
@@ -185,22 +118,3 @@ def test_fade_undoes_a_stage():
     assert names == ["slip_onset", "full_slip", "internal_slip", "internal_restick"]
     assert result.stages[-1].name == "stage_1"
     assert float(result.energy["closure"]) <= 1e-9
-
-
-@pytest.mark.slow
-def test_gradients_of_a_heated_staged_stop():
-    import diffrax
-
-    def answer(p):
-        scene = heated(fade=p[0], stiffness=p[1], preload=p[2], J_b=p[3])
-        result = sb.simulate(scene, rtol=1e-12, max_steps=256, solver=diffrax.Dopri8())
-        return jnp.stack([result.external_lock_time, result.stopping_time, result.end_temperatures[0]])
-
-    p = jnp.asarray([4e-4, 3e5, staged.PRELOAD, staged.J_B])
-    jacobian = np.asarray(jax.jit(jax.jacfwd(answer))(p)) * np.asarray(p)
-    h = 1e-3
-    steps = np.concatenate([np.diag(np.full(4, k * h)) for k in (1, -1, 2, -2)])
-    a, b, c, d = np.split(np.asarray(jax.jit(jax.vmap(answer))(p * (1 + steps))), 4)
-    differences = ((8 * (a - b) - (c - d)) / (12 * h)).T
-    largest = np.abs(differences).max(axis=1, keepdims=True)
-    assert np.all(np.abs(jacobian - differences) <= 1e-7 * np.abs(differences) + 1e-9 * largest)

@@ -72,19 +72,6 @@ def test_lining_pressure_integrates_to_load():
     np.testing.assert_allclose([first, second], [0.3, 2 * (0.32 - 0.4 + 1 / 12)], rtol=1e-12)
 
 
-@pytest.mark.slow
-def test_edges_of_linings_in_a_run(cold):
-    tension, normal = ws.statics()
-    x = np.log(tension[1:] / tension[:-1])
-    edges = [ws.T0 * normal / ws.AREA * x / np.expm1(x) * np.exp(x * s) for s in (0.0, 1.0)]
-    for name, place, pressure in zip(("slack_edge", "tight_edge"), (0.0, 1.0), edges, strict=True):
-        np.testing.assert_allclose(sb.results.lining_peak(cold, f"{name}_pressure"), pressure, rtol=1e-12)
-        np.testing.assert_allclose(sb.results.lining_mean(cold, f"{name}_pressure"), pressure, rtol=1e-10)
-        np.testing.assert_allclose(sb.results.lining_peak(cold, "edge_pressure_ratio"), np.exp(x), rtol=1e-12)
-        worn = sb.results.lining_wear(cold, ws.K, place=place)
-        np.testing.assert_allclose(worn, ws.K * pressure * ws.distance(), rtol=1e-10)
-
-
 def test_wear_metrics_series_and_words(cold):
     _, normal = ws.statics()
     m = cold.metrics
@@ -116,31 +103,6 @@ def test_run_without_slip_has_no_wear(cold):
     assert "no lining slid" in str(still)
 
 
-@pytest.mark.slow
-def test_derivatives_of_the_worn_thickness(cold):
-    shares = jnp.asarray([0.7, -0.2, 0.4, 1.3])
-
-    def worn(scene):
-        return 1e6 * shares @ sb.simulate(scene, max_steps=64).worn_thickness
-
-    scene = jax.tree.map(jnp.asarray, cold.scene)
-    reverse = {leaf.path: leaf.value for leaf in sb.files.leaves(jax.jit(jax.grad(worn))(scene))}
-    paths = {"duty.slack_tension.level": ws.T0, "initial.omega": ws.W0, "wear.rate.coefficient": ws.K}
-    paths |= {"brake.linings.area": ws.AREA, "brake.linings.friction.coefficient": ws.F}
-    ahead = jax.jit(lambda s, d: jax.jvp(worn, (s,), (d,))[1])
-    still = jax.tree.map(jnp.zeros_like, scene)
-    for path, value in paths.items():
-        forward = float(ahead(scene, sb.with_values(still, {path: jnp.ones(())})))
-        assert forward == pytest.approx(float(reverse[path]), rel=1e-9), path
-
-        def at(x, path=path):
-            return 1e6 * float(shares @ sb.simulate(sb.with_values(cold.scene, {path: x})).worn_thickness)
-
-        h = 1e-3 * value
-        near, far = (at(value + h) - at(value - h)) / (2 * h), (at(value + 2 * h) - at(value - 2 * h)) / (4 * h)
-        assert forward == pytest.approx((4 * near - far) / 3, rel=1e-7), path
-
-
 # --- with heat --------------------------------------------------------------------------------------------------------
 
 
@@ -154,30 +116,6 @@ def test_hot_wear_is_as_exact_as_the_run(solver):
     mean = rise / hottest * math.expm1(hottest / rise)
     worn = ws.K * ws.T0 * ws.statics()[1] / ws.AREA * ws.distance() * mean
     np.testing.assert_allclose(result.worn_thickness, worn, rtol=1e-8)
-
-
-@pytest.mark.slow
-def test_wear_grows_with_lining_temperature():
-    """`dT_i ∝ ds`, so that the exponential law has a closed form; that of Arrhenius is left to SciPy's quadrature."""
-    law = sb.wear.ExponentialWear(ws.K, rise=90.0, reference=320.0)
-    result = sb.simulate(ws.stop(sb.Wear(law), ws.lumps()))
-    T, normal = ws.statics()
-    per_metre = ws.SHARE * ws.T0 * np.diff(T) / ws.CAPACITY  # K/m
-    way, p = ws.distance(), ws.T0 * normal / ws.AREA
-    start = math.exp((293.15 - 320.0) / 90.0)
-    closed = ws.K * start * p * 90.0 / per_metre * np.expm1(per_metre * way / 90.0)
-    np.testing.assert_allclose(np.asarray(result.worn_thickness), closed, rtol=1e-9)
-    assert closed[-1] / (ws.K * p[-1] * way) > 1.5  # the heat matters here
-    hot = sb.wear.ArrheniusWear(ws.K, energy=3e4)
-    expected = [
-        quad(
-            lambda s, i=i: ws.K * p[i] * math.exp(3e4 / 8.31446261815324 * (1 / 293.15 - 1 / (293.15 + c * s))), 0, way
-        )
-        for i, c in enumerate(per_metre)
-    ]
-    np.testing.assert_allclose(
-        np.asarray(sb.results.lining_wear(result, hot)), [value for value, _ in expected], rtol=1e-9
-    )
 
 
 # --- every kind of brake ----------------------------------------------------------------------------------------------
@@ -207,26 +145,6 @@ def test_states_are_integrals_over_the_run(scene):
         np.testing.assert_allclose(np.asarray(result.worn_thickness), np.asarray(worn[0] + worn[1]), rtol=1e-15)
         last = result.series([float(result.record.t_end)])
         np.testing.assert_allclose(np.asarray(last.pairs["internal"].worn_thickness)[0], np.asarray(worn[1]), rtol=1e-9)
-
-
-@pytest.mark.slow
-def test_turned_band_wears_from_other_end():
-    lever = sb.PiecewiseLinear([0.0, 3.0, 3.0, 5.0, 5.0], [ws.T0, ws.T0, 0.0, 0.0, ws.T0])
-    drive = sb.TorqueLoad(sb.PiecewiseLinear([3.0, 3.0, 5.0, 5.0], [0.0, 7000.0, 7000.0, 0.0]))
-
-    def worn(turned_at):
-        scene = ws.stop(sb.Wear(ws.K, turned_at=turned_at), end=9.0)
-        scene = sb.Scene(scene.brake, sb.Duty(lever, drive), scene.initial, 9.0, wear=scene.wear)
-        result = sb.simulate(scene)
-        assert [e.name for e in result.events].count("stop") == 2
-        return np.asarray(result.series([2.9, 9.0]).worn_thickness)
-
-    first, both = worn([20.0, 30.0])  # after the end: never
-    np.testing.assert_allclose(worn([3.5, 30.0])[1], first + (both - first)[::-1], rtol=1e-12)
-    np.testing.assert_allclose(worn([3.5, 4.0])[1], both, rtol=1e-12)
-
-
-# --- a scene without wear ---------------------------------------------------------------------------------------------
 
 
 # --- files and faults -------------------------------------------------------------------------------------------------

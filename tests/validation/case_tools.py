@@ -1,13 +1,10 @@
 """Cases with truths that are independent of simbrake: how they are written down, and what they read from a run.
 
-A case is a `simbrake.checks.Case`: a number that simbrake computes beside its truth. The truths of `truths.csv` are
-made by `oracles/truths.py`, which imports nothing of simbrake.
+A case is a `simbrake.checks.Case`: a number that simbrake computes beside its truth.
 """
 
-import csv
 import functools
-import pathlib
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple, TypeAlias
 
 import diffrax
@@ -58,16 +55,6 @@ def cases_of_run(
 ) -> list[Case]:
     """Cases that read the result of a scene."""
     return cases_of(subject, lambda: simulate(scene, rtol=rtol), tolerance, rows)
-
-
-@functools.cache
-def truths() -> Mapping[str, Sequence[Mapping[str, str]]]:
-    """Rows of `truths.csv` by subject."""
-    found: dict[str, list[Mapping[str, str]]] = {}
-    text = pathlib.Path(__file__).with_name("truths.csv").read_text("utf-8")
-    for row in csv.DictReader(text.splitlines()):
-        found.setdefault(row["subject"], []).append(row)
-    return found
 
 
 def stopping_time(result: Result) -> Any:
@@ -137,27 +124,6 @@ def cases_with_slopes(
         case._replace(value=functools.partial(slope, row[3])) if isinstance(row[3], Slope) else case
         for case, row in zip(made, rows, strict=True)
     ]
-
-
-def frozen_cases(
-    subject: str,
-    scene: Scene,
-    reads: Mapping[str, Reader],
-    slopes: Mapping[str, str | Slope] | None = None,
-    of: Callable[[Result], Any] = stopping_time,
-    program: str | None = None,
-) -> list[Case]:
-    """Cases of a subject of `truths.csv`: rows that are read from the result, and derivatives of `of(result)`."""
-    slopes = {what: at if isinstance(at, Slope) else Slope(at) for what, at in (slopes or {}).items()}
-    known = {**reads, **slopes}
-    rows = [
-        (what, row["source"], float(row["truth"]), known[what], float(row["tolerance"]))
-        for row in truths()[subject]
-        if (what := row["what"]) in known
-    ]
-    if not slopes:
-        return cases_of_run(subject, scene, rows)
-    return cases_with_slopes(subject, scene, rows, of, program=program)
 
 
 def _read(run: Callable[[], Any], what: Reader) -> Any:

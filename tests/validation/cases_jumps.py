@@ -1,4 +1,4 @@
-"""Validation of the heat of a jump: a rim that fades the friction as it heats, walls and worn linings that conduct."""
+"""Validation of the heat of a jump: a rim that fades the friction as it heats."""
 
 import dataclasses
 import math
@@ -6,18 +6,16 @@ from typing import Any
 
 import jax.numpy as jnp
 import numpy as np
-from case_tools import AIR, EXPLICIT, FORM, Case, Reader, Row, Slope, cases_with_slopes, differentiated
+from case_tools import AIR, EXPLICIT, FORM, Case, Row, Slope, cases_with_slopes, differentiated
 from cases_thermal import _F, _J, _N, _R, _W0, _mu
 from scipy.integrate import quad
 from scipy.interpolate import PchipInterpolator
-from scipy.linalg import expm
 from scipy.optimize import brentq
 from stop_scenes import stop_scene
 
-from simbrake import ConstantFriction, Heat, LinearFade, Material, Result, Wear, with_values
+from simbrake import ConstantFriction, Heat, LinearFade, Material, Result
 from simbrake.friction import ProductFriction, TabulatedFade
-from simbrake.thermal import ConstantPartition, EffusivityPartition, FrictionHeat, Lump, Wall
-from simbrake.wear import ConstantWear
+from simbrake.thermal import EffusivityPartition, FrictionHeat, Lump
 
 # rim (J/K), stiffness of the band, lever and static ratio; share of the heat that the rim takes, √(λρc) on either side
 _RIM, _C, _TENSION, _RATIO = 3e3, 2e4, 4e3, 1.2
@@ -113,75 +111,4 @@ def jump_cases() -> list[Case]:
     return cases_with_slopes("heat of a jump", scene, rows, _outcome, 1e-11, solver=EXPLICIT)
 
 
-def wall_cases() -> list[Case]:
-    """Walls of rim and linings, these worn before, take the heat of a jump through their depth, and then conduct.
-
-    `y' = A y + P(t) b` of the layers, by `exp(A t)`: `P` falls in a straight line from the jump on to the stop.
-    """
-    static, share, end, area, whole = 1.25, 0.7, 3.0, 0.05, 0.03
-    worn = np.array([1e-3, 2e-3, 4e-3, 7e-3])
-    steel, friction = (20.0, 7000.0, 500.0), (4.0, 2000.0, 900.0)
-    along = _TENSION * _mu() ** np.arange(_N + 1)
-    torque, chi = _R * (along[-1] - along[0]), math.sqrt(_C * _R**2 / _J)
-
-    def wall(material: tuple[float, float, float], thickness: float, growth: float, count: int) -> tuple[Any, Any]:
-        """`A`, and the capacities of the layers, from the face inwards."""
-        steps = growth ** np.arange(count)
-        steps *= thickness / steps.sum()
-        C, G = material[1] * material[2] * area * steps, material[0] * area / (0.5 * (steps[1:] + steps[:-1]))
-        A = np.diag(-np.append(G, 0.0) - np.append(0.0, G)) + np.diag(G, 1) + np.diag(G, -1)
-        return A / C[:, None], C
-
-    def rises(A: Any, C: Any, of_power: float, of_jump: float, static: complex = static) -> Any:
-        """Rises of the layers at the end, by their shares of the heat of sliding and of the jump."""
-        before = _TENSION * _mu(static * _F) ** _N
-        sine = chi * (before - _TENSION) / (_C * _R * _W0)
-        begin, w = _TENSION / (_C * _R * _W0) + np.arcsin(sine) / chi, _W0 * np.sqrt(1 - sine**2)
-        jump, time, n = (before - along[-1]) / _C * ((before + along[-1]) / 2 - _TENSION), _J * w / torque, len(C)
-        # of the layers, of the power over that at the beginning, of 1
-        M = np.zeros((n + 2, n + 2), complex)
-        M[:n, :n], M[0, n], M[n, n + 1] = A, of_power * torque * w / C[0], -1 / time
-        y = expm(M * time) @ np.append(np.full(n, of_jump * jump / C.sum()), [1.0, 1.0])
-        return expm(A * (end - begin - time)) @ y[:n]
-
-    def lining(i: int, static: complex = static) -> Any:
-        power = _R * (along[i + 1] - along[i]) / torque
-        return rises(*wall(friction, whole - worn[i], 1.3, 2), (1 - share) * power, (1 - share) / _N, static)
-
-    rim, first, last = rises(*wall(steel, 0.02, 1.6, 3), share, share).real, lining(0).real, lining(_N - 1).real
-    source = f"{FORM}exp(A t) from ΔE/C in every layer, ΔE = (T_s − T_k)/C ((T_s + T_k)/2 − T_0)"
-
-    def rise(node: int) -> Reader:
-        return lambda result: result.end_temperatures[node] - AIR
-
-    rows: list[Row] = [
-        *((f"layer {i + 1} of the rim", source, rim[i], rise(i)) for i in range(3)),
-        *((f"layer {i + 1} of lining 1", source, first[i], rise(3 + i)) for i in range(2)),
-        *((f"layer {i + 1} of lining {_N}", source, last[i], rise(1 + 2 * _N + i)) for i in range(2)),
-        (
-            f"∂(layer 2 of lining {_N})/∂(f_s/f)",
-            f"{source}, differentiated",
-            differentiated(lambda x: lining(_N - 1, x)[1], static),
-            Slope(f"{_LAW}.static_ratio"),
-        ),
-    ]
-    heat = Heat(
-        (
-            Wall("rim", Material(*steel), 0.02, area, 3, 1.6, AIR),
-            Wall("linings", Material(*friction), whole, area, 2, 1.3, AIR, _N),
-        ),
-        (),
-        FrictionHeat("rim.front", "linings.front", ConstantPartition(share)),
-        rim="rim.front",
-        linings="linings.front",
-    )
-    scene = stop_scene(n=_N, beta=50.0, C=_C, T0=_TENSION, law=ConstantFriction(_F, static), end=end)
-    wear = Wear(ConstantWear(0.0), worn=worn, thickness=whole, heat=True)
-    scene = with_values(dataclasses.replace(scene, heat=heat, wear=wear), {"brake.linings.area": area})
-    return cases_with_slopes("worn walls", scene, rows, lambda r: r.end_temperatures[2 + 2 * _N], 1e-10)
-
-
-CASES = (
-    jump_cases,
-    wall_cases,
-)
+CASES = (jump_cases,)

@@ -1,10 +1,8 @@
-"""Validation of mechanisms: staged brake, chain, bands, rope, phases, retarders, linings by themselves and floating.
+"""Validation of mechanisms: pressed and locking stages, chains that stick and part, wear laws, tables of the papers."""
 
-The truths are in `truths.csv`, made by `tests/oracles/truths.py`, which imports nothing of simbrake.
-"""
-
-import functools
+import itertools
 import math
+from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -13,15 +11,26 @@ import numpy as np
 from case_tools import (
     FORM,
     Case,
+    Reader,
     Row,
     Slope,
     cases_of,
+    cases_of_run,
     cases_with_slopes,
     differentiated,
-    frozen_cases,
 )
+from printed_tables import FRICTION, LAMBDA, allowed, published_rows, stopped_band
+from scipy.integrate import quad
+from scipy.linalg import expm
 from scipy.optimize import brentq
-from stop_scenes import closed_form, staged_pair, stop_scene, time_of
+from stop_scenes import (
+    closed_form,
+    points,
+    scene_of,
+    staged_pair,
+    stop_scene,
+    time_of,
+)
 
 from simbrake import (
     Band,
@@ -30,59 +39,30 @@ from simbrake import (
     Constant,
     ConstantFriction,
     Duty,
-    Heat,
     Initial,
     Lining,
     PiecewiseLinear,
     Pulley,
-    Result,
     Scene,
     Segments,
-    StribeckFriction,
     TorqueLoad,
+    Wear,
+    lumped_heat,
     with_values,
 )
-from simbrake._physics._assemble import assemble
-from simbrake._physics._mechanism import SLIP
-from simbrake.brakes import BondedLinings
+from simbrake.brakes import LiningsOnPlates, sliding_tensions
 from simbrake.friction import PressureFactor, ProductFriction
-from simbrake.loads import HydrodynamicBrake, ViscousDrag
-from simbrake.results import ring_wear
-from simbrake.thermal import ConstantPartition, Convection, FrictionHeat, Lump, Reservoir, SpeedCoefficient
-
-#: bodies of a staged brake with heat, as the nodes are counted
-_PLACES = ("rim", "linings", "band")
-
-
-def _staged(lever: PiecewiseLinear, load: float, stiffness: float | None, preload: Any, end: float) -> Scene:
-    """Eight linings of 33°, with a grip that depends on the tensions of the band."""
-    linings = Lining(ConstantFriction(0.40), np.full(8, math.radians(33.0)), 0.03)
-    bandage = Bandage(45.0, ConstantFriction(0.22), preload)
-    brake = Brake(Pulley(0.59, 900.0), Band(0.64, stiffness), linings, bandage)
-    return Scene(brake, Duty(lever, TorqueLoad(Constant(load))), Initial(20.0), end)
-
-
-def staged_cases() -> list[Case]:
-    """T_on, the lock and the stop in stage 3 of an elastic staged brake under a rising lever."""
-    scene = _staged(PiecewiseLinear([0.0, 7.5], [200.0, 30200.0]), 300.0, 3e5, 900.0, 4.0)
-
-    def tension(result: Result) -> float:
-        return result.series([float(result.internal_slip_time)]).slack_tension[0]
-
-    return frozen_cases(
-        "staged stop",
-        scene,
-        {
-            "internal slip": "internal_slip_time",
-            "tension at internal slip": tension,
-            "external lock": "external_lock_time",
-            "stopping time": "stopping_time",
-        },
-        {
-            "∂(stopping time)/∂f_i": "brake.bandage.friction.coefficient",
-            "∂(stopping time)/∂N_p": "brake.bandage.preload",
-        },
-    )
+from simbrake.thermal import ROOM, ConstantPartition
+from simbrake.wear import (
+    AbstractWearRate,
+    ArrheniusWear,
+    ConstantWear,
+    ExponentialWear,
+    LinearWear,
+    Temperature,
+    ThresholdWear,
+    turned_scene,
+)
 
 
 def pressed_stage_cases() -> list[Case]:
@@ -140,237 +120,314 @@ def pressed_stage_cases() -> list[Case]:
     return cases_with_slopes("staged, friction under pressure", scene, rows, tolerance=1e-10)
 
 
-def staged_heat_cases() -> list[Case]:
-    """Heat of both pairs of a staged brake into rim, linings and band; linings on a ring that turns are cooled.
+def _lever(*torques: tuple[float, float]) -> tuple[jax.Array, jax.Array]:
+    """Times and torques of the band at four points: all staged scenes here share one program."""
+    profile = points([torque for _, torque in torques], [time for time, _ in torques], 4)
+    return profile.times, profile.values
 
-    The stop is that of the subject "staged pair": torque `c t` of the band, capacity `M_i` of the internal pair.
+
+def lock_up_cases() -> list[Case]:
+    """Two inertias at 100 and 10 rad/s come to one speed through a pair of 50 N·m, free of everything else.
+
+    They are brought to these speeds by braking for 0.1 s from 110 rad/s, which heats the internal pair by 225 J.
     """
-    J_1, J_2, w0, M, c, end, cold = 40.0, 4.0, 20.0, 600.0, 500.0, 3.0, 300.0
-    C, start, area, h_0, v_0 = (50.0, 20.0, 10.0), 400.0, 0.2, 2.0, 3.0
-    share, band, beyond = 0.8, 0.6, 0.4
-    t_0 = M * (J_1 + J_2) / (c * J_1)
-    first = np.polynomial.Polynomial([w0, 0.0, -c / (2 * (J_1 + J_2))])
-    both = np.polynomial.Polynomial([first(t_0), (M - c * t_0) / J_2, -c / (2 * J_2)])
-    lock = t_0 + float(np.max(both.roots()))
-    # ω of the rim less ω of the ring after t_0, until the lock; then that of the rim alone
-    apart = np.polynomial.Polynomial([first(t_0), -M / J_1]) - both
-    after = first(t_0) - M * (lock - t_0) / J_1
-    internal = M * apart.integ()(lock - t_0) + J_1 * after**2 / 2
-    external = (J_1 + J_2) * w0**2 / 2 - internal
-    turned = (first**2).integ()(t_0) + (both**2).integ()(lock - t_0)
-
-    def cooled(area: complex) -> complex:
-        return cold + (start - cold) * np.exp(-h_0 * area * (end + turned / v_0**2) / C[1])
-
-    lumps = tuple(Lump(name, C[i], start if name == "linings" else cold) for i, name in enumerate(_PLACES))
-    air = Convection("linings", area, SpeedCoefficient(h_0, v_0, 2.0))
-    rubs = FrictionHeat("rim", None, ConstantPartition(share), "rim")
-    outer = FrictionHeat("band", None, ConstantPartition(band), "linings", "rim", beyond)
-    heat = Heat((*lumps, Reservoir("air", cold)), (air,), rubs, (), None, *_PLACES, external=outer)
-    scene = staged_pair(M, J_1, J_2, w0, ([0.0, 10.0], [0.0, 10.0 * c]), end)
-    scene = Scene(scene.brake, scene.duty, scene.initial, end, heat)
-    work, lost = f"{FORM}work of the pairs, over C", f"{FORM}e^(−∫ h_0 A (1 + (R_b ω_b/v_0)²) dt/C)"
+    I1, I2, w1, w2, T, begin = 0.5, 2.0, 100.0, 10.0, 50.0, 0.1
+    first = w1 + T / I1 * begin
+    torque = T + I2 * (first - w2) / begin
+    lever = _lever((0.0, torque), (begin, torque), (begin, 0.0))
+    reduced = I1 * I2 / (I1 + I2)
+    before = T * (w1 - w2) * begin / 2
+    time, heat = reduced * (w1 - w2) / T, reduced * (w1 - w2) ** 2 / 2
     rows = [
-        ("rim", work, cold + (share * internal + beyond * external) / C[0], "end_temperatures.0"),
-        ("linings", lost, cooled(area).real, "end_temperatures.1"),
-        ("band", work, cold + band * external / C[2], "end_temperatures.2"),
-        ("∂(linings)/∂A", f"{lost}, differentiated", differentiated(cooled, area), Slope("heat.links.0.area"), 1e-9),
-        ("heat to the rim", work, share * internal + beyond * external, "energy.heat_to_metal"),
-        ("heat to the band", work, band * external, "energy.heat_to_band"),
-        (
-            "heat lost",
-            f"{work}, + C ΔT of the linings",
-            (1 - share) * internal + C[1] * (start - cooled(area).real),
-            "energy.heat_lost",
-        ),
+        ("time", f"{FORM}I1 I2(ω1 − ω2)/(T(I1 + I2))", time, lambda r: time_of("internal_restick")(r) - begin),
+        ("heat", f"{FORM}I1 I2(ω1 − ω2)²/2(I1 + I2)", heat, lambda r: float(r.energy["heat_internal"]) - before),
+        ("common speed", f"{FORM}(I1 ω1 + I2 ω2)/(I1 + I2)", (I1 * w1 + I2 * w2) / (I1 + I2), "record.y_end.omega"),
     ]
-    return cases_with_slopes("heat of a staged brake", scene, rows, lambda result: result.end_temperatures[1])
+    return cases_of_run("lock-up", staged_pair(M_i=T, J_1=I1, J_2=I2, w0=first, lever=lever), rows)
 
 
-def flutter_cases() -> list[Case]:
-    """A lining that slides at a steady speed, its friction falling with the speed: small swings grow or decay.
+# --- printed tables ---------------------------------------------------------------------------------------------------
 
-    With `N = (T + T_0) tan(β/2)`; mass, damping and stiffness act as `m`, `c = (1 − f tan β/2) D` and
-    `k = (1 − f tan β/2) C`, as friction takes its part of the tension's changes.
-    """
-    N, m, c, k, f_s, f_k, v_s, z = 1e4, 8.0, 200.0, 60e3, 0.45, 0.30, 0.5, math.tan(math.radians(20.0))
+_TITLES = {
+    "Z": "Zhuravlov et al., Dynamics of friction couples of a band-shoe brake",
+    "V": "Volchenko et al., Thermal transmission through metal friction elements",
+}
 
-    @jax.jit
-    def jacobian(scene: Scene, stretch: Any) -> Any:
-        system, y, mode = assemble(scene)
-        mode = mode._replace(band=jnp.asarray(SLIP), own=mode.own._replace(linings=jnp.ones(1, jnp.int32)))
 
-        def rates(own: Any) -> Any:
-            moved = y._replace(own=y.own._replace(e=own[:1], v=own[1:]))
-            found = system.rhs(jnp.asarray(0.0), moved, mode).own
-            return jnp.concatenate([found.e, found.v])
+def _row(what: str, table: str, printed: str, read: Reader) -> Row:
+    """A printed number, with the tolerance of `reproduce`."""
+    source = f"{_TITLES[table[0]]}, table {table[1]}"
+    return what, source, float(printed), read, allowed(printed) / abs(float(printed))
 
-        return jax.jacfwd(rates)(jnp.stack([stretch, 0.0]))
 
-    def swing(v: float) -> complex:
-        """Eigenvalue of the swing at the slip speed `v`."""
-        f = f_k + (f_s - f_k) * math.exp(-v / v_s)
-        left, slack = 1 - f * z, (N / z - f * N) / 2
-        band = Band(0.9, k / left, Segments(1e3, c / left, c / left))
-        lining = Lining(StribeckFriction(f_s, f_k, v_s, 1.0), [2 * math.atan(z)], mass=m)
-        brake = Brake(Pulley(0.9, 1e3), band, lining)
-        scene = Scene(brake, Duty(Constant(slack), TorqueLoad()), Initial(v / 0.9), 1.0)
-        found = jacobian(scene, (slack + f * N) * left / k)
-        return max(np.linalg.eigvals(np.asarray(found)), key=lambda x: x.imag)
+def table_cases() -> list[Case]:
+    """Rows of Z's tables 5 and 6 as stops: ten linings over 270°, λ = C R/T_0 = 5, at rest as k of them slide."""
+    found = []
+    for table, k, scheme in (("Z5", "8", "variable"), ("Z5", "4", "uniform"), ("Z6", "8", "variable")):
+        printed = next(row for row in published_rows(table) if (row["k"], row["scheme"]) == (k, scheme))
+        band = stopped_band(table, printed)
+        scene = scene_of(1.0, n=10, f=FRICTION[table], R=1.0, J=LAMBDA / band.w_0**2, C=LAMBDA, w0=1.0, end=30.0)
+        stop = 1 / LAMBDA + math.pi / (2 * band.w_0)
+        rows = [
+            _row("T_max", table, printed["T_max"], "metrics.max_tension"),
+            _row("N_max", table, printed["N_max"], "metrics.max_normal_load"),
+            ("stop", f"{FORM}1/λ + π/(2w_0) [Z-15, 16]", stop, "stopping_time"),
+        ]
+        scene = with_values(scene, {"brake.linings.angle": band.angle})
+        found += cases_of_run(f"Z table {table[1]}, k = {k}, {scheme}", scene, rows)
+    return found
 
-    def rate(v: float) -> float:
-        return (N * (f_s - f_k) / v_s * math.exp(-v / v_s) - c) / (2 * m)
 
-    source = f"{FORM}(−N f'(v) − c)/2m"
-    rows = [
-        (f"growth rate at {v} m/s", source, rate(v), functools.partial(lambda found, v: found(v).real, v=v))
-        for v in (0.5, 2.0)
+def _followed(f: Any, beta: Any, T_0: float = 1.0) -> tuple[Any, Any]:
+    """Tensions `T_0…T_n` and loads along sliding linings, one after the other."""
+    T, N = [T_0], []
+    for f_i, b in zip(np.broadcast_to(f, np.shape(beta)), np.asarray(beta), strict=True):
+        c, s = math.cos(b / 2), math.sin(b / 2)
+        # (T − T_before) c = f N, N = (T + T_before) s
+        T.append(T[-1] * (c + f_i * s) / (c - f_i * s))
+        N.append((T[-1] + T[-2]) * s)
+    return np.asarray(T), np.asarray(N)
+
+
+# --- wear -------------------------------------------------------------------------------------------------------------
+
+_N, _BETA, _R, _J, _T0, _W0, _F, _AREA = 4, 50.0, 0.725, 800.0, 8e3, 20.0, 0.35, 0.03
+#: gas constant (J/(mol·K)), CODATA 2018
+_GAS = 8.31446261815324
+
+
+class Separately(AbstractWearRate):
+    """A wear law for each lining."""
+
+    laws: tuple[AbstractWearRate, ...]
+
+    def at(self, T: Temperature) -> jax.Array:
+        if T is None:
+            return jnp.stack([law.at(None) for law in self.laws])
+        each = jnp.broadcast_to(T, (len(self.laws),))
+        return jnp.stack([law.at(each[i]) for i, law in enumerate(self.laws)])
+
+
+def _pressures(T_0: float = _T0) -> Any:
+    return _followed(_F, np.full(_N, math.radians(_BETA)), T_0)[1] / _AREA
+
+
+def wear_law_cases() -> list[Case]:
+    """Four laws of the wear rate over the temperature, one per lining, in a stop that heats an insulated rim."""
+    k, E, above, capacity = 3e-14, 2.5e4, ROOM + 60.0, 800.0
+    M = _R * _T0 * (closed_form(n=_N, beta=_BETA)["Pi"] - 1)
+    way, p = _J * _W0**2 / (2 * M), _pressures()
+    laws: tuple[tuple[str, Callable[..., float], float, str], ...] = (
+        ("Arrhenius", lambda T, E=E: math.exp(E / _GAS * (1 / ROOM - 1 / T)), E, "energy"),
+        ("threshold", lambda T, E=E: math.exp(E / _GAS * max(0.0, 1 / above - 1 / T)), E, "energy"),
+        ("exponential", lambda T, rise=70.0: math.exp((T - ROOM) / rise), 70.0, "rise"),
+        ("linear", lambda T, s=-0.02: max(0.0, 1 + s * (T - ROOM)), -0.02, "slope"),
+    )
+    corner = {"threshold": 60.0 * capacity / M, "linear": 50.0 * capacity / M}
+
+    def worn(i: int, *number: float) -> float:
+        """`k p_i ∫ I(T) R dφ`, `T = T_0 + M φ/C`."""
+        name, law, *_ = laws[i]
+        cuts = [0.0, *([corner[name]] if name in corner and not number else []), way]
+        parts = itertools.pairwise(cuts)
+        values = [
+            quad(lambda x: law(ROOM + M * x / capacity, *number), *ends, epsrel=1e-13, epsabs=0.0, limit=400)
+            for ends in parts
+        ]
+        return k * p[i] * _R * sum(value[0] for value in values)
+
+    def slope(i: int) -> float:
+        """Derivative by the number of a law, by sixth-order differences."""
+        x, h = laws[i][2], 1e-3 * laws[i][2]
+        pairs = ((1, 45), (2, -9), (3, 1))
+        return sum(c * (worn(i, x + m * h) - worn(i, x - m * h)) for m, c in pairs) / (60 * h)
+
+    source = "quadrature: k p_i ∫ I(T) R dφ, T = T_0 + M φ/C"
+    # (no step ends at a corner of a law)
+    tolerance = {"threshold": 1e-9, "linear": 1e-7}
+    rows: list[Row] = [
+        (name, source, worn(i), f"worn_thickness.{i}", tolerance.get(name, 1e-10)) for i, (name, *_) in enumerate(laws)
     ]
     rows += [
         (
-            "frequency at 0.5 m/s",
-            f"{FORM}√(k/m − σ²)",
-            math.sqrt(k / m - rate(0.5) ** 2),
-            lambda found: found(0.5).imag,
-        ),
-        (
-            "speed above which it decays",
-            f"{FORM}v_s ln(N (f_s − f_k)/(c v_s))",
-            v_s * math.log(N * (f_s - f_k) / (c * v_s)),
-            lambda found: brentq(lambda v: found(v).real, 1.0, 2.0, xtol=1e-13),
-        ),
-    ]
-    return cases_of("flutter of a lining", lambda: swing, 1e-10, rows)
-
-
-def elongation_cases() -> list[Case]:
-    """A stop on a soft band whose stiffness follows from arcs, gaps and ends."""
-    geometry = BondedLinings(
-        *(2e9, 13e-4, 0.3, 0.5, math.radians(4.0)), lining_modulus=1e8, lining_area=60e-4, lining_radius=0.71
-    )
-
-    def longest(result: Result) -> Any:
-        return result.series([float(result.full_slip_time)]).elongation[0]
-
-    return frozen_cases(
-        "elongation of the band",
-        stop_scene(n=4, beta=50.0, C=geometry),
-        {"full slip": "full_slip_time", "stopping time": "stopping_time", "elongation at full slip": longest},
-        {"∂(stopping time)/∂E_1": "brake.band.stiffness.modulus"},
-    )
-
-
-def retarder_cases() -> list[Case]:
-    """A hydrodynamic brake and viscous drag slow a pulley down; the band is open."""
-    k, c, low = 14.0, 60.0, 4.0
-    time = 800.0 / c * math.log(20.0 * (k * low + c) / (low * (k * 20.0 + c)))
-    scene = stop_scene(C=None, T0=0.0, end=time)
-    scene = Scene(
-        scene.brake,
-        scene.duty,
-        scene.initial,
-        time,
-        shaft=(HydrodynamicBrake(k), ViscousDrag(c)),
-    )
-    return frozen_cases(
-        "retarders on the shaft",
-        scene,
-        {"speed": "record.y_end.omega"},
-        {"∂(speed)/∂k": "shaft.0.coefficient"},
-        of=lambda result: result.record.y_end.omega,
-    )
-
-
-# --- linings of a staged brake: their travel and their contact --------------------------------------------------------
-
-#: of linings that may lift off: preload (N), mass (kg), radius of the centre of mass (m)
-_PRELOAD, _MASS, _RADIUS = np.array([9e3, 9e3, 400.0, 9e3, 500.0, 9e3, 9e3, 9e3]), np.full(8, 2.0), 0.61
-
-
-def _floating(tension: float, load: float, preload: Any, mass: Any) -> Scene:
-    """A staged brake on a rigid band under a constant lever, with centrifugal forces on its linings."""
-    scene = _staged(PiecewiseLinear([0.0, 7.5], [tension, tension]), load, None, preload, 3.0)
-    return with_values(
-        scene, {"brake.bandage.mass": mass, "brake.bandage.mass_radius": _RADIUS, "brake.bandage.preload": preload}
-    )
-
-
-def _travel_and_contact(result: Result) -> tuple[Any, Any]:
-    """Angle of the stop, and the time at which lining 3 lifts off: that of the first row in which it is off."""
-    record = result.record
-    lifted = jnp.asarray(record.modes.lifted)[:, 2] != 0
-    return result.stopping_angle, jnp.asarray(record.rows.t)[jnp.argmax(lifted)]
-
-
-def travel_cases() -> list[Case]:
-    """Linings carried round by the rim while they are braked: two thirds of a turn after a whole one."""
-    scene = _floating(2e3, 300.0, np.full(8, 1e5), np.zeros(8))
-
-    def depth(lining: int):
-        return lambda result: ring_wear(result, 11, 2e-14).depth[lining]
-
-    return frozen_cases(
-        "linings that travel",
-        scene,
-        {"lining 1": depth(0), "lining 6": depth(5), "travel": "stopping_angle"},
-        {
-            "∂(travel)/∂T_0": Slope("duty.slack_tension.values", 0),
-            "∂(travel)/∂f": Slope("brake.linings.friction.coefficient", 0),
-        },
-        of=_travel_and_contact,
-        program="floating linings",
-    )
-
-
-def lift_cases() -> list[Case]:
-    """Linings that their centrifugal force lifts off the rim, as the load speeds up the pulley under a light band."""
-    T_0, load, r, R_b, J, f_i = 150.0, 3e3, 0.59, 0.64, 945.0, 0.22
-    mu, s = closed_form(n=8, f=0.40, beta=33.0)["Pi"] ** (1 / 8), math.sin(math.radians(16.5))
-    pressed = T_0 * (mu ** np.arange(1, 9) + mu ** np.arange(8)) * s + _PRELOAD
-    drive = load - R_b * T_0 * (mu**8 - 1)
-
-    def time(i: int, mass: complex = 2.0, preload: complex | None = None) -> complex:
-        force = pressed[i] if preload is None else pressed[i] - _PRELOAD[i] + preload
-        return (np.sqrt(force / (mass * _RADIUS)) - 20.0) * J / drive
-
-    grip = r * f_i * np.maximum(pressed - _MASS * _RADIUS * (20.0 + drive / J * 2.9) ** 2, 0.0).sum()
-    source = f"{FORM}m r_m ω² = (T_i + T_(i−1)) sin β/2 + N_pre, ω = ω_0 + M t/J"
-    preload = float(_PRELOAD[2])
-    rows = [
-        ("lining 3 lifts off", source, time(2).real, time_of("lining_lift_off", 3)),
-        ("lining 5 lifts off", source, time(4).real, time_of("lining_lift_off", 5)),
-        (
-            "capacity after it",
-            f"{FORM}r f_i Σ max((T_i + T_(i−1)) sin β/2 + N_pre − m r_m ω², 0)",
-            grip,
-            lambda result: result.series([2.9]).pairs["internal"].capacity[0],
-        ),
-        (
-            "∂(lining 3 lifts off)/∂m",
+            f"∂({laws[i][0]})/∂{symbol}",
             f"{source}, differentiated",
-            differentiated(lambda x: time(2, x), 2.0),
-            Slope("brake.bandage.mass.2", 1),
+            slope(i),
+            Slope(f"wear.rate.laws.{i}.{laws[i][3]}", i),
+            1e-8,
+        )
+        for i, symbol in ((0, "E"), (2, "ΔT"))
+    ]
+    each = Separately(
+        (
+            ArrheniusWear(k, E),
+            ThresholdWear(k, above, E),
+            ExponentialWear(k, 70.0),
+            LinearWear(k, -0.02),
+        )
+    )
+    heat = lumped_heat(rim=capacity, partition=ConstantPartition(1.0), rim_cooling=0.0)
+    scene = with_values(stop_scene(n=_N, beta=_BETA, C=None), {"brake.linings.area": _AREA})
+    scene = Scene(scene.brake, scene.duty, scene.initial, 8.0, heat, wear=Wear(each))
+    return cases_with_slopes("wear laws", scene, rows, lambda result: result.worn_thickness)
+
+
+def turned_cases() -> list[Case]:
+    """An uneven band that is turned end for end."""
+    f, angle, gap = np.array([0.30, 0.42, 0.35]), np.radians([28.0, 51.0, 36.0]), np.radians([3.0, 9.0])
+    worn = np.array([1e-3, 2e-3, 4e-3])
+    band = Band(0.623, LiningsOnPlates(2.1e11, 13e-4, 0.3, 0.5, gap))
+    brake = Brake(Pulley(0.59, 1200.0), band, Lining(ConstantFriction(f), angle, 0.03))
+    wear = Wear(ConstantWear(k := 3e-14 * np.array([1.0, 2.0, 3.0])), worn=worn)
+    scene = Scene(brake, stop_scene().duty, Initial(20.0), 1.0, wear=wear)
+
+    # Δl/S_C of the band that begins with the lining that was the last
+    S, stretch = 1.0, 0.3
+    for i in (2, 1, 0):
+        stretch += 0.623 * S * math.expm1(f[i] * angle[i]) / f[i]
+        S *= math.exp(f[i] * angle[i])
+        stretch += 0.623 * S * gap[i - 1] if i else 0.5 * S
+    rows: list[Row] = [
+        (
+            "tension 1",
+            "T_i along the band from its other end",
+            float(_followed(f[::-1], angle[::-1], _T0)[0][1]),
+            lambda x: sliding_tensions(
+                jnp.asarray(_T0), x.brake.linings.friction.coefficient, x.brake.linings.angle
+            ).tension[0],
+        ),
+        (
+            "stiffness",
+            f"{FORM}S_H/Δl, arcs, gaps and ends from the other end",
+            S * 2.1e11 * 13e-4 / stretch,
+            lambda x: x.brake.band.stiffness.stiffness(
+                x.brake.linings.friction.coefficient, x.brake.linings.angle, x.brake.band.radius
+            ),
+        ),
+        ("worn before", "of lining 3 at the place of lining 1", worn[2], "wear.worn.0"),
+        ("wear rate", "of lining 3 at the place of lining 1", k[2], "wear.rate.coefficient.0"),
+    ]
+    return cases_of("turned band", lambda: turned_scene(scene), 1e-12, rows)
+
+
+# --- chains -----------------------------------------------------------------------------------------------------------
+
+
+def chain_cases() -> list[Case]:
+    """Three linings of unequal mass that stick: with the pulley they are one mass on the anchor's spring and damper."""
+    J, R_b, m, C, D, T_0, w0, end = 40.0, 0.9, np.array([2.0, 5.0, 9.0]), 2e4, 60.0, 1e3, 1.0, 0.06
+    # as seen at the band circle: q'' + 2 δ q' + ν² q = 0 of the elongation beyond T_0/C
+    mass = J / R_b**2 + m.sum()
+    delta = D / (2 * mass)
+    nu = math.sqrt(C / mass - delta**2)
+
+    def moved(t: float) -> tuple[float, float]:
+        """Elongation beyond `T_0/C`, and its rate."""
+        decay, q = math.exp(-delta * t), R_b * w0 / nu
+        return decay * q * math.sin(nu * t), decay * q * (nu * math.cos(nu * t) - delta * math.sin(nu * t))
+
+    q, rate = moved(end)
+    still = T_0 / C
+    source = f"{FORM}(J/R_b² + Σ m) q'' + D q' + C q = 0"
+    damped = quad(lambda t: D * moved(t)[1] ** 2, 0.0, end, epsrel=1e-13, epsabs=0.0)[0]
+    rows: list[Row] = [
+        ("speed", source, rate / R_b, "record.y_end.omega"),
+        (
+            "kinetic energy",
+            f"{source}: Σ of pulley and linings",
+            mass * (rate**2 - (R_b * w0) ** 2) / 2,
+            "energy.kinetic_change",
+        ),
+        (
+            "elastic energy",
+            f"{source}: C (x² − x_0²)/2",
+            C * ((still + q) ** 2 - still**2) / 2,
+            "energy.elastic_change",
+        ),
+        ("lever work", f"{source}: T_0 (x − x_0)", T_0 * q, "energy.lever_work"),
+        ("heat of the damper", f"{source}: ∫ D q̇² dt", damped, "energy.damper_heat"),
+        ("energy-balance residual", "first law", 0.0, "energy.closure", 1e-11),
+    ]
+    linings = Lining(ConstantFriction(0.6), np.full(3, math.radians(80.0)), mass=m)
+    brake = Brake(Pulley(R_b, J), Band(R_b, C, Segments(np.array([3e6, 5e6]), 0.05, D)), linings)
+    scene = Scene(brake, Duty(Constant(T_0), TorqueLoad()), Initial(w0, still), end)
+    return cases_of_run("energies of a chain", scene, rows, 1e-10)
+
+
+def parting_cases() -> list[Case]:
+    """A lining that a growing torque takes along on its spring, until it breaks away; either way."""
+    return [*_parting(1), *_parting(-1)]
+
+
+def _parting(sense: int) -> list[Case]:
+    J, R_b, m, C, D, T_0, f, growth, end = 40.0, 0.9, 5.0, 2e4, 60.0, 1e3, 0.3, sense * 2e3, 0.5
+    z = math.tan(math.radians(30.0))
+    # of t, elongation beyond T_0/C, its rate, speed of the pulley, 1: sticking; sliding
+    stuck, along = np.zeros((2, 5, 5))
+    stuck[0, 4] = stuck[1, 2] = along[0, 4] = along[1, 2] = 1.0
+    spring = np.array([0.0, C, D, 0.0, 0.0])  # T − T_0
+    stuck[2] = (np.array([growth / R_b, 0.0, 0.0, 0.0, 0.0]) - spring) / (J / R_b**2 + m)
+    stuck[3] = stuck[2] / R_b
+
+    def force(f: Any) -> Any:
+        """Of friction on a lining that slides: `± f (T + T_0) tan(β/2)`."""
+        return sense * f * z * (spring + np.array([0.0, 0.0, 0.0, 0.0, 2 * T_0]))
+
+    def moved(t: Any, taken: Any, f: Any) -> Any:
+        slid = along + 0j * f
+        slid[2], slid[3] = (force(f) - spring) / m, (np.array([growth, 0.0, 0.0, 0.0, 0.0]) - R_b * force(f)) / J
+        return expm(slid * (t - taken)) @ stuck_at(taken)
+
+    def stuck_at(t: Any) -> Any:
+        return expm(stuck * t) @ np.array([0.0, 0.0, 0.0, 0.0, 1.0])
+
+    def excess(t: Any, f: Any) -> Any:
+        """Of the force that holds the lining over what friction can."""
+        return sense * (m * stuck[2] + spring - force(f)) @ stuck_at(t)
+
+    taken: Any = brentq(lambda t: excess(t, f), 0.0, end, xtol=1e-16)
+    slope = sense * (m * stuck[2] + spring - force(f)) @ stuck @ stuck_at(taken)
+
+    def last(f: Any) -> Any:
+        return moved(end, taken - excess(taken, f) / slope, f)
+
+    def power(t: float) -> float:
+        y = moved(t, taken, f).real
+        return force(f) @ y * (R_b * y[3] - y[2])
+
+    e, v, w = last(f).real[1:4]
+    at_rest, source = T_0 / C, f"{FORM}matrix exponential of the linear rates, root of |G| = f_s N/cos(β/2)"
+    heat = quad(power, taken, end, epsabs=0.0, epsrel=1e-13)[0]
+    rows: list[Row] = [
+        ("breaks away", source, taken, time_of("restart")),
+        ("speed", source, w, "record.y_end.omega"),
+        ("speed of the lining", source, v, "record.y_end.own.v.0", 1e-9),
+        ("elongation beyond x_0", source, e, lambda r: r.series([end]).elongation[0]),
+        ("friction heat", f"{source}; quadrature of G (R_b ω − v)", heat, "energy.friction_heat"),
+        ("elastic energy", f"{source}: C (x² − x_0²)/2", C * e * (e + 2 * at_rest) / 2, "energy.elastic_change"),
+        ("energy-balance residual", "first law", 0.0, "energy.closure", 1e-11),
+        (
+            "∂(speed)/∂f",
+            f"{source}, differentiated",
+            differentiated(lambda f: last(f)[3], f),
+            Slope("brake.linings.friction.coefficient"),
             1e-9,
         ),
-        (
-            "∂(lining 3 lifts off)/∂N_pre",
-            f"{source}, differentiated",
-            differentiated(lambda x: time(2, preload=x), preload),
-            Slope("brake.bandage.preload.2", 1),
-            1e-9,
-        ),
     ]
-    scene = _floating(T_0, load, _PRELOAD, _MASS)
-    return cases_with_slopes("linings that lift off", scene, rows, _travel_and_contact, program="floating linings")
+    lining = Lining(ConstantFriction(f), np.full(1, math.radians(60.0)), mass=m)
+    brake = Brake(Pulley(R_b, J), Band(R_b, C, Segments(1e3, D, D)), lining)
+    load = TorqueLoad(PiecewiseLinear([0.0, 1.0], [0.0, growth]))
+    scene = Scene(brake, Duty(Constant(T_0), load), Initial(0.0, at_rest), end)
+    subject = f"a lining that breaks away {'ahead' if sense > 0 else 'back'}"
+    return cases_with_slopes(subject, scene, rows, lambda r: r.record.y_end.omega, program="parting lining")
 
 
 CASES = (
-    staged_cases,
+    chain_cases,
+    parting_cases,
     pressed_stage_cases,
-    staged_heat_cases,
-    flutter_cases,
-    retarder_cases,
-    elongation_cases,
-    travel_cases,
-    lift_cases,
+    lock_up_cases,
+    table_cases,
+    wear_law_cases,
+    turned_cases,
 )

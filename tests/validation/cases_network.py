@@ -1,4 +1,4 @@
-"""Validation of thermal networks alone: walls, faces and junctions, a pulley's structure, and formulas of heat."""
+"""Validation of thermal networks alone: walls, faces and junctions at which several flows meet."""
 
 import functools
 import math
@@ -8,7 +8,7 @@ import numpy as np
 from case_tools import AIR, FORM, SIGMA, Case, Row, cases_of
 from scipy.optimize import brentq
 
-from simbrake import Heat, Material, layered_heat, ramp, simulate_heat, steady_state
+from simbrake import Heat, Material, ramp, simulate_heat, steady_state
 from simbrake.thermal import (
     Conductance,
     ConstantPartition,
@@ -21,41 +21,29 @@ from simbrake.thermal import (
     Source,
     ThermalContact,
     Wall,
-    axial_resistance,
-    layer_growth,
-    radiation_governs_above,
-    with_pulley_structure,
 )
 
 # --- networks in the steady state -------------------------------------------------------------------------------------
 
-# air and the two ends of the wall whose conductivity changes (K); its conductivity (W/(m·K)), slope, reference
-_HOT, _COLD, _LAYERS = 500.0, 300.0, 81
-_CONDUCTS, _BENDS, _MET = 40.0, 2e-3, 300.0
+_HOT, _COLD = 500.0, 300.0  # K
 # wall and screen: flux into the wall (W), thickness (m) and conductivity of each, emissivity towards air and screen, h
 _FLUX, _THICK, _GLOW, _BEHIND, _H = 6e3, ((0.02, 30.0), (0.01, 5.0)), 0.8, 0.4, 12.0
 # junctions: conductances (W/K) of hot reservoir and first, first and second, second and cold; radiating areas
 _G = 8.0, 3.0, 2.0
 # friction heat of three linings (W) at an interface: conductances to rim and lining, and of these to the air
 _POWERS, _INTO, _AWAY = (40.0, 90.0, 170.0), (12.0, 4.0), (2.0, 1.0)
-# structure of a pulley: inner and outer radius, width (m) of flange, two rim lips, disc (V, table 1), of two pulleys
-_PARTS = (0.420, 0.565, 0.035), (0.565, 0.615, 0.025), (0.575, 0.615, 0.025), (0.575, 0.590, 0.025)
-_HUB, _STEEL = 900.0, (48.0, 7850.0, 480.0)
 
 
 def _network() -> Heat:
-    """One network of five that do not touch: of each some temperatures are compared."""
+    """One network of three that do not touch: of each some temperatures are compared."""
     plain = [Material(k, 7800.0, 480.0) for _, k in _THICK]
-    bent = Material(_CONDUCTS, 7800.0, 480.0, _BENDS, reference=_MET)
     bodies = (
         *(Reservoir("air", AIR), Reservoir("hot", _HOT), Reservoir("cold", _COLD)),
-        *(Lump("rim", 1e3), Lump("lining", 100.0, count=3), Lump("ring", 1e3), Lump("hub", 1e3)),
-        Wall("bent", bent, 0.03, 1.0, _LAYERS),
+        *(Lump("rim", 1e3), Lump("lining", 100.0, count=3)),
         *(Wall(name, m, d, 1.0, 4) for name, m, (d, _) in zip(("wall", "screen"), plain, _THICK, strict=True)),
         *(Junction("first"), Junction("second"), Junction("interface")),
     )
     links = (
-        *(ThermalContact("bent.front", "hot", 1.0), ThermalContact("bent.back", "cold", 1.0)),
         # one end or the other of a link is the face
         *(Radiation("wall.front", 1.0, 0.3), Radiation("air", 1.0, _GLOW - 0.3, "wall.front")),
         Convection("wall.front", 1.0, _H),
@@ -64,23 +52,14 @@ def _network() -> Heat:
         *(Radiation("first", 0.5, 0.9), Conductance("second", "cold", _G[2]), Radiation("second", 0.2, 0.6)),
         *(Conductance("interface", "rim", _INTO[0]), Conductance("interface", "lining", _INTO[1])),
         *(Conductance("rim", "air", _AWAY[0]), Conductance("lining", "air", _AWAY[1])),
-        Conductance("ring", "air", 1 / axial_resistance(0.1, 48.0, 0.55, 0.59)),
     )
     pair = FrictionHeat("interface", "interface", ConstantPartition(0.5), "rim")
-    sources = Source("wall.front", _FLUX), Source("ring", 1e3), Source("hub", _HUB), Source("lining", 60.0)
-    heat = Heat(bodies, links, pair, sources)
-    return with_pulley_structure(heat, Material(*_STEEL), rim_place="hub", pulleys=2)
+    return Heat(bodies, links, pair, (Source("wall.front", _FLUX), Source("lining", 60.0)))
 
 
 def steady_network_cases() -> list[Case]:
-    """Steady temperatures of walls, faces and junctions at which several flows meet, and of a pulley's structure."""
+    """Steady temperatures of walls, faces and junctions at which several flows meet."""
     run = functools.cache(lambda: steady_state(_network(), power=np.asarray(_POWERS)))
-
-    # Kirchhoff's transform is linear in the depth
-    def transform(T: float) -> float:
-        return (T - _MET) + _BENDS * (T - _MET) ** 2 / 2
-
-    middle = _MET + (math.sqrt(1 + _BENDS * (transform(_HOT) + transform(_COLD))) - 1) / _BENDS
 
     def faces(Q: float) -> tuple[float, float, float]:
         """Temperatures of the wall's two faces and of the screen's front for a heat flow through them."""
@@ -113,23 +92,8 @@ def steady_network_cases() -> list[Case]:
     interface = arriving / (ways[0] + 3 * ways[1])
     lining = (_INTO[1] * interface + 20.0) / (_INTO[1] + _AWAY[1])
 
-    def towards_air(inner: float, outer: float, width: float) -> tuple[float, float]:
-        """Resistance (K/W) from the hub to a part, and from the part to the air."""
-        area = math.pi * (outer**2 - inner**2)
-        return math.log(outer / inner) / (2 * math.pi * _STEEL[0] * width) / 2, 1 / (10.0 * 2 * area * 2)
-
-    hub = _HUB / sum(1 / sum(towards_air(*part)) for part in _PARTS)
-    flange = hub * towards_air(*_PARTS[0])[1] / sum(towards_air(*_PARTS[0]))
-    ring = 1e3 * 0.1 / (48.0 * math.pi * (0.59**2 - 0.55**2))
-    mass = sum(2 * math.pi * (outer**2 - inner**2) * width for inner, outer, width in _PARTS) * _STEEL[1]
-
-    def structure() -> float:
-        named = {body.name: body for body in _network().bodies if isinstance(body, Lump)}
-        return float(sum(named[name].capacity for name in ("flange", "rebord_1", "rebord_2", "disc")))
-
     glow = "root: ε σ (T⁴ − T_a⁴) + h (T − T_a) = P − Q, Q = λ ΔT/δ = ε σ (T_b⁴ − T_s⁴) = λ_s ΔT_s/δ_s"
     of_rim = f"{FORM}Σ P/Σ 1/R over rim and linings"
-    of_hub = f"{FORM}P = Σ ΔT/(R_k + 1/h A_k), R_k = ln(R/r)/(2π λ L)"
     faced: list[Row] = [
         ("wall at its front", glow, face - Q * half[0], "wall[1]"),
         ("wall at its back", glow, back + Q * half[0], "wall[4]"),
@@ -143,19 +107,10 @@ def steady_network_cases() -> list[Case]:
         ("rim", of_rim, _INTO[0] * interface / (_INTO[0] + _AWAY[0]), lambda T: T["rim"] - AIR),
         ("lining", of_rim, lining, lambda T: T["lining[2]"] - AIR),
     ]
-    parts: list[Row] = [
-        ("hub", of_hub, hub, lambda T: T["hub"] - AIR),
-        ("flange", of_hub, flange, lambda T: T["flange"] - AIR),
-        ("ring along its axis", f"{FORM}P L/(λ π (R² − r²))", ring, lambda T: T["ring"] - AIR),
-        ("capacity", f"{FORM}Σ n ρ c π (R² − r²) L", mass * _STEEL[2], lambda T: structure()),
-    ]
-    of_wall = f"{FORM}Kirchhoff: θ + b θ²/2 is linear in the depth"
     return [
-        *cases_of("conductivity by temperature", run, 1e-5, [("middle", of_wall, middle, "bent[41]")]),
         *cases_of("faces that radiate", run, 1e-10, faced),
         *cases_of("radiating junctions", run, 1e-11, joined),
         *cases_of("heat into an interface", run, 1e-11, entered),
-        *cases_of("structure of a pulley", run, 1e-11, parts),
     ]
 
 
@@ -204,52 +159,7 @@ def transient_cases() -> list[Case]:
     ]
 
 
-def formula_cases() -> list[Case]:
-    """Temperature above which radiation carries more than convection, growing layers, also as built, and effusivity."""
-    h, glow = 10.0, 0.8
-    cubic = np.roots([1.0, AIR, AIR**2, AIR**3 - h / (glow * SIGMA)])
-    governs = float(cubic[np.abs(cubic.imag) < 1e-6].real.max())
-    first, thickness = 1e-3, 0.02
-    ratio, half = ((math.sqrt(4 * d / first - 3) - 1) / 2 for d in (thickness, thickness / 2))
-    steel = Material(*_STEEL)
-    rim: dict[str, Any] = {"rim": steel, "rim_thickness": 0.025, "track_area": 1.6, "partition": 0.9}
-    layers: dict[str, Any] = {"lining_layers": 6, "lining_first": first, "lining_both": True}
-    built = layered_heat(**rim, lining=steel, lining_thickness=thickness, lining_area=1.0, **layers)
-    (lining,) = (wall for wall in built.walls if wall.name == "lining")
-    return [
-        *cases_of(
-            "radiation over convection",
-            lambda: radiation_governs_above(h, glow),
-            1e-11,
-            [("temperature", f"{FORM}root of T³ + T_a T² + T_a² T + T_a³ = h/ε σ", governs, lambda T: T)],
-        ),
-        *cases_of(
-            "growing layers",
-            lambda: layer_growth(first, thickness, 3),
-            1e-13,
-            [("ratio of three", f"{FORM}1 + r + r² = d/d_1", ratio, lambda r: r)],
-        ),
-        *cases_of(
-            "growing layers",
-            lambda: lining.steps,
-            1e-12,
-            [
-                ("first layer of a lining", f"{FORM}d_1, as wanted", first, "0"),
-                ("last layer of a lining", f"{FORM}d_1, thin at both faces", first, "5"),
-                ("middle layer of a lining", f"{FORM}d/2 − d_1 (1 + r)", thickness / 2 - first * (1 + half), "2"),
-            ],
-        ),
-        *cases_of(
-            "effusivity",
-            lambda: Material(48.0, 7800.0, 480.0),
-            1e-14,
-            [("of steel", f"{FORM}√(λ ρ c)", math.sqrt(48.0 * 7800.0 * 480.0), "effusivity")],
-        ),
-    ]
-
-
 CASES = (
     steady_network_cases,
     transient_cases,
-    formula_cases,
 )
