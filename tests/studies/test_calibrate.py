@@ -287,6 +287,9 @@ def test_all_errors_of_a_fit_come_at_once():
     text = str(caught.value)
     for words in (F, "brake.pulley.mass", "-5 kg*m^2", "start 8000", OMEGA, "'square'", "end_time", "confidence"):
         assert words in text
+    same = {"brake.linings.angle[3]": (0.1, 0.5), "brake.linings.angle[-17]": (0.1, 0.5)}
+    with pytest.raises(sb.InputError, match="is free twice"):
+        sb.calibrate(rigid(), same, speeds(line()))
     data = speeds(line(), None) + sb.studies.Measured.of(events={"stopping_time": 1.0})
     with pytest.raises(sb.InputError, match="2 input errors"):
         sb.calibrate(rigid(), LINE, data)
@@ -305,6 +308,3 @@ def test_traced_entries_of_arrays_can_be_set():
     value, slope = jax.jit(jax.value_and_grad(total))(0.2)
     assert float(slope) == 21.0
     assert float(value) == pytest.approx(19 * np.radians(13.5) + 21 * 0.2)
-
-
-# --- words ------------------------------------------------------------------------------------------------------------
