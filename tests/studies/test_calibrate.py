@@ -287,9 +287,6 @@ def test_all_errors_of_a_fit_come_at_once():
     text = str(caught.value)
     for words in (F, "brake.pulley.mass", "-5 kg*m^2", "start 8000", OMEGA, "'square'", "end_time", "confidence"):
         assert words in text
-    same = {"brake.linings.angle[3]": (0.1, 0.5), "brake.linings.angle[-17]": (0.1, 0.5)}
-    with pytest.raises(sb.InputError, match="is free twice"):
-        sb.calibrate(rigid(), same, speeds(line()))
     data = speeds(line(), None) + sb.studies.Measured.of(events={"stopping_time": 1.0})
     with pytest.raises(sb.InputError, match="2 input errors"):
         sb.calibrate(rigid(), LINE, data)

@@ -332,3 +332,6 @@ def test_all_search_errors_in_one_report():
         "brake.pulley.inertia",
         "peak_rim_temperature",
     }
+    twice = {"brake.linings.angle": (0.1, 0.5), "brake.linings.angle[3]": (0.1, 0.5)}
+    with pytest.raises(sb.InputError, match=r"angle\[3\]: is free twice"):
+        sb.least_tension(stop_scene(C=None), 2.0, twice)
