@@ -1,16 +1,18 @@
 """Friction that is changed while a brake runs: oil, lost linings; closed forms, SciPy, files, input."""
 
+import dataclasses
 import math
 import pathlib
 import re
 
+import bandage_scenes
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 import staged_scenes as staged
 from disc_scenes import FRICTION, R_I, R_O, W0, F, J, N, disc_heat, disc_scene
-from helpers import jacobians
+from helpers import TSIT5, jacobians
 from scipy.integrate import quad, solve_ivp
 from shoe_scenes import normals, shoe_scene
 
@@ -159,6 +161,25 @@ def test_an_oiled_shoe():
     locked = sb.simulate(shoe_scene(friction=wet), throw=False)
     assert locked.status == "singular_geometry"
     assert float(locked.record.t_end) == 0.3
+
+
+@pytest.mark.slow
+def test_a_lining_on_springs_locks():
+    """Where `R f sin(β/2)/R_b` of a lining on the rim comes to 1, whether its friction rises to that or jumps past."""
+    base = bandage_scenes.scene(n=2, lever=((0.0, 9.0), (2e3, 2e3)), end=0.9)
+    f, s = 0.2, math.sin(float(base.brake.linings.angle[0]) / 2)
+    limit = bandage_scenes.R_B / (bandage_scenes.R * f * s)
+    for times, end, locks in (
+        ([0.3, 0.8], 2 * limit - 1, 0.55),
+        ([0.6, 0.6], 1.01 * limit, 0.6),
+        ([0.6, 0.6], 0.99 * limit, None),
+    ):
+        law = changed(sb.ConstantFriction(f), sb.PiecewiseLinear(times, [1.0, end]), [2])
+        bandage = dataclasses.replace(base.brake.bandage, friction=law)
+        given = dataclasses.replace(base, brake=dataclasses.replace(base.brake, bandage=bandage))
+        result = sb.simulate(given, solver=TSIT5, throw=False)
+        assert (result.status == "singular_geometry") == (locks is not None)
+        assert float(result.record.t_end) == pytest.approx(locks or 0.9, rel=1e-9)
 
 
 # --- what goes with it ------------------------------------------------------------------------------------------------
