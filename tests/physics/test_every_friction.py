@@ -1,5 +1,11 @@
-"""Every friction law, factor, memory and change over time on every kind of brake and pair: all act as a change of μ."""
+"""Every friction law, factor, memory and change over time on every kind of brake and pair: all act as a change of μ.
 
+All combinations are checked, and refused where they cannot be. Those of `RUNS` run: every row and every kind of brake
+at least twice, each mechanism with memory and changes in all of its pairs, and kinds of one mechanism in turn.
+"""
+
+import collections
+import contextlib
 import dataclasses
 import functools
 from typing import NamedTuple
@@ -85,12 +91,31 @@ KINDS = {
 }
 
 
-def slow_but(*fast):
-    """All kinds of brakes; those that take long to compile are slow tests."""
-    return [pytest.param(kind, marks=[] if kind in fast else [pytest.mark.slow]) for kind in KINDS]
+#: what is tried, and the kinds of brake on which it runs
+RUNS = {
+    "memory and changes": (
+        *("rigid band", "elastic band", "staged, rigid band", "chain", "bandage on springs"),
+        *("several bands by stiffness", "disc brake", "double-shoe brake"),
+    ),
+    "temperature": ("band by its geometry", "staged, elastic band", "bandage on springs", "several bands by shares"),
+    "pressure": ("parallel bands", "staged, rigid band", "several bands, one"),
+    "torques": ("band by its geometry", "staged, elastic band", "chain", "double-shoe brake"),
+    "speed hold": ("rigid band", "several bands, one", "disc brake"),
+    "running in": ("elastic band", "staged, rigid band", "several bands by shares", "double-shoe brake"),
+    "flash": ("rigid band", "parallel bands", "several bands by stiffness"),
+    "custom law": ("rigid band", "several bands by stiffness"),
+    "oil later": ("several bands by shares", "disc brake"),
+}
+assert min(collections.Counter(kind for kinds in RUNS.values() for kind in kinds)[kind] for kind in KINDS) > 1
+#: quick to compile
+DAILY = {"memory and changes": ("rigid band", "disc brake")}
 
 
-EVERY = pytest.mark.parametrize("kind", slow_but("rigid band", "disc brake"))
+def runs_of(row):
+    """The kinds of brake on which a row runs; those that take long to compile are slow tests."""
+    fast = DAILY.get(row, ())
+    kinds = [pytest.param(kind, marks=[] if kind in fast else [pytest.mark.slow]) for kind in RUNS[row]]
+    return pytest.mark.parametrize("kind", kinds)
 
 
 class OnFace(NamedTuple):
@@ -143,6 +168,11 @@ def still_heat(brake):
     )
 
 
+def warm(kind, make):
+    start = scene(kind, make)
+    return dataclasses.replace(start, heat=still_heat(start.brake))
+
+
 def course(result):
     """Numbers of a run that friction moves: stopping time, work, speed and angle after the load has torn it loose."""
     end = result.record.y_end
@@ -151,7 +181,7 @@ def course(result):
     return found
 
 
-@EVERY
+@runs_of("memory and changes")
 def test_memory_and_changes_act_on_friction(kind):
     """From the start on, of all linings of a pair, of the first and of the last one; and while friction falls."""
     start = scene(kind, wrapped)
@@ -196,12 +226,10 @@ def graded(n, f=F, pressed=False):
     return ProductFriction(plain(n, f), (*fade, *([Even()] if pressed else [])))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", slow_but("several bands by shares", "disc brake"))
+@runs_of("temperature")
 def test_factors_act_as_another_coefficient(kind):
     """On linings whose temperature stays."""
-    start = scene(kind, graded)
-    start = dataclasses.replace(start, heat=still_heat(start.brake))
+    start = warm(kind, graded)
 
     def run(values):
         return course(sb.simulate(sb.with_values(start, values), rtol=1e-11, max_steps=1024))
@@ -217,15 +245,12 @@ def test_factors_act_as_another_coefficient(kind):
             np.testing.assert_allclose(run(way), truth, rtol=1e-8, err_msg=str(way))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", slow_but("disc brake"))
-def test_pressure_factor_acts_or_is_refused(kind):
-    start = scene(kind, functools.partial(graded, pressed=True))
-    start = dataclasses.replace(start, heat=still_heat(start.brake))
-    if kind in ("bandage on springs", "double-shoe brake"):
-        with pytest.raises(sb.InputError, match="cannot depend on the pressure"):
-            sb.check(start)
-        return
+PRESSED = functools.partial(graded, pressed=True)
+
+
+@runs_of("pressure")
+def test_pressure_factor_acts(kind):
+    start = warm(kind, PRESSED)
     for one in laws_of(start.brake):
         low, curve = np.full(one.n, one.f * LESS), f"{one.path}.base"
         truth, other = (
@@ -238,8 +263,7 @@ def test_pressure_factor_acts_or_is_refused(kind):
         np.testing.assert_allclose(other, truth, rtol=1e-9)
 
 
-@pytest.mark.slow
-@EVERY
+@runs_of("torques")
 def test_torques_phases_and_shares_act(kind):
     """A drag on the shaft is one in the load, a phase its lever; heat is what the shares leave of the friction work."""
     start = scene(kind, plain)
@@ -257,17 +281,15 @@ def test_torques_phases_and_shares_act(kind):
     assert into == pytest.approx(0.7 * float(one.series([7.0]).friction_work[0]), rel=1e-8)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", KINDS)
-def test_lever_holds_the_speed_or_is_refused(kind):
+def holding(kind):
     start = scene(kind, plain)
     duty = dataclasses.replace(start.duty, **{start.duty.lever_field: sb.SpeedHold(1e6)}, load=sb.TorqueLoad(500.0))
-    held = dataclasses.replace(start, duty=duty, end_time=2.0)
-    if start.brake.in_series or (isinstance(start.brake, sb.Brake) and start.brake.band.stiffness is not None):
-        with pytest.raises(sb.InputError, match=r"hold.* the speed"):
-            sb.check(held)
-    else:
-        assert float(sb.simulate(held, rtol=1e-11).record.y_end.omega) == pytest.approx(20.0, rel=1e-9)
+    return dataclasses.replace(start, duty=duty, end_time=2.0)
+
+
+@runs_of("speed hold")
+def test_lever_holds_the_speed(kind):
+    assert float(sb.simulate(holding(kind), rtol=1e-11).record.y_end.omega) == pytest.approx(20.0, rel=1e-9)
 
 
 RUN_IN, WEAR = 1.2, 1e-14
@@ -278,19 +300,18 @@ def running_in(n, f=F):
     return FrictionWithMemory(f, (MemoryProcess(RUN_IN, work=2e6),), np.linspace(0.6, 0.8, n))
 
 
-@pytest.mark.slow
-@EVERY
+def wearing(kind):
+    inner = sb.wear.ConstantWear(WEAR) if KINDS[kind](running_in).in_series else None
+    return scene(kind, running_in, wear=sb.Wear(WEAR, internal=inner))
+
+
+@runs_of("running in")
 def test_running_in_and_wear_share_pressure(kind):
     """`ċ = (c_1 − c) f c p v/w_0` and `ḣ = k p v` of one face: `ln[c/(c_1 − c)]` rises by `c_1 f h/(k w_0)`.
 
     Of wide linings, where `p v` at the face is 0.77 to 0.92 of the friction heat of the band over `f A`.
     """
-    inner = sb.wear.ConstantWear(WEAR) if KINDS[kind](running_in).in_series else None
-    start = scene(kind, running_in, wear=sb.Wear(WEAR, internal=inner))
-    if kind == "bandage on springs":
-        with pytest.raises(sb.InputError, match="cannot depend on the pressure"):
-            sb.check(start)
-        return
+    start = wearing(kind)
     end = sb.simulate(start, rtol=1e-11, max_steps=1024).record.y_end
     for one in laws_of(start.brake):
         c = np.asarray(jax.tree.leaves(end.memory[one.pair])[0])[one.here]
@@ -301,26 +322,50 @@ def test_running_in_and_wear_share_pressure(kind):
         np.testing.assert_allclose(rise, truth, rtol=1e-7, atol=1e-12, err_msg=one.path)
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    "kind", slow_but("rigid band", "chain", "bandage on springs", "disc brake", "double-shoe brake")
-)
-def test_flash_keeps_the_work_or_is_refused(kind):
-    """`f = f_0 (1 − s ΔT)`, `ΔT = (2 f p v/λ) √(a l/(π v))`, with load, speed and coefficient of the results."""
-    start = scene(kind, lambda n, f=F: ProductFriction(f, (LinearFade(5e-3, HOT),)))
+def flashing(kind):
+    start = warm(kind, lambda n, f=F: ProductFriction(f, (LinearFade(5e-3, HOT),)))
     flash = sb.thermal.FlashTemperature(1e-3, conductivity=1.0, diffusivity=1e-6)
-    start = dataclasses.replace(start, heat=dataclasses.replace(still_heat(start.brake), flash=flash))
-    if (
-        isinstance(start.brake, sb.Brake) and (start.brake.in_series or start.brake.resolved)
-    ) or not start.brake.banded:
-        with pytest.raises(sb.InputError, match=r"heat\.flash: is not"):
-            sb.check(start)
-        return
+    return dataclasses.replace(start, heat=dataclasses.replace(start.heat, flash=flash))
+
+
+@runs_of("flash")
+def test_flash_keeps_the_work(kind):
+    """`f = f_0 (1 − s ΔT)`, `ΔT = (2 f p v/λ) √(a l/(π v))`, with load, speed and coefficient of the results."""
+    start = flashing(kind)
     seen = sb.simulate(start, rtol=1e-10, max_steps=1024).series([0.5])
     f, v = seen.friction_coefficient[0], float(seen.omega[0]) * R_B
     rise = 2 * f * (seen.normal_load[0] / AREA) * v * np.sqrt(1e-6 * 1e-3 / (np.pi * v))
     np.testing.assert_allclose(f, F * (1 - 5e-3 * rise), rtol=1e-8)
     assert np.min(rise) > 1.0
+
+
+UNDER_A_BANDAGE = {"staged, rigid band", "staged, elastic band", "bandage on springs"}
+#: what is tried, the kinds of brake that refuse it, and in which words
+REFUSED = {
+    "memory and changes": (lambda kind: scene(kind, wrapped), set(), ""),
+    "temperature": (lambda kind: warm(kind, graded), set(), ""),
+    "pressure": (
+        lambda kind: warm(kind, PRESSED),
+        {"bandage on springs", "double-shoe brake"},
+        "cannot depend on the pressure",
+    ),
+    "speed hold": (
+        holding,
+        UNDER_A_BANDAGE | {"elastic band", "band by its geometry", "parallel bands", "chain"},
+        r"hold.* the speed",
+    ),
+    "running in": (wearing, {"bandage on springs"}, "cannot depend on the pressure"),
+    "flash": (flashing, UNDER_A_BANDAGE | {"chain", "disc brake", "double-shoe brake"}, r"heat\.flash: is not"),
+}
+
+
+@pytest.mark.parametrize("row", REFUSED)
+def test_each_kind_takes_it_or_refuses(row):
+    made, refuse, words = REFUSED[row]
+    assert not refuse & set(RUNS[row])
+    for kind in KINDS:
+        with pytest.raises(sb.InputError, match=words) if kind in refuse else contextlib.nullcontext():
+            sb.check(made(kind))
 
 
 class Half(sb.friction.AbstractFriction):
@@ -363,8 +408,7 @@ class Mean(Half):
         return 0.5 * (self.base.kinetic(contact) + self.other.kinetic(contact))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["rigid band", "several bands by stiffness"])
+@runs_of("custom law")
 def test_custom_law_takes_memory_and_changes(kind):
     start = scene(kind, lambda n, f=F: Half(wrapped(n, 2 * f)))
     for one in laws_of(start.brake):
@@ -399,8 +443,7 @@ def test_law_that_loses_states_is_refused(law, words):
             sb.check(scene(kind, law))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["rigid band", "several bands by shares", "disc brake", "double-shoe brake"])
+@runs_of("oil later")
 def test_oil_that_comes_later(kind):
     """A stop whose friction falls at 0.5 s ends as one that begins there with the friction that is left."""
     brake = KINDS[kind](lambda n, f=F: oiled(f, [n]))
@@ -433,9 +476,8 @@ def test_custom_law_ends_with_its_table():
     table = sb.friction.TabulatedFade([HOT - 200.0, HOT - 10.0], [1.0, 0.9])
     for law in (Faded(table), Half(ProductFriction(F, (table,)))):
         for kind in ("rigid band", "several bands by shares", "disc brake"):
-            start = scene(kind, lambda n, f=F, law=law: law)
             with pytest.raises(sb.InputError, match="does not cover the start"):
-                sb.check(dataclasses.replace(start, heat=still_heat(start.brake)))
+                sb.check(warm(kind, lambda n, f=F, law=law: law))
     with pytest.raises(sb.InputError, match="the temperatures must increase"):
         sb.check(scene("rigid band", lambda n: Faded(sb.friction.TabulatedFade([400.0, 300.0], [1.0, 1.0]))))
 
