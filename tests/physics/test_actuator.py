@@ -6,7 +6,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from helpers import jacobians
 from scipy.integrate import solve_ivp
+from scipy.special import lambertw
 
 import simbrake as sb
 from simbrake.loads import Actuator
@@ -47,6 +49,33 @@ def test_lagged_course_solves_its_equation(command):
             np.testing.assert_allclose([float(actuator.value(x, i)) for x in t], truth, rtol=1e-10, atol=1e-6)
             force = truth[-1]
         i, start = i + 1, end
+
+
+def stop_time(x):
+    """Of a step of the command at 0 without a load, by the Lambert W function."""
+    force, lag, dead = x
+    c = J * W0 / (gain(FRICTION) * force) + lag
+    return dead + c + lag * float(lambertw(-math.exp(-c / lag)).real)
+
+
+@pytest.mark.slow
+def test_stop_under_a_lagged_step():
+    """`ω = ω_0 − (K F/J)(t − τ + τ e^{−t/τ})` after the dead time, with its derivatives."""
+
+    def found(x):
+        step = sb.PiecewiseLinear([0.0, 0.0], jnp.stack([jnp.zeros(()), x[0]]))
+        return sb.simulate(scene(Actuator(step, x[1], x[2])), max_steps=128).stopping_time[None]
+
+    x = np.array([FORCE, LAG, DEAD])
+    value, forwards, backwards = jacobians(found)(jnp.asarray(x))
+    np.testing.assert_allclose(value[0], stop_time(x), rtol=1e-9)
+    c = J * W0 / (gain(FRICTION) * FORCE) + LAG
+    s = stop_time(x) - DEAD
+    decayed = math.exp(-s / LAG)  # s + τ e^{−s/τ} = c
+    by_lag = (1 - decayed * (1 + s / LAG)) / (1 - decayed)
+    truth = [-(c - LAG) / FORCE / (1 - decayed), by_lag, 1.0]
+    np.testing.assert_allclose(forwards[0], truth, rtol=1e-7)
+    np.testing.assert_allclose(backwards[0], truth, rtol=1e-7)
 
 
 def released(spring):

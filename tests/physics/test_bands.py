@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
 
 import simbrake as sb
 from simbrake import plot
@@ -208,6 +209,51 @@ def test_laws_see_the_rim_of_their_own_band():
     truth = solve_ivp(rates, (0, 9), [W0, *start], "DOP853", events=stops, rtol=1e-13, atol=1e-12)
     assert float(result.stopping_time) == pytest.approx(truth.t[-1], rel=1e-10)
     np.testing.assert_allclose(result.series([truth.t[-1]]).rim_temperature[0], truth.y[1:, -1], rtol=1e-10)
+
+
+@pytest.mark.slow
+def test_shaft_heat_enters_all_rims_alike():
+    heat = sb.Heat(
+        (sb.thermal.Lump("rims", C_RIM, ROOM, count=2),),
+        (),
+        sb.thermal.FrictionHeat("rims", None, sb.thermal.ConstantPartition(TO_RIM)),
+        rim="rims",
+    )
+    drag = sb.shaft.ViscousDrag(200.0, place="rims")
+    result = sb.simulate(scene(load=0.0, pull=0.0, end=2.0, heat=heat, shaft=(drag,)), rtol=1e-11)
+    lost = J * W0**2 / 2 * (1 - np.exp(-2 * 200.0 * 2.0 / J))
+    np.testing.assert_allclose(result.end_temperatures - ROOM, np.full(2, lost / (2 * C_RIM)), rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_pressure_on_one_band():
+    factor, p_r, m = FRICTION[0], 5e5, 0.3
+    law = sb.friction.ProductFriction(sb.ConstantFriction(factor), (sb.friction.PressureFactor(p_r, m),))
+    result = sb.simulate(scene((lined(0, law=law, share=1.0), lined(1, share=1.0))))
+    slack = T = T0 / 2
+    for f_0, a in zip(factor, ANGLES[0], strict=True):
+
+        def excess(f, T=T, a=a, f_0=f_0):
+            mu = ratios(f, a)
+            return f - f_0 * (1 + T * (1 + mu) * math.sin(a / 2) / AREA[0] / p_r) ** -m
+
+        T *= ratios(brentq(excess, 0.0, f_0, xtol=1e-15), a)
+    torque = R_B * (T - slack + slack * (ratios(FRICTION[1], ANGLES[1]).prod() - 1))
+    assert float(result.stopping_time) == pytest.approx(J * W0 / (torque - LOAD), rel=1e-12)
+
+
+@pytest.mark.slow
+def test_one_band_leaves_its_table():
+    table = sb.friction.TabulatedFade([250.0, 320.0], [1.0, 0.9])
+    scene = hot_scene(end=20.0)
+    law = sb.friction.ProductFriction(sb.ConstantFriction(0.3), (table,))
+    other = dataclasses.replace(scene.brake.bands[1], linings=lined(1, law=law).linings)
+    brake = dataclasses.replace(scene.brake, bands=(scene.brake.bands[0], other))
+    result = sb.simulate(dataclasses.replace(scene, brake=brake, initial=sb.Initial(60.0)), throw=False)
+    assert result.status == "outside_table"
+    T = np.asarray(result.series([float(result.record.t_end)]).lining_temperature)[0]
+    assert T[N[0] :].max() == pytest.approx(320.0, abs=1e-6)
+    assert T[: N[0]].max() > 325.0  # those of the other band have no table
 
 
 # --- input, files, figures --------------------------------------------------------------------------------------------

@@ -4,6 +4,7 @@ import math
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from scipy.integrate import quad
@@ -177,6 +178,21 @@ def test_stiffness_under_a_temperature_law():
         sb.brakes.stiffness_of(brake)
 
 
+@pytest.mark.slow
+def test_gradient_of_the_stop_by_the_band():
+    def stop(modulus, tight_end, f):
+        scene = stop_scene(C=plates(modulus=modulus, tight_end=tight_end, linkage=2e6), f=f)
+        return sb.simulate(scene, rtol=1e-12, max_steps=128).stopping_time
+
+    def truth(modulus, tight_end, f):
+        C = plates(modulus=modulus, tight_end=tight_end, linkage=2e6).stiffness(f, np.full(20, BETA), 0.725)
+        return closed_form(C=C, f=f, xp=jnp)["stop"]
+
+    at = (5e8, 0.9, 0.35)
+    got = jax.jit(jax.grad(stop, argnums=(0, 1, 2)))(*at)
+    np.testing.assert_allclose(got, jax.jit(jax.grad(truth, argnums=(0, 1, 2)))(*at), rtol=1e-9)
+
+
 def test_geometry_values_are_set_by_path():
     scene = stop_scene(C=sb.brakes.ParallelBands((plates(), 4e8)))
     stiffer = sb.with_values(scene, {"brake.band.stiffness.bands[0].modulus": 2 * E1})
@@ -223,6 +239,30 @@ def test_only_a_slotted_band_exceeds_a_turn():
 def test_lever_of_the_textbook():
     lever = sb.Lever(sb.Constant(200.0), arm=0.75, slack_arm=0.12, efficiency=0.9)
     assert float(lever.value(0.0, 0)) == pytest.approx(0.9 * 200.0 * 0.75 / 0.12, rel=1e-15)
+
+
+@pytest.mark.slow
+def test_lever_in_a_scene():
+    # knots and jumps are those of the force
+    jump = sb.PiecewiseLinear(times=[0.0, 0.2, 0.2], values=[300.0, 640.0, 1280.0])
+    forced, direct = (
+        stop_scene(lever=lever)
+        for lever in (
+            sb.Lever(jump, arm=0.9, slack_arm=0.1, efficiency=0.9),
+            sb.PiecewiseLinear(times=[0.0, 0.2, 0.2], values=8.1 * np.asarray([300.0, 640.0, 1280.0])),
+        )
+    )
+    assert float(sb.simulate(forced).stopping_time) == pytest.approx(
+        float(sb.simulate(direct).stopping_time), rel=1e-12
+    )
+    assert sb.Lever(sb.Repeated([0.0], [1.0], 1.0, 7), 1.0, 1.0).knot_count == 7
+
+    def stop(arm):
+        scene = stop_scene(lever=sb.Lever(sb.Constant(1e3), arm, 0.1))
+        return sb.simulate(scene, rtol=1e-12, max_steps=128).stopping_time
+
+    truth = jax.jit(jax.grad(lambda arm: closed_form(T0=1e4 * arm, xp=jnp)["stop"]))(0.8)
+    assert float(jax.jit(jax.grad(stop))(0.8)) == pytest.approx(float(truth), rel=1e-9)
 
 
 @pytest.mark.parametrize(

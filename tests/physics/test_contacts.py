@@ -73,6 +73,26 @@ def test_a_contact_is_opened_by_the_lever(staged):
     assert float(result.end_temperatures @ capacities) == pytest.approx(float(START @ capacities), rel=1e-13)
 
 
+@pytest.mark.slow
+def test_derivatives_of_a_contact_that_opens():
+    def end(x):
+        resistance, opens_at = x
+        contact = ThermalContact("rim", "linings", 0.1, resistance, opens=True)
+        lever = sb.PiecewiseLinear([0.0, opens_at, opens_at, END], [2e3, 2e3, 0.0, 0.0])
+        scene = at_rest(False, network(False, (contact, Conductance("linings", "band", BEHIND))), lever)
+        return sb.simulate(scene, rtol=1e-12, solver=sb.hybrid.Rodas5P()).end_temperatures
+
+    closed, left = exchange((0, 1, CONTACT), (1, 2, BEHIND)), exchange((1, 2, BEHIND))
+    value, forward = jax.jit(lambda x: (end(x), jax.jacfwd(end)(x)))(jnp.array([0.1 / CONTACT, OPENS_AT]))
+    before, after = expm(closed * OPENS_AT) @ START, expm(left * (END - OPENS_AT))
+    np.testing.assert_allclose(value, after @ before, rtol=1e-10)
+    np.testing.assert_allclose(forward[:, 1], after @ (closed - left) @ before, rtol=1e-7)
+    # of exp(A t) in the direction B = ∂A/∂R_c: the upper right block of exp([[A, B], [0, A]] t)
+    slope = exchange((0, 1, -(CONTACT**2) / 0.1))
+    block = expm(np.block([[closed, slope], [np.zeros((3, 3)), closed]]) * OPENS_AT)[:3, 3:]
+    np.testing.assert_allclose(forward[:, 0], after @ block @ START, rtol=1e-7)
+
+
 def yovanovich(p):
     """Steel (two roughnesses) on bronze."""
     k = 2 * 45.0 * 60.0 / (45.0 + 60.0)
@@ -121,6 +141,18 @@ def test_linings_conduct_by_their_pressure(staged):
         exact = expm(A * END) @ np.array([START[0], *np.full(N, START[1])])
         np.testing.assert_allclose(result.series([END]).temperature[0, : N + 1], exact, rtol=1e-10)
         assert abs(exact[1] - START[1]) > 1.0
+
+
+@pytest.mark.slow
+def test_one_node_conducts_by_mean_pressure():
+    angles = np.radians([30.0, 40.0, 50.0, 60.0])
+    contact = ThermalContact("rim", "linings", 0.04, law=MetalContact(50.0, 0.15, 40e-6, 3e9), opens=True)
+    heat = network(False, (contact, Conductance("linings", "band", 0.0)))
+    result = sb.simulate(at_rest(False, heat, sb.Constant(4e3), angles=angles), rtol=1e-12)
+    x = 2 * 4e3 * np.sin(angles / 2) / AREA / 3e9
+    g = 0.04 * np.mean(1.25 * 50.0 * 0.15 / 40e-6 * x * (x**2 + 1e-12) ** -0.025)
+    exact = expm(exchange((0, 1, g)) * END) @ START
+    np.testing.assert_allclose(result.series([END]).temperature[0], exact, rtol=1e-10)
 
 
 def test_faults_of_contacts():

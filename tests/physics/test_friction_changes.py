@@ -182,6 +182,16 @@ def test_a_lining_on_springs_locks():
         assert float(result.record.t_end) == pytest.approx(locks or 0.9, rel=1e-9)
 
 
+@pytest.mark.slow
+def test_runaway_waits_for_changes_to_come():
+    """A load beyond the oiled brake runs away, unless the brake dries later."""
+    load = 8e3
+    oily = sb.simulate(scene(changed(MU, jump(0.5, 0.3)), None, load, 10.0, 4.0))
+    assert oily.status == "runaway"
+    drying = sb.PiecewiseLinear([0.5, 0.5, 6.0, 7.0], [1.0, 0.3, 0.3, 1.0])
+    assert sb.simulate(scene(changed(MU, drying), None, load, 10.0, 4.0)).status == "not_stopped"
+
+
 # --- what goes with it ------------------------------------------------------------------------------------------------
 
 

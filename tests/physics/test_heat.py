@@ -9,8 +9,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from heat_scenes import BETA, T0, TRACK, W0, C, J, N, R, fading, layered_stop, lump, rigid_stop
+from heat_scenes import BETA, T0, W0, C, J, N, R, fading, layered_stop, lump, rigid_stop
 from helpers import jacobians
+from oracles.hard_heat import layers
 from scipy.integrate import quad, solve_ivp
 from stop_scenes import stop_scene
 
@@ -20,21 +21,7 @@ from simbrake.friction import Contact
 
 def scipy_stop(growth, method, rtol):
     """The same equations written for scipy: full slip and stop of `layered_stop`, and the layers at the stop."""
-    n = 20
-    weights = growth ** np.arange(n)
-    dx = 0.028 * weights / weights.sum()
-    cap = 7800.0 * 500.0 * TRACK * dx
-    g = 48.0 * TRACK / (0.5 * (dx[1:] + dx[:-1]))
-    front = 1 / (1 / (60.0 * 0.25 * TRACK) + dx[0] / (2 * 48.0 * TRACK))
-    back = 1 / (1 / (60.0 * TRACK) + dx[-1] / (2 * 48.0 * TRACK))
-
-    def conduction(T):
-        q = g * (T[:-1] - T[1:])
-        into = np.append(0.0, q) - np.append(q, 0.0)
-        into[0] -= front * T[0]
-        into[-1] -= back * T[-1]
-        return into / cap
-
+    rates_of, first = layers(growth)
     z = math.tan(BETA / 2)
 
     def ratio(T):
@@ -43,12 +30,12 @@ def scipy_stop(growth, method, rtol):
         return Pi, Pi * N * 2 * z / (1 - (f * z) ** 2) * (-0.35 * 3e-4)
 
     def elastic(t, y):
-        return np.concatenate([[-R * (C * y[1] - T0) / J, R * y[0]], conduction(y[2:])])
+        return np.concatenate([[-R * (C * y[1] - T0) / J, R * y[0]], rates_of(y[2:], 0.0)])
 
     def slipping(t, y):
         Pi, slope = ratio(y[2])
-        rates = conduction(y[2:])
-        extra = 0.95 * T0 * (Pi - 1) / cap[0]
+        rates = rates_of(y[2:], 0.0)
+        extra = 0.95 * T0 * (Pi - 1) / first
         x_0, gamma = T0 * slope * rates[0] / C, T0 * slope * extra / C
         v = (R * y[0] - x_0) / (1 + gamma)
         rates[0] += extra * v
@@ -65,9 +52,9 @@ def scipy_stop(growth, method, rtol):
 
     for event in (limit, sticks, rests):
         event.terminal, event.direction = True, -1
-    atol = rtol * np.concatenate([[1.0, 0.01], np.full(n, 10.0)])
+    atol = rtol * np.concatenate([[1.0, 0.01], np.full(20, 10.0)])
     solve = functools.partial(solve_ivp, method=method, rtol=rtol, atol=atol)
-    one = solve(elastic, (0, 5), np.concatenate([[W0, T0 / C], np.zeros(n)]), events=limit)
+    one = solve(elastic, (0, 5), np.concatenate([[W0, T0 / C], np.zeros(20)]), events=limit)
     # a slip that begins at v_s > 0 ends where v_s has fallen to 0
     two = solve(slipping, (one.t[-1], 5), one.y[:, -1], events=(sticks, rests))
     three = solve(elastic, (two.t[-1], 5), two.y[:, -1], events=rests)
@@ -180,6 +167,31 @@ def test_gradients_with_fade_by_quadrature(solver):
     assert backward[1, 2] == pytest.approx(-0.5 * J * W0**2 / 2e4**2, rel=1e-9)
 
 
+@pytest.mark.slow
+def test_lever_follows_fade_to_hold_speed():
+    heat = lump(5e4, linings=1e4, share=0.9, cooling=300.0)
+    scene = rigid_stop(fading(slope=1e-3), heat, 60.0, sb.SpeedHold(limit=50e3), load=2e4, w0=5.0)
+    result = sb.simulate(scene)
+    assert float(result.record.y_end.omega) == pytest.approx(5.0, rel=1e-13)
+    power = 2e4 * 5.0
+    assert float(result.energy["friction_heat"]) == pytest.approx(power * 60.0, rel=1e-12)
+    t = np.asarray([0.0, 20.0, 60.0])
+    series = result.series(t)
+    rim = sb.thermal.ROOM + 0.9 * power / 300.0 * (1 - np.exp(-300.0 / 5e4 * t))
+    linings = sb.thermal.ROOM + 0.1 * power / 1e4 * t
+    np.testing.assert_allclose(series.temperature, np.stack([rim, linings], axis=1), rtol=1e-10)
+    fz = 0.35 * (1 - 1e-3 * (linings - sb.thermal.ROOM)) * math.tan(BETA / 2)
+    Pi = ((1 + fz) / (1 - fz)) ** N
+    np.testing.assert_allclose(series.slack_tension, 2e4 / (R * (Pi - 1)), rtol=1e-9)
+    assert "grip_lost" not in [event.name for event in result.events]
+    runaway = sb.simulate(eqx.tree_at(lambda s: s.duty.slack_tension.limit, scene, np.asarray(7e3)))
+    needed = 2e4 / (7e3 * R) + 1
+    f_end = (needed ** (1 / N) - 1) / (needed ** (1 / N) + 1) / math.tan(BETA / 2)
+    t_end = (1 - f_end / 0.35) / 1e-3 / (0.1 * power / 1e4)
+    lost = [event.time for event in runaway.events if event.name == "grip_lost"]
+    assert lost[0] == pytest.approx(t_end, rel=1e-6)
+
+
 # --- faults ------------------------------------------------------------------------------------------------------
 
 
@@ -206,14 +218,6 @@ def test_faults_of_a_scene_with_heat():
         sb.simulate(bad)
     assert "'rim'" in str(caught.value)
     assert "'nowhere'" in str(caught.value)
-
-
-def test_heat_part_values_are_set_by_path():
-    scene = sb.with_values(
-        layered_stop(), {"heat.bodies[0].material.conductivity": 60.0, "heat.links[0].coefficient": 10.0}
-    )
-    assert float(scene.heat.bodies[0].material.conductivity) == 60.0
-    assert float(scene.heat.links[0].coefficient) == 10.0
 
 
 def test_slip_may_begin_on_a_fade_corner():

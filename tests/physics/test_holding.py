@@ -96,9 +96,7 @@ def test_reserve_of_disc_and_shoes():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("f_int", "wet", "oiled"), [(0.05, 1.0, 1.0), (0.4, 1.0, 1.0), (0.6, 0.8, 1.1), (0.04, 0.9, 1.2)]
-)
+@pytest.mark.parametrize(("f_int", "wet", "oiled"), [(0.6, 0.8, 1.1), (0.04, 0.9, 1.2)])
 def test_staged_reserve_is_of_weaker_pair(f_int, wet, oiled):
     """`wet`, `oiled`: factors of the friction in the outer and in the inner pair."""
     T_0, load, ratio = 5e3, 300.0, 1.2

@@ -4,9 +4,11 @@ import dataclasses
 import math
 
 import bandage_scenes
+import jax.numpy as jnp
 import numpy as np
 import pytest
 import staged_scenes as staged
+from helpers import jacobians
 from scipy.optimize import brentq
 
 import simbrake as sb
@@ -64,6 +66,25 @@ def test_linings_lift_off_at_own_speeds(T_0):
     if T_0 == 0:
         share = sb.results.overlap(result, [t])
         assert float(share.internal_static[0]) == pytest.approx(5 / 8 * staged.N * staged.BETA / (2 * math.pi))
+
+
+@pytest.mark.slow
+def test_derivative_of_lift_off_by_the_mass():
+    """`t_i = J (√(N_pre,i/(m_i r_m)) − ω_0)/M`: the time moves by `−J ω_i/(2 m_i M)`."""
+
+    def times(mass):
+        record = sb.simulate(speed_up(0.0, mass), max_steps=64).record
+        lifted, t = record.modes.lifted, record.rows.t
+        inside = jnp.arange(t.shape[0], dtype=jnp.int32)[:, None] <= record.count
+        first = jnp.argmax(inside & (lifted != 0), axis=0)
+        return t[first[np.array([1, 2, 4])]]
+
+    _, forward, backward = jacobians(times)(MASS)
+    truth, J = np.zeros((3, staged.N)), staged.J + staged.J_B
+    for row, i in enumerate((1, 2, 4)):
+        truth[row, i] = -J * math.sqrt(PRELOAD[i] / (MASS[i] * RADIUS)) / (2 * MASS[i] * 3e3)
+    np.testing.assert_allclose(forward, truth, rtol=1e-10, atol=1e-14)
+    np.testing.assert_allclose(backward, truth, rtol=1e-10, atol=1e-14)
 
 
 # --- onset of internal slip -------------------------------------------------------------------------------------------

@@ -15,7 +15,6 @@ from test_every_mechanism import scene
 from user_parts import RunningIn, Timed, Travelled
 
 import simbrake as sb
-from simbrake.friction import RatesRead, rates_read, reads
 
 J, OMEGA, F, CAPACITY = 900.0, 20.0, 0.4, 3e4
 #: pads: force, count, effective radius by uniform wear, area, torque of the brake at the start
@@ -64,6 +63,11 @@ def band(law, stiffness=None, load=0.0, omega=OMEGA, end=10.0, elongation=0.0, b
     brake = sb.Brake(sb.Pulley(R, J), sb.Band(R_B, stiffness), sb.Lining(law, np.full(n, BETA), AREA), bandage)
     duty = sb.Duty(sb.Constant(T_0), sb.TorqueLoad(sb.Constant(load)))
     return sb.Scene(brake, duty, sb.Initial(omega, elongation), end)
+
+
+def ratio(f, n=4):
+    """`T_n/T_0` of a band whose linings all slide."""
+    return ((1 + f * Z) / (1 - f * Z)) ** n
 
 
 def final(result, pair=0):
@@ -154,6 +158,37 @@ def test_a_sliding_brake_that_loses_its_grip():
     event = next(event for event in result.events if event.name == "grip_lost")
     assert event.time == pytest.approx(tau * math.log(0.5 / 0.2), rel=1e-8)
     assert result.status == "runaway"
+
+
+@pytest.mark.slow
+def test_elastic_band_in_slip_follows_states():
+    """`v_s = R_b ω − ẋ`, `x = T_0 Π(f ξ)/C`, `ξ̇ = (ξ_e − ξ) v_s²/L`: one equation for `v_s` at every instant."""
+    C, end, length = 3e4, 0.6, 40.0
+    law = Travelled(F, end, length, 2)
+    scene = band(law, C, elongation=T_0 / C, end=1.2)
+    result = sb.simulate(scene, rtol=1e-12)
+    chi = R_B * math.sqrt(C / J)
+    reach = T_0 * (ratio(F) - 1) * chi / (C * R_B * OMEGA)
+    t_1, omega_1 = math.asin(reach) / chi, OMEGA * math.sqrt(1 - reach**2)
+    assert float(result.full_slip_time) == pytest.approx(t_1, rel=1e-10)
+
+    def slope(f):
+        """`dT_n/df`"""
+        return T_0 * ratio(f) * 4 * 2 * Z / (1 - (f * Z) ** 2)
+
+    def rhs(t, y):
+        omega, xi = y
+        give = slope(F * xi) * F * (xi - end) / (length * C)  # v_s − give v_s² = R_b ω
+        v = 2 * R_B * omega / (1 + math.sqrt(1 - 4 * give * R_B * omega))
+        return [-R_B * T_0 * (ratio(F * xi) - 1) / J, (end - xi) * v**2 / length]
+
+    run = solve_ivp(rhs, (t_1, 1.2), [omega_1, 1.0], "DOP853", rtol=1e-13, atol=1e-13)
+    y = result.record.y_end
+    assert float(y.omega) == pytest.approx(run.y[0, -1], rel=1e-9)
+    np.testing.assert_allclose(final(result), run.y[1, -1], rtol=1e-9)
+    assert float(result.energy["closure"]) < 1e-10
+    # the states matter: 1 + γ is far from 1 at the start of the slip
+    assert slope(F) * F * (1 - end) / (length * C) * R_B * omega_1 > 0.1
 
 
 def test_friction_that_outruns_the_band():
@@ -273,20 +308,6 @@ def test_derivatives_of_two_pairs():
 
 
 # --- what a law says of itself ----------------------------------------------------------------------------------------
-
-
-def test_what_the_rates_read():
-    def of(law, T=True, p=True):
-        return rates_read(law, 4, T=T, p=p)
-
-    assert of(sb.ConstantFriction(0.3)) is None
-    assert of(Timed()) == RatesRead(v=False, T=False, p=False, q=False)
-    assert of(Travelled()) == RatesRead(v=True, T=False, p=False, q=False)
-    assert of(Travelled(power=2)) == RatesRead(v=True, T=False, p=False, q=False, bends=True)
-    assert of(RunningIn()) == RatesRead(v=False, T=False, p=False, q=True)
-    assert of(Recovering()) == RatesRead(v=False, T=True, p=False, q=False)
-    assert of(sb.friction.ProductFriction(Pressed(), ())) == RatesRead(v=False, T=False, p=True, q=False)
-    assert reads(Recovering(), 4, T=True, p=True) == (False, False, False)  # the coefficients read the memory alone
 
 
 def test_a_law_without_states_costs_nothing():

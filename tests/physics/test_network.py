@@ -24,18 +24,6 @@ def heated_wall(layers, q=1e6, growth=1.0, power=None):
     return sb.Heat(bodies=(wall("w", layers, growth=growth),), sources=(sb.thermal.Source("w.front", power or q),))
 
 
-def test_two_lumps():
-    heat = sb.Heat(
-        bodies=(sb.thermal.Lump("a", 15.0, 373.15), sb.thermal.Lump("b", 15.0, 273.15)),
-        links=(sb.thermal.Conductance("a", "b", 10.0),),
-    )
-    run = sb.simulate_heat(heat, [0.0, 0.1, 0.5, 1.0], rtol=1e-12)
-    np.testing.assert_allclose(
-        run.temperature[:, 0], [373.15, 366.908665952147, 348.820855951630, 336.329856905786], rtol=1e-11
-    )
-    np.testing.assert_allclose(run.temperature.sum(axis=1), 646.3, rtol=1e-13)
-
-
 def test_junctions_in_a_row():
     """Two lumps over three resistances in series: `ΔT = ΔT_0 exp(−2 t/(C ΣR))`."""
     lumps = (sb.thermal.Lump("a", 15.0, 373.15), sb.thermal.Lump("b", 15.0, 273.15))
@@ -289,6 +277,28 @@ def test_custom_link_matches_its_closed_form():
     np.testing.assert_allclose(run.temperature[:, 0] - 300.0, 100.0 / np.sqrt(1 + 10.0 * t), rtol=1e-10)
     assert float(run.closure) < 1e-13
     assert [leaf.path for leaf in sb.files.leaves(heat, "heat") if "links" in leaf.path] == ["heat.links[0].growth"]
+
+
+@pytest.mark.parametrize("kind", [sb.thermal.Convection, sb.thermal.Radiation])
+def test_closed_band_covers_the_surface(kind):
+    """A lump against 0 K: `T_0 e^(−h A t/C)`, or `(T_0⁻³ + 3 ε σ A t/C)^(−1/3)`, `A` the open area."""
+    h, emissivity, area, C, T_0, t = 20.0, 0.8, 0.7, 1e4, 900.0, 600.0
+
+    def end(closed, **covered):
+        heat = sb.Heat(
+            (sb.thermal.Lump("a", C, T_0), sb.thermal.Reservoir("air", 0.0)),
+            (kind("a", area, h if kind is sb.thermal.Convection else emissivity, **covered),),
+        )
+        return float(sb.simulate_heat(heat, [0.0, t], closed=closed, rtol=1e-11).temperature[-1, 0])
+
+    def truth(open_area):
+        if kind is sb.thermal.Convection:
+            return T_0 * math.exp(-h * open_area * t / C)
+        return (T_0**-3 + 3 * emissivity * 5.670374419e-8 * open_area * t / C) ** (-1 / 3)
+
+    assert end(1.0, covered=0.6) == pytest.approx(truth(0.4 * area), rel=1e-9)
+    assert end(0.0, covered=0.6) == pytest.approx(truth(area), rel=1e-9)
+    assert end(1.0) == pytest.approx(truth(area), rel=1e-9)
 
 
 def test_walls_side_by_side():

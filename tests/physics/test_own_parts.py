@@ -1,4 +1,4 @@
-"""User-defined friction laws, thermal links and profiles: what they read is found, whatever a class says of itself."""
+"""User-defined friction laws, thermal links, profiles and brakes: what they read is found without a word of theirs."""
 
 import math
 from typing import Any, ClassVar
@@ -10,11 +10,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 from stop_scenes import closed_form, stop_scene
-from user_parts import AT_REST, T_0, Bump, Cubic, Derived, J, N, Own, R, falling, torque_of
+from user_parts import AT_REST, T_0, Bump, Cubic, Derived, J, R, falling, torque_of
 
 import simbrake as sb
 from simbrake import plot
-from simbrake.friction import reads
 
 # --- friction laws: the same coefficient written in many ways ---------------------------------------------------------
 
@@ -85,75 +84,6 @@ def test_what_the_scene_lacks_is_named():
     with pytest.raises(sb.InputError) as caught:
         sb.simulate(stop_scene(law=NeedsAll(0.3)))
     assert {fault.path for fault in caught.value.faults} == {"brake.linings.area", "heat"}
-
-
-# --- the question itself ----------------------------------------------------------------------------------------------
-
-
-class ShapeOnly(Own):
-    def kinetic(self, contact):
-        return jnp.broadcast_to(self.coefficient, contact.v.shape)
-
-
-class Looped(Own):
-    def kinetic(self, contact):
-        return jax.lax.map(lambda one: self.coefficient - 1e-4 * one.T, contact)
-
-
-class Stepped(Own):
-    def kinetic(self, contact):
-        return jnp.where(contact.v > 3.0, 0.2, self.coefficient)  # its derivative is zero on both sides
-
-
-class AtRestOnly(Own):
-    """Reads the speed where it is zero by definition."""
-
-    def kinetic(self, contact):
-        return jnp.asarray(self.coefficient)
-
-    def static(self, contact):
-        return self.coefficient + 0.0 * contact.v
-
-
-class Checked(Own):
-    """Calls back to the host, so that it cannot be lowered by itself."""
-
-    def kinetic(self, contact):
-        return eqx.error_if(jnp.asarray(self.coefficient), self.coefficient < 0, "negative")
-
-
-class Broken(Own):
-    def kinetic(self, contact):
-        return contact.speed
-
-
-def product(*factors):
-    return sb.friction.ProductFriction(sb.ConstantFriction(0.3), factors)
-
-
-@pytest.mark.parametrize(
-    ("law", "read"),
-    [
-        (sb.ConstantFriction(np.full(N, 0.3)), ""),
-        (sb.StribeckFriction(0.4, 0.3, 0.5), "v"),
-        (sb.friction.TabulatedFriction([0.0, 5.0], [0.4, 0.3]), "v"),
-        (product(), ""),
-        (product(sb.LinearFade(1e-3, 300.0, blend=5.0)), "T"),
-        (product(sb.friction.TabulatedFade([250.0, 900.0], [1.0, 0.5])), "T"),
-        (product(sb.friction.PressureFactor(1e6, 0.1), sb.LinearFade(1e-3, 300.0)), "Tp"),
-        (ShapeOnly(), ""),
-        (Looped(), "T"),
-        (Stepped(), "v"),
-        (AtRestOnly(), ""),
-        (Checked(), "vTp"),
-        (Broken(), "vTp"),
-    ],
-    ids=lambda x: x if isinstance(x, str) else type(x).__name__,
-)
-def test_what_a_law_reads(law, read):
-    found = reads(law, N, T=True, p=True)
-    assert "".join(name for name, one in zip("vTp", found, strict=True) if one) == read
-    assert reads(law, N, T=False, p=False)[1:] == (False, False)
 
 
 # --- thermal links ----------------------------------------------------------------------------------------------------

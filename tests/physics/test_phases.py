@@ -102,6 +102,28 @@ def test_faded_stop_ends_its_phase_at_rest():
 
 
 @pytest.mark.slow
+def test_a_phase_ended_by_a_temperature():
+    """Drag at a held speed heats the rim with `M ω`; two phases that are over as they begin are passed at once."""
+    capacity, torque, omega, level = 6e4, 8e3, 10.0, 323.15
+    heat = sb.lumped_heat(rim=capacity, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=0.0)
+
+    def run(level):
+        drag, hot = sb.SpeedHold(100e3), sb.loads.AtTemperature(level)
+        below = f"temperature of the rim below {float(sb.thermal.ROOM) + 35} K"
+        phases = Phases((Phase(drag, hot), Phase(drag, hot), Phase(drag, below), Phase(60e3, "rest")), 1)
+        return sb.simulate(sb.Scene(BRAKE, sb.Duty(phases, torque), sb.Initial(omega), 40.0, heat))
+
+    t = capacity * (level - sb.thermal.ROOM) / (torque * omega)
+    found = ends(run(level))
+    assert [event.time for event in found] == pytest.approx(
+        [t, t, t, t + J_P * omega / (GAIN * 60e3 - torque)], rel=1e-9
+    )
+    assert [event.phase.phase for event in found] == [1, 2, 3, 4]
+    slope = jax.jit(jax.grad(lambda level: run(level).record.t_end))(level)
+    assert float(slope) == pytest.approx(capacity / (torque * omega), rel=1e-7)
+
+
+@pytest.mark.slow
 def test_rest_is_armed_by_motion_alone():
     # it rests from the start under the lever: only after the release, the drop and the stop it has come to rest
     lever = sb.PiecewiseLinear([1.0, 1.0, 2.0, 2.0], [PULL, 0.0, 0.0, PULL])

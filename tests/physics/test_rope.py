@@ -1,10 +1,12 @@
 """Layers of rope on the drum: travel, a stop by energy with jumps of the speed, the end of the rope."""
 
+import dataclasses
 import math
 
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import staged_scenes as staged
 from helpers import jacobians, open_scene
 from stop_scenes import stop_scene
 
@@ -93,6 +95,20 @@ def test_rope_wound_up_again_and_rope_ending():
     down = math.sqrt(up**2 + 2 * torque[0] * 2 * math.pi * per_layer / inertia[0])
     assert float(result.record.t_end) == pytest.approx(second + (down - up) * inertia[0] / torque[0], rel=1e-9)
     assert float(result.record.y_end.phi) == pytest.approx(6 * math.pi, rel=1e-10)
+
+
+@pytest.mark.slow
+def test_bandage_rides_over_a_layer():
+    """While it rides with the pulley both keep one speed, and their kinetic energy."""
+    rope = sb.HookLoad(6e3, 0.2, 4.0, rope=RopeLayers(0.03, 3.0, 7.2))
+    plain = staged.stop(lever=sb.Constant(0.0), end=0.5)
+    run = sb.simulate(dataclasses.replace(plain, duty=sb.Duty(plain.duty.slack_tension, rope)))
+    change = [event.time for event in run.events if event.name == "layer_change"][:1]
+    before, after = run.series(change, left=True), run.series(change)
+    inertia = staged.J + staged.J_B + 6e3 * ((0.2 + 0.03 * PITCH * np.array([2.0, 1.0])) / 4.0) ** 2
+    np.testing.assert_allclose(after.omega / before.omega, np.sqrt(inertia[0] / inertia[1]), rtol=1e-12)
+    np.testing.assert_array_equal(after.bandage_speed, after.omega)
+    assert float(run.energy["closure"]) < 1e-9
 
 
 def test_tripping_with_layers():

@@ -41,8 +41,7 @@ def balanced(result):
 # --- stops on one law and on three ------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("derived", [jax.jacrev, pytest.param(jax.jacfwd, marks=pytest.mark.slow)])
-def test_stop_on_three_laws_and_derivatives(derived):
+def test_stop_on_three_laws_and_derivatives():
     """Dry, viscous and quadratic drag with the band open: `t = (2J/D)[atan((2kω+c)/D)]`, `D² = 4 k M − c²`."""
     given = jnp.asarray([1500.0, 40.0, 12.0, J, W0])
 
@@ -55,7 +54,7 @@ def test_stop_on_three_laws_and_derivatives(derived):
         D = jnp.sqrt(4 * k * M - c**2)
         return 2 * inertia / D * (jnp.arctan((2 * k * omega + c) / D) - jnp.arctan(c / D))
 
-    np.testing.assert_allclose(jax.jit(derived(run))(given), jax.grad(closed)(given), rtol=1e-7)
+    np.testing.assert_allclose(jax.jit(jax.jacrev(run))(given), jax.grad(closed)(given), rtol=1e-7)
     result = sb.simulate(scene(BearingFriction(1500.0), ViscousDrag(40.0), HydrodynamicBrake(12.0)))
     assert (result.status, names(result)) == ("stopped", ["stop"])
     assert float(result.stopping_time) == pytest.approx(float(closed(given)), rel=1e-9)
@@ -290,6 +289,16 @@ def test_heat_enters_its_body_or_is_lost():
     energy = balanced(result)
     assert float(energy["heat_lost"]) == pytest.approx(truth[2], rel=1e-9)
     assert result.status == "lowering"
+
+
+@pytest.mark.slow
+def test_speed_holding_lever_gives_the_rest():
+    load, c = 9e3, 200.0
+    held = stop_scene(C=None, lever=sb.SpeedHold(8e3), load=load, w0=12.0, end=2.0)
+    result = sb.simulate(dataclasses.replace(held, shaft=(ViscousDrag(c), BearingFriction(500.0))))
+    seen = result.series([1.0])
+    assert float(seen.omega[0]) == pytest.approx(12.0, rel=1e-12)
+    assert float(seen.brake_torque[0]) == pytest.approx(load - 12.0 * c - 500.0, rel=1e-12)
 
 
 def test_input_errors_and_a_scene_file(tmp_path):

@@ -6,6 +6,7 @@ import json
 import numpy as np
 import pytest
 import staged_scenes
+from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import simbrake as sb
@@ -162,6 +163,41 @@ def test_temperatures_of_both_pairs_in_a_run():
     for pair, part in (("external", "band"), ("internal", "rim")):
         row = table[f"heat partition coefficient, {part}, effusivities, {pair} pair"]
         assert row.value == pytest.approx(row.simulated, rel=1e-6)
+
+
+@pytest.mark.slow
+def test_staged_stop_with_centrifugal_force():
+    """Stage 2 against SciPy, with linings off the rim at first; and beside a run."""
+    mass, T_0, load, w0, z = 5.0, 3e3, 300.0, 30.0, np.tan(staged_scenes.BETA / 2)
+    scene = constant(T_0, w0=w0, preload=300.0)
+    bandage = dataclasses.replace(scene.brake.bandage, mass=mass, mass_radius=0.61)
+    scene = dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bandage))
+    Pi = ((1 + staged_scenes.F_EXT * z) / (1 - staged_scenes.F_EXT * z)) ** np.arange(N + 1)
+    pressed = T_0 * (Pi[1:] + Pi[:-1]) * np.sin(staged_scenes.BETA / 2) + 300.0
+    assert np.any(pressed < mass * 0.61 * w0**2)
+
+    def rates(t, y):
+        M = R * staged_scenes.F_INT * np.maximum(pressed - mass * 0.61 * y[1] ** 2, 0).sum()
+        return [(load - M) / J, (M - R_B * T_0 * (Pi[-1] - 1)) / J_B, y[0], y[1], M * (y[0] - y[1])]
+
+    lock = lambda t, y: y[1]  # noqa: E731
+    lock.terminal = True
+    truth = solve_ivp(rates, (0, 9), [w0, w0, 0, 0, 0], "DOP853", events=lock, rtol=1e-12, atol=1e-12)
+    stop = sb.formulas.classical_staged_stop(scene)
+    assert stop.times[1] == pytest.approx(truth.t[-1], rel=1e-9)
+    assert stop.external.angle == pytest.approx(truth.y[3, -1], rel=1e-9)
+    M_3 = stop.torques[2]
+    left = truth.y[0, -1]
+    assert stop.times[2] == pytest.approx(J * left / (M_3 - load), rel=1e-9)
+    assert stop.angle == pytest.approx(truth.y[2, -1] + 0.5 * left * stop.times[2], rel=1e-9)
+    assert stop.internal.work == pytest.approx(truth.y[4, -1] + M_3 * 0.5 * left * stop.times[2], rel=1e-9)
+    table = sb.estimates(sb.simulate(scene))
+    for name in ("stage 2", "stage 3", "friction work, internal pair", "slack tension of internal slip"):
+        row = table[name]
+        if name.startswith("slack"):
+            assert row.value < row.simulated == T_0
+        else:
+            assert row.value == pytest.approx(row.simulated, rel=1e-8), name
 
 
 def test_initial_friction_by_speed_of_pair():

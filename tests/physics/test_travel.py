@@ -26,6 +26,36 @@ def riding(lever, load, end, w0=20.0):
     return dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, linings=linings))
 
 
+def under(ring, travel):
+    """Angle (rad) by which each point of the ring, at the angles `ring`, passes under each station during `travel`."""
+    begin = staged.BETA * np.arange(staged.N)
+    found = np.zeros((len(ring), staged.N))
+    for k in range(-1, 12):
+        low, high = np.maximum.outer(ring - travel, begin - 2 * math.pi * k), ring[:, None]
+        found += np.maximum(np.minimum(high, begin + staged.BETA - 2 * math.pi * k) - low, 0)
+    return found
+
+
+def mean_over_arcs(count, travel):
+    """The same, mean over each lining of the ring, by the midpoint rule: linear between points of a grid."""
+    fine = 3960  # edges of stations (33°) and ring linings lie on it, and those of `travel` if it is on it
+    points = (np.arange(fine) + 0.5) * 2 * math.pi / fine
+    return under(points, travel).reshape(count, -1, staged.N).mean(axis=1)
+
+
+@pytest.mark.slow
+def test_a_stop_under_constant_tension():
+    """Wear goes with the way, whatever the speed: each point of the ring has what passed it."""
+    count, start, travel = 11, 2 * math.pi * 7 / 3960, 2 * math.pi * 4411 / 3960
+    T_0 = (300.0 + (staged.J + staged.J_B) * 20.0**2 / (2 * travel)) / ARM
+    found = sb.results.ring_wear(sb.simulate(riding(sb.Constant(T_0), 300.0, end=3.0)), count, RATE, start=start)
+    assert found.travel == pytest.approx(travel, rel=1e-11)
+    way = mean_over_arcs(count, start + travel) - mean_over_arcs(count, start)
+    np.testing.assert_allclose(found.depth, way @ EACH * T_0, rtol=1e-9)
+    # what the stations give is what the ring has
+    assert found.depth.sum() * 2 * math.pi / count == pytest.approx(found.stations.sum() * staged.BETA, rel=1e-12)
+
+
 @pytest.mark.slow
 def test_a_ramp_against_quadrature():
     """`T_0` and so the wear per way grow with time: one integral per lining, between its corners."""

@@ -72,6 +72,19 @@ def test_lining_pressure_integrates_to_load():
     np.testing.assert_allclose([first, second], [0.3, 2 * (0.32 - 0.4 + 1 / 12)], rtol=1e-12)
 
 
+@pytest.mark.slow
+def test_edges_of_linings_in_a_run(cold):
+    tension, normal = ws.statics()
+    x = np.log(tension[1:] / tension[:-1])
+    edges = [ws.T0 * normal / ws.AREA * x / np.expm1(x) * np.exp(x * s) for s in (0.0, 1.0)]
+    for name, place, pressure in zip(("slack_edge", "tight_edge"), (0.0, 1.0), edges, strict=True):
+        np.testing.assert_allclose(sb.results.lining_peak(cold, f"{name}_pressure"), pressure, rtol=1e-12)
+        np.testing.assert_allclose(sb.results.lining_mean(cold, f"{name}_pressure"), pressure, rtol=1e-10)
+        np.testing.assert_allclose(sb.results.lining_peak(cold, "edge_pressure_ratio"), np.exp(x), rtol=1e-12)
+        worn = sb.results.lining_wear(cold, ws.K, place=place)
+        np.testing.assert_allclose(worn, ws.K * pressure * ws.distance(), rtol=1e-10)
+
+
 def test_wear_metrics_series_and_words(cold):
     _, normal = ws.statics()
     m = cold.metrics
@@ -145,6 +158,23 @@ def test_states_are_integrals_over_the_run(scene):
         np.testing.assert_allclose(np.asarray(result.worn_thickness), np.asarray(worn[0] + worn[1]), rtol=1e-15)
         last = result.series([float(result.record.t_end)])
         np.testing.assert_allclose(np.asarray(last.pairs["internal"].worn_thickness)[0], np.asarray(worn[1]), rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_turned_band_wears_from_other_end():
+    lever = sb.PiecewiseLinear([0.0, 3.0, 3.0, 5.0, 5.0], [ws.T0, ws.T0, 0.0, 0.0, ws.T0])
+    drive = sb.TorqueLoad(sb.PiecewiseLinear([3.0, 3.0, 5.0, 5.0], [0.0, 7000.0, 7000.0, 0.0]))
+
+    def worn(turned_at):
+        scene = ws.stop(sb.Wear(ws.K, turned_at=turned_at), end=9.0)
+        scene = sb.Scene(scene.brake, sb.Duty(lever, drive), scene.initial, 9.0, wear=scene.wear)
+        result = sb.simulate(scene)
+        assert [e.name for e in result.events].count("stop") == 2
+        return np.asarray(result.series([2.9, 9.0]).worn_thickness)
+
+    first, both = worn([20.0, 30.0])  # after the end: never
+    np.testing.assert_allclose(worn([3.5, 30.0])[1], first + (both - first)[::-1], rtol=1e-12)
+    np.testing.assert_allclose(worn([3.5, 4.0])[1], both, rtol=1e-12)
 
 
 # --- files and faults -------------------------------------------------------------------------------------------------
