@@ -82,25 +82,9 @@ class Case:
     slow: bool = False
 
 
-@dataclasses.dataclass(frozen=True)
-class Elsewhere:
-    """A hard case that another test file checks: which test, with which arguments, and what it asserts."""
-
-    name: str
-    why: str
-    file: str
-    test: str
-    asserts: str
-    arguments: dict[str, Any] = dataclasses.field(default_factory=dict)
-
-
-def cases_to_test(cases: list[Case | Elsewhere]) -> Any:
-    """The cases that are not tested elsewhere, for `pytest.mark.parametrize`."""
-    return [
-        pytest.param(case, id=case.name, marks=[pytest.mark.slow] if case.slow else [])
-        for case in cases
-        if isinstance(case, Case)
-    ]
+def cases_to_test(cases: list[Case]) -> Any:
+    """The cases, for `pytest.mark.parametrize`."""
+    return [pytest.param(case, id=case.name, marks=[pytest.mark.slow] if case.slow else []) for case in cases]
 
 
 def check(case: Case) -> None:

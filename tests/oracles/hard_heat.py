@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from heat_scenes import BETA, FLASH, T0, TRACK, W0, C, J, N, R, fading, layered_stop, lump, rigid_stop, warmed
 from heat_scenes import brake as heated_brake
-from oracles.hard_cases import Case, Elsewhere, Named, Value
+from oracles.hard_cases import Case, Named, Value
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq, fsolve
 
@@ -109,14 +109,6 @@ def snaps() -> list[Value | Named]:
         Named("least capacity + 0.1 %", above.status, "stopped"),
         Named("− 0.1 %", below.status, "band_snap"),
         Value("its time", below.record.t_end, FULL_SLIP, 1e-9),
-    ]
-
-
-def snaps_in_layers() -> list[Value | Named]:
-    thin = sb.simulate(layered_stop(THIN), throw=False)
-    return [
-        Named("", thin.status, "band_snap"),
-        Value("its time, full slip", thin.record.t_end, FULL_SLIP, 1e-9),
     ]
 
 
@@ -266,41 +258,14 @@ def no_solution() -> list[Value | Named]:
     ]
 
 
-def heat_gradients() -> list[Value | Named]:
-    """Reverse mode against central differences: a stop with the layer of 0.1 µm, and the runaway, its fade rounded."""
-    cold = rigid_stop(fading(), layered_stop(THIN).heat, 2.0)
-
-    def stop(f):
-        given = eqx.tree_at(lambda s: s.brake.linings.friction.base.coefficient, cold, f)
-        return sb.simulate(given, rtol=1e-12).stopping_time
-
-    def faster(load):
-        return sb.simulate(running_away(load, blend=5.0), rtol=1e-12, solver=diffrax.Dopri8()).record.y_end.omega
-
-    found = []
-    for name, number, at, h in (("stopping time by f, 0.1 µm", stop, 0.35, 1e-4), ("runaway by M", faster, 1e4, 2.0)):
-        coarse, fine = (float(number(np.asarray(at + d)) - number(np.asarray(at - d))) / (2 * d) for d in (2 * h, h))
-        slope = jax.jit(jax.grad(number))(jnp.asarray(at))
-        found.append(Value(f"∂({name})", slope, fine + (fine - coarse) / 3, 1e-7))
-    return found
-
-
-CASES: list[Case | Elsewhere] = [
+CASES: list[Case] = [
     Case("surface node of 0.1 µm, rigid band", "rates of 1e9 1/s beside a stop of 0.7 s",
          thin_surface, scipy_thin_surface),
     Case("surface node of 0.1 µm, fade, compliant band", "fade outruns the band: there is no answer",
          snaps, scipy_snaps),
-    Case("the same in layers, the first 0.1 µm", "as above, in a graded wall", snaps_in_layers, slow=True),
     Case("radiation from 1500 K, cooling for 24 h", "rates fall by three orders, then nothing happens", glows),
     Case("thermal runaway by fade", "the brake slows the load, fades, and loses it", runs_away),
     Case("flash temperature with several solutions", "three roots, and a fold that removes two", two_solutions,
          scipy_two_solutions),
     Case("flash temperature without a solution at the start", "no branch to begin on", no_solution, slow=True),
-    Case("gradients with a thin surface, and in a runaway", "stiff layers; errors grow with the speed", heat_gradients,
-         slow=True),
-    Elsewhere("flash temperature that loses its solution", "the branch folds in the run", "test_heat_events",
-              "test_flash_fold_is_named", "code `flash_fold`, where the hill of the residual sinks to 0: 1e-4"),
-    Elsewhere("gradients with fade, reverse mode", "temperature feeds back on friction", "test_heat",
-              "test_gradients_with_fade_by_quadrature", "reverse = forward 1e-9; = quadrature 1e-8",
-              {"solver": diffrax.Dopri8()}),
 ]  # fmt: skip

@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from heat_scenes import fading, lump, rigid_stop
-from oracles.hard_cases import C, Case, Elsewhere, Named, Value, run, scene
+from oracles.hard_cases import C, Case, Named, Value, run, scene
 from scipy.integrate import solve_ivp
 from shipped import NAMES, load
 
@@ -153,14 +153,12 @@ def single_precision() -> list[Value | Named]:
     return [Named("rejected at", faults, [where, "brake.pulley.radius", where])]
 
 
-CASES: list[Case | Elsewhere] = [
+CASES: list[Case] = [
     Case("NaN and ±∞ in every number of every shipped scene", "one of them corrupts all the others", every_number),
     Case("the same in traced numbers, elastic band", "values are unknown before the run", traced_elastic,
          scipy_nan),
     Case("the same, rigid band, and heat with fade", "as above", traced_others, slow=True),
     Case("NaN and ∞ in the parameters of a user-defined profile", "their meaning is undefined", own_profile),
     Case("tolerances and limits that are none", "a tolerance of ∞ accepts every step", options),
-    Elsewhere("float32 mode of JAX", "events cannot be located in 32 bits", "test_house",
-              "test_32_bits_are_refused_clearly", "`RuntimeError` that says what to set"),
     Case("a float32 number in a scene", "it would pull others down to 7 digits, or fail deep inside", single_precision),
 ]  # fmt: skip

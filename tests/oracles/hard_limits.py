@@ -11,7 +11,6 @@ from oracles.hard_cases import (
     W0,
     C,
     Case,
-    Elsewhere,
     J,
     N,
     Named,
@@ -188,22 +187,13 @@ def all_at_once() -> list[Value | Named]:
     ]
 
 
-CASES: list[Case | Elsewhere] = [
+CASES: list[Case] = [
     Case("f·tan(β/2) → 1 on a rigid band", "the tension ratio goes to infinity, its digits to none",
          near_locking_rigid, slow=True),
     Case("f·tan(β/2) → 1 on an elastic band", "the limit leaves the tensions that the spring can reach",
          near_locking_elastic),
-    Elsewhere("f·tan(β/2) = 1 reached by heating", "friction that rises locks a lining while it is held",
-              "test_heat_events",
-              "test_self_locking_by_heat_is_reported",
-              "event `self_locking` (elastic), code `singular_geometry` (rigid), at the same time: 1e-9"),
-    Elsewhere("f·tan(β/2) > 1 from the start", "no limit exists for that lining", "test_modes",
-              "test_a_lining_that_locks_itself",
-              "`InputError` (rigid); warning, and the stop of a bonded band to 1e-10 (elastic)"),
     Case("f → 0", "full slip without any torque; Π − 1 cancels", no_friction),
     Case("wrap → 2π", "the whole pulley is covered; more is rejected", full_turn),
-    Elsewhere("one lining", "no distribution along the band", "test_stop",
-              "test_hook_load_in_closed_form", "time, travel and heat of a stop with a hook: 1e-10"),
     Case("512 linings", "512 limits within one swing of the band", many_linings),
     Case("full slip exactly at the stop", "two guards touch zero together, one of them grazing", grazing,
          scipy_grazing, slow=True),
