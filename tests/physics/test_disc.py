@@ -138,16 +138,6 @@ def test_pressure_counts():
     assert float(result.stopping_time) == pytest.approx(J * W0 / (torque - LOAD), rel=1e-12)
 
 
-@pytest.mark.slow
-def test_least_normal_load_to_stop_in_time():
-    """`t = J ω_0/(n f F r_e − M)`, so that the force follows from the time allowed."""
-    scene, allowed = disc_scene(force=sb.Constant(F)), 1.5
-    found = sb.least_tension(scene, allowed, {"duty.force.level": (1e4, 4e4)}, objective="max_normal_load")
-    wanted = (J * W0 / allowed + LOAD) * F / TORQUE
-    assert found.success
-    assert found.value == pytest.approx(wanted, rel=1e-8)
-
-
 def test_all_faults_at_once():
     bad = disc_scene(friction=FADE, wear=sb.Wear(1e-13, geometry=True, take_up_speed=0.1))
     bad = sb.with_values(bad, {"brake.linings.outer_radius": 0.2, "end_time": -1.0})

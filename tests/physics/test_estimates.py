@@ -111,14 +111,3 @@ def test_data_of_another_brake_are_refused():
         sb.estimates(scene, sb.formulas.EstimateData(track_area=1.0, lining_area=1.2))
     with pytest.raises(sb.InputError, match="only a staged brake"):
         sb.estimates(scene, sb.formulas.EstimateData(outer_area=0.7))
-
-
-def test_brake_application_of_a_run_is_named(run):
-    result, table = run
-    stop = float(result.stopping_time)
-    assert table.about == (
-        "engineering estimates beside the simulation; time and friction work are those of the brake application "
-        f"from 0 s to {stop:.6g} s"
-    )
-    assert sb.estimates(result.scene).about.endswith("; time and friction work are those of a classical stop")
-    assert {i.name: i.source for i in table.inputs}["start"] == "scene"

@@ -96,15 +96,6 @@ def test_bandage_turns_with_the_pulley():
     assert float(result.energy["heat_internal"]) == 0.0
 
 
-@pytest.mark.slow
-def test_too_weak_a_lever_is_the_reason():
-    result = sb.simulate(staged.stop(lever=sb.Constant(300.0), load=0.0, end=100.0))
-    (first, second) = result.summary()["absent_stages"]
-    assert "the lever gave at most 0.3 kN" in first["reason"]
-    assert second["reason"] == "the internal pair never slid"
-    assert "no stage_2" in str(result)
-
-
 # --- held, restart, reversal ----------------------------------------------------------------------------------------
 
 
@@ -214,18 +205,6 @@ def test_forces_of_both_pairs_by_statics():
             assert set(pair.sense[i]) == {int(stage.name in slides)}
     np.testing.assert_allclose(outer.heat + inner.heat, s.friction_heat, rtol=1e-13)
     assert inner.heat[-1] == pytest.approx(float(result.energy["heat_internal"]), rel=1e-12)
-
-
-def test_common_scaling_keeps_the_motion():
-    """Inertias and all torques scaled by one factor."""
-
-    def times(k):
-        scene = staged.stop(J=k * staged.J, J_b=k * staged.J_B, preload=k * staged.PRELOAD, load=k * 300.0)
-        lever = sb.PiecewiseLinear([0.0, 7.5], [k * 200.0, k * 30200.0])
-        result = sb.simulate(sb.Scene(scene.brake, sb.Duty(lever, scene.duty.load), scene.initial, 12.0))
-        return [float(result.internal_slip_time), float(result.external_lock_time), float(result.stopping_time)]
-
-    np.testing.assert_allclose(times(7.0), times(1.0), rtol=1e-12)
 
 
 # --- input ----------------------------------------------------------------------------------------------------------

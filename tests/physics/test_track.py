@@ -29,14 +29,6 @@ def by_fourier(x, edges, flux, period, effusivity, terms=400_000):
     return total
 
 
-def by_steps(x, edges, flux, turns=2000):
-    """`√` of the time since every step of the flux in so many turns, less what grows with their number."""
-    ages = (x[:, None] - edges) % 1.0
-    each = sum(np.sqrt(ages + m) for m in range(turns))
-    whole = ages + turns
-    return (each - 2 / 3 * whole**1.5 + 0.5 * whole**0.5) @ (flux - np.roll(flux, 1))
-
-
 def test_square_wave_of_flux_on_a_half_space():
     """`±q` in turn: at the ends of the halves `∓(4 q/e) √(P/π) (2 − √½) ζ(−½)`, and the series in between."""
     q, period = 2e6, 0.05
@@ -105,8 +97,8 @@ def test_a_point_of_the_track_in_a_run(stop):
     np.testing.assert_allclose(ripple.flux[0][~ripple.heated], 0.0)
     pitch = angle[::-1] / (2 * math.pi)
     np.testing.assert_allclose(ripple.edges[ripple.heated], np.cumsum(pitch) - 0.8 * pitch, rtol=1e-9)
-    truth = by_steps(np.append(np.linspace(0.0, 1.0, 500), ripple.edges), ripple.edges, ripple.flux[0])
-    truth *= 2 / float(rim.effusivity) * math.sqrt(ripple.period[0] / math.pi)
+    x = np.append(np.linspace(0.0, 1.0, 500), ripple.edges)
+    truth = sb.formulas.revolution_ripple(x, ripple.edges, ripple.flux[0], ripple.period[0], float(rim.effusivity))
     assert ripple.amplitude[0] == pytest.approx(np.ptp(truth), rel=1e-5)
     assert ripple.above[0] == pytest.approx(np.max(truth), rel=1e-5)
     np.testing.assert_allclose(ripple.reach, np.sqrt(rim.diffusivity * 2 * math.pi / omega) / 0.028, rtol=1e-6)
