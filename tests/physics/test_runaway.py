@@ -57,8 +57,8 @@ def test_brake_holds_by_the_capstan_equation(stiffness, omega, torque):
         stop_scene(C=None, load=AHEAD, end=2.0),
         stop_scene(C=2e5, load=AHEAD, end=2.0),
         stop_scene(C=None, w0=-20.0, load=-BACK, end=2.0),
-        stop_scene(C=None, lever=sb.SpeedHold(T0), load=AHEAD, end=2.0),
-        disc_scene(load=TORQUE, end=2.0),
+        pytest.param(stop_scene(C=None, lever=sb.SpeedHold(T0), load=AHEAD, end=2.0), marks=pytest.mark.slow),
+        pytest.param(disc_scene(load=TORQUE, end=2.0), marks=pytest.mark.slow),
     ],
 )
 def test_load_equal_to_brake_is_no_runaway(scene):
@@ -204,6 +204,7 @@ def test_temporary_shortage_is_a_warning():
     assert sb.simulate(rising).summary()["warnings"] == []
 
 
+@pytest.mark.slow
 def test_swings_of_a_chain_are_no_shortage():
     """The tensions of a light chain swing, and the pulley gains speed for moments; the load is below the capacity."""
     result = sb.simulate(chain_scenes.chain(m=0.3, K=10.0, w0=0.5, end=12.0, load=((0.0,), (0.65,))))

@@ -41,6 +41,7 @@ def balanced(result):
 # --- stops on one law and on three ------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_stop_on_three_laws_and_derivatives():
     """Dry, viscous and quadratic drag with the band open: `t = (2J/D)[atan((2kω+c)/D)]`, `D² = 4 k M − c²`."""
     given = jnp.asarray([1500.0, 40.0, 12.0, J, W0])
@@ -225,10 +226,11 @@ def test_tackle_loss_helps_to_lower():
 
 
 def test_rests_or_starts_at_once():
-    held = sb.simulate(scene(BearingFriction(2e3), load=1e3, w0=0.0, end=1.0))
+    still, moving = (sb.TorqueLoad(sb.PiecewiseLinear([0.0, 1.0], [M, M])) for M in (1e3, 3e3))
+    held = sb.simulate(scene(BearingFriction(2e3), load=still, w0=0.0, end=1.0))
     assert (held.status, names(held)) == ("held", [])
     assert float(held.record.y_end.phi) == 0.0
-    loose = sb.simulate(scene(BearingFriction(2e3), load=3e3, w0=0.0, end=1.0))
+    loose = sb.simulate(scene(BearingFriction(2e3), load=moving, w0=0.0, end=1.0))
     assert float(loose.record.y_end.omega) == pytest.approx(1e3 / J, rel=1e-10)
 
 
