@@ -1,30 +1,14 @@
 """Parts of the integrator: short vectors, bordered systems, roots and minima inside a step, crossings."""
 
-import dataclasses
 from types import SimpleNamespace
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from heat_scenes import layered_stop
 
-import simbrake as sb
-from simbrake._physics._assemble import assemble
-from simbrake.hybrid import CORE, LINEAR, _arrays, _bordered, _system
-from simbrake.hybrid._arrays import any_of_each, entry, first_least
+from simbrake.hybrid import CORE, LINEAR, _bordered
 from simbrake.hybrid._search import crossed, first_root, interior_minimum, suspicious
-from simbrake.results import BandMode
-
-
-def test_entries_as_slices():
-    rng = np.random.default_rng(5)
-    x, places = rng.normal(size=9), (7, 8, 0, 3, 4)
-    np.testing.assert_array_equal(_arrays.take(jnp.asarray(x), places), x[list(places)])
-    values, expected = rng.normal(size=5), x.copy()
-    expected[list(places)] = values
-    np.testing.assert_array_equal(_arrays.put(jnp.asarray(x), places, jnp.asarray(values)), expected)
-    assert _arrays.take(jnp.asarray(x), ()).shape == (0,)
 
 
 @pytest.mark.parametrize(("m", "n"), [(0, 7), (3, 0), (1, 1), (3, 19), (5, 64), (20, 4)])
@@ -78,37 +62,6 @@ def test_rows_formed_once_are_the_dense_ones(m, constant):
     np.testing.assert_allclose(found.below, dense[m:, :m], rtol=1e-14)
     chain = np.diag(found.diagonal) + np.diag(found.lower[1:], -1) + np.diag(found.upper[:-1], 1)
     np.testing.assert_allclose(chain, dense[m:, m:], rtol=1e-14)
-
-
-@pytest.mark.slow
-def test_linear_rows_are_the_same_everywhere():
-    """Layers within walls of constant properties, and no others."""
-    scene = layered_stop()
-    steel = sb.Material(48.0, 7800.0, 500.0)
-    fading_steel = sb.Material(48.0, 7800.0, 500.0, conductivity_slope=-5e-4)
-    more = (
-        sb.thermal.Wall("pair", steel, 0.02, 0.1, 4, 1.5, copies=2),
-        sb.thermal.Wall("hot", fading_steel, 0.02, 0.1, 5),
-    )
-    links = (sb.thermal.Convection("pair.back", 0.1, 20.0), sb.thermal.Radiation("hot.front", 0.1, 0.8))
-    heat = dataclasses.replace(scene.heat, bodies=scene.heat.bodies + more, links=scene.heat.links + links)
-    system, y, mode = assemble(dataclasses.replace(scene, heat=heat))
-    kinds = np.concatenate([np.ravel(kind) for kind in jax.tree.leaves(system.couplings())])
-    marked = kinds >= LINEAR
-    assert marked.sum() == 18 + 2 * 3  # all but the outermost layers that a link or friction reaches
-    flat = _system.flatten(system, y, mode)
-    slope = jax.jit(jax.jacfwd(flat.rhs, argnums=1))
-    rng = np.random.default_rng(2)
-    start = np.asarray(_system.ravel(y, jnp.float64))
-    found = []
-    for band in (BandMode.SLIP, BandMode.ELASTIC, BandMode.HELD, BandMode.OPEN):
-        state = start + rng.uniform(0.0, 300.0, start.size) * (kinds >= 0)
-        packed = _system.pack_mode(mode._replace(band=jnp.asarray(int(band), jnp.int32)))
-        found.append(np.asarray(slope(rng.uniform(0.0, 1.0), state, packed)))
-    for J in found[1:]:
-        np.testing.assert_array_equal(J[marked], found[0][marked])
-    others = (kinds >= 0) & ~marked
-    assert all(np.any(J[others] != found[0][others]) for J in found[1:])
 
 
 def test_first_root_of_a_cubic_to_rounding():
@@ -175,31 +128,3 @@ def test_minimum_inside_the_step():
 def test_what_crosses_zero(armed, rate, start, end, end_rate, crosses):
     c = SimpleNamespace(g=np.array([start]), rate=np.array([rate]), armed=np.array([armed]))
     assert bool(crossed(c, 1.0, np.array([end]), np.array([end_rate]), 1e-9)[0]) == crosses
-
-
-@pytest.mark.parametrize("seed", range(4))
-@pytest.mark.parametrize("n", [1, 2, 7, 40])
-def test_marks_at_once_are_those_one_by_one(seed, n):
-    marks = np.random.default_rng(seed).random((5, n)) < 0.5 / n
-    found = jax.jit(any_of_each)(*marks)
-    assert [bool(mark) for mark in found] == [any(mark) for mark in marks]
-    lanes = jax.vmap(any_of_each)(marks, ~marks)
-    np.testing.assert_array_equal(lanes, [np.any(marks, axis=1), np.any(~marks, axis=1)])
-
-
-def test_first_of_equal_entries():
-    inf = np.inf
-    cases = [
-        ([3.0, 1.0, 1.0], 1.0, 1),
-        ([-0.5, -1.0, 2.0, -1.0], -1.0, 1),
-        ([inf, inf, 0.0], 0.0, 2),
-        ([inf, -inf], -inf, None),  # no place counts where nothing is found
-        ([0.25], 0.25, 0),
-        ([0.1 + 0.2, 0.3], 0.3, 0),  # equal but for rounding
-        ([0.3 * (1 + 1e-9), 0.3], 0.3, 1),
-    ]
-    for x, least, place in cases:
-        found, at = jax.jit(first_least)(np.asarray(x))
-        assert float(found) == least
-        assert place is None or int(at) == place
-        assert float(entry(jnp.asarray(x), at)) == x[int(at)]

@@ -60,23 +60,6 @@ def test_pieces_reach_only_those_who_wait(capsys):
     _progress.piece(2, 2)
 
 
-def test_who_is_told_of_a_run(capsys):
-    said = []
-    with _progress.telling(False) as nobody:
-        assert nobody is None
-    with _progress.telling(said.append) as somebody:
-        assert somebody == said.append
-    with _progress.telling(True) as reach:
-        reach(0.0, 5.0)
-        assert shown(reach.__self__)[0] == "run: simulated to 0 of 5 s"
-    with _progress.waiting(False, "fit", "begins") as own:
-        own.now("goes on", 1, 2)
-        assert own.shown is False
-    with _progress.waiting(None, "fit", "begins") as own:  # no terminal
-        assert own.shown is False
-    assert capsys.readouterr().err == ""
-
-
 def test_pieces_are_shown_or_reported(capsys):
     line = _progress.Progress(10, True, done=4, what="frames")
     line.add(3)
