@@ -11,7 +11,7 @@ from simbrake.hybrid import CORE, LINEAR, _bordered
 from simbrake.hybrid._search import crossed, first_root, interior_minimum, suspicious
 
 
-@pytest.mark.parametrize(("m", "n"), [(0, 7), (3, 0), (1, 1), (3, 19), (5, 64), (20, 4)])
+@pytest.mark.parametrize(("m", "n"), [(0, 7), (3, 0), (3, 19), (20, 4)])
 def test_bordered_systems_against_dense_ones(m, n):
     rng = np.random.default_rng(m + 100 * n)
     # layers from thin to thick: conductances over many powers of ten, as in a wall with a fine surface
@@ -43,10 +43,9 @@ def bordered_rates(m, n, constant, seed=3):
     return lambda x: a @ x + bend * jnp.sin(a @ x)
 
 
-@pytest.mark.parametrize("constant", [(), (0, 1, 2, 3, 4, 5, 6, 7), (1, 2, 3, 5, 6), (3,)])
-@pytest.mark.parametrize("m", [1, 4])
-def test_rows_formed_once_are_the_dense_ones(m, constant):
-    n = 8
+@pytest.mark.parametrize("constant", [(), (0, 1, 2, 3, 4, 5, 6, 7), (1, 2, 3, 5, 6)])
+def test_rows_formed_once_are_the_dense_ones(constant):
+    m, n = 4, 8
     linear = np.isin(np.arange(n), constant)
     kinds = np.append(np.full(m, CORE), np.arange(n) + LINEAR * linear)
     places = _bordered.Couplings.of(kinds)

@@ -1,9 +1,8 @@
 """Compiled programs: the bound of those in memory, what is compiled how, and for which device."""
 
 import gc
-import pickle
+import importlib
 import sys
-import threading
 import weakref
 from typing import Any, NamedTuple
 
@@ -126,43 +125,6 @@ def test_programs_go_with_their_owner(store):
     assert len(store) == 2
 
 
-def test_of_two_threads_one_compiles(store):
-    made, gate = [], threading.Barrier(2)
-
-    @Kept
-    def slow(name):
-        made.append(name)
-        threading.Event().wait(0.05)
-        return Program(name)
-
-    class Program(NamedTuple):
-        name: str
-        lines: int = 1
-
-    def ask():
-        gate.wait()
-        assert slow("a").name == "a"
-
-    threads = [threading.Thread(target=ask) for _ in range(2)]
-    for one in threads:
-        one.start()
-    for one in threads:
-        one.join()
-    assert made == ["a"]
-    assert not store._gates
-
-
-def test_a_failed_compilation_is_tried_again(store):
-    @Kept
-    def fails(name):
-        raise ValueError(name)
-
-    for _ in range(2):
-        with pytest.raises(ValueError, match="a"):
-            fails("a")
-    assert len(store) == 0
-
-
 @pytest.mark.slow
 def test_a_prepared_run_keeps_its_program(monkeypatch):
     prepared = sb.prepare(stop_scene(), ["stopping_time"])
@@ -213,11 +175,13 @@ def test_every_program_can_be_given_back():
         gc.collect()
         return mappings()
 
+    for library in ("pandas", "pyarrow.parquet", "xarray"):  # have mappings, too
+        importlib.import_module(library)
     before = given_back()
     everything(9)
     used = mappings() - before
     assert used > 500
-    assert given_back() - before < 100  # libraries that were loaded
+    assert given_back() - before < 100  # more libraries
 
 
 @pytest.mark.slow
@@ -258,13 +222,8 @@ def test_a_run_inside_a_program_of_the_user(fresh_accelerators):
     assert ("xla_cpu_small_call" in plain.as_text()) == _compiling.accelerators("cpu").one_function
     truth = closed_form()["stop"]
     assert float(plain.compile()(20.0)) == pytest.approx(truth, rel=1e-10)
-
-    speeds = jnp.asarray([10.0, 20.0])
-    side_by_side = jax.jit(jax.vmap(stopping_time)).lower(speeds)
     slope = jax.jit(jax.value_and_grad(stopping_time)).lower(20.0)
-    assert "xla_cpu_small_call" not in side_by_side.as_text() + slope.as_text()
-    truths = [closed_form(w0=w)["stop"] for w in (10.0, 20.0)]
-    np.testing.assert_allclose(side_by_side.compile()(speeds), truths, rtol=1e-10)
+    assert "xla_cpu_small_call" not in slope.as_text()
     value, by_speed = slope.compile()(20.0)
     central = closed_form(w0=20.0 + 1e-200j, xp=np)["stop"].imag / 1e-200
     assert float(value) == pytest.approx(truth, rel=1e-10)
@@ -325,47 +284,6 @@ def test_the_device_of_a_run(monkeypatch):
     assert _compiling.run_device() == "gpu:0"
 
 
-TREE = {
-    "short": np.arange(6.0).reshape(2, 3),
-    "whole": np.asarray([7, 8], np.int32),
-    "one": np.asarray(-1.5),
-    "large": np.arange(256.0),
-    "nearly": np.arange(255.0),
-    "yes": np.asarray([True, False]),
-}
-
-
-def assert_equal(found, wanted):
-    assert jax.tree.structure(found) == jax.tree.structure(wanted)
-    for a, b in zip(jax.tree.leaves(found), jax.tree.leaves(wanted), strict=True):
-        assert (np.asarray(a).dtype, np.asarray(a).tolist()) == (b.dtype, b.tolist())
-
-
-def test_numbers_of_a_tree_as_one_vector():
-    for tree, xp in ((TREE, np), (TREE, jnp), ({name: TREE[name] for name in ("short", "whole", "one")}, np)):
-        numbers, packing = _compiling.pack(tree, xp)
-        assert (numbers.dtype, numbers.shape) == (np.float64, (packing.size,))
-        assert packing.size == sum(leaf.size for leaf in tree.values())
-        assert_equal(packing.unpack(numbers), tree)
-        like = packing.stand_in()
-        assert {name: (x.shape, x.dtype) for name, x in like.items()} == {
-            name: (x.shape, x.dtype) for name, x in tree.items()
-        }
-    mixed, packing = _compiling.pack([jnp.asarray([1.0]), np.float32(0.5), 3], np)
-    assert (mixed.tolist(), packing.kinds) == ([1.0, 0.5, 3.0], ("float64", "float64", "int64"))
-
-
-def test_results_come_back_in_one_vector():
-    packed = _compiling.Packed.of(TREE)
-    arrays, unpacking = jax.tree.flatten(packed)
-    assert [array.shape for array in arrays] == [(266,), (256,)]  # 6 + 2 + 1 + 255 + 2, and those from 256 on
-    assert_equal(packed.unpack(), TREE)
-    again = jax.tree.unflatten(unpacking, arrays)
-    assert_equal(again.unpack(), TREE)
-    whole = pickle.loads(pickle.dumps(packed._unpacking))
-    assert_equal(whole(np.asarray(arrays[0]), arrays[1:]), TREE)
-
-
 def test_what_answers_are_remembered_by():
     asked = []
 
@@ -374,15 +292,10 @@ def test_what_answers_are_remembered_by():
         asked.append(part)
         return 2 * float(np.sum(part["x"]))
 
-    for i in (*range(64), 0, 63):
+    for i in (0, 1, 0, 1):
         assert twice({"x": np.asarray(float(i)), "y": i}) == 2.0 * i
-    assert len(asked) == 64
-    assert twice({"x": np.asarray([63.0])}) == 126.0  # of another shape: the first is forgotten for it
-    for i, count in ((1, 65), (0, 66)):
-        twice({"x": np.asarray(float(i))})
-        assert len(asked) == count
-    assert [twice({"x": 3.0}) for _ in range(2)] == [6.0, 6.0]  # no array: looked at anew
-    assert len(asked) == 68
+    assert len(asked) == 2
+    assert twice({"x": np.asarray([1.0, 2.0])}) == 6.0
 
     @_compiling.per_structure
     def entries(part, times=1):
@@ -396,14 +309,6 @@ def test_what_answers_are_remembered_by():
     assert len(asked) == before + 3
 
 
-def test_what_a_result_depends_on():
-    number = jax.ShapeDtypeStruct((), np.float64)
-    arguments = {"a": number, "b": number}, number
-    assert _compiling.read_by(lambda x, y: 2 * x["b"], *arguments) == ({"a": False, "b": True}, False)
-    assert _compiling.read_by(lambda x, y: x["a"] + y, *arguments) == ({"a": True, "b": False}, True)
-    assert _compiling.read_by(lambda x, y: nothing, *arguments) == ({"a": True, "b": True}, True)  # noqa: F821
-
-
 def test_a_busy_program_is_compiled_again():
     made = []
 
@@ -412,17 +317,13 @@ def test_a_busy_program_is_compiled_again():
         return _compiling.Program(lambda x: x + (0.0 if quick else 1.0), 1000.0, 2000.0, True, quick, 100)
 
     program = _compiling.Improving(make)
-    assert program._worth == 1000.0 + 2 * 2000.0  # to trace and to compile, which takes twice as long
     assert [program(1.0) for _ in range(3)] == [1.0] * 3
-    assert (made, program.calls, program._thread) == ([True], 3, None)
-    assert 0 < program._spent < 1.0
-    program._worth = 0.0
+    assert made == [True]
+    program._worth = 0.0  # as if it had been called for as long as it takes to compile it
     program(1.0)
     program._thread.join()
     assert [program(1.0) for _ in range(3)] == [2.0] * 3
-    assert (made, program.calls) == ([True, False], 7)
-    known = _compiling.Improving(lambda quick: make(False))  # as one that was kept
-    assert (known(1.0), known._worth, known._thread) == (2.0, np.inf, None)
+    assert made == [True, False]
 
 
 def test_what_calls_a_library():

@@ -58,17 +58,3 @@ def test_pieces_reach_only_those_who_wait(capsys):
         time.sleep(0.3)
     assert "run: sums up again" in capsys.readouterr().err
     _progress.piece(2, 2)
-
-
-def test_pieces_are_shown_or_reported(capsys):
-    line = _progress.Progress(10, True, done=4, what="frames")
-    line.add(3)
-    assert shown(line._waiting)[0] == "frames 7 of 10"
-    line.close()
-    assert "frames 7 of 10" in capsys.readouterr().err
-    said = []
-    line = _progress.Progress(10, lambda *told: said.append(told), done=2)
-    line.add(3)
-    line.add(5)
-    line.close()
-    assert (said, capsys.readouterr().err) == ([(5, 10), (10, 10)], "")
