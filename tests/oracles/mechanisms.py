@@ -3,109 +3,55 @@
 import math
 
 import numpy as np
-from scipy.integrate import solve_ivp
+from oracles.independent.chain import Chain
+from oracles.independent.sprung import Sprung
+from oracles.independent.stepping import Lines, integrate
 from scipy.optimize import brentq
 from stops import BY_SLOPE, EXACT, SMOOTH, G, ratio, slope
 
 
+def numbers(n, f, beta, lever, **own):
+    """Of a model of `independent` without a load, heat or wear."""
+    absent = dict.fromkeys(("C", "bandage", "heat", "wear"))
+    zero = dict.fromkeys(("drag", "hook_inertia", "hook_torque"), 0.0)
+    law, load = {"kinetic": np.full(n, f), "static": np.full(n, f)}, Lines([0.0], [0.0])
+    return {**absent, **zero, "n": n, "law": law, "beta": np.full(n, beta), "lever": lever, "load": load, **own}
+
+
 def chain_of_one():
     """A lining of mass m under a band with a spring and a damper: sticks, slides, sticks."""
-    inertia, R_b, m, D, f, tension, w0, end = 0.5, 0.9, 0.05, 0.03, 0.3, 1.0, 0.6, 2.0
-    fz = f * math.tan(math.radians(13.5))
 
     def run(C=5.0):
-        def force(y):
-            return C * (0.2 + y[1]) + D * y[2]
-
-        def stuck(t, y):
-            a = -R_b * (force(y) - tension) / (inertia + m * R_b**2)
-            return [a, y[2], R_b * a]
-
-        def sliding(sign):
-            def rhs(t, y):
-                grip = sign * fz * (force(y) + tension)
-                return [-R_b * grip / inertia, y[2], (grip + tension - force(y)) / m]
-
-            return rhs
-
-        def let_go(side):
-            return lambda t, y: fz * (force(y) + tension) - side * (m * stuck(t, y)[2] + force(y) - tension)
-
-        t, y, mode, times = 0.0, [w0, 0.0, R_b * w0], 0, []
-        while True:
-            events = [let_go(1), let_go(-1)] if mode == 0 else [lambda t, y, k=mode: k * (R_b * y[0] - y[2])]
-            rhs = stuck if mode == 0 else sliding(mode)
-            for event in events:
-                event.terminal, event.direction = True, -1
-            done = solve_ivp(rhs, (t, end), y, "DOP853", events=events, rtol=1e-13, atol=1e-15, max_step=0.02)
-            t, y = done.t[-1], done.y[:, -1]
-            if t >= end:
-                return times, y
-            times.append(t)
-            mode = (1 if done.t_events[0].size else -1) if mode == 0 else 0
-            if mode == 0:
-                y[2] = R_b * y[0]
+        segments = {"mass": np.array([0.05]), "stiffness": np.zeros(0), "damping": np.zeros(0), "anchor": 0.03}
+        given = {"J": 0.5, "R_b": 0.9, "omega": 0.6, "end": 2.0, "C": C, "x": 0.2, "segments": segments}
+        model = Chain(numbers(1, 0.3, math.radians(27.0), Lines([0.0], [1.0]), **given))
+        y = integrate(model)
+        return [event.time for event in model.log if event.lining], y
 
     source = "SciPy DOP853: m v̇ = G + T_0 − T, stick and slip event by event"
     times, y = run()
     yield "first slip", times[0], source, SMOOTH
     yield "first stick", times[1], source, SMOOTH
-    yield "speed at the end", y[0], source, 1e-8
-    yield "∂(speed)/∂C", slope(lambda C: run(C)[1][0], 5.0, 2e-4), source, 1e-6
+    yield "speed at the end", y[1], source, 1e-8
+    yield "∂(speed)/∂C", slope(lambda C: run(C)[1][1], 5.0, 2e-4), source, 1e-6
 
 
 def linings_on_springs():
     """Two linings with a spring between: each lets go of the rim, slides on both, and rests on the band."""
-    inertia, own, r, R_b, f_i, damping, half = 200.0, [1.2, 1.5], 0.59, 0.64, 0.2, 0.05, math.radians(25.0)
-    mu, k, mass = ratio(0.4, 2 * half), r * f_i * math.sin(half), 1 / (1 / own[0] + 1 / own[1]) / R_b**2
-
-    K = 2e3
-
-    def run():
-        floor, D = [r * f_i * 1500.0, r * f_i * 900.0], 2 * damping * math.sqrt(K * mass)
-        slides, rests = [False, False], [False, False]
-
-        def forces(t, y):
-            S = K * y[1] + D * R_b * (y[2] - y[3])
-            Q, T = [-R_b * S, R_b * S], [100.0 + 5900.0 * min(t / 0.3, 1.0)]
-            for i in (0, 1):
-                at_rest = (T[-1] * (R_b + k) + floor[i] + Q[i]) / (R_b - k)
-                T.append(at_rest if rests[i] else T[-1] * mu)
-            G, M = [R_b * (T[i + 1] - T[i]) for i in (0, 1)], [k * (T[i + 1] + T[i]) + floor[i] for i in (0, 1)]
-            drag = sum(M[i] if slides[i] else G[i] - Q[i] for i in (0, 1))
-            a = -drag / (inertia + sum(own[i] for i in (0, 1) if not slides[i]))
-            each = [a if not slides[i] else 0.0 if rests[i] else (M[i] + Q[i] - G[i]) / own[i] for i in (0, 1)]
-            room = [M[i] - (G[i] - Q[i] + own[i] * a) for i in (0, 1)]
-            return [a, R_b * (y[2] - y[3]), *each], room
-
-        t, y, log = 0.0, [20.0, 0.0, 20.0, 20.0], {}
-        while "stop" not in log:
-            events = {"stop": lambda t, y: y[0]}
-            for i in (0, 1):
-                if not slides[i]:
-                    events[f"slip {i + 1}"] = lambda t, y, i=i: forces(t, y)[1][i]
-                elif not rests[i]:
-                    events[f"rest {i + 1}"] = lambda t, y, i=i: y[2 + i]
-            for event in events.values():
-                event.terminal, event.direction = True, -1
-            span, watched = (t, 0.3 if t < 0.3 else 20.0), [*events.values()]
-            out = solve_ivp(lambda t, y: forces(t, y)[0], span, y, "DOP853", rtol=1e-13, atol=1e-13, events=watched)
-            t, y = out.t[-1], out.y[:, -1]
-            for name in [name for name, times in zip(events, out.t_events, strict=True) if times.size]:
-                log[name], i = t, int(name[-1]) - 1 if name != "stop" else 0
-                slides[i] |= name.startswith("slip")
-                if name.startswith("rest"):
-                    rests[i], y[2 + i] = True, 0.0
-        return log, y
-
+    law = {"kinetic": np.full(2, 0.2), "static": np.full(2, 0.2)}
+    bandage = {"J": np.array([1.2, 1.5]), "law": law, "preload": np.array([1500.0, 900.0])}
+    bandage |= {"spring": np.array([2e3]), "damping": np.array([0.05])}
+    given = {"J": 200.0, "R": 0.59, "R_b": 0.64, "omega": 20.0, "end": 6.0, "bandage": bandage}
+    model = Sprung(numbers(2, 0.4, math.radians(50.0), Lines([0.0, 0.3], [100.0, 6000.0]), **given))
+    y = integrate(model)
+    log = {(event.name, event.lining): event.time for event in reversed(model.log)}
     source = "SciPy DOP853, mode by mode: J_i ω̇_i = M_i + Q_i − R_b (T_i − T_(i−1)), Q_i of spring and damper"
-    log, y = run()
-    for name, words in (("slip 1", "lining 1 slips"), ("slip 2", "lining 2 slips")):
-        yield words, log[name], source, SMOOTH
-    for name, words in (("rest 1", "lining 1 rests on the band"), ("rest 2", "lining 2 rests on the band")):
-        yield words, log[name], source, SMOOTH
-    yield "stopping time", log["stop"], source, SMOOTH
-    yield "elongation at rest", y[1], source, SMOOTH
+    for i in (1, 2):
+        yield f"lining {i} slips", log["lining_internal_slip", i], source, SMOOTH
+    for i in (1, 2):
+        yield f"lining {i} rests on the band", log["lining_external_stick", i], source, SMOOTH
+    yield "stopping time", log["stop", None], source, SMOOTH
+    yield "elongation at rest", y[model.OWN][0], source, SMOOTH
 
 
 def several_bands():

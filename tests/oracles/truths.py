@@ -1,4 +1,4 @@
-"""Frozen truths of `simbrake validate`: closed forms, quadrature, SciPy's integrators; imports nothing of simbrake.
+"""Frozen truths of `simbrake validate`: closed forms, quadrature, the models in `independent`; no simbrake.
 
     python tests/oracles/truths.py
 
@@ -9,6 +9,9 @@ sixth-order central differences of the oracle.
 
 import csv
 import pathlib
+import sys
+
+sys.path.insert(0, str(pathlib.Path(__file__).parents[1]))
 
 import laws
 import mechanisms
