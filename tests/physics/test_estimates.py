@@ -5,7 +5,7 @@ import json
 import math
 
 import pytest
-from heat_scenes import TRACK, falling_flux, layered_stop
+from heat_scenes import falling_flux, layered_stop
 from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
@@ -77,20 +77,6 @@ def test_estimates_match_a_stop_they_assume(run):
     assert table["heat partition coefficient, rim, effusivities"].simulated == pytest.approx(0.95)
 
 
-@pytest.mark.slow
-def test_inputs_of_a_run_come_from_its_scene(run):
-    result, table = run
-    inputs = {i.name: i for i in table.inputs}
-    assert inputs["track_area"] == ("track_area", pytest.approx(TRACK), "m^2", "scene")
-    assert inputs["share"].value == pytest.approx(0.95)
-    assert inputs["coefficient"].value == pytest.approx(60.0)
-    assert inputs["rim_thickness"].value == pytest.approx(0.028)
-    assert "simulated" in str(table)
-    assert "reason: " in str(table)
-    shares = sb.estimates(result, sb.formulas.EstimateData(power=sb.thermal.shares_of_S()))["work into heat"]
-    assert shares.value == pytest.approx(0.68 * shares.simulated)
-
-
 @pytest.mark.parametrize(
     ("scene", "word"),
     [
@@ -111,3 +97,26 @@ def test_data_of_another_brake_are_refused():
         sb.estimates(scene, sb.formulas.EstimateData(track_area=1.0, lining_area=1.2))
     with pytest.raises(sb.InputError, match="only a staged brake"):
         sb.estimates(scene, sb.formulas.EstimateData(outer_area=0.7))
+
+
+def test_rows_have_source_difference_reason():
+    row = sb.formulas.EstimateRow
+    rows = (
+        row("lever", "F l", 3.0, "N*m", "S-3", 2.0, "a spring"),
+        row("share", "a/b", 0.5, "1", "", 0.5 * (1 - 1e-15), "a spring"),
+        row("arm", "l", math.inf, "m", "", 2.0, "a spring"),
+        row("angle", "φ", 1.0, "rad", "", 1.25, "a spring"),
+        row("time", "t", 1.0, "s", "S-1", None, "a clock"),
+    )
+    assert [one.difference for one in rows] == [1.0, 0.0, None, -0.25, None]
+    assert [one.words for one in rows] == ["lever 3 N*m", "share 0.5", "arm none m", "angle 1 rad", "time 1 s"]
+    inputs = (sb.formulas.Input("track", 2.0, "m^2", "given"), sb.formulas.Input("rim", "steel", "", "scene"))
+    lines = str(sb.formulas.EngineeringEstimates("about", inputs, rows)).splitlines()
+    table = {line.split()[0]: line.split() for line in lines if line}
+    assert table["track"] == ["track", "2", "m^2", "given"]
+    assert table["rim"] == ["rim", "scene"]
+    assert table["lever"] == ["lever", "3", "2", "1", "N*m", "F", "l", "(S-3)"]
+    assert table["share"] == ["share", "0.5", "0.5", "0", "a/b"]
+    assert table["arm"][:3] == ["arm", "none", "2"]
+    assert table["angle"] == ["angle", "1", "1.25", "-0.25", "rad", "φ"]
+    assert [line for line in lines if line.startswith("reason")] == ["reason: a spring (lever; angle)"]

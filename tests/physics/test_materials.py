@@ -6,7 +6,7 @@ import math
 import jax
 import numpy as np
 import pytest
-from material_scenes import ROOM, W0, J, compared, whole_scene
+from material_scenes import DATA, ROOM, W0, J, compared, whole_scene
 from scipy.special import erfc
 from stop_scenes import stop_scene
 
@@ -128,6 +128,28 @@ def test_a_stop_by_hand(name):
     assert float(lining.conductivity) == 0.736
 
 
+def test_estimates_match_the_estimate_table():
+    row = compared(["brass"]).row("brass")
+    m = sb.formulas.rim_material("brass")
+    table = sb.estimates(
+        stop_scene(C=None), dataclasses.replace(DATA, rim=m.thermal, elastic=m.elastic, hardness=300e6)
+    )
+    for key, name in {
+        "friction_work": "friction work",
+        "bulk": "bulk temperature, mean",
+        "bulk_end": "bulk temperature, end",
+        "surface": "surface temperature, falling flux",
+        "maximum": "maximum temperature, S-26",
+        "stress": "thermal stress, surface",
+        "stress_ratio": "stress over allowable",
+        "effusivity_share": "heat partition coefficient, rim, effusivities",
+    }.items():
+        assert row[key].value == pytest.approx(table[name].value, rel=1e-13), key
+    # V's table has 48.85 W/(m·K): the rim's material hardly matters for the share by transmission
+    steel = compared(["steel_20L"]).row("steel_20L")["transmission_share"].value
+    assert steel == pytest.approx(table["heat partition coefficient, rim, transmission"].value, rel=1e-4)
+
+
 def test_maximum_work_in_closed_form():
     """Surface of a half-space: rise ∝ q √τ ∝ W^(3/4) at given torques; at that work a pair is just admissible."""
     stiffless = sb.formulas.rim_material("steel_20L", young=1.0, permissible_temperature=ROOM + 30.0)
@@ -173,6 +195,14 @@ def test_inertia_follows_the_mass_if_asked():
     assert [row["friction_work"].value for row in table] == pytest.approx([0.5 * J * W0**2, 0.5 * inertia * W0**2])
     assert "for every rim mass" not in str(table)
     assert "for every rim mass" in str(compared([own]))
+
+
+def test_ranking_has_admissible_pairs_first():
+    weak = dataclasses.replace(sb.formulas.rim_material("steel_20L", permissible_stress=1e6), name="weak")
+    strong = dataclasses.replace(sb.formulas.rim_material("steel_20L", permissible_stress=1e9), name="strong")
+    table = compared([weak, strong])
+    assert [row.rim for row in table.ranking()] == ["strong", "weak"]
+    assert [row.admissible for row in table.ranking()] == [True, False]
 
 
 @pytest.mark.parametrize(

@@ -84,6 +84,25 @@ def test_run_as_the_estimate_assumes_agrees(run):
 
 
 @pytest.mark.slow
+def test_power_shares_keep_the_friction_work(run):
+    """The works of the pairs are those of the run without shares, also where none of it is heat."""
+    shared = dataclasses.replace(constant(3e3), power_shares=sb.PowerShares(electrical=0.1, mechanical=0.2))
+    table, plain = sb.estimates(sb.simulate(shared)), sb.estimates(run)
+    for pair in ("external", "internal"):
+        row = table[f"friction work, {pair} pair"]
+        assert row.simulated == pytest.approx(plain[row.name].simulated, rel=1e-9)
+        name = f"surface temperature, falling flux, {pair} pair"
+        assert table[name].value - 293.15 == pytest.approx(0.7 * (plain[name].value - 293.15), rel=1e-9)
+    assert table["work into heat"].simulated == pytest.approx(0.7 * plain["friction work"].simulated, rel=1e-9)
+    alone = dataclasses.replace(shared, power_shares=sb.PowerShares(mechanical=1.0))
+    cold = sb.estimates(sb.simulate(alone))
+    for pair in ("external", "internal"):
+        name = f"friction work, {pair} pair"
+        assert cold[name].simulated == pytest.approx(plain[name].simulated, rel=1e-9)
+        assert cold[f"surface temperature, falling flux, {pair} pair"].value == 293.15
+
+
+@pytest.mark.slow
 def test_brake_below_onset_rides_to_the_end():
     scene = constant(500.0)
     stop = sb.formulas.classical_staged_stop(scene)

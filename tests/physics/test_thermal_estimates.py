@@ -115,6 +115,11 @@ def test_s_24_with_the_term_for_a_zero_start():
             rise(q, 1.1 * tau, tau, thickness, STEEL)
 
 
+def test_maximum_temperature_combinations():
+    found = sb.formulas.maximum_temperatures(30.0, 60.0, 90.0)
+    assert found == (90.0, 80.0, 180.0)
+
+
 # --- Schmidt's scheme -------------------------------------------------------------------------------------------------
 
 
@@ -202,6 +207,20 @@ def test_stress_of_a_parabolic_profile():
             np.testing.assert_allclose(found, truth, atol=1e-3 * MODULUS * T_0)
         errors.append(np.max(np.abs(found - truth)))
     assert errors[0] / errors[1] == pytest.approx(4.0, rel=0.01)
+
+
+def test_stress_of_a_free_plate():
+    rng = np.random.default_rng(3)
+    z = np.sort(rng.uniform(0.0, 0.03, 30))
+    T = rng.uniform(300.0, 500.0, (4, 30))
+    for restraint in ("none", "bending"):
+        stress = sb.formulas.plate_stress(T, z, ELASTIC, restraint=restraint)
+        fine = np.linspace(z[0], z[-1], 20_001)
+        force = [np.trapezoid(np.interp(fine, z, s), fine) for s in stress]
+        np.testing.assert_allclose(force, 0.0, atol=1e-6 * MODULUS)
+        if restraint == "none":
+            moment = [np.trapezoid(np.interp(fine, z, s) * fine, fine) for s in stress]
+            np.testing.assert_allclose(moment, 0.0, atol=1e-6 * MODULUS)
 
 
 def test_stress_history_of_a_heated_slab():
