@@ -82,32 +82,6 @@ def corner_at_an_event() -> list[Value | Named]:
     ]
 
 
-DAY = 86400.0
-
-
-def held_for_a_day() -> list[Value | Named]:
-    """Stop under 70 % of what the brake holds, and hold for the rest of 24 h."""
-    result = run(scene(stiffness=C, load=0.7 * HOLD, end=DAY))
-    stop = float(result.stopping_time)
-    series = result.series(np.append(np.linspace(stop, DAY, 200), DAY))
-    slope = gradients(scene(stiffness=C, load=0.7 * HOLD, end=DAY))
-    return [
-        Value("motion in 24 h", np.ptp(np.asarray(series.phi)), 0.0, 0.0, True),
-        Value("maximum speed", np.max(np.abs(np.asarray(series.omega))), 0.0, 0.0, True),
-        Value("torque", series.brake_torque, np.full(201, 0.7 * HOLD), 1e-12),
-        Value("energy-balance residual", result.energy["closure"], 0.0, 1e-12, True),
-        Value("∂φ/∂(end time)", slope.phi.end_time, 0.0, 0.0, True),
-        Named("", events_of(result), ["slip_onset", "full_slip", "stop"]),
-    ]
-
-
-def scipy_hold() -> str:
-    """Friction smoothed by `tanh(ω/ω_s)`, `ω_s` = 1e-3 rad/s, from rest, under the same load."""
-    out = solve_ivp(lambda t, y: [(0.7 * HOLD - HOLD * np.tanh(y[0] / 1e-3)) / J, y[0]], (0, DAY), [0.0, 0.0], "Radau",
-                    rtol=1e-8, atol=1e-10)  # fmt: skip
-    return f"with friction smoothed by tanh(ω/1e-3) the load creeps {out.y[1, -1]:.3g} rad in 24 h"
-
-
 def from_rest() -> list[Value | Named]:
     """No speed at the start: a load beyond the brake, rigid and elastic, and one that drives it backwards."""
     M = 1.5 * HOLD
@@ -265,7 +239,6 @@ CASES: list[Case] = [
     Case("a load comes 1e-12 s beside the stop", "a time breakpoint next to an event", load_beside_the_stop),
     Case("corner of the lever at an event", "the rate of the guard is another on each side", corner_at_an_event,
          slow=True),
-    Case("held for 24 h", "any creep adds up", held_for_a_day, scipy_hold, slow=True),
     Case("limit cycle: stick and slip of a lining", "the slip speed passes zero in every cycle", limit_cycle),
     Case("limit cycle with Stribeck friction", "friction that falls with speed feeds the swing", stribeck_cycle,
          scipy_smoothed, slow=True),
