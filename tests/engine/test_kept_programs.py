@@ -61,8 +61,8 @@ def test_beside_the_cache_of_jax(folder, scenarios, tmp_path):
             "JAX_PERSISTENT_CACHE_MIN_ENTRY_SIZE_BYTES": "-1",
         },
     )
-    first, second, third = (python(program, scene, **jax_too).stdout for _ in range(3))
-    assert first == second == third
+    first, second = (python(program, scene, **jax_too).stdout for _ in range(2))
+    assert first == second
     assert not [file.name for file in folder.iterdir() if file.name.startswith(("run", "text"))]
     # programs written without it serve beside it
     python(program, scene, JAX_COMPILATION_CACHE_DIR="")
@@ -87,7 +87,7 @@ def scene():
 """
     program = RUN.split("prepared =")[0] + "print(result)"
     found = []
-    for value in (0.35, 0.35, 0.3):
+    for value in (0.35, 0.35, 0.3):  # another number is another text of the program
         scene.write_text(law.format(value=value))
         found.append(python(program, scene, scenarios / "u2_5_5_stop.toml", JAX_COMPILATION_CACHE_DIR="").stdout)
     assert "Finished XLA compilation of jit(<lambda>)" in found[0]
@@ -99,14 +99,14 @@ def scene():
 
 @pytest.mark.slow
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs /proc/self/maps")
-def test_a_thousand_structures(folder):
+def test_many_visits_to_few_structures(folder):
     script = pathlib.Path(__file__).parents[1] / "many_structures.py"
     # what JAX caches on disk for the tests would be read instead
     environment = {name: value for name, value in os.environ.items() if not name.startswith(("JAX_", "XLA_"))}
     environment["SIMBRAKE_CACHE_DIR"] = str(folder)
-    command = [sys.executable, str(script), "1000", "24"]
+    command = [sys.executable, str(script), "250", "24"]
     done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
     peaks = json.loads(done.stdout.splitlines()[-1])
-    assert peaks["visits"] == 1000
+    assert peaks["visits"] == 250
     assert peaks["mappings"] < 20_000
     assert peaks["megabytes"] < 1500

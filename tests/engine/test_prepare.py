@@ -68,14 +68,6 @@ def test_never_is_infinite_with_derivative_0(run):
 
 
 @pytest.mark.slow
-def test_measured_friction_is_one_function():
-    speeds, values = jnp.linspace(0.0, 30.0, 7), jnp.asarray([0.4, 0.36, 0.34, 0.33, 0.325, 0.32, 0.32])
-    run = sb.prepare(stop_scene(law=sb.friction.TabulatedFriction(speeds, values)), ["stopping_time"], rtol=1e-8)
-    assert run.program.one_function == (jax.default_backend() == "cpu")
-    assert run().metrics["stopping_time"] == pytest.approx(float(run.result().stopping_time), rel=1e-9)
-
-
-@pytest.mark.slow
 def test_heat_and_the_implicit_method():
     scene = rigid_stop(fading(), lump())
     expected = sb.simulate(scene, rtol=1e-11).stopping_time

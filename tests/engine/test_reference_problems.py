@@ -13,7 +13,6 @@ from small_systems import (
     CoulombOscillator,
     Filippov,
     Oscillator,
-    Smooth,
     arrays,
     first_event_times,
 )
@@ -87,63 +86,6 @@ def test_leine_slip_law():
     np.testing.assert_allclose(event_times(r), [4.29599952548, 12.00103129483], rtol=1e-10)
     x = states_at(r, np.asarray([4.29599952548])).x
     assert x[0] == pytest.approx(-0.54100635387, abs=1e-9)
-
-
-class StagedPair(Smooth):
-    """Pulley `J1` and linings `J2` joined by an internal pair of capacity `M`, braked by an external torque `c t`.
-
-    Modes 0 joined, 1 sliding, 2 linings at rest, 3 all at rest. State: speeds and the heat of both pairs.
-    """
-
-    J1: jax.Array | float = 40.0
-    J2: jax.Array | float = 4.0
-    M: jax.Array | float = 600.0
-    c: jax.Array | float = 500.0
-
-    def rhs(self, t, y, mode):
-        w1, w2, _, _ = y
-        joined = -self.c * t / (self.J1 + self.J2)
-        a1 = jnp.where(mode == 0, joined, jnp.where(mode == 3, 0.0, -self.M / self.J1))
-        a2 = jnp.where(mode == 0, joined, jnp.where(mode == 1, (self.M - self.c * t) / self.J2, 0.0))
-        inner = jnp.where((mode == 1) | (mode == 2), self.M * (w1 - w2), 0.0)
-        return a1, a2, self.c * t * w2, inner
-
-    def guards(self, t, y, mode):
-        w1, w2, _, _ = y
-        one = jnp.ones_like(w1)
-        onset = jnp.where(mode == 0, 1 - self.c * t * self.J1 / (self.J1 + self.J2) / self.M, one)
-        lock = jnp.where(mode == 1, w2 / 10, one)
-        stop = jnp.where((mode == 1) | (mode == 2), w1 / 10, one)
-        return jnp.stack([onset, lock, stop])
-
-    def transition(self, t, y, mode, fired, at_stop):
-        after = jnp.where(fired[0], 1, mode)
-        after = jnp.where(fired[1], 2, after)
-        return jnp.where(fired[2], 3, after), 0
-
-    def reset(self, t, y, before, after):
-        w1, w2, external, inner = y
-        return jnp.where(after == 3, 0.0, w1), jnp.where(after >= 2, 0.0, w2), external, inner
-
-    def scales(self):
-        return 10.0, 10.0, jnp.inf, jnp.inf
-
-
-def staged_times(pair):
-    start = (jnp.asarray(20.0), jnp.asarray(20.0), jnp.asarray(0.0), jnp.asarray(0.0))
-    r = sb.hybrid.hybridsolve(pair, start, jnp.asarray(0), 0.0, 3.0, DOPRI8, settings(1e-12, max_steps=64))
-    return first_event_times(r, 3), r.y_end
-
-
-@pytest.mark.slow
-def test_staged_pair_times_heat_gradients():
-    pair = arrays(StagedPair())
-    times, end = jax.jit(staged_times)(pair)
-    np.testing.assert_allclose(times, [1.32, 1.61952353926807, 1.99333333333333], rtol=1e-11)
-    np.testing.assert_allclose(end[2:], [7835.30357277947, 964.696427220533], rtol=1e-11)
-    J = jax.jit(jax.jacrev(lambda p: staged_times(p)[0]))(pair)
-    np.testing.assert_allclose([J.M[0], J.c[0]], [2.2e-3, -2.64e-3], rtol=1e-9)
-    np.testing.assert_allclose([J.M[2], J.c[2]], [-1.12222222222222e-3, -1.32e-3], rtol=1e-9)
 
 
 def test_coulomb_oscillator_rests_exactly():
