@@ -498,7 +498,7 @@ def publish(
     vary
         PATH=LOW:HIGH:COUNT: a parameter, its range (SI, or with unit) and the number of solved points; up to three.
     json_
-        Print {written, points, failed, gaps, deviation} as JSON, alone on stdout.
+        Print {written, points, failed, gaps, deviation, of, at, coarse} as JSON, alone on stdout.
     """
     out = cli.file_in(out or Path(), f"{file.stem}_sliders.html")
     scene = cli.opened(file, set_, rtol, faults=cli.faults_of_file(out))

@@ -9,6 +9,10 @@ over them. Between points, with the share `s` of the way through a cell of width
 and the derivatives by the other axes linearly, `(1 − s) y'_0 + s y'_1`; so along one axis after the other. Exact at the
 points with all derivatives, of fourth order on the lines between them and of third order inside. Where the sequence of
 events is not the same at all corners of a cell, and at its centre, there is a gap.
+
+No cubic follows a quantity that goes to infinity, as the stopping time does where the brake can just stop its load, and
+the holding reserve where there is no load. What a cubic misses by a tenth at the centre of a cell is not shown there;
+where that is the time of an event, the cell is a gap.
 """
 
 import base64
@@ -45,6 +49,8 @@ from ._page import PICTURES, draw, head, render
 _AXES, _POINTS, _PIECES, _BYTES, _SAMPLES = 3, 4000, 60, 4_400_000, (6, 40)
 #: cells whose centre is run
 _CENTRES = 250
+#: a metric, or the time of an event, that is off by more than this share at the centre of a cell is not shown there
+_COARSE = 0.1
 #: samples lie inside their piece by this share of it: on its ends there is an event
 _INSIDE = 1e-9
 
@@ -162,8 +168,13 @@ def between(corners: Float[np.ndarray, "corners rows values"], shares: Sequence[
 
 
 class Published(NamedTuple):
-    """Counts of points, those whose run failed, cells that are gaps, and the largest deviation of a metric from
-    a run at the centres of cells, as a share of its largest value."""
+    """What a page shows, and how far off it is.
+
+    - counts: points, those whose run failed, cells, those that are gaps, those at whose centre a run was compared
+    - the largest deviation of a metric that is shown there, as a share of its value in that run; of which metric, and
+      at which values (SI) of the parameters
+    - `coarse`: metrics that change too fast to be shown in some cells, and in how many
+    """
 
     points: int
     failed: int
@@ -172,6 +183,8 @@ class Published(NamedTuple):
     checked: int
     deviation: float
     of: str
+    at: dict[str, float]
+    coarse: dict[str, int]
 
     def as_dict(self) -> Data:
         """The same for JSON."""
@@ -179,11 +192,16 @@ class Published(NamedTuple):
 
     def __str__(self) -> str:
         said = f"{self.points} points solved" + (f", {self.failed} of them failed" if self.failed else "")
-        said += f"; {self.gaps} of {self.cells} cells between them are gaps, where the sequence of events changes"
-        if not self.checked:
-            return said
-        far = f"the largest deviation is {digits(100 * self.deviation, 2)} % ({self.of})"
-        return f"{said}; at {self.checked} centres of cells {far}"
+        said += f"; {self.gaps} of {self.cells} cells between them are gaps, where the sequence of events changes, or "
+        said += "times of events change too fast"
+        if self.coarse:
+            words = ", ".join(f"{name} in {count}" for name, count in self.coarse.items())
+            said += f"; not shown, as they change too fast between the points: {words} of these cells"
+        if self.of:
+            where = ", ".join(f"{path} = {digits(value)}" for path, value in self.at.items())
+            far = f"{digits(100 * self.deviation, 2)} % ({self.of}, at {where}, SI)"
+            said += f"; at {self.checked} centres of cells the largest deviation of what is shown is {far}"
+        return said
 
 
 def publish(
@@ -224,8 +242,8 @@ def publish(
     solve.like(first)
     solved = _derivatives(solve, points, sequences, told)
     grid = _Grid(axes, shape, sequences, solved)
-    gaps, checked, deviation, of = _centres(scene, grid, sampled, rtol, told)
-    about = Published(len(points), sum(rows is None for rows in solved), grid.cells, len(gaps), checked, deviation, of)
+    found = _centres(scene, grid, sampled, rtol, told)
+    about = found.about(len(points), sum(rows is None for rows in solved), grid.cells, metrics)
     sizes = {sequence: pieces_of(sequence) for sequence in known}
     kept = [
         None if rows is None or sequence is None else sampled.cut(rows, sizes[sequence], lines).astype("<f4")
@@ -242,7 +260,8 @@ def publish(
                 for rows, sequence, start in zip(kept, sequences, starts[:-1], strict=True)
             ],
             "sequences": [_sequence(results[one], sizes[one], sampled, lines) for one in known],
-            "gaps": gaps,
+            "gaps": found.gaps,
+            "coarse": found.coarse,
             "metrics": [_metric(name, base, limits) for name in metrics],
             "charts": [chart.as_dict() for chart in charts],
             "samples": samples,
@@ -258,7 +277,8 @@ def publish(
         **head(base, limit_checks(base, limits), title),
         "kind": "publish",
         "film": False,
-        "panel": "Blue stretches of a slider have values; yellow ones are gaps, where the sequence of events changes.",
+        "panel": "Blue stretches of a slider have values; yellow ones are gaps, where the sequence of events changes, "
+        "or times of events change too fast.",
         "pictures": [draw(base, PICTURES[0])] if base.ok else (),
         "notes": notes,
         "data": data,
@@ -298,6 +318,13 @@ class _Grid(NamedTuple):
     def cells(self) -> int:
         return math.prod(n - 1 for n in self.shape)
 
+    def around(self, cell: int) -> list[int]:
+        """Cells beside a cell, along each axis."""
+        counts = [n - 1 for n in self.shape]
+        place = np.unravel_index(cell, counts)
+        moved = [np.add(place, sign * step) for step in np.eye(len(counts), dtype=int) for sign in (-1, 1)]
+        return [int(np.ravel_multi_index(tuple(p), counts)) for p in moved if np.all((p >= 0) & (p < counts))]
+
     def corners(self, cell: int) -> tuple[tuple[int, ...], list[int]]:
         """Place of a cell, and the points at its corners."""
         place = tuple(int(i) for i in np.unravel_index(cell, [n - 1 for n in self.shape]))
@@ -306,18 +333,43 @@ class _Grid(NamedTuple):
         return place, [int(i) for i in each]
 
 
-def _centres(
-    scene: Scene, grid: _Grid, sampled: Sampled, rtol: float, told: Waiting
-) -> tuple[list[int], int, float, str]:
-    """Cells that are gaps, how many centres were run, and the largest deviation of a metric there, and of which one."""
+class _Centres(NamedTuple):
+    """What runs at the centres of cells say.
+
+    - `gaps`: cells in which the sequence of events changes;  `coarse`: of a cell the places of the metrics that are not
+      shown there, or `_TIMES` where it is a gap as times of events are off
+    - how many were run, and the largest deviation of what is shown, as in `Published`
+    """
+
+    gaps: list[int]
+    coarse: dict[int, list[int]]
+    checked: int
+    deviation: float
+    of: str
+    at: dict[str, float]
+
+    def about(self, points: int, failed: int, cells: int, metrics: Sequence[str]) -> Published:
+        fast = [cell for cell, which in self.coarse.items() if _TIMES in which]
+        hidden = [i for which in self.coarse.values() if _TIMES not in which for i in which]
+        named = {title_of(metrics[i]): hidden.count(i) for i in sorted(set(hidden))}
+        gaps = len(self.gaps) + len(fast)
+        return Published(points, failed, cells, gaps, self.checked, self.deviation, self.of, self.at, named)
+
+
+#: place of the times of events among those of the metrics
+_TIMES = -1
+
+
+def _centres(scene: Scene, grid: _Grid, sampled: Sampled, rtol: float, told: Waiting) -> _Centres:
     gaps, whole = list[int](), list[int]()
     for cell in range(grid.cells):
         _, corners = grid.corners(cell)
         same = len({grid.sequences[i] for i in corners}) == 1 and all(grid.solved[i] is not None for i in corners)
         (whole if same else gaps).append(cell)
     chosen = whole[:: 1 + len(whole) // _CENTRES]
-    names, worst, of = [axis.path for axis in grid.axes], 0.0, ""
-    for i, cell in enumerate(chosen):
+    names, coarse = [axis.path for axis in grid.axes], dict[int, list[int]]()
+    worst, of, at = 0.0, "", dict[str, float]()
+    for i, cell in enumerate(chosen):  # (which grows)
         told.now("centres of cells", i, len(chosen))
         place, corners = grid.corners(cell)
         ends = [axis.values[k : k + 2] for axis, k in zip(grid.axes, place, strict=True)]
@@ -328,11 +380,39 @@ def _centres(
             continue
         rows = np.stack([grid.solved[k] for k in corners])  # pyright: ignore
         values = between(rows, [0.5] * len(names), [high - low for low, high in ends])
-        for name, value in zip(sampled.metrics, values.tolist(), strict=False):
-            true = float(measure(result, name))
-            if math.isfinite(true) and abs(value - true) > worst * max(abs(true), 1e-300):
-                worst, of = abs(value - true) / max(abs(true), 1e-300), title_of(name)
-    return sorted(gaps), len(chosen), worst, of
+        off = _deviations(result, sampled, values, rows)
+        late = _late(result, sampled, values)
+        if late or np.any(off > _COARSE):
+            coarse[cell] = [_TIMES] if late else np.flatnonzero(off > _COARSE).tolist()
+            # (its neighbours may be as coarse)
+            chosen += [other for other in grid.around(cell) if other in whole and other not in chosen]
+        shown = np.where(late | (off > _COARSE), 0.0, off)
+        if (largest := float(np.max(shown))) > worst:
+            worst, of, at = largest, title_of(sampled.metrics[int(np.argmax(shown))]), centre
+    return _Centres(sorted(gaps), coarse, len(chosen), worst, of, at)
+
+
+def _deviations(result: Result, sampled: Sampled, values: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """By which share of the run's own value each metric is off; 0 where the run has none."""
+    true = np.asarray([float(measure(result, name)) for name in sampled.metrics])
+    off, around = np.abs(values[: true.size] - true), np.max(np.abs(corners[:, 0, : true.size]), axis=0)
+    size = np.maximum(np.abs(true), np.maximum(1e-6 * around, 1e-300))  # (a value that passes zero has no share)
+    return np.where(np.isfinite(off), off / size, 0.0)
+
+
+def _late(result: Result, sampled: Sampled, values: np.ndarray) -> bool:
+    """Whether the time of an event is off by more than `_COARSE` of the time since the begin of the run."""
+    true = _edges(result)
+    since = np.maximum(true - true[0], 1e-6 * (true[-1] - true[0]))
+    first = len(sampled.metrics)
+    return bool(np.any(np.abs(values[first : first + true.size] - true) > _COARSE * since))
+
+
+def _edges(result: Result) -> np.ndarray:
+    """Times (s) between which the pieces of a run lie."""
+    rows, count = result.record.rows, int(result.record.count)
+    kind, t = np.asarray(rows.kind)[:count], np.asarray(rows.t)
+    return np.concatenate([t[:1], t[1 : count + 1][(kind == LANDED) | (kind == STOPPED)], t[count : count + 1]])
 
 
 def _slider(scene: Scene, axis: Axis) -> Data:
@@ -346,9 +426,7 @@ def _slider(scene: Scene, axis: Axis) -> Data:
 
 
 def _sequence(result: Result, pieces: int, sampled: Sampled, lines: int) -> Data:
-    rows, count = result.record.rows, int(result.record.count)
-    kind, t = np.asarray(rows.kind)[:count], np.asarray(rows.t)
-    edges = np.concatenate([t[:1], t[1 : count + 1][(kind == LANDED) | (kind == STOPPED)], t[count : count + 1]])
+    edges = _edges(result)
     events = [{**event, "edge": int(np.argmin(np.abs(edges - event["t"])))} for event in events_of(result)]
     status = Status(result.status)
     at_rest = "green" if status in (Status.STOPPED, Status.HELD) else "amber"

@@ -57,6 +57,16 @@
       return {i, share: share < 1e-9 ? 0 : share > 1 - 1e-9 ? 1 : share, width: axis.values[i + 1] - axis.values[i]};
     });
 
+    /** What is too coarse to be shown between points: in all cells on which they border; -1: times of events. */
+    function coarseAt(where) {
+      if (where.every((w) => w.share === 0 || w.share === 1)) return [];
+      const beside = ({i, share}, last) => [i - 1, i, i + 1].filter((j) => j >= 0 && j < last &&
+        (j === i || (j < i ? share === 0 : share === 1)));
+      const cells = where.reduce((all, w, k) => all.flatMap((n) => beside(w, sizes[k] - 1).map((i) => n * (sizes[k] - 1) + i)), [0]);
+      const each = cells.map((n) => grid.coarse[n] ?? []);
+      return each[0].filter((metric) => each.every((one) => one.includes(metric)));
+    }
+
     /** Values at x, or `null` where the sequence of events changes between the points around it. */
     function solve(x) {
       const where = cell(x), inside = where.every((w) => w.share > 0 && w.share < 1);
@@ -65,13 +75,15 @@
       const found = corners.map((corner) => points[flat(corner)]), sequence = found[0].sequence;
       if (sequence < 0 || found.some((point) => point.sequence !== sequence)) return null;
       if (inside && grid.gaps.includes(cellNumber(where))) return null;
+      const coarse = coarseAt(where);
+      if (coarse.includes(-1)) return null;
       let rows = found.map(rowsOf);
       where.forEach(({share: s, width}, k) => {
         if (s === 0 || s === 1) return;
         const half = rows.length / 2;
         rows = rows.slice(0, half).map((row, j) => between(row, rows[j + half], s, width, k + 1));
       });
-      return {values: rows[0][0], sequence: grid.sequences[sequence]};
+      return {values: rows[0][0], sequence: grid.sequences[sequence], coarse};
     }
 
     const cellNumber = (where) => where.reduce((sum, w, k) => sum * (sizes[k] - 1) + w.i, 0);
@@ -83,20 +95,23 @@
         r === 0 ? h[0] * x + h[1] * a[k][n] + h[2] * b[0][n] + h[3] * b[k][n] : (1 - s) * x + s * b[r][n]));
     }
 
-    function results(values, sequence) {
+    function results({values, sequence, coarse}) {
       const read = (metric, si, offset) => Number.isFinite(si) ? `${shown(si * metric.factor + offset)} ${metric.unit}` : "—";
-      const metrics = grid.metrics.map((metric, n) => ({
-        words: metric.words, text: read(metric, values[n], metric.offset), si: Number.isFinite(values[n]) ? values[n] : "",
-        unit: metric.si_unit, note: "",
-      })).filter((metric) => metric.si !== "");
-      const limited = grid.metrics.map((metric, n) => [metric, values[n]]).filter(([metric]) => metric.limit !== null);
-      const rows = limited.map(([metric, si]) => {
+      const metrics = grid.metrics.map((metric, n) => coarse.includes(n) ?
+        {words: metric.words, text: "—", si: "", unit: "", note: "changes too fast between the points"} : {
+          words: metric.words, text: read(metric, values[n], metric.offset), si: Number.isFinite(values[n]) ? values[n] : "",
+          unit: metric.si_unit, note: "",
+        }).filter((metric) => metric.si !== "" || metric.note);
+      const limited = grid.metrics.map((metric, n) => [metric, values[n], n]).filter(([metric]) => metric.limit !== null);
+      const rows = limited.map(([metric, si, n]) => {
+        if (coarse.includes(n)) return [metric.words, "—", read(metric, metric.limit, metric.offset), "—", "not known here", ""];
         const over = !(si <= metric.limit), margin = read(metric, metric.limit - si, 0);
         return [metric.words, read(metric, si, metric.offset), read(metric, metric.limit, metric.offset), margin,
           over ? "exceeded" : "within limit", over ? "bad" : "good"];
       });
+      const open = limited.some(([, , n]) => coarse.includes(n)), colour = open ? "amber" : sequence.colour;
       const over = rows.some((row) => row[5] === "bad"), headline = sequence.status + (over ? ", limit exceeded" : "");
-      return {colour: over ? "red" : sequence.colour, headline, text: `${sequence.message}.`, rows, metrics};
+      return {colour: over ? "red" : colour, headline, text: `${sequence.message}.`, rows, metrics};
     }
 
     function runOf(values, sequence) {
@@ -124,10 +139,10 @@
     function show() {
       const found = solve(at), gap = found === null;
       document.body.classList.toggle("gap", gap);
-      $("state").textContent = gap ? "Gap: between the solved points around here the sequence of events changes. " +
+      $("state").textContent = gap ? "Gap: between the solved points around here the sequence of events, or a time, changes too much. " +
         "Move a slider to a blue stretch." : "";
       drawResults(gap ? {colour: "", headline: "No value here", text: "", rows: [], metrics: []}
-        : results(found.values, found.sequence));
+        : results(found));
       if (!gap) drawCharts(runOf(found.values, found.sequence));
       rows.forEach(({bar}, k) => paint(bar, k));
     }
