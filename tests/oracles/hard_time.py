@@ -182,7 +182,8 @@ def ten_thousand_changes() -> list[Value | Named]:
 
 CASES: list[Case] = [
     Case("chain of mass 1e-6 kg and stiffness 1e12 N/m", "it swings at 1e9 rad/s, by 1e-12 m", light_and_stiff),
-    Case("lever applied within 1 µs", "a ramp shorter than a step", fast_lever, scipy_fast_lever),
+    Case("lever applied within 1 µs", "a ramp shorter than a step", fast_lever, scipy_fast_lever,
+         slow=True),
     Case("huge and tiny units", "an absolute tolerance would be wrong by 15 orders", other_units),
     Case("tolerance 1e-2 and 1e-14", "events no worse than the tolerance; steps near rounding", tolerances,
          scipy_tolerances),

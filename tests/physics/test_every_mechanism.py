@@ -86,6 +86,7 @@ def on(*kinds):
     return pytest.mark.parametrize("kind", kinds)
 
 
+@pytest.mark.slow
 @on("rigid band", "staged, elastic band", "chain", "bandage on springs", "several bands", "double-shoe brake")
 def test_derivatives_both_ways_and_batches(kind):
     start = np.asarray([20.0, 900.0, 0.4])
@@ -146,7 +147,6 @@ def test_heat_wear_prepared_runs_and_files(kind, tmp_path):
     np.testing.assert_allclose(np.sum(kept["worn_thickness"].values[-1]), np.sum(result.worn_thickness), rtol=1e-9)
 
 
-@pytest.mark.slow
 @on("rigid band", "elastic band", "staged, rigid band", "chain", "disc brake", "double-shoe brake")
 def test_breakpoints_on_line_change_nothing(kind):
     """All modes are chosen anew at a breakpoint: of a brake that slides, sticks, is held, is turned by its load."""

@@ -1,4 +1,4 @@
-"""Friction with memory: recovery and burn-off against closed forms, all processes against SciPy, files."""
+"""Friction with memory: recovery against a closed form, all processes against SciPy, files."""
 
 import math
 import pathlib
@@ -30,14 +30,9 @@ def furnace(mass=1e15):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    ("end", "start", "fade"),
-    [(1.0, 0.6, LinearFade(5e-4, 420.0)), (0.0, 1.0, None)],
-    ids=["recovery", "burn-off"],
-)
-def test_isothermal_memory_is_exponential(end, start, fade):
+def test_isothermal_memory_is_exponential():
     """`c = c_e φ + (c_0 − c_e φ) e^{−kt}`, `k = A e^{−E/(R_g T)}`; stopping time, and how it follows A, E and c_0."""
-    A, E = 3e3, 4e4
+    A, E, end, start, fade = 3e3, 4e4, 1.0, 0.6, LinearFade(5e-4, 420.0)
     k = A * math.exp(-E / (GAS * KELVIN))
     goal = end * (1 - 5e-4 * (KELVIN - 420.0))
 

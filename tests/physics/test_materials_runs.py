@@ -77,13 +77,6 @@ def test_one_run_without_heat_and_mean_wear():
     assert table.row("brass")["wear"].value == pytest.approx(mean, rel=1e-9)
 
 
-def test_sloped_materials_share_one_program():
-    sloped = sb.formulas.rim_material("brass")
-    thermal = dataclasses.replace(sloped.thermal, conductivity_slope=1e-3)
-    table = compared([dataclasses.replace(sloped, thermal=thermal), "cast_iron"])
-    assert [float(rim.thermal.conductivity_slope) for rim in table.rims] == [1e-3, 0.0]
-
-
 # --- shown ------------------------------------------------------------------------------------------------------------
 
 

@@ -250,13 +250,6 @@ def test_all_network_errors_in_one_report():
         )
 
 
-@pytest.mark.parametrize("kind", [sb.thermal.Convection, sb.thermal.Radiation])
-def test_surface_is_covered_at_most_in_whole(kind):
-    assert kind("a", 1.0, 0.5, covered=1.0).covered == 1.0
-    with pytest.raises(sb.InputError, match=r"covered: 1\.01 is out of range .* and ≤ 1$"):
-        kind("a", 1.0, 0.5, covered=1.01)
-
-
 def test_links_of_one_face_see_one_surface():
     """Two convections from one face are one of the sum, although each lies behind the same half layer."""
 

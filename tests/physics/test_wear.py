@@ -119,7 +119,7 @@ def test_run_without_slip_has_no_wear(cold):
 # --- with heat --------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("solver", [None, sb.hybrid.Rodas5P()], ids=["explicit", "implicit"])
+@pytest.mark.parametrize("solver", [None, pytest.param(sb.hybrid.Rodas5P(), marks=pytest.mark.slow)])
 def test_hot_wear_is_as_exact_as_the_run(solver):
     """All heat into an insulated rim: `k p_i ∫ exp((T − T_r)/ΔT) ds`, `T = T_r + W/C`; no rate depends on the wear."""
     rise, capacity = 70.0, 800.0
