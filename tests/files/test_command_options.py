@@ -212,27 +212,6 @@ def test_wrong_options_are_input_errors(capsys, asked, line, word):
     assert not any(asked[name] for name in ANSWERS if name != "read_measured")
 
 
-@pytest.mark.parametrize(
-    ("line", "files"),
-    [
-        (f"{VARY} --out out", {"runs.csv": None, "runs.nc": None, "sweep.png": "a figure"}),
-        ("life --out out", {"life.json": {"a": 1}, "wear.png": "a figure"}),
-        ("synthesize --out out --no-run", {"synthesis.txt": "a text\n"}),
-        ("synthesize --out out --json", {"synthesis.json": [1]}),
-        ("materials --out out --no-run", {"materials.png": "a figure"}),
-        (f"{FIT} --out out", {"calibration.json": {"a": 1}, "calibration.png": "a figure", "residuals.csv": None}),
-    ],
-)
-def test_files_of_commands(capsys, asked, tmp_path, line, files):
-    assert run(capsys, line)[0] == 0
-    written = {file.name: file for file in (tmp_path / "out").iterdir()}
-    assert files.keys() <= written.keys()
-    for name, content in files.items():
-        if content is not None:
-            text = written[name].read_text("utf-8")
-            assert (json.loads(text) if name.endswith(".json") else text) == content
-
-
 def test_tables_of_sweep_and_fit(capsys, asked, tmp_path):
     """An absent value is an empty cell."""
     asked["instead"]("sweep", DATA)

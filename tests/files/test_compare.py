@@ -155,33 +155,6 @@ def test_compare_finds_the_changed_number(plain, tmp_path, request):
         assert json.loads(json.dumps(found.as_dict(), allow_nan=False))["equal"] is False
 
 
-def test_place_of_the_largest_difference(plain, tmp_path):
-    data = sb.dataset(plain)
-    other = data.copy(deep=True)
-    other["normal_load"][500, 6] += 3.0
-    found = sb.compare(data, other)
-    (row,) = [row for row in found.series if row.differs]
-    assert (row.name, row.place, row.time) == ("normal_load", "lining 7", float(data["time"][500]))
-    assert row.absolute == pytest.approx(3.0, rel=1e-9)
-    force = max(
-        float(np.abs(data[name]).max()) for name in ("tension", "tight_tension", "normal_load", "friction_force")
-    )
-    assert row.relative == pytest.approx(3.0 / force, rel=1e-9)
-    assert sb.compare(data, other, rtol=1.1 * row.relative).equal
-
-
-def test_series_at_other_times_do_not_count(plain):
-    found = sb.compare(sb.dataset(plain, np.linspace(0.0, 5.0, 400)), sb.dataset(plain, np.linspace(0.1, 4.9, 333)))
-    assert found.how.startswith("interpolated")
-    assert found.equal
-    phi = next(row for row in found.series if row.name == "phi")
-    # between two times h apart a straight line is off by h² |φ''|/8 at most, here in both
-    slowing = max(
-        abs(np.diff(sb.dataset(plain)["omega"].values) / np.diff(sb.dataset(plain)["time"].values).clip(1e-3))
-    )
-    assert 0 < phi.absolute <= (0.0126**2 + 0.0151**2) / 8 * slowing
-
-
 def test_compare_other_events_and_parts(plain):
     other = sb.simulate(stop_scene(end=0.5, lever=sb.ramp(0.0, 8e3, 0.0, 0.1)))
     found = sb.compare(plain, other)
@@ -218,15 +191,6 @@ def test_command_compares_files_and_scenes(plain, tmp_path, capsys):
         sb.compare(a, 3)
     with pytest.raises(sb.InputError, match="without status"):
         sb.compare(a, sb.dataset(plain).drop_vars("status"))
-
-
-def test_the_example_of_the_docs_runs(scenarios, tmp_path, monkeypatch, capsys):
-    text = (scenarios.parent / "docs" / "results.md").read_text("utf-8")
-    (block,) = re.findall(r"```python\n(.*?)```", text, re.S)
-    (tmp_path / "scenarios").symlink_to(scenarios)
-    monkeypatch.chdir(tmp_path)
-    exec(compile(block, "results.md", "exec"), {})
-    assert re.search(r"duty\.load\.mass +60000 +50000 +kg ", capsys.readouterr().out)
 
 
 # --- small data sets by hand ------------------------------------------------------------------------------------------

@@ -1,6 +1,5 @@
 """Measured data from CSV: units, empty cells, faults in one report; and `simbrake calibrate` as a user meets it."""
 
-import json
 import math
 import re
 
@@ -9,7 +8,7 @@ import pytest
 from commands import call
 from heat_scenes import fading, lump, rigid_stop
 from staged_scenes import stop as staged_stop
-from stop_scenes import closed_form, stop_scene
+from stop_scenes import stop_scene
 
 import simbrake as sb
 
@@ -127,54 +126,8 @@ def test_arrays_are_checked_as_files_are():
     assert list(sb.studies.Measured.of(t, values, sigma={"omega": [0.1, 0.2, 0.3]}).points[0].sigma) == [0.1, 0.3]
 
 
-SCENE = """
-import math
-import simbrake as sb
-
-def scene():
-    linings = sb.uniform_linings(20, math.radians(270), sb.ConstantFriction(0.35))
-    brake = sb.Brake(sb.Pulley(0.725, 800.0), sb.Band(0.725), linings)
-    return sb.Scene(brake, sb.Duty(sb.Constant(6e3), sb.TorqueLoad()), sb.Initial(15.0), 5.0)
-"""
-
-
-@pytest.fixture
-def files(tmp_path):
-    ts = np.linspace(0.02, 0.6, 30)
-    slope = 8e3 * 0.725 * (closed_form()["Pi"] - 1) / 800.0
-    lines = "".join(f"{t!r},{(20.0 - slope * t) * 30 / math.pi!r}\n" for t in ts.tolist())
-    series = write(tmp_path, "speed.csv", "t,omega [rpm]\n" + lines)
-    events = write(tmp_path, "events.csv", f"event,time [ms],sigma\nstopping_time,{1e3 * 20.0 / slope!r},1\n")
-    return write(tmp_path, "stop.py", SCENE), series, events
-
-
-@pytest.mark.slow
-def test_calibrate_from_files(capsys, monkeypatch, tmp_path, files):
-    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "")
-    scene, series, events = map(str, files)
-    fit = ["--fit", "initial.omega=5:60", "--fit", "duty.slack_tension.level=2e3:3e4"]
-    data = [series, "--events", events, "--sigma", "omega=0.2"]
-    code, out, err = call(capsys, "calibrate", scene, *data, *fit, "--json", "--out", str(tmp_path / "out"))
-    assert (code, err) == (0, "")
-    found = json.loads(out)
-    np.testing.assert_allclose([p["value"] for p in found["parameters"]], [20.0, 8e3], rtol=1e-8)
-    assert found["degrees_of_freedom"] == 29
-    names = sorted(file.name for file in (tmp_path / "out").iterdir())
-    assert names == ["calibration.json", "calibration.png", "calibration.txt", "residuals.csv"]
-    assert json.loads((tmp_path / "out" / "calibration.json").read_text("utf-8")) == found
-    assert len((tmp_path / "out" / "residuals.csv").read_text("utf-8").splitlines()) == 32
-    code, out, _ = call(capsys, "calibrate", scene, *data, *fit, "--set", "initial.omega=18")
-    assert code == 0
-    assert "run it   simbrake run" in out
-    late = write(tmp_path, "late.csv", "event,time,sigma\nstopping_time,70,0.1\n")
-    limits = ["--fit", "brake.linings.friction.coefficient=0.01:0.5"]
-    code, out, _ = call(capsys, "calibrate", scene, str(late), *limits)
-    assert code == 1
-    assert "not converged" in out
-
-
-def test_calibrate_with_bad_input_exits_2(capsys, tmp_path, files):
-    scene, series, _ = map(str, files)
+def test_calibrate_with_bad_input_exits_2(capsys, tmp_path):
+    scene, series = "standard", str(write(tmp_path, "speed.csv", "t,omega\n0,20\n1,10\n"))
     bad = write(tmp_path, "bad.csv", "t,omega\n0,fast\n")
     fit = ["--fit", "initial.omega=5", "--sigma", "omega", "--start", "x=y", "--start", "5 kN", "--start", "x=z"]
     code, out, err = call(capsys, "calibrate", scene, str(bad), *fit, "--out", str(tmp_path / "out"))

@@ -17,20 +17,6 @@ def test_scene_is_valid(name):
     sb.check(load(name).scene())
 
 
-@pytest.mark.slow
-def test_everything_coupled_balances():
-    result = sb.simulate(load("everything_coupled").scene())
-    assert result.status == "stopped"
-    assert float(result.energy["closure"]) <= 1e-9
-    assert float(result.energy["heat_closure"]) <= 1e-12
-    names = [event.name for event in result.events]
-    for name in ("slip_onset", "internal_slip", "external_lock", "stop", "restart", "release"):
-        assert name in names
-    assert names.count("external_lock") == 2
-    s = result.series(np.linspace(0.0, 8.0, 200))
-    assert np.all(np.diff(np.asarray(s.friction_heat)) >= -1e-6)
-
-
 @pytest.fixture
 def printed(monkeypatch, capsys):
     """What a scenario prints as a script: within this process, which has most of the programs; test_cli starts one."""

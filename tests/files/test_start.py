@@ -124,25 +124,6 @@ def test_keys_of_a_scene_file_can_be_set(capsys, folder, scenarios):
         assert words in err
 
 
-def test_count_of_linings_in_a_python_scene(capsys, scenarios):
-    code, out, _ = call(capsys, "scene", "check", str(scenarios / "u2_5_5_stop.py"), "--set", "brake.linings.count=18")
-    assert (code, "18 linings" in out) == (0, True)
-    for wrong, words in (("18.5", "is not a number of linings"), ("none", "is not a number of linings")):
-        code, _, err = call(
-            capsys, "scene", "check", str(scenarios / "u2_5_5_stop.py"), "--set", f"brake.linings.count={wrong}"
-        )
-        assert (code, words in err) == (2, True)
-    made = open_scene(scenarios / "u2_5_5_stop.py")
-    fewer = sb.with_values(made, {"brake.linings.count": 16, "duty.load.mass": "30 t"})
-    assert fewer.brake.linings.angle.tolist() == [float(made.brake.linings.wrap) / 16] * 16
-    assert float(fewer.duty.load.mass) == 30e3
-    with pytest.raises(sb.InputError, match=r"brake\.linings\.count: linings differ"):
-        sb.with_values(sb.with_values(made, {"brake.linings.angle[3]": 0.2}), {"brake.linings.count": 16})
-    each = open_scene(scenarios / "equal_wear_layout.py")  # a wall for each lining
-    with pytest.raises(sb.InputError, match=r"brake\.linings\.count: linings differ, or other parts"):
-        sb.with_values(each, {"brake.linings.count": 16})
-
-
 @pytest.mark.parametrize(
     ("vary", "words"),
     [

@@ -149,7 +149,7 @@ def test_full_disk_during_an_ensemble(tmp_path, monkeypatch):
 RESUMED = """
 import sys, numpy as np, simbrake as sb
 from simbrake.files import open_scene
-values = {"initial.omega": np.linspace(5, 25, 4000), "duty.load.mass": np.linspace(4e4, 8e4, 4000)}
+values = {"initial.omega": np.linspace(5, 25, 2000), "duty.load.mass": np.linspace(4e4, 8e4, 2000)}
 settings = {"directory": sys.argv[2] or None, "chunk": 64, "progress": False}
 data = sb.ensemble(open_scene(sys.argv[1]), values, ["stopping_time", "energy.friction_heat"], **settings)
 print(data.stopping_time.values.tobytes().hex()[:4000], data["energy.friction_heat"].values.sum().hex())
@@ -169,7 +169,7 @@ def test_killed_and_continued_by_two(tmp_path):
         time.sleep(0.02)
     first.kill()
     first.communicate()
-    assert 5 <= len(list(folder.glob("chunk-*"))) < 63
+    assert 5 <= len(list(folder.glob("chunk-*"))) < 31
     both = [resumed(folder), resumed(folder), resumed("")]
     said = [one.communicate(timeout=300) for one in both]
     assert [one.returncode for one in both] == [0, 0, 0], said
@@ -266,12 +266,6 @@ def test_without_compiling_it_says_so():
         sb.ensemble(stop_scene(), {SPEED: [1.0]})
 
 
-def test_looking_for_nans_changes_nothing():
-    plain = float(sb.simulate(stop_scene()).stopping_time)
-    with jax.debug_nans(True):
-        assert float(sb.simulate(stop_scene()).stopping_time) == plain
-
-
 def test_a_device_that_is_not_there():
     program = "import simbrake as sb, sys; from simbrake.files import open_scene; sb.simulate(open_scene(sys.argv[1]))"
     asked = os.environ | {"JAX_PLATFORMS": "cuda", "JAX_COMPILATION_CACHE_DIR": ""}
@@ -333,10 +327,6 @@ def _forked(pipe, prepared):
     pipe.send(said)
 
 
-def _spawned(pipe):
-    pipe.send(float(sb.simulate(stop_scene()).stopping_time))
-
-
 def test_a_forked_process_says_so():
     prepared, context = sb.prepare(stop_scene(), ["stopping_time"]), multiprocessing.get_context("fork")
     ours, theirs = context.Pipe()
@@ -348,17 +338,6 @@ def test_a_forked_process_says_so():
     assert ours.recv() == ["was forked from one that had run simbrake, without its threads"] * 3
     child.join(10)
     assert child.exitcode == 0
-
-
-@pytest.mark.slow
-def test_a_spawned_process_gives_the_same():
-    context = multiprocessing.get_context("spawn")
-    ours, theirs = context.Pipe()
-    child = context.Process(target=_spawned, args=(theirs,))
-    child.start()
-    assert ours.poll(120)
-    assert ours.recv() == float(sb.simulate(stop_scene()).stopping_time)
-    child.join(10)
 
 
 # --- a cluster that does not answer -----------------------------------------------------------------------------------

@@ -1,6 +1,5 @@
 """The film of one braking: how fast it runs, what its frames show, what it refuses."""
 
-import dataclasses
 import math
 import re
 
@@ -117,16 +116,6 @@ def test_ends_of_the_film(filmed, start, end, first, last):
     run = plain_result()
     t = times_of(filmed(run, duration=0.3, fps=10, start=start, end=end))
     assert (t[0], t[-1]) == pytest.approx((first, 1.15 * float(run.stopping_time) if last is None else last))
-
-
-def test_film_ends_after_the_first_stop(filmed):
-    """A run from 5 s on, released at 7 s and braked again at 8 s: times are counted from its start."""
-    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 99.0], [2e3, 2e3]))
-    lever = sb.PiecewiseLinear([7.0, 7.0, 8.0, 8.0], [8e3, 0.0, 0.0, 8e3])
-    scene = stop_scene(n=4, beta=60.0, C=None, lever=lever, load=load, end=12.0)
-    run = sb.simulate(dataclasses.replace(scene, initial=sb.Initial(20.0, time=5.0)))
-    t = times_of(filmed(run, duration=0.3, fps=10))
-    assert (t[0], t[-1]) == pytest.approx((5.0, 5.0 + 1.15 * (float(run.stops["time"][0]) - 5.0)))
 
 
 def test_title_has_the_travel_of_the_hook(filmed):

@@ -15,8 +15,6 @@ from heat_scenes import fading, rigid_stop
 from stop_scenes import stop_scene
 
 import simbrake as sb
-from simbrake import with_values
-from simbrake.results import limit_checks
 
 VOID = {"meta", "img", "br", "wbr", "link", "hr", "input"}
 NASTY = "<script>alert(1)</script>"
@@ -159,39 +157,6 @@ def test_failure_is_shown_with_its_message():
     assert "within limit so far" in page.words
     assert "was not repeated" in page.words
     assert "The run over time" in page.words
-
-
-def checks_of(result, **limits):
-    return {check.name: check for check in limit_checks(result, limits)}
-
-
-def test_permissible_temperature(hot):
-    bound = float(hot.scene.heat.permissible)
-    event = next(event for event in hot.events if event.name == "permissible_temperature")
-    first = checks_of(hot)["peak_lining_temperature"]
-    assert first.verdict == "exceeded"
-    assert first.limit == bound == 304.0
-    # all heat stays in the lump: the balance of energy without load
-    end = 300.0 + 0.5 * 800 * 20.0**2 / 2e4
-    assert first.value == pytest.approx(end, rel=1e-6)
-    assert first.margin == pytest.approx(304.0 - end, rel=1e-4)
-    assert f"first exceeded at {event.time:.6g} s" in first.note
-    cool = sb.simulate(with_values(hot.scene, {"heat.permissible": 309.0}))
-    assert checks_of(cool)["peak_lining_temperature"].verdict == "within limit"
-    assert checks_of(cool, peak_lining_temperature=305.0)["peak_lining_temperature"].verdict == "exceeded"
-    above = sb.simulate(with_values(hot.scene, {"heat.permissible": 290.0}))
-    assert "above it from the start" in checks_of(above)["peak_lining_temperature"].note
-    page = Page(sb.report(cool, check=False))
-    assert "35.85 °C" in page.words  # 309 K
-    assert "Stored in rim" not in page.words  # nothing went there
-
-
-def test_heading_says_what_is_exceeded(run):
-    """Red, however well the run stopped."""
-    text = sb.report(run, check=False, limits={"max_tension": run.metrics["max_tension"] - 1000.0})
-    assert '<div class="verdict red"' in text
-    assert '<span class="badge bad">exceeded</span>' in text
-    assert "−1 kN" in Page(text).words
 
 
 def test_all_faults_of_the_options_at_once(run):

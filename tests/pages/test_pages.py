@@ -150,14 +150,6 @@ def test_curves_of_temperature():
             np.testing.assert_allclose(film["hook"], np.asarray(film["phi"]) * 0.4 / 8, rtol=1e-5)
 
 
-def test_first_and_last_sections(report):
-    text = report[1]
-    order = [text.index(f'id="{name}"') for name in ("banner", "pictures", "events", "limits", "duty", "equipment")]
-    assert order == sorted(order)
-    assert "Holding reserve (static capacity over load)" in text[: text.index('id="figures"')]
-    assert '<div class="verdict red"' in text
-
-
 @pytest.mark.parametrize("size", SIZES)
 def test_hovering_shows_the_series(browser, run, report, size):
     if browser is None:

@@ -187,36 +187,6 @@ def test_figure_without_a_formula():
         paper_figures.published("Z Fig. 2")
 
 
-def told(axes):
-    """Texts of the legend of a panel."""
-    return [text.get_text() for text in axes.get_legend().get_texts()]
-
-
-def test_z_fig_4_says_where_curves_end():
-    figure = paper_figures.published("Z Fig. 4")
-    *panels, legend = figure.axes
-    ends = {f: math.degrees(figures.chord_curves(f).last[-1]) for f in (0.1, 0.3, 0.5, 0.2, 0.4)}
-    assert told(legend) == [
-        *(
-            rf"$f$ = {f:g}, exists up to $\beta_7$ = {end:.1f}°{', in table 1 only' if f in (0.2, 0.4) else ''}"
-            for f, end in ends.items()
-        ),
-        "printed in table 1",
-    ]
-    rows = {float(row["f"]): row for row in published_rows("Z1")}
-    for i, panel in enumerate(panels):
-        assert (panel.get_xlabel(), panel.get_ylabel()) == (r"$\beta_7 = \beta_6$, °", rf"$\beta_{i + 1}$, °")
-        curves = [line for line in panel.lines if len(line.get_xdata()) > 1]
-        bars = [line for line in panel.lines if line.get_marker() == "|"]
-        for curve, bar, end in zip(curves, bars, ends.values(), strict=True):
-            np.testing.assert_allclose(bar.get_xdata(), end)
-            np.testing.assert_allclose(bar.get_ydata(), curve.get_ydata()[-1])
-        points = [line for line in panel.lines if line.get_marker() == "o" and len(line.get_xdata())]
-        colours = {line.get_color(): f for line, f in zip(curves, ends, strict=True)}
-        for point in points:
-            assert point.get_ydata()[0] == float(rows[colours[point.get_color()]][f"beta{i + 1}_deg"])
-
-
 def test_z_fig_5_has_tensions_and_loads():
     figure = paper_figures.published("Z Fig. 5")
     for axes, d in zip(figure.axes, figures.band_diagrams(), strict=True):
@@ -235,22 +205,6 @@ def test_z_fig_5_has_tensions_and_loads():
         assert (around[0], around[-1]) == pytest.approx((0.0, ends[-1]))
         assert max(d.tension) < axes.get_rmax() < 1.3 * max(d.tension)
         assert axes.get_rorigin() < 0.0
-
-
-def test_s_fig_1_names_its_curves():
-    figure = paper_figures.published("S Fig. 1")
-    share_a, share_b, rise_a, rise_b = figure.axes
-    for share, rise, levels in zip((share_a, share_b), (rise_a, rise_b), figures.energy_levels(), strict=True):
-        drawn = {line.get_label(): line.get_data() for line in (*share.lines, *rise.lines)}
-        for words, values in (
-            ("power $N/N_m$", levels.power),
-            ("work $W/W_T$", levels.work),
-            ("maximum, S-26 ($t_s + t_f/3$)", levels.maximum),
-            ("surface $t_s$", levels.surface),
-            ("bulk $t_v$", levels.bulk),
-        ):
-            np.testing.assert_array_equal(drawn[words], (levels.time, values))
-        assert len(told(share)) + len(told(rise)) == 5
 
 
 def test_k_fig_5_shows_stages_and_overlaps():
@@ -279,25 +233,3 @@ def test_k_fig_5_shows_stages_and_overlaps():
             np.testing.assert_allclose([text.get_position()[0] for text in axes.texts], middle)
             low, high = axes.get_ylim()
             assert low < 0.0 < 0.84 < high < 1.0
-
-
-def test_words_of_the_figures_of_tables():
-    (axes,) = paper_figures.published("V table 1").axes
-    assert (axes.get_xscale(), axes.get_yscale(), axes.get_title()) == ("log", "log", "V, table 1: parts of the pulley")
-    np.testing.assert_allclose(axes.lines[0].get_xdata()[[0, -1]], [40.0, 200.0])
-    (axes,) = paper_figures.published("S table 1").axes
-    figure = paper_figures.published("V table 2")
-    for axes, words in zip(
-        figure.axes, (("into the metal $K_1$", "into the lining $K_2$"), ("metal", "lining")), strict=True
-    ):
-        a, b = (line for line in axes.lines if line.get_label() in words)
-        np.testing.assert_allclose(a.get_xdata()[[0, -1]], [100.0, 650.0])
-        if words[0] == "metal":
-            np.testing.assert_allclose(a.get_ydata() + b.get_ydata(), 1.0)
-    rows = published_rows("V2")
-    wrong = [c for c in cells() if c.table == "V2" and c.verdict != AGREES]
-    for axes, columns in zip(figure.axes, (("K1", "K2"), ("share_metal", "share_lining")), strict=True):
-        rings = next(line for line in axes.lines if line.get_label() == "known misprint")
-        here = {float(rows[c.row][c.column]) for c in wrong if c.column in columns}
-        assert set(rings.get_ydata().tolist()) == here != set()
-    assert paper_figures.file_stem("Z Fig. 4") == "z_fig_4"
