@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from stops import BETA, BY_SLOPE, EXACT, SMOOTH, T0, W0, J, N, R, over, ratio, slope, torque, until
+from oracles.stops import BETA, BY_SLOPE, EXACT, SMOOTH, T0, W0, J, N, R, over, ratio, slope, torque, until
 
 
 def stribeck_friction():

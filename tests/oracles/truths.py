@@ -13,8 +13,7 @@ import sys
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[1]))
 
-import laws
-import mechanisms
+from oracles import laws, mechanisms
 
 FILE = pathlib.Path(__file__).parents[2] / "simbrake" / "checks" / "truths.csv"
 SUBJECTS = mechanisms.SUBJECTS | laws.SUBJECTS

@@ -34,6 +34,7 @@ from simbrake import (
     Result,
     Scene,
     TorqueLoad,
+    TrippingLoad,
 )
 from simbrake.brakes import UniformWear
 from simbrake.loads import (
@@ -277,7 +278,48 @@ def _hook_load(result: Result) -> Any:
     return force[0]
 
 
+def tripping_cases() -> list[Case]:
+    """A string that the moving hook takes and sets down twice, a stand more the second time: speed, and work."""
+    J, per_rad, empty, string, pull, w0 = 1200.0, 0.05, 5e3, 40e3, 4e3, 12.0
+    gain = 0.725 * (closed_form()["Pi"] - 1)
+    marks, end = (0.5, 1.5, 2.5, 3.5), 3.8  # of two cycles of 2 s
+
+    def course(stand: complex = 4e3) -> tuple[complex, complex, complex]:
+        """Speed and angle at the end, and the work of the load with what the masses bring."""
+        omega, phi, work, m, t = w0, 0.0, 0.0, empty, 0.0
+        hung = (string, 0.0, string + stand, 0.0)
+        for mark, more in zip((*marks, end), (*hung, 0.0), strict=True):
+            dt, M = mark - t, m * GRAVITY * per_rad
+            alpha = (M - gain * pull) / (J + m * per_rad**2)
+            angle = omega * dt + alpha * dt**2 / 2
+            omega, phi, work, t = omega + alpha * dt, phi + angle, work + M * angle, mark
+            if mark != end:
+                work += (empty + more - m) * (per_rad * omega) ** 2 / 2
+                m = empty + more
+        return omega, phi, work
+
+    omega, phi, work = (complex(x).real for x in course())
+    load = TrippingLoad(empty, string, 4e3, marks[0], marks[1], 2.0, 0.4, 8.0, 2)
+    rows: list[Row] = [
+        ("speed", f"{FORM}ω̇ = (m_k g r/n − M_b)/J_k", omega, "record.y_end.omega"),
+        ("travel", f"{FORM}Σ (ω t + α t²/2) r/n", per_rad * phi, lambda r: r.series([end]).hook_position[0]),
+        ("load work", f"{FORM}Σ m_k g s_k + Σ Δm v²/2", work, "energy.load_work"),
+        ("friction heat", f"{FORM}M_b φ", gain * pull * phi, "energy.friction_heat"),
+        ("energy-balance residual", "first law", 0.0, "energy.closure", 1e-12),
+        (
+            "∂(speed)/∂Δm",
+            f"{FORM}the speed, differentiated",
+            differentiated(lambda x: course(x)[0], 4e3),
+            Slope("duty.load.stand"),
+            1e-9,
+        ),
+    ]
+    scene = stop_scene(C=None, J=J, T0=pull, w0=w0, load=load, end=end)
+    return cases_with_slopes("masses in motion", scene, rows, lambda result: result.record.y_end.omega)
+
+
 CASES = (
+    tripping_cases,
     cooling_cases,
     driller_cases,
     snub_cases,

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import jax
@@ -19,6 +19,7 @@ from case_tools import (
     cases_with_slopes,
     differentiated,
 )
+from oracles import mechanisms
 from printed_tables import FRICTION, LAMBDA, allowed, published_rows, stopped_band
 from scipy.integrate import quad
 from scipy.linalg import expm
@@ -39,6 +40,7 @@ from simbrake import (
     Constant,
     ConstantFriction,
     Duty,
+    Heat,
     Initial,
     Lining,
     PiecewiseLinear,
@@ -52,7 +54,15 @@ from simbrake import (
 )
 from simbrake.brakes import LiningsOnPlates, sliding_tensions
 from simbrake.friction import PressureFactor, ProductFriction
-from simbrake.thermal import ROOM, ConstantPartition
+from simbrake.thermal import (
+    ROOM,
+    ConstantPartition,
+    Convection,
+    FrictionHeat,
+    Lump,
+    Reservoir,
+    SpeedCoefficient,
+)
 from simbrake.wear import (
     AbstractWearRate,
     ArrheniusWear,
@@ -422,7 +432,117 @@ def _parting(sense: int) -> list[Case]:
     return cases_with_slopes(subject, scene, rows, lambda r: r.record.y_end.omega, program="parting lining")
 
 
+def staged_heat_cases() -> list[Case]:
+    """Heat of both pairs of a staged brake into rim, linings and band; linings on a ring that turns are cooled.
+
+    The stop is that of the subject "staged pair": torque `c t` of the band, capacity `M_i` of the internal pair.
+    """
+    J_1, J_2, w0, M, c, end, cold = 40.0, 4.0, 20.0, 600.0, 500.0, 3.0, 300.0
+    C, start, area, h_0, v_0 = (50.0, 20.0, 10.0), 400.0, 0.2, 2.0, 3.0
+    share, band, beyond = 0.8, 0.6, 0.4
+    t_0 = M * (J_1 + J_2) / (c * J_1)
+    first = np.polynomial.Polynomial([w0, 0.0, -c / (2 * (J_1 + J_2))])
+    both = np.polynomial.Polynomial([first(t_0), (M - c * t_0) / J_2, -c / (2 * J_2)])
+    lock = t_0 + float(np.max(both.roots()))
+    # ω of the rim less ω of the ring after t_0, until the lock; then that of the rim alone
+    apart = np.polynomial.Polynomial([first(t_0), -M / J_1]) - both
+    after = first(t_0) - M * (lock - t_0) / J_1
+    internal = M * apart.integ()(lock - t_0) + J_1 * after**2 / 2
+    external = (J_1 + J_2) * w0**2 / 2 - internal
+    turned = (first**2).integ()(t_0) + (both**2).integ()(lock - t_0)
+
+    def cooled(area: complex) -> complex:
+        return cold + (start - cold) * np.exp(-h_0 * area * (end + turned / v_0**2) / C[1])
+
+    places = ("rim", "linings", "band")
+    lumps = tuple(Lump(name, C[i], start if name == "linings" else cold) for i, name in enumerate(places))
+    air = Convection("linings", area, SpeedCoefficient(h_0, v_0, 2.0))
+    rubs = FrictionHeat("rim", None, ConstantPartition(share), "rim")
+    outer = FrictionHeat("band", None, ConstantPartition(band), "linings", "rim", beyond)
+    heat = Heat((*lumps, Reservoir("air", cold)), (air,), rubs, (), None, *places, external=outer)
+    scene = staged_pair(M, J_1, J_2, w0, ([0.0, 10.0], [0.0, 10.0 * c]), end)
+    scene = Scene(scene.brake, scene.duty, scene.initial, end, heat)
+    work, lost = f"{FORM}work of the pairs, over C", f"{FORM}e^(−∫ h_0 A (1 + (R_b ω_b/v_0)²) dt/C)"
+    rows = [
+        ("rim", work, cold + (share * internal + beyond * external) / C[0], "end_temperatures.0"),
+        ("linings", lost, cooled(area).real, "end_temperatures.1"),
+        ("band", work, cold + band * external / C[2], "end_temperatures.2"),
+        ("∂(linings)/∂A", f"{lost}, differentiated", differentiated(cooled, area), Slope("heat.links.0.area"), 1e-9),
+        ("heat to the rim", work, share * internal + beyond * external, "energy.heat_to_metal"),
+        ("heat to the band", work, band * external, "energy.heat_to_band"),
+        (
+            "heat lost",
+            f"{work}, + C ΔT of the linings",
+            (1 - share) * internal + C[1] * (start - cooled(area).real),
+            "energy.heat_lost",
+        ),
+    ]
+    return cases_with_slopes("heat of a staged brake", scene, rows, lambda result: result.end_temperatures[1])
+
+
+def staged_cases() -> list[Case]:
+    """T_on, the lock and the stop in stage 3 of an elastic staged brake under a rising lever."""
+    linings = Lining(ConstantFriction(0.40), np.full(8, math.radians(33.0)), 0.03)
+    bandage = Bandage(45.0, ConstantFriction(0.22), 900.0)
+    brake = Brake(Pulley(0.59, 900.0), Band(0.64, 3e5), linings, bandage)
+    lever = PiecewiseLinear([0.0, 7.5], [200.0, 30200.0])
+    scene = Scene(brake, Duty(lever, TorqueLoad(Constant(300.0))), Initial(20.0), 4.0)
+    reads: dict[str, Reader] = {
+        "internal slip": "internal_slip_time",
+        "external lock": "external_lock_time",
+        "stopping time": "stopping_time",
+        "∂(stopping time)/∂f_i": Slope("brake.bandage.friction.coefficient"),
+        "∂(stopping time)/∂N_p": Slope("brake.bandage.preload"),
+    }
+    return cases_with_slopes("staged stop", scene, _of_oracle(mechanisms.staged_stop, reads))
+
+
+def _of_oracle(oracle: Callable[[], Iterable[Any]], reads: Mapping[str, Reader]) -> list[Row]:
+    """Rows of an oracle, each with what is read from the result."""
+    return [(what, source, float(truth), reads[what], tolerance) for what, truth, source, tolerance in oracle()]
+
+
+def spring_cases() -> list[Case]:
+    """Two linings with a spring between: derivatives of their stop, energies of its first instants, on the rim."""
+    J, own, w0, R_b, early = 200.0, (1.2, 1.5), 20.0, 0.64, 0.015
+    friction, wrap = ConstantFriction(0.2), np.full(2, math.radians(50.0))
+    bandage = Bandage(list(own), friction, [1500.0, 900.0], spring=np.array([2e3]), spring_damping=0.05)
+    brake = Brake(Pulley(0.59, J), Band(R_b), Lining(ConstantFriction(0.4), wrap), bandage)
+    stop = Scene(brake, Duty(PiecewiseLinear([0.0, 0.3], [100.0, 6e3]), TorqueLoad()), Initial(w0), 8.0)
+    whole, half = J + sum(own), math.tan(math.radians(25.0))
+    mu = (1 + 0.4 * half) / (1 - 0.4 * half)
+    # while all linings ride on the rim, under T_0 = 100 + 5900 t/0.3
+    speed = w0 - R_b * (mu**2 - 1) * (100.0 * early + 5900.0 / 0.3 * early**2 / 2) / whole
+    source = f"{FORM}(J + Σ J_i) ω̇ = −R_b T_0(t) (μ² − 1)"
+    rows: list[Row] = [
+        ("kinetic energy", f"{FORM}−(J + Σ J_i) ω_0²/2", -whole * w0**2 / 2, "energy.kinetic_change"),
+        ("energy-balance residual", "first law", 0.0, "energy.closure", 1e-11),
+    ]
+    riding: list[Row] = [
+        ("kinetic energy of the ride", source, whole * (speed**2 - w0**2) / 2, "energy.kinetic_change"),
+        (
+            "friction of lining 2 on the band",
+            f"{FORM}(T_2 − T_1) cos β/2, T_i = μ^i T_0(t)",
+            (100.0 + 5900.0 / 0.3 * early) * mu * (mu - 1) * math.cos(math.radians(25.0)),
+            lambda result: result.series([early]).friction_force[0, 1],
+        ),
+    ]
+    slopes: dict[str, Reader] = {
+        "∂(stopping time)/∂K": Slope("brake.bandage.spring.0"),
+        "∂(stopping time)/∂N_pre": Slope("brake.bandage.preload.1"),
+    }
+    rows += _of_oracle(mechanisms.slopes_of_springs, slopes)
+    begin = with_values(stop, {"end_time": early})
+    return [
+        *cases_with_slopes("a stop on springs", stop, rows, program="springs"),
+        *cases_with_slopes("a stop on springs", begin, riding, program="springs"),
+    ]
+
+
 CASES = (
+    staged_cases,
+    staged_heat_cases,
+    spring_cases,
     chain_cases,
     parting_cases,
     pressed_stage_cases,

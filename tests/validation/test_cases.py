@@ -10,6 +10,7 @@ import re
 import numpy as np
 import pytest
 from commands import call
+from oracles import truths
 
 from simbrake.checks import run_case
 
@@ -45,20 +46,12 @@ def test_cases_have_names_and_sources(capsys):
     assert not names & {row["case"] for row in json.loads(out)}
 
 
-@pytest.fixture
-def oracles(monkeypatch):
-    """The script that makes the frozen truths, and the text of all its modules."""
-    folder = pathlib.Path(__file__).parents[1] / "oracles"
-    monkeypatch.syspath_prepend(folder)
-    names = ("truths", "laws", "mechanisms", "stops")
-    return importlib.import_module("truths"), "\n".join((folder / f"{x}.py").read_text("utf-8") for x in names)
-
-
-def test_frozen_truths_are_of_their_script(oracles, capsys):
-    script, text = oracles
+def test_frozen_truths_are_of_their_script(capsys):
+    folder = pathlib.Path(truths.__file__).parent
+    text = "\n".join((folder / f"{name}.py").read_text("utf-8") for name in ("truths", "laws", "mechanisms", "stops"))
     assert not re.search(r"^\s*(import|from) (simbrake|jax)", text, re.MULTILINE)
-    frozen = list(csv.DictReader(script.FILE.read_text("utf-8").splitlines()))
-    names, made = zip(*((f"{subject}/{what}", truth) for subject, what, truth, _, _ in script.rows()), strict=True)
+    frozen = list(csv.DictReader(truths.FILE.read_text("utf-8").splitlines()))
+    names, made = zip(*((f"{subject}/{what}", truth) for subject, what, truth, _, _ in truths.rows()), strict=True)
     assert tuple(f"{row['subject']}/{row['what']}" for row in frozen) == names
     np.testing.assert_allclose([float(row["truth"]) for row in frozen], made, rtol=1e-8)
     _, out, _ = call(capsys, "validate", "--list", "--json")
