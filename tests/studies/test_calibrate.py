@@ -12,7 +12,6 @@ from scipy.stats import binom, chi2, norm, t
 from stop_scenes import stop_scene
 
 import simbrake as sb
-from simbrake import plot
 from simbrake.studies import Outcome, State
 
 # --- errors ---------------------------------------------------------------------------------------------------------
@@ -38,29 +37,6 @@ def test_linear_covariance_is_the_closed_one():
     assert float(fit.scene.initial.omega) == fit[OMEGA].value
     spans = np.array([55.0, 28e3])
     np.testing.assert_allclose(fit.singular_values, np.linalg.svd(X * spans / SIGMA, compute_uv=False), rtol=1e-7)
-
-
-@pytest.mark.slow
-def test_figure_shows_data_runs_residuals():
-    """Speeds before and after the fit are straight lines; the stopping time before it is ω_0/rate."""
-    values, stop = line(noise=np.random.default_rng(0)), 20.0 / rate(8e3)
-    data = speeds(values) + sb.studies.Measured.of(events={"stopping_time": (stop, 0.01)})
-    fit = sb.calibrate(rigid(), LINE, data, start=START)
-    (course, was), (residuals, now) = np.reshape(plot.calibration(fit).axes, (2, 2))
-    lines = {one.get_label(): one for one in course.lines}
-    for label, w0, T in (("before", 15.0, 6e3), ("fitted", fit[OMEGA].value, fit[T0].value)):
-        t, drawn = lines[label].get_data()
-        assert (t[0], t[-1]) == (TS[0], TS[-1])
-        np.testing.assert_allclose(drawn, w0 - rate(T) * t, rtol=1e-9)
-    (points,) = course.containers
-    np.testing.assert_array_equal(points.lines[0].get_xydata(), np.stack([TS, values], axis=1))
-    ends = np.asarray(points.lines[2][0].get_segments())[:, :, 1]
-    np.testing.assert_allclose(ends, np.stack([values - SIGMA, values + SIGMA], axis=1), rtol=1e-12)
-    fitted = fit[OMEGA].value - rate(fit[T0].value) * TS
-    np.testing.assert_allclose(residuals.lines[0].get_xydata().T, [TS, (fitted - values) / SIGMA], rtol=1e-6)
-    for panel, time in ((was, 15.0 / rate(6e3)), (now, fit[OMEGA].value / rate(fit[T0].value))):
-        (bar,) = panel.patches[:1]
-        assert bar.get_height() == pytest.approx((time - stop) / 0.01, rel=1e-6)
 
 
 def test_errors_without_standard_deviations():

@@ -11,12 +11,10 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-import staged_scenes
 from shipped import load
 from stop_scenes import stop_scene
 
 import simbrake as sb
-from simbrake import plot
 
 N, F, R, J, T0, W0, AREA, BETA = 4, 0.3, 0.6, 900.0, 6e3, 20.0, 0.03, math.radians(60.0)
 
@@ -78,33 +76,20 @@ def test_work_wear_and_means_in_closed_form():
     assert peaks.max() == pytest.approx(result.metrics["max_normal_load"], rel=1e-12)
 
 
-def _clock_and_speed(p):
-    return p.t**2, p.y.omega
-
-
-@pytest.mark.parametrize("points", [4, pytest.param(8, marks=pytest.mark.slow)])
-def test_work_matches_ledger_at_any_points(points):
+def test_work_matches_ledger_at_any_points():
     result = sb.simulate(heated_stop(fade=1e-3))
-    work = np.asarray(sb.results.friction_work(result, points=points))
+    work = np.asarray(sb.results.friction_work(result, points=4))
     assert work.sum() == pytest.approx(float(result.energy["friction_heat"]), rel=1e-9)
-
-
-def test_known_integrals_are_exact():
-    result = sb.simulate(heated_stop(fade=1e-3))
-    squares, turned = sb.results.integral(result, _clock_and_speed)
-    assert float(squares) == pytest.approx(8.0**3 / 3, rel=1e-13)
-    assert float(turned) == pytest.approx(float(result.record.y_end.phi), rel=1e-10)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
     "scene",
     [
-        lambda: staged_scenes.stop(end=6.0),
-        pytest.param(lambda: bandage_scenes.scene(), marks=pytest.mark.slow),
-        pytest.param(lambda: chain_scenes.drawworks(4), marks=pytest.mark.slow),
+        lambda: bandage_scenes.scene(),
+        lambda: chain_scenes.drawworks(4),
     ],
-    ids=["staged", "bandage", "chain"],
+    ids=["bandage", "chain"],
 )
 def test_lining_work_is_the_heat_in_ledger(scene):
     result = sb.simulate(scene())
@@ -159,10 +144,9 @@ def test_gradients_of_wear_match_differences():
 # --- layouts ----------------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("f", [F, np.array([0.3, 0.28, 0.33, 0.3, 0.25])], ids=["one f", "each its f"])
 @pytest.mark.parametrize("target", ["tension_increment", "normal_load", "pressure"])
-def test_static_layouts_are_the_closed_forms(target, f):
-    area = np.array([0.03, 0.03, 0.025, 0.03, 0.028])
+def test_static_layouts_are_the_closed_forms(target):
+    area, f = np.array([0.03, 0.03, 0.025, 0.03, 0.028]), np.array([0.3, 0.28, 0.33, 0.3, 0.25])
     scene = stop_scene(n=5, beta=44.0, C=None, law=sb.ConstantFriction(f))
     scene = sb.with_values(scene, {"brake.linings.area": area})
     design = sb.equal_layout(scene, target, start="given")
@@ -178,19 +162,6 @@ def test_static_layouts_are_the_closed_forms(target, f):
     T, normal = statics(expected, f)
     level = {"tension_increment": np.diff(T), "normal_load": normal, "pressure": normal / area}[target]
     np.testing.assert_allclose(level, level[0], rtol=1e-12)
-    # the figure: angles, their difference from the last, and the target of each lining, of all layouts
-    angles, apart, bars = plot.layouts(design.rows).axes
-    given = np.full(5, 44.0)
-    np.testing.assert_allclose(angles.lines[0].get_ydata(), given, rtol=1e-9)
-    np.testing.assert_allclose(angles.lines[-1].get_ydata(), np.degrees(expected), rtol=1e-6)
-    np.testing.assert_allclose(apart.lines[-1].get_ydata(), 0.0, atol=1e-12)
-    named = [line.get_label().partition(":")[0] for line in plot.angles(design).axes[0].lines]
-    assert {row.name for row in design.rows} <= set(named)
-    T, normal = statics(np.radians(given), f)
-    first = {"tension_increment": np.diff(T), "normal_load": normal, "pressure": normal / area}[target]
-    drawn = np.asarray([bar.get_height() for bar in bars.containers[0]])
-    np.testing.assert_allclose(drawn / drawn[0], first / first[0], rtol=1e-9)
-    np.testing.assert_allclose(np.ptp([bar.get_height() for bar in bars.containers[-1]]), 0.0, atol=1e-6 * drawn[0])
 
 
 def test_equal_pressure_areas_follow_loads():
@@ -225,7 +196,6 @@ def test_fade_and_hot_wear_move_the_layout():
     assert worn.max() / worn.min() <= 1 + 1e-6
     assert "closed form" in str(hot)
     assert hot.as_dict()["layouts"][-1]["angle"] == hot.angle.tolist()
-    assert len(plot.layouts(hot.rows).axes) == 3
 
 
 def test_what_cannot_be_levelled_says_why():

@@ -9,7 +9,6 @@ import pytest
 from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
-from simbrake import plot
 
 METRICS = ["stopping_time", "slip_onset_time", "max_tension", "energy.friction_heat"]
 
@@ -73,18 +72,6 @@ def test_rows_are_sorted_and_written(tables, tmp_path):
     words = str(tables[0])
     assert "brake.linings.angle[:]" in words
     assert "brake.linings.angle[3]" not in words
-    figure = plot.tornado(tables[0])
-    labels = [label.get_text() for label in figure.axes[0].get_yticklabels()]
-    assert labels[-1].startswith(tables[0].wholes[0].path)  # the widest on top
-    lines = [line for one in figure.axes[0].collections for line in one.get_segments()]
-    along = tables[0].value + abs(tables[0].wholes[0].tangent)
-    assert max(line[:, 0].max() for line in lines) == pytest.approx(along, rel=1e-12)
-    # its bars reach from the value to the closed form at the ends of the range
-    stop, C = closed_form()["stop"], next(i for i, label in enumerate(labels) if "band.stiffness" in label)
-    bars = {bar.get_x() + bar.get_width() for bar in figure.axes[0].patches if round(bar.get_y() + 0.35) == C}
-    ends = [closed_form(C=2e5 * factor)["stop"] for factor in (0.99, 1.01)]
-    np.testing.assert_allclose(sorted(bars), sorted(ends), rtol=1e-9)
-    assert all(bar.get_x() == pytest.approx(stop, rel=1e-9) for bar in figure.axes[0].patches)
     with pytest.raises(KeyError, match=r"brake\.band\.stiffness"):
         tables[0].at("brake.band.stifness")
 

