@@ -1,11 +1,5 @@
 """Programs kept on disk: a second process compiles nothing, and finds the same numbers."""
 
-import json
-import os
-import pathlib
-import subprocess
-import sys
-
 import pytest
 from commands import python
 
@@ -95,18 +89,3 @@ def scene():
     assert "Finished XLA compilation of jit(<lambda>)" in found[2]
     stops = [text[text.index("stop     after") :].splitlines()[0] for text in found]
     assert stops[0] == stops[1] != stops[2]
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="needs /proc/self/maps")
-def test_many_visits_to_few_structures(folder):
-    script = pathlib.Path(__file__).parents[1] / "many_structures.py"
-    # what JAX caches on disk for the tests would be read instead
-    environment = {name: value for name, value in os.environ.items() if not name.startswith(("JAX_", "XLA_"))}
-    environment["SIMBRAKE_CACHE_DIR"] = str(folder)
-    command = [sys.executable, str(script), "250", "24"]
-    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=True)
-    peaks = json.loads(done.stdout.splitlines()[-1])
-    assert peaks["visits"] == 250
-    assert peaks["mappings"] < 20_000
-    assert peaks["megabytes"] < 1500

@@ -56,8 +56,7 @@ def test_commands_are_jumps_of_a_profile():
 
 def test_held_inputs_match_closed_form():
     """J dω/dt = M − T_0 (Π − 1) R: uniformly decelerated between two commands, at rest until the load outweighs it."""
-    scene, ratio = rigid(), None
-    stepper = sb.Stepper(scene, inputs=["lever", "load"])
+    stepper = sb.Stepper(rigid(), inputs=["lever", "load"])
     tan = np.tan(1.5 * np.pi / 12 / 2)
     ratio = ((1 + 0.35 * tan) / (1 - 0.35 * tan)) ** 12
     arm, inertia, omega = 0.623 * (ratio - 1), 1200.0, 24.0
@@ -76,12 +75,10 @@ def test_held_inputs_match_closed_form():
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("lag", "dead_time"), [("60 ms", "0 s"), (None, "130 ms"), ("60 ms", "130 ms")])
-def test_an_actuator_follows_its_commands(lag, dead_time):
+def test_an_actuator_follows_its_commands():
     """More commands than fit wait in the dead time, and a lag still feels those that are long over (against SciPy)."""
-    late, slow = {"0 s": 0.0, "130 ms": 0.13}[dead_time], 0.0 if lag is None else 0.06
-    scene = rigid(sb.loads.Actuator(24e3, lag=lag, dead_time=dead_time))
-    stepper = sb.Stepper(scene, inputs=["lever"])
+    late, slow = 0.13, 0.06
+    stepper = sb.Stepper(rigid(sb.loads.Actuator(24e3, lag=slow, dead_time=late)), inputs=["lever"])
     rng = np.random.default_rng(5)
     given = [(0.05 * k, force) for k, force in enumerate(rng.uniform(1e3, 9e3, 24))]
     found = []
@@ -99,11 +96,8 @@ def test_an_actuator_follows_its_commands(lag, dead_time):
             if a < 0.05 * k - 1e-12 or b > 0.05 * (k + 1) + 1e-12 or b - a < 1e-12:
                 continue
             u = command(0.5 * (a + b) - late)
-            if not slow:
-                tension = u
-            else:
-                run = solve_ivp(lambda t, F, u=u: (u - F) / slow, (a, b), [tension], rtol=1e-12, atol=1e-6)
-                tension = run.y[0, -1]
+            run = solve_ivp(lambda t, F, u=u: (u - F) / slow, (a, b), [tension], rtol=1e-12, atol=1e-6)
+            tension = run.y[0, -1]
         wanted.append(tension)
     np.testing.assert_allclose(found, wanted, rtol=1e-9)
     whole = sb.simulate(stepper.history())
@@ -126,10 +120,6 @@ def test_a_state_goes_on_to_the_last_bit(tmp_path):
         again = sb.Stepper(scene, inputs=["lever"], state=kept)
     assert (again.time, again.inputs) == (0.16, {"lever": 7e3})
     assert further(again) == first
-    assert (
-        stepper.history().duty.slack_tension.command.times.tolist()
-        == again.history().duty.slack_tension.command.times.tolist()
-    )
     np.testing.assert_array_equal(again.state()["y"], stepper.state()["y"])
     other = sb.Stepper(rigid(sb.loads.Actuator(25e3, lag="60 ms", dead_time="130 ms")), inputs=["lever"])
     with pytest.raises(sb.InputError, match="state: is of another scene"):
@@ -219,19 +209,13 @@ def test_a_step_that_fails_changes_nothing():
     np.testing.assert_array_equal(said[::2], [8e3, 8001.0, 8002.0, 8003.0, 8004.0, 6e3])  # not what failed
 
 
-def test_values_are_read_as_columns():
-    stepper = sb.Stepper(rigid(), inputs=["lever"])
-    stepper.advance(0.1)
-    assert stepper["normal_load"].shape == (12,)
-    with pytest.raises(KeyError, match="is no column of this scene; there are t, phi, omega"):
-        stepper["torque"]
-    assert repr(stepper).startswith("Stepper(standard brake: t = 0.1 s, ")
-    assert repr(stepper).endswith(" rad/s, slip; inputs: lever 24 kN)")
-
-
 def test_inputs_by_name_and_array_numbers():
     stepper = sb.Stepper(rigid(), inputs="lever")
     assert stepper.units == {"lever": "N"}
+    assert stepper["normal_load"].shape == (12,)
+    with pytest.raises(KeyError, match="is no column of this scene; there are t, phi, omega"):
+        stepper["torque"]
+    assert repr(stepper).endswith("24 rad/s, open; inputs: lever 24 kN)")
     stepper.advance(np.float32(0.5), lever=np.asarray(3e3))
     assert (stepper.time, stepper.inputs, stepper.holding) == (0.5, {"lever": 3e3}, False)
     other = sb.Stepper(rigid(), "lever", state=stepper.state())

@@ -29,8 +29,6 @@ def truth(x):
     [
         (False, False),
         pytest.param(True, True, marks=pytest.mark.slow),
-        pytest.param(True, False, marks=pytest.mark.slow),
-        pytest.param(False, True, marks=pytest.mark.slow),
     ],
 )
 def test_values_and_derivatives_of_a_stop(reverse, singly):
@@ -58,12 +56,3 @@ def test_a_record_that_is_too_short():
     few = Evaluator(scene(), Paths.each(PATHS), Metrics(NAMES), size=2, reverse=True, singly=True, max_steps=4)
     assert few(X).code == 1
     assert np.all(np.isnan(few(X).jacobian))
-
-
-def test_numbers_as_a_vector_and_back():
-    paths = Paths(("brake.linings.angle", "initial.omega", "brake.linings.angle[2]"), ((20,), (), ()))
-    x = np.arange(1.0, 23.0)
-    laid = paths(scene(), x)
-    assert [span.stop - span.start for span in paths.spans] == [20, 1, 1]
-    assert float(laid.initial.omega) == 21.0
-    np.testing.assert_array_equal(laid.brake.linings.angle, [1, 2, 22, *range(4, 21)])

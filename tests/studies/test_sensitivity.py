@@ -1,7 +1,6 @@
 """Sensitivity tables against closed forms and whole runs, and what they say where a derivative ends to hold."""
 
 import json
-import math
 
 import jax
 import numpy as np
@@ -110,26 +109,6 @@ def test_an_event_beside_a_corner_is_noted():
         assert table.notes == ()
         table = sb.sensitivity(near, "stopping_time", "initial.omega", span={"initial.omega": 1e-3})
         assert len([note for note in table.notes if "corner" in note]) == notes
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("excess", "notes"), [(1e-10, 1), (1e-2, 0)])
-def test_a_grazed_limit_is_noted(excess, notes):
-    """The load on a held brake passes its capacity by `excess`, at the crest of a wave."""
-    n, beta = 4, math.radians(20.0)
-    z = 0.3 * math.tan(beta / 2)
-    capacity = 0.7 * 5e3 * (((1 + z) / (1 - z)) ** n - 1)
-    brake = sb.Brake(sb.Pulley(0.7, 500.0), sb.Band(0.7), sb.Lining(sb.ConstantFriction(0.3), np.full(n, beta)))
-    crest = sb.profiles.FunctionProfile(lambda t, _: capacity * (1 + excess) * jax.numpy.sin(t))
-    scene = sb.Scene(brake, sb.Duty(sb.Constant(5e3), sb.TorqueLoad(crest)), sb.Initial(0.0), 2.0)
-    result = sb.simulate(scene)
-    assert next(event.name for event in result.events) == "restart"
-
-    def turned(result):
-        return result.record.y_end.phi
-
-    table = sb.sensitivity(scene, turned, "brake.pulley.inertia", span={"brake.pulley.inertia": 1.0})
-    assert len([note for note in table.notes if "only just reached" in note]) == notes
 
 
 def test_all_faults_in_one_report():
