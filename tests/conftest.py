@@ -2,9 +2,6 @@ import contextlib
 import gc
 import importlib
 import os
-import resource
-import sys
-import time
 
 import jax
 import psutil
@@ -13,7 +10,7 @@ from browsers import browser_path
 from compile_flags import set_flags
 from jaxtyping import install_import_hook
 
-#: memory mappings of a worker: a run of the tests fails beyond it
+#: memory mappings that a worker may have after a file of tests
 MOST_MAPPINGS = 20_000
 
 
@@ -59,11 +56,7 @@ def pytest_configure(config):
 
 
 def pytest_terminal_summary(terminalreporter):
-    """What each worker took. A missing browser is said loudly: pages are then tested by their data alone."""
-    for worker, found in sorted(_peaks.items()):
-        over = found["mappings"] > MOST_MAPPINGS
-        words = f"{worker}: at most {found['mappings']} memory mappings, {found['megabytes']:.0f} MB"
-        terminalreporter.write_line(f"{words} (more than {MOST_MAPPINGS} mappings)" if over else words, red=over)
+    """A missing browser is said loudly: pages are then tested by their data alone."""
     if browser_path() is None:
         words = "NO BROWSER: reports, publications and apps were tested by their data alone, not in a browser."
         terminalreporter.section("warning", sep="!", red=True, bold=True)
@@ -78,20 +71,6 @@ def pytest_runtest_makereport(item, call):
     return report
 
 
-#: memory mappings of this process, counted after a file of tests and every few seconds: the most, and when last
-_seen = {"mappings": 0, "counted": 0.0}
-#: of each worker: most memory mappings, and the peak of its memory (MB)
-_peaks = {}
-
-
-def _count_mappings():
-    from simbrake._base._programs import mappings  # (simbrake is first imported above, where types may be checked)
-
-    found = mappings() or 0
-    _seen.update(mappings=max(_seen["mappings"], found), counted=time.monotonic())
-    return found
-
-
 @pytest.fixture(scope="module", autouse=True)
 def _forget_programs():
     """Files share programs, traced and compiled, until these take too much: all of them take gigabytes.
@@ -99,34 +78,16 @@ def _forget_programs():
     Those of simbrake are in a store with a bound; what the tests compile themselves is held by JAX.
     """
     yield
-    if _count_mappings() > MOST_MAPPINGS / 2 or psutil.Process().memory_info().rss > 2e9:
-        from simbrake._base._programs import STORE
+    from simbrake._base._programs import (  # (simbrake is first imported above, where types may be checked)
+        STORE,
+        mappings,
+    )
 
+    found = mappings() or 0
+    if found > MOST_MAPPINGS / 2 or psutil.Process().memory_info().rss > 2e9:
         STORE.forget()
         jax.clear_caches()
-
-
-def pytest_runtest_teardown():
-    if time.monotonic() - _seen["counted"] > 5.0:
-        _count_mappings()
-
-
-def pytest_sessionfinish(session):
-    """A worker reports to the process that started it; without workers that is this one."""
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024) / 1e6
-    found = {"mappings": _seen["mappings"], "megabytes": peak}
-    if hasattr(session.config, "workeroutput"):
-        session.config.workeroutput["peaks"] = found
-    elif not session.config.getoption("numprocesses", None):
-        _peaks["this process"] = found
-    if any(one["mappings"] > MOST_MAPPINGS for one in _peaks.values()) and session.exitstatus == 0:
-        session.exitstatus = pytest.ExitCode.TESTS_FAILED
-
-
-@pytest.hookimpl(optionalhook=True)
-def pytest_testnodedown(node):
-    if "peaks" in getattr(node, "workeroutput", {}):
-        _peaks[node.gateway.id] = node.workeroutput["peaks"]
+    assert found <= MOST_MAPPINGS
 
 
 @pytest.fixture(scope="session")

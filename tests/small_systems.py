@@ -1,23 +1,12 @@
 """Small hybrid systems that test the integrator without any brake: exact solutions, guards given over time."""
 
 import math
-from typing import Any, NamedTuple, TypeAlias, TypeVar
+from typing import Any, NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Bool, Float, Int, PyTree
 
-from simbrake.hybrid import (
-    LANDED,
-    AbstractHybridSystem,
-    Record,
-)
-
-Number: TypeAlias = Float[jax.Array, ""]
-Mode: TypeAlias = Int[jax.Array, ""]
-Guards: TypeAlias = Float[jax.Array, " guard"]
-Fired: TypeAlias = Bool[jax.Array, " guard"]
-S = TypeVar("S")
+from simbrake.hybrid import LANDED, AbstractHybridSystem
 
 # --- systems ----------------------------------------------------------------------------------------------------------
 
@@ -33,19 +22,19 @@ STICK, SLIP = 0, 1
 class Smooth(AbstractHybridSystem):
     """An initial value problem without events, base of the others."""
 
-    def guards(self, t: Number, y: PyTree, mode: Mode) -> Guards:
+    def guards(self, t, y, mode):
         return jnp.ones(1)
 
-    def transition(self, t: Number, y: PyTree, mode: Mode, fired: Fired, at_stop: jax.Array) -> tuple[Mode, int]:
+    def transition(self, t, y, mode, fired, at_stop):
         return mode, 0
 
-    def reset(self, t: Number, y: PyTree, before: Mode, after: Mode) -> PyTree:
+    def reset(self, t, y, before, after):
         return y
 
-    def next_stop(self, mode: Mode, y: Any = None) -> float:
+    def next_stop(self, mode, y=None):
         return math.inf
 
-    def scales(self) -> PyTree:
+    def scales(self):
         return Oscillator(1.0, 1.0)
 
 
@@ -63,29 +52,24 @@ class BeltOscillator(Smooth):
     v_b: Any = 0.2
     decay: Any = None
 
-    @property
-    def start(self) -> Oscillator:
-        """State at the onset of slip."""
-        return Oscillator(self.F_s / self.k, self.v_b)
-
-    def force(self, v: Number) -> Number:
+    def force(self, v):
         if self.decay is None:
             return self.F_k
         return self.F_s / (1 + self.decay * (self.v_b - v))
 
-    def rhs(self, t: Number, y: Oscillator, mode: Mode) -> Oscillator:
+    def rhs(self, t, y, mode):
         slip = (self.force(y.v) - self.k * y.x) / self.m
         return Oscillator(y.v, jnp.where(mode == STICK, 0.0, slip))
 
-    def guards(self, t: Number, y: Oscillator, mode: Mode) -> Guards:
+    def guards(self, t, y, mode):
         stick = 1 - self.k * y.x / self.F_s
         slip = (self.v_b - y.v) / self.v_b
         return jnp.where(mode == STICK, stick, slip)[None]
 
-    def transition(self, t: Number, y: Oscillator, mode: Mode, fired: Fired, at_stop: jax.Array) -> tuple[Mode, int]:
+    def transition(self, t, y, mode, fired, at_stop):
         return 1 - mode, 0
 
-    def reset(self, t: Number, y: Oscillator, before: Mode, after: Mode) -> Oscillator:
+    def reset(self, t, y, before, after):
         x = jnp.where(after == SLIP, self.F_s / self.k, y.x)
         return Oscillator(x, jnp.where(after == STICK, self.v_b, y.v))
 
@@ -95,17 +79,17 @@ class CoulombOscillator(Smooth):
 
     F: Any = 0.15
 
-    def rhs(self, t: Number, y: Oscillator, mode: Mode) -> Oscillator:
+    def rhs(self, t, y, mode):
         moving = mode != 0
         return Oscillator(jnp.where(moving, y.v, 0.0), jnp.where(moving, -y.x - self.F * mode.astype(float), 0.0))
 
-    def guards(self, t: Number, y: Oscillator, mode: Mode) -> Guards:
+    def guards(self, t, y, mode):
         return jnp.where(mode == 0, 1.0, mode.astype(float) * y.v)[None]
 
-    def transition(self, t: Number, y: Oscillator, mode: Mode, fired: Fired, at_stop: jax.Array) -> tuple[Mode, int]:
+    def transition(self, t, y, mode, fired, at_stop):
         return jnp.where(jnp.abs(y.x) <= self.F, 0, -jnp.sign(y.x).astype(int)), 0
 
-    def reset(self, t: Number, y: Oscillator, before: Mode, after: Mode) -> Oscillator:
+    def reset(self, t, y, before, after):
         return Oscillator(y.x, 0.0 * y.v)
 
 
@@ -115,20 +99,20 @@ class Filippov(Smooth):
     Modes +1 above, −1 below, 0 sliding; on the line `ẋ = ẏ` fixes the convex weight.
     """
 
-    def rhs(self, t: Number, y: Float[jax.Array, "2"], mode: Mode) -> Float[jax.Array, "2"]:
+    def rhs(self, t, y, mode):
         above, below = jnp.asarray([-2.0, 1.5]), jnp.asarray([2.0, -3.0])
         n_above, n_below = above[0] - above[1], below[0] - below[1]
         weight = n_below / (n_below - n_above)
         slide = weight * above + (1 - weight) * below
         return jnp.where(mode == 0, slide, jnp.where(mode > 0, above, below))
 
-    def guards(self, t: Number, y: Float[jax.Array, "2"], mode: Mode) -> Guards:
+    def guards(self, t, y, mode):
         return jnp.where(mode == 0, 1.0, mode.astype(float) * (y[0] - y[1]))[None]
 
-    def transition(self, t: Number, y: PyTree, mode: Mode, fired: Fired, at_stop: jax.Array) -> tuple[Mode, int]:
+    def transition(self, t, y, mode, fired, at_stop):
         return 0 * mode, 0
 
-    def scales(self) -> float:
+    def scales(self):
         return 1.0
 
 
@@ -139,25 +123,25 @@ class BouncingBall(Smooth):
     e: Any = 0.7
     v_min: Any = 0.1
 
-    def rhs(self, t: Number, y: Oscillator, mode: Mode) -> Oscillator:
+    def rhs(self, t, y, mode):
         return Oscillator(jnp.where(mode == 0, y.v, 0.0), jnp.where(mode == 0, -self.g, 0.0))
 
-    def guards(self, t: Number, y: Oscillator, mode: Mode) -> Guards:
+    def guards(self, t, y, mode):
         return jnp.where(mode == 0, y.x, 1.0)[None]
 
-    def transition(self, t: Number, y: Oscillator, mode: Mode, fired: Fired, at_stop: jax.Array) -> tuple[Mode, int]:
+    def transition(self, t, y, mode, fired, at_stop):
         return jnp.where(-self.e * y.v < self.v_min, 1, 0), 0
 
-    def reset(self, t: Number, y: Oscillator, before: Mode, after: Mode) -> Oscillator:
+    def reset(self, t, y, before, after):
         return Oscillator(0.0 * y.x, jnp.where(after == 1, 0.0, -self.e * y.v))
 
 
-def arrays(system: S) -> S:
+def arrays(system):
     """The same system with every number as an array, so that a new value never re-traces."""
     return jax.tree.map(lambda x: jnp.asarray(x, jnp.float64) if isinstance(x, float) else x, system)
 
 
-def first_event_times(record: Record, count: int) -> Float[jax.Array, " count"]:
+def first_event_times(record, count):
     """Times of the first `count` events that guards made after the start, traced."""
     i = jnp.flatnonzero(record.rows.kind == LANDED, size=count, fill_value=0)
     return record.rows.t[i + 1]

@@ -1,79 +1,45 @@
 """Stops of a band brake, and their closed forms, that many tests share."""
 
 import math
-from collections.abc import Callable, Sequence
-from types import ModuleType
-from typing import Any, TypeAlias
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 
-from simbrake import (
-    Band,
-    Bandage,
-    Brake,
-    Constant,
-    ConstantFriction,
-    Duty,
-    Fault,
-    Initial,
-    Lining,
-    PiecewiseLinear,
-    Pulley,
-    Result,
-    Scene,
-    TorqueLoad,
-)
-from simbrake.brakes import AbstractStiffness
+import simbrake as sb
 from simbrake.friction import AbstractFriction, Contact
 from simbrake.loads import AbstractLoad
-from simbrake.profiles import AbstractProfile
-
-#: a number of a scene or of a closed form: also traced, or complex
-Number: TypeAlias = complex | float | int | jax.Array
-Values: TypeAlias = Number | Sequence[Number]
 
 # --- scenes with closed-form solutions --------------------------------------------------------------------------------
 
 
 def stop_scene(
-    n: int = 20,
-    f: Number = 0.35,
-    beta: float = 13.5,
-    R: Number = 0.725,
-    J: Number = 800.0,
-    C: Number | AbstractStiffness | None = 2e5,
-    T0: Number = 8e3,
-    w0: Number = 20.0,
-    load: Number | AbstractLoad = 0.0,
-    end: Number = 5.0,
-    law: AbstractFriction | None = None,
-    lever: AbstractProfile | None = None,
-    **initial: Number,
-) -> Scene:
+    n=20,
+    f=0.35,
+    beta=13.5,
+    R=0.725,
+    J=800.0,
+    C=2e5,
+    T0=8e3,
+    w0=20.0,
+    load=0.0,
+    end=5.0,
+    law=None,
+    lever=None,
+    **initial,
+):
     """A stop with constant slack tension on `n` linings of `beta` degrees: closed forms in `closed_form`.
 
     `C`: stiffness, `None` for a rigid band; `law`: friction in place of `f`; `lever`: profile in place of `T0`; `load`:
     a torque, or a load.
     """
-    lining = Lining(law if law is not None else ConstantFriction(f), np.full(n, math.radians(beta)))
-    force = lever if lever is not None else Constant(T0)
-    duty = Duty(force, load if isinstance(load, AbstractLoad) else TorqueLoad(Constant(load)))
-    return Scene(Brake(Pulley(R, J), Band(R, C), lining), duty, Initial(omega=w0, **initial), end)
+    lining = sb.Lining(law if law is not None else sb.ConstantFriction(f), np.full(n, math.radians(beta)))
+    force = lever if lever is not None else sb.Constant(T0)
+    duty = sb.Duty(force, load if isinstance(load, AbstractLoad) else sb.TorqueLoad(sb.Constant(load)))
+    return sb.Scene(sb.Brake(sb.Pulley(R, J), sb.Band(R, C), lining), duty, sb.Initial(omega=w0, **initial), end)
 
 
-def closed_form(
-    n: int = 20,
-    f: Number = 0.35,
-    beta: Number = 13.5,
-    R: Number = 0.725,
-    J: Number = 800.0,
-    C: Number = 2e5,
-    T0: Number = 8e3,
-    w0: Number = 20.0,
-    xp: ModuleType = math,
-) -> dict[str, Any]:
+def closed_form(n=20, f=0.35, beta=13.5, R=0.725, J=800.0, C=2e5, T0=8e3, w0=20.0, xp=math):
     """Event times of a stop without load (model §3): t0, lining limits, t1 and stopping time.
 
         t0 = T_0/(C R ω_0),   lining i: t0 + asin(χ T_0 (Π_i − 1)/(C R ω_0))/χ,   χ² = C R²/J,   t1 = that of lining n
@@ -87,7 +53,7 @@ def closed_form(
     t0 = T0 / (C * R * w0)
     chi = xp.sqrt(C * R**2 / J)
 
-    def limit(ratio: Number) -> Number:
+    def limit(ratio):
         return t0 + xp.asin(chi * T0 * (ratio - 1) / (C * R * w0)) / chi
 
     t1 = limit(Pi)
@@ -106,66 +72,56 @@ class FallingFriction(AbstractFriction):
     kappa: jax.Array
     T_0: jax.Array
 
-    def kinetic(self, contact: Contact) -> jax.Array:
+    def kinetic(self, contact):
         torque = self.M0 / (1 + self.kappa * contact.v)
         r = 1 + torque / self.T_0  # Π for R_b = 1
         return (r - 1) / (r + 1) / jnp.tan(0.25)
 
-    def static(self, contact: Contact) -> jax.Array:
+    def static(self, contact):
         return self.kinetic(Contact(v=0.0 * contact.v))
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path):
         return []
 
 
-def tension_for(torque: Number, n: int, f: Number, beta: float, R: Number = 1.0) -> Number:
+def tension_for(torque, n, f, beta, R=1.0):
     """Slack tension (N) at which the torque of `n` sliding linings is `torque`: `T_0 = M/(R (Π − 1))`."""
     return torque / (R * (closed_form(n=n, f=f, beta=beta)["Pi"] - 1))
 
 
-def staged_pair(
-    M_i: Number = 600.0,
-    J_1: Number = 40.0,
-    J_2: Number = 4.0,
-    w0: Number = 20.0,
-    lever: tuple[Values, Sequence[Number] | jax.Array] | None = None,
-    end: Number = 3.0,
-    c: Number = 500.0,
-) -> Scene:
+def staged_pair(M_i=600.0, J_1=40.0, J_2=4.0, w0=20.0, lever=None, end=3.0, c=500.0):
     """Pulley `J_1` and bandage `J_2` joined by an internal pair of capacity `M_i`; the band's torque is `c t`.
 
     The capacity comes from preload alone: a coefficient so small that the tensions add nothing to it. `lever` `(times,
     torques)`: points of the band's torque in place of `c t`. Radii are 1 m.
     """
     n, f, beta, small = 4, 0.5, 60.0, 1e-14
-    brake = Brake(
-        Pulley(1.0, J_1),
-        Band(1.0),
-        Lining(ConstantFriction(f), np.full(n, math.radians(beta))),
-        Bandage(J_2, ConstantFriction(small), M_i / (n * small)),
+    brake = sb.Brake(
+        sb.Pulley(1.0, J_1),
+        sb.Band(1.0),
+        sb.Lining(sb.ConstantFriction(f), np.full(n, math.radians(beta))),
+        sb.Bandage(J_2, sb.ConstantFriction(small), M_i / (n * small)),
     )
     times, torques = ([0.0, 10.0], [jnp.zeros(()), jnp.asarray(10.0 * c)]) if lever is None else lever
     tensions = jnp.stack([jnp.asarray(tension_for(torque, n, f, beta), jnp.float64) for torque in torques])
-    return Scene(brake, Duty(PiecewiseLinear(times, tensions), TorqueLoad()), Initial(w0), end)
+    return sb.Scene(brake, sb.Duty(sb.PiecewiseLinear(times, tensions), sb.TorqueLoad()), sb.Initial(w0), end)
 
 
-def points(values: Values, times: Values = 0.0, count: int = 6) -> PiecewiseLinear:
+def points(values, times=0.0, count=6):
     """A profile of `count` points, a constant by itself: scenes of one structure share their compiled program."""
     values, times = np.atleast_1d(np.asarray(values, float)), np.atleast_1d(np.asarray(times, float))
     more = count - len(values)
     later = np.linspace(1e6, 2e6, more)  # after the end of every run
-    return PiecewiseLinear(np.append(times, later), np.append(values, np.full(more, values[-1])))
+    return sb.PiecewiseLinear(np.append(times, later), np.append(values, np.full(more, values[-1])))
 
 
-def scene_of(
-    lever: Values | PiecewiseLinear, load: Values | PiecewiseLinear = 0.0, drag: float = 0.0, **parts: Any
-) -> Scene:
+def scene_of(lever, load=0.0, drag=0.0, **parts):
     """`stop_scene` under a lever and a load of six points each."""
-    lever, load = (x if isinstance(x, PiecewiseLinear) else points(x) for x in (lever, load))
-    return stop_scene(lever=lever, load=TorqueLoad(load, drag=drag), **parts)
+    lever, load = (x if isinstance(x, sb.PiecewiseLinear) else points(x) for x in (lever, load))
+    return stop_scene(lever=lever, load=sb.TorqueLoad(load, drag=drag), **parts)
 
 
-def time_of(name: str, lining: int | None = None) -> Callable[[Result], float]:
+def time_of(name, lining=None):
     """The time of the first such event in a run."""
     return lambda r: next(e.time for e in r.events if e.name == name and e.lining == lining)
 
@@ -173,10 +129,10 @@ def time_of(name: str, lining: int | None = None) -> Callable[[Result], float]:
 # --- the standard brake -----------------------------------------------------------------------------------------------
 
 #: the elastic stop of several cases, and its closed forms
-ELASTIC: dict[str, Any] = {"n": 10, "beta": 27.0, "f": 0.35, "R": 0.725, "J": 800.0, "C": 2e5, "w0": 20.0}
+ELASTIC = {"n": 10, "beta": 27.0, "f": 0.35, "R": 0.725, "J": 800.0, "C": 2e5, "w0": 20.0}
 
 
-def elastic_stop(T0: Number = 8e3, **changes: Any) -> Scene:
+def elastic_stop(T0=8e3, **changes):
     return scene_of(T0, **{**ELASTIC, "end": 5.0, **changes})
 
 

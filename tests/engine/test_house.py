@@ -96,10 +96,6 @@ def test_no_private_parts_of_jax_are_used():
     assert [path.name for path, text in sources.items() if "equinox.internal" in text] == ["_loop.py"]
 
 
-def test_only_plots_import_matplotlib():
-    assert {f.parent.name for f in PACKAGE.rglob("*.py") if "!matplotlib" in imports(f)} == {"plot"}
-
-
 def test_importing_loads_only_what_runs_use():
     """Half a second each: pictures, tables, units, reports and SciPy are loaded by those who use them."""
     heavy = ("matplotlib", "scipy", "xarray", "pandas", "pint", "jinja2", "pyarrow", "cyclopts", "SALib")

@@ -297,34 +297,6 @@ def test_what_answers_are_remembered_by():
     assert len(asked) == 2
     assert twice({"x": np.asarray([1.0, 2.0])}) == 6.0
 
-    @_compiling.per_structure
-    def entries(part, times=1):
-        asked.append(part)
-        return times * part["x"].shape[0], str(part["x"].dtype)
-
-    before = len(asked)
-    for x in (np.ones(3), np.zeros(3), jnp.ones(3)):
-        assert (entries({"x": x}), entries({"x": x}, times=2)) == ((3, "float64"), (6, "float64"))
-    assert entries({"x": np.ones(3, np.int32)}) == (3, "int32")
-    assert len(asked) == before + 3
-
-
-def test_a_busy_program_is_compiled_again():
-    made = []
-
-    def make(quick):
-        made.append(quick)
-        return _compiling.Program(lambda x: x + (0.0 if quick else 1.0), 1000.0, 2000.0, True, quick, 100)
-
-    program = _compiling.Improving(make)
-    assert [program(1.0) for _ in range(3)] == [1.0] * 3
-    assert made == [True]
-    program._worth = 0.0  # as if it had been called for as long as it takes to compile it
-    program(1.0)
-    program._thread.join()
-    assert [program(1.0) for _ in range(3)] == [2.0] * 3
-    assert made == [True, False]
-
 
 def test_what_calls_a_library():
     a = np.arange(9.0) + np.eye(3).ravel()

@@ -1,11 +1,8 @@
 """What a terminal shows of a long task: its words, and the time left."""
 
-import time
-
 import pytest
 import rich.progress
 
-from simbrake._base import _progress
 from simbrake._base._progress import Waiting
 
 
@@ -45,16 +42,3 @@ def test_time_left_by_pieces_after_the_first(clock):
                 tell()
             said, _, rest = shown(told)
             assert (said, rest) == (f"run: {words}", left)
-
-
-def test_pieces_reach_only_those_who_wait(capsys):
-    _progress.piece(1, 2)
-    with Waiting("run", "sums up", shown=True, after=0.02) as told:
-        _progress.piece(1, 2)
-        assert shown(told)[0] == "run: sums up 1 of 2"
-        with _progress.waiting(told, "report", "sums up again") as same:
-            assert same is told
-        assert shown(told)[0] == "run: sums up again"
-        time.sleep(0.3)
-    assert "run: sums up again" in capsys.readouterr().err
-    _progress.piece(2, 2)

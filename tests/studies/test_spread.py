@@ -8,7 +8,7 @@ import pytest
 from helpers import main
 
 import simbrake as sb
-from simbrake.studies import FRICTION, known_spread
+from simbrake.studies import known_spread
 
 T0, J, R, W0, N, WRAP = 8e3, 800.0, 0.6, 20.0, 12, math.radians(270.0)
 
@@ -50,14 +50,6 @@ def test_thermal_ranges_are_of_the_library():
     assert found == {
         f"heat.bodies[0].material.{name}": (one.low, one.high, one.source) for name, one in entries.items()
     }  # and nothing of a material that is not the library's
-
-
-def test_every_friction_has_range_and_source():
-    for name, numbers in FRICTION.items():
-        f = numbers["coefficient"]
-        assert 0.1 < f.low < f.value < f.high < 0.6, name
-        assert f.source
-        assert ("assumed" in f.source) == f.assumed
 
 
 @pytest.mark.slow
