@@ -111,7 +111,7 @@ def test_time_scales_with_forces_of_a_chain():
     """`t ~ 1/λ` where tensions and damping grow as `λ` and stiffnesses as `λ²`: lengths shrink, speeds stay."""
     law = sb.StribeckFriction(0.3, 0.2, 0.3, 1.0)
     scene = chain(n=2, law=law, T0=3.0, C=5.0, K=20.0, m=0.05, damping=0.1, x0=0.0, end=30.0)
-    powers = {"duty.slack_tension.level": 1, "brake.band.segments.anchor_damping": 1}
+    powers = {"duty.slack_tension.values": 1, "brake.band.segments.anchor_damping": 1}
     powers |= {"brake.band.stiffness": 2, "brake.band.segments.stiffness": 2}
     t, slope = derivative_by_scale(scene, powers, lambda s: first_and_stop(s, rtol=1e-11)[1])
     assert float(t) == pytest.approx(6.52416, rel=1e-5)  # at rest, after each lining has slid
