@@ -1,8 +1,10 @@
 """Strings taken in motion, the cyclic steady state, and ready networks of brakes."""
 
 import math
+import time
 
 import equinox as eqx
+import jax
 import numpy as np
 import pytest
 from heat_scenes import BETA, W0, J, N, fading, rigid_stop
@@ -100,3 +102,24 @@ def test_radiation_governs_when_hot():
     assert pytest.approx(25.0 * (T - sb.thermal.ROOM), rel=1e-10) == 0.8 * sb.thermal.STEFAN_BOLTZMANN * (
         T**4 - sb.thermal.ROOM**4
     )
+
+
+@pytest.mark.slow
+def test_cost_grows_no_faster_than_layers():
+    def cost(layers):
+        growth = sb.thermal.layer_growth(1e-6, 0.03, layers)
+        steel = sb.material("steel_20L")
+        heat = sb.Heat(
+            (sb.thermal.Wall("w", steel, 0.03, 1.0, layers, growth), sb.thermal.Reservoir("air")),
+            (sb.thermal.Convection("w.back", 1.0, 100.0),),
+            sources=(sb.thermal.Source("w.front", sb.ramp(1e6, 0.0, 0.0, 5.0)),),
+        )
+        times = []
+        for _ in range(6):
+            start = time.process_time()
+            jax.block_until_ready(sb.simulate_heat(heat, [0.0, 5.0], rtol=1e-8, solver=sb.hybrid.Rodas5P()).temperature)
+            times.append(time.process_time() - start)
+        return sorted(times[1:])[2]
+
+    assert cost(1000) / cost(10) < 100**1.2
+    assert cost(1000) / cost(100) < 10**1.2 * 1.5  # the timing itself is uncertain

@@ -90,22 +90,6 @@ def test_derivative_of_lift_off_by_the_mass():
 # --- onset of internal slip -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("rate", [4e2, 4e4])
-def test_onset_depends_on_the_speed_then(rate):
-    """Stage 1 has a closed form, `(J + J_b) ω̇ = M_load − R_b (Π − 1) T_0(t)`; grip is lost and found on the way."""
-    mass, scene = 1.5, with_masses(staged.stop(rate=rate, load=600.0), 1.5)
-    result, J = sb.simulate(scene), staged.J + staged.J_B
-    t = float(result.internal_slip_time)
-    T_0, arm = 200.0 + rate * t, staged.R_B * (PI[-1] - 1)
-    omega = 20 + (600.0 * t - arm * (200.0 * t + rate * t**2 / 2)) / J
-    on_rim = np.maximum(0, T_0 * (PI[1:] + PI[:-1]) * S + staged.PRELOAD - mass * RADIUS * omega**2).sum()
-    drive = 600.0 - staged.J * (600.0 - arm * T_0) / J
-    assert drive == pytest.approx(staged.R * staged.F_INT * on_rim, rel=1e-9)
-    onset = sb.results.internal_slip_tension(scene.brake, staged.J, 600.0, omega=omega)
-    assert float(onset) == pytest.approx(T_0, rel=1e-9)
-
-
 def test_onset_with_lifted_linings():
     """The root over a fine grid of tensions, with some of the linings off the rim there; and where there is none."""
     scene = with_masses(staged.stop(preload=np.linspace(200.0, 3000.0, staged.N)), 4.0)

@@ -120,6 +120,31 @@ def test_graded_wall_is_two_half_spaces():
         assert float(run.temperature[-1, node]) - sb.thermal.ROOM == pytest.approx(exact, rel=5e-3)
 
 
+@pytest.mark.slow
+def test_contact_finds_the_effusivity_split():
+    """Heat into an interface without capacity between two bodies: Charron's share, without being told."""
+    steel, lining = sb.Material(45.0, 7850.0, 480.0), sb.Material(0.8, 2000.0, 1100.0)
+    n, growth = 200, sb.thermal.layer_growth(2e-6, 0.03, 200)
+    heat = sb.Heat(
+        bodies=(
+            wall("rim", n, 0.03, steel, growth),
+            wall("lining", n, 0.03, lining, growth),
+            sb.thermal.Junction("face"),
+        ),
+        links=(
+            sb.thermal.ThermalContact("face", "rim.front", 1.0),
+            sb.thermal.ThermalContact("face", "lining.front", 1.0),
+        ),
+        sources=(sb.thermal.Source("face", 1e6),),
+    )
+    run = sb.simulate_heat(heat, [0.0, 0.05, 0.2], rtol=1e-9)
+    stored = np.asarray(run.record.system.thermal.capacity) * (np.asarray(run.temperature)[-1] - sb.thermal.ROOM)
+    share = stored[:n].sum() / stored.sum()
+    assert share == pytest.approx(0.907538740903391, abs=2e-4)
+    assert float(sb.thermal.effusivity_share(steel, lining)) == pytest.approx(0.907538740903391, rel=1e-12)
+    assert float(run.closure) < 1e-12
+
+
 def test_varying_properties_conserve_heat():
     """λ and c linear in T: an insulated wall, unevenly warm at the start, keeps its heat content to rounding."""
     m = sb.Material(40.0, 7800.0, 450.0, conductivity_slope=-5e-4, specific_heat_slope=8e-4)
