@@ -249,34 +249,6 @@ def test_scene_show_check_schema(capsys, scenario, tmp_path):
     assert "nearest: pulley" in err
 
 
-def test_scene_check_of_a_faulty_file(capsys, tmp_path):
-    file = tmp_path / "faulty.toml"
-    file.write_text('end_time = "5 m"\n[initial]\nomega = "1 Hz"\n', "utf-8")
-    code, out, err = call(capsys, "scene", "check", str(file))
-    assert (code, out) == (2, "")
-    assert {line.split(":")[0].strip() for line in err.splitlines()[1:]} == {
-        "end_time",
-        "brake",
-        "duty",
-        "initial.omega",
-    }
-    code, out, _ = call(capsys, "scene", "check", str(file), "--json")
-    assert code == 2
-    assert {fault["path"] for fault in json.loads(out)["faults"]} == {"end_time", "brake", "duty", "initial.omega"}
-
-
-def test_unusual_numbers_are_warnings(capsys, scenario):
-    arguments = ("--set", "brake.linings.friction.coefficient=0.1", "--set", "brake.linings.angle=0.1")
-    code, out, _ = call(capsys, "scene", "check", scenario, *arguments)
-    assert code == 0
-    assert "warning  unusual: static coefficient of friction 0.1, usual are 0.35…0.65 (Drumeanu" in out
-    assert "warning  unusual: wrap 114.59°, usual are 270…325° (Drumeanu" in out
-    assert json.loads(call(capsys, "run", scenario, "--json", *arguments)[1])["warnings"][0].startswith(
-        "unusual: static"
-    )
-    assert json.loads(call(capsys, "run", scenario, "--json")[1])["warnings"] == []
-
-
 def test_reader_that_goes_away_ends_no_work(tmp_path):
     """As in `simbrake run … --out x --json | head -1`: what is still to be written is written, without a traceback."""
 

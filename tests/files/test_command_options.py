@@ -3,7 +3,6 @@
 import json
 import operator
 import shlex
-from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -133,30 +132,6 @@ def test_options_reach_the_call(capsys, asked, line, name, options):
     assert run(capsys, line)[0] == 0
     found = asked[name][-1][1]
     assert {option: found[option] for option in options} == options
-
-
-@pytest.mark.parametrize(
-    ("line", "name", "arguments"),
-    [
-        (VARY, "sweep", [("stopping_time",)]),
-        ("sweep --vary initial.omega=1:4 --sample 5", "studies.samples", [{"initial.omega": (1.0, 4.0)}, 5, 0]),
-        ("sweep --vary initial.omega=1:4 --sample 5 --seed 3", "studies.samples", [5, 3]),
-        ("sensitivity", "sensitivity", [["stopping_time"], None]),
-        ("sensitivity --metric max_tension --wrt brake.band", "sensitivity", [["max_tension"], ["brake.band"]]),
-        ("life --permissible '6 mm'", "lining_life", ["6 mm"]),
-        (FIT, "calibrate", [{"initial.omega": (10.0, 30.0)}, "measured"]),
-        (f"{FIT} --events e.csv", "read_measured", [Path("a.csv"), Path("e.csv")]),
-        ("materials --no-run --rim brass --lining retinax", "compare_materials", [["brass"], ["retinax"]]),
-        ("fmu", "files.write_fmu", [Path("standard.fmu"), None]),
-        ("fmu --input lever --out out", "files.write_fmu", [Path("out/standard.fmu"), ["lever"]]),
-    ],
-)
-def test_arguments_reach_the_call(capsys, asked, line, name, arguments):
-    """The scene, where there is one, comes first; `--set` changes it."""
-    assert run(capsys, f"{line} --set initial.omega=9")[0] == 0
-    found = asked[name][-1][0]
-    assert not isinstance(found[0], sb.Scene) or float(found[0].initial.omega) == 9.0
-    assert [one for one in found if any(one is x or one == x for x in arguments)] == arguments
 
 
 @pytest.mark.parametrize(

@@ -155,24 +155,6 @@ def test_compare_finds_the_changed_number(plain, tmp_path, request):
         assert json.loads(json.dumps(found.as_dict(), allow_nan=False))["equal"] is False
 
 
-def test_compare_other_events_and_parts(plain):
-    other = sb.simulate(stop_scene(end=0.5, lever=sb.ramp(0.0, 8e3, 0.0, 0.1)))
-    found = sb.compare(plain, other)
-    assert found.status.a == "stopped"
-    assert found.status.b == "not_stopped"
-    # both are evaluated at the same times, up to the earlier end
-    assert found.how.startswith("at ")
-    assert found.how.endswith(" times that both have")
-    assert any(name.startswith("stop at") for name in found.only_a)
-    assert ("duty.slack_tension", "Constant", "PiecewiseLinear") in found.parts
-    stopping = next(row for row in found.metrics if row.name == "stopping_time")
-    assert stopping.b == math.inf
-    assert stopping.differs
-    assert next(row for row in found.as_dict()["metrics"] if row["name"] == "stopping_time")["b"] is None
-    assert "duty.slack_tension.level" in {row.name for row in found.scene if row.b is None}
-    assert "status   stopped → not_stopped" in str(found)
-
-
 def test_command_compares_files_and_scenes(plain, tmp_path, capsys):
     folder = tmp_path / "out"
     a, b = sb.save(plain, folder / "result.nc"), sb.save(plain, tmp_path / "b.parquet")

@@ -91,31 +91,6 @@ def test_symbols_are_spelled(capsys, text, plain):
     assert spell(capsys, text) == plain.encode()
 
 
-def files_under(folder):
-    return sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
-
-
-@pytest.mark.parametrize("shell", ["bash", "zsh", "fish", "powershell"])
-def test_completion_changes_no_start_file(monkeypatch, tmp_path, shell):
-    home, file = tmp_path / "home", tmp_path / "my files" / "complete"
-    home.mkdir()
-    starts = {".bashrc": "# mine\n", ".zshrc": "# mine\n"}
-    for name, text in starts.items():
-        (home / name).write_text(text, "utf-8")
-    monkeypatch.setenv("HOME", str(home))
-    monkeypatch.setenv("USERPROFILE", str(home))
-    with pytest.raises(SystemExit) as stop:
-        main(["--install-completion", "--shell", shell, "--output", str(file)])
-    assert stop.value.code == 0
-    assert {name: (home / name).read_text("utf-8") for name in files_under(home)} == starts
-    script = file.read_text("utf-8-sig")
-    assert all(command in script for command in ("calibrate", "max-events"))
-    if shell == "bash":
-        program = f"source '{file}'\ncomplete -p simbrake"
-        done = subprocess.run(["bash", "-c", program], capture_output=True, text=True, timeout=60)
-        assert done.stdout == "complete -F _simbrake simbrake\n"
-
-
 def test_bytes_of_file_names(capsys):
     """Undecodable bytes between characters that the output lacks; other errors are raised."""
     name = b"a\xff\xfe\x80".decode("utf-8", "surrogateescape")

@@ -110,8 +110,8 @@ class Text(html.parser.HTMLParser):
 ROUNDING = ((r"((?:residual|by) )[\d.·⁻⁰-⁹¹²³e+-]+", r"\1…"), (r"\d+ (steps|accepted|rejected|truncated)", r"… \1"))
 
 
-#: runs whose page is kept too: each has a part that the others lack; the equipment of one is enough
-PAGES = ("stop", "tripping", "heated", "staged", "disc")
+#: runs whose page is kept too, up to the table of parameters: each has a part that the others lack
+PAGES = ("stop", "tripping", "heated", "staged")
 
 
 def said(name):
@@ -125,7 +125,7 @@ def said(name):
             parts.append(str(result))
     if name in PAGES:
         page = str(Text(sb.report(result, check=False, limits=limits, sensitivity=["stopping_time"] if first else ())))
-        parts.append(page.partition("\nProvenance\nsimbrake" if first else "\nEquipment\nEvery")[0])
+        parts.append(page.partition("\nEquipment\nEvery")[0])
     text = "\n\n".join(map(str, parts)) + "\n"
     for pattern, masked in ROUNDING:
         text = re.sub(pattern, masked, text)

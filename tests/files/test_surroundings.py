@@ -298,25 +298,6 @@ def test_four_threads_at_once():
         )
 
 
-def test_threads_have_their_own_reports():
-    """One report is kept for all threads: each is given that of its own result, however often they change over."""
-    results, wrong = [sb.simulate(stop_scene(w0=w, n=7)) for w in (10.0, 20.0)], []
-
-    def work(result):
-        wrong.extend(1 for _ in range(5000) if result.report().result.record is not result.record)
-
-    interval, threads = sys.getswitchinterval(), [threading.Thread(target=work, args=(one,)) for one in results]
-    sys.setswitchinterval(1e-6)
-    try:
-        for one in threads:
-            one.start()
-        for one in threads:
-            one.join(timeout=300)
-    finally:
-        sys.setswitchinterval(interval)
-    assert not wrong
-
-
 def _forked(pipe, prepared):
     said = []
     for ask in (lambda: sb.simulate(stop_scene()), prepared, lambda: sb.ensemble(stop_scene(), {SPEED: [1.0]})):

@@ -180,15 +180,3 @@ def test_sweep_of_an_ensemble():
         for axes, x in zip(row, ([10, 20, 30, 50], [1, 3, 2, 4]), strict=True):
             np.testing.assert_allclose(axes.lines[0].get_xydata(), np.stack([x, values], axis=1))
             assert not axes.patches
-
-
-def test_one_value_is_no_axis_of_a_sweep():
-    """A grid of four masses, one speed and one temperature of the air is one curve; of one run a point."""
-    one = {"speed": ("speed", [20.0], {"units": "rad/s"}), "air": ("air", [293.15], {"units": "K"})}
-    z = np.reshape([1.0, 2.0, 3.0, 5.0], (1, 4, 1))
-    dims = ("speed", "load.mass", "air")
-    data = study(dims, one | {"load.mass": MASS}, {"a": ("s", z)}, np.zeros_like(z), 0 * np.isnan(z))
-    (axes,) = plot.sweep(data).axes
-    np.testing.assert_allclose(axes.lines[0].get_xydata(), [[10, 1], [20, 2], [30, 3], [50, 5]])
-    (axes,) = plot.sweep(data.isel({"load.mass": [2]}), ["a"]).axes
-    assert axes.lines[0].get_ydata().tolist() == [3.0]

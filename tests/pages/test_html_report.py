@@ -129,13 +129,6 @@ def test_sensitivities_only_if_asked(run, made):
     assert "not repeated" in plain
 
 
-def test_metrics_without_a_value_are_named():
-    never = sb.simulate(stop_scene(end=0.3))
-    page = Page(sb.report(never, check=False, sensitivity=["stopping_time"]))
-    assert "stopping_time has no value in this run" in page.words
-    assert "Not stopped" in page.words
-
-
 def test_scene_of_the_page_can_be_run_again(run, made):
     text = html.unescape(
         re.search(r"<summary>As a scene file, as it was run</summary><pre>(.*?)</pre>", made, re.S).group(1)

@@ -238,37 +238,6 @@ def moving_string_cases() -> list[Case]:
     return cases_with_slopes("string taken in motion", scene, rows, _speed_at_end, 1e-10)
 
 
-def falling_string_cases() -> list[Case]:
-    """A hook that falls on a slack rope takes a string, falls on, and swings as the rope pulls; the drum holds."""
-    k, empty, string, slack, at, end = 4e6, 5e3, 40e3, 0.2, 0.12, 0.5
-    m, tight = empty + string, math.sqrt(2 * slack / GRAVITY)
-    still, nu = m * GRAVITY / k, math.sqrt(k / m)
-    turn = nu * (end - tight)
-    e = still * (1 - math.cos(turn)) + GRAVITY * tight / nu * math.sin(turn)
-    v = still * nu * math.sin(turn) + GRAVITY * tight * math.cos(turn)
-    fallen, early = GRAVITY * at**2 / 2, 0.18
-    work = GRAVITY * (empty * fallen + m * (slack + e - fallen)) + string * (GRAVITY * at) ** 2 / 2
-    source = f"{FORM}e = g t²/2 − e_0, then m e'' = m g − k e"
-    rows: list[Row] = [
-        (
-            "stretch as it falls",
-            f"{FORM}g t²/2 − e_0",
-            GRAVITY * early**2 / 2 - slack,
-            lambda r: r.series([early]).rope_stretch[0],
-        ),
-        ("stretch", source, e, lambda r: r.series([end]).rope_stretch[0]),
-        ("kinetic energy", f"{source}: m v²/2", m * v**2 / 2, "energy.kinetic_change"),
-        ("load work", f"{source}: m_1 g s_1 + m_2 g s_2 + Δm v²/2", work, "energy.load_work"),
-        ("elastic energy", f"{source}: k e²/2", k * e**2 / 2, "energy.elastic_change"),
-        ("energy-balance residual", _BALANCE, 0.0, "energy.closure", 1e-11),
-    ]
-    phases = Phases((Phase(Constant(25e3), f"{at} s", hangs=False), Phase(Constant(25e3), "9 s")))
-    load = StringLoad(empty, string, 0.4, 8.0, elasticity=RopeElasticity(k, 0.0, stretch=-slack))
-    scene = stop_scene(C=None, J=1200.0, w0=0.0, load=load, end=end)
-    scene = Scene(scene.brake, Duty(phases, load), scene.initial, end)
-    return cases_with_slopes("string taken on a slack rope", scene, rows, tolerance=1e-10)
-
-
 def _speed_at_end(result: Result) -> Any:
     return result.record.y_end.omega
 
@@ -324,5 +293,4 @@ CASES = (
     driller_cases,
     snub_cases,
     moving_string_cases,
-    falling_string_cases,
 )

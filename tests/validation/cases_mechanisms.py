@@ -323,47 +323,6 @@ def turned_cases() -> list[Case]:
 # --- chains -----------------------------------------------------------------------------------------------------------
 
 
-def chain_cases() -> list[Case]:
-    """Three linings of unequal mass that stick: with the pulley they are one mass on the anchor's spring and damper."""
-    J, R_b, m, C, D, T_0, w0, end = 40.0, 0.9, np.array([2.0, 5.0, 9.0]), 2e4, 60.0, 1e3, 1.0, 0.06
-    # as seen at the band circle: q'' + 2 δ q' + ν² q = 0 of the elongation beyond T_0/C
-    mass = J / R_b**2 + m.sum()
-    delta = D / (2 * mass)
-    nu = math.sqrt(C / mass - delta**2)
-
-    def moved(t: float) -> tuple[float, float]:
-        """Elongation beyond `T_0/C`, and its rate."""
-        decay, q = math.exp(-delta * t), R_b * w0 / nu
-        return decay * q * math.sin(nu * t), decay * q * (nu * math.cos(nu * t) - delta * math.sin(nu * t))
-
-    q, rate = moved(end)
-    still = T_0 / C
-    source = f"{FORM}(J/R_b² + Σ m) q'' + D q' + C q = 0"
-    damped = quad(lambda t: D * moved(t)[1] ** 2, 0.0, end, epsrel=1e-13, epsabs=0.0)[0]
-    rows: list[Row] = [
-        ("speed", source, rate / R_b, "record.y_end.omega"),
-        (
-            "kinetic energy",
-            f"{source}: Σ of pulley and linings",
-            mass * (rate**2 - (R_b * w0) ** 2) / 2,
-            "energy.kinetic_change",
-        ),
-        (
-            "elastic energy",
-            f"{source}: C (x² − x_0²)/2",
-            C * ((still + q) ** 2 - still**2) / 2,
-            "energy.elastic_change",
-        ),
-        ("lever work", f"{source}: T_0 (x − x_0)", T_0 * q, "energy.lever_work"),
-        ("heat of the damper", f"{source}: ∫ D q̇² dt", damped, "energy.damper_heat"),
-        ("energy-balance residual", "first law", 0.0, "energy.closure", 1e-11),
-    ]
-    linings = Lining(ConstantFriction(0.6), np.full(3, math.radians(80.0)), mass=m)
-    brake = Brake(Pulley(R_b, J), Band(R_b, C, Segments(np.array([3e6, 5e6]), 0.05, D)), linings)
-    scene = Scene(brake, Duty(Constant(T_0), TorqueLoad()), Initial(w0, still), end)
-    return cases_of_run("energies of a chain", scene, rows, 1e-10)
-
-
 def parting_cases() -> list[Case]:
     """A lining that a growing torque takes along on its spring, until it breaks away; either way."""
     return [*_parting(1), *_parting(-1)]
@@ -543,7 +502,6 @@ CASES = (
     staged_cases,
     staged_heat_cases,
     spring_cases,
-    chain_cases,
     parting_cases,
     pressed_stage_cases,
     lock_up_cases,

@@ -1,8 +1,6 @@
 """The cost benchmark: its truths, its units, and the smallest piece of each part."""
 
 import dataclasses
-import json
-import math
 import pathlib
 import sys
 
@@ -10,7 +8,7 @@ import pytest
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[2]))
 
-from benchmarks import costs, processes, timing
+from benchmarks import costs, processes
 from benchmarks.scenes import CASES, closed_form, cycles_case
 
 
@@ -33,42 +31,6 @@ def test_processor_time_of_a_fresh_process(tmp_path):
     assert processes.fresh(["-c", "raise SystemExit(2)"], code=2).code == 2
     with pytest.raises(RuntimeError, match="ended with 3"):
         processes.fresh(["-c", "raise SystemExit(3)"])
-
-
-def test_rounds_in_their_own_unit(monkeypatch):
-    units, cpu = iter([99.0, 0.5, 1.0, 0.5]), iter([1.0, 4.0, 3.0])
-    monkeypatch.setattr(processes, "unit", lambda: next(units))  # the first one only warms up
-    found = processes.Rounds.of(3, lambda: {"x": next(cpu)})
-    assert found.in_units("x") == 4.0
-    assert found.in_units("x", less=1.0) == 3.0
-    assert found.seconds("x") == 3.0
-
-
-def test_ratio_is_taken_round_by_round():
-    slow, fast = timing.Times([], [3.0, 30.0, 5.0]), timing.Times([], [2.0, 20.0, 2.0])
-    assert timing.ratio(slow, fast) == 1.5
-    seen = []
-    found = timing.interleaved({"a": lambda: seen.append("a"), "b": lambda: seen.append("b")}, 0.0, 3)
-    assert [len(found[name].wall) for name in "ab"] == [3, 3]
-    assert seen[-1] == "b"
-
-
-def test_difference_of_events():
-    first, second = ("slip", 0.0), ("stop", 2.0)
-    assert costs.largest_difference([first, second], [first, second]) == 0.0
-    assert costs.largest_difference([first, second], [first, ("stop", 2.5)]) == pytest.approx(0.2)
-    assert math.isnan(costs.largest_difference([first, second], [first]))
-
-
-def test_cost_beyond_its_limit_is_missed():
-    kept = costs.Cost("kept", 1e-3, "run", 2e-3, 0.5, 1.0, 1e-9)
-    over = kept._replace(what="over", ratio=2.0)
-    assert [cost.missed for cost in (kept, over, over._replace(limit=None))] == [False, True, False]
-    about = {"cpu": "C", "cores": 2, "load": 0.5}
-    about["versions"] = dict.fromkeys(("python", "jax", "diffrax", "scipy", "heyoka"), "1")
-    part = {"title": "how long", "costs": [kept._asdict(), over._asdict()], "notes": ["a note"]}
-    text = costs.markdown(json.loads(json.dumps({"machine": about, "parts": {"loops": part}})), "loops")
-    assert [line.endswith("| missed |") for line in text.splitlines() if "ms" in line] == [False, True]
 
 
 @pytest.mark.slow

@@ -14,8 +14,7 @@ from printed_tables import AGREES, DISAGREES, FILES, MISPRINT, agrees, cells, pu
 
 import simbrake as sb
 
-ROOT = pathlib.Path(__file__).parents[2]
-DOCS, PAPERS = ROOT / "docs", ROOT / "papers"
+PAPERS = pathlib.Path(__file__).parents[2] / "papers"
 #: columns that are given: numbers that go into the formula of their table, or that no formula uses
 GIVEN = {
     "V1": {"r_m", "R_m", "L_m", "lambda_W_mK"},

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 
 sys.path.insert(0, str(pathlib.Path(__file__).parents[2]))
 
-from benchmarks import ours, peers, report
+from benchmarks import ours, peers
 from benchmarks.chain import Linear
 from benchmarks.equations import automaton_of, drive
 from benchmarks.peers import scipy_ivp
@@ -129,29 +129,3 @@ def test_jacobians_of_the_plain_equations(name):
         ]
         found = mode.jacobian(0.3, y)
         np.testing.assert_allclose(found, np.stack(columns, axis=1), atol=1e-9 * np.max(np.abs(found)))
-
-
-def test_time_at_equal_error():
-    points = [{"seconds": t, "error": t**-4} for t in (1.0, 2.0, 8.0)]
-    assert report.time_at(points, 3.0**-4) == pytest.approx(3.0)
-    assert report.time_at(points, 10.0) == 1.0
-    assert report.time_at(points, 1e-9) is None
-
-
-def test_tables_of_the_documentation():
-    rows = [
-        {"method": name, "tolerance": 10.0**-k, "error": 10.0**-k, "seconds": factor * k * 1e-5}
-        for name, factor in (("simbrake Tsit5", 1.0), ("heyoka Taylor", 0.25))
-        for k in (4, 8)
-    ]
-    scene = {"name": "a", "title": "stop", "rows": rows, "left_out": {"x": "stiff", "y": "stiff", "z": "no gcc"}}
-    text = report.markdown(scene | {"equal_error": report.equal_error(scene)})
-    assert "| heyoka Taylor | 12 | 17 |  | 0.25 | 0.25 |  | 1e-08 |" in text
-    assert "Not run: x, y (stiff).\nNot run: z (no gcc)." in text
-    assert [report.significant(x) for x in (0.0123, 0.25, 3.14159, 27.4, 12345.0)] == [
-        "0.012",
-        "0.25",
-        "3.1",
-        "27",
-        "12,000",
-    ]
