@@ -50,14 +50,6 @@ def test_quick_claims_are_as_kept(claims, quick):
         assert claims.row_of(one, found) in KEPT, "run: python papers/claims.py --write-docs"
 
 
-def test_verdicts_follow_from_numbers(claims):
-    from claim import judged
-
-    assert judged([True, True]) == claims.CONFIRMED
-    assert judged([True, False], [True, False]) == claims.LIMITED
-    assert judged(False) == claims.CONTRADICTED
-
-
 def rise(f, angle):
     """Tensions at the two sides of a sliding lining."""
     return (1 + f * math.tan(angle / 2)) / (1 - f * math.tan(angle / 2))

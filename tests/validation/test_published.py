@@ -47,13 +47,6 @@ def test_no_published_cell_disagrees():
     assert all(c.verdict == MISPRINT for c in tau)
 
 
-def test_table_s1_cell_by_cell():
-    table = [cell for cell in cells() if cell.table == "S1"]
-    assert len(table) == 24
-    assert {cell.verdict for cell in table} == {AGREES}
-    assert sb.formulas.fourier_parameter(1.14e-5, 0.030) * 1000 == pytest.approx(12.667, abs=5e-4)
-
-
 def test_misprints_do_not_agree():
     """No reason covers a cell that agrees, and none is of a cell that does not exist."""
     with (PAPERS / "misprints.csv").open(encoding="utf-8") as file:
