@@ -151,14 +151,16 @@ def _solve(system: Smooth, y0: PyTree, mode: int, t1: float, *, stiff: bool = Fa
     return hybridsolve(system, y0, jnp.asarray(mode), 0.0, t1, method, settings)
 
 
-def _finished(program: Callable[[Any], tuple[Record, PyTree]], system: Smooth) -> Callable[[], PyTree]:
+def _finished(name: str, program: Callable[[Any], tuple[Record, PyTree]], system: Smooth) -> Callable[[], PyTree]:
     """Compile a run to the numbers that `program(system)` returns after their record.
+
+    - `name`: of the program on disk; nothing but the system's structure may change what it does
 
     It raises `RuntimeError` if the integration failed.
     """
 
     def run() -> PyTree:
-        record, numbers = DeviceJit(program)(arrays(system))
+        record, numbers = DeviceJit(program, subject=("validation", name), quick=True)(arrays(system))
         if int(record.code) != Code.COMPLETED:
             raise RuntimeError(f"the integration ended with {Code(int(record.code)).name.lower()}")
         return numbers
@@ -167,7 +169,7 @@ def _finished(program: Callable[[Any], tuple[Record, PyTree]], system: Smooth) -
 
 
 def _solved(
-    read: Callable[[Record], PyTree], system: Smooth, y0: PyTree, mode: int, t1: float, **options: Any
+    name: str, read: Callable[[Record], PyTree], system: Smooth, y0: PyTree, mode: int, t1: float, **options: Any
 ) -> Callable[[], PyTree]:
     """Compile a run to the numbers read from the record."""
 
@@ -175,7 +177,7 @@ def _solved(
         record = _solve(system, y0, mode, t1, **options)
         return record, read(record)
 
-    return _finished(program, system)
+    return _finished(name, program, system)
 
 
 def belt_cases() -> list[Case]:
@@ -219,8 +221,9 @@ def belt_cases() -> list[Case]:
     ]
     source = "closed form of the period, differentiated"
     by = [(f"∂(period)/∂{name}", source, truth, name) for name, truth in truths.items()]
-    run = _solved(read, belt, belt.start, SLIP, 12.0)
-    return cases_of(subject, run, 1e-11, rows) + cases_of(subject, _finished(slopes, belt), 1e-9, by)
+    run = _solved(subject, read, belt, belt.start, SLIP, 12.0)
+    slope = _finished(f"{subject}, slopes", slopes, belt)
+    return cases_of(subject, run, 1e-11, rows) + cases_of(subject, slope, 1e-9, by)
 
 
 def stiff_cases() -> list[Case]:
@@ -233,7 +236,9 @@ def stiff_cases() -> list[Case]:
         ("Robertson", "1e11", Robertson(), [1.0, 0.0, 0.0], 1e-8, kinetics),
         ("van der Pol", "2", VanDerPol(), [2.0, 0.0], 1e-9, relaxation),
     ):
-        run = _solved(lambda record: record.y_end, system, np.asarray(y0), 0, float(end), stiff=True, rtol=rtol)
+        run = _solved(
+            subject, lambda record: record.y_end, system, np.asarray(y0), 0, float(end), stiff=True, rtol=rtol
+        )
         rows = [(f"y{i + 1}({end})", _IVP, truth, f"{i}") for i, truth in enumerate(truths)]
         found += cases_of(subject, run, 1e-6, rows)
     return found

@@ -20,6 +20,7 @@ from ..friction import (
     MemoryProcess,
     StribeckFriction,
 )
+from ..hybrid import Rodas5P
 from ..loads import TorqueLoad
 from ..profiles import Constant, PiecewiseLinear
 from ..thermal._builders import lumped_heat
@@ -44,13 +45,19 @@ def _rim(capacity: float) -> Heat:
     return lumped_heat(rim=capacity, partition=ConstantPartition(1.0), rim_cooling=0.0)
 
 
+def _oiled(law: AbstractFriction, factor: float) -> ChangingFriction:
+    """A law of which oil lowers the coefficient of linings 2 and 3 from 0.5 s on."""
+    return ChangingFriction(law, (FrictionChange(PiecewiseLinear([0.5, 0.5], [1.0, factor]), [2, 3]),))
+
+
 def speed_cases() -> list[Case]:
     """Friction over the slip speed: Stribeck's curve."""
     return frozen_cases(
         "Stribeck friction",
-        _stop(StribeckFriction(0.45, 0.30, 3.0, 1.5)),
+        _stop(_oiled(StribeckFriction(0.45, 0.30, 3.0, 1.5), 1.0)),
         {"stopping time": "stopping_time", "angle": "stopping_angle"},
-        {"∂(stopping time)/∂v_s": f"{_LAW}.stribeck_speed", "∂(stopping time)/∂δ": f"{_LAW}.exponent"},
+        {"∂(stopping time)/∂v_s": f"{_LAW}.base.stribeck_speed", "∂(stopping time)/∂δ": f"{_LAW}.base.exponent"},
+        program="oiled linings",
         solver=Tsit5(),
     )
 
@@ -60,7 +67,6 @@ def changing_cases() -> list[Case]:
     law = FrictionWithMemory(ConstantFriction(0.4), (MemoryProcess(0.5, rate=0.4), MemoryProcess(1.2, work=2e6)), 0.9)
     pads = DiscBrake(900.0, Pads(law, 0.5, 0.6, 1.0, 3))
     pressed = Scene(pads, ForceDuty(Constant(3e4), TorqueLoad(Constant(0.0))), Initial(20.0), 1.5)
-    oil = FrictionChange(PiecewiseLinear([0.5, 0.5], [1.0, 0.4]), [2, 3])
 
     def factor(result: Result):
         return result.series([float(result.stopping_time)]).friction_memory[0, 0]
@@ -78,7 +84,7 @@ def changing_cases() -> list[Case]:
         ),
         *frozen_cases(
             "oiled linings",
-            _stop(ChangingFriction(ConstantFriction(0.35), (oil,))),
+            _stop(_oiled(StribeckFriction(0.35, 0.35, 3.0, 1.5), 0.4)),
             {"stopping time": "stopping_time"},
             {
                 "∂(stopping time)/∂t_1": f"{_LAW}.changes.0.factor.times",
@@ -100,7 +106,7 @@ def wear_cases() -> list[Case]:
         {"lining 1": "worn_thickness.0", "lining 4": "worn_thickness.3"},
         {"∂(lining 4)/∂s": "wear.rate.slope"},
         of=lambda result: result.worn_thickness[3],
-        solver=Tsit5(),
+        solver=Rodas5P(),  # (the only derivative through it here)
     )
 
 
