@@ -14,8 +14,8 @@ from .._base._table import ZERO
 from .._parts._scene import Scene
 from .._run._linings import WORDS, lining_contacts, look
 from .._run._log import EVENTS
+from .._run._quantities import Series
 from .._run._result import Result
-from .._run._series import Series
 from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..plot._animation import film_of, words_of_rate

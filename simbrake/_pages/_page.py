@@ -38,9 +38,9 @@ from .._run._measure import (
     title_of,
 )
 from .._run._metrics import METRICS
+from .._run._quantities import flat as flat_series
+from .._run._quantities import unit_of_column
 from .._run._result import Result
-from .._run._series import flat as flat_series
-from .._run._series import unit_of_column
 from .._run._simulate import simulate
 from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake

@@ -3,7 +3,7 @@
 import enum
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
@@ -18,46 +18,21 @@ from .._base._part import Whole, quantity, takes_values
 from .._base._quantity import Scalar, as_number
 from .._parts._scene import band_brake
 from .._physics._brake import BrakeSystem
-from ..brakes._band import pressure_within
 from ..brakes._design import Brake, under_a_band
 from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array
-from ._probe import POINTS, Number, Probe, RunJit, as_tree, integral, probe_many, record_of, tension_before
+from ._probe import POINTS, Number, Probe, RunJit, as_tree, integral, probe_many, record_of
+from ._quantities import LINING_QUANTITIES, PairSeen, Rubbing, View, times_within
 from ._result import Result
 from ._scan import peak
-from ._series import PAIR_COLUMNS, SERIES_COLUMNS, seen_of, times_within
 
 #: wear rate `I` (m³/(N·m)): a number, one per lining, or a function `I(p, v, T)` of pressure, slip speed, temperature
 WearRate = Number | Callable[..., Any]
 #: a result, or its record
 Run = Result | Record
-
-
-class Rubbing(NamedTuple):
-    """One friction pair of every lining at one or many instants, (m, n) or (n,).
-
-    `increment` is the friction at the radius of the slip: its power is `increment · v_i`. Under a band it is the
-    difference of tensions, `|T_i − T_{i−1}| = f_i N_i/cos(β_i/2)`: the friction `f_i N_i` acts where the band's ends
-    meet, at `R_b/cos(β_i/2)` (model §1).
-
-    Example:
-        >>> pressed = sb.results.integral(result, lambda p: sb.results.rubbing(result.record, p).normal)
-        >>> round(float(pressed[-1] / pressed[0]), 4)
-        2.8146
-    """
-
-    increment: Array
-    normal: Array
-    speed: Array  # |v| ≥ 0, 0 while the lining sticks
-    pressure: Array | None  # N/A, `None` without areas
-    temperature: Array | None  # that the pair's friction law sees, `None` where the scene has none
-    tension_ratio: Array | None = None  # T_i/T_{i−1} > 0, 1 without tension; `None` of pairs that are not under a band
-
-    def pressure_at(self, place: Number | Array) -> Array | None:
-        """Pressure (Pa) at a place within the linings, 0 at the edge towards the slack end of the band, 1 at the other;
-        the mean where they are not under a band."""
-        ratio = self.tension_ratio
-        return self.pressure if self.pressure is None or ratio is None else pressure_within(self.pressure, ratio, place)
+#: a quantity of linings that maps alone have, as it is summed over their cells
+HEAT = "friction_heat"
+VIEW_OF_HEAT = View("friction heat since the start", "kJ", 1e-3)
 
 
 def fault_of_pair(pair: str, known: Iterable[str]) -> Fault | None:
@@ -82,47 +57,20 @@ def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
     system = _system(record)
     if fault := fault_of_pair(pair, system.pair_names):
         raise InputError([fault])
-    number = system.pair_names.index(pair)
-    now, area = p.shown.pairs[number], system.mechanism.pairs[number].area
-    T = None if system.thermal is None else jax.vmap(lambda u: system.sensed(u)[number])(p.y.heat)
-    T = None if T is None else jnp.broadcast_to(T, now.normal.shape)
-    pressure = None if area is None else now.normal / jnp.asarray(area)
-    ratio = None
-    if number == 0 and p.shown.tension is not None:
-        after = p.shown.tension
-        before = tension_before(p.shown, p.flows.contact.slack_tension)
-        tight = (after > 0) & (before > 0)
-        ratio = jnp.where(tight, after, 1.0) / jnp.where(tight, before, 1.0)
-    return Rubbing(jnp.abs(now.force), now.normal, jnp.abs(now.slip), pressure, T, ratio)
+    seen = PairSeen(system, p, system.pair_names.index(pair))
+    return seen.rubs._replace(temperature=seen.sensed)
 
-
-#: quantities of linings that rub, which have means and maximum values
-QUANTITIES: dict[str, Callable[[Rubbing], Any]] = {
-    "tension_increment": lambda r: r.increment,
-    "normal_load": lambda r: r.normal,
-    "pressure": lambda r: r.pressure,
-    "slack_edge_pressure": lambda r: r.pressure_at(0.0),
-    "tight_edge_pressure": lambda r: r.pressure_at(1.0),
-    "edge_pressure_ratio": lambda r: r.tension_ratio,
-    "slip_speed": lambda r: r.speed,
-    "friction_power": lambda r: r.increment * r.speed,
-}
 
 #: over what means are taken
 WEIGHTS: dict[str, Callable[[Rubbing], Any]] = {
     "time": lambda r: jnp.ones_like(r.speed),
-    "slip": QUANTITIES["slip_speed"],
-    "work": QUANTITIES["friction_power"],
+    "slip": lambda r: r.speed,
+    "work": lambda r: r.power,
 }
 
 #: quantities within linings under a band, and those of the band, not of a friction pair
 _OF_EDGES = ("slack_edge_pressure", "tight_edge_pressure", "edge_pressure_ratio")
 _OF_BAND = ("tension", "displacement", *_OF_EDGES)
-
-
-def quantity_of(quantity: str, r: Rubbing) -> Array:
-    """One of `QUANTITIES` of linings that rub."""
-    return QUANTITIES[quantity](r)
 
 
 def wearing(rate: WearRate, r: Rubbing, place: Number | Array | None = None) -> Array:
@@ -143,13 +91,13 @@ class _Picked(eqx.Module):
     place: Any = None  # within the linings, of wear
 
     def __call__(self, p: Probe) -> PyTree:
-        r = rubbing(self.record, p, pair=self.pair)
         if self.rate is not None:
-            return wearing(self.rate, r, self.place)
-        value = QUANTITIES[self.quantity](r)
+            return wearing(self.rate, rubbing(self.record, p, pair=self.pair), self.place)
+        seen = _seen(self.record, p, self.pair)
+        value = _each(seen, self.quantity)
         if self.over is None:
             return value
-        weight = WEIGHTS[self.over](r)
+        weight = WEIGHTS[self.over](seen.rubs)
         return weight * value, weight
 
 
@@ -157,15 +105,22 @@ def _system(run: Run) -> BrakeSystem:
     return getattr(run, "record", run).system  # pyright: ignore
 
 
+def _seen(run: Run, p: Probe, pair: str) -> PairSeen:
+    return PairSeen(_system(run), p, _system(run).pair_names.index(pair))
+
+
+def _each(seen: PairSeen, quantity: str) -> Array:
+    """A quantity of every lining. Raises `InputError` where the run does not have it."""
+    value = LINING_QUANTITIES[quantity].of(seen.p, seen)
+    if value is None:
+        raise InputError([_absent(seen.system, quantity)])
+    return jnp.broadcast_to(value, seen.pair.normal.shape)
+
+
 def _check(
-    run: Run,
-    pair: str,
-    quantity: str = "slip_speed",
-    *,
-    known: Mapping[str, Any] = QUANTITIES,
-    over: str = "time",
+    run: Run, pair: str, quantity: str = "slip_speed", *, over: str = "time", known: Iterable[str] = LINING_QUANTITIES
 ) -> None:
-    """Raises `InputError` for a pair, a quantity (of those `known`) or a weight that the run does not have."""
+    """Raises `InputError` for a pair, a quantity or a weight that the run does not have."""
     system = _system(run)
     missing = fault_of_pair(pair, system.pair_names)
     found = [] if missing is None else [missing]
@@ -270,7 +225,7 @@ def _peaks(record: Record, pair: str, quantity: str) -> Float[Array, " n"]:
 
     def of(i: Int[Array, ""]) -> Array:
         def pick(p: Probe) -> Array:
-            return jnp.take(quantity_of(quantity, rubbing(record, p, pair=pair)), i[None], axis=1)
+            return jnp.take(_each(_seen(record, p, pair), quantity), i[None], axis=1)
 
         return peak(record, pick).value
 
@@ -313,35 +268,6 @@ WORDS = {
 }
 
 
-class View(NamedTuple):
-    """A name, its unit for people, and what the SI value is multiplied by and added to."""
-
-    words: str
-    unit: str
-    factor: float = 1.0
-    offset: float = 0.0
-
-
-#: what `lining_values` knows; units as a figure shows them
-VIEWS = {
-    "temperature": View("surface temperature", "°C", 1.0, -273.15),
-    "normal_load": View("normal load N", "kN", 1e-3),
-    "tension": View("tension T behind the lining", "kN", 1e-3),
-    "tension_increment": View("tension increment |Tᵢ − Tᵢ₋₁|", "kN", 1e-3),
-    "pressure": View("pressure N/A", "MPa", 1e-6),
-    "slack_edge_pressure": View("pressure at the edge towards the slack end", "MPa", 1e-6),
-    "tight_edge_pressure": View("pressure at the edge towards the tight end", "MPa", 1e-6),
-    "edge_pressure_ratio": View("tight over slack edge pressure", ""),
-    "slip_speed": View("slip speed |v|", "m/s"),
-    "friction_force": View("friction force F", "kN", 1e-3),
-    "friction_coefficient": View("coefficient of friction f", ""),
-    "friction_power": View("friction power", "kW", 1e-3),
-    "friction_heat": View("friction heat since the start", "kJ", 1e-3),
-    "worn_thickness": View("thickness worn off since the start", "µm", 1e6),
-    "displacement": View("displacement u along the band", "mm", 1e3),
-}
-
-
 def look(result: Result, times: Any, *, left: bool = False) -> Probe:
     """States and forces of one concrete run at the times (s), at an event after it, or with `left` before it.
 
@@ -369,7 +295,7 @@ def lining_contacts(result: Result, p: Probe) -> dict[str, np.ndarray]:
 
 
 def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "external") -> np.ndarray:
-    """One of `VIEWS` of every lining in SI units in the cells between `edges` (s), (cells, n) or (cells, 1).
+    """A quantity of every lining in SI units in the cells between `edges` (s), (cells, n) or (cells, 1).
 
     The value in the middle of each cell; `friction_heat` is that at its end, by the midpoint rule. One column alone:
     the scene has one surface for all linings.
@@ -377,42 +303,35 @@ def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "ext
     Raises `InputError` for what the run does not have.
     """
     edges = np.asarray(edges, np.float64)
-    _check(result, pair, quantity, known=VIEWS)
-    p, shares, system = look(result, 0.5 * (edges[1:] + edges[:-1])), result.scene.power_shares, _system(result)
-    if quantity == "friction_heat":
-        hot = 1.0 if shares is None else float(shares.heat)
-        power = np.asarray(QUANTITIES["friction_power"](rubbing(result.record, p, pair=pair)))
-        return hot * np.cumsum(power * np.diff(edges)[:, None], axis=0)
-    if quantity in QUANTITIES:
-        return np.asarray(QUANTITIES[quantity](rubbing(result.record, p, pair=pair)))
-    number, column = system.pair_names.index(pair), quantity
-    if quantity == "temperature":
-        outside = system.mechanism.pairs[number].on_band and "outer" in p.surfaces
-        column = "lining_outer_temperature" if outside else "lining_temperature"
-    about = PAIR_COLUMNS.get(column) or SERIES_COLUMNS[column]
-    found = about.find(p, seen_of(p, shares, number))
+    _check(result, pair, quantity, known=[*LINING_QUANTITIES, HEAT])
+    p = look(result, 0.5 * (edges[1:] + edges[:-1]))
+    seen = _seen(result, p, pair)
+    if quantity == HEAT:
+        return np.cumsum(float(seen.hot) * np.asarray(seen.rubs.power) * np.diff(edges)[:, None], axis=0)
+    found = LINING_QUANTITIES[quantity].of(p, seen)
     if found is None:
-        raise InputError([_absent(result, quantity)])
+        raise InputError([_absent(seen.system, quantity)])
     return np.asarray(found)
 
 
-def _absent(result: Result, quantity: str) -> Fault:
+def _absent(system: BrakeSystem, quantity: str) -> Fault:
     """Why a run has no such quantity."""
-    cold = not result.scene.heated
+    cold = system.thermal is None
+    no_band = ("the brake has no band", "look at its normal_load")
     why = {
         "temperature": (
             "the scene has no heat" if cold else "the heat of the scene names no linings",
-            "there are no temperatures of linings to draw",
+            "there are no temperatures of linings to look at",
         ),
         "friction_coefficient": (
             "the scene has no heat" if cold else "no friction heats a body of the scene",
-            "the coefficient of friction is drawn where it fades",
+            "the coefficient of friction is of interest where it fades",
         ),
         "displacement": ("only linings of a chain have a displacement", "give brake.band.segments"),
-        "tension": (f"a {result.scene.brake.words.brake} has no band", "look at its normal_load"),
+        "tension": no_band,
         "worn_thickness": ("the scene has no wear of that pair", "give it a `Wear`"),
     }
-    return Fault("quantity", *why[quantity])
+    return Fault("quantity", *why.get(quantity, no_band))
 
 
 # --- overlap coefficients ---------------------------------------------------------------------------------------------

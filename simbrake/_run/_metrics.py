@@ -23,7 +23,7 @@ from ..loads import Lever
 from ..shaft import names_of
 from ..thermal._heat import PowerSplit
 from ._probe import Instant, Probe, RunJit, ends_of, terminal_speed
-from ._series import thickness
+from ._quantities import thickness
 
 # --- strength of the band and travel of the lever ---------------------------------------------------------------------
 

@@ -34,8 +34,8 @@ from ..thermal._network import Junction, Reservoir
 from ._choice import stiff_heat
 from ._metrics import closure_of
 from ._probe import Number, is_traced
+from ._quantities import array_of_times
 from ._result import Result
-from ._series import array_of_times
 from ._simulate import Solver, as_method, simulate, solver_for
 
 #: state: heat content of the nodes over their capacity, heat lost and supplied;  mode: pieces of the profiles

@@ -18,7 +18,7 @@ from .._physics._brake import BrakeNow, BrakeSystem, Capacity, State
 from .._physics._mechanism import Mode, Shown
 from .._physics._outputs import HookNow, hook_of, passing
 from ..hybrid import SKIPPED, Record
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, numpy_of
 from ..hybrid._system import unravel
 from ..loads import Lever
 
@@ -91,7 +91,7 @@ def tension_before(shown: Shown, slack: Float[Array, " m"]) -> Float[Array, "m n
     """Tension (N) of the band ahead of every lining; `slack`: at the slack end."""
     if shown.before is not None:
         return shown.before
-    return jnp.concatenate([slack[:, None], shown.tension[:, :-1]], axis=1)
+    return numpy_of(slack).concatenate([slack[:, None], shown.tension[:, :-1]], axis=1)
 
 
 def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) -> Probe:

@@ -29,9 +29,9 @@ from ..thermal._heat import node_names
 from ._log import FAILURES, STATUS_MESSAGES, Events, Stage, Status, failure_of, status_of
 from ._metrics import HOLDING, METRICS, Peak, energies, stored_heat, worn_thickness
 from ._probe import Entry, end_capacity, ends_of, is_traced_run, lowers_steadily, probe_at, probe_many, runs_away
+from ._quantities import Series, array_of_times, fault_of_times, outside, series_of
 from ._report import Report, labels_of
 from ._scan import peak
-from ._series import Series, array_of_times, fault_of_times, outside, series_of
 
 # --- derivatives that exist on one side only --------------------------------------------------------------------------
 
@@ -273,7 +273,7 @@ class Result:
         away = outside(ts, start, end)
         inside = xp.where(away, start, xp.clip(ts, start, end))
         index = record.find(inside, left=left)
-        found = series_of(look(record, index, inside - t[index]), self.scene.power_shares, self._system.pair_names)
+        found = series_of(look(record, index, inside - t[index]), self._system)
         if concrete and not fill:
             return found
 

@@ -30,9 +30,9 @@ from ..loads import Actuator, Driller, Lever, SpeedHold, TorqueLoad
 from ..profiles import PiecewiseLinear
 from ._log import Event, SimulationError
 from ._probe import Probe, RunJit, seen_at
+from ._quantities import Series, flat, series_of
 from ._report import labels_of
 from ._result import Limits, Result
-from ._series import Series, flat, series_of
 from ._simulate import Solver, method_of, posed, require_64_bits, solver_name, solver_of
 
 #: inputs that a caller can set, and their places in the mode
@@ -388,7 +388,7 @@ class Stepper:
         """
         y, mode = self._state_now
         probe = _seen(self._record.system, np.asarray(self.time), y, mode)
-        return series_of(probe, self.scene.power_shares, self._record.system.pair_names)  # pyright: ignore
+        return series_of(probe, self._record.system)  # pyright: ignore
 
     def __getitem__(self, name: str) -> Any:
         """A column of `series` at the present time by its name: a number, or one for each lining or node."""

@@ -10,8 +10,8 @@ from jaxtyping import Float
 
 from .._parts._scene import Scene
 from .._run._networks import with_temperatures
+from .._run._quantities import Series
 from .._run._result import Result
-from .._run._series import Series
 from ..thermal._heat import Heat, initial_temperatures, node_names
 from ..thermal._material import Material
 from ..thermal._network import Wall, place_of

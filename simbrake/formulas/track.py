@@ -8,7 +8,7 @@ from jaxtyping import Bool, Float
 
 from .._base._faults import Fault, InputError, require_positive
 from .._parts._scene import band_brake
-from .._run._linings import geometric_overlap, look, quantity_of, rubbing
+from .._run._linings import geometric_overlap, look, rubbing
 from .._run._result import Result
 from ..brakes._design import Brake
 from ..thermal._material import Material
@@ -139,7 +139,7 @@ def track_ripple(
     p = look(result, ts)
     pair = result.record.system.pair_names[-1]  # pyright: ignore
     hot = 1.0 if scene.power_shares is None else float(scene.power_shares.heat)
-    power = hot * share * np.asarray(quantity_of("friction_power", rubbing(result.record, p, pair=pair)))
+    power = hot * share * np.asarray(rubbing(result.record, p, pair=pair).power)
     edges, lining = _around(brake, np.asarray(rim.area, float))
     flux = np.where(lining < 0, -cooling, (power / np.asarray(rim.area))[:, lining])
     s = result.series(ts)

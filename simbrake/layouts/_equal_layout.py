@@ -22,10 +22,11 @@ from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, band_brake, faults, read_by_linings
 from .._physics._assemble import assemble
 from .._physics._sliding import Grip
-from .._run._linings import Rubbing, fault_of_pair, friction_work, lining_mean, lining_wear, quantity_of, wearing
+from .._run._linings import fault_of_pair, friction_work, lining_mean, lining_wear, wearing
 from .._run._log import FAILURES, SimulationError
 from .._run._measure import name_of
 from .._run._probe import as_tree
+from .._run._quantities import Rubbing
 from .._run._result import Result
 from ..brakes._band import running_product
 from ..hybrid._arrays import Array
@@ -229,7 +230,8 @@ def at_full_slip(scene: Scene, target: str, rate: Rate) -> Float[Array, " n"]:
     r, _ = full_slip(scene)
     if target == "wear":
         return wearing(rate, r)
-    return quantity_of("friction_power" if target == "friction_work" else target, r)
+    found = {"friction_work": r.power, "tension_increment": r.increment, "normal_load": r.normal}
+    return found.get(target, r.pressure)  # pyright: ignore
 
 
 def over_braking(result: Result, target: Target, rate: Rate, pair: str) -> Float[Array, " n"]:

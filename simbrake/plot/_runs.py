@@ -14,9 +14,9 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import Fault, InputError
-from .._run._linings import VIEWS, WORDS, Contact, RunningIn, lining_values, overlap
+from .._run._linings import HEAT, VIEW_OF_HEAT, WORDS, Contact, RunningIn, lining_values, overlap
+from .._run._quantities import LINING_QUANTITIES, Series
 from .._run._result import Result
-from .._run._series import Series
 from ..brakes._design import BrakeWords
 from ..loads import AbstractString
 from ..thermal._network import Wall, place_of
@@ -543,7 +543,9 @@ def lining_map(
     for window in columns:
         edges = cells(result, window.start, window.end)
         maps.append((edges, lining_values(result, quantity, edges, pair=pair)))
-    view, n = VIEWS[quantity], brake.linings.count
+    view = VIEW_OF_HEAT if quantity == HEAT else LINING_QUANTITIES[quantity].view
+    assert view is not None
+    n = brake.linings.count
     figure = sheet(figure, 11.5 if len(columns) > 1 else 8.5, 5.4)
     ratios = [1.5, 1][: len(columns)]
     panels = figure.subplots(1, len(columns), squeeze=False, sharey=True, width_ratios=ratios)[0]

@@ -14,7 +14,7 @@ __getattr__ = answers(
     internal={
         "Colour": "_run._measure",
         "Need": "_run._metrics",
-        "Rubbing": "_run._linings",
+        "Rubbing": "_run._quantities",
         "rubbing": "_run._linings",
     },
     others=_named,

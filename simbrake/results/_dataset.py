@@ -24,8 +24,8 @@ from .._base._part import leaves
 from .._parts._scene import Scene, warnings
 from .._run._duty import stop_variables
 from .._run._metrics import about_output
+from .._run._quantities import RENAMED, SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
 from .._run._result import Result
-from .._run._series import RENAMED, SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
 from ..files._scene_file import scene_from_text, scene_text
 from ..hybrid import LANDED
 from ..thermal._network import Junction, Reservoir, Wall

@@ -39,11 +39,11 @@ from .._run._networks import simulate_heat as simulate_heat
 from .._run._networks import steady_state as steady_state
 from .._run._networks import with_temperatures as with_temperatures
 from .._run._probe import integral as integral
+from .._run._quantities import PAIR_COLUMNS as PAIR_COLUMNS
+from .._run._quantities import SERIES_COLUMNS as SERIES_COLUMNS
+from .._run._quantities import PairSeries as PairSeries
+from .._run._quantities import Series as Series
 from .._run._result import Result as Result
-from .._run._series import PAIR_COLUMNS as PAIR_COLUMNS
-from .._run._series import SERIES_COLUMNS as SERIES_COLUMNS
-from .._run._series import PairSeries as PairSeries
-from .._run._series import Series as Series
 from .._run._simulate import Answer as Answer
 from .._run._simulate import AnswerAccuracy as AnswerAccuracy
 from .._run._simulate import Prepared as Prepared

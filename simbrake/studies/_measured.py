@@ -19,8 +19,8 @@ from .._base._table import Tabular, Unit, plain, spelled, to_si, unit
 from .._parts._scene import Scene
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._metrics import METRICS
+from .._run._quantities import RENAMED, SERIES_COLUMNS, Series, flat, outside, pair_column, unit_of_column
 from .._run._result import Result
-from .._run._series import RENAMED, SERIES_COLUMNS, Series, flat, outside, pair_column, unit_of_column
 from ..hybrid._arrays import Array
 from ._evaluator import Faults
 

@@ -1,20 +1,27 @@
-"""The columns of a run over time, and of each friction pair: each once, with its unit, meaning, and how it is found."""
+"""What a run has at every instant: each quantity once, with its unit, meaning, how it is found and drawn.
 
+Columns of series, files and tables, views of linings, and what means and maxima are taken of are read from here.
+"""
+
+import functools
 import re
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_args, get_origin
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 from jaxtyping import Bool, Float, Int
 
 from .._base._faults import Fault, InputError
 from .._base._table import Table, number, rows_table, value_text
+from .._physics._brake import BrakeSystem
 from .._physics._mechanism import PairNow
+from ..brakes._band import pressure_within
 from ..hybrid._arrays import Array, numpy_of
 from ..thermal._heat import PowerShares
-from ._probe import Number, Probe
+from ._probe import Number, Probe, tension_before
 
 #: a value at each time, one of each lining, and whole numbers
 Values = Float[Array, " m"]
@@ -26,29 +33,101 @@ else:
     OfBand = Values | None  # no band
 
 
-class Seen(NamedTuple):
-    """Sources of columns beside a probe: friction work, and one of the friction pairs."""
+class Rubbing(NamedTuple):
+    """One friction pair of every lining at one or many instants, (m, n) or (n,).
 
-    pair: PairNow
-    work: Values  # of the pair, J
-    all_work: Values  # of all pairs, J
-    shares: PowerShares | None
-    memory: Array | None  # states of the pair's friction law
-    worn: Each | None  # thickness worn off the linings of the pair, m
+    `increment` is the friction at the radius of the slip: its power is `increment · v_i`. Under a band it is the
+    difference of tensions, `|T_i − T_{i−1}| = f_i N_i/cos(β_i/2)`: the friction `f_i N_i` acts where the band's ends
+    meet, at `R_b/cos(β_i/2)` (model §1).
+    """
+
+    increment: Array
+    normal: Array
+    speed: Array  # |v| ≥ 0, 0 while the lining sticks
+    pressure: Array | None  # N/A, `None` without areas
+    temperature: Array | None  # that the pair's friction law sees, `None` where the scene has none
+    tension_ratio: Array | None = None  # T_i/T_{i−1} > 0, 1 without tension; `None` of pairs that are not under a band
+
+    @property
+    def power(self) -> Array:
+        """Friction power of each lining (W)."""
+        return self.increment * self.speed
+
+    def pressure_at(self, place: Number | Array) -> Array | None:
+        """Pressure (Pa) at a place within the linings, 0 at the edge towards the slack end of the band, 1 at the other;
+        the mean where they are not under a band."""
+        ratio = self.tension_ratio
+        return self.pressure if self.pressure is None or ratio is None else pressure_within(self.pressure, ratio, place)
+
+    def edge_pressure(self, place: float) -> Array | None:
+        """The same, `None` where there is no band."""
+        return None if self.tension_ratio is None else self.pressure_at(place)
+
+
+class PairSeen:
+    """The friction pair numbered `i` of a brake in a probe: what its quantities are found from."""
+
+    def __init__(self, system: BrakeSystem, p: Probe, i: int) -> None:
+        self.system, self.p, self.i = system, p, i
+        self.pair: PairNow = p.shown.pairs[i]
+
+    @property
+    def shares(self) -> PowerShares | None:
+        return self.system.grip.shares
 
     @property
     def hot(self) -> Number:
         """Share of the friction work that is heat."""
         return 1.0 if self.shares is None else self.shares.heat
 
+    @property
+    def work(self) -> Values:
+        """Friction work of the pair (J)."""
+        return self.p.y.ledger.friction[self.i]
 
-def seen_of(p: Probe, shares: PowerShares | None, i: int) -> Seen:
-    """Sources of the columns of the friction pair `i`."""
-    friction, worn = p.y.ledger.friction, p.y.worn and p.y.worn[i]
-    states = jax.tree.leaves(p.y.memory and p.y.memory[i])
-    memory = numpy_of(states[0]).stack(states, axis=1) if len(states) > 1 else states[0] if states else None
-    all_work: Any = sum(friction[1:], start=friction[0])
-    return Seen(p.shown.pairs[i], friction[i], all_work, shares, memory, worn)
+    @property
+    def all_work(self) -> Values:
+        """Friction work of all pairs (J)."""
+        first, *more = self.p.y.ledger.friction
+        return sum(more, start=first)  # pyright: ignore
+
+    @property
+    def memory(self) -> Array | None:
+        """States of the pair's friction law."""
+        states = jax.tree.leaves(self.p.y.memory and self.p.y.memory[self.i])
+        return numpy_of(states[0]).stack(states, axis=1) if len(states) > 1 else states[0] if states else None
+
+    @property
+    def worn(self) -> Each | None:
+        """Thickness worn off the linings of the pair (m)."""
+        return self.p.y.worn and self.p.y.worn[self.i]
+
+    @property
+    def surface(self) -> Array | None:
+        """Surface temperatures of the linings where the pair rubs (K)."""
+        outside = self.system.mechanism.pairs[self.i].on_band and "outer" in self.p.surfaces
+        return self.p.surfaces.get("outer" if outside else "linings")
+
+    @property
+    def sensed(self) -> Array | None:
+        """Temperatures that the friction law sees (K)."""
+        if self.system.thermal is None:
+            return None
+        T: Any = jax.vmap(lambda u: self.system.sensed(u)[self.i])(self.p.y.heat)
+        return jnp.broadcast_to(T, self.pair.normal.shape)
+
+    @functools.cached_property
+    def rubs(self) -> Rubbing:
+        """Forces, slip speeds and pressures of the linings."""
+        now, area, xp = self.pair, self.system.mechanism.pairs[self.i].area, numpy_of(self.pair.normal)
+        pressure = None if area is None else now.normal / xp.asarray(area)
+        ratio = None
+        if self.i == 0 and self.p.shown.tension is not None:
+            after = self.p.shown.tension
+            before = tension_before(self.p.shown, self.p.flows.contact.slack_tension)
+            tight = (after > 0) & (before > 0)
+            ratio = xp.where(tight, after, 1.0) / xp.where(tight, before, 1.0)
+        return Rubbing(abs(now.force), now.normal, abs(now.slip), pressure, None, ratio)
 
 
 def _of_band(p: Probe, tension: Values) -> Values | None:
@@ -76,11 +155,40 @@ def thickness(worn: tuple[Array | None, ...]) -> Array:
     return sum(more, start=first)
 
 
+class View(NamedTuple):
+    """How figures name a quantity of linings: its unit for people, what the SI value is multiplied by and added to."""
+
+    words: str
+    unit: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+class About(NamedTuple):
+    """A quantity: its unit, "" where there is none, its meaning, and how it is found, `None` where a run has none.
+
+    - `find(p, s)`: of a probe `p` of m times and a friction pair `s` (`PairSeen`), (m,) or (m, n)
+    - `view`: of linings, how figures name it;  `size`: means, maxima and figures take it without its sign
+    """
+
+    unit: str
+    meaning: str
+    find: Callable[[Any, Any], Any]
+    view: View | None = None
+    size: bool = False
+
+    def of(self, p: Any, s: Any) -> Any:
+        """The quantity as means, maxima and figures take it."""
+        value = self.find(p, s)
+        return abs(value) if self.size and value is not None else value
+
+
 class PairSeries(NamedTuple):
     """One friction pair at the times of a `Series`, SI units; arrays over its linings are (m, n).
 
     `None`: `capacity` where the mechanism does not tell, `friction_coefficient` where it cannot change,
-    `worn_thickness` without wear of the pair, `friction_memory` of a law without states; of one with several (m, s, n).
+    `worn_thickness` without wear of the pair, `friction_memory` of a law without states (of one with several (m, s,
+    n)), pressures without areas, those at edges and their ratio where no band presses, `temperature` without heat.
 
     Example:
         >>> float(result.series([0.5]).pairs["external"].torque[0].round(1))
@@ -92,9 +200,18 @@ class PairSeries(NamedTuple):
         "N",
         "normal load on each lining, with preload and centrifugal force of a bandage",
         lambda p, s: s.pair.normal,
+        View("normal load N", "kN", 1e-3),
     ]
-    friction_force: Annotated[Each, "N", "friction force on each lining", lambda p, s: s.pair.friction]
-    slip_speed: Annotated[Each, "m/s", "slip speed of each lining", lambda p, s: s.pair.slip]
+    friction_force: Annotated[
+        Each,
+        "N",
+        "friction force on each lining",
+        lambda p, s: s.pair.friction,
+        View("friction force F", "kN", 1e-3),
+    ]
+    slip_speed: Annotated[
+        Each, "m/s", "slip speed of each lining", lambda p, s: s.pair.slip, View("slip speed |v|", "m/s"), True
+    ]
     sense: Annotated[Int[Array, "m n"], "", "0 the lining sticks, +1 and -1 it slides", lambda p, s: s.pair.sense]
     torque: Annotated[Values, "N*m", "torque that the pair passes on", lambda p, s: s.pair.torque]
     friction_work: Annotated[Values, "J", "friction work since the start", lambda p, s: s.work]
@@ -106,11 +223,66 @@ class PairSeries(NamedTuple):
         lambda p, s: s.pair.capacity,
     ]
     friction_coefficient: Annotated[
-        Each | None, "", "coefficient of friction of each lining, sliding", lambda p, s: s.pair.coefficient
+        Each | None,
+        "",
+        "coefficient of friction of each lining, sliding",
+        lambda p, s: s.pair.coefficient,
+        View("coefficient of friction f", ""),
     ]
-    worn_thickness: Annotated[Each | None, "m", "thickness that each lining lost since the start", lambda p, s: s.worn]
+    worn_thickness: Annotated[
+        Each | None,
+        "m",
+        "thickness that each lining lost since the start",
+        lambda p, s: s.worn,
+        View("thickness worn off since the start", "µm", 1e6),
+    ]
     friction_memory: Annotated[
         Any, "", "state of the friction law of each lining (several: in the order of its PyTree)", lambda p, s: s.memory
+    ]
+    friction_power: Annotated[
+        Each, "W", "friction power of each lining", lambda p, s: s.rubs.power, View("friction power", "kW", 1e-3)
+    ]
+    tension_increment: Annotated[
+        Each,
+        "N",
+        "friction of each lining at the radius of its slip, under a band |T_i - T_(i-1)|",
+        lambda p, s: s.rubs.increment,
+        View("tension increment |Tᵢ − Tᵢ₋₁|", "kN", 1e-3),
+    ]
+    pressure: Annotated[
+        Each | None,
+        "Pa",
+        "mean pressure on each lining",
+        lambda p, s: s.rubs.pressure,
+        View("pressure N/A", "MPa", 1e-6),
+    ]
+    slack_edge_pressure: Annotated[
+        Each | None,
+        "Pa",
+        "pressure at the edge of each lining towards the slack end",
+        lambda p, s: s.rubs.edge_pressure(0.0),
+        View("pressure at the edge towards the slack end", "MPa", 1e-6),
+    ]
+    tight_edge_pressure: Annotated[
+        Each | None,
+        "Pa",
+        "pressure at the edge of each lining towards the tight end",
+        lambda p, s: s.rubs.edge_pressure(1.0),
+        View("pressure at the edge towards the tight end", "MPa", 1e-6),
+    ]
+    edge_pressure_ratio: Annotated[
+        Each | None,
+        "",
+        "pressure at the tight edge of each lining over that at the slack edge",
+        lambda p, s: s.rubs.tension_ratio,
+        View("tight over slack edge pressure", ""),
+    ]
+    temperature: Annotated[
+        Float[Array, "m l"] | None,
+        "K",
+        "surface temperature of the linings where the pair rubs",
+        lambda p, s: s.surface,
+        View("surface temperature", "°C", 1.0, -273.15),
     ]
 
 
@@ -182,6 +354,7 @@ class Series(NamedTuple):
         "N",
         "tension of the band behind each lining, counted from the slack end",
         lambda p, s: p.shown.tension,
+        View("tension T behind the lining", "kN", 1e-3),
     ]
     lever_force: Annotated[
         Values | None,
@@ -224,7 +397,11 @@ class Series(NamedTuple):
     ]
     lining_speed: Annotated[Each | None, "rad/s", "speed of each lining", lambda p, s: p.shown.lining_speed]
     displacement: Annotated[
-        Each | None, "m", "displacement of each lining along the band circle", lambda p, s: p.shown.displacement
+        Each | None,
+        "m",
+        "displacement of each lining along the band circle",
+        lambda p, s: p.shown.displacement,
+        View("displacement u along the band", "mm", 1e3),
     ]
     damper_heat: Annotated[Values | None, "J", "heat of dampers since the start", lambda p, s: p.y.ledger.damper_heat]
     electrical_work: Annotated[
@@ -269,6 +446,8 @@ class Series(NamedTuple):
         "static capacity of the brake over the load on a pulley at rest, under the tension of that instant",
         lambda p, s: _reserve(p),
     ]
+    friction_power: Annotated[Each, "W", "friction power of each lining", lambda p, s: s.rubs.power]
+    pressure: Annotated[Each | None, "Pa", "mean pressure on each lining", lambda p, s: s.rubs.pressure]
     pairs: dict[str, PairSeries]
 
     @property
@@ -310,14 +489,6 @@ def _range(values: Any, unit: str) -> str:
     return f"{number(low, unit, beside=top).text} … {number(high, unit, beside=top)}{each}"
 
 
-class About(NamedTuple):
-    """A column: its unit, "" where there is none, its meaning, and how it is found, `None` where a run has none."""
-
-    unit: str
-    meaning: str
-    find: Callable[[Probe, Seen], Any]
-
-
 def _columns(series: type) -> dict[str, About]:
     """The columns of a `Series` or a `PairSeries`, as their annotations say."""
     hints = series.__annotations__.items()
@@ -325,6 +496,8 @@ def _columns(series: type) -> dict[str, About]:
 
 
 SERIES_COLUMNS, PAIR_COLUMNS = _columns(Series), _columns(PairSeries)
+#: quantities of linings, each of one friction pair: of these there are means, maxima and maps
+LINING_QUANTITIES = {name: about for name, about in {**SERIES_COLUMNS, **PAIR_COLUMNS}.items() if about.view}
 
 #: columns that earlier versions wrote under another name
 RENAMED = {
@@ -336,13 +509,12 @@ RENAMED = {
 }
 
 
-def series_of(p: Probe, shares: PowerShares | None, names: tuple[str, ...]) -> Series:
-    """All columns of a probe; `names`: of the friction pairs."""
-    pairs = {}
-    for i, name in enumerate(names):
-        seen = seen_of(p, shares, i)
+def series_of(p: Probe, system: BrakeSystem) -> Series:
+    """All columns of a probe."""
+    pairs, first = {}, PairSeen(system, p, 0)
+    for i, name in enumerate(system.pair_names):
+        seen = PairSeen(system, p, i)
         pairs[name] = PairSeries(**{key: column.find(p, seen) for key, column in PAIR_COLUMNS.items()})
-    first = seen_of(p, shares, 0)
     return Series(**{key: column.find(p, first) for key, column in SERIES_COLUMNS.items()}, pairs=pairs)
 
 
