@@ -25,6 +25,7 @@ from ._parts._scene import check as check
 from ._run._edit import with_materials as with_materials
 from ._run._edit import with_values as with_values
 from ._run._log import SimulationError as SimulationError
+from ._run._measure import Limits as Limits
 from ._run._networks import cyclic_steady_state as cyclic_steady_state
 from ._run._networks import simulate_heat as simulate_heat
 from ._run._networks import steady_state as steady_state

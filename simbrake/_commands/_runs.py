@@ -51,9 +51,10 @@ def run(
         lost.append(Fault("--measured", "is drawn into a figure", f"give --out a folder, not {single}"))
     scene = cli.opened(file, set_, rtol, folder=None if single else out, faults=lost, **counts)
     from .._base._table import shown_in
-    from .._run._measure import limit_checks, summary_with_limits, text_with_limits
+    from .._run._measure import limit_checks, summary_with_limits, text_with_limits, with_limits
 
     limits = cli.limits_of(scene, limit, fail_on_limit)
+    scene = with_limits(scene, limits)
     recorded = sb.read_measured(*measured) if measured else None
     if recorded is not None:
         from ..studies._measured import check_measured
@@ -120,7 +121,7 @@ def report(
     """
     out = cli.file_in(out or Path(), f"{file.stem}.html")
     scene = cli.opened(file, set_, rtol, faults=cli.faults_of_file(out))
-    from .._run._measure import limit_checks, limit_dicts, limit_lines
+    from .._run._measure import limit_checks, limit_dicts, limit_lines, with_limits
 
     metrics, text = sensitivity or [], file.read_text("utf-8", errors="replace")
     title, files = title_of(file, text), {file.name: text}
@@ -134,7 +135,7 @@ def report(
         raise InputError(faults)
     assert limits is not None
     with Waiting("report", "compiling the run…") as told:
-        result = sb.simulate(scene, rtol=rtol, throw=False, progress=told)
+        result = sb.simulate(with_limits(scene, limits), rtol=rtol, throw=False, progress=told)
         if check:
             told.now("second run, for the error estimate")
         errors = result.accuracy() if check else None

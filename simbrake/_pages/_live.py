@@ -13,7 +13,7 @@ import numpy as np
 from .._base._table import ZERO
 from .._parts._scene import Scene
 from .._run._linings import WORDS, lining_contacts, look
-from .._run._log import EVENTS
+from .._run._log import plain_words
 from .._run._quantities import Series
 from .._run._result import Result
 from ..brakes._design import Brake
@@ -134,7 +134,7 @@ def times_of(result: Result, detail: Detail) -> Times:
 def events_of(result: Result) -> list[Data]:
     """Events that the charts mark: time, words, colour, and the meaning in plain words."""
     return [
-        {"t": event.time, "colour": _css(colour), "words": words, "plain": EVENTS[event.name].plain}
+        {"t": event.time, "colour": _css(colour), "words": words, "plain": plain_words(event.name)}
         for event in result.events
         if event.name in MARKED
         for colour, words in [MARKED[event.name]]

@@ -12,7 +12,7 @@ from .._base._table import Column, Number, Table, digits, number, numbers, scale
 from .._parts._scene import Scene
 from .._phases import Phases
 from .._run._duty import OfStops
-from .._run._log import EVENTS, STAGES, Event
+from .._run._log import STAGES, Event, plain_words
 from .._run._measure import Colour, LimitCheck, title_of, unit_of
 from .._run._metrics import METRICS, RESIDUAL_SEES, Balance, energy_balance, heat_balance
 from .._run._result import Result
@@ -118,7 +118,7 @@ def event_table(events: Sequence[Event]) -> Table:
 
 
 def _meaning(event: str) -> str:
-    return EVENTS[event].plain if event in EVENTS else ""
+    return plain_words(event)
 
 
 def _span(linings: list[int]) -> str:

@@ -1,8 +1,10 @@
 """Scene of one run: brake, duty, start and end; and warnings of unusual values."""
 
+import abc
+import dataclasses
 import functools
 import math
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import equinox as eqx
 import jax.numpy as jnp
@@ -105,6 +107,19 @@ class Initial(Part):
     time: Scalar = quantity("s", "time at the start", default=0.0)
 
 
+class AbstractLimits(Part):
+    """Permissible values of what a run has as one number: they change nothing in it. A field for each, by its name."""
+
+    @property
+    def given(self) -> dict[str, Any]:
+        """Those that are given, by name."""
+        return {name: value for name, value in vars(self).items() if value is not None}
+
+    @abc.abstractmethod
+    def faults(self, scene: "Scene", path: str) -> list[Fault]:
+        """Errors of values that no run of the scene has."""
+
+
 class Scene(Part):
     """One run of a brake: a band brake under a `Duty`, a disc or double-shoe brake under a `ForceDuty`.
 
@@ -115,6 +130,7 @@ class Scene(Part):
     - `wear`: wear of the linings, `None` without wear
     - `power_shares`: how the friction power splits into heat, electrical and mechanical power; `None`: all is heat
     - `shaft`: torques on the shaft beside load and brake: auxiliary brakes, bearings, loss of the tackle
+    - `limits`: permissible values of metrics for the verdict, as `Limits(max_drum_speed="260 rpm")`
 
     Example:
         >>> brake = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35))
@@ -131,6 +147,12 @@ class Scene(Part):
     wear: Wear | None = None
     power_shares: PowerShares | None = None
     shaft: tuple[AbstractShaftTorque, ...] = ()
+    limits: AbstractLimits | None = None
+
+    @property
+    def as_run(self) -> "Scene":
+        """The scene without what no run depends on: limits compile nothing anew."""
+        return self if self.limits is None else dataclasses.replace(self, limits=None)
 
     @property
     def network(self) -> Heat:
@@ -180,7 +202,7 @@ def faults(scene: Scene) -> list[Fault]:
 
 def _faults_together(scene: Scene) -> list[Fault]:
     """Errors between parts of a scene whose numbers are in range."""
-    found = [*_faults_of_parts(scene)]
+    found = [*_faults_of_parts(scene), *([] if scene.limits is None else scene.limits.faults(scene, "limits"))]
     if not scene.end_time > scene.initial.time:
         found.append(Fault("end_time", f"{float(scene.end_time):g} s is not after the start", "it must be later"))
     if found or scene.initial.elongation == 0.0:

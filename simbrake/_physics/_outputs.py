@@ -1,4 +1,4 @@
-"""Results of a brake beside its states: its capacity, the speed of a load that nothing holds, the hook, thresholds."""
+"""Results of a brake beside its states: its capacity, the speed of a load that nothing holds, the hook."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -10,12 +10,9 @@ from jaxtyping import Float
 
 from ..hybrid import smallest
 from ..hybrid._arrays import Array
-from ..thermal._heat import place_count
 from ._brake import LEVER, LOAD, BrakeNow, BrakeSystem, BrakeUnderRope, Capacity, State, piece_of
-from ._mechanism import OPEN, SLIP, Mode
+from ._mechanism import OPEN, Mode
 
-#: places whose permissible temperature is that of their hottest node, and the events of exceeding it
-_WHOLE = {"rim": "permissible_rim_temperature", "band": "permissible_band_temperature"}
 #: up to this share of the tension the lever may still move, at its present rate over the time of the run so far
 _AT_REST = 1e-3
 #: speeds at which a balance of torques is looked for: so many on either side, up to that many times the present one
@@ -108,7 +105,7 @@ def terminal_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Float
     return jnp.where(led, jnp.inf, stable_speed(net, jnp.abs(y.omega)))
 
 
-# --- the hook, and thresholds of heat and fade ------------------------------------------------------------------------
+# --- the hook, and loss of grip ---------------------------------------------------------------------------------------
 
 
 class HookNow(NamedTuple):
@@ -137,37 +134,7 @@ def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow |
     return HookNow(jnp.asarray(travelled), y.omega * travel, weight - mass * travel * z.contact.alpha)
 
 
-def _can_lose_grip(system: BrakeSystem) -> bool:
+def can_lose_grip(system: BrakeSystem) -> bool:
     """Whether fade can leave a sliding brake of one pair, whose linings act as one, weaker than its load."""
     reads = system.grip.reads.T or system.grip.remembers or bool(system.mechanism.profiles)
     return reads and len(system.mechanism.pairs) == 1 and not system.mechanism.resolved
-
-
-def mark_names(system: BrakeSystem) -> list[tuple[str, int | None]]:
-    """Thresholds that heat or fade can exceed, as names of events with their lining (from 1)."""
-    names: list[tuple[str, int | None]] = [("grip_lost", None)] if _can_lose_grip(system) else []
-    if system.thermal is None:
-        return names
-    heat, n = system.thermal.heat, system.grip.linings.count
-    if heat.permissible is not None and heat.linings is not None:
-        per_lining = place_count(heat, heat.linings) == n and n > 1
-        names += [("permissible_temperature", i + 1 if per_lining else None) for i in range(n if per_lining else 1)]
-    return names + [(event, None) for kind, event in _WHOLE.items() if kind in heat.permissible_at]
-
-
-def passing(system: BrakeSystem, mode: Mode, q: BrakeNow, hot: dict[str, Array]) -> Array:
-    """Excess over each threshold of `mark_names`, relative to a typical size."""
-    found: list[Any] = []
-    if _can_lose_grip(system):
-        # sliding ahead, the brake no longer outweighs the load (a lever that holds the speed balances it to rounding)
-        short = (q.net_load - q.contact.brake_torque) / system.sizes.torque - 1e-9
-        # a release by the lever is intended: it is no loss of grip
-        pulls = q.lever_rate >= 0
-        found.append(jnp.where((mode.band == SLIP) & (mode.sense > 0) & pulls, short, -1.0)[None])
-    heat = None if system.thermal is None else system.thermal.heat
-    if heat is not None and heat.permissible is not None and heat.linings is not None:
-        found.append((hot["linings"] - heat.permissible) / 100.0)
-    if heat is not None:
-        limits = heat.permissible_at
-        found += [(jnp.max(hot[kind]) - limits[kind])[None] / 100.0 for kind in _WHOLE if kind in limits]
-    return jnp.concatenate(found) if found else jnp.zeros(0)

@@ -240,7 +240,7 @@ def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan) 
     travelled = scene.duty.load.travelled(phi)
     if states.hook is not None:
         travelled = travelled + np.asarray(_stretched(record.system, states, record.modes))
-    names = [name for name in _HOT if name in scan.names]
+    names = [name for name in _HOT if name in scan.wanted.names]
     tops = peaks_between(scan, names, [(stop.start, stop.end) for stop in found])
     rows, before = list[dict[str, Any]](), 0
     for i, stop in enumerate(found):

@@ -17,6 +17,7 @@ from ..brakes._band import grip, product, running_product, tension_ratio
 from ..brakes._design import Bandage, Brake, BrakeWords, under_a_band, unloaded
 from ..hybrid import Code, Record, largest
 from ..hybrid._arrays import Array
+from ._metrics import marks
 from ._probe import Entry, Number
 
 # --- how a run ends ---------------------------------------------------------------------------------------------------
@@ -152,7 +153,12 @@ class EventMeaning(NamedTuple):
 
 _ANY, _BAND, _STAGED = "every brake", "a band as a whole", "staged brake"
 _NO_CHAIN = "every brake but the resolved chain"
-_CHAIN, _RESOLVED, _HEAT = "resolved chain", "resolved bandage", "any brake with heat"
+_CHAIN, _RESOLVED = "resolved chain", "resolved bandage"
+
+
+def _of_marks() -> dict[str, EventMeaning]:
+    return {mark.event: EventMeaning(f"{mark.meaning}; a mark", mark.brakes, mark.plain) for mark in marks()}
+
 
 #: every name that an `Event` can have; a lining is named beside it where the event concerns one
 EVENTS = {
@@ -217,26 +223,6 @@ EVENTS = {
         "a lining lifts off the rim",
     ),
     "lining_touchdown": EventMeaning("lining `i` touches the rim again", _STAGED, "a lining touches the rim again"),
-    "permissible_temperature": EventMeaning(
-        "the surface of the linings (of lining `i`, where each has its own) exceeded `Heat.permissible`; a mark",
-        _HEAT,
-        "the linings exceeded their permissible temperature",
-    ),
-    "permissible_rim_temperature": EventMeaning(
-        "the surface of the rim exceeded `Heat.permissible_rim`; a mark",
-        _HEAT,
-        "the rim exceeded its permissible temperature",
-    ),
-    "permissible_band_temperature": EventMeaning(
-        "the band exceeded `Heat.permissible_band`; a mark",
-        _HEAT,
-        "the band exceeded its permissible temperature",
-    ),
-    "grip_lost": EventMeaning(
-        "sliding, while the lever is not being released, the brake no longer outweighs the load; a mark",
-        "standard brake whose friction depends on temperature",
-        "the sliding brake no longer outweighs the load",
-    ),
     "layer_change": EventMeaning(
         "the rope on the drum changes its layer: effective radius, hook load torque and inertia jump",
         "any brake under a hook load with layers of rope",
@@ -257,7 +243,14 @@ EVENTS = {
         "elastic band whose friction varies in the run",
         "a lining came to lock itself",
     ),
+    **_of_marks(),
 }
+
+
+def plain_words(event: str) -> str:
+    """What an event of a log means in plain words; empty for one that is not known, as of an earlier file."""
+    known = {**EVENTS, **_of_marks()}
+    return known[event].plain if event in known else ""
 
 
 # --- the log ----------------------------------------------------------------------------------------------------------
@@ -300,9 +293,10 @@ class Events(list[Event]):
     def __getitem__(self, key: Any) -> Any:
         if not isinstance(key, str):
             return super().__getitem__(key)
-        if key not in EVENTS:
-            near = difflib.get_close_matches(key, EVENTS, n=3, cutoff=0.4)
-            raise KeyError(f"{key!r} is not an event; nearest: {', '.join(near or EVENTS)}")
+        known = {**EVENTS, **_of_marks()}  # (a mark may have been added)
+        if key not in known:
+            near = difflib.get_close_matches(key, known, n=3, cutoff=0.4)
+            raise KeyError(f"{key!r} is not an event; nearest: {', '.join(near or known)}")
         return Events(event for event in self if event.name == key)
 
     @property
@@ -405,12 +399,12 @@ def with_phases(events: list[Event], ends: list[Event]) -> list[Event]:
     return found
 
 
-def marks_passed(passing: np.ndarray, row: np.ndarray) -> list[tuple[int, int]]:
+def marks_passed(excess: np.ndarray, row: np.ndarray) -> list[tuple[int, int]]:
     """Samples `i` and marks `j` where mark `j` is passed between the samples `i` and `i + 1` of one step.
 
-    `passing` (samples, marks) is positive beyond a mark; a jump between two steps belongs to no crossing.
+    `excess` (samples, marks) is positive beyond a mark; a jump between two steps belongs to no crossing.
     """
-    rises = (passing[:-1] <= 0) & (passing[1:] > 0) & (row[:-1] == row[1:])[:, None]
+    rises = (excess[:-1] <= 0) & (excess[1:] > 0) & (row[:-1] == row[1:])[:, None]
     return [(int(i), int(j)) for i, j in np.argwhere(rises)]
 
 

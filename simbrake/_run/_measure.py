@@ -1,5 +1,6 @@
 """Metrics of a run by name, energies, functions of a result; and limits on them."""
 
+import dataclasses
 import difflib
 import enum
 from collections.abc import Callable, Mapping, Sequence
@@ -10,12 +11,13 @@ import numpy as np
 from jaxtyping import Bool
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import BAD, NumberReader, Quantity
+from .._base._part import quantity
+from .._base._quantity import BAD, NumberReader, Quantity, Scalar
 from .._base._table import ZERO, digits, number, plain
-from .._parts._scene import Scene, require_scene
+from .._parts._scene import AbstractLimits, Scene, require_scene
 from ..hybrid._arrays import Array
 from ._linings import lining_peak
-from ._metrics import HOT, METRICS, about_output, allowable_values, lever_of, metric_names
+from ._metrics import HOLDING, HOT, METRICS, about_output, allowable_values, lever_of, metric_names
 from ._probe import Entry, Number
 from ._report import body_of, hottest_first
 from ._report import text as text_of
@@ -96,15 +98,59 @@ def happened(value: Number) -> Bool[np.ndarray, "*shape"] | np.bool_:
 
 #: a limit on what is not a metric: it needs the areas of the linings
 PRESSURE = "max_pressure"
+
+
+def _limits_part() -> Any:
+    """The part of a scene with a permissible value of each metric."""
+
+    def faults(self: Any, scene: Scene, path: str) -> list[Fault]:
+        found = []
+        for name in self.given:
+            lacks = METRICS[name].needs.lacks(scene) if name in METRICS else ""
+            lacks = lacks or ("it has no areas of its linings" if name == PRESSURE and not _has_area(scene) else "")
+            found += [Fault(f"{path}.{name}", f"no run of this scene has it: {lacks}", "leave it out")] if lacks else []
+        return found
+
+    fields = {
+        name: quantity(metric.unit, f"limit: {metric.meaning}", default=None)
+        for name, metric in METRICS.items()
+        if name != HOLDING
+    }
+    fields[PRESSURE] = quantity("Pa", "limit: maximum mean pressure on a lining", default=None)
+    about = """Permissible values of what a run has as one number, for its verdict; a run does not depend on them.
+
+    A field for each metric, its maximum permissible value (`max_pressure`: maximum mean pressure on a lining). They
+    come before those of the scene's parts, as `Heat.permissible_rim`. Where a metric has a mark the log has an event
+    for it: `overspeed` of `max_drum_speed`, `permissible_temperature` of `peak_lining_temperature`. Raises `InputError`
+    for what a scene does not have.
+
+    Example:
+        >>> sb.Limits(max_drum_speed="260 rpm", max_tension="90 kN").max_tension
+        array(90000.)
+    """
+    body = {"__module__": __name__, "__doc__": about, "__annotations__": dict.fromkeys(fields, Scalar | None)}
+    return type(AbstractLimits)("Limits", (AbstractLimits,), {**body, **fields, "faults": faults})
+
+
+Limits = _limits_part()
+
+
+def with_limits(scene: Scene, limits: Mapping[str, float]) -> Scene:
+    """The scene with these limits (SI) among its own, but for those of energies, which no scene has."""
+    known = {name: most for name, most in limits.items() if name in Limits.__dataclass_fields__}
+    if not known:
+        return scene
+    old = {} if scene.limits is None else scene.limits.given
+    return dataclasses.replace(scene, limits=Limits(**{**old, **known}))
+
+
+def _has_area(scene: Scene) -> bool:
+    return scene.brake.linings.area is not None
+
+
 #: shown without a limit too, where the scene has them
 _USUAL = ("max_tension", "max_normal_load")
 _LININGS = "peak_lining_temperature"
-#: events of a temperature that exceeds its limit, by the metric
-_EXCEEDED = {
-    _LININGS: "permissible_temperature",
-    "peak_rim_temperature": "permissible_rim_temperature",
-    "peak_band_temperature": "permissible_band_temperature",
-}
 #: kelvins of 20 °C, from which the rise of a temperature is counted
 _ROOM = ZERO + 20.0
 
@@ -198,7 +244,7 @@ def read_limits(
     `path`: where a limit stands, for the faults, with a place for its name
     """
     reader, read = NumberReader(), {}
-    if PRESSURE in limits and scene.brake.linings.area is None:
+    if PRESSURE in limits and not _has_area(scene):
         reader.fault(path.format(PRESSURE), "needs the areas of the linings", "give brake.linings.area")
     known = (*metric_names(scene), PRESSURE)
     try:
@@ -236,7 +282,7 @@ def has_limit(scene: Scene, limits: Mapping[str, float]) -> bool:
 
 def _plain(value: Any) -> Any:
     """A number of NumPy as one of Python, which a reader knows."""
-    return value.item() if isinstance(value, np.generic) else value
+    return value.item() if isinstance(value, np.generic | np.ndarray) and np.ndim(value) == 0 else value
 
 
 def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck]:
@@ -267,9 +313,8 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
     for name, bound in limits.items():
         if name in HOT or name == PRESSURE:
             continue
-        value, unit, time = float(measure(result, name)), unit_of(name), summary["at"].get(f"{name}_time")
-        note = "" if time is None else f"maximum at {number(time, 's')}"
-        checks.append(_judged(result, name, bound, value, unit, note))
+        note = _when(result, summary, name, bound, own.get(name))
+        checks.append(_judged(result, name, bound, float(measure(result, name)), unit_of(name), note))
     return checks + _worn(result)
 
 
@@ -312,13 +357,21 @@ def _temperature(result: Result, summary: Entry, name: str, bound: float | None,
     value = summary["metrics"][name]
     if bound is None:
         return LimitCheck(name, None, value, "K", LimitVerdict.NO_LIMIT)
-    hottest = f"maximum at {number(summary['at'][f'{name}_time'], 's')}"
-    if value > bound and bound == own and name in _EXCEEDED:
-        times = [event["time"] for event in summary["events"] if event["name"] == _EXCEEDED[name]]
-        often = "" if len(times) < 2 else f", {len(times)} times in all"
-        early = "above it from the start; " if result.report().scan.seen.tops[name][0] > bound else ""
-        hottest = (f"first exceeded at {number(min(times), 's')}{often}; " if times else early) + hottest
-    return _judged(result, name, bound, value, "K", hottest)
+    return _judged(result, name, bound, value, "K", _when(result, summary, name, bound, own))
+
+
+def _when(result: Result, summary: Entry, name: str, bound: float, own: float | None) -> str:
+    """When a maximum value was reached, and when its own limit was first exceeded, where that is an event."""
+    time, value = summary["at"].get(f"{name}_time"), summary["metrics"].get(name)
+    if time is None:
+        return ""
+    mark, note = METRICS[name].mark, f"maximum at {number(time, 's')}"
+    if mark is None or value is None or value <= bound or bound != own:
+        return note
+    times = [event["time"] for event in summary["events"] if event["name"] == mark.event]
+    often = "" if len(times) < 2 else f", {len(times)} times in all"
+    early = "above it from the start; " if result.report().scan.seen.tops[name][0] > bound else ""
+    return (f"first exceeded at {number(min(times), 's')}{often}; " if times else early) + note
 
 
 def _no_linings(result: Result, bound: float | None) -> LimitCheck:
@@ -379,7 +432,7 @@ def judged(result: Result, checks: Sequence[LimitCheck]) -> Judged:
     hot = hottest_first(metrics) if rubs else []
     for name in (name for name in hot if name in HOT):
         parts[f"{body_of(HOT[name], summary)} temperature"] = (name,)
-    known = {*metric_names(scene), *((PRESSURE,) if scene.brake.linings.area is not None else ())}
+    known = {*metric_names(scene), *((PRESSURE,) if _has_area(scene) else ())}
     missing = {
         part: tuple(name for name in names if name in known)
         for part, names in parts.items()

@@ -16,6 +16,7 @@ from .._base._table import number
 from .._parts._scene import Scene, has_load
 from .._physics._brake import BrakeSystem, BrakeUnderRope, State
 from .._physics._mechanism import BandMode, Ledger, Mode, slips
+from .._physics._outputs import can_lose_grip
 from ..brakes._design import Brake, Strength
 from ..hybrid import LANDED, Record, largest, smallest
 from ..hybrid._arrays import Array, numpy_of
@@ -60,40 +61,24 @@ def lever_travel(record: Record, scene: Scene) -> Array:
     return lever.arm / lever.slack_arm * (slack if x is None else slack + x)
 
 
-#: metric → unit, and its allowable value in a scene (`None`: not given)
-_ALLOWABLE = {
-    "max_band_stress": ("Pa", lambda scene: getattr(strength_of(scene), "band_stress", None)),
-    "max_anchor_stress": ("Pa", lambda scene: getattr(strength_of(scene), "anchor_stress", None)),
-    "max_lever_force": ("N", lambda scene: getattr(lever_of(scene), "greatest_force", None)),
-    "lever_travel": ("m", lambda scene: getattr(lever_of(scene), "greatest_travel", None)),
-}
-#: metric → place whose permissible temperature limits it
-HOT = {
-    "peak_rim_temperature": "rim",
-    "peak_lining_temperature": "linings",
-    "peak_band_temperature": "band",
-    "peak_lining_outer_temperature": "outer",
-}
-
-
 def allowable_values(scene: Scene) -> dict[str, float]:
-    """Allowable values of metrics, in SI, of the parts of a scene that have them, temperatures among them."""
-    found = {name: allowable(scene) for name, (_, allowable) in _ALLOWABLE.items()}
-    hot = scene.network.permissible_at
-    found |= {name: hot[place] for name, place in HOT.items() if place in hot}
+    """Allowable values of metrics, in SI, of the parts of a scene that have them; its `limits` come first."""
+    found = {name: metric.limit(scene) for name, metric in METRICS.items() if metric.limit is not None}
+    found |= {} if scene.limits is None else scene.limits.given
     return {name: float(most) for name, most in found.items() if most is not None}
 
 
 def limits_exceeded(scene: Scene, metrics: Mapping[str, float | None]) -> list[str]:
-    """Warnings of forces, stresses and travels above their allowable values; temperatures have events instead."""
+    """Warnings of metrics above their allowable values; those with a mark have events instead."""
     found = []
     for name, most in allowable_values(scene).items():
-        value = metrics.get(name)
-        if name in _ALLOWABLE and value is not None and value > most:
-            unit = _ALLOWABLE[name][0]
+        value, metric = metrics.get(name), METRICS.get(name)
+        if metric is not None and metric.mark is None and value is not None and value > most:
+            unit = metric.unit
             words = name.removeprefix("max_").replace("_", " ")
-            share = f"{value / most:.4g} × the allowable {number(most, unit)}"
-            found.append(f"over_limit: {words} {number(value, unit)} is {share}")
+            found.append(
+                f"over_limit: {words} {number(value, unit)} is {value / most:.4g} × the allowable {number(most, unit)}"
+            )
     return found
 
 
@@ -132,6 +117,23 @@ class Need(NamedTuple):
 _NOTHING = Need("every scene", "", lambda scene: True)
 
 
+class Mark(NamedTuple):
+    """An event of the log of which the motion takes no notice: a quantity passes its limit.
+
+    - `event`: its name;  `meaning`, and which `brakes` can have it;  `plain`: a sentence;  `words`: what is counted
+
+    Example:
+        >>> sb.results.METRICS["max_drum_speed"].mark.event
+        'overspeed'
+    """
+
+    event: str
+    meaning: str
+    brakes: str
+    plain: str
+    words: str
+
+
 class Metric(NamedTuple):
     """A number of a run.
 
@@ -141,6 +143,8 @@ class Metric(NamedTuple):
     - `needs`: what a scene has whose runs have it;  `shown_anyway`: as `inf` where it lacks that
     - `of_linings`: whether a maximum value tells the lining;  `number(maximum, scene)`: what the number is in terms of
       that maximum, `None`: itself
+    - `limit(scene)`: its allowable value from the parts of the scene (`None`: not given);  `mark`: the event of a
+      maximum value whose quantity passes its limit;  `place`: whose temperature it is, of those that heat names
 
     Example:
         >>> metric = sb.results.METRICS["max_tension"]
@@ -157,6 +161,9 @@ class Metric(NamedTuple):
     of_linings: bool = False
     shown_anyway: bool = False
     number: Callable[[Any, Scene], Any] | None = None
+    limit: Callable[[Scene], Any] | None = None
+    mark: Mark | None = None
+    place: str = ""
 
     def of_peak(self, found: "Peak", scene: Scene) -> "Peak":
         """The number in place of the maximum over the run that it is found from."""
@@ -324,14 +331,25 @@ _SHAFT = Need("torques on the shaft", "it has no torques on the shaft", lambda s
 _HEAT = Need("heat", "the scene has no heat", lambda scene: scene.heated)
 
 
-def _surface(place: str, title: str, meaning: str, *, of_linings: bool = False) -> Metric:
+def _surface(place: str, title: str, meaning: str, *, of_linings: bool = False, mark: Mark | None = None) -> Metric:
     """The maximum temperature of a place that the heat part of a scene names."""
     named = Need(
         "heat that names the place",
         "its heat part names no such place",
         lambda scene: place in scene.network.hot_places,
     )
-    return Metric("K", meaning, title, lambda p: p.surfaces[place], named, greatest=True, of_linings=of_linings)
+    return Metric(
+        "K",
+        meaning,
+        title,
+        lambda p: p.surfaces[place],
+        named,
+        greatest=True,
+        of_linings=of_linings,
+        limit=lambda scene: scene.network.permissible_at.get(place),
+        mark=mark,
+        place=place,
+    )
 
 
 # --- the registry -----------------------------------------------------------------------------------------------------
@@ -459,6 +477,7 @@ METRICS: dict[str, Metric] = {
         greatest=True,
         of_linings=True,
         number=stress,
+        limit=lambda scene: getattr(strength_of(scene), "band_stress", None),
     ),
     "max_anchor_stress": Metric(
         "Pa",
@@ -468,6 +487,7 @@ METRICS: dict[str, Metric] = {
         _ANCHOR,
         greatest=True,
         number=functools.partial(stress, anchor=True),
+        limit=lambda scene: getattr(strength_of(scene), "anchor_stress", None),
     ),
     "max_lever_force": Metric(
         "N",
@@ -476,6 +496,7 @@ METRICS: dict[str, Metric] = {
         lambda p: p.lever_force[:, None],
         _LEVER,
         greatest=True,
+        limit=lambda scene: getattr(lever_of(scene), "greatest_force", None),
     ),
     "lever_travel": Metric(
         "m",
@@ -483,16 +504,110 @@ METRICS: dict[str, Metric] = {
         "Travel of the lever at the end",
         lever_travel,
         _TRAVEL,
+        limit=lambda scene: getattr(lever_of(scene), "greatest_travel", None),
     ),
-    "peak_rim_temperature": _surface("rim", "Hottest rim surface", "maximum surface temperature of the rim"),
+    "max_drum_speed": Metric(
+        "rad/s",
+        "maximum speed of the drum, in either sense",
+        "Maximum speed of the drum",
+        lambda p: abs(p.y.omega)[:, None],
+        greatest=True,
+        mark=Mark(
+            "overspeed",
+            "the drum turns faster than its limit `max_drum_speed`",
+            "every brake",
+            "the drum turns faster than permitted",
+            "overspeed",
+        ),
+    ),
+    "peak_rim_temperature": _surface(
+        "rim",
+        "Hottest rim surface",
+        "maximum surface temperature of the rim",
+        mark=Mark(
+            "permissible_rim_temperature",
+            "the surface of the rim exceeded `Heat.permissible_rim`",
+            "any brake with heat",
+            "the rim exceeded its permissible temperature",
+            "permissible temperature of the rim exceeded",
+        ),
+    ),
     "peak_lining_temperature": _surface(
-        "linings", "Hottest lining surface", "maximum surface temperature of any lining", of_linings=True
+        "linings",
+        "Hottest lining surface",
+        "maximum surface temperature of any lining",
+        of_linings=True,
+        mark=Mark(
+            "permissible_temperature",
+            "the surface of the linings (of lining `i`, where each has its own) exceeded `Heat.permissible`",
+            "any brake with heat",
+            "the linings exceeded their permissible temperature",
+            "permissible temperature exceeded",
+        ),
     ),
-    "peak_band_temperature": _surface("band", "Hottest band", "maximum temperature of the band"),
+    "peak_band_temperature": _surface(
+        "band",
+        "Hottest band",
+        "maximum temperature of the band",
+        mark=Mark(
+            "permissible_band_temperature",
+            "the band exceeded `Heat.permissible_band`",
+            "any brake with heat",
+            "the band exceeded its permissible temperature",
+            "permissible temperature of the band exceeded",
+        ),
+    ),
     "peak_lining_outer_temperature": _surface(
         "outer", "Hottest outer lining face", "maximum temperature of the outer faces of the linings", of_linings=True
     ),
 }
+#: metric → place whose temperature it is
+HOT = {name: metric.place for name, metric in METRICS.items() if metric.place}
+
+
+# --- marks ------------------------------------------------------------------------------------------------------------
+
+GRIP_LOST = Mark(
+    "grip_lost",
+    "sliding, while the lever is not being released, the brake no longer outweighs the load",
+    "standard brake whose friction depends on temperature",
+    "the sliding brake no longer outweighs the load",
+    "grip lost",
+)
+#: load that a brake has to lack (share of a typical torque), as a lever that holds the speed balances it to rounding
+_ROUNDING = 1e-9
+
+
+def _missing_torque(p: Probe) -> Array:
+    """By how much a brake that slides ahead lacks the torque of its load (N·m); a release is intended, and no loss."""
+    slides = (p.mode.band == BandMode.SLIP) & (p.mode.sense > 0) & (p.flows.lever_rate >= 0)
+    return jnp.where(slides, p.flows.net_load - p.flows.contact.brake_torque, -1.0)[:, None]
+
+
+def marks() -> list[Mark]:
+    """All marks that a run can pass."""
+    return [GRIP_LOST, *(metric.mark for metric in METRICS.values() if metric.mark is not None)]
+
+
+def marks_of(system: BrakeSystem, scene: Scene) -> dict[str, float]:
+    """What a run can pass: the metric with the mark, or the name of the event, and the limit of its quantity."""
+    found = {GRIP_LOST.event: _ROUNDING * float(system.sizes.torque)} if can_lose_grip(system) else {}
+    limits = allowable_values(scene)
+    return found | {name: limits[name] for name, metric in METRICS.items() if metric.mark and name in limits}
+
+
+def passing(name: str, p: Probe) -> Float[Array, "m k"]:
+    """The quantity of a mark of `marks_of`: of every lining where the event names it, else its maximum."""
+    if name == GRIP_LOST.event:
+        return _missing_torque(p)
+    value = METRICS[name].find(p)
+    return value if METRICS[name].of_linings else jnp.max(value, axis=1, keepdims=True)
+
+
+def event_of(name: str) -> str:
+    """Name of the event of a mark of `marks_of`."""
+    mark = METRICS[name].mark if name in METRICS else GRIP_LOST
+    return mark.event  # pyright: ignore
 
 
 # --- energies ---------------------------------------------------------------------------------------------------------

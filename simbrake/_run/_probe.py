@@ -16,7 +16,7 @@ from .._base._progress import piece
 from .._physics import _outputs as capacities
 from .._physics._brake import BrakeNow, BrakeSystem, Capacity, State
 from .._physics._mechanism import Mode, Shown
-from .._physics._outputs import HookNow, hook_of, passing
+from .._physics._outputs import HookNow, hook_of
 from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array, numpy_of
 from ..hybrid._system import unravel
@@ -44,7 +44,6 @@ class Probe(NamedTuple):
     margins: Float[Array, "m marks"]
     greater_tension: Float[Array, "m n"] | None  # of the two sides of each lining; None without a band
     surfaces: dict[str, Array]  # surface temperatures of rim, linings, band (m, nodes), where the scene has them
-    passing: Float[Array, "m marks_of_heat"]  # by how much marks that only heat can pass are passed (see `mark_names`)
     holding: tuple[Array, Array]  # load at rest, and static capacity of the brake in its direction (N·m), (m,) each
     hook: HookNow | None
     lever_force: Float[Array, " m"] | None  # on the lever of the driller, where the scene has one
@@ -105,17 +104,16 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
             mechanism.shown(q.lever_tension, y.omega, y.own, mode, system.surfaces(t, y, mode), q.contact),
             mechanism.lining_margins(mode, q.contact),
             hot,
-            passing(system, mode, q, hot),
             capacities.holding(system, t, y, mode),
             hook_of(system, y, mode, q),
             q.lever_tension / system.lever.gain if isinstance(system.lever, Lever) else None,
         )
 
-    flows, shown, margins, hot, passed, *others = jax.vmap(look)(t, y, mode)
+    flows, shown, margins, hot, *others = jax.vmap(look)(t, y, mode)
     most = None
     if shown.tension is not None:
         most = greater(shown.tension, tension_before(shown, flows.contact.slack_tension))
-    return Probe(t, y, mode, flows, shown, margins, most, hot, passed, *others)
+    return Probe(t, y, mode, flows, shown, margins, most, hot, *others)
 
 
 def probe_at(record: Record, index: Int[Array, " m"], h: Float[Array, " m"], *, still: bool = False) -> Probe:

@@ -13,8 +13,8 @@ from .._parts._scene import plausibility, warnings
 from .._phases import Phases
 from .._physics._brake import BrakeSystem
 from .._physics._mechanism import BandMode, Label, Mode
-from .._physics._outputs import mark_names
 from ..hybrid import FINISHED, Record
+from ..hybrid._arrays import Array
 from ._choice import stiffness
 from ._duty import (
     DutyKind,
@@ -37,12 +37,15 @@ from ._metrics import (
     Peak,
     energies,
     energy_balance,
+    event_of,
     heat_balance,
     limits_exceeded,
+    marks,
+    marks_of,
     metrics_of,
 )
 from ._probe import Entry, RunJit, record_of
-from ._scan import Scan, largest_share_of_capacity, peaks
+from ._scan import Scan, Sight, Wanted, largest_share_of_capacity, peaks
 from ._stability import shortage
 
 #: from the place in a step where samples have a zero it is at most this far (share of the step)
@@ -152,7 +155,12 @@ class Report:
     @functools.cached_property
     def _scan(self) -> Scan:
         names = tuple(name for name in metrics_of(self.result.scene, greatest=True) if name != HOLDING)
-        return Scan(self._record, float(self.result.rtol), names)
+        return Scan(self._record, float(self.result.rtol), Wanted(names, tuple(self._limits)))
+
+    @functools.cached_property
+    def _limits(self) -> dict[str, float]:
+        """Limits of the quantities that have marks."""
+        return marks_of(self._record.system, self.result.scene)  # pyright: ignore
 
     @property
     def scan(self) -> Scan:
@@ -207,7 +215,8 @@ class Report:
         if phases and phases[0].band == BandMode.OPEN and phases[0].end == phases[0].start:
             phases = phases[1:]  # the settling of the first mode
         margins = np.asarray(self._scan.seen.margins)
-        events = event_log(phases, margins, self._locate, margins.shape[1] // 2, start)
+        locate = functools.partial(self._locate, lambda seen: seen.margins)
+        events = event_log(phases, margins, locate, margins.shape[1] // 2, start)
         return with_phases(sorted([*events, *self._marks()], key=lambda event: event.time), self._phase_ends())
 
     def _phase_ends(self) -> list[Event]:
@@ -231,13 +240,21 @@ class Report:
         return Table(columns_of(names, words_of(self.result.scene)), list(self._stops))
 
     def _marks(self) -> list[Event]:
-        """Events of marks that heat passes, and of linings that come to lock themselves."""
-        system: BrakeSystem = self._record.system  # pyright: ignore
+        """Events of quantities that pass their limits, and of linings that come to lock themselves."""
         found: list[Event] = []
-        crossings = marks_passed(np.asarray(self._scan.seen.passing), np.asarray(self._scan.row))
-        if crossings:
-            times, names = self._locate(crossings, "passing"), mark_names(system)
-            found += [Event(float(t), *names[j]) for t, (_, j) in zip(times, crossings, strict=True)]
+        for name, limit in self._limits.items():
+
+            def excess(seen: Sight, name: str = name, limit: float = limit) -> Array:
+                return (np.asarray(seen.passing[name]) - limit) / max(abs(limit), 1.0)
+
+            values = excess(self._scan.seen)
+            crossings = marks_passed(values, np.asarray(self._scan.row))
+            times = self._locate(excess, crossings) if crossings else []
+            each = values.shape[1] > 1
+            found += [
+                Event(float(t), event_of(name), j + 1 if each else None)
+                for t, (_, j) in zip(times, crossings, strict=True)
+            ]
         modes: Mode = self._record.modes
         found += self._contacts(modes)
         if modes.locks is not None:
@@ -259,14 +276,14 @@ class Report:
                 found.append(Event(float(t[i + 1]), f"{name}_{what}", int(lining) + 1))
         return found
 
-    def _locate(self, crossings: list[tuple[int, int]], which: str = "margins") -> np.ndarray:
+    def _locate(self, margins_of: Callable[[Sight], Array], crossings: list[tuple[int, int]]) -> np.ndarray:
         """Times at which margins rise through zero."""
         scan = self._scan
         sample, mark = np.asarray(crossings, int).T
-        row, steps, margins = scan.row[sample], scan.steps, getattr(scan.seen, which)
+        row, steps, margins = scan.row[sample], scan.steps, margins_of(scan.seen)
 
         def margin(some: np.ndarray, share: np.ndarray) -> np.ndarray:
-            looked = getattr(scan.look(row[some], share), which)
+            looked = margins_of(scan.look(row[some], share))
             return looked[np.arange(len(some)), mark[some]]
 
         # all samples of the step, of which those numbered `place` and `place + 1` are around the zero
@@ -459,32 +476,26 @@ def body_of(place: str, summary: Entry) -> str:
     return own.get(place, "linings outside" if place == "outer" else place)
 
 
-#: events that change no mode, in words
-_MARKS = {
-    "permissible_temperature": "permissible temperature exceeded",
-    "permissible_rim_temperature": "permissible temperature of the rim exceeded",
-    "permissible_band_temperature": "permissible temperature of the band exceeded",
-    "grip_lost": "grip lost",
-    "self_locking": "self-locking",
-}
+def _mark_lines(summary: Entry) -> list[str]:
+    """Marks that the run passed, how often and when first."""
+    found = []
+    for name, words in {**{mark.event: mark.words for mark in marks()}, "self_locking": "self-locking"}.items():
+        times = [event["time"] for event in summary["events"] if event["name"] == name]
+        if times:
+            often = "once, " if len(times) == 1 else f"{len(times)} times, first "
+            found.append(f"{words} {often}at {min(times):.6g} s")
+    return [f"marks    {', '.join(found)}"] if found else []
 
 
 def _heat_lines(summary: Entry) -> list[str]:
     m, e, at = summary["metrics"], summary["energy"], summary["at"]
     if "heat_stored" not in e:
         return []
-    marks = []
-    for name, words in _MARKS.items():
-        times = [event["time"] for event in summary["events"] if event["name"] == name]
-        if times:
-            often = "once, " if len(times) == 1 else f"{len(times)} times, first "
-            marks.append(f"{words} {often}at {min(times):.6g} s")
     there = {name: body_of(HOT[name], summary) for name in hottest_first(m) if name in HOT}
     hot = [f"{words} {_temperature(m[k])} at {at[f'{k}_time']:.6g} s" for k, words in there.items()]
     into, out = heat_balance(e)
     into = {name: value for name, value in into.items() if value != 0 or name in ("heat_to_metal", "heat_to_linings")}
     return [
-        *([f"marks    {', '.join(marks)}"] if marks else []),
         f"hottest  {', '.join(hot)}" if hot else "hottest  the scene names no rim, linings or band",
         f"heat     {_sum(into, _TERMS)} = {_sum(out, _TERMS)} (residual {_share(e['heat_closure'])})",
     ]
@@ -599,6 +610,7 @@ def text(summary: Entry, first: Sequence[str] = ()) -> str:
         *_hook_line(summary),
         *_holding_line(summary),
         _energy_line(summary),
+        *_mark_lines(summary),
         *_heat_lines(summary),
         *_wear_lines(summary),
         f"closure  relative energy-balance residual {_share(e['closure'])}{seen}",

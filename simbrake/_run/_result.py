@@ -141,7 +141,7 @@ def _of_each(find: Callable[["Result"], T]) -> Callable[["Result"], T]:
 
 @jax.tree_util.register_dataclass
 @dataclass(frozen=True, eq=False)
-class Limits:
+class RunLimits:
     """Options of `simulate` beside solver and tolerance, as they were given."""
 
     max_step: Any
@@ -170,7 +170,7 @@ class Result:
     record: Record
     rtol: Any
     method_name: str = field(metadata={"static": True})
-    limits: Limits
+    limits: RunLimits
 
     # --- metrics that pass through jit, vmap and grad -----------------------------------------------------------
 

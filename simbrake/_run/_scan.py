@@ -20,7 +20,7 @@ from .._physics._brake import BrakeSystem
 from ..hybrid import ADVANCED, LANDED, SKIPPED, STOPPED, Record
 from ..hybrid._arrays import Array
 from ..hybrid._system import flatten, ravel
-from ._metrics import METRICS, Peak, held_share, holds, identity_of
+from ._metrics import METRICS, Peak, held_share, holds, identity_of, passing
 from ._probe import Probe, RunJit, holding_at, is_traced_run, probe_at, record_of, rows_in_lanes, seen_at, small
 
 #: places in every step at which a run is sampled, both ends included; in a long run every part has many steps
@@ -51,9 +51,22 @@ class Steps(NamedTuple):
     mode: Int[Array, "n mode"]
 
 
+class Wanted(NamedTuple):
+    """What is looked at beside forces and margins: metrics that are maxima over the run, and marks (`marks_of`)."""
+
+    names: tuple[str, ...] = ()
+    marks: tuple[str, ...] = ()
+
+    @property
+    def known(self) -> tuple[object, ...]:
+        """What is behind the names, for the cache of programs."""
+        return tuple(map(identity_of, (*self.names, *self.marks)))
+
+
 class Sight(NamedTuple):
     """Forces, margins and maxima over the linings of a run at many times, for a report.
 
+    - `passing`: by mark, the quantity that passes its limit
     - `tops`: by the name of a metric, the value of which its maximum over the run is wanted;  `places`: at which lining
       (from 0) it is that large, of `widths` ones
     """
@@ -64,15 +77,15 @@ class Sight(NamedTuple):
     lever_tension: Float[Array, " m"]
     load_torque: Float[Array, " m"]
     margins: Float[Array, "m marks"]
-    passing: Float[Array, "m marks_of_heat"]
+    passing: dict[str, Float[Array, "m k"]]
     tops: dict[str, Float[Array, " m"]]
     places: dict[str, Int[Array, " m"]]
     widths: dict[str, Int[Array, " m"]]
 
 
-def _sight(p: Probe, names: tuple[str, ...]) -> Sight:
+def _sight(p: Probe, wanted: Wanted) -> Sight:
     xp: Any = np if isinstance(p.t, np.ndarray) else jnp
-    values = {name: METRICS[name].find(p) for name in names}
+    values = {name: METRICS[name].find(p) for name in wanted.names}
     return Sight(
         p.t,
         p.y.omega,
@@ -80,7 +93,7 @@ def _sight(p: Probe, names: tuple[str, ...]) -> Sight:
         p.flows.lever_tension,
         p.flows.load_torque,
         p.margins,
-        p.passing,
+        {name: passing(name, p) for name in wanted.marks},
         {name: xp.max(value, axis=1) for name, value in values.items()},
         {name: _first_largest(value, xp) for name, value in values.items()},
         {name: xp.full(len(value), value.shape[1], np.int32) for name, value in values.items()},
@@ -137,26 +150,26 @@ def _sights(
     y_like: PyTree,
     mode_like: PyTree,
     steps: Steps,
-    names: tuple[str, ...],
+    wanted: Wanted,
     samples: int,
     known: tuple[object, ...],
 ) -> tuple[Sight, Array, Array]:
-    """Return what is seen at the samples of all steps; `known`: what is behind the names, for the cache of programs."""
-    return _sampled(system, y_like, mode_like, steps, samples, lambda p: _sight(p, names))
+    """Return what is seen at the samples of all steps; `known`: that of `wanted`."""
+    return _sampled(system, y_like, mode_like, steps, samples, lambda p: _sight(p, wanted))
 
 
 def _sights_inside(
-    record: Record, index: Array, h: Array, names: tuple[str, ...], known: tuple[object, ...]
+    record: Record, index: Array, h: Array, wanted: Wanted, known: tuple[object, ...]
 ) -> tuple[Sight, Array]:
     """What is seen at `h` (s) after the start of the rows named, and the states, by partial steps of the method."""
     p = probe_at(record, index, h, still=True)
-    return _sight(p, names), jax.vmap(lambda y: ravel(y, jnp.float64))(p.y)
+    return _sight(p, wanted), jax.vmap(lambda y: ravel(y, jnp.float64))(p.y)
 
 
 _sights_quick, _sights_optimised = (
-    RunJit(_sights, static_argnames=("names", "samples", "known"), quick=quick) for quick in (True, False)
+    RunJit(_sights, static_argnames=("wanted", "samples", "known"), quick=quick) for quick in (True, False)
 )
-_sights_inside_compiled = RunJit(_sights_inside, static_argnames=("names", "known"), quick=True)
+_sights_inside_compiled = RunJit(_sights_inside, static_argnames=("wanted", "known"), quick=True)
 
 
 def _block(record: Record) -> int:
@@ -165,13 +178,7 @@ def _block(record: Record) -> int:
     return long if int(record.count) > _LONG else few_states if small(record) else many_states
 
 
-def _behind(names: tuple[str, ...]) -> tuple[object, ...]:
-    return tuple(map(identity_of, names))
-
-
-def _in_blocks(
-    record: Record, steps: Steps, names: tuple[str, ...], samples: int
-) -> tuple[Sight, np.ndarray, np.ndarray]:
+def _in_blocks(record: Record, steps: Steps, wanted: Wanted, samples: int) -> tuple[Sight, np.ndarray, np.ndarray]:
     """`_sights` of any number of steps of a concrete record, in calls of one length, so that it compiles once."""
     parts, count, length = [], len(steps.t0), _block(record)
     sights = _sights_optimised if int(record.count) > _LONG else _sights_quick  # as the run itself was compiled
@@ -181,7 +188,7 @@ def _in_blocks(
         here = np.minimum(np.arange(start, start + length), count - 1)
         block = Steps(*(column[here] for column in steps))
         likes, used = (record.y_like, record.mode_like), count - start
-        found = sights(record.system, *likes, block, names=names, samples=samples, known=_behind(names))
+        found = sights(record.system, *likes, block, wanted=wanted, samples=samples, known=wanted.known)
         parts.append(found if used >= length else jax.tree.map(lambda leaf, n=used: leaf[:n], found))
     return parts[0] if len(parts) == 1 else jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
 
@@ -216,8 +223,8 @@ class Scan:
       integrated
     """
 
-    def __init__(self, run: Any, rtol: float = 1e-10, names: tuple[str, ...] = ()) -> None:
-        self.record, self.rtol, self.names = record_of(run), rtol, names
+    def __init__(self, run: Any, rtol: float = 1e-10, wanted: Wanted | None = None) -> None:
+        self.record, self.rtol, self.wanted = record_of(run), rtol, wanted or Wanted()
         self.traced = is_traced_run(self.record)
         self.xp: ModuleType = jnp if self.traced else np
         self._frozen = jax.lax.stop_gradient(self.record) if self.traced else self.record
@@ -239,7 +246,7 @@ class Scan:
         if self.record.method.order >= _LONG_STEPS and count * self.samples <= _SHORT:
             self.seen, self._states = self._by_steps(self.row, self.share)
             return
-        seen, self._f0, self._f1 = _in_blocks(self.record, self.steps, self.names, self.samples)
+        seen, self._f0, self._f1 = _in_blocks(self.record, self.steps, self.wanted, self.samples)
         self.seen = jax.tree.map(lambda leaf: leaf.reshape(count * self.samples, *leaf.shape[2:]), seen)
         goes_on = (self.used & (rows.kind[:count] == ADVANCED))[:-1]
         # of every row how many steps before it, and after it, pass into each other without an event
@@ -248,7 +255,7 @@ class Scan:
     def _by_steps(self, row: Array, share: Array) -> tuple[Sight, Array]:
         """What is seen at a share of the steps named, and the states there, by partial steps of the method."""
         span = share * (self.steps.t1[row] - self.steps.t0[row])
-        asked = {"names": self.names, "known": _behind(self.names)}
+        asked = {"wanted": self.wanted, "known": self.wanted.known}
         return rows_in_lanes(self.record, lambda *given: _sights_inside_compiled(*given, **asked), row, span)
 
     def _before_jumps(self, row: Array, kind: Array) -> Array:
@@ -321,7 +328,7 @@ class Scan:
     def _at_ends(self, t: Any, y: Any, mode: Any) -> Sight:
         """What is seen at times and states (m, …): each is an end of a step, of which nothing else is wanted."""
         a, b = _pairs(mode)
-        found, *_ = _in_blocks(self.record, Steps(t[a], t[b], y[a], y[b], mode[a]), self.names, self.samples)
+        found, *_ = _in_blocks(self.record, Steps(t[a], t[b], y[a], y[b], mode[a]), self.wanted, self.samples)
         place, end = np.arange(len(t)), np.zeros(len(t), int)
         place[a] = place[b] = np.arange(len(a))
         end[b] = self.samples - 1
@@ -460,7 +467,7 @@ def _highest(scan: Scan, tops: Array, first: int = 0) -> Near:
 
 def peaks(scan: Scan) -> dict[str, Peak]:
     """Maximum values over a concrete run, by name: those that the scan looks at, all of them at once."""
-    names = scan.names
+    names = scan.wanted.names
     if not names:
         return {}
     seen = _polished(scan, names, [_highest(scan, scan.seen.tops[name]) for name in names])

@@ -59,7 +59,7 @@ from ._log import FAILURES, SimulationError
 from ._measure import Metric, check_metrics, measure, name_of, unit_of
 from ._metrics import identity_of
 from ._probe import Number, is_traced
-from ._result import Limits, Result
+from ._result import Result, RunLimits
 
 # --- errors of answers ------------------------------------------------------------------------------------------------
 
@@ -238,7 +238,7 @@ def _marked(scene: Scene) -> Scene:
     total = sum(jnp.sum(0.0 * jnp.asarray(leaf.value, jnp.float64)) for leaf in leaves(scene))
     start = jnp.asarray(scene.initial.time, jnp.float64)
     start = jnp.where(jnp.isfinite(jax.lax.stop_gradient(total)), start, jnp.nan)
-    return eqx.tree_at(lambda s: s.initial.time, scene, start)
+    return eqx.tree_at(lambda s: s.initial.time, scene.as_run, start)
 
 
 def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Array], Record]:
@@ -410,12 +410,12 @@ def simulate(
     name = solver_name(solver)
     rtol_, longest = (np.asarray(x, np.float64) if np.isscalar(x) else x for x in (rtol, max_step))
     events = np.asarray(max_events, np.int32)
-    limits = Limits(longest, events, max_steps)
+    limits = RunLimits(longest, events, max_steps)
     if is_traced((scene, rtol, max_step)):
         numbers, packing = pack((_marked(scene), rtol_, longest, events), jnp)
         record = _part(packing, method, max_steps or _STEPS[0]).call(numbers)
         return Result(scene, record, rtol_, name, limits)
-    numbers, packing = pack((scene, rtol_, longest, events))
+    numbers, packing = pack((scene.as_run, rtol_, longest, events))
     rooms = step_limits(scene, max_steps)
     with telling(progress) as tell:
         short = rooms[0] <= STRETCH  # over in a moment
@@ -468,7 +468,7 @@ def simulate_lane(scene: Scene, solver: Solver, rtol: Array, max_steps: int, roo
     numbers, packing = pack((_marked(scene), rtol, longest, _EVENTS), jnp)
     problem, settings = posed(packing, numbers, max_steps)
     record = hybridsolve_lane(*problem, method_of(scene, solver), settings, room)
-    return Result(scene, record, rtol, solver_name(solver), Limits(longest, _EVENTS, max_steps))
+    return Result(scene, record, rtol, solver_name(solver), RunLimits(longest, _EVENTS, max_steps))
 
 
 # --- prepared once: numbers in, metrics and their derivatives out, without any tracing or checking --------------------

@@ -32,7 +32,7 @@ from ._log import Event, SimulationError
 from ._probe import Probe, RunJit, seen_at
 from ._quantities import Series, flat, series_of
 from ._report import labels_of
-from ._result import Limits, Result
+from ._result import Result, RunLimits
 from ._simulate import Solver, method_of, posed, require_64_bits, solver_name, solver_of
 
 #: inputs that a caller can set, and their places in the mode
@@ -285,7 +285,7 @@ class Stepper:
         self.solver, self.rtol = solver_of(scene, solver), rtol
         self._held: dict[str, _Held] = {name: held for name, held in given.items() if isinstance(held, _Held)}
         limits = np.asarray(rtol), np.asarray(np.inf), np.asarray(10_000, np.int32)
-        self._limits = Limits(limits[1], limits[2], _ATTEMPTS)
+        self._limits = RunLimits(limits[1], limits[2], _ATTEMPTS)
         self._numbers, self._packing = pack((scene, *limits))
         self._method = method_of(scene, self.solver)
         shapes = self._packing.shapes, solver_name(self.solver), sorted(self._held)

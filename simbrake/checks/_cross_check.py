@@ -20,6 +20,7 @@ from .._parts._scene import Scene
 from .._physics._mechanism import Label, events_of_change
 from .._run._choice import stiffness
 from .._run._log import Event
+from .._run._metrics import marks
 from .._run._result import Result
 from .._run._simulate import simulate
 from ..hybrid import Record
@@ -258,9 +259,8 @@ class CrossCheck(AbstractChecks):
 
 #: name, simbrake's value, SciPy's, and the reference of the difference
 _Compared: TypeAlias = tuple[str, float, float, float]
-#: logged thresholds that change no mode
-_MARKS = ("lining_limit", "grip_lost", "self_locking")
-_MARKS += ("permissible_temperature", "permissible_rim_temperature", "permissible_band_temperature")
+#: logged thresholds that change no mode, beside marks
+_LIMITS = ("lining_limit", "self_locking")
 #: maximum number of thermal nodes with a line each
 _NODES = 12
 #: states of the mechanisms
@@ -431,7 +431,8 @@ def cross_check(
         course = drive(again.record, method, rtol, max_evaluations, float(system.sizes.torque), told.reach)
     source, allowed = f"SciPy {method}", 100 * rtol if tolerance is None else tolerance
     span = float(scene.end_time) - float(scene.initial.time)
-    own = [event for event in fresh.events if event.name not in _MARKS]
+    passed = {*_LIMITS, *(mark.event for mark in marks())}
+    own = [event for event in fresh.events if event.name not in passed]
     if course.trouble:
         own = [event for event in own if event.time <= course.t]
     ours, theirs = (_ordered(events, 1e-9 * span) for events in (own, _scipy_events(again, course)))

@@ -20,6 +20,7 @@ from .._base._quantity import Quantity
 from .._base._table import Column, Table, numbers
 from .._parts._programme import programme_scene
 from .._parts._scene import AbstractDuty, Scene
+from .._run import _measure as _measure  # limits, found as a subclass
 from ..brakes import _bands as _bands  # kinds of brake, found as subclasses
 from ..brakes import _pressed as _pressed
 from ..brakes._design import AbstractBrake, Lining, uniform_linings

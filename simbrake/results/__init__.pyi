@@ -26,6 +26,7 @@ from ._of_runs import Events as Events
 from ._of_runs import HeatResult as HeatResult
 from ._of_runs import Judged as Judged
 from ._of_runs import LimitCheck as LimitCheck
+from ._of_runs import Mark as Mark
 from ._of_runs import Metric as Metric
 from ._of_runs import Overlap as Overlap
 from ._of_runs import PairSeries as PairSeries

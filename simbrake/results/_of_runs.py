@@ -30,6 +30,7 @@ from .._run._measure import Judged as Judged
 from .._run._measure import LimitCheck as LimitCheck
 from .._run._measure import limit_checks as limit_checks
 from .._run._metrics import METRICS as METRICS
+from .._run._metrics import Mark as Mark
 from .._run._metrics import Metric as Metric
 from .._run._metrics import metric_names as metric_names
 from .._run._networks import CyclicState as CyclicState
