@@ -1,7 +1,6 @@
 """Event log, metrics and summary of a run, from one scan of all its steps, and as text."""
 
 import functools
-import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
@@ -48,8 +47,8 @@ from ._probe import Entry, RunJit, record_of
 from ._scan import Scan, Sight, Wanted, largest_share_of_capacity, peaks
 from ._stability import shortage
 
-#: from the place in a step where samples have a zero it is at most this far (share of the step)
-_NEAR = 1e-2
+#: from the place in a step where the samples have a zero that of the run is at most this far (share of the step)
+_NEAR = 1e-3
 #: torques that differ by less than this share of a typical one balance each other
 _ROUNDING = 1e-9
 
@@ -62,23 +61,25 @@ def labels_of(record: Record, rows: np.ndarray | None = None) -> list[Label]:
     return [Label(*pair) for pair in zip(*columns, strict=True)]
 
 
-def _rise(
-    function: Callable[[np.ndarray, np.ndarray], np.ndarray],
-    low: np.ndarray,
-    high: np.ndarray,
-    f_low: np.ndarray,
-    f_high: np.ndarray,
-) -> np.ndarray:
-    """Upper ends of intervals shrunk around the zeros at which many functions rise: secants and bisection (Illinois).
+@functools.cache
+def _powers(count: int) -> np.ndarray:
+    """Matrix from samples at even places 0…1 to the coefficients of the polynomial through them, constant first."""
+    return np.linalg.inv(np.vander(np.linspace(0.0, 1.0, count), increasing=True))
 
-    `function(some, x)` evaluates those numbered `some` at `x`; each only until its own zero is found.
+
+def _rise(function: Callable[[np.ndarray, np.ndarray], np.ndarray], low: np.ndarray, high: np.ndarray) -> np.ndarray:
+    """Places (k,) where many functions rise through 0, each between `low` and `high` (Illinois); NaN where none does.
+
+    `function(some, x)` evaluates those numbered `some` at `x`; each only until its own zero is found. (SciPy's
+    elementwise solvers do the same, and take half a second to import before the first answer.)
     """
-    low, high, f_low, f_high = low.copy(), high.copy(), f_low.copy(), f_high.copy()
-    side, some = np.zeros(len(low), int), np.arange(len(low))
+    low, high, some = low.copy(), high.copy(), np.arange(len(low))
+    f_low, f_high = np.split(function(np.tile(some, 2), np.concatenate([low, high])), 2)
+    bracketed, side = (f_low <= 0) & (f_high > 0), np.zeros(len(low), int)
+    some = some[bracketed]
     for _ in range(60):
         a, b, f_a, f_b = low[some], high[some], f_low[some], f_high[some]
-        span = np.where(f_b > f_a, f_b - f_a, 1.0)
-        x = np.where(f_b > f_a, a - f_a * (b - a) / span, 0.5 * (a + b))
+        x = a - f_a * (b - a) / (f_b - f_a)
         f = function(some, x)
         above, exact = f > 0, np.abs(f) <= 1e-15
         f_low[some] = np.where(above, np.where(side[some] == 1, 0.5 * f_a, f_a), f)
@@ -88,56 +89,7 @@ def _rise(
         some = some[high[some] - low[some] > 1e-15 * np.maximum(np.abs(high[some]), 1e-300)]
         if not some.size:
             break
-    return high
-
-
-def _zero_of_samples(seen: np.ndarray, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Zeros of polynomials through samples (k, samples) at even places 0…1 by bisection, and the slopes there, each
-    between the samples numbered `place` and `place + 1`, which have different signs."""
-    count = seen.shape[1]
-    nodes = np.linspace(0.0, 1.0, count)
-    weights = np.asarray([(-1.0) ** j * math.comb(count - 1, j) for j in range(count)])
-
-    def value(x: np.ndarray) -> np.ndarray:
-        away = x[:, None] - nodes
-        there = away == 0
-        terms = weights / np.where(there, 1.0, away)
-        inside = np.sum(terms * seen, axis=1) / np.sum(terms, axis=1)
-        return np.where(there.any(axis=1), np.sum(np.where(there, seen, 0.0), axis=1), inside)
-
-    low, high = place / (count - 1), (place + 1) / (count - 1)
-    for _ in range(30):
-        middle = 0.5 * (low + high)
-        above = value(middle) > 0
-        low, high = np.where(above, low, middle), np.where(above, middle, high)
-    step = 1e-4
-    return 0.5 * (low + high), (value(high + step) - value(low - step)) / (high - low + 2 * step)
-
-
-def _refined(
-    function: Callable[[np.ndarray, np.ndarray], np.ndarray], x: np.ndarray, slope: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Zeros in 0…1 of many functions near `x`, by a step along the slope and secants; and which ones are doubtful.
-
-    `function(some, x)` evaluates those numbered `some` at `x`; each until nothing is left to gain: what a secant leaves
-    of the error is the product of the last two moves, about.
-    """
-    found, sure, some = x.copy(), np.zeros(len(x), bool), np.arange(len(x))
-    f, last = function(some, x), np.ones(len(x))
-    for _ in range(6):
-        new = np.clip(found[some] - f / np.where(slope > 0, slope, np.inf), 0.0, 1.0)
-        move = new - found[some]
-        near = (slope > 0) & (np.abs(move) < _NEAR)
-        done = near & (np.abs(move * last) <= 1e-15)
-        found[some] = np.where(near, new, found[some])
-        sure[some[done]] = True
-        going = near & ~done
-        some, before, last = some[going], f[going], move[going]
-        if not some.size:
-            break
-        f = function(some, found[some])
-        slope = (f - before) / last
-    return found, np.flatnonzero(~sure)
+    return np.where(bracketed, high, np.nan)
 
 
 @functools.partial(RunJit, quick=True)
@@ -286,15 +238,25 @@ class Report:
             looked = margins_of(scan.look(row[some], share))
             return looked[np.arange(len(some)), mark[some]]
 
-        # all samples of the step, of which those numbered `place` and `place + 1` are around the zero
+        # the zero of the polynomial through all samples of the step, between those numbered `place` and `place + 1`
         place, last = sample % scan.samples, scan.samples - 1
         seen = margins[(sample - place)[:, None] + np.arange(scan.samples), mark[:, None]]
-        share, doubtful = _refined(margin, *_zero_of_samples(seen, place))
-        if doubtful.size:
-            # (a zero that the samples have on the wrong side of one of them is between its neighbours)
-            low, high = np.maximum(place[doubtful] - 1, 0) / last, np.minimum(place[doubtful] + 2, last) / last
-            ends = margin(doubtful, low), margin(doubtful, high)
-            share[doubtful] = _rise(lambda some, x: margin(doubtful[some], x), low, high, *ends)
+        terms = seen @ _powers(scan.samples).T
+
+        def polynomial(some: np.ndarray, x: np.ndarray) -> np.ndarray:
+            return np.sum(terms[some] * x[:, None] ** np.arange(scan.samples), axis=1)
+
+        near = _rise(polynomial, place / last, (place + 1) / last)
+        share = np.where(np.isnan(near), (place + 0.5) / last, near)
+        left = np.arange(len(near))
+        for reach in (_NEAR, 1.0 / last, 1.0):  # the run itself may have it a little aside
+            low, high = np.maximum(share[left] - reach, 0.0), np.minimum(share[left] + reach, 1.0)
+            exact = _rise(lambda some, x, left=left: margin(left[some], x), low, high)
+            found = ~np.isnan(exact)
+            share[left[found]] = exact[found]
+            left = left[~found]
+            if not left.size:
+                break
         return np.asarray(steps.t0[row] + share * (steps.t1[row] - steps.t0[row]))
 
     def _per_lining(self, name: str) -> bool:

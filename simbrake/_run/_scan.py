@@ -1,8 +1,8 @@
 """A run seen in all of its steps at little cost, and its maximum values.
 
 States at the ends of steps are those of the run; between them lies the cubic through states and rates of both ends, on
-which everything algebraic is evaluated. Where that calls for a closer look, states come from the ends of as many steps
-as the motion is smooth over, or, if these do not agree within the tolerance, from a partial step of the method.
+which everything algebraic is evaluated. Where that calls for a closer look, states come from a partial step of the
+method itself.
 """
 
 import functools
@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int, PyTree
+from jaxtyping import Float, Int, PyTree
 
 from .._base._progress import piece
 from .._physics._brake import BrakeSystem
@@ -29,10 +29,6 @@ _SAMPLES, _SAMPLES_OF_LONG = 9, 5
 _BLOCKS, _LONG = (256, 64, 16), 1024
 #: up to as many samples are partial steps, of a method whose steps are too long for anything else: one program less
 _SHORT, _LONG_STEPS = 1024, 6
-#: steps to either side whose ends tell the states inside one
-_REACH = 3
-#: how closely two interpolants have to agree, in tolerances of the run
-_CLOSE = 0.03
 _POINTS, _ROUNDS, _FINER = 9, 2, 0.03  # of finer and finer grids around a maximum value
 #: tensions of the lever that differ by less than this share of the largest are the same
 _SAME = 1e-9
@@ -193,25 +189,7 @@ def _in_blocks(record: Record, steps: Steps, wanted: Wanted, samples: int) -> tu
     return parts[0] if len(parts) == 1 else jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
 
 
-# --- states inside a step, from the ends of several -------------------------------------------------------------------
-
-
-def _weights(
-    nodes: Float[np.ndarray, "m k"], there: Bool[np.ndarray, "m k"], x: Float[np.ndarray, " m"]
-) -> tuple[Float[np.ndarray, "m k"], Float[np.ndarray, "m k"]]:
-    """Weights of values and slopes at the nodes that are `there` in the Hermite interpolant at `x`.
-
-    p(x) = Σ_j [1 − 2 (x − x_j) L_j'(x_j)] L_j(x)² y_j + (x − x_j) L_j(x)² y_j'
-    """
-    k = nodes.shape[1]
-    pairs = there[:, :, None] & there[:, None, :] & ~np.eye(k, dtype=bool)
-    apart = nodes[:, :, None] - nodes[:, None, :]
-    apart = np.where(pairs & (apart != 0), apart, 1.0)
-    ways = np.where(pairs, (x[:, None] - nodes)[:, None, :], 1.0)
-    square = np.where(there, np.prod(ways / apart, axis=2) ** 2, 0.0)
-    slope = np.sum(np.where(pairs, 1.0 / apart, 0.0), axis=2)
-    away = x[:, None] - nodes
-    return (1 - 2 * away * slope) * square, away * square
+# --- a run as it was scanned ------------------------------------------------------------------------------------------
 
 
 class Scan:
@@ -242,15 +220,12 @@ class Scan:
             self._look_at_all_steps()
 
     def _look_at_all_steps(self) -> None:
-        count, rows = len(self.steps.t0), self.record.rows
+        count = len(self.steps.t0)
         if self.record.method.order >= _LONG_STEPS and count * self.samples <= _SHORT:
             self.seen, self._states = self._by_steps(self.row, self.share)
             return
         seen, self._f0, self._f1 = _in_blocks(self.record, self.steps, self.wanted, self.samples)
         self.seen = jax.tree.map(lambda leaf: leaf.reshape(count * self.samples, *leaf.shape[2:]), seen)
-        goes_on = (self.used & (rows.kind[:count] == ADVANCED))[:-1]
-        # of every row how many steps before it, and after it, pass into each other without an event
-        self._before, self._after = _streaks(goes_on), _streaks(goes_on[::-1])[::-1]
 
     def _by_steps(self, row: Array, share: Array) -> tuple[Sight, Array]:
         """What is seen at a share of the steps named, and the states there, by partial steps of the method."""
@@ -286,99 +261,14 @@ class Scan:
         states = _between(steps, self._f0[row], self._f1[row], self.share[sample])
         return self.seen.t[sample], states, steps.mode
 
-    def _smooth(self, row: Any, share: Any) -> tuple[Any, Any]:
-        """States inside steps from the ends of those around them, and where they are as exact as the run itself.
-
-        That is where the interpolant through one node less agrees within the tolerance: it is the less exact one by
-        orders of magnitude.
-        """
-        steps, last = self.steps, len(self.steps.t0) - 1
-        h = steps.t1[row] - steps.t0[row]
-        # starts of the row itself and of those before it, and ends of it and of those after it, the nearest first
-        reach = np.arange(_REACH)
-        left, right = np.maximum(row[:, None] - reach, 0), np.minimum(row[:, None] + reach, last)
-        there = np.concatenate([reach <= self._before[row][:, None], reach <= self._after[row][:, None]], axis=1)
-        h_ = np.where(h > 0, h, 1.0)[:, None]
-        nodes = np.concatenate([steps.t0[left], steps.t1[right]], axis=1)
-        nodes = (nodes - steps.t0[row][:, None]) / h_
-        values = np.concatenate([steps.y0[left], steps.y1[right]], axis=1)
-        slopes = np.concatenate([self._f0[left], self._f1[right]], axis=1)
-        y, less = (self._through(nodes, here, share, values, slopes, h_) for here in (there, self._fewer(nodes, there)))
-        scale = np.max(np.abs(steps.y0), axis=0)
-        close = np.all(np.abs(y - less) <= _CLOSE * self.rtol * scale, axis=1) & (np.sum(there, axis=1) > 2)
-        at_start, at_end = (share == 0.0) | (h == 0.0), share == 1.0
-        y = np.where(at_start[:, None], steps.y0[row], np.where(at_end[:, None], steps.y1[row], y))
-        return y, close | at_start | at_end
-
-    @staticmethod
-    def _fewer(nodes: np.ndarray, there: np.ndarray) -> np.ndarray:
-        """Without the node that is furthest from the step."""
-        far = np.argmax(np.where(there, np.abs(nodes - 0.5), -1.0), axis=1)
-        fewer = there.copy()
-        fewer[np.arange(len(far)), far] = False
-        return fewer
-
-    @staticmethod
-    def _through(
-        nodes: np.ndarray, there: np.ndarray, x: np.ndarray, values: np.ndarray, slopes: np.ndarray, h: np.ndarray
-    ) -> np.ndarray:
-        of_values, of_slopes = _weights(nodes, there, x)
-        return np.einsum("mk,mkn->mn", of_values, values) + np.einsum("mk,mkn->mn", of_slopes * h, slopes)
-
-    def _at_ends(self, t: Any, y: Any, mode: Any) -> Sight:
-        """What is seen at times and states (m, …): each is an end of a step, of which nothing else is wanted."""
-        a, b = _pairs(mode)
-        found, *_ = _in_blocks(self.record, Steps(t[a], t[b], y[a], y[b], mode[a]), self.wanted, self.samples)
-        place, end = np.arange(len(t)), np.zeros(len(t), int)
-        place[a] = place[b] = np.arange(len(a))
-        end[b] = self.samples - 1
-        return jax.tree.map(lambda leaf: leaf[place, end], found)
-
     def states(self, row: Array, share: Array) -> tuple[Array, Array, Array]:
         """Times, states and modes at a share of the steps named, of a concrete run and as exact as the run itself."""
         steps = self.steps
-        t = steps.t0[row] + share * (steps.t1[row] - steps.t0[row])
-        if self._states is not None or small(self.record):
-            return t, self._by_steps(row, share)[1], steps.mode[row]
-        y, exact = self._smooth(row, share)
-        if not np.all(exact):
-            y[~exact] = self._by_steps(row[~exact], share[~exact])[1]
-        return t, y, steps.mode[row]
+        return steps.t0[row] + share * (steps.t1[row] - steps.t0[row]), self._by_steps(row, share)[1], steps.mode[row]
 
     def look(self, row: Array, share: Array) -> Sight:
         """Everything at a share of the steps named, of a concrete run and as exact as the run itself."""
-        if self._states is not None or small(self.record):
-            return self._by_steps(row, share)[0]
-        steps = self.steps
-        y, exact = self._smooth(row, share)
-        parts = []
-        if np.any(exact):
-            here, state = row[exact], y[exact]
-            time = (steps.t0[row] + share * (steps.t1[row] - steps.t0[row]))[exact]
-            parts.append(self._at_ends(time, state, steps.mode[here]))
-        if not np.all(exact):
-            parts.append(self._by_steps(row[~exact], share[~exact])[0])
-        order = np.argsort(np.concatenate([np.flatnonzero(exact), np.flatnonzero(~exact)]))
-        return jax.tree.map(lambda *leaves: np.concatenate(leaves)[order], *parts)
-
-
-def _pairs(mode: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Two places for each of as few pairs as possible, neighbours of one mode; the last of an odd number is both."""
-    first, second, k = list[int](), list[int](), 0
-    alike = np.all(mode[1:] == mode[:-1], axis=1).tolist()
-    while k < len(mode):
-        together = k < len(alike) and alike[k]
-        first.append(k)
-        second.append(k + together)
-        k += 1 + together
-    return np.asarray(first), np.asarray(second)
-
-
-def _streaks(marks: Any) -> np.ndarray:
-    """Number of marks without a gap just before each place, (len + 1,)."""
-    count = np.concatenate([[0], np.cumsum(marks)])
-    broken = np.concatenate([[0], np.where(marks, 0, count[1:])])
-    return count - np.maximum.accumulate(broken)
+        return self._by_steps(row, share)[0]
 
 
 # --- maximum values ---------------------------------------------------------------------------------------------------
