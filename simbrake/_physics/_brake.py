@@ -198,6 +198,23 @@ def _course_of_load(load: AbstractLoad, t: Array, piece: Piece) -> Real:
     return load.torque(t, jnp.ones(()), piece)
 
 
+class BrakeGuards(NamedTuple):
+    """Guards of a brake, or which of them fired; `None`: absent physics has none.
+
+    - `contact`: those of the mechanism;  `dry_shaft`: motion of the shaft, or what its dry friction can hold
+    - `layer_paid_out`, `layer_full`: rope left on its layer;  `friction_table`: to the ends of a table of friction
+    - `phase_end` of the duty;  `rope`: pull of an elastic rope, of a slack one its slack
+    """
+
+    contact: PyTree
+    dry_shaft: Any = None
+    layer_paid_out: Any = None
+    layer_full: Any = None
+    friction_table: Any = None
+    phase_end: Any = None
+    rope: Any = None
+
+
 class BrakeSystem(AbstractSemiExplicitSystem):
     """A brake: its mechanism under a lever and a load, with a thermal network and wear if the scene has them.
 
@@ -511,27 +528,21 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         inertia, surfaces = self.inertia_at(mode), self.surfaces(t, y, mode)
         return Acting(t, z.lever_tension, z.lever_rate, z.net_load, inertia, surfaces, lambda forces: ())
 
-    def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> Float[Array, " guard"]:
-        found = self.mechanism.guards(self._acting(t, y, mode, z), y.omega, y.own, mode, z.contact)
-        more = self._margins_beside(t, y, mode, z)
-        return jnp.concatenate([found, jnp.stack([*more.values()])]) if more else found
-
-    def _margins_beside(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> dict[str, Array]:
-        """Guards beside those of the mechanism, after them."""
-        found: dict[str, Array] = {}
+    def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> BrakeGuards:
+        found = BrakeGuards(self.mechanism.guards(self._acting(t, y, mode, z), y.omega, y.own, mode, z.contact))
         if z.shaft is not None and self.shaft is not None and self.shaft.dry:
             load, sizes = self.load_torque(t, 0.0 * y.omega, mode, y), self.sizes
-            found["dry"] = self.shaft.margin(mode, y.omega, load, z.shaft, sizes.torque, sizes.speed)
+            dry = self.shaft.margin(mode, y.omega, load, z.shaft, sizes.torque, sizes.speed)
+            found = found._replace(dry_shaft=dry)
         if self.load.layers is not None:
-            found["paid_out"], found["full"] = self.load.layers.margins(y.phi, mode.layer)
-        room = self._table_margin(y.heat)
-        if room is not None:
-            found["table"] = room
+            paid_out, full = self.load.layers.margins(y.phi, mode.layer)
+            found = found._replace(layer_paid_out=paid_out, layer_full=full)
+        found = found._replace(friction_table=self._table_margin(y.heat))
         if isinstance(self.lever, Phases):
             now, hot = self.lever.at(mode.phase, y.phase.begun), dict[str, Array]()
             if any(isinstance(phase.until, AtTemperature) for phase in self.lever.phases):
                 hot = self.surface_temperatures(z)
-            found["phase"] = margin_of_phase(now, y.phase, mode, self._lowered(y), hot)
+            found = found._replace(phase_end=margin_of_phase(now, y.phase, mode, self._lowered(y), hot))
         return found
 
     def _lowered(self, y: State) -> Any:
@@ -542,7 +553,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         now, then = (self.load.travelled(phi) for phi in (y.phi, y.phi - y.phase.turned))
         return now - then  # pyright: ignore
 
-    def change(self, now: Instant, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
+    def change(self, now: Instant, fired: BrakeGuards, at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
         t, y = now.t, now.y
 
         def ask(mode: Mode, omega: Array, own: PyTree) -> tuple[Acting, ContactNow]:
@@ -551,24 +562,22 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
         acting = self._acting(t, y, now.mode, now.z)
         moment = Moment(t, y.omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact)
-        names = [*self._margins_beside(t, y, now.mode, now.z)]
-        beside = {name: fired[i - len(names)] for i, name in enumerate(names)}
         old, new = y, self._next_pieces(y, now.mode, at_stop)
         if isinstance(self.lever, Phases):
-            new = self._next_phase(t, new, now.mode.phase, beside["phase"])
+            new = self._next_phase(t, new, now.mode.phase, fired.phase_end)
             y = old._replace(phase=begun_anew(old.phase, t, now.mode, new, self.lever))
-        new, code = self.mechanism.change(moment, new, fired, ask)
-        if "table" in beside:
-            code = jnp.where(beside["table"], int(BrakeCode.OUTSIDE_TABLE), code)
-        if "full" in beside:
-            code = jnp.where(beside["paid_out"] & (now.mode.layer == 1), int(BrakeCode.ROPE_END), code)
-            step = beside["full"].astype(jnp.int32) - beside["paid_out"].astype(jnp.int32)
+        new, code = self.mechanism.change(moment, new, fired.contact, ask)
+        if fired.friction_table is not None:
+            code = jnp.where(fired.friction_table, int(BrakeCode.OUTSIDE_TABLE), code)
+        if fired.layer_full is not None and fired.layer_paid_out is not None:
+            code = jnp.where(fired.layer_paid_out & (now.mode.layer == 1), int(BrakeCode.ROPE_END), code)
+            step = fired.layer_full.astype(jnp.int32) - fired.layer_paid_out.astype(jnp.int32)
             new = new._replace(layer=jnp.maximum(now.mode.layer + step, 1).astype(jnp.int32))
-        if "dry" in beside and self.shaft is not None:
+        if fired.dry_shaft is not None and self.shaft is not None:
             load = self.load_torque(t, 0.0 * y.omega, new, y)
             shaft = self._shaft_now(t, y, new, load)
             assert shaft is not None
-            turn = self.shaft.turn_after(now.mode, new, load, shaft, beside["dry"], self.sizes.slight_torque)
+            turn = self.shaft.turn_after(now.mode, new, load, shaft, fired.dry_shaft, self.sizes.slight_torque)
             new = new._replace(turn=turn)
         if isinstance(self.lever, Phases):
             code = jnp.where((code == 0) & (new.phase == self.lever.total), ENDED, code)
@@ -845,15 +854,15 @@ class BrakeUnderRope(BrakeSystem):
         )
         return found._replace(ledger=ledger, hook=HookState((rope.weight - rope.force) / rope.mass, rope.rate))
 
-    def _margins_beside(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> dict[str, Array]:
+    def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> BrakeGuards:
         rope = z.rope
         longer = lesser(self.stiffness * rope.stretch, rope.taut_force)
         margin = jnp.where(mode.taut == 1, rope.taut_force, -longer) / rope.weight
-        return {**super()._margins_beside(t, y, mode, z), "rope": margin}
+        return super().margins(t, y, mode, z)._replace(rope=margin)
 
-    def change(self, now: Instant, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
-        # (the guard of the rope is the last; what the brake does answers the pull after it)
-        taut = now.mode.taut ^ fired[-1].astype(jnp.int32)
+    def change(self, now: Instant, fired: BrakeGuards, at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
+        # (what the brake does answers the pull after the event of the rope)
+        taut = now.mode.taut ^ fired.rope.astype(jnp.int32)
         return super().change(now._replace(mode=now.mode._replace(taut=taut)), fired, at_stop)
 
     def reset(self, t: Array, y: State, before: Mode, after: Mode) -> State:

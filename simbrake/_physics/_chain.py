@@ -64,6 +64,19 @@ class ChainMode(NamedTuple):
         return {"lining": self.linings}
 
 
+class ChainGuards(NamedTuple):
+    """Guards of a chain, or which of them fired.
+
+    - `linings` (n,): friction left of one that sticks, slip of one that slides;  `motion` of the pulley in its sense
+    - of the segments (n,): `taut`, whether the whole tension is above 0, `stretched`, whether its elastic part is
+    """
+
+    linings: Array
+    taut: Array
+    stretched: Array
+    motion: Array
+
+
 class ChainNow(ContactNow):
     """Variables of a chain; `brake_torque` is `R_b Σ G_i`, `lever_power` `T_0 u̇_1`."""
 
@@ -170,29 +183,28 @@ class Chain(AbstractMechanism):
 
     # --- guards and changes of mode -----------------------------------------------------------------------------------
 
-    def guards(self, acting: Acting, omega: Array, own: ChainState, mode: Mode, z: ChainNow) -> Float[Array, " guard"]:
+    def guards(self, acting: Acting, omega: Array, own: ChainState, mode: Mode, z: ChainNow) -> ChainGuards:
         taut = jnp.where((mode.own.segments & TAUT) > 0, z.total, -z.total) / self.sizes.tension
         stretched = jnp.where((mode.own.segments & STRETCHED) > 0, z.elastic, -z.elastic) / self.sizes.tension
         motion = jnp.where(mode.sense > 0, omega, -omega) / self.sizes.speed
         motion = jnp.where(mode.band == HELD, 1.0, motion)
-        return jnp.concatenate([self._lining_guards(mode, z), taut, stretched, motion[None]])
+        return ChainGuards(self._lining_guards(mode, z), taut, stretched, motion)
 
     def _lining_guards(self, mode: Mode, z: ChainNow) -> Float[Array, " n"]:
         stuck = (z.limit - jnp.abs(z.force)) / self.sizes.tension
         slides = mode.own.linings.astype(z.force.dtype) * z.lining_slip / (self.radius * self.sizes.speed)
         return jnp.where(mode.own.linings == 0, stuck, slides)
 
-    def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Array]:
-        old, n = now.mode, self.mass.shape[0]
-        linings = self._next_linings(now, fired[:n])
-        bits = fired[n : 3 * n].reshape(2, n).astype(jnp.int32)
-        segments = old.own.segments ^ (bits[0] * TAUT + bits[1] * STRETCHED)
+    def change(self, now: Moment, new: Mode, fired: ChainGuards, ask: Ask) -> tuple[Mode, Array]:
+        old, linings = now.mode, self._next_linings(now, fired.linings)
+        taut, stretched = fired.taut.astype(jnp.int32), fired.stretched.astype(jnp.int32)
+        segments = old.own.segments ^ (taut * TAUT + stretched * STRETCHED)
         changed = jnp.any(linings != old.own.linings)
         ahead, back = jnp.all(linings > 0), jnp.all(linings < 0)
         # at rest a pulley is held until, at a later instant, the last lining breaks away
         held = old.band == HELD
         restarts = held & (ahead | back) & changed
-        held = (held & ~restarts) | fired[3 * n]
+        held = (held & ~restarts) | fired.motion
         band = jnp.where(ahead, SLIP, jnp.where(back, SLIP_BACK, ELASTIC))
         band = jnp.where(held, HELD, band)
         direction = jnp.where(now.omega < 0, -1, jnp.where(now.omega > 0, 1, jnp.where(back, -1, 1)))

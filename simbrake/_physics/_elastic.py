@@ -7,7 +7,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, PyTree
+from jaxtyping import Float, PyTree
 
 from .._base._corners import greater, lesser
 from ..brakes._band import LiningForces
@@ -24,7 +24,6 @@ from ._mechanism import (
     Ask,
     BrakeCode,
     ContactNow,
-    Fired,
     Mode,
     Moment,
     Pair,
@@ -36,7 +35,7 @@ from ._mechanism import (
     excess,
     slips,
 )
-from ._rigid import AbstractBand, Onset, Together, sense_of
+from ._rigid import AbstractBand, ContactGuards, Onset, Together, sense_of
 from ._sliding import Limit, Wrap, pick
 
 #: Newton iterations of a slip speed under states of the law, and those after them that carry derivatives
@@ -213,7 +212,7 @@ class AbstractElasticBand(AbstractBand):
         slip = lead / jnp.where(1 + gamma > 0, 1 + gamma, 1.0)
         return Slide(growth + gamma * slip, slip, lead, 1 + gamma)
 
-    def band_guards(self, acting: Acting, omega: Array, mode: Mode, z: ElasticNow) -> list[Array]:
+    def band_guards(self, acting: Acting, omega: Array, mode: Mode, z: ElasticNow) -> ContactGuards:
         band, size, R_b = mode.band, self.sizes, self.wrap.radius
         held, take_up = band == HELD, band == TAKE_UP
         # at rest a difference of tensions is one of torques
@@ -249,7 +248,7 @@ class AbstractElasticBand(AbstractBand):
         self,
         now: Moment,
         new: Mode,
-        fired: Fired,
+        fired: ContactGuards,
         there: Callable[[Mode], ElasticNow],
         acting: Acting,
         rest: ElasticNow,
@@ -266,7 +265,7 @@ class AbstractElasticBand(AbstractBand):
         # where the lever only begins to pull both limits are 0, and Ṫ_0/C lies between the speeds of the band on them
         lags = C * speed < acting.pull
         takes_up = jnp.where(found.rising, lags, tension < T_0 - rounding)
-        takes_up = was_slack & (found.omega > 0) & takes_up & ~((old == TAKE_UP) & fired[1])
+        takes_up = was_slack & (found.omega > 0) & takes_up & ~((old == TAKE_UP) & fired.high)
         low, high = jnp.where(locked, 0.0, rest.lower), jnp.where(locked, jnp.inf, rest.upper)
         # the lever itself draws a slack band tight on a pulley that does not run into it
         tension = jnp.where(was_slack & (found.omega <= 0), greater(tension, low), tension)
@@ -285,9 +284,9 @@ class AbstractElasticBand(AbstractBand):
         limited = jnp.where(back, at_low, at_high) | ((old == trial) & (past >= -rounding))
         runs = (way * slid.lead > 0) | ((slid.lead == 0) & jnp.where(back, found.direction < 0, found.direction > 0))
         mode = jnp.where(limited & runs, trial, ELASTIC)
-        mode = jnp.where((old == ELASTIC) & fired[1], SLIP, mode)
-        mode = jnp.where((old == ELASTIC) & fired[2], SLIP_BACK, mode)
-        sticks = ((old == SLIP) & fired[1]) | ((old == SLIP_BACK) & fired[2])
+        mode = jnp.where((old == ELASTIC) & fired.high, SLIP, mode)
+        mode = jnp.where((old == ELASTIC) & fired.low, SLIP_BACK, mode)
+        sticks = ((old == SLIP) & fired.high) | ((old == SLIP_BACK) & fired.low)
         mode = jnp.where(sticks, ELASTIC, mode)
         return jnp.where(takes_up, TAKE_UP, mode)
 
@@ -354,23 +353,22 @@ class ElasticBand(AbstractElasticBand):
     def rubs(self, mode: Mode, z: ElasticNow) -> tuple[Rub, ...]:
         return (self.outer_rub(mode, z),)
 
-    def guards(self, acting: Acting, omega: Array, own: Carried, mode: Mode, z: ElasticNow) -> Float[Array, " guard"]:
-        return jnp.stack(self.band_guards(acting, omega, mode, z))
+    def guards(self, acting: Acting, omega: Array, own: Carried, mode: Mode, z: ElasticNow) -> ContactGuards:
+        return self.band_guards(acting, omega, mode, z)
 
-    def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Array]:
-        each = jnp.unstack(fired)
-        new = self.relocked(new, each)
+    def change(self, now: Moment, new: Mode, fired: ContactGuards, ask: Ask) -> tuple[Mode, Array]:
+        new = self.relocked(new, fired)
         # at rest: does the band hold the load?
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
         beyond = excess(rest.tight_tension, rest.lower, rest.upper, self.sizes.slight_torque / self.wrap.radius)
-        found = self.onset(now, each, acting, jnp.where(self.locked_in(new), 0, beyond))
+        found = self.onset(now, fired, acting, jnp.where(self.locked_in(new), 0, beyond))
         new = new._replace(sense=found.settled(now, new, now.mode.band).sense)
 
         def there(mode: Mode) -> ElasticNow:
             return ask(mode, found.omega, now.own)[1]
 
-        new = found.settled(now, new, self.taut_mode(now, new, each, there, acting, rest, found))
-        return new, self.code_of(each, jnp.asarray(0, jnp.int32))
+        new = found.settled(now, new, self.taut_mode(now, new, fired, there, acting, rest, found))
+        return new, self.code_of(fired, jnp.asarray(0, jnp.int32))
 
     def shown(self, tension: Array, omega: Array, own: Carried, mode: Mode, surfaces: Surfaces, z: ElasticNow) -> Shown:
         pair, along = self.first_shown(tension, omega, mode, surfaces, z)

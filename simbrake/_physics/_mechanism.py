@@ -421,9 +421,6 @@ class Moment(NamedTuple):
     z_rate: Any
 
 
-#: which guards reached 0
-Fired = Sequence[Bool[Array, ""]]
-
 #: `ask(mode, omega, own)`: applied loads and variables in another mode, at other speeds, at the same instant
 Ask = Callable[[Mode, Array, PyTree], tuple[Acting, Any]]
 
@@ -468,12 +465,13 @@ class AbstractMechanism(eqx.Module):
         """Rates of the own states."""
 
     @abc.abstractmethod
-    def guards(self, acting: Acting, omega: Array, own: PyTree, mode: Mode, z: ContactNow) -> Float[Array, " guard"]:
-        """Dimensionless margins, positive while the mode holds."""
+    def guards(self, acting: Acting, omega: Array, own: PyTree, mode: Mode, z: ContactNow) -> PyTree:
+        """Dimensionless margins by name, positive while the mode holds."""
 
     @abc.abstractmethod
-    def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Array]:
-        """The mode after an event, and a code; `new` is the old one on the pieces that begin at this instant."""
+    def change(self, now: Moment, new: Mode, fired: PyTree, ask: Ask) -> tuple[Mode, Array]:
+        """The mode after an event, and a code; `new` is the old one on the pieces that begin at this instant, `fired`
+        has the structure of the guards."""
 
     @abc.abstractmethod
     def arrested(self, omega: Array, own: PyTree, before: Mode, after: Mode) -> tuple[Array, PyTree]:

@@ -27,7 +27,6 @@ from ._mechanism import (
     Ask,
     BrakeCode,
     ContactNow,
-    Fired,
     Mode,
     Moment,
     Pair,
@@ -88,10 +87,24 @@ class Onset(NamedTuple):
         return new._replace(band=band.astype(jnp.int32), sense=sense.astype(jnp.int32))
 
 
+class ContactGuards(NamedTuple):
+    """Guards of linings that act as one, or which of them fired.
+
+    - `motion` of the pulley in its sense;  `high`, `low`: to the limits of the torque ahead and back;  `lever`: its
+      force
+    - with heat: `locking` of the linings (`None` where that cannot change), and `sound` by each code that it can bring
+    """
+
+    motion: Array
+    high: Array
+    low: Array
+    lever: Array
+    locking: Array | None
+    sound: dict[str, Array]
+
+
 class AbstractContact(AbstractMechanism):
     """Linings that act as one: open, held, sliding ahead or back, and the modes between on an elastic band.
-
-    Guards: motion, upper limit, lower limit, lever; then what can change with heat: locking, and one for each code.
 
     - `locked`: whether a lining is self-locking at the start; `locking_varies`: whether that can change in a run
     - `codes`: ends of the run that heat can bring about
@@ -117,30 +130,31 @@ class AbstractContact(AbstractMechanism):
         limits: tuple[Array, Array],
         locking: Array | None,
         sound: dict[BrakeCode, PyTree],
-    ) -> list[Array]:
+    ) -> ContactGuards:
         """The guards; `locking`: margin of the linings to self-locking, `sound`: those of codes
         while the linings slide."""
         is_open, size = mode.band == OPEN, self.sizes
         motion = jnp.where(mode.sense > 0, omega, -omega) / size.speed
         motion = jnp.where(is_open | (mode.band == HELD), 1.0, motion)
         lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
-        more = [] if locking is None else [jnp.where(mode.own.locks > 0, -locking, locking)]
-        more += [jnp.where(slips(mode.band), sound[code], 1.0) for code in self.codes]
-        return [motion, *limits, lever, *more]
+        locking = None if locking is None else jnp.where(mode.own.locks > 0, -locking, locking)
+        while_sliding = {code.name.lower(): jnp.where(slips(mode.band), sound[code], 1.0) for code in self.codes}
+        return ContactGuards(motion, *limits, lever, locking, while_sliding)
 
-    def relocked(self, new: Mode, fired: Fired) -> Mode:
+    def relocked(self, new: Mode, fired: ContactGuards) -> Mode:
         """The mode with or without self-locking linings, if its guard fired."""
         if new.own.locks is None:
             return new
-        return new._replace(own=new.own._replace(locks=(new.own.locks ^ fired[4].astype(jnp.int32)).astype(jnp.int32)))
+        assert fired.locking is not None
+        return new._replace(own=new.own._replace(locks=new.own.locks ^ fired.locking.astype(jnp.int32)))
 
-    def code_of(self, fired: Fired, code: Array) -> Array:
+    def code_of(self, fired: ContactGuards, code: Array) -> Array:
         """The code of the end of the run whose guard fired, else `code`."""
-        for i, failure in enumerate(self.codes, 4 + self.locking_varies):
-            code = jnp.where(fired[i], int(failure), code)
+        for failure in self.codes:
+            code = jnp.where(fired.sound[failure.name.lower()], int(failure), code)
         return code
 
-    def onset(self, now: Moment, fired: Fired, acting: Acting, beyond: Array) -> Onset:
+    def onset(self, now: Moment, fired: ContactGuards, acting: Acting, beyond: Array) -> Onset:
         """The motion after an event.
 
         `beyond`: which limit of holding the load exceeds, 1 the upper, −1 the lower, else 0. A guard that fired
@@ -150,8 +164,8 @@ class AbstractContact(AbstractMechanism):
         T_0, rounding = acting.tension, self.sizes.slight_tension
         rising = (jnp.abs(T_0) <= rounding) & (acting.pull > 0)
         was_open, was_held = now.mode.band == OPEN, now.mode.band == HELD
-        direction = jnp.where(was_held & fired[1], 1, jnp.where(was_held & fired[2], -1, beyond))
-        stands = was_held | fired[0] | ((now.omega == 0) & was_open)
+        direction = jnp.where(was_held & fired.high, 1, jnp.where(was_held & fired.low, -1, beyond))
+        stands = was_held | fired.motion | ((now.omega == 0) & was_open)
         moving = jnp.where(now.omega == 0, now.mode.sense, jnp.sign(now.omega).astype(jnp.int32))
         direction = jnp.where(stands, direction, moving)
         return Onset((rounding < T_0) | rising, rising, stands, direction, jnp.where(stands, 0.0, now.omega))
@@ -286,22 +300,21 @@ class AbstractRigidContact(AbstractContact):
     def own_rates(self, z: RigidNow) -> None:
         return None
 
-    def guards(self, acting: Acting, omega: Array, own: None, mode: Mode, z: RigidNow) -> Float[Array, " guard"]:
+    def guards(self, acting: Acting, omega: Array, own: None, mode: Mode, z: RigidNow) -> ContactGuards:
         most, torque = z.torques, self.sizes.torque
         bounded = (mode.band == HELD) & ~self.locked_in(mode)
         high = jnp.where(bounded, (most.ahead - acting.load) / torque, 1.0)
         low = jnp.where(bounded, (acting.load + most.back) / torque, 1.0)
         sound = {BrakeCode.FLASH_FOLD: most.slope}
-        return jnp.stack(self.margins(acting, omega, mode, (high, low), most.margin, sound))
+        return self.margins(acting, omega, mode, (high, low), most.margin, sound)
 
-    def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Array]:
-        each = jnp.unstack(fired)
-        new = self.relocked(new, each)
+    def change(self, now: Moment, new: Mode, fired: ContactGuards, ask: Ask) -> tuple[Mode, Array]:
+        new = self.relocked(new, fired)
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
         locked, most = self.locked_in(new), rest.torques
         beyond = excess(acting.load, -most.back, most.ahead, self.sizes.slight_torque)
-        found = self.onset(now, each, acting, jnp.where(locked, 0, beyond))
-        code = self.code_of(each, jnp.where(locked & found.pulls, int(BrakeCode.SINGULAR_GEOMETRY), 0))
+        found = self.onset(now, fired, acting, jnp.where(locked, 0, beyond))
+        code = self.code_of(fired, jnp.where(locked & found.pulls, int(BrakeCode.SINGULAR_GEOMETRY), 0))
         return found.settled(now, new, rigid_mode(found.direction)), code
 
     def stored(self, inertia: Array, omega: Array, own: None, mode: Mode) -> tuple[Array, Array]:

@@ -158,10 +158,6 @@ def share_load(r: Resting, T_0: Float[Array, ""], load: Float[Array, ""]) -> Sha
 # --- sprung linings ---------------------------------------------------------------------------------------------------
 
 
-#: guards before those of the linings: lever, pulley (two)
-_FIRST = 3
-
-
 class SprungState(NamedTuple):
     """Elongations `e_j` (n − 1,) of the springs at the band circle (m), speeds `ω_i` (n,) of the linings (rad/s)."""
 
@@ -217,6 +213,25 @@ class Coefficients(NamedTuple):
 
 
 # --- the mechanism ----------------------------------------------------------------------------------------------------
+
+
+class SprungGuards(NamedTuple):
+    """Guards of a bandage on springs, or which of them fired.
+
+    - `lever`: its force;  `high`, `low`: to the ends of the load that a brake at rest holds; turning, `high` is the
+      motion of the pulley in its sense
+    - of each lining (n,): `inner` and `outer`, friction left of a pair that sticks, else its slip
+    - `locking` of the linings, `None` where that cannot change;  `rim` (n,): load of each on the rim, `None` where none
+      lifts off
+    """
+
+    lever: Array
+    high: Array
+    low: Array
+    inner: Array
+    outer: Array
+    locking: Array | None
+    rim: Array | None
 
 
 class SprungNow(ContactNow):
@@ -430,19 +445,15 @@ class SprungBandage(AbstractMechanism):
 
     # --- guards -------------------------------------------------------------------------------------------------------
 
-    def guards(
-        self, acting: Acting, omega: Array, own: SprungState, mode: Mode, z: SprungNow
-    ) -> Float[Array, " guard"]:
+    def guards(self, acting: Acting, omega: Array, own: SprungState, mode: Mode, z: SprungNow) -> SprungGuards:
         size, is_open, rests = self.sizes, mode.band == OPEN, mode.own.rests
         lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
         turning = jnp.where(is_open, 1.0, mode.sense.astype(jnp.float64) * omega / size.speed)
         high = jnp.where(rests, (z.most_hold - acting.load) / size.torque, turning)
         low = jnp.where(rests, (acting.load - z.least_hold) / size.torque, 1.0)
-        parts = [jnp.stack([lever, high, low]), *self._lining_guards(omega, own, mode, z)]
-        parts += [z.locking[None]] if self.fades else []
-        if z.rim_margin is not None:
-            parts.append(jnp.where(mode.own.outer == 0, 1.0, z.rim_margin / size.tension))
-        return jnp.concatenate(parts)
+        rim = None if z.rim_margin is None else jnp.where(mode.own.outer == 0, 1.0, z.rim_margin / size.tension)
+        linings = self._lining_guards(omega, own, mode, z)
+        return SprungGuards(lever, high, low, *linings, z.locking if self.fades else None, rim)
 
     def _lining_guards(self, omega: Array, own: SprungState, mode: Mode, z: SprungNow) -> tuple[Array, Array]:
         stuck, held = mode.own.inner == 0, mode.own.outer == 0
@@ -466,13 +477,13 @@ class SprungBandage(AbstractMechanism):
 
     # --- changes of mode ----------------------------------------------------------------------------------------------
 
-    def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Array]:
-        n, old, omega, own, size = self.count, now.mode, now.omega, now.own, self.sizes
+    def change(self, now: Moment, new: Mode, fired: SprungGuards, ask: Ask) -> tuple[Mode, Array]:
+        old, omega, own, size = now.mode, now.omega, now.own, self.sizes
         acting, z = ask(new, omega, own)
         T_0, rounding = acting.tension, size.slight_tension
         pulls = (rounding < T_0) | ((jnp.abs(T_0) <= rounding) & (acting.pull > 0))
         was_open, rests = old.band == OPEN, old.own.rests
-        broke, gone = fired[_FIRST : _FIRST + n], fired[_FIRST + n : _FIRST + 2 * n]
+        broke, gone = fired.inner, fired.outer
         new = new._replace(own=self._each_lining(omega, own, new, z, broke, gone))
 
         # the lever begins to pull: moving linings slide, resting ones are held unless that exceeds their limit
@@ -483,11 +494,11 @@ class SprungBandage(AbstractMechanism):
         new = new._replace(own=new.own._replace(outer=outer), sense=sense, band=jnp.where(pulls, HELD, OPEN))
 
         # pulley and linings come to rest together, start together, or pass through
-        stops = ~was_open & ~rests & fired[1]
-        breaks = rests & (fired[1] | fired[2])
+        stops = ~was_open & ~rests & fired.high
+        breaks = rests & (fired.high | fired.low)
         with_pulley = (old.own.inner == 0) | (old.own.outer == 0) | broke | gone
         together = jnp.where(breaks, old.own.fixed & ~broke, jnp.where(starts, own.speeds == 0, with_pulley))
-        forced = jnp.where(breaks, jnp.where(fired[1], 1, -1), 0)
+        forced = jnp.where(breaks, jnp.where(fired.high, 1, -1), 0)
         settled = self._settled(omega, own, new, together, forced, ask)
         decides = pulls & (stops | breaks | starts)
         new = jax.tree.map(lambda a, b: jnp.where(decides, a, b).astype(jnp.int32), settled, new)
@@ -497,13 +508,14 @@ class SprungBandage(AbstractMechanism):
         moving = jnp.where(new.sense > 0, SLIP, SLIP_BACK)
         band = jnp.where(pulls, jnp.where(jnp.all(outer == 0), HELD, moving), OPEN)
         new = new._replace(own=new.own._replace(outer=outer), band=band.astype(jnp.int32))
-        locks = fired[_FIRST + 2 * n] if self.fades else jnp.asarray(False)
+        locks = jnp.asarray(False) if fired.locking is None else fired.locking
         if self.fades:  # where friction jumps past the limit, other guards fire before that of locking
             locks = locks | (z.locking < 0)
         if old.own.lifted is not None:
             turning = self.arrested(omega, own, old, new)
-            z, last, inner = ask(new, *turning)[1], _FIRST + 2 * n + self.fades, new.own.inner
-            lifted = lifted_after(old.own.lifted, z.rim_margin, fired[last : last + n], outer == 0, rounding)
+            z, inner = ask(new, *turning)[1], new.own.inner
+            assert fired.rim is not None
+            lifted = lifted_after(old.own.lifted, z.rim_margin, fired.rim, outer == 0, rounding)
             # it slides by the torque that it had before, or where it touches again by its speed
             slip = jnp.sign(turning[0] - turning[1].speeds).astype(jnp.int32)
             inner = jnp.where((lifted != 0) & (inner == 0), jnp.where(z.inner_torque < 0, -1, 1), inner)

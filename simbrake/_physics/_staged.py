@@ -1,12 +1,13 @@
 """The staged brake: the band rubs on a bandage of linings, and the bandage on the rim; either pair sticks or slides."""
 
 import dataclasses
+from typing import NamedTuple
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
 from .._base._corners import clipped
 from ..brakes._band import limit_tensions, piece_of, tensions_on
@@ -24,7 +25,6 @@ from ._mechanism import (
     Acting,
     Ask,
     BrakeCode,
-    Fired,
     Mode,
     Moment,
     Pair,
@@ -37,7 +37,7 @@ from ._mechanism import (
     rim_margin,
     slips,
 )
-from ._rigid import Together, rigid_mode
+from ._rigid import ContactGuards, Together, rigid_mode
 from ._sliding import Known, Wrap, pick
 
 _NEWTON = 8  # iterations for a tension under a law that depends on the pressure; otherwise it is linear: one is exact
@@ -144,6 +144,21 @@ class InternalPair(eqx.Module):
         return jnp.clip(jnp.sum(below).astype(jnp.int32) - 1 - n, -n, n - 1)
 
 
+class StagedGuards(NamedTuple):
+    """Guards of a staged brake, or which of them fired.
+
+    - `band`: those of the external pair;  `internal`: friction left of an internal pair that sticks, else its slip
+    - `above`, `below`: until one more lining comes to its limit on the band, or one less is there
+    - `rim` (n,): load of each lining on the rim, `None` where none lifts off
+    """
+
+    band: ContactGuards
+    internal: Array
+    above: Array
+    below: Array
+    rim: Array | None
+
+
 class StagedNow(ElasticNow):
     """Variables of a staged brake: those of its band on the bandage, and of the internal pair."""
 
@@ -182,11 +197,6 @@ class StagedBrake(AbstractElasticBand):
     internal: InternalPair
     pairs: tuple[Pair, ...]
     sizes: Sizes
-
-    @property
-    def _first(self) -> int:
-        """Index of the first guard of the internal pair."""
-        return 4 + self.locking_varies + len(self.codes)
 
     def start(self, omega: Array, elongation: Array) -> tuple[Carried, np.int32, Together]:
         zero, lifted = jnp.asarray(0, jnp.int32), None
@@ -262,7 +272,7 @@ class StagedBrake(AbstractElasticBand):
 
     # --- guards and changes of mode -----------------------------------------------------------------------------------
 
-    def guards(self, acting: Acting, omega: Array, own: Carried, mode: Mode, z: StagedNow) -> Float[Array, " guard"]:
+    def guards(self, acting: Acting, omega: Array, own: Carried, mode: Mode, z: StagedNow) -> StagedGuards:
         inner, n, size = mode.own.inner, self.wrap.count, self.sizes
         stuck, piece = inner == 0, mode.own.piece
         slip = signed(inner) * (omega - own.omega_b) / size.speed
@@ -280,10 +290,8 @@ class StagedBrake(AbstractElasticBand):
         below = (z.tight_tension - limit(piece)) / size.tension
         above = jnp.where(counted & (piece < n - 1), above, 1.0)
         below = jnp.where(counted & (piece > -n), below, 1.0)
-        found = jnp.stack([*self.band_guards(acting, own.omega_b, mode, z), grip, above, below])
-        if z.rim_margin is None:
-            return found
-        return jnp.concatenate([found, jnp.where(mode.band == HELD, 1.0, z.rim_margin / size.tension)])
+        rim = None if z.rim_margin is None else jnp.where(mode.band == HELD, 1.0, z.rim_margin / size.tension)
+        return StagedGuards(self.band_guards(acting, own.omega_b, mode, z), grip, above, below, rim)
 
     def _grips(
         self, acting: Acting, omega: Array, own: Carried, mode: Mode, rest: StagedNow
@@ -297,12 +305,12 @@ class StagedBrake(AbstractElasticBand):
 
         return at(rest.upper, n), at(rest.lower, -1 - n)
 
-    def change(self, now: Moment, new: Mode, fired: Bool[Array, " guard"], ask: Ask) -> tuple[Mode, Array]:
-        each, old, size, R_b = jnp.unstack(fired), now.mode, self.sizes, self.wrap.radius
+    def change(self, now: Moment, new: Mode, fired: StagedGuards, ask: Ask) -> tuple[Mode, Array]:
+        band, old, size, R_b = fired.band, now.mode, self.sizes, self.wrap.radius
         # the internal pair slides the way the torque acts that broke it loose
         way = jnp.where(ask(new, now.omega, now.own)[1].drive < 0, -1, 1)
-        inner = jnp.where(each[self._first], jnp.where(old.own.inner == 0, way, 0), old.own.inner).astype(jnp.int32)
-        new = self.relocked(new, each)
+        inner = jnp.where(fired.internal, jnp.where(old.own.inner == 0, way, 0), old.own.inner).astype(jnp.int32)
+        new = self.relocked(new, band)
         new = new._replace(own=new.own._replace(inner=inner))
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
         T_0, locked = acting.tension, self.locked_in(new)
@@ -312,13 +320,13 @@ class StagedBrake(AbstractElasticBand):
         beyond = jnp.where(least < low - size.slight_torque, -1, 0)
         beyond = jnp.where(most > high + size.slight_torque, 1, beyond)
         # at rest on both pairs a load beyond the band breaks the rim loose where that is weaker, and the band stays
-        stands = (old.band == HELD) | each[0] | (now.own.omega_b == 0)
+        stands = (old.band == HELD) | band.motion | (now.own.omega_b == 0)
         weak = self._slides_at_once(now, rest, beyond) & jnp.where(beyond > 0, grips[0] < high, grips[1] < -low)
         loose = stands & (inner == 0) & (beyond != 0) & weak & ~locked
         inner = jnp.where(loose, jnp.where(acting.load < 0, -1, 1), inner).astype(jnp.int32)
         beyond, new = jnp.where(loose, 0, beyond), new._replace(own=new.own._replace(inner=inner))
         carrier = now._replace(omega=now.own.omega_b)
-        found = self.onset(carrier, each, acting, jnp.where(locked, 0, beyond))
+        found = self.onset(carrier, band, acting, jnp.where(locked, 0, beyond))
         moving = rigid_mode(found.direction)
         if self.stretches:
             turned = new._replace(sense=found.settled(carrier, new, old.band).sense)
@@ -326,16 +334,16 @@ class StagedBrake(AbstractElasticBand):
             def there(mode: Mode) -> StagedNow:
                 return ask(mode, now.omega, now.own._replace(omega_b=found.omega))[1]
 
-            moving = self.taut_mode(carrier, turned, each, there, acting, rest, found)
+            moving = self.taut_mode(carrier, turned, band, there, acting, rest, found)
         new = found.settled(carrier, new, moving)
-        piece = self._piece(now, new, each, acting, rest)
-        code = self.code_of(each, jnp.asarray(0, jnp.int32))
+        piece = self._piece(now, new, fired, acting, rest)
+        code = self.code_of(band, jnp.asarray(0, jnp.int32))
         code = jnp.where(locked, int(BrakeCode.SINGULAR_GEOMETRY), code)
         new = new._replace(own=new.own._replace(piece=piece))
         if old.own.lifted is not None:
-            margin, first = ask(new, *self.arrested(now.omega, now.own, old, new))[1].rim_margin, self._first + 3
-            loose = fired[first : first + self.wrap.count], new.band == HELD
-            lifted = lifted_after(old.own.lifted, margin, *loose, self.sizes.slight_tension)
+            margin = ask(new, *self.arrested(now.omega, now.own, old, new))[1].rim_margin
+            assert fired.rim is not None
+            lifted = lifted_after(old.own.lifted, margin, fired.rim, new.band == HELD, self.sizes.slight_tension)
             new = new._replace(own=new.own._replace(lifted=lifted))
         return new, code
 
@@ -346,9 +354,9 @@ class StagedBrake(AbstractElasticBand):
         tension, rounding = self.tension_of(now.own.x, now.mode, now.z), self.sizes.slight_tension
         return jnp.where(beyond > 0, tension >= rest.upper - rounding, tension <= rest.lower + rounding)
 
-    def _piece(self, now: Moment, new: Mode, fired: Fired, acting: Acting, rest: StagedNow) -> Int[Array, ""]:
+    def _piece(self, now: Moment, new: Mode, fired: StagedGuards, acting: Acting, rest: StagedNow) -> Int[Array, ""]:
         """Number of linings at their limit on the band after the event."""
-        first, n, old, R_b = self._first, self.wrap.count, now.mode, self.wrap.radius
+        n, old, R_b = self.wrap.count, now.mode, self.wrap.radius
         # under a lever that only begins to pull everything is 0: take the first moment after
         T_0 = jnp.maximum(acting.tension, 1e-9 * self.sizes.tension)
         mu, ratio = ratios(rest), rest.limit.other
@@ -358,7 +366,7 @@ class StagedBrake(AbstractElasticBand):
         if self.stretches:
             tension = jnp.clip(self.tension_of(now.own.x, old, now.z), T_0 / ratio, T_0 * ratio)
             driven = jnp.where(new.band == ELASTIC, piece_of(T_0, tension, mu), driven)
-        step = fired[first + 1].astype(jnp.int32) - fired[first + 2].astype(jnp.int32)
+        step = fired.above.astype(jnp.int32) - fired.below.astype(jnp.int32)
         piece = jnp.where(counted & (step != 0), jnp.clip(old.own.piece + step, -n, n - 1), driven)
         piece = jnp.where(new.band == SLIP, n, jnp.where(new.band == SLIP_BACK, -1 - n, piece))
         slack = (new.band == OPEN) | (new.band == TAKE_UP)

@@ -3,6 +3,7 @@
 import dataclasses
 import enum
 import functools
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -53,12 +54,12 @@ class EventKind(enum.IntEnum):
 
 
 class HybridEvent(NamedTuple):
-    """An event of a run: its time, its kind, the number of the guard that fired (`None` at a time breakpoint), and the
-    modes before and after it (they may be equal).
+    """An event of a run: its time, its kind, the number of the guard that fired (`None` at a time breakpoint), the
+    modes before and after it (they may be equal), and the name of the guard, `""` at a time breakpoint.
 
     Example:
-        >>> round(result.record.events[-1].time, 4)
-        1.2577
+        >>> round(result.record.events[-1].time, 4), result.record.events[-1].name
+        (1.2577, 'contact.motion')
     """
 
     time: float
@@ -66,6 +67,7 @@ class HybridEvent(NamedTuple):
     guard: int | None
     before: PyTree
     after: PyTree
+    name: str = ""
 
 
 class Record(eqx.Module):
@@ -120,12 +122,25 @@ class Record(eqx.Module):
         """
         kinds, t = np.asarray(self.rows.kind)[: int(self.count)], np.asarray(self.rows.t)
         modes, guards, found = np.asarray(self.rows.mode), np.asarray(self.rows.guard), []
+        names = self.guard_names if np.any(kinds >= LANDED) else []
         for i in np.flatnonzero(kinds >= LANDED):
             kind = EventKind(int(kinds[i]))
             guard = None if kind == EventKind.KNOWN_TIME else int(guards[i])
             before, after = (unravel(modes[j], self.mode_like) for j in (i, i + 1))
-            found.append(HybridEvent(float(t[i + 1]), kind, guard, before, after))
+            name = "" if guard is None else names[guard]
+            found.append(HybridEvent(float(t[i + 1]), kind, guard, before, after, name))
         return found
+
+    @property
+    def guard_names(self) -> list[str]:
+        """Names of the guards in the order of their numbers: the path in their structure, and of a vector the entry,
+        from 1."""
+        like = self.flat.guards_like(*jax.tree.map(jnp.asarray, (0.0, self.y_like, self.mode_like)))
+        names = []
+        for path, leaf in jax.tree_util.tree_leaves_with_path(like):
+            name, size = jax.tree_util.keystr(path, simple=True, separator="."), math.prod(leaf.shape)
+            names += [f"{name} {i + 1}".strip() for i in range(size)] if leaf.shape else [name]
+        return names
 
     @property
     def modes(self) -> PyTree:
@@ -266,7 +281,7 @@ def hybridsolve(
         ...     def rhs(self, t, y, mode):
         ...         return y[1], jnp.where(mode > 0, 0.0, -9.81)
         ...     def guards(self, t, y, mode):
-        ...         return jnp.where(mode > 0, 1.0, y[0])[None]
+        ...         return {"ground": jnp.where(mode > 0, 1.0, y[0])}
         ...     def transition(self, t, y, mode, fired, at_stop):
         ...         return mode + 1, 0
         ...     def reset(self, t, y, before, after):
@@ -277,8 +292,8 @@ def hybridsolve(
         ...         return 1.0, 1.0
         >>> settings, method = sb.hybrid.Settings(1e-10, 100), sb.hybrid.Rodas5P()
         >>> record = sb.hybrid.hybridsolve(Ball(), (1.0, 0.0), np.array(0), 0.0, 2.0, method, settings)
-        >>> round(record.events[0].time, 9) == round(math.sqrt(2 / 9.81), 9)
-        True
+        >>> record.events[0].name, round(record.events[0].time, 9) == round(math.sqrt(2 / 9.81), 9)
+        ('ground', True)
     """
     y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
     t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)

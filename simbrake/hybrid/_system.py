@@ -10,9 +10,9 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.typing import DTypeLike
-from jaxtyping import Bool, Float, Int, PyTree, Shaped
+from jaxtyping import Float, Int, PyTree, Shaped
 
-from ._arrays import Array, Count, Guards, Mark, Scalar, State
+from ._arrays import Array, Count, Mark, Scalar, State
 
 
 class Code(enum.IntEnum):
@@ -42,9 +42,10 @@ class AbstractHybridSystem(eqx.Module):
 
     - **State** `y`: any PyTree of floating arrays.
     - **Mode**: any PyTree of integer arrays, frozen between two events.
-    - **Guards**: one vector of dimensionless numbers of order one, positive while the mode holds (`+1` where a guard
-      does not matter). A guard that goes negative is an event; it is located to the accuracy of the integrator.
-      At a restart a guard that is 0 within tolerance is unarmed: it fires only if it goes negative from there.
+    - **Guards**: dimensionless numbers of order one, positive while the mode holds (`+1` where a guard does not
+      matter), as any PyTree of floating arrays: in a dictionary or named tuple each has a name. A guard that goes
+      negative is an event; it is located to the accuracy of the integrator. At a restart a guard that is 0 within
+      tolerance is unarmed: it fires only if it goes negative from there.
     - **Time breakpoints** (corners of given profiles) are no guards: `next_stop` names the next one and a step ends on
       it.
 
@@ -66,17 +67,18 @@ class AbstractHybridSystem(eqx.Module):
         """`dy/dt`, of the structure of `y`. Must extend smoothly a little past the end of its mode."""
 
     @abc.abstractmethod
-    def guards(self, t: Scalar, y: PyTree, mode: PyTree) -> Guards:
+    def guards(self, t: Scalar, y: PyTree, mode: PyTree) -> PyTree:
         """Guards, positive while `mode` holds."""
 
     @abc.abstractmethod
     def transition(
-        self, t: Scalar, y: PyTree, mode: PyTree, fired: Bool[Array, " guard"], at_stop: Mark
+        self, t: Scalar, y: PyTree, mode: PyTree, fired: PyTree, at_stop: Mark
     ) -> tuple[PyTree, Count | int]:
         """The mode after an event and 0, or a code that ends the run: one ≥ `SYSTEM_CODES`, or `ENDED`.
 
-        `fired` marks every guard that reached 0 at this instant, `at_stop` that a time breakpoint was reached. The mode
-        need not be final: one whose guards are negative at once gives another event at the same instant.
+        `fired`, of the structure of the guards, marks every one that reached 0 at this instant, `at_stop` that a time
+        breakpoint was reached. The mode need not be final: one whose guards are negative at once gives another event at
+        the same instant.
         """
 
     @abc.abstractmethod
@@ -158,17 +160,17 @@ class AbstractSemiExplicitSystem(AbstractHybridSystem):
         """`dy/dt`, of the structure of `y`. Must extend smoothly a little past the end of its mode."""
 
     @abc.abstractmethod
-    def margins(self, t: Scalar, y: PyTree, mode: PyTree, z: PyTree) -> Guards:
+    def margins(self, t: Scalar, y: PyTree, mode: PyTree, z: PyTree) -> PyTree:
         """The guards (see `guards`), positive while `mode` holds."""
 
     @abc.abstractmethod
-    def change(self, now: Instant, fired: Bool[Array, " guard"], at_stop: Mark) -> tuple[PyTree, Count | int]:
+    def change(self, now: Instant, fired: PyTree, at_stop: Mark) -> tuple[PyTree, Count | int]:
         """The mode after an event, and a code (see `transition`). It may evaluate `variables` in other modes."""
 
     def rhs(self, t: Scalar, y: PyTree, mode: PyTree) -> PyTree:
         return self.rates(t, y, mode, variables_of(self, t, y, mode))
 
-    def guards(self, t: Scalar, y: PyTree, mode: PyTree) -> Guards:
+    def guards(self, t: Scalar, y: PyTree, mode: PyTree) -> PyTree:
         return self.margins(t, y, mode, variables_of(self, t, y, mode))
 
     def instant(self, t: Scalar, y: PyTree, mode: PyTree) -> Instant:
@@ -178,7 +180,7 @@ class AbstractSemiExplicitSystem(AbstractHybridSystem):
         return Instant(t, y, mode, z, y_rate, push(jnp.ones_like(t), y_rate))
 
     def transition(
-        self, t: Scalar, y: PyTree, mode: PyTree, fired: Bool[Array, " guard"], at_stop: Mark
+        self, t: Scalar, y: PyTree, mode: PyTree, fired: PyTree, at_stop: Mark
     ) -> tuple[PyTree, Count | int]:
         return self.change(self.instant(t, y, mode), fired, at_stop)
 
@@ -280,7 +282,11 @@ class Flat(eqx.Module):
 
     @eqx.filter_jit
     def guards(self, t: Array, y: Array, mode: Array) -> Array:
-        return self.system.guards(t, self.unpack_state(y), self.unpack_mode(mode))
+        return _packed(self.system.guards(t, self.unpack_state(y), self.unpack_mode(mode)))
+
+    def guards_like(self, t: Array, y: PyTree, mode: PyTree) -> PyTree:
+        """Shapes of the guards, in their structure."""
+        return eqx.filter_eval_shape(self.system.guards, t, y, mode)
 
     def reset(self, t: Array, y: Array, before: Array, after: Array) -> Array:
         modes = self.unpack_mode(before), self.unpack_mode(after)
@@ -306,10 +312,10 @@ class Flat(eqx.Module):
         if isinstance(system, AbstractSemiExplicitSystem):
             now = system.instant(t, y, mode)
             moving = (jnp.ones_like(t), now.y_rate, now.z_rate)
-            g, rate = jax.jvp(lambda t, y, z: system.margins(t, y, mode, z), (t, y, now.z), moving)
+            g, rate = jax.jvp(lambda t, y, z: _packed(system.margins(t, y, mode, z)), (t, y, now.z), moving)
             return _packed(now.y_rate), g, rate
         f = jax.tree.map(jnp.asarray, system.rhs(t, y, mode))
-        return _packed(f), *jax.jvp(lambda t, y: system.guards(t, y, mode), (t, y), (jnp.ones_like(t), f))
+        return _packed(f), *jax.jvp(lambda t, y: _packed(system.guards(t, y, mode)), (t, y), (jnp.ones_like(t), f))
 
     def rates(self, t: Array, y: Array, mode: Array) -> tuple[Array, Array]:
         """Rates of states and guards, without derivatives."""
@@ -321,7 +327,8 @@ class Flat(eqx.Module):
     def jump(self, t: Array, y: Array, mode: Array, fired: Array, at_stop: Array) -> tuple[Array, Array, Array]:
         """State, mode and code just after an event."""
         y, before = self.unpack_state(y), self.unpack_mode(mode)
-        after, code = self.system.transition(t, y, before, fired, at_stop)
+        marks = unravel(fired, self.guards_like(t, y, before))
+        after, code = self.system.transition(t, y, before, marks, at_stop)
         after = jax.tree.map(lambda label: jnp.asarray(label, jnp.int32), after)
         return _packed(_reset(self.system, t, y, before, after)), pack_mode(after), jnp.asarray(code, jnp.int32)
 
