@@ -335,6 +335,8 @@ class Result:
         labels = labels_of(self.record)
         changes = [label for i, label in enumerate(labels) if i == 0 or label != labels[i - 1]][-4:]
         words = " → ".join(str(label) for label in changes)
+        if int(self.code) in (Code.CHATTER, Code.ZENO, Code.EVENT_LIMIT):
+            words += f"; last guards: {', '.join(self.record.last_guards(4))}"
         end = np.asarray(self.record.rows.t)[len(labels) - 1]
         return f"{what} (at t = {end:.9g} s; last modes: {words}): {hint}"
 

@@ -142,6 +142,13 @@ class Record(eqx.Module):
             names += [f"{name} {i + 1}".strip() for i in range(size)] if leaf.shape else [name]
         return names
 
+    def last_guards(self, count: int) -> list[str]:
+        """Names of the last guards that fired in a concrete record, in order of time."""
+        kinds = np.asarray(self.rows.kind)[: int(self.count)]
+        fired = np.asarray(self.rows.guard)[: int(self.count)][(kinds >= LANDED) & (kinds != STOPPED)][-count:]
+        names = self.guard_names if fired.size else []
+        return [names[i] for i in fired]
+
     @property
     def modes(self) -> PyTree:
         """Modes of all rows, as columns: every leaf has the rows as its first axis."""

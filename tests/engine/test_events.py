@@ -198,6 +198,30 @@ class Chain(sb.hybrid.AbstractHybridSystem):
         return 1.0
 
 
+class Walls(Chain):
+    """A point that runs through two walls and a gate, each with its own count in the mode."""
+
+    def guards(self, t, y, mode):
+        walls = jnp.where(mode["walls"] > 0, 1.0, jnp.asarray([0.75, 0.25]) - y)
+        return {"walls": walls, "gate": jnp.where(mode["gate"] > 0, 1.0, 0.5 - y)}
+
+    def transition(self, t, y, mode, fired, at_stop):
+        return {name: jnp.where(fired[name], 1, mode[name]) for name in mode}, 0
+
+
+def test_guards_have_names():
+    mode = {"gate": jnp.asarray(0), "walls": jnp.zeros(2, int)}
+    r = solve(Walls(), jnp.asarray(0.0), mode, 0.0, 1.0, settings())
+    assert [(event.name, round(event.time, 9)) for event in r.events] == [
+        ("walls 2", 0.25),
+        ("gate", 0.5),
+        ("walls 1", 0.75),
+    ]
+    assert int(r.mode_end["gate"]) == 1
+    assert r.mode_end["walls"].tolist() == [1, 1]
+    assert r.last_guards(2) == ["gate", "walls 1"]
+
+
 def test_mode_changes_chain_at_one_instant():
     r = solve(Chain(jnp.asarray(False)), jnp.asarray(0.0), jnp.asarray(0), 0.0, 1.0, settings())
     np.testing.assert_allclose(event_times(r), [0.5] * 5, rtol=1e-12)
