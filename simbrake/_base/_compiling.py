@@ -436,7 +436,7 @@ def compiled(
     more, and runs are two to five times as fast.
 
     - `subject`: a name, and all that the function depends on: the program is kept on disk under it, or read from there
-    - `quick`: without LLVM's optimiser, which takes half the time to compile (`Improving`)
+    - `quick`: without LLVM's optimiser, which takes half the time to compile (`TieredProgram`)
     """
     device = run_device() if device is None else device
 
@@ -508,7 +508,7 @@ def _restored(stored: tuple[Any, ...], trees: Sequence[Any], device: Any) -> Pro
     return Program(deserialize_and_load(stored[0], *trees, **here), *stored[1:])
 
 
-class Improving:
+class TieredProgram:
     """A program for an unknown number of runs, compiled quickly at first.
 
     When its runs have taken as long as compiling it again would, it is compiled with LLVM's optimiser in a thread, and

@@ -15,7 +15,7 @@ def answers(
 ) -> Callable[[str], Any]:
     """`__getattr__` of a public module for its former names.
 
-    - `internal`: name → module of the package that has it still; a use warns
+    - `internal`: name → module of the package that has it still, `module:name` under another name; a use warns
     - `gone`: name → what to use instead; a use is an error that says so
     - `others`: what finds all other names, as of `lazy_loader`
     """
@@ -25,7 +25,8 @@ def answers(
         if home := (internal or {}).get(name):
             said = f"{module}.{name} is internal, and leaves {module} with the next version"
             warnings.warn(said, DeprecationWarning, stacklevel=2)
-            return getattr(importlib.import_module(f"{package}.{home}"), name)
+            home, _, present = home.partition(":")
+            return getattr(importlib.import_module(f"{package}.{home}"), present or name)
         if instead := (gone or {}).get(name):
             raise AttributeError(f"{module}.{name} went: {instead}")
         if others is None:

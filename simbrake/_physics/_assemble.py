@@ -21,7 +21,7 @@ from ._elastic import ElasticBand
 from ._mechanism import AbstractMechanism, Mode, Pair, Sizes
 from ._rigid import PressedContact, RigidBand, RigidBands
 from ._shaft import Shaft
-from ._sliding import FaceGrip, Grip, Wrap
+from ._sliding import BandFriction, LiningFriction, PadFriction
 from ._sprung import SprungBandage
 from ._staged import InternalPair, StagedBrake
 from ._thermal import Thermal, assemble_thermal
@@ -154,12 +154,12 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyCo
     brake, heated = scene.brake, still.T is not None
     if isinstance(brake, AbstractPressedBrake):
         f = jnp.broadcast_to(brake.linings.friction.static(still), (brake.linings.count,))
-        friction = FaceGrip(brake.linings, scene.power_shares, heated)  # pyright: ignore
+        friction = PadFriction(brake.linings, scene.power_shares, heated)  # pyright: ignore
         return PressedContact(brake, friction, jnp.any(brake.self_locking(f) >= 1), pairs, sizes)  # pyright: ignore
     if isinstance(brake, MultiBandBrake):
         return _bands(scene, brake, pairs, sizes, still)
     assert isinstance(brake, Brake)
-    friction = Grip.of(brake.linings, scene.network.flash, scene.power_shares, heated=heated)
+    friction = LiningFriction.of(brake.linings, scene.network.flash, scene.power_shares, heated=heated)
     linings, bandage, radius, n = brake.linings, brake.bandage, jnp.asarray(brake.band.radius), brake.linings.count
     stiffness = stiffness_of(brake, still.T, scene.initial.time)
     if brake.band.segments is not None:
@@ -167,7 +167,7 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyCo
     if bandage is not None and bandage.spring is not None:
         return _sprung(brake, pairs, sizes, friction)
     static, kinetic = (jnp.broadcast_to(f(still), (n,)) for f in (linings.friction.static, linings.friction.kinetic))
-    wrap = Wrap.of(radius, friction, static, kinetic)
+    wrap = BandFriction.of(radius, friction, static, kinetic)
     if bandage is not None:
         rim = InternalPair(bandage, jnp.asarray(brake.pulley.radius), friction.sine)
         return StagedBrake(wrap=wrap, stiffness=stiffness, internal=rim, pairs=pairs, sizes=sizes)  # pyright: ignore
@@ -180,19 +180,19 @@ def _bands(scene: Scene, brake: MultiBandBrake, pairs: tuple[Pair, ...], sizes: 
     """Several bands: each is made as if it were alone."""
     linings, n, radius = brake.linings, brake.linings.count, jnp.asarray(brake.band_radius)
 
-    def friction(of: Any) -> Grip:
-        return Grip.of(of, scene.network.flash, scene.power_shares, heated=still.T is not None)
+    def friction(of: Any) -> LiningFriction:
+        return LiningFriction.of(of, scene.network.flash, scene.power_shares, heated=still.T is not None)
 
     static, kinetic = (jnp.broadcast_to(f(still), (n,)) for f in (linings.friction.static, linings.friction.kinetic))
     each = zip(brake.bands, brake.of_bands(static), brake.of_bands(kinetic), strict=True)
-    wraps = (Wrap.of(radius, friction(band.linings), *own) for band, *own in each)
+    wraps = (BandFriction.of(radius, friction(band.linings), *own) for band, *own in each)
     bands = tuple(RigidBand(wrap=wrap, pairs=pairs, sizes=sizes) for wrap in wraps)  # pyright: ignore
     shares = brake.lever_shares(kinetic)
     return RigidBands(bands=bands, shares=shares, grip=friction(linings), pairs=pairs, sizes=sizes)  # pyright: ignore
 
 
 def _chain(
-    scene: Scene, brake: Brake, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip, anchor: Array | None
+    scene: Scene, brake: Brake, pairs: tuple[Pair, ...], sizes: Sizes, friction: LiningFriction, anchor: Array | None
 ) -> Chain:
     """A chain, from the onset of slip on: all linings stick, all segments have the tension `C x_0`."""
     n = brake.linings.count
@@ -216,7 +216,7 @@ def _chain(
     )
 
 
-def _sprung(brake: Brake, pairs: tuple[Pair, ...], sizes: Sizes, friction: Grip) -> SprungBandage:
+def _sprung(brake: Brake, pairs: tuple[Pair, ...], sizes: Sizes, friction: LiningFriction) -> SprungBandage:
     """A bandage on springs that are not stretched at the start."""
     n = brake.linings.count
     bandage, R_b = brake.bandage, jnp.asarray(brake.band.radius)

@@ -24,20 +24,20 @@ from ..rope import RopeElasticity
 from ._mechanism import (
     OPEN,
     AbstractMechanism,
-    Acting,
+    AppliedLoads,
     BrakeCode,
     ContactNow,
+    ContactState,
+    EventState,
     HeatLedger,
     Ledger,
     Mode,
-    Moment,
     Pair,
-    Rub,
     Sizes,
     Surfaces,
 )
 from ._shaft import Shaft, ShaftNow, speed_on_layer
-from ._sliding import AbstractGrip
+from ._sliding import AbstractLiningFriction
 from ._sparsity import couplings, couplings_of_memory
 from ._thermal import Conditions, Deposit, HeatFlows, Pieces, Thermal, total
 
@@ -82,7 +82,7 @@ class BrakeNow(NamedTuple):
     lever_rate: Float[Array, ""]  # its rate (N/s)
     load_torque: Float[Array, ""]  # M_load (N·m)
     contact: PyTree  # a `ContactNow`
-    rubs: tuple[Rub, ...]
+    rubs: tuple[ContactState, ...]
     thermal: ThermalNow | None
     shaft: ShaftNow | None = None  # torques on the shaft beside load and brake
     rope: Any = None  # a `RopeNow`, of an elastic rope
@@ -242,7 +242,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return self.mechanism.sizes
 
     @property
-    def grip(self) -> AbstractGrip:
+    def grip(self) -> AbstractLiningFriction:
         """Friction of the linings under the band."""
         return self.mechanism.grip
 
@@ -343,7 +343,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         """Pressures of the linings (Pa) in each pair; loads do not depend on how fast temperatures change."""
         _, left, _, surfaces, (tension, pull) = self.given(t, y, mode)
         still = self._at_sensors(jnp.zeros_like(y.heat))
-        acting = Acting(t, tension, pull, left, self.inertia_at(mode), surfaces, lambda forces: still)
+        acting = AppliedLoads(t, tension, pull, left, self.inertia_at(mode), surfaces, lambda forces: still)
         z = self.mechanism.variables(acting, y.omega, y.own, mode)
         shown = self.mechanism.shown(tension, y.omega, y.own, mode, surfaces, z).pairs
         each = zip(self.mechanism.pairs, shown, strict=True)
@@ -415,7 +415,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         def deposit(pair: Pair, heat: Array) -> Deposit:
             return net.deposit(pair.heat, jnp.atleast_1d(heat), *now)
 
-        def warming(forces: tuple[Array | None, ...] | None) -> tuple[Array | None, ...]:
+        def heating_rate(forces: tuple[Array | None, ...] | None) -> tuple[Array | None, ...]:
             if net is None:
                 return (None,) * len(pairs)
             into = flows.into
@@ -427,10 +427,10 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         if net is not None:
             now = self._network(t, y, mode)
             flows = net.flows(*now, () if self.shaft is None else self.shaft.heating(shaft, y.omega))
-        swings = None
+        factor_rates = None
         if self.mechanism.stretches and self.mechanism.profiles:
-            swings = jax.jvp(lambda t: self._factors(t, mode), (t,), (jnp.ones_like(t),))[1]
-        acting = Acting(t, tension, pull, left, self.inertia_at(mode), surfaces, warming, swings)
+            factor_rates = jax.jvp(lambda t: self._factors(t, mode), (t,), (jnp.ones_like(t),))[1]
+        acting = AppliedLoads(t, tension, pull, left, self.inertia_at(mode), surfaces, heating_rate, factor_rates)
         z = self.mechanism.variables(acting, y.omega, y.own, mode)
         rubs = self.mechanism.rubs(mode, z)
         if net is None:
@@ -477,7 +477,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return rates._replace(ledger=ledger._replace(heat=booked), heat=self.thermal.rise(into))
 
     def _wear_rates(
-        self, passed: Array, y: State, rubs: tuple[Rub, ...], turned_at: Array | None
+        self, passed: Array, y: State, rubs: tuple[ContactState, ...], turned_at: Array | None
     ) -> tuple[Array | None, ...]:
         """Rates of wear (m/s) of the linings as they were counted at the start."""
         given = zip(self.mechanism.pairs, rubs, self.sensed(y.heat), strict=True)
@@ -523,10 +523,10 @@ class BrakeSystem(AbstractSemiExplicitSystem):
                 room.append(jnp.minimum(smallest(T - bounds[0]), smallest(bounds[1] - T)) / 100.0)
         return functools.reduce(jnp.minimum, room) if room else None
 
-    def _acting(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> Acting:
+    def _acting(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> AppliedLoads:
         """Applied loads for guards and changes of mode, which do not need the rates of temperatures."""
         inertia, surfaces = self.inertia_at(mode), self.surfaces(t, y, mode)
-        return Acting(t, z.lever_tension, z.lever_rate, z.net_load, inertia, surfaces, lambda forces: ())
+        return AppliedLoads(t, z.lever_tension, z.lever_rate, z.net_load, inertia, surfaces, lambda forces: ())
 
     def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> BrakeGuards:
         found = BrakeGuards(self.mechanism.guards(self._acting(t, y, mode, z), y.omega, y.own, mode, z.contact))
@@ -556,12 +556,12 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def change(self, now: Instant, fired: BrakeGuards, at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
         t, y = now.t, now.y
 
-        def ask(mode: Mode, omega: Array, own: PyTree) -> tuple[Acting, ContactNow]:
+        def ask(mode: Mode, omega: Array, own: PyTree) -> tuple[AppliedLoads, ContactNow]:
             z = self.variables(t, y._replace(omega=omega, own=own), mode)
             return self._acting(t, y, mode, z), z.contact
 
         acting = self._acting(t, y, now.mode, now.z)
-        moment = Moment(t, y.omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact)
+        moment = EventState(t, y.omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact)
         old, new = y, self._next_pieces(y, now.mode, at_stop)
         if isinstance(self.lever, Phases):
             new = self._next_phase(t, new, now.mode.phase, fired.phase_end)
@@ -603,7 +603,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             moved = before._replace(layer=after.layer)
             speed = speed_on_layer(self.mechanism, y, before, after, (self.inertia_at(before), self.inertia_at(moved)))
             omega = jnp.where(after.layer == before.layer, omega, speed)
-        omega, own = self.mechanism.arrested(omega, y.own, before, after)
+        omega, own = self.mechanism.with_stuck_speeds(omega, y.own, before, after)
         still = y._replace(omega=omega, own=own)
         if isinstance(self.lever, Phases):
             still = still._replace(phase=begun_anew(y.phase, t, before, after, self.lever))
@@ -615,7 +615,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(t, y, after)
         load = self.load_torque(t, omega, after)
         tension = self.lever_tension(t, still, after, load, surfaces)[0]
-        strained = self.mechanism.strained(omega, own, (before, z), (after, tension))
+        tension_jump = self.mechanism.tension_jump(omega, own, (before, z), (after, tension))
         per_joule = [] if self.thermal is None else self._heat_of_a_jump(t, still, after)
 
         def warmed(heats: tuple[Array, ...]) -> Array:
@@ -623,14 +623,14 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
         # the heat of the jump warms the linings, on which the tension after it depends: settled in a few passes
         def settle(jump: PyTree, _: None) -> tuple[PyTree, None]:
-            return strained(self.surfaces(t, still._replace(heat=warmed(jump[2])), after)), None
+            return tension_jump(self.surfaces(t, still._replace(heat=warmed(jump[2])), after)), None
 
         if per_joule and self.grip.varies:
             zero = jnp.zeros_like(omega)
             jump: Any = (own, zero, tuple(zero for _ in per_joule))
             jump = jax.lax.scan(settle, jump, None, length=_PASSES)[0]
         else:
-            jump = strained(surfaces)
+            jump = tension_jump(surfaces)
         own, work, heats = jump
         old, booked = still.ledger, still.ledger.heat
         friction = tuple(one + heat for one, heat in zip(old.friction, heats, strict=True))

@@ -13,19 +13,19 @@ from ._mechanism import (
     SLIP,
     SLIP_BACK,
     AbstractMechanism,
-    Acting,
-    Ask,
+    AppliedLoads,
     ContactNow,
+    ContactState,
+    EvaluateInMode,
+    EventState,
+    MechanismOutputs,
     Mode,
-    Moment,
     Pair,
     PairNow,
-    Rub,
-    Shown,
     Sizes,
     Surfaces,
 )
-from ._sliding import Grip
+from ._sliding import LiningFriction
 
 #: bits of a segment's mode: its tension is positive; its elastic part is
 TAUT, STRETCHED = 1, 2
@@ -118,7 +118,7 @@ class Chain(AbstractMechanism):
     damping: Float[Array, " n"]
     preload: Float[Array, ""]
     cosine: Float[Array, " n"]
-    grip: Grip
+    grip: LiningFriction
     pairs: tuple[Pair, ...]
     sizes: Sizes
     distribution: ClassVar[str] = "every lining from its own balance"
@@ -137,7 +137,7 @@ class Chain(AbstractMechanism):
         area = self.pairs[0].area
         return (surface or SurfaceState()).contact(slip, None if area is None else normal / area)
 
-    def variables(self, acting: Acting, omega: Array, own: ChainState, mode: Mode) -> ChainNow:
+    def variables(self, acting: AppliedLoads, omega: Array, own: ChainState, mode: Mode) -> ChainNow:
         R_b, law, surface = self.radius, self.pairs[0].law, acting.surfaces[0]
         sign, sticks = mode.own.linings.astype(own.v.dtype), mode.own.linings == 0
         v = jnp.where(sticks, R_b * omega, own.v)
@@ -178,12 +178,12 @@ class Chain(AbstractMechanism):
     def own_rates(self, z: ChainNow) -> ChainState:
         return ChainState(z.stretching, z.acceleration)
 
-    def rubs(self, mode: Mode, z: ChainNow) -> tuple[Rub, ...]:
-        return (Rub(z.force, z.lining_slip, mode.own.linings.astype(z.force.dtype), z.normal),)
+    def rubs(self, mode: Mode, z: ChainNow) -> tuple[ContactState, ...]:
+        return (ContactState(z.force, z.lining_slip, mode.own.linings.astype(z.force.dtype), z.normal),)
 
     # --- guards and changes of mode -----------------------------------------------------------------------------------
 
-    def guards(self, acting: Acting, omega: Array, own: ChainState, mode: Mode, z: ChainNow) -> ChainGuards:
+    def guards(self, acting: AppliedLoads, omega: Array, own: ChainState, mode: Mode, z: ChainNow) -> ChainGuards:
         taut = jnp.where((mode.own.segments & TAUT) > 0, z.total, -z.total) / self.sizes.tension
         stretched = jnp.where((mode.own.segments & STRETCHED) > 0, z.elastic, -z.elastic) / self.sizes.tension
         motion = jnp.where(mode.sense > 0, omega, -omega) / self.sizes.speed
@@ -195,7 +195,7 @@ class Chain(AbstractMechanism):
         slides = mode.own.linings.astype(z.force.dtype) * z.lining_slip / (self.radius * self.sizes.speed)
         return jnp.where(mode.own.linings == 0, stuck, slides)
 
-    def change(self, now: Moment, new: Mode, fired: ChainGuards, ask: Ask) -> tuple[Mode, Array]:
+    def change(self, now: EventState, new: Mode, fired: ChainGuards, ask: EvaluateInMode) -> tuple[Mode, Array]:
         old, linings = now.mode, self._next_linings(now, fired.linings)
         taut, stretched = fired.taut.astype(jnp.int32), fired.stretched.astype(jnp.int32)
         segments = old.own.segments ^ (taut * TAUT + stretched * STRETCHED)
@@ -214,7 +214,7 @@ class Chain(AbstractMechanism):
             own=ChainMode(linings, segments),
         ), jnp.asarray(0, jnp.int32)
 
-    def _next_linings(self, now: Moment, fired: Bool[Array, " n"]) -> Int[Array, " n"]:
+    def _next_linings(self, now: EventState, fired: Bool[Array, " n"]) -> Int[Array, " n"]:
         """State of each lining after those marked reached their limit or lost their slip.
 
         Which way a lining breaks away is the sign of the force that would have held it: at equal static and kinetic
@@ -228,7 +228,7 @@ class Chain(AbstractMechanism):
         after = jnp.where(leaves, jnp.where(pulls > 0, 1, -1), jnp.where(fired, 0, linings))
         return after.astype(jnp.int32)
 
-    def arrested(self, omega: Array, own: ChainState, before: Mode, after: Mode) -> tuple[Array, ChainState]:
+    def with_stuck_speeds(self, omega: Array, own: ChainState, before: Mode, after: Mode) -> tuple[Array, ChainState]:
         # sticking linings have exactly the speed of the pulley
         return omega, own._replace(v=jnp.where(after.own.linings == 0, self.radius * omega, own.v))
 
@@ -236,14 +236,14 @@ class Chain(AbstractMechanism):
 
     def shown(
         self, tension: Array, omega: Array, own: ChainState, mode: Mode, surfaces: Surfaces, z: ChainNow
-    ) -> Shown:
+    ) -> MechanismOutputs:
         f, displacement = None, jnp.cumsum(own.e[::-1])[::-1]
         if self.shows_friction:
             f = self.pairs[0].law.kinetic(self._contact(surfaces[0], z.normal, jnp.abs(z.lining_slip)))
             f = jnp.broadcast_to(f, z.normal.shape)
         pair = PairNow.of(z.force, z.normal, z.lining_slip, mode.own.linings, z.brake_torque, f)
         pair = pair._replace(friction=z.force * self.cosine)
-        return Shown((pair,), z.tension, elongation=displacement[0], displacement=displacement)
+        return MechanismOutputs((pair,), z.tension, elongation=displacement[0], displacement=displacement)
 
     def stored(self, inertia: Array, omega: Array, own: ChainState, mode: Mode) -> tuple[Array, Array]:
         v = jnp.where(mode.own.linings == 0, self.radius * omega, own.v)

@@ -20,23 +20,23 @@ from ._mechanism import (
     SLIP,
     SLIP_BACK,
     TAKE_UP,
-    Acting,
-    Ask,
+    AppliedLoads,
     BrakeCode,
     ContactNow,
+    ContactState,
+    EvaluateInMode,
+    EventState,
+    MechanismOutputs,
     Mode,
-    Moment,
     Pair,
-    Rub,
-    Shown,
     Sizes,
     Sliding,
     Surfaces,
     excess,
     slips,
 )
-from ._rigid import AbstractBand, ContactGuards, Onset, Together, sense_of
-from ._sliding import Limit, Wrap, pick
+from ._rigid import AbstractBand, ContactGuards, LumpedMode, MotionAfterEvent, sense_of
+from ._sliding import BandFriction, Limit, where_static
 
 #: Newton iterations of a slip speed under states of the law, and those after them that carry derivatives
 _SEARCH, _CARRY = 8, 2
@@ -44,7 +44,7 @@ _SEARCH, _CARRY = 8, 2
 _FAR, _OFF = 1e3, 1e-9
 
 
-class Carried(NamedTuple):
+class BandState(NamedTuple):
     """Elongation `x` of the band (m; `None` where it is rigid), and the speed `ω_b` (rad/s) of a bandage that carries
     it (`None`: the pulley does)."""
 
@@ -55,22 +55,25 @@ class Carried(NamedTuple):
 class ElasticNow(ContactNow):
     """Variables of an elastic band; `lever_power` is `T_0 ẋ`."""
 
-    drag: Float[Array, ""]  # T_n − T_0 (N) against the motion, 0 on a pulley at rest: what rates need of the tensions
+    net_tension: Float[
+        Array, ""
+    ]  # T_n − T_0 (N) against the motion, 0 on a pulley at rest: what rates need of the tensions
     band_speed: Float[Array, ""]  # ẋ (m/s)
     upper: Float[Array, ""]  # limits of T_n by friction (N)
     lower: Float[Array, ""]
-    snap: Array | None  # 1 + γ > 0: the stretch of the band follows the fade
-    lead: Float[Array, ""]  # R_b ω − ẋ_0 (m/s): slip speed without the factor 1 + γ > 0
+    slip_gain: Array | None  # 1 + γ > 0: the stretch of the band follows the fade
+    uncorrected_slip: Float[Array, ""]  # R_b ω − ẋ_0 (m/s): slip speed without the factor 1 + γ > 0
     limit: Limit  # of the linings, at the limit that counts
 
 
 class Slide(NamedTuple):
-    """A band that slides: `ẋ = ẋ_0 + γ v_s` (`growth`), `v_s` (`slip`), `R_b ω − ẋ_0` (`lead`), `1 + γ` (`snap`)."""
+    """A band that slides: `ẋ = ẋ_0 + γ v_s` (`growth`), `v_s` (`slip`), `R_b ω − ẋ_0` (`uncorrected_slip`), and
+    `1 + γ` (`slip_gain`)."""
 
     growth: Array
     slip: Array
-    lead: Array
-    snap: Array | None
+    uncorrected_slip: Array
+    slip_gain: Array | None
 
 
 class AtLimit(NamedTuple):
@@ -113,7 +116,7 @@ class AbstractElasticBand(AbstractBand):
 
     # --- at one instant; `omega` is the speed of the carrier ----------------------------------------------------------
 
-    def at_limit(self, acting: Acting, omega: Array, mode: Mode) -> AtLimit:
+    def at_limit(self, acting: AppliedLoads, omega: Array, mode: Mode) -> AtLimit:
         sliding, back = slips(mode.band), mode.band == SLIP_BACK
 
         def tension(T_0: Array, omega: Array, surface: SurfaceState | None) -> tuple[Array, Limit]:
@@ -128,15 +131,15 @@ class AbstractElasticBand(AbstractBand):
         self, slack: Array, stretched: Array | None, band: Array | Sliding, upper: Array, held: Array
     ) -> tuple[Array, Array]:
         """Slack tension, also that of an open band, and tight one (N): `stretched` is `C x`, `held` that at rest."""
-        tight = pick(band == HELD, held, pick(slips(band), upper, 0.0))
+        tight = where_static(band == HELD, held, where_static(slips(band), upper, 0.0))
         if stretched is None:
             return slack, tight
         take_up = band == TAKE_UP
-        return pick(take_up, stretched, slack), pick(take_up | (band == ELASTIC), stretched, tight)
+        return where_static(take_up, stretched, slack), where_static(take_up | (band == ELASTIC), stretched, tight)
 
-    def follow(
+    def band_kinematics(
         self,
-        acting: Acting,
+        acting: AppliedLoads,
         mode: Mode,
         at: AtLimit,
         slack: Array,
@@ -153,20 +156,20 @@ class AbstractElasticBand(AbstractBand):
         if self.stretches:
             slide = self._slide(acting, band == SLIP_BACK, at, speed, carrier[1], inner)
             carried = (band == TAKE_UP) | (band == ELASTIC)
-            band_speed = pick(carried, speed, pick(sliding, slide.growth, 0.0))
+            band_speed = where_static(carried, speed, where_static(sliding, slide.growth, 0.0))
         return {
-            "slip_speed": pick(sliding, slide.slip, 0.0),
+            "slip_speed": where_static(sliding, slide.slip, 0.0),
             "lever_power": slack * band_speed,
             "band_speed": band_speed,
             "upper": at.upper,
             "lower": acting.tension / at.limit.other,
-            "snap": slide.snap,
-            "lead": pick(sliding, slide.lead, 0.0),
+            "slip_gain": slide.slip_gain,
+            "uncorrected_slip": where_static(sliding, slide.uncorrected_slip, 0.0),
             "limit": at.limit,
         }
 
     def _slide(
-        self, acting: Acting, back: Array, at: AtLimit, speed: Array, alpha: Array, inner: Array | None
+        self, acting: AppliedLoads, back: Array, at: AtLimit, speed: Array, alpha: Array, inner: Array | None
     ) -> Slide:
         """The band in full slip: `x = T_n/C` moves with lever, speed, temperatures and states of the law."""
         still, fixed, surface, pair = jnp.zeros_like(speed), self.wrap.fixed, acting.surfaces[0], self.pairs[0]
@@ -177,7 +180,7 @@ class AbstractElasticBand(AbstractBand):
         def ageing(slip: Array) -> PyTree:
             if rates is None or surface is None:
                 return None
-            return pair.memory_rates(surface, pick(back, -slip, slip), normal, friction * slip)
+            return pair.memory_rates(surface, where_static(back, -slip, slip), normal, friction * slip)
 
         def stretch(
             pull: Array, alpha: Array, T_rate: Array | None, memory_rate: PyTree, swing: Array | None = None
@@ -188,15 +191,15 @@ class AbstractElasticBand(AbstractBand):
                 swing = jnp.zeros_like(surface.factor)
             return at.push(pull, alpha, SurfaceState(T_rate, memory_rate, swing)) / self.stiffness
 
-        drift = None if fixed is not None else acting.warming(None)[0]
+        drift = None if fixed is not None else acting.heating_rate(None)[0]
         if drift is not None and inner is not None:
-            drift = drift + acting.warming((None, inner))[0]
-        at_rest, swing = ageing(still), None if acting.swings is None else acting.swings[0]
+            drift = drift + acting.heating_rate((None, inner))[0]
+        at_rest, swing = ageing(still), None if acting.factor_rates is None else acting.factor_rates[0]
         growth = stretch(acting.pull, alpha if fixed is None else still, drift, at_rest, swing)
-        lead = speed - growth
+        uncorrected_slip = speed - growth
         if not self._follows_slip:
-            return Slide(growth, lead, lead, None)
-        heating = acting.warming((friction, *(None,) * others))[0]
+            return Slide(growth, uncorrected_slip, uncorrected_slip, None)
+        heating = acting.heating_rate((friction, *(None,) * others))[0]
 
         def change(slip: Array) -> PyTree:
             return jax.tree.map(jnp.subtract, ageing(slip), at_rest)
@@ -206,34 +209,34 @@ class AbstractElasticBand(AbstractBand):
             def more(slip: Array) -> Array:
                 return stretch(still, still, None if heating is None else slip * heating, change(slip))
 
-            slip, snap = _slip_of(more, lead, self.wrap.radius * self.sizes.speed)
-            return Slide(speed - slip, slip, lead, snap)
+            slip, slip_gain = _slip_of(more, uncorrected_slip, self.wrap.radius * self.sizes.speed)
+            return Slide(speed - slip, slip, uncorrected_slip, slip_gain)
         gamma = stretch(still, still, heating, change(jnp.ones_like(still)))
-        slip = lead / jnp.where(1 + gamma > 0, 1 + gamma, 1.0)
-        return Slide(growth + gamma * slip, slip, lead, 1 + gamma)
+        slip = uncorrected_slip / jnp.where(1 + gamma > 0, 1 + gamma, 1.0)
+        return Slide(growth + gamma * slip, slip, uncorrected_slip, 1 + gamma)
 
-    def band_guards(self, acting: Acting, omega: Array, mode: Mode, z: ElasticNow) -> ContactGuards:
+    def band_guards(self, acting: AppliedLoads, omega: Array, mode: Mode, z: ElasticNow) -> ContactGuards:
         band, size, R_b = mode.band, self.sizes, self.wrap.radius
         held, take_up = band == HELD, band == TAKE_UP
         # at rest a difference of tensions is one of torques
         per_newton = jnp.where(held, R_b / size.torque, 1 / size.tension)
         bounded = (held | (band == ELASTIC)) & ~self.locked_in(mode)
-        lead = z.lead / (R_b * size.speed)
-        ahead = jnp.where(band == SLIP, lead, 1.0)
+        uncorrected_slip = z.uncorrected_slip / (R_b * size.speed)
+        ahead = jnp.where(band == SLIP, uncorrected_slip, 1.0)
         most = jnp.where(take_up, acting.tension, z.upper)
         high = jnp.where(bounded | take_up, (most - z.tight_tension) * per_newton, ahead)
-        back = jnp.where(band == SLIP_BACK, -lead, 1.0)
+        back = jnp.where(band == SLIP_BACK, -uncorrected_slip, 1.0)
         low = jnp.where(bounded, (z.tight_tension - z.lower) * per_newton, back)
-        sound = {BrakeCode.BAND_SNAP: z.snap, BrakeCode.FLASH_FOLD: z.limit.slope}
+        sound = {BrakeCode.BAND_SNAP: z.slip_gain, BrakeCode.FLASH_FOLD: z.limit.slope}
         return self.margins(acting, omega, mode, (high, low), z.limit.margin, sound)
 
     def lining_margins(self, mode: Mode, z: ElasticNow) -> Float[Array, " twice_n"]:
         margins = self.wrap.margins(z.slack_tension, z.tight_tension, z.limit.fz) / self.sizes.tension
         return jnp.where((mode.band == ELASTIC) & ~self.locked_in(mode), margins, -1.0)
 
-    def outer_rub(self, mode: Mode, z: ElasticNow) -> Rub:
+    def outer_rub(self, mode: Mode, z: ElasticNow) -> ContactState:
         each, normal = self.wrap.sliding(z.slack_tension, z.limit.fz, mode.band == SLIP_BACK)
-        return Rub(each if self.pairs[0].apart else z.drag, z.slip_speed, sense_of(mode), normal)
+        return ContactState(each if self.pairs[0].apart else z.net_tension, z.slip_speed, sense_of(mode), normal)
 
     def linings(self, mode: Mode, z: ElasticNow) -> LiningForces:
         return self.wrap.linings(z.slack_tension, z.tight_tension, z.limit.fz)
@@ -246,13 +249,13 @@ class AbstractElasticBand(AbstractBand):
 
     def taut_mode(
         self,
-        now: Moment,
+        now: EventState,
         new: Mode,
         fired: ContactGuards,
         there: Callable[[Mode], ElasticNow],
-        acting: Acting,
+        acting: AppliedLoads,
         rest: ElasticNow,
-        found: Onset,
+        found: MotionAfterEvent,
     ) -> Array:
         """Mode of an elastic band that the lever pulls, on a carrier that moves or starts to.
 
@@ -282,7 +285,9 @@ class AbstractElasticBand(AbstractBand):
         # a band that slides stays at its kinetic limit; at rest and elastic the static one counts
         past = way * (tension - slid.upper)
         limited = jnp.where(back, at_low, at_high) | ((old == trial) & (past >= -rounding))
-        runs = (way * slid.lead > 0) | ((slid.lead == 0) & jnp.where(back, found.direction < 0, found.direction > 0))
+        runs = (way * slid.uncorrected_slip > 0) | (
+            (slid.uncorrected_slip == 0) & jnp.where(back, found.direction < 0, found.direction > 0)
+        )
         mode = jnp.where(limited & runs, trial, ELASTIC)
         mode = jnp.where((old == ELASTIC) & fired.high, SLIP, mode)
         mode = jnp.where((old == ELASTIC) & fired.low, SLIP_BACK, mode)
@@ -290,9 +295,9 @@ class AbstractElasticBand(AbstractBand):
         mode = jnp.where(sticks, ELASTIC, mode)
         return jnp.where(takes_up, TAKE_UP, mode)
 
-    def strained(
-        self, omega: Array, own: Carried, before: tuple[Mode, ElasticNow], after: tuple[Mode, Array]
-    ) -> Callable[[Surfaces], tuple[Carried, Array, tuple[Array, ...]]]:
+    def tension_jump(
+        self, omega: Array, own: BandState, before: tuple[Mode, ElasticNow], after: tuple[Mode, Array]
+    ) -> Callable[[Surfaces], tuple[BandState, Array, tuple[Array, ...]]]:
         (old, z), (new, T_0), C, x = before, after, self.stiffness, own.x
         omega = omega if own.omega_b is None else own.omega_b
         was_open, locked, sliding = old.band == OPEN, self.locked_in(new), slips(new.band)
@@ -304,7 +309,7 @@ class AbstractElasticBand(AbstractBand):
         # a band that neither slides nor is held by friction keeps its elongation; a released band springs back
         kept = jnp.where(is_open & ~was_open, 0.0, C * x)
 
-        def jump(surfaces: Surfaces) -> tuple[Carried, Array, tuple[Array, ...]]:
+        def jump(surfaces: Surfaces) -> tuple[BandState, Array, tuple[Array, ...]]:
             limit = self.wrap.limit(T_0, v, surfaces[0], back, ~sliding)
             upper = T_0 * limit.ratio
             low, high = jnp.where(locked, 0.0, T_0 / limit.other), jnp.where(locked, jnp.inf, upper)
@@ -321,42 +326,42 @@ class AbstractElasticBand(AbstractBand):
 class ElasticBand(AbstractElasticBand):
     """An elastic band on a pulley: `J ω̇ = M_load − R_b (T_n − T_0)` (model §3)."""
 
-    wrap: Wrap
+    wrap: BandFriction
     stiffness: Float[Array, ""]
     pairs: tuple[Pair, ...]
     sizes: Sizes
 
-    def start(self, omega: Array, elongation: Array) -> tuple[Carried, np.int32, Together]:
-        return Carried(elongation), OPEN, Together(self.starts_locked)
+    def start(self, omega: Array, elongation: Array) -> tuple[BandState, np.int32, LumpedMode]:
+        return BandState(elongation), OPEN, LumpedMode(self.starts_locked)
 
-    def variables(self, acting: Acting, omega: Array, own: Carried, mode: Mode) -> ElasticNow:
+    def variables(self, acting: AppliedLoads, omega: Array, own: BandState, mode: Mode) -> ElasticNow:
         band, R_b, T_0, stretched = mode.band, self.wrap.radius, acting.tension, self.stiffness * own.x
         at = self.at_limit(acting, omega, mode)
         # a held brake bears the load
         slack, tight = self.tensions(T_0, stretched, band, at.upper, T_0 + acting.load / R_b)
-        shown = pick(band == OPEN, 0.0, slack)
-        elastic = pick(band == ELASTIC, stretched - T_0, 0.0)
-        drag = pick(slips(band), at.upper - T_0, elastic)
-        alpha = pick(band == HELD, 0.0, (acting.load - R_b * drag) / acting.inertia)
+        shown = where_static(band == OPEN, 0.0, slack)
+        elastic = where_static(band == ELASTIC, stretched - T_0, 0.0)
+        net_tension = where_static(slips(band), at.upper - T_0, elastic)
+        alpha = where_static(band == HELD, 0.0, (acting.load - R_b * net_tension) / acting.inertia)
         return ElasticNow(
             slack_tension=shown,
             tight_tension=tight,
-            drag=drag,
+            net_tension=net_tension,
             brake_torque=R_b * (tight - shown),
             alpha=alpha,
-            **self.follow(acting, mode, at, slack, (omega, alpha)),
+            **self.band_kinematics(acting, mode, at, slack, (omega, alpha)),
         )
 
-    def own_rates(self, z: ElasticNow) -> Carried:
-        return Carried(z.band_speed)
+    def own_rates(self, z: ElasticNow) -> BandState:
+        return BandState(z.band_speed)
 
-    def rubs(self, mode: Mode, z: ElasticNow) -> tuple[Rub, ...]:
+    def rubs(self, mode: Mode, z: ElasticNow) -> tuple[ContactState, ...]:
         return (self.outer_rub(mode, z),)
 
-    def guards(self, acting: Acting, omega: Array, own: Carried, mode: Mode, z: ElasticNow) -> ContactGuards:
+    def guards(self, acting: AppliedLoads, omega: Array, own: BandState, mode: Mode, z: ElasticNow) -> ContactGuards:
         return self.band_guards(acting, omega, mode, z)
 
-    def change(self, now: Moment, new: Mode, fired: ContactGuards, ask: Ask) -> tuple[Mode, Array]:
+    def change(self, now: EventState, new: Mode, fired: ContactGuards, ask: EvaluateInMode) -> tuple[Mode, Array]:
         new = self.relocked(new, fired)
         # at rest: does the band hold the load?
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
@@ -370,30 +375,32 @@ class ElasticBand(AbstractElasticBand):
         new = found.settled(now, new, self.taut_mode(now, new, fired, there, acting, rest, found))
         return new, self.code_of(fired, jnp.asarray(0, jnp.int32))
 
-    def shown(self, tension: Array, omega: Array, own: Carried, mode: Mode, surfaces: Surfaces, z: ElasticNow) -> Shown:
+    def shown(
+        self, tension: Array, omega: Array, own: BandState, mode: Mode, surfaces: Surfaces, z: ElasticNow
+    ) -> MechanismOutputs:
         pair, along = self.first_shown(tension, omega, mode, surfaces, z)
-        return Shown((pair,), along, elongation=own.x)
+        return MechanismOutputs((pair,), along, elongation=own.x)
 
-    def stored(self, inertia: Array, omega: Array, own: Carried, mode: Mode) -> tuple[Array, Array]:
+    def stored(self, inertia: Array, omega: Array, own: BandState, mode: Mode) -> tuple[Array, Array]:
         return 0.5 * inertia * omega**2, 0.5 * self.stiffness * own.x**2
 
-    def own_sizes(self) -> Carried:
-        return Carried(self.sizes.tension / self.stiffness)
+    def own_sizes(self) -> BandState:
+        return BandState(self.sizes.tension / self.stiffness)
 
     def capacity(
-        self, tension: Array, omega: Array, own: Carried, surfaces: Surfaces, *, static: bool = False
+        self, tension: Array, omega: Array, own: BandState, surfaces: Surfaces, *, static: bool = False
     ) -> Float[Array, " pairs"]:
         return self.grip.torque(self.wrap.radius, tension, omega, surfaces[0], static=static)[None]
 
 
-def _slip_of(more: Callable[[Array], Array], lead: Array, size: Array) -> tuple[Array, Array]:
-    """The slip speed `v` with `v + more(v) = lead`, `more(0) = 0`, and `1 + d more/dv`.
+def _slip_of(more: Callable[[Array], Array], uncorrected_slip: Array, size: Array) -> tuple[Array, Array]:
+    """The slip speed `v` with `v + more(v) = uncorrected_slip`, `more(0) = 0`, and `1 + d more/dv`.
 
-    Where there is none it is `lead`, and the slope negative.  `size`: a typical speed
+    Where there is none it is `uncorrected_slip`, and the slope negative.  `size`: a typical speed
     """
 
     def residual(v: Array) -> tuple[Array, Array]:
-        return jax.jvp(lambda v: v + more(v) - lead, (v,), (jnp.ones_like(v),))
+        return jax.jvp(lambda v: v + more(v) - uncorrected_slip, (v,), (jnp.ones_like(v),))
 
     def newton(v: Array, _: None) -> tuple[Array, None]:
         r, slope = residual(v)
@@ -402,10 +409,10 @@ def _slip_of(more: Callable[[Array], Array], lead: Array, size: Array) -> tuple[
     def search(v: Array, _: None) -> tuple[Array, None]:
         return jnp.clip(newton(v, None)[0], -far, far), None
 
-    far = jax.lax.stop_gradient(_FAR * (jnp.abs(lead) + size))
-    v = jax.lax.stop_gradient(jax.lax.scan(search, jax.lax.stop_gradient(lead), None, length=_SEARCH)[0])
+    far = jax.lax.stop_gradient(_FAR * (jnp.abs(uncorrected_slip) + size))
+    v = jax.lax.stop_gradient(jax.lax.scan(search, jax.lax.stop_gradient(uncorrected_slip), None, length=_SEARCH)[0])
     for _ in range(_CARRY):  # each carries derivatives one order further
         v = newton(v, None)[0]
     r, slope = residual(v)
     off = jnp.abs(r) / size
-    return jnp.where(off > _OFF, lead, v), jnp.where(off > _OFF, -jnp.minimum(off, 1.0), slope)
+    return jnp.where(off > _OFF, uncorrected_slip, v), jnp.where(off > _OFF, -jnp.minimum(off, 1.0), slope)

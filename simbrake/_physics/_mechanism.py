@@ -17,7 +17,7 @@ from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile, Piece
 from ..thermal._heat import FrictionHeat
 from ..wear import AbstractWearRate
-from ._sliding import AbstractGrip
+from ._sliding import AbstractLiningFriction
 
 
 class BrakeCode(enum.IntEnum):
@@ -184,7 +184,7 @@ def _events_of_band(before: Label, after: Label, first: bool) -> list[str]:
 Surfaces = tuple[SurfaceState | None, ...]
 
 
-class Rub(NamedTuple):
+class ContactState(NamedTuple):
     """A friction pair at one instant; its power is `force · slip`.
 
     - `force` (N): friction at the radius of `slip`, signed like it: (n,), or the sum unless the pair is `apart`;
@@ -252,7 +252,7 @@ class Pair(eqx.Module):
         """Whether the wear of its linings is simulated."""
         return self.wear is not None and self.area is not None
 
-    def wear_rate(self, rub: Rub, T: Array | None) -> Float[Array, " n"] | None:
+    def wear_rate(self, rub: ContactState, T: Array | None) -> Float[Array, " n"] | None:
         """Rate of wear (m/s) of its linings, `ḣ_i = I(T_i) p_i v_i` (model §7), where it is simulated."""
         if self.wear is None or self.area is None:
             return None
@@ -289,7 +289,7 @@ class PairNow(NamedTuple):
         return cls(force, force, normal, slip, sense, sense != 0, torque, f, more)
 
 
-class Shown(NamedTuple):
+class MechanismOutputs(NamedTuple):
     """Results of a mechanism beside its variables.
 
     A run needs only the loads of sticking linings, and only where a friction law has states that depend on the
@@ -310,14 +310,14 @@ class Shown(NamedTuple):
     before: Any = None
 
 
-class Acting(NamedTuple):
+class AppliedLoads(NamedTuple):
     """Applied loads on a mechanism at one instant.
 
     - `tension` (N): slack tension or force of the lever, and `pull` its rate;  `load` (N·m) on the shaft
     - `inertia` (kg·m²) of the shaft and all that moves with it;  `surfaces` of the pairs
-    - `warming(forces)`: rates (K/s) of their temperatures by the friction forces of each pair (as in `Rub`; `None`: not
-      this pair's) per unit of its slip speed, linear in them; without forces, by all else
-    - `swings`: rates (1/s) of the factors by which the friction of each pair is changed; `None` without any
+    - `heating_rate(forces)`: rates (K/s) of their temperatures by the friction forces of each pair (as in
+      `ContactState`; `None`: not this pair's) per unit of its slip speed, linear in them; without forces, by all else
+    - `factor_rates`: rates (1/s) of the factors by which the friction of each pair is changed; `None` without any
     """
 
     t: Float[Array, ""]
@@ -326,8 +326,8 @@ class Acting(NamedTuple):
     load: Float[Array, ""]
     inertia: Float[Array, ""]
     surfaces: Surfaces
-    warming: Callable[[tuple[Array | None, ...] | None], tuple[PyTree, ...]]
-    swings: Any = None
+    heating_rate: Callable[[tuple[Array | None, ...] | None], tuple[PyTree, ...]]
+    factor_rates: Any = None
 
 
 class Mode(NamedTuple):
@@ -406,7 +406,7 @@ class ContactNow(eqx.Module):
     lever_power: Float[Array, ""]  # W
 
 
-class Moment(NamedTuple):
+class EventState(NamedTuple):
     """State of a mechanism at one instant, for its changes of mode.
 
     - `omega` (rad/s), `own` states, `mode`, variables `z` and their rates along the motion `z_rate`
@@ -416,20 +416,20 @@ class Moment(NamedTuple):
     omega: Float[Array, ""]
     own: Any
     mode: Mode
-    acting: Acting
+    acting: AppliedLoads
     z: Any
     z_rate: Any
 
 
 #: `ask(mode, omega, own)`: applied loads and variables in another mode, at other speeds, at the same instant
-Ask = Callable[[Mode, Array, PyTree], tuple[Acting, Any]]
+EvaluateInMode = Callable[[Mode, Array, PyTree], tuple[AppliedLoads, Any]]
 
 
 class AbstractMechanism(eqx.Module):
     """Bodies that turn, stick and slide: start, rates, guards, changes of mode, stored energy, typical sizes.
 
-    A mechanism knows the shaft's speed `ω`, states and modes of its `own`, and its applied loads (`Acting`). Other
-    modules see only names, forces and slip speeds of its friction pairs: heat, wear and ledger are elsewhere.
+    A mechanism knows the shaft's speed `ω`, states and modes of its `own`, and its applied loads. Other modules see
+    only names, forces and slip speeds of its friction pairs: heat, wear and ledger are elsewhere.
     Its variables `z` are a `ContactNow`, with `damping` (W) where it has dampers.
 
     - `grip`: friction of the linings on which the lever acts
@@ -438,13 +438,13 @@ class AbstractMechanism(eqx.Module):
     - `resolved`: whether linings move individually
     - `couples_loads`: whether the load of a lining depends on the friction of others at the same instant
     - `stretches`: whether it has a band whose stretch follows its friction at once: slip speeds depend on how fast the
-      friction changes, and the tension jumps with changes of mode (`strained`)
+      friction changes, and the tension jumps with changes of mode (`tension_jump`)
     - `damps`: whether it has dampers
     """
 
     pairs: eqx.AbstractVar[tuple[Pair, ...]]
     sizes: eqx.AbstractVar[Sizes]
-    grip: eqx.AbstractVar[AbstractGrip]
+    grip: eqx.AbstractVar[AbstractLiningFriction]
     distribution: eqx.AbstractClassVar[str]
     banded: ClassVar[bool] = True
     resolved: ClassVar[bool] = False
@@ -457,7 +457,7 @@ class AbstractMechanism(eqx.Module):
         event."""
 
     @abc.abstractmethod
-    def variables(self, acting: Acting, omega: Array, own: PyTree, mode: Mode) -> ContactNow:
+    def variables(self, acting: AppliedLoads, omega: Array, own: PyTree, mode: Mode) -> ContactNow:
         """Algebraic variables at one instant."""
 
     @abc.abstractmethod
@@ -465,16 +465,16 @@ class AbstractMechanism(eqx.Module):
         """Rates of the own states."""
 
     @abc.abstractmethod
-    def guards(self, acting: Acting, omega: Array, own: PyTree, mode: Mode, z: ContactNow) -> PyTree:
+    def guards(self, acting: AppliedLoads, omega: Array, own: PyTree, mode: Mode, z: ContactNow) -> PyTree:
         """Dimensionless margins by name, positive while the mode holds."""
 
     @abc.abstractmethod
-    def change(self, now: Moment, new: Mode, fired: PyTree, ask: Ask) -> tuple[Mode, Array]:
+    def change(self, now: EventState, new: Mode, fired: PyTree, ask: EvaluateInMode) -> tuple[Mode, Array]:
         """The mode after an event, and a code; `new` is the old one on the pieces that begin at this instant, `fired`
         has the structure of the guards."""
 
     @abc.abstractmethod
-    def arrested(self, omega: Array, own: PyTree, before: Mode, after: Mode) -> tuple[Array, PyTree]:
+    def with_stuck_speeds(self, omega: Array, own: PyTree, before: Mode, after: Mode) -> tuple[Array, PyTree]:
         """Speed and own states just after a change of mode: bodies that stick or rest have exactly the speed of
         the body that they stick to."""
 
@@ -482,13 +482,13 @@ class AbstractMechanism(eqx.Module):
     def stretches(self) -> bool:
         return False
 
-    def strained(
+    def tension_jump(
         self, omega: Array, own: PyTree, before: tuple[Mode, PyTree], after: tuple[Mode, Array]
     ) -> Callable[[Surfaces], tuple[PyTree, Array, tuple[Array, ...]]]:
         """The jumps of tension in a change of mode, as a function of the surfaces that the laws of the pairs see.
 
         It gives the own states after them, the work of the lever and the heat of each pair (J). `before`: the mode with
-        its variables, `after` with the tension of the lever;  `omega`, `own` as they are after `arrested`.
+        its variables, `after` with the tension of the lever;  `omega`, `own` as they are after `with_stuck_speeds`.
         """
         raise TypeError(f"no jumps are defined for {type(self).__name__}")
 
@@ -501,7 +501,9 @@ class AbstractMechanism(eqx.Module):
         return jnp.zeros(0)
 
     @abc.abstractmethod
-    def shown(self, tension: Array, omega: Array, own: PyTree, mode: Mode, surfaces: Surfaces, z: PyTree) -> Shown:
+    def shown(
+        self, tension: Array, omega: Array, own: PyTree, mode: Mode, surfaces: Surfaces, z: PyTree
+    ) -> MechanismOutputs:
         """Its results at one instant; `tension` is the lever's."""
 
     def lining_speed(self, own: PyTree) -> Array | float:
@@ -540,7 +542,7 @@ class AbstractMechanism(eqx.Module):
         raise TypeError(f"the torque of {type(self).__name__} does not follow from the lever alone")
 
     @abc.abstractmethod
-    def rubs(self, mode: Mode, z: PyTree) -> tuple[Rub, ...]:
+    def rubs(self, mode: Mode, z: PyTree) -> tuple[ContactState, ...]:
         """The friction pairs at one instant."""
 
     @abc.abstractmethod

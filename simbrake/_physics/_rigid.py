@@ -23,26 +23,26 @@ from ._mechanism import (
     SLIP,
     SLIP_BACK,
     AbstractMechanism,
-    Acting,
-    Ask,
+    AppliedLoads,
     BrakeCode,
     ContactNow,
+    ContactState,
+    EvaluateInMode,
+    EventState,
+    MechanismOutputs,
     Mode,
-    Moment,
     Pair,
     PairNow,
-    Rub,
-    Shown,
     Sizes,
     Surfaces,
     excess,
     slips,
     speed_after,
 )
-from ._sliding import FaceGrip, Grip, Wrap, pick
+from ._sliding import BandFriction, LiningFriction, PadFriction, where_static
 
 
-class Together(NamedTuple):
+class LumpedMode(NamedTuple):
     """Mode of linings that act as one.
 
     - `locks`: whether a lining is self-locking (0, 1), where that can change in a run (else `None`)
@@ -65,7 +65,7 @@ class Together(NamedTuple):
         return {}
 
 
-class Onset(NamedTuple):
+class MotionAfterEvent(NamedTuple):
     """Motion after an event.
 
     - `pulls`: whether the lever pulls, `rising`: whether it only begins to
@@ -79,7 +79,7 @@ class Onset(NamedTuple):
     direction: Int[Array, ""]
     omega: Float[Array, ""]
 
-    def settled(self, now: Moment, new: Mode, moving: Int[Array, ""]) -> Mode:
+    def settled(self, now: EventState, new: Mode, moving: Int[Array, ""]) -> Mode:
         """The mode after the event: held, open, or `moving`."""
         band = jnp.where(self.stands & (self.direction == 0), HELD, moving)
         band = jnp.where(self.pulls, band, OPEN)
@@ -124,7 +124,7 @@ class AbstractContact(AbstractMechanism):
 
     def margins(
         self,
-        acting: Acting,
+        acting: AppliedLoads,
         omega: Array,
         mode: Mode,
         limits: tuple[Array, Array],
@@ -154,7 +154,7 @@ class AbstractContact(AbstractMechanism):
             code = jnp.where(fired.sound[failure.name.lower()], int(failure), code)
         return code
 
-    def onset(self, now: Moment, fired: ContactGuards, acting: Acting, beyond: Array) -> Onset:
+    def onset(self, now: EventState, fired: ContactGuards, acting: AppliedLoads, beyond: Array) -> MotionAfterEvent:
         """The motion after an event.
 
         `beyond`: which limit of holding the load exceeds, 1 the upper, −1 the lower, else 0. A guard that fired
@@ -168,9 +168,9 @@ class AbstractContact(AbstractMechanism):
         stands = was_held | fired.motion | ((now.omega == 0) & was_open)
         moving = jnp.where(now.omega == 0, now.mode.sense, jnp.sign(now.omega).astype(jnp.int32))
         direction = jnp.where(stands, direction, moving)
-        return Onset((rounding < T_0) | rising, rising, stands, direction, jnp.where(stands, 0.0, now.omega))
+        return MotionAfterEvent((rounding < T_0) | rising, rising, stands, direction, jnp.where(stands, 0.0, now.omega))
 
-    def arrested(self, omega: Array, own: Any, before: Mode, after: Mode) -> tuple[Array, Any]:
+    def with_stuck_speeds(self, omega: Array, own: Any, before: Mode, after: Mode) -> tuple[Array, Any]:
         return speed_after(omega, before, after, after.band == HELD), own
 
     @abc.abstractmethod
@@ -202,13 +202,13 @@ class AbstractContact(AbstractMechanism):
 class AbstractBand(AbstractContact):
     """Linings that act as one under a band."""
 
-    wrap: eqx.AbstractVar[Wrap]
+    wrap: eqx.AbstractVar[BandFriction]
     distribution: ClassVar[str] = (
         "mobilisation rule: one lining after the other at its limit, from the slack end (reversed: from the anchor)"
     )
 
     @property
-    def grip(self) -> Grip:
+    def grip(self) -> LiningFriction:
         return self.wrap.grip
 
     @property
@@ -276,23 +276,23 @@ class AbstractRigidContact(AbstractContact):
         - `back`: the pulley turns backwards;  `static`: the static coefficients count
         """
 
-    def start(self, omega: Array, elongation: Array) -> tuple[None, np.int32, Together]:
-        return None, OPEN, Together(self.starts_locked)
+    def start(self, omega: Array, elongation: Array) -> tuple[None, np.int32, LumpedMode]:
+        return None, OPEN, LumpedMode(self.starts_locked)
 
-    def variables(self, acting: Acting, omega: Array, own: None, mode: Mode) -> RigidNow:
+    def variables(self, acting: AppliedLoads, omega: Array, own: None, mode: Mode) -> RigidNow:
         sliding, back, held = slips(mode.band), mode.band == SLIP_BACK, mode.band == HELD
         force, speed = acting.tension, self.radius * omega
         v = jnp.where(mode.sense > 0, speed, -speed)
         found = self.torques(force, v, acting.surfaces[0], back, ~sliding)
-        pulling = pick(sliding, pick(back, -found.back, found.ahead), 0.0)
-        torque = pick(held, acting.load, pulling)
-        force = pick(mode.band == OPEN, 0.0, force)
+        pulling = where_static(sliding, where_static(back, -found.back, found.ahead), 0.0)
+        torque = where_static(held, acting.load, pulling)
+        force = where_static(mode.band == OPEN, 0.0, force)
         return RigidNow(
             slack_tension=force,
             tight_tension=force + torque / self.radius,
             brake_torque=torque,
-            alpha=pick(held, 0.0, (acting.load - pulling) / acting.inertia),
-            slip_speed=pick(sliding, speed, 0.0),
+            alpha=where_static(held, 0.0, (acting.load - pulling) / acting.inertia),
+            slip_speed=where_static(sliding, speed, 0.0),
             lever_power=jnp.zeros_like(force),
             torques=found,
         )
@@ -300,7 +300,7 @@ class AbstractRigidContact(AbstractContact):
     def own_rates(self, z: RigidNow) -> None:
         return None
 
-    def guards(self, acting: Acting, omega: Array, own: None, mode: Mode, z: RigidNow) -> ContactGuards:
+    def guards(self, acting: AppliedLoads, omega: Array, own: None, mode: Mode, z: RigidNow) -> ContactGuards:
         most, torque = z.torques, self.sizes.torque
         bounded = (mode.band == HELD) & ~self.locked_in(mode)
         high = jnp.where(bounded, (most.ahead - acting.load) / torque, 1.0)
@@ -308,7 +308,7 @@ class AbstractRigidContact(AbstractContact):
         sound = {BrakeCode.FLASH_FOLD: most.slope}
         return self.margins(acting, omega, mode, (high, low), most.margin, sound)
 
-    def change(self, now: Moment, new: Mode, fired: ContactGuards, ask: Ask) -> tuple[Mode, Array]:
+    def change(self, now: EventState, new: Mode, fired: ContactGuards, ask: EvaluateInMode) -> tuple[Mode, Array]:
         new = self.relocked(new, fired)
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
         locked, most = self.locked_in(new), rest.torques
@@ -324,9 +324,11 @@ class AbstractRigidContact(AbstractContact):
     def own_sizes(self) -> None:
         return None
 
-    def shown(self, tension: Array, omega: Array, own: None, mode: Mode, surfaces: Surfaces, z: RigidNow) -> Shown:
+    def shown(
+        self, tension: Array, omega: Array, own: None, mode: Mode, surfaces: Surfaces, z: RigidNow
+    ) -> MechanismOutputs:
         pair, along = self.first_shown(tension, omega, mode, surfaces, z)
-        return Shown((pair,), along)
+        return MechanismOutputs((pair,), along)
 
     def gain(self, omega: Array, surfaces: Surfaces) -> Float[Array, ""]:
         no = jnp.asarray(False)
@@ -336,7 +338,7 @@ class AbstractRigidContact(AbstractContact):
 class RigidBand(AbstractBand, AbstractRigidContact):
     """A rigid band: `M = R_b T_0 (Π − 1)`, backwards `R_b T_0 (1 − 1/Π)` (Z-15…Z-18)."""
 
-    wrap: Wrap
+    wrap: BandFriction
     pairs: tuple[Pair, ...]
     sizes: Sizes
 
@@ -361,10 +363,10 @@ class RigidBand(AbstractBand, AbstractRigidContact):
     def lining_margins(self, mode: Mode, z: RigidNow) -> Float[Array, " twice_n"]:
         return jnp.full(2 * self.wrap.count, -1.0)
 
-    def rubs(self, mode: Mode, z: RigidNow) -> tuple[Rub, ...]:
+    def rubs(self, mode: Mode, z: RigidNow) -> tuple[ContactState, ...]:
         each, normal = self.wrap.sliding(z.slack_tension, z.torques.law, mode.band == SLIP_BACK)
         force = each if self.pairs[0].apart else z.brake_torque / self.radius
-        return (Rub(force, z.slip_speed, sense_of(mode), normal),)
+        return (ContactState(force, z.slip_speed, sense_of(mode), normal),)
 
     def capacity(
         self, tension: Array, omega: Array, own: None, surfaces: Surfaces, *, static: bool = False
@@ -391,7 +393,7 @@ class PressedContact(AbstractRigidContact):
     """
 
     brake: AbstractPressedBrake
-    grip: FaceGrip
+    grip: PadFriction
     locked: Bool[Array, ""]
     pairs: tuple[Pair, ...]
     sizes: Sizes
@@ -438,12 +440,12 @@ class PressedContact(AbstractRigidContact):
     def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Float[Array, " n"]:
         return self._coefficients(force, jnp.where(mode.sense > 0, omega, -omega) * self.radius, surface, False)
 
-    def rubs(self, mode: Mode, z: RigidNow) -> tuple[Rub, ...]:
+    def rubs(self, mode: Mode, z: RigidNow) -> tuple[ContactState, ...]:
         back, sense, found = mode.band == SLIP_BACK, sense_of(mode), z.torques.law
         normal = jnp.where(mode.band == OPEN, 0.0, self.brake.normal(z.slack_tension, found.f, back))
         friction = sense * jnp.where(back, found.back, found.ahead)
         force = friction if self.pairs[0].apart else z.brake_torque / self.radius
-        return (Rub(force, z.slip_speed, sense, normal),)
+        return (ContactState(force, z.slip_speed, sense, normal),)
 
     def capacity(
         self, tension: Array, omega: Array, own: None, surfaces: Surfaces, *, static: bool = False
@@ -471,7 +473,7 @@ class RigidBands(AbstractRigidContact):
 
     bands: tuple[RigidBand, ...]
     shares: Float[Array, " k"]
-    grip: Grip
+    grip: LiningFriction
     pairs: tuple[Pair, ...]
     sizes: Sizes
     distribution: ClassVar[str] = (
@@ -541,11 +543,11 @@ class RigidBands(AbstractRigidContact):
     def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Float[Array, " n"]:
         return jnp.concatenate([band.kinetic(T_0, omega, own, mode) for band, T_0, own in self._each(force, surface)])
 
-    def rubs(self, mode: Mode, z: RigidNow) -> tuple[Rub, ...]:
+    def rubs(self, mode: Mode, z: RigidNow) -> tuple[ContactState, ...]:
         each = [band.rubs(mode, own)[0] for band, own in self._alone(z)]
         apart = self.pairs[0].apart
         force = jnp.concatenate([rub.force for rub in each]) if apart else z.brake_torque / self.radius
-        return (Rub(force, z.slip_speed, sense_of(mode), jnp.concatenate([rub.normal for rub in each])),)
+        return (ContactState(force, z.slip_speed, sense_of(mode), jnp.concatenate([rub.normal for rub in each])),)
 
     def capacity(
         self, tension: Array, omega: Array, own: None, surfaces: Surfaces, *, static: bool = False
@@ -553,7 +555,9 @@ class RigidBands(AbstractRigidContact):
         each = self._each(tension, surfaces[0])
         return _total(band.capacity(T_0, omega, own, (here,), static=static) for band, T_0, here in each)
 
-    def shown(self, tension: Array, omega: Array, own: None, mode: Mode, surfaces: Surfaces, z: RigidNow) -> Shown:
+    def shown(
+        self, tension: Array, omega: Array, own: None, mode: Mode, surfaces: Surfaces, z: RigidNow
+    ) -> MechanismOutputs:
         shown, spans = super().shown(tension, omega, own, mode, surfaces, z), self.law.spans
         slack = jnp.unstack(self.shares * z.slack_tension)
         parts = [(T_0[None], shown.tension[first : last - 1]) for T_0, (first, last) in zip(slack, spans, strict=True)]

@@ -141,7 +141,7 @@ def speed_on_layer(
     """
 
     def kinetic(omega: Array) -> Array:
-        speed, own = mechanism.arrested(omega, y.own, before, after)
+        speed, own = mechanism.with_stuck_speeds(omega, y.own, before, after)
         return mechanism.stored(inertias[1], speed, own, after)[0]
 
     there, others = mechanism.stored(inertias[0], y.omega, y.own, before)[0], kinetic(0.0 * y.omega)

@@ -24,7 +24,7 @@ _CARRY = 2
 _LOOKS = 17  # along the way from the coefficient without flash to the root
 
 
-def pick(condition: Known, yes: Known, no: Known) -> Array:
+def where_static(condition: Known, yes: Known, no: Known) -> Array:
     """`jnp.where`, decided while tracing where the condition is known: a label of a band that is asked about."""
     if isinstance(condition, bool | np.bool_):
         found = yes if condition else no
@@ -40,7 +40,7 @@ class Coefficients(NamedTuple):
     slope: Array
 
 
-class AbstractGrip(eqx.Module):
+class AbstractLiningFriction(eqx.Module):
     """Friction of the linings of a brake.
 
     - `linings`;  `shares` of the friction power;  `heated`: whether the scene has the linings' temperatures
@@ -69,7 +69,7 @@ class AbstractGrip(eqx.Module):
         return read.T or read.p or self.remembers or bool(self.linings.friction.over_time)
 
 
-class FaceGrip(AbstractGrip):
+class PadFriction(AbstractLiningFriction):
     """Friction of linings that are pressed on a turning face: their normal forces do not depend on those of others."""
 
     @property
@@ -94,7 +94,7 @@ class FaceGrip(AbstractGrip):
         return jnp.broadcast_to(continued(asked, v) if self.reads.v else asked(v), v.shape)
 
 
-class Grip(AbstractGrip):
+class LiningFriction(AbstractLiningFriction):
     """Friction of the linings: `f_i(v, T_i, p_i)`.
 
     Where the law depends on the pressure `p_i = N_i/A_i`, or there is a flash temperature, `f_i` is implicit (an
@@ -119,7 +119,7 @@ class Grip(AbstractGrip):
         shares: PowerShares | None = None,
         *,
         heated: bool = False,
-    ) -> "Grip":
+    ) -> "LiningFriction":
         """The friction of given linings, with what depends on their angles alone formed once for the whole run."""
         half = jnp.asarray(linings.angle) / 2  # pyright: ignore
         return cls(linings, shares, heated, jnp.tan(half), jnp.sin(half), flash)  # pyright: ignore
@@ -222,7 +222,7 @@ class Grip(AbstractGrip):
 # --- linings under a band that slide together -------------------------------------------------------------------------
 
 
-class Fixed(NamedTuple):
+class ConstantLimit(NamedTuple):
     """`f_i z_i` and `Π` of linings whose friction cannot change in a run."""
 
     static: Float[Array, " n"]
@@ -253,7 +253,7 @@ class Limit(NamedTuple):
     margin: Any
 
 
-class Wrap(eqx.Module):
+class BandFriction(eqx.Module):
     """The grip of a band on linings: `T_i = T_{i−1} μ_i^{±1}` where they slide, `T_{i−1}/μ_i ≤ T_i ≤ T_{i−1} μ_i` else.
 
     - `radius` `R_b` (m) of the band circle;  `locked`: whether a lining is self-locking at the start
@@ -261,18 +261,18 @@ class Wrap(eqx.Module):
     """
 
     radius: Float[Array, ""]
-    grip: Grip
+    grip: LiningFriction
     locked: Bool[Array, ""]
-    fixed: Fixed | None
+    fixed: ConstantLimit | None
 
     @classmethod
-    def of(cls, radius: Array, grip: Grip, static: Array, kinetic: Array) -> "Wrap":
+    def of(cls, radius: Array, grip: LiningFriction, static: Array, kinetic: Array) -> "BandFriction":
         """The grip of linings whose coefficients are `static` and `kinetic` (n,) at the start."""
         read, fz = grip.reads, static * grip.tangent
         fixed = None
         if not (read.v or grip.varies or grip.implicit):
             both = _unlocked(fz), _unlocked(kinetic * grip.tangent)
-            fixed = Fixed(*both, *(sliding_ratio(one) for one in both))
+            fixed = ConstantLimit(*both, *(sliding_ratio(one) for one in both))
         return cls(radius, grip, jnp.any(fz >= 1), fixed)
 
     @property
@@ -287,14 +287,14 @@ class Wrap(eqx.Module):
         """
         if self.fixed is not None:
             one = self.fixed
-            ratio = pick(static, one.ratio_static, one.ratio_kinetic)
-            signed = pick(back, 1 / one.ratio_kinetic, ratio)
-            return Limit(pick(static, one.static, one.kinetic), signed, ratio, jnp.ones(()), None)
+            ratio = where_static(static, one.ratio_static, one.ratio_kinetic)
+            signed = where_static(back, 1 / one.ratio_kinetic, ratio)
+            return Limit(where_static(static, one.static, one.kinetic), signed, ratio, jnp.ones(()), None)
         grip, margin = self.grip, None
         v = jnp.broadcast_to(v, (self.count,))
         found = grip.coefficients(T_0, v, surface, back, static=static)
         fz = _unlocked(found.f * grip.tangent)
-        ratio = other = sliding_ratio(pick(back, -fz, fz))
+        ratio = other = sliding_ratio(where_static(back, -fz, fz))
         if grip.reads.p:
             falling = grip.coefficients(T_0, v, surface, ~back, static=static).f
             other = sliding_ratio(_unlocked(falling * grip.tangent))
@@ -309,7 +309,7 @@ class Wrap(eqx.Module):
 
     def sliding(self, T_0: Array, fz: Array, back: Array) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Friction `T_i − T_{i−1}` and normal load `(T_i + T_{i−1}) s_i` of the linings (N) while every one slides."""
-        signed = pick(back, -fz, fz)
+        signed = where_static(back, -fz, fz)
         along = T_0 * running_product((1 + signed) / (1 - signed))
         before = jnp.concatenate([T_0[None], along[:-1]])
         return along - before, (along + before) * self.grip.sine

@@ -19,16 +19,16 @@ from ._mechanism import (
     SLIP,
     SLIP_BACK,
     AbstractMechanism,
-    Acting,
-    Ask,
+    AppliedLoads,
     BrakeCode,
     ContactNow,
+    ContactState,
+    EvaluateInMode,
+    EventState,
+    MechanismOutputs,
     Mode,
-    Moment,
     Pair,
     PairNow,
-    Rub,
-    Shown,
     Sizes,
     Surfaces,
     excess,
@@ -36,7 +36,7 @@ from ._mechanism import (
     rim_margin,
     speed_after,
 )
-from ._sliding import Grip
+from ._sliding import LiningFriction
 
 # --- at rest ----------------------------------------------------------------------------------------------------------
 
@@ -290,7 +290,7 @@ class SprungBandage(AbstractMechanism):
     inertias: Float[Array, " n"]
     band_radius: Float[Array, ""]
     track_radius: Float[Array, ""]
-    grip: Grip
+    grip: LiningFriction
     bandage: Bandage
     stiffness: Float[Array, " springs"]
     damping: Float[Array, " springs"]
@@ -369,7 +369,7 @@ class SprungBandage(AbstractMechanism):
         offset = jnp.where(held, (sense * floor + Q) / (R_b - sense * grip), 0.0)
         return Resting(mode.own.fixed, R_b, c.mu_static, grip, floor, Q, gain, offset, sense)
 
-    def variables(self, acting: Acting, omega: Array, own: SprungState, mode: Mode) -> SprungNow:
+    def variables(self, acting: AppliedLoads, omega: Array, own: SprungState, mode: Mode) -> SprungNow:
         R_b, stuck, held, rests = self.band_radius, mode.own.inner == 0, mode.own.outer == 0, mode.own.rests
         T_0 = jnp.where(mode.band == OPEN, 0.0, acting.tension)
         c, (S, damped, Q) = self._coefficients(omega, own, mode, acting.surfaces), self._springs(own)
@@ -434,18 +434,18 @@ class SprungBandage(AbstractMechanism):
     def lining_speed(self, own: SprungState) -> Array:
         return self.band_radius * own.speeds
 
-    def rubs(self, mode: Mode, z: SprungNow) -> tuple[Rub, ...]:
+    def rubs(self, mode: Mode, z: SprungNow) -> tuple[ContactState, ...]:
         outer, inner = mode.own.outer, mode.own.inner
         on_band = jnp.where(outer == 0, 0.0, z.outer_slip)
         on_rim = jnp.where(inner == 0, 0.0, z.inner_slip)
         return (
-            Rub(z.outer_force, on_band, outer.astype(jnp.float64), z.normal),
-            Rub(z.inner_torque / self.track_radius, on_rim, inner.astype(jnp.float64), z.load),
+            ContactState(z.outer_force, on_band, outer.astype(jnp.float64), z.normal),
+            ContactState(z.inner_torque / self.track_radius, on_rim, inner.astype(jnp.float64), z.load),
         )
 
     # --- guards -------------------------------------------------------------------------------------------------------
 
-    def guards(self, acting: Acting, omega: Array, own: SprungState, mode: Mode, z: SprungNow) -> SprungGuards:
+    def guards(self, acting: AppliedLoads, omega: Array, own: SprungState, mode: Mode, z: SprungNow) -> SprungGuards:
         size, is_open, rests = self.sizes, mode.band == OPEN, mode.own.rests
         lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
         turning = jnp.where(is_open, 1.0, mode.sense.astype(jnp.float64) * omega / size.speed)
@@ -477,7 +477,7 @@ class SprungBandage(AbstractMechanism):
 
     # --- changes of mode ----------------------------------------------------------------------------------------------
 
-    def change(self, now: Moment, new: Mode, fired: SprungGuards, ask: Ask) -> tuple[Mode, Array]:
+    def change(self, now: EventState, new: Mode, fired: SprungGuards, ask: EvaluateInMode) -> tuple[Mode, Array]:
         old, omega, own, size = now.mode, now.omega, now.own, self.sizes
         acting, z = ask(new, omega, own)
         T_0, rounding = acting.tension, size.slight_tension
@@ -512,7 +512,7 @@ class SprungBandage(AbstractMechanism):
         if self.fades:  # where friction jumps past the limit, other guards fire before that of locking
             locks = locks | (z.locking < 0)
         if old.own.lifted is not None:
-            turning = self.arrested(omega, own, old, new)
+            turning = self.with_stuck_speeds(omega, own, old, new)
             z, inner = ask(new, *turning)[1], new.own.inner
             assert fired.rim is not None
             lifted = lifted_after(old.own.lifted, z.rim_margin, fired.rim, outer == 0, rounding)
@@ -556,7 +556,7 @@ class SprungBandage(AbstractMechanism):
         return old._replace(outer=outer.astype(jnp.int32), inner=inner.astype(jnp.int32))
 
     def _settled(
-        self, omega: Array, own: SprungState, new: Mode, together: Bool[Array, " n"], forced: Array, ask: Ask
+        self, omega: Array, own: SprungState, new: Mode, together: Bool[Array, " n"], forced: Array, ask: EvaluateInMode
     ) -> Mode:
         """The mode where the pulley has no speed, and the linings named have none either.
 
@@ -581,7 +581,7 @@ class SprungBandage(AbstractMechanism):
         inner = jnp.where(together, jnp.where(yields, 0, way), new.own.inner)
         return new._replace(own=new.own._replace(outer=outer, inner=inner), sense=jnp.where(way == 0, new.sense, way))
 
-    def arrested(self, omega: Array, own: SprungState, before: Mode, after: Mode) -> tuple[Array, SprungState]:
+    def with_stuck_speeds(self, omega: Array, own: SprungState, before: Mode, after: Mode) -> tuple[Array, SprungState]:
         omega = speed_after(omega, before, after, after.own.rests)
         speeds = jnp.where(after.own.outer == 0, 0.0, jnp.where(after.own.inner == 0, omega, own.speeds))
         return omega, own._replace(speeds=speeds)
@@ -590,7 +590,7 @@ class SprungBandage(AbstractMechanism):
 
     def shown(
         self, tension: Array, omega: Array, own: SprungState, mode: Mode, surfaces: Surfaces, z: SprungNow
-    ) -> Shown:
+    ) -> MechanismOutputs:
         on_band = on_rim = None
         if self.shows_friction:
             c = self._coefficients(omega, own, mode, surfaces)
@@ -602,7 +602,7 @@ class SprungBandage(AbstractMechanism):
         on_track, driven, most = z.inner_torque / self.track_radius, jnp.sum(z.inner_torque), jnp.sum(z.capacity)
         internal = PairNow.of(on_track, z.load, z.inner_slip, inner, driven, on_rim, most)
         mean = jnp.mean(own.speeds)
-        return Shown((external, internal), z.tension, bandage_speed=mean, lining_speed=own.speeds)
+        return MechanismOutputs((external, internal), z.tension, bandage_speed=mean, lining_speed=own.speeds)
 
     def stored(self, inertia: Array, omega: Array, own: SprungState, mode: Mode) -> tuple[Array, Array]:
         kinetic = 0.5 * inertia * omega**2 + 0.5 * jnp.sum(self.inertias * own.speeds**2)

@@ -14,7 +14,7 @@ from ..brakes._band import limit_tensions, piece_of, tensions_on
 from ..brakes._design import Bandage
 from ..friction import SurfaceState, continued, reads
 from ..hybrid._arrays import Array
-from ._elastic import AbstractElasticBand, Carried, ElasticNow
+from ._elastic import AbstractElasticBand, BandState, ElasticNow
 from ._mechanism import (
     ELASTIC,
     HELD,
@@ -22,28 +22,28 @@ from ._mechanism import (
     SLIP,
     SLIP_BACK,
     TAKE_UP,
-    Acting,
-    Ask,
+    AppliedLoads,
     BrakeCode,
+    ContactState,
+    EvaluateInMode,
+    EventState,
+    MechanismOutputs,
     Mode,
-    Moment,
     Pair,
     PairNow,
-    Rub,
-    Shown,
     Sizes,
     Surfaces,
     lifted_after,
     rim_margin,
     slips,
 )
-from ._rigid import ContactGuards, Together, rigid_mode
-from ._sliding import Known, Wrap, pick
+from ._rigid import ContactGuards, LumpedMode, rigid_mode
+from ._sliding import BandFriction, Known, where_static
 
 _NEWTON = 8  # iterations for a tension under a law that depends on the pressure; otherwise it is linear: one is exact
 
 
-class Held(eqx.Module):
+class RimInputs(eqx.Module):
     """Inputs of the friction of the internal pair at one instant: speed `v` (m/s), signed by the sense, and the
     state of the surfaces (`None`: the scene has none).
 
@@ -74,23 +74,23 @@ class InternalPair(eqx.Module):
     def count(self) -> int:
         return self.sine.shape[0]
 
-    def turning(self, held: Held, omega_b: Array, lifted: Array | None) -> Held:
+    def turning(self, held: RimInputs, omega_b: Array, lifted: Array | None) -> RimInputs:
         """The same on a bandage that turns."""
         thrust = self.bandage.centrifugal_force(omega_b)
         return held if thrust is None else dataclasses.replace(held, thrust=thrust, lifted=lifted)
 
-    def balance(self, T_0: Array, along: Float[Array, " n"], held: Held) -> Float[Array, " n"]:
+    def balance(self, T_0: Array, along: Float[Array, " n"], held: RimInputs) -> Float[Array, " n"]:
         """`N_i + N_pre,i − m_i r_m ω_b²` for the tensions `T_1…T_n`; below 0 rods and springs carry it."""
         before = jnp.concatenate([T_0[None], along[:-1]])
         pressed = (along + before) * self.sine + jnp.asarray(self.bandage.preload)
         return pressed if held.thrust is None else pressed - held.thrust
 
-    def normal(self, T_0: Array, along: Float[Array, " n"], held: Held) -> Float[Array, " n"]:
+    def normal(self, T_0: Array, along: Float[Array, " n"], held: RimInputs) -> Float[Array, " n"]:
         """Loads `N_int,i` on the rim."""
         found = self.balance(T_0, along, held)
         return found if held.lifted is None else jnp.where(held.lifted != 0, 0.0, found)
 
-    def coefficients(self, N: Float[Array, " n"], held: Held) -> Float[Array, " *n"]:
+    def coefficients(self, N: Float[Array, " n"], held: RimInputs) -> Float[Array, " *n"]:
         """Coefficients of friction `f_i`, or one for all, between linings and rim under the loads `N` (N)."""
         law = self.bandage.friction
         p = None if self.bandage.area is None else N / jnp.asarray(self.bandage.area)
@@ -99,23 +99,23 @@ class InternalPair(eqx.Module):
         kinetic = continued(lambda v: law.kinetic(still._replace(v=v)), v)
         return jnp.where(held.static, law.static(still), kinetic)
 
-    def friction(self, T_0: Array, along: Float[Array, " n"], held: Held) -> Float[Array, " n"]:
+    def friction(self, T_0: Array, along: Float[Array, " n"], held: RimInputs) -> Float[Array, " n"]:
         """Maximum forces `F_i` between linings and rim (N)."""
         N = self.normal(T_0, along, held)
         return self.coefficients(N, held) * N
 
-    def capacity(self, T_0: Array, along: Float[Array, " n"], held: Held) -> Float[Array, ""]:
+    def capacity(self, T_0: Array, along: Float[Array, " n"], held: RimInputs) -> Float[Array, ""]:
         """`M_int` (N·m)."""
         return self.radius * jnp.sum(self.friction(T_0, along, held))
 
     def _unbalance(
-        self, T_0: Array, T_n: Array, mu: Array, piece: Array, sense: Array, arm: Array, held: Held
+        self, T_0: Array, T_n: Array, mu: Array, piece: Array, sense: Array, arm: Array, held: RimInputs
     ) -> Array:
         pull = sense.astype(jnp.float64) * self.capacity(T_0, tensions_on(T_0, T_n, mu, piece), held)
         return arm * (T_n - T_0) - pull
 
     def holding_tension(
-        self, T_0: Array, mu: Array, piece: Int[Array, ""], sense: Int[Array, ""], arm: Array, held: Held
+        self, T_0: Array, mu: Array, piece: Int[Array, ""], sense: Int[Array, ""], arm: Array, held: RimInputs
     ) -> Float[Array, ""]:
         """`T_n` by which the band holds a bandage on a sliding rim, `R_b (T_n − T_0) = ± M_int(T_n)`, on one piece."""
 
@@ -135,7 +135,9 @@ class InternalPair(eqx.Module):
         here = jnp.arange(limits.shape[0], dtype=jnp.int32) == piece + self.count + 1
         return jax.lax.scan(improve, jnp.sum(jnp.where(here, limits, 0.0)), None, length=_NEWTON)[0]
 
-    def holding_piece(self, T_0: Array, mu: Array, sense: Int[Array, ""], arm: Array, held: Held) -> Int[Array, ""]:
+    def holding_piece(
+        self, T_0: Array, mu: Array, sense: Int[Array, ""], arm: Array, held: RimInputs
+    ) -> Int[Array, ""]:
         """The piece on which `holding_tension` lies: a walk along all of them (their unbalance changes sign once)."""
         n = self.count
         limits = limit_tensions(T_0, mu)
@@ -192,26 +194,26 @@ class StagedBrake(AbstractElasticBand):
     lining less; where linings have a centrifugal force the contact of each with the rim.
     """
 
-    wrap: Wrap
+    wrap: BandFriction
     stiffness: Float[Array, ""] | None
     internal: InternalPair
     pairs: tuple[Pair, ...]
     sizes: Sizes
 
-    def start(self, omega: Array, elongation: Array) -> tuple[Carried, np.int32, Together]:
+    def start(self, omega: Array, elongation: Array) -> tuple[BandState, np.int32, LumpedMode]:
         zero, lifted = jnp.asarray(0, jnp.int32), None
         if self.internal.bandage.mass is not None:
             lifted = jnp.zeros(self.wrap.count, jnp.int32)
-        mode = Together(self.starts_locked, zero, zero, lifted)
-        return Carried(elongation if self.stretches else None, omega), OPEN, mode
+        mode = LumpedMode(self.starts_locked, zero, zero, lifted)
+        return BandState(elongation if self.stretches else None, omega), OPEN, mode
 
     # --- all of it at one instant -------------------------------------------------------------------------------------
 
-    def _rim(self, omega: Array, own: Carried, mode: Mode, surface: SurfaceState | None, static: Known) -> Held:
+    def _rim(self, omega: Array, own: BandState, mode: Mode, surface: SurfaceState | None, static: Known) -> RimInputs:
         v = self.internal.radius * jnp.where(mode.own.inner < 0, -1.0, 1.0) * (omega - own.omega_b)
-        return Held(v, surface, static)
+        return RimInputs(v, surface, static)
 
-    def variables(self, acting: Acting, omega: Array, own: Carried, mode: Mode) -> StagedNow:
+    def variables(self, acting: AppliedLoads, omega: Array, own: BandState, mode: Mode) -> StagedNow:
         band, R_b, inner = mode.band, self.wrap.radius, mode.own.inner
         sliding, held, stuck = slips(band), band == HELD, inner == 0
         T_0, n = acting.tension, self.wrap.count
@@ -222,32 +224,32 @@ class StagedBrake(AbstractElasticBand):
         # a held bandage bears the load, or what the sliding internal pair gives
         driven = self.internal.holding_tension(T_0, mu, mode.own.piece, inner, R_b, still)
         stretched = None if self.stiffness is None else self.stiffness * own.x
-        rest = pick(stuck, T_0 + acting.load / R_b, driven)
+        rest = where_static(stuck, T_0 + acting.load / R_b, driven)
         drawn, tight = self.tensions(T_0, stretched, band, at.upper, rest)
-        slack = pick(band == OPEN, 0.0, drawn)
-        drag = tight - slack
-        torque = R_b * drag
+        slack = where_static(band == OPEN, 0.0, drawn)
+        net_tension = tight - slack
+        torque = R_b * net_tension
 
         full = jnp.where(band == SLIP_BACK, -1 - n, n)
-        piece = pick(sliding, full, pick(stuck, piece_of(slack, tight, mu), mode.own.piece))
+        piece = where_static(sliding, full, where_static(stuck, piece_of(slack, tight, mu), mode.own.piece))
         along = tensions_on(slack, tight, mu, piece.astype(jnp.int32))
         friction = self.internal.friction(slack, along, rim)
         capacity = self.internal.radius * jnp.sum(friction)
         J, J_b = acting.inertia, jnp.asarray(self.internal.bandage.inertia)
-        common = pick(held, 0.0, (acting.load - torque) / (J + J_b))
-        drive = pick(stuck, acting.load - J * common, signed(inner) * capacity)
-        alpha_b = pick(stuck, common, pick(held, 0.0, (drive - torque) / J_b))
-        inner_slip = pick(stuck, 0.0, self.internal.radius * (omega - own.omega_b))
-        power = pick(inner < 0, -1.0, 1.0) * friction * inner_slip
+        common = where_static(held, 0.0, (acting.load - torque) / (J + J_b))
+        drive = where_static(stuck, acting.load - J * common, signed(inner) * capacity)
+        alpha_b = where_static(stuck, common, where_static(held, 0.0, (drive - torque) / J_b))
+        inner_slip = where_static(stuck, 0.0, self.internal.radius * (omega - own.omega_b))
+        power = where_static(inner < 0, -1.0, 1.0) * friction * inner_slip
         margin = None
         if rim.lifted is not None:
             margin = rim_margin(rim.lifted, self.internal.balance(slack, along, rim))
         return StagedNow(
             slack_tension=slack,
             tight_tension=tight,
-            drag=drag,
+            net_tension=net_tension,
             brake_torque=torque,
-            alpha=pick(stuck, alpha_b, (acting.load - drive) / J),
+            alpha=where_static(stuck, alpha_b, (acting.load - drive) / J),
             alpha_b=alpha_b,
             drive=drive,
             capacity=capacity,
@@ -255,24 +257,24 @@ class StagedBrake(AbstractElasticBand):
             inner_friction=friction,
             inner_normal=self.internal.normal(slack, along, rim),
             rim_margin=margin,
-            **self.follow(acting, mode, at, drawn, (own.omega_b, alpha_b), power),
+            **self.band_kinematics(acting, mode, at, drawn, (own.omega_b, alpha_b), power),
         )
 
-    def own_rates(self, z: StagedNow) -> Carried:
-        return Carried(z.band_speed if self.stretches else None, z.alpha_b)
+    def own_rates(self, z: StagedNow) -> BandState:
+        return BandState(z.band_speed if self.stretches else None, z.alpha_b)
 
-    def lining_speed(self, own: Carried) -> Array:
+    def lining_speed(self, own: BandState) -> Array:
         return self.wrap.radius * own.omega_b
 
-    def rubs(self, mode: Mode, z: StagedNow) -> tuple[Rub, ...]:
+    def rubs(self, mode: Mode, z: StagedNow) -> tuple[ContactState, ...]:
         inner = mode.own.inner
         force = jnp.where(inner < 0, -1.0, 1.0) * z.inner_friction
         force = force if self.pairs[1].apart else jnp.sum(force)
-        return self.outer_rub(mode, z), Rub(force, z.inner_slip, signed(inner), z.inner_normal)
+        return self.outer_rub(mode, z), ContactState(force, z.inner_slip, signed(inner), z.inner_normal)
 
     # --- guards and changes of mode -----------------------------------------------------------------------------------
 
-    def guards(self, acting: Acting, omega: Array, own: Carried, mode: Mode, z: StagedNow) -> StagedGuards:
+    def guards(self, acting: AppliedLoads, omega: Array, own: BandState, mode: Mode, z: StagedNow) -> StagedGuards:
         inner, n, size = mode.own.inner, self.wrap.count, self.sizes
         stuck, piece = inner == 0, mode.own.piece
         slip = signed(inner) * (omega - own.omega_b) / size.speed
@@ -294,7 +296,7 @@ class StagedBrake(AbstractElasticBand):
         return StagedGuards(self.band_guards(acting, own.omega_b, mode, z), grip, above, below, rim)
 
     def _grips(
-        self, acting: Acting, omega: Array, own: Carried, mode: Mode, rest: StagedNow
+        self, acting: AppliedLoads, omega: Array, own: BandState, mode: Mode, rest: StagedNow
     ) -> tuple[Float[Array, ""], Float[Array, ""]]:
         """`M_int` (N·m) with the band at its upper and at its lower static limit."""
         n, T_0 = self.wrap.count, acting.tension
@@ -305,7 +307,7 @@ class StagedBrake(AbstractElasticBand):
 
         return at(rest.upper, n), at(rest.lower, -1 - n)
 
-    def change(self, now: Moment, new: Mode, fired: StagedGuards, ask: Ask) -> tuple[Mode, Array]:
+    def change(self, now: EventState, new: Mode, fired: StagedGuards, ask: EvaluateInMode) -> tuple[Mode, Array]:
         band, old, size, R_b = fired.band, now.mode, self.sizes, self.wrap.radius
         # the internal pair slides the way the torque acts that broke it loose
         way = jnp.where(ask(new, now.omega, now.own)[1].drive < 0, -1, 1)
@@ -341,20 +343,22 @@ class StagedBrake(AbstractElasticBand):
         code = jnp.where(locked, int(BrakeCode.SINGULAR_GEOMETRY), code)
         new = new._replace(own=new.own._replace(piece=piece))
         if old.own.lifted is not None:
-            margin = ask(new, *self.arrested(now.omega, now.own, old, new))[1].rim_margin
+            margin = ask(new, *self.with_stuck_speeds(now.omega, now.own, old, new))[1].rim_margin
             assert fired.rim is not None
             lifted = lifted_after(old.own.lifted, margin, fired.rim, new.band == HELD, self.sizes.slight_tension)
             new = new._replace(own=new.own._replace(lifted=lifted))
         return new, code
 
-    def _slides_at_once(self, now: Moment, rest: StagedNow, beyond: Array) -> Array | bool:
+    def _slides_at_once(self, now: EventState, rest: StagedNow, beyond: Array) -> Array | bool:
         """Whether a band that is to be moved that way slides at once: an elastic one does where it is at its limit."""
         if not self.stretches:
             return True
         tension, rounding = self.tension_of(now.own.x, now.mode, now.z), self.sizes.slight_tension
         return jnp.where(beyond > 0, tension >= rest.upper - rounding, tension <= rest.lower + rounding)
 
-    def _piece(self, now: Moment, new: Mode, fired: StagedGuards, acting: Acting, rest: StagedNow) -> Int[Array, ""]:
+    def _piece(
+        self, now: EventState, new: Mode, fired: StagedGuards, acting: AppliedLoads, rest: StagedNow
+    ) -> Int[Array, ""]:
         """Number of linings at their limit on the band after the event."""
         n, old, R_b = self.wrap.count, now.mode, self.wrap.radius
         # under a lever that only begins to pull everything is 0: take the first moment after
@@ -372,7 +376,7 @@ class StagedBrake(AbstractElasticBand):
         slack = (new.band == OPEN) | (new.band == TAKE_UP)
         return jnp.where(slack, 0, piece).astype(jnp.int32)
 
-    def arrested(self, omega: Array, own: Carried, before: Mode, after: Mode) -> tuple[Array, Carried]:
+    def with_stuck_speeds(self, omega: Array, own: BandState, before: Mode, after: Mode) -> tuple[Array, BandState]:
         turned = (before.band != OPEN) & (after.sense != before.sense)
         stopped, sticks = (after.band == HELD) | turned, after.own.inner == 0
         omega_b = jnp.where(stopped, 0.0, jnp.where(sticks, omega, own.omega_b))
@@ -380,28 +384,30 @@ class StagedBrake(AbstractElasticBand):
 
     # --- results, stored energy, capacity -----------------------------------------------------------------------------
 
-    def shown(self, tension: Array, omega: Array, own: Carried, mode: Mode, surfaces: Surfaces, z: StagedNow) -> Shown:
+    def shown(
+        self, tension: Array, omega: Array, own: BandState, mode: Mode, surfaces: Surfaces, z: StagedNow
+    ) -> MechanismOutputs:
         inner, n, on_rim = mode.own.inner, (self.wrap.count,), None
         if self.shows_friction:
             held = self._rim(omega, own, mode, surfaces[1], False)
             on_rim = jnp.broadcast_to(self.internal.coefficients(z.inner_normal, held), n)
         # linings that stick to the rim share the torque as the maximum friction that each can give
         share = z.drive / jnp.where(z.capacity > 0, z.capacity, 1.0)
-        friction = pick(inner == 0, share, signed(inner)) * z.inner_friction
+        friction = where_static(inner == 0, share, signed(inner)) * z.inner_friction
         slip, sense = jnp.broadcast_to(z.inner_slip, n), jnp.broadcast_to(inner, n)
         internal = PairNow.of(friction, z.inner_normal, slip, sense, z.drive, on_rim, z.capacity)
         external, along = self.first_shown(tension, own.omega_b, mode, surfaces, z)
-        return Shown((external, internal), along, elongation=own.x, bandage_speed=own.omega_b)
+        return MechanismOutputs((external, internal), along, elongation=own.x, bandage_speed=own.omega_b)
 
-    def stored(self, inertia: Array, omega: Array, own: Carried, mode: Mode) -> tuple[Array, Array]:
+    def stored(self, inertia: Array, omega: Array, own: BandState, mode: Mode) -> tuple[Array, Array]:
         kinetic = 0.5 * inertia * omega**2 + 0.5 * self.internal.bandage.inertia * own.omega_b**2
         return kinetic, jnp.zeros_like(kinetic) if self.stiffness is None else 0.5 * self.stiffness * own.x**2
 
-    def own_sizes(self) -> Carried:
-        return Carried(None if self.stiffness is None else self.sizes.tension / self.stiffness, self.sizes.speed)
+    def own_sizes(self) -> BandState:
+        return BandState(None if self.stiffness is None else self.sizes.tension / self.stiffness, self.sizes.speed)
 
     def capacity(
-        self, tension: Array, omega: Array, own: Carried, surfaces: Surfaces, *, static: bool = False
+        self, tension: Array, omega: Array, own: BandState, surfaces: Surfaces, *, static: bool = False
     ) -> Float[Array, " pairs"]:
         R_b = self.wrap.radius
         outer = self.grip.torque(R_b, tension, omega, surfaces[0], static=static)
@@ -410,7 +416,7 @@ class StagedBrake(AbstractElasticBand):
         fz = self.wrap.limit(tension, still, surfaces[0], no, jnp.asarray(True)).fz
         mu, speed = (1 + fz) / (1 - fz), self.internal.radius * jnp.abs(omega)
         rim, sense = (
-            Held(still if static else speed, surfaces[1], jnp.asarray(static)),
+            RimInputs(still if static else speed, surfaces[1], jnp.asarray(static)),
             jnp.where(omega < 0, -1, 1).astype(jnp.int32),
         )
         piece = self.internal.holding_piece(tension, mu, sense, R_b, rim)

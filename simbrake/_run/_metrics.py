@@ -97,7 +97,7 @@ _NOTHING_LEFT = 1e-12
 _NO_CAPACITY = 1e-200
 
 
-class Need(NamedTuple):
+class Requirement(NamedTuple):
     """Condition on a number of a run: the `scenes` that have it, what is `missing` in others, and a check.
 
     Example:
@@ -114,7 +114,7 @@ class Need(NamedTuple):
         return "" if self.met(scene) else self.missing
 
 
-_NOTHING = Need("every scene", "", lambda scene: True)
+_NOTHING = Requirement("every scene", "", lambda scene: True)
 
 
 class Mark(NamedTuple):
@@ -156,7 +156,7 @@ class Metric(NamedTuple):
     meaning: str
     title: str
     find: Callable[..., Any]
-    needs: Need = _NOTHING
+    needs: Requirement = _NOTHING
     greatest: bool = False
     of_linings: bool = False
     shown_anyway: bool = False
@@ -295,45 +295,49 @@ def _greatest_wear_over(other: Callable[[Array], Array]) -> Callable[[Record, Sc
 
 # --- their conditions -------------------------------------------------------------------------------------------------
 
-_HOOK = Need("load on a hook", "its load hangs on no hook", lambda scene: scene.duty.load.travel() is not None)
-_ROPE = Need("elastic rope", "its load hangs on no elastic rope", lambda scene: scene.duty.load.elastic is not None)
-_BANDAGE = Need("staged brake", "its brake has no bandage", lambda scene: scene.brake.in_series)
-_CHAIN = Need(
+_HOOK = Requirement("load on a hook", "its load hangs on no hook", lambda scene: scene.duty.load.travel() is not None)
+_ROPE = Requirement(
+    "elastic rope", "its load hangs on no elastic rope", lambda scene: scene.duty.load.elastic is not None
+)
+_BANDAGE = Requirement("staged brake", "its brake has no bandage", lambda scene: scene.brake.in_series)
+_CHAIN = Requirement(
     "resolved chain",
     "its brake has no band in segments",
     lambda scene: scene.brake.resolved and not scene.brake.in_series,
 )
-_WEAR = Need("wear", "the scene has no wear part", lambda scene: scene.wear is not None)
-_BAND = Need("band brake", "its brake has no band", lambda scene: scene.brake.banded)
-_LOAD = Need("load", "it has no load", lambda scene: has_load(scene))
-_STRENGTH = Need("`Strength` of the band", "its band has no `strength`", lambda scene: strength_of(scene) is not None)
-_ANCHOR = Need(
+_WEAR = Requirement("wear", "the scene has no wear part", lambda scene: scene.wear is not None)
+_BAND = Requirement("band brake", "its brake has no band", lambda scene: scene.brake.banded)
+_LOAD = Requirement("load", "it has no load", lambda scene: has_load(scene))
+_STRENGTH = Requirement(
+    "`Strength` of the band", "its band has no `strength`", lambda scene: strength_of(scene) is not None
+)
+_ANCHOR = Requirement(
     "section of the anchor",
     "its band has no section of the anchor",
     lambda scene: getattr(strength_of(scene), "anchor_area", None) is not None,
 )
-_LEVER = Need("`Lever`", "its tension is not that of a `Lever`", lambda scene: lever_of(scene) is not None)
-_TRAVEL = Need(
+_LEVER = Requirement("`Lever`", "its tension is not that of a `Lever`", lambda scene: lever_of(scene) is not None)
+_TRAVEL = Requirement(
     "`Lever` of a band as a whole",
     "its tension is not that of a `Lever`, or its linings move by themselves, or it has several bands",
     lambda scene: lever_of(scene) is not None and isinstance(scene.brake, Brake) and not scene.brake.resolved,
 )
-_DAMPERS = Need(
+_DAMPERS = Requirement(
     "resolved linings, elastic rope",
     "its linings do not move by themselves, nor its hook",
     lambda scene: scene.brake.resolved or _ROPE.met(scene),
 )
-_ELASTIC = Need(
+_ELASTIC = Requirement(
     "band brake, elastic rope", "nothing in it stretches", lambda scene: _BAND.met(scene) or _ROPE.met(scene)
 )
-_SHARES = Need("`power_shares`", "the scene has no `power_shares`", lambda scene: scene.power_shares is not None)
-_SHAFT = Need("torques on the shaft", "it has no torques on the shaft", lambda scene: bool(scene.shaft))
-_HEAT = Need("heat", "the scene has no heat", lambda scene: scene.heated)
+_SHARES = Requirement("`power_shares`", "the scene has no `power_shares`", lambda scene: scene.power_shares is not None)
+_SHAFT = Requirement("torques on the shaft", "it has no torques on the shaft", lambda scene: bool(scene.shaft))
+_HEAT = Requirement("heat", "the scene has no heat", lambda scene: scene.heated)
 
 
 def _surface(place: str, title: str, meaning: str, *, of_linings: bool = False, mark: Mark | None = None) -> Metric:
     """The maximum temperature of a place that the heat part of a scene names."""
-    named = Need(
+    named = Requirement(
         "heat that names the place",
         "its heat part names no such place",
         lambda scene: place in scene.network.hot_places,
@@ -638,7 +642,7 @@ class Energy(NamedTuple):
 
     meaning: str
     find: Callable[[Account], Array | None]
-    needs: Need = _NOTHING
+    needs: Requirement = _NOTHING
     unit: str = "J"
 
 

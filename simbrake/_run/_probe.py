@@ -15,7 +15,7 @@ from .._base._corners import greater
 from .._base._progress import piece
 from .._physics import _outputs as capacities
 from .._physics._brake import BrakeNow, BrakeSystem, Capacity, State
-from .._physics._mechanism import Mode, Shown
+from .._physics._mechanism import MechanismOutputs, Mode
 from .._physics._outputs import HookNow, hook_of
 from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array, numpy_of
@@ -40,7 +40,7 @@ class Probe(NamedTuple):
     y: State
     mode: Mode
     flows: BrakeNow
-    shown: Shown
+    shown: MechanismOutputs
     margins: Float[Array, "m marks"]
     greater_tension: Float[Array, "m n"] | None  # of the two sides of each lining; None without a band
     surfaces: dict[str, Array]  # surface temperatures of rim, linings, band (m, nodes), where the scene has them
@@ -86,7 +86,7 @@ def in_lanes(look: Callable[..., T], *columns: np.ndarray, lanes: int = LANES) -
     return jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
 
 
-def tension_before(shown: Shown, slack: Float[Array, " m"]) -> Float[Array, "m n"]:
+def tension_before(shown: MechanismOutputs, slack: Float[Array, " m"]) -> Float[Array, "m n"]:
     """Tension (N) of the band ahead of every lining; `slack`: at the slack end."""
     if shown.before is not None:
         return shown.before

@@ -44,7 +44,7 @@ from ._metrics import (
     metrics_of,
 )
 from ._probe import Entry, RunJit, record_of
-from ._scan import Scan, Sight, Wanted, largest_share_of_capacity, peaks
+from ._scan import Scan, ScanColumns, Wanted, largest_share_of_capacity, peaks
 from ._stability import shortage
 
 #: from the place in a step where the samples have a zero that of the run is at most this far (share of the step)
@@ -196,7 +196,7 @@ class Report:
         found: list[Event] = []
         for name, limit in self._limits.items():
 
-            def excess(seen: Sight, name: str = name, limit: float = limit) -> Array:
+            def excess(seen: ScanColumns, name: str = name, limit: float = limit) -> Array:
                 return (np.asarray(seen.passing[name]) - limit) / max(abs(limit), 1.0)
 
             values = excess(self._scan.seen)
@@ -228,7 +228,7 @@ class Report:
                 found.append(Event(float(t[i + 1]), f"{name}_{what}", int(lining) + 1))
         return found
 
-    def _locate(self, margins_of: Callable[[Sight], Array], crossings: list[tuple[int, int]]) -> np.ndarray:
+    def _locate(self, margins_of: Callable[[ScanColumns], Array], crossings: list[tuple[int, int]]) -> np.ndarray:
         """Times at which margins rise through zero."""
         scan = self._scan
         sample, mark = np.asarray(crossings, int).T

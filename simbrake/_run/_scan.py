@@ -59,7 +59,7 @@ class Wanted(NamedTuple):
         return tuple(map(identity_of, (*self.names, *self.marks)))
 
 
-class Sight(NamedTuple):
+class ScanColumns(NamedTuple):
     """Forces, margins and maxima over the linings of a run at many times, for a report.
 
     - `passing`: by mark, the quantity that passes its limit
@@ -79,10 +79,10 @@ class Sight(NamedTuple):
     widths: dict[str, Int[Array, " m"]]
 
 
-def _sight(p: Probe, wanted: Wanted) -> Sight:
+def _sight(p: Probe, wanted: Wanted) -> ScanColumns:
     xp: Any = np if isinstance(p.t, np.ndarray) else jnp
     values = {name: METRICS[name].find(p) for name in wanted.names}
-    return Sight(
+    return ScanColumns(
         p.t,
         p.y.omega,
         p.flows.contact.alpha,
@@ -149,14 +149,14 @@ def _sights(
     wanted: Wanted,
     samples: int,
     known: tuple[object, ...],
-) -> tuple[Sight, Array, Array]:
+) -> tuple[ScanColumns, Array, Array]:
     """Return what is seen at the samples of all steps; `known`: that of `wanted`."""
     return _sampled(system, y_like, mode_like, steps, samples, lambda p: _sight(p, wanted))
 
 
 def _sights_inside(
     record: Record, index: Array, h: Array, wanted: Wanted, known: tuple[object, ...]
-) -> tuple[Sight, Array]:
+) -> tuple[ScanColumns, Array]:
     """What is seen at `h` (s) after the start of the rows named, and the states, by partial steps of the method."""
     p = probe_at(record, index, h, still=True)
     return _sight(p, wanted), jax.vmap(lambda y: ravel(y, jnp.float64))(p.y)
@@ -174,7 +174,9 @@ def _block(record: Record) -> int:
     return long if int(record.count) > _LONG else few_states if small(record) else many_states
 
 
-def _in_blocks(record: Record, steps: Steps, wanted: Wanted, samples: int) -> tuple[Sight, np.ndarray, np.ndarray]:
+def _in_blocks(
+    record: Record, steps: Steps, wanted: Wanted, samples: int
+) -> tuple[ScanColumns, np.ndarray, np.ndarray]:
     """`_sights` of any number of steps of a concrete record, in calls of one length, so that it compiles once."""
     parts, count, length = [], len(steps.t0), _block(record)
     sights = _sights_optimised if int(record.count) > _LONG else _sights_quick  # as the run itself was compiled
@@ -227,7 +229,7 @@ class Scan:
         seen, self._f0, self._f1 = _in_blocks(self.record, self.steps, self.wanted, self.samples)
         self.seen = jax.tree.map(lambda leaf: leaf.reshape(count * self.samples, *leaf.shape[2:]), seen)
 
-    def _by_steps(self, row: Array, share: Array) -> tuple[Sight, Array]:
+    def _by_steps(self, row: Array, share: Array) -> tuple[ScanColumns, Array]:
         """What is seen at a share of the steps named, and the states there, by partial steps of the method."""
         span = share * (self.steps.t1[row] - self.steps.t0[row])
         asked = {"wanted": self.wanted, "known": self.wanted.known}
@@ -266,7 +268,7 @@ class Scan:
         steps = self.steps
         return steps.t0[row] + share * (steps.t1[row] - steps.t0[row]), self._by_steps(row, share)[1], steps.mode[row]
 
-    def look(self, row: Array, share: Array) -> Sight:
+    def look(self, row: Array, share: Array) -> ScanColumns:
         """Everything at a share of the steps named, of a concrete run and as exact as the run itself."""
         return self._by_steps(row, share)[0]
 
@@ -274,7 +276,7 @@ class Scan:
 # --- maximum values ---------------------------------------------------------------------------------------------------
 
 
-class Near(NamedTuple):
+class PeakBracket(NamedTuple):
     """Samples (k,) near which maximum values are looked for, and the steps after theirs.
 
     - `row` and `share` of each;  `after`: the row of the step after it, `row` where there is none, `times` as long
@@ -289,7 +291,7 @@ class Near(NamedTuple):
 
 
 def _polish(
-    look: Callable[[Array, Array], Array], xp: ModuleType, near: Near, width: float, rounds: int = _ROUNDS
+    look: Callable[[Array, Array], Array], xp: ModuleType, near: PeakBracket, width: float, rounds: int = _ROUNDS
 ) -> tuple[Array, Array]:
     """Rows and shares (k,) of maximum values near samples of them: finer grids, each with a parabola through its best.
 
@@ -333,7 +335,7 @@ def _polish(
     return placed(entry[0])
 
 
-def _highest(scan: Scan, tops: Array, first: int = 0) -> Near:
+def _highest(scan: Scan, tops: Array, first: int = 0) -> PeakBracket:
     """The largest of the samples `tops` (m,), in arrays of one.
 
     `first`: the row that the samples begin with, where they are not those of the whole run.
@@ -352,7 +354,7 @@ def _highest(scan: Scan, tops: Array, first: int = 0) -> Near:
     following = lasts & (here > row) & (here < first + tops.shape[0] // scan.samples)
     after = xp.where(xp.any(following) & (h[row] > 0), xp.argmax(following).astype(np.int32), row)
     times = xp.where(after != row, h[after] / xp.where(h[row] > 0, h[row], 1.0), 1.0)
-    return Near(*(x[None] for x in (row, share, after, times, rows.kind[row] == ADVANCED)))
+    return PeakBracket(*(x[None] for x in (row, share, after, times, rows.kind[row] == ADVANCED)))
 
 
 def peaks(scan: Scan) -> dict[str, Peak]:
@@ -376,9 +378,9 @@ def peaks_between(scan: Scan, names: Sequence[str], spans: Sequence[tuple[int, i
     return {name: seen.tops[name][k * each : (k + 1) * each] for k, name in enumerate(names)}
 
 
-def _polished(scan: Scan, names: Sequence[str], found: Sequence[Near], rounds: int = _ROUNDS) -> Sight:
+def _polished(scan: Scan, names: Sequence[str], found: Sequence[PeakBracket], rounds: int = _ROUNDS) -> ScanColumns:
     """What is seen at maximum values near the samples `found`, each of the metric in its place among `names`."""
-    near = Near(*(np.concatenate(column) for column in zip(*found, strict=True)))
+    near = PeakBracket(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
     def look(rows: Array, shares: Array) -> Any:
         tops = scan.look(rows.ravel(), shares.ravel()).tops

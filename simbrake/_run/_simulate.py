@@ -18,10 +18,10 @@ from jaxtyping import Float, PyTree
 
 from .._base import _cache
 from .._base._compiling import (
-    Improving,
     Packed,
     Packing,
     Program,
+    TieredProgram,
     accelerators,
     compiled,
     fits_one_function,
@@ -252,7 +252,7 @@ def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> 
 
 
 @Kept
-def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: Any) -> Improving:
+def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: Any) -> TieredProgram:
     """The compiled run of all scenes of one structure."""
     run, subject = run_of_numbers(packing, method, max_steps), ("run", packing, method, max_steps)
 
@@ -262,7 +262,7 @@ def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: A
     def make(quick: bool) -> Program:
         return compiled(packed, np.ones(packing.size), device=device, subject=subject, quick=quick)
 
-    return Improving(make)
+    return TieredProgram(make)
 
 
 class _Part(NamedTuple):
@@ -428,7 +428,7 @@ def simulate(
     return result
 
 
-def _recorded(program: Improving, numbers: Array) -> Record:
+def _recorded(program: TieredProgram, numbers: Array) -> Record:
     if program.calls == _MANY_RUNS:
         _log.warning("simbrake: many runs of one structure: sb.prepare(scene) makes each of them several times faster")
     return program(numbers).unpack()

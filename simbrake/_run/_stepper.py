@@ -58,7 +58,7 @@ class Advanced(NamedTuple):
 
 
 @dataclasses.dataclass(frozen=True)
-class _Held:
+class HeldInput:
     """An input of the caller: a function of time with a jump wherever it was changed.
 
     - `where`: the profile in the scene that it takes the place of;  `path` and `unit` of that profile
@@ -83,7 +83,7 @@ class _Held:
     def level(self) -> float:
         return float(self.values[-1])
 
-    def told(self, t: float, value: float) -> "_Held":
+    def told(self, t: float, value: float) -> "HeldInput":
         """The input with another value from `t` on."""
         if value == self.level:
             return self
@@ -113,7 +113,7 @@ class _Held:
         return PiecewiseLinear(np.repeat(times, 2)[1:], np.repeat(values, 2)[:-1])  # jumps
 
 
-def _held(scene: Scene, name: str) -> _Held | Fault:
+def _held(scene: Scene, name: str) -> HeldInput | Fault:
     """The input `name` of a scene, before anything was commanded: what the scene itself gives at its start."""
     duty, start = scene.duty, float(np.asarray(scene.initial.time))
     field = duty.lever_field if name == "lever" else "load"
@@ -140,7 +140,7 @@ def _held(scene: Scene, name: str) -> _Held | Fault:
     size = 2 if lag is None else 4
     # jumps before the first command have no height, and are over
     past = np.full(size, start - delay - 1.0)
-    return _Held(".".join(where), unit, where, past, np.full(size, first), size, delay, lag, [(start, first)])
+    return HeldInput(".".join(where), unit, where, past, np.full(size, first), size, delay, lag, [(start, first)])
 
 
 def _commanded(scene: Scene, held: Iterable[tuple[tuple[str, ...], PiecewiseLinear]]) -> Scene:
@@ -283,7 +283,7 @@ class Stepper:
         if faults:
             raise InputError(faults)
         self.solver, self.rtol = solver_of(scene, solver), rtol
-        self._held: dict[str, _Held] = {name: held for name, held in given.items() if isinstance(held, _Held)}
+        self._held: dict[str, HeldInput] = {name: held for name, held in given.items() if isinstance(held, HeldInput)}
         limits = np.asarray(rtol), np.asarray(np.inf), np.asarray(10_000, np.int32)
         self._limits = RunLimits(limits[1], limits[2], _ATTEMPTS)
         self._numbers, self._packing = pack((scene, *limits))
@@ -297,7 +297,7 @@ class Stepper:
             self.restore(state)
 
     def _integrate(
-        self, t: float, end: float, y: np.ndarray | None, mode: np.ndarray | None, held: Mapping[str, "_Held"]
+        self, t: float, end: float, y: np.ndarray | None, mode: np.ndarray | None, held: Mapping[str, "HeldInput"]
     ) -> Record:
         """From one time to another, or as far as one call of the program comes."""
         shapes = tuple(_Shape(name, one.where, len(one.times)) for name, one in held.items())
@@ -352,7 +352,7 @@ class Stepper:
         self._begun = self._begun or span > 0
         return Advanced(t, events)
 
-    def _read(self, dt: float | str, inputs: Mapping[str, float | str]) -> tuple[float, dict[str, _Held]]:
+    def _read(self, dt: float | str, inputs: Mapping[str, float | str]) -> tuple[float, dict[str, HeldInput]]:
         reader, held = NumberReader(), dict(self._held)
         # a number may come from an array, as those of a controller do
         dt, *values = (x.item() if getattr(x, "ndim", None) == 0 else x for x in (dt, *inputs.values()))  # pyright: ignore
@@ -369,7 +369,7 @@ class Stepper:
             raise InputError(reader.faults)
         return span, held
 
-    def _on_pieces(self, mode: np.ndarray, held: Mapping[str, _Held]) -> np.ndarray:
+    def _on_pieces(self, mode: np.ndarray, held: Mapping[str, HeldInput]) -> np.ndarray:
         found: Mode = unravel(mode, self._record.mode_like)
         pieces = list(found.pieces)
         for name, one in held.items():

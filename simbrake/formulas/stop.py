@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from .._parts._scene import Scene, band_brake, sensed_at_start
 from .._physics._shaft import Shaft
-from .._physics._staged import Held, InternalPair
+from .._physics._staged import InternalPair, RimInputs
 from .._run._log import internal_slip_tension
 from ..brakes._band import grip, running_product, tension_ratio
 from ..brakes._design import Bandage, unloaded
@@ -162,7 +162,7 @@ class _Grip(NamedTuple):
     """The internal pair under a band that slides: inputs of its friction, slack tension and tensions along the band."""
 
     pair: InternalPair
-    held: Held
+    held: RimInputs
     tensions: tuple[Array, Array]
 
     def at(self, omega_b: Array) -> Array:
@@ -233,7 +233,7 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     T_inner, sliding = sensed_at_start(scene, -1), jnp.asarray(float(brake.pulley.radius) * omega)
     T_inner = None if T_inner is None else jnp.asarray(T_inner)
     surface = SurfaceState(T_inner, memory_at_start(bandage.friction, pair.count))
-    held = Held(sliding, surface, jnp.asarray(False))
+    held = RimInputs(sliding, surface, jnp.asarray(False))
     arm, Pi = jnp.asarray(brake.band.radius), running_product(mu)
     M_ext = float(arm * T_0 * (Pi[-1] - 1))
     onset = onset_at(scene, omega)

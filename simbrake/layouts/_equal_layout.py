@@ -21,7 +21,7 @@ from .._base._quantity import as_number
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, band_brake, faults, read_by_linings
 from .._physics._assemble import assemble
-from .._physics._sliding import Grip
+from .._physics._sliding import LiningFriction
 from .._run._linings import fault_of_pair, friction_work, lining_mean, lining_wear, wearing
 from .._run._log import FAILURES, SimulationError
 from .._run._measure import name_of
@@ -205,7 +205,7 @@ def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
     """
     system, y, mode = assemble(scene)
     grip, linings = system.grip, scene.brake.linings
-    assert isinstance(grip, Grip)
+    assert isinstance(grip, LiningFriction)
     T_0 = jnp.asarray(scene.duty.lever.scale())
     v = jnp.full(linings.count, jnp.abs(jnp.asarray(scene.brake.radius) * jnp.asarray(scene.initial.omega)))
     hot = system.surfaces(jnp.asarray(scene.initial.time), y, mode)[0]

@@ -13,7 +13,7 @@ __getattr__ = answers(
     __name__,
     internal={
         "Colour": "_run._measure",
-        "Need": "_run._metrics",
+        "Need": "_run._metrics:Requirement",
         "Rubbing": "_run._quantities",
         "rubbing": "_run._linings",
     },
