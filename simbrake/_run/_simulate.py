@@ -47,9 +47,9 @@ from ..hybrid import (
     Rodas5P,
     Settings,
     beginning,
+    concatenate,
     hybridsolve,
-    joined,
-    stretch,
+    solve_segment,
 )
 from ..hybrid._arrays import Array
 from ..hybrid._lanes import hybridsolve_lane
@@ -185,7 +185,7 @@ def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> t
 
     def run(x: Array) -> tuple[Record, Array]:
         problem, settings = posed(packing, x[:n], STRETCH)
-        return stretch(*problem, method, settings, x[n:-1], x[-1].astype(jnp.int32))
+        return solve_segment(*problem, method, settings, x[n:-1], x[-1].astype(jnp.int32))
 
     subject = ("stretch", packing, method)
     program = compiled(run, np.ones(n + size + 1), device=device, subject=subject)
@@ -221,7 +221,7 @@ def long_run(
     if tell is not None:
         tell(float(part.t_end), end)
     used = rooms[-1] - left
-    return joined(rows, part, next(size for size in rooms if used <= size))
+    return concatenate(rows, part, next(size for size in rooms if used <= size))
 
 
 # --- one run ----------------------------------------------------------------------------------------------------------

@@ -16,9 +16,9 @@ from ._solve import EventKind as EventKind
 from ._solve import HybridEvent as HybridEvent
 from ._solve import Record as Record
 from ._solve import beginning as beginning
+from ._solve import concatenate as concatenate
 from ._solve import hybridsolve as hybridsolve
-from ._solve import joined as joined
-from ._solve import stretch as stretch
+from ._solve import solve_segment as solve_segment
 from ._system import ADVANCED as ADVANCED
 from ._system import FINISHED as FINISHED
 from ._system import INSTANT as INSTANT

@@ -40,7 +40,7 @@ def before_jump(flat: Flat, method: AbstractMethod, t1: Scalar, row: Rows) -> St
     """Time and state at the end of one row, before any jump, with the derivatives of the event."""
 
     def moved() -> Start:
-        y, f = method.whole(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, row.h)
+        y, f = method.step_with_rate(lambda t, y: flat.rhs(t, y, row.mode), row.t, row.y, row.h)
         t = row.t + row.h
         return jax.lax.cond(row.kind == ADVANCED, lambda: (t, y), lambda: _landing(flat, t1, row, t, y, f))
 

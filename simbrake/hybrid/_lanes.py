@@ -63,8 +63,8 @@ def _plain(a: Attempt) -> Verdict:
         land=no,
         retake=no,
         stop=a.accept & a.reaches,
-        share=infinity,
-        beyond=no,
+        step_fraction=infinity,
+        crossed_though_rejected=no,
         guard=jnp.zeros_like(a.accept, jnp.int32),
         delta=jnp.zeros_like(a.h),
     )
@@ -76,7 +76,7 @@ def _may_be_more(p: Problem, a: Attempt) -> Mark:
         return jnp.ones_like(a.accept)
     near = jnp.maximum(0.1 * jnp.sqrt(p.settings.rtol) * a.h, 0.5 * a.resolution)
     arrives = jnp.any((a.rate1 < 0) & (jnp.abs(a.g1) <= -1.001 * near * a.rate1)) | (a.h <= 64 * a.resolution)
-    return jnp.where(a.accept, a.odd | arrives | (a.reaches & (a.target < p.t1)), a.finite & a.crossing)
+    return jnp.where(a.accept, a.needs_search | arrives | (a.reaches & (a.target < p.t1)), a.finite & a.crossing)
 
 
 def _pick(mark: Mark, new: PyTree, old: PyTree) -> PyTree:
@@ -95,8 +95,8 @@ def _advanced(p: Problem, lane: Lane) -> Lane:
     """One attempt of every lane that can continue, or of all that wait."""
     running = _runs(p, lane.carry, lane.used)
     # lanes at their end join those that only evaluate, so that these are sometimes alone
-    c = lane.carry._replace(settling=jnp.where(running, lane.carry.settling, 2))
-    restarts = running & (c.settling > 0)
+    c = lane.carry._replace(restart_stage=jnp.where(running, lane.carry.restart_stage, 2))
+    restarts = running & (c.restart_stage > 0)
     a = _attempt(p, c)
     waits = running & ~restarts & _may_be_more(p, a)
     plain = _pick(running & ~waits, _stepped(c, a, _plain(a), p), lane.carry)
@@ -129,7 +129,7 @@ def _advanced(p: Problem, lane: Lane) -> Lane:
 
 def _run(p: Problem, y0: State, mode0: Int[Array, " mode"], room: int) -> Lane:
     start, zero = started(p, y0, mode0), jnp.asarray(0, jnp.int32)
-    p = p._replace(method=p.method.settled(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
+    p = p._replace(method=p.method.with_fixed_jacobian(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
     row = _row(start)
     # (one row more for the end, one for what is written where no room is left)
     starts = jnp.zeros((room + 2, row.shape[0]), row.dtype).at[0].set(row)

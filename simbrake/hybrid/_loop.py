@@ -72,7 +72,7 @@ class Attempt(NamedTuple):
     rate1: Guards
     crosses: Bool[Array, " guard"]
     crossing: Mark  # any of them
-    odd: Mark  # needs a search
+    needs_search: Mark  # needs a search
     unsound: Mark  # a guard is infinite or not a number
     accept: Mark
     finite: Mark
@@ -88,8 +88,8 @@ class Verdict(NamedTuple):
     land: Mark
     retake: Mark
     stop: Mark
-    share: Scalar
-    beyond: Mark  # rejected, and a guard crosses
+    step_fraction: Scalar
+    crossed_though_rejected: Mark  # rejected, and a guard crosses
     guard: Count
     delta: Scalar
 
@@ -97,13 +97,13 @@ class Verdict(NamedTuple):
 def _attempt(p: Problem, c: Carry) -> Attempt:
     target = jnp.minimum(p.flat.next_stop(c.mode, c.y), p.t1)
     room = jnp.maximum(target - c.t, 0.0)
-    wish = jnp.minimum(jnp.minimum(c.h, c.cap), p.settings.max_step)
-    settles = c.settling > 0
+    wish = jnp.minimum(jnp.minimum(c.h, c.retake_limit), p.settings.max_step)
+    settles = c.restart_stage > 0
     reaches = (wish * 1.001 >= room) & ~settles
-    h = jnp.where(settles, c.cap, jnp.where(reaches, room, wish))
+    h = jnp.where(settles, c.retake_limit, jnp.where(reaches, room, wish))
     t1 = jnp.where(reaches, target, c.t + h)
     y1, error, tangents1, tangent_errors = _moved(p, c, h)
-    f1, g1, rate1 = p.flat.look(t1, y1, c.mode)
+    f1, g1, rate1 = p.flat.rates_and_guards(t1, y1, c.mode)
     error = error + h * p.method.error_of_rate * f1
     reach = jnp.maximum(jnp.abs(c.y), jnp.abs(y1))
     [size] = p.norms(reach, error + 0.0 * f1)
@@ -113,8 +113,8 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
         [of_tangent] = p.norms(jnp.maximum(reach, jnp.abs(v1)), error_of_tangent)
         size = jnp.where(jnp.isfinite(of_tangent), jnp.maximum(size, of_tangent / looser), size)
     crosses = crossed(c, h, g1, rate1, p.guard_tolerance)
-    odd = suspicious(c, h, g1, rate1, p.guard_tolerance, crosses)
-    crossing, odd, unsound = any_of_each(crosses, odd, ~jnp.isfinite(g1))
+    needs_search = suspicious(c, h, g1, rate1, p.guard_tolerance, crosses)
+    crossing, needs_search, unsound = any_of_each(crosses, needs_search, ~jnp.isfinite(g1))
     # an overflow in an overlong step is a step too long, not an answer
     finite = jnp.isfinite(size) & ~unsound
     factor = jnp.clip(_SAFETY * jnp.maximum(size, 1e-30) ** (-1.0 / p.method.order), _SHRINK, _GROW)
@@ -122,7 +122,7 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
     accept = finite & (size <= 1.0) & (c.status == _RUNNING) & ~settles
     h_next = jnp.where(accept & (h < c.h), jnp.maximum(c.h, h * factor), h * factor)
     resolution = 8 * _EPS * jnp.maximum(jnp.abs(c.t), 1e-3 * (p.t1 - p.t0))
-    guards = (g1, rate1, crosses, crossing, odd, unsound)
+    guards = (g1, rate1, crosses, crossing, needs_search, unsound)
     return Attempt(h, t1, target, reaches, y1, f1, *guards, accept, finite, h_next, resolution, tangents1)
 
 
@@ -132,7 +132,7 @@ Moved = tuple[State, State, tuple[State, ...], tuple[State, ...]]
 def _moved(p: Problem, c: Carry, h: Array) -> Moved:
     """State at the end of an attempt and the error estimate of the method, and both for the tangents; just after a
     restart one move along `f`."""
-    settles, along = c.settling > 0, c.y + h * c.f
+    settles, along = c.restart_stage > 0, c.y + h * c.f
     nothing = jnp.zeros_like(along)
 
     def attempt(flat: Flat, y: State, f: State) -> tuple[State, State]:
@@ -168,7 +168,7 @@ def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
     The first attempt's length after Hairer, Nørsett & Wanner, *Solving ODEs I*, II.4. Rates and guards are found by the
     code of the attempts, as another copy of the equations would have to be compiled.
     """
-    first = c.settling == 2
+    first = c.restart_stage == 2
 
     def pick(new: ArrayLike, old: ArrayLike) -> Array:
         return jnp.where(first, new, old)
@@ -185,13 +185,13 @@ def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
     sound = jnp.isfinite(d0) & jnp.isfinite(d1) & ~(first & a.unsound)
     return c._replace(
         h=pick(c.h, jnp.minimum(c.h, h)),
-        cap=pick(h0, jnp.inf),
+        retake_limit=pick(h0, jnp.inf),
         f=f,
         g=g,
         rate=pick(a.rate1, c.rate),
         armed=pick(g > p.guard_tolerance, c.armed),
         status=jnp.where(sound, c.status, np.int32(Code.NOT_FINITE)).astype(jnp.int32),
-        settling=c.settling - 1,
+        restart_stage=c.restart_stage - 1,
     )
 
 
@@ -204,9 +204,9 @@ def _hidden(c: Carry, a: Attempt, distance: Guards) -> Bool[Array, " guard"]:
 
 def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
     tol, crosses = p.guard_tolerance, a.crosses
-    look = a.accept if p.settings.guard_samples else a.accept & a.odd
+    look = a.accept if p.settings.guard_samples else a.accept & a.needs_search
     # what was rejected may have been so for what lies beyond an event: the next attempt goes no further than there
-    beyond = ~a.accept & a.finite & (c.settling == 0) & a.crossing
+    crossed_though_rejected = ~a.accept & a.finite & (c.restart_stage == 0) & a.crossing
 
     def looked() -> Found:
         seen: Array | float = jnp.inf
@@ -215,7 +215,7 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
         return search(c, a.h, a.g1, a.rate1, tol, crosses, seen)
 
     nothing = Found(jnp.asarray(jnp.inf), jnp.asarray(0, jnp.int32), jnp.asarray(False))
-    found = jax.lax.cond(eqxi.unvmap_any(look | beyond), looked, lambda: nothing)
+    found = jax.lax.cond(eqxi.unvmap_any(look | crossed_though_rejected), looked, lambda: nothing)
 
     # landing: every guard that crossed lies so near that a move along f is as exact as the step itself
     near = jnp.maximum(0.1 * jnp.sqrt(p.settings.rtol) * a.h, 0.5 * a.resolution)
@@ -233,14 +233,14 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
     instant = look & found.instant
     land = a.accept & ~instant & jnp.isfinite(delta)
     neither = ~(instant | land)
-    retake = look & neither & (found.share < jnp.inf)
+    retake = look & neither & (found.step_fraction < jnp.inf)
     return Verdict(
         instant=instant,
         land=land,
         retake=retake,
         stop=a.accept & neither & ~retake & a.reaches,
-        share=found.share,
-        beyond=beyond & (found.share < jnp.inf),
+        step_fraction=found.step_fraction,
+        crossed_though_rejected=crossed_though_rejected & (found.step_fraction < jnp.inf),
         guard=jnp.where(instant, found.guard, landing),
         delta=jnp.where(land, jnp.minimum(delta, a.target - a.t1), 0.0),
     )
@@ -273,7 +273,9 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
     return Carry(
         t=pick(a.t1, c.t),
         h=jnp.where(v.retake, c.h, a.h_next),
-        cap=jnp.where(v.retake | v.beyond, v.share * a.h, pick(crossing, c.cap)),
+        retake_limit=jnp.where(
+            v.retake | v.crossed_though_rejected, v.step_fraction * a.h, pick(crossing, c.retake_limit)
+        ),
         crossing=crossing,
         t_event=c.t_event,
         y=pick(a.y1, c.y),
@@ -281,12 +283,12 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
         g=pick(a.g1, c.g),
         rate=pick(a.rate1, c.rate),
         armed=pick(risen, c.armed),
-        cluster=c.cluster,
+        zeno_guards=c.zeno_guards,
         status=status.astype(jnp.int32),
         retakes=jnp.where(v.retake, c.retakes + 1, pick(0, c.retakes)),
-        chain=jnp.where(step & (a.h > 0), 0, c.chain),
-        close=c.close,
-        settling=c.settling,
+        events_at_instant=jnp.where(step & (a.h > 0), 0, c.events_at_instant),
+        zeno_count=c.zeno_count,
+        restart_stage=c.restart_stage,
         stats=stats,
         mode=c.mode,
         tangents=tuple(map(pick, a.tangents1, c.tangents)),
@@ -309,10 +311,12 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     guarded = ~v.stop
     dt = t - c.t_event
     apart = guarded & (dt > _ZENO_INTERVAL * (p.t1 - p.t0))
-    cluster = jnp.where(apart, here, c.cluster | (here & guarded))
-    again = guarded & ~apart & (dt > 0) & entry(c.cluster, v.guard)
-    close = jnp.where(apart, 0, _count(c.close, again))
-    chain = jnp.where(guarded & (dt == 0), c.chain + 1, jnp.where(moved, 0, c.chain))
+    zeno_guards = jnp.where(apart, here, c.zeno_guards | (here & guarded))
+    again = guarded & ~apart & (dt > 0) & entry(c.zeno_guards, v.guard)
+    zeno_count = jnp.where(apart, 0, _count(c.zeno_count, again))
+    events_at_instant = jnp.where(
+        guarded & (dt == 0), c.events_at_instant + 1, jnp.where(moved, 0, c.events_at_instant)
+    )
     stats = c.stats._replace(
         accepted=_count(c.stats.accepted, ~v.instant),
         events=_count(c.stats.events, guarded),
@@ -321,13 +325,13 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     status = jnp.where(
         stats.events > jnp.asarray(p.settings.max_events, jnp.int32), np.int32(Code.EVENT_LIMIT), _RUNNING
     )
-    status = jnp.where(close >= _ZENO_COUNT, np.int32(Code.ZENO), status)
-    status = jnp.where(chain >= p.settings.max_chain, np.int32(Code.CHATTER), status)
+    status = jnp.where(zeno_count >= _ZENO_COUNT, np.int32(Code.ZENO), status)
+    status = jnp.where(events_at_instant >= p.settings.max_chain, np.int32(Code.CHATTER), status)
     status = p.flat.ended(code, status)
     return Carry(
         t=t,
         h=jnp.where(moved, a.h_next, c.h),
-        cap=jnp.zeros_like(t),
+        retake_limit=jnp.zeros_like(t),
         crossing=jnp.full_like(t, jnp.inf),
         t_event=jnp.where(guarded, t, c.t_event),
         y=y,
@@ -335,12 +339,12 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
         g=c.g,
         rate=c.rate,
         armed=c.armed,
-        cluster=cluster,
+        zeno_guards=zeno_guards,
         status=status.astype(jnp.int32),
         retakes=jnp.zeros_like(c.retakes),
-        chain=chain,
-        close=close,
-        settling=jnp.full_like(c.settling, 2),
+        events_at_instant=events_at_instant,
+        zeno_count=zeno_count,
+        restart_stage=jnp.full_like(c.restart_stage, 2),
         stats=stats,
         mode=mode,
         tangents=_tangents_after(p, c, a, v, t, before, mode),
@@ -369,7 +373,7 @@ def _tangents_after(
 def _iterate(p: Problem, packed: Packed, ny: int, ng: int) -> tuple[Packed, Float[Array, " column"], Mark]:
     """One attempt: the packed carry after it, the row that records it, and whether it was more than an evaluation."""
     c = unpack(packed, ny, ng, p.tangents)
-    settles = c.settling > 0
+    settles = c.restart_stage > 0
     a = _attempt(p, c)
     v = _judge(p, c, a)
     event = v.instant | v.land | (v.stop & (a.target < p.t1))
@@ -403,7 +407,7 @@ def started(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Carry:
     return Carry(
         t=p.t0,
         h=infinity,
-        cap=jnp.zeros_like(p.t0),
+        retake_limit=jnp.zeros_like(p.t0),
         crossing=infinity,
         t_event=-infinity,
         y=y0,
@@ -411,12 +415,12 @@ def started(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Carry:
         g=nothing,
         rate=nothing,
         armed=nothing > 0,
-        cluster=nothing > 0,
+        zeno_guards=nothing > 0,
         status=status.astype(jnp.int32),
         retakes=zero,
-        chain=zero,
-        close=zero,
-        settling=zero + 2,
+        events_at_instant=zero,
+        zeno_count=zero,
+        restart_stage=zero + 2,
         stats=Stats(zero, zero, zero, zero, zero + 1),
         mode=mode0,
         tangents=(_first_tangent(p, y0),) * p.tangents,
@@ -444,7 +448,7 @@ def advanced(
 ) -> tuple[Packed, PackedRows, Count]:
     """The carry after `limit` more attempts or at the end of the run, the rows of these, and how many they were."""
     start = unpack(packed, ny, ng, p.tangents)
-    p = p._replace(method=p.method.settled(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
+    p = p._replace(method=p.method.with_fixed_jacobian(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
 
     def running(loop: tuple[Count, Packed, PackedRows]) -> Mark:
         i, (_, integers), _ = loop

@@ -58,7 +58,7 @@ class AbstractMethod(eqx.Module):
     def fitted(self, couplings: Couplings | None) -> "AbstractMethod":
         """The same method for a system whose states couple like this; explicit methods do not care."""
 
-    def settled(self, rhs: Rhs, t: Scalar, y: State) -> "AbstractMethod":
+    def with_fixed_jacobian(self, rhs: Rhs, t: Scalar, y: State) -> "AbstractMethod":
         """The same method with what stays the same in a run computed, for `rhs` at any of its instants."""
         return self
 
@@ -83,16 +83,16 @@ class AbstractMethod(eqx.Module):
         return y1, error + h * self.error_of_rate * f1, f1
 
     @abc.abstractmethod
-    def whole(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
+    def step_with_rate(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
         """The new state of a step and `rhs` there, as a program with as few call sites of `rhs` as possible."""
 
-    def moved(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> State:
+    def state_after(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> State:
         """The new state of a step, as the smallest program: it is not to be differentiated."""
-        return self.whole(rhs, t, y, h)[0]
+        return self.step_with_rate(rhs, t, y, h)[0]
 
     @abc.abstractmethod
     def pullback(self, rhs: RhsOf, params: PyTree, t: Scalar, y: State, h: Scalar) -> Pullback:
-        """`whole` and its derivatives backwards, `h` frozen."""
+        """`step_with_rate` and its derivatives backwards, `h` frozen."""
 
 
 class ExplicitRungeKutta(AbstractMethod):
@@ -223,7 +223,7 @@ class ExplicitRungeKutta(AbstractMethod):
         entries = (jnp.arange(n, dtype=jnp.int32), jnp.asarray(a), jnp.asarray(c))
         return jax.lax.scan(stage, jnp.zeros((n, y.shape[0]), y.dtype), entries)
 
-    def whole(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
+    def step_with_rate(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
         k, arguments = self._arguments(rhs, t, y, h)
         return arguments[-1], k[-1]
 

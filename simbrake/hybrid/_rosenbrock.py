@@ -97,7 +97,7 @@ class Rodas5P(AbstractMethod):
     def with_tangents(self) -> "Rodas5P":
         return Rodas5P(self.couplings, self.linear, differentiated=True)  # pyright: ignore
 
-    def settled(self, rhs: Rhs, t: Scalar, y: State) -> "Rodas5P":
+    def with_fixed_jacobian(self, rhs: Rhs, t: Scalar, y: State) -> "Rodas5P":
         places = self._couplings(y)
         if places.varying is None or len(places.varying) == len(places.chain):
             return self
@@ -134,7 +134,7 @@ class Rodas5P(AbstractMethod):
             y1, error = put(y1, outer, take(y, outer) + change), put(error, outer, off)
         return jnp.where(moves, y1, y), error
 
-    def whole(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
+    def step_with_rate(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
         near = _linearised(rhs, t, y, self._couplings(y))
         inner, outer, x = near.inner, near.outer, take(y, near.inner)
         moves, full_step = h != 0, h
@@ -149,7 +149,7 @@ class Rodas5P(AbstractMethod):
         y1 = jnp.where(moves, y1, y)
         return y1, rhs(t + full_step, y1)
 
-    def moved(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> State:
+    def state_after(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> State:
         return self.attempt(rhs, t, y, jnp.zeros_like(y), h)[0]  # it has no use for the rate at the start
 
     def pullback(self, rhs: RhsOf, params: PyTree, t: Scalar, y: State, h: Scalar) -> Pullback:

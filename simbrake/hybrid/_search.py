@@ -29,7 +29,7 @@ class Carry(NamedTuple):
 
     t: Scalar
     h: Scalar  # what the step-size controller proposes
-    cap: Scalar  # how far a retake may go
+    retake_limit: Scalar  # how far a retake may go
     crossing: Scalar  # distance within which a guard is known to cross
     t_event: Scalar
     y: State
@@ -37,12 +37,12 @@ class Carry(NamedTuple):
     g: Guards
     rate: Guards
     armed: Bool[Array, " guard"]  # has stood clear of zero since the last restart
-    cluster: Bool[Array, " guard"]  # fired in the present cluster of events with hardly any time between
+    zeno_guards: Bool[Array, " guard"]  # fired in the present cluster of events with hardly any time between
     status: Count
     retakes: Count
-    chain: Count  # events at this very instant
-    close: Count  # repeated firings in the present cluster
-    settling: Count  # just after a restart: 2 rates and guards are unknown, 1 the first step's length; else 0
+    events_at_instant: Count  # events at this very instant
+    zeno_count: Count  # repeated firings in the present cluster
+    restart_stage: Count  # just after a restart: 2 rates and guards are unknown, 1 the first step's length; else 0
     stats: Stats
     mode: Int[Array, " mode"]
     tangents: tuple[State, ...] = ()  # of the state, where its derivatives steer the steps as well
@@ -55,9 +55,11 @@ Packed = tuple[Float[Array, " x"], Int[Array, " n"]]
 
 
 def pack(c: Carry) -> Packed:
-    x = jnp.concatenate([jnp.stack([c.t, c.h, c.cap, c.crossing, c.t_event]), c.y, c.f, c.g, c.rate, *c.tangents])
-    scalars = jnp.stack([c.status, c.retakes, c.chain, c.close, c.settling, *c.stats])
-    return x, jnp.concatenate([scalars, c.armed.astype(jnp.int32), c.cluster.astype(jnp.int32), c.mode])
+    x = jnp.concatenate(
+        [jnp.stack([c.t, c.h, c.retake_limit, c.crossing, c.t_event]), c.y, c.f, c.g, c.rate, *c.tangents]
+    )
+    scalars = jnp.stack([c.status, c.retakes, c.events_at_instant, c.zeno_count, c.restart_stage, *c.stats])
+    return x, jnp.concatenate([scalars, c.armed.astype(jnp.int32), c.zeno_guards.astype(jnp.int32), c.mode])
 
 
 def carried_size(ny: int, ng: int, nm: int) -> int:
@@ -68,13 +70,13 @@ def carried_size(ny: int, ng: int, nm: int) -> int:
 def unpack(packed: Packed, ny: int, ng: int, tangents: int = 0) -> Carry:
     x, n = packed
     head, y, f, g, rate, *along = jax.lax.split(x, (5, ny, ny, ng, ng, *(ny,) * tangents))
-    scalars, armed, cluster, mode = jax.lax.split(n, (FIXED, ng, ng, n.shape[0] - FIXED - 2 * ng))
-    t, h, cap, crossing, t_event = jnp.unstack(head)
-    status, retakes, chain, close, settling, *counted = jnp.unstack(scalars)
+    scalars, armed, zeno_guards, mode = jax.lax.split(n, (FIXED, ng, ng, n.shape[0] - FIXED - 2 * ng))
+    t, h, retake_limit, crossing, t_event = jnp.unstack(head)
+    status, retakes, events_at_instant, zeno_count, restart_stage, *counted = jnp.unstack(scalars)
     return Carry(
         t,
         h,
-        cap,
+        retake_limit,
         crossing,
         t_event,
         y,
@@ -82,12 +84,12 @@ def unpack(packed: Packed, ny: int, ng: int, tangents: int = 0) -> Carry:
         g,
         rate,
         armed > 0,
-        cluster > 0,
+        zeno_guards > 0,
         status,
         retakes,
-        chain,
-        close,
-        settling,
+        events_at_instant,
+        zeno_count,
+        restart_stage,
         Stats(*counted),
         mode,
         tuple(along),
@@ -157,7 +159,7 @@ TINY = 1e-15
 
 
 class Found(NamedTuple):
-    share: Scalar  # of the step, `inf` where the attempt is valid
+    step_fraction: Scalar  # of the step, `inf` where the attempt is valid
     guard: Count
     instant: Mark  # `guard` fires where the step started
 
@@ -205,16 +207,16 @@ def search(
     # (just above -tol the steps that are left would be too short to move a state)
     at_start = inconsistent(c, tol) | (sinking & ((d0 <= 0.5 * g1) | (c.g <= -0.5 * tol)))
     root = jnp.where(sinking | (c.retakes >= 8), 0.5, first_root(c.g, d0, g1, d1))
-    share = jnp.where(crosses, root, jnp.inf)
+    step_fraction = jnp.where(crosses, root, jnp.inf)
 
     # the cubic is a guess: a minimum near zero is sampled at its predicted location
     s, lowest, exists = interior_minimum(c.g, d0, g1, d1)
     high = jnp.maximum(c.g, g1)
     near = exists & ~crosses & (lowest < 0.1 * high) & (high > 10 * tol)
-    share = jnp.minimum(share, jnp.where(near, s, jnp.inf))
-    share = jnp.minimum(share, negative_from)
-    least, i = first_least(jnp.where(at_start, -1.0, share))
-    return Found(share=entry(share, i), guard=i, instant=least < 0)
+    step_fraction = jnp.minimum(step_fraction, jnp.where(near, s, jnp.inf))
+    step_fraction = jnp.minimum(step_fraction, negative_from)
+    least, i = first_least(jnp.where(at_start, -1.0, step_fraction))
+    return Found(step_fraction=entry(step_fraction, i), guard=i, instant=least < 0)
 
 
 def sampled(

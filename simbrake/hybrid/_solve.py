@@ -185,7 +185,7 @@ class Record(eqx.Module):
             def rhs(t: Scalar, y: Array) -> Array:
                 return flat.rhs(t, y, row.mode)
 
-            y = method.moved(rhs, row.t, row.y, h) if still else method.whole(rhs, row.t, row.y, h)[0]
+            y = method.state_after(rhs, row.t, row.y, h) if still else method.step_with_rate(rhs, row.t, row.y, h)[0]
             return row.t + h, flat.unpack_state(y)
 
         return jax.vmap(one)(index, h)
@@ -335,7 +335,7 @@ def hybridsolve(
         starts = jnp.concatenate([t[:, None], y], axis=1)
 
         p, mode0 = problem(params, others)
-        rolled = method.rolled().settled(lambda t, y: p.flat.rhs(t, y, mode0), p.t0, flat_y0)
+        rolled = method.rolled().with_fixed_jacobian(lambda t, y: p.flat.rhs(t, y, mode0), p.t0, flat_y0)
 
         def row(start: Array, i: Count) -> Rows:
             found = jax.tree.map(lambda leaf: leaf[i], rows)
@@ -390,7 +390,7 @@ def _go_on(p: Problem, y0: Array, mode0: Array, carried: Array, limit: Count | i
     return closed(unpack((x, n), ny, ng), rows, count), jnp.concatenate([x, n.astype(x.dtype)])
 
 
-def stretch(
+def solve_segment(
     system: AbstractHybridSystem,
     y0: PyTree,
     mode0: PyTree,
@@ -430,14 +430,14 @@ def posed(
 
 
 def beginning(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree, t0: Scalar | float) -> np.ndarray:
-    """Start of a run for `stretch`."""
+    """Start of a run for `solve_segment`."""
     y, mode = ravel(y0, jnp.float64), pack_mode(mode0)
     guards = flatten(system, *likes(y0, mode0)).guards
     ng = jax.eval_shape(guards, jnp.asarray(t0, jnp.float64), y, mode).size
     return np.full(carried_size(y.size, ng, mode.size), np.nan)
 
 
-def joined(parts: Sequence[Rows], last: Record, room: int) -> Record:
+def concatenate(parts: Sequence[Rows], last: Record, room: int) -> Record:
     """The rows of all parts as one record with space for `room` attempts; `last` is the part that ended the run."""
     count = sum(len(part.t) for part in parts)
 

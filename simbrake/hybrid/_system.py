@@ -306,7 +306,7 @@ class Flat(eqx.Module):
             return np.int32(Code.COMPLETED)
         return jnp.asarray(self.system.code_at_end(self.unpack_mode(mode)), jnp.int32)
 
-    def look(self, t: Array, y: Array, mode: Array) -> tuple[Array, Array, Array]:
+    def rates_and_guards(self, t: Array, y: Array, mode: Array) -> tuple[Array, Array, Array]:
         """Rates of the states, guards and their rates."""
         system, y, mode = self.system, self.unpack_state(y), self.unpack_mode(mode)
         if isinstance(system, AbstractSemiExplicitSystem):
@@ -321,7 +321,7 @@ class Flat(eqx.Module):
         """Rates of states and guards, without derivatives."""
         numbers, rest = eqx.partition((self, t, y), eqx.is_inexact_array)
         still, t, y = eqx.combine(jax.lax.stop_gradient(numbers), rest)
-        f, _, rate = still.look(t, y, mode)
+        f, _, rate = still.rates_and_guards(t, y, mode)
         return f, rate
 
     def jump(self, t: Array, y: Array, mode: Array, fired: Array, at_stop: Array) -> tuple[Array, Array, Array]:
