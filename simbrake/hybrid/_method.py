@@ -76,12 +76,6 @@ class AbstractMethod(eqx.Module):
         """Weight of the rate at the end of a step in its error estimate."""
         return 0.0
 
-    def step(self, rhs: Rhs, t: Scalar, y: State, f: State, h: Scalar) -> tuple[State, State, State]:
-        """From `(t, y)` with `f = rhs(t, y)` over `h`: the new state, its error estimate, and `rhs` there."""
-        y1, error = self.attempt(rhs, t, y, f, h)
-        f1 = rhs(t + h, y1)
-        return y1, error + h * self.error_of_rate * f1, f1
-
     @abc.abstractmethod
     def step_with_rate(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
         """The new state of a step and `rhs` there, as a program with as few call sites of `rhs` as possible."""
