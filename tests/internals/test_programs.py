@@ -2,6 +2,10 @@
 
 import gc
 import importlib
+import json
+import os
+import pathlib
+import subprocess
 import sys
 import weakref
 from typing import Any, NamedTuple
@@ -200,6 +204,18 @@ def test_programs_of_structures_stay_bounded(monkeypatch):
     assert most <= 2.5 * each
     assert found[0] == found[-1]
     assert mappings() - before < 60
+
+
+@pytest.mark.slow
+def test_many_structures_with_prints_and_gradients():
+    """A short turn of the script that tries a thousand of them (with the options of users)."""
+    script = pathlib.Path(__file__).parents[1] / "many_structures.py"
+    users = {name: value for name, value in os.environ.items() if not name.startswith(("XLA_", "JAX_"))}
+    done = subprocess.run([sys.executable, script, "52", "24"], capture_output=True, text=True, env=users, check=False)
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout.splitlines()[-1])
+    assert found["mappings"] < 20_000
+    assert found["megabytes"] < 1500.0
 
 
 @pytest.fixture
