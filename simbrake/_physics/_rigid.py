@@ -100,7 +100,7 @@ class ContactGuards(NamedTuple):
     low: Array
     lever: Array
     locking: Array | None
-    sound: dict[str, Array]
+    sound: Any
 
 
 class AbstractContact(AbstractMechanism):

@@ -129,7 +129,8 @@ def _limits_part() -> Any:
         array(90000.)
     """
     body = {"__module__": __name__, "__doc__": about, "__annotations__": dict.fromkeys(fields, Scalar | None)}
-    return type(AbstractLimits)("Limits", (AbstractLimits,), {**body, **fields, "faults": faults})
+    kind: Any = type(AbstractLimits)  # (equinox's own, which makes a dataclass of the fields)
+    return kind("Limits", (AbstractLimits,), {**body, **fields, "faults": faults})
 
 
 Limits = _limits_part()

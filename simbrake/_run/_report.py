@@ -13,7 +13,6 @@ from .._phases import Phases
 from .._physics._brake import BrakeSystem
 from .._physics._mechanism import BandMode, Label, Mode
 from ..hybrid import FINISHED, Record
-from ..hybrid._arrays import Array
 from ._choice import stiffness
 from ._duty import (
     DutyKind,
@@ -196,7 +195,7 @@ class Report:
         found: list[Event] = []
         for name, limit in self._limits.items():
 
-            def excess(seen: ScanColumns, name: str = name, limit: float = limit) -> Array:
+            def excess(seen: ScanColumns, name: str = name, limit: float = limit) -> np.ndarray:
                 return (np.asarray(seen.passing[name]) - limit) / max(abs(limit), 1.0)
 
             values = excess(self._scan.seen)
@@ -228,7 +227,7 @@ class Report:
                 found.append(Event(float(t[i + 1]), f"{name}_{what}", int(lining) + 1))
         return found
 
-    def _locate(self, margins_of: Callable[[ScanColumns], Array], crossings: list[tuple[int, int]]) -> np.ndarray:
+    def _locate(self, margins_of: Callable[[ScanColumns], Any], crossings: list[tuple[int, int]]) -> np.ndarray:
         """Times at which margins rise through zero."""
         scan = self._scan
         sample, mark = np.asarray(crossings, int).T
