@@ -30,6 +30,7 @@ _BLOCKS, _LONG = (256, 64, 16), 1024
 #: up to as many samples are partial steps, of a method whose steps are too long for anything else: one program less
 _SHORT, _LONG_STEPS = 1024, 6
 _POINTS, _ROUNDS, _FINER = 9, 2, 0.03  # of finer and finer grids around a maximum value
+_FEW_POINTS = 5  # of one grid alone
 #: tensions of the lever that differ by less than this share of the largest are the same
 _SAME = 1e-9
 
@@ -291,7 +292,12 @@ class PeakBracket(NamedTuple):
 
 
 def _polish(
-    look: Callable[[Array, Array], Array], xp: ModuleType, near: PeakBracket, width: float, rounds: int = _ROUNDS
+    look: Callable[[Array, Array], Array],
+    xp: ModuleType,
+    near: PeakBracket,
+    width: float,
+    rounds: int = _ROUNDS,
+    count: int = _POINTS,
 ) -> tuple[Array, Array]:
     """Rows and shares (k,) of maximum values near samples of them: finer grids, each with a parabola through its best.
 
@@ -299,7 +305,7 @@ def _polish(
     after it. Where no parabola fits, at a corner or an end, the next grid reaches from one neighbour to the other.
     At an interior maximum the rate is 0, so that its derivative does not depend on where exactly it was found.
     """
-    grid = xp.linspace(-1.0, 1.0, _POINTS)
+    grid = xp.linspace(-1.0, 1.0, count)
     last = xp.where(near.after != near.row, 1.0 + near.times, 1.0)
 
     def placed(x: Array) -> tuple[Array, Array]:
@@ -313,7 +319,7 @@ def _polish(
         rows, shares = placed(points)
         top = look(rows, shares)
         best = xp.argmax(top, axis=1)
-        mid = xp.clip(best, 1, _POINTS - 2)
+        mid = xp.clip(best, 1, count - 2)
 
         def at(values: Array, place: Array) -> Array:
             return xp.take_along_axis(values, place[:, None], axis=1)[:, 0]
@@ -325,7 +331,7 @@ def _polish(
         fits = (best == mid) & same & (curve < 0) & (abs(left - right) < 1e-9)
         bend = 0.5 * left * (low - high) / xp.where(fits, curve, 1.0)
         x = xp.clip(at(points, best) + xp.where(fits, bend, 0.0), 0.0, last)
-        return x, width * xp.where(fits, _FINER, 2.0 / (_POINTS - 1))
+        return x, width * xp.where(fits, _FINER, 2.0 / (count - 1))
 
     entry = (near.share, xp.full(near.share.shape, width))
     if xp is jnp:
@@ -372,13 +378,15 @@ def peaks_between(scan: Scan, names: Sequence[str], spans: Sequence[tuple[int, i
         return {name: np.zeros(0) for name in names}
     n = scan.samples
     found = [_highest(scan, scan.seen.tops[name][a * n : b * n], a) for name in names for a, b in spans]
-    # (one round: of many spans only a long run has, whose steps are short)
-    seen = _polished(scan, [name for name in names for _ in spans], found, 1)
+    # (one round of few points: of many spans only a long run has, whose steps are short)
+    seen = _polished(scan, [name for name in names for _ in spans], found, 1, _FEW_POINTS)
     each = len(spans)
     return {name: seen.tops[name][k * each : (k + 1) * each] for k, name in enumerate(names)}
 
 
-def _polished(scan: Scan, names: Sequence[str], found: Sequence[PeakBracket], rounds: int = _ROUNDS) -> ScanColumns:
+def _polished(
+    scan: Scan, names: Sequence[str], found: Sequence[PeakBracket], rounds: int = _ROUNDS, count: int = _POINTS
+) -> ScanColumns:
     """What is seen at maximum values near the samples `found`, each of the metric in its place among `names`."""
     near = PeakBracket(*(np.concatenate(column) for column in zip(*found, strict=True)))
 
@@ -386,7 +394,7 @@ def _polished(scan: Scan, names: Sequence[str], found: Sequence[PeakBracket], ro
         tops = scan.look(rows.ravel(), shares.ravel()).tops
         return np.stack([tops[name].reshape(rows.shape)[k] for k, name in enumerate(names)])
 
-    return scan.look(*_polish(look, np, near, 1.0 / (scan.samples - 1), rounds))
+    return scan.look(*_polish(look, np, near, 1.0 / (scan.samples - 1), rounds, count))
 
 
 def to_hold(scan: Scan, tension: Float[Array, " m"]) -> tuple[Array, Array]:
