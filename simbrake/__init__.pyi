@@ -15,6 +15,7 @@ from . import wear as wear
 from ._base._faults import Fault as Fault
 from ._base._faults import InputError as InputError
 from ._base._part import quantity as quantity
+from ._outputs._log import SimulationError as SimulationError
 from ._pages._page import report as report
 from ._parts._programme import programme_scene as programme_scene
 from ._parts._scene import Duty as Duty
@@ -24,7 +25,6 @@ from ._parts._scene import Scene as Scene
 from ._parts._scene import check as check
 from ._run._edit import with_materials as with_materials
 from ._run._edit import with_values as with_values
-from ._run._log import SimulationError as SimulationError
 from ._run._measure import Limits as Limits
 from ._run._networks import cyclic_steady_state as cyclic_steady_state
 from ._run._networks import simulate_heat as simulate_heat

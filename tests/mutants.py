@@ -2,8 +2,8 @@
 
     python tests/mutants.py [WORD] [--pytest "FILE -k NAME"]
 
-`mutants.csv` has a hundred: function, expression, what stands there instead, and what sees it (a file of tests, or the
-numbers of `simbrake validate` of that name), or why nothing can. WORD: those whose module or function contains it.
+`mutants.csv` has some hundred: function, expression, what stands there instead, and what sees it (a file of tests, or
+the numbers of `simbrake validate` of that name), or why nothing can. WORD: those whose module or function contains it.
 `--pytest`: what is run instead, as `tests/physics`. Errors at other places, drawn anew: mutmut, see CONTRIBUTING.
 """
 

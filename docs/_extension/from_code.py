@@ -14,10 +14,10 @@ from typing import Any
 from reference import unit_of
 from sphinx.application import Sphinx
 
+from simbrake._outputs import _log as names
+from simbrake._outputs._metrics import METRICS
+from simbrake._outputs._quantities import PAIR_COLUMNS, SERIES_COLUMNS
 from simbrake._physics import _mechanism
-from simbrake._run import _log as names
-from simbrake._run._metrics import METRICS
-from simbrake._run._quantities import PAIR_COLUMNS, SERIES_COLUMNS
 
 DOCS = pathlib.Path(__file__).parents[1]
 sys.path[:0] = [str(DOCS.parent), str(DOCS.parent / "papers")]  # benchmarks, and what recomputes the papers

@@ -176,7 +176,7 @@ def _axes(scene: cli.Scene, asked: Mapping[str, _Values], axes: dict[str, Any]) 
 
 def _metrics_of(scene: cli.Scene, text: str | None) -> tuple[str, ...]:
     """`--metrics`: names with commas between them, `all`, or the default metrics of an ensemble."""
-    from .._run._metrics import metric_names
+    from .._outputs._metrics import metric_names
     from ..studies._ensemble import default_metrics
 
     if text is None:

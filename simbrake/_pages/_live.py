@@ -11,10 +11,10 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from .._base._table import ZERO
+from .._outputs._log import plain_words
+from .._outputs._quantities import Series
 from .._parts._scene import Scene
 from .._run._linings import WORDS, lining_contacts, look
-from .._run._log import plain_words
-from .._run._quantities import Series
 from .._run._result import Result
 from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake

@@ -21,9 +21,12 @@ from .. import plot
 from .._base._faults import InputError, whole_file, whole_folder
 from .._base._progress import Waiting, waiting
 from .._base._table import Column, Number, Table, digits, number
+from .._outputs._duty import stop_table
+from .._outputs._metrics import METRICS
+from .._outputs._quantities import flat as flat_series
+from .._outputs._quantities import unit_of_column
 from .._parts._scene import Scene, paths_without_meaning
 from .._run._accuracy import SCOPE, Accuracy, accuracy
-from .._run._duty import stop_table
 from .._run._measure import (
     LimitCheck,
     Metric,
@@ -37,9 +40,6 @@ from .._run._measure import (
     text_with_limits,
     title_of,
 )
-from .._run._metrics import METRICS
-from .._run._quantities import flat as flat_series
-from .._run._quantities import unit_of_column
 from .._run._result import Result
 from .._run._simulate import simulate
 from ..brakes._design import Brake

@@ -31,11 +31,11 @@ from .._base._part import leaves
 from .._base._progress import Waiting
 from .._base._quantity import BAD, NumberReader
 from .._base._table import digits, pretty, scale
+from .._outputs._log import STATUS_MESSAGES, Status
+from .._outputs._metrics import METRICS
 from .._parts._scene import Scene
 from .._run._edit import with_values
-from .._run._log import STATUS_MESSAGES, Status
 from .._run._measure import limit_checks, measure, title_of, unit_of
-from .._run._metrics import METRICS
 from .._run._result import Result
 from .._run._simulate import simulate
 from ..hybrid import LANDED, STOPPED

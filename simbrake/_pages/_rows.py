@@ -9,12 +9,12 @@ import numpy as np
 
 from .._base._part import about_of, below, parts_below
 from .._base._table import Column, Number, Table, digits, number, numbers, scale
+from .._outputs._duty import OfStops
+from .._outputs._log import STAGES, Event, plain_words
+from .._outputs._metrics import METRICS, RESIDUAL_SEES, Balance, energy_balance, heat_balance
 from .._parts._scene import Scene
 from .._phases import Phases
-from .._run._duty import OfStops
-from .._run._log import STAGES, Event, plain_words
 from .._run._measure import Colour, LimitCheck, title_of, unit_of
-from .._run._metrics import METRICS, RESIDUAL_SEES, Balance, energy_balance, heat_balance
 from .._run._result import Result
 from ..loads import AbstractLoad, Driller, HookLoad, Lever, SpeedHold, StringLoad, TorqueLoad, TrippingLoad
 from ..profiles import AbstractProfile, Constant, ExponentialRise, FunctionProfile, PiecewiseLinear, Repeated

@@ -1,1 +1,1 @@
-"""Running a scene and reading its results: events, series, metrics, peaks."""
+"""Running a scene: simulate, prepare, results, limits, verdict, accuracy."""

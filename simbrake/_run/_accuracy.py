@@ -14,13 +14,13 @@ from jaxtyping import Float
 
 from .._base._faults import Fault, InputError
 from .._base._table import Column, Number, Table, Tabular, digits, number, plain, pretty
+from .._outputs._log import Event
+from .._outputs._metrics import ENERGIES, METRICS, about_output
+from .._outputs._probe import Entry, RunJit, in_lanes
+from .._outputs._scan import Scan
 from ..hybrid import FINISHED, Code, Record, Rodas5P
-from ._log import Event
 from ._measure import title_of
-from ._metrics import ENERGIES, METRICS, about_output
-from ._probe import Entry, RunJit, in_lanes
 from ._result import Result
-from ._scan import Scan
 from ._simulate import EPS, rounding, second_rtol, simulate, solver_of
 
 #: share of a run to which instants near 0 are resolved, relative to rounding

@@ -16,15 +16,15 @@ from numpy.polynomial import legendre
 from .._base._faults import Fault, InputError
 from .._base._part import Whole, quantity, takes_values
 from .._base._quantity import Scalar, as_number
+from .._outputs._probe import POINTS, Number, Probe, RunJit, as_tree, integral, probe_many, record_of
+from .._outputs._quantities import LINING_QUANTITIES, PairSeen, Rubbing, View, times_within
+from .._outputs._scan import peak
 from .._parts._scene import band_brake
 from .._physics._brake import BrakeSystem
 from ..brakes._design import Brake, under_a_band
 from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array
-from ._probe import POINTS, Number, Probe, RunJit, as_tree, integral, probe_many, record_of
-from ._quantities import LINING_QUANTITIES, PairSeen, Rubbing, View, times_within
 from ._result import Result
-from ._scan import peak
 
 #: wear rate `I` (m³/(N·m)): a number, one per lining, or a function `I(p, v, T)` of pressure, slip speed, temperature
 WearRate = Number | Callable[..., Any]

@@ -14,11 +14,11 @@ from .._base._faults import Fault, InputError
 from .._base._part import quantity
 from .._base._quantity import BAD, NumberReader, Quantity, Scalar
 from .._base._table import ZERO, digits, number, plain
+from .._outputs._metrics import HOLDING, HOT, METRICS, about_output, allowable_values, lever_of, metric_names
+from .._outputs._probe import Entry, Number
 from .._parts._scene import AbstractLimits, Scene, require_scene
 from ..hybrid._arrays import Array
 from ._linings import lining_peak
-from ._metrics import HOLDING, HOT, METRICS, about_output, allowable_values, lever_of, metric_names
-from ._probe import Entry, Number
 from ._report import body_of, hottest_first
 from ._report import text as text_of
 from ._result import Result

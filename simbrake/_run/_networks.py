@@ -14,6 +14,9 @@ from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._part import as_arrays, faults_of_values
 from .._base._quantity import faults_of_tolerance
+from .._outputs._metrics import closure_of
+from .._outputs._probe import Number, is_traced
+from .._outputs._quantities import array_of_times
 from .._parts._scene import Scene, pairs_of
 from .._physics._brake import course_of_profile
 from .._physics._sparsity import couplings
@@ -32,9 +35,6 @@ from ..profiles import hides_nothing, next_known_time
 from ..thermal._heat import Heat, initial_temperatures, node_names
 from ..thermal._network import Junction, Reservoir
 from ._choice import stiff_heat
-from ._metrics import closure_of
-from ._probe import Number, is_traced
-from ._quantities import array_of_times
 from ._result import Result
 from ._simulate import Solver, as_method, simulate, solver_for
 

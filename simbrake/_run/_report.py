@@ -8,13 +8,7 @@ import jax
 import numpy as np
 
 from .._base._table import Table, in_rig_units, number, plain
-from .._parts._scene import plausibility, warnings
-from .._phases import Phases
-from .._physics._brake import BrakeSystem
-from .._physics._mechanism import BandMode, Label, Mode
-from ..hybrid import FINISHED, Record
-from ._choice import stiffness
-from ._duty import (
+from .._outputs._duty import (
     DutyKind,
     columns_of,
     counted,
@@ -26,8 +20,8 @@ from ._duty import (
     stops_of,
     words_of,
 )
-from ._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of, with_phases
-from ._metrics import (
+from .._outputs._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of, with_phases
+from .._outputs._metrics import (
     HOLDING,
     HOT,
     METRICS,
@@ -42,9 +36,15 @@ from ._metrics import (
     marks_of,
     metrics_of,
 )
-from ._probe import Entry, RunJit, record_of
-from ._scan import Scan, ScanColumns, Wanted, largest_share_of_capacity, peaks
-from ._stability import shortage
+from .._outputs._probe import Entry, RunJit, record_of
+from .._outputs._scan import Scan, ScanColumns, Wanted, largest_share_of_capacity, peaks
+from .._outputs._stability import shortage
+from .._parts._scene import plausibility, warnings
+from .._phases import Phases
+from .._physics._brake import BrakeSystem
+from .._physics._mechanism import BandMode, Label, Mode
+from ..hybrid import FINISHED, Record
+from ._choice import stiffness
 
 #: from the place in a step where the samples have a zero that of the run is at most this far (share of the step)
 _NEAR = 1e-3

@@ -19,6 +19,20 @@ from .._base._compiling import DeviceJit, run_device
 from .._base._faults import InputError
 from .._base._part import leaves
 from .._base._table import Table, number
+from .._outputs._log import FAILURES, STATUS_MESSAGES, Events, Stage, Status, failure_of, status_of
+from .._outputs._metrics import HOLDING, METRICS, Peak, energies, stored_heat, worn_thickness
+from .._outputs._probe import (
+    Entry,
+    end_capacity,
+    ends_of,
+    is_traced_run,
+    lowers_steadily,
+    probe_at,
+    probe_many,
+    runs_away,
+)
+from .._outputs._quantities import Series, array_of_times, fault_of_times, outside, series_of
+from .._outputs._scan import peak
 from .._parts._scene import Scene
 from .._phases import AfterTravel, AtTemperature, Phases
 from .._physics._brake import BrakeSystem, BrakeUnderRope, Capacity
@@ -26,12 +40,7 @@ from .._physics._mechanism import BrakeCode
 from ..hybrid import LANDED, STOPPED, Code, Record
 from ..hybrid._arrays import Array
 from ..thermal._heat import node_names
-from ._log import FAILURES, STATUS_MESSAGES, Events, Stage, Status, failure_of, status_of
-from ._metrics import HOLDING, METRICS, Peak, energies, stored_heat, worn_thickness
-from ._probe import Entry, end_capacity, ends_of, is_traced_run, lowers_steadily, probe_at, probe_many, runs_away
-from ._quantities import Series, array_of_times, fault_of_times, outside, series_of
 from ._report import Report, labels_of
-from ._scan import peak
 
 # --- derivatives that exist on one side only --------------------------------------------------------------------------
 

@@ -35,6 +35,9 @@ from .._base._part import Whole, faults_of_whole, leaves
 from .._base._programs import Kept
 from .._base._progress import Tell, Waiting, telling
 from .._base._quantity import faults_of_tolerance, shown
+from .._outputs._log import FAILURES, SimulationError
+from .._outputs._metrics import identity_of
+from .._outputs._probe import Number, is_traced
 from .._parts._scene import Scene, check, checked
 from .._physics._assemble import assemble
 from .._physics._brake import BrakeSystem, State
@@ -55,10 +58,7 @@ from ..hybrid._arrays import Array
 from ..hybrid._lanes import hybridsolve_lane
 from ._choice import stiffness
 from ._edit import with_values
-from ._log import FAILURES, SimulationError
 from ._measure import Metric, check_metrics, measure, name_of, unit_of
-from ._metrics import identity_of
-from ._probe import Number, is_traced
 from ._result import Result, RunLimits
 
 # --- errors of answers ------------------------------------------------------------------------------------------------

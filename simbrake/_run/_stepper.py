@@ -19,6 +19,9 @@ from .._base._faults import Fault, InputError
 from .._base._programs import Kept
 from .._base._quantity import NumberReader, Quantity, faults_of_tolerance
 from .._base._table import number
+from .._outputs._log import Event, SimulationError
+from .._outputs._probe import Probe, RunJit, seen_at
+from .._outputs._quantities import Series, flat, series_of
 from .._parts._scene import Scene, checked
 from .._phases import Phases
 from .._physics._brake import LEVER, LOAD, BrakeSystem, State
@@ -28,9 +31,6 @@ from ..hybrid._arrays import Array
 from ..hybrid._system import pack_mode, ravel, unravel
 from ..loads import Actuator, Driller, Lever, SpeedHold, TorqueLoad
 from ..profiles import PiecewiseLinear
-from ._log import Event, SimulationError
-from ._probe import Probe, RunJit, seen_at
-from ._quantities import Series, flat, series_of
 from ._report import labels_of
 from ._result import Result, RunLimits
 from ._simulate import Solver, method_of, posed, require_64_bits, solver_name, solver_of

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 from .._base._faults import InputError
 from .._base._table import coloured, number, rows_table
-from ._duty import DutyKind, speed_is_led
-from ._log import Status
+from .._outputs._duty import DutyKind, speed_is_led
+from .._outputs._log import Status
+from .._outputs._metrics import HOT, about_output
+from .._outputs._probe import Entry
 from ._measure import Colour, Judged, LimitCheck, LimitVerdict, judged, limit_checks, read_limits, title_of
-from ._metrics import HOT, about_output
-from ._probe import Entry
 from ._report import body_of, hottest_first
 from ._result import Result
 

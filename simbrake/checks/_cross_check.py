@@ -16,11 +16,11 @@ from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._progress import waiting
 from .._base._table import Table
+from .._outputs._log import Event
+from .._outputs._metrics import marks
 from .._parts._scene import Scene
 from .._physics._mechanism import Label, events_of_change
 from .._run._choice import stiffness
-from .._run._log import Event
-from .._run._metrics import marks
 from .._run._result import Result
 from .._run._simulate import simulate
 from ..hybrid import Record

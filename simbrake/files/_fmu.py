@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 
 from .._base._faults import Fault, InputError, needed, whole_file
+from .._outputs._quantities import SERIES_COLUMNS
 from .._parts._scene import Scene
-from .._run._quantities import SERIES_COLUMNS
 from .._run._stepper import Stepper
 from ..loads import TorqueLoad
 from ._scene_file import leaves, scene_from_text, scene_text

@@ -8,9 +8,9 @@ from typing import NamedTuple, TypeVar
 import numpy as np
 from jaxtyping import Float
 
+from .._outputs._quantities import Series
 from .._parts._scene import Scene
 from .._run._networks import with_temperatures
-from .._run._quantities import Series
 from .._run._result import Result
 from ..thermal._heat import Heat, initial_temperatures, node_names
 from ..thermal._material import Material

@@ -8,10 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from .._outputs._log import internal_slip_tension
 from .._parts._scene import Scene, band_brake, sensed_at_start
 from .._physics._shaft import Shaft
 from .._physics._staged import InternalPair, RimInputs
-from .._run._log import internal_slip_tension
 from ..brakes._band import grip, running_product, tension_ratio
 from ..brakes._design import Bandage, unloaded
 from ..friction import SurfaceState, memory_at_start

@@ -19,14 +19,14 @@ from .._base._faults import Fault
 from .._base._progress import Waiting
 from .._base._quantity import as_number
 from .._base._table import Column, Table, Tabular, plain
+from .._outputs._log import FAILURES, SimulationError
+from .._outputs._probe import as_tree
+from .._outputs._quantities import Rubbing
 from .._parts._scene import Scene, band_brake, faults, read_by_linings
 from .._physics._assemble import assemble
 from .._physics._sliding import LiningFriction
 from .._run._linings import fault_of_pair, friction_work, lining_mean, lining_wear, wearing
-from .._run._log import FAILURES, SimulationError
 from .._run._measure import name_of
-from .._run._probe import as_tree
-from .._run._quantities import Rubbing
 from .._run._result import Result
 from ..brakes._band import running_product
 from ..hybrid._arrays import Array

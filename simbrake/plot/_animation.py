@@ -24,9 +24,9 @@ from scipy.integrate import cumulative_trapezoid
 from .._base._faults import Fault, InputError, whole_file
 from .._base._progress import Progress
 from .._base._quantity import as_number
+from .._outputs._quantities import Series, fault_of_times
 from .._parts._scene import band_brake
 from .._run._linings import lining_contacts, look
-from .._run._quantities import Series, fault_of_times
 from .._run._result import Result
 from ._pulley import (
     CONTACT_COLOURS,

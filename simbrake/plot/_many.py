@@ -14,7 +14,7 @@ from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import Fault, InputError
 from .._base._table import scale
-from .._run._log import Status
+from .._outputs._log import Status
 from .._run._result import Result
 from ..results._dataset import dataset, load
 from ._shared import BLUE, CYCLE, MARKED, TEXT, VERMILLION, finish, name_marks, sheet, styled

@@ -14,10 +14,10 @@ from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, Wedge
 from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import Fault, InputError
+from .._outputs._probe import Probe
+from .._outputs._quantities import times_within
 from .._parts._scene import band_brake
 from .._run._linings import WORDS, Contact, lining_contacts, look
-from .._run._probe import Probe
-from .._run._quantities import times_within
 from .._run._result import Result
 from ..brakes._band import AbstractStiffness, ParallelBands
 from ..brakes._design import Brake

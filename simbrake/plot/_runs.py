@@ -14,8 +14,8 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import Fault, InputError
+from .._outputs._quantities import LINING_QUANTITIES, Series
 from .._run._linings import HEAT, VIEW_OF_HEAT, WORDS, Contact, RunningIn, lining_values, overlap
-from .._run._quantities import LINING_QUANTITIES, Series
 from .._run._result import Result
 from ..brakes._design import BrakeWords
 from ..loads import AbstractString

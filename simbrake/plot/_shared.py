@@ -23,8 +23,8 @@ from matplotlib.ticker import FuncFormatter
 
 from .._base._faults import Fault, InputError
 from .._base._table import number
+from .._outputs._quantities import Series
 from .._parts._scene import Scene
-from .._run._quantities import Series
 from .._run._result import Result
 
 Times: TypeAlias = Float[np.ndarray, " t"]  # s

@@ -13,8 +13,8 @@ __getattr__ = answers(
     __name__,
     internal={
         "Colour": "_run._measure",
-        "Need": "_run._metrics:Requirement",
-        "Rubbing": "_run._quantities",
+        "Need": "_outputs._metrics:Requirement",
+        "Rubbing": "_outputs._quantities",
         "rubbing": "_run._linings",
     },
     others=_named,

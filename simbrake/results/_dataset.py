@@ -21,10 +21,18 @@ from .._base._compiling import accelerators, run_device
 from .._base._faults import MOST_BYTES_OF_TABLE, Fault, InputError, needed, text_of_file, whole_file
 from .._base._fingerprint import fingerprint
 from .._base._part import leaves
+from .._outputs._duty import stop_variables
+from .._outputs._metrics import about_output
+from .._outputs._quantities import (
+    RENAMED,
+    SERIES_COLUMNS,
+    Series,
+    flat,
+    meaning_of_column,
+    times_within,
+    unit_of_column,
+)
 from .._parts._scene import Scene, warnings
-from .._run._duty import stop_variables
-from .._run._metrics import about_output
-from .._run._quantities import RENAMED, SERIES_COLUMNS, Series, flat, meaning_of_column, times_within, unit_of_column
 from .._run._result import Result
 from ..files._scene_file import scene_from_text, scene_text
 from ..hybrid import LANDED

@@ -12,15 +12,15 @@ import numpy as np
 from .._base._faults import InputError
 from .._base._progress import Waiting, waiting
 from .._base._table import Table, Tabular, digits, number
+from .._outputs._duty import DutyKind, rows_of
+from .._outputs._log import failure_of
+from .._outputs._metrics import HOLDING, about_output, energies_between, energy_balance
+from .._outputs._stability import least_outweighed, nearest_locking
 from .._parts._scene import Scene
-from .._run._duty import DutyKind, rows_of
-from .._run._log import failure_of
 from .._run._measure import Judged, LimitVerdict, Metric, name_of, title_of
-from .._run._metrics import HOLDING, about_output, energies_between, energy_balance
 from .._run._report import labels_of
 from .._run._result import Result
 from .._run._simulate import simulate
-from .._run._stability import least_outweighed, nearest_locking
 from .._run._verdict import SMALL_RESERVE, verdict
 from ..studies._sensitivity import Sensitivity
 from ..studies._sensitivity import sensitivity as sensitivities

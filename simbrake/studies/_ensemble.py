@@ -25,13 +25,13 @@ from .._base._fingerprint import FingerprintError, fingerprint, versions
 from .._base._part import leaves
 from .._base._progress import Progress
 from .._base._quantity import Quantity, behind
+from .._outputs._log import FAILURES, status_of
+from .._outputs._metrics import ENERGIES, METRICS, identity_of, metric_names
 from .._parts._scene import Scene, faults, require_scene
 from .._physics._mechanism import Label
 from .._run._choice import stiffness
 from .._run._edit import with_values
-from .._run._log import FAILURES, status_of
 from .._run._measure import Metric, check_metrics, name_of, unit_of
-from .._run._metrics import ENERGIES, METRICS, identity_of, metric_names
 from .._run._simulate import (
     check_limits,
     errors_between,

@@ -26,11 +26,11 @@ from .._base._faults import Fault, InputError
 from .._base._part import leaves
 from .._base._programs import STORE
 from .._base._quantity import behind
+from .._outputs._metrics import METRICS, identity_of
+from .._outputs._probe import lowers_steadily, runs_away
 from .._parts._scene import Scene, require_scene
 from .._run._edit import with_values
 from .._run._measure import Metric, measure, name_of
-from .._run._metrics import METRICS, identity_of
-from .._run._probe import lowers_steadily, runs_away
 from .._run._result import Result
 from .._run._simulate import Solver, room_for, simulate, simulate_lane, solver_name, solver_of, step_limits
 from ..hybrid import LANDED, Code, Record, Rodas5P

@@ -9,9 +9,9 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._part import leaves
 from .._base._progress import Waiting
+from .._outputs._log import FAILURES
 from .._parts._scene import Scene
 from .._run._edit import with_values
-from .._run._log import FAILURES
 from .._run._measure import Metric, measure
 from .._run._result import Result
 from ..hybrid._arrays import Array

@@ -10,8 +10,8 @@ import numpy as np
 
 from .._base._faults import Fault
 from .._base._table import Column, Table, Tabular, plain
+from .._outputs._log import SimulationError
 from .._parts._scene import Scene
-from .._run._log import SimulationError
 from .._run._measure import Metric, name_of, unit_of
 from ._ensemble import Dataset, ensemble
 from ._evaluator import Faults, asked_of

@@ -16,10 +16,10 @@ import numpy as np
 from .._base._faults import MOST_BYTES_OF_TABLE, Fault, InputError, text_of_file
 from .._base._quantity import behind
 from .._base._table import Tabular, Unit, plain, spelled, to_si, unit
+from .._outputs._metrics import METRICS
+from .._outputs._quantities import RENAMED, SERIES_COLUMNS, Series, flat, outside, pair_column, unit_of_column
 from .._parts._scene import Scene
 from .._run._measure import Metric, check_metrics, name_of, unit_of
-from .._run._metrics import METRICS
-from .._run._quantities import RENAMED, SERIES_COLUMNS, Series, flat, outside, pair_column, unit_of_column
 from .._run._result import Result
 from ..hybrid._arrays import Array
 from ._evaluator import Faults

@@ -14,9 +14,9 @@ from .._base._faults import Fault
 from .._base._part import leaves
 from .._base._quantity import Quantity, behind
 from .._base._table import Column, Table, Tabular, plain
+from .._outputs._log import FAILURES, SimulationError
 from .._parts._scene import Scene, faults, require_scene
 from .._run._edit import with_values
-from .._run._log import FAILURES, SimulationError
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from ._ensemble import Dataset, ensemble
 from ._evaluator import Columns, Faults, asked_of, place_of, same_numbers

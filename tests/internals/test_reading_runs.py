@@ -9,8 +9,8 @@ from heat_scenes import T0, fading, lump, rigid_stop
 from shipped import load
 
 import simbrake as sb
+from simbrake._outputs import _log, _scan
 from simbrake._physics import _chain, _mechanism, _sprung
-from simbrake._run import _log, _scan
 from simbrake._run._measure import measure, unit_of
 from simbrake.hybrid import Code
 from simbrake.results import METRICS, BandMode, metric_names

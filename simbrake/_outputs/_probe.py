@@ -13,14 +13,14 @@ from jaxtyping import Float, Int, PyTree
 from .._base._compiling import DeviceJit
 from .._base._corners import greater
 from .._base._progress import piece
-from .._physics import _outputs as capacities
 from .._physics._brake import BrakeNow, BrakeSystem, Capacity, State
 from .._physics._mechanism import MechanismOutputs, Mode
-from .._physics._outputs import HookNow, hook_of
 from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array, numpy_of
 from ..hybrid._system import unravel
 from ..loads import Lever
+from . import _capacity as capacities
+from ._capacity import HookNow, hook_of
 
 LANES = 128  # times looked at in one call of a compiled program
 _MANY_LANES = 512  # more where no step is taken

@@ -8,10 +8,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from .._physics._brake import LEVER, LOAD, BrakeNow, BrakeSystem, BrakeUnderRope, Capacity, State, piece_of
+from .._physics._mechanism import OPEN, Mode
 from ..hybrid import smallest
 from ..hybrid._arrays import Array
-from ._brake import LEVER, LOAD, BrakeNow, BrakeSystem, BrakeUnderRope, Capacity, State, piece_of
-from ._mechanism import OPEN, Mode
 
 #: up to this share of the tension the lever may still move, at its present rate over the time of the run so far
 _AT_REST = 1e-3

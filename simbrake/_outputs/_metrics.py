@@ -16,13 +16,13 @@ from .._base._table import number
 from .._parts._scene import Scene, has_load
 from .._physics._brake import BrakeSystem, BrakeUnderRope, State
 from .._physics._mechanism import BandMode, Ledger, Mode, slips
-from .._physics._outputs import can_lose_grip
 from ..brakes._design import Brake, Strength
 from ..hybrid import LANDED, Record, largest, smallest
 from ..hybrid._arrays import Array, numpy_of
 from ..loads import Lever
 from ..shaft import names_of
 from ..thermal._heat import PowerSplit
+from ._capacity import can_lose_grip
 from ._probe import Instant, Probe, RunJit, ends_of, terminal_speed
 from ._quantities import thickness
 

@@ -1,0 +1,1 @@
+"""What a run says: quantities at every instant, maxima and marks between the steps, metrics, events, stops."""
