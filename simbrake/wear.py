@@ -1,26 +1,26 @@
-"""Wear of the linings: its rate, and its effects on a brake before a run."""
+"""Wear of the linings: its rate, and the profile of a lever that first takes up a worn band."""
 
 import abc
 from typing import Any, TypeAlias
 
 import equinox as eqx
-import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, PyTree
+from jaxtyping import Bool, Float
 
 from ._base._corners import greater
-from ._base._faults import Fault, InputError
+from ._base._faults import Fault
 from ._base._part import Part, faults_of_sizes, leaves, part, quantity, short_for
 from ._base._quantity import Over, Scalar
+from ._base._retired import answers
 from ._phases import Phases
-from .brakes._design import Brake
-from .friction import GAS_CONSTANT, FrictionChange, TabulatedFade, TabulatedFriction, remembers
+from .brakes._design import AbstractBrake, Brake
+from .friction import GAS_CONSTANT, remembers
 from .hybrid._arrays import Array
 from .profiles import AbstractProfile, Piece, Real
-from .thermal._heat import Heat, TransmissionPartition
+from .thermal._heat import Heat
 from .thermal._material import ROOM
-from .thermal._network import Conductance, Lump, Wall, place_of
+from .thermal._network import Lump, Wall, place_of
 
 __all__ = [
     "AbstractWearRate",
@@ -31,9 +31,9 @@ __all__ = [
     "LinearWear",
     "ThresholdWear",
     "Wear",
-    "turned_scene",
-    "worn_scene",
 ]
+
+__getattr__ = answers(__name__, moved={name: f"studies.{name}" for name in ("turned_scene", "worn_scene")})
 
 #: of the friction face (K), `None` where a scene has none
 Temperature: TypeAlias = Float[Array, "..."] | float | None
@@ -263,106 +263,18 @@ class Delayed(AbstractProfile):
         return self.profile.faults(f"{path}.profile", low)
 
 
-def feeds_back(scene: Any) -> bool:
-    """Whether wear before a run changes the scene."""
-    wear = scene.wear
-    return wear is not None and (wear.geometry or wear.heat or wear.take_up_speed is not None)
+# --- errors between the wear and other parts of a scene ---------------------------------------------------------------
 
 
-def _worn(scene: Any) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
-    """Thickness worn off before the run, and the sizes of the linings: under a band their angles."""
-    weights = scene.brake.linings.weights
-    return jnp.broadcast_to(jnp.asarray(scene.wear.worn), weights.shape), weights
-
-
-def worn_scene(scene: Any) -> Any:
-    """The scene with the effects of the wear `h_i` before it (`Wear.worn`); unchanged without feedback.
-
-        geometry        R_b' = R_b − h̄,  h̄ = Σ β_i h_i/Σ β_i        the band follows the linings inwards
-        take_up_speed   T_0'(t) = T_0(t − Δ/u),  Δ = Σ β_i h_i = h̄ Σ β_i    the lever first takes up the slack Δ of the
-                        band's length, with its end at the speed u
-        heat            lumps of linings: C' = C s_i, conductances from them G' = G/s_i, s_i = 1 − h_i/δ;
-                        `TransmissionPartition`: δ_l' = δ_l − h̄.  Walls of linings: all layers by s_i (`walls_left`)
-
-    The band circle is one, so that its radius falls by the mean; the linkage is not readjusted in between. Faces do not
-    grow or shrink: the inner one stays on the rim.
-
-    Example:
-        >>> wear = sb.Wear(5e-14, worn="5 mm", geometry=True)
-        >>> worn = sb.wear.worn_scene(sb.Scene(scene.brake, scene.duty, scene.initial, 4.0, wear=wear))
-        >>> round(float(worn.brake.band.radius), 4)
-        0.618
-    """
-    if not feeds_back(scene):
-        return scene
-    (h, angle), wear = _worn(scene), scene.wear
-    slack = jnp.sum(angle * h)
-    if wear.geometry:
-        radius = jnp.asarray(scene.brake.band.radius) - slack / jnp.sum(angle)
-        scene = eqx.tree_at(lambda s: s.brake.band.radius, scene, radius)
-    if wear.take_up_speed is not None:
-        lever = Delayed(scene.duty.slack_tension, slack / wear.take_up_speed)
-        scene = eqx.tree_at(lambda s: s.duty.slack_tension, scene, lever)
-    if wear.heat and scene.heated:
-        scene = eqx.tree_at(lambda s: s.heat, scene, _thinner(scene.heat, h, angle, wear.thickness))
-    return scene
-
-
-def _linings(heat: Heat) -> set[str]:
+def lining_bodies(heat: Heat) -> set[str]:
     """Names of the bodies that are linings."""
     inner, outer = heat.friction, heat.external
     places = (heat.linings, None if inner is None else inner.lining, None if outer is None else outer.lining)
     return {place_of(place)[0] for place in places if place is not None}
 
 
-def _left(h: Array, angle: Array, thickness: Scalar | None, count: int) -> Array:
-    """Remaining share of the thickness of each of `count` bodies (all linings in one: their mean)."""
-    share = 1 - h / jnp.asarray(thickness)
-    return share if count > 1 else jnp.sum(share * angle, keepdims=True) / jnp.sum(angle)
-
-
-def walls_left(scene: Any) -> dict[str, Array]:
-    """Remaining share `s_i = 1 − h_i/δ` of the thickness of every wall of linings, for each of its copies.
-
-    Layers are thinner by it: `C' = C s_i`, resistance `s_i δ/λ`.
-    """
-    if scene.wear is None or not scene.wear.heat or not scene.heated:
-        return {}
-    h, angle = _worn(scene)
-    walls = [wall for wall in scene.heat.walls if wall.name in _linings(scene.heat)]
-    return {wall.name: _left(h, angle, wall.thickness, wall.copies) for wall in walls}
-
-
-def _thinner(heat: Heat, h: Array, angle: Array, thickness: Scalar | None) -> Heat:
-    bodies, links = list(heat.bodies), list(heat.links)
-    for i, body in enumerate(bodies):
-        if not isinstance(body, Lump) or body.name not in _linings(heat):
-            continue
-        share = _left(h, angle, thickness, body.count)
-        share = share if body.count > 1 else share[0]
-        bodies[i] = eqx.tree_at(lambda b: b.capacity, body, jnp.asarray(body.capacity) * share)
-        for k, link in enumerate(links):
-            if isinstance(link, Conductance) and body.name in (link.a, link.b):
-                links[k] = eqx.tree_at(lambda one: one.value, link, jnp.asarray(link.value) / share)
-    heat = eqx.tree_at(lambda x: (x.bodies, x.links), heat, (tuple(bodies), tuple(links)))
-
-    def thin(part: PyTree) -> PyTree:
-        if not isinstance(part, TransmissionPartition):
-            return part
-        mean = jnp.sum(h * angle) / jnp.sum(angle)
-        return eqx.tree_at(lambda p: p.lining_thickness, part, jnp.asarray(part.lining_thickness) - mean)
-
-    return jax.tree.map(thin, heat, is_leaf=lambda x: isinstance(x, TransmissionPartition))
-
-
-# --- errors -----------------------------------------------------------------------------------------------------------
-
-
-def faults_of_wear(scene: Any) -> list[Fault]:
+def faults_of_wear(wear: Wear, brake: AbstractBrake, lever: AbstractProfile | Phases, heat: Heat) -> list[Fault]:
     """Errors between the wear of a scene and its other parts (concrete values only)."""
-    wear, brake = scene.wear, scene.brake
-    if wear is None:
-        return []
     found = wear.faults("wear", brake.linings.count)
     given = {"internal": wear.internal is not None, "geometry": wear.geometry}
     given |= {"take_up_speed": wear.take_up_speed is not None, "turned_at": wear.turned_at is not None}
@@ -382,19 +294,19 @@ def faults_of_wear(scene: Any) -> list[Fault]:
         elif brake.bandage.area is None:
             found.append(Fault("brake.bandage.area", "is missing", "wear of the inner faces depends on the pressure"))
     if (given["turned_at"] or given["turned_after"]) and one_band:
-        found += _faults_of_turning(brake)
-    phased = isinstance(scene.duty.lever, Phases)
-    if given["take_up_speed"] and (phased or scene.duty.lever.controls_speed):
+        found += faults_of_turning(brake)
+    phased = isinstance(lever, Phases)
+    if given["take_up_speed"] and (phased or lever.controls_speed):
         why = "in phases" if phased else "that depends on the speed"
         found.append(Fault("wear.take_up_speed", f"has no effect on a lever {why}", "leave it out"))
     which = ("turned_at", "turned_after") if phased else ("turned_after", "turned_at")
     if given[which[0]] and one_band:
         what = f"has no meaning for a duty {'' if phased else 'not '}in phases"
         found.append(Fault(f"wear.{which[0]}", what, f"give wear.{which[1]}"))
-    return found + (_faults_of_thickness(scene) if wear.heat and not found else [])
+    return found + (_faults_of_thickness(wear, heat, brake.linings.count) if wear.heat and not found else [])
 
 
-def _faults_of_turning(brake: Any) -> list[Fault]:
+def faults_of_turning(brake: Brake) -> list[Fault]:
     """Errors of a band that cannot be turned within a run: the brake is integrated as it was built."""
     where = "wear.turned_at"
     if brake.bandage is not None:
@@ -411,9 +323,8 @@ def _faults_of_turning(brake: Any) -> list[Fault]:
     return [Fault(where, f"the numbers of {path} are not equal", hint) for path in unlike]
 
 
-def _faults_of_thickness(scene: Any) -> list[Fault]:
-    wear, heat, n = scene.wear, scene.network, scene.brake.linings.count
-    names = _linings(heat)
+def _faults_of_thickness(wear: Wear, heat: Heat, n: int) -> list[Fault]:
+    names = lining_bodies(heat)
     if not names:
         return [Fault("wear.heat", "has no effect", "the scene has no heat part with linings")]
     found, worn = [], float(np.max(np.broadcast_to(np.asarray(wear.worn), (n,))))
@@ -426,57 +337,3 @@ def _faults_of_thickness(scene: Any) -> list[Fault]:
             what = f"{worn:g} m worn off must be below the thickness of the wall {body.name!r}"
             found.append(Fault(f"heat.bodies[{i}].thickness", what))
     return found
-
-
-# --- a band turned end for end ----------------------------------------------------------------------------------------
-
-
-def turned_scene(scene: Any) -> Any:
-    """The scene with its band turned end for end: its quantities are counted from the other end.
-
-    That is every number of `brake.linings`, of segments and gaps of the band, of the wear, and the heat capacity of the
-    linings, where it has one entry per lining. Numbers of the places stay: temperatures at the start, free ends of the
-    band. Raises `InputError` for a staged brake, whose linings ride on the pulley.
-
-    Example:
-        >>> linings = sb.Lining(0.35, [1.5, 1.5, 1.6])
-        >>> brake = sb.Brake(scene.brake.pulley, scene.brake.band, linings)
-        >>> turned = sb.wear.turned_scene(sb.Scene(brake, scene.duty, scene.initial, 4.0))
-        >>> turned.brake.linings.angle.tolist()
-        [1.6, 1.5, 1.5]
-    """
-    brake, n = scene.brake, scene.brake.linings.count
-    if not isinstance(brake, Brake):
-        raise InputError([Fault("brake", f"is a {brake.words.brake}: only one band is turned end for end")])
-    if brake.in_series:
-        raise InputError(_faults_of_turning(brake))
-
-    def reverse(part: PyTree) -> PyTree:
-        tables = TabulatedFade | TabulatedFriction | FrictionChange  # their entries are not linings
-
-        def one(x: PyTree) -> PyTree:
-            if isinstance(x, FrictionChange):
-                return x.turned(n)
-            return x[::-1] if not isinstance(x, tables) and np.ndim(x) == 1 and np.shape(x)[0] in (n, n - 1) else x
-
-        return jax.tree.map(one, part, is_leaf=lambda x: isinstance(x, tables))
-
-    scene = eqx.tree_at(lambda s: (s.brake.linings, s.brake.band), scene, (reverse(brake.linings), reverse(brake.band)))
-    if scene.wear is not None:
-        numbers = [scene.wear.rate, scene.wear.worn, scene.wear.permissible]
-        scene = eqx.tree_at(
-            lambda s: [s.wear.rate, s.wear.worn, s.wear.permissible],
-            scene,
-            [reverse(x) for x in numbers],
-            is_leaf=lambda x: x is None,
-        )
-    if scene.heated:
-        linings = _linings(scene.heat)
-        bodies = tuple(
-            eqx.tree_at(lambda b: b.capacity, body, reverse(body.capacity))
-            if isinstance(body, Lump) and body.name in linings
-            else body
-            for body in scene.heat.bodies
-        )
-        scene = eqx.tree_at(lambda s: s.heat.bodies, scene, bodies)
-    return scene

@@ -220,7 +220,9 @@ def _faults_of_parts(scene: Scene) -> list[Fault]:
     """Errors between parts, without start and end."""
     found = [*_faults_of_brake(scene), *_faults_of_heat(scene)]
     found += [] if scene.power_shares is None else scene.power_shares.faults("power_shares")
-    found += faults_of_wear(scene) + _faults_of_duty(scene) + _faults_of_shaft(scene) + _misplaced_levers(scene)
+    if scene.wear is not None:
+        found += faults_of_wear(scene.wear, scene.brake, scene.duty.lever, scene.network)
+    found += _faults_of_duty(scene) + _faults_of_shaft(scene) + _misplaced_levers(scene)
     return found or _faults_of_band(scene)
 
 

@@ -6,6 +6,7 @@ import jax
 import jax.numpy as jnp
 
 from .._parts._scene import Scene
+from .._parts._worn import walls_left, worn_scene
 from .._phases import Phases
 from ..brakes._bands import MultiBandBrake
 from ..brakes._design import AbstractLinings, Bandage, Brake, stiffness_of, unloaded
@@ -14,7 +15,7 @@ from ..friction import AnyContact, rates_read
 from ..hybrid._arrays import Array
 from ..profiles import first_piece
 from ..thermal._heat import FrictionHeat
-from ..wear import AbstractWearRate, walls_left, worn_scene
+from ..wear import AbstractWearRate
 from ._brake import BrakeSystem, BrakeUnderRope, State, Wearing, under_rope
 from ._chain import Chain
 from ._elastic import ElasticBand

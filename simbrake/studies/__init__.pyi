@@ -16,6 +16,8 @@ from ._global import sobol_indices as sobol_indices
 from ._lining_life import LifeHistory as LifeHistory
 from ._lining_life import LiningLife as LiningLife
 from ._lining_life import lining_life as lining_life
+from ._lining_life import turned_scene as turned_scene
+from ._lining_life import worn_scene as worn_scene
 from ._measured import Measured as Measured
 from ._measured import read_measured as read_measured
 from ._sensitivity import Hessian as Hessian

@@ -10,10 +10,11 @@ from .._base._faults import Fault, InputError
 from .._base._progress import Waiting
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, check, require_scene
+from .._parts._worn import feeds_back, turned_scene
+from .._parts._worn import worn_scene as worn_scene
 from .._run._edit import with_values
 from .._run._result import Result
 from .._run._simulate import simulate
-from ..wear import feeds_back, turned_scene
 from ._evaluator import Faults
 
 #: thickness in m or with its unit, for all linings or for each

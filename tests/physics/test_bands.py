@@ -342,7 +342,7 @@ def test_what_needs_one_band_says_so(stopped):
     for feature in (
         lambda: sb.estimates(stopped.scene),
         lambda: sb.brakes.stiffness_of(stopped.scene.brake),
-        lambda: sb.wear.turned_scene(stopped.scene),
+        lambda: sb.studies.turned_scene(stopped.scene),
         lambda: plot.pulley(stopped),
     ):
         with pytest.raises(sb.InputError, match=r"is a multi-band brake: .* one band"):

@@ -169,7 +169,7 @@ def test_all_faults_at_once():
         lambda scene, run: sb.brakes.tension_shares(scene.brake),
         lambda scene, run: sb.results.internal_slip_tension(scene.brake, 1.0),
         lambda scene, run: sb.programme_scene(scene.brake, ("brake to rest",), sb.HookLoad(1e4, 0.4, 8.0), F),
-        lambda scene, run: sb.wear.turned_scene(scene),
+        lambda scene, run: sb.studies.turned_scene(scene),
         lambda scene, run: plot.pulley(run),
         lambda scene, run: plot.animate(run, "film.gif"),
     ],

@@ -210,7 +210,7 @@ def test_changes_are_written_read_and_turned():
     written = sb.files.scene_from_text(f"{head}[brake.linings.friction]\n{law}{others[0]}").brake.linings.friction
     np.testing.assert_array_equal(written.changes[0].linings, [3, 4])
     assert [float(written.changes[1].linings), float(written.changes[1].factor.level)] == [8.0, 0.0]
-    turned = sb.wear.turned_scene(before).brake.linings.friction.changes[0]
+    turned = sb.studies.turned_scene(before).brake.linings.friction.changes[0]
     np.testing.assert_array_equal(turned.linings, [6, 5])
     np.testing.assert_array_equal(turned.factor.times, [2.0, 2.0])
 

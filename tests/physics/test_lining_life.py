@@ -13,7 +13,7 @@ from helpers import main
 
 import simbrake as sb
 from simbrake import plot
-from simbrake.wear import walls_left
+from simbrake._parts._worn import walls_left
 
 LIMIT = 8e-3
 
@@ -90,15 +90,15 @@ def test_what_goes_with_a_turned_band():
     )
     wear = sb.Wear(np.arange(1.0, 5.0) * 1e-14, worn=[1e-3, 2e-3, 3e-3, 4e-3])
     scene = ws.stop(wear, ws.lumps(), np.radians([40.0, 50.0, 60.0, 70.0]), law=law)
-    turned = sb.wear.turned_scene(scene)
+    turned = sb.studies.turned_scene(scene)
     np.testing.assert_allclose(np.degrees(turned.brake.linings.angle), [70.0, 60.0, 50.0, 40.0])
     np.testing.assert_allclose(turned.brake.linings.friction.base.coefficient, [0.25, 0.33, 0.28, 0.3])
     np.testing.assert_allclose(turned.brake.linings.friction.factors[0].values, [1.0, 0.9, 0.8, 0.7])  # a table
     np.testing.assert_allclose(turned.wear.worn, [4e-3, 3e-3, 2e-3, 1e-3])
-    again = sb.wear.turned_scene(turned)
+    again = sb.studies.turned_scene(turned)
     assert sb.files.scene_text(again) == sb.files.scene_text(scene)
     with pytest.raises(sb.InputError, match="ride on the pulley"):
-        sb.wear.turned_scene(ws.wearing(staged_scenes.stop(), sb.Wear(1e-14)))
+        sb.studies.turned_scene(ws.wearing(staged_scenes.stop(), sb.Wear(1e-14)))
 
 
 def test_equal_loads_of_z_level_the_wear(braking):
@@ -133,7 +133,7 @@ def test_worn_brake_has_a_smaller_circle(braking):
     np.testing.assert_allclose(fresh.worn_thickness, braking.worn_thickness, rtol=1e-9)
     slow = dragged(0.05, worn=h)
     late = float(np.sum(h) * ws.BETA / 0.05)
-    lever = sb.wear.worn_scene(slow).duty.slack_tension
+    lever = sb.studies.worn_scene(slow).duty.slack_tension
     assert float(lever.delay) == pytest.approx(late, rel=1e-14)
     prompt = dataclasses.replace(dragged(), initial=sb.Initial(ws.W0, time=0.0))
     moved = sb.simulate(slow)
@@ -155,7 +155,7 @@ def test_worn_linings_in_the_heat_part():
         links=(sb.thermal.Conductance("linings", "band", 3.0),),
         friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.9)),
     )
-    worn = sb.wear.worn_scene(ws.stop(wear, heat)).heat
+    worn = sb.studies.worn_scene(ws.stop(wear, heat)).heat
     np.testing.assert_allclose(worn.bodies[1].capacity, ws.CAPACITY * (1 - h / 0.03), rtol=1e-14)
     np.testing.assert_allclose(worn.links[0].value, 3.0 / (1 - h / 0.03), rtol=1e-14)
     # walls: the conduction through them is λ A/(δ − h), each copy with its own h
@@ -188,7 +188,7 @@ def test_worn_linings_in_the_heat_part():
     np.testing.assert_allclose(stored, expected, rtol=1e-12)
     table = sb.thermal.TransmissionPartition([300.0], [8.0], [8.0], [12.0], [1e-5], lining_thickness=0.03)
     partition = dataclasses.replace(layered, friction=dataclasses.replace(layered.friction, partition=table))
-    seen = sb.wear.worn_scene(ws.stop(sb.Wear(ws.K, worn=h, heat=True), partition)).heat.friction.partition
+    seen = sb.studies.worn_scene(ws.stop(sb.Wear(ws.K, worn=h, heat=True), partition)).heat.friction.partition
     assert float(seen.lining_thickness) == pytest.approx(0.03 - h.mean(), rel=1e-14)
 
 

@@ -54,6 +54,7 @@ from simbrake import (
 )
 from simbrake.brakes import LiningsOnPlates, sliding_tensions
 from simbrake.friction import PressureFactor, ProductFriction
+from simbrake.studies import turned_scene
 from simbrake.thermal import (
     ROOM,
     ConstantPartition,
@@ -71,7 +72,6 @@ from simbrake.wear import (
     LinearWear,
     Temperature,
     ThresholdWear,
-    turned_scene,
 )
 
 
