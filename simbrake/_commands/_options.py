@@ -51,7 +51,7 @@ _SCENE = (
 SceneFile = Annotated[Path, Parameter(name="SCENE", help=_SCENE, converter=named_file)]
 _OUT = "Folder for the files that the command writes, made if it does not exist."
 Out = Annotated[Path | None, Parameter(name=["--out", "-o"], help=_OUT)]
-_ONE = f"{_OUT} As it writes one file, this may also be the name of that file, with its ending."
+_ONE = "Folder or file name; a folder is made if it does not exist."
 OutFile = Annotated[Path | None, Parameter(name=["--out", "-o"], help=_ONE)]
 #: endings of a result in one file
 RESULT_FILES = (".nc", ".parquet", ".csv", ".xlsx", ".mat")

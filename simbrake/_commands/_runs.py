@@ -529,7 +529,7 @@ def app(
     rtol: cli.Rtol = 1e-10,
     json_: cli.Flag = False,
 ) -> int:
-    """Serve a page with a slider for every parameter of a scene, to this computer alone; ends with Ctrl+C.
+    """Serve a page with a slider for every parameter of a scene, on localhost only; ends with Ctrl+C.
 
     Parameters
     ----------

@@ -277,7 +277,7 @@ def publish(
         **head(base, limit_checks(base, limits), title),
         "kind": "publish",
         "film": False,
-        "panel": "Blue stretches of a slider have values; yellow ones are gaps, where the sequence of events changes, "
+        "panel": "Solved range in blue; yellow marks gaps, where the sequence of events changes, "
         "or times of events change too fast.",
         "pictures": [draw(base, PICTURES[0])] if base.ok else (),
         "notes": notes,

@@ -282,7 +282,7 @@ def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:
     load, lever, places = scene.duty.load, scene.duty.lever, scene.network.hot_places
     if not isinstance(lever, Phases):
         hint = f"give {path} in phases (`Phases`), or another load"
-        return [Fault("duty.load", "hangs in phases, and the duty has none", hint)] if load.by_phases else []
+        return [Fault("duty.load", "needs a duty with phases", hint)] if load.by_phases else []
     found = []
     for i, phase in enumerate(lever.phases):
         here, end = f"{path}.phases[{i}]", phase.until

@@ -755,7 +755,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
 
 def _total(power: Array) -> Array:
-    """Power of a pair, of which that of every lining may be known or their sum alone."""
+    """Power of a pair: the sum over its linings, where each is known."""
     return jnp.sum(power) if jnp.ndim(power) else power
 
 

@@ -335,7 +335,7 @@ class Stepper:
         return float(self._state_now[0].omega)
 
     def advance(self, dt: float | str, **inputs: float | str) -> Advanced:
-        """Goes on by `dt` (s, or a text with a unit) with inputs that are held from now on, in SI or with a unit.
+        """Advances by `dt` (s, or a text with a unit) with inputs that are held from now on, in SI or with a unit.
 
         Raises `InputError` for values that do not fit, and `SimulationError` where the step fails with a code; the
         stepper is then unchanged.

@@ -47,7 +47,7 @@ def chosen(only: str | None = None) -> list[list[Case]]:
     picked = [[case for case in lane if fnmatchcase(case.name.lower(), pattern)] for lane in lanes]
     if not any(picked):
         subjects = ", ".join(dict.fromkeys(case.name.partition("/")[0] for lane in lanes for case in lane))
-        raise InputError([Fault("--only", f"no case fits {only!r}", f"subjects are {subjects}")])
+        raise InputError([Fault("--only", f"no case matches {only!r}", f"subjects are {subjects}")])
     return [lane for lane in picked if lane]
 
 
@@ -87,7 +87,7 @@ def validate(only: str | None = None, *, progress: bool | None = False) -> Valid
     The truths are closed forms and published numbers; every value comes from the integrator, brakes and
     thermal networks. A case whose run fails is a `fail` with the message as its error; nothing is raised for it.
 
-    Raises `InputError` where no case fits `only`, `RuntimeError` if JAX is not in 64-bit mode.
+    Raises `InputError` where no case matches `only`, `RuntimeError` if JAX is not in 64-bit mode.
     """
     require_64_bits()
     return run_lanes(chosen(only), progress)

@@ -142,7 +142,7 @@ def stops(result: Result, *, figure: Figure | None = None) -> Figure:
     figure = sheet(figure, 8.5, 7.6 if hot else 5.4)
     panels = figure.subplots(3 if hot else 2, 1, sharex=True)
     number = table["stop"]
-    panels[0].plot(number, table["braking_time"], "o-", ms=3, color=BLUE, label="time under the band")
+    panels[0].plot(number, table["braking_time"], "o-", ms=3, color=BLUE, label="contact time")
     panels[0].set_ylabel("time, s")
     panels[1].plot(number, np.asarray(table["energy"]) / 1e3, "o-", ms=3, color=VERMILLION, label="friction heat")
     panels[1].set_ylabel("heat, kJ")

@@ -485,10 +485,9 @@ def _remedy(result: Result) -> list[Finding]:
     if result.report().summary["duty"] != DutyKind.RUNAWAY or not capacity["brake_torque"]:
         return []
     factor = capacity["load_torque"] / capacity["brake_torque"]
-    text = (
-        f"At the temperatures of the end the brake would balance the load with {digits(factor, 4)} times its torque: "
-    )
-    text += "with so many times the force of the lever, or with the load divided by it."
+    times = digits(factor, 4)
+    text = f"At the temperatures of the end the brake would balance the load with {times} times its torque: "
+    text += f"with the force of the lever multiplied by {times}, or the load divided by it."
     return [Finding("remedy", text, {"factor": factor})]
 
 

@@ -183,7 +183,7 @@ def test_impossible_ends_are_named_at_once():
         "duty.slack_tension.phases[2].until: never comes: no temperature of the rim is simulated",
     ):
         assert words in said
-    with pytest.raises(sb.InputError, match="hangs in phases, and the duty has none"):
+    with pytest.raises(sb.InputError, match="needs a duty with phases"):
         sb.simulate(dataclasses.replace(SCENE, duty=sb.Duty(1e3, LOAD)))
 
 
