@@ -167,11 +167,11 @@ _UPPER = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
 @contextmanager
-def shown_in(system: str) -> Iterator[None]:
+def display_units(system: str) -> Iterator[None]:
     """Within it numbers for reading are shown in `si` or in `rig` units; data and JSON stay in SI.
 
     Example:
-        >>> with sb.results.shown_in("rig"):
+        >>> with sb.results.display_units("rig"):
         ...     print(sb.Pulley("600 mm", 1200))
         Pulley(radius=1.9685 ft, inertia=1200 kg·m²)
     """
@@ -284,7 +284,7 @@ class Column(NamedTuple):
     """A column of a table.
 
     - `name`: of the values in dictionaries and data frames;  `unit` (SI, `1` or empty: none) and `meaning`
-    - `heading`: above the values, by default the name;  `shown_in`: unit beside it, of values that `show` converts
+    - `heading`: above the values, by default the name;  `display_units`: unit beside it, of values that `show` converts
     - `show`: how a value is written, a format as `.4g` or a function of it; what is absent stays empty
     - `left`: text that begins at the left edge of the column;  `hidden`: not in the text, only in dictionaries
     """
@@ -293,7 +293,7 @@ class Column(NamedTuple):
     unit: str = ""
     meaning: str = ""
     heading: str | None = None
-    shown_in: str | None = None
+    display_units: str | None = None
     show: str | Callable[[Any], str] = _SHOWN
     left: bool = False
     hidden: bool = False
@@ -301,7 +301,7 @@ class Column(NamedTuple):
     @property
     def title(self) -> str:
         """Heading and unit."""
-        unit = pretty(self.unit) if self.shown_in is None else self.shown_in
+        unit = pretty(self.unit) if self.display_units is None else self.display_units
         heading = self.name.replace("_", " ") if self.heading is None else self.heading
         return f"{heading}, {unit}" if unit and heading else heading or unit
 

@@ -50,7 +50,7 @@ def run(
     if single and measured:
         lost.append(Fault("--measured", "is drawn into a figure", f"give --out a folder, not {single}"))
     scene = cli.opened(file, set_, rtol, folder=None if single else out, faults=lost, **counts)
-    from .._base._table import shown_in
+    from .._base._table import display_units
     from .._run._measure import limit_checks, summary_with_limits, text_with_limits, with_limits
 
     limits = cli.limits_of(scene, limit, fail_on_limit)
@@ -65,7 +65,7 @@ def run(
         told.now("post-processing…")
         checks = limit_checks(result, limits)
         summary = summary_with_limits(result, checks)
-        with shown_in(units):
+        with display_units(units):
             text = text_with_limits(result, checks)
             if accuracy:
                 told.now("second run, for the errors")
@@ -80,7 +80,7 @@ def run(
         with sb.plot.titled(title_of(file, file.read_text("utf-8"))):
             written = write_run(result, out, None, checks)
         if recorded is not None:
-            with shown_in(units), cli.whole_file(out / "overlay.png") as place:
+            with display_units(units), cli.whole_file(out / "overlay.png") as place:
                 sb.plot.overlay(result, recorded).savefig(place, dpi=130)
             written = [*written, out / "overlay.png"]
         cli.print_written(written, json_)

@@ -388,7 +388,11 @@ def _sensitivities(result: Result, metrics: Sequence[Metric], span: float | None
 
 def _sensitivity_table(rows: Sequence[Sensitivity]) -> Table:
     columns = [Column("path", heading="parameter", left=True), "meaning", Column("value")]
-    columns += [Column("derivative", shown_in="SI units"), Column("elasticity"), Column("meaning_note", hidden=True)]
+    columns += [
+        Column("derivative", display_units="SI units"),
+        Column("elasticity"),
+        Column("meaning_note", hidden=True),
+    ]
     found = []
     for row in rows:
         rounding = row.value and abs(row.elasticity) < _ROUNDING  # rounding errors are shown as 0

@@ -85,7 +85,7 @@ def rounding(steps: Any, size: Any) -> Any:
     return EPS * np.sqrt(np.maximum(steps, 1)) * np.abs(size)
 
 
-class AnswerAccuracy(NamedTuple):
+class PreparedAccuracy(NamedTuple):
     """Estimated errors of a prepared run: of its metrics by name, as they are in the answer (`None`, in arrays NaN,
     where one has no value); steps of both runs; and `problem`, empty, or why there is no estimate.
 
@@ -101,20 +101,20 @@ class AnswerAccuracy(NamedTuple):
     problem: str = ""
 
 
-def of_answers(first: Any, second: Any) -> AnswerAccuracy:
+def of_answers(first: Any, second: Any) -> PreparedAccuracy:
     """Errors of the first of two answers of a prepared run from their difference."""
     counts = first.accepted, second.accepted
     for which, one in (("the run", first), ("the second run", second)):
         if one.code:
-            return AnswerAccuracy({}, *counts, f"{which} failed ({FAILURES[one.code][0]})")  # pyright: ignore
+            return PreparedAccuracy({}, *counts, f"{which} failed ({FAILURES[one.code][0]})")  # pyright: ignore
     if (first.events, first.segments) != (second.events, second.segments):
         words = f"the runs have {first.events} and {second.events} events"
-        return AnswerAccuracy({}, *counts, f"{words} in {first.segments} and {second.segments} segments")
+        return PreparedAccuracy({}, *counts, f"{words} in {first.segments} and {second.segments} segments")
     errors: dict[str, Any] = {}
     for name, value in first.metrics.items():
         error = errors_between(value, second.metrics[name], first.accepted)
         errors[name] = error if error.ndim else None if np.isnan(error) else float(error)
-    return AnswerAccuracy(errors, *counts)
+    return PreparedAccuracy(errors, *counts)
 
 
 def errors_between(a: Any, b: Any, steps: Any) -> np.ndarray:
@@ -483,7 +483,7 @@ _COUNTS = 6  # code and counts of steps, behind the metrics
 _ENTRY = re.compile(r"^(?P<path>.*)\[(?P<index>-?\d+)\]$")
 
 
-class Answer(NamedTuple):
+class PreparedResult(NamedTuple):
     """Answer of a prepared run: metrics by name (`inf`: a time that never came), result code, counts of steps.
 
     Example:
@@ -601,7 +601,7 @@ class Prepared:
             raise InputError([Fault(path, "is absent in the prepared scene", "prepare a scene that has it")])
         return range(whole.start, whole.stop)[int(entry["index"])]
 
-    def __call__(self, values: Values = None, *, rtol: float | None = None) -> Answer:
+    def __call__(self, values: Values = None, *, rtol: float | None = None) -> PreparedResult:
         """Runs with these numbers (and another tolerance); what a run of `simulate` would raise is in `code`.
 
         Values are taken as they are: `check` looks at them first.
@@ -617,7 +617,7 @@ class Prepared:
             return self(values, rtol=rtol)
         metrics = {name: out[where].item() if type(where) is int else out[where] for name, where in self._spans}
         counts = int(accepted), int(rejected), int(retaken), int(events), int(segments)
-        return Answer(metrics, int(code), *counts)
+        return PreparedResult(metrics, int(code), *counts)
 
     def inputs(self, numbers: Array, rtol: float) -> np.ndarray:
         """What its programs are called with: all numbers of the scene, the tolerance and the longest step."""
@@ -664,9 +664,9 @@ class Prepared:
         check(scene)
         return scene
 
-    def accuracy(self, values: Values = None) -> AnswerAccuracy:
+    def accuracy(self, values: Values = None) -> PreparedAccuracy:
         """Estimated errors of the metrics of a run with these numbers, by a second run of the same program at the
-        tolerance of `Result.accuracy`: `simbrake.results.AnswerAccuracy`.
+        tolerance of `Result.accuracy`: `simbrake.results.PreparedAccuracy`.
 
         Events are counted in both runs, not compared; nothing is compiled.
         """

@@ -233,7 +233,7 @@ class MaterialComparison(Tabular):
             Column("place", heading=""),
             "rim",
             "lining",
-            Column("work", shown_in="kJ", show=_scaled(1e-3, ".0f")),
+            Column("work", display_units="kJ", show=_scaled(1e-3, ".0f")),
         ]
         ranked = [(n, row.rim, row.lining, row.greatest_work, row.ends) for n, row in enumerate(self.ranking(), 1)]
         title = "maximum friction work of one brake application by the estimates, and its limiting criterion"
@@ -244,7 +244,9 @@ class MaterialComparison(Tabular):
         rows = [row for row in self.rows if row.level == level]
         shown = [c for c in _COLUMNS if not c[2] or any(row[c[0]].simulated is not None for row in rows)]
         columns = [
-            Column(f"{name}_{simulated}", heading=heading + (" sim." if simulated else ""), shown_in=unit, show=show)
+            Column(
+                f"{name}_{simulated}", heading=heading + (" sim." if simulated else ""), display_units=unit, show=show
+            )
             for name, heading, simulated, unit, show in shown
         ]
         lines = []

@@ -384,10 +384,10 @@ class LayoutDesign(Tabular):
             yield f"no closed form to compare with: {self.note}"
         columns, values = [Column("lining")], [np.arange(1, len(self.angle) + 1)]
         for row in self.rows:
-            columns.append(Column(f"{row.name} β", "rad", shown_in="°", show=lambda x: f"{np.degrees(x):.5g}"))
+            columns.append(Column(f"{row.name} β", "rad", display_units="°", show=lambda x: f"{np.degrees(x):.5g}"))
             values.append(row.angle)
             if self.free != "angle" and row.area is not None:
-                columns.append(Column(f"{row.name} A", "m^2", shown_in="cm²", show=lambda x: f"{1e4 * x:.5g}"))
+                columns.append(Column(f"{row.name} A", "m^2", display_units="cm²", show=lambda x: f"{1e4 * x:.5g}"))
                 values.append(row.area)
             for name, value in row.values.items():
                 columns.append(Column(f"{row.name} {name}", row.units[name], show=".5g"))

@@ -98,7 +98,7 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
 def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> Figure:
     """Measured columns over a run, one panel each: what was measured, its standard deviation, and the run.
 
-    Axes have units for reading (within `simbrake.results.shown_in("rig")` those of a rig). Raises `InputError` for
+    Axes have units for reading (within `simbrake.results.display_units("rig")` those of a rig). Raises `InputError` for
     columns that are not in a run of the scene, and for times outside it.
 
     Example:

@@ -17,5 +17,10 @@ __getattr__ = answers(
         "Rubbing": "_outputs._quantities",
         "rubbing": "_run._linings",
     },
+    moved={
+        "Answer": "results.PreparedResult",
+        "AnswerAccuracy": "results.PreparedAccuracy",
+        "shown_in": "results.display_units",
+    },
     others=_named,
 )

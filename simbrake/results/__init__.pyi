@@ -14,8 +14,6 @@ from ._of_runs import METRICS as METRICS
 from ._of_runs import PAIR_COLUMNS as PAIR_COLUMNS
 from ._of_runs import SERIES_COLUMNS as SERIES_COLUMNS
 from ._of_runs import Accuracy as Accuracy
-from ._of_runs import Answer as Answer
-from ._of_runs import AnswerAccuracy as AnswerAccuracy
 from ._of_runs import BandMode as BandMode
 from ._of_runs import CyclicState as CyclicState
 from ._of_runs import DutyKind as DutyKind
@@ -31,6 +29,8 @@ from ._of_runs import Metric as Metric
 from ._of_runs import Overlap as Overlap
 from ._of_runs import PairSeries as PairSeries
 from ._of_runs import Prepared as Prepared
+from ._of_runs import PreparedAccuracy as PreparedAccuracy
+from ._of_runs import PreparedResult as PreparedResult
 from ._of_runs import Result as Result
 from ._of_runs import RingWear as RingWear
 from ._of_runs import RunningIn as RunningIn
@@ -43,6 +43,7 @@ from ._of_runs import Verdict as Verdict
 from ._of_runs import VerdictRow as VerdictRow
 from ._of_runs import accuracy as accuracy
 from ._of_runs import cyclic_steady_state as cyclic_steady_state
+from ._of_runs import display_units as display_units
 from ._of_runs import friction_work as friction_work
 from ._of_runs import geometric_overlap as geometric_overlap
 from ._of_runs import integral as integral
@@ -55,7 +56,6 @@ from ._of_runs import metric_names as metric_names
 from ._of_runs import overlap as overlap
 from ._of_runs import prepare as prepare
 from ._of_runs import ring_wear as ring_wear
-from ._of_runs import shown_in as shown_in
 from ._of_runs import simulate_heat as simulate_heat
 from ._of_runs import steady_state as steady_state
 from ._of_runs import verdict as verdict

@@ -1,6 +1,6 @@
 """Public names of runs and results that are defined in the packages of the run."""
 
-from .._base._table import shown_in as shown_in
+from .._base._table import display_units as display_units
 from .._outputs._duty import DutyKind as DutyKind
 from .._outputs._log import EVENTS as EVENTS
 from .._outputs._log import FAILURES as FAILURES
@@ -45,9 +45,9 @@ from .._run._networks import simulate_heat as simulate_heat
 from .._run._networks import steady_state as steady_state
 from .._run._networks import with_temperatures as with_temperatures
 from .._run._result import Result as Result
-from .._run._simulate import Answer as Answer
-from .._run._simulate import AnswerAccuracy as AnswerAccuracy
 from .._run._simulate import Prepared as Prepared
+from .._run._simulate import PreparedAccuracy as PreparedAccuracy
+from .._run._simulate import PreparedResult as PreparedResult
 from .._run._simulate import prepare as prepare
 from .._run._verdict import Verdict as Verdict
 from .._run._verdict import VerdictRow as VerdictRow

@@ -263,9 +263,13 @@ class Calibration(Tabular):
             yield f"corr     {self.correlation[i, j]:+.4f} between {pair}"
         yield from (f"open     {one.words}" for one in self.open)
         yield from (f"fixed    {_of_fixed(one)}" for one in self.fixed)
-        data = [Column("name", heading="data", left=True), Column("values"), Column("rms", shown_in="σ", show=".3g")]
+        data = [
+            Column("name", heading="data", left=True),
+            Column("values"),
+            Column("rms", display_units="σ", show=".3g"),
+        ]
         rows = [(r.name, r.scaled.size, np.sqrt(np.mean(r.scaled**2)), r.largest) for r in self.residuals]
-        yield Table([*data, Column("maximum", shown_in="σ", show=".3g")], rows)
+        yield Table([*data, Column("maximum", display_units="σ", show=".3g")], rows)
         yield from (f"warning  {text}" for text in self.warnings)
         refused = sum(self.failures.values())
         yield f"solver   {self.solver}, {self.evaluations} runs with derivatives, {refused} rejected"

@@ -102,8 +102,8 @@ class LiningLife(Tabular):
         yield f"used     {100 * self.used:.1f} % of the permissible wear of all linings"
         columns = [
             Column("lining"),
-            Column("worn", "m", shown_in="mm", show=lambda x: f"{1e3 * x:.4f}"),
-            Column("per stop", "m", shown_in="µm", show=lambda x: f"{1e6 * x:.4f}"),
+            Column("worn", "m", display_units="mm", show=lambda x: f"{1e3 * x:.4f}"),
+            Column("per stop", "m", display_units="µm", show=lambda x: f"{1e6 * x:.4f}"),
             Column("stops left", show=lambda x: f"{x:.0f}" if np.isfinite(x) else "—"),
         ]
         left = np.maximum(self.each - self.brakings, 0.0)

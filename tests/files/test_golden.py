@@ -121,7 +121,7 @@ def said(name):
     limits = {"max_tension": "120 kN", "stopping_time": "0.56 s"} if first else {}
     parts = [str(result), sb.results.explain(result, limits=limits, influence=name in ("stop", "held"))]
     if first:
-        with sb.results.shown_in("rig"):
+        with sb.results.display_units("rig"):
             parts.append(str(result))
     if name in PAGES:
         page = str(Text(sb.report(result, check=False, limits=limits, sensitivity=["stopping_time"] if first else ())))

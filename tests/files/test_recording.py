@@ -70,7 +70,7 @@ def test_recording_in_units_of_a_rig_is_read(recording):
 
 def test_recording_over_a_run(recording):
     result, data = sb.simulate(scene()), sb.read_measured(recording)
-    with sb.results.shown_in("rig"):
+    with sb.results.display_units("rig"):
         figure = plot.overlay(result, data)
     labels = [axes.get_ylabel() for axes in figure.axes]
     assert labels == ["hook position, ft", "hook speed, ft/min", "hook load, klbf", "lever force, lbf"]

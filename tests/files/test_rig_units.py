@@ -8,7 +8,7 @@ from shipped import FOLDER, NAMES, load
 from stop_scenes import stop_scene
 
 import simbrake as sb
-from simbrake.results import shown_in
+from simbrake.results import display_units
 
 POUND, G, FOOT = 0.45359237, 9.80665, 0.3048
 
@@ -50,7 +50,7 @@ def test_table_of_stops_in_rig_units():
     result = sb.simulate(scene)
     rows = list(result.stops)
     assert len(rows) == 2
-    with shown_in("rig"):
+    with display_units("rig"):
         head, first, _ = str(result.stops).splitlines()
         assert list(result.stops) == rows
         whole = str(result)

@@ -91,7 +91,7 @@ def test_unit_changes_with_the_magnitude(system, table):
         ends = [0.01 * (limits or [1e4])[0], *limits, 50 * (limits or [1e4])[-1]]
         for (name, factor), low, high in zip(names.items(), ends, ends[1:], strict=False):
             for value in (1.001 * low, 0.999 * high):
-                with sb.results.shown_in(system):
+                with sb.results.display_units(system):
                     read, _, shown = str(number(value, si, count=12)).partition(" ")
                 assert shown == name
                 assert float(read.replace("−", "-")) * factor == pytest.approx(value, rel=1e-10)
