@@ -13,7 +13,7 @@ from ..friction import FrictionChange, TabulatedFade, TabulatedFriction
 from ..hybrid._arrays import Array
 from ..thermal._heat import Heat, TransmissionPartition
 from ..thermal._network import Conductance, Lump
-from ..wear import Delayed, faults_of_turning, lining_bodies
+from ..wear import Delayed, Wear, faults_of_turning, lining_bodies
 from ._scene import Scene
 
 
@@ -23,10 +23,10 @@ def feeds_back(scene: Scene) -> bool:
     return wear is not None and (wear.geometry or wear.heat or wear.take_up_speed is not None)
 
 
-def _worn(scene: Scene) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+def _worn(scene: Scene, wear: Wear) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
     """Thickness worn off before the run, and the sizes of the linings: under a band their angles."""
     weights = scene.brake.linings.weights
-    return jnp.broadcast_to(jnp.asarray(scene.wear.worn), weights.shape), weights
+    return jnp.broadcast_to(jnp.asarray(wear.worn), weights.shape), weights
 
 
 def worn_scene(scene: Scene) -> Scene:
@@ -47,9 +47,10 @@ def worn_scene(scene: Scene) -> Scene:
         >>> round(float(worn.brake.band.radius), 4)
         0.618
     """
-    if not feeds_back(scene):
+    wear = scene.wear
+    if wear is None or not feeds_back(scene):
         return scene
-    (h, angle), wear = _worn(scene), scene.wear
+    h, angle = _worn(scene, wear)
     slack = jnp.sum(angle * h)
     if wear.geometry:
         radius = jnp.asarray(scene.brake.band.radius) - slack / jnp.sum(angle)
@@ -57,7 +58,7 @@ def worn_scene(scene: Scene) -> Scene:
     if wear.take_up_speed is not None:
         lever = Delayed(scene.duty.slack_tension, slack / wear.take_up_speed)
         scene = eqx.tree_at(lambda s: s.duty.slack_tension, scene, lever)
-    if wear.heat and scene.heated:
+    if wear.heat and scene.heat is not None:
         scene = eqx.tree_at(lambda s: s.heat, scene, _thinner(scene.heat, h, angle, wear.thickness))
     return scene
 
@@ -73,9 +74,9 @@ def walls_left(scene: Scene) -> dict[str, Array]:
 
     Layers are thinner by it: `C' = C s_i`, resistance `s_i δ/λ`.
     """
-    if scene.wear is None or not scene.wear.heat or not scene.heated:
+    if scene.wear is None or not scene.wear.heat or scene.heat is None:
         return {}
-    h, angle = _worn(scene)
+    h, angle = _worn(scene, scene.wear)
     walls = [wall for wall in scene.heat.walls if wall.name in lining_bodies(scene.heat)]
     return {wall.name: _left(h, angle, wall.thickness, wall.copies) for wall in walls}
 
@@ -144,7 +145,7 @@ def turned_scene(scene: Scene) -> Scene:
             [reverse(x) for x in numbers],
             is_leaf=lambda x: x is None,
         )
-    if scene.heated:
+    if scene.heat is not None:
         linings = lining_bodies(scene.heat)
         bodies = tuple(
             eqx.tree_at(lambda b: b.capacity, body, reverse(body.capacity))
