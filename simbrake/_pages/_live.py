@@ -20,7 +20,20 @@ from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..plot._animation import film_of, words_of_rate
 from ..plot._pulley import CONTACT_COLOURS, LINING, lining_edges, on_circle
-from ..plot._shared import BLUE, GREEN, MARKED, ORANGE, SKY, VERMILLION, Times, Window, both_sides, span, windows
+from ..plot._shared import (
+    BLACK,
+    BLUE,
+    GREEN,
+    ORANGE,
+    SKY,
+    VERMILLION,
+    Times,
+    Window,
+    both_sides,
+    line_of,
+    span,
+    windows,
+)
 
 #: what JSON has as a mapping
 Data: TypeAlias = dict[str, Any]
@@ -136,13 +149,15 @@ def events_of(result: Result) -> list[Data]:
     return [
         {"t": event.time, "colour": _css(colour), "words": words, "plain": plain_words(event.name)}
         for event in result.events
-        if event.name in MARKED
-        for colour, words in [MARKED[event.name]]
+        if (line := line_of(event)) is not None
+        for colour, words in [line]
     ]
 
 
 def _css(colour: str) -> str:
     """A colour of figures as a page writes it: "0.5" is a grey."""
+    if colour == BLACK:
+        return "#000000"
     return colour if colour.startswith("#") else "#" + 3 * f"{round(255 * float(colour)):02x}"
 
 

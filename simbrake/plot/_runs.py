@@ -14,6 +14,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import Fault, InputError
+from .._outputs._log import Event
 from .._outputs._quantities import LINING_QUANTITIES, Series
 from .._run._linings import HEAT, VIEW_OF_HEAT, WORDS, Contact, RunningIn, lining_values, overlap
 from .._run._result import Result
@@ -103,7 +104,7 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
         >>> float(figure.axes[0].lines[0].get_ydata()[0])
         24.0
     """
-    columns, names = windows(result), list[str]()
+    columns, marked = windows(result), list[Event]()
     if len(result.stops) > 1:
         strongest = float(result.stops["time"][int(np.argmax(result.stops["energy"]))])
         columns = [columns[0], *application(result, strongest, "the stop with the maximum friction heat", 0.3)]
@@ -114,12 +115,12 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
         for panel in panels:
             panel.grid(alpha=0.3)
             panel.margins(x=0)
-            names += marks(panel, result, window)
+            marked += marks(panel, result, window)
             panel.set_ylabel("" if window is not columns[0] else panel.get_ylabel())
         window.label_time(panels[-1])
         panels[0].set_title(window.title, pad=6.0 + 1.35 * TEXT)  # beside the legend of the other column
     finish(axes[:, 0])
-    name_marks(figure, names)
+    name_marks(figure, marked)
     head(figure, result.scene, f"{result.status.replace('_', ' ')}: {result.message}")
     return figure
 
@@ -461,13 +462,13 @@ def depth(result: Result, wall: str | None = None, copy: int | None = None, *, f
     centres, low, high = 1e3 * np.asarray(chosen.centres), T[:, number].min(), T[:, number].max()
     figure = sheet(figure, 12.5, 6.0)
     *fields, profile = figure.subplots(1, 2 + len(near), sharey=True, width_ratios=[*[1.5] * (1 + len(near)), 1.3])
-    names = list[str]()
+    marked = list[Event]()
     for field, part in zip(fields, [window, *near], strict=True):
         if part is not window:
             edges, middle, T = layers(part)
         shades = {"vmin": low, "vmax": max(high, T[:, number].max()), "cmap": "inferno", "rasterized": True}
         mesh = field.pcolormesh(edges, depths, T[:, number].T, **shades)
-        names += marks(field, result, part, front=True)
+        marked += marks(field, result, part, front=True)
         field.set(xlabel="time, s", xlim=(part.start, part.end))
         field.set_title(part.title, loc="left", pad=12.0)
     T = T[:, number]
@@ -487,7 +488,7 @@ def depth(result: Result, wall: str | None = None, copy: int | None = None, *, f
     profile.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, handlelength=1.2)
     fields[0].set(ylabel="depth below the front face, mm", ylim=(depths[-1], 0.0))
     which = f" {number + 1} of {chosen.copies}" if chosen.copies > 1 else ""
-    name_marks(figure, names)
+    name_marks(figure, marked)
     head(figure, result.scene, f"temperature through the depth: {chosen.name}{which}, means of {chosen.layers} layers")
     return figure
 
@@ -539,7 +540,7 @@ def lining_map(
         >>> figure.axes[-1].get_ylabel()
         'normal load $N$, kN'
     """
-    columns, maps, names, brake = windows(one_run(result)), [], list[str](), result.scene.brake
+    columns, maps, marked, brake = windows(one_run(result)), [], list[Event](), result.scene.brake
     for window in columns:
         edges = cells(result, window.start, window.end)
         maps.append((edges, lining_values(result, quantity, edges, pair=pair)))
@@ -558,7 +559,7 @@ def lining_map(
         limits = {"vmin": low, "vmax": high if high > low else low + 1.0}
         mesh = panel.pcolormesh(edges, np.arange(n + 1) + 0.5, shown, cmap=colours, rasterized=True, **limits)
         figure.colorbar(mesh, ax=panel, label=f"{words}{unit}", pad=0.01)
-        names += marks(panel, result, window, front=True)
+        marked += marks(panel, result, window, front=True)
         panel.set_xlim(window.start, window.end)
         panel.yaxis.set_major_locator(MaxNLocator(integer=True))
         window.label_time(panel)
@@ -567,6 +568,6 @@ def lining_map(
     panels[0].set_ylabel(f"lining, {order}" if brake.banded else brake.words.lining)
     where, one = f"{brake.pairs[pair].words}: " if len(brake.pairs) > 1 else "", brake.words.lining
     alike = " (one surface for all linings)" if maps[0][1].shape[1] == 1 < n and quantity == "temperature" else ""
-    name_marks(figure, names)
+    name_marks(figure, marked)
     head(figure, result.scene, f"{where}{words}, {one} by {one}{alike}")
     return figure

@@ -23,6 +23,8 @@ from matplotlib.ticker import FuncFormatter
 
 from .._base._faults import Fault, InputError
 from .._base._table import number
+from .._outputs._log import Event
+from .._outputs._metrics import marks as known_marks
 from .._outputs._quantities import Series
 from .._parts._scene import Scene
 from .._run._result import Result
@@ -35,7 +37,8 @@ ZERO = 273.15  # K
 #: colours distinguishable with any colour vision (M. Okabe, K. Ito, *Color Universal Design*, 2008)
 BLUE, SKY, GREEN, ORANGE, VERMILLION, PURPLE = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7"
 
-CYCLE = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, "black", "0.5")
+BLACK = "black"
+CYCLE = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, BLACK, "0.5")
 
 #: events that change the state of a whole pair, with the colour and label of their line
 MARKED = {
@@ -50,6 +53,13 @@ MARKED = {
     "restart": ("0.35", "restart"),
     "release": ("0.5", "release"),
 }
+
+
+def line_of(event: Event) -> tuple[str, str] | None:
+    """Colour and label of the line at an event: of a whole pair, or of a mark of the whole brake; else `None`."""
+    if event.name in MARKED or event.lining is not None:
+        return MARKED.get(event.name)
+    return next(((BLACK, mark.words) for mark in known_marks() if mark.event == event.name), None)
 
 
 #: dashes of the lines at events, so that they differ without colours as well
@@ -194,30 +204,32 @@ def application(result: Result, time: float, title: str, cooling: float = 4.0) -
     return [Window(max(stops[i] - 1.2 * table["braking_time"][i], first), end, title=title)]
 
 
-def marks(axes: Axes, result: Result, window: Window, *, front: bool = False) -> list[str]:
-    """Vertical lines at events inside the window; returns the names of these events.
+def marks(axes: Axes, result: Result, window: Window, *, front: bool = False) -> list[Event]:
+    """Vertical lines at events inside the window; returns these events.
 
     `front`: the lines lie over a map, on white; none where they are many.
     """
-    shown = [e for e in result.events if e.name in MARKED and window.start <= e.time <= window.end]
+    lines = [(e, line_of(e)) for e in result.events if window.start <= e.time <= window.end]
+    shown = [(event, line[0]) for event, line in lines if line is not None]
     if front and len(shown) > 12:
         return []
     faint = 1.0 if len(shown) <= 40 else 0.3  # many stops: the lines must not hide the curves
-    for event in shown:
-        look: dict[str, Any] = {"color": MARKED[event.name][0], "ls": _DASHES.get(event.name, (0, (4, 2)))}
+    for event, colour in shown:
+        look: dict[str, Any] = {"color": colour, "ls": _DASHES.get(event.name, (0, (4, 2)))}
         if front:
             axes.axvline(event.time, color="white", lw=2.6)
             axes.axvline(event.time, lw=1.4, **look)
         else:
             axes.axvline(event.time, lw=1.1 * faint, zorder=0, alpha=faint, **look)
-    return [event.name for event in shown]
+    return [event for event, _ in shown]
 
 
-def name_marks(figure: Figure, names: Iterable[str], others: Iterable[Artist] = ()) -> None:
+def name_marks(figure: Figure, events: Iterable[Event], others: Iterable[Artist] = ()) -> None:
     """One line below the panels with what the lines at events mean, after `others`."""
     handles = list(others)
-    for name in dict.fromkeys(names):
-        colour, words = MARKED[name]
+    for name, line in {event.name: line_of(event) for event in events}.items():
+        assert line is not None
+        colour, words = line
         words = words.replace("t₀", "$t_0$").replace("t₁", "$t_1$")
         handles.append(Line2D([], [], color=colour, ls=_DASHES.get(name, (0, (4, 2))), label=words))
     if handles:
