@@ -110,9 +110,18 @@ def parameters(cls: type) -> list[str]:
 
 def remarks(cls: type) -> list[str]:
     """Fields of a record that are explained by a comment beside them."""
-    fields = re.findall(r"^    (\w+): [^#\n]*  # (?!pyright)(.+)$", inspect.getsource(cls), re.M)
+    text = inspect.getsource(cls) if _is_written(cls) else ""
+    fields = re.findall(r"^    (\w+): [^#\n]*  # (?!pyright)(.+)$", text, re.M)
     escaped = [(name, re.sub(r"([|*_])", r"\\\1", words)) for name, words in fields]
     return ["", *(f"- ``{name}``: {words}" for name, words in escaped), ""]
+
+
+def _is_written(value: Any) -> bool:
+    """Whether a class or function stands in the source: one that is made from a registry, as `Limits`, does not."""
+    try:
+        return bool(inspect.getsource(value))
+    except (OSError, TypeError):
+        return False
 
 
 def _docstring(app: Sphinx, what: str, name: str, value: Any, options: Any, lines: list[str]) -> None:
@@ -140,7 +149,7 @@ def source_of(domain: str, info: dict[str, str]) -> str | None:
     home, _, last = f"{info['module']}.{info['fullname']}".rpartition(".")
     value = inspect.unwrap(getattr(found(home), last, None)) if info["module"] else None
     value = getattr(value, "fget", value)
-    if not isinstance(value, type | types.FunctionType):
+    if not isinstance(value, type | types.FunctionType) or not _is_written(value):
         return None
     file = pathlib.Path(inspect.getsourcefile(value) or "").relative_to(PACKAGE.parent)
     return f"../_modules/{file.with_suffix('.html').as_posix()}#L-{inspect.getsourcelines(value)[1]}"
