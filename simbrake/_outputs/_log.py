@@ -247,9 +247,14 @@ EVENTS = {
 }
 
 
+def known_events() -> dict[str, EventMeaning]:
+    """`EVENTS`, and those of marks that were added since."""
+    return {**EVENTS, **_of_marks()}
+
+
 def plain_words(event: str) -> str:
     """What an event of a log means in plain words; empty for one that is not known, as of an earlier file."""
-    known = {**EVENTS, **_of_marks()}
+    known = known_events()
     return known[event].plain if event in known else ""
 
 
@@ -293,7 +298,7 @@ class Events(list[Event]):
     def __getitem__(self, key: Any) -> Any:
         if not isinstance(key, str):
             return super().__getitem__(key)
-        known = {**EVENTS, **_of_marks()}  # (a mark may have been added)
+        known = known_events()
         if key not in known:
             near = difflib.get_close_matches(key, known, n=3, cutoff=0.4)
             raise KeyError(f"{key!r} is not an event; nearest: {', '.join(near or known)}")

@@ -63,7 +63,8 @@ def lever_travel(record: Record, scene: Scene) -> Array:
 
 def allowable_values(scene: Scene) -> dict[str, float]:
     """Allowable values of metrics, in SI, of the parts of a scene that have them; its `limits` come first."""
-    found = {name: metric.limit(scene) for name, metric in METRICS.items() if metric.limit is not None}
+    limited = {name: metric.limit for name, metric in METRICS.items() if metric.limit and not metric.needs.lacks(scene)}
+    found = {name: limit(scene) for name, limit in limited.items()}
     found |= {} if scene.limits is None else scene.limits.given
     return {name: float(most) for name, most in found.items() if most is not None}
 
