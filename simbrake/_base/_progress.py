@@ -8,23 +8,23 @@ from collections.abc import Callable, Iterator
 from typing import TypeAlias
 
 #: called with the simulated time reached and the end time (s)
-Tell: TypeAlias = Callable[[float, float], object]
+Report: TypeAlias = Callable[[float, float], object]
 
-#: current progress report, for code far down the call stack
-_TOLD: contextvars.ContextVar["Waiting | None"] = contextvars.ContextVar("told", default=None)
+#: for code far down the call stack
+_CURRENT: contextvars.ContextVar["Progress | None"] = contextvars.ContextVar("progress", default=None)
 
 
 def piece(done: int, total: int) -> None:
-    """Report `done` of `total` pieces to the active progress report, unless it counts other pieces."""
-    told = _TOLD.get()
-    if told is not None:
-        told.piece(done, total)
+    """Report `done` of `total` pieces of the current task, unless it counts other pieces."""
+    progress = _CURRENT.get()
+    if progress is not None:
+        progress.piece(done, total)
 
 
-class Waiting:
+class Progress:
     """Show a task on a terminal after two seconds, with the time spent, and the time left where pieces are counted.
 
-    A context: `with Waiting("run", "compiling…") as waiting:`. `now` names the next task and the number of its pieces
+    A context: `with Progress("run", "compiling…") as progress:`. `now` names the next task and the number of its pieces
     done, if any; `reach` reports the simulated time of a run. The time left of a run is an upper bound, since a brake
     at rest is simulated in no time.
     """
@@ -58,7 +58,7 @@ class Waiting:
             again = anew or done < self._bar.tasks[0].completed
             (self._bar.reset if again else self._bar.update)(self._task, **values)
 
-    def __enter__(self) -> "Waiting":
+    def __enter__(self) -> "Progress":
         if self.shown:
             # loaded where somebody looks
             from rich import console, progress
@@ -77,12 +77,12 @@ class Waiting:
             self._timer = threading.Timer(self._after, self._bar.start)
             self._timer.daemon = True
             self._timer.start()
-            self._token = _TOLD.set(self)
+            self._token = _CURRENT.set(self)
         return self
 
     def __exit__(self, *error: object) -> None:
         if self._bar is not None:
-            _TOLD.reset(self._token)
+            _CURRENT.reset(self._token)
             self._timer.cancel()
             self._timer.join()
             self._bar.stop()
@@ -90,51 +90,38 @@ class Waiting:
 
 
 @contextlib.contextmanager
-def waiting(progress: "Waiting | bool | None", name: str, what: str) -> Iterator[Waiting]:
-    """The caller's `Waiting` with the current task, or a new one (`None`: shown on a terminal only)."""
-    if isinstance(progress, Waiting):
+def shown_progress(progress: "Progress | bool | None", name: str, what: str) -> Iterator[Progress]:
+    """The caller's `Progress` with the current task, or a new one (`None`: shown on a terminal only)."""
+    if isinstance(progress, Progress):
         progress.now(what)
         yield progress
         return
-    with Waiting(name, what, progress) as own:
+    with Progress(name, what, progress) as own:
         yield own
 
 
 @contextlib.contextmanager
-def telling(progress: "Waiting | Tell | bool | None") -> Iterator[Tell | None]:
-    """Receiver of a run's progress: nothing (`False`), a function of `(t, end_time)`, or as `waiting`."""
+def reporting(progress: "Progress | Report | bool | None") -> Iterator[Report | None]:
+    """Receiver of a run's progress: nothing (`False`), a function of `(t, end_time)`, or as `shown_progress`."""
     if progress is False or callable(progress):
         yield progress or None
         return
-    with waiting(progress, "run", "compiling…") as told:
-        yield told.reach
+    with shown_progress(progress, "run", "compiling…") as shown:
+        yield shown.reach
 
 
-class Progress:
-    """Count finished pieces out of `total`, and show them as `Waiting` does; the last line is kept.
+@contextlib.contextmanager
+def counting(
+    total: int, show: Callable[[int, int], object] | bool | None, what: str, *, done: int = 0, after: float = 0.0
+) -> Iterator[Callable[[int], object]]:
+    """Receiver of the number of finished pieces: a function of `(done, total)`, or a line on a terminal that is kept.
 
-    `show`: `None` shows them only where stderr is a terminal; a function is called with `(done, total)` instead.
-    `what` names the pieces; nothing is shown in the first `after` seconds.
+    `show`: `None` shows the line only where stderr is a terminal; `what` names the pieces; nothing is shown in the
+    first `after` seconds.
     """
-
-    def __init__(
-        self,
-        total: int,
-        show: Callable[[int, int], object] | bool | None = None,
-        done: int = 0,
-        what: str = "runs",
-        after: float = 0.0,
-    ) -> None:
-        self.total, self.done, self._what = total, done, what
-        self._tell = show if callable(show) else None
-        self._waiting = Waiting("", what, False if callable(show) else show, after, keep=True).__enter__()
-        self._waiting.now(what, done, total)
-
-    def add(self, count: int) -> None:
-        self.done += count
-        if self._tell is not None:
-            self._tell(self.done, self.total)
-        self._waiting.now(self._what, self.done, self.total)
-
-    def close(self) -> None:
-        self._waiting.__exit__()
+    if callable(show):
+        yield lambda done: show(done, total)
+        return
+    with Progress("", what, show, after, keep=True) as shown:
+        shown.now(what, done, total)
+        yield lambda done: shown.now(what, done, total)

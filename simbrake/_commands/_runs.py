@@ -9,7 +9,7 @@ from cyclopts import Parameter
 import simbrake as sb
 
 from .._base._faults import Fault, InputError, existing_file
-from .._base._progress import Waiting
+from .._base._progress import Progress
 from ..files._shipped import title_of
 from . import _options as cli
 
@@ -60,15 +60,17 @@ def run(
         from ..studies._measured import check_measured
 
         check_measured(recorded, scene)
-    with Waiting("run", "compiling…") as told:
-        result = sb.simulate(scene, rtol=rtol, max_steps=max_steps, max_events=max_events, throw=False, progress=told)
-        told.now("post-processing…")
+    with Progress("run", "compiling…") as progress:
+        result = sb.simulate(
+            scene, rtol=rtol, max_steps=max_steps, max_events=max_events, throw=False, progress=progress
+        )
+        progress.now("post-processing…")
         checks = limit_checks(result, limits)
         summary = summary_with_limits(result, checks)
         with display_units(units):
             text = text_with_limits(result, checks)
             if accuracy:
-                told.now("second run, for the errors")
+                progress.now("second run, for the errors")
                 found = result.accuracy()
                 text, summary = f"{text}\n{found}", {**summary, "accuracy": found.as_dict()}
     cli.tell(text, lambda: summary, json_, cli.verdict_of(result))
@@ -134,15 +136,15 @@ def report(
     if faults:
         raise InputError(faults)
     assert limits is not None
-    with Waiting("report", "compiling the run…") as told:
-        result = sb.simulate(with_limits(scene, limits), rtol=rtol, throw=False, progress=told)
+    with Progress("report", "compiling the run…") as progress:
+        result = sb.simulate(with_limits(scene, limits), rtol=rtol, throw=False, progress=progress)
         if check:
-            told.now("second run, for the error estimate")
+            progress.now("second run, for the error estimate")
         errors = result.accuracy() if check else None
         asked = {"sensitivity": metrics, "limits": limits, "check": errors or False}
         asked |= {"spread": lining or with_spread if with_spread else False}
         with sb.plot.titled(title):
-            sb.report(result, out, title=title, files=files, progress=told, **asked)
+            sb.report(result, out, title=title, files=files, progress=progress, **asked)
         checks = limit_checks(result, limits)
         verdict = result.verdict(checks)
     said = {"status": result.status, "message": result.message, "written": str(out), "limits": limit_dicts(checks)}
@@ -179,17 +181,17 @@ def explain(
     json_
         Print the findings with their numbers as JSON, alone on stdout.
     """
-    with Waiting("explain", "compiling the run…") as told:
+    with Progress("explain", "compiling the run…") as progress:
         if file.suffix.lower() in (".toml", ".py") and not file.is_dir():
             scene = cli.opened(file, set_, rtol)
-            result = sb.simulate(scene, rtol=rtol, throw=False, progress=told)
+            result = sb.simulate(scene, rtol=rtol, throw=False, progress=progress)
         else:
             if set_:
                 raise InputError([Fault("--set", "changes a scene, not a result", "give the scene file")])
             cli.prepare_jax()
             result = sb.results.rerun(file / "result.nc" if file.is_dir() else file)
         limits = cli.limits_of(result.scene, limit, fail_on_limit)
-        found = sb.results.explain(result, limits=limits, influence=influence, accuracy=accuracy, progress=told)
+        found = sb.results.explain(result, limits=limits, influence=influence, accuracy=accuracy, progress=progress)
     cli.tell(found, found.as_dict, json_)
     return cli.exit_code(result.ok, fail_on_limit and found["outcome"].numbers["exceeded"] > 0)
 
@@ -216,7 +218,7 @@ def fmu(
     """
     out = cli.file_in(out or Path(), f"{file.stem}.fmu")
     scene = cli.opened(file, set_, faults=cli.faults_of_file(out, ".fmu"))
-    with Waiting("fmu", "compiling…"):
+    with Progress("fmu", "compiling…"):
         sb.files.write_fmu(scene, out, input_)
     cli.tell(f"written  {out}", lambda: {"written": str(out)}, json_)
     return 0
@@ -304,11 +306,11 @@ def compare(
     def source(path: Path) -> Path | cli.Result:
         if path.suffix.lower() not in (".toml", ".py") or path.is_dir():
             return path
-        return sb.simulate(cli.opened(path, None), throw=False, progress=told)
+        return sb.simulate(cli.opened(path, None), throw=False, progress=progress)
 
-    with Waiting("compare", "reading…") as told:
+    with Progress("compare", "reading…") as progress:
         sources = [source(path) for path in paths]
-        told.now("comparing…")
+        progress.now("comparing…")
         found = [sb.compare(sources[0], other, rtol) for other in sources[1:]]
     stems = [path.stem or str(path) for path in paths]
     names = [stem if stems.count(stem) == 1 else str(path) for stem, path in zip(stems, paths, strict=True)]
@@ -341,9 +343,9 @@ def estimates(
         Simulate the scene as well, to compare; with --no-run the estimates alone.
     """
     scene = cli.opened(file, set_, rtol)
-    with Waiting("estimates", "compiling…") as told:
-        result = sb.simulate(scene, rtol=rtol, throw=False, progress=told) if run else None
-        told.now("estimates")
+    with Progress("estimates", "compiling…") as progress:
+        result = sb.simulate(scene, rtol=rtol, throw=False, progress=progress) if run else None
+        progress.now("estimates")
         table = sb.estimates(result or scene)
     cli.tell(table, table.as_dict, json_)
     return cli.exit_code(result is None or result.ok)
@@ -391,7 +393,7 @@ def synthesize(
     also = lambda scene: faults_of_synthesis(scene, data, permissible)  # noqa: E731
     scene = cli.opened(file, set_, rtol, faults=faults, also=also)
     partition = sb.formulas.transmission_table() if transmission else None
-    with Waiting("run", "compiling and running…"):
+    with Progress("run", "compiling and running…"):
         result = sb.simulate(scene, rtol=rtol, throw=False) if run else None
         found = sb.synthesize(result or scene, data, permissible=permissible, partition=partition)
     cli.tell(found, found.as_list, json_)
@@ -511,9 +513,9 @@ def publish(
     limits = cli.attempt(faults, cli.limits_of, scene, limit, False)
     if faults or axes is None or limits is None:
         raise InputError(faults)
-    with Waiting("publish", "compiling…") as told:
+    with Progress("publish", "compiling…") as progress:
         title = title_of(file, file.read_text("utf-8", errors="replace"))
-        found = publish_page(scene, axes, out, limits=limits, title=title, rtol=rtol, told=told)
+        found = publish_page(scene, axes, out, limits=limits, title=title, rtol=rtol, progress=progress)
     cli.tell(f"{found}\nwritten  {out}", lambda: {"written": str(out), **found.as_dict()}, json_)
     return 0
 
@@ -546,7 +548,7 @@ def app(
 
     limits, title = cli.limits_of(scene, limit, False), title_of(file, file.read_text("utf-8", errors="replace"))
     made = App(scene, limits, title, rtol)
-    with Waiting("app", "compiling…"):
+    with Progress("app", "compiling…"):
         sb.check(scene)
         made.warm()
     try:

@@ -13,7 +13,7 @@ from cyclopts import Parameter
 import simbrake as sb
 
 from .._base._faults import Fault, faults_of_place
-from .._base._progress import Waiting
+from .._base._progress import Progress
 from . import _options as cli
 
 if TYPE_CHECKING:
@@ -361,7 +361,7 @@ def life(
     except ValueError:
         faults.append(Fault("--turn-at", f"{turn_at} are not numbers of stops", "numbers, or best"))
     scene = cli.opened(file, set_, rtol, folder=out, faults=faults)
-    with Waiting("life", "compiling and running…"):
+    with Progress("life", "compiling and running…"):
         found = sb.lining_life(scene, permissible, turn_at=turns, rtol=rtol)
     cli.tell(found, found.as_dict, json_)
     if out is not None:

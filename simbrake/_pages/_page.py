@@ -19,7 +19,7 @@ from markupsafe import Markup
 
 from .. import plot
 from .._base._faults import InputError, whole_file, whole_folder
-from .._base._progress import Waiting, waiting
+from .._base._progress import Progress, shown_progress
 from .._base._table import Column, Number, Table, digits, number
 from .._outputs._duty import stop_table
 from .._outputs._metrics import METRICS
@@ -139,11 +139,11 @@ def lasted(result: Result) -> bool:
     return bool(times[int(result.record.count)] > times[0])
 
 
-def pictures_of(result: Result, told: Waiting) -> Iterator[Picture]:
+def pictures_of(result: Result, progress: Progress) -> Iterator[Picture]:
     """Yield all figures that apply to a result, and report the current one."""
     wanted = [picture for picture in PICTURES if lasted(result) and picture.wanted(result)]
     for i, picture in enumerate(wanted):
-        told.now("figures", i, len(wanted))
+        progress.now("figures", i, len(wanted))
         yield picture
 
 
@@ -187,7 +187,7 @@ def report(
     check: bool | Accuracy = True,
     spread: bool | str = False,
     rtol: float = 1e-10,
-    progress: bool | Waiting | None = False,
+    progress: bool | Progress | None = False,
 ) -> str:
     """Write a run as one self-contained HTML page: no network, no other files. Returns the page.
 
@@ -227,16 +227,16 @@ def report(
             found += error.faults
     if found:
         raise InputError(found)
-    with waiting(progress, "report", "compiling the run…") as told:
-        result = run if isinstance(run, Result) else simulate(run, rtol=rtol, throw=False, progress=told)
-        parts = contents(result, bounds, title, files or {}, told)
+    with shown_progress(progress, "report", "compiling the run…") as progress:
+        result = run if isinstance(run, Result) else simulate(run, rtol=rtol, throw=False, progress=progress)
+        parts = contents(result, bounds, title, files or {}, progress)
         if sensitivity:
-            parts |= _sensitivities(result, sensitivity, span, told)
+            parts |= _sensitivities(result, sensitivity, span, progress)
         if spread:
-            parts |= _spread(result, parts["figures"], lining, told)
+            parts |= _spread(result, parts["figures"], lining, progress)
         if check is True:
-            told.now("second run, for the error estimate")
-        parts["accuracy"] = accuracy(result, told) if check is True else check or None
+            progress.now("second run, for the error estimate")
+        parts["accuracy"] = accuracy(result, progress) if check is True else check or None
     text = render(parts)
     if path is not None:
         with whole_file(Path(path)) as file:
@@ -245,10 +245,10 @@ def report(
 
 
 def contents(
-    result: Result, limits: Mapping[str, float], title: str, files: Mapping[str, str], told: Waiting
+    result: Result, limits: Mapping[str, float], title: str, files: Mapping[str, str], progress: Progress
 ) -> Contents:
     """Contents of the page of one result."""
-    told.now("post-processing…")
+    progress.now("post-processing…")
     scene, summary, brake = result.scene, result.report().summary, result.scene.brake
     absent = paths_without_meaning(scene)
     parts = [part._replace(rows=tuple(row for row in part.rows if row.path not in absent)) for part in parts_of(scene)]
@@ -264,7 +264,7 @@ def contents(
         "thermal_parts": [part for part in parts if part.path.startswith("heat")],
         "duty": duty_words(scene),
         "duty_picture": draw(result, DUTY) if lasted(result) else None,
-        "pictures": [draw(result, picture) for picture in pictures_of(result, told)],
+        "pictures": [draw(result, picture) for picture in pictures_of(result, progress)],
         "counts": event_counts(result.events),
         "events": events,
         "fold": len(events) > _FOLD,
@@ -334,12 +334,14 @@ def flat(found: Mapping[str, object], above: str = "") -> list[tuple[str, str]]:
     return rows
 
 
-def _spread(result: Result, figures: Sequence[tuple[str, Number, str]], lining: str | None, told: Waiting) -> Contents:
+def _spread(
+    result: Result, figures: Sequence[tuple[str, Number, str]], lining: str | None, progress: Progress
+) -> Contents:
     """Key figures with their range under the known spread of the inputs, and the section about it."""
     shown, summary = {words for words, *_ in figures}, result.report().summary
     titles = {key_title(name, summary): name for name in METRICS if summary["metrics"].get(name) is not None}
     titles = {words: name for words, name in titles.items() if words in shown} | {HEAT: "energy.friction_heat"}
-    told.now("runs of the spread")
+    progress.now("runs of the spread")
     known, found = uncertainty_of_library(result.scene, [*titles.values()], lining, rtol=float(result.rtol))
     marked = []
     for words, value, note in figures:
@@ -366,12 +368,12 @@ def _spread(result: Result, figures: Sequence[tuple[str, Number, str]], lining: 
     }
 
 
-def _sensitivities(result: Result, metrics: Sequence[Metric], span: float | None, told: Waiting) -> Contents:
+def _sensitivities(result: Result, metrics: Sequence[Metric], span: float | None, progress: Progress) -> Contents:
     """Sections of the metrics that have a value in this run, and the names of the others."""
     there = [one for one in metrics if result.ok and happened(measure(result, one))]
     tables: list[SensitivityTable] = []
     if there:
-        tables = tables_of(result.scene, there, span=span, rtol=float(result.rtol), progress=told)
+        tables = tables_of(result.scene, there, span=span, rtol=float(result.rtol), progress=progress)
     found = [
         {
             "words": title_of(table.metric),
@@ -447,7 +449,7 @@ def series_table(result: Result, count: int = 1001) -> tuple[list[str], Float[np
 def write(
     result: Result,
     folder: Path,
-    progress: bool | Waiting | None = False,
+    progress: bool | Progress | None = False,
     checks: Sequence[LimitCheck] | None = None,
 ) -> list[Path]:
     """Write `summary.json`, `summary.txt`, `series.csv`, `result.nc`, and every figure that the run has as PNG.
@@ -455,7 +457,7 @@ def write(
     - `progress`: report progress on stderr: `True`, or `None` on a terminal only
     - `checks`: limits shown in the summaries, by default those of the scene
     """
-    with waiting(progress, "run", "series") as told, whole_folder(folder) as (scratch, written):
+    with shown_progress(progress, "run", "series") as progress, whole_folder(folder) as (scratch, written):
         checks = limit_checks(result, {}) if checks is None else checks
         _write_json(scratch / "summary.json", summary_with_limits(result, checks))
         (scratch / "summary.txt").write_text(text_with_limits(result, checks) + "\n", "utf-8")
@@ -463,9 +465,9 @@ def write(
         with (scratch / "series.csv").open("w", encoding="utf-8", newline="") as file:
             csv.writer(file, lineterminator="\n").writerow(names)  # names of bodies may hold anything
             np.savetxt(file, table, fmt="%.12g", delimiter=",", encoding="utf-8")
-        told.now("labelled data")
+        progress.now("labelled data")
         save(result, scratch / "result.nc")
-        for picture in pictures_of(result, told):
+        for picture in pictures_of(result, progress):
             picture.figure(result).savefig(scratch / f"{picture.key}.png", dpi=130)
     return written
 

@@ -28,7 +28,7 @@ from jaxtyping import Float
 
 from .._base._faults import Fault, InputError, whole_file
 from .._base._part import leaves
-from .._base._progress import Waiting
+from .._base._progress import Progress
 from .._base._quantity import BAD, NumberReader
 from .._base._table import digits, pretty, scale
 from .._outputs._log import STATUS_MESSAGES, Status
@@ -211,7 +211,7 @@ def publish(
     *,
     limits: Mapping[str, float],
     title: str,
-    told: Waiting,
+    progress: Progress,
     rtol: float = 1e-10,
 ) -> Published:
     """Solve a scene on the grid of `axes` and write the page. Raises `InputError` where it would become too large."""
@@ -220,7 +220,7 @@ def publish(
     base = simulate(scene, rtol=rtol, throw=False)
     sequences, results = list[tuple[Any, ...] | None](), dict[tuple[Any, ...], Result]()
     for i, point in enumerate(points):
-        told.now("runs", i, len(points))
+        progress.now("runs", i, len(points))
         result = simulate(with_values(scene, dict(zip(names, point, strict=True))), rtol=rtol, throw=False)
         sequences.append(sequence_of(result) if result.ok else None)
         if result.ok:
@@ -240,9 +240,9 @@ def publish(
     sampled = Sampled(metrics, most, samples)
     solve = Evaluator(scene, Paths.each(names), sampled, size=sampled.size(lines), singly=True, rtol=rtol)
     solve.like(first)
-    solved = _derivatives(solve, points, sequences, told)
+    solved = _derivatives(solve, points, sequences, progress)
     grid = _Grid(axes, shape, sequences, solved)
-    found = _centres(scene, grid, sampled, rtol, told)
+    found = _centres(scene, grid, sampled, rtol, progress)
     about = found.about(len(points), sum(rows is None for rows in solved), grid.cells, metrics)
     sizes = {sequence: pieces_of(sequence) for sequence in known}
     kept = [
@@ -288,11 +288,13 @@ def publish(
     return about
 
 
-def _derivatives(solve: Evaluator, points: Sequence[Any], sequences: Sequence[Any], told: Waiting) -> list[Rows | None]:
+def _derivatives(
+    solve: Evaluator, points: Sequence[Any], sequences: Sequence[Any], progress: Progress
+) -> list[Rows | None]:
     """Values and derivatives at the solved points, `None` where a run failed."""
     solved = list[Rows | None]()
     for i, (point, sequence) in enumerate(zip(points, sequences, strict=True)):
-        told.now("derivatives", i, len(points))
+        progress.now("derivatives", i, len(points))
         found = None if sequence is None else solve(np.asarray(point))
         good = found is not None and found.code == 0
         solved.append(_rows(found.values, found.jacobian) if found is not None and good else None)
@@ -360,7 +362,7 @@ class _Centres(NamedTuple):
 _TIMES = -1
 
 
-def _centres(scene: Scene, grid: _Grid, sampled: Sampled, rtol: float, told: Waiting) -> _Centres:
+def _centres(scene: Scene, grid: _Grid, sampled: Sampled, rtol: float, progress: Progress) -> _Centres:
     gaps, whole = list[int](), list[int]()
     for cell in range(grid.cells):
         _, corners = grid.corners(cell)
@@ -370,7 +372,7 @@ def _centres(scene: Scene, grid: _Grid, sampled: Sampled, rtol: float, told: Wai
     names, coarse = [axis.path for axis in grid.axes], dict[int, list[int]]()
     worst, of, at = 0.0, "", dict[str, float]()
     for i, cell in enumerate(chosen):  # (which grows)
-        told.now("centres of cells", i, len(chosen))
+        progress.now("centres of cells", i, len(chosen))
         place, corners = grid.corners(cell)
         ends = [axis.values[k : k + 2] for axis, k in zip(grid.axes, place, strict=True)]
         centre = {name: 0.5 * (low + high) for name, (low, high) in zip(names, ends, strict=True)}

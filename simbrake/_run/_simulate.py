@@ -33,7 +33,7 @@ from .._base._compiling import (
 from .._base._faults import Fault, InputError
 from .._base._part import Whole, faults_of_whole, leaves
 from .._base._programs import Kept
-from .._base._progress import Tell, Waiting, telling
+from .._base._progress import Progress, Report, reporting
 from .._base._quantity import faults_of_tolerance, shown
 from .._outputs._log import FAILURES, SimulationError
 from .._outputs._metrics import identity_of
@@ -193,7 +193,7 @@ def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> t
 
 
 def long_run(
-    numbers: Array, packing: Packing, method: AbstractMethod, rooms: Sequence[int], tell: Tell | None = None
+    numbers: Array, packing: Packing, method: AbstractMethod, rooms: Sequence[int], report: Report | None = None
 ) -> Record:
     """A run of up to `rooms[-1]` step attempts; its record has space for the least of `rooms` that is enough.
 
@@ -202,10 +202,10 @@ def long_run(
     program, carried = _stretch_program(packing, method, run_device())
     scene: Scene = packing.unpack(numbers)[0]
     t, end = float(scene.initial.time), float(scene.end_time)
-    if tell is not None:
-        tell(t, end)
+    if report is not None:
+        report(t, end)
     rows: list[Any] = []  # of the stretches before
-    left, length = rooms[-1], STRETCH if tell is None else _FIRST
+    left, length = rooms[-1], STRETCH if report is None else _FIRST
     while True:
         begun = time.monotonic()
         part, carried = program.call(np.concatenate([numbers, carried, [float(min(length, left))]]))
@@ -214,12 +214,12 @@ def long_run(
         left -= count
         if int(part.code) != Code.STEP_LIMIT or left <= 0:
             break
-        if tell is not None:
-            tell(float(part.t_end), end)
+        if report is not None:
+            report(float(part.t_end), end)
             spent = max(time.monotonic() - begun, 1e-6)
             length = int(np.clip(length * np.clip(_TARGET / spent, 0.25, 4.0), 1, STRETCH))
-    if tell is not None:
-        tell(float(part.t_end), end)
+    if report is not None:
+        report(float(part.t_end), end)
     used = rooms[-1] - left
     return concatenate(rows, part, next(size for size in rooms if used <= size))
 
@@ -373,7 +373,7 @@ def simulate(
     max_steps: int | None = None,
     max_events: int = 10_000,
     throw: bool = True,
-    progress: Waiting | Tell | bool | None = False,
+    progress: Progress | Report | bool | None = False,
 ) -> Result:
     """Runs a scene to its end time through all its events.
 
@@ -417,11 +417,11 @@ def simulate(
         return Result(scene, record, rtol_, name, limits)
     numbers, packing = pack((scene.as_run, rtol_, longest, events))
     rooms = step_limits(scene, max_steps)
-    with telling(progress) as tell:
+    with reporting(progress) as report:
         short = rooms[0] <= STRETCH  # over in a moment
         record = _recorded(_program(packing, method, rooms[0], run_device()), numbers) if short else None
         if record is None or (int(record.code) == Code.STEP_LIMIT and len(rooms) > 1):
-            record = long_run(numbers, packing, method, rooms, tell)
+            record = long_run(numbers, packing, method, rooms, report)
     result = Result(scene, record, rtol_, name, limits)  # pyright: ignore
     if throw and not result.ok:
         raise SimulationError(f"{result.status}: {result.message}", result)

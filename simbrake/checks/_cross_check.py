@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 
 from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
-from .._base._progress import waiting
+from .._base._progress import shown_progress
 from .._base._table import Table
 from .._outputs._log import Event
 from .._outputs._metrics import marks
@@ -63,9 +63,15 @@ class Course:
     """
 
     def __init__(
-        self, record: Record, method: str, rtol: float, atol: FlatState, most: int, tell: Callable[[float, float], None]
+        self,
+        record: Record,
+        method: str,
+        rtol: float,
+        atol: FlatState,
+        most: int,
+        report: Callable[[float, float], None],
     ) -> None:
-        self.tell, self.method, self.rtol, self.atol, self.most = tell, method, rtol, atol, most
+        self.report, self.method, self.rtol, self.atol, self.most = report, method, rtol, atol, most
         self.t, self.t1 = float(record.rows.t[0]), float(record.t1)
         self.y, self.mode = np.asarray(record.rows.y[0]), np.asarray(record.rows.mode[0], np.int32)
         self.changes = [Change(self.t, self.mode)]
@@ -91,7 +97,7 @@ class Course:
         if self.evaluations > self.most:
             words = f"{self.most} evaluations of the right-hand side were not enough"
             raise _EndedError(f"{words} (t = {self.t:.6g} s was reached)")
-        self.tell(t, self.t1)
+        self.report(t, self.t1)
         return self._rhs(t, y)
 
     def jump(self, fired: Fired, at_stop: bool) -> None:
@@ -176,19 +182,19 @@ def drive(
     rtol: float = 1e-10,
     most: int = 400_000,
     energy: float = 1.0,
-    tell: Callable[[float, float], None] = lambda t, end: None,
+    report: Callable[[float, float], None] = lambda t, end: None,
 ) -> Course:
     """Repeat the run of a record with SciPy.
 
     - `method` of `scipy.integrate.solve_ivp`;  `rtol`: relative tolerance, absolute ones are `rtol` times the typical
       sizes of the states, and of `energy` (J) for ledgers
     - `most`: evaluations of the right-hand side allowed; a longer run ends there with a message
-    - `tell`: called with the time reached and the end time at every evaluation
+    - `report`: called with the time reached and the end time at every evaluation
 
     Compiling is not counted in `seconds`: the first few evaluations are made before.
     """
     sizes = _sizes(record)
-    course = Course(record, method, rtol, rtol * np.where(np.isfinite(sizes), sizes, energy), most, tell)
+    course = Course(record, method, rtol, rtol * np.where(np.isfinite(sizes), sizes, energy), most, report)
     start = time.perf_counter()
     try:
         course.run()
@@ -420,15 +426,15 @@ def cross_check(
     faults = _faults(method, rtol, max_evaluations)
     if faults:
         raise InputError(faults)
-    with waiting(progress, "cross-check", "compiling…") as told:
-        fresh = simulate(scene, rtol=rtol, progress=told) if result is None else result
+    with shown_progress(progress, "cross-check", "compiling…") as shown:
+        fresh = simulate(scene, rtol=rtol, progress=shown) if result is None else result
         start = time.perf_counter()
         again = simulate(scene, rtol=rtol)
         own_seconds = time.perf_counter() - start
         method = method or ("Radau" if stiffness(scene)[0] else "DOP853")
-        told.now(f"compiling for SciPy {method}")
+        shown.now(f"compiling for SciPy {method}")
         system: Any = again.record.system
-        course = drive(again.record, method, rtol, max_evaluations, float(system.sizes.torque), told.reach)
+        course = drive(again.record, method, rtol, max_evaluations, float(system.sizes.torque), shown.reach)
     source, allowed = f"SciPy {method}", 100 * rtol if tolerance is None else tolerance
     span = float(scene.end_time) - float(scene.initial.time)
     passed = {*_LIMITS, *(mark.event for mark in marks())}

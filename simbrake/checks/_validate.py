@@ -8,7 +8,7 @@ from concurrent.futures import ThreadPoolExecutor
 from fnmatch import fnmatchcase
 
 from .._base._faults import Fault, InputError
-from .._base._progress import Waiting
+from .._base._progress import Progress
 from .._run._simulate import require_64_bits
 from ._validation import Case, Check, Validation, run_case
 
@@ -53,7 +53,7 @@ def chosen(only: str | None = None) -> list[list[Case]]:
 
 def run_lanes(lanes: Sequence[Sequence[Case]], progress: bool | None = None) -> Validation:
     """Run the lanes in parallel, as compiling releases Python; a line on a terminal shows the progress."""
-    told, total = Waiting("validate", "compiling…", progress), sum(map(len, lanes))
+    shown, total = Progress("validate", "compiling…", progress), sum(map(len, lanes))
     start, halted, done = time.monotonic(), threading.Event(), itertools.count(1)
 
     def run(lane: Sequence[Case]) -> list[Check]:
@@ -62,10 +62,10 @@ def run_lanes(lanes: Sequence[Sequence[Case]], progress: bool | None = None) -> 
             if halted.is_set():
                 break
             checks.append(run_case(case))
-            told.now("cases", next(done), total)
+            shown.now("cases", next(done), total)
         return checks
 
-    with told, ThreadPoolExecutor(max(1, len(lanes))) as pool:
+    with shown, ThreadPoolExecutor(max(1, len(lanes))) as pool:
         futures = [pool.submit(run, lane) for lane in lanes]
         try:
             checks = [check for future in futures for check in future.result()]

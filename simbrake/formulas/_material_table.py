@@ -11,7 +11,7 @@ from jax.core import Tracer
 
 from .._base._faults import Fault, InputError
 from .._base._part import leaves
-from .._base._progress import Progress
+from .._base._progress import counting
 from .._base._quantity import behind
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, band_brake, check
@@ -285,7 +285,7 @@ def compare_materials(
     - `run`: simulate each combination too, if the scene's heat has a rim in layers; else the scene once for each level,
       for time and work. `False`: those of a classical stop
     - `inertia`: the pulley's inertia follows the rim's mass; by default the scene's stays
-    - `rtol`: relative tolerance of runs; `show`: as of `Progress`
+    - `rtol`: relative tolerance of runs; `show`: as of `counting`
 
     For each: shares of the heat, bulk, surface and maximum temperature, thermal stress over the permissible one, wear
     of the linings (Archard, at the temperature of their surface), mass and inertia of the rim; whether it is within its
@@ -310,12 +310,11 @@ def compare_materials(
     combined = [(i, level, *pair) for i, (_, level) in enumerate(levels) for pair in pairs]
     scenes = [study.scene_of(level, rim, lining) for _, level, rim, lining in combined]
     solver = solver_for(any(stiffness(s)[0] for s in scenes)) if run else None  # one program for all of them
-    progress = Progress(len(combined), show, what="combinations", after=2.0)
     found = []
-    for s, (i, _, rim, lining) in zip(scenes, combined, strict=True):
-        found.append(study.row(i, s, rim, lining, solver))
-        progress.add(1)
-    progress.close()
+    with counting(len(combined), show, "combinations", after=2.0) as report:
+        for s, (i, _, rim, lining) in zip(scenes, combined, strict=True):
+            found.append(study.row(i, s, rim, lining, solver))
+            report(len(found))
     works = [[row["friction_work"].value for row in found if row.level == i] for i in range(len(levels))]
     told = tuple(EnergyLevel(words, min(w), max(w)) for (words, _), w in zip(levels, works, strict=True))
     how = "time and friction work are those of " + ("the runs" if run else "classical stops")

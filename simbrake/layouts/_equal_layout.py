@@ -16,7 +16,7 @@ from jaxtyping import Float
 
 from .._base._compiling import DeviceJit
 from .._base._faults import Fault
-from .._base._progress import Waiting
+from .._base._progress import Progress
 from .._base._quantity import as_number
 from .._base._table import Column, Table, Tabular, plain
 from .._outputs._log import FAILURES, SimulationError
@@ -465,7 +465,7 @@ class _Search:
 
     def __init__(self, run: Evaluator, free: str, levelled: _Levelled, friction: np.ndarray) -> None:
         self.run, self.free, self.levelled, self.friction = run, free, levelled, friction
-        self.progress = Waiting("layout", "compiling…")
+        self.progress = Progress("layout", "compiling…")
         self.start = np.zeros((2 if free == "both" else 1) * (len(run.given[0]) - 1))
 
     def look(self, w: np.ndarray, given: Given | None = None) -> Evaluation:

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._faults import Fault, InputError
-from .._base._progress import Waiting
+from .._base._progress import Progress
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, faults
 from .._run._measure import check_metrics, measure, unit_of
@@ -125,7 +125,7 @@ class _Problem:
 
     def __init__(self, run: Evaluator, names: tuple[str, ...], box: Box, limits: np.ndarray, keep_wrap: bool) -> None:
         self.run, self.names, self.box, self.limits = run, names, box, limits
-        self.scale, self.progress = 1.0, Waiting("minimum tension", "compiling…")
+        self.scale, self.progress = 1.0, Progress("minimum tension", "compiling…")
         self.start = box.down(box.start)
         # change of the wrap with the unknowns, where an angle is free
         angles = [float(path.partition("[")[0] == _ANGLES) for path in box.paths.names]

@@ -22,7 +22,7 @@ from PIL import Image
 from scipy.integrate import cumulative_trapezoid
 
 from .._base._faults import Fault, InputError, whole_file
-from .._base._progress import Progress
+from .._base._progress import counting
 from .._base._quantity import as_number
 from .._outputs._quantities import Series, fault_of_times
 from .._parts._scene import band_brake
@@ -162,14 +162,11 @@ def animate(
     band_brake(result.scene)
     film = film_of(one_run(result), seconds, start, end)
     count = max(2, round(seconds * rate))
-    told = Progress(count, progress, what="frames", after=2.0)
     frames: list[Image.Image] = []
-    try:
+    with counting(count, progress, "frames", after=2.0) as report:
         for image in _frames(result, film, np.linspace(0.0, seconds, count)):
             frames.append(image)
-            told.add(1)
-    finally:
-        told.close()
+            report(len(frames))
     with whole_file(file) as scratch:
         scratch.write_bytes(_gif(frames, rate))
     return file

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._faults import InputError
-from .._base._progress import Waiting, waiting
+from .._base._progress import Progress, shown_progress
 from .._base._table import Table, Tabular, digits, number
 from .._outputs._duty import DutyKind, rows_of
 from .._outputs._log import failure_of
@@ -92,7 +92,7 @@ def explain(
     influence: bool = True,
     accuracy: bool = False,
     rtol: float = 1e-10,
-    progress: bool | Waiting | None = False,
+    progress: bool | Progress | None = False,
 ) -> Explanation:
     """Explain a run: how it went, what governs it, which lining and limit come first, and what would change it most.
 
@@ -114,10 +114,10 @@ def explain(
         >>> said["balance"].numbers["governs"]
         'inertia'
     """
-    with waiting(progress, "explain", "compiling the run…") as told:
-        result = _result_of(run, rtol, told)
+    with shown_progress(progress, "explain", "compiling the run…") as progress:
+        result = _result_of(run, rtol, progress)
         said = verdict(result, limits)
-        told.now("post-processing")
+        progress.now("post-processing")
         exceeded = sum(row.state == LimitVerdict.EXCEEDED for row in said.rows)
         outcome = {"colour": str(said.colour), "status": result.status, "exceeded": exceeded}
         found = [
@@ -129,19 +129,19 @@ def explain(
             *_stability(result),
         ]
         if influence and result.ok:
-            found += _influence(result, told)
+            found += _influence(result, progress)
         if accuracy and result.ok:
-            told.now("second run")
+            progress.now("second run")
             found += _accuracy(result)
         found += _remedy(result)
     return Explanation(tuple(found))
 
 
-def _result_of(run: Any, rtol: float, told: Waiting) -> Result:
+def _result_of(run: Any, rtol: float, progress: Progress) -> Result:
     if isinstance(run, Result):
         return run
     if isinstance(run, Scene):
-        return simulate(run, rtol=rtol, throw=False, progress=told)
+        return simulate(run, rtol=rtol, throw=False, progress=progress)
     path = Path(run)
     return rerun(path / "result.nc" if path.is_dir() else path)
 
@@ -437,11 +437,11 @@ def _subject(result: Result) -> Metric:
     return choice.get(kind, outweighed) or "energy.friction_heat"
 
 
-def _influence(result: Result, told: Waiting) -> list[Finding]:
+def _influence(result: Result, progress: Progress) -> list[Finding]:
     """The parameters with the largest elasticities."""
     metric = _subject(result)
     try:
-        table: Any = sensitivities(result.scene, metric, span=None, rtol=float(result.rtol), progress=told)
+        table: Any = sensitivities(result.scene, metric, span=None, rtol=float(result.rtol), progress=progress)
     except InputError as error:
         return [Finding("influence", f"No derivative: {error.faults[0].problem}.", {})]
 

@@ -23,7 +23,7 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._fingerprint import FingerprintError, fingerprint, versions
 from .._base._part import leaves
-from .._base._progress import Progress
+from .._base._progress import counting
 from .._base._quantity import Quantity, behind
 from .._outputs._log import FAILURES, status_of
 from .._outputs._metrics import ENERGIES, METRICS, identity_of, metric_names
@@ -64,7 +64,7 @@ if TYPE_CHECKING:
 else:  # imported where they are used
     Dataset = Client = Any
 #: a function called with `(done, total)` runs; a progress line, on a terminal only (`None`); or none (`False`)
-Tell: TypeAlias = Callable[[int, int], object] | bool | None
+Show: TypeAlias = Callable[[int, int], object] | bool | None
 
 NOT_RUN = -1
 #: runs for which chunks have space by default: few and many on a CPU; elsewhere
@@ -382,7 +382,7 @@ def _power_of_2(count: float) -> int:
 class Runs:
     """Numbers of all runs of a plan, filled in as a pool returns chunks of them."""
 
-    def __init__(self, plan: Plan, pool: Pool, store: Store | None, progress: Tell) -> None:
+    def __init__(self, plan: Plan, pool: Pool, store: Store | None) -> None:
         n = plan.count
         self.plan, self.pool, self.store = plan, pool, store
         self.columns: Columns = {name: np.zeros(n, np.int32) for name in ABOUT}
@@ -392,7 +392,7 @@ class Runs:
         self.done = np.zeros(n, bool)
         for runs, found in [] if store is None else store.finished():
             self._fill(runs, found)
-        self.progress = Progress(n, progress, int(self.done.sum()))
+        self.report: Callable[[int], object] = lambda done: None
 
     def _fill(self, runs: np.ndarray, found: Columns) -> None:
         for name, column in found.items():
@@ -407,7 +407,7 @@ class Runs:
                 self.store.write(task, found)
             if np.any(final):
                 self._fill(task.runs[final], {name: column[final] for name, column in found.items()})
-                self.progress.add(int(final.sum()))
+                self.report(int(self.done.sum()))
 
     def level(self, solver: Solver, runs: np.ndarray, limit: int, size: int, last: bool) -> np.ndarray:
         """Runs in chunks with one limit of the steps; returns those for which it was too low, in the same order."""
@@ -482,14 +482,17 @@ def _retrace_changed(scene: Scene) -> None:
         del _codes[next(iter(_codes))]
 
 
-def run_all(plan: Plan, workers: int | None, client: Client | None, directory: Path | None, progress: Tell) -> Columns:
+def run_all(plan: Plan, workers: int | None, client: Client | None, directory: Path | None, progress: Show) -> Columns:
     """Columns of all runs of a plan; after Ctrl-C those of the finished ones, the others with the code `NOT_RUN`."""
     store = None if directory is None else store_of(plan, directory)
     _retrace_changed(plan.scene)
     with threads(workers) if client is None else cluster(client, store) as pool:
-        runs = Runs(plan, pool, store, progress)
+        runs = Runs(plan, pool, store)
         try:
-            with interruptible() as pool.look:
+            with (
+                counting(plan.count, progress, "runs", done=int(runs.done.sum())) as runs.report,
+                interruptible() as pool.look,
+            ):
                 for solver, some in plan.groups():
                     runs.group(solver, some)
                 pool.look()
@@ -498,8 +501,6 @@ def run_all(plan: Plan, workers: int | None, client: Client | None, directory: P
             runs.take()
             left = int(np.sum(~runs.done))
             print(f"simbrake: interrupted, {left} of {plan.count} runs are missing (code -1)", file=sys.stderr)
-        finally:
-            runs.progress.close()
     return runs.columns
 
 
@@ -596,7 +597,7 @@ def ensemble(
     chunk: int | None = None,
     workers: int | None = None,
     max_steps: int | None = None,
-    progress: Tell = None,
+    progress: Show = None,
     client: Client | None = None,
     directory: str | os.PathLike[str] | None = None,
     accuracy: bool = False,

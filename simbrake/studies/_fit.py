@@ -8,7 +8,7 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._part import leaves
-from .._base._progress import Waiting
+from .._base._progress import Progress
 from .._outputs._log import FAILURES
 from .._parts._scene import Scene
 from .._run._edit import with_values
@@ -149,7 +149,7 @@ class Search:
     message: str = ""
 
     def __post_init__(self) -> None:
-        self.progress, self.least = Waiting("calibrate", "compiling…"), np.inf
+        self.progress, self.least = Progress("calibrate", "compiling…"), np.inf
 
     def look(self, z: np.ndarray) -> tuple[Evaluation, str | None]:
         """The model at a point, and the reason to reject the point."""

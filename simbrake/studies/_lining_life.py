@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._progress import Waiting
+from .._base._progress import Progress
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, check, require_scene
 from .._parts._worn import feeds_back, turned_scene
@@ -170,7 +170,7 @@ class _Brake:
         self.limit, self.tolerance, self.step, self.options = limit, tolerance, step, options
         self.feeds_back, self.runs = feeds_back(scene), 0
         self._known: dict[bool, tuple[np.ndarray, float]] = {}
-        self.progress = Waiting("brakings", "compiling…")
+        self.progress = Progress("brakings", "compiling…")
 
     def look(self, done: float, worn: np.ndarray, turned: bool) -> _Point:
         if turned not in self._known or self.feeds_back:

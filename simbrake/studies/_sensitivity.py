@@ -11,7 +11,7 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._part import Leaf, leaves
-from .._base._progress import Waiting, waiting
+from .._base._progress import Progress, shown_progress
 from .._base._quantity import behind
 from .._base._table import Column, Table, Tabular
 from .._parts._scene import Scene
@@ -39,13 +39,13 @@ class Range(NamedTuple):
 
 
 def look_around(
-    run: Evaluator, base: Result, metrics: Metrics, spans: Mapping[str, np.ndarray], told: Waiting
+    run: Evaluator, base: Result, metrics: Metrics, spans: Mapping[str, np.ndarray], progress: Progress
 ) -> Range:
     """Run the scene at both bounds `p ± span` of every parameter, one at a time; a list is changed as a whole."""
     usual, known = modes_of(base), {leaf.path: np.asarray(leaf.value) for leaf in leaves(base.scene)}
     ends, changes = dict[str, np.ndarray](), dict[str, str]()
     for i, (path, half) in enumerate(spans.items()):
-        told.now("bounds of ranges", i, len(spans))
+        progress.now("bounds of ranges", i, len(spans))
         if not np.any(half):
             continue
         scenes = (with_values(base.scene, {path: known[path] + sign * half}) for sign in (-1, 1))
@@ -186,7 +186,7 @@ def sensitivity(
     span: float | Mapping[str, float] | None = 0.01,
     rtol: float = 1e-10,
     solver: Solver | None = None,
-    progress: Waiting | bool | None = None,
+    progress: Progress | bool | None = None,
 ) -> Any:
     """Derivatives of one or several metrics with respect to parameters of a scene, through every event of its run.
 
@@ -221,18 +221,18 @@ def sensitivity(
     paths = Paths(tuple(leaf.path for leaf in chosen), tuple(np.shape(leaf.value) for leaf in chosen))
     size, x = len(metrics.asked), np.concatenate([np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen])
     run = Evaluator(scene, paths, metrics, size=size, reverse=x.size > size, singly=True, rtol=rtol, solver=solver)
-    with waiting(progress, "sensitivity", "compiling the run…") as told:
-        base = run.result(progress=told)
+    with shown_progress(progress, "sensitivity", "compiling the run…") as progress:
+        base = run.result(progress=progress)
         values = values_of(base, metrics)
         check_happened(metrics, values)
-        told.now("derivatives")
+        progress.now("derivatives")
         run.like(base)  # a derivative replays the run: its length is known
         slopes = run(x)
         if slopes.code != 0 or not np.all(np.isfinite(slopes.values)):
             raise RuntimeError("the differentiated run ended before the plain one; please report this scene")
         finer = run.finer()(x)
-        sides = compare_sides(run, base, metrics, chosen, values, slopes.jacobian, told)
-        around = Range({}, {}, ()) if span is None else look_around(run, base, metrics, spans, told)
+        sides = compare_sides(run, base, metrics, chosen, values, slopes.jacobian, progress)
+        around = Range({}, {}, ()) if span is None else look_around(run, base, metrics, spans, progress)
     tables = []
     for k, (one, value) in enumerate(zip(metrics.asked, values.tolist(), strict=True)):
         derivatives = paths.values(slopes.jacobian[k]), paths.values(finer.jacobian[k])

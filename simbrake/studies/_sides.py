@@ -18,7 +18,7 @@ import numpy as np
 
 from .._base._faults import InputError
 from .._base._part import Leaf
-from .._base._progress import Waiting
+from .._base._progress import Progress
 from .._base._quantity import Characteristic, Over
 from .._run._edit import with_values
 from .._run._result import Result
@@ -217,13 +217,13 @@ def compare_sides(
     chosen: Sequence[Leaf],
     values: np.ndarray,
     jacobian: np.ndarray,
-    told: Waiting,
+    progress: Progress,
 ) -> Slopes:
     """Derivatives that are not those of both sides.
 
     - `values` (m,), `jacobian` (m, k): the metrics of `base`, and their derivatives by all entries of `chosen`
     """
-    told.now("differences on both sides")
+    progress.now("differences on both sides")
     search, slopes = _Search(run, base, metrics, chosen, values, jacobian), Slopes()
     tied = np.concatenate([_tied(leaf) for leaf in chosen])
     suspects = sorted([*np.flatnonzero(tied).tolist(), *search.suspects(np.flatnonzero(~tied))])
