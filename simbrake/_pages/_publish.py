@@ -34,13 +34,13 @@ from .._base._table import digits, pretty, scale
 from .._outputs._log import STATUS_MESSAGES, Status
 from .._outputs._metrics import METRICS
 from .._parts._scene import Scene
-from .._run._edit import with_values
+from .._run._edit import entry_of, with_values
 from .._run._measure import limit_checks, measure, title_of, unit_of
 from .._run._result import Result
 from .._run._simulate import simulate
 from ..hybrid import LANDED, STOPPED
 from ..hybrid._arrays import Array
-from ..studies._evaluator import Evaluator, Paths, place_of
+from ..studies._evaluator import Evaluator, Paths
 from ._app import slider_of
 from ._live import Chart, Data, charts_of, events_of, still
 from ._page import PICTURES, draw, head, render
@@ -82,7 +82,7 @@ def read_axes(scene: Scene, texts: Sequence[str]) -> list[Axis]:
         except InputError as error:
             faults += error.faults
             continue
-        reader, leaf = NumberReader(), known.get(place_of(path, known)[0])
+        reader, leaf = NumberReader(), known.get(entry_of(path, known)[0])
         if leaf is None:
             faults.append(Fault(path, "is absent in this scene", "give the scene a value of it"))
             continue
@@ -419,7 +419,7 @@ def _edges(result: Result) -> np.ndarray:
 
 def _slider(scene: Scene, axis: Axis) -> Data:
     known = {leaf.path: leaf for leaf in leaves(scene)}
-    field, index = place_of(axis.path, known)
+    field, index = entry_of(axis.path, known)
     leaf = known[field]
     value = float(np.ravel(leaf.value)[index or 0])
     value = value if axis.values[0] <= value <= axis.values[-1] else axis.values[len(axis.values) // 2]

@@ -5,7 +5,7 @@ import difflib
 import functools
 import math
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Container, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -15,7 +15,7 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._faults import Fault, InputError
-from .._base._part import about_of, below, faults_of_values, parts_below
+from .._base._part import Leaf, about_of, below, faults_of_values, leaves, parts_below
 from .._base._quantity import NumberReader, Quantity, as_number
 from .._parts._scene import Scene, require_scene
 from ..brakes._design import Lining
@@ -24,6 +24,40 @@ from ..thermal._material import Material
 from ..thermal._network import AbstractLink, Body, Conductance, Lump, Wall, place_of
 
 _INDEXED = re.compile(r"^(?P<path>.*?)(?:\[(?P<index>-?[0-9]{1,9})\])?$", re.DOTALL)
+
+
+def entry_of(path: str, fields: Container[str]) -> tuple[str, int | None]:
+    """Field and index that a path means: `("brake.linings.angle", 3)`; no index for a field as a whole."""
+    match = _INDEXED.match(path)
+    assert match is not None
+    if path in fields or match["index"] is None:
+        return path, None
+    return match["path"], int(match["index"])
+
+
+class Inputs(dict[str, Leaf]):
+    """The numbers of a scene on which a run depends, by path: all but its limits."""
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__((leaf.path, leaf) for leaf in leaves(scene.as_run))
+
+    def about(self, path: str) -> Quantity:
+        """Metadata of a number, or of an entry of a list."""
+        return self[entry_of(path, self)[0]].about
+
+    def twice(self, paths: Iterable[str]) -> dict[str, str]:
+        """Paths that mean a number which an earlier one means as well: path → the earlier one."""
+        seen: dict[tuple[str, int | None], str] = {}
+        found = {}
+        for path in paths:
+            field, index = entry_of(path, self)
+            if index is not None and field in self:
+                index %= max(np.size(self[field].value), 1)
+            for (other, i), earlier in seen.items():
+                if other == field and (index is None or i in (None, index)):
+                    found.setdefault(path, earlier)
+            seen[field, index] = path
+        return found
 
 
 class _Slot(NamedTuple):
@@ -85,9 +119,7 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
         scene = _with_count(scene, values.pop(_COUNT), faults)
     slots = _slots(scene)
     for full, value in values.items():
-        match = _INDEXED.match(full)
-        assert match is not None
-        path, index = (full, None) if full in slots else (match["path"], match["index"])
+        path, i = entry_of(full, slots)
         if path not in slots:
             faults.append(_unknown(full, path, slots))
             continue
@@ -98,8 +130,8 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
             if reader.faults:
                 continue
         old, new = slots[path].value, as_number(value)
-        if index is not None:
-            i, size = int(index), np.size(old) if np.ndim(old) == 1 else 0
+        if i is not None:
+            size = np.size(old) if np.ndim(old) == 1 else 0
             if not -size <= i < size:
                 faults.append(Fault(full, f"there is no entry {i}", f"{path} has {size} entries, from 0"))
                 continue
@@ -157,10 +189,24 @@ def _unknown(full: str, path: str, slots: dict[str, _Slot]) -> Fault:
     return Fault(full, "there is no such number in the scene", hint)
 
 
+def fault_of_limit(path: str) -> Fault | None:
+    """Error of a limit, or of all of them, among the parameters of a run; `None` for any other path."""
+    if path.partition(".")[0] != "limits":
+        return None
+    return Fault(path, "is no parameter of a run", "what a run gives is compared with a limit: set it in the scene")
+
+
+def with_inputs(scene: Scene, values: dict[str, Any]) -> Scene:
+    """The scene with other numbers on which its run depends. Raises `InputError` as `with_values`, and for limits."""
+    if limits := [fault for fault in map(fault_of_limit, values) if fault is not None]:
+        raise InputError(limits)
+    return with_values(scene, values)
+
+
 def unknown_paths(scene: Scene, paths: Iterable[str]) -> list[str]:
     """Those of the paths that are not numbers of the scene."""
     slots = _slots(scene)
-    return [path for path in paths if path not in slots and _INDEXED.sub(r"\g<path>", path) not in slots]
+    return [path for path in paths if entry_of(path, slots)[0] not in slots]
 
 
 def read_numbers(scene: Scene, path: str, texts: Sequence[str]) -> list[float]:
@@ -169,7 +215,7 @@ def read_numbers(scene: Scene, path: str, texts: Sequence[str]) -> list[float]:
     Raises `InputError` for an unknown path, for what is not a number in its range, and where only some have a unit.
     """
     slots = _slots(scene)
-    name = path if path in slots else _INDEXED.sub(r"\g<path>", path)
+    name = entry_of(path, slots)[0]
     if name not in slots:
         raise InputError([_unknown(path, name, slots)])
     about, reader = slots[name].about, NumberReader()

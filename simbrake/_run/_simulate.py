@@ -1,9 +1,9 @@
 """Running a scene: from a scene to a result, long runs in stretches, programs prepared once for many runs."""
 
+import dataclasses
 import functools
 import logging
 import math
-import re
 import time
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -57,7 +57,7 @@ from ..hybrid import (
 from ..hybrid._arrays import Array
 from ..hybrid._lanes import hybridsolve_lane
 from ._choice import stiffness
-from ._edit import with_values
+from ._edit import entry_of, with_inputs
 from ._measure import Metric, check_metrics, measure, name_of, unit_of
 from ._result import Result, RunLimits
 
@@ -480,7 +480,6 @@ _MOST_STEPS = 1 << 20
 #: lines up to which derivatives are compiled as one function: with Rodas5P it would take minutes
 _LONGEST_SLOPES = 26_000
 _COUNTS = 6  # code and counts of steps, behind the metrics
-_ENTRY = re.compile(r"^(?P<path>.*)\[(?P<index>-?\d+)\]$")
 
 
 class PreparedResult(NamedTuple):
@@ -504,7 +503,7 @@ class PreparedResult(NamedTuple):
 class Prepared:
     """A scene compiled for fast runs with other numbers; made by `prepare`.
 
-    - `numbers` (k,): all numbers of the scene as one vector; `places`: path → where they lie in it
+    - `numbers` (k,): all numbers of the scene but its limits, as one vector; `places`: path → where they lie in it
     - `metrics`: names in the order of `gradient`'s rows
     - `program`: the compiled run, with the seconds that tracing and compiling took
 
@@ -529,7 +528,7 @@ class Prepared:
         self._slope_steps = _DIFFERENTIATED * max_steps
         self.metrics = tuple(name_of(metric) for metric in metrics)
         self._asked = tuple(metrics)
-        self.numbers, self._like = pack(scene)
+        self.numbers, self._like = pack(scene.as_run)
         self.places = self._places()
         #: of the metrics in the program's result, in their order; known once it is traced
         self._spans: list[tuple[str, int | slice]] = []
@@ -592,14 +591,12 @@ class Prepared:
         return numbers
 
     def _place(self, path: str) -> slice | int:
-        if path in self.places:
-            return self.places[path]
-        entry = _ENTRY.match(path)
-        whole = self.places.get(entry["path"]) if entry else None
-        if entry is None or whole is None:
-            with_values(self.scene, {path: 0.0})  # raises what is wrong with an unknown path
+        field, index = entry_of(path, self.places)
+        whole = self.places.get(field)
+        if whole is None:
+            with_inputs(self.scene, {path: 0.0})  # raises what is wrong with an unknown path
             raise InputError([Fault(path, "is absent in the prepared scene", "prepare a scene that has it")])
-        return range(whole.start, whole.stop)[int(entry["index"])]
+        return whole if index is None else range(whole.start, whole.stop)[index]
 
     def __call__(self, values: Values = None, *, rtol: float | None = None) -> PreparedResult:
         """Runs with these numbers (and another tolerance); what a run of `simulate` would raise is in `code`.
@@ -660,7 +657,7 @@ class Prepared:
 
     def check(self, values: Values = None) -> Scene:
         """The scene with these numbers. Raises `InputError` with all its errors."""
-        scene = self._like.unpack(self.vector(values))
+        scene = dataclasses.replace(self._like.unpack(self.vector(values)), limits=self.scene.limits)
         check(scene)
         return scene
 

@@ -8,14 +8,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._part import leaves
 from .._base._quantity import behind, shown
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, check
 from .._run._choice import stiffness
-from .._run._edit import with_values
+from .._run._edit import Inputs, with_values
 from .._run._simulate import solver_for, solver_name
-from ._evaluator import Faults, Solver, box_of, place_of
+from ._evaluator import Faults, Solver, box_of
 from ._fit import LIMITED, LOSSES, STEP, Direction, FitModel, Identified, Search, confound, identify
 from ._measured import Measured, check_measured
 
@@ -340,10 +339,10 @@ def assess(
         State.OPEN if c else State.FITTED if not at else State.AT_LOW if here == 0 else State.AT_HIGH
         for c, at, here in zip(concerned, fixed, z, strict=True)
     ]
-    units = {leaf.path: leaf.about.unit for leaf in leaves(before)}
+    inputs = Inputs(before)
     columns = (theta, error * slope, [*zip(*ends, strict=True)], states, box.start, box.low, box.high, box.logarithmic)
     parameters = tuple(
-        Parameter(path, units.get(place_of(path, units)[0], ""), *row)  # pyright: ignore
+        Parameter(path, inputs.about(path).unit, *row)  # pyright: ignore
         for path, *row in zip(paths, *(c if isinstance(c, list) else c.tolist() for c in columns), strict=True)
     )
     covariance = covariance * np.outer(slope, slope)
@@ -428,7 +427,7 @@ def _tied(
         return (), []
     found, slope = search.look(z)[0], search.box.slope(theta)
     jacobian, residual = search.jacobian(z, found)[:, free], search.residual(found)
-    which, units = np.flatnonzero(free), {leaf.path: leaf.about.unit for leaf in leaves(scene)}
+    which, inputs = np.flatnonzero(free), Inputs(scene)
     rows: list[tuple[float, FixedNumber]] = []
     freed: list[tuple[float, str]] = []
     for path, value, change in search.model.of_fixed(theta):
@@ -440,7 +439,9 @@ def _tied(
         error = float(np.sqrt(max(ties.variance[k], 0.0))) * slope[i]
         if strength[k] > _TIED and abs(shift) > error:  # else an error of the whole number would not matter
             shift = float(shift / theta[i]) if theta[i] else float(shift)
-            row = FixedNumber(path, value, units[path], search.model.paths[i], float(ties.correlation[k]), shift)
+            row = FixedNumber(
+                path, value, inputs[path].about.unit, search.model.paths[i], float(ties.correlation[k]), shift
+            )
             rows.append((abs(ties.shift[k] * slope[i]) / error if error > 0 else np.inf, row))
     rows.sort(key=lambda row: -row[0])
     return tuple(row for _, row in rows), sorted(freed, reverse=True)

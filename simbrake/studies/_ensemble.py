@@ -22,7 +22,6 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._fingerprint import FingerprintError, fingerprint, versions
-from .._base._part import leaves
 from .._base._progress import counting
 from .._base._quantity import Quantity, behind
 from .._outputs._log import FAILURES, status_of
@@ -30,7 +29,7 @@ from .._outputs._metrics import ENERGIES, METRICS, identity_of, metric_names
 from .._parts._scene import Scene, faults, require_scene
 from .._physics._mechanism import Label
 from .._run._choice import stiffness
-from .._run._edit import with_values
+from .._run._edit import Inputs, with_inputs
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._simulate import (
     check_limits,
@@ -50,7 +49,6 @@ from ._evaluator import (
     Paths,
     Solver,
     limits_of_many,
-    place_of,
     run_chunk,
     scans,
 )
@@ -126,7 +124,7 @@ class Plan:
         """Leaves and structure of the scene, and where the varied numbers are: for some leaves the column of each entry
         (−1: not varied), found by a scene that has marks in their place."""
         marks = -1e200 * (1.0 + np.arange(self.columns.shape[1]))
-        marked, structure = jax.tree.flatten(with_values(self.scene, self.paths.values(marks)))
+        marked, structure = jax.tree.flatten(with_inputs(self.scene, self.paths.values(marks)))
         places = {}
         for k, leaf in enumerate(marked):
             column = np.asarray(np.rint(np.asarray(leaf, np.float64) / -1e200) - 1).astype(int)
@@ -145,8 +143,8 @@ class Plan:
     @functools.cached_property
     def abouts(self) -> dict[str, Quantity]:
         """Unit, meaning and range of every varied number."""
-        known = {leaf.path: leaf.about for leaf in leaves(self.one(0))}
-        return {path: known[place_of(path, known)[0]] for path in self.values}
+        known = Inputs(self.one(0))
+        return {path: known.about(path) for path in self.values}
 
     def groups(self) -> list[tuple[Solver, np.ndarray]]:
         """Solvers, and the runs that each of them gets: for every run what it would get by itself."""

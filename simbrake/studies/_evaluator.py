@@ -12,8 +12,7 @@ import dataclasses
 import functools
 import itertools
 import math
-import re
-from collections.abc import Callable, Container, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import equinox as eqx
@@ -23,13 +22,12 @@ import numpy as np
 
 from .._base._compiling import DeviceJit, Packing, Program, compiled, pack
 from .._base._faults import Fault, InputError
-from .._base._part import leaves
 from .._base._programs import STORE
 from .._base._quantity import behind
 from .._outputs._metrics import METRICS, identity_of
 from .._outputs._probe import lowers_steadily, runs_away
 from .._parts._scene import Scene, require_scene
-from .._run._edit import with_values
+from .._run._edit import Inputs, entry_of, with_inputs, with_values
 from .._run._measure import Metric, measure, name_of
 from .._run._result import Result
 from .._run._simulate import Solver, room_for, simulate, simulate_lane, solver_name, solver_of, step_limits
@@ -89,8 +87,6 @@ ABOUT: dict[str, Callable[[Result], Any]] = {
     "sequence": lambda r: _sequence(r.record),
     "energy.closure": lambda r: r.energy["closure"],
 }
-
-_ENTRY = re.compile(r"^(?P<field>.*)\[(?P<index>-?\d+)\]$")
 
 #: numbers x (k,) and numbers that are given besides → the scene with them
 Place: TypeAlias = Callable[[Scene, Any, Any], Scene]
@@ -167,26 +163,6 @@ def asked_of(metrics: Metric | Sequence[Metric]) -> list[Metric]:
     return [metrics] if isinstance(metrics, str) or callable(metrics) else list(metrics)
 
 
-def place_of(path: str, fields: Container[str]) -> tuple[str, int | None]:
-    """Field and index that a path means: `("brake.linings.angle", 3)`; no index for a field as a whole."""
-    match = _ENTRY.match(path)
-    return (path, None) if path in fields or match is None else (match["field"], int(match["index"]))
-
-
-def same_numbers(paths: Iterable[str], sizes: Mapping[str, int]) -> dict[str, str]:
-    """Paths that mean a number which an earlier one means as well: path → the earlier one. `sizes`: by field."""
-    seen: dict[tuple[str, int | None], str] = {}
-    found = {}
-    for path in paths:
-        field, index = place_of(path, sizes)
-        index = None if index is None else index % sizes.get(field, 1)
-        for (other, i), earlier in seen.items():
-            if other == field and (index is None or i in (None, index)):
-                found.setdefault(path, earlier)
-        seen[field, index] = path
-    return found
-
-
 class Box(NamedTuple):
     """Numbers that are free within bounds (k,), and unknowns `z` in 0…1 in their place, linear or logarithmic."""
 
@@ -229,18 +205,17 @@ def box_of(
 ) -> Box:
     """The numbers at paths with bounds (low, high), by default from the scene's values; adds what is wrong with them.
 
-    - `each`: a field with many entries is free in every one of them, and none of them twice; else one number counts
-      for all of them
+    - `each`: a field with many entries is free in every one of them; else one number counts for all of them
     - `decades`: ratio of the bounds above which unknowns are logarithmic
     """
     require_scene(scene)
-    known = {leaf.path: leaf for leaf in leaves(scene)}
+    known = Inputs(scene)
     shapes, rows = dict[str, tuple[int, ...]](), []
     for path, pair in bounds.items():
-        field, index = place_of(path, known)
+        field, index = entry_of(path, known)
         leaf = known.get(field)
         value: Any = (starts or {}).get(path)
-        if found.attempt(with_values, scene, {path: 0.0}) is None:
+        if found.attempt(with_inputs, scene, {path: 0.0}) is None:
             continue
         if value is None and leaf is not None:
             value = np.asarray(leaf.value, float)[... if index is None else index]
@@ -268,9 +243,7 @@ def box_of(
             found.append(Fault(path, what, "give a start inside them"))
         shapes[path] = shape
         rows.append([np.ravel(one) for one in (low, high, np.nan if value is None else value)])
-    sizes = {path: np.size(leaf.value) for path, leaf in known.items()}
-    twice = same_numbers(shapes, sizes) if each else {}
-    found += [Fault(path, "is free twice", f"as {old} is") for path, old in twice.items()]
+    found += [Fault(path, "is free twice", f"as {old} is") for path, old in known.twice(shapes).items()]
     low, high, start = [np.concatenate(column) for column in zip(*rows, strict=True)] or [np.zeros(0)] * 3
     paths = Paths(tuple(shapes), tuple(shapes.values()))
     return Box(paths, low, high, start, (low > 0) & (high / np.where(low > 0, low, 1.0) > decades))

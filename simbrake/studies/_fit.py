@@ -7,15 +7,14 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._part import leaves
 from .._base._progress import Progress
 from .._outputs._log import FAILURES
 from .._parts._scene import Scene
-from .._run._edit import with_values
+from .._run._edit import Inputs, entry_of, with_values
 from .._run._measure import Metric, measure
 from .._run._result import Result
 from ..hybrid._arrays import Array
-from ._evaluator import Box, Evaluation, Evaluator, Faults, Paths, Solver, place_of
+from ._evaluator import Box, Evaluation, Evaluator, Faults, Paths, Solver
 from ._measured import Measured, pick
 
 
@@ -86,9 +85,9 @@ class FitModel:
         compiled, and two runs per number suffice for correlations.
         """
         scene, found = with_values(self.run.scene, self.run.place.values(theta)), []
-        known = leaves(scene)
-        fitted = {place_of(path, {leaf.path for leaf in known})[0] for path in self.paths}
-        for leaf in known:
+        known = Inputs(scene)
+        fitted = {entry_of(path, known)[0] for path in self.paths}
+        for leaf in known.values():
             value = np.asarray(leaf.value, float) if leaf.value is not None else np.zeros(0)
             if leaf.path in fitted or leaf.path in _OF_THE_RUN or not np.any(value) or not np.all(np.isfinite(value)):
                 continue

@@ -10,13 +10,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._part import Leaf, leaves
+from .._base._part import Leaf
 from .._base._progress import Progress, shown_progress
 from .._base._quantity import behind
 from .._base._table import Column, Table, Tabular
 from .._parts._scene import Scene
 from .._physics._mechanism import Label
-from .._run._edit import with_values
+from .._run._edit import Inputs, fault_of_limit, with_values
 from .._run._measure import Metric, check_metrics, happened, name_of, unit_of
 from .._run._report import labels_of
 from .._run._result import Result
@@ -42,13 +42,13 @@ def look_around(
     run: Evaluator, base: Result, metrics: Metrics, spans: Mapping[str, np.ndarray], progress: Progress
 ) -> Range:
     """Run the scene at both bounds `p ± span` of every parameter, one at a time; a list is changed as a whole."""
-    usual, known = modes_of(base), {leaf.path: np.asarray(leaf.value) for leaf in leaves(base.scene)}
+    usual, known = modes_of(base), Inputs(base.scene)
     ends, changes = dict[str, np.ndarray](), dict[str, str]()
     for i, (path, half) in enumerate(spans.items()):
         progress.now("bounds of ranges", i, len(spans))
         if not np.any(half):
             continue
-        scenes = (with_values(base.scene, {path: known[path] + sign * half}) for sign in (-1, 1))
+        scenes = (with_values(base.scene, {path: np.asarray(known[path].value) + sign * half}) for sign in (-1, 1))
         values, words = zip(*(end_of_range(run, scene, metrics, usual) for scene in scenes), strict=True)
         ends[path] = np.stack(values)
         changes[path] = "; ".join(f"{name} bound: {what}" for name, what in zip(_ENDS, words, strict=True) if what)
@@ -216,7 +216,7 @@ def sensitivity(
     single = isinstance(metric, str) or callable(metric)
     metrics = Metrics(tuple(asked_of(metric)))
     check_metrics(scene, metrics.asked)
-    chosen = chosen_leaves(leaves(scene), wrt)
+    chosen = chosen_leaves(scene, wrt)
     spans = {} if span is None else _spans(chosen, span)
     paths = Paths(tuple(leaf.path for leaf in chosen), tuple(np.shape(leaf.value) for leaf in chosen))
     size, x = len(metrics.asked), np.concatenate([np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen])
@@ -241,8 +241,9 @@ def sensitivity(
     return tables[0] if single else tables
 
 
-def chosen_leaves(known: list[Leaf], wrt: str | Sequence[str] | None) -> list[Leaf]:
-    """The requested parameters, each once, in order."""
+def chosen_leaves(scene: Scene, wrt: str | Sequence[str] | None) -> list[Leaf]:
+    """The requested parameters of a run, each once, in order."""
+    known = list(Inputs(scene).values())
     if wrt is None:
         return known
     found, faults = {}, Faults()
@@ -251,7 +252,7 @@ def chosen_leaves(known: list[Leaf], wrt: str | Sequence[str] | None) -> list[Le
         if not here:
             near = difflib.get_close_matches(path, [leaf.path for leaf in known], n=3, cutoff=0.4)
             hint = f"nearest: {', '.join(near or [leaf.path for leaf in known[:4]])}"
-            faults.append(Fault(path, "unknown parameter of the scene", hint))
+            faults.append(fault_of_limit(path) or Fault(path, "unknown parameter of the scene", hint))
         found |= {leaf.path: leaf for leaf in here}
     faults.report()
     return list(found.values())
@@ -378,7 +379,7 @@ def hessian(
     """
     metrics = Metrics((metric,))
     check_metrics(scene, metrics.asked)
-    chosen = chosen_leaves(leaves(scene), paths)
+    chosen = chosen_leaves(scene, paths)
     place = Paths(tuple(leaf.path for leaf in chosen), tuple(np.shape(leaf.value) for leaf in chosen))
     x = np.concatenate([np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen])
     names = tuple(

@@ -11,15 +11,14 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from .._base._faults import Fault
-from .._base._part import leaves
 from .._base._quantity import Quantity, behind
 from .._base._table import Column, Table, Tabular, plain
 from .._outputs._log import FAILURES, SimulationError
 from .._parts._scene import Scene, faults, require_scene
-from .._run._edit import with_values
+from .._run._edit import Inputs, with_inputs, with_values
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from ._ensemble import Dataset, ensemble
-from ._evaluator import Columns, Faults, asked_of, place_of, same_numbers
+from ._evaluator import Columns, Faults, asked_of
 
 #: a frozen distribution of scipy.stats (anything with `ppf` or `icdf`), or (low, high) for a uniform one
 Distribution: TypeAlias = Any
@@ -59,16 +58,15 @@ class Draws:
             if (one := _distribution(path, given, found)) is not None:
                 self.quantiles[path], frozen[path] = _quantile_of(one), one
         medians = {path: float(quantile(0.5)) for path, quantile in self.quantiles.items()}
-        found.attempt(with_values, scene, dict.fromkeys(distributions, 0.0) | medians)
-        sizes = {leaf.path: np.size(leaf.value) for leaf in leaves(scene)}
+        found.attempt(with_inputs, scene, dict.fromkeys(distributions, 0.0) | medians)
         hint = "give each parameter one distribution"
-        for path, old in same_numbers(distributions, sizes).items():
+        for path, old in Inputs(scene).twice(distributions).items():
             found.append(Fault(path, f"overlaps with {old}", hint))
         bad = {fault.path for fault in found}
         middle = with_values(scene, {path: value for path, value in medians.items() if path not in bad})
-        about = {leaf.path: leaf.about for leaf in leaves(middle)}
+        inputs = Inputs(middle)
         for path in (path for path in medians if path not in bad):
-            quantity = about[place_of(path, about)[0]]
+            quantity = inputs.about(path)
             self.units[path] = quantity.unit
             found += _faults_of_range(path, frozen[path], quantity)
         if not found:

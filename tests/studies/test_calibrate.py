@@ -272,6 +272,14 @@ def test_all_errors_of_a_fit_come_at_once():
         sb.calibrate(rigid(end=0.3), LINE, speeds(line()))
 
 
+@pytest.mark.parametrize("other", ["brake.linings.angle[-17]", "brake.linings.angle"])
+def test_number_is_not_free_twice(other):
+    path = "brake.linings.angle[3]"
+    with pytest.raises(sb.InputError) as caught:
+        sb.calibrate(rigid(), {path: (0.2, 0.3), other: (0.2, 0.3)}, speeds(line()))
+    assert [str(fault) for fault in caught.value.faults] == [f"{other}: is free twice — as {path} is"]
+
+
 def test_traced_entries_of_arrays_can_be_set():
     def total(x):
         scene = sb.with_values(rigid(), {"brake.linings.angle[3]": x, "brake.linings.area": None})

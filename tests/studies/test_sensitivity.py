@@ -1,5 +1,6 @@
 """Sensitivity tables against closed forms and whole runs, and what they say where a derivative ends to hold."""
 
+import dataclasses
 import json
 
 import jax
@@ -119,3 +120,24 @@ def test_all_faults_in_one_report():
         sb.sensitivity(stop_scene(end=0.01), "stopping_time", span=None)
     with pytest.raises(sb.InputError, match="2 input errors"):
         sb.sensitivity(stop_scene(), "stopping_time", "initial", span={"initial.omega": -1.0, "brake.band.radius": 1.0})
+
+
+def test_limits_are_no_parameters():
+    scene = dataclasses.replace(stop_scene(C=None), limits=sb.Limits(max_tension="90 kN"))
+    table = sb.sensitivity(scene, "stopping_angle", span=None)
+    assert table.at("initial.omega").elasticity == pytest.approx(2.0, rel=1e-9)
+    assert not [row.path for row in table.rows if row.path.startswith("limits")]
+    prepared = sb.prepare(scene, ["stopping_angle"])
+    places = range(prepared.numbers.size)
+    assert sorted(i for where in prepared.places.values() for i in places[where]) == list(places)
+    assert float(prepared.result({"initial.omega": 18.0}).scene.limits.max_tension) == 9e4
+    path = "limits.max_tension"
+    for study in (
+        lambda: sb.sensitivity(scene, "stopping_angle", ["limits"]),
+        lambda: prepared({path: 8e4}),
+        lambda: sb.ensemble(scene, {path: [8e4, 9e4]}),
+        lambda: sb.studies.samples(scene, {path: (8e4, 9e4)}, 4),
+        lambda: sb.calibrate(scene, {path: (8e4, 9e4)}, sb.studies.Measured.of(events={"stopping_time": (1.0, 0.1)})),
+    ):
+        with pytest.raises(sb.InputError, match=r"limits.*: is no parameter of a run — what a run gives is compared"):
+            study()
