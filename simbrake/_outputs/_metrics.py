@@ -75,11 +75,9 @@ def limits_exceeded(scene: Scene, metrics: Mapping[str, float | None]) -> list[s
     for name, most in allowable_values(scene).items():
         value, metric = metrics.get(name), METRICS.get(name)
         if metric is not None and metric.mark is None and value is not None and value > most:
-            unit = metric.unit
-            words = name.removeprefix("max_").replace("_", " ")
-            found.append(
-                f"over_limit: {words} {number(value, unit)} is {value / most:.4g} × the allowable {number(most, unit)}"
-            )
+            words = name.removeprefix("max_").removeprefix("energy.").replace("_", " ")
+            times = f"is {value / most:.4g} × the allowable" if most > 0 else "is above the allowable"
+            found.append(f"over_limit: {words} {number(value, metric.unit)} {times} {number(most, metric.unit)}")
     return found
 
 
@@ -140,7 +138,7 @@ class Metric(NamedTuple):
 
     - `unit` (SI), `meaning` in words, `title` above it in pages
     - `find(record, scene)`: the number, `inf` for the time of what did not happen; of a `greatest` value `find(probe)`:
-      that of which it is the maximum over the run, (m, n)
+      that of which it is the maximum over the run, (m, n); of an `energy` `find(account)`, of the terms of the ledger
     - `needs`: what a scene has whose runs have it;  `shown_anyway`: as `inf` where it lacks that
     - `of_linings`: whether a maximum value tells the lining;  `number(maximum, scene)`: what the number is in terms of
       that maximum, `None`: itself
@@ -165,6 +163,7 @@ class Metric(NamedTuple):
     limit: Callable[[Scene], Any] | None = None
     mark: Mark | None = None
     place: str = ""
+    energy: bool = False
 
     def of_peak(self, found: "Peak", scene: Scene) -> "Peak":
         """The number in place of the maximum over the run that it is found from."""
@@ -355,6 +354,60 @@ def _surface(place: str, title: str, meaning: str, *, of_linings: bool = False, 
         mark=mark,
         place=place,
     )
+
+
+# --- terms of energies ------------------------------------------------------------------------------------------------
+
+
+class Account(NamedTuple):
+    """Terms of the energies of a run, in J."""
+
+    ledger: Ledger  # at the end
+    friction: PowerSplit  # what became of the work of all friction pairs
+    kinetic: Array  # change since the start, as the next
+    elastic: Array | None  # None where nothing is elastic
+    stored: Mapping[str, Array]  # heat in every body of the network since the start
+
+    @property
+    def shaft_work(self) -> Array | None:
+        """Work taken by the torques on the shaft beside load and brake, all of it heat."""
+        each = self.ledger.shaft
+        return None if each is None else sum(each, start=jnp.zeros(()))
+
+    @property
+    def heat_to_band(self) -> Array:
+        into = self.ledger.heat.to_band
+        return jnp.zeros(()) if into is None else into
+
+    @property
+    def heat_stored(self) -> Array:
+        return sum(self.stored.values(), start=jnp.zeros(()))
+
+
+def closure_of(*terms: Array | None) -> Array:
+    """Sum of terms that should balance, over the largest of them."""
+    each = jnp.stack([term for term in terms if term is not None])
+    largest = jnp.max(jnp.abs(each))
+    return jnp.where(largest > 0, jnp.abs(jnp.sum(each)) / jnp.where(largest > 0, largest, 1.0), 0.0)
+
+
+def _elsewhere(a: Account) -> Array:
+    heat = a.ledger.heat
+    away = a.friction.heat - (heat.to_metal + heat.to_linings + (0.0 if heat.to_band is None else heat.to_band))
+    return jnp.where(jnp.abs(away) > _NOTHING_LEFT * jnp.abs(a.friction.heat), away, 0.0)
+
+
+def _energy_closure(a: Account) -> Array:
+    taken = [term for term in (*a.friction, a.ledger.damper_heat, a.shaft_work) if term is not None]
+    return closure_of(a.kinetic, a.elastic, -a.ledger.load_work, -a.ledger.lever_work, *taken)
+
+
+def _energy(
+    name: str, meaning: str, find: Callable[[Account], Any], needs: Requirement = _NOTHING, unit: str = "J"
+) -> dict[str, Metric]:
+    """An energy over the run, or the residual of a balance of energies."""
+    title = f"Energy: {name.replace('_', ' ')}"
+    return {f"energy.{name}": Metric(unit, meaning, title, find, needs, energy=True)}
 
 
 # --- the registry -----------------------------------------------------------------------------------------------------
@@ -565,6 +618,42 @@ METRICS: dict[str, Metric] = {
     "peak_lining_outer_temperature": _surface(
         "outer", "Hottest outer lining face", "maximum temperature of the outer faces of the linings", of_linings=True
     ),
+    **_energy("load_work", "work of the load", lambda a: a.ledger.load_work),
+    **_energy("lever_work", "work of the lever", lambda a: a.ledger.lever_work),
+    **_energy("friction_heat", "friction heat", lambda a: a.friction.heat),
+    **_energy("kinetic_change", "change of the kinetic energy", lambda a: a.kinetic),
+    **_energy("elastic_change", "change of the elastic energy", lambda a: a.elastic, _ELASTIC),
+    **_energy("damper_heat", "heat of dampers", lambda a: a.ledger.damper_heat, _DAMPERS),
+    **_energy("shaft_work", "heat of the other torques on the shaft", lambda a: a.shaft_work, _SHAFT),
+    **_energy("electrical_work", "electrical part of the friction work", lambda a: a.friction.electrical, _SHARES),
+    **_energy("mechanical_work", "mechanical part of the friction work", lambda a: a.friction.mechanical, _SHARES),
+    **_energy("heat_to_metal", "friction heat that entered the metal", lambda a: a.ledger.heat.to_metal, _HEAT),
+    **_energy("heat_to_linings", "friction heat that entered the linings", lambda a: a.ledger.heat.to_linings, _HEAT),
+    **_energy("heat_to_band", "friction heat that entered the band", lambda a: a.heat_to_band, _HEAT),
+    **_energy("heat_elsewhere", "friction heat that enters no body: counted as lost", _elsewhere, _HEAT),
+    **_energy("heat_supplied", "heat from sources", lambda a: a.ledger.heat.supplied, _HEAT),
+    **_energy("heat_stored", "heat stored in the network", lambda a: a.heat_stored, _HEAT),
+    **_energy("heat_lost", "heat lost to the surroundings", lambda a: a.ledger.heat.lost, _HEAT),
+}
+#: what the residual of a balance does not see
+RESIDUAL_SEES = "it shows energy that is lost, not the errors in time, of the mesh, or of the model"
+#: residuals of the balances of energies, which are no numbers of a run
+RESIDUALS = {
+    **_energy(
+        "closure",
+        f"residual of the energy balance as a share of the largest energy exchanged; {RESIDUAL_SEES}",
+        _energy_closure,
+        unit="1",
+    ),
+    **_energy(
+        "heat_closure",
+        f"residual of the heat balance as a share of the largest heat exchanged; {RESIDUAL_SEES}",
+        lambda a: closure_of(
+            a.friction.heat, a.shaft_work, a.ledger.heat.supplied, -a.heat_stored, -a.ledger.heat.lost
+        ),
+        _HEAT,
+        "1",
+    ),
 }
 #: metric → place whose temperature it is
 HOT = {name: metric.place for name, metric in METRICS.items() if metric.place}
@@ -615,96 +704,7 @@ def event_of(name: str) -> str:
     return mark.event  # pyright: ignore
 
 
-# --- energies ---------------------------------------------------------------------------------------------------------
-
-
-class Account(NamedTuple):
-    """Terms of the energies of a run, in J."""
-
-    ledger: Ledger  # at the end
-    friction: PowerSplit  # what became of the work of all friction pairs
-    kinetic: Array  # change since the start, as the next
-    elastic: Array | None  # None where nothing is elastic
-    stored: Mapping[str, Array]  # heat in every body of the network since the start
-
-    @property
-    def shaft_work(self) -> Array | None:
-        """Work taken by the torques on the shaft beside load and brake, all of it heat."""
-        each = self.ledger.shaft
-        return None if each is None else sum(each, start=jnp.zeros(()))
-
-    @property
-    def heat_stored(self) -> Array:
-        return sum(self.stored.values(), start=jnp.zeros(()))
-
-
-class Energy(NamedTuple):
-    """An energy over a run: its meaning, how it is found (`None` where a run has none), and which scenes have it."""
-
-    meaning: str
-    find: Callable[[Account], Array | None]
-    needs: Requirement = _NOTHING
-    unit: str = "J"
-
-
-def closure_of(*terms: Array | None) -> Array:
-    """Sum of terms that should balance, over the largest of them."""
-    each = jnp.stack([term for term in terms if term is not None])
-    largest = jnp.max(jnp.abs(each))
-    return jnp.where(largest > 0, jnp.abs(jnp.sum(each)) / jnp.where(largest > 0, largest, 1.0), 0.0)
-
-
-def _elsewhere(a: Account) -> Array:
-    heat = a.ledger.heat
-    into = heat.to_metal + heat.to_linings + (0.0 if heat.to_band is None else heat.to_band)
-    away = a.friction.heat - into
-    return jnp.where(jnp.abs(away) > _NOTHING_LEFT * jnp.abs(a.friction.heat), away, 0.0)
-
-
-def _energy_closure(a: Account) -> Array:
-    taken = [term for term in (*a.friction, a.ledger.damper_heat, a.shaft_work) if term is not None]
-    return closure_of(a.kinetic, a.elastic, -a.ledger.load_work, -a.ledger.lever_work, *taken)
-
-
-#: what the residual of a balance does not see
-RESIDUAL_SEES = "it shows energy that is lost, not the errors in time, of the mesh, or of the model"
-
-#: energies over the run by name, beside the heat of each pair of a brake with several (`heat_external`)
-ENERGIES: dict[str, Energy] = {
-    "load_work": Energy("work of the load", lambda a: a.ledger.load_work),
-    "lever_work": Energy("work of the lever", lambda a: a.ledger.lever_work),
-    "friction_heat": Energy("friction heat", lambda a: a.friction.heat),
-    "kinetic_change": Energy("change of the kinetic energy", lambda a: a.kinetic),
-    "elastic_change": Energy("change of the elastic energy", lambda a: a.elastic, _ELASTIC),
-    "damper_heat": Energy("heat of dampers", lambda a: a.ledger.damper_heat, _DAMPERS),
-    "shaft_work": Energy("heat of the other torques on the shaft", lambda a: a.shaft_work, _SHAFT),
-    "electrical_work": Energy("electrical part of the friction work", lambda a: a.friction.electrical, _SHARES),
-    "mechanical_work": Energy("mechanical part of the friction work", lambda a: a.friction.mechanical, _SHARES),
-    "closure": Energy(
-        f"residual of the energy balance as a share of the largest energy exchanged; {RESIDUAL_SEES}",
-        _energy_closure,
-        unit="1",
-    ),
-    "heat_to_metal": Energy("friction heat that entered the metal", lambda a: a.ledger.heat.to_metal, _HEAT),
-    "heat_to_linings": Energy("friction heat that entered the linings", lambda a: a.ledger.heat.to_linings, _HEAT),
-    "heat_to_band": Energy(
-        "friction heat that entered the band",
-        lambda a: jnp.zeros(()) if a.ledger.heat.to_band is None else a.ledger.heat.to_band,
-        _HEAT,
-    ),
-    "heat_elsewhere": Energy("friction heat that enters no body: counted as lost", _elsewhere, _HEAT),
-    "heat_supplied": Energy("heat from sources", lambda a: a.ledger.heat.supplied, _HEAT),
-    "heat_stored": Energy("heat stored in the network", lambda a: a.heat_stored, _HEAT),
-    "heat_lost": Energy("heat lost to the surroundings", lambda a: a.ledger.heat.lost, _HEAT),
-    "heat_closure": Energy(
-        f"residual of the heat balance as a share of the largest heat exchanged; {RESIDUAL_SEES}",
-        lambda a: closure_of(
-            a.friction.heat, a.shaft_work, a.ledger.heat.supplied, -a.heat_stored, -a.ledger.heat.lost
-        ),
-        _HEAT,
-        "1",
-    ),
-}
+# --- energies and their balances ---------------------------------------------------------------------------------------
 
 
 #: energies of a run by name (J), `None` in a failed run for what left the range of numbers
@@ -765,8 +765,9 @@ def _account(system: BrakeSystem, start: Instant, end: Instant) -> Account:
 
 def _energies(system: BrakeSystem, start: Instant, end: Instant) -> tuple[dict[str, Array], Mapping[str, Array]]:
     a = _account(system, start, end)
-    rows = {name: one for name, one in ENERGIES.items() if a.ledger.heat is not None or one.needs is not _HEAT}
-    found = {name: one.find(a) for name, one in rows.items()}
+    rows = {name: one for name, one in (METRICS | RESIDUALS).items() if one.energy}
+    heated = a.ledger.heat is not None
+    found = {name.removeprefix("energy."): x.find(a) for name, x in rows.items() if heated or x.needs is not _HEAT}
     if len(system.pair_names) > 1:
         hot = 1.0 if system.grip.shares is None else system.grip.shares.heat
         pairs = zip(system.pair_names, a.ledger.friction, strict=True)
@@ -805,11 +806,11 @@ def stored_heat(record: Record) -> dict[str, Array]:
 
 
 def metrics_of(scene: Scene, *, greatest: bool) -> dict[str, Metric]:
-    """Metrics of the runs of a scene: its maximum values, or all others."""
+    """Metrics of the runs of a scene but energies: its maximum values, or all others."""
     return {
         name: metric
         for name, metric in METRICS.items()
-        if metric.greatest == greatest and (metric.shown_anyway or not metric.needs.lacks(scene))
+        if metric.greatest == greatest and not metric.energy and (metric.shown_anyway or not metric.needs.lacks(scene))
     }
 
 
@@ -827,26 +828,25 @@ def metric_names(scene: Scene) -> tuple[str, ...]:
         ('slip_onset_time', 'full_slip_time', 'stopping_time')
     """
     names = [name for name, metric in METRICS.items() if not metric.needs.lacks(scene)]
-    energies = [name for name, one in ENERGIES.items() if one.unit == "J" and not one.needs.lacks(scene)]
-    if scene.brake.in_series:
-        energies += [f"heat_{pair}" for pair in scene.brake.pairs]
-    energies += [f"shaft_{name}" for name in names_of(scene.shaft)]
-    return (*names, *(f"energy.{name}" for name in energies))
+    names += [f"energy.heat_{pair}" for pair in scene.brake.pairs if scene.brake.in_series]
+    return (*names, *(f"energy.shaft_{name}" for name in names_of(scene.shaft)))
+
+
+def metric_of(name: str) -> Metric | None:
+    """The entry of a name; also of the friction heat of a pair (`energy.heat_…`) and the work of a torque on the shaft
+    (`energy.shaft_…`), which single scenes have."""
+    known = METRICS.get(name) or RESIDUALS.get(name)
+    if known is not None or not name.startswith("energy."):
+        return known
+    kind, _, whose = (energy := name.removeprefix("energy.")).partition("_")
+    words = f"work of the torque on the shaft {whose}" if kind == "shaft" else f"friction heat of the {whose} pair"
+    return _energy(energy, words, lambda a: None)[name]
 
 
 def about_output(name: str) -> dict[str, str]:
-    """Unit and meaning of a metric, of the time (`…_time`) or lining (`…_lining`) of a maximum value, or of an energy
-    (`energy.…`), of which `heat_…` with the name of a friction pair is its friction heat, and `shaft_…` with that of a
-    torque on the shaft its work."""
-    energy = name.removeprefix("energy.")
-    if energy != name:
-        of_shaft = energy.removeprefix("shaft_")
-        pair = f"friction heat of the {energy.removeprefix('heat_')} pair"
-        words = pair if of_shaft == energy else f"work of the torque on the shaft {of_shaft}"
-        ours = ENERGIES.get(energy) or Energy(words, lambda a: None)
-        return {"units": ours.unit, "meaning": ours.meaning}
-    if name in METRICS:
-        return {"units": METRICS[name].unit, "meaning": METRICS[name].meaning}
+    """Unit and meaning of a metric, or of the time (`…_time`) or lining (`…_lining`) of a maximum value."""
+    if (entry := metric_of(name)) is not None:
+        return {"units": entry.unit, "meaning": entry.meaning}
     value, _, what = name.rpartition("_")
     unit, words = {"time": ("s", "time"), "lining": ("1", "lining (from 1)")}[what]
     return {"units": unit, "meaning": f"{words} of the {METRICS[value].meaning}"}

@@ -230,7 +230,7 @@ def publish(
     known, first = [*results], next(iter(results.values()))
     charts = smooth(charts_of(scene, first.series([float(scene.initial.time)])))
     lines, most = sum(len(chart.lines) for chart in charts), max(map(pieces_of, known))
-    metrics = tuple(name for name, metric in METRICS.items() if not metric.needs.lacks(scene))
+    metrics = tuple(name for name, metric in METRICS.items() if not metric.energy and not metric.needs.lacks(scene))
     metrics = (*metrics, "energy.friction_heat")
     room = _BYTES * 3 / 16 / (len(points) * (1 + len(axes))) - len(metrics) - most - 1
     samples = min(_SAMPLES[1], int(room / (lines * most)))

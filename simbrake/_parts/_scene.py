@@ -113,7 +113,7 @@ class AbstractLimits(Part):
     @property
     def given(self) -> dict[str, Any]:
         """Those that are given, by name."""
-        return {name: value for name, value in vars(self).items() if value is not None}
+        return {leaf.path: leaf.value for leaf in leaves(self)}
 
     @abc.abstractmethod
     def faults(self, scene: "Scene", path: str) -> list[Fault]:

@@ -15,7 +15,7 @@ from jaxtyping import Float
 from .._base._faults import Fault, InputError
 from .._base._table import Column, Number, Table, Tabular, digits, number, plain, pretty
 from .._outputs._log import Event
-from .._outputs._metrics import ENERGIES, METRICS, about_output
+from .._outputs._metrics import METRICS, RESIDUALS, about_output
 from .._outputs._probe import Entry, RunJit, in_lanes
 from .._outputs._scan import Scan
 from ..hybrid import FINISHED, Code, Record, Rodas5P
@@ -146,11 +146,8 @@ class Difference(NamedTuple):
 
 def metrics_of_run(result: Result) -> dict[str, float | None]:
     """Metrics of a concrete result and its energies as `energy.…`; no residuals, which are no values of the run."""
-    energies = {
-        f"energy.{name}": float(value)
-        for name, value in result.energy.items()
-        if name not in ENERGIES or ENERGIES[name].unit == "J"
-    }
+    energies = {f"energy.{name}": float(value) for name, value in result.energy.items()}
+    energies = {name: value for name, value in energies.items() if name not in RESIDUALS}
     found = {name: value for name, value in result.metrics.items() if f"energy.{name}" not in energies}
     times = {f"{name}_time": float(peak.time) for name, peak in result.report().peaks.items()}
     return {**found, **{k: v for k, v in times.items() if found.get(k.removesuffix("_time")) is not None}, **energies}

@@ -6,15 +6,16 @@ import enum
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
+import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool
 
 from .._base._faults import Fault, InputError
-from .._base._part import quantity
+from .._base._part import Part, quantity
 from .._base._quantity import BAD, NumberReader, Quantity, Scalar
 from .._base._table import ZERO, digits, number, plain
-from .._outputs._metrics import HOLDING, HOT, METRICS, about_output, allowable_values, lever_of, metric_names
+from .._outputs._metrics import HOLDING, HOT, METRICS, allowable_values, metric_of, lever_of, metric_names
 from .._outputs._probe import Entry, Number
 from .._parts._scene import AbstractLimits, Scene, require_scene
 from ..hybrid._arrays import Array
@@ -34,21 +35,18 @@ def name_of(metric: Metric) -> str:
 
 def unit_of(metric: Metric) -> str:
     """SI unit of a metric; empty for a function, whose unit is unknown, and for an unknown name."""
-    if isinstance(metric, str) and (metric in METRICS or metric.startswith("energy.")):
-        return about_output(metric)["units"]
-    return ""
+    entry = metric_of(metric) if isinstance(metric, str) else None
+    return "" if entry is None else entry.unit
 
 
 def title_of(metric: str) -> str:
     """A metric, an energy or `max_pressure` in words, as a title."""
-    if metric.startswith("energy."):
-        return f"Energy: {metric.removeprefix('energy.').replace('_', ' ')}"
     if metric == PRESSURE:
         return "Maximum mean pressure on a lining"
-    base = metric.removesuffix("_time")
-    if metric not in METRICS and base in METRICS:
-        return f"{METRICS[base].title}, when"
-    return METRICS[metric].title if metric in METRICS else metric.replace("_", " ").capitalize()
+    if (entry := metric_of(metric)) is not None:
+        return entry.title
+    base = METRICS.get(metric.removesuffix("_time"))
+    return metric.replace("_", " ").capitalize() if base is None else f"{base.title}, when"
 
 
 def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
@@ -72,7 +70,7 @@ def measure(result: Result, metric: Metric) -> Array:
     """One number of a result, concrete or traced; `inf` for times of what did not happen."""
     if not isinstance(metric, str):
         return jnp.asarray(metric(result), jnp.float64)
-    if metric.startswith("energy."):
+    if metric not in METRICS and metric.startswith("energy."):  # of a pair, or of a torque on the shaft
         return jnp.asarray(result.energy[metric.removeprefix("energy.")])
     found = getattr(result, metric)
     return jnp.asarray(getattr(found, "value", found))
@@ -100,49 +98,64 @@ def happened(value: Number) -> Bool[np.ndarray, "*shape"] | np.bool_:
 PRESSURE = "max_pressure"
 
 
-def _limits_part() -> Any:
-    """The part of a scene with a permissible value of each metric."""
+def _limits_part(name: str, base: type, about: str, fields: Mapping[str, Any], **others: Any) -> Any:
+    """A part of a scene with a number of each metric in `fields`, and other fields by name with their types."""
+    kinds = dict.fromkeys(fields, Scalar | None) | {word: kind for word, (kind, _) in others.items()}
+    body = {"__module__": __name__, "__doc__": about, "__annotations__": kinds, "faults": _faults_of_limits}
+    body |= {word: quantity(one.unit, f"limit: {one.meaning}", default=None) for word, one in fields.items()}
+    kind: Any = type(base)  # (equinox's own, which makes a dataclass of the fields)
+    return kind(name, (base,), body | {word: field for word, (_, field) in others.items()})
 
-    def faults(self: Any, scene: Scene, path: str) -> list[Fault]:
-        found = []
-        for name in self.given:
-            lacks = METRICS[name].needs.lacks(scene) if name in METRICS else ""
-            lacks = lacks or ("it has no areas of its linings" if name == PRESSURE and not _has_area(scene) else "")
-            found += [Fault(f"{path}.{name}", f"no run of this scene has it: {lacks}", "leave it out")] if lacks else []
-        return found
 
-    fields = {
-        name: quantity(metric.unit, f"limit: {metric.meaning}", default=None)
-        for name, metric in METRICS.items()
-        if name != HOLDING
-    }
-    fields[PRESSURE] = quantity("Pa", "limit: maximum mean pressure on a lining", default=None)
-    about = """Permissible values of what a run has as one number, for its verdict; a run does not depend on them.
+def _faults_of_limits(self: Any, scene: Scene, path: str) -> list[Fault]:
+    found = []
+    for name in self.given:
+        lacks = METRICS[name].needs.lacks(scene) if name in METRICS else ""
+        lacks = lacks or ("it has no areas of its linings" if name == PRESSURE and not _has_area(scene) else "")
+        found += [Fault(f"{path}.{name}", f"no run of this scene has it: {lacks}", "leave it out")] if lacks else []
+    return found
 
-    A field for each metric, its maximum permissible value (`max_pressure`: maximum mean pressure on a lining). They
-    come before those of the scene's parts, as `Heat.permissible_rim`. Where a metric has a mark the log has an event
-    for it: `overspeed` of `max_drum_speed`, `permissible_temperature` of `peak_lining_temperature`. Raises `InputError`
-    for what a scene does not have.
+
+#: what a scene can limit: all but what has to be large
+_LIMITED = {name: metric for name, metric in METRICS.items() if name != HOLDING}
+EnergyLimits = _limits_part(
+    "EnergyLimits",
+    Part,
+    "Permissible values of energies over a run: a field for each.",
+    {name.removeprefix("energy."): metric for name, metric in _LIMITED.items() if metric.energy},
+)
+Limits = _limits_part(
+    "Limits",
+    AbstractLimits,
+    """Permissible values of what a run has as one number, for its verdict; a run does not depend on them.
+
+    A field for each metric, its maximum permissible value (`max_pressure`: maximum mean pressure on a lining), and
+    `energy` with those of energies by name. They come before those of the scene's parts, as `Heat.permissible_rim`.
+    Where a metric has a mark the log has an event for it: `overspeed` of `max_drum_speed`, `permissible_temperature` of
+    `peak_lining_temperature`. Raises `InputError` for what a scene does not have.
 
     Example:
-        >>> sb.Limits(max_drum_speed="260 rpm", max_tension="90 kN").max_tension
-        array(90000.)
-    """
-    body = {"__module__": __name__, "__doc__": about, "__annotations__": dict.fromkeys(fields, Scalar | None)}
-    kind: Any = type(AbstractLimits)  # (equinox's own, which makes a dataclass of the fields)
-    return kind("Limits", (AbstractLimits,), {**body, **fields, "faults": faults})
-
-
-Limits = _limits_part()
+        >>> limits = sb.Limits(max_drum_speed="260 rpm", max_tension="90 kN", energy={"friction_heat": "2 MJ"})
+        >>> limits.max_tension, limits.energy.friction_heat
+        (array(90000.), array(2000000.))
+    """,
+    {name: metric for name, metric in _LIMITED.items() if not metric.energy},
+    max_pressure=(Scalar | None, quantity("Pa", "limit: maximum mean pressure on a lining", default=None)),
+    energy=(
+        EnergyLimits | None,
+        eqx.field(converter=lambda given: EnergyLimits(**given) if isinstance(given, Mapping) else given, default=None),
+    ),
+)
 
 
 def with_limits(scene: Scene, limits: Mapping[str, float]) -> Scene:
-    """The scene with these limits (SI) among its own, but for those of energies, which no scene has."""
-    known = {name: most for name, most in limits.items() if name in Limits.__dataclass_fields__}
+    """The scene with these limits (SI) among its own, but for energies that only some scenes have (`heat_internal`)."""
+    known = {name: most for name, most in limits.items() if name in _LIMITED or name == PRESSURE}
     if not known:
         return scene
-    old = {} if scene.limits is None else scene.limits.given
-    return dataclasses.replace(scene, limits=Limits(**{**old, **known}))
+    whole = {**({} if scene.limits is None else scene.limits.given), **known}
+    energy = {name.removeprefix("energy."): whole.pop(name) for name in [*whole] if name.startswith("energy.")}
+    return dataclasses.replace(scene, limits=Limits(**whole, energy=energy or None))
 
 
 def _has_area(scene: Scene) -> bool:

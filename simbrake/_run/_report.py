@@ -319,7 +319,8 @@ class Report:
         """What `Result.summary` gives a copy of."""
         r, stats, metrics, words = self.result, self.result.record.stats, self.metrics, self.result.scene.brake.words
         said = [*warnings(r.scene), *plausibility(r.scene, metrics.get("peak_rim_temperature"))]
-        said += shortage(self._scan, r.status) + limits_exceeded(r.scene, metrics)
+        numbers = metrics | {f"energy.{name}": value for name, value in plain(self._energies).items()}
+        said += shortage(self._scan, r.status) + limits_exceeded(r.scene, numbers)
         # (those that do from the start are told by the scene)
         if times := [event.time for event in self.events if event.name == "self_locking"]:
             said.append(f"self_locking: a lining came to lock itself, first at {min(times):.6g} s")

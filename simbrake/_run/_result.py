@@ -193,7 +193,7 @@ class Result:
         return self.record.system  # pyright: ignore
 
     def __dir__(self) -> list[str]:
-        return [*super().__dir__(), *METRICS]
+        return [*super().__dir__(), *(name for name in METRICS if name.isidentifier())]
 
     @property
     def code(self) -> Int[Array, "..."]:
@@ -385,7 +385,8 @@ class Result:
         """Event log, metrics and summary of a concrete result; the last one made is kept, as it scans the whole run."""
         global _last_report
         found = _last_report  # (read once: another thread may put its own in the same place)
-        if found is None or found.result.record.rows.t is not self.record.rows.t:
+        other = found is None or found.result.record.rows.t is not self.record.rows.t
+        if found is None or other or found.result.scene.limits is not self.scene.limits:
             found = _last_report = Report(self)
         return found
 
@@ -492,6 +493,8 @@ def _metric(result: Result, name: str) -> Array | Peak:
     metric, scene = METRICS[name], result.scene
     if (missing := metric.needs.lacks(scene)) and not metric.shown_anyway:
         raise ValueError(f"the scene has no {name}: {missing}")
+    if metric.energy:
+        return result.energy[name.removeprefix("energy.")]
     if metric.greatest:
         if result.concrete:
             return result.report().peaks[name]

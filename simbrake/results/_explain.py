@@ -14,14 +14,14 @@ from .._base._progress import Progress, shown_progress
 from .._base._table import Table, Tabular, digits, number
 from .._outputs._duty import DutyKind, rows_of
 from .._outputs._log import failure_of
-from .._outputs._metrics import HOLDING, about_output, energies_between, energy_balance
+from .._outputs._metrics import HOLDING, METRICS, about_output, energies_between, energy_balance
 from .._outputs._stability import least_outweighed, nearest_locking
 from .._parts._scene import Scene
-from .._run._measure import Judged, LimitVerdict, Metric, name_of, title_of
+from .._run._measure import LimitVerdict, Metric, name_of, read_limits, title_of, with_limits
 from .._run._report import labels_of
 from .._run._result import Result
 from .._run._simulate import simulate
-from .._run._verdict import SMALL_RESERVE, verdict
+from .._run._verdict import SMALL_RESERVE, Verdict, verdict
 from ..studies._sensitivity import Sensitivity
 from ..studies._sensitivity import sensitivity as sensitivities
 from ._compare import rerun
@@ -116,7 +116,11 @@ def explain(
     """
     with shown_progress(progress, "explain", "compiling the run…") as progress:
         result = _result_of(run, rtol, progress)
-        said = verdict(result, limits)
+        bounds, faults = read_limits(result.scene, limits or {})
+        if faults:
+            raise InputError(faults)
+        result = dataclasses.replace(result, scene=with_limits(result.scene, bounds))  # with their events
+        said = verdict(result, bounds)
         progress.now("post-processing")
         exceeded = sum(row.state == LimitVerdict.EXCEEDED for row in said.rows)
         outcome = {"colour": str(said.colour), "status": result.status, "exceeded": exceeded}
@@ -125,7 +129,7 @@ def explain(
             *_course(result),
             *_balance(result),
             *_linings(result),
-            *_limits(said.rows, said.judged),
+            *_limits(result, said),
             *_stability(result),
         ]
         if influence and result.ok:
@@ -364,16 +368,19 @@ def _linings(result: Result) -> list[Finding]:
     return [Finding("linings", " ".join(said), numbers)] if said else []
 
 
-def _limits(rows: Iterable[Any], cover: Judged) -> list[Finding]:
-    """The limit that comes first, how many are exceeded, and what has none."""
-    rows = [row for row in rows if row.state != LimitVerdict.NOT_EVALUATED]
-    none = (f"{part} (--limit {' or '.join(names)})" for part, names in cover.missing.items())
-    missing = f" No limit for: {', '.join(none)}." if cover.missing else ""
+def _limits(result: Result, said: Verdict) -> list[Finding]:
+    """The limit that comes first, and when it was first exceeded; how many are exceeded, and what has none."""
+    rows = [row for row in said.rows if row.state != LimitVerdict.NOT_EVALUATED]
+    none = (f"{part} (--limit {' or '.join(names)})" for part, names in said.judged.missing.items())
+    missing = f" No limit for: {', '.join(none)}." if said.judged.missing else ""
     if not rows:
         text = 'No limit was given, and the scene has none: give limits, as in --limit "max_tension=120 kN".'
         return [Finding("limits", text + missing, {})]
     first, exceeded = rows[0], [row for row in rows if row.state == LimitVerdict.EXCEEDED]
     state = "exceeded" if first.state == LimitVerdict.EXCEEDED else "nearest its limit"
+    marks = (metric.mark.event for metric in METRICS.values() if metric.mark and metric.title == first.name)
+    times = [time for event in marks for time in result.events[event].times]
+    state += f", first at {number(times[0], 's')}" if times else ""
     text = f"{first.name} is {state}: {first.value}, allowed {first.limit}, margin {first.margin}."
     if len(exceeded) > 1:
         text += f" Exceeded as well: {', '.join(row.name for row in exceeded[1:])}."

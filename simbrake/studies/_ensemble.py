@@ -25,7 +25,7 @@ from .._base._fingerprint import FingerprintError, fingerprint, versions
 from .._base._progress import counting
 from .._base._quantity import Quantity, behind
 from .._outputs._log import FAILURES, status_of
-from .._outputs._metrics import ENERGIES, METRICS, identity_of, metric_names
+from .._outputs._metrics import METRICS, RESIDUALS, identity_of, metric_names
 from .._parts._scene import Scene, faults, require_scene
 from .._physics._mechanism import Label
 from .._run._choice import stiffness
@@ -511,7 +511,7 @@ _MEANINGS = {
     "retaken": "steps taken again, shorter, at events",
     "segments": "parts of the run between events",
     "sequence": "runs with the same number, from 0, have the same events in the same order",
-    "energy.closure": ENERGIES["closure"].meaning,
+    "energy.closure": RESIDUALS["energy.closure"].meaning,
 }
 
 

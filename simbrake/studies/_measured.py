@@ -519,7 +519,7 @@ class CsvFile:
                 self.fault(f" line {line}, column event", "is empty beside a value", "name the event")
                 continue
             if not (metric.startswith("energy.") or metric in METRICS):
-                self.fault(where, "unknown metric", f"there are: {', '.join(METRICS)}, energy.…")
+                self.fault(where, "unknown metric", f"there are: {', '.join(METRICS)}")
                 continue
             si, of, error = unit_of(metric), Unit(1.0), sigma.get(metric)
             if head.name == "time" and si != "s":

@@ -64,6 +64,34 @@ def test_limits_in_a_scene_file():
     assert [fault.path for fault in caught.value.faults] == ["limits.max_hook_load"]
 
 
+def test_limit_of_an_energy():
+    """In a scene file, in Python and by `--limit` it is one limit, with the same verdict and warning."""
+    text = sb.files.scene_text(falling()) + '\n[limits]\nenergy.friction_heat = "1 kJ"\n'
+    scene = sb.files.scene_from_text(text)
+    assert sb.files.scene_from_text(sb.files.scene_text(scene)).limits.given == scene.limits.given
+    own = sb.simulate(falling(energy={"friction_heat": "1 kJ"}))
+    (row,) = [row for row in own.verdict().rows if row.name == "Energy: friction heat"]
+    assert (row.limit, row.state) == ("≤ 1 kJ", "exceeded")
+    assert any(text.startswith("over_limit: friction heat") for text in own.summary()["warnings"])
+    assert sb.simulate(scene).summary()["warnings"] == own.summary()["warnings"]
+    with pytest.raises(sb.InputError) as caught:
+        sb.files.scene_from_text(text.replace("friction_heat", "heat_lost"))
+    assert [fault.path for fault in caught.value.faults] == ["limits.energy.heat_lost"]
+
+
+def test_limits_of_an_explanation():
+    """A limit given to `explain` has its event, as one of the scene."""
+    said = sb.results.explain(sb.simulate(falling()), limits={"max_drum_speed": 14.0}, influence=False)
+    (time,) = sb.simulate(falling(max_drum_speed=14.0)).events["overspeed"].times
+    assert f"Maximum speed of the drum is exceeded, first at {time:.6g} s: " in said["limits"].text
+    assert said["outcome"].numbers["exceeded"] == 1
+
+
+def test_limit_of_zero():
+    result = sb.simulate(falling(max_tension=0.0))
+    assert any("is above the allowable 0 N" in text for text in result.summary()["warnings"])
+
+
 def test_drum_speed_derivative():
     """No torque depends on the speed: the whole course shifts with the initial speed, and so does its maximum."""
 
