@@ -3,7 +3,7 @@
 import enum
 import itertools
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -82,27 +82,6 @@ def counted(events: list[Entry]) -> str:
     return ", ".join(f"{count} × {name.replace('_', ' ')}" for name, count in counts.items())
 
 
-def duty_lines(summary: Entry) -> list[str]:
-    """Lines of a summary for its kind of duty, beside onset and stop of a single one."""
-    end, kind = summary["end"], summary["duty"]
-    where = f"{number(end['angle'], 'rad')}"
-    where += "" if end["hook_travel"] is None else f", hook travel {number(end['hook_travel'], 'm')}"
-    match kind:
-        case DutyKind.STOP:
-            return _after_lines(where, end, summary["metrics"]["stopping_angle"])
-        case DutyKind.STOPS:
-            turned = sum(row["angle"] for row in summary["stops"])
-            return [*_stops_lines(summary), *_after_lines(where, end, turned)]
-        case DutyKind.HOLD:
-            return _held_lines(summary)
-        case DutyKind.DRAG | DutyKind.STEADY:
-            return [f"lowered  {where} in {number(end['duration'], 's')}", *_speed_lines(summary)]
-        case DutyKind.RUNAWAY | DutyKind.TURNING | DutyKind.FAILED:
-            until = f"until {number(end['time'], 's')}"
-            return [f"end      {until}: {where}, turning at {number(end['omega'], 'rad/s')}"]
-    return []
-
-
 class OfStops(NamedTuple):
     """Totals of several stops in SI, and the worst of them."""
 
@@ -124,48 +103,47 @@ class OfStops(NamedTuple):
         return cls(*totals, *worst)  # pyright: ignore
 
 
-def _stops_lines(summary: Entry) -> list[str]:
-    """Totals of all stops, and the worst of them."""
-    rows, end = summary["stops"], summary["end"]
-    found = OfStops.of(rows)
-    travel = "" if found.travel is None else f", hook travel {number(found.travel, 'm')}"
-    slowest, hottest = found.slowest, found.hottest
-    return [
-        f"total    {len(rows)} stops in {number(end['duration'], 's')}: in motion {number(found.motion_time, 's')}, "
-        f"braked {number(found.braking_time, 's')}, {number(found.angle, 'rad')}{travel}",
-        f"worst    longest braking {number(slowest['braking_time'], 's')} in stop {slowest['stop']}, "
-        f"maximum friction heat {number(hottest['energy'], 'J')} in stop {hottest['stop']}",
-    ]
-
-
-def _after_lines(where: str, end: Entry, angle: float) -> list[str]:
-    """The whole run, to which energies belong, where the pulley turned on after the `angle` of its stops (rad)."""
-    if abs(end["angle"] - angle) <= _SAME * abs(angle):
-        return []
-    return [f"run      {where} in all, at the end turning at {number(end['omega'], 'rad/s')}"]
-
-
-def _held_lines(summary: Entry) -> list[str]:
-    held, duration = summary.get("holding"), number(summary["end"]["duration"], "s")
-    if held is None:
-        return [f"held     without load for {duration}"]
-    load, capacity = (number(held[name], "N*m") for name in ("load_torque", "capacity"))
-    return [f"held     load torque {load} under a static capacity of at least {capacity}, for {duration}"]
-
-
-def _speed_lines(summary: Entry) -> list[str]:
-    """Power and speed of a lowering, and how much of the lever's tension holds the speed."""
-    end, pull, terminal = summary["end"], summary.get("pull"), summary["metrics"].get("terminal_speed")
-    power, speed = (
-        summary["energy"]["load_work"] / end["duration"],
-        f"speed    {number(end['omega'], 'rad/s')} at the end",
-    )
-    speed += "" if terminal is None else f", terminal speed {number(terminal, 'rad/s')}"
-    speed += f"; mean power of the load {number(power, 'W')}"
-    if pull is None:
-        return [speed]
-    most = number(pull["limit"], "N")
-    return [speed, f"lever    at most {number(pull['value'], 'N')} of {most} at {number(pull['time'], 's')}"]
+def duty_lines(summary: Entry) -> Iterator[str]:
+    """Lines of a summary for its kind of duty, beside onset and stop of a single one."""
+    end, kind, metrics = summary["end"], summary["duty"], summary["metrics"]
+    duration, speed = number(end["duration"], "s"), number(end["omega"], "rad/s")
+    where = f"{number(end['angle'], 'rad')}"
+    where += "" if end["hook_travel"] is None else f", hook travel {number(end['hook_travel'], 'm')}"
+    match kind:
+        case DutyKind.STOP | DutyKind.STOPS:
+            angle = metrics["stopping_angle"]
+            if kind == DutyKind.STOPS:
+                rows = summary["stops"]
+                found = OfStops.of(rows)
+                angle = found.angle
+                travel = "" if found.travel is None else f", hook travel {number(found.travel, 'm')}"
+                yield (
+                    f"total    {len(rows)} stops in {duration}: in motion {number(found.motion_time, 's')}, "
+                    f"braked {number(found.braking_time, 's')}, {number(found.angle, 'rad')}{travel}"
+                )
+                slowest, hottest = found.slowest, found.hottest
+                yield (
+                    f"worst    longest braking {number(slowest['braking_time'], 's')} in stop {slowest['stop']}, "
+                    f"maximum friction heat {number(hottest['energy'], 'J')} in stop {hottest['stop']}"
+                )
+            if abs(end["angle"] - angle) > _SAME * abs(angle):  # energies are those of the whole run
+                yield f"run      {where} in all, at the end turning at {speed}"
+        case DutyKind.HOLD if (held := summary.get("holding")) is None:
+            yield f"held     without load for {duration}"
+        case DutyKind.HOLD:
+            load, capacity = (number(held[name], "N*m") for name in ("load_torque", "capacity"))
+            yield f"held     load torque {load} under a static capacity of at least {capacity}, for {duration}"
+        case DutyKind.DRAG | DutyKind.STEADY:
+            yield f"lowered  {where} in {duration}"
+            pull, terminal = summary.get("pull"), metrics.get("terminal_speed")
+            tends = "" if terminal is None else f", terminal speed {number(terminal, 'rad/s')}"
+            power = number(summary["energy"]["load_work"] / end["duration"], "W")
+            yield f"speed    {speed} at the end{tends}; mean power of the load {power}"
+            if pull is not None:
+                value, most = number(pull["value"], "N"), number(pull["limit"], "N")
+                yield f"lever    at most {value} of {most} at {number(pull['time'], 's')}"
+        case _:
+            yield f"end      until {number(end['time'], 's')}: {where}, turning at {speed}"
 
 
 # --- the stops of a run -----------------------------------------------------------------------------------------------

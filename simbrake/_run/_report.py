@@ -1,7 +1,7 @@
 """Event log, metrics and summary of a run, from one scan of all its steps, and as text."""
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import jax
@@ -363,10 +363,10 @@ class Report:
 # --- the summary as text ----------------------------------------------------------------------------------------------
 
 
-def _number(value: float | None, unit: str, digits: int = 6) -> str:
+def _number(value: float | None, unit: str) -> str:
     if value is None:
         return "—"
-    return str(number(value, unit, count=digits)) if in_rig_units() else f"{value:.{digits}g} {unit}"
+    return str(number(value, unit)) if in_rig_units() else f"{value:.6g} {unit}"
 
 
 def _kilo(value: float | None, unit: str, *, digits: int = 6) -> str:
@@ -377,14 +377,10 @@ def _kilo(value: float | None, unit: str, *, digits: int = 6) -> str:
     return str(number(value, unit[1:], count=digits)) if rig else f"{value / 1e3 + 0.0:.{digits}g} {unit}"
 
 
-def _temperature(value: float) -> str:
-    return str(number(value, "K", count=5)) if in_rig_units() else f"{value - 273.15:.5g} °C"
-
-
-def _sum(energies: Entry, words: dict[str, str], *, digits: int = 6) -> str:
+def _sum(energies: Entry, words: Mapping[str, str], *, digits: int = 6, between: str = " + ") -> str:
     """The energies that a run has, each after its words, in kJ."""
     there = {words[name]: value for name, value in energies.items() if name in words}
-    return " + ".join(f"{word} {_kilo(value, 'kJ', digits=digits)}" for word, value in there.items())
+    return between.join(f"{word} {_kilo(value, 'kJ', digits=digits)}" for word, value in there.items())
 
 
 def _share(value: float | None) -> str:
@@ -410,22 +406,6 @@ def _grouped(events: list[Entry]) -> str:
     return ", ".join(shown) if shown else "none"
 
 
-def _stop_lines(summary: Entry) -> list[str]:
-    """Onset of slip and stop of a run with one stop, or of one without as far as it came."""
-    m, kind = summary["metrics"], summary["duty"]
-    if kind not in (DutyKind.STOP, DutyKind.TURNING, DutyKind.RUNAWAY, DutyKind.FAILED):
-        return []
-    acts = "slip onset t0" if "lining" not in summary else f"the {summary['lining']}s act from"
-    onset = f"onset    {acts} {_number(m['slip_onset_time'], 's')}, full slip {_number(m['full_slip_time'], 's')}"
-    if m["stopping_time"] is None:
-        return [] if m["slip_onset_time"] is None else [onset]
-    travel = "" if m["hook_travel"] is None else f", hook travel {_number(m['hook_travel'], 'm')}"
-    return [
-        onset,
-        f"stop     after {_number(m['stopping_time'], 's')}, {_number(m['stopping_angle'], 'rad')}{travel}",
-    ]
-
-
 def hottest_first(metrics: Mapping[str, float | None]) -> list[str]:
     """Names of the maximum temperatures that a run has, the highest one first."""
     there = {name: value for name, value in metrics.items() if name.startswith("peak_") and value is not None}
@@ -438,87 +418,41 @@ def body_of(place: str, summary: Entry) -> str:
     return own.get(place, "linings outside" if place == "outer" else place)
 
 
-def _mark_lines(summary: Entry) -> list[str]:
-    """Marks that the run passed, how often and when first."""
-    found = []
-    for name, words in {**{mark.event: mark.words for mark in marks()}, "self_locking": "self-locking"}.items():
-        times = [event["time"] for event in summary["events"] if event["name"] == name]
-        if times:
-            often = "once, " if len(times) == 1 else f"{len(times)} times, first "
-            found.append(f"{words} {often}at {min(times):.6g} s")
-    return [f"marks    {', '.join(found)}"] if found else []
+def _course(summary: Entry) -> Iterator[str]:
+    """Onset of slip and stop of a run with one stop, or of one without as far as it came; stages of a staged brake."""
+    m = summary["metrics"]
+    if summary["duty"] in (DutyKind.STOP, DutyKind.TURNING, DutyKind.RUNAWAY, DutyKind.FAILED):
+        acts = "slip onset t0" if "lining" not in summary else f"the {summary['lining']}s act from"
+        if m["slip_onset_time"] is not None or m["stopping_time"] is not None:
+            slips = _number(m["full_slip_time"], "s")
+            yield f"onset    {acts} {_number(m['slip_onset_time'], 's')}, full slip {slips}"
+        if m["stopping_time"] is not None:
+            travel = "" if m["hook_travel"] is None else f", hook travel {_number(m['hook_travel'], 'm')}"
+            yield f"stop     after {_number(m['stopping_time'], 's')}, {_number(m['stopping_angle'], 'rad')}{travel}"
+    yield from duty_lines(summary)
+    if "stages" in summary:
+        pairs = {"heat_external": "external", "heat_internal": "internal"}
+        slip, lock = (_number(m[name], "s") for name in ("internal_slip_time", "external_lock_time"))
+        yield f"staged   internal slip {slip}, external lock {lock}; heat {_sum(summary['energy'], pairs)}"
+        for stage in summary["stages"]:
+            heat = _sum(stage, pairs, digits=4, between=", ")
+            yield f"         {stage['start']:.6g}…{stage['end']:.6g} s {stage['name']}: {heat}"
+        yield from (f"         no {stage['name']}: {stage['reason']}" for stage in summary["absent_stages"])
 
 
-def _heat_lines(summary: Entry) -> list[str]:
-    m, e, at = summary["metrics"], summary["energy"], summary["at"]
-    if "heat_stored" not in e:
-        return []
-    there = {name: body_of(HOT[name], summary) for name in hottest_first(m) if name in HOT}
-    hot = [f"{words} {_temperature(m[k])} at {at[f'{k}_time']:.6g} s" for k, words in there.items()]
-    into, out = heat_balance(e)
-    into = {name: value for name, value in into.items() if value != 0 or name in ("heat_to_metal", "heat_to_linings")}
-    return [
-        f"hottest  {', '.join(hot)}" if hot else "hottest  the scene names no rim, linings or band",
-        f"heat     {_sum(into, _TERMS)} = {_sum(out, _TERMS)} (residual {_share(e['heat_closure'])})",
-    ]
-
-
-def _staged_lines(summary: Entry) -> list[str]:
-    m, pairs = summary["metrics"], {"heat_external": "external", "heat_internal": "internal"}
-    if "stages" not in summary:
-        return []
-    stages = [
-        f"         {stage['start']:.6g}…{stage['end']:.6g} s {stage['name']}: "
-        + _sum(stage, pairs, digits=4).replace(" + ", ", ")
-        for stage in summary["stages"]
-    ]
-    return [
-        f"staged   internal slip {_number(m['internal_slip_time'], 's')}, "
-        f"external lock {_number(m['external_lock_time'], 's')}; heat {_sum(summary['energy'], pairs)}",
-        *stages,
-        *(f"         no {stage['name']}: {stage['reason']}" for stage in summary["absent_stages"]),
-    ]
-
-
-def _peak_line(summary: Entry, head: str, name: str, where: str) -> list[str]:
-    """A maximum force, its lining and its time."""
-    m, at = summary["metrics"], summary["at"]
-    if name not in m:
-        return []
-    return [
-        f"{head:8} at most {_kilo(m[name], 'kN')} {where} {at[f'{name}_lining']} at {_number(at[f'{name}_time'], 's')}"
-    ]
-
-
-def _holding_line(summary: Entry) -> list[str]:
-    least = summary["metrics"].get("min_holding_reserve")
-    if least is None:
-        return []
-    when = _number(summary["at"]["min_holding_reserve_time"], "s")
-    return [f"holding  static capacity at least {least:.5g} times the load, at {when}"]
-
-
-def _hook_line(summary: Entry) -> list[str]:
-    most = summary["metrics"].get("max_hook_load")
-    if most is None:
-        return []
-    share, when = summary["metrics"]["max_hook_load_over_weight"], summary["at"]["max_hook_load_time"]
-    return [f"hook     at most {_kilo(most, 'kN')} at {_number(when, 's')}; at most {share:.5g} times its weight"]
-
-
-def _wear_lines(summary: Entry) -> list[str]:
-    worn, m, lining = summary.get("worn_thickness"), summary["metrics"], summary.get("lining", "lining")
-    if worn is None or m["greatest_wear"] is None:
-        return []
-    if m["wear_over_mean"] is None:
-        return [f"wear     none: no {lining} slid"]
-    least = "" if m["wear_over_least"] is None else f", {m['wear_over_least']:.4g} times the least"
-    most = m["greatest_wear"]
-    depth = number(most, "m", count=5) if in_rig_units() else f"{1e6 * most:.5g} µm"
-    return [
-        f"wear     at most {depth} on {lining} {worn.index(max(worn)) + 1}, "
-        f"{m['wear_over_mean']:.4g} times the mean{least}"
-    ]
+def _forces(summary: Entry) -> Iterator[str]:
+    """Maximum tension and load with their linings, maximum hook load, minimum holding reserve."""
+    m, at, lining = summary["metrics"], summary["at"], summary.get("lining", "lining")
+    for head, name, where in (("tension", "max_tension", "behind lining"), ("load", "max_normal_load", f"on {lining}")):
+        if name in m:
+            most, when = _kilo(m[name], "kN"), _number(at[f"{name}_time"], "s")
+            yield f"{head:8} at most {most} {where} {at[f'{name}_lining']} at {when}"
+    if m.get("max_hook_load") is not None:
+        most, when = _kilo(m["max_hook_load"], "kN"), _number(at["max_hook_load_time"], "s")
+        yield f"hook     at most {most} at {when}; at most {m['max_hook_load_over_weight']:.5g} times its weight"
+    if m.get(HOLDING) is not None:
+        when = _number(at[f"{HOLDING}_time"], "s")
+        yield f"holding  static capacity at least {m[HOLDING]:.5g} times the load, at {when}"
 
 
 #: terms of both balances in words
@@ -543,38 +477,54 @@ _TERMS = {
 }
 
 
-def _energy_line(summary: Entry) -> str:
-    """Energy in and energy out; kinetic energy on the side where it is positive."""
-    e = summary["energy"]
+def _energy(summary: Entry) -> Iterator[str]:
+    """Energy in and out, marks that the run passed, maximum temperatures, heat, wear."""
+    m, e, at, lining = summary["metrics"], summary["energy"], summary["at"], summary.get("lining", "lining")
     into, out = energy_balance(e)
     change = e["kinetic_change"]
-    # the load has sped the pulley up
-    if change is not None and change > _ROUNDING * abs(e["load_work"] or 0.0):
+    if change is not None and change > _ROUNDING * abs(e["load_work"] or 0.0):  # the load has sped the pulley up
         out["kinetic_change"] = change
         del into["kinetic_release"]
-    return f"energy   {_sum(into, _TERMS)} = {_sum(out, _TERMS)}"
+    yield f"energy   {_sum(into, _TERMS)} = {_sum(out, _TERMS)}"
+    passed = []
+    for name, words in {**{mark.event: mark.words for mark in marks()}, "self_locking": "self-locking"}.items():
+        if times := [event["time"] for event in summary["events"] if event["name"] == name]:
+            often = "once, " if len(times) == 1 else f"{len(times)} times, first "
+            passed.append(f"{words} {often}at {min(times):.6g} s")
+    if passed:
+        yield f"marks    {', '.join(passed)}"
+    if "heat_stored" in e:
+        hot = []
+        for name in (name for name in hottest_first(m) if name in HOT):
+            rig, T = in_rig_units(), m[name]
+            degrees = number(T, "K", count=5) if rig else f"{T - 273.15:.5g} °C"
+            hot.append(f"{body_of(HOT[name], summary)} {degrees} at {at[f'{name}_time']:.6g} s")
+        yield f"hottest  {', '.join(hot) or 'the scene names no rim, linings or band'}"
+        into, out = heat_balance(e)
+        into = {name: x for name, x in into.items() if x != 0 or name in ("heat_to_metal", "heat_to_linings")}
+        yield f"heat     {_sum(into, _TERMS)} = {_sum(out, _TERMS)} (residual {_share(e['heat_closure'])})"
+    if "worn_thickness" in summary and (most := m["greatest_wear"]) is not None:
+        worn, mean, least = summary["worn_thickness"], m["wear_over_mean"], m["wear_over_least"]
+        depth = number(most, "m", count=5) if in_rig_units() else f"{1e6 * most:.5g} µm"
+        over = "" if least is None else f", {least:.4g} times the least"
+        where = f"{lining} {worn.index(max(worn)) + 1}"
+        slid = mean is not None
+        yield "wear     " + (
+            f"at most {depth} on {where}, {mean:.4g} times the mean{over}" if slid else f"none: no {lining} slid"
+        )
 
 
 def text(summary: Entry, first: Sequence[str] = ()) -> str:
     """About ten lines that can be read without the source; `first`: lines below the heading."""
-    e, s = summary["energy"], summary["solver"]
-    many = summary["duty"] == DutyKind.STOPS
+    e, s, many = summary["energy"], summary["solver"], summary["duty"] == DutyKind.STOPS
     seen = "" if e["closure"] is None else f" ({RESIDUAL_SEES})"
     lines = [
         f"{summary['status']}: {summary['message']}",
         *first,
         f"events   {counted(summary['events']) if many else _grouped(summary['events'])}",
-        *_stop_lines(summary),
-        *duty_lines(summary),
-        *_staged_lines(summary),
-        *_peak_line(summary, "tension", "max_tension", "behind lining"),
-        *_peak_line(summary, "load", "max_normal_load", f"on {summary.get('lining', 'lining')}"),
-        *_hook_line(summary),
-        *_holding_line(summary),
-        _energy_line(summary),
-        *_mark_lines(summary),
-        *_heat_lines(summary),
-        *_wear_lines(summary),
+        *_course(summary),
+        *_forces(summary),
+        *_energy(summary),
         f"closure  relative energy-balance residual {_share(e['closure'])}{seen}",
         f"solver   {s['method']}, rtol {s['rtol']:g}: {s['steps']} steps, {s['rejected']} rejected, "
         f"{s['retaken']} truncated at events, {s['segments']} segments",
