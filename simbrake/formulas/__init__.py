@@ -1,6 +1,6 @@
 """Engineering formulas by subject, and the estimates, synthesis and comparison of materials built on them.
 
-`stop`: classical stops; `heating`: temperatures, balance and thickness of rim and lining; `stress`: thermal stress;
+`statics`: classical stops; `heating`: temperatures, balance and thickness of rim and lining; `stress`: thermal stress;
 `contact`: areas, radiation, electricity, equivalents. Names are in `__init__.pyi`; a module is imported when one of its
 names is used.
 """
@@ -13,8 +13,7 @@ _named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 __getattr__ = answers(
     __name__,
-    internal={
-        "profile_mean": "formulas.stress",
-    },
+    internal={"profile_mean": "formulas.stress"},
+    moved={"stop": "formulas.statics"},
     others=_named,
 )

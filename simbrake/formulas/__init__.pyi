@@ -1,6 +1,6 @@
 from . import contact as contact
 from . import heating as heating
-from . import stop as stop
+from . import statics as statics
 from . import stress as stress
 from . import track as track
 from ._estimates import EngineeringEstimates as EngineeringEstimates
@@ -65,11 +65,11 @@ from .heating import slab_rise as slab_rise
 from .heating import stopping_rise as stopping_rise
 from .heating import stopping_slab_rise as stopping_slab_rise
 from .heating import transmission_table as transmission_table
-from .stop import ClassicalStop as ClassicalStop
-from .stop import PairStop as PairStop
-from .stop import StagedStop as StagedStop
-from .stop import classical_staged_stop as classical_staged_stop
-from .stop import classical_stop as classical_stop
+from .statics import ClassicalStop as ClassicalStop
+from .statics import PairStop as PairStop
+from .statics import StagedStop as StagedStop
+from .statics import classical_staged_stop as classical_staged_stop
+from .statics import classical_stop as classical_stop
 from .stress import ElasticMaterial as ElasticMaterial
 from .stress import StressHistory as StressHistory
 from .stress import plate_stress as plate_stress

@@ -29,7 +29,7 @@ from .heating import (
     stopping_slab_rise,
     transmission_table,
 )
-from .stop import ClassicalStop, StagedStop, friction_at_start, onset_at
+from .statics import ClassicalStop, StagedStop, friction_at_start, onset_at
 from .stress import plate_stress, surface_stress
 
 #: names for the metal face → input of the rim, or of the band of an external pair

@@ -22,7 +22,7 @@ from .._run._result import Result
 from ._braking import Braking
 from ._heated import Absent, run_values, there
 from ._inputs import EstimateData, Input, settle
-from .stop import classical_staged_stop, classical_stop
+from .statics import classical_staged_stop, classical_stop
 
 # --- contents of a row ----------------------------------------------------------------------------------------------
 

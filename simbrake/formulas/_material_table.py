@@ -38,7 +38,7 @@ from ._materials import (
     rim_material,
     ring_inertia,
 )
-from .stop import classical_stop
+from .statics import classical_stop
 
 _ZERO = 273.15  # K
 #: times at which a run is evaluated

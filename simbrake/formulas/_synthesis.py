@@ -29,7 +29,7 @@ from .heating import (
     rational_rim_thickness,
     schmidt,
 )
-from .stop import classical_stop
+from .statics import classical_stop
 
 #: above this mean bulk temperature (K) properties are taken at it (S, step 6), below at room temperature
 REPLACED_ABOVE = 273.15 + 150.0

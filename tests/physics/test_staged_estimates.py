@@ -224,5 +224,5 @@ def test_initial_friction_by_speed_of_pair():
     law = sb.friction.TabulatedFriction([0.0, 20.0], [0.4, 0.0])
     scene = staged_scenes.stop(law=law, inner=law, w0=20.0)
     for pair, radius in (("external", R_B), ("internal", R)):
-        found = sb.formulas.stop.friction_at_start(scene, pair)
+        found = sb.formulas.statics.friction_at_start(scene, pair)
         np.testing.assert_allclose(found, np.full(N, 0.4 * (1 - radius)), rtol=1e-12)
