@@ -5,7 +5,6 @@ from . import stress as stress
 from . import track as track
 from ._estimates import EngineeringEstimates as EngineeringEstimates
 from ._estimates import EstimateRow as EstimateRow
-from ._estimates import Number as Number
 from ._estimates import SynthesisRow as SynthesisRow
 from ._estimates import estimates as estimates
 from ._inputs import EstimateData as EstimateData
@@ -21,6 +20,7 @@ from ._materials import LiningMaterial as LiningMaterial
 from ._materials import RimMaterial as RimMaterial
 from ._materials import lining_material as lining_material
 from ._materials import rim_material as rim_material
+from ._rows import Number as Number
 from ._synthesis import Synthesis as Synthesis
 from ._synthesis import SynthesisError as SynthesisError
 from ._synthesis import synthesize as synthesize

@@ -1,17 +1,9 @@
-"""Estimates as rows of data: quantity, formula, source, and the simulated value.
+"""Estimates beside the simulated values: one row, tables of rows, and the estimates of a scene or a run."""
 
-A line of `rows.csv` names its data by paths of attributes: from a brake application (or a part that it
-heats, a synthesis, a pair of materials) to the value and to the simulated one; `symbols.csv` has the paths to the
-numbers put into formulas. A row whose path does not exist is omitted.
-"""
-
-import csv
 import dataclasses
-import inspect
 import math
-from collections.abc import Iterator, Mapping, Sequence
-from importlib import resources
-from typing import Any, ClassVar, Generic, NamedTuple, TypeVar
+from collections.abc import Iterator, Sequence
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
@@ -20,27 +12,10 @@ from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, band_brake, check
 from .._run._result import Result
 from ._braking import Braking
-from ._heated import Absent, run_values, there
+from ._heated import run_values
 from ._inputs import EstimateData, Input, settle
+from ._rows import Number, Row, power_rows, rows_of_pair, stage_rows, stop_rows, unit_text
 from .statics import classical_staged_stop, classical_stop
-
-# --- contents of a row ----------------------------------------------------------------------------------------------
-
-
-class Number(NamedTuple):
-    """A number put into a formula: its symbol, value and unit.
-
-    Example:
-        >>> str(sb.formulas.Number("R", 0.59, "m"))
-        'R = 0.59 m'
-    """
-
-    symbol: str
-    value: float
-    unit: str
-
-    def __str__(self) -> str:
-        return f"{self.symbol} = {self.value:.5g} {_unit(self.unit)}".rstrip()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,7 +49,7 @@ class EstimateRow:
     @property
     def words(self) -> str:
         """Name, value and unit."""
-        return f"{self.name} {_shown(self.value)} {_unit(self.unit)}".rstrip()
+        return f"{self.name} {_shown(self.value)} {unit_text(self.unit)}".rstrip()
 
     def as_dict(self) -> dict[str, Any]:
         """`{name, formula, value, unit, simulated, difference, source, why}`."""
@@ -103,93 +78,6 @@ class SynthesisRow(EstimateRow):
         return {"step": self.step, **super().as_dict(), "numbers": plain(self.numbers), "verdict": self.verdict}
 
 
-# --- rows as data -----------------------------------------------------------------------------------------------------
-
-
-def look(context: Any, path: str) -> Any:
-    """Value at the end of a path of attributes, entries and methods. Raises `Absent` where there is none."""
-    for name in path.split("."):
-        if isinstance(context, Mapping):
-            context = context.get(name)
-        elif name.lstrip("-").isdigit():
-            context = context[int(name)]
-        else:
-            context = getattr(context, name)
-        context = there(context() if inspect.isroutine(context) else context)
-    return context
-
-
-def number(context: Any, cell: str) -> float | None:
-    """The number in a cell, or at the end of the path in it; `None` where there is none."""
-    try:
-        return float(cell if cell[0].isdigit() else look(context, cell)) if cell else None
-    except Absent:
-        return None
-
-
-def words(context: Any, cell: str) -> str:
-    """Text of a cell, or after an @ the path to it."""
-    return look(context, cell[1:]) if cell.startswith("@") else cell
-
-
-@dataclasses.dataclass(frozen=True)
-class Row:
-    """A line of `rows.csv`: paths to `value` and `simulated` (empty: none), or a number; all else in words.
-
-    - `name`: with attributes in braces, as `thermal penetration depth, {.name}`; `table`: its group of rows
-    - `formula`, `why`: or `@` and a path to the text; `why`: or `= ` and the name of the row that has the same reason
-    - `numbers` put into the formula: symbols, as `symbol|which` where several have it, or `@` and a path to them
-    """
-
-    table: str
-    name: str
-    formula: str
-    value: str
-    simulated: str
-    unit: str
-    source: str
-    numbers: str
-    why: str
-
-    def at(self, context: Any) -> Iterator[EstimateRow]:
-        """The row, if it has a value."""
-        value = number(context, self.value)
-        if value is not None:
-            name, formula, why = self.name.format(context), words(context, self.formula), words(context, self.why)
-            simulated = number(context, self.simulated)
-            yield EstimateRow(name, formula, value, self.unit, self.source, simulated, why)
-
-    def put_in(self, context: Any) -> Iterator[Number]:
-        """The numbers put into the formula."""
-        if self.numbers.startswith("@"):
-            yield from (Number(symbol, float(value), unit) for symbol, value, unit in look(context, self.numbers[1:]))
-        else:
-            for symbol in filter(None, self.numbers.split("; ")):
-                unit, cell = SYMBOLS[type(context).__name__, symbol]
-                yield Number(symbol.partition("|")[0], there(number(context, cell)), unit)
-
-
-def read(name: str) -> list[dict[str, str]]:
-    """Lines of a table of data beside this module."""
-    return list(csv.DictReader((resources.files("simbrake") / "formulas" / name).read_text("utf-8").splitlines()))
-
-
-def _rows() -> tuple[Row, ...]:
-    lines = read("rows.csv")
-    reasons = {f"= {line['name']}": line["why"] for line in lines}
-    return tuple(Row(**(line | {"why": reasons.get(line["why"], line["why"])})) for line in lines)
-
-
-ROWS = _rows()
-#: class and symbol → unit, and the cell with the path to its value
-SYMBOLS = {(line["of"], line["symbol"]): (line["unit"], line["value"]) for line in read("symbols.csv")}
-
-
-def rows_of(table: str, context: Any) -> list[EstimateRow]:
-    """The rows of a table that have a value."""
-    return [found for row in ROWS if row.table == table for found in row.at(context)]
-
-
 # --- tables of rows ---------------------------------------------------------------------------------------------------
 
 R = TypeVar("R", bound=EstimateRow)
@@ -216,7 +104,11 @@ class RowTable(Tabular, Generic[R]):
 
     def head(self) -> list[str | Table]:
         """Description of the brake application, and the inputs."""
-        columns = (Column("name", left=True), Column("value", show=_of_input), Column("unit", left=True, show=_unit))
+        columns = (
+            Column("name", left=True),
+            Column("value", show=_of_input),
+            Column("unit", left=True, show=unit_text),
+        )
         inputs = Table([*columns, "source"], self.inputs, "inputs and assumptions")
         return [self.about, "", inputs]
 
@@ -226,7 +118,7 @@ def table_of(rows: Sequence[EstimateRow]) -> list[str | Table]:
     columns = [
         Column("name", heading="", left=True),
         *(Column(name, show=_shown) for name in ("estimate", "simulated", "difference")),
-        *(Column(name, left=True, show=_unit) for name in ("unit", "formula")),
+        *(Column(name, left=True, show=unit_text) for name in ("unit", "formula")),
     ]
     if any(isinstance(row, SynthesisRow) for row in rows):
         columns += [Column("verdict", heading="", left=True), Column("numbers", heading="with", left=True)]
@@ -244,11 +136,6 @@ def table_of(rows: Sequence[EstimateRow]) -> list[str | Table]:
 
 def _shown(value: float) -> str:
     return f"{value:.5g}" if math.isfinite(value) else "none"
-
-
-def _unit(unit: str) -> str:
-    """A unit as written after a number: nothing for a pure number."""
-    return "" if unit == "1" else unit
 
 
 def _of_input(value: Any) -> str:
@@ -340,18 +227,16 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
         >>> type(sb.estimates(scene)).__name__
         'EngineeringEstimates'
     """
-    braking, about = braking_of(run, data)
-    found = rows_of("stages" if braking.scene.brake.in_series else "stop", braking) + rows_of("power", braking)
-    if braking.scene.brake.in_series:
-        for one in braking.of_pairs():
-            found += [dataclasses.replace(row, name=f"{row.name}, {one.pair} pair") for row in _of_pair(one)]
+    b, about = braking_of(run, data)
+    if b.scene.brake.in_series:
+        rows = [*stage_rows(b), *power_rows(b)]
+        for pair in b.of_pairs():
+            rows += [row._replace(name=f"{row.name}, {pair.pair} pair") for row in rows_of_pair(pair)]
     else:
-        found += _of_pair(braking)
-    return EngineeringEstimates(f"engineering estimates{about}", tuple(braking.inputs.values()), tuple(found))
-
-
-def _of_pair(b: Braking) -> list[EstimateRow]:
-    """Rows of one pair: heated parts, shares, temperatures, contact; of a rim also balance and stress."""
-    parts = [row for part in b.parts.values() for row in rows_of("part", part)]
-    tables = ["partition", "temperature", "contact", *(["balance", "stress"] if b.part == "rim" else [])]
-    return parts + [row for table in tables for row in rows_of(table, b)]
+        simulated = (None, None, None)
+        if b.run is not None:
+            metrics = b.run.result.metrics
+            simulated = metrics.get("stopping_time"), metrics.get("stopping_angle"), b.run.total_work
+        rows = [*stop_rows(b, *simulated), *power_rows(b), *rows_of_pair(b)]
+    found = tuple(EstimateRow(*row[:7]) for row in Row.present(rows))
+    return EngineeringEstimates(f"engineering estimates{about}", tuple(b.inputs.values()), found)

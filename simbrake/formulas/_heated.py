@@ -3,7 +3,7 @@
 import dataclasses
 import functools
 import math
-from typing import NamedTuple, TypeVar
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -16,31 +16,9 @@ from ..thermal._heat import Heat, initial_temperatures, node_names
 from ..thermal._material import Material
 from ..thermal._network import Wall, place_of
 from ._inputs import wall_at
-from .heating import (
-    SchmidtCourse,
-    effective_fourier_number,
-    effective_volume,
-    fourier_parameter,
-    heat_content,
-    mean_bulk_rise,
-    penetration_depth,
-    schmidt,
-)
-from .stress import ElasticMaterial, StressHistory, stress_over_time
+from .heating import SchmidtCourse, effective_volume, heat_content, mean_bulk_rise, penetration_depth, schmidt
 
 _TIMES = 2048  # times at which a run, and its hardest brake application, are evaluated
-T = TypeVar("T")
-
-
-class Absent(LookupError):
-    """A value that does not exist, such as a simulated value without a run."""
-
-
-def there(value: T | None) -> T:
-    """Return the value. Raises `Absent` for `None`."""
-    if value is None:
-        raise Absent
-    return value
 
 
 class WallCourse(NamedTuple):
@@ -60,11 +38,6 @@ class WallCourse(NamedTuple):
         """Part of each layer's thickness (m) within a depth."""
         ends = np.cumsum(self.steps)
         return np.clip(depth - (ends - self.steps), 0.0, self.steps)
-
-    @property
-    def back(self) -> Float[np.ndarray, " m"]:
-        """Temperature (K) of the last layer."""
-        return self.layers[:, -1]
 
     @property
     def content(self) -> Float[np.ndarray, " m"]:
@@ -91,8 +64,8 @@ class HeatedPart:
     """One part that a brake application heats: steps 1, 2, 3 and 5 of the synthesis (SI units).
 
     `share` of the heat `work` (J) goes into it, and `more` (J) of another pair; `start` (K): its temperature before;
-    `course`: its simulation. From these: thermal penetration `depth`, Fourier number `Fo`, `volume` and `mass` that
-    take up heat, mean `rise` of the bulk temperature and that itself, `bulk`.
+    `course`: its simulation. From these: thermal penetration `depth`, `volume` and `mass` that take up heat,
+    mean `rise` of the bulk temperature and that itself, `bulk`.
     """
 
     name: str
@@ -114,15 +87,6 @@ class HeatedPart:
     def depth(self) -> float:
         return float(penetration_depth(self.diffusivity, self.time))
 
-    def Fo(self) -> float:
-        return float(effective_fourier_number(self.diffusivity, self.time, self.thickness))
-
-    def Fo_words(self) -> str:
-        return "a τ/δ², for b > δ" if self.depth > self.thickness else "1/3, for b ≤ δ"
-
-    def B(self) -> float:
-        return float(fourier_parameter(self.diffusivity, self.thickness))
-
     @property
     def volume(self) -> float:
         return float(effective_volume(self.area, self.thickness, self.depth))
@@ -141,9 +105,9 @@ class HeatedPart:
         return self.start + self.rise
 
     @property
-    def simulated_bulk(self) -> float:
+    def simulated_bulk(self) -> float | None:
         """Bulk temperature (K) in the run, mean over the depth and the brake application."""
-        return float(np.mean(there(self.course).mean(self.depth)))
+        return None if self.course is None else float(np.mean(self.course.mean(self.depth)))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -176,20 +140,10 @@ class RunValues:
         """Time over which friction works (s)."""
         return float(self.t[-1] - self.t[0])
 
-    def max_power(self) -> float:
-        """Maximum friction power (W), a mean over neighbouring times."""
-        return float(np.max(np.diff(self.work) / np.diff(self.t)))
-
     @property
     def slid(self) -> float:
         """Sliding distance of the linings on the track (m)."""
         return float(np.trapezoid(np.abs(np.asarray(self.series.slip_speed)), self.t))
-
-    @property
-    def mean_load(self) -> float:
-        """Sum of the normal forces on the linings (N), mean over the sliding distance."""
-        power = np.asarray(self.series.normal_load).sum(axis=1) * np.abs(np.asarray(self.series.slip_speed))
-        return float(np.trapezoid(power, self.t) / self.slid)
 
     @functools.cached_property
     def rim(self) -> WallCourse | None:
@@ -226,32 +180,29 @@ class RunValues:
         band = self.series.band_temperature
         return None if band is None else np.asarray(band).mean(axis=1)
 
-    # the rim, where it is the metal face and one wall in layers; absent otherwise
+    @property
+    def layered(self) -> bool:
+        """Whether the rim is the metal face, and one wall in layers: all below needs that."""
+        one = self.rim is not None and self.rim.wall.copies == 1 and self.series.rim_temperature is not None
+        return one and self.pair != "external"
 
     @property
     def course(self) -> WallCourse:
         """Temperatures of the rim's layers."""
-        return there(self.rim if self.layered else None)
-
-    @property
-    def layered(self) -> bool:
-        """Whether the rim is a wall in layers."""
-        one = self.rim is not None and self.rim.wall.copies == 1 and self.series.rim_temperature is not None
-        return one and self.pair != "external"
-
-    def layered_duration(self) -> float:
-        return there(self.duration if self.layered else None)
+        assert self.rim is not None
+        return self.rim
 
     @property
     def surface(self) -> Float[np.ndarray, " m"]:
         """Temperature of its face (K)."""
-        return np.asarray(there(self.series.rim_temperature if self.layered else None))[:, 0]
+        return np.asarray(self.series.rim_temperature)[:, 0]
 
     @property
     def gradient(self) -> float:
         """Maximum gradient (K/m) at the face."""
         return float(np.max((self.surface - self.course.layers[:, 0]) / self.course.depth[0]))
 
+    @property
     def at_peak(self) -> tuple[float, float, float]:
         """Relative time, power and work at the maximum temperature of the face."""
         i, power = int(np.argmax(self.surface)), np.gradient(self.work, self.t)
@@ -273,10 +224,6 @@ class RunValues:
     def drop(self) -> float:
         """Maximum difference between face and back (K)."""
         return float(np.max(self.profile[:, 0] - self.profile[:, -1]))
-
-    def stress(self, elastic: ElasticMaterial) -> StressHistory:
-        """Thermal stress of the rim over the brake application."""
-        return stress_over_time(self.t, self.profile, self.profile_depth, elastic)
 
     def schmidt(self, material: Material, share: float, area: float, beyond: float = 0.0) -> SchmidtCourse:
         """Schmidt's scheme with the friction work of the run, from its temperatures at the start; adiabatic otherwise.

@@ -20,12 +20,11 @@ from .._run._edit import named_materials, with_materials, with_values
 from .._run._simulate import simulate, solver_for
 from ..thermal._material import Material
 from ._braking import Braking
-from ._estimates import no_stop, number
-from ._heated import RunValues, run_values, there
+from ._estimates import no_stop
+from ._heated import RunValues, run_values
 from ._inputs import EstimateData, settle
 from ._materials import (
     LININGS,
-    QUANTITIES,
     Case,
     Compared,
     LiningMaterial,
@@ -112,8 +111,8 @@ class MaterialRow:
     def as_dict(self) -> dict[str, Any]:
         """Numbers and words; of each quantity `{estimate, simulated, unit}`."""
         numbers = {
-            name: {"estimate": one.value, "simulated": one.simulated, "unit": QUANTITIES[name].unit}
-            for name, one in self.quantities.items()
+            name: {"estimate": quantity.value, "simulated": quantity.simulated, "unit": quantity.unit}
+            for name, quantity in self.quantities.items()
         }
         words = {name: getattr(self, name) for name in ("level", "rim", "lining", "admissible", "fails")}
         return plain(words | {"greatest_work": self.greatest_work, "ends": self.ends} | numbers)
@@ -212,9 +211,8 @@ class MaterialComparison(Tabular):
             return np.asarray([np.nan if x is None else x for x in values], dtype).reshape(shape)
 
         found: dict[str, Any] = {}
-        for name, row_of in QUANTITIES.items():
-            unit, meaning = row_of.unit, row_of.why
-            about = {"units": unit, "meaning": meaning, "formula": row_of.formula}
+        for name, (_, _, unit, meaning, formula) in self.rows[0].quantities.items():
+            about = {"units": unit, "meaning": meaning, "formula": formula}
             found[name] = (dims, cube([row[name].value for row in self.rows]), about)
             simulated = cube([row[name].simulated for row in self.rows])
             if not np.all(np.isnan(simulated)):
@@ -434,13 +432,10 @@ class _Study:
         braking = self._braking(scene, rim, lining, self._ran(scene, solver) if self.run else None)
         if braking.stop is None and braking.run is None:
             raise no_stop("let it run")
-        case, quantities = Case(braking, rim, lining, braking.flash or 0.0), {}
-        shown = braking.run is not None and braking.run.layered and self.named[0]
-        for name, asked in QUANTITIES.items():
-            simulated = number(case, asked.simulated) if shown else None
-            quantities[name] = Compared(there(number(case, asked.value)), simulated)
-        looked = {name: one.best for name, one in quantities.items()}
-        fails = tuple(one.words for one in criteria(looked, rim, lining) if one.ratio > 1)
+        case = Case(braking, rim, lining, braking.flash or 0.0)
+        quantities = case.quantities(simulated=braking.layered is not None and self.named[0])
+        best = {name: quantity.best for name, quantity in quantities.items()}
+        fails = tuple(limit.words for limit in criteria(best, rim, lining) if limit.ratio > 1)
         return MaterialRow(level, rim.name, lining.name, quantities, fails, *greatest_work(case))
 
     def _ran(self, scene: Scene, solver: Any) -> RunValues:

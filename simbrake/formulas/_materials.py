@@ -15,8 +15,6 @@ from .._run._linings import lining_wear
 from ..thermal._material import LIBRARY, Entry, Material, library, material
 from ..wear import ThresholdWear
 from ._braking import Braking
-from ._estimates import ROWS, Row, look, number
-from ._heated import there
 from .heating import maximum_temperatures, transmission_table
 from .stress import ElasticMaterial
 
@@ -49,7 +47,10 @@ class RimMaterial:
     @property
     def numbers(self) -> dict[str, float]:
         """Return all numbers by name (SI)."""
-        return {name: float(look(self, path)) for name, path in (_THERMAL | _ELASTIC | _LIMITS).items()}
+        young, expansion, poisson, stress = self.elastic
+        found = _thermal(self.thermal) | {"young": young, "expansion": expansion, "poisson": poisson}
+        limits = {"permissible_temperature": self.permissible, "solidus": self.solidus, "hardness": self.hardness}
+        return found | {"permissible_stress": stress} | limits
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -79,16 +80,18 @@ class LiningMaterial:
     @property
     def numbers(self) -> dict[str, float]:
         """Return all numbers by name (SI); of the wear law those of `ThresholdWear`."""
-        paths = _THERMAL | (_WEAR if isinstance(self.wear, ThresholdWear) else {}) | _LIMITS
-        return {name: float(look(self, path)) for name, path in paths.items() if name != "solidus"}
+        found, law = _thermal(self.thermal), self.wear
+        if isinstance(law, ThresholdWear):
+            numbers = {"coefficient": law.coefficient, "threshold": law.threshold, "activation": law.energy}
+            found |= {f"wear_{name}": float(value) for name, value in numbers.items()}
+        return found | {"permissible_temperature": self.permissible, "hardness": self.hardness}
 
 
-#: number of a material → its place
-_THERMAL = {name: f"thermal.{name}" for name in ("conductivity", "density", "specific_heat")}
-_ELASTIC = {name: f"elastic.{name}" for name in ("young", "expansion", "poisson")}
-_ELASTIC |= {"permissible_stress": "elastic.permissible"}
-_WEAR = {"wear_coefficient": "wear.coefficient", "wear_threshold": "wear.threshold", "wear_activation": "wear.energy"}
-_LIMITS = {"permissible_temperature": "permissible", "solidus": "solidus", "hardness": "hardness"}
+_THERMAL = ("conductivity", "density", "specific_heat")
+
+
+def _thermal(material: Material) -> dict[str, float]:
+    return {name: float(getattr(material, name)) for name in _THERMAL}
 
 
 #: rim material → number → value with its source; the alloys are those whose conductivity is next to V's
@@ -145,8 +148,54 @@ def lining_material(name: str, **changes: float) -> LiningMaterial:
     return LiningMaterial(name, thermal, wear, n["permissible_temperature"], n["hardness"], sources)
 
 
-# --- one brake application with one pair of materials
-# ---------------------------------------------------------------------------
+# --- one brake application with one pair of materials -----------------------------------------------------------------
+
+
+#: quantity → unit, meaning, formula of the estimate
+QUANTITIES = {
+    "friction_work": (
+        "J",
+        "friction work of the brake application",
+        "classical stop, or the hardest brake application of the run",
+    ),
+    "duration": ("s", "time over which friction works", "as the work"),
+    "share": (
+        "1",
+        "share of the heat into the rim, used for the temperatures",
+        "the scene's law, else e_1/(e_1 + e_2)",
+    ),
+    "effusivity_share": ("1", "heat partition coefficient of the rim by effusivities", "e_1/(e_1 + e_2) (Charron)"),
+    "transmission_share": (
+        "1",
+        "heat partition coefficient of the rim by heat transmission",
+        "K_1/(K_1 + K_2) (S-41; V, table 2)",
+    ),
+    "bulk": ("K", "mean temperature of the heated depth", "T + (2/3) a W/(c G) (S-25)"),
+    "bulk_end": ("K", "mean temperature of the rim at the end", "T + a W/(c G_rim)"),
+    "surface": ("K", "maximum temperature of the rim's surface", "half-space under falling flux, at least bulk_end"),
+    "lining_surface": ("K", "maximum temperature of the linings' surface", "as the rim: surfaces in contact"),
+    "maximum": ("K", "maximum temperature with a third of the flash", "T + t_s + t_f/3 (S-26)"),
+    "stress": ("Pa", "thermal stress of the rim's surface", "−E α (T_s − T_m)/(1 − ν), slab under constant flux"),
+    "stress_ratio": ("1", "thermal stress over the allowable one", "|σ|/σ_p"),
+    "wear": ("m", "mean depth worn off the linings", "I(T_s) W cos(β/2)/(f A_l) (Archard)"),
+    "mass": ("kg", "mass of the rim", "ρ δ A"),
+    "inertia": ("kg*m^2", "inertia of the rim about the shaft", "m (R² + (R − δ)²)/2"),
+}
+
+
+class Compared(NamedTuple):
+    """An estimate, and the simulated number beside it where there is one; its unit, meaning and formula."""
+
+    value: float
+    simulated: float | None
+    unit: str
+    meaning: str
+    formula: str
+
+    @property
+    def best(self) -> float:
+        """The simulated number, else the estimate."""
+        return self.value if self.simulated is None else self.simulated
 
 
 @dataclasses.dataclass(frozen=True)
@@ -170,14 +219,13 @@ class Case:
         return max(self.braking.falling_rise, self.braking.whole_rise)
 
     @property
-    def surface(self) -> float:
-        """Maximum temperature of the rim's surface (K)."""
-        return self.braking.start_now + self.surface_rise
-
-    def maximum(self) -> float:
-        """The same with a third of the flash (K)."""
-        found = maximum_temperatures(self.braking.heated.rise, self.surface_rise, self.flash)
-        return self.braking.start_now + float(found.surface_and_third_flash)
+    def limited(self) -> dict[str, float]:
+        """Estimates that `criteria` limit; the maximum has a third of the flash."""
+        start = self.braking.start_now
+        maximum = maximum_temperatures(self.braking.heated.rise, self.surface_rise, self.flash).surface_and_third_flash
+        ratio, surface = self.braking.stress_ratio, start + self.surface_rise
+        limited = {"surface": surface, "lining_surface": surface, "stress_ratio": ratio}
+        return limited | {"maximum": start + float(maximum)}
 
     def transmission(self) -> float:
         """Heat partition coefficient of the rim by heat transmission."""
@@ -194,27 +242,36 @@ class Case:
         cosine = float(np.mean(np.cos(np.asarray(band_brake(b.scene).linings.angle) / 2)))
         load_way = work * cosine / (b.friction * b.lining_area)  # ∫ p v dt, as the friction f N acts at R_b/cos(β/2)
         speed = jnp.asarray(b.travel / b.time)
-        rate = self.lining.wear(jnp.asarray(load_way) / b.travel, speed, jnp.asarray(self.surface))
+        rate = self.lining.wear(jnp.asarray(load_way) / b.travel, speed, jnp.asarray(self.limited["surface"]))
         return float(np.mean(np.asarray(rate))) * load_way
 
-    def lining_peak(self) -> float:
-        """Maximum temperature (K) of the linings in the run."""
-        there(self.braking.scene.network.linings)
-        return float(there(self.braking.run).result.peak_lining_temperature.value)
-
-    def run_wear(self) -> float:
-        """Mean depth (m) worn off in the run."""
-        result = there(self.braking.run).result
-        worn = lining_wear(there(result if knows_wear(result.scene) else None), self.lining.wear)
-        return float(np.mean(np.asarray(worn)))
-
-    def mass(self) -> float:
-        """`ρ δ A` of the rim (kg)."""
-        return rim_mass(self.braking)
-
-    def inertia(self) -> float:
-        """Inertia of the rim (kg·m²)."""
-        return ring_inertia(rim_mass(self.braking), self.braking)
+    def quantities(self, simulated: bool) -> dict[str, Compared]:
+        """All quantities by name, beside those of the run if they are `simulated`."""
+        b, mass, in_run = self.braking, rim_mass(self.braking), {}
+        values = self.limited | {
+            "friction_work": b.work,
+            "duration": b.time,
+            "share": b.share,
+            "effusivity_share": b.effusivity_share,
+            "transmission_share": self.transmission(),
+            "bulk": b.heated.bulk,
+            "bulk_end": b.end,
+            "stress": b.stress,
+            "wear": self.wear(),
+            "mass": mass,
+            "inertia": ring_inertia(mass, b),
+        }
+        if simulated and b.run is not None:
+            result = b.run.result
+            in_run = {"share": b.simulated_share, "bulk": b.simulated_bulk, "bulk_end": b.simulated_end}
+            in_run["surface"] = b.peak
+            if b.run_stress is not None:
+                _, in_run["stress"], in_run["stress_ratio"] = b.run_stress
+            if b.scene.network.linings is not None:
+                in_run["lining_surface"] = float(result.peak_lining_temperature.value)
+            if knows_wear(result.scene):
+                in_run["wear"] = float(np.mean(np.asarray(lining_wear(result, self.lining.wear))))
+        return {name: Compared(values[name], in_run.get(name), *about) for name, about in QUANTITIES.items()}
 
 
 def rim_mass(b: Braking) -> float:
@@ -231,22 +288,6 @@ def knows_wear(scene: Scene) -> bool:
     """Whether runs of a scene have a temperature of the linings, on which their wear depends."""
     pair = scene.network.friction
     return pair is not None and pair.lining is not None
-
-
-class Compared(NamedTuple):
-    """An estimate, and the simulated number beside it where there is one."""
-
-    value: float
-    simulated: float | None = None
-
-    @property
-    def best(self) -> float:
-        """The simulated number, else the estimate."""
-        return self.value if self.simulated is None else self.simulated
-
-
-#: quantity → its row: the estimate, and what a run with a rim in layers has of it
-QUANTITIES: dict[str, Row] = {row.name: row for row in ROWS if row.table == "materials"}
 
 
 class Criterion(NamedTuple):
@@ -283,10 +324,7 @@ def greatest_work(case: Case) -> tuple[float, str]:
     from scipy.optimize import brentq
 
     def worst(log_s: float) -> Criterion:
-        scaled = case.scaled(math.exp(log_s))
-        looked = ("surface", "lining_surface", "maximum", "stress_ratio")
-        values = {name: there(number(scaled, QUANTITIES[name].value)) for name in looked}
-        return max(criteria(values, case.rim, case.lining), key=lambda one: one.ratio)
+        return max(criteria(case.scaled(math.exp(log_s)).limited, case.rim, case.lining), key=lambda limit: limit.ratio)
 
     low, high = math.log(1e-4), math.log(1e4)
     if worst(low).ratio >= 1:

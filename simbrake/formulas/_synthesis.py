@@ -1,16 +1,15 @@
-"""The parametric synthesis: S's twelve steps over a scene or a run, lines of `steps.csv` in one chain."""
+"""The parametric synthesis: S's twelve steps over a scene or a run."""
 
 import dataclasses
 import functools
 import math
-from collections.abc import Callable, Iterator, Mapping
-from typing import Any, ClassVar, NamedTuple
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import Scalar
 from .._base._table import Table, plain
 from .._parts._scene import Scene, band_brake, faults
 from .._run._measure import LimitVerdict
@@ -18,9 +17,26 @@ from .._run._result import Result
 from ..thermal._heat import AbstractPartition
 from ..thermal._material import ROOM, Material, effusivity_share
 from ._braking import Braking
-from ._estimates import ROWS, RowTable, SynthesisRow, braking_of, look, number, read, table_of
-from ._heated import HeatedPart, schmidt_layers, there
+from ._estimates import RowTable, SynthesisRow, braking_of, table_of
+from ._heated import HeatedPart, schmidt_layers
 from ._inputs import EstimateData, Permissible, faults_of_data
+from ._rows import (
+    BULK,
+    OWN_LAW,
+    SCHEME,
+    Number,
+    Row,
+    balance_rows,
+    falling_row,
+    maximum_rows,
+    numbers,
+    operation_rows,
+    part_rows,
+    partition_rows,
+    pressure_row,
+    stop_rows,
+    stress_rows,
+)
 from .heating import (
     SchmidtCourse,
     back_temperature,
@@ -34,10 +50,9 @@ from .statics import classical_stop
 #: above this mean bulk temperature (K) properties are taken at it (S, step 6), below at room temperature
 REPLACED_ABOVE = 273.15 + 150.0
 HEATED = ("rim", "lining")  # the band takes up no friction heat in a brake with one pair
-Given = list[tuple[str, float, str]]  # numbers put into a formula: symbol, value, unit
 
 
-# --- properties at the resulting temperature ---- ------------------------------------------------------------------
+# --- properties at the resulting temperature --------------------------------------------------------------------------
 
 
 class SynthesisError(RuntimeError):
@@ -141,74 +156,7 @@ def replaced_in(first: Parts) -> tuple[str, ...]:
     return tuple(part for part in HEATED if first[part].bulk > REPLACED_ABOVE)
 
 
-# --- data of the rows: see `rows.csv` ----- --------------------------------------------------------------------------
-
-
-class Case(NamedTuple):
-    """A thickness (m) for this `braking`, or for the `whole duty` where that has several brake applications.
-
-    `depth`, `other`: the two that the `rational` one is the larger of; `numbers` put into the formula of the other.
-    """
-
-    name: str
-    depth: float
-    other: float
-    rational: float
-    numbers: Given
-
-
-class Property(NamedTuple):
-    """Property of a part in step 6: a property at `T` (K), `1 + b (T − T_r)` times that of `material`."""
-
-    part: HeatedPart  # of the first pass
-    material: Material
-    T: float
-    field: str
-    symbol: str
-    unit: str
-    limit: float = REPLACED_ABOVE
-
-    @property
-    def slope(self) -> Scalar | None:
-        return getattr(self.material, f"{self.field}_slope")
-
-    def value(self) -> float:
-        return float(getattr(properties_at(self.material, self.T, self.part.name), self.field))
-
-    def simulated(self) -> float:
-        """Simulated property: the law of the scene at the mean temperature of the heated depth."""
-        return property_at(there(self.part.course).wall.material, self.field, self.part.simulated_bulk)
-
-    def words(self) -> str:
-        return f"{self.symbol} " + ("(no temperature dependence known)" if self.slope is None else "[1 + b (T − T_r)]")
-
-    def T_words(self) -> str:
-        return "T_v of step 5" if self.limit < self.T else "room: T_v of step 5 is not above 150 °C"
-
-    def numbers(self) -> Given:
-        found: Given = [(self.symbol, float(getattr(self.material, self.field)), self.unit)]
-        if self.slope is not None:
-            reference = float(self.material.reference)
-            found += [("b", float(self.slope), "1/K"), ("T", self.T, "K"), ("T_r", reference, "K")]
-        return found
-
-
-class Margin(NamedTuple):
-    """A permissible value and the values compared with it, estimated and simulated; `None`: there is none."""
-
-    unit: str
-    permissible: float | None
-    value: float | None
-    simulated: float | None
-
-    def left(self) -> float:
-        return there(self.permissible) - there(self.value)
-
-    def left_in_run(self) -> float:
-        return there(self.permissible) - there(self.simulated)
-
-    def numbers(self) -> Given:
-        return [("permissible", there(self.permissible), self.unit), ("found", there(self.value), self.unit)]
+# --- the steps --------------------------------------------------------------------------------------------------------
 
 
 @dataclasses.dataclass(frozen=True)
@@ -228,49 +176,13 @@ class Chain:
     start: dict[str, float]
     limits: dict[str, float]
 
-    # steps 1 to 7
-
-    def within(self) -> float:
-        """Share of the simulated heat of the rim within the depth of step 1 at the end."""
-        rim = there(there(self.before.run).rim)
-        rise = rim.layers[-1] - rim.layers[0]
-        whole = float(rise @ rim.steps)
-        return float(rise @ rim.inside(self.first["rim"].depth)) / there(whole if whole > 0 else None)
-
-    def law(self) -> str:
-        """Source of the heat partition coefficient, in words."""
-        source = self.before.inputs["share"].source
-        if source.startswith("effusivities"):
-            return "α_TP = e_1/(e_1 + e_2)"
-        return "α_TP: law of the scene" if source == "scene" else "α_TP, as given"
-
-    def simulated_rest(self) -> float:
-        return 1 - self.before.simulated_share
-
-    def rounds_words(self) -> str:
-        return "until T_v converges" if self.rounds else "none: properties stay those of room temperature"
-
-    @functools.cached_property
-    def properties(self) -> dict[str, dict[str, Property]]:
-        """Properties of each part in step 6."""
-        replaced, found = replaced_in(self.first), {}
-        for name, part in self.first.items():
-            one = (part, self.before.parts[name].material, part.bulk if name in replaced else ROOM)
-            found[name] = {
-                "conductivity": Property(*one, "conductivity", "λ", "W/(m*K)"),
-                "specific_heat": Property(*one, "specific_heat", "c", "J/(kg*K)"),
-            }
-        return found
-
-    # layers
-
     @functools.cached_property
     def schmidt(self) -> SchmidtCourse:
         """Schmidt's scheme with the heat of the run, else with the falling power of a stop."""
         b = self.after
         share, run = b.share * float(b.power.heat), b.run
-        if run is not None and run.layered:
-            return run.schmidt(b.rim, share, b.track_area)
+        if b.layered is not None:
+            return b.layered.schmidt(b.rim, share, b.track_area)
 
         def work(t: float) -> float:
             if run is not None:
@@ -285,34 +197,9 @@ class Chain:
         return schmidt(b.rim, b.rim_thickness, layers, b.time, flux, start=self.start["rim"])
 
     @property
-    def layers(self) -> int:
-        return self.schmidt.depth.size - 2
-
-    def heat_words(self) -> str:
-        return "½ (t_{j−1} + t_{j+1}), " + ("falling power" if self.after.run is None else "the run's own heat")
-
-    @property
     def face_peak(self) -> float:
         """Maximum temperature of the rim's face by Schmidt's scheme (K)."""
         return float(np.max(self.schmidt.temperature[:, 0]))
-
-    @functools.cached_property
-    def at_end(self) -> list[dict[str, float | Given | None]]:
-        """Temperatures (K) of the rim's face, of three depths, and of its back."""
-        course, run, found = self.schmidt, self.after.run, []
-        end = [float(np.interp(self.after.time, course.t, column)) for column in course.temperature.T]
-        for x in self.after.rim_thickness * np.array([0.0, 0.25, 0.5, 0.75, 1.0]):
-            simulated = None
-            if run is not None and run.layered:
-                simulated = float(np.interp(x, run.profile_depth, run.profile[-1]))
-            value = float(np.interp(x, course.depth, end))
-            found.append({"value": value, "simulated": simulated, "numbers": [("x", float(x), "m")]})
-        return found
-
-    @property
-    def drop(self) -> float:
-        """Maximum difference (K) between face and back."""
-        return float(np.max(self.schmidt.temperature[:, 0] - self.schmidt.temperature[:, -1]))
 
     @property
     def lining_body(self) -> float:
@@ -320,123 +207,287 @@ class Chain:
         run = self.before.run
         return self.start["lining"] if run is None or run.lining is None else float(run.lining.mean()[0])
 
-    def lining_back(self) -> float:
-        """Temperature (K) of its back after the brake application."""
-        b = self.after
-        return back_temperature(b.lining, b.lining_thickness, b.time, face=self.face_peak, start=self.lining_body)
-
-    # rational thickness
-
     @property
-    def capacity(self) -> float:
-        """Heat capacity of the rim per volume (J/(m³·K))."""
-        return float(self.after.rim.density * self.after.rim.specific_heat)
-
-    @functools.cached_property
-    def rim_cases(self) -> list[Case]:
-        """Thickness for this brake application; in a duty of several also for the heat of all, without cooling."""
-        b, limit = self.after, self.limits["lining_permissible"]
-        cases = [("braking", b.metal_heat / b.track_area, limit - self.start["rim"])]
-        if b.several:
-            heat = b.share * float(b.power.heat) * there(b.run).total_work / b.track_area
-            cases.append(("whole duty", heat, limit - float(b.start)))
-        return [
-            Case(
-                name,
-                *rational_rim_thickness(b.rim, b.time, heat=heat, rise=rise),
-                [("Q", heat, "J/m^2"), ("ρ c", self.capacity, "J/(m^3*K)"), ("ΔT_p", rise, "K")],
-            )
-            for name, heat, rise in cases
-        ]
-
-    @property
-    def rim_thicknesses(self) -> Given:
-        """Thicknesses of which the rational thickness of the rim is the maximum."""
-        return [(f"δ, {case.name}", case.rational, "m") for case in self.rim_cases]
-
-    @property
-    def rim_thickness(self) -> float:
-        return max(value for _, value, _ in self.rim_thicknesses)
-
-    @functools.cached_property
-    def lining_cases(self) -> list[Case]:
-        """Thickness for this brake application; in a duty of several also that which keeps the back cool over all."""
-        b, back = self.after, self.limits["back_permissible"]
-        cases = [("braking", b.time, self.face_peak, self.lining_body)]
-        if b.several:  # as if the rim had been as warm all the time
-            warm = self.start["rim"] + b.metal_heat / (b.track_area * b.rim_thickness * self.capacity)
-            cases.append(("whole duty", float(there(b.run).t[-1]) - float(b.scene.initial.time), warm, float(b.start)))
-        a = ("a", float(b.lining.diffusivity), "m^2/s")
-        return [
-            Case(
-                name,
-                *rational_lining_thickness(b.lining, time, face=face, back=back, start=start),
-                [a, ("τ", time, "s"), ("T_f", face, "K"), ("T_p", back, "K"), ("T_0", start, "K")],
-            )
-            for name, time, face, start in cases
-        ]
-
-    @property
-    def lining_thicknesses(self) -> Given:
-        """Thicknesses of which the rational thickness of a lining is the maximum."""
-        reached = ("δ, heat reaches", self.lining_cases[0].depth, "m")
-        return [reached, *((f"δ, {case.name}", case.other, "m") for case in self.lining_cases)]
-
-    @property
-    def lining_thickness(self) -> float:
-        return max(value for _, value, _ in self.lining_thicknesses)
-
-    # limits
-
-    def margins(self) -> dict[str, Margin]:
-        """Permissible values and the values compared with them."""
-        return {
-            name: Margin(unit, *(number(self, path) for path in paths)) for name, (unit, *paths) in _MARGINS.items()
-        }
+    def lining_back(self) -> tuple[float, float | None]:
+        """Temperature (K) of its back after the brake application, and in the run."""
+        b, course = self.after, self.before.run and self.before.run.lining
+        back = back_temperature(b.lining, b.lining_thickness, b.time, face=self.face_peak, start=self.lining_body)
+        return back, course and float(course.layers[:, -1].max())
 
 
-#: margin → its unit, and the paths to the permissible value and to the estimated and simulated values
-_MARGINS = {
-    "face": ("K", "limits.lining_permissible", "face_peak", "before.run.face"),
-    "back": ("K", "limits.back_permissible", "lining_back", "before.run.lining.back.max"),
-    "stress": ("Pa", "after.elastic.permissible", "after.stress.__abs__", "after.run_stress.1.__abs__"),
-    "pressure": ("Pa", "limits.pressure_permissible", "before.pressure", "before.run_pressure"),
-    "power": ("W/m^2", "limits.power_permissible", "before.power_load.0", "before.power_load.1"),
+def _depths(c: Chain) -> Iterator[Row]:
+    yield from (part_rows(part)[0] for part in c.first.values())
+    depth, rim, within = c.first["rim"].depth, c.before.run and c.before.run.rim, None
+    if rim is not None:  # share of its simulated heat within the depth at the end
+        rise = rim.layers[-1] - rim.layers[0]
+        whole = float(rise @ rim.steps)
+        within = float(rise @ rim.inside(depth)) / whole if whole > 0 else None
+    why = "the temperature profile has no sharp edge; it also depends on the thickness and on earlier heating"
+    name, source = "rim's heat within the depth", "S, steps 1, 3"
+    yield Row(name, "1: all of it", 1, "1", source, within, why, numbers(b=depth))
+
+
+def _fourier_number(part: HeatedPart) -> Row:
+    formula = "a τ/δ², for b > δ" if part.depth > part.thickness else "1/3, for b ≤ δ"
+    return part_rows(part)[1]._replace(formula=formula)
+
+
+def _partition(c: Chain) -> Iterator[Row]:
+    simulated, share, name = c.before.simulated_share, c.first["rim"].share, "heat partition coefficient"
+    symbols = numbers(T_rim=c.start["rim"], T_lining=c.start["lining"])
+    yield Row(f"{name}, rim", _law_words(c), share, "1", "S, step 4", simulated, OWN_LAW, symbols)
+    rest, left = c.first["lining"].share, None if simulated is None else 1 - simulated
+    yield Row(f"{name}, linings", "1 − α_TP", rest, "1", "S-42", left, OWN_LAW, numbers(α_TP=share))
+    yield from partition_rows(c.before)
+
+
+def _law_words(c: Chain) -> str:
+    """Source of the heat partition coefficient."""
+    source = c.before.inputs["share"].source
+    if source.startswith("effusivities"):
+        return "α_TP = e_1/(e_1 + e_2)"
+    return "α_TP: law of the scene" if source == "scene" else "α_TP, as given"
+
+
+def _bulk(parts: Parts) -> Iterator[Row]:
+    for name in HEATED:
+        part = parts[name]
+        also = "as for the rim; linings and rim also exchange heat through the contact"
+        yield Row(
+            f"mean bulk temperature, {name}",
+            "T + (2/3) α W/(c G)",
+            part.bulk,
+            "K",
+            "S-25, step 5",
+            part.simulated_bulk,
+            also if name == "lining" else BULK,
+            numbers(T=part.start, α=part.share, W=part.work, c=part.material.specific_heat, G=part.mass),
+        )
+
+
+def _properties(c: Chain) -> Iterator[Row]:
+    replaced, source = replaced_in(c.first), "S, step 6"
+    for name in HEATED:
+        part, material = c.first[name], c.before.parts[name].material
+        T = part.bulk if name in replaced else ROOM
+        words = "T_v of step 5" if T > REPLACED_ABOVE else "room: T_v of step 5 is not above 150 °C"
+        symbols = numbers(T_v=part.bulk, limit=REPLACED_ABOVE)
+        yield Row(f"temperature of the properties, {name}", words, T, "K", source, numbers=symbols)
+        for field, symbol, unit in (("conductivity", "λ", "W/(m*K)"), ("specific_heat", "c", "J/(kg*K)")):
+            slope, at_room = getattr(material, f"{field}_slope"), Number(symbol, float(getattr(material, field)), unit)
+            words, symbols = f"{symbol} (no temperature dependence known)", (at_room,)
+            if slope is not None:
+                law = Number("b", float(slope), "1/K"), Number("T", T, "K")
+                words = f"{symbol} [1 + b (T − T_r)]"
+                symbols = (at_room, *law, Number("T_r", float(material.reference), "K"))
+            value, simulated = float(getattr(properties_at(material, T, name), field)), None
+            if part.course is not None and part.simulated_bulk is not None:  # the law of the scene there
+                simulated = property_at(part.course.wall.material, field, part.simulated_bulk)
+            words_of, why = f"{field.replace('_', ' ')}, {name}", "the run evaluates it at the local temperature"
+            yield Row(words_of, words, value, unit, source, simulated, why, symbols)
+
+
+def _repeated(c: Chain) -> Iterator[Row]:
+    words = "until T_v converges" if c.rounds else "none: properties stay those of room temperature"
+    change = Number("last change", c.change, "K")
+    yield Row("rounds of steps 1 to 5", words, c.rounds, "1", "S, step 7", numbers=(change,))
+    parts, name = [c.last[name] for name in HEATED], "heat partition coefficient, rim, refined"
+    rows = [part_rows(part)[0] for part in parts] + [_fourier_number(part) for part in parts]
+    rows += [part_rows(part)[3] for part in parts]
+    yield from _refined(rows)
+    symbols = numbers(T_rim=c.last["rim"].bulk, T_lining=c.last["lining"].bulk)
+    share, simulated = c.last["rim"].share, c.before.simulated_share
+    yield Row(name, _law_words(c), share, "1", "S, step 7", simulated, OWN_LAW, symbols)
+    yield from _refined(_bulk(c.last))
+
+
+def _refined(rows: Iterable[Row]) -> Iterator[Row]:
+    return (row._replace(name=f"{row.name}, refined") for row in rows)
+
+
+def _layers(c: Chain) -> Iterator[Row]:
+    b, course, run, simulated = c.after, c.schmidt, c.after.layered, None
+    words = "½ (t_{j−1} + t_{j+1})"
+    formula = f"{words}, " + ("falling power" if b.run is None else "the run's own heat")
+    symbols = numbers(a=b.rim.diffusivity, q=b.flux, N=course.depth.size - 2)
+    yield Row("maximum face temperature", formula, c.face_peak, "K", "S-28", b.peak, SCHEME, symbols)
+    end = [float(np.interp(b.time, course.t, column)) for column in course.temperature.T]
+    for place, part in {"face": 0.0, "1/4": 0.25, "1/2": 0.5, "3/4": 0.75, "back": 1.0}.items():
+        x = b.rim_thickness * part
+        if run is not None:
+            simulated = np.interp(x, run.profile_depth, run.profile[-1])
+        at, value = (Number("x", float(x), "m"),), np.interp(x, course.depth, end)
+        yield Row(f"rim at the end, {place}", words, value, "K", "S-28", simulated, SCHEME, at)
+    drop, simulated = np.max(course.temperature[:, 0] - course.temperature[:, -1]), run and run.drop
+    symbols = numbers(δ=b.rim_thickness)
+    yield Row("maximum drop over the rim", "t_1 − t_N over time", drop, "K", "S-29", simulated, SCHEME, symbols)
+    yield from (*_rim_thickness(c), *_lining_thickness(c))
+    symbols = numbers(Number("T_0", c.lining_body, "K"), T_f=c.face_peak, τ=b.time, δ=b.lining_thickness)
+    why = "the formula starts from a lining of one temperature; the run's has the heat of earlier brake applications"
+    name, formula, (back, simulated) = "lining's back after the braking", "T_0 + (T_f − T_0) θ(a τ/δ²)", c.lining_back
+    yield Row(name, formula, back, "K", "Carslaw & Jaeger §3.4", simulated, why, symbols)
+
+
+def _rim_thickness(c: Chain) -> Iterator[Row]:
+    """For this brake application; in a duty of several also for the heat of all, without cooling."""
+    b, limit, rational = c.after, c.limits["lining_permissible"], []
+    cases = {"braking": (b.metal_heat / b.track_area, limit - c.start["rim"])}
+    if b.run is not None and b.several:
+        heat = b.share * float(b.power.heat) * b.run.total_work / b.track_area
+        cases["whole duty"] = heat, limit - float(b.start)
+    depth, symbols = float(penetration_depth(float(b.rim.diffusivity), b.time)), numbers(a=b.rim.diffusivity, τ=b.time)
+    name, formula = "thickness that heat reaches, rim", "1.73 √(a τ), Fo = 1/3"
+    yield Row(name, formula, depth, "m", "S, steps 1, 2", numbers=symbols)
+    capacity = Number("ρ c", float(b.rim.density * b.rim.specific_heat), "J/(m^3*K)")
+    for name, (heat, rise) in cases.items():
+        case = rational_rim_thickness(b.rim, b.time, heat=heat, rise=rise)
+        rational.append(Number(f"δ, {name}", case.rational, "m"))
+        symbols = Number("Q", heat, "J/m^2"), capacity, Number("ΔT_p", rise, "K")
+        name = f"thickness that holds the heat, {name}"
+        yield Row(name, "Q/(ρ c ΔT_p)", case.storage, "m", "energy", numbers=symbols)
+    why = (
+        "the run has the scene's thickness, which also carries load and wears; air and flange take heat in a long duty"
+    )
+    course, thickness = c.before.run and c.before.run.rim, max(number.value for number in rational)
+    yield _rational("rim", thickness, course and course.wall.thickness, why, rational)
+
+
+def _lining_thickness(c: Chain) -> Iterator[Row]:
+    """For this brake application; in a duty of several also that which keeps the back cool over all."""
+    b, back = c.after, c.limits["back_permissible"]
+    cases = {"braking": (b.time, c.face_peak, c.lining_body)}
+    if b.run is not None and b.several:  # as if the rim had been as warm all the time
+        capacity = float(b.rim.density * b.rim.specific_heat)
+        warm = c.start["rim"] + b.metal_heat / (b.track_area * b.rim_thickness * capacity)
+        cases["whole duty"] = float(b.run.t[-1]) - float(b.scene.initial.time), warm, float(b.start)
+    a = b.lining.diffusivity
+    depth, symbols = float(penetration_depth(float(a), b.time)), numbers(a=a, τ=b.time)
+    yield Row("thickness that heat reaches, lining", "1.73 √(a τ)", depth, "m", "S, steps 1, 2", numbers=symbols)
+    rational = [Number("δ, heat reaches", depth, "m")]
+    formula = "√(a τ/Fo_p), θ(Fo_p) = (T_p − T_0)/(T_f − T_0)"
+    for name, (time, face, start) in cases.items():
+        case = rational_lining_thickness(b.lining, time, face=face, back=back, start=start)
+        rational.append(Number(f"δ, {name}", case.insulation, "m"))
+        cool = Number("T_p", back, "K"), Number("T_0", start, "K")
+        name, symbols = f"thickness that keeps the back cool, {name}", (*numbers(a=a, τ=time, T_f=face), *cool)
+        yield Row(name, formula, case.insulation, "m", "Carslaw & Jaeger §3.4", numbers=symbols)
+    why = "the run has the scene's thickness, of which a part is there to wear"
+    course, thickness = c.before.run and c.before.run.lining, max(number.value for number in rational)
+    yield _rational("lining", thickness, course and course.wall.thickness, why, rational)
+
+
+def _rational(part: str, thickness: float, simulated: Any, why: str, of: list[Number]) -> Row:
+    name, formula = f"rational thickness, {part}", "maximum of these"
+    return Row(name, formula, thickness, "m", "S, step 8", simulated, why, tuple(of))
+
+
+def _surface(c: Chain) -> Iterator[Row]:
+    b, maximum = c.after, list(maximum_rows(c.after))
+    yield from (*maximum[1:], *maximum[:1], falling_row(b))
+    time, power, work = b.layered.at_peak if b.layered is not None else (None, None, None)
+    why, symbols, source = "the power does not fall linearly from the first moment", numbers(τ_T=b.time), "S, step 9"
+    for name, formula, value, simulated in (
+        ("relative time of the maximum", "τ/τ_T = 1/2, half-space under falling power", 0.5, time),
+        ("relative power then", "τ_N = 2 (1 − τ/τ_T)", 1, power),
+        ("relative work then", "τ_W = 2 τ/τ_T − (τ/τ_T)²", 0.75, work),
+    ):
+        yield Row(name, formula, value, "1", source, simulated, why, symbols)
+
+
+def _balance(c: Chain) -> Iterator[Row]:
+    b, run, time, gained = c.after, c.after.run, None, None
+    why = "linings, flange and air take from the rim, or give to it, while it is braked"
+    symbols = numbers(α=b.share, W=b.heat)
+    yield Row("heat into the rim", "α W", b.metal_heat, "J", "S-18", b.kept, why, symbols)
+    if run is not None:
+        angle = np.concatenate([[0.0], np.cumsum(0.5 * np.abs(run.omega[1:] + run.omega[:-1]) * np.diff(run.t))])
+        if angle[-1] >= 8 * math.pi:
+            end = float(np.interp(8 * math.pi, angle, run.t))
+            time, work = end - float(run.t[0]), float(np.interp(end, run.t, run.work))
+            gained = b.share * float(b.power.heat) * work
+    faster = "the first four revolutions are faster than the mean, and their power differs"
+    net = None if b.kept is None else b.kept / (b.track_area * b.time)
+    beside = {"time of four revolutions": (time, faster), "heat gained in it": (gained, faster)}
+    beside["mean net flux"] = net, why
+    for row in balance_rows(b):
+        simulated, reason = beside.get(row.name, (None, ""))
+        yield row._replace(simulated=simulated, why=reason)
+
+
+def _stress(c: Chain) -> Iterator[Row]:
+    b, why = c.after, "the power is not that of a linear fall, and the covered track takes more than the mean"
+    yield from stress_rows(b)
+    name, formula = "maximum gradient at the face", "2 q/λ: initially falling power"
+    gradient, simulated = b.initial_flux / b.rim_conductivity, b.layered and b.layered.gradient
+    symbols = numbers(q=b.flux, λ=b.rim_conductivity)
+    yield Row(name, formula, gradient, "K/m", "S-23", simulated, why, symbols)
+
+
+def _operation(c: Chain) -> Iterator[Row]:
+    b, work = c.before, None
+    if b.run is not None:
+        work = b.run.work[-1] if b.several else b.run.total_work
+    stop = list(stop_rows(b, b.hardest_time, b.hardest_angle, work))
+    yield from (*stop[2::-1], *stop[3:], *operation_rows(b))  # the stopping time first
+    why = "the formula leaves out the angle at which the band leaves a lining, and takes the initial friction"
+    yield pressure_row(b)._replace(simulated=b.run_pressure, why=why)
+
+
+def _margins(c: Chain) -> Iterator[Row]:
+    """What is left to the permissible values: the end of step 12."""
+    b, run, limits, (work, time) = c.before, c.before.run, c.limits, c.before.stopping_load
+    of_run = run and b.work / (b.lining_area * b.time)
+    stress = c.after.run_stress and abs(c.after.run_stress[1])
+    compared = "as the value compared with the limit"
+    hottest = "the run's is the hottest lining's face, hotter than the rim by contact resistance and unequal work"
+
+    def margin(name: str, formula: str, unit: str, limit: Any, value: Any, in_run: Any, why: str = compared) -> Row:
+        if limit is None or value is None:
+            return Row(f"margin, {name}", formula, None, unit)
+        symbols, simulated = (Number("permissible", limit, unit), Number("found", value, unit)), None
+        if in_run is not None:
+            simulated = limit - in_run
+        return Row(f"margin, {name}", formula, limit - value, unit, "S, step 12", simulated, why, symbols)
+
+    face, back = limits["lining_permissible"], limits["back_permissible"]
+    yield margin("face of the linings", "T_p − T_max", "K", face, c.face_peak, run and run.face, hottest)
+    yield margin("back of the linings", "T_p − T_back", "K", back, *c.lining_back)
+    yield margin("stress of the rim", "σ_p − |σ|", "Pa", c.after.elastic.permissible, abs(c.after.stress), stress)
+    limit, words = limits.get("pressure_permissible"), "permissible − mean"
+    yield margin("pressure", words, "Pa", limit, b.pressure, b.run_pressure)
+    limit, mean = limits.get("power_permissible"), work / (b.lining_area * time)
+    yield margin("power load", words, "W/m^2", limit, mean, of_run)
+
+
+#: steps in the order of S
+STEPS: dict[str, Callable[[Chain], Iterable[Row]]] = {
+    "effective thermal penetration depth": _depths,
+    "Fourier numbers": lambda c: map(_fourier_number, c.first.values()),
+    "effective volumes": lambda c: (part_rows(part)[3] for part in c.first.values()),
+    "partition of the heat": _partition,
+    "mean bulk temperatures": lambda c: _bulk(c.first),
+    "properties at these temperatures, where above 150 °C": _properties,
+    "depth, Fourier numbers, volumes, partition repeated": _repeated,
+    "temperatures of the layers, rational thickness": _layers,
+    "maximum temperature of the friction surface": _surface,
+    "heat balance": _balance,
+    "thermal stress of the rim": _stress,
+    "operating characteristics": _operation,
 }
 
 
-# --- the steps --------------------------------------------------------------------------------------------------------
-
-_LINES = read("steps.csv")
-#: steps in the order of S
-STEPS = [line["title"] for line in _LINES if line["title"]]
-
-
-def _verdict(row: SynthesisRow) -> str:
-    """Within limit or exceeded by the estimate, and by the run where its verdict differs."""
-    by_estimate, by_run = (
-        None if margin is None else LimitVerdict.WITHIN if margin >= 0 else LimitVerdict.EXCEEDED
-        for margin in (row.value, row.simulated)
-    )
-    return f"{by_estimate}" if by_run in (None, by_estimate) else f"{by_estimate}, in the run {by_run}"
-
-
 def _rows_of(c: Chain) -> Iterator[SynthesisRow]:
-    """All rows in the order of `steps.csv`: a line is a row for the object at a place of the chain.
-
-    - `place`: a path; several objects have a row each;  `ending` of the name
-    - `formula`, `simulated`, `why`: in place of those of `rows.csv`
-    """
-    known = {(row.table, row.name): row for row in ROWS}
-    for line in _LINES:
-        other = {key: line[key] for key in ("formula", "simulated", "why") if line[key]}
-        row = dataclasses.replace(known[line["table"], line["row"]], **other)
-        place = look(c, line["place"]) if line["place"] else c
-        for context in place.values() if isinstance(place, Mapping) else place if isinstance(place, list) else [place]:
-            for one in row.at(context):
-                told: dict[str, Any] = vars(one) | {"name": one.name + line["ending"]}
-                found = SynthesisRow(**told, step=int(line["step"]), numbers=tuple(row.put_in(context)))
-                yield dataclasses.replace(found, verdict=_verdict(found)) if row.table == "margin" else found
+    """The rows of all steps, with the verdicts of the limits."""
+    for number, rows in enumerate(STEPS.values(), 1):
+        for row in Row.present(rows(c)):
+            yield SynthesisRow(*row[:7], number, row.numbers)
+    for row in Row.present(_margins(c)):
+        estimated, simulated = (
+            None if margin is None else LimitVerdict.WITHIN if margin >= 0 else LimitVerdict.EXCEEDED
+            for margin in (row.value, row.simulated)
+        )
+        verdict = f"{estimated}" if simulated in (None, estimated) else f"{estimated}, in the run {simulated}"
+        yield SynthesisRow(*row[:7], len(STEPS), row.numbers, verdict)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -544,8 +595,8 @@ def synthesize(
     if wrong:
         raise InputError(wrong)
     before, about = braking_of(run, data)
-    if before.several:
-        before = dataclasses.replace(before, stop=classical_stop(there(before.run).then))
+    if before.run is not None and before.several:
+        before = dataclasses.replace(before, stop=classical_stop(before.run.then))
     start = _start_temperatures(before)
     first, last, count, change = refine(before, start, partition, tolerance, rounds)
     settled = permissible.settled(before.scene)

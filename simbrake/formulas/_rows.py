@@ -1,0 +1,428 @@
+"""Every estimate once, by subject: its name, formula, value, source, simulated value, and why the two differ."""
+
+from collections.abc import Callable, Iterable, Iterator
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from ..loads import AbstractHookLoad
+from ..thermal._heat import shares_of_S
+from ._braking import Braking
+from ._heated import HeatedPart, RunValues
+from .contact import current_density, real_contact_area, series_conductivity, series_resistance
+from .heating import (
+    effective_fourier_number,
+    fourier_parameter,
+    heat_balance,
+    maximum_temperatures,
+    reconstructed_surface_rise,
+    schmidt,
+    slab_rise,
+    stopping_slab_rise,
+    transmission_table,
+)
+from .statics import onset_at
+from .stress import plate_stress
+
+
+class Number(NamedTuple):
+    """A number put into a formula: its symbol, value and unit.
+
+    Example:
+        >>> str(sb.formulas.Number("R", 0.59, "m"))
+        'R = 0.59 m'
+    """
+
+    symbol: str
+    value: float
+    unit: str
+
+    def __str__(self) -> str:
+        return f"{self.symbol} = {self.value:.5g} {unit_text(self.unit)}".rstrip()
+
+
+def unit_text(unit: str) -> str:
+    """A unit as written after a number: nothing for a pure number."""
+    return "" if unit == "1" else unit
+
+
+_SYMBOLS = {
+    "1": "f n N Π α α_TP ε κ ν",
+    "m": "b l r_d s R_b δ",
+    "m^2": "A A_a A_l",
+    "m/s": "v",
+    "m^2/s": "a",
+    "s": "t τ τ_T",
+    "rad": "φ",
+    "rad/s": "ω ω_0",
+    "kg": "G",
+    "N": "T_0",
+    "N*m": "M_b",
+    "Pa": "E HB σ_p",
+    "J": "W",
+    "J/(kg*K)": "c",
+    "W/m^2": "q q_0 q_1",
+    "W/(m*K)": "λ",
+    "W/(m^2*K)": "h",
+    "W*s^0.5/(m^2*K)": "e e_1 e_2",
+    "K": "T T_a T_f T_lining T_rim T_v limit t_f t_s t_v",
+    "1/K": "α_T",
+}
+_UNITS = {symbol: unit for unit, symbols in _SYMBOLS.items() for symbol in symbols.split()}
+
+
+def numbers(*others: Number, **values: float) -> tuple[Number, ...]:
+    """Numbers put into a formula, by their symbols in the unit of these."""
+    return (*others, *(Number(symbol, float(value), _UNITS[symbol]) for symbol, value in values.items()))
+
+
+class Row(NamedTuple):
+    """One estimate, with the `numbers` put into its formula; a `value` that is `None` does not exist."""
+
+    name: str
+    formula: str
+    value: Any
+    unit: str
+    source: str = ""
+    simulated: Any = None
+    why: str = ""
+    numbers: tuple[Number, ...] = ()
+
+    @classmethod
+    def present(cls, rows: "Iterable[Row]") -> "Iterator[Row]":
+        """The rows that have a value, as plain numbers."""
+        for row in rows:
+            if row.value is not None:
+                simulated = None if row.simulated is None else float(row.simulated)
+                yield row._replace(value=float(row.value), simulated=simulated)
+
+
+# reasons why an estimate and a run differ that several rows have
+LEVER = "the lever takes time, the band stretches before it slides, hot linings rub less"
+OWN_LAW = "the simulated share is of where the heat enters by the scene's own law, before bodies exchange any"
+BULK = "2/3 is for power that falls linearly from the first moment, and G is all of the heated depth"
+SCHEME = "the scheme has no exchange with linings and air; constant properties; layers of another thickness"
+_SLAB = "the power does not fall linearly; rim and linings exchange heat with each other and the air"
+_FLASH = "the run's surface has no flash; S does not derive its factors; t_s holds the bulk, which t_v adds again"
+_STRESS = "the maximum difference comes before the end, while the power is high"
+_STAGED = (
+    "the lever takes time: until it reaches T_on the bandage rides along; the band stretches, hot linings rub less"
+)
+_K = "model §4, after K"
+
+
+# --- the stop ---------------------------------------------------------------------------------------------------------
+
+
+def stop_rows(b: Braking, time: float | None, angle: float | None, work: float | None) -> Iterator[Row]:
+    """The classical stop, beside time (s), angle (rad) and friction work (J) of a run."""
+    stop, run = b.stop, b.run
+    if stop is None:
+        return
+    R_b, T_0, M_b, omega_0 = b.R_b, b.T_0, stop.torque, b.omega
+    symbols = numbers(f=b.friction, n=b.scene.brake.linings.count)
+    yield Row("tension ratio", "Π = ∏ (1 + f z)/(1 − f z)", stop.ratio, "1", "Z-12…14", numbers=symbols)
+    symbols = numbers(R_b=R_b, T_0=T_0, Π=stop.ratio)
+    torque = run and run.torque.max()
+    yield Row("brake torque", "M_b = R_b T_0 (Π − 1)", M_b, "N*m", "Z-17", torque, LEVER, symbols)
+    symbols = numbers(ω_0=omega_0, M_b=M_b)
+    yield Row("stopping time", "t = J ω_0/(M_b − M)", stop.time, "s", "Z-18", time, LEVER, symbols)
+    symbols = numbers(ω_0=omega_0, t=stop.time)
+    yield Row("stopping angle", "φ = ω_0 t/2", stop.angle, "rad", "", angle, LEVER, symbols)
+    why = "a longer travel adds work of the load, and the energy that stretches the band is not friction work"
+    yield Row("friction work", "W = M_b φ", stop.work, "J", "", work, why, numbers(M_b=M_b, φ=stop.angle))
+    power = run and np.max(np.diff(run.work) / np.diff(run.t))  # means over neighbouring times
+    symbols = numbers(M_b=M_b, ω_0=omega_0)
+    yield Row("initial friction power", "P = M_b ω_0", stop.power, "W", "S-7", power, LEVER, symbols)
+
+
+def power_rows(b: Braking) -> Iterator[Row]:
+    """Shares of the friction work."""
+    split, booked = b.power.split(b.work), b.run and b.booked.split(b.work)
+    own = "the run has the shares of `Scene.power_shares`"
+    why = own if b.booked.heat < 1 else "in the run all of it is heat"
+
+    def share(name: str, words: str, part: str) -> Row:
+        return Row(name, f"share of {words} × W", getattr(split, part), "J", "S-8…11", getattr(booked, part, None), why)
+
+    yield share("work into heat", "heat", "heat")
+    yield share("electrical work", "electricity", "electrical")
+    if b.stop is not None:
+        heat, symbols = shares_of_S().split(b.stop.power).heat, numbers(M_b=b.stop.torque, ω_0=b.omega)
+        name, source = "heat power at the start, S-10", "S-10, one reading"
+        yield Row(name, "0.68 M_b ω_0", heat, "W", source, numbers=symbols)
+    yield share("mechanical work", "mechanical work", "mechanical")
+
+
+def stage_rows(b: Braking) -> Iterator[Row]:
+    """The stages of a staged brake, and the work of its pairs."""
+    stages, run, external, internal = b.stages, b.run, b.pair_runs.get("external"), b.pair_runs.get("internal")
+    metrics = {} if run is None else run.result.metrics
+    works = [0.0 if pair is None else float(pair.work[-1]) for pair in b.pair_runs.values()]
+    both = sum(works) if works else None
+    share = works[0] / both if both else None
+    slip = None if run is None else _internal_slip(run)
+    onset = Row(
+        "slack tension of internal slip",
+        "T_on = [R Σ f (N_pre − m r_m ω²) − J_b M/(J + J_b)]/[R_b (Π − 1) J/(J + J_b) − R Σ f (Π_i + Π_{i−1}) s_i]",
+        onset_at(b.scene, slip[1]) if slip else stages and stages.onset,
+        "N",
+        _K,
+        slip and slip[0],
+        "coefficients and load as at the start; a lever that begins above it releases the pair at once",
+    )
+    if stages is None:
+        yield onset
+        return
+
+    def row(name: str, formula: str, value: float, unit: str, simulated: Any, source: str = _K) -> Row:
+        return Row(name, formula, value, unit, source, simulated, _STAGED)
+
+    ratio = "Π = ∏ (1 + f z)/(1 − f z), band on linings"
+    yield Row("tension ratio", ratio, stages.ratio, "1", "Z-12…14")
+    yield onset
+    torque, formula = external and external.torque.max(), "M_ext = R_b T_0 (Π − 1)"
+    yield row("torque, external pair", formula, stages.external_torque, "N*m", torque, "Z-17")
+    formula = "M_int = R Σ f (N_i + N_pre − m r_m ω_b²) ≥ 0; its mean over stage 2"
+    torque = internal and internal.torque.max()
+    yield row("torque, both pairs slide", formula, stages.internal_torque, "N*m", torque)
+    formulas = (
+        "(J + J_b) ω_0/(M_ext − M) with T_0 ≤ T_on, else 0",
+        "J_b ∫ dω_b/(M_ext − M_int)",
+        "J ω_2/(M_3 − M), R_b (T_n − T_0) = M_3 = M_int(T_n)",
+    )
+    for i, formula in enumerate(formulas):
+        yield row(f"stage {i + 1}", formula, stages.times[i], "s", run and _stage_time(run, f"stage_{i + 1}"))
+    yield row("stopping time", "t_1 + t_2 + t_3", stages.time, "s", metrics.get("stopping_time"))
+    yield row("stopping angle", "∫ ω dt, stage by stage", stages.angle, "rad", metrics.get("stopping_angle"))
+    yield row("friction work", "W_ext + W_int", stages.work, "J", both)
+    one, other = works or (None, None)
+    yield row("friction work, external pair", "W_ext = M_ext φ_b", stages.external.work, "J", one)
+    formula = "W_int = ∫ M_int (ω − ω_b) dt + M_3 φ_3"
+    yield row("friction work, internal pair", formula, stages.internal.work, "J", other)
+    shares = (share, None if share is None else 1 - share)
+    for pair, value, simulated in zip(("external", "internal"), stages.shares, shares, strict=True):
+        yield row(f"share of the {pair} pair", "W of the pair/W", value, "1", simulated)
+
+
+def _internal_slip(run: RunValues) -> tuple[float, float] | None:
+    """Slack tension (N) and speed (rad/s) at which the internal pair breaks away."""
+    slips = [e.time for e in run.result.events if e.name == "internal_slip" and run.t[0] <= e.time <= run.t[-1]]
+    if not slips:
+        return None
+    s = run.result.series(np.asarray(slips[:1]))
+    return float(np.asarray(s.slack_tension)[0]), float(np.asarray(s.omega)[0])
+
+
+def _stage_time(run: RunValues, name: str) -> float:
+    """Duration (s) of a stage in the brake application of a run."""
+    stages = [stage for stage in run.result.stages if stage.end > run.t[0] and stage.start < run.t[-1]]
+    return sum((stage.duration for stage in stages if stage.name == name), 0.0)
+
+
+def operation_rows(b: Braking) -> Iterator[Row]:
+    """Tensions, travel and loads of the linings beside the hardest brake application of a run."""
+    stop, run, (work, time) = b.stop, b.run, b.stopping_load
+    if stop is not None:
+        why, T_0 = "the band holds against the load, is stretched before it slides, and hot linings rub less", b.T_0
+        tension = run and run.series.slack_tension.max()
+        yield Row("slack tension, maximum", "T_0 of the lever", T_0, "N", "", tension, why)
+        tension = run and run.series.tight_tension.max()
+        symbols = numbers(Π=stop.ratio, T_0=T_0)
+        yield Row("tight tension, maximum", "Π T_0", stop.ratio * T_0, "N", "Z-14", tension, why, symbols)
+        why = "as the stopping angle; a band that is stretched meanwhile slides less"
+        symbols = numbers(R_b=b.R_b, φ=stop.angle)
+        yield Row("friction travel", "R_b φ", b.R_b * stop.angle, "m", "", run and run.slid, why, symbols)
+        load = b.scene.duty.load
+        if isinstance(load, AbstractHookLoad):
+            angle = b.hardest_angle
+            simulated = None if angle is None else load.travelled(angle)
+            symbols = numbers(r_d=load.drum_radius, n=load.line_count)
+            travel, why = load.travelled(stop.angle), "as the stopping angle"
+            yield Row("hook travel", "r_d φ/n", travel, "m", "", simulated, why, symbols)
+    else:
+        torque = b.work * b.R_b / b.travel if b.travel else None
+        yield Row("mean brake torque", "W/φ", torque, "N*m", "energy", numbers=numbers(W=b.work))
+        yield Row("friction work", "of the braking", b.work, "J", "run", numbers=numbers(τ=b.time))
+    area, why = b.lining_area, "as friction work and stopping time"
+    symbols = numbers(W=work, A_l=area)
+    yield Row("energy load of the linings", "W/A_l", work / area, "J/m^2", "S-7", run and b.work / area, why, symbols)
+    simulated, symbols = run and b.work / (area * b.time), numbers(W=work, A_l=area, τ=time)
+    name, power = "power load of the linings, mean", work / (area * time)
+    yield Row(name, "W/(A_l τ)", power, "W/m^2", "S-7", simulated, why, symbols)
+
+
+# --- heat -------------------------------------------------------------------------------------------------------------
+
+
+def part_rows(part: HeatedPart) -> tuple[Row, Row, Row, Row]:
+    """Thermal penetration depth, Fourier number, parameter B and effective volume of a heated part."""
+    name, a, time, depth, thickness = part.name, part.diffusivity, part.time, part.depth, part.thickness
+    Fo, B = effective_fourier_number(a, time, thickness), fourier_parameter(a, thickness)
+    symbols = numbers(a=a, τ=time)
+    b = Row(f"thermal penetration depth, {name}", "b = 1.73 √(a τ)", depth, "m", "S, step 1", numbers=symbols)
+    symbols, formula = numbers(a=a, τ=time, δ=thickness, b=depth), "a τ/δ², or 1/3 while b ≤ δ"
+    fourier = Row(f"Fourier number, {name}", formula, Fo, "1", "S-15, step 2", numbers=symbols)
+    parameter = Row(f"parameter B, {name}", "a/δ²", B, "1/s", "S, table 1")
+    symbols = numbers(A=part.area, b=depth, δ=thickness)
+    volume = Row(f"effective volume, {name}", "A min(b, δ)", part.volume, "m^3", "S, step 3", numbers=symbols)
+    return b, fourier, parameter, volume
+
+
+def partition_rows(b: Braking) -> list[Row]:
+    """Heat partition coefficient of the metal by two laws."""
+    name, simulated = "heat partition coefficient", b.simulated_share
+    symbols = numbers(e_1=b.metal.effusivity, e_2=b.lining.effusivity)
+    formula, share = "e_1/(e_1 + e_2)", b.effusivity_share
+    charron = Row(f"{name}, {b.part}, effusivities", formula, share, "1", "Charron", simulated, OWN_LAW, symbols)
+    if b.part == "band":
+        return [charron]
+    K_1, K_2 = (float(np.asarray(K)) for K in transmission_table().transmissions(jnp.asarray(b.start_now)))
+    name, symbols = f"{name}, rim, transmission", numbers(T=b.start_now)
+    return [charron, Row(name, "K_1/(K_1 + K_2)", K_1 / (K_1 + K_2), "1", "S-41; V2", simulated, OWN_LAW, symbols)]
+
+
+def stack_rows(b: Braking) -> Iterator[Row]:
+    """Lining and band one after the other."""
+    if b.part == "rim":
+        thickness = [b.lining_thickness, b.band_thickness]
+        conductivity = [float(b.lining.conductivity), float(b.band.conductivity)]
+        each = [d / (k * b.lining_area) for d, k in zip(thickness, conductivity, strict=True)]
+        mean, resistance = series_conductivity(thickness, conductivity), series_resistance(*each)
+        yield Row("conductivity, lining and band", "Σδ/Σ(δ/λ)", mean, "W/(m*K)", "S-30")
+        yield Row("resistance, lining and band", "Σ δ/(λ A)", resistance, "K/W", "S-30")
+
+
+def temperature_rows(b: Braking) -> Iterator[Row]:
+    """Temperatures of the metal: bulk, surface, and their maximum."""
+    T, q_0, time, bulk = b.start_now, b.initial_flux, b.time, b.heated.bulk
+    carslaw, name = "Carslaw & Jaeger §3.8", "surface temperature"
+
+    def slab_peak(rise: Callable[..., Any]) -> float:
+        """Maximum temperature (K) of the surface of a slab under a flux that falls linearly."""
+        return T + float(np.max(rise(q_0, time * np.linspace(0.0, 1.0, 1025), time, b.metal_thickness, b.metal)))
+
+    yield Row("bulk temperature, mean", "T + (2/3) a W/(c G)", bulk, "K", "S-25", b.simulated_bulk, BULK)
+    why = "heat exchanged with linings and air during the brake application, properties that change with temperature"
+    yield Row("bulk temperature, end", "T + a W/(c G_rim)", b.end, "K", "", b.simulated_end, why)
+    plate, simulated = (
+        T + float(slab_rise(b.flux, time, b.metal_thickness, b.metal)),
+        b.layered and b.layered.surface[-1],
+    )
+    why = "the power falls towards the end, when the formula is hottest"
+    formula = "slab, adiabatic back, t = τ"
+    yield Row(f"{name}, constant flux", formula, plate, "K", carslaw, simulated, why)
+    yield falling_row(b)
+    symbols, formula = numbers(T=T, q_0=q_0, τ=time), "slab, adiabatic back, q_0 (1 − t/τ), its maximum"
+    slab, of_S = slab_peak(stopping_slab_rise), slab_peak(reconstructed_surface_rise)
+    yield Row(f"{name}, falling flux, slab", formula, slab, "K", carslaw, b.peak, _SLAB, symbols)
+    formula, source = "T + (α W/(λ A τ)) δ [τ_N/3 + Fo τ_W − third term]", "S-24, third term lost: reconstructed"
+    yield Row(f"{name}, S-24", formula, of_S, "K", source, b.peak, _SLAB, symbols)
+    yield from maximum_rows(b)
+    if b.run_schmidt is None:
+        course = schmidt(b.metal, b.metal_thickness, 40, time, b.flux, start=T)
+        end = np.interp(time, course.t, course.temperature[:, 0])
+        yield Row(f"{name}, Schmidt", "½ (t_{j−1} + t_{j+1}), constant flux", end, "K", "S-28")
+    else:
+        peak, formula = np.max(b.run_schmidt.temperature[:, 0]), "½ (t_{j−1} + t_{j+1}), the run's own heat"
+        yield Row(f"{name}, Schmidt", formula, peak, "K", "S-28", b.peak, SCHEME)
+
+
+def falling_row(b: Braking) -> Row:
+    """Surface of a half-space under a flux that falls linearly."""
+    formula, source = "half-space, q_0 (1 − t/τ), t = τ/2", "Carslaw & Jaeger §2.9"
+    why, value = "the power does not fall linearly; a half-space has no back", b.start_now + b.falling_rise
+    symbols = numbers(T=b.start_now, q_0=b.initial_flux, τ=b.time, e=b.metal.effusivity)
+    return Row("surface temperature, falling flux", formula, value, "K", source, b.peak, why, symbols)
+
+
+def maximum_rows(b: Braking) -> Iterator[Row]:
+    """Flash temperature, and the maximum temperature in S's combinations; none at rest."""
+    if b.flash is None:
+        return
+    T, t_v, t_s, t_f, name = b.start_now, b.heated.rise, b.falling_rise, b.flash, "maximum temperature"
+    symbols = numbers(v=b.speed, f=b.friction, HB=b.hardness, l=b.spot_length)
+    yield Row("flash temperature, rise", "(2 q/λ) √(a l/(π v))", t_f, "K", "Blok, Jaeger", numbers=symbols)
+    of_S26, of_S27, plain = (T + rise for rise in maximum_temperatures(t_v, t_s, t_f))
+    symbols = numbers(T=T, t_s=t_s, t_v=t_v, t_f=t_f)
+    yield Row(f"{name}, S-26", "T + t_s + t_f/3", of_S26, "K", "S-26", b.peak, _FLASH, symbols)
+    formula = "T + t_v + t_s/3 + t_f/3"
+    yield Row(f"{name}, S-27", formula, of_S27, "K", "S-27, doubtful scan", b.peak, _FLASH, symbols)
+    yield Row(f"{name}, sum", "T + t_v + t_s + t_f", plain, "K", "", b.peak, _FLASH, symbols)
+
+
+# --- contact, and the rim alone ---------------------------------------------------------------------------------------
+
+
+def pressure_row(b: Braking) -> Row:
+    """Mean pressure of the linings."""
+    symbols = numbers(W=b.work, s=b.travel, A_l=b.face_area)
+    return Row("pressure, mean", "W/(f s A_l)", b.pressure, "Pa", "S-7", numbers=symbols)
+
+
+def contact_rows(b: Braking) -> Iterator[Row]:
+    """Real contact, surfaces, and flow through the rim."""
+    yield pressure_row(b)
+    if b.pressure is not None:
+        area = real_contact_area(b.face_area, b.pressure, b.hardness)
+        yield Row("real contact area", "A_a p/HB", area, "m^2", "S-34")
+    drop, thickness, conductivity = b.layered and b.layered.drop, b.rim_thickness, b.rim_conductivity
+    if b.part == "rim":
+        yield Row("polished surface", "2 π R b", b.track_area, "m^2", "S-35")
+        yield Row("matte surfaces", "Σ A", b.matte_area, "m^2", "S-36")
+        formula = "ε σ (T² + T_a²)(T + T_a)"
+        yield Row("radiation coefficient", formula, b.radiation, "W/(m^2*K)", "S-37, 38")
+        why = "until the heat reaches the back of the rim, no heat leaves there and the flux varies over the depth"
+        stationary = b.flux * thickness / conductivity
+        yield Row("drop over the rim, stationary flux", "q δ/λ", stationary, "K", "S-23", drop, why)
+    if drop is not None:
+        flux = current_density(conductivity, drop, thickness)
+        yield Row("flux by the maximum drop", "λ ΔT/δ", flux, "W/m^2", "S-23")
+
+
+def balance_rows(b: Braking) -> list[Row]:
+    """Heat balance of the rim over four revolutions at the mean speed; none at rest."""
+    if not (b.omega > 0 and b.mean_omega > 0 and b.overlap > 0):
+        return []
+    q_1, h, area, kappa, T, T_a = b.lining_flux, b.coefficient, b.track_area, b.overlap, b.start_now, b.ambient
+    omega, coefficient = b.mean_omega, h + b.radiation
+    balance = heat_balance(q_1, overlap=kappa, coefficient=coefficient, surface=T, ambient=T_a, omega=omega, area=area)
+    formula, air = "κ q_1 − (1 − κ) h (T − T_a)", numbers(h=h, ε=b.emissivity, T=T, T_a=T_a, κ=kappa)
+    mean = numbers(q_1=q_1, κ=kappa, h=h, ε=b.emissivity, T=T, T_a=T_a)
+    covered, gained = numbers(A_l=b.face_area, A_a=area), numbers(q_1=q_1, A_a=area, κ=kappa)
+    turns, lost = numbers(n=4, ω=omega), "h (T − T_a) A_a (1 − κ) τ"
+    return [
+        Row("overlap coefficient", "κ = ΣA_l/A_a", kappa, "1", "S-21", numbers=covered),
+        Row("time of four revolutions", "τ = 2 π n/ω", balance.time, "s", "S-17", numbers=turns),
+        Row("heat gained in it", "q_1 A_a κ τ", balance.gained, "J", "S-18", numbers=gained),
+        Row("heat rejected in it", lost, balance.lost, "J", "S-19", numbers=air),
+        Row("mean net flux", formula, balance.mean_flux, "W/m^2", "S-21", numbers=mean),
+    ]
+
+
+def stress_rows(b: Braking) -> Iterator[Row]:
+    """Thermal stress of the rim: a slab under the mean flux, at the end."""
+    time, stress, ratio = b.run_stress or (None, None, None)
+    E, alpha, nu, permissible = b.elastic.young, b.elastic.expansion, b.elastic.poisson, b.elastic.permissible
+    symbols = numbers(E=E, α_T=alpha, ν=nu, q=b.flux, τ=b.time, δ=b.rim_thickness)
+    name, formula = "thermal stress", "−E α (T_s − T_m)/(1 − ν)"
+    yield Row(f"{name}, surface", formula, b.stress, "Pa", "model §6.3", stress, _STRESS, symbols)
+    depth = b.rim_thickness * np.linspace(0.0, 1.0, 401) ** 2
+    rise = np.asarray(slab_rise(b.flux, b.time, b.rim_thickness, b.rim, depth))
+    bent = plate_stress(rise, depth, b.elastic, restraint="none")[0]
+    formula, source = "plate without restraint", "Timoshenko & Goodier §132"
+    yield Row(f"{name}, free to bend", formula, bent, "Pa", source, numbers=symbols)
+    symbols = numbers(σ_p=permissible)
+    yield Row("stress over allowable", "|σ|/σ_p", b.stress_ratio, "1", "S, step 11", ratio, _STRESS, symbols)
+    end = b.layered and b.layered.duration
+    yield Row("time of maximum stress", "at the end: τ", end, "s", "", time, _STRESS)
+
+
+def rows_of_pair(b: Braking) -> Iterator[Row]:
+    """Rows of one pair: heated parts, shares, temperatures, contact; of a rim also balance and stress."""
+    for part in b.parts.values():
+        yield from part_rows(part)
+    yield from (*partition_rows(b), *stack_rows(b), *temperature_rows(b), *contact_rows(b))
+    if b.part == "rim":
+        yield from (*balance_rows(b), *stress_rows(b))
