@@ -393,24 +393,10 @@ def _all_at_limit(phase: Phase, reached: np.ndarray, n: int) -> list[Event]:
 
 def with_phases(events: list[Event], ends: list[Event]) -> list[Event]:
     """A log with the ends of phases: at one instant after the stop that ends a phase, and before what follows."""
-    found, after = list(events), 0
-    for end in ends:
-        while after < len(found) and (found[after].time < end.time):
-            after += 1
-        here = [i for i in range(after, len(found)) if found[i].time == end.time and found[i].name == "stop"]
-        after = here[-1] + 1 if here else after
-        found.insert(after, end)
-        after += 1
-    return found
-
-
-def marks_passed(excess: np.ndarray, row: np.ndarray) -> list[tuple[int, int]]:
-    """Samples `i` and marks `j` where mark `j` is passed between the samples `i` and `i + 1` of one step.
-
-    `excess` (samples, marks) is positive beyond a mark; a jump between two steps belongs to no crossing.
-    """
-    rises = (excess[:-1] <= 0) & (excess[1:] > 0) & (row[:-1] == row[1:])[:, None]
-    return [(int(i), int(j)) for i, j in np.argwhere(rises)]
+    stops = {event.time: i for i, event in enumerate(events) if event.name == "stop"}  # the last one of an instant
+    ranked = [((event.time, 0 if i <= stops.get(event.time, -1) else 2), event) for i, event in enumerate(events)]
+    ranked += [((end.time, 1), end) for end in ends]
+    return [event for _, event in sorted(ranked, key=lambda entry: entry[0])]
 
 
 # --- stages of a staged brake -----------------------------------------------------------------------------------------

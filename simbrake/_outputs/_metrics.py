@@ -22,8 +22,7 @@ from ..hybrid._arrays import Array, numpy_of
 from ..loads import Lever
 from ..shaft import names_of
 from ..thermal._heat import PowerSplit
-from ._capacity import can_lose_grip
-from ._probe import Instant, Probe, RunJit, ends_of, terminal_speed
+from ._probe import Instant, Probe, RunJit, can_lose_grip, ends_of, terminal_speed
 from ._quantities import thickness
 
 # --- strength of the band and travel of the lever ---------------------------------------------------------------------
@@ -203,21 +202,9 @@ def _slip_begins(before: Mode, after: Mode) -> Array:
     return slack & ((after.band == BandMode.ELASTIC) | slips(after.band))
 
 
-def _all_slide(before: Mode, after: Mode) -> Array:
-    return slips(after.band) & (before.band != after.band)
-
-
-def _internal_pair_slides(before: Mode, after: Mode) -> Array:
-    return (before.slides == 0) & (after.slides != 0)
-
-
 def _bandage_rests(before: Mode, after: Mode) -> Array:
     locks = (after.band == BandMode.HELD) & (before.band != BandMode.HELD) & (before.band != BandMode.OPEN)
     return locks & (after.slides != 0)
-
-
-def _a_lining_slides(before: Mode, after: Mode) -> Array:
-    return ((before.own.linings == 0) & (after.own.linings != 0)).any(axis=1)
 
 
 def holds(mode: Mode) -> Array:
@@ -253,10 +240,6 @@ def _stopping_angle(record: Record, scene: Scene) -> Array:
     return _first(record, _stops, record.states.phi)
 
 
-def _terminal_speed(record: Record, scene: Scene) -> Array:
-    return terminal_speed(record)
-
-
 def _hook_travel(record: Record, scene: Scene) -> Any:
     travel, system = scene.duty.load.travelled(_stopping_angle(record, scene)), record.system
     if travel is None:
@@ -264,11 +247,6 @@ def _hook_travel(record: Record, scene: Scene) -> Any:
     if not isinstance(system, BrakeUnderRope):
         return travel
     return travel + _first(record, _stops, jax.vmap(system.stretched)(record.states, record.modes))
-
-
-def _total_travel(record: Record, scene: Scene) -> Any:
-    _, end = ends_of(record)
-    return hook_travel_at(record.system, scene, *end[1:])  # pyright: ignore
 
 
 def hook_travel_at(system: BrakeSystem, scene: Scene, y: State, mode: Mode) -> Any:
@@ -417,7 +395,12 @@ METRICS: dict[str, Metric] = {
     "slip_onset_time": Metric(
         "s", "first onset of slip t0: the band is taut", "Onset of slip t₀", _time_of(_slip_begins)
     ),
-    "full_slip_time": Metric("s", "first time at which every lining slides, t1", "Full slip t₁", _time_of(_all_slide)),
+    "full_slip_time": Metric(
+        "s",
+        "first time at which every lining slides, t1",
+        "Full slip t₁",
+        _time_of(lambda before, after: slips(after.band) & (before.band != after.band)),
+    ),
     "stopping_time": Metric(
         "s", "first time at which the brake brings the pulley to rest", "Stopping time", _time_of(_stops)
     ),
@@ -425,7 +408,7 @@ METRICS: dict[str, Metric] = {
         "rad/s",
         "steady speed at which the torques of the end balance the load",
         "Terminal speed",
-        _terminal_speed,
+        lambda record, scene: terminal_speed(record),
         _SHAFT,
     ),
     "stopping_angle": Metric(
@@ -440,7 +423,11 @@ METRICS: dict[str, Metric] = {
         shown_anyway=True,
     ),
     "total_hook_travel": Metric(
-        "m", "travel of the hook from the start to the end of the run", "Hook travel of the run", _total_travel, _HOOK
+        "m",
+        "travel of the hook from the start to the end of the run",
+        "Hook travel of the run",
+        lambda record, scene: hook_travel_at(record.system, scene, *ends_of(record)[1][1:]),
+        _HOOK,
     ),
     "max_hook_load": Metric(
         "N",
@@ -479,7 +466,7 @@ METRICS: dict[str, Metric] = {
         "s",
         "first time at which the internal pair slides",
         "First internal slip",
-        _time_of(_internal_pair_slides),
+        _time_of(lambda before, after: (before.slides == 0) & (after.slides != 0)),
         _BANDAGE,
     ),
     "external_lock_time": Metric(
@@ -493,7 +480,7 @@ METRICS: dict[str, Metric] = {
         "s",
         "first time at which a lining slides by itself",
         "First slip of a lining",
-        _time_of(_a_lining_slides),
+        _time_of(lambda before, after: ((before.own.linings == 0) & (after.own.linings != 0)).any(axis=1)),
         _CHAIN,
     ),
     "greatest_wear": Metric(

@@ -527,19 +527,12 @@ def pair_column(name: str) -> tuple[str, str] | None:
     return None if match is None else (match["pair"], match["column"])
 
 
-def unit_of_column(name: str) -> str:
-    """Unit of a column of `flat`, "" where it has none."""
-    of_pair = pair_column(name)
-    return SERIES_COLUMNS[name].unit if of_pair is None else PAIR_COLUMNS[of_pair[1]].unit
-
-
-def meaning_of_column(name: str) -> str:
-    """Meaning of a column of `flat`."""
-    of_pair = pair_column(name)
-    if of_pair is None:
-        return SERIES_COLUMNS[name].meaning
-    pair, column = of_pair
-    return f"{pair} pair: {PAIR_COLUMNS[column].meaning}"
+def about_column(name: str) -> About:
+    """Unit and meaning of a column of `flat`."""
+    if (of_pair := pair_column(name)) is None:
+        return SERIES_COLUMNS[name]
+    about = PAIR_COLUMNS[of_pair[1]]
+    return about._replace(meaning=f"{of_pair[0]} pair: {about.meaning}")
 
 
 def flat(series: Series, *, pairs: bool) -> dict[str, Any]:

@@ -6,7 +6,7 @@ method itself.
 """
 
 import functools
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -15,13 +15,23 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int, PyTree
 
-from .._base._progress import piece
 from .._physics._brake import BrakeSystem
 from ..hybrid import ADVANCED, LANDED, SKIPPED, STOPPED, Record
 from ..hybrid._arrays import Array
 from ..hybrid._system import flatten, ravel
 from ._metrics import METRICS, Peak, held_share, holds, identity_of, passing
-from ._probe import Probe, RunJit, holding_at, is_traced_run, probe_at, record_of, rows_in_lanes, seen_at, small
+from ._probe import (
+    Probe,
+    RunJit,
+    holding_at,
+    in_lanes,
+    is_traced_run,
+    probe_at,
+    record_of,
+    rows_in_lanes,
+    seen_at,
+    small,
+)
 
 #: places in every step at which a run is sampled, both ends included; in a long run every part has many steps
 _SAMPLES, _SAMPLES_OF_LONG = 9, 5
@@ -49,15 +59,17 @@ class Steps(NamedTuple):
 
 
 class Wanted(NamedTuple):
-    """What is looked at beside forces and margins: metrics that are maxima over the run, and marks (`marks_of`)."""
+    """What is looked at beside forces and margins: metrics that are maxima over the run, and marks (`marks_of`); and
+    what is behind these names, for the cache of programs."""
 
     names: tuple[str, ...] = ()
     marks: tuple[str, ...] = ()
+    known: tuple[object, ...] = ()
 
-    @property
-    def known(self) -> tuple[object, ...]:
-        """What is behind the names, for the cache of programs."""
-        return tuple(map(identity_of, (*self.names, *self.marks)))
+    @classmethod
+    def of(cls, names: Iterable[str], marks: Iterable[str]) -> "Wanted":
+        names, marks = tuple(names), tuple(marks)
+        return cls(names, marks, tuple(map(identity_of, (*names, *marks))))
 
 
 class ScanColumns(NamedTuple):
@@ -143,53 +155,22 @@ def _sampled(
 
 
 def _sights(
-    system: BrakeSystem,
-    y_like: PyTree,
-    mode_like: PyTree,
-    steps: Steps,
-    wanted: Wanted,
-    samples: int,
-    known: tuple[object, ...],
+    system: BrakeSystem, y_like: PyTree, mode_like: PyTree, steps: Steps, wanted: Wanted, samples: int
 ) -> tuple[ScanColumns, Array, Array]:
-    """Return what is seen at the samples of all steps; `known`: that of `wanted`."""
+    """Return what is seen at the samples of all steps."""
     return _sampled(system, y_like, mode_like, steps, samples, lambda p: _sight(p, wanted))
 
 
-def _sights_inside(
-    record: Record, index: Array, h: Array, wanted: Wanted, known: tuple[object, ...]
-) -> tuple[ScanColumns, Array]:
+def _sights_inside(record: Record, index: Array, h: Array, wanted: Wanted) -> tuple[ScanColumns, Array]:
     """What is seen at `h` (s) after the start of the rows named, and the states, by partial steps of the method."""
     p = probe_at(record, index, h, still=True)
     return _sight(p, wanted), jax.vmap(lambda y: ravel(y, jnp.float64))(p.y)
 
 
 _sights_quick, _sights_optimised = (
-    RunJit(_sights, static_argnames=("wanted", "samples", "known"), quick=quick) for quick in (True, False)
+    RunJit(_sights, static_argnames=("wanted", "samples"), quick=quick) for quick in (True, False)
 )
-_sights_inside_compiled = RunJit(_sights_inside, static_argnames=("wanted", "known"), quick=True)
-
-
-def _block(record: Record) -> int:
-    """Steps sampled by one call: many are worthwhile only in long runs."""
-    long, few_states, many_states = _BLOCKS
-    return long if int(record.count) > _LONG else few_states if small(record) else many_states
-
-
-def _in_blocks(
-    record: Record, steps: Steps, wanted: Wanted, samples: int
-) -> tuple[ScanColumns, np.ndarray, np.ndarray]:
-    """`_sights` of any number of steps of a concrete record, in calls of one length, so that it compiles once."""
-    parts, count, length = [], len(steps.t0), _block(record)
-    sights = _sights_optimised if int(record.count) > _LONG else _sights_quick  # as the run itself was compiled
-    for start in range(0, count, length):
-        if count > length:  # shown as progress
-            piece(start // length, -(-count // length))
-        here = np.minimum(np.arange(start, start + length), count - 1)
-        block = Steps(*(column[here] for column in steps))
-        likes, used = (record.y_like, record.mode_like), count - start
-        found = sights(record.system, *likes, block, wanted=wanted, samples=samples, known=wanted.known)
-        parts.append(found if used >= length else jax.tree.map(lambda leaf, n=used: leaf[:n], found))
-    return parts[0] if len(parts) == 1 else jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
+_sights_inside_compiled = RunJit(_sights_inside, static_argnames="wanted", quick=True)
 
 
 # --- a run as it was scanned ------------------------------------------------------------------------------------------
@@ -219,22 +200,26 @@ class Scan:
         self.steps = self.steps._replace(y1=self._before_jumps(here, rows.kind[:count]))
         self.samples = _SAMPLES_OF_LONG if not self.traced and count > _LONG else _SAMPLES
         self.row, self.share = xp.repeat(here, self.samples), xp.tile(xp.linspace(0.0, 1.0, self.samples), count)
-        if not self.traced:
-            self._look_at_all_steps()
-
-    def _look_at_all_steps(self) -> None:
-        count = len(self.steps.t0)
+        if self.traced:
+            return
         if self.record.method.order >= _LONG_STEPS and count * self.samples <= _SHORT:
             self.seen, self._states = self._by_steps(self.row, self.share)
-            return
-        seen, self._f0, self._f1 = _in_blocks(self.record, self.steps, self.wanted, self.samples)
-        self.seen = jax.tree.map(lambda leaf: leaf.reshape(count * self.samples, *leaf.shape[2:]), seen)
+        else:
+            long, record, seeing = count > _LONG, self.record, {"wanted": self.wanted, "samples": self.samples}
+            sights = _sights_optimised if long else _sights_quick  # as the run itself was compiled
+            length = _BLOCKS[0 if long else 1 if small(record) else 2]
+            likes = record.system, record.y_like, record.mode_like
+
+            def look(*columns: Array) -> tuple[ScanColumns, Array, Array]:
+                return sights(*likes, Steps(*columns), **seeing)
+
+            seen, self._f0, self._f1 = in_lanes(look, *self.steps, lanes=length)
+            self.seen = jax.tree.map(lambda leaf: leaf.reshape(count * self.samples, *leaf.shape[2:]), seen)
 
     def _by_steps(self, row: Array, share: Array) -> tuple[ScanColumns, Array]:
         """What is seen at a share of the steps named, and the states there, by partial steps of the method."""
         span = share * (self.steps.t1[row] - self.steps.t0[row])
-        asked = {"wanted": self.wanted, "known": self.wanted.known}
-        return rows_in_lanes(self.record, lambda *given: _sights_inside_compiled(*given, **asked), row, span)
+        return rows_in_lanes(self.record, lambda *x: _sights_inside_compiled(*x, wanted=self.wanted), row, span)
 
     def _before_jumps(self, row: Array, kind: Array) -> Array:
         """States at the ends of all steps. Where nothing jumps, events change speeds by rounding alone."""

@@ -1,11 +1,8 @@
 """How near a run came to an instability: a load that outweighs the sliding brake, linings that lock themselves."""
 
-from typing import NamedTuple
-
 import numpy as np
 
 from .._base._table import number
-from .._parts._scene import Scene, self_locking_ratios
 from .._phases import Phases
 from .._physics._brake import BrakeSystem
 from .._physics._mechanism import BandMode, Mode, slips
@@ -20,43 +17,9 @@ _NEARLY = 1e-3
 _ROUNDING = 1e-9
 
 
-class Locking(NamedTuple):
-    """The lining (from 1) that is nearest self-locking: the ratio `f tan(β/2)` of a band, which locks at 1."""
-
-    lining: int
-    ratio: float
-
-    @property
-    def margin(self) -> float:
-        """`1 − ratio`: 0 or less where it locks itself."""
-        return 1.0 - self.ratio
-
-
-class Outweighed(NamedTuple):
-    """When a sliding brake under its maximum lever force outweighed the load the least: torques (N·m), time (s)."""
-
-    load: float
-    torque: float
-    time: float
-
-    @property
-    def margin(self) -> float:
-        """`torque/load − 1`: below 0 where the load speeds the pulley up."""
-        return self.torque / self.load - 1.0
-
-
-def nearest_locking(scene: Scene) -> Locking:
-    """The lining nearest self-locking, with its static friction at the start."""
-    ratios = self_locking_ratios(scene)
-    i = int(np.argmax(ratios))
-    return Locking(i + 1, float(ratios[i]))
-
-
-def least_outweighed(scan: Scan) -> Outweighed | None:
-    """The minimum of torque over load while the brake slides under its maximum lever force; `None` without a load.
-
-    At the ends and in the middle of all steps.
-    """
+def least_outweighed(scan: Scan) -> dict[str, float] | None:
+    """Load and torque (N·m) and time (s) at the minimum of torque over load while the brake slides under its maximum
+    lever force, at the ends and in the middle of all steps; `margin`: `torque/load − 1`. `None` without a load."""
     seen = scan.seen
     some = np.flatnonzero(_slides(scan) & _hardest(scan) & _coarse(scan) & (np.asarray(seen.omega) != 0))
     if not some.size:
@@ -67,7 +30,8 @@ def least_outweighed(scan: Scan) -> Outweighed | None:
     if not driven.size:
         return None
     k = int(driven[np.argmin(torque[driven] / load[driven])])
-    return Outweighed(float(load[k]), float(torque[k]), float(seen.t[some[k]]))
+    margin = float(torque[k]) / float(load[k]) - 1.0
+    return {"load": float(load[k]), "torque": float(torque[k]), "time": float(seen.t[some[k]]), "margin": margin}
 
 
 def shortage(scan: Scan, status: str) -> list[str]:

@@ -23,8 +23,8 @@ from .._base._progress import Progress, shown_progress
 from .._base._table import Column, Number, Table, digits, number
 from .._outputs._duty import stop_table
 from .._outputs._metrics import METRICS
+from .._outputs._quantities import about_column
 from .._outputs._quantities import flat as flat_series
-from .._outputs._quantities import unit_of_column
 from .._parts._scene import Scene, paths_without_meaning
 from .._run._accuracy import SCOPE, Accuracy, accuracy
 from .._run._measure import (
@@ -438,7 +438,7 @@ def series_table(result: Result, count: int = 1001) -> tuple[list[str], Float[np
     names: list[str] = []
     columns: list[np.ndarray] = []
     for name, column in flat_series(series, pairs=result.tells_pairs_apart).items():
-        values, unit = np.asarray(column), f" [{unit_of_column(name)}]" if unit_of_column(name) else ""
+        values, unit = np.asarray(column), f" [{about_column(name).unit}]" if about_column(name).unit else ""
         each = ["_".join(str(i + 1) for i in place) for place in np.ndindex(values.shape[1:])]
         labels = result.nodes if name == "temperature" else each
         names += [name + unit] if values.ndim == 1 else [f"{name}_{label}{unit}" for label in labels]

@@ -10,7 +10,6 @@ from typing import Any, NamedTuple
 
 import jax
 import numpy as np
-from jaxtyping import Float
 
 from .._base._faults import Fault, InputError
 from .._base._table import Column, Number, Table, Tabular, digits, number, plain, pretty
@@ -75,11 +74,7 @@ def kinds_of(record: Record) -> list[Kind]:
     return found
 
 
-def _temperatures_of(thermal: Any, u: Float[np.ndarray, "m nodes"]) -> Any:
-    return jax.vmap(thermal.temperatures)(u)
-
-
-_temperatures = RunJit(_temperatures_of, quick=True)
+_temperatures = RunJit(lambda thermal, u: jax.vmap(thermal.temperatures)(u), quick=True)
 
 
 # --- two runs, segment by segment -------------------------------------------------------------------------------------

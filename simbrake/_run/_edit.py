@@ -87,13 +87,9 @@ def parse_assignments(assignments: list[str]) -> dict[str, Any]:
         if not equals or not path or not value:
             faults.append(Fault(text, "is not of the form path=value", "as in brake.band.stiffness=2e5"))
             continue
-        if value.lower() == "none":
-            values[path] = None
-            continue
-        try:
-            values[path] = np.asarray(float(value))
-        except ValueError:
-            values[path] = value  # a list, or a number with its unit, which is read where the path is known
+        # (a list, or a number with its unit, is read where the path is known)
+        known = None if value.lower() == "none" else value
+        values[path] = np.asarray(float(value)) if known and _is_float(value) else known
     if faults:
         raise InputError(faults)
     return values

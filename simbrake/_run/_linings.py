@@ -461,13 +461,6 @@ def overlaps(angle: Float[np.ndarray, " n"], count: int, psi: Float[np.ndarray, 
     return np.clip(angle[:, None] - ahead, 0, width) + np.clip(ahead + width - 2 * math.pi, 0, angle[:, None])
 
 
-def _rates(result: Result, pair: str, rate: WearRate, index: np.ndarray, h: np.ndarray) -> tuple[Array, Array]:
-    """Speed of the bandage and wear rates of the stations."""
-    p: Probe = probe_many(record_of(result), index, h)
-    worn = np.asarray(wearing(rate, rubbing(result.record, p, pair=pair)))  # pyright: ignore
-    return np.asarray(p.shown.bandage_speed), worn
-
-
 @takes_values
 def ring_wear(
     result: Result,
@@ -509,7 +502,8 @@ def ring_wear(
     t = np.asarray(record.rows.t)
     span = t[steps + 1] - t[steps]
     h = (0.5 * (_NODES + 1) * span[:, None]).ravel()
-    speed, worn = _rates(result, pair, rate, np.repeat(steps, _POINTS).astype(np.int32), h)
+    p = probe_many(record, np.repeat(steps, _POINTS).astype(np.int32), h)
+    speed, worn = np.asarray(p.shown.bandage_speed), np.asarray(wearing(rate, rubbing(result.record, p, pair=pair)))
     # of every step Legendre series over −1…1 of the travel and of the wear rates
     speeds = np.tensordot(speed.reshape(-1, _POINTS), _TO_SERIES, axes=(1, 1)) * 0.5 * span[:, None]
     turning = legendre.legint(speeds, lbnd=-1, axis=1)

@@ -15,7 +15,7 @@ from .._base._faults import Fault, InputError
 from .._base._part import Part, quantity
 from .._base._quantity import BAD, NumberReader, Quantity, Scalar
 from .._base._table import ZERO, digits, number, plain
-from .._outputs._metrics import HOLDING, HOT, METRICS, allowable_values, metric_of, lever_of, metric_names
+from .._outputs._metrics import HOLDING, HOT, METRICS, allowable_values, lever_of, metric_names, metric_of
 from .._outputs._probe import Entry, Number
 from .._parts._scene import AbstractLimits, Scene, require_scene
 from ..hybrid._arrays import Array
@@ -313,22 +313,25 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
         >>> checks[-1].limit, str(checks[-1].verdict)
         (1.0, 'exceeded')
     """
-    summary, known = result.report().summary, metric_names(result.scene)
-    own = allowable_values(result.scene)
+    summary, own = result.report().summary, allowable_values(result.scene)
     limits = {**own, **limits}
+
+    def check(name: str) -> LimitCheck:
+        if name not in limits:
+            return LimitCheck(name, None, summary["metrics"][name], unit_of(name), LimitVerdict.NO_LIMIT)
+        note = _when(result, summary, name, limits[name], own.get(name))
+        return _judged(result, name, limits[name], float(measure(result, name)), unit_of(name), note)
+
     hot = [name for name in hottest_first(summary["metrics"]) if name in HOT]
-    checks = [_temperature(result, summary, name, limits.get(name), own.get(name)) for name in hot]
+    checks = [check(name) for name in hot]
     if _LININGS not in hot:
-        checks.append(_no_linings(result, limits.get(_LININGS)))
-    for name in _USUAL:
-        if name in known and name not in limits:
-            checks.append(LimitCheck(name, None, summary["metrics"][name], unit_of(name), LimitVerdict.NO_LIMIT))
+        heated = result.scene.heated
+        note = "the thermal part names no place as that of the linings" if heated else "the scene has no thermal part"
+        checks.append(LimitCheck(_LININGS, limits.get(_LININGS), None, "K", LimitVerdict.NOT_EVALUATED, note))
+    known = metric_names(result.scene)
+    checks += [check(name) for name in _USUAL if name in known and name not in limits]
     checks += _pressed(result, limits.get(PRESSURE))
-    for name, bound in limits.items():
-        if name in HOT or name == PRESSURE:
-            continue
-        note = _when(result, summary, name, bound, own.get(name))
-        checks.append(_judged(result, name, bound, float(measure(result, name)), unit_of(name), note))
+    checks += [check(name) for name in limits if name not in HOT and name != PRESSURE]
     return checks + _worn(result)
 
 
@@ -366,14 +369,6 @@ def _judged(result: Result, name: str, bound: float, value: float, unit: str, no
     return LimitCheck(name, bound, value, unit, within if value <= bound else LimitVerdict.EXCEEDED, note)
 
 
-def _temperature(result: Result, summary: Entry, name: str, bound: float | None, own: float | None) -> LimitCheck:
-    """The maximum temperature of a place, which a scene itself may limit (`own`)."""
-    value = summary["metrics"][name]
-    if bound is None:
-        return LimitCheck(name, None, value, "K", LimitVerdict.NO_LIMIT)
-    return _judged(result, name, bound, value, "K", _when(result, summary, name, bound, own))
-
-
 def _when(result: Result, summary: Entry, name: str, bound: float, own: float | None) -> str:
     """When a maximum value was reached, and when its own limit was first exceeded, where that is an event."""
     time, value = summary["at"].get(f"{name}_time"), summary["metrics"].get(name)
@@ -386,13 +381,6 @@ def _when(result: Result, summary: Entry, name: str, bound: float, own: float | 
     often = "" if len(times) < 2 else f", {len(times)} times in all"
     early = "above it from the start; " if result.report().scan.seen.tops[name][0] > bound else ""
     return (f"first exceeded at {number(min(times), 's')}{often}; " if times else early) + note
-
-
-def _no_linings(result: Result, bound: float | None) -> LimitCheck:
-    """The temperature of linings that a scene does not have."""
-    heated = result.scene.heated
-    note = "the thermal part names no place as that of the linings" if heated else "the scene has no thermal part"
-    return LimitCheck(_LININGS, bound, None, "K", LimitVerdict.NOT_EVALUATED, note)
 
 
 # --- what the limits cover --------------------------------------------------------------------------------------------

@@ -20,7 +20,7 @@ from .._outputs._duty import (
     stops_of,
     words_of,
 )
-from .._outputs._log import Event, Phase, Stage, Status, absent_stages, event_log, marks_passed, stages_of, with_phases
+from .._outputs._log import Event, Phase, Stage, Status, absent_stages, event_log, stages_of, with_phases
 from .._outputs._metrics import (
     HOLDING,
     HOT,
@@ -104,19 +104,15 @@ class Report:
         self._record = record_of(result)
 
     @functools.cached_property
-    def _scan(self) -> Scan:
-        names = tuple(name for name in metrics_of(self.result.scene, greatest=True) if name != HOLDING)
-        return Scan(self._record, float(self.result.rtol), Wanted(names, tuple(self._limits)))
+    def scan(self) -> Scan:
+        """The run as it was scanned."""
+        names = (name for name in metrics_of(self.result.scene, greatest=True) if name != HOLDING)
+        return Scan(self._record, float(self.result.rtol), Wanted.of(names, self._limits))
 
     @functools.cached_property
     def _limits(self) -> dict[str, float]:
         """Limits of the quantities that have marks."""
         return marks_of(self._record.system, self.result.scene)  # pyright: ignore
-
-    @property
-    def scan(self) -> Scan:
-        """The run as it was scanned."""
-        return self._scan
 
     @functools.cached_property
     def _energies(self) -> Entry:
@@ -125,10 +121,10 @@ class Report:
     @functools.cached_property
     def peaks(self) -> dict[str, Peak]:
         """Maximum values over the run by their names."""
-        scene, found = self.result.scene, peaks(self._scan)
+        scene, found = self.result.scene, peaks(self.scan)
         names = metrics_of(scene, greatest=True)
         if HOLDING in names:
-            found[HOLDING] = largest_share_of_capacity(self._scan)
+            found[HOLDING] = largest_share_of_capacity(self.scan)
         return {name: METRICS[name].of_peak(found[name], scene) for name in names}
 
     @functools.cached_property
@@ -143,7 +139,7 @@ class Report:
         if not speed_is_led(self.result.scene):
             return None
         system: BrakeSystem = self._record.system  # pyright: ignore
-        seen = self._scan.seen
+        seen = self.scan.seen
         i = int(np.argmax(seen.lever_tension))
         return float(system.lever.greatest()), float(seen.lever_tension[i]), float(seen.t[i])  # pyright: ignore
 
@@ -156,7 +152,7 @@ class Report:
         last = np.union1d(np.flatnonzero(kind >= FINISHED), [n - 1] if n else []).astype(int)
         first = np.concatenate([[0], last[:-1] + 1]).astype(int) if n else last
         labels = labels_of(record, last)
-        samples = self._scan.samples
+        samples = self.scan.samples
         places = (first * samples).tolist(), ((last + 1) * samples - 1).tolist()
         times = t[first].tolist(), t[last + 1].tolist()
         phases = [Phase(*span) for span in zip(labels, *places, *times, strict=True)]
@@ -165,7 +161,7 @@ class Report:
             phases.append(Phase(end, n * samples - 1, n * samples - 1, float(t[n]), float(t[n])))
         if phases and phases[0].band == BandMode.OPEN and phases[0].end == phases[0].start:
             phases = phases[1:]  # the settling of the first mode
-        margins = np.asarray(self._scan.seen.margins)
+        margins = np.asarray(self.scan.seen.margins)
         locate = functools.partial(self._locate, lambda seen: seen.margins)
         events = event_log(phases, margins, locate, margins.shape[1] // 2, start)
         return with_phases(sorted([*events, *self._marks()], key=lambda event: event.time), self._phase_ends())
@@ -182,7 +178,7 @@ class Report:
 
     @functools.cached_property
     def _stops(self) -> Table:
-        return stops_of(self._record, self.result.scene, labels_of(self._record), self._scan)
+        return stops_of(self._record, self.result.scene, labels_of(self._record), self.scan)
 
     @property
     def stops(self) -> Table:
@@ -198,8 +194,10 @@ class Report:
             def excess(seen: ScanColumns, name: str = name, limit: float = limit) -> np.ndarray:
                 return (np.asarray(seen.passing[name]) - limit) / max(abs(limit), 1.0)
 
-            values = excess(self._scan.seen)
-            crossings = marks_passed(values, np.asarray(self._scan.row))
+            values, row = excess(self.scan.seen), np.asarray(self.scan.row)
+            # (a jump between two steps belongs to no crossing)
+            rises = (values[:-1] <= 0) & (values[1:] > 0) & (row[:-1] == row[1:])[:, None]
+            crossings = [(int(i), int(j)) for i, j in np.argwhere(rises)]
             times = self._locate(excess, crossings) if crossings else []
             each = values.shape[1] > 1
             found += [
@@ -229,7 +227,7 @@ class Report:
 
     def _locate(self, margins_of: Callable[[ScanColumns], Any], crossings: list[tuple[int, int]]) -> np.ndarray:
         """Times at which margins rise through zero."""
-        scan = self._scan
+        scan = self.scan
         sample, mark = np.asarray(crossings, int).T
         row, steps, margins = scan.row[sample], scan.steps, margins_of(scan.seen)
 
@@ -258,12 +256,6 @@ class Report:
                 break
         return np.asarray(steps.t0[row] + share * (steps.t1[row] - steps.t0[row]))
 
-    def _per_lining(self, name: str) -> bool:
-        """Whether a maximum value is that of a lining, not of all of them as one body."""
-        if not METRICS[name].of_linings:
-            return False
-        return int(self._scan.seen.widths[name][0]) == self.result.scene.brake.linings.count
-
     @functools.cached_property
     def metrics(self) -> dict[str, float | None]:
         energy, scene = self._energies, self.result.scene
@@ -286,7 +278,7 @@ class Report:
         if not scene.brake.in_series:
             return {}
         stages, system = self.stages, self.result.record.system
-        greatest, load = np.max(self._scan.seen.lever_tension), self._scan.seen.load_torque[0]
+        greatest, load = np.max(self.scan.seen.lever_tension), self.scan.seen.load_torque[0]
         hot = _sensed(system, jax.tree.map(lambda column: column[0], self._record.states.heat))
         seen = {stage.name for stage in stages}
         absent = absent_stages(scene.brake, float(system.inertia), float(load), seen, float(greatest), hot)
@@ -294,7 +286,7 @@ class Report:
 
     def _holding(self, metrics: Entry) -> Entry:
         """Load and capacity at the minimum holding reserve, and the tension of a lever that holds the speed."""
-        seen, least, pull = self._scan.seen, metrics.get(HOLDING), self.pull
+        seen, least, pull = self.scan.seen, metrics.get(HOLDING), self.pull
         found: Entry = {} if pull is None else {"pull": dict(zip(("limit", "value", "time"), pull, strict=True))}
         if least is not None:
             load = abs(float(np.interp(self.peaks[HOLDING].time, seen.t, seen.load_torque)))
@@ -318,9 +310,11 @@ class Report:
     def summary(self) -> Entry:
         """What `Result.summary` gives a copy of."""
         r, stats, metrics, words = self.result, self.result.record.stats, self.metrics, self.result.scene.brake.words
+        count, widths = r.scene.brake.linings.count, self.scan.seen.widths
+        single = [name for name in self.peaks if METRICS[name].of_linings and int(widths[name][0]) == count]
         said = [*warnings(r.scene), *plausibility(r.scene, metrics.get("peak_rim_temperature"))]
         numbers = metrics | {f"energy.{name}": value for name, value in plain(self._energies).items()}
-        said += shortage(self._scan, r.status) + limits_exceeded(r.scene, numbers)
+        said += shortage(self.scan, r.status) + limits_exceeded(r.scene, numbers)
         # (those that do from the start are told by the scene)
         if times := [event.time for event in self.events if event.name == "self_locking"]:
             said.append(f"self_locking: a lining came to lock itself, first at {min(times):.6g} s")
@@ -341,7 +335,7 @@ class Report:
             "metrics": metrics,
             "at": {
                 **{f"{name}_time": float(peak.time) for name, peak in self.peaks.items()},
-                **{f"{name}_lining": int(p.lining) for name, p in self.peaks.items() if self._per_lining(name)},
+                **{f"{name}_lining": int(self.peaks[name].lining) for name in single},  # not of all as one body
             },
             **({"stops": self.stops.as_list()} if len(self.stops) > 1 else {}),
             **self._staged(),

@@ -51,11 +51,6 @@ NEAR = 1e-6
 GRAZE = 1e4
 
 
-def notes_on_derivatives(scene: Scene, record: Record) -> tuple[str, ...]:
-    """Jumps at the start, events that nearly coincide, simultaneous events, and events that are only just reached."""
-    return (*jumps_at_start(scene), *near_ties(record), *passages(record))
-
-
 def jumps_at_start(scene: Scene) -> list[str]:
     """Profiles of the scene that jump exactly at its start: an earlier jump changes nothing, a later one does."""
     start, parts = float(scene.initial.time), {leaf.path: np.asarray(leaf.value, float) for leaf in leaves(scene)}
@@ -437,7 +432,7 @@ class Result:
             >>> result.derivative_notes()
             ()
         """
-        return notes_on_derivatives(self.scene, self.record)
+        return (*jumps_at_start(self.scene), *near_ties(self.record), *passages(self.record))
 
     def accuracy(self) -> Any:
         """Estimated errors of metrics, event times and states, from a second run: `simbrake.results.Accuracy`.

@@ -419,19 +419,17 @@ def simulate(
     rooms = step_limits(scene, max_steps)
     with reporting(progress) as report:
         short = rooms[0] <= STRETCH  # over in a moment
-        record = _recorded(_program(packing, method, rooms[0], run_device()), numbers) if short else None
+        program = _program(packing, method, rooms[0], run_device()) if short else None
+        if program is not None and program.calls == _MANY_RUNS:
+            hint = "sb.prepare(scene) makes each of them several times faster"
+            _log.warning(f"simbrake: many runs of one structure: {hint}")
+        record = None if program is None else program(numbers).unpack()
         if record is None or (int(record.code) == Code.STEP_LIMIT and len(rooms) > 1):
             record = long_run(numbers, packing, method, rooms, report)
     result = Result(scene, record, rtol_, name, limits)  # pyright: ignore
     if throw and not result.ok:
         raise SimulationError(f"{result.status}: {result.message}", result)
     return result
-
-
-def _recorded(program: TieredProgram, numbers: Array) -> Record:
-    if program.calls == _MANY_RUNS:
-        _log.warning("simbrake: many runs of one structure: sb.prepare(scene) makes each of them several times faster")
-    return program(numbers).unpack()
 
 
 def solver_of(scene: Scene, solver: Solver | None = None) -> Solver:

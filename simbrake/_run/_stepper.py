@@ -61,14 +61,13 @@ class Advanced(NamedTuple):
 class HeldInput:
     """An input of the caller: a function of time with a jump wherever it was changed.
 
-    - `where`: the profile in the scene that it takes the place of;  `path` and `unit` of that profile
+    - `where`: the profile in the scene that it takes the place of;  `unit` of that profile
     - `times`, `values` (2 k,): the last jumps, each as two points at one time; `piece`: how many points the run has
       passed. What a lag still feels of older jumps is in the height of the first
     - `delay`, `lag` (s) of an actuator;  `said`: all that was commanded, by time: the first `count` of a list that
       later inputs go on with
     """
 
-    path: str
     unit: str
     where: tuple[str, ...]
     times: np.ndarray
@@ -140,7 +139,7 @@ def _held(scene: Scene, name: str) -> HeldInput | Fault:
     size = 2 if lag is None else 4
     # jumps before the first command have no height, and are over
     past = np.full(size, start - delay - 1.0)
-    return HeldInput(".".join(where), unit, where, past, np.full(size, first), size, delay, lag, [(start, first)])
+    return HeldInput(unit, where, past, np.full(size, first), size, delay, lag, [(start, first)])
 
 
 def _commanded(scene: Scene, held: Iterable[tuple[tuple[str, ...], PiecewiseLinear]]) -> Scene:
@@ -315,6 +314,10 @@ class Stepper:
         return unravel(self._y, self._record.y_like), unravel(self._mode, self._record.mode_like)
 
     @property
+    def _label(self) -> Label:
+        return Label(*(int(part) for part in self._state_now[1].label))
+
+    @property
     def inputs(self) -> dict[str, float]:
         """The inputs as they are held now, in SI."""
         return {name: held.level for name, held in self._held.items()}
@@ -327,7 +330,7 @@ class Stepper:
     @property
     def holding(self) -> bool:
         """Whether the pulley is at rest."""
-        return Label(*(int(part) for part in self._state_now[1].label)).rests
+        return self._label.rests
 
     @property
     def omega(self) -> float:
@@ -403,7 +406,7 @@ class Stepper:
     @property
     def mode(self) -> str:
         """The mode of the brake in words."""
-        return str(Label(*(int(part) for part in self._state_now[1].label)))
+        return str(self._label)
 
     def state(self) -> dict[str, np.ndarray]:
         """State to continue from, with the commands that wait in a dead time: arrays by name.

@@ -92,8 +92,7 @@ def verdict(result: Result, limits: Mapping[str, float | str] | Sequence[LimitCh
         checks: Sequence[LimitCheck] = limit_checks(result, bounds)
     else:
         checks = limits
-    found = [(_share(check), _row(check)) for check in checks if check.limit is not None]
-    found += _holding(result) + _lever(result)
+    found = [_row(check) for check in checks if check.limit is not None] + _holding(result) + _lever(result)
     # the smallest margin first; what has none last
     rows = [row for _, row in sorted(found, key=lambda one: math.inf if one[0] is None else one[0])]
     cover = judged(result, checks)
@@ -117,12 +116,9 @@ def _colour(result: Result, rows: Sequence[VerdictRow], cover: Judged) -> Colour
     states = {row.state for row in rows}
     if not result.ok or result.status == Status.RUNAWAY or LimitVerdict.EXCEEDED in states:
         return Colour.RED
-    return Colour.AMBER if LimitVerdict.SMALL in states or cover.missing or _loose(result) else Colour.GREEN
-
-
-def _loose(result: Result) -> bool:
-    """Whether the pulley still turns at the end, at a speed that nothing prescribes or balances."""
-    return result.report().summary["duty"] == DutyKind.TURNING or result.status == Status.RELEASED
+    # it may still turn at the end, at a speed that nothing prescribes or balances
+    loose = result.report().summary["duty"] == DutyKind.TURNING or result.status == Status.RELEASED
+    return Colour.AMBER if LimitVerdict.SMALL in states or cover.missing or loose else Colour.GREEN
 
 
 def _headline(result: Result, rows: Sequence[VerdictRow], checks: Sequence[LimitCheck], cover: Judged) -> str:
@@ -176,17 +172,15 @@ def _outcome(result: Result) -> str:
 # --- limits of metrics ------------------------------------------------------------------------------------------------
 
 
-def _share(check: LimitCheck) -> float | None:
-    return None if check.margin_percent is None else check.margin_percent / 100
-
-
-def _row(check: LimitCheck) -> VerdictRow:
-    state, share = check.verdict, _share(check)
+def _row(check: LimitCheck) -> tuple[float | None, VerdictRow]:
+    """Margin as a share of the limit, and the row."""
+    state, percent = check.verdict, check.margin_percent
+    share = None if percent is None else percent / 100
     if state == LimitVerdict.WITHIN and share is not None and share < SMALL_MARGIN:
         state = LimitVerdict.SMALL
     value = check.note if check.value is None else str(number(check.value, check.unit))
     limit = f"≤ {number(check.limit, check.unit)}"
-    return VerdictRow(title_of(check.name), value, limit, check.margin_words or "—", state)
+    return share, VerdictRow(title_of(check.name), value, limit, check.margin_words or "—", state)
 
 
 # --- capacity of a brake ----------------------------------------------------------------------------------------------

@@ -57,7 +57,13 @@ def rerun(source: Source, *, scene: Scene | None = None, solver: Any = None) -> 
     """
     stored = origin(source)
     settings = stored["settings"]
-    scene = _scene_of(stored["scene"]) if scene is None else _filled(scene, stored["scene"])
+    if scene is not None:
+        scene = _filled(scene, stored["scene"])
+    elif (text := stored["scene"]["toml"]) is not None:
+        scene = scene_from_text(text)
+    else:
+        hint = "give a scene of the same parts: rerun(…, scene=…)"
+        raise InputError([Fault("scene", f"is not in the file as text ({stored['scene']['why']})", hint)])
     longest = settings["max_step"]
     return simulate(
         scene,
@@ -68,13 +74,6 @@ def rerun(source: Source, *, scene: Scene | None = None, solver: Any = None) -> 
         max_events=settings["max_events"],
         throw=False,
     )
-
-
-def _scene_of(stored: Settings) -> Scene:
-    if stored["toml"] is None:
-        hint = "give a scene of the same parts: rerun(…, scene=…)"
-        raise InputError([Fault("scene", f"is not in the file as text ({stored['why']})", hint)])
-    return scene_from_text(stored["toml"])
 
 
 def _filled(scene: Scene, stored: Settings) -> Scene:
@@ -248,6 +247,13 @@ _SERIES = [
     *(_NAME, _UNIT, Column("difference", heading="largest difference", show=".3g"), _RELATIVE),
     *(Column("time", "s"), Column("place", left=True), _DIFFERS),
 ]
+#: counts of the solver: names in the provenance, and in a comparison
+_COUNTS = {
+    "accepted": "steps accepted",
+    "rejected": "steps rejected",
+    "retaken": "steps retaken",
+    "segments": "segments",
+}
 _NEEDED = ("time", "side", "status", "event_time", "event_name", "event_lining", "energy.friction_heat")
 
 
@@ -283,7 +289,9 @@ def compare(a: Source, b: Source, rtol: float = 1e-9) -> Comparison:
         series=series,
         how=how,
         judged=judged,
-        solver=_words(*(one["settings"] | _counts(one["outcome"]) for one in (from_a, from_b))),
+        solver=_words(
+            *(one["settings"] | {key: one["outcome"][n] for n, key in _COUNTS.items()} for one in (from_a, from_b))
+        ),
         versions=_words(*({"simbrake": s["simbrake"], **s["versions"], **s["machine"]} for s in (from_a, from_b))),
     )
 
@@ -310,11 +318,6 @@ def _data(a: Source, b: Source) -> list[Dataset]:
             raise InputError([Fault("compare", f"a result is without {', '.join(missing)}", "give all of a data set")])
         found.append(data)
     return found
-
-
-def _counts(outcome: Settings) -> Settings:
-    names = ("accepted", "rejected", "retaken", "segments")
-    return {f"steps {name}" if name != "segments" else name: outcome[name] for name in names}
 
 
 def _words(a: Settings, b: Settings) -> list[Word]:

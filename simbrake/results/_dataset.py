@@ -23,15 +23,7 @@ from .._base._fingerprint import fingerprint
 from .._base._part import leaves
 from .._outputs._duty import stop_variables
 from .._outputs._metrics import about_output
-from .._outputs._quantities import (
-    RENAMED,
-    SERIES_COLUMNS,
-    Series,
-    flat,
-    meaning_of_column,
-    times_within,
-    unit_of_column,
-)
+from .._outputs._quantities import RENAMED, SERIES_COLUMNS, Series, about_column, flat, times_within
 from .._parts._scene import Scene, warnings
 from .._run._result import Result
 from ..files._scene_file import scene_from_text, scene_text
@@ -161,7 +153,7 @@ def _columns(result: Result, series: Series) -> Variables:
         if value.ndim == 2 and field.endswith("_temperature") and value.shape[1] != n:
             one = value.shape[1] == 1  # else of the rims of several bands
             dims, value = ("time",) if one else ("time", "band"), value[:, 0] if one else value
-        data[field] = _variable(dims, value, unit_of_column(field), meaning_of_column(field))
+        data[field] = _variable(dims, value, *about_column(field)[:2])
     return data
 
 

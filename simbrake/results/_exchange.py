@@ -3,7 +3,7 @@
 import itertools
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,14 +11,6 @@ import numpy as np
 
 from .._base._faults import Fault, InputError, needed
 from ..thermal._material import LIBRARY, Material
-
-if TYPE_CHECKING:
-    from xarray import DataArray, Dataset
-else:
-    DataArray = Dataset = Any
-
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset

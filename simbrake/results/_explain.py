@@ -15,8 +15,8 @@ from .._base._table import Table, Tabular, digits, number
 from .._outputs._duty import DutyKind, rows_of
 from .._outputs._log import failure_of
 from .._outputs._metrics import HOLDING, METRICS, about_output, energies_between, energy_balance
-from .._outputs._stability import least_outweighed, nearest_locking
-from .._parts._scene import Scene
+from .._outputs._stability import least_outweighed
+from .._parts._scene import Scene, self_locking_ratios
 from .._run._measure import LimitVerdict, Metric, name_of, read_limits, title_of, with_limits
 from .._run._report import labels_of
 from .._run._result import Result
@@ -136,7 +136,8 @@ def explain(
             found += _influence(result, progress)
         if accuracy and result.ok:
             progress.now("second run")
-            found += _accuracy(result)
+            accurate = result.accuracy()
+            found.append(Finding("accuracy", f"{_upper(accurate.line)}.", accurate.as_dict()))
         found += _remedy(result)
     return Explanation(tuple(found))
 
@@ -158,7 +159,8 @@ def _course(result: Result) -> list[Finding]:
     summary, m, words = result.report().summary, result.metrics, result.scene.brake.words
     end, kind = summary["end"], summary["duty"]
     if kind in (DutyKind.STOPS, DutyKind.HOLD):
-        return [_many(summary)] if kind == DutyKind.STOPS else [_held(summary)]
+        held = f"The load is held from the start, for {number(end['duration'], 's')}: nothing moves."
+        return [_many(summary) if kind == DutyKind.STOPS else Finding("course", held, end)]
     taut = "the band is taut" if result.scene.brake.banded else f"the {words.lining}s act"
     said = []
     if m["slip_onset_time"] is not None:
@@ -193,9 +195,8 @@ def _course(result: Result) -> list[Finding]:
 
 
 def _many(summary: dict[str, Any]) -> Finding:
-    rows, total = summary["stops"], {}
-    for name in ("motion_time", "braking_time", "angle", "energy"):
-        total[name] = sum(row[name] for row in rows)
+    rows = summary["stops"]
+    total = {name: sum(row[name] for row in rows) for name in ("motion_time", "braking_time", "angle", "energy")}
     slowest, end = max(rows, key=lambda row: row["braking_time"]), summary["end"]
     first, last, longest = (number(row["braking_time"], "s") for row in (rows[0], rows[-1], slowest))
     text = (
@@ -204,11 +205,6 @@ def _many(summary: dict[str, Any]) -> Finding:
         f"longest {longest} (stop {slowest['stop']})."
     )
     return Finding("course", text, {"stops": len(rows), **total, "longest": slowest})
-
-
-def _held(summary: dict[str, Any]) -> Finding:
-    text = f"The load is held from the start, for {number(summary['end']['duration'], 's')}: nothing moves."
-    return Finding("course", text, summary["end"])
 
 
 def _balance(result: Result) -> list[Finding]:
@@ -393,21 +389,22 @@ def _limits(result: Result, said: Verdict) -> list[Finding]:
 def _stability(result: Result) -> list[Finding]:
     """The nearest instability: linings that lock themselves, a load that outweighs the brake, one that breaks away."""
     scene, report, found, said = result.scene, result.report(), {}, []
-    lock = nearest_locking(scene)
-    if lock.ratio > 0:
-        found["self_locking"] = {"lining": lock.lining, "ratio": lock.ratio, "margin": lock.margin}
-        ratio = "f·tan(β/2)" if scene.brake.banded else "the self-locking ratio"
-        where = f"{scene.brake.words.lining} {lock.lining}: {ratio} = {digits(lock.ratio, 4)}"
-        where += f", margin {digits(lock.margin, 4)}"
-        said.append(("Locks itself: " if lock.margin <= 0 else "Nearest self-locking at the start is ") + where + ".")
+    ratios = self_locking_ratios(scene)  # of a band that locks at 1, with static friction at the start
+    lining, ratio = int(np.argmax(ratios)) + 1, float(np.max(ratios))
+    if ratio > 0:
+        margin = 1.0 - ratio
+        found["self_locking"] = {"lining": lining, "ratio": ratio, "margin": margin}
+        words = "f·tan(β/2)" if scene.brake.banded else "the self-locking ratio"
+        where = f"{scene.brake.words.lining} {lining}: {words} = {digits(ratio, 4)}, margin {digits(margin, 4)}"
+        said.append(("Locks itself: " if margin <= 0 else "Nearest self-locking at the start is ") + where + ".")
     least = least_outweighed(report.scan)
     if least is not None:
-        found["runaway"] = {**least._asdict(), "margin": least.margin}
-        torque, load = number(least.torque, "N*m"), number(least.load, "N*m")
-        verb = "gives too little," if least.margin < -_BALANCED else "gives at least"
+        found["runaway"] = least
+        torque, load = number(least["torque"], "N*m"), number(least["load"], "N*m")
+        verb = "gives too little," if least["margin"] < -_BALANCED else "gives at least"
         said.append(
             f"Under the maximum force of the lever the sliding brake {verb} {torque} against {load} of the load "
-            f"(at {number(least.time, 's')}): runaway margin {digits(100 * least.margin, 4)} %."
+            f"(at {number(least['time'], 's')}): runaway margin {digits(100 * least['margin'], 4)} %."
         )
     if report.holding is not None:
         reserve, when = float(report.holding.value), number(float(report.holding.time), "s")
@@ -475,19 +472,11 @@ def _influence(result: Result, progress: Progress) -> list[Finding]:
     return [Finding("influence", text, {"metric": name_of(metric), "parameters": numbers})]
 
 
-def _accuracy(result: Result) -> list[Finding]:
-    """Estimated errors of the run."""
-    found = result.accuracy()
-    return [Finding("accuracy", f"{_upper(found.line)}.", found.as_dict())]
-
-
 def _remedy(result: Result) -> list[Finding]:
     """What to do about a run that failed, or whose load runs away."""
     if not result.ok:
-        what, hint = failure_of(int(result.code), result.scene.brake.words)
-        return [
-            Finding("remedy", f"{_upper(what)}. {_upper(hint)}.", {"code": int(result.code), "status": result.status})
-        ]
+        text = ". ".join(map(_upper, failure_of(int(result.code), result.scene.brake.words)))
+        return [Finding("remedy", f"{text}.", {"code": int(result.code), "status": result.status})]
     capacity = result.report().summary["capacity"]
     if result.report().summary["duty"] != DutyKind.RUNAWAY or not capacity["brake_torque"]:
         return []

@@ -17,7 +17,7 @@ from .._base._faults import MOST_BYTES_OF_TABLE, Fault, InputError, text_of_file
 from .._base._quantity import behind
 from .._base._table import Tabular, Unit, plain, spelled, to_si, unit
 from .._outputs._metrics import METRICS
-from .._outputs._quantities import RENAMED, SERIES_COLUMNS, Series, flat, outside, pair_column, unit_of_column
+from .._outputs._quantities import RENAMED, SERIES_COLUMNS, Series, about_column, flat, outside, pair_column
 from .._parts._scene import Scene
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._result import Result
@@ -52,7 +52,7 @@ class Points:
 
     @property
     def unit(self) -> str:
-        return unit_of_column(self.column)
+        return about_column(self.column).unit
 
 
 @dataclasses.dataclass(frozen=True)
@@ -415,7 +415,7 @@ class CsvFile:
                 found = unknown_column(name, name)
                 self.fault(header, found.problem, found.hint)
                 continue
-            si = unit_of_column(where[0])
+            si = about_column(where[0]).unit
             value, error = self.column(i, si), None
             if name + _SIGMA in names:
                 error = self._sigma(names[name + _SIGMA], si, i, value)
