@@ -15,7 +15,7 @@ from .._phases import Phases
 from .._physics._mechanism import BandMode, Label
 from ..hybrid import Record
 from ._log import Status
-from ._metrics import hook_travel_at
+from ._metrics import HOT, hook_travel_at
 from ._probe import Entry, RunJit
 from ._scan import Scan, peaks_between
 
@@ -150,11 +150,7 @@ def duty_lines(summary: Entry) -> Iterator[str]:
 
 
 #: columns that a scene has if its heat part names the place: heading, by the metric
-_HOT = {
-    "peak_rim_temperature": "hottest rim",
-    "peak_lining_temperature": "hottest linings",
-    "peak_band_temperature": "hottest band",
-}
+_HOT = {name: f"hottest {place}" for name, place in HOT.items() if place != "outer"}
 
 
 def _scaled(name: str, unit: str, meaning: str, heading: str, like: float, count: int) -> Column:

@@ -319,10 +319,6 @@ class Phase(NamedTuple):
     start: float
     end: float
 
-    @property
-    def band(self) -> int:
-        return self.label.band
-
 
 def event_log(
     phases: list[Phase],
@@ -346,10 +342,13 @@ def event_log(
     for number, phase in enumerate(phases):
         before = label.band
         for name in events_of_change(label, phase.label, number == 0):
-            if name == "full_slip":
-                events += _all_at_limit(phase, reached, linings)
+            if name == "full_slip":  # linings that come to their limit in that very moment, in the order of the slip
+                ahead = phase.label.band == BandMode.SLIP
+                order = range(linings) if ahead else reversed(range(linings))
+                late = [i for i in order if not reached[i if ahead else linings + i]]
+                events += [Event(float(phase.start), "lining_limit", i + 1) for i in late]
             events.append(Event(float(phase.start), name))
-        if phase.band == BandMode.ELASTIC:
+        if phase.label.band == BandMode.ELASTIC:
             if before not in (BandMode.ELASTIC, BandMode.SLIP, BandMode.SLIP_BACK):
                 reached = np.zeros(2 * linings, bool)
             here = margins[phase.first : phase.last + 1]
@@ -370,7 +369,7 @@ def event_log(
                 events.append(Event(np.nan, "lining_limit", 1 + int(j) % linings))
             reached = here[-1] > 1e-12
             reached[last] = False
-        elif phase.band in (BandMode.SLIP, BandMode.SLIP_BACK):
+        elif phase.label.band in (BandMode.SLIP, BandMode.SLIP_BACK):
             reached = np.ones(2 * linings, bool)
         else:
             reached = np.zeros(2 * linings, bool)
@@ -380,15 +379,6 @@ def event_log(
             events[place] = events[place]._replace(time=float(time))
     order = sorted(range(len(events)), key=lambda k: events[k].time)  # stable: cause before effect
     return [events[k] for k in order]
-
-
-def _all_at_limit(phase: Phase, reached: np.ndarray, n: int) -> list[Event]:
-    """Linings that come to their limit in the very moment of full slip."""
-    if phase.band == BandMode.SLIP:
-        order = [i for i in range(n) if not reached[i]]
-    else:
-        order = [i for i in range(n - 1, -1, -1) if not reached[n + i]]
-    return [Event(float(phase.start), "lining_limit", i + 1) for i in order]
 
 
 def with_phases(events: list[Event], ends: list[Event]) -> list[Event]:

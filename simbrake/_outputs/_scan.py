@@ -213,7 +213,7 @@ class Scan:
             def look(*columns: Array) -> tuple[ScanColumns, Array, Array]:
                 return sights(*likes, Steps(*columns), **seeing)
 
-            seen, self._f0, self._f1 = in_lanes(look, *self.steps, lanes=length)
+            seen, self._f0, self._f1 = in_lanes(look, *map(np.asarray, self.steps), lanes=length)
             self.seen = jax.tree.map(lambda leaf: leaf.reshape(count * self.samples, *leaf.shape[2:]), seen)
 
     def _by_steps(self, row: Array, share: Array) -> tuple[ScanColumns, Array]:

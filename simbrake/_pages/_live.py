@@ -14,8 +14,8 @@ from .._base._table import ZERO
 from .._outputs._log import plain_words
 from .._outputs._quantities import Series
 from .._parts._scene import Scene
-from .._run._linings import WORDS, lining_contacts, look
-from .._run._result import Result
+from .._run._linings import WORDS, lining_contacts
+from .._run._result import Result, look
 from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..plot._animation import film_of, words_of_rate

@@ -17,8 +17,9 @@ from .._outputs._log import Event
 from .._outputs._metrics import METRICS, RESIDUALS, about_output
 from .._outputs._probe import Entry, RunJit, in_lanes
 from .._outputs._scan import Scan
-from ..hybrid import FINISHED, Code, Record, Rodas5P
+from ..hybrid import Code, Record, Rodas5P
 from ._measure import title_of
+from ._report import segments_of
 from ._result import Result
 from ._simulate import EPS, rounding, second_rtol, simulate, solver_of
 
@@ -90,11 +91,8 @@ class Segment(NamedTuple):
 
 def _segments(scan: Scan, brief: float) -> list[Segment]:
     """Segments of a concrete run that last longer than `brief` (s)."""
-    rows, n = scan.record.rows, int(scan.record.count)
-    t, kind, modes = np.asarray(rows.t), np.asarray(rows.kind)[:n], np.asarray(rows.mode)
-    last = np.union1d(np.flatnonzero(kind >= FINISHED), [n - 1] if n else []).astype(int)
-    first = np.concatenate([[0], last[:-1] + 1]).astype(int)[: len(last)]
-    spans = [(a, b) for a, b in zip(first.tolist(), last.tolist(), strict=True) if t[b + 1] - t[a] > brief]
+    t, modes = np.asarray(scan.record.rows.t), np.asarray(scan.record.rows.mode)
+    spans = [(int(a), int(b)) for a, b in zip(*segments_of(scan.record), strict=True) if t[b + 1] - t[a] > brief]
     return [Segment(a, b, tuple(modes[a].tolist())) for a, b in spans]
 
 

@@ -17,14 +17,14 @@ from .._base._faults import Fault, InputError
 from .._base._part import Whole, quantity, takes_values
 from .._base._quantity import Scalar, as_number
 from .._outputs._probe import POINTS, Number, Probe, RunJit, as_tree, integral, probe_many, record_of
-from .._outputs._quantities import LINING_QUANTITIES, PairSeen, Rubbing, View, times_within
+from .._outputs._quantities import LINING_QUANTITIES, PairSeen, Rubbing, View
 from .._outputs._scan import peak
 from .._parts._scene import band_brake
 from .._physics._brake import BrakeSystem
 from ..brakes._design import Brake, under_a_band
 from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array
-from ._result import Result
+from ._result import Result, look
 
 #: wear rate `I` (m³/(N·m)): a number, one per lining, or a function `I(p, v, T)` of pressure, slip speed, temperature
 WearRate = Number | Callable[..., Any]
@@ -266,18 +266,6 @@ WORDS = {
     Contact.SLIDES_BACK: "slides back",
     Contact.FREE: "not pressed",
 }
-
-
-def look(result: Result, times: Any, *, left: bool = False) -> Probe:
-    """States and forces of one concrete run at the times (s), at an event after it, or with `left` before it.
-
-    Raises `InputError` for times outside the run.
-    """
-    record = result.record.compact()
-    t = record.rows.t
-    times = times_within(times, float(t[0]), float(t[record.count]), "times")
-    index = record.find(times, left=left)
-    return probe_many(record, index, times - t[index])
 
 
 def lining_contacts(result: Result, p: Probe) -> dict[str, np.ndarray]:

@@ -330,34 +330,23 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
         checks.append(LimitCheck(_LININGS, limits.get(_LININGS), None, "K", LimitVerdict.NOT_EVALUATED, note))
     known = metric_names(result.scene)
     checks += [check(name) for name in _USUAL if name in known and name not in limits]
-    checks += _pressed(result, limits.get(PRESSURE))
+    pressure, wear = limits.get(PRESSURE, result.scene.brake.linings.permissible_pressure), result.scene.wear
+    if pressure is not None:
+        checks.append(_nearest(result, PRESSURE, np.asarray(lining_peak(result, "pressure")), pressure, "Pa"))
     checks += [check(name) for name in limits if name not in HOT and name != PRESSURE]
-    return checks + _worn(result)
+    if wear is not None and wear.permissible is not None:
+        worn = np.asarray(wear.worn) + np.asarray(result.worn_thickness)
+        more = ", with what was worn off before the run"
+        checks.append(_nearest(result, "worn_thickness", worn, wear.permissible, "m", more))
+    return checks
 
 
-def _pressed(result: Result, given: float | None) -> list[LimitCheck]:
-    """The mean pressure of the lining that is nearest its limit, `given` or that of the scene."""
-    limit = result.scene.brake.linings.permissible_pressure if given is None else given
-    if limit is None:
-        return []
-    value = np.asarray(lining_peak(result, "pressure"))
+def _nearest(result: Result, name: str, value: np.ndarray, limit: Any, unit: str, more: str = "") -> LimitCheck:
+    """The lining that is nearest its limit."""
     most = np.broadcast_to(np.asarray(limit), value.shape)
     i = int(np.argmax(value / most))
-    note = f"{result.scene.brake.words.lining} {i + 1}"
-    return [_judged(result, PRESSURE, float(most[i]), float(value[i]), "Pa", note)]
-
-
-def _worn(result: Result) -> list[LimitCheck]:
-    """The wear of the lining that is nearest its permissible wear, with what was worn off before the run."""
-    wear = result.scene.wear
-    if wear is None or wear.permissible is None:
-        return []
-    worn = np.asarray(wear.worn) + np.asarray(result.worn_thickness)
-    most = np.broadcast_to(np.asarray(wear.permissible), worn.shape)
-    i = int(np.argmax(worn / most))
-    words = result.scene.brake.words
-    note = f"{words.lining} {i + 1}, with what was worn off before the run"
-    return [_judged(result, "worn_thickness", float(most[i]), float(worn[i]), "m", note)]
+    note = f"{result.scene.brake.words.lining} {i + 1}{more}"
+    return _judged(result, name, float(most[i]), float(value[i]), unit, note)
 
 
 def _judged(result: Result, name: str, bound: float, value: float, unit: str, note: str) -> LimitCheck:

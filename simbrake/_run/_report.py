@@ -60,6 +60,14 @@ def labels_of(record: Record, rows: np.ndarray | None = None) -> list[Label]:
     return [Label(*pair) for pair in zip(*columns, strict=True)]
 
 
+def segments_of(record: Record) -> tuple[np.ndarray, np.ndarray]:
+    """First and last rows of a concrete record from one event or time breakpoint to the next."""
+    n = int(record.count)
+    kind = np.asarray(record.rows.kind)[:n]
+    last = np.union1d(np.flatnonzero(kind >= FINISHED), [n - 1] if n else []).astype(int)
+    return np.concatenate([[0], last[:-1] + 1]).astype(int)[: len(last)], last
+
+
 @functools.cache
 def _powers(count: int) -> np.ndarray:
     """Matrix from samples at even places 0…1 to the coefficients of the polynomial through them, constant first."""
@@ -91,9 +99,7 @@ def _rise(function: Callable[[np.ndarray, np.ndarray], np.ndarray], low: np.ndar
     return np.where(bracketed, high, np.nan)
 
 
-@functools.partial(RunJit, quick=True)
-def _sensed(system: BrakeSystem, heat: Any) -> tuple[Any, ...]:
-    return system.sensed(heat)
+_sensed = RunJit(lambda system, heat: system.sensed(heat), quick=True)
 
 
 class Report:
@@ -146,35 +152,32 @@ class Report:
     @functools.cached_property
     def events(self) -> list[Event]:
         """The event log."""
-        record = self._record
-        n = int(record.count)
-        kind, t = np.asarray(record.rows.kind)[:n], np.asarray(record.rows.t)[: n + 1]
-        last = np.union1d(np.flatnonzero(kind >= FINISHED), [n - 1] if n else []).astype(int)
-        first = np.concatenate([[0], last[:-1] + 1]).astype(int) if n else last
+        record, samples = self._record, self.scan.samples
+        n, t = int(record.count), np.asarray(record.rows.t)
+        first, last = segments_of(record)
         labels = labels_of(record, last)
-        samples = self.scan.samples
         places = (first * samples).tolist(), ((last + 1) * samples - 1).tolist()
         times = t[first].tolist(), t[last + 1].tolist()
         phases = [Phase(*span) for span in zip(labels, *places, *times, strict=True)]
         start, *_, end = labels_of(record, np.asarray([0, n]))
         if n and end != labels[-1]:  # an event at the very end
             phases.append(Phase(end, n * samples - 1, n * samples - 1, float(t[n]), float(t[n])))
-        if phases and phases[0].band == BandMode.OPEN and phases[0].end == phases[0].start:
+        if phases and phases[0].label.band == BandMode.OPEN and phases[0].end == phases[0].start:
             phases = phases[1:]  # the settling of the first mode
         margins = np.asarray(self.scan.seen.margins)
         locate = functools.partial(self._locate, lambda seen: seen.margins)
         events = event_log(phases, margins, locate, margins.shape[1] // 2, start)
-        return with_phases(sorted([*events, *self._marks()], key=lambda event: event.time), self._phase_ends())
+        events += [*self._marks(), *self._of_linings()]
+        return with_phases(sorted(events, key=lambda event: event.time), self._phase_ends())
 
     def _phase_ends(self) -> list[Event]:
         """Ends of the phases of the duty."""
-        system: BrakeSystem = self._record.system  # pyright: ignore
-        if not isinstance(system.lever, Phases):
+        lever, t = self._record.system.lever, np.asarray(self._record.rows.t)  # pyright: ignore
+        if not isinstance(lever, Phases):
             return []
-        passed, t = np.asarray(self._record.modes.phase)[: int(self._record.count) + 1], self._record.rows.t
-        ended = [system.lever.ended(int(passed[i])) for i in np.flatnonzero(np.diff(passed))]
-        times = np.asarray(t)[np.flatnonzero(np.diff(passed)) + 1].tolist()
-        return [Event(time, "phase_end", phase=phase) for time, phase in zip(times, ended, strict=True)]
+        passed = np.asarray(self._record.modes.phase)
+        ends = np.flatnonzero(np.diff(passed))
+        return [Event(float(t[i + 1]), "phase_end", phase=lever.ended(int(passed[i]))) for i in ends]
 
     @functools.cached_property
     def _stops(self) -> Table:
@@ -187,7 +190,7 @@ class Report:
         return Table(columns_of(names, words_of(self.result.scene)), list(self._stops))
 
     def _marks(self) -> list[Event]:
-        """Events of quantities that pass their limits, and of linings that come to lock themselves."""
+        """Events of quantities that pass their limits."""
         found: list[Event] = []
         for name, limit in self._limits.items():
 
@@ -204,25 +207,25 @@ class Report:
                 Event(float(t), event_of(name), j + 1 if each else None)
                 for t, (_, j) in zip(times, crossings, strict=True)
             ]
-        modes: Mode = self._record.modes
-        found += self._contacts(modes)
-        if modes.locks is not None:
-            locks = np.asarray(modes.locks)[: int(self._record.count) + 1]
-            began = np.flatnonzero(np.diff(locks) > 0) + 1
-            found += [Event(float(np.asarray(self._record.rows.t)[i]), "self_locking") for i in began]
         return found
 
-    def _contacts(self, modes: Mode) -> list[Event]:
-        """Single linings that start to slip, stick, or leave the rim; one that reverses its slip does neither."""
+    def _of_linings(self) -> list[Event]:
+        """Single linings that start to slip, stick, or leave the rim (one that reverses its slip does neither), and
+        linings that come to lock themselves."""
+        modes: Mode = self._record.modes
         found, t = [], np.asarray(self._record.rows.t)
         columns = [(name, column, ("slip", "stick")) for name, column in modes.contacts.items()]
         if modes.lifted is not None:
             columns.append(("lining", modes.lifted, ("lift_off", "touchdown")))
         for name, column, whats in columns:
-            sticks = np.asarray(column)[: int(self._record.count) + 1] == 0
+            sticks = np.asarray(column) == 0
             for i, lining in np.argwhere(sticks[1:] != sticks[:-1]):
                 what = whats[int(sticks[i + 1, lining])]
                 found.append(Event(float(t[i + 1]), f"{name}_{what}", int(lining) + 1))
+        if modes.locks is not None:
+            locks: Any = np.asarray(modes.locks)
+            began = np.flatnonzero(np.diff(locks) > 0)
+            found += [Event(float(t[i + 1]), "self_locking") for i in began]
         return found
 
     def _locate(self, margins_of: Callable[[ScanColumns], Any], crossings: list[tuple[int, int]]) -> np.ndarray:

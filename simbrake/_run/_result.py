@@ -16,13 +16,13 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Float, Int
 
 from .._base._compiling import DeviceJit, run_device
-from .._base._faults import InputError
 from .._base._part import leaves
 from .._base._table import Table, number
 from .._outputs._log import FAILURES, STATUS_MESSAGES, Events, Stage, Status, failure_of, status_of
 from .._outputs._metrics import HOLDING, METRICS, Peak, energies, stored_heat, worn_thickness
 from .._outputs._probe import (
     Entry,
+    Probe,
     end_capacity,
     ends_of,
     is_traced_run,
@@ -31,7 +31,7 @@ from .._outputs._probe import (
     probe_many,
     runs_away,
 )
-from .._outputs._quantities import Series, array_of_times, fault_of_times, outside, series_of
+from .._outputs._quantities import Series, array_of_times, outside, series_of, times_within
 from .._outputs._scan import peak
 from .._parts._scene import Scene
 from .._phases import AfterTravel, AtTemperature, Phases
@@ -261,25 +261,18 @@ class Result:
         are NaN instead, and all columns are float64. Under jit, vmap and grad nothing can be raised: there real
         numbers are NaN outside the run, and whole numbers the least of their type (−2147483648 for int32).
         """
-        concrete = self.concrete
-        if concrete:
-            xp, record, look = np, self.record.compact(), probe_many
-            ts = array_of_times(ts, "ts")
-        else:
-            xp, record, look = jnp, self.record, probe_at
-            ts = xp.atleast_1d(xp.asarray(ts, np.float64))
+        if self.concrete and not fill:
+            p = look(self, ts, left=left, path="ts", hint="; fill=True gives NaN there")
+            return series_of(p, self._system)
+        xp, record = (np, self.record.compact()) if self.concrete else (jnp, self.record)
+        ts = array_of_times(ts, "ts") if self.concrete else jnp.atleast_1d(jnp.asarray(ts, np.float64))
         t = record.rows.t
         start, end = t[0], t[record.count]
-        if concrete and not fill:
-            fault = fault_of_times(np.asarray(ts), float(start), float(end), "ts", "; fill=True gives NaN there")
-            if fault is not None:
-                raise InputError([fault])
         away = outside(ts, start, end)
         inside = xp.where(away, start, xp.clip(ts, start, end))
         index = record.find(inside, left=left)
-        found = series_of(look(record, index, inside - t[index]), self._system)
-        if concrete and not fill:
-            return found
+        probe = probe_many if self.concrete else probe_at
+        found = series_of(probe(record, index, inside - t[index]), self._system)
 
         def blank(column: Array) -> Array:
             gone = away.reshape(-1, *(1,) * (column.ndim - 1))
@@ -468,6 +461,18 @@ class Result:
 
     def _repr_html_(self) -> str:
         return _above("_run._verdict").page_of(self) if self.concrete else f"<pre>{html.escape(repr(self))}</pre>"
+
+
+def look(result: Result, times: Any, *, left: bool = False, path: str = "times", hint: str = "") -> Probe:
+    """States and forces of one concrete run at the times (s), at an event after it, or with `left` before it.
+
+    Raises `InputError` for times outside the run.
+    """
+    record = result.record.compact()
+    t = record.rows.t
+    times = times_within(times, float(t[0]), float(t[record.count]), path, hint)
+    index = record.find(times, left=left)
+    return probe_many(record, index, times - t[index])
 
 
 def _above(module: str) -> Any:

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from .._base._faults import InputError
-from .._base._table import coloured, number, rows_table
+from .._base._table import coloured, number, plain, rows_table
 from .._outputs._duty import DutyKind, speed_is_led
 from .._outputs._log import Status
 from .._outputs._metrics import HOT, about_output
@@ -61,10 +61,7 @@ class Verdict(NamedTuple):
 
     def as_dict(self) -> Entry:
         """`{colour, headline, rows, judged}` of JSON."""
-        rows = [{**row._asdict(), "state": str(row.state)} for row in self.rows]
-        judged = self.judged._asdict() | {"missing": {part: list(names) for part, names in self.judged.missing.items()}}
-        judged["not_modelled"] = list(self.judged.not_modelled)
-        return {"colour": str(self.colour), "headline": self.headline, "rows": rows, "judged": judged}
+        return plain(self)
 
     def __str__(self) -> str:
         return f"{self.colour}: {self.headline}"

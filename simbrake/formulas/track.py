@@ -8,8 +8,8 @@ from jaxtyping import Bool, Float
 
 from .._base._faults import Fault, InputError, require_positive
 from .._parts._scene import band_brake
-from .._run._linings import geometric_overlap, look, rubbing
-from .._run._result import Result
+from .._run._linings import geometric_overlap, rubbing
+from .._run._result import Result, look
 from ..brakes._design import Brake
 from ..thermal._material import Material
 from ._inputs import wall_at

@@ -26,8 +26,8 @@ from .._base._progress import counting
 from .._base._quantity import as_number
 from .._outputs._quantities import Series, fault_of_times
 from .._parts._scene import band_brake
-from .._run._linings import lining_contacts, look
-from .._run._result import Result
+from .._run._linings import lining_contacts
+from .._run._result import Result, look
 from ._pulley import (
     CONTACT_COLOURS,
     LINING,

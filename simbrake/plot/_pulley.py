@@ -17,8 +17,8 @@ from .._base._faults import Fault, InputError
 from .._outputs._probe import Probe
 from .._outputs._quantities import times_within
 from .._parts._scene import band_brake
-from .._run._linings import WORDS, Contact, lining_contacts, look
-from .._run._result import Result
+from .._run._linings import WORDS, Contact, lining_contacts
+from .._run._result import Result, look
 from ..brakes._band import AbstractStiffness, ParallelBands
 from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake

@@ -211,14 +211,12 @@ def write_excel(data: Dataset, path: Path) -> None:
     book.properties.creator, book.properties.title = "simbrake", data.attrs["title"]
 
     def cell(sheet: Any, x: Any) -> Any:
-        if isinstance(x, float | np.floating) and np.isnan(x):
+        if x is None or (isinstance(x, float | np.floating) and np.isnan(x)):
             return None
         if isinstance(x, int | np.integer):
             return int(x)
         if isinstance(x, float | np.floating) and np.isfinite(x):
             return float(x)
-        if x is None:
-            return None
         text = ILLEGAL_CHARACTERS_RE.sub("?", str(x))
         found = WriteOnlyCell(sheet, text)
         found.data_type = "s"

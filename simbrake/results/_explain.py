@@ -11,7 +11,7 @@ import numpy as np
 
 from .._base._faults import InputError
 from .._base._progress import Progress, shown_progress
-from .._base._table import Table, Tabular, digits, number
+from .._base._table import Table, Tabular, digits, number, plain
 from .._outputs._duty import DutyKind, rows_of
 from .._outputs._log import failure_of
 from .._outputs._metrics import HOLDING, METRICS, about_output, energies_between, energy_balance
@@ -383,7 +383,7 @@ def _limits(result: Result, said: Verdict) -> list[Finding]:
     elif len(rows) > 1:
         after = rows[1]
         text += f" Next: {after.name} {after.value}, allowed {after.limit}, margin {after.margin}."
-    return [Finding("limits", text + missing, {"rows": [{**row._asdict(), "state": str(row.state)} for row in rows]})]
+    return [Finding("limits", text + missing, {"rows": plain(rows)})]
 
 
 def _stability(result: Result) -> list[Finding]:
