@@ -221,7 +221,7 @@ def limits_of(scene: Scene, texts: list[str] | None, fail: bool, metrics: Sequen
     from .._run._measure import check_metrics, has_limit, parse_limits
 
     limits, faults = parse_limits(scene, texts or [])
-    if fail and not texts and not has_limit(scene, {}):
+    if fail and not texts and not has_limit(scene):
         hint = "give --limit, or the scene a permissible temperature (heat.permissible)"
         faults.append(Fault("--fail-on-limit", "no limit is given", hint))
     attempt(faults, check_metrics, scene, metrics)

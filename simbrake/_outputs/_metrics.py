@@ -691,7 +691,7 @@ def event_of(name: str) -> str:
     return mark.event  # pyright: ignore
 
 
-# --- energies and their balances ---------------------------------------------------------------------------------------
+# --- energies and their balances --------------------------------------------------------------------------------------
 
 
 #: energies of a run by name (J), `None` in a failed run for what left the range of numbers

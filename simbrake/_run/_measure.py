@@ -267,7 +267,9 @@ def read_limits(
         reader.faults += error.faults
     for name, value in ((name, value) for name, value in limits.items() if name in known):
         unit = "Pa" if name == PRESSURE else unit_of(name)
-        found = reader.number(_plain(value), Quantity(unit, "limit"), path.format(name), unit)
+        if isinstance(value, np.generic | np.ndarray) and np.ndim(value) == 0:
+            value = value.item()  # (a reader knows numbers of Python)
+        found = reader.number(value, Quantity(unit, "limit"), path.format(name), unit)
         read |= {} if found is BAD else {name: found}
     return read, reader.faults
 
@@ -287,16 +289,11 @@ def parse_limits(scene: Scene, texts: Sequence[str]) -> tuple[dict[str, float], 
     return limits, faults + wrong
 
 
-def has_limit(scene: Scene, limits: Mapping[str, float]) -> bool:
-    """Whether there is anything that a run could exceed: a limit given, or one of the scene."""
+def has_limit(scene: Scene) -> bool:
+    """Whether the scene has anything that a run could exceed."""
     worn = scene.wear is not None and scene.wear.permissible is not None
     pressed = scene.brake.linings.permissible_pressure is not None
-    return bool(limits) or worn or pressed or bool(allowable_values(scene))
-
-
-def _plain(value: Any) -> Any:
-    """A number of NumPy as one of Python, which a reader knows."""
-    return value.item() if isinstance(value, np.generic | np.ndarray) and np.ndim(value) == 0 else value
+    return worn or pressed or bool(allowable_values(scene))
 
 
 def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck]:

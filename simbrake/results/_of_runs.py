@@ -1,54 +1,34 @@
 """Public names of runs and results that are defined in the packages of the run."""
 
-from .._base._table import display_units as display_units
-from .._outputs._duty import DutyKind as DutyKind
-from .._outputs._log import EVENTS as EVENTS
-from .._outputs._log import FAILURES as FAILURES
-from .._outputs._log import Event as Event
-from .._outputs._log import Events as Events
-from .._outputs._log import SimulationError as SimulationError
-from .._outputs._log import Stage as Stage
-from .._outputs._log import Status as Status
-from .._outputs._log import internal_slip_tension as internal_slip_tension
-from .._outputs._metrics import METRICS as METRICS
-from .._outputs._metrics import Mark as Mark
-from .._outputs._metrics import Metric as Metric
-from .._outputs._metrics import metric_names as metric_names
-from .._outputs._probe import integral as integral
-from .._outputs._quantities import PAIR_COLUMNS as PAIR_COLUMNS
-from .._outputs._quantities import SERIES_COLUMNS as SERIES_COLUMNS
-from .._outputs._quantities import PairSeries as PairSeries
-from .._outputs._quantities import Series as Series
-from .._physics._mechanism import BandMode as BandMode
-from .._run._accuracy import Accuracy as Accuracy
-from .._run._accuracy import ErrorEstimate as ErrorEstimate
-from .._run._accuracy import EventError as EventError
-from .._run._accuracy import StateError as StateError
-from .._run._accuracy import accuracy as accuracy
-from .._run._linings import Overlap as Overlap
-from .._run._linings import RingWear as RingWear
-from .._run._linings import RunningIn as RunningIn
-from .._run._linings import friction_work as friction_work
-from .._run._linings import geometric_overlap as geometric_overlap
-from .._run._linings import lining_mean as lining_mean
-from .._run._linings import lining_peak as lining_peak
-from .._run._linings import lining_wear as lining_wear
-from .._run._linings import overlap as overlap
-from .._run._linings import ring_wear as ring_wear
-from .._run._measure import Judged as Judged
-from .._run._measure import LimitCheck as LimitCheck
-from .._run._measure import limit_checks as limit_checks
-from .._run._networks import CyclicState as CyclicState
-from .._run._networks import HeatResult as HeatResult
-from .._run._networks import cyclic_steady_state as cyclic_steady_state
-from .._run._networks import simulate_heat as simulate_heat
-from .._run._networks import steady_state as steady_state
-from .._run._networks import with_temperatures as with_temperatures
-from .._run._result import Result as Result
-from .._run._simulate import Prepared as Prepared
-from .._run._simulate import PreparedAccuracy as PreparedAccuracy
-from .._run._simulate import PreparedResult as PreparedResult
-from .._run._simulate import prepare as prepare
-from .._run._verdict import Verdict as Verdict
-from .._run._verdict import VerdictRow as VerdictRow
-from .._run._verdict import verdict as verdict
+from .._base._table import display_units
+from .._outputs._duty import DutyKind
+from .._outputs._log import EVENTS, FAILURES, Event, Events, SimulationError, Stage, Status, internal_slip_tension
+from .._outputs._metrics import METRICS, Mark, Metric, metric_names
+from .._outputs._probe import integral
+from .._outputs._quantities import PAIR_COLUMNS, SERIES_COLUMNS, PairSeries, Series
+from .._physics._mechanism import BandMode
+from .._run._accuracy import Accuracy, ErrorEstimate, EventError, StateError, accuracy
+from .._run._linings import (
+    Overlap,
+    RingWear,
+    RunningIn,
+    friction_work,
+    geometric_overlap,
+    lining_mean,
+    lining_peak,
+    lining_wear,
+    overlap,
+    ring_wear,
+)
+from .._run._measure import Judged, LimitCheck, limit_checks
+from .._run._networks import (
+    CyclicState,
+    HeatResult,
+    cyclic_steady_state,
+    simulate_heat,
+    steady_state,
+    with_temperatures,
+)
+from .._run._result import Result
+from .._run._simulate import Prepared, PreparedAccuracy, PreparedResult, prepare
+from .._run._verdict import Verdict, VerdictRow, verdict
