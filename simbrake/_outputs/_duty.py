@@ -82,25 +82,12 @@ def counted(events: list[Entry]) -> str:
     return ", ".join(f"{count} × {name.replace('_', ' ')}" for name, count in counts.items())
 
 
-class OfStops(NamedTuple):
-    """Totals of several stops in SI, and the worst of them."""
-
-    motion_time: float
-    braking_time: float
-    angle: float
-    travel: float | None
-    slowest: Entry
-    hottest: Entry
-
-    @classmethod
-    def of(cls, rows: Sequence[Entry]) -> "OfStops":
-        """Of the rows of a summary, one for each stop."""
-        totals = (
-            sum(row[name] for row in rows) if name in rows[0] else None
-            for name in ("motion_time", "braking_time", "angle", "travel")
-        )
-        worst = (max(rows, key=lambda row, name=name: row[name]) for name in ("braking_time", "energy"))
-        return cls(*totals, *worst)  # pyright: ignore
+def totals(rows: Sequence[Entry]) -> Entry:
+    """Sums over the stops of a summary in SI, and the worst: `slowest` by its braking, `hottest` by its heat."""
+    names = ("motion_time", "braking_time", "angle", "travel", "energy")
+    found: Entry = {name: sum(row[name] for row in rows) for name in names if name in rows[0]}
+    found["slowest"] = max(rows, key=lambda row: row["braking_time"])
+    return found | {"hottest": max(rows, key=lambda row: row["energy"])}
 
 
 def duty_lines(summary: Entry) -> Iterator[str]:
@@ -114,14 +101,13 @@ def duty_lines(summary: Entry) -> Iterator[str]:
             angle = metrics["stopping_angle"]
             if kind == DutyKind.STOPS:
                 rows = summary["stops"]
-                found = OfStops.of(rows)
-                angle = found.angle
-                travel = "" if found.travel is None else f", hook travel {number(found.travel, 'm')}"
+                found = totals(rows)
+                angle, slowest, hottest = found["angle"], found["slowest"], found["hottest"]
+                travel = f", hook travel {number(found['travel'], 'm')}" if "travel" in found else ""
                 yield (
-                    f"total    {len(rows)} stops in {duration}: in motion {number(found.motion_time, 's')}, "
-                    f"braked {number(found.braking_time, 's')}, {number(found.angle, 'rad')}{travel}"
+                    f"total    {len(rows)} stops in {duration}: in motion {number(found['motion_time'], 's')}, "
+                    f"braked {number(found['braking_time'], 's')}, {number(angle, 'rad')}{travel}"
                 )
-                slowest, hottest = found.slowest, found.hottest
                 yield (
                     f"worst    longest braking {number(slowest['braking_time'], 's')} in stop {slowest['stop']}, "
                     f"maximum friction heat {number(hottest['energy'], 'J')} in stop {hottest['stop']}"

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._base._part import about_of, below, parts_below
 from .._base._table import Column, Number, Table, digits, number, numbers, scale
-from .._outputs._duty import OfStops
+from .._outputs._duty import totals
 from .._outputs._log import STAGES, Event, plain_words
 from .._outputs._metrics import METRICS, RESIDUAL_SEES, Balance, energy_balance, heat_balance
 from .._parts._scene import Scene
@@ -55,18 +55,18 @@ _FIRST_STOP = ("slip_onset_time", "full_slip_time", "stopping_time", "stopping_a
 
 
 def _of_stops(rows: Sequence[Summary]) -> list[tuple[str, Number, str]]:
-    found = OfStops.of(rows)
-    slowest, hottest = f"in stop {found.slowest['stop']}", f"in stop {found.hottest['stop']}"
+    found = totals(rows)
+    slowest, hottest = (f"in stop {found[name]['stop']}" for name in ("slowest", "hottest"))
     figures = [
         ("Stops", Number(str(len(rows)), ""), ""),
-        ("Time in motion", number(found.motion_time, "s", count=5), ""),
-        ("Time of braking", number(found.braking_time, "s", count=5), ""),
-        ("Longest braking", number(found.slowest["braking_time"], "s", count=5), slowest),
-        ("Maximum friction heat of a stop", number(found.hottest["energy"], "J", count=5), hottest),
-        ("Angle of all stops", number(found.angle, "rad", count=5), ""),
+        ("Time in motion", number(found["motion_time"], "s", count=5), ""),
+        ("Time of braking", number(found["braking_time"], "s", count=5), ""),
+        ("Longest braking", number(found["slowest"]["braking_time"], "s", count=5), slowest),
+        ("Maximum friction heat of a stop", number(found["hottest"]["energy"], "J", count=5), hottest),
+        ("Angle of all stops", number(found["angle"], "rad", count=5), ""),
     ]
-    if found.travel is not None:
-        figures.append(("Hook travel of all stops", number(found.travel, "m", count=5), ""))
+    if "travel" in found:
+        figures.append(("Hook travel of all stops", number(found["travel"], "m", count=5), ""))
     return figures
 
 

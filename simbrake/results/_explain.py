@@ -12,7 +12,7 @@ import numpy as np
 from .._base._faults import InputError
 from .._base._progress import Progress, shown_progress
 from .._base._table import Table, Tabular, digits, number, plain
-from .._outputs._duty import DutyKind, rows_of
+from .._outputs._duty import DutyKind, rows_of, totals
 from .._outputs._log import failure_of
 from .._outputs._metrics import HOLDING, METRICS, about_output, energies_between, energy_balance
 from .._outputs._stability import least_outweighed
@@ -195,16 +195,16 @@ def _course(result: Result) -> list[Finding]:
 
 
 def _many(summary: dict[str, Any]) -> Finding:
-    rows = summary["stops"]
-    total = {name: sum(row[name] for row in rows) for name in ("motion_time", "braking_time", "angle", "energy")}
-    slowest, end = max(rows, key=lambda row: row["braking_time"]), summary["end"]
+    rows, total, end = summary["stops"], totals(summary["stops"]), summary["end"]
+    slowest = total["slowest"]
     first, last, longest = (number(row["braking_time"], "s") for row in (rows[0], rows[-1], slowest))
     text = (
         f"{len(rows)} stops in {number(end['duration'], 's')}, of which {number(total['motion_time'], 's')} in motion "
         f"and {number(total['braking_time'], 's')} braked. The first takes {first} of braking, the last {last}, the "
         f"longest {longest} (stop {slowest['stop']})."
     )
-    return Finding("course", text, {"stops": len(rows), **total, "longest": slowest})
+    sums = {name: total[name] for name in ("motion_time", "braking_time", "angle", "energy")}
+    return Finding("course", text, {"stops": len(rows), **sums, "longest": slowest})
 
 
 def _balance(result: Result) -> list[Finding]:
