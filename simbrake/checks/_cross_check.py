@@ -56,22 +56,22 @@ class _EndedError(RuntimeError):
 
 
 class Course:
-    """A run of a record by SciPy, up to the time reached: `drive` takes it to its end.
+    """The run of a record by SciPy, up to the time reached: `drive` takes it to its end.
 
+    - `method` of `scipy.integrate.solve_ivp`;  `rtol`: relative tolerance, absolute ones are `rtol` times the typical
+      sizes of the states, and of `energy` (J) for ledgers
+    - `most`: evaluations of the right-hand side allowed; a longer run ends there with a message
+    - `report`: called with the time reached and the end time at every evaluation
     - `changes`: modes in order;  `t`, `y`: time reached, and the state there (flat)
     - `evaluations`, `seconds`: work done;  `trouble`: empty, or why it ended before the end of the run
     """
 
     def __init__(
-        self,
-        record: Record,
-        method: str,
-        rtol: float,
-        atol: FlatState,
-        most: int,
-        report: Callable[[float, float], None],
+        self, record: Record, method: str, rtol: float, most: int, energy: float, report: Callable[[float, float], None]
     ) -> None:
-        self.report, self.method, self.rtol, self.atol, self.most = report, method, rtol, atol, most
+        sizes = _sizes(record)
+        self.report, self.method, self.rtol, self.most = report, method, rtol, most
+        self.atol = rtol * np.where(np.isfinite(sizes), sizes, energy)
         self.t, self.t1 = float(record.rows.t[0]), float(record.t1)
         self.y, self.mode = np.asarray(record.rows.y[0]), np.asarray(record.rows.mode[0], np.int32)
         self.changes = [Change(self.t, self.mode)]
@@ -157,51 +157,28 @@ class Course:
             fired[np.argmin(g)] = True
         return fired, not landed
 
-    def run(self) -> None:
-        """Integrate to the end; raises `RuntimeError` on an early end."""
-        while self.t < self.t1:
-            until = min(float(self._next_stop(self.mode, self.y)), self.t1)
-            fired = self.sinking(max(until - self.t, self.max_step))
-            reached = not np.any(fired)
-            if reached and until > self.t:
-                fired, reached = self.advance(until)
-                if reached and until >= self.t1:
-                    return
-            self.jump(fired, reached)
+    def drive(self) -> None:
+        """Integrate to the end, or to what ends it early."""
+        start = time.perf_counter()
+        try:
+            while self.t < self.t1:
+                until = min(float(self._next_stop(self.mode, self.y)), self.t1)
+                fired = self.sinking(max(until - self.t, self.max_step))
+                reached = not np.any(fired)
+                if reached and until > self.t:
+                    fired, reached = self.advance(until)
+                    if reached and until >= self.t1:
+                        break
+                self.jump(fired, reached)
+        except RuntimeError as problem:
+            self.trouble = str(problem)
+        self.seconds = time.perf_counter() - start
 
 
 def _sizes(record: Record) -> FlatState:
     """Typical sizes of the states."""
     like = jax.tree.map(lambda size, leaf: np.broadcast_to(size, np.shape(leaf)), record.system.scales(), record.y_like)
     return np.asarray(ravel_pytree(like)[0])
-
-
-def drive(
-    record: Record,
-    method: str = "DOP853",
-    rtol: float = 1e-10,
-    most: int = 400_000,
-    energy: float = 1.0,
-    report: Callable[[float, float], None] = lambda t, end: None,
-) -> Course:
-    """Repeat the run of a record with SciPy.
-
-    - `method` of `scipy.integrate.solve_ivp`;  `rtol`: relative tolerance, absolute ones are `rtol` times the typical
-      sizes of the states, and of `energy` (J) for ledgers
-    - `most`: evaluations of the right-hand side allowed; a longer run ends there with a message
-    - `report`: called with the time reached and the end time at every evaluation
-
-    Compiling is not counted in `seconds`: the first few evaluations are made before.
-    """
-    sizes = _sizes(record)
-    course = Course(record, method, rtol, rtol * np.where(np.isfinite(sizes), sizes, energy), most, report)
-    start = time.perf_counter()
-    try:
-        course.run()
-    except RuntimeError as problem:
-        course.trouble = str(problem)
-    course.seconds = time.perf_counter() - start
-    return course
 
 
 # --- the report -------------------------------------------------------------------------------------------------------
@@ -386,17 +363,6 @@ def _compared_ends(result: Result, y: FlatState) -> Iterator[_Compared]:
             yield f"end: {name}{more if kind == 'heat' else ''}", float(ours[i]), float(theirs[i]), float(size[i])
 
 
-def _faults(method: str | None, rtol: float, most: int) -> list[Fault]:
-    found = []
-    if method is not None and method not in METHODS:
-        found.append(Fault("method", f"SciPy has no {method!r}", f"one of {', '.join(METHODS)}"))
-    if not 1e-13 <= rtol < 0.1:
-        found.append(Fault("rtol", f"{rtol} is out of range", "1e-13 ≤ rtol < 0.1"))
-    if most < 1:
-        found.append(Fault("max_evaluations", f"{most} is out of range", "at least 1"))
-    return found
-
-
 def cross_check(
     scene: Scene,
     *,
@@ -423,7 +389,13 @@ def cross_check(
 
     Raises `InputError` with all errors of scene and options, `SimulationError` where the run of simbrake fails.
     """
-    faults = _faults(method, rtol, max_evaluations)
+    faults = []
+    if method is not None and method not in METHODS:
+        faults.append(Fault("method", f"SciPy has no {method!r}", f"one of {', '.join(METHODS)}"))
+    if not 1e-13 <= rtol < 0.1:
+        faults.append(Fault("rtol", f"{rtol} is out of range", "1e-13 ≤ rtol < 0.1"))
+    if max_evaluations < 1:
+        faults.append(Fault("max_evaluations", f"{max_evaluations} is out of range", "at least 1"))
     if faults:
         raise InputError(faults)
     with shown_progress(progress, "cross-check", "compiling…") as shown:
@@ -434,7 +406,8 @@ def cross_check(
         method = method or ("Radau" if stiffness(scene)[0] else "DOP853")
         shown.now(f"compiling for SciPy {method}")
         system: Any = again.record.system
-        course = drive(again.record, method, rtol, max_evaluations, float(system.sizes.torque), shown.reach)
+        course = Course(again.record, method, rtol, max_evaluations, float(system.sizes.torque), shown.reach)
+        course.drive()
     source, allowed = f"SciPy {method}", 100 * rtol if tolerance is None else tolerance
     span = float(scene.end_time) - float(scene.initial.time)
     passed = {*_LIMITS, *(mark.event for mark in marks())}

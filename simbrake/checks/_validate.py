@@ -3,7 +3,7 @@
 import itertools
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from fnmatch import fnmatchcase
 
@@ -13,33 +13,14 @@ from .._run._simulate import require_64_bits
 from ._validation import Case, Check, Validation, run_case
 
 
-def lanes_of_subjects() -> tuple[list[Callable[[], list[Case]]], ...]:
-    """Functions that make the cases, in two lanes that run side by side; those of one share compiled programs."""
-    # loaded on demand: they and their references take a good part of a second to import
-    from . import _cases_band as band
-    from . import _cases_heat as heat
-    from . import _cases_integrator as integrator
-    from . import _cases_laws as laws
-    from . import _cases_mechanisms as mechanisms
-    from . import _cases_runs as runs
-    from . import _cases_shaft as shaft
-
-    first = integrator, heat, mechanisms, runs
-    second = band, shaft, laws
-    return [s for module in first for s in module.CASES], [s for module in second for s in module.CASES]
-
-
-def lanes_of_cases() -> list[list[Case]]:
-    """Every case, none of them run yet, lane by lane."""
-    return [[case for subject in lane for case in subject()] for lane in lanes_of_subjects()]
-
-
 def chosen(only: str | None = None) -> list[list[Case]]:
     """The cases whose name holds the words `only`, or fits it as a pattern with `*`; all without it. In lanes.
 
     Raises `InputError` where there is none.
     """
-    lanes = lanes_of_cases()
+    from ._cases import LANES  # loaded on demand: they take a good part of a second to import
+
+    lanes = [[case for subject in lane for case in subject()] for lane in LANES]
     if only is None:
         return lanes
     word = only.lower()
@@ -49,29 +30,6 @@ def chosen(only: str | None = None) -> list[list[Case]]:
         subjects = ", ".join(dict.fromkeys(case.name.partition("/")[0] for lane in lanes for case in lane))
         raise InputError([Fault("--only", f"no case matches {only!r}", f"subjects are {subjects}")])
     return [lane for lane in picked if lane]
-
-
-def run_lanes(lanes: Sequence[Sequence[Case]], progress: bool | None = None) -> Validation:
-    """Run the lanes in parallel, as compiling releases Python; a line on a terminal shows the progress."""
-    shown, total = Progress("validate", "compiling…", progress), sum(map(len, lanes))
-    start, halted, done = time.monotonic(), threading.Event(), itertools.count(1)
-
-    def run(lane: Sequence[Case]) -> list[Check]:
-        checks = []
-        for case in lane:
-            if halted.is_set():
-                break
-            checks.append(run_case(case))
-            shown.now("cases", next(done), total)
-        return checks
-
-    with shown, ThreadPoolExecutor(max(1, len(lanes))) as pool:
-        futures = [pool.submit(run, lane) for lane in lanes]
-        try:
-            checks = [check for future in futures for check in future.result()]
-        finally:
-            halted.set()  # interrupted: each lane ends after the case it is at
-    return Validation(checks, time.monotonic() - start)
 
 
 def validate(only: str | None = None, *, progress: bool | None = False) -> Validation:
@@ -90,4 +48,24 @@ def validate(only: str | None = None, *, progress: bool | None = False) -> Valid
     Raises `InputError` where no case matches `only`, `RuntimeError` if JAX is not in 64-bit mode.
     """
     require_64_bits()
-    return run_lanes(chosen(only), progress)
+    lanes = chosen(only)
+    shown, total = Progress("validate", "compiling…", progress), sum(map(len, lanes))
+    start, halted, done = time.monotonic(), threading.Event(), itertools.count(1)
+
+    def run(lane: Sequence[Case]) -> list[Check]:
+        checks = []
+        for case in lane:
+            if halted.is_set():
+                break
+            checks.append(run_case(case))
+            shown.now("cases", next(done), total)
+        return checks
+
+    # side by side, as compiling releases Python
+    with shown, ThreadPoolExecutor(max(1, len(lanes))) as pool:
+        futures = [pool.submit(run, lane) for lane in lanes]
+        try:
+            checks = [check for future in futures for check in future.result()]
+        finally:
+            halted.set()  # interrupted: each lane ends after the case it is at
+    return Validation(checks, time.monotonic() - start)

@@ -5,7 +5,7 @@ import csv
 import dataclasses
 import functools
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from importlib import resources
 from typing import Any, NamedTuple, TypeAlias
 
@@ -19,8 +19,6 @@ from .._run._result import Result
 from .._run._simulate import Solver, simulate
 
 PASS, FAIL = "pass", "fail"
-#: beginning of the source of most reference values
-FORM = "closed form: "
 
 # --- cases ------------------------------------------------------------------------------------------------------------
 
@@ -45,54 +43,8 @@ class Case(NamedTuple):
     value: Callable[[], Any]
 
 
-class Slope(NamedTuple):
-    """A derivative to be compared, by the number at a `path` of the scene; `of`: which of several quantities.
-
-    - of an array by the sum of its numbers, or by that whose place ends the path
-    """
-
-    path: str
-    of: int | None = None
-
-
 #: quantity that a case reads from a result: a function of it, or names, keys and places in it as `energy.friction_heat`
-Reader: TypeAlias = str | Callable[[Any], Any] | Slope
-#: name, source of the truth, truth, quantity read from the result, and the tolerance if not the default
-Row: TypeAlias = tuple[str, str, float, Reader] | tuple[str, str, float, Reader, float]
-
-
-#: names that show one formula or mechanism in several scenes, and the subject that they make
-_TOGETHER = {
-    "stop with no fade": "stop with fade",
-    "staged brake held 3600 s": "held 3600 s",
-}
-
-
-def subject_of(name: str) -> str:
-    """The formula or mechanism that a case is about: what stands before the slash in its name."""
-    head = name.partition("/")[0]
-    return _TOGETHER.get(head, head)
-
-
-def cases_of(subject: str, run: Callable[[], Any], tolerance: float, rows: Iterable[Row]) -> list[Case]:
-    """Cases that read one result, `run()`, which is made when the first of them is run."""
-    once, found = functools.cache(run), []
-    for what, source, truth, read, *other in rows:
-        value = functools.partial(_read, once, read)
-        found.append(Case(f"{subject}/{what}", source, truth, other[0] if other else tolerance, value))
-    return found
-
-
-def cases_of_run(
-    subject: str,
-    scene: Scene,
-    rows: Iterable[Row],
-    tolerance: float = 1e-11,
-    rtol: float = 1e-12,
-    solver: Solver | None = None,
-) -> list[Case]:
-    """Cases that read the result of a scene."""
-    return cases_of(subject, lambda: simulate(scene, rtol=rtol, solver=solver), tolerance, rows)
+Reader: TypeAlias = str | Callable[[Any], Any]
 
 
 @functools.cache
@@ -105,17 +57,53 @@ def truths() -> Mapping[str, Sequence[Mapping[str, str]]]:
     return found
 
 
-def stopping_time(result: Result) -> Any:
-    return result.stopping_time
+def _cases(subject: str, values: Mapping[str, Callable[[], Any]]) -> list[Case]:
+    """Those cases of a subject of `truths.csv` of which there are values, by what they compare."""
+    return [
+        Case(f"{subject}/{what}", row["source"], float(row["truth"]), float(row["tolerance"]), values[what])
+        for row in truths()[subject]
+        if (what := row["what"]) in values
+    ]
 
 
-def differentiated(of: Callable[[Any], Any], x: float) -> float:
-    """Derivative of a closed form at `x` by a complex step: no difference of near numbers."""
-    return of(x + 1e-200j).imag / 1e-200
+def cases_of(subject: str, run: Callable[[], Any], reads: Mapping[str, Reader]) -> list[Case]:
+    """Cases that read one result, `run()`, which is made when the first of them is run."""
+    once = functools.cache(run)
+    return _cases(subject, {what: functools.partial(_read, once, read) for what, read in reads.items()})
+
+
+def cases_of_run(
+    subject: str,
+    scene: Scene,
+    reads: Mapping[str, Reader],
+    slopes: Mapping[str, str] | None = None,
+    of: Callable[[Result], Any] = lambda result: result.stopping_time,
+    program: str | None = None,
+    solver: Solver | None = None,
+    rtol: float = 1e-12,
+) -> list[Case]:
+    """Cases that read the result of a scene, and derivatives of `of(result)` by the numbers at paths of the scene.
+
+    - `slopes`: paths by what is compared; of an array by the sum of its numbers, or by that whose place ends the path
+    - `program`: name of the compiled program that subjects share, whose scenes differ in their numbers alone
+    - `solver`: as of `simulate`; one of fewer stages takes half as long to compile
+    """
+    if not slopes and program is None:
+        return cases_of(subject, lambda: simulate(scene, rtol=rtol, solver=solver), reads)
+    run = _with_slope(program or subject, of, solver)
+
+    @functools.cache
+    def along(path: str) -> tuple[Result, Any]:
+        return run(jax.tree.map(np.asarray, scene), _towards(scene, path))
+
+    slopes = slopes or {}
+    first = next(iter(slopes.values()), "initial.omega")
+    values = {what: functools.partial(_read, lambda: along(first)[0], read) for what, read in reads.items()}
+    return _cases(subject, values | {what: lambda path=path: along(path)[1] for what, path in slopes.items()})
 
 
 @functools.cache
-def _with_slope(name: str, of: Callable[[Result], Any], solver: Solver | None = None) -> DeviceJit:
+def _with_slope(name: str, of: Callable[[Result], Any], solver: Solver | None) -> DeviceJit:
     """One program for a result and a derivative, in forward mode: the other mode takes several times as long."""
 
     def both(scene: Scene, tangent: Scene) -> tuple[Result, Any]:
@@ -130,6 +118,7 @@ def _with_slope(name: str, of: Callable[[Result], Any], solver: Solver | None = 
 
 
 def _towards(scene: Scene, path: str) -> Scene:
+    """The direction in a scene that changes the number at a path."""
     tangent = jax.tree.map(lambda x: np.zeros(np.shape(x)), scene)
     head, _, last = path.rpartition(".")
     above = _read(lambda: tangent, head)
@@ -140,66 +129,10 @@ def _towards(scene: Scene, path: str) -> Scene:
     return tangent
 
 
-def cases_with_slopes(
-    subject: str,
-    scene: Scene,
-    rows: Iterable[Row],
-    of: Callable[[Result], Any] = stopping_time,
-    tolerance: float = 1e-11,
-    program: str | None = None,
-    solver: Solver | None = None,
-) -> list[Case]:
-    """Cases that read the result of a scene, of which those of a `Slope` are derivatives of `of(result)`.
-
-    - `program`: name of the compiled program that subjects share, whose scenes differ in their numbers alone
-    - `solver`: as of `simulate`; one of fewer stages takes half as long to compile
-    """
-    rows = list(rows)
-    run = _with_slope(program or subject, of, solver)
-
-    @functools.cache
-    def along(path: str) -> tuple[Result, Any]:
-        return run(jax.tree.map(np.asarray, scene), _towards(scene, path))
-
-    first = next((row[3].path for row in rows if isinstance(row[3], Slope)), "initial.omega")
-
-    def slope(at: Slope) -> Any:
-        found = along(at.path)[1]
-        return found if at.of is None else found[at.of]
-
-    made = cases_of(subject, lambda: along(first)[0], tolerance, rows)
-    return [
-        case._replace(value=functools.partial(slope, row[3])) if isinstance(row[3], Slope) else case
-        for case, row in zip(made, rows, strict=True)
-    ]
-
-
-def frozen_cases(
-    subject: str,
-    scene: Scene,
-    reads: Mapping[str, Reader],
-    slopes: Mapping[str, str | Slope] | None = None,
-    of: Callable[[Result], Any] = stopping_time,
-    program: str | None = None,
-    solver: Solver | None = None,
-) -> list[Case]:
-    """Cases of a subject of `truths.csv`: rows that are read from the result, and derivatives of `of(result)`."""
-    slopes = {what: at if isinstance(at, Slope) else Slope(at) for what, at in (slopes or {}).items()}
-    known = {**reads, **slopes}
-    rows = [
-        (what, row["source"], float(row["truth"]), known[what], float(row["tolerance"]))
-        for row in truths()[subject]
-        if (what := row["what"]) in known
-    ]
-    if not slopes:
-        return cases_of_run(subject, scene, rows, solver=solver)
-    return cases_with_slopes(subject, scene, rows, of, program=program, solver=solver)
-
-
 def _read(run: Callable[[], Any], what: Reader) -> Any:
     found = run()
     if not isinstance(what, str):
-        return what(found)  # pyright: ignore
+        return what(found)
     for name in what.split("."):
         if name.isdigit():
             found = found[int(name)]
@@ -303,6 +236,10 @@ class AbstractChecks(Tabular, Sequence[Check]):
     __repr__ = Tabular.__str__
 
 
+#: names that show one formula or mechanism in several scenes, and the subject that they make
+_TOGETHER = {"stop with no fade": "stop with fade", "staged brake held 3600 s": "held 3600 s"}
+
+
 @dataclasses.dataclass(frozen=True, repr=False)
 class Validation(AbstractChecks):
     """Checks in order; printing them shows the table and the count of verdicts.
@@ -323,7 +260,7 @@ class Validation(AbstractChecks):
 
     def parts(self) -> list[str | Table]:
         failed = self.failed
-        subjects = len({subject_of(check.case) for check in self})
+        subjects = len({_TOGETHER.get(head, head) for head in (check.case.partition("/")[0] for check in self)})
         count = f"{len(self) - len(failed)} of {len(self)} cases pass in {self.seconds:.0f} s, on {subjects} subjects"
         count += f"; not: {', '.join(failed)}" if failed else ""
         return [*self.table(self.checks, "truth"), "", f"{count} (error: of the truth, absolute where that is 0)"]
