@@ -10,7 +10,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
 
 from cyclopts import Parameter
 
@@ -211,6 +211,39 @@ def in_si(scene: Scene, option: str, texts: Mapping[str, Sequence[str]], faults:
             given = f"{option} {path}={':'.join(numbers)}"
             faults += [dataclasses.replace(fault, path=given) for fault in error.faults]
     return found
+
+
+#: values of one parameter at most
+_MOST_VALUES = 1_000_000
+
+
+class Values(NamedTuple):
+    """Values of `--vary`: each of the texts, or `count` ones from the first to the last of two."""
+
+    texts: list[str]
+    count: int = 0
+
+
+def evenly(text: str) -> Values:
+    """`LOW:HIGH:COUNT`. Raises `ValueError`."""
+    low, high, count = text.split(":")
+    if not 2 <= int(count) <= _MOST_VALUES:
+        raise ValueError(text)
+    return Values([low, high], int(count))
+
+
+def axes_of(scene: Scene, asked: Mapping[str, Values], axes: dict[str, Any]) -> list[Fault]:
+    """Errors of `--vary`; values of every parameter, or the bounds of a sample, in SI go to `axes`."""
+    import numpy as np
+
+    faults: list[Fault] = []
+    for path, (texts, count) in asked.items():
+        found = in_si(scene, "--vary", {path: texts}, faults).get(path)
+        if found is not None and count and not found[0] < found[1]:
+            faults.append(Fault(f"--vary {path}", f"{texts[0]} is not below {texts[1]}", "give LOW:HIGH:COUNT"))
+        elif found is not None:
+            axes[path] = np.linspace(found[0], found[1], count).tolist() if count else tuple(found)
+    return faults
 
 
 def limits_of(scene: Scene, texts: list[str] | None, fail: bool, metrics: Sequence[str] = ()) -> dict[str, float]:

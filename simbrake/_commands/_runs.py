@@ -2,7 +2,7 @@
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from cyclopts import Parameter
 
@@ -504,19 +504,28 @@ def publish(
         Print {written, points, failed, gaps, deviation, of, at, coarse} as JSON, alone on stdout.
     """
     out = cli.file_in(out or Path(), f"{file.stem}_sliders.html")
-    scene = cli.opened(file, set_, rtol, faults=cli.faults_of_file(out))
-    from .._pages._publish import publish as publish_page
-    from .._pages._publish import read_axes
+    form, faults = "PATH=LOW:HIGH:COUNT, as in initial.omega=10:30:7", cli.faults_of_file(out)
+    if not vary or len(vary) > 3:
+        what = f"is given {len(vary)} times" if vary else "is missing"
+        faults.append(Fault("--vary", what, "up to 3 parameters" if vary else form))
+    given = cli.assignments("--vary", form, vary, cli.evenly, faults)
+    axes: dict[str, Any] = {}
+    limits: dict[str, float] = {}
 
-    faults: list[Fault] = []
-    axes = cli.attempt(faults, read_axes, scene, vary or [])
-    limits = cli.attempt(faults, cli.limits_of, scene, limit, False)
-    if faults or axes is None or limits is None:
-        raise InputError(faults)
+    def also(scene: cli.Scene) -> list[Fault]:
+        from .._pages._publish import faults_of_axes
+
+        wrong = cli.axes_of(scene, given, axes) + faults_of_axes(scene, axes)
+        limits.update(cli.attempt(wrong, cli.limits_of, scene, limit, False) or {})
+        return wrong
+
+    scene = cli.opened(file, set_, rtol, faults=faults, also=also)
+    from .._pages._publish import publish as publish_page
+
     with Progress("publish", "compiling…") as progress:
         title = title_of(file, file.read_text("utf-8", errors="replace"))
         found = publish_page(scene, axes, out, limits=limits, title=title, rtol=rtol, progress=progress)
-    cli.tell(f"{found}\nwritten  {out}", lambda: {"written": str(out), **found.as_dict()}, json_)
+    cli.tell(f"{found}\nwritten  {out}", lambda: {"written": str(out), **found._asdict()}, json_)
     return 0
 
 

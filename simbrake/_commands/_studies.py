@@ -3,10 +3,10 @@
 import math
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NamedTuple
+from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import Parameter
 
@@ -105,7 +105,13 @@ def sweep(
     """
     faults: list[Fault] = []
     form = "PATH=LOW:HIGH:COUNT, PATH=a,b,c, or PATH=LOW:HIGH with --sample"
-    given = cli.assignments("--vary", form, vary, _grid if sample is None else _sampled, faults)
+
+    def read(text: str) -> cli.Values:
+        if sample is not None:
+            return cli.Values(cli.bounds(text))
+        return cli.evenly(text) if ":" in text else cli.Values(text.split(","))
+
+    given = cli.assignments("--vary", form, vary, read, faults)
     if not vary:
         faults.append(Fault("--vary", "is missing", form))
     runs = math.prod(max(one.count, len(one.texts)) for one in given.values()) if sample is None else sample
@@ -113,7 +119,7 @@ def sweep(
         faults.append(Fault("--vary", f"{runs} runs are too many", f"at most {_MOST_RUNS}"))
     faults += faults_of_place("--resume", resume)
     axes: dict[str, Any] = {}
-    also = lambda scene: _axes(scene, given, axes)  # noqa: E731
+    also = lambda scene: cli.axes_of(scene, given, axes)  # noqa: E731
     counts = {"sample": sample, "max_steps": max_steps, "workers": workers}
     scene = cli.opened(file, set_, rtol, folder=out, faults=faults, also=also, **counts)
     asked = _metrics_of(scene, metrics)
@@ -133,45 +139,7 @@ def sweep(
     return 130 if min(runs["code"]) < 0 else cli.exit_code(not any(runs["code"]))
 
 
-#: of one parameter, and of all
-_MOST_VALUES = 1_000_000
 _MOST_RUNS = 100_000_000
-
-
-class _Values(NamedTuple):
-    """Values of `--vary`: each of the texts, or `count` ones from the first to the last of two."""
-
-    texts: list[str]
-    count: int = 0
-
-
-def _grid(text: str) -> _Values:
-    """`LOW:HIGH:COUNT` or `a,b,c`. Raises `ValueError`."""
-    ends = text.split(":")
-    if len(ends) == 1:
-        return _Values(text.split(","))
-    if len(ends) != 3 or not 2 <= int(ends[2]) <= _MOST_VALUES:
-        raise ValueError(text)
-    return _Values(ends[:2], int(ends[2]))
-
-
-def _sampled(text: str) -> _Values:
-    """`LOW:HIGH`. Raises `ValueError`."""
-    return _Values(cli.bounds(text))
-
-
-def _axes(scene: cli.Scene, asked: Mapping[str, _Values], axes: dict[str, Any]) -> list[Fault]:
-    """Errors of `--vary`; values of every parameter, or the bounds of a sample, in SI go to `axes`."""
-    import numpy as np
-
-    faults: list[Fault] = []
-    for path, (texts, count) in asked.items():
-        found = cli.in_si(scene, "--vary", {path: texts}, faults).get(path)
-        if found is not None and count and not found[0] < found[1]:
-            faults.append(Fault(f"--vary {path}", f"{texts[0]} is not below {texts[1]}", "give LOW:HIGH:COUNT"))
-        elif found is not None:
-            axes[path] = np.linspace(found[0], found[1], count) if count else tuple(found)
-    return faults
 
 
 def _metrics_of(scene: cli.Scene, text: str | None) -> tuple[str, ...]:

@@ -20,7 +20,7 @@ import itertools
 import math
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeAlias
 
 import jax.numpy as jnp
 import numpy as np
@@ -29,7 +29,6 @@ from jaxtyping import Float
 from .._base._faults import Fault, InputError, whole_file
 from .._base._part import leaves
 from .._base._progress import Progress
-from .._base._quantity import BAD, NumberReader
 from .._base._table import digits, pretty, scale
 from .._outputs._log import STATUS_MESSAGES, Status
 from .._outputs._metrics import METRICS
@@ -45,8 +44,8 @@ from ._app import slider_of
 from ._live import Chart, Data, charts_of, events_of, still
 from ._page import PICTURES, draw, head, render
 
-#: parameters, points and pieces between events at most; bytes of the numbers; samples of a piece
-_AXES, _POINTS, _PIECES, _BYTES, _SAMPLES = 3, 4000, 60, 4_400_000, (6, 40)
+#: points and pieces between events at most; bytes of the numbers; samples of a piece
+_POINTS, _PIECES, _BYTES, _SAMPLES = 4000, 60, 4_400_000, (6, 40)
 #: cells whose centre is run
 _CENTRES = 250
 #: a metric, or the time of an event, that is off by more than this share at the centre of a cell is not shown there
@@ -57,51 +56,17 @@ _INSIDE = 1e-9
 Rows = Float[np.ndarray, "rows values"]  # values, and their derivative by each axis
 
 
-class Axis(NamedTuple):
-    """A parameter that is varied: path, and the values (SI) at which the scene is solved."""
-
-    path: str
-    values: tuple[float, ...]
+#: parameters that are varied: the values (SI) by path at which the scene is solved
+Axes: TypeAlias = Mapping[str, Sequence[float]]
 
 
-def read_axes(scene: Scene, texts: Sequence[str]) -> list[Axis]:
-    """Axes from `PATH=LOW:HIGH:COUNT`, ends in SI or with a unit. Raises `InputError` with all errors."""
-    form = "PATH=LOW:HIGH:COUNT, as in initial.omega=10:30:7"
-    faults = [] if texts else [Fault("--vary", "is missing", form)]
-    if len(texts) > _AXES:
-        faults.append(Fault("--vary", f"is given {len(texts)} times", f"up to {_AXES} parameters"))
-    known, found = {leaf.path: leaf for leaf in leaves(scene)}, list[Axis]()
-    for text in texts:
-        path, _, ends = (part.strip() for part in text.partition("="))
-        parts = ends.split(":")
-        if len(parts) != 3 or not parts[2].strip().isdigit():
-            faults.append(Fault(f"--vary {text}", "is not of the form PATH=LOW:HIGH:COUNT", form))
-            continue
-        try:
-            with_values(scene, {path: 0.0})
-        except InputError as error:
-            faults += error.faults
-            continue
-        reader, leaf = NumberReader(), known.get(entry_of(path, known)[0])
-        if leaf is None:
-            faults.append(Fault(path, "is absent in this scene", "give the scene a value of it"))
-            continue
-        low, high = (reader.number(part.strip(), leaf.about, f"--vary {path}", leaf.about.unit) for part in parts[:2])
-        faults += reader.faults
-        if BAD in (low, high):
-            continue
-        if not low < high or int(parts[2]) < 2:
-            faults.append(Fault(f"--vary {path}", f"{ends} is not a range of points", "LOW < HIGH, at least 2 points"))
-        elif any(axis.path == path for axis in found):
-            faults.append(Fault(f"--vary {path}", "is given twice", "each parameter once"))
-        else:
-            found.append(Axis(path, tuple(np.linspace(low, high, int(parts[2])).tolist())))
-    count = math.prod(len(axis.values) for axis in found)
-    if count > _POINTS:
-        faults.append(Fault("--vary", f"makes {count} points", f"up to {_POINTS}"))
-    if faults:
-        raise InputError(faults)
-    return found
+def faults_of_axes(scene: Scene, axes: Axes) -> list[Fault]:
+    """Errors of parameters and points that a page cannot have."""
+    known = {leaf.path for leaf in leaves(scene)}
+    absent = [path for path in axes if entry_of(path, known)[0] not in known]
+    found = [Fault(path, "is absent in this scene", "give the scene a value of it") for path in absent]
+    count = math.prod(map(len, axes.values()))
+    return found + ([Fault("--vary", f"makes {count} points", f"up to {_POINTS}")] if count > _POINTS else [])
 
 
 # --- the solved points ------------------------------------------------------------------------------------------------
@@ -186,10 +151,6 @@ class Published(NamedTuple):
     at: dict[str, float]
     coarse: dict[str, int]
 
-    def as_dict(self) -> Data:
-        """The same for JSON."""
-        return self._asdict()
-
     def __str__(self) -> str:
         said = f"{self.points} points solved" + (f", {self.failed} of them failed" if self.failed else "")
         said += f"; {self.gaps} of {self.cells} cells between them are gaps, where the sequence of events changes, or "
@@ -206,7 +167,7 @@ class Published(NamedTuple):
 
 def publish(
     scene: Scene,
-    axes: Sequence[Axis],
+    axes: Axes,
     path: Path,
     *,
     limits: Mapping[str, float],
@@ -215,8 +176,7 @@ def publish(
     rtol: float = 1e-10,
 ) -> Published:
     """Solve a scene on the grid of `axes` and write the page. Raises `InputError` where it would become too large."""
-    names, shape = [axis.path for axis in axes], [len(axis.values) for axis in axes]
-    points = list(itertools.product(*(axis.values for axis in axes)))
+    names, points = [*axes], list(itertools.product(*axes.values()))
     base = simulate(scene, rtol=rtol, throw=False)
     sequences, results = list[tuple[Any, ...] | None](), dict[tuple[Any, ...], Result]()
     for i, point in enumerate(points):
@@ -227,9 +187,9 @@ def publish(
             results.setdefault(sequence_of(result), result)
     if not results:
         raise InputError([Fault("--vary", f"no run ends: {result.message}", "other ranges")])  # pyright: ignore
-    known, first = [*results], next(iter(results.values()))
+    first = next(iter(results.values()))
     charts = smooth(charts_of(scene, first.series([float(scene.initial.time)])))
-    lines, most = sum(len(chart.lines) for chart in charts), max(map(pieces_of, known))
+    lines, most = sum(len(chart.lines) for chart in charts), max(map(pieces_of, results))
     metrics = tuple(name for name, metric in METRICS.items() if not metric.energy and not metric.needs.lacks(scene))
     metrics = (*metrics, "energy.friction_heat")
     room = _BYTES * 3 / 16 / (len(points) * (1 + len(axes))) - len(metrics) - most - 1
@@ -240,37 +200,24 @@ def publish(
     sampled = Sampled(metrics, most, samples)
     solve = Evaluator(scene, Paths.each(names), sampled, size=sampled.size(lines), singly=True, rtol=rtol)
     solve.like(first)
-    solved = _derivatives(solve, points, sequences, progress)
-    grid = _Grid(axes, shape, sequences, solved)
+    grid = _Grid(axes, sequences, _derivatives(solve, points, sequences, progress))
     found = _centres(scene, grid, sampled, rtol, progress)
-    about = found.about(len(points), sum(rows is None for rows in solved), grid.cells, metrics)
-    sizes = {sequence: pieces_of(sequence) for sequence in known}
-    kept = [
-        None if rows is None or sequence is None else sampled.cut(rows, sizes[sequence], lines).astype("<f4")
-        for rows, sequence in zip(solved, sequences, strict=True)
-    ]
-    starts = np.cumsum([0, *(0 if rows is None else rows.size for rows in kept)]).tolist()
-    numbers = np.concatenate([rows.ravel() for rows in kept if rows is not None])
+    about = found.about(len(points), sum(rows is None for rows in grid.solved), grid.cells, metrics)
+    places, kinds, numbers = grid.packed(results, sampled, lines)
     data = {
-        "still": still(scene),
-        "grid": {
-            "axes": [_slider(scene, axis) for axis in axes],
-            "points": [
-                {"sequence": -1 if rows is None else known.index(sequence), "start": start}  # pyright: ignore
-                for rows, sequence, start in zip(kept, sequences, starts[:-1], strict=True)
-            ],
-            "sequences": [_sequence(results[one], sizes[one], sampled, lines) for one in known],
-            "gaps": found.gaps,
-            "coarse": found.coarse,
-            "metrics": [_metric(name, base, limits) for name in metrics],
-            "charts": [chart.as_dict() for chart in charts],
-            "samples": samples,
-            "numbers": base64.b64encode(numbers.tobytes()).decode("ascii"),
-        },
+        "axes": [_slider(scene, path, values) for path, values in axes.items()],
+        "points": places,
+        "sequences": kinds,
+        "gaps": found.gaps,
+        "coarse": found.coarse,
+        "metrics": [_metric(name, base, limits) for name in metrics],
+        "charts": [chart.as_dict() for chart in charts],
+        "samples": samples,
+        "numbers": numbers,
     }
-    counts = " × ".join(map(str, shape))
     notes = (
-        f"Solved at {counts} points with exact derivatives, cubic Hermite between them. {about}.",
+        f"Solved at {' × '.join(map(str, grid.shape))} points with exact derivatives, cubic Hermite between them. "
+        f"{about}.",
         "Maxima over a run have a kink where they move to another instant; there the deviation is largest.",
     )
     parts = {
@@ -281,7 +228,7 @@ def publish(
         "or times of events change too fast.",
         "pictures": [draw(base, PICTURES[0])] if base.ok else (),
         "notes": notes,
-        "data": data,
+        "data": {"still": still(scene), "grid": data},
     }
     with whole_file(path) as file:
         file.write_text(render(parts), "utf-8")
@@ -311,10 +258,13 @@ def _rows(values: np.ndarray, jacobian: np.ndarray) -> Rows:
 class _Grid(NamedTuple):
     """The solved points, the last axis counting fastest."""
 
-    axes: Sequence[Axis]
-    shape: Sequence[int]
+    axes: Axes
     sequences: Sequence[tuple[Any, ...] | None]
     solved: Sequence[Rows | None]
+
+    @property
+    def shape(self) -> list[int]:
+        return [len(values) for values in self.axes.values()]
 
     @property
     def cells(self) -> int:
@@ -333,6 +283,23 @@ class _Grid(NamedTuple):
         steps = itertools.product((0, 1), repeat=len(place))
         each = [np.ravel_multi_index([i + d for i, d in zip(place, step, strict=True)], self.shape) for step in steps]
         return place, [int(i) for i in each]
+
+    def packed(self, results: Mapping[tuple[Any, ...], Result], sampled: Sampled, lines: int) -> Any:
+        """For the script: of each point its sequence of events and where its numbers begin; the sequences; the numbers.
+
+        - `results`: a run of each sequence;  `lines`: number of curves
+        """
+        sizes, kept, known = {one: pieces_of(one) for one in results}, list[np.ndarray](), [*results]
+        points, start = list[Data](), 0
+        for rows, sequence in zip(self.solved, self.sequences, strict=True):
+            if rows is None or sequence is None:
+                points.append({"sequence": -1, "start": start})
+                continue
+            points.append({"sequence": known.index(sequence), "start": start})
+            kept.append(sampled.cut(rows, sizes[sequence], lines).astype("<f4").ravel())
+            start += kept[-1].size
+        sequences = [_sequence(result, sizes[one], sampled, lines) for one, result in results.items()]
+        return points, sequences, base64.b64encode(np.concatenate(kept).tobytes()).decode("ascii")
 
 
 class _Centres(NamedTuple):
@@ -369,19 +336,19 @@ def _centres(scene: Scene, grid: _Grid, sampled: Sampled, rtol: float, progress:
         same = len({grid.sequences[i] for i in corners}) == 1 and all(grid.solved[i] is not None for i in corners)
         (whole if same else gaps).append(cell)
     chosen = whole[:: 1 + len(whole) // _CENTRES]
-    names, coarse = [axis.path for axis in grid.axes], dict[int, list[int]]()
+    coarse = dict[int, list[int]]()
     worst, of, at = 0.0, "", dict[str, float]()
     for i, cell in enumerate(chosen):  # (which grows)
         progress.now("centres of cells", i, len(chosen))
         place, corners = grid.corners(cell)
-        ends = [axis.values[k : k + 2] for axis, k in zip(grid.axes, place, strict=True)]
-        centre = {name: 0.5 * (low + high) for name, (low, high) in zip(names, ends, strict=True)}
+        ends = [values[k : k + 2] for values, k in zip(grid.axes.values(), place, strict=True)]
+        centre = {name: 0.5 * (low + high) for name, (low, high) in zip(grid.axes, ends, strict=True)}
         result = simulate(with_values(scene, centre), rtol=rtol, throw=False)
         if not result.ok or sequence_of(result) != grid.sequences[corners[0]]:
             gaps.append(cell)
             continue
         rows = np.stack([grid.solved[k] for k in corners])  # pyright: ignore
-        values = between(rows, [0.5] * len(names), [high - low for low, high in ends])
+        values = between(rows, [0.5] * len(ends), [high - low for low, high in ends])
         off = _deviations(result, sampled, values, rows)
         late = _late(result, sampled, values)
         if late or np.any(off > _COARSE):
@@ -417,14 +384,13 @@ def _edges(result: Result) -> np.ndarray:
     return np.concatenate([t[:1], t[1 : count + 1][(kind == LANDED) | (kind == STOPPED)], t[count : count + 1]])
 
 
-def _slider(scene: Scene, axis: Axis) -> Data:
+def _slider(scene: Scene, path: str, values: Sequence[float]) -> Data:
     known = {leaf.path: leaf for leaf in leaves(scene)}
-    field, index = entry_of(axis.path, known)
+    field, index = entry_of(path, known)
     leaf = known[field]
     value = float(np.ravel(leaf.value)[index or 0])
-    value = value if axis.values[0] <= value <= axis.values[-1] else axis.values[len(axis.values) // 2]
-    found = slider_of(axis.path, value, leaf.about, (axis.values[0], axis.values[-1]))
-    return {**found, "values": axis.values}
+    value = value if values[0] <= value <= values[-1] else values[len(values) // 2]
+    return {**slider_of(path, value, leaf.about, (values[0], values[-1])), "values": [*values]}
 
 
 def _sequence(result: Result, pieces: int, sampled: Sampled, lines: int) -> Data:
