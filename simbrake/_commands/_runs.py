@@ -80,7 +80,7 @@ def run(
         from .._pages._page import write as write_run
 
         with sb.plot.titled(title_of(file, file.read_text("utf-8"))):
-            written = write_run(result, out, None, checks)
+            written = write_run(result, out, checks)
         if recorded is not None:
             with display_units(units), cli.whole_file(out / "overlay.png") as place:
                 sb.plot.overlay(result, recorded).savefig(place, dpi=130)

@@ -25,7 +25,7 @@ from .._outputs._duty import stop_table
 from .._outputs._metrics import METRICS
 from .._outputs._quantities import about_column
 from .._outputs._quantities import flat as flat_series
-from .._parts._scene import Scene, paths_without_meaning
+from .._parts._scene import Scene
 from .._run._accuracy import SCOPE, Accuracy, accuracy
 from .._run._measure import (
     LimitCheck,
@@ -135,8 +135,8 @@ PICTURES = (
 
 def lasted(result: Result) -> bool:
     """Whether a run has a positive duration; one that fails at its start has nothing to draw."""
-    times = np.asarray(result.record.rows.t)
-    return bool(times[int(result.record.count)] > times[0])
+    start, end = span(result)
+    return end > start
 
 
 def pictures_of(result: Result, progress: Progress) -> Iterator[Picture]:
@@ -147,22 +147,10 @@ def pictures_of(result: Result, progress: Progress) -> Iterator[Picture]:
         yield picture
 
 
-# --- figures in the page ----------------------------------------------------------------------------------------------
-
-
-class Drawing(NamedTuple):
-    """A figure as an image inside the page."""
-
-    name: str
-    title: str
-    caption: str
-    address: str  # data URI
-    drawn: bool = False  # by the script: for paper, and for readers without scripts
-
-
-def draw(result: Result, picture: Picture) -> Drawing:
+def draw(result: Result, picture: Picture) -> Contents:
     """One figure of a result, as an image inside the page."""
-    return Drawing(picture.key, picture.title, picture.caption, data_uri(picture.figure(result)), picture.drawn)
+    about = {"name": picture.key, "title": picture.title, "caption": picture.caption, "drawn": picture.drawn}
+    return {**about, "address": data_uri(picture.figure(result))}
 
 
 # --- the page ---------------------------------------------------------------------------------------------------------
@@ -250,9 +238,7 @@ def contents(
     """Contents of the page of one result."""
     progress.now("post-processing…")
     scene, summary, brake = result.scene, result.report().summary, result.scene.brake
-    absent = paths_without_meaning(scene)
-    parts = [part._replace(rows=tuple(row for row in part.rows if row.path not in absent)) for part in parts_of(scene)]
-    parts = [part for part in parts if part.rows]
+    parts = parts_of(scene)
     events, checks = event_table(result.events), limit_checks(result, limits)
     origin = {name: value for name, value in provenance(result).items() if name not in ("scene", "outcome")}
     origin["machine"] = {name: value for name, value in origin["machine"].items() if name != "one_function"}
@@ -260,8 +246,8 @@ def contents(
         **head(result, checks, title or f"A run of a {brake.kind} with {brake.linings.count} {brake.words.lining}s"),
         "kind": "report",
         "data": {"run": live(result), "still": still(scene)} if lasted(result) else None,
-        "parts": [part for part in parts if not part.path.startswith("heat")],
-        "thermal_parts": [part for part in parts if part.path.startswith("heat")],
+        "parts": [part for part in parts if not part["path"].startswith("heat")],
+        "thermal_parts": [part for part in parts if part["path"].startswith("heat")],
         "duty": duty_words(scene),
         "duty_picture": draw(result, DUTY) if lasted(result) else None,
         "pictures": [draw(result, picture) for picture in pictures_of(result, progress)],
@@ -432,9 +418,28 @@ def render(parts: Mapping[str, Any]) -> str:
 # --- files ------------------------------------------------------------------------------------------------------------
 
 
-def series_table(result: Result, count: int = 1001) -> tuple[list[str], Float[np.ndarray, "m columns"]]:
+def write(result: Result, folder: Path, checks: Sequence[LimitCheck]) -> list[Path]:
+    """Write `summary.json`, `summary.txt`, `series.csv`, `result.nc`, and every figure that the run has as PNG.
+
+    - `checks`: limits shown in the summaries
+    """
+    with Progress("run", "series") as progress, whole_folder(folder) as (scratch, written):
+        _write_json(scratch / "summary.json", summary_with_limits(result, checks))
+        (scratch / "summary.txt").write_text(text_with_limits(result, checks) + "\n", "utf-8")
+        names, table = _series_table(result)
+        with (scratch / "series.csv").open("w", encoding="utf-8", newline="") as file:
+            csv.writer(file, lineterminator="\n").writerow(names)  # names of bodies may hold anything
+            np.savetxt(file, table, fmt="%.12g", delimiter=",", encoding="utf-8")
+        progress.now("labelled data")
+        save(result, scratch / "result.nc")
+        for picture in pictures_of(result, progress):
+            picture.figure(result).savefig(scratch / f"{picture.key}.png", dpi=130)
+    return written
+
+
+def _series_table(result: Result) -> tuple[list[str], Float[np.ndarray, "m columns"]]:
     """Column names with units, and the series on an even grid with the values before and after every event."""
-    series = both_sides(result, np.linspace(*span(result), count), np.unique([e.time for e in result.events]))
+    series = both_sides(result, np.linspace(*span(result), 1001), np.unique([e.time for e in result.events]))
     names: list[str] = []
     columns: list[np.ndarray] = []
     for name, column in flat_series(series, pairs=result.tells_pairs_apart).items():
@@ -444,32 +449,6 @@ def series_table(result: Result, count: int = 1001) -> tuple[list[str], Float[np
         names += [name + unit] if values.ndim == 1 else [f"{name}_{label}{unit}" for label in labels]
         columns += list(values.reshape(len(values), -1).T)
     return names, np.stack(columns, axis=1)
-
-
-def write(
-    result: Result,
-    folder: Path,
-    progress: bool | Progress | None = False,
-    checks: Sequence[LimitCheck] | None = None,
-) -> list[Path]:
-    """Write `summary.json`, `summary.txt`, `series.csv`, `result.nc`, and every figure that the run has as PNG.
-
-    - `progress`: report progress on stderr: `True`, or `None` on a terminal only
-    - `checks`: limits shown in the summaries, by default those of the scene
-    """
-    with shown_progress(progress, "run", "series") as progress, whole_folder(folder) as (scratch, written):
-        checks = limit_checks(result, {}) if checks is None else checks
-        _write_json(scratch / "summary.json", summary_with_limits(result, checks))
-        (scratch / "summary.txt").write_text(text_with_limits(result, checks) + "\n", "utf-8")
-        names, table = series_table(result)
-        with (scratch / "series.csv").open("w", encoding="utf-8", newline="") as file:
-            csv.writer(file, lineterminator="\n").writerow(names)  # names of bodies may hold anything
-            np.savetxt(file, table, fmt="%.12g", delimiter=",", encoding="utf-8")
-        progress.now("labelled data")
-        save(result, scratch / "result.nc")
-        for picture in pictures_of(result, progress):
-            picture.figure(result).savefig(scratch / f"{picture.key}.png", dpi=130)
-    return written
 
 
 def _write_json(file: Path, found: object) -> None:

@@ -3,7 +3,7 @@
 import dataclasses
 import itertools
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
@@ -12,11 +12,12 @@ from .._base._table import Column, Number, Table, digits, number, numbers, scale
 from .._outputs._duty import totals
 from .._outputs._log import STAGES, Event, plain_words
 from .._outputs._metrics import METRICS, RESIDUAL_SEES, Balance, energy_balance, heat_balance
-from .._parts._scene import Scene
+from .._parts._scene import Scene, paths_without_meaning
 from .._phases import Phases
 from .._run._measure import Colour, LimitCheck, title_of, unit_of
 from .._run._result import Result
 from ..loads import AbstractLoad, Driller, HookLoad, Lever, SpeedHold, StringLoad, TorqueLoad, TrippingLoad
+from ..plot._studies import bars_of
 from ..profiles import AbstractProfile, Constant, ExponentialRise, FunctionProfile, PiecewiseLinear, Repeated
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 
@@ -111,14 +112,10 @@ def event_table(events: Sequence[Event]) -> Table:
         linings, many = [lining for lining, _ in members if lining is not None], len(members) > 1
         last, each = (members[-1][1], members) if many else (None, [])
         last = None if str(last) == str(members[0][1]) else last
-        meaning = f"{found[0].phase} ended" if found[0].phase else _meaning(name)
+        meaning = f"{found[0].phase} ended" if found[0].phase else plain_words(name)
         rows.append((members[0][1], name, _span(linings), meaning, last, each))
     hidden = [Column("time_end", hidden=True), Column("meaning_members", hidden=True)]
     return Table([Column("time"), EVENT, "lining", "meaning", *hidden], rows)
-
-
-def _meaning(event: str) -> str:
-    return plain_words(event)
 
 
 def _span(linings: list[int]) -> str:
@@ -134,7 +131,7 @@ def event_counts(events: Sequence[Event]) -> Table:
     times: dict[str, list[float]] = {}
     for event in events:
         times.setdefault(event.name, []).append(event.time)
-    rows = [(name, len(t), number(min(t), "s"), number(max(t), "s"), _meaning(name)) for name, t in times.items()]
+    rows = [(name, len(t), number(min(t), "s"), number(max(t), "s"), plain_words(name)) for name, t in times.items()]
     return Table([EVENT, Column("count"), Column("first"), Column("last"), "meaning"], rows, "Events by name")
 
 
@@ -164,98 +161,39 @@ def stage_table(summary: Summary) -> Table:
     return Table(["stage", *columns, Column("stage_note", hidden=True)], rows)
 
 
-class End(NamedTuple):
-    """A bar of a tornado chart, in percent of the chart's width: `side` is `low` or `high`."""
+def tornado(table: SensitivityTable, most: int = 12) -> dict[str, Any]:
+    """A tornado chart: effect of every parameter over its range, the largest on top; without ranges, elasticities.
 
-    side: str
-    x: float
-    width: float
-    words: str
-
-
-class Bar(NamedTuple):
-    """A parameter in a tornado chart: path, value with its range, bars, and where its derivative alone would lead."""
-
-    path: str
-    words: str
-    ends: tuple[End, ...]
-    tangents: tuple[float, ...]
-
-
-class Tornado(NamedTuple):
-    """A tornado chart: `base` is the place of the metric's own value, in percent of the width."""
-
-    caption: str
-    bars: tuple[Bar, ...]
-    base: float
-
-
-def tornado(table: SensitivityTable, most: int = 12) -> Tornado:
-    """Effect of every parameter on a metric over its range, the largest on top; without ranges, elasticities."""
-    rows = [row for row in table.matters if row.low is not None and row.high is not None]
-    caption = (
-        "Metric at the lower (blue) and the upper (red) bound of each parameter's range, the others fixed; lines "
-        "across the bars are where the derivative alone would lead to."
-    )
-    ends: dict[str, list[tuple[str, Any]]] = {row.path: [("low", row.low), ("high", row.high)] for row in rows}
-    base = table.value
-    if not rows:
-        caption, base = "Percent of the metric for one percent of each parameter.", 0.0
-        rows = [row for row in table.matters if np.isfinite(row.elasticity)]
-        ends = {row.path: [("high" if row.elasticity > 0 else "low", row.elasticity)] for row in rows}
-    rows = sorted(rows[:most], key=lambda row: -max(abs(x - base) for _, x in ends[row.path]))
-    tangents = {row.path: [base - row.tangent, base + row.tangent] if row.tangent else [] for row in rows}
-    every = [base, *(x for row in rows for x in (*(end for _, end in ends[row.path]), *tangents[row.path]))]
+    Of a bar the path and value of the parameter, the two ends, and where the derivative alone would lead (`tangents`).
+    Places, of the metric's own value (`base`) as well, are in percent of the chart's width.
+    """
+    base, bars = bars_of(table, most)
+    if any(len(ends) > 1 for _, ends in bars):
+        caption = (
+            "Metric at the lower (blue) and the upper (red) bound of each parameter's range, the others fixed; lines "
+            "across the bars are where the derivative alone would lead to."
+        )
+    else:
+        caption = "Percent of the metric for one percent of each parameter."
+    bars.sort(key=lambda bar: -max(abs(x - base) for _, x in bar[1]))
+    tangents = {row.path: [base - row.tangent, base + row.tangent] if row.tangent else [] for row, _ in bars}
+    every = [base, *(x for row, ends in bars for x in (*(end for _, end in ends), *tangents[row.path]))]
     low, width = min(every), max(max(every) - min(every), 1e-300)
 
-    def bar(row: Sensitivity) -> Bar:
+    def place(x: float) -> float:
+        return 100 * (x - low) / width
+
+    def bar(row: Sensitivity, ends: Sequence[tuple[str, float]]) -> dict[str, Any]:
         half = "" if row.half is None else f" ± {number(row.half, row.unit, absolute=False, count=3)}"
         found = []
-        for side, x in ends[row.path]:
-            a, b = sorted((100 * (x - low) / width, 100 * (base - low) / width))
-            value = number(x, table.unit, count=6) if base else Number(digits(x, 4))
-            found.append(
-                End(side, a, b - a, f"{row.path}, {side}er bound: {value}" if base else f"{row.path}: {value}")
-            )
-        along = tuple(100 * (x - low) / width for x in tangents[row.path])
-        return Bar(row.path, f"{number(row.value, row.unit, count=5)}{half}", tuple(found), along)
+        for side, x in ends:
+            a, b = sorted((place(x), place(base)))
+            words = f", {side}er bound: {number(x, table.unit, count=6)}" if base else f": {Number(digits(x, 4))}"
+            found.append({"side": side, "x": a, "width": b - a, "words": f"{row.path}{words}"})
+        words = f"{number(row.value, row.unit, count=5)}{half}"
+        return {"path": row.path, "words": words, "ends": found, "tangents": [*map(place, tangents[row.path])]}
 
-    return Tornado(caption, tuple(map(bar, rows)), 100 * (base - low) / width)
-
-
-class Share(NamedTuple):
-    """One term of a ledger: how much (J), and its share of the side in percent; `hue` is its place in the colours."""
-
-    words: str
-    value: Number
-    percent: float
-    hue: int
-
-
-class Ledger(NamedTuple):
-    """A balance: energy in, energy out, how well the two sides agree, and what that does not tell."""
-
-    title: str
-    into: tuple[Share, ...]
-    out: tuple[Share, ...]
-    total: Number
-    closure: str
-    note: str = f"This residual is no error estimate: {RESIDUAL_SEES}."
-
-
-def ledger(title: str, balance: Balance, closure: float) -> Ledger:
-    """Both sides of a balance; negative terms are shown on the other side."""
-    sides = balance.positive
-    totals = [sum(side.values()) for side in sides]
-    hues = itertools.count()
-    left, right = (
-        tuple(
-            Share(words, number(value, "J", beside=max(totals)), 100 * value / total, next(hues))
-            for words, value in side.items()
-        )
-        for side, total in zip(sides, totals, strict=True)
-    )
-    return Ledger(title, left, right, number(max(totals), "J"), digits(closure, 2))
+    return {"caption": caption, "bars": [bar(*one) for one in bars], "base": place(base)}
 
 
 #: terms of both balances in words
@@ -279,24 +217,52 @@ _TERMS = {
 }
 
 
-def ledgers(result: Result, summary: Summary) -> list[Ledger]:
-    """The balance of energy; with a thermal part also that of heat."""
+def ledgers(result: Result, summary: Summary) -> list[dict[str, Any]]:
+    """The balance of energy; with a thermal part also that of heat.
+
+    Of each the title, both sides, how well they agree, and what that does not tell. A term is in J and in percent of
+    its side, `hue` its place in the colours; negative ones are shown on the other side.
+    """
     e, pairs = summary["energy"], result.scene.brake.pairs
 
-    def named(terms: Mapping[str, float | None]) -> dict[str, float]:
+    def ledger(title: str, into: Mapping[str, float | None], out: Mapping[str, float | None], residual: float) -> Any:
         # (what left the range of numbers in a failed run is no number)
-        return {_TERMS.get(name, name): np.nan if value is None else value for name, value in terms.items()}
+        sides = (
+            {_TERMS.get(name, name): np.nan if value is None else value for name, value in side.items()}
+            for side in (into, out)
+        )
+        sides = Balance(*sides).positive
+        totals = [sum(side.values()) for side in sides]
+        hues = itertools.count()
+
+        def share(words: str, value: float, total: float) -> dict[str, Any]:
+            shown = number(value, "J", beside=max(totals))
+            return {"words": words, "value": shown, "percent": 100 * value / total, "hue": next(hues)}
+
+        left, right = (
+            [share(words, value, total) for words, value in side.items()]
+            for side, total in zip(sides, totals, strict=True)
+        )
+        total, note = number(max(totals), "J"), f"This residual is no error estimate: {RESIDUAL_SEES}."
+        return {
+            "title": title,
+            "into": left,
+            "out": right,
+            "total": total,
+            "closure": digits(residual, 2),
+            "note": note,
+        }
 
     into, out = energy_balance(e)
     if len(pairs) > 1:
         del out["friction_heat"]
         out = {f"Friction heat, {place.words}": e[f"heat_{pair}"] for pair, place in pairs.items()} | out
-    found = [ledger("Mechanical energy", Balance(named(into), named(out)), e["closure"])]
+    found = [ledger("Mechanical energy", into, out, e["closure"])]
     if "heat_stored" in e:
         into, out = heat_balance(e)
         del out["heat_stored"]
         out = {f"Stored in {name}": float(value) for name, value in result.stored_heat.items()} | out
-        found.append(ledger("Heat", Balance(named(into), named(out)), e["heat_closure"]))
+        found.append(ledger("Heat", into, out, e["heat_closure"]))
     return found
 
 
@@ -308,42 +274,31 @@ _WORDS = {"Scene": "One run of a brake.", "Lining": "The linings, counted from t
 _LEVER = {"slack_tension": "Lever, slack tension", "force": "Actuator, force on each pad or shoe"}
 
 
-class Row(NamedTuple):
-    """One field of a part: its path in the scene, what it means, and its value."""
+def parts_of(scene: Scene) -> list[dict[str, Any]]:
+    """A scene and all parts below it: path, kind, what that is in words, and own fields (path, meaning, value).
 
-    path: str
-    meaning: str
-    value: Number
-
-
-class Part(NamedTuple):
-    """One part of a scene: its path, its kind, what that is in words, and its own fields."""
-
-    path: str
-    kind: str
-    words: str
-    rows: tuple[Row, ...]
-
-
-def parts_of(scene: object) -> list[Part]:
-    """A scene and all parts below it, in the order of the fields."""
-    return [_part_of(*one) for one in parts_below(scene)]
-
-
-def _part_of(path: str, part: Any, unit: str) -> Part:
-    rows: list[Row] = []
-    for field in dataclasses.fields(part):
-        value, here = getattr(part, field.name), below(path, field)
-        about, whole = about_of(field, unit), field.metadata.get("whole")
-        if next(parts_below(value), None) is not None:
-            continue
-        if about is not None:
-            shown = Number("not given") if value is None else numbers(value, about.unit, absolute=not about.difference)
-            rows.append(Row(here, about.meaning, shown))
-        elif value is not None and (words := _plain(value)):
-            rows.append(Row(here, field.name.replace("_", " ") if whole is None else whole.meaning, Number(words)))
-    kind = type(part).__name__
-    return Part(path, kind, _WORDS.get(kind, _said_of(part)), tuple(rows))
+    Without fields that mean nothing in this scene, and parts that have no others.
+    """
+    absent, found = paths_without_meaning(scene), []
+    for path, part, unit in parts_below(scene):
+        rows = []
+        for field in dataclasses.fields(part):
+            value, here = getattr(part, field.name), below(path, field)
+            about, whole = about_of(field, unit), field.metadata.get("whole")
+            if here in absent or next(parts_below(value), None) is not None:
+                continue
+            if about is not None:
+                shown = (
+                    Number("not given") if value is None else numbers(value, about.unit, absolute=not about.difference)
+                )
+                rows.append({"path": here, "meaning": about.meaning, "value": shown})
+            elif value is not None and (words := _plain(value)):
+                meaning = field.name.replace("_", " ") if whole is None else whole.meaning
+                rows.append({"path": here, "meaning": meaning, "value": Number(words)})
+        kind = type(part).__name__
+        if rows:
+            found.append({"path": path, "kind": kind, "words": _WORDS.get(kind, _said_of(part)), "rows": rows})
+    return found
 
 
 def _said_of(node: object) -> str:

@@ -1,23 +1,27 @@
 """Several runs in one figure: results laid over each other, and metrics over the parameters that were varied."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import Fault, InputError
 from .._base._table import scale
 from .._outputs._log import Status
 from .._run._result import Result
+from ..formulas._material_table import MaterialComparison, MaterialRow
+from ..formulas._materials import LiningMaterial, RimMaterial
 from ..results._dataset import dataset, load
-from ._shared import BLUE, CYCLE, MARKED, TEXT, VERMILLION, finish, name_marks, sheet, styled
+from ._shared import BLUE, CYCLE, MARKED, TEXT, VERMILLION, ZERO, finish, name_marks, sheet, styled, words_of_mark
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -25,16 +29,6 @@ if TYPE_CHECKING:
     Dataset: TypeAlias = xr.Dataset
 else:  # slow to import
     Dataset = Any
-
-from collections.abc import Callable
-from typing import Any, NamedTuple
-
-from matplotlib.colors import to_rgb
-from matplotlib.patches import Patch
-
-from ..formulas._material_table import MaterialComparison, MaterialRow
-from ..formulas._materials import LiningMaterial, RimMaterial
-from ._shared import ZERO
 
 Source: TypeAlias = Result | Dataset | str | Path
 
@@ -93,8 +87,10 @@ def compare(results: Mapping[str, Source] | Sequence[Source], *, figure: Figure 
     finish(rows)
     ends = [_end(one) for one in data.values()]
     rows[-1].set(xlabel="time, s", xlim=(min(float(one["time"][0]) for one in data.values()), max(ends)))
-    like = {"color": "0.3", "ls": "none", "mfc": "white"}
-    name_marks(figure, [], [_named_mark(event, **like) for event in _EVENTS if event in marked])
+    like: dict[str, Any] = {"color": "0.3", "ls": "none", "mfc": "white"}
+    named = {event: words_of_mark(MARKED[event][1]) for event in _EVENTS if event in marked}
+    marks = [Line2D([], [], marker=_EVENTS[event], label=words, **like) for event, words in named.items()]
+    name_marks(figure, [], marks)
     figure.suptitle("results compared")
     return figure
 
@@ -115,11 +111,6 @@ def _end(data: Dataset) -> float:
     start, end = float(data["time"][0]), float(data["time"][-1])
     stops = [float(t) for t in data["event_time"].values[data["event_name"].values == "stop"]]
     return min(end, start + 1.15 * (stops[-1] - start)) if stops and data["status"].item() == Status.STOPPED else end
-
-
-def _named_mark(event: str, **look: Any) -> Line2D:
-    words = MARKED[event][1].replace("t₀", "$t_0$").replace("t₁", "$t_1$")
-    return Line2D([], [], marker=_EVENTS[event], label=words, **look)
 
 
 def _mark(axes: Axes, data: Dataset, i: int) -> list[str]:

@@ -224,14 +224,18 @@ def marks(axes: Axes, result: Result, window: Window, *, front: bool = False) ->
     return [event for event, _ in shown]
 
 
+def words_of_mark(words: str) -> str:
+    """The label of a line at an event as a legend writes it."""
+    return words.replace("t₀", "$t_0$").replace("t₁", "$t_1$")
+
+
 def name_marks(figure: Figure, events: Iterable[Event], others: Iterable[Artist] = ()) -> None:
     """One line below the panels with what the lines at events mean, after `others`."""
     handles = list(others)
     for name, line in {event.name: line_of(event) for event in events}.items():
         assert line is not None
-        colour, words = line
-        words = words.replace("t₀", "$t_0$").replace("t₁", "$t_1$")
-        handles.append(Line2D([], [], color=colour, ls=_DASHES.get(name, (0, (4, 2))), label=words))
+        look: dict[str, Any] = {"color": line[0], "ls": _DASHES.get(name, (0, (4, 2)))}
+        handles.append(Line2D([], [], label=words_of_mark(line[1]), **look))
     if handles:
         width = figure.bbox.width / figure.dpi
         figure.legend(

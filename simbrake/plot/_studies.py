@@ -1,7 +1,7 @@
 """Figures of many runs: sensitivities, fits, distributions, layouts, wear over the life."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -27,7 +27,7 @@ from ..studies._evaluator import Faults
 from ..studies._global import MorrisTable, SobolTable
 from ..studies._lining_life import LiningLife
 from ..studies._measured import Measured, check_measured, pick
-from ..studies._sensitivity import SensitivityTable
+from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._uncertainty import Uncertainty
 from ._pulley import Ends, lining_edges, side_by_side
 from ._shared import (
@@ -61,19 +61,15 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
         >>> figure.axes[0].get_xlabel()
         'stopping time, s'
     """
-    rows = [row for row in table.matters if row.low is not None and row.high is not None]
-    ranged, base = bool(rows), table.value if rows else 0.0
-    bars = [(row, [(row.low, BLUE), (row.high, VERMILLION)]) for row in rows]
-    if not ranged:
-        rows = [row for row in table.matters if np.isfinite(row.elasticity)]
-        bars = [(row, [(row.elasticity, VERMILLION if row.elasticity > 0 else BLUE)]) for row in rows]
-    bars = sorted(bars[:most], key=lambda bar: max(abs(end - base) for end, _ in bar[1]))  # pyright: ignore
+    base, bars = bars_of(table, most)
+    ranged, colours = any(len(ends) > 1 for _, ends in bars), {"low": BLUE, "high": VERMILLION}
+    bars.sort(key=lambda bar: max(abs(end - base) for _, end in bar[1]))
     figure = sheet(figure, 9.5, 0.5, rows=len(bars), room=1.9)
     axes = figure.subplots()
     labels = []
     for y, (row, ends) in enumerate(bars):
-        for end, colour in ends:
-            axes.barh(y, end - base, left=base, color=colour, height=0.7)  # pyright: ignore
+        for side, end in ends:
+            axes.barh(y, end - base, left=base, color=colours[side], height=0.7)
         if row.tangent is not None:
             axes.vlines([base - row.tangent, base + row.tangent], y - 0.35, y + 0.35, "black", lw=1.5)
         half = f" ± {row.half:.3g}" if ranged else ""
@@ -92,6 +88,20 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
         figure.suptitle(words)
     axes.grid(axis="x", alpha=0.3)
     return figure
+
+
+def bars_of(
+    table: SensitivityTable, most: int
+) -> tuple[float, list[tuple[Sensitivity, list[tuple[Literal["low", "high"], float]]]]]:
+    """Of a tornado chart the value of the metric, and parameters with the ends of their bars.
+
+    Without ranges in the table these are elasticities, which count from 0.
+    """
+    ranged = [row for row in table.matters if row.low is not None and row.high is not None]
+    if ranged:
+        return table.value, [(row, [("low", row.low), ("high", row.high)]) for row in ranged[:most]]  # pyright: ignore
+    rows = [row for row in table.matters if np.isfinite(row.elasticity)]
+    return 0.0, [(row, [("high" if row.elasticity > 0 else "low", row.elasticity)]) for row in rows[:most]]
 
 
 @styled
