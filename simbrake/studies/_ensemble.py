@@ -24,7 +24,7 @@ from .._base._faults import Fault, InputError
 from .._base._fingerprint import FingerprintError, fingerprint, versions
 from .._base._progress import counting
 from .._base._quantity import Quantity, behind
-from .._outputs._log import FAILURES, status_of
+from .._outputs._log import status_of
 from .._outputs._metrics import METRICS, RESIDUALS, identity_of, metric_names
 from .._parts._scene import Scene, faults, require_scene
 from .._physics._mechanism import Label
@@ -48,6 +48,7 @@ from ._evaluator import (
     Job,
     Paths,
     Solver,
+    failure_name,
     limits_of_many,
     run_chunk,
     scans,
@@ -236,9 +237,9 @@ def _of_times(plan: Plan) -> list[Fault]:
         np.broadcast_to(plan.values.get(path, np.asarray(value, np.float64)), (plan.count,))
         for path, value in (("initial.time", plan.scene.initial.time), ("end_time", plan.scene.end_time))
     )
-    bad = np.flatnonzero(~(end > start))
-    what = f"{end[bad[0]]:g} s is not after the start {_named(bad)}" if len(bad) else ""
-    return [Fault("end_time", what, "it must be later")] if len(bad) else []
+    if len(bad := np.flatnonzero(~(end > start))) == 0:
+        return []
+    return [Fault("end_time", f"{end[bad[0]]:g} s is not after the start {_named(bad)}", "it must be later")]
 
 
 def _of_scenes(plan: Plan) -> list[Fault]:
@@ -345,11 +346,6 @@ def cluster(given: Client, store: Store | None) -> Iterator[Pool]:
 # --- runs by expected cost: a chunk costs as much as its slowest run --------------------------------------------------
 
 
-def _features(columns: np.ndarray, squares: bool) -> np.ndarray:
-    parts = [np.ones((len(columns), 1)), columns]
-    return np.concatenate([*parts, columns**2] if squares else parts, axis=1)
-
-
 def spread(count: int, size: int) -> np.ndarray:
     """`size` of `count` runs in random order (a regular choice could miss a whole direction)."""
     return np.sort(np.random.default_rng(0).permutation(count)[:size])
@@ -363,7 +359,8 @@ def expected_cost(columns: np.ndarray, known: np.ndarray, steps: np.ndarray) -> 
     """
     scale = columns.std(axis=0)
     columns = (columns[:, scale > 0] - columns[:, scale > 0].mean(axis=0)) / scale[scale > 0]
-    x = _features(columns, squares=2 * columns.shape[1] + 1 <= len(known) / 2)
+    squares = [columns**2] if 2 * columns.shape[1] + 1 <= len(known) / 2 else []
+    x = np.concatenate([np.ones((len(columns), 1)), columns, *squares], axis=1)
     some, log = x[known], np.log(np.maximum(steps, 1.0))
     lhs = some.T @ some + 1e-6 * len(known) * np.eye(x.shape[1])
     return x @ np.linalg.solve(lhs, some.T @ log)
@@ -520,7 +517,7 @@ def _status(code: int, band: int, inner: int, turn: int, moved: int, exceeded: i
     if code == NOT_RUN:
         return "not_run"
     if code:
-        return FAILURES[code][0]  # pyright: ignore
+        return failure_name(code)
     end = Label(band, inner, turn)
     return str(status_of(end, bool(moved), lambda: bool(exceeded), lambda: bool(steady)))
 

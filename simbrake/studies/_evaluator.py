@@ -22,8 +22,10 @@ import numpy as np
 
 from .._base._compiling import DeviceJit, Packing, Program, compiled, pack
 from .._base._faults import Fault, InputError
+from .._base._part import Leaf
 from .._base._programs import STORE
 from .._base._quantity import behind
+from .._outputs._log import FAILURES
 from .._outputs._metrics import METRICS, identity_of
 from .._outputs._probe import lowers_steadily, runs_away
 from .._parts._scene import Scene, require_scene
@@ -94,6 +96,11 @@ Place: TypeAlias = Callable[[Scene, Any, Any], Scene]
 Find: TypeAlias = Callable[[Any, Any], tuple[Any, Any]]
 
 
+def failure_name(code: int) -> str:
+    """A result code in a word."""
+    return FAILURES[code][0] if code in FAILURES else f"code {code}"  # pyright: ignore
+
+
 class Paths(NamedTuple):
     """Numbers of a scene as one vector: their paths, and the shape of each.
 
@@ -110,6 +117,17 @@ class Paths(NamedTuple):
     def each(cls, names: Iterable[str]) -> "Paths":
         """One number for each path; for a path of a list it counts for all entries."""
         return cls(tuple(names), tuple(() for _ in names))
+
+    @classmethod
+    def of(cls, chosen: Iterable[Leaf]) -> "Paths":
+        """All entries of these parameters of a scene."""
+        shapes = {leaf.path: np.shape(leaf.value) for leaf in chosen}
+        return cls(tuple(shapes), tuple(shapes.values()))
+
+    @property
+    def entries(self) -> list[tuple[str, tuple[int, ...]]]:
+        """Path and index of every number, `()` of one that is no list."""
+        return [(name, i) for name, shape in zip(self.names, self.shapes, strict=True) for i in np.ndindex(shape)]
 
     @property
     def spans(self) -> list[slice]:
@@ -156,6 +174,16 @@ class Faults(list[Fault]):
         """Raises `InputError` if anything is wrong."""
         if self:
             raise InputError(self)
+
+
+def numbers_of(chosen: Iterable[Leaf]) -> np.ndarray:
+    """The numbers of parameters as one vector, in the order of `Paths.of`."""
+    return np.concatenate([np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen])
+
+
+def name_of_entry(path: str, index: tuple[int, ...]) -> str:
+    """Path of an entry of a list, `path` itself for the index `()`."""
+    return f"{path}[{', '.join(map(str, index))}]" if index else path
 
 
 def asked_of(metrics: Metric | Sequence[Metric]) -> list[Metric]:
@@ -314,14 +342,14 @@ def _program(asked: Asked) -> DeviceJit:
     return DeviceJit(along if asked.singly else at_once, subject=("evaluate", asked, metrics))
 
 
-@functools.partial(DeviceJit, static_argnames="asked")
-def _measured(result: Result, *, asked: Metrics) -> Array:
-    return asked(result)[0]
+@functools.partial(DeviceJit, static_argnames="find")
+def _measured(result: Result, *, find: Find) -> Array:
+    return find(result, None)[0]
 
 
-def values_of(result: Result, metrics: Metrics) -> np.ndarray:
-    """Metrics of a concrete result, by one program for every power of two of its length."""
-    return np.asarray(_measured(dataclasses.replace(result, record=result.record.compact()), asked=metrics))
+def values_of(result: Result, find: Find) -> np.ndarray:
+    """Values of a concrete result, by one program for every power of two of its length."""
+    return np.asarray(_measured(dataclasses.replace(result, record=result.record.compact()), find=find))
 
 
 class Evaluator:
@@ -356,7 +384,7 @@ class Evaluator:
         rtol: float = 1e-10,
         max_steps: int | None = None,
     ) -> None:
-        self.scene, self.place, self.given, self.rtol = scene, place, given, rtol
+        self.scene, self.place, self.find, self.given, self.rtol = scene, place, find, given, rtol
         self.solver = solver_of(scene, solver) if run else None
         self.limits = step_limits(scene, max_steps) if run else (0,)
         self._asked = Asked(place, find, self.solver, self.limits[0], reverse, singly)

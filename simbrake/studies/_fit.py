@@ -8,13 +8,12 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._progress import Progress
-from .._outputs._log import FAILURES
 from .._parts._scene import Scene
 from .._run._edit import Inputs, entry_of, with_values
 from .._run._measure import Metric, measure
 from .._run._result import Result
 from ..hybrid._arrays import Array
-from ._evaluator import Box, Evaluation, Evaluator, Faults, Paths, Solver
+from ._evaluator import Box, Evaluation, Evaluator, Faults, Paths, Solver, failure_name
 from ._measured import Measured, pick
 
 
@@ -106,7 +105,7 @@ class FitModel:
     def refused(self, found: Evaluation) -> str | None:
         """Reason to reject a point: its run fails, or it lacks a measured event; `None` for a valid point."""
         if found.code != 0:
-            return f"the run fails: {FAILURES[found.code][0]}"  # pyright: ignore
+            return f"the run fails: {failure_name(found.code)}"
         for i in np.flatnonzero(~np.isfinite(found.values)):
             what = "does not occur" if np.isinf(found.values[i]) else "is not a number"
             return f"{self.names[i]} {what} in the model"
@@ -127,6 +126,13 @@ _NEAR = 1e-3
 
 #: points tried to see whether parameters have an effect elsewhere
 _PROBES = 12
+
+
+def _halton(d: int, n: int) -> np.ndarray:
+    """Points (n, d) spread over the unit cube, without its corner."""
+    from scipy.stats import qmc  # slow to import, and rarely needed
+
+    return qmc.Halton(d, scramble=False).fast_forward(1).random(n)
 
 
 @dataclasses.dataclass
@@ -178,12 +184,8 @@ class Search:
     def probes(self, z: np.ndarray, varied: np.ndarray) -> list[tuple[np.ndarray, float]]:
         """Points over the bounds of the parameters `varied`, the others as in `z`, at which the measured values differ
         from those at `z`, with their costs, the best first."""
-        from scipy.stats import qmc
-
         here, found = self.look(z)[0].values, []
-        halton = qmc.Halton(int(varied.sum()), scramble=False)
-        halton.fast_forward(1)
-        for shares in halton.random(_PROBES):
+        for shares in _halton(int(varied.sum()), _PROBES):
             point = z.copy()
             point[varied] = shares
             there = self.model.run(self.box.up(point))
@@ -223,13 +225,7 @@ class Search:
             raise InputError(reasons)
 
     def _spread(self, first: np.ndarray) -> list[np.ndarray]:
-        if self.starts == 1:
-            return [first]
-        from scipy.stats import qmc  # slow to import, and rarely needed
-
-        halton = qmc.Halton(first.size, scramble=False)
-        halton.fast_forward(1)
-        return [first, *halton.random(self.starts - 1)]
+        return [first, *(_halton(first.size, self.starts - 1) if self.starts > 1 else ())]
 
     def _descend(self, z: np.ndarray) -> None:
         """Search from one start; parameters at active bounds are fixed there, and the others searched again."""
@@ -296,30 +292,27 @@ class Search:
             gtol=1e-12,
             max_nfev=self.most,
         )
-        z, words = whole(found.x), {0: LIMITED}
+        z, ended = whole(found.x), found.status > 0
         if found.status != 1 and barrier is not None:
             return z, float(found.cost), False, f"ended beside rejected points: {barrier}"
-        return z, float(found.cost), found.status > 0, words.get(found.status, DONE)
+        return z, float(found.cost), ended, DONE if ended else LIMITED
 
 
 # --- covariance by a truncated SVD, and the undetermined combinations of parameters ----------------------------------
 
-#: first and second derivative of the robust losses ρ(z) of SciPy, z the squared residual over its scale
+#: the robust losses ρ(z) of SciPy with their first and second derivatives, z the squared residual over its scale
 _LOSSES = {
-    "linear": lambda z: (np.ones_like(z), np.zeros_like(z)),
-    "soft_l1": lambda z: ((1 + z) ** -0.5, -0.5 * (1 + z) ** -1.5),
-    "huber": lambda z: (np.maximum(z, 1) ** -0.5, np.where(z > 1, -0.5 * np.maximum(z, 1) ** -1.5, 0.0)),
-    "cauchy": lambda z: (1 / (1 + z), -1 / (1 + z) ** 2),
-    "arctan": lambda z: (1 / (1 + z**2), -2 * z / (1 + z**2) ** 2),
+    "linear": lambda z: (z, np.ones_like(z), np.zeros_like(z)),
+    "soft_l1": lambda z: (2 * (np.sqrt(1 + z) - 1), (1 + z) ** -0.5, -0.5 * (1 + z) ** -1.5),
+    "huber": lambda z: (
+        np.where(z <= 1, z, 2 * np.sqrt(np.maximum(z, 1)) - 1),
+        np.maximum(z, 1) ** -0.5,
+        np.where(z > 1, -0.5 * np.maximum(z, 1) ** -1.5, 0.0),
+    ),
+    "cauchy": lambda z: (np.log1p(z), 1 / (1 + z), -1 / (1 + z) ** 2),
+    "arctan": lambda z: (np.arctan(z), 1 / (1 + z**2), -2 * z / (1 + z**2) ** 2),
 }
 LOSSES = tuple(_LOSSES)
-_RHO = {
-    "linear": lambda z: z,
-    "soft_l1": lambda z: 2 * (np.sqrt(1 + z) - 1),
-    "huber": lambda z: np.where(z <= 1, z, 2 * np.sqrt(np.maximum(z, 1)) - 1),
-    "cauchy": np.log1p,
-    "arctan": np.arctan,
-}
 #: standard deviation of a uniform distribution over a range of 1
 _UNIFORM = 12**-0.5
 #: a parameter that an open direction moves by less than this share of its standard error is not affected by it
@@ -353,7 +346,7 @@ class Identified(NamedTuple):
 
 def cost(residual: np.ndarray, loss: str, scale: float) -> float:
     """Objective of a fit: `½ Σ c² ρ((r/c)²)`."""
-    return 0.5 * scale**2 * float(np.sum(_RHO[loss]((residual / scale) ** 2)))
+    return 0.5 * scale**2 * float(np.sum(_LOSSES[loss]((residual / scale) ** 2)[0]))
 
 
 def identify(
@@ -368,13 +361,14 @@ def identify(
       data
     """
     m, p = jacobian.shape
-    first, second = _LOSSES[loss]((residual / loss_scale) ** 2)
+    _, first, second = _LOSSES[loss]((residual / loss_scale) ** 2)
     curved = np.maximum(first + 2 * (residual / loss_scale) ** 2 * second, 0.0)
     rows = np.pad(np.sqrt(curved)[:, None] * jacobian, ((0, max(p - m, 0)), (0, 0)))
     _, s, vt = np.linalg.svd(rows, full_matrices=False)
     v = vt.T
     vanishing = s <= noise * max(float(s[0]), 1e-300)
-    scatter = np.sqrt(_scatter(m, int(p - vanishing.sum())))
+    freedom = m - int(p - vanishing.sum())
+    scatter = np.sqrt(1 / freedom if freedom > 0 else np.inf)  # without any degrees of freedom it is unknown
     safe = np.where(vanishing, 1.0, s)
     if loss == "linear":
         scale = 1.0 if absolute else scatter * float(np.linalg.norm(residual))
@@ -427,11 +421,6 @@ def confound(jacobian: np.ndarray, column: np.ndarray, residual: np.ndarray, noi
     left = residual - u @ (u.T @ residual)
     independent = square > 1e-6 * size
     return Confounded(correlation, -a, variance, float(rest @ left) ** 2 / square if independent else 0.0)
-
-
-def _scatter(m: int, rank: int) -> float:
-    """One over the degrees of freedom; without any the scatter is unknown."""
-    return 1 / (m - rank) if m > rank else np.inf
 
 
 def _readable(basis: np.ndarray) -> np.ndarray:

@@ -3,8 +3,8 @@
 import dataclasses
 import importlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from types import ModuleType
-from typing import Any, NamedTuple
+from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -14,21 +14,12 @@ from .._outputs._log import SimulationError
 from .._parts._scene import Scene
 from .._run._measure import Metric, name_of, unit_of
 from ._ensemble import Dataset, ensemble
-from ._evaluator import Faults, asked_of
-from ._uncertainty import Distribution, Draws, Estimate, Quantile, checked, complete, failure_name, power_of_two
+from ._evaluator import Faults, asked_of, failure_name
+from ._uncertainty import Distribution, Draws, Estimate, checked, complete, power_of_two
 
 
-class MorrisNumbers(NamedTuple):
-    """Mean elementary effects (d,), means of their absolute values with half the interval, standard deviations."""
-
-    mu: np.ndarray
-    mu_star: np.ndarray
-    mu_star_half: np.ndarray
-    sigma: np.ndarray
-
-
-def _salib(method: str) -> tuple[ModuleType, ModuleType]:
-    """SALib's sampling and analysis by a method."""
+def _salib(method: str, d: int, seed: int) -> tuple[Callable[..., np.ndarray], Callable[..., dict[str, Any]]]:
+    """SALib's sampling and analysis by a method, of functions of `d` numbers from 0 to 1."""
     names = ("sample", "analyze", f"sample.{method}", f"analyze.{method}")
     try:
         *_, sample, analyze = (importlib.import_module(f"SALib.{name}") for name in names)
@@ -36,43 +27,15 @@ def _salib(method: str) -> tuple[ModuleType, ModuleType]:
         raise ModuleNotFoundError(
             "global sensitivity indices are computed by SALib, which is not installed: pip install 'simbrake[global]'"
         ) from error
-    return sample, analyze
-
-
-def _problem(d: int) -> dict[str, object]:
-    return {"num_vars": d, "names": [f"x{i}" for i in range(d)], "bounds": [[0.0, 1.0]] * d}
-
-
-def _seeds(seed: int) -> tuple[int, int]:
-    """Seeds of the design and of the bootstrap; never 0, which SALib reads as no seed."""
-    design, resampling = np.random.SeedSequence(seed).generate_state(2)
-    return int(design) | 1, int(resampling) | 1
+    problem = {"num_vars": d, "names": [f"x{i}" for i in range(d)], "bounds": [[0.0, 1.0]] * d}
+    # of the design and of the bootstrap; never 0, which SALib reads as no seed
+    seeds = [int(seed) | 1 for seed in np.random.SeedSequence(seed).generate_state(2)]
+    return partial(sample.sample, problem, seed=seeds[0]), partial(analyze.analyze, problem, seed=seeds[1])
 
 
 def sobol_design(n: int, d: int, second: bool, seed: int) -> np.ndarray:
     """Saltelli's design on scrambled Sobol points, `n (d + 2)` rows, with pairs `n (2d + 2)`; `n` a power of two."""
-    return _salib("sobol")[0].sample(_problem(d), n, calc_second_order=second, seed=_seeds(seed)[0])
-
-
-def morris_design(trajectories: int, d: int, levels: int, seed: int) -> np.ndarray:
-    """Trajectories of one step in each direction on a grid of `levels` from 0 to 1: `trajectories (d + 1)` rows."""
-    return _salib("morris")[0].sample(_problem(d), trajectories, num_levels=levels, seed=_seeds(seed)[0])
-
-
-def morris_numbers(
-    x: np.ndarray, y: np.ndarray, levels: int, confidence: float, resamples: int, seed: int
-) -> MorrisNumbers:
-    """Elementary effects of a function with the values `y` (rows,) on the design `x`, per unit of `x`."""
-    found = _salib("morris")[1].analyze(
-        _problem(x.shape[1]),
-        x,
-        y,
-        num_levels=levels,
-        conf_level=confidence,
-        num_resamples=resamples,
-        seed=_seeds(seed)[1],
-    )
-    return MorrisNumbers(*(np.asarray(found[name], float) for name in ("mu", "mu_star", "mu_star_conf", "sigma")))
+    return _salib("sobol", d, seed)[0](n, calc_second_order=second)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -246,14 +209,8 @@ def sobol_table(
 ) -> SobolTable:
     """The table of any function that has the values `y` on `sobol_design`."""
     d = len(paths)
-    found = _salib("sobol")[1].analyze(
-        _problem(d),
-        y,
-        calc_second_order=second_order,
-        num_resamples=resamples,
-        conf_level=confidence,
-        seed=_seeds(seed)[1],
-    )
+    analyze = _salib("sobol", d, seed)[1]
+    found = analyze(y, calc_second_order=second_order, num_resamples=resamples, conf_level=confidence)
     firsts, totals = (map(around, found[kind], found[f"{kind}_conf"]) for kind in ("S1", "ST"))
     rows = [SobolIndex(*row) for row in zip(paths, firsts, totals, strict=True)]
     pairs = None
@@ -294,26 +251,30 @@ def morris(
     found.unless(0 < tail < 0.5, "tail", tail, "between 0 and 0.5, as 0.01")
     counts = {"trajectories": trajectories, "resamples": resamples, "levels": levels}
     asked, draws = _checked(scene, distributions, metrics, confidence, found, **counts)
-    unit = morris_design(trajectories, len(draws.paths), levels, seed)
-    ends = np.array([_ends(quantile, tail) for quantile in draws.quantiles.values()])
+    sample, analyze = _salib("morris", len(draws.paths), seed)
+    unit = sample(trajectories, num_levels=levels)  # steps of one number at a time: trajectories (d + 1) rows
+    # where a distribution is bounded it is crossed as a whole
+    ends = np.array(
+        [
+            (0.0 if np.isfinite(quantile(0.0)) else tail, 1.0 if np.isfinite(quantile(1.0)) else 1.0 - tail)
+            for quantile in draws.quantiles.values()
+        ]
+    )
     spans = draws.values(ends.T)
 
     def table(metric: Metric, y: np.ndarray) -> MorrisTable:
-        numbers, rows = morris_numbers(unit, y, levels, confidence, resamples, seed), []
-        for path, mu, star, half, sigma in zip(draws.paths, *numbers, strict=True):
-            low, high = spans[path].tolist()
-            rows.append(MorrisEffect(path, draws.units[path], low, high, float(mu), around(star, half), float(sigma)))
+        found = analyze(unit, y, num_levels=levels, conf_level=confidence, num_resamples=resamples)
+        numbers = (found[name] for name in ("mu", "mu_star", "mu_star_conf", "sigma"))
+        rows = []
+        for (path, (low, high)), mu, star, half, sigma in zip(spans.items(), *numbers, strict=True):
+            ends = float(low), float(high)
+            rows.append(MorrisEffect(path, draws.units[path], *ends, float(mu), around(star, half), float(sigma)))
         rows.sort(key=lambda row: -row.mu_star.value)
         return MorrisTable(name_of(metric), unit_of(metric), tuple(rows), confidence)
 
     data = complete(ensemble(scene, draws.values(ends[:, 0] + unit * (ends[:, 1] - ends[:, 0])), asked, **options))
     method = f"elementary effects of Morris, {trajectories} trajectories on {levels} levels"
     return _found(data, asked, table, method, varies=False)
-
-
-def _ends(quantile: Quantile, tail: float) -> tuple[float, float]:
-    """Probabilities between which a distribution is crossed: 0 and 1 where it is bounded."""
-    return 0.0 if np.isfinite(quantile(0.0)) else tail, 1.0 if np.isfinite(quantile(1.0)) else 1.0 - tail
 
 
 def _checked(

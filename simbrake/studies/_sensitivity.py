@@ -21,8 +21,8 @@ from .._run._measure import Metric, check_metrics, happened, name_of, unit_of
 from .._run._report import labels_of
 from .._run._result import Result
 from ..hybrid._arrays import Array
-from ._evaluator import Evaluator, Faults, Metrics, Paths, Solver, asked_of, values_of
-from ._sides import Slope, Slopes, compare_sides
+from ._evaluator import Evaluator, Faults, Metrics, Paths, Solver, asked_of, name_of_entry, numbers_of, values_of
+from ._sides import Slopes, compare_sides
 
 _ENDS = ("lower", "upper")
 
@@ -38,9 +38,7 @@ class Range(NamedTuple):
     notes: tuple[str, ...]
 
 
-def look_around(
-    run: Evaluator, base: Result, metrics: Metrics, spans: Mapping[str, np.ndarray], progress: Progress
-) -> Range:
+def look_around(run: Evaluator, base: Result, spans: Mapping[str, np.ndarray], progress: Progress) -> Range:
     """Run the scene at both bounds `p ± span` of every parameter, one at a time; a list is changed as a whole."""
     usual, known = modes_of(base), Inputs(base.scene)
     ends, changes = dict[str, np.ndarray](), dict[str, str]()
@@ -49,7 +47,7 @@ def look_around(
         if not np.any(half):
             continue
         scenes = (with_values(base.scene, {path: np.asarray(known[path].value) + sign * half}) for sign in (-1, 1))
-        values, words = zip(*(end_of_range(run, scene, metrics, usual) for scene in scenes), strict=True)
+        values, words = zip(*(end_of_range(run, scene, usual) for scene in scenes), strict=True)
         ends[path] = np.stack(values)
         changes[path] = "; ".join(f"{name} bound: {what}" for name, what in zip(_ENDS, words, strict=True) if what)
     return Range(ends, changes, base.derivative_notes())
@@ -59,9 +57,9 @@ def modes_of(result: Result) -> list[Label]:
     return [label for label, _ in itertools.groupby(labels_of(result.record))]
 
 
-def end_of_range(run: Evaluator, scene: Scene, metrics: Metrics, usual: list[Label]) -> tuple[np.ndarray, str]:
+def end_of_range(run: Evaluator, scene: Scene, usual: list[Label]) -> tuple[np.ndarray, str]:
     """Metrics at one bound, and differences of the run there."""
-    nothing = np.full(len(metrics.asked), np.nan)
+    nothing = np.full(len(run.find.asked), np.nan)
     try:
         result = run.result(scene, throw=False)
     except InputError:
@@ -73,7 +71,7 @@ def end_of_range(run: Evaluator, scene: Scene, metrics: Metrics, usual: list[Lab
         part = next(i for i, (a, b) in enumerate(itertools.zip_longest(usual, other)) if a != b)
         mine, theirs = (str(modes[part]) if part < len(modes) else "the end" for modes in (usual, other))
         what = f"other modes ({theirs} instead of {mine} after {usual[part - 1]})"
-    return values_of(result, metrics), what
+    return values_of(result, run.find), what
 
 
 #: an elasticity below this is rounding error
@@ -218,8 +216,7 @@ def sensitivity(
     check_metrics(scene, metrics.asked)
     chosen = chosen_leaves(scene, wrt)
     spans = {} if span is None else _spans(chosen, span)
-    paths = Paths(tuple(leaf.path for leaf in chosen), tuple(np.shape(leaf.value) for leaf in chosen))
-    size, x = len(metrics.asked), np.concatenate([np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen])
+    paths, size, x = Paths.of(chosen), len(metrics.asked), numbers_of(chosen)
     run = Evaluator(scene, paths, metrics, size=size, reverse=x.size > size, singly=True, rtol=rtol, solver=solver)
     with shown_progress(progress, "sensitivity", "compiling the run…") as progress:
         base = run.result(progress=progress)
@@ -231,8 +228,8 @@ def sensitivity(
         if slopes.code != 0 or not np.all(np.isfinite(slopes.values)):
             raise RuntimeError("the differentiated run ended before the plain one; please report this scene")
         finer = run.finer()(x)
-        sides = compare_sides(run, base, metrics, chosen, values, slopes.jacobian, progress)
-        around = Range({}, {}, ()) if span is None else look_around(run, base, metrics, spans, progress)
+        sides = compare_sides(run, base, chosen, values, slopes.jacobian, progress)
+        around = Range({}, {}, ()) if span is None else look_around(run, base, spans, progress)
     tables = []
     for k, (one, value) in enumerate(zip(metrics.asked, values.tolist(), strict=True)):
         derivatives = paths.values(slopes.jacobian[k]), paths.values(finer.jacobian[k])
@@ -285,44 +282,49 @@ def _rows(
     sides: Slopes,
     k: int,
 ) -> tuple[Sensitivity, ...]:
-    """Rows of one metric, lists as wholes and by their entries."""
+    """Rows of metric `k`, lists as wholes (index `None`) and by their entries."""
     rows = []
     for leaf in chosen:
-        p, slope, about = np.asarray(leaf.value, np.float64), derivatives[leaf.path], leaf.about
-        off = finer[leaf.path] - slope
-        ends = around.ends[leaf.path][:, k].tolist() if leaf.path in around.ends else (np.nan, np.nan)
-        low, high = (end if np.isfinite(end) else None for end in ends)
-        half = tangent = None
-        if leaf.path in spans:
-            half, tangent = float(np.mean(spans[leaf.path])), float(np.sum(slope * spans[leaf.path]))
+        path, p, slopes = leaf.path, np.asarray(leaf.value, np.float64), np.asarray(derivatives[leaf.path])
         with np.errstate(divide="ignore", invalid="ignore"):
-            elasticity = slope * p / value
-        whole = leaf.path if p.ndim == 0 else f"{leaf.path}[:]"
-        one = sides.get((k, leaf.path, () if p.ndim == 0 else None))
-        sums = float(np.mean(p)), float(np.sum(slope)), float(np.sum(elasticity))
-        sums, said = _corrected(sums, one, value)
-        tangent, error = (tangent, abs(float(np.sum(off)))) if np.isfinite(sums[1]) else (None, np.nan)
-        notes = "; ".join(filter(None, (said, around.changes.get(leaf.path, ""))))
-        rows.append(Sensitivity(whole, about.unit, about.meaning, *sums, half, low, high, notes, tangent, error))
-        for index in np.ndindex(p.shape) if p.ndim else ():
-            entry = f"{leaf.path}[{', '.join(str(i) for i in index)}]"
-            numbers = float(p[index]), float(slope[index]), float(elasticity[index])
-            numbers, said = _corrected(numbers, sides.get((k, leaf.path, index)), value)
-            error = abs(float(off[index])) if np.isfinite(numbers[1]) else np.nan
-            rows.append(Sensitivity(entry, about.unit, about.meaning, *numbers, note=said, error=error))
+            elasticities = slopes * p / value
+        for index in [None, *np.ndindex(p.shape)] if p.ndim else [()]:
+            here = ... if index is None else index
+            number, derivative = float(np.mean(p[here])), float(np.sum(slopes[here]))
+            elasticity, note = float(np.sum(elasticities[here])), ""
+            if (side := sides.get((k, path, index))) is not None:
+                if side.value != derivative:  # (a list as a whole: by the mean of its entries)
+                    elasticity = side.value * number / value if value else np.nan
+                derivative, note = side
+            error, name = abs(float(np.sum(finer[path][here] - slopes[here]))), name_of_entry(path, index or ())
+            row = Sensitivity(name, leaf.about.unit, leaf.about.meaning, number, derivative, elasticity)
+            row = row._replace(note=note, error=error if np.isfinite(derivative) else np.nan)
+            rows.append(row if index else _with_range(row, path, index is None, slopes, spans, around, k))
     return tuple(sorted(rows, key=lambda row: -abs(row.elasticity) if np.isfinite(row.elasticity) else 0.0))
 
 
-def _corrected(
-    numbers: tuple[float, float, float], slope: Slope | None, value: float
-) -> tuple[tuple[float, float, float], str]:
-    """Value, derivative and elasticity of a parameter with the derivative of one side, or none, and the note on it."""
-    p, derivative, elasticity = numbers
-    if slope is None:
-        return numbers, ""
-    if slope.value != derivative:  # (a list as a whole: by the mean of its entries)
-        elasticity = slope.value * p / value if value else np.nan
-    return (p, slope.value, elasticity), slope.note
+def _with_range(
+    row: Sensitivity,
+    path: str,
+    listed: bool,
+    slopes: np.ndarray,
+    spans: Mapping[str, np.ndarray],
+    around: Range,
+    k: int,
+) -> Sensitivity:
+    """The row of a number or a whole list with what is known of its range."""
+    low, high = around.ends[path][:, k].tolist() if path in around.ends else (np.nan, np.nan)
+    half = tangent = None
+    if path in spans:
+        half, tangent = float(np.mean(spans[path])), float(np.sum(slopes * spans[path]))
+    return row._replace(
+        path=f"{path}[:]" if listed else path,
+        half=half,
+        low=low if np.isfinite(low) else None,
+        high=high if np.isfinite(high) else None,
+        tangent=tangent if np.isfinite(row.derivative) else None,
+        note="; ".join(filter(None, (row.note, around.changes.get(path, "")))),
+    )
 
 
 # --- second derivatives -----------------------------------------------------------------------------------------------
@@ -380,11 +382,8 @@ def hessian(
     metrics = Metrics((metric,))
     check_metrics(scene, metrics.asked)
     chosen = chosen_leaves(scene, paths)
-    place = Paths(tuple(leaf.path for leaf in chosen), tuple(np.shape(leaf.value) for leaf in chosen))
-    x = np.concatenate([np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen])
-    names = tuple(
-        leaf.path + "".join(f"[{i}]" for i in index) for leaf in chosen for index in np.ndindex(np.shape(leaf.value))
-    )
+    place, x = Paths.of(chosen), numbers_of(chosen)
+    names = tuple(name_of_entry(*entry) for entry in place.entries)
     found = Faults(Fault(name, "is 0", "leave it out") for name, number in zip(names, x, strict=True) if number == 0)
     found.unless(0 < step < 1, "step", step, "0 < step < 1")
     found.report()
@@ -394,7 +393,7 @@ def hessian(
     usual, moves = modes_of(base), np.diag(step * np.abs(x))
     for name, move in zip(names, moves, strict=True):
         for moved in (x - move, x + move):
-            *_, words = end_of_range(run, with_values(scene, place.values(moved)), metrics, usual)
+            *_, words = end_of_range(run, with_values(scene, place.values(moved)), usual)
             found += [Fault(name, f"{words} within a step of {step:g}", "give a smaller step")] if words else []
     found.report()
     run.like(base)

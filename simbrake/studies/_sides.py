@@ -22,7 +22,7 @@ from .._base._progress import Progress
 from .._base._quantity import Characteristic, Over
 from .._run._edit import with_values
 from .._run._result import Result
-from ._evaluator import Evaluator, Metrics, Paths, values_of
+from ._evaluator import Evaluator, Paths, numbers_of, values_of
 
 #: largest change of a number, in steps `h = √rtol` of its size
 _REACH = 10.0
@@ -87,21 +87,13 @@ class _Search:
     """
 
     def __init__(
-        self,
-        run: Evaluator,
-        base: Result,
-        metrics: Metrics,
-        chosen: Sequence[Leaf],
-        values: np.ndarray,
-        jacobian: np.ndarray,
+        self, run: Evaluator, base: Result, chosen: Sequence[Leaf], values: np.ndarray, jacobian: np.ndarray
     ) -> None:
-        self.run, self.base, self.metrics, self.known, self.jacobian = run, base, metrics, values, jacobian
-        self.paths = Paths(tuple(leaf.path for leaf in chosen), tuple(np.shape(leaf.value) for leaf in chosen))
-        self.places = [(leaf.path, index) for leaf in chosen for index in np.ndindex(np.shape(leaf.value))]
-        flat = [np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen]
+        self.run, self.base, self.known, self.jacobian = run, base, values, jacobian
+        self.paths = Paths.of(chosen)
         machine = base.record.system.machine  # pyright: ignore
-        sizes = [np.ravel(typical_size(leaf, machine)) for leaf in chosen]
-        self.x, self.size = np.concatenate(flat), np.concatenate(sizes)
+        self.x = numbers_of(chosen)
+        self.size = np.concatenate([np.ravel(typical_size(leaf, machine)) for leaf in chosen])
         rtol = float(run.rtol)
         self.step, self.runs, self.refused = np.sqrt(rtol), 0, set[str]()
         scale = np.maximum(np.abs(values), np.max(np.abs(jacobian) * self.size, axis=1, initial=0.0))
@@ -111,7 +103,7 @@ class _Search:
         with np.errstate(divide="ignore"):
             wanted = np.min(self.scale[:, None] / np.abs(jacobian), axis=0)
         self.move = self.step * np.minimum(wanted, _REACH * self.size)
-        abouts = [leaf.about for leaf, entries in zip(chosen, flat, strict=True) for _ in entries]
+        abouts = [leaf.about for leaf in chosen for _ in range(np.size(leaf.value))]
         moved = zip(abouts, self.x, self.move, strict=True)
         self.ways = np.asarray([[a.admits_one(x - d), a.admits_one(x + d)] for a, x, d in moved], bool).reshape(-1, 2)
 
@@ -125,7 +117,7 @@ class _Search:
         except InputError as error:
             self.refused = {fault.path for fault in error.faults}
             return None
-        return values_of(result, self.metrics) if result.ok else np.full(len(self.known), np.nan)
+        return values_of(result, self.run.find) if result.ok else np.full(len(self.known), np.nan)
 
     def suspects(self, entries: np.ndarray) -> list[int]:
         """Single numbers in whose direction a metric may have another derivative than that of the run."""
@@ -133,7 +125,7 @@ class _Search:
             return entries.tolist()
         doubt = self._doubtful(entries)
         if doubt is None:  # those that cannot be changed together with others are looked at by themselves
-            aside = [i for i in entries if any(_belongs(self.places[i][0], path) for path in self.refused)]
+            aside = [i for i in entries if any(_belongs(self.paths.entries[i][0], path) for path in self.refused)]
             if 0 < len(aside) < entries.size:
                 return [*aside, *self.suspects(np.setdiff1d(entries, aside))]
         if doubt is False:
@@ -213,7 +205,6 @@ def judged(slope: float, below: Side, above: Side) -> Slope | None:
 def compare_sides(
     run: Evaluator,
     base: Result,
-    metrics: Metrics,
     chosen: Sequence[Leaf],
     values: np.ndarray,
     jacobian: np.ndarray,
@@ -224,11 +215,12 @@ def compare_sides(
     - `values` (m,), `jacobian` (m, k): the metrics of `base`, and their derivatives by all entries of `chosen`
     """
     progress.now("differences on both sides")
-    search, slopes = _Search(run, base, metrics, chosen, values, jacobian), Slopes()
+    search, slopes = _Search(run, base, chosen, values, jacobian), Slopes()
+    entries = search.paths.entries
     tied = np.concatenate([_tied(leaf) for leaf in chosen])
     suspects = sorted([*np.flatnonzero(tied).tolist(), *search.suspects(np.flatnonzero(~tied))])
     changes: list[tuple[tuple[str, tuple[int, ...] | None], np.ndarray]] = [
-        (search.places[i], np.eye(tied.size)[i] * min(search.move[i], search.step * search.size[i])) for i in suspects
+        (entries[i], np.eye(tied.size)[i] * min(search.move[i], search.step * search.size[i])) for i in suspects
     ]
     for path, span in zip(search.paths.names, search.paths.spans, strict=True):
         if any(place[0] == path and place[1] != () for place, _ in changes):

@@ -13,12 +13,12 @@ import numpy as np
 from .._base._faults import Fault
 from .._base._quantity import Quantity, behind
 from .._base._table import Column, Table, Tabular, plain
-from .._outputs._log import FAILURES, SimulationError
+from .._outputs._log import SimulationError
 from .._parts._scene import Scene, faults, require_scene
 from .._run._edit import Inputs, with_inputs, with_values
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from ._ensemble import Dataset, ensemble
-from ._evaluator import Columns, Faults, asked_of
+from ._evaluator import Columns, Faults, asked_of, failure_name
 
 #: a frozen distribution of scipy.stats (anything with `ppf` or `icdf`), or (low, high) for a uniform one
 Distribution: TypeAlias = Any
@@ -555,8 +555,3 @@ def _evaluate(
         seed=seed,
         confidence=confidence,
     )
-
-
-def failure_name(code: int) -> str:
-    """A result code in a word."""
-    return FAILURES[code][0] if code in FAILURES else f"code {code}"  # pyright: ignore
