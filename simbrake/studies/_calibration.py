@@ -215,30 +215,18 @@ class Calibration(Tabular):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the data for JSON; `null` where a number is infinite or unknown."""
-        kept = (
-            "outcome",
-            "headline",
-            "advice",
-            "converged",
-            "message",
-            "confidence",
-            "covariance",
-            "correlation",
-            "chi2",
-            "chi2_start",
+        names = (
+            "outcome headline advice converged message confidence covariance correlation chi2 chi2_start reduced_chi2"
         )
-        kept += ("reduced_chi2", "singular_values", "evaluations", "failures", "solver", "loss", "warnings")
-        found: dict[str, Any] = {name: getattr(self, name) for name in kept}
-        parameters = [dataclasses.asdict(p) for p in self.parameters]
+        names += " singular_values evaluations failures solver loss warnings"
+        found: dict[str, Any] = {name: getattr(self, name) for name in names.split()}
+        parameters, combinations = (map(dataclasses.asdict, parts) for parts in (self.parameters, self.open))
         found["parameters"] = [p | {"bounds": [p.pop("low"), p.pop("high")]} for p in parameters]
-        combinations = [dataclasses.asdict(one) for one in self.open]
         found["open"] = [one | {"relative_change": one.pop("relative")} for one in combinations]
-        found["fixed"] = [dataclasses.asdict(one) for one in self.fixed]
-        found |= {"degrees_of_freedom": self.freedom, "probability_of_larger_chi2": self.probability}
-        found["absolute_sigma"] = self.absolute
-        columns = ("name", "unit", "count", "chi2", "largest")
+        found |= {"fixed": self.fixed, "degrees_of_freedom": self.freedom}
+        found |= {"probability_of_larger_chi2": self.probability, "absolute_sigma": self.absolute}
         found["residuals"] = [
-            dict(zip(columns, (r.name, r.unit, r.scaled.size, r.scaled @ r.scaled, r.largest), strict=True))
+            {"name": r.name, "unit": r.unit, "count": r.scaled.size, "chi2": r.scaled @ r.scaled, "largest": r.largest}
             for r in self.residuals
         ]
         return plain(found)
@@ -261,7 +249,9 @@ class Calibration(Tabular):
             pair = f"{self.parameters[j].path} and {self.parameters[i].path}"
             yield f"corr     {self.correlation[i, j]:+.4f} between {pair}"
         yield from (f"open     {one.words}" for one in self.open)
-        yield from (f"fixed    {_of_fixed(one)}" for one in self.fixed)
+        for one in self.fixed:
+            shift = f"shifts {one.parameter} by {one.shift:+.3g} %, correlation {one.correlation:+.4f}"
+            yield f"fixed    {one.path} +1 % {shift}"
         data = [
             Column("name", heading="data", left=True),
             Column("values"),
@@ -286,11 +276,6 @@ def _words(p: Parameter) -> str:
         at = ", and it reached a bound" if p.value in (p.low, p.high) else ""
         return f"standard error infinite: not determined by the data{at}"
     return {State.AT_LOW: "at its lower bound", State.AT_HIGH: "at its upper bound"}.get(p.state, "")
-
-
-def _of_fixed(one: FixedNumber) -> str:
-    """A fixed number with what an error in it does."""
-    return f"{one.path} +1 % shifts {one.parameter} by {one.shift:+.3g} %, correlation {one.correlation:+.4f}"
 
 
 def _unexplained(probability: float | None) -> bool:
@@ -406,23 +391,20 @@ def _elsewhere(search: Search, z: np.ndarray, concerned: np.ndarray, unexplained
     moved = start[1] is not None or here < search.cost(start[0]) * (1 - 1e-6)
     if not (silent.any() or unexplained or not moved) or here == 0:
         return None
-    found = search.probes(z, silent if silent.any() else np.ones_like(silent))
-    better = bool(found) and found[0][1] < here * (1 - _BETTER)
-    if not found or not (better or (unexplained and silent.any())):
+    varied = silent if silent.any() else np.ones_like(silent)
+    found = search.probes(z, varied)
+    if not found or not (found[0][1] < here * (1 - _BETTER) or (unexplained and silent.any())):
         return None
     paths, there = search.model.paths, search.box.up(found[0][0])
-    varied = silent if silent.any() else np.ones_like(silent)
-    return _Elsewhere(
-        {paths[i]: float(there[i]) for i in np.flatnonzero(varied)}, tuple(paths[i] for i in np.flatnonzero(silent))
-    )
+    values = {paths[i]: float(there[i]) for i in np.flatnonzero(varied)}
+    return _Elsewhere(values, tuple(path for path, still in zip(paths, silent, strict=True) if still))
 
 
 def _tied(
     search: Search, z: np.ndarray, theta: np.ndarray, free: np.ndarray, concerned: np.ndarray, scene: Scene
 ) -> tuple[tuple[FixedNumber, ...], list[tuple[float, str]]]:
     """Fixed numbers that are not told apart from fitted parameters, those with the largest effect in standard errors
-    first; and all by
-    which `Σ r²` would fall if they were free: the fall, and the path."""
+    first; and all by which `Σ r²` would fall if they were free: the fall, and the path."""
     if not (free & ~concerned).any():
         return (), []
     found, slope = search.look(z)[0], search.box.slope(theta)
@@ -493,18 +475,12 @@ def _advice(
 
 
 def _identified(search: Search, z: np.ndarray, fixed: np.ndarray, absolute: bool) -> Identified:
-    found = search.look(z)[0]
-    residual = search.residual(found)
     if fixed.all():
         return Identified(np.zeros((0, 0)), np.zeros(0, bool), np.zeros(0), [], 0)
-    return identify(
-        search.jacobian(z, found)[:, ~fixed],
-        residual,
-        absolute=absolute,
-        loss=search.loss,
-        loss_scale=search.loss_scale,
-        noise=search.noise,
-    )
+    found = search.look(z)[0]
+    jacobian, residual = search.jacobian(z, found)[:, ~fixed], search.residual(found)
+    settings = {"loss": search.loss, "loss_scale": search.loss_scale, "noise": search.noise}
+    return identify(jacobian, residual, absolute=absolute, **settings)
 
 
 def _combination(
@@ -517,23 +493,21 @@ def _combination(
     parts = [
         f"{names[i]} {change[i] * (1.0 if relative[i] else 0.01):+.3g}{' %' if relative[i] else ''}" for i in shown
     ]
-    if len(shown) == 1:
-        words = f"{names[shown[0]]}: no measured value depends on it"
-        rest = [names[i] for i in np.flatnonzero(one.change) if i != shown[0]]
-        if np.isfinite(one.spread):
-            words = f"{names[shown[0]]}: its bounds determine it better than the data"
-        elif rest:
-            words = f"{names[shown[0]]}: its whole range has less effect than tiny changes of {', '.join(rest)}"
+    bounded, rest = np.isfinite(one.spread), [names[i] for i in np.flatnonzero(one.change) if i != shown[0]]
+    if len(shown) > 1:
+        small = "the measured values by less than their errors within the bounds"
+        words = f"{', '.join(parts[:-1])} and {parts[-1]} together change {small if bounded else 'no measured value'}"
+    elif bounded:
+        words = f"{names[shown[0]]}: its bounds determine it better than the data"
+    elif rest:
+        words = f"{names[shown[0]]}: its whole range has less effect than tiny changes of {', '.join(rest)}"
     else:
-        together = f"{', '.join(parts[:-1])} and {parts[-1]} together"
-        words = f"{together} change no measured value"
-        if np.isfinite(one.spread):
-            words = f"{together} change the measured values by less than their errors within the bounds"
+        words = f"{names[shown[0]]}: no measured value depends on it"
     alone = [other for other in others if other is not one and any(abs(other.change[i]) > 1e-6 for i in shown)]
     if len(shown) == 2 and all(relative[shown]) and not alone:
         power = -change[shown[0]] / change[shown[1]]
         words += f"; the data determine only ({names[shown[0]]})·({names[shown[1]]})^{power:.3g}"
-    if np.isfinite(one.spread):
+    if bounded:
         words += f" (standard error {one.spread:.3g} of their range)"
     return OpenCombination(dict(zip(names, change.tolist(), strict=True)), one.singular_value, one.spread, words)
 
@@ -542,7 +516,7 @@ def _warnings(
     search: Search, z: np.ndarray, chi2: float, probability: float | None, fixed: np.ndarray, paths: tuple[str, ...]
 ) -> list[str]:
     found = []
-    if probability is not None and probability < _UNLIKELY:
+    if _unexplained(probability):
         what = f"χ² is as improbable as {probability:.1g}: the model does not explain the data within their errors"
         found.append(f"{what}, and the standard errors are too small")
     elif probability is not None and probability > 1 - _UNLIKELY and chi2 > 0:
@@ -553,11 +527,8 @@ def _warnings(
     if not search.converged:
         found.append("the search has not converged: values and errors are those of the best point found")
     least = min((cost for cost, _ in search.ends), default=np.inf)
-    far = [
-        end
-        for cost, end in search.ends
-        if cost <= least * 1.01 + 1e-12 * search.measured.size and np.max(np.abs(end - z)) > 0.05
-    ]
+    equal = [end for cost, end in search.ends if cost <= least * 1.01 + 1e-12 * search.measured.size]
+    far = [end for end in equal if np.max(np.abs(end - z)) > 0.05]
     if far:
         values = ", ".join(f"{p} = {v:.5g}" for p, v in zip(paths, search.box.up(far[0]), strict=True))
         found.append(f"not unique: {len(far)} other starts end equally well elsewhere, one at {values}")

@@ -91,31 +91,28 @@ def interruptible() -> Iterator[Callable[[], None]]:
         signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
-def thread_count(workers: int | None = None) -> int:
-    """Threads that run chunks: on a CPU one per core, on accelerators one per device; `workers` limits them."""
-    devices = jax.devices()
-    cores = len(os.sched_getaffinity(0)) if "sched_getaffinity" in dir(os) else os.cpu_count() or 1
-    count = max(cores, len(devices)) if devices[0].platform == "cpu" else len(devices)
-    return count if workers is None else min(workers, count)
-
-
 @contextlib.contextmanager
 def threads(workers: int | None) -> Iterator[Pool]:
-    """Threads that each hand chunks to a compiled program, which runs outside of Python's lock."""
-    count, devices = thread_count(workers), queue.SimpleQueue[Any]()
-    for device in itertools.islice(itertools.cycle(jax.devices()), count):
-        devices.put(device)
+    """Threads that each hand chunks to a compiled program, which runs outside of Python's lock: on a CPU one per core,
+    on accelerators one per device, at most `workers`."""
+    devices, free = jax.devices(), queue.SimpleQueue[Any]()
+    on_cpu, count = devices[0].platform == "cpu", len(devices)
+    if on_cpu:
+        cores = len(os.sched_getaffinity(0)) if "sched_getaffinity" in dir(os) else os.cpu_count() or 1
+        count = max(cores, count)
+    count = count if workers is None else min(workers, count)
+    for device in itertools.islice(itertools.cycle(devices), count):
+        free.put(device)
 
     def run(job: Job, task: Task) -> Columns:
-        device = devices.get()
+        device = free.get()
         try:
             return _evaluator.run_chunk(job, task.rows, device)
         finally:
-            devices.put(device)
+            free.put(device)
 
     executor = ThreadPoolExecutor(count, thread_name_prefix="simbrake")
     try:
-        on_cpu = jax.devices()[0].platform == "cpu"
         yield Pool(count, lambda job, tasks: [executor.submit(run, job, task) for task in tasks], on_cpu)
     finally:
         executor.shutdown(cancel_futures=True)
@@ -190,8 +187,8 @@ class Store:
                 np.savez(scratch, run=task.runs, final=task.final(columns), **named)
 
     def read(self, task: Task) -> Columns | None:
-        found = _load(self._file(task))
-        return None if found is None else found[2]
+        kept = _load(self._file(task))
+        return None if kept is None else kept[2]
 
     def finished(self) -> Iterator[tuple[np.ndarray, Columns]]:
         for runs, final, columns in filter(None, map(_load, sorted(self.folder.glob("chunk-*.npz")))):

@@ -187,9 +187,8 @@ class _Brake:
         limit, step, still = self.limit, self.step, np.zeros_like(start.worn)
         steps, now, length = list[_Step](), start, 1.0 if step is None else step
         if not np.any(now.wear > 0):
-            raise InputError(
-                [Fault("scene", "no lining wears in it", "the linings must slide with a wear rate above 0")]
-            )
+            hint = "the linings must slide with a wear rate above 0"
+            raise InputError([Fault("scene", "no lining wears in it", hint)])
         if not self.feeds_back and step is None:
             length = np.inf
         while now.done < until:

@@ -3,7 +3,6 @@
 import csv
 import dataclasses
 import difflib
-import math
 import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -337,28 +336,28 @@ class CsvFile:
     """One CSV file while it is read: its table and errors."""
 
     def __init__(self, path: Path) -> None:
-        self.path, self.faults, self.left_out = path, [], 0
+        self.path, self._listed, self._left_out = path, list[Fault](), 0
         self.heads: list[_Head] = []
         self.rows: list[tuple[int, list[str]]] = []
         self.decimal_comma = False
         try:
             self._split(text_of_file(path, "a CSV file", MOST_BYTES_OF_TABLE))
         except InputError as error:
-            self.faults += error.faults
+            self._listed += error.faults
         except csv.Error as error:
             self.fault("", f"cannot be read as CSV: {error}", "give a text file in UTF-8")
 
-    def fault(self, where: str, problem: str, hint: str = "") -> None:
-        if len(self.faults) < _LISTED:
-            self.faults.append(Fault(f"{self.path}{where}", problem, hint))
-        else:
-            self._leave_out(1)
+    @property
+    def faults(self) -> list[Fault]:
+        """The first errors, and how many more there are."""
+        rest = Fault(str(self.path), f"{self._left_out} more errors", "fix these first")
+        return [*self._listed, rest] if self._left_out else self._listed
 
-    def _leave_out(self, count: int) -> None:
-        """Count errors beyond those that are listed."""
-        self.left_out += count
-        rest = Fault(str(self.path), f"{self.left_out} more errors", "fix these first")
-        self.faults = [*self.faults[:_LISTED], rest] if self.left_out else self.faults
+    def fault(self, where: str, problem: str, hint: str = "") -> None:
+        if len(self._listed) < _LISTED:
+            self._listed.append(Fault(f"{self.path}{where}", problem, hint))
+        else:
+            self._left_out += 1
 
     def _split(self, text: str) -> None:
         lines = [(i, line) for i, line in enumerate(text.split("\n"), 1) if line.strip() and line.lstrip()[0] != "#"]
@@ -445,29 +444,26 @@ class CsvFile:
         head, spread = self.heads[i], of_column is not None
         text = head.unit if head.unit or of_column is None else self.heads[of_column].unit
         of = self._unit(f" header, column {head.text}", text, si)
-        given = np.asarray([self._number(cells[i]) for _, cells in self.rows])
+        given = np.asarray([self._number(cells[i]) for _, cells in self.rows], np.float64)
         ratio = Fraction(of.factor)  # 350 ms is 0.35 s: a quotient is rounded once
         with np.errstate(over="ignore"):
             found = given * float(ratio.numerator) / float(ratio.denominator) + (0.0 if spread else float(of.offset))
         # looked at one by one: what is not a usual number
         odd = np.flatnonzero(~np.isfinite(found) | ((given <= 0) if spread else (found < 0) & (si == "K")))
-        for n, k in enumerate(odd):
+        for k in odd:
             line, cells = self.rows[k]
             number = self._cell(line, cells, i, of, si, spread)
             found[k] = np.nan if number is None else number
             if number is None and needed:
                 self.fault(f" line {line}, column {head.text}", "is empty", "every line needs its time")
-            if self.left_out:
-                self._leave_out(sum(needed or bool(self.rows[j][1][i].strip()) for j in odd[n + 1 :]))
-                break
         return found
 
-    def _number(self, cell: str) -> float:
-        """A cell as it is written; NaN where it is no number."""
+    def _number(self, cell: str) -> float | None:
+        """A cell as it is written; `None` where it is no number."""
         try:
             return float(cell.replace(",", ".") if self.decimal_comma else cell)
         except ValueError:
-            return math.nan
+            return None
 
     def _unit(self, where: str, text: str, si: str) -> Unit:
         try:
@@ -481,9 +477,8 @@ class CsvFile:
         text, where = cells[i].strip(), f" line {line}, column {self.heads[i].text}"
         if not text:
             return None
-        try:
-            number = float(text.replace(",", ".") if self.decimal_comma else text)
-        except ValueError:
+        number = self._number(text)
+        if number is None:
             self.fault(where, f"{text!r} is not a number", "numbers as in 12.5 or 1.25e1; an empty cell: not measured")
             return np.nan
         value = number * float(of.factor) if spread else to_si(number, of)

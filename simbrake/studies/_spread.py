@@ -61,12 +61,11 @@ class KnownSpread(Tabular):
 
     def table(self) -> Table:
         """One row for each input."""
-        columns = [Column("path", heading="input", left=True), "from", "to", Column("source", left=True)]
         rows = [
-            (path, number(one.low, one.unit, count=4), number(one.high, one.unit, count=4), one.source)
+            (path, *(number(end, one.unit, count=4) for end in (one.low, one.high)), one.source)
             for path, one in self.known.items()
         ]
-        return Table(columns, rows)
+        return Table([Column("path", heading="input", left=True), "from", "to", "source"], rows)
 
     def parts(self) -> Iterator[str | Table]:
         yield self.table()
