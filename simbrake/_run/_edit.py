@@ -240,20 +240,20 @@ def _with_numbers(scene: Scene, values: dict[str, Any]) -> Scene | None:
     numbers, structure = jax.tree.flatten(scene)
     places = _places(structure, len(numbers))
     for path, value in values.items():
-        name, bracket, index = path.partition("[") if path not in places else (path, "", "")
+        name, entry = entry_of(path, places)
         i = places.get(name)
         if i is None or not isinstance(value, float | int | np.floating) or isinstance(value, bool):
             return None
         old = numbers[i]
         if not isinstance(old, np.ndarray) or old.dtype != np.float64:
             return None
-        if not bracket:
+        if entry is None:
             numbers[i] = np.full(old.shape, value, np.float64)
             continue
-        if old.ndim != 1 or not index[:-1].isdigit() or not index.endswith("]") or int(index[:-1]) >= old.size:
+        if old.ndim != 1 or not 0 <= entry < old.size:
             return None
         numbers[i] = np.array(old)
-        numbers[i][int(index[:-1])] = value
+        numbers[i][entry] = value
     return jax.tree.unflatten(structure, numbers)
 
 

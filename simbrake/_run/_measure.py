@@ -314,10 +314,12 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
     limits = {**own, **limits}
 
     def check(name: str) -> LimitCheck:
+        value = summary["metrics"].get(name)
         if name not in limits:
-            return LimitCheck(name, None, summary["metrics"][name], unit_of(name), LimitVerdict.NO_LIMIT)
+            return LimitCheck(name, None, value, unit_of(name), LimitVerdict.NO_LIMIT)
+        value = float(measure(result, name)) if value is None else value
         note = _when(result, summary, name, limits[name], own.get(name))
-        return _judged(result, name, limits[name], float(measure(result, name)), unit_of(name), note)
+        return _judged(result, name, limits[name], value, unit_of(name), note)
 
     hot = [name for name in hottest_first(summary["metrics"]) if name in HOT]
     checks = [check(name) for name in hot]

@@ -2,7 +2,7 @@
 
 import html
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 from .._base._faults import InputError
@@ -89,7 +89,7 @@ def verdict(result: Result, limits: Mapping[str, float | str] | Sequence[LimitCh
         checks: Sequence[LimitCheck] = limit_checks(result, bounds)
     else:
         checks = limits
-    found = [_row(check) for check in checks if check.limit is not None] + _holding(result) + _lever(result)
+    found = [*(_row(check) for check in checks if check.limit is not None), *_of_capacity(result)]
     # the smallest margin first; what has none last
     rows = [row for _, row in sorted(found, key=lambda one: math.inf if one[0] is None else one[0])]
     cover = judged(result, checks)
@@ -187,39 +187,30 @@ def _state(exceeded: bool, small: bool) -> LimitVerdict:
     return LimitVerdict.EXCEEDED if exceeded else LimitVerdict.SMALL if small else LimitVerdict.WITHIN
 
 
-def _ratio(name: str, value: float, note: str) -> tuple[float, VerdictRow]:
-    """A ratio that has to stay above 1; below `SMALL_RESERVE` its margin is small."""
-    margin = value - 1
-    # where a load breaks away without a jump the ratio is 1 but for rounding
-    state = _state(value <= 1 + 1e-9, value < SMALL_RESERVE)
-    return margin, VerdictRow(name, f"{value:.4g} ({note})", "> 1", f"{100 * margin:+.3g} %".replace("-", "−"), state)
-
-
-def _holding(result: Result) -> list[tuple[float, VerdictRow]]:
-    """The holding reserve of a run that holds a load, and of one that runs away or still turns the ratio of torques."""
-    found, held = [], result.report().holding
-    if held is not None:
-        when = f"at {number(held.time, 's')}"
-        found.append(_ratio("Holding reserve (static capacity over load)", float(held.value), when))
-    capacity = result.report().summary["capacity"] or {"load_torque": None, "brake_torque": None}
+def _of_capacity(result: Result) -> Iterator[tuple[float, VerdictRow]]:
+    """Margins as shares of a limit, and rows: the holding reserve of a run that holds a load; torque over load of one
+    that runs away or still turns; the tension of a lever that holds the speed."""
+    report, ratios = result.report(), []
+    if report.holding is not None:
+        when = f"at {number(report.holding.time, 's')}"
+        ratios.append(("Holding reserve (static capacity over load)", float(report.holding.value), when))
+    capacity = report.summary["capacity"] or {"load_torque": None, "brake_torque": None}
     load, torque = capacity["load_torque"] or 0.0, capacity["brake_torque"]
-    led = speed_is_led(result.scene)  # (then the tension of the lever says the same)
     # (one that is not settled yet, as in a ramp of the lever, may still be short)
-    short = torque is not None and torque < load * (1 - _ROUNDING)
-    if load > 0 and torque and not led and (not short or result.status == Status.RUNAWAY):
-        found.append(_ratio("Torque of the sliding brake over load", torque / load, "at the end"))
-    return found
-
-
-def _lever(result: Result) -> list[tuple[float, VerdictRow]]:
-    """Tension of a lever that holds the speed, against its maximum."""
-    pull = result.report().pull
-    if pull is None:
-        return []
-    most, value, time = pull
-    share = 1 - value / most
-    # at its maximum it follows no more: the speed is lost
-    state = _state(value >= most * (1 - 1e-9), share < SMALL_MARGIN)
-    margin = f"{number(most - value, 'N', count=4)} ({100 * share:.3g} %)"
-    shown = f"{number(value, 'N')} (at {number(time, 's')})"
-    return [(share, VerdictRow("Slack tension that holds the speed", shown, f"< {number(most, 'N')}", margin, state))]
+    short = torque is not None and torque < load * (1 - _ROUNDING) and result.status != Status.RUNAWAY
+    led = speed_is_led(result.scene)  # (then the tension of the lever says the same)
+    if load > 0 and torque and not led and not short:
+        ratios.append(("Torque of the sliding brake over load", torque / load, "at the end"))
+    for name, value, note in ratios:
+        # where a load breaks away without a jump the ratio is 1 but for rounding
+        state = _state(value <= 1 + 1e-9, value < SMALL_RESERVE)
+        margin = f"{100 * (value - 1):+.3g} %".replace("-", "−")
+        yield value - 1, VerdictRow(name, f"{value:.4g} ({note})", "> 1", margin, state)
+    if report.pull is not None:
+        most, value, time = report.pull
+        share = 1 - value / most
+        # at its maximum it follows no more: the speed is lost
+        state = _state(value >= most * (1 - 1e-9), share < SMALL_MARGIN)
+        margin = f"{number(most - value, 'N', count=4)} ({100 * share:.3g} %)"
+        shown = f"{number(value, 'N')} (at {number(time, 's')})"
+        yield share, VerdictRow("Slack tension that holds the speed", shown, f"< {number(most, 'N')}", margin, state)

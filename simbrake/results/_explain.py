@@ -115,7 +115,9 @@ def explain(
         'inertia'
     """
     with shown_progress(progress, "explain", "compiling the run…") as progress:
-        result = _result_of(run, rtol, progress)
+        if isinstance(run, Scene):
+            run = simulate(run, rtol=rtol, throw=False, progress=progress)
+        result = run if isinstance(run, Result) else rerun(Path(run))
         bounds, faults = read_limits(result.scene, limits or {})
         if faults:
             raise InputError(faults)
@@ -140,15 +142,6 @@ def explain(
             found.append(Finding("accuracy", f"{_upper(accurate.line)}.", accurate.as_dict()))
         found += _remedy(result)
     return Explanation(tuple(found))
-
-
-def _result_of(run: Any, rtol: float, progress: Progress) -> Result:
-    if isinstance(run, Result):
-        return run
-    if isinstance(run, Scene):
-        return simulate(run, rtol=rtol, throw=False, progress=progress)
-    path = Path(run)
-    return rerun(path / "result.nc" if path.is_dir() else path)
 
 
 # --- course and balance -----------------------------------------------------------------------------------------------
@@ -211,7 +204,12 @@ def _balance(result: Result) -> list[Finding]:
     """What governs the run: torques of a stop, torques at rest, or powers of a lowering."""
     kind = result.report().summary["duty"]
     if kind == DutyKind.HOLD:
-        return _torques_at_rest(result)
+        if (held := result.report().summary.get("holding")) is None:
+            return [Finding("balance", "There is no load to hold.", {})]
+        load, capacity = number(held["load_torque"], "N*m"), number(held["capacity"], "N*m")
+        used = digits(100 * held["load_torque"] / held["capacity"], 4)
+        text = f"The load asks for {load}; the brake at rest could hold {capacity}: "
+        return [Finding("balance", f"{text}{used} % of its static capacity are used.", held)]
     if kind in (DutyKind.STOP, DutyKind.STOPS):
         return [_torque_budget(result, kind)]
     if kind in (DutyKind.DRAG, DutyKind.STEADY):
@@ -275,16 +273,6 @@ def _torque_budget(result: Result, kind: str) -> Finding:
     return Finding("balance", text + why, {**numbers, "stop": number_of + 1, "angle": angle, "governs": governs})
 
 
-def _torques_at_rest(result: Result) -> list[Finding]:
-    held = result.report().summary.get("holding")
-    if held is None:
-        return [Finding("balance", "There is no load to hold.", {})]
-    load, capacity = held["load_torque"], held["capacity"]
-    used = 100 * load / capacity
-    text = f"The load asks for {number(load, 'N*m')}; the brake at rest could hold {number(capacity, 'N*m')}: "
-    return [Finding("balance", f"{text}{digits(used, 4)} % of its static capacity are used.", held)]
-
-
 #: terms of the balance in words
 _POWERS = {
     "load_work": "load",
@@ -324,18 +312,13 @@ def _powers(result: Result) -> Finding:
 
 # --- linings, limits, stability ---------------------------------------------------------------------------------------
 
-#: maximum values of linings: what the lining with the largest one is
-_EXTREMES = {
-    "max_normal_load": ("most loaded", "normal_load"),
-    "peak_lining_temperature": ("hottest", "lining_temperature"),
-}
-
 
 def _linings(result: Result) -> list[Finding]:
     """Which lining is most loaded, hottest, most worn, and by how much more than the mean."""
     summary, words = result.report().summary, result.scene.brake.words
     at, said, numbers = summary["at"], [], {}
-    for name, (what, column) in _EXTREMES.items():
+    loaded, hottest = ("max_normal_load", "most loaded"), ("peak_lining_temperature", "hottest")
+    for (name, what), column in ((loaded, "normal_load"), (hottest, "lining_temperature")):
         if f"{name}_lining" not in at or summary["metrics"].get(name) is None:
             continue
         lining, time, value = at[f"{name}_lining"], at[f"{name}_time"], summary["metrics"][name]
@@ -435,9 +418,7 @@ def _subject(result: Result) -> Metric:
         DutyKind.DRAG: hot or ("max_tension" if "max_tension" in m else "max_normal_load"),
         DutyKind.STEADY: "terminal_speed",
     }
-    outweighed = (
-        None if capacity is None or not capacity["load_torque"] or not capacity["brake_torque"] else torque_over_load
-    )
+    outweighed = torque_over_load if capacity and capacity["load_torque"] and capacity["brake_torque"] else None
     return choice.get(kind, outweighed) or "energy.friction_heat"
 
 
