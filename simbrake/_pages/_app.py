@@ -7,7 +7,6 @@ run at a time: a newer move cancels a longer run between two of its stretches.
 import http.server
 import json
 import secrets
-import socketserver
 import threading
 import time
 from collections.abc import Iterator, Mapping
@@ -174,10 +173,8 @@ class App:
             return {"problem": "\n".join(map(str, error.faults))}
 
 
-class Server(socketserver.ThreadingMixIn, http.server.HTTPServer):
+class Server(http.server.ThreadingHTTPServer):
     """The app on a port of 127.0.0.1, 0: any that is free; `address` has the token."""
-
-    daemon_threads = True
 
     def __init__(self, app: App, port: int = 0) -> None:
         self.app, self.token = app, secrets.token_urlsafe(24)

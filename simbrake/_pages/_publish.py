@@ -201,15 +201,14 @@ def publish(
     solve = Evaluator(scene, Paths.each(names), sampled, size=sampled.size(lines), singly=True, rtol=rtol)
     solve.like(first)
     grid = _Grid(axes, sequences, _derivatives(solve, points, sequences, progress))
-    found = _centres(scene, grid, sampled, rtol, progress)
-    about = found.about(len(points), sum(rows is None for rows in grid.solved), grid.cells, metrics)
+    gaps, coarse, about = _centres(scene, grid, sampled, rtol, progress)
     places, kinds, numbers = grid.packed(results, sampled, lines)
     data = {
         "axes": [_slider(scene, path, values) for path, values in axes.items()],
         "points": places,
         "sequences": kinds,
-        "gaps": found.gaps,
-        "coarse": found.coarse,
+        "gaps": gaps,
+        "coarse": coarse,
         "metrics": [_metric(name, base, limits) for name in metrics],
         "charts": [chart.as_dict() for chart in charts],
         "samples": samples,
@@ -302,34 +301,20 @@ class _Grid(NamedTuple):
         return points, sequences, base64.b64encode(np.concatenate(kept).tobytes()).decode("ascii")
 
 
-class _Centres(NamedTuple):
-    """What runs at the centres of cells say.
-
-    - `gaps`: cells in which the sequence of events changes;  `coarse`: of a cell the places of the metrics that are not
-      shown there, or `_TIMES` where it is a gap as times of events are off
-    - how many were run, and the largest deviation of what is shown, as in `Published`
-    """
-
-    gaps: list[int]
-    coarse: dict[int, list[int]]
-    checked: int
-    deviation: float
-    of: str
-    at: dict[str, float]
-
-    def about(self, points: int, failed: int, cells: int, metrics: Sequence[str]) -> Published:
-        fast = [cell for cell, which in self.coarse.items() if _TIMES in which]
-        hidden = [i for which in self.coarse.values() if _TIMES not in which for i in which]
-        named = {title_of(metrics[i]): hidden.count(i) for i in sorted(set(hidden))}
-        gaps = len(self.gaps) + len(fast)
-        return Published(points, failed, cells, gaps, self.checked, self.deviation, self.of, self.at, named)
-
-
 #: place of the times of events among those of the metrics
 _TIMES = -1
 
 
-def _centres(scene: Scene, grid: _Grid, sampled: Sampled, rtol: float, progress: Progress) -> _Centres:
+def _centres(
+    scene: Scene, grid: _Grid, sampled: Sampled, rtol: float, progress: Progress
+) -> tuple[list[int], dict[int, list[int]], Published]:
+    """What runs at the centres of cells say.
+
+    - cells in which the sequence of events changes
+    - of a cell the places of the metrics that are not shown there, or `_TIMES` where it is a gap as times of events are
+      off
+    - how far off the page is
+    """
     gaps, whole = list[int](), list[int]()
     for cell in range(grid.cells):
         _, corners = grid.corners(cell)
@@ -358,7 +343,12 @@ def _centres(scene: Scene, grid: _Grid, sampled: Sampled, rtol: float, progress:
         shown = np.where(late | (off > _COARSE), 0.0, off)
         if (largest := float(np.max(shown))) > worst:
             worst, of, at = largest, title_of(sampled.metrics[int(np.argmax(shown))]), centre
-    return _Centres(sorted(gaps), coarse, len(chosen), worst, of, at)
+    fast = [cell for cell, which in coarse.items() if _TIMES in which]
+    hidden = [i for which in coarse.values() if _TIMES not in which for i in which]
+    named = {title_of(sampled.metrics[i]): hidden.count(i) for i in sorted(set(hidden))}
+    failed, missing = sum(rows is None for rows in grid.solved), len(gaps) + len(fast)
+    about = Published(len(grid.solved), failed, grid.cells, missing, len(chosen), worst, of, at, named)
+    return sorted(gaps), coarse, about
 
 
 def _deviations(result: Result, sampled: Sampled, values: np.ndarray, corners: np.ndarray) -> np.ndarray:

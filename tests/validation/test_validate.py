@@ -27,8 +27,8 @@ def test_cases_have_names_and_sources():
         assert 0 <= case["tolerance"] <= 0.15  # the loosest is a printed number of two digits
 
 
-def test_computed_truths_are_as_published():
-    """Numbers of the outside reference, of formulas that are evaluated anew for every run."""
+def test_truths_are_as_published():
+    """Numbers of the outside reference beside the frozen ones."""
     truth = {case["case"]: case["truth"] for case in CASES}
     for name, digits in {
         "belt oscillator/slip lasts": 4.06888787159140,
