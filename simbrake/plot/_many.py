@@ -314,7 +314,8 @@ def materials(comparison: MaterialComparison, *, figure: Figure | None = None) -
             axis.set_yticks(range(len(rims)), [""] * len(rims))
     for axis, panel in zip(axes[-1], _PANELS, strict=True):
         axis.set_xlabel(panel.title)
-    wear = [x for row in comparison for x in row["wear"] if x is not None and x > 0]
+    worn = [row["wear"] for row in comparison]
+    wear = [x for each in worn for x in (each.value, each.simulated) if x is not None and x > 0]
     if wear and max(wear) > 100 * min(wear):
         for axis in axes[:, 2]:
             axis.set(xscale="log", xlim=(10 ** np.floor(np.log10(1e6 * min(wear))), None))
