@@ -3,8 +3,10 @@
 import dataclasses
 import difflib
 import functools
+import itertools
 import math
 import time
+from collections import Counter
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -109,19 +111,12 @@ def _words(event: Event | None) -> str:
 
 def _in_pairs(a: list[Event], b: list[Event]) -> tuple[list[tuple[Event, Event]], str]:
     """The same events of two runs, those of one name in the order of time; or where the runs differ first, in words."""
-    others: dict[tuple[str, int | None], list[Event]] = {}
-    for event in b:
-        others.setdefault(_named(event), []).append(event)
-    pairs = []
-    for event in a:
-        there = others.get(_named(event))
-        if not there:
-            break
-        pairs.append((event, there.pop(0)))
-    if len(pairs) == len(a) == len(b):
-        return pairs, ""
-    for i, one in enumerate([*a, None]):
-        other = b[i] if i < len(b) else None
+    if Counter(map(_named, a)) == Counter(map(_named, b)):
+        others: dict[tuple[str, int | None], list[Event]] = {}
+        for event in b:
+            others.setdefault(_named(event), []).append(event)
+        return [(event, others[_named(event)].pop(0)) for event in a], ""
+    for i, (one, other) in enumerate(itertools.zip_longest(a, b)):
         if one is None or other is None or _named(one) != _named(other):
             return [], f"event {i + 1} is {_words(one)} in this run, {_words(other)} in the second"
     return [], ""

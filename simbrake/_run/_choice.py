@@ -102,7 +102,8 @@ def stiffness(scene: Scene) -> tuple[bool, str]:
     patience = _PATIENCE if scene.heated else _PATIENCE_COLD
     why = _demands("drag balances the speed", drag, span, _PATIENCE_COLD)
     why = why or _demands("the damped rope follows", _damping_of_rope(scene), span, _PATIENCE_COLD)
-    why = why or _demands("a state of a friction law follows", _fastest_memory(scene), span, patience)
+    if not why and _remembering(scene):
+        why = _demands("a state of a friction law follows", _fastest_state_at_start(scene), span, patience)
     return (True, why) if why else found
 
 
@@ -133,13 +134,9 @@ def _slopes(laws: tuple[AbstractShaftTorque, ...], speed: Array) -> Array:
     return total
 
 
-def _fastest_memory(scene: Scene) -> float:
-    """Largest rate (1/s) at which a state of a friction law follows at the start."""
-    return _fastest_of_states(scene) if _remembering(scene) else 0.0
-
-
 @per_value(lambda scene: (scene.brake, scene.heat, scene.initial))
-def _fastest_of_states(scene: Scene) -> float:
+def _fastest_state_at_start(scene: Scene) -> float:
+    """Largest rate (1/s) at which a state of a friction law follows at the start."""
     v, count = abs(float(scene.brake.radius) * float(scene.initial.omega)), scene.brake.linings.count
     fastest = 0.0
     for i, (pair, (law, *_)) in enumerate(zip(scene.brake.pairs, pairs_of(scene), strict=True)):

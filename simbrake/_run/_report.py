@@ -1,6 +1,7 @@
 """Event log, metrics and summary of a run, from one scan of all its steps, and as text."""
 
 import functools
+import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
@@ -386,14 +387,9 @@ def _share(value: float | None) -> str:
 
 def _grouped(events: list[Entry]) -> str:
     """Events in order, runs of one name at several linings drawn together."""
-    groups: list[list[Entry]] = []
-    for event in events:
-        if groups and "lining" in event and groups[-1][-1]["name"] == event["name"]:
-            groups[-1].append(event)
-        else:
-            groups.append([event])
     parts = []
-    for first, *more in groups:
+    for _, group in itertools.groupby(enumerate(events), lambda x: (x[1]["name"], -1 if "lining" in x[1] else x[0])):
+        first, *more = (event for _, event in group)
         words, lining = first["name"].replace("_", " "), f" {first['lining']}" if "lining" in first else ""
         if more:
             words, lining = f"{words}s", f"{lining}…{more[-1]['lining']}"
