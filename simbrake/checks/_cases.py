@@ -129,11 +129,11 @@ def gradient_cases() -> list[Case]:
 
     places = {
         "f": "brake.linings.friction.coefficient",
-        "beta": lambda found: np.sum(found.brake.linings.angle) * math.pi / 180,
+        "beta": lambda slopes: np.sum(slopes.brake.linings.angle) * math.pi / 180,
         "R": "brake.band.radius",
         "J": "brake.pulley.inertia",
         "C": "brake.band.stiffness",
-        "T0": lambda found: np.sum(found.duty.slack_tension.values),
+        "T0": lambda slopes: np.sum(slopes.duty.slack_tension.values),
         "w0": "initial.omega",
     }
     return cases_of("elastic stop", run, {f"∂(stopping time)/∂{name}": place for name, place in places.items()})
@@ -210,14 +210,14 @@ def hold_cases() -> list[Case]:
         return float(np.max(np.abs(s.phi)) + np.max(np.abs(other)))
 
     capacity = 0.725 * 8e3 * (ratio(10, beta=27.0) - 1)
-    found = []
+    cases = []
     for subject, what, scene in (
         ("held 3600 s", "half of the capacity", elastic_stop(0.5 * capacity, 0.0, 3600.0)),
         ("held 3600 s", "capacity less 1e-12", elastic_stop((1 - 1e-12) * capacity, 0.0, 3600.0)),
         ("staged brake held 3600 s", "movement", staged_pair(500.0, w0=0.0, end=3600.0)),
     ):
-        found += cases_of_run(subject, scene, {what: moved}, solver=Tsit5())
-    return found
+        cases += cases_of_run(subject, scene, {what: moved}, solver=Tsit5())
+    return cases
 
 
 # --- discs, drums, torques on the shaft, layers of rope ---------------------------------------------------------------
@@ -281,12 +281,12 @@ def bearing_cases() -> list[Case]:
 
 def layer_cases() -> list[Case]:
     """Stops over two and over four layers of rope."""
-    found = []
+    cases = []
     for what, turns, w0 in (("hook travel", 4.0, 20.0), ("hook travel, four layers", 1.5, 31.0)):
         load = HookLoad(40e3, 0.4, 8.0, rope=RopeLayers(0.04, turns, 5.0))  # pyright: ignore
         scene = stop_scene(C=None, T0=12e3, w0=w0, load=load, end=20.0)
-        found += cases_of_run("rope in layers", scene, {what: "hook_travel"})
-    return found
+        cases += cases_of_run("rope in layers", scene, {what: "hook_travel"})
+    return cases
 
 
 # --- laws along a stop: friction over speed, memory, changes, wear ----------------------------------------------------
@@ -395,22 +395,22 @@ def half_space_cases() -> list[Case]:
         rises = np.split(end - ROOM, [_LAYERS[0]])
         return [((np.arange(n) + 0.5) * _DEPTH / n, rise) for n, rise in zip(_LAYERS, rises, strict=True)]
 
-    def order(found: list[Rises]) -> float:
+    def order(rises: list[Rises]) -> float:
         from scipy.special import erfc
 
         errors = []
-        for x, rise in found:
+        for x, rise in rises:
             spread = np.exp(-(x**2) / (4 * _A * 2.0))
             exact = 2 * np.sqrt(_A * 2.0 / math.pi) * spread - x * erfc(x / np.sqrt(4 * _A * 2.0))
             errors.append(np.abs(rise - _FLUX / _K * exact).max())
         return math.log(errors[0] / errors[1], 3)
 
     def inside(depth: float) -> Callable[[list[Rises]], float]:
-        return lambda found: float(found[1][1][int(np.argmin(np.abs(found[1][0] - depth)))])
+        return lambda rises: float(rises[1][1][int(np.argmin(np.abs(rises[1][0] - depth)))])
 
     reads = {
         "order of the layers": order,
-        "surface": lambda found: found[1][1][0] + _FLUX * found[1][0][0] / _K,
+        "surface": lambda rises: rises[1][1][0] + _FLUX * rises[1][0][0] / _K,
         # of 108 layers some have their centres just 2 and 10 mm deep
         "2 mm deep": inside(0.002),
         "10 mm deep": inside(0.010),

@@ -51,10 +51,6 @@ class Change(NamedTuple):
     mode: Int[np.ndarray, " mode"]
 
 
-class _EndedError(RuntimeError):
-    """Reason for the early end of a run."""
-
-
 class Course:
     """The run of a record by SciPy, up to the time reached: `drive` takes it to its end.
 
@@ -96,7 +92,7 @@ class Course:
         self.evaluations += 1
         if self.evaluations > self.most:
             words = f"{self.most} evaluations of the right-hand side were not enough"
-            raise _EndedError(f"{words} (t = {self.t:.6g} s was reached)")
+            raise RuntimeError(f"{words} (t = {self.t:.6g} s was reached)")
         self.report(t, self.t1)
         return self._rhs(t, y)
 
@@ -106,12 +102,12 @@ class Course:
         if int(code) == ENDED:
             self.t1 = self.t
         elif int(code) != 0:
-            raise _EndedError(f"the system ended the run with code {int(code)}")
+            raise RuntimeError(f"the system ended the run with code {int(code)}")
         self.y, self.mode = np.asarray(y), np.asarray(after, np.int32)
         self._chain = self._chain + 1 if self.changes[-1].t == self.t else 0
         self.changes.append(Change(self.t, self.mode))
         if self._chain > _CHAIN:
-            raise _EndedError("too many changes of mode at one instant")
+            raise RuntimeError("too many changes of mode at one instant")
 
     def sinking(self, span: float) -> Fired:
         """The lowest of the guards that are negative or fall from 0."""
@@ -148,7 +144,7 @@ class Course:
             **more,
         )
         if out.status < 0:
-            raise _EndedError(f"SciPy: {out.message}")
+            raise RuntimeError(f"SciPy: {out.message}")
         self.t, self.y = float(out.t[-1]), np.asarray(out.y[:, -1])
         g = self.guards(self.t, self.y) + offset
         landed = out.status == 1

@@ -50,11 +50,11 @@ Reader: TypeAlias = str | Callable[[Any], Any]
 @functools.cache
 def truths() -> Mapping[str, Sequence[Mapping[str, str]]]:
     """Rows of `truths.csv` by subject; `tests/oracles/truths.py` made them, with nothing of simbrake."""
-    found: dict[str, list[Mapping[str, str]]] = {}
+    subjects: dict[str, list[Mapping[str, str]]] = {}
     text = (resources.files("simbrake.checks") / "truths.csv").read_text("utf-8")
     for row in csv.DictReader(text.splitlines()):
-        found.setdefault(row["subject"], []).append(row)
-    return found
+        subjects.setdefault(row["subject"], []).append(row)
+    return subjects
 
 
 def _cases(subject: str, values: Mapping[str, Callable[[], Any]]) -> list[Case]:
@@ -130,15 +130,15 @@ def _towards(scene: Scene, path: str) -> Scene:
 
 
 def _read(run: Callable[[], Any], what: Reader) -> Any:
-    found = run()
+    value = run()
     if not isinstance(what, str):
-        return what(found)
+        return what(value)
     for name in what.split("."):
         if name.isdigit():
-            found = found[int(name)]
+            value = value[int(name)]
         else:
-            found = found[name] if isinstance(found, Mapping) else getattr(found, name)
-    return found
+            value = value[name] if isinstance(value, Mapping) else getattr(value, name)
+    return value
 
 
 # --- verdicts ---------------------------------------------------------------------------------------------------------

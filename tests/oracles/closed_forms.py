@@ -88,7 +88,7 @@ def stop(n=20, f=0.35, beta=13.5, R=0.725, J=800.0, C=2e5, T0=8e3, w0=20.0, xp=m
         t0 = T_0/(C R ω_0),   lining i: t0 + asin(χ T_0 (Π_i − 1)/(C R ω_0))/χ,   χ² = C R²/J,   t1 = that of lining n
         stop: t1 + J ω_0 cos χ(t1 − t0)/(R T_0 (Π − 1))
 
-    `xp`: `numpy` for complex numbers.
+    `xp`: `math`, or a module with the same functions for derivatives (`jax.numpy`) or complex numbers (`numpy`).
     """
     z = xp.tan(beta * math.pi / 180 / 2)
     mu = (1 + f * z) / (1 - f * z)

@@ -46,9 +46,12 @@ def test_cases_have_names_and_sources(capsys):
     assert not names & {row["case"] for row in json.loads(out)}
 
 
+FILES = ("truths", "closed_forms", "laws", "mechanisms", "stops")
+
+
 def test_frozen_truths_are_of_their_script(capsys):
     folder = pathlib.Path(truths.__file__).parent
-    text = "\n".join((folder / f"{name}.py").read_text("utf-8") for name in ("truths", "laws", "mechanisms", "stops"))
+    text = "\n".join((folder / f"{name}.py").read_text("utf-8") for name in FILES)
     assert not re.search(r"^\s*(import|from) (simbrake|jax)", text, re.MULTILINE)
     frozen = list(csv.DictReader(truths.FILE.read_text("utf-8").splitlines()))
     names, made = zip(*((f"{subject}/{what}", truth) for subject, what, truth, _, _ in truths.rows()), strict=True)
