@@ -5,7 +5,7 @@ import dataclasses
 import functools
 import operator
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import equinox as eqx
 import jax
@@ -49,8 +49,12 @@ GAS_CONSTANT = 8.31446261815324
 class Contact(NamedTuple):
     """Inputs of a friction law: slip speed `v` (m/s), surface temperature `T` (K) and pressure `p` (Pa).
 
-    Each broadcasts over the linings; `None` where the scene does not model it. A law with states has them in `memory`;
-    their rates also see `q = f p v` (W/m²), the friction power per area of its face.
+    - `memory`: states of the law, as `start` gives them, (n,) each
+    - `q = f p v` (W/m²): friction power per area of the face, for rates of states only. Under a band the friction heat
+      over the area is `1/cos(β/2)` times that: friction acts on the band circle
+    - `factor` of friction by given changes over time, (n,)
+
+    Each broadcasts over the linings; `None` where the scene does not model it.
 
     Example:
         >>> sb.ConstantFriction(0.35).kinetic(sb.friction.Contact(np.float64(2.0))).item()
@@ -60,42 +64,9 @@ class Contact(NamedTuple):
     v: Any
     T: Any = None
     p: Any = None
-
-    @property
-    def memory(self) -> Any:
-        """States of the law, as `start` gives them, (n,) each; `None` without."""
-        return None
-
-    @property
-    def q(self) -> Any:
-        """Friction power per area of the face, `f p v` (W/m²), for rates of states only; `None` without areas.
-
-        Under a band the friction heat over the area is `1/cos(β/2)` times that: friction acts on the band circle.
-        """
-        return None
-
-    @property
-    def factor(self) -> Any:
-        """Factor of friction by given changes over time, (n,); `None` without any, or where no time is known."""
-        return None
-
-
-class ContactWithMemory(NamedTuple):
-    """A `Contact` of a law with states, or one that changes over time."""
-
-    v: Any
-    T: Any
-    p: Any
-    memory: Any
+    memory: Any = None
     q: Any = None
     factor: Any = None
-
-
-if TYPE_CHECKING:
-    AnyContact: TypeAlias = Contact
-else:
-    # inputs of laws in a running program; for authors of laws both are a `Contact`
-    AnyContact = Contact | ContactWithMemory
 
 
 #: temperatures (K) between which a law or factor holds
@@ -166,7 +137,7 @@ class AbstractFactor(Part):
     """A factor of a coefficient of friction, 1 where the base law was measured. Never negative."""
 
     @abc.abstractmethod
-    def factor(self, contact: AnyContact) -> Float[Array, "..."]:
+    def factor(self, contact: Contact) -> Float[Array, "..."]:
         """The factor at surface temperature `T` (K) and pressure `p` (Pa)."""
 
     def faults(self, path: str) -> list[Fault]:
@@ -237,7 +208,7 @@ class LinearFade(AbstractFactor):
         "K", "half-width of the rounded corner", low=0.0, difference=True, many=True, default=None
     )
 
-    def factor(self, contact: AnyContact) -> Float[Array, "..."]:
+    def factor(self, contact: Contact) -> Float[Array, "..."]:
         w, s = None if self.blend is None else jnp.asarray(self.blend), self.slope
         lost = s * _rounded(contact.T - self.above, w)
         return self.floor + _rounded(1 - lost - self.floor, None if w is None else s * w)
@@ -258,7 +229,7 @@ class TabulatedFade(AbstractFactor):
     temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=Over.ROWS)
     values: Scalar = quantity("1", "factors of the table", low=0.0, high=10.0, many=Over.ROWS)
 
-    def factor(self, contact: AnyContact) -> Float[Array, "..."]:
+    def factor(self, contact: Contact) -> Float[Array, "..."]:
         T, values = jnp.asarray(self.temperature), jnp.asarray(self.values)
         here = clipped(contact.T, T[0], T[-1])
         return interpolated(here.reshape(-1), T, values).reshape(here.shape)
@@ -287,7 +258,7 @@ class PressureFactor(AbstractFactor):
     reference: Scalar = quantity("Pa", "reference pressure", positive=True, many=True)
     exponent: Scalar = quantity("1", "exponent of the pressure", low=-1.0, high=1.0, many=True)
 
-    def factor(self, contact: AnyContact) -> Float[Array, "..."]:
+    def factor(self, contact: Contact) -> Float[Array, "..."]:
         return (1 + contact.p / self.reference) ** (-self.exponent)
 
 
@@ -315,7 +286,7 @@ class MemoryProcess(Part):
         "J/m^2", "friction work per area of running-in", positive=True, many=True, default=None
     )
 
-    def change(self, c: Array, contact: AnyContact) -> Array:
+    def change(self, c: Array, contact: Contact) -> Array:
         """Rate (1/s) of the factor `c`."""
         end = jnp.asarray(self.end) * (1.0 if self.fade is None else self.fade.factor(contact))
         paces = [] if self.work is None else [contact.q / self.work]
@@ -373,11 +344,9 @@ class SurfaceState(NamedTuple):
     memory: Any = None
     factor: Any = None
 
-    def contact(self, v: Any, p: Any = None, q: Any = None) -> AnyContact:
+    def contact(self, v: Any, p: Any = None, q: Any = None) -> Contact:
         """The contact at slip speeds `v`, pressures `p` and friction powers per area `q`."""
-        if self.memory is None and self.factor is None:
-            return Contact(v, self.T, p)
-        return ContactWithMemory(v, self.T, p, self.memory, q, self.factor)  # pyright: ignore
+        return Contact(v, self.T, p, self.memory, q, self.factor)
 
 
 def continued(coefficient: Callable[[Array], Array], v: Array) -> Array:
@@ -414,14 +383,14 @@ class AbstractFriction(Part):
     """
 
     @abc.abstractmethod
-    def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
+    def kinetic(self, contact: Contact) -> Float[Array, "..."]:
         """Coefficient while sliding."""
 
     @abc.abstractmethod
-    def static(self, contact: AnyContact) -> Float[Array, "..."]:
+    def static(self, contact: Contact) -> Float[Array, "..."]:
         """Coefficient up to which the lining sticks."""
 
-    def governing(self, contact: AnyContact, static: Bool[Array, "..."] | bool) -> Float[Array, "..."]:
+    def governing(self, contact: Contact, static: Bool[Array, "..."] | bool) -> Float[Array, "..."]:
         """Coefficient of linings that stick (`static`, a traced bool) or slide.
 
         A law whose two coefficients share a factor may override this to compute it once.
@@ -458,7 +427,7 @@ class AbstractFriction(Part):
         base = self._remembering()
         return None if base is None else base.start(n)
 
-    def rates(self, contact: AnyContact) -> PyTree:
+    def rates(self, contact: Contact) -> PyTree:
         """Rates (1/s times the unit of each state) of the states `contact.memory`, a PyTree like that.
 
         They must be smooth in `v ≥ 0`. `contact.q` is the friction power per area at the face, `f p v` (W/m²).
@@ -576,9 +545,8 @@ def _sees_changes(law: AbstractFriction, n: int) -> bool:
     if not law.over_time:
         return True
     contact, _ = contact_like(law, n)
-    one = jax.ShapeDtypeStruct((n,), np.float64)
-    seen = ContactWithMemory(contact.v, contact.T, contact.p, contact.memory, contact.q, one)
-    return bool(read_by(_coefficients, law, seen)[1].factor)
+    changing = contact._replace(factor=jax.ShapeDtypeStruct((n,), np.float64))
+    return bool(read_by(_coefficients, law, changing)[1].factor)
 
 
 @per_structure
@@ -635,18 +603,16 @@ class Reads(NamedTuple):
     p: bool
 
 
-def _coefficients(law: AbstractFriction, contact: AnyContact) -> tuple[Array, Array]:
+def _coefficients(law: AbstractFriction, contact: Contact) -> tuple[Array, Array]:
     """Both coefficients as a brake uses them: sticking linings have no speed."""
     return law.kinetic(contact), law.static(contact._replace(v=jnp.zeros_like(contact.v)))
 
 
-def _rates(law: AbstractFriction, contact: AnyContact) -> PyTree:
+def _rates(law: AbstractFriction, contact: Contact) -> PyTree:
     return law.rates(contact)
 
 
-def contact_like(
-    law: AbstractFriction, n: int, *, T: bool = True, p: bool = True
-) -> tuple[AnyContact, AnyContact | None]:
+def contact_like(law: AbstractFriction, n: int, *, T: bool = True, p: bool = True) -> tuple[Contact, Contact | None]:
     """Shapes of the contact of `n` linings for the coefficients of a law, and for the rates of its states (`None`: it
     has none); with or without temperatures and pressures."""
     one = jax.ShapeDtypeStruct((n,), np.float64)
@@ -696,7 +662,7 @@ def rates_read(law: AbstractFriction, n: int, *, T: bool, p: bool) -> RatesRead 
     return RatesRead(found.v, bool(found.T), bool(found.p), bool(found.q), slope.v or bool(slope.q))
 
 
-def _slopes(law: AbstractFriction, contact: AnyContact) -> PyTree:
+def _slopes(law: AbstractFriction, contact: Contact) -> PyTree:
     """Change of the rates of a law's states with slip speed and power together."""
     slip = (contact.v, contact.q)
     along = jax.tree.map(jnp.ones_like, slip)
@@ -739,10 +705,10 @@ class ConstantFriction(AbstractFriction):
         "1", "ratio of static to kinetic friction", low=1.0, high=10.0, many=True, default=1.0
     )
 
-    def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
+    def kinetic(self, contact: Contact) -> Float[Array, "..."]:
         return jnp.asarray(self.coefficient)
 
-    def static(self, contact: AnyContact) -> Float[Array, "..."]:
+    def static(self, contact: Contact) -> Float[Array, "..."]:
         return jnp.asarray(self.coefficient * self.static_ratio)
 
 
@@ -769,14 +735,14 @@ class StribeckFriction(AbstractFriction):
     stribeck_speed: Scalar = quantity("m/s", "Stribeck speed", positive=True, many=True)
     exponent: Scalar = quantity("1", "exponent of the Stribeck curve", low=1.0, high=4.0, many=True, default=2.0)
 
-    def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
+    def kinetic(self, contact: Contact) -> Float[Array, "..."]:
         # slip begins at v = 0: the slope there must be that of sliding, also of an exponent of 1
         r = jnp.where(contact.v >= 0, contact.v, 0.0) / self.stribeck_speed
         positive, n = r > 0, jnp.asarray(self.exponent)
         power = r * jnp.where(positive | (n == 1), jnp.where(positive, r, 1.0) ** (n - 1), 0.0)
         return self.kinetic_coefficient + (self.static_coefficient - self.kinetic_coefficient) * jnp.exp(-power)
 
-    def static(self, contact: AnyContact) -> Float[Array, "..."]:
+    def static(self, contact: Contact) -> Float[Array, "..."]:
         return jnp.asarray(self.static_coefficient)
 
     def faults(self, path: str) -> list[Fault]:
@@ -804,12 +770,12 @@ class TabulatedFriction(AbstractFriction):
     coefficient: Scalar = quantity("1", "coefficients of friction of the table", low=0.0, high=10.0, many=Over.ROWS)
     static_ratio: Scalar = quantity("1", "ratio of static friction to that at zero speed", low=1.0, default=1.0)
 
-    def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
+    def kinetic(self, contact: Contact) -> Float[Array, "..."]:
         speed, coefficient = jnp.asarray(self.speed), jnp.asarray(self.coefficient)
         v = clipped(contact.v, 0.0, speed[-1])
         return interpolated(v.reshape(-1), speed, coefficient).reshape(v.shape)
 
-    def static(self, contact: AnyContact) -> Float[Array, "..."]:
+    def static(self, contact: Contact) -> Float[Array, "..."]:
         return jnp.asarray(self.coefficient[..., 0] * self.static_ratio)
 
     def faults(self, path: str) -> list[Fault]:
@@ -829,16 +795,16 @@ class AbstractScaledFriction(AbstractFriction):
     base: eqx.AbstractVar[AbstractFriction]
 
     @abc.abstractmethod
-    def scale(self, contact: AnyContact) -> Array | float:
+    def scale(self, contact: Contact) -> Array | float:
         """The factor."""
 
-    def governing(self, contact: AnyContact, static: Bool[Array, "..."] | bool) -> Float[Array, "..."]:
+    def governing(self, contact: Contact, static: Bool[Array, "..."] | bool) -> Float[Array, "..."]:
         return self.base.governing(contact, static) * self.scale(contact)
 
-    def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
+    def kinetic(self, contact: Contact) -> Float[Array, "..."]:
         return self.base.kinetic(contact) * self.scale(contact)
 
-    def static(self, contact: AnyContact) -> Float[Array, "..."]:
+    def static(self, contact: Contact) -> Float[Array, "..."]:
         return self.base.static(contact) * self.scale(contact)
 
 
@@ -857,7 +823,7 @@ class ProductFriction(AbstractScaledFriction):
         if len(self.factors) > 100:  # each adds equations
             raise InputError([Fault("ProductFriction.factors", f"are {len(self.factors)}", "at most 100")])
 
-    def scale(self, contact: AnyContact) -> Array:
+    def scale(self, contact: Contact) -> Array:
         product = None
         for one in self.factors:
             product = one.factor(contact) if product is None else product * one.factor(contact)
@@ -889,13 +855,13 @@ class FrictionWithMemory(AbstractScaledFriction):
     processes: tuple[MemoryProcess, ...]  # pyright: ignore
     initial: Scalar = quantity("1", "factor of friction at the start", low=0.0, high=10.0, many=True, default=1.0)
 
-    def scale(self, contact: AnyContact) -> Array:
+    def scale(self, contact: Contact) -> Array:
         return contact.memory
 
     def start(self, n: int) -> PyTree:
         return self.initial
 
-    def rates(self, contact: AnyContact) -> PyTree:
+    def rates(self, contact: Contact) -> PyTree:
         return functools.reduce(operator.add, [one.change(contact.memory, contact) for one in self.processes])
 
     def faults(self, path: str) -> list[Fault]:
@@ -928,7 +894,7 @@ class ChangingFriction(AbstractScaledFriction):
     base: AbstractFriction = part(AbstractFriction)
     changes: tuple[FrictionChange, ...]  # pyright: ignore
 
-    def scale(self, contact: AnyContact) -> Array | float:
+    def scale(self, contact: Contact) -> Array | float:
         return 1.0 if contact.factor is None else contact.factor
 
     @property

@@ -11,7 +11,7 @@ from .._phases import Phases
 from ..brakes._bands import MultiBandBrake
 from ..brakes._design import AbstractLinings, Bandage, Brake, stiffness_of, unloaded
 from ..brakes._pressed import AbstractPressedBrake
-from ..friction import AnyContact, rates_read
+from ..friction import Contact, rates_read
 from ..hybrid._arrays import Array
 from ..profiles import first_piece
 from ..thermal._heat import FrictionHeat
@@ -114,7 +114,7 @@ def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
     return tuple(pair(name, place.field) for name, place in brake.pairs.items())
 
 
-def _at_the_start(linings: AbstractLinings, pair: Pair, thermal: Thermal | None, u: Any, t: Array) -> AnyContact:
+def _at_the_start(linings: AbstractLinings, pair: Pair, thermal: Thermal | None, u: Any, t: Array) -> Contact:
     """Inputs of the linings' friction law at the start, without load."""
     hot = None
     if thermal is not None and u is not None and pair.heat is not None and pair.heat.sensor is not None:
@@ -130,7 +130,7 @@ def _positive(size: Array) -> Array:
     return jax.lax.stop_gradient(jnp.where(size > 0, size, 1.0))
 
 
-def _sizes(scene: Scene, still: AnyContact, omega_0: Array, inertia: Array) -> Sizes:
+def _sizes(scene: Scene, still: Contact, omega_0: Array, inertia: Array) -> Sizes:
     """Typical sizes: the largest slack tension; what the brake could hold, or its load; the speed at the start, or the
     one that the largest torque could give in the run."""
     brake, duty, t_0 = scene.brake, scene.duty, jnp.asarray(scene.initial.time)
@@ -150,7 +150,7 @@ def _sizes(scene: Scene, still: AnyContact, omega_0: Array, inertia: Array) -> S
     return Sizes(tension, torque, speed, _ROUNDING * tension, _ROUNDING * torque)
 
 
-def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyContact) -> AbstractMechanism:
+def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: Contact) -> AbstractMechanism:
     """Mechanism of a scene: its bodies, and how they stick and slide."""
     brake, heated = scene.brake, still.T is not None
     if isinstance(brake, AbstractPressedBrake):
@@ -177,7 +177,7 @@ def _mechanism(scene: Scene, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyCo
     return ElasticBand(wrap=wrap, stiffness=stiffness, pairs=pairs, sizes=sizes)  # pyright: ignore
 
 
-def _bands(scene: Scene, brake: MultiBandBrake, pairs: tuple[Pair, ...], sizes: Sizes, still: AnyContact) -> RigidBands:
+def _bands(scene: Scene, brake: MultiBandBrake, pairs: tuple[Pair, ...], sizes: Sizes, still: Contact) -> RigidBands:
     """Several bands: each is made as if it were alone."""
     linings, n, radius = brake.linings, brake.linings.count, jnp.asarray(brake.band_radius)
 

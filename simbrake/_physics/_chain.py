@@ -5,7 +5,7 @@ from typing import Any, ClassVar, NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Bool, Float, Int
 
-from ..friction import AnyContact, SurfaceState, continued
+from ..friction import Contact, SurfaceState, continued
 from ..hybrid._arrays import Array
 from ._mechanism import (
     ELASTIC,
@@ -133,7 +133,7 @@ class Chain(AbstractMechanism):
         band = jnp.where(omega == 0, HELD, ELASTIC)
         return own, band, ChainMode(jnp.zeros(n, jnp.int32), jnp.full(n, TAUT | STRETCHED, jnp.int32))
 
-    def _contact(self, surface: SurfaceState | None, normal: Array, slip: Array) -> AnyContact:
+    def _contact(self, surface: SurfaceState | None, normal: Array, slip: Array) -> Contact:
         area = self.pairs[0].area
         return (surface or SurfaceState()).contact(slip, None if area is None else normal / area)
 

@@ -11,7 +11,7 @@ from jaxtyping import Bool, Float
 
 from ..brakes._band import LiningForces, mobilised, product, running_product, sliding_ratio, tension_ratio
 from ..brakes._design import AbstractLinings
-from ..friction import AnyContact, Reads, SurfaceState, continued, reads, remembers
+from ..friction import Contact, Reads, SurfaceState, continued, reads, remembers
 from ..hybrid import largest, smallest
 from ..hybrid._arrays import Array
 from ..thermal._heat import FlashTemperature, PowerShares
@@ -143,7 +143,7 @@ class LiningFriction(AbstractLiningFriction):
         law, n, surface = self.linings.friction, self.linings.count, surface or SurfaceState()
         static = bool(static) if isinstance(static, np.bool_) else static
 
-        def asked(contact: AnyContact) -> Array:
+        def asked(contact: Contact) -> Array:
             if isinstance(static, bool):
                 return law.static(contact._replace(v=jnp.zeros_like(v))) if static else law.kinetic(contact)
             return law.governing(contact, static)

@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, PyTree
 from .._base._faults import Fault
 from .._base._part import Part, faults_of_sizes, quantity
 from .._base._quantity import Scalar, Values
-from ..friction import AbstractFriction, AnyContact, Bounds
+from ..friction import AbstractFriction, Bounds, Contact
 from ..hybrid._arrays import Array
 from ..profiles import Piece
 from ._band import AbstractStiffness, GivenStiffness, grip, lever_split, product, tension_ratio
@@ -95,21 +95,19 @@ class JoinedFriction(AbstractFriction):
         rest = self.cut(seen._replace(memory=None), i)
         return rest._replace(memory=like.unflatten(memory) if like.num_leaves else None)
 
-    def _each(self, of: Callable[[AbstractFriction, AnyContact], Any], contact: AnyContact) -> list[Any]:
+    def _each(self, of: Callable[[AbstractFriction, Contact], Any], contact: Contact) -> list[Any]:
         return [of(law, self.own(contact, i)) for i, law in enumerate(self.laws)]
 
-    def _coefficient(
-        self, of: Callable[[AbstractFriction, AnyContact], Any], contact: AnyContact
-    ) -> Float[Array, "..."]:
+    def _coefficient(self, of: Callable[[AbstractFriction, Contact], Any], contact: Contact) -> Float[Array, "..."]:
         return self.joined(self._each(of, contact))
 
-    def kinetic(self, contact: AnyContact) -> Float[Array, "..."]:
+    def kinetic(self, contact: Contact) -> Float[Array, "..."]:
         return self._coefficient(lambda law, own: law.kinetic(own), contact)
 
-    def static(self, contact: AnyContact) -> Float[Array, "..."]:
+    def static(self, contact: Contact) -> Float[Array, "..."]:
         return self._coefficient(lambda law, own: law.static(own), contact)
 
-    def governing(self, contact: AnyContact, static: Bool[Array, "..."] | bool) -> Float[Array, "..."]:
+    def governing(self, contact: Contact, static: Bool[Array, "..."] | bool) -> Float[Array, "..."]:
         return self._coefficient(lambda law, own: law.governing(own, static), contact)
 
     def _states(self, trees: list[PyTree], absent: float) -> tuple[Array, ...] | None:
@@ -123,7 +121,7 @@ class JoinedFriction(AbstractFriction):
         starts = [law.start(last - first) for law, (first, last) in zip(self.laws, self.spans, strict=True)]
         return self._states(starts, 0.0)
 
-    def rates(self, contact: AnyContact) -> PyTree:
+    def rates(self, contact: Contact) -> PyTree:
         own = self._each(lambda law, own: None if own.memory is None else law.rates(own), contact)
         return self._states(own, 0.0)
 

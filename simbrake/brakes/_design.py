@@ -14,7 +14,7 @@ from .._base._part import Part, Whole, faults_of_sizes, part, quantity, takes_va
 from .._base._quantity import Over, Scalar, Values, positive
 from ..friction import (
     AbstractFriction,
-    AnyContact,
+    Contact,
     SurfaceState,
     faults_of_law,
     memory_at_start,
@@ -250,7 +250,7 @@ def unloaded(
     v: Float[Array, " n"],
     T: Float[Array, "..."] | float | None,
     t: Float[Array, ""] | None = None,
-) -> AnyContact:
+) -> Contact:
     """The contact of surfaces without load, at slip speeds `v` (n,) and temperatures `T` (K; `None`: unknown).
 
     As in a run it has a pressure only where the pair has areas; or where the law needs one. States of the
