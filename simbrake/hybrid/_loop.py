@@ -270,27 +270,22 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
         rejected=_count(c.stats.rejected, ~a.accept),
         retaken=_count(c.stats.retaken, v.retake),
     )
-    return Carry(
+    return c._replace(
         t=pick(a.t1, c.t),
         h=jnp.where(v.retake, c.h, a.h_next),
         retake_limit=jnp.where(
             v.retake | v.crossed_though_rejected, v.step_fraction * a.h, pick(crossing, c.retake_limit)
         ),
         crossing=crossing,
-        t_event=c.t_event,
         y=pick(a.y1, c.y),
         f=pick(a.f1, c.f),
         g=pick(a.g1, c.g),
         rate=pick(a.rate1, c.rate),
         armed=pick(risen, c.armed),
-        zeno_guards=c.zeno_guards,
         status=status.astype(jnp.int32),
         retakes=jnp.where(v.retake, c.retakes + 1, pick(0, c.retakes)),
         events_at_instant=jnp.where(step & (a.h > 0), 0, c.events_at_instant),
-        zeno_count=c.zeno_count,
-        restart_stage=c.restart_stage,
         stats=stats,
-        mode=c.mode,
         tangents=tuple(map(pick, a.tangents1, c.tangents)),
     )
 
@@ -328,7 +323,7 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     status = jnp.where(zeno_count >= _ZENO_COUNT, np.int32(Code.ZENO), status)
     status = jnp.where(events_at_instant >= p.settings.max_chain, np.int32(Code.CHATTER), status)
     status = p.flat.ended(code, status)
-    return Carry(
+    return c._replace(
         t=t,
         h=jnp.where(moved, a.h_next, c.h),
         retake_limit=jnp.zeros_like(t),
@@ -336,9 +331,6 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
         t_event=jnp.where(guarded, t, c.t_event),
         y=y,
         f=jnp.zeros_like(c.f),
-        g=c.g,
-        rate=c.rate,
-        armed=c.armed,
         zeno_guards=zeno_guards,
         status=status.astype(jnp.int32),
         retakes=jnp.zeros_like(c.retakes),
@@ -370,9 +362,9 @@ def _tangents_after(
     return tuple(found)
 
 
-def _iterate(p: Problem, packed: Packed, ny: int, ng: int) -> tuple[Packed, Float[Array, " column"], Mark]:
+def _iterate(p: Problem, packed: Packed, like: Carry) -> tuple[Packed, Float[Array, " column"], Mark]:
     """One attempt: the packed carry after it, the row that records it, and whether it was more than an evaluation."""
-    c = unpack(packed, ny, ng, p.tangents)
+    c = unpack(packed, like)
     settles = c.restart_stage > 0
     a = _attempt(p, c)
     v = _judge(p, c, a)
@@ -444,10 +436,10 @@ def space(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Array:
 
 
 def advanced(
-    p: Problem, packed: Packed, rows: PackedRows, ny: int, ng: int, limit: Count | int
+    p: Problem, packed: Packed, like: Carry, rows: PackedRows, limit: Count | int
 ) -> tuple[Packed, PackedRows, Count]:
     """The carry after `limit` more attempts or at the end of the run, the rows of these, and how many they were."""
-    start = unpack(packed, ny, ng, p.tangents)
+    start = unpack(packed, like)
     p = p._replace(method=p.method.with_fixed_jacobian(lambda t, y: p.flat.rhs(t, y, start.mode), start.t, start.y))
 
     def running(loop: tuple[Count, Packed, PackedRows]) -> Mark:
@@ -456,7 +448,7 @@ def advanced(
 
     def body(loop: tuple[Count, Packed, PackedRows]) -> tuple[Count, Packed, PackedRows]:
         i, packed, rows = loop
-        packed, row, counts = _iterate(p, packed, ny, ng)
+        packed, row, counts = _iterate(p, packed, like)
         # (an evaluation alone leaves its row to the next attempt)
         following = i + eqxi.unvmap_any(counts).astype(jnp.int32)
         return following, packed, jax.lax.dynamic_update_slice(rows, row[None], (i, jnp.zeros_like(i)))
@@ -482,7 +474,5 @@ def run(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Ended:
     Traced once for a run and its derivative.
     """
     start = started(p, y0, mode0)
-    ny, ng = y0.shape[0], start.g.shape[0]
-    rows = space(p, y0, mode0)
-    packed, rows, count = advanced(p, pack(start), rows, ny, ng, p.settings.max_steps)
-    return closed(unpack(packed, ny, ng, p.tangents), rows, count)
+    packed, rows, count = advanced(p, pack(start), start, space(p, y0, mode0), p.settings.max_steps)
+    return closed(unpack(packed, start), rows, count)

@@ -180,9 +180,6 @@ class ExplicitRungeKutta(AbstractMethod):
         h: Scalar,
     ) -> tuple[State, State]:
         n = len(rows) + 1
-        a = np.zeros((n - 1, n))
-        for i, row in enumerate(rows):
-            a[i, : len(row)] = row
 
         def stage(k: _Stages, entry: tuple[Count, Float[Array, " stage"], Scalar]) -> tuple[_Stages, None]:
             i, weights, c = entry
@@ -190,18 +187,17 @@ class ExplicitRungeKutta(AbstractMethod):
             return jax.lax.dynamic_update_slice(k, rhs(t + c * h, argument)[None], (i, jnp.zeros_like(i))), None
 
         k = jnp.zeros((n, y.shape[0]), y.dtype).at[0].set(f)
-        k, _ = jax.lax.scan(stage, k, (jnp.arange(1, n, dtype=jnp.int32), jnp.asarray(a), jnp.asarray(nodes)))
+        k, _ = jax.lax.scan(
+            stage, k, (jnp.arange(1, n, dtype=jnp.int32), jnp.asarray(square(((), *rows))[1:]), jnp.asarray(nodes))
+        )
         weights = self.a[-1] if self.fsal else self.b
         both = h * weighted(jnp.asarray([weights[:n], self.b_error[:n]]).T, k[:, None])
         return y + both[0], both[1]
 
     def _all_stages(self) -> tuple[np.ndarray, np.ndarray]:
         """Rows of weights and nodes of all stages; the argument of the last one is the new state (as if FSAL)."""
-        rows = [(), *self.a] + ([] if self.fsal else [self.b])
-        a = np.zeros((len(rows), len(rows)))
-        for i, row in enumerate(rows):
-            a[i, : len(row)] = row
-        return a, np.asarray([0.0, *self.c] + ([] if self.fsal else [1.0]))
+        rows = ((), *self.a, *(() if self.fsal else (self.b,)))
+        return square(rows), np.asarray([0.0, *self.c] + ([] if self.fsal else [1.0]))
 
     def _arguments(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[_Stages, _Stages]:
         """Where `rhs` is taken in every stage, and its values."""
@@ -241,6 +237,14 @@ class ExplicitRungeKutta(AbstractMethod):
             return jax.lax.scan(stage, start, entries, reverse=True)[0][1]
 
         return Pullback(arguments[-1], k[-1], back)
+
+
+def square(rows: tuple[tuple[float, ...], ...]) -> np.ndarray:
+    """Rows of a lower triangle as a square matrix."""
+    full = np.zeros((len(rows), len(rows)))
+    for i, row in enumerate(rows):
+        full[i, : len(row)] = row
+    return full
 
 
 def weighted(weights: Float[Array, "k *columns"], rows: Float[Array, "k ..."]) -> Float[Array, "..."]:

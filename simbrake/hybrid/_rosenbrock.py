@@ -12,7 +12,7 @@ from jaxtyping import Float, PyTree
 
 from ._arrays import Array, Rhs, RhsOf, Scalar, State, put, take
 from ._bordered import Bordered, ChainRows, Couplings, Factored, factor, jacobian, linear_rows, solve
-from ._method import AbstractMethod, Pullback, weighted
+from ._method import AbstractMethod, Pullback, square, weighted
 
 # Rodas5P, coefficients in the form without products by the Jacobian (Hairer & Wanner, Solving ODEs II, IV.7):
 #     (I/(γ h) − J) u_i = f(t + c_i h, y + Σ a_ij u_j) + Σ C_ij u_j / h + d_i h ∂f/∂t,   y₁ = y + Σ m_i u_i
@@ -43,14 +43,7 @@ _NODES = (0.0, 0.6358126895828704, 0.4095798393397535, 0.9769306725060716, 0.428
 _D = (0.21193756319429014, -0.42387512638858027, -0.3384627126235924, 1.8046452872882734, 2.325825639765069, 0, 0, 0)
 
 
-def _square(rows: tuple[tuple[float, ...], ...]) -> np.ndarray:
-    full = np.zeros((len(rows), len(rows)))
-    for i, row in enumerate(rows):
-        full[i, : len(row)] = row
-    return full
-
-
-_a, _c = _square(_A), _square(_C)
+_a, _c = square(_A), square(_C)
 _m = np.append(np.asarray(_A[-1]), 1.0)
 # the classical weights, for quadratures: k = Γ⁻¹ u, Γ⁻¹ = I/γ − C, so that y₁ = y + Σ b_i k_i with b = m Γ
 _b = _m @ np.linalg.inv(np.eye(len(_m)) / _GAMMA - _c)

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 from jaxtyping import Bool, Float, Int
 
 from ._arrays import Array, Count, Guards, Mark, Scalar, State, entry, first_least
+from ._system import ravel, unravel
 
 
 class Stats(NamedTuple):
@@ -36,64 +37,39 @@ class Carry(NamedTuple):
     f: State
     g: Guards
     rate: Guards
-    armed: Bool[Array, " guard"]  # has stood clear of zero since the last restart
-    zeno_guards: Bool[Array, " guard"]  # fired in the present cluster of events with hardly any time between
+    tangents: tuple[State, ...]  # of the state, where its derivatives steer the steps as well
     status: Count
     retakes: Count
     events_at_instant: Count  # events at this very instant
     zeno_count: Count  # repeated firings in the present cluster
     restart_stage: Count  # just after a restart: 2 rates and guards are unknown, 1 the first step's length; else 0
     stats: Stats
+    armed: Bool[Array, " guard"]  # has stood clear of zero since the last restart
+    zeno_guards: Bool[Array, " guard"]  # fired in the present cluster of events with hardly any time between
     mode: Int[Array, " mode"]
-    tangents: tuple[State, ...] = ()  # of the state, where its derivatives steer the steps as well
 
 
-#: whole numbers of a carry beside its marks and its mode: status, retakes, chain, close, settling, and the counts
-FIXED = 5 + len(Stats._fields)
+#: the first whole number of a carry among its fields, and how many there are beside its marks and its mode
+_WHOLE = Carry._fields.index("status")
+_COUNTS = 5 + len(Stats._fields)
 
 Packed = tuple[Float[Array, " x"], Int[Array, " n"]]
 
 
 def pack(c: Carry) -> Packed:
-    x = jnp.concatenate(
-        [jnp.stack([c.t, c.h, c.retake_limit, c.crossing, c.t_event]), c.y, c.f, c.g, c.rate, *c.tangents]
-    )
-    scalars = jnp.stack([c.status, c.retakes, c.events_at_instant, c.zeno_count, c.restart_stage, *c.stats])
-    return x, jnp.concatenate([scalars, c.armed.astype(jnp.int32), c.zeno_guards.astype(jnp.int32), c.mode])
+    return ravel(c[:_WHOLE], jnp.float64), ravel(c[_WHOLE:], jnp.int32)
+
+
+def unpack(packed: Packed, like: Carry) -> Carry:
+    """The carry of the shapes of another one."""
+    x, n = packed
+    c = Carry(*unravel(x, like[:_WHOLE]), *unravel(n, like[_WHOLE:]))
+    return c._replace(armed=c.armed > 0, zeno_guards=c.zeno_guards > 0)
 
 
 def carried_size(ny: int, ng: int, nm: int) -> int:
     """Numbers of a packed carry, whole ones included."""
-    return 5 + 2 * ny + 2 * ng + FIXED + 2 * ng + nm
-
-
-def unpack(packed: Packed, ny: int, ng: int, tangents: int = 0) -> Carry:
-    x, n = packed
-    head, y, f, g, rate, *along = jax.lax.split(x, (5, ny, ny, ng, ng, *(ny,) * tangents))
-    scalars, armed, zeno_guards, mode = jax.lax.split(n, (FIXED, ng, ng, n.shape[0] - FIXED - 2 * ng))
-    t, h, retake_limit, crossing, t_event = jnp.unstack(head)
-    status, retakes, events_at_instant, zeno_count, restart_stage, *counted = jnp.unstack(scalars)
-    return Carry(
-        t,
-        h,
-        retake_limit,
-        crossing,
-        t_event,
-        y,
-        f,
-        g,
-        rate,
-        armed > 0,
-        zeno_guards > 0,
-        status,
-        retakes,
-        events_at_instant,
-        zeno_count,
-        restart_stage,
-        Stats(*counted),
-        mode,
-        tuple(along),
-    )
+    return 5 + 2 * ny + 2 * ng + _COUNTS + 2 * ng + nm
 
 
 # --- where a guard reaches zero inside a step: the cubic through its end values and end rates -------------------------

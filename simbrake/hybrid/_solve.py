@@ -4,7 +4,7 @@ import dataclasses
 import enum
 import functools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -18,7 +18,7 @@ from . import _loop
 from ._arrays import Array, Count, Scalar
 from ._bordered import Couplings
 from ._derivative import RowMap, advance, before_jump, no_tangent, pull_back, sweep
-from ._loop import Ended, Problem, advanced, closed, space, started
+from ._loop import Problem, advanced, closed, space, started
 from ._method import AbstractMethod
 from ._search import Stats, carried_size, pack, unpack
 from ._system import (
@@ -263,6 +263,61 @@ def weights_of(system: AbstractHybridSystem, y_like: PyTree) -> tuple[Array, Arr
     return weights, jnp.maximum(jnp.sum(jnp.where(weights > 0, 1.0, 0.0)), 1.0)
 
 
+def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]]) -> Callable[..., PyTree]:
+    """The run `(params, y0, others, differentiated)` of a problem, and its first derivatives by a sweep over its rows.
+
+    - `problem`: what a run needs and its initial mode, from `params = (numbers of the system, t1, t0)` and all others
+    """
+
+    @functools.partial(jax.custom_jvp, nondiff_argnums=(3,))
+    def run(params: PyTree, flat_y0: Array, others: PyTree, differentiated: bool) -> PyTree:
+        p, mode0 = problem(params, others)
+        if differentiated:
+            p = p._replace(direction=generic_direction(p.flat), method=p.method.with_tangents())
+        packed, count, code, stats = _loop.run(p, flat_y0, mode0)
+        rows = unpack_rows(packed, flat_y0.shape[0])
+        return rows.t, rows.y, eqx.tree_at(lambda r: (r.t, r.y), rows, (None, None)), (count, code, stats)
+
+    @run.defjvp
+    def _(differentiated: bool, primals: PyTree, tangents: PyTree) -> tuple[PyTree, PyTree]:
+        params, flat_y0, others = primals
+        d_params, d_y0, _ = tangents
+        t, y, rows, (count, code, stats) = run(params, flat_y0, others, True)
+        starts = jnp.concatenate([t[:, None], y], axis=1)
+
+        p, mode0 = problem(params, others)
+        rolled = p.method.rolled().with_fixed_jacobian(lambda t, y: p.flat.rhs(t, y, mode0), p.t0, flat_y0)
+
+        def row(start: Array, i: Count) -> Rows:
+            found = jax.tree.map(lambda leaf: leaf[i], rows)
+            return eqx.tree_at(lambda r: (r.t, r.y), found, (start[0], start[1:]), is_leaf=lambda x: x is None)
+
+        def forwards(params: PyTree, start: Array, i: Count) -> Array:
+            p, _ = problem(params, others)
+            t, y = advance(p.flat, rolled, p.t1, row(start, i), rows.mode[i + 1])
+            return jnp.concatenate([t[None], y])
+
+        def backwards(params: PyTree, start: Array, i: Count, c: Array) -> tuple[PyTree, Array]:
+            def flat(params: PyTree) -> Flat:
+                return problem(params, others)[0].flat
+
+            after = rows.mode[i + 1]
+            found = pull_back(flat, rolled, params, lambda p: p[1], row(start, i), after, (c[0], c[1:]))
+            return found[0], jnp.concatenate([found[1][None], found[2]])
+
+        d_start = jnp.concatenate([d_params[2][None], d_y0])
+        d = sweep(RowMap(forwards, backwards), params, starts, count, (d_params, d_start))
+        # a record that was too short does not reach the end: its derivatives must not look like those of the run
+        d = d * jnp.where(code == Code.STEP_LIMIT, jnp.nan, 1.0)
+        return (t, y, rows, (count, code, stats)), (
+            d[:, 0],
+            d[:, 1:],
+            *jax.tree.map(no_tangent, (rows, (count, code, stats))),
+        )
+
+    return run
+
+
 def hybridsolve(
     system: AbstractHybridSystem,
     y0: PyTree,
@@ -318,52 +373,7 @@ def hybridsolve(
         weights = weights_of(whole, y_like)
         return Problem(flatten(whole, y_like, mode_like), method, *weights, t0, t1, settings), mode0
 
-    @functools.partial(jax.custom_jvp, nondiff_argnums=(3,))
-    def run(params: PyTree, flat_y0: Array, others: PyTree, differentiated: bool) -> PyTree:
-        p, mode0 = problem(params, others)
-        if differentiated:
-            p = p._replace(direction=generic_direction(p.flat), method=method.with_tangents())
-        packed, count, code, stats = _loop.run(p, flat_y0, mode0)
-        rows = unpack_rows(packed, flat_y0.shape[0])
-        return rows.t, rows.y, eqx.tree_at(lambda r: (r.t, r.y), rows, (None, None)), (count, code, stats)
-
-    @run.defjvp
-    def _(differentiated: bool, primals: PyTree, tangents: PyTree) -> tuple[PyTree, PyTree]:
-        params, flat_y0, others = primals
-        d_params, d_y0, _ = tangents
-        t, y, rows, (count, code, stats) = run(params, flat_y0, others, True)
-        starts = jnp.concatenate([t[:, None], y], axis=1)
-
-        p, mode0 = problem(params, others)
-        rolled = method.rolled().with_fixed_jacobian(lambda t, y: p.flat.rhs(t, y, mode0), p.t0, flat_y0)
-
-        def row(start: Array, i: Count) -> Rows:
-            found = jax.tree.map(lambda leaf: leaf[i], rows)
-            return eqx.tree_at(lambda r: (r.t, r.y), found, (start[0], start[1:]), is_leaf=lambda x: x is None)
-
-        def forwards(params: PyTree, start: Array, i: Count) -> Array:
-            p, _ = problem(params, others)
-            t, y = advance(p.flat, rolled, p.t1, row(start, i), rows.mode[i + 1])
-            return jnp.concatenate([t[None], y])
-
-        def backwards(params: PyTree, start: Array, i: Count, c: Array) -> tuple[PyTree, Array]:
-            def flat(params: PyTree) -> Flat:
-                return problem(params, others)[0].flat
-
-            after = rows.mode[i + 1]
-            found = pull_back(flat, rolled, params, lambda p: p[1], row(start, i), after, (c[0], c[1:]))
-            return found[0], jnp.concatenate([found[1][None], found[2]])
-
-        d_start = jnp.concatenate([d_params[2][None], d_y0])
-        d = sweep(RowMap(forwards, backwards), params, starts, count, (d_params, d_start))
-        # a record that was too short does not reach the end: its derivatives must not look like those of the run
-        d = d * jnp.where(code == Code.STEP_LIMIT, jnp.nan, 1.0)
-        return (t, y, rows, (count, code, stats)), (
-            d[:, 0],
-            d[:, 1:],
-            *jax.tree.map(no_tangent, (rows, (count, code, stats))),
-        )
-
+    run = _differentiable(problem)
     # JAX looks traced functions up together with the mesh; its absence is written differently here and
     # inside of derivatives
     with jax.sharding.use_abstract_mesh(jax.sharding.get_abstract_mesh()):
@@ -373,21 +383,6 @@ def hybridsolve(
 
 
 # --- long runs in parts -----------------------------------------------------------------------------------------------
-
-
-def _go_on(p: Problem, y0: Array, mode0: Array, carried: Array, limit: Count | int) -> tuple[Ended, Array]:
-    """As `_loop.run`, for at most `limit` attempts from the state `carried`; returns also the start of the next part.
-
-    All of a carry as one vector, in which whole numbers are exact; one that begins with NaN begins the run.
-    """
-    start = started(p, y0, mode0)
-    ny, ng = y0.shape[0], start.g.shape[0]
-    x, n = pack(start)
-    fresh = jnp.isnan(carried[0])
-    x = jnp.where(fresh, x, carried[: x.size])
-    n = jnp.where(fresh, n, carried[x.size :].astype(n.dtype))
-    (x, n), rows, count = advanced(p, (x, n), space(p, y0, mode0), ny, ng, limit)
-    return closed(unpack((x, n), ny, ng), rows, count), jnp.concatenate([x, n.astype(x.dtype)])
 
 
 def solve_segment(
@@ -407,9 +402,17 @@ def solve_segment(
     for any lengths: nothing is decided again at a joint. Not differentiable.
     """
     p, flat_y0, flat_mode0 = posed(system, y0, mode0, t0, t1, method, settings)
-    (packed, count, code, stats), carried = _go_on(p, flat_y0, flat_mode0, carried, limit)
+    # all of a carry is one vector, in which whole numbers are exact; one that begins with NaN begins the run
+    start = started(p, flat_y0, flat_mode0)
+    x, n = pack(start)
+    fresh = jnp.isnan(carried[0])
+    x = jnp.where(fresh, x, carried[: x.size])
+    n = jnp.where(fresh, n, carried[x.size :].astype(n.dtype))
+    (x, n), rows, count = advanced(p, (x, n), start, space(p, flat_y0, flat_mode0), limit)
+    packed, count, code, stats = closed(unpack((x, n), start), rows, count)
     rows = unpack_rows(packed, flat_y0.shape[0])
-    return Record(system, p.method, *likes(y0, mode0), p.t1, rows, count, code, stats), carried
+    record = Record(system, p.method, *likes(y0, mode0), p.t1, rows, count, code, stats)
+    return record, jnp.concatenate([x, n.astype(x.dtype)])
 
 
 def posed(
