@@ -9,7 +9,7 @@
 
 - a scene: `Scene` of a `Brake`, `DiscBrake` or `ShoeBrake`, a `Duty` or `ForceDuty`, and `Initial`; `read_scene`
 - parts: `friction`, `loads`, `profiles`, `thermal`, `wear`, `brakes`
-- runs and results: `simulate`, `prepare`, `Result`; `results`, `report`, `compare`, `dataset`, `save`, `load`, `plot`
+- runs: `simulate`, `prepare`, `Result`; `results`, `report`, `compare`, `plot`, `dataset`, `save`, `read_result`
 - studies: `sensitivity`, `ensemble`, `sweep`, `uncertainty`, `calibrate`, `lining_life`; `studies`, `layouts`
 - estimates and checks: `estimates`, `synthesize`, `compare_materials`; `formulas`, `checks`, `validate`
 - the integrator: `hybrid`
@@ -27,6 +27,7 @@ from typing import Any
 import lazy_loader
 
 from ._base._precision import use_64_bits
+from ._base._retired import answers
 
 _named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
@@ -35,9 +36,8 @@ __version__ = "0.1.0"
 use_64_bits()
 
 
-def __getattr__(name: str) -> Any:
-    if name == "published":  # (the hint goes with the next version)
-        raise AttributeError("simbrake.published is papers/printed_tables.py in a checkout of the repository")
+def _with_home(name: str) -> Any:
+    """A name at the top; of another one the error says where it is."""
     try:
         return _named(name)
     except AttributeError:
@@ -47,3 +47,11 @@ def __getattr__(name: str) -> Any:
     homes = [home.__name__ for home in packages if name in getattr(home, "__all__", ())]
     hint = f": it is {' and '.join(f'{home}.{name}' for home in homes)}" if homes else ""
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")
+
+
+__getattr__ = answers(
+    __name__,
+    moved={"check": "check_scene", "load": "read_result"},
+    gone={"published": "it is papers/printed_tables.py in a checkout of the repository"},
+    others=_with_home,
+)

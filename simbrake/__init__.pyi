@@ -22,7 +22,7 @@ from ._parts._scene import Duty as Duty
 from ._parts._scene import ForceDuty as ForceDuty
 from ._parts._scene import Initial as Initial
 from ._parts._scene import Scene as Scene
-from ._parts._scene import check as check
+from ._parts._scene import check_scene as check_scene
 from ._run._edit import with_materials as with_materials
 from ._run._edit import with_values as with_values
 from ._run._measure import Limits as Limits
@@ -69,7 +69,7 @@ from .profiles import Repeated as Repeated
 from .profiles import ramp as ramp
 from .results._compare import compare as compare
 from .results._dataset import dataset as dataset
-from .results._dataset import load as load
+from .results._dataset import read_result as read_result
 from .results._dataset import save as save
 from .studies._calibration import calibrate as calibrate
 from .studies._ensemble import ensemble as ensemble

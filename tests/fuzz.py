@@ -110,7 +110,7 @@ def read_scene(text: str | bytes, folder: pathlib.Path) -> object:
     file = folder / "scene.toml"
     file.write_bytes(text.encode("utf-8", "surrogatepass") if isinstance(text, str) else text)
     scene = sb.read_scene(file)
-    sb.check(scene)
+    sb.check_scene(scene)
     return sb.files.scene_text(scene)
 
 
@@ -156,7 +156,7 @@ def read_result(content: str | bytes, folder: pathlib.Path) -> object:
     assert isinstance(content, bytes)
     file = folder / ("result.nc" if content[:1] == b"C" else "result.csv")
     file.write_bytes(content)
-    return sb.load(file)
+    return sb.read_result(file)
 
 
 def ensemble(folder: pathlib.Path) -> object:

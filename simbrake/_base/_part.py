@@ -137,7 +137,7 @@ class Part(eqx.Module):
     law, load or profile is expected, a number makes a constant one.
 
     Raises `InputError` with every value that is not a number, not finite or outside its range, and every part of the
-    wrong kind. Conditions across several parts are checked by `check` and before a run.
+    wrong kind. Conditions across several parts are checked by `check_scene` and before a run.
     """
 
     # equinox looks at every attribute for methods, which it makes PyTrees; a part's are called, and nothing else

@@ -31,8 +31,8 @@ def answers(
             return getattr(importlib.import_module(f"{package}.{home}"), present or name)
         if place := (moved or {}).get(name):
             warnings.warn(f"{module}.{name} is {package}.{place} now", DeprecationWarning, stacklevel=2)
-            home, _, present = place.rpartition(".")
-            return getattr(importlib.import_module(f"{package}.{home}"), present)
+            home, _, present = f"{package}.{place}".rpartition(".")
+            return getattr(importlib.import_module(home), present)
         if instead := (gone or {}).get(name):
             raise AttributeError(f"{module}.{name} went: {instead}")
         if others is None:

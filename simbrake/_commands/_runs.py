@@ -558,7 +558,7 @@ def app(
     limits, title = cli.limits_of(scene, limit, False), title_of(file, file.read_text("utf-8", errors="replace"))
     made = App(scene, limits, title, rtol)
     with Progress("app", "compiling…"):
-        sb.check(scene)
+        sb.check_scene(scene)
         made.warm()
     try:
         server = Server(made, port)

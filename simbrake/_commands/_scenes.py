@@ -111,7 +111,7 @@ def check(file: cli.SceneFile, /, *, set_: cli.Set = None, json_: cli.Flag = Fal
 
     try:
         found = cli.opened(file, set_)
-        sb.check(found)
+        sb.check_scene(found)
     except InputError as error:
         if not json_:
             raise

@@ -17,7 +17,7 @@ import numpy as np
 from .._base._faults import InputError
 from .._base._part import Leaf, leaves
 from .._base._table import scale
-from .._parts._scene import Scene, check, paths_without_meaning
+from .._parts._scene import Scene, check_scene, paths_without_meaning
 from .._run._edit import with_values
 from .._run._measure import limit_checks
 from .._run._result import Result
@@ -166,7 +166,7 @@ class App:
         """The scene with values of sliders as a scene file, or what is wrong with them."""
         try:
             scene, title = self.edited(values), " ".join(self.title.split())
-            check(scene)
+            check_scene(scene)
             text = f"# {title}, changed in the app\n{scene_text(scene)}"
             return {"name": "scene.toml", "text": text}
         except InputError as error:

@@ -328,11 +328,11 @@ def _faults_of_band(scene: Scene) -> list[Fault]:
     return found
 
 
-def check(scene: Scene) -> None:
+def check_scene(scene: Scene) -> None:
     """Check a scene. Raises `InputError` with all errors.
 
     Example:
-        >>> sb.check(scene)  # nothing is wrong
+        >>> sb.check_scene(scene)  # nothing is wrong
     """
     found = faults(scene)
     if found:
@@ -345,7 +345,7 @@ def checked(scene: Scene) -> Scene:
     # (usual values are checked together; others number by number)
     if all_in_range(scene) and not _faults_of_kinds(scene) and not _faults_together(scene):
         return scene
-    check(scene)
+    check_scene(scene)
     return as_arrays(scene)
 
 

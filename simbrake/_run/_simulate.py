@@ -38,7 +38,7 @@ from .._base._quantity import faults_of_tolerance, shown
 from .._outputs._log import FAILURES, SimulationError
 from .._outputs._metrics import identity_of
 from .._outputs._probe import Number, is_traced
-from .._parts._scene import Scene, check, checked
+from .._parts._scene import Scene, check_scene, checked
 from .._physics._assemble import assemble
 from .._physics._brake import BrakeSystem, State
 from .._physics._mechanism import Mode
@@ -656,7 +656,7 @@ class Prepared:
     def check(self, values: Values = None) -> Scene:
         """The scene with these numbers. Raises `InputError` with all its errors."""
         scene = dataclasses.replace(self._like.unpack(self.vector(values)), limits=self.scene.limits)
-        check(scene)
+        check_scene(scene)
         return scene
 
     def accuracy(self, values: Values = None) -> PreparedAccuracy:

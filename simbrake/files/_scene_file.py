@@ -16,7 +16,7 @@ from jax.core import Tracer
 from .._base._faults import Fault, InputError, existing_file, text_of_file, whole_file
 from .._base._part import Whole, faults_of_whole, leaves
 from .._base._quantity import BAD, NumberReader, Quantity, example, shown
-from .._parts._scene import Scene, check, paths_without_meaning, require_scene
+from .._parts._scene import Scene, check_scene, paths_without_meaning, require_scene
 from .._phases import AbstractEnd, read_end
 from .._run._edit import unknown_paths, with_values
 from ..thermal._material import LIBRARY, Material, material
@@ -226,7 +226,7 @@ def _scene_of(tables: dict[str, Toml], folder: Path) -> Scene:
     if reader.faults:
         raise InputError(reader.faults)
     assert isinstance(scene, Scene)
-    check(scene)
+    check_scene(scene)
     return scene
 
 

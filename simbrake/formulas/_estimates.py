@@ -9,7 +9,7 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._table import Column, Table, Tabular, plain
-from .._parts._scene import Scene, band_brake, check
+from .._parts._scene import Scene, band_brake, check_scene
 from .._run._result import Result
 from ._braking import Braking
 from ._heated import run_values
@@ -180,7 +180,7 @@ def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking,
     scene = run.scene if isinstance(run, Result) else run
     if isinstance(run, Result) and not run.concrete:
         raise InputError([Fault("run", "is traced or a batch", "give one result with values")])
-    check(scene)
+    check_scene(scene)
     band_brake(scene)
     inputs, staged = settle(scene, data), scene.brake.in_series
     stop = None if staged else classical_stop(scene)

@@ -14,7 +14,7 @@ from .._base._part import leaves
 from .._base._progress import counting
 from .._base._quantity import behind
 from .._base._table import Column, Table, Tabular, plain
-from .._parts._scene import Scene, band_brake, check
+from .._parts._scene import Scene, band_brake, check_scene
 from .._run._choice import stiffness
 from .._run._edit import named_materials, with_materials, with_values
 from .._run._simulate import simulate, solver_for
@@ -294,7 +294,7 @@ def compare_materials(
     needed, runs without sliding, no or duplicate materials, and levels that are not positive; `KeyError` for
     unknown materials; `SimulationError` where a run fails.
     """
-    check(scene)
+    check_scene(scene)
     if any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(scene)):
         raise InputError([Fault("scene", "is traced", "give a scene with values")])
     if band_brake(scene).in_series:
@@ -357,7 +357,7 @@ def _levels(scene: Scene, energy: Energy) -> list[tuple[str, Scene]]:
         unit = next((behind(leaf.about.unit) for one in scenes for leaf in leaves(one) if leaf.path == path), "")
         found = [(f"{path} = {float(v):.6g}{unit}", one) for v, one in zip(values, scenes, strict=True)]
         for _, one in found:
-            check(one)
+            check_scene(one)
     else:
         works = [float(work) for work in energy]
         wrong = [work for work in works if not (work > 0 and np.isfinite(work))]
@@ -418,7 +418,7 @@ class _Study:
             b = self._braking(scene, rim, lining)
             more = ring_inertia(rim_mass(b) - self._own_mass, b)
             scene = with_values(scene, {"brake.pulley.inertia": float(band_brake(scene).pulley.inertia) + more})
-            check(scene)
+            check_scene(scene)
         return scene
 
     def _braking(self, scene: Scene, rim: RimMaterial, lining: LiningMaterial, run: RunValues | None = None) -> Braking:

@@ -20,7 +20,7 @@ from .._outputs._log import Status
 from .._run._result import Result
 from ..formulas._material_table import MaterialComparison, MaterialRow
 from ..formulas._materials import LiningMaterial, RimMaterial
-from ..results._dataset import dataset, load
+from ..results._dataset import dataset, read_result
 from ._shared import BLUE, CYCLE, MARKED, TEXT, VERMILLION, ZERO, finish, name_marks, sheet, styled, words_of_mark
 
 if TYPE_CHECKING:
@@ -96,7 +96,13 @@ def compare(results: Mapping[str, Source] | Sequence[Source], *, figure: Figure 
 
 
 def _data(source: Source) -> Dataset:
-    return dataset(source) if isinstance(source, Result) else load(source) if isinstance(source, str | Path) else source
+    return (
+        dataset(source)
+        if isinstance(source, Result)
+        else read_result(source)
+        if isinstance(source, str | Path)
+        else source
+    )
 
 
 def _curve(data: Dataset, columns: Sequence[str], *, hottest: bool) -> Float[np.ndarray, " t"] | None:

@@ -20,6 +20,7 @@ __getattr__ = answers(
     moved={
         "Answer": "results.PreparedResult",
         "AnswerAccuracy": "results.PreparedAccuracy",
+        "load": "results.read_result",
         "shown_in": "results.display_units",
     },
     others=_named,

@@ -2,8 +2,8 @@ from ._compare import Comparison as Comparison
 from ._compare import compare as compare
 from ._compare import rerun as rerun
 from ._dataset import dataset as dataset
-from ._dataset import load as load
 from ._dataset import provenance as provenance
+from ._dataset import read_result as read_result
 from ._dataset import save as save
 from ._explain import Explanation as Explanation
 from ._explain import Finding as Finding

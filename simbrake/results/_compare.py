@@ -19,7 +19,7 @@ from .._run._result import Result
 from .._run._simulate import simulate
 from ..files._scene_file import scene_from_text
 from ..hybrid import Rodas5P
-from ._dataset import FORMAT, POINTS, DataArray, Dataset, dataset, load, parts, provenance
+from ._dataset import FORMAT, POINTS, DataArray, Dataset, dataset, parts, provenance, read_result
 
 Source = Result | Dataset | str | Path
 Settings = dict[str, Any]  # plain values of JSON by name
@@ -32,7 +32,9 @@ def origin(source: Source) -> Settings:
     """Provenance of a stored result, from a file or a data set, or of a result."""
     if isinstance(source, Result):
         return provenance(source)
-    data, name = (load(source, earlier=True), str(source)) if isinstance(source, str | Path) else (source, "data set")
+    data, name = (
+        (read_result(source, earlier=True), str(source)) if isinstance(source, str | Path) else (source, "data set")
+    )
     try:
         return json.loads(data.attrs["provenance"])
     except (AttributeError, KeyError, ValueError) as error:
@@ -310,7 +312,7 @@ def _data(a: Source, b: Source) -> list[Dataset]:
         if isinstance(source, Result):
             found.append(dataset(source, times))
             continue
-        data = load(source) if isinstance(source, str | Path) else source
+        data = read_result(source) if isinstance(source, str | Path) else source
         if getattr(data, "attrs", {}).get("format") != FORMAT:
             what = f"{type(source).__name__} is not a result"
             raise InputError([Fault("compare", what, "give a Result, its dataset, or the path of a result file")])

@@ -381,7 +381,7 @@ def save(result: Result | Dataset, path: str | Path) -> Path:
     return path
 
 
-def load(path: str | Path, *, earlier: bool = False) -> Dataset:
+def read_result(path: str | Path, *, earlier: bool = False) -> Dataset:
     """The data set (`xarray.Dataset`) of a result file, or of a folder of `simbrake run --out`.
 
     Raises `InputError` for a file that is missing, of another kind, damaged, or changed after it was written, and for
@@ -390,7 +390,7 @@ def load(path: str | Path, *, earlier: bool = False) -> Dataset:
     Example:
         >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     print(sb.load(sb.save(result, f"{folder}/stop.csv")).status.item())
+        ...     print(sb.read_result(sb.save(result, f"{folder}/stop.csv")).status.item())
         stopped
     """
     path = Path(path)

@@ -10,7 +10,7 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._quantity import behind, shown
 from .._base._table import Column, Table, Tabular, plain
-from .._parts._scene import Scene, check
+from .._parts._scene import Scene, check_scene
 from .._run._choice import stiffness
 from .._run._edit import Inputs, with_values
 from .._run._simulate import solver_for, solver_name
@@ -595,7 +595,7 @@ def calibrate(
     absolute = _absoluteness(data, absolute, len(bounds), found)
     found.report()
     before = with_values(scene, box.paths.values(box.start))
-    check(before)
+    check_scene(before)
     check_measured(data, before)
     solver = _solver(before, bounds) if solver is None else solver
     model = FitModel(before, box.paths.names, data, solver=solver, rtol=rtol, max_steps=max_steps)

@@ -9,7 +9,7 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._progress import Progress
 from .._base._table import Column, Table, Tabular, plain
-from .._parts._scene import Scene, check, require_scene
+from .._parts._scene import Scene, check_scene, require_scene
 from .._parts._worn import feeds_back, turned_scene
 from .._parts._worn import worn_scene as worn_scene
 from .._run._edit import with_values
@@ -257,7 +257,7 @@ def _wearing(run: Scene | Result, permissible: Permissible) -> tuple[Scene, np.n
         raise InputError([Fault("wear", "is missing", "give the scene a `Wear`")])
     if wear.permissible is None:
         raise InputError([Fault("wear.permissible", "is missing", "give the permissible wear depth, as in 8 mm")])
-    check(scene)
+    check_scene(scene)
     if wear.turned_at is not None:
         raise InputError([Fault("wear.turned_at", "is for one run", "give `turn_at` in stops")])
     n = scene.brake.linings.count
@@ -266,7 +266,7 @@ def _wearing(run: Scene | Result, permissible: Permissible) -> tuple[Scene, np.n
     over = np.flatnonzero(worn >= limit)
     if over.size:
         raise InputError([Fault("wear.worn", f"lining {over[0] + 1} is worn already", "increase the permissible wear")])
-    check(with_values(scene, {"wear.worn": limit}))  # a worn brake outside its valid range
+    check_scene(with_values(scene, {"wear.worn": limit}))  # a worn brake outside its valid range
     return with_values(scene, {"wear.worn": np.array(worn)}), limit
 
 

@@ -117,7 +117,7 @@ def test_files_that_are_not_read_back(result, tmp_path, monkeypatch):
     for suffix in (".xlsx", ".mat"):
         path = sb.save(sb.dataset(result, [0.0, 1.0]), tmp_path / f"run{suffix}")
         with pytest.raises(sb.InputError, match=r"not read back — keep the result as \.nc"):
-            sb.load(path)
+            sb.read_result(path)
     monkeypatch.setitem(sys.modules, "openpyxl", None)
     with pytest.raises(sb.InputError, match=r"openpyxl: is missing.*pip install 'simbrake\[tables\]'"):
         sb.save(result, tmp_path / "x.xlsx")

@@ -158,7 +158,7 @@ ABSURD = {
 @pytest.mark.parametrize("path", ABSURD)
 def test_absurd_numbers_are_input_errors(path):
     scene = sb.with_values(scene_from_text(BASE), {path: ABSURD[path]})
-    for look in (sb.check, sb.simulate):
+    for look in (sb.check_scene, sb.simulate):
         with pytest.raises(sb.InputError) as caught:
             look(scene)
         assert [fault.path for fault in caught.value.faults] == [path]
@@ -181,7 +181,7 @@ def test_long_input_takes_linear_time():
     assert many.brake.linings.count == 100_000
     lever = sb.PiecewiseLinear(np.linspace(0.0, 1.0, 600_000), np.ones(600_000))
     with pytest.raises(sb.InputError, match=r"scene: has 12000\d\d numbers — at most 1000000"):
-        sb.check(stop_scene(lever=lever))
+        sb.check_scene(stop_scene(lever=lever))
     assert time.perf_counter() - start < 5
 
 
@@ -202,7 +202,16 @@ WRONG = ("x.toml", None, 3, [1], {})
 
 @pytest.mark.parametrize("wrong", WRONG, ids=repr)
 def test_what_is_no_scene_is_called_so(wrong):
-    calls = (sb.simulate, sb.prepare, sb.check, sb.estimates, sb.synthesize, sb.lining_life, scene_text, sb.Stepper)
+    calls = (
+        sb.simulate,
+        sb.prepare,
+        sb.check_scene,
+        sb.estimates,
+        sb.synthesize,
+        sb.lining_life,
+        scene_text,
+        sb.Stepper,
+    )
     calls += (lambda x: sb.ensemble(x, {"initial.omega": [1.0]}), lambda x: sb.sensitivity(x, "stopping_time"))
     calls += (lambda x: sb.uncertainty(x, {}), lambda x: sb.with_values(x, {}), lambda x: sb.cross_check(x))
     calls += (lambda x: sb.calibrate(x, {"initial.omega": (1, 2)}, sb.studies.Measured()),)

@@ -150,7 +150,7 @@ def test_traced_and_batched_results(plain):
 def test_files_give_the_same_data_set_back(result, suffix, tmp_path):
     data = sb.dataset(result)
     path = sb.save(data, tmp_path / "new" / f"run{suffix}")
-    back = sb.load(path)
+    back = sb.read_result(path)
     assert back.identical(data)
     for name, variable in data.variables.items():
         assert back[name].dtype.kind == variable.dtype.kind, name
@@ -166,7 +166,7 @@ def test_run_without_events_and_failed_run(tmp_path):
     assert not [e for e in still.events if e.name != "release"]
     for one in (still, failed):
         for suffix in SUFFIXES:
-            back = sb.load(sb.save(one, tmp_path / f"x{suffix}"))
+            back = sb.read_result(sb.save(one, tmp_path / f"x{suffix}"))
             assert back["status"].item() == one.status
             assert back["event_time"].size == len(one.events)
     assert back["code"].item() == 1
@@ -214,7 +214,7 @@ def test_damaged_and_foreign_files_are_named(files, suffix, tmp_path):
     ):
         path.write_bytes(wrong)
         with pytest.raises(sb.InputError, match=f"x{suffix}"):
-            sb.load(path)
+            sb.read_result(path)
 
 
 @pytest.mark.parametrize("suffix", SUFFIXES)
@@ -226,7 +226,7 @@ def test_one_wrong_byte_is_no_other_result(files, suffix, tmp_path):
         wrong[place] ^= 1 << int(place) % 8
         path.write_bytes(wrong)
         try:
-            assert sb.load(path).identical(data)  # some bytes mean nothing, as those that fill up
+            assert sb.read_result(path).identical(data)  # some bytes mean nothing, as those that fill up
         except sb.InputError:
             refused += 1
     assert refused > 20
@@ -234,7 +234,7 @@ def test_one_wrong_byte_is_no_other_result(files, suffix, tmp_path):
 
 def test_files_of_earlier_releases_are_read():
     """Written once and kept: its checksum has to be that of today."""
-    data = sb.load(FOLDER / "golden" / "result.csv")
+    data = sb.read_result(FOLDER / "golden" / "result.csv")
     assert data["status"].item() == "stopped"
     assert float(data["stopping_time"]) == pytest.approx(closed_form(n=2, beta=120.0, C=1e6)["stop"], rel=1e-9)
 
@@ -243,7 +243,7 @@ def test_wrong_places_and_suffixes(plain, tmp_path):
     with pytest.raises(sb.InputError, match=r"\.nc \(netCDF\), \.parquet \(Parquet\), \.csv"):
         sb.save(plain, tmp_path / "x.ods")
     with pytest.raises(sb.InputError, match="no such file"):
-        sb.load(tmp_path / "x.nc")
+        sb.read_result(tmp_path / "x.nc")
     (tmp_path / "folder.nc").mkdir()
     with pytest.raises(sb.InputError, match="folder"):
         sb.save(plain, tmp_path / "folder.nc")
@@ -266,10 +266,10 @@ def test_renamed_columns_are_told(staged, tmp_path, suffix):
     old = sb.dataset(staged).rename({"internal_normal_load": "internal_load", "internal_sense": "internal_mode"})
     file = sb.save(old, tmp_path / f"old{suffix}")
     with pytest.raises(sb.InputError) as caught:
-        sb.load(file)
+        sb.read_result(file)
     told = str(caught.value)
     assert "internal_load: was renamed to internal_normal_load" in told
     assert "internal_mode: was renamed to internal_sense" in told
     assert "rerun" in told
-    assert "internal_load" in sb.load(file, earlier=True)
+    assert "internal_load" in sb.read_result(file, earlier=True)
     assert float(sb.results.rerun(file).stopping_time) == pytest.approx(float(staged.stopping_time), rel=1e-12)

@@ -80,7 +80,7 @@ def test_mistaken_units_are_asked_about(tmp_path, capsys):
         sb.uniform_linings(20, 280.0, friction)
     many = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(200, 280.0, friction))
     with pytest.raises(sb.InputError, match='did you mean "280 deg"'):
-        sb.check(sb.Scene(many, sb.Duty(1e3, 0.0), sb.Initial(1.0), 1.0))
+        sb.check_scene(sb.Scene(many, sb.Duty(1e3, 0.0), sb.Initial(1.0), 1.0))
 
 
 @pytest.mark.parametrize("file", [*(f"{name}.py" for name in NAMES), *(x.name for x in FOLDER.glob("*.toml"))])

@@ -13,7 +13,7 @@ import simbrake as sb
 @pytest.mark.parametrize("name", NAMES)
 def test_scene_is_valid(name):
     assert {"everything_coupled", "slip_onset_chain", "staged_vs_standard", "two_bands"} <= set(NAMES)
-    sb.check(load(name).scene())
+    sb.check_scene(load(name).scene())
 
 
 @pytest.fixture

@@ -68,7 +68,7 @@ def test_shipped_scenes_are_written(capsys, folder, scenarios):
         code, out, err = call(capsys, "new", name, "--json")
         assert (code, err) == (0, "")
         written = json.loads(out)["written"]
-        sb.check(open_scene(folder / written))
+        sb.check_scene(open_scene(folder / written))
     assert written == "lining_life.py"
 
 

@@ -115,7 +115,7 @@ def test_numbers_beyond_their_ranges():
         beyond = [x + d for x, d in ((leaf.about.low, -1e-9), (leaf.about.high, 1e-9)) if x is not None]
         for value in (*beyond, 1e41, -1e41, np.nan, np.inf):
             with pytest.raises(sb.InputError) as caught:
-                sb.check(sb.with_values(scene, {leaf.path: value}))
+                sb.check_scene(sb.with_values(scene, {leaf.path: value}))
             assert leaf.path in {fault.path.partition("[")[0] for fault in caught.value.faults}, (leaf.path, value)
             seen.add(leaf.path)
     assert len(seen) > 15

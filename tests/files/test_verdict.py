@@ -207,7 +207,7 @@ def test_permissible_rim_temperature():
     assert "rim temperature" not in said.judged.missing
     assert result.verdict({**AMPLE, "peak_rim_temperature": 1e9, "peak_lining_temperature": 1e9}).colour == "green"
     with pytest.raises(sb.InputError, match="permissible_band: the network names no place as the band"):
-        sb.check(hot_stop(permissible_band=400.0))
+        sb.check_scene(hot_stop(permissible_band=400.0))
 
 
 def test_permissible_pressure_is_a_limit():
@@ -221,7 +221,7 @@ def test_permissible_pressure_is_a_limit():
     assert result.verdict({"max_tension": 1e9}).judged.missing == {}
     without = dataclasses.replace(brake, linings=dataclasses.replace(linings, area=None))
     with pytest.raises(sb.InputError, match="a permissible pressure needs the area"):
-        sb.check(dataclasses.replace(scene, brake=without))
+        sb.check_scene(dataclasses.replace(scene, brake=without))
 
 
 def test_limit_on_what_did_not_happen(stop):

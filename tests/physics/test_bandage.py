@@ -16,7 +16,7 @@ from simbrake import plot
 def long_run():
     lever = ((0.0, 0.4), (1e3, 2e4))
     made = scene(26, preload=2e3, J=800.0, J_b=20.0, spring=1e4, lever=lever, wrap=270.0)
-    sb.check(made)
+    sb.check_scene(made)
     return run(made)
 
 
@@ -149,7 +149,7 @@ def test_torque_at_the_end_of_a_run(T_0):
 def test_random_duties_end_well():
     for seed in range(30):
         made = random_duty(seed)
-        sb.check(made)
+        sb.check_scene(made)
         result = run(made)
         record, energy = result.record, result.energy
         assert int(record.code) == 0, seed
@@ -166,10 +166,10 @@ def test_faults_of_a_bandage_with_springs():
     bandage = sb.Bandage(4.0, sb.ConstantFriction(0.2), spring=[1e3, 1e3, 1e3])
     brake = sb.Brake(made.brake.pulley, sb.Band(R_B, 1e5), made.brake.linings, bandage)
     with pytest.raises(sb.InputError, match=r"brake.bandage.spring: does not fit 3 linings"):
-        sb.check(sb.Scene(brake, made.duty, made.initial, 4.0))
+        sb.check_scene(sb.Scene(brake, made.duty, made.initial, 4.0))
     brake = sb.Brake(made.brake.pulley, sb.Band(R_B, 1e5), made.brake.linings, made.brake.bandage)
     with pytest.raises(sb.InputError, match=r"brake.band.stiffness: a bandage with springs needs a rigid band — leave"):
-        sb.check(sb.Scene(brake, made.duty, made.initial, 4.0))
+        sb.check_scene(sb.Scene(brake, made.duty, made.initial, 4.0))
 
 
 @pytest.mark.slow

@@ -289,7 +289,7 @@ def test_file_by_hand_and_all_its_errors():
     assert "multi-band brake" in sb.report(result, check=False)
     bad = GOOD.replace("share = 1\n", "stiffness = 2e5\n", 1).replace("250 deg", "370 deg").replace("623 mm", "523 mm")
     with pytest.raises(sb.InputError) as caught:
-        sb.check(sb.files.scene_from_text(bad))
+        sb.check_scene(sb.files.scene_from_text(bad))
     for part in (
         "brake.band_radius: 0.523 m is inside the track of 0.59 m",
         "brake.bands[0].share: is missing",
@@ -325,20 +325,20 @@ def test_file_by_hand_and_all_its_errors():
 )
 def test_bad_input(bands, message):
     with pytest.raises(sb.InputError, match=message):
-        sb.check(scene(bands))
+        sb.check_scene(scene(bands))
 
 
 def test_what_needs_one_band_says_so(stopped):
     with_wear = dataclasses.replace(hot_scene(), wear=sb.Wear(WEAR, geometry=True, turned_at=1.0))
     with pytest.raises(sb.InputError, match=r"wear\.geometry: has no effect on a multi-band brake"):
-        sb.check(with_wear)
+        sb.check_scene(with_wear)
     with pytest.raises(sb.InputError, match=r"initial\.elongation: a multi-band brake has rigid bands"):
-        sb.check(dataclasses.replace(stopped.scene, initial=sb.Initial(W0, elongation=1e-3)))
+        sb.check_scene(dataclasses.replace(stopped.scene, initial=sb.Initial(W0, elongation=1e-3)))
     heat = hot_scene().heat
     rims = dataclasses.replace(heat.bodies[0], count=3)
     three = dataclasses.replace(hot_scene(), heat=dataclasses.replace(heat, bodies=(rims, *heat.bodies[1:])))
     with pytest.raises(sb.InputError, match=r"heat\.friction\.metal: 'rims' has 3 nodes — 1 or 2 or 10"):
-        sb.check(three)
+        sb.check_scene(three)
     for feature in (
         lambda: sb.estimates(stopped.scene),
         lambda: sb.brakes.stiffness_of(stopped.scene.brake),

@@ -185,19 +185,19 @@ def test_faults():
         band = parts.get("band", plain.brake.band)
         brake = sb.Brake(plain.brake.pulley, band, parts.get("linings", plain.brake.linings))
         with pytest.raises(sb.InputError) as caught:
-            sb.check(sb.Scene(brake, plain.duty, plain.initial, 1.0, parts.get("heat")))
+            sb.check_scene(sb.Scene(brake, plain.duty, plain.initial, 1.0, parts.get("heat")))
         return str(caught.value)
 
-    sb.check(plain)
+    sb.check_scene(plain)
     assert "brake.linings.mass: has no effect" in faults(band=sb.Band(ARM, 5.0), linings=whole)
     assert "brake.linings.mass: is missing" in faults(linings=sb.Lining(sb.ConstantFriction(0.3), np.full(4, 0.4)))
     assert "brake.band.stiffness: is missing" in faults(band=sb.Band(ARM, None, sb.Segments(1e3)))
     assert "brake.band.segments.stiffness" in faults(band=sb.Band(ARM, 5.0, sb.Segments(np.full(4, 1e3))))
     with pytest.raises(sb.InputError, match="out of range"):
-        sb.check(chain(m=0.0))
+        sb.check_scene(chain(m=0.0))
     both = dataclasses.replace(plain.brake, bandage=sb.Bandage(1.0, sb.ConstantFriction(0.1)))
     with pytest.raises(sb.InputError, match=r"brake\.band\.segments: is not available for a staged brake"):
-        sb.check(dataclasses.replace(plain, brake=both))
+        sb.check_scene(dataclasses.replace(plain, brake=both))
 
 
 def test_a_chain_runs_through_the_front_door():

@@ -230,10 +230,10 @@ def test_faults_of_a_geometry_are_named(stiffness, message):
 
 def test_only_a_slotted_band_exceeds_a_turn():
     with pytest.raises(sb.InputError, match="more than the pulley has"):
-        sb.check(stop_scene(C=bonded(), beta=20.0))
-    sb.check(stop_scene(C=slotted(), beta=20.0))
+        sb.check_scene(stop_scene(C=bonded(), beta=20.0))
+    sb.check_scene(stop_scene(C=slotted(), beta=20.0))
     with pytest.raises(sb.InputError, match="more than 720°"):
-        sb.check(stop_scene(C=slotted(), beta=37.0))
+        sb.check_scene(stop_scene(C=slotted(), beta=37.0))
 
 
 def test_lever_of_the_textbook():
@@ -276,7 +276,7 @@ def test_lever_in_a_scene():
 )
 def test_faults_of_a_lever_are_named(lever, message):
     with pytest.raises(sb.InputError, match=message):
-        sb.check(stop_scene(lever=lever))
+        sb.check_scene(stop_scene(lever=lever))
 
 
 def test_a_differential_lever_locks_itself():

@@ -140,7 +140,7 @@ def test_all_faults_at_once():
     bad = disc_scene(friction=FADE, wear=sb.Wear(1e-13, geometry=True, take_up_speed=0.1))
     bad = sb.with_values(bad, {"brake.linings.outer_radius": 0.2, "end_time": -1.0})
     with pytest.raises(sb.InputError) as caught:
-        sb.check(bad)
+        sb.check_scene(bad)
     text = str(caught.value)
     for part in (
         "brake.linings.outer_radius: 0.2 m is not outside of the inner radius 0.3 m",
@@ -154,7 +154,7 @@ def test_all_faults_at_once():
     with pytest.raises(sb.InputError, match=r"duty\.slack_tension: a disc brake has no band"):
         sb.simulate(banded)
     with pytest.raises(sb.InputError, match=r"linings\.friction: its numbers do not fit 4 linings"):
-        sb.check(disc_scene(friction=sb.ConstantFriction(np.array([0.3, 0.4]))))
+        sb.check_scene(disc_scene(friction=sb.ConstantFriction(np.array([0.3, 0.4]))))
 
 
 @pytest.mark.parametrize(
@@ -200,7 +200,7 @@ omega = "30 rad/s"
 
 def test_a_file_by_hand():
     scene = sb.files.scene_from_text(GOOD)
-    sb.check(scene)
+    sb.check_scene(scene)
     numbers = scene.brake.inertia, scene.initial.omega, scene.duty.load.profile.level
     assert [float(x) for x in numbers] == [J, W0, LOAD]
     assert 4 * 0.4 * float(scene.duty.force.level * scene.brake.radius) == pytest.approx(TORQUE, rel=1e-12)
@@ -211,7 +211,7 @@ def test_a_file_by_hand():
     for path in ("brake.inertia", "linings.outer_radus", "linings.outer_radius", "linings.friction", "linings.faces"):
         assert path in text
     with pytest.raises(sb.InputError, match="a disc brake has no band"):
-        sb.check(sb.files.scene_from_text(GOOD.replace("force =", "slack_tension =")))
+        sb.check_scene(sb.files.scene_from_text(GOOD.replace("force =", "slack_tension =")))
     with pytest.raises(sb.InputError, match=r"Duty \(key slack_tension\), ForceDuty \(key force\)"):
         sb.files.scene_from_text(GOOD.replace('force = "20 kN"\n', ""))
 

@@ -109,7 +109,7 @@ def test_self_locking_is_named():
     f = 1.02 * LOCKS
     scene = shoe_scene(friction=sb.ConstantFriction([f, 0.3], 1.0))
     assert float(scene.brake.self_locking(np.array([LOCKS, 0.0]))[0]) == pytest.approx(1.0, rel=1e-12)
-    sb.check(scene)
+    sb.check_scene(scene)
     with pytest.raises(sb.SimulationError, match=r"singular_geometry: M_F ≥ M_N.*shorten its lining"):
         sb.simulate(scene)
     result = sb.simulate(scene, throw=False)
@@ -159,7 +159,7 @@ def test_all_faults_at_once():
     )
     bad = sb.with_values(shoe_scene(friction=law), {"brake.linings.end": 0.1, "brake.pin": 0.2})
     with pytest.raises(sb.InputError) as caught:
-        sb.check(bad)
+        sb.check_scene(bad)
     for part in (
         "brake.linings.end: 0.1 rad is not beyond the start 0.15 rad",
         "brake.pin: 0.2 m is not inside the drum of 0.15 m",

@@ -365,7 +365,7 @@ def test_each_kind_takes_it_or_refuses(row):
     assert not refuse & set(RUNS[row])
     for kind in KINDS:
         with pytest.raises(sb.InputError, match=words) if kind in refuse else contextlib.nullcontext():
-            sb.check(made(kind))
+            sb.check_scene(made(kind))
 
 
 class Half(sb.friction.AbstractFriction):
@@ -440,7 +440,7 @@ def oiled(f=F, chosen=None):
 def test_law_that_loses_states_is_refused(law, words):
     for kind in ("staged, elastic band", "several bands by shares", "disc brake"):
         with pytest.raises(sb.InputError, match=words):
-            sb.check(scene(kind, law))
+            sb.check_scene(scene(kind, law))
 
 
 @runs_of("oil later")
@@ -477,9 +477,9 @@ def test_custom_law_ends_with_its_table():
     for law in (Faded(table), Half(ProductFriction(F, (table,)))):
         for kind in ("rigid band", "several bands by shares", "disc brake"):
             with pytest.raises(sb.InputError, match="does not cover the start"):
-                sb.check(warm(kind, lambda n, f=F, law=law: law))
+                sb.check_scene(warm(kind, lambda n, f=F, law=law: law))
     with pytest.raises(sb.InputError, match="the temperatures must increase"):
-        sb.check(scene("rigid band", lambda n: Faded(sb.friction.TabulatedFade([400.0, 300.0], [1.0, 1.0]))))
+        sb.check_scene(scene("rigid band", lambda n: Faded(sb.friction.TabulatedFade([400.0, 300.0], [1.0, 1.0]))))
 
 
 def test_a_band_with_states_is_not_turned():
@@ -487,7 +487,7 @@ def test_a_band_with_states_is_not_turned():
     for name in ("turned_at", "turned_after"):
         start = scene("rigid band", lambda n: law, wear=sb.Wear(WEAR, **{name: 1.0}))
         with pytest.raises(sb.InputError, match="states, which would not turn"):
-            sb.check(start)
+            sb.check_scene(start)
 
 
 @pytest.mark.parametrize("lever", [sb.SpeedHold(1e4), sb.Driller(sb.PiecewiseLinear([0.0], [1.0]), 1e4)])
@@ -502,4 +502,4 @@ def test_lever_by_speed_is_no_time_function(lever):
     }
     for path, parts in wrong.items():
         with pytest.raises(sb.InputError, match=f"{path}: is a lever that depends on the speed"):
-            sb.check(dataclasses.replace(start, **parts))
+            sb.check_scene(dataclasses.replace(start, **parts))

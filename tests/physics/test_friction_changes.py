@@ -226,7 +226,7 @@ def test_input_errors():
     }
     for words, law in cases.items():
         with pytest.raises(sb.InputError, match=words):
-            sb.check(scene(law))
+            sb.check_scene(scene(law))
     with pytest.raises(sb.InputError, match="linings"):
         FrictionChange(0.5, [0])
 

@@ -109,7 +109,7 @@ def test_onset_with_lifted_linings():
         sb.results.internal_slip_tension(scene.brake, J, 300.0)
     bare = dataclasses.replace(scene.brake.bandage, mass_radius=None)
     with pytest.raises(sb.InputError, match=r"bandage\.mass_radius: is missing"):
-        sb.check(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bare)))
+        sb.check_scene(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bare)))
 
 
 # --- the bandage on springs -------------------------------------------------------------------------------------------

@@ -241,7 +241,7 @@ def test_results_files_and_pages_show_states(recovering, tmp_path):
     np.testing.assert_allclose(series.friction_memory[0], [[0.0] * PADS, [sb.thermal.ROOM] * PADS])
     f = F * (1 - series.friction_memory[:, 0])
     np.testing.assert_allclose(series.friction_coefficient, f, rtol=1e-12)
-    kept = sb.load(sb.save(result, tmp_path / "run.csv"))["friction_memory"]
+    kept = sb.read_result(sb.save(result, tmp_path / "run.csv"))["friction_memory"]
     assert kept.dims == ("time", "friction_memory_state", "lining")
     np.testing.assert_allclose(kept.values[-1, 1], result.record.y_end.memory[0]["seen"], rtol=1e-9)
     json.dumps(result.summary(), allow_nan=False)
@@ -260,7 +260,7 @@ def test_one_state_is_one_column_per_lining(tmp_path):
     np.testing.assert_allclose(
         series.pairs["internal"].friction_memory[:, 0], towards(0.5, np.asarray([0.0, 3.0]) / 2.0)
     )
-    table = sb.load(sb.save(plain, tmp_path / "run.nc"))
+    table = sb.read_result(sb.save(plain, tmp_path / "run.nc"))
     assert table["internal_friction_memory"].dims == ("time", "lining")
     heat = sb.Heat(
         (sb.thermal.Lump("rim", 1e4),), friction=sb.thermal.FrictionHeat("rim", None, sb.thermal.ConstantPartition(1.0))

@@ -50,7 +50,7 @@ def test_pair_must_have_a_place_for_its_heat(temperature_dependent, spring):
     scene = heated() if temperature_dependent else staged.stop(heat=heated().heat)
     bandage = dataclasses.replace(scene.brake.bandage, spring=spring)
     scene = dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, bandage=bandage))
-    sb.check(scene)
+    sb.check_scene(scene)
     for field, builder in (("external", "with_external_pair(heat, partition)"), ("friction", "FrictionHeat(metal")):
         one = dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, **{field: None}))
         with pytest.raises(sb.InputError) as caught:
@@ -61,7 +61,7 @@ def test_pair_must_have_a_place_for_its_heat(temperature_dependent, spring):
         assert builder in fault.hint
     neither = dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, friction=None, external=None))
     with pytest.raises(sb.InputError) as caught:
-        sb.check(neither)
+        sb.check_scene(neither)
     assert {fault.path for fault in caught.value.faults} == {"heat.friction", "heat.external"}
 
 

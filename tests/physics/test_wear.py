@@ -204,7 +204,7 @@ def test_wear_in_a_scene_file():
 def test_what_cannot_be_is_said():
     def said(scene):
         with pytest.raises(sb.InputError) as caught:
-            sb.check(scene)
+            sb.check_scene(scene)
         return str(caught.value)
 
     bare = sb.with_values(ws.stop(sb.Wear(1e-14)), {"brake.linings.area": None})
