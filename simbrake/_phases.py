@@ -228,16 +228,14 @@ class Phases(Part):
         phase = self.phases[i]
         return Ended(phase.name, i + 1, cycle + 1, phase.until.words)
 
-    def faults(self, path: str, low: float | None) -> list[Fault]:
-        """Errors of the phases by themselves."""
+    def faults(self, path: str) -> list[Fault]:
         if not self.phases:
             return [Fault(f"{path}.phases", "has no phase", f"{_FORMS}, each with a lever")]
         found = []
         for i, phase in enumerate(self.phases):
-            here = f"{path}.phases[{i}]"
-            found += phase.lever.faults(f"{here}.lever", low)
-            if isinstance(phase.until, AtRest) and not found and float(phase.lever.scale()) == 0.0:
-                found.append(Fault(f"{here}.until", "never comes: the brake is open", "pull the lever in this phase"))
+            if isinstance(phase.until, AtRest) and float(phase.lever.scale()) == 0.0:
+                what, hint = "never comes: the brake is open", "pull the lever in this phase"
+                found.append(Fault(f"{path}.phases[{i}].until", what, hint))
         return found
 
 

@@ -1,7 +1,6 @@
 """Friction laws of a lining, `f(v, T, p)`, with fade, pressure and internal states."""
 
 import abc
-import dataclasses
 import functools
 import operator
 from collections.abc import Callable, Sequence
@@ -20,7 +19,7 @@ from ._base._faults import Fault, InputError
 from ._base._part import Part, part, quantity, short_for
 from ._base._quantity import Over, Scalar
 from .hybrid._arrays import Array
-from .profiles import AbstractProfile, Piece
+from .profiles import AbstractProfile, Piece, faults_of_sign
 
 __all__ = [
     "AbstractFactor",
@@ -139,10 +138,6 @@ class AbstractFactor(Part):
     @abc.abstractmethod
     def factor(self, contact: Contact) -> Float[Array, "..."]:
         """The factor at surface temperature `T` (K) and pressure `p` (Pa)."""
-
-    def faults(self, path: str) -> list[Fault]:
-        """Errors of this factor beyond the ranges of single numbers."""
-        return []
 
     def temperature_range(self) -> Bounds | None:
         """Temperatures (K) between which it holds, `None` if there are no bounds."""
@@ -328,6 +323,9 @@ class FrictionChange(Part):
         chosen = jnp.arange(1.0, n + 1.0) == jnp.atleast_1d(jnp.asarray(self.linings))[:, None]
         return jnp.where(jnp.any(chosen, axis=0), value, 1.0)
 
+    def faults(self, path: str) -> list[Fault]:
+        return faults_of_sign(self.factor, f"{path}.factor", "1", "friction is never negative")
+
     def turned(self, n: int) -> "FrictionChange":
         """The same of a band of `n` linings that is turned end for end."""
         return self if self.linings is None else FrictionChange(self.factor, n + 1 - jnp.asarray(self.linings))
@@ -442,11 +440,6 @@ class AbstractFriction(Part):
         base = self._remembering()
         return 1.0 if base is None else base.sizes()
 
-    def faults(self, path: str) -> list[Fault]:
-        """Errors of this law beyond the ranges of single numbers; a custom law may omit it."""
-        parts = self._below((AbstractFriction, AbstractFactor))
-        return [fault for name, part in parts.items() for fault in part.faults(f"{path}.{name}")]
-
     def temperature_range(self) -> Bounds | None:
         """Temperatures (K) between which the law holds, `None` without bounds; a run ends where it leaves them."""
         return _common_range(*self._below((AbstractFriction, AbstractFactor)).values())
@@ -504,7 +497,7 @@ def _memory_like(law: AbstractFriction, n: int) -> PyTree:
 
 
 def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
-    """Errors of a law, its states, and numbers that are neither one for all nor one for each lining."""
+    """Errors of the states of a law, and of numbers that are neither one for all nor one for each lining."""
     found = _faults_of_memory(law, path, n)
     for change in law.over_time:
         chosen = np.zeros(1) if change.linings is None else np.atleast_1d(change.linings)
@@ -516,7 +509,7 @@ def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
         found = [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
     if not found and not _sees_changes(law, n):
         found = [Fault(path, "does not follow the changes over time of a law in it", _PASS_ON)]
-    return law.faults(path) + found
+    return found
 
 
 _PASS_ON = "pass the contact on to that law as it is, or with `contact._replace`"
@@ -865,9 +858,7 @@ class FrictionWithMemory(AbstractScaledFriction):
         return functools.reduce(operator.add, [one.change(contact.memory, contact) for one in self.processes])
 
     def faults(self, path: str) -> list[Fault]:
-        found = super().faults(path)
-        for i, one in enumerate(self.processes):
-            found += one.faults(f"{path}.processes[{i}]")
+        found = []
         if not self.processes:
             found.append(Fault(f"{path}.processes", "is empty", "give at least one process, or the base law alone"))
         if remembers(self.base):
@@ -902,10 +893,5 @@ class ChangingFriction(AbstractScaledFriction):
         return self.changes
 
     def faults(self, path: str) -> list[Fault]:
-        found = super().faults(path)
-        for i, one in enumerate(self.changes):
-            of_profile = one.factor.faults(f"{path}.changes[{i}].factor", 0.0)
-            found += [dataclasses.replace(fault, hint="friction is never negative") for fault in of_profile]
-        if not self.changes:
-            found.append(Fault(f"{path}.changes", "is empty", "give at least one change, or the base law alone"))
-        return found
+        hint = "give at least one change, or the base law alone"
+        return [] if self.changes else [Fault(f"{path}.changes", "is empty", hint)]

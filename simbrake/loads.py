@@ -102,8 +102,7 @@ class AbstractLoad(Part):
         return None
 
     def faults(self, path: str) -> list[Fault]:
-        """Errors beyond the ranges of single numbers (concrete values only)."""
-        return []
+        return self.profile.faults(f"{path}.profile")  # (which need not be a field)
 
     def on_layer(self, layer: Array | None) -> "AbstractLoad":
         """The load with its rope in a layer (from 1) on the drum; `None`: as it is."""
@@ -143,9 +142,6 @@ class AbstractHookLoad(AbstractLoad):
     @property
     def elastic(self) -> RopeElasticity | None:
         return self.elasticity
-
-    def faults(self, path: str) -> list[Fault]:
-        return [] if self.elasticity is None else self.elasticity.faults(f"{path}.elasticity")
 
     def travel(self) -> Scalar:
         return self.drum_radius / self.line_count
@@ -197,7 +193,7 @@ class HookLoad(AbstractHookLoad):
     def faults(self, path: str) -> list[Fault]:
         bare = self.elasticity is not None and float(self.mass) == 0.0
         why = Fault(f"{path}.mass", "is 0, and moves by itself on an elastic rope", "give the mass of hook and block")
-        return [*super().faults(path), *([why] if bare else [])]
+        return [why] if bare else []
 
     @property
     def profile(self) -> Constant:
@@ -409,9 +405,6 @@ class Driller(AbstractSpeedLever):
     def first_piece(self, t: Real) -> Piece:
         return self.speed.first_piece(t)
 
-    def faults(self, path: str, low: float | None) -> list[Fault]:
-        return self.speed.faults(f"{path}.speed", None)
-
 
 # --- the brake lever --------------------------------------------------------------------------------------------------
 
@@ -466,11 +459,9 @@ class Lever(AbstractProfile):
     def scale(self) -> Float[Array, ""]:
         return self.gain * self.force.scale()
 
-    def faults(self, path: str, low: float | None) -> list[Fault]:
-        if self.force.controls_speed:
-            hint = "give it as the slack tension itself"
-            return [Fault(f"{path}.force", "a lever that holds the speed gives a tension, not a force", hint)]
-        return self.force.faults(f"{path}.force", None if low is None else low / float(self.gain))
+    def faults(self, path: str) -> list[Fault]:
+        what, hint = "a lever that holds the speed gives a tension, not a force", "give it as the slack tension itself"
+        return [Fault(f"{path}.force", what, hint)] if self.force.controls_speed else []
 
 
 class Actuator(AbstractProfile):
@@ -530,11 +521,11 @@ class Actuator(AbstractProfile):
     def scale(self) -> Float[Array, ""]:
         return self.command.scale()
 
-    def faults(self, path: str, low: float | None) -> list[Fault]:
-        if not isinstance(self.command, AbstractPoints | Constant):
-            what = f"a lagged `{type(self.command).__name__}` has no closed form"
-            return [Fault(f"{path}.command", what, "give points, cycles of points, or a constant")]
-        return self.command.faults(f"{path}.command", low)
+    def faults(self, path: str) -> list[Fault]:
+        if isinstance(self.command, AbstractPoints | Constant):
+            return []
+        what = f"a lagged `{type(self.command).__name__}` has no closed form"
+        return [Fault(f"{path}.command", what, "give points, cycles of points, or a constant")]
 
 
 def differential_lever_tension(

@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int, PyTree
 
 from ._base._compiling import per_structure
 from ._base._faults import Fault
-from ._base._part import Part, quantity, short_for, takes_values, whole
+from ._base._part import Part, parts_below, quantity, short_for, takes_values, whole
 from ._base._quantity import Over, Quantity, Scalar
 from .hybrid._arrays import Array, numpy_of
 
@@ -100,19 +100,16 @@ class AbstractProfile(Part):
     def scale(self) -> Float[Array, ""]:
         """Largest magnitude, at least roughly: the reference of dimensionless guards."""
 
-    def faults(self, path: str, low: float | None) -> list[Fault]:
-        """Errors of the profile; `low` is a bound on the value, if any.
 
-        By default it checks every number of the profile in the unit of its value.
-        """
-        found = []
-        for field in dataclasses.fields(self):
-            about = field.metadata.get("quantity")
-            values = np.asarray(getattr(self, field.name)) if about is not None and about.unit == "SI" else np.zeros(0)
-            if low is not None and np.any(values < low):
-                what = f"{values.min():g} is below {low:g}"
-                found.append(Fault(f"{path}.{field.name}", what, "a band cannot push"))
-        return found
+def faults_of_sign(course: Part, path: str, unit: str, hint: str = "a band cannot push") -> list[Fault]:
+    """Errors of negative values in a profile, and in those that it is made of: of numbers in its own `unit`."""
+    found = []
+    for where, profile, here in parts_below(course, path, unit):
+        for field in dataclasses.fields(profile) if isinstance(profile, AbstractProfile) and here == unit else ():
+            about, values = field.metadata.get("quantity"), getattr(profile, field.name)
+            if about is not None and about.unit == "SI" and np.any(np.asarray(values) < 0):
+                found.append(Fault(f"{where}.{field.name}", f"{np.min(values):g} is below 0", hint))
+    return found
 
 
 def first_piece(profile: Any, t: Real) -> Piece | None:
@@ -223,14 +220,12 @@ class AbstractPoints(AbstractProfile):
     def scale(self) -> Float[Array, ""]:
         return numpy_of(self.values).max(abs(self.values))
 
-    def faults(self, path: str, low: float | None) -> list[Fault]:
+    def faults(self, path: str) -> list[Fault]:
         times = np.asarray(self.times)
         if times.ndim != 1 or times.shape != np.shape(self.values):
             return [Fault(path, "times and values must be lists of one length, at least 1")]
-        found = super().faults(path, low)
-        if np.any(np.diff(times) < 0):
-            found.append(Fault(f"{path}.times", "the times must not decrease", "two equal times make a jump"))
-        return found
+        falls = np.any(np.diff(times) < 0)
+        return [Fault(f"{path}.times", "the times must not decrease", "two equal times make a jump")] if falls else []
 
 
 class PiecewiseLinear(AbstractPoints):
@@ -378,8 +373,8 @@ class Repeated(AbstractPoints):
         ends = self.begin + cycles * self.period + jnp.asarray(self.times)[None, :]
         return jnp.sum(ends <= t).astype(jnp.int32)
 
-    def faults(self, path: str, low: float | None) -> list[Fault]:
-        found = super().faults(path, low)
+    def faults(self, path: str) -> list[Fault]:
+        found = super().faults(path)
         if np.max(self.times, initial=0.0) > np.asarray(self.period):
             found.append(Fault(f"{path}.times", "a time lies beyond the period", "make the period longer"))
         return found
@@ -452,7 +447,7 @@ class FunctionProfile(AbstractProfile):
     def scale(self) -> Float[Array, ""]:
         return jnp.asarray(self.typical)
 
-    def faults(self, path: str, low: float | None) -> list[Fault]:
+    def faults(self, path: str) -> list[Fault]:
         knots = np.asarray(self.knots)
         return [Fault(f"{path}.knots", "the knots must increase")] if np.any(np.diff(knots) < 0) else []
 

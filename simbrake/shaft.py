@@ -1,7 +1,6 @@
 """Torques on the shaft beside the brake: auxiliary brakes, drag, and dry friction of bearings and tackle."""
 
 import abc
-import dataclasses
 import re
 
 import equinox as eqx
@@ -10,7 +9,7 @@ import jax.numpy as jnp
 from ._base._faults import Fault
 from ._base._part import Part, part, quantity
 from ._base._quantity import Scalar
-from .profiles import AbstractProfile, Constant, Piece, Real
+from .profiles import AbstractProfile, Constant, Piece, Real, faults_of_sign
 
 __all__ = [
     "AbstractDryTorque",
@@ -43,10 +42,6 @@ class AbstractShaftTorque(Part):
         - `piece` of its `profile`;  `load` (N·m): torque of the load on a shaft at rest
         """
 
-    def faults(self, path: str) -> list[Fault]:
-        """Errors beyond the ranges of single numbers (concrete values only)."""
-        return []
-
 
 class AbstractDryTorque(AbstractShaftTorque):
     """Dry friction: `torque` is its limit (N·m, ≥ 0), against the rotation; at rest it is any torque up to that."""
@@ -55,7 +50,7 @@ class AbstractDryTorque(AbstractShaftTorque):
 def _faults_of_share(profile: AbstractProfile, path: str) -> list[Fault]:
     """Errors of a profile that is a share, 0…1."""
     hint = "a share is between 0 and 1"
-    found = [dataclasses.replace(fault, hint=hint) for fault in profile.faults(path, 0.0)]
+    found = faults_of_sign(profile, path, "1", hint)
     if not found and float(profile.scale()) > 1.0:
         found.append(Fault(path, f"{float(profile.scale()):g} is above 1", hint))
     return found

@@ -209,7 +209,7 @@ class Wear(Part):
         "1", "numbers of phases after which the band is turned end for end", low=0.0, many=Over.ROWS, default=None
     )
 
-    def faults(self, path: str, n: int) -> list[Fault]:
+    def faults_with(self, path: str, n: int) -> list[Fault]:
         """Errors of sizes that do not fit `n` linings (concrete values only)."""
         found = faults_of_sizes(self, path, n)
         if not found and self.thickness is not None:
@@ -257,10 +257,9 @@ class Delayed(AbstractProfile):
     def scale(self) -> Float[Array, ""]:
         return self.profile.scale()
 
-    def faults(self, path: str, low: float | None) -> list[Fault]:
-        if self.profile.controls_speed:
-            return [Fault(f"{path}.profile", "a lever that depends on the speed cannot be delayed")]
-        return self.profile.faults(f"{path}.profile", low)
+    def faults(self, path: str) -> list[Fault]:
+        why = "a lever that depends on the speed cannot be delayed"
+        return [Fault(f"{path}.profile", why)] if self.profile.controls_speed else []
 
 
 # --- errors between the wear and other parts of a scene ---------------------------------------------------------------
@@ -275,7 +274,7 @@ def lining_bodies(heat: Heat) -> set[str]:
 
 def faults_of_wear(wear: Wear, brake: AbstractBrake, lever: AbstractProfile | Phases, heat: Heat) -> list[Fault]:
     """Errors between the wear of a scene and its other parts (concrete values only)."""
-    found = wear.faults("wear", brake.linings.count)
+    found = wear.faults_with("wear", brake.linings.count)
     given = {"internal": wear.internal is not None, "geometry": wear.geometry}
     given |= {"take_up_speed": wear.take_up_speed is not None, "turned_at": wear.turned_at is not None}
     given["turned_after"] = wear.turned_after is not None

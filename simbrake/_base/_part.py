@@ -163,6 +163,11 @@ class Part(eqx.Module):
         if found:
             raise InputError(found)
 
+    def faults(self, path: str) -> list[Fault]:
+        """Errors of the part at a path beyond the ranges of single numbers; those below it tell their own (concrete
+        values only)."""
+        return []
+
     def __repr__(self) -> str:
         return part_text(self, about_of, unit_below)
 
@@ -274,6 +279,11 @@ def parts_below(node: Any, path: str = "", unit: str = "SI") -> Iterator[tuple[s
         yield path, node, unit
         for field in dataclasses.fields(node):
             yield from parts_below(getattr(node, field.name), below(path, field), unit_below(field, unit))
+
+
+def faults_below(node: Any, path: str = "") -> list[Fault]:
+    """Errors of a part and of all parts below it, each by itself."""
+    return [fault for where, one, _ in parts_below(node, path) if isinstance(one, Part) for fault in one.faults(where)]
 
 
 def below(path: str, field: dataclasses.Field) -> str:

@@ -4,6 +4,8 @@ import abc
 import dataclasses
 import functools
 import math
+import operator
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import equinox as eqx
@@ -13,7 +15,17 @@ from jax.core import Tracer
 
 from .._base._compiling import DeviceJit, per_value
 from .._base._faults import Fault, InputError
-from .._base._part import Part, all_in_range, as_arrays, faults_of_values, leaves, part, parts_below, quantity
+from .._base._part import (
+    Part,
+    all_in_range,
+    as_arrays,
+    faults_below,
+    faults_of_values,
+    leaves,
+    part,
+    parts_below,
+    quantity,
+)
 from .._base._quantity import Scalar, shown
 from .._base._table import number
 from .._phases import AfterTravel, AtTemperature, Phases
@@ -22,7 +34,7 @@ from ..brakes._design import AbstractBrake, AbstractLinings, Brake, tension_shar
 from ..friction import AbstractFriction, Reads, needs, reads, remembers
 from ..hybrid._arrays import Array
 from ..loads import AbstractLoad, TorqueLoad
-from ..profiles import AbstractProfile, Piece, first_piece
+from ..profiles import AbstractProfile, Piece, faults_of_sign, first_piece
 from ..shaft import AbstractDryTorque, AbstractShaftTorque
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
 from ..thermal._network import Junction, Reservoir, body_at, nodes_at, place_of
@@ -116,7 +128,7 @@ class AbstractLimits(Part):
         return {leaf.path: leaf.value for leaf in leaves(self)}
 
     @abc.abstractmethod
-    def faults(self, scene: "Scene", path: str) -> list[Fault]:
+    def faults_with(self, path: str, scene: "Scene") -> list[Fault]:
         """Errors of values that no run of the scene has."""
 
 
@@ -201,8 +213,10 @@ def faults(scene: Scene) -> list[Fault]:
 
 
 def _faults_together(scene: Scene) -> list[Fault]:
-    """Errors between parts of a scene whose numbers are in range."""
-    found = [*_faults_of_parts(scene), *([] if scene.limits is None else scene.limits.faults(scene, "limits"))]
+    """Errors of a scene whose numbers are in range: of its parts, and of its limits, start and end with them."""
+    if found := _faults_of_kinds(scene):
+        return found
+    found = [*_faults_of_parts(scene), *(scene.limits.faults_with("limits", scene) if scene.limits else [])]
     if not scene.end_time > scene.initial.time:
         found.append(Fault("end_time", f"{float(scene.end_time):g} s is not after the start", "it must be later"))
     if found or scene.initial.elongation == 0.0:
@@ -215,36 +229,39 @@ def _faults_together(scene: Scene) -> list[Fault]:
     return []
 
 
-@per_value(lambda scene: (scene.brake, scene.duty, *_optional(scene)))
+def _errors_below(name: str) -> Callable[[Scene], list[Fault]]:
+    """One walk over the parts below a field of a scene: errors of each by itself, remembered by their numbers."""
+
+    @per_value(operator.attrgetter(name))
+    def walk(scene: Scene) -> list[Fault]:
+        part, lever = getattr(scene, name), f"duty.{scene.duty.lever_field}"
+        misplaced = [
+            Fault(path, "is a lever that depends on the speed", "give a profile, a function of the time")
+            for path, one, _ in parts_below(part, name)
+            if isinstance(one, AbstractProfile) and one.controls_speed and not path.startswith(lever)
+        ]
+        return faults_below(part, name) + misplaced
+
+    return walk
+
+
+_WALKS = [_errors_below(name) for name in ("brake", "heat", "power_shares", "wear", "duty", "shaft")]
+
+
+@per_value(lambda scene: (scene.brake, scene.duty, scene.heat, scene.wear, scene.power_shares, scene.shaft))
 def _faults_of_parts(scene: Scene) -> list[Fault]:
-    """Errors between parts, without start and end."""
-    found = [*_faults_of_brake(scene), *_faults_of_heat(scene)]
-    found += [] if scene.power_shares is None else scene.power_shares.faults("power_shares")
+    """Errors of all parts, and between them, without start and end."""
+    found = [fault for walk in _WALKS for fault in walk(scene)] + _faults_of_heat(scene)
     if scene.wear is not None:
         found += faults_of_wear(scene.wear, scene.brake, scene.duty.lever, scene.network)
-    found += _faults_of_duty(scene) + _faults_of_shaft(scene) + _misplaced_levers(scene)
-    return found or _faults_of_band(scene)
-
-
-def _misplaced_levers(scene: Scene) -> list[Fault]:
-    """Errors of levers that depend on the speed where a function of time is needed."""
-    lever = f"duty.{scene.duty.lever_field}"
-    return [
-        Fault(path, "is a lever that depends on the speed", "give a profile, a function of the time")
-        for path, part, _ in parts_below(scene)
-        if isinstance(part, AbstractProfile) and part.controls_speed and not path.startswith(lever)
-    ]
-
-
-def _optional(scene: Scene) -> tuple[Heat | None, Wear | None, PowerShares | None, tuple[AbstractShaftTorque, ...]]:
-    return scene.heat, scene.wear, scene.power_shares, scene.shaft
+    found += _faults_of_duty(scene) + _faults_of_shaft(scene)
+    return list(dict.fromkeys(found)) or _faults_of_band(scene)
 
 
 def _faults_of_shaft(scene: Scene) -> list[Fault]:
     found, bodies = list[Fault](), {body.name: body for body in scene.network.bodies}
     for i, law in enumerate(scene.shaft):
         path = f"shaft[{i}]"
-        found += law.faults(path)
         if isinstance(law, AbstractDryTorque) and scene.brake.resolved:
             what = "dry friction of the shaft is not modelled for linings that move individually"
             found.append(Fault(path, what, "leave it out, or use a brake whose linings act as one"))
@@ -257,11 +274,6 @@ def _faults_of_shaft(scene: Scene) -> list[Fault]:
     return found
 
 
-@per_value(lambda scene: scene.brake)
-def _faults_of_brake(scene: Scene) -> list[Fault]:
-    return scene.brake.faults("brake")
-
-
 @per_value(lambda scene: (scene.brake, scene.duty, scene.heat))
 def _faults_of_duty(scene: Scene) -> list[Fault]:
     brake, duty, lever, found = scene.brake, scene.duty, f"duty.{scene.duty.lever_field}", []
@@ -272,9 +284,7 @@ def _faults_of_duty(scene: Scene) -> list[Fault]:
             )
         if read_by_linings(scene).p or scene.network.flash is not None:
             found.append(Fault(lever, "cannot hold the speed with an implicit coefficient of friction"))
-    found += duty.lever.faults(lever, 0.0)
-    found += duty.load.profile.faults("duty.load.profile", None) + duty.load.faults("duty.load")
-    return found + _faults_of_phases(scene, lever)
+    return found + faults_of_sign(duty.lever, lever, "N") + _faults_of_phases(scene, lever)
 
 
 def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:
@@ -343,7 +353,7 @@ def checked(scene: Scene) -> Scene:
     """Return the checked scene, its numbers as arrays. Raises `InputError` with all errors."""
     require_scene(scene)
     # (usual values are checked together; others number by number)
-    if all_in_range(scene) and not _faults_of_kinds(scene) and not _faults_together(scene):
+    if all_in_range(scene) and not _faults_together(scene):
         return scene
     check_scene(scene)
     return as_arrays(scene)
@@ -389,7 +399,7 @@ _MISSING_PAIR = {
 @per_value(lambda scene: (scene.brake, scene.heat))
 def _faults_of_heat(scene: Scene) -> list[Fault]:
     heat, n = scene.network, scene.brake.linings.count
-    found = heat.faults("heat", n, len(scene.brake.rims)) if scene.heated else []
+    found = heat.faults_with("heat", n, len(scene.brake.rims)) if scene.heated else []
     if found:
         return found
     if heat.external is not None and not scene.brake.in_series:

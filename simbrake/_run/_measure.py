@@ -101,13 +101,13 @@ PRESSURE = "max_pressure"
 def _limits_part(name: str, base: type, about: str, fields: Mapping[str, Any], **others: Any) -> Any:
     """A part of a scene with a number of each metric in `fields`, and other fields by name with their types."""
     kinds = dict.fromkeys(fields, Scalar | None) | {word: kind for word, (kind, _) in others.items()}
-    body = {"__module__": __name__, "__doc__": about, "__annotations__": kinds, "faults": _faults_of_limits}
+    body = {"__module__": __name__, "__doc__": about, "__annotations__": kinds, "faults_with": _faults_of_limits}
     body |= {word: quantity(one.unit, f"limit: {one.meaning}", default=None) for word, one in fields.items()}
     kind: Any = type(base)  # (equinox's own, which makes a dataclass of the fields)
     return kind(name, (base,), body | {word: field for word, (_, field) in others.items()})
 
 
-def _faults_of_limits(self: Any, scene: Scene, path: str) -> list[Fault]:
+def _faults_of_limits(self: Any, path: str, scene: Scene) -> list[Fault]:
     found = []
     for name in self.given:
         lacks = METRICS[name].needs.lacks(scene) if name in METRICS else ""

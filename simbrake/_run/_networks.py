@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Int, PyTree
 
 from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
-from .._base._part import as_arrays, faults_of_values
+from .._base._part import as_arrays, faults_below, faults_of_values
 from .._base._quantity import faults_of_tolerance
 from .._outputs._metrics import closure_of
 from .._outputs._probe import Number, is_traced
@@ -137,7 +137,7 @@ _compiled = DeviceJit(_run, static_argnames=_STATIC)
 
 def check_heat(heat: Heat) -> None:
     """Raises `InputError` with all errors of a network."""
-    if found := faults_of_values(heat, "heat") or heat.faults("heat", 1):
+    if found := faults_of_values(heat, "heat") or [*faults_below(heat, "heat"), *heat.faults_with("heat", 1)]:
         raise InputError(found)
 
 

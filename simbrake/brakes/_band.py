@@ -324,7 +324,7 @@ class AbstractStiffness(Part):
     def stiffness(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         """`C = S_H/Δl` in N/m, linkage included."""
 
-    def faults(self, path: str, n: int) -> list[Fault]:
+    def faults_with(self, path: str, n: int) -> list[Fault]:
         """Errors of sizes that do not fit `n` linings (concrete values only)."""
         return []
 
@@ -431,7 +431,7 @@ class LiningsOnPlates(AbstractGeometry):
     def bare_angle(self, n: int) -> Scalar | float:
         return np.sum(np.broadcast_to(np.asarray(self.gap), (n - 1,)))
 
-    def faults(self, path: str, n: int) -> list[Fault]:
+    def faults_with(self, path: str, n: int) -> list[Fault]:
         shape = np.shape(self.gap)
         if shape in ((), (n - 1,)):
             return []
@@ -561,10 +561,10 @@ class ParallelBands(AbstractStiffness):
     def longest_wrap(self) -> float:
         return min(band.longest_wrap for band in self.bands)
 
-    def faults(self, path: str, n: int) -> list[Fault]:
+    def faults_with(self, path: str, n: int) -> list[Fault]:
         if not self.bands:
             return [Fault(f"{path}.bands", "there is no band", "give a stiffness or a geometry for each")]
-        return [fault for i, band in enumerate(self.bands) for fault in band.faults(f"{path}.bands[{i}]", n)]
+        return [fault for i, band in enumerate(self.bands) for fault in band.faults_with(f"{path}.bands[{i}]", n)]
 
 
 def lever_split(compliances: Values, tension: Values) -> Float[Array, " k"]:

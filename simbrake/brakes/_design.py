@@ -374,7 +374,6 @@ class AbstractBrake(Part):
         return jnp.ones(1)
 
     def faults(self, path: str) -> list[Fault]:
-        """Errors beyond the ranges of single numbers (concrete values only)."""
         found = []
         for name, place in self.pairs.items():
             of = " of the internal pair" if name == "internal" else ""
@@ -547,7 +546,7 @@ def faults_of_wrap(
     """Errors of linings that do not fit on the pulley, or of the stiffness of their band."""
     wrap, longest, gaps = np.sum(angle), 2 * math.pi, ""
     if isinstance(stiffness, AbstractStiffness):
-        found = stiffness.faults(path, angle.size)
+        found = stiffness.faults_with(path, angle.size)
         if found:
             return found
         bare = stiffness.bare_angle(angle.size)

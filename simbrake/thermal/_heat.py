@@ -364,8 +364,8 @@ class Heat(Part):
         inside = [b.temperature for b in self.bodies if isinstance(b, Reservoir)] + [s.power for s in self.sources]
         return tuple(p for p in inside if isinstance(p, AbstractProfile))
 
-    def faults(self, path: str, linings: int, rims: int = 0) -> list[Fault]:
-        """Errors beyond the ranges of single numbers (concrete values only).
+    def faults_with(self, path: str, linings: int, rims: int = 0) -> list[Fault]:
+        """Errors of the network beside the linings of a brake (concrete values only).
 
         - `linings`: their number;  `rims`: number of separate rims that bands may have, 0: they share one
         """

@@ -411,10 +411,8 @@ def faults_of_network(
         if isinstance(body, Lump) and np.any(np.asarray(body.capacity) == 0):
             hint = "give each a capacity, or none of them: then it is a `Junction`"
             found.append(Fault(f"{where}.capacity", "0 J/K at some of its nodes", hint))
-        if isinstance(body, Wall) and body.surface_layer is not None:
-            found += body.surface_layer.faults(f"{where}.surface_layer")
-            if body.layers == 1:
-                found.append(Fault(f"{where}.layers", "one layer has no face of its own", "give at least 2 layers"))
+        if isinstance(body, Wall) and body.surface_layer is not None and body.layers == 1:
+            found.append(Fault(f"{where}.layers", "one layer has no face of its own", "give at least 2 layers"))
         for field in ("capacity", "temperature"):
             shape = np.shape(getattr(body, field, 0.0))
             if shape not in ((), (body.count,)):
