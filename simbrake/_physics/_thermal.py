@@ -12,7 +12,6 @@ from jaxtyping import Float, PyTree
 
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
-from ..thermal._contact import Surface
 from ..thermal._heat import FrictionHeat, Heat, PowerShares, place_count
 from ..thermal._network import (
     AbstractLink,
@@ -20,6 +19,7 @@ from ..thermal._network import (
     Junction,
     Lump,
     Reservoir,
+    Surface,
     Surroundings,
     Wall,
     depends_on_temperatures,

@@ -16,10 +16,9 @@ from ..friction import remembers
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ..shaft import AbstractDryTorque, AbstractShaftTorque
-from ..thermal._contact import ThermalContact
 from ..thermal._heat import Heat
 from ..thermal._material import ROOM
-from ..thermal._network import AbstractCoefficient, Lump, Radiation, Surroundings, Wall, place_of
+from ..thermal._network import AbstractCoefficient, Lump, Radiation, Surroundings, ThermalContact, Wall, place_of
 
 #: length of the real stability interval of Dopri8, roughly
 _REACH = 6.0

@@ -12,7 +12,7 @@ _named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 __getattr__ = answers(
     __name__,
     internal={
-        "AbstractContactLaw": "thermal._contact",
+        "AbstractContactLaw": "thermal._network",
         "AbstractPartition": "thermal._heat",
     },
     others=_named,

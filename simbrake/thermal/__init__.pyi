@@ -4,8 +4,6 @@ from ._builders import lumped_heat as lumped_heat
 from ._builders import radial_resistance as radial_resistance
 from ._builders import with_external_pair as with_external_pair
 from ._builders import with_pulley_structure as with_pulley_structure
-from ._contact import MetalContact as MetalContact
-from ._contact import ThermalContact as ThermalContact
 from ._heat import ConstantPartition as ConstantPartition
 from ._heat import EffusivityPartition as EffusivityPartition
 from ._heat import FlashTemperature as FlashTemperature
@@ -29,11 +27,13 @@ from ._network import Conductance as Conductance
 from ._network import Convection as Convection
 from ._network import Junction as Junction
 from ._network import Lump as Lump
+from ._network import MetalContact as MetalContact
 from ._network import Radiation as Radiation
 from ._network import Reservoir as Reservoir
 from ._network import Source as Source
 from ._network import SpeedCoefficient as SpeedCoefficient
 from ._network import Surroundings as Surroundings
 from ._network import TemperatureCoefficient as TemperatureCoefficient
+from ._network import ThermalContact as ThermalContact
 from ._network import Wall as Wall
 from ._network import radiation_governs_above as radiation_governs_above

@@ -9,7 +9,6 @@ import numpy as np
 
 from .._base._part import Whole, takes_values
 from .._base._quantity import Quantity, Values, positive
-from ._contact import ThermalContact
 from ._heat import AbstractPartition, FrictionHeat, Heat
 from ._material import ROOM, Material, SurfaceLayer, layer_growth
 from ._network import (
@@ -21,6 +20,7 @@ from ._network import (
     Lump,
     Radiation,
     Reservoir,
+    ThermalContact,
     Wall,
     is_perfect,
     place_of,

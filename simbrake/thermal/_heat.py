@@ -13,7 +13,6 @@ from .._base._part import Part, part, quantity, short_for
 from .._base._quantity import Over, Scalar, Values
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
-from ._contact import Surface, ThermalContact, faults_of_surfaces, place_size, surfaces_of
 from ._material import Material, effusivity_share
 from ._network import (
     AbstractLink,
@@ -22,12 +21,16 @@ from ._network import (
     Lump,
     Reservoir,
     Source,
+    Surface,
+    ThermalContact,
     Wall,
     body_at,
     depends_on_temperatures,
     faults_of_network,
     place_of,
+    place_size,
     size_of,
+    surfaces_of,
 )
 
 
@@ -371,7 +374,6 @@ class Heat(Part):
         """
         heated = [place for pair in self.pairs for place in (pair.metal, pair.lining, pair.beyond)]
         found = faults_of_network(self.bodies, self.links, self.sources, path, tuple(p for p in heated if p))
-        found = found or faults_of_surfaces(self.bodies, self.links, self.sources, path)
         for kind in ("rim", "band"):
             if getattr(self, f"permissible_{kind}") is not None and getattr(self, kind) is None:
                 hint = f"name it in `{kind}`, or leave the limit out"
