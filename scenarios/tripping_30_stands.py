@@ -73,7 +73,7 @@ def scene() -> sb.Scene:
                     sb.loads.Phase(sb.PiecewiseLinear([0.5, 1.5], [hold, 0.0]), "travel 26 m", "lower"),
                     sb.loads.Phase(sb.ramp(0.0, hold, 0.0, 0.35), "rest", "brake"),
                     sb.loads.Phase(hold, "18 s", "hold"),
-                    sb.loads.Phase(hold, "10 s", "next stand", hangs=False),
+                    sb.loads.Phase(hold, "10 s", "next stand", string_on_hook=False),
                 ),
                 count=STANDS,
             ),

@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Int
 
 from ._base._corners import clipped
 from ._base._faults import Fault, InputError
-from ._base._part import Part, as_part, part, quantity, short_for, whole
+from ._base._part import Part, as_part, former_names, part, quantity, short_for, whole
 from ._base._quantity import Quantity, Scalar, in_si
 from ._base._table import number
 from .hybrid._arrays import Array
@@ -142,12 +142,13 @@ def _as_end(x: Any) -> Any:
 # --- phases -----------------------------------------------------------------------------------------------------------
 
 
+@former_names(hangs="string_on_hook")
 class Phase(Part):
     """A phase of a duty: a lever until something happens.
 
     - `lever`: tension or force (N) over the time from the begin of the phase, or a lever that controls the speed
     - `until`: `"rest"`, `"travel 27 m"`, `"temperature 350 degC"`, `"12 s"`, or an object of these kinds
-    - `name` in the event log;  `hangs`: whether a `StringLoad` hangs on the hook, else it is in the slips
+    - `name` in the event log;  `string_on_hook`: whether a `StringLoad` hangs on the hook, else in the slips
 
     Example:
         >>> sb.loads.Phase(30e3, "40 s", "hold")
@@ -157,7 +158,7 @@ class Phase(Part):
     lever: AbstractProfile = part(AbstractProfile)
     until: AbstractEnd = eqx.field(converter=_as_end, metadata={"part": AbstractEnd})  # pyright: ignore
     name: str = eqx.field(static=True, default="")
-    hangs: bool = eqx.field(static=True, default=True)
+    string_on_hook: bool = eqx.field(static=True, default=True)
 
 
 class Ended(NamedTuple):
@@ -214,11 +215,11 @@ class Phases(Part):
         """The lever of the phase that began at `begun` (s) after `passed` others; behind the last that of the last."""
         return PhaseNow(self, jnp.minimum(passed, self.total - 1), begun)
 
-    def hangs(self, passed: Int[Array, ""]) -> Int[Array, ""]:
+    def load_piece(self, passed: Int[Array, ""]) -> Int[Array, ""]:
         """Piece of a `StringLoad` in a phase."""
         passed = jnp.minimum(passed, self.total - 1)
         n = len(self.phases)
-        hanging = np.asarray([phase.hangs for phase in self.phases]).astype(np.int32)
+        hanging = np.asarray([phase.string_on_hook for phase in self.phases]).astype(np.int32)
         here = jnp.arange(n, dtype=jnp.int32) == passed % n
         return 2 * (passed // n) + jnp.sum(jnp.where(here, hanging, 0)).astype(jnp.int32)
 

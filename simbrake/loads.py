@@ -235,7 +235,7 @@ class AbstractString(AbstractHookLoad):
 
 
 class StringLoad(AbstractString):
-    """A string on the hook or in the slips as the phases of the duty say (`Phase.hangs`), longer in each cycle.
+    """A string on the hook or in the slips as the phases of the duty say, longer in each cycle.
 
         m = m_e + (m_s + k Δm) while it hangs in cycle k = 0…, else m_e;   M_load = m g r_d/n − c ω
 

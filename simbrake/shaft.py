@@ -7,7 +7,7 @@ import equinox as eqx
 import jax.numpy as jnp
 
 from ._base._faults import Fault
-from ._base._part import Part, part, quantity
+from ._base._part import Part, former_names, part, quantity
 from ._base._quantity import Scalar
 from .profiles import AbstractProfile, Constant, Piece, Real, faults_of_sign
 
@@ -128,21 +128,22 @@ class ViscousDrag(AbstractShaftTorque):
         return self.coefficient * omega
 
 
+@former_names(limit="friction_torque")
 class BearingFriction(AbstractDryTorque):
     """Dry friction of bearings: `|M| = M_c` in motion, `|M| ≤ M_c` at rest. The shaft can stick on it alone.
 
-    - `limit` `M_c` (N·m);  `place`: body that takes its heat
+    - `friction_torque` `M_c` (N·m);  `place`: body that takes its heat
 
     Example:
         >>> sb.loads.BearingFriction("150 N*m")
-        BearingFriction(limit=150 N·m)
+        BearingFriction(friction_torque=150 N·m)
     """
 
-    limit: Scalar = quantity("N*m", "friction torque of the bearings", low=0.0)
+    friction_torque: Scalar = quantity("N*m", "friction torque of the bearings", low=0.0)
     place: str | None = eqx.field(static=True, default=None)
 
     def torque(self, t: Real, omega: Real, piece: Piece, load: Real) -> Real:
-        return jnp.asarray(self.limit)
+        return jnp.asarray(self.friction_torque)
 
 
 class TackleLoss(AbstractDryTorque):

@@ -3,8 +3,10 @@
 import dataclasses
 import functools
 import inspect
+import operator
 import types
 import typing
+import warnings
 from collections.abc import Callable, Iterable, Iterator
 from typing import Annotated, Any, TypeVar, cast
 
@@ -92,6 +94,42 @@ def short_for(family: type) -> Callable[[_T], _T]:
         return maker
 
     return marked
+
+
+#: class → former names of its fields, and their names now
+FORMER: dict[object, dict[str, str]] = {}
+_WARNED: dict[Any, Any] = {}
+
+
+def former_names(**names: str) -> Callable[[_T], _T]:
+    """Mark a class whose fields had other names: these answer for one version, and warn (former name = name now)."""
+
+    def marked(cls: _T) -> _T:
+        make = cls.__init__
+
+        @functools.wraps(make)
+        def init(self: Any, *values: Any, **named: Any) -> None:
+            make(self, *values, **by_present_names(cls, named))
+
+        FORMER[cls] = names
+        type.__setattr__(cls, "__init__", init)
+        for old, new in names.items():
+            type.__setattr__(cls, old, property(operator.attrgetter(new)))
+        return cls
+
+    return marked
+
+
+def by_present_names(maker: object, values: dict[str, Any]) -> dict[str, Any]:
+    """Values of fields under the names that these have now."""
+    found = dict(values)
+    for old, new in FORMER.get(maker, {}).items():
+        if old in found:
+            text = f"{maker.__name__}.{old} is {new} now"  # pyright: ignore
+            # (a file name that is none: in one line, and once)
+            warnings.warn_explicit(text, FutureWarning, "<simbrake>", 0, registry=_WARNED)
+            found[new] = found.pop(old)
+    return found
 
 
 def short_of(wanted: Iterable[object]) -> type | None:

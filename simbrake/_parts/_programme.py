@@ -305,4 +305,6 @@ class _Plan:
     def lever(self) -> tuple[Phase, ...]:
         """The phases of one cycle, and whether the string hangs on the hook in each."""
         taken, down = self.marks.get("take", 0), self.marks.get("set", len(self.phases))
-        return tuple(dataclasses.replace(phase, hangs=taken <= i < down) for i, phase in enumerate(self.phases))
+        return tuple(
+            dataclasses.replace(phase, string_on_hook=taken <= i < down) for i, phase in enumerate(self.phases)
+        )

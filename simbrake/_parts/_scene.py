@@ -63,7 +63,7 @@ class AbstractDuty(Part):
     def load_piece(self, t: Array) -> Piece | None:
         """The piece of the load at the start of a run, `None` if there is only one."""
         if self.load.by_phases and isinstance(self.lever, Phases):
-            return self.lever.hangs(jnp.asarray(0, jnp.int32))
+            return self.lever.load_piece(jnp.asarray(0, jnp.int32))
         return first_piece(self.load.profile, t)
 
 
@@ -302,8 +302,8 @@ def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:
             why = f"never comes: no temperature of the {end.of} is simulated"
             hint = f"there are: {', '.join(places)}" if places else "give the scene a heat part that names it"
             found.append(Fault(f"{here}.until", why, hint))
-        if not phase.hangs and not load.by_phases:
-            found.append(Fault(f"{here}.hangs", "has no effect on this load", "give a `StringLoad`"))
+        if not phase.string_on_hook and not load.by_phases:
+            found.append(Fault(f"{here}.string_on_hook", "has no effect on this load", "give a `StringLoad`"))
     return found
 
 

@@ -590,7 +590,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         begins = (phase > before) & (phase < self.lever.total)
         lever, load, *others = mode.pieces
         lever = jnp.where(begins, self.lever.at(phase, t).first_piece(t), lever)
-        load = self.lever.hangs(phase) if self.load.by_phases else load
+        load = self.lever.load_piece(phase) if self.load.by_phases else load
         return mode._replace(phase=phase, pieces=(lever, load, *others))
 
     def code_at_end(self, mode: Mode) -> int:

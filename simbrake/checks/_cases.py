@@ -523,7 +523,7 @@ def phase_cases() -> list[Case]:
         Phase(Constant(0.0), "travel 12 m", "lower"),
         Phase(ramp(0.0, 25e3, 0.0, 0.5), "rest", "brake"),
         Phase(Constant(25e3), "4 s", "hold"),
-        Phase(Constant(25e3), "2 s", "slips", hangs=False),
+        Phase(Constant(25e3), "2 s", "slips", string_on_hook=False),
     )
     load = StringLoad(5e3, 40e3, 0.4, 8, 2e3)  # pyright: ignore
     scene = Scene(brake, Duty(Phases(course, count=2), load), Initial(0.0), 60.0)

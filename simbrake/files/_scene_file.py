@@ -14,7 +14,7 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._faults import Fault, InputError, existing_file, text_of_file, whole_file
-from .._base._part import Whole, faults_of_whole, leaves
+from .._base._part import FORMER, Whole, by_present_names, faults_of_whole, leaves
 from .._base._quantity import BAD, NumberReader, Quantity, example, shown
 from .._parts._scene import Scene, check_scene, paths_without_meaning, require_scene
 from .._phases import AbstractEnd, read_end
@@ -75,7 +75,7 @@ class SceneReader(NumberReader):
             return None
         if len(makers) == 1:
             return next(iter(makers.values()))
-        names = {name: {part.name for part in parts_of(maker)} for name, maker in makers.items()}
+        names = {name: {*FORMER.get(m, ()), *(part.name for part in parts_of(m))} for name, m in makers.items()}
         needed = {name: {part.name for part in parts_of(maker) if part.needed} for name, maker in makers.items()}
         keys = set(table)
         # the better reason comes first: nothing is missing or unknown, nothing is unknown, the most keys are known
@@ -91,7 +91,7 @@ class SceneReader(NumberReader):
         return None
 
     def _fields(self, table: dict[str, Toml], maker: Maker, path: str, unit: str) -> object:
-        parts = {part.name: part for part in parts_of(maker)}
+        table, parts = by_present_names(maker, table), {part.name: part for part in parts_of(maker)}
         # a history's column has the unit of the field that holds it
         found: dict[str, object] = {"unit": unit} if maker is history else {}
         for key in [key for key in table if key not in parts]:

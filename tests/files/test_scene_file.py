@@ -1,5 +1,6 @@
 """Scene files: what is written comes back to the last bit, faults are told with their places."""
 
+import dataclasses
 import json
 import math
 import re
@@ -201,7 +202,7 @@ LEVER = '{ start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }'
         (LEVER, "{ file = 'a' }", "duty.slack_tension.column", "is missing"),
         (LEVER, "{ file = 'a', column = 'b', unit = 'N' }", "duty.slack_tension.unit", "begin"),
         (LEVER, "{ phases = [{ lever = 2, until = 'x' }] }", "duty.slack_tension.phases[0].until", "travel 27 m"),
-        (LEVER, "{ phases = [{ lever = 3, until = 'rest', hangs = 1 }] }", "duty.slack_tension.phases[0].hangs", "1"),
+        (LEVER, "{ phases = [{ lever = 3, string_on_hook = 1 }] }", "duty.slack_tension.phases[0].string_on_hook", "1"),
         (LEVER, "{ phases = [{ until = 'rest' }] }", "duty.slack_tension.phases[0].lever", "SpeedHold"),
         ('format = "simbrake scene 1"', "format = 2", "format", "2"),
     ],
@@ -234,6 +235,16 @@ def test_materials_are_written_by_name():
     text = sb.files.scene_text(sb.files.scene_from_text(HEATED))
     assert 'material = "steel_20L"' in text
     assert len(re.findall("^conductivity = ", text, re.MULTILINE)) == text.count('conductivity = "0.8 W/(m*K)"') > 0
+
+
+def test_former_keys_answer_and_warn():
+    text = sb.files.scene_text(load("u2_5_5_stop").scene())
+    with pytest.warns(FutureWarning, match="BearingFriction.limit is friction_torque now"):
+        scene = sb.files.scene_from_text(text.replace("shaft = []", 'shaft = [{ limit = "150 N*m" }]'))
+    assert "friction_torque = " in sb.files.scene_text(scene)
+    with pytest.warns(FutureWarning, match="Phase.hangs is string_on_hook now"):
+        phase = dataclasses.replace(sb.loads.Phase(0.0, "2 s"), hangs=False)
+    assert (phase.hangs, phase.string_on_hook) == (False, False)
 
 
 def test_wrong_paths_of_a_file():

@@ -24,7 +24,7 @@ PHASES = Phases(
         Phase(0.0, f"travel {DISTANCE} m", "lower"),
         Phase(sb.ramp(0.0, PULL, 0.0, RAMP), "rest", "brake"),
         Phase(PULL, "4 s", "hold"),
-        Phase(PULL, "2 s", "slips", hangs=False),
+        Phase(PULL, "2 s", "slips", string_on_hook=False),
     ),
     count=2,
 )
@@ -230,7 +230,7 @@ def test_phases_are_written_and_read(two_cycles):
         { lever = 0, until = "travel 12 m", name = "lower" },
         { lever = { type = "PiecewiseLinear", times = [0, 0.5], values = [0, 25000] }, until = "rest", name = "brake" },
         { lever = "25 kN", until = "4 s", name = "hold" },
-        { lever = "25 kN", until = 2, name = "slips", hangs = false },
+        { lever = "25 kN", until = 2, name = "slips", string_on_hook = false },
     ]
     """
     read = sb.files.scene_from_text(toml)

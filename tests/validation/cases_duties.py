@@ -231,7 +231,7 @@ def moving_string_cases() -> list[Case]:
             Slope("duty.slack_tension.phases.0.until.duration"),
         ),
     ]
-    phases = Phases((Phase(Constant(0.0), f"{at} s", hangs=False), Phase(Constant(T_0), "9 s")))
+    phases = Phases((Phase(Constant(0.0), f"{at} s", string_on_hook=False), Phase(Constant(T_0), "9 s")))
     load = StringLoad(empty, string, 0.4, 8.0, elasticity=RopeElasticity(k, c))
     scene = stop_scene(C=None, J=J, w0=0.0, load=load, end=end)
     scene = Scene(scene.brake, Duty(phases, load), scene.initial, end)
