@@ -315,16 +315,21 @@ class TrippingLoad(AbstractString):
 
 
 class AbstractSpeedLever(AbstractProfile):
-    """A lever whose tension depends on the speed on some of its pieces. For rigid bands, and laws without pressure and
+    """A lever whose tension depends on the speed, up to its `limit` (N). For rigid bands, and laws without pressure and
     flash temperature: the torque is then known from the tension."""
+
+    limit: eqx.AbstractVar[Scalar]
 
     @property
     def controls_speed(self) -> bool:
         return True
 
-    @abc.abstractmethod
     def follows(self, piece: Piece) -> Bool[Array, ""] | bool:
         """Whether the tension depends on the speed on the piece."""
+        return True
+
+    def value(self, t: Real, piece: Piece) -> Real:
+        return jnp.broadcast_to(jnp.asarray(self.limit, jnp.float64), np.shape(t))
 
     @abc.abstractmethod
     def wanted_torque(self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real) -> Real:
@@ -335,8 +340,8 @@ class AbstractSpeedLever(AbstractProfile):
         return held_within(torque, gain, self.greatest())
 
     def greatest(self) -> Float[Array, ""]:
-        """Maximum slack tension (N), the `limit` of the lever."""
-        return jnp.asarray(self.limit)  # pyright: ignore
+        """Maximum slack tension (N)."""
+        return jnp.asarray(self.limit)
 
     def scale(self) -> Float[Array, ""]:
         return self.greatest()
@@ -358,12 +363,6 @@ class SpeedHold(AbstractSpeedLever):
     """
 
     limit: Scalar = quantity("N", "maximum slack tension", positive=True)
-
-    def value(self, t: Real, piece: Piece) -> Real:
-        return jnp.broadcast_to(jnp.asarray(self.limit, jnp.float64), np.shape(t))
-
-    def follows(self, piece: Piece) -> bool:
-        return True
 
     def wanted_torque(self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real) -> Real:
         return load
@@ -389,15 +388,9 @@ class Driller(AbstractSpeedLever):
     limit: Scalar = quantity("N", "maximum slack tension", positive=True)
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
 
-    def follows(self, piece: Piece) -> bool:
-        return True
-
     def wanted_torque(self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real) -> Real:
         away = omega - self.speed.value(t, piece)
         return load - inertia * (self.speed.slope(piece) - self.gain * away)
-
-    def value(self, t: Real, piece: Piece) -> Real:
-        return jnp.broadcast_to(jnp.asarray(self.limit, jnp.float64), np.shape(t))
 
     def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
         return self.speed.next_knot(piece)
