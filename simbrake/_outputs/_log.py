@@ -13,7 +13,7 @@ from jaxtyping import Float
 from .._base._corners import greater
 from .._phases import Ended
 from .._physics._mechanism import BandMode, BrakeCode, Label, events_of_change
-from ..brakes._band import grip, product, running_product, tension_ratio
+from ..brakes._band import band_torque, grip, product, running_product, tension_ratio
 from ..brakes._design import Bandage, Brake, BrakeWords, under_a_band, unloaded
 from ..hybrid import Code, Record, largest
 from ..hybrid._arrays import Array
@@ -461,7 +461,7 @@ def onset_bracket(
     loads = (Pi + jnp.concatenate([jnp.ones(1), Pi[:-1]])) * jnp.sin(angle / 2)
     f = bandage.friction.static(unloaded(bandage, still, T_internal))
     J, J_b, R = jnp.asarray(inertia), jnp.sum(jnp.asarray(bandage.inertia)), jnp.asarray(brake.pulley.radius)
-    drive = brake.band.radius * (product(mu) - 1) * J / (J + J_b)
+    drive = band_torque(jnp.asarray(brake.band.radius), jnp.ones(()), product(mu)) * J / (J + J_b)
     thrust = bandage.centrifugal_force(jnp.asarray(omega))
     pressed = jnp.asarray(bandage.preload) if thrust is None else jnp.asarray(bandage.preload) - thrust
     return drive, R * f * loads, R * f * pressed, J_b / (J + J_b)

@@ -5,8 +5,9 @@ from typing import Any, ClassVar, NamedTuple
 import jax.numpy as jnp
 from jaxtyping import Bool, Float, Int
 
-from ..friction import Contact, SurfaceState, continued
+from ..friction import SurfaceState
 from ..hybrid._arrays import Array
+from ._contact import acceleration, contact_margin, sense_after
 from ._mechanism import (
     ELASTIC,
     HELD,
@@ -25,7 +26,7 @@ from ._mechanism import (
     Sizes,
     Surfaces,
 )
-from ._sliding import LiningFriction
+from ._sliding import LiningFriction, coefficients_of
 
 #: bits of a segment's mode: its tension is positive; its elastic part is
 TAUT, STRETCHED = 1, 2
@@ -133,12 +134,15 @@ class Chain(AbstractMechanism):
         band = jnp.where(omega == 0, HELD, ELASTIC)
         return own, band, ChainMode(jnp.zeros(n, jnp.int32), jnp.full(n, TAUT | STRETCHED, jnp.int32))
 
-    def _contact(self, surface: SurfaceState | None, normal: Array, slip: Array) -> Contact:
-        area = self.pairs[0].area
-        return (surface or SurfaceState()).contact(slip, None if area is None else normal / area)
+    def _coefficients(
+        self, surface: SurfaceState | None, normal: Array, slip: Array, *, static: bool
+    ) -> Float[Array, " *n"]:
+        law, area = self.pairs[0].law, self.pairs[0].area
+        contact = (surface or SurfaceState()).contact(slip, None if area is None else normal / area)
+        return coefficients_of(law, contact, static, by_speed=self.grip.reads.v)
 
     def variables(self, acting: AppliedLoads, omega: Array, own: ChainState, mode: Mode) -> ChainNow:
-        R_b, law, surface = self.radius, self.pairs[0].law, acting.surfaces[0]
+        R_b, surface = self.radius, acting.surfaces[0]
         sign, sticks = mode.own.linings.astype(own.v.dtype), mode.own.linings == 0
         v = jnp.where(sticks, R_b * omega, own.v)
         slip, stretching = R_b * omega - v, v - jnp.append(v[1:], 0.0)
@@ -147,14 +151,13 @@ class Chain(AbstractMechanism):
         tension = jnp.where((mode.own.segments & TAUT) > 0, total, 0.0)
         before = jnp.append(acting.tension, tension[:-1])
         normal = (tension + before) * self.grip.sine
-        contact = self._contact(surface, normal, sign * slip)
-        f = continued(lambda v: law.kinetic(contact._replace(v=v)), sign * slip)
+        f = self._coefficients(surface, normal, sign * slip, static=False)
         sliding = sign * f * normal / self.cosine
         carried = jnp.sum(jnp.where(sticks, tension - before, sliding))
         inertia = acting.inertia + R_b**2 * jnp.sum(jnp.where(sticks, self.mass, 0.0))
-        alpha = (acting.load - R_b * carried) / inertia
+        alpha = acceleration(acting.load, R_b * carried, inertia)
         G = jnp.where(sticks, self.mass * R_b * alpha + tension - before, sliding)
-        still = law.static(contact._replace(v=jnp.zeros_like(normal)))
+        still = self._coefficients(surface, normal, slip, static=True)
         held = jnp.where((mode.own.segments & STRETCHED) > 0, elastic, 0.0)
         return ChainNow(
             slack_tension=acting.tension,
@@ -191,9 +194,8 @@ class Chain(AbstractMechanism):
         return ChainGuards(self._lining_guards(mode, z), taut, stretched, motion)
 
     def _lining_guards(self, mode: Mode, z: ChainNow) -> Float[Array, " n"]:
-        stuck = (z.limit - jnp.abs(z.force)) / self.sizes.tension
-        slides = mode.own.linings.astype(z.force.dtype) * z.lining_slip / (self.radius * self.sizes.speed)
-        return jnp.where(mode.own.linings == 0, stuck, slides)
+        left = (z.limit - jnp.abs(z.force)) / self.sizes.tension
+        return contact_margin(mode.own.linings, left, z.lining_slip / (self.radius * self.sizes.speed))
 
     def change(self, now: EventState, new: Mode, fired: ChainGuards, ask: EvaluateInMode) -> tuple[Mode, Array]:
         old, linings = now.mode, self._next_linings(now, fired.linings)
@@ -217,16 +219,13 @@ class Chain(AbstractMechanism):
     def _next_linings(self, now: EventState, fired: Bool[Array, " n"]) -> Int[Array, " n"]:
         """State of each lining after those marked reached their limit or lost their slip.
 
-        Which way a lining breaks away is the sign of the force that would have held it: at equal static and kinetic
-        friction its relative acceleration is still 0. Where that force is 0 as well, as nothing presses yet, its rate
-        tells. A lining that loses its slip sticks; if the force to hold it exceeds the limit, it slips the other way
-        by a second event at the same instant.
+        At equal static and kinetic friction its relative acceleration is still 0. Where the force that held it is 0 as
+        well, as nothing presses yet, the rate of that force tells which way it breaks away.
         """
         linings, force = now.mode.own.linings, now.z.force
         pulls = jnp.where(jnp.abs(force) > 1e-12 * self.sizes.tension, force, now.z_rate.force)
-        leaves = (linings == 0) & (fired | (self._lining_guards(now.mode, now.z) < -_PAST))
-        after = jnp.where(leaves, jnp.where(pulls > 0, 1, -1), jnp.where(fired, 0, linings))
-        return after.astype(jnp.int32)
+        past = (linings == 0) & (self._lining_guards(now.mode, now.z) < -_PAST)
+        return sense_after(linings, fired | past, pulls)
 
     def with_stuck_speeds(self, omega: Array, own: ChainState, before: Mode, after: Mode) -> tuple[Array, ChainState]:
         # sticking linings have exactly the speed of the pulley
@@ -239,7 +238,7 @@ class Chain(AbstractMechanism):
     ) -> MechanismOutputs:
         f, displacement = None, jnp.cumsum(own.e[::-1])[::-1]
         if self.shows_friction:
-            f = self.pairs[0].law.kinetic(self._contact(surfaces[0], z.normal, jnp.abs(z.lining_slip)))
+            f = self._coefficients(surfaces[0], z.normal, jnp.abs(z.lining_slip), static=False)
             f = jnp.broadcast_to(f, z.normal.shape)
         pair = PairNow.of(z.force, z.normal, z.lining_slip, mode.own.linings, z.brake_torque, f)
         pair = pair._replace(friction=z.force * self.cosine)

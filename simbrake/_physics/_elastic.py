@@ -10,9 +10,10 @@ import numpy as np
 from jaxtyping import Float, PyTree
 
 from .._base._corners import greater, lesser
-from ..brakes._band import LiningForces
+from ..brakes._band import LiningForces, band_torque
 from ..friction import SurfaceState
 from ..hybrid._arrays import Array
+from ._contact import acceleration, exceeded, limit_margins
 from ._mechanism import (
     ELASTIC,
     HELD,
@@ -32,7 +33,6 @@ from ._mechanism import (
     Sizes,
     Sliding,
     Surfaces,
-    excess,
     slips,
 )
 from ._rigid import AbstractBand, ContactGuards, LumpedMode, MotionAfterEvent, sense_of
@@ -224,9 +224,10 @@ class AbstractElasticBand(AbstractBand):
         uncorrected_slip = z.uncorrected_slip / (R_b * size.speed)
         ahead = jnp.where(band == SLIP, uncorrected_slip, 1.0)
         most = jnp.where(take_up, acting.tension, z.upper)
-        high = jnp.where(bounded | take_up, (most - z.tight_tension) * per_newton, ahead)
+        above, below = (left * per_newton for left in limit_margins(z.tight_tension, z.lower, most))
+        high = jnp.where(bounded | take_up, above, ahead)
         back = jnp.where(band == SLIP_BACK, -uncorrected_slip, 1.0)
-        low = jnp.where(bounded, (z.tight_tension - z.lower) * per_newton, back)
+        low = jnp.where(bounded, below, back)
         sound = {BrakeCode.BAND_SNAP: z.slip_gain, BrakeCode.FLASH_FOLD: z.limit.slope}
         return self.margins(acting, omega, mode, (high, low), z.limit.margin, sound)
 
@@ -342,12 +343,12 @@ class ElasticBand(AbstractElasticBand):
         shown = where_static(band == OPEN, 0.0, slack)
         elastic = where_static(band == ELASTIC, stretched - T_0, 0.0)
         net_tension = where_static(slips(band), at.upper - T_0, elastic)
-        alpha = where_static(band == HELD, 0.0, (acting.load - R_b * net_tension) / acting.inertia)
+        alpha = acceleration(acting.load, R_b * net_tension, acting.inertia, band == HELD)
         return ElasticNow(
             slack_tension=shown,
             tight_tension=tight,
             net_tension=net_tension,
-            brake_torque=R_b * (tight - shown),
+            brake_torque=band_torque(R_b, shown, tight),
             alpha=alpha,
             **self.band_kinematics(acting, mode, at, slack, (omega, alpha)),
         )
@@ -365,7 +366,7 @@ class ElasticBand(AbstractElasticBand):
         new = self.relocked(new, fired)
         # at rest: does the band hold the load?
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
-        beyond = excess(rest.tight_tension, rest.lower, rest.upper, self.sizes.slight_torque / self.wrap.radius)
+        beyond = exceeded(rest.tight_tension, rest.lower, rest.upper, self.sizes.slight_torque / self.wrap.radius)
         found = self.onset(now, fired, acting, jnp.where(self.locked_in(new), 0, beyond))
         new = new._replace(sense=found.settled(now, new, now.mode.band).sense)
 

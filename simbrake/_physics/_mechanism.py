@@ -561,33 +561,3 @@ class AbstractMechanism(eqx.Module):
 
         `static`: of pairs that stick, against a load in the direction of `omega`.
         """
-
-
-# --- changes of mode --------------------------------------------------------------------------------------------------
-
-
-def excess(value: Array, low: Array, high: Array, slack: Array) -> Int[Array, ""]:
-    """Limit that a value exceeds by more than `slack`: 1 the upper, −1 the lower, else 0."""
-    return jnp.where(value > high + slack, 1, jnp.where(value < low - slack, -1, 0))
-
-
-def lifted_after(
-    lifted: Int[Array, " n"], margin: Float[Array, " n"], fired: Bool[Array, " n"], rests: Array, slack: Array
-) -> Int[Array, " n"]:
-    """Linings off the rim after an event: one changes where its guard fired or its load has jumped past 0.
-
-    - `margin`: `rim_margin` in the new mode, rounded by `slack`;  `rests`: linings without speed, which touch the rim
-    """
-    crossed = fired | (margin < -slack)
-    return jnp.where(rests, 0, lifted ^ crossed.astype(jnp.int32)).astype(jnp.int32)
-
-
-def rim_margin(lifted: Int[Array, " n"], normal: Float[Array, " n"]) -> Float[Array, " n"]:
-    """Load (N) of each lining on the rim, of one that has lifted off what it lacks to touch again."""
-    return jnp.where(lifted != 0, -normal, normal)
-
-
-def speed_after(omega: Array, before: Mode, after: Mode, rests: Array) -> Array:
-    """The speed just after a change of mode: exactly 0 where the pulley comes to rest or turns round."""
-    turned = (before.band != OPEN) & (after.sense != before.sense)
-    return jnp.where(rests | turned, 0.0, omega)

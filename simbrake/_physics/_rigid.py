@@ -11,12 +11,13 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int, PyTree
 
-from ..brakes._band import LiningForces
+from ..brakes._band import LiningForces, band_torque
 from ..brakes._bands import JoinedFriction
 from ..brakes._pressed import AbstractPressedBrake
 from ..friction import SurfaceState
 from ..hybrid import largest
 from ..hybrid._arrays import Array
+from ._contact import acceleration, exceeded, limit_margins, speed_after
 from ._mechanism import (
     HELD,
     OPEN,
@@ -35,9 +36,7 @@ from ._mechanism import (
     PairNow,
     Sizes,
     Surfaces,
-    excess,
     slips,
-    speed_after,
 )
 from ._sliding import BandFriction, LiningFriction, PadFriction, where_static
 
@@ -291,7 +290,7 @@ class AbstractRigidContact(AbstractContact):
             slack_tension=force,
             tight_tension=force + torque / self.radius,
             brake_torque=torque,
-            alpha=where_static(held, 0.0, (acting.load - pulling) / acting.inertia),
+            alpha=acceleration(acting.load, pulling, acting.inertia, held),
             slip_speed=where_static(sliding, speed, 0.0),
             lever_power=jnp.zeros_like(force),
             torques=found,
@@ -303,8 +302,9 @@ class AbstractRigidContact(AbstractContact):
     def guards(self, acting: AppliedLoads, omega: Array, own: None, mode: Mode, z: RigidNow) -> ContactGuards:
         most, torque = z.torques, self.sizes.torque
         bounded = (mode.band == HELD) & ~self.locked_in(mode)
-        high = jnp.where(bounded, (most.ahead - acting.load) / torque, 1.0)
-        low = jnp.where(bounded, (acting.load + most.back) / torque, 1.0)
+        high, low = (
+            jnp.where(bounded, left / torque, 1.0) for left in limit_margins(acting.load, -most.back, most.ahead)
+        )
         sound = {BrakeCode.FLASH_FOLD: most.slope}
         return self.margins(acting, omega, mode, (high, low), most.margin, sound)
 
@@ -312,7 +312,7 @@ class AbstractRigidContact(AbstractContact):
         new = self.relocked(new, fired)
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
         locked, most = self.locked_in(new), rest.torques
-        beyond = excess(acting.load, -most.back, most.ahead, self.sizes.slight_torque)
+        beyond = exceeded(acting.load, -most.back, most.ahead, self.sizes.slight_torque)
         found = self.onset(now, fired, acting, jnp.where(locked, 0, beyond))
         code = self.code_of(fired, jnp.where(locked & found.pulls, int(BrakeCode.SINGULAR_GEOMETRY), 0))
         return found.settled(now, new, rigid_mode(found.direction)), code
@@ -353,8 +353,8 @@ class RigidBand(AbstractBand, AbstractRigidContact):
     def torques(self, force: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Torques:
         found, R_b = self.wrap.limit(force, v, surface, back, static), self.radius
         # at rest the limit in the other direction is needed as well
-        moving = R_b * (force * found.ratio - force)
-        falling = jnp.where(back, -moving, R_b * (force - force / found.other))
+        moving = band_torque(R_b, force, force * found.ratio)
+        falling = jnp.where(back, -moving, band_torque(R_b, force / found.other, force))
         return Torques(moving, falling, found.slope, found.margin, found.fz)
 
     def linings(self, mode: Mode, z: RigidNow) -> LiningForces:

@@ -10,6 +10,7 @@ from jaxtyping import Int
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile, Piece
 from ..shaft import AbstractDryTorque, AbstractShaftTorque
+from ._contact import contact_margin
 from ._mechanism import HELD, OPEN, AbstractMechanism, Mode, Sliding
 
 
@@ -111,10 +112,10 @@ class Shaft(eqx.Module):
         Where the mechanism itself watches the speed of the pulley, or holds it, the margin is 1.
         """
         inner, is_open = getattr(mode.own, "inner", None), mode.band == OPEN
-        turns = mode.turn.astype(jnp.float64) * omega / speed
         watched = is_open if inner is None else is_open | (inner != 0)
-        moving = jnp.where(watched & (mode.turn != 0), turns, 1.0)
-        return jnp.where(rests(mode) & is_open, (now.limit - jnp.abs(load)) / torque, moving)
+        watched = (watched & (mode.turn != 0)) | (rests(mode) & is_open)
+        left = (now.limit - jnp.abs(load)) / torque
+        return jnp.where(watched, contact_margin(mode.turn, left, omega / speed), 1.0)
 
     def turn_after(
         self, before: Mode, after: Mode, load: Array, now: ShaftNow, fired: Array, slack: Array

@@ -1,6 +1,5 @@
 """Friction of all linings at one instant, also where it depends on their own heat and load; and under a band."""
 
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -9,9 +8,18 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ..brakes._band import LiningForces, mobilised, product, running_product, sliding_ratio, tension_ratio
+from ..brakes._band import (
+    LiningForces,
+    band_torque,
+    lining_ratio,
+    mobilised,
+    product,
+    running_product,
+    sliding_ratio,
+    tension_ratio,
+)
 from ..brakes._design import AbstractLinings
-from ..friction import Contact, Reads, SurfaceState, continued, reads, remembers
+from ..friction import AbstractFriction, Contact, Reads, SurfaceState, continued, reads, remembers
 from ..hybrid import largest, smallest
 from ..hybrid._arrays import Array
 from ..thermal._heat import FlashTemperature, PowerShares
@@ -30,6 +38,22 @@ def where_static(condition: Known, yes: Known, no: Known) -> Array:
         found = yes if condition else no
         return np.float64(found) if isinstance(found, float) else found  # pyright: ignore  # an array like all others
     return jnp.where(condition, yes, no)
+
+
+def coefficients_of(law: AbstractFriction, contact: Contact, static: Array | bool, *, by_speed: bool) -> Array:
+    """Coefficients of friction: of linings that stick (`static`), else of those that slide.
+
+    The slip speeds of the contact are signed by the sense of the slide; `by_speed`: whether the law reads them.
+    """
+
+    if static is True:
+        return law.static(contact._replace(v=jnp.zeros_like(contact.v)))
+
+    def at(v: Array) -> Array:
+        here = contact._replace(v=v)
+        return law.kinetic(here) if static is False else law.governing(here, static)
+
+    return continued(at, contact.v) if by_speed else at(contact.v)
 
 
 class Coefficients(NamedTuple):
@@ -88,10 +112,7 @@ class PadFriction(AbstractLiningFriction):
         if self.linings.area is not None:
             p = jnp.zeros_like(v) if N is None else N / jnp.asarray(self.linings.area)
 
-        def asked(v: Array) -> Array:
-            return law.governing(surface.contact(v, p), static)
-
-        return jnp.broadcast_to(continued(asked, v) if self.reads.v else asked(v), v.shape)
+        return jnp.broadcast_to(coefficients_of(law, surface.contact(v, p), static, by_speed=self.reads.v), v.shape)
 
 
 class LiningFriction(AbstractLiningFriction):
@@ -128,10 +149,6 @@ class LiningFriction(AbstractLiningFriction):
     def implicit(self) -> bool:
         return self.flash is not None or self.reads.p
 
-    def _continued(self, coefficient: Callable[[Array], Array], v: Array) -> Array:
-        """`continued` past the end of a slide, where the speed matters at all."""
-        return continued(coefficient, v) if self.reads.v or self.flash is not None else coefficient(v)
-
     def coefficients(
         self, T_0: Array, v: Array, surface: SurfaceState | None, back: Array, *, static: Array | bool
     ) -> Coefficients:
@@ -142,14 +159,9 @@ class LiningFriction(AbstractLiningFriction):
         """
         law, n, surface = self.linings.friction, self.linings.count, surface or SurfaceState()
         static = bool(static) if isinstance(static, np.bool_) else static
-
-        def asked(contact: Contact) -> Array:
-            if isinstance(static, bool):
-                return law.static(contact._replace(v=jnp.zeros_like(v))) if static else law.kinetic(contact)
-            return law.governing(contact, static)
-
+        by_speed = self.reads.v or self.flash is not None
         if not self.implicit or (static is True and not self.reads.p):
-            f = self._continued(lambda v: asked(surface.contact(v)), v)
+            f = coefficients_of(law, surface.contact(v), static, by_speed=by_speed)
             return Coefficients(jnp.broadcast_to(f, (n,)), jnp.ones(()))
 
         def at(f: Array, before: Array, i: Array) -> Array:
@@ -166,9 +178,9 @@ class LiningFriction(AbstractLiningFriction):
                     heat = 1.0 if self.shares is None else self.shares.heat
                     flashing = T + self.flash.rise(heat * f * spots * v, v)
                     here = surface._replace(T=flashing if static is False else jnp.where(static, T, flashing))
-                return asked(here.contact(v, p))
+                return coefficients_of(law, here.contact(v, p), static, by_speed=False)
 
-            F = self._continued(pressed, v)
+            F = continued(pressed, v) if by_speed else pressed(v)
             return jnp.sum(jnp.where(jnp.arange(n, dtype=jnp.int32) == i, f - F, 0.0))
 
         def lining(before: Array, i: Array) -> tuple[Array, tuple[Array, Array]]:
@@ -214,9 +226,10 @@ class LiningFriction(AbstractLiningFriction):
         back = omega < 0
         v = jnp.broadcast_to(jnp.abs(omega) * radius, (self.linings.count,))
         mu, margin = self.ratios(self.coefficients(T_0, v, surface, back, static=static).f)
-        growth = jnp.where(back, 1 - 1 / product(mu), product(mu) - 1)
-        growth = jnp.where(margin > 0, growth, jnp.where(back, 1.0, jnp.inf))
-        return jnp.where(T_0 > 0, radius * T_0 * growth, 0.0)
+        ratio = where_static(back, 1 / product(mu), product(mu))
+        ratio = jnp.where(margin > 0, ratio, jnp.where(back, 0.0, jnp.inf))
+        torque = band_torque(radius, T_0, T_0 * ratio)
+        return jnp.where(T_0 > 0, jnp.where(back, -torque, torque), 0.0)
 
 
 # --- linings under a band that slide together -------------------------------------------------------------------------
@@ -305,18 +318,18 @@ class BandFriction(eqx.Module):
 
     def linings(self, T_0: Array, T_n: Array, fz: Array) -> LiningForces:
         """Forces at every lining by the mobilisation rule (model §3)."""
-        return mobilised(T_0, T_n, (1 + fz) / (1 - fz), jnp.asarray(self.grip.linings.angle))
+        return mobilised(T_0, T_n, lining_ratio(fz), jnp.asarray(self.grip.linings.angle))
 
     def sliding(self, T_0: Array, fz: Array, back: Array) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Friction `T_i − T_{i−1}` and normal load `(T_i + T_{i−1}) s_i` of the linings (N) while every one slides."""
         signed = where_static(back, -fz, fz)
-        along = T_0 * running_product((1 + signed) / (1 - signed))
+        along = T_0 * running_product(lining_ratio(signed))
         before = jnp.concatenate([T_0[None], along[:-1]])
         return along - before, (along + before) * self.grip.sine
 
     def margins(self, T_0: Array, T_n: Array, fz: Array) -> Float[Array, " twice_n"]:
         """Excess (N) of each lining over its limit, from either end (see `AbstractMechanism.lining_margins`)."""
-        mu = (1 + fz) / (1 - fz)
+        mu = lining_ratio(fz)
         ahead = T_n - T_0 * jnp.cumprod(mu)
         back = T_0 - T_n * jnp.cumprod(mu[::-1])[::-1]
         return jnp.concatenate([ahead, back])

@@ -8,11 +8,22 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from .._base._corners import clipped
-from ..brakes._band import affine_tensions, tension_ratio
+from ..brakes._band import affine_tensions, band_torque, tension_ratio
 from ..brakes._design import Bandage
-from ..friction import AbstractFriction, SurfaceState, continued, reads
+from ..friction import Reads, SurfaceState, reads
 from ..hybrid import largest
 from ..hybrid._arrays import Array
+from ._contact import (
+    acceleration,
+    contact_margin,
+    driven_way,
+    exceeded,
+    lifted_after,
+    limit_margins,
+    rim_margin,
+    sense_after,
+    speed_after,
+)
 from ._mechanism import (
     HELD,
     OPEN,
@@ -31,12 +42,8 @@ from ._mechanism import (
     PairNow,
     Sizes,
     Surfaces,
-    excess,
-    lifted_after,
-    rim_margin,
-    speed_after,
 )
-from ._sliding import LiningFriction
+from ._sliding import LiningFriction, coefficients_of
 
 # --- at rest ----------------------------------------------------------------------------------------------------------
 
@@ -309,10 +316,9 @@ class SprungBandage(AbstractMechanism):
     @property
     def fades(self) -> bool:
         """Whether a coefficient of friction depends on temperatures of the scene, states of its law, or on time."""
-        inner = self.pairs[1]
         if any(pair.memory is not None or pair.law.over_time for pair in self.pairs):
             return True
-        return self.grip.reads.T or reads(inner.law, self.count, T=inner.heat is not None, p=False).T
+        return self.grip.reads.T or self._inner_reads.T
 
     def start(self, omega: Array, elongation: Array) -> tuple[SprungState, np.int32, SprungMode]:
         sense = jnp.where(omega < 0, -1, 1).astype(jnp.int32)
@@ -325,24 +331,34 @@ class SprungBandage(AbstractMechanism):
 
     def _coefficients(self, omega: Array, own: SprungState, mode: Mode, surfaces: Surfaces) -> Coefficients:
         """Friction of all linings; their own slip speeds, smooth past the end of the mode, decide while they slide."""
-        n, still = self.count, jnp.zeros(self.count)
         outer_v = self.band_radius * mode.own.outer.astype(jnp.float64) * own.speeds
         inner_v = self.track_radius * mode.own.inner.astype(jnp.float64) * (omega - own.speeds)
 
-        def each(f: Array) -> Array:
-            return jnp.broadcast_to(f, (n,))
-
-        (outer, inner), (band, rim) = (pair.law for pair in self.pairs), (one or SurfaceState() for one in surfaces)
-        grip_static = each(outer.static(band.contact(still))) * self.grip.tangent
-        on_band = continued(lambda v: outer.kinetic(band.contact(v)), outer_v)
-        on_rim = continued(lambda v: inner.kinetic(rim.contact(v)), inner_v)
+        on_band, on_rim = self._friction(surfaces, outer_v, inner_v, static=False)
+        band_static, rim_static = self._friction(surfaces, outer_v, inner_v, static=True)
+        grip_static = band_static * self.grip.tangent
         return Coefficients(
             mu_static=tension_ratio(grip_static)[0],
-            mu_kinetic=tension_ratio(each(on_band) * self.grip.tangent)[0],
+            mu_kinetic=tension_ratio(on_band * self.grip.tangent)[0],
             grip_static=grip_static,
-            inner_static=each(inner.static(rim.contact(still))),
-            inner_kinetic=each(on_rim),
+            inner_static=rim_static,
+            inner_kinetic=on_rim,
         )
+
+    def _friction(
+        self, surfaces: Surfaces, outer_v: Array, inner_v: Array, *, static: bool
+    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+        """Coefficients of both pairs at slip speeds (m/s) signed by the sense."""
+        found, read = [], (self.grip.reads, self._inner_reads)
+        for pair, v, surface, reads_of in zip(self.pairs, (outer_v, inner_v), surfaces, read, strict=True):
+            contact = (surface or SurfaceState()).contact(jnp.broadcast_to(v, (self.count,)))
+            f = coefficients_of(pair.law, contact, static, by_speed=reads_of.v)
+            found.append(jnp.broadcast_to(f, (self.count,)))
+        return found[0], found[1]
+
+    @property
+    def _inner_reads(self) -> Reads:
+        return reads(self.pairs[1].law, self.count, T=self.pairs[1].heat is not None, p=False)
 
     def _springs(self, own: SprungState) -> tuple[Array, Array, Array]:
         """Forces `S_j` (N), their part from the dampers (N) and torques `Q_i` on the linings (N·m)."""
@@ -390,10 +406,10 @@ class SprungBandage(AbstractMechanism):
         needed = R_b * G - Q
         slid = r.sense * capacity
         joined = jnp.sum(jnp.where(stuck, self.inertias, 0.0))
-        alpha = (acting.load - jnp.sum(jnp.where(stuck, needed, slid))) / (acting.inertia + joined)
-        alpha = jnp.where(rests, 0.0, alpha)
+        taken = jnp.sum(jnp.where(stuck, needed, slid))
+        alpha = acceleration(acting.load, taken, acting.inertia + joined, rests)
         torque = jnp.where(stuck, needed + self.inertias * alpha, slid)
-        apart = jnp.where(held, 0.0, (torque - needed) / self.inertias)
+        apart = acceleration(torque, needed, self.inertias, held)
         stretching = -R_b * jnp.diff(own.speeds)
         on_rim = self.track_radius * c.inner_static * self.grip.sine / R_b
         load, margin = total * self.grip.sine + self._seat(own), None
@@ -402,7 +418,7 @@ class SprungBandage(AbstractMechanism):
         return SprungNow(
             slack_tension=T_0,
             tight_tension=along[-1],
-            brake_torque=R_b * (along[-1] - T_0),
+            brake_torque=band_torque(R_b, T_0, along[-1]),
             alpha=alpha,
             slip_speed=R_b * jnp.mean(own.speeds),
             lever_power=jnp.zeros_like(T_0),
@@ -449,8 +465,9 @@ class SprungBandage(AbstractMechanism):
         size, is_open, rests = self.sizes, mode.band == OPEN, mode.own.rests
         lever = jnp.where(is_open, -acting.tension, acting.tension) / size.tension
         turning = jnp.where(is_open, 1.0, mode.sense.astype(jnp.float64) * omega / size.speed)
-        high = jnp.where(rests, (z.most_hold - acting.load) / size.torque, turning)
-        low = jnp.where(rests, (acting.load - z.least_hold) / size.torque, 1.0)
+        above, below = limit_margins(acting.load, z.least_hold, z.most_hold)
+        high = jnp.where(rests, above / size.torque, turning)
+        low = jnp.where(rests, below / size.torque, 1.0)
         rim = None if z.rim_margin is None else jnp.where(mode.own.outer == 0, 1.0, z.rim_margin / size.tension)
         linings = self._lining_guards(omega, own, mode, z)
         return SprungGuards(lever, high, low, *linings, z.locking if self.fades else None, rim)
@@ -458,13 +475,13 @@ class SprungBandage(AbstractMechanism):
     def _lining_guards(self, omega: Array, own: SprungState, mode: Mode, z: SprungNow) -> tuple[Array, Array]:
         stuck, held = mode.own.inner == 0, mode.own.outer == 0
         torque_scale = self.sizes.torque / self.count
-        slip = mode.own.inner.astype(jnp.float64) * (omega - own.speeds) / self.sizes.speed
-        inner = jnp.where(stuck, (z.capacity - jnp.abs(z.inner_torque)) / torque_scale, slip)
+        left = (z.capacity - jnp.abs(z.inner_torque)) / torque_scale
+        inner = contact_margin(mode.own.inner, left, (omega - own.speeds) / self.sizes.speed)
         apart = held & ~stuck  # its slip is the pulley's speed
         inner = jnp.where(apart if mode.own.lifted is None else apart | (mode.own.lifted != 0), 1.0, inner)
         inner = jnp.where(mode.own.fixed, self._spring_margin(z) / torque_scale, inner)
-        travel = mode.own.outer.astype(jnp.float64) * own.speeds / self.sizes.speed
-        outer = jnp.where(held, (z.outer_limit - jnp.abs(z.outer_force)) / self.sizes.tension, travel)
+        left = (z.outer_limit - jnp.abs(z.outer_force)) / self.sizes.tension
+        outer = contact_margin(mode.own.outer, left, own.speeds / self.sizes.speed)
         # fixed linings are bounded by their limits on the band; stuck ones move with the pulley
         return inner, jnp.where(stuck | (mode.band == OPEN), 1.0, outer)
 
@@ -518,7 +535,7 @@ class SprungBandage(AbstractMechanism):
             lifted = lifted_after(old.own.lifted, z.rim_margin, fired.rim, outer == 0, rounding)
             # it slides by the torque that it had before, or where it touches again by its speed
             slip = jnp.sign(turning[0] - turning[1].speeds).astype(jnp.int32)
-            inner = jnp.where((lifted != 0) & (inner == 0), jnp.where(z.inner_torque < 0, -1, 1), inner)
+            inner = sense_after(inner, (lifted != 0) & (inner == 0), z.inner_torque)
             back = (lifted == 0) & (old.own.lifted != 0) & (slip != 0)
             inner = jnp.where(back, slip, inner).astype(jnp.int32)
             new = new._replace(own=new.own._replace(inner=inner, lifted=lifted))
@@ -529,30 +546,22 @@ class SprungBandage(AbstractMechanism):
     ) -> SprungMode:
         """Mode of each lining after its own guards fired.
 
-        A lining that breaks away slides in the direction of the excess force; one that has come to rest is held: if
-        that takes too large a force, its guard is negative and fires at the same instant. A lining without speed on a
-        pulley without speed, which starts, goes with the stronger pair.
+        A lining without speed on a pulley without speed, which starts, goes with the stronger pair.
         """
         old = mode.own
         stuck, held, fixed, rests = old.inner == 0, old.outer == 0, old.fixed, old.rests
-
-        def way(x: Array) -> Array:
-            return jnp.where(x < 0, -1, 1).astype(jnp.int32)
-
         slides = ~stuck & ~held
         still = slides & (gone | broke) & (own.speeds == 0) & (omega == 0)
         band_yields = yields_on_band(z.resting, z.slack_tension, z.tension, mode.sense)
         on_band = slides & jnp.where(still, ~band_yields, gone)
         on_rim = slides & jnp.where(still, band_yields, broke & ~gone)
-        lost = stuck & ~fixed & broke
-        inner = jnp.where(lost, way(z.inner_torque), old.inner)
+        inner = sense_after(old.inner, stuck & ~fixed & broke, z.inner_torque)
         inner = jnp.where(on_band, jnp.where(rests, 0, mode.sense), jnp.where(on_rim, 0, inner))
-        outer = jnp.where(held & ~stuck & gone, way(z.outer_force), old.outer)
+        outer = sense_after(old.outer, held & ~stuck & gone, z.outer_force)
         outer = jnp.where(on_band, 0, jnp.where(on_rim, jnp.where(rests, 0, mode.sense), outer))
         # springs tear a lining off both: it moves against a pulley at rest
-        torn = fixed & broke
-        outer = jnp.where(torn, way(z.spring_torque), outer)
-        inner = jnp.where(torn, -way(z.spring_torque), inner)
+        torn, way = fixed & broke, driven_way(z.spring_torque)
+        outer, inner = jnp.where(torn, way, outer), jnp.where(torn, -way, inner)
         return old._replace(outer=outer.astype(jnp.int32), inner=inner.astype(jnp.int32))
 
     def _settled(
@@ -572,7 +581,7 @@ class SprungBandage(AbstractMechanism):
         acting, z = ask(trial, omega, own)
         T_0, r = acting.tension, z.resting._replace(fixed=together)
         least, most = holding_range(r, T_0)
-        way = jnp.where(forced == 0, excess(load, least, most, self.sizes.slight_torque), forced)
+        way = jnp.where(forced == 0, exceeded(load, least, most, self.sizes.slight_torque), forced)
         # nothing comes to rest: the pulley passes through zero
         none = ~jnp.any(together)
         way = jnp.where(none, -new.sense, way)
@@ -616,14 +625,10 @@ class SprungBandage(AbstractMechanism):
         self, tension: Array, omega: Array, own: SprungState, surfaces: Surfaces, *, static: bool = False
     ) -> Float[Array, " pairs"]:
         # one sum: every lining in its weaker pair, as at the limit of a pulley at rest (but kinetic unless `static`)
-        n, speed = self.count, jnp.zeros_like(omega) if static else jnp.abs(omega)
-
-        def each(law: AbstractFriction, arm: Array, surface: SurfaceState | None) -> Array:
-            contact = (surface or SurfaceState()).contact(jnp.broadcast_to(arm * speed, (n,)))
-            return jnp.broadcast_to(law.static(contact) if static else law.kinetic(contact), (n,))
-
-        mu = tension_ratio(each(self.pairs[0].law, self.band_radius, surfaces[0]) * self.grip.tangent)[0]
-        on_rim = self.track_radius * each(self.pairs[1].law, self.track_radius, surfaces[1])
+        n, speed = self.count, jnp.abs(omega)
+        arms = self.band_radius * speed, self.track_radius * speed
+        on_band, on_rim = self._friction(surfaces, *arms, static=static)
+        mu, on_rim = tension_ratio(on_band * self.grip.tangent)[0], self.track_radius * on_rim
         floor, none = on_rim * jnp.asarray(self.bandage.preload), jnp.zeros(n)
         every = jnp.ones(n, bool)
         _, _, Q = self._springs(own)

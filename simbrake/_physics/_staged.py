@@ -10,10 +10,11 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from .._base._corners import clipped
-from ..brakes._band import limit_tensions, piece_of, tensions_on
+from ..brakes._band import band_torque, limit_tensions, lining_ratio, piece_of, tensions_on
 from ..brakes._design import Bandage
-from ..friction import SurfaceState, continued, reads
+from ..friction import Reads, SurfaceState, reads
 from ..hybrid._arrays import Array
+from ._contact import acceleration, contact_margin, lifted_after, rim_margin, sense_after
 from ._elastic import AbstractElasticBand, BandState, ElasticNow
 from ._mechanism import (
     ELASTIC,
@@ -33,12 +34,10 @@ from ._mechanism import (
     PairNow,
     Sizes,
     Surfaces,
-    lifted_after,
-    rim_margin,
     slips,
 )
 from ._rigid import ContactGuards, LumpedMode, rigid_mode
-from ._sliding import BandFriction, Known, where_static
+from ._sliding import BandFriction, coefficients_of, where_static
 
 _NEWTON = 8  # iterations for a tension under a law that depends on the pressure; otherwise it is linear: one is exact
 
@@ -54,7 +53,7 @@ class RimInputs(eqx.Module):
 
     v: Array
     surface: SurfaceState | None
-    static: Known
+    static: Array | bool
     thrust: Array | None = None
     lifted: Array | None = None
 
@@ -92,12 +91,14 @@ class InternalPair(eqx.Module):
 
     def coefficients(self, N: Float[Array, " n"], held: RimInputs) -> Float[Array, " *n"]:
         """Coefficients of friction `f_i`, or one for all, between linings and rim under the loads `N` (N)."""
-        law = self.bandage.friction
         p = None if self.bandage.area is None else N / jnp.asarray(self.bandage.area)
-        still = (held.surface or SurfaceState()).contact(jnp.zeros(self.count), p)
         v = jnp.broadcast_to(held.v, (self.count,))
-        kinetic = continued(lambda v: law.kinetic(still._replace(v=v)), v)
-        return jnp.where(held.static, law.static(still), kinetic)
+        contact = (held.surface or SurfaceState()).contact(v, p)
+        return coefficients_of(self.bandage.friction, contact, held.static, by_speed=self._reads(held).v)
+
+    def _reads(self, held: RimInputs) -> Reads:
+        heated, pressed = held.surface is not None and held.surface.T is not None, self.bandage.area is not None
+        return reads(self.bandage.friction, self.count, T=heated, p=pressed)
 
     def friction(self, T_0: Array, along: Float[Array, " n"], held: RimInputs) -> Float[Array, " n"]:
         """Maximum forces `F_i` between linings and rim (N)."""
@@ -126,9 +127,7 @@ class InternalPair(eqx.Module):
             value, slope = jax.jvp(unbalance, (T_n,), (jnp.ones_like(T_n),))
             return T_n - value / jnp.where(slope == 0, 1.0, slope), None
 
-        pressed = self.bandage.area is not None
-        heated = held.surface is not None and held.surface.T is not None
-        if not reads(self.bandage.friction, self.count, T=heated, p=pressed).p:
+        if not self._reads(held).p:
             return improve(T_0, None)[0]
         # Newton from the start of the piece runs along a concave curve to its root there
         limits = limit_tensions(T_0, mu)
@@ -175,7 +174,7 @@ class StagedNow(ElasticNow):
 
 def ratios(z: ElasticNow) -> Float[Array, " n"]:
     """Tension ratios `μ_i` of the linings at the limit that counts."""
-    return (1 + z.limit.fz) / (1 - z.limit.fz)
+    return lining_ratio(z.limit.fz)
 
 
 def signed(inner: Int[Array, ""]) -> Float[Array, ""]:
@@ -209,7 +208,9 @@ class StagedBrake(AbstractElasticBand):
 
     # --- all of it at one instant -------------------------------------------------------------------------------------
 
-    def _rim(self, omega: Array, own: BandState, mode: Mode, surface: SurfaceState | None, static: Known) -> RimInputs:
+    def _rim(
+        self, omega: Array, own: BandState, mode: Mode, surface: SurfaceState | None, static: Array | bool
+    ) -> RimInputs:
         v = self.internal.radius * jnp.where(mode.own.inner < 0, -1.0, 1.0) * (omega - own.omega_b)
         return RimInputs(v, surface, static)
 
@@ -218,7 +219,7 @@ class StagedBrake(AbstractElasticBand):
         sliding, held, stuck = slips(band), band == HELD, inner == 0
         T_0, n = acting.tension, self.wrap.count
         at = self.at_limit(acting, own.omega_b, mode)
-        mu = (1 + at.limit.fz) / (1 - at.limit.fz)
+        mu = lining_ratio(at.limit.fz)
         still = self._rim(omega, own, mode, acting.surfaces[1], stuck)
         rim = self.internal.turning(still, own.omega_b, mode.own.lifted)
         # a held bandage bears the load, or what the sliding internal pair gives
@@ -227,8 +228,7 @@ class StagedBrake(AbstractElasticBand):
         rest = where_static(stuck, T_0 + acting.load / R_b, driven)
         drawn, tight = self.tensions(T_0, stretched, band, at.upper, rest)
         slack = where_static(band == OPEN, 0.0, drawn)
-        net_tension = tight - slack
-        torque = R_b * net_tension
+        net_tension, torque = tight - slack, band_torque(R_b, slack, tight)
 
         full = jnp.where(band == SLIP_BACK, -1 - n, n)
         piece = where_static(sliding, full, where_static(stuck, piece_of(slack, tight, mu), mode.own.piece))
@@ -236,9 +236,9 @@ class StagedBrake(AbstractElasticBand):
         friction = self.internal.friction(slack, along, rim)
         capacity = self.internal.radius * jnp.sum(friction)
         J, J_b = acting.inertia, jnp.asarray(self.internal.bandage.inertia)
-        common = where_static(held, 0.0, (acting.load - torque) / (J + J_b))
+        common = acceleration(acting.load, torque, J + J_b, held)
         drive = where_static(stuck, acting.load - J * common, signed(inner) * capacity)
-        alpha_b = where_static(stuck, common, where_static(held, 0.0, (drive - torque) / J_b))
+        alpha_b = where_static(stuck, common, acceleration(drive, torque, J_b, held))
         inner_slip = where_static(stuck, 0.0, self.internal.radius * (omega - own.omega_b))
         power = where_static(inner < 0, -1.0, 1.0) * friction * inner_slip
         margin = None
@@ -249,7 +249,7 @@ class StagedBrake(AbstractElasticBand):
             tight_tension=tight,
             net_tension=net_tension,
             brake_torque=torque,
-            alpha=where_static(stuck, alpha_b, (acting.load - drive) / J),
+            alpha=where_static(stuck, alpha_b, acceleration(acting.load, drive, J)),
             alpha_b=alpha_b,
             drive=drive,
             capacity=capacity,
@@ -277,8 +277,8 @@ class StagedBrake(AbstractElasticBand):
     def guards(self, acting: AppliedLoads, omega: Array, own: BandState, mode: Mode, z: StagedNow) -> StagedGuards:
         inner, n, size = mode.own.inner, self.wrap.count, self.sizes
         stuck, piece = inner == 0, mode.own.piece
-        slip = signed(inner) * (omega - own.omega_b) / size.speed
-        grip = jnp.where(stuck, (z.capacity - jnp.abs(z.drive)) / size.torque, slip)
+        left, slip = (z.capacity - jnp.abs(z.drive)) / size.torque, (omega - own.omega_b) / size.speed
+        grip = contact_margin(inner, left, slip)
         # while the internal pair slides its torque depends on the linings at their limit on the band; the equations are
         # smooth only while their number stays the same
         counted = ~stuck & ((mode.band == ELASTIC) | (mode.band == HELD))
@@ -309,9 +309,7 @@ class StagedBrake(AbstractElasticBand):
 
     def change(self, now: EventState, new: Mode, fired: StagedGuards, ask: EvaluateInMode) -> tuple[Mode, Array]:
         band, old, size, R_b = fired.band, now.mode, self.sizes, self.wrap.radius
-        # the internal pair slides the way the torque acts that broke it loose
-        way = jnp.where(ask(new, now.omega, now.own)[1].drive < 0, -1, 1)
-        inner = jnp.where(fired.internal, jnp.where(old.own.inner == 0, way, 0), old.own.inner).astype(jnp.int32)
+        inner = sense_after(old.own.inner, fired.internal, ask(new, now.omega, now.own)[1].drive)
         new = self.relocked(new, band)
         new = new._replace(own=new.own._replace(inner=inner))
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
@@ -414,7 +412,7 @@ class StagedBrake(AbstractElasticBand):
         # a held bandage is braced by the static friction of the band; the rim slides in it with the pulley's speed
         still, no = jnp.zeros_like(omega), jnp.asarray(False)
         fz = self.wrap.limit(tension, still, surfaces[0], no, jnp.asarray(True)).fz
-        mu, speed = (1 + fz) / (1 - fz), self.internal.radius * jnp.abs(omega)
+        mu, speed = lining_ratio(fz), self.internal.radius * jnp.abs(omega)
         rim, sense = (
             RimInputs(still if static else speed, surfaces[1], jnp.asarray(static)),
             jnp.where(omega < 0, -1, 1).astype(jnp.int32),

@@ -28,6 +28,16 @@ def grip(f: Float[Array, "..."], angle: Float[Array, " n"]) -> Float[Array, " n"
     return f * jnp.tan(angle / 2)
 
 
+def lining_ratio(fz: Float[Array, "..."]) -> Float[Array, "..."]:
+    """`μ_i = T_i/T_{i−1} = (1 + f_i z_i)/(1 − f_i z_i)` of linings that slide, `|f_i z_i| < 1` (Z-12…Z-14)."""
+    return (1 + fz) / (1 - fz)
+
+
+def band_torque(radius: Array, slack: Array, tight: Array) -> Float[Array, "..."]:
+    """`M = R_b (T_n − T_0)` (N·m) of a band; sliding, with `T_n = Π T_0`, it is `R_b T_0 (Π − 1)` (Z-15…Z-18)."""
+    return radius * (tight - slack)
+
+
 def tension_ratio(fz: Float[Array, " n"]) -> tuple[Float[Array, " n"], Bool[Array, " n"]]:
     """Tension ratio of each lining at its limit, and which linings are self-locking.
 
@@ -42,7 +52,7 @@ def tension_ratio(fz: Float[Array, " n"]) -> tuple[Float[Array, " n"], Bool[Arra
     """
     locked = fz >= 1.0
     safe = jnp.where(locked, 0.0, fz)
-    return (1 + safe) / (1 - safe), locked
+    return lining_ratio(safe), locked
 
 
 _Vectors: TypeAlias = tuple[Float[Array, " n"]]
@@ -87,7 +97,7 @@ def _(primals: _Vectors, tangents: _Vectors) -> tuple[Array, Array]:
 @jax.custom_jvp
 def sliding_ratio(fz: Float[Array, " n"]) -> Float[Array, ""]:
     """`Π = ∏ (1 + f_i z_i)/(1 − f_i z_i)` for `|f_i z_i| < 1`; of negative ones it is `1/Π`."""
-    return jnp.prod((1 + fz) / (1 - fz))
+    return jnp.prod(lining_ratio(fz))
 
 
 @sliding_ratio.defjvp

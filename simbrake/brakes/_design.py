@@ -22,7 +22,7 @@ from ..friction import (
     reads,
 )
 from ..hybrid._arrays import Array, numpy_of
-from ._band import AbstractStiffness, ParallelBands, grip, product, tension_ratio
+from ._band import AbstractStiffness, ParallelBands, band_torque, grip, product, tension_ratio
 
 
 class Pulley(Part):
@@ -455,7 +455,7 @@ class Brake(AbstractBandBrake):
 
     def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
         mu = tension_ratio(grip(f, jnp.asarray(self.linings.angle)))[0]
-        return jnp.asarray(self.band.radius) * force * (product(mu) - 1)
+        return band_torque(jnp.asarray(self.band.radius), jnp.asarray(force), force * product(mu))
 
     def locking_words(self, i: int, share: float) -> str:
         return f"lining {i}: f·tan(β/2) = {share:.4g} ≥ 1, the band is self-locking"

@@ -12,7 +12,7 @@ from .._outputs._log import internal_slip_tension
 from .._parts._scene import Scene, band_brake, sensed_at_start
 from .._physics._shaft import Shaft
 from .._physics._staged import InternalPair, RimInputs
-from ..brakes._band import grip, running_product, tension_ratio
+from ..brakes._band import band_torque, grip, lining_ratio, running_product, tension_ratio
 from ..brakes._design import Bandage, unloaded
 from ..friction import SurfaceState, memory_at_start
 from ..hybrid._arrays import Array
@@ -90,8 +90,8 @@ def classical_stop(scene: Scene) -> ClassicalStop | None:
         return None
     load, inertia = load_and_inertia(scene)
     fz = f * np.tan(angle / 2)
-    ratio = float(np.prod((1 + fz) / (1 - fz)))
-    torque = float(brake.band.radius) * float(lever.scale()) * (ratio - 1)
+    slack = float(lever.scale())
+    torque = float(band_torque(brake.band.radius, slack, slack * np.prod(lining_ratio(fz))))
     if torque <= load:
         return None
     time = inertia * omega / (torque - load)
