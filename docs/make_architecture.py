@@ -26,7 +26,7 @@ LAYERS = (
     ("_base", "numbers with units, input errors, tables, compiling, progress"),
     ("friction, profiles, loads, thermal, wear, brakes", "parts of a scene: parameters, laws, checks"),
     ("_parts", "the scene: all parts together, checked"),
-    ("_physics", "mechanisms with friction pairs; one system that couples them with heat, wear, ledger"),
+    ("_physics", "mechanisms with friction pairs; one system that couples them with heat, wear, rope, phases"),
     ("_outputs", "what a run says: quantities, maxima and marks between steps, metrics, events, stops"),
     ("_run", "one run: simulate, prepare, result, limits, verdict, accuracy"),
     ("studies, layouts", "many runs on one evaluator: sensitivities, ensembles, fits, layouts, life"),

@@ -187,7 +187,10 @@ def rows_of(labels: Sequence[Label]) -> list[Stop]:
     return found
 
 
-_stretched = RunJit(lambda system, states, modes: jax.vmap(system.stretched)(states, modes), quick=True)
+_stretched = RunJit(
+    lambda system, states, modes: jax.vmap(lambda y, mode: system.rope.stretched(system, y, mode))(states, modes),
+    quick=True,
+)
 
 
 def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan) -> Table:

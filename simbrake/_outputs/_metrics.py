@@ -14,7 +14,8 @@ from jaxtyping import Float
 
 from .._base._table import number
 from .._parts._scene import Scene, has_load
-from .._physics._brake import BrakeSystem, BrakeUnderRope, State
+from .._physics._brake import BrakeSystem
+from .._physics._feature import State
 from .._physics._mechanism import BandMode, Ledger, Mode, slips
 from ..brakes._design import Brake, Strength
 from ..hybrid import LANDED, Record, largest, smallest
@@ -241,18 +242,20 @@ def _stopping_angle(record: Record, scene: Scene) -> Array:
 
 
 def _hook_travel(record: Record, scene: Scene) -> Any:
-    travel, system = scene.duty.load.travelled(_stopping_angle(record, scene)), record.system
+    travel = scene.duty.load.travelled(_stopping_angle(record, scene))
+    system: BrakeSystem = record.system  # pyright: ignore
     if travel is None:
         return np.asarray(np.inf)
-    if not isinstance(system, BrakeUnderRope):
+    if (rope := system.rope) is None:
         return travel
-    return travel + _first(record, _stops, jax.vmap(system.stretched)(record.states, record.modes))
+    stretched = jax.vmap(lambda y, mode: rope.stretched(system, y, mode))
+    return travel + _first(record, _stops, stretched(record.states, record.modes))
 
 
 def hook_travel_at(system: BrakeSystem, scene: Scene, y: State, mode: Mode) -> Any:
     """Travel of the hook (m) since the start, with the stretch of an elastic rope; `None` of a load on no hook."""
     travel = scene.duty.load.travelled(y.phi)
-    return travel + system.stretched(y, mode) if isinstance(system, BrakeUnderRope) else travel  # pyright: ignore
+    return travel if system.rope is None else travel + system.rope.stretched(system, y, mode)  # pyright: ignore
 
 
 def worn_thickness(record: Record) -> Float[Array, " n"]:

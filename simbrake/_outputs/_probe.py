@@ -13,7 +13,8 @@ from jaxtyping import Float, Int, PyTree
 from .._base._compiling import DeviceJit
 from .._base._corners import greater
 from .._base._progress import piece
-from .._physics._brake import LEVER, LOAD, BrakeNow, BrakeSystem, BrakeUnderRope, Capacity, State, piece_of
+from .._physics._brake import BrakeSystem, Capacity
+from .._physics._feature import LEVER, LOAD, BrakeNow, State, piece_of
 from .._physics._mechanism import OPEN, MechanismOutputs, Mode
 from ..hybrid import SKIPPED, Record, smallest
 from ..hybrid._arrays import Array, numpy_of
@@ -265,7 +266,7 @@ def driving(system: BrakeSystem, t: Array, omega: Array, mode: Mode) -> Array:
     sense, load = jnp.sign(omega), system.load_torque(t, omega, mode)
     if system.shaft is not None:
         rest = system.load_torque(t, 0.0 * omega, mode)
-        load = load - system.shaft.turning(t, omega, rest, sense, system.shaft_pieces(mode))
+        load = load - system.shaft.turning(t, omega, rest, sense, system.shaft.pieces(mode))
     return sense * load
 
 
@@ -321,8 +322,8 @@ def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow |
     hanging, travel = load.hanging(piece_of(mode, LOAD)), load.travel()
     if hanging is None or travel is None or travelled is None:
         return None
-    if isinstance(system, BrakeUnderRope):
-        position = travelled + system.stretched(y, mode)
+    if system.rope is not None:
+        position = travelled + system.rope.stretched(system, y, mode)
         return HookNow(position, y.hook.speed, z.rope.force, z.rope.stretch, z.rope.weight)
     mass, weight = hanging
     return HookNow(jnp.asarray(travelled), y.omega * travel, weight - mass * travel * z.contact.alpha)

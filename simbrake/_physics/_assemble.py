@@ -15,17 +15,22 @@ from ..friction import Contact, rates_read
 from ..hybrid._arrays import Array
 from ..profiles import first_piece
 from ..thermal._heat import FrictionHeat
-from ..wear import AbstractWearRate
-from ._brake import BrakeSystem, BrakeUnderRope, State, Wearing, under_rope
+from ..wear import AbstractWearRate, Wear
+from ._brake import BrakeSystem
 from ._chain import Chain
 from ._elastic import ElasticBand
+from ._feature import Feature, State
+from ._heated import Heating
 from ._mechanism import AbstractMechanism, Mode, Pair, Sizes
+from ._phased import DutyInPhases
 from ._rigid import PressedContact, RigidBand, RigidBands
+from ._rope import ElasticRope, Layers
 from ._shaft import Shaft
 from ._sliding import BandFriction, LiningFriction, PadFriction
 from ._sprung import SprungBandage
 from ._staged import InternalPair, StagedBrake
 from ._thermal import Thermal, assemble_thermal
+from ._worn import FrictionTables, Memory, Wearing
 
 
 def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
@@ -46,37 +51,55 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     elastic, load = duty.load.elastic, duty.load.on_layer(layer)
     inertia = jnp.asarray(brake.inertia) + (load.inertia() if elastic is None else 0.0)
     sizes = _sizes(scene, still, omega_0, inertia)
-    mechanism, wearing = _mechanism(scene, pairs, sizes, still), None
+    mechanism = _mechanism(scene, pairs, sizes, still)
+    features: list[Feature] = []  # of what the scene has; each sees the changes of those before it
+    if any(pair.law.temperature_range() is not None and _senses(pair, thermal) for pair in pairs):
+        features.append(FrictionTables())
+    if layer is not None:
+        features.append(Layers())
+    if scene.shaft:
+        features.append(Shaft(scene.shaft))
+    if thermal is not None:
+        features.append(Heating(thermal, brake.linings.weights))
     if scene.wear is not None:
-        assert pairs[0].area is not None
-        # volume k W/f for the friction work of a typical stop, over all linings: f n is of the order of 1
-        energy = 0.5 * inertia * sizes.speed**2 + sizes.torque
-        turned_at = scene.wear.turned_at if scene.wear.turned_after is None else scene.wear.turned_after
-        turned_at = None if turned_at is None else jnp.asarray(turned_at)
-        wearing = Wearing(_positive(jnp.max(scene.wear.rate.at(None) / pairs[0].area) * energy), turned_at)
-    kind = BrakeSystem if elastic is None else under_rope(elastic, load, duty.load_piece(t_0))
-    system = kind(
+        features.append(_wearing(scene.wear, pairs[0], 0.5 * inertia * sizes.speed**2 + sizes.torque))
+    if any(pair.memory is not None for pair in pairs):
+        features.append(Memory())
+    if isinstance(duty.lever, Phases):
+        features.append(DutyInPhases())
+    if elastic is not None:
+        features.append(ElasticRope.of(elastic, load, duty.load_piece(t_0)))
+    system = BrakeSystem(
         mechanism=mechanism,
         inertia=inertia,
         track_radius=jnp.asarray(brake.track_radius),
         lever=duty.lever,
         load=duty.load,
-        thermal=thermal,
-        wearing=wearing,
-        weights=brake.linings.weights,
-        shaft=Shaft(scene.shaft) if scene.shaft else None,
+        features=tuple(features),
     )
     own, band, own_mode = mechanism.start(omega_0, jnp.asarray(initial.elongation) + jnp.zeros_like(omega_0))
     sense = jnp.where(omega_0 < 0, -1, 1).astype(jnp.int32)
-    state, lever, phase = system.start(omega_0, own, u), duty.lever, None
+    lever, phase = duty.lever, None
     if isinstance(lever, Phases):
         phase = jnp.asarray(0, jnp.int32)
-        state, lever = state._replace(phase=state.phase._replace(begun=t_0)), lever.at(phase, t_0)
+        lever = lever.at(phase, t_0)
     of_heat = (first_piece(profile, t_0) for profile in system.profiles)
     pieces = (first_piece(lever, t_0), duty.load_piece(t_0), *of_heat)
-    turn = jnp.sign(omega_0).astype(jnp.int32) if system.shaft is not None and system.shaft.dry else None
-    mode = Mode(jnp.asarray(band), sense, own_mode, pieces, turn, phase, layer)
-    return system, *(system.hung(state, mode) if isinstance(system, BrakeUnderRope) else (state, mode))
+    mode = Mode(jnp.asarray(band), sense, own_mode, pieces, phase=phase, layer=layer)
+    return system, *system.start(t_0, omega_0, own, u, mode)
+
+
+def _senses(pair: Pair, thermal: Thermal | None) -> bool:
+    """Whether the law of a pair sees temperatures of the scene."""
+    return thermal is not None and pair.heat is not None and pair.heat.sensor is not None
+
+
+def _wearing(wear: Wear, pair: Pair, energy: Array) -> Wearing:
+    assert pair.area is not None
+    # volume k W/f for the friction work of a typical stop, over all linings: f n is of the order of 1
+    turned_at = wear.turned_at if wear.turned_after is None else wear.turned_after
+    scale = _positive(jnp.max(wear.rate.at(None) / pair.area) * energy)
+    return Wearing(scale, None if turned_at is None else jnp.asarray(turned_at))
 
 
 def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:

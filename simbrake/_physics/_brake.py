@@ -1,7 +1,5 @@
-"""A brake as a hybrid system: shaft, load and lever, heat, wear and ledger over any friction pairs."""
+"""A brake as a hybrid system: mechanism, lever and load, and its features over any friction pairs."""
 
-import functools
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -10,100 +8,35 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, PyTree
 
-from .._base._corners import lesser
 from .._base._part import leaves, parts_below
 from .._base._quantity import Characteristic
-from .._phases import AfterTravel, AtRest, AtTemperature, PhaseEnd, PhaseNow, Phases
-from ..friction import SurfaceState, memory_at_start, memory_sizes
-from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem, smallest
-from ..hybrid._arrays import Array, largest
-from ..hybrid._system import ENDED, Instant, variables_of
+from .._phases import PhaseEnd, PhaseNow, Phases
+from ..friction import SurfaceState
+from ..hybrid import CORE, QUADRATURE
+from ..hybrid._arrays import Array
+from ..hybrid._system import Instant, variables_of
 from ..loads import AbstractLoad
 from ..profiles import AbstractProfile, FunctionProfile, Piece, Real, hides_nothing, next_known_time
-from ..rope import RopeElasticity
+from ._feature import LEVER, LOAD, AbstractBrake, BrakeGuards, BrakeNow, Feature, Moment, State, piece_of
+from ._heated import Heating, Network
 from ._mechanism import (
     OPEN,
     AbstractMechanism,
     AppliedLoads,
     BrakeCode,
     ContactNow,
-    ContactState,
     EventState,
-    HeatLedger,
     Ledger,
     Mode,
-    Pair,
-    Sizes,
     Surfaces,
 )
-from ._shaft import Shaft, ShaftNow, speed_on_layer
+from ._rope import ElasticRope
+from ._shaft import Shaft, ShaftNow
 from ._sliding import AbstractLiningFriction
-from ._sparsity import couplings, couplings_of_memory
-from ._thermal import Conditions, Deposit, HeatFlows, Pieces, Thermal, total
-
-# --- state of a run ---------------------------------------------------------------------------------------------------
-
+from ._thermal import Thermal, total
 
 #: relative rounding of a torque that balances another one
 _ROUNDING = 1e-9
-
-
-class State(NamedTuple):
-    """Angle `φ` (rad) and speed `ω` (rad/s) of the pulley, the states of the mechanism's own, the ledger, the heat
-    content of the thermal nodes over their capacity (K; `None` without heat), the thickness worn off the linings of
-    each pair (m; `None` without wear, and of a pair without), the states of the friction law of each pair (`None`
-    without any), of the phase of the duty (`None` without phases), and of a hook on an elastic rope (`None` on a rigid
-    one)."""
-
-    phi: Any
-    omega: Any
-    own: Any
-    ledger: Ledger
-    heat: Any = None
-    worn: Any = None
-    memory: Any = None
-    phase: Any = None
-    hook: Any = None
-
-
-class ThermalNow(NamedTuple):
-    """The thermal network at one instant."""
-
-    T: Array  # temperatures of the nodes with capacity (K)
-    T_junctions: Array  # of those without, friction heat included
-    flows: HeatFlows  # friction apart
-    deposits: tuple[Deposit, ...]  # of the friction heat of each pair (W)
-
-
-class BrakeNow(NamedTuple):
-    """Variables of a brake: applied loads, its mechanism (`contact`), its pairs, and the thermal network if any."""
-
-    lever_tension: Float[Array, ""]  # T_0 (N), as the lever would give it
-    lever_rate: Float[Array, ""]  # its rate (N/s)
-    load_torque: Float[Array, ""]  # M_load (N·m)
-    contact: PyTree  # a `ContactNow`
-    rubs: tuple[ContactState, ...]
-    thermal: ThermalNow | None
-    shaft: ShaftNow | None = None  # torques on the shaft beside load and brake
-    rope: Any = None  # a `RopeNow`, of an elastic rope
-
-    @property
-    def net_load(self) -> Array:
-        """Torque (N·m) that the shaft leaves of the load: that on the mechanism."""
-        return self.load_torque if self.shaft is None else self.shaft.left
-
-
-class Wearing(NamedTuple):
-    """Integration of the wear depth of the linings: no rate depends on it, it is a quadrature.
-
-    - `scale` (m): typical thickness that the run wears off
-    - `turned_at`: times at which the band is turned end for end (of a duty in phases: numbers of phases that have
-      ended). `h_i` of the first pair stays that of the lining which was the `i`-th at the start; after an odd number of
-      turns it rubs where the `(n + 1 − i)`-th did
-    """
-
-    scale: Float[Array, ""]
-    turned_at: Array | None
 
 
 class Capacity(NamedTuple):
@@ -135,53 +68,8 @@ class Capacity(NamedTuple):
         return self.settled & self.outweighed
 
 
-# --- phases of a duty -------------------------------------------------------------------------------------------------
-
-
-class PhaseState(NamedTuple):
-    """Begin of the phase that runs (s), and angle by which the pulley has turned in it (rad)."""
-
-    begun: Any
-    turned: Any
-
-
-def begun_anew(state: PhaseState, t: Array, before: Mode, after: Mode, phases: Phases) -> PhaseState:
-    """The state after a change of mode: another phase begins now, unless all are over."""
-    new = (after.phase != before.phase) & (after.phase < phases.total)
-    return PhaseState(jnp.where(new, t, state.begun), jnp.where(new, 0.0, state.turned))
-
-
-def margin_of_phase(
-    now: PhaseNow, state: PhaseState, mode: Mode, lowered: Any, hot: dict[str, Array]
-) -> Float[Array, ""]:
-    """Margin to the end of the phase that runs; 1 where a time ends it, which is a time breakpoint.
-
-    - `lowered`: travel of the hook in the phase (m);  `hot`: surface temperatures (K)
-    """
-    found = []
-    for phase in now.whole.phases:
-        end = phase.until
-        if isinstance(end, AtRest):
-            # (the pulley has moved in the phase, if only by rounding: an event at its begin takes no time)
-            found.append(jnp.where(mode.rests & (state.turned != 0), -1.0, 1.0))
-        elif isinstance(end, AfterTravel):
-            found.append(1.0 - lowered / end.distance)
-        elif isinstance(end, AtTemperature):
-            above = (largest(jnp.atleast_1d(hot[end.of])) - end.level) / 100.0
-            found.append(above if end.falling else -above)
-        else:
-            found.append(1.0)
-    return now.of_each(found)
-
-
-# --- the system -------------------------------------------------------------------------------------------------------
-
-
 #: passes in which tension and temperature after a jump are settled; each leaves about 1e-3 of the one before it
 _PASSES = 4
-
-#: places among `Mode.pieces`: of the lever, the load, then of the profiles of the heat, friction, then of the shaft
-LEVER, LOAD, HEAT = 0, 1, 2
 
 
 def course_of_profile(profile: AbstractProfile, t: Array, piece: Piece) -> Real:
@@ -198,32 +86,16 @@ def _course_of_load(load: AbstractLoad, t: Array, piece: Piece) -> Real:
     return load.torque(t, jnp.ones(()), piece)
 
 
-class BrakeGuards(NamedTuple):
-    """Guards of a brake, or which of them fired; `None`: absent physics has none.
-
-    - `contact`: those of the mechanism;  `dry_shaft`: motion of the shaft, or what its dry friction can hold
-    - `layer_paid_out`, `layer_full`: rope left on its layer;  `friction_table`: to the ends of a table of friction
-    - `phase_end` of the duty;  `rope`: pull of an elastic rope, of a slack one its slack
-    """
-
-    contact: PyTree
-    dry_shaft: Any = None
-    layer_paid_out: Any = None
-    layer_full: Any = None
-    friction_table: Any = None
-    phase_end: Any = None
-    rope: Any = None
-
-
-class BrakeSystem(AbstractSemiExplicitSystem):
-    """A brake: its mechanism under a lever and a load, with a thermal network and wear if the scene has them.
+class BrakeSystem(AbstractBrake):
+    """A brake: its mechanism under a lever and a load, and its features.
 
         φ̇ = ω,   J ω̇ = M_load(t, ω) − Σ M_shaft − M_b
 
     The only place where physics couples: temperatures go into the friction of the pairs, their power `F v` into the
     network, the ledger and the wear.
 
-    - `inertia` `J` (kg·m²) of all that turns with the shaft at the start;  `track_radius` (m), whose speed cools
+    - `inertia` `J` (kg·m²) of all that turns with the shaft at the start;  `track_radius` (m) of the rim
+    - `features`: heat, shaft, rope, phases, wear, states of friction laws, of those that the scene has
     """
 
     mechanism: AbstractMechanism
@@ -231,15 +103,27 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     track_radius: Array
     lever: AbstractProfile | Phases
     load: AbstractLoad
-    thermal: Thermal | None
-    wearing: Wearing | None
-    weights: Float[Array, " n"]  # of the linings, over which the heat of a jump is spread
-    shaft: Shaft | None = None
+    features: tuple[Feature, ...]
 
     @property
-    def sizes(self) -> Sizes:
-        """Typical slack tension, torque and speed."""
-        return self.mechanism.sizes
+    def heat(self) -> Heating | None:
+        """Heat of the brake, where the scene has it."""
+        return self.feature(Heating)
+
+    @property
+    def thermal(self) -> Thermal | None:
+        """The thermal network, where the scene has one."""
+        return None if self.heat is None else self.heat.thermal
+
+    @property
+    def shaft(self) -> Shaft | None:
+        """Torques on the shaft beside load and brake."""
+        return self.feature(Shaft)
+
+    @property
+    def rope(self) -> ElasticRope | None:
+        """The elastic rope, where the load hangs on one."""
+        return self.feature(ElasticRope)
 
     @property
     def grip(self) -> AbstractLiningFriction:
@@ -250,11 +134,6 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def pair_names(self) -> tuple[str, ...]:
         """Names of the friction pairs, first the one on which the lever acts."""
         return tuple(pair.name for pair in self.mechanism.pairs)
-
-    @property
-    def remembers(self) -> bool:
-        """Whether a friction law has internal states."""
-        return any(pair.memory is not None for pair in self.mechanism.pairs)
 
     # --- load and lever -----------------------------------------------------------------------------------------------
 
@@ -295,7 +174,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     @property
     def jumps(self) -> bool:
         """Whether states jump at events, beyond rounding and the speed at a change of the rope's layer."""
-        return self.mechanism.stretches
+        return self.mechanism.stretches or any(one.jumps(self) for one in self.features)
 
     @property
     def self_timed(self) -> bool:
@@ -306,43 +185,33 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return self.lever.at(mode.phase, y.phase.begun) if isinstance(self.lever, Phases) else self.lever
 
     def inertia_at(self, mode: Mode) -> Array:
-        """Inertia of all that turns and moves with the shaft (kg·m²)."""
-        load, inertia = self.load.on_layer(mode.layer), self.inertia
+        inertia = self.inertia
+        if self.rope is not None:  # it alone feels the hook
+            return inertia
+        load = self.load.on_layer(mode.layer)
         if self.load.layers is not None:
             inertia = inertia + (load.inertia() - self.load.on_layer(self.load.layers.first_layer()).inertia())
         more = load.added_inertia(piece_of(mode, LOAD))
         return inertia if more is None else inertia + more
 
     def load_torque(self, t: Array, omega: Array, mode: Mode, y: State | None = None) -> Array:
-        """Torque of the load (N·m), its rope in the layer of the mode; where `y` matters, see `BrakeUnderRope`."""
-        return jnp.asarray(self.load.on_layer(mode.layer).torque(t, omega, piece_of(mode, LOAD)))
-
-    def shaft_pieces(self, mode: Mode) -> tuple[Piece, ...]:
-        count = len(mode.pieces)
-        return tuple(piece_of(mode, i) for i in range(count - len(self.shaft.laws), count)) if self.shaft else ()
+        torque = jnp.asarray(self.load.on_layer(mode.layer).torque(t, omega, piece_of(mode, LOAD)))
+        return torque if self.rope is None or y is None else torque + self.rope.torque_beyond_weight(self, y, mode)
 
     def _shaft_now(self, t: Array, y: State, mode: Mode, load: Array) -> ShaftNow | None:
-        pieces, still = self.shaft_pieces(mode), 0.0 * y.omega
-        return self.shaft and self.shaft.now(t, y.omega, (load, self.load_torque(t, still, mode, y)), mode, pieces)
+        if self.shaft is None:
+            return None
+        at_rest = self.load_torque(t, 0.0 * y.omega, mode, y)
+        return self.shaft.now(t, y.omega, (load, at_rest), mode, self.shaft.pieces(mode))
 
-    def _network(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, Array, Conditions, Pieces]:
-        """The thermal network at one instant, input of its heat flows: temperatures of nodes and junctions, time,
-        conditions at the surfaces, pieces of given functions."""
-        assert self.thermal is not None
-        around = Conditions(
-            speed=jnp.abs(y.omega) * self.track_radius,
-            lining_speed=jnp.abs(self.mechanism.lining_speed(y.own)),
-            closed=jnp.where(mode.band == OPEN, 0.0, 1.0),
-            pressures=self._pressures(t, y, mode) if self.thermal.heat.pressed else (0.0,),
-            seated=None if mode.lifted is None else 1.0 - mode.lifted.astype(jnp.float64),
-        )
-        T, pieces = self.thermal.temperatures(y.heat), tuple(piece_of(mode, i) for i in range(HEAT, len(mode.pieces)))
-        return T, self.thermal.junctions(T, t, around, pieces), t, around, pieces
+    def _network(self, heat: Heating, t: Array, y: State, mode: Mode) -> Network:
+        pressures = self._pressures(heat, t, y, mode) if heat.thermal.heat.pressed else (0.0,)
+        return heat.network(Moment(self, t, y, mode), pressures)
 
-    def _pressures(self, t: Array, y: State, mode: Mode) -> tuple[Array, ...]:
+    def _pressures(self, heat: Heating, t: Array, y: State, mode: Mode) -> tuple[Array, ...]:
         """Pressures of the linings (Pa) in each pair; loads do not depend on how fast temperatures change."""
         _, left, _, surfaces, (tension, pull) = self.given(t, y, mode)
-        still = self._at_sensors(jnp.zeros_like(y.heat))
+        still = heat.at_sensors(self, jnp.zeros_like(y.heat))
         acting = AppliedLoads(t, tension, pull, left, self.inertia_at(mode), surfaces, lambda forces: still)
         z = self.mechanism.variables(acting, y.omega, y.own, mode)
         shown = self.mechanism.shown(tension, y.omega, y.own, mode, surfaces, z).pairs
@@ -350,13 +219,11 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return tuple(jnp.zeros(()) if pair.area is None else now.normal / pair.area for pair, now in each)
 
     def sensed(self, u: Array | None) -> tuple[Array | None, ...]:
-        """Temperatures (K) that the law of each pair sees, (n,), for the heat contents `u`; `None`: there are none."""
-        if self.thermal is None or u is None:
+        if self.heat is None or u is None:
             return tuple(None for _ in self.mechanism.pairs)
-        return self._at_sensors(self.thermal.temperatures(u))
+        return self.heat.at_sensors(self, self.heat.thermal.temperatures(u))
 
     def surfaces(self, t: Array, y: State, mode: Mode) -> Surfaces:
-        """Surface states that the law of each pair depends on; `None`: none."""
         memory = tuple(None for _ in self.mechanism.pairs) if y.memory is None else y.memory
         each = zip(self.sensed(y.heat), memory, self._factors(t, mode), strict=True)
         return tuple(None if all(x is None for x in one) else SurfaceState(*one) for one in each)
@@ -366,15 +233,6 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         last = len(mode.pieces) - len(self.shaft.laws if self.shaft else ())
         first = last - len(self.mechanism.profiles)
         return self.mechanism.factors(t, [piece_of(mode, i) for i in range(first, last)])
-
-    def _at_sensors(self, T: Array) -> tuple[Array | None, ...]:
-        """Values at the nodes on which the laws of the pairs depend."""
-        assert self.thermal is not None
-        found = []
-        for pair in self.mechanism.pairs:
-            sensor = None if pair.heat is None else pair.heat.sensor
-            found.append(None if sensor is None else self.thermal.at(T, sensor, pair.count))
-        return tuple(found)
 
     def lever_tension(self, t: Array, y: State, mode: Mode, load: Array, surfaces: Surfaces) -> tuple[Array, Array]:
         """`T_0` (N) and its rate as the lever has them."""
@@ -395,58 +253,34 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return load, left, shaft, surfaces, self.lever_tension(t, y, mode, left, surfaces)
 
     def surface_temperatures(self, z: BrakeNow) -> dict[str, Array]:
-        """Surface temperatures (K) of rim, linings and band where the scene names them; on walls reconstructed."""
-        if self.thermal is None or z.thermal is None:
-            return {}
-        faces = dict(z.thermal.flows.faces)
-        for deposit in z.thermal.deposits:
-            for place, flow in deposit.faces.items():
-                faces[place] = faces.get(place, 0.0) + flow
-        T, T_J, places = z.thermal.T, z.thermal.T_junctions, self.thermal.heat.hot_places
-        return {kind: self.thermal.surface(place, T, T_J, faces) for kind, place in places.items()}
+        return {} if self.heat is None else self.heat.surface_temperatures(z)
 
     # --- all of it at one instant -------------------------------------------------------------------------------------
 
     def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
-        pairs = self.mechanism.pairs
-        net: Any = self.thermal
+        heat, thermal = self.heat, None
         load, left, shaft, surfaces, (tension, pull) = self.given(t, y, mode)
 
-        def deposit(pair: Pair, heat: Array) -> Deposit:
-            return net.deposit(pair.heat, jnp.atleast_1d(heat), *now)
-
         def heating_rate(forces: tuple[Array | None, ...] | None) -> tuple[Array | None, ...]:
-            if net is None:
-                return (None,) * len(pairs)
-            into = flows.into
-            if forces is not None:
-                given = [(pair, force) for pair, force in zip(pairs, forces, strict=True) if force is not None]
-                into = total([deposit(pair, force).into for pair, force in given])
-            return self._at_sensors(net.rise(into))
+            if heat is None:
+                return tuple(None for _ in self.mechanism.pairs)
+            return heat.rates_at_sensors(self, network, flows, forces)
 
-        if net is not None:
-            now = self._network(t, y, mode)
-            flows = net.flows(*now, () if self.shaft is None else self.shaft.heating(shaft, y.omega))
+        if heat is not None:
+            network = self._network(heat, t, y, mode)
+            flows = heat.thermal.flows(*network, () if self.shaft is None else self.shaft.heating(shaft, y.omega))
         factor_rates = None
         if self.mechanism.stretches and self.mechanism.profiles:
             factor_rates = jax.jvp(lambda t: self._factors(t, mode), (t,), (jnp.ones_like(t),))[1]
         acting = AppliedLoads(t, tension, pull, left, self.inertia_at(mode), surfaces, heating_rate, factor_rates)
-        z = self.mechanism.variables(acting, y.omega, y.own, mode)
-        rubs = self.mechanism.rubs(mode, z)
-        if net is None:
-            return BrakeNow(tension, pull, load, z, rubs, None, shaft)
-        deposits = []
-        for pair, rub in zip(pairs, rubs, strict=True):
-            if jnp.ndim(rub.slip) == 0:
-                # one slip speed for all linings: the mechanism has asked for the heat per unit of it
-                found = jax.tree.map(lambda x, v=rub.slip: x * v, deposit(pair, rub.force))
-            else:
-                power = rub.force * rub.slip
-                found = deposit(pair, power if pair.apart else jnp.sum(power))
-            deposits.append(found)
-        hot_junctions = total([now[1], *(found.into_junctions for found in deposits)])
-        thermal = ThermalNow(now[0], hot_junctions, flows, tuple(deposits))
-        return BrakeNow(tension, pull, load, z, rubs, thermal, shaft)
+        contact = self.mechanism.variables(acting, y.omega, y.own, mode)
+        rubs = self.mechanism.rubs(mode, contact)
+        if heat is not None:
+            thermal = heat.with_friction(self, rubs, network, flows)
+        z = BrakeNow(tension, pull, load, contact, rubs, thermal, shaft)
+        for feature in self.features:
+            z = feature.variables(Moment(self, t, y, mode, z))
+        return z
 
     def rates(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> State:
         ledger = Ledger(
@@ -454,74 +288,13 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             lever_work=z.contact.lever_power,
             friction=tuple(_total(rub.force * rub.slip) for rub in z.rubs),
             damper_heat=z.contact.damping if self.mechanism.damps else None,
-            shaft=None if self.shaft is None else tuple(power for _, power in self.shaft.powers(z.shaft, y.omega)),
         )
         rates = State(y.omega, z.contact.alpha, self.mechanism.own_rates(z.contact), ledger)
-        if y.phase is not None:
-            rates = rates._replace(phase=PhaseState(jnp.zeros_like(y.omega), y.omega))
-        if self.wearing is not None:
-            passed = t if mode.phase is None else mode.phase.astype(jnp.float64)
-            rates = rates._replace(worn=self._wear_rates(passed, y, z.rubs, self.wearing.turned_at))
-        if y.memory is not None:
-            rates = rates._replace(memory=self._memory_rates(t, y, mode, z))
-        if self.thermal is None or z.thermal is None:
-            return rates
-        flows, deposits = z.thermal.flows, z.thermal.deposits
-        into = total([flows.into, *(deposit.into for deposit in deposits)])
-        each = [self._booked_of(pair, deposit) for pair, deposit in zip(self.mechanism.pairs, deposits, strict=True)]
-        booked: HeatLedger = jax.tree.map(lambda *parts: total(parts), *each)
-        lost = booked.lost + flows.lost
-        if self.shaft is not None:  # heat that enters no body
-            lost = lost + total([power for place, power in self.shaft.powers(z.shaft, y.omega) if place is None])
-        booked = booked._replace(lost=lost, supplied=flows.supplied)
-        return rates._replace(ledger=ledger._replace(heat=booked), heat=self.thermal.rise(into))
-
-    def _wear_rates(
-        self, passed: Array, y: State, rubs: tuple[ContactState, ...], turned_at: Array | None
-    ) -> tuple[Array | None, ...]:
-        """Rates of wear (m/s) of the linings as they were counted at the start."""
-        given = zip(self.mechanism.pairs, rubs, self.sensed(y.heat), strict=True)
-        first, *others = (pair.wear_rate(rub, T) for pair, rub, T in given)
-        if turned_at is not None and first is not None:
-            turns = jnp.sum(jnp.asarray(passed) >= turned_at)
-            first = jnp.where(turns % 2 == 1, first[::-1], first)
-        return first, *others
-
-    def _memory_rates(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> tuple[PyTree, ...]:
-        found, is_open, surfaces = [], mode.band == OPEN, self.surfaces(t, y, mode)
-        for i, (pair, rub, surface) in enumerate(zip(self.mechanism.pairs, z.rubs, surfaces, strict=True)):
-            if pair.memory is None or surface is None:
-                found.append(None)
-                continue
-            v, power, normal = rub.sense * rub.slip, rub.force * rub.slip, rub.normal
-            if i == 0:  # the pair on which the lever acts may be open, and sticking linings share its load by a rule
-                v, power = jnp.where(is_open, 0.0, v), jnp.where(is_open, 0.0, power)
-                if pair.memory.p:
-                    seen = (z.lever_tension, y.omega, y.own, mode, surfaces, z.contact)
-                    normal = jnp.where(rub.sense == 0, self.mechanism.shown(*seen).pairs[0].normal, normal)
-            found.append(pair.memory_rates(surface, v, normal, power))
-        return tuple(found)
-
-    def _booked_of(self, pair: Pair, deposit: Deposit) -> HeatLedger:
-        metal, none = deposit.to_metal, jnp.zeros_like(deposit.to_metal)
-        behind = none if deposit.beyond is None else deposit.beyond
-        metal, band = (behind, metal) if pair.on_band else (metal if deposit.beyond is None else metal + behind, none)
-        return HeatLedger(metal, deposit.to_linings, deposit.lost, 0.0, band if self._has_band else None)
-
-    @property
-    def _has_band(self) -> bool:
-        return any(pair.on_band for pair in self.mechanism.pairs)
+        for feature in self.features:
+            rates = feature.rates(Moment(self, t, y, mode, z), rates)
+        return rates
 
     # --- guards and changes of mode -----------------------------------------------------------------------------------
-
-    def _table_margin(self, u: Array | None) -> Float[Array, ""] | None:
-        """Margin of the temperatures to the ends of the friction tables, over 100 K; `None`: no table ends."""
-        room = []
-        for pair, T in zip(self.mechanism.pairs, self.sensed(u), strict=True):
-            bounds = pair.law.temperature_range()
-            if bounds is not None and T is not None:
-                room.append(jnp.minimum(smallest(T - bounds[0]), smallest(bounds[1] - T)) / 100.0)
-        return functools.reduce(jnp.minimum, room) if room else None
 
     def _acting(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> AppliedLoads:
         """Applied loads for guards and changes of mode, which do not need the rates of temperatures."""
@@ -529,101 +302,60 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         return AppliedLoads(t, z.lever_tension, z.lever_rate, z.net_load, inertia, surfaces, lambda forces: ())
 
     def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> BrakeGuards:
-        found = BrakeGuards(self.mechanism.guards(self._acting(t, y, mode, z), y.omega, y.own, mode, z.contact))
-        if z.shaft is not None and self.shaft is not None and self.shaft.dry:
-            load, sizes = self.load_torque(t, 0.0 * y.omega, mode, y), self.sizes
-            dry = self.shaft.margin(mode, y.omega, load, z.shaft, sizes.torque, sizes.speed)
-            found = found._replace(dry_shaft=dry)
-        if self.load.layers is not None:
-            paid_out, full = self.load.layers.margins(y.phi, mode.layer)
-            found = found._replace(layer_paid_out=paid_out, layer_full=full)
-        found = found._replace(friction_table=self._table_margin(y.heat))
-        if isinstance(self.lever, Phases):
-            now, hot = self.lever.at(mode.phase, y.phase.begun), dict[str, Array]()
-            if any(isinstance(phase.until, AtTemperature) for phase in self.lever.phases):
-                hot = self.surface_temperatures(z)
-            found = found._replace(phase_end=margin_of_phase(now, y.phase, mode, self._lowered(y), hot))
-        return found
-
-    def _lowered(self, y: State) -> Any:
-        """Travel of the hook since the begin of the phase (m), `None` without a hook."""
-        if self.load.layers is None:
-            per_radian = self.load.travel()
-            return None if per_radian is None else y.phase.turned * per_radian
-        now, then = (self.load.travelled(phi) for phi in (y.phi, y.phi - y.phase.turned))
-        return now - then  # pyright: ignore
+        guards = BrakeGuards(self.mechanism.guards(self._acting(t, y, mode, z), y.omega, y.own, mode, z.contact))
+        for feature in self.features:
+            guards = feature.margins(Moment(self, t, y, mode, z), guards)
+        return guards
 
     def change(self, now: Instant, fired: BrakeGuards, at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
-        t, y = now.t, now.y
+        for feature in self.features:
+            now = now._replace(mode=feature.at_once(now.mode, fired))
+        t, y, new = now.t, now.y, self._next_pieces(now.y, now.mode, at_stop)
+        acting = self._acting(t, y, now.mode, now.z)
+        moment = EventState(t, y.omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact)
+        for feature in self.features:
+            y, new = feature.before(Moment(self, t, y, now.mode, now.z), new, fired)
 
         def ask(mode: Mode, omega: Array, own: PyTree) -> tuple[AppliedLoads, ContactNow]:
             z = self.variables(t, y._replace(omega=omega, own=own), mode)
             return self._acting(t, y, mode, z), z.contact
 
-        acting = self._acting(t, y, now.mode, now.z)
-        moment = EventState(t, y.omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact)
-        old, new = y, self._next_pieces(y, now.mode, at_stop)
-        if isinstance(self.lever, Phases):
-            new = self._next_phase(t, new, now.mode.phase, fired.phase_end)
-            y = old._replace(phase=begun_anew(old.phase, t, now.mode, new, self.lever))
         new, code = self.mechanism.change(moment, new, fired.contact, ask)
-        if fired.friction_table is not None:
-            code = jnp.where(fired.friction_table, int(BrakeCode.OUTSIDE_TABLE), code)
-        if fired.layer_full is not None and fired.layer_paid_out is not None:
-            code = jnp.where(fired.layer_paid_out & (now.mode.layer == 1), int(BrakeCode.ROPE_END), code)
-            step = fired.layer_full.astype(jnp.int32) - fired.layer_paid_out.astype(jnp.int32)
-            new = new._replace(layer=jnp.maximum(now.mode.layer + step, 1).astype(jnp.int32))
-        if fired.dry_shaft is not None and self.shaft is not None:
-            load = self.load_torque(t, 0.0 * y.omega, new, y)
-            shaft = self._shaft_now(t, y, new, load)
-            assert shaft is not None
-            turn = self.shaft.turn_after(now.mode, new, load, shaft, fired.dry_shaft, self.sizes.slight_torque)
-            new = new._replace(turn=turn)
-        if isinstance(self.lever, Phases):
-            code = jnp.where((code == 0) & (new.phase == self.lever.total), ENDED, code)
+        for feature in self.features:
+            new, code = feature.after(Moment(self, t, y, now.mode, now.z), new, fired, code)
         return new, code
-
-    def _next_phase(self, t: Array, mode: Mode, before: Array, over: Array) -> Mode:
-        """The mode in the next phase of the duty where one is `over`, if its time has not been (`mode.phase`)."""
-        assert isinstance(self.lever, Phases)
-        phase = before + (over | (mode.phase > before)).astype(jnp.int32)
-        begins = (phase > before) & (phase < self.lever.total)
-        lever, load, *others = mode.pieces
-        lever = jnp.where(begins, self.lever.at(phase, t).first_piece(t), lever)
-        load = self.lever.load_piece(phase) if self.load.by_phases else load
-        return mode._replace(phase=phase, pieces=(lever, load, *others))
 
     def code_at_end(self, mode: Mode) -> int:
         return int(BrakeCode.PHASE_NEVER_ENDS)
 
     def reset(self, t: Array, y: State, before: Mode, after: Mode) -> State:
-        more, moved = self.load.added_inertia(piece_of(after, LOAD)), before
-        omega = y.omega if after.turn is None else jnp.where(after.turn == before.turn, y.omega, 0.0)
-        if after.layer is not None:
-            moved = before._replace(layer=after.layer)
-            speed = speed_on_layer(self.mechanism, y, before, after, (self.inertia_at(before), self.inertia_at(moved)))
-            omega = jnp.where(after.layer == before.layer, omega, speed)
+        omega, now = y.omega, Moment(self, t, y, before)
+        for feature in self.features:
+            omega = feature.speed_after(now, after, omega)
         omega, own = self.mechanism.with_stuck_speeds(omega, y.own, before, after)
-        still = y._replace(omega=omega, own=own)
-        if isinstance(self.lever, Phases):
-            still = still._replace(phase=begun_anew(y.phase, t, before, after, self.lever))
-        if more is not None:  # mass added to the hook in motion brings its energy
-            brought = 0.5 * (self.inertia_at(after) - self.inertia_at(moved)) * omega**2
-            still = still._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + brought))
-        if not self.mechanism.stretches:
-            return still
+        new = y._replace(omega=omega, own=own)
+        if self.load.added_inertia(piece_of(after, LOAD)) is not None:  # mass added in motion brings its energy
+            added = self.inertia_at(after) - self.inertia_at(before._replace(layer=after.layer))
+            new = new._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + 0.5 * added * omega**2))
+        for feature in self.features:
+            new = feature.reset(now, after, new)
+        return self._after_jump(t, y, before, after, new) if self.mechanism.stretches else new
+
+    def _after_jump(self, t: Array, y: State, before: Mode, after: Mode, new: State) -> State:
+        """The state after the jump of tension in a change of mode, with its work and its heat."""
+        heat, omega, own = self.heat, new.omega, new.own
         z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(t, y, after)
         load = self.load_torque(t, omega, after)
-        tension = self.lever_tension(t, still, after, load, surfaces)[0]
+        tension = self.lever_tension(t, new, after, load, surfaces)[0]
         tension_jump = self.mechanism.tension_jump(omega, own, (before, z), (after, tension))
-        per_joule = [] if self.thermal is None else self._heat_of_a_jump(t, still, after)
+        per_joule = [] if heat is None else heat.of_a_jump(self, self._network(heat, t, new, after))
 
         def warmed(heats: tuple[Array, ...]) -> Array:
-            return total([still.heat, *(E * rise for E, (rise, _) in zip(heats, per_joule, strict=True))])
+            return total([new.heat, *(E * rise for E, (rise, _) in zip(heats, per_joule, strict=True))])
 
         # the heat of the jump warms the linings, on which the tension after it depends: settled in a few passes
         def settle(jump: PyTree, _: None) -> tuple[PyTree, None]:
-            return tension_jump(self.surfaces(t, still._replace(heat=warmed(jump[2])), after)), None
+            return tension_jump(self.surfaces(t, new._replace(heat=warmed(jump[2])), after)), None
 
         if per_joule and self.grip.varies:
             zero = jnp.zeros_like(omega)
@@ -632,28 +364,14 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         else:
             jump = tension_jump(surfaces)
         own, work, heats = jump
-        old, booked = still.ledger, still.ledger.heat
+        old, booked = new.ledger, new.ledger.heat
         friction = tuple(one + heat for one, heat in zip(old.friction, heats, strict=True))
         for E, (_, shares) in zip(heats, per_joule, strict=False):
             booked = jax.tree.map(lambda x, share, E=E: x + E * share, booked, shares)._replace(
                 supplied=booked.supplied
             )
         ledger = old._replace(lever_work=old.lever_work + work, friction=friction, heat=booked)
-        return still._replace(own=own, heat=warmed(heats) if per_joule else None, ledger=ledger)
-
-    def _heat_of_a_jump(self, t: Array, y: State, mode: Mode) -> list[tuple[Array, HeatLedger]]:
-        """Increment of the network's states per joule of friction heat in a jump (K/J), and its places.
-
-        For each pair. The heat is spread over the linings by their sizes, and through walls, as no time passes.
-        """
-        net, found = self.thermal, []
-        assert net is not None
-        now = self._network(t, y, mode)
-        for pair in self.mechanism.pairs:
-            share = self.weights / jnp.sum(self.weights) if pair.apart else np.ones(1)
-            given = net.deposit(pair.heat, share, *now)
-            found.append((net.rise_at_once(given.into), self._booked_of(pair, given)))
-        return found
+        return new._replace(own=own, heat=warmed(heats) if per_joule else None, ledger=ledger)
 
     def _next_known(self, y: Any, mode: Mode) -> tuple[Float[Array, ""] | float, list[Bool[Array, ""] | bool]]:
         """The next time breakpoint, and whether it belongs to the lever, the load, each profile of the heat, and the
@@ -689,233 +407,43 @@ class BrakeSystem(AbstractSemiExplicitSystem):
     def next_stop(self, mode: Mode, y: Any = None) -> Float[Array, ""] | float:
         return self._next_known(y, mode)[0]
 
-    # --- sizes --------------------------------------------------------------------------------------------------------
+    # --- states -------------------------------------------------------------------------------------------------------
 
-    def start(self, omega: Array, own: PyTree, heat: Array | None) -> State:
-        """The state at the start: energies and wear are 0."""
-        zero, worn = jnp.zeros_like(omega), jnp.zeros(self.mechanism.pairs[0].count)
-        memory = self._of_laws(lambda pair: memory_at_start(pair.law, pair.count))
-        return self._like(zero, omega, own, zero, heat, worn, memory, (zero, zero))
+    def start(self, t: Array, omega: Array, own: PyTree, heat: Array | None, mode: Mode) -> tuple[State, Mode]:
+        """State and mode at the start; energies and wear are 0."""
+        zero = jnp.zeros_like(omega)
+        y = State(zero, omega, own, self._ledger(zero), heat)
+        for feature in self.features:
+            y, mode = feature.start(Moment(self, t, y, mode))
+        return y, mode
 
-    def _of_laws(self, of: Callable[[Pair], PyTree]) -> tuple[PyTree, ...] | None:
-        """Quantities of the states of each pair's friction law (`None`: it has none); `None` without any."""
-        if not self.remembers:
-            return None
-        return tuple(None if pair.memory is None else of(pair) for pair in self.mechanism.pairs)
-
-    def _like(
-        self,
-        phi: PyTree,
-        omega: PyTree,
-        own: PyTree,
-        quadrature: PyTree,
-        heat: PyTree,
-        worn: PyTree,
-        memory: PyTree,
-        phase: tuple[PyTree, PyTree],
-    ) -> State:
-        """A tree shaped like the state, with one value for every quadrature."""
-        booked = None
-        if self.thermal is not None:
-            booked = HeatLedger(quadrature, quadrature, quadrature, quadrature, quadrature if self._has_band else None)
-        friction = tuple(quadrature for _ in self.mechanism.pairs)
-        damped = quadrature if self.mechanism.damps else None
-        shaft = None if self.shaft is None else tuple(quadrature for _ in self.shaft.laws)
-        ledger = Ledger(quadrature, quadrature, friction, booked, damped, shaft)
-        thickness = None
-        if self.wearing is not None:
-            thickness = tuple(worn if pair.wears else None for pair in self.mechanism.pairs)
-        return State(phi, omega, own, ledger, heat, thickness, memory, PhaseState(*phase) if self.self_timed else None)
+    def _ledger(self, of_each: Any) -> Ledger:
+        friction = tuple(of_each for _ in self.mechanism.pairs)
+        return Ledger(of_each, of_each, friction, damper_heat=of_each if self.mechanism.damps else None)
 
     def scales(self) -> State:
-        kelvin = None if self.thermal is None else jnp.full_like(self.thermal.capacity, 100.0)
-        worn = None if self.wearing is None else self.wearing.scale
-        mechanism = self.mechanism
-        memory = self._of_laws(lambda pair: memory_sizes(pair.law, memory_at_start(pair.law, pair.count)))
-        held = jnp.inf, 1.0
-        return self._like(1.0, mechanism.sizes.speed, mechanism.own_sizes(), jnp.inf, kelvin, worn, memory, held)
+        sizes = State(1.0, self.sizes.speed, self.mechanism.own_sizes(), self._ledger(jnp.inf))
+        for feature in self.features:
+            sizes = feature.sizes(self, sizes)
+        return sizes
 
     def couplings(self) -> State | None:
-        if self.thermal is None and not self.remembers:
-            return None
-        places = () if self.shaft is None else self.shaft.places
-        heat = None if self.thermal is None else couplings(self.thermal.heat, places)
         own = jax.tree.map(lambda size: np.full(jnp.shape(size), CORE), self.mechanism.own_sizes())
-        worn = np.full(self.mechanism.pairs[0].count, QUADRATURE)
         core, quadrature = np.asarray(CORE), np.asarray(QUADRATURE)
-        others = np.concatenate([np.ravel(kind) for kind in jax.tree.leaves((core, own, heat))])
-        memory = self._of_laws(couplings_of_memory(self.mechanism, others))
-        # (rates depend on the begin of the phase, but that never moves)
-        phase = quadrature, quadrature
-        return self._like(quadrature, core, own, quadrature, heat, worn, memory, phase)
+        places = State(quadrature, core, own, self._ledger(quadrature))
+        for feature in self.features:
+            places = feature.places(self, places)
+        # (without heat and states of laws there are too few states for it)
+        return None if places.heat is None and places.memory is None else places
 
     def stored(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
         """Kinetic and elastic energy (J)."""
-        return self.mechanism.stored(self.inertia_at(mode), y.omega, y.own, mode)
+        stored = self.mechanism.stored(self.inertia_at(mode), y.omega, y.own, mode)
+        for feature in self.features:
+            stored = feature.stored(Moment(self, t, y, mode), stored)
+        return stored
 
 
 def _total(power: Array) -> Array:
     """Power of a pair: the sum over its linings, where each is known."""
     return jnp.sum(power) if jnp.ndim(power) else power
-
-
-def piece_of(mode: Mode, which: int) -> Piece:
-    """The piece on which a given function of time is; one without time breakpoints has only one."""
-    return jnp.asarray(0, jnp.int32) if mode.pieces[which] is None else mode.pieces[which]
-
-
-# --- under an elastic rope --------------------------------------------------------------------------------------------
-
-
-class HookState(NamedTuple):
-    """Speed of the hook downwards (m/s), and the stretch of the rope at the hook beyond that under the weight (m).
-
-    Beyond that under the weight, so that a hook that hangs still does so exactly, whatever the rounding.
-    """
-
-    speed: Any
-    excess: Any
-
-
-class RopeNow(NamedTuple):
-    """The rope at one instant.
-
-    - `force` (N) on the hook;  `taut_force` (N): what it would be of a taut rope
-    - `stretch` (m; below 0 it is slack by that), and its `rate` (m/s)
-    - `mass` (kg) on the hook, and its `weight` (N)
-    """
-
-    force: Array
-    taut_force: Array
-    stretch: Array
-    rate: Array
-    mass: Array
-    weight: Array
-
-
-class BrakeUnderRope(BrakeSystem):
-    """A brake under a hook on an elastic rope (`RopeElasticity`).
-
-        F = k e + c ė,   ė = v − ω r/n,   m v̇ = m g − F,   J ω̇ = F r/n − c_d ω − Σ M_shaft − M_b
-
-    Taut and slack are modes, in the slack one `F = 0`; `J` is without the hook, which only the rope feels. A slack rope
-    has no energy: what is left of its stretch as its pull ends is heat of the damping, less what comes back where it
-    pulls again before that stretch has gone.
-
-    - `stiffness` `k` (N/m), `damping` `c` (N·s/m);  `excess` `e_0 − m g/k` (m) and `weight` `m g` (N) at the start
-    """
-
-    stiffness: Float[Array, ""] = eqx.field(kw_only=True)
-    damping: Float[Array, ""] = eqx.field(kw_only=True)
-    excess: Float[Array, ""] = eqx.field(kw_only=True)
-    weight: Float[Array, ""] = eqx.field(kw_only=True)
-
-    def hung(self, y: State, mode: Mode) -> tuple[State, Mode]:
-        """State and mode at the start with those of hook and rope."""
-        y = y._replace(hook=HookState(y.omega * self._per_radian(mode), self.excess))
-        return y, mode._replace(taut=(self.rope(y, mode).stretch > 0).astype(jnp.int32))
-
-    def _per_radian(self, mode: Mode) -> Any:
-        return self.load.on_layer(mode.layer).travel()
-
-    def rope(self, y: State, mode: Mode) -> RopeNow:
-        mass, weight = map(jnp.asarray, self.load.hanging(piece_of(mode, LOAD)))  # pyright: ignore
-        rate = y.hook.speed - self._per_radian(mode) * y.omega
-        force = weight + (self.stiffness * y.hook.excess + self.damping * rate)
-        stretch = weight / self.stiffness + y.hook.excess
-        return RopeNow(jnp.where(mode.taut == 1, force, 0.0), force, stretch, rate, mass, weight)
-
-    def stretched(self, y: State, mode: Mode) -> Array:
-        """Stretch of the rope since the start (m); exactly 0 of a hook that hangs still."""
-        return y.hook.excess - self.excess + (self.rope(y, mode).weight - self.weight) / self.stiffness
-
-    # --- differences from a rigid rope ------------------------------------------------------------------------------
-
-    def inertia_at(self, mode: Mode) -> Array:
-        return self.inertia
-
-    def load_torque(self, t: Array, omega: Array, mode: Mode, y: State | None = None) -> Array:
-        """Torque of the load (N·m): with the pull of the rope in the state `y`, without a state that of the weight."""
-        torque = super().load_torque(t, omega, mode)
-        if y is None:
-            return torque
-        rope = self.rope(y, mode)
-        return torque + (rope.force - rope.weight) * self._per_radian(mode)
-
-    def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
-        return super().variables(t, y, mode)._replace(rope=self.rope(y, mode))
-
-    def rates(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> State:
-        found, rope, v = super().rates(t, y, mode, z), z.rope, y.hook.speed
-        ledger, heat = found.ledger, jnp.where(mode.taut == 1, self.damping * rope.rate**2, 0.0)
-        ledger = ledger._replace(
-            load_work=ledger.load_work + rope.weight * v - rope.force * (v - rope.rate),
-            damper_heat=heat if ledger.damper_heat is None else ledger.damper_heat + heat,
-        )
-        return found._replace(ledger=ledger, hook=HookState((rope.weight - rope.force) / rope.mass, rope.rate))
-
-    def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> BrakeGuards:
-        rope = z.rope
-        longer = lesser(self.stiffness * rope.stretch, rope.taut_force)
-        margin = jnp.where(mode.taut == 1, rope.taut_force, -longer) / rope.weight
-        return super().margins(t, y, mode, z)._replace(rope=margin)
-
-    def change(self, now: Instant, fired: BrakeGuards, at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
-        # (what the brake does answers the pull after the event of the rope)
-        taut = now.mode.taut ^ fired.rope.astype(jnp.int32)
-        return super().change(now._replace(mode=now.mode._replace(taut=taut)), fired, at_stop)
-
-    def reset(self, t: Array, y: State, before: Mode, after: Mode) -> State:
-        found, k, v = super().reset(t, y, before, after), self.stiffness, y.hook.speed
-        old, new = self.rope(y, before), self.rope(y, after)
-        pulls, still, e = _pulls(before), _pulls(after), old.stretch
-        # a rope that pulls takes another weight on slowly; what hangs on the hook brings its energy
-        excess = y.hook.excess - (1 - pulls) * (new.weight - old.weight) / k
-        follows = new.weight / k + excess
-        brought = 0.5 * (new.mass - old.mass) * v**2 + 0.5 * k * pulls * (follows**2 - e**2)
-        left = 0.5 * k * (pulls - still) * follows**2
-        ledger = found.ledger
-        ledger = ledger._replace(load_work=ledger.load_work + brought, damper_heat=ledger.damper_heat + left)
-        return found._replace(ledger=ledger, hook=HookState(v, excess))
-
-    def stored(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
-        kinetic, elastic = super().stored(t, y, mode)
-        rope = self.rope(y, mode)
-        return (
-            kinetic + 0.5 * rope.mass * y.hook.speed**2,
-            elastic + 0.5 * self.stiffness * _pulls(mode) * rope.stretch**2,
-        )
-
-    @property
-    def jumps(self) -> bool:
-        return super().jumps or self.load.added_inertia(jnp.asarray(0, jnp.int32)) is not None
-
-    # --- sizes --------------------------------------------------------------------------------------------------------
-
-    def _like(self, phi: PyTree, omega: PyTree, own: PyTree, quadrature: PyTree, *others: PyTree) -> State:
-        found = super()._like(phi, omega, own, quadrature, *others)
-        damped = found.ledger._replace(damper_heat=quadrature)
-        return found._replace(ledger=damped, hook=HookState(omega, omega))
-
-    def scales(self) -> State:
-        per_radian, sizes = jnp.asarray(self.load.travel()), self.sizes
-        hook = HookState(sizes.speed * per_radian, sizes.torque / (self.stiffness * per_radian))
-        return super().scales()._replace(hook=hook)
-
-    def couplings(self) -> State | None:
-        found, core = super().couplings(), np.asarray(CORE)
-        return None if found is None else found._replace(hook=HookState(core, core))
-
-
-def _pulls(mode: Mode) -> Array:
-    """1 of a taut rope, 0 of a slack one."""
-    return jnp.asarray(mode.taut, jnp.float64)
-
-
-def under_rope(elastic: RopeElasticity, load: AbstractLoad, piece: Piece | None) -> Callable[..., BrakeUnderRope]:
-    """The system of a load on an elastic rope, which hangs still at the start; `piece` of the load at the start."""
-    _, weight = load.hanging(jnp.asarray(0, jnp.int32) if piece is None else piece)  # pyright: ignore
-    k = elastic.at_hook(load.line_count)  # pyright: ignore
-    weight, damping = jnp.asarray(weight), jnp.asarray(elastic.damping)
-    excess = jnp.zeros(()) if elastic.stretch is None else jnp.asarray(elastic.stretch) - weight / k
-    return functools.partial(BrakeUnderRope, stiffness=k, damping=damping, excess=excess, weight=weight)

@@ -55,6 +55,7 @@ class ChainMode(NamedTuple):
 
     lifted = None
     locks = None  # linings that move individually do not lock
+    internal = None
 
     def slides(self, mode: Mode) -> Array:
         """There is no internal pair."""

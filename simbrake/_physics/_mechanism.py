@@ -369,6 +369,11 @@ class Mode(NamedTuple):
         return self.own.slides(self)
 
     @property
+    def inner(self) -> Any:
+        """The internal pair of a staged brake whose linings act as one (0 sticks, ±1 slides); `None` of others."""
+        return self.own.internal
+
+    @property
     def contacts(self) -> dict[str, Any]:
         """Modes of individual linings, (n,) each: none where they act as one."""
         return self.own.contacts

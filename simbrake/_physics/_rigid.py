@@ -60,6 +60,10 @@ class LumpedMode(NamedTuple):
         return 0 * mode.band if self.inner is None else self.inner
 
     @property
+    def internal(self) -> Any:
+        return self.inner
+
+    @property
     def contacts(self) -> dict[str, Array]:
         return {}
 

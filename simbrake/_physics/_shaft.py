@@ -1,17 +1,17 @@
-"""The shaft beside the brake: its torques against the load, rest on dry friction, change of the rope's layer."""
+"""The shaft beside the brake: its torques against the load, and rest on dry friction."""
 
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Int
 
+from ..hybrid import QUADRATURE
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile, Piece
 from ..shaft import AbstractDryTorque, AbstractShaftTorque
 from ._contact import contact_margin
-from ._mechanism import HELD, OPEN, AbstractMechanism, Mode, Sliding
+from ._feature import AbstractBrake, BrakeGuards, Feature, Moment, State, piece_of
+from ._mechanism import HELD, OPEN, Mode, Sliding
 
 
 class ShaftNow(NamedTuple):
@@ -29,7 +29,7 @@ class ShaftNow(NamedTuple):
 
 def rests(mode: Mode) -> Any:
     """Whether the pulley is at rest: held by the brake, or, with the band open, by dry friction of the shaft."""
-    inner = getattr(mode.own, "inner", None)
+    inner = mode.inner
     if isinstance(mode.band, Sliding):
         return np.False_
     still = (mode.band == HELD) if mode.turn is None else (mode.band == HELD) | ((mode.band == OPEN) & (mode.turn == 0))
@@ -41,7 +41,7 @@ def borne_at_rest(load: Array, limit: Array) -> Array:
     return jnp.where(jnp.abs(load) < limit, load, jnp.sign(load) * limit)
 
 
-class Shaft(eqx.Module):
+class Shaft(Feature):
     """Torques beside the brake.
 
     In motion dry friction `M_c` takes its part of the load, `M_load − M_c sign ω`; at rest the bearings come first and
@@ -55,7 +55,7 @@ class Shaft(eqx.Module):
         return tuple(law.profile for law in self.laws)
 
     @property
-    def places(self) -> tuple[str, ...]:
+    def heated_places(self) -> tuple[str, ...]:
         """Places of the thermal network that their heat enters."""
         return tuple(law.place for law in self.laws if law.place is not None)
 
@@ -63,6 +63,11 @@ class Shaft(eqx.Module):
     def dry(self) -> bool:
         """Whether the shaft can stick."""
         return any(isinstance(law, AbstractDryTorque) for law in self.laws)
+
+    def pieces(self, mode: Mode) -> tuple[Piece, ...]:
+        """Those on which the laws' profiles are."""
+        count = len(mode.pieces)
+        return tuple(piece_of(mode, i) for i in range(count - len(self.laws), count))
 
     def _torques(self, t: Array, omega: Array, load: Array, pieces: tuple[Piece, ...]) -> list[tuple[bool, Array]]:
         given = zip(self.laws, pieces, strict=True)
@@ -79,7 +84,7 @@ class Shaft(eqx.Module):
             each = tuple(torque for _, torque in found)
             return ShaftNow(each, loads[0] - sum(each[1:], start=each[0]))
         limit = jnp.asarray(sum(torque for dry, torque in found if dry))
-        sense, inner = mode.sense, getattr(mode.own, "inner", None)
+        sense, inner = mode.sense, mode.inner
         if not isinstance(mode.band, Sliding):
             sense = jnp.where(mode.band == OPEN, mode.turn, sense)
         if inner is not None:  # the sense of a staged brake is that of its bandage
@@ -106,45 +111,53 @@ class Shaft(eqx.Module):
         """The same of those whose heat enters a body."""
         return tuple((place, power) for place, power in self.powers(now, omega) if place is not None)
 
-    def margin(self, mode: Mode, omega: Array, load: Array, now: ShaftNow, torque: Array, speed: Array) -> Array:
+    # --- as a feature of the brake ------------------------------------------------------------------------------------
+
+    def start(self, now: Moment) -> tuple[State, Mode]:
+        y, mode = now.y, now.mode
+        y = y._replace(ledger=y.ledger._replace(shaft=tuple(y.ledger.load_work for _ in self.laws)))
+        return y, mode._replace(turn=jnp.sign(y.omega).astype(jnp.int32)) if self.dry else mode
+
+    def sizes(self, brake: AbstractBrake, sizes: State) -> State:
+        return sizes._replace(ledger=sizes.ledger._replace(shaft=tuple(jnp.inf for _ in self.laws)))
+
+    def places(self, brake: AbstractBrake, places: State) -> State:
+        work = tuple(np.asarray(QUADRATURE) for _ in self.laws)
+        return places._replace(ledger=places.ledger._replace(shaft=work))
+
+    def rates(self, now: Moment, rates: State) -> State:
+        powers = tuple(power for _, power in self.powers(now.z.shaft, now.y.omega))
+        return rates._replace(ledger=rates.ledger._replace(shaft=powers))
+
+    def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
         """Guard of dry friction: of a turning shaft until it comes to rest, of a resting one until the load exceeds it.
 
         Where the mechanism itself watches the speed of the pulley, or holds it, the margin is 1.
         """
-        inner, is_open = getattr(mode.own, "inner", None), mode.band == OPEN
-        watched = is_open if inner is None else is_open | (inner != 0)
+        if not self.dry:
+            return guards
+        brake, t, y, mode, z = now
+        load, size, is_open = brake.load_torque(t, 0.0 * y.omega, mode, y), brake.sizes, mode.band == OPEN
+        watched = is_open if mode.inner is None else is_open | (mode.inner != 0)
         watched = (watched & (mode.turn != 0)) | (rests(mode) & is_open)
-        left = (now.limit - jnp.abs(load)) / torque
-        return jnp.where(watched, contact_margin(mode.turn, left, omega / speed), 1.0)
+        left = (z.shaft.limit - jnp.abs(load)) / size.torque
+        return guards._replace(dry_shaft=jnp.where(watched, contact_margin(mode.turn, left, y.omega / size.speed), 1.0))
 
-    def turn_after(
-        self, before: Mode, after: Mode, load: Array, now: ShaftNow, fired: Array, slack: Array
-    ) -> Int[Array, ""]:
-        """Sense in which the pulley turns after an event, 0 at rest; `fired`: whether the guard of dry friction did."""
-        inner, resting, way = getattr(after.own, "inner", None), before.turn == 0, jnp.sign(load).astype(jnp.int32)
-        settled = jnp.where(jnp.abs(load) <= now.limit + slack, 0, way)
-        free = jnp.where(resting & fired, way, jnp.where(resting | fired, settled, before.turn))
-        turn = jnp.where(after.band == OPEN, free, jnp.where(after.band == HELD, 0, after.sense))
-        if inner is not None:
-            loose = jnp.where(resting, inner, jnp.where(fired, -before.turn, before.turn))
-            turn = jnp.where(inner == 0, turn, loose)
-        return turn.astype(jnp.int32)
+    def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
+        """The mode with the sense in which the pulley turns after an event, 0 at rest."""
+        if not self.dry:
+            return new, code
+        brake, t, y, mode, _ = now
+        load, before = brake.load_torque(t, 0.0 * y.omega, new, y), mode.turn
+        limit = self.now(t, y.omega, (load, load), new, self.pieces(new)).limit
+        resting, way = before == 0, jnp.sign(load).astype(jnp.int32)
+        settled = jnp.where(jnp.abs(load) <= limit + brake.sizes.slight_torque, 0, way)
+        free = jnp.where(resting & fired.dry_shaft, way, jnp.where(resting | fired.dry_shaft, settled, before))
+        turn = jnp.where(new.band == OPEN, free, jnp.where(new.band == HELD, 0, new.sense))
+        if new.inner is not None:
+            loose = jnp.where(resting, new.inner, jnp.where(fired.dry_shaft, -before, before))
+            turn = jnp.where(new.inner == 0, turn, loose)
+        return new._replace(turn=turn.astype(jnp.int32)), code
 
-
-def speed_on_layer(
-    mechanism: AbstractMechanism, y: Any, before: Mode, after: Mode, inertias: tuple[Array, Array]
-) -> Array:
-    """Speed of the pulley (rad/s) on another layer of the rope, with the kinetic energy that was there before.
-
-    Bodies that stick to the pulley follow it.
-
-    - `y`: state, `inertias` (kg·m²) of the shaft before and after
-    """
-
-    def kinetic(omega: Array) -> Array:
-        speed, own = mechanism.with_stuck_speeds(omega, y.own, before, after)
-        return mechanism.stored(inertias[1], speed, own, after)[0]
-
-    there, others = mechanism.stored(inertias[0], y.omega, y.own, before)[0], kinetic(0.0 * y.omega)
-    whole = kinetic(y.omega) - others
-    return y.omega * jnp.sqrt(jnp.where(whole > 0, (there - others) / jnp.where(whole > 0, whole, 1.0), 1.0))
+    def speed_after(self, now: Moment, after: Mode, omega: Array) -> Array:
+        return jnp.where(after.turn == now.mode.turn, omega, 0.0) if self.dry else omega

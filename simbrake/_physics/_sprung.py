@@ -189,6 +189,7 @@ class SprungMode(NamedTuple):
     inner: Any
     lifted: Any = None
     locks = None  # a lining that becomes self-locking ends the run
+    internal = None
 
     @property
     def fixed(self) -> Bool[Array, "*row n"]:

@@ -35,7 +35,7 @@ from .._outputs._quantities import Series, array_of_times, outside, series_of, t
 from .._outputs._scan import peak
 from .._parts._scene import Scene
 from .._phases import AfterTravel, AtTemperature, Phases
-from .._physics._brake import BrakeSystem, BrakeUnderRope, Capacity
+from .._physics._brake import BrakeSystem, Capacity
 from .._physics._mechanism import BrakeCode
 from ..hybrid import LANDED, STOPPED, Code, Record
 from ..hybrid._arrays import Array
@@ -202,7 +202,7 @@ class Result:
 
         Differentiable. What had been worn off before is `scene.wear.worn`. Raises `ValueError` without wear.
         """
-        if self._system.wearing is None:
+        if self.record.y_end.worn is None:
             raise ValueError("the scene has no wear: give it a `Wear`")
         return worn_thickness(self.record)
 
@@ -340,11 +340,11 @@ class Result:
     def _of_hook(self) -> str:
         """How the hook swings at the end over a drum at rest, in words; nothing below 1 % of its weight."""
         system, (_, y, mode) = self._system, ends_of(self.record)[1]
-        if not isinstance(system, BrakeUnderRope):
+        if system.rope is None:
             return ""
         if int(mode.taut) == 0:
             return "; the hook falls on a slack rope"
-        rope, k = system.rope(y, mode), float(system.stiffness)
+        rope, k = system.rope.at(system, y, mode), float(system.rope.stiffness)
         away, speed = k * float(y.hook.excess), float(y.hook.speed)
         swing = math.hypot(away, speed * math.sqrt(k * float(rope.mass)))
         return f"; the hook swings on its rope by ± {number(swing, 'N')}" if swing >= _SLIGHT * rope.weight else ""

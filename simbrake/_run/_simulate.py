@@ -40,7 +40,8 @@ from .._outputs._metrics import identity_of
 from .._outputs._probe import Number, is_traced
 from .._parts._scene import Scene, check_scene, checked
 from .._physics._assemble import assemble
-from .._physics._brake import BrakeSystem, State
+from .._physics._brake import BrakeSystem
+from .._physics._feature import State
 from .._physics._mechanism import Mode
 from ..hybrid import (
     AbstractMethod,

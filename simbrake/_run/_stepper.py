@@ -24,7 +24,8 @@ from .._outputs._probe import Probe, RunJit, seen_at
 from .._outputs._quantities import Series, flat, series_of
 from .._parts._scene import Scene, checked
 from .._phases import Phases
-from .._physics._brake import LEVER, LOAD, BrakeSystem, State
+from .._physics._brake import BrakeSystem
+from .._physics._feature import LEVER, LOAD, State
 from .._physics._mechanism import Label, Mode, events_of_change
 from ..hybrid import AbstractMethod, Code, Record, Settings, hybridsolve
 from ..hybrid._arrays import Array

@@ -1,0 +1,198 @@
+"""Features of a brake beside its mechanism: what each may add to its states, rates, guards and changes of mode."""
+
+import abc
+from typing import Any, NamedTuple, TypeVar
+
+import equinox as eqx
+import jax.numpy as jnp
+from jaxtyping import Float, PyTree
+
+from ..hybrid import AbstractSemiExplicitSystem
+from ..hybrid._arrays import Array
+from ..loads import AbstractLoad
+from ..profiles import Piece
+from ._mechanism import AbstractMechanism, ContactState, Ledger, Mode, Sizes, Surfaces
+from ._thermal import Deposit, HeatFlows
+
+
+class State(NamedTuple):
+    """Angle `φ` (rad) and speed `ω` (rad/s) of the pulley, the states of the mechanism's own, the ledger, the heat
+    content of the thermal nodes over their capacity (K; `None` without heat), the thickness worn off the linings of
+    each pair (m; `None` without wear, and of a pair without), the states of the friction law of each pair (`None`
+    without any), of the phase of the duty (`None` without phases), and of a hook on an elastic rope (`None` on a rigid
+    one)."""
+
+    phi: Any
+    omega: Any
+    own: Any
+    ledger: Ledger
+    heat: Any = None
+    worn: Any = None
+    memory: Any = None
+    phase: Any = None
+    hook: Any = None
+
+
+class ThermalNow(NamedTuple):
+    """The thermal network at one instant."""
+
+    T: Array  # temperatures of the nodes with capacity (K)
+    T_junctions: Array  # of those without, friction heat included
+    flows: HeatFlows  # friction apart
+    deposits: tuple[Deposit, ...]  # of the friction heat of each pair (W)
+
+
+class BrakeNow(NamedTuple):
+    """Variables of a brake: applied loads, its mechanism (`contact`), its pairs, and the thermal network if any."""
+
+    lever_tension: Float[Array, ""]  # T_0 (N), as the lever would give it
+    lever_rate: Float[Array, ""]  # its rate (N/s)
+    load_torque: Float[Array, ""]  # M_load (N·m)
+    contact: PyTree  # a `ContactNow`
+    rubs: tuple[ContactState, ...]
+    thermal: ThermalNow | None
+    shaft: Any = None  # a `ShaftNow`: torques on the shaft beside load and brake
+    rope: Any = None  # a `RopeNow`, of an elastic rope
+
+    @property
+    def net_load(self) -> Array:
+        """Torque (N·m) that the shaft leaves of the load: that on the mechanism."""
+        return self.load_torque if self.shaft is None else self.shaft.left
+
+
+class BrakeGuards(NamedTuple):
+    """Guards of a brake, or which of them fired; `None`: absent physics has none.
+
+    - `contact`: those of the mechanism;  `dry_shaft`: motion of the shaft, or what its dry friction can hold
+    - `layer_paid_out`, `layer_full`: rope left on its layer;  `friction_table`: to the ends of a table of friction
+    - `phase_end` of the duty;  `rope`: pull of an elastic rope, of a slack one its slack
+    """
+
+    contact: PyTree
+    dry_shaft: Any = None
+    layer_paid_out: Any = None
+    layer_full: Any = None
+    friction_table: Any = None
+    phase_end: Any = None
+    rope: Any = None
+
+
+AnyFeature = TypeVar("AnyFeature", bound="Feature")
+
+
+class AbstractBrake(AbstractSemiExplicitSystem):
+    """A brake, as its features see it."""
+
+    mechanism: eqx.AbstractVar[AbstractMechanism]
+    track_radius: eqx.AbstractVar[Array]  # of the rim (m), whose speed cools
+    lever: eqx.AbstractVar[Any]
+    load: eqx.AbstractVar[AbstractLoad]
+    features: eqx.AbstractVar[tuple["Feature", ...]]
+
+    def feature(self, kind: type[AnyFeature]) -> AnyFeature | None:
+        """The feature of a kind, `None`: the brake has none."""
+        return next((one for one in self.features if isinstance(one, kind)), None)
+
+    @property
+    def sizes(self) -> Sizes:
+        """Typical slack tension, torque and speed."""
+        return self.mechanism.sizes
+
+    @abc.abstractmethod
+    def inertia_at(self, mode: Mode) -> Array:
+        """Inertia of all that turns and moves with the shaft (kg·m²)."""
+
+    @abc.abstractmethod
+    def load_torque(self, t: Array, omega: Array, mode: Mode, y: State | None = None) -> Array:
+        """Torque of the load (N·m), its rope in the layer of the mode; that of a weight at rest without a state `y`."""
+
+    @abc.abstractmethod
+    def sensed(self, u: Array | None) -> tuple[Array | None, ...]:
+        """Temperatures (K) that the law of each pair sees, (n,), for the heat contents `u`; `None`: there are none."""
+
+    @abc.abstractmethod
+    def surfaces(self, t: Array, y: State, mode: Mode) -> Surfaces:
+        """Surface states that the law of each pair depends on; `None`: none."""
+
+    @abc.abstractmethod
+    def surface_temperatures(self, z: BrakeNow) -> dict[str, Array]:
+        """Surface temperatures (K) of rim, linings and band where the scene names them."""
+
+
+class Moment(NamedTuple):
+    """A brake at one instant: time (s), state, mode, and variables where they are known."""
+
+    brake: AbstractBrake
+    t: Array
+    y: State
+    mode: Mode
+    z: Any = None  # a `BrakeNow`
+
+
+class Feature(eqx.Module):
+    """Physics of a brake beside its mechanism. The brake goes through its features in order; each gets what those
+    before it have made, and gives it back with its own. What a feature does not define stays as it is."""
+
+    def jumps(self, brake: AbstractBrake) -> bool:
+        """Whether its states jump at events, beyond rounding and the speed at a change of the rope's layer."""
+        return False
+
+    # --- states -------------------------------------------------------------------------------------------------------
+
+    def start(self, now: Moment) -> tuple[State, Mode]:
+        """State and mode at the start."""
+        return now.y, now.mode
+
+    def sizes(self, brake: AbstractBrake, sizes: State) -> State:
+        """Typical sizes of the states (see `AbstractHybridSystem.scales`)."""
+        return sizes
+
+    def places(self, brake: AbstractBrake, places: State) -> State:
+        """Places of the states in the Jacobian (see `AbstractHybridSystem.couplings`)."""
+        return places
+
+    # --- at one instant -----------------------------------------------------------------------------------------------
+
+    def variables(self, now: Moment) -> BrakeNow:
+        return now.z
+
+    def rates(self, now: Moment, rates: State) -> State:
+        return rates
+
+    def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
+        return guards
+
+    def stored(self, now: Moment, stored: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Kinetic and elastic energy (J)."""
+        return stored
+
+    # --- changes of mode ----------------------------------------------------------------------------------------------
+
+    def at_once(self, mode: Mode, fired: BrakeGuards) -> Mode:
+        """The mode at the event, to which all others answer."""
+        return mode
+
+    def before(self, now: Moment, new: Mode, fired: BrakeGuards) -> tuple[State, Mode]:
+        """State and mode to which the mechanism answers."""
+        return now.y, new
+
+    def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
+        """The mode after the answer of the mechanism, and the code of the run."""
+        return new, code
+
+    def speed_after(self, now: Moment, after: Mode, omega: Array) -> Array:
+        """Speed of the pulley just after a change of mode; `now` is just before it."""
+        return omega
+
+    def reset(self, now: Moment, after: Mode, new: State) -> State:
+        """The state just after a change of mode; `now` is just before it."""
+        return new
+
+
+#: places among `Mode.pieces`: of the lever, the load, then of the profiles of the heat, friction, then of the shaft
+LEVER, LOAD, HEAT = 0, 1, 2
+
+
+def piece_of(mode: Mode, which: int) -> Piece:
+    """The piece on which a given function of time is; one without time breakpoints has only one."""
+    return jnp.asarray(0, jnp.int32) if mode.pieces[which] is None else mode.pieces[which]

@@ -1,0 +1,93 @@
+"""A duty in phases: when each began, how far the pulley has turned in it, and what ends it."""
+
+from typing import Any, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+from .._phases import AfterTravel, AtRest, AtTemperature, PhaseNow
+from ..hybrid import QUADRATURE
+from ..hybrid._arrays import Array, largest
+from ..hybrid._system import ENDED
+from ._feature import AbstractBrake, BrakeGuards, Feature, Moment, State
+from ._mechanism import Mode
+
+
+class PhaseState(NamedTuple):
+    """Begin of the phase that runs (s), and angle by which the pulley has turned in it (rad)."""
+
+    begun: Any
+    turned: Any
+
+
+class DutyInPhases(Feature):
+    """The phases of a duty (`Phases`), of which one runs: `Mode.phase` have ended."""
+
+    def start(self, now: Moment) -> tuple[State, Mode]:
+        return now.y._replace(phase=PhaseState(now.t, jnp.zeros_like(now.y.omega))), now.mode
+
+    def sizes(self, brake: AbstractBrake, sizes: State) -> State:
+        return sizes._replace(phase=PhaseState(jnp.inf, 1.0))
+
+    def places(self, brake: AbstractBrake, places: State) -> State:
+        # (rates depend on the begin of the phase, but that never moves)
+        quadrature = np.asarray(QUADRATURE)
+        return places._replace(phase=PhaseState(quadrature, quadrature))
+
+    def rates(self, now: Moment, rates: State) -> State:
+        return rates._replace(phase=PhaseState(jnp.zeros_like(now.y.omega), now.y.omega))
+
+    def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
+        """Margin to the end of the phase that runs; 1 where a time ends it, which is a time breakpoint."""
+        brake, y, mode = now.brake, now.y, now.mode
+        phase_now: PhaseNow = brake.lever.at(mode.phase, y.phase.begun)
+        phases, hot, lowered = phase_now.whole.phases, dict[str, Array](), _lowered(brake, y)
+        if any(isinstance(phase.until, AtTemperature) for phase in phases):
+            hot = brake.surface_temperatures(now.z)
+        margins = []
+        for end in (phase.until for phase in phases):
+            if isinstance(end, AtRest):
+                # (the pulley has moved in the phase, if only by rounding: an event at its begin takes no time)
+                margins.append(jnp.where(mode.rests & (y.phase.turned != 0), -1.0, 1.0))
+            elif isinstance(end, AfterTravel):
+                margins.append(1.0 - lowered / end.distance)
+            elif isinstance(end, AtTemperature):
+                above = (largest(jnp.atleast_1d(hot[end.of])) - end.level) / 100.0
+                margins.append(above if end.falling else -above)
+            else:
+                margins.append(1.0)
+        return guards._replace(phase_end=phase_now.of_each(margins))
+
+    def before(self, now: Moment, new: Mode, fired: BrakeGuards) -> tuple[State, Mode]:
+        """The next phase begins where one is over, if its time has not been (`Mode.phase`)."""
+        phases, ended = now.brake.lever, now.mode.phase
+        phase = ended + (fired.phase_end | (new.phase > ended)).astype(jnp.int32)
+        begins = (phase > ended) & (phase < phases.total)
+        lever, load, *others = new.pieces
+        lever = jnp.where(begins, phases.at(phase, now.t).first_piece(now.t), lever)
+        load = phases.load_piece(phase) if now.brake.load.by_phases else load
+        new = new._replace(phase=phase, pieces=(lever, load, *others))
+        return now.y._replace(phase=_begun_anew(now, new)), new
+
+    def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
+        return new, jnp.where((code == 0) & (new.phase == now.brake.lever.total), ENDED, code)
+
+    def reset(self, now: Moment, after: Mode, new: State) -> State:
+        return new._replace(phase=_begun_anew(now, after))
+
+
+def _begun_anew(now: Moment, after: Mode) -> PhaseState:
+    """The state after a change of mode: another phase begins now, unless all are over."""
+    new, state = (after.phase != now.mode.phase) & (after.phase < now.brake.lever.total), now.y.phase
+    return PhaseState(jnp.where(new, now.t, state.begun), jnp.where(new, 0.0, state.turned))
+
+
+def _lowered(brake: AbstractBrake, y: State) -> Float[Array, ""] | None:
+    """Travel of the hook since the begin of the phase (m), `None` without a hook."""
+    load = brake.load
+    if load.layers is None:
+        per_radian = load.travel()
+        return None if per_radian is None else y.phase.turned * per_radian
+    now, then = (load.travelled(phi) for phi in (y.phi, y.phi - y.phase.turned))
+    return now - then  # pyright: ignore
