@@ -187,8 +187,8 @@ class Calibration(Tabular):
         error = np.sqrt(np.diag(self.covariance))
         known = np.isfinite(error) & (error > 0)
         safe = np.where(known, error, 1.0)
-        found = self.covariance / np.outer(safe, safe)
-        return np.where(np.outer(known, known), found, np.nan)
+        matrix = self.covariance / np.outer(safe, safe)
+        return np.where(np.outer(known, known), matrix, np.nan)
 
     @property
     def reduced_chi2(self) -> float:
@@ -219,17 +219,17 @@ class Calibration(Tabular):
             "outcome headline advice converged message confidence covariance correlation chi2 chi2_start reduced_chi2"
         )
         names += " singular_values evaluations failures solver loss warnings"
-        found: dict[str, Any] = {name: getattr(self, name) for name in names.split()}
+        data: dict[str, Any] = {name: getattr(self, name) for name in names.split()}
         parameters, combinations = (map(dataclasses.asdict, parts) for parts in (self.parameters, self.open))
-        found["parameters"] = [p | {"bounds": [p.pop("low"), p.pop("high")]} for p in parameters]
-        found["open"] = [one | {"relative_change": one.pop("relative")} for one in combinations]
-        found |= {"fixed": self.fixed, "degrees_of_freedom": self.freedom}
-        found |= {"probability_of_larger_chi2": self.probability, "absolute_sigma": self.absolute}
-        found["residuals"] = [
+        data["parameters"] = [p | {"bounds": [p.pop("low"), p.pop("high")]} for p in parameters]
+        data["open"] = [one | {"relative_change": one.pop("relative")} for one in combinations]
+        data |= {"fixed": self.fixed, "degrees_of_freedom": self.freedom}
+        data |= {"probability_of_larger_chi2": self.probability, "absolute_sigma": self.absolute}
+        data["residuals"] = [
             {"name": r.name, "unit": r.unit, "count": r.scaled.size, "chi2": r.scaled @ r.scaled, "largest": r.largest}
             for r in self.residuals
         ]
-        return plain(found)
+        return plain(data)
 
     def parts(self) -> Iterator[str | Table]:
         yield self.headline
@@ -301,9 +301,9 @@ def assess(
     from scipy import stats  # slow to import: loaded by a fit only
 
     assert search.best is not None
-    _, z, found = search.best
+    _, z, best = search.best
     box, paths = search.box, search.model.paths
-    theta, residual = box.up(z), search.residual(found)
+    theta, residual = box.up(z), search.residual(best)
     fixed = search.pressed(z) & ((z == 0) | (z == 1))
     if fixed.any():  # noise alone drives an undetermined parameter to a bound: then the bound fixes it, not the data
         whole = _identified(search, z, np.zeros_like(fixed), absolute)
@@ -337,7 +337,7 @@ def assess(
     start = search.model(box.start)
     # without absolute standard deviations residuals are scaled by the scatter
     scatter = 1.0 if absolute or chi2 == 0 or freedom <= 0 else np.sqrt(chi2 / freedom)
-    columns = map(data.split, (search.measured, scatter * search.sigma, start.values, found.values))
+    columns = map(data.split, (search.measured, scatter * search.sigma, start.values, best.values))
     rows = zip(data.all, *columns, strict=True)
     residuals = tuple(Residuals(one.name, one.unit, one.t, *row) for one, *row in rows)  # pyright: ignore
     names, solver = [paths[i] for i in np.flatnonzero(~fixed)], search.model.run.solver
@@ -392,10 +392,10 @@ def _elsewhere(search: Search, z: np.ndarray, concerned: np.ndarray, unexplained
     if not (silent.any() or unexplained or not moved) or here == 0:
         return None
     varied = silent if silent.any() else np.ones_like(silent)
-    found = search.probes(z, varied)
-    if not found or not (found[0][1] < here * (1 - _BETTER) or (unexplained and silent.any())):
+    points = search.probes(z, varied)
+    if not points or not (points[0][1] < here * (1 - _BETTER) or (unexplained and silent.any())):
         return None
-    paths, there = search.model.paths, search.box.up(found[0][0])
+    paths, there = search.model.paths, search.box.up(points[0][0])
     values = {paths[i]: float(there[i]) for i in np.flatnonzero(varied)}
     return _Elsewhere(values, tuple(path for path, still in zip(paths, silent, strict=True) if still))
 
@@ -407,8 +407,8 @@ def _tied(
     first; and all by which `Σ r²` would fall if they were free: the fall, and the path."""
     if not (free & ~concerned).any():
         return (), []
-    found, slope = search.look(z)[0], search.box.slope(theta)
-    jacobian, residual = search.jacobian(z, found)[:, free], search.residual(found)
+    fit, slope = search.look(z)[0], search.box.slope(theta)
+    jacobian, residual = search.jacobian(z, fit)[:, free], search.residual(fit)
     which, inputs = np.flatnonzero(free), Inputs(scene)
     rows: list[tuple[float, FixedNumber]] = []
     freed: list[tuple[float, str]] = []
@@ -477,8 +477,8 @@ def _advice(
 def _identified(search: Search, z: np.ndarray, fixed: np.ndarray, absolute: bool) -> Identified:
     if fixed.all():
         return Identified(np.zeros((0, 0)), np.zeros(0, bool), np.zeros(0), [], 0)
-    found = search.look(z)[0]
-    jacobian, residual = search.jacobian(z, found)[:, ~fixed], search.residual(found)
+    fit = search.look(z)[0]
+    jacobian, residual = search.jacobian(z, fit)[:, ~fixed], search.residual(fit)
     settings = {"loss": search.loss, "loss_scale": search.loss_scale, "noise": search.noise}
     return identify(jacobian, residual, absolute=absolute, **settings)
 
@@ -515,27 +515,27 @@ def _combination(
 def _warnings(
     search: Search, z: np.ndarray, chi2: float, probability: float | None, fixed: np.ndarray, paths: tuple[str, ...]
 ) -> list[str]:
-    found = []
+    warnings = []
     if _unexplained(probability):
         what = f"χ² is as improbable as {probability:.1g}: the model does not explain the data within their errors"
-        found.append(f"{what}, and the standard errors are too small")
+        warnings.append(f"{what}, and the standard errors are too small")
     elif probability is not None and probability > 1 - _UNLIKELY and chi2 > 0:
-        found.append("χ² is improbably small: the standard deviations of the data are too large")
+        warnings.append("χ² is improbably small: the standard deviations of the data are too large")
     if fixed.any():
         named = ", ".join(path for path, at in zip(paths, fixed, strict=True) if at)
-        found.append(f"at an active bound: {named}; the errors of the others assume it as fixed")
+        warnings.append(f"at an active bound: {named}; the errors of the others assume it as fixed")
     if not search.converged:
-        found.append("the search has not converged: values and errors are those of the best point found")
+        warnings.append("the search has not converged: values and errors are those of the best point found")
     least = min((cost for cost, _ in search.ends), default=np.inf)
     equal = [end for cost, end in search.ends if cost <= least * 1.01 + 1e-12 * search.measured.size]
     far = [end for end in equal if np.max(np.abs(end - z)) > 0.05]
     if far:
         values = ", ".join(f"{p} = {v:.5g}" for p, v in zip(paths, search.box.up(far[0]), strict=True))
-        found.append(f"not unique: {len(far)} other starts end equally well elsewhere, one at {values}")
+        warnings.append(f"not unique: {len(far)} other starts end equally well elsewhere, one at {values}")
     reasons = ", ".join(f"{reason} ({n} times)" for reason, n in search.model.failures.items())
     if reasons:
-        found.append(f"trial points were rejected: {reasons}")
-    return found
+        warnings.append(f"trial points were rejected: {reasons}")
+    return warnings
 
 
 #: bounds with a larger ratio are searched on a logarithmic scale
@@ -577,23 +577,23 @@ def calibrate(
     Raises `InputError` with all errors, also where no start has all measured events.
     Source: errors after Björck, Numerical Methods for Least Squares Problems (1996), 1.1, 2.7.
     """
-    found, starting = Faults(), start or {}
-    found.choice("loss", loss, LOSSES)
-    found.choice("method", method, ("trf", "dogbox"))
-    found.unless(starts >= 1, "starts", starts, "at least 1")
-    found.share("confidence", confidence, 0.95)
-    found.unless(loss_scale > 0, "loss_scale", loss_scale, "> 0")
-    found.unless(1e-15 < rtol < 0.1, "rtol", rtol, "0 < rtol < 0.1")
-    found.unless(max_evaluations >= 1, "max_evaluations", max_evaluations, "at least 1")
+    issues, starting = Faults(), start or {}
+    issues.choice("loss", loss, LOSSES)
+    issues.choice("method", method, ("trf", "dogbox"))
+    issues.unless(starts >= 1, "starts", starts, "at least 1")
+    issues.share("confidence", confidence, 0.95)
+    issues.unless(loss_scale > 0, "loss_scale", loss_scale, "> 0")
+    issues.unless(1e-15 < rtol < 0.1, "rtol", rtol, "0 < rtol < 0.1")
+    issues.unless(max_evaluations >= 1, "max_evaluations", max_evaluations, "at least 1")
     if not isinstance(data, Measured):
         raise InputError([Fault("data", f"{shown(data)} is not measured data", "what simbrake.read_measured gives")])
     if not bounds:
-        found.append(Fault("bounds", "no parameter is to be fitted", '{"brake.pulley.inertia": (500, 2000)}'))
+        issues.append(Fault("bounds", "no parameter is to be fitted", '{"brake.pulley.inertia": (500, 2000)}'))
     for path in sorted(set(starting) - set(bounds)):
-        found.append(Fault(path, "has a start value but no bounds", "give bounds, or set it in the scene"))
-    box = box_of(scene, bounds, found, starts=starting, decades=_DECADES)
-    absolute = _absoluteness(data, absolute, len(bounds), found)
-    found.report()
+        issues.append(Fault(path, "has a start value but no bounds", "give bounds, or set it in the scene"))
+    box = box_of(scene, bounds, issues, starts=starting, decades=_DECADES)
+    absolute = _absoluteness(data, absolute, len(bounds), issues)
+    issues.report()
     before = with_values(scene, box.paths.values(box.start))
     check_scene(before)
     check_measured(data, before)
@@ -604,16 +604,16 @@ def calibrate(
     return assess(search, before, data, absolute=absolute, confidence=confidence, rtol=rtol)
 
 
-def _absoluteness(data: Measured, wanted: bool | None, parameters: int, faults: Faults) -> bool:
+def _absoluteness(data: Measured, wanted: bool | None, parameters: int, issues: Faults) -> bool:
     """Whether standard deviations are absolute; adds their errors."""
     without = [part.name for part in data.all if part.sigma is None]
     hint = "give its measuring error, as a column …_sigma or by sigma={…}"
     if without and (len(data.all) > 1 or wanted):
-        faults += [Fault(name, "has no standard deviation", hint) for name in without]
+        issues += [Fault(name, "has no standard deviation", hint) for name in without]
     absolute = not without if wanted is None else wanted
     if not absolute and data.count <= parameters:
         what = f"{data.count} values do not determine their scatter with {parameters} parameters"
-        faults.append(Fault("data", what, "measure more, or give standard deviations"))
+        issues.append(Fault("data", what, "measure more, or give standard deviations"))
     return absolute
 
 

@@ -169,9 +169,9 @@ class Store:
         differ = [name for name in differ if not name.startswith("the ") or name in there]
         what = ", ".join(differ) or "numbers or structure of the scene, the values, or a function"
         verb = "differs" if len(differ) == 1 and what.startswith("the ") else "differ"
-        told = "; ".join(_difference(name, there.get(name), about.get(name)) for name in differ if name[:4] != "the ")
+        values = "; ".join(_difference(name, there.get(name), about.get(name)) for name in differ if name[:4] != "the ")
         hint = "give another folder, or remove this one if its runs are no longer wanted"
-        words = f"{self.folder} holds another ensemble: {what} {verb}{f' ({told})' if told else ''}"
+        words = f"{self.folder} holds another ensemble: {what} {verb}{f' ({values})' if values else ''}"
         raise InputError([Fault("directory", words, hint)])
 
     def _file(self, task: Task) -> Path:

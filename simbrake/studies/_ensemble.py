@@ -136,10 +136,10 @@ class Plan:
     def one(self, i: int) -> Scene:
         """The scene of a run, as `with_values` makes it, by numbers alone."""
         marked, structure, places = self._template
-        found, row = list(marked), self.columns[i]
+        numbers, row = list(marked), self.columns[i]
         for k, column in places.items():
-            found[k] = np.where(column < 0, np.asarray(marked[k]), row[column])
-        return jax.tree.unflatten(structure, found)
+            numbers[k] = np.where(column < 0, np.asarray(marked[k]), row[column])
+        return jax.tree.unflatten(structure, numbers)
 
     @functools.cached_property
     def abouts(self) -> dict[str, Quantity]:
@@ -172,46 +172,48 @@ def plan_of(
     max_steps: int | None,
     chunk: int | None,
 ) -> Plan:
-    found = Faults()
-    arrays = _arrays(values, found)
-    found.attempt(check_limits, rtol, np.inf, max_steps)
+    issues = Faults()
+    arrays = _arrays(values, issues)
+    issues.attempt(check_limits, rtol, np.inf, max_steps)
     for name, count in (("chunk", chunk), ("max_steps", max_steps)):
-        found.unless(count is None or (isinstance(count, int) and count >= 1), name, count, f"{name} > 0")
-    found.report()
+        issues.unless(count is None or (isinstance(count, int) and count >= 1), name, count, f"{name} > 0")
+    issues.report()
     asked = default_metrics(scene) if metrics is None else tuple(metrics)
     plan = Plan(scene, arrays, asked, float(rtol), solver, max_steps, chunk)
     first = plan.one(0)  # raises for names that the scene does not have
     for path, about in plan.abouts.items():
-        found += _outside(path, arrays[path], about)
-    found.attempt(check_metrics, first, asked)
+        issues += _outside(path, arrays[path], about)
+    issues.attempt(check_metrics, first, asked)
     names = [name_of(metric) for metric in asked]
     twice = {name for name in names if names.count(name) > 1}
-    found += [Fault(name, "is asked for twice", "functions are distinguished by their names") for name in sorted(twice)]
-    found += [] if found else _of_times(plan)
-    found += [] if found else _of_scenes(plan)
-    found.report()
+    issues += [
+        Fault(name, "is asked for twice", "functions are distinguished by their names") for name in sorted(twice)
+    ]
+    issues += [] if issues else _of_times(plan)
+    issues += [] if issues else _of_scenes(plan)
+    issues.report()
     return plan
 
 
-def _arrays(values: Mapping[str, object], found: Faults) -> Columns:
+def _arrays(values: Mapping[str, object], issues: Faults) -> Columns:
     arrays: Columns = {}
     if not values or not isinstance(values, Mapping):
-        found.append(Fault("values", "nothing varies", "give {path: array of values}"))
+        issues.append(Fault("values", "nothing varies", "give {path: array of values}"))
         return arrays
     for path, value in values.items():
         try:
             array = np.array(value, dtype=np.float64)
         except (TypeError, ValueError):
-            found.append(Fault(path, "its values are not numbers", "an array (runs,), or (runs, entries)"))
+            issues.append(Fault(path, "its values are not numbers", "an array (runs,), or (runs, entries)"))
             continue
         if array.ndim not in (1, 2) or array.size == 0:
             shape = f"has the shape {array.shape}"
-            found.append(Fault(path, shape, "an array (runs,), or (runs, entries) for a number with entries"))
+            issues.append(Fault(path, shape, "an array (runs,), or (runs, entries) for a number with entries"))
         arrays[path] = array
     counts = {path: len(array) for path, array in arrays.items() if array.ndim}
     if len(set(counts.values())) > 1:
         each = ", ".join(f"{path} {count}" for path, count in counts.items())
-        found.append(Fault("values", f"the numbers of runs differ: {each}", "give every number once for every run"))
+        issues.append(Fault("values", f"the numbers of runs differ: {each}", "give every number once for every run"))
     return arrays
 
 
@@ -277,15 +279,15 @@ def store_of(plan: Plan, folder: Path) -> Store:
     }
     parts = {"the scene": plan.scene, "the values": plan.values, "the solver": plan.solver}
     parts |= {f"the metric {name}": identity_of(metric) for name, metric in zip(names, plan.metrics, strict=True)}
-    found = Faults()
+    issues = Faults()
     for what, part in parts.items():
         try:
             about[what] = fingerprint(part)
         except FingerprintError as error:
             words = f"{what} cannot be recognised in a later process: {error}"
             hint = "give what it needs as numbers (arguments of functools.partial, defaults), or leave directory out"
-            found.append(Fault("directory", words, hint))
-    found.report()
+            issues.append(Fault("directory", words, hint))
+    issues.report()
     return Store(folder, fingerprint(about), about)
 
 
@@ -312,7 +314,7 @@ def run_packed(payload: bytes, task: Task, folder: str, key: str) -> Columns:
 
 
 @contextlib.contextmanager
-def cluster(given: Client, store: Store | None) -> Iterator[Pool]:
+def cluster(scheduler: Client, store: Store | None) -> Iterator[Pool]:
     """The workers of a Dask cluster. A chunk whose worker dies is given to another by the scheduler of Dask."""
     try:
         import cloudpickle
@@ -321,18 +323,18 @@ def cluster(given: Client, store: Store | None) -> Iterator[Pool]:
     except ImportError as error:
         hint = "pip install 'simbrake[ensemble]'"
         raise InputError([Fault("client", "needs dask.distributed, which is not installed", hint)]) from error
-    if not isinstance(given, str | Client):
+    if not isinstance(scheduler, str | Client):
         what = f"is a {type(given).__name__}"
         raise InputError([Fault("client", what, "a dask.distributed.Client or a scheduler's address")])
     place = ("", "") if store is None else (str(store.folder.resolve()), store.key)
-    own: Any = contextlib.nullcontext(given)
-    if isinstance(given, str):
+    own: Any = contextlib.nullcontext(scheduler)
+    if isinstance(scheduler, str):
         try:  # a client that finds nobody keeps on looking
-            socket.create_connection(get_address_host_port(given), _PATIENCE).close()
+            socket.create_connection(get_address_host_port(scheduler), _PATIENCE).close()
         except (OSError, ValueError, OverflowError) as error:
-            what = f"no Dask scheduler answers at {given!r}: {error}"
+            what = f"no Dask scheduler answers at {scheduler!r}: {error}"
             raise InputError([Fault("client", what, "an address as tcp://10.0.0.1:8786")]) from error
-        own = Client(given)
+        own = Client(scheduler)
     with own as client:
         executor = client.get_executor(pure=False)
 
@@ -385,23 +387,23 @@ class Runs:
         self.columns |= {name_of(metric): np.full(n, np.nan) for metric in plan.metrics}
         self.columns["method"] = np.full(n, "", dtype="<U32")
         self.done = np.zeros(n, bool)
-        for runs, found in [] if store is None else store.finished():
-            self._fill(runs, found)
+        for runs, columns in [] if store is None else store.finished():
+            self._fill(runs, columns)
         self.report: Callable[[int], object] = lambda done: None
 
-    def _fill(self, runs: np.ndarray, found: Columns) -> None:
-        for name, column in found.items():
+    def _fill(self, runs: np.ndarray, columns: Columns) -> None:
+        for name, column in columns.items():
             self.columns[name][runs] = column
         self.done[runs] = True
 
     def take(self) -> None:
         """Waits for what was submitted, and takes over the runs that are done."""
-        for task, found in self.pool.results():
-            final = task.final(found)
+        for task, columns in self.pool.results():
+            final = task.final(columns)
             if self.store is not None:
-                self.store.write(task, found)
+                self.store.write(task, columns)
             if np.any(final):
-                self._fill(task.runs[final], {name: column[final] for name, column in found.items()})
+                self._fill(task.runs[final], {name: column[final] for name, column in columns.items()})
                 self.report(int(self.done.sum()))
 
     def level(self, solver: Solver, runs: np.ndarray, limit: int, size: int, last: bool) -> np.ndarray:
@@ -537,11 +539,11 @@ def _statuses(columns: Columns) -> np.ndarray:
 def _errors(plan: Plan, columns: Columns, second: Columns) -> Columns:
     """Estimated errors of every metric, NaN where a run failed, or the second one has other events."""
     same = (columns["code"] == 0) & (second["code"] == 0) & (columns["sequence"] == second["sequence"])
-    found = {}
+    by_metric = {}
     for name in map(name_of, plan.metrics):
         errors = errors_between(columns[name], second[name], columns["steps"])
-        found[name] = np.where(same, errors, np.nan)
-    return found
+        by_metric[name] = np.where(same, errors, np.nan)
+    return by_metric
 
 
 def _as_dataset(plan: Plan, columns: Columns, errors: Columns | None = None) -> Dataset:
@@ -661,16 +663,16 @@ def sweep(
         >>> [round(float(t), 4) for t in grid.stopping_time.values]
         [0.6289, 1.2577]
     """
-    axes, found = {}, Faults()
+    axes, issues = {}, Faults()
     for path, axis in values.items():
         try:
             array = np.atleast_1d(np.asarray(axis, dtype=np.float64))
         except (TypeError, ValueError):
             array = np.zeros((1, 1))
         if array.ndim != 1 or len(np.unique(array)) != len(array):
-            found.append(Fault(path, "is not a list of different numbers", "a grid needs every value once"))
+            issues.append(Fault(path, "is not a list of different numbers", "a grid needs every value once"))
         axes[path] = array
-    found.report()
+    issues.report()
     grid = np.meshgrid(*axes.values(), indexing="ij") if axes else []
     columns = {path: part.ravel() for path, part in zip(axes, grid, strict=True)}
     return _as_grid(ensemble(scene, columns, metrics, **settings), axes)

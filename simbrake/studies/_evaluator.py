@@ -186,7 +186,7 @@ def name_of_entry(path: str, index: tuple[int, ...]) -> str:
     return f"{path}[{', '.join(map(str, index))}]" if index else path
 
 
-def asked_of(metrics: Metric | Sequence[Metric]) -> list[Metric]:
+def as_metrics(metrics: Metric | Sequence[Metric]) -> list[Metric]:
     """One metric, or several, as a list."""
     return [metrics] if isinstance(metrics, str) or callable(metrics) else list(metrics)
 
@@ -225,7 +225,7 @@ class Box(NamedTuple):
 def box_of(
     scene: Scene,
     bounds: Mapping[str, Any],
-    found: Faults,
+    issues: Faults,
     *,
     each: bool = False,
     starts: Mapping[str, float] | None = None,
@@ -243,7 +243,7 @@ def box_of(
         field, index = entry_of(path, known)
         leaf = known.get(field)
         value: Any = (starts or {}).get(path)
-        if found.attempt(with_inputs, scene, {path: 0.0}) is None:
+        if issues.attempt(with_inputs, scene, {path: 0.0}) is None:
             continue
         if value is None and leaf is not None:
             value = np.asarray(leaf.value, float)[... if index is None else index]
@@ -253,25 +253,25 @@ def box_of(
         try:
             low, high = (np.broadcast_to(np.asarray(end, float), shape) for end in pair)
         except (TypeError, ValueError):
-            found.append(
+            issues.append(
                 Fault(path, f"{pair!r} are not bounds", f"(low, high), numbers or lists of {math.prod(shape)}")
             )
             continue
         if not np.all(np.isfinite(low) & np.isfinite(high) & (low < high)):
-            found.append(Fault(path, f"the bounds {pair!r} are out of range", "finite, low < high"))
+            issues.append(Fault(path, f"the bounds {pair!r} are out of range", "finite, low < high"))
             continue
         if leaf is not None and not np.all(leaf.about.admits(low) & leaf.about.admits(high)):
             worst = np.append(low, high)[~leaf.about.admits(np.append(low, high))][0]
             what = f"the bound {worst:g}{behind(leaf.about.unit)} is out of range"
-            found.append(Fault(path, what, f"must be {leaf.about.range}"))
+            issues.append(Fault(path, what, f"must be {leaf.about.range}"))
         if value is None:
-            found.append(Fault(path, "has no one value in the scene", "give its start value"))
+            issues.append(Fault(path, "has no one value in the scene", "give its start value"))
         elif not np.all((value >= low) & (value <= high)):
             what = f"the start {value} is outside the bounds {pair!r}"
-            found.append(Fault(path, what, "give a start inside them"))
+            issues.append(Fault(path, what, "give a start inside them"))
         shapes[path] = shape
         rows.append([np.ravel(one) for one in (low, high, np.nan if value is None else value)])
-    found += [Fault(path, "is free twice", f"as {old} is") for path, old in known.twice(shapes).items()]
+    issues += [Fault(path, "is free twice", f"as {old} is") for path, old in known.twice(shapes).items()]
     low, high, start = [np.concatenate(column) for column in zip(*rows, strict=True)] or [np.zeros(0)] * 3
     paths = Paths(tuple(shapes), tuple(shapes.values()))
     return Box(paths, low, high, start, (low > 0) & (high / np.where(low > 0, low, 1.0) > decades))
@@ -292,7 +292,7 @@ class Metrics(NamedTuple):
         return jnp.stack([measure(result, one) for one in self.asked]), None
 
 
-class Asked(NamedTuple):
+class ProgramKey(NamedTuple):
     """What a program of one point depends on, besides the structure of its numbers.
 
     - `solver`: `None` where nothing is run;  `reverse`: derivatives by as many passes as there are values, else by as
@@ -317,26 +317,26 @@ class Evaluation(NamedTuple):
 
 
 @functools.lru_cache(maxsize=64)
-def _program(asked: Asked) -> DeviceJit:
+def _program(asked: ProgramKey) -> DeviceJit:
     def answer(x: Array, scene: Scene, given: Any, rtol: Array) -> tuple[Array, Any]:
-        found, code = asked.place(scene, x, given), jnp.zeros((), jnp.int32)
+        outcome, code = asked.place(scene, x, given), jnp.zeros((), jnp.int32)
         if asked.solver is not None:
-            found = simulate(found, solver=asked.solver, rtol=rtol, max_steps=asked.max_steps)
-            code = found.code
-        values, more = asked.find(found, given)
+            outcome = simulate(outcome, solver=asked.solver, rtol=rtol, max_steps=asked.max_steps)
+            code = outcome.code
+        values, more = asked.find(outcome, given)
         return values, (values, code, more)
 
     def at_once(x: Array, *rest: Any) -> tuple[Any, ...]:
-        jacobian, found = (jax.jacrev if asked.reverse else jax.jacfwd)(answer, has_aux=True)(x, *rest)
-        return jacobian, *found
+        jacobian, values = (jax.jacrev if asked.reverse else jax.jacfwd)(answer, has_aux=True)(x, *rest)
+        return jacobian, *values
 
     def along(x: Array, direction: Array, *rest: Any) -> tuple[Any, ...]:
         """`direction` is of the values (reverse) or of the numbers (forward)."""
         if asked.reverse:
-            _, back, found = jax.vjp(lambda x: answer(x, *rest), x, has_aux=True)
-            return back(direction)[0], *found
-        _, slope, found = jax.jvp(lambda x: answer(x, *rest), (x,), (direction,), has_aux=True)
-        return slope, *found
+            _, back, values = jax.vjp(lambda x: answer(x, *rest), x, has_aux=True)
+            return back(direction)[0], *values
+        _, slope, values = jax.jvp(lambda x: answer(x, *rest), (x,), (direction,), has_aux=True)
+        return slope, *values
 
     metrics = [*map(identity_of, asked.find.asked)] if isinstance(asked.find, Metrics) else []
     return DeviceJit(along if asked.singly else at_once, subject=("evaluate", asked, metrics))
@@ -357,7 +357,7 @@ class Evaluator:
 
     - `place`: puts the parameters into the scene, as `Paths`;  `find`: takes metrics from the result, as `Metrics`
     - `given`: numbers that both take besides, not differentiated;  `run`: whether `find` is of a run, not of the scene
-    - `size`: how many values `find` gives, where derivatives are taken `singly`;  `reverse`, `singly`: as in `Asked`
+    - `size`: how many values `find` gives, where derivatives are taken `singly`;  `reverse`, `singly`: see `ProgramKey`
     - `solver`, `rtol`, `max_steps`: as for `simulate`, the solver chosen once for the scene given
 
     `runs` counts the points evaluated.
@@ -387,7 +387,7 @@ class Evaluator:
         self.scene, self.place, self.find, self.given, self.rtol = scene, place, find, given, rtol
         self.solver = solver_of(scene, solver) if run else None
         self.limits = step_limits(scene, max_steps) if run else (0,)
-        self._asked = Asked(place, find, self.solver, self.limits[0], reverse, singly)
+        self._asked = ProgramKey(place, find, self.solver, self.limits[0], reverse, singly)
         self._size, self._level, self.runs = size, 0, 0
         self._known: dict[bytes, Evaluation] = {}
 
@@ -408,13 +408,13 @@ class Evaluator:
             return self._known[key]
         self.runs += 1
         given = self.given if given is None else given
-        while (found := self._at(x, given)).code == Code.STEP_LIMIT and self._level < len(self.limits) - 1:
+        while (evaluation := self._at(x, given)).code == Code.STEP_LIMIT and self._level < len(self.limits) - 1:
             self._level += 1  # for the points to come as well
         if key is not None:
-            self._known[key] = found
+            self._known[key] = evaluation
             if len(self._known) > _REMEMBERED:
                 del self._known[next(iter(self._known))]
-        return found
+        return evaluation
 
     def finer(self) -> "Evaluator":
         """The same at a tenth of the tolerance: what it changes is an estimate of the error by integration in time.
@@ -515,13 +515,13 @@ def _integrate(numbers: Array, *, like: Packing, job: Job, lanes: int) -> tuple[
             result = simulate(varied, solver=job.solver, rtol=rtol, max_steps=job.max_steps)
         else:
             result = simulate_lane(varied, job.solver, rtol, job.max_steps, job.room)
-        found = [find(result) for find in ABOUT.values()]
-        found += [measure(result, m) for m in job.metrics if not scans(m)]
-        return jnp.stack([jnp.asarray(value, jnp.float64) for value in found]), result if job.scans else None
+        values = [find(result) for find in ABOUT.values()]
+        values += [measure(result, m) for m in job.metrics if not scans(m)]
+        return jnp.stack([jnp.asarray(value, jnp.float64) for value in values]), result if job.scans else None
 
     if job.scans:
-        found, results = jax.lax.map(one, rows) if lanes == 1 else jax.vmap(one)(rows)
-        return found.T, results
+        values, results = jax.lax.map(one, rows) if lanes == 1 else jax.vmap(one)(rows)
+        return values.T, results
 
     def group(i: Array | int) -> Array:
         if lanes == 1:
@@ -584,7 +584,7 @@ def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
     filled = rows[np.minimum(np.arange(job.size), count - 1)]
     numbers, like = pack((job.scene, filled, job.rtol, np.asarray(count, np.int32)))
     with jax.default_device(device):
-        found, result = jax.block_until_ready(_integrator(job, numbers, like, device).call(numbers))
+        table, result = jax.block_until_ready(_integrator(job, numbers, like, device).call(numbers))
         heavy: dict[str, Any] = {}
         if result is not None:
             used = int(np.max(np.asarray(result.record.count))) + 1
@@ -592,7 +592,7 @@ def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
             lanes = 1 if device.platform == "cpu" else 16
             static = {"metrics": job.metrics, "size": kept, "lanes": lanes, "code": job.code}
             heavy = jax.block_until_ready(_scanner(result, **static))
-    columns = dict(zip(_names(job), np.asarray(found)[:, :count], strict=True))
+    columns = dict(zip(_names(job), np.asarray(table)[:, :count], strict=True))
     columns |= {name: columns[name].astype(np.int32) for name in ABOUT if name != "energy.closure"}
     columns |= {name: np.asarray(value)[:count] for name, value in jax.device_get(heavy).items()}
     return columns | {"method": np.full(count, solver_name(job.solver), dtype="<U32")}

@@ -17,7 +17,7 @@ from ._evaluator import Box, Evaluation, Evaluator, Faults, Paths, Solver, failu
 from ._measured import Measured, pick
 
 
-class Asked(NamedTuple):
+class MeasuredValues(NamedTuple):
     """Measured quantities: columns with their entries, at some of the given times, and metrics."""
 
     columns: tuple[tuple[str, str | None], ...]
@@ -25,16 +25,16 @@ class Asked(NamedTuple):
 
     def __call__(self, result: Result, given: tuple[Array, tuple[Array, ...]]) -> tuple[Array, None]:
         ts, rows = given
-        parts, faults = [], Faults()
+        parts, issues = [], Faults()
         if self.columns:
             series = result.series(ts)
             for (column, entry), row in zip(self.columns, rows, strict=True):
-                found = pick(result, series, column, entry)
-                if isinstance(found, Fault):
-                    faults.append(found)
+                values = pick(result, series, column, entry)
+                if isinstance(values, Fault):
+                    issues.append(values)
                 else:
-                    parts.append(found[row])
-        faults.report()  # detected while tracing, before the run
+                    parts.append(values[row])
+        issues.report()  # detected while tracing, before the run
         parts += [jnp.reshape(measure(result, metric), (1,)) for metric in self.metrics]
         return jnp.concatenate(parts), None
 
@@ -54,11 +54,12 @@ class FitModel:
     ) -> None:
         times = [part.t for part in data.points]
         ts = np.unique(np.concatenate(times)) if times else np.zeros(0)
-        asked = Asked(tuple((part.column, part.entry) for part in data.points), tuple(s.metric for s in data.singles))
+        columns = tuple((part.column, part.entry) for part in data.points)
+        measured = MeasuredValues(columns, tuple(single.metric for single in data.singles))
         self.run = Evaluator(
             scene,
             Paths.each(paths),
-            asked,
+            measured,
             given=(ts, tuple(np.searchsorted(ts, t).astype(np.int32) for t in times)),
             solver=solver,
             rtol=rtol,
@@ -70,11 +71,11 @@ class FitModel:
 
     def __call__(self, theta: np.ndarray) -> Evaluation:
         """Values (m,) and Jacobian (m, p)."""
-        before, found = self.run.runs, self.run(theta)
-        reason = self.refused(found)
+        before, evaluation = self.run.runs, self.run(theta)
+        reason = self.refused(evaluation)
         if reason is not None and self.run.runs > before:
             self.failures[reason] = self.failures.get(reason, 0) + 1
-        return found
+        return evaluation
 
     def of_fixed(self, theta: np.ndarray) -> list[tuple[str, float, np.ndarray]]:
         """Numbers of the scene that are not fitted, not 0, and change the measured values: path, value (that of the
@@ -83,7 +84,7 @@ class FitModel:
         Central differences with the program of the fit, in which every number of the scene is an input: nothing is
         compiled, and two runs per number suffice for correlations.
         """
-        scene, found = with_values(self.run.scene, self.run.place.values(theta)), []
+        scene, effects = with_values(self.run.scene, self.run.place.values(theta)), []
         known = Inputs(scene)
         fitted = {entry_of(path, known)[0] for path in self.paths}
         for leaf in known.values():
@@ -99,17 +100,17 @@ class FitModel:
                 continue
             change = (up.values - down.values) / (2 * STEP)
             if up.code == down.code == 0 and np.all(np.isfinite(change)):
-                found.append((leaf.path, float(value.flat[np.argmax(np.abs(value))]), change))
-        return found
+                effects.append((leaf.path, float(value.flat[np.argmax(np.abs(value))]), change))
+        return effects
 
-    def refused(self, found: Evaluation) -> str | None:
+    def refused(self, evaluation: Evaluation) -> str | None:
         """Reason to reject a point: its run fails, or it lacks a measured event; `None` for a valid point."""
-        if found.code != 0:
-            return f"the run fails: {failure_name(found.code)}"
-        for i in np.flatnonzero(~np.isfinite(found.values)):
-            what = "does not occur" if np.isinf(found.values[i]) else "is not a number"
+        if evaluation.code != 0:
+            return f"the run fails: {failure_name(evaluation.code)}"
+        for i in np.flatnonzero(~np.isfinite(evaluation.values)):
+            what = "does not occur" if np.isinf(evaluation.values[i]) else "is not a number"
             return f"{self.names[i]} {what} in the model"
-        for i in np.flatnonzero(~np.isfinite(found.jacobian).all(axis=1)):
+        for i in np.flatnonzero(~np.isfinite(evaluation.jacobian).all(axis=1)):
             return f"the derivative of {self.names[i]} is not finite"
         return None
 
@@ -158,16 +159,16 @@ class Search:
 
     def look(self, z: np.ndarray) -> tuple[Evaluation, str | None]:
         """The model at a point, and the reason to reject the point."""
-        before, found = self.model.run.runs, self.model(self.box.up(z))
-        refused = self.model.refused(found)
+        before, evaluation = self.model.run.runs, self.model(self.box.up(z))
+        refused = self.model.refused(evaluation)
         if refused is None and self.model.run.runs > before:
-            if self.best is None or self.cost(found) < self.best[0]:
-                self.best = (self.cost(found), z.copy(), found)
-            self.least, most = min(self.least, float(np.sum(self.residual(found) ** 2))), self.most * self.starts
+            if self.best is None or self.cost(evaluation) < self.best[0]:
+                self.best = (self.cost(evaluation), z.copy(), evaluation)
+            self.least, most = min(self.least, float(np.sum(self.residual(evaluation) ** 2))), self.most * self.starts
             # a search mostly ends long before its limit: the time left is shown as a bound
             count, also = min(self.model.run.runs, most), f", chi² {self.least:.6g}"
             self.progress.now("run", count, most, also=also)
-        return found, refused
+        return evaluation, refused
 
     @property
     def noise(self) -> float:
@@ -177,31 +178,31 @@ class Search:
 
     def silent(self, z: np.ndarray) -> np.ndarray:
         """Parameters (p,) on which no value depends at a point, within rounding."""
-        found = self.look(z)[0]
-        size = np.linalg.norm(np.maximum(np.abs(found.values), np.abs(self.measured)) / self.sigma)
-        return np.linalg.norm(self.jacobian(z, found), axis=0) <= self.noise * size
+        evaluation = self.look(z)[0]
+        size = np.linalg.norm(np.maximum(np.abs(evaluation.values), np.abs(self.measured)) / self.sigma)
+        return np.linalg.norm(self.jacobian(z, evaluation), axis=0) <= self.noise * size
 
     def probes(self, z: np.ndarray, varied: np.ndarray) -> list[tuple[np.ndarray, float]]:
         """Points over the bounds of the parameters `varied`, the others as in `z`, at which the measured values differ
         from those at `z`, with their costs, the best first."""
-        here, found = self.look(z)[0].values, []
+        here, points = self.look(z)[0].values, []
         for shares in _halton(int(varied.sum()), _PROBES):
             point = z.copy()
             point[varied] = shares
             there = self.model.run(self.box.up(point))
             size = np.maximum(np.abs(here), np.abs(self.measured))
             if self.model.refused(there) is None and np.any(np.abs(there.values - here) > self.noise * size):
-                found.append((point, self.cost(there)))
-        return sorted(found, key=lambda pair: pair[1])
+                points.append((point, self.cost(there)))
+        return sorted(points, key=lambda pair: pair[1])
 
-    def residual(self, found: Evaluation) -> np.ndarray:
-        return (found.values - self.measured) / self.sigma
+    def residual(self, evaluation: Evaluation) -> np.ndarray:
+        return (evaluation.values - self.measured) / self.sigma
 
-    def jacobian(self, z: np.ndarray, found: Evaluation) -> np.ndarray:
-        return found.jacobian * self.box.slope(self.box.up(z)) / self.sigma[:, None]
+    def jacobian(self, z: np.ndarray, evaluation: Evaluation) -> np.ndarray:
+        return evaluation.jacobian * self.box.slope(self.box.up(z)) / self.sigma[:, None]
 
-    def cost(self, found: Evaluation) -> float:
-        return cost(self.residual(found), self.loss, self.loss_scale)
+    def cost(self, evaluation: Evaluation) -> float:
+        return cost(self.residual(evaluation), self.loss, self.loss_scale)
 
     def run(self) -> None:
         self.progress.__enter__()
@@ -234,8 +235,8 @@ class Search:
         z, cost, converged, message = self._minimise(z, free)
         while (pressed := self.pressed(z) & free).any():
             on = np.where(pressed, np.round(z), z)
-            found, refused = self.look(on)
-            if refused is not None or self.cost(found) > cost * (1 + 1e-9):
+            evaluation, refused = self.look(on)
+            if refused is not None or self.cost(evaluation) > cost * (1 + 1e-9):
                 break
             free = free & ~pressed
             z, cost, converged, message = self._minimise(on, free)
@@ -246,8 +247,8 @@ class Search:
         self.ends.append((cost, z))
 
     def pressed(self, z: np.ndarray) -> np.ndarray:
-        found = self.look(z)[0]
-        r, J = self.residual(found), self.jacobian(z, found)
+        evaluation = self.look(z)[0]
+        r, J = self.residual(evaluation), self.jacobian(z, evaluation)
         push = J.T @ r
         strong = np.abs(push) > 1e-8 * np.linalg.norm(J, axis=0) * np.linalg.norm(r)
         return strong & (((z < _NEAR) & (push > 0)) | ((z > 1 - _NEAR) & (push < 0)))
@@ -265,20 +266,20 @@ class Search:
 
         def residual(x: np.ndarray) -> np.ndarray:
             nonlocal barrier, least
-            found, refused = self.look(whole(x))
+            evaluation, refused = self.look(whole(x))
             if refused is not None:
                 barrier = refused
                 return np.full(self.measured.shape, np.inf)
-            if self.cost(found) < least * (1 - 1e-6):  # not the best start
-                barrier, least = None, self.cost(found)
-            return self.residual(found)
+            if self.cost(evaluation) < least * (1 - 1e-6):  # not the best start
+                barrier, least = None, self.cost(evaluation)
+            return self.residual(evaluation)
 
         def jacobian(x: np.ndarray) -> np.ndarray:
             return self.jacobian(whole(x), self.look(whole(x))[0])[:, free]
 
         if not free.any():
             return z, self.cost(self.look(z)[0]), True, "every parameter is at a bound"
-        found = least_squares(
+        solution = least_squares(
             residual,
             np.clip(z[free], 0.0, 1.0),
             jacobian,  # pyright: ignore
@@ -292,10 +293,10 @@ class Search:
             gtol=1e-12,
             max_nfev=self.most,
         )
-        z, ended = whole(found.x), found.status > 0
-        if found.status != 1 and barrier is not None:
-            return z, float(found.cost), False, f"ended beside rejected points: {barrier}"
-        return z, float(found.cost), ended, DONE if ended else LIMITED
+        z, ended = whole(solution.x), solution.status > 0
+        if solution.status != 1 and barrier is not None:
+            return z, float(solution.cost), False, f"ended beside rejected points: {barrier}"
+        return z, float(solution.cost), ended, DONE if ended else LIMITED
 
 
 # --- covariance by a truncated SVD, and the undetermined combinations of parameters ----------------------------------

@@ -14,7 +14,7 @@ from .._outputs._log import SimulationError
 from .._parts._scene import Scene
 from .._run._measure import Metric, name_of, unit_of
 from ._ensemble import Dataset, ensemble
-from ._evaluator import Faults, asked_of, failure_name
+from ._evaluator import Faults, as_metrics, failure_name
 from ._uncertainty import Distribution, Draws, Estimate, checked, complete, power_of_two
 
 
@@ -86,8 +86,8 @@ class SobolTable(Tabular):
             yield "no significant interaction of a pair"
 
     def as_dict(self) -> dict[str, Any]:
-        found = plain(vars(self))
-        return found | {"standard_deviation": found.pop("deviation")}
+        data = plain(vars(self))
+        return data | {"standard_deviation": data.pop("deviation")}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -190,8 +190,8 @@ def sobol_indices(
     unit = sobol_design(base, len(draws.paths), second_order, seed)
 
     def table(metric: Metric, y: np.ndarray) -> SobolTable:
-        found = sobol_table(draws.paths, y, second_order, confidence, resamples, seed, name=name_of(metric))
-        return dataclasses.replace(found, unit=unit_of(metric))
+        indices = sobol_table(draws.paths, y, second_order, confidence, resamples, seed, name=name_of(metric))
+        return dataclasses.replace(indices, unit=unit_of(metric))
 
     data = complete(ensemble(scene, draws.values(unit), asked, **options))
     return _found(data, asked, table, f"Sobol indices from {base} scrambled Sobol points", varies=True)
@@ -210,13 +210,15 @@ def sobol_table(
     """The table of any function that has the values `y` on `sobol_design`."""
     d = len(paths)
     analyze = _salib("sobol", d, seed)[1]
-    found = analyze(y, calc_second_order=second_order, num_resamples=resamples, conf_level=confidence)
-    firsts, totals = (map(around, found[kind], found[f"{kind}_conf"]) for kind in ("S1", "ST"))
+    analysis = analyze(y, calc_second_order=second_order, num_resamples=resamples, conf_level=confidence)
+    firsts, totals = (map(around, analysis[kind], analysis[f"{kind}_conf"]) for kind in ("S1", "ST"))
     rows = [SobolIndex(*row) for row in zip(paths, firsts, totals, strict=True)]
     pairs = None
     if second_order:
         ends = [(i, j) for i in range(d) for j in range(i + 1, d)]
-        both = [SobolPair((paths[i], paths[j]), around(found["S2"][i, j], found["S2_conf"][i, j])) for i, j in ends]
+        both = [
+            SobolPair((paths[i], paths[j]), around(analysis["S2"][i, j], analysis["S2_conf"][i, j])) for i, j in ends
+        ]
         pairs = tuple(sorted(both, key=lambda pair: -pair.second.value))
     step = 2 * d + 2 if second_order else d + 2
     unmixed = np.concatenate([y[::step], y[step - 1 :: step]])
@@ -245,12 +247,12 @@ def morris(
 
     `distributions`, `metrics`, `options` and errors as in `sobol_indices`; a metric that never changes has effects 0.
     """
-    found = Faults()
+    issues = Faults()
     if isinstance(levels, int) and levels % 2:
-        found.append(Fault("levels", f"{levels} is odd", "an even number, as 4: steps are half of the range and more"))
-    found.unless(0 < tail < 0.5, "tail", tail, "between 0 and 0.5, as 0.01")
+        issues.append(Fault("levels", f"{levels} is odd", "an even number, as 4: steps are half of the range and more"))
+    issues.unless(0 < tail < 0.5, "tail", tail, "between 0 and 0.5, as 0.01")
     counts = {"trajectories": trajectories, "resamples": resamples, "levels": levels}
-    asked, draws = _checked(scene, distributions, metrics, confidence, found, **counts)
+    asked, draws = _checked(scene, distributions, metrics, confidence, issues, **counts)
     sample, analyze = _salib("morris", len(draws.paths), seed)
     unit = sample(trajectories, num_levels=levels)  # steps of one number at a time: trajectories (d + 1) rows
     # where a distribution is bounded it is crossed as a whole
@@ -263,8 +265,8 @@ def morris(
     spans = draws.values(ends.T)
 
     def table(metric: Metric, y: np.ndarray) -> MorrisTable:
-        found = analyze(unit, y, num_levels=levels, conf_level=confidence, num_resamples=resamples)
-        numbers = (found[name] for name in ("mu", "mu_star", "mu_star_conf", "sigma"))
+        analysis = analyze(unit, y, num_levels=levels, conf_level=confidence, num_resamples=resamples)
+        numbers = (analysis[name] for name in ("mu", "mu_star", "mu_star_conf", "sigma"))
         rows = []
         for (path, (low, high)), mu, star, half, sigma in zip(spans.items(), *numbers, strict=True):
             ends = float(low), float(high)
@@ -282,15 +284,15 @@ def _checked(
     distributions: Mapping[str, Distribution],
     metrics: Metric | Sequence[Metric],
     confidence: float,
-    found: Faults | None = None,
+    issues: Faults | None = None,
     **counts: int,
 ) -> tuple[list[Metric], Draws]:
-    asked, found = asked_of(metrics), Faults() if found is None else found
+    asked, issues = as_metrics(metrics), Faults() if issues is None else issues
     for name, value in counts.items():
         if not isinstance(value, int | np.integer) or value < 2:
-            found.append(Fault(name, f"{value!r} is too few", "a whole number, at least 2"))
-    found.share("confidence", confidence, 0.95)
-    return asked, checked(found, scene, distributions, metrics=asked)
+            issues.append(Fault(name, f"{value!r} is too few", "a whole number, at least 2"))
+    issues.share("confidence", confidence, 0.95)
+    return asked, checked(issues, scene, distributions, metrics=asked)
 
 
 def _found(

@@ -148,8 +148,8 @@ class _Step(NamedTuple):
         with np.errstate(divide="ignore", invalid="ignore"):
             many = np.where(inside >= 0, 2 * room / (b + np.sqrt(np.maximum(inside, 0.0))), np.inf)
             one = room / w
-        found = np.where(one <= 1, one, many)
-        return np.where((w > 0) & (found >= 0), found, np.inf)
+        stops = np.where(one <= 1, one, many)
+        return np.where((w > 0) & (stops >= 0), stops, np.inf)
 
 
 class _Path(NamedTuple):
@@ -242,8 +242,8 @@ def _best_turn(brake: _Brake, unturned: _Path) -> float:
 
     end = unturned.end.done
     sharp = {"xatol": (1e-4 if brake.feeds_back else 1e-8) * end, "maxiter": 200}
-    found: Any = minimize_scalar(lambda x: -life(x), bounds=(0.0, end), method="bounded", options=sharp)
-    return float(found.x)
+    best: Any = minimize_scalar(lambda x: -life(x), bounds=(0.0, end), method="bounded", options=sharp)
+    return float(best.x)
 
 
 def _wearing(run: Scene | Result, permissible: Permissible) -> tuple[Scene, np.ndarray]:
@@ -307,10 +307,10 @@ def lining_life(
     turns, best = _turns(turn_at), turn_at == "best"
     if turns or best:
         turned_scene(scene)  # rejects brakes without a band that can be turned
-    found = Faults()
-    found.unless(step is None or step >= 1, "step", step, "at least 1 stop")
-    found.unless(0 < tolerance < 1, "tolerance", tolerance, "between 0 and 1")
-    found.report()
+    issues = Faults()
+    issues.unless(step is None or step >= 1, "step", step, "at least 1 stop")
+    issues.unless(0 < tolerance < 1, "tolerance", tolerance, "between 0 and 1")
+    issues.report()
     assert scene.wear is not None
     brake = _Brake(scene, limit, tolerance, None if step is None else float(step), options)
     with brake.progress:

@@ -104,16 +104,16 @@ class Measured(Tabular):
         Raises `InputError` with every error.
         """
         t, sigma = np.atleast_1d(np.asarray(t, np.float64)), dict(sigma or {})
-        found: list[Points | Single | Fault] = []
+        parts: list[Points | Single | Fault] = []
         for name in sorted(set(sigma) - set(columns or {})):
-            found.append(Fault(name, "has a standard deviation but no values", "leave it out, or give the column"))
+            parts.append(Fault(name, "has a standard deviation but no values", "leave it out, or give the column"))
         for name, values in (columns or {}).items():
-            found.append(_points(name, t, values, sigma.get(name)))
+            parts.append(_points(name, t, values, sigma.get(name)))
         for metric, value in (events or {}).items():
             number, error = value if isinstance(value, tuple) else (value, None)
-            found.append(_single(metric, float(number), None if error is None else float(error)))
-        Faults(one for one in found if isinstance(one, Fault)).report()
-        points, singles = ([one for one in found if isinstance(one, kind)] for kind in (Points, Single))
+            parts.append(_single(metric, float(number), None if error is None else float(error)))
+        Faults(one for one in parts if isinstance(one, Fault)).report()
+        points, singles = ([one for one in parts if isinstance(one, kind)] for kind in (Points, Single))
         return cls(tuple(points), tuple(singles))  # pyright: ignore
 
     def __add__(self, other: "Measured") -> "Measured":
@@ -231,17 +231,17 @@ def _single(metric: Metric, value: float, sigma: float | None) -> Single | Fault
 
 def check_measured(data: Measured, scene: Scene) -> None:
     """Raise `InputError` with all data that cannot be compared with a run of the scene."""
-    faults = Faults()
-    faults.attempt(check_metrics, scene, [one.metric for one in data.singles])
+    issues = Faults()
+    issues.attempt(check_metrics, scene, [one.metric for one in data.singles])
     start, end = float(np.asarray(scene.initial.time)), float(np.asarray(scene.end_time))
     for part in data.points:
         beyond = part.t[outside(part.t, start, end)]
         if beyond.size:
             what = f"was measured at {beyond[0]:.6g} s, but the run goes from {start:g} to {end:g} s"
-            faults.append(Fault(part.name, what, "set end_time (and initial.time) of the scene to the measurement"))
+            issues.append(Fault(part.name, what, "set end_time (and initial.time) of the scene to the measurement"))
     if not data.count:
-        faults.append(Fault("data", "nothing was measured", "give columns over time, or events"))
-    faults.report()
+        issues.append(Fault("data", "nothing was measured", "give columns over time, or events"))
+    issues.report()
 
 
 def pick(result: Result, series: Series, column: str, entry: str | None) -> Array | Fault:
@@ -295,27 +295,27 @@ def read_measured(
         ...     sb.read_measured(f"{folder}/stop.csv", sigma={"omega": 0.1}).points[0].t
         array([0. , 0.5])
     """
-    data, given = Measured(), dict(sigma or {})
+    data, spreads = Measured(), dict(sigma or {})
     wanted = None if columns is None else {_normal(name) for name in columns}
-    faults = Faults(
+    issues = Faults(
         Fault(f"sigma of {name}", f"{value} is not a standard deviation", "it must be > 0")
-        for name, value in given.items()
+        for name, value in spreads.items()
         if not (isinstance(value, int | float | np.number) and 0 < value < np.inf)
     )
-    given = {_normal(name): value for name, value in given.items()}
+    spreads = {_normal(name): value for name, value in spreads.items()}
     for path in paths:
         file = CsvFile(Path(path))
-        data += file.read(given, wanted)
-        faults += file.faults
+        data += file.read(spreads, wanted)
+        issues += file.faults
     names = {part.name for part in data.all}
-    if not faults:
-        faults += [
-            Fault(name, "has a standard deviation but was not measured") for name in sorted(given.keys() - names)
+    if not issues:
+        issues += [
+            Fault(name, "has a standard deviation but was not measured") for name in sorted(spreads.keys() - names)
         ]
-        faults += [Fault(name, "is in no file") for name in sorted((wanted or set()) - names)]
+        issues += [Fault(name, "is in no file") for name in sorted((wanted or set()) - names)]
     if not paths:
-        faults.append(Fault("data", "no file was given", "give one or more CSV files"))
-    faults.report()
+        issues.append(Fault("data", "no file was given", "give one or more CSV files"))
+    issues.report()
     return data
 
 
@@ -411,8 +411,8 @@ class CsvFile:
                 continue
             where = column_of(name)
             if where is None:
-                found = unknown_column(name, name)
-                self.fault(header, found.problem, found.hint)
+                issue = unknown_column(name, name)
+                self.fault(header, issue.problem, issue.hint)
                 continue
             si = about_column(where[0]).unit
             value, error = self.column(i, si), None
@@ -444,19 +444,19 @@ class CsvFile:
         head, spread = self.heads[i], of_column is not None
         text = head.unit if head.unit or of_column is None else self.heads[of_column].unit
         of = self._unit(f" header, column {head.text}", text, si)
-        given = np.asarray([self._number(cells[i]) for _, cells in self.rows], np.float64)
+        written = np.asarray([self._number(cells[i]) for _, cells in self.rows], np.float64)
         ratio = Fraction(of.factor)  # 350 ms is 0.35 s: a quotient is rounded once
         with np.errstate(over="ignore"):
-            found = given * float(ratio.numerator) / float(ratio.denominator) + (0.0 if spread else float(of.offset))
+            values = written * float(ratio.numerator) / float(ratio.denominator) + (0.0 if spread else float(of.offset))
         # looked at one by one: what is not a usual number
-        odd = np.flatnonzero(~np.isfinite(found) | ((given <= 0) if spread else (found < 0) & (si == "K")))
+        odd = np.flatnonzero(~np.isfinite(values) | ((written <= 0) if spread else (values < 0) & (si == "K")))
         for k in odd:
             line, cells = self.rows[k]
             number = self._cell(line, cells, i, of, si, spread)
-            found[k] = np.nan if number is None else number
+            values[k] = np.nan if number is None else number
             if number is None and needed:
                 self.fault(f" line {line}, column {head.text}", "is empty", "every line needs its time")
-        return found
+        return values
 
     def _number(self, cell: str) -> float | None:
         """A cell as it is written; `None` where it is no number."""

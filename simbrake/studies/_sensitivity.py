@@ -21,7 +21,7 @@ from .._run._measure import Metric, check_metrics, happened, name_of, unit_of
 from .._run._report import labels_of
 from .._run._result import Result
 from ..hybrid._arrays import Array
-from ._evaluator import Evaluator, Faults, Metrics, Paths, Solver, asked_of, name_of_entry, numbers_of, values_of
+from ._evaluator import Evaluator, Faults, Metrics, Paths, Solver, as_metrics, name_of_entry, numbers_of, values_of
 from ._sides import Slopes, compare_sides
 
 _ENDS = ("lower", "upper")
@@ -212,7 +212,7 @@ def sensitivity(
         1.0
     """
     single = isinstance(metric, str) or callable(metric)
-    metrics = Metrics(tuple(asked_of(metric)))
+    metrics = Metrics(tuple(as_metrics(metric)))
     check_metrics(scene, metrics.asked)
     chosen = chosen_leaves(scene, wrt)
     spans = {} if span is None else _spans(chosen, span)
@@ -243,16 +243,16 @@ def chosen_leaves(scene: Scene, wrt: str | Sequence[str] | None) -> list[Leaf]:
     known = list(Inputs(scene).values())
     if wrt is None:
         return known
-    found, faults = {}, Faults()
+    chosen, issues = {}, Faults()
     for path in [wrt] if isinstance(wrt, str) else wrt:
         here = [leaf for leaf in known if leaf.path == path or leaf.path.startswith((f"{path}.", f"{path}["))]
         if not here:
             near = difflib.get_close_matches(path, [leaf.path for leaf in known], n=3, cutoff=0.4)
             hint = f"nearest: {', '.join(near or [leaf.path for leaf in known[:4]])}"
-            faults.append(fault_of_limit(path) or Fault(path, "unknown parameter of the scene", hint))
-        found |= {leaf.path: leaf for leaf in here}
-    faults.report()
-    return list(found.values())
+            issues.append(fault_of_limit(path) or Fault(path, "unknown parameter of the scene", hint))
+        chosen |= {leaf.path: leaf for leaf in here}
+    issues.report()
+    return list(chosen.values())
 
 
 def _spans(chosen: list[Leaf], span: float | Mapping[str, float]) -> dict[str, np.ndarray]:
@@ -260,9 +260,9 @@ def _spans(chosen: list[Leaf], span: float | Mapping[str, float]) -> dict[str, n
     if not isinstance(span, Mapping):
         return {leaf.path: np.asarray(span * np.abs(np.asarray(leaf.value))) for leaf in chosen}
     paths = {leaf.path for leaf in chosen}
-    faults = Faults(Fault(path, "has a span but is not a requested parameter") for path in span if path not in paths)
-    faults += [Fault(path, f"a span of {half!r}", "half a range is > 0") for path, half in span.items() if not half > 0]
-    faults.report()
+    issues = Faults(Fault(path, "has a span but is not a requested parameter") for path in span if path not in paths)
+    issues += [Fault(path, f"a span of {half!r}", "half a range is > 0") for path, half in span.items() if not half > 0]
+    issues.report()
     return {path: np.asarray(half, np.float64) for path, half in span.items()}
 
 
@@ -384,9 +384,9 @@ def hessian(
     chosen = chosen_leaves(scene, paths)
     place, x = Paths.of(chosen), numbers_of(chosen)
     names = tuple(name_of_entry(*entry) for entry in place.entries)
-    found = Faults(Fault(name, "is 0", "leave it out") for name, number in zip(names, x, strict=True) if number == 0)
-    found.unless(0 < step < 1, "step", step, "0 < step < 1")
-    found.report()
+    issues = Faults(Fault(name, "is 0", "leave it out") for name, number in zip(names, x, strict=True) if number == 0)
+    issues.unless(0 < step < 1, "step", step, "0 < step < 1")
+    issues.report()
     run = Evaluator(scene, place, metrics, size=1, reverse=x.size > 1, rtol=rtol, solver=solver)
     base = run.result()
     check_happened(metrics, values_of(base, metrics))
@@ -394,8 +394,8 @@ def hessian(
     for name, move in zip(names, moves, strict=True):
         for moved in (x - move, x + move):
             *_, words = end_of_range(run, with_values(scene, place.values(moved)), usual)
-            found += [Fault(name, f"{words} within a step of {step:g}", "give a smaller step")] if words else []
-    found.report()
+            issues += [Fault(name, f"{words} within a step of {step:g}", "give a smaller step")] if words else []
+    issues.report()
     run.like(base)
 
     def gradient(at: np.ndarray) -> np.ndarray:

@@ -143,12 +143,12 @@ class _Search:
             change = far * np.where(below & above, turn * signs, np.where(above, 1.0, -1.0))
             left = 0.0
             for share in (1.0, 0.5):
-                found = self.values(share * change)
-                if found is None:
+                values = self.values(share * change)
+                if values is None:
                     return None
-                if not np.all(np.isfinite(found)):
+                if not np.all(np.isfinite(values)):
                     return True
-                left = found - self.known - self.jacobian @ (share * change) - (0.0 if share == 1 else left / 4)
+                left = values - self.known - self.jacobian @ (share * change) - (0.0 if share == 1 else left / 4)
                 if np.all(np.abs(left) <= share**2 * limit):
                     break
             else:
@@ -160,17 +160,17 @@ class _Search:
         far, near = self.values(change), self.values(change / 4)
         if far is None or near is None:
             return [Side(Kind.REFUSED)] * len(self.known)
-        found = []
+        sides = []
         for base, noise, a, b in zip(self.known, self.noise, far, near, strict=True):
             if not np.isfinite(a + b):
-                found.append(Side(Kind.LOST))
+                sides.append(Side(Kind.LOST))
                 continue
             a, b, noise = (a - base) / by, 4 * (b - base) / by, 0.4 * noise / abs(by)
             if abs(b) > _DIVERGES * abs(a) + noise and abs(b - a) > 5 * noise:
-                found.append(Side(Kind.DIVERGES))
+                sides.append(Side(Kind.DIVERGES))
             else:
-                found.append(Side(Kind.GIVEN, (4 * b - a) / 3, abs(b - a) / 3 + noise))
-        return found
+                sides.append(Side(Kind.GIVEN, (4 * b - a) / 3, abs(b - a) / 3 + noise))
+        return sides
 
 
 def _belongs(path: str, fault: str) -> bool:
@@ -188,18 +188,18 @@ def judged(slope: float, below: Side, above: Side) -> Slope | None:
     if at[Kind.DIVERGES]:
         where = " and ".join(at[Kind.DIVERGES])
         return Slope(np.nan, f"none: differences diverge {where} (a jump, or an event that is only just reached)")
-    given = [sides[name] for name in at[Kind.GIVEN]]
-    if not given:
+    usable = [sides[name] for name in at[Kind.GIVEN]]
+    if not usable:
         return Slope(np.nan, "none: no value on either side") if at[Kind.LOST] else None
     words = ", ".join([*(f"{sides[name].value:.6g} {name}" for name in at[Kind.GIVEN])])
     words += "".join(f", no value {name}" for name in at[Kind.LOST])
-    fits = any(agree(slope, one.value, one.error) for one in given)
-    if len(given) == 2 and agree(below.value, above.value, below.error + above.error):
+    fits = any(agree(slope, one.value, one.error) for one in usable)
+    if len(usable) == 2 and agree(below.value, above.value, below.error + above.error):
         mean = 0.5 * (below.value + above.value)
         return None if fits else Slope(mean, f"by differences: {words} (the run itself gives {slope:.6g})")
     if fits:
         return None if at[Kind.REFUSED] else Slope(slope, f"one-sided: {words}")
-    return Slope(given[-1].value, f"one-sided, by differences: {words}")
+    return Slope(usable[-1].value, f"one-sided, by differences: {words}")
 
 
 def compare_sides(

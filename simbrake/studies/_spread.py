@@ -14,6 +14,7 @@ from .._run._measure import Metric
 from ..friction import ConstantFriction
 from ..thermal._material import LIBRARY, Entry, Material, library
 from ..wear import ThresholdWear
+from ._evaluator import Faults
 from ._uncertainty import Uncertainty, uncertainty
 
 #: friction material → number → value with its range and source
@@ -89,27 +90,26 @@ def known_spread(scene: Scene, lining: str | None = None) -> KnownSpread:
     """
     if lining is not None and lining not in FRICTION:
         raise InputError([Fault("lining", f"{lining!r} is no friction material", f"there are {', '.join(FRICTION)}")])
-    found: dict[str, Range] = {}
-    faults: list[Fault] = []
+    ranges: dict[str, Range] = {}
+    issues = Faults()
     for path, part, _ in parts_below(scene):
         if isinstance(part, ConstantFriction) and np.ndim(part.coefficient) == 0:
             f, where = float(part.coefficient), f"{path}.coefficient"
             if lining is None:
                 source = "SAE J866: linings of one class differ by up to 0.1"
-                found[where] = Range(max(f - _HALF_CLASS, 0.0), f + _HALF_CLASS, "1", source)
+                ranges[where] = Range(max(f - _HALF_CLASS, 0.0), f + _HALF_CLASS, "1", source)
                 continue
             entry = FRICTION[lining]["coefficient"]
             if not entry.low <= f <= entry.high:
                 hint = f"{entry.low:g}…{entry.high:g} ({entry.source})"
-                faults.append(Fault(where, f"{f:g} is outside the range of {lining} linings", hint))
-            found[where] = Range(entry.low, entry.high, "1", entry.source)
+                issues.append(Fault(where, f"{f:g} is outside the range of {lining} linings", hint))
+            ranges[where] = Range(entry.low, entry.high, "1", entry.source)
         elif isinstance(part, Material):
-            found |= _of_library(part, path, {name: name for name in _THERMAL}, LIBRARY)
+            ranges |= _of_library(part, path, {name: name for name in _THERMAL}, LIBRARY)
         elif isinstance(part, ThresholdWear):
-            found |= _of_library(part, path, _WEAR, library("lining"))
-    if faults:
-        raise InputError(faults)
-    return KnownSpread({path: one for path, one in found.items() if one.low < one.high})
+            ranges |= _of_library(part, path, _WEAR, library("lining"))
+    issues.report()
+    return KnownSpread({path: one for path, one in ranges.items() if one.low < one.high})
 
 
 def _of_library(

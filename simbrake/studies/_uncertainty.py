@@ -18,7 +18,7 @@ from .._parts._scene import Scene, faults, require_scene
 from .._run._edit import Inputs, with_inputs, with_values
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from ._ensemble import Dataset, ensemble
-from ._evaluator import Columns, Faults, asked_of, failure_name
+from ._evaluator import Columns, Faults, as_metrics, failure_name
 
 #: a frozen distribution of scipy.stats (anything with `ppf` or `icdf`), or (low, high) for a uniform one
 Distribution: TypeAlias = Any
@@ -48,30 +48,30 @@ class Draws:
     """
 
     def __init__(self, scene: Scene, distributions: Mapping[str, Distribution]) -> None:
-        found = Faults()
+        issues = Faults()
         if not distributions:
-            found.append(Fault("distributions", "is empty", "as in {'brake.linings.friction.coefficient': …}"))
+            issues.append(Fault("distributions", "is empty", "as in {'brake.linings.friction.coefficient': …}"))
         self.quantiles: dict[str, Quantile] = {}
         self.units: dict[str, str] = {}
         frozen: dict[str, Any] = {}
-        for path, given in distributions.items():
-            if (one := _distribution(path, given, found)) is not None:
+        for path, distribution in distributions.items():
+            if (one := _distribution(path, distribution, issues)) is not None:
                 self.quantiles[path], frozen[path] = _quantile_of(one), one
         medians = {path: float(quantile(0.5)) for path, quantile in self.quantiles.items()}
-        found.attempt(with_inputs, scene, dict.fromkeys(distributions, 0.0) | medians)
+        issues.attempt(with_inputs, scene, dict.fromkeys(distributions, 0.0) | medians)
         hint = "give each parameter one distribution"
         for path, old in Inputs(scene).twice(distributions).items():
-            found.append(Fault(path, f"overlaps with {old}", hint))
-        bad = {fault.path for fault in found}
+            issues.append(Fault(path, f"overlaps with {old}", hint))
+        bad = {fault.path for fault in issues}
         middle = with_values(scene, {path: value for path, value in medians.items() if path not in bad})
         inputs = Inputs(middle)
         for path in (path for path in medians if path not in bad):
             quantity = inputs.about(path)
             self.units[path] = quantity.unit
-            found += _faults_of_range(path, frozen[path], quantity)
-        if not found:
-            found += [Fault(f.path, f"{f.problem}, at the medians", f.hint) for f in faults(middle)]
-        found.report()
+            issues += _faults_of_range(path, frozen[path], quantity)
+        if not issues:
+            issues += [Fault(f.path, f"{f.problem}, at the medians", f.hint) for f in faults(middle)]
+        issues.report()
 
     @property
     def paths(self) -> list[str]:
@@ -111,7 +111,7 @@ def samples(
 
 
 def checked(
-    found: Faults,
+    issues: Faults,
     scene: Scene,
     distributions: Mapping[str, Distribution],
     n: int | np.integer = 1,
@@ -120,11 +120,11 @@ def checked(
 ) -> Draws:
     """The distributions. Raises `InputError` with all their errors and those already in `found`."""
     if not isinstance(n, int | np.integer) or n < 1:
-        found.append(Fault("n", f"{n!r} is not a number of samples", "a whole number, at least 1"))
-    found.choice("method", method, METHODS)
-    draws = found.attempt(Draws, scene, distributions)
-    found.attempt(check_metrics, scene, metrics)
-    found.report()
+        issues.append(Fault("n", f"{n!r} is not a number of samples", "a whole number, at least 1"))
+    issues.choice("method", method, METHODS)
+    draws = issues.attempt(Draws, scene, distributions)
+    issues.attempt(check_metrics, scene, metrics)
+    issues.report()
     assert draws is not None
     return draws
 
@@ -145,31 +145,35 @@ def power_of_two(n: int) -> int:
     return (int(n) - 1).bit_length()
 
 
-def _distribution(path: str, given: Distribution, found: Faults) -> Distribution:
+def _distribution(path: str, distribution: Distribution, issues: Faults) -> Distribution:
     """The frozen distribution, or `None`, with its error added."""
     how = "a frozen distribution as scipy.stats.norm(0.35, 0.02), or (low, high) for a uniform one"
-    if isinstance(given, tuple | list):
+    if isinstance(distribution, tuple | list):
         try:
-            low, high = (float(x) for x in given)
+            low, high = (float(x) for x in distribution)
         except (TypeError, ValueError):
             low = high = np.nan
         if np.isfinite(low) and np.isfinite(high) and low < high:
             from scipy import stats
 
             return stats.uniform(low, high - low)
-        what, hint = f"{given!r} is not a range", "(low, high) with low < high, both finite"
-    elif _quantile_of(given) is None or isinstance(given, type) or not callable(getattr(given, "cdf", None)):
-        what, hint = f"{type(given).__name__} is not a distribution", how
+        what, hint = f"{distribution!r} is not a range", "(low, high) with low < high, both finite"
+    elif (
+        _quantile_of(distribution) is None
+        or isinstance(distribution, type)
+        or not callable(getattr(distribution, "cdf", None))
+    ):
+        what, hint = f"{type(distribution).__name__} is not a distribution", how
     else:
         try:
-            middle = np.asarray(_quantile_of(given)(0.5), np.float64)
+            middle = np.asarray(_quantile_of(distribution)(0.5), np.float64)
         except Exception as error:  # a distribution that is not frozen asks for its parameters here
             what, hint = f"has no median: {type(error).__name__}: {error}", how
         else:
             if not middle.ndim and np.isfinite(middle):
-                return given
+                return distribution
             what, hint = f"its median is {middle}, not one number", "look at the distribution's parameters"
-    found.append(Fault(path, what, hint))
+    issues.append(Fault(path, what, hint))
     return None
 
 
@@ -193,8 +197,8 @@ def _faults_of_range(path: str, distribution: Distribution, about: Quantity) -> 
 
 def _cut(distribution: Distribution, about: Quantity) -> str:
     """Hint for keeping a distribution inside a range."""
-    name, args, given = (getattr(distribution, key, None) for key in ("dist", "args", "kwds"))
-    if getattr(name, "name", "") != "norm" or args is None or given is None:
+    name, args, keywords = (getattr(distribution, key, None) for key in ("dist", "args", "kwds"))
+    if getattr(name, "name", "") != "norm" or args is None or keywords is None:
         return "truncate it (scipy.stats.truncnorm for a normal one), or use a bounded one"
     mean, std = distribution.mean(), distribution.std()
     low = "-inf" if about.low is None else f"{(about.low - mean) / std:.6g}"
@@ -410,9 +414,9 @@ class Uncertainty(Tabular):
             yield f"{name}{', ' + s.unit if s.unit else ''}: {self._share(s.count)}"
             if s.count:
                 columns = [Column("statistic", heading="", left=True), *(Column(x) for x in ("value", "from", "to"))]
-                found = {"mean": s.mean, "standard deviation": s.deviation}
-                found |= {f"{100 * p:g} %": e for p, e in s.quantiles.items()}
-                rows = [(what, *estimate) for what, estimate in found.items()]
+                estimates = {"mean": s.mean, "standard deviation": s.deviation}
+                estimates |= {f"{100 * p:g} %": e for p, e in s.quantiles.items()}
+                rows = [(what, *estimate) for what, estimate in estimates.items()]
                 yield Table(columns, [*rows, ("extremes of the runs", None, s.least, s.greatest)])
         if self.failures:
             yield ""
@@ -462,19 +466,19 @@ def uncertainty(
 
     Raises `InputError` with all errors, and `SimulationError` (with the runs made) if it was interrupted.
     """
-    asked, found = asked_of(metrics), Faults()
+    asked, issues = as_metrics(metrics), Faults()
     bounds, hidden = _limits(scene, limits, asked)
     for p in quantiles:
-        found.share("quantiles", p, 0.95)
-    found.share("confidence", confidence, 0.95)
+        issues.share("quantiles", p, 0.95)
+    issues.share("confidence", confidence, 0.95)
     if not isinstance(replicates, int | np.integer) or replicates < 2:
-        found.append(Fault("replicates", f"{replicates!r} sets have no scatter", "at least 2; 8 to 32 are usual"))
-    found += [
+        issues.append(Fault("replicates", f"{replicates!r} sets have no scatter", "at least 2; 8 to 32 are usual"))
+    issues += [
         Fault(f"limits[{name!r}]", f"{value!r} is not a number", "the maximum permissible value in SI units")
         for name, value in bounds.items()
         if not isinstance(value, int | float | np.floating) or np.isnan(value)
     ]
-    draws = checked(found, scene, distributions, n, method, [*asked, *hidden])
+    draws = checked(issues, scene, distributions, n, method, [*asked, *hidden])
     unit, group = _points(n, len(draws.paths), method, replicates, seed)
     values = draws.values(unit)
     data = complete(ensemble(scene, values, [*asked, *hidden], **options))
@@ -498,13 +502,13 @@ def _points(n: int, d: int, method: str, replicates: int, seed: int) -> tuple[np
 
 
 def _limits(
-    scene: Scene, given: Mapping[str, object] | None, asked: list[Metric]
+    scene: Scene, limits: Mapping[str, object] | None, asked: list[Metric]
 ) -> tuple[dict[str, Any], list[Metric]]:
     """Limits by metric, and the metrics needed only for limits."""
     require_scene(scene)
-    bounds = {name: value for name, value in (given or {}).items() if value is not None}
+    bounds = {name: value for name, value in (limits or {}).items() if value is not None}
     heat = scene.network
-    if heat.permissible is not None and "linings" in heat.hot_places and _HOT not in (given or {}):
+    if heat.permissible is not None and "linings" in heat.hot_places and _HOT not in (limits or {}):
         bounds[_HOT] = float(np.asarray(heat.permissible))
     names = [name_of(one) for one in asked]
     return bounds, [name for name in bounds if name not in names]
