@@ -318,8 +318,6 @@ class AbstractSpeedLever(AbstractProfile):
     """A lever whose tension depends on the speed, up to its `limit` (N). For rigid bands, and laws without pressure and
     flash temperature: the torque is then known from the tension."""
 
-    limit: eqx.AbstractVar[Scalar]
-
     @property
     def controls_speed(self) -> bool:
         return True
@@ -329,7 +327,7 @@ class AbstractSpeedLever(AbstractProfile):
         return True
 
     def value(self, t: Real, piece: Piece) -> Real:
-        return jnp.broadcast_to(jnp.asarray(self.limit, jnp.float64), np.shape(t))
+        return jnp.broadcast_to(jnp.asarray(self.greatest(), jnp.float64), np.shape(t))
 
     @abc.abstractmethod
     def wanted_torque(self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real) -> Real:
@@ -340,8 +338,8 @@ class AbstractSpeedLever(AbstractProfile):
         return held_within(torque, gain, self.greatest())
 
     def greatest(self) -> Float[Array, ""]:
-        """Maximum slack tension (N)."""
-        return jnp.asarray(self.limit)
+        """Maximum slack tension (N), the `limit` of the lever."""
+        return jnp.asarray(self.limit)  # pyright: ignore
 
     def scale(self) -> Float[Array, ""]:
         return self.greatest()

@@ -27,7 +27,7 @@ from .._base._part import (
     quantity,
 )
 from .._base._quantity import Scalar, shown
-from .._base._table import number
+from .._base._table import ZERO, number
 from .._phases import AfterTravel, AtTemperature, Phases
 from ..brakes._band import ParallelBands
 from ..brakes._design import AbstractBrake, AbstractLinings, Brake, tension_shares, under_a_band, unloaded
@@ -513,7 +513,6 @@ _DRUMEANU = "Drumeanu & Antonescu 2003, band brakes of drawworks"
 FRICTION, WRAP, RIM = (0.35, 0.65), (270.0, 325.0), (300.0, 800.0)
 #: linings of a band; conductivities (W/(m·K)) of rims and linings
 LININGS, RIM_CONDUCTIVITY, LINING_CONDUCTIVITY = (8.0, 26.0), (38.0, 163.0), (0.4, 1.5)
-ZERO = 273.15  # K
 
 
 def _unusual(what: str, low: float, high: float, usual: tuple[float, float], words: str) -> list[str]:
@@ -588,7 +587,7 @@ def did_you_mean(brake: AbstractBrake, load: AbstractLoad, omega: float, heat: H
         T = getattr(body, "temperature", None)
         if isinstance(T, np.ndarray) and np.any(T < _COLD):
             least = float(np.min(T))
-            cold = f"{least - 273.15:g} °C"
+            cold = f"{least - ZERO:g} °C"
             found.append(_said(f"heat.bodies[{i}].temperature", f"{least:g} K", cold, f'"{least:g} degC"'))
     return found
 
