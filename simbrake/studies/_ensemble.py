@@ -324,7 +324,7 @@ def cluster(scheduler: Client, store: Store | None) -> Iterator[Pool]:
         hint = "pip install 'simbrake[ensemble]'"
         raise InputError([Fault("client", "needs dask.distributed, which is not installed", hint)]) from error
     if not isinstance(scheduler, str | Client):
-        what = f"is a {type(given).__name__}"
+        what = f"is a {type(scheduler).__name__}"
         raise InputError([Fault("client", what, "a dask.distributed.Client or a scheduler's address")])
     place = ("", "") if store is None else (str(store.folder.resolve()), store.key)
     own: Any = contextlib.nullcontext(scheduler)
