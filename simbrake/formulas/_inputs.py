@@ -2,7 +2,6 @@
 
 import dataclasses
 import difflib
-from dataclasses import field
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -17,26 +16,6 @@ from ..thermal._material import LIBRARY, ROOM, Material, effusivity_share, mater
 from ..thermal._network import AbstractCoefficient, Convection, Lump, Radiation, Reservoir, Wall, place_of
 from .contact import polished_surface
 from .stress import ElasticMaterial
-
-
-class _Known(NamedTuple):
-    """Metadata of an input: unit, meaning and range of a number, and its default."""
-
-    about: Quantity | None = None  # `None`: a material or a set of constants
-    assumed: Any = None
-    source: str = ""  # of an assumed value; empty: derived from other inputs
-
-
-def _made(assumed: Material | ElasticMaterial | PowerShares, source: str) -> dict[str, _Known]:
-    return {"known": _Known(None, assumed, source)}
-
-
-def _number(about: Quantity, assumed: float | None = None, source: str = "") -> Any:
-    return field(default=None, metadata={"known": _Known(about, assumed, source)})
-
-
-def _share(meaning: str) -> Any:
-    return _number(Quantity("1", f"share of {meaning}", 0.0, 1.0))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -59,43 +38,65 @@ class EstimateData:
         ['given']
     """
 
-    rim: Material | None = field(default=None, metadata=_made(material("steel_20L"), "steel 20L (V, table 1)"))
-    lining: Material | None = field(default=None, metadata=_made(material("FK-24A"), "FK-24A (V, table 2)"))
-    band: Material | None = field(default=None, metadata=_made(material("band_steel"), "brake band (V, table 2)"))
-    rim_thickness: float | None = _number(positive("m", "thickness of the rim"), 0.025, "V, table 1")
-    lining_thickness: float | None = _number(positive("m", "thickness of the linings"), 0.030, "V")
-    band_thickness: float | None = _number(positive("m", "thickness of the band"), 0.006, "V")
-    track_area: float | None = _number(positive("m^2", "area of the track, all bands together"))
-    lining_area: float | None = _number(positive("m^2", "area of the linings, all bands together"))
-    share: float | None = _share("the friction heat into the rim")
-    coefficient: float | None = _number(
-        Quantity("W/(m^2*K)", "coefficient of the open track", 0.0), 20.0, "assumption: convection at a turning rim"
-    )
-    emissivity: float | None = _number(
-        Quantity("1", "emissivity of the open track", 0.0, 1.0), 0.8, "assumption: oxidised steel"
-    )
-    ambient: float | None = _number(positive("K", "temperature of the air"), ROOM, "assumption: 20 °C")
-    hardness: float | None = _number(
-        positive("Pa", "hardness of the softer surface"), 300e6, "assumption: friction composite"
-    )
-    spot_length: float | None = _number(positive("m", "length of a spot"), 50e-6, "assumption: spots of 50 µm")
-    matte_area: float | None = _number(
-        positive("m^2", "area of the matte surfaces"), None, "assumption: the rim's bore alone"
-    )
-    elastic: ElasticMaterial | None = field(
-        default=None, metadata=_made(ElasticMaterial(), "assumption: cast carbon steel")
-    )
-    power: PowerShares | None = field(default=None, metadata=_made(PowerShares(), "all heat"))
-    outer_area: float | None = _number(positive("m^2", "area of a staged brake's outer faces"))
-    external_share: float | None = _share("the external pair's heat into the band")
-    beyond_share: float | None = _share("the external pair's heat into the rim")
+    rim: Material | None = None
+    lining: Material | None = None
+    band: Material | None = None
+    rim_thickness: float | None = None
+    lining_thickness: float | None = None
+    band_thickness: float | None = None
+    track_area: float | None = None
+    lining_area: float | None = None
+    share: float | None = None
+    coefficient: float | None = None
+    emissivity: float | None = None
+    ambient: float | None = None
+    hardness: float | None = None
+    spot_length: float | None = None
+    matte_area: float | None = None
+    elastic: ElasticMaterial | None = None
+    power: PowerShares | None = None
+    outer_area: float | None = None
+    external_share: float | None = None
+    beyond_share: float | None = None
 
 
-#: of each field of `EstimateData`
-_FIELDS: dict[str, _Known] = {one.name: one.metadata["known"] for one in dataclasses.fields(EstimateData)}
-_NUMBERS: dict[str, Quantity] = {name: known.about for name, known in _FIELDS.items() if known.about is not None}
 _MATERIALS = ("rim", "lining", "band")
 _STAGED = ("outer_area", "external_share", "beyond_share")
+#: numbers of `EstimateData`: unit, meaning, range
+_NUMBERS: dict[str, Quantity] = {
+    "rim_thickness": positive("m", "thickness of the rim"),
+    "lining_thickness": positive("m", "thickness of the linings"),
+    "band_thickness": positive("m", "thickness of the band"),
+    "track_area": positive("m^2", "area of the track, all bands together"),
+    "lining_area": positive("m^2", "area of the linings, all bands together"),
+    "share": Quantity("1", "share of the friction heat into the rim", 0.0, 1.0),
+    "coefficient": Quantity("W/(m^2*K)", "coefficient of the open track", 0.0),
+    "emissivity": Quantity("1", "emissivity of the open track", 0.0, 1.0),
+    "ambient": positive("K", "temperature of the air"),
+    "hardness": positive("Pa", "hardness of the softer surface"),
+    "spot_length": positive("m", "length of a spot"),
+    "matte_area": positive("m^2", "area of the matte surfaces"),
+    "outer_area": positive("m^2", "area of a staged brake's outer faces"),
+    "external_share": Quantity("1", "share of the external pair's heat into the band", 0.0, 1.0),
+    "beyond_share": Quantity("1", "share of the external pair's heat into the rim", 0.0, 1.0),
+}
+#: what is taken where neither the user nor the scene has it, and its source; the others follow from other inputs
+_ASSUMED: dict[str, tuple[Any, str]] = {
+    "rim": (material("steel_20L"), "steel 20L (V, table 1)"),
+    "lining": (material("FK-24A"), "FK-24A (V, table 2)"),
+    "band": (material("band_steel"), "brake band (V, table 2)"),
+    "rim_thickness": (0.025, "V, table 1"),
+    "lining_thickness": (0.030, "V"),
+    "band_thickness": (0.006, "V"),
+    "coefficient": (20.0, "assumption: convection at a turning rim"),
+    "emissivity": (0.8, "assumption: oxidised steel"),
+    "ambient": (ROOM, "assumption: 20 °C"),
+    "hardness": (300e6, "assumption: friction composite"),
+    "spot_length": (50e-6, "assumption: spots of 50 µm"),
+    "matte_area": (None, "assumption: the rim's bore alone"),
+    "elastic": (ElasticMaterial(), "assumption: cast carbon steel"),
+    "power": (PowerShares(), "all heat"),
+}
 
 
 class Input(NamedTuple):
@@ -165,19 +166,19 @@ _LIMITS: dict[str, Quantity] = {
 def faults_of_data(data: EstimateData | None, limits: Permissible) -> list[Fault]:
     """Errors of numbers that are out of range."""
     given: dict[str, Any] = {} if data is None else vars(data)
-    found = [_fault(name, given.get(name), about) for name, about in _NUMBERS.items()]
-    found += [_fault(f"permissible.{name}", value, _LIMITS[name]) for name, value in limits._asdict().items()]
+    faults = [_fault(name, given.get(name), about) for name, about in _NUMBERS.items()]
+    faults += [_fault(f"permissible.{name}", value, _LIMITS[name]) for name, value in limits._asdict().items()]
     for name in _MATERIALS:
         if given.get(name) is not None:
-            found += faults_of_values(given[name], name)
+            faults += faults_of_values(given[name], name)
     elastic = given.get("elastic")
     if elastic is not None:
         constants = {"young": positive("Pa", "Young's modulus"), "permissible": _LIMITS["stress"]}
         constants["expansion"] = Quantity("1/K", "thermal expansion")
-        found += [_fault(f"elastic.{name}", getattr(elastic, name), about) for name, about in constants.items()]
+        faults += [_fault(f"elastic.{name}", getattr(elastic, name), about) for name, about in constants.items()]
         if not -1 < elastic.poisson < 0.5:
-            found.append(Fault("elastic.poisson", f"{elastic.poisson} is out of range", "must be > −1 and < 0.5"))
-    return [fault for fault in found if fault is not None]
+            faults.append(Fault("elastic.poisson", f"{elastic.poisson} is out of range", "must be > −1 and < 0.5"))
+    return [fault for fault in faults if fault is not None]
 
 
 def _fault(path: str, value: Any, about: Quantity) -> Fault | None:
@@ -246,52 +247,52 @@ def _share_of(pair: FrictionHeat | None, T: float) -> float | None:
 
 def _of_walls(scene: Scene) -> dict[str, Any]:
     """Materials, thicknesses and areas of rim and linings in layers."""
-    heat, found = scene.network, {}
+    heat, inputs = scene.network, {}
     for name, area, place in (("rim", "track_area", heat.rim), ("lining", "lining_area", heat.linings)):
         wall = wall_at(heat, place)
         if wall is not None:
-            found[name], found[f"{name}_thickness"] = wall.material, float(wall.thickness)
-            found[area] = float(wall.area) * wall.copies
-    return found
+            inputs[name], inputs[f"{name}_thickness"] = wall.material, float(wall.thickness)
+            inputs[area] = float(wall.area) * wall.copies
+    return inputs
 
 
 def _of_surroundings(scene: Scene, T: float) -> dict[str, Any]:
     """Air temperature, emissivity and coefficient of the rim's links to the air, at half the speed at the start."""
-    brake, heat, found = band_brake(scene), scene.network, {}
+    brake, heat, inputs = band_brake(scene), scene.network, {}
     for link in heat.links:
         if link.a != heat.rim or not isinstance(link, Convection | Radiation):
             continue
         air = next(body for body in heat.bodies if body.name == link.b)
         if isinstance(air, Reservoir) and isinstance(air.temperature, np.ndarray):
-            found["ambient"] = float(air.temperature)
+            inputs["ambient"] = float(air.temperature)
         if isinstance(link, Radiation):
-            found["emissivity"] = float(link.emissivity)
+            inputs["emissivity"] = float(link.emissivity)
         elif isinstance(link.coefficient, AbstractCoefficient):
             v = 0.5 * abs(float(brake.pulley.radius) * float(scene.initial.omega))
-            ambient = jnp.asarray(found.get("ambient", ROOM))
-            found["coefficient"] = float(link.coefficient.value(jnp.asarray(v), jnp.asarray(T), ambient))
+            ambient = jnp.asarray(inputs.get("ambient", ROOM))
+            inputs["coefficient"] = float(link.coefficient.value(jnp.asarray(v), jnp.asarray(T), ambient))
         else:
-            found["coefficient"] = float(link.coefficient)
-    return found
+            inputs["coefficient"] = float(link.coefficient)
+    return inputs
 
 
 def _from_scene(scene: Scene) -> dict[str, Any]:
-    found: dict[str, Any] = {"power": scene.power_shares}
+    inputs: dict[str, Any] = {"power": scene.power_shares}
     brake, heat = band_brake(scene), scene.network
     if brake.pulley.width is not None:
-        found["track_area"] = float(polished_surface(float(brake.pulley.radius), float(brake.pulley.width)))
+        inputs["track_area"] = float(polished_surface(float(brake.pulley.radius), float(brake.pulley.width)))
     for pair in brake.pairs:
         areas = brake.rubbing_part(pair).area  # of one lining, or of each
         if areas is not None:
             name = "outer_area" if brake.in_series and pair == "external" else "lining_area"
-            found[name] = float(np.sum(np.broadcast_to(np.asarray(areas), (brake.linings.count,))))
+            inputs[name] = float(np.sum(np.broadcast_to(np.asarray(areas), (brake.linings.count,))))
     T = start_temperature(scene)
-    found |= _of_walls(scene) | {"share": _share_of(heat.friction, T)}
+    inputs |= _of_walls(scene) | {"share": _share_of(heat.friction, T)}
     if heat.external is not None:
-        found["external_share"] = _share_of(heat.external, start_temperature(scene, "band"))
+        inputs["external_share"] = _share_of(heat.external, start_temperature(scene, "band"))
         if heat.external.beyond_share is not None:
-            found["beyond_share"] = float(heat.external.beyond_share)
-    return found | _of_surroundings(scene, T)
+            inputs["beyond_share"] = float(heat.external.beyond_share)
+    return inputs | _of_surroundings(scene, T)
 
 
 # --- resolved ---------------------------------------------------------------------------------------------------------
@@ -307,52 +308,52 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
         for name in _STAGED:
             if given.pop(name) is not None:
                 raise InputError([Fault(name, "has no effect", "only a staged brake has an external pair")])
-    found: dict[str, Input] = {}
+    inputs: dict[str, Input] = {}
     for name, value in given.items():
-        known = _FIELDS[name]
-        unit = "" if known.about is None else known.about.unit
+        unit = _NUMBERS[name].unit if name in _NUMBERS else ""
         if value is not None:
-            found[name] = Input(name, value, unit, "given")
+            inputs[name] = Input(name, value, unit, "given")
         elif own.get(name) is not None:
-            found[name] = Input(name, own[name], unit, "scene")
-        elif known.source:
-            found[name] = Input(name, known.assumed, unit, known.source)
+            inputs[name] = Input(name, own[name], unit, "scene")
+        elif name in _ASSUMED:
+            value, source = _ASSUMED[name]
+            inputs[name] = Input(name, value, unit, source)
     brake = band_brake(scene)
 
     def derive(name: str, value: float, source: str) -> None:
-        if name not in found or found[name].value is None:
-            found[name] = Input(name, value, _NUMBERS[name].unit, source)
+        if name not in inputs or inputs[name].value is None:
+            inputs[name] = Input(name, value, _NUMBERS[name].unit, source)
 
     derive("track_area", float(polished_surface(float(brake.pulley.radius), 0.220)), "one rim, 0.220 m wide (V)")
-    track = found["track_area"].value
+    track = inputs["track_area"].value
     wrap = float(np.sum(np.asarray(brake.linings.angle)))
     derive("lining_area", min(1.0, wrap / (2 * np.pi)) * track, "linings as wide as the track")
-    rim, lining, band = (found[name].value for name in _MATERIALS)
+    rim, lining, band = (inputs[name].value for name in _MATERIALS)
     derive("share", float(effusivity_share(rim, lining)), "effusivities (Charron)")
     if scene.brake.in_series:
-        outer = found["lining_area"].value * float(brake.band.radius) / float(brake.pulley.radius)
+        outer = inputs["lining_area"].value * float(brake.band.radius) / float(brake.pulley.radius)
         derive("outer_area", outer, "inner faces, larger by the radius")
         derive("external_share", float(effusivity_share(band, lining)), "effusivities (Charron)")
         derive("beyond_share", 0.0, "none (default)")
-        found |= _band(scene, found)
-    derive("matte_area", track, _FIELDS["matte_area"].source)
-    overlap = found["lining_area"].value / track
+        inputs |= _band(scene, inputs)
+    derive("matte_area", track, _ASSUMED["matte_area"][1])
+    overlap = inputs["lining_area"].value / track
     if overlap > 1 + 1e-9:
         raise InputError(
             [Fault("lining_area", f"covers {overlap:.4g} of the track", "the linings cannot cover more than the track")]
         )
-    found["overlap"] = Input("overlap", min(overlap, 1.0), "1", "lining_area/track_area")
-    found["start"] = Input("start", start_temperature(scene), "K", "scene" if scene.heated else "20 °C")
-    return found
+    inputs["overlap"] = Input("overlap", min(overlap, 1.0), "1", "lining_area/track_area")
+    inputs["start"] = Input("start", start_temperature(scene), "K", "scene" if scene.heated else "20 °C")
+    return inputs
 
 
-def _band(scene: Scene, found: dict[str, Input]) -> dict[str, Input]:
+def _band(scene: Scene, inputs: dict[str, Input]) -> dict[str, Input]:
     """Thickness of a staged brake's band, from its heat capacity where that is known, and its temperature."""
-    heat, thickness = scene.network, found["band_thickness"]
+    heat, thickness = scene.network, inputs["band_thickness"]
     body = None if heat.band is None else _body(heat, heat.band)
     if isinstance(body, Lump) and thickness.source != "given":
-        metal = found["band"].value
-        per_metre = float(metal.density * metal.specific_heat) * found["outer_area"].value
+        metal = inputs["band"].value
+        per_metre = float(metal.density * metal.specific_heat) * inputs["outer_area"].value
         thickness = Input("band_thickness", _mean(body.capacity) / per_metre, "m", "scene: its capacity")
     start = Input("band_start", start_temperature(scene, "band"), "K", "20 °C" if body is None else "scene")
     return {"band_thickness": thickness, "band_start": start}
