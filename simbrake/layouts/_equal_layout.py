@@ -42,8 +42,6 @@ TARGETS = {
 }
 #: what can be free, and its name
 FREE = {"angle": "angles", "area": "areas", "both": "angles and areas"}
-OVER = ("static", "braking")
-STARTS = ("closed form", "given")
 #: targets that depend on the areas
 NEEDS_AREA = ("pressure", "wear")
 
@@ -234,38 +232,6 @@ def at_full_slip(scene: Scene, target: str, rate: Rate) -> Float[Array, " n"]:
     return found.get(target, r.pressure)  # pyright: ignore
 
 
-def over_braking(result: Result, target: Target, rate: Rate, pair: str) -> Float[Array, " n"]:
-    """A target over a run: sums of wear and friction work, else means over the distance that a lining rubs."""
-    if not isinstance(target, str):
-        return jnp.asarray(target(result))
-    if target == "wear":
-        return lining_wear(result, rate, pair=pair)
-    if target == "friction_work":
-        return friction_work(result, pair=pair)
-    return lining_mean(result, target, over="slip", pair=pair)
-
-
-def closed_form(scene: Scene, target: Target, *, areas: bool = True) -> tuple[Angles | None, str]:
-    """Angles of model §2.2 that level a target at full slip, with the friction of the start; else the reason why there
-    are none.
-
-    Equal friction work is equal tension increments, equal wear is equal pressure (exact for a constant wear rate);
-    without `areas` the areas are free, and angles need not level a target that areas can level.
-    """
-    (angle, area), f = own_layout(scene), friction_at_start(scene)
-    n, wrap = len(angle), float(np.sum(angle))
-    try:
-        if target in ("tension_increment", "friction_work"):
-            return equal_increment_angles(f, n, n, wrap).angle, ""
-        if target == "normal_load":
-            return equal_load_angles(f, n, wrap).angle, ""
-        if target in NEEDS_AREA and areas and area is not None:
-            return equal_load_angles(f, n, wrap, area=area).angle, ""
-    except InfeasibleLayout as error:
-        return None, str(error)
-    return None, "there is no closed form for it"
-
-
 def own_layout(scene: Scene) -> tuple[Angles, Areas]:
     """Angles and areas of a scene's linings."""
     linings = band_brake(scene).linings
@@ -281,9 +247,9 @@ def validate_request(
 ) -> None:
     """Raise `InputError` with all errors of a requested layout, errors of the scene included."""
     brake, found = band_brake(scene), Faults(faults(scene))
-    found.choice("start", start, STARTS)
+    found.choice("start", start, ("closed form", "given"))
     found.choice("free", free, FREE)
-    found.choice("over", over, OVER)
+    found.choice("over", over, ("static", "braking"))
     first, *others = brake.pairs
     if missing := fault_of_pair(pair, list(brake.pairs)):
         found.append(missing)
@@ -451,13 +417,22 @@ class _Levelled(NamedTuple):
 
     def __call__(self, found: Scene | Result, given: Given) -> tuple[Array, list[Array]]:
         angle, _, rate = given
-        if self.over == "static":
-            values = [at_full_slip(found, one, rate) for one in self.targets]  # pyright: ignore
-        else:
-            values = [over_braking(found, one, rate, self.pair) for one in self.targets]  # pyright: ignore
+        values = [self._value(found, target, rate) for target in self.targets]
         contrasts = jnp.asarray(_contrasts(angle.shape[0]))
         logs = [jnp.log(jnp.where(value > 0, value, jnp.nan)) for value in values]
         return jnp.concatenate([contrasts @ log for log in logs]), values
+
+    def _value(self, found: Scene | Result, target: Target, rate: Rate) -> Float[Array, " n"]:
+        """Of a run: sums of wear and friction work, else means over the distance that a lining rubs."""
+        if isinstance(found, Scene):
+            return at_full_slip(found, target, rate)  # pyright: ignore
+        if not isinstance(target, str):
+            return jnp.asarray(target(found))
+        if target == "wear":
+            return lining_wear(found, rate, pair=self.pair)
+        if target == "friction_work":
+            return friction_work(found, pair=self.pair)
+        return lining_mean(found, target, over="slip", pair=self.pair)
 
 
 class _Search:
@@ -517,11 +492,27 @@ class _Search:
 
 
 def _start(scene: Scene, targets: tuple[Target, ...], free: str) -> tuple[tuple[Angles, Areas], str]:
-    """Angles and areas in closed form (those of the scene where there is none), and the reason if there is none."""
-    (angle, area), note = own_layout(scene), ""
-    if free != "area":
-        found, note = closed_form(scene, targets[0], areas=free == "angle")
-        angle = angle if found is None else found
+    """Angles and areas of model §2.2 that level the targets at full slip, with the friction of the start; those of the
+    scene, and the reason, where there is no closed form.
+
+    Equal friction work is equal tension increments, equal wear is equal pressure (exact for a constant wear rate).
+    Angles need not level a target that areas can level.
+    """
+    (angle, area), target, note = own_layout(scene), targets[0], ""
+    f, n, wrap = friction_at_start(scene), len(angle), float(np.sum(angle))
+    try:
+        if free == "area":
+            pass
+        elif target in ("tension_increment", "friction_work"):
+            angle = equal_increment_angles(f, n, n, wrap).angle
+        elif target == "normal_load":
+            angle = equal_load_angles(f, n, wrap).angle
+        elif target in NEEDS_AREA and free == "angle" and area is not None:
+            angle = equal_load_angles(f, n, wrap, area=area).angle
+        else:
+            note = "there is no closed form for it"
+    except InfeasibleLayout as error:
+        note = str(error)
     if free != "angle" and area is not None:
         if targets[-1] in NEEDS_AREA:  # A_i ∝ N_i at full slip
             normal = np.asarray(at_full_slip(_placed(scene, angle, area), "normal_load", None))
