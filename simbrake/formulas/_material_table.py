@@ -1,11 +1,14 @@
 """Materials by energy level: rims and linings of a scene exchanged, estimated and simulated, side by side."""
 
 import dataclasses
+import functools
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import equinox as eqx
 import jax
+import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
@@ -17,26 +20,15 @@ from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, band_brake, check_scene
 from .._run._choice import stiffness
 from .._run._edit import named_materials, with_materials, with_values
+from .._run._linings import lining_wear
 from .._run._simulate import simulate, solver_for
 from ..thermal._material import Material
 from ._braking import Braking
 from ._estimates import no_stop
 from ._heated import RunValues, run_values
 from ._inputs import EstimateData, settle
-from ._materials import (
-    LININGS,
-    Case,
-    Compared,
-    LiningMaterial,
-    RimMaterial,
-    criteria,
-    greatest_work,
-    knows_wear,
-    lining_material,
-    rim_mass,
-    rim_material,
-    ring_inertia,
-)
+from ._materials import LININGS, LiningMaterial, RimMaterial, lining_material, rim_material
+from .heating import maximum_temperatures, transmission_table
 from .statics import classical_stop
 
 _ZERO = 273.15  # K
@@ -49,18 +41,200 @@ DEFAULT_LININGS = tuple(LININGS)
 Energy = Sequence[float] | np.ndarray | Mapping[str, Sequence[float] | np.ndarray] | None
 
 
+# --- one brake application with one pair of materials -----------------------------------------------------------------
+
+
+#: quantity → unit, meaning, formula of the estimate
+QUANTITIES = {
+    "friction_work": (
+        "J",
+        "friction work of the brake application",
+        "classical stop, or the hardest brake application of the run",
+    ),
+    "duration": ("s", "time over which friction works", "as the work"),
+    "share": (
+        "1",
+        "share of the heat into the rim, used for the temperatures",
+        "the scene's law, else e_1/(e_1 + e_2)",
+    ),
+    "effusivity_share": ("1", "heat partition coefficient of the rim by effusivities", "e_1/(e_1 + e_2) (Charron)"),
+    "transmission_share": (
+        "1",
+        "heat partition coefficient of the rim by heat transmission",
+        "K_1/(K_1 + K_2) (S-41; V, table 2)",
+    ),
+    "bulk": ("K", "mean temperature of the heated depth", "T + (2/3) a W/(c G) (S-25)"),
+    "bulk_end": ("K", "mean temperature of the rim at the end", "T + a W/(c G_rim)"),
+    "surface": ("K", "maximum temperature of the rim's surface", "half-space under falling flux, at least bulk_end"),
+    "lining_surface": ("K", "maximum temperature of the linings' surface", "as the rim: surfaces in contact"),
+    "maximum": ("K", "maximum temperature with a third of the flash", "T + t_s + t_f/3 (S-26)"),
+    "stress": ("Pa", "thermal stress of the rim's surface", "−E α (T_s − T_m)/(1 − ν), slab under constant flux"),
+    "stress_ratio": ("1", "thermal stress over the allowable one", "|σ|/σ_p"),
+    "wear": ("m", "mean depth worn off the linings", "I(T_s) W cos(β/2)/(f A_l) (Archard)"),
+    "mass": ("kg", "mass of the rim", "ρ δ A"),
+    "inertia": ("kg*m^2", "inertia of the rim about the shaft", "m (R² + (R − δ)²)/2"),
+}
+
+
+class Compared(NamedTuple):
+    """An estimate, and the simulated number beside it where there is one; its unit, meaning and formula."""
+
+    value: float
+    simulated: float | None
+    unit: str
+    meaning: str
+    formula: str
+
+    @property
+    def best(self) -> float:
+        """The simulated number, else the estimate."""
+        return self.value if self.simulated is None else self.simulated
+
+
+@dataclasses.dataclass(frozen=True)
+class Case:
+    """One brake application with one pair of materials; `flash`: rise of the spots (K)."""
+
+    braking: Braking
+    rim: RimMaterial
+    lining: LiningMaterial
+    flash: float
+
+    def scaled(self, s: float) -> "Case":
+        """The same from `s` times the speed, under the same torques: time by `s`, work by `s²`, flash by `√s`."""
+        b = self.braking
+        braking = dataclasses.replace(b, omega=b.omega * s, time=b.time * s, work=b.work * s**2)
+        return dataclasses.replace(self, braking=braking, flash=self.flash * math.sqrt(s))
+
+    @functools.cached_property
+    def surface_rise(self) -> float:
+        """Rise (K) of the rim's surface: a half-space has no back, and long brake applications warm the rim through."""
+        return max(self.braking.falling_rise, self.braking.whole_rise)
+
+    @property
+    def limited(self) -> dict[str, float]:
+        """Estimates that `criteria` limit; the maximum has a third of the flash."""
+        start = self.braking.start_now
+        maximum = maximum_temperatures(self.braking.heated.rise, self.surface_rise, self.flash).surface_and_third_flash
+        ratio, surface = self.braking.stress_ratio, start + self.surface_rise
+        limited = {"surface": surface, "lining_surface": surface, "stress_ratio": ratio}
+        return limited | {"maximum": start + float(maximum)}
+
+    def transmission(self) -> float:
+        """Heat partition coefficient of the rim by heat transmission."""
+        b, T = self.braking, jnp.asarray(self.braking.start_now)
+        law = dataclasses.replace(
+            transmission_table(), rim_conductivity=b.rim.conductivity, lining_conductivity=b.lining.conductivity
+        )
+        return float(law.share(T, T))
+
+    def wear(self) -> float:
+        """Mean depth (m) worn off the linings over all brake applications, each at the temperature of the hardest."""
+        b = self.braking
+        work = b.work if b.run is None else b.run.total_work
+        cosine = float(np.mean(np.cos(np.asarray(band_brake(b.scene).linings.angle) / 2)))
+        load_way = work * cosine / (b.friction * b.lining_area)  # ∫ p v dt, as the friction f N acts at R_b/cos(β/2)
+        speed = jnp.asarray(b.travel / b.time)
+        rate = self.lining.wear(jnp.asarray(load_way) / b.travel, speed, jnp.asarray(self.limited["surface"]))
+        return float(np.mean(np.asarray(rate))) * load_way
+
+    def quantities(self, simulated: bool) -> dict[str, Compared]:
+        """All quantities by name, beside those of the run if they are `simulated`."""
+        b, mass, in_run = self.braking, rim_mass(self.braking), {}
+        values = self.limited | {
+            "friction_work": b.work,
+            "duration": b.time,
+            "share": b.share,
+            "effusivity_share": b.effusivity_share,
+            "transmission_share": self.transmission(),
+            "bulk": b.heated.bulk,
+            "bulk_end": b.end,
+            "stress": b.stress,
+            "wear": self.wear(),
+            "mass": mass,
+            "inertia": ring_inertia(mass, b),
+        }
+        if simulated and b.run is not None:
+            result = b.run.result
+            in_run = {"share": b.simulated_share, "bulk": b.simulated_bulk, "bulk_end": b.simulated_end}
+            in_run["surface"] = b.peak
+            if b.run_stress is not None:
+                _, in_run["stress"], in_run["stress_ratio"] = b.run_stress
+            if b.scene.network.linings is not None:
+                in_run["lining_surface"] = float(result.peak_lining_temperature.value)
+            if knows_wear(result.scene):
+                in_run["wear"] = float(np.mean(np.asarray(lining_wear(result, self.lining.wear))))
+        return {name: Compared(values[name], in_run.get(name), *about) for name, about in QUANTITIES.items()}
+
+
+def rim_mass(b: Braking) -> float:
+    """`ρ δ A` (kg)."""
+    return float(b.rim.density) * b.rim_thickness * b.track_area
+
+
+def ring_inertia(mass: float, b: Braking) -> float:
+    """Inertia (kg·m²) of a ring as thick as the rim: `m (R² + (R − δ)²)/2`."""
+    return mass * (b.R**2 + (b.R - b.rim_thickness) ** 2) / 2
+
+
+def knows_wear(scene: Scene) -> bool:
+    """Whether runs of a scene have a temperature of the linings, on which their wear depends."""
+    pair = scene.network.friction
+    return pair is not None and pair.lining is not None
+
+
+class Criterion(NamedTuple):
+    """One limit of a pair of materials: value over permissible value, and both in words."""
+
+    name: str
+    ratio: float  # of temperatures in K
+    words: str
+
+
+def criteria(values: Mapping[str, float], rim: RimMaterial, lining: LiningMaterial) -> list[Criterion]:
+    """Limits of the materials for estimated or simulated values (SI)."""
+
+    def hot(name: str, key: str, limit: float, of: str) -> Criterion:
+        words = f"{of} {values[key] - _ZERO:.0f} °C over {limit - _ZERO:.0f} °C"
+        return Criterion(name, values[key] / limit, words)
+
+    stress = f"stress {values['stress_ratio']:.2f} × allowable stress"
+    return [
+        hot("rim temperature", "surface", rim.permissible, "rim"),
+        hot("lining temperature", "lining_surface", lining.permissible, "lining"),
+        Criterion("thermal stress", values["stress_ratio"], stress),
+        hot("melting", "maximum", rim.solidus, "spots"),
+    ]
+
+
+def greatest_work(case: Case) -> tuple[float, str]:
+    """Maximum friction work (J) of one brake application that the pair withstands by the estimates, and its limiting
+    criterion.
+
+    The same brake application from another speed under the same torques (time by the speed, work by its square). Every
+    criterion grows with the speed, so that there is one end; 0 where the rim is too hot at the start.
+    """
+    from scipy.optimize import brentq
+
+    def worst(log_s: float) -> Criterion:
+        return max(criteria(case.scaled(math.exp(log_s)).limited, case.rim, case.lining), key=lambda limit: limit.ratio)
+
+    low, high = math.log(1e-4), math.log(1e4)
+    if worst(low).ratio >= 1:
+        return 0.0, worst(low).name
+    end = brentq(lambda x: worst(x).ratio - 1, low, high, xtol=1e-13)
+    assert isinstance(end, float)
+    return case.braking.work * math.exp(2 * end), worst(end).name
+
+
 # --- the table --------------------------------------------------------------------------------------------------------
 
 
 @dataclasses.dataclass(frozen=True)
 class EnergyLevel:
-    """One duty of a comparison: its label, and the friction work (J) of its hardest brake application, minimum and
+    """One duty of a comparison: its label, and the friction work (J) of its hardest brake application.
 
-    maximum among the pairs: with fade, or with an inertia that follows the rim's mass, runs differ.
-
-    Example:
-        >>> str(sb.formulas.EnergyLevel("stop", 4.0e5, 4.2e5).words)
-        '400…420 kJ'
+    Minimum and maximum among the pairs: with fade, or with an inertia that follows the rim's mass, runs differ.
     """
 
     label: str
@@ -83,11 +257,6 @@ class MaterialRow:
     - `fails`: limits that the pair exceeds, by the simulated number where there is one; empty if it is within all
     - `greatest_work` (J): of one brake application that the pair withstands by the estimates; `ends`: its limiting
       criterion
-
-    Example:
-        >>> row = sb.compare_materials(scene, ["brass"], ["FK-24A"], run=False).rows[0]
-        >>> row.rim, round(row["mass"].value)
-        ('brass', 173)
     """
 
     level: int
@@ -191,8 +360,8 @@ class MaterialComparison(Tabular):
             "about": self.about,
             "levels": plain(self.levels),
             "materials": {
-                kind: [{"name": x.name, "numbers": x.numbers, "sources": x.sources} for x in found]
-                for kind, found in (("rims", self.rims), ("linings", self.linings))
+                kind: [{"name": x.name, "numbers": x.numbers, "sources": x.sources} for x in materials]
+                for kind, materials in (("rims", self.rims), ("linings", self.linings))
             },
             "rows": [row.as_dict() for row in self.rows],
             "ranking": [{"rim": row.rim, "lining": row.lining} for row in self.ranking()],
@@ -210,18 +379,18 @@ class MaterialComparison(Tabular):
         def cube(values: list[Any], dtype: Any = float) -> Any:
             return np.asarray([np.nan if x is None else x for x in values], dtype).reshape(shape)
 
-        found: dict[str, Any] = {}
+        variables: dict[str, Any] = {}
         for name, (_, _, unit, meaning, formula) in self.rows[0].quantities.items():
             about = {"units": unit, "meaning": meaning, "formula": formula}
-            found[name] = (dims, cube([row[name].value for row in self.rows]), about)
+            variables[name] = (dims, cube([row[name].value for row in self.rows]), about)
             simulated = cube([row[name].simulated for row in self.rows])
             if not np.all(np.isnan(simulated)):
-                found[f"{name}_simulated"] = (dims, simulated, {"units": unit, "meaning": f"{meaning}, simulated"})
+                variables[f"{name}_simulated"] = (dims, simulated, {"units": unit, "meaning": f"{meaning}, simulated"})
         about = {"units": "J", "meaning": "maximum friction work of one brake application, by the estimates"}
-        found["greatest_work"] = (dims, cube([row.greatest_work for row in self.rows]), about)
-        found["admissible"] = (dims, cube([row.admissible for row in self.rows], bool))
+        variables["greatest_work"] = (dims, cube([row.greatest_work for row in self.rows]), about)
+        variables["admissible"] = (dims, cube([row.admissible for row in self.rows], bool))
         coords = {"level": [level.label for level in self.levels], "rim": names[0], "lining": names[1]}
-        return xr.Dataset(found, coords, {"about": self.about})
+        return xr.Dataset(variables, coords, {"about": self.about})
 
     def parts(self) -> Iterator[str | Table]:
         yield self.about
@@ -299,32 +468,32 @@ def compare_materials(
         raise InputError([Fault("scene", "is traced", "give a scene with values")])
     if band_brake(scene).in_series:
         raise InputError([Fault("brake.bandage", "cannot be compared", "give a brake with one friction pair")])
-    found_rims = _alike([rim_material(r) if isinstance(r, str) else r for r in rims])
-    found_linings = _alike([lining_material(x) if isinstance(x, str) else x for x in linings])
-    _require_names(rims=found_rims, linings=found_linings)
+    rim_materials = _alike([rim_material(r) if isinstance(r, str) else r for r in rims])
+    lining_materials = _alike([lining_material(x) if isinstance(x, str) else x for x in linings])
+    _require_names(rims=rim_materials, linings=lining_materials)
     levels = _levels(scene, energy)
     study = _Study(scene, data or EstimateData(), run, inertia, rtol)
-    pairs = [(rim, lining) for rim in found_rims for lining in found_linings]
+    pairs = [(rim, lining) for rim in rim_materials for lining in lining_materials]
     combined = [(i, level, *pair) for i, (_, level) in enumerate(levels) for pair in pairs]
     scenes = [study.scene_of(level, rim, lining) for _, level, rim, lining in combined]
     solver = solver_for(any(stiffness(s)[0] for s in scenes)) if run else None  # one program for all of them
-    found = []
+    rows = []
     with counting(len(combined), show, "combinations", after=2.0) as report:
         for s, (i, _, rim, lining) in zip(scenes, combined, strict=True):
-            found.append(study.row(i, s, rim, lining, solver))
-            report(len(found))
-    works = [[row["friction_work"].value for row in found if row.level == i] for i in range(len(levels))]
-    told = tuple(EnergyLevel(words, min(w), max(w)) for (words, _), w in zip(levels, works, strict=True))
+            rows.append(study.row(i, s, rim, lining, solver))
+            report(len(rows))
+    works = [[row["friction_work"].value for row in rows if row.level == i] for i in range(len(levels))]
+    energy_levels = tuple(EnergyLevel(words, min(w), max(w)) for (words, _), w in zip(levels, works, strict=True))
     how = "time and friction work are those of " + ("the runs" if run else "classical stops")
-    about, notes = f"materials of rim and linings compared; {how}, temperatures in °C", study.notes(found_linings)
-    return MaterialComparison(about, told, tuple(found_rims), tuple(found_linings), tuple(found), notes)
+    about, notes = f"materials of rim and linings compared; {how}, temperatures in °C", study.notes(lining_materials)
+    return MaterialComparison(about, energy_levels, tuple(rim_materials), tuple(lining_materials), tuple(rows), notes)
 
 
 def _require_names(**groups: Iterable[Any]) -> None:
     faults = []
-    for name, found in groups.items():
-        names = [one.name for one in found]
-        twice = sorted({one for one in names if names.count(one) > 1})
+    for name, materials in groups.items():
+        names = [material.name for material in materials]
+        twice = sorted({known for known in names if names.count(known) > 1})
         if not names:
             faults.append(Fault(name, "are none", "at least one material is needed"))
         if twice:
@@ -333,15 +502,15 @@ def _require_names(**groups: Iterable[Any]) -> None:
         raise InputError(faults)
 
 
-def _alike(found: list[Any]) -> list[Any]:
+def _alike(materials: list[Any]) -> list[Any]:
     """Materials of one structure, so that their runs are one program: a slope that one has is 0 in the others."""
     slopes = ("conductivity_slope", "specific_heat_slope")
-    used = [name for name in slopes if any(getattr(one.thermal, name) is not None for one in found)]
+    used = [name for name in slopes if any(getattr(material.thermal, name) is not None for material in materials)]
 
     def filled(thermal: Material) -> Material:
         return dataclasses.replace(thermal, **{n: 0.0 for n in used if getattr(thermal, n) is None})  # pyright: ignore
 
-    return [dataclasses.replace(one, thermal=filled(one.thermal)) for one in found]
+    return [dataclasses.replace(material, thermal=filled(material.thermal)) for material in materials]
 
 
 def _levels(scene: Scene, energy: Energy) -> list[tuple[str, Scene]]:
@@ -354,19 +523,19 @@ def _levels(scene: Scene, energy: Energy) -> list[tuple[str, Scene]]:
             raise InputError([Fault("energy", f"names {len(energy)} numbers of the scene", hint)])
         ((path, values),) = energy.items()
         scenes = [with_values(scene, {path: float(value)}) for value in values]
-        unit = next((behind(leaf.about.unit) for one in scenes for leaf in leaves(one) if leaf.path == path), "")
-        found = [(f"{path} = {float(v):.6g}{unit}", one) for v, one in zip(values, scenes, strict=True)]
-        for _, one in found:
-            check_scene(one)
+        unit = next((behind(leaf.about.unit) for level in scenes for leaf in leaves(level) if leaf.path == path), "")
+        levels = [(f"{path} = {float(v):.6g}{unit}", level) for v, level in zip(values, scenes, strict=True)]
+        for _, level in levels:
+            check_scene(level)
     else:
         works = [float(work) for work in energy]
         wrong = [work for work in works if not (work > 0 and np.isfinite(work))]
         if wrong:
             raise InputError([Fault("energy", f"{wrong[0]:g} J is out of range", "friction works are > 0 J")])
-        found = [(f"classical stop of {work / 1e3:g} kJ", _of_work(scene, work)) for work in works]
-    if not found:
+        levels = [(f"classical stop of {work / 1e3:g} kJ", _of_work(scene, work)) for work in works]
+    if not levels:
         raise InputError([Fault("energy", "is empty", "leave it out for the duty of the scene")])
-    return found
+    return levels
 
 
 def _of_work(scene: Scene, work: float) -> Scene:
@@ -450,23 +619,23 @@ class _Study:
 
     def notes(self, linings: list[LiningMaterial]) -> tuple[str, ...]:
         """Notes: assumptions, and values that are not simulated."""
-        found = [
+        notes = [
             "friction is the scene's with every lining; numbers of the materials and their sources: as_dict(), JSON"
         ]
         if self.run and not self.named[0]:
-            found.append("the scene's heat has no rim in layers: temperatures, stress and wear are estimates")
+            notes.append("the scene's heat has no rim in layers: temperatures, stress and wear are estimates")
         elif self.scene.network.permissible is not None:
-            found.append(
+            notes.append(
                 "permissible temperatures are those of the materials; that of the scene is an event of its runs"
             )
         if not self.run:
-            found.append("no runs: estimates only")
+            notes.append("no runs: estimates only")
         for name in ("track_area", "lining_area", "rim_thickness"):
             size = self._own[name]
             if size.source not in ("given", "scene"):
-                found.append(f"{name} = {size.value:.4g} {size.unit} is not the scene's: {size.source}")
+                notes.append(f"{name} = {size.value:.4g} {size.unit} is not the scene's: {size.source}")
         if not self.inertia:
-            found.append("the pulley's inertia is the scene's for every rim mass (inertia=True lets it follow)")
-        if any("assum" in words for one in linings for name, words in one.sources.items() if "wear" in name):
-            found.append("wear coefficients are assumed orders of magnitude: use them for comparison only")
-        return tuple(found)
+            notes.append("the pulley's inertia is the scene's for every rim mass (inertia=True lets it follow)")
+        if any("assum" in words for lining in linings for name, words in lining.sources.items() if "wear" in name):
+            notes.append("wear coefficients are assumed orders of magnitude: use them for comparison only")
+        return tuple(notes)

@@ -1,21 +1,12 @@
-"""Materials of rims and linings, and the results of a pair of them in a brake application."""
+"""Materials of rims and linings, with the sources of their numbers."""
 
 import dataclasses
-import functools
-import math
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
-
-import jax.numpy as jnp
-import numpy as np
+from collections.abc import Callable
+from typing import Any
 
 from .._base._faults import require_positive
-from .._parts._scene import Scene, band_brake
-from .._run._linings import lining_wear
 from ..thermal._material import LIBRARY, Entry, Material, library, material
 from ..wear import ThresholdWear
-from ._braking import Braking
-from .heating import maximum_temperatures, transmission_table
 from .stress import ElasticMaterial
 
 _ZERO = 273.15  # K
@@ -48,9 +39,9 @@ class RimMaterial:
     def numbers(self) -> dict[str, float]:
         """Return all numbers by name (SI)."""
         young, expansion, poisson, stress = self.elastic
-        found = _thermal(self.thermal) | {"young": young, "expansion": expansion, "poisson": poisson}
+        thermal = _thermal(self.thermal) | {"young": young, "expansion": expansion, "poisson": poisson}
         limits = {"permissible_temperature": self.permissible, "solidus": self.solidus, "hardness": self.hardness}
-        return found | {"permissible_stress": stress} | limits
+        return thermal | {"permissible_stress": stress} | limits
 
 
 @dataclasses.dataclass(frozen=True, eq=False)
@@ -80,11 +71,11 @@ class LiningMaterial:
     @property
     def numbers(self) -> dict[str, float]:
         """Return all numbers by name (SI); of the wear law those of `ThresholdWear`."""
-        found, law = _thermal(self.thermal), self.wear
+        known, law = _thermal(self.thermal), self.wear
         if isinstance(law, ThresholdWear):
             numbers = {"coefficient": law.coefficient, "threshold": law.threshold, "activation": law.energy}
-            found |= {f"wear_{name}": float(value) for name, value in numbers.items()}
-        return found | {"permissible_temperature": self.permissible, "hardness": self.hardness}
+            known |= {f"wear_{name}": float(value) for name, value in numbers.items()}
+        return known | {"permissible_temperature": self.permissible, "hardness": self.hardness}
 
 
 _THERMAL = ("conductivity", "density", "specific_heat")
@@ -146,189 +137,3 @@ def lining_material(name: str, **changes: float) -> LiningMaterial:
     n, thermal, sources = _settled(name, LININGS, "lining material", changes)
     wear = ThresholdWear(n["wear_coefficient"], n["wear_threshold"], n["wear_activation"])
     return LiningMaterial(name, thermal, wear, n["permissible_temperature"], n["hardness"], sources)
-
-
-# --- one brake application with one pair of materials -----------------------------------------------------------------
-
-
-#: quantity → unit, meaning, formula of the estimate
-QUANTITIES = {
-    "friction_work": (
-        "J",
-        "friction work of the brake application",
-        "classical stop, or the hardest brake application of the run",
-    ),
-    "duration": ("s", "time over which friction works", "as the work"),
-    "share": (
-        "1",
-        "share of the heat into the rim, used for the temperatures",
-        "the scene's law, else e_1/(e_1 + e_2)",
-    ),
-    "effusivity_share": ("1", "heat partition coefficient of the rim by effusivities", "e_1/(e_1 + e_2) (Charron)"),
-    "transmission_share": (
-        "1",
-        "heat partition coefficient of the rim by heat transmission",
-        "K_1/(K_1 + K_2) (S-41; V, table 2)",
-    ),
-    "bulk": ("K", "mean temperature of the heated depth", "T + (2/3) a W/(c G) (S-25)"),
-    "bulk_end": ("K", "mean temperature of the rim at the end", "T + a W/(c G_rim)"),
-    "surface": ("K", "maximum temperature of the rim's surface", "half-space under falling flux, at least bulk_end"),
-    "lining_surface": ("K", "maximum temperature of the linings' surface", "as the rim: surfaces in contact"),
-    "maximum": ("K", "maximum temperature with a third of the flash", "T + t_s + t_f/3 (S-26)"),
-    "stress": ("Pa", "thermal stress of the rim's surface", "−E α (T_s − T_m)/(1 − ν), slab under constant flux"),
-    "stress_ratio": ("1", "thermal stress over the allowable one", "|σ|/σ_p"),
-    "wear": ("m", "mean depth worn off the linings", "I(T_s) W cos(β/2)/(f A_l) (Archard)"),
-    "mass": ("kg", "mass of the rim", "ρ δ A"),
-    "inertia": ("kg*m^2", "inertia of the rim about the shaft", "m (R² + (R − δ)²)/2"),
-}
-
-
-class Compared(NamedTuple):
-    """An estimate, and the simulated number beside it where there is one; its unit, meaning and formula."""
-
-    value: float
-    simulated: float | None
-    unit: str
-    meaning: str
-    formula: str
-
-    @property
-    def best(self) -> float:
-        """The simulated number, else the estimate."""
-        return self.value if self.simulated is None else self.simulated
-
-
-@dataclasses.dataclass(frozen=True)
-class Case:
-    """One brake application with one pair of materials; `flash`: rise of the spots (K)."""
-
-    braking: Braking
-    rim: RimMaterial
-    lining: LiningMaterial
-    flash: float
-
-    def scaled(self, s: float) -> "Case":
-        """The same from `s` times the speed, under the same torques: time by `s`, work by `s²`, flash by `√s`."""
-        b = self.braking
-        braking = dataclasses.replace(b, omega=b.omega * s, time=b.time * s, work=b.work * s**2)
-        return dataclasses.replace(self, braking=braking, flash=self.flash * math.sqrt(s))
-
-    @functools.cached_property
-    def surface_rise(self) -> float:
-        """Rise (K) of the rim's surface: a half-space has no back, and long brake applications warm the rim through."""
-        return max(self.braking.falling_rise, self.braking.whole_rise)
-
-    @property
-    def limited(self) -> dict[str, float]:
-        """Estimates that `criteria` limit; the maximum has a third of the flash."""
-        start = self.braking.start_now
-        maximum = maximum_temperatures(self.braking.heated.rise, self.surface_rise, self.flash).surface_and_third_flash
-        ratio, surface = self.braking.stress_ratio, start + self.surface_rise
-        limited = {"surface": surface, "lining_surface": surface, "stress_ratio": ratio}
-        return limited | {"maximum": start + float(maximum)}
-
-    def transmission(self) -> float:
-        """Heat partition coefficient of the rim by heat transmission."""
-        b, T = self.braking, jnp.asarray(self.braking.start_now)
-        law = dataclasses.replace(
-            transmission_table(), rim_conductivity=b.rim.conductivity, lining_conductivity=b.lining.conductivity
-        )
-        return float(law.share(T, T))
-
-    def wear(self) -> float:
-        """Mean depth (m) worn off the linings over all brake applications, each at the temperature of the hardest."""
-        b = self.braking
-        work = b.work if b.run is None else b.run.total_work
-        cosine = float(np.mean(np.cos(np.asarray(band_brake(b.scene).linings.angle) / 2)))
-        load_way = work * cosine / (b.friction * b.lining_area)  # ∫ p v dt, as the friction f N acts at R_b/cos(β/2)
-        speed = jnp.asarray(b.travel / b.time)
-        rate = self.lining.wear(jnp.asarray(load_way) / b.travel, speed, jnp.asarray(self.limited["surface"]))
-        return float(np.mean(np.asarray(rate))) * load_way
-
-    def quantities(self, simulated: bool) -> dict[str, Compared]:
-        """All quantities by name, beside those of the run if they are `simulated`."""
-        b, mass, in_run = self.braking, rim_mass(self.braking), {}
-        values = self.limited | {
-            "friction_work": b.work,
-            "duration": b.time,
-            "share": b.share,
-            "effusivity_share": b.effusivity_share,
-            "transmission_share": self.transmission(),
-            "bulk": b.heated.bulk,
-            "bulk_end": b.end,
-            "stress": b.stress,
-            "wear": self.wear(),
-            "mass": mass,
-            "inertia": ring_inertia(mass, b),
-        }
-        if simulated and b.run is not None:
-            result = b.run.result
-            in_run = {"share": b.simulated_share, "bulk": b.simulated_bulk, "bulk_end": b.simulated_end}
-            in_run["surface"] = b.peak
-            if b.run_stress is not None:
-                _, in_run["stress"], in_run["stress_ratio"] = b.run_stress
-            if b.scene.network.linings is not None:
-                in_run["lining_surface"] = float(result.peak_lining_temperature.value)
-            if knows_wear(result.scene):
-                in_run["wear"] = float(np.mean(np.asarray(lining_wear(result, self.lining.wear))))
-        return {name: Compared(values[name], in_run.get(name), *about) for name, about in QUANTITIES.items()}
-
-
-def rim_mass(b: Braking) -> float:
-    """`ρ δ A` (kg)."""
-    return float(b.rim.density) * b.rim_thickness * b.track_area
-
-
-def ring_inertia(mass: float, b: Braking) -> float:
-    """Inertia (kg·m²) of a ring as thick as the rim: `m (R² + (R − δ)²)/2`."""
-    return mass * (b.R**2 + (b.R - b.rim_thickness) ** 2) / 2
-
-
-def knows_wear(scene: Scene) -> bool:
-    """Whether runs of a scene have a temperature of the linings, on which their wear depends."""
-    pair = scene.network.friction
-    return pair is not None and pair.lining is not None
-
-
-class Criterion(NamedTuple):
-    """One limit of a pair of materials: value over permissible value, and both in words."""
-
-    name: str
-    ratio: float  # of temperatures in K
-    words: str
-
-
-def criteria(values: Mapping[str, float], rim: RimMaterial, lining: LiningMaterial) -> list[Criterion]:
-    """Limits of the materials for estimated or simulated values (SI)."""
-
-    def hot(name: str, key: str, limit: float, of: str) -> Criterion:
-        words = f"{of} {values[key] - _ZERO:.0f} °C over {limit - _ZERO:.0f} °C"
-        return Criterion(name, values[key] / limit, words)
-
-    stress = f"stress {values['stress_ratio']:.2f} × allowable stress"
-    return [
-        hot("rim temperature", "surface", rim.permissible, "rim"),
-        hot("lining temperature", "lining_surface", lining.permissible, "lining"),
-        Criterion("thermal stress", values["stress_ratio"], stress),
-        hot("melting", "maximum", rim.solidus, "spots"),
-    ]
-
-
-def greatest_work(case: Case) -> tuple[float, str]:
-    """Maximum friction work (J) of one brake application that the pair withstands by the estimates, and its limiting
-    criterion.
-
-    The same brake application from another speed under the same torques (time by the speed, work by its square). Every
-    criterion grows with the speed, so that there is one end; 0 where the rim is too hot at the start.
-    """
-    from scipy.optimize import brentq
-
-    def worst(log_s: float) -> Criterion:
-        return max(criteria(case.scaled(math.exp(log_s)).limited, case.rim, case.lining), key=lambda limit: limit.ratio)
-
-    low, high = math.log(1e-4), math.log(1e4)
-    if worst(low).ratio >= 1:
-        return 0.0, worst(low).name
-    end = brentq(lambda x: worst(x).ratio - 1, low, high, xtol=1e-13)
-    assert isinstance(end, float)
-    return case.braking.work * math.exp(2 * end), worst(end).name
