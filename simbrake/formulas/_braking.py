@@ -80,11 +80,6 @@ class Braking:
         except KeyError:
             raise AttributeError(name) from None
 
-    def with_inputs(self, **values: Any) -> "Braking":
-        """The same brake application with other values of inputs."""
-        inputs = {name: i._replace(value=values.get(name, i.value)) for name, i in self.inputs.items()}
-        return dataclasses.replace(self, inputs=inputs)
-
     # the pair, and the brake application of a row
 
     @property
@@ -108,11 +103,11 @@ class Braking:
         share, start, heat, run = self.metal_share, self.start_now, self.heat, self.run
         metal = (self.metal, self.metal_thickness, self.metal_area, self.time, start, share, heat, self.more)
         lining = (self.lining, self.lining_thickness, self.face_area, self.time, start, 1 - share, heat, 0.0)
-        found = [HeatedPart(self.part, *metal, run and run.rim), HeatedPart("lining", *lining, run and run.lining)]
+        parts = [HeatedPart(self.part, *metal, run and run.rim), HeatedPart("lining", *lining, run and run.lining)]
         if not self.pair:
             band = (self.band, self.band_thickness, self.lining_area, self.time, start, 0.0, heat)
-            found.append(HeatedPart("band", *band))
-        return {part.name: part for part in found}
+            parts.append(HeatedPart("band", *band))
+        return {part.name: part for part in parts}
 
     # motion
 
@@ -144,7 +139,7 @@ class Braking:
         if self.run is None:
             angle = self.omega * self.time / 2
         else:
-            angle = np.sum(0.5 * (self.run.omega[1:] + self.run.omega[:-1]) * np.diff(self.run.t))
+            angle = np.trapezoid(self.run.omega, self.run.t)
         return self.arm * abs(float(angle))
 
     @property
@@ -239,12 +234,6 @@ class Braking:
         return self.metal_share * self.heat + self.more
 
     @property
-    def kept(self) -> float | None:
-        """Heat (J) that remains in the rim of the run."""
-        rim = self.run and self.run.rim
-        return rim and float(rim.content[-1] * float(rim.wall.area) * rim.wall.copies)
-
-    @property
     def flux(self) -> float:
         """Mean heat flux into the whole track, or into the band (W/m²)."""
         return self.metal_heat / (self.metal_area * self.time)
@@ -253,11 +242,6 @@ class Braking:
     def initial_flux(self) -> float:
         """Initial flux (W/m²) of a power that falls linearly."""
         return 2 * self.flux
-
-    @property
-    def lining_flux(self) -> float:
-        """Flux (W/m²) under the linings; the track receives its mean."""
-        return self.flux / self.overlap
 
     # temperatures of the metal
 
@@ -323,10 +307,6 @@ class Braking:
     # the rim: flow through it, balance, thermal stress
 
     @property
-    def rim_conductivity(self) -> float:
-        return float(self.rim.conductivity)
-
-    @property
     def radiation(self) -> float:
         """Coefficient of radiation (W/(m²·K)) of the rim at the beginning of the brake application."""
         return float(radiation_coefficient(self.emissivity, self.start_now, self.ambient))
@@ -373,21 +353,21 @@ class Braking:
 
     def of_pairs(self) -> list["Braking"]:
         """The brake application of each pair of a staged brake that slides: of the run, else of the classical stop."""
-        found = []
+        brakings = []
         for pair in PAIRS:
             if self.run is not None:
                 run = self.pair_runs[pair]
                 if run is None:
                     continue
                 more, omega = float(run.other_work[-1]), float(np.max(np.abs(run.omega)))
-                one = dataclasses.replace(self, run=run, time=run.duration, work=float(run.work[-1]), omega=omega)
+                braking = dataclasses.replace(self, run=run, time=run.duration, work=float(run.work[-1]), omega=omega)
             else:
                 assert self.stages is not None
                 own: PairStop = getattr(self.stages, pair)
                 if own.work <= 0:
                     continue
                 more = self.stages.external.work  # work before or while the internal pair slides
-                one = dataclasses.replace(self, time=own.time, work=own.work, omega=own.omega, slid=own.angle)
+                braking = dataclasses.replace(self, time=own.time, work=own.work, omega=own.omega, slid=own.angle)
             beyond = self.beyond_share if pair == "internal" else 0.0  # the rim's, S-12…14
-            found.append(dataclasses.replace(one, pair=pair, more=beyond * float(self.power.heat) * more))
-        return found
+            brakings.append(dataclasses.replace(braking, pair=pair, more=beyond * float(self.power.heat) * more))
+        return brakings

@@ -102,6 +102,10 @@ class RowTable(Tabular, Generic[R]):
     def __iter__(self) -> Iterator[R]:
         return iter(self.rows)
 
+    def as_list(self) -> list[dict[str, Any]]:
+        """Return every row as numbers and text; numbers that are not finite are `None`."""
+        return [row.as_dict() for row in self.rows]
+
     def head(self) -> list[str | Table]:
         """Description of the brake application, and the inputs."""
         columns = (
@@ -166,7 +170,7 @@ class EngineeringEstimates(RowTable[EstimateRow]):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the data as numbers, lists and text; numbers that are not finite are `None`."""
-        return {"about": self.about, "inputs": plain(self.inputs), "estimates": [row.as_dict() for row in self.rows]}
+        return {"about": self.about, "inputs": plain(self.inputs), "estimates": self.as_list()}
 
 
 def no_stop(hint: str) -> InputError:
@@ -238,5 +242,5 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
             metrics = b.run.result.metrics
             simulated = metrics.get("stopping_time"), metrics.get("stopping_angle"), b.run.total_work
         rows = [*stop_rows(b, *simulated), *power_rows(b), *rows_of_pair(b)]
-    found = tuple(EstimateRow(*row[:7]) for row in Row.present(rows))
-    return EngineeringEstimates(f"engineering estimates{about}", tuple(b.inputs.values()), found)
+    estimated = tuple(EstimateRow(*row[:7]) for row in Row.present(rows))
+    return EngineeringEstimates(f"engineering estimates{about}", tuple(b.inputs.values()), estimated)

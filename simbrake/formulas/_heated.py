@@ -183,8 +183,8 @@ class RunValues:
     @property
     def layered(self) -> bool:
         """Whether the rim is the metal face, and one wall in layers: all below needs that."""
-        one = self.rim is not None and self.rim.wall.copies == 1 and self.series.rim_temperature is not None
-        return one and self.pair != "external"
+        single = self.rim is not None and self.rim.wall.copies == 1 and self.series.rim_temperature is not None
+        return single and self.pair != "external"
 
     @property
     def course(self) -> WallCourse:
@@ -252,8 +252,10 @@ def _hardest(t: np.ndarray, work: np.ndarray) -> tuple[int, int, int] | None:
     """First and last index of the stretch over which friction works most, and how many such stretches there are."""
     works = np.diff(work) > 1e-9 * max(float(work[-1] - work[0]), 1e-300)
     edges = np.flatnonzero(np.diff(np.concatenate([[False], works, [False]]).astype(int)))
-    found = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
-    return (*max(found, key=lambda ends: float(work[ends[1]] - work[ends[0]])), len(found)) if found else None
+    stretches = list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+    if not stretches:
+        return None
+    return (*max(stretches, key=lambda ends: float(work[ends[1]] - work[ends[0]])), len(stretches))
 
 
 def _sliding(s: Series, pair: str) -> tuple[np.ndarray, np.ndarray]:
@@ -278,10 +280,10 @@ def run_values(result: Result, pair: str = "", *, times: int = _TIMES) -> RunVal
     known = [event.time for event in result.events]
     s = result.series(np.unique(np.concatenate([np.linspace(start, end, times), known])))
     t, work = np.asarray(s.t), worked(s)
-    found = _hardest(t, np.asarray(s.friction_work))
-    if found is None:
+    hardest = _hardest(t, np.asarray(s.friction_work))
+    if hardest is None:
         return None
-    first, last, count = found
+    first, last, count = hardest
     if pair:
         own = _hardest(t[first : last + 1], work[first : last + 1])
         if own is None:

@@ -8,20 +8,10 @@ import numpy as np
 
 from ..loads import AbstractHookLoad
 from ..thermal._heat import shares_of_S
+from . import heating
 from ._braking import Braking
 from ._heated import HeatedPart, RunValues
 from .contact import current_density, real_contact_area, series_conductivity, series_resistance
-from .heating import (
-    effective_fourier_number,
-    fourier_parameter,
-    heat_balance,
-    maximum_temperatures,
-    reconstructed_surface_rise,
-    schmidt,
-    slab_rise,
-    stopping_slab_rise,
-    transmission_table,
-)
 from .statics import onset_at
 from .stress import plate_stress
 
@@ -259,7 +249,7 @@ def operation_rows(b: Braking) -> Iterator[Row]:
 def part_rows(part: HeatedPart) -> tuple[Row, Row, Row, Row]:
     """Thermal penetration depth, Fourier number, parameter B and effective volume of a heated part."""
     name, a, time, depth, thickness = part.name, part.diffusivity, part.time, part.depth, part.thickness
-    Fo, B = effective_fourier_number(a, time, thickness), fourier_parameter(a, thickness)
+    Fo, B = heating.effective_fourier_number(a, time, thickness), heating.fourier_parameter(a, thickness)
     symbols = numbers(a=a, τ=time)
     b = Row(f"thermal penetration depth, {name}", "b = 1.73 √(a τ)", depth, "m", "S, step 1", numbers=symbols)
     symbols, formula = numbers(a=a, τ=time, δ=thickness, b=depth), "a τ/δ², or 1/3 while b ≤ δ"
@@ -278,7 +268,7 @@ def partition_rows(b: Braking) -> list[Row]:
     charron = Row(f"{name}, {b.part}, effusivities", formula, share, "1", "Charron", simulated, OWN_LAW, symbols)
     if b.part == "band":
         return [charron]
-    K_1, K_2 = (float(np.asarray(K)) for K in transmission_table().transmissions(jnp.asarray(b.start_now)))
+    K_1, K_2 = (float(np.asarray(K)) for K in heating.transmission_table().transmissions(jnp.asarray(b.start_now)))
     name, symbols = f"{name}, rim, transmission", numbers(T=b.start_now)
     return [charron, Row(name, "K_1/(K_1 + K_2)", K_1 / (K_1 + K_2), "1", "S-41; V2", simulated, OWN_LAW, symbols)]
 
@@ -307,7 +297,7 @@ def temperature_rows(b: Braking) -> Iterator[Row]:
     why = "heat exchanged with linings and air during the brake application, properties that change with temperature"
     yield Row("bulk temperature, end", "T + a W/(c G_rim)", b.end, "K", "", b.simulated_end, why)
     plate, simulated = (
-        T + float(slab_rise(b.flux, time, b.metal_thickness, b.metal)),
+        T + float(heating.slab_rise(b.flux, time, b.metal_thickness, b.metal)),
         b.layered and b.layered.surface[-1],
     )
     why = "the power falls towards the end, when the formula is hottest"
@@ -315,13 +305,13 @@ def temperature_rows(b: Braking) -> Iterator[Row]:
     yield Row(f"{name}, constant flux", formula, plate, "K", carslaw, simulated, why)
     yield falling_row(b)
     symbols, formula = numbers(T=T, q_0=q_0, τ=time), "slab, adiabatic back, q_0 (1 − t/τ), its maximum"
-    slab, of_S = slab_peak(stopping_slab_rise), slab_peak(reconstructed_surface_rise)
+    slab, of_S = slab_peak(heating.stopping_slab_rise), slab_peak(heating.reconstructed_surface_rise)
     yield Row(f"{name}, falling flux, slab", formula, slab, "K", carslaw, b.peak, _SLAB, symbols)
     formula, source = "T + (α W/(λ A τ)) δ [τ_N/3 + Fo τ_W − third term]", "S-24, third term lost: reconstructed"
     yield Row(f"{name}, S-24", formula, of_S, "K", source, b.peak, _SLAB, symbols)
     yield from maximum_rows(b)
     if b.run_schmidt is None:
-        course = schmidt(b.metal, b.metal_thickness, 40, time, b.flux, start=T)
+        course = heating.schmidt(b.metal, b.metal_thickness, 40, time, b.flux, start=T)
         end = np.interp(time, course.t, course.temperature[:, 0])
         yield Row(f"{name}, Schmidt", "½ (t_{j−1} + t_{j+1}), constant flux", end, "K", "S-28")
     else:
@@ -344,7 +334,7 @@ def maximum_rows(b: Braking) -> Iterator[Row]:
     T, t_v, t_s, t_f, name = b.start_now, b.heated.rise, b.falling_rise, b.flash, "maximum temperature"
     symbols = numbers(v=b.speed, f=b.friction, HB=b.hardness, l=b.spot_length)
     yield Row("flash temperature, rise", "(2 q/λ) √(a l/(π v))", t_f, "K", "Blok, Jaeger", numbers=symbols)
-    of_S26, of_S27, plain = (T + rise for rise in maximum_temperatures(t_v, t_s, t_f))
+    of_S26, of_S27, plain = (T + rise for rise in heating.maximum_temperatures(t_v, t_s, t_f))
     symbols = numbers(T=T, t_s=t_s, t_v=t_v, t_f=t_f)
     yield Row(f"{name}, S-26", "T + t_s + t_f/3", of_S26, "K", "S-26", b.peak, _FLASH, symbols)
     formula = "T + t_v + t_s/3 + t_f/3"
@@ -367,7 +357,7 @@ def contact_rows(b: Braking) -> Iterator[Row]:
     if b.pressure is not None:
         area = real_contact_area(b.face_area, b.pressure, b.hardness)
         yield Row("real contact area", "A_a p/HB", area, "m^2", "S-34")
-    drop, thickness, conductivity = b.layered and b.layered.drop, b.rim_thickness, b.rim_conductivity
+    drop, thickness, conductivity = b.layered and b.layered.drop, b.rim_thickness, float(b.rim.conductivity)
     if b.part == "rim":
         yield Row("polished surface", "2 π R b", b.track_area, "m^2", "S-35")
         yield Row("matte surfaces", "Σ A", b.matte_area, "m^2", "S-36")
@@ -385,9 +375,11 @@ def balance_rows(b: Braking) -> list[Row]:
     """Heat balance of the rim over four revolutions at the mean speed; none at rest."""
     if not (b.omega > 0 and b.mean_omega > 0 and b.overlap > 0):
         return []
-    q_1, h, area, kappa, T, T_a = b.lining_flux, b.coefficient, b.track_area, b.overlap, b.start_now, b.ambient
+    q_1, h, area, kappa, T, T_a = b.flux / b.overlap, b.coefficient, b.track_area, b.overlap, b.start_now, b.ambient
     omega, coefficient = b.mean_omega, h + b.radiation
-    balance = heat_balance(q_1, overlap=kappa, coefficient=coefficient, surface=T, ambient=T_a, omega=omega, area=area)
+    balance = heating.heat_balance(
+        q_1, overlap=kappa, coefficient=coefficient, surface=T, ambient=T_a, omega=omega, area=area
+    )
     formula, air = "κ q_1 − (1 − κ) h (T − T_a)", numbers(h=h, ε=b.emissivity, T=T, T_a=T_a, κ=kappa)
     mean = numbers(q_1=q_1, κ=kappa, h=h, ε=b.emissivity, T=T, T_a=T_a)
     covered, gained = numbers(A_l=b.face_area, A_a=area), numbers(q_1=q_1, A_a=area, κ=kappa)
@@ -409,7 +401,7 @@ def stress_rows(b: Braking) -> Iterator[Row]:
     name, formula = "thermal stress", "−E α (T_s − T_m)/(1 − ν)"
     yield Row(f"{name}, surface", formula, b.stress, "Pa", "model §6.3", stress, _STRESS, symbols)
     depth = b.rim_thickness * np.linspace(0.0, 1.0, 401) ** 2
-    rise = np.asarray(slab_rise(b.flux, b.time, b.rim_thickness, b.rim, depth))
+    rise = np.asarray(heating.slab_rise(b.flux, b.time, b.rim_thickness, b.rim, depth))
     bent = plate_stress(rise, depth, b.elastic, restraint="none")[0]
     formula, source = "plate without restraint", "Timoshenko & Goodier §132"
     yield Row(f"{name}, free to bend", formula, bent, "Pa", source, numbers=symbols)

@@ -16,35 +16,13 @@ from .._run._measure import LimitVerdict
 from .._run._result import Result
 from ..thermal._heat import AbstractPartition
 from ..thermal._material import ROOM, Material, effusivity_share
+from . import _rows as rows
+from . import heating
 from ._braking import Braking
 from ._estimates import RowTable, SynthesisRow, braking_of, table_of
 from ._heated import HeatedPart, schmidt_layers
 from ._inputs import EstimateData, Permissible, faults_of_data
-from ._rows import (
-    BULK,
-    OWN_LAW,
-    SCHEME,
-    Number,
-    Row,
-    balance_rows,
-    falling_row,
-    maximum_rows,
-    numbers,
-    operation_rows,
-    part_rows,
-    partition_rows,
-    pressure_row,
-    stop_rows,
-    stress_rows,
-)
-from .heating import (
-    SchmidtCourse,
-    back_temperature,
-    penetration_depth,
-    rational_lining_thickness,
-    rational_rim_thickness,
-    schmidt,
-)
+from ._rows import BULK, OWN_LAW, SCHEME, Number, Row, numbers
 from .statics import classical_stop
 
 #: above this mean bulk temperature (K) properties are taken at it (S, step 6), below at room temperature
@@ -79,13 +57,13 @@ def property_at(material: Material, name: str, T: float) -> float:
 
 def properties_at(material: Material, T: float, part: str) -> Material:
     """The material with its properties at `T` (K), constant. Raises `SynthesisError` where one is not positive."""
-    found = {name: property_at(material, name, T) for name in ("conductivity", "specific_heat")}
-    for name, value in found.items():
+    properties = {name: property_at(material, name, T) for name in ("conductivity", "specific_heat")}
+    for name, value in properties.items():
         if not value > 0:
             end = float(material.reference) - 1 / float(getattr(material, f"{name}_slope"))
             words = f"{name.replace('_', ' ')} of the {part}, linear in the temperature, falls to 0 at {end:.5g} K"
             raise SynthesisError("material_range", f"{words}; the bulk temperature is {T:.5g} K")
-    return Material(density=float(material.density), **found)
+    return Material(density=float(material.density), **properties)
 
 
 _Law = Callable[[dict[str, float], dict[str, Material]], float]
@@ -144,8 +122,8 @@ def refine(
         change = max(abs(last[part].bulk - before[part].bulk) for part in HEATED)
         if change <= tolerance:
             return first, last, n, change
-    told = ", ".join(f"{part} {last[part].bulk:.6g} K" for part in replaced)
-    words = f"after {rounds} rounds the bulk temperatures still change by {change:.3g} K ({told})"
+    temperatures = ", ".join(f"{part} {last[part].bulk:.6g} K" for part in replaced)
+    words = f"after {rounds} rounds the bulk temperatures still change by {change:.3g} K ({temperatures})"
     raise SynthesisError(
         "no_convergence", f"{words}; allow more rounds, or the brake application is close to a thermal runaway"
     )
@@ -177,7 +155,7 @@ class Chain:
     limits: dict[str, float]
 
     @functools.cached_property
-    def schmidt(self) -> SchmidtCourse:
+    def schmidt(self) -> heating.SchmidtCourse:
         """Schmidt's scheme with the heat of the run, else with the falling power of a stop."""
         b = self.after
         share, run = b.share * float(b.power.heat), b.run
@@ -194,7 +172,7 @@ class Chain:
             return share * (work(t1) - work(t0)) / (b.track_area * (t1 - t0))
 
         layers = schmidt_layers(b.rim, b.rim_thickness, b.time)
-        return schmidt(b.rim, b.rim_thickness, layers, b.time, flux, start=self.start["rim"])
+        return heating.schmidt(b.rim, b.rim_thickness, layers, b.time, flux, start=self.start["rim"])
 
     @property
     def face_peak(self) -> float:
@@ -211,12 +189,14 @@ class Chain:
     def lining_back(self) -> tuple[float, float | None]:
         """Temperature (K) of its back after the brake application, and in the run."""
         b, course = self.after, self.before.run and self.before.run.lining
-        back = back_temperature(b.lining, b.lining_thickness, b.time, face=self.face_peak, start=self.lining_body)
+        back = heating.back_temperature(
+            b.lining, b.lining_thickness, b.time, face=self.face_peak, start=self.lining_body
+        )
         return back, course and float(course.layers[:, -1].max())
 
 
 def _depths(c: Chain) -> Iterator[Row]:
-    yield from (part_rows(part)[0] for part in c.first.values())
+    yield from (rows.part_rows(part)[0] for part in c.first.values())
     depth, rim, within = c.first["rim"].depth, c.before.run and c.before.run.rim, None
     if rim is not None:  # share of its simulated heat within the depth at the end
         rise = rim.layers[-1] - rim.layers[0]
@@ -229,7 +209,7 @@ def _depths(c: Chain) -> Iterator[Row]:
 
 def _fourier_number(part: HeatedPart) -> Row:
     formula = "a τ/δ², for b > δ" if part.depth > part.thickness else "1/3, for b ≤ δ"
-    return part_rows(part)[1]._replace(formula=formula)
+    return rows.part_rows(part)[1]._replace(formula=formula)
 
 
 def _partition(c: Chain) -> Iterator[Row]:
@@ -238,7 +218,7 @@ def _partition(c: Chain) -> Iterator[Row]:
     yield Row(f"{name}, rim", _law_words(c), share, "1", "S, step 4", simulated, OWN_LAW, symbols)
     rest, left = c.first["lining"].share, None if simulated is None else 1 - simulated
     yield Row(f"{name}, linings", "1 − α_TP", rest, "1", "S-42", left, OWN_LAW, numbers(α_TP=share))
-    yield from partition_rows(c.before)
+    yield from rows.partition_rows(c.before)
 
 
 def _law_words(c: Chain) -> str:
@@ -292,17 +272,16 @@ def _repeated(c: Chain) -> Iterator[Row]:
     change = Number("last change", c.change, "K")
     yield Row("rounds of steps 1 to 5", words, c.rounds, "1", "S, step 7", numbers=(change,))
     parts, name = [c.last[name] for name in HEATED], "heat partition coefficient, rim, refined"
-    rows = [part_rows(part)[0] for part in parts] + [_fourier_number(part) for part in parts]
-    rows += [part_rows(part)[3] for part in parts]
-    yield from _refined(rows)
+    reached = [rows.part_rows(part)[0] for part in parts] + [_fourier_number(part) for part in parts]
+    yield from _refined([*reached, *(rows.part_rows(part)[3] for part in parts)])
     symbols = numbers(T_rim=c.last["rim"].bulk, T_lining=c.last["lining"].bulk)
     share, simulated = c.last["rim"].share, c.before.simulated_share
     yield Row(name, _law_words(c), share, "1", "S, step 7", simulated, OWN_LAW, symbols)
     yield from _refined(_bulk(c.last))
 
 
-def _refined(rows: Iterable[Row]) -> Iterator[Row]:
-    return (row._replace(name=f"{row.name}, refined") for row in rows)
+def _refined(figures: Iterable[Row]) -> Iterator[Row]:
+    return (row._replace(name=f"{row.name}, refined") for row in figures)
 
 
 def _layers(c: Chain) -> Iterator[Row]:
@@ -335,12 +314,15 @@ def _rim_thickness(c: Chain) -> Iterator[Row]:
     if b.run is not None and b.several:
         heat = b.share * float(b.power.heat) * b.run.total_work / b.track_area
         cases["whole duty"] = heat, limit - float(b.start)
-    depth, symbols = float(penetration_depth(float(b.rim.diffusivity), b.time)), numbers(a=b.rim.diffusivity, τ=b.time)
+    depth, symbols = (
+        float(heating.penetration_depth(float(b.rim.diffusivity), b.time)),
+        numbers(a=b.rim.diffusivity, τ=b.time),
+    )
     name, formula = "thickness that heat reaches, rim", "1.73 √(a τ), Fo = 1/3"
     yield Row(name, formula, depth, "m", "S, steps 1, 2", numbers=symbols)
     capacity = Number("ρ c", float(b.rim.density * b.rim.specific_heat), "J/(m^3*K)")
     for name, (heat, rise) in cases.items():
-        case = rational_rim_thickness(b.rim, b.time, heat=heat, rise=rise)
+        case = heating.rational_rim_thickness(b.rim, b.time, heat=heat, rise=rise)
         rational.append(Number(f"δ, {name}", case.rational, "m"))
         symbols = Number("Q", heat, "J/m^2"), capacity, Number("ΔT_p", rise, "K")
         name = f"thickness that holds the heat, {name}"
@@ -361,12 +343,12 @@ def _lining_thickness(c: Chain) -> Iterator[Row]:
         warm = c.start["rim"] + b.metal_heat / (b.track_area * b.rim_thickness * capacity)
         cases["whole duty"] = float(b.run.t[-1]) - float(b.scene.initial.time), warm, float(b.start)
     a = b.lining.diffusivity
-    depth, symbols = float(penetration_depth(float(a), b.time)), numbers(a=a, τ=b.time)
+    depth, symbols = float(heating.penetration_depth(float(a), b.time)), numbers(a=a, τ=b.time)
     yield Row("thickness that heat reaches, lining", "1.73 √(a τ)", depth, "m", "S, steps 1, 2", numbers=symbols)
     rational = [Number("δ, heat reaches", depth, "m")]
     formula = "√(a τ/Fo_p), θ(Fo_p) = (T_p − T_0)/(T_f − T_0)"
     for name, (time, face, start) in cases.items():
-        case = rational_lining_thickness(b.lining, time, face=face, back=back, start=start)
+        case = heating.rational_lining_thickness(b.lining, time, face=face, back=back, start=start)
         rational.append(Number(f"δ, {name}", case.insulation, "m"))
         cool = Number("T_p", back, "K"), Number("T_0", start, "K")
         name, symbols = f"thickness that keeps the back cool, {name}", (*numbers(a=a, τ=time, T_f=face), *cool)
@@ -382,8 +364,8 @@ def _rational(part: str, thickness: float, simulated: Any, why: str, of: list[Nu
 
 
 def _surface(c: Chain) -> Iterator[Row]:
-    b, maximum = c.after, list(maximum_rows(c.after))
-    yield from (*maximum[1:], *maximum[:1], falling_row(b))
+    b, maximum = c.after, list(rows.maximum_rows(c.after))
+    yield from (*maximum[1:], *maximum[:1], rows.falling_row(b))
     time, power, work = b.layered.at_peak if b.layered is not None else (None, None, None)
     why, symbols, source = "the power does not fall linearly from the first moment", numbers(τ_T=b.time), "S, step 9"
     for name, formula, value, simulated in (
@@ -397,8 +379,9 @@ def _surface(c: Chain) -> Iterator[Row]:
 def _balance(c: Chain) -> Iterator[Row]:
     b, run, time, gained = c.after, c.after.run, None, None
     why = "linings, flange and air take from the rim, or give to it, while it is braked"
-    symbols = numbers(α=b.share, W=b.heat)
-    yield Row("heat into the rim", "α W", b.metal_heat, "J", "S-18", b.kept, why, symbols)
+    rim, symbols = run and run.rim, numbers(α=b.share, W=b.heat)
+    kept = rim and float(rim.content[-1] * float(rim.wall.area) * rim.wall.copies)
+    yield Row("heat into the rim", "α W", b.metal_heat, "J", "S-18", kept, why, symbols)
     if run is not None:
         angle = np.concatenate([[0.0], np.cumsum(0.5 * np.abs(run.omega[1:] + run.omega[:-1]) * np.diff(run.t))])
         if angle[-1] >= 8 * math.pi:
@@ -406,20 +389,20 @@ def _balance(c: Chain) -> Iterator[Row]:
             time, work = end - float(run.t[0]), float(np.interp(end, run.t, run.work))
             gained = b.share * float(b.power.heat) * work
     faster = "the first four revolutions are faster than the mean, and their power differs"
-    net = None if b.kept is None else b.kept / (b.track_area * b.time)
+    net = None if kept is None else kept / (b.track_area * b.time)
     beside = {"time of four revolutions": (time, faster), "heat gained in it": (gained, faster)}
     beside["mean net flux"] = net, why
-    for row in balance_rows(b):
+    for row in rows.balance_rows(b):
         simulated, reason = beside.get(row.name, (None, ""))
         yield row._replace(simulated=simulated, why=reason)
 
 
 def _stress(c: Chain) -> Iterator[Row]:
     b, why = c.after, "the power is not that of a linear fall, and the covered track takes more than the mean"
-    yield from stress_rows(b)
+    yield from rows.stress_rows(b)
     name, formula = "maximum gradient at the face", "2 q/λ: initially falling power"
-    gradient, simulated = b.initial_flux / b.rim_conductivity, b.layered and b.layered.gradient
-    symbols = numbers(q=b.flux, λ=b.rim_conductivity)
+    conductivity, simulated = float(b.rim.conductivity), b.layered and b.layered.gradient
+    gradient, symbols = b.initial_flux / conductivity, numbers(q=b.flux, λ=conductivity)
     yield Row(name, formula, gradient, "K/m", "S-23", simulated, why, symbols)
 
 
@@ -427,10 +410,10 @@ def _operation(c: Chain) -> Iterator[Row]:
     b, work = c.before, None
     if b.run is not None:
         work = b.run.work[-1] if b.several else b.run.total_work
-    stop = list(stop_rows(b, b.hardest_time, b.hardest_angle, work))
-    yield from (*stop[2::-1], *stop[3:], *operation_rows(b))  # the stopping time first
+    stop = list(rows.stop_rows(b, b.hardest_time, b.hardest_angle, work))
+    yield from (*stop[2::-1], *stop[3:], *rows.operation_rows(b))  # the stopping time first
     why = "the formula leaves out the angle at which the band leaves a lining, and takes the initial friction"
-    yield pressure_row(b)._replace(simulated=b.run_pressure, why=why)
+    yield rows.pressure_row(b)._replace(simulated=b.run_pressure, why=why)
 
 
 def _margins(c: Chain) -> Iterator[Row]:
@@ -463,7 +446,7 @@ def _margins(c: Chain) -> Iterator[Row]:
 STEPS: dict[str, Callable[[Chain], Iterable[Row]]] = {
     "effective thermal penetration depth": _depths,
     "Fourier numbers": lambda c: map(_fourier_number, c.first.values()),
-    "effective volumes": lambda c: (part_rows(part)[3] for part in c.first.values()),
+    "effective volumes": lambda c: (rows.part_rows(part)[3] for part in c.first.values()),
     "partition of the heat": _partition,
     "mean bulk temperatures": lambda c: _bulk(c.first),
     "properties at these temperatures, where above 150 °C": _properties,
@@ -478,8 +461,8 @@ STEPS: dict[str, Callable[[Chain], Iterable[Row]]] = {
 
 def _rows_of(c: Chain) -> Iterator[SynthesisRow]:
     """The rows of all steps, with the verdicts of the limits."""
-    for number, rows in enumerate(STEPS.values(), 1):
-        for row in Row.present(rows(c)):
+    for number, step in enumerate(STEPS.values(), 1):
+        for row in Row.present(step(c)):
             yield SynthesisRow(*row[:7], number, row.numbers)
     for row in Row.present(_margins(c)):
         estimated, simulated = (
@@ -497,7 +480,7 @@ class Synthesis(RowTable[SynthesisRow]):
 
     - `rows` in order of the steps; `inputs`: their inputs; `about`: the brake application
     - `rounds`: how often steps 1 to 5 were repeated with properties at temperature; `replaced`: parts that have them
-    - `rim_thickness`, `lining_thickness`: rational (m), `inf` where none is sufficient
+    - `rim_thickness`, `lining_thickness` (without the wear allowance): rational (m), `inf` where none is sufficient
     - `synthesis["friction work"]` is one figure, `synthesis.step(8)` those of a step; `str` gives the report,
       `as_dict` the same as numbers and words
 
@@ -517,12 +500,10 @@ class Synthesis(RowTable[SynthesisRow]):
 
     @property
     def rim_thickness(self) -> float:
-        """Rational thickness of the rim (m)."""
         return self["rational thickness, rim"].value
 
     @property
     def lining_thickness(self) -> float:
-        """Rational thickness of the linings without the wear allowance (m)."""
         return self["rational thickness, lining"].value
 
     @property
@@ -536,10 +517,6 @@ class Synthesis(RowTable[SynthesisRow]):
         margins = [row for row in self.rows if row.verdict]
         return [row.name for row in margins if row.value < 0 or (row.simulated is not None and row.simulated < 0)]
 
-    def as_list(self) -> list[dict[str, Any]]:
-        """Return every figure as numbers and text; numbers that are not finite are `None`."""
-        return [row.as_dict() for row in self.rows]
-
     def as_dict(self) -> dict[str, Any]:
         """Return the data as numbers, lists and text; numbers that are not finite are `None`."""
         about = {"about": self.about, "rounds": self.rounds, "replaced": list(self.replaced)}
@@ -548,9 +525,9 @@ class Synthesis(RowTable[SynthesisRow]):
     def parts(self) -> Iterator[str | Table]:
         yield from self.head()
         for i, title in enumerate(STEPS, 1):
-            rows = self.step(i)
-            yield from ("", f"{i}. {title}: {rows[0].words}")
-            yield from table_of(rows)
+            figures = self.step(i)
+            yield from ("", f"{i}. {title}: {figures[0].words}")
+            yield from table_of(figures)
 
 
 # --- the function -----------------------------------------------------------------------------------------------------
@@ -600,11 +577,13 @@ def synthesize(
     start = _start_temperatures(before)
     first, last, count, change = refine(before, start, partition, tolerance, rounds)
     settled = permissible.settled(before.scene)
-    after = before.with_inputs(**{name: part.material for name, part in last.items()}, share=last["rim"].share)
+    changed = {name: part.material for name, part in last.items()} | {"share": last["rim"].share}
+    changed_inputs = {name: i._replace(value=changed.get(name, i.value)) for name, i in before.inputs.items()}
+    after = dataclasses.replace(before, inputs=changed_inputs)
     limits = {limit.name: float(limit.value) for limit in settled}
-    rows = tuple(_rows_of(Chain(before, after, first, last, count, change, start, limits)))
+    figures = tuple(_rows_of(Chain(before, after, first, last, count, change, start, limits)))
     inputs = (*before.inputs.values(), *settled)
-    return Synthesis(f"parametric synthesis{about}", inputs, rows, count, replaced_in(first))
+    return Synthesis(f"parametric synthesis{about}", inputs, figures, count, replaced_in(first))
 
 
 def _start_temperatures(b: Braking) -> dict[str, float]:
@@ -614,7 +593,7 @@ def _start_temperatures(b: Braking) -> dict[str, float]:
     """
     start = dict.fromkeys(b.parts, b.start_now)
     if b.run is not None and b.run.lining is not None:
-        depth = float(penetration_depth(float(b.lining.diffusivity), b.time))
+        depth = float(heating.penetration_depth(float(b.lining.diffusivity), b.time))
         start["lining"] = float(b.run.lining.mean(depth)[0])
     if b.run is not None and b.run.band is not None:
         start["band"] = float(b.run.band[0])
@@ -623,8 +602,8 @@ def _start_temperatures(b: Braking) -> dict[str, float]:
 
 def faults_of_synthesis(scene: Scene, data: EstimateData | None, limits: Permissible) -> list[Fault]:
     """All input errors of a synthesis, before any simulation."""
-    found = [*faults(scene), *faults_of_data(data, limits)]
+    wrong = [*faults(scene), *faults_of_data(data, limits)]
     if band_brake(scene).in_series:
         hint = "give a brake with one friction pair; `estimates` handles both pairs of a staged one"
-        found.append(Fault("brake.bandage", "cannot be synthesised", hint))
-    return found
+        wrong.append(Fault("brake.bandage", "cannot be synthesised", hint))
+    return wrong

@@ -1,6 +1,5 @@
 """Heating by a stop: depth, Fourier numbers, temperatures, balance, layers, rational thickness."""
 
-import csv
 import math
 from collections.abc import Callable
 from importlib import resources
@@ -263,13 +262,10 @@ def transmission_table() -> TransmissionPartition:
         >>> type(sb.formulas.transmission_table()).__name__
         'TransmissionPartition'
     """
-    file = resources.files("simbrake.formulas") / "heat_transmission.csv"
-    rows = list(csv.DictReader(file.read_text("utf-8").splitlines()))
-    T, layer, one, two, three = (
-        np.asarray([float(row[name]) for row in rows])
-        for name in ("T_polished_C", "delta_s_um", "alpha1", "alpha2", "alpha3")
-    )
-    return TransmissionPartition(T + 273.15, one, two, three, 1e-6 * layer)
+    text = (resources.files("simbrake.formulas") / "heat_transmission.csv").read_text("utf-8")
+    table = np.genfromtxt(text.splitlines(), delimiter=",", names=True)
+    polished, matte, band = (table[f"alpha{i}"] for i in (1, 2, 3))
+    return TransmissionPartition(table["T_polished_C"] + 273.15, polished, matte, band, 1e-6 * table["delta_s_um"])
 
 
 def heat_content(material: Material, start: Amount, end: Amount) -> Amount:
@@ -285,12 +281,7 @@ def heat_content(material: Material, start: Amount, end: Amount) -> Amount:
 
 
 class MaximumTemperatures(NamedTuple):
-    """Alternative formulas of the maximum temperature of a friction surface (K, or rises in K).
-
-    Example:
-        >>> sb.formulas.maximum_temperatures(20.0, 150.0, 90.0).surface_and_third_flash
-        180.0
-    """
+    """Alternative formulas of the maximum temperature of a friction surface (K, or rises in K)."""
 
     surface_and_third_flash: Amount  # S-26: t_s + t_flash/3
     printed: Amount  # S-27 as the scan shows it: t_v + t_s/3 + t_flash/3
@@ -305,8 +296,7 @@ def maximum_temperatures(bulk: Amount, surface: Amount, flash: Amount) -> Maximu
     - `bulk` `t_v`, `surface` `t_s`, `flash` `t_flash`: rises (K)
 
     Where `t_s` is the whole rise of the surface, as most formulas give it, the two that add `t_v` count the bulk twice;
-    where it is the rise above the bulk, S-26 leaves the bulk out.
-    They differ by these factors: S states no condition for either beyond the kind of
+    where it is the rise above the bulk, S-26 leaves the bulk out. S states no condition for either beyond the kind of
     brake application (single, or repeated at short intervals). Raises `ValueError` for negative rises.
 
     Example:
@@ -404,15 +394,7 @@ def schmidt(
 
 
 class HeatBalance(NamedTuple):
-    """Balance of a rim over whole revolutions at constant speed and surface temperature (SI units).
-
-    Example:
-        >>> balance = sb.formulas.heat_balance(
-        ...     2e5, overlap=0.75, coefficient=60.0, surface=473.0, ambient=293.0, omega=12.0, area=0.8
-        ... )
-        >>> round(balance.time, 3), round(balance.gained / balance.lost, 1)
-        (2.094, 55.6)
-    """
+    """Balance of a rim over whole revolutions at constant speed and surface temperature (SI units)."""
 
     time: Amount  # s, of the revolutions
     gained: Amount  # J, Q_1
@@ -443,9 +425,8 @@ def heat_balance(
     - `coefficient` `h` (W/(m²·K)) of the open track, radiation included; `surface` `T_1`, `ambient` `T_a` (K)
     - `omega` `ω` (rad/s); `area` `A_a` (m²) of the track
 
-    The scan of S-17…S-20 is damaged; S-21 is whole, and these are its terms before division. `stationary` is the
-    temperature of the surface at which `Q = 0`: `T_a + κ q_1/((1 − κ) h)`. Raises `ValueError` for numbers outside
-    their ranges.
+    The scan of S-17…S-20 is damaged; S-21 is whole, and these are its terms before division. `stationary` is
+    `T_a + κ q_1/((1 − κ) h)`. Raises `ValueError` for numbers outside their ranges.
 
     Example:
         >>> balance = sb.formulas.heat_balance(
@@ -465,29 +446,17 @@ def heat_balance(
 
 
 class RimThickness(NamedTuple):
-    """Rational thickness of a rim (m), and the two thicknesses of which it is the maximum.
-
-    Example:
-        >>> case = sb.formulas.rational_rim_thickness(sb.material("steel_20L"), 2.0, heat=2e6, rise=40.0)
-        >>> case.rational == max(case.depth, case.storage)
-        True
-    """
+    """Rational thickness of a rim (m), and the two thicknesses of which it is the maximum."""
 
     depth: float  # heat of one brake application just reaches the back
-    # the heat warms all of it just to the permissible temperature; `inf` where the permissible rise is 0
-    storage: float
+    storage: (
+        float  # the heat warms all of it just to the permissible temperature; `inf` where the permissible rise is 0
+    )
     rational: float
 
 
 class LiningThickness(NamedTuple):
-    """Rational thickness of a lining (m), and the two thicknesses of which it is the maximum.
-
-    Example:
-        >>> lining = sb.formulas.lining_material("FK-24A").thermal
-        >>> case = sb.formulas.rational_lining_thickness(lining, 60.0, face=620.0, back=390.0, start=293.0)
-        >>> round(1e3 * case.depth, 2), round(1e3 * case.insulation, 2)
-        (8.13, 9.61)
-    """
+    """Rational thickness of a lining (m), and the two thicknesses of which it is the maximum."""
 
     depth: float  # heat of one brake application just reaches the back
     insulation: float  # the back just reaches its permissible temperature; `inf` where it starts there
@@ -589,15 +558,11 @@ def rational_lining_thickness(
     elif face <= back:
         insulation = 0.0
     else:
-        insulation = math.sqrt(float(material.diffusivity) * time / _held_face_number((back - start) / (face - start)))
+        from scipy.optimize import brentq
+
+        theta, low, high = (back - start) / (face - start), 1e-3, 20.0  # θ is 1e-110 and 1 at these
+        Fo = low
+        if held_face_rise(low) < theta:
+            Fo = float(brentq(lambda x: float(held_face_rise(x)) - theta, low, high, xtol=1e-15, rtol=1e-13))  # pyright: ignore
+        insulation = math.sqrt(float(material.diffusivity) * time / Fo)
     return LiningThickness(depth, insulation, max(depth, insulation))
-
-
-def _held_face_number(theta: float) -> float:
-    """Fourier number at which the back has the share `theta` (0…1) of the face's rise."""
-    from scipy.optimize import brentq
-
-    low, high = 1e-3, 20.0  # θ is 1e-110 and 1 there
-    if held_face_rise(low) >= theta:
-        return low
-    return float(brentq(lambda Fo: float(held_face_rise(Fo)) - theta, low, high, xtol=1e-15, rtol=1e-13))  # pyright: ignore
