@@ -84,13 +84,13 @@ def classical_stop(scene: Scene) -> ClassicalStop | None:
     if np.any(f * np.tan(angle / 2) >= 1):  # a lining is self-locking
         return None
     load, inertia = load_and_inertia(scene)
-    fz = f * np.tan(angle / 2)
-    slack = float(lever.scale())
-    torque = float(band_torque(brake.band.radius, slack, slack * np.prod(lining_ratio(fz))))
+    ratio = np.prod(lining_ratio(f * np.tan(angle / 2)))
+    arm = np.asarray(float(brake.band.radius) * float(lever.scale()))  # R_b T_0: tensions are over T_0
+    torque = float(band_torque(arm, np.asarray(1.0), np.asarray(ratio)))
     if torque <= load:
         return None
     time = inertia * omega / (torque - load)
-    return ClassicalStop(ratio, torque, time, omega * time / 2, torque * omega * time / 2, torque * omega)
+    return ClassicalStop(float(ratio), torque, time, omega * time / 2, torque * omega * time / 2, torque * omega)
 
 
 class PairStop(NamedTuple):
