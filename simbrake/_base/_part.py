@@ -7,7 +7,7 @@ import operator
 import types
 import typing
 import warnings
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
 from typing import Annotated, Any, TypeVar, cast
 
 import equinox as eqx
@@ -120,16 +120,30 @@ def former_names(**names: str) -> Callable[[_T], _T]:
     return marked
 
 
+def _warn_of_name(text: str) -> None:
+    # (a file name that is none: in one line, and once)
+    warnings.warn_explicit(text, FutureWarning, "<simbrake>", 0, registry=_WARNED)
+
+
 def by_present_names(maker: object, values: dict[str, Any]) -> dict[str, Any]:
     """Values of fields under the names that these have now."""
-    found = dict(values)
+    renamed = dict(values)
     for old, new in FORMER.get(maker, {}).items():
-        if old in found:
-            text = f"{maker.__name__}.{old} is {new} now"  # pyright: ignore
-            # (a file name that is none: in one line, and once)
-            warnings.warn_explicit(text, FutureWarning, "<simbrake>", 0, registry=_WARNED)
-            found[new] = found.pop(old)
-    return found
+        if old in renamed:
+            _warn_of_name(f"{maker.__name__}.{old} is {new} now")  # pyright: ignore
+            renamed[new] = renamed.pop(old)
+    return renamed
+
+
+def present_path(path: str, paths: Container[str]) -> str:
+    """The path of a number under the name that its field has now; a former name warns."""
+    part, _, name = path.rpartition(".")
+    for names in FORMER.values():
+        present = f"{part}.{names.get(name)}"
+        if path not in paths and present in paths:
+            _warn_of_name(f"{path} is {present} now")
+            return present
+    return path
 
 
 def short_of(wanted: Iterable[object]) -> type | None:

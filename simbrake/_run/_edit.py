@@ -15,7 +15,7 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._faults import Fault, InputError
-from .._base._part import Leaf, about_of, below, faults_of_values, leaves, parts_below
+from .._base._part import Leaf, about_of, below, faults_of_values, leaves, parts_below, present_path
 from .._base._quantity import NumberReader, Quantity, as_number
 from .._parts._scene import Scene, require_scene
 from ..brakes._design import Lining
@@ -30,9 +30,10 @@ def entry_of(path: str, fields: Container[str]) -> tuple[str, int | None]:
     """Field and index that a path means: `("brake.linings.angle", 3)`; no index for a field as a whole."""
     match = _INDEXED.match(path)
     assert match is not None
-    if path in fields or match["index"] is None:
+    if path in fields:
         return path, None
-    return match["path"], int(match["index"])
+    field, index = match["path"], None if match["index"] is None else int(match["index"])
+    return present_path(field, fields), index
 
 
 class Inputs(dict[str, Leaf]):

@@ -242,6 +242,8 @@ def test_former_keys_answer_and_warn():
     with pytest.warns(FutureWarning, match="BearingFriction.limit is friction_torque now"):
         scene = sb.files.scene_from_text(text.replace("shaft = []", 'shaft = [{ limit = "150 N*m" }]'))
     assert "friction_torque = " in sb.files.scene_text(scene)
+    with pytest.warns(FutureWarning, match=r"shaft\[0\].limit is shaft\[0\].friction_torque now"):
+        assert float(sb.with_values(scene, {"shaft[0].limit": 90.0}).shaft[0].friction_torque) == 90.0
     with pytest.warns(FutureWarning, match="Phase.hangs is string_on_hook now"):
         phase = dataclasses.replace(sb.loads.Phase(0.0, "2 s"), hangs=False)
     assert (phase.hangs, phase.string_on_hook) == (False, False)
