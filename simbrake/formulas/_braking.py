@@ -136,10 +136,7 @@ class Braking:
         """Sliding distance of the linings (m), on the band circle; of an internal pair on the rim."""
         if self.slid is not None:
             return self.arm * abs(self.slid)
-        if self.run is None:
-            angle = self.omega * self.time / 2
-        else:
-            angle = np.trapezoid(self.run.omega, self.run.t)
+        angle = self.omega * self.time / 2 if self.run is None else np.trapezoid(self.run.omega, self.run.t)
         return self.arm * abs(float(angle))
 
     @property
