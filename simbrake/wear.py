@@ -310,12 +310,12 @@ def faults_of_turning(brake: Brake) -> list[Fault]:
     where = "wear.turned_at"
     if brake.bandage is not None:
         return [Fault(where, "the linings of a staged brake ride on the pulley", "turning its band does not move them")]
-    parts = [*leaves(brake.linings, "brake.linings"), *leaves(brake.band, "brake.band")]
-    listed = [leaf for leaf in parts if np.ndim(leaf.value) == 1 and leaf.about.many is not Over.ROWS]
-    unlike = [leaf.path for leaf in listed if np.ptp(np.asarray(leaf.value)) > 0]
     if remembers(brake.linings.friction):
         hint = "leave out one of them, or `lining_life(turn_at=…)`, which turns the band between stops"
         return [Fault(where, "the friction law has states, which would not turn with the band", hint)]
+    parts = [*leaves(brake.linings, "brake.linings"), *leaves(brake.band, "brake.band")]
+    listed = [leaf for leaf in parts if np.ndim(leaf.value) == 1 and leaf.about.many is not Over.ROWS]
+    unlike = [leaf.path for leaf in listed if np.ptp(np.asarray(leaf.value)) > 0]
     changes = brake.linings.friction.over_time
     unlike += ["brake.linings.friction.changes" for change in changes if change.linings is not None]
     hint = "equal linings; else `lining_life(turn_at=…)`, which turns the band between stops"

@@ -380,11 +380,34 @@ def leaves(node: object, path: str = "", unit: str = "SI") -> list[Leaf]:
     return found
 
 
+def is_traced(tree: object) -> bool:
+    """Whether any leaf is being traced by a transformation of JAX."""
+    return any(type(leaf) is not np.ndarray and isinstance(leaf, Tracer) for leaf in jax.tree.leaves(tree))
+
+
+class Numbers:
+    """The numbers of a tree of parts: whether all are float64 arrays of NumPy, or else some are being traced."""
+
+    def __init__(self, node: object) -> None:
+        self.values, self.structure = jax.tree.flatten(node)
+        self.plain = all(type(x) is np.ndarray and x.dtype == np.float64 for x in self.values)
+        self.traced = not self.plain and is_traced(self.values)
+
+    def in_range(self) -> bool:
+        """Whether they are plain and in their ranges, in one pass."""
+        ranges = _ranges(self.structure, tuple(x.shape for x in self.values)) if self.plain else None
+        if ranges is None or len(ranges[0]) > _MOST_NUMBERS:
+            return False
+        low, high, above = ranges
+        whole = np.concatenate([x.ravel() for x in self.values])
+        return bool(np.all((whole >= low) & (whole <= high) & (whole > above)))
+
+
 def as_arrays(node: Any) -> Any:
     """A tree of parts whose numbers are all arrays, also those put in by `eqx.tree_at` without a converter."""
     if isinstance(node, tuple | list):
-        found = [as_arrays(one) for one in node]
-        return node if all(a is b for a, b in zip(found, node, strict=True)) else type(node)(found)
+        converted = [as_arrays(one) for one in node]
+        return node if all(a is b for a, b in zip(converted, node, strict=True)) else type(node)(converted)
     if not dataclasses.is_dataclass(node) or isinstance(node, type):
         return node
     changed = {}
@@ -399,26 +422,10 @@ def as_arrays(node: Any) -> Any:
 
 def faults_of_values(node: object, path: str = "") -> list[Fault]:
     """Errors of values that are not numbers, not finite, out of range, or of too few bits; traced values pass."""
-    found = leaves(node, path)
-    if (count := sum(np.size(leaf.value) for leaf in found)) > _MOST_NUMBERS:
+    numbers = leaves(node, path)
+    if (count := sum(np.size(leaf.value) for leaf in numbers)) > _MOST_NUMBERS:
         return [Fault(path or "scene", f"has {count} numbers", f"at most {_MOST_NUMBERS}")]
-    return [fault for leaf in found for fault in _faults_of_leaf(leaf)]
-
-
-def all_in_range(node: object) -> bool:
-    """Whether the numbers of a tree of parts are all float64 arrays of NumPy and in their ranges, in one pass.
-
-    Where it is not, `faults_of_values` says what is wrong, if anything is.
-    """
-    numbers, structure = jax.tree.flatten(node)
-    if not all(type(x) is np.ndarray and x.dtype == np.float64 for x in numbers):
-        return False
-    ranges = _ranges(structure, tuple(x.shape for x in numbers))
-    if ranges is None or len(ranges[0]) > _MOST_NUMBERS:
-        return False
-    low, high, above = ranges
-    whole = np.concatenate([x.ravel() for x in numbers])
-    return bool(np.all((whole >= low) & (whole <= high) & (whole > above)))
+    return [fault for leaf in numbers for fault in _faults_of_leaf(leaf)]
 
 
 @functools.lru_cache(maxsize=256)

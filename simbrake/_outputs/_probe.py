@@ -12,6 +12,7 @@ from jaxtyping import Float, Int, PyTree
 
 from .._base._compiling import DeviceJit
 from .._base._corners import greater
+from .._base._part import is_traced
 from .._base._progress import piece
 from .._physics._brake import BrakeSystem, Capacity
 from .._physics._feature import LEVER, LOAD, BrakeNow, State, piece_of
@@ -59,11 +60,6 @@ class Probe(NamedTuple):
     holding: tuple[Array, Array]  # load at rest, and static capacity of the brake in its direction (N·m), (m,) each
     hook: HookNow | None
     lever_force: Float[Array, " m"] | None  # on the lever of the driller, where the scene has one
-
-
-def is_traced(tree: PyTree) -> bool:
-    """Whether any leaf is being traced by a transformation of JAX."""
-    return any(type(leaf) is not np.ndarray and isinstance(leaf, Tracer) for leaf in jax.tree.leaves(tree))
 
 
 def is_traced_run(record: Record) -> bool:

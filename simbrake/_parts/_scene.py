@@ -11,16 +11,16 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
 
 from .._base._compiling import DeviceJit, per_value
 from .._base._faults import Fault, InputError
 from .._base._part import (
+    Numbers,
     Part,
-    all_in_range,
     as_arrays,
     faults_below,
     faults_of_values,
+    is_traced,
     leaves,
     part,
     parts_below,
@@ -30,7 +30,7 @@ from .._base._quantity import Scalar, shown
 from .._base._table import ZERO, number
 from .._phases import AfterTravel, AtTemperature, Phases
 from ..brakes._band import ParallelBands
-from ..brakes._design import AbstractBrake, AbstractLinings, Brake, tension_shares, under_a_band, unloaded
+from ..brakes._design import AbstractBrake, AbstractLinings, Bandage, Brake, tension_shares, under_a_band, unloaded
 from ..friction import AbstractFriction, Reads, needs, reads, remembers
 from ..hybrid._arrays import Array
 from ..loads import AbstractLoad, TorqueLoad
@@ -206,16 +206,16 @@ def require_scene(scene: object) -> None:
 def faults(scene: Scene) -> list[Fault]:
     """All errors of a scene. Traced numbers are not checked."""
     require_scene(scene)
-    found = faults_of_values(scene) + _faults_of_kinds(scene)
-    if found or any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
-        return found
-    return _faults_together(scene)
+    return _faults(scene, Numbers(scene))
+
+
+def _faults(scene: Scene, numbers: Numbers) -> list[Fault]:
+    found = ([] if numbers.in_range() else faults_of_values(scene)) + _faults_of_kinds(scene)
+    return found if found or numbers.traced else _faults_together(scene)
 
 
 def _faults_together(scene: Scene) -> list[Fault]:
     """Errors of a scene whose numbers are in range: of its parts, and of its limits, start and end with them."""
-    if found := _faults_of_kinds(scene):
-        return found
     found = [*_faults_of_parts(scene), *(scene.limits.faults_with("limits", scene) if scene.limits else [])]
     if not scene.end_time > scene.initial.time:
         found.append(Fault("end_time", f"{float(scene.end_time):g} s is not after the start", "it must be later"))
@@ -352,16 +352,15 @@ def check_scene(scene: Scene) -> None:
 def checked(scene: Scene) -> Scene:
     """Return the checked scene, its numbers as arrays. Raises `InputError` with all errors."""
     require_scene(scene)
-    # (usual values are checked together; others number by number)
-    if all_in_range(scene) and not _faults_together(scene):
-        return scene
-    check_scene(scene)
-    return as_arrays(scene)
+    numbers = Numbers(scene)
+    if found := _faults(scene, numbers):
+        raise InputError(found)
+    return scene if numbers.plain else as_arrays(scene)
 
 
 def warnings(scene: Scene) -> list[str]:
     """Warnings of a scene that is valid but unusual."""
-    if any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
+    if is_traced(scene):
         return []
     then = "it never slips as long as that lasts" if scene.brake.banded else "a run ends as soon as its force acts"
     found = [f"self_locking: {why}; {then}" for why in locked(scene).values()]
@@ -485,6 +484,12 @@ def _static_friction(linings: AbstractLinings, T: Array | None, t: Array) -> Arr
     return jnp.broadcast_to(f, (linings.count,))
 
 
+def remembering_at_start(scene: Scene) -> list[tuple[AbstractLinings | Bandage, np.ndarray | None]]:
+    """Linings whose law of friction has internal states, with the temperatures (K) that it sees at the start."""
+    rubbing = [scene.brake.rubbing_part(pair) for pair in scene.brake.pairs]
+    return [(part, sensed_at_start(scene, i)) for i, part in enumerate(rubbing) if remembers(part.friction)]
+
+
 def static_friction(scene: Scene) -> np.ndarray:
     """Coefficient up to which each lining sticks at the start, on the rim, or on the band of a staged brake."""
     return np.asarray(_static_friction(scene.brake.linings, sensed_at_start(scene), scene.initial.time))
@@ -530,7 +535,7 @@ def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
     - 8…26 linings: Z;  conductivity of rim 38…163 and linings 0.4…1.5 W/(m·K): V, tables 1 and 2, and textbooks
     - `peak_rim`: highest rim temperature (K) of a run of it, if there was one
     """
-    if any(isinstance(leaf.value, Tracer) for leaf in leaves(scene)):
+    if is_traced(scene):
         return []
     found, brake, heat = list[str](), scene.brake, scene.network
     if brake.banded:  # the sources are about band brakes

@@ -10,9 +10,8 @@ from jaxtyping import Float
 
 from .._base._compiling import DeviceJit, per_value
 from .._base._table import digits
-from .._parts._scene import Scene, pairs_of, sensed_at_start
+from .._parts._scene import Scene, remembering_at_start
 from ..brakes._design import AbstractLinings, Bandage, unloaded
-from ..friction import remembers
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ..shaft import AbstractDryTorque, AbstractShaftTorque
@@ -101,8 +100,7 @@ def stiffness(scene: Scene) -> tuple[bool, str]:
     patience = _PATIENCE if scene.heated else _PATIENCE_COLD
     why = _demands("drag balances the speed", drag, span, _PATIENCE_COLD)
     why = why or _demands("the damped rope follows", _damping_of_rope(scene), span, _PATIENCE_COLD)
-    if not why and _remembering(scene):
-        why = _demands("a state of a friction law follows", _fastest_state_at_start(scene), span, patience)
+    why = why or _demands("a state of a friction law follows", _fastest_state_at_start(scene), span, patience)
     return (True, why) if why else found
 
 
@@ -135,15 +133,9 @@ def _slopes(laws: tuple[AbstractShaftTorque, ...], speed: Array) -> Array:
 
 @per_value(lambda scene: (scene.brake, scene.heat, scene.initial))
 def _fastest_state_at_start(scene: Scene) -> float:
-    """Largest rate (1/s) at which a state of a friction law follows at the start."""
-    v, count = abs(float(scene.brake.radius) * float(scene.initial.omega)), scene.brake.linings.count
-    fastest = 0.0
-    for i, (pair, (law, *_)) in enumerate(zip(scene.brake.pairs, pairs_of(scene), strict=True)):
-        if remembers(law):
-            T = sensed_at_start(scene, i)
-            part = scene.brake.rubbing_part(pair)
-            fastest = max(fastest, float(_fastest_state(part, np.full(count, v), T)))
-    return fastest
+    """Largest rate (1/s) at which a state of a friction law follows at the start; 0 without any."""
+    v = np.full(scene.brake.linings.count, abs(float(scene.brake.radius) * float(scene.initial.omega)))
+    return max((float(_fastest_state(part, v, T)) for part, T in remembering_at_start(scene)), default=0.0)
 
 
 @functools.partial(DeviceJit, quick=True)
@@ -158,11 +150,6 @@ def _fastest_state(part: AbstractLinings | Bandage, v: Float[Array, " n"], T: Ar
         return ravel_pytree(jax.tree.map(lambda x, y: x + 0.0 * y, found, back(memory)))[0]
 
     return jnp.max(jnp.sum(jnp.abs(jax.jacfwd(rates)(memory)), axis=1))
-
-
-@per_value(lambda scene: scene.brake)
-def _remembering(scene: Scene) -> bool:
-    return any(remembers(law) for law, *_ in pairs_of(scene))
 
 
 def stiff_heat(heat: Heat, span: float) -> tuple[bool, str]:

@@ -12,16 +12,15 @@ from jaxtyping import Bool, Float, Int, PyTree
 
 from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
-from .._base._part import as_arrays, faults_below, faults_of_values
+from .._base._part import as_arrays, faults_below, faults_of_values, is_traced
 from .._base._quantity import faults_of_tolerance
 from .._outputs._metrics import closure_of
-from .._outputs._probe import Number, is_traced
+from .._outputs._probe import Number
 from .._outputs._quantities import array_of_times
-from .._parts._scene import Scene, pairs_of
+from .._parts._scene import Scene, remembering_at_start
 from .._physics._brake import course_of_profile
 from .._physics._sparsity import couplings
 from .._physics._thermal import Conditions, Thermal, assemble_thermal
-from ..friction import remembers
 from ..hybrid import (
     QUADRATURE,
     AbstractHybridSystem,
@@ -311,7 +310,7 @@ def cyclic_steady_state(
 
     if not scene.heated:
         raise InputError([Fault("heat", "is missing", "a cyclic steady state is one of temperatures")])
-    if any(remembers(law) for law, *_ in pairs_of(scene)):
+    if remembering_at_start(scene):
         raise InputError([Fault("brake", "has a friction law with states", "run the cycles one after the other")])
     heat, runs = scene.network, 0
 

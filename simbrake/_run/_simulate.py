@@ -31,13 +31,13 @@ from .._base._compiling import (
     run_device,
 )
 from .._base._faults import Fault, InputError
-from .._base._part import Whole, faults_of_whole, leaves
+from .._base._part import Whole, faults_of_whole, is_traced, leaves
 from .._base._programs import Kept
 from .._base._progress import Progress, Report, reporting
 from .._base._quantity import faults_of_tolerance, shown
 from .._outputs._log import FAILURES, SimulationError
 from .._outputs._metrics import identity_of
-from .._outputs._probe import Number, is_traced
+from .._outputs._probe import Number
 from .._parts._scene import Scene, check_scene, checked
 from .._physics._assemble import assemble
 from .._physics._brake import BrakeSystem
@@ -236,10 +236,10 @@ def _marked(scene: Scene) -> Scene:
 
     Else an infinite inertia or capacity would leave only its energies without a value, and the code would not say so.
     """
-    total = sum(jnp.sum(0.0 * jnp.asarray(leaf.value, jnp.float64)) for leaf in leaves(scene))
+    total = sum(jnp.sum(0.0 * jnp.asarray(number, jnp.float64)) for number in jax.tree.leaves(scene))
     start = jnp.asarray(scene.initial.time, jnp.float64)
     start = jnp.where(jnp.isfinite(jax.lax.stop_gradient(total)), start, jnp.nan)
-    return eqx.tree_at(lambda s: s.initial.time, scene.as_run, start)
+    return eqx.tree_at(lambda s: s.initial.time, scene, start)
 
 
 def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Array], Record]:
@@ -412,11 +412,11 @@ def simulate(
     rtol_, longest = (np.asarray(x, np.float64) if np.isscalar(x) else x for x in (rtol, max_step))
     events = np.asarray(max_events, np.int32)
     limits = RunLimits(longest, events, max_steps)
-    if is_traced((scene, rtol, max_step)):
-        numbers, packing = pack((_marked(scene), rtol_, longest, events), jnp)
+    traced, run = is_traced((scene, rtol, max_step)), scene.as_run
+    numbers, packing = pack((_marked(run) if traced else run, rtol_, longest, events), jnp if traced else np)
+    if traced:
         record = _part(packing, method, max_steps or _STEPS[0]).call(numbers)
         return Result(scene, record, rtol_, name, limits)
-    numbers, packing = pack((scene.as_run, rtol_, longest, events))
     rooms = step_limits(scene, max_steps)
     with reporting(progress) as report:
         short = rooms[0] <= STRETCH  # over in a moment
