@@ -111,8 +111,8 @@ class AbstractElasticBand(AbstractBand):
 
     @property
     def codes(self) -> tuple[BrakeCode, ...]:
-        found = [BrakeCode.BAND_SNAP] if self._follows_slip and self.stretches else []
-        return (*found, BrakeCode.FLASH_FOLD) if self.grip.implicit else tuple(found)
+        codes = [BrakeCode.BAND_SNAP] if self._follows_slip and self.stretches else []
+        return (*codes, BrakeCode.FLASH_FOLD) if self.grip.implicit else tuple(codes)
 
     # --- at one instant; `omega` is the speed of the carrier ----------------------------------------------------------
 
@@ -121,8 +121,8 @@ class AbstractElasticBand(AbstractBand):
 
         def tension(T_0: Array, omega: Array, surface: SurfaceState | None) -> tuple[Array, Limit]:
             v = jnp.where(mode.sense > 0, omega, -omega) * self.wrap.radius
-            found = self.wrap.limit(T_0, v, surface, back, ~sliding)
-            return T_0 * found.ratio, found
+            limit = self.wrap.limit(T_0, v, surface, back, ~sliding)
+            return T_0 * limit.ratio, limit
 
         surface = None if self.wrap.fixed is not None else acting.surfaces[0]
         return AtLimit(*jax.linearize(tension, acting.tension, omega, surface, has_aux=True))
@@ -256,30 +256,30 @@ class AbstractElasticBand(AbstractBand):
         there: Callable[[Mode], ElasticNow],
         acting: AppliedLoads,
         rest: ElasticNow,
-        found: MotionAfterEvent,
+        motion: MotionAfterEvent,
     ) -> Array:
         """Mode of an elastic band that the lever pulls, on a carrier that moves or starts to.
 
         - `there(mode)`: the variables in another mode;  `rest`: those at rest
         """
         old, C, locked, T_0 = now.mode.band, self.stiffness, self.locked_in(new), acting.tension
-        rounding, speed = self.sizes.slight_tension, self.wrap.radius * found.omega
+        rounding, speed = self.sizes.slight_tension, self.wrap.radius * motion.omega
         was_slack = (old == OPEN) | (old == TAKE_UP)
         tension = self.tension_of(now.own.x, now.mode, now.z)
         # where the lever only begins to pull both limits are 0, and Ṫ_0/C lies between the speeds of the band on them
         lags = C * speed < acting.pull
-        takes_up = jnp.where(found.rising, lags, tension < T_0 - rounding)
-        takes_up = was_slack & (found.omega > 0) & takes_up & ~((old == TAKE_UP) & fired.high)
+        takes_up = jnp.where(motion.rising, lags, tension < T_0 - rounding)
+        takes_up = was_slack & (motion.omega > 0) & takes_up & ~((old == TAKE_UP) & fired.high)
         low, high = jnp.where(locked, 0.0, rest.lower), jnp.where(locked, jnp.inf, rest.upper)
         # the lever itself draws a slack band tight on a pulley that does not run into it
-        tension = jnp.where(was_slack & (found.omega <= 0), greater(tension, low), tension)
+        tension = jnp.where(was_slack & (motion.omega <= 0), greater(tension, low), tension)
         if new.pieces[0] is not None:  # late in a run the time breakpoints themselves are rounded
             steepest = jnp.maximum(jnp.abs(acting.pull), jnp.abs(now.acting.pull))
             rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(locked, 1.0, rest.limit.other)
         # at a limit of the tension it slides if the slip speed that it would have there has the right sign; with no
         # slip speed yet, the direction in which the pulley starts decides
         at_high, at_low = tension >= high - rounding, tension <= low + rounding
-        lags = lags | ((C * speed == acting.pull) & (found.direction < 0))
+        lags = lags | ((C * speed == acting.pull) & (motion.direction < 0))
         back = jnp.where(at_high, at_low & lags, at_low | (old == SLIP_BACK))
         trial, way = jnp.where(back, SLIP_BACK, SLIP), jnp.where(back, -1.0, 1.0)
         slid = there(new._replace(band=Sliding(back)))
@@ -287,7 +287,7 @@ class AbstractElasticBand(AbstractBand):
         past = way * (tension - slid.upper)
         limited = jnp.where(back, at_low, at_high) | ((old == trial) & (past >= -rounding))
         runs = (way * slid.uncorrected_slip > 0) | (
-            (slid.uncorrected_slip == 0) & jnp.where(back, found.direction < 0, found.direction > 0)
+            (slid.uncorrected_slip == 0) & jnp.where(back, motion.direction < 0, motion.direction > 0)
         )
         mode = jnp.where(limited & runs, trial, ELASTIC)
         mode = jnp.where((old == ELASTIC) & fired.high, SLIP, mode)
@@ -367,13 +367,13 @@ class ElasticBand(AbstractElasticBand):
         # at rest: does the band hold the load?
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
         beyond = exceeded(rest.tight_tension, rest.lower, rest.upper, self.sizes.slight_torque / self.wrap.radius)
-        found = self.onset(now, fired, acting, jnp.where(self.locked_in(new), 0, beyond))
-        new = new._replace(sense=found.settled(now, new, now.mode.band).sense)
+        motion = self.onset(now, fired, acting, jnp.where(self.locked_in(new), 0, beyond))
+        new = new._replace(sense=motion.settled(now, new, now.mode.band).sense)
 
         def there(mode: Mode) -> ElasticNow:
-            return ask(mode, found.omega, now.own)[1]
+            return ask(mode, motion.omega, now.own)[1]
 
-        new = found.settled(now, new, self.taut_mode(now, new, fired, there, acting, rest, found))
+        new = motion.settled(now, new, self.taut_mode(now, new, fired, there, acting, rest, motion))
         return new, self.code_of(fired, jnp.asarray(0, jnp.int32))
 
     def shown(

@@ -244,8 +244,8 @@ class Pair(eqx.Module):
         if self.memory is None or not self.memory.bends:
             return at(v, q)  # a linear rate needs no continuation
         past, at_rest = v < 0, at(still, None if q is None else still)
-        found = at(jnp.where(past, -v, v), None if q is None else jnp.where(past, -q, q))
-        return jax.tree.map(lambda rate, still: jnp.where(past, 2 * still - rate, rate), found, at_rest)
+        rates = at(jnp.where(past, -v, v), None if q is None else jnp.where(past, -q, q))
+        return jax.tree.map(lambda rate, still: jnp.where(past, 2 * still - rate, rate), rates, at_rest)
 
     @property
     def wears(self) -> bool:

@@ -286,8 +286,8 @@ class AbstractRigidContact(AbstractContact):
         sliding, back, held = slips(mode.band), mode.band == SLIP_BACK, mode.band == HELD
         force, speed = acting.tension, self.radius * omega
         v = jnp.where(mode.sense > 0, speed, -speed)
-        found = self.torques(force, v, acting.surfaces[0], back, ~sliding)
-        pulling = where_static(sliding, where_static(back, -found.back, found.ahead), 0.0)
+        torques = self.torques(force, v, acting.surfaces[0], back, ~sliding)
+        pulling = where_static(sliding, where_static(back, -torques.back, torques.ahead), 0.0)
         torque = where_static(held, acting.load, pulling)
         force = where_static(mode.band == OPEN, 0.0, force)
         return RigidNow(
@@ -297,7 +297,7 @@ class AbstractRigidContact(AbstractContact):
             alpha=acceleration(acting.load, pulling, acting.inertia, held),
             slip_speed=where_static(sliding, speed, 0.0),
             lever_power=jnp.zeros_like(force),
-            torques=found,
+            torques=torques,
         )
 
     def own_rates(self, z: RigidNow) -> None:
@@ -317,9 +317,9 @@ class AbstractRigidContact(AbstractContact):
         acting, rest = ask(new._replace(band=HELD), now.omega, now.own)
         locked, most = self.locked_in(new), rest.torques
         beyond = exceeded(acting.load, -most.back, most.ahead, self.sizes.slight_torque)
-        found = self.onset(now, fired, acting, jnp.where(locked, 0, beyond))
-        code = self.code_of(fired, jnp.where(locked & found.pulls, int(BrakeCode.SINGULAR_GEOMETRY), 0))
-        return found.settled(now, new, rigid_mode(found.direction)), code
+        motion = self.onset(now, fired, acting, jnp.where(locked, 0, beyond))
+        code = self.code_of(fired, jnp.where(locked & motion.pulls, int(BrakeCode.SINGULAR_GEOMETRY), 0))
+        return motion.settled(now, new, rigid_mode(motion.direction)), code
 
     def stored(self, inertia: Array, omega: Array, own: None, mode: Mode) -> tuple[Array, Array]:
         kinetic = 0.5 * inertia * omega**2
@@ -355,11 +355,11 @@ class RigidBand(AbstractBand, AbstractRigidContact):
         return (BrakeCode.FLASH_FOLD,) if self.grip.implicit else ()
 
     def torques(self, force: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Torques:
-        found, R_b = self.wrap.limit(force, v, surface, back, static), self.radius
+        limit, R_b = self.wrap.limit(force, v, surface, back, static), self.radius
         # at rest the limit in the other direction is needed as well
-        moving = band_torque(R_b, force, force * found.ratio)
-        falling = jnp.where(back, -moving, band_torque(R_b, force / found.other, force))
-        return Torques(moving, falling, found.slope, found.margin, found.fz)
+        moving = band_torque(R_b, force, force * limit.ratio)
+        falling = jnp.where(back, -moving, band_torque(R_b, force / limit.other, force))
+        return Torques(moving, falling, limit.slope, limit.margin, limit.fz)
 
     def linings(self, mode: Mode, z: RigidNow) -> LiningForces:
         return self.wrap.linings(z.slack_tension, z.tight_tension, z.torques.law)
@@ -424,17 +424,17 @@ class PressedContact(AbstractRigidContact):
 
     def torques(self, force: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Torques:
         f = self._coefficients(force, v, surface, static)
-        found = Pressing(f, f * self.brake.normal(force, f, False), f * self.brake.normal(force, f, True))
+        pressing = Pressing(f, f * self.brake.normal(force, f, False), f * self.brake.normal(force, f, True))
         margin = None
         if self.locking_varies:
             still = self._coefficients(force, jnp.zeros_like(v), surface, True)
             margin = 1 - _NEARLY - largest(self.brake.self_locking(still))
-        ahead, behind = self.radius * jnp.sum(found.ahead), self.radius * jnp.sum(found.back)
-        return Torques(ahead, behind, jnp.ones(()), margin, found)
+        ahead, behind = self.radius * jnp.sum(pressing.ahead), self.radius * jnp.sum(pressing.back)
+        return Torques(ahead, behind, jnp.ones(()), margin, pressing)
 
     def linings(self, mode: Mode, z: RigidNow) -> LiningForces:
-        slack, found = z.slack_tension, z.torques.law
-        most = jnp.where(mode.band == SLIP_BACK, found.back, found.ahead)
+        slack, pressing = z.slack_tension, z.torques.law
+        most = jnp.where(mode.band == SLIP_BACK, pressing.back, pressing.ahead)
         whole = jnp.sum(most)
         share = (z.tight_tension - slack) / jnp.where(whole > 0, whole, 1.0)
         friction = share * most
@@ -445,9 +445,9 @@ class PressedContact(AbstractRigidContact):
         return self._coefficients(force, jnp.where(mode.sense > 0, omega, -omega) * self.radius, surface, False)
 
     def rubs(self, mode: Mode, z: RigidNow) -> tuple[ContactState, ...]:
-        back, sense, found = mode.band == SLIP_BACK, sense_of(mode), z.torques.law
-        normal = jnp.where(mode.band == OPEN, 0.0, self.brake.normal(z.slack_tension, found.f, back))
-        friction = sense * jnp.where(back, found.back, found.ahead)
+        back, sense, pressing = mode.band == SLIP_BACK, sense_of(mode), z.torques.law
+        normal = jnp.where(mode.band == OPEN, 0.0, self.brake.normal(z.slack_tension, pressing.f, back))
+        friction = sense * jnp.where(back, pressing.back, pressing.ahead)
         force = friction if self.pairs[0].apart else z.brake_torque / self.radius
         return (ContactState(force, z.slip_speed, sense, normal),)
 
@@ -455,9 +455,9 @@ class PressedContact(AbstractRigidContact):
         self, tension: Array, omega: Array, own: None, surfaces: Surfaces, *, static: bool = False
     ) -> Float[Array, " pairs"]:
         v = jnp.zeros_like(omega) if static else jnp.abs(omega) * self.radius
-        found = self.torques(tension, v, surfaces[0], jnp.asarray(False), jnp.asarray(static))
-        torque = jnp.where(omega < 0, found.back, found.ahead)
-        locks = jnp.max(self.brake.self_locking(found.law.f)) >= 1
+        torques = self.torques(tension, v, surfaces[0], jnp.asarray(False), jnp.asarray(static))
+        torque = jnp.where(omega < 0, torques.back, torques.ahead)
+        locks = jnp.max(self.brake.self_locking(torques.law.f)) >= 1
         return jnp.where(tension > 0, jnp.where(locks, jnp.inf, torque), 0.0)[None]
 
 
@@ -514,14 +514,14 @@ class RigidBands(AbstractRigidContact):
         return [(band, tensions[j], law.own(surface, j)) for j, band in enumerate(self.bands)]
 
     def torques(self, force: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Torques:
-        found = tuple(band.torques(T_0, v, own, back, static) for band, T_0, own in self._each(force, surface))
-        margins = [one.margin for one in found if one.margin is not None]
+        each = tuple(band.torques(T_0, v, own, back, static) for band, T_0, own in self._each(force, surface))
+        margins = [one.margin for one in each if one.margin is not None]
         return Torques(
-            ahead=_total(one.ahead for one in found),
-            back=_total(one.back for one in found),
-            slope=functools.reduce(jnp.minimum, [one.slope for one in found]),
+            ahead=_total(one.ahead for one in each),
+            back=_total(one.back for one in each),
+            slope=functools.reduce(jnp.minimum, [one.slope for one in each]),
             margin=functools.reduce(jnp.minimum, margins) if margins else None,
-            law=found,
+            law=each,
         )
 
     def _alone(self, z: RigidNow) -> list[tuple[RigidBand, RigidNow]]:
@@ -529,13 +529,13 @@ class RigidBands(AbstractRigidContact):
         most, backwards = z.torques, z.brake_torque < 0
         whole = jnp.where(backwards, most.back, most.ahead)
         share = z.brake_torque / jnp.where(whole > 0, whole, 1.0)
-        found = []
+        bands = []
         for (band, T_0, _), own in zip(self._each(z.slack_tension, None), most.law, strict=True):
             torque = share * jnp.where(backwards, own.back, own.ahead)
             tight = T_0 + torque / self.radius
             alone = dataclasses.replace(z, slack_tension=T_0, tight_tension=tight, brake_torque=torque, torques=own)
-            found.append((band, alone))
-        return found
+            bands.append((band, alone))
+        return bands
 
     def linings(self, mode: Mode, z: RigidNow) -> LiningForces:
         each = [band.linings(mode, own) for band, own in self._alone(z)]

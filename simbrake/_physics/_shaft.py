@@ -79,11 +79,11 @@ class Shaft(Feature):
         self, t: Array, omega: Array, loads: tuple[Array, Array], mode: Mode, pieces: tuple[Piece, ...]
     ) -> ShaftNow:
         """The torques in a mode; `loads` (N·m): torques of the load at the speed `omega`, and on a shaft at rest."""
-        load, found = loads[1], self._torques(t, omega, loads[1], pieces)
+        load, torques = loads[1], self._torques(t, omega, loads[1], pieces)
         if not self.dry:
-            each = tuple(torque for _, torque in found)
+            each = tuple(torque for _, torque in torques)
             return ShaftNow(each, loads[0] - sum(each[1:], start=each[0]))
-        limit = jnp.asarray(sum(torque for dry, torque in found if dry))
+        limit = jnp.asarray(sum(torque for dry, torque in torques if dry))
         sense, inner = mode.sense, mode.inner
         if not isinstance(mode.band, Sliding):
             sense = jnp.where(mode.band == OPEN, mode.turn, sense)
@@ -93,14 +93,14 @@ class Shaft(Feature):
         borne, still = jnp.where(mode.band == HELD, borne_at_rest(load, limit), load), rests(mode)
         share = borne / jnp.where(limit > 0, limit, 1.0)
         share = jnp.where(still, share, sense.astype(share.dtype))
-        each = tuple(share * torque if dry else torque for dry, torque in found)
+        each = tuple(share * torque if dry else torque for dry, torque in torques)
         left = loads[0] - sum(each[1:], start=each[0])
         return ShaftNow(each, jnp.where(still, load - borne, left), limit)
 
     def turning(self, t: Array, omega: Array, load: Array, sense: Array, pieces: tuple[Piece, ...]) -> Array:
         """Sum of the torques (N·m) of a shaft that turns in the `sense` ±1."""
-        found = self._torques(t, omega, load, pieces)
-        return sum((sense * torque if dry else torque for dry, torque in found), start=jnp.zeros(()))
+        torques = self._torques(t, omega, load, pieces)
+        return sum((sense * torque if dry else torque for dry, torque in torques), start=jnp.zeros(()))
 
     def powers(self, now: ShaftNow | None, omega: Array) -> list[tuple[str | None, Array]]:
         """Place and power (W) of the heat of each law."""

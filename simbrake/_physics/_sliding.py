@@ -35,8 +35,8 @@ _LOOKS = 17  # along the way from the coefficient without flash to the root
 def where_static(condition: Known, yes: Known, no: Known) -> Array:
     """`jnp.where`, decided while tracing where the condition is known: a label of a band that is asked about."""
     if isinstance(condition, bool | np.bool_):
-        found = yes if condition else no
-        return np.float64(found) if isinstance(found, float) else found  # pyright: ignore  # an array like all others
+        value = yes if condition else no
+        return np.float64(value) if isinstance(value, float) else value  # pyright: ignore  # an array like all others
     return jnp.where(condition, yes, no)
 
 
@@ -305,8 +305,8 @@ class BandFriction(eqx.Module):
             return Limit(where_static(static, one.static, one.kinetic), signed, ratio, jnp.ones(()), None)
         grip, margin = self.grip, None
         v = jnp.broadcast_to(v, (self.count,))
-        found = grip.coefficients(T_0, v, surface, back, static=static)
-        fz = _unlocked(found.f * grip.tangent)
+        coefficients = grip.coefficients(T_0, v, surface, back, static=static)
+        fz = _unlocked(coefficients.f * grip.tangent)
         ratio = other = sliding_ratio(where_static(back, -fz, fz))
         if grip.reads.p:
             falling = grip.coefficients(T_0, v, surface, ~back, static=static).f
@@ -314,7 +314,7 @@ class BandFriction(eqx.Module):
         if grip.varies:
             still = grip.coefficients(T_0, v, surface, back & False, static=True).f
             margin = 1 - largest(still * grip.tangent)
-        return Limit(fz, ratio, other, found.slope, margin)
+        return Limit(fz, ratio, other, coefficients.slope, margin)
 
     def linings(self, T_0: Array, T_n: Array, fz: Array) -> LiningForces:
         """Forces at every lining by the mobilisation rule (model §3)."""

@@ -55,17 +55,17 @@ def couplings(heat: Heat, heated: tuple[str, ...] = ()) -> Int[np.ndarray, " k"]
 
 def _inside_plain_walls(heat: Heat, size: int, heated: tuple[str, ...]) -> Bool[np.ndarray, " k"]:
     """Nodes with capacity that are layers within a wall of constant properties, reached by conduction alone."""
-    found = np.zeros(size, bool)
+    inside = np.zeros(size, bool)
     for body in heat.walls:
         m = body.material
-        found[spans(heat).stores[body.name]] = m.conductivity_slope is None and m.specific_heat_slope is None
+        inside[spans(heat).stores[body.name]] = m.conductivity_slope is None and m.specific_heat_slope is None
     reached = [end for link in heat.links for end in (link.a, link.b)]
     reached += [*heated, *(source.a for source in heat.sources)]
     reached += [p for pair in heat.pairs for p in (pair.metal, pair.lining, pair.beyond) if p]
     for store, i in (node for place in reached for node in _nodes(heat, place)):
         if store:
-            found[i] = False
-    return found
+            inside[i] = False
+    return inside
 
 
 def _nodes(heat: Heat, place: str) -> list[Node]:
@@ -101,15 +101,15 @@ def _joined(heat: Heat) -> dict[Node, set[Node]]:
 
 def _reached(joined: dict[Node, set[Node]], node: Node) -> set[int]:
     """Other nodes with capacity that a node is joined to, directly or through junctions."""
-    found, seen, front = set(), {node}, [node]
+    reached, seen, front = set(), {node}, [node]
     while front:
         for other in joined[front.pop()] - seen:
             seen.add(other)
             if other[0]:
-                found.add(other[1])
+                reached.add(other[1])
             else:
                 front.append(other)
-    return found
+    return reached
 
 
 def _core(heat: Heat, joined: dict[Node, set[Node]]) -> set[int]:

@@ -350,12 +350,12 @@ class SprungBandage(AbstractMechanism):
         self, surfaces: Surfaces, outer_v: Array, inner_v: Array, *, static: bool
     ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Coefficients of both pairs at slip speeds (m/s) signed by the sense."""
-        found, read = [], (self.grip.reads, self._inner_reads)
+        coefficients, read = [], (self.grip.reads, self._inner_reads)
         for pair, v, surface, reads_of in zip(self.pairs, (outer_v, inner_v), surfaces, read, strict=True):
             contact = (surface or SurfaceState()).contact(jnp.broadcast_to(v, (self.count,)))
             f = coefficients_of(pair.law, contact, static, by_speed=reads_of.v)
-            found.append(jnp.broadcast_to(f, (self.count,)))
-        return found[0], found[1]
+            coefficients.append(jnp.broadcast_to(f, (self.count,)))
+        return coefficients[0], coefficients[1]
 
     @property
     def _inner_reads(self) -> Reads:

@@ -86,8 +86,8 @@ class InternalPair(eqx.Module):
 
     def normal(self, T_0: Array, along: Float[Array, " n"], held: RimInputs) -> Float[Array, " n"]:
         """Loads `N_int,i` on the rim."""
-        found = self.balance(T_0, along, held)
-        return found if held.lifted is None else jnp.where(held.lifted != 0, 0.0, found)
+        normal = self.balance(T_0, along, held)
+        return normal if held.lifted is None else jnp.where(held.lifted != 0, 0.0, normal)
 
     def coefficients(self, N: Float[Array, " n"], held: RimInputs) -> Float[Array, " *n"]:
         """Coefficients of friction `f_i`, or one for all, between linings and rim under the loads `N` (N)."""
@@ -326,16 +326,16 @@ class StagedBrake(AbstractElasticBand):
         inner = jnp.where(loose, jnp.where(acting.load < 0, -1, 1), inner).astype(jnp.int32)
         beyond, new = jnp.where(loose, 0, beyond), new._replace(own=new.own._replace(inner=inner))
         carrier = now._replace(omega=now.own.omega_b)
-        found = self.onset(carrier, band, acting, jnp.where(locked, 0, beyond))
-        moving = rigid_mode(found.direction)
+        motion = self.onset(carrier, band, acting, jnp.where(locked, 0, beyond))
+        moving = rigid_mode(motion.direction)
         if self.stretches:
-            turned = new._replace(sense=found.settled(carrier, new, old.band).sense)
+            turned = new._replace(sense=motion.settled(carrier, new, old.band).sense)
 
             def there(mode: Mode) -> StagedNow:
-                return ask(mode, now.omega, now.own._replace(omega_b=found.omega))[1]
+                return ask(mode, now.omega, now.own._replace(omega_b=motion.omega))[1]
 
-            moving = self.taut_mode(carrier, turned, band, there, acting, rest, found)
-        new = found.settled(carrier, new, moving)
+            moving = self.taut_mode(carrier, turned, band, there, acting, rest, motion)
+        new = motion.settled(carrier, new, moving)
         piece = self._piece(now, new, fired, acting, rest)
         code = self.code_of(band, jnp.asarray(0, jnp.int32))
         code = jnp.where(locked, int(BrakeCode.SINGULAR_GEOMETRY), code)

@@ -191,19 +191,19 @@ def flows_of(paths: list[Path], rows: Balances) -> tuple[list[Array], Values]:
             tangents[i] = _tangent(paths[i], *(_at(end, S) for end in (paths[i].a, paths[i].b)))
             balances.follow(paths[i], tangents[i])
         S = balances.solve()
-    found = []
+    flows = []
     for i, path in enumerate(paths):
         T_a, T_b = _at(path.a, S), _at(path.b, S)
         if i not in tangents:
-            found.append(path.flow(T_a, T_b))
+            flows.append(path.flow(T_a, T_b))
             continue
         flow, at = tangents[i].q, tangents[i]
         if path.a.surface is not None:
             flow = flow - at.g_a * (T_a - at.S_a)
         if path.b.surface is not None:
             flow = flow + at.g_b * (T_b - at.S_b)
-        found.append(flow)
-    return found, S
+        flows.append(flow)
+    return flows, S
 
 
 def _at(end: End, S: Values) -> Array:
@@ -236,15 +236,15 @@ class Spans(NamedTuple):
 
 
 def spans(heat: Heat) -> Spans:
-    ends, found = {True: 0, False: 0}, Spans({}, {})
+    ends, numbers = {True: 0, False: 0}, Spans({}, {})
     for body in heat.bodies:
         if isinstance(body, Reservoir):
             continue
         store = not isinstance(body, Junction)
         here = slice(ends[store], ends[store] + body.count)
         ends[store] = here.stop
-        (found.stores if store else found.junctions)[body.name] = here
-    return found
+        (numbers.stores if store else numbers.junctions)[body.name] = here
+    return numbers
 
 
 def body_of(heat: Heat, name: str) -> Body:
@@ -487,20 +487,20 @@ class Thermal(eqx.Module):
                 if face in given:
                     rows.enter(i, None, given[face], n)
         paths = self._paths(at, half, around, S)
-        flows, found = flows_of(list(paths.values()), rows)
+        flows, by_surface = flows_of(list(paths.values()), rows)
         into = dict(given)
         for i, flow in zip(paths, flows, strict=True):
             self._enter(into, self.heat.links[i].a, flow)
             self._enter(into, self.heat.links[i].b, flow, leaves=True)
         for i, surface in enumerate(surfaces):
-            self._divide(surface, (S | found)[i], at, half, into)
+            self._divide(surface, (S | by_surface)[i], at, half, into)
         return into
 
     def _paths(
         self, at: Callable[[str], Array], half: Array | None, around: Conditions, S: dict[int, Array]
     ) -> dict[int, Path]:
         """The links but for perfect contacts inside a surface; `S`: temperatures of surfaces that lumps set."""
-        surfaces, found = self.heat.surfaces, {}
+        surfaces, paths = self.heat.surfaces, {}
         of = {face: i for i, surface in enumerate(surfaces) for face in surface.faces}
 
         def end(place: str) -> End:
@@ -527,8 +527,8 @@ class Thermal(eqx.Module):
                 g = law(a.T, b.T)
             elif g is not None and parts:
                 g = g * seen.closed
-            found[i] = Path(a, b, max(place_count(self.heat, place) for place in places), g, law, booked)
-        return found
+            paths[i] = Path(a, b, max(place_count(self.heat, place) for place in places), g, law, booked)
+        return paths
 
     def _around(self, link: AbstractLink, around: Conditions) -> Surroundings:
         """Conditions at the surfaces of one link."""
@@ -752,19 +752,19 @@ def _fixed(heat: Heat, link: AbstractLink, half: Array | None) -> Array | None:
 
 def _per_kelvin(heat: Heat, half: Array, through: tuple[Array | None, ...], lifts: bool) -> tuple[Array | None, ...]:
     """Heat that each surface gives to its half layers and through links of a constant conductance, per kelvin."""
-    found: list[Array | None] = []
+    conductances: list[Array | None] = []
     free = {face for surface in heat.surfaces for face in surface.faces if not surface.nodes}
     for surface in heat.surfaces:
         if surface.nodes:
-            found.append(None)
+            conductances.append(None)
             continue
         parts = [(1 / half[nodes_of(heat, spans(heat), face)], face) for face in surface.faces]
         for link, g in zip(heat.links, through, strict=True):
             here, there = (link.a, link.b) if link.a in surface.faces else (link.b, link.a)
             if g is not None and here in surface.faces and there not in free and not _parts(heat, link, lifts):
                 parts.append((g, max((here, there), key=lambda place: place_count(heat, place))))
-        found.append(total([gathered(g, surface.size, place_count(heat, place)) for g, place in parts]))
-    return tuple(found)
+        conductances.append(total([gathered(g, surface.size, place_count(heat, place)) for g, place in parts]))
+    return tuple(conductances)
 
 
 def assemble_thermal(
