@@ -80,13 +80,13 @@ def film_of(result: Result, duration: float, start: float | int | None, end: flo
         finish = min(finish, first + 1.15 * (stop - first))
     low = first if start is None else float(as_number(start))
     high = (finish if finish > low else last) if end is None else float(as_number(end))
-    faults = [fault_of_times(np.asarray([t]), first, last, name) for name, t in (("start", low), ("end", high))]
-    found = [fault for fault in faults if fault]
+    checks = [fault_of_times(np.asarray([t]), first, last, name) for name, t in (("start", low), ("end", high))]
+    faults = [fault for fault in checks if fault]
     low, high = max(low, first), min(high, last)
-    if not found and not low < high:
-        found.append(Fault("end", f"{high:g} s is not after the start at {low:g} s", "it must be later"))
-    if found:
-        raise InputError(found)
+    if not faults and not low < high:
+        faults.append(Fault("end", f"{high:g} s is not after the start at {low:g} s", "it must be later"))
+    if faults:
+        raise InputError(faults)
     slip = next((e.time for e in result.events if e.name == "full_slip" and low < e.time < high), high)
     slow = low + 1.3 * (slip - low)
     if slow - low > 0.25 * (high - low):
@@ -110,7 +110,7 @@ def _round(x: float) -> str:
 
 def ticks(film: Film) -> list[tuple[float, str]]:
     """Times of the run for the ticks of a time axis that runs as the animation does, with labels."""
-    found: list[tuple[float, str]] = []
+    places: list[tuple[float, str]] = []
     for i, (low, high) in enumerate(zip(film.run, film.run[1:], strict=False)):
         milliseconds = film.slow and i == 0 and high - low < 0.5
         factor, unit = (1e3, "ms") if milliseconds else (1.0, "s")
@@ -119,8 +119,8 @@ def ticks(film: Film) -> list[tuple[float, str]]:
             room = (film.film_time(high) - film.film_time(t)) / film.film[-1]
             near = i > 0 and (film.film_time(t) - film.film[i]) / film.film[-1] < 0.04
             if low <= t <= high and not near and (room > 0.02 or i == len(film.run) - 2):
-                found.append((t, f"{value:g} {unit}"))
-    return found
+                places.append((t, f"{value:g} {unit}"))
+    return places
 
 
 # --- the animation ----------------------------------------------------------------------------------------------------
@@ -173,19 +173,19 @@ def animate(
 
 
 def _numbers(file: Path, duration: float | int, fps: float | int) -> tuple[float, float]:
-    found = []
+    faults = []
     if file.suffix.lower() != ".gif":
         hint = "let it end in .gif; `simbrake animate SCENE film.html` writes a page"
-        found.append(Fault("path", f"{file.name!r} is not an animation", hint))
+        faults.append(Fault("path", f"{file.name!r} is not an animation", hint))
     seconds, rate = float(as_number(duration)), float(as_number(fps))
     if not 0.0 < seconds < math.inf:
-        found.append(Fault("duration", f"{seconds:g} s is out of range", "it must be positive"))
+        faults.append(Fault("duration", f"{seconds:g} s is out of range", "it must be positive"))
     if not 0.0 < rate <= 50.0:
-        found.append(Fault("fps", f"{rate:g} frames a second cannot be shown", "more than 0, up to 50"))
-    if not found and seconds * rate > _FRAMES:
-        found.append(Fault("duration", f"makes {seconds * rate:.0f} frames", f"up to {_FRAMES} are made"))
-    if found:
-        raise InputError(found)
+        faults.append(Fault("fps", f"{rate:g} frames a second cannot be shown", "more than 0, up to 50"))
+    if not faults and seconds * rate > _FRAMES:
+        faults.append(Fault("duration", f"makes {seconds * rate:.0f} frames", f"up to {_FRAMES} are made"))
+    if faults:
+        raise InputError(faults)
     return seconds, rate
 
 
@@ -296,15 +296,15 @@ class Scenery:
             spoke.set_data(*spot(np.array([0.1, 0.85]), angle).T)
             spoke.set_alpha(1.0 if self.turn[i] < 0.9 * math.pi / _SPOKES else 0.0)
         self.mark.set_data(*spot(np.array([0.7]), phi + math.pi / 2).T)
-        seen = self.turn[i] < 0.9 * math.pi
-        self.mark.set_alpha(1.0 if seen else 0.0)
+        visible = self.turn[i] < 0.9 * math.pi
+        self.mark.set_alpha(1.0 if visible else 0.0)
         if self.ride is not None:
             self.ride.set_data(*spot(np.array([np.mean(LINING)]), self.ridden[i] + math.pi / 2).T)
         for cursor in self.cursors:
             cursor.set_xdata([t, t])
         slow = self.film.slow and film < self.film.film[1] and self.film.run[1] - self.film.run[0] < 0.5
         clock = f"{1e3 * t:9.3f} ms" if slow else f"{t:9.4f} s "
-        words = words_of_rate(self.film.rate(film)) + ("" if seen else "; too fast to show")
+        words = words_of_rate(self.film.rate(film)) + ("" if visible else "; too fast to show")
         hook = self.load.travelled(phi)
         travel = "" if hook is None else f"   hook travel {float(hook):7.4f} m"
         now = self.p.flows.contact

@@ -59,22 +59,22 @@ def compare(results: Mapping[str, Source] | Sequence[Source], *, figure: Figure 
         >>> [line.get_label() for line in figure.axes[0].lines if line.get_linestyle() != "None"]
         ['20 t', '22 t']
     """
-    named = results if isinstance(results, Mapping) else {chr(97 + i): one for i, one in enumerate(results)}
+    named = results if isinstance(results, Mapping) else {chr(97 + i): source for i, source in enumerate(results)}
     if len(named) < 2:
         raise InputError([Fault("results", f"{len(named)} result is no comparison", "give two or more")])
-    data = {name: _data(one) for name, one in named.items()}
-    held = all(one["status"].item() == Status.LOWERING for one in data.values())
-    banded = any("tight_tension" in one for one in data.values())
+    data = {name: _data(source) for name, source in named.items()}
+    held = all(run["status"].item() == Status.LOWERING for run in data.values())
+    banded = any("tight_tension" in run for run in data.values())
     panels = [("speed", ("omega",)), ("brake torque", ("brake_torque",))]
     lever = "tension of\nthe lever" if banded else "force of\nthe actuator"
     panels += [(lever, ("slack_tension", "lever_force"))] * held
     panels += [("tension of\nthe tight end" if banded else "normal force", ("tight_tension", "normal_load"))]
-    panels += [("hottest\nsurface", _HOT)] * any(name in one for one in data.values() for name in _HOT)
+    panels += [("hottest\nsurface", _HOT)] * any(name in run for run in data.values() for name in _HOT)
     figure = sheet(figure, 9.5, 2.1, rows=len(panels), room=1.7)
     rows = figure.subplots(len(panels), 1, squeeze=False, sharex=True)[:, 0]
     for axes, (words, columns) in zip(rows, panels, strict=True):
-        curves = {name: _curve(one, columns, hottest=columns == _HOT) for name, one in data.items()}
-        unit = next(one[column].attrs["units"] for one in data.values() for column in columns if column in one)
+        curves = {name: _curve(run, columns, hottest=columns == _HOT) for name, run in data.items()}
+        unit = next(run[column].attrs["units"] for run in data.values() for column in columns if column in run)
         top = max(float(np.nanmax(np.abs(y))) for y in curves.values() if y is not None)
         factor, offset, shown = scale(unit, top, absolute=True)
         for i, (name, y) in enumerate(curves.items()):
@@ -83,10 +83,10 @@ def compare(results: Mapping[str, Source] | Sequence[Source], *, figure: Figure 
                 label = name if axes is rows[0] else None
                 axes.plot(data[name]["time"].values, factor * y + offset, label=label, **look)
         axes.set_ylabel(f"{words}, {shown}")
-    marked = [event for i, one in enumerate(data.values()) for event in _mark(rows[0], one, i)]
+    marked = [event for i, run in enumerate(data.values()) for event in _mark(rows[0], run, i)]
     finish(rows)
-    ends = [_end(one) for one in data.values()]
-    rows[-1].set(xlabel="time, s", xlim=(min(float(one["time"][0]) for one in data.values()), max(ends)))
+    ends = [_end(run) for run in data.values()]
+    rows[-1].set(xlabel="time, s", xlim=(min(float(run["time"][0]) for run in data.values()), max(ends)))
     like: dict[str, Any] = {"color": "0.3", "ls": "none", "mfc": "white"}
     named = {event: words_of_mark(MARKED[event][1]) for event in _EVENTS if event in marked}
     marks = [Line2D([], [], marker=_EVENTS[event], label=words, **like) for event, words in named.items()]
@@ -107,8 +107,8 @@ def _data(source: Source) -> Dataset:
 
 def _curve(data: Dataset, columns: Sequence[str], *, hottest: bool) -> Float[np.ndarray, " t"] | None:
     """The first of the columns that a result has, of several linings their maximum; `hottest`: the maximum of all."""
-    found = [np.asarray(data[name].values, np.float64) for name in columns if name in data]
-    tops = [values.reshape(len(values), -1).max(axis=1) for values in found]
+    curves = [np.asarray(data[name].values, np.float64) for name in columns if name in data]
+    tops = [values.reshape(len(values), -1).max(axis=1) for values in curves]
     return None if not tops else np.max(tops, axis=0) if hottest else tops[0]
 
 
@@ -122,14 +122,14 @@ def _end(data: Dataset) -> float:
 def _mark(axes: Axes, data: Dataset, i: int) -> list[str]:
     """Marks at the events of a result on the curve of its speed; returns the names of the events that have some."""
     t, omega = data["time"].values, data["omega"].values
-    found = []
+    names = []
     for event, marker in _EVENTS.items():
         times = data["event_time"].values[data["event_name"].values == event].astype(np.float64)
         if 0 < len(times) <= _MOST:
             look = {"color": CYCLE[i % len(CYCLE)], "mfc": "white", "ms": 6.0, "ls": "none", "zorder": 4}
             axes.plot(times, np.interp(times, t, omega), marker, **look)
-            found.append(event)
-    return found
+            names.append(event)
+    return names
 
 
 # --- metrics over parameters ------------------------------------------------------------------------------------------
@@ -200,10 +200,10 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
 
 def _shown(data: Dataset, asked: Sequence[str] | None) -> list[str]:
     """Names of the metrics to be drawn."""
-    known = [str(name) for name, one in data.data_vars.items() if "meaning" not in one.attrs]
+    names = [str(name) for name, variable in data.data_vars.items() if "meaning" not in variable.attrs]
     if asked is not None:
-        if missing := [name for name in asked if name not in known]:
-            hint = f"there are: {', '.join(known)}"
+        if missing := [name for name in asked if name not in names]:
+            hint = f"there are: {', '.join(names)}"
             raise InputError([Fault("metrics", f"the data is without {', '.join(missing)}", hint)])
         return list(asked)
 
@@ -212,11 +212,11 @@ def _shown(data: Dataset, asked: Sequence[str] | None) -> list[str]:
         values = values[np.isfinite(values)]
         return values.size > 1 and bool(np.ptp(values) > 1e-9 * np.abs(values).max())
 
-    order = [name for name in _FIRST if name in known] + [name for name in known if name not in _FIRST]
-    found = [name for name in order if varies(name)][:4]
-    if not found:
+    order = [name for name in _FIRST if name in names] + [name for name in names if name not in _FIRST]
+    varying = [name for name in order if varies(name)][:4]
+    if not varying:
         raise InputError([Fault("data", "has no metric that varies", "vary a parameter that matters")])
-    return found
+    return varying
 
 
 def _scale(data: Dataset, name: str, values: Float[np.ndarray, " n"]) -> tuple[float, float, str]:
@@ -360,13 +360,14 @@ def _draw(axis: Axes, panel: _Panel, comparison: MaterialComparison, lining: Lin
 
 def _legend(comparison: MaterialComparison) -> list[Any]:
     count = len(comparison.levels)
-    found: list[Any] = [
+    handles: list[Any] = [
         Patch(color=_shade(i, count), label=f"{level.words}  ({level.label})")
         for i, level in enumerate(comparison.levels)
     ]
     if comparison.simulated:
-        found.append(Line2D([], [], marker="D", ls="", color="black", mec="white", label="simulated (bars: estimates)"))
-    found.append(Line2D([], [], color=VERMILLION, lw=2.2, label="permissible, rim or lining"))
+        label = "simulated (bars: estimates)"
+        handles.append(Line2D([], [], marker="D", ls="", color="black", mec="white", label=label))
+    handles.append(Line2D([], [], color=VERMILLION, lw=2.2, label="permissible, rim or lining"))
     if any(not row.admissible for row in comparison):
-        found.append(Patch(facecolor="0.6", edgecolor="white", hatch="////", label="limit exceeded"))
-    return found
+        handles.append(Patch(facecolor="0.6", edgecolor="white", hatch="////", label="limit exceeded"))
+    return handles

@@ -266,16 +266,16 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
         >>> figure.axes[0].get_ylabel()
         'lining, from the slack end'
     """
-    found = result.record.modes.contacts  # pyright: ignore
-    if not found:
+    contact_states = result.record.modes.contacts  # pyright: ignore
+    if not contact_states:
         raise ValueError("the linings of this brake act as one: there are no single contacts to draw")
     t, columns = np.asarray(result.record.rows.t)[: int(result.record.count) + 1], windows(result)
-    figure = sheet(figure, 11.5, 3.2, rows=len(found), room=1.9)
-    axes = figure.subplots(len(found), len(columns), squeeze=False, sharex="col")
+    figure = sheet(figure, 11.5, 3.2, rows=len(contact_states), room=1.9)
+    axes = figure.subplots(len(contact_states), len(columns), squeeze=False, sharex="col")
     kinds = (Contact.SLIDES_BACK, Contact.STICKS, Contact.SLIDES)
     colours = ListedColormap([CONTACT_COLOURS[kind] for kind in kinds])
     pairs = result.scene.brake.pairs
-    for row, (pair, place), states in zip(axes, pairs.items(), found.values(), strict=True):
+    for row, (pair, place), states in zip(axes, pairs.items(), contact_states.values(), strict=True):
         states, name = np.asarray(states)[: len(t)], place.words if len(pairs) == 1 else f"{place.words} ({pair})"
         changes = np.append(True, np.any(states[1:] != states[:-1], axis=1))
         edges, linings = np.append(t[changes], t[-1]), np.arange(states.shape[1] + 1) + 0.5
@@ -379,8 +379,8 @@ def _surfaces(result: Result, window: Window) -> tuple[Times, dict[str, Float[np
     s = result.series(t)
     surfaces = {"rim": s.rim_temperature, "linings": s.lining_temperature, "band": s.band_temperature}
     surfaces["linings, outer face"] = s.lining_outer_temperature
-    found = {name: T for name, T in surfaces.items() if T is not None} or {"nodes": s.temperature}
-    return t, {name: np.asarray(T) - ZERO for name, T in found.items()}
+    by_surface = {name: T for name, T in surfaces.items() if T is not None} or {"nodes": s.temperature}
+    return t, {name: np.asarray(T) - ZERO for name, T in by_surface.items()}
 
 
 def _envelope(axes: Axes, t: Times, T: Float[np.ndarray, "t n"], bounds: Times, colour: str, words: str) -> None:
@@ -423,8 +423,8 @@ def _extremes(
 
 def _layers(result: Result, wall: Wall, T: Float[np.ndarray, "... k"]) -> Float[np.ndarray, "... copies layers"]:
     """Temperatures of the layers of a wall, of all its copies, among those of all nodes."""
-    here = [i for i, name in enumerate(result.nodes) if name.partition("[")[0] == wall.name]
-    return T[..., here].reshape(*T.shape[:-1], wall.copies, wall.layers)
+    nodes = [i for i, name in enumerate(result.nodes) if name.partition("[")[0] == wall.name]
+    return T[..., nodes].reshape(*T.shape[:-1], wall.copies, wall.layers)
 
 
 # --- maps -------------------------------------------------------------------------------------------------------------
@@ -511,13 +511,13 @@ def _wall(result: Result, name: str | None, copy: int | None) -> Wall:
     if name is None and heat.rim is not None:
         name = place_of(heat.rim)[0]
         name = name if name in [wall.name for wall in walls] else None
-    found = [wall for wall in walls if name in (None, wall.name)]
-    if not found:
+    matching = [wall for wall in walls if name in (None, wall.name)]
+    if not matching:
         names = ", ".join(wall.name for wall in walls)
         raise InputError([Fault("wall", f"there is no wall {name!r}", f"there are: {names}")])
-    if copy is not None and not 1 <= copy <= found[0].copies:
-        raise InputError([Fault("copy", f"there is no {name} {copy}", f"there are 1…{found[0].copies}")])
-    return found[0]
+    if copy is not None and not 1 <= copy <= matching[0].copies:
+        raise InputError([Fault("copy", f"there is no {name} {copy}", f"there are 1…{matching[0].copies}")])
+    return matching[0]
 
 
 @styled
@@ -566,8 +566,8 @@ def lining_map(
         panel.set_title(window.title)
     order = "from the slack to the tight end" if len(brake.bands_of_linings) == 1 else "band after band"
     panels[0].set_ylabel(f"lining, {order}" if brake.banded else brake.words.lining)
-    where, one = f"{brake.pairs[pair].words}: " if len(brake.pairs) > 1 else "", brake.words.lining
+    where, lining = f"{brake.pairs[pair].words}: " if len(brake.pairs) > 1 else "", brake.words.lining
     alike = " (one surface for all linings)" if maps[0][1].shape[1] == 1 < n and quantity == "temperature" else ""
     name_marks(figure, marked)
-    head(figure, result.scene, f"{where}{words}, {one} by {one}{alike}")
+    head(figure, result.scene, f"{where}{words}, {lining} by {lining}{alike}")
     return figure

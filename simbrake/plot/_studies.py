@@ -291,14 +291,14 @@ def effects(table: MorrisTable, *, figure: Figure | None = None) -> Figure:
     """
     figure = sheet(figure, 9.0, 7.0)
     axes = figure.subplots()
-    factor, _, unit = scale(table.unit, max((abs(one.mu_star.value) for one in table.effects), default=0.0))
-    for one in table.effects:
-        star, half = factor * one.mu_star.value, factor * (one.mu_star.high - one.mu_star.value)
-        axes.errorbar([star], [factor * one.sigma], xerr=[half], fmt="o", capsize=3, label=one.path)
+    factor, _, unit = scale(table.unit, max((abs(effect.mu_star.value) for effect in table.effects), default=0.0))
+    for effect in table.effects:
+        star, half = factor * effect.mu_star.value, factor * (effect.mu_star.high - effect.mu_star.value)
+        axes.errorbar([star], [factor * effect.sigma], xerr=[half], fmt="o", capsize=3, label=effect.path)
     right = axes.get_xlim()[1]
     for slope, words in ((1.0, r"$\sigma = \mu^*$"), (0.1, r"$\sigma = 0.1\,\mu^*$: nearly linear below")):
         axes.plot([0, right], [0, slope * right], color="0.6", lw=0.8, ls="--" if slope == 1 else ":", label=words)
-    top = max([factor * one.sigma for one in table.effects] + [0.12 * right])
+    top = max([factor * effect.sigma for effect in table.effects] + [0.12 * right])
     axes.set(xlim=(0, right), ylim=(-0.03 * top, 1.15 * top))
     suffix = f", {unit}" if unit else ""
     axes.set_xlabel(rf"mean absolute effect $\mu^*$ of crossing the range (± half of the interval){suffix}")
@@ -333,14 +333,14 @@ def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) ->
         position on the wrap from the slack end $\\Sigma\\beta$, °
     """
     named = _named(given)
-    found, edges = [], {}
-    for name, one in named.items():
+    faults, edges = [], {}
+    for name, layout in named.items():
         try:
-            edges[name] = _edges(one)
+            edges[name] = _edges(layout)
         except ValueError as error:
-            found.append(Fault(f"given[{name!r}]", str(error), "angles in rad from the slack to the tight end"))
-    if found or not edges:
-        raise InputError(found or [Fault("given", "is empty", "give a layout, or several by name")])
+            faults.append(Fault(f"given[{name!r}]", str(error), "angles in rad from the slack to the tight end"))
+    if faults or not edges:
+        raise InputError(faults or [Fault("given", "is empty", "give a layout, or several by name")])
     first = next(iter(edges.values()))
     beta = first[:, 1] - first[:, 0]
     if uniform and np.ptp(beta) > 1e-9 * beta.max():
@@ -369,24 +369,24 @@ def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) ->
     return figure
 
 
-def _named(given: Any) -> dict[str, Any]:
-    if isinstance(given, Mapping):
-        return {str(name): one for name, one in given.items()}
-    rows = given.rows if isinstance(given, LayoutDesign) else given
+def _named(designs: Any) -> dict[str, Any]:
+    if isinstance(designs, Mapping):
+        return {str(name): layout for name, layout in designs.items()}
+    rows = designs.rows if isinstance(designs, LayoutDesign) else designs
     if not isinstance(rows, Sequence) or not rows or not all(isinstance(row, LayoutRow) for row in rows):
-        rows = [given]
+        rows = [designs]
     return {getattr(row, "name", "layout"): row for row in rows}
 
 
-def _edges(one: Any) -> Ends:
+def _edges(layout: Any) -> Ends:
     """Angles (rad) at which each lining begins and ends."""
-    if isinstance(one, Scene | Brake):
-        return lining_edges(band_brake(one) if isinstance(one, Scene) else one)
-    angle = one.angle if isinstance(one, Layout | LayoutRow | Lining) else one
+    if isinstance(layout, Scene | Brake):
+        return lining_edges(band_brake(layout) if isinstance(layout, Scene) else layout)
+    angle = layout.angle if isinstance(layout, Layout | LayoutRow | Lining) else layout
     try:
         beta = np.asarray(angle, np.float64)
     except (TypeError, ValueError) as error:
-        raise ValueError(f"{type(one).__name__} is no layout") from error
+        raise ValueError(f"{type(layout).__name__} is no layout") from error
     if beta.ndim != 1 or beta.size == 0 or not np.all(np.isfinite(beta)) or np.any(beta <= 0):
         raise ValueError("angles must be a list of positive numbers")
     if np.sum(beta) > 4 * np.pi:
@@ -440,13 +440,13 @@ def chord_angles(k: int, frictions: Sequence[float]) -> Figure:
     figure = Figure(figsize=(4.2 * len(frictions), 5.4), layout="constrained")
     panels = figure.subplots(1, len(frictions), squeeze=False)[0]
     for panel, f in zip(panels, frictions, strict=True):
-        found = []
+        rows = []
         try:
             for beta in np.radians(np.linspace(1.0, 90.0, 900)):
-                found.append(np.degrees(chord_equal_load_angles(f, k, beta, beta)))
+                rows.append(np.degrees(chord_equal_load_angles(f, k, beta, beta)))
         except InfeasibleLayout:
-            panel.set_title(f"$f$ = {f:g}, possible up to {found[-1][-1]:.1f}°")
-        angles = np.asarray(found)
+            panel.set_title(f"$f$ = {f:g}, possible up to {rows[-1][-1]:.1f}°")
+        angles = np.asarray(rows)
         for j in range(k - 2):
             panel.plot(angles[:, -1], angles[:, j], label=rf"$\beta_{j + 1}$")
         panel.plot(angles[:, -1], angles[:, -1], color="k", ls=":", label=rf"$\beta_{k - 1} = \beta_{k}$")
