@@ -69,12 +69,12 @@ _KINDS = {
 
 def kinds_of(record: Record) -> list[Kind]:
     """Kind of every entry of the flat state."""
-    found = []
+    kinds = []
     for path, leaf in jax.tree_util.tree_leaves_with_path(record.y_like):
         names = [str(getattr(key, "name", key)) for key in path]
         name = names[-1] if names[0] in ("own", "phase") else ".".join(names) if names[0] == "hook" else names[0]
-        found += [_KINDS.get(name, Kind(name, name.replace("_", " "), ""))] * int(np.size(leaf))
-    return found
+        kinds += [_KINDS.get(name, Kind(name, name.replace("_", " "), ""))] * int(np.size(leaf))
+    return kinds
 
 
 _temperatures = RunJit(lambda thermal, u: jax.vmap(thermal.temperatures)(u), quick=True)
@@ -116,9 +116,9 @@ def _in_pairs(a: list[Event], b: list[Event]) -> tuple[list[tuple[Event, Event]]
         for event in b:
             others.setdefault(_named(event), []).append(event)
         return [(event, others[_named(event)].pop(0)) for event in a], ""
-    for i, (one, other) in enumerate(itertools.zip_longest(a, b)):
-        if one is None or other is None or _named(one) != _named(other):
-            return [], f"event {i + 1} is {_words(one)} in this run, {_words(other)} in the second"
+    for i, (mine, theirs) in enumerate(itertools.zip_longest(a, b)):
+        if mine is None or theirs is None or _named(mine) != _named(theirs):
+            return [], f"event {i + 1} is {_words(mine)} in this run, {_words(theirs)} in the second"
     return [], ""
 
 
@@ -136,9 +136,13 @@ def metrics_of_run(result: Result) -> dict[str, float | None]:
     """Metrics of a concrete result and its energies as `energy.…`; no residuals, which are no values of the run."""
     energies = {f"energy.{name}": float(value) for name, value in result.energy.items()}
     energies = {name: value for name, value in energies.items() if name not in RESIDUALS}
-    found = {name: value for name, value in result.metrics.items() if f"energy.{name}" not in energies}
+    metrics = {name: value for name, value in result.metrics.items() if f"energy.{name}" not in energies}
     times = {f"{name}_time": float(peak.time) for name, peak in result.report().peaks.items()}
-    return {**found, **{k: v for k, v in times.items() if found.get(k.removesuffix("_time")) is not None}, **energies}
+    return {
+        **metrics,
+        **{k: v for k, v in times.items() if metrics.get(k.removesuffix("_time")) is not None},
+        **energies,
+    }
 
 
 def difference(a: Result, b: Result) -> Difference:
@@ -160,7 +164,7 @@ def _matched(a: Scan, b: Scan) -> list[tuple[Segment, Segment]] | None:
     span = float(np.max(a.steps.t1) - np.min(a.steps.t0))
     for brief in (0.0, _BRIEF * span, 1e3 * _BRIEF * span):
         mine, theirs = _segments(a, brief), _segments(b, brief)
-        if [one.mode for one in mine] == [one.mode for one in theirs]:
+        if [segment.mode for segment in mine] == [segment.mode for segment in theirs]:
             return list(zip(mine, theirs, strict=True))
     return None
 
@@ -170,9 +174,9 @@ def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> dic
         return {}
     rows, shares, y, t = [], [], [], []
     for mine, theirs in segments:
-        here = np.arange(mine.first, mine.last + 1)
+        steps = np.arange(mine.first, mine.last + 1)
         begin, end = a.steps.t0[mine.first], a.steps.t1[mine.last]
-        times = np.append(a.steps.t0[here], end)
+        times = np.append(a.steps.t0[steps], end)
         places = (times - begin) / (end - begin)
         # the same places in the other run
         starts, stop = b.steps.t0[theirs.first : theirs.last + 1], b.steps.t1[theirs.last]
@@ -184,7 +188,7 @@ def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> dic
         share[-1], row[-1] = 1.0, len(starts) - 1
         rows.append(theirs.first + row)
         shares.append(np.clip(share, 0.0, 1.0))
-        y.append(np.concatenate([a.steps.y0[here], a.steps.y1[mine.last : mine.last + 1]]))
+        y.append(np.concatenate([a.steps.y0[steps], a.steps.y1[mine.last : mine.last + 1]]))
         t.append(times)
     row, share, y, t = (np.concatenate(column) for column in (rows, shares, y, t))
     some = np.unique(np.linspace(0, len(t) - 1, min(len(t), _INSTANTS)).round().astype(int))
@@ -193,17 +197,17 @@ def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> dic
     # ends of steps are known, and not changed by rounding
     start, end = share == 0.0, share == 1.0
     other = np.where(start[:, None], b.steps.y0[row], np.where(end[:, None], b.steps.y1[row], other))
-    kinds, found = kinds_of(a.record), {}
+    kinds, errors = kinds_of(a.record), {}
     system: Any = a.record.system
     for kind in dict.fromkeys(kinds):
-        columns = np.asarray([i for i, one in enumerate(kinds) if one == kind])
+        columns = np.asarray([i for i, entry in enumerate(kinds) if entry == kind])
         u, v = y[:, columns], other[:, columns]
         if kind.name == "temperature":
             u, v = (in_lanes(lambda rows: _temperatures(system.thermal, rows), x) for x in (u, v))
         apart = np.max(np.abs(u - v), axis=1)
         worst = int(np.argmax(apart))
-        found[kind] = (float(apart[worst]), float(t[worst]), float(np.max(np.abs(u))))
-    return found
+        errors[kind] = (float(apart[worst]), float(t[worst]), float(np.max(np.abs(u))))
+    return errors
 
 
 # --- the second run ---------------------------------------------------------------------------------------------------
@@ -231,10 +235,10 @@ def second_run(result: Result, progress: Any = False) -> Result:
         "throw": False,
         "progress": progress,
     }
-    found = simulate(result.scene, max_steps=limits.max_steps, **options)
-    if limits.max_steps is not None and int(found.code) == Code.STEP_LIMIT:  # it needs more of them than the first
-        found = simulate(result.scene, **options)
-    return found
+    second = simulate(result.scene, max_steps=limits.max_steps, **options)
+    if limits.max_steps is not None and int(second.code) == Code.STEP_LIMIT:  # it needs more of them than the first
+        second = simulate(result.scene, **options)
+    return second
 
 
 def _solver_again(result: Result) -> Any:
@@ -330,19 +334,19 @@ class Accuracy(Tabular):
     problem: str = ""
 
     def __getitem__(self, name: str) -> float | None:
-        known = {one.name: one.error for one in (*self.metrics, *self.states)}
-        if name not in known:
-            near = difflib.get_close_matches(name, known, n=3, cutoff=0.4)
-            hint = self.problem or f"nearest: {', '.join(near or known)}"
+        errors = {estimate.name: estimate.error for estimate in (*self.metrics, *self.states)}
+        if name not in errors:
+            near = difflib.get_close_matches(name, errors, n=3, cutoff=0.4)
+            hint = self.problem or f"nearest: {', '.join(near or errors)}"
             raise KeyError(f"no error of {name!r}; {hint}")
-        return known[name]
+        return errors[name]
 
     __iter__ = None
 
     @property
     def event_time(self) -> float | None:
         """The largest error of the time of an event (s), `None` without events."""
-        return max((one.error for one in self.events), default=None)
+        return max((event.error for event in self.events), default=None)
 
     @property
     def how(self) -> str:
@@ -357,7 +361,9 @@ class Accuracy(Tabular):
         if self.problem:
             return f"no estimate of the error: {self.problem}"
         said = [] if self.event_time is None else [f"event times {_size(self.event_time, 's')}"]
-        said += [f"{_KIND_WORDS[one.name]} {_size(one.error, one.unit)}" for one in self.states if one.error > 0]
+        said += [
+            f"{_KIND_WORDS[state.name]} {_size(state.error, state.unit)}" for state in self.states if state.error > 0
+        ]
         return f"estimated errors of at most: {', '.join(said) or 'nothing moves'}; from {self.how}"
 
     def parts(self) -> Iterator[str | Table]:
@@ -377,13 +383,13 @@ class Accuracy(Tabular):
         columns = ["metric", Column("value"), Column("error"), Column("relative")]
         rows = [
             (
-                title_of(one.name),
-                number(one.value, one.unit),
-                _size(one.error, one.unit),
-                "—" if one.relative is None else digits(one.relative, 2),
+                title_of(metric.name),
+                number(metric.value, metric.unit),
+                _size(metric.error, metric.unit),
+                "—" if metric.relative is None else digits(metric.relative, 2),
             )
-            for one in self.metrics
-            if one.value is not None
+            for metric in self.metrics
+            if metric.value is not None
         ]
         return Table(columns, rows)
 
@@ -404,20 +410,28 @@ class Accuracy(Tabular):
             Column("largest", heading="of up to"),
         ]
         rows = [
-            (_KIND_WORDS[one.name], _size(one.error, one.unit), number(one.time, "s"), number(one.largest, one.unit))
-            for one in self.states
+            (
+                _KIND_WORDS[state.name],
+                _size(state.error, state.unit),
+                number(state.time, "s"),
+                number(state.largest, state.unit),
+            )
+            for state in self.states
         ]
         return Table(columns, rows)
 
     def as_dict(self) -> Entry:
         """`{estimated, problem, scope, metrics, events, states, cost}` of JSON, numbers in SI."""
-        found = {
+        entry = {
             "estimated": not self.problem,
             "problem": self.problem,
             "scope": SCOPE,
-            "metrics": {one.name: {"value": one.value, "error": one.error, "unit": one.unit} for one in self.metrics},
-            "events": [one._asdict() for one in self.events],
-            "states": {one.name: one._asdict() for one in self.states},
+            "metrics": {
+                metric.name: {"value": metric.value, "error": metric.error, "unit": metric.unit}
+                for metric in self.metrics
+            },
+            "events": [event._asdict() for event in self.events],
+            "states": {state.name: state._asdict() for state in self.states},
             "cost": {
                 "rtol": self.rtol,
                 "second_rtol": self.second_rtol,
@@ -427,7 +441,7 @@ class Accuracy(Tabular):
                 "second_seconds": self.seconds,
             },
         }
-        return plain(found)
+        return plain(entry)
 
 
 _KIND_WORDS = {kind.name: kind.words for kind in _KINDS.values()}
@@ -466,15 +480,15 @@ def accuracy(result: Result, progress: Any = False) -> Accuracy:
         return Accuracy(rtol, second_rtol(rtol), math.inf, steps, 0, 0.0, problem=why)
     start = time.perf_counter()
     second = second_run(result, progress)
-    seconds, taken = time.perf_counter() - start, int(second.record.stats.accepted)
+    seconds, second_steps = time.perf_counter() - start, int(second.record.stats.accepted)
     longest = min(longest_step(result.record), float(result.limits.max_step))
-    found = functools.partial(Accuracy, rtol, second_rtol(rtol), longest, steps, taken, seconds)
+    estimate = functools.partial(Accuracy, rtol, second_rtol(rtol), longest, steps, second_steps, seconds)
     if not second.ok:
-        return found(problem=f"the second run failed ({second.status}): {second.message}")
+        return estimate(problem=f"the second run failed ({second.status}): {second.message}")
     apart = difference(result, second)
     if apart.problem:
-        return found(problem=apart.problem)
-    return found(*_estimates(result, apart))
+        return estimate(problem=apart.problem)
+    return estimate(*_estimates(result, apart))
 
 
 def _estimates(

@@ -90,18 +90,18 @@ def _demands(what: str, rate: float, span: float, patience: float) -> str:
 def stiffness(scene: Scene) -> tuple[bool, str]:
     """Whether a scene (concrete values) needs a linearly implicit method, and the reason in words."""
     span = float(scene.end_time) - float(scene.initial.time)
-    found = stiff_heat(scene.network, span) if scene.heated else (False, "nothing in the scene is stiff")
+    heat_stiffness = stiff_heat(scene.network, span) if scene.heated else (False, "nothing in the scene is stiff")
     # linings that swing one by one have to be followed in any case
     brake, duty = scene.brake, scene.duty
-    if found[0] or brake.resolved:
-        return found
+    if heat_stiffness[0] or brake.resolved:
+        return heat_stiffness
     drag = float(getattr(duty.load, "drag", 0.0)) + _steepest_drag(scene)
     drag = drag / float(brake.inertia)
     patience = _PATIENCE if scene.heated else _PATIENCE_COLD
     why = _demands("drag balances the speed", drag, span, _PATIENCE_COLD)
     why = why or _demands("the damped rope follows", _damping_of_rope(scene), span, _PATIENCE_COLD)
     why = why or _demands("a state of a friction law follows", _fastest_state_at_start(scene), span, patience)
-    return (True, why) if why else found
+    return (True, why) if why else heat_stiffness
 
 
 def _damping_of_rope(scene: Scene) -> float:
@@ -146,8 +146,8 @@ def _fastest_state(part: AbstractLinings | Bandage, v: Float[Array, " n"], T: Ar
     still = None if contact.p is None else jnp.zeros_like(contact.p)
 
     def rates(memory: jax.Array) -> jax.Array:
-        found = law.rates(contact._replace(memory=back(memory), q=still))
-        return ravel_pytree(jax.tree.map(lambda x, y: x + 0.0 * y, found, back(memory)))[0]
+        slopes = law.rates(contact._replace(memory=back(memory), q=still))
+        return ravel_pytree(jax.tree.map(lambda x, y: x + 0.0 * y, slopes, back(memory)))[0]
 
     return jnp.max(jnp.sum(jnp.abs(jax.jacfwd(rates)(memory)), axis=1))
 

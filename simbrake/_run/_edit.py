@@ -48,17 +48,17 @@ class Inputs(dict[str, Leaf]):
 
     def twice(self, paths: Iterable[str]) -> dict[str, str]:
         """Paths that mean a number which an earlier one means as well: path → the earlier one."""
-        seen: dict[tuple[str, int | None], str] = {}
-        found = {}
+        first_paths: dict[tuple[str, int | None], str] = {}
+        repeats = {}
         for path in paths:
             field, index = entry_of(path, self)
             if index is not None and field in self:
                 index %= max(np.size(self[field].value), 1)
-            for (other, i), earlier in seen.items():
+            for (other, i), earlier in first_paths.items():
                 if other == field and (index is None or i in (None, index)):
-                    found.setdefault(path, earlier)
-            seen[field, index] = path
-        return found
+                    repeats.setdefault(path, earlier)
+            first_paths[field, index] = path
+        return repeats
 
 
 class _Slot(NamedTuple):
@@ -89,8 +89,8 @@ def parse_assignments(assignments: list[str]) -> dict[str, Any]:
             faults.append(Fault(text, "is not of the form path=value", "as in brake.band.stiffness=2e5"))
             continue
         # (a list, or a number with its unit, is read where the path is known)
-        known = None if value.lower() == "none" else value
-        values[path] = np.asarray(float(value)) if known and _is_float(value) else known
+        assigned = None if value.lower() == "none" else value
+        values[path] = np.asarray(float(value)) if assigned and _is_float(value) else assigned
     if faults:
         raise InputError(faults)
     return values
@@ -262,9 +262,9 @@ def _with_numbers(scene: Scene, values: dict[str, Any]) -> Scene | None:
 def _places(structure: Any, count: int) -> dict[str, int]:
     """Path → number of the leaf, of those numbers of a scene that are leaves."""
     leaves = [np.zeros(()) for _ in range(count)]
-    known = {id(leaf): i for i, leaf in enumerate(leaves)}
+    numbers = {id(leaf): i for i, leaf in enumerate(leaves)}
     slots = _slots(jax.tree.unflatten(structure, leaves))
-    return {path: known[id(slot.value)] for path, slot in slots.items() if id(slot.value) in known}
+    return {path: numbers[id(slot.value)] for path, slot in slots.items() if id(slot.value) in numbers}
 
 
 def _with_entry(old: Any, i: int, value: Any) -> Any:
@@ -311,8 +311,8 @@ def with_materials(scene: Scene, rim: Material | None = None, lining: Material |
     named = named_materials(heat)
     faults = [
         Fault(f"heat.{part}", "has no material in this scene", "make it a Wall")
-        for part, new, known in zip(("rim", "linings"), (rim, lining), named, strict=True)
-        if new is not None and not known
+        for part, new, has_material in zip(("rim", "linings"), (rim, lining), named, strict=True)
+        if new is not None and not has_material
     ]
     if faults:
         raise InputError(faults)

@@ -35,9 +35,9 @@ HEAT = "friction_heat"
 VIEW_OF_HEAT = View("friction heat since the start", "kJ", 1e-3)
 
 
-def fault_of_pair(pair: str, known: Iterable[str]) -> Fault | None:
-    """Error of the name of a friction pair in a brake with the pairs `known`."""
-    names = list(known)
+def fault_of_pair(pair: str, pairs: Iterable[str]) -> Fault | None:
+    """Error of the name of a friction pair in a brake with these `pairs`."""
+    names = list(pairs)
     return None if pair in names else Fault("pair", f"the brake has no {pair!r} pair", f"it has: {', '.join(names)}")
 
 
@@ -57,8 +57,8 @@ def rubbing(record: Record, p: Probe, *, pair: str = "external") -> Rubbing:
     system = _system(record)
     if fault := fault_of_pair(pair, system.pair_names):
         raise InputError([fault])
-    seen = PairSeen(system, p, system.pair_names.index(pair))
-    return seen.rubs._replace(temperature=seen.sensed)
+    view = PairSeen(system, p, system.pair_names.index(pair))
+    return view.rubs._replace(temperature=view.sensed)
 
 
 #: over what means are taken
@@ -93,11 +93,11 @@ class _Picked(eqx.Module):
     def __call__(self, p: Probe) -> PyTree:
         if self.rate is not None:
             return wearing(self.rate, rubbing(self.record, p, pair=self.pair), self.place)
-        seen = _seen(self.record, p, self.pair)
-        value = _each(seen, self.quantity)
+        view = _seen(self.record, p, self.pair)
+        value = _each(view, self.quantity)
         if self.over is None:
             return value
-        weight = WEIGHTS[self.over](seen.rubs)
+        weight = WEIGHTS[self.over](view.rubs)
         return weight * value, weight
 
 
@@ -109,35 +109,40 @@ def _seen(run: Run, p: Probe, pair: str) -> PairSeen:
     return PairSeen(_system(run), p, _system(run).pair_names.index(pair))
 
 
-def _each(seen: PairSeen, quantity: str) -> Array:
+def _each(view: PairSeen, quantity: str) -> Array:
     """A quantity of every lining. Raises `InputError` where the run does not have it."""
-    value = LINING_QUANTITIES[quantity].of(seen.p, seen)
+    value = LINING_QUANTITIES[quantity].of(view.p, view)
     if value is None:
-        raise InputError([_absent(seen.system, quantity)])
-    return jnp.broadcast_to(value, seen.pair.normal.shape)
+        raise InputError([_absent(view.system, quantity)])
+    return jnp.broadcast_to(value, view.pair.normal.shape)
 
 
 def _check(
-    run: Run, pair: str, quantity: str = "slip_speed", *, over: str = "time", known: Iterable[str] = LINING_QUANTITIES
+    run: Run,
+    pair: str,
+    quantity: str = "slip_speed",
+    *,
+    over: str = "time",
+    quantities: Iterable[str] = LINING_QUANTITIES,
 ) -> None:
     """Raises `InputError` for a pair, a quantity or a weight that the run does not have."""
     system = _system(run)
     missing = fault_of_pair(pair, system.pair_names)
-    found = [] if missing is None else [missing]
+    faults = [] if missing is None else [missing]
     if over not in WEIGHTS:
-        found.append(Fault("over", f"{over!r} is no weight", f"there are: {', '.join(WEIGHTS)}"))
-    if quantity not in known:
-        found.append(Fault("quantity", f"{quantity!r} is none", f"there are: {', '.join(known)}"))
+        faults.append(Fault("over", f"{over!r} is no weight", f"there are: {', '.join(WEIGHTS)}"))
+    if quantity not in quantities:
+        faults.append(Fault("quantity", f"{quantity!r} is none", f"there are: {', '.join(quantities)}"))
     if missing is None and quantity in _OF_BAND and pair != system.pair_names[0]:
-        found.append(Fault("pair", f"{quantity} is of the band, not of the {pair} pair", "leave it out"))
+        faults.append(Fault("pair", f"{quantity} is of the band, not of the {pair} pair", "leave it out"))
     if quantity in _OF_EDGES and not system.mechanism.banded:
-        found.append(Fault("quantity", f"{quantity} is of linings under a band", "look at their pressure"))
-    if quantity.endswith("pressure") and not found:
-        one = system.mechanism.pairs[system.pair_names.index(pair)]
-        if one.area is None:
-            found.append(Fault(f"brake.{one.field}.area", "is missing", "a pressure is looked at"))
-    if found:
-        raise InputError(found)
+        faults.append(Fault("quantity", f"{quantity} is of linings under a band", "look at their pressure"))
+    if quantity.endswith("pressure") and not faults:
+        friction_pair = system.mechanism.pairs[system.pair_names.index(pair)]
+        if friction_pair.area is None:
+            faults.append(Fault(f"brake.{friction_pair.field}.area", "is missing", "a pressure is looked at"))
+    if faults:
+        raise InputError(faults)
 
 
 # --- over a run -------------------------------------------------------------------------------------------------------
@@ -274,12 +279,12 @@ def lining_contacts(result: Result, p: Probe) -> dict[str, np.ndarray]:
     Where the linings act as one, those at their limit while the band is elastic follow from the mobilisation rule
     (model §3).
     """
-    found = {}
+    contacts = {}
     for name, now in zip(_system(result).pair_names, p.shown.pairs, strict=True):
         stays = np.where(now.at_limit, Contact.AT_LIMIT, Contact.STICKS)
         moves = np.where(now.sense > 0, Contact.SLIDES, Contact.SLIDES_BACK)
-        found[name] = np.where(now.normal > 0, np.where(now.sense == 0, stays, moves), Contact.FREE)
-    return found
+        contacts[name] = np.where(now.normal > 0, np.where(now.sense == 0, stays, moves), Contact.FREE)
+    return contacts
 
 
 def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "external") -> np.ndarray:
@@ -291,15 +296,15 @@ def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "ext
     Raises `InputError` for what the run does not have.
     """
     edges = np.asarray(edges, np.float64)
-    _check(result, pair, quantity, known=[*LINING_QUANTITIES, HEAT])
+    _check(result, pair, quantity, quantities=[*LINING_QUANTITIES, HEAT])
     p = look(result, 0.5 * (edges[1:] + edges[:-1]))
-    seen = _seen(result, p, pair)
+    view = _seen(result, p, pair)
     if quantity == HEAT:
-        return np.cumsum(float(seen.hot) * np.asarray(seen.rubs.power) * np.diff(edges)[:, None], axis=0)
-    found = LINING_QUANTITIES[quantity].of(p, seen)
-    if found is None:
-        raise InputError([_absent(seen.system, quantity)])
-    return np.asarray(found)
+        return np.cumsum(float(view.hot) * np.asarray(view.rubs.power) * np.diff(edges)[:, None], axis=0)
+    values = LINING_QUANTITIES[quantity].of(p, view)
+    if values is None:
+        raise InputError([_absent(view.system, quantity)])
+    return np.asarray(values)
 
 
 def _absent(system: BrakeSystem, quantity: str) -> Fault:
@@ -395,13 +400,15 @@ def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Ove
         array([0.75, 0.75])
     """
     s, nominal = result.series(ts), geometric_overlap(band_brake(result.scene))
-    found = []
-    for pair, share in zip(s.pairs.values(), (one for one in nominal if one is not None), strict=True):
+    coefficients = []
+    for pair, share in zip(
+        s.pairs.values(), (coefficient for coefficient in nominal if coefficient is not None), strict=True
+    ):
         grown = 1.0 if running_in is None else running_in.share(pair.friction_work)
         # linings of a bandage touch the rim while band and interference outweigh the centrifugal force
         touches, slides = np.asarray(pair.normal_load) > 0, np.asarray(pair.sense) != 0
-        found.append(tuple(share * grown * np.mean(touches & each, axis=1) for each in (slides, ~slides)))
-    *outer, inner = found
+        coefficients.append(tuple(share * grown * np.mean(touches & each, axis=1) for each in (slides, ~slides)))
+    *outer, inner = coefficients
     external = outer[0] if outer else (None, None)
     return Overlap(np.asarray(s.t), external[0], external[1], inner[0], inner[1])
 
@@ -520,9 +527,9 @@ def _worn_in(angle: np.ndarray, count: int, psi: float, turning: np.ndarray, rat
         before = way * (psi + legendre.legval(middle, turning) - corners) < 0
         below, above = np.where(before, middle, below), np.where(before, above, middle)
     ends = np.concatenate([[-1.0], np.sort(below), [1.0]])
-    found = np.zeros(count)
+    worn = np.zeros(count)
     for a, b in itertools.pairwise(ends):
         x = 0.5 * (a + b) + 0.5 * (b - a) * _NODES
         share = overlaps(angle, count, psi + legendre.legval(x, turning))
-        found += np.einsum("k,kn,knm->m", 0.5 * (b - a) * _WEIGHTS, legendre.legval(x, rates).T, share)
-    return found
+        worn += np.einsum("k,kn,knm->m", 0.5 * (b - a) * _WEIGHTS, legendre.legval(x, rates).T, share)
+    return worn

@@ -53,15 +53,15 @@ def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
     """Raises `InputError` with every name that a run of the scene does not have."""
     require_scene(scene)
     names, faults = metric_names(scene), []
-    for one in metrics:
-        if isinstance(one, str) and one not in names:
-            near = difflib.get_close_matches(one, names, n=3, cutoff=0.4)
+    for asked in metrics:
+        if isinstance(asked, str) and asked not in names:
+            near = difflib.get_close_matches(asked, names, n=3, cutoff=0.4)
             hint = (
                 f"nearest: {', '.join(near)}" if near else f"there are: {', '.join(names)}, or a function of the result"
             )
-            faults.append(Fault(one, "is not a metric of this scene", hint))
-        elif not isinstance(one, str) and not callable(one):
-            faults.append(Fault(repr(one), "is not a metric", "a name, or a function of the result to a number"))
+            faults.append(Fault(asked, "is not a metric of this scene", hint))
+        elif not isinstance(asked, str) and not callable(asked):
+            faults.append(Fault(repr(asked), "is not a metric", "a name, or a function of the result to a number"))
     if faults:
         raise InputError(faults)
 
@@ -72,8 +72,8 @@ def measure(result: Result, metric: Metric) -> Array:
         return jnp.asarray(metric(result), jnp.float64)
     if metric not in METRICS and metric.startswith("energy."):  # of a pair, or of a torque on the shaft
         return jnp.asarray(result.energy[metric.removeprefix("energy.")])
-    found = getattr(result, metric)
-    return jnp.asarray(getattr(found, "value", found))
+    value = getattr(result, metric)
+    return jnp.asarray(getattr(value, "value", value))
 
 
 def named(result: Result, name: str) -> Any:
@@ -83,8 +83,8 @@ def named(result: Result, name: str) -> Any:
     except InputError as error:
         fault = error.faults[0]
         raise KeyError(f"{name!r} {fault.problem}; {fault.hint}") from None
-    found = measure(result, name)
-    return float(found) if result.concrete else found
+    value = measure(result, name)
+    return float(value) if result.concrete else value
 
 
 def happened(value: Number) -> Bool[np.ndarray, "*shape"] | np.bool_:
@@ -102,18 +102,18 @@ def _limits_part(name: str, base: type, about: str, fields: Mapping[str, Any], *
     """A part of a scene with a number of each metric in `fields`, and other fields by name with their types."""
     kinds = dict.fromkeys(fields, Scalar | None) | {word: kind for word, (kind, _) in others.items()}
     body = {"__module__": __name__, "__doc__": about, "__annotations__": kinds, "faults_with": _faults_of_limits}
-    body |= {word: quantity(one.unit, f"limit: {one.meaning}", default=None) for word, one in fields.items()}
+    body |= {word: quantity(entry.unit, f"limit: {entry.meaning}", default=None) for word, entry in fields.items()}
     kind: Any = type(base)  # (equinox's own, which makes a dataclass of the fields)
     return kind(name, (base,), body | {word: field for word, (_, field) in others.items()})
 
 
 def _faults_of_limits(self: Any, path: str, scene: Scene) -> list[Fault]:
-    found = []
+    faults = []
     for name in self.given:
         lacks = METRICS[name].needs.lacks(scene) if name in METRICS else ""
         lacks = lacks or ("it has no areas of its linings" if name == PRESSURE and not _has_area(scene) else "")
-        found += [Fault(f"{path}.{name}", f"no run of this scene has it: {lacks}", "leave it out")] if lacks else []
-    return found
+        faults += [Fault(f"{path}.{name}", f"no run of this scene has it: {lacks}", "leave it out")] if lacks else []
+    return faults
 
 
 #: what a scene can limit: all but what has to be large
@@ -143,17 +143,17 @@ Limits = _limits_part(
     max_pressure=(Scalar | None, quantity("Pa", "limit: maximum mean pressure on a lining", default=None)),
     energy=(
         EnergyLimits | None,
-        eqx.field(converter=lambda given: EnergyLimits(**given) if isinstance(given, Mapping) else given, default=None),
+        eqx.field(converter=lambda value: EnergyLimits(**value) if isinstance(value, Mapping) else value, default=None),
     ),
 )
 
 
 def with_limits(scene: Scene, limits: Mapping[str, float]) -> Scene:
     """The scene with these limits (SI) among its own, but for energies that only some scenes have (`heat_internal`)."""
-    known = {name: most for name, most in limits.items() if name in _LIMITED or name == PRESSURE}
-    if not known:
+    applicable = {name: most for name, most in limits.items() if name in _LIMITED or name == PRESSURE}
+    if not applicable:
         return scene
-    whole = {**({} if scene.limits is None else scene.limits.given), **known}
+    whole = {**({} if scene.limits is None else scene.limits.given), **applicable}
     energy = {name.removeprefix("energy."): whole.pop(name) for name in [*whole] if name.startswith("energy.")}
     return dataclasses.replace(scene, limits=Limits(**whole, energy=energy or None))
 
@@ -257,35 +257,35 @@ def read_limits(
 
     `path`: where a limit stands, for the faults, with a place for its name
     """
-    reader, read = NumberReader(), {}
+    reader, numbers = NumberReader(), {}
     if PRESSURE in limits and not _has_area(scene):
         reader.fault(path.format(PRESSURE), "needs the areas of the linings", "give brake.linings.area")
-    known = (*metric_names(scene), PRESSURE)
+    names = (*metric_names(scene), PRESSURE)
     try:
         check_metrics(scene, [name for name in limits if name != PRESSURE])
     except InputError as error:
         reader.faults += error.faults
-    for name, value in ((name, value) for name, value in limits.items() if name in known):
+    for name, value in ((name, value) for name, value in limits.items() if name in names):
         unit = "Pa" if name == PRESSURE else unit_of(name)
         if isinstance(value, np.generic | np.ndarray) and np.ndim(value) == 0:
             value = value.item()  # (a reader knows numbers of Python)
-        found = reader.number(value, Quantity(unit, "limit"), path.format(name), unit)
-        read |= {} if found is BAD else {name: found}
-    return read, reader.faults
+        limit = reader.number(value, Quantity(unit, "limit"), path.format(name), unit)
+        numbers |= {} if limit is BAD else {name: limit}
+    return numbers, reader.faults
 
 
 def parse_limits(scene: Scene, texts: Sequence[str]) -> tuple[dict[str, float], list[Fault]]:
     """Limits in SI from texts `METRIC=VALUE` with or without a unit, as `--limit` has them; and the faults."""
     faults: list[Fault] = []
-    given: dict[str, str] = {}
+    limit_texts: dict[str, str] = {}
     for text in texts:
         name, _, value = (part.strip() for part in text.partition("="))
         if not name or not value:
             faults.append(Fault(f"--limit {text}", "is not of the form METRIC=VALUE", 'as in "max_tension=120 kN"'))
-        elif name in given:
+        elif name in limit_texts:
             faults.append(Fault(f"--limit {name}", "is given twice", "one limit each"))
-        given |= {name: value} if name and value else {}
-    limits, wrong = read_limits(scene, given, "--limit {}")
+        limit_texts |= {name: value} if name and value else {}
+    limits, wrong = read_limits(scene, limit_texts, "--limit {}")
     return limits, faults + wrong
 
 
@@ -327,8 +327,8 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
         heated = result.scene.heated
         note = "the thermal part names no place as that of the linings" if heated else "the scene has no thermal part"
         checks.append(LimitCheck(_LININGS, limits.get(_LININGS), None, "K", LimitVerdict.NOT_EVALUATED, note))
-    known = metric_names(result.scene)
-    checks += [check(name) for name in _USUAL if name in known and name not in limits]
+    available = metric_names(result.scene)
+    checks += [check(name) for name in _USUAL if name in available and name not in limits]
     pressure, wear = limits.get(PRESSURE, result.scene.brake.linings.permissible_pressure), result.scene.wear
     if pressure is not None:
         checks.append(_nearest(result, PRESSURE, np.asarray(lining_peak(result, "pressure")), pressure, "Pa"))
@@ -422,9 +422,9 @@ def judged(result: Result, checks: Sequence[LimitCheck]) -> Judged:
     hot = hottest_first(metrics) if rubs else []
     for name in (name for name in hot if name in HOT):
         parts[f"{body_of(HOT[name], summary)} temperature"] = (name,)
-    known = {*metric_names(scene), *((PRESSURE,) if _has_area(scene) else ())}
+    available = {*metric_names(scene), *((PRESSURE,) if _has_area(scene) else ())}
     missing = {
-        part: tuple(name for name in names if name in known)
+        part: tuple(name for name in names if name in available)
         for part, names in parts.items()
         if limited.isdisjoint(names)
     }

@@ -136,8 +136,8 @@ _compiled = DeviceJit(_run, static_argnames=_STATIC)
 
 def check_heat(heat: Heat) -> None:
     """Raises `InputError` with all errors of a network."""
-    if found := faults_of_values(heat, "heat") or [*faults_below(heat, "heat"), *heat.faults_with("heat", 1)]:
-        raise InputError(found)
+    if faults := faults_of_values(heat, "heat") or [*faults_below(heat, "heat"), *heat.faults_with("heat", 1)]:
+        raise InputError(faults)
 
 
 def simulate_heat(
@@ -164,9 +164,9 @@ def simulate_heat(
     decrease or a tolerance out of range, `RuntimeError` if the integration fails.
     """
     traced = is_traced((heat, ts, speed, closed, pressure, rtol))
-    found = faults_of_tolerance(rtol)
-    if found:
-        raise InputError(found)
+    faults = faults_of_tolerance(rtol)
+    if faults:
+        raise InputError(faults)
     if not traced:
         check_heat(heat)
         ts = array_of_times(ts, "ts")
@@ -211,9 +211,9 @@ def _steady(
         return excess(T, None) / jnp.where(own > 0, own, 1.0)
 
     with jax.numpy_dtype_promotion("standard"):
-        found = optx.root_find(imbalance, optx.Newton(rtol=1e-10, atol=1e-9), start, max_steps=64, throw=False)
-    ok = found.result == optx.RESULTS.successful
-    T = jnp.where(ok, found.value, jnp.nan)
+        solution = optx.root_find(imbalance, optx.Newton(rtol=1e-10, atol=1e-9), start, max_steps=64, throw=False)
+    ok = solution.result == optx.RESULTS.successful
+    T = jnp.where(ok, solution.value, jnp.nan)
     return T, thermal.junctions(T, zero, conditions, pieces)
 
 
@@ -284,10 +284,12 @@ def with_temperatures(heat: Heat, T: Float[Array, " k"]) -> Heat:
         if isinstance(body, Reservoir | Junction):
             bodies.append(body)
             continue
-        here = T[at : at + body.count]
+        temperature = T[at : at + body.count]
         at += body.count
-        here = np.reshape(here, ()) if body.count == 1 and isinstance(here, np.ndarray) else here
-        bodies.append(eqx.tree_at(lambda b: b.temperature, body, here))
+        temperature = (
+            np.reshape(temperature, ()) if body.count == 1 and isinstance(temperature, np.ndarray) else temperature
+        )
+        bodies.append(eqx.tree_at(lambda b: b.temperature, body, temperature))
     return eqx.tree_at(lambda h: h.bodies, heat, tuple(bodies))
 
 
@@ -336,5 +338,5 @@ def cyclic_steady_state(
                 "no cyclic steady state found: a cycle changes more than its tolerance allows"
             ) from error
         left = change(T)
-    found = starting(T)
-    return CyclicState(found, simulate(found, **options), float(np.max(np.abs(left))), runs)
+    steady = starting(T)
+    return CyclicState(steady, simulate(steady, **options), float(np.max(np.abs(left))), runs)

@@ -128,17 +128,17 @@ class Report:
     @functools.cached_property
     def peaks(self) -> dict[str, Peak]:
         """Maximum values over the run by their names."""
-        scene, found = self.result.scene, peaks(self.scan)
+        scene, maxima = self.result.scene, peaks(self.scan)
         names = metrics_of(scene, greatest=True)
         if HOLDING in names:
-            found[HOLDING] = largest_share_of_capacity(self.scan)
-        return {name: METRICS[name].of_peak(found[name], scene) for name in names}
+            maxima[HOLDING] = largest_share_of_capacity(self.scan)
+        return {name: METRICS[name].of_peak(maxima[name], scene) for name in names}
 
     @functools.cached_property
     def holding(self) -> Peak | None:
         """Minimum holding reserve while the brake is to hold; `None` where no load is held."""
-        found = self.peaks.get(HOLDING)
-        return found if found is not None and np.isfinite(found.value) else None
+        reserve = self.peaks.get(HOLDING)
+        return reserve if reserve is not None and np.isfinite(reserve.value) else None
 
     @property
     def pull(self) -> tuple[float, float, float] | None:
@@ -146,9 +146,9 @@ class Report:
         if not speed_is_led(self.result.scene):
             return None
         system: BrakeSystem = self._record.system  # pyright: ignore
-        seen = self.scan.seen
-        i = int(np.argmax(seen.lever_tension))
-        return float(system.lever.greatest()), float(seen.lever_tension[i]), float(seen.t[i])  # pyright: ignore
+        columns = self.scan.seen
+        i = int(np.argmax(columns.lever_tension))
+        return float(system.lever.greatest()), float(columns.lever_tension[i]), float(columns.t[i])  # pyright: ignore
 
     @functools.cached_property
     def events(self) -> list[Event]:
@@ -166,7 +166,7 @@ class Report:
         if phases and phases[0].label.band == BandMode.OPEN and phases[0].end == phases[0].start:
             phases = phases[1:]  # the settling of the first mode
         margins = np.asarray(self.scan.seen.margins)
-        locate = functools.partial(self._locate, lambda seen: seen.margins)
+        locate = functools.partial(self._locate, lambda columns: columns.margins)
         events = event_log(phases, margins, locate, margins.shape[1] // 2, start)
         events += [*self._marks(), *self._of_linings()]
         return with_phases(sorted(events, key=lambda event: event.time), self._phase_ends())
@@ -192,11 +192,11 @@ class Report:
 
     def _marks(self) -> list[Event]:
         """Events of quantities that pass their limits."""
-        found: list[Event] = []
+        events: list[Event] = []
         for name, limit in self._limits.items():
 
-            def excess(seen: ScanColumns, name: str = name, limit: float = limit) -> np.ndarray:
-                return (np.asarray(seen.passing[name]) - limit) / max(abs(limit), 1.0)
+            def excess(columns: ScanColumns, name: str = name, limit: float = limit) -> np.ndarray:
+                return (np.asarray(columns.passing[name]) - limit) / max(abs(limit), 1.0)
 
             values, row = excess(self.scan.seen), np.asarray(self.scan.row)
             # (a jump between two steps belongs to no crossing)
@@ -204,17 +204,17 @@ class Report:
             crossings = [(int(i), int(j)) for i, j in np.argwhere(rises)]
             times = self._locate(excess, crossings) if crossings else []
             each = values.shape[1] > 1
-            found += [
+            events += [
                 Event(float(t), event_of(name), j + 1 if each else None)
                 for t, (_, j) in zip(times, crossings, strict=True)
             ]
-        return found
+        return events
 
     def _of_linings(self) -> list[Event]:
         """Single linings that start to slip, stick, or leave the rim (one that reverses its slip does neither), and
         linings that come to lock themselves."""
         modes: Mode = self._record.modes
-        found, t = [], np.asarray(self._record.rows.t)
+        events, t = [], np.asarray(self._record.rows.t)
         columns = [(name, column, ("slip", "stick")) for name, column in modes.contacts.items()]
         if modes.lifted is not None:
             columns.append(("lining", modes.lifted, ("lift_off", "touchdown")))
@@ -222,12 +222,12 @@ class Report:
             sticks = np.asarray(column) == 0
             for i, lining in np.argwhere(sticks[1:] != sticks[:-1]):
                 what = whats[int(sticks[i + 1, lining])]
-                found.append(Event(float(t[i + 1]), f"{name}_{what}", int(lining) + 1))
+                events.append(Event(float(t[i + 1]), f"{name}_{what}", int(lining) + 1))
         if modes.locks is not None:
             locks: Any = np.asarray(modes.locks)
             began = np.flatnonzero(np.diff(locks) > 0)
-            found += [Event(float(t[i + 1]), "self_locking") for i in began]
-        return found
+            events += [Event(float(t[i + 1]), "self_locking") for i in began]
+        return events
 
     def _locate(self, margins_of: Callable[[ScanColumns], Any], crossings: list[tuple[int, int]]) -> np.ndarray:
         """Times at which margins rise through zero."""
@@ -241,8 +241,8 @@ class Report:
 
         # the zero of the polynomial through all samples of the step, between those numbered `place` and `place + 1`
         place, last = sample % scan.samples, scan.samples - 1
-        seen = margins[(sample - place)[:, None] + np.arange(scan.samples), mark[:, None]]
-        terms = seen @ _powers(scan.samples).T
+        values = margins[(sample - place)[:, None] + np.arange(scan.samples), mark[:, None]]
+        terms = values @ _powers(scan.samples).T
 
         def polynomial(some: np.ndarray, x: np.ndarray) -> np.ndarray:
             return np.sum(terms[some] * x[:, None] ** np.arange(scan.samples), axis=1)
@@ -253,9 +253,9 @@ class Report:
         for reach in (_NEAR, 1.0 / last, 1.0):  # the run itself may have it a little aside
             low, high = np.maximum(share[left] - reach, 0.0), np.minimum(share[left] + reach, 1.0)
             exact = _rise(lambda some, x, left=left: margin(left[some], x), low, high)
-            found = ~np.isnan(exact)
-            share[left[found]] = exact[found]
-            left = left[~found]
+            located = ~np.isnan(exact)
+            share[left[located]] = exact[located]
+            left = left[~located]
             if not left.size:
                 break
         return np.asarray(steps.t0[row] + share * (steps.t1[row] - steps.t0[row]))
@@ -263,12 +263,12 @@ class Report:
     @functools.cached_property
     def metrics(self) -> dict[str, float | None]:
         energy, scene = self._energies, self.result.scene
-        found = metrics_of(scene, greatest=False)
-        values = {name: metric.find(self._record, scene) for name, metric in found.items()}
+        metrics = metrics_of(scene, greatest=False)
+        values = {name: metric.find(self._record, scene) for name, metric in metrics.items()}
         values |= {name: peak.value for name, peak in self.peaks.items()}
         hot = {f"{name}_time": p.time for name, p in self.peaks.items() if name.startswith("peak_")}
-        given = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_lost")
-        values = {**values, **hot, **{name: energy[name] for name in given if name in energy}}
+        heats = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_lost")
+        values = {**values, **hot, **{name: energy[name] for name in heats if name in energy}}
         return plain({name: float(value) for name, value in values.items()})
 
     @property
@@ -284,18 +284,18 @@ class Report:
         stages, system = self.stages, self.result.record.system
         greatest, load = np.max(self.scan.seen.lever_tension), self.scan.seen.load_torque[0]
         hot = _sensed(system, jax.tree.map(lambda column: column[0], self._record.states.heat))
-        seen = {stage.name for stage in stages}
-        absent = absent_stages(scene.brake, float(system.inertia), float(load), seen, float(greatest), hot)
+        stage_names = {stage.name for stage in stages}
+        absent = absent_stages(scene.brake, float(system.inertia), float(load), stage_names, float(greatest), hot)
         return {"stages": [stage.as_dict() for stage in stages], "absent_stages": absent}
 
     def _holding(self, metrics: Entry) -> Entry:
         """Load and capacity at the minimum holding reserve, and the tension of a lever that holds the speed."""
-        seen, least, pull = self.scan.seen, metrics.get(HOLDING), self.pull
-        found: Entry = {} if pull is None else {"pull": dict(zip(("limit", "value", "time"), pull, strict=True))}
+        columns, least, pull = self.scan.seen, metrics.get(HOLDING), self.pull
+        entry: Entry = {} if pull is None else {"pull": dict(zip(("limit", "value", "time"), pull, strict=True))}
         if least is not None:
-            load = abs(float(np.interp(self.peaks[HOLDING].time, seen.t, seen.load_torque)))
-            found["holding"] = {"load_torque": load, "capacity": least * load}
-        return found
+            load = abs(float(np.interp(self.peaks[HOLDING].time, columns.t, columns.load_torque)))
+            entry["holding"] = {"load_torque": load, "capacity": least * load}
+        return entry
 
     def _notes(self) -> list[str]:
         """What this run could not see."""
@@ -324,9 +324,13 @@ class Report:
             said.append(f"self_locking: a lining came to lock itself, first at {min(times):.6g} s")
         capacity = None
         if r.status in (Status.NOT_STOPPED, Status.RUNAWAY):  # a lining that locks itself holds any load
-            found = r.end_capacity
-            capacity = {"load_torque": found.load, "brake_torque": float(found.torque), "pairs": found.pairs}
-        found = {
+            end_capacity = r.end_capacity
+            capacity = {
+                "load_torque": end_capacity.load,
+                "brake_torque": float(end_capacity.torque),
+                "pairs": end_capacity.pairs,
+            }
+        summary = {
             "status": r.status,
             "duty": duty_of(r.scene, r.status, len(self.stops)),
             "message": r.message,
@@ -355,7 +359,7 @@ class Report:
                 **{name: getattr(stats, name) for name in ("rejected", "retaken", "events", "segments")},
             },
         }
-        return plain(found)
+        return plain(summary)
 
 
 # --- the summary as text ----------------------------------------------------------------------------------------------
@@ -510,7 +514,7 @@ def _energy(summary: Entry) -> Iterator[str]:
 def text(summary: Entry, first: Sequence[str] = ()) -> str:
     """About ten lines that can be read without the source; `first`: lines below the heading."""
     e, s, many = summary["energy"], summary["solver"], summary["duty"] == DutyKind.STOPS
-    seen = "" if e["closure"] is None else f" ({RESIDUAL_SEES})"
+    residual_note = "" if e["closure"] is None else f" ({RESIDUAL_SEES})"
     lines = [
         f"{summary['status']}: {summary['message']}",
         *first,
@@ -518,7 +522,7 @@ def text(summary: Entry, first: Sequence[str] = ()) -> str:
         *_course(summary),
         *_forces(summary),
         *_energy(summary),
-        f"closure  relative energy-balance residual {_share(e['closure'])}{seen}",
+        f"closure  relative energy-balance residual {_share(e['closure'])}{residual_note}",
         f"solver   {s['method']}, rtol {s['rtol']:g}: {s['steps']} steps, {s['rejected']} rejected, "
         f"{s['retaken']} truncated at events, {s['segments']} segments",
     ]

@@ -54,14 +54,14 @@ GRAZE = 1e4
 def jumps_at_start(scene: Scene) -> list[str]:
     """Profiles of the scene that jump exactly at its start: an earlier jump changes nothing, a later one does."""
     start, parts = float(scene.initial.time), {leaf.path: np.asarray(leaf.value, float) for leaf in leaves(scene)}
-    found = []
+    notes = []
     for path, times in parts.items():
         values = parts.get(f"{path.removesuffix('times')}values")
         if path.endswith(".times") and values is not None and times.ndim == 1 and times.shape == values.shape:
-            here = np.flatnonzero(times == start)
-            if len(here) > 1 and np.any(values[here] != values[here[0]]):
-                found.append(f"{path}: a jump at the start: derivatives by its time are those of an earlier one, 0")
-    return found
+            at_start = np.flatnonzero(times == start)
+            if len(at_start) > 1 and np.any(values[at_start] != values[at_start[0]]):
+                notes.append(f"{path}: a jump at the start: derivatives by its time are those of an earlier one, 0")
+    return notes
 
 
 def near_ties(record: Record) -> list[str]:
@@ -70,13 +70,13 @@ def near_ties(record: Record) -> list[str]:
     t, kind = np.asarray(record.rows.t)[: n + 1], np.asarray(record.rows.kind)[:n]
     at = np.flatnonzero((kind == LANDED) | (kind == STOPPED))
     times, landed, whole = t[at + 1], kind[at] == LANDED, t[-1] - t[0]
-    found = []
+    notes = []
     for i in np.flatnonzero((np.diff(times) > 0) & (np.diff(times) < NEAR * whole)):
         if landed[i] or landed[i + 1]:
             what = "events" if landed[i] and landed[i + 1] else "an event and a corner of a given function"
             words = f"{what} at {times[i]:.9g} s and {times[i + 1] - times[i]:.2g} s later nearly coincide"
-            found.append(f"{words}: derivatives are one-sided, valid until the two change their order")
-    return found
+            notes.append(f"{words}: derivatives are one-sided, valid until the two change their order")
+    return notes
 
 
 def _approach(record: Record, index: Array) -> tuple[Array, Array, Array]:
@@ -87,7 +87,7 @@ def _approach(record: Record, index: Array) -> tuple[Array, Array, Array]:
     t, y = record.ends(index)
     flat, span = record.flat, record.t_end - record.rows.t[0]
 
-    def one(t: Array, y: Any, i: Array) -> tuple[Array, Array]:
+    def at_event(t: Array, y: Any, i: Array) -> tuple[Array, Array]:
         mode, fired = record.rows.mode[i], record.rows.guard[i]
         packed = ravel_pytree(y)[0]
         f = flat.rhs(t, packed, mode)
@@ -98,7 +98,7 @@ def _approach(record: Record, index: Array) -> tuple[Array, Array, Array]:
         together = ~alike & (rate < 0) & (jnp.abs(g) <= 1e-12 * jnp.abs(rate) * span)
         return rate[fired], jnp.any(together)
 
-    return t, *jax.vmap(one)(t, y, index)
+    return t, *jax.vmap(at_event)(t, y, index)
 
 
 _approaches = DeviceJit(_approach)
@@ -137,10 +137,10 @@ def _of_each(find: Callable[["Result"], T]) -> Callable[["Result"], T]:
     """Values of a result; of a batch of results (not of one with values alone) those of each."""
 
     @functools.wraps(find)
-    def found(result: "Result") -> T:
+    def find_each(result: "Result") -> T:
         return jax.vmap(find)(result) if np.ndim(result.record.count) > 0 else find(result)
 
-    return found
+    return find_each
 
 
 @jax.tree_util.register_dataclass
@@ -272,7 +272,7 @@ class Result:
         inside = xp.where(away, start, xp.clip(ts, start, end))
         index = record.find(inside, left=left)
         probe = probe_many if self.concrete else probe_at
-        found = series_of(probe(record, index, inside - t[index]), self._system)
+        series = series_of(probe(record, index, inside - t[index]), self._system)
 
         def blank(column: Array) -> Array:
             gone = away.reshape(-1, *(1,) * (column.ndim - 1))
@@ -280,7 +280,7 @@ class Result:
                 return xp.where(gone, np.iinfo(column.dtype).min, column)
             return xp.where(gone, np.nan, xp.asarray(column, np.float64))
 
-        return jax.tree.map(blank, found)._replace(t=xp.where(away, ts, found.t))
+        return jax.tree.map(blank, series)._replace(t=xp.where(away, ts, series.t))
 
     @property
     def tells_pairs_apart(self) -> bool:
@@ -364,19 +364,21 @@ class Result:
             hot = getattr(self.series([record.t_end]), f"{end.of.removesuffix('s')}_temperature")
             now, more = f"is at {number(np.max(np.asarray(hot)), 'K', absolute=True)}", [motion]
         if turns:
-            found = self.end_capacity
-            words = _torques(found, list(self.scene.brake.pairs))
-            more.append(f"the load runs away: {words}" if found.outweighed and not lowers_steadily(record) else words)
+            capacity = self.end_capacity
+            words = _torques(capacity, list(self.scene.brake.pairs))
+            more.append(
+                f"the load runs away: {words}" if capacity.outweighed and not lowers_steadily(record) else words
+            )
         return ", ".join([f"{lever.ended(passed)} began at {number(y.phase.begun, 's')} and {now}", *more])
 
     def report(self) -> Report:
         """Event log, metrics and summary of a concrete result; the last one made is kept, as it scans the whole run."""
         global _last_report
-        found = _last_report  # (read once: another thread may put its own in the same place)
-        other = found is None or found.result.record.rows.t is not self.record.rows.t
-        if found is None or other or found.result.scene.limits is not self.scene.limits:
-            found = _last_report = Report(self)
-        return found
+        report = _last_report  # (read once: another thread may put its own in the same place)
+        other = report is None or report.result.record.rows.t is not self.record.rows.t
+        if report is None or other or report.result.scene.limits is not self.scene.limits:
+            report = _last_report = Report(self)
+        return report
 
     @property
     def events(self) -> Events:
@@ -480,12 +482,12 @@ def _above(module: str) -> Any:
     return importlib.import_module(f"simbrake.{module}")
 
 
-def _torques(found: Capacity, names: list[str]) -> str:
+def _torques(capacity: Capacity, names: list[str]) -> str:
     """Load torque and capacity of a brake in words; of one with several pairs, which is the weakest."""
-    load, most = number(found.load, "N*m"), number(found.torque, "N*m")
+    load, most = number(capacity.load, "N*m"), number(capacity.torque, "N*m")
     weaker = ""
-    if len(found.pairs) > 1:
-        weaker = f", limited by its {names[int(np.argmin(found.pairs))]} pair"
+    if len(capacity.pairs) > 1:
+        weaker = f", limited by its {names[int(np.argmin(capacity.pairs))]} pair"
     return f"load torque {load}, the sliding brake gives {most} at the end time{weaker}"
 
 
@@ -498,10 +500,10 @@ def _metric(result: Result, name: str) -> Array | Peak:
     if metric.greatest:
         if result.concrete:
             return result.report().peaks[name]
-        found = metric.of_peak(peak(result.record, metric.find, holding=name == HOLDING), scene)
-        return found._replace(value=_of_whole_run(found.value, result.record))
-    found = metric.find(result.record, scene)
-    return jax.device_put(np.asarray(found), run_device()) if result.concrete else _of_whole_run(found, result.record)
+        greatest = metric.of_peak(peak(result.record, metric.find, holding=name == HOLDING), scene)
+        return greatest._replace(value=_of_whole_run(greatest.value, result.record))
+    value = metric.find(result.record, scene)
+    return jax.device_put(np.asarray(value), run_device()) if result.concrete else _of_whole_run(value, result.record)
 
 
 def _of_whole_run(value: Array, record: Record) -> Array:

@@ -105,9 +105,9 @@ class PreparedAccuracy(NamedTuple):
 def of_answers(first: Any, second: Any) -> PreparedAccuracy:
     """Errors of the first of two answers of a prepared run from their difference."""
     counts = first.accepted, second.accepted
-    for which, one in (("the run", first), ("the second run", second)):
-        if one.code:
-            return PreparedAccuracy({}, *counts, f"{which} failed ({FAILURES[one.code][0]})")  # pyright: ignore
+    for which, answer in (("the run", first), ("the second run", second)):
+        if answer.code:
+            return PreparedAccuracy({}, *counts, f"{which} failed ({FAILURES[answer.code][0]})")  # pyright: ignore
     if (first.events, first.segments) != (second.events, second.segments):
         words = f"the runs have {first.events} and {second.events} events"
         return PreparedAccuracy({}, *counts, f"{words} in {first.segments} and {second.segments} segments")
@@ -172,7 +172,7 @@ def posed(
     return (system, state, mode, scene.initial.time, scene.end_time), settings
 
 
-@functools.partial(Kept, lines=lambda made: made[0].lines)
+@functools.partial(Kept, lines=lambda kept: kept[0].lines)
 def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> tuple[Program, np.ndarray]:
     """One stretch of all runs of one structure, compiled: a function of the numbers, the state left by the stretch
     before and its length, in one vector; and the state at the start of the first."""
@@ -297,8 +297,8 @@ def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> _Part:
 
     @marked.def_vmap
     def _(size: int, batched: PyTree, numbers: Array) -> tuple[Record, PyTree]:
-        found = jax.vmap(run)(numbers)
-        return found, jax.tree.map(lambda _: True, found)
+        records = jax.vmap(run)(numbers)
+        return records, jax.tree.map(lambda _: True, records)
 
     @jax.custom_jvp
     def part(numbers: Array) -> Record:
@@ -329,14 +329,14 @@ def require_compiling() -> None:
 
 def check_limits(rtol: Number, max_step: Number = np.inf, max_steps: int | None = None, max_events: int = 0) -> None:
     """Raises `InputError` where a tolerance or a limit is out of range; traced ones are not checked."""
-    found = faults_of_tolerance(rtol)
+    faults = faults_of_tolerance(rtol)
     if not isinstance(max_step, Tracer) and not (np.asarray(max_step).dtype.kind in "fiu" and np.all(max_step > 0)):
-        found.append(Fault("max_step", f"{shown(max_step)} s is out of range", "the longest step must be > 0 s"))
+        faults.append(Fault("max_step", f"{shown(max_step)} s is out of range", "the longest step must be > 0 s"))
     for name, limit in (("max_steps", max_steps), ("max_events", max_events)):
         if limit is not None:
-            found += faults_of_whole(name, limit, Whole("attempts or events", 0, _MOST_ALLOWED))
-    if found:
-        raise InputError(found)
+            faults += faults_of_whole(name, limit, Whole("attempts or events", 0, _MOST_ALLOWED))
+    if faults:
+        raise InputError(faults)
 
 
 def solver_for(stiff: bool) -> Solver:
@@ -544,22 +544,22 @@ class Prepared:
     def _places(self) -> dict[str, slice]:
         # a scene whose numbers are replaced by their places tells where each path lies
         counted = self._like.unpack(np.arange(self.numbers.size, dtype=np.float64))
-        found = {}
+        slices = {}
         for leaf in leaves(counted):
             first = int(np.ravel(leaf.value)[0])
-            found[leaf.path] = slice(first, first + int(np.size(leaf.value)))
-        return found
+            slices[leaf.path] = slice(first, first + int(np.size(leaf.value)))
+        return slices
 
     def _run(self, numbers: Float[Array, " k"], max_steps: int) -> Float[Array, " out"]:
         scene, (rtol, max_step) = self._like.unpack(numbers[:-2]), numbers[-2:]
         limits = {"max_step": max_step, "max_steps": max_steps, "max_events": self.max_events}
         result = simulate(scene, solver=self.solver, rtol=rtol, **limits)
-        found = [measure(result, metric) for metric in self._asked]
-        ends = np.cumsum([0, *(value.size for value in found)]).tolist()
-        wheres = [a if value.ndim == 0 else slice(a, b) for a, b, value in zip(ends, ends[1:], found, strict=False)]
+        values = [measure(result, metric) for metric in self._asked]
+        ends = np.cumsum([0, *(value.size for value in values)]).tolist()
+        wheres = [a if value.ndim == 0 else slice(a, b) for a, b, value in zip(ends, ends[1:], values, strict=False)]
         self._spans = list(zip(self.metrics, wheres, strict=True))
         counts = jnp.stack([jnp.asarray(n, jnp.float64) for n in (result.code, *result.record.stats)])
-        return jnp.concatenate([*(jnp.ravel(value) for value in found), counts])
+        return jnp.concatenate([*(jnp.ravel(value) for value in values), counts])
 
     def _subject(self, what: str, max_steps: int) -> tuple:
         """Key of the compiled programs."""
@@ -646,9 +646,9 @@ class Prepared:
             out = self._run(x, max_steps)
             return out[:-_COUNTS], out[-_COUNTS]
 
-        found, back, code = jax.vjp(run, numbers, has_aux=True)
-        eye = jnp.where(jnp.isfinite(found), 1.0, 0.0) * jnp.eye(found.size)
-        if found.size < 3:
+        values, back, code = jax.vjp(run, numbers, has_aux=True)
+        eye = jnp.where(jnp.isfinite(values), 1.0, 0.0) * jnp.eye(values.size)
+        if values.size < 3:
             rows = jnp.stack([back(row)[0][:-2] for row in eye])
         else:
             rows = jax.lax.map(lambda row: back(row)[0][:-2], eye)

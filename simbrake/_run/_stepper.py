@@ -158,7 +158,7 @@ class _Shape(NamedTuple):
     points: int
 
 
-@functools.partial(Kept, lines=lambda made: made[0].lines)
+@functools.partial(Kept, lines=lambda kept: kept[0].lines)
 def _program(packing: Packing, method: AbstractMethod, shapes: tuple[_Shape, ...], device: Any) -> tuple[Program, int]:
     """One integration between two times, a function of one vector: the numbers of the scene, points of the inputs,
     both times, state and mode; and the size of what comes after the inputs. A state that is not a number is the start.
@@ -182,8 +182,8 @@ def _program(packing: Packing, method: AbstractMethod, shapes: tuple[_Shape, ...
     def run(x: Array) -> Packed:
         system, y, mode, settings = start(x)
         points = (x[a:b].reshape(2, -1) for a, b in itertools.pairwise(ends.tolist()))
-        given = [(shape.where, PiecewiseLinear(*one)) for shape, one in zip(shapes, points, strict=True)]
-        duty = _commanded(packing.unpack(x[:n])[0], given).duty
+        profiles = [(shape.where, PiecewiseLinear(*pair)) for shape, pair in zip(shapes, points, strict=True)]
+        duty = _commanded(packing.unpack(x[:n])[0], profiles).duty
         system = dataclasses.replace(system, lever=duty.lever, load=duty.load)
         t, end, now = x[ends[-1]], x[ends[-1] + 1], x[ends[-1] + 2 :]
         begins = jnp.isnan(now[0])
@@ -211,14 +211,14 @@ def _at_end(record: Record) -> tuple[np.ndarray, np.ndarray]:
 def _events(record: Record, first: bool) -> list[Event]:
     """Changes of mode in a record, by the names of the log; `first`: it begins the run."""
     labels, t = labels_of(record), np.asarray(record.rows.t)
-    found, settles = [], first
+    events, settles = [], first
     for i, (before, after) in enumerate(itertools.pairwise(labels)):
         if before == after:
             continue
         names = events_of_change(before, after, settles and bool(t[i + 1] == t[0]))
-        found += [Event(float(t[i + 1]), name) for name in names]
+        events += [Event(float(t[i + 1]), name) for name in names]
         settles = False
-    return found
+    return events
 
 
 @functools.partial(RunJit, quick=True)
@@ -273,17 +273,19 @@ class Stepper:
         self.scene = scene = checked(scene)
         faults = faults_of_tolerance(rtol)
         inputs = [inputs] if isinstance(inputs, str) else inputs
-        known = f"inputs are {' and '.join(_INPUTS)}"
-        faults += [Fault(name, "is no input", known) for name in inputs if name not in _INPUTS]
-        given = {name: _held(scene, name) for name in dict.fromkeys(inputs) if name in _INPUTS}
-        faults += [fault for fault in given.values() if isinstance(fault, Fault)]
+        hint = f"inputs are {' and '.join(_INPUTS)}"
+        faults += [Fault(name, "is no input", hint) for name in inputs if name not in _INPUTS]
+        held_inputs = {name: _held(scene, name) for name in dict.fromkeys(inputs) if name in _INPUTS}
+        faults += [fault for fault in held_inputs.values() if isinstance(fault, Fault)]
         if isinstance(scene.duty.lever, Phases) and "lever" not in inputs:
             path = f"duty.{scene.duty.lever_field}"
             faults.append(Fault(path, "a duty in phases ends by itself", "run it by simulate, or give it a tension"))
         if faults:
             raise InputError(faults)
         self.solver, self.rtol = solver_of(scene, solver), rtol
-        self._held: dict[str, HeldInput] = {name: held for name, held in given.items() if isinstance(held, HeldInput)}
+        self._held: dict[str, HeldInput] = {
+            name: held for name, held in held_inputs.items() if isinstance(held, HeldInput)
+        }
         limits = np.asarray(rtol), np.asarray(np.inf), np.asarray(10_000, np.int32)
         self._limits = RunLimits(limits[1], limits[2], _ATTEMPTS)
         self._numbers, self._packing = pack((scene, *limits))
@@ -300,11 +302,11 @@ class Stepper:
         self, t: float, end: float, y: np.ndarray | None, mode: np.ndarray | None, held: Mapping[str, "HeldInput"]
     ) -> Record:
         """From one time to another, or as far as one call of the program comes."""
-        shapes = tuple(_Shape(name, one.where, len(one.times)) for name, one in held.items())
+        shapes = tuple(_Shape(name, held_input.where, len(held_input.times)) for name, held_input in held.items())
         program, size = _program(self._packing, self._method, shapes, run_device())
         now = np.full(size, np.nan) if y is None or mode is None else np.concatenate([y, mode])
-        given = [x for one in held.values() for x in (one.times, one.values)]
-        record: Record = program.call(np.concatenate([self._numbers, *given, [t, end], now])).unpack()
+        points = [x for held_input in held.values() for x in (held_input.times, held_input.values)]
+        record: Record = program.call(np.concatenate([self._numbers, *points, [t, end], now])).unpack()
         if int(record.code) not in (Code.COMPLETED, Code.STEP_LIMIT):
             result = Result(self.scene, record, np.asarray(self.rtol), solver_name(self.solver), self._limits)
             raise SimulationError(f"{result.status}: {result.message}", result)
@@ -351,7 +353,10 @@ class Stepper:
             events += _events(record, first=not self._begun and t == self.time)
             t, (y, mode) = float(record.t_end), _at_end(record)
             pieces = unravel(mode, record.mode_like).pieces
-            held = {name: dataclasses.replace(one, piece=int(pieces[_INPUTS[name]])) for name, one in held.items()}
+            held = {
+                name: dataclasses.replace(held_input, piece=int(pieces[_INPUTS[name]]))
+                for name, held_input in held.items()
+            }
         self.time, self._y, self._mode, self._held, self._record = t, y, mode, held, record
         self._begun = self._begun or span > 0
         return Advanced(t, events)
@@ -361,24 +366,24 @@ class Stepper:
         # a number may come from an array, as those of a controller do
         dt, *values = (x.item() if getattr(x, "ndim", None) == 0 else x for x in (dt, *inputs.values()))  # pyright: ignore
         span = reader.number(dt, Quantity("s", "length of the step", low=0.0), "dt", "s")
-        for name, given in zip(inputs, values, strict=True):
+        for name, entry in zip(inputs, values, strict=True):
             if name not in held:
-                known = ", ".join(held) or "none: name them in Stepper(scene, inputs=[…])"
-                reader.fault(name, "is no input of this stepper", f"inputs are {known}")
+                names = ", ".join(held) or "none: name them in Stepper(scene, inputs=[…])"
+                reader.fault(name, "is no input of this stepper", f"inputs are {names}")
                 continue
             unit = held[name].unit
-            value = reader.number(given, Quantity(unit, name, low=0.0 if unit == "N" else None), name, unit)
+            value = reader.number(entry, Quantity(unit, name, low=0.0 if unit == "N" else None), name, unit)
             held[name] = held[name].told(self.time, value) if isinstance(value, float) else held[name]
         if reader.faults:
             raise InputError(reader.faults)
         return span, held
 
     def _on_pieces(self, mode: np.ndarray, held: Mapping[str, HeldInput]) -> np.ndarray:
-        found: Mode = unravel(mode, self._record.mode_like)
-        pieces = list(found.pieces)
-        for name, one in held.items():
-            pieces[_INPUTS[name]] = np.asarray(one.piece)
-        flat = [np.ravel(leaf) for leaf in jax.tree.leaves(found._replace(pieces=tuple(pieces)))]
+        unpacked: Mode = unravel(mode, self._record.mode_like)
+        pieces = list(unpacked.pieces)
+        for name, held_input in held.items():
+            pieces[_INPUTS[name]] = np.asarray(held_input.piece)
+        flat = [np.ravel(leaf) for leaf in jax.tree.leaves(unpacked._replace(pieces=tuple(pieces)))]
         return np.concatenate(flat).astype(np.int32)
 
     # --- reading, saving and restoring the state ----------------------------------------------------------------------
@@ -414,13 +419,13 @@ class Stepper:
 
         `np.savez(file, **stepper.state())` saves it, and `stepper.restore(np.load(file))` continues from there.
         """
-        found = {"scene": np.asarray(self._digest), "time": np.asarray(self.time), "begun": np.asarray(self._begun)}
-        found |= {"y": self._y.copy(), "mode": self._mode.copy()}
+        arrays = {"scene": np.asarray(self._digest), "time": np.asarray(self.time), "begun": np.asarray(self._begun)}
+        arrays |= {"y": self._y.copy(), "mode": self._mode.copy()}
         for name, held in self._held.items():
             points = np.stack([held.times, held.values])
-            found |= {f"{name}_points": points, f"{name}_piece": np.asarray(held.piece)}
-            found |= {f"{name}_history": np.asarray(held.said[: held.count])}
-        return found
+            arrays |= {f"{name}_points": points, f"{name}_piece": np.asarray(held.piece)}
+            arrays |= {f"{name}_history": np.asarray(held.said[: held.count])}
+        return arrays
 
     def restore(self, state: Mapping[str, Any]) -> "Stepper":
         """The stepper as it was when `state` was taken. Raises `InputError` for a state of another scene."""

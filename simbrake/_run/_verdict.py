@@ -89,9 +89,9 @@ def verdict(result: Result, limits: Mapping[str, float | str] | Sequence[LimitCh
         checks: Sequence[LimitCheck] = limit_checks(result, bounds)
     else:
         checks = limits
-    found = [*(_row(check) for check in checks if check.limit is not None), *_of_capacity(result)]
+    judged_rows = [*(_row(check) for check in checks if check.limit is not None), *_of_capacity(result)]
     # the smallest margin first; what has none last
-    rows = [row for _, row in sorted(found, key=lambda one: math.inf if one[0] is None else one[0])]
+    rows = [row for _, row in sorted(judged_rows, key=lambda pair: math.inf if pair[0] is None else pair[0])]
     cover = judged(result, checks)
     return Verdict(_colour(result, rows, cover), _headline(result, rows, checks, cover), tuple(rows), cover)
 
