@@ -77,13 +77,13 @@ def sliders(scene: Scene) -> list[Data]:
     """A slider for every parameter of a scene, in groups by its parts; counts and structure have none."""
     absent = paths_without_meaning(scene)
     order = {"duty": 0, "initial": 1, "brake": 2}
-    found = [
+    controls = [
         {**slider_of(path, value, leaf.about), "group": leaf.path.rpartition(".")[0] or "scene"}
         for leaf in leaves(scene)
         if leaf.path not in absent
         for path, value in _numbers(leaf)
     ]
-    return sorted(found, key=lambda one: order.get(one["path"].partition(".")[0], 3))
+    return sorted(controls, key=lambda control: order.get(control["path"].partition(".")[0], 3))
 
 
 class App:
@@ -128,31 +128,31 @@ class App:
         with self._counting:
             self._latest += 1
             mine = self._latest
-        told, found, ready = [0.0], list[Data](), threading.Event()
+        shares, outcomes, ready = [0.0], list[Data](), threading.Event()
 
         def tell(t: float, end: float) -> None:
             if mine != self._latest:
                 raise Superseded
-            told.append((t - start) / max(end - start, 1e-300))
+            shares.append((t - start) / max(end - start, 1e-300))
 
         def work() -> None:
             try:
                 with self._running:
                     tell(start, end)
-                    found.append(self._answer(values, tell))
+                    outcomes.append(self._answer(values, tell))
             except Superseded:
-                found.append({"superseded": True})
+                outcomes.append({"superseded": True})
             except InputError as error:
-                found.append({"problem": "\n".join(map(str, error.faults))})
+                outcomes.append({"problem": "\n".join(map(str, error.faults))})
             except Exception as error:
-                found.append({"problem": f"{type(error).__name__}: {error}"})
+                outcomes.append({"problem": f"{type(error).__name__}: {error}"})
             ready.set()
 
         start, end = float(self.scene.initial.time), float(self.scene.end_time)
         threading.Thread(target=work, daemon=True).start()
         while not ready.wait(_TOLD):
-            yield {"progress": told[-1]}
-        yield found[0]
+            yield {"progress": shares[-1]}
+        yield outcomes[0]
 
     def _answer(self, values: Any, tell: Any) -> Data:
         result = simulate(self.edited(values), rtol=self.rtol, throw=False, progress=tell)

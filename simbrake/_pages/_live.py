@@ -96,7 +96,7 @@ def charts_of(scene: Scene, s: Series) -> list[Chart]:
     else:
         normal = Line(f"largest normal force on a {words.lining}", BLUE, lambda s: s.normal_load.max(axis=1))
         force = [normal, Line("actuator", SKY, lambda s: s.lever_force, True)]
-    found = [
+    charts = [
         Chart("Speed", "rad/s", tuple(speed)),
         Chart("Torque", "kN·m", tuple(torque), kilo),
         Chart("Tension of the band" if scene.brake.banded else "Forces", "kN", tuple(force), kilo),
@@ -111,16 +111,16 @@ def charts_of(scene: Scene, s: Series) -> list[Chart]:
         for label, (column, colour) in hot.items()
         if getattr(s, column) is not None
     )
-    found += [Chart("Surface temperature", "°C", lines, 1.0, -ZERO)] if lines else []
+    charts += [Chart("Surface temperature", "°C", lines, 1.0, -ZERO)] if lines else []
     if s.friction_coefficient is not None:
         low = Line(f"lowest of the {words.lining}s", BLUE, lambda s: s.friction_coefficient.min(axis=1))
         high = Line("highest", SKY, lambda s: s.friction_coefficient.max(axis=1), True)
-        found.append(Chart("Coefficient of friction, sliding", "–", (low, high)))
+        charts.append(Chart("Coefficient of friction, sliding", "–", (low, high)))
     if s.hook_position is not None:
         travel = Line("hook, downwards", _BLACK, lambda s: s.hook_position)
-        found.append(Chart("Travel of the hook", "m", (travel,)))
+        charts.append(Chart("Travel of the hook", "m", (travel,)))
     used = Line(f"{words.lining}s at their friction limit", ORANGE, lambda s: s.at_limit)
-    return [*found, Chart(f"At the limit, of {scene.brake.linings.count}", "–", (used,), stepped=True)]
+    return [*charts, Chart(f"At the limit, of {scene.brake.linings.count}", "–", (used,), stepped=True)]
 
 
 def rounded(values: Any) -> Any:
@@ -140,8 +140,8 @@ def times_of(result: Result, detail: Detail) -> Times:
     t = np.asarray(result.record.rows.t)[: int(result.record.count) + 1]
     spans = {(start, end), *((window.start, window.end) for window in windows(result))}
     even = [np.linspace(*ends, detail.even) for ends in spans]
-    found = np.unique(np.concatenate([*even, t[:: 1 + len(t) // detail.steps]]))
-    return found[np.append(True, np.diff(found) > 1e-12 * (end - start))]
+    times = np.unique(np.concatenate([*even, t[:: 1 + len(t) // detail.steps]]))
+    return times[np.append(True, np.diff(times) > 1e-12 * (end - start))]
 
 
 def events_of(result: Result) -> list[Data]:
@@ -204,7 +204,7 @@ def film(result: Result, count: int, duration: float = 8.0, start: Any = None, e
         for name, now in zip(contacts, p.shown.pairs, strict=True)
     ]
     hook = result.scene.duty.load.travelled(np.asarray(p.y.phi))
-    found: Data = {
+    data: Data = {
         "t": rounded(t),
         "seconds": duration,
         "rates": [{"until": until, "words": words_of_rate(window.rate(0.999 * until))} for until in window.film[1:]],
@@ -219,13 +219,13 @@ def film(result: Result, count: int, duration: float = 8.0, start: Any = None, e
     }
     if p.shown.tension is not None:
         tension = np.concatenate([np.asarray(p.flows.contact.slack_tension)[:, None], p.shown.tension], axis=1)
-        found["tension"] = rounded(tension / 1e3)
+        data["tension"] = rounded(tension / 1e3)
     heat = {name: np.asarray(T) - ZERO for name, T in p.surfaces.items() if name in ("linings", "rim")}
     if heat:
         low, high = min(T.min() for T in heat.values()), max(T.max() for T in heat.values())
         shown = {name: rounded(T if name == "linings" else T.max(axis=1)) for name, T in heat.items()}
-        found["heat"] = {"low": float(low), "high": float(max(high, low + 1.0)), **shown}
-    return found
+        data["heat"] = {"low": float(low), "high": float(max(high, low + 1.0)), **shown}
+    return data
 
 
 # --- all of it --------------------------------------------------------------------------------------------------------

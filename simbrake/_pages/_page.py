@@ -206,15 +206,15 @@ def report(
         ('<!DOCTYPE html>', True)
     """
     scene = run.scene if isinstance(run, Result) else run
-    bounds, found = read_limits(scene, limits or {})
+    bounds, faults = read_limits(scene, limits or {})
     lining = spread if isinstance(spread, str) else None
     for look in (lambda: check_metrics(scene, sensitivity), lambda: spread and known_spread(scene, lining)):
         try:
             look()
         except InputError as error:
-            found += error.faults
-    if found:
-        raise InputError(found)
+            faults += error.faults
+    if faults:
+        raise InputError(faults)
     with shown_progress(progress, "report", "compiling the run…") as progress:
         result = run if isinstance(run, Result) else simulate(run, rtol=rtol, throw=False, progress=progress)
         parts = contents(result, bounds, title, files or {}, progress)
@@ -306,15 +306,15 @@ def _scene_text(scene: Scene) -> dict[str, str]:
         return {"It cannot be written as a scene file": str(error)}
 
 
-def flat(found: Mapping[str, object], above: str = "") -> list[tuple[str, str]]:
+def flat(mapping: Mapping[str, object], above: str = "") -> list[tuple[str, str]]:
     """Names and texts of a mapping of mappings, in order; `above` begins the names."""
     rows: list[tuple[str, str]] = []
-    for name, value in found.items():
+    for name, value in mapping.items():
         words = f"{above}{name}".replace("_", " ")
         if isinstance(value, Mapping):
             rows += flat(value, f"{words}: ")
         elif isinstance(value, list | tuple):
-            rows.append((words, ", ".join(str(one) for one in value)))
+            rows.append((words, ", ".join(str(entry) for entry in value)))
         else:
             rows.append((words, "—" if value is None else str(value)))
     return rows
@@ -328,26 +328,26 @@ def _spread(
     titles = {key_title(name, summary): name for name in METRICS if summary["metrics"].get(name) is not None}
     titles = {words: name for words, name in titles.items() if words in shown} | {HEAT: "energy.friction_heat"}
     progress.now("runs of the spread")
-    known, found = uncertainty_of_library(result.scene, [*titles.values()], lining, rtol=float(result.rtol))
+    spread, study = uncertainty_of_library(result.scene, [*titles.values()], lining, rtol=float(result.rtol))
     marked = []
     for words, value, note in figures:
-        if words in titles and (of := found.statistics[titles[words]]).count:
+        if words in titles and (of := study.statistics[titles[words]]).count:
             low, high = (number(of.quantiles[p].value, of.unit or "1", count=4) for p in (0.05, 0.95))
-            those = "runs" if of.count == found.runs else f"the {of.count} runs of {found.runs} that have it"
+            those = "runs" if of.count == study.runs else f"the {of.count} runs of {study.runs} that have it"
             note = f"{note + '; ' if note else ''}90 % of {those}: {low.text} … {high}"
         marked.append((words, value, note))
     columns, rows = [Column("figure", left=True), "5 %", "median", "95 %", "runs"], []
-    for words, of in ((words, found.statistics[name]) for words, name in titles.items()):
+    for words, of in ((words, study.statistics[name]) for words, name in titles.items()):
         if of.count:
             each = (number(of.quantiles[p].value, of.unit or "1", count=4) for p in (0.05, 0.5, 0.95))
-            rows.append((words, *each, f"{of.count} of {found.runs}"))
-    counts = {name: one.count for name, one in found.failures.items() if one.count and name != ANY}
-    failures = [f"{name}: {count} of {found.runs} runs" for name, count in counts.items()]
+            rows.append((words, *each, f"{of.count} of {study.runs}"))
+    counts = {name: failure.count for name, failure in study.failures.items() if failure.count and name != ANY}
+    failures = [f"{name}: {count} of {study.runs} runs" for name, count in counts.items()]
     return {
         "figures": marked,
         "spread": {
-            "runs": found.runs,
-            "inputs": known.table(),
+            "runs": study.runs,
+            "inputs": spread.table(),
             "rows": Table(columns, rows),
             "failures": failures,
         },
@@ -356,11 +356,11 @@ def _spread(
 
 def _sensitivities(result: Result, metrics: Sequence[Metric], span: float | None, progress: Progress) -> Contents:
     """Sections of the metrics that have a value in this run, and the names of the others."""
-    there = [one for one in metrics if result.ok and happened(measure(result, one))]
+    there = [metric for metric in metrics if result.ok and happened(measure(result, metric))]
     tables: list[SensitivityTable] = []
     if there:
         tables = tables_of(result.scene, there, span=span, rtol=float(result.rtol), progress=progress)
-    found = [
+    sections = [
         {
             "words": title_of(table.metric),
             "value": number(table.value, table.unit),
@@ -371,7 +371,7 @@ def _sensitivities(result: Result, metrics: Sequence[Metric], span: float | None
         }
         for table in tables
     ]
-    return {"sensitivities": found, "without": [name_of(one) for one in metrics if one not in there]}
+    return {"sensitivities": sections, "without": [name_of(metric) for metric in metrics if metric not in there]}
 
 
 def _sensitivity_table(rows: Sequence[Sensitivity]) -> Table:
@@ -381,15 +381,15 @@ def _sensitivity_table(rows: Sequence[Sensitivity]) -> Table:
         Column("elasticity"),
         Column("meaning_note", hidden=True),
     ]
-    found = []
+    lines = []
     for row in rows:
         rounding = row.value and abs(row.elasticity) < _ROUNDING  # rounding errors are shown as 0
         influence = [
             Number("0" if rounding else digits(value, count), si=str(value))
             for value, count in ((row.derivative, 5), (row.elasticity, 4))
         ]
-        found.append((row.path, row.meaning, number(row.value, row.unit), *influence, row.note))
-    return Table(columns, found)
+        lines.append((row.path, row.meaning, number(row.value, row.unit), *influence, row.note))
+    return Table(columns, lines)
 
 
 def template_file(name: str) -> str:
@@ -451,8 +451,8 @@ def _series_table(result: Result) -> tuple[list[str], Float[np.ndarray, "m colum
     return names, np.stack(columns, axis=1)
 
 
-def _write_json(file: Path, found: object) -> None:
-    file.write_text(json.dumps(found, indent=2, allow_nan=False) + "\n", "utf-8")
+def _write_json(file: Path, data: object) -> None:
+    file.write_text(json.dumps(data, indent=2, allow_nan=False) + "\n", "utf-8")
 
 
 def write_sensitivities(tables: Sequence[SensitivityTable], folder: Path) -> list[Path]:

@@ -62,11 +62,11 @@ Axes: TypeAlias = Mapping[str, Sequence[float]]
 
 def faults_of_axes(scene: Scene, axes: Axes) -> list[Fault]:
     """Errors of parameters and points that a page cannot have."""
-    known = {leaf.path for leaf in leaves(scene)}
-    absent = [path for path in axes if entry_of(path, known)[0] not in known]
-    found = [Fault(path, "is absent in this scene", "give the scene a value of it") for path in absent]
+    paths = {leaf.path for leaf in leaves(scene)}
+    absent = [path for path in axes if entry_of(path, paths)[0] not in paths]
+    faults = [Fault(path, "is absent in this scene", "give the scene a value of it") for path in absent]
     count = math.prod(map(len, axes.values()))
-    return found + ([Fault("--vary", f"makes {count} points", f"up to {_POINTS}")] if count > _POINTS else [])
+    return faults + ([Fault("--vary", f"makes {count} points", f"up to {_POINTS}")] if count > _POINTS else [])
 
 
 # --- the solved points ------------------------------------------------------------------------------------------------
@@ -241,9 +241,9 @@ def _derivatives(
     solved = list[Rows | None]()
     for i, (point, sequence) in enumerate(zip(points, sequences, strict=True)):
         progress.now("derivatives", i, len(points))
-        found = None if sequence is None else solve(np.asarray(point))
-        good = found is not None and found.code == 0
-        solved.append(_rows(found.values, found.jacobian) if found is not None and good else None)
+        evaluation = None if sequence is None else solve(np.asarray(point))
+        good = evaluation is not None and evaluation.code == 0
+        solved.append(_rows(evaluation.values, evaluation.jacobian) if evaluation is not None and good else None)
     return solved
 
 
@@ -288,16 +288,16 @@ class _Grid(NamedTuple):
 
         - `results`: a run of each sequence;  `lines`: number of curves
         """
-        sizes, kept, known = {one: pieces_of(one) for one in results}, list[np.ndarray](), [*results]
+        sizes, kept, order = {events: pieces_of(events) for events in results}, list[np.ndarray](), [*results]
         points, start = list[Data](), 0
         for rows, sequence in zip(self.solved, self.sequences, strict=True):
             if rows is None or sequence is None:
                 points.append({"sequence": -1, "start": start})
                 continue
-            points.append({"sequence": known.index(sequence), "start": start})
+            points.append({"sequence": order.index(sequence), "start": start})
             kept.append(sampled.cut(rows, sizes[sequence], lines).astype("<f4").ravel())
             start += kept[-1].size
-        sequences = [_sequence(result, sizes[one], sampled, lines) for one, result in results.items()]
+        sequences = [_sequence(result, sizes[events], sampled, lines) for events, result in results.items()]
         return points, sequences, base64.b64encode(np.concatenate(kept).tobytes()).decode("ascii")
 
 
@@ -375,9 +375,9 @@ def _edges(result: Result) -> np.ndarray:
 
 
 def _slider(scene: Scene, path: str, values: Sequence[float]) -> Data:
-    known = {leaf.path: leaf for leaf in leaves(scene)}
-    field, index = entry_of(path, known)
-    leaf = known[field]
+    fields = {leaf.path: leaf for leaf in leaves(scene)}
+    field, index = entry_of(path, fields)
+    leaf = fields[field]
     value = float(np.ravel(leaf.value)[index or 0])
     value = value if values[0] <= value <= values[-1] else values[len(values) // 2]
     return {**slider_of(path, value, leaf.about, (values[0], values[-1])), "values": [*values]}

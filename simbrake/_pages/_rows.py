@@ -56,18 +56,18 @@ _FIRST_STOP = ("slip_onset_time", "full_slip_time", "stopping_time", "stopping_a
 
 
 def _of_stops(rows: Sequence[Summary]) -> list[tuple[str, Number, str]]:
-    found = totals(rows)
-    slowest, hottest = (f"in stop {found[name]['stop']}" for name in ("slowest", "hottest"))
+    sums = totals(rows)
+    slowest, hottest = (f"in stop {sums[name]['stop']}" for name in ("slowest", "hottest"))
     figures = [
         ("Stops", Number(str(len(rows)), ""), ""),
-        ("Time in motion", number(found["motion_time"], "s", count=5), ""),
-        ("Time of braking", number(found["braking_time"], "s", count=5), ""),
-        ("Longest braking", number(found["slowest"]["braking_time"], "s", count=5), slowest),
-        ("Maximum friction heat of a stop", number(found["hottest"]["energy"], "J", count=5), hottest),
-        ("Angle of all stops", number(found["angle"], "rad", count=5), ""),
+        ("Time in motion", number(sums["motion_time"], "s", count=5), ""),
+        ("Time of braking", number(sums["braking_time"], "s", count=5), ""),
+        ("Longest braking", number(sums["slowest"]["braking_time"], "s", count=5), slowest),
+        ("Maximum friction heat of a stop", number(sums["hottest"]["energy"], "J", count=5), hottest),
+        ("Angle of all stops", number(sums["angle"], "rad", count=5), ""),
     ]
-    if "travel" in found:
-        figures.append(("Hook travel of all stops", number(found["travel"], "m", count=5), ""))
+    if "travel" in sums:
+        figures.append(("Hook travel of all stops", number(sums["travel"], "m", count=5), ""))
     return figures
 
 
@@ -79,7 +79,7 @@ def key_title(name: str, summary: Summary) -> str:
 
 def key_figures(summary: Summary) -> list[tuple[str, Number, str]]:
     """Metrics of the run in words, with their value, lining and time; of several stops totals and the worst one."""
-    found = _of_stops(summary["stops"]) if "stops" in summary else []
+    figures = _of_stops(summary["stops"]) if "stops" in summary else []
     at, lining = summary["at"], summary.get("lining", "lining")
     for name in METRICS:
         value = summary["metrics"].get(name)
@@ -87,13 +87,13 @@ def key_figures(summary: Summary) -> list[tuple[str, Number, str]]:
             continue
         notes = [f"{lining} {at[f'{name}_lining']}"] if f"{name}_lining" in at else []
         notes += [f"at {number(at[f'{name}_time'], 's', count=4)}"] if f"{name}_time" in at else []
-        found.append((key_title(name, summary), number(value, unit_of(name), count=5), ", ".join(notes)))
+        figures.append((key_title(name, summary), number(value, unit_of(name), count=5), ", ".join(notes)))
     capacity = summary["capacity"]
     if capacity is not None:
-        found.append(("Load torque at the end", number(capacity["load_torque"], "N*m", count=5), ""))
+        figures.append(("Load torque at the end", number(capacity["load_torque"], "N*m", count=5), ""))
         torque = number(capacity["brake_torque"], "N*m", count=5)
-        found.append(("Torque of the sliding brake at the end", torque, ""))
-    return [*found, (HEAT, number(summary["energy"]["friction_heat"], "J", count=5), "")]
+        figures.append(("Torque of the sliding brake at the end", torque, ""))
+    return [*figures, (HEAT, number(summary["energy"]["friction_heat"], "J", count=5), "")]
 
 
 EVENT = Column("event", left=True, show=lambda name: name.replace("_", " "))
@@ -102,17 +102,17 @@ EVENT = Column("event", left=True, show=lambda name: name.replace("_", " "))
 def event_table(events: Sequence[Event]) -> Table:
     """The log; events of one name at linings that follow each other are one row, each of them in `meaning_members`."""
 
-    def together(one: tuple[int, Event]) -> tuple[str, int]:
-        return one[1].name, one[0] if one[1].lining is None else -1
+    def together(entry: tuple[int, Event]) -> tuple[str, int]:
+        return entry[1].name, entry[0] if entry[1].lining is None else -1
 
     rows = []
     for (name, _), group in itertools.groupby(enumerate(events), together):
-        found = [event for _, event in group]
-        members = [(event.lining, number(event.time, "s")) for event in found]
+        alike = [event for _, event in group]
+        members = [(event.lining, number(event.time, "s")) for event in alike]
         linings, many = [lining for lining, _ in members if lining is not None], len(members) > 1
         last, each = (members[-1][1], members) if many else (None, [])
         last = None if str(last) == str(members[0][1]) else last
-        meaning = f"{found[0].phase} ended" if found[0].phase else plain_words(name)
+        meaning = f"{alike[0].phase} ended" if alike[0].phase else plain_words(name)
         rows.append((members[0][1], name, _span(linings), meaning, last, each))
     hidden = [Column("time_end", hidden=True), Column("meaning_members", hidden=True)]
     return Table([Column("time"), EVENT, "lining", "meaning", *hidden], rows)
@@ -185,15 +185,15 @@ def tornado(table: SensitivityTable, most: int = 12) -> dict[str, Any]:
 
     def bar(row: Sensitivity, ends: Sequence[tuple[str, float]]) -> dict[str, Any]:
         half = "" if row.half is None else f" ± {number(row.half, row.unit, absolute=False, count=3)}"
-        found = []
+        sides = []
         for side, x in ends:
             a, b = sorted((place(x), place(base)))
             words = f", {side}er bound: {number(x, table.unit, count=6)}" if base else f": {Number(digits(x, 4))}"
-            found.append({"side": side, "x": a, "width": b - a, "words": f"{row.path}{words}"})
+            sides.append({"side": side, "x": a, "width": b - a, "words": f"{row.path}{words}"})
         words = f"{number(row.value, row.unit, count=5)}{half}"
-        return {"path": row.path, "words": words, "ends": found, "tangents": [*map(place, tangents[row.path])]}
+        return {"path": row.path, "words": words, "ends": sides, "tangents": [*map(place, tangents[row.path])]}
 
-    return {"caption": caption, "bars": [bar(*one) for one in bars], "base": place(base)}
+    return {"caption": caption, "bars": [bar(*pair) for pair in bars], "base": place(base)}
 
 
 #: terms of both balances in words
@@ -257,13 +257,13 @@ def ledgers(result: Result, summary: Summary) -> list[dict[str, Any]]:
     if len(pairs) > 1:
         del out["friction_heat"]
         out = {f"Friction heat, {place.words}": e[f"heat_{pair}"] for pair, place in pairs.items()} | out
-    found = [ledger("Mechanical energy", into, out, e["closure"])]
+    balances = [ledger("Mechanical energy", into, out, e["closure"])]
     if "heat_stored" in e:
         into, out = heat_balance(e)
         del out["heat_stored"]
         out = {f"Stored in {name}": float(value) for name, value in result.stored_heat.items()} | out
-        found.append(ledger("Heat", into, out, e["heat_closure"]))
-    return found
+        balances.append(ledger("Heat", into, out, e["heat_closure"]))
+    return balances
 
 
 # --- equipment and duty -----------------------------------------------------------------------------------------------
@@ -279,26 +279,26 @@ def parts_of(scene: Scene) -> list[dict[str, Any]]:
 
     Without fields that mean nothing in this scene, and parts that have no others.
     """
-    absent, found = paths_without_meaning(scene), []
+    absent, parts = paths_without_meaning(scene), []
     for path, part, unit in parts_below(scene):
         rows = []
         for field in dataclasses.fields(part):
-            value, here = getattr(part, field.name), below(path, field)
+            value, field_path = getattr(part, field.name), below(path, field)
             about, whole = about_of(field, unit), field.metadata.get("whole")
-            if here in absent or next(parts_below(value), None) is not None:
+            if field_path in absent or next(parts_below(value), None) is not None:
                 continue
             if about is not None:
                 shown = (
                     Number("not given") if value is None else numbers(value, about.unit, absolute=not about.difference)
                 )
-                rows.append({"path": here, "meaning": about.meaning, "value": shown})
+                rows.append({"path": field_path, "meaning": about.meaning, "value": shown})
             elif value is not None and (words := _plain(value)):
                 meaning = field.name.replace("_", " ") if whole is None else whole.meaning
-                rows.append({"path": here, "meaning": meaning, "value": Number(words)})
+                rows.append({"path": field_path, "meaning": meaning, "value": Number(words)})
         kind = type(part).__name__
         if rows:
-            found.append({"path": path, "kind": kind, "words": _WORDS.get(kind, _said_of(part)), "rows": rows})
-    return found
+            parts.append({"path": path, "kind": kind, "words": _WORDS.get(kind, _said_of(part)), "rows": rows})
+    return parts
 
 
 def _said_of(node: object) -> str:
@@ -310,7 +310,7 @@ def _plain(value: object) -> str:
     """Fields that are neither numbers nor parts: names, counts, functions."""
     if callable(value):
         return getattr(value, "__qualname__", type(value).__name__)
-    return ", ".join(str(one) for one in value) if isinstance(value, tuple | list) else str(value)
+    return ", ".join(str(entry) for entry in value) if isinstance(value, tuple | list) else str(value)
 
 
 def _points(profile: PiecewiseLinear | Repeated, unit: str) -> str:
