@@ -113,12 +113,12 @@ def _solver_of(name: str) -> Any:
 
 def occurrences(events: Iterable[tuple[str, int | None, float]]) -> dict[tuple[str, int | None, int], float]:
     """Times (s) of events by name, lining, and which of these it is, from 1."""
-    found: dict[tuple[str, int | None, int], float] = {}
+    times: dict[tuple[str, int | None, int], float] = {}
     count: dict[tuple[str, int | None], int] = {}
     for name, lining, time in events:
         count[name, lining] = count.get((name, lining), 0) + 1
-        found[name, lining, count[name, lining]] = time
-    return found
+        times[name, lining, count[name, lining]] = time
+    return times
 
 
 # --- two results side by side -----------------------------------------------------------------------------------------
@@ -292,7 +292,10 @@ def compare(a: Source, b: Source, rtol: float = 1e-9) -> Comparison:
         how=how,
         judged=judged,
         solver=_words(
-            *(one["settings"] | {key: one["outcome"][n] for n, key in _COUNTS.items()} for one in (from_a, from_b))
+            *(
+                source["settings"] | {key: source["outcome"][n] for n, key in _COUNTS.items()}
+                for source in (from_a, from_b)
+            )
         ),
         versions=_words(*({"simbrake": s["simbrake"], **s["versions"], **s["machine"]} for s in (from_a, from_b))),
     )
@@ -307,10 +310,10 @@ def _data(a: Source, b: Source) -> list[Dataset]:
             for pick, ends in ((max, [r.record.rows.t[0] for r in (a, b)]), (min, [r.record.t_end for r in (a, b)]))
         )
         times = np.linspace(start, end, POINTS) if start < end else None
-    found = []
+    datasets = []
     for source in (a, b):
         if isinstance(source, Result):
-            found.append(dataset(source, times))
+            datasets.append(dataset(source, times))
             continue
         data = read_result(source) if isinstance(source, str | Path) else source
         if getattr(data, "attrs", {}).get("format") != FORMAT:
@@ -318,8 +321,8 @@ def _data(a: Source, b: Source) -> list[Dataset]:
             raise InputError([Fault("compare", what, "give a Result, its dataset, or the path of a result file")])
         if missing := [name for name in _NEEDED if name not in data.variables]:
             raise InputError([Fault("compare", f"a result is without {', '.join(missing)}", "give all of a data set")])
-        found.append(data)
-    return found
+        datasets.append(data)
+    return datasets
 
 
 def _words(a: Settings, b: Settings) -> list[Word]:
@@ -350,19 +353,19 @@ def _change(
 
 def _numbers(a: Settings, b: Settings, rtol: float) -> list[Change]:
     """Numbers of the scenes that are not the same; of arrays the entries."""
-    rows_a, rows_b = ({row["path"]: row for row in one["numbers"]} for one in (a, b))
-    found = []
+    rows_a, rows_b = ({row["path"]: row for row in scene["numbers"]} for scene in (a, b))
+    changes = []
     for path in dict.fromkeys([*rows_a, *rows_b]):
         unit = (rows_a.get(path) or rows_b[path])["unit"]
-        one, two = (rows[path]["value"] if path in rows else None for rows in (rows_a, rows_b))
-        if one is None or two is None or np.shape(one) != np.shape(two):
-            found.append(Change(path, one, two, unit, None, None, True))
+        value_a, value_b = (rows[path]["value"] if path in rows else None for rows in (rows_a, rows_b))
+        if value_a is None or value_b is None or np.shape(value_a) != np.shape(value_b):
+            changes.append(Change(path, value_a, value_b, unit, None, None, True))
             continue
-        x, y = np.asarray(one, float), np.asarray(two, float)
+        x, y = np.asarray(value_a, float), np.asarray(value_b, float)
         for place in np.argwhere(x != y):
             index = f"[{','.join(map(str, place))}]" if place.size else ""
-            found.append(_change(path + index, float(x[tuple(place)]), float(y[tuple(place)]), unit, rtol))
-    return found
+            changes.append(_change(path + index, float(x[tuple(place)]), float(y[tuple(place)]), unit, rtol))
+    return changes
 
 
 def _events(a: Dataset, b: Dataset, rtol: float) -> tuple[list[Change], list[str], list[str]]:
@@ -395,14 +398,14 @@ def _scalars(a: Dataset, b: Dataset, rtol: float) -> tuple[list[Change], list[Ch
     energies = {name for name in units if name.startswith("energy.")}
     in_joules = [name for name in energies if units[name] == "J"]
     largest = max(abs(group[name].item()) for group in (own, other) for name in in_joules if name in group)
-    found: tuple[list[Change], list[Change]] = [], []
+    changes: tuple[list[Change], list[Change]] = [], []
     for name in dict.fromkeys([*own, *other]):
-        one, two = (group[name].item() if name in group else None for group in (own, other))
+        value_a, value_b = (group[name].item() if name in group else None for group in (own, other))
         scale = largest if name in in_joules else 1.0 if name in energies else None  # residuals are relative already
         at_peak = name.startswith(("max_", "peak_")) and name.endswith(("_time", "_lining"))
-        change = _change(name, one, two, units[name], rtol, scale=scale, judged=not at_peak)
-        found[name in energies].append(change)
-    return found
+        change = _change(name, value_a, value_b, units[name], rtol, scale=scale, judged=not at_peak)
+        changes[name in energies].append(change)
+    return changes
 
 
 def _series(a: Dataset, b: Dataset, rtol: float) -> tuple[list[SeriesChange], str, bool]:
@@ -424,17 +427,28 @@ def _series(a: Dataset, b: Dataset, rtol: float) -> tuple[list[SeriesChange], st
         return [], "not at all: they have no time in common", False
     own, other = _over_time(a), _over_time(b)
     sizes = _sizes(own, other)
-    found = []
+    changes = []
     for name in dict.fromkeys([*own, *other]):
-        one, two = own.get(name), other.get(name)
-        if one is None or two is None or one.dims != two.dims or one.shape[1:] != two.shape[1:]:
-            words = "only in a" if two is None else "only in b" if one is None else "of another shape"
-            unit = (two if one is None else one).attrs["units"]  # pyright: ignore
-            found.append(SeriesChange(name, unit, None, None, None, words, True))
+        column_a, column_b = own.get(name), other.get(name)
+        if (
+            column_a is None
+            or column_b is None
+            or column_a.dims != column_b.dims
+            or column_a.shape[1:] != column_b.shape[1:]
+        ):
+            words = "only in a" if column_b is None else "only in b" if column_a is None else "of another shape"
+            unit = (column_b if column_a is None else column_a).attrs["units"]  # pyright: ignore
+            changes.append(SeriesChange(name, unit, None, None, None, words, True))
             continue
-        x, y = (one.values[i], two.values[j]) if exact else (_between(one, times), _between(two, times))
-        found.append(_greatest(one, np.abs(x - y), times, sizes[one.attrs["units"]], rtol if exact else np.inf))
-    return found, how, exact
+        x, y = (
+            (column_a.values[i], column_b.values[j])
+            if exact
+            else (_between(column_a, times), _between(column_b, times))
+        )
+        changes.append(
+            _greatest(column_a, np.abs(x - y), times, sizes[column_a.attrs["units"]], rtol if exact else np.inf)
+        )
+    return changes, how, exact
 
 
 def _over_time(data: Dataset) -> dict[str, DataArray]:
@@ -448,12 +462,12 @@ def _over_time(data: Dataset) -> dict[str, DataArray]:
 
 def _sizes(*groups: dict[str, DataArray]) -> dict[str, float]:
     """Largest magnitude of all columns of one unit; pure numbers count as they are."""
-    found: dict[str, float] = {"1": 1.0}
+    sizes: dict[str, float] = {"1": 1.0}
     for variable in (v for group in groups for v in group.values()):
         unit = variable.attrs["units"]
         if unit != "1" and variable.size:
-            found[unit] = max(found.get(unit, 0.0), float(np.max(np.abs(variable.values))))
-    return found
+            sizes[unit] = max(sizes.get(unit, 0.0), float(np.max(np.abs(variable.values))))
+    return sizes
 
 
 def _between(variable: DataArray, times: Float[np.ndarray, " m"]) -> Float[np.ndarray, "m ..."]:

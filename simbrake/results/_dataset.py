@@ -111,8 +111,8 @@ def instants(result: Result) -> Float[np.ndarray, " k"]:
     record = result.record
     n, t = int(record.count), np.asarray(record.rows.t)
     ends = t[1 : n + 1][np.asarray(record.rows.kind)[:n] >= LANDED]
-    found = np.unique([*ends, *(event.time for event in result.events)])
-    return found[found > t[0]]  # nothing comes before the start
+    times = np.unique([*ends, *(event.time for event in result.events)])
+    return times[times > t[0]]  # nothing comes before the start
 
 
 def _sampled(result: Result, times: Any) -> tuple[Series, Float[np.ndarray, " m"], Int[np.ndarray, " m"]]:
@@ -151,8 +151,8 @@ def _columns(result: Result, series: Series) -> Variables:
         last = "node" if field == "temperature" else "lining"
         dims = ("time", *(() if value.ndim == 1 else (last,) if value.ndim == 2 else (f"{field}_state", last)))
         if value.ndim == 2 and field.endswith("_temperature") and value.shape[1] != n:
-            one = value.shape[1] == 1  # else of the rims of several bands
-            dims, value = ("time",) if one else ("time", "band"), value[:, 0] if one else value
+            single = value.shape[1] == 1  # else of the rims of several bands
+            dims, value = ("time",) if single else ("time", "band"), value[:, 0] if single else value
         data[field] = _variable(dims, value, *about_column(field)[:2])
     return data
 
@@ -163,7 +163,7 @@ def _add_walls(result: Result, temperature: Float[np.ndarray, "m nodes"], coords
     for body in result.scene.network.bodies:
         if isinstance(body, Junction | Reservoir):
             continue
-        here, first = slice(first, first + body.count), first + body.count
+        layers, first = slice(first, first + body.count), first + body.count
         if not isinstance(body, Wall):
             continue
         name = _free(body.name, data)
@@ -171,7 +171,7 @@ def _add_walls(result: Result, temperature: Float[np.ndarray, "m nodes"], coords
         coords[layer] = _variable(layer, np.arange(body.layers) + 1, "1", f"layer of {body.name}, from its front")
         depth = np.asarray(body.centres, float)
         coords[f"{name}_depth"] = _variable(layer, depth, "m", "depth of the layer's centre below the front")
-        values, dims = temperature[:, here], ("time", layer)
+        values, dims = temperature[:, layers], ("time", layer)
         if body.copies > 1:
             values, dims = values.reshape(-1, body.copies, body.layers), ("time", copy, layer)
             coords[copy] = _variable(copy, np.arange(body.copies) + 1, "1", f"which of the walls {body.name}")
@@ -209,12 +209,12 @@ def _stages(result: Result) -> Variables:
 def _numbers(result: Result) -> Variables:
     """Metrics, energies and solver counts: variables without a dimension."""
     summary, stats = result.summary(), result.record.stats
-    energies, found = summary["energy"], {}
+    energies, variables = summary["energy"], {}
     for name, value in {**summary["metrics"], **summary["at"]}.items():
         if name not in energies:  # heats are among the energies
             value = value if isinstance(value, int) else float(np.inf if value is None else value)
-            found[name] = ((), np.asarray(value), about_output(name))
-    found |= {
+            variables[name] = ((), np.asarray(value), about_output(name))
+    variables |= {
         f"energy.{name}": ((), np.asarray(value), about_output(f"energy.{name}")) for name, value in energies.items()
     }
     about = {
@@ -227,7 +227,7 @@ def _numbers(result: Result) -> Variables:
         "method": (result.method_name, "solver of the run"),
         "rtol": (float(result.rtol), "relative tolerance of the run"),
     }
-    return found | {name: _variable((), value, "1", meaning) for name, (value, meaning) in about.items()}
+    return variables | {name: _variable((), value, "1", meaning) for name, (value, meaning) in about.items()}
 
 
 # --- provenance ----------------------------------------------------------------------------------------------------
@@ -322,23 +322,23 @@ def parts(node: Any, path: str = "") -> dict[str, Any]:
 
     Classes that are not of simbrake are named with their module.
     """
-    found: dict[str, Any] = {}
+    structure: dict[str, Any] = {}
     if isinstance(node, tuple | list):
         for i, child in enumerate(node):
-            found |= parts(child, f"{path}[{i}]")
+            structure |= parts(child, f"{path}[{i}]")
     elif dataclasses.is_dataclass(node) and not isinstance(node, type):
-        found[path] = _name(type(node))
+        structure[path] = _name(type(node))
         for field in dataclasses.fields(node):
             value = getattr(node, field.name)
             if "quantity" not in field.metadata or dataclasses.is_dataclass(value):
-                found |= parts(value, f"{path}.{field.name}" if path else field.name)
+                structure |= parts(value, f"{path}.{field.name}" if path else field.name)
     elif isinstance(node, bool | int | float | str):
-        found[path] = node
+        structure[path] = node
     elif isinstance(node, np.ndarray | jax.Array):  # numbers of a custom law that name no unit
-        found[path] = np.asarray(node).tolist()
+        structure[path] = np.asarray(node).tolist()
     elif node is not None:
-        found[path] = _name(node if callable(node) else type(node))
-    return found
+        structure[path] = _name(node if callable(node) else type(node))
+    return structure
 
 
 def _name(thing: Any) -> str:
@@ -403,7 +403,7 @@ def read_result(path: str | Path, *, earlier: bool = False) -> Dataset:
         raise InputError([Fault(str(path), "there is no such file", hint)])
     try:
         data = normalised(kind.read(path))
-        found = data.attrs.pop(_CHECK, None)
+        checksum = data.attrs.pop(_CHECK, None)
     except InputError:
         raise
     except Exception as error:  # any exception in a user's file is reported in one line
@@ -411,7 +411,7 @@ def read_result(path: str | Path, *, earlier: bool = False) -> Dataset:
         raise InputError([Fault(str(path), words, f"give {kind.name} as `simbrake.save` writes it")]) from error
     if data.attrs.get("format") != FORMAT:
         raise InputError([Fault(str(path), "is not a result of a run", f"its attribute `format` must be {FORMAT!r}")])
-    if found != _checksum(data):
+    if checksum != _checksum(data):
         raise InputError([Fault(str(path), "is damaged, or was changed after it was written", "save the result again")])
     if old := [] if earlier else [name for name in map(str, data.data_vars) if name in RENAMED]:
         hint = "the file is of an earlier version: `simbrake.results.rerun` runs its scene again"
@@ -471,9 +471,9 @@ def _read_csv(path: Path) -> Dataset:
 
 
 def _pyarrow() -> Any:
-    found = needed("pyarrow", "reads and writes Parquet", "tables")
+    pyarrow = needed("pyarrow", "reads and writes Parquet", "tables")
     importlib.import_module("pyarrow.parquet")
-    return found
+    return pyarrow
 
 
 def _write_parquet(data: Dataset, path: Path) -> None:
@@ -519,6 +519,6 @@ KINDS = {
 def _kind_of(path: Path) -> Kind:
     kind = KINDS.get(path.suffix.lower())
     if kind is None:
-        hint = ", ".join(f"{suffix} ({one.name})" for suffix, one in KINDS.items())
+        hint = ", ".join(f"{suffix} ({file_kind.name})" for suffix, file_kind in KINDS.items())
         raise InputError([Fault(str(path), f"has the suffix {path.suffix!r}", f"there are: {hint}")])
     return kind

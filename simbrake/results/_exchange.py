@@ -55,9 +55,9 @@ def split(data: Dataset) -> tuple[Header, dict[str, np.ndarray]]:
         about: dict[str, Any] = {"dims": list(variable.dims), "kind": _TYPES[variable.dtype.kind]}
         about["attrs"] = dict(variable.attrs)
         if "time" in variable.dims:
-            here = columns_of(data, str(name))
-            columns |= here
-            about["columns"] = list(here)
+            own_columns = columns_of(data, str(name))
+            columns |= own_columns
+            about["columns"] = list(own_columns)
         else:
             about["values"] = [_plain(x) for x in np.ravel(variable.values)]
         header["variables"][str(name)] = about
@@ -71,7 +71,7 @@ def columns_of(data: Dataset, name: str) -> dict[str, np.ndarray]:
     labels = [""]
     for dim in variable.dims[1:]:
         own = data[dim].values.tolist()
-        labels = [f"{label}_{one}" for label in labels for one in own]
+        labels = [f"{label}_{coordinate}" for label in labels for coordinate in own]
     names = [f"{name}{label}" + (f" [{unit}]" if unit != "1" else "") for label in labels]
     return dict(zip(names, variable.values.reshape(variable.shape[0], -1).T, strict=True))
 
@@ -87,17 +87,17 @@ def join(header: Header, columns: dict[str, np.ndarray]) -> Dataset:
     """The data set of a header and its columns; `KeyError`, `ValueError`, … where these do not match."""
     import xarray as xr
 
-    sizes, found = header["sizes"], {}
+    sizes, variables = header["sizes"], {}
     for name, about in header["variables"].items():
         shape = tuple(sizes[dim] for dim in about["dims"])
         dtype = np.dtype(about["kind"])
         if "columns" in about:
-            values = np.stack([np.asarray(columns[one]).astype(dtype) for one in about["columns"]], axis=1)
+            values = np.stack([np.asarray(columns[column]).astype(dtype) for column in about["columns"]], axis=1)
         else:
             values = np.asarray(about["values"], dtype=dtype if dtype.kind != "U" else str)
-        found[name] = (tuple(about["dims"]), values.reshape(shape), about["attrs"])
-    coords = {name: found.pop(name) for name in header["coords"]}
-    return xr.Dataset(found, coords, header["attrs"])
+        variables[name] = (tuple(about["dims"]), values.reshape(shape), about["attrs"])
+    coords = {name: variables.pop(name) for name in header["coords"]}
+    return xr.Dataset(variables, coords, header["attrs"])
 
 
 def as_lines(header: Header) -> list[str]:
@@ -133,32 +133,34 @@ _FORMULA = ("=", "+", "-", "@")
 
 def groups(data: Dataset) -> dict[str, dict[str, DataArray]]:
     """The variables of a data set as `series`, `events`, `stops`, `stages`, `places`, and `metrics` (single values)."""
-    found: dict[str, dict[str, DataArray]] = {name: {} for name in (*_GROUPS.values(), _PLACES, _METRICS)}
+    by_group: dict[str, dict[str, DataArray]] = {name: {} for name in (*_GROUPS.values(), _PLACES, _METRICS)}
     for name in [*data.coords, *data.data_vars]:
         dims = data[name].dims
-        found[_GROUPS.get(str(dims[0]), _PLACES) if dims else _METRICS][str(name)] = data[name]
-    return {name: variables for name, variables in found.items() if variables}
+        by_group[_GROUPS.get(str(dims[0]), _PLACES) if dims else _METRICS][str(name)] = data[name]
+    return {name: variables for name, variables in by_group.items() if variables}
 
 
 def inputs(data: Dataset) -> list[tuple[str, float, str]]:
     """Path, value (SI) and unit of every number of the scene; those of an array one by one, as `times[2]`."""
-    found = list[tuple[str, float, str]]()
-    for one in json.loads(data.attrs["provenance"])["scene"]["numbers"]:
-        values = np.asarray(one["value"], float)
+    rows = list[tuple[str, float, str]]()
+    for row in json.loads(data.attrs["provenance"])["scene"]["numbers"]:
+        values = np.asarray(row["value"], float)
         for place in np.ndindex(values.shape):
-            found.append((one["path"] + "".join(f"[{i}]" for i in place), float(values[place]), one["unit"]))
-    return found
+            rows.append((row["path"] + "".join(f"[{i}]" for i in place), float(values[place]), row["unit"]))
+    return rows
 
 
 def materials(data: Dataset) -> list[dict[str, Any]]:
     """The materials of the scene: `path`, `name` in the library ("" for another), and properties (SI)."""
     parts = json.loads(data.attrs["provenance"])["scene"]["parts"]
-    numbers, found = {path: value for path, value, _ in inputs(data)}, []
+    numbers, rows = {path: value for path, value, _ in inputs(data)}, []
     for path in (path for path, kind in parts.items() if kind == Material.__name__):
         own = {key.removeprefix(f"{path}."): x for key, x in numbers.items() if key.startswith(f"{path}.")}
-        same = (name for name, known in LIBRARY.items() if all(own.get(k) == x.value for k, x in known.items()))
-        found.append({"path": path, "name": next(same, ""), **{name: own.get(name, np.nan) for name in _properties()}})
-    return found
+        same = (
+            name for name, properties in LIBRARY.items() if all(own.get(k) == x.value for k, x in properties.items())
+        )
+        rows.append({"path": path, "name": next(same, ""), **{name: own.get(name, np.nan) for name in _properties()}})
+    return rows
 
 
 def _properties() -> dict[str, str]:
@@ -179,19 +181,26 @@ def written_only(path: Path) -> Any:
 def sheets(data: Dataset) -> Iterator[tuple[str, list[list[Any]]]]:
     """Title and rows of every sheet, the head first."""
     yield "inputs", [["path", "value", "unit"], *map(list, inputs(data))]
-    found = groups(data)
+    by_group = groups(data)
     for title in ("stops", "stages", "events", "series", _METRICS, _PLACES):
-        variables = found.get(title, {})
+        variables = by_group.get(title, {})
         if title == _METRICS:
-            rows = [[name, one.values[()], _unit(one), one.attrs["meaning"]] for name, one in variables.items()]
+            rows = [
+                [name, variable.values[()], _unit(variable), variable.attrs["meaning"]]
+                for name, variable in variables.items()
+            ]
             yield title, [["name", "value", "unit", "meaning"], *rows]
         elif variables:
             columns = {name: x for variable in variables for name, x in columns_of(data, variable).items()}
             yield title, [list(columns), *map(list, itertools.zip_longest(*columns.values()))]
     heads = [f"{name} [{unit}]" if unit != "1" else name for name, unit in _properties().items()]
-    yield "materials", [["path", "name", *heads], *(list(one.values()) for one in materials(data))]
-    told = [[name, group, _unit(one), one.attrs["meaning"]] for group in found for name, one in found[group].items()]
-    yield "columns", [["name", "sheet", "unit", "meaning"], *told]
+    yield "materials", [["path", "name", *heads], *(list(material.values()) for material in materials(data))]
+    descriptions = [
+        [name, group, _unit(variable), variable.attrs["meaning"]]
+        for group in by_group
+        for name, variable in by_group[group].items()
+    ]
+    yield "columns", [["name", "sheet", "unit", "meaning"], *descriptions]
 
 
 def _unit(variable: DataArray) -> str:
@@ -218,11 +227,11 @@ def write_excel(data: Dataset, path: Path) -> None:
         if isinstance(x, float | np.floating) and np.isfinite(x):
             return float(x)
         text = ILLEGAL_CHARACTERS_RE.sub("?", str(x))
-        found = WriteOnlyCell(sheet, text)
-        found.data_type = "s"
+        written = WriteOnlyCell(sheet, text)
+        written.data_type = "s"
         if text.startswith(_FORMULA):  # stays a text also where it is edited
-            found.quotePrefix, found.number_format = True, _TEXT
-        return found
+            written.quotePrefix, written.number_format = True, _TEXT
+        return written
 
     for title, rows in sheets(data):
         sheet = book.create_sheet(title)
@@ -240,21 +249,21 @@ def write_matlab(data: Dataset, path: Path) -> None:
     `meaning` by the same names. Characters that a name of MATLAB cannot have are `_`: `energy_friction_heat`."""
     from scipy.io import savemat
 
-    found = groups(data)
-    words = _identifiers([name for variables in found.values() for name in variables])
-    told = {name: one for variables in found.values() for name, one in variables.items()}
+    by_group = groups(data)
+    words = _identifiers([name for variables in by_group.values() for name in variables])
+    all_variables = {name: variable for variables in by_group.values() for name, variable in variables.items()}
     result: dict[str, Any] = {
-        group: {words[name]: _matlab(one.values) for name, one in variables.items()}
-        for group, variables in found.items()
+        group: {words[name]: _matlab(variable.values) for name, variable in variables.items()}
+        for group, variables in by_group.items()
     }
-    result["units"] = {words[name]: _unit(one) for name, one in told.items()}
-    result["meaning"] = {words[name]: one.attrs["meaning"] for name, one in told.items()}
+    result["units"] = {words[name]: _unit(variable) for name, variable in all_variables.items()}
+    result["meaning"] = {words[name]: variable.attrs["meaning"] for name, variable in all_variables.items()}
     numbers = inputs(data)
     result["inputs"] = {
-        key: _matlab(np.asarray([one[i] for one in numbers])) for i, key in enumerate(("path", "value", "unit"))
+        key: _matlab(np.asarray([row[i] for row in numbers])) for i, key in enumerate(("path", "value", "unit"))
     }
-    if here := materials(data):
-        result["materials"] = {key: _matlab(np.asarray([one[key] for one in here])) for key in here[0]}
+    if rows := materials(data):
+        result["materials"] = {key: _matlab(np.asarray([row[key] for row in rows])) for key in rows[0]}
         result["units"] |= _properties()
     result["provenance"] = data.attrs["provenance"]
     savemat(path, {"result": result}, long_field_names=True, oned_as="column", do_compression=True)
@@ -269,11 +278,11 @@ def _matlab(values: Any) -> Any:
 
 def _identifiers(names: list[str]) -> dict[str, str]:
     """Names as MATLAB allows them: letters, digits and `_`, a letter first, at most 63, none twice."""
-    found = dict[str, str]()
+    identifiers = dict[str, str]()
     for name in names:
         word = re.sub(r"[^A-Za-z0-9_]", "_", name)[:60]
         word = word if word[:1].isalpha() else f"x{word}"
-        while word in found.values():
+        while word in identifiers.values():
             word += "_"
-        found[name] = word
-    return found
+        identifiers[name] = word
+    return identifiers

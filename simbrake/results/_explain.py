@@ -69,20 +69,20 @@ class Explanation(Tabular):
     findings: tuple[Finding, ...]
 
     def __getitem__(self, topic: str) -> Finding:
-        for one in self.findings:
-            if one.topic == topic:
-                return one
-        raise KeyError(f"no topic {topic!r}; there are: {', '.join(one.topic for one in self.findings)}")
+        for finding in self.findings:
+            if finding.topic == topic:
+                return finding
+        raise KeyError(f"no topic {topic!r}; there are: {', '.join(finding.topic for finding in self.findings)}")
 
     def __contains__(self, topic: object) -> bool:
-        return any(one.topic == topic for one in self.findings)
+        return any(finding.topic == topic for finding in self.findings)
 
     __iter__ = None
 
     def parts(self) -> Iterable[str | Table]:
-        for one in self.findings:
-            head = f"{one.topic:{_TOPIC - 1}} "
-            yield textwrap.fill(one.text, _WIDTH, initial_indent=head, subsequent_indent=" " * _TOPIC)
+        for finding in self.findings:
+            head = f"{finding.topic:{_TOPIC - 1}} "
+            yield textwrap.fill(finding.text, _WIDTH, initial_indent=head, subsequent_indent=" " * _TOPIC)
 
 
 def explain(
@@ -126,7 +126,7 @@ def explain(
         progress.now("post-processing")
         exceeded = sum(row.state == LimitVerdict.EXCEEDED for row in said.rows)
         outcome = {"colour": str(said.colour), "status": result.status, "exceeded": exceeded}
-        found = [
+        findings = [
             Finding("outcome", f"{said.headline}.", outcome),
             *_course(result),
             *_balance(result),
@@ -135,13 +135,13 @@ def explain(
             *_stability(result),
         ]
         if influence and result.ok:
-            found += _influence(result, progress)
+            findings += _influence(result, progress)
         if accuracy and result.ok:
             progress.now("second run")
             accurate = result.accuracy()
-            found.append(Finding("accuracy", f"{_upper(accurate.line)}.", accurate.as_dict()))
-        found += _remedy(result)
-    return Explanation(tuple(found))
+            findings.append(Finding("accuracy", f"{_upper(accurate.line)}.", accurate.as_dict()))
+        findings += _remedy(result)
+    return Explanation(tuple(findings))
 
 
 # --- course and balance -----------------------------------------------------------------------------------------------
@@ -371,18 +371,18 @@ def _limits(result: Result, said: Verdict) -> list[Finding]:
 
 def _stability(result: Result) -> list[Finding]:
     """The nearest instability: linings that lock themselves, a load that outweighs the brake, one that breaks away."""
-    scene, report, found, said = result.scene, result.report(), {}, []
+    scene, report, values, said = result.scene, result.report(), {}, []
     ratios = self_locking_ratios(scene)  # of a band that locks at 1, with static friction at the start
     lining, ratio = int(np.argmax(ratios)) + 1, float(np.max(ratios))
     if ratio > 0:
         margin = 1.0 - ratio
-        found["self_locking"] = {"lining": lining, "ratio": ratio, "margin": margin}
+        values["self_locking"] = {"lining": lining, "ratio": ratio, "margin": margin}
         words = "f·tan(β/2)" if scene.brake.banded else "the self-locking ratio"
         where = f"{scene.brake.words.lining} {lining}: {words} = {digits(ratio, 4)}, margin {digits(margin, 4)}"
         said.append(("Locks itself: " if margin <= 0 else "Nearest self-locking at the start is ") + where + ".")
     least = least_outweighed(report.scan)
     if least is not None:
-        found["runaway"] = least
+        values["runaway"] = least
         torque, load = number(least["torque"], "N*m"), number(least["load"], "N*m")
         verb = "gives too little," if least["margin"] < -_BALANCED else "gives at least"
         said.append(
@@ -391,10 +391,10 @@ def _stability(result: Result) -> list[Finding]:
         )
     if report.holding is not None:
         reserve, when = float(report.holding.value), number(float(report.holding.time), "s")
-        found["holding_reserve"] = reserve
+        values["holding_reserve"] = reserve
         low = f", below {SMALL_RESERVE:g}: small" if reserve < SMALL_RESERVE else ""
         said.append(f"Held at rest the reserve is at least {digits(reserve, 4)} (at {when}){low}.")
-    return [Finding("stability", " ".join(said), found)] if said else []
+    return [Finding("stability", " ".join(said), values)] if said else []
 
 
 # --- what would change it ---------------------------------------------------------------------------------------------
