@@ -39,7 +39,7 @@ def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
         warnings.simplefilter("always")
         try:
             cli.prepare_jax()
-            found = _examined()
+            facts = _examined()
         # for example, JAX finds no device of JAX_PLATFORMS
         except (ImportError, RuntimeError, AssertionError, sb.InputError) as error:
             why = f"{type(error).__name__}: {error}".strip().splitlines()[0]
@@ -48,17 +48,17 @@ def doctor(*, time_: cli.Flag = False, json_: cli.Flag = False) -> int:
             note = why + (f" (JAX_PLATFORMS is {platforms}: try without it)" if platforms else "")
             cli.tell(f"{CANNOT}\n  {note}", lambda: {"ok": False, "notes": [note], "versions": versions()}, json_)
             return 1
-    notes = [str(one.message) for one in caught if issubclass(one.category, UserWarning)]
-    missing = [row["name"] for row in found["accelerators"] if not row["in_force"]]
+    notes = [str(warning.message) for warning in caught if issubclass(warning.category, UserWarning)]
+    missing = [row["name"] for row in facts["accelerators"] if not row["in_force"]]
     if missing:
         notes.append(f"XLA refuses {', '.join(missing)}: results are the same, but slower (see accelerators)")
-    if not found["cache"]["folder"]:
+    if not facts["cache"]["folder"]:
         notes.append("compiled programs are not cached: every command compiles again; set SIMBRAKE_CACHE_DIR")
-    elif found["cache"]["jax"]:
+    elif facts["cache"]["jax"]:
         notes.append(
             "JAX's own cache is on: simbrake writes no programs to its cache, and traces anew in every process"
         )
-    report = {"ok": found["x64"], "notes": notes} | found
+    report = {"ok": facts["x64"], "notes": notes} | facts
     if time_ and report["ok"]:
         report["timing"] = _timing()
     cli.tell(_text(report), lambda: report, json_)
@@ -74,8 +74,8 @@ def _examined() -> dict[str, Any]:
     from .._base._compiling import FIRST_UNTESTED_JAX, OLDEST_JAX, WORTH, accelerators, run_device
     from .._base._programs import Bounds
 
-    here = run_device()
-    refused = accelerators(here.platform).refused
+    device_of_runs = run_device()
+    refused = accelerators(device_of_runs.platform).refused
     rows = [{"name": name, "in_force": name not in refused, "worth": worth} for name, worth in WORTH.items()]
     oldest, untested = (".".join(map(str, numbers)) for numbers in (OLDEST_JAX, FIRST_UNTESTED_JAX))
     kept = _cache_about()
@@ -84,11 +84,11 @@ def _examined() -> dict[str, Any]:
         "versions": versions(),
         "tested_jax": f"{oldest} to below {untested}",
         "x64": jnp.ones(()).dtype == jnp.float64,
-        "devices": {"all": devices, "single_runs": str(here), "ensembles": devices},
+        "devices": {"all": devices, "single_runs": str(device_of_runs), "ensembles": devices},
         "cache": {name: kept[name] for name in ("folder", "programs", "bytes")} | {"jax": _cache.of_jax()},
         "memory": Bounds.now()._asdict(),
         "xla_flags": os.environ.get("XLA_FLAGS", ""),
-        "accelerators": rows if here.platform == "cpu" else [],
+        "accelerators": rows if device_of_runs.platform == "cpu" else [],
     }
 
 

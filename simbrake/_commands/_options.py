@@ -36,8 +36,8 @@ def named_file(_: object, tokens: "Sequence[Token]") -> Path:
         return path
     from ..files._shipped import shipped_files
 
-    found = shipped_files().get(path.name)
-    return path if found is None else found.file
+    scene_file = shipped_files().get(path.name)
+    return path if scene_file is None else scene_file.file
 
 
 # --- options of several commands, with their help texts; other help is in the commands' docstrings -------------------
@@ -134,25 +134,25 @@ def opened(
 
     Raises one `InputError` with the errors of options, scene and parameters.
     """
-    found = [*faults]
+    errors = [*faults]
     if not 1e-15 < rtol < 0.1:
-        found.append(Fault("--rtol", f"{rtol} is out of range", "0 < rtol < 0.1"))
+        errors.append(Fault("--rtol", f"{rtol} is out of range", "0 < rtol < 0.1"))
     for name, count in counts.items():
         if count is not None and count < 1:
-            found.append(Fault(f"--{name.replace('_', '-')}", f"{count} is out of range", "at least 1"))
-    found += faults_of_place("--out", folder)
-    if attempt(found, existing, file) is None:
-        raise InputError(found)  # known before JAX is loaded
+            errors.append(Fault(f"--{name.replace('_', '-')}", f"{count} is out of range", "at least 1"))
+    errors += faults_of_place("--out", folder)
+    if attempt(errors, existing, file) is None:
+        raise InputError(errors)  # known before JAX is loaded
     prepare_jax()
     from .._run._edit import parse_assignments
     from ..files._scene_file import open_scene
 
-    values = attempt(found, parse_assignments, set_ or [])
-    scene = attempt(found, open_scene, file, values or {})
+    values = attempt(errors, parse_assignments, set_ or [])
+    scene = attempt(errors, open_scene, file, values or {})
     if scene is not None and also is not None:
-        found += also(scene)
-    if found or scene is None:
-        raise InputError(found)
+        errors += also(scene)
+    if errors or scene is None:
+        raise InputError(errors)
     return scene
 
 
@@ -176,21 +176,21 @@ def faults_of_file(file: Path | None, *endings: str) -> list[Fault]:
 
 
 def assignments(
-    option: str, form: str, texts: list[str] | None, read: Callable[[str], T], faults: list[Fault]
+    option: str, form: str, texts: list[str] | None, parse: Callable[[str], T], faults: list[Fault]
 ) -> dict[str, T]:
-    """Values by name from texts of the `form` NAME=VALUE; texts for which `read` raises `ValueError` go to `faults`."""
-    found: dict[str, T] = {}
+    """Values by name from texts of the `form` NAME=VALUE; those that `parse` refuses (`ValueError`) go to `faults`."""
+    values: dict[str, T] = {}
     for text in texts or []:
         name, _, value = (part.strip() for part in text.partition("="))
-        if name in found:
+        if name in values:
             faults.append(Fault(f"{option} {name}", "is given twice", "give each parameter once"))
             continue
         try:
-            found[name] = read(value if name else "")
+            values[name] = parse(value if name else "")
         except ValueError:
             hint = "numbers are in SI, or have their unit"
             faults.append(Fault(f"{option} {text}", f"is not of the form {form}", hint))
-    return found
+    return values
 
 
 def bounds(text: str) -> list[str]:
@@ -203,14 +203,14 @@ def in_si(scene: Scene, option: str, texts: Mapping[str, Sequence[str]], faults:
     """Numbers by the path of a parameter, in SI from texts with or without unit; errors go to `faults`."""
     from .._run._edit import read_numbers
 
-    found = {}
+    values = {}
     for path, numbers in texts.items():
         try:
-            found[path] = read_numbers(scene, path, numbers)
+            values[path] = read_numbers(scene, path, numbers)
         except InputError as error:
-            given = f"{option} {path}={':'.join(numbers)}"
-            faults += [dataclasses.replace(fault, path=given) for fault in error.faults]
-    return found
+            argument = f"{option} {path}={':'.join(numbers)}"
+            faults += [dataclasses.replace(fault, path=argument) for fault in error.faults]
+    return values
 
 
 #: values of one parameter at most
@@ -238,11 +238,11 @@ def axes_of(scene: Scene, asked: Mapping[str, Values], axes: dict[str, Any]) -> 
 
     faults: list[Fault] = []
     for path, (texts, count) in asked.items():
-        found = in_si(scene, "--vary", {path: texts}, faults).get(path)
-        if found is not None and count and not found[0] < found[1]:
+        numbers = in_si(scene, "--vary", {path: texts}, faults).get(path)
+        if numbers is not None and count and not numbers[0] < numbers[1]:
             faults.append(Fault(f"--vary {path}", f"{texts[0]} is not below {texts[1]}", "give LOW:HIGH:COUNT"))
-        elif found is not None:
-            axes[path] = np.linspace(found[0], found[1], count).tolist() if count else tuple(found)
+        elif numbers is not None:
+            axes[path] = np.linspace(numbers[0], numbers[1], count).tolist() if count else tuple(numbers)
     return faults
 
 
@@ -283,9 +283,9 @@ def as_json(data: object) -> str:
     return json.dumps(data, indent=1, allow_nan=False)
 
 
-def tell(found: object, data: Callable[[], object], json_: bool, ok: bool | None = None) -> None:
+def tell(result: object, data: Callable[[], object], json_: bool, ok: bool | None = None) -> None:
     """Print a result as text, or its `data` as JSON; `ok`: whether the verdict that the text begins with is good."""
-    say(as_json(data()) if json_ else highlighted(str(found), ok))
+    say(as_json(data()) if json_ else highlighted(str(result), ok))
 
 
 _RED, _GREEN, _YELLOW = "31", "32", "33"

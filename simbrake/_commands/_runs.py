@@ -71,8 +71,8 @@ def run(
             text = text_with_limits(result, checks)
             if accuracy:
                 progress.now("second run, for the errors")
-                found = result.accuracy()
-                text, summary = f"{text}\n{found}", {**summary, "accuracy": found.as_dict()}
+                errors = result.accuracy()
+                text, summary = f"{text}\n{errors}", {**summary, "accuracy": errors.as_dict()}
     cli.tell(text, lambda: summary, json_, cli.verdict_of(result))
     if single is not None:
         cli.print_written([sb.save(result, single)], json_)
@@ -191,9 +191,11 @@ def explain(
             cli.prepare_jax()
             result = sb.results.rerun(file / "result.nc" if file.is_dir() else file)
         limits = cli.limits_of(result.scene, limit, fail_on_limit)
-        found = sb.results.explain(result, limits=limits, influence=influence, accuracy=accuracy, progress=progress)
-    cli.tell(found, found.as_dict, json_)
-    return cli.exit_code(result.ok, fail_on_limit and found["outcome"].numbers["exceeded"] > 0)
+        explanation = sb.results.explain(
+            result, limits=limits, influence=influence, accuracy=accuracy, progress=progress
+        )
+    cli.tell(explanation, explanation.as_dict, json_)
+    return cli.exit_code(result.ok, fail_on_limit and explanation["outcome"].numbers["exceeded"] > 0)
 
 
 def fmu(
@@ -311,13 +313,16 @@ def compare(
     with Progress("compare", "reading…") as progress:
         sources = [source(path) for path in paths]
         progress.now("comparing…")
-        found = [sb.compare(sources[0], other, rtol) for other in sources[1:]]
+        comparisons = [sb.compare(sources[0], other, rtol) for other in sources[1:]]
     stems = [path.stem or str(path) for path in paths]
     names = [stem if stems.count(stem) == 1 else str(path) for stem, path in zip(stems, paths, strict=True)]
-    equal, text, data = all(one.equal for one in found), str(found[0]), found[0].as_dict()
+    equal = all(comparison.equal for comparison in comparisons)
+    text, data = str(comparisons[0]), comparisons[0].as_dict()
     if more:
-        text = "\n\n".join(f"a: {names[0]}, b: {name}\n{one}" for name, one in zip(names[1:], found, strict=True))
-        data = {"equal": equal, "results": names, "comparisons": [one.as_dict() for one in found]}
+        text = "\n\n".join(
+            f"a: {names[0]}, b: {name}\n{comparison}" for name, comparison in zip(names[1:], comparisons, strict=True)
+        )
+        data = {"equal": equal, "results": names, "comparisons": [comparison.as_dict() for comparison in comparisons]}
     cli.tell(text, lambda: data, json_)
     if out is not None:
         labels = [f"{name}, {i}" if names.count(name) > 1 else name for i, name in enumerate(names, 1)]
@@ -395,14 +400,14 @@ def synthesize(
     partition = sb.formulas.transmission_table() if transmission else None
     with Progress("run", "compiling and running…"):
         result = sb.simulate(scene, rtol=rtol, throw=False) if run else None
-        found = sb.synthesize(result or scene, data, permissible=permissible, partition=partition)
-    cli.tell(found, found.as_list, json_)
+        synthesis = sb.synthesize(result or scene, data, permissible=permissible, partition=partition)
+    cli.tell(synthesis, synthesis.as_list, json_)
     if out is not None:
         with cli.whole_file(out) as path:
-            text = cli.as_json(found.as_list()) if json_ or out.suffix == ".json" else str(found)
+            text = cli.as_json(synthesis.as_list()) if json_ or out.suffix == ".json" else str(synthesis)
             path.write_text(text + "\n", "utf-8")
         cli.print_written([out], json_)
-    return cli.exit_code(result is None or result.ok, fail_on_limit and bool(found.exceeded))
+    return cli.exit_code(result is None or result.ok, fail_on_limit and bool(synthesis.exceeded))
 
 
 _ENERGY = 'friction works, as in "400 kJ, 800 kJ", or a parameter of the scene, as in "initial.omega=12,24"'
@@ -450,15 +455,15 @@ def materials(
     levels = None if energy is None else _energy(scene, energy)
     names = rim or DEFAULT_RIMS, lining or DEFAULT_LININGS
     try:
-        found = sb.compare_materials(scene, *names, energy=levels, run=run, inertia=inertia, rtol=rtol)
+        comparison = sb.compare_materials(scene, *names, energy=levels, run=run, inertia=inertia, rtol=rtol)
     except KeyError as error:
         raise InputError([Fault("--rim, --lining", error.args[0])]) from None
-    cli.tell(found, found.as_dict, json_)
+    cli.tell(comparison, comparison.as_dict, json_)
     if out is not None:
         with cli.whole_file(out) as path:
-            sb.plot.materials(found).savefig(path, dpi=120)
+            sb.plot.materials(comparison).savefig(path, dpi=120)
         cli.print_written([out], json_)
-    return cli.exit_code(True, fail_on_limit and not all(row.admissible for row in found))
+    return cli.exit_code(True, fail_on_limit and not all(row.admissible for row in comparison))
 
 
 def _energy(scene: cli.Scene, text: str) -> list[float] | dict[str, list[float]]:
@@ -466,13 +471,13 @@ def _energy(scene: cli.Scene, text: str) -> list[float] | dict[str, list[float]]
     from .._base._part import leaves
     from .._base._quantity import NumberReader, Quantity
 
-    path, _, given = (part.strip() for part in text.rpartition("="))
-    known = {leaf.path: leaf.about for leaf in leaves(scene) if not getattr(leaf.value, "ndim", 0)}
-    about = known.get(path) if path else Quantity("J", "friction work", 0.0, open_low=True)
+    path, _, numbers = (part.strip() for part in text.rpartition("="))
+    scalars = {leaf.path: leaf.about for leaf in leaves(scene) if not getattr(leaf.value, "ndim", 0)}
+    about = scalars.get(path) if path else Quantity("J", "friction work", 0.0, open_low=True)
     if about is None:
         raise InputError([Fault("--energy", f"{path} is not a single number of the scene", _ENERGY)])
     reader = NumberReader()
-    values = [reader.number(one, about, "--energy", about.unit) for one in given.split(",")]
+    values = [reader.number(number, about, "--energy", about.unit) for number in numbers.split(",")]
     if reader.faults:
         raise InputError([Fault(fault.path, fault.problem, _ENERGY) for fault in reader.faults])
     return {path: values} if path else values
@@ -508,14 +513,14 @@ def publish(
     if not vary or len(vary) > 3:
         what = f"is given {len(vary)} times" if vary else "is missing"
         faults.append(Fault("--vary", what, "up to 3 parameters" if vary else form))
-    given = cli.assignments("--vary", form, vary, cli.evenly, faults)
+    requested = cli.assignments("--vary", form, vary, cli.evenly, faults)
     axes: dict[str, Any] = {}
     limits: dict[str, float] = {}
 
     def also(scene: cli.Scene) -> list[Fault]:
         from .._pages._publish import faults_of_axes
 
-        wrong = cli.axes_of(scene, given, axes) + faults_of_axes(scene, axes)
+        wrong = cli.axes_of(scene, requested, axes) + faults_of_axes(scene, axes)
         limits.update(cli.attempt(wrong, cli.limits_of, scene, limit, False) or {})
         return wrong
 
@@ -524,8 +529,8 @@ def publish(
 
     with Progress("publish", "compiling…") as progress:
         title = title_of(file, file.read_text("utf-8", errors="replace"))
-        found = publish_page(scene, axes, out, limits=limits, title=title, rtol=rtol, progress=progress)
-    cli.tell(f"{found}\nwritten  {out}", lambda: {"written": str(out), **found._asdict()}, json_)
+        published = publish_page(scene, axes, out, limits=limits, title=title, rtol=rtol, progress=progress)
+    cli.tell(f"{published}\nwritten  {out}", lambda: {"written": str(out), **published._asdict()}, json_)
     return 0
 
 
@@ -556,12 +561,12 @@ def app(
     from .._pages._app import App, Server
 
     limits, title = cli.limits_of(scene, limit, False), title_of(file, file.read_text("utf-8", errors="replace"))
-    made = App(scene, limits, title, rtol)
+    slider_app = App(scene, limits, title, rtol)
     with Progress("app", "compiling…"):
         sb.check_scene(scene)
-        made.warm()
+        slider_app.warm()
     try:
-        server = Server(made, port)
+        server = Server(slider_app, port)
     except OSError as error:
         raise InputError([Fault("--port", f"{port} cannot be used: {error.strerror}", "give another port")]) from None
     words = f"the app is at {server.address}\nfor this computer alone; Ctrl+C ends it"

@@ -31,12 +31,12 @@ def new(name: str | None = None, file: Path | None = None, /, *, json_: cli.Flag
         Print {written, template, title}, or without a name a list of {name, file, template, title}, as JSON.
     """
     if name is None:
-        found = list(shipped_files().values())
-        rows = [{"name": x.name, "file": str(x.file), "template": x.template, "title": x.title} for x in found]
-        cli.tell(_listed(found), lambda: rows, json_)
+        entries = list(shipped_files().values())
+        rows = [{"name": x.name, "file": str(x.file), "template": x.template, "title": x.title} for x in entries]
+        cli.tell(_listed(entries), lambda: rows, json_)
         return 0
     source = shipped(name)
-    one = shipped_files()[name]
+    entry = shipped_files()[name]
     target = Path(source.name) if file is None else file / source.name if file.is_dir() else file
     if target.suffix != source.suffix:
         raise InputError([Fault(str(target), f"{name} is a {source.suffix} file", f"give a name with {source.suffix}")])
@@ -46,22 +46,24 @@ def new(name: str | None = None, file: Path | None = None, /, *, json_: cli.Flag
     text = source.read_text("utf-8").replace(f"scenarios/{source.name}", str(target)).replace(source.name, target.name)
     with whole_file(target) as scratch:
         scratch.write_text(text, "utf-8")
-    about = {"written": str(target), "template": one.template, "title": one.title}
-    lines = [f"written  {target}: {one.title}", f"run it   simbrake run {target}"]
+    about = {"written": str(target), "template": entry.template, "title": entry.title}
+    lines = [f"written  {target}: {entry.title}", f"run it   simbrake run {target}"]
     if source.suffix == ".py":
         lines.append(f"         python {target}: what the script prints beside")
     cli.tell("\n".join(lines), lambda: about, json_)
     return 0
 
 
-def _listed(found: list[Shipped]) -> str:
+def _listed(entries: list[Shipped]) -> str:
     """The names with their titles."""
-    width = max(len(one.name) for one in found)
+    width = max(len(entry.name) for entry in entries)
     room = max(shutil.get_terminal_size((200, 24)).columns - width - 4, 40)
-    titles = {one: one.title for one in found}
-    rows = {one: f"  {one.name:{width}}  {textwrap.shorten(titles[one], room, placeholder='…')}" for one in found}
-    templates = [row for one, row in rows.items() if one.template]
-    scenes = [row for one, row in rows.items() if not one.template]
+    titles = {entry: entry.title for entry in entries}
+    rows = {
+        entry: f"  {entry.name:{width}}  {textwrap.shorten(titles[entry], room, placeholder='…')}" for entry in entries
+    }
+    templates = [row for entry, row in rows.items() if entry.template]
+    scenes = [row for entry, row in rows.items() if not entry.template]
     how = "simbrake new NAME [FILE] writes one, simbrake run NAME runs it."
     return "\n".join(["templates, with comments", *templates, "", "shipped scenes", *scenes, "", how])
 
@@ -82,14 +84,14 @@ def show(file: cli.SceneFile, /, *, set_: cli.Set = None, toml: cli.Flag = False
     json_
         Print a list of {path, value, unit, meaning}, alone on stdout.
     """
-    found = cli.opened(file, set_)
+    opened_scene = cli.opened(file, set_)
     from ..files._scene_file import scene_text
     from ..files._schema import parameter_table
 
     if toml:
-        print(scene_text(found), end="")
+        print(scene_text(opened_scene), end="")
     else:
-        table = parameter_table(found)
+        table = parameter_table(opened_scene)
         cli.tell(table, table.as_list, json_)
     return 0
 
@@ -110,16 +112,16 @@ def check(file: cli.SceneFile, /, *, set_: cli.Set = None, json_: cli.Flag = Fal
     from ..files._schema import count_text
 
     try:
-        found = cli.opened(file, set_)
-        sb.check_scene(found)
+        opened_scene = cli.opened(file, set_)
+        sb.check_scene(opened_scene)
     except InputError as error:
         if not json_:
             raise
         faults = [{"path": f.path, "problem": f.problem, "hint": f.hint} for f in error.faults]
         cli.tell("", lambda: {"faults": faults, "warnings": []}, json_)
         return 2
-    said = [*warnings(found), *plausibility(found)]
-    lines = [f"no error: {count_text(found)}", *(f"warning  {text}" for text in said)]
+    said = [*warnings(opened_scene), *plausibility(opened_scene)]
+    lines = [f"no error: {count_text(opened_scene)}", *(f"warning  {text}" for text in said)]
     cli.tell("\n".join(lines), lambda: {"faults": [], "warnings": said}, json_)
     return 0
 

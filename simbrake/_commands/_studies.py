@@ -106,20 +106,22 @@ def sweep(
     faults: list[Fault] = []
     form = "PATH=LOW:HIGH:COUNT, PATH=a,b,c, or PATH=LOW:HIGH with --sample"
 
-    def read(text: str) -> cli.Values:
+    def parse(text: str) -> cli.Values:
         if sample is not None:
             return cli.Values(cli.bounds(text))
         return cli.evenly(text) if ":" in text else cli.Values(text.split(","))
 
-    given = cli.assignments("--vary", form, vary, read, faults)
+    requested = cli.assignments("--vary", form, vary, parse, faults)
     if not vary:
         faults.append(Fault("--vary", "is missing", form))
-    runs = math.prod(max(one.count, len(one.texts)) for one in given.values()) if sample is None else sample
+    runs = (
+        math.prod(max(values.count, len(values.texts)) for values in requested.values()) if sample is None else sample
+    )
     if runs > _MOST_RUNS:
         faults.append(Fault("--vary", f"{runs} runs are too many", f"at most {_MOST_RUNS}"))
     faults += faults_of_place("--resume", resume)
     axes: dict[str, Any] = {}
-    also = lambda scene: cli.axes_of(scene, given, axes)  # noqa: E731
+    also = lambda scene: cli.axes_of(scene, requested, axes)  # noqa: E731
     counts = {"sample": sample, "max_steps": max_steps, "workers": workers}
     scene = cli.opened(file, set_, rtol, folder=out, faults=faults, also=also, **counts)
     asked = _metrics_of(scene, metrics)
@@ -130,7 +132,9 @@ def sweep(
     runs = _table_of(data)
     cli.tell(_text(runs, asked), lambda: _summary(runs, axes, asked, rtol), json_)
     if out is not None:
-        heads = [one.name if one.unit in ("", "1") else f"{one.name} [{one.unit}]" for one in runs.columns]
+        heads = [
+            column.name if column.unit in ("", "1") else f"{column.name} [{column.unit}]" for column in runs.columns
+        ]
         rows = partial(runs.frame().to_csv, index=False, header=heads, float_format="%.15g", lineterminator="\n")
         files = {"runs.csv": rows, "runs.nc": partial(data.to_netcdf, engine="scipy")}
         chart = cli.attempt([], sb.plot.sweep, data)  # none of three parameters or more, and where nothing varies
@@ -182,7 +186,7 @@ def _summary(runs: Table, paths: Iterable[str], metrics: Sequence[str], rtol: fl
         }
         for i, row in enumerate(runs.as_list())
     ]
-    units = {one.name: one.unit for one in runs.columns if one.name in (*paths, *metrics)}
+    units = {column.name: column.unit for column in runs.columns if column.name in (*paths, *metrics)}
     return {"units": units, "counts": _counts(runs), "rtol": rtol, "runs": rows}
 
 
@@ -194,12 +198,12 @@ def _text(runs: Table, metrics: Sequence[str]) -> str:
 
     ended = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in _counts(runs).items())
     lines = []
-    for one in (one for one in runs.columns if one.name in metrics):
-        values = np.asarray(runs[one.name])
+    for column in (each for each in runs.columns if each.name in metrics):
+        values = np.asarray(runs[column.name])
         values = values[np.isfinite(values)]
-        found = np.quantile(values, [0.0, 0.5, 1.0]) if values.size else (None, "—", None)
-        lines.append((one.name, *found, one.unit, values.size))
-    three = [Column(one) for one in ("minimum", "median", "maximum")]
+        quantiles = np.quantile(values, [0.0, 0.5, 1.0]) if values.size else (None, "—", None)
+        lines.append((column.name, *quantiles, column.unit, values.size))
+    three = [Column(title) for title in ("minimum", "median", "maximum")]
     table = Table(["metric", *three, "unit", Column("of how many runs")], lines)
     return f"{len(runs)} runs: {ended}\n{table}"
 
@@ -265,18 +269,18 @@ def calibrate(
 
     scene = cli.opened(file, set_, rtol, folder=out, faults=faults, also=also, starts=starts)
     assert measured is not None
-    found = sb.calibrate(scene, limits, measured, start=first, loss=loss, starts=starts, rtol=rtol)  # pyright: ignore
-    cli.tell(found, found.as_dict, json_)
+    calibration = sb.calibrate(scene, limits, measured, start=first, loss=loss, starts=starts, rtol=rtol)  # pyright: ignore
+    cli.tell(calibration, calibration.as_dict, json_)
     if not json_:
-        settings = [*(set_ or []), *(f"{path}={value:.12g}" for path, value in found.values.items())]
+        settings = [*(set_ or []), *(f"{path}={value:.12g}" for path, value in calibration.values.items())]
         command = ["simbrake", "run", str(file), *(part for text in settings for part in ("--set", text))]
         cli.say(f"run it   {shlex.join(command)}")
     if out is not None:
-        chart = partial(sb.plot.calibration(found).savefig, dpi=130)
-        table = partial(_residuals(found).to_csv, index=False, float_format="%.12g", lineterminator="\n")
-        texts = {"calibration.json": cli.as_json(found.as_dict()), "calibration.txt": str(found)}
+        chart = partial(sb.plot.calibration(calibration).savefig, dpi=130)
+        table = partial(_residuals(calibration).to_csv, index=False, float_format="%.12g", lineterminator="\n")
+        texts = {"calibration.json": cli.as_json(calibration.as_dict()), "calibration.txt": str(calibration)}
         cli.write(out, {**texts, "residuals.csv": table, "calibration.png": chart}, json_)
-    return _OUTCOMES[found.outcome]
+    return _OUTCOMES[calibration.outcome]
 
 
 #: exit codes of `calibrate`; 2 and 3 have their meaning for every command
@@ -296,7 +300,7 @@ def _residuals(fit: Calibration) -> DataFrame:
         heads = ("name", "unit", "t [s]", "measured", "sigma", "before", "fitted", "residual over sigma")
         for head, column in zip(heads, (*names, *numbers), strict=True):
             columns.setdefault(head, []).append(column)
-    return pd.DataFrame({head: np.concatenate(found) for head, found in columns.items()})
+    return pd.DataFrame({head: np.concatenate(arrays) for head, arrays in columns.items()})
 
 
 def life(
@@ -330,11 +334,11 @@ def life(
         faults.append(Fault("--turn-at", f"{turn_at} are not numbers of stops", "numbers, or best"))
     scene = cli.opened(file, set_, rtol, folder=out, faults=faults)
     with Progress("life", "compiling and running…"):
-        found = sb.lining_life(scene, permissible, turn_at=turns, rtol=rtol)
-    cli.tell(found, found.as_dict, json_)
+        lining_life = sb.lining_life(scene, permissible, turn_at=turns, rtol=rtol)
+    cli.tell(lining_life, lining_life.as_dict, json_)
     if out is not None:
-        chart = partial(sb.plot.wear(found).savefig, dpi=130)
-        cli.write(out, {"life.json": cli.as_json(found.as_dict()), "wear.png": chart}, json_)
+        chart = partial(sb.plot.wear(lining_life).savefig, dpi=130)
+        cli.write(out, {"life.json": cli.as_json(lining_life.as_dict()), "wear.png": chart}, json_)
     return 0
 
 
