@@ -85,9 +85,9 @@ def counted(events: list[Entry]) -> str:
 def totals(rows: Sequence[Entry]) -> Entry:
     """Sums over the stops of a summary in SI, and the worst: `slowest` by its braking, `hottest` by its heat."""
     names = ("motion_time", "braking_time", "angle", "travel", "energy")
-    found: Entry = {name: sum(row[name] for row in rows) for name in names if name in rows[0]}
-    found["slowest"] = max(rows, key=lambda row: row["braking_time"])
-    return found | {"hottest": max(rows, key=lambda row: row["energy"])}
+    sums: Entry = {name: sum(row[name] for row in rows) for name in names if name in rows[0]}
+    sums["slowest"] = max(rows, key=lambda row: row["braking_time"])
+    return sums | {"hottest": max(rows, key=lambda row: row["energy"])}
 
 
 def duty_lines(summary: Entry) -> Iterator[str]:
@@ -101,12 +101,12 @@ def duty_lines(summary: Entry) -> Iterator[str]:
             angle = metrics["stopping_angle"]
             if kind == DutyKind.STOPS:
                 rows = summary["stops"]
-                found = totals(rows)
-                angle, slowest, hottest = found["angle"], found["slowest"], found["hottest"]
-                travel = f", hook travel {number(found['travel'], 'm')}" if "travel" in found else ""
+                sums = totals(rows)
+                angle, slowest, hottest = sums["angle"], sums["slowest"], sums["hottest"]
+                travel = f", hook travel {number(sums['travel'], 'm')}" if "travel" in sums else ""
                 yield (
-                    f"total    {len(rows)} stops in {duration}: in motion {number(found['motion_time'], 's')}, "
-                    f"braked {number(found['braking_time'], 's')}, {number(angle, 'rad')}{travel}"
+                    f"total    {len(rows)} stops in {duration}: in motion {number(sums['motion_time'], 's')}, "
+                    f"braked {number(sums['braking_time'], 's')}, {number(angle, 'rad')}{travel}"
                 )
                 yield (
                     f"worst    longest braking {number(slowest['braking_time'], 's')} in stop {slowest['stop']}, "
@@ -148,7 +148,7 @@ def _scaled(name: str, unit: str, meaning: str, heading: str, like: float, count
 def columns_of(names: Sequence[str], words: Mapping[str, str] | None = None) -> list[Column]:
     """The named columns of the table of stops, in the system of units in force."""
     body = "rim" if words is None else words.get("body", "rim")
-    known = [
+    columns = [
         Column("stop", "", "number of the stop"),
         Column("time", "s", "time of the stop"),
         Column("motion_time", "s", "time from the restart to the stop", "in motion", show=".5g"),
@@ -159,8 +159,8 @@ def columns_of(names: Sequence[str], words: Mapping[str, str] | None = None) -> 
     ]
     for name, place in _HOT.items():
         heading = place.replace("rim", body)
-        known.append(_scaled(name, "K", f"{heading} until the next restart", heading, 300.0, 5))
-    return [column for column in known if column.name in names]
+        columns.append(_scaled(name, "K", f"{heading} until the next restart", heading, 300.0, 5))
+    return [column for column in columns if column.name in names]
 
 
 class Stop(NamedTuple):
@@ -174,17 +174,17 @@ class Stop(NamedTuple):
 
 def rows_of(labels: Sequence[Label]) -> list[Stop]:
     """The stops in a run with these modes of its rows."""
-    found, start, onset = list[Stop](), 0, 0
+    stops, start, onset = list[Stop](), 0, 0
     for i, (before, now) in enumerate(itertools.pairwise(labels), 1):
         if before.rests and not now.rests:
-            found = [*found[:-1], found[-1]._replace(end=i)] if found else found
+            stops = [*stops[:-1], stops[-1]._replace(end=i)] if stops else stops
             start = onset = i
         slack = before.band in (BandMode.OPEN, BandMode.TAKE_UP)
         if slack and now.band not in (BandMode.OPEN, BandMode.TAKE_UP):
             onset = i
         if now.rests and not before.rests and before.band != BandMode.OPEN:
-            found.append(Stop(start, onset, i, len(labels) - 1))
-    return found
+            stops.append(Stop(start, onset, i, len(labels) - 1))
+    return stops
 
 
 _stretched = RunJit(
@@ -195,7 +195,7 @@ _stretched = RunJit(
 
 def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan) -> Table:
     """The stops of a concrete run."""
-    found, states, t = rows_of(labels), record.states, np.asarray(record.rows.t)
+    stops, states, t = rows_of(labels), record.states, np.asarray(record.rows.t)
     shares = record.system.grip.shares  # pyright: ignore
     hot = 1.0 if shares is None else float(shares.heat)
     work = hot * np.sum([np.asarray(column) for column in states.ledger.friction], axis=0)
@@ -204,9 +204,9 @@ def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan) 
     if states.hook is not None:
         travelled = travelled + np.asarray(_stretched(record.system, states, record.modes))
     names = [name for name in _HOT if name in scan.wanted.names]
-    tops = peaks_between(scan, names, [(stop.start, stop.end) for stop in found])
+    tops = peaks_between(scan, names, [(stop.start, stop.end) for stop in stops])
     rows, before = list[dict[str, Any]](), 0
-    for i, stop in enumerate(found):
+    for i, stop in enumerate(stops):
         angle = float(phi[stop.stop] - phi[stop.start])
         rows.append(
             {
@@ -233,8 +233,12 @@ def stop_variables(table: Table) -> dict[str, tuple[tuple[str, ...], np.ndarray,
     """The stops as variables of a data set: dimensions, values, unit and meaning."""
     columns = [column for column in table.columns if column.name != "stop"] if len(table) else []
     return {
-        f"stop_{one.name}": (("stop",), np.asarray(table[one.name]), {"units": one.unit, "meaning": one.meaning})
-        for one in columns
+        f"stop_{column.name}": (
+            ("stop",),
+            np.asarray(table[column.name]),
+            {"units": column.unit, "meaning": column.meaning},
+        )
+        for column in columns
     }
 
 

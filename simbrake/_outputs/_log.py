@@ -254,8 +254,8 @@ def known_events() -> dict[str, EventMeaning]:
 
 def plain_words(event: str) -> str:
     """What an event of a log means in plain words; empty for one that is not known, as of an earlier file."""
-    known = known_events()
-    return known[event].plain if event in known else ""
+    meanings = known_events()
+    return meanings[event].plain if event in meanings else ""
 
 
 # --- the log ----------------------------------------------------------------------------------------------------------
@@ -298,10 +298,10 @@ class Events(list[Event]):
     def __getitem__(self, key: Any) -> Any:
         if not isinstance(key, str):
             return super().__getitem__(key)
-        known = known_events()
-        if key not in known:
-            near = difflib.get_close_matches(key, known, n=3, cutoff=0.4)
-            raise KeyError(f"{key!r} is not an event; nearest: {', '.join(near or known)}")
+        meanings = known_events()
+        if key not in meanings:
+            near = difflib.get_close_matches(key, meanings, n=3, cutoff=0.4)
+            raise KeyError(f"{key!r} is not an event; nearest: {', '.join(near or meanings)}")
         return Events(event for event in self if event.name == key)
 
     @property
@@ -351,23 +351,25 @@ def event_log(
         if phase.label.band == BandMode.ELASTIC:
             if before not in (BandMode.ELASTIC, BandMode.SLIP, BandMode.SLIP_BACK):
                 reached = np.zeros(2 * linings, bool)
-            here = margins[phase.first : phase.last + 1]
+            phase_margins = margins[phase.first : phase.last + 1]
             # at the start: past the limit, or at 0 (a ramp from nothing) and on the way up
-            soon = here[min(1, len(here) - 1)]  # a run that fails where the phase begins has no more
-            at_once = (here[0] > 1e-12) | ((np.abs(here[0]) <= 1e-12) & (soon > 1e-12) & (here[0] >= 0))
+            soon = phase_margins[min(1, len(phase_margins) - 1)]  # a run that fails where the phase begins has no more
+            at_once = (phase_margins[0] > 1e-12) | (
+                (np.abs(phase_margins[0]) <= 1e-12) & (soon > 1e-12) & (phase_margins[0] >= 0)
+            )
             events += [
                 Event(float(phase.start), "lining_limit", 1 + int(j) % linings)
                 for j in np.flatnonzero(at_once & ~reached)
             ]
             reached = reached | at_once
-            rises = (here[:-1] <= 0) & (here[1:] > 0)
+            rises = (phase_margins[:-1] <= 0) & (phase_margins[1:] > 0)
             rises[:1] &= ~at_once
             rises[:, last] = False
             for i, j in np.argwhere(rises):
                 crossings.append((phase.first + int(i), int(j)))
                 places.append(len(events))
                 events.append(Event(np.nan, "lining_limit", 1 + int(j) % linings))
-            reached = here[-1] > 1e-12
+            reached = phase_margins[-1] > 1e-12
             reached[last] = False
         elif phase.label.band in (BandMode.SLIP, BandMode.SLIP_BACK):
             reached = np.ones(2 * linings, bool)
@@ -529,7 +531,7 @@ def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
     hot = 1.0 if shares is None else float(shares.heat)
     names = [stage_of(label) for label in labels]
     heats = [hot * friction for friction in ledger.friction]
-    found: list[Stage] = []
+    stages: list[Stage] = []
     start, at_once = 0, np.zeros(4)  # heat and work of jumps
     for i in range(1, n + 1):
         if names[i] == names[start] and i < n:
@@ -541,23 +543,23 @@ def stages_of(record: Record, labels: list[Label]) -> list[Stage]:
             spent, at_once = at_once, spent
         if t[i] > t[start]:
             began = float(t[start])
-            if found and found[-1].name == names[start]:
-                last = found.pop()
+            if stages and stages[-1].name == names[start]:
+                last = stages.pop()
                 began, spent = last.start, spent + np.array(last[3:])
-            found.append(Stage(names[start], began, float(t[i]), *spent.tolist()))
+            stages.append(Stage(names[start], began, float(t[i]), *spent.tolist()))
         start = i
-    return found
+    return stages
 
 
 def absent_stages(
-    brake: Brake, inertia: float, load_torque: float, seen: set[str], greatest: float, hot: tuple[Array | None, ...]
+    brake: Brake, inertia: float, load_torque: float, stages: set[str], greatest: float, hot: tuple[Array | None, ...]
 ) -> list[dict[str, str]]:
     """The stages of a staged stop that a run did not have, each with the reason, for linings without centrifugal force.
 
-    `seen`: names of those it had; `greatest` slack tension (N); `hot`: temperatures of both pairs at the start.
+    `stages`: names of those it had; `greatest` slack tension (N); `hot`: temperatures of both pairs at the start.
     """
-    found, (T_external, T_internal) = [], hot
-    if not seen & {"stage_2", "stage_3"}:
+    absent, (T_external, T_internal) = [], hot
+    if not stages & {"stage_2", "stage_3"}:
         drive, growth, *_ = (float(jnp.sum(x)) for x in onset_bracket(brake, inertia, T_external, T_internal))
         tension = float(internal_slip_tension(brake, inertia, load_torque, T_external, T_internal, omega=0.0))
         if drive <= growth:
@@ -572,14 +574,14 @@ def absent_stages(
             )
         else:
             reason = "the pulley came to rest before the internal pair had to slide"
-        found.append({"name": "stage_2", "reason": reason})
-    if "stage_3" not in seen:
+        absent.append({"name": "stage_2", "reason": reason})
+    if "stage_3" not in stages:
         reason = "the internal pair never slid"
-        if "stage_2" in seen:
+        if "stage_2" in stages:
             reason = "the bandage did not come to rest while the pulley turned in it"
-        found.append({"name": "stage_3", "reason": reason})
-    if "stage_1" not in seen:
-        slid = bool(seen & {"stage_2", "stage_3"})
+        absent.append({"name": "stage_3", "reason": reason})
+    if "stage_1" not in stages:
+        slid = bool(stages & {"stage_2", "stage_3"})
         reason = "the internal pair slid from the start" if slid else "the pulley never turned with its bandage"
-        found.append({"name": "stage_1", "reason": reason})
-    return found
+        absent.append({"name": "stage_1", "reason": reason})
+    return absent

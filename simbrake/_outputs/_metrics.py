@@ -64,21 +64,21 @@ def lever_travel(record: Record, scene: Scene) -> Array:
 def allowable_values(scene: Scene) -> dict[str, float]:
     """Allowable values of metrics, in SI, of the parts of a scene that have them; its `limits` come first."""
     limited = {name: metric.limit for name, metric in METRICS.items() if metric.limit and not metric.needs.lacks(scene)}
-    found = {name: limit(scene) for name, limit in limited.items()}
-    found |= {} if scene.limits is None else scene.limits.given
-    return {name: float(most) for name, most in found.items() if most is not None}
+    values = {name: limit(scene) for name, limit in limited.items()}
+    values |= {} if scene.limits is None else scene.limits.given
+    return {name: float(most) for name, most in values.items() if most is not None}
 
 
 def limits_exceeded(scene: Scene, metrics: Mapping[str, float | None]) -> list[str]:
     """Warnings of metrics above their allowable values; those with a mark have events instead."""
-    found = []
+    warnings = []
     for name, most in allowable_values(scene).items():
         value, metric = metrics.get(name), METRICS.get(name)
         if metric is not None and metric.mark is None and value is not None and value > most:
             words = name.removeprefix("max_").removeprefix("energy.").replace("_", " ")
             times = f"is {value / most:.4g} × the allowable" if most > 0 else "is above the allowable"
-            found.append(f"over_limit: {words} {number(value, metric.unit)} {times} {number(most, metric.unit)}")
-    return found
+            warnings.append(f"over_limit: {words} {number(value, metric.unit)} {times} {number(most, metric.unit)}")
+    return warnings
 
 
 # --- metrics ----------------------------------------------------------------------------------------------------------
@@ -165,9 +165,9 @@ class Metric(NamedTuple):
     place: str = ""
     energy: bool = False
 
-    def of_peak(self, found: "Peak", scene: Scene) -> "Peak":
+    def of_peak(self, peak: "Peak", scene: Scene) -> "Peak":
         """The number in place of the maximum over the run that it is found from."""
-        return found if self.number is None else found._replace(value=self.number(found.value, scene))
+        return peak if self.number is None else peak._replace(value=self.number(peak.value, scene))
 
 
 class Peak(NamedTuple):
@@ -379,8 +379,8 @@ def _elsewhere(a: Account) -> Array:
 
 
 def _energy_closure(a: Account) -> Array:
-    taken = [term for term in (*a.friction, a.ledger.damper_heat, a.shaft_work) if term is not None]
-    return closure_of(a.kinetic, a.elastic, -a.ledger.load_work, -a.ledger.lever_work, *taken)
+    spent = [term for term in (*a.friction, a.ledger.damper_heat, a.shaft_work) if term is not None]
+    return closure_of(a.kinetic, a.elastic, -a.ledger.load_work, -a.ledger.lever_work, *spent)
 
 
 def _energy(
@@ -675,9 +675,9 @@ def marks() -> list[Mark]:
 
 def marks_of(system: BrakeSystem, scene: Scene) -> dict[str, float]:
     """What a run can pass: the metric with the mark, or the name of the event, and the limit of its quantity."""
-    found = {GRIP_LOST.event: _ROUNDING * float(system.sizes.torque)} if can_lose_grip(system) else {}
+    mark_limits = {GRIP_LOST.event: _ROUNDING * float(system.sizes.torque)} if can_lose_grip(system) else {}
     limits = allowable_values(scene)
-    return found | {name: limits[name] for name, metric in METRICS.items() if metric.mark and name in limits}
+    return mark_limits | {name: limits[name] for name, metric in METRICS.items() if metric.mark and name in limits}
 
 
 def passing(name: str, p: Probe) -> Float[Array, "m k"]:
@@ -747,7 +747,7 @@ def _account(system: BrakeSystem, start: Instant, end: Instant) -> Account:
     stored = {}
     if thermal is not None:
         change = thermal.capacity * (end[1].heat - start[1].heat)
-        stored = {name: jnp.sum(change[here]) for name, here in thermal.spans.stores.items()}
+        stored = {name: jnp.sum(change[span]) for name, span in thermal.spans.stores.items()}
     friction = PowerSplit(work, None, None) if shares is None else shares.split(work)
     stretches = system.mechanism.banded or end[1].hook is not None
     return Account(ledger, friction, kinetic, elastic if stretches else None, stored)
@@ -755,17 +755,17 @@ def _account(system: BrakeSystem, start: Instant, end: Instant) -> Account:
 
 def _energies(system: BrakeSystem, start: Instant, end: Instant) -> tuple[dict[str, Array], Mapping[str, Array]]:
     a = _account(system, start, end)
-    rows = {name: one for name, one in (METRICS | RESIDUALS).items() if one.energy}
+    rows = {name: entry for name, entry in (METRICS | RESIDUALS).items() if entry.energy}
     heated = a.ledger.heat is not None
-    found = {name.removeprefix("energy."): x.find(a) for name, x in rows.items() if heated or x.needs is not _HEAT}
+    values = {name.removeprefix("energy."): x.find(a) for name, x in rows.items() if heated or x.needs is not _HEAT}
     if len(system.pair_names) > 1:
         hot = 1.0 if system.grip.shares is None else system.grip.shares.heat
         pairs = zip(system.pair_names, a.ledger.friction, strict=True)
-        found |= {f"heat_{pair}": hot * work for pair, work in pairs}
+        values |= {f"heat_{pair}": hot * work for pair, work in pairs}
     if system.shaft is not None:
         names = names_of(system.shaft.laws)
-        found |= {f"shaft_{name}": work for name, work in zip(names, a.ledger.shaft, strict=True)}
-    return {name: value for name, value in found.items() if value is not None}, a.stored
+        values |= {f"shaft_{name}": work for name, work in zip(names, a.ledger.shaft, strict=True)}
+    return {name: value for name, value in values.items() if value is not None}, a.stored
 
 
 _energies_of_ends = RunJit(_energies, quick=True)
@@ -806,8 +806,8 @@ def metrics_of(scene: Scene, *, greatest: bool) -> dict[str, Metric]:
 
 def identity_of(metric: str | Callable[..., Any]) -> object:
     """Return what a compiled program depends on: the name of one of simbrake's own metrics, else the function."""
-    known = METRICS.get(metric) if isinstance(metric, str) else None
-    return metric if known is None or known.find.__module__.startswith("simbrake.") else known.find
+    entry = METRICS.get(metric) if isinstance(metric, str) else None
+    return metric if entry is None or entry.find.__module__.startswith("simbrake.") else entry.find
 
 
 def metric_names(scene: Scene) -> tuple[str, ...]:
@@ -825,9 +825,9 @@ def metric_names(scene: Scene) -> tuple[str, ...]:
 def metric_of(name: str) -> Metric | None:
     """The entry of a name; also of the friction heat of a pair (`energy.heat_…`) and the work of a torque on the shaft
     (`energy.shaft_…`), which single scenes have."""
-    known = METRICS.get(name) or RESIDUALS.get(name)
-    if known is not None or not name.startswith("energy."):
-        return known
+    entry = METRICS.get(name) or RESIDUALS.get(name)
+    if entry is not None or not name.startswith("energy."):
+        return entry
     kind, _, whose = (energy := name.removeprefix("energy.")).partition("_")
     words = f"work of the torque on the shaft {whose}" if kind == "shaft" else f"friction heat of the {whose} pair"
     return _energy(energy, words, lambda a: None)[name]

@@ -88,9 +88,9 @@ def in_lanes(look: Callable[..., T], *columns: np.ndarray, lanes: int = LANES) -
     for start in range(0, count, lanes):
         if count > lanes:  # shown as progress
             piece(start // lanes, -(-count // lanes))
-        here = np.minimum(np.arange(start, start + lanes), count - 1)
-        found, used = look(*(column[here] for column in columns)), min(lanes, count - start)
-        parts.append(jax.tree.map(lambda leaf, n=used: np.asarray(leaf)[:n], found))
+        rows = np.minimum(np.arange(start, start + lanes), count - 1)
+        values, used = look(*(column[rows] for column in columns)), min(lanes, count - start)
+        parts.append(jax.tree.map(lambda leaf, n=used: np.asarray(leaf)[:n], values))
     return parts[0] if len(parts) == 1 else jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
 
 
@@ -160,7 +160,7 @@ def rows_in_lanes(record: Record, look: Callable[..., T], index: Int[Array, " m"
 
 def probe_many(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]) -> Probe:
     """`probe_at` of a compact record outside of jit."""
-    return rows_in_lanes(record, lambda *given: _probe_compiled(*given, still=True), index, h)
+    return rows_in_lanes(record, lambda *arguments: _probe_compiled(*arguments, still=True), index, h)
 
 
 # --- integrals over a run, by quadrature inside every step ------------------------------------------------------------
@@ -178,12 +178,12 @@ def as_tree(function: Callable[..., PyTree]) -> Callable[..., PyTree]:
 def _integrate(record: Record, pick: Callable[[Probe], PyTree], *, points: int) -> PyTree:
     rows = record.rows
     n = rows.t.shape[0]
-    here = jnp.arange(n, dtype=jnp.int32)
-    used = (here < record.count) & (rows.kind != SKIPPED)
-    span = jnp.where(used, rows.t[jnp.minimum(here + 1, record.count)] - rows.t, 0.0)
+    row_numbers = jnp.arange(n, dtype=jnp.int32)
+    used = (row_numbers < record.count) & (rows.kind != SKIPPED)
+    span = jnp.where(used, rows.t[jnp.minimum(row_numbers + 1, record.count)] - rows.t, 0.0)
     nodes, weights = np.polynomial.legendre.leggauss(points)
     # rows that were never written hold nothing that could be looked at: there the first row is, with weight 0
-    index = jnp.repeat(jnp.where(used, here, 0), points)
+    index = jnp.repeat(jnp.where(used, row_numbers, 0), points)
     # (the time up to the next row, not the step, so that ends of steps move with their events in derivatives)
     h = jnp.tile(jnp.asarray(0.5 * (nodes + 1)), n) * (rows.t[jnp.minimum(index + 1, record.count)] - rows.t[index])
     values = pick(probe_at(record, index, h))
@@ -280,18 +280,21 @@ def stable_speed(net: Callable[[Array], Array], speed: Array) -> Float[Array, ""
     values = jax.lax.stop_gradient(jax.vmap(net)(speeds)) * jnp.where(still > 0, 1.0, -1.0)
     met = values[1:] <= 0
     i = jnp.argmax(met)
-    here = jnp.stack([jnp.minimum(speeds[i], speeds[i + 1]), jnp.maximum(speeds[i], speeds[i + 1])])
+    bracket = jnp.stack([jnp.minimum(speeds[i], speeds[i + 1]), jnp.maximum(speeds[i], speeds[i + 1])])
 
     def halve(ends: Array, _: None) -> tuple[Array, None]:
         middle = 0.5 * (ends[0] + ends[1])
         above = net(middle) > 0
         return jnp.stack([jnp.where(above, middle, ends[0]), jnp.where(above, ends[1], middle)]), None
 
-    found, stable = jax.lax.stop_gradient(jnp.mean(jax.lax.scan(halve, here, None, length=_HALVINGS)[0])), still == 0
+    steady, stable = (
+        jax.lax.stop_gradient(jnp.mean(jax.lax.scan(halve, bracket, None, length=_HALVINGS)[0])),
+        still == 0,
+    )
     for _ in range(_CARRY):
-        value, slope = jax.jvp(net, (found,), (jnp.ones_like(found),))
-        found, stable = found - value / jnp.where(slope < 0, slope, -jnp.inf), slope < 0
-    return jnp.where(jnp.any(met) & stable & (start > 0), found, jnp.inf)
+        value, slope = jax.jvp(net, (steady,), (jnp.ones_like(steady),))
+        steady, stable = steady - value / jnp.where(slope < 0, slope, -jnp.inf), slope < 0
+    return jnp.where(jnp.any(met) & stable & (start > 0), steady, jnp.inf)
 
 
 def steady_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Float[Array, ""]:

@@ -151,7 +151,7 @@ def _nodes(p: Probe) -> Float[Array, "m k"] | None:
 
 def thickness(worn: tuple[Array | None, ...]) -> Array:
     """Thickness that linings have lost at all their faces (m)."""
-    first, *more = (one for one in worn if one is not None)
+    first, *more = (loss for loss in worn if loss is not None)
     return sum(more, start=first)
 
 
@@ -513,8 +513,8 @@ def series_of(p: Probe, system: BrakeSystem) -> Series:
     """All columns of a probe."""
     pairs, first = {}, PairSeen(system, p, 0)
     for i, name in enumerate(system.pair_names):
-        seen = PairSeen(system, p, i)
-        pairs[name] = PairSeries(**{key: column.find(p, seen) for key, column in PAIR_COLUMNS.items()})
+        view = PairSeen(system, p, i)
+        pairs[name] = PairSeries(**{key: column.find(p, view) for key, column in PAIR_COLUMNS.items()})
     return Series(**{key: column.find(p, first) for key, column in SERIES_COLUMNS.items()}, pairs=pairs)
 
 
@@ -540,11 +540,11 @@ def flat(series: Series, *, pairs: bool) -> dict[str, Any]:
 
     - `pairs`: with those of every friction pair, called as `internal_torque`
     """
-    found = {name: getattr(series, name) for name in SERIES_COLUMNS}
+    by_name = {name: getattr(series, name) for name in SERIES_COLUMNS}
     if pairs:
         for pair, columns in series.pairs.items():
-            found |= {f"{pair}_{name}": values for name, values in columns._asdict().items()}
-    return {name: values for name, values in found.items() if values is not None}
+            by_name |= {f"{pair}_{name}": values for name, values in columns._asdict().items()}
+    return {name: values for name, values in by_name.items() if values is not None}
 
 
 # --- times ------------------------------------------------------------------------------------------------------------
@@ -568,17 +568,17 @@ def fault_of_times(ts: np.ndarray, start: float, end: float, path: str, hint: st
 def array_of_times(ts: Any, path: str) -> np.ndarray:
     """Times (m,) of a list, an array or one number. Raises `InputError` for anything else, and for no times."""
     try:
-        found = np.atleast_1d(np.asarray(ts, np.float64))
+        times = np.atleast_1d(np.asarray(ts, np.float64))
     except (TypeError, ValueError):
         raise InputError([Fault(path, f"{ts!r} are not numbers", "times in s")]) from None
-    if found.ndim != 1 or not found.size:
-        raise InputError([Fault(path, f"have the shape {found.shape}", "one time in s, or a list of times")])
-    return found
+    if times.ndim != 1 or not times.size:
+        raise InputError([Fault(path, f"have the shape {times.shape}", "one time in s, or a list of times")])
+    return times
 
 
 def times_within(ts: Any, start: float, end: float, path: str, hint: str = "") -> np.ndarray:
     """Times (m,) in a run, those that only rounding puts outside moved to its ends. Raises `InputError` for others."""
-    found = array_of_times(ts, path)
-    if fault := fault_of_times(found, start, end, path, hint):
+    times = array_of_times(ts, path)
+    if fault := fault_of_times(times, start, end, path, hint):
         raise InputError([fault])
-    return np.clip(found, start, end)
+    return np.clip(times, start, end)

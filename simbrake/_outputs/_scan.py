@@ -141,17 +141,17 @@ def _sampled(
         y = jnp.where(k == 0, steps.y0, jnp.where(k == 1, steps.y1, _between(steps, *rates, shares)))
         t = steps.t0 + share * (steps.t1 - steps.t0)
         state = jax.vmap(flat.unpack_state)(y)
-        seen = seen_at(system, t, state, modes)
-        found = jax.vmap(system.rates)(t, state, modes, seen.flows)
-        rate = jax.vmap(lambda tree: ravel(tree, jnp.float64))(found)
-        return (jnp.where(k == 0, rate, rates[0]), jnp.where(k == 1, rate, rates[1])), see(seen)
+        probe = seen_at(system, t, state, modes)
+        slopes = jax.vmap(system.rates)(t, state, modes, probe.flows)
+        rate = jax.vmap(lambda tree: ravel(tree, jnp.float64))(slopes)
+        return (jnp.where(k == 0, rate, rates[0]), jnp.where(k == 1, rate, rates[1])), see(probe)
 
     nothing = jnp.zeros_like(steps.y0)
     order = np.asarray([0, samples - 1, *range(1, samples - 1)])  # rates at both ends come first
     entries = (jnp.arange(samples, dtype=jnp.int32), jnp.asarray(order / (samples - 1)))
-    (f0, f1), found = jax.lax.scan(sample, (nothing, nothing), entries)
+    (f0, f1), columns = jax.lax.scan(sample, (nothing, nothing), entries)
     back = np.argsort(order)
-    return jax.tree.map(lambda leaf: jnp.moveaxis(leaf[back], 0, 1), found), f0, f1
+    return jax.tree.map(lambda leaf: jnp.moveaxis(leaf[back], 0, 1), columns), f0, f1
 
 
 def _sights(
@@ -192,14 +192,14 @@ class Scan:
         self._frozen = jax.lax.stop_gradient(self.record) if self.traced else self.record
         rows, xp = self._frozen.rows, self.xp
         count = rows.t.shape[0] if self.traced else max(int(self.record.count), 1)
-        here = xp.arange(count, dtype=np.int32)
-        following = xp.minimum(here + 1, self.record.count)
-        self.used = (here < self.record.count) & (rows.kind[:count] != SKIPPED)
+        row_numbers = xp.arange(count, dtype=np.int32)
+        following = xp.minimum(row_numbers + 1, self.record.count)
+        self.used = (row_numbers < self.record.count) & (rows.kind[:count] != SKIPPED)
         self.steps = Steps(rows.t[:count], rows.t[following], rows.y[:count], rows.y[following], rows.mode[:count])
         self._states: Array | None = None  # at all samples, of a short run
-        self.steps = self.steps._replace(y1=self._before_jumps(here, rows.kind[:count]))
+        self.steps = self.steps._replace(y1=self._before_jumps(row_numbers, rows.kind[:count]))
         self.samples = _SAMPLES_OF_LONG if not self.traced and count > _LONG else _SAMPLES
-        self.row, self.share = xp.repeat(here, self.samples), xp.tile(xp.linspace(0.0, 1.0, self.samples), count)
+        self.row, self.share = xp.repeat(row_numbers, self.samples), xp.tile(xp.linspace(0.0, 1.0, self.samples), count)
         if self.traced:
             return
         if self.record.method.order >= _LONG_STEPS and count * self.samples <= _SHORT:
@@ -213,8 +213,8 @@ class Scan:
             def look(*columns: Array) -> tuple[ScanColumns, Array, Array]:
                 return sights(*likes, Steps(*columns), **seeing)
 
-            seen, self._f0, self._f1 = in_lanes(look, *map(np.asarray, self.steps), lanes=length)
-            self.seen = jax.tree.map(lambda leaf: leaf.reshape(count * self.samples, *leaf.shape[2:]), seen)
+            by_step, self._f0, self._f1 = in_lanes(look, *map(np.asarray, self.steps), lanes=length)
+            self.seen = jax.tree.map(lambda leaf: leaf.reshape(count * self.samples, *leaf.shape[2:]), by_step)
 
     def _by_steps(self, row: Array, share: Array) -> tuple[ScanColumns, Array]:
         """What is seen at a share of the steps named, and the states there, by partial steps of the method."""
@@ -335,14 +335,14 @@ def _highest(scan: Scan, tops: Array, first: int = 0) -> PeakBracket:
     begin = first * scan.samples
     used = scan.used[scan.row[begin : begin + tops.shape[0]]]
     best = begin + xp.argmax(xp.where(used, tops, -np.inf))
-    here, h = xp.arange(scan.used.shape[0], dtype=np.int32), steps.t1 - steps.t0
+    row_numbers, h = xp.arange(scan.used.shape[0], dtype=np.int32), steps.t1 - steps.t0
     lasts = scan.used & (h > 0)
     # the begin of a step is the end of the one before it, from which both are looked at
-    before = xp.max(xp.where(lasts & (here < scan.row[best]), here, -1))
+    before = xp.max(xp.where(lasts & (row_numbers < scan.row[best]), row_numbers, -1))
     at_begin = (scan.share[best] == 0.0) & (before >= first) & (rows.kind[before] == ADVANCED)
     row = xp.where(at_begin, before, scan.row[best]).astype(np.int32)
     share = xp.where(at_begin, 1.0, scan.share[best])
-    following = lasts & (here > row) & (here < first + tops.shape[0] // scan.samples)
+    following = lasts & (row_numbers > row) & (row_numbers < first + tops.shape[0] // scan.samples)
     after = xp.where(xp.any(following) & (h[row] > 0), xp.argmax(following).astype(np.int32), row)
     times = xp.where(after != row, h[after] / xp.where(h[row] > 0, h[row], 1.0), 1.0)
     return PeakBracket(*(x[None] for x in (row, share, after, times, rows.kind[row] == ADVANCED)))
@@ -353,8 +353,10 @@ def peaks(scan: Scan) -> dict[str, Peak]:
     names = scan.wanted.names
     if not names:
         return {}
-    seen = _polished(scan, names, [_highest(scan, scan.seen.tops[name]) for name in names])
-    return {name: Peak(seen.tops[name][k], seen.t[k], seen.places[name][k] + 1) for k, name in enumerate(names)}
+    columns = _polished(scan, names, [_highest(scan, scan.seen.tops[name]) for name in names])
+    return {
+        name: Peak(columns.tops[name][k], columns.t[k], columns.places[name][k] + 1) for k, name in enumerate(names)
+    }
 
 
 def peaks_between(scan: Scan, names: Sequence[str], spans: Sequence[tuple[int, int]]) -> dict[str, Float[Array, " k"]]:
@@ -362,18 +364,18 @@ def peaks_between(scan: Scan, names: Sequence[str], spans: Sequence[tuple[int, i
     if not names or not spans:
         return {name: np.zeros(0) for name in names}
     n = scan.samples
-    found = [_highest(scan, scan.seen.tops[name][a * n : b * n], a) for name in names for a, b in spans]
+    brackets = [_highest(scan, scan.seen.tops[name][a * n : b * n], a) for name in names for a, b in spans]
     # (one round of few points: of many spans only a long run has, whose steps are short)
-    seen = _polished(scan, [name for name in names for _ in spans], found, 1, _FEW_POINTS)
+    columns = _polished(scan, [name for name in names for _ in spans], brackets, 1, _FEW_POINTS)
     each = len(spans)
-    return {name: seen.tops[name][k * each : (k + 1) * each] for k, name in enumerate(names)}
+    return {name: columns.tops[name][k * each : (k + 1) * each] for k, name in enumerate(names)}
 
 
 def _polished(
-    scan: Scan, names: Sequence[str], found: Sequence[PeakBracket], rounds: int = _ROUNDS, count: int = _POINTS
+    scan: Scan, names: Sequence[str], brackets: Sequence[PeakBracket], rounds: int = _ROUNDS, count: int = _POINTS
 ) -> ScanColumns:
-    """What is seen at maximum values near the samples `found`, each of the metric in its place among `names`."""
-    near = PeakBracket(*(np.concatenate(column) for column in zip(*found, strict=True)))
+    """What is seen at maximum values in the `brackets`, each of the metric in its place among `names`."""
+    near = PeakBracket(*(np.concatenate(column) for column in zip(*brackets, strict=True)))
 
     def look(rows: Array, shares: Array) -> Any:
         tops = scan.look(rows.ravel(), shares.ravel()).tops
@@ -393,11 +395,11 @@ def to_hold(scan: Scan, tension: Float[Array, " m"]) -> tuple[Array, Array]:
     held, lasts = holds(modes), scan.used & (steps.t1 > steps.t0)  # (rows without duration say nothing)
     slack = _SAME * xp.max(xp.abs(T))
     falls = held & (T[:, -1] < T[:, 0] - slack)
-    here, n = xp.arange(held.shape[0], dtype=np.int32), held.shape[0]
+    row_numbers, n = xp.arange(held.shape[0], dtype=np.int32), held.shape[0]
     # the last lasting row before each, and the first after it in which the lever does not fall
-    before = xp.maximum.accumulate(xp.where(lasts, here, -1))
+    before = xp.maximum.accumulate(xp.where(lasts, row_numbers, -1))
     before = xp.concatenate([xp.full(1, -1, before.dtype), before[:-1]])
-    ends = xp.minimum.accumulate(xp.where(lasts & ~falls, here, n)[::-1])[::-1]
+    ends = xp.minimum.accumulate(xp.where(lasts & ~falls, row_numbers, n)[::-1])[::-1]
     let_go = falls & (ends < n) & ~held[xp.minimum(ends, n - 1)]
     drops = falls[before] | (T[:, 0] < T[before, -1] - slack)
     broken = lasts & ~held & (before >= 0) & held[before] & ~drops & (steps.y0[:, 1] == 0.0)
@@ -415,16 +417,16 @@ def largest_share_of_capacity(scan: Scan) -> Peak:
     if not samples.size:
         return Peak(np.float64(0.0), np.asarray(record.rows.t)[0], np.int32(1))
 
-    def share_of(here: Any, instants: Callable[[np.ndarray], tuple[Array, ...]]) -> Any:
-        return held_share(*holding_at(record, np.arange(here.size), instants), here)
+    def share_of(is_to_hold: Any, instants: Callable[[np.ndarray], tuple[Array, ...]]) -> Any:
+        return held_share(*holding_at(record, np.arange(is_to_hold.size), instants), is_to_hold)
 
     tops = np.zeros(len(scan.row))
     tops[samples] = share_of(np.ones(samples.shape, bool), lambda index: scan.instants(samples[index]))
 
     def look(rows: Array, shares: Array) -> np.ndarray:
         t, y, mode = scan.states(rows.ravel(), shares.ravel())
-        here = (held[rows] | (shares == 0.0)).ravel()
-        return share_of(here, lambda index: (t[index], y[index], mode[index])).reshape(rows.shape)
+        is_to_hold = (held[rows] | (shares == 0.0)).ravel()
+        return share_of(is_to_hold, lambda index: (t[index], y[index], mode[index])).reshape(rows.shape)
 
     near = _highest(scan, tops)
     near = near._replace(after=np.where(held[near.after], near.after, near.row))

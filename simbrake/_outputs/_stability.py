@@ -20,26 +20,26 @@ _ROUNDING = 1e-9
 def least_outweighed(scan: Scan) -> dict[str, float] | None:
     """Load and torque (N·m) and time (s) at the minimum of torque over load while the brake slides under its maximum
     lever force, at the ends and in the middle of all steps; `margin`: `torque/load − 1`. `None` without a load."""
-    seen = scan.seen
-    some = np.flatnonzero(_slides(scan) & _hardest(scan) & _coarse(scan) & (np.asarray(seen.omega) != 0))
+    columns = scan.seen
+    some = np.flatnonzero(_slides(scan) & _hardest(scan) & _coarse(scan) & (np.asarray(columns.omega) != 0))
     if not some.size:
         return None
-    found = capacities_at(scan.record, some, scan.instants)
-    load, torque = np.asarray(found.load), np.asarray(found.torque)
+    capacities = capacities_at(scan.record, some, scan.instants)
+    load, torque = np.asarray(capacities.load), np.asarray(capacities.torque)
     driven = np.flatnonzero(load > 0)
     if not driven.size:
         return None
     k = int(driven[np.argmin(torque[driven] / load[driven])])
     margin = float(torque[k]) / float(load[k]) - 1.0
-    return {"load": float(load[k]), "torque": float(torque[k]), "time": float(seen.t[some[k]]), "margin": margin}
+    return {"load": float(load[k]), "torque": float(torque[k]), "time": float(columns.t[some[k]]), "margin": margin}
 
 
 def shortage(scan: Scan, status: str) -> list[str]:
     """Times before the end in which the load exceeded what the brake gives under its maximum slack tension."""
-    seen, t = scan.seen, scan.seen.t
+    columns, t = scan.seen, scan.seen.t
     system: BrakeSystem = scan.record.system  # pyright: ignore
-    hardest, rate = _hardest(scan), np.sign(seen.omega) * seen.alpha
-    moving = np.abs(seen.omega) > _ROUNDING * np.max(np.abs(seen.omega))  # a pulley that stops is there at last
+    hardest, rate = _hardest(scan), np.sign(columns.omega) * columns.alpha
+    moving = np.abs(columns.omega) > _ROUNDING * np.max(np.abs(columns.omega))  # a pulley that stops is there at last
     candidates = hardest & _slides(scan) & moving & (rate > 0)
     if not np.any(rate[candidates] * float(system.inertia) > _ROUNDING * float(system.sizes.torque)):
         return []  # nothing ever sped up a pulley whose brake slides: no need to look closer
@@ -47,8 +47,8 @@ def shortage(scan: Scan, status: str) -> list[str]:
     def short_at(some: np.ndarray) -> np.ndarray:
         if not some.size:
             return some
-        found = capacities_at(scan.record, some, scan.instants)
-        return some[found.outweighed]
+        capacities = capacities_at(scan.record, some, scan.instants)
+        return some[capacities.outweighed]
 
     # first coarsely, then at all samples of the steps in which it is short
     rows_short = np.unique(scan.row[short_at(np.flatnonzero(hardest & _coarse(scan)))])
@@ -62,7 +62,7 @@ def shortage(scan: Scan, status: str) -> list[str]:
     if not spans:
         return []
     (first, last), often = spans[0], f", {len(spans)} times in all" if len(spans) > 1 else ""
-    load = number(np.max(np.abs(seen.load_torque[first : last + 1])), "N*m")
+    load = number(np.max(np.abs(columns.load_torque[first : last + 1])), "N*m")
     return [
         f"shortage: from {t[first]:.6g} to {t[last]:.6g} s{often} the load torque (up to {load}) exceeded what the "
         "sliding brake gives under its maximum slack tension"
