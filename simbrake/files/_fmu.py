@@ -52,7 +52,7 @@ def write_fmu(scene: Scene, path: str | Path, inputs: Sequence[str] | str | None
         inputs = ["lever", "load"] if isinstance(scene.duty.load, TorqueLoad) else ["lever"]
     text = scene_text(scene)
     stepper = Stepper(scene_from_text(text), inputs)
-    with tempfile.TemporaryDirectory() as folder, whole_file(path) as made:
+    with tempfile.TemporaryDirectory() as folder, whole_file(path) as target:
         scratch = Path(folder)
         script, files = scratch / "brake_fmu.py", [scratch / "variables.json", scratch / "scene.toml"]
         shutil.copy(Path(__file__).with_name("_slave.py"), script)
@@ -62,7 +62,7 @@ def write_fmu(scene: Scene, path: str | Path, inputs: Sequence[str] | str | None
         try:
             builder = importlib.import_module("pythonfmu.builder").FmuBuilder
             states = {"canGetAndSetFMUstate": True, "canSerializeFMUstate": True}
-            builder.build_FMU(script, dest=made, project_files=files, **states)
+            builder.build_FMU(script, dest=target, project_files=files, **states)
         finally:  # where it looked for the script
             sys.path[:] = before
             sys.modules.pop(script.stem, None)
@@ -97,7 +97,7 @@ def _described(stepper: Stepper) -> dict[str, Any]:
     version = importlib.import_module("simbrake").__version__
     return {
         "variables": variables,
-        "units": {one["unit"]: _powers(one["unit"]) for one in variables if one["unit"]},
+        "units": {variable["unit"]: _powers(variable["unit"]) for variable in variables if variable["unit"]},
         "description": f"{scene.brake.kind}; needs Python with simbrake {version} where it runs",
         "tool": f"simbrake {version} with PythonFMU",
     }
@@ -105,11 +105,11 @@ def _described(stepper: Stepper) -> dict[str, Any]:
 
 def _powers(unit: str) -> dict[str, int]:
     """Powers of the base units of a unit as `kg.m2` or `W/(m.K)`."""
-    found: dict[str, int] = {}
+    powers: dict[str, int] = {}
     above, _, below = unit.partition("/")
     for part, sign in ((above, 1), (below.strip("()"), -1)):
         for factor in filter(None, part.split(".")):
             name, power = (factor[:-1], int(factor[-1])) if factor[-1].isdigit() and len(factor) > 1 else (factor, 1)
             for base, n in _BASE.get(name, {}).items():
-                found[base] = found.get(base, 0) + sign * power * n
-    return found
+                powers[base] = powers.get(base, 0) + sign * power * n
+    return powers

@@ -67,11 +67,11 @@ class SceneReader(NumberReader):
 
     def _maker(self, table: dict[str, Toml], makers: dict[str, Maker], path: str) -> Maker | None:
         """Class or builder of a table: by its `type`, or the only one that its keys fit."""
-        kind, here = table.pop("type", None), _join(path, "type")
+        kind, type_path = table.pop("type", None), _join(path, "type")
         if kind is not None:
             if isinstance(kind, str) and kind in makers:
                 return makers[kind]
-            self.fault(here, f"{shown(kind)} does not fit here", nearest(str(kind), makers))
+            self.fault(type_path, f"{shown(kind)} does not fit here", nearest(str(kind), makers))
             return None
         if len(makers) == 1:
             return next(iter(makers.values()))
@@ -80,36 +80,36 @@ class SceneReader(NumberReader):
         keys = set(table)
         # the better reason comes first: nothing is missing or unknown, nothing is unknown, the most keys are known
         reasons = {
-            name: (needed[name] <= keys <= known, bool(keys) and keys <= known, len(keys & known))
-            for name, known in names.items()
+            name: (needed[name] <= keys <= allowed, bool(keys) and keys <= allowed, len(keys & allowed))
+            for name, allowed in names.items()
         }
         fits = [name for name, reason in reasons.items() if reason == max(reasons.values())]
         if len(fits) == 1:
             return makers[fits[0]]
         hint = f"one of: {', '.join(_told_by(name, fits, needed) for name in fits)}"
-        self.fault(here, "is missing: the keys do not tell which kind is meant", hint)
+        self.fault(type_path, "is missing: the keys do not tell which kind is meant", hint)
         return None
 
     def _fields(self, table: dict[str, Toml], maker: Maker, path: str, unit: str) -> object:
         table, parts = by_present_names(maker, table), {part.name: part for part in parts_of(maker)}
         # a history's column has the unit of the field that holds it
-        found: dict[str, object] = {"unit": unit} if maker is history else {}
+        values: dict[str, object] = {"unit": unit} if maker is history else {}
         for key in [key for key in table if key not in parts]:
             what = f"unknown key of {maker.__name__}"
-            found[key] = self.fault(_join(path, key), what, nearest(key, parts))
+            values[key] = self.fault(_join(path, key), what, nearest(key, parts))
         for name, part in parts.items():
-            here = _join(path, name)
+            part_path = _join(path, name)
             if name in table:
-                found[name] = self.part(table[name], part, here, part.unit_at(unit))
+                values[name] = self.part(table[name], part, part_path, part.unit_at(unit))
             elif part.needed:
-                found[name] = self.fault(here, "is missing", _wish(part, part.unit_at(unit)))
+                values[name] = self.fault(part_path, "is missing", _wish(part, part.unit_at(unit)))
             elif part.default is dataclasses.MISSING:
-                found[name] = None
-        return BAD if any(value is BAD for value in found.values()) else self._made(maker, found, path)
+                values[name] = None
+        return BAD if any(value is BAD for value in values.values()) else self._made(maker, values, path)
 
-    def _made(self, maker: Maker, found: dict[str, object], path: str) -> object:
+    def _made(self, maker: Maker, values: dict[str, object], path: str) -> object:
         try:
-            return maker(**found)
+            return maker(**values)
         except InputError as error:  # of a file that it read
             where = f"{path}: " if path else ""
             self.faults += [Fault(where + fault.path, fault.problem, fault.hint) for fault in error.faults]
@@ -124,8 +124,8 @@ class SceneReader(NumberReader):
         if part.many:
             if not isinstance(value, list):
                 return self.fault(path, f"{shown(value)} is not a list", "give a list, one entry for each")
-            entries = [self._one(one, part, f"{path}[{i}]", unit) for i, one in enumerate(value)]
-            return BAD if any(one is BAD for one in entries) else tuple(entries)
+            entries = [self._one(entry, part, f"{path}[{i}]", unit) for i, entry in enumerate(value)]
+            return BAD if any(entry is BAD for entry in entries) else tuple(entries)
         return self._one(value, part, path, unit)
 
     def _one(self, value: Toml, part: Part, path: str, unit: str) -> object:
@@ -134,9 +134,9 @@ class SceneReader(NumberReader):
         if isinstance(part.about, Quantity):
             return self.number(value, part.about, path, unit)
         if isinstance(part.about, Whole):
-            found = faults_of_whole(path, value, part.about)
-            self.faults += found
-            return BAD if found else value
+            faults = faults_of_whole(path, value, part.about)
+            self.faults += faults
+            return BAD if faults else value
         if part.kind is bool:
             return value if isinstance(value, bool) else self.fault(path, f"{shown(value)} is not true or false")
         if not isinstance(value, str):
@@ -315,20 +315,20 @@ class _Writer:
             return {}
         table: dict[str, Toml] = {"type": maker.__name__} if several(wanted) else {}
         for part in parts_of(maker):
-            value, here = getattr(node, part.name), _join(path, part.name)
-            if value is not None and here not in self.left_out:
-                table[part.name] = self._value(value, part, here, part.unit_at(unit))
+            value, part_path = getattr(node, part.name), _join(path, part.name)
+            if value is not None and part_path not in self.left_out:
+                table[part.name] = self._value(value, part, part_path, part.unit_at(unit))
         return table
 
     def _value(self, value: object, part: Part, path: str, unit: str) -> Toml:
         if isinstance(value, tuple) and part.many:
-            return [self._one(one, part, f"{path}[{i}]", unit) for i, one in enumerate(value)]
+            return [self._one(entry, part, f"{path}[{i}]", unit) for i, entry in enumerate(value)]
         return self._one(value, part, path, unit)
 
     def _one(self, value: object, part: Part, path: str, unit: str) -> Toml:
         if isinstance(value, Material):
-            known = next((name for name in LIBRARY if eqx.tree_equal(material(name), value)), None)
-            return known or self.table(value, part.wanted, path, unit)
+            library_name = next((name for name in LIBRARY if eqx.tree_equal(material(name), value)), None)
+            return library_name or self.table(value, part.wanted, path, unit)
         if isinstance(value, eqx.Module):
             return self.table(value, part.wanted, path, unit)
         if not isinstance(part.about, Quantity):

@@ -139,8 +139,10 @@ def parts_of(maker: Maker) -> tuple[Part, ...]:
         return tuple(_of_field(field, hints[field.name]) for field in fields)
     annotated = inspect.unwrap(maker)
     hints = typing.get_type_hints(annotated, include_extras=True)
-    parameters = [one for one in inspect.signature(annotated).parameters.values() if one.name != "unit"]
-    return tuple(_of_parameter(one, hints[one.name]) for one in parameters)
+    parameters = [
+        parameter for parameter in inspect.signature(annotated).parameters.values() if parameter.name != "unit"
+    ]
+    return tuple(_of_parameter(parameter, hints[parameter.name]) for parameter in parameters)
 
 
 def _of_field(field: dataclasses.Field, hint: object) -> Part:
@@ -172,21 +174,21 @@ def _part(name: str, hint: object, about: Quantity | Whole | None, default: obje
 @functools.cache
 def makers_of(wanted: tuple[type, ...]) -> dict[str, Maker]:
     """Classes and builders that give one of the `wanted` classes and can be written in a file: name → maker."""
-    found: dict[str, Maker] = {}
+    makers: dict[str, Maker] = {}
     for base in wanted:
-        family, seen = [base], set()
+        family, visited = [base], set()
         while family:
-            one = family.pop(0)
-            family += one.__subclasses__()
-            own = one.__module__.partition(".")[0] == __name__.partition(".")[0]
-            if one in seen or not own or one.__name__.startswith("Abstract"):
+            kind = family.pop(0)
+            family += kind.__subclasses__()
+            own = kind.__module__.partition(".")[0] == __name__.partition(".")[0]
+            if kind in visited or not own or kind.__name__.startswith("Abstract"):
                 continue
-            seen.add(one)
-            if all(part.kind for part in parts_of(one)):  # custom functions cannot be written
-                found[one.__name__] = one
+            visited.add(kind)
+            if all(part.kind for part in parts_of(kind)):  # custom functions cannot be written
+                makers[kind.__name__] = kind
         for builder in BUILDERS.get(base, ()):
-            found[builder.__name__] = builder
-    return found
+            makers[builder.__name__] = builder
+    return makers
 
 
 def several(wanted: tuple[type, ...]) -> bool:
@@ -199,14 +201,14 @@ def several(wanted: tuple[type, ...]) -> bool:
 @functools.cache
 def all_makers() -> dict[str, Maker]:
     """All classes and builders of scene files, from the scene down: name → maker."""
-    found: dict[str, Maker] = dict(makers_of((Scene,)))
-    open_ends: list[Maker] = list(found.values())
+    makers: dict[str, Maker] = dict(makers_of((Scene,)))
+    open_ends: list[Maker] = list(makers.values())
     while open_ends:
         for part in parts_of(open_ends.pop(0)):
-            new = {name: maker for name, maker in part.makers.items() if name not in found}
-            found |= new
+            new = {name: maker for name, maker in part.makers.items() if name not in makers}
+            makers |= new
             open_ends += new.values()
-    return found
+    return makers
 
 
 # --- JSON Schema ------------------------------------------------------------------------------------------------------
@@ -243,16 +245,16 @@ def _schema_of(part: Part) -> Json:
     objects: list[Json] = [{"$ref": f"#/$defs/{name}"} for name in part.makers]
     if isinstance(about, Quantity):
         meaning = about.meaning if about.unit in ("1", "SI") else f"{about.meaning}, {about.unit} ({_UNITS})"
-        one = {"anyOf": [*_numbers(about), *objects], "description": meaning}
+        schema = {"anyOf": [*_numbers(about), *objects], "description": meaning}
     elif isinstance(about, Whole):
-        one = {"type": "integer", "minimum": about.low, "maximum": about.high, "description": about.meaning}
+        schema = {"type": "integer", "minimum": about.low, "maximum": about.high, "description": about.meaning}
     elif part.kind in _PLAIN:
-        one = {"type": _PLAIN[part.kind][1]}
+        schema = {"type": _PLAIN[part.kind][1]}
     else:
         objects += [{"type": "number"}, {"type": "string"}] if short_of(part.wanted) else []
         objects += [{"enum": sorted(LIBRARY)}] if Material in part.wanted else []
-        one = {"anyOf": objects}
-    return {"type": "array", "items": one} if part.many else one
+        schema = {"anyOf": objects}
+    return {"type": "array", "items": schema} if part.many else schema
 
 
 def _numbers(about: Quantity) -> list[Json]:
@@ -281,9 +283,9 @@ def parameter_table(scene: Scene) -> Table:
 
 def count_text(scene: Scene) -> str:
     """Short summary of a scene."""
-    n, found = scene.brake.linings.count, leaves(scene)
+    n, fields = scene.brake.linings.count, leaves(scene)
     words = [
-        f"{sum(np.size(leaf.value) for leaf in found)} numbers in {len(found)} fields",
+        f"{sum(np.size(leaf.value) for leaf in fields)} numbers in {len(fields)} fields",
         f"{n} {scene.brake.words.lining}s",
         *scene.brake.features,
     ]

@@ -50,10 +50,10 @@ def shipped(name: str) -> Path:
         >>> sb.files.shipped("standard").name
         'standard.toml'
     """
-    found = shipped_files()
-    if name in found:
-        return found[name].file
-    hint = hint_of(name) or f"there are: {', '.join(found)}"
+    files = shipped_files()
+    if name in files:
+        return files[name].file
+    hint = hint_of(name) or f"there are: {', '.join(files)}"
     raise InputError([Fault(name, "is not the name of a template or shipped scene", hint)])
 
 

@@ -20,37 +20,37 @@ class Brake(Fmi2Slave):
     discarded, with the reason in the log and the state as it was.
     """
 
-    def __init__(self, **given: Any) -> None:
-        super().__init__(**given)
+    def __init__(self, **arguments: Any) -> None:
+        super().__init__(**arguments)
         folder = Path(str(self.resources))
-        self.scene, told = folder / "scene.toml", json.loads((folder / "variables.json").read_text("utf-8"))
-        self.about, self.units = told["variables"], told["units"]
-        self.description, self.tool = told["description"], told["tool"]
-        self.guid = uuid.uuid5(uuid.NAMESPACE_URL, self.scene.read_text("utf-8") + json.dumps(told))
+        self.scene, model = folder / "scene.toml", json.loads((folder / "variables.json").read_text("utf-8"))
+        self.about, self.units = model["variables"], model["units"]
+        self.description, self.tool = model["description"], model["tool"]
+        self.guid = uuid.uuid5(uuid.NAMESPACE_URL, self.scene.read_text("utf-8") + json.dumps(model))
         self.values: dict[str, float] = {}  # of parameters and inputs, where they were set
         self.stepper: Any = None
         self.offset, self.seen = 0.0, None
-        for one in self.about:
-            self._add(one)
+        for variable in self.about:
+            self._add(variable)
 
-    def _add(self, one: dict[str, Any]) -> None:
+    def _add(self, variable: dict[str, Any]) -> None:
         """Register a variable."""
-        name, cause = one["name"], Fmi2Causality[one["causality"]]
-        kind = {"Real": Real, "Integer": Integer, "Boolean": Boolean}[one["type"]]
-        about = {"causality": cause, "description": one["description"]}
+        name, cause = variable["name"], Fmi2Causality[variable["causality"]]
+        kind = {"Real": Real, "Integer": Integer, "Boolean": Boolean}[variable["type"]]
+        about = {"causality": cause, "description": variable["description"]}
         if cause == _OUTPUT:
             discrete = {} if kind is Real else {"variability": Fmi2Variability.discrete}
             self.register_variable(kind(name, getter=lambda: self._output(name), **about, **discrete), nested=False)
             return
         fixed = {"variability": Fmi2Variability.fixed} if cause == _PARAMETER else {}
-        get = lambda: self.values.get(name, one["start"])  # noqa: E731
+        get = lambda: self.values.get(name, variable["start"])  # noqa: E731
         put = lambda value: self.values.__setitem__(name, value)  # noqa: E731
         self.register_variable(kind(name, getter=get, setter=put, **about, **fixed), nested=False)
 
     def _of(self, cause: Fmi2Causality) -> dict[str, float]:
         """Values that were set, of the inputs or of the parameters."""
-        known = {one["name"] for one in self.about if one["causality"] == cause.name}
-        return {name: value for name, value in self.values.items() if name in known}
+        names = {variable["name"] for variable in self.about if variable["causality"] == cause.name}
+        return {name: value for name, value in self.values.items() if name in names}
 
     # --- the description ----------------------------------------------------------------------------------------------
 
@@ -62,19 +62,19 @@ class Brake(Fmi2Slave):
         for unit, powers in self.units.items():
             SubElement(SubElement(definitions, "Unit", name=unit), "BaseUnit", {k: str(n) for k, n in powers.items()})
         root.insert(1, definitions)  # after CoSimulation
-        about = {one["name"]: one for one in self.about}
+        about = {entry["name"]: entry for entry in self.about}
         for variable in root.iter("ScalarVariable"):
-            one, real = about[variable.get("name", "")], variable.find("Real")
-            if real is not None and one["unit"]:
-                real.set("unit", one["unit"])
-            if real is not None and "start" in one:
-                real.set("start", repr(one["start"]))  # 16 digits are not enough
+            described, real = about[variable.get("name", "")], variable.find("Real")
+            if real is not None and described["unit"]:
+                real.set("unit", described["unit"])
+            if real is not None and "start" in described:
+                real.set("start", repr(described["start"]))  # 16 digits are not enough
         structure = root.find("ModelStructure")
         outputs = root.find("ModelStructure/Outputs")
         if structure is not None and outputs is not None:
             unknowns = SubElement(structure, "InitialUnknowns")
-            for one in outputs:
-                SubElement(unknowns, "Unknown", dict(one.attrib))
+            for output in outputs:
+                SubElement(unknowns, "Unknown", dict(output.attrib))
         return root
 
     # --- the run ------------------------------------------------------------------------------------------------------
@@ -89,7 +89,7 @@ class Brake(Fmi2Slave):
         rtol = values.pop("rtol", 1e-10)
         try:
             scene = sb.with_values(sb.read_scene(self.scene), values)
-            names = [one["name"] for one in self.about if one["causality"] == _INPUT.name]
+            names = [variable["name"] for variable in self.about if variable["causality"] == _INPUT.name]
             return sb.Stepper(scene, names, rtol=rtol)
         except (sb.InputError, RuntimeError) as error:
             raise self._error(str(error)) from None
