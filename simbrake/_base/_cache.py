@@ -69,9 +69,9 @@ def canonical(value: Any, static: bool = False) -> str:
     if isinstance(value, type | types.FunctionType | types.BuiltinFunctionType):
         return _name(value)
     if isinstance(value, tuple | list):
-        return f"{_name(type(value))}({','.join(text(one) for one in value)})"
+        return f"{_name(type(value))}({','.join(text(entry) for entry in value)})"
     if isinstance(value, dict):
-        return f"{{{','.join(f'{text(key)}:{text(one)}' for key, one in value.items())}}}"
+        return f"{{{','.join(f'{text(key)}:{text(entry)}' for key, entry in value.items())}}}"
     if isinstance(value, np.ndarray | np.generic | jax.Array | jax.ShapeDtypeStruct):
         return f"{value.dtype}{list(value.shape)}{_digest(value) if static else ''}"
     if isinstance(value, functools.partial):  # those of JAX too
@@ -114,11 +114,11 @@ def _surroundings() -> str:
             if not file.endswith((".pyc", ".pyi")):
                 about = os.stat(os.path.join(folder, file))
                 sources.append(f"{os.path.relpath(folder, package)}/{file} {about.st_size} {about.st_mtime_ns}")
-    found = [sys.version, *sorted(sources)]
+    lines = [sys.version, *sorted(sources)]
     for name in LIBRARIES:
         with contextlib.suppress(PackageNotFoundError):
-            found.append(f"{name} {version(name)}")
-    return "\n".join([*found, *_processor()])
+            lines.append(f"{name} {version(name)}")
+    return "\n".join([*lines, *_processor()])
 
 
 def _processor() -> list[str]:
@@ -169,28 +169,28 @@ def place() -> Path | None:
 def _descend(path: Path) -> int:
     """The descriptor of a private folder, made if need be. Raises `OSError` with what is wrong with it."""
     uid, names = os.getuid(), path.parts[1:]
-    here = os.open(path.anchor, os.O_RDONLY | os.O_DIRECTORY)
+    descriptor = os.open(path.anchor, os.O_RDONLY | os.O_DIRECTORY)
     try:
         for depth, name in enumerate(names):
             whole = os.path.join(path.anchor, *names[: depth + 1])
-            if stat.S_ISLNK(_look(name, here).st_mode):
+            if stat.S_ISLNK(_look(name, descriptor).st_mode):
                 if depth > 0:  # only root can put a link into the root folder
                     raise _UnsafeError(f"{whole} is a symbolic link")
-                os.close(here)
+                os.close(descriptor)
                 return _descend(Path(os.path.realpath(whole), *names[1:]))
-            below = os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=here)
-            os.close(here)
-            here, about, last = below, os.fstat(below), depth == len(names) - 1
+            below = os.open(name, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW, dir_fd=descriptor)
+            os.close(descriptor)
+            descriptor, about, last = below, os.fstat(below), depth == len(names) - 1
             if about.st_uid not in ((uid,) if last else (uid, 0)):
                 raise _UnsafeError(f"{whole} belongs to another user")
             # (in a folder as /tmp nobody can replace what belongs to somebody else)
             if about.st_mode & 0o022 and (last or not about.st_mode & stat.S_ISVTX):
                 raise _UnsafeError(f"others may write to {whole} (chmod go-w helps)")
             if last and about.st_mode & 0o077:
-                os.fchmod(here, 0o700)
-        return here
+                os.fchmod(descriptor, 0o700)
+        return descriptor
     except BaseException:
-        os.close(here)
+        os.close(descriptor)
         raise
 
 
@@ -220,12 +220,12 @@ class Folder:
         self.path, self._descriptor = path, _descend(path)
 
     def _open(self, name: str, flags: int) -> int:
-        found = os.open(name, flags | os.O_NOFOLLOW, 0o600, dir_fd=self._descriptor)
-        about = os.fstat(found)
+        descriptor = os.open(name, flags | os.O_NOFOLLOW, 0o600, dir_fd=self._descriptor)
+        about = os.fstat(descriptor)
         if not stat.S_ISREG(about.st_mode) or about.st_uid != os.getuid() or about.st_mode & 0o077:
-            os.close(found)
+            os.close(descriptor)
             raise _UnsafeError(f"{self.path / name} is not a private file")
-        return found
+        return descriptor
 
     def read(self, name: str) -> bytes | None:
         """The content of a file, `None` if there is none. Raises `ValueError` if it is damaged."""
@@ -259,13 +259,13 @@ class Folder:
 
     def entries(self) -> list[Entry]:
         """All files, the one used last first."""
-        found = []
+        entries = []
         for name in os.listdir(self._descriptor):
             with contextlib.suppress(FileNotFoundError):  # another process has removed it
                 about = os.lstat(name, dir_fd=self._descriptor)
                 if stat.S_ISREG(about.st_mode):
-                    found.append(Entry(name, about.st_size, about.st_mtime))
-        return sorted(found, key=lambda entry: -entry.used)
+                    entries.append(Entry(name, about.st_size, about.st_mtime))
+        return sorted(entries, key=lambda entry: -entry.used)
 
     def _shrink(self) -> None:
         total, most, now = 0, limit() * 1e6, time.time()
@@ -356,6 +356,6 @@ def cached(name: str, subject: Any, find: Callable[[], _Answer]) -> _Answer:
     content = read(key, _Content)
     if content is not None:
         return content.answer
-    found = find()
-    write(key, lambda: found)
-    return found
+    answer = find()
+    write(key, lambda: answer)
+    return answer

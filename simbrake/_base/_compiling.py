@@ -249,9 +249,9 @@ def _keep(key: str | None, program: "Program", trees: Callable[[], Any] | None =
         _cache.write(key, lambda: _stored(program) if trees is None else (_stored(program), trees()))
 
 
-def _tier(known: Options, quick: bool) -> Options | None:
+def _tier(options: Options, quick: bool) -> Options | None:
     """The options of a program, those that XLA knows."""
-    return known | {name: value for name, value in _QUICK.items() if quick and name in known} or None
+    return options | {name: value for name, value in _QUICK.items() if quick and name in options} or None
 
 
 class Packing(NamedTuple):
@@ -317,14 +317,14 @@ class Unpacking:
         self._parts = [*zip(self.large, ends, ends[1:], (leaf.shape for leaf in leaves), kinds, strict=False)]
 
     def __call__(self, numbers: np.ndarray, large: Sequence[Array]) -> PyTree:
-        found, whole = [], iter(large)
+        leaves, whole = [], iter(large)
         for is_large, start, end, shape, kind in self._parts:
             if is_large:
-                found.append(np.asarray(next(whole)))
+                leaves.append(np.asarray(next(whole)))
                 continue
             part = numbers[start:end].reshape(shape)
-            found.append(part if kind is None else part.astype(kind))
-        return jax.tree.unflatten(self._structure, found)
+            leaves.append(part if kind is None else part.astype(kind))
+        return jax.tree.unflatten(self._structure, leaves)
 
     def __reduce__(self) -> tuple:
         return Unpacking, (jax.tree.unflatten(self._structure, self._shapes),)
@@ -363,7 +363,7 @@ def per_value(of: Callable[[Any], PyTree]) -> Callable[[Callable[[Any], _Answer]
     """
 
     def remembering(find: Callable[[Any], _Answer]) -> Callable[[Any], _Answer]:
-        known: dict[Hashable, _Answer] = {}
+        answers: dict[Hashable, _Answer] = {}
 
         @functools.wraps(find)
         def answer(part: Any) -> _Answer:
@@ -371,13 +371,13 @@ def per_value(of: Callable[[Any], PyTree]) -> Callable[[Callable[[Any], _Answer]
             if not all(type(leaf) is np.ndarray for leaf in leaves):
                 return find(part)
             key = structure, tuple((leaf.shape, leaf.dtype.char, leaf.tobytes()) for leaf in leaves)
-            found: Any = known.get(key, known)  # itself: not among them
-            if found is not known:
-                return found
-            found = known[key] = find(part)
-            for old in list(known)[:-_REMEMBERED]:
-                known.pop(old, None)  # another thread may have done so
-            return found
+            stored: Any = answers.get(key, answers)  # itself: not among them
+            if stored is not answers:
+                return stored
+            stored = answers[key] = find(part)
+            for old in list(answers)[:-_REMEMBERED]:
+                answers.pop(old, None)  # another thread may have done so
+            return stored
 
         return answer
 
@@ -392,7 +392,7 @@ def per_structure(find: Callable[..., _Answer]) -> Callable[..., _Answer]:
     """
 
     @functools.lru_cache(maxsize=1024)
-    def found(like: Packing, *arguments: Hashable, **named: Hashable) -> _Answer:
+    def cached_answer(like: Packing, *arguments: Hashable, **named: Hashable) -> _Answer:
         part = like.stand_in()
         subject = find, part, arguments, sorted(named.items())
         return _cache.cached(find.__name__, subject, lambda: find(part, *arguments, **named))
@@ -401,7 +401,7 @@ def per_structure(find: Callable[..., _Answer]) -> Callable[..., _Answer]:
     def answer(part: PyTree, *arguments: Hashable, **named: Hashable) -> _Answer:
         numbers, structure = jax.tree.flatten(part)
         shapes, kinds = tuple(np.shape(x) for x in numbers), tuple(str(jnp.result_type(x)) for x in numbers)
-        return found(Packing(structure, shapes, kinds), *arguments, **named)
+        return cached_answer(Packing(structure, shapes, kinds), *arguments, **named)
 
     return answer
 
@@ -475,7 +475,7 @@ def _finished(
     """A lowered program, compiled; with a `device` it is looked up and kept there by its text."""
     text = lowered.as_text() if text is None else text
     # (the text is without arguments that the program ignores, and so is what is kept)
-    shapes = tuple((one.shape, str(one.dtype)) for one in jax.tree.leaves(lowered.args_info))
+    shapes = tuple((argument.shape, str(argument.dtype)) for argument in jax.tree.leaves(lowered.args_info))
     key = None if device is None else _cache.key_of("text", (text, shapes), device)
     trees = jax.tree.structure(lowered.args_info), lowered.out_tree
     kept = _cache.read(key, lambda stored: _restored(stored, trees, device))
@@ -504,8 +504,8 @@ def _restored(stored: tuple[Any, ...], trees: Sequence[Any], device: Any) -> Pro
     """A program out of the bytes of `_stored`, with the structures of its arguments and results."""
     from jax.experimental.serialize_executable import deserialize_and_load
 
-    here = {"backend": device.client, "execution_devices": [device]}
-    return Program(deserialize_and_load(stored[0], *trees, **here), *stored[1:])
+    target = {"backend": device.client, "execution_devices": [device]}
+    return Program(deserialize_and_load(stored[0], *trees, **target), *stored[1:])
 
 
 class TieredProgram:
@@ -519,19 +519,19 @@ class TieredProgram:
     def __init__(self, make: Callable[[bool], Program]) -> None:
         self._make, self._spent, self._thread, self.calls = make, 0.0, None, 0
         self._program = make(True)
-        found = self._program  # optimised already, if that was cached
-        self._worth = found.trace_seconds + 2 * found.compile_seconds if found.quick else np.inf
-        self.lines = found.lines
+        program = self._program  # optimised already, if that was cached
+        self._worth = program.trace_seconds + 2 * program.compile_seconds if program.quick else np.inf
+        self.lines = program.lines
 
     def __call__(self, numbers: Array) -> PyTree:
         start = time.perf_counter()
-        found = jax.block_until_ready(self._program.call(numbers))
+        result = jax.block_until_ready(self._program.call(numbers))
         self._spent += time.perf_counter() - start
         self.calls += 1
         if self._spent > self._worth and self._thread is None:
             self._thread = threading.Thread(target=self._improve, name="simbrake compiles")
             self._thread.start()
-        return found
+        return result
 
     def _improve(self) -> None:
         self._program = self._make(False)

@@ -99,7 +99,7 @@ def existing_file(file: Path, *kinds: str) -> Path:
     if file.is_file():
         return file
     folder = file if file.is_dir() else file.parent if file.parent.is_dir() else Path(".")
-    there = sorted(str(one) for kind in kinds for one in folder.glob(kind))
+    there = sorted(str(path) for kind in kinds for path in folder.glob(kind))
     hint = f"there are: {', '.join(there[:8])}" if there else "give the path of a scene file"
     raise InputError([Fault(str(file), what, hint)])
 
@@ -136,7 +136,7 @@ def faults_of_place(option: str, place: Path | None) -> list[Fault]:
     if place is None:
         return []
     try:
-        there = next(one for one in (place, *place.absolute().parents) if one.exists())
+        there = next(path for path in (place, *place.absolute().parents) if path.exists())
     except OSError as error:
         return [Fault(option, f"{place}: {error.strerror}", "give another folder")]
     if not there.is_dir():

@@ -78,7 +78,7 @@ def library_of(module: str) -> str | None:
         return _python()
     there = sys.modules.get(root)
     places = [getattr(there, "__file__", None), *getattr(there, "__path__", ())]
-    place = next((Path(one) for one in places if isinstance(one, str)), None)
+    place = next((Path(path) for path in places if isinstance(path, str)), None)
     if place is None:
         return _python() if there is not None and root in sys.stdlib_module_names else None
     libraries, language = _folders()
@@ -99,8 +99,8 @@ def _source() -> str:
 
 def versions() -> dict[str, str]:
     """Versions of everything that the numbers of a run depend on."""
-    found = {name: importlib.metadata.version(name) for name in (_OWN, *LIBRARIES)}
-    return found | {"source of simbrake": _source(), "Python": _python().partition(" ")[2]}
+    libraries = {name: importlib.metadata.version(name) for name in (_OWN, *LIBRARIES)}
+    return libraries | {"source of simbrake": _source(), "Python": _python().partition(" ")[2]}
 
 
 def _python() -> str:
@@ -112,7 +112,7 @@ def _folders() -> tuple[list[Path], list[Path]]:
     """Folders of installed libraries, and of the language's own."""
     paths = sysconfig.get_paths()
     libraries = {paths["purelib"], paths["platlib"], *site.getsitepackages(), site.getusersitepackages()}
-    return [Path(one) for one in libraries], [Path(paths["stdlib"]), Path(paths["platstdlib"])]
+    return [Path(folder) for folder in libraries], [Path(paths["stdlib"]), Path(paths["platstdlib"])]
 
 
 @functools.cache
@@ -149,7 +149,7 @@ def _known_as(part: object) -> str | None:
 
 def _looks_outside(module: str, name: str) -> bool:
     """Whether a function, class or object of a library depends on more than its arguments."""
-    inside = any(module == one or module.startswith(f"{one}.") for one in _OUTSIDE)
+    inside = any(module == outside or module.startswith(f"{outside}.") for outside in _OUTSIDE)
     return inside or _READS_FILES.fullmatch(name) is not None or (module, name) in (("sys", "modules"), ("sys", "argv"))
 
 
@@ -181,30 +181,30 @@ def _steps(code: types.CodeType) -> Iterator[tuple[str, Any]]:
 
 
 def _reads(code: types.CodeType) -> _Reads:
-    found = _Reads([], [], {}, [])
-    for one in _codes(code):
+    reads = _Reads([], [], {}, [])
+    for body in _codes(code):
         chain: list[str] = []
         module: tuple[int, tuple[str, ...]] | None = None
         earlier: list[tuple[str, Any]] = [("", None)] * 2
-        for operation, name in _steps(one):
+        for operation, name in _steps(body):
             goes_on = operation in _ATTRIBUTES
             if chain and not goes_on:
-                found.chains.append(tuple(chain))
+                reads.chains.append(tuple(chain))
                 chain = []
             if goes_on:
-                found.attributes.append(name)
+                reads.attributes.append(name)
                 chain += [name] if chain else []
             if operation == "IMPORT_FROM" and module is not None:
                 module = module[0], (name,)
-            elif operation in _GLOBALS or (operation in _LOCALS and name in found.imported):
+            elif operation in _GLOBALS or (operation in _LOCALS and name in reads.imported):
                 chain = [name]
             elif operation == "IMPORT_NAME":
                 (_, level), (_, wanted) = earlier
                 whole = name if wanted else name.partition(".")[0]  # `import a.b` binds a
-                found.modules.extend((part, level) for part in dict.fromkeys([name, whole]))
-                module = len(found.modules) - 1, ()
+                reads.modules.extend((part, level) for part in dict.fromkeys([name, whole]))
+                module = len(reads.modules) - 1, ()
             elif operation.startswith("STORE_") and module is not None:
-                found.imported[name] = module
+                reads.imported[name] = module
             elif operation == "POP_TOP" and earlier[1][0] != "SWAP":
                 module = None
             if (
@@ -214,8 +214,8 @@ def _reads(code: types.CodeType) -> _Reads:
                 module = None
             earlier = [earlier[1], (operation, name)]
         if chain:
-            found.chains.append(tuple(chain))
-    return found._replace(attributes=[*dict.fromkeys(found.attributes)], chains=[*dict.fromkeys(found.chains)])
+            reads.chains.append(tuple(chain))
+    return reads._replace(attributes=[*dict.fromkeys(reads.attributes)], chains=[*dict.fromkeys(reads.chains)])
 
 
 class _Walk:
@@ -289,12 +289,12 @@ class _Walk:
             raise self._refused("contains itself")
         self._within.add(id(part))
         if isinstance(part, set | frozenset):  # their order differs from process to process
-            self._mark("{", *sorted(_Walk(tuple(self._trail)).digest(one) for one in part))
+            self._mark("{", *sorted(_Walk(tuple(self._trail)).digest(entry) for entry in part))
         else:
             entries = [*part.items()] if isinstance(part, dict | types.MappingProxyType) else part
             self._mark(f"({len(entries)}")
-            for one in entries:
-                self._feed(one)
+            for entry in entries:
+                self._feed(entry)
         self._within.discard(id(part))
 
     # --- objects
@@ -322,8 +322,8 @@ class _Walk:
             self._feed((type(part), part.func, part.args, part.keywords))
         elif isinstance(part, np.dtype | jax.ShapeDtypeStruct | jax.tree_util.PyTreeDef):
             self._mark(type(part).__name__, part)
-        elif (known := _known_as(part)) is not None:
-            self._library_entry(known)
+        elif (entry := _known_as(part)) is not None:
+            self._library_entry(entry)
         elif isinstance(part, types.BuiltinFunctionType):  # a method of an object
             self._mark(part.__name__)
             self._feed(part.__self__)
@@ -337,11 +337,11 @@ class _Walk:
         else:
             self._object(part)
 
-    def _library_entry(self, known: str) -> None:
-        module, _, name = known.rpartition(" ")[2].rpartition(".")
+    def _library_entry(self, entry: str) -> None:
+        module, _, name = entry.rpartition(" ")[2].rpartition(".")
         if _looks_outside(module, name) or (module == "builtins" and name in _OUTSIDE_BUILTINS):
             raise self._refused(f"uses {module}.{name}, which may depend on more than the code")
-        self._mark(known)
+        self._mark(entry)
 
     def _state(self, names: list[str], part: Any) -> None:
         """Values by name, and the others that an object has."""
@@ -356,15 +356,15 @@ class _Walk:
             raise self._refused(f"is a {kind.__module__}.{kind.__qualname__}, whose content may change")
         self._feed(kind)
         if isinstance(part, tuple | list | dict | set | frozenset):
-            plain = next(one for one in (tuple, list, dict, set, frozenset) if isinstance(part, one))
+            plain = next(base for base in (tuple, list, dict, set, frozenset) if isinstance(part, base))
             self._content(plain(part))
             self._state(["default_factory"] if isinstance(part, collections.defaultdict) else [], part)
         elif library_of(kind.__module__) is None:
-            slots = [name for one in kind.__mro__ for name in _slots(one) if hasattr(part, name)]
+            slots = [name for base in kind.__mro__ for name in _slots(base) if hasattr(part, name)]
             self._state(slots, part)
             if any(
-                one is not object and isinstance(vars(one).get("__new__"), types.BuiltinFunctionType)
-                for one in kind.__mro__
+                base is not object and isinstance(vars(base).get("__new__"), types.BuiltinFunctionType)
+                for base in kind.__mro__
             ):  # a base class written in C may have a state besides
                 self._pickled(part)
         else:
@@ -380,15 +380,15 @@ class _Walk:
         if isinstance(parts, str):
             self._mark(parts)
         else:
-            made, arguments, *state = parts
-            lists = [one if k == 0 or one is None else [*one] for k, one in enumerate(state)]
-            self._feed((made, arguments, lists))
+            maker, arguments, *state = parts
+            lists = [item if k == 0 or item is None else [*item] for k, item in enumerate(state)]
+            self._feed((maker, arguments, lists))
 
     # --- code
 
     def _class(self, kind: type) -> None:
-        if (known := _known_as(kind)) is not None:
-            self._library_entry(known)
+        if (entry := _known_as(kind)) is not None:
+            self._library_entry(entry)
             return
         self._mark(kind.__module__, kind.__qualname__)
         if library_of(kind.__module__) is not None:  # made by a function of the library
@@ -396,7 +396,7 @@ class _Walk:
         self._trail.append(kind.__name__)
         self._feed((type(kind), kind.__bases__))
         if issubclass(kind, enum.Enum):
-            self._feed({name: one.value for name, one in kind.__members__.items()})
+            self._feed({name: member.value for name, member in kind.__members__.items()})
         if dataclasses.is_dataclass(kind):
             self._feed([(field.name, field.default, field.default_factory) for field in dataclasses.fields(kind)])
         for name, value in _members(kind):
@@ -432,8 +432,8 @@ class _Walk:
     def _function(self, function: types.FunctionType) -> None:
         home = function.__globals__.get("__name__", "")  # wrappers take over `__module__`
         library = library_of(home) if isinstance(home, str) else None
-        if library is not None and (known := _known_as(function)) is not None:
-            self._library_entry(known)
+        if library is not None and (entry := _known_as(function)) is not None:
+            self._library_entry(entry)
             return
         self._trail.append(function.__name__)
         self._mark(home, function.__code__.co_qualname, library)
@@ -502,8 +502,8 @@ def _cell(cell: types.CellType) -> Any:
 
 
 def _slots(kind: type) -> list[str]:
-    found = vars(kind).get("__slots__", ())
-    names = [found] if isinstance(found, str) else [*found]
+    slots = vars(kind).get("__slots__", ())
+    names = [slots] if isinstance(slots, str) else [*slots]
     return [name for name in names if name not in ("__dict__", "__weakref__")]
 
 
@@ -512,6 +512,6 @@ def _members(kind: type) -> Iterator[tuple[str, Any]]:
     skipped = (types.MemberDescriptorType, types.GetSetDescriptorType)
     functions = (types.FunctionType, property, staticmethod, classmethod)
     for name, value in vars(kind).items():
-        known = name in _OF_EVERY_CLASS or isinstance(value, skipped)
-        if not known and (not issubclass(kind, enum.Enum) or isinstance(value, functions)):
+        is_skipped = name in _OF_EVERY_CLASS or isinstance(value, skipped)
+        if not is_skipped and (not issubclass(kind, enum.Enum) or isinstance(value, functions)):
             yield name, value

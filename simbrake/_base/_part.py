@@ -60,9 +60,9 @@ class _Shown(type):
         return True
 
 
-def _converter(read: Callable[..., Any], words: str, **known: Any) -> Callable[[Any], Any]:
+def _converter(reader: Callable[..., Any], words: str, **fixed: Any) -> Callable[[Any], Any]:
     """A converter of a field; `words`: the type shown in the signature of the class."""
-    converter, kind = functools.partial(read, **known), inspect.Parameter.POSITIONAL_ONLY
+    converter, kind = functools.partial(reader, **fixed), inspect.Parameter.POSITIONAL_ONLY
     annotation = _Shown(words, (), {"__module__": "builtins"})
     vars(converter)["__signature__"] = inspect.Signature([inspect.Parameter("x", kind, annotation=annotation)])
     return converter
@@ -171,7 +171,7 @@ def _number_in(maker: type, unit: str) -> Quantity:
 
 def _faults_of_short(maker: type, x: object, unit: str, path: str) -> list[Fault]:
     """Error of a text given in place of a part."""
-    return _faults_of_leaf(Leaf(path, x, _number_in(maker, unit)), made=False) if has_units(x) else []
+    return _faults_of_leaf(Leaf(path, x, _number_in(maker, unit)), converted=False) if has_units(x) else []
 
 
 def part(family: type, unit: str | None = None, **keywords: Any) -> Any:
@@ -196,24 +196,24 @@ class Part(eqx.Module):
     __getattribute__ = object.__getattribute__
 
     def __check_init__(self) -> None:
-        name, found, hints = type(self).__name__, [], _hints(type(self))
+        name, faults, hints = type(self).__name__, [], _hints(type(self))
         for field in dataclasses.fields(self):
             value, path = getattr(self, field.name), f"{name}.{field.name}"
             about = field.metadata.get("quantity")
             kinds = alternatives(hints.get(field.name, Any))
             if about is not None and value is None:
                 absent = _may_be_absent(type(self), field.name)
-                found += [] if absent else [Fault(path, "is missing", f"{about.meaning}{example(about.unit)}")]
+                faults += [] if absent else [Fault(path, "is missing", f"{about.meaning}{example(about.unit)}")]
             elif about is not None and not isinstance(value, eqx.Module):
-                found += _faults_of_leaf(Leaf(path, value, about), made=False)
-            elif isinstance(known := field.metadata.get("whole"), Whole):
-                found += faults_of_whole(path, value, known)
+                faults += _faults_of_leaf(Leaf(path, value, about), converted=False)
+            elif isinstance(about_whole := field.metadata.get("whole"), Whole):
+                faults += faults_of_whole(path, value, about_whole)
             else:
                 maker = short_of((field.metadata.get("part"),))
                 unread = [] if maker is None else _faults_of_short(maker, value, unit_below(field, "SI"), path)
-                found += unread or _faults_of_kind(path, value, kinds)
-        if found:
-            raise InputError(found)
+                faults += unread or _faults_of_kind(path, value, kinds)
+        if faults:
+            raise InputError(faults)
 
     def faults(self, path: str) -> list[Fault]:
         """Errors of the part at a path beyond the ranges of single numbers; those below it tell their own (concrete
@@ -225,8 +225,8 @@ class Part(eqx.Module):
 
     def _repr_html_(self) -> str:
         rows = [
-            (one.path, value_text(one.value, one.about.unit, absolute=not one.about.difference), one.about.meaning)
-            for one in leaves(self)
+            (leaf.path, value_text(leaf.value, leaf.about.unit, absolute=not leaf.about.difference), leaf.about.meaning)
+            for leaf in leaves(self)
         ]
         return rows_table(rows, type(self).__name__)._repr_html_()
 
@@ -283,37 +283,40 @@ def takes_values(build: _Build) -> _Build:
     signature = inspect.signature(build)
 
     @functools.wraps(build)
-    def made(*args: Any, **named: Any) -> Any:
-        bound, found = signature.bind(*args, **named), []
+    def checked(*args: Any, **named: Any) -> Any:
+        bound, faults = signature.bind(*args, **named), []
         for name, value in bound.arguments.items():
-            known = about.get(name)
+            annotation = about.get(name)
             if value is None or isinstance(value, eqx.Module):
                 continue
-            if isinstance(known, Quantity):
-                found += _faults_of_leaf(Leaf(name, value, known), made=False)
+            if isinstance(annotation, Quantity):
+                faults += _faults_of_leaf(Leaf(name, value, annotation), converted=False)
                 if has_units(value):
-                    read = in_si(value, known)
-                    value = read.tolist() if isinstance(read, np.ndarray) else read
-            elif isinstance(known, Whole):
-                found += faults_of_whole(name, value, known)
+                    converted = in_si(value, annotation)
+                    value = converted.tolist() if isinstance(converted, np.ndarray) else converted
+            elif isinstance(annotation, Whole):
+                faults += faults_of_whole(name, value, annotation)
             elif (family := short_of(alternatives(plain.get(name)))) is not None:
                 value = family(value)
             bound.arguments[name] = value
-        if found:
-            raise InputError(found)
+        if faults:
+            raise InputError(faults)
         return build(*bound.args, **bound.kwargs)
 
-    seen = [one.replace(annotation=plain.get(name, one.annotation)) for name, one in signature.parameters.items()]
-    vars(made)["__signature__"] = signature.replace(parameters=seen, return_annotation=plain.get("return"))
-    made.__annotations__ = plain
-    return cast(_Build, made)
+    parameters = [
+        parameter.replace(annotation=plain.get(name, parameter.annotation))
+        for name, parameter in signature.parameters.items()
+    ]
+    vars(checked)["__signature__"] = signature.replace(parameters=parameters, return_annotation=plain.get("return"))
+    checked.__annotations__ = plain
+    return cast(_Build, checked)
 
 
 def unit_below(field: dataclasses.Field, unit: str) -> str:
     """Meaning of the unit `SI` below a field, where it means `unit` at the field."""
     about = field.metadata.get("quantity")
-    given = field.metadata.get("unit") if about is None else about.unit
-    return unit if given in (None, "SI") else given
+    own_unit = field.metadata.get("unit") if about is None else about.unit
+    return unit if own_unit in (None, "SI") else own_unit
 
 
 def about_of(field: dataclasses.Field, unit: str) -> Quantity | None:
@@ -335,7 +338,9 @@ def parts_below(node: Any, path: str = "", unit: str = "SI") -> Iterator[tuple[s
 
 def faults_below(node: Any, path: str = "") -> list[Fault]:
     """Errors of a part and of all parts below it, each by itself."""
-    return [fault for where, one, _ in parts_below(node, path) if isinstance(one, Part) for fault in one.faults(where)]
+    return [
+        fault for where, child, _ in parts_below(node, path) if isinstance(child, Part) for fault in child.faults(where)
+    ]
 
 
 def below(path: str, field: dataclasses.Field) -> str:
@@ -368,16 +373,16 @@ def leaves(node: object, path: str = "", unit: str = "SI") -> list[Leaf]:
         return [leaf for i, child in enumerate(node) for leaf in leaves(child, f"{path}[{i}]", unit)]
     if not dataclasses.is_dataclass(node) or isinstance(node, type):
         return []
-    found: list[Leaf] = []
+    quantities: list[Leaf] = []
     for field in dataclasses.fields(node):
-        value, here, about = getattr(node, field.name), below(path, field), about_of(field, unit)
+        value, child_path, about = getattr(node, field.name), below(path, field), about_of(field, unit)
         # where a law replaces a number, the numbers of the law
         if about is not None and not dataclasses.is_dataclass(value):
             if value is not None or not _may_be_absent(type(node), field.name):
-                found.append(Leaf(here, value, about))
+                quantities.append(Leaf(child_path, value, about))
         else:
-            found += leaves(value, here, unit_below(field, unit))
-    return found
+            quantities += leaves(value, child_path, unit_below(field, unit))
+    return quantities
 
 
 def is_traced(tree: object) -> bool:
@@ -406,7 +411,7 @@ class Numbers:
 def as_arrays(node: Any) -> Any:
     """A tree of parts whose numbers are all arrays, also those put in by `eqx.tree_at` without a converter."""
     if isinstance(node, tuple | list):
-        converted = [as_arrays(one) for one in node]
+        converted = [as_arrays(child) for child in node]
         return node if all(a is b for a, b in zip(converted, node, strict=True)) else type(node)(converted)
     if not dataclasses.is_dataclass(node) or isinstance(node, type):
         return node
@@ -435,10 +440,10 @@ def _ranges(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> tuple[np.nda
     `None` where a list or anything else stands for a number, or where a list is empty that may not be.
     """
     places = [np.zeros(shape) for shape in shapes]
-    node, known = jax.tree.unflatten(structure, places), {id(place): i for i, place in enumerate(places)}
+    node, index_of = jax.tree.unflatten(structure, places), {id(place): i for i, place in enumerate(places)}
     rows: list[tuple[np.ndarray, ...]] = [()] * len(shapes)
     for leaf in leaves(node):
-        about, i = leaf.about, known.get(id(leaf.value))
+        about, i = leaf.about, index_of.get(id(leaf.value))
         if i is None or len(shapes[i]) > bool(about.many) or (0 in shapes[i] and not about.may_be_empty):
             return None
         low, high = about.ends
@@ -448,34 +453,34 @@ def _ranges(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> tuple[np.nda
     return tuple(np.concatenate([np.ravel(row[k]) for row in rows]) for k in range(3))
 
 
-def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
+def _faults_of_leaf(leaf: Leaf, *, converted: bool = True) -> list[Fault]:
     """Error of one value.
 
-    `made`: it is in a part that has been made, where texts have been read, and lists are only where allowed;
+    `converted`: it is in a part that has been made, where texts have been read, and lists are only where allowed;
     until then a list may be for many parts side by side.
     """
-    about, given = leaf.about, leaf.value
-    if type(given) is np.ndarray and given.ndim == 0 and given.dtype == np.float64 and about.admits_one(given.item()):
+    about, raw = leaf.about, leaf.value
+    if type(raw) is np.ndarray and raw.ndim == 0 and raw.dtype == np.float64 and about.admits_one(raw.item()):
         return []  # as nearly all are
-    dtype = getattr(given, "dtype", np.dtype(np.float64))
+    dtype = getattr(raw, "dtype", np.dtype(np.float64))
     if jnp.issubdtype(dtype, jnp.floating) and dtype != np.float64:
         what = f"is {dtype}, in which events cannot be located"
         return [Fault(leaf.path, what, f"give {about.meaning} as float64")]
-    if isinstance(given, Tracer | jax.ShapeDtypeStruct):
+    if isinstance(raw, Tracer | jax.ShapeDtypeStruct):
         return []
-    if has_units(given) and not made:
+    if has_units(raw) and not converted:
         if about.unit == "SI":
-            what = f"{shown(given)} cannot be read here, as the unit depends on the field that holds it"
+            what = f"{shown(raw)} cannot be read here, as the unit depends on the field that holds it"
             return [Fault(leaf.path, what, "give it in SI units, without a unit")]
         reader = NumberReader()
-        reader.number(list(given) if isinstance(given, tuple) else given, about, leaf.path, about.unit)
+        reader.number(list(raw) if isinstance(raw, tuple) else raw, about, leaf.path, about.unit)
         return reader.faults
-    given = as_number(given)  # a Python number, put in by `eqx.tree_at`
-    if not isinstance(given, np.ndarray | jax.Array) or given.dtype.kind not in "fiu":
+    raw = as_number(raw)  # a Python number, put in by `eqx.tree_at`
+    if not isinstance(raw, np.ndarray | jax.Array) or raw.dtype.kind not in "fiu":
         unit = " in SI units" if about.unit == "SI" else "" if about.unit == "1" else f" in {about.unit}"
-        return [Fault(leaf.path, f"{shown(given)} is not a number", f"give a number{unit}")]
-    value = np.asarray(given)
-    if made and value.ndim > bool(about.many):
+        return [Fault(leaf.path, f"{shown(raw)} is not a number", f"give a number{unit}")]
+    value = np.asarray(raw)
+    if converted and value.ndim > bool(about.many):
         hint = "give one number" + (", or a list of numbers" if about.many else "")
         return [Fault(leaf.path, f"has the shape {value.shape}", hint)]
     if value.size == 0 and not about.may_be_empty:
@@ -491,9 +496,9 @@ def _faults_of_leaf(leaf: Leaf, *, made: bool = True) -> list[Fault]:
 
 def faults_of_sizes(node: object, path: str, n: int) -> list[Fault]:
     """Lists without an entry for each of `n` linings, or for each gap between two."""
-    found = []
+    faults = []
     for leaf in leaves(node, path):
         entries = {True: n, Over.GAPS: n - 1}.get(leaf.about.many)
         if entries is not None and np.shape(leaf.value) not in ((), (entries,)):
-            found.append(Fault(leaf.path, f"does not fit {n} linings", f"give one number, or a list of {entries}"))
-    return found
+            faults.append(Fault(leaf.path, f"does not fit {n} linings", f"give one number, or a list of {entries}"))
+    return faults

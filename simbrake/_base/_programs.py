@@ -50,13 +50,13 @@ class Bounds(NamedTuple):
 
     @classmethod
     def now(cls) -> "Bounds":
-        found = []
+        limits = []
         for variable, default in ((MEMORY_VARIABLE, DEFAULT_MEMORY), (MAPPINGS_VARIABLE, DEFAULT_MAPPINGS)):
             try:
-                found.append(max(0.0, float(os.environ.get(variable, default))))
+                limits.append(max(0.0, float(os.environ.get(variable, default))))
             except ValueError:
-                found.append(float(default))
-        return cls(found[0], int(min(found[1], _SHARE * _most_mappings())))
+                limits.append(float(default))
+        return cls(limits[0], int(min(limits[1], _SHARE * _most_mappings())))
 
 
 @functools.cache

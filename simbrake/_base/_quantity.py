@@ -156,10 +156,10 @@ def as_number(x: Any) -> Any:
     try:
         if any(isinstance(leaf, jax.Array) for leaf in jax.tree.leaves(x)):
             return jnp.asarray(x, np.float64)
-        found = np.asarray(x)
+        array = np.asarray(x)
     except (ValueError, TypeError):  # lists of unequal length
         return x
-    return found.astype(np.float64, copy=False) if found.dtype.kind in "iuf" else x
+    return array.astype(np.float64, copy=False) if array.dtype.kind in "iuf" else x
 
 
 def in_si(x: Any, about: Quantity) -> Any:
@@ -167,12 +167,12 @@ def in_si(x: Any, about: Quantity) -> Any:
     if not has_units(x) or about.unit == "SI":
         return as_number(x)
     reader = NumberReader()
-    found = reader.number(list(x) if isinstance(x, tuple) else x, about, "", about.unit)
-    return x if reader.faults else np.asarray(found, np.float64)
+    number = reader.number(list(x) if isinstance(x, tuple) else x, about, "", about.unit)
+    return x if reader.faults else np.asarray(number, np.float64)
 
 
 def has_units(x: object) -> bool:
-    return isinstance(x, str) or (isinstance(x, list | tuple) and any(isinstance(one, str) for one in x))
+    return isinstance(x, str) or (isinstance(x, list | tuple) and any(isinstance(entry, str) for entry in x))
 
 
 def positive(unit: str, meaning: str, high: float | None = None) -> Quantity:
@@ -218,8 +218,8 @@ class NumberReader:
         if isinstance(value, list) and not about.many:
             return self.fault(path, "is a list", f"give one number: {about.meaning}{example(unit)}")
         if isinstance(value, list):
-            entries = [self._scalar(one, about, f"{path}[{i}]", unit) for i, one in enumerate(value)]
-            return BAD if any(one is BAD for one in entries) else np.asarray(entries, np.float64)
+            entries = [self._scalar(entry, about, f"{path}[{i}]", unit) for i, entry in enumerate(value)]
+            return BAD if any(entry is BAD for entry in entries) else np.asarray(entries, np.float64)
         return self._scalar(value, about, path, unit)
 
     def _scalar(self, value: object, about: Quantity, path: str, si: str) -> Any:
@@ -227,9 +227,9 @@ class NumberReader:
         if number is BAD or about.admits(np.asarray(number)).all():
             return number
         words = f"{about.meaning} must be {about.wanted(number)}{behind(si)}{about.in_degrees(number)}"
-        found = f"{number:g}{behind(si)}"
-        same = isinstance(value, str) and found != value and np.isfinite(number)
-        return self.fault(path, f"{shown(value)}{f' = {found}' if same else ''} is out of range", words)
+        converted = f"{number:g}{behind(si)}"
+        same = isinstance(value, str) and converted != value and np.isfinite(number)
+        return self.fault(path, f"{shown(value)}{f' = {converted}' if same else ''} is out of range", words)
 
     def _in_si(self, value: object, about: Quantity, path: str, si: str) -> Any:
         if isinstance(value, bool) or not isinstance(value, int | float | str):

@@ -23,7 +23,7 @@ def answers(
     """
     package = module.partition(".")[0]
 
-    def found(name: str) -> Any:
+    def lookup(name: str) -> Any:
         if home := (internal or {}).get(name):
             said = f"{module}.{name} is internal, and leaves {module} with the next version"
             warnings.warn(said, DeprecationWarning, stacklevel=2)
@@ -39,4 +39,4 @@ def answers(
             raise AttributeError(f"module {module!r} has no attribute {name!r}")
         return others(name)
 
-    return found
+    return lookup

@@ -58,7 +58,7 @@ _FACTORS: dict[str, dict[str, float | str | Fraction]] = {
 }
 #: SI unit → spellings of units of the same kind. These need no library, and have the engineering meaning where a
 #: general units library differs (C, 1/min); fractions, so that 95 % is exactly 0.95
-_TABLE = {si: {name: Unit(Fraction(x)) for name, x in known.items()} for si, known in _FACTORS.items()}
+_TABLE = {si: {name: Unit(Fraction(x)) for name, x in factors.items()} for si, factors in _FACTORS.items()}
 _TABLE["K"] = {name: Unit(1, Fraction("273.15")) for name in ("degC", "°C", "C")}
 _TABLE["K"] |= {name: Unit(Fraction(5, 9), Fraction("459.67") * 5 / 9) for name in ("degF", "°F")}
 #: names, products, quotients and one-digit powers: input that a general units parser reads in bounded time
@@ -79,13 +79,13 @@ def unit(text: str, si: str) -> Unit:
     Raises `ValueError` with the known spellings, or with the kind of quantity that the unit has.
     """
     name, si = _plain(text), si or "1"
-    known = _TABLE.get(si, {})
-    if not name or name == si or name in known:
-        return known.get(name, Unit(1.0))
+    units = _TABLE.get(si, {})
+    if not name or name == si or name in units:
+        return units.get(name, Unit(1.0))
     try:
         return _of_library(name, si)
     except ValueError as error:
-        names = [si, *(name for name in known if name)] if si != "1" else [name for name in known if name]
+        names = [si, *(name for name in units if name)] if si != "1" else [name for name in units if name]
         raise ValueError(f"known here: {', '.join(names)}{error}") from None
 
 
@@ -103,12 +103,12 @@ def _of_library(name: str, si: str) -> Unit:
         raise ValueError("")
     registry = _library()
     try:
-        found, wanted = registry.parse_units(name), registry.parse_units("" if si == "1" else si)
-        if bool(_ANGLES & set(found._units)) != bool(_ANGLES & set(wanted._units)):
+        parsed, wanted = registry.parse_units(name), registry.parse_units("" if si == "1" else si)
+        if bool(_ANGLES & set(parsed._units)) != bool(_ANGLES & set(wanted._units)):
             raise ValueError("; angles have their own unit")
-        if not found.is_compatible_with(wanted):
+        if not parsed.is_compatible_with(wanted):
             raise ValueError(f"; {name} is of another kind")
-        zero, one = registry.Quantity(Fraction(0), found).to(wanted), registry.Quantity(Fraction(1), found).to(wanted)
+        zero, one = registry.Quantity(Fraction(0), parsed).to(wanted), registry.Quantity(Fraction(1), parsed).to(wanted)
         offset = Fraction(zero.magnitude)
         return Unit(Fraction(one.magnitude) - offset, offset)
     except Exception as error:  # any exception of the parser: the text is not a unit
@@ -118,7 +118,7 @@ def _of_library(name: str, si: str) -> Unit:
 def spelled(text: str) -> bool:
     """Whether a text is a unit of any kind in the table (bare numbers are not)."""
     name = text.strip()
-    return not name.isdigit() and (name in _TABLE or any(name in known for known in _TABLE.values()))
+    return not name.isdigit() and (name in _TABLE or any(name in units for units in _TABLE.values()))
 
 
 def to_si(number: float, of: Unit) -> float:
@@ -336,7 +336,7 @@ class Table(Sequence[dict[str, Any]]):
     """
 
     def __init__(self, columns: Iterable[Column | str], rows: Iterable[Sequence | Mapping], title: str = "") -> None:
-        self.columns = tuple(Column(one, left=True) if isinstance(one, str) else one for one in columns)
+        self.columns = tuple(Column(column, left=True) if isinstance(column, str) else column for column in columns)
         self.title = title
         self._rows = [self._ordered(row) for row in rows]
 
@@ -374,9 +374,9 @@ class Table(Sequence[dict[str, Any]]):
         """The same as a `pandas.DataFrame`, units and meanings in `attrs`."""
         import pandas as pd
 
-        found = pd.DataFrame(list(self._rows), columns=[column.name for column in self.columns])
-        found.attrs = {column.name: {"unit": column.unit, "meaning": column.meaning} for column in self.columns}
-        return found
+        frame = pd.DataFrame(list(self._rows), columns=[column.name for column in self.columns])
+        frame.attrs = {column.name: {"unit": column.unit, "meaning": column.meaning} for column in self.columns}
+        return frame
 
     def _written(self, how: str) -> str:
         from tabulate import tabulate
@@ -439,13 +439,13 @@ def plain(value: Any) -> Any:
     if isinstance(value, float):
         return value if np.isfinite(value) else None
     if isinstance(value, Mapping):
-        return {str(key): plain(one) for key, one in value.items()}
+        return {str(key): plain(entry) for key, entry in value.items()}
     if dataclasses.is_dataclass(value):
         return {field.name: plain(getattr(value, field.name)) for field in dataclasses.fields(value)}
     if names := getattr(value, "_fields", None):
-        return {name: plain(one) for name, one in zip(names, value, strict=True)}
+        return {name: plain(entry) for name, entry in zip(names, value, strict=True)}
     if isinstance(value, tuple | list | set | frozenset):
-        return [plain(one) for one in value]
+        return [plain(entry) for entry in value]
     return plain(np.asarray(value).tolist())
 
 
@@ -507,8 +507,8 @@ def part_text(node: Any, about_of: Callable[..., Any], unit_below: Callable[...,
         below = functools.partial(part_text, about_of=about_of, unit_below=unit_below, unit=unit_below(field, unit))
         if isinstance(value, eqx.Module):
             text = below(value) if dataclasses.is_dataclass(value) else plain_text(value)
-        elif isinstance(value, tuple) and any(isinstance(one, eqx.Module) for one in value):
-            text = joined("", [below(one) if isinstance(one, eqx.Module) else plain_text(one) for one in value])
+        elif isinstance(value, tuple) and any(isinstance(entry, eqx.Module) for entry in value):
+            text = joined("", [below(entry) if isinstance(entry, eqx.Module) else plain_text(entry) for entry in value])
         elif about is not None and value is not None and np.size(value):
             text = value_text(value, about.unit, absolute=not about.difference)
         elif about is None and value not in (None, (), field.default):
