@@ -79,8 +79,8 @@ def smallest(x: Float[Array, " n"]) -> Float[Array, ""]:
 def any_of_each(*marks: Bool[Array, " n"]) -> list[Mark]:
     """Whether any entry of each vector is set: all of them by one reduction, as bits of whole numbers."""
     bits = [jnp.where(mark, np.int32(1 << i), np.int32(0)) for i, mark in enumerate(marks)]
-    found = jax.lax.reduce_or(functools.reduce(jnp.bitwise_or, bits), axes=(0,))
-    return [(found & np.int32(1 << i)) != 0 for i in range(len(marks))]
+    union = jax.lax.reduce_or(functools.reduce(jnp.bitwise_or, bits), axes=(0,))
+    return [(union & np.int32(1 << i)) != 0 for i in range(len(marks))]
 
 
 def first_least(x: Float[Array, " n"]) -> tuple[Float[Array, ""], Count]:

@@ -116,21 +116,21 @@ def linear_rows(push: Callable[[Array], Array], places: Couplings) -> ChainRows:
     return _columns(push, len(places.core), len(places.chain))[1]
 
 
-def jacobian(push: Callable[[Array], Array], places: Couplings, known: ChainRows | None = None) -> Bordered:
+def jacobian(push: Callable[[Array], Array], places: Couplings, constant_rows: ChainRows | None = None) -> Bordered:
     """Jacobian of rates over the entries core, then chain, from their linear part `push`, (m + n,) → (m + n,).
 
     Core and chain columns from `m + 3` forward passes and the core's rows from `m` reverse ones, however long the chain
-    is; where the linear rows of the chain are `known`, `m` reverse passes and one for each other row of the chain.
+    is; with the `constant_rows` of the chain, `m` reverse passes and one for each other row of the chain.
     """
     m, n = len(places.core), len(places.chain)
     varying = places.varying
-    if known is None or varying is None:
+    if constant_rows is None or varying is None:
         core, chain = _columns(push, m, n)
         right = _rows(push, m + n, tuple(range(m)))[:, m:] if n else jnp.zeros((m, 0))
         return Bordered(core, right, *chain)
     rows = _rows(push, m + n, (*range(m), *(m + i for i in varying)))
     core, right, new = rows[:m, :m], rows[:m, m:], rows[m:]
-    chain = known
+    chain = constant_rows
     for j, i in enumerate(varying):
         before = new[j, m + i - 1] if i > 0 else jnp.zeros(())
         behind = new[j, m + i + 1] if i < n - 1 else jnp.zeros(())
@@ -216,13 +216,14 @@ def _inverse(a: Float[Array, "m m"]) -> Float[Array, "m m"]:
     def eliminate(k: Array, rows: Array) -> Array:
         column = jnp.sum(jnp.where(place == k, rows[:, :m], 0.0), axis=1)
         best = jnp.argmax(jnp.where(place >= k, jnp.abs(column), -1.0)).astype(jnp.int32)
-        here, there = (place == k)[:, None], (place == best)[:, None]
-        row_k, row_best = jnp.sum(jnp.where(here, rows, 0.0), axis=0), jnp.sum(jnp.where(there, rows, 0.0), axis=0)
-        rows = jnp.where(here, row_best, jnp.where(there, row_k, rows))
+        is_pivot, is_best = (place == k)[:, None], (place == best)[:, None]
+        row_k = jnp.sum(jnp.where(is_pivot, rows, 0.0), axis=0)
+        row_best = jnp.sum(jnp.where(is_best, rows, 0.0), axis=0)
+        rows = jnp.where(is_pivot, row_best, jnp.where(is_best, row_k, rows))
         column = jnp.sum(jnp.where(place == k, rows[:, :m], 0.0), axis=1)
         pivot = jnp.sum(jnp.where(place == k, column, 0.0))
         row = row_best / pivot
-        return jnp.where(here, row, rows - column[:, None] * row)
+        return jnp.where(is_pivot, row, rows - column[:, None] * row)
 
     whole = jnp.concatenate([a / size, jnp.eye(m) / size.T], axis=1)
     return jax.lax.fori_loop(np.int32(0), np.int32(m), eliminate, whole)[:, m:]

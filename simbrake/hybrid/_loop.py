@@ -209,13 +209,13 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
     crossed_though_rejected = ~a.accept & a.finite & (c.restart_stage == 0) & a.crossing
 
     def looked() -> Found:
-        seen: Array | float = jnp.inf
+        negative_from: Array | float = jnp.inf
         if p.settings.guard_samples:
-            seen = sampled(p.flat.guards, c, a.h, a.y1, a.f1, tol, p.settings.guard_samples)
-        return search(c, a.h, a.g1, a.rate1, tol, crosses, seen)
+            negative_from = sampled(p.flat.guards, c, a.h, a.y1, a.f1, tol, p.settings.guard_samples)
+        return search(c, a.h, a.g1, a.rate1, tol, crosses, negative_from)
 
     nothing = Found(jnp.asarray(jnp.inf), jnp.asarray(0, jnp.int32), jnp.asarray(False))
-    found = jax.lax.cond(eqxi.unvmap_any(look | crossed_though_rejected), looked, lambda: nothing)
+    earliest = jax.lax.cond(eqxi.unvmap_any(look | crossed_though_rejected), looked, lambda: nothing)
 
     # landing: every guard that crossed lies so near that a move along f is as exact as the step itself
     near = jnp.maximum(0.1 * jnp.sqrt(p.settings.rtol) * a.h, 0.5 * a.resolution)
@@ -223,25 +223,25 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
     # (what lies beyond the next time breakpoint comes after it, as the rates may be others there; a guard within its
     # tolerance has arrived)
     before = (distance <= a.target - a.t1 + 0.5 * a.resolution) | (a.g1 <= tol)
-    here = (jnp.abs(distance) <= near) & before
-    lands = (a.rate1 < 0) & here & (c.armed | leaving(c, a.h) | crosses)
+    arrives = (jnp.abs(distance) <= near) & before
+    lands = (a.rate1 < 0) & arrives & (c.armed | leaving(c, a.h) | crosses)
     lost = crosses & (a.h <= a.resolution)  # the bracket has shrunk to rounding: fire here
     lost = (lost | _hidden(c, a, distance)) & ~lands
     # (the minimum is infinite where no guard arrives, or one that crossed does not)
     distance = jnp.where(lands, distance, jnp.where(crosses, -jnp.inf, jnp.inf))
     delta, landing = first_least(jnp.where(lost, 0.0, distance))
-    instant = look & found.instant
+    instant = look & earliest.instant
     land = a.accept & ~instant & jnp.isfinite(delta)
     neither = ~(instant | land)
-    retake = look & neither & (found.step_fraction < jnp.inf)
+    retake = look & neither & (earliest.step_fraction < jnp.inf)
     return Verdict(
         instant=instant,
         land=land,
         retake=retake,
         stop=a.accept & neither & ~retake & a.reaches,
-        step_fraction=found.step_fraction,
-        crossed_though_rejected=crossed_though_rejected & (found.step_fraction < jnp.inf),
-        guard=jnp.where(instant, found.guard, landing),
+        step_fraction=earliest.step_fraction,
+        crossed_though_rejected=crossed_though_rejected & (earliest.step_fraction < jnp.inf),
+        guard=jnp.where(instant, earliest.guard, landing),
         delta=jnp.where(land, jnp.minimum(delta, a.target - a.t1), 0.0),
     )
 
@@ -295,10 +295,10 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     t = jnp.where(v.instant, c.t, a.t1 + v.delta)
     y = jnp.where(v.instant, c.y, a.y1 + v.delta * a.f1)
     tol = p.guard_tolerance
-    here = jnp.arange(c.g.shape[0], dtype=jnp.int32) == v.guard
+    at_guard = jnp.arange(c.g.shape[0], dtype=jnp.int32) == v.guard
     # the guards at the landing, one move along their rates from the end of the step
     reached = c.armed & (a.g1 + v.delta * a.rate1 <= tol)
-    fired = jnp.where(v.instant, here, reached | (here & v.land))
+    fired = jnp.where(v.instant, at_guard, reached | (at_guard & v.land))
     before = y
     y, mode, code = p.flat.jump(t, before, c.mode, fired, v.stop)
     moved = ~v.instant & (a.h > 0)
@@ -306,7 +306,7 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     guarded = ~v.stop
     dt = t - c.t_event
     apart = guarded & (dt > _ZENO_INTERVAL * (p.t1 - p.t0))
-    zeno_guards = jnp.where(apart, here, c.zeno_guards | (here & guarded))
+    zeno_guards = jnp.where(apart, at_guard, c.zeno_guards | (at_guard & guarded))
     again = guarded & ~apart & (dt > 0) & entry(c.zeno_guards, v.guard)
     zeno_count = jnp.where(apart, 0, _count(c.zeno_count, again))
     events_at_instant = jnp.where(
@@ -355,11 +355,11 @@ def _tangents_after(
     def after(flat: Flat, y: State) -> State:
         return flat.reset(t, y, c.mode, mode)
 
-    found = []
+    tangents = []
     for old, new in zip(c.tangents, a.tangents1, strict=True):
         moved = eqx.filter_jvp(after, (p.flat, y), (p.direction, jnp.where(v.instant, old, new)))[1]
-        found.append(jnp.where(jnp.isfinite(moved), moved, old))
-    return tuple(found)
+        tangents.append(jnp.where(jnp.isfinite(moved), moved, old))
+    return tuple(tangents)
 
 
 def _iterate(p: Problem, packed: Packed, like: Carry) -> tuple[Packed, Float[Array, " column"], Mark]:

@@ -134,8 +134,8 @@ class ExplicitRungeKutta(AbstractMethod):
     def shipped(cls, solver: str) -> "ExplicitRungeKutta":
         """The method of a diffrax solver whose tableau is in `tableaus.json`, without the import of diffrax."""
         text = (importlib.resources.files("simbrake.hybrid") / "tableaus.json").read_text("utf-8")
-        given = {name: _frozen(value) for name, value in json.loads(text)[solver].items()}
-        return cls._of(**given, unrolled=True, solver=solver)
+        tableau = {name: _frozen(value) for name, value in json.loads(text)[solver].items()}
+        return cls._of(**tableau, unrolled=True, solver=solver)
 
     @classmethod
     def _of(cls, **fields: Any) -> "ExplicitRungeKutta":
@@ -226,10 +226,12 @@ class ExplicitRungeKutta(AbstractMethod):
             def stage(carry: tuple[_Stages, PyTree], entry: tuple[Array, ...]) -> tuple[tuple[_Stages, PyTree], None]:
                 c_k, total = carry
                 i, weights, c, argument = entry
-                found = jax.vjp(rhs, params, t + c * h, argument)[1](jax.lax.dynamic_index_in_dim(c_k, i, 0, False))
-                c_argument = found[2] + jnp.where(i == n - 1, c_y, 0.0)
+                cotangents = jax.vjp(rhs, params, t + c * h, argument)[1](
+                    jax.lax.dynamic_index_in_dim(c_k, i, 0, False)
+                )
+                c_argument = cotangents[2] + jnp.where(i == n - 1, c_y, 0.0)
                 c_k = c_k + h * weights[:, None] * c_argument
-                return (c_k, jax.tree.map(jnp.add, total, (*found[:2], c_argument))), None
+                return (c_k, jax.tree.map(jnp.add, total, (*cotangents[:2], c_argument))), None
 
             nothing = jax.tree.map(jnp.zeros_like, (params, t, y))
             start = (jnp.zeros_like(k).at[-1].set(c_f), nothing)

@@ -146,8 +146,8 @@ class Rodas5P(AbstractMethod):
         return self.attempt(rhs, t, y, jnp.zeros_like(y), h)[0]  # it has no use for the rate at the start
 
     def pullback(self, rhs: RhsOf, params: PyTree, t: Scalar, y: State, h: Scalar) -> Pullback:
-        here = functools.partial(rhs, params)
-        near = _linearised(here, t, y, self._couplings(y))
+        rate = functools.partial(rhs, params)
+        near = _linearised(rate, t, y, self._couplings(y))
         inner, outer = near.inner, near.outer
         nothing = jnp.zeros_like(y)
         moves = h != 0
@@ -160,7 +160,7 @@ class Rodas5P(AbstractMethod):
         b = np.append(_b, 0.0)
         table = (a, c, np.asarray(nodes), np.asarray(d, float), b)
         u, total, (arguments, fulls) = _stages(
-            here, t, y, h, inner, outer, near.drift, lambda b: solve(lu, b), table, keep=True
+            rate, t, y, h, inner, outer, near.drift, lambda b: solve(lu, b), table, keep=True
         )
         u = u[:n]
         bent = put(nothing, inner, weighted(jnp.asarray(_b), u))
@@ -181,15 +181,15 @@ class Rodas5P(AbstractMethod):
                 c_b = solve(lu_transposed, jax.lax.dynamic_index_in_dim(c_u, i, 0, False))
                 c_full = put(put(nothing, inner, c_b), outer, b * c_outer)
                 c_full = jnp.where(i == n, c_f, c_full)
-                found = jax.vjp(rhs, params, t + node * h, put(y, inner, argument))[1](c_full)
-                c_argument = take(found[2], inner) + jnp.where(i == n, c_x, 0.0)
+                cotangents = jax.vjp(rhs, params, t + node * h, put(y, inner, argument))[1](c_full)
+                c_argument = take(cotangents[2], inner) + jnp.where(i == n, c_x, 0.0)
                 c_u = c_u + a[:, None] * c_argument + c[:, None] * (c_b / h)
-                total = jax.tree.map(jnp.add, total, (*found[:2], put(nothing, inner, c_argument)))
+                total = jax.tree.map(jnp.add, total, (*cotangents[:2], put(nothing, inner, c_argument)))
                 return (c_u, total), c_b
 
             start = (jnp.asarray(b)[:, None] * through, jax.tree.map(jnp.zeros_like, (params, t, y)))
-            given = (jnp.arange(n + 1, dtype=jnp.int32), *(jnp.asarray(v) for v in (a, c, nodes, b)), arguments)
-            (_, total), c_b = jax.lax.scan(stage, start, given, reverse=True)
+            entries = (jnp.arange(n + 1, dtype=jnp.int32), *(jnp.asarray(v) for v in (a, c, nodes, b)), arguments)
+            (_, total), c_b = jax.lax.scan(stage, start, entries, reverse=True)
             c_b = c_b[:n]
             # changes of the matrix, the drift and the bend: derivatives along directions, each with its cotangent
             times = jnp.concatenate([jnp.zeros(n), jnp.stack([jnp.ones_like(h), _bd * h])])

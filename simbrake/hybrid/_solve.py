@@ -121,15 +121,15 @@ class Record(eqx.Module):
         [event.time for event in record.events if event.kind == sb.hybrid.EventKind.GUARD]
         """
         kinds, t = np.asarray(self.rows.kind)[: int(self.count)], np.asarray(self.rows.t)
-        modes, guards, found = np.asarray(self.rows.mode), np.asarray(self.rows.guard), []
+        modes, guards, events = np.asarray(self.rows.mode), np.asarray(self.rows.guard), []
         names = self.guard_names if np.any(kinds >= LANDED) else []
         for i in np.flatnonzero(kinds >= LANDED):
             kind = EventKind(int(kinds[i]))
             guard = None if kind == EventKind.KNOWN_TIME else int(guards[i])
             before, after = (unravel(modes[j], self.mode_like) for j in (i, i + 1))
             name = "" if guard is None else names[guard]
-            found.append(HybridEvent(float(t[i + 1]), kind, guard, before, after, name))
-        return found
+            events.append(HybridEvent(float(t[i + 1]), kind, guard, before, after, name))
+        return events
 
     @property
     def guard_names(self) -> list[str]:
@@ -166,11 +166,11 @@ class Record(eqx.Module):
         """Times and states at the end of the given rows, before any jump."""
         flat = self.flat
 
-        def one(i: Count) -> tuple[Scalar, PyTree]:
+        def end_of_row(i: Count) -> tuple[Scalar, PyTree]:
             t, y = before_jump(flat, self.method, self.t1, self.row(i))
             return t, flat.unpack_state(y)
 
-        return jax.vmap(one)(index)
+        return jax.vmap(end_of_row)(index)
 
     def inside(self, index: Int[Array, " k"], h: Array, *, still: bool = False) -> tuple[Array, PyTree]:
         """Times and states at `h` after the start of the rows named: a step of the method, not an interpolant.
@@ -179,7 +179,7 @@ class Record(eqx.Module):
         """
         flat, method = self.flat, self.method.rolled()
 
-        def one(i: Count, h: Scalar) -> tuple[Scalar, PyTree]:
+        def state_inside(i: Count, h: Scalar) -> tuple[Scalar, PyTree]:
             row = self.row(i)
 
             def rhs(t: Scalar, y: Array) -> Array:
@@ -188,7 +188,7 @@ class Record(eqx.Module):
             y = method.state_after(rhs, row.t, row.y, h) if still else method.step_with_rate(rhs, row.t, row.y, h)[0]
             return row.t + h, flat.unpack_state(y)
 
-        return jax.vmap(one)(index, h)
+        return jax.vmap(state_inside)(index, h)
 
     def find(self, ts: Float[Array, " k"], *, left: bool = False) -> Int[Array, " k"]:
         """Rows that hold the given times: at an instant with events, the last row there (`left`: the first)."""
@@ -219,8 +219,8 @@ class Record(eqx.Module):
         index = np.append(kept, np.full(size - len(kept), kept[-1]))
         columns = (np.asarray(getattr(self.rows, field.name))[index] for field in dataclasses.fields(Rows))
         count = np.asarray(len(kept) - 1, np.int32)
-        given = (self.system, self.method, self.y_like, self.mode_like, self.t1)
-        return Record(*given, Rows(*columns), count, self.code, self.stats)  # (`eqx.tree_at` takes longer than a run)
+        fixed = (self.system, self.method, self.y_like, self.mode_like, self.t1)
+        return Record(*fixed, Rows(*columns), count, self.code, self.stats)  # (`eqx.tree_at` takes longer than a run)
 
 
 def _column(values: Array) -> Array:
@@ -246,14 +246,14 @@ def generic_direction(flat: Flat) -> PyTree:
     its typical size, or 1 where that is not known."""
     numbers, structure = jax.tree.flatten(eqx.filter(flat, eqx.is_inexact_array))
     typical = jax.tree.leaves(flat.system.typical_numbers()) or [0.0] * len(numbers)
-    found = []
-    for i, (x, known) in enumerate(zip(numbers, typical, strict=True)):
+    directions = []
+    for i, (x, typical_size) in enumerate(zip(numbers, typical, strict=True)):
         size = jnp.abs(jax.lax.stop_gradient(jnp.asarray(x)))
         size = jnp.where(jnp.isfinite(size), size, 0.0)
-        for instead in (jnp.max(size, initial=0.0), jax.lax.stop_gradient(known), 1.0):
+        for instead in (jnp.max(size, initial=0.0), jax.lax.stop_gradient(typical_size), 1.0):
             size = jnp.where(size > 0, size, instead)
-        found.append(size * _loop.generic(int(np.size(x)), seed=i + 1).reshape(np.shape(x)))
-    return jax.tree.unflatten(structure, found)
+        directions.append(size * _loop.generic(int(np.size(x)), seed=i + 1).reshape(np.shape(x)))
+    return jax.tree.unflatten(structure, directions)
 
 
 def weights_of(system: AbstractHybridSystem, y_like: PyTree) -> tuple[Array, Array]:
@@ -289,8 +289,8 @@ def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]]) 
         rolled = p.method.rolled().with_fixed_jacobian(lambda t, y: p.flat.rhs(t, y, mode0), p.t0, flat_y0)
 
         def row(start: Array, i: Count) -> Rows:
-            found = jax.tree.map(lambda leaf: leaf[i], rows)
-            return eqx.tree_at(lambda r: (r.t, r.y), found, (start[0], start[1:]), is_leaf=lambda x: x is None)
+            bare = jax.tree.map(lambda leaf: leaf[i], rows)
+            return eqx.tree_at(lambda r: (r.t, r.y), bare, (start[0], start[1:]), is_leaf=lambda x: x is None)
 
         def forwards(params: PyTree, start: Array, i: Count) -> Array:
             p, _ = problem(params, others)
@@ -302,8 +302,8 @@ def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]]) 
                 return problem(params, others)[0].flat
 
             after = rows.mode[i + 1]
-            found = pull_back(flat, rolled, params, lambda p: p[1], row(start, i), after, (c[0], c[1:]))
-            return found[0], jnp.concatenate([found[1][None], found[2]])
+            cotangents = pull_back(flat, rolled, params, lambda p: p[1], row(start, i), after, (c[0], c[1:]))
+            return cotangents[0], jnp.concatenate([cotangents[1][None], cotangents[2]])
 
         d_start = jnp.concatenate([d_params[2][None], d_y0])
         d = sweep(RowMap(forwards, backwards), params, starts, count, (d_params, d_start))

@@ -229,21 +229,21 @@ def _parts(leaves: list[Leaf]) -> list[list[Leaf]]:
 def unravel(flat: Shaped[Array, "*rows n"], like: PyTree) -> PyTree:
     """Entries along the last axis of an array as leaves shaped like those of `like`."""
     leaves, structure = jax.tree.flatten(like)
-    parts, known = _parts(leaves), isinstance(flat, np.ndarray)
+    parts, is_concrete = _parts(leaves), isinstance(flat, np.ndarray)
     sizes = [sum(int(np.size(leaf)) for leaf in part) for part in parts]
     if len(parts) < 2:
         pieces = [flat] * len(parts)
-    elif known:
+    elif is_concrete:
         pieces = np.split(flat, np.cumsum(sizes)[:-1], axis=-1)
     else:
         pieces = jax.lax.split(flat, sizes, axis=flat.ndim - 1)
-    found = []
+    unravelled = []
     for piece, part in zip(pieces, parts, strict=True):
         if np.ndim(part[0]):
-            found.append(piece.reshape((*flat.shape[:-1], *np.shape(part[0]))))
+            unravelled.append(piece.reshape((*flat.shape[:-1], *np.shape(part[0]))))
         else:
-            found += [piece[..., i] for i in range(len(part))] if known else jnp.unstack(piece, axis=-1)
-    return jax.tree.unflatten(structure, found)
+            unravelled += [piece[..., i] for i in range(len(part))] if is_concrete else jnp.unstack(piece, axis=-1)
+    return jax.tree.unflatten(structure, unravelled)
 
 
 def ravel(tree: PyTree, dtype: DTypeLike) -> Array:
@@ -293,8 +293,8 @@ class Flat(eqx.Module):
         return _packed(_reset(self.system, t, self.unpack_state(y), *modes))
 
     def next_stop(self, mode: Array, y: Array) -> Array:
-        given = (self.unpack_mode(mode), *([self.unpack_state(y)] if self.system.self_timed else []))
-        return jnp.asarray(self.system.next_stop(*given), jnp.float64)
+        arguments = (self.unpack_mode(mode), *([self.unpack_state(y)] if self.system.self_timed else []))
+        return jnp.asarray(self.system.next_stop(*arguments), jnp.float64)
 
     def ended(self, code: Array, status: Array) -> Array:
         """Status of a run after a transition with a code."""
