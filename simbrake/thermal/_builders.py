@@ -118,8 +118,8 @@ def _rubbing(
     band = "band" if any(body.name == "band" for body in bodies) else None
     pair = FrictionHeat(rim, linings, partition)  # pyright: ignore
     fields = ("permissible", "permissible_rim", "permissible_band")
-    given: Any = dict(zip(fields, limits, strict=True))
-    return Heat(tuple(bodies), tuple(links), pair, rim=rim, linings=linings, band=band, **given)
+    permissible: Any = dict(zip(fields, limits, strict=True))
+    return Heat(tuple(bodies), tuple(links), pair, rim=rim, linings=linings, band=band, **permissible)
 
 
 def _growth(thickness: float, first: float | None, layers: int, both: bool = False) -> float:
@@ -212,16 +212,16 @@ def layered_heat(
     links += _cooled("rim.front", track_area, outside, emissivity, covered=covered)
     links += _cooled("rim.back", track_area, inside)
     if lining is not None and lining_area is not None:
-        one = lining_area / each
+        wall_area = lining_area / each
         growth = _growth(lining_thickness, lining_first, lining_layers, lining_both)
         bodies.append(
             Wall(
-                *("lining", lining, lining_thickness, one, lining_layers, growth, temperature, each, lining_both),
+                *("lining", lining, lining_thickness, wall_area, lining_layers, growth, temperature, each, lining_both),
                 surface_layer=lining_surface,
             )
         )
         if contact_resistance is not None:
-            links.append(ThermalContact("rim.front", "lining.front", one, contact_resistance, opens=True))
+            links.append(ThermalContact("rim.front", "lining.front", wall_area, contact_resistance, opens=True))
     if band is not None and lining_area is not None:
         bodies.append(Lump("band", band.density * band.specific_heat * band_thickness * lining_area, temperature))
         links.append(ThermalContact("lining.back", "band", lining_area / each, band_resistance))

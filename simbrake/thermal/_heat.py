@@ -73,8 +73,8 @@ class PowerShares(Part):
     def __check_init__(self) -> None:
         numbers = {"electrical": self.electrical, "mechanical": self.mechanical}
         require_share(**{name: x for name, x in numbers.items() if isinstance(x, np.ndarray) and x.ndim == 0})
-        if found := self.faults(""):
-            raise ValueError(found[0].problem)
+        if faults := self.faults(""):
+            raise ValueError(faults[0].problem)
 
     @property
     def heat(self) -> Scalar:
@@ -357,9 +357,9 @@ class Heat(Part):
     @property
     def permissible_at(self) -> dict[str, Scalar]:
         """Permissible temperatures (K) of the `hot_places` that have one; both faces of a lining have the same."""
-        given = {"linings": self.permissible, "rim": self.permissible_rim, "band": self.permissible_band}
-        given["outer"] = self.permissible
-        return {kind: T for kind in self.hot_places if (T := given[kind]) is not None}
+        limits = {"linings": self.permissible, "rim": self.permissible_rim, "band": self.permissible_band}
+        limits["outer"] = self.permissible
+        return {kind: T for kind in self.hot_places if (T := limits[kind]) is not None}
 
     @property
     def profiles(self) -> tuple[AbstractProfile, ...]:
@@ -373,16 +373,16 @@ class Heat(Part):
         - `linings`: their number;  `rims`: number of separate rims that bands may have, 0: they share one
         """
         heated = [place for pair in self.pairs for place in (pair.metal, pair.lining, pair.beyond)]
-        found = faults_of_network(self.bodies, self.links, self.sources, path, tuple(p for p in heated if p))
+        faults = faults_of_network(self.bodies, self.links, self.sources, path, tuple(p for p in heated if p))
         for kind in ("rim", "band"):
             if getattr(self, f"permissible_{kind}") is not None and getattr(self, kind) is None:
                 hint = f"name it in `{kind}`, or leave the limit out"
-                found.append(Fault(f"{path}.permissible_{kind}", f"the network names no place as the {kind}", hint))
+                faults.append(Fault(f"{path}.permissible_{kind}", f"the network names no place as the {kind}", hint))
         for i in self.pressed:
             if getattr(self.links[i], "resistance", None) is not None:
-                found.append(Fault(f"{path}.links[{i}].law", "stands beside a resistance", "give one of the two"))
-        if found:
-            return found
+                faults.append(Fault(f"{path}.links[{i}].law", "stands beside a resistance", "give one of the two"))
+        if faults:
+            return faults
         by_name = {body.name: body for body in self.bodies}
         pairs = {name: getattr(self, name) for name in ("friction", "external") if getattr(self, name) is not None}
         named = {field: getattr(self, field) for field in ("rim", "linings", "band")}
@@ -393,25 +393,25 @@ class Heat(Part):
                 continue
             body = body_at(place, by_name)
             if body is None:
-                found.append(Fault(f"{path}.{field}", f"there is no place {place!r}", "a body, or the face of a wall"))
+                faults.append(Fault(f"{path}.{field}", f"there is no place {place!r}", "a body, or the face of a wall"))
                 continue
             sizes = [1, linings] if rims == 0 or field.endswith(("lining", "linings")) else [1, rims, linings]
             if (nodes := size_of(body, place_of(place)[1])) not in sizes:
                 hint = " or ".join(str(size) for size in sizes)
-                found.append(Fault(f"{path}.{field}", f"{place!r} has {nodes} nodes", hint))
-        if not found:
+                faults.append(Fault(f"{path}.{field}", f"{place!r} has {nodes} nodes", hint))
+        if not faults:
             for name, pair in pairs.items():
-                found += self._faults_of_pair(pair, f"{path}.{name}", by_name)
-        return found
+                faults += self._faults_of_pair(pair, f"{path}.{name}", by_name)
+        return faults
 
     def _faults_of_pair(self, pair: FrictionHeat, path: str, by_name: dict[str, Body]) -> list[Fault]:
-        found: list[Fault] = []
+        faults: list[Fault] = []
         sensor = pair.sensor
         if sensor is None or isinstance(by_name[place_of(sensor)[0]], Junction):
             hint = "name a body with capacity in `sensed`"
-            found.append(Fault(f"{path}.sensed", "the friction law needs a temperature that is a state", hint))
+            faults.append(Fault(f"{path}.sensed", "the friction law needs a temperature that is a state", hint))
         if (pair.beyond is None) != (pair.beyond_share is None):
-            found.append(Fault(f"{path}.beyond", "a place and its share of the heat belong together", "give both"))
+            faults.append(Fault(f"{path}.beyond", "a place and its share of the heat belong together", "give both"))
         for field in ("metal", "lining", "beyond"):
             place = getattr(pair, field)
             if place is None:
@@ -419,8 +419,8 @@ class Heat(Part):
             body = by_name[place_of(place)[0]]
             if isinstance(body, Reservoir) or (isinstance(body, Junction) and self._open(place)):
                 what = "a reservoir" if isinstance(body, Reservoir) else "a junction that radiates or convects freely"
-                found.append(Fault(f"{path}.{field}", f"{place!r} is {what}", "let the heat enter a body"))
-        return found
+                faults.append(Fault(f"{path}.{field}", f"{place!r} is {what}", "let the heat enter a body"))
+        return faults
 
     def _open(self, place: str) -> bool:
         """Whether a link whose conductance depends on temperatures ends at a place."""

@@ -93,14 +93,14 @@ class Entry(NamedTuple):
 
 def library(part: str) -> dict[str, dict[str, Entry]]:
     """Material of a part (`thermal`: of any) → number → value with its source, from `materials.csv`."""
-    found: dict[str, dict[str, Entry]] = {}
+    materials: dict[str, dict[str, Entry]] = {}
     text = (resources.files("simbrake") / "thermal" / "materials.csv").read_text("utf-8")
     for row in csv.DictReader(text.splitlines()):
         if row["part"] == part:
             value, low, high = (float(row[key]) for key in ("value", "low", "high"))
             entry = Entry(value, low, high, row["source"], bool(row["assumed"]))
-            found.setdefault(row["material"], {})[row["number"]] = entry
-    return found
+            materials.setdefault(row["material"], {})[row["number"]] = entry
+    return materials
 
 
 #: material → property → number with its source

@@ -71,16 +71,16 @@ def reads(link: AbstractLink, n_a: int, n_b: int) -> Reads:
 
     Found from the lowered program, once for each structure of a link; in doubt it depends on them (`read_by`).
     """
-    one = jax.ShapeDtypeStruct((), np.float64)
+    scalar = jax.ShapeDtypeStruct((), np.float64)
     ends = [jax.ShapeDtypeStruct((n,), np.float64) for n in (n_a, n_b)]
 
     def conductance(link: AbstractLink, T_a: Array, T_b: Array, around: Surroundings) -> Temperatures | None:
         return link.conductance(T_a, T_b, around)
 
-    given = link, *ends, Surroundings(one, one, one)
-    if jax.eval_shape(conductance, *given) is None:
+    arguments = link, *ends, Surroundings(scalar, scalar, scalar)
+    if jax.eval_shape(conductance, *arguments) is None:
         return Reads(temperatures=False, surroundings=False, perfect=True)
-    _, *temperatures, around = read_by(conductance, *given)
+    _, *temperatures, around = read_by(conductance, *arguments)
     return Reads(any(temperatures), any(around), perfect=False)
 
 
@@ -428,8 +428,8 @@ def depends_on_temperatures(link: AbstractLink, bodies: tuple[Body, ...]) -> boo
 
 def is_constant(link: AbstractLink, bodies: tuple[Body, ...]) -> bool:
     """Whether the conductance of a link between two of the `bodies` depends on nothing that changes during a run."""
-    found = reads(link, *_sizes(link, bodies))
-    return not (found.temperatures or found.surroundings)
+    dependence = reads(link, *_sizes(link, bodies))
+    return not (dependence.temperatures or dependence.surroundings)
 
 
 def is_perfect(link: AbstractLink, bodies: tuple[Body, ...]) -> bool:
@@ -469,51 +469,51 @@ def faults_of_network(
     heated: tuple[str, ...] = (),
 ) -> list[Fault]:
     """All errors of a network: names, sizes, nodes without connection, loops without a solution."""
-    found: list[Fault] = []
+    faults: list[Fault] = []
     by_name = {body.name: body for body in bodies}
     for i, body in enumerate(bodies):
         where = f"{path}.bodies[{i}]"
         if body.name in [other.name for other in bodies[:i]] or not body.name or "." in body.name:
             what = f"the name {body.name!r} is in use or invalid"
-            found.append(Fault(where, what, "names are unique, without dots"))
+            faults.append(Fault(where, what, "names are unique, without dots"))
         if isinstance(body, Lump) and np.any(np.asarray(body.capacity) == 0):
             hint = "give each a capacity, or none of them: then it is a `Junction`"
-            found.append(Fault(f"{where}.capacity", "0 J/K at some of its nodes", hint))
+            faults.append(Fault(f"{where}.capacity", "0 J/K at some of its nodes", hint))
         if isinstance(body, Wall) and body.surface_layer is not None and body.layers == 1:
-            found.append(Fault(f"{where}.layers", "one layer has no face of its own", "give at least 2 layers"))
+            faults.append(Fault(f"{where}.layers", "one layer has no face of its own", "give at least 2 layers"))
         for field in ("capacity", "temperature"):
             shape = np.shape(getattr(body, field, 0.0))
             if shape not in ((), (body.count,)):
-                found.append(Fault(f"{where}.{field}", f"shape {shape} does not fit {body.count} nodes"))
+                faults.append(Fault(f"{where}.{field}", f"shape {shape} does not fit {body.count} nodes"))
     touched: set[str] = {place_of(place)[0] for place in (*heated, *(source.a for source in sources))}
     ends = [(f"{path}.links[{i}]", link, (link.a, link.b)) for i, link in enumerate(links)]
     ends += [(f"{path}.sources[{i}]", source, (source.a,)) for i, source in enumerate(sources)]
-    for here, edge, places in ends:
+    for edge_path, edge, places in ends:
         named = [place_of(place) for place in places]
         unknown = [name for name, _ in named if name not in by_name]
         there = ", ".join(by_name)
-        found += [Fault(here, f"there is no body {name!r}", f"there are: {there}") for name in unknown]
+        faults += [Fault(edge_path, f"there is no body {name!r}", f"there are: {there}") for name in unknown]
         misnamed = [(n, face) for n, face in named if n in by_name and isinstance(by_name[n], Wall) != (face in _FACES)]
         hint = "walls: name.front, name.back; others: name"
-        found += [Fault(here, f"{name!r} has no face {face!r}", hint) for name, face in misnamed]
+        faults += [Fault(edge_path, f"{name!r} has no face {face!r}", hint) for name, face in misnamed]
         if unknown or misnamed:
             continue
         touched |= {name for name, _ in named}
         counts = {size_of(by_name[name], face) for name, face in named} - {1}
         if len(counts) > 1:
-            found.append(Fault(here, f"{sorted(counts)} nodes do not pair", "equal numbers of nodes, or one"))
+            faults.append(Fault(edge_path, f"{sorted(counts)} nodes do not pair", "equal numbers of nodes, or one"))
             continue
         if isinstance(edge, Source) or not is_perfect(edge, bodies):
             continue
         if not any(isinstance(by_name[name], Wall) for name, _ in named):
             hint = "make them one lump, or give a resistance"
-            found.append(Fault(f"{here}.resistance", "perfect contact of two lumps", hint))
+            faults.append(Fault(f"{edge_path}.resistance", "perfect contact of two lumps", hint))
     alone = [body.name for body in bodies if body.name not in touched and not isinstance(body, Reservoir)]
     if len(bodies) > 1:
         what = "is connected to nothing"
-        found += [Fault(f"{path}.bodies", f"{name!r} {what}", "link it, or leave it out") for name in alone]
-    found += _floating_junctions(bodies, links, path)
-    return found or _faults_of_surfaces(bodies, links, sources, path)
+        faults += [Fault(f"{path}.bodies", f"{name!r} {what}", "link it, or leave it out") for name in alone]
+    faults += _floating_junctions(bodies, links, path)
+    return faults or _faults_of_surfaces(bodies, links, sources, path)
 
 
 def _floating_junctions(bodies: tuple[Body, ...], links: tuple[AbstractLink, ...], path: str) -> list[Fault]:
@@ -591,27 +591,27 @@ def surfaces_of(
         ):
             touching = [group for group in groups if group & (ends & joined)]
             groups = [group for group in groups if group not in touching] + [set().union(ends, *touching)]
-    found = []
+    surfaces = []
     for group in groups:
         faces = tuple(sorted(place for place in group if place_of(place)[1]))
         nodes = tuple(sorted(group - set(faces)))
-        found.append(Surface(faces, min(place_size(place, by_name) for place in group), nodes))
-    return found
+        surfaces.append(Surface(faces, min(place_size(place, by_name) for place in group), nodes))
+    return surfaces
 
 
 def _faults_of_surfaces(
     bodies: tuple[Body, ...], links: tuple[AbstractLink, ...], sources: tuple[Source, ...], path: str
 ) -> list[Fault]:
     """Errors of perfect contacts at faces with other links: they open, or hold several lumps at one temperature."""
-    by_name, found = {body.name: body for body in bodies}, []
+    by_name, faults = {body.name: body for body in bodies}, []
     surfaces = surfaces_of(bodies, links, sources)
     for i, link in enumerate(links):
         faces = [face for surface in surfaces for face in surface.faces if face in (link.a, link.b)]
         if faces and opens(link) and is_perfect(link, bodies):
             what = f"perfect contact that opens, at {faces[0]} with other links"
-            found.append(Fault(f"{path}.links[{i}].resistance", what, "give it a resistance"))
+            faults.append(Fault(f"{path}.links[{i}].resistance", what, "give it a resistance"))
     for surface in surfaces:
         if len(surface.nodes) > 1 or any(place_size(node, by_name) > surface.size for node in surface.nodes):
             what = f"perfect contacts at {' and '.join(surface.faces)} hold {' and '.join(surface.nodes)} together"
-            found.append(Fault(f"{path}.links", what, "give all but one a resistance"))
-    return found
+            faults.append(Fault(f"{path}.links", what, "give all but one a resistance"))
+    return faults
