@@ -236,8 +236,8 @@ def sliding_tensions(
     mrw = jnp.broadcast_to(jnp.asarray(centrifugal_force, c.dtype), c.shape)
     f = jnp.broadcast_to(f, c.shape)
 
-    def lining(before: Array, one: tuple[Array, ...]) -> tuple[Array, tuple[Array, ...]]:
-        f, c, s, ma, mrw = one
+    def lining(before: Array, inputs: tuple[Array, ...]) -> tuple[Array, tuple[Array, ...]]:
+        f, c, s, ma, mrw = inputs
         after = (before * (c + f * s) - ma - f * mrw) / (c - f * s)
         lifted = (after + before) * s < mrw
         after = jnp.where(lifted, before - ma / c, after)

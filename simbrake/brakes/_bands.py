@@ -75,10 +75,10 @@ class JoinedFriction(AbstractFriction):
         """The part of arrays over all linings that belongs to band `i`."""
         first, last = self.spans[i]
 
-        def one(x: Array) -> Array:
+        def cut_leaf(x: Array) -> Array:
             return x if jnp.ndim(x) == 0 or jnp.shape(x)[-1] == 1 else x[..., first:last]
 
-        return jax.tree.map(one, x)
+        return jax.tree.map(cut_leaf, x)
 
     def joined(self, parts: Iterable[Values]) -> Float[Array, " n"]:
         """One array over all linings of what each band has, (n_i,) or one for all its linings."""
@@ -86,13 +86,13 @@ class JoinedFriction(AbstractFriction):
         sizes = [jnp.broadcast_to(jnp.asarray(x, jnp.float64), (last - first,)) for x, (first, last) in each]
         return jnp.concatenate(sizes)
 
-    def own(self, seen: Any, i: int) -> Any:
+    def own(self, contact: Any, i: int) -> Any:
         """The linings of band `i` in a contact, or a state of the surfaces (`None`: without), of all linings."""
-        if seen is None or seen.memory is None:
-            return self.cut(seen, i)
+        if contact is None or contact.memory is None:
+            return self.cut(contact, i)
         like = jax.tree.structure(self.laws[i].start(1))
-        memory = self.cut(seen.memory[: like.num_leaves], i)
-        rest = self.cut(seen._replace(memory=None), i)
+        memory = self.cut(contact.memory[: like.num_leaves], i)
+        rest = self.cut(contact._replace(memory=None), i)
         return rest._replace(memory=like.unflatten(memory) if like.num_leaves else None)
 
     def _each(self, of: Callable[[AbstractFriction, Contact], Any], contact: Contact) -> list[Any]:
@@ -136,19 +136,19 @@ class JoinedFriction(AbstractFriction):
     def factor_at(self, n: int, t: Array, pieces: Sequence[Piece] | None = None) -> Float[Array, " n"] | None:
         if not self.over_time:
             return None
-        found, first = [], 0
+        factors, first = [], 0
         for law, (begin, end) in zip(self.laws, self.spans, strict=True):
             last = first + len(law.over_time)
             own = law.factor_at(end - begin, t, None if pieces is None else pieces[first:last])
-            found.append(1.0 if own is None else own)
+            factors.append(1.0 if own is None else own)
             first = last
-        return self.joined(found)
+        return self.joined(factors)
 
     def temperature_range(self) -> Bounds | None:
         bounds = [law.temperature_range() for law in self.laws]
-        if all(one is None for one in bounds):
+        if all(pair is None for pair in bounds):
             return None
-        low, high = zip(*(_ANY_TEMPERATURE if one is None else one for one in bounds), strict=True)
+        low, high = zip(*(_ANY_TEMPERATURE if pair is None else pair for pair in bounds), strict=True)
         return self.joined(low), self.joined(high)
 
 
@@ -258,16 +258,16 @@ class MultiBandBrake(AbstractBandBrake):
 
     def lever_shares(self, f: Values) -> Float[Array, " k"]:
         if any(band.share is not None for band in self.bands):
-            given = jnp.stack([jnp.asarray(band.share) for band in self.bands])
-            return given / jnp.sum(given)
+            shares = jnp.stack([jnp.asarray(band.share) for band in self.bands])
+            return shares / jnp.sum(shares)
         own = self.of_bands(jnp.broadcast_to(jnp.asarray(f), (self.linings.count,)))
-        found = []
+        weights = []
         for band, f in zip(self.bands, own, strict=True):
-            given, angle = band.stiffness, jnp.asarray(band.linings.angle)
-            stiffness = given if isinstance(given, AbstractStiffness) else GivenStiffness(given)
+            law_or_number, angle = band.stiffness, jnp.asarray(band.linings.angle)
+            stiffness = law_or_number if isinstance(law_or_number, AbstractStiffness) else GivenStiffness(law_or_number)
             C = stiffness.stiffness(f, angle, jnp.asarray(self.band_radius))
-            found.append(product(tension_ratio(grip(f, angle))[0]) / C)
-        return lever_split(jnp.stack(found), 1.0)
+            weights.append(product(tension_ratio(grip(f, angle))[0]) / C)
+        return lever_split(jnp.stack(weights), 1.0)
 
     def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
         mu = tension_ratio(grip(f, self.linings.angle))[0]
@@ -290,29 +290,29 @@ class MultiBandBrake(AbstractBandBrake):
     def faults(self, path: str) -> list[Fault]:
         if not self.bands:
             return [Fault(f"{path}.bands", "there is no band", "give the linings of each, and its stiffness or share")]
-        found = fault_of_circle(self.band_radius, self.pulley, f"{path}.band_radius")
+        faults = fault_of_circle(self.band_radius, self.pulley, f"{path}.band_radius")
         for j, band in enumerate(self.bands):
-            found += self._faults_of_band(band, f"{path}.bands[{j}]")
-        return found
+            faults += self._faults_of_band(band, f"{path}.bands[{j}]")
+        return faults
 
     def _faults_of_band(self, band: LinedBand, path: str) -> list[Fault]:
         linings, where = band.linings, f"{path}.linings"
-        angle, found = np.asarray(linings.angle), list[Fault]()
+        angle, faults = np.asarray(linings.angle), list[Fault]()
         if angle.ndim != 1:
             return [Fault(f"{where}.angle", "a list of angles is needed, one per lining", "one lining: [0.5]")]
-        found += faults_of_pair(linings, where, angle.size)
+        faults += faults_of_pair(linings, where, angle.size)
         law = f"{where}.friction"  # it reports its sizes itself
-        found += [one for one in faults_of_sizes(linings, where, angle.size) if not one.path.startswith(law)]
-        found += faults_of_wrap(band.stiffness, angle, f"{where}.angle", f"{path}.stiffness")
+        faults += [fault for fault in faults_of_sizes(linings, where, angle.size) if not fault.path.startswith(law)]
+        faults += faults_of_wrap(band.stiffness, angle, f"{where}.angle", f"{path}.stiffness")
         if linings.mass is not None:
-            found.append(Fault(f"{where}.mass", "has no effect", "the linings follow their band"))
+            faults.append(Fault(f"{where}.mass", "has no effect", "the linings follow their band"))
         if linings.area is None and any(other.linings.area is not None for other in self.bands):
-            found.append(Fault(f"{where}.area", "is missing", "another band has areas: give those of all bands"))
+            faults.append(Fault(f"{where}.area", "is missing", "another band has areas: give those of all bands"))
         by_share = any(other.share is not None for other in self.bands)
         wanted, idle = ("share", "stiffness") if by_share else ("stiffness", "share")
         hint = "the bands share the lever's tension by their stiffness, or by given shares: one of the two for all"
         if getattr(band, wanted) is None:
-            found.append(Fault(f"{path}.{wanted}", "is missing", hint))
+            faults.append(Fault(f"{path}.{wanted}", "is missing", hint))
         if getattr(band, idle) is not None:
-            found.append(Fault(f"{path}.{idle}", f"stands beside the {wanted} of a band", hint))
-        return found
+            faults.append(Fault(f"{path}.{idle}", f"stands beside the {wanted} of a band", hint))
+        return faults

@@ -374,11 +374,11 @@ class AbstractBrake(Part):
         return jnp.ones(1)
 
     def faults(self, path: str) -> list[Fault]:
-        found = []
+        faults = []
         for name, place in self.pairs.items():
             of = " of the internal pair" if name == "internal" else ""
-            found += faults_of_pair(self.rubbing_part(name), f"{path}.{place.field}", self.linings.count, of)
-        return found + self.faults_of_shape(path)
+            faults += faults_of_pair(self.rubbing_part(name), f"{path}.{place.field}", self.linings.count, of)
+        return faults + self.faults_of_shape(path)
 
     def faults_of_shape(self, path: str) -> list[Fault]:
         """Errors of the geometry."""
@@ -444,8 +444,8 @@ class Brake(AbstractBandBrake):
 
     @property
     def features(self) -> tuple[str, ...]:
-        found = () if self.band.segments is None else ("each on its own segment of the band",)
-        return (*found, "staged") if self.in_series else found
+        features = () if self.band.segments is None else ("each on its own segment of the band",)
+        return (*features, "staged") if self.in_series else features
 
     def lever_shares(self, f: Values) -> Float[Array, " k"]:
         stiffness = self.band.stiffness
@@ -471,65 +471,65 @@ class Brake(AbstractBandBrake):
         if angle.ndim != 1:
             return [Fault(where, "a list of angles is needed, one per lining", "one lining: [0.5]")]
         laws = tuple(f"{path}.{place.field}.friction" for place in self.pairs.values())  # they report it themselves
-        found = [fault for fault in faults_of_sizes(self, path, angle.size) if not fault.path.startswith(laws)]
-        found += faults_of_wrap(self.band.stiffness, angle, where, f"{path}.band.stiffness")
-        found += fault_of_circle(self.band.radius, self.pulley, f"{path}.band.radius")
-        return found or [*self._faults_of_springs(path, angle.size), *self._faults_of_segments(path)]
+        faults = [fault for fault in faults_of_sizes(self, path, angle.size) if not fault.path.startswith(laws)]
+        faults += faults_of_wrap(self.band.stiffness, angle, where, f"{path}.band.stiffness")
+        faults += fault_of_circle(self.band.radius, self.pulley, f"{path}.band.radius")
+        return faults or [*self._faults_of_springs(path, angle.size), *self._faults_of_segments(path)]
 
     def _faults_of_segments(self, path: str) -> list[Fault]:
-        band, mass, found = self.band, self.linings.mass, []
+        band, mass, faults = self.band, self.linings.mass, []
         if band.segments is None:
             if mass is not None:
                 hint = "linings move individually only where the band has `segments`"
-                found.append(Fault(f"{path}.linings.mass", "has no effect", hint))
-            return found
+                faults.append(Fault(f"{path}.linings.mass", "has no effect", hint))
+            return faults
         if self.bandage is not None:
             hint = "the linings of a staged brake ride on the pulley; `Bandage.spring` resolves them"
-            found.append(Fault(f"{path}.band.segments", "is not available for a staged brake", hint))
+            faults.append(Fault(f"{path}.band.segments", "is not available for a staged brake", hint))
         if band.stiffness is None:
             hint = "with segments it is the stiffness of the one to the anchor"
-            found.append(Fault(f"{path}.band.stiffness", "is missing", hint))
+            faults.append(Fault(f"{path}.band.stiffness", "is missing", hint))
         if mass is None:
-            found.append(Fault(f"{path}.linings.mass", "is missing", "each lining of a chain moves individually"))
-        return found
+            faults.append(Fault(f"{path}.linings.mass", "is missing", "each lining of a chain moves individually"))
+        return faults
 
     def _faults_of_springs(self, path: str, n: int) -> list[Fault]:
         """Errors of options that a resolved, or a rigid, bandage does not support."""
-        bandage, here, found = self.bandage, f"{path}.bandage", []
+        bandage, bandage_path, faults = self.bandage, f"{path}.bandage", []
         if bandage is None:
-            return found
+            return faults
         if (bandage.mass is None) != (bandage.mass_radius is None):
             missing = "mass" if bandage.mass is None else "mass_radius"
-            found.append(
-                Fault(f"{here}.{missing}", "is missing", "the centrifugal force needs both, or leave out both")
+            faults.append(
+                Fault(f"{bandage_path}.{missing}", "is missing", "the centrifugal force needs both, or leave out both")
             )
         if bandage.spring is None:
             lists = [name for name in ("inertia", "spring_damping") if np.ndim(getattr(bandage, name))]
             what = f"does not fit {n} linings"
-            return found + [Fault(f"{here}.{name}", what, "give one number, or springs") for name in lists]
+            return faults + [Fault(f"{bandage_path}.{name}", what, "give one number, or springs") for name in lists]
         if self.band.stiffness is not None:
             hint = "leave it out: with separate linings the band has no single motion"
-            found.append(Fault(f"{path}.band.stiffness", "a bandage with springs needs a rigid band", hint))
-        for pair, where in ((self.linings, f"{path}.linings.friction"), (bandage, f"{here}.friction")):
+            faults.append(Fault(f"{path}.band.stiffness", "a bandage with springs needs a rigid band", hint))
+        for pair, where in ((self.linings, f"{path}.linings.friction"), (bandage, f"{bandage_path}.friction")):
             law = pair.friction
             if needs(law, n).p or reads(law, n, T=True, p=pair.area is not None).p:
-                found.append(Fault(where, "cannot depend on the pressure in a bandage with springs", "leave it out"))
+                faults.append(Fault(where, "cannot depend on the pressure in a bandage with springs", "leave it out"))
             elif pair is bandage and not reads(law, n, T=True, p=False).T:
                 still = unloaded(pair, jnp.zeros(n), None)
                 turns = self.pulley.radius * np.asarray(law.static(still)) * np.sin(np.asarray(self.linings.angle) / 2)
                 if np.any(turns >= self.band.radius):
-                    found.append(Fault(where, "a lining held by the band could not slide on the rim"))
-        return found
+                    faults.append(Fault(where, "a lining held by the band could not slide on the rim"))
+        return faults
 
 
 def faults_of_pair(pair: AbstractLinings | Bandage, path: str, n: int, of: str = "") -> list[Fault]:
     """Errors of the friction law of a pair's linings, `of` the pair in words, and of their areas."""
-    found = faults_of_law(pair.friction, f"{path}.friction", n)
+    faults = faults_of_law(pair.friction, f"{path}.friction", n)
     if pair.area is None and needs(pair.friction, n).p:
-        found.append(Fault(f"{path}.area", "is missing", f"the friction law{of} depends on the pressure"))
+        faults.append(Fault(f"{path}.area", "is missing", f"the friction law{of} depends on the pressure"))
     elif pair.area is None and getattr(pair, "permissible_pressure", None) is not None:
-        found.append(Fault(f"{path}.area", "is missing", "a permissible pressure needs the area of a lining"))
-    return found
+        faults.append(Fault(f"{path}.area", "is missing", "a permissible pressure needs the area of a lining"))
+    return faults
 
 
 def fault_of_circle(radius: Scalar, pulley: Pulley, path: str) -> list[Fault]:
@@ -546,9 +546,9 @@ def faults_of_wrap(
     """Errors of linings that do not fit on the pulley, or of the stiffness of their band."""
     wrap, longest, gaps = np.sum(angle), 2 * math.pi, ""
     if isinstance(stiffness, AbstractStiffness):
-        found = stiffness.faults_with(path, angle.size)
-        if found:
-            return found
+        faults = stiffness.faults_with(path, angle.size)
+        if faults:
+            return faults
         bare = stiffness.bare_angle(angle.size)
         wrap, longest, gaps = wrap + bare, stiffness.longest_wrap, " with their gaps" if bare else ""
     if wrap > longest * (1 + 1e-12):

@@ -323,14 +323,14 @@ class ShoeBrake(AbstractPressedBrake):
         return jnp.asarray(normal) / self.linings.area * self.linings.peak
 
     def faults_of_shape(self, path: str) -> list[Fault]:
-        shoes, where, found = self.linings, f"{path}.linings", []
+        shoes, where, faults = self.linings, f"{path}.linings", []
         if np.asarray(shoes.end) <= np.asarray(shoes.start):
             what = f"{float(shoes.end):g} rad is not beyond the start {float(shoes.start):g} rad"
-            found.append(Fault(f"{where}.end", what, "a lining reaches from start to end, counted from its pin"))
+            faults.append(Fault(f"{where}.end", what, "a lining reaches from start to end, counted from its pin"))
         if np.asarray(self.pin) >= np.asarray(shoes.radius):
             what = f"{float(self.pin):g} m is not inside the drum of {float(shoes.radius):g} m"
-            found.append(Fault(f"{path}.pin", what, "the pins of internal shoes are inside the drum"))
+            faults.append(Fault(f"{path}.pin", what, "the pins of internal shoes are inside the drum"))
         if reads(shoes.friction, 2, T=True, p=True).p:
             hint = "the pressure of a shoe depends on its friction: take a law of speed and temperature"
-            found.append(Fault(f"{where}.friction", "cannot depend on the pressure of a double-shoe brake", hint))
-        return found
+            faults.append(Fault(f"{where}.friction", "cannot depend on the pressure of a double-shoe brake", hint))
+        return faults
