@@ -43,7 +43,7 @@ def _with_home(name: str) -> Any:
     except AttributeError:
         if name.startswith("_"):
             raise
-    packages = [_named(one) for one in __all__ if importlib.util.find_spec(f"{__name__}.{one}")]
+    packages = [_named(package) for package in __all__ if importlib.util.find_spec(f"{__name__}.{package}")]
     homes = [home.__name__ for home in packages if name in getattr(home, "__all__", ())]
     hint = f": it is {' and '.join(f'{home}.{name}' for home in homes)}" if homes else ""
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")

@@ -114,7 +114,7 @@ _TEMPERATURE = re.compile(
 def read_end(text: str, path: str = "until") -> AbstractEnd:
     """The end of a phase that a text means. Raises `InputError` for a text that is none."""
 
-    def read(words: str, unit: str, meaning: str) -> Any:
+    def amount(words: str, unit: str, meaning: str) -> Any:
         value = in_si(words, Quantity(unit, meaning, 0.0, open_low=True))
         if not isinstance(value, np.ndarray):
             raise InputError([Fault(path, f"{words!r} is no {meaning} in a unit of {unit}", _FORMS)])
@@ -124,14 +124,14 @@ def read_end(text: str, path: str = "until") -> AbstractEnd:
     if plain == "rest":
         return AtRest()
     if match := _TRAVEL.fullmatch(plain):
-        return AfterTravel(read(match["distance"], "m", "travel"))
+        return AfterTravel(amount(match["distance"], "m", "travel"))
     if match := _TEMPERATURE.fullmatch(plain):
         of = match["of"] or "rim"
         if of not in PLACES:
             raise InputError([Fault(path, f"{of!r} is no place of a temperature", f"there are: {', '.join(PLACES)}")])
-        return AtTemperature(read(match["level"], "K", "temperature"), of, match["way"] == "below")
+        return AtTemperature(amount(match["level"], "K", "temperature"), of, match["way"] == "below")
     if plain[:1].isdigit() or plain[:1] == ".":
-        return AfterTime(read(plain, "s", "time"))
+        return AfterTime(amount(plain, "s", "time"))
     raise InputError([Fault(path, f"{text!r} is not understood", _FORMS)])
 
 
@@ -220,8 +220,8 @@ class Phases(Part):
         passed = jnp.minimum(passed, self.total - 1)
         n = len(self.phases)
         hanging = np.asarray([phase.string_on_hook for phase in self.phases]).astype(np.int32)
-        here = jnp.arange(n, dtype=jnp.int32) == passed % n
-        return 2 * (passed // n) + jnp.sum(jnp.where(here, hanging, 0)).astype(jnp.int32)
+        is_current = jnp.arange(n, dtype=jnp.int32) == passed % n
+        return 2 * (passed // n) + jnp.sum(jnp.where(is_current, hanging, 0)).astype(jnp.int32)
 
     def ended(self, number: int) -> Ended:
         """The phase with a number from 0 over all cycles, for people."""
@@ -232,12 +232,12 @@ class Phases(Part):
     def faults(self, path: str) -> list[Fault]:
         if not self.phases:
             return [Fault(f"{path}.phases", "has no phase", f"{_FORMS}, each with a lever")]
-        found = []
+        faults = []
         for i, phase in enumerate(self.phases):
             if isinstance(phase.until, AtRest) and float(phase.lever.scale()) == 0.0:
                 what, hint = "never comes: the brake is open", "pull the lever in this phase"
-                found.append(Fault(f"{path}.phases[{i}].until", what, hint))
-        return found
+                faults.append(Fault(f"{path}.phases[{i}].until", what, hint))
+        return faults
 
 
 class _Table(NamedTuple):
@@ -300,11 +300,11 @@ class PhaseNow(NamedTuple):
     def _piece(self, table: _Table, piece: Piece) -> Bool[Array, " n"]:
         return (table.owner == self.number) & (table.piece == piece)
 
-    def _along(self, found: Array, of: Callable[[AbstractProfile, Array], Any], t: Array) -> Array:
-        """`found`, or where another lever runs what is `of` it, at its own time."""
+    def _along(self, value: Array, of: Callable[[AbstractProfile, Array], Any], t: Array) -> Array:
+        """`value`, or where another lever runs what is `of` it, at its own time."""
         for now, lever in self._others:
-            found = jnp.where(now, of(lever, jnp.where(now, t - self.begun, 0.0)), found)
-        return found
+            value = jnp.where(now, of(lever, jnp.where(now, t - self.begun, 0.0)), value)
+        return value
 
     def value(self, t: Array, piece: Piece) -> Array:
         table = self._table

@@ -122,8 +122,8 @@ def interpolated(x: Array, at: Array, values: Array) -> Array:
     pieces = jnp.stack([at[:-1], values[:-1], d[:-1], square, cube], axis=1)
     # a product with a mask in place of indexed loads, which are slow in a loop and backwards
     passed = jnp.sum(x[:, None] >= at[None, 1:-1], axis=1, dtype=jnp.int32)
-    here = passed[:, None] == jnp.arange(h.shape[0], dtype=jnp.int32)
-    start, value, slope, square, cube = (here.astype(jnp.float64) @ pieces).T
+    in_piece = passed[:, None] == jnp.arange(h.shape[0], dtype=jnp.int32)
+    start, value, slope, square, cube = (in_piece.astype(jnp.float64) @ pieces).T
     s = x - start
     return value + s * (slope + s * (square + s * cube))
 
@@ -226,8 +226,8 @@ class TabulatedFade(AbstractFactor):
 
     def factor(self, contact: Contact) -> Float[Array, "..."]:
         T, values = jnp.asarray(self.temperature), jnp.asarray(self.values)
-        here = clipped(contact.T, T[0], T[-1])
-        return interpolated(here.reshape(-1), T, values).reshape(here.shape)
+        T_inside = clipped(contact.T, T[0], T[-1])
+        return interpolated(T_inside.reshape(-1), T, values).reshape(T_inside.shape)
 
     def faults(self, path: str) -> list[Fault]:
         if not is_table(self.temperature, self.values):
@@ -407,15 +407,15 @@ class AbstractFriction(Part):
         def wanted(x: object) -> bool:
             return x is not self and isinstance(x, kinds)
 
-        found = jax.tree_util.tree_flatten_with_path(self, is_leaf=wanted)[0]
-        return {jax.tree_util.keystr(path).removeprefix("."): part for path, part in found if wanted(part)}
+        leaves = jax.tree_util.tree_flatten_with_path(self, is_leaf=wanted)[0]
+        return {jax.tree_util.keystr(path).removeprefix("."): part for path, part in leaves if wanted(part)}
 
     def _remembering(self) -> "AbstractFriction | None":
         """The one of its bases that has states."""
-        found = [law for law in self.bases.values() if remembers(law)]
-        if len(found) > 1:
+        laws = [law for law in self.bases.values() if remembers(law)]
+        if len(laws) > 1:
             raise NotImplementedError(f"several laws in a {type(self).__name__} have states: give `start` and `rates`")
-        return found[0] if found else None
+        return laws[0] if laws else None
 
     def start(self, n: int) -> PyTree:
         """States of the law at the start of a run: a PyTree of numbers for all or for each of `n` linings.
@@ -454,20 +454,20 @@ class AbstractFriction(Part):
 
         - `pieces` on which the profiles of the changes are; `None`: those that begin at or before `t`
         """
-        found = None
+        factor = None
         for i, change in enumerate(self.over_time):
             piece = change.factor.first_piece(t) if pieces is None else pieces[i]
-            one = change.of_each(jnp.asarray(change.factor.value(t, piece)), n)
-            found = one if found is None else found * one
-        return found
+            changed = change.of_each(jnp.asarray(change.factor.value(t, piece)), n)
+            factor = changed if factor is None else factor * changed
+        return factor
 
 
 def memory_at_start(law: AbstractFriction, n: int) -> PyTree:
     """States of a law at the start, (n,) each; `None` of a law without."""
-    found = law.start(n)
-    if not jax.tree.leaves(found):
+    states = law.start(n)
+    if not jax.tree.leaves(states):
         return None
-    return jax.tree.map(lambda x: jnp.broadcast_to(jnp.asarray(x, jnp.float64), (n,)), found)
+    return jax.tree.map(lambda x: jnp.broadcast_to(jnp.asarray(x, jnp.float64), (n,)), states)
 
 
 def memory_sizes(law: AbstractFriction, memory: PyTree) -> PyTree:
@@ -498,18 +498,18 @@ def _memory_like(law: AbstractFriction, n: int) -> PyTree:
 
 def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
     """Errors of the states of a law, and of numbers that are neither one for all nor one for each lining."""
-    found = _faults_of_memory(law, path, n)
+    faults = _faults_of_memory(law, path, n)
     for change in law.over_time:
         chosen = np.zeros(1) if change.linings is None else np.atleast_1d(change.linings)
         if np.any(chosen > n) or np.any(chosen % 1):
             what = f"changes of the linings {', '.join(f'{i:g}' for i in chosen)}"
-            found.append(Fault(path, what, f"give whole numbers of linings, 1…{n} from the slack end"))
-    found += _faults_of_bases(law, path)
-    if not found and not _fits(law, n):
-        found = [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
-    if not found and not _sees_changes(law, n):
-        found = [Fault(path, "does not follow the changes over time of a law in it", _PASS_ON)]
-    return found
+            faults.append(Fault(path, what, f"give whole numbers of linings, 1…{n} from the slack end"))
+    faults += _faults_of_bases(law, path)
+    if not faults and not _fits(law, n):
+        faults = [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
+    if not faults and not _sees_changes(law, n):
+        faults = [Fault(path, "does not follow the changes over time of a law in it", _PASS_ON)]
+    return faults
 
 
 _PASS_ON = "pass the contact on to that law as it is, or with `contact._replace`"
@@ -517,19 +517,19 @@ _PASS_ON = "pass the contact on to that law as it is, or with `contact._replace`
 
 def _faults_of_bases(law: AbstractFriction, path: str) -> list[Fault]:
     """Errors of a law that hides states or changes of the laws that it is made of, or mixes up their changes."""
-    found, bases = list[Fault](), law.bases
+    faults, bases = list[Fault](), law.bases
     for name, base in bases.items():
         lost = {id(change) for change in base.over_time} - {id(change) for change in law.over_time}
         if lost:
             hint = "put all changes into one law around it; a custom law leaves `over_time` as it is"
-            found.append(Fault(f"{path}.{name}", "changes over time, and the law around it does not", hint))
+            faults.append(Fault(f"{path}.{name}", "changes over time, and the law around it does not", hint))
         if remembers(base) and not remembers(law):
             hint = "a custom law leaves `start`, `rates` and `sizes` as they are"
-            found.append(Fault(f"{path}.{name}", "has states, and the law around it has none", hint))
-        found += _faults_of_bases(base, f"{path}.{name}")
+            faults.append(Fault(f"{path}.{name}", "has states, and the law around it has none", hint))
+        faults += _faults_of_bases(base, f"{path}.{name}")
     if sum(bool(base.over_time) for base in bases.values()) > 1:
-        found.append(Fault(path, "several laws in it change over time", "put all changes into one law around it"))
-    return found
+        faults.append(Fault(path, "several laws in it change over time", "put all changes into one law around it"))
+    return faults
 
 
 @per_structure
@@ -547,8 +547,8 @@ def _fits(law: AbstractFriction, n: int) -> bool:
     """Whether a law with numbers of these shapes gives one coefficient for each of `n` linings."""
     try:
         contact, _ = contact_like(law, n)
-        found = jax.eval_shape(lambda law, contact: (law.kinetic(contact), law.static(contact)), law, contact)
-        return all(np.broadcast_shapes(one.shape, (n,)) == (n,) for one in found)
+        coefficients = jax.eval_shape(lambda law, contact: (law.kinetic(contact), law.static(contact)), law, contact)
+        return all(np.broadcast_shapes(coefficient.shape, (n,)) == (n,) for coefficient in coefficients)
     except jax.errors.TracerArrayConversionError:
         return True  # another error, which the run itself reports
     except (TypeError, ValueError, IndexError):
@@ -560,19 +560,19 @@ def _faults_of_memory(law: AbstractFriction, path: str, n: int) -> list[Fault]:
         start, sizes = law.start(n), law.sizes()
     except Exception as error:  # any exception of a user-defined law
         return [Fault(path, f"its states at the start cannot be found: {error}")]
-    like, found = jax.tree.structure(start), []
+    like, faults = jax.tree.structure(start), []
     if like.num_leaves == 0:
-        return found
+        return faults
     each = f"give one number, or a list of {n}"
     for name, tree in (("state", start), ("size", sizes)):
         for x in map(np.asarray, jax.tree.leaves(tree)):
             if x.shape not in ((), (n,)):
-                found.append(Fault(path, f"a {name} of the shape {x.shape} does not fit {n} linings", each))
+                faults.append(Fault(path, f"a {name} of the shape {x.shape} does not fit {n} linings", each))
             elif not np.all(np.isfinite(x)) or (name == "size" and np.any(x <= 0)):
-                found.append(Fault(path, f"a {name} of {x} is out of range", "finite numbers; sizes > 0"))
+                faults.append(Fault(path, f"a {name} of {x} is out of range", "finite numbers; sizes > 0"))
     if jax.tree.structure(sizes) not in (like, jax.tree.structure(0)):
-        found.append(Fault(path, "`sizes` has another structure than `start`", "give one size for each state"))
-    return found or _faults_of_rates(law, path, n)
+        faults.append(Fault(path, "`sizes` has another structure than `start`", "give one size for each state"))
+    return faults or _faults_of_rates(law, path, n)
 
 
 def _faults_of_rates(law: AbstractFriction, path: str, n: int) -> list[Fault]:
@@ -608,10 +608,10 @@ def _rates(law: AbstractFriction, contact: Contact) -> PyTree:
 def contact_like(law: AbstractFriction, n: int, *, T: bool = True, p: bool = True) -> tuple[Contact, Contact | None]:
     """Shapes of the contact of `n` linings for the coefficients of a law, and for the rates of its states (`None`: it
     has none); with or without temperatures and pressures."""
-    one = jax.ShapeDtypeStruct((n,), np.float64)
-    surface, pressure = SurfaceState(one if T else None, _memory_like(law, n)), one if p else None
-    rates = None if surface.memory is None else surface.contact(one, pressure, pressure)
-    return surface.contact(one, pressure), rates
+    per_lining = jax.ShapeDtypeStruct((n,), np.float64)
+    surface, pressure = SurfaceState(per_lining if T else None, _memory_like(law, n)), per_lining if p else None
+    rates = None if surface.memory is None else surface.contact(per_lining, pressure, pressure)
+    return surface.contact(per_lining, pressure), rates
 
 
 @per_structure
@@ -622,8 +622,8 @@ def reads(law: AbstractFriction, n: int, *, T: bool, p: bool) -> Reads:
 
     Found from the lowered program, once for each structure of a law; in doubt a field counts as read (`read_by`).
     """
-    _, found = read_by(_coefficients, law, contact_like(law, n, T=T, p=p)[0])
-    return Reads(found.v, bool(found.T), bool(found.p))
+    _, dependence = read_by(_coefficients, law, contact_like(law, n, T=T, p=p)[0])
+    return Reads(dependence.v, bool(dependence.T), bool(dependence.p))
 
 
 class RatesRead(NamedTuple):
@@ -650,9 +650,9 @@ def rates_read(law: AbstractFriction, n: int, *, T: bool, p: bool) -> RatesRead 
     contact = contact_like(law, n, T=T, p=p)[1]
     if contact is None:
         return None
-    _, found = read_by(_rates, law, contact)
+    _, rate = read_by(_rates, law, contact)
     _, slope = read_by(_slopes, law, contact)
-    return RatesRead(found.v, bool(found.T), bool(found.p), bool(found.q), slope.v or bool(slope.q))
+    return RatesRead(rate.v, bool(rate.T), bool(rate.p), bool(rate.q), slope.v or bool(slope.q))
 
 
 def _slopes(law: AbstractFriction, contact: Contact) -> PyTree:
@@ -818,19 +818,19 @@ class ProductFriction(AbstractScaledFriction):
 
     def scale(self, contact: Contact) -> Array:
         product = None
-        for one in self.factors:
-            product = one.factor(contact) if product is None else product * one.factor(contact)
+        for factor in self.factors:
+            product = factor.factor(contact) if product is None else product * factor.factor(contact)
         return jnp.ones(()) if product is None else product
 
 
 def _common_range(*parts: AbstractFriction | AbstractFactor) -> Bounds | None:
     """Temperatures (K) between which all parts of a law hold."""
-    bounds = [found for found in (part.temperature_range() for part in parts) if found is not None]
+    bounds = [bound for bound in (part.temperature_range() for part in parts) if bound is not None]
     if not bounds:
         return None
     low, high = bounds[0]
-    for one in bounds[1:]:
-        low, high = greater(low, one[0]), lesser(high, one[1])
+    for bound in bounds[1:]:
+        low, high = greater(low, bound[0]), lesser(high, bound[1])
     return low, high
 
 
@@ -855,15 +855,15 @@ class FrictionWithMemory(AbstractScaledFriction):
         return self.initial
 
     def rates(self, contact: Contact) -> PyTree:
-        return functools.reduce(operator.add, [one.change(contact.memory, contact) for one in self.processes])
+        return functools.reduce(operator.add, [process.change(contact.memory, contact) for process in self.processes])
 
     def faults(self, path: str) -> list[Fault]:
-        found = []
+        faults = []
         if not self.processes:
-            found.append(Fault(f"{path}.processes", "is empty", "give at least one process, or the base law alone"))
+            faults.append(Fault(f"{path}.processes", "is empty", "give at least one process, or the base law alone"))
         if remembers(self.base):
-            found.append(Fault(f"{path}.base", "has states of its own", "put all processes into one law"))
-        return found
+            faults.append(Fault(f"{path}.base", "has states of its own", "put all processes into one law"))
+        return faults
 
 
 # --- friction that is changed from outside ----------------------------------------------------------------------------

@@ -103,13 +103,13 @@ class AbstractProfile(Part):
 
 def faults_of_sign(course: Part, path: str, unit: str, hint: str = "a band cannot push") -> list[Fault]:
     """Errors of negative values in a profile, and in those that it is made of: of numbers in its own `unit`."""
-    found = []
-    for where, profile, here in parts_below(course, path, unit):
-        for field in dataclasses.fields(profile) if isinstance(profile, AbstractProfile) and here == unit else ():
+    faults = []
+    for where, profile, own_unit in parts_below(course, path, unit):
+        for field in dataclasses.fields(profile) if isinstance(profile, AbstractProfile) and own_unit == unit else ():
             about, values = field.metadata.get("quantity"), getattr(profile, field.name)
             if about is not None and about.unit == "SI" and np.any(np.asarray(values) < 0):
-                found.append(Fault(f"{where}.{field.name}", f"{np.min(values):g} is below 0", hint))
-    return found
+                faults.append(Fault(f"{where}.{field.name}", f"{np.min(values):g} is below 0", hint))
+    return faults
 
 
 def first_piece(profile: Any, t: Real) -> Piece | None:
@@ -128,25 +128,25 @@ def next_known_time(
     """
     knots = [profile.next_knot(piece) for profile, piece in zip(profiles, pieces, strict=True)]
     # a plain number is that of a profile without knots: it takes no part
-    given = {i: jnp.asarray(knot) for i, knot in enumerate(knots) if not isinstance(knot, float)}
-    if not given:
+    varying = {i: jnp.asarray(knot) for i, knot in enumerate(knots) if not isinstance(knot, float)}
+    if not varying:
         return jnp.inf, [False] * len(knots)
-    if len(given) == 1:
-        ((only, knot),) = given.items()
+    if len(varying) == 1:
+        ((only, knot),) = varying.items()
         return knot, [i == only for i in range(len(knots))]
-    first = jax.lax.stop_gradient(functools.reduce(jnp.minimum, given.values()))
-    due = {i: jax.lax.stop_gradient(knot) <= first + _ROUNDING * jnp.abs(first) for i, knot in given.items()}
-    order = list(given)
+    first = jax.lax.stop_gradient(functools.reduce(jnp.minimum, varying.values()))
+    due = {i: jax.lax.stop_gradient(knot) <= first + _ROUNDING * jnp.abs(first) for i, knot in varying.items()}
+    order = list(varying)
     turns: list[Any] = [False] * len(knots)
-    taken = jnp.asarray(False)
+    assigned = jnp.asarray(False)
     if order[0] == 0 and waits is not None:
-        taken = due[0] & ~(waits(first) & functools.reduce(jnp.logical_or, [due[i] for i in order[1:]]))
-        turns[0] = taken
+        assigned = due[0] & ~(waits(first) & functools.reduce(jnp.logical_or, [due[i] for i in order[1:]]))
+        turns[0] = assigned
         order = order[1:]
     for i in order:
-        turns[i] = due[i] & ~taken
-        taken = taken | due[i]
-    time = sum(jnp.where(turns[i], knot, 0.0) for i, knot in given.items())
+        turns[i] = due[i] & ~assigned
+        assigned = assigned | due[i]
+    time = sum(jnp.where(turns[i], knot, 0.0) for i, knot in varying.items())
     # of knots that differ by rounding all are passed at the first
     late = jnp.where(time > first, time - first, 0.0)
     return time - jax.lax.stop_gradient(late), turns
@@ -189,9 +189,9 @@ class Constant(AbstractProfile):
         return abs(self.level)
 
 
-def _picked(x: Float[Array, " n"], here: Bool[Array, " n"]) -> Float[Array, ""]:
-    """The entry `here`, by a mask: cheaper in the loop than an indexed load, and transposes well."""
-    return jnp.sum(jnp.where(here, x, 0.0))
+def _picked(x: Float[Array, " n"], mask: Bool[Array, " n"]) -> Float[Array, ""]:
+    """The entry at which the `mask` is set: cheaper in the loop than an indexed load, and transposes well."""
+    return jnp.sum(jnp.where(mask, x, 0.0))
 
 
 def _slopes(rise: Float[Array, " n"], span: Float[Array, " n"]) -> Float[Array, " n"]:
@@ -252,8 +252,8 @@ class PiecewiseLinear(AbstractPoints):
 
     def value(self, t: Real, piece: Piece) -> Real:
         base, start, slopes = self.lines()
-        here = jnp.arange(base.shape[0], dtype=jnp.int32) == piece
-        return _picked(base, here) + _picked(slopes, here) * (t - _picked(start, here))
+        in_piece = jnp.arange(base.shape[0], dtype=jnp.int32) == piece
+        return _picked(base, in_piece) + _picked(slopes, in_piece) * (t - _picked(start, in_piece))
 
     def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
         times, values, zero = jnp.asarray(self.times), jnp.asarray(self.values), jnp.zeros(1)
@@ -329,11 +329,11 @@ class Repeated(AbstractPoints):
         k = times.shape[0]
         passed = jnp.clip(piece - 1, 0, self.knot_count - 1)
         cycle, point = passed // k, passed % k
-        here = jnp.arange(k, dtype=jnp.int32) == point
+        at_point = jnp.arange(k, dtype=jnp.int32) == point
         slope = _slopes(jnp.diff(values, append=values[:1]), jnp.diff(times, append=self.period + times[:1]))
-        since = t - (self.begin + cycle.astype(jnp.float64) * self.period + _picked(times, here))
+        since = t - (self.begin + cycle.astype(jnp.float64) * self.period + _picked(times, at_point))
         inside = (piece > 0) & (piece < self.knot_count)
-        return _picked(values, here) + jnp.where(inside, _picked(slope, here), 0.0) * since
+        return _picked(values, at_point) + jnp.where(inside, _picked(slope, at_point), 0.0) * since
 
     def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
         # each point of a cycle, over all cycles that have passed it: a geometric series
@@ -352,20 +352,20 @@ class Repeated(AbstractPoints):
         ratio = -self.period / lag
         series = jnp.expm1(count * ratio) / jnp.expm1(ratio)  # (0 of a point not passed)
         jumps = self._jump_times()
-        found = jnp.sum((lag * (slope - jnp.roll(slope, 1)) * left(times) - jump * left(jumps)) * series)
+        total = jnp.sum((lag * (slope - jnp.roll(slope, 1)) * left(times) - jump * left(jumps)) * series)
         # before the first cycle and after the last one it is constant
         last = t - (self.begin + (self.count - 1.0) * self.period + times[-1])
         begun, over = piece > 0, piece == self.knot_count
         for part, of in ((lag * slope[-1], times), (jump[0], jumps)):
-            found += jnp.where(begun, part * jnp.exp(-jnp.where(begun, t - (self.begin + of[0]), 0.0) / lag), 0.0)
-        return found - jnp.where(over, lag * slope[-1] * jnp.exp(-jnp.where(over, last, 0.0) / lag), 0.0)
+            total += jnp.where(begun, part * jnp.exp(-jnp.where(begun, t - (self.begin + of[0]), 0.0) / lag), 0.0)
+        return total - jnp.where(over, lag * slope[-1] * jnp.exp(-jnp.where(over, last, 0.0) / lag), 0.0)
 
     def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
         times, piece = jnp.asarray(self.times), jnp.asarray(piece, jnp.int32)
         k = times.shape[0]
-        here = jnp.arange(k, dtype=jnp.int32) == piece % k
+        at_point = jnp.arange(k, dtype=jnp.int32) == piece % k
         times = jnp.where(piece > 0, self._jump_times(), times)  # (no jump leads to the first point of all)
-        t = self.begin + (piece // k).astype(jnp.float64) * self.period + _picked(times, here)
+        t = self.begin + (piece // k).astype(jnp.float64) * self.period + _picked(times, at_point)
         return jnp.where(piece < self.knot_count, t, jnp.inf)
 
     def first_piece(self, t: Real) -> Piece:
@@ -374,10 +374,10 @@ class Repeated(AbstractPoints):
         return jnp.sum(ends <= t).astype(jnp.int32)
 
     def faults(self, path: str) -> list[Fault]:
-        found = super().faults(path)
+        faults = super().faults(path)
         if np.max(self.times, initial=0.0) > np.asarray(self.period):
-            found.append(Fault(f"{path}.times", "a time lies beyond the period", "make the period longer"))
-        return found
+            faults.append(Fault(f"{path}.times", "a time lies beyond the period", "make the period longer"))
+        return faults
 
 
 class ExponentialRise(AbstractProfile):

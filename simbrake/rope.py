@@ -59,10 +59,10 @@ class RopeLayers(Part):
     def paid_out(self, drum_radius: Array, phi: Array | float) -> Array:
         """Rope (m) paid out at the angle `phi` (rad) since the start, `∫ r dφ`; `inf` at an infinite angle."""
         xp = numpy_of(phi)
-        known = xp.isfinite(phi)
-        left = self.turns - xp.where(known, phi, 0.0) / (2 * np.pi)
+        is_finite = xp.isfinite(phi)
+        left = self.turns - xp.where(is_finite, phi, 0.0) / (2 * np.pi)
         length = self._length(drum_radius, xp.asarray(self.turns)) - self._length(drum_radius, left)
-        return xp.where(known, length, xp.inf)
+        return xp.where(is_finite, length, xp.inf)
 
 
 class RopeElasticity(Part):
@@ -101,8 +101,8 @@ class RopeElasticity(Part):
 
     def faults(self, path: str) -> list[Fault]:
         """Error of a stiffness that is given twice, or not at all."""
-        given = [one is not None for one in (self.modulus, self.area, self.length)]
-        if all(given) if self.stiffness is None else not any(given):
+        present = [number is not None for number in (self.modulus, self.area, self.length)]
+        if all(present) if self.stiffness is None else not any(present):
             return []
         what = "is missing" if self.stiffness is None else "is given beside modulus, area or length"
         return [Fault(f"{path}.stiffness", what, "give it, or modulus, area and length of the lines")]

@@ -50,10 +50,10 @@ class AbstractDryTorque(AbstractShaftTorque):
 def _faults_of_share(profile: AbstractProfile, path: str) -> list[Fault]:
     """Errors of a profile that is a share, 0…1."""
     hint = "a share is between 0 and 1"
-    found = faults_of_sign(profile, path, "1", hint)
-    if not found and float(profile.scale()) > 1.0:
-        found.append(Fault(path, f"{float(profile.scale()):g} is above 1", hint))
-    return found
+    faults = faults_of_sign(profile, path, "1", hint)
+    if not faults and float(profile.scale()) > 1.0:
+        faults.append(Fault(path, f"{float(profile.scale()):g} is above 1", hint))
+    return faults
 
 
 class EddyCurrentBrake(AbstractShaftTorque):

@@ -211,14 +211,14 @@ class Wear(Part):
 
     def faults_with(self, path: str, n: int) -> list[Fault]:
         """Errors of sizes that do not fit `n` linings (concrete values only)."""
-        found = faults_of_sizes(self, path, n)
-        if not found and self.thickness is not None:
+        faults = faults_of_sizes(self, path, n)
+        if not faults and self.thickness is not None:
             worn, whole = np.broadcast_to(np.asarray(self.worn), (n,)), float(self.thickness)
             i = int(np.argmax(worn))
             if worn[i] >= whole:
                 what = f"{worn[i]:g} m worn off lining {i + 1} must be below its {whole:g} m"
-                found.append(Fault(f"{path}.worn", what))
-        return found
+                faults.append(Fault(f"{path}.worn", what))
+        return faults
 
 
 # --- effects of wear on a brake before a run --------------------------------------------------------------------------
@@ -274,35 +274,35 @@ def lining_bodies(heat: Heat) -> set[str]:
 
 def faults_of_wear(wear: Wear, brake: AbstractBrake, lever: AbstractProfile | Phases, heat: Heat) -> list[Fault]:
     """Errors between the wear of a scene and its other parts (concrete values only)."""
-    found = wear.faults_with("wear", brake.linings.count)
-    given = {"internal": wear.internal is not None, "geometry": wear.geometry}
-    given |= {"take_up_speed": wear.take_up_speed is not None, "turned_at": wear.turned_at is not None}
-    given["turned_after"] = wear.turned_after is not None
+    faults = wear.faults_with("wear", brake.linings.count)
+    has = {"internal": wear.internal is not None, "geometry": wear.geometry}
+    has |= {"take_up_speed": wear.take_up_speed is not None, "turned_at": wear.turned_at is not None}
+    has["turned_after"] = wear.turned_after is not None
     one_band = isinstance(brake, Brake)
     if not one_band:
-        idle, why = [field for field, is_given in given.items() if is_given], f"has no effect on a {brake.words.brake}"
-        found += [Fault(f"wear.{field}", why, "leave it out") for field in idle]
+        idle, why = [field for field, is_given in has.items() if is_given], f"has no effect on a {brake.words.brake}"
+        faults += [Fault(f"wear.{field}", why, "leave it out") for field in idle]
     if brake.linings.area is None:
         where = f"brake.{brake.pairs['external'].field}.area"
-        found.append(Fault(where, "is missing", "wear depends on the pressure"))
-    if given["internal"] and one_band:
+        faults.append(Fault(where, "is missing", "wear depends on the pressure"))
+    if has["internal"] and one_band:
         if brake.bandage is None:
-            found.append(
+            faults.append(
                 Fault("wear.internal", "has no effect", "only a staged brake (`brake.bandage`) has inner faces")
             )
         elif brake.bandage.area is None:
-            found.append(Fault("brake.bandage.area", "is missing", "wear of the inner faces depends on the pressure"))
-    if (given["turned_at"] or given["turned_after"]) and one_band:
-        found += faults_of_turning(brake)
+            faults.append(Fault("brake.bandage.area", "is missing", "wear of the inner faces depends on the pressure"))
+    if (has["turned_at"] or has["turned_after"]) and one_band:
+        faults += faults_of_turning(brake)
     phased = isinstance(lever, Phases)
-    if given["take_up_speed"] and (phased or lever.controls_speed):
+    if has["take_up_speed"] and (phased or lever.controls_speed):
         why = "in phases" if phased else "that depends on the speed"
-        found.append(Fault("wear.take_up_speed", f"has no effect on a lever {why}", "leave it out"))
+        faults.append(Fault("wear.take_up_speed", f"has no effect on a lever {why}", "leave it out"))
     which = ("turned_at", "turned_after") if phased else ("turned_after", "turned_at")
-    if given[which[0]] and one_band:
+    if has[which[0]] and one_band:
         what = f"has no meaning for a duty {'' if phased else 'not '}in phases"
-        found.append(Fault(f"wear.{which[0]}", what, f"give wear.{which[1]}"))
-    return found + (_faults_of_thickness(wear, heat, brake.linings.count) if wear.heat and not found else [])
+        faults.append(Fault(f"wear.{which[0]}", what, f"give wear.{which[1]}"))
+    return faults + (_faults_of_thickness(wear, heat, brake.linings.count) if wear.heat and not faults else [])
 
 
 def faults_of_turning(brake: Brake) -> list[Fault]:
@@ -326,13 +326,13 @@ def _faults_of_thickness(wear: Wear, heat: Heat, n: int) -> list[Fault]:
     names = lining_bodies(heat)
     if not names:
         return [Fault("wear.heat", "has no effect", "the scene has no heat part with linings")]
-    found, worn = [], float(np.max(np.broadcast_to(np.asarray(wear.worn), (n,))))
+    faults, worn = [], float(np.max(np.broadcast_to(np.asarray(wear.worn), (n,))))
     for i, body in enumerate(heat.bodies):
         if body.name not in names:
             continue
         if isinstance(body, Lump) and wear.thickness is None:
-            found.append(Fault("wear.thickness", "is missing", f"the lump {body.name!r} has no thickness"))
+            faults.append(Fault("wear.thickness", "is missing", f"the lump {body.name!r} has no thickness"))
         elif isinstance(body, Wall) and worn >= float(body.thickness):
             what = f"{worn:g} m worn off must be below the thickness of the wall {body.name!r}"
-            found.append(Fault(f"heat.bodies[{i}].thickness", what))
-    return found
+            faults.append(Fault(f"heat.bodies[{i}].thickness", what))
+    return faults
