@@ -114,10 +114,10 @@ class Course:
         g, rate = self.guards(self.t, self.y), self.rates(self.t, self.y)
         below = (g < -_REACHED) & ((rate <= 0) | (g < -1e3 * _REACHED))
         falls = (g <= _REACHED) & (rate * span < -1e3 * _REACHED)
-        found = np.zeros(len(g), bool)
+        fired = np.zeros(len(g), bool)
         if np.any(below | falls):
-            found[np.argmin(np.where(below | falls, g, np.inf))] = True
-        return found
+            fired[np.argmin(np.where(below | falls, g, np.inf))] = True
+        return fired
 
     def advance(self, until: float) -> tuple[Fired, bool]:
         """Integrate to the first guard or to `until`; guards that fired, and whether `until` was reached."""
@@ -265,21 +265,21 @@ def _scipy_events(result: Result, course: Course) -> list[Event]:
     labels = [Label(*(int(column) for column in mode.label)) for mode in modes]
     # the first mode is where the run starts to look for the true one
     first = 1 if len(modes) > 1 and times[1] == times[0] and labels[0].band == 0 else 0
-    found, before = [], labels[0]
+    events, before = [], labels[0]
     for i in range(first, len(modes)):
-        found += [Event(times[i], name) for name in events_of_change(before, labels[i], i == first)]
+        events += [Event(times[i], name) for name in events_of_change(before, labels[i], i == first)]
         before = labels[i]
     for (was, now), t in zip(itertools.pairwise(modes), times[1:], strict=True):
         if now.phase is not None and now.phase != was.phase:
-            found.append(Event(t, "phase_end"))
+            events.append(Event(t, "phase_end"))
         columns = [(kind, was.contacts[kind], column, ("slip", "stick")) for kind, column in now.contacts.items()]
         if now.lifted is not None:
             columns.append(("lining", was.lifted, now.lifted, ("lift_off", "touchdown")))
         for kind, before, after, whats in columns:
             for lining in np.flatnonzero((np.asarray(before) == 0) != (np.asarray(after) == 0)):
                 what = whats[int(np.asarray(after)[lining] == 0)]
-                found.append(Event(t, f"{kind}_{what}", int(lining) + 1))
-    return found
+                events.append(Event(t, f"{kind}_{what}", int(lining) + 1))
+    return events
 
 
 def _ordered(events: list[Event], near: float) -> list[Event]:
@@ -319,7 +319,7 @@ def _compared_times(ours: list[Event], theirs: list[Event], same: int, span: flo
 
 def _labels(result: Result) -> list[tuple[str, str]]:
     """Name and kind of every entry of the flat state."""
-    found, nodes = [], iter(result.nodes)
+    labels, nodes = [], iter(result.nodes)
     pairs = result.record.system.pair_names  # pyright: ignore
     for path, leaf in jax.tree_util.tree_leaves_with_path(result.record.y_like):
         names = [str(getattr(key, "name", key)) for key in path]
@@ -334,8 +334,8 @@ def _labels(result: Result) -> list[tuple[str, str]]:
             else:
                 own = names[-1] if names[0] in ("own", "phase") else names[0]
                 word = _WORDS.get(own, own) + (f" {i + 1}" if np.ndim(leaf) else "")
-            found.append((word, kind))
-    return found
+            labels.append((word, kind))
+    return labels
 
 
 def _compared_ends(result: Result, y: FlatState) -> Iterator[_Compared]:

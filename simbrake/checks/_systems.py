@@ -167,8 +167,8 @@ def belt_cases() -> list[Case]:
         return first_event_times(record, 2)[1], record
 
     def slopes(system: BeltOscillator) -> tuple[Record, BeltOscillator]:
-        found, record = jax.grad(period, has_aux=True)(system)
-        return record, found
+        gradient, record = jax.grad(period, has_aux=True)(system)
+        return record, gradient
 
     reads = {what: f"{i}" for i, what in enumerate(("slip lasts", "stick lasts", "maximum x", "minimum x"))}
     by = {f"∂(period)/∂{name}": name for name in ("F_s", "F_k", "v_b", "k", "m")}

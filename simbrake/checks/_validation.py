@@ -69,7 +69,7 @@ def _cases(subject: str, values: Mapping[str, Callable[[], Any]]) -> list[Case]:
 def cases_of(subject: str, run: Callable[[], Any], reads: Mapping[str, Reader]) -> list[Case]:
     """Cases that read one result, `run()`, which is made when the first of them is run."""
     once = functools.cache(run)
-    return _cases(subject, {what: functools.partial(_read, once, read) for what, read in reads.items()})
+    return _cases(subject, {what: functools.partial(_read, once, reader) for what, reader in reads.items()})
 
 
 def cases_of_run(
@@ -98,7 +98,7 @@ def cases_of_run(
 
     slopes = slopes or {}
     first = next(iter(slopes.values()), "initial.omega")
-    values = {what: functools.partial(_read, lambda: along(first)[0], read) for what, read in reads.items()}
+    values = {what: functools.partial(_read, lambda: along(first)[0], reader) for what, reader in reads.items()}
     return _cases(subject, values | {what: lambda path=path: along(path)[1] for what, path in slopes.items()})
 
 
@@ -107,11 +107,11 @@ def _with_slope(name: str, of: Callable[[Result], Any], solver: Solver | None) -
     """One program for a result and a derivative, in forward mode: the other mode takes several times as long."""
 
     def both(scene: Scene, tangent: Scene) -> tuple[Result, Any]:
-        def found(scene: Scene) -> tuple[Any, Result]:
+        def value_and_result(scene: Scene) -> tuple[Any, Result]:
             result = simulate(scene, rtol=1e-12, max_steps=1024, solver=solver)
             return of(result), result
 
-        _, slope, result = jax.jvp(found, (scene,), (tangent,), has_aux=True)
+        _, slope, result = jax.jvp(value_and_result, (scene,), (tangent,), has_aux=True)
         return result, slope
 
     return DeviceJit(both, subject=("validation", name, solver), quick=True)
