@@ -228,8 +228,8 @@ def at_full_slip(scene: Scene, target: str, rate: Rate) -> Float[Array, " n"]:
     r, _ = full_slip(scene)
     if target == "wear":
         return wearing(rate, r)
-    found = {"friction_work": r.power, "tension_increment": r.increment, "normal_load": r.normal}
-    return found.get(target, r.pressure)  # pyright: ignore
+    quantities = {"friction_work": r.power, "tension_increment": r.increment, "normal_load": r.normal}
+    return quantities.get(target, r.pressure)  # pyright: ignore
 
 
 def own_layout(scene: Scene) -> tuple[Angles, Areas]:
@@ -246,39 +246,41 @@ def validate_request(
     scene: Scene, targets: tuple[Target, ...], free: str, over: str, rate: Rate, pair: str, start: str
 ) -> None:
     """Raise `InputError` with all errors of a requested layout, errors of the scene included."""
-    brake, found = band_brake(scene), Faults(faults(scene))
-    found.choice("start", start, ("closed form", "given"))
-    found.choice("free", free, FREE)
-    found.choice("over", over, ("static", "braking"))
+    brake, errors = band_brake(scene), Faults(faults(scene))
+    errors.choice("start", start, ("closed form", "given"))
+    errors.choice("free", free, FREE)
+    errors.choice("over", over, ("static", "braking"))
     first, *others = brake.pairs
     if missing := fault_of_pair(pair, list(brake.pairs)):
-        found.append(missing)
+        errors.append(missing)
     elif pair != first and over == "static":
-        found.append(Fault("pair", "statics are those of the band on the linings", 'give over="braking"'))
-    for one in targets:
-        if isinstance(one, str) and one not in TARGETS:
+        errors.append(Fault("pair", "statics are those of the band on the linings", 'give over="braking"'))
+    for target in targets:
+        if isinstance(target, str) and target not in TARGETS:
             hint = f"there are: {', '.join(TARGETS)}, or a function of a result to one number per lining"
-            found.append(Fault("target", f"{one!r} is unknown", hint))
-        elif not isinstance(one, str) and over == "static":
-            found.append(Fault("target", "a function of a result needs a run", 'give over="braking"'))
-        elif free == "area" and one in TARGETS and one not in NEEDS_AREA and not read_by_linings(scene).p:
-            found.append(Fault("target", f"{one} does not depend on the areas", "free the angles"))
+            errors.append(Fault("target", f"{target!r} is unknown", hint))
+        elif not isinstance(target, str) and over == "static":
+            errors.append(Fault("target", "a function of a result needs a run", 'give over="braking"'))
+        elif free == "area" and target in TARGETS and target not in NEEDS_AREA and not read_by_linings(scene).p:
+            errors.append(Fault("target", f"{target} does not depend on the areas", "free the angles"))
     count = 2 if free == "both" else 1
     if len(targets) != count:
         hint = 'as ("tension_increment", "pressure"): the first for the angles, the second for the areas'
         words = f"{free!r} levels {count}, there are {len(targets)}"
-        found.append(Fault("target", words, hint if free == "both" else 'free="both" levels two'))
+        errors.append(Fault("target", words, hint if free == "both" else 'free="both" levels two'))
     if "wear" in targets and rate is None:
-        found.append(Fault("rate", "is missing", "wear needs a wear rate in m³/(N·m)"))
+        errors.append(Fault("rate", "is missing", "wear needs a wear rate in m³/(N·m)"))
     if np.size(brake.linings.angle) < 2:
-        found.append(Fault("brake.linings.angle", "one lining has no layout", "give two or more"))
-    looked_at = {pair} & set(brake.pairs) if any(one in NEEDS_AREA for one in targets) else set()
-    for one in sorted(looked_at | ({first} if free in ("area", "both") else set())):
-        if brake.rubbing_part(one).area is None:
-            found.append(Fault(f"brake.{brake.pairs[one].field}.area", "is missing", "the target depends on the areas"))
+        errors.append(Fault("brake.linings.angle", "one lining has no layout", "give two or more"))
+    looked_at = {pair} & set(brake.pairs) if any(name in NEEDS_AREA for name in targets) else set()
+    for rubbing_pair in sorted(looked_at | ({first} if free in ("area", "both") else set())):
+        if brake.rubbing_part(rubbing_pair).area is None:
+            errors.append(
+                Fault(f"brake.{brake.pairs[rubbing_pair].field}.area", "is missing", "the target depends on the areas")
+            )
     if free != "angle" and pair in others:
-        found.append(Fault("free", "the areas that can be freed are those towards the band", 'free="angle"'))
-    found.report()
+        errors.append(Fault("free", "the areas that can be freed are those towards the band", 'free="angle"'))
+    errors.report()
 
 
 @dataclasses.dataclass(frozen=True)
@@ -340,8 +342,8 @@ class LayoutDesign(Tabular):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the data without the scene as numbers, lists and text."""
-        found = {name: value for name, value in vars(self).items() if name not in ("scene", "rows")}
-        return plain(found) | {"layouts": [row.as_dict() for row in self.rows]}
+        data = {name: value for name, value in vars(self).items() if name not in ("scene", "rows")}
+        return plain(data) | {"layouts": [row.as_dict() for row in self.rows]}
 
     def parts(self) -> Iterator[str | Table]:
         over = "at full slip" if self.over == "static" else "over the braking"
@@ -367,7 +369,7 @@ class LayoutDesign(Tabular):
 
 Place: TypeAlias = Callable[[Scene, Any, Any], Scene]
 #: angles, areas and the wear rate from which a search starts
-Given: TypeAlias = tuple[Float[Array, " n"], Float[Array, " n"] | None, Rate]
+LayoutAndRate: TypeAlias = tuple[Float[Array, " n"], Float[Array, " n"] | None, Rate]
 
 
 def _placed(scene: Scene, angle: Array, area: Array | None) -> Scene:
@@ -404,8 +406,8 @@ class _Unfolded(NamedTuple):
     free: str
     place: Place
 
-    def __call__(self, scene: Scene, w: Array, given: Given) -> Scene:
-        return self.place(scene, *_unfolded(w, *given[:2], self.free))
+    def __call__(self, scene: Scene, w: Array, layout_and_rate: LayoutAndRate) -> Scene:
+        return self.place(scene, *_unfolded(w, *layout_and_rate[:2], self.free))
 
 
 class _Levelled(NamedTuple):
@@ -415,24 +417,24 @@ class _Levelled(NamedTuple):
     over: str
     pair: str
 
-    def __call__(self, found: Scene | Result, given: Given) -> tuple[Array, list[Array]]:
-        angle, _, rate = given
-        values = [self._value(found, target, rate) for target in self.targets]
+    def __call__(self, outcome: Scene | Result, layout_and_rate: LayoutAndRate) -> tuple[Array, list[Array]]:
+        angle, _, rate = layout_and_rate
+        values = [self._value(outcome, target, rate) for target in self.targets]
         contrasts = jnp.asarray(_contrasts(angle.shape[0]))
         logs = [jnp.log(jnp.where(value > 0, value, jnp.nan)) for value in values]
         return jnp.concatenate([contrasts @ log for log in logs]), values
 
-    def _value(self, found: Scene | Result, target: Target, rate: Rate) -> Float[Array, " n"]:
+    def _value(self, outcome: Scene | Result, target: Target, rate: Rate) -> Float[Array, " n"]:
         """Of a run: sums of wear and friction work, else means over the distance that a lining rubs."""
-        if isinstance(found, Scene):
-            return at_full_slip(found, target, rate)  # pyright: ignore
+        if isinstance(outcome, Scene):
+            return at_full_slip(outcome, target, rate)  # pyright: ignore
         if not isinstance(target, str):
-            return jnp.asarray(target(found))
+            return jnp.asarray(target(outcome))
         if target == "wear":
-            return lining_wear(found, rate, pair=self.pair)
+            return lining_wear(outcome, rate, pair=self.pair)
         if target == "friction_work":
-            return friction_work(found, pair=self.pair)
-        return lining_mean(found, target, over="slip", pair=self.pair)
+            return friction_work(outcome, pair=self.pair)
+        return lining_mean(outcome, target, over="slip", pair=self.pair)
 
 
 class _Search:
@@ -443,25 +445,29 @@ class _Search:
         self.progress = Progress("layout", "compiling…")
         self.start = np.zeros((2 if free == "both" else 1) * (len(run.given[0]) - 1))
 
-    def look(self, w: np.ndarray, given: Given | None = None) -> Evaluation:
+    def look(self, w: np.ndarray, layout_and_rate: LayoutAndRate | None = None) -> Evaluation:
         """Evaluate a layout; one with a self-locking lining is not run."""
-        angle, area, _ = self.run.given if given is None else given
+        angle, area, _ = self.run.given if layout_and_rate is None else layout_and_rate
         angle = np.asarray(_unfolded(w, angle, area, self.free)[0])
         if np.max(angle) >= np.pi or np.max(self.friction * np.tan(angle / 2)) >= 1:
             size = len(self.levelled.targets) * (len(angle) - 1)
             return Evaluation(np.full(size, np.nan), np.full((size, len(w)), np.nan), 0, None)
-        before, found = self.run.runs, self.run(w, given)
+        before, trial = self.run.runs, self.run(w, layout_and_rate)
         if self.run.runs > before:
-            worst = max(np.max(np.asarray(v)) / np.min(np.asarray(v)) for v in found.more)
+            worst = max(np.max(np.asarray(v)) / np.min(np.asarray(v)) for v in trial.more)
             self.progress.now(f"run {self.run.runs}, maximum over minimum {worst:.9g}")
-        return found if found.code == 0 else found._replace(values=np.full_like(found.values, np.nan))
+        return trial if trial.code == 0 else trial._replace(values=np.full_like(trial.values, np.nan))
 
-    def row(self, name: str, layout: tuple[Array, Array | None], found: Evaluation) -> LayoutRow:
+    def row(self, name: str, layout: tuple[Array, Array | None], evaluation: Evaluation) -> LayoutRow:
         """A layout with its targets."""
         asked = self.levelled
-        named = [name_of(one) for one in asked.targets]
-        units = [TARGETS[one][asked.over == "braking"] if isinstance(one, str) else "" for one in asked.targets]
-        columns = {} if found.more is None else {k: np.asarray(v) for k, v in zip(named, found.more, strict=True)}
+        named = [name_of(target) for target in asked.targets]
+        units = [
+            TARGETS[target][asked.over == "braking"] if isinstance(target, str) else "" for target in asked.targets
+        ]
+        columns = (
+            {} if evaluation.more is None else {k: np.asarray(v) for k, v in zip(named, evaluation.more, strict=True)}
+        )
         angle, area = (None if x is None else np.asarray(x) for x in layout)
         return LayoutRow(name, angle, area, columns, dict(zip(named, units, strict=True)))  # pyright: ignore
 
@@ -478,7 +484,7 @@ class _Search:
                 "the starting layout has no positive target at every lining: do all linings slide in the run, and is "
                 "none self-locking (f·tan(β/2) ≥ 1)?"
             )
-        found = least_squares(
+        fit = least_squares(
             lambda w: self.look(w).values,
             self.start,
             lambda w: self.look(w).jacobian,  # pyright: ignore
@@ -488,7 +494,7 @@ class _Search:
             gtol=0.01 * tolerance,
             max_nfev=max_iterations,
         )
-        return found.x, int(found.njev)
+        return fit.x, int(fit.njev)
 
 
 def _start(scene: Scene, targets: tuple[Target, ...], free: str) -> tuple[tuple[Angles, Areas], str]:
@@ -565,17 +571,20 @@ def equal_layout(
     closed, note = _start(scene, targets, free)
     layouts = {"given": own_layout(scene)} | ({} if note else {"closed form": closed})
     levelled = _Levelled(targets, over, pair)
-    given = (*(layouts["given"] if start == "given" else closed), wear_rate)
+    layout_and_rate = (*(layouts["given"] if start == "given" else closed), wear_rate)
     settings: dict[str, Any] = {"run": over == "braking", "solver": solver, "rtol": rtol}
-    run = Evaluator(scene, _Unfolded(free, place), levelled, given=given, **settings)
+    run = Evaluator(scene, _Unfolded(free, place), levelled, given=layout_and_rate, **settings)
     if over == "braking":
         run.like(run.result())
     search = _Search(run, free, levelled, friction_at_start(scene))
     with search.progress:
-        rows = [search.row(name, one, search.look(search.start, (*one, wear_rate))) for name, one in layouts.items()]
+        rows = [
+            search.row(name, layout, search.look(search.start, (*layout, wear_rate)))
+            for name, layout in layouts.items()
+        ]
         w, iterations = search.solve(tolerance, max_iterations)
-        best = search.row("optimum", _unfolded(w, given[0], given[1], free), search.look(w))
-    named = tuple(name_of(one) for one in targets)
+        best = search.row("optimum", _unfolded(w, layout_and_rate[0], layout_and_rate[1], free), search.look(w))
+    named = tuple(map(name_of, targets))
     if not best.non_uniformity <= 1 + tolerance:
         grip = search.friction * np.tan(best.angle / 2)
         raise InfeasibleLayout(
@@ -584,5 +593,5 @@ def equal_layout(
             f"f·tan(β/2) = {np.max(grip):.4g}"
         )
     laid = place(scene, jnp.asarray(best.angle), None if best.area is None else jnp.asarray(best.area))
-    found = jax.tree.map(np.asarray, laid)
-    return LayoutDesign(found, named, over, free, (*rows, best), iterations, run.runs, note)
+    best_scene = jax.tree.map(np.asarray, laid)
+    return LayoutDesign(best_scene, named, over, free, (*rows, best), iterations, run.runs, note)

@@ -114,10 +114,10 @@ class _Searched(NamedTuple):
         start, end = record.rows.t[0], record.t_end
         left = record.y_end.omega / jnp.asarray(result.scene.initial.omega)
         slow = 1 / (1 - jnp.minimum(left, _SLOW)) + jnp.maximum(left - _SLOW, 0.0) / (1 - _SLOW) ** 2
-        found = {name: measure(result, name) for name in self.names}
-        time = found["stopping_time"]
-        found["stopping_time"] = jnp.where(jnp.isfinite(time), time, start + (end - start) * slow)
-        return jnp.stack([found[name] for name in self.names]), None
+        metrics = {name: measure(result, name) for name in self.names}
+        time = metrics["stopping_time"]
+        metrics["stopping_time"] = jnp.where(jnp.isfinite(time), time, start + (end - start) * slow)
+        return jnp.stack([metrics[name] for name in self.names]), None
 
 
 class _Problem:
@@ -134,16 +134,16 @@ class _Problem:
 
     def look(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Metrics and their derivatives by `u`; infinite where the run fails."""
-        before, found = self.run.runs, self.run(self.box.up(u))
-        values = found.values if found.code == 0 else np.full_like(found.values, np.inf)
+        before, evaluation = self.run.runs, self.run(self.box.up(u))
+        values = evaluation.values if evaluation.code == 0 else np.full_like(evaluation.values, np.inf)
         if self.run.runs > before:
             self.progress.now(f"run {self.run.runs}, {self.names[0]} {values[0]:.6g}")
-        return values, found.jacobian * self.box.slope(self.box.up(u))
+        return values, evaluation.jacobian * self.box.slope(self.box.up(u))
 
     def objective(self, u: np.ndarray) -> tuple[float, np.ndarray]:
-        found, jacobian = self.look(u)
+        metrics, jacobian = self.look(u)
         # a trial whose run fails ranks below all others
-        value = found[0] / self.scale if np.isfinite(found[0]) else 1.0 + _FAR
+        value = metrics[0] / self.scale if np.isfinite(metrics[0]) else 1.0 + _FAR
         return float(value), jacobian[0] / self.scale
 
     def room(self, u: np.ndarray) -> np.ndarray:
@@ -152,8 +152,8 @@ class _Problem:
         return np.where(np.isfinite(r), np.where(r <= 1, 1 - r, -np.log(np.maximum(r, 1.0))), -_FAR)
 
     def room_slope(self, u: np.ndarray) -> np.ndarray:
-        found, jacobian = self.look(u)
-        r = found[1:] / self.limits
+        metrics, jacobian = self.look(u)
+        r = metrics[1:] / self.limits
         factor = np.where(np.isfinite(r), 1 / np.maximum(r, 1.0), 1.0) / self.limits
         return -factor[:, None] * jacobian[1:]
 
@@ -188,15 +188,15 @@ def least_tension(
     Raises `InputError` with all errors, also where the scene as given does not stop.
     """
     allowed = {"stopping_time": float(stopping_time), **(limits or {})}
-    found = Faults(faults(scene))
+    errors = Faults(faults(scene))
     if not variables:
-        found.append(Fault("variables", "no parameter is free", "as {'duty.slack_tension.level': (1e3, 3e4)}"))
-    box = box_of(scene, variables, found, each=True)
-    found.attempt(check_metrics, scene, [objective, *allowed])
+        errors.append(Fault("variables", "no parameter is free", "as {'duty.slack_tension.level': (1e3, 3e4)}"))
+    box = box_of(scene, variables, errors, each=True)
+    errors.attempt(check_metrics, scene, [objective, *allowed])
     for name, value in allowed.items():
         if not (np.isfinite(value) and value > 0):
-            found.append(Fault(name, f"a limit of {value:g} is not possible", "it must be positive and finite"))
-    found.report()
+            errors.append(Fault(name, f"a limit of {value:g} is not possible", "it must be positive and finite"))
+    errors.report()
     names = (objective, *allowed)
     reverse = len(box.low) > 4 * len(names)
     run = Evaluator(scene, box.paths, _Searched(names), reverse=reverse, solver=solver, rtol=rtol)
