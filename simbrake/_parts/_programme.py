@@ -55,24 +55,24 @@ def parse_programme(lines: tuple[str, ...] | list[str], path: str = "programme")
     """Steps of one cycle, and how often it is repeated. Raises `InputError` with every line that cannot be read."""
     reader, steps, count = NumberReader(), list[Step](), 1
     for i, line in enumerate(lines):
-        here = f"{path}[{i}]"
+        line_path = f"{path}[{i}]"
         text = " ".join(line.lower().replace("set it", "set").split())
-        found = next(((what, m) for what, (_, form) in _GRAMMAR.items() if (m := form.fullmatch(text))), None)
-        if found is None:
+        command = next(((what, m) for what, (_, form) in _GRAMMAR.items() if (m := form.fullmatch(text))), None)
+        if command is None:
             near = difflib.get_close_matches(text, FORMS, n=1, cutoff=0.3)
             hint = f"nearest: {near[0]}" if near else f"there are: {'; '.join(FORMS)}"
-            reader.fault(here, f"{line!r} is not understood", hint)
+            reader.fault(line_path, f"{line!r} is not understood", hint)
             continue
-        what, match = found
+        what, match = command
         if what == "repeat":
             count = int(match["count"])
             if i != len(lines) - 1:
-                reader.fault(here, f"{line!r} is not the last line", "it repeats all the lines before it")
+                reader.fault(line_path, f"{line!r} is not the last line", "it repeats all the lines before it")
             if count < 1:
-                reader.fault(here, f"{line!r} is not a number of cycles", "at least 1")
+                reader.fault(line_path, f"{line!r} is not a number of cycles", "at least 1")
             continue
         numbers = {
-            name: reader.number(words, about, here, about.unit)
+            name: reader.number(words, about, line_path, about.unit)
             for name, words in match.groupdict().items()
             if words is not None and (about := _QUANTITIES[name])
         }
@@ -134,7 +134,7 @@ def programme_scene(
         reader.fault("brake", "a driller cannot control a staged brake or a chain", "give a standard brake")
     # errors of brake, load and heat in any scene: the plan uses the friction at the start
     still = Scene(brake, Duty(Constant(0.0), load), Initial(0.0), 1.0, heat)
-    reader.faults += [dataclasses.replace(one, path=one.path.removeprefix("duty.")) for one in faults(still)]
+    reader.faults += [dataclasses.replace(fault, path=fault.path.removeprefix("duty.")) for fault in faults(still)]
     if reader.faults:
         raise InputError(reader.faults)
     assert isinstance(load, HookLoad)
@@ -276,13 +276,13 @@ class _Plan:
 
     def faults(self, empty: float, stand: float, wear: Wear | None, count: int) -> list[Fault]:
         """Errors of the cycle as a whole, repeated `count` times."""
-        taken, down, far = "take" in self.marks, "set" in self.marks, count * self.lowered
+        takes, down, far = "take" in self.marks, "set" in self.marks, count * self.lowered
         short = f"lowers {far:.5g} m in all, braking included, the rope on the drum is enough for {self.rope:.5g} m"
         why = "stands are added in the slips: take the string, set the string in the slips"
-        bare = taken and not empty and self.elastic
+        bare = takes and not empty and self.elastic
         checks = (
-            (taken != down, "programme", "takes the string or sets it down, but not both", "give both, or neither"),
-            (stand and not taken, "stand", "has no effect", why),
+            (takes != down, "programme", "takes the string or sets it down, but not both", "give both, or neither"),
+            (stand and not takes, "stand", "has no effect", why),
             (empty > self.mass, "empty", f"{empty:g} kg is more than the load of {self.mass:g} kg", ""),
             (bare, "empty", "is missing", "on an elastic rope hook and block move by themselves: give their mass"),
             (self.turns and wear is None, "wear", "is missing", "turning the band needs linings that wear"),
@@ -304,7 +304,7 @@ class _Plan:
 
     def lever(self) -> tuple[Phase, ...]:
         """The phases of one cycle, and whether the string hangs on the hook in each."""
-        taken, down = self.marks.get("take", 0), self.marks.get("set", len(self.phases))
+        take_phase, down = self.marks.get("take", 0), self.marks.get("set", len(self.phases))
         return tuple(
-            dataclasses.replace(phase, string_on_hook=taken <= i < down) for i, phase in enumerate(self.phases)
+            dataclasses.replace(phase, string_on_hook=take_phase <= i < down) for i, phase in enumerate(self.phases)
         )

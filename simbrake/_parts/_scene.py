@@ -210,17 +210,17 @@ def faults(scene: Scene) -> list[Fault]:
 
 
 def _faults(scene: Scene, numbers: Numbers) -> list[Fault]:
-    found = ([] if numbers.in_range() else faults_of_values(scene)) + _faults_of_kinds(scene)
-    return found if found or numbers.traced else _faults_together(scene)
+    errors = ([] if numbers.in_range() else faults_of_values(scene)) + _faults_of_kinds(scene)
+    return errors if errors or numbers.traced else _faults_together(scene)
 
 
 def _faults_together(scene: Scene) -> list[Fault]:
     """Errors of a scene whose numbers are in range: of its parts, and of its limits, start and end with them."""
-    found = [*_faults_of_parts(scene), *(scene.limits.faults_with("limits", scene) if scene.limits else [])]
+    errors = [*_faults_of_parts(scene), *(scene.limits.faults_with("limits", scene) if scene.limits else [])]
     if not scene.end_time > scene.initial.time:
-        found.append(Fault("end_time", f"{float(scene.end_time):g} s is not after the start", "it must be later"))
-    if found or scene.initial.elongation == 0.0:
-        return found
+        errors.append(Fault("end_time", f"{float(scene.end_time):g} s is not after the start", "it must be later"))
+    if errors or scene.initial.elongation == 0.0:
+        return errors
     if not isinstance(scene.brake, Brake):
         why = "has rigid bands" if scene.brake.banded else "has no band"
         return [Fault("initial.elongation", f"a {scene.brake.words.brake} {why}", "leave it out")]
@@ -237,8 +237,8 @@ def _errors_below(name: str) -> Callable[[Scene], list[Fault]]:
         part, lever = getattr(scene, name), f"duty.{scene.duty.lever_field}"
         misplaced = [
             Fault(path, "is a lever that depends on the speed", "give a profile, a function of the time")
-            for path, one, _ in parts_below(part, name)
-            if isinstance(one, AbstractProfile) and one.controls_speed and not path.startswith(lever)
+            for path, value, _ in parts_below(part, name)
+            if isinstance(value, AbstractProfile) and value.controls_speed and not path.startswith(lever)
         ]
         return faults_below(part, name) + misplaced
 
@@ -251,40 +251,40 @@ _WALKS = [_errors_below(name) for name in ("brake", "heat", "power_shares", "wea
 @per_value(lambda scene: (scene.brake, scene.duty, scene.heat, scene.wear, scene.power_shares, scene.shaft))
 def _faults_of_parts(scene: Scene) -> list[Fault]:
     """Errors of all parts, and between them, without start and end."""
-    found = [fault for walk in _WALKS for fault in walk(scene)] + _faults_of_heat(scene)
+    errors = [fault for walk in _WALKS for fault in walk(scene)] + _faults_of_heat(scene)
     if scene.wear is not None:
-        found += faults_of_wear(scene.wear, scene.brake, scene.duty.lever, scene.network)
-    found += _faults_of_duty(scene) + _faults_of_shaft(scene)
-    return list(dict.fromkeys(found)) or _faults_of_band(scene)
+        errors += faults_of_wear(scene.wear, scene.brake, scene.duty.lever, scene.network)
+    errors += _faults_of_duty(scene) + _faults_of_shaft(scene)
+    return list(dict.fromkeys(errors)) or _faults_of_band(scene)
 
 
 def _faults_of_shaft(scene: Scene) -> list[Fault]:
-    found, bodies = list[Fault](), {body.name: body for body in scene.network.bodies}
+    errors, bodies = list[Fault](), {body.name: body for body in scene.network.bodies}
     for i, law in enumerate(scene.shaft):
         path = f"shaft[{i}]"
         if isinstance(law, AbstractDryTorque) and scene.brake.resolved:
             what = "dry friction of the shaft is not modelled for linings that move individually"
-            found.append(Fault(path, what, "leave it out, or use a brake whose linings act as one"))
+            errors.append(Fault(path, what, "leave it out, or use a brake whose linings act as one"))
         if law.place is None:
             continue
         body = body_at(law.place, bodies)
         if body is None or isinstance(body, Junction | Reservoir):
             what = f"there is no place {law.place!r} with a heat capacity"
-            found.append(Fault(f"{path}.place", what, "a body of the heat part, or the face of a wall"))
-    return found
+            errors.append(Fault(f"{path}.place", what, "a body of the heat part, or the face of a wall"))
+    return errors
 
 
 @per_value(lambda scene: (scene.brake, scene.duty, scene.heat))
 def _faults_of_duty(scene: Scene) -> list[Fault]:
-    brake, duty, lever, found = scene.brake, scene.duty, f"duty.{scene.duty.lever_field}", []
+    brake, duty, lever, errors = scene.brake, scene.duty, f"duty.{scene.duty.lever_field}", []
     if duty.lever.controls_speed:
         if isinstance(brake, Brake) and brake.band.stiffness is not None:
-            found.append(
+            errors.append(
                 Fault("brake.band.stiffness", "a lever that holds the speed needs a rigid band", "leave it out")
             )
         if read_by_linings(scene).p or scene.network.flash is not None:
-            found.append(Fault(lever, "cannot hold the speed with an implicit coefficient of friction"))
-    return found + faults_of_sign(duty.lever, lever, "N") + _faults_of_phases(scene, lever)
+            errors.append(Fault(lever, "cannot hold the speed with an implicit coefficient of friction"))
+    return errors + faults_of_sign(duty.lever, lever, "N") + _faults_of_phases(scene, lever)
 
 
 def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:
@@ -293,18 +293,20 @@ def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:
     if not isinstance(lever, Phases):
         hint = f"give {path} in phases (`Phases`), or another load"
         return [Fault("duty.load", "needs a duty with phases", hint)] if load.by_phases else []
-    found = []
+    errors = []
     for i, phase in enumerate(lever.phases):
-        here, end = f"{path}.phases[{i}]", phase.until
+        phase_path, end = f"{path}.phases[{i}]", phase.until
         if isinstance(end, AfterTravel) and load.travel() is None:
-            found.append(Fault(f"{here}.until", "never comes: the load hangs on no hook", "give a load with a hook"))
+            errors.append(
+                Fault(f"{phase_path}.until", "never comes: the load hangs on no hook", "give a load with a hook")
+            )
         if isinstance(end, AtTemperature) and end.of not in places:
             why = f"never comes: no temperature of the {end.of} is simulated"
             hint = f"there are: {', '.join(places)}" if places else "give the scene a heat part that names it"
-            found.append(Fault(f"{here}.until", why, hint))
+            errors.append(Fault(f"{phase_path}.until", why, hint))
         if not phase.string_on_hook and not load.by_phases:
-            found.append(Fault(f"{here}.string_on_hook", "has no effect on this load", "give a `StringLoad`"))
-    return found
+            errors.append(Fault(f"{phase_path}.string_on_hook", "has no effect on this load", "give a `StringLoad`"))
+    return errors
 
 
 def _faults_of_kinds(scene: Scene) -> list[Fault]:
@@ -321,21 +323,21 @@ def _faults_of_kinds(scene: Scene) -> list[Fault]:
 
 @per_value(lambda scene: (scene.brake, scene.heat, scene.duty.lever, scene.initial.time))
 def _faults_of_band(scene: Scene) -> list[Fault]:
-    brake, found = scene.brake, list[Fault]()
+    brake, errors = scene.brake, list[Fault]()
     if not brake.banded:
-        return found
+        return errors
     if brake.in_series or not isinstance(brake, Brake) or brake.band.stiffness is None:
         hint = (
             "a rigid band cannot hold such a lining: make it shorter, lower its friction, or give the band a stiffness"
         )
         if brake.in_series:
             hint = "a staged brake cannot have it: make the lining shorter, or lower its friction"
-        found += [Fault(f"brake.{brake.angle_path(i - 1)}", why, hint) for i, why in locked(scene).items()]
+        errors += [Fault(f"brake.{brake.angle_path(i - 1)}", why, hint) for i, why in locked(scene).items()]
     if brake.in_series and scene.duty.lever.controls_speed:
-        found.append(Fault("duty.slack_tension", "cannot hold the speed of a staged brake", "give the slack tension"))
+        errors.append(Fault("duty.slack_tension", "cannot hold the speed of a staged brake", "give the slack tension"))
     if brake.in_series and scene.network.flash is not None:
-        found.append(Fault("heat.flash", "is not available for a staged brake", "leave it out"))
-    return found
+        errors.append(Fault("heat.flash", "is not available for a staged brake", "leave it out"))
+    return errors
 
 
 def check_scene(scene: Scene) -> None:
@@ -344,17 +346,17 @@ def check_scene(scene: Scene) -> None:
     Example:
         >>> sb.check_scene(scene)  # nothing is wrong
     """
-    found = faults(scene)
-    if found:
-        raise InputError(found)
+    errors = faults(scene)
+    if errors:
+        raise InputError(errors)
 
 
 def checked(scene: Scene) -> Scene:
     """Return the checked scene, its numbers as arrays. Raises `InputError` with all errors."""
     require_scene(scene)
     numbers = Numbers(scene)
-    if found := _faults(scene, numbers):
-        raise InputError(found)
+    if errors := _faults(scene, numbers):
+        raise InputError(errors)
     return scene if numbers.plain else as_arrays(scene)
 
 
@@ -363,22 +365,22 @@ def warnings(scene: Scene) -> list[str]:
     if is_traced(scene):
         return []
     then = "it never slips as long as that lasts" if scene.brake.banded else "a run ends as soon as its force acts"
-    found = [f"self_locking: {why}; {then}" for why in locked(scene).values()]
+    messages = [f"self_locking: {why}; {then}" for why in locked(scene).values()]
     brake = scene.brake
-    found += did_you_mean(brake, scene.duty.load, float(scene.initial.omega), scene.network)
+    messages += did_you_mean(brake, scene.duty.load, float(scene.initial.omega), scene.network)
     if not (isinstance(brake, Brake) and isinstance(brake.band.stiffness, ParallelBands)):
-        return found
-    read = read_by_linings(scene)
-    if not (read.T or read.p or remembers(brake.linings.friction)):
-        return found
+        return messages
+    linings_read = read_by_linings(scene)
+    if not (linings_read.T or linings_read.p or remembers(brake.linings.friction)):
+        return messages
     shares = np.asarray(tension_shares(brake, sensed_at_start(scene), scene.initial.time))
     if np.ptp(shares) > 1e-9:
         text = ", ".join(f"{share:.4g}" for share in shares)
-        found.append(
+        messages.append(
             f"unequal_bands: the bands carry {text} of the tension; their heat and pressure are taken as the mean "
             "(a `MultiBandBrake` has those of each)"
         )
-    return found
+    return messages
 
 
 #: of a staged brake with heat: error of a pair without a place for its heat, and how to build one
@@ -398,21 +400,21 @@ _MISSING_PAIR = {
 @per_value(lambda scene: (scene.brake, scene.heat))
 def _faults_of_heat(scene: Scene) -> list[Fault]:
     heat, n = scene.network, scene.brake.linings.count
-    found = heat.faults_with("heat", n, len(scene.brake.rims)) if scene.heated else []
-    if found:
-        return found
+    errors = heat.faults_with("heat", n, len(scene.brake.rims)) if scene.heated else []
+    if errors:
+        return errors
     if heat.external is not None and not scene.brake.in_series:
-        found.append(
+        errors.append(
             Fault("heat.external", "has no effect", "only a staged brake (`brake.bandage`) has an external pair")
         )
     for i, (law, pair, where, field) in enumerate(pairs_of(scene)):
         if pair is None:
             if scene.heated and scene.brake.in_series:
                 # its heat would leave the network as lost and heat no body
-                found.append(Fault(f"heat.{field}", *_MISSING_PAIR[field]))
+                errors.append(Fault(f"heat.{field}", *_MISSING_PAIR[field]))
             elif needs(law, n).T:
                 hint = f"give the scene a heat part whose `{field}` names the places that the heat enters"
-                found.append(Fault("heat", f"is missing, but friction law {where} depends on the temperature", hint))
+                errors.append(Fault("heat", f"is missing, but friction law {where} depends on the temperature", hint))
             continue
         bounds, T = law.temperature_range(), sensed_at_start(scene, i)
         if bounds is None or T is None:
@@ -423,24 +425,24 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
             first = int(np.argmax(outside))
             table = f"{low[first]:g}…{high[first]:g} K"
             what = f"the table of {table} does not cover the start at {T.min():g}…{T.max():g} K"
-            found.append(Fault(where, what, "extend the table; it is not extrapolated"))
+            errors.append(Fault(where, what, "extend the table; it is not extrapolated"))
     for i in heat.pressed:
         pair = "internal" if heat.stays_covered(heat.links[i]) else "external"
         if scene.brake.rubbing_part(pair).area is None:
             hint = f"the contact law of heat.links[{i}] depends on the pressure"
-            found.append(Fault(f"brake.{scene.brake.pairs[pair].field}.area", "is missing", hint))
+            errors.append(Fault(f"brake.{scene.brake.pairs[pair].field}.area", "is missing", hint))
     if heat.flash is not None:
         if not scene.brake.banded:
             what = f"is not available for a {scene.brake.words.brake}"
-            return [*found, Fault("heat.flash", what, "leave it out")]
+            return [*errors, Fault("heat.flash", what, "leave it out")]
         if isinstance(scene.brake, Brake) and scene.brake.band.segments is not None:
-            found.append(Fault("heat.flash", "is not modelled for a band in segments", "leave out one of the two"))
+            errors.append(Fault("heat.flash", "is not modelled for a band in segments", "leave out one of the two"))
         if not read_by_linings(scene).T:
-            found.append(Fault("heat.flash", "has no effect", "the friction law does not depend on the temperature"))
+            errors.append(Fault("heat.flash", "has no effect", "the friction law does not depend on the temperature"))
         if heat.flash.hardness is None and scene.brake.linings.area is None:
             where = f"brake.{scene.brake.pairs['external'].field}.area"
-            found.append(Fault(where, "is missing", "the flash temperature depends on the pressure"))
-    return found
+            errors.append(Fault(where, "is missing", "the flash temperature depends on the pressure"))
+    return errors
 
 
 def pairs_of(scene: Scene) -> list[tuple[AbstractFriction, FrictionHeat | None, str, str]]:
@@ -537,29 +539,29 @@ def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
     """
     if is_traced(scene):
         return []
-    found, brake, heat = list[str](), scene.brake, scene.network
+    messages, brake, heat = list[str](), scene.brake, scene.network
     if brake.banded:  # the sources are about band brakes
         f = static_friction(scene)
         values = f"{f.min():.4g}" if np.ptp(f) < 1e-12 else f"{f.min():.4g}…{f.max():.4g}"
         why = "tensions depend on it exponentially (Z computes cases down to 0.1)"
         what = f"static coefficient of friction {values}"
-        found += _unusual(what, f.min(), f.max(), FRICTION, f"usual are {{}} ({_DRUMEANU}); {why}")
+        messages += _unusual(what, f.min(), f.max(), FRICTION, f"usual are {{}} ({_DRUMEANU}); {why}")
         for linings in brake.bands_of_linings:
             wrap, n = math.degrees(float(np.sum(np.asarray(linings.weights)))), linings.count
             why = "the grip of the band depends on it exponentially"
-            found += _unusual(f"wrap {wrap:.5g}°", wrap, wrap, WRAP, f"usual are {{}}° ({_DRUMEANU}); {why}")
-            found += _unusual(f"{n} linings", n, n, LININGS, "usual are {} (Z)")
+            messages += _unusual(f"wrap {wrap:.5g}°", wrap, wrap, WRAP, f"usual are {{}}° ({_DRUMEANU}); {why}")
+            messages += _unusual(f"{n} linings", n, n, LININGS, "usual are {} (Z)")
     if peak_rim is not None:
         T, why = peak_rim - ZERO, "properties of steel and linings are not known that hot"
         words = f"usual in heavy service are {{}} °C ({_DRUMEANU}); {why}"
-        found += _unusual(f"rim at {T:.0f} °C", max(T, RIM[0]), T, RIM, words)  # a single stop leaves it cooler
+        messages += _unusual(f"rim at {T:.0f} °C", max(T, RIM[0]), T, RIM, words)  # a single stop leaves it cooler
     walls = {wall.name: wall for wall in heat.walls}
     for name, place, usual in (("rim", heat.rim, RIM_CONDUCTIVITY), ("linings", heat.linings, LINING_CONDUCTIVITY)):
         wall = walls.get(place_of(place)[0]) if place else None
         if wall is not None:
             value, words = float(wall.material.conductivity), "usual are {} (V, tables 1 and 2); is the unit right?"
-            found += _unusual(f"{name} with {value:.4g} W/(m·K)", value, value, usual, words)
-    return found
+            messages += _unusual(f"{name} with {value:.4g} W/(m·K)", value, value, usual, words)
+    return messages
 
 
 # --- values in another unit than was meant ----------------------------------------------------------------------------
@@ -573,19 +575,19 @@ _FAST, _COLD = 60.0, 200.0
 
 def did_you_mean(brake: AbstractBrake, load: AbstractLoad, omega: float, heat: Heat) -> list[str]:
     """Warnings of values that are most likely in another unit (concrete values only)."""
-    found = []
+    messages = []
     for name in ("mass", "empty", "string"):
         mass = float(np.max(getattr(load, name, 0.0)))
         if 0 < mass < _BLOCK and float(brake.inertia) >= _DRUM:
             about = f"on the hook of a drum with {float(brake.inertia):g} kg·m²"
-            found.append(_said(f"duty.load.{name}", f"{mass:g} kg", about, f'"{mass:g} t"'))
+            messages.append(_said(f"duty.load.{name}", f"{mass:g} kg", about, f'"{mass:g} t"'))
     lines = float(np.max(getattr(load, "line_count", 1.0)))
     if lines != round(lines):
-        found.append(_said("duty.load.line_count", f"{lines:g}", "not a whole number of lines", f"{lines:.0f}"))
+        messages.append(_said("duty.load.line_count", f"{lines:g}", "not a whole number of lines", f"{lines:.0f}"))
     speed = abs(omega) * float(brake.track_radius)
     if speed > _FAST:
         turned = f'"{omega:g} rpm" ({omega * math.pi / 30:.4g} rad/s)'
-        found.append(
+        messages.append(
             _said("initial.omega", f"{omega:g} rad/s", f"{number(speed, 'm/s', count=3)} at the track", turned)
         )
     for i, body in enumerate(heat.bodies):
@@ -593,8 +595,8 @@ def did_you_mean(brake: AbstractBrake, load: AbstractLoad, omega: float, heat: H
         if isinstance(T, np.ndarray) and np.any(T < _COLD):
             least = float(np.min(T))
             cold = f"{least - ZERO:g} °C"
-            found.append(_said(f"heat.bodies[{i}].temperature", f"{least:g} K", cold, f'"{least:g} degC"'))
-    return found
+            messages.append(_said(f"heat.bodies[{i}].temperature", f"{least:g} K", cold, f'"{least:g} degC"'))
+    return messages
 
 
 def _said(path: str, value: str, about: str, meant: str) -> str:

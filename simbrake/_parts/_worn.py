@@ -91,7 +91,7 @@ def _thinner(heat: Heat, h: Array, angle: Array, thickness: Scalar | None) -> He
         bodies[i] = eqx.tree_at(lambda b: b.capacity, body, jnp.asarray(body.capacity) * share)
         for k, link in enumerate(links):
             if isinstance(link, Conductance) and body.name in (link.a, link.b):
-                links[k] = eqx.tree_at(lambda one: one.value, link, jnp.asarray(link.value) / share)
+                links[k] = eqx.tree_at(lambda conductance: conductance.value, link, jnp.asarray(link.value) / share)
     heat = eqx.tree_at(lambda x: (x.bodies, x.links), heat, (tuple(bodies), tuple(links)))
 
     def thin(part: PyTree) -> PyTree:
@@ -129,12 +129,12 @@ def turned_scene(scene: Scene) -> Scene:
     def reverse(part: PyTree) -> PyTree:
         tables = TabulatedFade | TabulatedFriction | FrictionChange  # their entries are not linings
 
-        def one(x: PyTree) -> PyTree:
+        def reversed_entries(x: PyTree) -> PyTree:
             if isinstance(x, FrictionChange):
                 return x.turned(n)
             return x[::-1] if not isinstance(x, tables) and np.ndim(x) == 1 and np.shape(x)[0] in (n, n - 1) else x
 
-        return jax.tree.map(one, part, is_leaf=lambda x: isinstance(x, tables))
+        return jax.tree.map(reversed_entries, part, is_leaf=lambda x: isinstance(x, tables))
 
     scene = eqx.tree_at(lambda s: (s.brake.linings, s.brake.band), scene, (reverse(brake.linings), reverse(brake.band)))
     if scene.wear is not None:
