@@ -291,14 +291,14 @@ def effects(table: MorrisTable, *, figure: Figure | None = None) -> Figure:
     """
     figure = sheet(figure, 9.0, 7.0)
     axes = figure.subplots()
-    factor, _, unit = scale(table.unit, max((abs(effect.mu_star.value) for effect in table.effects), default=0.0))
+    factor, _, unit = scale(table.unit, max((abs(each.mu_star.value) for each in table.effects), default=0.0))
     for effect in table.effects:
         star, half = factor * effect.mu_star.value, factor * (effect.mu_star.high - effect.mu_star.value)
         axes.errorbar([star], [factor * effect.sigma], xerr=[half], fmt="o", capsize=3, label=effect.path)
     right = axes.get_xlim()[1]
     for slope, words in ((1.0, r"$\sigma = \mu^*$"), (0.1, r"$\sigma = 0.1\,\mu^*$: nearly linear below")):
         axes.plot([0, right], [0, slope * right], color="0.6", lw=0.8, ls="--" if slope == 1 else ":", label=words)
-    top = max([factor * effect.sigma for effect in table.effects] + [0.12 * right])
+    top = max([factor * each.sigma for each in table.effects] + [0.12 * right])
     axes.set(xlim=(0, right), ylim=(-0.03 * top, 1.15 * top))
     suffix = f", {unit}" if unit else ""
     axes.set_xlabel(rf"mean absolute effect $\mu^*$ of crossing the range (± half of the interval){suffix}")
