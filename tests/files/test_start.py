@@ -154,7 +154,8 @@ def test_help_has_exit_codes_and_json(capsys, monkeypatch, command):
     assert "--json" in out
     assert "scenario" not in out.lower()
     if "--out -o" in out:
-        assert "Folder for the files that the command writes" in out
+        # (of one file, or of several)
+        assert ("Folder or file name" in out) != ("Folder for the files that the command writes" in out)
     assert not [line for line in out.splitlines() if line.endswith("STR...  │")]
 
 
