@@ -86,6 +86,8 @@ def _rise(function: Callable[[np.ndarray, np.ndarray], np.ndarray], low: np.ndar
     bracketed, side = (f_low <= 0) & (f_high > 0), np.zeros(len(low), int)
     some = some[bracketed]
     for _ in range(60):
+        if not some.size:
+            break
         a, b, f_a, f_b = low[some], high[some], f_low[some], f_high[some]
         x = a - f_a * (b - a) / (f_b - f_a)
         f = function(some, x)
@@ -95,8 +97,6 @@ def _rise(function: Callable[[np.ndarray, np.ndarray], np.ndarray], low: np.ndar
         side[some] = np.where(above, 1, -1)
         low[some], high[some] = np.where(~above | exact, x, a), np.where(above | exact, x, b)
         some = some[high[some] - low[some] > 1e-15 * np.maximum(np.abs(high[some]), 1e-300)]
-        if not some.size:
-            break
     return np.where(bracketed, high, np.nan)
 
 
