@@ -138,9 +138,9 @@ def by_present_names(maker: object, values: dict[str, Any]) -> dict[str, Any]:
 def present_path(path: str, paths: Container[str]) -> str:
     """The path of a number under the name that its field has now; a former name warns."""
     part, _, name = path.rpartition(".")
-    for names in FORMER.values():
-        present = f"{part}.{names.get(name)}"
-        if path not in paths and present in paths:
+    renamed = [] if path in paths else [f"{part}.{names[name]}" for names in FORMER.values() if name in names]
+    for present in renamed:
+        if present in paths:
             _warn_of_name(f"{path} is {present} now")
             return present
     return path

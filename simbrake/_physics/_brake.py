@@ -290,8 +290,9 @@ class BrakeSystem(AbstractBrake):
             damper_heat=z.contact.damping if self.mechanism.damps else None,
         )
         rates = State(y.omega, z.contact.alpha, self.mechanism.own_rates(z.contact), ledger)
+        now = Moment(self, t, y, mode, z)
         for feature in self.features:
-            rates = feature.rates(Moment(self, t, y, mode, z), rates)
+            rates = feature.rates(now, rates)
         return rates
 
     # --- guards and changes of mode -----------------------------------------------------------------------------------
@@ -303,8 +304,9 @@ class BrakeSystem(AbstractBrake):
 
     def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> BrakeGuards:
         guards = BrakeGuards(self.mechanism.guards(self._acting(t, y, mode, z), y.omega, y.own, mode, z.contact))
+        now = Moment(self, t, y, mode, z)
         for feature in self.features:
-            guards = feature.margins(Moment(self, t, y, mode, z), guards)
+            guards = feature.margins(now, guards)
         return guards
 
     def change(self, now: Instant, fired: BrakeGuards, at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
@@ -439,8 +441,9 @@ class BrakeSystem(AbstractBrake):
     def stored(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
         """Kinetic and elastic energy (J)."""
         stored = self.mechanism.stored(self.inertia_at(mode), y.omega, y.own, mode)
+        now = Moment(self, t, y, mode)
         for feature in self.features:
-            stored = feature.stored(Moment(self, t, y, mode), stored)
+            stored = feature.stored(now, stored)
         return stored
 
 

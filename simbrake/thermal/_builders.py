@@ -208,8 +208,7 @@ def layered_heat(
         Wall("rim", rim, rim_thickness, track_area, rim_layers, growth, temperature),
         Reservoir("air", ambient),
     ]
-    links: list[AbstractLink] = []
-    links += _cooled("rim.front", track_area, outside, emissivity, covered=covered)
+    links: list[AbstractLink] = _cooled("rim.front", track_area, outside, emissivity, covered=covered)
     links += _cooled("rim.back", track_area, inside)
     if lining is not None and lining_area is not None:
         wall_area = lining_area / each
