@@ -209,16 +209,13 @@ class Wear(Part):
         "1", "numbers of phases after which the band is turned end for end", low=0.0, many=Over.ROWS, default=None
     )
 
-    def faults_with(self, path: str, n: int) -> list[Fault]:
-        """Errors of sizes that do not fit `n` linings (concrete values only)."""
-        faults = faults_of_sizes(self, path, n)
-        if not faults and self.thickness is not None:
-            worn, whole = np.broadcast_to(np.asarray(self.worn), (n,)), float(self.thickness)
-            i = int(np.argmax(worn))
-            if worn[i] >= whole:
-                what = f"{worn[i]:g} m worn off lining {i + 1} must be below its {whole:g} m"
-                faults.append(Fault(f"{path}.worn", what))
-        return faults
+    def faults(self, path: str) -> list[Fault]:
+        if self.thickness is None:
+            return []
+        worn, whole = np.atleast_1d(self.worn), float(self.thickness)
+        i = int(np.argmax(worn))
+        what = f"{worn[i]:g} m worn off lining {i + 1} must be below its {whole:g} m"
+        return [Fault(f"{path}.worn", what)] if worn[i] >= whole else []
 
 
 # --- effects of wear on a brake before a run --------------------------------------------------------------------------
@@ -274,7 +271,7 @@ def lining_bodies(heat: Heat) -> set[str]:
 
 def faults_of_wear(wear: Wear, brake: AbstractBrake, lever: AbstractProfile | Phases, heat: Heat) -> list[Fault]:
     """Errors between the wear of a scene and its other parts (concrete values only)."""
-    faults = wear.faults_with("wear", brake.linings.count)
+    faults = _faults_of_thickness(wear, heat) if wear.heat else []
     has = {"internal": wear.internal is not None, "geometry": wear.geometry}
     has |= {"take_up_speed": wear.take_up_speed is not None, "turned_at": wear.turned_at is not None}
     has["turned_after"] = wear.turned_after is not None
@@ -292,8 +289,6 @@ def faults_of_wear(wear: Wear, brake: AbstractBrake, lever: AbstractProfile | Ph
             )
         elif brake.bandage.area is None:
             faults.append(Fault("brake.bandage.area", "is missing", "wear of the inner faces depends on the pressure"))
-    if (has["turned_at"] or has["turned_after"]) and one_band:
-        faults += faults_of_turning(brake)
     phased = isinstance(lever, Phases)
     if has["take_up_speed"] and (phased or lever.controls_speed):
         why = "in phases" if phased else "that depends on the speed"
@@ -302,7 +297,9 @@ def faults_of_wear(wear: Wear, brake: AbstractBrake, lever: AbstractProfile | Ph
     if has[which[0]] and one_band:
         what = f"has no meaning for a duty {'' if phased else 'not '}in phases"
         faults.append(Fault(f"wear.{which[0]}", what, f"give wear.{which[1]}"))
-    return faults + (_faults_of_thickness(wear, heat, brake.linings.count) if wear.heat and not faults else [])
+    if (has["turned_at"] or has["turned_after"]) and one_band:
+        faults += faults_of_turning(brake)
+    return faults + faults_of_sizes(wear, "wear", brake.linings.count)
 
 
 def faults_of_turning(brake: Brake) -> list[Fault]:
@@ -322,11 +319,11 @@ def faults_of_turning(brake: Brake) -> list[Fault]:
     return [Fault(where, f"the numbers of {path} are not equal", hint) for path in unlike]
 
 
-def _faults_of_thickness(wear: Wear, heat: Heat, n: int) -> list[Fault]:
+def _faults_of_thickness(wear: Wear, heat: Heat) -> list[Fault]:
     names = lining_bodies(heat)
     if not names:
         return [Fault("wear.heat", "has no effect", "the scene has no heat part with linings")]
-    faults, worn = [], float(np.max(np.broadcast_to(np.asarray(wear.worn), (n,))))
+    faults, worn = [], float(np.max(np.asarray(wear.worn)))
     for i, body in enumerate(heat.bodies):
         if body.name not in names:
             continue

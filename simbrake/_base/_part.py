@@ -394,9 +394,14 @@ class Numbers:
     """The numbers of a tree of parts: whether all are float64 arrays of NumPy, or else some are being traced."""
 
     def __init__(self, node: object) -> None:
+        self.node = node
         self.values, self.structure = jax.tree.flatten(node)
         self.plain = all(type(x) is np.ndarray and x.dtype == np.float64 for x in self.values)
         self.traced = not self.plain and is_traced(self.values)
+
+    def faults(self) -> list[Fault]:
+        """Their errors, as `faults_of_values` finds them; numbers that are all right take one pass."""
+        return [] if self.in_range() else faults_of_values(self.node)
 
     def in_range(self) -> bool:
         """Whether they are plain and in their ranges, in one pass."""

@@ -19,7 +19,6 @@ from .._base._part import (
     Part,
     as_arrays,
     faults_below,
-    faults_of_values,
     is_traced,
     leaves,
     part,
@@ -37,7 +36,7 @@ from ..loads import AbstractLoad, TorqueLoad
 from ..profiles import AbstractProfile, Piece, faults_of_sign, first_piece
 from ..shaft import AbstractDryTorque, AbstractShaftTorque
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
-from ..thermal._network import Junction, Reservoir, body_at, nodes_at, place_of
+from ..thermal._network import nodes_at, place_of
 from ..wear import Wear, faults_of_wear
 
 
@@ -206,12 +205,13 @@ def require_scene(scene: object) -> None:
 def faults(scene: Scene) -> list[Fault]:
     """All errors of a scene. Traced numbers are not checked."""
     require_scene(scene)
-    return _faults(scene, Numbers(scene))
+    return _faults(scene)[0]
 
 
-def _faults(scene: Scene, numbers: Numbers) -> list[Fault]:
-    errors = ([] if numbers.in_range() else faults_of_values(scene)) + _faults_of_kinds(scene)
-    return errors if errors or numbers.traced else _faults_together(scene)
+def _faults(scene: Scene) -> tuple[list[Fault], Numbers]:
+    numbers = Numbers(scene)
+    errors = numbers.faults() + _faults_of_kinds(scene)
+    return errors if errors or numbers.traced else _faults_together(scene), numbers
 
 
 def _faults_together(scene: Scene) -> list[Fault]:
@@ -259,16 +259,13 @@ def _faults_of_parts(scene: Scene) -> list[Fault]:
 
 
 def _faults_of_shaft(scene: Scene) -> list[Fault]:
-    errors, bodies = list[Fault](), {body.name: body for body in scene.network.bodies}
+    errors, storing = list[Fault](), scene.network.storing_places
     for i, law in enumerate(scene.shaft):
         path = f"shaft[{i}]"
         if isinstance(law, AbstractDryTorque) and scene.brake.resolved:
             what = "dry friction of the shaft is not modelled for linings that move individually"
             errors.append(Fault(path, what, "leave it out, or use a brake whose linings act as one"))
-        if law.place is None:
-            continue
-        body = body_at(law.place, bodies)
-        if body is None or isinstance(body, Junction | Reservoir):
+        if law.place is not None and law.place not in storing:
             what = f"there is no place {law.place!r} with a heat capacity"
             errors.append(Fault(f"{path}.place", what, "a body of the heat part, or the face of a wall"))
     return errors
@@ -354,8 +351,8 @@ def check_scene(scene: Scene) -> None:
 def checked(scene: Scene) -> Scene:
     """Return the checked scene, its numbers as arrays. Raises `InputError` with all errors."""
     require_scene(scene)
-    numbers = Numbers(scene)
-    if errors := _faults(scene, numbers):
+    errors, numbers = _faults(scene)
+    if errors:
         raise InputError(errors)
     return scene if numbers.plain else as_arrays(scene)
 
@@ -494,7 +491,8 @@ def remembering_at_start(scene: Scene) -> list[tuple[AbstractLinings | Bandage, 
 
 def static_friction(scene: Scene) -> np.ndarray:
     """Coefficient up to which each lining sticks at the start, on the rim, or on the band of a staged brake."""
-    return np.asarray(_static_friction(scene.brake.linings, sensed_at_start(scene), scene.initial.time))
+    T = sensed_at_start(scene)
+    return np.asarray(_static_friction(scene.brake.linings, T, scene.initial.time))
 
 
 @functools.partial(DeviceJit, quick=True)

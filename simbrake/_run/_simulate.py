@@ -437,7 +437,7 @@ def solver_of(scene: Scene, solver: Solver | None = None) -> Solver:
     """The solver given, or the one that `simulate` chooses for a scene."""
     if solver is not None:
         return solver
-    return solver_for(scene.heated if is_traced(scene) else stiffness(scene)[0])
+    return solver_for(stiffness(scene)[0] if not is_traced(scene) else scene.heated)
 
 
 def method_of(scene: Scene, solver: Solver) -> AbstractMethod:

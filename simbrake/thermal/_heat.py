@@ -15,6 +15,7 @@ from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ._material import Material, effusivity_share
 from ._network import (
+    FACES,
     AbstractLink,
     Body,
     Junction,
@@ -344,6 +345,13 @@ class Heat(Part):
     def surfaces(self) -> list[Surface]:
         """Faces of walls whose temperatures follow from a balance of heat flows."""
         return surfaces_of(self.bodies, self.links, self.sources)
+
+    @property
+    def storing_places(self) -> set[str]:
+        """Places with a heat capacity: bodies, and the faces of walls."""
+        stores = [body for body in self.bodies if isinstance(body, Lump | Wall)]
+        faces = (f"{body.name}.{face}" for body in stores if isinstance(body, Wall) for face in FACES)
+        return {*faces, *(body.name for body in stores if isinstance(body, Lump))}
 
     @property
     def hot_places(self) -> dict[str, str]:

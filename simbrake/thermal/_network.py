@@ -406,7 +406,8 @@ class Wall(Part):
 
 
 Body = Lump | Junction | Reservoir | Wall
-_FACES = ("front", "back")
+#: of a wall
+FACES = ("front", "back")
 
 
 def nodes_at(body: Body, face: str | None) -> slice:
@@ -458,7 +459,7 @@ def body_at(place: str, by_name: dict[str, Body]) -> Body | None:
     """The body that a place names; `None` where there is none, or a wall without its face, or a face of no wall."""
     name, face = place_of(place)
     body = by_name.get(name)
-    return None if isinstance(body, Wall) != (face in _FACES) else body
+    return None if isinstance(body, Wall) != (face in FACES) else body
 
 
 def faults_of_network(
@@ -493,7 +494,7 @@ def faults_of_network(
         unknown = [name for name, _ in named if name not in by_name]
         there = ", ".join(by_name)
         faults += [Fault(edge_path, f"there is no body {name!r}", f"there are: {there}") for name in unknown]
-        misnamed = [(n, face) for n, face in named if n in by_name and isinstance(by_name[n], Wall) != (face in _FACES)]
+        misnamed = [(n, face) for n, face in named if n in by_name and isinstance(by_name[n], Wall) != (face in FACES)]
         hint = "walls: name.front, name.back; others: name"
         faults += [Fault(edge_path, f"{name!r} has no face {face!r}", hint) for name, face in misnamed]
         if unknown or misnamed:
