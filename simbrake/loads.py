@@ -403,7 +403,7 @@ class Driller(AbstractSpeedLever):
 class Lever(AbstractProfile):
     """Slack tension of a simple band brake, whose tight end is held by a fixed anchor: moments about the fulcrum.
 
-        T_0(t) = η F(t) l/a
+        T_0(t) = η F(t) l/a,   on `n` alike rims (`Brake.rims`)  η F(t) l/(n a)
 
     - `force`: `F(t) ≥ 0` in N, any profile;  `arm` `l` (m) of the force, `slack_arm` `a` (m) of the slack end
     - `efficiency` `η` of the linkage;  `clearance` (m) between the linings of the released band and the rim

@@ -70,16 +70,17 @@ def _converter(reader: Callable[..., Any], words: str, **fixed: Any) -> Callable
 
 @dataclasses.dataclass(frozen=True)
 class Whole:
-    """Meaning and range of a whole number that belongs to the structure."""
+    """Meaning and range of a whole number that belongs to the structure; `guesses`: other names that people try."""
 
     meaning: str
     low: int
     high: int
+    guesses: tuple[str, ...] = ()
 
 
-def whole(meaning: str, *, low: int = 1, high: int = 100_000, **keywords: Any) -> Any:
+def whole(meaning: str, *, low: int = 1, high: int = 100_000, guesses: tuple[str, ...] = (), **keywords: Any) -> Any:
     """A field with a whole number of the structure (static: another number is another program)."""
-    return eqx.field(static=True, metadata={"whole": Whole(meaning, low, high)}, **keywords)
+    return eqx.field(static=True, metadata={"whole": Whole(meaning, low, high, guesses)}, **keywords)
 
 
 _T = TypeVar("_T", bound=type)

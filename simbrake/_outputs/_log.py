@@ -462,7 +462,8 @@ def onset_bracket(
     Pi = running_product(mu)
     loads = (Pi + jnp.concatenate([jnp.ones(1), Pi[:-1]])) * jnp.sin(angle / 2)
     f = bandage.friction.static(unloaded(bandage, still, T_internal))
-    J, J_b, R = jnp.asarray(inertia), jnp.sum(jnp.asarray(bandage.inertia)), jnp.asarray(brake.pulley.radius)
+    J, J_b = jnp.asarray(inertia) / brake.rims, jnp.sum(jnp.asarray(bandage.inertia))
+    R = jnp.asarray(brake.pulley.radius)
     drive = band_torque(jnp.asarray(brake.band.radius), jnp.ones(()), product(mu)) * J / (J + J_b)
     thrust = bandage.centrifugal_force(jnp.asarray(omega))
     pressed = jnp.asarray(bandage.preload) if thrust is None else jnp.asarray(bandage.preload) - thrust
@@ -484,7 +485,8 @@ def internal_slip_tension(
 
     Both sums are over the linings that touch the rim at this tension.
 
-    - `inertia` `J` (kg·m²) of the pulley and all that turns with it, `load_torque` `M_load` (N·m)
+    - `inertia` `J` (kg·m²) of the pulley and all that turns with it, `load_torque` `M_load` (N·m): both over `n` on `n`
+      alike rims
     - `T_external`, `T_internal`: temperatures (K) for laws that look at them; laws are taken at slip speed 0
     - `omega` `ω` (rad/s): speed at that instant, which depends on the rate of the lever; needed where the linings have
       masses
@@ -513,7 +515,7 @@ def internal_slip_tension(
     # of those with the linings that touch at any of these tensions
     touch = jnp.where(pressed < 0, -pressed / jnp.where(grips > 0, grips, 1.0), 0.0)
     touches = touch <= jnp.append(touch, 0.0)[:, None]
-    left = jnp.sum(jnp.where(touches, pressed, 0.0), axis=1) - share * load_torque
+    left = jnp.sum(jnp.where(touches, pressed, 0.0), axis=1) - share * load_torque / brake.rims
     tension = left / jnp.where(slips, drive - jnp.sum(jnp.where(touches, grips, 0.0), axis=1), 1.0)
     return jnp.where(slips, greater(largest(tension), 0.0), jnp.inf)
 

@@ -108,8 +108,7 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
         q, mechanism = system.variables(t, y, mode), system.mechanism
         hot = system.surface_temperatures(q)
         return (
-            q,
-            mechanism.shown(q.lever_tension, y.omega, y.own, mode, system.surfaces(t, y, mode), q.contact),
+            *system.shown(t, y, mode, q),
             mechanism.lining_margins(mode, q.contact),
             hot,
             holding(system, t, y, mode),
@@ -239,7 +238,7 @@ def capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) 
     for profile in system.mechanism.profiles:
         settled = settled & profile.no_more_turns(t)
     load = driving(system, t, y.omega, mode)
-    return Capacity(load, system.mechanism.capacity(T_0, y.omega, y.own, system.surfaces(t, y, mode)), settled)
+    return Capacity(load, system.capacity(T_0, y.omega, y.own, system.surfaces(t, y, mode)), settled)
 
 
 def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
@@ -250,7 +249,7 @@ def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Array,
     *_, surfaces, (tension, _) = system.given(t, y, mode)
     load = system.load_torque(t, jnp.zeros_like(y.omega), mode, y)
     way = jnp.where(load < 0, -1.0, 1.0)
-    pairs = system.mechanism.capacity(tension, way, y.own, surfaces, static=True)
+    pairs = system.capacity(tension, way, y.own, surfaces, static=True)
     return jnp.abs(load), smallest(pairs)
 
 
@@ -309,7 +308,7 @@ def steady_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Float[A
 
     def net(speed: Array) -> Array:
         omega = sense * speed
-        held = smallest(system.mechanism.capacity(T_0, omega, y.own, surfaces))
+        held = smallest(system.capacity(T_0, omega, y.own, surfaces))
         return driving(system, t, omega, mode) - jnp.where(mode.band == OPEN, 0.0, held)
 
     return jnp.where(led, jnp.inf, stable_speed(net, jnp.abs(y.omega)))

@@ -294,6 +294,9 @@ class Series(NamedTuple):
     the scene does not have is `None`: tensions without a band, temperatures without heat or where it names no such
     place, coefficients of friction that cannot change, the elongation of a rigid band, …
 
+    On several alike rims (`Brake.rims`) tensions, forces, pressures, wear and the power of each lining are those of one
+    rim; torques, works and heat are those of the brake.
+
     Example:
         >>> result.series([0.0, 0.5]).omega.shape
         (2,)
@@ -306,13 +309,13 @@ class Series(NamedTuple):
     slack_tension: Annotated[
         OfBand,
         "N",
-        "tension T_0 of the band at the slack (lever) end",
+        "tension T_0 of the band at the slack (lever) end; of alike rims that of one, of unlike bands the sum",
         lambda p, s: _of_band(p, p.flows.contact.slack_tension),
     ]
     tight_tension: Annotated[
         OfBand,
         "N",
-        "tension T_n of the band at the tight (anchor) end",
+        "tension T_n of the band at the tight (anchor) end; of alike rims that of one, of unlike bands the sum",
         lambda p, s: _of_band(p, p.flows.contact.tight_tension),
     ]
     load_torque: Annotated[Values, "N*m", "torque of the load on the pulley", lambda p, s: p.flows.load_torque]

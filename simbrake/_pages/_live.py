@@ -96,10 +96,11 @@ def charts_of(scene: Scene, s: Series) -> list[Chart]:
     else:
         normal = Line(f"largest normal force on a {words.lining}", BLUE, lambda s: s.normal_load.max(axis=1))
         force = [normal, Line("actuator", SKY, lambda s: s.lever_force, True)]
+    forces = "Tension of the band" if scene.brake.banded else "Forces"
     charts = [
         Chart("Speed", "rad/s", tuple(speed)),
         Chart("Torque", "kN·m", tuple(torque), kilo),
-        Chart("Tension of the band" if scene.brake.banded else "Forces", "kN", tuple(force), kilo),
+        Chart(", ".join(filter(None, (forces, scene.brake.force_words))), "kN", tuple(force), kilo),
     ]
     hot = {
         f"hottest {words.body if not scene.brake.banded else 'rim'}": ("rim_temperature", VERMILLION),

@@ -238,12 +238,13 @@ def contents(
     """Contents of the page of one result."""
     progress.now("post-processing…")
     scene, summary, brake = result.scene, result.report().summary, result.scene.brake
-    parts = parts_of(scene)
+    parts, linings = parts_of(scene), f"{brake.words.lining}s"
+    linings += "" if brake.rims == 1 else f" on each of {brake.rims} rims"
     events, checks = event_table(result.events), limit_checks(result, limits)
     origin = {name: value for name, value in provenance(result).items() if name not in ("scene", "outcome")}
     origin["machine"] = {name: value for name, value in origin["machine"].items() if name != "one_function"}
     return {
-        **head(result, checks, title or f"A run of a {brake.kind} with {brake.linings.count} {brake.words.lining}s"),
+        **head(result, checks, title or f"A run of a {brake.kind} with {brake.linings.count} {linings}"),
         "kind": "report",
         "data": {"run": live(result), "still": still(scene)} if lasted(result) else None,
         "parts": [part for part in parts if not part["path"].startswith("heat")],

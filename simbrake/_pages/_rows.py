@@ -393,8 +393,11 @@ def duty_words(scene: Scene) -> list[tuple[str, str]]:
     """Lever, load, start and end of a run, in words."""
     start, rest = scene.initial, "" if float(scene.initial.omega) else ", at rest"
     last = "with the last phase, at the latest at " if isinstance(scene.duty.lever, Phases) else "at "
+    lever, of, rims = profile_words(scene.duty.lever, "N"), scene.brake.force_words, scene.brake.rims
+    if rims > 1 and any(isinstance(part, Lever) for _, part, _ in parts_below(scene.duty.lever)):
+        lever, of = f"{lever}; shared by the bands of {rims} rims", ""
     return [
-        (_LEVER[scene.duty.lever_field], profile_words(scene.duty.lever, "N")),
+        (_LEVER[scene.duty.lever_field] + (f" ({of})" if of else ""), lever),
         ("Load", load_words(scene.duty.load)),
         ("Start", f"{number(start.omega, 'rad/s')} at {digits(float(start.time))} s{rest}"),
         ("End", f"{last}{digits(float(scene.end_time))} s"),

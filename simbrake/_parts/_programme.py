@@ -13,7 +13,6 @@ from .._base._faults import Fault, InputError
 from .._base._part import takes_values
 from .._base._quantity import BAD, NumberReader, Quantity, positive
 from .._phases import AfterTime, AfterTravel, AtRest, Phase, Phases
-from ..brakes._band import grip, tension_ratio
 from ..brakes._design import Brake, unloaded
 from ..loads import AbstractLoad, Driller, HookLoad, StringLoad
 from ..profiles import AbstractProfile, Constant, PiecewiseLinear
@@ -114,7 +113,8 @@ def programme_scene(
       `wear` with equal linings. Without a number it is turned at that point of every cycle, at rest
     - `repeat N times`: all lines before it; each cycle adds a `stand` to the string
     - `load`: a `HookLoad` with all that hangs on the hook in the first cycle, `empty` of it without the string
-    - `limit` (N): maximum slack tension of the driller, twice the `pull` by default
+    - `limit` (N): maximum slack tension of the driller, twice the `pull` by default; of several alike rims
+      (`Brake.rims`) both are the tension of each band
 
     Every line that takes time is a phase (`Phases`): lowering ends with the travel, braking with the rest, however long
     that takes. The run begins at rest under the `pull` and ends with the last line; its `end_time`, by which it has to,
@@ -205,12 +205,12 @@ class _Plan:
         return Driller(PiecewiseLinear(times, speeds), self.limit)
 
     def _gain(self) -> float:
-        """Torque per slack tension, `R_b (Π − 1)` (m), of the sliding linings with the friction of the start."""
+        """Torque per slack tension, `R_b (Π − 1)` (m) on each rim, of the sliding linings with the friction of the
+        start."""
         linings, n = self.brake.linings, self.brake.linings.count
         v = jnp.full(n, self.omega * float(self.brake.pulley.radius))
         f = linings.friction.kinetic(unloaded(linings, v, self.sensed))
-        mu, _ = tension_ratio(grip(jnp.broadcast_to(f, (n,)), jnp.asarray(linings.angle)))
-        return float(self.brake.band.radius) * (float(np.prod(mu)) - 1)
+        return float(self.brake.torque(jnp.ones(()), jnp.broadcast_to(f, (n,))))
 
     def add(self, step: Step) -> Problem:
         """Add the points of a step, or return its error and how to fix it."""

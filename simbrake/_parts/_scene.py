@@ -9,6 +9,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 
@@ -29,14 +30,23 @@ from .._base._quantity import Scalar, shown
 from .._base._table import ZERO, number
 from .._phases import AfterTravel, AtTemperature, Phases
 from ..brakes._band import ParallelBands
-from ..brakes._design import AbstractBrake, AbstractLinings, Bandage, Brake, tension_shares, under_a_band, unloaded
+from ..brakes._design import (
+    AbstractBandBrake,
+    AbstractBrake,
+    AbstractLinings,
+    Bandage,
+    Brake,
+    tension_shares,
+    under_a_band,
+    unloaded,
+)
 from ..friction import AbstractFriction, Reads, needs, reads, remembers
 from ..hybrid._arrays import Array
-from ..loads import AbstractLoad, TorqueLoad
+from ..loads import AbstractLoad, Lever, TorqueLoad
 from ..profiles import AbstractProfile, Piece, faults_of_sign, first_piece
 from ..shaft import AbstractDryTorque, AbstractShaftTorque
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
-from ..thermal._network import nodes_at, place_of
+from ..thermal._network import Wall, nodes_at, place_of
 from ..wear import Wear, faults_of_wear
 
 
@@ -69,7 +79,8 @@ class AbstractDuty(Part):
 class Duty(AbstractDuty):
     """Duty of a band brake.
 
-    - `slack_tension`: `T_0(t) ≥ 0` in N, set by the lever at the slack end;  `load`: `M_load(t, ω)`
+    - `slack_tension`: `T_0(t) ≥ 0` in N, set by the lever at the slack end: on several alike rims (`Brake.rims`) that
+      of each band, of a `MultiBandBrake` the sum of all;  `load`: `M_load(t, ω)`
 
     The tension may come in `Phases`, which end by the state of the brake; so may the force of a `ForceDuty`.
 
@@ -171,6 +182,20 @@ class Scene(Part):
         return Heat(()) if self.heat is None else self.heat
 
     @property
+    def lever(self) -> AbstractProfile | Phases:
+        """The lever as each band has it: those of a driller (`Lever`) pull on the bands of all rims."""
+        lever, rims = self.duty.lever, self.brake.rims
+        if rims == 1:
+            return lever
+
+        def of_one(part: Any) -> Any:
+            if not isinstance(part, Lever):
+                return part
+            return eqx.tree_at(lambda lever: lever.slack_arm, part, rims * jnp.asarray(part.slack_arm))
+
+        return jax.tree.map(of_one, lever, is_leaf=lambda part: isinstance(part, Lever))
+
+    @property
     def heated(self) -> bool:
         """Whether temperatures are simulated."""
         return self.heat is not None
@@ -184,6 +209,11 @@ def paths_without_meaning(scene: Scene) -> tuple[str, ...]:
 def band_brake(scene: Scene) -> Brake:
     """Return the band brake of a scene. Raises `InputError` for another kind of brake."""
     return under_a_band(scene.brake)
+
+
+def banded_brake(scene: Scene) -> AbstractBandBrake:
+    """Return the brake of a scene, with one band or several. Raises `InputError` for a brake without a band."""
+    return scene.brake if isinstance(scene.brake, AbstractBandBrake) else under_a_band(scene.brake)
 
 
 def has_load(scene: Scene) -> bool:
@@ -397,7 +427,7 @@ _MISSING_PAIR = {
 @per_value(lambda scene: (scene.brake, scene.heat))
 def _faults_of_heat(scene: Scene) -> list[Fault]:
     heat, n = scene.network, scene.brake.linings.count
-    errors = heat.faults_with("heat", n, len(scene.brake.rims)) if scene.heated else []
+    errors = heat.faults_with("heat", n, len(scene.brake.linings_of_rims)) if scene.heated else []
     if errors:
         return errors
     if heat.external is not None and not scene.brake.in_series:
@@ -472,7 +502,7 @@ def sensed_at_start(scene: Scene, number: int = 0) -> np.ndarray | None:
     name, face = place_of(pair.sensor)
     body = next(body for body in scene.network.bodies if body.name == name)
     T = np.broadcast_to(np.asarray(getattr(body, "temperature", np.nan), float), (body.count,))
-    T, rims = T[nodes_at(body, face)], scene.brake.rims
+    T, rims = T[nodes_at(body, face)], scene.brake.linings_of_rims
     T = np.repeat(T, rims) if rims and T.size == len(rims) else T
     return np.broadcast_to(T, (scene.brake.linings.count,))
 
@@ -588,12 +618,31 @@ def did_you_mean(brake: AbstractBrake, load: AbstractLoad, omega: float, heat: H
         messages.append(
             _said("initial.omega", f"{omega:g} rad/s", f"{number(speed, 'm/s', count=3)} at the track", turned)
         )
+    if brake.rims > 1 and isinstance(brake, Brake):
+        messages += _one_rim(brake, heat)
     for i, body in enumerate(heat.bodies):
         T = getattr(body, "temperature", None)
         if isinstance(T, np.ndarray) and np.any(T < _COLD):
             least = float(np.min(T))
             cold = f"{least - ZERO:g} °C"
             messages.append(_said(f"heat.bodies[{i}].temperature", f"{least:g} K", cold, f'"{least:g} degC"'))
+    return messages
+
+
+def _one_rim(brake: Brake, heat: Heat) -> list[str]:
+    """Warnings of walls of the heat part that have the area of one of several rims."""
+    area, width, messages = (brake.bandage or brake.linings).area, brake.pulley.width, list[str]()
+    of_rim = {
+        heat.rim: None if width is None else 2 * math.pi * float(brake.pulley.radius) * float(width),
+        heat.linings: None if area is None else float(np.sum(np.broadcast_to(area, (brake.linings.count,)))),
+    }
+    areas = {place_of(place)[0]: area for place, area in of_rim.items() if place and area is not None}
+    for i, body in enumerate(heat.bodies):
+        own = areas.get(body.name)
+        if isinstance(body, Wall) and own and abs(float(body.area) * body.copies - own) <= 1e-2 * own:
+            about = f"that of one of the {brake.rims} rims, which the heat part has together"
+            meant = f'"{brake.rims * float(body.area):.5g} m^2"'
+            messages.append(f"rims: heat.bodies[{i}].area = {float(body.area):.5g} m², {about}: did you mean {meant}?")
     return messages
 
 

@@ -39,11 +39,11 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     With feedback of wear the brake is as worn as it is at the start of the run.
     """
     scene = worn_scene(scene)
-    brake, duty, initial, heat = scene.brake, scene.duty, scene.initial, scene.heat
+    brake, duty, initial, heat, lever = scene.brake, scene.duty, scene.initial, scene.heat, scene.lever
     thermal = u = None
     if heat is not None:
         lifts = isinstance(brake, Brake) and brake.bandage is not None and brake.bandage.mass is not None
-        thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares, brake.rims, lifts)
+        thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares, brake.linings_of_rims, lifts)
     pairs = _pairs(scene, thermal)
     still = _at_the_start(brake.linings, pairs[0], thermal, u, jnp.asarray(initial.time))
     t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)
@@ -51,6 +51,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     elastic, load = duty.load.elastic, duty.load.on_layer(layer)
     inertia = jnp.asarray(brake.inertia) + (load.inertia() if elastic is None else 0.0)
     sizes = _sizes(scene, still, omega_0, inertia)
+    of_rim = inertia if brake.rims == 1 else inertia / brake.rims
     mechanism = _mechanism(scene, pairs, sizes, still)
     features: list[Feature] = []  # of what the scene has; each sees the changes of those before it
     if any(pair.law.temperature_range() is not None and _senses(pair, thermal) for pair in pairs):
@@ -62,10 +63,10 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     if thermal is not None:
         features.append(Heating(thermal, brake.linings.weights))
     if scene.wear is not None:
-        features.append(_wearing(scene.wear, pairs[0], 0.5 * inertia * sizes.speed**2 + sizes.torque))
+        features.append(_wearing(scene.wear, pairs[0], 0.5 * of_rim * sizes.speed**2 + sizes.torque))
     if any(pair.memory is not None for pair in pairs):
         features.append(Memory())
-    if isinstance(duty.lever, Phases):
+    if isinstance(lever, Phases):
         features.append(DutyInPhases())
     if elastic is not None:
         features.append(ElasticRope.of(elastic, load, duty.load_piece(t_0)))
@@ -73,13 +74,14 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         mechanism=mechanism,
         inertia=inertia,
         track_radius=jnp.asarray(brake.track_radius),
-        lever=duty.lever,
+        lever=lever,
         load=duty.load,
         features=tuple(features),
+        rims=brake.rims,
     )
     own, band, own_mode = mechanism.start(omega_0, jnp.asarray(initial.elongation) + jnp.zeros_like(omega_0))
     sense = jnp.where(omega_0 < 0, -1, 1).astype(jnp.int32)
-    lever, phase = duty.lever, None
+    phase = None
     if isinstance(lever, Phases):
         phase = jnp.asarray(0, jnp.int32)
         lever = lever.at(phase, t_0)
@@ -154,10 +156,10 @@ def _positive(size: Array) -> Array:
 
 
 def _sizes(scene: Scene, still: Contact, omega_0: Array, inertia: Array) -> Sizes:
-    """Typical sizes: the largest slack tension; what the brake could hold, or its load; the speed at the start, or the
-    one that the largest torque could give in the run."""
+    """Typical sizes of one rim: the largest slack tension; what its band could hold, or its load; the speed at the
+    start, or the one that the largest torque could give in the run."""
     brake, duty, t_0 = scene.brake, scene.duty, jnp.asarray(scene.initial.time)
-    tension = _positive(duty.lever.scale())
+    tension = _positive(scene.lever.scale())
     capacity = brake.torque(tension, brake.linings.friction.static(still))
     piece = jnp.asarray(0 if (first := duty.load_piece(t_0)) is None else first, jnp.int32)
     load_0 = jnp.abs(duty.load.torque(t_0, omega_0, piece))
@@ -170,6 +172,7 @@ def _sizes(scene: Scene, still: Contact, omega_0: Array, inertia: Array) -> Size
     # from rest 1 rad/s at most
     reach = jnp.minimum(torque / inertia * (jnp.asarray(scene.end_time) - t_0), 1.0)
     speed = _positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0)))
+    torque = torque if brake.rims == 1 else torque / brake.rims
     return Sizes(tension, torque, speed, _ROUNDING * tension, _ROUNDING * torque)
 
 

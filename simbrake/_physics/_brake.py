@@ -1,5 +1,6 @@
 """A brake as a hybrid system: mechanism, lever and load, and its features over any friction pairs."""
 
+import dataclasses
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -27,6 +28,7 @@ from ._mechanism import (
     ContactNow,
     EventState,
     Ledger,
+    MechanismOutputs,
     Mode,
     Surfaces,
 )
@@ -96,6 +98,8 @@ class BrakeSystem(AbstractBrake):
 
     - `inertia` `J` (kg·m²) of all that turns with the shaft at the start;  `track_radius` (m) of the rim
     - `features`: heat, shaft, rope, phases, wear, states of friction laws, of those that the scene has
+    - `rims` `n`, which are alike: the mechanism is that of one, under `M_load/n` and `J/n`; its torque and its powers
+      are `n` times as large on the shaft
     """
 
     mechanism: AbstractMechanism
@@ -104,6 +108,7 @@ class BrakeSystem(AbstractBrake):
     lever: AbstractProfile | Phases
     load: AbstractLoad
     features: tuple[Feature, ...]
+    rims: int = eqx.field(static=True, default=1)  # pyright: ignore
 
     @property
     def heat(self) -> Heating | None:
@@ -212,7 +217,8 @@ class BrakeSystem(AbstractBrake):
         """Pressures of the linings (Pa) in each pair; loads do not depend on how fast temperatures change."""
         _, left, _, surfaces, (tension, pull) = self.given(t, y, mode)
         still = heat.at_sensors(self, jnp.zeros_like(y.heat))
-        acting = AppliedLoads(t, tension, pull, left, self.inertia_at(mode), surfaces, lambda forces: still)
+        shares = self.of_one((left, self.inertia_at(mode)))
+        acting = AppliedLoads(t, tension, pull, *shares, surfaces, lambda forces: still)
         z = self.mechanism.variables(acting, y.omega, y.own, mode)
         shown = self.mechanism.shown(tension, y.omega, y.own, mode, surfaces, z).pairs
         each = zip(self.mechanism.pairs, shown, strict=True)
@@ -242,7 +248,7 @@ class BrakeSystem(AbstractBrake):
             return given, rate
         torque = jnp.asarray(lever.wanted_torque(t, omega, piece, load, jnp.asarray(self.inertia_at(mode))))
         follows = lever.follows(piece)
-        gain = self.mechanism.gain(jnp.where(mode.sense > 0, omega, -omega), surfaces)
+        gain = self.of_all(self.mechanism.gain(jnp.where(mode.sense > 0, omega, -omega), surfaces))
         return jnp.where(follows, lever.holding(torque, gain), given), jnp.where(follows, 0.0, rate)
 
     def given(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, ShaftNow | None, Surfaces, Any]:
@@ -272,7 +278,8 @@ class BrakeSystem(AbstractBrake):
         factor_rates = None
         if self.mechanism.stretches and self.mechanism.profiles:
             factor_rates = jax.jvp(lambda t: self._factors(t, mode), (t,), (jnp.ones_like(t),))[1]
-        acting = AppliedLoads(t, tension, pull, left, self.inertia_at(mode), surfaces, heating_rate, factor_rates)
+        shares = self.of_one((left, self.inertia_at(mode)))
+        acting = AppliedLoads(t, tension, pull, *shares, surfaces, heating_rate, factor_rates)
         contact = self.mechanism.variables(acting, y.omega, y.own, mode)
         rubs = self.mechanism.rubs(mode, contact)
         if heat is not None:
@@ -285,9 +292,9 @@ class BrakeSystem(AbstractBrake):
     def rates(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> State:
         ledger = Ledger(
             load_work=z.load_torque * y.omega,
-            lever_work=z.contact.lever_power,
-            friction=tuple(_total(rub.force * rub.slip) for rub in z.rubs),
-            damper_heat=z.contact.damping if self.mechanism.damps else None,
+            lever_work=self.of_all(z.contact.lever_power),
+            friction=tuple(self.of_all(_total(rub.force * rub.slip)) for rub in z.rubs),
+            damper_heat=self.of_all(z.contact.damping) if self.mechanism.damps else None,
         )
         rates = State(y.omega, z.contact.alpha, self.mechanism.own_rates(z.contact), ledger)
         now = Moment(self, t, y, mode, z)
@@ -299,8 +306,8 @@ class BrakeSystem(AbstractBrake):
 
     def _acting(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> AppliedLoads:
         """Applied loads for guards and changes of mode, which do not need the rates of temperatures."""
-        inertia, surfaces = self.inertia_at(mode), self.surfaces(t, y, mode)
-        return AppliedLoads(t, z.lever_tension, z.lever_rate, z.net_load, inertia, surfaces, lambda forces: ())
+        shares, surfaces = self.of_one((z.net_load, self.inertia_at(mode))), self.surfaces(t, y, mode)
+        return AppliedLoads(t, z.lever_tension, z.lever_rate, *shares, surfaces, lambda forces: ())
 
     def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> BrakeGuards:
         guards = BrakeGuards(self.mechanism.guards(self._acting(t, y, mode, z), y.omega, y.own, mode, z.contact))
@@ -349,8 +356,12 @@ class BrakeSystem(AbstractBrake):
         z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(t, y, after)
         load = self.load_torque(t, omega, after)
         tension = self.lever_tension(t, new, after, load, surfaces)[0]
-        tension_jump = self.mechanism.tension_jump(omega, own, (before, z), (after, tension))
+        of_rim = self.mechanism.tension_jump(omega, own, (before, z), (after, tension))
         per_joule = [] if heat is None else heat.of_a_jump(self, self._network(heat, t, new, after))
+
+        def tension_jump(surfaces: Surfaces) -> tuple[PyTree, Array, tuple[Array, ...]]:
+            own, work, heats = of_rim(surfaces)
+            return own, *self.of_all((work, heats))
 
         def warmed(heats: tuple[Array, ...]) -> Array:
             return total([new.heat, *(E * rise for E, (rise, _) in zip(heats, per_joule, strict=True))])
@@ -409,6 +420,26 @@ class BrakeSystem(AbstractBrake):
     def next_stop(self, mode: Mode, y: Any = None) -> Float[Array, ""] | float:
         return self._next_known(y, mode)[0]
 
+    # --- as results ---------------------------------------------------------------------------------------------------
+
+    def capacity(
+        self, tension: Array, omega: Array, own: PyTree, surfaces: Surfaces, *, static: bool = False
+    ) -> Float[Array, " pairs"]:
+        """Maximum torque (N·m) of each friction pair, of all rims, as `AbstractMechanism.capacity`."""
+        return self.of_all(self.mechanism.capacity(tension, omega, own, surfaces, static=static))
+
+    def shown(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> tuple[BrakeNow, MechanismOutputs]:
+        """Variables and results of the mechanism with torques of all rims; forces are those of one."""
+        surfaces = self.surfaces(t, y, mode)
+        shown = self.mechanism.shown(z.lever_tension, y.omega, y.own, mode, surfaces, z.contact)
+        if self.rims == 1:
+            return z, shown
+        contact = dataclasses.replace(z.contact, brake_torque=self.of_all(z.contact.brake_torque))
+        torques = (self.of_all((pair.torque, pair.capacity)) for pair in shown.pairs)
+        each = zip(shown.pairs, torques, strict=True)
+        pairs = tuple(pair._replace(torque=torque, capacity=capacity) for pair, (torque, capacity) in each)
+        return z._replace(contact=contact), shown._replace(pairs=pairs)
+
     # --- states -------------------------------------------------------------------------------------------------------
 
     def start(self, t: Array, omega: Array, own: PyTree, heat: Array | None, mode: Mode) -> tuple[State, Mode]:
@@ -438,9 +469,12 @@ class BrakeSystem(AbstractBrake):
         # (without heat and states of laws there are too few states for it)
         return None if places.heat is None and places.memory is None else places
 
+    def stored_at(self, inertia: Array, omega: Array, own: PyTree, mode: Mode) -> tuple[Array, Array]:
+        return self.of_all(self.mechanism.stored(self.of_one(inertia), omega, own, mode))
+
     def stored(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
         """Kinetic and elastic energy (J)."""
-        stored = self.mechanism.stored(self.inertia_at(mode), y.omega, y.own, mode)
+        stored = self.stored_at(self.inertia_at(mode), y.omega, y.own, mode)
         now = Moment(self, t, y, mode)
         for feature in self.features:
             stored = feature.stored(now, stored)

@@ -4,6 +4,7 @@ import abc
 from typing import Any, NamedTuple, TypeVar
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 from jaxtyping import Float, PyTree
 
@@ -78,16 +79,29 @@ class BrakeGuards(NamedTuple):
 
 
 AnyFeature = TypeVar("AnyFeature", bound="Feature")
+AnyTree = TypeVar("AnyTree")
 
 
 class AbstractBrake(AbstractSemiExplicitSystem):
-    """A brake, as its features see it."""
+    """A brake, as its features see it.
+
+    Its mechanism is that of one of `rims` alike rims under its part of load and inertia: all of them move alike.
+    """
 
     mechanism: eqx.AbstractVar[AbstractMechanism]
     track_radius: eqx.AbstractVar[Array]  # of the rim (m), whose speed cools
     lever: eqx.AbstractVar[Any]
     load: eqx.AbstractVar[AbstractLoad]
     features: eqx.AbstractVar[tuple["Feature", ...]]
+    rims: eqx.AbstractVar[int]
+
+    def of_one(self, whole: AnyTree) -> AnyTree:
+        """The part of one rim of what the shaft has: load, inertia."""
+        return whole if self.rims == 1 else jax.tree.map(lambda x: x / self.rims, whole)
+
+    def of_all(self, each: AnyTree) -> AnyTree:
+        """The sum over the rims of what one of them has: torque, power, energy."""
+        return each if self.rims == 1 else jax.tree.map(lambda x: self.rims * x, each)
 
     def feature(self, kind: type[AnyFeature]) -> AnyFeature | None:
         """The feature of a kind, `None`: the brake has none."""
@@ -101,6 +115,10 @@ class AbstractBrake(AbstractSemiExplicitSystem):
     @abc.abstractmethod
     def inertia_at(self, mode: Mode) -> Array:
         """Inertia of all that turns and moves with the shaft (kg·m²)."""
+
+    @abc.abstractmethod
+    def stored_at(self, inertia: Array, omega: Array, own: PyTree, mode: Mode) -> tuple[Array, Array]:
+        """Kinetic and elastic energy (J) of shaft and mechanism, with an `inertia` (kg·m²) of the shaft."""
 
     @abc.abstractmethod
     def load_torque(self, t: Array, omega: Array, mode: Mode, y: State | None = None) -> Array:

@@ -69,8 +69,9 @@ class Heating(Feature):
             values.append(None if sensor is None else self.thermal.at(T, sensor, pair.count))
         return tuple(values)
 
-    def deposit(self, pair: Pair, heat: Array, now: Network) -> Deposit:
-        return self.thermal.deposit(pair.heat, jnp.atleast_1d(heat), *now)
+    def deposit(self, brake: AbstractBrake, pair: Pair, heat: Array, now: Network) -> Deposit:
+        """Distribution of the friction heat of a pair, for that of its linings on one rim."""
+        return self.thermal.deposit(pair.heat, jnp.atleast_1d(brake.of_all(heat)), *now)
 
     def rates_at_sensors(
         self, brake: AbstractBrake, now: Network, flows: HeatFlows, forces: tuple[Array | None, ...] | None
@@ -79,7 +80,7 @@ class Heating(Feature):
         into = flows.into
         if forces is not None:
             pairs = zip(brake.mechanism.pairs, forces, strict=True)
-            into = total([self.deposit(pair, force, now).into for pair, force in pairs if force is not None])
+            into = total([self.deposit(brake, pair, force, now).into for pair, force in pairs if force is not None])
         return self.at_sensors(brake, self.thermal.rise(into))
 
     def with_friction(
@@ -90,10 +91,10 @@ class Heating(Feature):
         for pair, rub in zip(brake.mechanism.pairs, rubs, strict=True):
             if jnp.ndim(rub.slip) == 0:
                 # one slip speed for all linings: the mechanism has asked for the heat per unit of it
-                deposit = jax.tree.map(lambda x, v=rub.slip: x * v, self.deposit(pair, rub.force, now))
+                deposit = jax.tree.map(lambda x, v=rub.slip: x * v, self.deposit(brake, pair, rub.force, now))
             else:
                 power = rub.force * rub.slip
-                deposit = self.deposit(pair, power if pair.apart else jnp.sum(power), now)
+                deposit = self.deposit(brake, pair, power if pair.apart else jnp.sum(power), now)
             deposits.append(deposit)
         hot_junctions = total([now[1], *(deposit.into_junctions for deposit in deposits)])
         return ThermalNow(now[0], hot_junctions, flows, tuple(deposits))

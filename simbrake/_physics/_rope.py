@@ -39,9 +39,9 @@ class Layers(Feature):
 
         def kinetic(omega: Array) -> Array:
             speed, own = mechanism.with_stuck_speeds(omega, y.own, before, after)
-            return mechanism.stored(new, speed, own, after)[0]
+            return brake.stored_at(new, speed, own, after)[0]
 
-        there, others = mechanism.stored(old, y.omega, y.own, before)[0], kinetic(0.0 * y.omega)
+        there, others = brake.stored_at(old, y.omega, y.own, before)[0], kinetic(0.0 * y.omega)
         whole = kinetic(y.omega) - others
         speed = y.omega * jnp.sqrt(jnp.where(whole > 0, (there - others) / jnp.where(whole > 0, whole, 1.0), 1.0))
         return jnp.where(after.layer == before.layer, omega, speed)

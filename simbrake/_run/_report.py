@@ -348,6 +348,7 @@ class Report:
             **({"stops": self.stops.as_list()} if len(self.stops) > 1 else {}),
             **self._staged(),
             **({} if r.scene.brake.banded else {"brake": words.brake, "lining": words.lining, "body": words.body}),
+            **({} if r.scene.brake.rims == 1 else {"rims": r.scene.brake.rims}),
             **({} if r.scene.wear is None else {"worn_thickness": r.worn_thickness}),
             "distribution": r.record.system.mechanism.distribution,
             "energy": self._energies,
@@ -440,10 +441,11 @@ def _course(summary: Entry) -> Iterator[str]:
 def _forces(summary: Entry) -> Iterator[str]:
     """Maximum tension and load with their linings, maximum hook load, minimum holding reserve."""
     m, at, lining = summary["metrics"], summary["at"], summary.get("lining", "lining")
+    each = f" of each of {summary['rims']} rims" if "rims" in summary else ""
     for head, name, where in (("tension", "max_tension", "behind lining"), ("load", "max_normal_load", f"on {lining}")):
         if name in m:
             most, when = _kilo(m[name], "kN"), _number(at[f"{name}_time"], "s")
-            yield f"{head:8} at most {most} {where} {at[f'{name}_lining']} at {when}"
+            yield f"{head:8} at most {most} {where} {at[f'{name}_lining']}{each} at {when}"
     if m.get("max_hook_load") is not None:
         most, when = _kilo(m["max_hook_load"], "kN"), _number(at["max_hook_load_time"], "s")
         yield f"hook     at most {most} at {when}; at most {m['max_hook_load_over_weight']:.5g} times its weight"

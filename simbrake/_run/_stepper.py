@@ -183,8 +183,8 @@ def _program(packing: Packing, method: AbstractMethod, shapes: tuple[_Shape, ...
         system, y, mode, settings = start(x)
         points = (x[a:b].reshape(2, -1) for a, b in itertools.pairwise(ends.tolist()))
         profiles = [(shape.where, PiecewiseLinear(*pair)) for shape, pair in zip(shapes, points, strict=True)]
-        duty = _commanded(packing.unpack(x[:n])[0], profiles).duty
-        system = dataclasses.replace(system, lever=duty.lever, load=duty.load)
+        scene = _commanded(packing.unpack(x[:n])[0], profiles)
+        system = dataclasses.replace(system, lever=scene.lever, load=scene.duty.load)
         t, end, now = x[ends[-1]], x[ends[-1] + 1], x[ends[-1] + 2 :]
         begins = jnp.isnan(now[0])
         flat_y = jnp.where(begins, ravel(y, jnp.float64), now[:ny])

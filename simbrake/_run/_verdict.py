@@ -213,4 +213,6 @@ def _of_capacity(result: Result) -> Iterator[tuple[float, VerdictRow]]:
         state = _state(value >= most * (1 - 1e-9), share < SMALL_MARGIN)
         margin = f"{number(most - value, 'N', count=4)} ({100 * share:.3g} %)"
         shown = f"{number(value, 'N')} (at {number(time, 's')})"
-        yield share, VerdictRow("Slack tension that holds the speed", shown, f"< {number(most, 'N')}", margin, state)
+        of = result.scene.brake.force_words
+        words = "Slack tension that holds the speed" + (f" ({of})" if of else "")
+        yield share, VerdictRow(words, shown, f"< {number(most, 'N')}", margin, state)

@@ -245,7 +245,11 @@ class MultiBandBrake(AbstractBandBrake):
         return self.linings.bands
 
     @property
-    def rims(self) -> tuple[int, ...]:
+    def force_words(self) -> str:
+        return f"T₀, Tₙ of all {len(self.bands)} bands"
+
+    @property
+    def linings_of_rims(self) -> tuple[int, ...]:
         return tuple(own.count for own in self.linings.bands)
 
     @property

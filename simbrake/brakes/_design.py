@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._faults import Fault, InputError
-from .._base._part import Part, Whole, faults_of_sizes, part, quantity, takes_values
+from .._base._part import Part, Whole, faults_of_sizes, part, quantity, takes_values, whole
 from .._base._quantity import Over, Scalar, Values, positive
 from ..friction import (
     AbstractFriction,
@@ -329,7 +329,17 @@ class AbstractBrake(Part):
         return (self.linings,)
 
     @property
-    def rims(self) -> tuple[int, ...]:
+    def rims(self) -> int:
+        """Number of alike rims: forces, areas and numbers of linings are those of one of them."""
+        return 1
+
+    @property
+    def force_words(self) -> str:
+        """Of which bands the tensions at the ends of a run are, in words: "" where there is one."""
+        return "" if self.rims == 1 else f"tensions of one of {self.rims} alike rims"
+
+    @property
+    def linings_of_rims(self) -> tuple[int, ...]:
         """Numbers of linings on each of the rims that bands may have by themselves; none: all linings have one."""
         return ()
 
@@ -406,6 +416,16 @@ class AbstractBandBrake(AbstractBrake):
 class Brake(AbstractBandBrake):
     """A band-shoe brake: pulley, band and linings; staged where the linings ride on the pulley as a `bandage`.
 
+    - `rims`: number of alike rims on the shaft, 2 on most drawworks, each with its own band, linings and bandage under
+      one lever, which an equalizer shares equally
+
+    With several rims everything of a band, its linings and its bandage is that of one rim, here and in the results:
+    slack tension (of the duty and its limits), tensions, loads, areas, pressures, wear, strength, inertia of the
+    bandage. Torques, works and energies are those of the whole brake, `M = n R_b T_0 (Π − 1)` on `n` rims;
+    `Pulley.inertia`, load and torques on the shaft are those of the shaft. The heat part has all rims together as if
+    they were one: the capacity of its rim is that of all rims, that of its lining `i` that of lining `i` of every band,
+    and so are areas and conductances. Rims or bands that differ are a `MultiBandBrake`.
+
     Example:
         >>> sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35))
         Brake(
@@ -419,6 +439,9 @@ class Brake(AbstractBandBrake):
     band: Band
     linings: Lining
     bandage: Bandage | None = None
+    rims: int = whole(
+        "number of alike rims, each with its band", high=100, guesses=("bands", "drums", "pulleys"), default=1
+    )  # pyright: ignore
     words: ClassVar[BrakeWords] = BrakeWords(
         "band brake",
         "lining",
@@ -445,7 +468,8 @@ class Brake(AbstractBandBrake):
     @property
     def features(self) -> tuple[str, ...]:
         features = () if self.band.segments is None else ("each on its own segment of the band",)
-        return (*features, "staged") if self.in_series else features
+        features = (*features, "staged") if self.in_series else features
+        return features if self.rims == 1 else (*features, f"{self.rims} alike rims")
 
     def lever_shares(self, f: Values) -> Float[Array, " k"]:
         stiffness = self.band.stiffness
@@ -455,7 +479,8 @@ class Brake(AbstractBandBrake):
 
     def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
         mu = tension_ratio(grip(f, jnp.asarray(self.linings.angle)))[0]
-        return band_torque(jnp.asarray(self.band.radius), jnp.asarray(force), force * product(mu))
+        torque = band_torque(jnp.asarray(self.band.radius), jnp.asarray(force), force * product(mu))
+        return torque if self.rims == 1 else self.rims * torque
 
     def locking_words(self, i: int, share: float) -> str:
         return f"lining {i}: f·tan(β/2) = {share:.4g} ≥ 1, the band is self-locking"
@@ -474,7 +499,26 @@ class Brake(AbstractBandBrake):
         faults = [fault for fault in faults_of_sizes(self, path, angle.size) if not fault.path.startswith(laws)]
         faults += faults_of_wrap(self.band.stiffness, angle, where, f"{path}.band.stiffness")
         faults += fault_of_circle(self.band.radius, self.pulley, f"{path}.band.radius")
+        if self.rims > 1:
+            faults += self._faults_of_rims(path, angle)
         return faults or [*self._faults_of_springs(path, angle.size), *self._faults_of_segments(path)]
+
+    def _faults_of_rims(self, path: str, angle: np.ndarray) -> list[Fault]:
+        """Errors of several bands on one rim that are given as several rims."""
+        if isinstance(self.band.stiffness, ParallelBands):
+            what = f"there are {len(self.band.stiffness.bands)} bands side by side on each of {self.rims} rims"
+            hint = "give the stiffness of one band; bands that share one rim are those of one rim: leave out `rims`"
+            return [Fault(f"{path}.band.stiffness", what, hint)]
+        # the part whose faces rub on the rim
+        area, width = (self.bandage or self.linings).area, self.pulley.width
+        if area is None or width is None:
+            return []
+        widest = float(np.max(np.asarray(area) / (angle * np.asarray(self.pulley.radius))))
+        if widest * self.rims > float(width) * (1 + 1e-9):
+            return []
+        what = f"{self.rims} bands of linings {widest:.3g} m wide fit side by side on one rim of {float(width):g} m"
+        hint = "the width is that of one rim; bands that share one are a `MultiBandBrake`"
+        return [Fault(f"{path}.rims", what, hint)]
 
     def _faults_of_segments(self, path: str) -> list[Fault]:
         band, mass, faults = self.band, self.linings.mass, []

@@ -63,7 +63,7 @@ class SceneReader(NumberReader):
             return BAD if inner is BAD else self._made(short, {first.name: inner}, path)
         table = dict(value)
         maker = self._maker(table, makers, path)
-        return BAD if maker is None else self._fields(table, maker, path, unit)
+        return BAD if maker is None else self._fields(table, maker, path, unit, makers)
 
     def _maker(self, table: dict[str, Toml], makers: dict[str, Maker], path: str) -> Maker | None:
         """Class or builder of a table: by its `type`, or the only one that its keys fit."""
@@ -78,9 +78,15 @@ class SceneReader(NumberReader):
         names = {name: {*FORMER.get(m, ()), *(part.name for part in parts_of(m))} for name, m in makers.items()}
         needed = {name: {part.name for part in parts_of(maker) if part.needed} for name, maker in makers.items()}
         keys = set(table)
-        # the better reason comes first: nothing is missing or unknown, nothing is unknown, the most keys are known
+        # the better reason comes first: nothing is missing or unknown, nothing is unknown, the most keys are known, of
+        # these nothing is missing
         reasons = {
-            name: (needed[name] <= keys <= allowed, bool(keys) and keys <= allowed, len(keys & allowed))
+            name: (
+                needed[name] <= keys <= allowed,
+                bool(keys) and keys <= allowed,
+                len(keys & allowed),
+                bool(needed[name]) and needed[name] <= keys,
+            )
             for name, allowed in names.items()
         }
         fits = [name for name, reason in reasons.items() if reason == max(reasons.values())]
@@ -90,13 +96,15 @@ class SceneReader(NumberReader):
         self.fault(type_path, "is missing: the keys do not tell which kind is meant", hint)
         return None
 
-    def _fields(self, table: dict[str, Toml], maker: Maker, path: str, unit: str) -> object:
+    def _fields(
+        self, table: dict[str, Toml], maker: Maker, path: str, unit: str, makers: Mapping[str, Maker]
+    ) -> object:
         table, parts = by_present_names(maker, table), {part.name: part for part in parts_of(maker)}
         # a history's column has the unit of the field that holds it
         values: dict[str, object] = {"unit": unit} if maker is history else {}
         for key in [key for key in table if key not in parts]:
             what = f"unknown key of {maker.__name__}"
-            values[key] = self.fault(_join(path, key), what, nearest(key, parts))
+            values[key] = self.fault(_join(path, key), what, _meant(key, parts, makers))
         for name, part in parts.items():
             part_path = _join(path, name)
             if name in table:
@@ -166,6 +174,16 @@ def _told_by(name: str, fits: list[str], needed: dict[str, set[str]]) -> str:
     """A kind with the keys that it needs and no other that may be meant does."""
     own = needed[name] - set().union(*(needed[other] for other in fits if other != name))
     return f"{name} (key {', '.join(sorted(own))})" if own and len(fits) <= _FEW else name
+
+
+def _meant(key: str, parts: Mapping[str, Part], makers: Mapping[str, Maker]) -> str:
+    """Hint for a key that is none of the `parts` of the kind that the other keys tell, one of `makers`."""
+    tried = [name for name, part in parts.items() if isinstance(part.about, Whole) and key in part.about.guesses]
+    if tried:
+        return f"did you mean {tried[0]}?"
+    hint = nearest(key, parts)
+    others = [name for name, maker in makers.items() if any(part.name == key for part in parts_of(maker))]
+    return f"a key of {', '.join(others)}; {hint}" if others else hint
 
 
 def _wish(part: Part, unit: str) -> str:

@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._parts._scene import Scene, band_brake
+from .._parts._scene import Scene, banded_brake
 from ..thermal._heat import FlashTemperature, PowerShares
 from ..thermal._material import effusivity_share
 from ._heated import HeatedPart, RunValues, run_values
@@ -114,12 +114,12 @@ class Braking:
     @property
     def R(self) -> float:
         """Radius of the pulley (m)."""
-        return float(band_brake(self.scene).pulley.radius)
+        return float(banded_brake(self.scene).pulley.radius)
 
     @property
     def R_b(self) -> float:
         """Radius of the band (m)."""
-        return float(band_brake(self.scene).band.radius)
+        return float(banded_brake(self.scene).radius)
 
     @property
     def arm(self) -> float:
@@ -167,9 +167,14 @@ class Braking:
     # forces and work
 
     @property
+    def rims(self) -> int:
+        """Number of alike rims, on each of which a band acts with the slack tension `T_0`."""
+        return self.scene.brake.rims
+
+    @property
     def T_0(self) -> float:
-        """Maximum lever tension (N)."""
-        return float(self.scene.duty.lever.scale())
+        """Maximum lever tension (N), of several alike rims that on each band."""
+        return float(self.scene.lever.scale())
 
     @functools.cached_property
     def friction(self) -> float:
@@ -189,7 +194,7 @@ class Braking:
         if self.run is None:
             return None
         power = np.asarray(self.run.series.normal_load).sum(axis=1) * np.abs(np.asarray(self.run.series.slip_speed))
-        return float(np.trapezoid(power, self.run.t) / self.run.slid) / self.lining_area
+        return self.rims * float(np.trapezoid(power, self.run.t) / self.run.slid) / self.lining_area
 
     @property
     def stopping_load(self) -> tuple[float, float]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._table import Column, Table, Tabular, plain
-from .._parts._scene import Scene, band_brake, check_scene
+from .._parts._scene import Scene, banded_brake, check_scene
 from .._run._result import Result
 from ._braking import Braking
 from ._heated import run_values
@@ -185,7 +185,7 @@ def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking,
     if isinstance(run, Result) and not run.concrete:
         raise InputError([Fault("run", "is traced or a batch", "give one result with values")])
     check_scene(scene)
-    band_brake(scene)
+    banded_brake(scene)
     inputs, staged = settle(scene, data), scene.brake.in_series
     stop = None if staged else classical_stop(scene)
     stages = classical_staged_stop(scene) if staged else None
@@ -218,6 +218,9 @@ def estimates(run: Scene | Result, data: EstimateData | None = None) -> Engineer
     Rows: stop and friction power with its shares (S-7…11), thermal penetration depth, Fourier numbers and effective
     volumes (S-15, steps 1–3), partition (S-41, Charron), bulk, surface, flash and maximum temperatures (S-25…28), real
     contact and surfaces (S-34…38), heat balance over four revolutions (S-17…21), thermal stress of the rim.
+
+    Of several alike rims slack tension, tight tension and their ratio are those of each band; torque, works, areas and
+    heat are those of all together.
 
     Of a staged brake: its stages and the friction work of both pairs (after K), then the rows above for each pair, band
     and linings (`…, external pair`) and linings and rim (`…, internal pair`); balance and thermal stress are of the rim

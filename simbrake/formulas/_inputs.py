@@ -10,7 +10,7 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._part import faults_of_values
 from .._base._quantity import NumberReader, Quantity, behind, positive
-from .._parts._scene import Scene, band_brake
+from .._parts._scene import Scene, banded_brake
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
 from ..thermal._material import LIBRARY, ROOM, Material, effusivity_share, material
 from ..thermal._network import AbstractCoefficient, Convection, Lump, Radiation, Reservoir, Wall, place_of
@@ -258,7 +258,7 @@ def _of_walls(scene: Scene) -> dict[str, Any]:
 
 def _of_surroundings(scene: Scene, T: float) -> dict[str, Any]:
     """Air temperature, emissivity and coefficient of the rim's links to the air, at half the speed at the start."""
-    brake, heat, inputs = band_brake(scene), scene.network, {}
+    brake, heat, inputs = banded_brake(scene), scene.network, {}
     for link in heat.links:
         if link.a != heat.rim or not isinstance(link, Convection | Radiation):
             continue
@@ -278,14 +278,15 @@ def _of_surroundings(scene: Scene, T: float) -> dict[str, Any]:
 
 def _from_scene(scene: Scene) -> dict[str, Any]:
     inputs: dict[str, Any] = {"power": scene.power_shares}
-    brake, heat = band_brake(scene), scene.network
+    brake, heat = banded_brake(scene), scene.network
     if brake.pulley.width is not None:
-        inputs["track_area"] = float(polished_surface(float(brake.pulley.radius), float(brake.pulley.width)))
+        track = polished_surface(float(brake.pulley.radius), float(brake.pulley.width))
+        inputs["track_area"] = brake.rims * float(track)
     for pair in brake.pairs:
         areas = brake.rubbing_part(pair).area  # of one lining, or of each
         if areas is not None:
             name = "outer_area" if brake.in_series and pair == "external" else "lining_area"
-            inputs[name] = float(np.sum(np.broadcast_to(np.asarray(areas), (brake.linings.count,))))
+            inputs[name] = brake.rims * float(np.sum(np.broadcast_to(np.asarray(areas), (brake.linings.count,))))
     T = start_temperature(scene)
     inputs |= _of_walls(scene) | {"share": _share_of(heat.friction, T)}
     if heat.external is not None:
@@ -318,20 +319,22 @@ def settle(scene: Scene, data: EstimateData | None) -> dict[str, Input]:
         elif name in _ASSUMED:
             value, source = _ASSUMED[name]
             inputs[name] = Input(name, value, unit, source)
-    brake = band_brake(scene)
+    brake = banded_brake(scene)
+    wraps = [float(np.sum(np.asarray(linings.weights))) for linings in brake.bands_of_linings]
+    tracks = brake.rims * len(wraps)
 
     def derive(name: str, value: float, source: str) -> None:
         if name not in inputs or inputs[name].value is None:
             inputs[name] = Input(name, value, _NUMBERS[name].unit, source)
 
-    derive("track_area", float(polished_surface(float(brake.pulley.radius), 0.220)), "one rim, 0.220 m wide (V)")
+    words = "one rim, 0.220 m wide (V)" if tracks == 1 else f"{tracks} rims, 0.220 m wide each (V)"
+    derive("track_area", tracks * float(polished_surface(float(brake.pulley.radius), 0.220)), words)
     track = inputs["track_area"].value
-    wrap = float(np.sum(np.asarray(brake.linings.angle)))
-    derive("lining_area", min(1.0, wrap / (2 * np.pi)) * track, "linings as wide as the track")
+    derive("lining_area", min(1.0, float(np.mean(wraps)) / (2 * np.pi)) * track, "linings as wide as the track")
     rim, lining, band = (inputs[name].value for name in _MATERIALS)
     derive("share", float(effusivity_share(rim, lining)), "effusivities (Charron)")
     if scene.brake.in_series:
-        outer = inputs["lining_area"].value * float(brake.band.radius) / float(brake.pulley.radius)
+        outer = inputs["lining_area"].value * float(brake.radius) / float(brake.pulley.radius)
         derive("outer_area", outer, "inner faces, larger by the radius")
         derive("external_share", float(effusivity_share(band, lining)), "effusivities (Charron)")
         derive("beyond_share", 0.0, "none (default)")

@@ -581,7 +581,7 @@ class _Study:
         """The scene of a level with the materials, where it names any."""
         scene = with_materials(scene, rim.thermal if self.named[0] else None, lining.thermal if self.named[1] else None)
         if self.run and knows_wear(scene) and scene.brake.linings.area is None:  # wear alone depends on the pressure
-            area = np.asarray(self._own["lining_area"].value / scene.brake.linings.count)
+            area = np.asarray(self._own["lining_area"].value / (scene.brake.rims * scene.brake.linings.count))
             scene = eqx.tree_at(lambda s: s.brake.linings.area, scene, area, is_leaf=lambda x: x is None)
         if self.inertia:
             b = self._braking(scene, rim, lining)

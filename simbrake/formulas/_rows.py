@@ -38,7 +38,7 @@ def unit_text(unit: str) -> str:
 
 
 _SYMBOLS = {
-    "1": "f n N Π α α_TP ε κ ν",
+    "1": "f n n_r N Π α α_TP ε κ ν",
     "m": "b l r_d s R_b δ",
     "m^2": "A A_a A_l",
     "m/s": "v",
@@ -102,6 +102,16 @@ _STAGED = (
 _K = "model §4, after K"
 
 
+def n_r(b: Braking) -> str:
+    """Factor in formulas of torques of several alike rims."""
+    return "" if b.rims == 1 else "n_r "
+
+
+def of_rims(b: Braking) -> tuple[Number, ...]:
+    """The number of several alike rims."""
+    return () if b.rims == 1 else numbers(n_r=b.rims)
+
+
 # --- the stop ---------------------------------------------------------------------------------------------------------
 
 
@@ -111,11 +121,13 @@ def stop_rows(b: Braking, time: float | None, angle: float | None, work: float |
     if stop is None:
         return
     R_b, T_0, M_b, omega_0 = b.R_b, b.T_0, stop.torque, b.omega
-    symbols = numbers(f=b.friction, n=b.scene.brake.linings.count)
-    yield Row("tension ratio", "Π = ∏ (1 + f z)/(1 − f z)", stop.ratio, "1", "Z-12…14", numbers=symbols)
-    symbols = numbers(R_b=R_b, T_0=T_0, Π=stop.ratio)
+    symbols, formula = numbers(f=b.friction, n=b.scene.brake.linings.count), "Π = ∏ (1 + f z)/(1 − f z)"
+    if len(b.scene.brake.bands_of_linings) > 1:
+        formula = "Π = Σ s_j Π_j, Π_j = ∏ (1 + f z)/(1 − f z)"
+    yield Row("tension ratio", formula, stop.ratio, "1", "Z-12…14", numbers=symbols)
+    symbols, formula = (*of_rims(b), *numbers(R_b=R_b, T_0=T_0, Π=stop.ratio)), f"M_b = {n_r(b)}R_b T_0 (Π − 1)"
     torque = run and run.torque.max()
-    yield Row("brake torque", "M_b = R_b T_0 (Π − 1)", M_b, "N*m", "Z-17", torque, LEVER, symbols)
+    yield Row("brake torque", formula, M_b, "N*m", "Z-17", torque, LEVER, symbols)
     symbols = numbers(ω_0=omega_0, M_b=M_b)
     yield Row("stopping time", "t = J ω_0/(M_b − M)", stop.time, "s", "Z-18", time, LEVER, symbols)
     symbols = numbers(ω_0=omega_0, t=stop.time)
@@ -155,12 +167,14 @@ def stage_rows(b: Braking) -> Iterator[Row]:
     slip = None if run is None else _internal_slip(run)
     onset = Row(
         "slack tension of internal slip",
-        "T_on = [R Σ f (N_pre − m r_m ω²) − J_b M/(J + J_b)]/[R_b (Π − 1) J/(J + J_b) − R Σ f (Π_i + Π_{i−1}) s_i]",
+        "T_on = [R Σ f (N_pre − m r_m ω²) − J_b M/(J + J_b)]/[R_b (Π − 1) J/(J + J_b) − R Σ f (Π_i + Π_{i−1}) s_i]"
+        + ("" if b.rims == 1 else ", J and M over n_r"),
         onset_at(b.scene, slip[1]) if slip else stages and stages.onset,
         "N",
         _K,
         slip and slip[0],
         "coefficients and load as at the start; a lever that begins above it releases the pair at once",
+        of_rims(b),
     )
     if stages is None:
         yield onset
@@ -172,15 +186,15 @@ def stage_rows(b: Braking) -> Iterator[Row]:
     ratio = "Π = ∏ (1 + f z)/(1 − f z), band on linings"
     yield Row("tension ratio", ratio, stages.ratio, "1", "Z-12…14")
     yield onset
-    torque, formula = external and external.torque.max(), "M_ext = R_b T_0 (Π − 1)"
+    torque, formula = external and external.torque.max(), f"M_ext = {n_r(b)}R_b T_0 (Π − 1)"
     yield row("torque, external pair", formula, stages.external_torque, "N*m", torque, "Z-17")
-    formula = "M_int = R Σ f (N_i + N_pre − m r_m ω_b²) ≥ 0; its mean over stage 2"
+    formula = f"M_int = {n_r(b)}R Σ f (N_i + N_pre − m r_m ω_b²) ≥ 0; its mean over stage 2"
     torque = internal and internal.torque.max()
     yield row("torque, both pairs slide", formula, stages.internal_torque, "N*m", torque)
     formulas = (
-        "(J + J_b) ω_0/(M_ext − M) with T_0 ≤ T_on, else 0",
-        "J_b ∫ dω_b/(M_ext − M_int)",
-        "J ω_2/(M_3 − M), R_b (T_n − T_0) = M_3 = M_int(T_n)",
+        f"(J + {n_r(b)}J_b) ω_0/(M_ext − M) with T_0 ≤ T_on, else 0",
+        f"{n_r(b)}J_b ∫ dω_b/(M_ext − M_int)",
+        f"J ω_2/(M_3 − M), {n_r(b)}R_b (T_n − T_0) = M_3 = M_int(T_n)",
     )
     for i, formula in enumerate(formulas):
         yield row(f"stage {i + 1}", formula, stages.times[i], "s", run and _stage_time(run, f"stage_{i + 1}"))

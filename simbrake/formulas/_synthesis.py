@@ -11,7 +11,7 @@ import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._table import Table, plain
-from .._parts._scene import Scene, band_brake, faults
+from .._parts._scene import Scene, banded_brake, faults
 from .._run._measure import LimitVerdict
 from .._run._result import Result
 from ..thermal._heat import AbstractPartition
@@ -603,7 +603,7 @@ def _start_temperatures(b: Braking) -> dict[str, float]:
 def faults_of_synthesis(scene: Scene, data: EstimateData | None, limits: Permissible) -> list[Fault]:
     """All input errors of a synthesis, before any simulation."""
     wrong = [*faults(scene), *faults_of_data(data, limits)]
-    if band_brake(scene).in_series:
+    if banded_brake(scene).in_series:
         hint = "give a brake with one friction pair; `estimates` handles both pairs of a staged one"
         wrong.append(Fault("brake.bandage", "cannot be synthesised", hint))
     return wrong

@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Float
 
 from .._outputs._log import internal_slip_tension
-from .._parts._scene import Scene, band_brake, sensed_at_start
+from .._parts._scene import Scene, band_brake, banded_brake, sensed_at_start
 from .._physics._shaft import Shaft
 from .._physics._staged import InternalPair, RimInputs
-from ..brakes._band import band_torque, grip, lining_ratio, running_product, tension_ratio
+from ..brakes._band import grip, running_product, tension_ratio
 from ..brakes._design import Bandage, unloaded
 from ..friction import SurfaceState, memory_at_start
 from ..hybrid._arrays import Array
@@ -36,8 +36,8 @@ class ClassicalStop(NamedTuple):
 
 def friction_at_start(scene: Scene, pair: str = "external") -> Float[np.ndarray, " n"]:
     """Sliding coefficient of a pair at the initial speed and temperatures, without pressure."""
-    brake, n, inside = band_brake(scene), scene.brake.linings.count, pair == "internal"
-    part, radius = brake.rubbing_part(pair), brake.pulley.radius if inside else brake.band.radius
+    brake, n, inside = banded_brake(scene), scene.brake.linings.count, pair == "internal"
+    part, radius = brake.rubbing_part(pair), brake.pulley.radius if inside else brake.radius
     sensed = sensed_at_start(scene, -1) if inside else sensed_at_start(scene)
     contact = unloaded(part, jnp.full(n, abs(float(radius) * float(scene.initial.omega))), sensed)
     return np.broadcast_to(np.asarray(part.friction.kinetic(contact)), (n,))
@@ -64,29 +64,27 @@ def load_and_inertia(scene: Scene) -> tuple[float, float]:
 def classical_stop(scene: Scene) -> ClassicalStop | None:
     """The stop of a standard brake by statics alone; `None` where there is none.
 
-        Π = ∏ (1 + f_i z_i)/(1 − f_i z_i),   M_b = R_b T_0 (Π − 1)                                  (Z-12…14)
+        Π = ∏ (1 + f_i z_i)/(1 − f_i z_i),   M_b = n R_b T_0 (Π − 1) on n alike rims                (Z-12…14)
         ω̇ = −(M_b − M_load)/J,   t = ω_0/|ω̇|,   φ = ω_0 t/2,   W = M_b φ                           (Z-17, 18)
 
-    `T_0` is the maximum lever tension, load torque and inertia are those of the start (the torque at
-    half the speed). There is none without speed at the start, with a lever that holds the speed, where a lining is
-    self-locking, or where the load outweighs the brake.
+    `T_0` is the maximum lever tension, load torque and inertia are those of the start (the torque at half the speed).
+    Unlike bands with the shares `s_j` of `T_0` have `Π = Σ s_j Π_j`. There is none without speed at the start, with a
+    lever that holds the speed, where a lining is self-locking, or where the load outweighs the brake.
 
     Example:
         >>> stop = sb.formulas.classical_stop(scene)
         >>> round(float(stop.time), 4), round(float(stop.work), 1)
         (1.2577, 508008.7)
     """
-    brake, lever, omega = band_brake(scene), scene.duty.lever, float(scene.initial.omega)
-    f = friction_at_start(scene)
+    brake, lever, omega = banded_brake(scene), scene.lever, float(scene.initial.omega)
+    f = jnp.asarray(friction_at_start(scene))
     if omega <= 0 or lever.controls_speed:
         return None
-    angle = np.asarray(brake.linings.angle)
-    if np.any(f * np.tan(angle / 2) >= 1):  # a lining is self-locking
+    if np.any(np.asarray(brake.self_locking(f)) >= 1):
         return None
     load, inertia = load_and_inertia(scene)
-    ratio = np.prod(lining_ratio(f * np.tan(angle / 2)))
-    arm = np.asarray(float(brake.band.radius) * float(lever.scale()))  # R_b T_0: tensions are over T_0
-    torque = float(band_torque(arm, np.asarray(1.0), np.asarray(ratio)))
+    torque, arm = float(brake.torque(jnp.asarray(lever.scale()), f)), float(brake.radius) * float(lever.scale())
+    ratio = 1 + torque / (brake.rims * arm) if arm > 0 else 1.0
     if torque <= load:
         return None
     time = inertia * omega / (torque - load)
@@ -189,7 +187,8 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
         stage 3:  R_b (T_n − T_0) = M_int(T_n, 0) = M_3,   ω̇ = −(M_3 − M_load)/J
 
     Friction works `W_ext = M_ext φ_b` and `W_int = ∫ M_int (ω − ω_b) dt + M_3 φ_3`. `T_0` is the maximum lever tension,
-    load torque, inertia and coefficients those of the start; a bandage on springs counts as one body.
+    load torque, inertia and coefficients those of the start; a bandage on springs counts as one body. Of `n` alike rims
+    each stops its part `M_load/n`, `J/n`; torques and works of the result are those of all.
     There is none without speed at the start, with a lever that holds the speed, where a lining is self-locking, or
     where the load outweighs what brakes the pulley.
 
@@ -200,7 +199,18 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
         >>> [round(float(t), 3) for t in sb.formulas.classical_staged_stop(staged).times]
         [0.0, 0.06, 5.797]
     """
-    brake, lever, omega = band_brake(scene), scene.duty.lever, float(scene.initial.omega)
+    rims, stop = band_brake(scene).rims, _staged_stop_of_one_rim(scene)
+    if stop is None or rims == 1:
+        return stop
+    external, internal = (pair._replace(work=rims * pair.work) for pair in (stop.external, stop.internal))
+    torques, (M_1, M_2, M_3) = (rims * stop.external_torque, rims * stop.internal_torque), stop.torques
+    all_rims = rims * M_1, rims * M_2, rims * M_3
+    known = {"external_torque": torques[0], "internal_torque": torques[1], "torques": all_rims}
+    return stop._replace(external=external, internal=internal, **known)
+
+
+def _staged_stop_of_one_rim(scene: Scene) -> StagedStop | None:
+    brake, lever, omega = band_brake(scene), scene.lever, float(scene.initial.omega)
     bandage = brake.rubbing_part("internal")
     assert isinstance(bandage, Bandage)
     if omega <= 0 or lever.controls_speed:
@@ -209,7 +219,7 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
     mu, locked = tension_ratio(grip(jnp.asarray(friction_at_start(scene)), angle))
     if np.any(np.asarray(locked)):
         return None
-    load, J = load_and_inertia(scene)
+    load, J = (whole / brake.rims for whole in load_and_inertia(scene))
     T_0, J_b = jnp.asarray(float(lever.scale())), float(np.sum(np.asarray(bandage.inertia)))
     pair = InternalPair(bandage, jnp.asarray(brake.pulley.radius), jnp.sin(angle / 2))
     T_inner, sliding = sensed_at_start(scene, -1), jnp.asarray(float(brake.pulley.radius) * omega)

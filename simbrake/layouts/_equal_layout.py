@@ -204,7 +204,7 @@ def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
     system, y, mode = assemble(scene)
     grip, linings = system.grip, scene.brake.linings
     assert isinstance(grip, LiningFriction)
-    T_0 = jnp.asarray(scene.duty.lever.scale())
+    T_0 = jnp.asarray(scene.lever.scale())
     v = jnp.full(linings.count, jnp.abs(jnp.asarray(scene.brake.radius) * jnp.asarray(scene.initial.omega)))
     hot = system.surfaces(jnp.asarray(scene.initial.time), y, mode)[0]
     f = grip.coefficients(T_0, v, hot, jnp.asarray(False), static=False).f

@@ -121,7 +121,8 @@ def title_of_scene(scene: Scene) -> str:
     """The title in force, else the scene in words."""
     lining, n = scene.brake.words.lining, scene.brake.linings.count
     start = f"initial speed {number(scene.initial.omega, 'rad/s')}" if float(scene.initial.omega) else "from rest"
-    return _title.get() or f"{scene.brake.kind}, {n} {lining}{'s' * (n > 1)}, {start}"
+    words = (scene.brake.kind, f"{n} {lining}{'s' * (n > 1)}", scene.brake.force_words, start)
+    return _title.get() or ", ".join(filter(None, words))
 
 
 def head(figure: Figure, scene: Scene, words: str) -> None:

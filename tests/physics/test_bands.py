@@ -340,7 +340,6 @@ def test_what_needs_one_band_says_so(stopped):
     with pytest.raises(sb.InputError, match=r"heat\.friction\.metal: 'rims' has 3 nodes — 1 or 2 or 10"):
         sb.check_scene(three)
     for feature in (
-        lambda: sb.estimates(stopped.scene),
         lambda: sb.brakes.stiffness_of(stopped.scene.brake),
         lambda: sb.studies.turned_scene(stopped.scene),
         lambda: plot.pulley(stopped),
