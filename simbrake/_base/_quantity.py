@@ -268,4 +268,5 @@ def behind(unit: str) -> str:
 def example(si: str) -> str:
     """Hint: accepted forms of a number in the unit `si`."""
     examples = {"N": "120 kN", "rad": "270 deg", "K": "450 degC", "m": "590 mm", "rad/s": "24 rad/s", "s": "0.35 s"}
+    examples["m^3/s"] = "200 l/min"
     return f', in SI units or with its unit, as in "{examples.get(si, f"1.5 {si}")}"' if behind(si) else ""

@@ -46,12 +46,17 @@ _FACTORS: dict[str, dict[str, float | str | Fraction]] = {
     "m": {"cm": "1e-2", "mm": "1e-3", "um": "1e-6", "ft": "0.3048", "in": "0.0254"},
     "m/s": {"mm/s": "1e-3", "km/h": Fraction(10, 36), "m/min": Fraction(1, 60), "ft/s": "0.3048", "ft/min": "0.00508"},
     "m^2": {"cm^2": "1e-4", "mm^2": "1e-6", "ft^2": "0.09290304", "in^2": "0.00064516"},
+    "m^3/s": {
+        **{"l/min": Fraction(1, 60_000), "l/s": "1e-3", "m^3/h": Fraction(1, 3600), "m^3/min": Fraction(1, 60)},
+        **dict.fromkeys(("gpm", "gal/min"), Fraction("3.785411784e-3") / 60),
+    },
     "kg": {"g": "1e-3", "t": 1e3, "lb": _POUND, **{name: x / _GRAVITY for name, x in _WEIGHTS.items()}},
     "N": {"MN": 1e6, **_WEIGHTS, "t": _WEIGHTS["tf"]},
     "N/m": {"kN/m": 1e3, "MN/m": 1e6, "N/mm": 1e3, "kN/mm": 1e6},
     "N*s/m": {"kN*s/m": 1e3},
     "N*m": {"Nm": 1, "kN*m": 1e3, "kNm": 1e3, **_FOOT_POUNDS, "lbf*ft": _FOOT_POUND},
     "Pa": {"kPa": 1e3, "MPa": 1e6, "GPa": 1e9, "bar": 1e5, "N/mm^2": 1e6, "psi": _PSI, "ksi": 1000 * _PSI},
+    "Pa*s": {"mPa*s": "1e-3", "cP": "1e-3"},
     "J": {"kJ": 1e3, "MJ": 1e6, **_FOOT_POUNDS},
     "W": {"kW": 1e3, "MW": 1e6, "hp": 550 * _FOOT_POUND},
     "1": {"": 1, "1": 1, "-": 1, "%": "1e-2"},
@@ -144,6 +149,7 @@ _SCALES: dict[str, tuple[tuple[float, float, str], ...]] = {
     "kg": ((1e4, 1e-3, "t"),),
     "m": ((0.1, 1.0, "m"), (1e-4, 1e3, "mm"), (1e-7, 1e6, "µm")),
     "m^2": ((0.01, 1.0, "m²"), (0.0, 1e4, "cm²")),
+    "m^3/s": ((0.0, 6e4, "l/min"),),
     "s": ((0.1, 1.0, "s"), (1e-4, 1e3, "ms"), (1e-7, 1e6, "µs")),
     "rad": ((2.1 * math.pi, 1.0, "rad"), (0.0, 180 / math.pi, "°")),
 }
@@ -158,6 +164,7 @@ _RIG_SCALES: dict[str, tuple[tuple[float, float, str], ...]] = {
     "m": ((0.3, 1 / 0.3048, "ft"), (0.0, 1 / 0.0254, "in")),
     "m^2": ((0.1, 1 / 0.3048**2, "ft²"), (0.0, 1 / 0.0254**2, "in²")),
     "m/s": ((0.0, 60 / 0.3048, "ft/min"),),
+    "m^3/s": ((0.0, float(60 / Fraction("3.785411784e-3")), "gpm"),),
     "rad/s": ((0.0, 30 / math.pi, "rpm"),),
 }
 #: system of units in which numbers are shown: `si` or `rig`
