@@ -24,7 +24,7 @@ from ..loads import Lever
 from ..shaft import names_of
 from ..thermal._heat import PowerSplit
 from ._probe import Instant, Probe, RunJit, can_lose_grip, ends_of, terminal_speed
-from ._quantities import thickness
+from ._quantities import coolant_outlet, thickness
 
 # --- strength of the band and travel of the lever ---------------------------------------------------------------------
 
@@ -67,6 +67,14 @@ def allowable_values(scene: Scene) -> dict[str, float]:
     values = {name: limit(scene) for name, limit in limited.items()}
     values |= {} if scene.limits is None else scene.limits.given
     return {name: float(most) for name, most in values.items() if most is not None}
+
+
+def values_of_marks(scene: Scene) -> dict[str, float]:
+    """Values (SI) at which metrics have their events: their allowable ones, but where the mark says otherwise."""
+    limits, marked = allowable_values(scene), {name: metric.mark for name, metric in METRICS.items() if metric.mark}
+    values = {name: limits[name] for name in marked if name in limits}
+    own = {name: mark.limit(scene) for name, mark in marked.items() if mark.limit and name in limits}
+    return values | {name: float(value) for name, value in own.items()}
 
 
 def limits_exceeded(scene: Scene, metrics: Mapping[str, float | None]) -> list[str]:
@@ -120,6 +128,7 @@ class Mark(NamedTuple):
     """An event of the log of which the motion takes no notice: a quantity passes its limit.
 
     - `event`: its name;  `meaning`, and which `brakes` can have it;  `plain`: a sentence;  `words`: what is counted
+    - `limit(scene)`: where the event is, if not at the allowable value of the metric
 
     Example:
         >>> sb.results.METRICS["max_drum_speed"].mark.event
@@ -131,6 +140,7 @@ class Mark(NamedTuple):
     brakes: str
     plain: str
     words: str
+    limit: Callable[[Scene], Any] | None = None
 
 
 class Metric(NamedTuple):
@@ -314,6 +324,7 @@ _ELASTIC = Requirement(
 _SHARES = Requirement("`power_shares`", "the scene has no `power_shares`", lambda scene: scene.power_shares is not None)
 _SHAFT = Requirement("torques on the shaft", "it has no torques on the shaft", lambda scene: bool(scene.shaft))
 _HEAT = Requirement("heat", "the scene has no heat", lambda scene: scene.heated)
+_JACKET = Requirement("`WaterJacket`", "its heat part has no water jacket", lambda scene: bool(scene.network.jackets))
 
 
 def _surface(place: str, title: str, meaning: str, *, of_linings: bool = False, mark: Mark | None = None) -> Metric:
@@ -359,6 +370,10 @@ class Account(NamedTuple):
     def heat_to_band(self) -> Array:
         into = self.ledger.heat.to_band
         return jnp.zeros(()) if into is None else into
+
+    @property
+    def heat_to_coolant(self) -> Array | None:
+        return self.ledger.heat and self.ledger.heat.coolant
 
     @property
     def heat_stored(self) -> Array:
@@ -608,6 +623,32 @@ METRICS: dict[str, Metric] = {
     "peak_lining_outer_temperature": _surface(
         "outer", "Hottest outer lining face", "maximum temperature of the outer faces of the linings", of_linings=True
     ),
+    "peak_wetted_temperature": Metric(
+        "K",
+        "maximum temperature of a wall that coolant wets",
+        "Hottest wetted wall",
+        lambda p: p.surfaces["wetted"],
+        _JACKET,
+        greatest=True,
+        limit=lambda scene: scene.network.boiling,
+        mark=Mark(
+            "coolant_boils",
+            "a wetted wall is as hot as its coolant boils, `Liquid.boiling`; from then on the run is no longer valid, "
+            "as its coefficient is that of a liquid",
+            "any brake with a `WaterJacket`",
+            "the coolant boils at the wall",
+            "coolant boils",
+            limit=lambda scene: scene.network.boiling,
+        ),
+    ),
+    "peak_coolant_temperature": Metric(
+        "K",
+        "maximum temperature of the coolant at the outlet of a jacket",
+        "Hottest coolant at an outlet",
+        coolant_outlet,
+        _JACKET,
+        greatest=True,
+    ),
     **_energy("load_work", "work of the load", lambda a: a.ledger.load_work),
     **_energy("lever_work", "work of the lever", lambda a: a.ledger.lever_work),
     **_energy("friction_heat", "friction heat", lambda a: a.friction.heat),
@@ -624,6 +665,7 @@ METRICS: dict[str, Metric] = {
     **_energy("heat_supplied", "heat from sources", lambda a: a.ledger.heat.supplied, _HEAT),
     **_energy("heat_stored", "heat stored in the network", lambda a: a.heat_stored, _HEAT),
     **_energy("heat_lost", "heat lost to the surroundings", lambda a: a.ledger.heat.lost, _HEAT),
+    **_energy("heat_to_coolant", "heat that the coolant of jackets carried away", lambda a: a.heat_to_coolant, _JACKET),
 }
 #: what the residual of a balance does not see
 RESIDUAL_SEES = "it shows energy that is lost, not the errors in time, of the mesh, or of the model"
@@ -639,7 +681,12 @@ RESIDUALS = {
         "heat_closure",
         f"residual of the heat balance as a share of the largest heat exchanged; {RESIDUAL_SEES}",
         lambda a: closure_of(
-            a.friction.heat, a.shaft_work, a.ledger.heat.supplied, -a.heat_stored, -a.ledger.heat.lost
+            a.friction.heat,
+            a.shaft_work,
+            a.ledger.heat.supplied,
+            -a.heat_stored,
+            -a.ledger.heat.lost,
+            None if a.heat_to_coolant is None else -a.heat_to_coolant,
         ),
         _HEAT,
         "1",
@@ -676,8 +723,7 @@ def marks() -> list[Mark]:
 def marks_of(system: BrakeSystem, scene: Scene) -> dict[str, float]:
     """What a run can pass: the metric with the mark, or the name of the event, and the limit of its quantity."""
     mark_limits = {GRIP_LOST.event: _ROUNDING * float(system.sizes.torque)} if can_lose_grip(system) else {}
-    limits = allowable_values(scene)
-    return mark_limits | {name: limits[name] for name, metric in METRICS.items() if metric.mark and name in limits}
+    return mark_limits | values_of_marks(scene)
 
 
 def passing(name: str, p: Probe) -> Float[Array, "m k"]:
@@ -735,7 +781,8 @@ def heat_balance(e: Energies) -> Balance:
     The first four terms are the friction heat.
     """
     into = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_elsewhere", "shaft_work", "heat_supplied")
-    return Balance({name: e[name] for name in into if name in e}, {n: e[n] for n in ("heat_stored", "heat_lost")})
+    out = ("heat_stored", "heat_lost", "heat_to_coolant")
+    return Balance(*({name: e[name] for name in side if name in e} for side in (into, out)))
 
 
 def _account(system: BrakeSystem, start: Instant, end: Instant) -> Account:

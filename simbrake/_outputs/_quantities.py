@@ -143,6 +143,19 @@ def _reserve(p: Probe) -> Values | None:
     return xp.where(load > 0, capacity / xp.where(load > 0, load, 1.0), np.nan)
 
 
+def _coolant(p: Probe) -> Any:
+    """The coolant of all jackets (`Stream`), `None` without any."""
+    return None if p.flows.thermal is None else p.flows.thermal.coolant
+
+
+def coolant_outlet(p: Probe) -> Float[Array, "m jackets"] | None:
+    """Temperature of the coolant where it leaves; where nothing flows, of the wall."""
+    if (stream := _coolant(p)) is None:
+        return None
+    xp, flows = numpy_of(stream.rate), stream.rate > 0
+    return xp.where(flows, stream.inlet + stream.heat / xp.where(flows, stream.rate, 1.0), p.surfaces["wetted"])
+
+
 def _nodes(p: Probe) -> Float[Array, "m k"] | None:
     """Temperatures of all nodes."""
     now = p.flows.thermal
@@ -382,6 +395,30 @@ class Series(NamedTuple):
         "J",
         "heat lost to the surroundings since the start",
         lambda p, s: p.y.ledger.heat and p.y.ledger.heat.lost,
+    ]
+    heat_to_coolant: Annotated[
+        Values | None,
+        "J",
+        "heat that the coolant of all jackets carried away since the start",
+        lambda p, s: p.y.ledger.heat and p.y.ledger.heat.coolant,
+    ]
+    coolant_heat_flow: Annotated[
+        Float[Array, "m jackets"] | None,
+        "W",
+        "heat flow into the coolant of each jacket",
+        lambda p, s: _coolant(p) and _coolant(p).heat,
+    ]
+    coolant_temperature: Annotated[
+        Float[Array, "m jackets"] | None,
+        "K",
+        "temperature of the coolant at the outlet",
+        lambda p, s: coolant_outlet(p),
+    ]
+    wetted_temperature: Annotated[
+        Float[Array, "m jackets"] | None,
+        "K",
+        "temperature of the wall that the coolant wets",
+        lambda p, s: p.surfaces.get("wetted"),
     ]
     friction_coefficient: Annotated[
         Each | None, "", "coefficient of friction of each lining, sliding", lambda p, s: s.pair.coefficient

@@ -214,6 +214,7 @@ _TERMS = {
     "heat_supplied": "Supplied",
     "heat_stored": "Stored",
     "heat_lost": "Lost to the surroundings and to no body",
+    "heat_to_coolant": "Carried away by the coolant",
 }
 
 

@@ -393,6 +393,8 @@ def warnings(scene: Scene) -> list[str]:
         return []
     then = "it never slips as long as that lasts" if scene.brake.banded else "a run ends as soon as its force acts"
     messages = [f"self_locking: {why}; {then}" for why in locked(scene).values()]
+    for i, jacket in scene.network.jackets.items():
+        messages += [f"outside_range: heat.links[{i}]: Dittus–Boelter: {words}" for words in jacket.outside_range()]
     brake = scene.brake
     messages += did_you_mean(brake, scene.duty.load, float(scene.initial.omega), scene.network)
     if not (isinstance(brake, Brake) and isinstance(brake.band.stiffness, ParallelBands)):
@@ -599,6 +601,8 @@ def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
 _DRUM, _BLOCK = 100.0, 1000.0
 #: track speeds (m/s) of brakes stay below; temperatures (K) of brakes and air lie above
 _FAST, _COLD = 60.0, 200.0
+#: flow of a coolant (m³/s) above those of drawworks
+_RIVER = 0.5
 
 
 def did_you_mean(brake: AbstractBrake, load: AbstractLoad, omega: float, heat: Heat) -> list[str]:
@@ -620,6 +624,11 @@ def did_you_mean(brake: AbstractBrake, load: AbstractLoad, omega: float, heat: H
         )
     if brake.rims > 1 and isinstance(brake, Brake):
         messages += _one_rim(brake, heat)
+    for i, jacket in heat.jackets.items():
+        flow = float(jacket.largest_flow)
+        if flow > _RIVER:
+            about = "more than any pump of a rig gives"
+            messages.append(_said(f"heat.links[{i}].flow", f"{flow:g} m³/s", about, f'"{flow:g} l/min"'))
     for i, body in enumerate(heat.bodies):
         T = getattr(body, "temperature", None)
         if isinstance(T, np.ndarray) and np.any(T < _COLD):

@@ -13,7 +13,7 @@ from ..hybrid._arrays import Array
 from ..loads import AbstractLoad
 from ..profiles import Piece
 from ._mechanism import AbstractMechanism, ContactState, Ledger, Mode, Sizes, Surfaces
-from ._thermal import Deposit, HeatFlows
+from ._thermal import Deposit, HeatFlows, Stream, total
 
 
 class State(NamedTuple):
@@ -41,6 +41,14 @@ class ThermalNow(NamedTuple):
     T_junctions: Array  # of those without, friction heat included
     flows: HeatFlows  # friction apart
     deposits: tuple[Deposit, ...]  # of the friction heat of each pair (W)
+
+    @property
+    def coolant(self) -> Stream | None:
+        """Coolant of the jackets, with the friction heat that reaches it at once."""
+        stream = self.flows.coolant
+        if stream is None:
+            return None
+        return stream._replace(heat=total([stream.heat, *(deposit.coolant for deposit in self.deposits)]))
 
 
 class BrakeNow(NamedTuple):

@@ -43,7 +43,8 @@ class Heating(Feature):
         return self._booking(brake, places, np.asarray(QUADRATURE))._replace(heat=heat)
 
     def _booking(self, brake: AbstractBrake, state: State, of_each: object) -> State:
-        heat = HeatLedger(of_each, of_each, of_each, of_each, of_each if _has_band(brake) else None)
+        coolant = of_each if self.thermal.heat.jackets else None
+        heat = HeatLedger(of_each, of_each, of_each, of_each, of_each if _has_band(brake) else None, coolant)
         return state._replace(ledger=state.ledger._replace(heat=heat))
 
     # --- at one instant -----------------------------------------------------------------------------------------------
@@ -100,14 +101,17 @@ class Heating(Feature):
         return ThermalNow(now[0], hot_junctions, flows, tuple(deposits))
 
     def surface_temperatures(self, z: BrakeNow) -> dict[str, Array]:
-        """Surface temperatures (K) of rim, linings and band where the scene names them; on walls reconstructed."""
+        """Surface temperatures (K) of rim, linings and band where the scene names them, and of what jackets wet; on
+        walls reconstructed."""
         assert z.thermal is not None
         faces = dict(z.thermal.flows.faces)
         for deposit in z.thermal.deposits:
             for place, flow in deposit.faces.items():
                 faces[place] = faces.get(place, 0.0) + flow
-        T, T_J, places = z.thermal.T, z.thermal.T_junctions, self.thermal.heat.hot_places
-        return {kind: self.thermal.surface(place, T, T_J, faces) for kind, place in places.items()}
+        T, T_J, heat = z.thermal.T, z.thermal.T_junctions, self.thermal.heat
+        hot = {kind: self.thermal.surface(place, T, T_J, faces) for kind, place in heat.hot_places.items()}
+        wetted = [self.thermal.surface(jacket.a, T, T_J, faces) for jacket in heat.jackets.values()]
+        return {**hot, "wetted": jnp.concatenate(wetted)} if wetted else hot
 
     def rates(self, now: Moment, rates: State) -> State:
         brake, z = now.brake, now.z
@@ -118,7 +122,8 @@ class Heating(Feature):
         lost, shaft = booked.lost + flows.lost, brake.feature(Shaft)
         if shaft is not None:  # heat that enters no body
             lost = lost + total([power for place, power in shaft.powers(z.shaft, now.y.omega) if place is None])
-        booked = booked._replace(lost=lost, supplied=flows.supplied)
+        stream = z.thermal.coolant
+        booked = booked._replace(lost=lost, supplied=flows.supplied, coolant=stream and jnp.sum(stream.heat))
         return rates._replace(ledger=rates.ledger._replace(heat=booked), heat=self.thermal.rise(into))
 
     # --- jumps --------------------------------------------------------------------------------------------------------
@@ -144,4 +149,5 @@ def _booked(brake: AbstractBrake, pair: Pair, deposit: Deposit) -> HeatLedger:
     metal, none = deposit.to_metal, jnp.zeros_like(deposit.to_metal)
     behind = none if deposit.beyond is None else deposit.beyond
     metal, band = (behind, metal) if pair.on_band else (metal if deposit.beyond is None else metal + behind, none)
-    return HeatLedger(metal, deposit.to_linings, deposit.lost, 0.0, band if _has_band(brake) else None)
+    coolant = None if deposit.coolant is None else jnp.sum(deposit.coolant)
+    return HeatLedger(metal, deposit.to_linings, deposit.lost, 0.0, band if _has_band(brake) else None, coolant)

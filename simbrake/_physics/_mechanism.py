@@ -32,13 +32,15 @@ class BrakeCode(enum.IntEnum):
 
 
 class HeatLedger(NamedTuple):
-    """Heat in J since the start: friction heat given to metal, linings and band, heat that was lost or supplied."""
+    """Heat in J since the start: friction heat given to metal, linings and band, heat that was lost, supplied, or
+    carried away by coolants."""
 
     to_metal: Any
     to_linings: Any
     lost: Any
     supplied: Any
     to_band: Any = None  # where linings rub on the band
+    coolant: Any = None  # where there are jackets
 
 
 class Ledger(NamedTuple):

@@ -259,6 +259,17 @@ def nodes_of(heat: Heat, where: Spans, place: str) -> slice:
     return slice(nodes.start, nodes.stop, nodes.step)
 
 
+class Stream(NamedTuple):
+    """Coolant at one instant, an entry for each node that a jacket wets.
+
+    - `heat` (W) that it takes up, temperature of its `inlet` (K), heat capacity `rate` (W/K)
+    """
+
+    heat: Float[Array, " wetted"]
+    inlet: Float[Array, " wetted"]
+    rate: Float[Array, " wetted"]
+
+
 class HeatFlows(NamedTuple):
     """Heat flows of the network at one instant (W): into each node, and over its border."""
 
@@ -267,6 +278,7 @@ class HeatFlows(NamedTuple):
     lost: Array  # to reservoirs
     supplied: Array  # by sources
     faces: dict[str, Array]  # into each wall's face that a link touches
+    coolant: Stream | None = None  # of jackets, not among what is lost
 
 
 class Deposit(NamedTuple):
@@ -279,6 +291,7 @@ class Deposit(NamedTuple):
     lost: Array
     faces: dict[str, Array]
     beyond: Any = None  # part of the heat to metal that went behind the linings
+    coolant: Any = None  # to each wetted node's coolant at once, over junctions; `None` without jackets
 
 
 class Conditions(NamedTuple):
@@ -344,8 +357,8 @@ class Thermal(eqx.Module):
         d = T - self.reference
         return d if self.slope is None else d + 0.5 * self.slope * d**2
 
-    def _given(self, t: Array, pieces: Pieces) -> tuple[dict[str, Array], list[Array]]:
-        """Temperatures of the reservoirs and powers of the sources at one instant."""
+    def _given(self, t: Array, pieces: Pieces) -> tuple[dict[str, Array], list[Array], dict[int, Array]]:
+        """Temperatures of the reservoirs, powers of the sources and flows of the jackets at one instant."""
         left = iter(pieces)
 
         def value(given: AbstractProfile | Array | float) -> Array:
@@ -353,7 +366,8 @@ class Thermal(eqx.Module):
             return jnp.reshape(jnp.asarray(now), (1,))
 
         temperatures = {b.name: value(b.temperature) for b in self.heat.bodies if isinstance(b, Reservoir)}
-        return temperatures, [value(source.power) for source in self.heat.sources]
+        powers = [value(source.power) for source in self.heat.sources]
+        return temperatures, powers, {i: value(jacket.flow)[0] for i, jacket in self.heat.jackets.items()}
 
     def _reader(self, T: Array, T_J: Array, reservoirs: dict[str, Array]) -> Callable[[str], Array]:
         """Temperatures of a place (of a wall: in its outermost layer)."""
@@ -397,14 +411,15 @@ class Thermal(eqx.Module):
         more: tuple[tuple[str, Array], ...] = (),
     ) -> HeatFlows:
         """Heat flows at given temperatures, friction apart; `more`: powers (W) that enter places with capacity."""
-        reservoirs, powers = self._given(t, pieces)
+        reservoirs, powers, streams = self._given(t, pieces)
         given: dict[str, Array] = {}
         for source, power in zip(self.heat.sources, powers, strict=True):
             self._enter(given, source.a, power / place_count(self.heat, source.a))
         for place, power in more:
             self._enter(given, place, jnp.reshape(power / place_count(self.heat, place), (1,)))
         half = self._halves(T)
-        into = self._through(self._reader(T, T_J, reservoirs), self._to_faces(T, half), around, given)
+        at = self._reader(T, T_J, reservoirs)
+        into, through = self._through(at, self._to_faces(T, half), around, given, streams)
         nodes = self._spread(into)
         if half is not None and any(isinstance(body, Wall) and body.layers > 1 for body in self.heat.bodies):
             q = (_between(self.heat, half) if self.between is None else self.between) * (T[:-1] - T[1:])
@@ -416,7 +431,16 @@ class Thermal(eqx.Module):
             lost=total(lost),
             supplied=total([power[0] for power in powers]),
             faces={place: flow for place, flow in into.items() if place_of(place)[1]},
+            coolant=self._stream(through, at, streams) if streams else None,
         )
+
+    def _stream(self, through: dict[int, Array], at: Callable[[str], Array], streams: dict[int, Array]) -> Stream:
+        """The coolant of all jackets; `through`: flow from each link's `b` to its `a` (W)."""
+        parts = []
+        for i, jacket in self.heat.jackets.items():
+            heat, rate = -through[i], jacket.rate(Surroundings(flow=streams[i]))
+            parts.append(Stream(heat, *(jnp.broadcast_to(x, heat.shape) for x in (at(jacket.b), rate))))
+        return jax.tree.map(lambda *each: jnp.concatenate(each), *parts)
 
     def _enter(self, into: dict[str, Array], place: str, flow: Array, leaves: bool = False) -> None:
         """Adds a flow to those into a place, or takes it away: node by node, or all of it at the only node."""
@@ -466,9 +490,14 @@ class Thermal(eqx.Module):
         return jnp.concatenate(parts) if parts else jnp.zeros(0)
 
     def _through(
-        self, at: Callable[[str], Array], half: Array | None, around: Conditions, given: dict[str, Array]
-    ) -> dict[str, Array]:
-        """Flows into all places: those that are `given`, and those of the links.
+        self,
+        at: Callable[[str], Array],
+        half: Array | None,
+        around: Conditions,
+        given: dict[str, Array],
+        streams: dict[int, Array],
+    ) -> tuple[dict[str, Array], dict[int, Array]]:
+        """Flows into all places: those that are `given`, and those of the links; and from `b` to `a` of each link.
 
         A link that alone ends at a wall's face lies in series with half the first layer. Other faces are eliminated.
         Heat is conserved in any case: a flow that leaves one end enters the other.
@@ -486,18 +515,24 @@ class Thermal(eqx.Module):
                 rows.enter(i, 1 / R if self.per_kelvin[i] is None else None, at(face) / R, n)
                 if face in given:
                     rows.enter(i, None, given[face], n)
-        paths = self._paths(at, half, around, S)
+        paths = self._paths(at, half, around, S, streams)
         flows, by_surface = flows_of(list(paths.values()), rows)
         into = dict(given)
         for i, flow in zip(paths, flows, strict=True):
             self._enter(into, self.heat.links[i].a, flow)
-            self._enter(into, self.heat.links[i].b, flow, leaves=True)
+            if i not in streams:  # (what a coolant carries away is not lost)
+                self._enter(into, self.heat.links[i].b, flow, leaves=True)
         for i, surface in enumerate(surfaces):
             self._divide(surface, (S | by_surface)[i], at, half, into)
-        return into
+        return into, dict(zip(paths, flows, strict=True))
 
     def _paths(
-        self, at: Callable[[str], Array], half: Array | None, around: Conditions, S: dict[int, Array]
+        self,
+        at: Callable[[str], Array],
+        half: Array | None,
+        around: Conditions,
+        S: dict[int, Array],
+        streams: dict[int, Array],
     ) -> dict[int, Path]:
         """The links but for perfect contacts inside a surface; `S`: temperatures of surfaces that lumps set."""
         surfaces, paths = self.heat.surfaces, {}
@@ -511,7 +546,8 @@ class Thermal(eqx.Module):
             places = (link.a, link.b)
             halves = [_half_at(self.heat, place, half) for place in places if place not in of]
 
-            seen, parts = self._around(link, around), _parts(self.heat, link, self.lifts)
+            seen = self._around(link, around, streams.get(i, 0.0))
+            parts = _parts(self.heat, link, self.lifts)
 
             def law(
                 T_a: Array, T_b: Array, link: Any = link, seen: Any = seen, halves: Any = halves, parts: bool = parts
@@ -530,8 +566,8 @@ class Thermal(eqx.Module):
             paths[i] = Path(a, b, max(place_count(self.heat, place) for place in places), g, law, booked)
         return paths
 
-    def _around(self, link: AbstractLink, around: Conditions) -> Surroundings:
-        """Conditions at the surfaces of one link."""
+    def _around(self, link: AbstractLink, around: Conditions, flow: Array | float) -> Surroundings:
+        """Conditions at the surfaces of one link; `flow` of its coolant."""
         covered, kind, speed = self.heat.stays_covered(link), self.heat.kinds.get(place_of(link.a)[0]), around.speed
         if kind in ("linings", "band"):
             speed = around.lining_speed if kind == "linings" else 0.0
@@ -540,7 +576,7 @@ class Thermal(eqx.Module):
         if covered:
             counts = [place_count(self.heat, place) for place in (link.a, link.b)]
             closed = 1.0 if around.seated is None else around.seated if max(counts) > 1 else jnp.mean(around.seated)
-        return Surroundings(speed, closed, around.pressures[-1 if covered else 0])
+        return Surroundings(speed, closed, around.pressures[-1 if covered else 0], flow)
 
     def _divide(
         self, surface: Surface, S: Array, at: Callable[[str], Array], half: Array | None, into: dict[str, Array]
@@ -619,7 +655,8 @@ class Thermal(eqx.Module):
         n, P = P.shape[0], P if self.shares is None else self.shares.heat * P
         zero = jnp.zeros(())
         if pair is None:
-            return Deposit(jnp.zeros_like(T), jnp.zeros_like(T_J), zero, zero, jnp.sum(P), {})
+            none = self._none_to_coolant
+            return Deposit(jnp.zeros_like(T), jnp.zeros_like(T_J), zero, zero, jnp.sum(P), {}, coolant=none)
         at = self._reader(T, T_J, {})  # heat enters no reservoir
 
         def temperature(place: str | None, other: str | None) -> Array:
@@ -636,7 +673,7 @@ class Thermal(eqx.Module):
                 self._enter(into, place, part)
             elif part is not None:
                 lost.append(jnp.sum(part))
-        nodes, rise, away = self._spread(into), jnp.zeros_like(T_J), total(lost)
+        nodes, rise, away, coolant = self._spread(into), jnp.zeros_like(T_J), total(lost), self._none_to_coolant
         faces = {place: flow for place, flow in into.items() if place_of(place)[1]}
         if set(into) & set(self.spans.junctions):
 
@@ -648,8 +685,15 @@ class Thermal(eqx.Module):
             change = jax.jvp(flowing, (T_J,), (rise,))[1]
             nodes, away = nodes + change.into, away + change.lost
             faces |= {place: faces.get(place, 0.0) + change.faces[place] for place in change.faces}
+            coolant = None if change.coolant is None else change.coolant.heat
         beyond = None if behind is None else jnp.sum(behind)
-        return Deposit(nodes, rise, jnp.sum(to_metal), jnp.sum(to_lining), away, faces, beyond)
+        return Deposit(nodes, rise, jnp.sum(to_metal), jnp.sum(to_lining), away, faces, beyond, coolant)
+
+    @property
+    def _none_to_coolant(self) -> Float[Array, " wetted"] | None:
+        """No heat into the coolant at each wetted node."""
+        jackets = self.heat.jackets.values()
+        return jnp.zeros(sum(place_count(self.heat, jacket.a) for jacket in jackets)) if jackets else None
 
     def rise_at_once(self, into: Float[Array, " k"]) -> Float[Array, " k"]:
         """Temperature rise (K) by heat (J) released instantaneously: in walls it goes through their depth."""

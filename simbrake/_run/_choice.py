@@ -15,6 +15,7 @@ from ..brakes._design import AbstractLinings, Bandage, unloaded
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ..shaft import AbstractDryTorque, AbstractShaftTorque
+from ..thermal._coolant import WaterJacket
 from ..thermal._heat import Heat
 from ..thermal._material import ROOM
 from ..thermal._network import AbstractCoefficient, Lump, Radiation, Surroundings, ThermalContact, Wall, place_of
@@ -49,7 +50,8 @@ def _sizes(heat: Heat) -> tuple[dict[str, Array], dict[str, Array], list[Array |
             continue
         T = [at_start[place_of(place)[0]] for place in (link.a, link.b)]
         T = [jnp.asarray(ROOM) if isinstance(x, AbstractProfile) else jnp.mean(jnp.asarray(x)) for x in T]
-        g = link.conductance(T[0], T[1], Surroundings())
+        around = Surroundings(flow=link.largest_flow) if isinstance(link, WaterJacket) else Surroundings()
+        g = link.conductance(T[0], T[1], around)
         links.append(jnp.zeros(()) if g is None else 1 / jnp.maximum(g, 1e-300))
     return capacity, halves, links
 

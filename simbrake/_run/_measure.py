@@ -15,7 +15,16 @@ from .._base._faults import Fault, InputError
 from .._base._part import Part, quantity
 from .._base._quantity import BAD, NumberReader, Quantity, Scalar
 from .._base._table import ZERO, digits, number, plain
-from .._outputs._metrics import HOLDING, HOT, METRICS, allowable_values, lever_of, metric_names, metric_of
+from .._outputs._metrics import (
+    HOLDING,
+    HOT,
+    METRICS,
+    allowable_values,
+    lever_of,
+    metric_names,
+    metric_of,
+    values_of_marks,
+)
 from .._outputs._probe import Entry, Number
 from .._parts._scene import AbstractLimits, Scene, require_scene
 from ..hybrid._arrays import Array
@@ -310,7 +319,7 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
         >>> checks[-1].limit, str(checks[-1].verdict)
         (1.0, 'exceeded')
     """
-    summary, own = result.report().summary, allowable_values(result.scene)
+    summary, own, marked = result.report().summary, allowable_values(result.scene), values_of_marks(result.scene)
     limits = {**own, **limits}
 
     def check(name: str) -> LimitCheck:
@@ -318,7 +327,7 @@ def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck
         if name not in limits:
             return LimitCheck(name, None, value, unit_of(name), LimitVerdict.NO_LIMIT)
         value = float(measure(result, name)) if value is None else value
-        note = _when(result, summary, name, limits[name], own.get(name))
+        note = _when(result, summary, name, limits[name], marked.get(name))
         return _judged(result, name, limits[name], value, unit_of(name), note)
 
     hot = [name for name in hottest_first(summary["metrics"]) if name in HOT]
@@ -357,13 +366,13 @@ def _judged(result: Result, name: str, bound: float, value: float, unit: str, no
     return LimitCheck(name, bound, value, unit, within if value <= bound else LimitVerdict.EXCEEDED, note)
 
 
-def _when(result: Result, summary: Entry, name: str, bound: float, own: float | None) -> str:
-    """When a maximum value was reached, and when its own limit was first exceeded, where that is an event."""
+def _when(result: Result, summary: Entry, name: str, bound: float, marked: float | None) -> str:
+    """When a maximum value was reached, and when it first passed its limit, where that is an event."""
     time, value = summary["at"].get(f"{name}_time"), summary["metrics"].get(name)
     if time is None:
         return ""
     mark, note = METRICS[name].mark, f"maximum at {number(time, 's')}"
-    if mark is None or value is None or value <= bound or bound != own:
+    if mark is None or value is None or value <= bound or bound != marked:
         return note
     times = [event["time"] for event in summary["events"] if event["name"] == mark.event]
     often = "" if len(times) < 2 else f", {len(times)} times in all"

@@ -37,13 +37,14 @@ from ._choice import stiff_heat
 from ._result import Result
 from ._simulate import Solver, as_method, simulate, solver_for
 
-#: state: heat content of the nodes over their capacity, heat lost and supplied;  mode: pieces of the profiles
-Course = tuple[Array, Array, Array]
+#: state: heat content of the nodes over their capacity, heat lost, supplied, and taken by coolants (`None` without);
+#: mode: pieces of the profiles
+Course = tuple[Array, Array, Array, Any]
 Pieces = tuple[Int[Array, ""], ...]
 
 
 class NetworkSystem(AbstractHybridSystem):
-    """The network as a system without guards; its state is `(u, heat lost, heat supplied)`."""
+    """The network as a system without guards."""
 
     thermal: Thermal
     around: Conditions
@@ -52,7 +53,8 @@ class NetworkSystem(AbstractHybridSystem):
         T = self.thermal.temperatures(y[0])
         T_J = self.thermal.junctions(T, t, self.around, mode)
         flows = self.thermal.flows(T, T_J, t, self.around, mode)
-        return self.thermal.rise(flows.into), flows.lost, flows.supplied
+        stream = flows.coolant
+        return self.thermal.rise(flows.into), flows.lost, flows.supplied, stream and jnp.sum(stream.heat)
 
     def guards(self, t: Array, y: Course, mode: Pieces) -> Float[Array, "1"]:
         return jnp.ones(1)
@@ -70,14 +72,20 @@ class NetworkSystem(AbstractHybridSystem):
         return next_known_time(self.thermal.heat.profiles, mode)[0]
 
     def scales(self) -> PyTree:
-        return jnp.full_like(self.thermal.capacity, 100.0), jnp.inf, jnp.inf
+        return jnp.full_like(self.thermal.capacity, 100.0), jnp.inf, jnp.inf, self._of_coolant(jnp.inf)
 
     def couplings(self) -> PyTree:
-        return couplings(self.thermal.heat), np.asarray(QUADRATURE), np.asarray(QUADRATURE)
+        place = np.asarray(QUADRATURE)
+        return couplings(self.thermal.heat), place, place, self._of_coolant(place)
+
+    def _of_coolant(self, value: Any) -> Any:
+        return value if self.thermal.heat.jackets else None
 
 
 class HeatResult(NamedTuple):
     """Course of a network: times (m,) in s, temperatures (m, k) in K, heats in J, closure of their balance.
+
+    `coolant`: heat that the coolants of jackets carried away, `None` without any; it is not among what is `lost`.
 
     Example:
         >>> heat = sb.lumped_heat(rim=2e5, partition=1.0, rim_cooling=20.0, temperature=400.0)
@@ -91,6 +99,7 @@ class HeatResult(NamedTuple):
     supplied: Float[Array, " m"]
     closure: Array
     record: Record
+    coolant: Float[Array, " m"] | None = None
 
 
 def _around(heat: Heat, speed: Number, closed: Number, pressure: Number) -> Conditions:
@@ -122,11 +131,12 @@ def _run(
         guard_samples=0,
     )
     zero = jnp.zeros(())
-    record = hybridsolve(system, (u, zero, zero), mode, ts[0], ts[-1], method, settings)
-    (course, lost, supplied), _ = record.at(ts)
+    record = hybridsolve(system, (u, zero, zero, zero if heat.jackets else None), mode, ts[0], ts[-1], method, settings)
+    (course, lost, supplied, coolant), _ = record.at(ts)
     T = jax.vmap(thermal.temperatures)(course)
     stored = jnp.sum(thermal.capacity * (course[-1] - course[0]))
-    return HeatResult(ts, T, lost, supplied, closure_of(stored, lost[-1], -supplied[-1]), record)
+    closure = closure_of(stored, lost[-1], -supplied[-1], None if coolant is None else coolant[-1])
+    return HeatResult(ts, T, lost, supplied, closure, record, coolant)
 
 
 _STATIC = ("method", "max_steps")

@@ -267,7 +267,7 @@ class Report:
         values = {name: metric.find(self._record, scene) for name, metric in metrics.items()}
         values |= {name: peak.value for name, peak in self.peaks.items()}
         hot = {f"{name}_time": p.time for name, p in self.peaks.items() if name.startswith("peak_")}
-        heats = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_lost")
+        heats = ("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_lost", "heat_to_coolant")
         values = {**values, **hot, **{name: energy[name] for name in heats if name in energy}}
         return plain({name: float(value) for name, value in values.items()})
 
@@ -322,6 +322,9 @@ class Report:
         # (those that do from the start are told by the scene)
         if times := [event.time for event in self.events if event.name == "self_locking"]:
             said.append(f"self_locking: a lining came to lock itself, first at {min(times):.6g} s")
+        if times := [event.time for event in self.events if event.name == "coolant_boils"]:
+            how = "the coolant boils at the wetted wall; the heat is computed as if it stayed liquid"
+            said.append(f"coolant_boils: from {times[0]:.6g} s on {how}")
         capacity = None
         if r.status in (Status.NOT_STOPPED, Status.RUNAWAY):  # a lining that locks itself holds any load
             end_capacity = r.end_capacity
@@ -473,7 +476,10 @@ _TERMS = {
     "heat_supplied": "supplied",
     "heat_stored": "stored",
     "heat_lost": "lost",
+    "heat_to_coolant": "to coolant",
 }
+#: maximum temperatures of jackets, and where they are
+_COOLANT = {"peak_wetted_temperature": "at the wetted wall", "peak_coolant_temperature": "at the outlet"}
 
 
 def _energy(summary: Entry) -> Iterator[str]:
@@ -502,6 +508,12 @@ def _energy(summary: Entry) -> Iterator[str]:
         into, out = heat_balance(e)
         into = {name: x for name, x in into.items() if x != 0 or name in ("heat_to_metal", "heat_to_linings")}
         yield f"heat     {_sum(into, _TERMS)} = {_sum(out, _TERMS)} (residual {_share(e['heat_closure'])})"
+    if "peak_wetted_temperature" in m:
+        hottest = (
+            f"{number(m[name], 'K', count=5)} {where} at {_number(at[f'{name}_time'], 's')}"
+            for name, where in _COOLANT.items()
+        )
+        yield f"coolant  at most {', '.join(hottest)}"
     if "worn_thickness" in summary and (most := m["greatest_wear"]) is not None:
         worn, mean, least = summary["worn_thickness"], m["wear_over_mean"], m["wear_over_least"]
         depth = number(most, "m", count=5) if in_rig_units() else f"{1e6 * most:.5g} µm"

@@ -232,9 +232,9 @@ class Result:
         `kinetic_change + elastic_change = load_work + lever_work − friction_heat` (model §1); less
         `electrical_work` and `mechanical_work` where the scene splits the friction power, less `damper_heat` of
         dampers, less `shaft_work` of other torques on the shaft. Of the heat: `friction_heat + shaft_work +
-        heat_supplied = heat_stored + heat_lost`; the friction heat entered `heat_to_metal`, `heat_to_linings`,
-        `heat_to_band`, and no body with `heat_elsewhere`; `heat_lost` goes to the air and other reservoirs, and to
-        parts that are not modelled.
+        heat_supplied = heat_stored + heat_lost`, less `heat_to_coolant` of water jackets; the friction heat entered
+        `heat_to_metal`, `heat_to_linings`, `heat_to_band`, and no body with `heat_elsewhere`; `heat_lost` goes to the
+        air and other reservoirs, and to parts that are not modelled.
 
         The residuals `closure` and `heat_closure` are no error estimates: they show energy that is lost, and see
         neither the error of the integration in time nor those of the mesh in depth and of the model.

@@ -19,7 +19,10 @@ from ..loads import TorqueLoad
 from ._scene_file import leaves, scene_from_text, scene_text
 
 #: outputs of several values, of which the maximum is given
-_MAXIMA = ("rim_temperature", "lining_temperature", "band_temperature", "lining_outer_temperature")
+_MAXIMA = (
+    *("rim_temperature", "lining_temperature", "band_temperature", "lining_outer_temperature"),
+    *("wetted_temperature", "coolant_temperature", "coolant_heat_flow"),
+)
 _LEFT_OUT = ("t", "holding_reserve")  # (of a pulley that turns it is not a number)
 #: units of FMI by their powers of base units
 _BASE = {

@@ -25,7 +25,14 @@ from ..brakes import _bands as _bands  # kinds of brake, found as subclasses
 from ..brakes import _pressed as _pressed
 from ..brakes._design import AbstractBrake, Lining, uniform_linings
 from ..profiles import AbstractProfile, PiecewiseLinear, ramp
-from ..thermal._builders import layered_heat, lumped_heat, with_external_pair, with_pulley_structure
+from ..thermal._builders import (
+    layered_heat,
+    lumped_heat,
+    with_external_pair,
+    with_pulley_structure,
+    with_water_jacket,
+)
+from ..thermal._coolant import Liquid, water
 from ..thermal._heat import Heat
 from ..thermal._material import LIBRARY, Material
 
@@ -81,7 +88,8 @@ BUILDERS: dict[type, tuple[Maker, ...]] = {
     Lining: (uniform_linings,),
     AbstractProfile: (ramp, history),
     Scene: (programme_scene,),
-    Heat: (layered_heat, lumped_heat, with_pulley_structure, with_external_pair),
+    Heat: (layered_heat, lumped_heat, with_pulley_structure, with_external_pair, with_water_jacket),
+    Liquid: (water,),
 }
 #: families whose classes have no keys that would do for another one of them
 TOLD_BY_KEYS: set[type] = {AbstractBrake, AbstractDuty}

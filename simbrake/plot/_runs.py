@@ -89,6 +89,7 @@ def duty(result: Result, *, figure: Figure | None = None) -> Figure:
 # --- the stop, stages, contacts, temperatures -------------------------------------------------------------------------
 
 _HOT = {"rim": VERMILLION, "linings": ORANGE, "band": BLUE, "linings, outer face": GREEN}
+_HOT |= {"wetted wall": PURPLE, "coolant, outlet": SKY}
 
 
 @styled
@@ -339,12 +340,14 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
             _extremes(surface, t, T, colour, named, lw=3.0 if name == "rim" else 1.3)
         if cycles is not None:
             surface.plot([], [], color="0.3", ls=":", label="lowest of a cycle")
-        if heat.permissible is not None:
-            limit = float(np.asarray(heat.permissible)) - ZERO
+        for words, most, style in (("permissible", heat.permissible, "--"), ("coolant boils at", heat.boiling, ":")):
+            if most is None:
+                continue
+            limit = float(np.asarray(most)) - ZERO
             if limit < highest + 1.5 * (highest - lowest):
-                surface.axhline(limit, color="k", lw=0.9, ls="--", label=f"permissible {limit:g} °C")
+                surface.axhline(limit, color="k", lw=0.9, ls=style, label=f"{words} {limit:g} °C")
             else:
-                surface.plot([], [], " ", label=f"permissible {limit:g} °C, above")
+                surface.plot([], [], " ", label=f"{words} {limit:g} °C, above")
         _coefficients(friction, result, t)
         surface.set_xlim(window.start, window.end)
         surface.set_ylabel("surface temperature, °C")
@@ -379,6 +382,7 @@ def _surfaces(result: Result, window: Window) -> tuple[Times, dict[str, Float[np
     s = result.series(t)
     surfaces = {"rim": s.rim_temperature, "linings": s.lining_temperature, "band": s.band_temperature}
     surfaces["linings, outer face"] = s.lining_outer_temperature
+    surfaces |= {"wetted wall": s.wetted_temperature, "coolant, outlet": s.coolant_temperature}
     by_surface = {name: T for name, T in surfaces.items() if T is not None} or {"nodes": s.temperature}
     return t, {name: np.asarray(T) - ZERO for name, T in by_surface.items()}
 

@@ -148,11 +148,13 @@ def _columns(result: Result, series: Series) -> Variables:
         value = np.asarray(values)
         if np.issubdtype(value.dtype, np.integer):
             value = value.astype(np.int64)
-        last = "node" if field == "temperature" else "lining"
+        wetted = field.startswith(("coolant_", "wetted_"))
+        last = "node" if field == "temperature" else "jacket" if wetted else "lining"
         dims = ("time", *(() if value.ndim == 1 else (last,) if value.ndim == 2 else (f"{field}_state", last)))
-        if value.ndim == 2 and field.endswith("_temperature") and value.shape[1] != n:
-            single = value.shape[1] == 1  # else of the rims of several bands
-            dims, value = ("time",) if single else ("time", "band"), value[:, 0] if single else value
+        if (value.ndim == 2 and last != "node" and value.shape[1] != n) or wetted:
+            single = value.shape[1] == 1  # else of the rims of several bands, or of several jackets
+            several = "jacket" if wetted else "band"
+            dims, value = ("time",) if single else ("time", several), value[:, 0] if single else value
         data[field] = _variable(dims, value, *about_column(field)[:2])
     return data
 

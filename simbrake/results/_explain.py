@@ -14,7 +14,15 @@ from .._base._progress import Progress, shown_progress
 from .._base._table import Table, Tabular, digits, number, plain
 from .._outputs._duty import DutyKind, rows_of, totals
 from .._outputs._log import failure_of
-from .._outputs._metrics import HOLDING, METRICS, about_output, energies_between, energy_balance
+from .._outputs._metrics import (
+    HOLDING,
+    METRICS,
+    about_output,
+    allowable_values,
+    energies_between,
+    energy_balance,
+    values_of_marks,
+)
 from .._outputs._stability import least_outweighed
 from .._parts._scene import Scene, self_locking_ratios
 from .._run._measure import LimitVerdict, Metric, name_of, read_limits, title_of, with_limits
@@ -357,7 +365,12 @@ def _limits(result: Result, said: Verdict) -> list[Finding]:
         return [Finding("limits", text + missing, {})]
     first, exceeded = rows[0], [row for row in rows if row.state == LimitVerdict.EXCEEDED]
     state = "exceeded" if first.state == LimitVerdict.EXCEEDED else "nearest its limit"
-    marks = (metric.mark.event for metric in METRICS.values() if metric.mark and metric.title == first.name)
+    allowed, marked = allowable_values(result.scene), values_of_marks(result.scene)
+    marks = (
+        metric.mark.event
+        for name, metric in METRICS.items()
+        if metric.mark and metric.title == first.name and allowed.get(name) == marked.get(name)
+    )
     times = [time for event in marks for time in result.events[event].times]
     state += f", first at {number(times[0], 's')}" if times else ""
     text = f"{first.name} is {state}: {first.value}, allowed {first.limit}, margin {first.margin}."

@@ -4,6 +4,12 @@ from ._builders import lumped_heat as lumped_heat
 from ._builders import radial_resistance as radial_resistance
 from ._builders import with_external_pair as with_external_pair
 from ._builders import with_pulley_structure as with_pulley_structure
+from ._builders import with_water_jacket as with_water_jacket
+from ._coolant import Liquid as Liquid
+from ._coolant import WaterJacket as WaterJacket
+from ._coolant import dittus_boelter as dittus_boelter
+from ._coolant import saturation_temperature as saturation_temperature
+from ._coolant import water as water
 from ._heat import ConstantPartition as ConstantPartition
 from ._heat import EffusivityPartition as EffusivityPartition
 from ._heat import FlashTemperature as FlashTemperature

@@ -9,6 +9,8 @@ import numpy as np
 
 from .._base._part import Whole, takes_values
 from .._base._quantity import Quantity, Values, positive
+from ..profiles import AbstractProfile
+from ._coolant import ATMOSPHERE, Liquid, WaterJacket, water
 from ._heat import AbstractPartition, FrictionHeat, Heat
 from ._material import ROOM, Material, SurfaceLayer, layer_growth
 from ._network import (
@@ -270,6 +272,60 @@ def with_pulley_structure(
         links.append(Conductance(rim_place, name, 1 / resistance))
         links.append(Convection(name, 2 * face, inside))  # pyright: ignore
     return dataclasses.replace(heat, bodies=tuple(bodies), links=tuple(links))
+
+
+@takes_values
+def with_water_jacket(
+    heat: Heat,
+    flow: Annotated[AbstractProfile | float, positive("m^3/s", "volume flow of the coolant")],
+    *,
+    inlet: Annotated[AbstractProfile | float, Quantity("K", "temperature of the coolant at the inlet", 0.0)] = ROOM,
+    area: Annotated[float | None, positive("m^2", "wetted area")] = None,
+    coefficient: Annotated[AbstractCoefficient | float | None, _coefficient("the coolant")] = None,
+    section: Annotated[float | None, positive("m^2", "section of the channel")] = None,
+    diameter: Annotated[float | None, positive("m", "hydraulic diameter of the channel")] = None,
+    length: Annotated[float | None, positive("m", "length of the channel")] = None,
+    pressure: Annotated[float, Quantity("Pa", "absolute pressure of the water", 611.213, 22.064e6)] = ATMOSPHERE,
+    liquid: Liquid | None = None,
+    rim_place: str | None = None,
+    name: str = "water",
+) -> Heat:
+    """The same network with water that flows behind the rim: a `WaterJacket`, and a reservoir with its inlet.
+
+    - `flow` (m³/s, as "200 l/min"), `inlet` temperature (K): numbers or profiles over time
+    - `area` (m²) that the water wets, by default that of the rim's wall
+    - `coefficient` (W/(m²·K)), or the channel: `section` (m²), hydraulic `diameter` (m), of a gap twice its width, and
+      `length` (m), from which Dittus–Boelter gives it
+    - `pressure` (Pa, absolute), by which it boils;  `liquid`: another one than water with the properties of the inlet
+    - `rim_place`: by default the back of the rim's wall, else its lump;  `name` of the reservoir
+
+    Raises `ValueError` where the network names no rim, a lump is given no area, or an inlet that varies no liquid.
+
+    Example:
+        >>> heat = sb.lumped_heat(rim=2e5, partition=1.0, rim_cooling=20.0)
+        >>> wet = sb.thermal.with_water_jacket(heat, "200 l/min", inlet="25 degC", area=0.8, coefficient=4000.0)
+        >>> rim = sb.steady_state(wet, power=100e3)["rim"]
+        >>> round(float(rim) - 273.15, 3)
+        59.708
+    """
+    place = rim_place or (heat.rim or "").replace(".front", ".back")
+    body = next((body for body in heat.bodies if body.name == place_of(place)[0]), None)
+    if body is None:
+        raise ValueError("a water jacket needs a rim: name it in `heat.rim`, or give `rim_place`")
+    if area is None:
+        if not isinstance(body, Wall):
+            raise ValueError("a water jacket on a lump needs its wetted area")
+        area = body.area  # pyright: ignore
+    if liquid is None:
+        if isinstance(inlet, AbstractProfile):
+            raise ValueError("an inlet that varies needs the liquid: `water` at the mean temperature")
+        liquid = water(inlet, pressure)
+    jacket = WaterJacket(place, area, flow, liquid, coefficient, section, diameter, length, name)  # pyright: ignore
+    return dataclasses.replace(
+        heat,
+        bodies=(*heat.bodies, Reservoir(name, inlet)),  # pyright: ignore
+        links=(*heat.links, jacket),
+    )
 
 
 @takes_values

@@ -11,8 +11,10 @@ from jaxtyping import Float
 from .._base._faults import Fault, require_share
 from .._base._part import Part, part, quantity, short_for
 from .._base._quantity import Over, Scalar, Values
+from .._base._table import number
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
+from ._coolant import WaterJacket
 from ._material import Material, effusivity_share
 from ._network import (
     FACES,
@@ -28,6 +30,7 @@ from ._network import (
     body_at,
     depends_on_temperatures,
     faults_of_network,
+    nodes_at,
     place_of,
     place_size,
     size_of,
@@ -342,6 +345,16 @@ class Heat(Part):
         return [i for i, link in enumerate(self.links) if isinstance(link, ThermalContact) and link.law is not None]
 
     @property
+    def jackets(self) -> dict[int, WaterJacket]:
+        """Water jackets, by their places among the links."""
+        return {i: link for i, link in enumerate(self.links) if isinstance(link, WaterJacket)}
+
+    @property
+    def boiling(self) -> Scalar | None:
+        """Temperature (K) at which the coolant of all jackets boils, `None` without any."""
+        return next((jacket.liquid.boiling for jacket in self.jackets.values()), None)
+
+    @property
     def surfaces(self) -> list[Surface]:
         """Faces of walls whose temperatures follow from a balance of heat flows."""
         return surfaces_of(self.bodies, self.links, self.sources)
@@ -371,8 +384,9 @@ class Heat(Part):
 
     @property
     def profiles(self) -> tuple[AbstractProfile, ...]:
-        """Given functions of time inside: prescribed temperatures and powers."""
+        """Given functions of time inside: prescribed temperatures, powers, and flows of coolant."""
         inside = [b.temperature for b in self.bodies if isinstance(b, Reservoir)] + [s.power for s in self.sources]
+        inside += [jacket.flow for jacket in self.jackets.values()]
         return tuple(p for p in inside if isinstance(p, AbstractProfile))
 
     def faults_with(self, path: str, linings: int, rims: int = 0) -> list[Fault]:
@@ -389,7 +403,7 @@ class Heat(Part):
         for i in self.pressed:
             if getattr(self.links[i], "resistance", None) is not None:
                 faults.append(Fault(f"{path}.links[{i}].law", "stands beside a resistance", "give one of the two"))
-        if faults:
+        if faults or (faults := self._faults_of_jackets(path)):
             return faults
         by_name = {body.name: body for body in self.bodies}
         pairs = {name: getattr(self, name) for name in ("friction", "external") if getattr(self, name) is not None}
@@ -410,6 +424,36 @@ class Heat(Part):
         if not faults:
             for name, pair in pairs.items():
                 faults += self._faults_of_pair(pair, f"{path}.{name}", by_name)
+        return faults
+
+    def _faults_of_jackets(self, path: str) -> list[Fault]:
+        """Errors of coolants: without an inlet temperature, or boiling at the inlet or at the start."""
+        faults, by_name = list[Fault](), {body.name: body for body in self.bodies}
+        for i, jacket in self.jackets.items():
+            where, boiling = f"{path}.links[{i}]", float(jacket.liquid.boiling)
+            if not isinstance(inlet := by_name[place_of(jacket.b)[0]], Reservoir):
+                hint = "name a `Reservoir` with the temperature of the inlet"
+                faults.append(Fault(f"{where}.b", f"{jacket.b!r} is no reservoir", hint))
+                continue
+            if boiling != float(self.boiling):  # pyright: ignore
+                hint = "give the jackets of a network one pressure"
+                faults.append(Fault(f"{where}.liquid.boiling", "differs from that of the jacket before", hint))
+            name, face = place_of(jacket.a)
+            if isinstance(by_name[name], Reservoir):
+                faults.append(
+                    Fault(f"{where}.a", f"{jacket.a!r} is a reservoir", "name the wall that the coolant wets")
+                )
+                continue
+            wall, at_start = by_name[name], getattr(by_name[name], "temperature", 0.0)
+            T_in = inlet.temperature
+            if isinstance(T_in, AbstractProfile):
+                T_in = getattr(T_in, "values", T_in.scale())
+            T_wall = np.broadcast_to(np.asarray(at_start), (wall.count,))[nodes_at(wall, face)]
+            for words, body, T in (("inlet", inlet, T_in), ("wetted wall", wall, T_wall)):
+                if (hottest := float(np.max(T))) >= boiling:
+                    there = f"{path}.bodies[{[*by_name].index(body.name)}].temperature"
+                    what = f"{number(hottest, 'K')} of the {words}: the coolant boils at {number(boiling, 'K')}"
+                    faults.append(Fault(there, what, "from the start: begin cooler, or give a higher pressure"))
         return faults
 
     def _faults_of_pair(self, pair: FrictionHeat, path: str, by_name: dict[str, Body]) -> list[Fault]:

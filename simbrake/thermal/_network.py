@@ -30,6 +30,7 @@ class Surroundings(NamedTuple):
       0 of linings and band that stand still
     - `closed`: 1 while linings cover the surface, or the contact is closed, else 0; or of each lining, (n,)
     - `pressure` (Pa) of each lining, (n,), or one for all
+    - `flow` (m³/s) of the coolant in a jacket, where it is a profile over time
 
     Example:
         >>> around = sb.thermal.Surroundings(speed=10.0, closed=1.0)
@@ -41,6 +42,7 @@ class Surroundings(NamedTuple):
     speed: Any = 0.0
     closed: Any = 0.0
     pressure: Any = 0.0
+    flow: Any = 0.0
 
 
 class AbstractLink(Part):
@@ -77,7 +79,7 @@ def reads(link: AbstractLink, n_a: int, n_b: int) -> Reads:
     def conductance(link: AbstractLink, T_a: Array, T_b: Array, around: Surroundings) -> Temperatures | None:
         return link.conductance(T_a, T_b, around)
 
-    arguments = link, *ends, Surroundings(scalar, scalar, scalar)
+    arguments = link, *ends, Surroundings(scalar, scalar, scalar, scalar)
     if jax.eval_shape(conductance, *arguments) is None:
         return Reads(temperatures=False, surroundings=False, perfect=True)
     _, *temperatures, around = read_by(conductance, *arguments)
