@@ -127,7 +127,8 @@ def duty_lines(summary: Entry) -> Iterator[str]:
             yield f"speed    {speed} at the end{tends}; mean power of the load {power}"
             if pull is not None:
                 value, most = number(pull["value"], "N"), number(pull["limit"], "N")
-                yield f"lever    at most {value} of {most} at {number(pull['time'], 's')}"
+                each = f" on each of {summary['rims']} rims" if "rims" in summary else ""
+                yield f"lever    at most {value} of {most}{each} at {number(pull['time'], 's')}"
         case _:
             yield f"end      until {number(end['time'], 's')}: {where}, turning at {speed}"
 

@@ -168,7 +168,8 @@ EVENTS = {
         "the band is taut: it begins to brake",
     ),
     "lining_limit": EventMeaning(
-        "lining `i` reaches its friction limit, `T_n/T_0 = Π_i` (reversed: counted from the anchor); a mark",
+        "lining `i`, on alike rims that of every band, reaches its friction limit, `T_n/T_0 = Π_i` (reversed: counted "
+        "from the anchor); a mark",
         _BAND,
         "a lining has reached its friction limit",
     ),

@@ -42,6 +42,7 @@ from .._run._measure import (
 )
 from .._run._result import Result
 from .._run._simulate import simulate
+from ..brakes._bands import MultiBandBrake
 from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..files._scene_file import scene_text
@@ -117,6 +118,11 @@ PICTURES = (
         "Tensions and loads on the pulley's circle",
         lambda run: isinstance(run.scene.brake, Brake),
         drawn=True,
+    ),
+    Picture(
+        "pulley",
+        "Tensions and loads on the circles of the bands",
+        lambda run: isinstance(run.scene.brake, MultiBandBrake),
     ),
     Picture(
         "pressed",

@@ -13,12 +13,13 @@ from .._base._faults import Fault, InputError
 from .._base._part import takes_values
 from .._base._quantity import BAD, NumberReader, Quantity, positive
 from .._phases import AfterTime, AfterTravel, AtRest, Phase, Phases
+from ..brakes._bands import MultiBandBrake
 from ..brakes._design import Brake, unloaded
 from ..loads import AbstractLoad, Driller, HookLoad, StringLoad
 from ..profiles import AbstractProfile, Constant, PiecewiseLinear
 from ..thermal._heat import Heat
 from ..wear import Wear
-from ._scene import Duty, Initial, Scene, band_brake, faults, sensed_at_start
+from ._scene import Duty, Initial, Scene, banded_brake, faults, sensed_at_start
 
 #: steps by name: an example, and the form of their line
 _GRAMMAR = {
@@ -86,7 +87,7 @@ def parse_programme(lines: tuple[str, ...] | list[str], path: str = "programme")
 
 @takes_values
 def programme_scene(
-    brake: Brake,
+    brake: Brake | MultiBandBrake,
     programme: tuple[str, ...],
     load: AbstractLoad,
     pull: Annotated[float, positive("N", "slack tension with the lever applied")],
@@ -114,7 +115,7 @@ def programme_scene(
     - `repeat N times`: all lines before it; each cycle adds a `stand` to the string
     - `load`: a `HookLoad` with all that hangs on the hook in the first cycle, `empty` of it without the string
     - `limit` (N): maximum slack tension of the driller, twice the `pull` by default; of several alike rims
-      (`Brake.rims`) both are the tension of each band
+      (`Brake.rims`) both are the tension of each band, of a `MultiBandBrake` the sum of all
 
     Every line that takes time is a phase (`Phases`): lowering ends with the travel, braking with the rest, however long
     that takes. The run begins at rest under the `pull` and ends with the last line; its `end_time`, by which it has to,
@@ -122,15 +123,15 @@ def programme_scene(
     is not understood or cannot be done, and with every error of the brake, the load or the heat of
     the scene, such as friction that depends on the temperature without heat; and for a brake without a band.
     """
-    if not isinstance(brake, Brake):
-        raise InputError([Fault("brake", f"is a {brake.words.brake}: programmes need a brake with one band")])
+    if not isinstance(brake, Brake | MultiBandBrake):
+        raise InputError([Fault("brake", f"is a {brake.words.brake}: programmes need a band brake")])
     steps, count = parse_programme(programme)
     reader = NumberReader()
     if not isinstance(load, HookLoad):
         reader.fault("load", f"{type(load).__name__} has no hook to lower", "give a HookLoad")
-    if brake.band.stiffness is not None:
+    if isinstance(brake, Brake) and brake.band.stiffness is not None:
         reader.fault("brake.band.stiffness", "a driller who controls the speed needs a rigid band", "leave it out")
-    if brake.bandage is not None or brake.band.segments is not None:
+    if brake.in_series or brake.resolved:
         reader.fault("brake", "a driller cannot control a staged brake or a chain", "give a standard brake")
     # errors of brake, load and heat in any scene: the plan uses the friction at the start
     still = Scene(brake, Duty(Constant(0.0), load), Initial(0.0), 1.0, heat)
@@ -177,7 +178,7 @@ class _Plan:
     def __init__(
         self, still: Scene, load: HookLoad, pull: float, lever_time: float, acceleration: float, limit: float
     ) -> None:
-        self.brake, self.sensed = band_brake(still), sensed_at_start(still)
+        self.brake, self.sensed = banded_brake(still), sensed_at_start(still)
         self.pull, self.lever_time, self.acceleration, self.limit = pull, lever_time, acceleration, limit
         # rad of the pulley per m of the hook, with the rope as it is at the start; length of rope for the hook (m)
         self.per_metre = 1 / float(load.on_layer(load.rope and load.rope.first_layer()).travel())  # pyright: ignore

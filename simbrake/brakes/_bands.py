@@ -192,16 +192,17 @@ class MultiBandBrake(AbstractBandBrake):
         T_0,j = s_j T_0,   s_j = 1/(c_j Σ_k 1/c_k),   c_j = Π_j/C_j   (K-8)
         M = R_b Σ_j T_0,j (Π_j − 1),   backwards  R_b Σ_j T_0,j (1 − 1/Π_j)
 
-    - `pulley` on which all of them act, or several on one shaft;  `band_radius` `R_b` (m) of their circle
+    - `pulley` on which all of them act, or several on one shaft; its `width` is that of all tracks together
+    - `band_radius` `R_b` (m) of their circle
     - `bands`: each with its linings, and its stiffness (or its share `s_j`, in proportion to those of the others)
 
-    `T_0` is the sum of the slack tensions. The lever stretches all bands alike: as for one elastic band the stiffness
-    `C_j` is that at the tight end, `x = T_n,j/C_j`, and in full slip `T_n,j = Π_j T_0,j` with the `Π_j` of the band's
-    linings (not `e^{Σfα}`, their limit of many). The shares `s_j` are those of a slide ahead with the friction at the
-    start of the run, at zero speed and without pressure, and constant in the run: a later change of the friction moves
-    the torque of each band, not its share of the lever. The stiffness sets the shares alone: the bands themselves are
-    rigid, slide together and stick together. Where they stick, each has that part of the torque that it has of the
-    maximum torque.
+    `T_0` is the sum of the slack tensions (alike rims of a `Brake` have that of each). The lever stretches all bands
+    alike: as for one elastic band the stiffness `C_j` is that at the tight end, `x = T_n,j/C_j`, and in full slip
+    `T_n,j = Π_j T_0,j` with the `Π_j` of the band's linings (not `e^{Σfα}`, their limit of many). The shares `s_j` are
+    those of a slide ahead with the friction at the start of the run, at zero speed and without pressure, and constant
+    in the run: a later change of the friction moves the torque of each band, not its share of the lever. The stiffness
+    sets the shares alone: the bands themselves are rigid, slide together and stick together. Where they stick, each has
+    that part of the torque that it has of the maximum torque.
 
     Arrays over linings have those of the first band first (`of_bands` divides them). Source: K-4…K-8, model §2.3.
 
@@ -245,8 +246,12 @@ class MultiBandBrake(AbstractBandBrake):
         return self.linings.bands
 
     @property
+    def stiffnesses(self) -> tuple[Scalar | AbstractStiffness | None, ...]:
+        return tuple(band.stiffness for band in self.bands)
+
+    @property
     def force_words(self) -> str:
-        return f"T₀, Tₙ of all {len(self.bands)} bands"
+        return f"T₀ and Tₙ over time are sums of {len(self.bands)} bands"
 
     @property
     def linings_of_rims(self) -> tuple[int, ...]:

@@ -402,6 +402,11 @@ class AbstractBandBrake(AbstractBrake):
     banded: ClassVar[bool] = True  # pyright: ignore
 
     @property
+    @abc.abstractmethod
+    def stiffnesses(self) -> tuple[Scalar | AbstractStiffness | None, ...]:
+        """Stiffness or geometry of each of the `bands_of_linings`, as it was given."""
+
+    @property
     def inertia(self) -> Scalar:
         return self.pulley.inertia
 
@@ -460,6 +465,10 @@ class Brake(AbstractBandBrake):
         if self.bandage is None:
             return {"external": PairPlace("linings", on_rim)}
         return {"external": PairPlace("linings", "band on linings"), "internal": PairPlace("bandage", on_rim)}
+
+    @property
+    def stiffnesses(self) -> tuple[Scalar | AbstractStiffness | None, ...]:
+        return (self.band.stiffness,)
 
     @property
     def kind(self) -> str:

@@ -23,7 +23,8 @@ from .._parts._scene import AbstractDuty, Scene
 from .._run import _measure as _measure  # limits, found as a subclass
 from ..brakes import _bands as _bands  # kinds of brake, found as subclasses
 from ..brakes import _pressed as _pressed
-from ..brakes._design import AbstractBrake, Lining, uniform_linings
+from ..brakes._bands import MultiBandBrake
+from ..brakes._design import AbstractBrake, Brake, Lining, uniform_linings
 from ..profiles import AbstractProfile, PiecewiseLinear, ramp
 from ..thermal._builders import (
     layered_heat,
@@ -92,7 +93,7 @@ BUILDERS: dict[type, tuple[Maker, ...]] = {
     Liquid: (water,),
 }
 #: families whose classes have no keys that would do for another one of them
-TOLD_BY_KEYS: set[type] = {AbstractBrake, AbstractDuty}
+TOLD_BY_KEYS: set[type] = {AbstractBrake, Brake, MultiBandBrake, AbstractDuty}
 
 
 class Part(NamedTuple):

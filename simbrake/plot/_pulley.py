@@ -14,13 +14,13 @@ from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, Wedge
 from matplotlib.ticker import MaxNLocator
 
 from .._base._faults import Fault, InputError
-from .._outputs._probe import Probe
+from .._outputs._probe import Probe, tension_before
 from .._outputs._quantities import times_within
-from .._parts._scene import band_brake
+from .._parts._scene import banded_brake
 from .._run._linings import WORDS, Contact, lining_contacts
 from .._run._result import Result, look
 from ..brakes._band import AbstractStiffness, ParallelBands
-from ..brakes._design import Brake
+from ..brakes._design import AbstractBandBrake
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..hybrid._arrays import Array
 from ._shared import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, finish, head, name_marks, one_run, sheet, span, styled
@@ -40,16 +40,17 @@ CONTACT_COLOURS = {
 RIM, LINING, BAND = 1.0, (1.02, 1.18), 1.21
 
 
-def lining_edges(brake: Brake) -> Ends:
-    """Angles (rad) at which each lining begins and ends, from the slack end on, gaps between them included.
+def lining_edges(brake: AbstractBandBrake, band: int = 0) -> Ends:
+    """Angles (rad) at which each lining of a band begins and ends, from the slack end on, gaps between them included.
 
     Of bands in parallel the first one, as all have its gaps.
     """
-    stiffness: Any = brake.band.stiffness
+    stiffness: Any = brake.stiffnesses[band]
     if isinstance(stiffness, ParallelBands):
         stiffness = stiffness.bands[0]
     gap = getattr(stiffness, "gap", 0.0) if isinstance(stiffness, AbstractStiffness) else 0.0
-    return side_by_side(np.asarray(brake.linings.angle, np.float64), np.asarray(gap, np.float64))
+    angle = np.asarray(brake.bands_of_linings[band].weights, np.float64)
+    return side_by_side(angle, np.asarray(gap, np.float64))
 
 
 def side_by_side(angle: PerLining, gap: float | np.ndarray = 0.0) -> Ends:
@@ -150,6 +151,8 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
 
     - `time` (s): default that of the maximum tension; at an event the values after it
 
+    Of alike rims one is drawn; unlike bands have a circle each, side by side in one scale.
+
     Raises `InputError` for a time outside the run, for a batch of runs and for a brake without a band (`pressed`).
 
     Example:
@@ -157,27 +160,24 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
         >>> figure.get_suptitle().splitlines()[1]
         'tension of the band and normal load of the linings at $t$ = 0.5 s'
     """
-    angles = on_circle(lining_edges(band_brake(one_run(result).scene)))
+    brake = banded_brake(one_run(result).scene)
     t, p = _moment(result, time, "max_tension", lambda p: p.shown.tension)
     contacts = lining_contacts(result, p)
-    tension = np.append(float(p.flows.contact.slack_tension[0]), np.asarray(p.shown.tension)[0]) / 1e3
-    figure = sheet(figure, 10.0, 10.8)
-    axes = figure.subplots()
-    rings = draw_wheel(axes, angles, contacts)
-    colour_linings(rings, contacts, 0)
-    middle = LINING[1] - 0.5 * (LINING[1] - LINING[0]) / len(rings)  # of the outermost ring
-    for i, angle in enumerate(angles.mean(axis=1)):
-        x, y = spot(middle, angle)
-        axes.text(x, y, str(i + 1), ha="center", va="center", zorder=4)
-    _draw_tension(axes, tension, angles)
-    _draw_load(axes, [np.asarray(pair.normal)[0] / 1e3 for pair in p.shown.pairs], angles)
-    reverse = tension[-1] < tension[0]
-    slack, tight = ("lever end, now tight", "anchor end, now slack") if reverse else ("slack end", "tight end")
-    ends = (f"{slack} (lever)\n$T_0$ = {tension[0]:.4g} kN", f"{tight} (anchor)\n$T_n$ = {tension[-1]:.4g} kN")
-    draw_band(axes, angles, ends)
-    draw_rotation(axes, float(p.y.omega[0]), 0.2)
-    axes.set(aspect="equal", xlim=(-2.25, 2.25), ylim=(-1.85, 2.15))
-    axes.axis("off")
+    before = tension_before(p.shown, p.flows.contact.slack_tension)
+    ahead, behind = np.asarray(before)[0] / 1e3, np.asarray(p.shown.tension)[0] / 1e3
+    loads = [np.asarray(pair.normal)[0] / 1e3 for pair in p.shown.pairs]
+    tops = max(float(ahead.max()), float(behind.max())), max(float(load.max()) for load in loads)
+    bands = len(brake.bands_of_linings)
+    figure = sheet(figure, 10.0 * bands, 10.8)
+    last = np.cumsum([linings.count for linings in brake.bands_of_linings])
+    for j, axes in enumerate(np.ravel(figure.subplots(1, bands, squeeze=False))):
+        own = slice(last[j] - brake.bands_of_linings[j].count, last[j])
+        angles, tension = on_circle(lining_edges(brake, j)), np.append(ahead[own][0], behind[own])
+        rings = draw_wheel(axes, angles, contacts)
+        colour_linings(rings, {pair: states[:, own] for pair, states in contacts.items()}, 0)
+        _draw_around(axes, angles, own.start, tension, [load[own] for load in loads], tops)
+        draw_rotation(axes, float(p.y.omega[0]), 0.2)
+        axes.set_title(f"band {j + 1}" if bands > 1 else "")
     why = ", at the maximum tension" if time is None else ""
     title = f"tension of the band and normal load of the linings at $t$ = {t:.6g} s{why}"
     title += f"\nbrake torque {float(p.flows.contact.brake_torque[0]) / 1e3:.4g} kN·m"
@@ -194,6 +194,32 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
         handles.append(Patch(fill=False, ec="0.3", label="load of a lining on the rim, kN"))
     name_marks(figure, [], [*handles, *contact_legend(contacts)])
     return figure
+
+
+def _draw_around(
+    axes: Axes,
+    angles: Ends,
+    first: int,
+    tension: Float[np.ndarray, " m"],
+    loads: list[PerLining],
+    tops: tuple[float, float],
+) -> None:
+    """Numbers of the linings of a band, of which `first` are before it, its tension and loads (kN), and its ends.
+
+    `tops`: maxima of the two scales
+    """
+    middle = LINING[1] - 0.5 * (LINING[1] - LINING[0]) / len(loads)  # of the outermost ring
+    for i, angle in enumerate(angles.mean(axis=1)):
+        x, y = spot(middle, angle)
+        axes.text(x, y, str(first + i + 1), ha="center", va="center", zorder=4)
+    _draw_tension(axes, tension, angles, tops[0])
+    _draw_load(axes, loads, angles, tops[1])
+    reverse = tension[-1] < tension[0]
+    slack, tight = ("lever end, now tight", "anchor end, now slack") if reverse else ("slack end", "tight end")
+    ends = (f"{slack} (lever)\n$T_0$ = {tension[0]:.4g} kN", f"{tight} (anchor)\n$T_n$ = {tension[-1]:.4g} kN")
+    draw_band(axes, angles, ends)
+    axes.set(aspect="equal", xlim=(-2.25, 2.25), ylim=(-1.85, 2.15))
+    axes.axis("off")
 
 
 def _moment(result: Result, time: float | int | None, peak: str, values: Callable[[Probe], Any]) -> tuple[float, Probe]:
@@ -232,8 +258,8 @@ def _radial(axes: Axes, radius: float, angle: float, words: str, *, outwards: bo
     axes.text(x, y, words, zorder=5, **place, **look)
 
 
-def _draw_tension(axes: Axes, tension: Float[np.ndarray, " m"], angles: Ends) -> None:
-    top = _rings(axes, float(tension.max()), 4, _TENSION, angles, "tension scale")
+def _draw_tension(axes: Axes, tension: Float[np.ndarray, " m"], angles: Ends, most: float) -> None:
+    top = _rings(axes, most, 4, _TENSION, angles, "tension scale")
     radius = _TENSION[0] + _TENSION[1] * tension / top
     # both ends of each lining: over a gap the tension stays
     turn, r = angles.ravel(), np.stack([radius[:-1], radius[1:]], axis=1).ravel()
@@ -247,9 +273,9 @@ def _draw_tension(axes: Axes, tension: Float[np.ndarray, " m"], angles: Ends) ->
             _radial(axes, radius[i] + 0.04, angle, words, outwards=True, gid="T", color=BLUE)
 
 
-def _draw_load(axes: Axes, loads: list[PerLining], angles: Ends) -> None:
+def _draw_load(axes: Axes, loads: list[PerLining], angles: Ends, most: float) -> None:
     """Loads of the linings inwards: filled those of the first friction pair, as outlines those of the others."""
-    top = _rings(axes, max(float(load.max()) for load in loads), 3, _LOAD, angles, "load scale")
+    top = _rings(axes, most, 3, _LOAD, angles, "load scale")
     step = -(-len(angles) // 30)
     for i, (begin, end) in enumerate(np.degrees(angles)):
         middle, width = (begin + end) / 2, 0.36 * (begin - end)

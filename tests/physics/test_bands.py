@@ -259,6 +259,22 @@ def test_one_band_leaves_its_table():
 # --- input, files, figures --------------------------------------------------------------------------------------------
 
 
+PROGRAMME = """
+format = "simbrake scene 1"
+programme = ["lower 4 m at 1 m/s", "brake to rest"]
+pull = "30 kN"
+load = { mass = "30 t", drum_radius = "400 mm", line_count = 8 }
+[brake]
+pulley = { radius = "590 mm", inertia = "1200 kg*m^2" }
+band_radius = "623 mm"
+[[brake.bands]]
+linings = { count = 8, wrap = "270 deg", friction = 0.35 }
+share = 1
+[[brake.bands]]
+linings = { count = 10, wrap = "250 deg", friction = 0.3 }
+share = 1
+"""
+
 GOOD = """
 format = "simbrake scene 1"
 end_time = "6 s"
@@ -342,8 +358,49 @@ def test_what_needs_one_band_says_so(stopped):
     for feature in (
         lambda: sb.brakes.stiffness_of(stopped.scene.brake),
         lambda: sb.studies.turned_scene(stopped.scene),
-        lambda: plot.pulley(stopped),
     ):
         with pytest.raises(sb.InputError, match=r"is a multi-band brake: .* one band"):
             feature()
     assert plot.lining_map(stopped, "normal_load").axes[0].get_ylabel() == "lining, band after band"
+
+
+def test_circles_of_all_bands_have_one_scale(stopped):
+    bands, figure = zip(shares(), FRICTION, ANGLES, strict=True), plot.pulley(stopped, 0.5)
+    along = [tensions(s * T0, f, a) for s, f, a in bands]
+    assert [axes.get_title() for axes in figure.axes] == ["band 1", "band 2"]
+    assert "T₀ and Tₙ over time are sums of 2 bands" in figure.get_suptitle()
+    for axes, T in zip(figure.axes, along, strict=True):
+        (line,) = (line for line in axes.lines if line.get_gid() == "tension")
+        radius = np.hypot(*line.get_xydata().T)  # both ends of each lining
+        shown = (radius - 1.30) / 0.72 * max(T.max() for T in along)
+        np.testing.assert_allclose(shown, np.repeat(T, 2)[1:-1], rtol=1e-12)
+        words = [text.get_text() for text in axes.texts]
+        assert any(f"$T_n$ = {T[-1] / 1e3:.4g} kN" in text for text in words)
+
+
+def test_estimates_and_synthesis_of_several_bands(stopped):
+    Pi = sum(s * ratios(f, a).prod() for s, f, a in zip(shares(), FRICTION, ANGLES, strict=True))
+    for table in (sb.estimates(stopped), sb.synthesize(stopped)):
+        assert table["tension ratio"].value == pytest.approx(Pi, rel=1e-13)
+        assert table["brake torque"].value == pytest.approx(R_B * T0 * (Pi - 1), rel=1e-13)
+        for name in ("brake torque", "stopping time", "stopping angle", "friction work"):
+            assert table[name].value == pytest.approx(table[name].simulated, rel=1e-9)
+    inputs = {entry.name: entry.value for entry in table.inputs}
+    assert inputs["lining_area"] == pytest.approx(4 * 0.03 + 0.13, rel=1e-14)
+    assert inputs["track_area"] == pytest.approx(2 * 2 * math.pi * R * 0.22, rel=1e-14)  # a rim for each
+    assert table["tight tension, maximum"].value == pytest.approx(Pi * T0, rel=1e-13)
+
+
+def test_a_programme_lowers_with_several_bands(tmp_path):
+    """Two equal bands at twice the tension move as one of them does."""
+    linings, pulley = sb.uniform_linings(8, "270 deg", 0.35), sb.Pulley(R, J)
+    band, runs = sb.brakes.LinedBand(linings, share=1.0), []
+    brakes = (sb.Brake(pulley, sb.Band(R_B), linings), sb.brakes.MultiBandBrake(pulley, R_B, (band, band)))
+    for brake in brakes:
+        lines, hook = ("lower 4 m at 1 m/s", "brake to rest", "hold 2 s"), sb.HookLoad("30 t", "400 mm", 8)
+        runs.append(sb.simulate(sb.programme_scene(brake, lines, hook, pull=4e4)))
+    one, two = ([*run.events["stop"].times, run.metrics["total_hook_travel"]] for run in runs)
+    np.testing.assert_allclose(two, one, rtol=1e-10)
+    file = tmp_path / "trip.toml"
+    file.write_text(PROGRAMME)
+    assert isinstance(sb.read_scene(file).brake, sb.brakes.MultiBandBrake)
