@@ -1,6 +1,7 @@
 """Phases of a duty: each has its own lever, and ends with rest, travel, a temperature or a time."""
 
 import abc
+import dataclasses
 import re
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -47,16 +48,20 @@ class AtRest(AbstractEnd):
 
 
 class AfterTravel(AbstractEnd):
-    """A phase ends after a travel of the hook, downwards from its begin.
+    """A phase ends after a travel of the hook from its begin.
 
-    - `distance` (m)
+    - `distance` (m): downwards, negative upwards
 
     Example:
         >>> sb.loads.AfterTravel("27 m")
         AfterTravel(distance=27 m)
     """
 
-    distance: Scalar = quantity("m", "travel of the hook", positive=True)
+    distance: Scalar = quantity("m", "travel of the hook, negative upwards")
+
+    def faults(self, path: str) -> list[Fault]:
+        hint = "give the metres downwards, negative ones upwards"
+        return [Fault(f"{path}.distance", "0 m is no travel", hint)] if float(self.distance) == 0.0 else []
 
     @property
     def words(self) -> str:
@@ -104,7 +109,10 @@ class AfterTime(AbstractEnd):
         return str(number(self.duration, "s"))
 
 
-_FORMS = 'as in "rest", "travel 27 m", "temperature 350 degC", "temperature of the linings below 80 degC", "12 s"'
+_FORMS = (
+    'as in "rest", "travel 27 m" (negative upwards), "temperature 350 degC", '
+    '"temperature of the linings below 80 degC", "12 s"'
+)
 _TRAVEL = re.compile(r"travel (?P<distance>.+)")
 _TEMPERATURE = re.compile(
     r"temperature (?:of (?:the )?(?P<of>[a-z]+) )?(?:(?P<way>above|below) )?(?P<level>[+-]?[\d.].*)"
@@ -114,8 +122,8 @@ _TEMPERATURE = re.compile(
 def read_end(text: str, path: str = "until") -> AbstractEnd:
     """The end of a phase that a text means. Raises `InputError` for a text that is none."""
 
-    def amount(words: str, unit: str, meaning: str) -> Any:
-        value = in_si(words, Quantity(unit, meaning, 0.0, open_low=True))
+    def amount(words: str, unit: str, meaning: str, *, signed: bool = False) -> Any:
+        value = in_si(words, Quantity(unit, meaning) if signed else Quantity(unit, meaning, 0.0, open_low=True))
         if not isinstance(value, np.ndarray):
             raise InputError([Fault(path, f"{words!r} is no {meaning} in a unit of {unit}", _FORMS)])
         return value
@@ -124,7 +132,10 @@ def read_end(text: str, path: str = "until") -> AbstractEnd:
     if plain == "rest":
         return AtRest()
     if match := _TRAVEL.fullmatch(plain):
-        return AfterTravel(amount(match["distance"], "m", "travel"))
+        distance = amount(match["distance"].replace("\N{MINUS SIGN}", "-"), "m", "travel", signed=True)
+        if distance == 0.0:
+            raise InputError([Fault(path, f"{text!r} is no travel", _FORMS)])
+        return AfterTravel(distance)
     if match := _TEMPERATURE.fullmatch(plain):
         of = match["of"] or "rim"
         if of not in PLACES:
@@ -149,6 +160,9 @@ class Phase(Part):
     - `lever`: tension or force (N) over the time from the begin of the phase, or a lever that controls the speed
     - `until`: `"rest"`, `"travel 27 m"`, `"temperature 350 degC"`, `"12 s"`, or an object of these kinds
     - `name` in the event log;  `string_on_hook`: whether a `StringLoad` hangs on the hook, else in the slips
+    - `motor`: speed of the pulley that the scene's `Motor` follows from the begin of the phase on (rad/s), negative to
+      hoist; `None`: the motor is off
+    - `auxiliary`: share 0…1 of the excitation or filling of auxiliary brakes on the shaft, 0: disengaged; `None`: all
 
     Example:
         >>> sb.loads.Phase(30e3, "40 s", "hold")
@@ -159,6 +173,8 @@ class Phase(Part):
     until: AbstractEnd = eqx.field(converter=_as_end, metadata={"part": AbstractEnd})  # pyright: ignore
     name: str = eqx.field(static=True, default="")
     string_on_hook: bool = eqx.field(static=True, default=True)
+    motor: PiecewiseLinear | None = part(PiecewiseLinear, "rad/s", default=None)
+    auxiliary: Scalar | None = quantity("1", "engagement of auxiliary brakes", low=0.0, high=1.0, default=None)
 
 
 class Ended(NamedTuple):
@@ -174,11 +190,34 @@ class Ended(NamedTuple):
         return f"phase {self.phase} {named}of cycle {self.cycle} ({self.until})"
 
 
+class _Group(NamedTuple):
+    """A cycle of phases that is repeated, among all of a duty (whole numbers, from 0).
+
+    - `begin`, `end`: numbers of phases that have ended before its first cycle, and after its last
+    - `first`: place of its first phase among all, and `length` of the cycle
+    - `stands` on the string in its first cycle, more than in the first of all, and `step` of it from cycle to cycle
+    - `cycle`: number of its first cycle among all
+    """
+
+    begin: int
+    end: int
+    first: int
+    length: int
+    stands: int
+    step: int
+    cycle: int
+
+
 class Phases(Part):
     """A lever in phases that follow each other, all of them `count` times; with the last one the run ends.
 
         brake, hold = sb.loads.Phase(sb.ramp(0, 30e3, 0, 0.35), "rest", "brake"), sb.loads.Phase(30e3, "40 s", "hold")
         duty = sb.Duty(sb.loads.Phases((sb.loads.Phase(0.0, "travel 26 m", "lower"), brake, hold), count=30), load)
+
+    - `stands` by which the string of a `StringLoad` is longer in each cycle than in the one before: 1 running in, −1
+      pulling out, 0 for a string that stays as it is
+    - `then`: other phases with their own `count` that follow, as pulling out after running in; its first cycle has the
+      string as it is then
 
     A phase begins as the one before it ends, and its lever's time with it. The phase is a mode of the brake and its end
     an event, whose time has derivatives. A run that is at its `end_time` before ends with the code `phase_never_ends`.
@@ -191,11 +230,79 @@ class Phases(Part):
 
     phases: tuple[Phase, ...]
     count: int = whole("number of cycles", high=1_000_000, default=1)
+    stands: int = whole("stands that each cycle adds to the string", low=-1, high=1, default=1)
+    then: "Phases | None" = None
+
+    @property
+    def engages(self) -> bool:
+        """Whether auxiliary brakes are engaged differently in some phase."""
+        return any(phase.auxiliary is not None for phase in self.each)
+
+    def engagement(self, passed: Int[Array, ""]) -> Float[Array, ""]:
+        """Share of auxiliary brakes in the phase after `passed` others."""
+        now = self.at(passed, jnp.zeros(()))
+        return now.of_each([1.0 if phase.auxiliary is None else phase.auxiliary for phase in self.each])
+
+    def located(self, path: str) -> list[tuple[str, Phase]]:
+        """The phases of `each` with their paths."""
+        own = [(f"{path}.phases[{i}]", phase) for i, phase in enumerate(self.phases)]
+        return own if self.then is None else own + self.then.located(f"{path}.then")
+
+    def with_levers(self, lever: Callable[[Phase], AbstractProfile]) -> "Phases":
+        """The same phases with other levers."""
+        phases = tuple(dataclasses.replace(phase, lever=lever(phase)) for phase in self.phases)
+        return dataclasses.replace(self, phases=phases, then=self.then and self.then.with_levers(lever))
+
+    @property
+    def each(self) -> tuple[Phase, ...]:
+        """Every phase once, those that follow included."""
+        return self.phases if self.then is None else (*self.phases, *self.then.each)
+
+    @property
+    def _groups(self) -> list[_Group]:
+        groups, phases = list[_Group](), self
+        begin, first, cycle, stands = 0, 0, 0, -max(self.stands, 0)
+        while phases is not None:
+            length, count, step = len(phases.phases), phases.count, phases.stands
+            # a stand is made up before the string goes in, and laid down after it has come out
+            stands += max(step, 0)
+            groups.append(_Group(begin, begin + count * length, first, length, stands, step, cycle))
+            begin, first, cycle = groups[-1].end, first + length, cycle + count
+            stands += step * (count - 1) + min(step, 0)
+            phases = phases.then
+        return groups
 
     @property
     def total(self) -> int:
         """Number of phases in all cycles."""
-        return self.count * len(self.phases)
+        return self._groups[-1].end
+
+    @property
+    def stands_range(self) -> tuple[int, int]:
+        """Least and greatest number of stands that a cycle has more than the first one."""
+        ends = [(x.stands, x.stands + x.step * ((x.end - x.begin) // x.length - 1)) for x in self._groups]
+        return min(map(min, ends)), max(map(max, ends))
+
+    def _group_of(self, passed: Int[Array, ""]) -> _Group:
+        """The group of the phase that runs after `passed` others."""
+        rows = np.asarray(self._groups, np.int32)
+        runs = (rows[:, 0] <= passed) & (passed < rows[:, 1])
+        return _Group(*jnp.sum(jnp.where(runs[:, None], rows, 0), axis=0, dtype=jnp.int32))
+
+    def place(self, passed: Int[Array, ""]) -> Int[Array, ""]:
+        """Place among `each` of the phase that runs after `passed` others."""
+        if self.then is None:
+            return passed % len(self.phases)
+        group = self._group_of(passed)
+        return group.first + (passed - group.begin) % group.length
+
+    def stands_at(self, passed: Int[Array, ""]) -> Int[Array, ""]:
+        """How many stands the string has more than in the first cycle, in the phase after `passed` others."""
+        if self.then is None:
+            cycle = passed // len(self.phases)
+            return cycle if self.stands == 1 else self.stands * cycle
+        group = self._group_of(passed)
+        return group.stands + group.step * ((passed - group.begin) // group.length)
 
     @property
     def knot_count(self) -> int:
@@ -205,29 +312,36 @@ class Phases(Part):
     @property
     def controls_speed(self) -> bool:
         """Whether the lever controls the speed in some phase."""
-        return any(phase.lever.controls_speed for phase in self.phases)
+        return any(phase.lever.controls_speed for phase in self.each)
+
+    @property
+    def corrects_position(self) -> bool:
+        """Whether the lever corrects the angle that the pulley has turned in some phase."""
+        return any(phase.lever.corrects_position for phase in self.each)
 
     def scale(self) -> Float[Array, ""]:
         """Largest magnitude (N)."""
-        return jnp.max(jnp.stack([jnp.asarray(phase.lever.scale()) for phase in self.phases]))
+        return jnp.max(jnp.stack([jnp.asarray(phase.lever.scale()) for phase in self.each]))
 
     def at(self, passed: Int[Array, ""], begun: Float[Array, ""]) -> "PhaseNow":
         """The lever of the phase that began at `begun` (s) after `passed` others; behind the last that of the last."""
         return PhaseNow(self, jnp.minimum(passed, self.total - 1), begun)
 
-    def load_piece(self, passed: Int[Array, ""]) -> Int[Array, ""]:
-        """Piece of a `StringLoad` in a phase."""
+    def string_at(self, passed: Int[Array, ""]) -> tuple[Int[Array, ""], Int[Array, ""], Int[Array, ""]]:
+        """In the phase after `passed` others: its place among `each`, how many stands the string has more than in the
+        first cycle, and 1 while it hangs on the hook, else 0."""
         passed = jnp.minimum(passed, self.total - 1)
-        n = len(self.phases)
-        hanging = np.asarray([phase.string_on_hook for phase in self.phases]).astype(np.int32)
-        is_current = jnp.arange(n, dtype=jnp.int32) == passed % n
-        return 2 * (passed // n) + jnp.sum(jnp.where(is_current, hanging, 0)).astype(jnp.int32)
+        place = self.place(passed)
+        hanging = np.asarray([phase.string_on_hook for phase in self.each]).astype(np.int32)
+        is_current = jnp.arange(len(self.each), dtype=jnp.int32) == place
+        return place, self.stands_at(passed), jnp.sum(jnp.where(is_current, hanging, 0)).astype(jnp.int32)
 
     def ended(self, number: int) -> Ended:
         """The phase with a number from 0 over all cycles, for people."""
-        cycle, i = divmod(number, len(self.phases))
-        phase = self.phases[i]
-        return Ended(phase.name, i + 1, cycle + 1, phase.until.words)
+        group = next(group for group in self._groups if number < group.end)
+        cycle, i = divmod(number - group.begin, group.length)
+        phase = self.each[group.first + i]
+        return Ended(phase.name, group.first + i + 1, group.cycle + cycle + 1, phase.until.words)
 
     def faults(self, path: str) -> list[Fault]:
         if not self.phases:
@@ -275,22 +389,22 @@ class PhaseNow(NamedTuple):
 
     @property
     def number(self) -> Int[Array, ""]:
-        """Number of the phase in its cycle, from 0."""
-        return self.passed % len(self.whole.phases)
+        """Place of the phase among `Phases.each`."""
+        return self.whole.place(self.passed)
 
     @property
     def here(self) -> Bool[Array, " phases"]:
         """Which phase it is."""
-        return jnp.arange(len(self.whole.phases), dtype=jnp.int32) == self.number
+        return jnp.arange(len(self.whole.each), dtype=jnp.int32) == self.number
 
     @property
     def _table(self) -> _Table:
-        return _table(self.whole.phases)
+        return _table(self.whole.each)
 
     @property
     def _others(self) -> list[tuple[Array, AbstractProfile]]:
         """Levers that are no straight lines, and whether each is the one now."""
-        straight, levers = (PiecewiseLinear, Constant), [phase.lever for phase in self.whole.phases]
+        straight, levers = (PiecewiseLinear, Constant), [phase.lever for phase in self.whole.each]
         return [(self.number == i, lever) for i, lever in enumerate(levers) if type(lever) not in straight]
 
     def of_each(self, values: Sequence[Any]) -> Array:
@@ -326,7 +440,7 @@ class PhaseNow(NamedTuple):
     def no_more_turns(self, t: Array) -> Bool[Array, ""]:
         local = t - self.begun
         last = self.passed == self.whole.total - 1
-        turned = jnp.stack([jnp.asarray(phase.lever.no_more_turns(local)) for phase in self.whole.phases])
+        turned = jnp.stack([jnp.asarray(phase.lever.no_more_turns(local)) for phase in self.whole.each])
         return last & jnp.any(self.here & turned)
 
     # --- levers that control the speed --------------------------------------------------------------------------------
@@ -336,15 +450,21 @@ class PhaseNow(NamedTuple):
         return self.whole.controls_speed
 
     def _of_speed(self, of: Callable[[Any], Any]) -> Array:
-        levers = [phase.lever for phase in self.whole.phases]
+        levers = [phase.lever for phase in self.whole.each]
         return self.of_each([of(lever) if lever.controls_speed else 0.0 for lever in levers])
 
     def follows(self, piece: Piece) -> Bool[Array, ""]:
         return self._of_speed(lambda lever: jnp.where(lever.follows(piece), 1.0, 0.0)) > 0
 
-    def wanted_torque(self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real) -> Array:
+    @property
+    def corrects_position(self) -> bool:
+        return self.whole.corrects_position
+
+    def wanted_torque(
+        self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real, turned: Real | None = None
+    ) -> Array:
         local = jnp.asarray(t) - self.begun
-        return self._of_speed(lambda lever: lever.wanted_torque(local, omega, piece, load, inertia))
+        return self._of_speed(lambda lever: lever.wanted_torque(local, omega, piece, load, inertia, turned))
 
     def greatest(self) -> Array:
         return self._of_speed(lambda lever: lever.greatest())
@@ -360,7 +480,7 @@ class PhaseEnd(NamedTuple):
     now: PhaseNow
 
     def next_knot(self, piece: Piece) -> Array:
-        ends = [phase.until for phase in self.now.whole.phases]
+        ends = [phase.until for phase in self.now.whole.each]
         lasts = [end.duration if isinstance(end, AfterTime) else jnp.inf for end in ends]
         return self.now.begun + jnp.sum(jnp.where(self.now.here, jnp.stack([jnp.asarray(x) for x in lasts]), 0.0))
 

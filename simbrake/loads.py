@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 
 from ._base._faults import Fault
 from ._base._part import Part, part, quantity, short_for, whole
-from ._base._quantity import Scalar, Values
+from ._base._quantity import Over, Scalar, Values
 from ._base._retired import answers
 from ._phases import AfterTime, AfterTravel, AtRest, AtTemperature, Phase, Phases, held_within
 from .hybrid._arrays import Array
@@ -40,6 +40,7 @@ __all__ = [
     "HookLoad",
     "HydrodynamicBrake",
     "Lever",
+    "Motor",
     "Phase",
     "Phases",
     "RopeElasticity",
@@ -63,7 +64,7 @@ class AbstractLoad(Part):
 
     #: the profile whose time breakpoints the load has
     profile: eqx.AbstractVar[AbstractProfile]
-    #: whether the phases of the duty (`Phases`) are its pieces: twice the cycle, from 0, and 1 more while it hangs
+    #: whether its pieces are those of the phases of the duty (`Phases`)
     by_phases: ClassVar[bool] = False
 
     @abc.abstractmethod
@@ -73,6 +74,14 @@ class AbstractLoad(Part):
     def inertia(self) -> Scalar | float:
         """Inertia it adds to the shaft at the start, in kg·m²."""
         return 0.0
+
+    def piece_in_phase(self, place: Array, stands: Array, hanging: Array) -> Array:
+        """Piece of the load in a phase of the duty (see `Phases.string_at`), of one `by_phases`."""
+        return 0 * place
+
+    def faults_in_phases(self, path: str, count: int, stands: tuple[int, int]) -> list[Fault]:
+        """Errors in a duty of `count` different phases that adds so many stands at least and at most."""
+        return []
 
     def added_inertia(self, piece: Piece) -> Array | None:
         """Inertia beyond that of the start, where the load changes in a run; `None`: it never does."""
@@ -215,11 +224,15 @@ class AbstractString(AbstractHookLoad):
 
     @abc.abstractmethod
     def hangs(self, piece: Piece) -> tuple[Array, Array]:
-        """Whether it hangs on the hook on a piece, and in which cycle (from 0)."""
+        """Whether it hangs on the hook on a piece, and how many stands it has more than at first."""
+
+    def string_on(self, piece: Piece) -> Scalar:
+        """Mass of the string on a piece without the stands that came to it."""
+        return self.string
 
     def _mass(self, piece: Piece) -> Array:
-        hangs, cycle = self.hangs(piece)
-        return self.empty + jnp.where(hangs, self.string + cycle.astype(jnp.float64) * self.stand, 0.0)
+        hangs, stands = self.hangs(piece)
+        return self.empty + jnp.where(hangs, self.string_on(piece) + stands.astype(jnp.float64) * self.stand, 0.0)
 
     def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
         return self._mass(piece) * self.gravity * self.travel() - self.drag * omega
@@ -235,11 +248,12 @@ class AbstractString(AbstractHookLoad):
 
 
 class StringLoad(AbstractString):
-    """A string on the hook or in the slips as the phases of the duty say, longer in each cycle.
+    """A string on the hook or in the slips as the phases of the duty say, longer or shorter in each cycle.
 
-        m = m_e + (m_s + k Δm) while it hangs in cycle k = 0…, else m_e;   M_load = m g r_d/n − c ω
+        m = m_e + (m_s + k Δm) while it hangs with k stands more than at first, else m_e;   M_load = m g r_d/n − c ω
 
-    - `empty` `m_e`: hook and travelling block (kg); `string` `m_s`: string of the first cycle (kg); `stand` `Δm` (kg)
+    - `empty` `m_e`: hook and travelling block (kg); `stand` `Δm` (kg), of which `Phases.stands` come in each cycle
+    - `string` `m_s`: string of the first cycle (kg), or a list with that of each phase (`Phases.each`)
     - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`: as in `HookLoad`
 
     Example:
@@ -248,7 +262,7 @@ class StringLoad(AbstractString):
     """
 
     empty: Scalar = quantity("kg", "mass of hook and block", positive=True)
-    string: Scalar = quantity("kg", "mass of the string in the first cycle", low=0.0)
+    string: Scalar = quantity("kg", "mass of the string in the first cycle", low=0.0, many=Over.ROWS)
     drum_radius: Scalar = quantity("m", "effective drum radius", positive=True)
     line_count: Scalar = quantity("1", "lines strung", low=1.0, high=100.0)
     stand: Scalar = quantity("kg", "mass of one stand", low=0.0, default=0.0)
@@ -261,11 +275,35 @@ class StringLoad(AbstractString):
     @property
     def profile(self) -> Constant:
         # its value bears the scale of the torque
-        return Constant((self.empty + self.string) * self.gravity * self.travel())
+        most = jnp.max(self.string) if np.ndim(self.string) else self.string
+        return Constant((self.empty + most) * self.gravity * self.travel())
+
+    def piece_in_phase(self, place: Array, stands: Array, hanging: Array) -> Array:
+        piece = 2 * stands + hanging
+        return piece * np.size(self.string) + place if np.ndim(self.string) else piece
 
     def hangs(self, piece: Piece) -> tuple[Array, Array]:
         piece = jnp.asarray(piece, jnp.int32)
+        piece = piece // np.size(self.string) if np.ndim(self.string) else piece
         return piece % 2 == 1, piece // 2
+
+    def faults_in_phases(self, path: str, count: int, stands: tuple[int, int]) -> list[Fault]:
+        strings, errors = np.asarray(self.string), list[Fault]()
+        if strings.ndim and strings.size != count:
+            what = f"has {strings.size} masses for {count} phases"
+            errors.append(Fault(f"{path}.string", what, "one number, or one for each phase, those of `then` included"))
+        least = float(np.min(strings)) + min(stands) * float(self.stand)
+        if least < 0 and not errors:
+            what = f"{float(np.min(strings)):g} kg is less than the {-min(stands)} stands that are laid down"
+            errors.append(Fault(f"{path}.string", what, "a heavier string, lighter stands, or fewer cycles"))
+        return errors
+
+    def string_on(self, piece: Piece) -> Scalar:
+        if np.ndim(self.string) == 0:
+            return self.string
+        n = np.size(self.string)
+        here = jnp.arange(n, dtype=jnp.int32) == jnp.asarray(piece, jnp.int32) % n
+        return jnp.sum(jnp.where(here, jnp.asarray(self.string), 0.0))
 
 
 class TrippingLoad(AbstractString):
@@ -330,8 +368,13 @@ class AbstractSpeedLever(AbstractProfile):
         return jnp.broadcast_to(jnp.asarray(self.greatest(), jnp.float64), np.shape(t))
 
     @abc.abstractmethod
-    def wanted_torque(self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real) -> Real:
-        """Brake torque (N·m) demanded by the driller for a load torque and an inertia of the shaft."""
+    def wanted_torque(
+        self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real, turned: Real | None = None
+    ) -> Real:
+        """Brake torque (N·m) demanded by the driller for a load torque and an inertia of the shaft.
+
+        - `turned` (rad): angle since the begin of the phase, or of the run
+        """
 
     def holding(self, torque: Float[Array, ""], gain: Float[Array, ""]) -> Float[Array, ""]:
         """`T_0` (N) for a brake torque, and the torque per newton of it (m)."""
@@ -362,20 +405,57 @@ class SpeedHold(AbstractSpeedLever):
 
     limit: Scalar = quantity("N", "maximum slack tension", positive=True)
 
-    def wanted_torque(self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real) -> Real:
+    def wanted_torque(
+        self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real, turned: Real | None = None
+    ) -> Real:
         return load
 
 
-class Driller(AbstractSpeedLever):
+class AbstractFollower(AbstractSpeedLever):
+    """A lever that keeps the pulley on a given speed, and on the angle that belongs to it."""
+
+    speed: eqx.AbstractVar[PiecewiseLinear]
+    gain: eqx.AbstractVar[Scalar]
+    position_gain: eqx.AbstractVar[Scalar | None]
+
+    @property
+    def corrects_position(self) -> bool:
+        return self.position_gain is not None
+
+    @property
+    def rises(self) -> bool:
+        own = type(self).wanted_torque is AbstractFollower.wanted_torque and type(self.speed) is PiecewiseLinear
+        return own and self.corrects_position  # (the angle is a parabola of the time)
+
+    def wanted_torque(
+        self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real, turned: Real | None = None
+    ) -> Real:
+        away = omega - self.speed.value(t, piece)
+        slower = self.gain * away
+        if self.position_gain is not None:
+            assert turned is not None
+            slower = slower + self.position_gain * (turned - self.speed.area(t, piece))
+        return load - inertia * (self.speed.slope(piece) - slower)
+
+    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
+        return self.speed.next_knot(piece)
+
+    def first_piece(self, t: Real) -> Piece:
+        return self.speed.first_piece(t)
+
+
+class Driller(AbstractFollower):
     """A lever that keeps the pulley on a given speed `ω_r(t)`, with a correction of the deviation:
 
-        M_b = M_load − J [ω̇_r − g (ω − ω_r)],   T_0 = min(M_b/(R_b (Π − 1)), limit)
+        M_b = M_load − J [ω̇_r − g (ω − ω_r) − h (φ − ∫ω_r dt)],   T_0 = min(M_b/(R_b (Π − 1)), limit)
 
     - `speed`: `ω_r(t)` (rad/s), straight lines
     - `limit` (N): maximum slack tension; where fade requires more the load runs away (event `grip_lost`)
-    - `gain` `g` (1/s) of the correction
+    - `gain` `g` (1/s) of the correction;  `position_gain` `h` (1/s²) of that of the angle `φ` turned since the begin of
+      the run (at the time 0) or the phase, `None`: without; `h = g²/4` brings it back without overshoot
 
     In a phase of `Phases` its time is that of the phase; `simbrake.programme_scene` makes such phases from words.
+    A brake can only slow down: a speed that the load does not reach is not followed.
 
     Example:
         >>> sb.Driller(sb.ramp(0.0, 6.0, 0.0, 2.0), "30 kN").gain
@@ -385,16 +465,86 @@ class Driller(AbstractSpeedLever):
     speed: PiecewiseLinear = part(PiecewiseLinear, "rad/s")
     limit: Scalar = quantity("N", "maximum slack tension", positive=True)
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
+    position_gain: Scalar | None = quantity("1/s^2", "correction of the angle", low=0.0, default=None)
 
-    def wanted_torque(self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real) -> Real:
-        away = omega - self.speed.value(t, piece)
-        return load - inertia * (self.speed.slope(piece) - self.gain * away)
 
-    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
-        return self.speed.next_knot(piece)
+# --- the motor --------------------------------------------------------------------------------------------------------
 
-    def first_piece(self, t: Real) -> Piece:
-        return self.speed.first_piece(t)
+
+class _Course(AbstractFollower):
+    """A course of the speed that a motor follows."""
+
+    speed: PiecewiseLinear = part(PiecewiseLinear, "rad/s")
+    gain: Scalar = quantity("1/s", "correction of the speed", low=0.0)
+    position_gain: Scalar | None = quantity("1/s^2", "correction of the angle", low=0.0, default=None)
+
+    def greatest(self) -> Float[Array, ""]:
+        return jnp.zeros(())
+
+
+class Motor(Part):
+    """A motor on the shaft of the drum that follows a speed `ω_r(t)`: it hoists, and holds back what is lowered.
+
+        M = clip(M_load − Σ M_shaft − J [ω̇_r − g (ω − ω_r) − h (φ − ∫ω_r dt)], ±M_a),   M_a = min(M_m, P/|ω|)
+
+    `M` is against the braking direction: positive while it hoists (`ω < 0`, its power `−M ω` is taken from the supply)
+    and while it holds a load back (`ω > 0`, it feeds that power back).
+
+    - `max_torque` `M_m` (N·m), `max_power` `P` (W) and `max_speed` (rad/s): limits of the motor, at the drum
+    - `speed`: `ω_r(t)` (rad/s), negative to hoist; of a duty in phases `None`: each says it (`Phase.motor`)
+    - `gain` `g` (1/s), `position_gain` `h` (1/s²): as of a `Driller`
+
+    A lever that follows a speed sees what the motor leaves. The inertia of the rotor is a part of the pulley's.
+    Field weakening as usual: constant torque up to `P/M_m`, then constant power.
+
+    Example:
+        >>> motor = sb.loads.Motor("40 kN*m", "1100 kW", "30 rad/s")
+        >>> motor.available(np.array([0.0, 10.0, 55.0])).tolist()
+        [40000.0, 40000.0, 20000.0]
+    """
+
+    max_torque: Scalar = quantity("N*m", "maximum torque of the motor at the drum", positive=True)
+    max_power: Scalar = quantity("W", "maximum power of the motor", positive=True)
+    max_speed: Scalar = quantity("rad/s", "maximum speed of the drum under the motor", positive=True)
+    speed: PiecewiseLinear | None = part(PiecewiseLinear, "rad/s", default=None)
+    gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
+    position_gain: Scalar | None = quantity("1/s^2", "correction of the angle", low=0.0, default=None)
+
+    def available(self, omega: Real) -> Real:
+        """`M_a` (N·m) at the speed `omega` (rad/s)."""
+        speed = jnp.abs(jnp.asarray(omega))
+        weak = speed * self.max_torque > self.max_power
+        return jnp.where(weak, self.max_power / jnp.where(weak, speed, 1.0), self.max_torque)
+
+    def course(self, duty: AbstractProfile | Phases) -> _Course | Phases:
+        """The speed that it follows, as a lever would; in phases in which it is off, 0 without correction."""
+
+        def follows(speed: PiecewiseLinear) -> _Course:
+            return _Course(speed, self.gain, self.position_gain)
+
+        if isinstance(duty, Phases):
+            return duty.with_levers(lambda phase: Constant(0.0) if phase.motor is None else follows(phase.motor))
+        assert self.speed is not None
+        return follows(self.speed)
+
+    def faults_with(self, path: str, lever: AbstractProfile | Phases, lever_path: str) -> list[Fault]:
+        """Errors of speeds that are missing, given twice, or beyond its limit (concrete values only)."""
+        phased = isinstance(lever, Phases)
+        speeds = [(f"{path}.speed", self.speed)]
+        if phased:
+            speeds = [(f"{where}.motor", phase.motor) for where, phase in lever.located(lever_path)]
+        errors = list[Fault]()
+        if phased and self.speed is not None:
+            errors.append(Fault(f"{path}.speed", "has no effect on a duty in phases", "give `motor` in its phases"))
+        if all(speed is None for _, speed in speeds):
+            hint = "give `motor = …` in a phase" if phased else f"give {path}.speed"
+            errors.append(Fault(path, "never runs: no speed is given for it to follow", hint))
+        most = float(self.max_speed)
+        for where, speed in speeds:
+            if speed is not None and (fastest := float(np.max(np.abs(np.asarray(speed.values))))) > most:
+                what = f"{fastest:g} rad/s is above the motor's {most:g} rad/s"
+                errors.append(Fault(where, what, f"a lower speed, or another {path}.max_speed"))
+        return errors
 
 
 # --- the brake lever --------------------------------------------------------------------------------------------------

@@ -84,12 +84,17 @@ class AbstractProfile(Part):
 
     @property
     def rises(self) -> bool:
-        """Whether on every piece it is a straight line and one exponential of time, whatever its program."""
+        """Whether on every piece it is a straight line, a parabola or one exponential of time, whatever its program."""
         return False
 
     @property
     def controls_speed(self) -> bool:
         """Whether its value depends on the speed (of a lever)."""
+        return False
+
+    @property
+    def corrects_position(self) -> bool:
+        """Whether its value depends on the angle that the pulley has turned (of a lever)."""
         return False
 
     def no_more_turns(self, t: Real) -> Bool[Array, ""]:
@@ -254,6 +259,15 @@ class PiecewiseLinear(AbstractPoints):
         base, start, slopes = self.lines()
         in_piece = jnp.arange(base.shape[0], dtype=jnp.int32) == piece
         return _picked(base, in_piece) + _picked(slopes, in_piece) * (t - _picked(start, in_piece))
+
+    def area(self, t: Real, piece: Piece) -> Real:
+        """`∫ p dt` from the time 0, on the given piece: the angle turned at a speed."""
+        base, start, slopes = self.lines()
+        rise = 0.5 * (base[1:] + base[:-1]) * jnp.diff(start)
+        before = base[0] * start[0] + jnp.concatenate([jnp.zeros(1), jnp.cumsum(rise)])
+        in_piece = jnp.arange(base.shape[0], dtype=jnp.int32) == piece
+        since = t - _picked(start, in_piece)
+        return _picked(before, in_piece) + (_picked(base, in_piece) + 0.5 * _picked(slopes, in_piece) * since) * since
 
     def decayed(self, t: Real, piece: Piece, lag: Scalar) -> Real:
         times, values, zero = jnp.asarray(self.times), jnp.asarray(self.values), jnp.zeros(1)

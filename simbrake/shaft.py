@@ -43,6 +43,14 @@ class AbstractShaftTorque(Part):
         """
 
 
+class AbstractAuxiliaryBrake(AbstractShaftTorque):
+    """A brake beside the friction brake that the driller engages, by phases too (`Phase.auxiliary`)."""
+
+    @abc.abstractmethod
+    def engaged(self, share: Scalar) -> "AbstractAuxiliaryBrake":
+        """The brake under a share, 0…1, of its excitation or filling."""
+
+
 class AbstractDryTorque(AbstractShaftTorque):
     """Dry friction: `torque` is its limit (N·m, ≥ 0), against the rotation; at rest it is any torque up to that."""
 
@@ -56,7 +64,7 @@ def _faults_of_share(profile: AbstractProfile, path: str) -> list[Fault]:
     return faults
 
 
-class EddyCurrentBrake(AbstractShaftTorque):
+class EddyCurrentBrake(AbstractAuxiliaryBrake):
     """Eddy-current brake, after Kloss: `M = 2 e² M_m ω ω_m/(ω² + ω_m²)`.
 
     - `max_torque` `M_m` (N·m) at the speed `critical_speed` `ω_m` (rad/s) under full excitation
@@ -83,11 +91,14 @@ class EddyCurrentBrake(AbstractShaftTorque):
         e, most = self.excitation.value(t, piece), self.critical_speed
         return 2 * e * e * self.max_torque * omega * most / (omega**2 + most**2)
 
+    def engaged(self, share: Scalar) -> "EddyCurrentBrake":
+        return eqx.tree_at(lambda law: law.max_torque, self, share * share * self.max_torque)
+
     def faults(self, path: str) -> list[Fault]:
         return _faults_of_share(self.excitation, f"{path}.excitation")
 
 
-class HydrodynamicBrake(AbstractShaftTorque):
+class HydrodynamicBrake(AbstractAuxiliaryBrake):
     """Hydrodynamic brake: `M = κ k ω |ω|`.
 
     - `coefficient` `k` (N·m·s²) of the full brake;  `fill` `κ(t)`: 0…1, a number or a profile;  `place`: body that
@@ -108,6 +119,9 @@ class HydrodynamicBrake(AbstractShaftTorque):
 
     def torque(self, t: Real, omega: Real, piece: Piece, load: Real) -> Real:
         return self.fill.value(t, piece) * self.coefficient * omega * jnp.abs(omega)
+
+    def engaged(self, share: Scalar) -> "HydrodynamicBrake":
+        return eqx.tree_at(lambda law: law.coefficient, self, share * self.coefficient)
 
     def faults(self, path: str) -> list[Fault]:
         return _faults_of_share(self.fill, f"{path}.fill")

@@ -323,6 +323,7 @@ _ELASTIC = Requirement(
 )
 _SHARES = Requirement("`power_shares`", "the scene has no `power_shares`", lambda scene: scene.power_shares is not None)
 _SHAFT = Requirement("torques on the shaft", "it has no torques on the shaft", lambda scene: bool(scene.shaft))
+_MOTOR = Requirement("motor", "it has no motor", lambda scene: scene.motor is not None)
 _HEAT = Requirement("heat", "the scene has no heat", lambda scene: scene.heated)
 _JACKET = Requirement("`WaterJacket`", "its heat part has no water jacket", lambda scene: bool(scene.network.jackets))
 
@@ -395,7 +396,8 @@ def _elsewhere(a: Account) -> Array:
 
 def _energy_closure(a: Account) -> Array:
     spent = [term for term in (*a.friction, a.ledger.damper_heat, a.shaft_work) if term is not None]
-    return closure_of(a.kinetic, a.elastic, -a.ledger.load_work, -a.ledger.lever_work, *spent)
+    given = [work for work in (a.ledger.load_work, a.ledger.lever_work, a.ledger.motor) if work is not None]
+    return closure_of(a.kinetic, a.elastic, *(-work for work in given), *spent)
 
 
 def _energy(
@@ -583,6 +585,14 @@ METRICS: dict[str, Metric] = {
             "overspeed",
         ),
     ),
+    "max_motor_power": Metric(
+        "W",
+        "maximum power of the motor, given or taken back",
+        "Maximum power of the motor",
+        lambda p: abs(p.flows.motor * p.y.omega)[:, None],
+        _MOTOR,
+        greatest=True,
+    ),
     "peak_rim_temperature": _surface(
         "rim",
         "Hottest rim surface",
@@ -651,6 +661,9 @@ METRICS: dict[str, Metric] = {
     ),
     **_energy("load_work", "work of the load", lambda a: a.ledger.load_work),
     **_energy("lever_work", "work of the lever", lambda a: a.ledger.lever_work),
+    **_energy(
+        "motor_work", "work of the motor, negative where it holds the load back", lambda a: a.ledger.motor, _MOTOR
+    ),
     **_energy("friction_heat", "friction heat", lambda a: a.friction.heat),
     **_energy("kinetic_change", "change of the kinetic energy", lambda a: a.kinetic),
     **_energy("elastic_change", "change of the elastic energy", lambda a: a.elastic, _ELASTIC),
@@ -770,6 +783,7 @@ def energy_balance(e: Energies) -> Balance:
     """
     change = e["kinetic_change"]
     into = {"load_work": e["load_work"], "lever_work": e["lever_work"]}
+    into |= {"motor_work": e["motor_work"]} if "motor_work" in e else {}
     into["kinetic_release"] = None if change is None else -change
     out = ("friction_heat", "damper_heat", "shaft_work", "electrical_work", "mechanical_work", "elastic_change")
     return Balance(into, {name: e[name] for name in out if name in e})

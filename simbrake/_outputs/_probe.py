@@ -261,7 +261,7 @@ def driving(system: BrakeSystem, t: Array, omega: Array, mode: Mode) -> Array:
     sense, load = jnp.sign(omega), system.load_torque(t, omega, mode)
     if system.shaft is not None:
         rest = system.load_torque(t, 0.0 * omega, mode)
-        load = load - system.shaft.turning(t, omega, rest, sense, system.shaft.pieces(mode))
+        load = load - system.shaft.engaged(mode).turning(t, omega, rest, sense, system.shaft.pieces(mode))
     return sense * load
 
 

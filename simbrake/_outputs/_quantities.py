@@ -344,6 +344,16 @@ class Series(NamedTuple):
         "heat of the torques on the shaft beside load and brake since the start",
         lambda p, s: p.y.ledger.shaft and sum(p.y.ledger.shaft[1:], start=p.y.ledger.shaft[0]),
     ]
+    motor_torque: Annotated[
+        Values | None, "N*m", "torque of the motor, against the braking direction", lambda p, s: p.flows.motor
+    ]
+    motor_power: Annotated[
+        Values | None,
+        "W",
+        "power of the motor, negative where it holds the load back",
+        lambda p, s: None if p.flows.motor is None else -p.flows.motor * p.y.omega,
+    ]
+    motor_work: Annotated[Values | None, "J", "work of the motor since the start", lambda p, s: p.y.ledger.motor]
     brake_torque: Annotated[
         Values, "N*m", "torque of the brake against the pulley", lambda p, s: p.flows.contact.brake_torque
     ]

@@ -25,6 +25,7 @@ from ..plot._shared import (
     BLUE,
     GREEN,
     ORANGE,
+    PURPLE,
     SKY,
     VERMILLION,
     Times,
@@ -91,6 +92,8 @@ def charts_of(scene: Scene, s: Series) -> list[Chart]:
     torque = [Line("brake", BLUE, lambda s: s.brake_torque), Line("load", VERMILLION, lambda s: s.load_torque, True)]
     if s.shaft_torque is not None:
         torque.append(Line("others on the shaft", GREEN, lambda s: s.shaft_torque))
+    if s.motor_torque is not None:
+        torque.append(Line("motor", PURPLE, lambda s: s.motor_torque))
     if scene.brake.banded:
         force = [Line("tight end", BLUE, lambda s: s.tight_tension), Line("slack end", SKY, lambda s: s.slack_tension)]
     else:

@@ -200,6 +200,7 @@ def tornado(table: SensitivityTable, most: int = 12) -> dict[str, Any]:
 _TERMS = {
     "load_work": "Work of the load",
     "lever_work": "Work of the lever",
+    "motor_work": "Work of the motor",
     "kinetic_release": "Kinetic energy given up",
     "friction_heat": "Friction heat",
     "electrical_work": "Electrical work of friction",

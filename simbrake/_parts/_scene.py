@@ -42,9 +42,9 @@ from ..brakes._design import (
 )
 from ..friction import AbstractFriction, Reads, needs, reads, remembers
 from ..hybrid._arrays import Array
-from ..loads import AbstractLoad, Lever, TorqueLoad
+from ..loads import AbstractLoad, Lever, Motor, TorqueLoad
 from ..profiles import AbstractProfile, Piece, faults_of_sign, first_piece
-from ..shaft import AbstractDryTorque, AbstractShaftTorque
+from ..shaft import AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
 from ..thermal._network import Wall, nodes_at, place_of
 from ..wear import Wear, faults_of_wear
@@ -72,7 +72,7 @@ class AbstractDuty(Part):
     def load_piece(self, t: Array) -> Piece | None:
         """The piece of the load at the start of a run, `None` if there is only one."""
         if self.load.by_phases and isinstance(self.lever, Phases):
-            return self.lever.load_piece(jnp.asarray(0, jnp.int32))
+            return self.load.piece_in_phase(*self.lever.string_at(jnp.asarray(0, jnp.int32)))
         return first_piece(self.load.profile, t)
 
 
@@ -152,6 +152,7 @@ class Scene(Part):
     - `wear`: wear of the linings, `None` without wear
     - `power_shares`: how the friction power splits into heat, electrical and mechanical power; `None`: all is heat
     - `shaft`: torques on the shaft beside load and brake: auxiliary brakes, bearings, loss of the tackle
+    - `motor` on the shaft that hoists, and holds back what is lowered
     - `limits`: permissible values of metrics for the verdict, as `Limits(max_drum_speed="260 rpm")`
 
     Example:
@@ -170,6 +171,7 @@ class Scene(Part):
     power_shares: PowerShares | None = None
     shaft: tuple[AbstractShaftTorque, ...] = ()
     limits: AbstractLimits | None = None
+    motor: Motor | None = None
 
     @property
     def as_run(self) -> "Scene":
@@ -275,10 +277,12 @@ def _errors_below(name: str) -> Callable[[Scene], list[Fault]]:
     return walk
 
 
-_WALKS = [_errors_below(name) for name in ("brake", "heat", "power_shares", "wear", "duty", "shaft")]
+_WALKS = [_errors_below(name) for name in ("brake", "heat", "power_shares", "wear", "duty", "shaft", "motor")]
 
 
-@per_value(lambda scene: (scene.brake, scene.duty, scene.heat, scene.wear, scene.power_shares, scene.shaft))
+@per_value(
+    lambda scene: (scene.brake, scene.duty, scene.heat, scene.wear, scene.power_shares, scene.shaft, scene.motor)
+)
 def _faults_of_parts(scene: Scene) -> list[Fault]:
     """Errors of all parts, and between them, without start and end."""
     errors = [fault for walk in _WALKS for fault in walk(scene)] + _faults_of_heat(scene)
@@ -301,7 +305,7 @@ def _faults_of_shaft(scene: Scene) -> list[Fault]:
     return errors
 
 
-@per_value(lambda scene: (scene.brake, scene.duty, scene.heat))
+@per_value(lambda scene: (scene.brake, scene.duty, scene.heat, scene.motor, scene.shaft))
 def _faults_of_duty(scene: Scene) -> list[Fault]:
     brake, duty, lever, errors = scene.brake, scene.duty, f"duty.{scene.duty.lever_field}", []
     if duty.lever.controls_speed:
@@ -311,6 +315,8 @@ def _faults_of_duty(scene: Scene) -> list[Fault]:
             )
         if read_by_linings(scene).p or scene.network.flash is not None:
             errors.append(Fault(lever, "cannot hold the speed with an implicit coefficient of friction"))
+    if scene.motor is not None:
+        errors += scene.motor.faults_with("motor", duty.lever, lever)
     return errors + faults_of_sign(duty.lever, lever, "N") + _faults_of_phases(scene, lever)
 
 
@@ -320,13 +326,23 @@ def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:
     if not isinstance(lever, Phases):
         hint = f"give {path} in phases (`Phases`), or another load"
         return [Fault("duty.load", "needs a duty with phases", hint)] if load.by_phases else []
-    errors = []
-    for i, phase in enumerate(lever.phases):
-        phase_path, end = f"{path}.phases[{i}]", phase.until
+    errors = list[Fault]()
+    if load.by_phases:
+        errors += load.faults_in_phases("duty.load", len(lever.each), lever.stands_range)
+    for phase_path, phase in lever.located(path):
+        end = phase.until
         if isinstance(end, AfterTravel) and load.travel() is None:
             errors.append(
                 Fault(f"{phase_path}.until", "never comes: the load hangs on no hook", "give a load with a hook")
             )
+        elif isinstance(end, AfterTravel) and float(end.distance) < 0 and phase.motor is None:
+            what = f"never comes: nothing hoists {-float(end.distance):g} m while the motor is off"
+            errors.append(Fault(f"{phase_path}.until", what, "give the phase `motor = …`, the speed to hoist at"))
+        if phase.auxiliary is not None and not any(isinstance(law, AbstractAuxiliaryBrake) for law in scene.shaft):
+            hint = "give `shaft` an EddyCurrentBrake or a HydrodynamicBrake"
+            errors.append(Fault(f"{phase_path}.auxiliary", "has no effect: there is no auxiliary brake", hint))
+        if phase.motor is not None and scene.motor is None:
+            errors.append(Fault(f"{phase_path}.motor", "has no effect: the scene has no motor", "give it a `motor`"))
         if isinstance(end, AtTemperature) and end.of not in places:
             why = f"never comes: no temperature of the {end.of} is simulated"
             hint = f"there are: {', '.join(places)}" if places else "give the scene a heat part that names it"

@@ -22,6 +22,7 @@ from ._elastic import ElasticBand
 from ._feature import Feature, State
 from ._heated import Heating
 from ._mechanism import AbstractMechanism, Mode, Pair, Sizes
+from ._motor import Drive
 from ._phased import DutyInPhases
 from ._rigid import PressedContact, RigidBand, RigidBands
 from ._rope import ElasticRope, Layers
@@ -59,7 +60,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     if layer is not None:
         features.append(Layers())
     if scene.shaft:
-        features.append(Shaft(scene.shaft))
+        lever = duty.lever
+        features.append(Shaft(scene.shaft, lever if isinstance(lever, Phases) and lever.engages else None))
     if thermal is not None:
         features.append(Heating(thermal, brake.linings.weights))
     if scene.wear is not None:
@@ -68,6 +70,9 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         features.append(Memory())
     if isinstance(lever, Phases):
         features.append(DutyInPhases())
+    if scene.motor is not None:
+        heat_profiles = 0 if thermal is None else len(thermal.heat.profiles)
+        features.append(Drive(scene.motor, scene.motor.course(duty.lever), heat_profiles))
     if elastic is not None:
         features.append(ElasticRope.of(elastic, load, duty.load_piece(t_0)))
     system = BrakeSystem(
@@ -85,8 +90,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     if isinstance(lever, Phases):
         phase = jnp.asarray(0, jnp.int32)
         lever = lever.at(phase, t_0)
-    of_heat = (first_piece(profile, t_0) for profile in system.profiles)
-    pieces = (first_piece(lever, t_0), duty.load_piece(t_0), *of_heat)
+    begun = (x.at(jnp.asarray(0, jnp.int32), t_0) if isinstance(x, Phases) else x for x in system.profiles)
+    pieces = (first_piece(lever, t_0), duty.load_piece(t_0), *(first_piece(profile, t_0) for profile in begun))
     mode = Mode(jnp.asarray(band), sense, own_mode, pieces, phase=phase, layer=layer)
     return system, *system.start(t_0, omega_0, own, u, mode)
 
@@ -168,6 +173,8 @@ def _sizes(scene: Scene, still: Contact, omega_0: Array, inertia: Array) -> Size
         pieces = tuple(jnp.asarray(law.profile.first_piece(t_0), jnp.int32) for law in scene.shaft)
         beside = Shaft(scene.shaft).turning(t_0, jnp.abs(omega_0), load_0, jnp.asarray(1.0), pieces)
         torque = jnp.maximum(torque, beside)
+    if scene.motor is not None:
+        torque = jnp.maximum(torque, jnp.asarray(scene.motor.max_torque))
     torque = _positive(torque)
     # from rest 1 rad/s at most
     reach = jnp.minimum(torque / inertia * (jnp.asarray(scene.end_time) - t_0), 1.0)

@@ -32,6 +32,7 @@ from ._mechanism import (
     Mode,
     Surfaces,
 )
+from ._motor import Drive
 from ._rope import ElasticRope
 from ._shaft import Shaft, ShaftNow
 from ._sliding import AbstractLiningFriction
@@ -126,6 +127,11 @@ class BrakeSystem(AbstractBrake):
         return self.feature(Shaft)
 
     @property
+    def motor(self) -> Drive | None:
+        """A motor on the shaft."""
+        return self.feature(Drive)
+
+    @property
     def rope(self) -> ElasticRope | None:
         """The elastic rope, where the load hangs on one."""
         return self.feature(ElasticRope)
@@ -143,19 +149,29 @@ class BrakeSystem(AbstractBrake):
     # --- load and lever -----------------------------------------------------------------------------------------------
 
     @property
-    def profiles(self) -> tuple[AbstractProfile, ...]:
+    def profiles(self) -> tuple[AbstractProfile | Phases, ...]:
         """Given functions of time beside lever and load."""
         heat = () if self.thermal is None else self.thermal.heat.profiles
-        return (*heat, *self.mechanism.profiles, *(() if self.shaft is None else self.shaft.profiles))
+        motor = () if self.motor is None else (self.motor.course,)
+        return (*heat, *motor, *self.mechanism.profiles, *(() if self.shaft is None else self.shaft.profiles))
 
     @property
     def sampled(self) -> tuple[str, ...]:
         """Given functions of time, in words, that may have features between two breakpoints which only samples see."""
-        levers = [phase.lever for phase in self.lever.phases] if isinstance(self.lever, Phases) else [self.lever]
+
+        def levers(lever: AbstractProfile | Phases) -> list[AbstractProfile]:
+            return [phase.lever for phase in lever.each] if isinstance(lever, Phases) else [lever]
+
+        motor = [] if self.motor is None else levers(self.motor.course)
         plain = {
-            "the lever": all(hides_nothing(one, _course_of_lever) for one in levers),
+            "the lever": all(hides_nothing(one, _course_of_lever) for one in levers(self.lever)),
             "the load": hides_nothing(self.load, _course_of_load),
-            "another given function": all(hides_nothing(one, course_of_profile) for one in self.profiles),
+            "the motor": all(hides_nothing(one, _course_of_lever) for one in motor),
+            "another given function": all(
+                hides_nothing(one, course_of_profile)
+                for one in self.profiles
+                if isinstance(one, AbstractProfile) and not one.controls_speed
+            ),
         }
         return tuple(words for words, known in plain.items() if not known)
 
@@ -203,11 +219,14 @@ class BrakeSystem(AbstractBrake):
         torque = jnp.asarray(self.load.on_layer(mode.layer).torque(t, omega, piece_of(mode, LOAD)))
         return torque if self.rope is None or y is None else torque + self.rope.torque_beyond_weight(self, y, mode)
 
-    def _shaft_now(self, t: Array, y: State, mode: Mode, load: Array) -> ShaftNow | None:
+    def motor_torque(self, t: Array, y: State, mode: Mode) -> Array | None:
+        return None if self.motor is None else self.motor.torque(self, t, y.omega, y, mode)
+
+    def _shaft_now(self, t: Array, y: State, mode: Mode, load: Array, motor: Array | None) -> ShaftNow | None:
         if self.shaft is None:
             return None
         at_rest = self.load_torque(t, 0.0 * y.omega, mode, y)
-        return self.shaft.now(t, y.omega, (load, at_rest), mode, self.shaft.pieces(mode))
+        return self.shaft.now(t, y.omega, (load, at_rest), mode, self.shaft.pieces(mode), motor)
 
     def _network(self, heat: Heating, t: Array, y: State, mode: Mode) -> Network:
         pressures = self._pressures(heat, t, y, mode) if heat.thermal.heat.pressed else (0.0,)
@@ -215,7 +234,7 @@ class BrakeSystem(AbstractBrake):
 
     def _pressures(self, heat: Heating, t: Array, y: State, mode: Mode) -> tuple[Array, ...]:
         """Pressures of the linings (Pa) in each pair; loads do not depend on how fast temperatures change."""
-        _, left, _, surfaces, (tension, pull) = self.given(t, y, mode)
+        _, left, *_, surfaces, (tension, pull) = self.given(t, y, mode)
         still = heat.at_sensors(self, jnp.zeros_like(y.heat))
         shares = self.of_one((left, self.inertia_at(mode)))
         acting = AppliedLoads(t, tension, pull, *shares, surfaces, lambda forces: still)
@@ -246,17 +265,21 @@ class BrakeSystem(AbstractBrake):
         given, rate = jax.jvp(lambda t: lever.value(t, piece), (t,), (jnp.ones_like(t),))
         if not lever.controls_speed:
             return given, rate
-        torque = jnp.asarray(lever.wanted_torque(t, omega, piece, load, jnp.asarray(self.inertia_at(mode))))
+        turned = y.phi if y.phase is None else y.phase.turned
+        torque = jnp.asarray(lever.wanted_torque(t, omega, piece, load, jnp.asarray(self.inertia_at(mode)), turned))
         follows = lever.follows(piece)
         gain = self.of_all(self.mechanism.gain(jnp.where(mode.sense > 0, omega, -omega), surfaces))
         return jnp.where(follows, lever.holding(torque, gain), given), jnp.where(follows, 0.0, rate)
 
-    def given(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array, ShaftNow | None, Surfaces, Any]:
-        """Load, what the shaft leaves of it, torques on the shaft, surfaces, tension of the lever and its rate."""
+    def given(
+        self, t: Array, y: State, mode: Mode
+    ) -> tuple[Array, Array, ShaftNow | None, Array | None, Surfaces, Any]:
+        """Load, what shaft and motor leave of it, their torques, surfaces, tension of the lever and its rate."""
         load, surfaces = self.load_torque(t, y.omega, mode, y), self.surfaces(t, y, mode)
-        shaft = self._shaft_now(t, y, mode, load)
-        left = load if shaft is None else shaft.left
-        return load, left, shaft, surfaces, self.lever_tension(t, y, mode, left, surfaces)
+        motor = self.motor_torque(t, y, mode)
+        shaft = self._shaft_now(t, y, mode, load, motor)
+        left = shaft.left if shaft is not None else load if motor is None else load - motor
+        return load, left, shaft, motor, surfaces, self.lever_tension(t, y, mode, left, surfaces)
 
     def surface_temperatures(self, z: BrakeNow) -> dict[str, Array]:
         return {} if self.heat is None else self.heat.surface_temperatures(z)
@@ -265,7 +288,7 @@ class BrakeSystem(AbstractBrake):
 
     def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
         heat, thermal = self.heat, None
-        load, left, shaft, surfaces, (tension, pull) = self.given(t, y, mode)
+        load, left, shaft, motor, surfaces, (tension, pull) = self.given(t, y, mode)
 
         def heating_rate(forces: tuple[Array | None, ...] | None) -> tuple[Array | None, ...]:
             if heat is None:
@@ -284,7 +307,7 @@ class BrakeSystem(AbstractBrake):
         rubs = self.mechanism.rubs(mode, contact)
         if heat is not None:
             thermal = heat.with_friction(self, rubs, network, flows)
-        z = BrakeNow(tension, pull, load, contact, rubs, thermal, shaft)
+        z = BrakeNow(tension, pull, load, contact, rubs, thermal, shaft, motor=motor)
         for feature in self.features:
             z = feature.variables(Moment(self, t, y, mode, z))
         return z
@@ -402,6 +425,8 @@ class BrakeSystem(AbstractBrake):
             return (mode.band == OPEN) | answers | ((after < before) & (after > 0))
 
         profiles = (lever, self.load.profile, *self.profiles)
+        if self.motor is not None:
+            profiles = tuple(self.motor.now(y, mode) if one is self.motor.course else one for one in profiles)
         pieces = [piece, *(piece_of(mode, i) for i in range(LOAD, len(profiles)))]
         if isinstance(lever, PhaseNow):
             profiles, pieces = (*profiles, PhaseEnd(lever)), [*pieces, piece]
@@ -463,7 +488,9 @@ class BrakeSystem(AbstractBrake):
     def couplings(self) -> State | None:
         own = jax.tree.map(lambda size: np.full(jnp.shape(size), CORE), self.mechanism.own_sizes())
         core, quadrature = np.asarray(CORE), np.asarray(QUADRATURE)
-        places = State(quadrature, core, own, self._ledger(quadrature))
+        # (the angle moves nothing but a correction of the position)
+        corrects = self.lever.corrects_position or (self.motor is not None and self.motor.course.corrects_position)
+        places = State(core if corrects else quadrature, core, own, self._ledger(quadrature))
         for feature in self.features:
             places = feature.places(self, places)
         # (without heat and states of laws there are too few states for it)

@@ -62,11 +62,14 @@ class BrakeNow(NamedTuple):
     thermal: ThermalNow | None
     shaft: Any = None  # a `ShaftNow`: torques on the shaft beside load and brake
     rope: Any = None  # a `RopeNow`, of an elastic rope
+    motor: Any = None  # torque of a motor (N·m), against the braking direction
 
     @property
     def net_load(self) -> Array:
-        """Torque (N·m) that the shaft leaves of the load: that on the mechanism."""
-        return self.load_torque if self.shaft is None else self.shaft.left
+        """Torque (N·m) that shaft and motor leave of the load: that on the mechanism."""
+        if self.shaft is not None:
+            return self.shaft.left
+        return self.load_torque if self.motor is None else self.load_torque - self.motor
 
 
 class BrakeGuards(NamedTuple):
@@ -131,6 +134,10 @@ class AbstractBrake(AbstractSemiExplicitSystem):
     @abc.abstractmethod
     def load_torque(self, t: Array, omega: Array, mode: Mode, y: State | None = None) -> Array:
         """Torque of the load (N·m), its rope in the layer of the mode; that of a weight at rest without a state `y`."""
+
+    @abc.abstractmethod
+    def motor_torque(self, t: Array, y: State, mode: Mode) -> Array | None:
+        """Torque of a motor (N·m) against the braking direction; `None`: there is none."""
 
     @abc.abstractmethod
     def sensed(self, u: Array | None) -> tuple[Array | None, ...]:
@@ -215,7 +222,7 @@ class Feature(eqx.Module):
         return new
 
 
-#: places among `Mode.pieces`: of the lever, the load, then of the profiles of the heat, friction, then of the shaft
+#: places among `Mode.pieces`: of the lever, the load, then of the profiles of heat, motor, friction, then of the shaft
 LEVER, LOAD, HEAT = 0, 1, 2
 
 

@@ -53,6 +53,7 @@ class Ledger(NamedTuple):
     heat: Any = None
     damper_heat: Any = None  # of dampers in the band or the bandage
     shaft: Any = None  # work of each torque on the shaft beside the brake
+    motor: Any = None  # work that a motor gives
 
 
 # --- modes ------------------------------------------------------------------------------------------------------------

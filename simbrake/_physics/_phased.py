@@ -32,8 +32,8 @@ class DutyInPhases(Feature):
 
     def places(self, brake: AbstractBrake, places: State) -> State:
         # (rates depend on the begin of the phase, but that never moves)
-        quadrature = np.asarray(QUADRATURE)
-        return places._replace(phase=PhaseState(quadrature, quadrature))
+        # (and the angle turned in it is corrected where that of the whole run is)
+        return places._replace(phase=PhaseState(np.asarray(QUADRATURE), places.phi))
 
     def rates(self, now: Moment, rates: State) -> State:
         return rates._replace(phase=PhaseState(jnp.zeros_like(now.y.omega), now.y.omega))
@@ -42,7 +42,7 @@ class DutyInPhases(Feature):
         """Margin to the end of the phase that runs; 1 where a time ends it, which is a time breakpoint."""
         brake, y, mode = now.brake, now.y, now.mode
         phase_now: PhaseNow = brake.lever.at(mode.phase, y.phase.begun)
-        phases, hot, lowered = phase_now.whole.phases, dict[str, Array](), _lowered(brake, y)
+        phases, hot, lowered = phase_now.whole.each, dict[str, Array](), _lowered(brake, y)
         if any(isinstance(phase.until, AtTemperature) for phase in phases):
             hot = brake.surface_temperatures(now.z)
         margins = []
@@ -66,7 +66,7 @@ class DutyInPhases(Feature):
         begins = (phase > ended) & (phase < phases.total)
         lever, load, *others = new.pieces
         lever = jnp.where(begins, phases.at(phase, now.t).first_piece(now.t), lever)
-        load = phases.load_piece(phase) if now.brake.load.by_phases else load
+        load = now.brake.load.piece_in_phase(*phases.string_at(phase)) if now.brake.load.by_phases else load
         new = new._replace(phase=phase, pieces=(lever, load, *others))
         return now.y._replace(phase=_begun_anew(now, new)), new
 

@@ -5,10 +5,11 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
+from .._phases import Phases
 from ..hybrid import QUADRATURE
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile, Piece
-from ..shaft import AbstractDryTorque, AbstractShaftTorque
+from ..shaft import AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque
 from ._contact import contact_margin
 from ._feature import AbstractBrake, BrakeGuards, Feature, Moment, State, piece_of
 from ._mechanism import HELD, OPEN, Mode, Sliding
@@ -49,6 +50,14 @@ class Shaft(Feature):
     """
 
     laws: tuple[AbstractShaftTorque, ...]
+    phases: Phases | None = None  # of a duty that engages auxiliary brakes
+
+    def engaged(self, mode: Mode) -> "Shaft":
+        """The shaft in the phase that runs."""
+        if self.phases is None:
+            return self
+        share = self.phases.engagement(mode.phase)
+        return Shaft(tuple(law.engaged(share) if isinstance(law, AbstractAuxiliaryBrake) else law for law in self.laws))
 
     @property
     def profiles(self) -> tuple[AbstractProfile, ...]:
@@ -76,10 +85,23 @@ class Shaft(Feature):
         ]
 
     def now(
-        self, t: Array, omega: Array, loads: tuple[Array, Array], mode: Mode, pieces: tuple[Piece, ...]
+        self,
+        t: Array,
+        omega: Array,
+        loads: tuple[Array, Array],
+        mode: Mode,
+        pieces: tuple[Piece, ...],
+        motor: Array | None = None,
     ) -> ShaftNow:
-        """The torques in a mode; `loads` (N·m): torques of the load at the speed `omega`, and on a shaft at rest."""
-        load, torques = loads[1], self._torques(t, omega, loads[1], pieces)
+        """The torques in a mode.
+
+        - `loads` (N·m): of the load at the speed `omega`, and on a shaft at rest;  `motor`: torque of a motor, which
+          takes its part of them
+        """
+        torques = self.engaged(mode)._torques(t, omega, loads[1], pieces)
+        if motor is not None:
+            loads = (loads[0] - motor, loads[1] - motor)
+        load = loads[1]
         if not self.dry:
             each = tuple(torque for _, torque in torques)
             return ShaftNow(each, loads[0] - sum(each[1:], start=each[0]))
@@ -138,6 +160,7 @@ class Shaft(Feature):
             return guards
         brake, t, y, mode, z = now
         load, size, is_open = brake.load_torque(t, 0.0 * y.omega, mode, y), brake.sizes, mode.band == OPEN
+        load = load if z.motor is None else load - z.motor
         watched = is_open if mode.inner is None else is_open | (mode.inner != 0)
         watched = (watched & (mode.turn != 0)) | (rests(mode) & is_open)
         left = (z.shaft.limit - jnp.abs(load)) / size.torque
@@ -148,8 +171,9 @@ class Shaft(Feature):
         if not self.dry:
             return new, code
         brake, t, y, mode, _ = now
-        load, before = brake.load_torque(t, 0.0 * y.omega, new, y), mode.turn
+        load, before, motor = brake.load_torque(t, 0.0 * y.omega, new, y), mode.turn, brake.motor_torque(t, y, new)
         limit = self.now(t, y.omega, (load, load), new, self.pieces(new)).limit
+        load = load if motor is None else load - motor
         resting, way = before == 0, jnp.sign(load).astype(jnp.int32)
         settled = jnp.where(jnp.abs(load) <= limit + brake.sizes.slight_torque, 0, way)
         free = jnp.where(resting & fired.dry_shaft, way, jnp.where(resting | fired.dry_shaft, settled, before))

@@ -461,6 +461,7 @@ def _forces(summary: Entry) -> Iterator[str]:
 _TERMS = {
     "load_work": "load",
     "lever_work": "lever",
+    "motor_work": "motor",
     "kinetic_release": "kinetic",
     "friction_heat": "friction heat",
     "damper_heat": "dampers",

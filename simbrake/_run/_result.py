@@ -229,7 +229,7 @@ class Result:
     def energy(self) -> dict[str, Array]:
         """Energies over the run in J, and the residuals of their balances over the largest energy exchanged.
 
-        `kinetic_change + elastic_change = load_work + lever_work − friction_heat` (model §1); less
+        `kinetic_change + elastic_change = load_work + lever_work + motor_work − friction_heat` (model §1); less
         `electrical_work` and `mechanical_work` where the scene splits the friction power, less `damper_heat` of
         dampers, less `shaft_work` of other torques on the shaft. Of the heat: `friction_heat + shaft_work +
         heat_supplied = heat_stored + heat_lost`, less `heat_to_coolant` of water jackets; the friction heat entered
@@ -354,7 +354,7 @@ class Result:
         record, lever = self.record, self._system.lever
         assert isinstance(lever, Phases)
         passed, y = int(record.mode_end.phase), record.y_end
-        end = lever.phases[passed % len(lever.phases)].until
+        end = lever.each[int(lever.place(np.asarray(passed)))].until
         turns, body, travel = y.omega != 0.0, self.scene.brake.words.body, self.scene.duty.load.travel()
         motion = f"turns at {number(y.omega, 'rad/s')}" if turns else f"the {body} is at rest"
         now, more = (motion, []) if turns else ("waits", [motion])

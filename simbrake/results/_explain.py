@@ -242,7 +242,7 @@ def _balance(result: Result) -> list[Finding]:
 
 
 #: works that are not those of brake, load and inertia, as they add to what the brake takes
-_OTHERS = (("lever_work", 1), ("elastic_change", -1), ("shaft_work", -1))
+_OTHERS = (("lever_work", 1), ("motor_work", 1), ("elastic_change", -1), ("shaft_work", -1))
 
 
 def _torque_budget(result: Result, kind: str) -> Finding:
@@ -269,7 +269,7 @@ def _torque_budget(result: Result, kind: str) -> Finding:
     text = f"Averaged over {over} the brake gives {number(torque['brake'], 'N*m', count=5)}: "
     text += f"{term('load')} against the load, {term('inertia')} against the inertia"
     minor = abs(share["others"]) < _SHOWN
-    text += ". " if minor else f", {term('others')} from lever, band and shaft. "
+    text += ". " if minor else f", {term('others')} from lever, band, shaft and motor. "
     governs = "load" if works["load"] > works["inertia"] else "inertia"
     why = {
         "load": f"The load governs: the brake works mainly to hold it while the {words.body} turns.",
@@ -285,6 +285,7 @@ def _torque_budget(result: Result, kind: str) -> Finding:
 _POWERS = {
     "load_work": "load",
     "lever_work": "lever",
+    "motor_work": "motor",
     "kinetic_release": "kinetic energy",
     "friction_heat": "friction",
     "damper_heat": "dampers",

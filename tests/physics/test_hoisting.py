@@ -1,0 +1,232 @@
+"""Hoisting: a motor with limits, phases that end upwards, strings that grow and shrink, the rope that winds back."""
+
+import itertools
+
+import jax
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import simbrake as sb
+from simbrake.loads import AfterTravel, Driller, HookLoad, Motor, Phase, Phases, RopeLayers, StringLoad, TackleLoss
+
+MASS, RADIUS, LINES, INERTIA = 60e3, 0.4, 8, 1200.0
+TRAVEL = RADIUS / LINES  # m of the hook per radian
+WEIGHT = MASS * 9.80665 * TRAVEL  # N·m
+J = INERTIA + MASS * TRAVEL**2
+UP, DOWN, FASTER = 1.2, 1.0, 0.5  # m/s, m/s²
+
+BRAKE = sb.Brake(sb.Pulley(0.59, INERTIA), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35))
+LOAD = HookLoad(MASS, RADIUS, LINES)
+MOTOR = Motor("60 kN*m", "1100 kW", "40 rad/s")
+
+
+def course(*speeds):
+    """Speed of the drum (rad/s) in straight lines between speeds of the hook (m/s), at `FASTER`."""
+    times = np.cumsum([0.0, *(abs(b - a) / FASTER for a, b in itertools.pairwise(speeds))])
+    return sb.PiecewiseLinear(times, np.asarray(speeds) / TRAVEL)
+
+
+def up(distance, speed=UP):
+    """Hoist from rest to rest over a distance (m)."""
+    slowing = speed**2 / (2 * FASTER)
+    return (
+        Phase(0.0, AfterTravel(slowing - distance), "hoist", motor=course(0.0, -speed)),
+        Phase(0.0, speed / FASTER, "slow", motor=course(-speed, 0.0)),
+    )
+
+
+def down(distance, speed=DOWN, **levers):
+    """Lower from rest to rest over a distance (m) by a driller."""
+    slowing = speed**2 / (2 * FASTER)
+    return (
+        Phase(Driller(course(0.0, speed), 60e3, **levers), AfterTravel(distance - slowing), "lower"),
+        Phase(Driller(course(speed, 0.0, -speed), 60e3, **levers), "rest", "brake"),
+    )
+
+
+def run(phases, load=LOAD, motor=MOTOR, end=1e4, **parts):
+    return sb.simulate(sb.Scene(BRAKE, sb.Duty(phases, load), sb.Initial(0.0), end, motor=motor, **parts))
+
+
+def ends(result):
+    return np.asarray([event.time for event in result.events["phase_end"]])
+
+
+HOLD = Phase(30e3, 10.0, "hold")
+
+
+def test_a_trip_up_and_down_takes_the_time_and_the_work_of_its_course():
+    result = run(Phases((*up(25.0), HOLD, *down(20.0), HOLD), count=2))
+    hoist, lower = 25.0 / UP + UP / FASTER, 20.0 / DOWN + DOWN / FASTER
+    cycle = np.cumsum([25.0 / UP, UP / FASTER, 10.0, 20.0 / DOWN, DOWN / FASTER, 10.0])
+    np.testing.assert_allclose(ends(result), [*cycle, *(cycle + hoist + lower + 20.0)], rtol=1e-10)
+    energy = result.energy
+    assert float(energy["motor_work"]) == pytest.approx(2 * MASS * 9.80665 * 25.0, rel=1e-10)
+    assert float(energy["friction_heat"]) == pytest.approx(2 * MASS * 9.80665 * 20.0, rel=1e-10)
+    assert float(energy["closure"]) < 1e-12
+    at = result.series([20.0])  # steady: the motor bears the load
+    assert float(at.motor_torque[0]) == pytest.approx(WEIGHT, rel=1e-10)
+    assert float(at.motor_power[0]) == pytest.approx(MASS * 9.80665 * UP, rel=1e-10)
+    assert float(at.hook_speed[0]) == pytest.approx(-UP, rel=1e-10)
+
+
+def _weak(torque, power):
+    return Motor(torque, power, 40.0)
+
+
+def test_a_motor_gives_no_more_than_its_torque():
+    phase = Phase(0.0, "travel -5 m", motor=sb.PiecewiseLinear([0.0], [-39.0]))
+    torque = 1.2 * WEIGHT
+
+    def time(torque):
+        scene = sb.Scene(BRAKE, sb.Duty(Phases((phase,)), LOAD), sb.Initial(0.0), 1e3, motor=_weak(torque, 1e7))
+        return sb.simulate(scene).record.t_end
+
+    expected = np.sqrt(2 * 5.0 / TRAVEL * J / (torque - WEIGHT))
+    assert float(time(torque)) == pytest.approx(expected, rel=1e-10)
+    assert float(jax.grad(time)(torque)) == pytest.approx(-expected / (2 * (torque - WEIGHT)), rel=1e-7)
+
+
+def test_a_motor_gives_no_more_than_its_power():
+    power = MASS * 9.80665 * 0.8  # enough for 0.8 m/s
+    phase = Phase(0.0, "travel -20 m", motor=sb.PiecewiseLinear([0.0], [-39.0]))
+    result = run(Phases((phase,)), motor=_weak(2 * WEIGHT, power), end=1e3)
+
+    def rates(t, y):
+        return [y[1], (min(2 * WEIGHT, power / max(y[1], 1e-9)) - WEIGHT) / J]
+
+    def arrived(t, y):
+        return y[0] - 20.0 / TRAVEL
+
+    arrived.terminal = True
+    knee = power / (2 * WEIGHT)  # up to this speed the torque is constant
+    begin = knee * J / WEIGHT
+    start = [0.5 * knee * begin, knee]
+    truth = solve_ivp(rates, (begin, 1e3), start, events=arrived, rtol=1e-12, atol=1e-12, method="DOP853")
+    assert float(result.record.t_end) == pytest.approx(truth.t_events[0][0], rel=1e-9)
+    assert result.metrics["max_motor_power"] == pytest.approx(power, rel=1e-9)
+
+
+def test_friction_of_the_tackle_is_overcome_upwards():
+    result = run(Phases((*up(25.0), HOLD)), motor=Motor("60 kN*m", "2 MW", "40 rad/s"), shaft=(TackleLoss(0.9),))
+    energy = result.energy
+    np.testing.assert_allclose(ends(result)[:2], [25.0 / UP, 25.0 / UP + UP / FASTER], rtol=1e-9)
+    assert float(energy["motor_work"]) == pytest.approx(1.1 * MASS * 9.80665 * 25.0, rel=1e-9)
+    assert float(energy["shaft_work"]) == pytest.approx(0.1 * MASS * 9.80665 * 25.0, rel=1e-9)
+
+
+def test_a_motor_holds_back_what_it_lowers_and_the_brake_takes_the_rest():
+    weak = _weak(0.5 * WEIGHT, 1e7)
+    lower = Phase(Driller(course(0.0, DOWN), 60e3), "travel 20 m", "lower", motor=course(0.0, DOWN))
+    brake = Phase(Driller(course(DOWN, 0.0, -DOWN), 60e3), "rest", "brake")
+    energy = run(Phases((lower, brake)), motor=weak).energy
+    hook_work = MASS * 9.80665 * (20.0 + DOWN**2 / (2 * FASTER))
+    assert float(energy["motor_work"]) == pytest.approx(-0.5 * MASS * 9.80665 * 20.0, rel=1e-9)
+    assert float(energy["friction_heat"]) == pytest.approx(hook_work - 0.5 * MASS * 9.80665 * 20.0, rel=1e-9)
+
+
+def test_an_auxiliary_brake_is_engaged_by_phases():
+    eddy = sb.loads.EddyCurrentBrake("160 kN*m", "12 rad/s")
+    lower = Phase(0.0, "20 s", "lower", auxiliary=0.5)
+    hoist, slow = (Phase(x.lever, x.until, x.name, motor=x.motor, auxiliary=0.0) for x in up(25.0))
+    result = run(Phases((hoist, slow, Phase(30e3, 5.0), lower, Phase(60e3, "rest"))), shaft=(eddy,))
+    assert float(result.energy["motor_work"]) == pytest.approx(MASS * 9.80665 * 25.0, rel=1e-9)
+    # at the end of lowering the speed is steady: half the excitation has a quarter of the torque
+    speed = np.roots([1.0, -2 * 0.25 * 160e3 * 12.0 / WEIGHT, 12.0**2]).min()
+    assert float(result.series([ends(result)[3] - 1e-3]).omega[0]) == pytest.approx(speed, rel=1e-6)
+
+
+def test_thirty_stands_in_and_out_have_their_masses():
+    count, empty, string, stand = 30, 8e3, 40e3, 800.0
+    inwards = (*up(27.0), Phase(30e3, 5.0, "make up"), *down(27.0), HOLD)
+    inwards = tuple(
+        sb.loads.Phase(x.lever, x.until, x.name, string_on_hook=x.name in ("lower", "brake"), motor=x.motor)
+        for x in inwards
+    )
+    out = (*up(27.0), Phase(30e3, 5.0, "lay down"), *down(27.0), HOLD)
+    out = tuple(
+        sb.loads.Phase(x.lever, x.until, x.name, string_on_hook=x.name in ("hoist", "slow"), motor=x.motor) for x in out
+    )
+    phases = Phases(inwards, count, then=Phases(out, count, stands=-1))
+    result = run(phases, StringLoad(empty, string, RADIUS, LINES, stand=stand), end=1e5)
+    assert int(result.code) == 0
+    g, strings = 9.80665, string + stand * np.arange(count)
+    # up and down over the same 27 m: the string goes down, then up, and the block both
+    assert float(result.energy["friction_heat"]) == pytest.approx(g * 27 * np.sum(2 * empty + strings), rel=1e-9)
+    assert float(result.energy["motor_work"]) == pytest.approx(g * 27 * np.sum(2 * empty + strings), rel=1e-9)
+    assert float(result.energy["closure"]) < 1e-9
+    assert len(result.events["phase_end"]) == 2 * count * 6
+    assert result.events["phase_end"][-1].phase.cycle == 2 * count
+    load = result.series(ends(result) - 0.5).load_torque  # in the last second of every phase
+    begun = np.asarray(load).reshape(2, count, 6)
+    np.testing.assert_allclose(begun[0, :, 3], (empty + strings) * g * TRAVEL, rtol=1e-12)
+    np.testing.assert_allclose(begun[1, :, 0], (empty + strings[::-1]) * g * TRAVEL, rtol=1e-12)
+
+
+def test_every_phase_may_have_its_own_string():
+    load = StringLoad(8e3, ["10 t", "10 t", "20 t", "30 t"], RADIUS, LINES)
+    result = run(Phases((*up(20.0), Phase(30e3, 5.0), Phase(40e3, 5.0))), load)
+    torques = result.series(ends(result) - 0.5).load_torque
+    np.testing.assert_allclose(torques, (8e3 + np.asarray([10e3, 10e3, 20e3, 30e3])) * 9.80665 * TRAVEL, rtol=1e-12)
+
+
+def test_the_rope_winds_back_onto_its_layers():
+    rope = RopeLayers("32 mm", turns_per_layer=20, turns=35)
+    load = HookLoad(MASS, RADIUS, LINES, rope=rope)
+    lower = Phase(Driller(course(0.0, DOWN), 60e3), "travel 6 m", "lower")
+    brake = Phase(Driller(course(DOWN, 0.0, -DOWN), 60e3), "rest", "brake")
+    hoist = Phase(0.0, "travel -6 m", "hoist", motor=course(0.0, -UP))
+    slow = Phase(0.0, UP / FASTER, "slow", motor=course(-UP, 0.0))
+    result = run(Phases((hoist, slow, HOLD, lower, brake, HOLD)), load, Motor("60 kN*m", "2 MW", "40 rad/s"), end=1e3)
+    # up to the third layer and down to the second again: full at 40 turns
+    full, speed = 5 * 2 * np.pi, UP / TRAVEL
+    crossings = [event.time for event in result.events if "layer" in event.name]
+    assert crossings[0] == pytest.approx(full / speed + 0.5 * UP / FASTER, rel=1e-10)
+    assert len(crossings) == 2
+    second, third = (RADIUS + k * np.sqrt(3) / 2 * 0.032 for k in (1, 2))
+    hook = np.asarray(result.series(ends(result)).hook_position)
+    phi = np.asarray(result.series(ends(result)).phi)
+    expected = -(full * second + (-phi - full) * third) / LINES
+    np.testing.assert_allclose(hook[:3], expected[:3], rtol=1e-12)
+    assert hook[0] == pytest.approx(-6.0, rel=1e-12)
+    assert hook[3] - hook[2] == pytest.approx(6.0, rel=1e-11)
+
+
+def test_position_is_corrected_as_a_damped_oscillator():
+    gain, position_gain, speed = 2.0, 1.0, DOWN / TRAVEL
+    driller = Driller(sb.PiecewiseLinear([0.0], [speed]), 200e3, gain, position_gain)
+    scene = sb.Scene(BRAKE, sb.Duty(driller, LOAD), sb.Initial(1.05 * speed), 5.0)
+    t = np.linspace(0.0, 5.0, 6)
+    away = np.asarray(sb.simulate(scene).series(t).phi) - speed * t
+    np.testing.assert_allclose(away, 0.05 * speed * t * np.exp(-t), atol=1e-9)  # g²/4 = h: aperiodic
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"motor": None}, r"phases\[0\].motor: has no effect: the scene has no motor"),
+        ({"phases": (Phase(0.0, "travel -5 m"),)}, "nothing hoists 5 m while the motor is off"),
+        ({"motor": Motor(6e4, 1e6, 20.0)}, r"24 rad/s is above the motor's 20 rad/s"),
+        ({"motor": Motor(6e4, 1e6, 40.0, course(0.0, 1.0))}, "has no effect on a duty in phases"),
+        ({"load": StringLoad(8e3, [1e4, 2e4], 0.4, 8)}, "has 2 masses for 3 phases"),
+    ],
+)
+def test_what_cannot_be_hoisted_is_named(change, words):
+    phases = Phases(change.pop("phases", (*up(25.0), HOLD)))
+    with pytest.raises(sb.InputError, match=words):
+        run(phases, **change)
+
+
+def test_a_motor_without_limits_is_refused():
+    with pytest.raises((sb.InputError, TypeError), match="max_power"):
+        Motor("60 kN*m", max_speed=40.0)
+
+
+def test_a_hoist_in_a_file(tmp_path):
+    load = StringLoad(8e3, 40e3, RADIUS, LINES, stand=800.0)
+    phases = Phases((*up(25.0), HOLD), 2, then=Phases((*down(25.0), HOLD), 2, stands=-1))
+    scene = sb.Scene(BRAKE, sb.Duty(phases, load), sb.Initial(0.0), 1e3, motor=MOTOR)
+    sb.write_scene(scene, tmp_path / "trip.toml")
+    again = sb.read_scene(tmp_path / "trip.toml")
+    assert float(sb.simulate(again).record.t_end) == float(sb.simulate(scene).record.t_end)
