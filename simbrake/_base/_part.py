@@ -80,7 +80,12 @@ class Whole:
 
 def whole(meaning: str, *, low: int = 1, high: int = 100_000, guesses: tuple[str, ...] = (), **keywords: Any) -> Any:
     """A field with a whole number of the structure (static: another number is another program)."""
-    return eqx.field(static=True, metadata={"whole": Whole(meaning, low, high, guesses)}, **keywords)
+    about = Whole(meaning, low, high, guesses)
+    return eqx.field(converter=_converter(_plain_whole, "int"), static=True, metadata={"whole": about}, **keywords)
+
+
+def _plain_whole(x: Any) -> Any:
+    return int(x) if isinstance(x, np.integer) else x
 
 
 _T = TypeVar("_T", bound=type)

@@ -153,8 +153,9 @@ def friction_work(run: Run, *, pair: str = "external", points: int = POINTS) -> 
 
         W_i = ∫ |T_i − T_{i−1}| |v_i| dt,   |T_i − T_{i−1}| = f_i N_i/cos(β_i/2)                       (model §1, §6.1)
 
-    Its sum is the friction heat of the pair in the ledger, less the heat of jumps (restart, break-away, release of an
-    elastic band), which is booked at an instant for the band as a whole and belongs to no lining.
+    Its sum, over all alike rims, is the friction heat of the pair in the ledger, less the heat of jumps (restart,
+    break-away, release of an elastic band), which is booked at an instant for the band as a whole and belongs to no
+    lining.
 
     - `run`: a `Result` or its record, concrete or traced;  `pair`: as in `rubbing`;  `points`: as in `integral`
 

@@ -335,8 +335,8 @@ class AbstractBrake(Part):
 
     @property
     def force_words(self) -> str:
-        """Of which bands the tensions at the ends of a run are, in words: "" where there is one."""
-        return "" if self.rims == 1 else f"tensions of one of {self.rims} alike rims"
+        """Of which bands the forces of a run are, in words: "" where there is one."""
+        return "" if self.rims == 1 else f"forces of one of {self.rims} alike rims"
 
     @property
     def linings_of_rims(self) -> tuple[int, ...]:

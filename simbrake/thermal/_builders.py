@@ -75,7 +75,7 @@ def lumped_heat(
     permissible_rim: _PermissibleRim = None,
     permissible_band: _PermissibleBand = None,
 ) -> Heat:
-    """Rim, linings and band as one lump each.
+    """Rim, linings and band as one lump each; of several alike rims (`Brake.rims`) all together.
 
     - `rim`, `linings`, `band`: capacities (J/K); without `linings` their share of the heat leaves the network
     - `rim_cooling`, `band_cooling`: `h A` to the air; `lining_to_band`: conductance (W/K)
@@ -183,6 +183,8 @@ def layered_heat(
 ) -> Heat:
     """Layered rim, linings with a thin surface layer over their body, and the band behind them.
 
+    On several alike rims (`Brake.rims`) areas are those of all rims together.
+
     - `rim`, `lining`, `band`: materials; without `lining` its share of the heat leaves the network
     - thicknesses (m); `rim_layers`, `lining_layers`; `rim_first`, `lining_first`: thickness of the first layer (m), by
       default uniform; V's surface layer is 5.6–35.4 µm thick
@@ -247,8 +249,8 @@ def with_pulley_structure(
     Each is a lump that the rim reaches through V's radial resistance of that part; flange and rim lips give heat to the
     air. `flange=False` is S's thermal stabilisation: no heat flows between the rim and its flange.
 
-    - `pulleys` `n`: where one rim of the network stands for the rims of `n` bands, that many structures are behind it;
-      in parallel, as one lump of `n` times the capacity, conductance and area
+    - `pulleys` `n`: where one rim of the network stands for `n` rims (`Brake.rims`), that many structures are behind
+      it; in parallel, as one lump of `n` times the capacity, conductance and area
 
     Example:
         >>> heat = sb.lumped_heat(rim=2e5, partition=1.0, rim_cooling=20.0)

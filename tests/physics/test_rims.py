@@ -144,6 +144,25 @@ def test_every_mechanism_of_two_rims_is_one_of_twice_the_force(kind):
         np.testing.assert_allclose(two.worn_thickness, one.worn_thickness, rtol=1e-12)
 
 
+@pytest.mark.slow
+def test_each_of_two_rims_is_one_under_half_of_load_and_inertia():
+    """Friction that depends on the pressure and runs in: no band of twice the force is the same."""
+    law = sb.friction.ProductFriction(sb.ConstantFriction(F, 1.2), (sb.friction.PressureFactor(5e5, 0.3),))
+    law = sb.friction.FrictionWithMemory(law, (sb.friction.MemoryProcess(0.8, work=4e6),))
+    runs = []
+    for rims in (np.int64(2), 1):
+        built = brake(rims, sb.Lining(law, np.full(2, 2.0), AREA))
+        built = dataclasses.replace(built, pulley=sb.Pulley(R, J * rims / 2))
+        lever = sb.ramp(500.0, 9e3, 0.0, 2.0)
+        runs.append(sb.simulate(sb.Scene(built, sb.Duty(lever, LOAD * rims / 2), sb.Initial(W0), 6.0)))
+    two, one = runs
+    np.testing.assert_allclose(two.events.times, one.events.times, rtol=1e-12)
+    for name in ("friction_heat", "load_work", "kinetic_change"):
+        assert float(two.energy[name]) == pytest.approx(2 * float(one.energy[name]), rel=1e-12)
+    np.testing.assert_allclose(two.series([0.5]).pressure, one.series([0.5]).pressure, rtol=1e-12)
+    assert float(two.energy["closure"]) < 1e-10
+
+
 # --- heat -------------------------------------------------------------------------------------------------------------
 
 C_RIM, C_LINING, TO_RIM, ROOM, SLOPE, WEAR = 8e4, 6e3, 0.8, 293.15, 8e-4, 1e-13
@@ -282,7 +301,7 @@ def test_files_figures_and_reports_say_whose_forces(stopped, tmp_path):
     assert "behind lining 6 of each of 2 rims" in str(stopped)
     assert stopped.summary()["rims"] == 2
     for figure in (plot.pulley(stopped, 0.3), plot.duty(stopped)):
-        assert "tensions of one of 2 alike rims" in figure.get_suptitle()
+        assert "forces of one of 2 alike rims" in figure.get_suptitle()
 
 
 def test_walls_with_the_area_of_one_rim_are_named():
