@@ -38,7 +38,10 @@ _POUND, _GRAVITY = Fraction("0.45359237"), Fraction("9.80665")
 _FOOT_POUND, _PSI = _POUND * _GRAVITY * Fraction("0.3048"), _POUND * _GRAVITY / Fraction("0.0254") ** 2
 _FOOT_POUNDS = {"ft*lbf": _FOOT_POUND, "ft*klbf": 1000 * _FOOT_POUND}
 #: forces (N) in which a hook load is read on a rig; a mass in one of them is that of this weight
-_WEIGHTS = {"kN": Fraction(1000), "lbf": _POUND * _GRAVITY, "klbf": 1000 * _POUND * _GRAVITY, "tf": 1000 * _GRAVITY}
+_WEIGHTS = {
+    **{"daN": Fraction(10), "kN": Fraction(1000), "lbf": _POUND * _GRAVITY, "klbf": 1000 * _POUND * _GRAVITY},
+    **{"kgf": _GRAVITY, "kp": _GRAVITY, "tf": 1000 * _GRAVITY},
+}
 _FACTORS: dict[str, dict[str, float | str | Fraction]] = {
     "s": {"ms": "1e-3", "us": "1e-6", "min": 60, "h": 3600},
     "rad": {"deg": _TURN / 360, "°": _TURN / 360, "rev": _TURN},
@@ -50,7 +53,13 @@ _FACTORS: dict[str, dict[str, float | str | Fraction]] = {
         **{"l/min": Fraction(1, 60_000), "l/s": "1e-3", "m^3/h": Fraction(1, 3600), "m^3/min": Fraction(1, 60)},
         **dict.fromkeys(("gpm", "gal/min"), Fraction("3.785411784e-3") / 60),
     },
-    "kg": {"g": "1e-3", "t": 1e3, "lb": _POUND, **{name: x / _GRAVITY for name, x in _WEIGHTS.items()}},
+    "kg": {
+        "g": "1e-3",
+        "t": 1e3,
+        "lb": _POUND,
+        "N": 1 / _GRAVITY,
+        **{name: x / _GRAVITY for name, x in _WEIGHTS.items()},
+    },
     "N": {"MN": 1e6, **_WEIGHTS, "t": _WEIGHTS["tf"]},
     "N/m": {"kN/m": 1e3, "MN/m": 1e6, "N/mm": 1e3, "kN/mm": 1e6},
     "N*s/m": {"kN*s/m": 1e3},
@@ -66,6 +75,44 @@ _FACTORS: dict[str, dict[str, float | str | Fraction]] = {
 _TABLE = {si: {name: Unit(Fraction(x)) for name, x in factors.items()} for si, factors in _FACTORS.items()}
 _TABLE["K"] = {name: Unit(1, Fraction("273.15")) for name in ("degC", "°C", "C")}
 _TABLE["K"] |= {name: Unit(Fraction(5, 9), Fraction("459.67") * 5 / 9) for name in ("degF", "°F")}
+#: SI unit → spellings that a message names beside those of the table
+_EXAMPLES = {"kg*m^2": ("lb*ft^2", "kgf*m^2 GD2", "N*m^2 GD2", "lb*ft^2 WK2")}
+#: an inertia: mass or weight times length², GD² of a diameter, WK² (WR²) of a radius of gyration
+_INERTIA = re.compile(r"(?:(?P<weight>[A-Za-z]+)\*(?P<length>[A-Za-z]+)\^2)?(?:(?P<of>GD|WK|WR)\^?2)?", re.IGNORECASE)
+
+
+def _inertia(name: str) -> Unit | None:
+    """The unit of an inertia `J` (kg·m²) as data sheets give it; `None` of a text that is no mass times length².
+
+        J = GD²/(4 g),   J = WK²/g      of a weight;  of a mass without `g`, so that kgf·m² and kg·m² have one number
+
+    Raises `ValueError` with both readings where it may be either. Sources: GD² Yaskawa, SGM servomotors, *Conversions
+    between engineering units and SI units* (GD² in kgf·m² is 4 J in kg·m²); WK² in lb·ft² NEMA MG 1.
+    """
+    match = _INERTIA.fullmatch(name)
+    if match is None or not name:
+        return None
+    weight, length, of = match["weight"], match["length"], (match["of"] or "").upper()
+
+    def factor(weight: str, length: str, of: str) -> Fraction:
+        whole = Fraction(unit(weight, "kg").factor) * Fraction(unit(length, "m").factor) ** 2
+        return whole / 4 if of == "GD" else whole
+
+    def readings(*of_each: tuple[str, str, str]) -> str:
+        return ", ".join(f"1 {w}*{l}^2 {of}2 is {digits(float(factor(w, l, of)), 4)} kg·m²" for w, l, of in of_each)
+
+    if weight is None:
+        raise ValueError(f"of which unit? {readings(('kgf', 'm', of), ('N', 'm', of), ('lb', 'ft', of))}")
+    try:
+        whole = factor(weight, length, of)
+    except ValueError:
+        return None
+    if not of and (weight == "N" or weight in _WEIGHTS):
+        both = readings((weight, length, "GD"), (weight, length, "WK"))
+        raise ValueError(f"say of which length, diameter or radius of gyration: {both}")
+    return Unit(whole)
+
+
 #: names, products, quotients and one-digit powers: input that a general units parser reads in bounded time
 _SPELLING = re.compile(r"(?:[A-Za-z°_]|%|1|[*/]|\((?:[A-Za-z°_*/]|\^-?[1-9](?![\d^]))+\)|\^-?[1-9](?![\d^]))+")
 #: a plane angle has a unit: 20 is not 20 rad, and 3 Hz is ambiguous (3 rad/s or 3 rev/s)
@@ -87,10 +134,16 @@ def unit(text: str, si: str) -> Unit:
     units = _TABLE.get(si, {})
     if not name or name == si or name in units:
         return units.get(name, Unit(1.0))
+    if si == "kg*m^2" and (inertia := _inertia(name)) is not None:
+        return inertia
     try:
         return _of_library(name, si)
     except ValueError as error:
-        names = [si, *(name for name in units if name)] if si != "1" else [name for name in units if name]
+        names = (
+            [si, *(name for name in units if name), *_EXAMPLES.get(si, ())]
+            if si != "1"
+            else [name for name in units if name]
+        )
         raise ValueError(f"known here: {', '.join(names)}{error}") from None
 
 

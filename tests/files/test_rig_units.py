@@ -27,6 +27,32 @@ def test_a_scene_in_units_of_a_rig():
     assert float(sb.Lever("100 lbf", "4 ft", "3 in").gain) == pytest.approx(16.0, rel=1e-15)
 
 
+def test_inertia_of_data_sheets():
+    """A flywheel of 1200 kg and 1.4 m in every form: GD² of its diameter of gyration, 1.4 m/√2, WK² of its radius."""
+    mass, diameter = 1200.0, 1.4 / 2**0.5
+    truth, weight = mass * diameter**2 / 4, mass * G
+    forms = {
+        "kgf*m^2 GD2": mass * diameter**2,
+        "kg·m² GD²": mass * diameter**2,
+        "kN*m^2 GD2": 1e-3 * weight * diameter**2,
+        "N*m^2 WR2": weight * (diameter / 2) ** 2,
+        "lb*ft^2 WK2": mass / POUND * (diameter / 2 / FOOT) ** 2,
+        "lbf*ft^2 Wk^2": mass / POUND * (diameter / 2 / FOOT) ** 2,
+        "lb*ft^2": mass / POUND * (diameter / 2 / FOOT) ** 2,
+        "t*m^2": 1e-3 * truth,
+    }
+    for unit, number in forms.items():
+        assert float(sb.Pulley(0.59, f"{number!r} {unit}").inertia) == pytest.approx(truth, rel=1e-14), unit
+    refused = {
+        "48 kgf*m^2": "diameter or radius of gyration: 1 kgf.m.2 GD2 is 0.25 kg·m², 1 kgf.m.2 WK2 is 1 kg·m²",
+        "48 GD2": "of which unit. 1 kgf.m.2 GD2 is 0.25 kg·m², 1 N.m.2 GD2 is 0.02549 kg·m²",
+        "48 kgf*m GD2": "known here: kg.m.2, lb.ft.2, kgf.m.2 GD2",
+    }
+    for text, words in refused.items():
+        with pytest.raises(sb.InputError, match=words):
+            sb.Pulley(0.59, text)
+
+
 def test_run_prints_rig_units_and_json_si(tmp_path, capsys):
     file = tmp_path / "stop.toml"
     sb.write_scene(stop_scene(), file)
