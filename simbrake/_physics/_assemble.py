@@ -60,7 +60,6 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     if layer is not None:
         features.append(Layers())
     if scene.shaft:
-        lever = duty.lever
         features.append(Shaft(scene.shaft, lever if isinstance(lever, Phases) and lever.engages else None))
     if thermal is not None:
         features.append(Heating(thermal, brake.linings.weights))

@@ -218,6 +218,8 @@ def test_levers_pull_on_all_bands():
     torque = 2 * R_B * 0.9 * 600.0 * 15 / 2 * (mu(F) ** N - 1)
     assert float(result.stopping_time) == pytest.approx(J * W0 / (torque - LOAD), rel=1e-12)
     assert sb.formulas.classical_stop(result.scene).time == pytest.approx(J * W0 / (torque - LOAD), rel=1e-12)
+    geared = dataclasses.replace(result.scene, shaft=(sb.shaft.ViscousDrag(10.0),), end_time=0.2)
+    assert float(sb.simulate(geared).series([0.1]).slack_tension[0]) == pytest.approx(0.9 * 600.0 * 15 / 2, rel=1e-13)
     held = sb.simulate(scene(lever=sb.SpeedHold(T0), end=2.0))
     assert float(held.series([1.0]).slack_tension[0]) == pytest.approx(LOAD / (2 * R_B * (mu(F) ** N - 1)), rel=1e-12)
     assert float(held.energy["friction_heat"]) == pytest.approx(LOAD * W0 * 2.0, rel=1e-10)
