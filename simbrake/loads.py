@@ -8,13 +8,22 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ._base._faults import Fault
-from ._base._part import Part, part, quantity, short_for, whole
+from ._base._faults import Fault, InputError
+from ._base._part import Part, part, parts_below, quantity, short_for, whole
 from ._base._quantity import Over, Scalar, Values
 from ._base._retired import answers
 from ._phases import AfterTime, AfterTravel, AtRest, AtTemperature, Phase, Phases, held_within
 from .hybrid._arrays import Array
-from .profiles import AbstractPoints, AbstractProfile, Constant, Piece, PiecewiseLinear, Real, Repeated
+from .profiles import (
+    AbstractPoints,
+    AbstractProfile,
+    Constant,
+    Piece,
+    PiecewiseLinear,
+    Real,
+    Repeated,
+    faults_of_sign,
+)
 from .rope import RopeElasticity, RopeLayers
 from .shaft import (
     AbstractShaftTorque,
@@ -35,6 +44,7 @@ __all__ = [
     "AtRest",
     "AtTemperature",
     "BearingFriction",
+    "Cylinder",
     "Driller",
     "EddyCurrentBrake",
     "HookLoad",
@@ -605,12 +615,60 @@ class Lever(AbstractProfile):
         return [Fault(f"{path}.force", what, hint)] if self.force.controls_speed else []
 
 
-class Actuator(AbstractProfile):
+class AbstractActuator(AbstractProfile):
+    """What follows a command with a dead time and a first-order lag: `τ ẋ + x = u(t − t_d)`."""
+
+    lag: eqx.AbstractVar[Scalar | None]
+    dead_time: eqx.AbstractVar[Scalar]
+    #: field that holds the command
+    command_field: eqx.AbstractClassVar[str]
+
+    @property
+    def input(self) -> AbstractProfile:
+        """The command `u(t)`."""
+        return getattr(self, self.command_field)
+
+    def followed(self, t: Real, piece: Piece) -> Real:
+        """`x` at `t` on the given piece."""
+        command, t = self.input, t - self.dead_time
+        x = command.value(t, piece)
+        if self.lag is not None and isinstance(command, AbstractPoints):
+            x = x - self.lag * command.slope(piece) + command.decayed(t, piece, self.lag)
+        return x
+
+    @property
+    def knot_count(self) -> int:
+        return self.input.knot_count
+
+    @property
+    def rises(self) -> bool:
+        plain = isinstance(self.input, AbstractPoints | Constant) or (self.lag is None and self.input.rises)
+        return type(self) in (Actuator, Cylinder) and plain
+
+    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
+        knot = self.input.next_knot(piece)
+        return knot if isinstance(knot, float) else knot + self.dead_time
+
+    def first_piece(self, t: Real) -> Piece:
+        return self.input.first_piece(t - self.dead_time)
+
+    def no_more_turns(self, t: Real) -> Bool[Array, ""]:
+        return self.input.no_more_turns(t - self.dead_time)
+
+    def faults(self, path: str) -> list[Fault]:
+        if isinstance(self.input, AbstractPoints | Constant) or (self.lag is None and not self.input.controls_speed):
+            return []
+        what = f"a lagged `{type(self.input).__name__}` has no closed form"
+        return [Fault(f"{path}.{self.command_field}", what, "give points, cycles of points, or a constant")]
+
+
+class Actuator(AbstractActuator):
     """The force of an actuator that follows its command with a dead time and a first-order lag, less a return spring.
 
         τ dF/dt + F = u(t − t_d),   T_0 = F − F_s
 
-    - `command`: `u(t) ≥ 0` in N: a constant, straight lines between points, or repeated cycles of them
+    - `command`: `u(t) ≥ 0` in N: a constant, straight lines between points, or repeated cycles of them; without a lag
+      any profile
     - `lag` `τ` (s), `None`: no lag;  `dead_time` `t_d` (s);  `spring` `F_s` (N): preload of the return spring
 
     On every piece of the command the force is known in closed form, from the equilibrium before the first point on:
@@ -633,40 +691,81 @@ class Actuator(AbstractProfile):
     lag: Scalar | None = quantity("s", "time constant of the lag", positive=True, default=None)
     dead_time: Scalar = quantity("s", "dead time", low=0.0, default=0.0)
     spring: Scalar = quantity("N", "preload of the return spring", low=0.0, default=0.0)
-
-    @property
-    def knot_count(self) -> int:
-        return self.command.knot_count
-
-    @property
-    def rises(self) -> bool:
-        return type(self) is Actuator and isinstance(self.command, AbstractPoints | Constant)
+    command_field: ClassVar[str] = "command"
 
     def value(self, t: Real, piece: Piece) -> Real:
-        t = t - self.dead_time
-        force = self.command.value(t, piece)
-        if self.lag is not None and isinstance(self.command, AbstractPoints):
-            force = force - self.lag * self.command.slope(piece) + self.command.decayed(t, piece, self.lag)
-        return force - self.spring
-
-    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
-        knot = self.command.next_knot(piece)
-        return knot if isinstance(knot, float) else knot + self.dead_time
-
-    def first_piece(self, t: Real) -> Piece:
-        return self.command.first_piece(t - self.dead_time)
-
-    def no_more_turns(self, t: Real) -> Bool[Array, ""]:
-        return self.command.no_more_turns(t - self.dead_time)
+        return self.followed(t, piece) - self.spring
 
     def scale(self) -> Float[Array, ""]:
         return self.command.scale()
 
+
+class Cylinder(AbstractActuator):
+    """The force of a cylinder of air or oil through its linkage, from the gauge pressure that its valve gives.
+
+        τ dp/dt + p = u(t − t_d),   T_0 = η i (p A − F_s)
+
+    - `pressure`: `u(t) ≥ 0`, the commanded gauge pressure (Pa, "8 bar", "120 psi"): any profile without a lag, else as
+      the command of an `Actuator`, whose closed form it shares
+    - `area` `A` (m²) of the piston, or its `diameter` `d` (m), `A = π d²/4`
+    - `ratio` `i` of the linkage: force at the end of the band over that of the piston;  `efficiency` `η` of both
+    - `spring` `F_s` (N): preload of the return spring at the piston, which opens the brake below `p = F_s/A`
+    - `lag` `τ` (s) of valve and line, `None`: no lag;  `dead_time` `t_d` (s)
+    - `permissible_pressure` (Pa) of the cylinder, for the verdict
+
+    Stands for the slack tension of a `Duty` (of each band on alike rims), the force of a `ForceDuty`, or the force of a
+    `Lever`, which all bands share. The gauge pressure behind the lag is the column `actuator_pressure`.
+
+    Example:
+        >>> cylinder = sb.loads.Cylinder("8 bar", diameter="200 mm", ratio=1.5, efficiency=0.9, spring="600 N")
+        >>> round(float(cylinder.value(0.0, 0)))
+        33119
+    """
+
+    pressure: AbstractProfile = part(AbstractProfile, "Pa")
+    area: Scalar | None = quantity("m^2", "area of the piston", positive=True, default=None)
+    diameter: Scalar | None = quantity("m", "diameter of the piston", positive=True, default=None)
+    ratio: Scalar = quantity("1", "force at the band over that of the piston", positive=True, default=1.0)
+    efficiency: Scalar = quantity("1", "efficiency of piston and linkage", positive=True, high=1.0, default=1.0)
+    spring: Scalar = quantity("N", "preload of the return spring", low=0.0, default=0.0)
+    lag: Scalar | None = quantity("s", "time constant of the lag", positive=True, default=None)
+    dead_time: Scalar = quantity("s", "dead time", low=0.0, default=0.0)
+    permissible_pressure: Scalar | None = quantity("Pa", "permissible gauge pressure", positive=True, default=None)
+    command_field: ClassVar[str] = "pressure"
+
+    def __check_init__(self) -> None:
+        if (self.area is None) == (self.diameter is None):
+            what = "is missing" if self.area is None else "stands beside the area of the piston"
+            raise InputError([Fault("Cylinder.diameter", what, "give the diameter of the piston, or its area")])
+
+    @property
+    def piston_area(self) -> Float[Array, ""]:
+        """`A` (m²), given or of the diameter."""
+        if self.area is not None:
+            return jnp.asarray(self.area)
+        assert self.diameter is not None
+        return 0.25 * jnp.pi * jnp.asarray(self.diameter) ** 2
+
+    @property
+    def gain(self) -> Float[Array, ""]:
+        """`η i`: force at the band per newton of the piston."""
+        return jnp.asarray(self.efficiency) * self.ratio
+
+    def value(self, t: Real, piece: Piece) -> Real:
+        return self.gain * (self.piston_area * self.followed(t, piece) - self.spring)
+
+    def scale(self) -> Float[Array, ""]:
+        return self.gain * self.piston_area * self.pressure.scale()
+
     def faults(self, path: str) -> list[Fault]:
-        if isinstance(self.command, AbstractPoints | Constant):
-            return []
-        what = f"a lagged `{type(self.command).__name__}` has no closed form"
-        return [Fault(f"{path}.command", what, "give points, cycles of points, or a constant")]
+        below = faults_of_sign(self.pressure, f"{path}.pressure", "Pa", "a gauge pressure presses from 0 upwards")
+        return super().faults(path) + below
+
+
+def cylinders(lever: AbstractProfile | Phases) -> list[Cylinder | None]:
+    """The cylinder behind a lever, or behind that of each phase; `None`: there is none."""
+    levers = [phase.lever for phase in lever.each] if isinstance(lever, Phases) else [lever]
+    return [next((x for _, x, _ in parts_below(own) if isinstance(x, Cylinder)), None) for own in levers]
 
 
 def differential_lever_tension(

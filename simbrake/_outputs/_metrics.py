@@ -20,7 +20,7 @@ from .._physics._mechanism import BandMode, Ledger, Mode, slips
 from ..brakes._design import Brake, Strength
 from ..hybrid import LANDED, Record, largest, smallest
 from ..hybrid._arrays import Array, numpy_of
-from ..loads import Lever
+from ..loads import Lever, cylinders
 from ..shaft import names_of
 from ..thermal._heat import PowerSplit
 from ._probe import Instant, Probe, RunJit, can_lose_grip, ends_of, terminal_speed
@@ -37,6 +37,12 @@ def strength_of(scene: Scene) -> Strength | None:
 def lever_of(scene: Scene) -> Lever | None:
     """The lever of the driller, where the scene has its arms."""
     return scene.duty.lever if isinstance(scene.duty.lever, Lever) else None
+
+
+def permissible_actuator_pressure(scene: Scene) -> Any:
+    """Least permissible gauge pressure (Pa) of the cylinders behind the lever; `None`: none is given."""
+    each = [getattr(cylinder, "permissible_pressure", None) for cylinder in cylinders(scene.duty.lever)]
+    return min((pressure for pressure in each if pressure is not None), default=None)
 
 
 def stress(tension: Array, scene: Scene, *, anchor: bool = False) -> Array:
@@ -308,6 +314,7 @@ _ANCHOR = Requirement(
     lambda scene: getattr(strength_of(scene), "anchor_area", None) is not None,
 )
 _LEVER = Requirement("`Lever`", "its tension is not that of a `Lever`", lambda scene: lever_of(scene) is not None)
+_CYLINDER = Requirement("`Cylinder`", "no cylinder pulls its lever", lambda scene: any(cylinders(scene.duty.lever)))
 _TRAVEL = Requirement(
     "`Lever` of a band as a whole",
     "its tension is not that of a `Lever`, or its linings move by themselves, or it has several bands",
@@ -562,6 +569,15 @@ METRICS: dict[str, Metric] = {
         _LEVER,
         greatest=True,
         limit=lambda scene: getattr(lever_of(scene), "greatest_force", None),
+    ),
+    "max_actuator_pressure": Metric(
+        "Pa",
+        "maximum gauge pressure of the cylinder of the actuator",
+        "Maximum pressure of the actuator",
+        lambda p: p.actuator_pressure[:, None],
+        _CYLINDER,
+        greatest=True,
+        limit=permissible_actuator_pressure,
     ),
     "lever_travel": Metric(
         "m",

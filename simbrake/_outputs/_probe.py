@@ -14,13 +14,14 @@ from .._base._compiling import DeviceJit
 from .._base._corners import greater
 from .._base._part import is_traced
 from .._base._progress import piece
+from .._phases import PhaseNow
 from .._physics._brake import BrakeSystem, Capacity
 from .._physics._feature import LEVER, LOAD, BrakeNow, State, piece_of
 from .._physics._mechanism import OPEN, MechanismOutputs, Mode
 from ..hybrid import SKIPPED, Record, smallest
 from ..hybrid._arrays import Array, numpy_of
 from ..hybrid._system import unravel
-from ..loads import Lever
+from ..loads import Lever, cylinders
 
 LANES = 128  # times looked at in one call of a compiled program
 _MANY_LANES = 512  # more where no step is taken
@@ -60,6 +61,7 @@ class Probe(NamedTuple):
     holding: tuple[Array, Array]  # load at rest, and static capacity of the brake in its direction (N·m), (m,) each
     hook: HookNow | None
     lever_force: Float[Array, " m"] | None  # on the lever of the driller, where the scene has one
+    actuator_pressure: Float[Array, " m"] | None  # gauge pressure (Pa) of a cylinder, where the scene has one
 
 
 def is_traced_run(record: Record) -> bool:
@@ -114,6 +116,7 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
             holding(system, t, y, mode),
             hook_of(system, y, mode, q),
             q.lever_tension / system.lever.gain if isinstance(system.lever, Lever) else None,
+            _gauge_pressure(system, t, y, mode),
         )
 
     flows, shown, margins, hot, *others = jax.vmap(look)(t, y, mode)
@@ -121,6 +124,16 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
     if shown.tension is not None:
         most = greater(shown.tension, tension_before(shown, flows.contact.slack_tension))
     return Probe(t, y, mode, flows, shown, margins, most, hot, *others)
+
+
+def _gauge_pressure(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Array | None:
+    """Gauge pressure (Pa) of the cylinder behind the lever, 0 in phases without one; `None`: there is none."""
+    each, lever, piece = cylinders(system.lever), system.lever_at(y, mode), piece_of(mode, LEVER)
+    if not any(each):
+        return None
+    local = t - lever.begun if isinstance(lever, PhaseNow) else t
+    pressures = [jnp.zeros(()) if x is None else jnp.asarray(x.followed(local, piece)) for x in each]
+    return lever.of_each(pressures) if isinstance(lever, PhaseNow) else pressures[0]
 
 
 def probe_at(record: Record, index: Int[Array, " m"], h: Float[Array, " m"], *, still: bool = False) -> Probe:

@@ -388,6 +388,9 @@ class Series(NamedTuple):
         "force of the actuator on each pad or shoe, or on the lever of a band",
         lambda p, s: p.flows.contact.slack_tension if p.shown.tension is None else p.lever_force,
     ]
+    actuator_pressure: Annotated[
+        Values | None, "Pa", "gauge pressure of the cylinder of the actuator", lambda p, s: p.actuator_pressure
+    ]
     normal_load: Annotated[Each, "N", "normal load on each lining", lambda p, s: s.pair.normal]
     friction_force: Annotated[Each, "N", "friction force on each lining", lambda p, s: s.pair.friction]
     temperature: Annotated[Float[Array, "m k"] | None, "K", "temperature of every thermal node", lambda p, s: _nodes(p)]

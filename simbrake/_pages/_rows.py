@@ -16,7 +16,7 @@ from .._parts._scene import Scene, paths_without_meaning
 from .._phases import Phases
 from .._run._measure import Colour, LimitCheck, title_of, unit_of
 from .._run._result import Result
-from ..loads import AbstractLoad, Driller, HookLoad, Lever, SpeedHold, StringLoad, TorqueLoad, TrippingLoad
+from ..loads import AbstractLoad, Cylinder, Driller, HookLoad, Lever, SpeedHold, StringLoad, TorqueLoad, TrippingLoad
 from ..plot._studies import bars_of
 from ..profiles import AbstractProfile, Constant, ExponentialRise, FunctionProfile, PiecewiseLinear, Repeated
 from ..studies._sensitivity import Sensitivity, SensitivityTable
@@ -357,6 +357,13 @@ def profile_words(profile: AbstractProfile | Phases, unit: str) -> str:
         case Lever():
             force = profile_words(profile.force, "N")
             return f"a force on the lever, times {digits(float(profile.gain), 5)} (efficiency · arm/slack arm): {force}"
+        case Cylinder():
+            area, gain = number(profile.piston_area, "m^2", count=5), digits(float(profile.gain), 5)
+            spring = f" less {number(profile.spring, 'N', count=5)} of a spring" if float(profile.spring) else ""
+            late = f", {number(profile.dead_time, 's')} later" if float(profile.dead_time) else ""
+            late += "" if profile.lag is None else f", with a lag of {number(profile.lag, 's')}"
+            pressure = profile_words(profile.pressure, "Pa")
+            return f"a gauge pressure on {area}{spring}, times {gain} (efficiency · ratio){late}: {pressure}"
     return f"{type(profile).__name__}: {_said_of(profile)}"
 
 

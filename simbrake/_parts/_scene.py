@@ -42,7 +42,7 @@ from ..brakes._design import (
 )
 from ..friction import AbstractFriction, Reads, needs, reads, remembers
 from ..hybrid._arrays import Array
-from ..loads import AbstractLoad, Lever, Motor, TorqueLoad
+from ..loads import AbstractLoad, Cylinder, Lever, Motor, TorqueLoad
 from ..profiles import AbstractProfile, Piece, faults_of_sign, first_piece
 from ..shaft import AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
@@ -413,6 +413,7 @@ def warnings(scene: Scene) -> list[str]:
         messages += [f"outside_range: heat.links[{i}]: Dittus–Boelter: {words}" for words in jacket.outside_range()]
     brake = scene.brake
     messages += did_you_mean(brake, scene.duty.load, float(scene.initial.omega), scene.network)
+    messages += _in_bar(scene)
     if not (isinstance(brake, Brake) and isinstance(brake.band.stiffness, ParallelBands)):
         return messages
     linings_read = read_by_linings(scene)
@@ -617,6 +618,8 @@ def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
 _DRUM, _BLOCK = 100.0, 1000.0
 #: track speeds (m/s) of brakes stay below; temperatures (K) of brakes and air lie above
 _FAST, _COLD = 60.0, 200.0
+#: gauge pressure (Pa) that moves no brake
+_BREATH = 1000.0
 #: flow of a coolant (m³/s) above those of drawworks
 _RIVER = 0.5
 
@@ -651,6 +654,20 @@ def did_you_mean(brake: AbstractBrake, load: AbstractLoad, omega: float, heat: H
             least = float(np.min(T))
             cold = f"{least - ZERO:g} °C"
             messages.append(_said(f"heat.bodies[{i}].temperature", f"{least:g} K", cold, f'"{least:g} degC"'))
+    return messages
+
+
+def _in_bar(scene: Scene) -> list[str]:
+    """Warnings of gauge pressures of cylinders that were most likely meant in bar or psi."""
+    lever, messages = f"duty.{scene.duty.lever_field}", list[str]()
+    for path, cylinder, _ in parts_below(scene.duty.lever, lever):
+        if isinstance(cylinder, Cylinder):
+            given, permissible = cylinder.pressure.scale(), cylinder.permissible_pressure
+            pressures = {"pressure": given, "permissible_pressure": 0.0 if permissible is None else permissible}
+            for name, most in ((name, float(most)) for name, most in pressures.items()):
+                if 0 < most < _BREATH:
+                    about = "less than a breath gives"
+                    messages.append(_said(f"{path}.{name}", f"{most:g} Pa", about, f'"{most:g} bar" or "{most:g} psi"'))
     return messages
 
 

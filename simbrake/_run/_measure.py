@@ -415,6 +415,7 @@ _PARTS = {
     "anchor stress": ("max_anchor_stress",),
     "load on a lining": ("max_normal_load", PRESSURE),
     "lever force": ("max_lever_force",),
+    "actuator pressure": ("max_actuator_pressure",),
     "wear": ("greatest_wear", "worn_thickness"),
 }
 
@@ -438,7 +439,8 @@ def judged(result: Result, checks: Sequence[LimitCheck]) -> Judged:
         if limited.isdisjoint(names)
     }
     beside = () if hot or not rubs else ("temperatures",)
-    if scene.brake.banded and lever_of(scene) is None and metrics.get("max_tension"):
+    pulled = lever_of(scene) is not None or "max_actuator_pressure" in metrics
+    if scene.brake.banded and not pulled and metrics.get("max_tension"):
         beside += () if scene.duty.lever.controls_speed else ("lever force",)
     return Judged(len(parts) - len(missing), len(parts), missing, beside)
 

@@ -30,7 +30,7 @@ from .._physics._mechanism import Label, Mode, events_of_change
 from ..hybrid import AbstractMethod, Code, Record, Settings, hybridsolve
 from ..hybrid._arrays import Array
 from ..hybrid._system import pack_mode, ravel, unravel
-from ..loads import Actuator, Driller, Lever, SpeedHold, TorqueLoad
+from ..loads import AbstractActuator, Cylinder, Driller, Lever, SpeedHold, TorqueLoad
 from ..profiles import PiecewiseLinear
 from ._report import labels_of
 from ._result import Result, RunLimits
@@ -125,16 +125,17 @@ def _held(scene: Scene, name: str) -> HeldInput | Fault:
         part, where, unit = part.profile, (*where, "profile"), "N*m"
     if isinstance(part, Lever):
         part, where = part.force, (*where, "force")
-    if isinstance(part, Actuator):
+    if isinstance(part, AbstractActuator):
         delay, lag = float(part.dead_time), None if part.lag is None else float(part.lag)
-        part, where = part.command, (*where, "command")
+        where, unit = (*where, part.command_field), "Pa" if isinstance(part, Cylinder) else unit
+        part = part.input
     path = ".".join(where)
     if isinstance(part, Driller):
         part, where, unit = part.speed, (*where, "speed"), "rad/s"
     if isinstance(part, Phases | SpeedHold):
         hint = "give the lever as a tension, a force, or a Driller, whose speed is then the input"
         return Fault(path, f"{type(part).__name__} sets the lever by itself", hint)
-    if unit == "N" and not float(np.asarray(part.scale())) > 0:
+    if unit in ("N", "Pa") and not float(np.asarray(part.scale())) > 0:
         return Fault(path, "is 0 at all times", "give the largest that will be commanded")
     first = float(np.asarray(part.value(start - delay, part.first_piece(start - delay))))
     size = 2 if lag is None else 4
@@ -235,8 +236,8 @@ class Stepper:
 
     - `inputs`: `"lever"`, `"load"`, or both, instead of the scene's own, which apply before the first command and whose
       maximum sets the scale of tolerances. The lever is the slack tension or the force of a `ForceDuty` (N), the hand
-      force of a `Lever`, the command of an `Actuator`, which follows with its dead time and lag, or the speed of a
-      `Driller` (rad/s); the load is the torque of a `TorqueLoad` (N·m)
+      force of a `Lever`, the command of an `Actuator` or the pressure of a `Cylinder` (Pa), which follow with their
+      dead time and lag, or the speed of a `Driller` (rad/s); the load is the torque of a `TorqueLoad` (N·m)
     - `solver`, `rtol`: as for `simulate`;  `state`: of an earlier stepper, to go on from
 
     Between two calls an input stays what it was; a change is a jump, at which an elastic band gives or takes work at

@@ -2,6 +2,7 @@
 
 import json
 
+import equinox as eqx
 import pytest
 from commands import call
 from shipped import FOLDER, NAMES, load
@@ -101,6 +102,15 @@ def test_mistaken_units_are_asked_about(tmp_path, capsys):
         (said,) = json.loads(call(capsys, "scene", "check", str(tmp_path / "scene.toml"), "--json")[1])["warnings"]
         assert said.startswith(f"unit: {path} = ")
         assert said.endswith(meant)
+    cylinder = sb.loads.Cylinder(sb.ramp(0.0, 120.0, 0.0, 1.0), diameter="8 in", permissible_pressure=10)
+    lever = sb.Lever(cylinder, "1 m", "0.2 m")
+    sb.write_scene(eqx.tree_at(lambda scene: scene.duty.slack_tension, scene, lever), tmp_path / "scene.toml")
+    said = json.loads(call(capsys, "scene", "check", str(tmp_path / "scene.toml"), "--json")[1])["warnings"]
+    path = "unit: duty.slack_tension.force"
+    assert said == [
+        f'{path}.pressure = 120 Pa, less than a breath gives: did you mean "120 bar" or "120 psi"?',
+        f'{path}.permissible_pressure = 10 Pa, less than a breath gives: did you mean "10 bar" or "10 psi"?',
+    ]
     friction = sb.ConstantFriction(0.35)
     with pytest.raises(sb.InputError, match=r'14 rad is out of range.*did you mean "14 deg"'):
         sb.uniform_linings(20, 280.0, friction)

@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 from scipy.special import lambertw
 
 import simbrake as sb
-from simbrake.loads import Actuator
+from simbrake.loads import Actuator, Cylinder
 
 R, J, N, BETA, FRICTION, STATIC, W0 = 0.6, 900.0, 10, math.radians(25.0), 0.3, 1.2, 18.0
 Z = math.tan(BETA / 2)
@@ -127,6 +127,131 @@ def test_input_is_checked():
             sb.simulate(scene(bad))
     with pytest.raises(sb.InputError, match="lag"):
         sb.simulate(scene(Actuator(sb.Constant(1e3), -0.1)))
+
+
+# --- a cylinder of air or oil -----------------------------------------------------------------------------------------
+
+PRESSURE, DIAMETER, RATIO, ETA = 6e5, 0.2, 0.45, 0.9
+AREA = math.pi * DIAMETER**2 / 4
+
+
+def step_of_pressure(x, spring=0.0, begin=0.0, **options):
+    """A cylinder under a step of its gauge pressure, for `x`: pressure, lag, dead time, diameter, ratio, efficiency."""
+    step = sb.PiecewiseLinear([begin, begin], jnp.stack([jnp.zeros(()), x[0]]))
+    return Cylinder(step, None, x[3], x[4], x[5], spring, x[1], x[2], **options)
+
+
+@pytest.mark.slow
+def test_stop_under_a_cylinder():
+    """`T_0 = η i π d²/4 p` behind dead time and lag: the stop by the Lambert W function, derivatives by its chain."""
+    x = np.array([PRESSURE, LAG, DEAD, DIAMETER, RATIO, ETA])
+
+    def force(x):
+        return np.array([x[5] * x[4] * math.pi / 4 * x[3] ** 2 * x[0], x[1], x[2]])
+
+    def found(x):
+        run = sb.simulate(scene(step_of_pressure(x)), max_steps=128)
+        return jnp.stack([run.stopping_time, run.max_actuator_pressure.value])
+
+    value, forwards, backwards = jacobians(found)(jnp.asarray(x))
+    stop = stop_time(force(x))
+    pressure = PRESSURE * -math.expm1(-(5.0 - DEAD) / LAG)  # it rises up to the end of the run
+    np.testing.assert_allclose(value, [stop, pressure], rtol=1e-9)
+    F, lag, dead = force(x)
+    c = J * W0 / (gain(FRICTION) * F) + lag
+    decayed = math.exp(-(stop - dead) / lag)
+    by_force = -(c - lag) / F / (1 - decayed)
+    by_lag = (1 - decayed * (1 + (stop - dead) / lag)) / (1 - decayed)
+    truth = [
+        by_force * F / PRESSURE,
+        by_lag,
+        1.0,
+        2 * by_force * F / DIAMETER,
+        by_force * F / RATIO,
+        by_force * F / ETA,
+    ]
+    for jacobian in (forwards, backwards):
+        np.testing.assert_allclose(jacobian[0], truth, rtol=1e-7)
+
+
+def test_pressure_against_a_return_spring():
+    """The band closes where `p A = F_s`, opens there as well; the column has the pressure all along."""
+    spring, begin = 2e3, 0.5
+    lever = sb.PiecewiseLinear([begin, begin, RELEASED, RELEASED], [0.0, PRESSURE, PRESSURE, 0.0])
+    cylinder = Cylinder(lever, f"{AREA!r} m^2", None, RATIO, ETA, spring, LAG, DEAD, "5.5 bar")
+    result = sb.simulate(scene(cylinder, LOAD))
+    assert float(result.slip_onset_time) == pytest.approx(
+        begin + DEAD - LAG * math.log(1 - spring / (PRESSURE * AREA)), rel=1e-10
+    )
+    full = PRESSURE * -math.expm1(-(RELEASED - begin) / LAG)
+    opened = next(event.time for event in result.events if event.name == "release")
+    assert opened == pytest.approx(RELEASED + DEAD + LAG * math.log(full * AREA / spring), rel=1e-10)
+    t = np.array([0.3, 1.0, 2.5, 3.4])
+    late = t - DEAD
+    p = np.where(late < begin, 0.0, PRESSURE * -np.expm1(-(late - begin) / LAG))
+    p = np.where(late > RELEASED, full * np.exp(-(late - RELEASED) / LAG), p)
+    series = result.series(t)
+    np.testing.assert_allclose(series.actuator_pressure, p, rtol=1e-12)
+    np.testing.assert_allclose(series.slack_tension, np.maximum(ETA * RATIO * (p * AREA - spring), 0.0), rtol=1e-10)
+    assert float(result.metrics["max_actuator_pressure"]) == pytest.approx(full, rel=1e-12)
+    assert "over_limit: actuator pressure 0.599973 MPa is 1.091" in " ".join(result.summary()["warnings"])
+    assert result.verdict().colour.value == "red"
+
+
+def test_cylinder_behind_a_lever_and_in_phases():
+    """On a hand lever it is its force; in a phase its time is that of the phase."""
+    bare = Cylinder("4 bar", diameter="200 mm")
+    on_lever = sb.simulate(scene(sb.Lever(bare, "1.2 m", "0.4 m")))
+    assert float(on_lever.stopping_time) == pytest.approx(J * W0 / (gain(FRICTION) * 3 * 4e5 * AREA), rel=1e-10)
+    assert float(on_lever.metrics["max_lever_force"]) == pytest.approx(4e5 * AREA, rel=1e-12)
+    rise = sb.profiles.ExponentialRise(4e5, LAG)  # (a custom course, without a lag of the actuator)
+    phases = [
+        sb.loads.Phase(0.0, "0.4 s"),
+        sb.loads.Phase(Cylinder(rise, diameter="200 mm", dead_time=DEAD, ratio=0.5), "1 s"),
+    ]
+    result = sb.simulate(scene(sb.loads.Phases(tuple(phases))))
+    expected = [0.0, 0.0, 4e5 * -math.expm1(-(1.0 - 0.4 - DEAD) / LAG)]
+    np.testing.assert_allclose(result.series([0.2, 0.45, 1.0]).actuator_pressure, expected, rtol=1e-12, atol=1e-9)
+    assert sb.simulate(scene(1e3)).series([0.0]).actuator_pressure is None
+
+
+def test_stepper_sets_the_pressure():
+    stepper = sb.Stepper(scene(Cylinder("4 bar", diameter="200 mm", dead_time=DEAD)), inputs=["lever"])
+    assert stepper.units == {"lever": "Pa"}
+    stepper.advance("0.2 s", lever=2e5)
+    slowed = gain(FRICTION) * AREA / J * (4e5 * DEAD + 2e5 * (0.2 - DEAD))
+    assert stepper.omega == pytest.approx(W0 - slowed, rel=1e-9)
+
+
+def test_pressures_are_checked():
+    for options in ({}, {"area": 0.03, "diameter": 0.2}):
+        with pytest.raises(sb.InputError, match=r"Cylinder.diameter: .* give the diameter of the piston, or its area"):
+            Cylinder("8 bar", **options)
+    for bad, path in (
+        (Cylinder(-1.0, 0.03), "duty.slack_tension.pressure.level: -1 is below 0"),
+        (Cylinder(sb.profiles.ExponentialRise(5e5, 0.2), 0.03, lag=0.1), "duty.slack_tension.pressure: a lagged"),
+        (Cylinder(sb.SpeedHold(5e5), 0.03), "duty.slack_tension.pressure"),
+    ):
+        with pytest.raises(sb.InputError, match=path):
+            sb.check_scene(scene(bad))
+    with pytest.raises(sb.InputError, match=r"8 bar.*'bar' is not a unit"):
+        sb.Duty("8 bar", 0.0)
+
+
+def test_scene_file_keeps_a_cylinder():
+    given = scene(Cylinder(COMMANDS["points"], "300 cm^2", None, 2.0, 0.9, "0.4 kN", "250 ms", "80 ms", "120 psi"))
+    text = sb.files.scene_text(given)
+    read = sb.files.scene_from_text(text)
+    for a, b in zip(jax.tree.leaves(read), jax.tree.leaves(given), strict=True):
+        np.testing.assert_array_equal(a, b)
+    head, _, rest = text.partition("[duty.slack_tension]")
+    by_hand = 'pressure = {times = ["0 s", "0.3 s"], values = "[0, 8] bar"}\ndiameter = "8 in"\nlag = "0.2 s"\n'
+    rest = rest[rest.index("[duty.load]") :] if "[duty.load]" in rest else ""
+    read = sb.files.scene_from_text(
+        f'{head}[duty.slack_tension]\ntype = "Cylinder"\n{by_hand}{rest}'
+    ).duty.slack_tension
+    assert float(read.piston_area) == pytest.approx(math.pi * 0.2032**2 / 4, rel=1e-15)
+    np.testing.assert_array_equal(read.pressure.values, [0.0, 8e5])
 
 
 def test_scene_file_keeps_it(tmp_path):
