@@ -7,7 +7,9 @@ import pytest
 from oracles.independent.compare import compare
 
 SCENES = (
+    # two alike rims
     ("rigid band", "plain", 4),
+    ("elastic band", "hot", 4),
     ("elastic band", "plain", 5),
     ("staged, rigid band", "plain", 1),
     # at rest under a load beyond both pairs: the weaker one alone lets go
@@ -16,7 +18,7 @@ SCENES = (
     ("disc", "hot", 2),
     ("shoe", "hot", 0),
     ("shoe", "fill", 2),
-    # linings that lift off the rim and touch again, where they take no heat
+    # linings that lift off the rim and touch again, where they take no heat; the second on two alike rims
     ("staged, rigid band", "hot", 1),
     ("staged, elastic band", "plain", 9),
     ("resolved bandage", "plain", 1),

@@ -37,10 +37,13 @@ class Now(NamedTuple):
 
 
 class Banded(Brake):
-    """`J ω̇ = M_load − Λ`, `J_b ω̇_b = Λ − R_b (T_n − T_0)`, `T_n = C x` or what friction gives; no bandage: `Λ` all."""
+    """`J ω̇ = M_load − Λ`, `J_b ω̇_b = Λ − R_b (T_n − T_0)`, `T_n = C x` or what friction gives; no bandage: `Λ` all.
+
+    On alike rims torques, inertia of the bandage, powers and energies are sums over the rims, the rest is of one.
+    """
 
     def __init__(self, p: dict[str, Any]):
-        self.C, self.bandage = p["C"], p["bandage"]
+        self.C, self.bandage, self.rims = p["C"], p["bandage"], p["rims"]
         own = [] if self.bandage is None else [max(abs(p["omega"]), 1.0)]
         own += [] if self.C is None else [p["lever"].largest() / self.C]
         super().__init__(p, 1 if self.bandage is None else 2, own)
@@ -111,7 +114,7 @@ class Banded(Brake):
         return (along[1:] + along[:-1]) * self.sine + rim["preload"] - thrust
 
     def rim_torque(self, y: np.ndarray, along: np.ndarray, slides: int) -> float:
-        return self.p["R"] * float(np.sum(self.rim_friction(y, along, slides)))
+        return self.rims * self.p["R"] * float(np.sum(self.rim_friction(y, along, slides)))
 
     def holding(self, t: float, y: np.ndarray, slides: int) -> float:
         """`T_n` with `R_b (T_n − T_0) = ± M_int(T_n)`: the root on the straight piece on which it lies."""
@@ -120,7 +123,8 @@ class Banded(Brake):
         at = np.concatenate([down[::-1], [T_0], up])
 
         def excess(T_n: float) -> float:
-            return self.R_b * (T_n - T_0) - slides * self.rim_torque(y, self.mobilised(T_0, T_n, mu), slides)
+            drive = slides * self.rim_torque(y, self.mobilised(T_0, T_n, mu), slides)
+            return self.rims * self.R_b * (T_n - T_0) - drive
 
         if T_0 <= 0:  # a lever that only begins to pull
             return 0.0
@@ -141,17 +145,17 @@ class Banded(Brake):
             if mode in (ELASTIC, TAKE_UP):
                 T_n = self.C * self.stretch(y)
             elif mode == HELD:
-                T_n = T_0 + self.driving(t, 0.0) / self.R_b if stuck else self.holding(t, y, self.inner)
+                T_n = T_0 + self.driving(t, 0.0) / (self.rims * self.R_b) if stuck else self.holding(t, y, self.inner)
             T_0 = {OPEN: 0.0, TAKE_UP: T_n}.get(mode, T_0)
             along = self.mobilised(T_0, T_n, self.static_ratios(y)) if T_0 > 0 or T_n > 0 else np.zeros(self.n + 1)
             if mode == TAKE_UP:
                 along = np.full(self.n + 1, T_n)
-        torque = self.R_b * (along[-1] - T_0)
-        J, J_b = self.J, (0.0 if self.bandage is None else self.bandage["J"])
+        torque = self.rims * self.R_b * (along[-1] - T_0)
+        J, J_b = self.J, (0.0 if self.bandage is None else self.rims * self.bandage["J"])
         rim, F, capacity = None, np.zeros(self.n), np.inf
         if self.bandage is not None:
             F = self.rim_friction(y, along, self.inner)
-            capacity = self.p["R"] * float(np.sum(F))
+            capacity = self.rims * self.p["R"] * float(np.sum(F))
         if stuck:
             alpha = alpha_b = 0.0 if mode == HELD else (M - torque) / (J + J_b)
             drive = M - J * alpha
@@ -160,14 +164,16 @@ class Banded(Brake):
             alpha, alpha_b = (M - drive) / J, (0.0 if mode == HELD else (drive - torque) / J_b)
         if self.bandage is not None:
             slip = 0.0 if stuck else self.p["R"] * (omega - omega_b)
-            rim = Pair(F * abs(slip), self.rim_load(y, along), slip)
+            rim = Pair(self.rims * F * abs(slip), self.rim_load(y, along), slip)
         lead, slip_speed, band_speed = self._slip(t, y, omega_b, alpha_b, along, slopes, rim)
-        outer = Pair((along[1:] - along[:-1]) * slip_speed, (along[1:] + along[:-1]) * self.sine, slip_speed)
+        power, normal = self.rims * (along[1:] - along[:-1]) * slip_speed, (along[1:] + along[:-1]) * self.sine
+        outer = Pair(power, normal, slip_speed)
         pairs = [outer] if rim is None else [outer, rim]
         margin = np.ones(self.n)
         if self.bandage is not None and "mass" in self.bandage and mode != HELD:
             margin = np.where(self.off, -1, 1) * self.rim_balance(y, along)
-        return Now(torque, alpha, alpha_b, drive, capacity, lead, band_speed, T_0 * band_speed, pairs, margin)
+        lever_power = self.rims * T_0 * band_speed
+        return Now(torque, alpha, alpha_b, drive, capacity, lead, band_speed, lever_power, pairs, margin)
 
     def _slip(
         self, t: float, y: np.ndarray, omega_b: float, alpha_b: float, along: np.ndarray, slopes: Any, rim: Any
@@ -188,7 +194,7 @@ class Banded(Brake):
             df = by_f * self.law.by_temperature(v, T)
             drift = self.warming(y, float(y[1]), self.friction_heat([still] if rim is None else [still, rim]))
             growth += float(np.sum(df * drift[1:-1]))
-            one = Pair(along[1:] - along[:-1], still.normal, 1.0)
+            one = Pair(self.rims * (along[1:] - along[:-1]), still.normal, 1.0)
             each = self.friction_heat([one] if rim is None else [one, still]) / self.heat.capacity
             gamma = float(np.sum(df * each[1:-1])) / self.C
         lead = speed - growth / self.C
@@ -217,7 +223,8 @@ class Banded(Brake):
         drives = [M, M]
         if self.bandage is not None and self.inner:
             drives = [self.inner * self.rim_torque(y, self.mobilised(T_0, T_n, mu), self.inner) for T_n in (low, high)]
-        return self.R_b * (low - T_0), drives[0], self.R_b * (high - T_0), drives[1]
+        arm = self.rims * self.R_b
+        return arm * (low - T_0), drives[0], arm * (high - T_0), drives[1]
 
     def guards(self, t, y):
         now, found, T_0 = self.now(t, y), {}, self.lever(t)
@@ -376,7 +383,7 @@ class Banded(Brake):
             elif self.mode == TAKE_UP:
                 tension = self.C * x
             after = tension / self.C
-            heat = (x - after) * (0.5 * self.C * (x + after) - T_0)
+            heat = self.rims * (x - after) * (0.5 * self.C * (x + after) - T_0)
             if self.heat is None:
                 break
             share = heat * self.p["beta"] / np.sum(self.p["beta"])
@@ -385,15 +392,15 @@ class Banded(Brake):
             trial[self.T] = T + self.friction_heat(pairs) / self.heat.capacity
         y, self.clipped = trial, abs(after - x) * self.C > 1e-6 * self.force
         y[self.OWN.stop - 1] = after
-        y[self.WORK.start + 1] += T_0 * (after - x)
+        y[self.WORK.start + 1] += self.rims * T_0 * (after - x)
         y[self.WORK.start + 3] += heat
         return y
 
     def stored(self, y):
-        return 0.0 if self.C is None else 0.5 * self.C * self.stretch(y) ** 2
+        return 0.0 if self.C is None else 0.5 * self.rims * self.C * self.stretch(y) ** 2
 
     def kinetic_energy(self, y):
-        more = 0.0 if self.bandage is None else 0.5 * self.bandage["J"] * float(y[self.OWN.start]) ** 2
+        more = 0.0 if self.bandage is None else 0.5 * self.rims * self.bandage["J"] * float(y[self.OWN.start]) ** 2
         return super().kinetic_energy(y) + more
 
     # --- the log ------------------------------------------------------------------------------------------------------

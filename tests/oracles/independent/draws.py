@@ -11,6 +11,8 @@ KINDS = (
     "rigid band", "elastic band", "staged, rigid band", "staged, elastic band", "chain", "disc", "shoe",
     "resolved bandage", "several bands",
 )  # fmt: skip
+#: brakes that may have two alike rims
+BANDED = ("rigid band", "elastic band", "staged, rigid band", "staged, elastic band")
 #: what a scene models beside its mechanism; scenes of one kind and flavour share one program
 FLAVOURS = ("plain", "hot", "fill")
 #: linings of a resolved bandage
@@ -41,6 +43,7 @@ def draw(kind: str, flavour: str, seed: int) -> dict[str, Any]:
         p["hook_inertia"], p["hook_torque"] = p["mass"] * HOOK_ARM**2, p["mass"] * 9.80665 * HOOK_ARM
     p["beta"] = np.radians(rng.uniform(40, 62, n)) * min(1.0, 4 / n)
     p["R"], p["R_b"], p["C"], p["x"], p["bandage"] = 0.59, 0.64, None, 0.0, None
+    p["rims"] = 2 if seed % 5 == 4 and kind in BANDED else 1
     p["track"], p["areas"] = 0.59, [rng.uniform(0.02, 0.04, n)]
     _friction(p, rng, kind, flavour, n)
     _mechanism(p, rng, kind, n)
@@ -152,7 +155,7 @@ def _brake(p: dict[str, Any]) -> Any:
         more |= {key: q[key] for key in ("mass", "mass_radius") if key in q}
         bandage = sb.Bandage(q["J"], _law(p, q["law"], p["ratios"][1]), q["preload"], p["areas"][1], **more)
     linings = sb.Lining(law, p["beta"], p["areas"][0], mass)
-    return sb.Brake(sb.Pulley(p["R"], p["J"]), sb.Band(p["R_b"], p["C"], segments), linings, bandage)
+    return sb.Brake(sb.Pulley(p["R"], p["J"]), sb.Band(p["R_b"], p["C"], segments), linings, bandage, p["rims"])
 
 
 def _bands(p: dict[str, Any]) -> sb.brakes.MultiBandBrake:
