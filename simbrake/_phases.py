@@ -68,6 +68,24 @@ class AfterTravel(AbstractEnd):
         return f"travel {number(self.distance, 'm')}"
 
 
+class AtHeight(AbstractEnd):
+    """A phase ends as the travelling block comes down (`rising`: up) to a height; at once where it already is there.
+
+    - `height` (m) above the floor, as `Initial.block_height`
+
+    Example:
+        >>> sb.loads.AtHeight("5 m")
+        AtHeight(height=5 m)
+    """
+
+    height: Scalar = quantity("m", "height of the block")
+    rising: bool = eqx.field(static=True, default=False)
+
+    @property
+    def words(self) -> str:
+        return f"block {'up' if self.rising else 'down'} to {number(self.height, 'm')}"
+
+
 class AtTemperature(AbstractEnd):
     """A phase ends as the surface of a place is as hot (`falling`: as cool) as that; at once where it already is.
 
@@ -110,9 +128,10 @@ class AfterTime(AbstractEnd):
 
 
 _FORMS = (
-    'as in "rest", "travel 27 m" (negative upwards), "temperature 350 degC", '
+    'as in "rest", "travel 27 m" (negative upwards), "block down to 5 m", "temperature 350 degC", '
     '"temperature of the linings below 80 degC", "12 s"'
 )
+_HEIGHT = re.compile(r"block (?P<way>up|down) to (?P<height>.+)")
 _TRAVEL = re.compile(r"travel (?P<distance>.+)")
 _TEMPERATURE = re.compile(
     r"temperature (?:of (?:the )?(?P<of>[a-z]+) )?(?:(?P<way>above|below) )?(?P<level>[+-]?[\d.].*)"
@@ -136,6 +155,8 @@ def read_end(text: str, path: str = "until") -> AbstractEnd:
         if distance == 0.0:
             raise InputError([Fault(path, f"{text!r} is no travel", _FORMS)])
         return AfterTravel(distance)
+    if match := _HEIGHT.fullmatch(plain):
+        return AtHeight(amount(match["height"], "m", "height", signed=True), match["way"] == "up")
     if match := _TEMPERATURE.fullmatch(plain):
         of = match["of"] or "rim"
         if of not in PLACES:

@@ -53,6 +53,8 @@ def duty_of(scene: Scene, status: str, stops: int) -> DutyKind:
         return DutyKind.FAILED
     if status == Status.RUNAWAY:
         return DutyKind.RUNAWAY
+    if status == Status.NOT_FOLLOWED:
+        return DutyKind.TURNING
     if stops:
         return DutyKind.STOPS if stops > 1 else DutyKind.STOP
     if status in (Status.HELD, Status.STOPPED):  # (dry friction of the shaft may have stopped it)

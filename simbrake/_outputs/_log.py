@@ -110,6 +110,7 @@ class Status(enum.StrEnum):
     STOPPED = "stopped"
     HELD = "held"
     NOT_STOPPED = "not_stopped"
+    NOT_FOLLOWED = "not_followed"
     RUNAWAY = "runaway"
     LOWERING = "lowering"
     RELEASED = "released"
@@ -119,6 +120,7 @@ STATUS_MESSAGES = {
     Status.STOPPED: "the brake brought the pulley to rest and holds it",
     Status.HELD: "the pulley was at rest from the start and is held",
     Status.NOT_STOPPED: "the pulley still turns at the end time",
+    Status.NOT_FOLLOWED: "the pulley never comes near the speed that it is to keep",
     Status.RUNAWAY: "the brake cannot hold this load",
     Status.LOWERING: "the pulley turns at a steady speed, torques on the shaft balance the load, nothing holds it",
     Status.RELEASED: "the brake is open at the end time",

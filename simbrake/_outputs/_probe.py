@@ -35,7 +35,7 @@ Entry = dict[str, Any]
 
 
 class HookNow(NamedTuple):
-    """The hook: travel downwards since the start (m), its speed (m/s), and the force on it, `m (g − a)` (N).
+    """The hook: travel downwards since the start (m), speed (m/s), force `m (g − a)` on it, tension of a line (N).
 
     On an elastic rope also its stretch (m; below 0 it is slack), and the weight on the hook (N).
     """
@@ -43,6 +43,7 @@ class HookNow(NamedTuple):
     travel: Array
     speed: Array
     force: Array
+    rope: Array
     stretch: Any = None
     weight: Any = None
 
@@ -335,9 +336,11 @@ def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow |
         return None
     if system.rope is not None:
         position = travelled + system.rope.stretched(system, y, mode)
-        return HookNow(position, y.hook.speed, z.rope.force, z.rope.stretch, z.rope.weight)
+        rope, lines = z.rope, load.line_count  # pyright: ignore
+        return HookNow(position, y.hook.speed, rope.force, rope.force / lines, rope.stretch, rope.weight)
     mass, weight = hanging
-    return HookNow(jnp.asarray(travelled), y.omega * travel, weight - mass * travel * z.contact.alpha)
+    force = weight - mass * travel * z.contact.alpha
+    return HookNow(jnp.asarray(travelled), y.omega * travel, force, force / load.line_count)  # pyright: ignore
 
 
 def can_lose_grip(system: BrakeSystem) -> bool:

@@ -487,6 +487,12 @@ class Series(NamedTuple):
     hook_load: Annotated[
         Values | None, "N", "force on the hook, weight less inertia", lambda p, s: p.hook and p.hook.force
     ]
+    rope_tension: Annotated[
+        Values | None,
+        "N",
+        "tension of a line of the rope: hook load over lines strung",
+        lambda p, s: p.hook and p.hook.rope,
+    ]
     rope_stretch: Annotated[
         Values | None,
         "m",

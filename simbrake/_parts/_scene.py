@@ -28,7 +28,7 @@ from .._base._part import (
 )
 from .._base._quantity import Scalar, shown
 from .._base._table import ZERO, number
-from .._phases import AfterTravel, AtTemperature, Phases
+from .._phases import AfterTravel, AtHeight, AtTemperature, Phases
 from ..brakes._band import ParallelBands
 from ..brakes._design import (
     AbstractBandBrake,
@@ -42,7 +42,7 @@ from ..brakes._design import (
 )
 from ..friction import AbstractFriction, Reads, needs, reads, remembers
 from ..hybrid._arrays import Array
-from ..loads import AbstractLoad, Cylinder, Lever, Motor, TorqueLoad
+from ..loads import AbstractLoad, Cylinder, Driller, Lever, Motor, TorqueLoad
 from ..profiles import AbstractProfile, Piece, faults_of_sign, first_piece
 from ..shaft import AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
@@ -116,17 +116,20 @@ class ForceDuty(AbstractDuty):
 class Initial(Part):
     """Start of a run.
 
-    - `omega` `ω_0` (rad/s), positive in the braking direction;  `elongation` `x_0` (m) of an elastic band
-    - `time` `t_0` (s)
+    - `omega` `ω_0` (rad/s), positive in the braking direction; or `hook_speed` (m/s), downwards, of a load on a hook
+    - `elongation` `x_0` (m) of an elastic band;  `time` `t_0` (s)
+    - `block_height` (m) of the travelling block above the floor, for phases that end at a height
 
     Example:
         >>> sb.Initial("230 rpm")
         Initial(omega=24.0855 rad/s, elongation=0 m, time=0 s)
     """
 
-    omega: Scalar = quantity("rad/s", "initial speed")
+    omega: Scalar = quantity("rad/s", "initial speed", default=0.0)
     elongation: Scalar = quantity("m", "initial elongation of the band", low=0.0, default=0.0)
     time: Scalar = quantity("s", "time at the start", default=0.0)
+    hook_speed: Scalar | None = quantity("m/s", "initial speed of the hook", default=None)
+    block_height: Scalar | None = quantity("m", "height of the block at the start", default=None)
 
 
 class AbstractLimits(Part):
@@ -177,6 +180,14 @@ class Scene(Part):
     def as_run(self) -> "Scene":
         """The scene without what no run depends on: limits compile nothing anew."""
         return self if self.limits is None else dataclasses.replace(self, limits=None)
+
+    @property
+    def start_speed(self) -> Any:
+        """Speed of the pulley at the start (rad/s), also where that of the hook is given."""
+        load, hook_speed = self.duty.load, self.initial.hook_speed
+        if hook_speed is None:
+            return self.initial.omega
+        return hook_speed / load.on_layer(load.layers and load.layers.first_layer()).travel()  # pyright: ignore
 
     @property
     def network(self) -> Heat:
@@ -251,6 +262,11 @@ def _faults_together(scene: Scene) -> list[Fault]:
     errors = [*_faults_of_parts(scene), *(scene.limits.faults_with("limits", scene) if scene.limits else [])]
     if not scene.end_time > scene.initial.time:
         errors.append(Fault("end_time", f"{float(scene.end_time):g} s is not after the start", "it must be later"))
+    if scene.initial.hook_speed is not None:
+        if scene.duty.load.travel() is None:
+            errors.append(Fault("initial.hook_speed", "has no meaning: the load hangs on no hook", "give `omega`"))
+        if float(scene.initial.omega) != 0.0:
+            errors.append(Fault("initial.omega", "is given beside `hook_speed`", "give one of them"))
     if errors or scene.initial.elongation == 0.0:
         return errors
     if not isinstance(scene.brake, Brake):
@@ -305,7 +321,7 @@ def _faults_of_shaft(scene: Scene) -> list[Fault]:
     return errors
 
 
-@per_value(lambda scene: (scene.brake, scene.duty, scene.heat, scene.motor, scene.shaft))
+@per_value(lambda scene: (scene.brake, scene.duty, scene.heat, scene.motor, scene.shaft, scene.initial))
 def _faults_of_duty(scene: Scene) -> list[Fault]:
     brake, duty, lever, errors = scene.brake, scene.duty, f"duty.{scene.duty.lever_field}", []
     if duty.lever.controls_speed:
@@ -317,7 +333,26 @@ def _faults_of_duty(scene: Scene) -> list[Fault]:
             errors.append(Fault(lever, "cannot hold the speed with an implicit coefficient of friction"))
     if scene.motor is not None:
         errors += scene.motor.faults_with("motor", duty.lever, lever)
+    errors += _faults_of_courses(scene, lever)
     return errors + faults_of_sign(duty.lever, lever, "N") + _faults_of_phases(scene, lever)
+
+
+def _faults_of_courses(scene: Scene, path: str) -> list[Fault]:
+    """Errors of speeds that a brake cannot follow."""
+    lever, errors = scene.duty.lever, list[Fault]()
+    phased = isinstance(lever, Phases)
+    levers = [(f"{where}.lever", phase.lever) for where, phase in lever.located(path)] if phased else [(path, lever)]
+    for where, driller in levers:
+        if not isinstance(driller, Driller):
+            continue
+        fastest = float(np.max(np.asarray(driller.speed.values)))
+        if fastest <= 0 and np.any(np.asarray(driller.speed.values) < 0):
+            hint = "give a speed of lowering, or the scene a `motor` that follows it"
+            errors.append(Fault(f"{where}.speed", "is never followed: a brake cannot hoist", hint))
+        if driller.corrects_position and not phased and float(scene.initial.time) != 0.0:
+            what = f"counts from the time 0, and the run begins at {float(scene.initial.time):g} s"
+            errors.append(Fault(f"{where}.position_gain", what, "begin the run at 0 s, or give the lever in phases"))
+    return errors
 
 
 def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:
@@ -335,6 +370,16 @@ def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:
             errors.append(
                 Fault(f"{phase_path}.until", "never comes: the load hangs on no hook", "give a load with a hook")
             )
+        if isinstance(end, AtHeight):
+            start = scene.initial.block_height
+            if load.travel() is None:
+                errors.append(Fault(f"{phase_path}.until", "never comes: the load hangs on no hook"))
+            elif start is None:
+                hint = "give `initial.block_height`, the height of the block at the start"
+                errors.append(Fault(f"{phase_path}.until", "has no meaning without the height at the start", hint))
+            if end.rising and phase.motor is None:
+                what = "never comes: nothing hoists while the motor is off"
+                errors.append(Fault(f"{phase_path}.until", what, "give the phase `motor = …`, the speed to hoist at"))
         elif isinstance(end, AfterTravel) and float(end.distance) < 0 and phase.motor is None:
             what = f"never comes: nothing hoists {-float(end.distance):g} m while the motor is off"
             errors.append(Fault(f"{phase_path}.until", what, "give the phase `motor = …`, the speed to hoist at"))
@@ -412,7 +457,7 @@ def warnings(scene: Scene) -> list[str]:
     for i, jacket in scene.network.jackets.items():
         messages += [f"outside_range: heat.links[{i}]: Dittus–Boelter: {words}" for words in jacket.outside_range()]
     brake = scene.brake
-    messages += did_you_mean(brake, scene.duty.load, float(scene.initial.omega), scene.network)
+    messages += did_you_mean(brake, scene.duty.load, float(scene.start_speed), scene.network)
     messages += _in_bar(scene)
     if not (isinstance(brake, Brake) and isinstance(brake.band.stiffness, ParallelBands)):
         return messages

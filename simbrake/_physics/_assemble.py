@@ -47,7 +47,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         thermal, u = assemble_thermal(heat, walls_left(scene), scene.power_shares, brake.linings_of_rims, lifts)
     pairs = _pairs(scene, thermal)
     still = _at_the_start(brake.linings, pairs[0], thermal, u, jnp.asarray(initial.time))
-    t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(initial.omega)
+    t_0, omega_0 = jnp.asarray(initial.time), jnp.asarray(scene.start_speed)
     layer = None if duty.load.layers is None else duty.load.layers.first_layer()
     elastic, load = duty.load.elastic, duty.load.on_layer(layer)
     inertia = jnp.asarray(brake.inertia) + (load.inertia() if elastic is None else 0.0)
@@ -68,7 +68,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     if any(pair.memory is not None for pair in pairs):
         features.append(Memory())
     if isinstance(lever, Phases):
-        features.append(DutyInPhases())
+        height = initial.block_height
+        features.append(DutyInPhases(None if height is None else jnp.asarray(height)))
     if scene.motor is not None:
         heat_profiles = 0 if thermal is None else len(thermal.heat.profiles)
         features.append(Drive(scene.motor, scene.motor.course(duty.lever), heat_profiles))

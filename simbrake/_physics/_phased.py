@@ -6,12 +6,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._phases import AfterTravel, AtRest, AtTemperature, PhaseNow
+from .._phases import AfterTravel, AtHeight, AtRest, AtTemperature, PhaseNow
 from ..hybrid import QUADRATURE
 from ..hybrid._arrays import Array, largest
 from ..hybrid._system import ENDED
 from ._feature import AbstractBrake, BrakeGuards, Feature, Moment, State
 from ._mechanism import Mode
+
+#: typical travel of a block (m)
+_HEIGHT = 10.0
 
 
 class PhaseState(NamedTuple):
@@ -22,7 +25,12 @@ class PhaseState(NamedTuple):
 
 
 class DutyInPhases(Feature):
-    """The phases of a duty (`Phases`), of which one runs: `Mode.phase` have ended."""
+    """The phases of a duty (`Phases`), of which one runs: `Mode.phase` have ended.
+
+    - `block_height` (m) at the start, `None` where no phase asks for it
+    """
+
+    block_height: Array | None = None
 
     def start(self, now: Moment) -> tuple[State, Mode]:
         return now.y._replace(phase=PhaseState(now.t, jnp.zeros_like(now.y.omega))), now.mode
@@ -52,6 +60,9 @@ class DutyInPhases(Feature):
                 margins.append(jnp.where(mode.rests & (y.phase.turned != 0), -1.0, 1.0))
             elif isinstance(end, AfterTravel):
                 margins.append(1.0 - lowered / end.distance)
+            elif isinstance(end, AtHeight):
+                above = self.block_height - brake.load.travelled(y.phi) - end.height  # pyright: ignore
+                margins.append((-above if end.rising else above) / _HEIGHT)
             elif isinstance(end, AtTemperature):
                 above = (largest(jnp.atleast_1d(hot[end.of])) - end.level) / 100.0
                 margins.append(above if end.falling else -above)

@@ -120,7 +120,7 @@ def _damping_of_rope(scene: Scene) -> float:
 def _steepest_drag(scene: Scene) -> float:
     """Largest slope `dM/dω` (N·m·s) of all torques on the shaft together, at rest and at the initial speed."""
     laws = tuple(law for law in scene.shaft if not isinstance(law, AbstractDryTorque))
-    return float(_slopes(laws, np.asarray(abs(float(scene.initial.omega))))) if laws else 0.0
+    return float(_slopes(laws, np.asarray(abs(float(scene.start_speed))))) if laws else 0.0
 
 
 @functools.partial(DeviceJit, quick=True)
@@ -136,7 +136,7 @@ def _slopes(laws: tuple[AbstractShaftTorque, ...], speed: Array) -> Array:
 @per_value(lambda scene: (scene.brake, scene.heat, scene.initial))
 def _fastest_state_at_start(scene: Scene) -> float:
     """Largest rate (1/s) at which a state of a friction law follows at the start; 0 without any."""
-    v = np.full(scene.brake.linings.count, abs(float(scene.brake.radius) * float(scene.initial.omega)))
+    v = np.full(scene.brake.linings.count, abs(float(scene.brake.radius) * float(scene.start_speed)))
     return max((float(_fastest_state(part, v, T)) for part, T in remembering_at_start(scene)), default=0.0)
 
 

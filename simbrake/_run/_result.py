@@ -34,11 +34,12 @@ from .._outputs._probe import (
 from .._outputs._quantities import Series, array_of_times, outside, series_of, times_within
 from .._outputs._scan import peak
 from .._parts._scene import Scene
-from .._phases import AfterTravel, AtTemperature, Phases
+from .._phases import AfterTravel, AtHeight, AtTemperature, Phases
 from .._physics._brake import BrakeSystem, Capacity
 from .._physics._mechanism import BrakeCode
 from ..hybrid import LANDED, STOPPED, Code, Record
 from ..hybrid._arrays import Array
+from ..loads import Driller
 from ..thermal._heat import node_names
 from ._report import Report, labels_of
 
@@ -128,6 +129,8 @@ def passages(record: Record) -> list[str]:
 _last_report: Report | None = None
 #: a hook load that swings by less than this share of the weight counts as at rest
 _SLIGHT = 1e-2
+#: a speed that is missed by more than this share of the greatest one is not followed
+_FOLLOWED = 1e-2
 
 
 T = TypeVar("T")
@@ -302,13 +305,29 @@ class Result:
 
     @property
     def status(self) -> str:
-        """`stopped`, `held`, `not_stopped`, `runaway`, `lowering`, `released`, or the name of a failure code."""
+        """`stopped`, `held`, `not_stopped`, `not_followed`, `runaway`, `lowering`, `released`, or the name of a failure
+        code."""
         if not self.ok:
             return FAILURES[int(self.code)][0]  # pyright: ignore
+        if self._never_follows():
+            return str(Status.NOT_FOLLOWED)
         moved = bool(np.any(np.asarray(self.record.rows.y)[: int(self.record.count) + 1, 1] != 0.0))
         (end,) = labels_of(self.record, np.asarray([int(self.record.count)]))
         record = self.record
         return str(status_of(end, moved, lambda: bool(runs_away(record)), lambda: bool(lowers_steadily(record))))
+
+    def _never_follows(self) -> bool:
+        """Whether a lever or a motor that is to keep a speed throughout never brings the pulley near it."""
+        lever, motor = self.scene.duty.lever, self.scene.motor
+        course = lever.speed if isinstance(lever, Driller) else None if motor is None else motor.speed
+        if course is None:
+            return False
+        rows, n = self.record.rows, int(self.record.count) + 1
+        speeds = np.asarray(course.values)
+        wanted = np.interp(np.asarray(rows.t)[:n], np.asarray(course.times), speeds)
+        most, asked = np.max(np.abs(speeds)), np.abs(wanted) > 0.5 * np.max(np.abs(speeds))
+        away = np.abs(np.asarray(rows.y)[:n, 1] - wanted)[asked]
+        return bool(away.size and np.all(away > _FOLLOWED * most))
 
     @property
     def message(self) -> str:
@@ -358,7 +377,10 @@ class Result:
         turns, body, travel = y.omega != 0.0, self.scene.brake.words.body, self.scene.duty.load.travel()
         motion = f"turns at {number(y.omega, 'rad/s')}" if turns else f"the {body} is at rest"
         now, more = (motion, []) if turns else ("waits", [motion])
-        if isinstance(end, AfterTravel) and travel is not None:
+        if isinstance(end, AtHeight) and self.scene.initial.block_height is not None:
+            height = float(self.scene.initial.block_height) - float(self.scene.duty.load.travelled(y.phi))  # pyright: ignore
+            now, more = f"is at {number(height, 'm')}", [motion]
+        elif isinstance(end, AfterTravel) and travel is not None:
             now, more = f"is at {number(y.phase.turned * travel, 'm')}", [motion]
         elif isinstance(end, AtTemperature):
             hot = getattr(self.series([record.t_end]), f"{end.of.removesuffix('s')}_temperature")

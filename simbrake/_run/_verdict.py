@@ -111,7 +111,7 @@ def page_of(result: Result) -> str:
 
 def _colour(result: Result, rows: Sequence[VerdictRow], cover: Judged) -> Colour:
     states = {row.state for row in rows}
-    if not result.ok or result.status == Status.RUNAWAY or LimitVerdict.EXCEEDED in states:
+    if not result.ok or result.status in (Status.RUNAWAY, Status.NOT_FOLLOWED) or LimitVerdict.EXCEEDED in states:
         return Colour.RED
     # it may still turn at the end, at a speed that nothing prescribes or balances
     loose = result.report().summary["duty"] == DutyKind.TURNING or result.status == Status.RELEASED

@@ -69,7 +69,7 @@ class Braking:
         if run is not None:
             time, work, omega = run.duration, float(run.work[-1]), float(abs(run.omega[0]))
         else:
-            classical, omega = stop or stages, float(scene.initial.omega)
+            classical, omega = stop or stages, float(scene.start_speed)
             time, work = (0.0, 0.0) if classical is None else (classical.time, classical.work)
         return cls(scene, inputs, stop, stages, run, time, work, omega)
 

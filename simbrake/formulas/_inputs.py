@@ -268,7 +268,7 @@ def _of_surroundings(scene: Scene, T: float) -> dict[str, Any]:
         if isinstance(link, Radiation):
             inputs["emissivity"] = float(link.emissivity)
         elif isinstance(link.coefficient, AbstractCoefficient):
-            v = 0.5 * abs(float(brake.pulley.radius) * float(scene.initial.omega))
+            v = 0.5 * abs(float(brake.pulley.radius) * float(scene.start_speed))
             ambient = jnp.asarray(inputs.get("ambient", ROOM))
             inputs["coefficient"] = float(link.coefficient.value(jnp.asarray(v), jnp.asarray(T), ambient))
         else:

@@ -39,7 +39,7 @@ def friction_at_start(scene: Scene, pair: str = "external") -> Float[np.ndarray,
     brake, n, inside = banded_brake(scene), scene.brake.linings.count, pair == "internal"
     part, radius = brake.rubbing_part(pair), brake.pulley.radius if inside else brake.radius
     sensed = sensed_at_start(scene, -1) if inside else sensed_at_start(scene)
-    contact = unloaded(part, jnp.full(n, abs(float(radius) * float(scene.initial.omega))), sensed)
+    contact = unloaded(part, jnp.full(n, abs(float(radius) * float(scene.start_speed))), sensed)
     return np.broadcast_to(np.asarray(part.friction.kinetic(contact)), (n,))
 
 
@@ -52,7 +52,7 @@ def load_and_inertia(scene: Scene) -> tuple[float, float]:
     piece: Any = jnp.asarray(0 if (first := scene.duty.load_piece(start)) is None else first, jnp.int32)
     more = load.added_inertia(piece)
     inertia = float(scene.brake.inertia) + float(load.inertia()) + (0.0 if more is None else float(more))
-    half = jnp.asarray(float(scene.initial.omega) / 2)
+    half = jnp.asarray(float(scene.start_speed) / 2)
     torque = load.torque(start, half, piece)
     if scene.shaft:
         pieces: Any = tuple(jnp.asarray(law.profile.first_piece(start), jnp.int32) for law in scene.shaft)
@@ -76,7 +76,7 @@ def classical_stop(scene: Scene) -> ClassicalStop | None:
         >>> round(float(stop.time), 4), round(float(stop.work), 1)
         (1.2577, 508008.7)
     """
-    brake, lever, omega = banded_brake(scene), scene.lever, float(scene.initial.omega)
+    brake, lever, omega = banded_brake(scene), scene.lever, float(scene.start_speed)
     f = jnp.asarray(friction_at_start(scene))
     if omega <= 0 or lever.controls_speed:
         return None
@@ -210,7 +210,7 @@ def classical_staged_stop(scene: Scene) -> StagedStop | None:
 
 
 def _staged_stop_of_one_rim(scene: Scene) -> StagedStop | None:
-    brake, lever, omega = band_brake(scene), scene.lever, float(scene.initial.omega)
+    brake, lever, omega = band_brake(scene), scene.lever, float(scene.start_speed)
     bandage = brake.rubbing_part("internal")
     assert isinstance(bandage, Bandage)
     if omega <= 0 or lever.controls_speed:

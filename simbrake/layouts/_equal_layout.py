@@ -205,7 +205,7 @@ def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
     grip, linings = system.grip, scene.brake.linings
     assert isinstance(grip, LiningFriction)
     T_0 = jnp.asarray(scene.lever.scale())
-    v = jnp.full(linings.count, jnp.abs(jnp.asarray(scene.brake.radius) * jnp.asarray(scene.initial.omega)))
+    v = jnp.full(linings.count, jnp.abs(jnp.asarray(scene.brake.radius) * jnp.asarray(scene.start_speed)))
     hot = system.surfaces(jnp.asarray(scene.initial.time), y, mode)[0]
     f = grip.coefficients(T_0, v, hot, jnp.asarray(False), static=False).f
     along = T_0 * running_product(grip.ratios(f)[0])

@@ -112,7 +112,7 @@ class _Searched(NamedTuple):
         """A brake that does not stop in the run has the time at which its mean deceleration would stop it."""
         record = result.record
         start, end = record.rows.t[0], record.t_end
-        left = record.y_end.omega / jnp.asarray(result.scene.initial.omega)
+        left = record.y_end.omega / jnp.asarray(result.scene.start_speed)
         slow = 1 / (1 - jnp.minimum(left, _SLOW)) + jnp.maximum(left - _SLOW, 0.0) / (1 - _SLOW) ** 2
         metrics = {name: measure(result, name) for name in self.names}
         time = metrics["stopping_time"]

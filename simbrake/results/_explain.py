@@ -176,7 +176,7 @@ def _course(result: Result) -> list[Finding]:
     ):
         said += [what.format(number(m[name], "s")) + " on"] if m.get(name) is not None else []
     course = _upper(", ".join(said)) + ". " if said else ""
-    start, most = abs(float(result.scene.initial.omega)), float(np.max(np.abs(result.report().scan.seen.omega)))
+    start, most = abs(float(result.scene.start_speed)), float(np.max(np.abs(result.report().scan.seen.omega)))
     if most > 1.001 * start > 0:
         course += (
             f"The load first speeds the {words.body} up from {number(start, 'rad/s')} to {number(most, 'rad/s')}. "

@@ -1,5 +1,6 @@
 """Hoisting: a motor with limits, phases that end upwards, strings that grow and shrink, the rope that winds back."""
 
+import dataclasses
 import itertools
 
 import jax
@@ -200,6 +201,52 @@ def test_position_is_corrected_as_a_damped_oscillator():
     t = np.linspace(0.0, 5.0, 6)
     away = np.asarray(sb.simulate(scene).series(t).phi) - speed * t
     np.testing.assert_allclose(away, 0.05 * speed * t * np.exp(-t), atol=1e-9)  # g²/4 = h: aperiodic
+
+
+def test_phases_end_at_a_height_of_the_block():
+    hoist = Phase(0.0, "block up to 30 m", "hoist", motor=course(0.0, -UP))
+    slow = Phase(0.0, UP / FASTER, "slow", motor=course(-UP, 0.0))
+    lower = Phase(Driller(course(0.0, DOWN), 60e3), "block down to 10 m", "lower")
+    scene = sb.Scene(
+        BRAKE,
+        sb.Duty(Phases((hoist, slow, HOLD, lower)), LOAD),
+        sb.Initial(block_height="5 m"),
+        1e3,
+        motor=MOTOR,
+    )
+    expected = 25.0 / UP + 0.5 * UP / FASTER
+    rise = UP**2 / (2 * FASTER)  # while it slows
+    lowering = (20.0 + rise) / DOWN + 0.5 * DOWN / FASTER
+    result = sb.simulate(scene)
+    times = np.cumsum([expected, UP / FASTER, 10.0, lowering])
+    np.testing.assert_allclose(ends(result), times, rtol=1e-10)
+
+
+def test_the_speed_of_the_hook_starts_a_run_and_has_a_limit():
+    driller = Driller(sb.PiecewiseLinear([0.0], [1.2 / TRAVEL]), 200e3)
+    scene = sb.Scene(BRAKE, sb.Duty(driller, LOAD), sb.Initial(hook_speed="1.2 m/s"), 5.0)
+    result = sb.simulate(scene)
+    assert result.metrics["max_hook_speed"] == pytest.approx(1.2, rel=1e-12)
+    assert result.metrics["max_rope_tension"] == pytest.approx(MASS * 9.80665 / LINES, rel=1e-12)
+    slower = sb.with_values(scene, {"initial.hook_speed": 1.0})
+    limited = dataclasses.replace(slower, limits=sb.Limits(max_hook_speed="1.1 m/s", max_rope_tension="80 kN"))
+    (event,) = sb.simulate(limited).events["hook_overspeed"]
+    # the load runs free until the lever follows it: 1 m/s at first, 1.2 m/s later
+    assert event.time == pytest.approx(np.log(2.0) / 2.0, rel=1e-9)  # the deviation halves at the gain of 2/s
+
+
+def test_a_speed_that_is_never_followed_has_a_name():
+    load = HookLoad(100.0, RADIUS, LINES)
+    driller = Driller(sb.PiecewiseLinear([0.0], [30.0]), 60e3)
+    result = sb.simulate(sb.Scene(BRAKE, sb.Duty(driller, load), sb.Initial(0.0), 5.0))
+    assert result.status == "not_followed"
+    assert result.verdict().colour == "red"
+    weak = Motor(0.5 * WEIGHT, 1e6, 40.0, sb.PiecewiseLinear([0.0], [-10.0]))
+    assert sb.simulate(sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(), 5.0, motor=weak)).status == "not_followed"
+    with pytest.raises(sb.InputError, match="is never followed: a brake cannot hoist"):
+        sb.simulate(
+            sb.Scene(BRAKE, sb.Duty(Driller(sb.PiecewiseLinear([0.0], [-10.0]), 60e3), LOAD), sb.Initial(), 5.0)
+        )
 
 
 @pytest.mark.parametrize(
