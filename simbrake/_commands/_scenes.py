@@ -19,7 +19,7 @@ CODES = f"Exit codes: {_WRONG}"
 def new(name: str | None = None, file: Path | None = None, /, *, json_: cli.Flag = False) -> int:
     """Write a new scene: a commented template, or a copy of a shipped scene. Without a name: list these.
 
-    Templates: standard, staged, heated, tripping, disc, shoe. The file runs at once: simbrake run FILE.
+    Templates: standard, staged, heated, tripping, rig, disc, shoe. The file runs at once: simbrake run FILE.
 
     Parameters
     ----------

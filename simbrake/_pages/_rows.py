@@ -400,7 +400,7 @@ def _tackle(load: HookLoad | StringLoad | TrippingLoad) -> str:
 
 def duty_words(scene: Scene) -> list[tuple[str, str]]:
     """Lever, load, start and end of a run, in words."""
-    start, rest = scene.initial, "" if float(scene.initial.omega) else ", at rest"
+    start, rest = scene.initial, "" if float(scene.start_speed) else ", at rest"
     last = "with the last phase, at the latest at " if isinstance(scene.duty.lever, Phases) else "at "
     lever, of, rims = profile_words(scene.duty.lever, "N"), scene.brake.force_words, scene.brake.rims
     if rims > 1 and any(isinstance(part, Lever) for _, part, _ in parts_below(scene.duty.lever)):

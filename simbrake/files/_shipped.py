@@ -8,7 +8,7 @@ from typing import NamedTuple
 from .._base._faults import Fault, InputError
 
 #: names of the templates, in the order in which a newcomer meets them
-TEMPLATES = ("standard", "staged", "heated", "tripping", "disc", "shoe")
+TEMPLATES = ("standard", "staged", "heated", "tripping", "rig", "disc", "shoe")
 #: studies, and further scenes of a kind of which an installed package has one: `scenarios/` of a checkout has them
 IN_CHECKOUT = (
     "calibrate_friction",

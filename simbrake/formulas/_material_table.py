@@ -551,7 +551,7 @@ def _of_work(scene: Scene, work: float) -> Scene:
             raise no_stop("give energy as a parameter of the scene")
         return stop.work / work - 1
 
-    low = high = max(float(scene.initial.omega), 1e-3)
+    low = high = max(float(scene.start_speed), 1e-3)
     while over(low) > 0:
         low /= 2
     while over(high) < 0:

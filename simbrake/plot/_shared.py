@@ -120,7 +120,7 @@ def titled(title: str) -> Iterator[None]:
 def title_of_scene(scene: Scene) -> str:
     """The title in force, else the scene in words."""
     lining, n = scene.brake.words.lining, scene.brake.linings.count
-    start = f"initial speed {number(scene.initial.omega, 'rad/s')}" if float(scene.initial.omega) else "from rest"
+    start = f"initial speed {number(scene.start_speed, 'rad/s')}" if float(scene.start_speed) else "from rest"
     words = (scene.brake.kind, f"{n} {lining}{'s' * (n > 1)}", scene.brake.force_words, start)
     return _title.get() or ", ".join(filter(None, words))
 

@@ -78,7 +78,7 @@ def run_of(name):
     return sb.simulate(scene_of(name))
 
 
-TEMPLATES = ("standard", "staged", "heated", "tripping", "disc", "shoe")
+TEMPLATES = ("standard", "staged", "heated", "tripping", "rig", "disc", "shoe")
 #: scenarios whose template is the same duty of the same kind of brake
 TWINS = {"u2_5_5_stop", "sensitivity_u2_5_5", "tripping_30_stands", "disc_stop", "double_shoe_stop"}
 SHIPPED = [*TEMPLATES, *(name for name in shipped.NAMES if name not in TWINS)]

@@ -13,7 +13,7 @@ from helpers import open_scene
 
 import simbrake as sb
 
-TEMPLATES = ("standard", "staged", "heated", "tripping", "disc", "shoe")
+TEMPLATES = ("standard", "staged", "heated", "tripping", "rig", "disc", "shoe")
 #: names in the list of `simbrake --help`
 COMMANDS = re.findall(r"^│ ([a-z]\w+)  ", output("--help"), re.MULTILINE)
 
@@ -43,7 +43,8 @@ def test_template_gives_no_warnings(capsys, folder, name):
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in ("heated", "tripping"))) for name in TEMPLATES]
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] * (name in ("heated", "tripping", "rig"))) for name in TEMPLATES],
 )
 def test_a_template_runs_at_once(capsys, name):
     call(capsys, "new", name)

@@ -90,7 +90,7 @@ FADE = sb.LinearFade(1e-3, above=293.15, floor=0.5)
         (("lower 1 m at 1.2 m/s", "brake to rest"), "too short to reach the speed, which takes 1.44 m"),
         (("lower 9 m at 1 m/s", "break to rest"), "is not understood — nearest: brake to rest"),
         (("lower 9 m at 1 m/s", "hold 3 s"), "begins in motion"),
-        (("repeat 3 times", "hold 3 s"), "is not the last line"),
+        (("repeat 3 times", "hold 3 s"), "'repeat 3 times' has no line to repeat"),
         (("take the string", "hold 3 s"), "takes the string or sets it down, but not both"),
         ((), "has no step"),
     ],
@@ -189,3 +189,70 @@ def test_a_programme_with_layers_of_rope():
         sb.InputError, match=r"lowers 3\d\.\d+ m in all, braking included, the rope on the drum is enough for 16\.\d+ m"
     ):
         sb.programme_scene(BRAKE, (*lines, "repeat 3 times"), hook, pull=40e3, empty=5e3)
+
+
+# --- hoisting, and lowering by other brakes ---------------------------------------------------------------------------
+
+MOTOR = sb.loads.Motor("90 kN*m", "2 MW", "60 rad/s")
+EDDY = sb.loads.EddyCurrentBrake("90 kN*m", "30 rad/s")
+ROUND = (
+    "make up a stand in 20 s",
+    "take the string",
+    "lower 26 m at 1.2 m/s on the auxiliary brake",
+    "brake to rest",
+    "hold 5 s",
+    "set the string in the slips",
+    "hoist back at 1.2 m/s",
+    "hold 5 s",
+    "repeat 2 times",
+    "lower 26 m at 1.2 m/s on the motor",
+    "brake to rest",
+    "take the string",
+    "hoist back at 0.8 m/s",
+    "hold 5 s",
+    "set in slips",
+    "lay down a stand in 20 s",
+    "repeat 2 times",
+)
+
+
+@pytest.mark.slow
+def test_a_trip_in_and_out_comes_back():
+    scene = sb.programme_scene(
+        BRAKE, ROUND, HOOK, pull=30e3, empty=8e3, stand=900.0, acceleration=0.3, motor=MOTOR, shaft=(EDDY,)
+    )
+    result = sb.simulate(scene)
+    ends = {(e.phase.name, e.phase.cycle): e.time for e in result.events["phase_end"]}
+    s = result.series([ends["lower", 1] - 1e-6, ends["lower", 2] - 1e-6, float(result.record.t_end)])
+    # the auxiliary brake alone tends to the speed that the words say, with a heavier string to a higher one
+    assert float(s.hook_speed[0]) == pytest.approx(1.2, rel=5e-3)
+    e, weight = 24.0 / 30.0, 60e3 * 9.80665 * 0.05  # 2 M_m e/(1 + e²) of the full torque, by the square of the share
+    assert float(s.load_torque[1]) == pytest.approx((60e3 + 900.0) * 9.80665 * 0.05, rel=1e-12)
+    share = weight / (2 * 90e3 * e / (1 + e * e))
+    ratio = float(s.omega[1]) / 30.0
+    assert share * 2 * 90e3 * ratio / (1 + ratio**2) == pytest.approx((60e3 + 900.0) * 9.80665 * 0.05, rel=5e-3)
+    assert float(s.hook_position[2]) == pytest.approx(0.0, abs=1e-9)
+    assert float(result.energy["closure"]) <= 1e-9
+
+
+@pytest.mark.parametrize(
+    ("lines", "words"),
+    [
+        (("hoist 9 m at 1 m/s",), "needs a motor"),
+        (("lower 9 m at 1 m/s on the auxiliary brake", "brake to rest"), "needs an auxiliary brake"),
+        (("hoist 1 m at 1 m/s",), "is too short to reach the speed, which takes 2 m"),
+        (("make up a stand in 9 s", "lay down a stand in 9 s"), "makes up a stand and lays one down in a cycle"),
+    ],
+)
+def test_what_no_part_of_the_drawworks_does_is_said(lines, words):
+    with pytest.raises(sb.InputError, match=words) as caught:
+        sb.programme_scene(BRAKE, lines, HOOK, pull=30e3)
+    assert len(caught.value.faults) == 1
+
+
+def test_a_motor_and_an_auxiliary_brake_that_are_too_weak_are_named():
+    weak = {"motor": sb.loads.Motor("40 kN*m", "2 MW", "60 rad/s"), "shaft": (sb.loads.EddyCurrentBrake(9e3, 30.0),)}
+    lines = ("hoist 9 m at 1 m/s", "hold 1 s", "lower 9 m at 1 m/s on the auxiliary brake", "brake to rest")
+    with pytest.raises(sb.InputError, match="of a motor that gives 40 kN·m") as caught:
+        sb.programme_scene(BRAKE, lines, HOOK, pull=30e3, **weak)
+    assert "cannot be held: the auxiliary brake gives" in str(caught.value)
