@@ -408,6 +408,6 @@ def duty_words(scene: Scene) -> list[tuple[str, str]]:
     return [
         (_LEVER[scene.duty.lever_field] + (f" ({of})" if of else ""), lever),
         ("Load", load_words(scene.duty.load)),
-        ("Start", f"{number(start.omega, 'rad/s')} at {digits(float(start.time))} s{rest}"),
+        ("Start", f"{number(scene.start_speed, 'rad/s')} at {digits(float(start.time))} s{rest}"),
         ("End", f"{last}{digits(float(scene.end_time))} s"),
     ]
