@@ -538,25 +538,6 @@ class Motor(Part):
         assert self.speed is not None
         return follows(self.speed)
 
-    def faults_with(self, path: str, lever: AbstractProfile | Phases, lever_path: str) -> list[Fault]:
-        """Errors of speeds that are missing, given twice, or beyond its limit (concrete values only)."""
-        phased = isinstance(lever, Phases)
-        speeds = [(f"{path}.speed", self.speed)]
-        if phased:
-            speeds = [(f"{where}.motor", phase.motor) for where, phase in lever.located(lever_path)]
-        errors = list[Fault]()
-        if phased and self.speed is not None:
-            errors.append(Fault(f"{path}.speed", "has no effect on a duty in phases", "give `motor` in its phases"))
-        if all(speed is None for _, speed in speeds):
-            hint = "give `motor = …` in a phase" if phased else f"give {path}.speed"
-            errors.append(Fault(path, "never runs: no speed is given for it to follow", hint))
-        most = float(self.max_speed)
-        for where, speed in speeds:
-            if speed is not None and (fastest := float(np.max(np.abs(np.asarray(speed.values))))) > most:
-                what = f"{fastest:g} rad/s is above the motor's {most:g} rad/s"
-                errors.append(Fault(where, what, f"a lower speed, or another {path}.max_speed"))
-        return errors
-
 
 # --- the brake lever --------------------------------------------------------------------------------------------------
 

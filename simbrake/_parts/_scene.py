@@ -331,10 +331,30 @@ def _faults_of_duty(scene: Scene) -> list[Fault]:
             )
         if read_by_linings(scene).p or scene.network.flash is not None:
             errors.append(Fault(lever, "cannot hold the speed with an implicit coefficient of friction"))
-    if scene.motor is not None:
-        errors += scene.motor.faults_with("motor", duty.lever, lever)
-    errors += _faults_of_courses(scene, lever)
+    errors += _faults_of_motor(scene, lever) + _faults_of_courses(scene, lever)
     return errors + faults_of_sign(duty.lever, lever, "N") + _faults_of_phases(scene, lever)
+
+
+def _faults_of_motor(scene: Scene, path: str) -> list[Fault]:
+    """Errors of speeds of the motor that are missing, given twice, or beyond its limit."""
+    lever, motor = scene.duty.lever, scene.motor
+    if motor is None:
+        return []
+    phased, errors = isinstance(lever, Phases), list[Fault]()
+    speeds = [("motor.speed", motor.speed)]
+    if phased:
+        speeds = [(f"{where}.motor", phase.motor) for where, phase in lever.located(path)]
+    if phased and motor.speed is not None:
+        errors.append(Fault("motor.speed", "has no effect on a duty in phases", "give `motor` in its phases"))
+    if all(speed is None for _, speed in speeds):
+        hint = "give `motor = …` in a phase" if phased else "give motor.speed"
+        errors.append(Fault("motor", "never runs: no speed is given for it to follow", hint))
+    most = float(motor.max_speed)
+    for where, speed in speeds:
+        if speed is not None and (fastest := float(np.max(np.abs(np.asarray(speed.values))))) > most:
+            what = f"{fastest:g} rad/s is above the motor's {most:g} rad/s"
+            errors.append(Fault(where, what, "a lower speed, or another motor.max_speed"))
+    return errors
 
 
 def _faults_of_courses(scene: Scene, path: str) -> list[Fault]:
