@@ -294,7 +294,7 @@ def parts_of(scene: Scene) -> list[dict[str, Any]]:
                     Number("not given") if value is None else numbers(value, about.unit, absolute=not about.difference)
                 )
                 rows.append({"path": field_path, "meaning": about.meaning, "value": shown})
-            elif value is not None and (words := _plain(value)):
+            elif value is not None and value is not False and (words := _plain(value)):
                 meaning = field.name.replace("_", " ") if whole is None else whole.meaning
                 rows.append({"path": field_path, "meaning": meaning, "value": Number(words)})
         kind = type(part).__name__

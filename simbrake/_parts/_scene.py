@@ -662,7 +662,8 @@ def plausibility(scene: Scene, peak_rim: float | None = None) -> list[str]:
             wrap, n = math.degrees(float(np.sum(np.asarray(linings.weights)))), linings.count
             why = "the grip of the band depends on it exponentially"
             messages += _unusual(f"wrap {wrap:.5g}°", wrap, wrap, WRAP, f"usual are {{}}° ({_DRUMEANU}); {why}")
-            messages += _unusual(f"{n} linings", n, n, LININGS, "usual are {} (Z)")
+            if not getattr(linings, "continuous", False):
+                messages += _unusual(f"{n} linings", n, n, LININGS, "usual are {} (Z)")
     if peak_rim is not None:
         T, why = peak_rim - ZERO, "properties of steel and linings are not known that hot"
         words = f"usual in heavy service are {{}} °C ({_DRUMEANU}); {why}"

@@ -138,7 +138,7 @@ def _pairs(scene: Scene, thermal: Thermal | None) -> tuple[Pair, ...]:
             on_band=several and part is brake.linings,
             apart=apart or (memory is not None and memory.q),
             memory=memory,
-            cosine=jnp.cos(jnp.asarray(brake.linings.angle) / 2) if by_band else None,  # pyright: ignore
+            cosine=brake.linings.cosine if by_band else None,  # pyright: ignore
         )
 
     return tuple(pair(name, place.field) for name, place in brake.pairs.items())

@@ -11,14 +11,16 @@ from jaxtyping import Bool, Float
 from ..brakes._band import (
     LiningForces,
     band_torque,
+    gripped,
     lining_ratio,
     mobilised,
+    pressed,
     product,
     running_product,
     sliding_ratio,
     tension_ratio,
 )
-from ..brakes._design import AbstractLinings
+from ..brakes._design import AbstractLinings, Lining
 from ..friction import AbstractFriction, Contact, Reads, SurfaceState, continued, reads, remembers
 from ..hybrid import largest, smallest
 from ..hybrid._arrays import Array
@@ -124,13 +126,26 @@ class LiningFriction(AbstractLiningFriction):
     """
 
     linings: AbstractLinings
-    tangent: Float[Array, " n"]  # z_i = tan(β_i/2)
-    sine: Float[Array, " n"]  # sin(β_i/2)
+    tangent: Float[Array, " n"]  # z_i = tan(β_i/2), of a continuous lining β_i/2
+    sine: Float[Array, " n"]  # sin(β_i/2), of a continuous lining β_i/2
     flash: FlashTemperature | None
 
     @property
     def cosine(self) -> Float[Array, " n"]:
-        return jnp.cos(jnp.asarray(self.linings.angle) / 2)
+        return self.linings.cosine  # pyright: ignore
+
+    @property
+    def continuous(self) -> bool:
+        """Whether the linings are pieces of a continuous one."""
+        return isinstance(self.linings, Lining) and self.linings.continuous
+
+    def gripped(self, f: Array) -> Float[Array, " n"]:
+        """`f_i z_i` (see `brakes.grip`)."""
+        return gripped(f, self.tangent, continuous=self.continuous)
+
+    def pressed(self, before: Array, ratio: Array) -> Float[Array, " n"]:
+        """Normal loads (N) under the tensions `before` and their `ratio`."""
+        return pressed(before, ratio, self.sine, continuous=self.continuous)
 
     @classmethod
     def of(
@@ -143,7 +158,8 @@ class LiningFriction(AbstractLiningFriction):
     ) -> "LiningFriction":
         """The friction of given linings, with what depends on their angles alone formed once for the whole run."""
         half = jnp.asarray(linings.angle) / 2  # pyright: ignore
-        return cls(linings, shares, heated, jnp.tan(half), jnp.sin(half), flash)  # pyright: ignore
+        along, across = (half, half) if getattr(linings, "continuous", False) else (jnp.tan(half), jnp.sin(half))
+        return cls(linings, shares, heated, along, across, flash)  # pyright: ignore
 
     @property
     def implicit(self) -> bool:
@@ -166,8 +182,8 @@ class LiningFriction(AbstractLiningFriction):
 
         def at(f: Array, before: Array, i: Array) -> Array:
             """Residual `f − F(T + ΔT(f), p(f))` of lining `i`, all others masked out."""
-            mu, _ = tension_ratio(f * self.tangent)
-            N = before * (1 + jnp.where(back, 1 / mu, mu)) * self.sine
+            mu, _ = tension_ratio(self.gripped(f))
+            N = self.pressed(before, jnp.where(back, 1 / mu, mu))
             p = None if self.linings.area is None else N / jnp.asarray(self.linings.area)
 
             def pressed(v: Array) -> Array:
@@ -196,7 +212,7 @@ class LiningFriction(AbstractLiningFriction):
             for _ in range(_CARRY):  # each carries derivatives one order further
                 f = newton(f, None)[0]
             here = jnp.arange(n, dtype=jnp.int32) == i
-            all_fz = f * self.tangent
+            all_fz = self.gripped(f)
             fz = jnp.sum(jnp.where(here, all_fz, 0.0))
             mu = jnp.sum(jnp.where(here, tension_ratio(all_fz)[0], 0.0))
             # up to the root the residual must rise all the way: beyond a fold the next root lies behind a valley
@@ -212,7 +228,7 @@ class LiningFriction(AbstractLiningFriction):
 
     def ratios(self, f: Array) -> tuple[Float[Array, " n"], Array]:
         """Tension ratios `μ_i`, and by how much the lining nearest to locking is away from it, `1 − max f_i z_i`."""
-        fz = f * self.tangent
+        fz = self.gripped(f)
         return tension_ratio(fz)[0], 1 - largest(fz)
 
     def torque(
@@ -281,10 +297,10 @@ class BandFriction(eqx.Module):
     @classmethod
     def of(cls, radius: Array, grip: LiningFriction, static: Array, kinetic: Array) -> "BandFriction":
         """The grip of linings whose coefficients are `static` and `kinetic` (n,) at the start."""
-        read, fz = grip.reads, static * grip.tangent
+        read, fz = grip.reads, grip.gripped(static)
         fixed = None
         if not (read.v or grip.varies or grip.implicit):
-            both = _unlocked(fz), _unlocked(kinetic * grip.tangent)
+            both = _unlocked(fz), _unlocked(grip.gripped(kinetic))
             fixed = ConstantLimit(*both, *(sliding_ratio(one) for one in both))
         return cls(radius, grip, jnp.any(fz >= 1), fixed)
 
@@ -306,26 +322,29 @@ class BandFriction(eqx.Module):
         grip, margin = self.grip, None
         v = jnp.broadcast_to(v, (self.count,))
         coefficients = grip.coefficients(T_0, v, surface, back, static=static)
-        fz = _unlocked(coefficients.f * grip.tangent)
+        fz = _unlocked(grip.gripped(coefficients.f))
         ratio = other = sliding_ratio(where_static(back, -fz, fz))
         if grip.reads.p:
             falling = grip.coefficients(T_0, v, surface, ~back, static=static).f
-            other = sliding_ratio(_unlocked(falling * grip.tangent))
+            other = sliding_ratio(_unlocked(grip.gripped(falling)))
         if grip.varies:
             still = grip.coefficients(T_0, v, surface, back & False, static=True).f
-            margin = 1 - largest(still * grip.tangent)
+            margin = 1 - largest(grip.gripped(still))
         return Limit(fz, ratio, other, coefficients.slope, margin)
 
     def linings(self, T_0: Array, T_n: Array, fz: Array) -> LiningForces:
         """Forces at every lining by the mobilisation rule (model §3)."""
-        return mobilised(T_0, T_n, lining_ratio(fz), jnp.asarray(self.grip.linings.angle))
+        angle = jnp.asarray(self.grip.linings.angle)  # pyright: ignore
+        return mobilised(T_0, T_n, lining_ratio(fz), angle, continuous=self.grip.continuous)
 
     def sliding(self, T_0: Array, fz: Array, back: Array) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
         """Friction `T_i − T_{i−1}` and normal load `(T_i + T_{i−1}) s_i` of the linings (N) while every one slides."""
         signed = where_static(back, -fz, fz)
-        along = T_0 * running_product(lining_ratio(signed))
+        mu = lining_ratio(signed)
+        along = T_0 * running_product(mu)
         before = jnp.concatenate([T_0[None], along[:-1]])
-        return along - before, (along + before) * self.grip.sine
+        normal = self.grip.pressed(before, mu) if self.grip.continuous else (along + before) * self.grip.sine
+        return along - before, normal
 
     def margins(self, T_0: Array, T_n: Array, fz: Array) -> Float[Array, " twice_n"]:
         """Excess (N) of each lining over its limit, from either end (see `AbstractMechanism.lining_margins`)."""

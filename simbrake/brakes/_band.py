@@ -18,14 +18,32 @@ from .._base._quantity import Over, Scalar, Values, as_number
 from ..hybrid._arrays import Array
 
 
-def grip(f: Float[Array, "..."], angle: Float[Array, " n"]) -> Float[Array, " n"]:
+def grip(f: Float[Array, "..."], angle: Float[Array, " n"], *, continuous: bool = False) -> Float[Array, " n"]:
     """`f_i z_i = f_i tan(β_i/2)` of each lining; at 1 or above the lining is self-locking.
+
+    - `continuous`: pieces of a continuous lining, `tanh(f_i β_i/2)`: their ratio of tensions is then Euler's
+      `e^{f_i β_i}`, and nothing locks
 
     Example:
         >>> sb.brakes.grip(np.float64(0.35), np.radians([13.5, 27.0])).round(4).tolist()
         [0.0414, 0.084]
     """
-    return f * jnp.tan(angle / 2)
+    return gripped(f, angle / 2 if continuous else jnp.tan(angle / 2), continuous=continuous)
+
+
+def gripped(f: Float[Array, "..."], z: Float[Array, " n"], *, continuous: bool) -> Float[Array, " n"]:
+    """The same with `z_i = tan(β_i/2)`, or of a continuous lining `β_i/2`."""
+    return jnp.tanh(f * z) if continuous else f * z
+
+
+def pressed(before: Array, ratio: Array, s: Float[Array, " n"], *, continuous: bool) -> Float[Array, " n"]:
+    """Normal loads (N) under the tensions `T_{i−1}` (`before`) and `T_i = ratio T_{i−1}` (N) of a band:
+
+        N_i = (T_i + T_{i−1}) sin(β_i/2)  (Z-13),   of a continuous lining  ∫ T dθ = β_i (T_i − T_{i−1})/ln(T_i/T_{i−1})
+
+    - `s`: `sin(β_i/2)`, or of a continuous lining `β_i/2`
+    """
+    return before * 2 * s * _mean_rise(jnp.log(ratio)) if continuous else before * (1 + ratio) * s
 
 
 def lining_ratio(fz: Float[Array, "..."]) -> Float[Array, "..."]:
@@ -142,7 +160,12 @@ class LiningForces(NamedTuple):
 
 
 def mobilised(
-    T_0: Float[Array, ""], T_n: Float[Array, ""], mu: Float[Array, " n"], angle: Float[Array, " n"]
+    T_0: Float[Array, ""],
+    T_n: Float[Array, ""],
+    mu: Float[Array, " n"],
+    angle: Float[Array, " n"],
+    *,
+    continuous: bool = False,
 ) -> LiningForces:
     """Distribution of a given pair of end tensions by the mobilisation rule (model §3).
 
@@ -151,7 +174,8 @@ def mobilised(
         F_i = (T_i − T_{i−1}) cos(β_i/2),  N_i = (T_i + T_{i−1}) sin(β_i/2)                                (Z-12)
 
     The first linings of that order are at their limit, the next carries the rest, the others nothing: the rule used
-    wherever rigid bodies leave the load sharing undetermined.
+    wherever rigid bodies leave the load sharing undetermined. Of a `continuous` lining, of which these are pieces, that
+    is the arc that slips on an elastic band, `ln(T_n/T_0)/f`, to a piece; `F_i = T_i − T_{i−1}`, and `N_i = ∫ T dθ`.
 
     Example:
         >>> forces = sb.brakes.mobilised(10e3, 13e3, np.full(4, 1.1), np.full(4, 0.3))
@@ -167,6 +191,11 @@ def mobilised(
     limit_ahead = T_0 * ahead <= T_n + slack
     limit_behind = T_n * jnp.cumprod(mu[::-1])[::-1] <= T_0 + slack
     at_limit = jnp.where(forward, limit_ahead, limit_behind) & (jnp.maximum(T_0, T_n) > 0)
+    if continuous:
+        taut = (tension > 0) & (before > 0)
+        ratio = jnp.where(taut, tension, 1.0) / jnp.where(taut, before, 1.0)
+        normal = pressed(before, ratio, angle / 2, continuous=True)
+        return LiningForces(tension, tension - before, normal, at_limit)
     return LiningForces(
         tension=tension,
         friction=(tension - before) * jnp.cos(angle / 2),

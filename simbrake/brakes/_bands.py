@@ -15,7 +15,7 @@ from .._base._quantity import Scalar, Values
 from ..friction import AbstractFriction, Bounds, Contact
 from ..hybrid._arrays import Array
 from ..profiles import Piece
-from ._band import AbstractStiffness, GivenStiffness, grip, lever_split, product, tension_ratio
+from ._band import AbstractStiffness, GivenStiffness, lever_split, product, tension_ratio
 from ._design import (
     AbstractBandBrake,
     AbstractLinings,
@@ -171,6 +171,21 @@ class JoinedLinings(AbstractLinings):
         """Central angles `β_i` (rad)."""
         return jnp.concatenate([jnp.asarray(own.angle) for own in self.bands])
 
+    def grip(self, f: Values) -> Float[Array, " n"]:
+        """As of the `Lining` of each band."""
+        law = self.friction
+        return law.joined(own.grip(law.cut(jnp.asarray(f), i)) for i, own in enumerate(self.bands))
+
+    def self_locking(self, f: Values) -> Float[Array, " n"]:
+        """As of the `Lining` of each band."""
+        law = self.friction
+        return law.joined(own.self_locking(law.cut(jnp.asarray(f), i)) for i, own in enumerate(self.bands))
+
+    @property
+    def cosine(self) -> Float[Array, " n"]:
+        """As of the `Lining` of each band."""
+        return jnp.concatenate([own.cosine for own in self.bands])
+
     @property
     def area(self) -> Float[Array, " n"] | None:  # pyright: ignore
         areas = [own.area for own in self.bands]
@@ -275,11 +290,11 @@ class MultiBandBrake(AbstractBandBrake):
             law_or_number, angle = band.stiffness, jnp.asarray(band.linings.angle)
             stiffness = law_or_number if isinstance(law_or_number, AbstractStiffness) else GivenStiffness(law_or_number)
             C = stiffness.stiffness(f, angle, jnp.asarray(self.band_radius))
-            weights.append(product(tension_ratio(grip(f, angle))[0]) / C)
+            weights.append(product(tension_ratio(band.linings.grip(f))[0]) / C)
         return lever_split(jnp.stack(weights), 1.0)
 
     def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
-        mu = tension_ratio(grip(f, self.linings.angle))[0]
+        mu = tension_ratio(self.linings.grip(f))[0]
         growth = jnp.stack([product(own) - 1 for own in self.of_bands(mu)])
         return jnp.asarray(self.band_radius) * force * jnp.sum(self.lever_shares(f) * growth)
 

@@ -144,6 +144,9 @@ class Lining(AbstractLinings):
     - `area` `A_i` (m²), a number or (n,): needed where pressure matters
     - `mass` `m_i` (kg), a number or (n,): needed where the band is resolved into `segments`, else without effect
     - `permissible_pressure` (Pa), a number or (n,): limit of the mean pressure `N_i/A_i` for the verdict on a run
+    - `continuous`: one lining along the band, of which these are pieces (an arc of 270° takes two at least): each is
+      exact, `T_i = T_{i−1} e^{f_i β_i}` (Euler–Eytelwein), whatever their number. They are needed where temperature,
+      wear or pressure is to differ along the band; the pressure `T/(R b)` is that at the edges of the pieces
 
     Example:
         >>> sb.Lining(0.35, ["14 deg", "13 deg"])
@@ -157,6 +160,20 @@ class Lining(AbstractLinings):
     permissible_pressure: Scalar | None = quantity(
         "Pa", "permissible mean pressure", positive=True, many=True, default=None
     )
+    continuous: bool = eqx.field(static=True, default=False)
+
+    def grip(self, f: Values) -> Float[Array, " n"]:
+        """`(μ_i − 1)/(μ_i + 1)` of the tension ratios `μ_i` of linings that slide with the coefficients `f`."""
+        return grip(jnp.asarray(f), jnp.asarray(self.angle), continuous=self.continuous)
+
+    def self_locking(self, f: Values) -> Float[Array, " n"]:
+        """Self-locking ratio of each lining: self-locking from 1."""
+        return jnp.zeros(self.count) if self.continuous else self.grip(f)
+
+    @property
+    def cosine(self) -> Float[Array, " n"]:
+        """Friction of each lining over the rise of tension that it makes: `cos(β_i/2)`, 1 of a continuous one."""
+        return jnp.ones(self.count) if self.continuous else jnp.cos(jnp.asarray(self.angle) / 2)
 
     @property
     def count(self) -> int:
@@ -180,15 +197,21 @@ def uniform_linings(
     area: Annotated[float | None, positive("m^2", "area of a lining")] = None,
     mass: Annotated[float | None, positive("kg", "mass of a lining and its band")] = None,
     permissible_pressure: Annotated[float | None, positive("Pa", "permissible mean pressure")] = None,
+    continuous: bool = False,
 ) -> Lining:
     """`count` equal linings over the angle `wrap` (rad); each of the `area` (m²) if pressure matters, of the `mass`
-    (kg) in a chain; `permissible_pressure` (Pa): a limit for the verdict.
+    (kg) in a chain; `permissible_pressure` (Pa): a limit for the verdict; `continuous`: pieces of one lining.
 
     Example:
         >>> sb.uniform_linings(20, "270 deg", 0.35)
         Lining(friction=ConstantFriction(coefficient=0.35, static_ratio=1), angle=20 × 13.5°)
     """
-    options: Any = {"area": area, "mass": mass, "permissible_pressure": permissible_pressure}
+    options: Any = {
+        "area": area,
+        "mass": mass,
+        "permissible_pressure": permissible_pressure,
+        "continuous": continuous,
+    }
     return Lining(angle=np.full(count, wrap / count), friction=friction, **options)  # pyright: ignore
 
 
@@ -415,7 +438,7 @@ class AbstractBandBrake(AbstractBrake):
         return self.pulley.radius
 
     def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
-        return grip(f, jnp.asarray(self.linings.angle))  # pyright: ignore
+        return self.linings.self_locking(f)  # pyright: ignore
 
 
 class Brake(AbstractBandBrake):
@@ -478,6 +501,7 @@ class Brake(AbstractBandBrake):
     def features(self) -> tuple[str, ...]:
         features = () if self.band.segments is None else ("each on its own segment of the band",)
         features = (*features, "staged") if self.in_series else features
+        features = (*features, "continuous lining") if self.linings.continuous else features
         return features if self.rims == 1 else (*features, f"{self.rims} alike rims")
 
     def lever_shares(self, f: Values) -> Float[Array, " k"]:
@@ -487,7 +511,7 @@ class Brake(AbstractBandBrake):
         return stiffness.shares(f, jnp.asarray(self.linings.angle), jnp.asarray(self.band.radius))
 
     def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
-        mu = tension_ratio(grip(f, jnp.asarray(self.linings.angle)))[0]
+        mu = tension_ratio(self.linings.grip(f))[0]
         torque = band_torque(jnp.asarray(self.band.radius), jnp.asarray(force), force * product(mu))
         return torque if self.rims == 1 else self.rims * torque
 
@@ -510,6 +534,9 @@ class Brake(AbstractBandBrake):
         faults += fault_of_circle(self.band.radius, self.pulley, f"{path}.band.radius")
         if self.rims > 1:
             faults += self._faults_of_rims(path, angle)
+        if self.linings.continuous and (self.bandage is not None or self.band.segments is not None):
+            what = f"a {self.kind} has separate linings"
+            faults.append(Fault(f"{path}.linings.continuous", what, "leave it out, or the bandage or the segments"))
         return faults or [*self._faults_of_springs(path, angle.size), *self._faults_of_segments(path)]
 
     def _faults_of_rims(self, path: str, angle: np.ndarray) -> list[Fault]:

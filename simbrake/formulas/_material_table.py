@@ -132,7 +132,7 @@ class Case:
         """Mean depth (m) worn off the linings over all brake applications, each at the temperature of the hardest."""
         b = self.braking
         work = b.work if b.run is None else b.run.total_work
-        cosine = float(np.mean(np.cos(np.asarray(band_brake(b.scene).linings.angle) / 2)))
+        cosine = float(np.mean(np.asarray(band_brake(b.scene).linings.cosine)))
         load_way = work * cosine / (b.friction * b.lining_area)  # ∫ p v dt, as the friction f N acts at R_b/cos(β/2)
         speed = jnp.asarray(b.travel / b.time)
         rate = self.lining.wear(jnp.asarray(load_way) / b.travel, speed, jnp.asarray(self.limited["surface"]))

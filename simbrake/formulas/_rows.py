@@ -122,8 +122,11 @@ def stop_rows(b: Braking, time: float | None, angle: float | None, work: float |
         return
     R_b, T_0, M_b, omega_0 = b.R_b, b.T_0, stop.torque, b.omega
     symbols, formula = numbers(f=b.friction, n=b.scene.brake.linings.count), "Π = ∏ (1 + f z)/(1 − f z)"
-    if len(b.scene.brake.bands_of_linings) > 1:
-        formula = "Π = Σ s_j Π_j, Π_j = ∏ (1 + f z)/(1 − f z)"
+    bands = b.scene.brake.bands_of_linings
+    if all(getattr(linings, "continuous", False) for linings in bands):
+        formula = "Π = exp(Σ f β)"
+    if len(bands) > 1:
+        formula = f"Π = Σ s_j Π_j, {formula.replace('Π', 'Π_j')}"
     yield Row("tension ratio", formula, stop.ratio, "1", "Z-12…14", numbers=symbols)
     symbols, formula = (*of_rims(b), *numbers(R_b=R_b, T_0=T_0, Π=stop.ratio)), f"M_b = {n_r(b)}R_b T_0 (Π − 1)"
     torque = run and run.torque.max()

@@ -208,9 +208,10 @@ def full_slip(scene: Scene) -> tuple[Rubbing, Array]:
     v = jnp.full(linings.count, jnp.abs(jnp.asarray(scene.brake.radius) * jnp.asarray(scene.start_speed)))
     hot = system.surfaces(jnp.asarray(scene.initial.time), y, mode)[0]
     f = grip.coefficients(T_0, v, hot, jnp.asarray(False), static=False).f
-    along = T_0 * running_product(grip.ratios(f)[0])
+    ratios = grip.ratios(f)[0]
+    along = T_0 * running_product(ratios)
     before = jnp.concatenate([T_0[None], along[:-1]])
-    normal = (along + before) * grip.sine
+    normal = grip.pressed(before, ratios)
     pressure = None if linings.area is None else normal / jnp.asarray(linings.area)
     return Rubbing(along - before, normal, v, pressure, None if hot is None else hot.T, along / before), f
 
@@ -272,6 +273,9 @@ def validate_request(
         errors.append(Fault("rate", "is missing", "wear needs a wear rate in m³/(N·m)"))
     if np.size(brake.linings.angle) < 2:
         errors.append(Fault("brake.linings.angle", "one lining has no layout", "give two or more"))
+    if brake.linings.continuous and free != "area":
+        hint = 'free="area", its width along the band'
+        errors.append(Fault("brake.linings.continuous", "has no blocks to lay out: its angles are arbitrary", hint))
     looked_at = {pair} & set(brake.pairs) if any(name in NEEDS_AREA for name in targets) else set()
     for rubbing_pair in sorted(looked_at | ({first} if free in ("area", "both") else set())):
         if brake.rubbing_part(rubbing_pair).area is None:

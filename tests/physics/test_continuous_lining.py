@@ -1,0 +1,178 @@
+"""A continuous lining under a band, by Euler–Eytelwein: closed forms, SciPy, and the limit of many blocks."""
+
+import math
+
+import jax.numpy as jnp
+import numpy as np
+import pytest
+from helpers import jacobians
+from scipy.integrate import solve_ivp
+
+import simbrake as sb
+
+R, J, WIDTH, F, WRAP, T0, W0 = 0.62, 1100.0, 0.23, 0.35, math.radians(270.0), 6e3, 24.0
+
+
+def lining(n=6, f=F, wrap=WRAP, **options):
+    return sb.Lining(f, jnp.full(n, wrap / n), R * WIDTH * wrap / n, continuous=True, **options)
+
+
+def scene(linings, tension=T0, stiffness=None, load=0.0, omega=W0, end=8.0, **options):
+    brake = sb.Brake(sb.Pulley(R, J), sb.Band(R, stiffness), linings)
+    return sb.Scene(brake, sb.Duty(tension, load), sb.Initial(omega), end, **options)
+
+
+@pytest.mark.parametrize("n", [2, 7, 40])
+def test_stop_is_that_of_euler_and_eytelwein(n):
+    """`M = R T_0 (e^{fα} − 1)` with any number of pieces; tension, load and pressure along the band."""
+    result = sb.simulate(scene(lining(n)))
+    torque = R * T0 * math.expm1(F * WRAP)
+    assert float(result.stopping_time) == pytest.approx(J * W0 / torque, rel=1e-13)
+    pair = result.series([0.1]).pairs["external"]
+    tension = T0 * np.exp(F * WRAP * np.arange(n + 1) / n)
+    np.testing.assert_allclose(result.series([0.1]).tension[0], tension[1:], rtol=1e-13)
+    np.testing.assert_allclose(pair.normal_load[0], np.diff(tension) / F, rtol=1e-12)  # ∫ T dθ
+    np.testing.assert_allclose(pair.friction_force[0], np.diff(tension), rtol=1e-12)
+    np.testing.assert_allclose(pair.tight_edge_pressure[0], tension[1:] / (R * WIDTH), rtol=1e-12)  # p = T/(R b)
+    np.testing.assert_allclose(pair.slack_edge_pressure[0], tension[:-1] / (R * WIDTH), rtol=1e-12)
+    held = result.series([7.9]).pairs["external"]  # at rest without a load, under the same tension everywhere
+    np.testing.assert_allclose(held.normal_load[0], T0 * WRAP / n, rtol=1e-13)
+    backwards = sb.simulate(scene(lining(n), omega=-W0, end=20.0))
+    assert float(backwards.stopping_time) == pytest.approx(J * W0 / (R * T0 * -math.expm1(-F * WRAP)), rel=1e-13)
+    assert float(result.energy["closure"]) <= 1e-12
+
+
+def test_derivatives_of_the_stop():
+    def found(x):
+        linings = lining(f=sb.ConstantFriction(x[0]), wrap=x[1])
+        return sb.simulate(scene(linings, tension=x[2]), max_steps=128).stopping_time[None]
+
+    x = np.array([F, WRAP, T0])
+    value, forwards, backwards = jacobians(found)(jnp.asarray(x))
+    grows = math.exp(F * WRAP) / math.expm1(F * WRAP)
+    truth = value[0] * np.array([-WRAP * grows, -F * grows, -1 / T0])
+    for jacobian in (forwards, backwards):
+        np.testing.assert_allclose(jacobian[0], truth, rtol=1e-9)
+
+
+def test_blocks_converge_to_it_by_second_order():
+    """`ln Π = 2 n artanh(f tan(α/2n)) = f α + f (1 + f²) α³/(12 n²) + …`"""
+    counts = np.array([50, 100, 200])
+    torque = R * T0 * math.expm1(F * WRAP)
+    blocks = [sb.Brake(sb.Pulley(R, J), sb.Band(R), sb.uniform_linings(n, WRAP, F)) for n in counts]
+    found = np.array([float(brake.torque(T0, jnp.full(brake.linings.count, F))) for brake in blocks])
+    error = np.log((1 + found / (R * T0)) / (1 + torque / (R * T0)))
+    np.testing.assert_allclose(error * counts**2, F * (1 + F**2) * WRAP**3 / 12, rtol=2e-3)
+
+
+def test_arc_that_slips_on_an_elastic_band():
+    """`C x = T_0 e^{fφ}`: slip begins at the slack end, and has passed piece after piece up to full slip."""
+    n, C = 4, 3e5
+    result = sb.simulate(scene(lining(n), stiffness=C))
+    swing = R * math.sqrt(C / J)
+    # taut at C x = T_0, after that J ω̇ = −R (C x − T_0)
+    taut = T0 / C / (R * W0)
+
+    def reached(k):
+        return taut + math.asin(T0 * math.expm1(F * WRAP * k / n) / C * swing / (R * W0)) / swing
+
+    assert float(result.slip_onset_time) == pytest.approx(taut, rel=1e-12)
+    assert float(result.full_slip_time) == pytest.approx(reached(n), rel=1e-10)
+    at_limit = {event.lining: event.time for event in result.events if event.name == "lining_limit"}
+    for k in range(1, n):
+        assert at_limit[k] == pytest.approx(reached(k), rel=1e-9)
+    between = 0.5 * (reached(2) + reached(3))
+    now = result.series([between])
+    arc = math.log(float(now.tight_tension[0]) / T0) / F
+    assert int(now.at_limit[0]) == 2 == math.floor(arc / (WRAP / n))
+
+
+@pytest.mark.slow
+def test_friction_that_falls_with_the_pressure():
+    """`dT/dθ = f(T/(R b)) T` by SciPy; pieces have the coefficient of their mean pressure, an error of 1/n²."""
+    p_r, m = 2e5, 0.3
+
+    def slope(angle, T):
+        return F * (1 + T / (R * WIDTH) / p_r) ** -m * T
+
+    truth = solve_ivp(slope, (0.0, WRAP), [T0], "DOP853", rtol=1e-12, atol=1e-6).y[0, -1]
+    law = sb.friction.ProductFriction(F, (sb.friction.PressureFactor(p_r, m),))
+    errors = []
+    for n in (5, 10, 20):
+        tight = sb.simulate(scene(lining(n, law), end=0.01)).series([0.005]).tight_tension[0]
+        errors.append(float(tight) / truth - 1)
+    ratios = np.divide(errors[:-1], errors[1:])
+    np.testing.assert_allclose(ratios, 4.0, rtol=0.02)
+    assert abs(errors[-1]) < 1e-4
+
+
+def test_fade_along_the_band_by_scipy():
+    """Pieces heat and fade for themselves, as lumps behind a cool rim."""
+    n, C, a = 3, 4e3, 1.5e-3
+    heat = sb.Heat(
+        (sb.thermal.Lump("rim", 2e5), sb.thermal.Lump("linings", np.full(n, C), count=n)),
+        friction=sb.thermal.FrictionHeat("rim", "linings", sb.thermal.ConstantPartition(0.4)),
+        linings="linings",
+    )
+    law = sb.friction.ProductFriction(F, (sb.LinearFade(a, 293.15),))
+    result = sb.simulate(scene(lining(n, law), heat=heat), rtol=1e-12)
+
+    def rates(t, y):
+        f = F * (1 - a * (y[1:] - 293.15))
+        tension = T0 * np.exp(np.append(0.0, np.cumsum(f * WRAP / n)))
+        return [-R * (tension[-1] - T0) / J, *(0.6 * np.diff(tension) * R * y[0] / C)]
+
+    def stops(t, y):
+        return y[0]
+
+    stops.terminal = True
+    truth = solve_ivp(rates, (0, 9), [W0, *[293.15] * n], "DOP853", events=stops, rtol=1e-13, atol=1e-9)
+    assert float(result.stopping_time) == pytest.approx(truth.t[-1], rel=1e-9)
+    hot = result.series([float(result.stopping_time)], left=True).lining_temperature[0]
+    np.testing.assert_allclose(hot, truth.y[1:, -1], rtol=1e-9)
+
+
+def test_one_of_two_bands():
+    """A continuous lining beside blocks, each with half of the lever."""
+    blocks = sb.uniform_linings(8, WRAP, F)
+    bands = (sb.brakes.LinedBand(lining(), share=1.0), sb.brakes.LinedBand(blocks, share=1.0))
+    brake = sb.brakes.MultiBandBrake(sb.Pulley(R, J), R, bands)
+    # (areas of both, or of none)
+    with pytest.raises(sb.InputError, match=r"bands\[1\].linings.area"):
+        sb.check_scene(sb.Scene(brake, sb.Duty(T0, 0.0), sb.Initial(W0), 8.0))
+    bare = sb.brakes.LinedBand(sb.uniform_linings(6, WRAP, F, continuous=True), share=1.0)
+    brake = sb.brakes.MultiBandBrake(sb.Pulley(R, J), R, (bare, bands[1]))
+    result = sb.simulate(sb.Scene(brake, sb.Duty(T0, 0.0), sb.Initial(W0), 8.0))
+    z = math.tan(WRAP / 16)
+    of_blocks = ((1 + F * z) / (1 - F * z)) ** 8 - 1
+    assert float(result.stopping_time) == pytest.approx(
+        J * W0 / (R * 0.5 * T0 * (math.expm1(F * WRAP) + of_blocks)), rel=1e-13
+    )
+    rise = math.exp(F * WRAP / 6) - 1
+    pair = result.series([0.1]).pairs["external"]
+    assert float(pair.tension_increment[0, 0]) == pytest.approx(0.5 * T0 * rise, rel=1e-12)
+    assert float(pair.friction_force[0, 6]) == pytest.approx(F * float(pair.normal_load[0, 6]), rel=1e-12)
+
+
+def test_files_words_and_errors(tmp_path):
+    given = scene(lining(8))
+    text = sb.files.scene_text(given)
+    assert sb.files.scene_from_text(text).brake.linings.continuous
+    head, _, rest = text.partition("[brake.linings]")
+    rest = rest[rest.index("\n[duty") :]
+    keys = 'count = 8\nwrap = "270 deg"\nfriction = 0.35\ncontinuous = true\n'
+    read = sb.files.scene_from_text(f"{head}[brake.linings]\n{keys}{rest}")
+    assert float(sb.simulate(read).stopping_time) == pytest.approx(J * W0 / (R * T0 * math.expm1(F * WRAP)), rel=1e-12)
+    assert given.brake.features == ("continuous lining",)
+    assert "Π = exp(Σ f β)" in str(sb.formulas.estimates(given))
+    with pytest.raises(sb.InputError, match="continuous: has no blocks to lay out"):
+        sb.layouts.equal_layout(given, "pressure")
+    bandage = sb.Bandage(20.0, 0.2)
+    for band, more in ((sb.Band(R), bandage), (sb.Band(R, 1e5, sb.Segments(1e6)), None)):
+        brake = sb.Brake(sb.Pulley(R, J), band, lining(mass=3.0 if more is None else None), more)
+        with pytest.raises(sb.InputError, match=r"linings.continuous: a .* has separate linings"):
+            sb.check_scene(sb.Scene(brake, sb.Duty(T0, 0.0), sb.Initial(W0), 8.0))
+    # f tan(β/2) of such pieces were 1.5: as blocks they would lock themselves
+    strong = sb.Lining(1.5, np.full(3, math.pi / 2), continuous=True)
+    found = sb.simulate(scene(strong, tension=10.0, end=60.0))
+    assert float(found.stopping_time) == pytest.approx(J * W0 / (R * 10.0 * math.expm1(1.5 * 1.5 * math.pi)), rel=1e-12)
