@@ -35,7 +35,7 @@ class AbstractEnd(Part):
 
 
 class AtRest(AbstractEnd):
-    """A phase ends as the pulley comes to rest; a pulley that rests at its begin has to move first.
+    """A phase ends as the pulley comes to rest, by the brake or a motor; one that rests at its begin has to move first.
 
     Example:
         >>> sb.loads.AtRest()
@@ -369,7 +369,7 @@ class Phases(Part):
             return [Fault(f"{path}.phases", "has no phase", f"{_FORMS}, each with a lever")]
         faults = []
         for i, phase in enumerate(self.phases):
-            if isinstance(phase.until, AtRest) and float(phase.lever.scale()) == 0.0:
+            if isinstance(phase.until, AtRest) and float(phase.lever.scale()) == 0.0 and phase.motor is None:
                 what, hint = "never comes: the brake is open", "pull the lever in this phase"
                 faults.append(Fault(f"{path}.phases[{i}].until", what, hint))
         return faults

@@ -430,10 +430,11 @@ class _Plan:
         self._travels(-distance)
         if problem := self._of_motor(omega, needed):
             return problem
-        up, stop = PiecewiseLinear([0.0, time], [0.0, -omega]), PiecewiseLinear([0.0, time], [-omega, 0.0])
+        # (beyond 0, as in `_brake_in`)
+        up, stop = PiecewiseLinear([0.0, time], [0.0, -omega]), PiecewiseLinear([0.0, 2 * time], [-omega, omega])
         steady = (distance - 2 * slowing) / speed
         self._phase("hoist", Constant(0.0), until or AfterTravel(slowing - distance), time + steady, up)
-        self._phase("slow", Constant(0.0), AfterTime(time), time, stop)
+        self._phase("slow", Constant(0.0), AtRest(), time, stop)
         return None
 
     def _brake(self) -> Problem:

@@ -54,10 +54,13 @@ class DutyInPhases(Feature):
         if any(isinstance(phase.until, AtTemperature) for phase in phases):
             hot = brake.surface_temperatures(now.z)
         margins = []
-        for end in (phase.until for phase in phases):
+        for phase, end in ((phase, phase.until) for phase in phases):
             if isinstance(end, AtRest):
                 # (the pulley has moved in the phase, if only by rounding: an event at its begin takes no time)
-                margins.append(jnp.where(mode.rests & (y.phase.turned != 0), -1.0, 1.0))
+                still = jnp.asarray(1.0)
+                if phase.motor is not None:  # which brings it to rest by itself
+                    still = jnp.where(y.phase.turned == 0, 1.0, jnp.sign(y.phase.turned) * y.omega / brake.sizes.speed)
+                margins.append(jnp.where(mode.rests & (y.phase.turned != 0), -1.0, still))
             elif isinstance(end, AfterTravel):
                 margins.append(1.0 - lowered / end.distance)
             elif isinstance(end, AtHeight):
@@ -83,6 +86,16 @@ class DutyInPhases(Feature):
 
     def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
         return new, jnp.where((code == 0) & (new.phase == now.brake.lever.total), ENDED, code)
+
+    def speed_after(self, now: Moment, after: Mode, omega: Array) -> Array:
+        """Exactly 0 after a phase in which a motor brings the pulley to rest."""
+        phases = now.brake.lever
+        stops = [isinstance(phase.until, AtRest) and phase.motor is not None for phase in phases.each]
+        if not any(stops):
+            return omega
+        here = jnp.arange(len(stops), dtype=jnp.int32) == phases.place(jnp.minimum(now.mode.phase, phases.total - 1))
+        stopped = jnp.any(here & np.asarray(stops)) & (after.phase != now.mode.phase)
+        return jnp.where(stopped, 0.0, omega)
 
     def reset(self, now: Moment, after: Mode, new: State) -> State:
         return new._replace(phase=_begun_anew(now, after))

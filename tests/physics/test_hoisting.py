@@ -33,7 +33,7 @@ def up(distance, speed=UP):
     slowing = speed**2 / (2 * FASTER)
     return (
         Phase(0.0, AfterTravel(slowing - distance), "hoist", motor=course(0.0, -speed)),
-        Phase(0.0, speed / FASTER, "slow", motor=course(-speed, 0.0)),
+        Phase(0.0, "rest", "slow", motor=course(-speed, 0.0, speed)),
     )
 
 
@@ -70,6 +70,15 @@ def test_a_trip_up_and_down_takes_the_time_and_the_work_of_its_course():
     assert float(at.motor_torque[0]) == pytest.approx(WEIGHT, rel=1e-10)
     assert float(at.motor_power[0]) == pytest.approx(MASS * 9.80665 * UP, rel=1e-10)
     assert float(at.hook_speed[0]) == pytest.approx(-UP, rel=1e-10)
+
+
+def test_a_motor_brings_the_drum_to_rest_before_the_band_closes():
+    result = run(Phases((*up(25.0), HOLD)))
+    # the band bears the load at rest, and has never rubbed
+    held = 30e3 + WEIGHT / 0.623
+    assert float(result.energy["friction_heat"]) == 0.0
+    assert result.metrics["max_tension"] == pytest.approx(held, rel=1e-10)
+    assert float(result.record.y_end.omega) == 0.0
 
 
 def _weak(torque, power):
