@@ -59,7 +59,10 @@ class DutyInPhases(Feature):
                 # (the pulley has moved in the phase, if only by rounding: an event at its begin takes no time)
                 still = jnp.asarray(1.0)
                 if phase.motor is not None:  # which brings it to rest by itself
-                    still = jnp.where(y.phase.turned == 0, 1.0, jnp.sign(y.phase.turned) * y.omega / brake.sizes.speed)
+                    speeds = jnp.asarray(phase.motor.values)
+                    way = jnp.sign(speeds[jnp.argmax(speeds != 0)])
+                    begins = (y.phase.turned == 0) & (y.omega == 0)
+                    still = jnp.where(begins, 1.0, way * y.omega / brake.sizes.speed)
                 margins.append(jnp.where(mode.rests & (y.phase.turned != 0), -1.0, still))
             elif isinstance(end, AfterTravel):
                 margins.append(1.0 - lowered / end.distance)

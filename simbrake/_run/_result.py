@@ -373,7 +373,7 @@ class Result:
         record, lever = self.record, self._system.lever
         assert isinstance(lever, Phases)
         passed, y = int(record.mode_end.phase), record.y_end
-        end = lever.each[int(lever.place(np.asarray(passed)))].until
+        end = lever.each[int(lever.place(np.asarray(passed, np.int32)))].until
         turns, body, travel = y.omega != 0.0, self.scene.brake.words.body, self.scene.duty.load.travel()
         motion = f"turns at {number(y.omega, 'rad/s')}" if turns else f"the {body} is at rest"
         now, more = (motion, []) if turns else ("waits", [motion])
