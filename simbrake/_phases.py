@@ -26,7 +26,8 @@ PLACES = ("rim", "linings", "band")
 
 
 class AbstractEnd(Part):
-    """What ends a phase; where one is expected, a text does: `rest`, `travel 27 m`, `temperature 350 degC`, `12 s`."""
+    """What ends a phase, or begins a change of friction; where one is expected, a text does: `rest`, `travel 27 m`,
+    `temperature 350 degC`, `12 s`; `stop 3`."""
 
     @property
     @abc.abstractmethod
@@ -127,10 +128,32 @@ class AfterTime(AbstractEnd):
         return str(number(self.duration, "s"))
 
 
+class AtStop(AbstractEnd):
+    """A change of friction begins as the pulley comes to rest for the n-th time (`FrictionChange.when`).
+
+    - `number` of the stop, from 1
+
+    Example:
+        >>> sb.loads.AtStop(3).words
+        'stop 3'
+    """
+
+    number: Scalar = quantity("1", "number of the stop", low=1.0, high=1e6)
+
+    def faults(self, path: str) -> list[Fault]:
+        whole = float(self.number) % 1 == 0
+        return [] if whole else [Fault(f"{path}.number", f"{float(self.number):g} is no whole number", "as in 3")]
+
+    @property
+    def words(self) -> str:
+        return f"stop {number(self.number)}"
+
+
 _FORMS = (
     'as in "rest", "travel 27 m" (negative upwards), "block down to 5 m", "temperature 350 degC", '
-    '"temperature of the linings below 80 degC", "12 s"'
+    '"temperature of the linings below 80 degC", "12 s"; of a change of friction "stop 3"'
 )
+_STOP = re.compile(r"stop (?P<number>\d{1,6})")
 _HEIGHT = re.compile(r"block (?P<way>up|down) to (?P<height>.+)")
 _TRAVEL = re.compile(r"travel (?P<distance>.+)")
 _TEMPERATURE = re.compile(
@@ -162,12 +185,15 @@ def read_end(text: str, path: str = "until") -> AbstractEnd:
         if of not in PLACES:
             raise InputError([Fault(path, f"{of!r} is no place of a temperature", f"there are: {', '.join(PLACES)}")])
         return AtTemperature(amount(match["level"], "K", "temperature"), of, match["way"] == "below")
+    if match := _STOP.fullmatch(plain):
+        return AtStop(amount(match["number"], "1", "number of a stop"))
     if plain[:1].isdigit() or plain[:1] == ".":
         return AfterTime(amount(plain, "s", "time"))
     raise InputError([Fault(path, f"{text!r} is not understood", _FORMS)])
 
 
-def _as_end(x: Any) -> Any:
+def as_end(x: Any) -> Any:
+    """The end of a phase, from a text or a time (s) where one is given."""
     return read_end(x) if isinstance(x, str) else as_part(x, AbstractEnd, "s")
 
 
@@ -191,7 +217,7 @@ class Phase(Part):
     """
 
     lever: AbstractProfile = part(AbstractProfile)
-    until: AbstractEnd = eqx.field(converter=_as_end, metadata={"part": AbstractEnd})  # pyright: ignore
+    until: AbstractEnd = eqx.field(converter=as_end, metadata={"part": AbstractEnd})  # pyright: ignore
     name: str = eqx.field(static=True, default="")
     string_on_hook: bool = eqx.field(static=True, default=True)
     motor: PiecewiseLinear | None = part(PiecewiseLinear, "rad/s", default=None)
@@ -369,6 +395,9 @@ class Phases(Part):
             return [Fault(f"{path}.phases", "has no phase", f"{_FORMS}, each with a lever")]
         faults = []
         for i, phase in enumerate(self.phases):
+            if isinstance(phase.until, AtStop):
+                hint = '"rest", with as many phases as there are stops'
+                faults.append(Fault(f"{path}.phases[{i}].until", "a number of stops ends no phase", hint))
             if isinstance(phase.until, AtRest) and float(phase.lever.scale()) == 0.0 and phase.motor is None:
                 what, hint = "never comes: the brake is open", "pull the lever in this phase"
                 faults.append(Fault(f"{path}.phases[{i}].until", what, hint))

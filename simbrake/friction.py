@@ -1,6 +1,7 @@
 """Friction laws of a lining, `f(v, T, p)`, with fade, pressure and internal states."""
 
 import abc
+import dataclasses
 import functools
 import operator
 from collections.abc import Callable, Sequence
@@ -18,8 +19,9 @@ from ._base._corners import clipped, greater, lesser
 from ._base._faults import Fault, InputError
 from ._base._part import Part, part, quantity, short_for
 from ._base._quantity import Over, Scalar
+from ._phases import AbstractEnd, AtStop, AtTemperature, as_end
 from .hybrid._arrays import Array
-from .profiles import AbstractProfile, Piece, faults_of_sign
+from .profiles import AbstractProfile, faults_of_sign
 
 __all__ = [
     "AbstractFactor",
@@ -302,6 +304,9 @@ class FrictionChange(Part):
 
     - `factor`: a number ≥ 0 or a profile, 1 of sound linings, in the time of the run (also of a duty in phases)
     - `linings`: their numbers from the slack end (from 1), one or a list; `None`: all
+    - `when` it begins: `"temperature of the rim above 300 degC"` (or `band`, `linings`: of the hottest; or `below`),
+      `"stop 3"`, or an object of these kinds (`loads.AtTemperature`, `loads.AtStop`); until then the linings are sound,
+      and the time of the `factor` counts from then on. `None`: from the start of the run. It begins once
 
     Example:
         >>> oil = sb.friction.FrictionChange(0.4, [3, 4])
@@ -315,6 +320,7 @@ class FrictionChange(Part):
     linings: Scalar | None = quantity(
         "1", "numbers of the linings, from 1 at the slack end", low=1.0, many=Over.ROWS, default=None
     )
+    when: AbstractEnd | None = eqx.field(converter=as_end, metadata={"part": AbstractEnd}, default=None)
 
     def of_each(self, value: Array, n: int) -> Float[Array, " n"]:
         """The factor of each of `n` linings, where that of the chosen ones is `value`."""
@@ -324,11 +330,16 @@ class FrictionChange(Part):
         return jnp.where(jnp.any(chosen, axis=0), value, 1.0)
 
     def faults(self, path: str) -> list[Fault]:
-        return faults_of_sign(self.factor, f"{path}.factor", "1", "friction is never negative")
+        faults = faults_of_sign(self.factor, f"{path}.factor", "1", "friction is never negative")
+        if self.when is not None and not isinstance(self.when, AtTemperature | AtStop):
+            what = f"{self.when.words!r} begins no change of friction"
+            hint = 'a temperature or a stop, as in "stop 3"; a time belongs to the points of the `factor`'
+            faults.append(Fault(f"{path}.when", what, hint))
+        return faults
 
     def turned(self, n: int) -> "FrictionChange":
         """The same of a band of `n` linings that is turned end for end."""
-        return self if self.linings is None else FrictionChange(self.factor, n + 1 - jnp.asarray(self.linings))
+        return self if self.linings is None else dataclasses.replace(self, linings=n + 1 - jnp.asarray(self.linings))
 
 
 # --- laws -------------------------------------------------------------------------------------------------------------
@@ -449,17 +460,20 @@ class AbstractFriction(Part):
         """Given changes over time, whose factor the law finds in `contact.factor`."""
         return tuple(change for law in self.bases.values() for change in law.over_time)
 
-    def factor_at(self, n: int, t: Array, pieces: Sequence[Piece] | None = None) -> Float[Array, " n"] | None:
-        """Factor of the friction of `n` linings at the time `t`; `None`: the law has no changes over time.
-
-        - `pieces` on which the profiles of the changes are; `None`: those that begin at or before `t`
-        """
+    def factor_of(self, n: int, values: Sequence[Array]) -> Float[Array, " n"] | None:
+        """Factor of the friction of `n` linings where its changes over time have these `values`; `None`: it has
+        none."""
         factor = None
-        for i, change in enumerate(self.over_time):
-            piece = change.factor.first_piece(t) if pieces is None else pieces[i]
-            changed = change.of_each(jnp.asarray(change.factor.value(t, piece)), n)
+        for change, value in zip(self.over_time, values, strict=True):
+            changed = change.of_each(value, n)
             factor = changed if factor is None else factor * changed
         return factor
+
+    def factor_at(self, n: int, t: Array) -> Float[Array, " n"] | None:
+        """The same at the time `t`, where nothing has happened yet that begins a change."""
+        sound = jnp.ones(())
+        profiles = [None if change.when is not None else change.factor for change in self.over_time]
+        return self.factor_of(n, [sound if x is None else jnp.asarray(x.value(t, x.first_piece(t))) for x in profiles])
 
 
 def memory_at_start(law: AbstractFriction, n: int) -> PyTree:
@@ -875,7 +889,8 @@ class ChangingFriction(AbstractScaledFriction):
     - `base`: the law of sound linings;  `changes`: factors `φ_j(t)` of all linings, or of some of them
 
     Points of the profiles are time breakpoints: jumps are exact, also those that let a held load go, and derivatives
-    by factors and times are as well. Estimates before a run are those of sound linings.
+    by factors and times are as well. A change that begins at a temperature or a stop (`FrictionChange.when`) begins
+    with the event `friction_change`. Estimates before a run are those of sound linings.
 
     Example: oil on linings 3 and 4 from 2 s on.
         >>> oil = sb.PiecewiseLinear([2.0, 2.0], [1.0, 0.4])

@@ -12,7 +12,7 @@ from ._base._faults import Fault, InputError
 from ._base._part import Part, part, parts_below, quantity, short_for, whole
 from ._base._quantity import Over, Scalar, Values
 from ._base._retired import answers
-from ._phases import AfterTime, AfterTravel, AtHeight, AtRest, AtTemperature, Phase, Phases, held_within
+from ._phases import AfterTime, AfterTravel, AtHeight, AtRest, AtStop, AtTemperature, Phase, Phases, held_within
 from .hybrid._arrays import Array
 from .profiles import (
     AbstractPoints,
@@ -43,6 +43,7 @@ __all__ = [
     "AfterTravel",
     "AtHeight",
     "AtRest",
+    "AtStop",
     "AtTemperature",
     "BearingFriction",
     "Cylinder",

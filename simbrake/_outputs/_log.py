@@ -241,6 +241,11 @@ EVENTS = {
         "any brake under a hook load on an elastic rope",
         "the rope is taut again",
     ),
+    "friction_change": EventMeaning(
+        "a change of friction began that waited for a temperature or a stop, `FrictionChange.when`",
+        "any brake with a `ChangingFriction`",
+        "the friction of linings began to change",
+    ),
     "self_locking": EventMeaning(
         "`f tan(β/2)` of a lining reached 1: it does not slip while that lasts; a mark",
         "elastic band whose friction varies in the run",
@@ -387,7 +392,8 @@ def event_log(
 
 
 def with_phases(events: list[Event], ends: list[Event]) -> list[Event]:
-    """A log with the ends of phases: at one instant after the stop that ends a phase, and before what follows."""
+    """A log with the ends of phases and begins of changes of friction: at one instant after the stop that brings them,
+    and before what follows."""
     stops = {event.time: i for i, event in enumerate(events) if event.name == "stop"}  # the last one of an instant
     ranked = [((event.time, 0 if i <= stops.get(event.time, -1) else 2), event) for i, event in enumerate(events)]
     ranked += [((end.time, 1), end) for end in ends]

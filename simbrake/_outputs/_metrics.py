@@ -16,7 +16,7 @@ from .._base._table import number
 from .._parts._scene import Scene, has_load
 from .._physics._brake import BrakeSystem
 from .._physics._feature import State
-from .._physics._mechanism import BandMode, Ledger, Mode, slips
+from .._physics._mechanism import BandMode, Ledger, Mode, comes_to_rest, holds, slips
 from ..brakes._design import Brake, Strength
 from ..hybrid import LANDED, Record, largest, smallest
 from ..hybrid._arrays import Array, numpy_of
@@ -224,19 +224,6 @@ def _bandage_rests(before: Mode, after: Mode) -> Array:
     return locks & (after.slides != 0)
 
 
-def holds(mode: Mode) -> Array:
-    """Whether the brake holds the pulley at rest."""
-    return (mode.band == BandMode.HELD) & (mode.slides == 0)
-
-
-def _stops(before: Mode, after: Mode) -> Array:
-    stops = holds(after) & ~holds(before) & (before.band != BandMode.OPEN)
-    if after.turn is None:
-        return stops
-    # dry friction of the shaft may hold the pulley while the band is open
-    return (before.turn != 0) & (after.turn == 0)
-
-
 def _inverse(maximum: Array, scene: Scene) -> Array:
     xp = numpy_of(maximum)
     return xp.where(maximum > 0, 1 / xp.where(maximum > 0, maximum, 1.0), xp.inf)
@@ -254,7 +241,7 @@ def _held_share(p: Probe) -> Float[Array, "m 1"]:
 
 
 def _stopping_angle(record: Record, scene: Scene) -> Array:
-    return _first(record, _stops, record.states.phi)
+    return _first(record, comes_to_rest, record.states.phi)
 
 
 def _hook_travel(record: Record, scene: Scene) -> Any:
@@ -265,7 +252,7 @@ def _hook_travel(record: Record, scene: Scene) -> Any:
     if (rope := system.rope) is None:
         return travel
     stretched = jax.vmap(lambda y, mode: rope.stretched(system, y, mode))
-    return travel + _first(record, _stops, stretched(record.states, record.modes))
+    return travel + _first(record, comes_to_rest, stretched(record.states, record.modes))
 
 
 def hook_travel_at(system: BrakeSystem, scene: Scene, y: State, mode: Mode) -> Any:
@@ -429,7 +416,7 @@ METRICS: dict[str, Metric] = {
         _time_of(lambda before, after: slips(after.band) & (before.band != after.band)),
     ),
     "stopping_time": Metric(
-        "s", "first time at which the brake brings the pulley to rest", "Stopping time", _time_of(_stops)
+        "s", "first time at which the brake brings the pulley to rest", "Stopping time", _time_of(comes_to_rest)
     ),
     "terminal_speed": Metric(
         "rad/s",

@@ -249,8 +249,8 @@ def capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) 
         follows = lever.follows(piece_of(mode, LEVER))
         T_0, rate = jnp.where(follows, lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
     settled = lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
-    for profile in system.mechanism.profiles:
-        settled = settled & profile.no_more_turns(t)
+    for course in system.changes_now(y, mode):
+        settled = settled & course.no_more_turns(t)
     load = driving(system, t, y.omega, mode)
     return Capacity(load, system.capacity(T_0, y.omega, y.own, system.surfaces(t, y, mode)), settled)
 

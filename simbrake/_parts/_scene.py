@@ -5,7 +5,7 @@ import dataclasses
 import functools
 import math
 import operator
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, Any, ClassVar
 
 import equinox as eqx
@@ -40,7 +40,7 @@ from ..brakes._design import (
     under_a_band,
     unloaded,
 )
-from ..friction import AbstractFriction, Reads, needs, reads, remembers
+from ..friction import AbstractFriction, FrictionChange, Reads, needs, reads, remembers
 from ..hybrid._arrays import Array
 from ..loads import AbstractLoad, Cylinder, Driller, Lever, Motor, TorqueLoad
 from ..profiles import AbstractProfile, Piece, faults_of_sign, first_piece
@@ -408,13 +408,20 @@ def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:
             errors.append(Fault(f"{phase_path}.auxiliary", "has no effect: there is no auxiliary brake", hint))
         if phase.motor is not None and scene.motor is None:
             errors.append(Fault(f"{phase_path}.motor", "has no effect: the scene has no motor", "give it a `motor`"))
-        if isinstance(end, AtTemperature) and end.of not in places:
-            why = f"never comes: no temperature of the {end.of} is simulated"
-            hint = f"there are: {', '.join(places)}" if places else "give the scene a heat part that names it"
-            errors.append(Fault(f"{phase_path}.until", why, hint))
+        if isinstance(end, AtTemperature):
+            errors += faults_of_place(end, places, f"{phase_path}.until")
         if not phase.string_on_hook and not load.by_phases:
             errors.append(Fault(f"{phase_path}.string_on_hook", "has no effect on this load", "give a `StringLoad`"))
     return errors
+
+
+def faults_of_place(end: AtTemperature, places: Collection[str], path: str) -> list[Fault]:
+    """Error of the temperature of a place that no run of a scene with these `places` has."""
+    if end.of in places:
+        return []
+    why = f"never comes: no temperature of the {end.of} is simulated"
+    hint = f"there are: {', '.join(places)}" if places else "give the scene a heat part that names it"
+    return [Fault(path, why, hint)]
 
 
 def _faults_of_kinds(scene: Scene) -> list[Fault]:
@@ -537,6 +544,9 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
             table = f"{low[first]:g}…{high[first]:g} K"
             what = f"the table of {table} does not cover the start at {T.min():g}…{T.max():g} K"
             errors.append(Fault(where, what, "extend the table; it is not extrapolated"))
+    for path, change, _ in parts_below(scene.brake, "brake"):
+        if isinstance(change, FrictionChange) and isinstance(change.when, AtTemperature):
+            errors += faults_of_place(change.when, heat.hot_places, f"{path}.when")
     for i in heat.pressed:
         pair = "internal" if heat.stays_covered(heat.links[i]) else "external"
         if scene.brake.rubbing_part(pair).area is None:

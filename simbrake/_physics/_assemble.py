@@ -23,6 +23,7 @@ from ._feature import Feature, State
 from ._heated import Heating
 from ._mechanism import AbstractMechanism, Mode, Pair, Sizes
 from ._motor import Drive
+from ._onset import Onsets
 from ._phased import DutyInPhases
 from ._rigid import PressedContact, RigidBand, RigidBands
 from ._rope import ElasticRope, Layers
@@ -57,6 +58,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     features: list[Feature] = []  # of what the scene has; each sees the changes of those before it
     if any(pair.law.temperature_range() is not None and _senses(pair, thermal) for pair in pairs):
         features.append(FrictionTables())
+    if any(change.when is not None for change in mechanism.changes):
+        features.append(Onsets.of(mechanism.changes))
     if layer is not None:
         features.append(Layers())
     if scene.shaft:

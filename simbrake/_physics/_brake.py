@@ -33,6 +33,7 @@ from ._mechanism import (
     Surfaces,
 )
 from ._motor import Drive
+from ._onset import Onsets
 from ._rope import ElasticRope
 from ._shaft import Shaft, ShaftNow
 from ._sliding import AbstractLiningFriction
@@ -199,7 +200,7 @@ class BrakeSystem(AbstractBrake):
 
     @property
     def self_timed(self) -> bool:
-        return isinstance(self.lever, Phases)
+        return isinstance(self.lever, Phases) or self.feature(Onsets) is not None
 
     def lever_at(self, y: Any, mode: Mode) -> Any:
         """The lever, a profile, or that of the phase that runs, a `PhaseNow`."""
@@ -250,14 +251,25 @@ class BrakeSystem(AbstractBrake):
 
     def surfaces(self, t: Array, y: State, mode: Mode) -> Surfaces:
         memory = tuple(None for _ in self.mechanism.pairs) if y.memory is None else y.memory
-        each = zip(self.sensed(y.heat), memory, self._factors(t, mode), strict=True)
+        each = zip(self.sensed(y.heat), memory, self._factors(t, y, mode), strict=True)
         return tuple(None if all(x is None for x in one) else SurfaceState(*one) for one in each)
 
-    def _factors(self, t: Array, mode: Mode) -> tuple[Array | None, ...]:
+    @property
+    def first_change(self) -> int:
+        shaft = () if self.shaft is None else self.shaft.profiles
+        return LOAD + 1 + len(self.profiles) - len(shaft) - len(self.mechanism.changes)
+
+    def changes_now(self, y: State, mode: Mode) -> tuple[Any, ...]:
+        """The courses of the changes of friction, also of those that begin when something happens."""
+        onsets = self.feature(Onsets)
+        return self.mechanism.profiles if onsets is None else onsets.courses(self, y, mode)
+
+    def _factors(self, t: Array, y: State, mode: Mode) -> tuple[Array | None, ...]:
         """Factors of the friction of each pair by changes over time, (n,); `None` of a law without."""
-        last = len(mode.pieces) - len(self.shaft.laws if self.shaft else ())
-        first = last - len(self.mechanism.profiles)
-        return self.mechanism.factors(t, [piece_of(mode, i) for i in range(first, last)])
+        first, courses = self.first_change, self.changes_now(y, mode)
+        return self.mechanism.factors(
+            [jnp.asarray(course.value(t, piece_of(mode, first + i))) for i, course in enumerate(courses)]
+        )
 
     def lever_tension(self, t: Array, y: State, mode: Mode, load: Array, surfaces: Surfaces) -> tuple[Array, Array]:
         """`T_0` (N) and its rate as the lever has them."""
@@ -300,7 +312,7 @@ class BrakeSystem(AbstractBrake):
             flows = heat.thermal.flows(*network, () if self.shaft is None else self.shaft.heating(shaft, y.omega))
         factor_rates = None
         if self.mechanism.stretches and self.mechanism.profiles:
-            factor_rates = jax.jvp(lambda t: self._factors(t, mode), (t,), (jnp.ones_like(t),))[1]
+            factor_rates = jax.jvp(lambda t: self._factors(t, y, mode), (t,), (jnp.ones_like(t),))[1]
         shares = self.of_one((left, self.inertia_at(mode)))
         acting = AppliedLoads(t, tension, pull, *shares, surfaces, heating_rate, factor_rates)
         contact = self.mechanism.variables(acting, y.omega, y.own, mode)
@@ -358,7 +370,7 @@ class BrakeSystem(AbstractBrake):
         return new, code
 
     def code_at_end(self, mode: Mode) -> int:
-        return int(BrakeCode.PHASE_NEVER_ENDS)
+        return int(BrakeCode.PHASE_NEVER_ENDS) if isinstance(self.lever, Phases) else 0
 
     def reset(self, t: Array, y: State, before: Mode, after: Mode) -> State:
         omega, now = y.omega, Moment(self, t, y, before)
@@ -376,7 +388,7 @@ class BrakeSystem(AbstractBrake):
     def _after_jump(self, t: Array, y: State, before: Mode, after: Mode, new: State) -> State:
         """The state after the jump of tension in a change of mode, with its work and its heat."""
         heat, omega, own = self.heat, new.omega, new.own
-        z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(t, y, after)
+        z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(t, y._replace(onset=new.onset), after)
         load = self.load_torque(t, omega, after)
         tension = self.lever_tension(t, new, after, load, surfaces)[0]
         of_rim = self.mechanism.tension_jump(omega, own, (before, z), (after, tension))
@@ -427,6 +439,9 @@ class BrakeSystem(AbstractBrake):
         profiles = (lever, self.load.profile, *self.profiles)
         if self.motor is not None:
             profiles = tuple(self.motor.now(y, mode) if one is self.motor.course else one for one in profiles)
+        if self.feature(Onsets) is not None:
+            first, changes = self.first_change, self.changes_now(y, mode)
+            profiles = (*profiles[:first], *changes, *profiles[first + len(changes) :])
         pieces = [piece, *(piece_of(mode, i) for i in range(LOAD, len(profiles)))]
         if isinstance(lever, PhaseNow):
             profiles, pieces = (*profiles, PhaseEnd(lever)), [*pieces, piece]

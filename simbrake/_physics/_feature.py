@@ -20,8 +20,8 @@ class State(NamedTuple):
     """Angle `φ` (rad) and speed `ω` (rad/s) of the pulley, the states of the mechanism's own, the ledger, the heat
     content of the thermal nodes over their capacity (K; `None` without heat), the thickness worn off the linings of
     each pair (m; `None` without wear, and of a pair without), the states of the friction law of each pair (`None`
-    without any), of the phase of the duty (`None` without phases), and of a hook on an elastic rope (`None` on a rigid
-    one)."""
+    without any), of the phase of the duty (`None` without phases), of a hook on an elastic rope (`None` on a rigid
+    one), and the times (s) at which changes of friction began, of those that begin when something happens."""
 
     phi: Any
     omega: Any
@@ -32,6 +32,7 @@ class State(NamedTuple):
     memory: Any = None
     phase: Any = None
     hook: Any = None
+    onset: Any = None
 
 
 class ThermalNow(NamedTuple):
@@ -78,6 +79,7 @@ class BrakeGuards(NamedTuple):
     - `contact`: those of the mechanism;  `dry_shaft`: motion of the shaft, or what its dry friction can hold
     - `layer_paid_out`, `layer_full`: rope left on its layer;  `friction_table`: to the ends of a table of friction
     - `phase_end` of the duty;  `rope`: pull of an elastic rope, of a slack one its slack
+    - `onset`: to what begins changes of friction
     """
 
     contact: PyTree
@@ -87,6 +89,7 @@ class BrakeGuards(NamedTuple):
     friction_table: Any = None
     phase_end: Any = None
     rope: Any = None
+    onset: Any = None
 
 
 AnyFeature = TypeVar("AnyFeature", bound="Feature")
@@ -113,6 +116,11 @@ class AbstractBrake(AbstractSemiExplicitSystem):
     def of_all(self, each: AnyTree) -> AnyTree:
         """The sum over the rims of what one of them has: torque, power, energy."""
         return each if self.rims == 1 else jax.tree.map(lambda x: self.rims * x, each)
+
+    @property
+    @abc.abstractmethod
+    def first_change(self) -> int:
+        """Place among `Mode.pieces` of the first change of friction."""
 
     def feature(self, kind: type[AnyFeature]) -> AnyFeature | None:
         """The feature of a kind, `None`: the brake has none."""

@@ -11,10 +11,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int, PyTree
 
-from ..friction import AbstractFriction, RatesRead, SurfaceState, reads
+from ..friction import AbstractFriction, FrictionChange, RatesRead, SurfaceState, reads
 from ..hybrid import SYSTEM_CODES
 from ..hybrid._arrays import Array
-from ..profiles import AbstractProfile, Piece
+from ..profiles import AbstractProfile
 from ..thermal._heat import FrictionHeat
 from ..wear import AbstractWearRate
 from ._sliding import AbstractLiningFriction
@@ -343,6 +343,7 @@ class Mode(NamedTuple):
     - `turn`, on a shaft with dry friction (else `None`): direction in which the pulley turns, 0 at rest
     - `phase`: how many phases of the duty have ended, `None` without phases
     - `taut`: whether an elastic rope pulls (1), or is slack (0); `None`: the rope is rigid
+    - `onset`: which changes of friction have begun, of those that begin when something happens (an `OnsetMode`)
     """
 
     band: Any
@@ -353,6 +354,7 @@ class Mode(NamedTuple):
     phase: Any = None
     layer: Any = None
     taut: Any = None
+    onset: Any = None
 
     @property
     def label(self) -> Label:
@@ -390,6 +392,19 @@ class Mode(NamedTuple):
     def lifted(self) -> Any:
         """Linings that have lifted off the rim, (n,), where their centrifugal force is modelled (else `None`)."""
         return self.own.lifted
+
+
+def holds(mode: Mode) -> Any:
+    """Whether the brake holds the pulley at rest."""
+    return (mode.band == HELD) & (mode.slides == 0)
+
+
+def comes_to_rest(before: Mode, after: Mode) -> Any:
+    """Whether the pulley comes to rest in a change of mode, by the brake or by dry friction of the shaft."""
+    if after.turn is None:
+        return holds(after) & ~holds(before) & (before.band != OPEN)
+    # dry friction of the shaft may hold the pulley while the band is open
+    return (before.turn != 0) & (after.turn == 0)
 
 
 class Sizes(NamedTuple):
@@ -530,15 +545,19 @@ class AbstractMechanism(eqx.Module):
         )
 
     @property
-    def profiles(self) -> tuple[AbstractProfile, ...]:
-        """Given functions of time that change the friction, pair by pair."""
-        return tuple(change.factor for pair in self.pairs for change in pair.law.over_time)
+    def changes(self) -> tuple[FrictionChange, ...]:
+        """Given changes of the friction, pair by pair."""
+        return tuple(change for pair in self.pairs for change in pair.law.over_time)
 
-    def factors(self, t: Array, pieces: Sequence[Piece]) -> tuple[Float[Array, " n"] | None, ...]:
-        """Factors of the friction of each pair at the time `t`, with the profiles on these pieces; `None`: of a law
-        without changes."""
-        left = iter(pieces)
-        return tuple(pair.law.factor_at(pair.count, t, [next(left) for _ in pair.law.over_time]) for pair in self.pairs)
+    @property
+    def profiles(self) -> tuple[AbstractProfile, ...]:
+        """The given functions of time of these changes."""
+        return tuple(change.factor for change in self.changes)
+
+    def factors(self, values: Sequence[Array]) -> tuple[Float[Array, " n"] | None, ...]:
+        """Factors of the friction of each pair where the changes have these values; `None`: of a law without."""
+        left = iter(values)
+        return tuple(pair.law.factor_of(pair.count, [next(left) for _ in pair.law.over_time]) for pair in self.pairs)
 
     @property
     def tells_pairs_apart(self) -> bool:

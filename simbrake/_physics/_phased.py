@@ -70,8 +70,7 @@ class DutyInPhases(Feature):
                 above = self.block_height - brake.load.travelled(y.phi) - end.height  # pyright: ignore
                 margins.append((-above if end.rising else above) / _HEIGHT)
             elif isinstance(end, AtTemperature):
-                above = (largest(jnp.atleast_1d(hot[end.of])) - end.level) / 100.0
-                margins.append(above if end.falling else -above)
+                margins.append(to_temperature(end, hot))
             else:
                 margins.append(1.0)
         return guards._replace(phase_end=phase_now.of_each(margins))
@@ -102,6 +101,12 @@ class DutyInPhases(Feature):
 
     def reset(self, now: Moment, after: Mode, new: State) -> State:
         return new._replace(phase=_begun_anew(now, after))
+
+
+def to_temperature(end: AtTemperature, hot: dict[str, Array]) -> Float[Array, ""]:
+    """Margin to a temperature over 100 K, for the surface temperatures `hot` of all places (K)."""
+    above = (largest(jnp.atleast_1d(hot[end.of])) - end.level) / 100.0
+    return above if end.falling else -above
 
 
 def _begun_anew(now: Moment, after: Mode) -> PhaseState:

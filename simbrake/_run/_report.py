@@ -169,7 +169,8 @@ class Report:
         locate = functools.partial(self._locate, lambda columns: columns.margins)
         events = event_log(phases, margins, locate, margins.shape[1] // 2, start)
         events += [*self._marks(), *self._of_linings()]
-        return with_phases(sorted(events, key=lambda event: event.time), self._phase_ends())
+        inside = [*self._phase_ends(), *self._friction_changes()]
+        return with_phases(sorted(events, key=lambda event: event.time), inside)
 
     def _phase_ends(self) -> list[Event]:
         """Ends of the phases of the duty."""
@@ -179,6 +180,12 @@ class Report:
         passed = np.asarray(self._record.modes.phase)
         ends = np.flatnonzero(np.diff(passed))
         return [Event(float(t[i + 1]), "phase_end", phase=lever.ended(int(passed[i]))) for i in ends]
+
+    def _friction_changes(self) -> list[Event]:
+        """Begins of the changes of friction that begin when something happens."""
+        onset, t = self._record.modes.onset, np.asarray(self._record.rows.t)
+        begins = [] if onset is None else np.argwhere(np.diff(np.asarray(onset.begun, np.int32), axis=0))
+        return [Event(float(t[i + 1]), "friction_change") for i, _ in begins]
 
     @functools.cached_property
     def _stops(self) -> Table:

@@ -14,7 +14,6 @@ from .._base._part import Part, faults_of_sizes, quantity
 from .._base._quantity import Scalar, Values
 from ..friction import AbstractFriction, Bounds, Contact
 from ..hybrid._arrays import Array
-from ..profiles import Piece
 from ._band import AbstractStiffness, GivenStiffness, lever_split, product, tension_ratio
 from ._design import (
     AbstractBandBrake,
@@ -133,13 +132,13 @@ class JoinedFriction(AbstractFriction):
             sizes.append([size] * like.num_leaves if one_for_all else size)
         return self._states(sizes, 1.0) or 1.0
 
-    def factor_at(self, n: int, t: Array, pieces: Sequence[Piece] | None = None) -> Float[Array, " n"] | None:
+    def factor_of(self, n: int, values: Sequence[Array]) -> Float[Array, " n"] | None:
         if not self.over_time:
             return None
         factors, first = [], 0
         for law, (begin, end) in zip(self.laws, self.spans, strict=True):
             last = first + len(law.over_time)
-            own = law.factor_at(end - begin, t, None if pieces is None else pieces[first:last])
+            own = law.factor_of(end - begin, values[first:last])
             factors.append(1.0 if own is None else own)
             first = last
         return self.joined(factors)

@@ -254,6 +254,7 @@ _WORDS = {
     "speeds": "lining speed (rad/s)",
     "begun": "start of the phase (s)",
     "turned": "angle in the phase (rad)",
+    "onset": "start of a change of friction (s)",
 }
 
 
@@ -272,6 +273,8 @@ def _scipy_events(result: Result, course: Course) -> list[Event]:
     for (was, now), t in zip(itertools.pairwise(modes), times[1:], strict=True):
         if now.phase is not None and now.phase != was.phase:
             events.append(Event(t, "phase_end"))
+        if now.onset is not None:
+            events += [Event(t, "friction_change") for _ in range(int(np.sum(now.onset.begun != was.onset.begun)))]
         columns = [(kind, was.contacts[kind], column, ("slip", "stick")) for kind, column in now.contacts.items()]
         if now.lifted is not None:
             columns.append(("lining", was.lifted, now.lifted, ("lift_off", "touchdown")))

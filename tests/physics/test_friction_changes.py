@@ -14,6 +14,7 @@ import staged_scenes as staged
 from disc_scenes import FRICTION, R_I, R_O, W0, F, J, N, disc_heat, disc_scene
 from helpers import TSIT5, jacobians
 from scipy.integrate import quad, solve_ivp
+from scipy.optimize import brentq
 from shoe_scenes import normals, shoe_scene
 
 import simbrake as sb
@@ -189,6 +190,151 @@ def test_runaway_waits_for_changes_to_come():
     assert oily.status == "runaway"
     drying = sb.PiecewiseLinear([0.5, 0.5, 6.0, 7.0], [1.0, 0.3, 0.3, 1.0])
     assert sb.simulate(scene(changed(MU, drying), None, load, 10.0, 4.0)).status == "not_stopped"
+
+
+# --- changes that begin when something happens ------------------------------------------------------------------------
+
+
+def waiting(base, factor, when, linings=None):
+    return ChangingFriction(base, (FrictionChange(factor, linings, when),))
+
+
+def times_of(result, name):
+    return [event.time for event in result.events if event.name == name]
+
+
+@pytest.mark.slow
+def test_second_stop_begins_a_change():
+    """Two stops by hand; at the second the held load breaks away, or later where the friction falls slowly."""
+    load, let_go, pulled, end, ratio = 9e3, 2.0, 2.6, 7.0, 1.2
+    lever = sb.PiecewiseLinear([let_go, let_go, pulled, pulled], [T0, 0.0, 0.0, T0])
+    base = sb.ConstantFriction(MU, ratio)
+
+    def stops(x):
+        """The second stop, for the load `x[1]`, from the speed `x[0]`."""
+        return pulled + x[1] * (pulled - let_go) / (torque(1.0) - x[1])
+
+    def by_hand(x):
+        return ((x[1] - torque(x[2])) / INERTIA * (end - stops(x)))[None]
+
+    def found(x):
+        law = waiting(base, x[2], "stop 2")
+        return sb.simulate(scene(law, None, x[1], x[0], end, lever), max_steps=256).record.y_end.omega[None]
+
+    x = jnp.asarray([OMEGA / 3, load, 0.3])
+    value, forward, backward = jacobians(found)(x)
+    np.testing.assert_allclose(value, by_hand(x), rtol=1e-11)
+    for jacobian in (forward, backward):
+        np.testing.assert_allclose(jacobian, jax.jacobian(by_hand)(x), rtol=1e-9, atol=1e-12)
+    result = sb.simulate(scene(waiting(base, 0.3, "stop 2"), None, load, OMEGA / 3, end, lever))
+    names = [event.name for event in result.events if event.time == times_of(result, "friction_change")[0]]
+    assert names[:3] == ["stop", "friction_change", "restart"]
+    assert len(times_of(result, "stop")) == 2
+    assert float(result.energy["closure"]) <= 1e-12
+    # a lasting ramp of the factor, in the time since the stop
+    slow = waiting(base, sb.PiecewiseLinear([0.5, 2.5], [1.0, 0.3]), "stop 2")
+    result = sb.simulate(scene(slow, None, load, OMEGA / 3, end, lever))
+    limit = brentq(lambda factor: float(torque(factor * ratio)) - load, 0.3, 1.0, xtol=1e-15)
+    breaks = float(stops(x)) + 0.5 + 2.0 * (1 - limit) / 0.7
+    assert times_of(result, "friction_change") == pytest.approx([float(stops(x))], rel=1e-12)
+    assert times_of(result, "restart")[-1] == pytest.approx(breaks, rel=1e-10)
+
+
+def heated_from_outside(level, power, capacity, factor, *, when=None, load=9e3, stiffness=None, end=4.0, rises=True):
+    """A load held at rest while a source warms the rim, `T = T_0 + P t/C`."""
+    heat = sb.Heat(
+        (sb.thermal.Lump("rim", capacity),),
+        sources=(sb.thermal.Source("rim", power),),
+        friction=sb.thermal.FrictionHeat("rim", None, sb.thermal.ConstantPartition(1.0)),
+        rim="rim",
+    )
+    when = sb.loads.AtTemperature(level, falling=not rises) if when is None else when
+    law = waiting(sb.ConstantFriction(MU, 1.2), factor, when)
+    return dataclasses.replace(scene(law, stiffness, load, 0.0, end), heat=heat)
+
+
+@pytest.mark.slow
+def test_hot_rim_begins_a_change():
+    """The held load goes as the rim is as hot: `t = (T − T_0) C/P`, exactly, and with all derivatives."""
+    end, load = 4.0, 9e3
+
+    def begins(x):
+        return (x[0] - 293.15) * x[2] / x[1]
+
+    def by_hand(x):
+        return ((load - torque(x[3])) / INERTIA * (end - begins(x)))[None]
+
+    def found(x):
+        return sb.simulate(heated_from_outside(*x), max_steps=128).record.y_end.omega[None]
+
+    x = jnp.asarray([393.15, 5e4, 1e3, 0.3])
+    value, forward, backward = jacobians(found)(x)
+    np.testing.assert_allclose(value, by_hand(x), rtol=1e-10)
+    for jacobian in (forward, backward):
+        np.testing.assert_allclose(jacobian, jax.jacobian(by_hand)(x), rtol=1e-8)
+    result = sb.simulate(heated_from_outside(*x, when="temperature of the rim above 120 degC"))
+    assert times_of(result, "friction_change") == pytest.approx([float(begins(x))], rel=1e-12)
+    assert times_of(result, "restart") == times_of(result, "friction_change")
+    never = sb.simulate(heated_from_outside(393.15 + 300.0, *x[1:]))
+    assert not times_of(never, "friction_change")
+    assert never.status == "held"
+    at_once = sb.simulate(heated_from_outside(393.15, *x[1:], rises=False))
+    assert times_of(at_once, "friction_change") == [0.0]
+
+
+@pytest.mark.slow
+def test_elastic_band_feels_it_as_a_jump_at_that_time():
+    """With its jump of tension: the same as a change at the known time, which other tests have proved."""
+    x, time, C = (393.15, 5e4, 1e3, 0.3), 2.0, 2e6
+    of_heat = sb.simulate(heated_from_outside(*x, stiffness=C))
+    law = changed(sb.ConstantFriction(MU, 1.2), jump(time, 0.3))
+    known = sb.simulate(dataclasses.replace(heated_from_outside(*x, stiffness=C), brake=scene(law, C).brake))
+    (omega, band), (known_omega, known_band) = ((r.record.y_end.omega, r.record.y_end.own.x) for r in (of_heat, known))
+    assert float(omega) == pytest.approx(float(known_omega), rel=1e-10)
+    assert float(band) == pytest.approx(float(known_band), rel=1e-10)
+    assert float(of_heat.energy["closure"]) <= 1e-12
+
+
+def test_one_of_two_bands_begins_to_change_at_a_stop():
+    """A change that waits, beside one in time, in laws of two bands: each on its own linings."""
+    laws = waiting(MU, 0.0, "stop 1"), changed(MU, jump(0.2, 0.5))
+    bands = tuple(sb.brakes.LinedBand(sb.uniform_linings(COUNT, "270 deg", law), share=1.0) for law in laws)
+    brake = sb.brakes.MultiBandBrake(sb.Pulley(0.59, INERTIA), R_B, bands)
+    result = sb.simulate(sb.Scene(brake, sb.Duty(2 * T0, 0.0), sb.Initial(OMEGA), 4.0))
+    first, second = float(torque(1.0)), float(torque(0.5))
+    stop = 0.2 + (OMEGA * INERTIA - 0.4 * first) / (first + second)
+    assert float(result.stopping_time) == pytest.approx(stop, rel=1e-12)
+    assert times_of(result, "friction_change") == pytest.approx([stop], rel=1e-12)
+    f = result.series([0.1, 0.3, 3.9]).friction_coefficient
+    np.testing.assert_allclose(f[:, [0, COUNT]], [[MU, MU], [MU, 0.5 * MU], [0.0, 0.5 * MU]], rtol=1e-12)
+
+
+def test_what_begins_a_change_is_read_and_checked():
+    changes = '[{ factor = 0.4, when = "stop 3" }, { factor = 0, linings = 2, when = "stop 5" }]'
+    text = sb.files.scene_text(scene(changed(MU, 1.0)))
+    head, _, rest = text.partition("[brake.linings.friction]\n")
+    rest = rest[rest.index("\n[duty") :]
+    law = f'type = "ChangingFriction"\nbase = 0.35\nchanges = {changes}\n'
+    read = sb.files.scene_from_text(f"{head}[brake.linings.friction]\n{law}{rest}").brake.linings.friction
+    assert [change.when.words for change in read.changes] == ["stop 3", "stop 5"]
+    cooled = FrictionChange(0.5, when="temperature of the band below 50 degC").when
+    assert (cooled.words, float(cooled.level)) == ("temperature of the band below 50 °C", 323.15)
+    again = sb.files.scene_from_text(sb.files.scene_text(scene(read))).brake.linings.friction
+    assert jax.tree.structure(again) == jax.tree.structure(read)
+    assert read.changes[1].turned(8).when is read.changes[1].when
+    for when, words in (
+        ("12 s", "changes.*when: '12 s' begins no change of friction"),
+        ("rest", "begins no change of friction.*as in .stop 3."),
+        (sb.loads.AtStop(1.5), "1.5 is no whole number"),
+        ("temperature of the rim above 300 degC", "changes.0..when: never comes: no temperature of the rim"),
+    ):
+        with pytest.raises(sb.InputError, match=words):
+            sb.check_scene(scene(waiting(MU, 0.5, when)))
+    with pytest.raises(sb.InputError, match="'stop x' is not understood"):
+        FrictionChange(0.5, when="stop x")
+    phases = sb.loads.Phases((sb.loads.Phase(T0, "stop 2"),))
+    with pytest.raises(sb.InputError, match="a number of stops ends no phase"):
+        sb.check_scene(scene(MU, T_0=phases))
 
 
 # --- what goes with it ------------------------------------------------------------------------------------------------

@@ -1,0 +1,119 @@
+"""Changes of friction that begin at a temperature or a stop: when each began, and what begins the others."""
+
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Bool, Int
+
+from .._phases import AtStop, AtTemperature
+from ..friction import FrictionChange
+from ..hybrid import QUADRATURE
+from ..hybrid._arrays import Array
+from ..profiles import AbstractProfile, Piece
+from ._feature import AbstractBrake, BrakeGuards, Feature, Moment, State
+from ._mechanism import Mode, comes_to_rest
+from ._phased import to_temperature
+
+
+class OnsetMode(NamedTuple):
+    """Which of the changes have begun (k,) (0, 1), and how often the pulley has come to rest."""
+
+    begun: Any
+    stops: Any
+
+
+class Since(NamedTuple):
+    """The course of a factor of friction in the time since its change began (s): 1 until then."""
+
+    factor: AbstractProfile
+    begun: Bool[Array, ""]
+    time: Array
+
+    def _local(self, t: Array) -> Array:
+        return jnp.where(self.begun, t - self.time, 0.0)
+
+    def value(self, t: Array, piece: Piece) -> Array:
+        return jnp.where(self.begun, self.factor.value(self._local(t), piece), 1.0)
+
+    def next_knot(self, piece: Piece) -> Array | float:
+        knot = self.factor.next_knot(piece)
+        return knot if isinstance(knot, float) else jnp.where(self.begun, self.time + knot, jnp.inf)
+
+    def no_more_turns(self, t: Array) -> Bool[Array, ""]:
+        """Whether no time breakpoint after `t` is known: of what has not begun there is none."""
+        return ~self.begun | self.factor.no_more_turns(self._local(t))
+
+
+class Onsets(Feature):
+    """Changes of friction that begin when something happens (`FrictionChange.when`), once each.
+
+    - `watched`: places of these among all changes of the mechanism
+    """
+
+    watched: tuple[int, ...] = eqx.field(static=True)
+
+    @classmethod
+    def of(cls, changes: tuple[FrictionChange, ...]) -> "Onsets":
+        return cls(tuple(i for i, change in enumerate(changes) if change.when is not None))
+
+    def courses(self, brake: AbstractBrake, y: State, mode: Mode) -> tuple[AbstractProfile | Since, ...]:
+        """Factors of all changes of the mechanism as functions of time."""
+        courses: list[Any] = list(brake.mechanism.profiles)
+        for k, i in enumerate(self.watched):
+            courses[i] = Since(courses[i], mode.onset.begun[k] > 0, y.onset[k])
+        return tuple(courses)
+
+    def start(self, now: Moment) -> tuple[State, Mode]:
+        times, none = now.t + jnp.zeros(len(self.watched)), jnp.zeros(len(self.watched), jnp.int32)
+        return now.y._replace(onset=times), now.mode._replace(onset=OnsetMode(none, jnp.asarray(0, jnp.int32)))
+
+    def sizes(self, brake: AbstractBrake, sizes: State) -> State:
+        return sizes._replace(onset=jnp.full(len(self.watched), jnp.inf))
+
+    def places(self, brake: AbstractBrake, places: State) -> State:
+        # (friction depends on the time since then, but that never moves)
+        return places._replace(onset=np.full(len(self.watched), QUADRATURE))
+
+    def rates(self, now: Moment, rates: State) -> State:
+        return rates._replace(onset=jnp.zeros(len(self.watched)))
+
+    def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
+        """Margins to what begins each change; 1 where it has begun."""
+        brake, onset, margins = now.brake, now.mode.onset, list[Array]()
+        whens = [brake.mechanism.changes[i].when for i in self.watched]
+        hot = brake.surface_temperatures(now.z) if any(isinstance(x, AtTemperature) for x in whens) else {}
+        for when in whens:
+            if isinstance(when, AtTemperature):
+                margins.append(to_temperature(when, hot))
+            else:
+                assert isinstance(when, AtStop)
+                margins.append(jnp.where(onset.stops.astype(jnp.float64) >= when.number, -1.0, 1.0))
+        return guards._replace(onset=jnp.where(onset.begun > 0, 1.0, jnp.stack(margins)))
+
+    def before(self, now: Moment, new: Mode, fired: BrakeGuards) -> tuple[State, Mode]:
+        """Changes that begin do so at this instant, and the mechanism answers to them."""
+        brake, onset, pieces = now.brake, now.mode.onset, list(new.pieces)
+        begins = fired.onset & (onset.begun == 0)
+        for k, i in enumerate(self.watched):
+            place = brake.first_change + i
+            if pieces[place] is not None:
+                first = jnp.asarray(brake.mechanism.profiles[i].first_piece(jnp.zeros(())), jnp.int32)
+                pieces[place] = jnp.where(begins[k], first, pieces[place])
+        onset = onset._replace(begun=onset.begun | begins.astype(jnp.int32))
+        new = new._replace(pieces=tuple(pieces), onset=onset)
+        return now.y._replace(onset=_times(now, onset.begun)), new
+
+    def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
+        """Another stop counts; what it begins is an event at the same instant, after it."""
+        stops = new.onset.stops + comes_to_rest(now.mode, new).astype(jnp.int32)
+        return new._replace(onset=new.onset._replace(stops=stops)), code
+
+    def reset(self, now: Moment, after: Mode, new: State) -> State:
+        return new._replace(onset=_times(now, after.onset.begun))
+
+
+def _times(now: Moment, begun: Int[Array, " k"]) -> Array:
+    """Times (k,) at which the changes began: now, of those that begin."""
+    return jnp.where(begun > now.mode.onset.begun, now.t, now.y.onset)
