@@ -58,8 +58,6 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     features: list[Feature] = []  # of what the scene has; each sees the changes of those before it
     if any(pair.law.temperature_range() is not None and _senses(pair, thermal) for pair in pairs):
         features.append(FrictionTables())
-    if any(change.when is not None for change in mechanism.changes):
-        features.append(Onsets.of(mechanism.changes))
     if layer is not None:
         features.append(Layers())
     if scene.shaft:
@@ -78,6 +76,8 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         features.append(Drive(scene.motor, scene.motor.course(duty.lever), heat_profiles))
     if elastic is not None:
         features.append(ElasticRope.of(elastic, load, duty.load_piece(t_0)))
+    if any(change.when is not None for change in mechanism.changes):  # (the last, as it counts the stops of all others)
+        features.append(Onsets.of(mechanism.changes))
     system = BrakeSystem(
         mechanism=mechanism,
         inertia=inertia,

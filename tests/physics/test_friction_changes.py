@@ -309,6 +309,20 @@ def test_one_of_two_bands_begins_to_change_at_a_stop():
     np.testing.assert_allclose(f[:, [0, COUNT]], [[MU, MU], [MU, 0.5 * MU], [0.0, 0.5 * MU]], rtol=1e-12)
 
 
+def test_stop_on_a_shaft_with_dry_friction():
+    """Beside other torques on the shaft, one of them with time breakpoints: the change half a second after the stop."""
+    load, dry, end = 9e3, 400.0, 6.0
+    idle = sb.loads.EddyCurrentBrake(2e3, 12.0, sb.PiecewiseLinear([0.3, 1.0], [0.0, 0.0]))
+    law = waiting(sb.ConstantFriction(MU, 1.2), jump(0.5, 0.3), "stop 1")
+    given = scene(law, None, load, 10.0, end)
+    result = sb.simulate(dataclasses.replace(given, shaft=(idle, sb.loads.BearingFriction(dry))))
+    stop = 10.0 * INERTIA / (float(torque(1.0)) + dry - load)
+    assert times_of(result, "friction_change") == pytest.approx([stop], rel=1e-12)
+    assert times_of(result, "restart") == pytest.approx([stop + 0.5], rel=1e-12)
+    speed = (load - dry - float(torque(0.3))) / INERTIA * (end - stop - 0.5)
+    assert float(result.record.y_end.omega) == pytest.approx(speed, rel=1e-11)
+
+
 def test_what_begins_a_change_is_read_and_checked():
     changes = '[{ factor = 0.4, when = "stop 3" }, { factor = 0, linings = 2, when = "stop 5" }]'
     text = sb.files.scene_text(scene(changed(MU, 1.0)))
