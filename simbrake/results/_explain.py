@@ -269,7 +269,8 @@ def _torque_budget(result: Result, kind: str) -> Finding:
     text = f"Averaged over {over} the brake gives {number(torque['brake'], 'N*m', count=5)}: "
     text += f"{term('load')} against the load, {term('inertia')} against the inertia"
     minor = abs(share["others"]) < _SHOWN
-    text += ". " if minor else f", {term('others')} from lever, band, shaft and motor. "
+    others = "lever, band, shaft and motor" if "motor_work" in e else "lever, band and shaft"
+    text += ". " if minor else f", {term('others')} from {others}. "
     governs = "load" if works["load"] > works["inertia"] else "inertia"
     why = {
         "load": f"The load governs: the brake works mainly to hold it while the {words.body} turns.",
