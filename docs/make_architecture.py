@@ -31,7 +31,7 @@ LAYERS = (
     ("_run", "one run: simulate, prepare, result, limits, verdict, accuracy"),
     ("studies, layouts", "many runs on one evaluator: sensitivities, ensembles, fits, layouts, life"),
     ("formulas", "estimates, synthesis, materials"),
-    ("files, results, checks", "scenes and results in files, comparisons; validation"),
+    ("files, results, checks, rig", "scenes and results in files, comparisons; validation; recordings of rigs"),
     ("plot, _pages, _commands", "figures, the report, the command line"),
 )
 

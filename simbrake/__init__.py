@@ -11,6 +11,7 @@
 - parts: `friction`, `loads`, `profiles`, `thermal`, `wear`, `brakes`
 - runs: `simulate`, `prepare`, `Result`; `results`, `report`, `compare`, `plot`, `dataset`, `save`, `read_result`
 - studies: `sensitivity`, `ensemble`, `sweep`, `uncertainty`, `calibrate`, `lining_life`; `studies`, `layouts`
+- recordings of rigs: `rig`
 - estimates and checks: `estimates`, `synthesize`, `compare_materials`; `formulas`, `checks`, `validate`
 - the integrator: `hybrid`
 

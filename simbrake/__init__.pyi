@@ -9,6 +9,7 @@ from . import loads as loads
 from . import plot as plot
 from . import profiles as profiles
 from . import results as results
+from . import rig as rig
 from . import studies as studies
 from . import thermal as thermal
 from . import wear as wear

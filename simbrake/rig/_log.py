@@ -1,0 +1,562 @@
+"""A rig's log: its channels by what they are, in SI units, with what was assumed while reading it."""
+
+import dataclasses
+import functools
+import re
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .._base._faults import Fault, InputError
+from .._base._progress import counting
+from .._base._table import Column, Table, Tabular, Unit, digits, plain, unit
+from ._clock import start_of, times_of
+from ._formats import Table as FileTable
+from ._formats import tables_of
+
+
+class Role(NamedTuple):
+    """What a channel is: its SI unit, its meaning, and patterns of its names as letters and digits, the best first."""
+
+    unit: str
+    meaning: str
+    names: tuple[str, ...]
+
+
+_BLOCK = r"(?:TRAVELL?ING)?(?:BLOCK|BLK|HOOK)"
+#: what a channel may be, in the order in which names are looked at
+ROLES: dict[str, Role] = {
+    "compensated_position": Role(
+        "m",
+        "height of the block less the heave of the rig",
+        (r"BLOCKCOMP\w*", r"BPOSCOMP\w*", rf"{_BLOCK}(?:POS\w*|HEIGHT)(?<!UN)COMP\w*", rf"COMPENSATED{_BLOCK}\w*"),
+    ),
+    "block_position": Role(
+        "m",
+        "height of the block, upwards, as the drum moves it",
+        (
+            *(r"BLOCKUN?COMP\w*", r"BPOSUN?COMP\w*", r"BPOS(?:AVG?|A)?", r"BLK?POS\w*"),
+            *(rf"{_BLOCK}(?:POSITION|POS|HEIGHT|HT|HGT)(?:AVG|AVERAGE)?", r"T[VB]?BPOS", r"BHT|BHEIGHT|BLKH"),
+            r"TOPDRIVE(?:POSITION|HEIGHT)|TDPOS|TDHEIGHT",
+        ),
+    ),
+    "hook_load_min": Role(
+        "N",
+        "lowest hook load since the row before",
+        (r"HKLD?MI?N|HKLN|WOHMIN", r"HOOKLOADMIN(?:IMUM)?|MIN(?:IMUM)?HOOKLOAD"),
+    ),
+    "hook_load_max": Role(
+        "N",
+        "highest hook load since the row before",
+        (r"HKLD?MA?X|HKLX|WOHMAX", r"HOOKLOADMAX(?:IMUM)?|MAX(?:IMUM)?HOOKLOAD"),
+    ),
+    "hook_load": Role(
+        "N",
+        "load of the hook, block included",
+        (
+            *(r"HKLDAVG?|HKLAVG|HKLA", r"HKLD?|HKLI|HKLO", r"WOH(?:AVG)?|WEIGHTONHOOK"),
+            r"(?:TOTAL|AVG|AVERAGE)?HOOK(?:LOAD|LD|WEIGHT)(?:AVG|AVERAGE)?|HLOAD",
+        ),
+    ),
+    "heave": Role("m", "heave of the rig", (r"RIGHEAVE|HEAVE?", r"HEAVEPOS\w*")),
+    "bit_depth": Role(
+        "m", "depth of the bit", (r"DBTM|DBIT|BITDEP\w*|DEPTHBIT|BDEP|BITMD|BITPOS\w*|BITMEASUREDDEPTH",)
+    ),
+    "hole_depth": Role("m", "depth of the hole", (r"DMEA|HOLEDEP\w*|TOTALDEPTH|DEPTHHOLE|DEPTH?",)),
+    "weight_on_bit": Role("N", "weight on the bit", (r"WOB(?:AVG?|A)?|SWOB|WEIGHTONBIT",)),
+    "activity": Role(
+        "", "activity as the log has it", (r"ACTC[12]?|(?:RIG)?ACTIVITY(?:CODE)?|RIGSTATE|RIGMODE|ACTCODE?",)
+    ),
+    "lines_strung": Role("1", "lines strung", (r"LINESSTRUNG|NLINES|(?:NUM|NUMBER)(?:OF)?LINES|LINS",)),
+}
+#: without a usable one of these nothing can be said of a lowering
+_NEEDED = ("block_position", "hook_load")
+#: channels of which motion and work are made
+_MOTION = (*_NEEDED, "compensated_position", "hook_load_min", "hook_load_max", "heave")
+#: units as logs write them (in lower case), by the SI unit; the table of simbrake has the others
+_POUND, _TONNE = 4.4482216152605, 9806.65
+_SPELLINGS: dict[str, dict[str, float]] = {
+    "m": {
+        **dict.fromkeys(("m", "meter", "meters", "metre", "metres", "mtr"), 1.0),
+        **dict.fromkeys(("ft", "f", "feet", "foot"), 0.3048),
+        **dict.fromkeys(("in", "inch", "inches"), 0.0254),
+    },
+    "N": {
+        **{"n": 1.0, "dan": 10.0, "kn": 1e3, "kdan": 1e4},
+        **dict.fromkeys(("lbf", "lb", "lbs", "lbm"), _POUND),
+        **dict.fromkeys(("klbf", "klb", "klbs", "klbm", "kip", "kips", "1000lbf", "1000lb", "1000lbs"), 1e3 * _POUND),
+        **dict.fromkeys(("kgf", "kg", "kgs"), _TONNE / 1e3),
+        **dict.fromkeys(("t", "tf", "tonf", "ton", "tons", "tonne", "tonnes", "mt", "mton", "te"), _TONNE),
+        **{"tonfus": 2e3 * _POUND, "tonfuk": 2240.0 * _POUND},
+    },
+}
+#: spellings that have another meaning elsewhere
+_DOUBTFUL = {"tonf", "ton", "tons", "mt"}
+_NO_UNIT = ("", "unitless", "none", "-", "--", "n/a", "na", "euc", "null", "dimensionless", "undefined")
+#: null values of loggers, beside those that a file declares
+NULLS = (-999.25, -999.0, -9999.0, -9999.25, -99999.0, -999999.0)
+#: spacing of rows that is a gap, as a multiple of the usual one, and at least (s)
+_GAP, _GAP_S = 10.0, 20.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Channel:
+    """One column of a log: `value` (n,) at the times `t` (n,) of the rows, NaN where it has none.
+
+    - `mnemonic`, `unit`: as in the file;  `si`: unit of `value`; a column without a role stays in its unit, `si` empty
+    - `role`: key of `simbrake.rig.ROLES`, or empty;  `nulls`: number of rows without value
+    - `words`: of a column of words `value` is the place in this list
+    """
+
+    mnemonic: str
+    unit: str
+    role: str
+    si: str
+    t: np.ndarray = dataclasses.field(repr=False)
+    value: np.ndarray = dataclasses.field(repr=False)
+    words: tuple[str, ...] = ()
+
+    @functools.cached_property
+    def nulls(self) -> int:
+        return int(np.isnan(self.value).sum())
+
+    @functools.cached_property
+    def updates(self) -> np.ndarray:
+        """Rows (k,) in which the value is another one than in the row with a value before: the rest is held."""
+        rows = np.flatnonzero(~np.isnan(self.value))
+        x = self.value[rows]
+        return rows[np.concatenate([[True], x[1:] != x[:-1]])] if rows.size else rows
+
+    @functools.cached_property
+    def interval(self) -> float:
+        """Usual time (s) between two updates while the value changes; NaN where it hardly does.
+
+        The median of the times between updates, each weighted by the change: a block at rest does not count.
+        """
+        t, x = self.t[self.updates], self.value[self.updates]
+        if t.size < 4:
+            return float("nan")
+        spacing, weight = np.diff(t), np.abs(np.diff(x))
+        order = np.argsort(spacing)
+        total = np.cumsum(weight[order])
+        return float(spacing[order][np.searchsorted(total, 0.5 * total[-1])])
+
+    @property
+    def held(self) -> bool:
+        """Whether values are repeated between updates, so that differences of rows are no rates."""
+        return bool(self.interval > 1.5 * np.median(np.diff(self.t))) if self.t.size > 3 else False
+
+
+@dataclasses.dataclass(frozen=True)
+class Log(Tabular):
+    """A recording of a rig in SI units: `log["hook_load"].value`, `log["BPOS"].updates`.
+
+    - `t` (n,): seconds from the first row;  `start`: time of the first row in ISO 8601, `None` in a log without date
+    - `channels`: by role;  `columns`: all of them;  `guesses`: sentences on what was assumed, to be read
+    - `gaps` (g, 2): begin and end of the times without rows;  `repeated`: rows with the time of the row before
+    - `compensated`: whether the only block position is heave-compensated, which the drum does not follow
+    """
+
+    source: str
+    start: str | None
+    t: np.ndarray = dataclasses.field(repr=False)
+    channels: Mapping[str, Channel]
+    columns: tuple[Channel, ...] = dataclasses.field(repr=False)
+    gaps: np.ndarray
+    repeated: int
+    guesses: tuple[str, ...]
+
+    def __getitem__(self, name: str) -> Channel:
+        """The channel of a role or of a mnemonic; `KeyError` with the known ones."""
+        if name in self.channels:
+            return self.channels[name]
+        for column in self.columns:
+            if column.mnemonic == name:
+                return column
+        there = ", ".join([*self.channels, *(c.mnemonic for c in self.columns if not c.role)])
+        raise KeyError(f"no channel {name!r}; there are: {there}")
+
+    def __contains__(self, name: str) -> bool:
+        return name in self.channels or any(column.mnemonic == name for column in self.columns)
+
+    @property
+    def compensated(self) -> bool:
+        return "block_position" not in self.channels
+
+    @property
+    def position(self) -> Channel:
+        """Height of the block: as the drum moves it, or else less the heave."""
+        return self.channels["compensated_position" if self.compensated else "block_position"]
+
+    @property
+    def interval(self) -> float:
+        """Usual time between rows (s)."""
+        return float(np.median(np.diff(self.t)))
+
+    def parts(self) -> Iterator[str | Table]:
+        hours = f"{self.t.size} rows over {digits(self.t[-1] / 3600, 3)} h, one each {digits(self.interval, 3)} s"
+        yield f"{self.source}: {hours}, from {self.start or 'a time without date'}"
+        yield self._table
+        lost = float(np.sum(self.gaps[:, 1] - self.gaps[:, 0]))
+        yield f"gaps: {len(self.gaps)}" + (f", {digits(lost, 4)} s in all" if len(self.gaps) else "")
+        yield "assumed:" if self.guesses else "nothing assumed"
+        yield from (f"- {guess}" for guess in self.guesses)
+
+    @property
+    def _table(self) -> Table:
+        columns = [
+            *("role", "mnemonic", "unit"),
+            *(Column("nulls"), Column("updates"), Column("interval", "s", heading="update interval", show=".3g")),
+            *(
+                Column("held"),
+                Column("low", show=".5g"),
+                Column("high", show=".5g"),
+                Column("si", heading="in", left=True),
+            ),
+        ]
+        rows = []
+        for role, x in self.channels.items():
+            some = x.nulls < x.value.size
+            low, high = (np.nanmin(x.value), np.nanmax(x.value)) if some else (None, None)
+            rows.append((role, x.mnemonic, x.unit, x.nulls, len(x.updates), x.interval, x.held, low, high, x.si))
+        return Table(columns, rows)
+
+    def as_dict(self) -> dict[str, Any]:
+        """What is known of the log and its channels, without the values."""
+        about = {"source": self.source, "start": self.start, "rows": self.t.size, "duration": float(self.t[-1])}
+        about |= {"interval": self.interval, "gaps": self.gaps, "repeated": self.repeated, "guesses": self.guesses}
+        return plain({**about, "compensated": self.compensated, "channels": self._table})
+
+
+def read(
+    path: str | Path,
+    *,
+    names: Mapping[str, str] | None = None,
+    null: float | Sequence[float] | None = None,
+    time: str | Sequence[str] | None = None,
+    offset: float | None = None,
+    progress: Callable[[int, int], object] | bool | None = None,
+) -> Log:
+    """Read the recording of a rig: WITSML 1.3 or 1.4 (XML), LAS 2 (extra `rig`), or CSV, also as `.xz` or `.gz`.
+
+    Columns are recognised by their mnemonic and unit; what was assumed is in `Log.guesses` and printed with the log.
+
+    - `names`: columns by role, `{"block_position": "BLK [ft]"}`, the unit in brackets where the file lacks it
+    - `null`: values that mean no value, instead of the file's and of -999.25 and the like
+    - `time`: the column of times, or those of date and clock, `("Day", "Clock", "%d/%m/%Y")` with the format of a date
+      that can be read in two ways
+    - `offset`: seconds by which the clock of the hook load is ahead of that of the block position
+    - `progress`: as of an ensemble: `True`, `False`, or a function of the bytes read and their number
+
+    CSV: a row of names, perhaps one of units, ISO times, date and clock in one or two columns, a clock alone (midnight
+    is seen), or seconds; commas, semicolons (then decimal commas), tabs; UTF-8, UTF-16 or Latin-1.
+
+    Raises `InputError` with all of these at once: no block position, no hook load, no usable time, times that run
+    backwards, a unit that is not known, nothing but nulls; damaged files with row or element. A document type or an
+    entity in an XML is refused.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = pathlib.Path(folder, "rig.csv")
+        ...     _ = file.write_text("Time,BPOS,HKLD\\ns,ft,klbf\\n0,90,150\\n2,80,150\\n4,70,-999.25\\n")
+        ...     log = sb.rig.read(file)
+        >>> log["block_position"].value.round(3)
+        array([27.432, 24.384, 21.336])
+        >>> log["hook_load"].nulls
+        1
+    """
+    file, wanted = Path(path), dict(names or {})
+    faults = [
+        Fault(f"names {role}", "is no role", f"there are: {', '.join(ROLES)}") for role in wanted if role not in ROLES
+    ]
+    if offset is not None and not np.isfinite(offset):
+        faults.append(Fault("offset", f"{offset} is no time", "seconds, positive where the load's clock is ahead"))
+    if faults:
+        raise InputError(faults)
+    clock = [time] if isinstance(time, str) else list(time or ())
+    size = file.stat().st_size if file.is_file() else 0
+    with counting(size, progress, f"{file.name}: bytes read", after=2.0) as done:
+        tables = tables_of(file, done, clock)
+        done(size)
+    table, remarks = _chosen(tables, wanted)
+    given = null if null is None or isinstance(null, Sequence) else [null]
+    return _Reading(str(path), table, wanted, given, clock, offset or 0.0, remarks).log()
+
+
+def _chosen(tables: list[FileTable], names: Mapping[str, str]) -> tuple[FileTable, list[str]]:
+    """The table with a block position, all others with the same columns behind it, and remarks on the rest."""
+
+    def rank(table: FileTable) -> int:
+        return len(_roles(table, names, [], [])) + 100 * ("block_position" in _roles(table, names, [], []))
+
+    best = max(tables, key=rank)
+    return best, [f"the file has {len(tables)} logs: the one with {len(best.names)} curves is read"] if tables[
+        1:
+    ] else []
+
+
+def _letters(name: str) -> str:
+    return re.sub(r"[^A-Z0-9]", "", name.upper())
+
+
+def _roles(
+    table: FileTable, names: Mapping[str, str], guesses: list[str], faults: list[Fault]
+) -> dict[str, tuple[int, str]]:
+    """Column and unit of each role: by `names`, or by mnemonic, or else by the description."""
+    roles: dict[str, tuple[int, str]] = {}
+    for role, text in names.items():
+        match = re.fullmatch(r"(?P<name>.*?)\s*\[(?P<unit>[^\[\]]*)\]", text)
+        name, of = (text, None) if text in table.names or match is None else (match["name"], match["unit"])
+        if name not in table.names:
+            faults.append(Fault(f"names {role}", f"{text!r} is no column", f"there are: {', '.join(table.names)}"))
+            continue
+        i = table.names.index(name)
+        roles[role] = i, table.units[i] if of is None else of
+    taken = {i for i, _ in roles.values()}
+    by_name: dict[str, list[tuple[int, int]]] = {}
+    for i, name in enumerate(table.names):
+        if i in taken or i == table.index:
+            continue
+        for role, about in ROLES.items():
+            rank = next((k for k, p in enumerate(about.names) if re.fullmatch(p, _letters(name))), None)
+            if rank is not None:
+                by_name.setdefault(role, []).append((rank, i))
+                break
+    for role, about in ROLES.items():
+        if role in roles or (role == "compensated_position" and "block_position" in names):
+            continue
+        columns = [i for _, i in sorted(by_name.get(role, ()))]
+        if not columns:
+            columns = [
+                i
+                for i, words in enumerate(table.descriptions)
+                if i not in taken and any(re.fullmatch(p, _letters(words)) for p in about.names)
+            ]
+            guesses += [f"{role}: {table.names[i]}, by its description {table.descriptions[i]!r}" for i in columns[:1]]
+        if columns:
+            roles[role] = columns[0], table.units[columns[0]]
+            if columns[1:]:
+                others = ", ".join(table.names[i] for i in columns[1:])
+                guesses.append(f"{role}: {table.names[columns[0]]} rather than {others}")
+    return roles
+
+
+class _Reading:
+    """A table of a file on its way to a log, with its errors and what is assumed."""
+
+    def __init__(
+        self,
+        path: str,
+        table: FileTable,
+        names: Mapping[str, str],
+        null: Sequence[float] | None,
+        clock: Sequence[str],
+        offset: float,
+        remarks: Sequence[str],
+    ) -> None:
+        self.path, self.table, self.names, self.clock, self.offset = path, table, names, clock, offset
+        self.null = null
+        self.faults: list[Fault] = []
+        self.guesses = [*remarks, *table.remarks]
+
+    def log(self) -> Log:
+        table = self.table
+        roles = _roles(table, self.names, self.guesses, self.faults)
+        times = times_of(table, self.path, self.clock, self.faults)
+        seconds, rows = None, slice(None)
+        if times is not None:
+            self.guesses += times.remarks
+            seconds, rows = self._ordered(times.seconds)
+        self._nulls(() if times is None else times.used)
+        of_column = {i: (role, of) for role, (i, of) in roles.items()}
+        scales = {i: self._scale(role, i, of) for i, (role, of) in of_column.items()}
+        if not {"block_position", "compensated_position"} & roles.keys():
+            there = ", ".join(f"{n} [{u}]" if u else n for n, u in zip(table.names, table.units, strict=True))
+            self.fault("", "has no block position", f"names={{'block_position': 'COLUMN'}}; there are: {there}")
+        if "hook_load" not in roles:
+            self.fault("", "has no hook load", "names={'hook_load': 'COLUMN'} says which column it is")
+        if self.faults or seconds is None or times is None:
+            raise InputError(self.faults)
+        t = seconds - seconds[0]
+        t_load = t - self.offset if self.offset else t
+        channels: list[Channel] = []
+        for i, name in enumerate(table.names):
+            role, of = of_column.get(i, ("", table.units[i]))
+            if i in times.used or (i in table.texts and role != "activity"):
+                continue
+            if i in table.texts:
+                words, x = self._words(table.texts[i])
+            else:
+                words, x = (), table.values[i]
+            scale = scales.get(i)
+            if scale is not None:
+                x *= float(scale.factor)
+            x = x if isinstance(rows, slice) else x[rows]
+            table.values[i] = np.empty(0)
+            role = "" if scale is None and role != "activity" else role
+            si = ROLES[role].unit if role else ""
+            channels.append(Channel(name, of, role, si, t_load if role.startswith("hook_load") else t, x, words))
+        return Log(
+            Path(self.path).name,
+            start_of(seconds[0], times.zone) if times.dated else None,
+            t,
+            {role: c for role in ROLES for c in channels if c.role == role},
+            tuple(channels),
+            self._gaps(t),
+            self._repeated,
+            tuple(self._said(channels)),
+        )
+
+    def fault(self, where: str, problem: str, hint: str = "") -> None:
+        self.faults.append(Fault(f"{self.path}{where}", problem, hint))
+
+    def _ordered(self, seconds: np.ndarray) -> tuple[np.ndarray | None, Any]:
+        """Times that increase, and the rows that have them."""
+        self._repeated = 0
+        if seconds.size < 2:
+            self.fault("", f"has {seconds.size} rows", "a recording has at least two")
+            return None, slice(None)
+        rows: Any = slice(None)
+        steps = np.diff(seconds)
+        if np.all(steps <= 0) and steps.any():
+            self.guesses.append("rows are from the last to the first: turned round")
+            rows = np.arange(seconds.size)[::-1]
+            seconds = seconds[::-1]
+            steps = np.diff(seconds)
+        back = np.flatnonzero(steps < 0)
+        if back.size:
+            i = int(back[0]) + 1
+            many = f", as {back.size} rows do" if back.size > 1 else ""
+            what = f"runs {digits(-steps[i - 1], 4)} s backwards{many}"
+            self.fault(
+                f" {self.table.row(i)}, time", what, "sort the rows, or split the recording where its clock was set"
+            )
+            return None, slice(None)
+        self._repeated = int(np.sum(steps == 0))
+        if not steps.any():
+            self.fault("", "has the same time in all rows", "time='COLUMN' says which column the time is")
+            return None, slice(None)
+        if self._repeated > 0.5 * steps.size:
+            first = np.concatenate([[True], steps > 0])
+            group = np.cumsum(first) - 1
+            starts = seconds[first]
+            length = np.diff(starts, append=starts[-1] + np.median(np.diff(starts)))
+            length = np.minimum(length, np.median(np.diff(starts)))
+            count = np.bincount(group)
+            place = np.arange(seconds.size) - np.flatnonzero(first)[group]
+            seconds = starts[group] + length[group] * place / count[group]
+            self.guesses.append(
+                f"{self._repeated} rows repeat a time: rows of one time are spread evenly up to the next"
+            )
+        elif self._repeated:
+            last = np.concatenate([steps > 0, [True]])
+            rows = np.arange(seconds.size)[last] if isinstance(rows, slice) else rows[last]
+            seconds = seconds[last]
+            self.guesses.append(
+                f"{self._repeated} rows repeat the time of the row before: the last one of each time is used"
+            )
+        return seconds, rows
+
+    def _nulls(self, times: Sequence[int]) -> None:
+        """NaN for null values, of the file, of loggers, or as given."""
+        table = self.table
+        own = set(table.nulls)
+        nulls = self.null if self.null is not None else sorted({*own, *NULLS})
+        other: dict[float, list[str]] = {}
+        for i, x in enumerate(table.values):
+            if not x.size or i in times:
+                continue
+            if np.isinf(x).any():
+                self.guesses.append(f"{table.names[i]}: infinite values are taken as missing")
+                x[np.isinf(x)] = np.nan
+            low = np.nanmin(x) if not np.isnan(x).all() else np.nan
+            for value in nulls:
+                if value < 0 and not low <= value * (1 - 1e-9):
+                    continue
+                same = np.abs(x - value) <= 1e-9 * abs(value)
+                if same.any():
+                    x[same] = np.nan
+                    if value not in own and self.null is None:
+                        other.setdefault(value, []).append(table.names[i])
+        for value, columns in other.items():
+            which = ", ".join(columns[:4]) + (f" and {len(columns) - 4} more columns" if columns[4:] else "")
+            self.guesses.append(f"{value:g} is taken as a null value in {which}")
+
+    def _scale(self, role: str, i: int, text: str) -> Unit | None:
+        """The unit of a column with a role; `None` where it is left without one."""
+        about, name, x = ROLES[role], self.table.names[i], self.table.values[i]
+        where = f" column {name}"
+        if role == "activity":
+            return None
+        if not x.size or np.isnan(x).all():
+            if role in _NEEDED or role == "compensated_position":
+                what = "holds words, not numbers" if i in self.table.texts else "has nothing but nulls"
+                self.fault(where, what, f"names={{{role!r}: 'COLUMN'}} says which other column it is")
+            else:
+                self.guesses.append(f"{role}: {name} has nothing but nulls, not used")
+            return None
+        if about.unit == "1":
+            return Unit(1.0)
+        key = re.sub(r"[\s.*·_]", "", text.lower())
+        if key in _NO_UNIT:
+            return self._without_unit(role, name, x)
+        known = _SPELLINGS.get(about.unit, {})
+        if key in known and text.strip() not in ("mN", "MN"):
+            if key in _DOUBTFUL:
+                digits(known[key] / 1e3)
+                size = f"the metric one, {digits(known[key] / 1e3)} kN"
+                self.guesses.append(f"{name}: {text} is {size}; if not, names={{{role!r}: '{name} [tonfUS]'}}")
+            return Unit(known[key])
+        try:
+            return unit(text, about.unit)
+        except ValueError as error:
+            also = ", kdaN, klbs, tonf" if about.unit == "N" else ""
+            self.fault(
+                where,
+                f"{text!r} is not a unit of {about.meaning}",
+                f"names={{{role!r}: '{name} [unit]'}}; {error}{also}",
+            )
+            return None
+
+    def _without_unit(self, role: str, name: str, x: np.ndarray) -> Unit | None:
+        """SI where the size of the values agrees with it, which is told; else an error of a needed channel."""
+        high = float(np.nanquantile(np.abs(x), 0.99))
+        si = ROLES[role].unit
+        if role in _MOTION and (high <= 60.0 if si == "m" else high >= 2e4):
+            size = f"by the size of its values (up to {digits(high, 3)})"
+            self.guesses.append(f"{name}: no unit, taken as {si} {size}")
+            return Unit(1.0)
+        if role in _NEEDED or role == "compensated_position":
+            may = "m or ft" if si == "m" else "kN, t or klbf"
+            hint = f"names={{{role!r}: '{name} [{may.split()[-1]}]'}}"
+            self.fault(f" column {name}", f"has no unit, and values up to {digits(high, 3)} may be {may}", hint)
+        else:
+            self.guesses.append(f"{role}: {name} has no unit, not used")
+        return None
+
+    def _words(self, texts: list[str]) -> tuple[tuple[str, ...], np.ndarray]:
+        words = {text: i for i, text in enumerate(dict.fromkeys(text.strip() for text in texts if text.strip()))}
+        return tuple(words), np.array([words.get(text.strip(), np.nan) for text in texts], float)
+
+    def _gaps(self, t: np.ndarray) -> np.ndarray:
+        steps = np.diff(t)
+        i = np.flatnonzero(steps > max(_GAP * float(np.median(steps)), _GAP_S))
+        return np.stack([t[i], t[i + 1]], axis=1) if i.size else np.empty((0, 2))
+
+    def _said(self, channels: list[Channel]) -> list[str]:
+        said = list(dict.fromkeys(self.guesses))
+        by_role = {c.role: c for c in channels if c.role}
+        if "block_position" not in by_role:
+            name = by_role["compensated_position"].mnemonic
+            said.append(f"{name} is heave-compensated: the drum follows the distance between block and crown instead")
+        for role, c in by_role.items():
+            if c.held and role in _MOTION:
+                said.append(
+                    f"{c.mnemonic}: updated each {digits(c.interval, 3)} s and held between, updates alone are used"
+                )
+        if self.offset:
+            said.append(f"times of the hook load are reduced by {digits(self.offset, 4)} s (offset)")
+        return said

@@ -1,0 +1,210 @@
+"""Recordings of rigs: every format gives the same log, what is assumed is told, damaged files are errors in words."""
+
+import gzip
+import lzma
+import re
+
+import numpy as np
+import pytest
+from rig_recordings import SMALL, TIMES, las, stamp, table, values, witsml, written
+
+import simbrake as sb
+
+
+def faults(*arguments, **settings):
+    with pytest.raises(sb.InputError) as caught:
+        sb.rig.read(*arguments, **settings)
+    return [str(fault) for fault in caught.value.faults]
+
+
+IN_FEET = {
+    "Block Height": ("ft", SMALL["BPOS"][1]),
+    "Hook Load": ("klbf", SMALL["HKLD"][1]),
+    "Bit Depth": ("ft", SMALL["DBTM"][1]),
+}
+IN_TONS = {"BLKPOS": ("m", SMALL["BPOS"][1]), "WOH": ("kdaN", SMALL["HKLD"][1]), "DBIT": ("m", SMALL["DBTM"][1])}
+FILES = {
+    "witsml 1.4": ("a.xml", witsml(TIMES, SMALL), "utf-8"),
+    "witsml 1.3": ("a.xml", witsml(TIMES, IN_FEET, "1.3.1.1"), "utf-8"),
+    "las": ("a.las", las(TIMES, IN_TONS), "utf-8"),
+    "wrapped las": ("a.las", las(TIMES, IN_TONS, wrap=True), "utf-8"),
+    "iso": ("a.csv", table(TIMES, SMALL), "utf-8"),
+    "date and clock": ("a.csv", table(TIMES, IN_FEET, units="behind", time="date and clock"), "utf-8-sig"),
+    "german": ("a.csv", table(TIMES, IN_TONS, separator=";", comma=True, time="clock"), "utf-16"),
+    "day first": ("a.csv", table(TIMES, IN_TONS, separator="\t", time="day first"), "utf-8"),
+    "latin": ("a.csv", "Größe der Anlage,;\n" + table(TIMES, IN_TONS, separator=";", comma=True), "latin-1"),
+    "am and pm": ("a.csv", table(TIMES, IN_FEET, time="am and pm"), "utf-16-le"),
+    "quoted": ("a.csv", re.sub(r"([^,\n]+)", r'"\1"', table(TIMES, IN_FEET, units="behind")), "utf-8"),
+    "old lines": ("a.csv", table(TIMES, SMALL).replace("\n", "\r"), "utf-8"),
+    "seconds": ("a.csv", table(TIMES, SMALL, time="seconds"), "utf-8"),
+}
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_every_format_gives_the_same_log(tmp_path, name):
+    log = sb.rig.read(written(tmp_path, *FILES[name]))
+    np.testing.assert_allclose(log.t, TIMES)
+    for role, column in (("block_position", "BPOS"), ("hook_load", "HKLD"), ("bit_depth", "DBTM")):
+        np.testing.assert_allclose(log[role].value, values(SMALL, column), rtol=1e-9)
+    assert log["hook_load"].nulls == 1
+    dated = name not in ("las", "wrapped las", "german", "seconds")
+    assert (log.start or "none").startswith("2026-03-01T23:50:00" if dated else "none")
+    assert log.as_dict()["channels"][0]["mnemonic"] in str(log)
+
+
+def test_packed_files(tmp_path):
+    for name, way in (("a.xml.xz", lzma.compress), ("a.csv.gz", gzip.compress)):
+        text = witsml(TIMES, SMALL) if "xml" in name else table(TIMES, SMALL)
+        packed = way(text.encode())
+        (tmp_path / name).write_bytes(packed)
+        assert sb.rig.read(tmp_path / name)["HKLD"].role == "hook_load"
+        (tmp_path / name).write_bytes(packed[: len(packed) // 2])
+        assert "cannot be unpacked" in faults(tmp_path / name)[0]
+
+
+def test_clock_passes_midnight_and_time_zones(tmp_path):
+    times = [0.0, 400.0, 800.0, 1200.0, 1600.0]
+    log = sb.rig.read(written(tmp_path, "a.csv", table(times, SMALL, time="clock")))
+    np.testing.assert_allclose(log.t, times)
+    assert any("midnight 1 times" in guess for guess in log.guesses)
+    zoned = table(TIMES, SMALL).replace("T23:50:0", "T23:50:0").replace("Z,", "+02:00,")
+    assert sb.rig.read(written(tmp_path, "b.csv", zoned)).start == "2026-03-01T21:50:00Z"
+
+
+def test_held_values_are_updates(tmp_path):
+    """A block falls at 1 m/s, rows are each 2 s, its height is read each 6 s: the updates have the speed."""
+    t = np.arange(0.0, 240.0, 2.0)
+    true = 40.0 - np.clip(t - 60.0, 0.0, 30.0)
+    held = true[(np.arange(t.size) // 3) * 3]
+    columns = {"BPOS": ("m", held), "HKLD": ("kN", 9e5 + 1e3 * np.sin(t))}
+    log = sb.rig.read(written(tmp_path, "a.xml", witsml(t, columns)))
+    position = log.position
+    assert position.held
+    assert position.interval == pytest.approx(6.0)
+    falls = np.diff(position.value[position.updates]) / np.diff(position.t[position.updates])
+    np.testing.assert_allclose(falls[1:], -1.0)
+    assert not log["hook_load"].held
+    assert log["hook_load"].interval == pytest.approx(2.0)
+    assert "BPOS: updated each 6 s" in str(log)
+
+
+def test_repeated_times_gaps_and_reversed_rows(tmp_path):
+    t = np.concatenate([np.arange(0.0, 60.0, 2.0), np.arange(200.0, 260.0, 2.0)])
+    t[5] = t[4]
+    columns = {"BPOS": ("m", 30.0 - 0.1 * t), "HKLD": ("kN", 9e5 + t)}
+    log = sb.rig.read(written(tmp_path, "a.xml", witsml(t, columns)))
+    np.testing.assert_allclose(log.gaps, [[58.0, 200.0]])
+    assert log.repeated == 1
+    assert log["HKLD"].value[4] == pytest.approx(9e5 + t[5])
+    turned = {name: (unit, x[::-1]) for name, (unit, x) in columns.items()}
+    back = sb.rig.read(written(tmp_path, "b.xml", witsml(t[::-1], turned)))
+    np.testing.assert_allclose(np.diff(back["BPOS"].value) < 0, True)
+    whole = {"BPOS": ("m", 30.0 - 0.1 * np.arange(40)), "HKLD": ("kN", 9e5 + np.arange(40.0))}
+    coarse = sb.rig.read(written(tmp_path, "c.csv", table(np.arange(40) // 4 * 1.0, whole, time="clock")))
+    np.testing.assert_allclose(coarse.t, 0.25 * np.arange(40))
+
+
+def test_other_words_for_columns(tmp_path):
+    text = table(TIMES, {"A": ("m", SMALL["BPOS"][1]), "B": ("", [100.0, 90.0, -1.0, 95.0, 96.0])})
+    file = written(tmp_path, "a.csv", text)
+    told = faults(file)
+    assert len(told) == 2
+    assert "has no block position" in told[0]
+    assert "has no hook load" in told[1]
+    log = sb.rig.read(file, names={"block_position": "A", "hook_load": "B [kdaN]"}, null=-1, offset=1.5)
+    np.testing.assert_allclose(log["hook_load"].value, [1e6, 9e5, np.nan, 9.5e5, 9.6e5])
+    np.testing.assert_allclose(log["hook_load"].t, np.array(TIMES) - 1.5)
+    np.testing.assert_allclose(log["block_position"].t, TIMES)
+    assert "(offset)" in log.guesses[-1]
+
+
+def test_dates_in_two_orders(tmp_path):
+    text = table(TIMES, SMALL).replace("2026-03-01T", "03/02/2026 ").replace("Z,", ",").replace(".000", "")
+    file = written(tmp_path, "a.csv", text)
+    log = sb.rig.read(file)
+    assert log.start == "2026-03-02T23:50:00"
+    assert any("which the log does not decide" in guess for guess in log.guesses)
+    assert sb.rig.read(file, time=("Time", "%d/%m/%Y")).start == "2026-02-03T23:50:00"
+
+
+def test_compensated_position_is_told(tmp_path):
+    columns = {"BLOCKCOMP": SMALL["BPOS"], "HKLD": SMALL["HKLD"]}
+    log = sb.rig.read(written(tmp_path, "a.xml", witsml(TIMES, columns)))
+    assert log.compensated
+    assert "heave-compensated" in str(log)
+    both = sb.rig.read(written(tmp_path, "b.xml", witsml(TIMES, {**columns, "BLOCKUCOMP": SMALL["BPOS"]})))
+    assert (both.compensated, both.position.mnemonic) == (False, "BLOCKUCOMP")
+
+
+SHORT = {"BPOS": SMALL["BPOS"], "HKLD": SMALL["HKLD"]}
+BOMB = (
+    '<!DOCTYPE logs [<!ENTITY a "aaaaaaaaaa"><!ENTITY b "&a;&a;&a;&a;&a;">]><logs><log><logData><data>&b;</data>'
+    "</logData></log></logs>"
+)
+OUTSIDE = '<!DOCTYPE logs [<!ENTITY x SYSTEM "file:///etc/hostname">]><logs><log>&x;</log></logs>'
+XML, CSV = witsml(TIMES, SHORT), table(TIMES, SHORT)
+DAMAGED = {
+    "bomb": (BOMB, "declares a document type"),
+    "outside": (OUTSIDE, "declares a document type"),
+    "cut": (XML[: XML.index("890.0")], "ends in <data>, after row 2 — it is cut off"),
+    "not closed": (XML.replace("</data></logData>", "</logData>"), "is no well-formed XML (mismatched tag)"),
+    "other XML": ("<svg><g/></svg>", "has no log with data: its root is <svg>"),
+    "no rows": (witsml([], {name: (unit, []) for name, (unit, _) in SHORT.items()}, "1.4.1.1"), "has no data"),
+    "torn row": (XML.replace(",890.0<", "<"), "row 3: has 2 cells under 3 columns"),
+    "torn line": (CSV.replace(",890.0\n", "\n"), "line 5: has 2 cells under 3 columns"),
+    "unknown unit": (CSV.replace("kN", "bananas"), "column HKLD: 'bananas' is not a unit of load of the hook"),
+    "other kind": (CSV.replace("kN", "kg/m3"), "column HKLD: 'kg/m3' is not a unit"),
+    "no unit": (CSV.replace(",m,kN", ",m,"), "has no unit, and values up to 910 may be kN, t or klbf"),
+    "nulls": (witsml(TIMES, {**SHORT, "HKLD": ("kN", [None] * 5)}), "column HKLD: has nothing but nulls"),
+    "no time": (CSV.replace(stamp(2), "x"), "line 4, column Time: 'x' is no time"),
+    "by depth": (re.sub(r">20[^,]*,", ">1.5,", XML).replace("date time", "measured depth"), "is 'measured depth'"),
+    "backwards": (XML.replace(stamp(6), stamp(3)), "row 4, time: runs 1 s backwards"),
+    "one time": (re.sub(r"23:50:0\d", "23:50:00", XML), "has the same time in all rows"),
+    "empty": ("\n \n", "is empty"),
+    "words": ("once upon a time\nthere was a rig\n", "has no row of column names"),
+    "twice": (CSV.replace("HKLD", "BPOS"), "names BPOS 2 times"),
+    "las without data": (las(TIMES, SHORT).split("~A")[0], "has no section ~A"),
+    "las of nothing": ("~V\nVERS 2\n~A\n1 2\n", "LAS"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", DAMAGED)
+def test_damaged_files_are_errors_in_words(tmp_path, name):
+    text, words = DAMAGED[name]
+    told = faults(written(tmp_path, "a.txt", text))
+    assert any(words in fault for fault in told), told
+    assert all("a.txt" in fault for fault in told)
+
+
+def test_all_errors_at_once(tmp_path):
+    text = CSV.replace("kN", "bananas").replace(",m,", ",acres,").replace(stamp(6), stamp(3))
+    told = faults(written(tmp_path, "a.csv", text))
+    assert len(told) == 3
+    assert "there is no such file" in faults(tmp_path / "none.csv")[0]
+    assert "is a folder" in faults(tmp_path)[0]
+    assert len(faults(tmp_path / "none.csv", names={"load": "HKLD"}, offset=float("nan"))) == 2
+
+
+def test_cells_that_are_no_numbers_are_told(tmp_path):
+    text = CSV.replace("880.0", "Bad Input").replace("910.0\n", "910.0\n" + stamp(10))
+    log = sb.rig.read(written(tmp_path, "a.csv", text))
+    assert log["HKLD"].nulls == 2
+    assert any("1 cells are no numbers ('Bad Input' in line 4)" in guess for guess in log.guesses)
+    assert any("line 8, the last, has 1 of 3 cells: left out" in guess for guess in log.guesses)
+
+
+def test_las_needs_its_library(tmp_path, monkeypatch):
+    monkeypatch.setitem(__import__("sys").modules, "lasio", None)
+    assert "pip install 'simbrake[rig]'" in faults(written(tmp_path, "a.las", las(TIMES, SHORT)))[0]
+
+
+def test_a_long_recording_is_read_in_pieces_with_progress(tmp_path):
+    t = 2.0 * np.arange(60_000)
+    columns = {"BPOS": ("m", 20 + 10 * np.sin(t)), "HKLD": ("kN", 9e5 + t)} | {f"C{i}": ("", t) for i in range(18)}
+    file, seen = written(tmp_path, "a.csv", table(t, columns)), []
+    log = sb.rig.read(file, progress=lambda done, total: seen.append((done, total)))
+    np.testing.assert_allclose(log["HKLD"].value, columns["HKLD"][1], rtol=1e-9)
+    np.testing.assert_allclose(log["C17"].value, t)
+    assert len(seen) >= 3
+    assert seen[-1] == (file.stat().st_size,) * 2
+    assert [done for done, _ in seen] == sorted(done for done, _ in seen)

@@ -1,0 +1,93 @@
+"""Recordings of a rig with a known truth, and the files in which loggers write them."""
+
+import datetime
+from pathlib import Path
+
+import numpy as np
+
+START = datetime.datetime(2026, 3, 1, 23, 50, tzinfo=datetime.UTC)
+FACTORS = {"m": 1.0, "ft": 0.3048, "N": 1.0, "kN": 1e3, "kdaN": 1e4, "tonf": 9806.65, "klbf": 4448.2216152605}
+#: columns of a small recording: name, unit, SI values (None: a null)
+SMALL = {
+    "BPOS": ("m", [30.0, 28.5, 28.5, 24.0, 24.0]),
+    "HKLD": ("kN", [9.0e5, 8.8e5, 8.9e5, None, 9.1e5]),
+    "DBTM": ("m", [1500.0, 1501.5, 1501.5, 1506.0, 1506.0]),
+}
+TIMES = [0.0, 2.0, 4.0, 6.0, 8.0]
+
+
+def stamp(t, form=None):
+    at = START + datetime.timedelta(seconds=float(t))
+    return at.isoformat(timespec="milliseconds").replace("+00:00", "Z") if form is None else at.strftime(form)
+
+
+def cells(times, columns, null="-999.25"):
+    """Rows of texts in the units of the columns."""
+    ready = []
+    for unit, values in columns.values():
+        scale = FACTORS.get(unit, 1.0)
+        ready.append([null if x is None or x != x else repr(round(float(x) / scale, 9)) for x in values])
+    return [list(row) for row in zip(*ready, strict=True)]
+
+
+def witsml(times, columns, version="1.4.1.1"):
+    rows = [[stamp(t), *row] for t, row in zip(times, cells(times, columns), strict=True)]
+    names, units = ["TIME", *columns], ["s", *(unit for unit, _ in columns.values())]
+    curves = "".join(
+        f"<logCurveInfo><mnemonic>{name}</mnemonic><unit>{unit}</unit><columnIndex>{i + 1}</columnIndex></logCurveInfo>"
+        for i, (name, unit) in enumerate(zip(names, units, strict=True))
+    )
+    new = version.startswith("1.4")
+    lists = f"<mnemonicList>{','.join(names)}</mnemonicList><unitList>{','.join(units)}</unitList>" if new else ""
+    index = "<indexCurve>TIME</indexCurve>" if new else '<indexCurve columnIndex="1">TIME</indexCurve>'
+    data = "".join(f"<data>{','.join(row)}</data>" for row in rows)
+    return (
+        '<?xml version="1.0" encoding="UTF-8"?>'
+        f'<logs xmlns="http://www.witsml.org/schemas/1series" version="{version}">'
+        f"<log><indexType>date time</indexType>{index}<nullValue>-999.25</nullValue>{curves}"
+        f"<logData>{lists}{data}</logData></log></logs>"
+    )
+
+
+def las(times, columns, wrap=False):
+    names = "".join(f"{name}.{unit} : a curve\n" for name, (unit, _) in {"TIME": ("S", ()), **columns}.items())
+    rows = [[f"{t:g}", *row] for t, row in zip(times, cells(times, columns), strict=True)]
+    lines = "".join(("\n" if wrap else " ").join(row) + "\n" for row in rows)
+    return (
+        f"~Version\nVERS. 2.0 : CWLS\nWRAP. {'YES' if wrap else 'NO'} : lines\n~Well\nSTRT.S {times[0]:g} :\n"
+        f"STOP.S {times[-1]:g} :\nSTEP.S 0 :\nNULL. -999.25 :\n~Curve\n{names}~A\n{lines}"
+    )
+
+
+def table(times, columns, *, separator=",", units="row", time="iso", comma=False):
+    """A CSV: `units` in a `row`, or `behind` the names; `time` as a logger writes it."""
+    before = {
+        "iso": (["Time"], [[stamp(t)] for t in times]),
+        "date and clock": (
+            ["YYYY/MM/DD", "HH:MM:SS"],
+            [[stamp(t, "%Y/%m/%d"), stamp(t, "%H:%M:%S")] for t in times],
+        ),
+        "day first": (["Date", "Time"], [[stamp(t, "%d.%m.%Y"), stamp(t, "%H:%M:%S")] for t in times]),
+        "clock": (["Clock"], [[stamp(t, "%H:%M:%S")] for t in times]),
+        "am and pm": (["Date Time"], [[stamp(t, "%m/%d/%Y %I:%M:%S %p")] for t in times]),
+        "seconds": (["Elapsed Time"], [[f"{t:g}"] for t in times]),
+    }[time]
+    names, lines = list(before[0]), before[1]
+    named = [f"{name} ({unit})" if units == "behind" else name for name, (unit, _) in columns.items()]
+    head = [separator.join([*names, *named])]
+    if units == "row":
+        first = ["s" if time == "seconds" else ""] + [""] * (len(names) - 1)
+        head.append(separator.join([*first, *(unit for unit, _ in columns.values())]))
+    rows = [separator.join([*a, *b]) for a, b in zip(lines, cells(times, columns), strict=True)]
+    text = "\n".join([*head, *rows]) + "\n"
+    return text.replace(".", ",") if comma else text
+
+
+def written(folder: Path, name: str, text: str, encoding: str = "utf-8") -> Path:
+    file = folder / name
+    file.write_bytes(text.encode(encoding))
+    return file
+
+
+def values(columns, name):
+    return np.array([np.nan if x is None else x for x in columns[name][1]])
