@@ -14,7 +14,7 @@ from jaxtyping import Bool, Float, Int
 from ._base._corners import clipped
 from ._base._faults import Fault, InputError
 from ._base._part import Part, as_part, former_names, part, quantity, short_for, whole
-from ._base._quantity import Quantity, Scalar, in_si
+from ._base._quantity import Quantity, Scalar, in_si, shown
 from ._base._table import number
 from .hybrid._arrays import Array
 from .profiles import AbstractProfile, Constant, Piece, PiecewiseLinear, Real
@@ -255,6 +255,15 @@ class _Group(NamedTuple):
     cycle: int
 
 
+def _as_phases(x: Any) -> Any:
+    """A tuple of phases; also of one alone, and of a list."""
+    phases = (x,) if isinstance(x, Phase) else tuple(x) if isinstance(x, list) else x
+    wrong = [x for x in phases if not isinstance(x, Phase)] if isinstance(phases, tuple) else [x]
+    if wrong:
+        raise InputError([Fault("Phases.phases", f"{shown(wrong[0])} is no phase", "give `Phase`s, each with a lever")])
+    return phases
+
+
 class Phases(Part):
     """A lever in phases that follow each other, all of them `count` times; with the last one the run ends.
 
@@ -275,7 +284,7 @@ class Phases(Part):
         6
     """
 
-    phases: tuple[Phase, ...]
+    phases: tuple[Phase, ...] = eqx.field(converter=_as_phases)  # pyright: ignore
     count: int = whole("number of cycles", high=1_000_000, default=1)
     stands: int = whole("stands that each cycle adds to the string", low=-1, high=1, default=1)
     then: "Phases | None" = None

@@ -297,10 +297,13 @@ _WALKS = [_errors_below(name) for name in ("brake", "heat", "power_shares", "wea
 
 
 @per_value(
-    lambda scene: (scene.brake, scene.duty, scene.heat, scene.wear, scene.power_shares, scene.shaft, scene.motor)
+    lambda scene: (
+        *(scene.brake, scene.duty, scene.heat, scene.wear, scene.power_shares, scene.shaft, scene.motor),
+        *_duty_starts_at(scene.initial),
+    )
 )
 def _faults_of_parts(scene: Scene) -> list[Fault]:
-    """Errors of all parts, and between them, without start and end."""
+    """Errors of all parts, and between them, of the start only what a duty depends on, and without the end."""
     errors = [fault for walk in _WALKS for fault in walk(scene)] + _faults_of_heat(scene)
     if scene.wear is not None:
         errors += faults_of_wear(scene.wear, scene.brake, scene.duty.lever, scene.network)
@@ -321,7 +324,14 @@ def _faults_of_shaft(scene: Scene) -> list[Fault]:
     return errors
 
 
-@per_value(lambda scene: (scene.brake, scene.duty, scene.heat, scene.motor, scene.shaft, scene.initial))
+def _duty_starts_at(initial: Initial) -> tuple[Any, Any]:
+    """What the errors of a duty depend on of the start: not its speed."""
+    return initial.time, initial.block_height
+
+
+@per_value(
+    lambda scene: (scene.brake, scene.duty, scene.heat, scene.motor, scene.shaft, *_duty_starts_at(scene.initial))
+)
 def _faults_of_duty(scene: Scene) -> list[Fault]:
     brake, duty, lever, errors = scene.brake, scene.duty, f"duty.{scene.duty.lever_field}", []
     if duty.lever.controls_speed:
@@ -393,16 +403,20 @@ def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:
         if isinstance(end, AtHeight):
             start = scene.initial.block_height
             if load.travel() is None:
-                errors.append(Fault(f"{phase_path}.until", "never comes: the load hangs on no hook"))
+                errors.append(
+                    Fault(f"{phase_path}.until", "never comes: the load hangs on no hook", "give a load with a hook")
+                )
             elif start is None:
                 hint = "give `initial.block_height`, the height of the block at the start"
                 errors.append(Fault(f"{phase_path}.until", "has no meaning without the height at the start", hint))
-            if end.rising and phase.motor is None:
-                what = "never comes: nothing hoists while the motor is off"
-                errors.append(Fault(f"{phase_path}.until", what, "give the phase `motor = …`, the speed to hoist at"))
-        elif isinstance(end, AfterTravel) and float(end.distance) < 0 and phase.motor is None:
-            what = f"never comes: nothing hoists {-float(end.distance):g} m while the motor is off"
+        upwards = end.rising if isinstance(end, AtHeight) else isinstance(end, AfterTravel) and float(end.distance) < 0
+        if upwards and phase.motor is None:
+            far = f" {-float(end.distance):g} m" if isinstance(end, AfterTravel) else ""
+            what = f"never comes: nothing hoists{far} while the motor is off"
             errors.append(Fault(f"{phase_path}.until", what, "give the phase `motor = …`, the speed to hoist at"))
+        elif upwards and (speeds := np.asarray(phase.motor.values)).min() >= 0 < speeds.max():  # pyright: ignore
+            what, hint = f"lowers, and {end.words} is upwards", "a speed below 0 hoists"
+            errors.append(Fault(f"{phase_path}.motor", what, hint))
         if phase.auxiliary is not None and not any(isinstance(law, AbstractAuxiliaryBrake) for law in scene.shaft):
             hint = "give `shaft` an EddyCurrentBrake or a HydrodynamicBrake"
             errors.append(Fault(f"{phase_path}.auxiliary", "has no effect: there is no auxiliary brake", hint))
