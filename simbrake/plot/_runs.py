@@ -94,8 +94,8 @@ _HOT |= {"wetted wall": PURPLE, "coolant, outlet": SKY}
 
 @styled
 def stop(result: Result, *, figure: Figure | None = None) -> Figure:
-    """Speed of the pulley, torques of brake and load, tensions at the two ends of the band or forces on the linings,
-    and number of linings at their friction limit over time.
+    """Speed of the pulley, torques of brake, load and motor, tensions at the two ends of the band or forces on the
+    linings, and number of linings at their friction limit over time.
 
     Left the whole motion (a run that continues at rest is cut shortly after the stop), right the time up to full slip,
     if it is short, or of several stops the one with the maximum friction heat. Dashed lines are events.
@@ -164,12 +164,17 @@ def stops(result: Result, *, figure: Figure | None = None) -> Figure:
 def _panels(panels: Iterable[Axes], s: Series, words: BrakeWords) -> None:
     """Speed, torques, tensions or forces, and linings at their limit."""
     speed, torque, tension, linings = panels
-    speed.plot(s.t, s.omega, color="k", label=rf"speed of the {words.body} $\omega$")
+    way = "" if s.motor_torque is None else ", below 0 upwards"
+    speed.plot(s.t, s.omega, color="k", label=rf"speed of the {words.body} $\omega${way}")
     speed.set_ylabel(r"$\omega$, rad/s")
     if np.ptp(s.omega) <= 1e-6 * np.abs(s.omega).max():  # constant within rounding: no panel
         speed.set_ylim(*sorted((0.0, 1.2 * float(s.omega[0]) or 1.0)))
     torque.plot(s.t, s.brake_torque / 1e3, color=BLUE, label="brake $M_b$")
     torque.plot(s.t, s.load_torque / 1e3, color=PURPLE, ls="-.", label=r"load $M_\mathrm{load}$")
+    if s.motor_torque is not None:
+        torque.plot(s.t, s.motor_torque / 1e3, color=GREEN, ls="--", label="motor $M$")
+        if s.shaft_torque is not None:
+            torque.plot(s.t, s.shaft_torque / 1e3, color=ORANGE, ls=":", label=r"others $\Sigma M_\mathrm{shaft}$")
     torque.set_ylabel("torque, kN·m")
     n = s.normal_load.shape[1]
     if s.slack_tension is not None:
