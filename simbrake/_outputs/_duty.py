@@ -36,6 +36,7 @@ class DutyKind(enum.StrEnum):
     HOLD = "hold"
     DRAG = "drag_lowering"  # the lever follows a speed
     STEADY = "steady_lowering"  # torques on the shaft balance the load
+    DRIVEN = "driven"  # by the motor, the brake open
     RUNAWAY = "runaway"
     TURNING = "turning"  # neither stopped nor controlled
     FAILED = "failed"
@@ -59,6 +60,8 @@ def duty_of(scene: Scene, status: str, stops: int) -> DutyKind:
         return DutyKind.STOPS if stops > 1 else DutyKind.STOP
     if status in (Status.HELD, Status.STOPPED):  # (dry friction of the shaft may have stopped it)
         return DutyKind.HOLD
+    if status == Status.DRIVEN:
+        return DutyKind.DRIVEN
     if status == Status.LOWERING:
         return DutyKind.STEADY
     return DutyKind.DRAG if speed_is_led(scene) else DutyKind.TURNING
@@ -131,6 +134,9 @@ def duty_lines(summary: Entry) -> Iterator[str]:
                 value, most = number(pull["value"], "N"), number(pull["limit"], "N")
                 each = f" on each of {summary['rims']} rims" if "rims" in summary else ""
                 yield f"lever    at most {value} of {most}{each} at {number(pull['time'], 's')}"
+        case DutyKind.DRIVEN:
+            power = number(summary["energy"]["motor_work"] / end["duration"], "W")
+            yield f"driven   {where} in {duration}; at the end turning at {speed}, mean power of the motor {power}"
         case _:
             yield f"end      until {number(end['time'], 's')}: {where}, turning at {speed}"
 
@@ -175,17 +181,18 @@ class Stop(NamedTuple):
     end: int
 
 
-def rows_of(labels: Sequence[Label]) -> list[Stop]:
-    """The stops in a run with these modes of its rows."""
+def rows_of(labels: Sequence[Label], turned: Sequence[bool] | np.ndarray) -> list[Stop]:
+    """The stops in a run with these modes of its rows; `turned`: whether a motor has moved the pulley since the last
+    one, which the open band then only holds."""
     stops, start, onset = list[Stop](), 0, 0
     for i, (before, now) in enumerate(itertools.pairwise(labels), 1):
         if before.rests and not now.rests:
             stops = [*stops[:-1], stops[-1]._replace(end=i)] if stops else stops
             start = onset = i
         slack = before.band in (BandMode.OPEN, BandMode.TAKE_UP)
-        if slack and now.band not in (BandMode.OPEN, BandMode.TAKE_UP):
+        if slack and (now.rests or now.band not in (BandMode.OPEN, BandMode.TAKE_UP)):
             onset = i
-        if now.rests and not before.rests and before.band != BandMode.OPEN:
+        if now.rests and not before.rests and (before.band != BandMode.OPEN or turned[i]):
             stops.append(Stop(start, onset, i, len(labels) - 1))
     return stops
 
@@ -196,9 +203,9 @@ _stretched = RunJit(
 )
 
 
-def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan) -> Table:
-    """The stops of a concrete run."""
-    stops, states, t = rows_of(labels), record.states, np.asarray(record.rows.t)
+def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan, turned: np.ndarray) -> Table:
+    """The stops of a concrete run; `turned` as in `rows_of`."""
+    stops, states, t = rows_of(labels, turned), record.states, np.asarray(record.rows.t)
     shares = record.system.grip.shares  # pyright: ignore
     hot = 1.0 if shares is None else float(shares.heat)
     work = hot * np.sum([np.asarray(column) for column in states.ledger.friction], axis=0)

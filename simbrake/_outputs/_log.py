@@ -113,6 +113,7 @@ class Status(enum.StrEnum):
     NOT_FOLLOWED = "not_followed"
     RUNAWAY = "runaway"
     LOWERING = "lowering"
+    DRIVEN = "driven"
     RELEASED = "released"
 
 
@@ -123,16 +124,22 @@ STATUS_MESSAGES = {
     Status.NOT_FOLLOWED: "the pulley never comes near the speed that it is to keep",
     Status.RUNAWAY: "the brake cannot hold this load",
     Status.LOWERING: "the pulley turns at a steady speed, torques on the shaft balance the load, nothing holds it",
+    Status.DRIVEN: "the motor moves or holds the pulley at the end time, the brake is open",
     Status.RELEASED: "the brake is open at the end time",
 }
 
 
-def status_of(end: Label, moved: bool, exceeded: Callable[[], bool], steady: Callable[[], bool]) -> Status:
+def status_of(
+    end: Label, moved: bool, driven: bool, exceeded: Callable[[], bool], steady: Callable[[], bool]
+) -> Status:
     """Status of a run that ended in the mode `end`.
 
-    `moved`: whether the pulley turned at any time;  `exceeded`: whether the load exceeds what the brake can hold, asked
-    only where the pulley still turns;  `steady`: whether it does at a steady speed
+    `moved`: whether the pulley turned at any time;  `driven`: whether the motor runs at the end;  `exceeded`: whether
+    the load exceeds what the brake can hold, asked only where the pulley still turns;  `steady`: whether it does at a
+    steady speed
     """
+    if driven and end.band == BandMode.OPEN:
+        return Status.DRIVEN
     if end.rests:
         return Status.STOPPED if moved else Status.HELD
     if steady():
@@ -319,13 +326,17 @@ class Events(list[Event]):
 
 
 class Phase(NamedTuple):
-    """Consecutive steps in one mode, from sample `first` to sample `last` of the arrays handed to `event_log`."""
+    """Consecutive steps in one mode, from sample `first` to sample `last` of the arrays handed to `event_log`.
+
+    `turned`: whether the pulley of a scene with a motor has turned since it last was at rest
+    """
 
     label: Label
     first: int
     last: int
     start: float
     end: float
+    turned: bool = False
 
 
 def event_log(
@@ -349,7 +360,7 @@ def event_log(
     last = slice(max(linings - 1, 0), linings + 1)
     for number, phase in enumerate(phases):
         before = label.band
-        for name in events_of_change(label, phase.label, number == 0):
+        for name in events_of_change(label, phase.label, number == 0, phase.turned):
             if name == "full_slip":  # linings that come to their limit in that very moment, in the order of the slip
                 ahead = phase.label.band == BandMode.SLIP
                 order = range(linings) if ahead else reversed(range(linings))

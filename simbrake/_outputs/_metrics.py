@@ -240,8 +240,24 @@ def _held_share(p: Probe) -> Float[Array, "m 1"]:
     return held_share(*p.holding, holds(p.mode) | (p.y.omega == 0.0))[:, None]
 
 
+def _at_stop(record: Record, scene: Scene, values: Array) -> Array:
+    """Value at the first stop."""
+    if scene.motor is None or record.modes.turn is not None:
+        return _first(record, comes_to_rest, values)
+    phi, rests = record.states.phi, holds(record.modes)
+    xp = numpy_of(phi)
+    last = np.maximum.accumulate if xp is np and numpy_of(rests) is np else jax.lax.cummax
+    row = last(xp.where(rests, xp.arange(phi.shape[0], dtype=np.int32), np.int32(0)))
+    turned = xp.concatenate([phi[1:], phi[-1:]]) != phi[row]
+    return _first(record, functools.partial(comes_to_rest, turned=turned), values)
+
+
+def _stopping_time(record: Record, scene: Scene) -> Array:
+    return _at_stop(record, scene, record.rows.t)
+
+
 def _stopping_angle(record: Record, scene: Scene) -> Array:
-    return _first(record, comes_to_rest, record.states.phi)
+    return _at_stop(record, scene, record.states.phi)
 
 
 def _hook_travel(record: Record, scene: Scene) -> Any:
@@ -252,7 +268,7 @@ def _hook_travel(record: Record, scene: Scene) -> Any:
     if (rope := system.rope) is None:
         return travel
     stretched = jax.vmap(lambda y, mode: rope.stretched(system, y, mode))
-    return travel + _first(record, comes_to_rest, stretched(record.states, record.modes))
+    return travel + _at_stop(record, scene, stretched(record.states, record.modes))
 
 
 def hook_travel_at(system: BrakeSystem, scene: Scene, y: State, mode: Mode) -> Any:
@@ -416,7 +432,7 @@ METRICS: dict[str, Metric] = {
         _time_of(lambda before, after: slips(after.band) & (before.band != after.band)),
     ),
     "stopping_time": Metric(
-        "s", "first time at which the brake brings the pulley to rest", "Stopping time", _time_of(comes_to_rest)
+        "s", "first time at which the brake brings the pulley to rest", "Stopping time", _stopping_time
     ),
     "terminal_speed": Metric(
         "rad/s",

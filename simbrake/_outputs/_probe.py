@@ -251,7 +251,7 @@ def capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) 
     settled = lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
     for course in system.changes_now(y, mode):
         settled = settled & course.no_more_turns(t)
-    load = driving(system, t, y.omega, mode)
+    load = driving(system, t, y.omega, y, mode)
     return Capacity(load, system.capacity(T_0, y.omega, y.own, system.surfaces(t, y, mode)), settled)
 
 
@@ -267,8 +267,8 @@ def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Array,
     return jnp.abs(load), smallest(pairs)
 
 
-def driving(system: BrakeSystem, t: Array, omega: Array, mode: Mode) -> Array:
-    """Torque (N·m) of the load in the direction of a rotation, less the other torques on the shaft.
+def driving(system: BrakeSystem, t: Array, omega: Array, y: State, mode: Mode) -> Array:
+    """Torque (N·m) of the load in the direction of a rotation, less that of a motor and the other ones on the shaft.
 
     Of a load on an elastic rope that of its weight, about which the pull of the rope swings.
     """
@@ -276,6 +276,8 @@ def driving(system: BrakeSystem, t: Array, omega: Array, mode: Mode) -> Array:
     if system.shaft is not None:
         rest = system.load_torque(t, 0.0 * omega, mode)
         load = load - system.shaft.engaged(mode).turning(t, omega, rest, sense, system.shaft.pieces(mode))
+    if system.motor is not None:
+        load = load - system.motor.torque(system, t, omega, y, mode)
     return sense * load
 
 
@@ -323,7 +325,7 @@ def steady_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Float[A
     def net(speed: Array) -> Array:
         omega = sense * speed
         held = smallest(system.capacity(T_0, omega, y.own, surfaces))
-        return driving(system, t, omega, mode) - jnp.where(mode.band == OPEN, 0.0, held)
+        return driving(system, t, omega, y, mode) - jnp.where(mode.band == OPEN, 0.0, held)
 
     return jnp.where(led, jnp.inf, stable_speed(net, jnp.abs(y.omega)))
 

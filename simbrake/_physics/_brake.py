@@ -356,7 +356,8 @@ class BrakeSystem(AbstractBrake):
             now = now._replace(mode=feature.at_once(now.mode, fired))
         t, y, new = now.t, now.y, self._next_pieces(now.y, now.mode, at_stop)
         acting = self._acting(t, y, now.mode, now.z)
-        moment = EventState(t, y.omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact)
+        omega = y.omega if self.motor is None else self.motor.settled(y.omega, now.mode)
+        moment = EventState(t, omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact)
         for feature in self.features:
             y, new = feature.before(Moment(self, t, y, now.mode, now.z), new, fired)
 

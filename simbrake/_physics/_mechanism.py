@@ -140,8 +140,22 @@ class Label(NamedTuple):
         return words if self.inner == 0 else f"{words} with internal slip"
 
 
-def events_of_change(before: Label, after: Label, first: bool) -> list[str]:
-    """Names of the events in one change of mode; `first` marks the settling at the start of a run."""
+def turned_since_rest(labels: Sequence[Label], angles: Sequence[float]) -> list[bool]:
+    """Whether the pulley has turned since it last was at rest, or since the start, for each mode with its angle."""
+    rest, turned = angles[0] if len(angles) else 0.0, []
+    for label, angle in zip(labels, angles, strict=True):
+        turned.append(bool(angle != rest))
+        rest = angle if label.rests else rest
+    return turned
+
+
+def events_of_change(before: Label, after: Label, first: bool, turned: bool = False) -> list[str]:
+    """Names of the events in one change of mode; `first` marks the settling at the start of a run.
+
+    `turned`: whether a motor may have brought the pulley to rest before the open band closes on it
+    """
+    if turned and before.band == BandMode.OPEN and not before.stands and after.band == BandMode.HELD and after.rests:
+        return [*(["layer_change"] if before.layer != after.layer else []), "stop"]
     names = _events_of_band(before, after, first) if before.band != after.band else []
     names = ["layer_change", *names] if before.layer != after.layer else names
     names = names if before.taut == after.taut else ["rope_taut" if after.taut else "rope_slack", *names]
@@ -399,10 +413,13 @@ def holds(mode: Mode) -> Any:
     return (mode.band == HELD) & (mode.slides == 0)
 
 
-def comes_to_rest(before: Mode, after: Mode) -> Any:
-    """Whether the pulley comes to rest in a change of mode, by the brake or by dry friction of the shaft."""
+def comes_to_rest(before: Mode, after: Mode, turned: Any = False) -> Any:
+    """Whether the pulley comes to rest in a change of mode, by the brake or by dry friction of the shaft.
+
+    `turned`: a motor may have brought it to rest, before the open band closes
+    """
     if after.turn is None:
-        return holds(after) & ~holds(before) & (before.band != OPEN)
+        return holds(after) & ~holds(before) & ((before.band != OPEN) | turned)
     # dry friction of the shaft may hold the pulley while the band is open
     return (before.turn != 0) & (after.turn == 0)
 

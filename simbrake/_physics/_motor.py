@@ -10,8 +10,11 @@ from ..hybrid import QUADRATURE
 from ..hybrid._arrays import Array
 from ..loads import AbstractFollower, Motor
 from ._feature import HEAT, AbstractBrake, Feature, Moment, State, piece_of
-from ._mechanism import Mode
+from ._mechanism import OPEN, Mode
 from ._shaft import Shaft
+
+#: share of its maximum speed below which a motor has brought the pulley to rest
+_STILL = 1e-6
 
 
 class Drive(Feature):
@@ -51,6 +54,13 @@ class Drive(Feature):
         inertia, most = jnp.asarray(brake.inertia_at(mode)), self.motor.available(omega)
         wanted = jnp.asarray(course.wanted_torque(t, omega, piece, load, inertia, turned))
         return jnp.where(course.follows(piece), clipped(wanted, -most, most), 0.0)
+
+    def settled(self, omega: Array, mode: Mode) -> Array:
+        """The speed at a change of mode: exactly 0 where the motor has brought an open brake to rest but for rounding.
+
+        Else rounding would decide whether a band that closes then holds, or is drawn on by its pulley first.
+        """
+        return jnp.where((mode.band == OPEN) & (jnp.abs(omega) <= _STILL * self.motor.max_speed), 0.0, omega)
 
     # --- as a feature of the brake ------------------------------------------------------------------------------------
 

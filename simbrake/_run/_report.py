@@ -43,7 +43,7 @@ from .._outputs._stability import shortage
 from .._parts._scene import plausibility, warnings
 from .._phases import Phases
 from .._physics._brake import BrakeSystem
-from .._physics._mechanism import BandMode, Label, Mode
+from .._physics._mechanism import BandMode, Label, Mode, turned_since_rest
 from ..hybrid import FINISHED, Record
 from ._choice import stiffness
 
@@ -158,11 +158,12 @@ class Report:
         first, last = segments_of(record)
         labels = labels_of(record, last)
         places = (first * samples).tolist(), ((last + 1) * samples - 1).tolist()
-        times = t[first].tolist(), t[last + 1].tolist()
-        phases = [Phase(*span) for span in zip(labels, *places, *times, strict=True)]
+        times, turned = (t[first].tolist(), t[last + 1].tolist()), self.turned
+        spans = zip(labels, *places, *times, turned[first].tolist(), strict=True)
+        phases = [Phase(*span) for span in spans]
         start, *_, end = labels_of(record, np.asarray([0, n]))
         if n and end != labels[-1]:  # an event at the very end
-            phases.append(Phase(end, n * samples - 1, n * samples - 1, float(t[n]), float(t[n])))
+            phases.append(Phase(end, n * samples - 1, n * samples - 1, float(t[n]), float(t[n]), bool(turned[n])))
         if phases and phases[0].label.band == BandMode.OPEN and phases[0].end == phases[0].start:
             phases = phases[1:]  # the settling of the first mode
         margins = np.asarray(self.scan.seen.margins)
@@ -171,6 +172,14 @@ class Report:
         events += [*self._marks(), *self._of_linings()]
         inside = [*self._phase_ends(), *self._friction_changes()]
         return with_phases(sorted(events, key=lambda event: event.time), inside)
+
+    @functools.cached_property
+    def turned(self) -> np.ndarray:
+        """Whether the pulley of a scene with a motor has turned since it last was at rest, in every row."""
+        if self.result.scene.motor is None:
+            return np.zeros(int(self._record.count) + 1, bool)
+        labels = labels_of(self._record)
+        return np.asarray(turned_since_rest(labels, np.asarray(self._record.states.phi)[: len(labels)].tolist()))
 
     def _phase_ends(self) -> list[Event]:
         """Ends of the phases of the duty."""
@@ -189,7 +198,7 @@ class Report:
 
     @functools.cached_property
     def _stops(self) -> Table:
-        return stops_of(self._record, self.result.scene, labels_of(self._record), self.scan)
+        return stops_of(self._record, self.result.scene, labels_of(self._record), self.scan, self.turned)
 
     @property
     def stops(self) -> Table:

@@ -36,6 +36,7 @@ from .._outputs._scan import peak
 from .._parts._scene import Scene
 from .._phases import AfterTravel, AtHeight, AtTemperature, Phases
 from .._physics._brake import BrakeSystem, Capacity
+from .._physics._feature import piece_of
 from .._physics._mechanism import BrakeCode
 from ..hybrid import LANDED, STOPPED, Code, Record
 from ..hybrid._arrays import Array
@@ -305,8 +306,8 @@ class Result:
 
     @property
     def status(self) -> str:
-        """`stopped`, `held`, `not_stopped`, `not_followed`, `runaway`, `lowering`, `released`, or the name of a failure
-        code."""
+        """`stopped`, `held`, `not_stopped`, `not_followed`, `runaway`, `lowering`, `driven`, `released`, or the name of
+        a failure code."""
         if not self.ok:
             return FAILURES[int(self.code)][0]  # pyright: ignore
         if self._never_follows():
@@ -314,7 +315,13 @@ class Result:
         moved = bool(np.any(np.asarray(self.record.rows.y)[: int(self.record.count) + 1, 1] != 0.0))
         (end,) = labels_of(self.record, np.asarray([int(self.record.count)]))
         record = self.record
-        return str(status_of(end, moved, lambda: bool(runs_away(record)), lambda: bool(lowers_steadily(record))))
+        steady = functools.partial(lowers_steadily, record)
+        return str(status_of(end, moved, self._driven(), lambda: bool(runs_away(record)), lambda: bool(steady())))
+
+    def _driven(self) -> bool:
+        """Whether the motor runs at the end."""
+        motor, y, mode = self._system.motor, self.record.y_end, self.record.mode_end
+        return motor is not None and bool(motor.now(y, mode).follows(piece_of(mode, motor.piece)))
 
     def _never_follows(self) -> bool:
         """Whether a lever or a motor that is to keep a speed throughout never brings the pulley near it."""
@@ -343,8 +350,10 @@ class Result:
             if end.stands:
                 body = self.scene.brake.words.body
                 return f"the {body} is at rest with the brake open: dry friction of the shaft holds it"
+            if status is Status.STOPPED and self.scene.motor is not None:  # (which may have brought it there)
+                words = f"the {self.scene.brake.words.body} is at rest, and the brake holds it"
             swings = status is Status.STOPPED and float(self.record.y_end.omega) != 0.0
-            words = words.replace("and holds it", "and holds it on the springs of its band") if swings else words
+            words = words.replace("holds it", "holds it on the springs of its band") if swings else words
             return words + (self._of_hook() if end.rests else "")
         what, hint = failure_of(int(self.code), self.scene.brake.words)
         what = f"{what}: {self._waiting()}" if int(self.code) == BrakeCode.PHASE_NEVER_ENDS else what

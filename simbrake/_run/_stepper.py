@@ -212,11 +212,11 @@ def _at_end(record: Record) -> tuple[np.ndarray, np.ndarray]:
 def _events(record: Record, first: bool) -> list[Event]:
     """Changes of mode in a record, by the names of the log; `first`: it begins the run."""
     labels, t = labels_of(record), np.asarray(record.rows.t)
-    events, settles = [], first
+    events, settles, driven = [], first, record.system.motor is not None  # pyright: ignore
     for i, (before, after) in enumerate(itertools.pairwise(labels)):
         if before == after:
             continue
-        names = events_of_change(before, after, settles and bool(t[i + 1] == t[0]))
+        names = events_of_change(before, after, settles and bool(t[i + 1] == t[0]), driven)
         events += [Event(float(t[i + 1]), name) for name in names]
         settles = False
     return events

@@ -160,6 +160,8 @@ def _outcome(result: Result) -> str:
             return f"{len(result.stops)} stops; at the end {result.status.replace('_', ' ')}"
         case DutyKind.DRAG:
             return f"Lowered under the brake for {number(summary['end']['duration'], 's')}"
+        case DutyKind.DRIVEN:
+            return f"Driven by the motor for {number(summary['end']['duration'], 's')}"
         case DutyKind.STEADY:
             return f"Lowered at a steady {number(m['terminal_speed'], 'rad/s')}"
     message = result.message

@@ -19,7 +19,7 @@ from .._base._table import Table
 from .._outputs._log import Event
 from .._outputs._metrics import marks
 from .._parts._scene import Scene
-from .._physics._mechanism import Label, events_of_change
+from .._physics._mechanism import Label, events_of_change, turned_since_rest
 from .._run._choice import stiffness
 from .._run._result import Result
 from .._run._simulate import simulate
@@ -45,10 +45,11 @@ Fired: TypeAlias = Bool[np.ndarray, " guard"]
 
 
 class Change(NamedTuple):
-    """A segment of a run: its first time and its mode (flat)."""
+    """A segment of a run: its first time, its mode (flat), and the angle of the pulley."""
 
     t: float
     mode: Int[np.ndarray, " mode"]
+    angle: float
 
 
 class Course:
@@ -70,7 +71,7 @@ class Course:
         self.atol = rtol * np.where(np.isfinite(sizes), sizes, energy)
         self.t, self.t1 = float(record.rows.t[0]), float(record.t1)
         self.y, self.mode = np.asarray(record.rows.y[0]), np.asarray(record.rows.mode[0], np.int32)
-        self.changes = [Change(self.t, self.mode)]
+        self.changes = [Change(self.t, self.mode, float(self.y[0]))]
         self.evaluations, self.seconds, self.trouble, self._chain = 0, 0.0, "", 0
         self.max_step = (self.t1 - self.t) / _SLICES
         flat = record.flat
@@ -105,7 +106,7 @@ class Course:
             raise RuntimeError(f"the system ended the run with code {int(code)}")
         self.y, self.mode = np.asarray(y), np.asarray(after, np.int32)
         self._chain = self._chain + 1 if self.changes[-1].t == self.t else 0
-        self.changes.append(Change(self.t, self.mode))
+        self.changes.append(Change(self.t, self.mode, float(self.y[0])))
         if self._chain > _CHAIN:
             raise RuntimeError("too many changes of mode at one instant")
 
@@ -267,8 +268,10 @@ def _scipy_events(result: Result, course: Course) -> list[Event]:
     # the first mode is where the run starts to look for the true one
     first = 1 if len(modes) > 1 and times[1] == times[0] and labels[0].band == 0 else 0
     events, before = [], labels[0]
+    turned = turned_since_rest(labels, [change.angle for change in course.changes])
     for i in range(first, len(modes)):
-        events += [Event(times[i], name) for name in events_of_change(before, labels[i], i == first)]
+        by_motor = result.scene.motor is not None and turned[i]
+        events += [Event(times[i], name) for name in events_of_change(before, labels[i], i == first, by_motor)]
         before = labels[i]
     for (was, now), t in zip(itertools.pairwise(modes), times[1:], strict=True):
         if now.phase is not None and now.phase != was.phase:

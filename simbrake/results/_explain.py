@@ -218,9 +218,9 @@ def _balance(result: Result) -> list[Finding]:
         used = digits(100 * held["load_torque"] / held["capacity"], 4)
         text = f"The load asks for {load}; the brake at rest could hold {capacity}: "
         return [Finding("balance", f"{text}{used} % of its static capacity are used.", held)]
-    if kind in (DutyKind.STOP, DutyKind.STOPS):
+    if kind in (DutyKind.STOP, DutyKind.STOPS) and float(result.energy["friction_heat"]) > 0:
         return [_torque_budget(result, kind)]
-    if kind in (DutyKind.DRAG, DutyKind.STEADY):
+    if kind in (DutyKind.DRAG, DutyKind.STEADY, DutyKind.DRIVEN, DutyKind.STOP, DutyKind.STOPS):
         return [_powers(result)]
     capacity = result.report().summary["capacity"]
     if capacity is None or not capacity["brake_torque"]:
@@ -249,7 +249,7 @@ def _torque_budget(result: Result, kind: str) -> Finding:
     """Mean torques over the angle of a single stop, or of the longest of several from the onset of slip on."""
     record, words = result.record.compact(), result.scene.brake.words
     t, phi = np.asarray(record.rows.t), np.asarray(record.states.phi)
-    stops = rows_of(labels_of(record))
+    stops = rows_of(labels_of(record), result.report().turned)
     number_of = int(np.argmax([t[stop.stop] - t[stop.onset] for stop in stops]))
     stop = stops[number_of]
     first, last = (stop.start if kind == DutyKind.STOP else stop.onset), stop.stop
@@ -298,10 +298,10 @@ _POWERS = {
 
 
 def _powers(result: Result) -> Finding:
-    """Mean powers of a lowering: what load, lever and inertia give, and what takes it."""
+    """Mean powers of a lowering, or of a run without work of the brake: what load and inertia give, what takes it."""
     energy, duration = result.report().summary["energy"], result.report().summary["end"]["duration"]
     both = energy_balance(energy).positive
-    whole = max(sum(side.values()) for side in both)
+    whole = max(sum(side.values()) for side in both) or 1.0
 
     def terms(side: Mapping[str, float]) -> str:
         shown = {_POWERS.get(name, name): work for name, work in side.items() if 100 * work / whole >= _SHOWN}
@@ -432,6 +432,7 @@ def _subject(result: Result) -> Metric:
         DutyKind.HOLD: HOLDING if m.get(HOLDING) is not None else None,
         DutyKind.DRAG: hot or ("max_tension" if "max_tension" in m else "max_normal_load"),
         DutyKind.STEADY: "terminal_speed",
+        DutyKind.DRIVEN: "energy.motor_work",
     }
     outweighed = torque_over_load if capacity and capacity["load_torque"] and capacity["brake_torque"] else None
     return choice.get(kind, outweighed) or "energy.friction_heat"

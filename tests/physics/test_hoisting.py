@@ -9,7 +9,18 @@ import pytest
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
-from simbrake.loads import AfterTravel, Driller, HookLoad, Motor, Phase, Phases, RopeLayers, StringLoad, TackleLoss
+from simbrake.loads import (
+    AfterTravel,
+    BearingFriction,
+    Driller,
+    HookLoad,
+    Motor,
+    Phase,
+    Phases,
+    RopeLayers,
+    StringLoad,
+    TackleLoss,
+)
 
 MASS, RADIUS, LINES, INERTIA = 60e3, 0.4, 8, 1200.0
 TRAVEL = RADIUS / LINES  # m of the hook per radian
@@ -81,6 +92,40 @@ def test_a_motor_brings_the_drum_to_rest_before_the_band_closes():
     assert float(result.energy["friction_heat"]) == 0.0
     assert result.metrics["max_tension"] == pytest.approx(held, rel=1e-10)
     assert float(result.record.y_end.omega) == 0.0
+
+
+@pytest.mark.parametrize("timed", [False, True], ids=["rest", "time"])
+@pytest.mark.parametrize("shaft", [(), (BearingFriction(600.0),)], ids=["smooth", "dry"])
+@pytest.mark.parametrize("stiffness", [None, 4e5], ids=["rigid", "elastic"])
+def test_every_motion_that_a_motor_ends_is_a_stop_that_the_band_then_holds(stiffness, shaft, timed):
+    brake = sb.Brake(BRAKE.pulley, sb.Band(0.623, stiffness), BRAKE.linings)
+    hoist, slow = up(25.0)
+    slow = Phase(0.0, UP / FASTER, "slow", motor=course(-UP, 0.0)) if timed else slow
+    phases = Phases((hoist, slow, HOLD), 3)
+    scene = sb.Scene(brake, sb.Duty(phases, LOAD), sb.Initial(0.0), 1e3, motor=MOTOR, shaft=shaft)
+    result = sb.simulate(scene)
+    first = 25.0 / UP + UP / FASTER
+    np.testing.assert_allclose(result.stops["time"], first + np.arange(3) * (first + 10.0), rtol=1e-10)
+    np.testing.assert_allclose(result.stops["travel"], -25.0, rtol=1e-10)
+    np.testing.assert_allclose(result.stops["braking_time"], 0.0, atol=1e-6)
+    np.testing.assert_array_equal(result.events["stop"].times, result.stops["time"])
+    assert float(result.stopping_time) == result.stops["time"][0]
+    if stiffness is None:  # (that of an elastic band is what it lets go)
+        assert float(result.energy["friction_heat"]) == pytest.approx(0.0, abs=1e-3)
+    assert float(result.total_hook_travel) == pytest.approx(-75.0, rel=1e-10)
+
+
+def test_errors_of_a_start_are_not_those_of_another_one():
+    hoist = Phases((Phase(0.0, "block up to 30 m", motor=course(0.0, -UP)),))
+
+    def code(**start):
+        scene = sb.Scene(BRAKE, sb.Duty(hoist, LOAD), sb.Initial(**start), 1e3, motor=MOTOR)
+        return int(sb.simulate(scene).code)
+
+    assert code(block_height="5 m") == 0
+    with pytest.raises(sb.InputError, match="without the height at the start"):
+        code()
+    assert code(block_height="5 m") == 0
 
 
 def _weak(torque, power):
@@ -246,6 +291,25 @@ def test_the_speed_of_the_hook_starts_a_run_and_has_a_limit():
     assert event.time == pytest.approx(np.log(2.0) / 2.0, rel=1e-9)  # the deviation halves at the gain of 2/s
 
 
+@pytest.mark.parametrize(("speed", "travel"), [(-UP, -9.0), (DOWN, 9.0), (0.0, 0.0)], ids=["up", "down", "still"])
+def test_a_run_that_ends_under_the_motor_is_driven(speed, travel):
+    motor = dataclasses.replace(MOTOR, speed=course(0.0, speed) if speed else sb.PiecewiseLinear([0.0], [0.0]))
+    end = 5.0 if speed == 0 else 9.0 / abs(speed) + 0.5 * abs(speed) / FASTER
+    result = sb.simulate(sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(), end, motor=motor))
+    assert result.status == result.summary()["duty"] == "driven"
+    assert result.verdict().colour == "green"
+    assert float(result.total_hook_travel) == pytest.approx(travel, abs=1e-9)
+    assert "mean power of the motor" in str(result)
+    assert "nan" not in str(sb.results.explain(result, influence=False))
+
+
+def test_a_load_that_the_motor_keeps_does_not_run_away():
+    lower = Phase(0.0, "travel 500 m", motor=course(0.0, DOWN))
+    with pytest.raises(sb.SimulationError, match="phase_never_ends") as error:
+        run(Phases((lower,)), end=20.0)
+    assert "runs away" not in str(error.value)
+
+
 def test_a_speed_that_is_never_followed_has_a_name():
     load = HookLoad(100.0, RADIUS, LINES)
     driller = Driller(sb.PiecewiseLinear([0.0], [30.0]), 60e3)
@@ -268,12 +332,15 @@ def test_a_speed_that_is_never_followed_has_a_name():
         ({"motor": Motor(6e4, 1e6, 20.0)}, r"24 rad/s is above the motor's 20 rad/s"),
         ({"motor": Motor(6e4, 1e6, 40.0, course(0.0, 1.0))}, "has no effect on a duty in phases"),
         ({"load": StringLoad(8e3, [1e4, 2e4], 0.4, 8)}, "has 2 masses for 3 phases"),
+        ({"phases": (Phase(0.0, "travel -5 m", motor=course(0.0, DOWN)),)}, "lowers, and travel −5 m is upwards"),
+        ({"phases": Phase(0.0, "travel -5 m")}, "nothing hoists 5 m"),
+        ({"phases": [HOLD, 3.0]}, "3.0 is no phase"),
     ],
 )
 def test_what_cannot_be_hoisted_is_named(change, words):
-    phases = Phases(change.pop("phases", (*up(25.0), HOLD)))
+    phases = change.pop("phases", (*up(25.0), HOLD))
     with pytest.raises(sb.InputError, match=words):
-        run(phases, **change)
+        run(Phases(phases), **change)
 
 
 def test_a_motor_without_limits_is_refused():
