@@ -404,6 +404,12 @@ def lowers_steadily(record: Record) -> Any:
     return (terminal < np.inf) & (abs(speed - terminal) <= _STEADY * terminal)
 
 
+def ends_driven(record: Record) -> Any:
+    """Whether the motor runs at the end of a run."""
+    motor, mode = record.system.motor, record.mode_end  # pyright: ignore
+    return np.False_ if motor is None else motor.now(record.y_end, mode).follows(piece_of(mode, motor.piece))
+
+
 def capacities_at(record: Record, index: np.ndarray, instants: Callable[[np.ndarray], tuple[Array, ...]]) -> Capacity:
     """Load torque and capacity of the brake of a concrete record at the samples numbered `index`.
 

@@ -24,6 +24,7 @@ from .._outputs._probe import (
     Entry,
     Probe,
     end_capacity,
+    ends_driven,
     ends_of,
     is_traced_run,
     lowers_steadily,
@@ -36,7 +37,6 @@ from .._outputs._scan import peak
 from .._parts._scene import Scene
 from .._phases import AfterTravel, AtHeight, AtTemperature, Phases
 from .._physics._brake import BrakeSystem, Capacity
-from .._physics._feature import piece_of
 from .._physics._mechanism import BrakeCode
 from ..hybrid import LANDED, STOPPED, Code, Record
 from ..hybrid._arrays import Array
@@ -315,13 +315,10 @@ class Result:
         moved = bool(np.any(np.asarray(self.record.rows.y)[: int(self.record.count) + 1, 1] != 0.0))
         (end,) = labels_of(self.record, np.asarray([int(self.record.count)]))
         record = self.record
-        steady = functools.partial(lowers_steadily, record)
-        return str(status_of(end, moved, self._driven(), lambda: bool(runs_away(record)), lambda: bool(steady())))
-
-    def _driven(self) -> bool:
-        """Whether the motor runs at the end."""
-        motor, y, mode = self._system.motor, self.record.y_end, self.record.mode_end
-        return motor is not None and bool(motor.now(y, mode).follows(piece_of(mode, motor.piece)))
+        driven = bool(ends_driven(record))
+        return str(
+            status_of(end, moved, driven, lambda: bool(runs_away(record)), lambda: bool(lowers_steadily(record)))
+        )
 
     def _never_follows(self) -> bool:
         """Whether a lever or a motor that is to keep a speed throughout never brings the pulley near it."""

@@ -514,19 +514,19 @@ _MEANINGS = {
 }
 
 
-def _status(code: int, band: int, inner: int, turn: int, moved: int, exceeded: int, steady: int) -> str:
+def _status(code: int, band: int, inner: int, turn: int, moved: int, driven: int, exceeded: int, steady: int) -> str:
     """How a run ended, in the words of `Result.status`; `not_run` where it did not take place."""
     if code == NOT_RUN:
         return "not_run"
     if code:
         return failure_name(code)
     end = Label(band, inner, turn)
-    return str(status_of(end, bool(moved), lambda: bool(exceeded), lambda: bool(steady)))
+    return str(status_of(end, bool(moved), bool(driven), lambda: bool(exceeded), lambda: bool(steady)))
 
 
 def _statuses(columns: Columns) -> np.ndarray:
     """How every run ended: one look at all runs for each of the few ways that there are."""
-    kinds = [columns[name] for name in ("code", "band", "inner", "turn", "moved", "exceeded", "steady")]
+    kinds = [columns[name] for name in ("code", "band", "inner", "turn", "moved", "driven", "exceeded", "steady")]
     words, which = list[str](), np.full(len(kinds[0]), -1)
     while (left := int(np.argmin(which))) < len(which) and which[left] < 0:
         kind = [int(column[left]) for column in kinds]

@@ -27,7 +27,7 @@ from .._base._programs import STORE
 from .._base._quantity import behind
 from .._outputs._log import FAILURES
 from .._outputs._metrics import METRICS, identity_of
-from .._outputs._probe import lowers_steadily, runs_away
+from .._outputs._probe import ends_driven, lowers_steadily, runs_away
 from .._parts._scene import Scene, require_scene
 from .._run._edit import Inputs, entry_of, with_inputs, with_values
 from .._run._measure import Metric, measure, name_of
@@ -80,6 +80,7 @@ ABOUT: dict[str, Callable[[Result], Any]] = {
     "inner": lambda r: jnp.asarray(r.record.mode_end.slides, jnp.int32),
     "turn": lambda r: jnp.asarray(1 if r.record.mode_end.turn is None else r.record.mode_end.turn, jnp.int32),
     "moved": lambda r: _moved(r.record),
+    "driven": lambda r: jnp.asarray(ends_driven(r.record)),
     "exceeded": lambda r: runs_away(r.record),
     "steady": lambda r: jnp.asarray(lowers_steadily(r.record)),
     "steps": lambda r: r.record.stats.accepted,

@@ -303,6 +303,15 @@ def test_a_run_that_ends_under_the_motor_is_driven(speed, travel):
     assert "nan" not in str(sb.results.explain(result, influence=False))
 
 
+def test_runs_of_an_ensemble_are_driven_too():
+    motor = dataclasses.replace(MOTOR, speed=course(0.0, -UP))
+    scene = sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(), 5.0, motor=motor)
+    data = sb.sweep(scene, {"motor.max_power": [1e5, 2e6]}, ["max_motor_power"])
+    assert data["status"].values.tolist() == ["driven", "driven"]
+    powers = data["max_motor_power"].values
+    assert powers == pytest.approx([1e5, UP / TRAVEL * (WEIGHT + J * FASTER / TRAVEL)], rel=1e-8)
+
+
 def test_a_load_that_the_motor_keeps_does_not_run_away():
     lower = Phase(0.0, "travel 500 m", motor=course(0.0, DOWN))
     with pytest.raises(sb.SimulationError, match="phase_never_ends") as error:
