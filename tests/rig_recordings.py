@@ -91,3 +91,43 @@ def written(folder: Path, name: str, text: str, encoding: str = "utf-8") -> Path
 
 def values(columns, name):
     return np.array([np.nan if x is None else x for x in columns[name][1]])
+
+
+def trip(stands, *, dt=0.02, inertia=60e3):
+    """A block that goes down and up: times, heights, hook loads, and the true work of each lowering.
+
+    Of each stand: travel (m), speed (m/s), acceleration (m/s^2), load (N) while lowering and 12 s before and after, and
+    else. The load is less `inertia` (kg) times the acceleration, so that the work of a lowering is load times travel.
+    """
+    speed, weight, spans, count = [np.zeros(round(40 / dt))], [np.full(round(40 / dt), stands[0][4])], [], 0
+    count = speed[0].size
+    for travel, top, rate, lowered, idle in stands:
+        ramp = np.arange(0.0, top, rate * dt)
+        whole = np.concatenate([ramp, np.full(round((travel / top - top / rate) / dt), top), ramp[::-1]])
+        whole *= travel / (whole.sum() * dt)
+        rest = np.zeros(round(45 / dt))
+        speed += [whole, rest, -whole, rest]
+        weight += [np.full(whole.size, lowered)] + [np.full(x.size, idle) for x in (rest, whole, rest)]
+        weight[-5][-round(12 / dt) :] = weight[-3][: round(12 / dt)] = lowered
+        spans.append((count, count + whole.size))
+        count += 2 * (whole.size + rest.size)
+    v, w = np.concatenate(speed), np.concatenate(weight)
+    t, h = np.arange(v.size) * dt, 42.0 - np.concatenate([[0.0], np.cumsum(v)[:-1] * dt])
+    load = w - inertia * np.gradient(v, dt)
+    work = [
+        (t[a], t[b], travel, lowered * travel) for (a, b), (travel, _, _, lowered, _) in zip(spans, stands, strict=True)
+    ]
+    return t, h, load, work
+
+
+def sampled(t, h, load, kind, rng):
+    """What a logger makes of it: `fine` 0.1 s, `decimated`, or `held` with heights that are read each 5 to 6 s."""
+    step = {"fine": 0.1, "decimated": 3.1, "held": 2.4}[kind]
+    rows = np.clip(np.round(np.arange(0.0, t[-1], step) / (t[1] - t[0])).astype(int), 0, t.size - 1)
+    noise = load[rows] * (1 + rng.normal(0, 0.003, rows.size))
+    if kind == "held":
+        read = np.round(np.cumsum(rng.uniform(5, 6, int(t[-1] / 5) + 2)) / (t[1] - t[0])).astype(int)
+        read = np.concatenate([[0], read])
+        at = read[np.searchsorted(read, rows, side="right") - 1]
+        return t[rows], h[np.minimum(at, t.size - 1)].round(3), noise
+    return t[rows], h[rows].round(3), noise

@@ -2,3 +2,9 @@ from ._log import ROLES as ROLES
 from ._log import Channel as Channel
 from ._log import Log as Log
 from ._log import read as read
+from ._lowerings import LOADS as LOADS
+from ._lowerings import STATES as STATES
+from ._lowerings import Level as Level
+from ._lowerings import Lowering as Lowering
+from ._lowerings import Lowerings as Lowerings
+from ._lowerings import lowerings as lowerings

@@ -133,15 +133,23 @@ class Channel:
     def interval(self) -> float:
         """Usual time (s) between two updates while the value changes; NaN where it hardly does.
 
-        The median of the times between updates, each weighted by the change: a block at rest does not count.
+        The median of the times between updates, each weighted by the change, so that a block at rest does not count;
+        of times up to twice the shorter ones (a tenth of the updates, or of the change), so that a load which is
+        constant between two steps does not count either.
         """
         t, x = self.t[self.updates], self.value[self.updates]
         if t.size < 4:
             return float("nan")
         spacing, weight = np.diff(t), np.abs(np.diff(x))
         order = np.argsort(spacing)
-        total = np.cumsum(weight[order])
-        return float(spacing[order][np.searchsorted(total, 0.5 * total[-1])])
+        spacing, weight = spacing[order], weight[order]
+
+        def quantile(share: float, weight: np.ndarray) -> float:
+            total = np.cumsum(weight)
+            return float(spacing[np.searchsorted(total, share * total[-1])])
+
+        short = min(quantile(0.1, weight), quantile(0.1, np.ones(weight.size)))
+        return quantile(0.5, np.where(spacing <= 2.0 * short, weight, 0.0))
 
     @property
     def held(self) -> bool:
@@ -380,7 +388,7 @@ class _Reading:
             self.fault("", "has no hook load", "names={'hook_load': 'COLUMN'} says which column it is")
         if self.faults or seconds is None or times is None:
             raise InputError(self.faults)
-        t = seconds - seconds[0]
+        t = np.round(seconds - seconds[0], 6)  # times since 1970 are known to a microsecond at best
         t_load = t - self.offset if self.offset else t
         channels: list[Channel] = []
         for i, name in enumerate(table.names):

@@ -1,0 +1,530 @@
+"""States of the block and lowerings in a rig's log, by the updates of its height, and the work of the hook in them."""
+
+import dataclasses
+from collections.abc import Iterator
+from datetime import datetime, timedelta
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .._base._faults import Fault, InputError
+from .._base._table import Column, Table, Tabular, digits, number, plain
+from ._log import Channel, Log
+
+#: of the block in a row of the log
+STATES = ("no data", "down", "up", "at rest", "in slips", "set down", "slack")
+#: of the load on the hook
+LOADS = ("not decidable", "block", "string")
+#: share of the rows that makes a level of loads, width of a class of loads, ratio of two levels
+_SHARE, _CLASS, _APART = 0.03, 0.02, 1.25
+#: update interval (s) above which no lowering can be followed
+_SLOWEST = 15.0
+#: two-sided 90 % of a normal distribution
+_NORMAL_90 = 1.645
+
+
+class Level(NamedTuple):
+    """A load (N) with the interval that holds 90 % of its readings."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Lowering:
+    """One lowering of the hook, in SI units; times are seconds from the first row of the log.
+
+    - `start`: in ISO 8601, `None` in a log without date;  `begin`, `duration`; `height` at the begin, `travel` down
+    - `top_speed`: the highest mean speed between two updates of the height, so that a shorter peak is not in it
+    - `mean_load`: `hook_work`/`travel`;  `static_load`: median over the middle half of the travel, hardly accelerated
+    - `hook_work`, `hook_work_low`, `hook_work_high`: `∫F dx` with its interval, see `lowerings`
+    - `kind`: `string`, `block` or `not decidable`;  `flags`: reasons to look at it, left out of totals
+    - `activity`: the log's own code, for comparison
+    """
+
+    start: str | None
+    begin: float
+    duration: float
+    height: float
+    travel: float
+    top_speed: float
+    mean_load: float
+    static_load: float
+    hook_work: float
+    hook_work_low: float
+    hook_work_high: float
+    kind: str
+    flags: tuple[str, ...] = ()
+    activity: str = ""
+
+    @property
+    def end(self) -> float:
+        return self.begin + self.duration
+
+
+@dataclasses.dataclass(frozen=True)
+class Lowerings(Tabular):
+    """Lowerings of a log in the order of time, and the states of the block.
+
+    - `state`, `load` (n,): places in `simbrake.rig.STATES` and `LOADS` of each row of the log
+    - `tare`: what the hook load shows without a string (block, top drive and the zero of the gauge), `None` if unknown
+    - `decidable`: whether a second, heavier level tells string and block apart
+    - `interval_by`: what the intervals of the work are from;  `thresholds`: the arguments;  `notes`: to be read
+    """
+
+    log: Log = dataclasses.field(repr=False)
+    lowerings: tuple[Lowering, ...]
+    state: np.ndarray = dataclasses.field(repr=False)
+    load: np.ndarray = dataclasses.field(repr=False)
+    tare: Level | None
+    decidable: bool
+    interval_by: str
+    thresholds: dict[str, Any]
+    notes: tuple[str, ...]
+
+    def __len__(self) -> int:
+        return len(self.lowerings)
+
+    @property
+    def valid(self) -> tuple[Lowering, ...]:
+        """Those without flags, of which totals are made."""
+        return tuple(one for one in self.lowerings if not one.flags)
+
+    def parts(self) -> Iterator[str | Table]:
+        work, low, high = (sum(getattr(one, name) for one in self.valid) for name in _WORKS)
+        flagged = len(self) - len(self.valid)
+        total = f"{number(work, 'J', count=4)} ({number(low, 'J', count=4)} to {number(high, 'J', count=4)})"
+        aside = f"; {flagged} more are flagged and left out" if flagged else ""
+        yield f"{len(self.valid)} lowerings, {total} at the hook{aside}"
+        kinds = [f"{kind}: {sum(one.kind == kind for one in self.valid)}" for kind in reversed(LOADS)]
+        yield f"load {', '.join(kinds)}"
+        yield self._level
+        yield self.table
+        yield self._shares
+        limits = ", ".join(f"{name} = {'by the log' if x is None else x}" for name, x in self.thresholds.items())
+        yield f"thresholds: {limits}"
+        yield f"interval of the work by {self.interval_by}"
+        yield from (f"- {note}" for note in self.notes)
+
+    @property
+    def _level(self) -> str:
+        if self.tare is None:
+            return "load without string: unknown, the block is nowhere at rest"
+        value, low, high = (number(x, "N", count=4) for x in self.tare)
+        unsure = "" if self.decidable else "; no second level: it may contain a light string"
+        return f"load without string: {value} ({low} to {high}){unsure}"
+
+    @property
+    def _shares(self) -> str:
+        share = np.bincount(self.state, minlength=len(STATES)) / max(self.state.size, 1)
+        said = (f"{name} {100 * x:.0f} %" for name, x in zip(STATES, share, strict=True) if x > 0)
+        return f"rows: {', '.join(said)}"
+
+    @property
+    def table(self) -> Table:
+        """A row for each lowering."""
+        columns = [
+            *(Column("start", left=True), Column("begin", "s"), Column("duration", "s", show=".4g")),
+            *(Column("height", "m", hidden=True), Column("travel", "m", show=".4g")),
+            *(Column("top_speed", "m/s", show=".3g"), Column("mean_load", "N", show=".4g")),
+            *(Column("static_load", "N", show=".4g"), Column("hook_work", "J", show=".4g")),
+            *(Column("hook_work_low", "J", show=".4g"), Column("hook_work_high", "J", show=".4g")),
+            *(Column("kind", left=True), Column("flags", left=True, show=", ".join), Column("activity", left=True)),
+        ]
+        return Table(columns, [[getattr(one, column.name) for column in columns] for one in self.lowerings])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Lowerings with totals, thresholds and states as shares; SI units."""
+        share = np.bincount(self.state, minlength=len(STATES)) / max(self.state.size, 1)
+        return plain(
+            {
+                "source": self.log.source,
+                "start": self.log.start,
+                "lowerings": self.table,
+                "totals": {name: sum(getattr(one, name) for one in self.valid) for name in ("travel", *_WORKS)},
+                "tare": self.tare,
+                "decidable": self.decidable,
+                "states": dict(zip(STATES, share.tolist(), strict=True)),
+                "interval_by": self.interval_by,
+                "thresholds": self.thresholds,
+                "notes": self.notes,
+                "guesses": self.log.guesses,
+            }
+        )
+
+
+_WORKS = ("hook_work", "hook_work_low", "hook_work_high")
+
+
+class Course(NamedTuple):
+    """A channel as a line through its updates: `value` (k,) at `t` (k,), and the time (s) between two of them."""
+
+    t: np.ndarray
+    value: np.ndarray
+    interval: float
+
+    def at(self, t: np.ndarray) -> np.ndarray:
+        return np.interp(t, self.t, self.value)
+
+
+def course_of(channel: Channel, spacing: float = 0.0) -> Course:
+    """The line through the updates of a channel, held values left out, at least `spacing` (s) apart.
+
+    A value that did not change for longer than its interval was still the same one interval before it changed.
+    """
+    t, x = channel.t, channel.value
+    rows = np.flatnonzero(~np.isnan(x))
+    interval = float(np.median(np.diff(t))) if t.size > 1 else 0.0
+    if channel.held:
+        interval, updates = channel.interval, channel.updates
+        before = rows[np.searchsorted(rows, updates[1:]) - 1]  # the last row that holds the old value
+        long = t[updates[1:]] - t[updates[:-1]] > 1.5 * interval
+        rows = np.union1d(np.union1d(updates, before[long]), rows[-1:])
+    elif spacing > interval > 0.0:
+        # the first row of each `spacing`
+        number = np.floor((t[rows] - t[rows[0]]) / spacing + 1e-9)
+        rows = rows[np.concatenate([[True], np.diff(number) > 0])]
+        interval = spacing
+    return Course(t[rows], x[rows], interval)
+
+
+def lowerings(
+    log: Log,
+    *,
+    pause: float = 15.0,
+    heave: float = 0.3,
+    end_speed: float = 0.05,
+    travel: float = 2.0,
+    jump: float = 3.0,
+    floor: float = -1.0,
+    fastest: float = 5.0,
+    spacing: float = 1.0,
+    tare: tuple[float, float] | None = None,
+    alone: float = 1.1,
+    string: float = 1.25,
+    slack: float = 0.7,
+    set_down: float = 0.8,
+) -> Lowerings:
+    """Lowerings of a log by the updates of its height, with the work of the hook `W = ∫F dx` in each.
+
+        W = Σ ½ (F_i + F_{i+1}) (h_i − h_{i+1})    over the distinct updates of height and load
+
+    Thresholds, which are printed with the result:
+
+    - a motion ends after a `pause` (s) below `end_speed` (m/s), or after more than `heave` (m) upwards; its ends are
+      cut where it is slower than `end_speed`; at least `travel` (m) is a lowering
+    - flags: a fall of more than `jump` (m) in a single update or faster than `fastest` (m/s), heights below `floor`
+      (m), a load that is missing: these lowerings are listed and left out of totals
+    - `spacing`: heights are taken at least so far apart (s), as differences of frequent readings are noise
+    - `tare`: lowest and highest load (N) without string; by default the lowest level of the load at rest at
+      which the block also moves
+    - loads up to `alone` times it are the block's, from `string` times it a string's; without a second level at rest
+      neither is decidable. Below `slack` times it the hook is slack; a string at rest below `set_down` of its load in
+      the motion before is set down
+
+    Intervals of the work: where the log has lowest and highest loads, `Σ min F Δh` and `Σ max F Δh`, bounds; else the
+    spread of the quadratures, of which 90 % hold the work: load and height may differ by half an interval of each, and
+    readings between the updates scatter as their second differences do.
+
+    Raises `InputError` where the height is updated too rarely, or where nothing moves.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> t = np.arange(0.0, 120.0, 2.0)
+        >>> height = 30.0 - np.clip(t - 40.0, 0.0, 20.0)
+        >>> rows = [f"{a},{b},500\\n" for a, b in zip(t, height)]
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = pathlib.Path(folder, "rig.csv")
+        ...     _ = file.write_text("Time,BPOS,HKLD\\ns,m,kN\\n" + "".join(rows))
+        ...     (lowering,) = sb.rig.lowerings(sb.rig.read(file)).lowerings
+        >>> lowering.travel, lowering.hook_work / 1e6
+        (20.0, 10.0)
+    """
+    thresholds = {name: value for name, value in locals().items() if name != "log"}
+    faults = [
+        Fault(name, f"{x} is not a positive number", "see sb.rig.lowerings")
+        for name, x in thresholds.items()
+        if name not in ("floor", "tare") and not (np.isfinite(x) and x > 0)
+    ]
+    if tare is not None and not 0 < tare[0] <= tare[1]:
+        faults.append(Fault("tare", f"{tare} is no interval of loads", "lowest and highest load without string, N"))
+    position = log.position
+    if log.interval > _SLOWEST or position.interval > _SLOWEST:
+        rate = digits(max(log.interval, position.interval if position.held else 0.0), 3)
+        what = f"is updated each {rate} s: lowerings cannot be followed above {_SLOWEST:g} s"
+        faults.append(Fault(f"{log.source} column {position.mnemonic}", what, "give a recording over time"))
+    if faults:
+        raise InputError(faults)
+    height, load = course_of(position, spacing), course_of(log["hook_load"])
+    if np.ptp(height.value) < travel:
+        what = f"stays within {digits(np.ptp(height.value), 3)} m: nothing is lowered by {travel:g} m"
+        raise InputError([Fault(f"{log.source} column {position.mnemonic}", what, "is it the height of the block?")])
+    return _Finder(log, height, load, thresholds).result()
+
+
+class _Finder:
+    """Height and load of a log as lines, cut into motions."""
+
+    def __init__(self, log: Log, height: Course, load: Course, thresholds: dict[str, Any]) -> None:
+        self.log, self.height, self.load, self.limits = log, height, load, thresholds
+        step = np.diff(height.t)
+        self.fall = -np.diff(height.value)
+        self.speed = self.fall / step
+        #: no height was recorded there
+        self.blind = step > max(thresholds["pause"], 2.5 * height.interval, 2.5 * log.interval)
+        self.blind &= self._without_rows(height)
+        self.notes: list[str] = []
+
+    def _without_rows(self, height: Course) -> np.ndarray:
+        """Pieces of the height in which the log has no rows with one for longer than a pause."""
+        channel = self.log.position
+        times = channel.t[~np.isnan(channel.value)]
+        long = np.flatnonzero(np.diff(times) > max(self.limits["pause"], 2.5 * self.log.interval))
+        hit = np.zeros(height.t.size - 1, bool)
+        hit[np.clip(np.searchsorted(height.t, times[long], side="right") - 1, 0, hit.size - 1)] = True
+        return hit
+
+    def result(self) -> Lowerings:
+        tare, decidable = self._tare()
+        spans = self._spans()
+        works = _Works(self.log, self.height, self.load)
+        limits, heavy = self.limits, (0.0, 0.0) if tare is None else (limits_of(self.limits, tare))
+        found = [self._lowering(works, a, b, decidable, heavy) for a, b in spans]
+        hidden = self.blind & (self.fall > limits["travel"])
+        if hidden.any():
+            longest = digits(float(np.max(np.diff(self.height.t)[hidden])), 3)
+            deep = digits(float(self.fall[hidden].sum()), 3)
+            self.notes.append(f"{hidden.sum()} gaps of up to {longest} s hide lowerings of {deep} m in all")
+        if self.log.compensated:
+            self.notes.append(f"{self.log.position.mnemonic} is heave-compensated: not the motion of the drum")
+        state, load = self._states(tare, decidable, heavy)
+        return Lowerings(
+            self.log, tuple(found), state, load, tare, decidable, works.interval_by, limits, tuple(self.notes)
+        )
+
+    def _spans(self) -> list[tuple[int, int]]:
+        """First and last knot of each motion downwards."""
+        pause, heave, slow = (self.limits[name] for name in ("pause", "heave", "end_speed"))
+        step = np.diff(self.height.t)
+        spans: list[tuple[int, int]] = []
+        begin, rested, lowest = -1, 0.0, 0.0
+        for k, (v, dt) in enumerate(zip(self.speed.tolist(), step.tolist(), strict=True)):
+            if begin < 0:
+                if v >= slow and not self.blind[k]:
+                    begin, rested, lowest, last = k, 0.0, self.height.value[k + 1], k + 1
+                continue
+            below = self.height.value[k + 1]
+            rested = 0.0 if v >= slow else rested + dt
+            if self.blind[k] or rested > pause or below - lowest > heave:
+                spans.append((begin, last))
+                begin = -1
+                continue
+            if v >= slow and below <= lowest:
+                last = k + 1
+            elif v >= slow:
+                last = last if below > self.height.value[last] else k + 1
+            lowest = min(lowest, below)
+        if begin >= 0:
+            spans.append((begin, last))
+        drop = self.height.value
+        return [(a, b) for a, b in spans if drop[a] - drop[b] >= self.limits["travel"]]
+
+    def _lowering(self, works: "_Works", a: int, b: int, decidable: bool, heavy: tuple[float, float]) -> Lowering:
+        t, h = self.height.t[a : b + 1], self.height.value[a : b + 1]
+        travel, begin = float(h[0] - h[-1]), float(t[0])
+        work, low, high = works.between(a, b)
+        flags = []
+        falling = self.fall[a:b] > 0
+        if falling.sum() == 1 and self.fall[a:b].max() > self.limits["jump"]:
+            flags.append("single update")
+        if self.speed[a:b].max() > self.limits["fastest"]:
+            flags.append("too fast")
+        if h.min() < self.limits["floor"]:
+            flags.append("below floor")
+        if not np.isfinite(work):
+            flags.append("load missing")
+        mean = work / travel
+        middle = [np.interp(-x, -np.minimum.accumulate(h), t) for x in (h[0] - 0.25 * travel, h[0] - 0.75 * travel)]
+        quiet = self.load.value[slice(*np.searchsorted(self.load.t, middle))]
+        static = float(np.median(quiet)) if quiet.size else float(self.load.at(np.array(0.5 * sum(middle))))
+        kind = 0 if not decidable else 1 if mean <= heavy[0] else 2 if mean >= heavy[1] else 0
+        start = None
+        if self.log.start is not None:
+            zone = "Z" if self.log.start.endswith("Z") else ""
+            start = (
+                datetime.fromisoformat(self.log.start.removesuffix("Z")) + timedelta(seconds=begin)
+            ).isoformat() + zone
+        return Lowering(
+            start=start,
+            begin=begin,
+            duration=float(t[-1] - t[0]),
+            height=float(h[0]),
+            travel=travel,
+            top_speed=float(self.speed[a:b].max()),
+            mean_load=mean,
+            static_load=static,
+            hook_work=work,
+            hook_work_low=low,
+            hook_work_high=high,
+            kind=LOADS[kind],
+            flags=tuple(flags),
+            activity=self._activity(begin, float(t[-1])),
+        )
+
+    def _activity(self, begin: float, end: float) -> str:
+        """The log's own code that most rows of a span have."""
+        channel = self.log.channels.get("activity")
+        if channel is None:
+            return ""
+        codes = channel.value[slice(*np.searchsorted(self.log.t, (begin, end)))]
+        codes = codes[~np.isnan(codes)]
+        if not codes.size:
+            return ""
+        values, counts = np.unique(codes, return_counts=True)
+        code = float(values[counts.argmax()])
+        return channel.words[int(code)] if channel.words else f"{code:g}"
+
+    # --- loads ------------------------------------------------------------------------------------------------
+
+    def _rates(self) -> np.ndarray:
+        """Speed downwards in each row of the log; NaN where no height was recorded."""
+        piece = np.clip(np.searchsorted(self.height.t, self.log.t, side="left") - 1, 0, self.speed.size - 1)
+        return np.where(self.blind[piece], np.nan, self.speed[piece])
+
+    def _tare(self) -> tuple[Level | None, bool]:
+        """Load without string, and whether there is a heavier level beside it."""
+        limit = self.limits["tare"]
+        if limit is not None:
+            return Level(0.5 * (limit[0] + limit[1]), limit[0], limit[1]), True
+        rate, slow = np.abs(self._rates()), self.limits["end_speed"]
+        every = np.interp(self.log.t, self.load.t, self.load.value)
+        load, moved = every[rate < slow], every[rate >= slow]
+        load = load[load > 0.05 * np.max(load, initial=0.0)]
+        if load.size < 10:
+            return None, False
+        classes = np.floor(np.log(load) / _CLASS).astype(int)
+        count = np.bincount(classes - classes.min()).astype(float)
+        wide = np.convolve(count, np.ones(5), "same")
+        least = _SHARE * load.size
+        peaks = [i for i in range(wide.size) if wide[i] >= least and wide[i] == wide[max(0, i - 6) : i + 7].max()]
+        if not peaks:
+            return None, False
+        loads = [float(np.exp((i + classes.min() + 0.5) * _CLASS)) for i in peaks]
+        # a slack hook is not moved: the block's level is one of the loads in motion
+        near = [bool(np.sum(np.abs(moved - x) < 0.1 * x) >= _SHARE * moved.size) for x in loads]
+        low = high = peak = peaks[near.index(True) if any(near) else 0]
+        while low > 0 and wide[low - 1] > 0.1 * wide[peak]:
+            low -= 1
+        while high < wide.size - 1 and wide[high + 1] > 0.1 * wide[peak]:
+            high += 1
+        inside = load[(classes - classes.min() >= low) & (classes - classes.min() <= high)]
+        level = Level(*(float(x) for x in np.quantile(inside, (0.5, 0.05, 0.95))))
+        heavier = every > _APART * level.high
+        return level, bool(heavier.mean() >= _SHARE)
+
+    def _states(self, tare: Level | None, decidable: bool, heavy: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
+        """State of the block and class of the load in each row of the log."""
+        rate, slow = self._rates(), self.limits["end_speed"]
+        channel = self.log["hook_load"]
+        x = np.interp(self.log.t, self.load.t, self.load.value)
+        load = np.zeros(x.size, int)
+        if decidable:
+            load = np.select([x <= heavy[0], x >= heavy[1]], [1, 2], 0)
+        state = np.select([np.isnan(rate) | np.isnan(channel.value), rate >= slow, rate <= -slow], [0, 1, 2], 3)
+        if tare is None:
+            return state, load
+        rest, is_slack = state == 3, x < self.limits["slack"] * tare.low
+        if decidable:
+            moving = np.isin(state, (1, 2)) & (load == 2)
+            last = np.maximum.accumulate(np.where(moving, np.arange(x.size), -1))
+            before = np.where(last >= 0, _mean_of_runs(moving, x)[np.maximum(last, 0)], np.inf)
+            lighter = np.isfinite(before) & (x < self.limits["set_down"] * before) & (load != 1)
+            state = np.select([rest & is_slack, rest & (load == 1), rest & lighter], [6, 4, 5], state)
+        else:
+            state = np.where(rest & is_slack, 6, state)
+        return state, load
+
+
+def limits_of(limits: dict[str, Any], tare: Level) -> tuple[float, float]:
+    """Highest load of the block alone, lowest of a string."""
+    return limits["alone"] * tare.high, limits["string"] * tare.high
+
+
+def _mean_of_runs(inside: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """Mean of `x` (n,) over the run of true values that each place belongs to."""
+    run = np.cumsum(np.diff(inside, prepend=False) & inside) * inside
+    total, count = np.bincount(run, np.where(inside, x, 0.0)), np.bincount(run)
+    return (total / np.maximum(count, 1))[run]
+
+
+class _Works:
+    """Work of the hook between two knots of the height, with its interval, by sums from the begin of the log."""
+
+    def __init__(self, log: Log, height: Course, load: Course) -> None:
+        self.log, self.height, self.load = log, height, load
+        self.sums = self._cumulative(0.0)
+        late = 0.5 * (height.interval + load.interval)
+        self.shifted = [self._cumulative(x) for x in (-late, late)]
+        self.missing = np.isnan(log["hook_load"].value)
+        low, high = (log.channels.get(f"hook_load_{end}") for end in ("min", "max"))
+        self.bounds = None
+        if low is not None and high is not None and not (np.isnan(low.value).all() or np.isnan(high.value).all()):
+            self.bounds = self._bounds(low, high)
+        kind = "lowest and highest loads, bounds" if self.bounds else "the spread of quadratures, 90 %"
+        self.interval_by = kind
+
+    def _cumulative(self, shift: float) -> np.ndarray:
+        """`∫F dx` from the first knot to each one, with the load `shift` s later."""
+        knots = self.height.t
+        times = self.load.t + shift
+        grid = np.union1d(knots, times[(times > knots[0]) & (times < knots[-1])])
+        x, f = self.height.at(grid), np.interp(grid, times, self.load.value)
+        work = np.concatenate([[0.0], np.cumsum(-0.5 * (f[1:] + f[:-1]) * np.diff(x))])
+        return work[np.searchsorted(grid, knots)]
+
+    def _bounds(self, low: Channel, high: Channel) -> tuple[np.ndarray, np.ndarray]:
+        """`Σ min F Δh` and `Σ max F Δh` from the first knot to each one; upwards the bounds change places."""
+        fall = -np.diff(self.height.value)
+        first = np.searchsorted(low.t, self.height.t[:-1], side="left")
+        last = np.searchsorted(low.t, self.height.t[1:], side="right")
+        last = np.maximum(last, first + 1)
+        rows = np.stack([first, last], axis=1).ravel().clip(0, low.t.size)
+        low_x = np.append(np.where(np.isnan(low.value), np.inf, low.value), np.inf)
+        high_x = np.append(np.where(np.isnan(high.value), -np.inf, high.value), -np.inf)
+        least, most = np.minimum.reduceat(low_x, rows)[::2], np.maximum.reduceat(high_x, rows)[::2]
+        ends = [np.where(np.isfinite(x), x, np.nan) * fall for x in (least, most)]
+        ends = [np.minimum(*ends), np.maximum(*ends)]
+        return tuple(np.concatenate([[0.0], np.cumsum(np.nan_to_num(x))]) for x in ends)  # pyright: ignore
+
+    def between(self, a: int, b: int) -> tuple[float, float, float]:
+        """Work between two knots, and its interval."""
+        begin, end = self.height.t[a], self.height.t[b]
+        work = float(self.sums[b] - self.sums[a])
+        rows = slice(*np.searchsorted(self.log.t, (begin, end)))
+        if self.missing[rows].mean() > 0.2 if self.missing[rows].size else True:
+            return float("nan"), float("nan"), float("nan")
+        if self.bounds is not None:
+            low, high = (float(x[b] - x[a]) for x in self.bounds)
+            return work, min(low, work), max(high, work)
+        other = [float(x[b] - x[a]) for x in self.shifted]
+        timing = max(abs(x - work) for x in other)
+        # what the cut of the ends leaves out
+        fall = np.diff(self.height.value[[max(a - 1, 0), a, b, min(b + 1, self.height.t.size - 1)]])[::2]
+        ends = abs(work) * float(np.abs(fall).sum() / (self.height.value[a] - self.height.value[b]))
+        half = float(np.sqrt(timing**2 + ends**2 + (_NORMAL_90 * self._scatter(a, b)) ** 2))
+        return work, work - half, work + half
+
+    def _scatter(self, a: int, b: int) -> float:
+        """Standard error of the work by the scatter of the readings of the load around the line between them."""
+        t, f = self.load.t, self.load.value
+        i, j = np.searchsorted(t, (self.height.t[a], self.height.t[b]))
+        if j - i < 3:
+            return 0.0
+        t, f = t[i:j], f[i:j]
+        share = (t[1:-1] - t[:-2]) / (t[2:] - t[:-2])
+        off = f[1:-1] - (1 - share) * f[:-2] - share * f[2:]
+        spread = np.sqrt(np.mean(off**2 / (1 + share**2 + (1 - share) ** 2)))
+        middle = np.concatenate([t[:1], 0.5 * (t[1:] + t[:-1]), t[-1:]]).clip(self.height.t[a], self.height.t[b])
+        weight = np.diff(self.height.at(middle))
+        return float(spread * np.sqrt(np.sum(weight**2)))

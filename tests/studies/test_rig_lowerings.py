@@ -1,0 +1,147 @@
+"""Lowerings in recordings of a rig: known work in every format and sampling, states, flags, what is refused."""
+
+import numpy as np
+import pytest
+from rig_recordings import SMALL, TIMES, las, sampled, table, trip, witsml, written
+
+import simbrake as sb
+
+BLOCK, STRING = 3.0e5, 1.2e6
+#: travel, speed, acceleration, load lowered, load at rest (in slips: the block's) and hoisted
+STANDS = [
+    *((28.0, 1.1, 0.4, STRING, BLOCK), (27.0, 2.0, 0.5, STRING, BLOCK), (38.0, 1.6, 0.3, BLOCK, BLOCK)),
+    *((9.0, 0.5, 0.2, STRING, BLOCK), (30.0, 0.9, 0.6, 0.9 * STRING, BLOCK), (28.0, 1.3, 0.3, STRING, BLOCK)),
+]
+WRITERS = {"a.xml": witsml, "a.las": las, "a.csv": table}
+
+
+def recording(folder, t, height, load, name="a.xml", **other):
+    columns = {"BPOS": ("m", height), "HKLD": ("kN", load), **other}
+    return sb.rig.read(written(folder, name, WRITERS[name](t, columns)))
+
+
+@pytest.mark.parametrize(("kind", "name"), [("fine", "a.csv"), ("decimated", "a.las"), ("held", "a.xml")])
+def test_work_of_known_lowerings(tmp_path, kind, name):
+    """The work is load times travel, inertia included; the interval holds it, and is a few percent wide."""
+    t, h, load, true = trip(STANDS)
+    log = recording(tmp_path, *sampled(t, h, load, kind, np.random.default_rng(1)), name)
+    assert log.position.held == (kind == "held")
+    result = sb.rig.lowerings(log)
+    assert len(result.valid) == len(result) == len(true)
+    inside = 0
+    for one, (begin, end, travel, work) in zip(result.lowerings, true, strict=True):
+        assert one.begin == pytest.approx(begin, abs=7.0)
+        assert one.end == pytest.approx(end, abs=7.0)
+        assert one.travel == pytest.approx(travel, rel=0.01)
+        assert one.hook_work == pytest.approx(work, rel=0.02)
+        assert one.mean_load == pytest.approx(one.hook_work / one.travel)
+        assert one.static_load == pytest.approx(work / travel, rel=0.01)
+        assert one.hook_work_high - one.hook_work_low < 0.08 * work
+        inside += one.hook_work_low <= work <= one.hook_work_high
+    assert inside >= 5
+    assert [one.kind for one in result.lowerings] == ["string", "string", "block", "string", "string", "string"]
+    assert result.tare.low <= 1.01 * BLOCK
+    assert result.tare.high >= 0.99 * BLOCK
+    shares = result.as_dict()["states"]
+    assert shares["in slips"] > 0.5
+    assert shares["down"] == pytest.approx(shares["up"], rel=0.2)
+
+
+def test_bounds_by_lowest_and_highest_loads(tmp_path):
+    """Readings at rows that miss what is between them: bounds by lowest and highest loads hold the work."""
+    t, h, load, true = trip(STANDS)
+    load = load * (1 + 0.05 * np.sin(2.1 * t))
+    rows = np.arange(0, t.size, 125)
+    pieces = np.split(load, rows[1:] + 1)
+    ends = {
+        "HKLD_MIN": ("kN", [piece.min() for piece in pieces[: rows.size]]),
+        "HKLD_MAX": ("kN", [piece.max() for piece in pieces[: rows.size]]),
+    }
+    result = sb.rig.lowerings(recording(tmp_path, t[rows], h[rows], load[rows], **ends))
+    assert "bounds" in result.interval_by
+    for one, (begin, end, *_) in zip(result.lowerings, true, strict=True):
+        inside = (t >= begin) & (t <= end)
+        work = float(np.trapezoid(load[inside], -h[inside]))
+        assert one.hook_work_low < work < one.hook_work_high
+        assert one.hook_work_high - one.hook_work_low < 0.3 * work
+
+
+def shape(*pieces):
+    """Heights and times of straight pieces, `(seconds, metres)`, in rows of 2 s."""
+    seconds, metres = np.cumsum([[0, 40], *pieces], axis=0).T
+    t = np.arange(0.0, seconds[-1], 2.0)
+    return t, np.interp(t, seconds, metres), 5e5 + 0.0 * t
+
+
+@pytest.mark.parametrize(
+    ("pieces", "travels"),
+    [
+        ([(40, 0), (10, -10), (8, 0), (10, -10), (60, 0)], [20]),
+        ([(40, 0), (10, -10), (24, 0), (10, -10), (60, 0)], [10, 10]),
+        ([(40, 0), (10, -10), (4, 0.2), (10, -10), (60, 0)], [19.8]),
+        ([(40, 0), (10, -10), (6, 1), (10, -10), (60, 0)], [10, 10]),
+        ([(40, 0), (10, -1.5), (60, 0), (20, 1.5), (10, -8), (100, -1), (60, 0)], [8]),
+    ],
+)
+def test_pauses_heave_and_ends(tmp_path, pieces, travels):
+    result = sb.rig.lowerings(recording(tmp_path, *shape(*pieces)))
+    assert [one.travel for one in result.lowerings] == pytest.approx(travels, abs=0.05)
+    np.testing.assert_allclose([one.hook_work for one in result.lowerings], 5e5 * np.array(travels), rtol=0.01)
+
+
+def test_artefacts_are_flagged_and_left_out(tmp_path):
+    t, h, load = shape((40, 0), (20, -20), (60, 0), (20, 5), (60, 0), (20, -28), (60, 0), (10, -10), (60, 0))
+    reset = h.copy()
+    reset[(t > 80) & (t < 100)] += 17.0  # 17 m up in one row, and down again in one
+    load[t > 270] = np.nan
+    result = sb.rig.lowerings(recording(tmp_path, t, reset, load), pause=6.0)
+    flags = {round(one.travel): one.flags for one in result.lowerings}
+    assert flags == {
+        20: (),
+        17: ("single update", "too fast"),
+        28: ("below floor",),
+        10: ("below floor", "load missing"),
+    }
+    assert [round(one.travel) for one in result.valid] == [20]
+    assert result.as_dict()["totals"]["hook_work"] == pytest.approx(1e7, rel=0.01)
+    assert "3 more are flagged and left out" in str(result)
+
+
+def test_states_and_the_log_s_own_codes(tmp_path):
+    t, h, load, _ = trip(STANDS, dt=0.1)
+    load[(t > 1) & (t < 20)] = 1e5
+    codes = np.full(t.size, 99.0)
+    columns = {"RIGACTIVITYCODE": ("", codes[::20])}
+    result = sb.rig.lowerings(recording(tmp_path, t[::20], h[::20], load[::20], **columns))
+    assert {one.activity for one in result.lowerings} == {"99"}
+    words = np.array(sb.rig.STATES)[result.state]
+    assert set(words[(t[::20] > 4) & (t[::20] < 18)]) == {"slack"}
+    assert words[np.searchsorted(t[::20], 50.0)] == "down"
+    told = sb.rig.lowerings(result.log, tare=(1e6, 1.1e6))
+    assert {one.kind for one in told.lowerings} == {"block"}
+
+
+def test_one_level_is_not_decidable(tmp_path):
+    result = sb.rig.lowerings(recording(tmp_path, *shape((40, 0), (20, -20), (60, 0))))
+    assert not result.decidable
+    assert {one.kind for one in result.lowerings} == {"not decidable"}
+    assert "it may contain a light string" in str(result)
+
+
+def test_gaps_hide_lowerings(tmp_path):
+    t, h, load = shape((40, 0), (20, -20), (60, 0), (20, 18), (60, 0), (20, -15), (60, 0))
+    kept = (t < 150) | (t > 250)
+    result = sb.rig.lowerings(recording(tmp_path, t[kept], h[kept], load[kept]))
+    assert [round(one.travel) for one in result.lowerings] == [20]
+    assert any("1 gaps of up to" in note and "hide lowerings" in note for note in result.notes)
+
+
+def test_what_has_no_lowerings_is_refused(tmp_path):
+    log = recording(tmp_path, *shape((40, 0), (20, -20), (60, 0)))
+    with pytest.raises(sb.InputError, match="pause: -1"):
+        sb.rig.lowerings(log, pause=-1.0)
+    with pytest.raises(sb.InputError, match=r"stays within 1 m"):
+        sb.rig.lowerings(recording(tmp_path, *shape((40, 0), (20, -1), (60, 0))))
+    rare = {"BPOS": ("m", SMALL["BPOS"][1]), "HKLD": ("kN", SMALL["HKLD"][1])}
+    with pytest.raises(sb.InputError, match="lowerings cannot be followed above 15 s"):
+        sb.rig.lowerings(sb.rig.read(written(tmp_path, "r.xml", witsml([100 * t for t in TIMES], rare))))
