@@ -125,11 +125,15 @@ class Initial(Part):
         Initial(omega=24.0855 rad/s, elongation=0 m, time=0 s)
     """
 
-    omega: Scalar = quantity("rad/s", "initial speed", default=0.0)
+    omega: Scalar | None = quantity("rad/s", "initial speed", default=None)
     elongation: Scalar = quantity("m", "initial elongation of the band", low=0.0, default=0.0)
     time: Scalar = quantity("s", "time at the start", default=0.0)
     hook_speed: Scalar | None = quantity("m/s", "initial speed of the hook", default=None)
     block_height: Scalar | None = quantity("m", "height of the block at the start", default=None)
+
+    def __check_init__(self) -> None:
+        if self.omega is None and self.hook_speed is None:
+            raise InputError([Fault("omega", "is missing", "give it, or of a load on a hook `hook_speed`")])
 
 
 class AbstractLimits(Part):
@@ -186,6 +190,7 @@ class Scene(Part):
         """Speed of the pulley at the start (rad/s), also where that of the hook is given."""
         load, hook_speed = self.duty.load, self.initial.hook_speed
         if hook_speed is None:
+            assert self.initial.omega is not None
             return self.initial.omega
         return hook_speed / load.on_layer(load.layers and load.layers.first_layer()).travel()  # pyright: ignore
 
@@ -265,7 +270,7 @@ def _faults_together(scene: Scene) -> list[Fault]:
     if scene.initial.hook_speed is not None:
         if scene.duty.load.travel() is None:
             errors.append(Fault("initial.hook_speed", "has no meaning: the load hangs on no hook", "give `omega`"))
-        if float(scene.initial.omega) != 0.0:
+        if scene.initial.omega is not None:
             errors.append(Fault("initial.omega", "is given beside `hook_speed`", "give one of them"))
     if errors or scene.initial.elongation == 0.0:
         return errors

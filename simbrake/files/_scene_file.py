@@ -118,9 +118,12 @@ class SceneReader(NumberReader):
     def _made(self, maker: Maker, values: dict[str, object], path: str) -> object:
         try:
             return maker(**values)
-        except InputError as error:  # of a file that it read
-            where = f"{path}: " if path else ""
-            self.faults += [Fault(where + fault.path, fault.problem, fault.hint) for fault in error.faults]
+        except InputError as error:  # of fields together, or of a file that it read
+            fields, where = {part.name for part in parts_of(maker)}, f"{path}: " if path else ""
+            self.faults += [
+                dataclasses.replace(fault, path=_join(path, fault.path) if fault.path in fields else where + fault.path)
+                for fault in error.faults
+            ]
             return BAD
         except (ValueError, OverflowError) as error:
             return self.fault(path, str(error))

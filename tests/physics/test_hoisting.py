@@ -266,7 +266,7 @@ def test_phases_end_at_a_height_of_the_block():
     scene = sb.Scene(
         BRAKE,
         sb.Duty(Phases((hoist, slow, HOLD, lower)), LOAD),
-        sb.Initial(block_height="5 m"),
+        sb.Initial(0.0, block_height="5 m"),
         1e3,
         motor=MOTOR,
     )
@@ -326,10 +326,10 @@ def test_a_speed_that_is_never_followed_has_a_name():
     assert result.status == "not_followed"
     assert result.verdict().colour == "red"
     weak = Motor(0.5 * WEIGHT, 1e6, 40.0, sb.PiecewiseLinear([0.0], [-10.0]))
-    assert sb.simulate(sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(), 5.0, motor=weak)).status == "not_followed"
+    assert sb.simulate(sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0), 5.0, motor=weak)).status == "not_followed"
     with pytest.raises(sb.InputError, match="is never followed: a brake cannot hoist"):
         sb.simulate(
-            sb.Scene(BRAKE, sb.Duty(Driller(sb.PiecewiseLinear([0.0], [-10.0]), 60e3), LOAD), sb.Initial(), 5.0)
+            sb.Scene(BRAKE, sb.Duty(Driller(sb.PiecewiseLinear([0.0], [-10.0]), 60e3), LOAD), sb.Initial(0.0), 5.0)
         )
 
 

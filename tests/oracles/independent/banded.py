@@ -43,7 +43,7 @@ class Banded(Brake):
     """
 
     def __init__(self, p: dict[str, Any]):
-        self.C, self.bandage, self.rims = p["C"], p["bandage"], p["rims"]
+        self.C, self.bandage, self.rims = p["C"], p["bandage"], p.get("rims", 1)
         own = [] if self.bandage is None else [max(abs(p["omega"]), 1.0)]
         own += [] if self.C is None else [p["lever"].largest() / self.C]
         super().__init__(p, 1 if self.bandage is None else 2, own)
