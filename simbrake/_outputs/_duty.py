@@ -88,11 +88,20 @@ def counted(events: list[Entry]) -> str:
 
 
 def totals(rows: Sequence[Entry]) -> Entry:
-    """Sums over the stops of a summary in SI, and the worst: `slowest` by its braking, `hottest` by its heat."""
+    """Sums over the stops of a summary in SI, of angles and travel in either sense, and what of the travel is
+    `upwards`; the worst: `slowest` by its braking, `hottest` by its heat."""
     names = ("motion_time", "braking_time", "angle", "travel", "energy")
-    sums: Entry = {name: sum(row[name] for row in rows) for name in names if name in rows[0]}
+    sums: Entry = {name: sum(abs(row[name]) for row in rows) for name in names if name in rows[0]}
+    sums["upwards"] = sum(max(-row.get("travel", 0.0), 0.0) for row in rows)
     sums["slowest"] = max(rows, key=lambda row: row["braking_time"])
     return sums | {"hottest": max(rows, key=lambda row: row["energy"])}
+
+
+def travel_words(sums: Entry) -> str:
+    """Travel of the hook in all stops, down and up where there is both."""
+    whole, upwards = sums["travel"], sums["upwards"]
+    up, down = number(upwards, "m", count=5), number(whole - upwards, "m", count=5)
+    return f"{down} down and {up} up" if upwards > 0 else str(number(whole, "m"))
 
 
 def duty_lines(summary: Entry) -> Iterator[str]:
@@ -108,7 +117,7 @@ def duty_lines(summary: Entry) -> Iterator[str]:
                 rows = summary["stops"]
                 sums = totals(rows)
                 angle, slowest, hottest = sums["angle"], sums["slowest"], sums["hottest"]
-                travel = f", hook travel {number(sums['travel'], 'm')}" if "travel" in sums else ""
+                travel = f", hook travel {travel_words(sums)}" if "travel" in sums else ""
                 yield (
                     f"total    {len(rows)} stops in {duration}: in motion {number(sums['motion_time'], 's')}, "
                     f"braked {number(sums['braking_time'], 's')}, {number(angle, 'rad')}{travel}"
@@ -117,8 +126,9 @@ def duty_lines(summary: Entry) -> Iterator[str]:
                     f"worst    longest braking {number(slowest['braking_time'], 's')} in stop {slowest['stop']}, "
                     f"maximum friction heat {number(hottest['energy'], 'J')} in stop {hottest['stop']}"
                 )
-            if abs(end["angle"] - angle) > _SAME * abs(angle):  # energies are those of the whole run
-                yield f"run      {where} in all, at the end turning at {speed}"
+            if abs(abs(end["angle"]) - abs(angle)) > _SAME * abs(angle):  # energies are those of the whole run
+                back = abs(end["angle"]) <= _SAME * abs(angle)
+                yield f"run      {'back where it began' if back else f'{where} in all'}, at the end turning at {speed}"
         case DutyKind.HOLD if (held := summary.get("holding")) is None:
             yield f"held     without load for {duration}"
         case DutyKind.HOLD:

@@ -67,7 +67,8 @@ def _of_stops(rows: Sequence[Summary]) -> list[tuple[str, Number, str]]:
         ("Angle of all stops", number(sums["angle"], "rad", count=5), ""),
     ]
     if "travel" in sums:
-        figures.append(("Hook travel of all stops", number(sums["travel"], "m", count=5), ""))
+        up = f"{number(sums['upwards'], 'm', count=5)} of it upwards" if sums["upwards"] > 0 else ""
+        figures.append(("Hook travel of all stops", number(sums["travel"], "m", count=5), up))
     return figures
 
 

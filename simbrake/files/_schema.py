@@ -190,7 +190,7 @@ def makers_of(wanted: tuple[type, ...]) -> dict[str, Maker]:
             kind = family.pop(0)
             family += kind.__subclasses__()
             own = kind.__module__.partition(".")[0] == __name__.partition(".")[0]
-            if kind in visited or not own or kind.__name__.startswith("Abstract"):
+            if kind in visited or not own or kind.__name__.startswith(("Abstract", "_")):
                 continue
             visited.add(kind)
             if all(part.kind for part in parts_of(kind)):  # custom functions cannot be written
