@@ -1,3 +1,8 @@
+from ._ledger import BRAKES as BRAKES
+from ._ledger import Entry as Entry
+from ._ledger import Ledger as Ledger
+from ._ledger import ledger as ledger
+from ._ledger import tackle_efficiency as tackle_efficiency
 from ._log import ROLES as ROLES
 from ._log import Channel as Channel
 from ._log import Log as Log

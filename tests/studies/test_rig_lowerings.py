@@ -1,4 +1,6 @@
-"""Lowerings in recordings of a rig: known work in every format and sampling, states, flags, what is refused."""
+"""Lowerings in recordings of a rig, and the ledger: known work in every sampling, states, flags, what is refused."""
+
+import json
 
 import numpy as np
 import pytest
@@ -145,3 +147,97 @@ def test_what_has_no_lowerings_is_refused(tmp_path):
     rare = {"BPOS": ("m", SMALL["BPOS"][1]), "HKLD": ("kN", SMALL["HKLD"][1])}
     with pytest.raises(sb.InputError, match="lowerings cannot be followed above 15 s"):
         sb.rig.lowerings(sb.rig.read(written(tmp_path, "r.xml", witsml([100 * t for t in TIMES], rare))))
+
+
+# --- the ledger -------------------------------------------------------------------------------------------------------
+
+
+def test_energies_at_hook_and_drum(tmp_path):
+    """Against the balance by hand: a string and an empty block, eight lines on a drum of 0.4 m."""
+    t, h, load, true = trip(STANDS)
+    found = sb.rig.lowerings(recording(tmp_path, *sampled(t, h, load, "decimated", np.random.default_rng(2))))
+    given = {"lines": 8, "drum_radius": 0.4, "efficiency": 0.9, "block_mass": 30e3, "brake": "auxiliary"}
+    book = sb.rig.ledger(found, **given, auxiliary={"string": 0.7, "block": 0.0})
+    for entry, (_, _, travel, work), (_, speed, *_) in zip(book.entries, true, STANDS, strict=True):
+        assert entry.drum_work == pytest.approx(0.9 * work, rel=0.02)
+        assert entry.tackle_loss + entry.drum_work == pytest.approx(entry.lowering.hook_work)
+        assert entry.drum_torque == pytest.approx(0.9 * work / travel * 0.4 / 8, rel=0.02)
+        assert entry.drum_speed == pytest.approx(8 * speed / 0.4, rel=0.02)
+        string = entry.lowering.kind == "string"
+        assert entry.friction_work == pytest.approx((0.3 if string else 1.0) * entry.drum_work)
+        mass = work / travel / 9.80665 if string else 30e3
+        assert entry.kinetic_energy == pytest.approx(0.5 * mass * speed**2, rel=0.04)
+    assert book.separable
+    assert book.totals["hook_work"] == pytest.approx(sum(work for *_, work in true), rel=0.01)
+    assert book.totals["auxiliary_work"] + book.totals["friction_work"] == pytest.approx(book.totals["drum_work"])
+
+
+def test_what_the_log_does_not_separate(tmp_path):
+    log = recording(tmp_path, *shape((40, 0), (20, -20), (60, 0)))
+    book = sb.rig.ledger(log, lines=10, brake="regenerative")
+    assert not book.separable
+    assert (book.entries[0].friction_work, book.totals["auxiliary_work"]) == (None, None)
+    assert "friction brakes and of a motor that brakes are not separable from this log" in str(book)
+    # the rope over each of ten sheaves, one after the other
+    assert book.entries[0].drum_work == pytest.approx(1e7 * 10 / sum(1.04**k for k in range(1, 11)))
+    assert sb.rig.ledger(log).entries[0].drum_work is None
+    assert sb.rig.ledger(log, lines=10, brake="friction").entries[0].friction_work == book.entries[0].drum_work
+
+
+def test_a_compensated_height_is_no_motion_of_the_drum(tmp_path):
+    t, h, load = shape((40, 0), (20, -20), (60, 0))
+    columns = {"BLOCKCOMP": ("m", h), "HKLD": ("kN", load)}
+
+    def book(**heave):
+        file = written(tmp_path, "c.xml", witsml(t, {**columns, **heave}))
+        return sb.rig.ledger(sb.rig.read(file), lines=8, drum_radius=0.4)
+
+    calm, rough = (book(RIGHEAVE=("m", size * np.sin(t))) for size in (0.05, 1.0))
+    assert calm.entries[0].drum_speed == pytest.approx(20.0)
+    for other, words in ((rough, r"m exceeds 1 % of 20 m"), (book(), "the heave is not recorded")):
+        assert words in other.entries[0].refused
+        assert other.entries[0].drum_work is other.entries[0].drum_speed is other.totals["drum_work"] is None
+        assert other.entries[0].lowering.hook_work == pytest.approx(1e7, rel=1e-6)
+        assert f"1 of 1 lowerings are refused, {other.entries[0].refused}" in str(other)
+
+
+def test_trips_days_and_files(tmp_path):
+    up, down, rest = (20, 20), (20, -20), (60, 0)
+    pieces = [(40, 0), down, rest, up, (300, 0), down, (4000, 0), up, rest, down, rest]
+    log = recording(tmp_path, *shape(*pieces))  # begins 10 min before midnight
+    book = sb.rig.ledger(log, lines=8)
+    assert [(row["day"], row["lowerings"]) for row in book.by_day] == [("2026-03-01", 2), ("2026-03-02", 1)]
+    assert [row["lowerings"] for row in book.by_trip] == [2, 1]
+    assert [row["lowerings"] for row in sb.rig.ledger(log, trip_pause=200.0).by_trip] == [1, 1, 1]
+    files = {file.name: file for file in book.write(tmp_path / "out")}
+    assert sorted(files) == ["ledger.csv", "ledger.json", "ledger.txt"]
+    kept = json.loads(files["ledger.json"].read_text("utf-8"))
+    keys = ("start", "begin", "duration", "travel", "top_speed", "mean_load", "hook_work", "hook_work_low")
+    first = kept["lowerings"][0]
+    assert set(first) >= {*keys, "hook_work_high", "kind", "flags"}
+    assert (first["start"], first["begin"], first["flags"]) == ("2026-03-01T23:50:40Z", 40.0, [])
+    assert kept["totals"]["hook_work"] == pytest.approx(3e7, rel=1e-6)
+    header, *lines = files["ledger.csv"].read_text("utf-8").splitlines()
+    assert len(lines) == 3
+    assert float(lines[0].split(",")[header.split(",").index("drum_work")]) == first["drum_work"]
+
+
+def test_lines_strung_of_the_log(tmp_path):
+    t, h, load = shape((40, 0), (20, -20), (60, 0))
+    log = recording(tmp_path, t, h, load, LINES_STRUNG=("", 12.0 + 0.0 * t))
+    assert sb.rig.ledger(log).settings["lines"] == 12
+    changed = recording(tmp_path, t, h, load, LINES_STRUNG=("", np.where(t < 60, 12.0, 10.0)))
+    with pytest.raises(sb.InputError, match="LINES_STRUNG: lines strung change from 12 to 10 60 s after the first row"):
+        sb.rig.ledger(changed)
+    assert sb.rig.ledger(changed, lines=10).settings["lines"] == 10
+
+
+def test_arguments_of_a_ledger_that_cannot_be(tmp_path):
+    log = recording(tmp_path, *shape((40, 0), (20, -20), (60, 0)))
+    with pytest.raises(sb.InputError) as caught:
+        sb.rig.ledger(log, lines=0, drum_radius=float("nan"), efficiency=1.1, brake="air", auxiliary={"pipe": 2.0})
+    assert [fault.path for fault in caught.value.faults] == [
+        *("lines", "drum_radius", "efficiency", "brake", "auxiliary pipe", "auxiliary")
+    ]
+    with pytest.raises(sb.InputError, match="which has no auxiliary brake"):
+        sb.rig.ledger(log, brake="friction", auxiliary=0.5)

@@ -1,0 +1,370 @@
+"""The duty of a rig's brakes, lowering by lowering: energies at hook and drum, what cannot be separated, totals."""
+
+import dataclasses
+import json
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._base._faults import Fault, InputError, whole_folder
+from .._base._table import Column, Table, Tabular, digits, number, plain
+from ._log import Log
+from ._lowerings import LOADS, Lowering, Lowerings, lowerings
+
+_GRAVITY = 9.80665  # m/s^2
+#: tension of a rope behind a turning sheave with roller bearings over that before it
+_SHEAVE = 1.04
+#: kinds of brakes of the drum
+BRAKES = {
+    "friction": "friction brakes alone",
+    "auxiliary": "friction brakes and an auxiliary brake (eddy current, water)",
+    "regenerative": "friction brakes and a motor that brakes",
+}
+#: share of the travel that the heave may have where the height is compensated
+_HEAVE = 0.01
+
+
+def tackle_efficiency(lines: float, sheave: float = _SHEAVE) -> float:
+    """Efficiency of a tackle in lowering: pull of the fast line times the lines, over the load of the hook.
+
+        T_f = W (K − 1)/(K (K^n − 1)),    η = n T_f/W
+
+    The rope runs from the drum into the tackle, so that its tension grows by `K` (`sheave`) at each of `n` sheaves:
+    `W = T_f (K + K² + … + K^n)`. `K` is 1.04 with roller bearings (API RP 9B).
+
+    Example:
+        >>> round(sb.rig.tackle_efficiency(8), 4), sb.rig.tackle_efficiency(8, 1.0)
+        (0.8348, 1.0)
+    """
+    if sheave == 1.0:
+        return 1.0
+    return lines * (sheave - 1.0) / (sheave * (sheave**lines - 1.0))
+
+
+@dataclasses.dataclass(frozen=True)
+class Entry:
+    """What one lowering asks of the brakes, in SI units; `None` where the log and the arguments do not say it.
+
+    - `lowering`: travel, load and work of the hook;  `mean_power`: its work over its duration
+    - `kinetic_energy`: `½ m v²` of the load at the top speed, which the brakes take in the stop (it is in the work)
+    - `tackle_loss`, `drum_work`: the part of the work that the sheaves take, and that at the drum, with its interval
+    - `drum_speed`: of the top speed, rad/s;  `drum_torque`: of the mean load, N·m
+    - `auxiliary_work`, `friction_work`: of an auxiliary brake or a motor, and of the friction brakes
+    - `refused`: why nothing is said of the drum
+    """
+
+    lowering: Lowering
+    mean_power: float
+    kinetic_energy: float
+    tackle_loss: float | None = None
+    drum_work: float | None = None
+    drum_work_low: float | None = None
+    drum_work_high: float | None = None
+    drum_speed: float | None = None
+    drum_torque: float | None = None
+    auxiliary_work: float | None = None
+    friction_work: float | None = None
+    refused: str = ""
+
+
+_ENTRY = tuple(field.name for field in dataclasses.fields(Entry) if field.name != "lowering")
+_SUMS = (
+    *("travel", "hook_work", "hook_work_low", "hook_work_high"),
+    *("tackle_loss", "drum_work", "auxiliary_work", "friction_work"),
+)
+_UNITS = {"travel": "m", "mean_power": "W", "drum_speed": "rad/s", "drum_torque": "N*m"}
+
+
+@dataclasses.dataclass(frozen=True)
+class Ledger(Tabular):
+    """Energies of all lowerings of a log, with totals by trip and by day; flagged lowerings are in no total.
+
+    - `entries`: one for each lowering;  `settings`: the arguments;  `notes`: to be read
+    - `separable`: whether the work of the friction brakes is told apart from that of an auxiliary brake or motor
+    """
+
+    lowerings: Lowerings
+    entries: tuple[Entry, ...]
+    settings: dict[str, Any]
+    separable: bool
+    notes: tuple[str, ...]
+
+    def parts(self) -> Iterator[str | Table]:
+        yield self.headline
+        yield self.table
+        yield self.by_trip
+        yield self.by_day
+        yield f"given: {', '.join(f'{name} = {x}' for name, x in self.settings.items() if x is not None) or 'nothing'}"
+        yield f"interval of the work by {self.lowerings.interval_by}"
+        yield from (f"- {note}" for note in self.notes)
+
+    @property
+    def headline(self) -> str:
+        """The lowering with the largest work, and how many have a load that is not decidable."""
+        valid = self.lowerings.valid
+        if not valid:
+            return "no lowering without flags"
+        most = max(valid, key=lambda one: one.hook_work)
+        low, high = (number(x, "J", count=3) for x in (most.hook_work_low, most.hook_work_high))
+        unsure = sum(one.kind == LOADS[0] for one in valid)
+        when = most.start or f"{digits(most.begin, 6)} s"
+        return (
+            f"largest of {len(valid)} lowerings: {number(most.hook_work, 'J', count=3)} ({low} to {high}) at the hook, "
+            f"{digits(most.travel, 4)} m at up to {digits(most.top_speed, 3)} m/s, {when}; load not decidable: {unsure}"
+        )
+
+    @property
+    def table(self) -> Table:
+        """A row for each lowering, hook and drum."""
+        of_hook = [column._replace(hidden=column.name in _HIDDEN) for column in self.lowerings.table.columns]
+        of_drum = [Column(name, _UNITS.get(name, "" if name == "refused" else "J"), show=".4g") for name in _ENTRY]
+        of_drum[-1] = Column("refused", left=True)
+        rows = [
+            [getattr(one.lowering, column.name) for column in of_hook] + [getattr(one, name) for name in _ENTRY]
+            for one in self.entries
+        ]
+        shown = [
+            column._replace(hidden=column.hidden or all(row[i] in (None, "") for row in rows))
+            for i, column in enumerate([*of_hook, *of_drum])
+        ]
+        return Table(shown, rows)
+
+    def _totals(self, name: str, key: Callable[[Lowering], object]) -> Table:
+        groups: dict[object, list[Entry]] = {}
+        for one in self.entries:
+            if not one.lowering.flags:
+                groups.setdefault(key(one.lowering), []).append(one)
+        rows = [[label, len(members), *(_sum(members, what) for what in _SUMS)] for label, members in groups.items()]
+        shown = [Column(what, _UNITS.get(what, "J"), show=".4g") for what in _SUMS]
+        shown = [column._replace(hidden=all(row[i + 2] is None for row in rows)) for i, column in enumerate(shown)]
+        return Table([Column(name, left=True), "lowerings", *shown], rows, f"by {name}")
+
+    @property
+    def by_day(self) -> Table:
+        """Totals of each day, of the calendar where the log has dates, else of 24 h from the first row."""
+        return self._totals("day", lambda one: one.start[:10] if one.start else f"{int(one.begin // 86400) + 1}")
+
+    @property
+    def by_trip(self) -> Table:
+        """Totals between pauses without a lowering of more than `trip_pause`."""
+        pauses, end, trip = {}, None, 0
+        for one in self.lowerings.valid:
+            trip += end is None or one.begin - end > self.settings["trip_pause"]
+            end, pauses[one.begin] = one.end, trip
+        return self._totals("trip", lambda one: pauses[one.begin])
+
+    @property
+    def totals(self) -> dict[str, float | None]:
+        """Sums over all lowerings without flags; `None` where one of them lacks it."""
+        members = [one for one in self.entries if not one.lowering.flags]
+        return {name: _sum(members, name) for name in _SUMS}
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything in SI units, as `write` puts it into `ledger.json`."""
+        about = self.lowerings.as_dict()
+        return plain(
+            {
+                **about,
+                "lowerings": self.table,
+                "totals": self.totals,
+                "trips": self.by_trip,
+                "days": self.by_day,
+                "separable": self.separable,
+                "settings": self.settings,
+                "notes": self.notes,
+            }
+        )
+
+    def write(self, folder: str | Path) -> list[Path]:
+        """Write `ledger.csv`, `ledger.json` and `ledger.txt` into a folder, all or none; return their paths."""
+        with whole_folder(Path(folder)) as (scratch, written):
+            frame = self.table.frame()
+            frame["flags"] = [", ".join(flags) for flags in frame["flags"]]
+            frame.to_csv(scratch / "ledger.csv", index=False)
+            (scratch / "ledger.json").write_text(json.dumps(self.as_dict(), indent=1, ensure_ascii=False), "utf-8")
+            (scratch / "ledger.txt").write_text(f"{self}\n", "utf-8")
+        return sorted(written)
+
+
+_HIDDEN = ("height", "static_load", "activity", "duration")
+
+
+def _sum(members: list[Entry], name: str) -> float | None:
+    values = [getattr(one, name) if hasattr(one, name) else getattr(one.lowering, name) for one in members]
+    return None if any(x is None for x in values) else float(sum(values))
+
+
+def ledger(
+    of: Log | Lowerings,
+    *,
+    lines: float | None = None,
+    drum_radius: float | None = None,
+    efficiency: float | None = None,
+    block_mass: float | None = None,
+    brake: str | None = None,
+    auxiliary: float | Mapping[str, float] | None = None,
+    trip_pause: float = 3600.0,
+) -> Ledger:
+    """The duty ledger of a log: energies of each lowering at hook and drum, totals by trip and by day.
+
+        W_drum = η W_hook,   W_loss = (1 − η) W_hook,   ω = n v/r,   M = η F r/n,   E = ½ m v²
+
+    - `of`: a log, or its lowerings where thresholds other than the usual ones are wanted
+    - `lines`: lines strung `n`, else those that the log has
+    - `drum_radius` `r` (m): effective, to the middle of the rope
+    - `efficiency` `η` of the tackle in lowering, else `tackle_efficiency(lines)`, which is told
+    - `block_mass` (kg): of block and top drive, the mass `m` where they are lowered alone; else `m` is static load/g
+    - `brake`: `friction`, `auxiliary` or `regenerative` (`simbrake.rig.BRAKES`);  `auxiliary`: share of the work at the
+      drum that the auxiliary brake or the motor takes, one number or one by kind of load. Without it the two are not
+      separable from the log, and stay one: `drum_work`
+    - `trip_pause` (s): a longer time without lowerings ends a trip
+
+    The motion of the drum needs the distance between block and crown. Where the log has a heave-compensated height
+    alone, and the heave is unknown or exceeds 1 % of a lowering, nothing is said of the drum in it (`Entry.refused`).
+
+    Raises `InputError` with all arguments that cannot be, and where the lines strung change in the log.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> t = np.arange(0.0, 120.0, 2.0)
+        >>> rows = [f"{a},{b},500\\n" for a, b in zip(t, 30.0 - np.clip(t - 40.0, 0.0, 20.0))]
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = pathlib.Path(folder, "rig.csv")
+        ...     _ = file.write_text("Time,BPOS,HKLD\\ns,m,kN\\n" + "".join(rows))
+        ...     book = sb.rig.ledger(sb.rig.read(file), lines=8, drum_radius=0.4, efficiency=0.9, brake="friction")
+        >>> book.totals["hook_work"] / 1e6, book.totals["friction_work"] / 1e6
+        (10.0, 9.0)
+        >>> book.entries[0].drum_speed
+        20.0
+    """
+    shares: dict[str, Any] = dict.fromkeys(LOADS, auxiliary)
+    if isinstance(auxiliary, Mapping):
+        shares = {str(kind): share for kind, share in auxiliary.items()}
+    _check(lines, drum_radius, efficiency, block_mass, brake, shares, trip_pause)
+    found = of if isinstance(of, Lowerings) else lowerings(of)
+    notes = list(found.notes)
+    strung = _lines_of(found.log, notes) if lines is None else lines
+    if efficiency is None and strung is not None:
+        efficiency = tackle_efficiency(strung)
+        notes.append(f"efficiency of the tackle {digits(efficiency, 3)}, by sheaves of {_SHEAVE}; efficiency= if not")
+    if strung is not None:
+        notes.append("the recorded load is taken as that of the hook; a gauge at the dead line reads more in lowering")
+    if brake == "friction":
+        shares |= dict.fromkeys(LOADS, 0.0)
+    separable = all(shares.get(kind) is not None for kind in {one.kind for one in found.valid})
+    if not separable:
+        what = "an auxiliary brake or a motor" if brake is None else BRAKES[brake].partition("and ")[2]
+        notes.append(
+            f"the shares of friction brakes and of {what} are not separable from this log: auxiliary= gives them"
+        )
+    if efficiency is None:
+        notes.append("without lines= or efficiency= nothing is said of the tackle and the drum")
+    entries = tuple(
+        _entry(found.log, one, strung, drum_radius, efficiency, block_mass, shares) for one in found.lowerings
+    )
+    refused = [one for one in entries if one.refused]
+    if refused and efficiency is not None:
+        notes.append(f"drum: {len(refused)} of {len(entries)} lowerings are refused, {refused[0].refused}")
+    settings = {"lines": strung, "drum_radius": drum_radius, "efficiency": efficiency, "block_mass": block_mass}
+    settings |= {"brake": brake, "auxiliary": auxiliary, "trip_pause": trip_pause}
+    return Ledger(found, entries, settings, separable, tuple(notes))
+
+
+def _check(
+    lines: float | None,
+    drum_radius: float | None,
+    efficiency: float | None,
+    block_mass: float | None,
+    brake: str | None,
+    shares: Mapping[str, float | None],
+    trip_pause: float,
+) -> None:
+    """Raise `InputError` with all arguments that cannot be."""
+    numbers = {"lines": lines, "drum_radius": drum_radius, "block_mass": block_mass, "trip_pause": trip_pause}
+    faults = [
+        Fault(name, f"{x} is not a positive number", "see sb.rig.ledger")
+        for name, x in numbers.items()
+        if x is not None and not (np.isfinite(x) and x > 0)
+    ]
+    if efficiency is not None and not 0 < efficiency <= 1:
+        faults.append(Fault("efficiency", f"{efficiency} is out of range", "0 < efficiency ≤ 1"))
+    if brake is not None and brake not in BRAKES:
+        faults.append(Fault("brake", f"unknown kind {brake!r}", f"there are: {', '.join(BRAKES)}"))
+    for kind, share in shares.items():
+        if kind not in LOADS:
+            faults.append(Fault(f"auxiliary {kind}", "is no kind of load", f"there are: {', '.join(LOADS)}"))
+        if share is not None and not 0 <= share <= 1:
+            faults.append(Fault("auxiliary", f"{share} is out of range", "a share of the work at the drum, 0 to 1"))
+    if brake == "friction" and any(shares.values()):
+        faults.append(Fault("auxiliary", "is given beside brake='friction'", "which has no auxiliary brake"))
+    if faults:
+        raise InputError(list(dict.fromkeys(faults)))
+
+
+def _lines_of(log: Log, notes: list[str]) -> float | None:
+    """Lines strung as the log has them."""
+    channel = log.channels.get("lines_strung")
+    if channel is None:
+        return None
+    rows = channel.updates
+    if rows.size > 1:
+        first, then, when = (digits(float(x), 6) for x in (*channel.value[rows[:2]], log.t[rows[1]]))
+        what = f"lines strung change from {first} to {then} {when} s after the first row"
+        raise InputError(
+            [Fault(f"{log.source} column {channel.mnemonic}", what, "split the log there, or give lines=")]
+        )
+    count = float(channel.value[rows[0]]) if rows.size else 0.0
+    if count < 1:
+        return None
+    notes.append(f"lines strung: {digits(count)}, by {channel.mnemonic}")
+    return count
+
+
+def _refusal(log: Log, one: Lowering) -> str:
+    """Why the motion of the drum is not known in a lowering."""
+    if not log.compensated:
+        return ""
+    name, heave = log.position.mnemonic, log.channels.get("heave")
+    if heave is None:
+        return f"{name} is heave-compensated, and the heave is not recorded"
+    inside = heave.value[slice(*np.searchsorted(log.t, (one.begin, one.end), side="right"))]
+    inside = inside[~np.isnan(inside)]
+    if not inside.size:
+        return f"{name} is heave-compensated, and the heave has no value"
+    moved = float(np.ptp(inside))
+    if moved <= _HEAVE * one.travel:
+        return ""
+    return (
+        f"{name} is heave-compensated, and the heave of {digits(moved, 3)} m exceeds 1 % of {digits(one.travel, 3)} m"
+    )
+
+
+def _entry(
+    log: Log,
+    one: Lowering,
+    lines: float | None,
+    radius: float | None,
+    efficiency: float | None,
+    block_mass: float | None,
+    shares: Mapping[str, float | None],
+) -> Entry:
+    mass = block_mass if block_mass is not None and one.kind == "block" else one.static_load / _GRAVITY
+    entry = Entry(one, one.hook_work / one.duration, 0.5 * mass * one.top_speed**2, refused=_refusal(log, one))
+    if efficiency is None or entry.refused:
+        return entry
+    drum: dict[str, float | None] = {
+        "tackle_loss": (1 - efficiency) * one.hook_work,
+        "drum_work": efficiency * one.hook_work,
+        "drum_work_low": efficiency * one.hook_work_low,
+        "drum_work_high": efficiency * one.hook_work_high,
+    }
+    if lines is not None and radius is not None:
+        drum["drum_speed"] = lines * one.top_speed / radius
+        drum["drum_torque"] = efficiency * one.mean_load * radius / lines
+    share = shares.get(one.kind)
+    if share is not None:
+        drum["auxiliary_work"] = share * efficiency * one.hook_work
+        drum["friction_work"] = (1 - share) * efficiency * one.hook_work
+    return dataclasses.replace(entry, **drum)
