@@ -352,6 +352,14 @@ def _roles(
     return roles
 
 
+def _merged(x: np.ndarray, last: np.ndarray) -> np.ndarray:
+    """The last value in each group of rows, of which `last` (n,) marks the ends: rows of one time may fill in turn."""
+    ends = np.flatnonzero(last)
+    starts = np.concatenate([[0], ends[:-1] + 1])
+    filled = np.maximum.accumulate(np.where(np.isnan(x), -1, np.arange(x.size)))[ends]
+    return np.where(filled >= starts, x[np.maximum(filled, 0)], np.nan)
+
+
 class _Reading:
     """A table of a file on its way to a log, with its errors and what is assumed."""
 
@@ -377,8 +385,12 @@ class _Reading:
         seconds, rows = None, slice(None)
         if times is not None:
             self.guesses += times.remarks
-            seconds, rows = self._ordered(times.seconds)
         self._nulls(() if times is None else times.used)
+        if times is not None:
+            full = [table.values[i] for role, (i, _) in roles.items() if role in _MOTION and table.values[i].size]
+            # rows that share a time may be readings of their own, or fill in turn
+            each = any(np.isnan(x).mean() < 0.4 for x in full)
+            seconds, rows = self._ordered(times.seconds, spread=each)
         of_column = {i: (role, of) for role, (i, of) in roles.items()}
         scales = {i: self._scale(role, i, of) for i, (role, of) in of_column.items()}
         if not {"block_position", "compensated_position"} & roles.keys():
@@ -402,7 +414,7 @@ class _Reading:
             scale = scales.get(i)
             if scale is not None:
                 x *= float(scale.factor)
-            x = x if isinstance(rows, slice) else x[rows]
+            x = x[rows] if self._last is None else _merged(x[rows], self._last)
             table.values[i] = np.empty(0)
             role = "" if scale is None and role != "activity" else role
             si = ROLES[role].unit if role else ""
@@ -421,9 +433,9 @@ class _Reading:
     def fault(self, where: str, problem: str, hint: str = "") -> None:
         self.faults.append(Fault(f"{self.path}{where}", problem, hint))
 
-    def _ordered(self, seconds: np.ndarray) -> tuple[np.ndarray | None, Any]:
+    def _ordered(self, seconds: np.ndarray, spread: bool) -> tuple[np.ndarray | None, Any]:
         """Times that increase, and the rows that have them."""
-        self._repeated = 0
+        self._repeated, self._last = 0, None
         if seconds.size < 2:
             self.fault("", f"has {seconds.size} rows", "a recording has at least two")
             return None, slice(None)
@@ -447,7 +459,7 @@ class _Reading:
         if not steps.any():
             self.fault("", "has the same time in all rows", "time='COLUMN' says which column the time is")
             return None, slice(None)
-        if self._repeated > 0.5 * steps.size:
+        if spread and self._repeated > 0.5 * steps.size:
             first = np.concatenate([[True], steps > 0])
             group = np.cumsum(first) - 1
             starts = seconds[first]
@@ -461,11 +473,9 @@ class _Reading:
             )
         elif self._repeated:
             last = np.concatenate([steps > 0, [True]])
-            rows = np.arange(seconds.size)[last] if isinstance(rows, slice) else rows[last]
+            self._last = last
             seconds = seconds[last]
-            self.guesses.append(
-                f"{self._repeated} rows repeat the time of the row before: the last one of each time is used"
-            )
+            self.guesses.append(f"{self._repeated} rows repeat the time of the row before: they are read as one row")
         return seconds, rows
 
     def _nulls(self, times: Sequence[int]) -> None:

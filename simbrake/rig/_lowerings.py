@@ -19,8 +19,6 @@ LOADS = ("not decidable", "block", "string")
 _SHARE, _CLASS, _APART = 0.03, 0.02, 1.25
 #: update interval (s) above which no lowering can be followed
 _SLOWEST = 15.0
-#: two-sided 90 % of a normal distribution
-_NORMAL_90 = 1.645
 
 
 class Level(NamedTuple):
@@ -171,14 +169,15 @@ class Course(NamedTuple):
 def course_of(channel: Channel, spacing: float = 0.0) -> Course:
     """The line through the updates of a channel, held values left out, at least `spacing` (s) apart.
 
-    A value that did not change for longer than its interval was still the same one interval before it changed.
+    A value that did not change for longer than its interval began to change, on average, half an interval before the
+    row that shows it: the last row before that time still has it.
     """
     t, x = channel.t, channel.value
     rows = np.flatnonzero(~np.isnan(x))
-    interval = float(np.median(np.diff(t))) if t.size > 1 else 0.0
+    interval = float(np.median(np.diff(t[rows]))) if rows.size > 1 else 0.0
     if channel.held:
         interval, updates = channel.interval, channel.updates
-        before = rows[np.searchsorted(rows, updates[1:]) - 1]  # the last row that holds the old value
+        before = rows[np.searchsorted(t[rows], t[updates[1:]] - 0.5 * interval, side="right") - 1]
         long = t[updates[1:]] - t[updates[:-1]] > 1.5 * interval
         rows = np.union1d(np.union1d(updates, before[long]), rows[-1:])
     elif spacing > interval > 0.0:
@@ -224,8 +223,9 @@ def lowerings(
       the motion before is set down
 
     Intervals of the work: where the log has lowest and highest loads, `Σ min F Δh` and `Σ max F Δh`, bounds; else the
-    spread of the quadratures, of which 90 % hold the work: load and height may differ by half an interval of each, and
-    readings between the updates scatter as their second differences do.
+    spread of the quadratures, of which 90 % hold the work: load and height may differ by half an interval of each,
+    readings between the updates scatter as their second differences do (Student's t), the height has steps, and the cut
+    of the ends leaves something out.
 
     Raises `InputError` where the height is updated too rarely, or where nothing moves.
 
@@ -463,10 +463,14 @@ class _Works:
 
     def __init__(self, log: Log, height: Course, load: Course) -> None:
         self.log, self.height, self.load = log, height, load
+        apart = np.diff(np.unique(np.round(height.value, 6)))
+        #: of a height that is written coarsely; 0.7 of it is the 90 % of the two ends of a lowering
+        self.step = float(np.quantile(apart, 0.1)) if apart.size else 0.0
         self.sums = self._cumulative(0.0)
         late = 0.5 * (height.interval + load.interval)
         self.shifted = [self._cumulative(x) for x in (-late, late)]
-        self.missing = np.isnan(log["hook_load"].value)
+        channel = log["hook_load"]
+        self.read = channel.t[~np.isnan(channel.value)]
         low, high = (log.channels.get(f"hook_load_{end}") for end in ("min", "max"))
         self.bounds = None
         if low is not None and high is not None and not (np.isnan(low.value).all() or np.isnan(high.value).all()):
@@ -501,8 +505,10 @@ class _Works:
         """Work between two knots, and its interval."""
         begin, end = self.height.t[a], self.height.t[b]
         work = float(self.sums[b] - self.sums[a])
-        rows = slice(*np.searchsorted(self.log.t, (begin, end)))
-        if self.missing[rows].mean() > 0.2 if self.missing[rows].size else True:
+        first, last = np.searchsorted(self.read, (begin, end))
+        around = self.read[max(first - 1, 0) : last + 1]
+        longest = max(np.max(np.diff(around), initial=0.0), around[0] - begin, end - around[-1])
+        if longest > max(_SLOWEST, 3.0 * self.load.interval):
             return float("nan"), float("nan"), float("nan")
         if self.bounds is not None:
             low, high = (float(x[b] - x[a]) for x in self.bounds)
@@ -512,19 +518,24 @@ class _Works:
         # what the cut of the ends leaves out
         fall = np.diff(self.height.value[[max(a - 1, 0), a, b, min(b + 1, self.height.t.size - 1)]])[::2]
         ends = abs(work) * float(np.abs(fall).sum() / (self.height.value[a] - self.height.value[b]))
-        half = float(np.sqrt(timing**2 + ends**2 + (_NORMAL_90 * self._scatter(a, b)) ** 2))
+        steps = 0.7 * self.step * abs(work) / (self.height.value[a] - self.height.value[b])
+        half = float(np.sqrt(timing**2 + ends**2 + steps**2 + self._scatter(a, b) ** 2))
         return work, work - half, work + half
 
     def _scatter(self, a: int, b: int) -> float:
-        """Standard error of the work by the scatter of the readings of the load around the line between them."""
+        """Error of the work (90 %) by the scatter of the readings of the load around the line between them."""
+        from scipy.special import stdtrit
+
         t, f = self.load.t, self.load.value
         i, j = np.searchsorted(t, (self.height.t[a], self.height.t[b]))
         if j - i < 3:
-            return 0.0
+            i, j = max(i - 1, 0), min(j + 1, t.size)
         t, f = t[i:j], f[i:j]
+        if t.size < 3:
+            return 0.0
         share = (t[1:-1] - t[:-2]) / (t[2:] - t[:-2])
         off = f[1:-1] - (1 - share) * f[:-2] - share * f[2:]
         spread = np.sqrt(np.mean(off**2 / (1 + share**2 + (1 - share) ** 2)))
         middle = np.concatenate([t[:1], 0.5 * (t[1:] + t[:-1]), t[-1:]]).clip(self.height.t[a], self.height.t[b])
         weight = np.diff(self.height.at(middle))
-        return float(spread * np.sqrt(np.sum(weight**2)))
+        return float(stdtrit(f.size - 2, 0.95) * spread * np.sqrt(np.sum(weight**2)))

@@ -96,6 +96,10 @@ def test_repeated_times_gaps_and_reversed_rows(tmp_path):
     np.testing.assert_allclose(log.gaps, [[58.0, 200.0]])
     assert log.repeated == 1
     assert log["HKLD"].value[4] == pytest.approx(9e5 + t[5])
+    sparse = [[stamp(a // 2), *(("30", "") if a % 2 else ("", "900"))] for a in range(12)]  # one channel a row
+    text = "Time,BPOS,HKLD\n,m,kN\n" + "".join(",".join(row) + "\n" for row in sparse)
+    both = sb.rig.read(written(tmp_path, "s.csv", text))
+    assert (both.t.size, both["BPOS"].nulls, both["HKLD"].nulls) == (6, 0, 0)
     turned = {name: (unit, x[::-1]) for name, (unit, x) in columns.items()}
     back = sb.rig.read(written(tmp_path, "b.xml", witsml(t[::-1], turned)))
     np.testing.assert_allclose(np.diff(back["BPOS"].value) < 0, True)
