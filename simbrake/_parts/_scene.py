@@ -364,8 +364,11 @@ def _faults_of_motor(scene: Scene, path: str) -> list[Fault]:
     if all(speed is None for _, speed in speeds):
         hint = "give `motor = …` in a phase" if phased else "give motor.speed"
         errors.append(Fault("motor", "never runs: no speed is given for it to follow", hint))
-    most = float(motor.max_speed)
+    most, chained = float(motor.max_speed), isinstance(scene.brake, Brake) and scene.brake.band.segments is not None
     for where, speed in speeds:
+        if chained and speed is not None and np.min(np.asarray(speed.values)) < 0:
+            what = "hoists, and a band in segments is never open: its linings would ride with the pulley without end"
+            errors.append(Fault(where, what, "leave out brake.band.segments"))
         if speed is not None and (fastest := float(np.max(np.abs(np.asarray(speed.values))))) > most:
             what = f"{fastest:g} rad/s is above the motor's {most:g} rad/s"
             errors.append(Fault(where, what, "a lower speed, or another motor.max_speed"))

@@ -197,12 +197,13 @@ def _course(result: Result) -> list[Finding]:
 
 def _many(summary: dict[str, Any]) -> Finding:
     rows, total, end = summary["stops"], totals(summary["stops"]), summary["end"]
-    slowest = total["slowest"]
-    first, last, longest = (number(row["braking_time"], "s") for row in (rows[0], rows[-1], slowest))
+    slowest, braked = total["slowest"], [row for row in rows if row["braking_time"] > 0] or rows
+    others = len(rows) - len(braked)
+    first, last, longest = (number(row["braking_time"], "s") for row in (braked[0], braked[-1], slowest))
     text = (
         f"{len(rows)} stops in {number(end['duration'], 's')}, of which {number(total['motion_time'], 's')} in motion "
-        f"and {number(total['braking_time'], 's')} braked. The first takes {first} of braking, the last {last}, the "
-        f"longest {longest} (stop {slowest['stop']})."
+        f"and {number(total['braking_time'], 's')} braked{f'; {others} are without the brake' if others else ''}. "
+        f"The first takes {first} of braking, the last {last}, the longest {longest} (stop {slowest['stop']})."
     )
     sums = {name: total[name] for name in ("motion_time", "braking_time", "angle", "energy")}
     return Finding("course", text, {"stops": len(rows), **sums, "longest": slowest})

@@ -29,6 +29,7 @@ J = INERTIA + MASS * TRAVEL**2
 UP, DOWN, FASTER = 1.2, 1.0, 0.5  # m/s, m/s²
 
 BRAKE = sb.Brake(sb.Pulley(0.59, INERTIA), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35))
+CHAIN = sb.Brake(BRAKE.pulley, sb.Band(0.623, 4e5, sb.Segments(1e7)), sb.uniform_linings(4, "270 deg", 0.35, mass=3.5))
 LOAD = HookLoad(MASS, RADIUS, LINES)
 MOTOR = Motor("60 kN*m", "1100 kW", "40 rad/s")
 
@@ -57,8 +58,8 @@ def down(distance, speed=DOWN, **levers):
     )
 
 
-def run(phases, load=LOAD, motor=MOTOR, end=1e4, **parts):
-    return sb.simulate(sb.Scene(BRAKE, sb.Duty(phases, load), sb.Initial(0.0), end, motor=motor, **parts))
+def run(phases, load=LOAD, motor=MOTOR, end=1e4, brake=BRAKE, **parts):
+    return sb.simulate(sb.Scene(brake, sb.Duty(phases, load), sb.Initial(0.0), end, motor=motor, **parts))
 
 
 def ends(result):
@@ -78,6 +79,7 @@ def test_a_trip_up_and_down_takes_the_time_and_the_work_of_its_course():
     assert float(energy["friction_heat"]) == pytest.approx(2 * MASS * 9.80665 * 20.0, rel=1e-10)
     assert float(energy["closure"]) < 1e-12
     assert "hook travel 40 m down and 50 m up" in str(result)
+    assert "2 are without the brake" in str(sb.results.explain(result, influence=False))
     at = result.series([20.0])  # steady: the motor bears the load
     assert float(at.motor_torque[0]) == pytest.approx(WEIGHT, rel=1e-10)
     assert float(at.motor_power[0]) == pytest.approx(MASS * 9.80665 * UP, rel=1e-10)
@@ -344,6 +346,7 @@ def test_a_speed_that_is_never_followed_has_a_name():
         ({"load": StringLoad(8e3, [1e4, 2e4], 0.4, 8)}, "has 2 masses for 3 phases"),
         ({"phases": (Phase(0.0, "travel -5 m", motor=course(0.0, DOWN)),)}, "lowers, and travel −5 m is upwards"),
         ({"phases": Phase(0.0, "travel -5 m")}, "nothing hoists 5 m"),
+        ({"brake": CHAIN}, "a band in segments is never open"),
         ({"phases": [HOLD, 3.0]}, "3.0 is no phase"),
     ],
 )
