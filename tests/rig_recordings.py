@@ -1,9 +1,12 @@
 """Recordings of a rig with a known truth, and the files in which loggers write them."""
 
 import datetime
+import tempfile
 from pathlib import Path
 
 import numpy as np
+
+import simbrake as sb
 
 START = datetime.datetime(2026, 3, 1, 23, 50, tzinfo=datetime.UTC)
 FACTORS = {"m": 1.0, "ft": 0.3048, "N": 1.0, "kN": 1e3, "kdaN": 1e4, "tonf": 9806.65, "klbf": 4448.2216152605}
@@ -131,3 +134,15 @@ def sampled(t, h, load, kind, rng):
         at = read[np.searchsorted(read, rows, side="right") - 1]
         return t[rows], h[np.minimum(at, t.size - 1)].round(3), noise
     return t[rows], h[rows].round(3), noise
+
+
+def book():
+    """A small ledger of three lowerings: a string, an empty block, and a jump of the encoder."""
+    stands = [(28.0, 1.1, 0.4, 1.2e6, 3e5), (27.0, 2.0, 0.5, 3e5, 3e5), (20.0, 1.0, 0.5, 1.1e6, 3e5)]
+    t, h, load, _ = trip(stands, dt=0.1)
+    rows = slice(None, None, 20)
+    height = h[rows].copy()
+    height[3:6] += 12.0
+    with tempfile.TemporaryDirectory() as folder:
+        file = written(Path(folder), "a.xml", witsml(t[rows], {"BPOS": ("m", height), "HKLD": ("kN", load[rows])}))
+        return sb.rig.ledger(sb.rig.read(file), lines=8)

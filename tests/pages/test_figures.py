@@ -11,6 +11,7 @@ import re
 import matplotlib
 import numpy as np
 import pytest
+import rig_recordings
 from commands import call
 from goldens import assert_kept, words_of
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -159,6 +160,7 @@ GIVEN = {
     "chain": chain,
     "disc": lambda: sb.simulate(sb.read_scene(sb.files.shipped("disc"))),
     "life": life,
+    "book": rig_recordings.book,
     "rims": lambda: sb.formulas.EstimateData(track_area=1.6),
 }
 

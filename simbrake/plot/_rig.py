@@ -1,0 +1,56 @@
+"""Figures of a rig's recording."""
+
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.patches import Patch
+
+from .._base._table import scale
+from ..rig._ledger import Ledger
+from ..rig._lowerings import LOADS
+from ._shared import BLUE, GREEN, ORANGE, VERMILLION, finish, sheet, styled
+
+#: colours of the kinds of load
+_KINDS: dict[str, str] = dict(zip(LOADS, (ORANGE, GREEN, BLUE), strict=True))
+
+
+@styled
+def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
+    """Height of the block with its lowerings, and the work of the hook in each with its interval, by kind of load.
+
+    Lowerings that are flagged, and in no total, are red.
+
+    Example:
+        >>> figure = sb.plot.ledger(book)
+        >>> [axes.get_ylabel() for axes in figure.axes]
+        ['height, m', 'work, MJ']
+    """
+    log, entries = book.lowerings.log, [entry.lowering for entry in book.entries]
+    figure = sheet(figure, 9.0, 2.3, rows=2, room=0.9)
+    above, below = figure.subplots(2, 1, sharex=True)
+    long = log.t[-1] > 7200.0
+    unit, word = (3600.0, "h") if long else (1.0, "s")
+    position = log.position
+    above.plot(position.t / unit, position.value, color="0.6", lw=1.0)
+    most = max((abs(one.hook_work_high) for one in entries if np.isfinite(one.hook_work_high)), default=0.0)
+    factor, _, name = scale("J", most)
+    for one in entries:
+        colour = VERMILLION if one.flags else _KINDS[one.kind]
+        inside = (position.t >= one.begin - 1e-6) & (position.t <= one.end + 1e-6)
+        above.plot(position.t[inside] / unit, position.value[inside], color=colour, lw=2.0)
+        if np.isfinite(one.hook_work):
+            middle = (one.begin + 0.5 * one.duration) / unit
+            below.vlines(middle, 0.0, factor * one.hook_work, color=colour, lw=3.0, alpha=0.6)
+            ends = [[factor * (one.hook_work - one.hook_work_low)], [factor * (one.hook_work_high - one.hook_work)]]
+            below.errorbar([middle], [factor * one.hook_work], ends, fmt="none", ecolor="0.2", capsize=3)
+    above.set_ylabel("height, m")
+    below.set_ylabel(f"work, {name}")
+    below.set_xlabel(f"time from the first row, {word}")
+    below.set_ylim(min(0.0, below.get_ylim()[0]), None)
+    finish((above, below))
+    kinds = {one.kind for one in entries if not one.flags}
+    shown = [Patch(color=colour, label=kind) for kind, colour in _KINDS.items() if kind in kinds]
+    if len(book.lowerings.valid) < len(entries):
+        shown.append(Patch(color=VERMILLION, label="flagged"))
+    figure.legend(handles=shown, loc="outside lower center", ncols=4, frameon=False)
+    figure.suptitle(f"{len(book.lowerings.valid)} lowerings, work of the hook by {book.lowerings.interval_by}")
+    return figure
