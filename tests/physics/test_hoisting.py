@@ -148,6 +148,7 @@ def test_a_motor_gives_no_more_than_its_torque():
     assert float(jax.grad(time)(torque)) == pytest.approx(-expected / (2 * (torque - WEIGHT)), rel=1e-7)
 
 
+@pytest.mark.slow
 def test_a_motor_gives_no_more_than_its_power():
     power = MASS * 9.80665 * 0.8  # enough for 0.8 m/s
     phase = Phase(0.0, "travel -20 m", motor=sb.PiecewiseLinear([0.0], [-39.0]))
@@ -168,6 +169,7 @@ def test_a_motor_gives_no_more_than_its_power():
     assert result.metrics["max_motor_power"] == pytest.approx(power, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_friction_of_the_tackle_is_overcome_upwards():
     result = run(Phases((*up(25.0), HOLD)), motor=Motor("60 kN*m", "2 MW", "40 rad/s"), shaft=(TackleLoss(0.9),))
     energy = result.energy
@@ -186,6 +188,7 @@ def test_a_motor_holds_back_what_it_lowers_and_the_brake_takes_the_rest():
     assert float(energy["friction_heat"]) == pytest.approx(hook_work - 0.5 * MASS * 9.80665 * 20.0, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_an_auxiliary_brake_is_engaged_by_phases():
     eddy = sb.loads.EddyCurrentBrake("160 kN*m", "12 rad/s")
     lower = Phase(0.0, "20 s", "lower", auxiliary=0.5)
@@ -224,6 +227,7 @@ def test_thirty_stands_in_and_out_have_their_masses():
     np.testing.assert_allclose(begun[1, :, 0], (empty + strings[::-1]) * g * TRAVEL, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_every_phase_may_have_its_own_string():
     load = StringLoad(8e3, ["10 t", "10 t", "20 t", "30 t"], RADIUS, LINES)
     result = run(Phases((*up(20.0), Phase(30e3, 5.0), Phase(40e3, 5.0))), load)
@@ -231,6 +235,7 @@ def test_every_phase_may_have_its_own_string():
     np.testing.assert_allclose(torques, (8e3 + np.asarray([10e3, 10e3, 20e3, 30e3])) * 9.80665 * TRAVEL, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_rope_winds_back_onto_its_layers():
     rope = RopeLayers("32 mm", turns_per_layer=20, turns=35)
     load = HookLoad(MASS, RADIUS, LINES, rope=rope)
@@ -262,6 +267,7 @@ def test_position_is_corrected_as_a_damped_oscillator():
     np.testing.assert_allclose(away, 0.05 * speed * t * np.exp(-t), atol=1e-9)  # g²/4 = h: aperiodic
 
 
+@pytest.mark.slow
 def test_phases_end_at_a_height_of_the_block():
     hoist = Phase(0.0, "block up to 30 m", "hoist", motor=course(0.0, -UP))
     slow = Phase(0.0, UP / FASTER, "slow", motor=course(-UP, 0.0))
@@ -306,6 +312,7 @@ def test_a_run_that_ends_under_the_motor_is_driven(speed, travel):
     assert "nan" not in str(sb.results.explain(result, influence=False))
 
 
+@pytest.mark.slow
 def test_runs_of_an_ensemble_are_driven_too():
     motor = dataclasses.replace(MOTOR, speed=course(0.0, -UP))
     scene = sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(), 5.0, motor=motor)
@@ -361,6 +368,7 @@ def test_a_motor_without_limits_is_refused():
         Motor("60 kN*m", max_speed=40.0)
 
 
+@pytest.mark.slow
 def test_a_hoist_in_a_file(tmp_path):
     load = StringLoad(8e3, 40e3, RADIUS, LINES, stand=800.0)
     phases = Phases((*up(25.0), HOLD), 2, then=Phases((*down(25.0), HOLD), 2, stands=-1))
