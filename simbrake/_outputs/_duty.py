@@ -101,6 +101,8 @@ def travel_words(sums: Entry) -> str:
     """Travel of the hook in all stops, down and up where there is both."""
     whole, upwards = sums["travel"], sums["upwards"]
     up, down = number(upwards, "m", count=5), number(whole - upwards, "m", count=5)
+    if upwards == whole > 0:
+        return f"{up} up"
     return f"{down} down and {up} up" if upwards > 0 else str(number(whole, "m"))
 
 
@@ -122,10 +124,11 @@ def duty_lines(summary: Entry) -> Iterator[str]:
                     f"total    {len(rows)} stops in {duration}: in motion {number(sums['motion_time'], 's')}, "
                     f"braked {number(sums['braking_time'], 's')}, {number(angle, 'rad')}{travel}"
                 )
-                yield (
-                    f"worst    longest braking {number(slowest['braking_time'], 's')} in stop {slowest['stop']}, "
-                    f"maximum friction heat {number(hottest['energy'], 'J')} in stop {hottest['stop']}"
-                )
+                if slowest["braking_time"]:
+                    yield (
+                        f"worst    longest braking {number(slowest['braking_time'], 's')} in stop {slowest['stop']}, "
+                        f"maximum friction heat {number(hottest['energy'], 'J')} in stop {hottest['stop']}"
+                    )
             if abs(abs(end["angle"]) - abs(angle)) > _SAME * abs(angle):  # energies are those of the whole run
                 back = abs(end["angle"]) <= _SAME * abs(angle)
                 yield f"run      {'back where it began' if back else f'{where} in all'}, at the end turning at {speed}"

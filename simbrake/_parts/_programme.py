@@ -411,6 +411,8 @@ class _Plan:
 
     def _hoist_back(self, speed: float) -> Problem:
         self.hoists_back = True
+        if self.depth + self.lowered <= 0:
+            return "has nothing to hoist back: the hook is not below where it began", "lower before it, or hoist 27 m"
         return self._hoist(
             self.depth + self.lowered, speed, AtHeight(-(speed**2) / (2 * self.acceleration), rising=True)
         )

@@ -68,7 +68,9 @@ class Drive(Feature):
         return now.y._replace(ledger=now.y.ledger._replace(motor=now.y.ledger.load_work)), now.mode
 
     def sizes(self, brake: AbstractBrake, sizes: State) -> State:
-        return sizes._replace(ledger=sizes.ledger._replace(motor=jnp.inf))
+        # (where the lever takes what its limits leave, the speed shows nothing of them: its work has to)
+        size = brake.sizes.torque if brake.lever.controls_speed else jnp.inf
+        return sizes._replace(ledger=sizes.ledger._replace(motor=size))
 
     def places(self, brake: AbstractBrake, places: State) -> State:
         return places._replace(ledger=places.ledger._replace(motor=np.asarray(QUADRATURE)))

@@ -122,7 +122,7 @@ def test_errors_of_a_start_are_not_those_of_another_one():
     hoist = Phases((Phase(0.0, "block up to 30 m", motor=course(0.0, -UP)),))
 
     def code(**start):
-        scene = sb.Scene(BRAKE, sb.Duty(hoist, LOAD), sb.Initial(**start), 1e3, motor=MOTOR)
+        scene = sb.Scene(BRAKE, sb.Duty(hoist, LOAD), sb.Initial(0.0, **start), 1e3, motor=MOTOR)
         return int(sb.simulate(scene).code)
 
     assert code(block_height="5 m") == 0
@@ -186,6 +186,20 @@ def test_a_motor_holds_back_what_it_lowers_and_the_brake_takes_the_rest():
     hook_work = MASS * 9.80665 * (20.0 + DOWN**2 / (2 * FASTER))
     assert float(energy["motor_work"]) == pytest.approx(-0.5 * MASS * 9.80665 * 20.0, rel=1e-9)
     assert float(energy["friction_heat"]) == pytest.approx(hook_work - 0.5 * MASS * 9.80665 * 20.0, rel=1e-9)
+
+
+def test_the_limits_of_a_motor_show_in_the_energies_beside_a_driller():
+    """The speed is that of the course throughout, whatever the motor gives of the torque."""
+    torque, power, speed, end = 10e3, 0.1e6, DOWN / TRAVEL, 20.0
+    motor = Motor(torque, power, 40.0, course(0.0, DOWN))
+    scene = sb.Scene(BRAKE, sb.Duty(Driller(course(0.0, DOWN), 60e3), LOAD), sb.Initial(0.0), end, motor=motor)
+    energy = sb.simulate(scene).energy
+    knee = power / torque  # rad/s
+    begin = knee * TRAVEL / FASTER
+    work = -torque * 0.5 * knee * begin - power * (end - begin)
+    turned = speed * (end - 0.5 * DOWN / FASTER)
+    assert float(energy["motor_work"]) == pytest.approx(work, rel=1e-9)
+    assert float(energy["friction_heat"]) == pytest.approx(WEIGHT * turned - 0.5 * J * speed**2 + work, rel=1e-9)
 
 
 @pytest.mark.slow
@@ -304,7 +318,7 @@ def test_the_speed_of_the_hook_starts_a_run_and_has_a_limit():
 def test_a_run_that_ends_under_the_motor_is_driven(speed, travel):
     motor = dataclasses.replace(MOTOR, speed=course(0.0, speed) if speed else sb.PiecewiseLinear([0.0], [0.0]))
     end = 5.0 if speed == 0 else 9.0 / abs(speed) + 0.5 * abs(speed) / FASTER
-    result = sb.simulate(sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(), end, motor=motor))
+    result = sb.simulate(sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0), end, motor=motor))
     assert result.status == result.summary()["duty"] == "driven"
     assert result.verdict().colour == "green"
     assert float(result.total_hook_travel) == pytest.approx(travel, abs=1e-9)
@@ -315,7 +329,7 @@ def test_a_run_that_ends_under_the_motor_is_driven(speed, travel):
 @pytest.mark.slow
 def test_runs_of_an_ensemble_are_driven_too():
     motor = dataclasses.replace(MOTOR, speed=course(0.0, -UP))
-    scene = sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(), 5.0, motor=motor)
+    scene = sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0), 5.0, motor=motor)
     data = sb.sweep(scene, {"motor.max_power": [1e5, 2e6]}, ["max_motor_power"])
     assert data["status"].values.tolist() == ["driven", "driven"]
     powers = data["max_motor_power"].values

@@ -241,6 +241,7 @@ def test_a_trip_in_and_out_comes_back():
         (("hoist 9 m at 1 m/s",), "needs a motor"),
         (("lower 9 m at 1 m/s on the auxiliary brake", "brake to rest"), "needs an auxiliary brake"),
         (("hoist 1 m at 1 m/s",), "is too short to reach the speed, which takes 2 m"),
+        (("hoist back at 1 m/s",), "the hook is not below where it began"),
         (("make up a stand in 9 s", "lay down a stand in 9 s"), "makes up a stand and lays one down in a cycle"),
     ],
 )
