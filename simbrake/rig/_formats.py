@@ -434,7 +434,11 @@ class _Witsml:
         if len(units) != len(names):
             units = [by_name.get(name, {}).get("unit", "") for name in names]
         cells = [cell.strip() for cell in line.split(delimiter)]
-        wanted = [i for i, cell in enumerate(cells[: len(names)]) if _WHEN.fullmatch(cell) or names[i] in self.wanted]
+        wanted = [
+            i
+            for i, cell in enumerate(cells[: len(names)])
+            if _WHEN.fullmatch(cell) or names[i] in self.wanted or _is_words(names[i], cell)
+        ]
         nulls = [self._log.get("nullValue"), *(curve.get("nullValue") for curve in self._curves)]
         index = self._log.get("indexCurve") or names[0]
         column = _whole(self._log.get("indexColumn"), 0) - 1
@@ -538,6 +542,7 @@ def _las(path: Path, lines: _Lines, texts: Sequence[str]) -> Table:
                 if i == 0 or (not _NUMBER.fullmatch(c) and _WHEN.fullmatch(c))
             ]
             wanted += [i for i, name in enumerate(names) if name in texts or _looks_like_time(name)]
+            wanted += [i for i, name in enumerate(names[: len(sample)]) if _is_words(name, sample[i])]
             rows = _Rows(path, len(names), separator, sorted(set(wanted)), "row" if wrapped else "line")
         rows.add(ready, row if wrapped else first)
         first, row = first + len(piece), row + len(ready)
@@ -564,6 +569,12 @@ def _las(path: Path, lines: _Lines, texts: Sequence[str]) -> Table:
 
 #: a unit behind a name: `Hook Load (klbf)`, `BPOS [m]`
 _BEHIND = re.compile(r"^(?P<name>.*\S)\s*[\[(](?P<unit>[^\[\]()]*)[\])]$")
+
+
+def _is_words(name: str, cell: str) -> bool:
+    """Whether a column holds names of activities, which are kept as text: no number, and called an activity."""
+    named = re.search(r"ACTIVITY|ACTC|STATE$|MODE$", re.sub(r"[^A-Z]", "", name.upper()))
+    return bool(named and cell and not _NUMBER.fullmatch(cell))
 
 
 def _looks_like_time(name: str) -> bool:
@@ -612,6 +623,11 @@ def _csv(path: Path, lines: _Lines, texts: Sequence[str]) -> Table:
         return bool(cells) and all(_WHEN.fullmatch(cell) for cell in cells[:20])
 
     wanted = [i for i, name in enumerate(names) if name in texts or _looks_like_time(name) or timed(i)]
+    cells = [
+        next((row[i].strip() for row in sample if i < len(row) and row[i].strip() not in _EMPTY), "")
+        for i in range(count)
+    ]
+    wanted += [i for i, name in enumerate(names) if i not in wanted and _is_words(name, cells[i])]
     rows = _Rows(path, count, separator, wanted, "line", "," if comma else ".")
     rows.add(start[first:], first + 1)
     first = len(start)

@@ -57,7 +57,7 @@ ROLES: dict[str, Role] = {
         "load of the hook, block included",
         (
             *(r"HKLDAVG?|HKLAVG|HKLA", r"HKLD?|HKLI|HKLO", r"WOH(?:AVG)?|WEIGHTONHOOK"),
-            r"(?:TOTAL|AVG|AVERAGE)?HOOK(?:LOAD|LD|WEIGHT)(?:AVG|AVERAGE)?|HLOAD",
+            r"(?:TOTAL|AVG|AVERAGE)?HOOK(?:LOAD|LD|WEIGHT)(?:AVG|AVERAGE)?|HLOAD|HAKENLAST",
         ),
     ),
     "heave": Role("m", "heave of the rig", (r"RIGHEAVE|HEAVE?", r"HEAVEPOS\w*")),
@@ -94,7 +94,7 @@ _SPELLINGS: dict[str, dict[str, float]] = {
 }
 #: spellings that have another meaning elsewhere
 _DOUBTFUL = {"tonf", "ton", "tons", "mt"}
-_NO_UNIT = ("", "unitless", "none", "-", "--", "n/a", "na", "euc", "null", "dimensionless", "undefined")
+_NO_UNIT = ("", "unitless", "none", "-", "--", "---", "n/a", "na", "euc", "null", "dimensionless", "undefined")
 #: null values of loggers, beside those that a file declares
 NULLS = (-999.25, -999.0, -9999.0, -9999.25, -99999.0, -999999.0)
 #: spacing of rows that is a gap, as a multiple of the usual one, and at least (s)

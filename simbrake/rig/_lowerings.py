@@ -17,6 +17,8 @@ STATES = ("no data", "down", "up", "at rest", "in slips", "set down", "slack")
 LOADS = ("not decidable", "block", "string")
 #: share of the rows that makes a level of loads, width of a class of loads, ratio of two levels
 _SHARE, _CLASS, _APART = 0.03, 0.02, 1.25
+#: share of a lowering in one update that makes it a jump
+_SINGLE = 0.9
 #: update interval (s) above which no lowering can be followed
 _SLOWEST = 15.0
 
@@ -213,8 +215,8 @@ def lowerings(
 
     - a motion ends after a `pause` (s) below `end_speed` (m/s), or after more than `heave` (m) upwards; its ends are
       cut where it is slower than `end_speed`; at least `travel` (m) is a lowering
-    - flags: a fall of more than `jump` (m) in a single update or faster than `fastest` (m/s), heights below `floor`
-      (m), a load that is missing: these lowerings are listed and left out of totals
+    - flags: more than `jump` (m) and nine tenths of the travel in a single update, faster than `fastest` (m/s), heights
+      below `floor` (m), a load that is missing: these lowerings are listed and left out of totals
     - `spacing`: heights are taken at least so far apart (s), as differences of frequent readings are noise
     - `tare`: lowest and highest load (N) without string; by default the lowest level of the load at rest at
       which the block also moves
@@ -335,8 +337,8 @@ class _Finder:
         travel, begin = float(h[0] - h[-1]), float(t[0])
         work, low, high = works.between(a, b)
         flags = []
-        falling = self.fall[a:b] > 0
-        if falling.sum() == 1 and self.fall[a:b].max() > self.limits["jump"]:
+        deepest = self.fall[a:b].max()
+        if deepest > max(self.limits["jump"], _SINGLE * travel):
             flags.append("single update")
         if self.speed[a:b].max() > self.limits["fastest"]:
             flags.append("too fast")

@@ -197,6 +197,15 @@ def test_cells_that_are_no_numbers_are_told(tmp_path):
     assert any("line 8, the last, has 1 of 3 cells: left out" in guess for guess in log.guesses)
 
 
+@pytest.mark.parametrize("name", ["a.csv", "a.xml"])
+def test_activities_in_words(tmp_path, name):
+    text = {"a.csv": CSV, "a.xml": XML}[name].replace("HKLD", "HKLD,Rig Activity").replace(",m,kN", ",m,kN,")
+    text = re.sub(r"(\d\.0|-999\.25)(?=\n|</data>)", r"\1,Trip in", text)
+    activity = sb.rig.read(written(tmp_path, name, text))["activity"]
+    assert activity.words == ("Trip in",)
+    assert activity.nulls == 0
+
+
 def test_las_needs_its_library(tmp_path, monkeypatch):
     monkeypatch.setitem(__import__("sys").modules, "lasio", None)
     assert "pip install 'simbrake[rig]'" in faults(written(tmp_path, "a.las", las(TIMES, SHORT)))[0]
