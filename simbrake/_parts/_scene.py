@@ -361,6 +361,8 @@ def _faults_of_motor(scene: Scene, path: str) -> list[Fault]:
         speeds = [(f"{where}.motor", phase.motor) for where, phase in lever.located(path)]
     if phased and motor.speed is not None:
         errors.append(Fault("motor.speed", "has no effect on a duty in phases", "give `motor` in its phases"))
+    if not phased:
+        errors += _faults_of_position(scene, "motor", motor.position_gain is not None)
     if all(speed is None for _, speed in speeds):
         hint = "give `motor = …` in a phase" if phased else "give motor.speed"
         errors.append(Fault("motor", "never runs: no speed is given for it to follow", hint))
@@ -387,10 +389,16 @@ def _faults_of_courses(scene: Scene, path: str) -> list[Fault]:
         if fastest <= 0 and np.any(np.asarray(driller.speed.values) < 0):
             hint = "give a speed of lowering, or the scene a `motor` that follows it"
             errors.append(Fault(f"{where}.speed", "is never followed: a brake cannot hoist", hint))
-        if driller.corrects_position and not phased and float(scene.initial.time) != 0.0:
-            what = f"counts from the time 0, and the run begins at {float(scene.initial.time):g} s"
-            errors.append(Fault(f"{where}.position_gain", what, "begin the run at 0 s, or give the lever in phases"))
+        errors += [] if phased else _faults_of_position(scene, where, driller.corrects_position)
     return errors
+
+
+def _faults_of_position(scene: Scene, path: str, corrects: bool) -> list[Fault]:
+    """Error of an angle that is corrected from another time on than that of the start."""
+    if not corrects or float(scene.initial.time) == 0.0:
+        return []
+    what = f"counts from the time 0, and the run begins at {float(scene.initial.time):g} s"
+    return [Fault(f"{path}.position_gain", what, "begin the run at 0 s, or give the duty in phases")]
 
 
 def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:

@@ -128,8 +128,8 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
 
 @styled
 def stops(result: Result, *, figure: Figure | None = None) -> Figure:
-    """One point for each stop of the run: duration and travel of the stop, friction heat, and the
-    highest temperatures of rim, linings and band until the next restart.
+    """One point for each stop of the run: duration of the braking, friction heat, and the
+    highest temperatures of rim, linings and band until the next restart. Stops by a motor alone are left out.
 
     Example:
         >>> figure = sb.plot.stops(result)
@@ -139,25 +139,28 @@ def stops(result: Result, *, figure: Figure | None = None) -> Figure:
     table = result.stops
     if not len(table):
         raise InputError([Fault("result", "has no stop", "a run in which the pulley stops")])
-    names = [column.name for column in table.columns]
+    names, every = [column.name for column in table.columns], np.asarray(table["braking_time"])
+    shown = (every > 0) | ~np.any(every > 0)
     hot = [name for name in names if name.startswith("peak_")]
     figure = sheet(figure, 8.5, 7.6 if hot else 5.4)
     panels = figure.subplots(3 if hot else 2, 1, sharex=True)
-    number = table["stop"]
-    panels[0].plot(number, table["braking_time"], "o-", ms=3, color=BLUE, label="contact time")
+    number = np.asarray(table["stop"])[shown]
+    panels[0].plot(number, every[shown], "o-", ms=3, color=BLUE, label="contact time")
     panels[0].set_ylabel("time, s")
-    panels[1].plot(number, np.asarray(table["energy"]) / 1e3, "o-", ms=3, color=VERMILLION, label="friction heat")
+    panels[1].plot(
+        number, np.asarray(table["energy"])[shown] / 1e3, "o-", ms=3, color=VERMILLION, label="friction heat"
+    )
     panels[1].set_ylabel("heat, kJ")
     for name in hot:
         place = name.removeprefix("peak_").removesuffix("_temperature").replace("lining", "linings")
-        T = np.asarray(table[name]) - ZERO
+        T = np.asarray(table[name])[shown] - ZERO
         panels[2].plot(number, T, "o-", ms=3, color=_HOT[place], label=f"hottest {place}")
     if hot:
         panels[2].set_ylabel("temperature, °C")
     finish(panels)
     panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
     panels[-1].set_xlabel("number of the stop")
-    head(figure, result.scene, "the stops of the run")
+    head(figure, result.scene, "the stops of the run" if np.all(shown) else "the stops of the run by the brake")
     return figure
 
 

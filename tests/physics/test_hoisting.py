@@ -343,6 +343,19 @@ def test_a_load_that_the_motor_keeps_does_not_run_away():
     assert "runs away" not in str(error.value)
 
 
+def test_a_motor_corrects_the_angle_from_the_time_0_on():
+    motor = dataclasses.replace(MOTOR, speed=course(0.0, -UP), position_gain=1.0)
+    with pytest.raises(sb.InputError, match=r"motor.position_gain: counts from the time 0"):
+        sb.check_scene(sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0, time=5.0), 9.0, motor=motor))
+
+
+def test_figures_of_a_trip_show_its_motor_and_the_stops_of_its_brake():
+    result = run(Phases((*up(25.0), HOLD, *down(20.0), HOLD), count=2))
+    torques = sb.plot.stop(result).axes[2]
+    assert "motor $M$" in [line.get_label() for line in torques.lines]
+    np.testing.assert_array_equal(sb.plot.stops(result).axes[0].lines[0].get_xdata(), [2, 4])
+
+
 def test_a_speed_that_is_never_followed_has_a_name():
     load = HookLoad(100.0, RADIUS, LINES)
     driller = Driller(sb.PiecewiseLinear([0.0], [30.0]), 60e3)
