@@ -42,6 +42,7 @@ def test_stop_is_that_of_euler_and_eytelwein(n):
     assert float(result.energy["closure"]) <= 1e-12
 
 
+@pytest.mark.slow
 def test_derivatives_of_the_stop():
     def found(x):
         linings = lining(f=sb.ConstantFriction(x[0]), wrap=x[1])
@@ -65,6 +66,7 @@ def test_blocks_converge_to_it_by_second_order():
     np.testing.assert_allclose(error * counts**2, F * (1 + F**2) * WRAP**3 / 12, rtol=2e-3)
 
 
+@pytest.mark.slow
 def test_arc_that_slips_on_an_elastic_band():
     """`C x = T_0 e^{fφ}`: slip begins at the slack end, and has passed piece after piece up to full slip."""
     n, C = 4, 3e5
@@ -106,6 +108,7 @@ def test_friction_that_falls_with_the_pressure():
     assert abs(errors[-1]) < 1e-4
 
 
+@pytest.mark.slow
 def test_fade_along_the_band_by_scipy():
     """Pieces heat and fade for themselves, as lumps behind a cool rim."""
     n, C, a = 3, 4e3, 1.5e-3
@@ -132,6 +135,7 @@ def test_fade_along_the_band_by_scipy():
     np.testing.assert_allclose(hot, truth.y[1:, -1], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_one_of_two_bands():
     """A continuous lining beside blocks, each with half of the lever."""
     blocks = sb.uniform_linings(8, WRAP, F)
@@ -154,6 +158,7 @@ def test_one_of_two_bands():
     assert float(pair.friction_force[0, 6]) == pytest.approx(F * float(pair.normal_load[0, 6]), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_files_words_and_errors(tmp_path):
     given = scene(lining(8))
     text = sb.files.scene_text(given)

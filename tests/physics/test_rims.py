@@ -64,6 +64,7 @@ def test_torques_are_those_of_all_rims_and_forces_those_of_one(stopped):
     )
 
 
+@pytest.mark.slow
 def test_equal_to_one_band_of_twice_the_force_and_to_two_bands(stopped):
     one = sb.simulate(scene(1, lever=2 * T0))
     band = sb.brakes.LinedBand(LININGS, share=1.0)
@@ -168,6 +169,7 @@ def test_each_of_two_rims_is_one_under_half_of_load_and_inertia():
 C_RIM, C_LINING, TO_RIM, ROOM, SLOPE, WEAR = 8e4, 6e3, 0.8, 293.15, 8e-4, 1e-13
 
 
+@pytest.mark.slow
 def test_heat_of_both_rims_enters_the_network_against_scipy():
     """Linings that fade, each with its node: that of lining `i` of both bands; wear and power are those of one."""
     law = sb.friction.ProductFriction(sb.ConstantFriction(F), (sb.LinearFade(SLOPE, ROOM),))
@@ -209,6 +211,7 @@ def test_heat_of_both_rims_enters_the_network_against_scipy():
 # --- levers -----------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_levers_pull_on_all_bands():
     arms = {"arm": 1.5, "slack_arm": 0.1, "efficiency": 0.9}
     hand = sb.PiecewiseLinear([0.0, 9.0], [600.0, 600.0])
@@ -228,6 +231,7 @@ def test_levers_pull_on_all_bands():
     assert float(stepper.omega) == pytest.approx(W0 - (torque / 2 - LOAD) / J * 0.2, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_programme_lowers_with_two_rims():
     """Twice the force of one rim: the same motion, by half the tension."""
     runs = []
@@ -259,6 +263,7 @@ def test_estimates_and_synthesis_of_a_run(stopped):
         assert table[name].value == pytest.approx(table[name].simulated, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_staged_estimates_are_those_of_one_band_of_twice_the_force():
     single = every.scene("staged, rigid band")
     pair = dataclasses.replace(single, brake=dataclasses.replace(single.brake, rims=2))
@@ -290,6 +295,7 @@ def test_two_bands_on_one_rim_are_not_two_rims():
         sb.check_scene(dataclasses.replace(scene(), brake=side_by_side))
 
 
+@pytest.mark.slow
 def test_files_figures_and_reports_say_whose_forces(stopped, tmp_path):
     text = sb.files.scene_text(stopped.scene)
     assert "rims = 2" in text

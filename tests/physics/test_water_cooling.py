@@ -159,6 +159,7 @@ def test_no_flow_has_no_heat_and_a_derivative():
         assert float(slope) == pytest.approx(float(rate_of(1.0)), rel=1e-14)
 
 
+@pytest.mark.slow
 def test_constant_friction_power():
     """Columns, ledger and derivatives of a drag: `T = T_∞ − (T_∞ − T_in) e^{−g t/RIM}`, `T_out = T_in + Q/C`."""
     P, g, end = LOAD * SPEED, float(conductance_of()), 60.0
@@ -194,6 +195,7 @@ def test_constant_friction_power():
     np.testing.assert_allclose(jax.jit(jax.jacfwd(ends))(at), jax.jacfwd(closed)(at), rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_stop_with_a_layered_rim():
     """A stop with fading friction and water by Dittus–Boelter behind eight layers, against SciPy."""
     layers, depth, k, rho_c, slope = 8, 0.028, 48.0, 7800.0 * 500.0, 4e-4
@@ -239,6 +241,7 @@ def test_stop_with_a_layered_rim():
     assert float(result.energy["heat_closure"]) < 1e-12
 
 
+@pytest.mark.slow
 def test_two_jackets_and_heat_through_a_junction():
     """Friction heat of a contact without capacity reaches its water at once: `P (g_c)/(g_c + g)` of it, and the
     ledger closes; of two rims each jacket has its own columns."""
@@ -256,6 +259,7 @@ def test_two_jackets_and_heat_through_a_junction():
     assert sb.dataset(result, [20.0]).coolant_heat_flow.dims == ("time", "jacket")
 
 
+@pytest.mark.slow
 def test_scenes_without_water_have_nothing_of_it():
     result = sb.simulate(hs.rigid_stop(hs.fading(), hs.lump()))
     assert result.record.y_end.ledger.heat.coolant is None
