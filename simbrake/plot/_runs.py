@@ -51,8 +51,8 @@ from ._shared import (
 
 @styled
 def duty(result: Result, *, figure: Figure | None = None) -> Figure:
-    """Slack tension or force that the lever gives and torque of the load over the whole run, with the mass on the hook
-    below where it changes.
+    """Slack tension or force that the lever gives, torques of the load and of a motor over the whole run, with the mass
+    on the hook below where it changes.
 
     Example:
         >>> figure = sb.plot.duty(result)
@@ -70,6 +70,8 @@ def duty(result: Result, *, figure: Figure | None = None) -> Figure:
     panels[0].plot(s.t, np.asarray(lever) / 1e3, color=BLUE, label=words)
     panels[0].set_ylabel("tension, kN" if banded else "force, kN")
     panels[1].plot(s.t, s.load_torque / 1e3, color=VERMILLION, label="load torque on the shaft")
+    if s.motor_torque is not None:
+        panels[1].plot(s.t, s.motor_torque / 1e3, color=GREEN, ls="--", label="motor $M$")
     panels[1].set_ylabel("torque, kN·m")
     if isinstance(load, AbstractString):
         weight = np.asarray(s.load_torque) + float(load.drag) * np.asarray(s.omega)

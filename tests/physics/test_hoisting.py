@@ -188,6 +188,40 @@ def test_a_motor_holds_back_what_it_lowers_and_the_brake_takes_the_rest():
     assert float(energy["friction_heat"]) == pytest.approx(hook_work - 0.5 * MASS * 9.80665 * 20.0, rel=1e-9)
 
 
+@pytest.mark.slow
+def test_a_motor_at_its_limits_hoists_on_an_elastic_rope():
+    """Own equations of drum, hook and rope, by SciPy."""
+    k, c, drag, gain, position_gain, torque, power = 8.5e6, 3e5, 40.0, 3.0, 1.5, 34e3, 0.6e6
+    load = HookLoad(MASS, RADIUS, LINES, elasticity=sb.loads.RopeElasticity(k, damping=c))
+    motor = Motor(torque, power, 40.0, gain=gain, position_gain=position_gain)
+    hoist = Phases((Phase(0.0, "travel -5 m", motor=course(0.0, -UP)),))
+    result = run(hoist, load, motor, 60.0, shaft=(sb.loads.ViscousDrag(drag),))
+    knot, steady = UP / FASTER, -UP / TRAVEL
+
+    def rates(t, y):
+        phi, omega, v, stretch = y[:4]
+        early = t < knot
+        speed, faster = (steady * t / knot, steady / knot) if early else (steady, 0.0)
+        angle = 0.5 * faster * t**2 if early else steady * (t - 0.5 * knot)
+        force = k * stretch + c * (v - TRAVEL * omega)
+        wanted = faster - gain * (omega - speed) - position_gain * (phi - angle)
+        most = min(torque, power / max(abs(omega), 1e-12))
+        given = np.clip(force * TRAVEL - drag * omega - INERTIA * wanted, -most, most)
+        alpha = (force * TRAVEL - drag * omega - given) / INERTIA
+        return [omega, alpha, 9.80665 - force / MASS, v - TRAVEL * omega, -given * omega]
+
+    def arrived(t, y):
+        return y[0] * TRAVEL + 5.0
+
+    arrived.terminal = True
+    options = {"rtol": 1e-11, "atol": 1e-10, "method": "DOP853", "max_step": 0.02}
+    first = solve_ivp(rates, (0.0, knot), [0.0, 0.0, 0.0, MASS * 9.80665 / k, 0.0], **options)
+    truth = solve_ivp(rates, (knot, 60.0), first.y[:, -1], events=arrived, **options)
+    assert float(result.record.t_end) == pytest.approx(truth.t[-1], rel=1e-9)
+    assert float(result.energy["motor_work"]) == pytest.approx(truth.y[4, -1], rel=1e-9)
+    assert float(result.energy["closure"]) < 1e-12
+
+
 def test_the_limits_of_a_motor_show_in_the_energies_beside_a_driller():
     """The speed is that of the course throughout, whatever the motor gives of the torque."""
     torque, power, speed, end = 10e3, 0.1e6, DOWN / TRAVEL, 20.0
@@ -351,8 +385,8 @@ def test_a_motor_corrects_the_angle_from_the_time_0_on():
 
 def test_figures_of_a_trip_show_its_motor_and_the_stops_of_its_brake():
     result = run(Phases((*up(25.0), HOLD, *down(20.0), HOLD), count=2))
-    torques = sb.plot.stop(result).axes[2]
-    assert "motor $M$" in [line.get_label() for line in torques.lines]
+    for torques in (sb.plot.stop(result).axes[2], sb.plot.duty(result).axes[1]):
+        assert "motor $M$" in [line.get_label() for line in torques.lines]
     np.testing.assert_array_equal(sb.plot.stops(result).axes[0].lines[0].get_xdata(), [2, 4])
 
 
