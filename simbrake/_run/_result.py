@@ -340,7 +340,8 @@ class Result:
             status = Status(self.status)
             words = STATUS_MESSAGES[status].replace("the pulley", f"the {self.scene.brake.words.body}")
             if status is Status.RUNAWAY:
-                return f"{words}: {_torques(self.end_capacity, list(self.scene.brake.pairs))}"
+                driven = bool(ends_driven(self.record))
+                return f"{words}: {_torques(self.end_capacity, list(self.scene.brake.pairs), driven)}"
             if status is Status.LOWERING:
                 return f"{words}: {number(float(self.terminal_speed), 'rad/s')}"
             (end,) = labels_of(self.record, np.asarray([int(self.record.count)]))
@@ -393,7 +394,7 @@ class Result:
             now, more = f"is at {number(np.max(np.asarray(hot)), 'K', absolute=True)}", [motion]
         if turns:
             capacity = self.end_capacity
-            words = _torques(capacity, list(self.scene.brake.pairs))
+            words = _torques(capacity, list(self.scene.brake.pairs), bool(ends_driven(record)))
             more.append(
                 f"the load runs away: {words}" if capacity.outweighed and not lowers_steadily(record) else words
             )
@@ -510,13 +511,17 @@ def _above(module: str) -> Any:
     return importlib.import_module(f"simbrake.{module}")
 
 
-def _torques(capacity: Capacity, names: list[str]) -> str:
-    """Load torque and capacity of a brake in words; of one with several pairs, which is the weakest."""
+def _torques(capacity: Capacity, names: list[str], driven: bool) -> str:
+    """Load torque and capacity of a brake in words; of one with several pairs, which is the weakest.
+
+    `driven`: a motor takes its part of the load
+    """
     load, most = number(capacity.load, "N*m"), number(capacity.torque, "N*m")
     weaker = ""
     if len(capacity.pairs) > 1:
         weaker = f", limited by its {names[int(np.argmin(capacity.pairs))]} pair"
-    return f"load torque {load}, the sliding brake gives {most} at the end time{weaker}"
+    beyond = "beyond that of the motor " if driven else ""
+    return f"load torque {beyond}{load}, the sliding brake gives {most} at the end time{weaker}"
 
 
 def _metric(result: Result, name: str) -> Array | Peak:

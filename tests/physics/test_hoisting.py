@@ -375,6 +375,8 @@ def test_a_load_that_the_motor_keeps_does_not_run_away():
     with pytest.raises(sb.SimulationError, match="phase_never_ends") as error:
         run(Phases((lower,)), end=20.0)
     assert "runs away" not in str(error.value)
+    with pytest.raises(sb.SimulationError, match=r"load torque beyond that of the motor 9\.41995 kN"):
+        run(Phases((Phase(0.0, "travel -5 m", motor=course(0.0, -UP)),)), motor=_weak(20e3, 1e6), end=3.0)
 
 
 def test_a_motor_corrects_the_angle_from_the_time_0_on():
