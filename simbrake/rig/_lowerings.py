@@ -465,9 +465,11 @@ class _Works:
 
     def __init__(self, log: Log, height: Course, load: Course) -> None:
         self.log, self.height, self.load = log, height, load
-        apart = np.diff(np.unique(np.round(height.value, 6)))
-        #: of a height that is written coarsely; 0.7 of it is the 90 % of the two ends of a lowering
-        self.step = float(np.quantile(apart, 0.1)) if apart.size else 0.0
+        heights = np.round(height.value, 6)
+        apart, moves = np.diff(np.unique(heights)), np.count_nonzero(np.diff(heights))
+        #: of a height that is written coarsely, so that the block comes to the same ones again and again; 0.7 of it is
+        #: the 90 % of the two ends of a lowering
+        self.step = float(apart.min()) if 0 < 3 * apart.size < moves else 0.0
         self.sums = self._cumulative(0.0)
         late = 0.5 * (height.interval + load.interval)
         self.shifted = [self._cumulative(x) for x in (-late, late)]

@@ -75,6 +75,38 @@ def shape(*pieces):
     return t, np.interp(t, seconds, metres), 5e5 + 0.0 * t
 
 
+def test_work_of_a_load_that_grows_with_the_travel(tmp_path):
+    """Trapezoids are exact where load and height are straight lines: `∫ (F + k x) dx = F L + k L²/2`."""
+    t, h, load = shape((40, 0), (40, -20), (60, 0))
+    (one,) = sb.rig.lowerings(recording(tmp_path, t, h, load + 1e4 * (40.0 - h))).lowerings
+    true = 5e5 * 20.0 + 1e4 * 20.0**2 / 2
+    assert one.hook_work == pytest.approx(true, rel=1e-9)
+    # the load is that of 1 s before: half an interval of the rows, which the interval of the work allows for
+    late = np.interp(t - 1.0, t, load + 1e4 * (40.0 - h))
+    (one,) = sb.rig.lowerings(recording(tmp_path, t, h, late)).lowerings
+    assert one.hook_work_low < true < one.hook_work_high
+    assert one.hook_work < 0.995 * true
+
+
+@pytest.mark.parametrize(("step", "grid"), [(7.3, 1e-3), (0.5, 0.3048)])
+def test_intervals_hold_the_work_of_rare_and_coarse_readings(tmp_path, step, grid):
+    """Each 7.3 s, or in whole feet: a load that swings, its true work by the fine curve."""
+    rng = np.random.default_rng(3)
+    stands = [(rng.uniform(15, 30), rng.uniform(0.5, 1.6), 0.4, 1.2e6, BLOCK) for _ in range(20)]
+    t, h, load, true = trip(stands)
+    load = load * (1 + 0.03 * np.sin(0.4 * t))
+    rows = np.arange(0, t.size, round(step / 0.02))
+    result = sb.rig.lowerings(recording(tmp_path, t[rows], np.round(h[rows] / grid) * grid, load[rows]))
+    inside, width = [], []
+    for one, (begin, end, *_) in zip(result.lowerings, true, strict=True):
+        span = (t >= begin) & (t <= end)
+        work = float(np.trapezoid(load[span], -h[span]))
+        inside.append(one.hook_work_low <= work <= one.hook_work_high)
+        width.append((one.hook_work_high - one.hook_work_low) / work)
+    assert np.mean(inside) >= 0.85
+    assert np.median(width) < 0.1
+
+
 @pytest.mark.parametrize(
     ("pieces", "travels"),
     [
