@@ -202,6 +202,7 @@ def programme_scene(
     phases = None
     for group in reversed(plan.groups):
         phases = dataclasses.replace(group, then=phases)
+    assert phases is not None
     return Scene(
         brake,
         Duty(phases, hook),
@@ -391,7 +392,7 @@ class _Plan:
                 f"cannot be held: the auxiliary brake gives {full} at that speed, the load {number(self.weight, 'N*m')}"
             )
             return why, "lower it `with the auxiliary brake`, or take a stronger one"
-        share = float(brentq(lambda x: torque(x, omega) - self.weight, 0.0, 1.0, xtol=1e-12))
+        share = float(brentq(lambda x: torque(x, omega) - self.weight, 0.0, 1.0, xtol=1e-12))  # pyright: ignore
         if torque(share, 1.001 * omega) <= torque(share, omega):
             return "is not steady: the torque of the auxiliary brake falls with the speed", "lower it more slowly"
         return share
