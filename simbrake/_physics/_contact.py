@@ -43,7 +43,7 @@ def exceeded(force: Array, low: Array, high: Array, slack: Array) -> Int[Array, 
     return jnp.where(force > high + slack, 1, jnp.where(force < low - slack, -1, 0))
 
 
-def acceleration(load: Array, torque: Array, inertia: Array, held: Known = False) -> Float[Array, ""]:
+def acceleration(load: Array, torque: Array, inertia: Array, held: Known = False) -> Float[Array, "..."]:
     """`ω̇` (rad/s²) of a body and all that sticks to it, `J ω̇ = M_load − M`; exactly 0 where it is held."""
     return where_static(held, 0.0, (load - torque) / inertia)
 

@@ -62,7 +62,7 @@ _SYMBOLS = {
 _UNITS = {symbol: unit for unit, symbols in _SYMBOLS.items() for symbol in symbols.split()}
 
 
-def numbers(*others: Number, **values: float) -> tuple[Number, ...]:
+def numbers(*others: Number, **values: float | np.ndarray) -> tuple[Number, ...]:
     """Numbers put into a formula, by their symbols in the unit of these."""
     return (*others, *(Number(symbol, float(value), _UNITS[symbol]) for symbol, value in values.items()))
 

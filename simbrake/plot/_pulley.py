@@ -175,7 +175,7 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
         angles, tension = on_circle(lining_edges(brake, j)), np.append(ahead[own][0], behind[own])
         rings = draw_wheel(axes, angles, contacts)
         colour_linings(rings, {pair: states[:, own] for pair, states in contacts.items()}, 0)
-        _draw_around(axes, angles, own.start, tension, [load[own] for load in loads], tops)
+        _draw_around(axes, angles, int(own.start), tension, [load[own] for load in loads], tops)
         draw_rotation(axes, float(p.y.omega[0]), 0.2)
         axes.set_title(f"band {j + 1}" if bands > 1 else "")
     why = ", at the maximum tension" if time is None else ""
