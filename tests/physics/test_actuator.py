@@ -198,6 +198,7 @@ def test_pressure_against_a_return_spring():
     assert result.verdict().colour.value == "red"
 
 
+@pytest.mark.slow
 def test_cylinder_behind_a_lever_and_in_phases():
     """On a hand lever it is its force; in a phase its time is that of the phase."""
     bare = Cylinder("4 bar", diameter="200 mm")

@@ -391,6 +391,7 @@ def test_estimates_and_synthesis_of_several_bands(stopped):
     assert table["tight tension, maximum"].value == pytest.approx(Pi * T0, rel=1e-13)
 
 
+@pytest.mark.slow
 def test_a_programme_lowers_with_several_bands(tmp_path):
     """Two equal bands at twice the tension move as one of them does."""
     linings, pulley = sb.uniform_linings(8, "270 deg", 0.35), sb.Pulley(R, J)

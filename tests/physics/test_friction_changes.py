@@ -295,6 +295,7 @@ def test_elastic_band_feels_it_as_a_jump_at_that_time():
     assert float(of_heat.energy["closure"]) <= 1e-12
 
 
+@pytest.mark.slow
 def test_one_of_two_bands_begins_to_change_at_a_stop():
     """A change that waits, beside one in time, in laws of two bands: each on its own linings."""
     laws = waiting(MU, 0.0, "stop 1"), changed(MU, jump(0.2, 0.5))

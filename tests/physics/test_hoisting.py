@@ -99,7 +99,9 @@ def test_a_motor_brings_the_drum_to_rest_before_the_band_closes():
 
 @pytest.mark.parametrize("timed", [False, True], ids=["rest", "time"])
 @pytest.mark.parametrize("shaft", [(), (BearingFriction(600.0),)], ids=["smooth", "dry"])
-@pytest.mark.parametrize("stiffness", [None, 4e5], ids=["rigid", "elastic"])
+@pytest.mark.parametrize(
+    "stiffness", [pytest.param(None, id="rigid"), pytest.param(4e5, id="elastic", marks=pytest.mark.slow)]
+)
 def test_every_motion_that_a_motor_ends_is_a_stop_that_the_band_then_holds(stiffness, shaft, timed):
     brake = sb.Brake(BRAKE.pulley, sb.Band(0.623, stiffness), BRAKE.linings)
     hoist, slow = up(25.0)
@@ -385,6 +387,7 @@ def test_a_motor_corrects_the_angle_from_the_time_0_on():
         sb.check_scene(sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0, time=5.0), 9.0, motor=motor))
 
 
+@pytest.mark.slow
 def test_figures_of_a_trip_show_its_motor_and_the_stops_of_its_brake():
     result = run(Phases((*up(25.0), HOLD, *down(20.0), HOLD), count=2))
     for torques in (sb.plot.stop(result).axes[2], sb.plot.duty(result).axes[1]):
