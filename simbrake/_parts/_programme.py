@@ -206,13 +206,13 @@ def programme_scene(
     return Scene(
         brake,
         Duty(phases, hook),
-        Initial(omega=0.0, block_height=0.0 if plan.hoists_back else None),
+        Initial(omega=0.0, block_height=0.0 if "hoist_back" in steps else None),
         end_time=2 * plan.whole_time,
         heat=heat,
         wear=wear,
         shaft=shaft,
         limits=limits,
-        motor=motor if plan.motor_runs else None,
+        motor=motor if any(phase.motor is not None for phase in phases.each) else None,
     )
 
 
@@ -252,9 +252,9 @@ class _Plan:
         self.load, self.empty, self.elastic = load, empty, load.elasticity is not None
         self.drag = float(load.drag)
         self.auxiliary = [law for law in self.shaft if isinstance(law, AbstractAuxiliaryBrake)]
-        self.groups, self.whole_time, self.motor_runs, self.hoists_back = list[Phases](), 0.0, False, False
+        self.groups, self.whole_time = list[Phases](), 0.0
         # numbers of phases over all cycles after which the band is turned
-        self.turns, self.turns_band = list[int](), False
+        self.turns = list[int]()
         # of the hook below the start (m): where a cycle begins, and the deepest of all
         self.depth, self.deepest = 0.0, 0.0
         self.begin()
@@ -279,7 +279,6 @@ class _Plan:
         n = len(self.phases)
         for k, after in self.turned:
             self.turns += [before + k + n * cycle for cycle in range(count)] if after is None else [before + n * after]
-        self.turns_band |= bool(self.turned)
         self.deepest = max(self.deepest, self.depth + self.lowest + max(count - 1, 0) * max(self.lowered, 0.0))
         self.depth += count * self.lowered
         self.whole_time += count * self.time
@@ -318,7 +317,6 @@ class _Plan:
         engaged = auxiliary if self.auxiliary else None
         self.phases.append(Phase(lever, until, name, motor=motor, auxiliary=engaged))
         self.time += time
-        self.motor_runs |= motor is not None
 
     def _travels(self, distance: float) -> None:
         """Note a way of the hook downwards (m)."""
@@ -411,7 +409,6 @@ class _Plan:
         return None
 
     def _hoist_back(self, speed: float) -> Problem:
-        self.hoists_back = True
         if self.depth + self.lowered <= 0:
             return "has nothing to hoist back: the hook is not below where it began", "lower before it, or hoist 27 m"
         return self._hoist(
@@ -500,7 +497,7 @@ class _Plan:
             (stand and not takes, "stand", "has no effect", why),
             (empty > mass, "empty", f"{empty:g} kg is more than the load of {mass:g} kg", ""),
             (bare, "empty", "is missing", "on an elastic rope hook and block move by themselves: give their mass"),
-            (self.turns_band and wear is None, "wear", "is missing", "turning the band needs linings that wear"),
+            (self.turns and wear is None, "wear", "is missing", "turning the band needs linings that wear"),
             (far > self.rope, "programme", short, "give load.rope more turns, or hoist in between"),
         )
         return [Fault(path, what, hint) for wrong, path, what, hint in checks if wrong]

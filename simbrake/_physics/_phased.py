@@ -89,16 +89,6 @@ class DutyInPhases(Feature):
     def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
         return new, jnp.where((code == 0) & (new.phase == now.brake.lever.total), ENDED, code)
 
-    def speed_after(self, now: Moment, after: Mode, omega: Array) -> Array:
-        """Exactly 0 after a phase in which a motor brings the pulley to rest."""
-        phases = now.brake.lever
-        stops = [isinstance(phase.until, AtRest) and phase.motor is not None for phase in phases.each]
-        if not any(stops):
-            return omega
-        here = jnp.arange(len(stops), dtype=jnp.int32) == phases.place(jnp.minimum(now.mode.phase, phases.total - 1))
-        stopped = jnp.any(here & np.asarray(stops)) & (after.phase != now.mode.phase)
-        return jnp.where(stopped, 0.0, omega)
-
     def reset(self, now: Moment, after: Mode, new: State) -> State:
         return new._replace(phase=_begun_anew(now, after))
 
