@@ -181,6 +181,7 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
     why = ", at the maximum tension" if time is None else ""
     title = f"tension of the band and normal load of the linings at $t$ = {t:.6g} s{why}"
     title += f"\nbrake torque {float(p.flows.contact.brake_torque[0]) / 1e3:.4g} kN·m"
+    title += f" of {brake.rims} rims, forces of one" if brake.rims > 1 else ""
     title += "; outer half of a lining: band on lining, inner half: lining on rim" if len(contacts) > 1 else ""
     if np.isin(next(iter(contacts.values())), (Contact.STICKS, Contact.AT_LIMIT)).any():
         distribution = result.record.system.mechanism.distribution  # pyright: ignore
