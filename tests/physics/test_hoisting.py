@@ -250,6 +250,7 @@ def test_an_auxiliary_brake_is_engaged_by_phases():
     assert float(result.series([ends(result)[3] - 1e-3]).omega[0]) == pytest.approx(speed, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_thirty_stands_in_and_out_have_their_masses():
     count, empty, string, stand = 30, 8e3, 40e3, 800.0
     inwards = (*up(27.0), Phase(30e3, 5.0, "make up"), *down(27.0), HOLD)

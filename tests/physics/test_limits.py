@@ -92,6 +92,7 @@ def test_limit_of_zero():
     assert any("is above the allowable 0 N" in text for text in result.summary()["warnings"])
 
 
+@pytest.mark.slow
 def test_drum_speed_derivative():
     """No torque depends on the speed: the whole course shifts with the initial speed, and so does its maximum."""
 

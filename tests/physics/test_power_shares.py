@@ -69,6 +69,7 @@ def test_thermal_estimates_take_heat_alone():
     assert warm == pytest.approx(0.68 * hot, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_flash_temperature_sees_heat_alone():
     """Half of the power as heat is a flash of half the share."""
     flash = sb.thermal.FlashTemperature(50e-6, 48.0, 1.2e-5, 1.0, 300e6)

@@ -81,6 +81,7 @@ def test_equal_to_one_band_of_twice_the_force_and_to_two_bands(stopped):
     assert several.metrics["max_tension"] == pytest.approx(stopped.metrics["max_tension"], rel=1e-13)
 
 
+@pytest.mark.slow
 def test_derivatives_in_closed_form():
     def time(x):
         values = {"brake.pulley.inertia": x[0], "brake.linings.friction.coefficient": x[1], "initial.omega": x[2]}

@@ -122,6 +122,7 @@ def test_all_faults_in_one_report():
         sb.sensitivity(stop_scene(), "stopping_time", "initial", span={"initial.omega": -1.0, "brake.band.radius": 1.0})
 
 
+@pytest.mark.slow
 def test_limits_are_no_parameters():
     scene = dataclasses.replace(stop_scene(C=None), limits=sb.Limits(max_tension="90 kN"))
     table = sb.sensitivity(scene, "stopping_angle", span=None)
