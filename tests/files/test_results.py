@@ -32,7 +32,10 @@ def staged():
     return sb.simulate(staged_stop())
 
 
-@pytest.fixture(params=["plain", "heated", "staged"])
+RESULTS = ["plain", "heated", "staged"]
+
+
+@pytest.fixture(params=RESULTS)
 def result(request):
     return request.getfixturevalue(request.param)
 
@@ -145,8 +148,15 @@ def test_traced_and_batched_results(plain):
         sb.results.provenance(batch)
 
 
-@pytest.mark.smoke
-@pytest.mark.parametrize("suffix", SUFFIXES)
+@pytest.mark.parametrize(
+    ("result", "suffix"),
+    [
+        pytest.param(kind, suffix, marks=[pytest.mark.smoke] if kind == "plain" else [])
+        for kind in RESULTS
+        for suffix in SUFFIXES
+    ],
+    indirect=["result"],
+)
 def test_files_give_the_same_data_set_back(result, suffix, tmp_path):
     data = sb.dataset(result)
     path = sb.save(data, tmp_path / "new" / f"run{suffix}")

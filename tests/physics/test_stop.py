@@ -23,11 +23,10 @@ def stop():
     return sb.simulate(stop_scene())
 
 
-@pytest.mark.smoke
 @pytest.mark.parametrize(
     "case",
     [
-        {},
+        pytest.param({}, marks=pytest.mark.smoke),
         {"f": 0.25, "C": 5e4, "T0": 3e3, "w0": 8.0},
         {"J": 1e-3, "R": 0.1, "C": 5e3, "T0": 20.0, "w0": 300.0},
         {"f": 0.5, "J": 5e4, "C": 1e6, "T0": 2e4, "w0": 3.0},
@@ -57,7 +56,6 @@ def test_stop_before_slip_is_all_elastic():
     assert 0 < names(result).count("lining_limit") < 20
 
 
-@pytest.mark.smoke
 @pytest.mark.parametrize("solver", [diffrax.Tsit5(), diffrax.Dopri5(), diffrax.Bosh3()])
 def test_other_methods_and_tolerances_agree(solver):
     truth = closed_form()
