@@ -39,7 +39,7 @@ class Table:
 
     - `texts`: of the columns that hold times or words, by their place;  `nulls`: the file's null values
     - `index`: place of the column that the file calls its index, `index_type` what it says of it
-    - `row_word`, `first_row`: how a row is named in a message
+    - `row_word`, `first_row`: how a row is named in a message;  `well`: its name, as the file has it
     - `remarks`: what was assumed while reading
     """
 
@@ -54,6 +54,7 @@ class Table:
     decreasing: bool = False
     row_word: str = "row"
     row_numbers: Any = None
+    well: str = ""
     remarks: list[str] = dataclasses.field(default_factory=list)
 
     def row(self, i: int) -> str:
@@ -299,10 +300,13 @@ class _Rows:
             columns.append(np.concatenate([piece[i] for piece in self._pieces]) if self._pieces else np.empty(0))
             for piece in self._pieces:
                 piece[i] = np.empty(0)  # so that only one column is there twice
-        remarks = [
-            f"{names[i]}: {count} cells are no numbers ({text[:40]!r} in {self.word} {row}), taken as missing"
-            for i, (count, row, text) in self.odd.items()
-        ]
+        remarks = []
+        for i, (count, row, text) in self.odd.items():
+            if np.isfinite(columns[i]).sum() < count:
+                remarks.append(f"{names[i]}: holds words, not used")  # which may be names of people
+            else:
+                where = f"{text[:40]!r} in {self.word} {row}"
+                remarks.append(f"{names[i]}: {count} cells are no numbers ({where}), taken as missing")
         if self._short is not None:
             row, cells = self._short
             remarks.append(f"{self.word} {row}, the last, has {cells} of {self.count} cells: left out")
@@ -312,7 +316,17 @@ class _Rows:
 # --- WITSML -----------------------------------------------------------------------------------------------------------
 
 #: elements whose text is kept
-_HEADER = ("indexType", "indexCurve", "direction", "nullValue", "dataDelimiter", "mnemonicList", "unitList", "header")
+_HEADER = (
+    "nameWell",
+    "indexType",
+    "indexCurve",
+    "direction",
+    "nullValue",
+    "dataDelimiter",
+    "mnemonicList",
+    "unitList",
+    "header",
+)
 _CURVE = ("mnemonic", "unit", "nullValue", "columnIndex", "curveDescription")
 
 
@@ -453,6 +467,7 @@ class _Witsml:
             index=place,
             index_type=self._log.get("indexType", ""),
             decreasing=self._log.get("direction") == "decreasing",
+            well=self._log.get("nameWell", ""),
         )
         self._rows = _Rows(self.path, len(names), delimiter, sorted({*wanted, place}), "row")
 
@@ -561,6 +576,7 @@ def _las(path: Path, lines: _Lines, texts: Sequence[str]) -> Table:
         index=0,
         row_word=rows.word,
         row_numbers=numbers,
+        well=said("WELL"),
         remarks=[*lines.remarks, *remarks],
     )
 

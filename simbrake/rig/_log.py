@@ -161,6 +161,7 @@ class Channel:
 class Log(Tabular):
     """A recording of a rig in SI units: `log["hook_load"].value`, `log["BPOS"].updates`.
 
+    - `source`: what it is called in results, see `show_names` of `read`
     - `t` (n,): seconds from the first row;  `start`: time of the first row in ISO 8601, `None` in a log without date
     - `channels`: by role;  `columns`: all of them;  `guesses`: sentences on what was assumed, to be read
     - `gaps` (g, 2): begin and end of the times without rows;  `repeated`: rows with the time of the row before
@@ -245,6 +246,7 @@ def read(
     null: float | Sequence[float] | None = None,
     time: str | Sequence[str] | None = None,
     offset: float | None = None,
+    show_names: bool = False,
     progress: Callable[[int, int], object] | bool | None = None,
 ) -> Log:
     """Read the recording of a rig: WITSML 1.3 or 1.4 (XML), LAS 2 (extra `rig`), or CSV, also as `.xz` or `.gz`.
@@ -256,6 +258,7 @@ def read(
     - `time`: the column of times, or those of date and clock, `("Day", "Clock", "%d/%m/%Y")` with the format of a date
       that can be read in two ways
     - `offset`: seconds by which the clock of the hook load is ahead of that of the block position
+    - `show_names`: call the log by its well and its file in results; else it is `log`, as both may be confidential
     - `progress`: as of an ensemble: `True`, `False`, or a function of the bytes read and their number
 
     CSV: a row of names, perhaps one of units, ISO times, date and clock in one or two columns, a clock alone (midnight
@@ -286,12 +289,13 @@ def read(
         raise InputError(faults)
     clock = [time] if isinstance(time, str) else list(time or ())
     size = file.stat().st_size if file.is_file() else 0
-    with counting(size, progress, f"{file.name}: bytes read", after=2.0) as done:
+    with counting(size, progress, "log: bytes read", after=2.0) as done:
         tables = tables_of(file, done, clock)
         done(size)
     table, remarks = _chosen(tables, wanted)
     given = null if null is None or isinstance(null, Sequence) else [null]
-    return _Reading(str(path), table, wanted, given, clock, offset or 0.0, remarks).log()
+    source = ", ".join(filter(None, (table.well, file.name))) if show_names else "log"
+    return _Reading(str(path), source, table, wanted, given, clock, offset or 0.0, remarks).log()
 
 
 def _chosen(tables: list[FileTable], names: Mapping[str, str]) -> tuple[FileTable, list[str]]:
@@ -366,6 +370,7 @@ class _Reading:
     def __init__(
         self,
         path: str,
+        source: str,
         table: FileTable,
         names: Mapping[str, str],
         null: Sequence[float] | None,
@@ -374,7 +379,7 @@ class _Reading:
         remarks: Sequence[str],
     ) -> None:
         self.path, self.table, self.names, self.clock, self.offset = path, table, names, clock, offset
-        self.null = null
+        self.source, self.null = source, null
         self.faults: list[Fault] = []
         self.guesses = [*remarks, *table.remarks]
 
@@ -420,7 +425,7 @@ class _Reading:
             si = ROLES[role].unit if role else ""
             channels.append(Channel(name, of, role, si, t_load if role.startswith("hook_load") else t, x, words))
         return Log(
-            Path(self.path).name,
+            self.source,
             start_of(seconds[0], times.zone) if times.dated else None,
             t,
             {role: c for role in ROLES for c in channels if c.role == role},
