@@ -100,7 +100,7 @@ def existing_file(file: Path, *kinds: str) -> Path:
         return file
     folder = file if file.is_dir() else file.parent if file.parent.is_dir() else Path(".")
     there = sorted(str(path) for kind in kinds for path in folder.glob(kind))
-    hint = f"there are: {', '.join(there[:8])}" if there else "give the path of a scene file"
+    hint = f"there are: {', '.join(there[:8])}" if there else "give the path of a file"
     raise InputError([Fault(str(file), what, hint)])
 
 

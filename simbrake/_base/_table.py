@@ -365,6 +365,11 @@ class Column(NamedTuple):
         heading = self.name.replace("_", " ") if self.heading is None else self.heading
         return f"{heading}, {unit}" if unit and heading else heading or unit
 
+    def scaled(self, like: float, count: int = 4) -> "Column":
+        """The same with `count` digits, in the unit for reading values such as `like` (SI)."""
+        factor, offset, name = scale(self.unit, like, absolute=True)
+        return self._replace(display_units=name, show=lambda x: "" if x != x else f"{x * factor + offset:.{count}g}")
+
     def text(self, value: object) -> str:
         """A value as shown in the table."""
         if value is None:
@@ -425,6 +430,16 @@ class Table(Sequence[dict[str, Any]]):
         if isinstance(key, slice):
             return Table(self.columns, self._rows[key], self.title)
         return dict(zip(names, self._rows[key], strict=True))
+
+    def readable(self, *names: str, title: str = "") -> "Table":
+        """The named columns for reading, all numbers of one in the unit that suits the largest; empty ones left out."""
+        columns = []
+        for column in self.columns:
+            there = [x for x in self[column.name] if x not in (None, "", ()) and x == x]
+            numbers = [abs(x) for x in there if isinstance(x, float)]
+            shown = column.scaled(max(numbers)) if numbers and column.unit not in ("", "s") else column
+            columns.append(shown._replace(hidden=column.name not in names or not there))
+        return Table(columns, self._rows, title or self.title)
 
     def as_list(self) -> list[dict[str, Any]]:
         """Rows as dictionaries of JSON: `None` for what is absent or not finite."""

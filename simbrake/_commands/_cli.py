@@ -15,7 +15,7 @@ import cyclopts
 import simbrake as sb
 
 from .._base._faults import InputError
-from . import _checks, _runs, _scenes, _studies
+from . import _checks, _rig, _runs, _scenes, _studies
 from . import _options as cli
 
 # --- ω as omega, ≤ as <=, without encoding errors
@@ -136,7 +136,7 @@ app = cyclopts.App(
 
 app.register_install_completion_command(add_to_startup=False, help_epilogue=_scenes.CODES)
 app.command(_scenes.scene)
-for _module in (_scenes, _runs, _studies, _checks):
+for _module in (_scenes, _runs, _studies, _rig, _checks):
     for _command, _codes in _module.COMMANDS.items():
         app.command(_command, help_epilogue=f"Exit codes: {_codes}")
 

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
-from .._base._table import Column, Table, number, scale
+from .._base._table import Column, Table, number
 from .._parts._scene import Scene
 from .._phases import Phases
 from .._physics._mechanism import BandMode, Label
@@ -161,12 +161,6 @@ def duty_lines(summary: Entry) -> Iterator[str]:
 _HOT = {name: f"hottest {place}" for name, place in HOT.items() if place != "outer"}
 
 
-def _scaled(name: str, unit: str, meaning: str, heading: str, like: float, count: int) -> Column:
-    """A column in the system of units in force; `like`: a typical value (SI)."""
-    factor, offset, shown = scale(unit, like, absolute=True)
-    return Column(name, unit, meaning, heading, shown, lambda x: f"{x * factor + offset:.{count}g}")
-
-
 def columns_of(names: Sequence[str], words: Mapping[str, str] | None = None) -> list[Column]:
     """The named columns of the table of stops, in the system of units in force."""
     body = "rim" if words is None else words.get("body", "rim")
@@ -176,12 +170,12 @@ def columns_of(names: Sequence[str], words: Mapping[str, str] | None = None) -> 
         Column("motion_time", "s", "time from the restart to the stop", "in motion", show=".5g"),
         Column("braking_time", "s", "time from the last onset of slip or the restart", "braked", show=".5g"),
         Column("angle", "rad", "angle from the restart to the stop", show=".6g"),
-        _scaled("travel", "m", "travel of the hook from the restart to the stop", "travel", 1.0, 5),
-        _scaled("energy", "J", "friction heat since the stop before", "energy", 1e3, 6),
+        Column("travel", "m", "travel of the hook from the restart to the stop").scaled(1.0, 5),
+        Column("energy", "J", "friction heat since the stop before").scaled(1e3, 6),
     ]
     for name, place in _HOT.items():
         heading = place.replace("rim", body)
-        columns.append(_scaled(name, "K", f"{heading} until the next restart", heading, 300.0, 5))
+        columns.append(Column(name, "K", f"{heading} until the next restart", heading).scaled(300.0, 5))
     return [column for column in columns if column.name in names]
 
 

@@ -48,6 +48,7 @@ from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..files._scene_file import scene_text
 from ..plot._shared import Figure, both_sides, data_uri, span
 from ..results._dataset import provenance, save
+from ..rig._ledger import Ledger
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._sensitivity import sensitivity as tables_of
 from ..studies._spread import known_spread, uncertainty_of_library
@@ -97,8 +98,8 @@ class Picture(NamedTuple):
         words = inspect.getdoc(getattr(plot, self.name)) or ""
         return " ".join(re.split(r"\n\n(?:- |Raises |Example)", words)[0].replace("`", "").split())
 
-    def figure(self, result: Result) -> Figure:
-        """The figure of a result."""
+    def figure(self, result: Result | Ledger) -> Figure:
+        """The figure of a result, or of the duty ledger of a rig."""
         return getattr(plot, self.name)(result, *self.options)
 
 
@@ -153,7 +154,7 @@ def pictures_of(result: Result, progress: Progress) -> Iterator[Picture]:
         yield picture
 
 
-def draw(result: Result, picture: Picture) -> Contents:
+def draw(result: Result | Ledger, picture: Picture) -> Contents:
     """One figure of a result, as an image inside the page."""
     about = {"name": picture.key, "title": picture.title, "caption": picture.caption, "drawn": picture.drawn}
     return {**about, "address": data_uri(picture.figure(result))}
@@ -292,6 +293,7 @@ def head(result: Result, checks: Sequence[LimitCheck], title: str) -> Contents:
         "panel": "",
         "notes": (),
         "pictures": (),
+        "sections": (),
     }
 
 
@@ -431,7 +433,7 @@ def write(result: Result, folder: Path, checks: Sequence[LimitCheck]) -> list[Pa
     - `checks`: limits shown in the summaries
     """
     with Progress("run", "series") as progress, whole_folder(folder) as (scratch, written):
-        _write_json(scratch / "summary.json", summary_with_limits(result, checks))
+        write_json(scratch / "summary.json", summary_with_limits(result, checks))
         (scratch / "summary.txt").write_text(text_with_limits(result, checks) + "\n", "utf-8")
         names, table = _series_table(result)
         with (scratch / "series.csv").open("w", encoding="utf-8", newline="") as file:
@@ -458,14 +460,14 @@ def _series_table(result: Result) -> tuple[list[str], Float[np.ndarray, "m colum
     return names, np.stack(columns, axis=1)
 
 
-def _write_json(file: Path, data: object) -> None:
+def write_json(file: Path, data: object) -> None:
     file.write_text(json.dumps(data, indent=2, allow_nan=False) + "\n", "utf-8")
 
 
 def write_sensitivities(tables: Sequence[SensitivityTable], folder: Path) -> list[Path]:
     """Write `sensitivity.json`, and of each metric its rows as CSV and its tornado chart."""
     with whole_folder(folder) as (scratch, written):
-        _write_json(scratch / "sensitivity.json", [table.as_dict() for table in tables])
+        write_json(scratch / "sensitivity.json", [table.as_dict() for table in tables])
         for table in tables:
             name = table.metric.replace(".", "_")
             with (scratch / f"sensitivity_{name}.csv").open("w", encoding="utf-8", newline="") as file:

@@ -1,14 +1,14 @@
 """The duty of a rig's brakes, lowering by lowering: energies at hook and drum, what cannot be separated, totals."""
 
 import dataclasses
-import json
+import importlib
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .._base._faults import Fault, InputError, whole_folder
+from .._base._faults import Fault, InputError
 from .._base._table import Column, Table, Tabular, digits, number, plain
 from ._log import Log
 from ._lowerings import LOADS, Lowering, Lowerings, lowerings
@@ -92,44 +92,70 @@ class Ledger(Tabular):
     notes: tuple[str, ...]
 
     def parts(self) -> Iterator[str | Table]:
-        yield self.headline
-        yield self.table
-        yield self.by_trip
-        yield self.by_day
-        yield f"given: {', '.join(f'{name} = {x}' for name, x in self.settings.items() if x is not None) or 'nothing'}"
-        yield f"interval of the work by {self.lowerings.interval_by}"
-        yield from (f"- {note}" for note in self.notes)
+        yield from self.answer
+        yield from self.tables
+        yield f"given: {', '.join(f'{name} = {text}' for name, text in self.given.items())}"
+        yield from self.lowerings.basis
+        yield from (f"- {note}" for note in dict.fromkeys((*self.lowerings.log.guesses, *self.notes)))
 
     @property
-    def headline(self) -> str:
-        """The lowering with the largest work, and how many have a load that is not decidable."""
-        valid = self.lowerings.valid
-        if not valid:
-            return "no lowering without flags"
-        most = max(valid, key=lambda one: one.hook_work)
-        low, high = (number(x, "J", count=3) for x in (most.hook_work_low, most.hook_work_high))
+    def given(self) -> dict[str, str]:
+        """The arguments that are known, in words."""
+        known = {name: x for name, x in self.settings.items() if x is not None}
+        return {name: digits(x, 4) if isinstance(x, int | float) else str(x) for name, x in known.items()}
+
+    @property
+    def largest(self) -> Entry | None:
+        """The lowering with the largest work, `None` where all are flagged."""
+        valid = [one for one in self.entries if not one.lowering.flags]
+        return max(valid, key=lambda one: one.lowering.hook_work, default=None)
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """Lowerings in the totals, those of them whose load is not decidable, and those that are flagged."""
+        valid, every = self.lowerings.valid, len(self.lowerings)
         unsure = sum(one.kind == LOADS[0] for one in valid)
-        when = most.start or f"{digits(most.begin, 6)} s"
+        return {"valid": len(valid), "not_decidable": unsure, "flagged": every - len(valid)}
+
+    @property
+    def answer(self) -> tuple[str, ...]:
+        """What a crew asks: the largest lowering, the whole work, how many are not decidable or flagged."""
+        counts, totals, largest = self.counts, self.totals, self.largest
+        flags = sorted({flag for one in self.lowerings.lowerings for flag in one.flags})
+        aside = f"flagged and left out: {counts['flagged']}" + (f" ({', '.join(flags)})" if flags else "")
+        if largest is None:
+            return ("no lowering without flags", aside)
+        one = largest.lowering
+        at_drum = {"drum_work": "at the drum", "friction_work": "by the friction brakes"}
+        drum = (f", {number(totals[x], 'J', count=3)} {words}" for x, words in at_drum.items() if totals[x] is not None)
         return (
-            f"largest of {len(valid)} lowerings: {number(most.hook_work, 'J', count=3)} ({low} to {high}) at the hook, "
-            f"{digits(most.travel, 4)} m at up to {digits(most.top_speed, 3)} m/s, {when}; load not decidable: {unsure}"
+            f"largest lowering: {_work(dataclasses.asdict(one))} at the hook, {number(one.travel, 'm', count=3)} at up "
+            f"to {number(one.top_speed, 'm/s', count=3)}, {one.start or f'{digits(one.begin, 6)} s'}",
+            f"all {counts['valid']} lowerings: {_work(totals)} at the hook{''.join(drum)}",
+            f"load of string or block not decidable: {counts['not_decidable']}; {aside}",
         )
+
+    @property
+    def tables(self) -> tuple[Table, ...]:
+        """For reading: the lowerings at the hook, at the drum if it is known, totals by trip and by day."""
+        rows = self.table
+        first = "start" if self.lowerings.log.start else "begin"
+        drum = rows.readable(first, *_DRUM, title="at the drum")
+        known = any(not column.hidden for column in drum.columns if column.name != first)
+        totals = (table.readable(*(column.name for column in table.columns)) for table in (self.by_trip, self.by_day))
+        return (rows.readable(first, *_HOOK, title="at the hook"), *([drum] if known else []), *totals)
 
     @property
     def table(self) -> Table:
         """A row for each lowering, hook and drum."""
-        of_hook = [column._replace(hidden=column.name in _HIDDEN) for column in self.lowerings.table.columns]
+        of_hook = self.lowerings.table.columns
         of_drum = [Column(name, _UNITS.get(name, "" if name == "refused" else "J"), show=".4g") for name in _ENTRY]
         of_drum[-1] = Column("refused", left=True)
         rows = [
             [getattr(one.lowering, column.name) for column in of_hook] + [getattr(one, name) for name in _ENTRY]
             for one in self.entries
         ]
-        shown = [
-            column._replace(hidden=column.hidden or all(row[i] in (None, "") for row in rows))
-            for i, column in enumerate([*of_hook, *of_drum])
-        ]
-        return Table(shown, rows)
+        return Table([*of_hook, *of_drum], rows)
 
     def _totals(self, name: str, key: Callable[[Lowering], object]) -> Table:
         groups: dict[object, list[Entry]] = {}
@@ -137,9 +163,8 @@ class Ledger(Tabular):
             if not one.lowering.flags:
                 groups.setdefault(key(one.lowering), []).append(one)
         rows = [[label, len(members), *(_sum(members, what) for what in _SUMS)] for label, members in groups.items()]
-        shown = [Column(what, _UNITS.get(what, "J"), show=".4g") for what in _SUMS]
-        shown = [column._replace(hidden=all(row[i + 2] is None for row in rows)) for i, column in enumerate(shown)]
-        return Table([Column(name, left=True), "lowerings", *shown], rows, f"by {name}")
+        sums = [Column(what, _UNITS.get(what, "J"), show=".4g") for what in _SUMS]
+        return Table([Column(name, left=True), Column("lowerings"), *sums], rows, f"by {name}")
 
     @property
     def by_day(self) -> Table:
@@ -168,6 +193,7 @@ class Ledger(Tabular):
             {
                 **about,
                 "lowerings": self.table,
+                **self.counts,
                 "totals": self.totals,
                 "trips": self.by_trip,
                 "days": self.by_day,
@@ -178,17 +204,23 @@ class Ledger(Tabular):
         )
 
     def write(self, folder: str | Path) -> list[Path]:
-        """Write `ledger.csv`, `ledger.json` and `ledger.txt` into a folder, all or none; return their paths."""
-        with whole_folder(Path(folder)) as (scratch, written):
-            frame = self.table.frame()
-            frame["flags"] = [", ".join(flags) for flags in frame["flags"]]
-            frame.to_csv(scratch / "ledger.csv", index=False)
-            (scratch / "ledger.json").write_text(json.dumps(self.as_dict(), indent=1, ensure_ascii=False), "utf-8")
-            (scratch / "ledger.txt").write_text(f"{self}\n", "utf-8")
-        return sorted(written)
+        """Write `ledger.html` (a page), `.csv`, `.json`, `.png` and `.txt` into a folder, all or none."""
+        pages = importlib.import_module("simbrake._pages._rig")  # of a higher layer
+        return pages.write(self, Path(folder))
 
 
-_HIDDEN = ("height", "static_load", "activity", "duration")
+#: columns for reading
+_HOOK = (
+    *("travel", "top_speed", "mean_load", "hook_work", "hook_work_low", "hook_work_high", "kind", "flags"),
+    *("mean_power", "kinetic_energy"),
+)
+_DRUM = tuple(name for name in _ENTRY if name not in _HOOK)
+
+
+def _work(values: Mapping[str, Any]) -> str:
+    """Work of the hook with its interval."""
+    work, low, high = (number(values[f"hook_work{end}"], "J", count=3) for end in ("", "_low", "_high"))
+    return f"{work} ({low} to {high})"
 
 
 def _sum(members: list[Entry], name: str) -> float | None:
@@ -239,12 +271,12 @@ def ledger(
         >>> book.entries[0].drum_speed
         20.0
     """
-    shares: dict[str, Any] = dict.fromkeys(LOADS, auxiliary)
-    if isinstance(auxiliary, Mapping):
-        shares = {str(kind): share for kind, share in auxiliary.items()}
-    _check(lines, drum_radius, efficiency, block_mass, brake, shares, trip_pause)
+    settings: dict[str, Any] = {"lines": lines, "drum_radius": drum_radius, "efficiency": efficiency}
+    settings |= {"block_mass": block_mass, "brake": brake, "auxiliary": auxiliary, "trip_pause": trip_pause}
+    if faults := faults_of_settings(**settings):
+        raise InputError(faults)
     found = of if isinstance(of, Lowerings) else lowerings(of)
-    notes = list(found.notes)
+    notes, shares = list(found.notes), _shares(auxiliary)
     strung = _lines_of(found.log, notes) if lines is None else lines
     if efficiency is None and strung is not None:
         efficiency = tackle_efficiency(strung)
@@ -267,25 +299,27 @@ def ledger(
     refused = [one for one in entries if one.refused]
     if refused and efficiency is not None:
         notes.append(f"drum: {len(refused)} of {len(entries)} lowerings are refused, {refused[0].refused}")
-    settings = {"lines": strung, "drum_radius": drum_radius, "efficiency": efficiency, "block_mass": block_mass}
-    settings |= {"brake": brake, "auxiliary": auxiliary, "trip_pause": trip_pause}
+    settings |= {"lines": strung, "efficiency": efficiency}
     return Ledger(found, entries, settings, separable, tuple(notes))
 
 
-def _check(
-    lines: float | None,
-    drum_radius: float | None,
-    efficiency: float | None,
-    block_mass: float | None,
-    brake: str | None,
-    shares: Mapping[str, float | None],
-    trip_pause: float,
-) -> None:
-    """Raise `InputError` with all arguments that cannot be."""
-    numbers = {"lines": lines, "drum_radius": drum_radius, "block_mass": block_mass, "trip_pause": trip_pause}
+def _shares(auxiliary: float | Mapping[str, float] | None) -> dict[str, Any]:
+    """Share of the auxiliary brake by kind of load."""
+    return dict(auxiliary) if isinstance(auxiliary, Mapping) else dict.fromkeys(LOADS, auxiliary)
+
+
+#: positive arguments of `ledger` with their SI units
+POSITIVE = {"lines": "1", "drum_radius": "m", "block_mass": "kg", "trip_pause": "s"}
+
+
+def faults_of_settings(
+    efficiency: float | None, brake: str | None, auxiliary: float | Mapping[str, float] | None, **positive: float | None
+) -> list[Fault]:
+    """Errors of arguments of `ledger`."""
+    shares = _shares(auxiliary)
     faults = [
-        Fault(name, f"{x} is not a positive number", "see sb.rig.ledger")
-        for name, x in numbers.items()
+        Fault(name, f"{x} is not a positive number", f"in {POSITIVE[name]}" if POSITIVE[name] != "1" else "")
+        for name, x in positive.items()
         if x is not None and not (np.isfinite(x) and x > 0)
     ]
     if efficiency is not None and not 0 < efficiency <= 1:
@@ -299,8 +333,7 @@ def _check(
             faults.append(Fault("auxiliary", f"{share} is out of range", "a share of the work at the drum, 0 to 1"))
     if brake == "friction" and any(shares.values()):
         faults.append(Fault("auxiliary", "is given beside brake='friction'", "which has no auxiliary brake"))
-    if faults:
-        raise InputError(list(dict.fromkeys(faults)))
+    return list(dict.fromkeys(faults))
 
 
 def _lines_of(log: Log, notes: list[str]) -> float | None:

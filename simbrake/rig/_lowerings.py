@@ -1,7 +1,7 @@
 """States of the block and lowerings in a rig's log, by the updates of its height, and the work of the hook in them."""
 
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from datetime import datetime, timedelta
 from typing import Any, NamedTuple
 
@@ -19,6 +19,13 @@ LOADS = ("not decidable", "block", "string")
 _SHARE, _CLASS, _APART = 0.03, 0.02, 1.25
 #: share of a lowering in one update that makes it a jump
 _SINGLE = 0.9
+#: SI units of the thresholds of `lowerings` that are numbers
+THRESHOLDS = {
+    **dict.fromkeys(("pause", "spacing"), "s"),
+    **dict.fromkeys(("heave", "travel", "jump", "floor"), "m"),
+    **dict.fromkeys(("end_speed", "fastest"), "m/s"),
+    **dict.fromkeys(("alone", "string", "slack", "set_down", "hidden"), "1"),
+}
 #: update interval (s) above which no lowering can be followed
 _SLOWEST = 15.0
 
@@ -99,13 +106,16 @@ class Lowerings(Tabular):
         yield f"{len(self.valid)} lowerings, {total} at the hook{aside}"
         kinds = [f"{kind}: {sum(one.kind == kind for one in self.valid)}" for kind in reversed(LOADS)]
         yield f"load {', '.join(kinds)}"
-        yield self._level
         yield self.table
         yield self._shares
-        limits = ", ".join(f"{name} = {'by the log' if x is None else x}" for name, x in self.thresholds.items())
-        yield f"thresholds: {limits}"
-        yield f"interval of the work by {self.interval_by}"
+        yield from self.basis
         yield from (f"- {note}" for note in self.notes)
+
+    @property
+    def basis(self) -> tuple[str, ...]:
+        """Load without string, thresholds, and what the intervals are from, in words."""
+        limits = ", ".join(f"{name} = {'by the log' if x is None else x}" for name, x in self.thresholds.items())
+        return self._level, f"thresholds: {limits}", f"interval of the work by {self.interval_by}"
 
     @property
     def _level(self) -> str:
@@ -206,6 +216,7 @@ def lowerings(
     string: float = 1.25,
     slack: float = 0.7,
     set_down: float = 0.8,
+    hidden: float = 0.1,
 ) -> Lowerings:
     """Lowerings of a log by the updates of its height, with the work of the hook `W = ∫F dx` in each.
 
@@ -223,13 +234,14 @@ def lowerings(
     - loads up to `alone` times it are the block's, from `string` times it a string's; without a second level at rest
       neither is decidable. Below `slack` times it the hook is slack; a string at rest below `set_down` of its load in
       the motion before is set down
+    - `hidden`: travel downwards in gaps without rows, as a share of that of all lowerings, above which it is an error
 
     Intervals of the work: where the log has lowest and highest loads, `Σ min F Δh` and `Σ max F Δh`, bounds; else the
     spread of the quadratures, of which 90 % hold the work: load and height may differ by half an interval of each,
     readings between the updates scatter as their second differences do (Student's t), the height has steps, and the cut
     of the ends leaves something out.
 
-    Raises `InputError` where the height is updated too rarely, or where nothing moves.
+    Raises `InputError` where the height is updated too rarely, where nothing is lowered, or too much of it in gaps.
 
     Example:
         >>> import pathlib, tempfile
@@ -244,13 +256,7 @@ def lowerings(
         (20.0, 10.0)
     """
     thresholds = {name: value for name, value in locals().items() if name != "log"}
-    faults = [
-        Fault(name, f"{x} is not a positive number", "see sb.rig.lowerings")
-        for name, x in thresholds.items()
-        if name not in ("floor", "tare") and not (np.isfinite(x) and x > 0)
-    ]
-    if tare is not None and not 0 < tare[0] <= tare[1]:
-        faults.append(Fault("tare", f"{tare} is no interval of loads", "lowest and highest load without string, N"))
+    faults = faults_of_thresholds(thresholds)
     position = log.position
     if log.interval > _SLOWEST or position.interval > _SLOWEST:
         rate = digits(max(log.interval, position.interval if position.held else 0.0), 3)
@@ -263,6 +269,19 @@ def lowerings(
         what = f"stays within {digits(np.ptp(height.value), 3)} m: nothing is lowered by {travel:g} m"
         raise InputError([Fault(f"{log.source} column {position.mnemonic}", what, "is it the height of the block?")])
     return _Finder(log, height, load, thresholds).result()
+
+
+def faults_of_thresholds(thresholds: Mapping[str, Any]) -> list[Fault]:
+    """Errors of arguments of `lowerings`."""
+    faults = [
+        Fault(name, f"{x} is not a positive number", f"in {THRESHOLDS[name]}")
+        for name, x in thresholds.items()
+        if name not in ("floor", "tare") and not (np.isfinite(x) and x > 0)
+    ]
+    tare = thresholds.get("tare")
+    if tare is not None and not 0 < tare[0] <= tare[1]:
+        faults.append(Fault("tare", f"{tare} is no interval of loads", "lowest and highest load without string, N"))
+    return faults
 
 
 class _Finder:
@@ -293,17 +312,34 @@ class _Finder:
         works = _Works(self.log, self.height, self.load)
         limits, heavy = self.limits, (0.0, 0.0) if tare is None else (limits_of(self.limits, tare))
         found = [self._lowering(works, a, b, decidable, heavy) for a, b in spans]
-        hidden = self.blind & (self.fall > limits["travel"])
-        if hidden.any():
-            longest = digits(float(np.max(np.diff(self.height.t)[hidden])), 3)
-            deep = digits(float(self.fall[hidden].sum()), 3)
-            self.notes.append(f"{hidden.sum()} gaps of up to {longest} s hide lowerings of {deep} m in all")
+        self._gaps(sum(one.travel for one in found))
+        if not found:
+            what = f"nothing is lowered by {limits['travel']:g} m"
+            raise InputError(
+                [Fault(f"{self.log.source} column {self.log.position.mnemonic}", what, "does it count upwards?")]
+            )
         if self.log.compensated:
             self.notes.append(f"{self.log.position.mnemonic} is heave-compensated: not the motion of the drum")
         state, load = self._states(tare, decidable, heavy)
         return Lowerings(
             self.log, tuple(found), state, load, tare, decidable, works.interval_by, limits, tuple(self.notes)
         )
+
+    def _gaps(self, travel: float) -> None:
+        """Note lowerings that gaps hide; raise `InputError` where they are much beside the `travel` of the others."""
+        hidden = np.flatnonzero(self.blind & (self.fall > self.limits["travel"]))
+        if not hidden.size:
+            return
+        t, deep = self.height.t, float(self.fall[hidden].sum())
+        longest = int(hidden[np.argmax(np.diff(t)[hidden])])
+        length, count = digits(t[longest + 1] - t[longest], 3), hidden.size
+        said = f"{count} gaps of up to {length} s hide lowerings of {digits(deep, 3)} m in all"
+        if deep > self.limits["hidden"] * travel:
+            row = int(np.searchsorted(self.log.t, t[longest], side="right"))
+            where = f"{self.log.source} row {row}, {digits(t[longest], 6)} s after the first"
+            hint = "split the log there, or allow a larger share: hidden="
+            raise InputError([Fault(where, f"{said}, beside {digits(travel, 3)} m in rows", hint)])
+        self.notes.append(said)
 
     def _spans(self) -> list[tuple[int, int]]:
         """First and last knot of each motion downwards."""

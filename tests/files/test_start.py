@@ -164,8 +164,9 @@ def test_mistakes_are_answered_without_jax(folder):
     """In a command, an option, the name of a file or of a template: no module that takes time to load."""
     program = "import sys; from simbrake.__main__ import main\ntry:\n    main()\nfinally:\n"
     program += "    print(sorted({'jax', 'numpy', 'scipy'} & set(sys.modules)))"
-    lines = ("runn", "run standard --rtoll 1", "run step.toml --set a.b=1", "calibrate step.toml", "new standart")
-    for line in (*lines, "synthesize step.toml", "compare a.nc b.nc", "validate --cross-check step.toml", "new"):
+    lines = ("runn", "run standard --rtoll 1", "run step.toml --set a.b=1", "new standart", "compare a.nc b.nc")
+    without_file = (f"{name} step.toml" for name in ("calibrate", "synthesize", "rig", "validate --cross-check"))
+    for line in (*lines, *without_file, "new"):
         done = subprocess.run([sys.executable, "-c", program, *line.split()], capture_output=True, text=True)
         assert done.returncode == (0 if line == "new" else 2), line
         assert done.stdout.splitlines()[-1] == "[]", line

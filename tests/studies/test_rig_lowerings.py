@@ -165,7 +165,10 @@ def test_one_level_is_not_decidable(tmp_path):
 def test_gaps_hide_lowerings(tmp_path):
     t, h, load = shape((40, 0), (20, -20), (60, 0), (20, 18), (60, 0), (20, -15), (60, 0))
     kept = (t < 150) | (t > 250)
-    result = sb.rig.lowerings(recording(tmp_path, t[kept], h[kept], load[kept]))
+    log = recording(tmp_path, t[kept], h[kept], load[kept])
+    with pytest.raises(sb.InputError, match=r"log row 75, 148 s .*hide lowerings of 15 m in all, beside 20 m in rows"):
+        sb.rig.lowerings(log)
+    result = sb.rig.lowerings(log, hidden=0.8)
     assert [round(one.travel) for one in result.lowerings] == [20]
     assert any("1 gaps of up to" in note and "hide lowerings" in note for note in result.notes)
 
@@ -176,6 +179,8 @@ def test_what_has_no_lowerings_is_refused(tmp_path):
         sb.rig.lowerings(log, pause=-1.0)
     with pytest.raises(sb.InputError, match=r"stays within 1 m"):
         sb.rig.lowerings(recording(tmp_path, *shape((40, 0), (20, -1), (60, 0))))
+    with pytest.raises(sb.InputError, match=r"nothing is lowered by 2 m"):
+        sb.rig.lowerings(recording(tmp_path, *shape((40, 0), (20, 20), (60, 0))))
     rare = {"BPOS": ("m", SMALL["BPOS"][1]), "HKLD": ("kN", SMALL["HKLD"][1])}
     with pytest.raises(sb.InputError, match="lowerings cannot be followed above 15 s"):
         sb.rig.lowerings(sb.rig.read(written(tmp_path, "r.xml", witsml([100 * t for t in TIMES], rare))))
@@ -242,7 +247,7 @@ def test_trips_days_and_files(tmp_path):
     assert [row["lowerings"] for row in book.by_trip] == [2, 1]
     assert [row["lowerings"] for row in sb.rig.ledger(log, trip_pause=200.0).by_trip] == [1, 1, 1]
     files = {file.name: file for file in book.write(tmp_path / "out")}
-    assert sorted(files) == ["ledger.csv", "ledger.json", "ledger.txt"]
+    assert sorted(files) == ["ledger.csv", "ledger.html", "ledger.json", "ledger.png", "ledger.txt"]
     kept = json.loads(files["ledger.json"].read_text("utf-8"))
     keys = ("start", "begin", "duration", "travel", "top_speed", "mean_load", "hook_work", "hook_work_low")
     first = kept["lowerings"][0]

@@ -1,0 +1,74 @@
+"""The duty ledger of a rig as a page, and in files."""
+
+from collections.abc import Iterator
+from pathlib import Path
+
+from .._base._faults import whole_folder
+from .._base._table import Number, Table, number
+from .._run._measure import Colour
+from ..rig._ledger import Ledger
+from ._page import Contents, Picture, draw, flat, render, write_json
+
+#: the figure of a ledger
+PICTURE = Picture("ledger", "Lowerings and their work")
+
+
+def contents(book: Ledger) -> Contents:
+    """Contents of the page of a ledger."""
+    answer, source = book.answer, book.lowerings.log.source
+    return {
+        "title": "Duty of the brakes" + ("" if source == "log" else f": {source}"),
+        "kind": "ledger",
+        # without limits nothing can be exceeded, and nothing be good
+        "verdict": {"colour": Colour.AMBER, "headline": answer[0][:1].upper() + answer[0][1:], "rows": ()},
+        "badges": {},
+        "outcome": "; ".join(answer[1:]) + ".",
+        "figures": [figure for figure in _figures(book) if figure[1] is not None],
+        "film": False,
+        "panel": "",
+        "data": None,
+        "pictures": [draw(book, PICTURE)],
+        "notes": (),
+        "sections": [
+            ("lowerings", "Lowerings", book.tables[:-2]),
+            ("totals", "Totals", book.tables[-2:]),
+            ("assumptions", "Assumptions and refusals", tuple(_assumptions(book))),
+        ],
+    }
+
+
+def _figures(book: Ledger) -> Iterator[tuple[str, Number | None, str]]:
+    """Key figures: words, number, and a note."""
+    totals, counts, lowerings = book.totals, book.counts, book.lowerings
+    words = {"hook_work": "work at the hook", "drum_work": "work at the drum", "tackle_loss": "loss of the tackle"}
+    words |= {"auxiliary_work": "auxiliary brake or motor", "friction_work": "friction brakes"}
+    for name, title in words.items():
+        ends = [number(totals.get(f"{name}_{end}"), "J", count=3) for end in ("low", "high")]
+        note = f"{ends[0]} … {ends[1]}" if name == "hook_work" else ""
+        yield title, None if totals[name] is None else number(totals[name], "J", count=4), note
+    yield "travel downwards", number(totals["travel"], "m", count=4), ""
+    yield "lowerings", Number(str(counts["valid"])), f"{counts['flagged']} more are flagged and left out"
+    yield "load not decidable", Number(str(counts["not_decidable"])), "string, or block alone"
+    if lowerings.tare is not None:
+        value, low, high = (number(x, "N", count=3) for x in lowerings.tare)
+        yield "load without string", value, f"{low} … {high}"
+
+
+def _assumptions(book: Ledger) -> Iterator[str | Table]:
+    lowerings = book.lowerings
+    yield Table(["note"], [(text,) for text in dict.fromkeys((*book.notes, *lowerings.log.guesses))])
+    limits = {name: x for name, x in lowerings.thresholds.items() if x is not None}
+    yield Table(["argument", "value"], flat({**book.given, **limits}), "in SI units")
+
+
+def write(book: Ledger, folder: Path) -> list[Path]:
+    """Write a ledger as page, tables, figure and text, all or none; return the paths."""
+    with whole_folder(folder) as (scratch, written):
+        (scratch / "ledger.html").write_text(render(contents(book)), "utf-8")
+        (scratch / "ledger.txt").write_text(f"{book}\n", "utf-8")
+        write_json(scratch / "ledger.json", book.as_dict())
+        frame = book.table.frame()
+        frame["flags"] = [", ".join(flags) for flags in frame["flags"]]
+        frame.to_csv(scratch / "ledger.csv", index=False, lineterminator="\n")
+        PICTURE.figure(book).savefig(scratch / "ledger.png", dpi=130)
+    return written

@@ -1,0 +1,112 @@
+"""`simbrake rig`: a crew's answer first, the ledger in every form, no names, and bad input with exit code 2."""
+
+import json
+import re
+
+import numpy as np
+import pytest
+from commands import call
+from rig_recordings import table, witsml, written
+
+T = np.arange(0.0, 400.0, 2.0)
+#: 20 m down at 1 m/s, up again, and 10 m down at 0.5 m/s, under 500 kN
+HEIGHT = 30.0 - np.clip(T - 40, 0, 20) + np.clip(T - 120, 0, 20) - np.clip(0.5 * (T - 240), 0, 10)
+COLUMNS = {"BPOS": ("m", HEIGHT), "HKLD": ("kN", np.full(T.size, 5e5))}
+RIG = ("--lines", "8", "--drum-radius", "40 cm", "--efficiency", "0.9")
+
+
+@pytest.fixture
+def log(tmp_path):
+    return str(written(tmp_path, "log.xml", witsml(T, COLUMNS)))
+
+
+def test_the_answer_comes_first(capsys, log, tmp_path):
+    code, out, err = call(capsys, "rig", log, *RIG, "--auxiliary", "0.75", "--out", str(tmp_path / "duty"))
+    assert (code, err) == (0, "")
+    first, total, unsure, *rest = out.splitlines()
+    assert re.match(r"largest lowering: 10 MJ \(.*\) at the hook, 20 m at up to 1 m/s, 2026-03-01T23:50:40Z$", first)
+    assert re.match(r"all 2 lowerings: 15 MJ \(.*\) at the hook, 13.5 MJ at the drum, 3380 kJ by the friction", total)
+    assert unsure == "load of string or block not decidable: 2; flagged and left out: 0"
+    assert "at the hook" in rest
+    assert rest[-1].startswith("written  ")
+    assert {file.suffix for file in (tmp_path / "duty").iterdir()} == {".csv", ".html", ".json", ".png", ".txt"}
+    page = (tmp_path / "duty" / "ledger.html").read_text("utf-8")
+    assert re.findall(r"<(?:script|link|iframe)\b|(?:src|href)=\"(?!data:|#)", page) == []
+    for words in (first[1:], "by trip", "by day", "Assumptions and refusals", "spacing"):
+        assert words in page
+
+
+def test_json_and_options(capsys, log):
+    names = ("--auxiliary", "not decidable=0.5", "--threshold", "travel=15 m", "--tare", "90 kN:110 kN", "--null=-1")
+    code, out, _ = call(capsys, "rig", log, *RIG, *names, "--json", "--block-mass", "30 t", "--offset", "0 s")
+    assert code == 0
+    (row,) = json.loads(out)["lowerings"]
+    assert (row["begin"], row["duration"], row["start"]) == (40.0, 20.0, "2026-03-01T23:50:40Z")
+    assert [row[name] for name in ("travel", "top_speed", "kind", "flags")] == [20.0, 1.0, "string", []]
+    assert row["mean_load"] == pytest.approx(5e5)
+    assert row["hook_work_low"] <= row["hook_work"] <= row["hook_work_high"]
+    assert (row["drum_work"], row["drum_speed"], row["drum_torque"]) == pytest.approx((9e6, 20.0, 22.5e3))
+    _, out, _ = call(capsys, "rig", log, "--lines", "8", "--units", "rig")
+    assert "klbf" in out
+    assert "65.6 ft" in out.splitlines()[0]
+
+
+def test_names_stay_out_unless_asked_for(capsys, tmp_path):
+    text = witsml(T, {**COLUMNS, "DRILLER": ("", T)}).replace("<indexType>", "<nameWell>Kraken 7</nameWell><indexType>")
+    text = re.sub(r",[\d.]+</data>", ",Jane Roe</data>", text)
+    file = str(written(tmp_path, "kraken.xml", text))
+    for names in (False, True):
+        asked, said = ["--names"] if names else [], []
+        for form in ([], ["--json"]):
+            code, out, err = call(capsys, "rig", file, "--out", str(tmp_path / "duty"), *form, *asked)
+            assert code == 0
+            said += [out, err]
+        said += [path.read_text("utf-8") for path in (tmp_path / "duty").iterdir() if path.suffix != ".png"]
+        assert "Jane" not in "".join(said)
+        assert ("kraken" in "".join(said).lower()) is names
+    assert all("Kraken 7, kraken.xml" in said[i] for i in (2, 4, 5) if "source" in said[i])
+
+
+XML, CSV = witsml(T, COLUMNS), table(T, COLUMNS)
+ENTITY = '<!DOCTYPE logs [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;&a;">]>'
+BAD = {
+    "no position": (XML.replace("BPOS", "PIT"), (), 'has no block position — --column "block_position=COLUMN"'),
+    "no time": (CSV.replace("T23:5", "?").replace("T00:0", "?"), (), "is no time"),
+    "backwards": (witsml(np.where(T == 80, 60.0, T), COLUMNS), (), "row 41, time: runs 18 s backwards"),
+    "unit": (CSV.replace("kN", "bananas"), (), "column HKLD: 'bananas' is not a unit"),
+    "at rest": (witsml(T, {**COLUMNS, "BPOS": ("m", 20 + 0.01 * np.sin(T))}), (), "nothing is lowered by 2 m"),
+    "upwards alone": (witsml(T, {**COLUMNS, "BPOS": ("m", 0.1 * T)}), (), "nothing is lowered by 2 m"),
+    "gap": (
+        witsml(T[(T < 39) | (T > 61)], {name: (unit, x[(T < 39) | (T > 61)]) for name, (unit, x) in COLUMNS.items()}),
+        (),
+        "row 20, 38 s after the first: 1 gaps of up to 24 s hide lowerings of 20 m in all, beside 10 m in rows",
+    ),
+    "rare rows": (witsml(20.0 * T, COLUMNS), (), "lowerings cannot be followed"),
+    "lines": (witsml(T, {**COLUMNS, "LINES_STRUNG": ("", 8.0 + 2 * (T > 200))}), (), "strung change from 8 to 10"),
+    "truncated": (XML[: len(XML) // 2], (), "it is cut off"),
+    "torn": (XML.replace("</data></logData>", "</logData>"), (), "no well-formed XML"),
+    "entities": (XML.replace("<logs", ENTITY + "<logs"), (), "declares a document type"),
+    "outside": (f'<!DOCTYPE x SYSTEM "file:///etc/passwd">{XML[38:]}', (), "declares a document type"),
+    "other XML": ("<svg/>", (), "has no log with data"),
+    "noise": ("\0\1\2" * 100, (), "has no row of column names"),
+    "empty": ("", (), "is empty"),
+    "missing": (None, (), "there is no such file"),
+    "options": (
+        XML,
+        ("--lines=-8", "--drum-radius", "14 kg", "--threshold", "pauze=3", "--tare", "300 kN", "--column", "load=HKLD"),
+        "5 input errors",
+    ),
+    "brakes": (XML, ("--brake", "disk", "--auxiliary", "1.5", "--threshold", "pause=-1 s"), "3 input errors"),
+    "option and log": (XML.replace(",kN<", ",acres<"), ("--lines", "0"), "2 input errors"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_input_ends_with_2_and_writes_nothing(capsys, tmp_path, name):
+    text, options, words = BAD[name]
+    if text is not None:
+        written(tmp_path, "log.xml", text)
+    code, out, err = call(capsys, "rig", str(tmp_path / "log.xml"), "--out", str(tmp_path / "duty"), *options)
+    assert (code, out) == (2, "")
+    assert words in err
+    assert not (tmp_path / "duty").exists()
