@@ -213,6 +213,8 @@ def calibrate(
     /,
     *data: Path,
     fit: cli.Many = None,
+    recordings: Path | None = None,
+    each: cli.Many = None,
     events: Annotated[list[Path] | None, Parameter(negative="", consume_multiple=False)] = None,
     sigma: cli.Many = None,
     column: cli.Many = None,
@@ -235,6 +237,11 @@ def calibrate(
     fit
         PATH=LOW:HIGH: a parameter of the scene to fit and its bounds, in SI or each with its unit, as
         "brake.pulley.inertia=500:2000"; may be repeated.
+    recordings
+        CSV table with a row for each recording instead of `data`: name, file, events, metrics that were measured, and
+        numbers of the scene that are known of it, by path with unit.
+    each
+        PATH=LOW:HIGH: as --fit, of a parameter that differs between recordings; may be repeated.
     events
         CSV file with the columns event, time, sigma; may be repeated.
     sigma
@@ -251,28 +258,38 @@ def calibrate(
     cli.existing(file)
     cli.prepare_jax()
     faults: list[Fault] = []
-    ends = cli.assignments("--fit", "PATH=LOW:HIGH", fit, cli.bounds, faults)
+    ends, own = (
+        cli.assignments(option, "PATH=LOW:HIGH", texts, cli.bounds, faults)
+        for option, texts in (("--fit", fit), ("--each", each))
+    )
     spreads = cli.assignments("--sigma", "NAME=VALUE", sigma, float, faults)
     begins = cli.assignments("--start", "PATH=VALUE", start, lambda text: [text], faults)
-    if not fit:
+    if not (fit or each):
         faults.append(Fault("--fit", "no parameter is to be fitted", "--fit brake.pulley.inertia=500:2000"))
     files = [*data, *(events or [])]
-    measured = cli.attempt(faults, sb.read_measured, *files, sigma=spreads, columns=column)
+    if recordings and files:
+        faults.append(Fault("--recordings", f"beside {files[0]}", "name the files of each recording in the table"))
+    reader, sources = (sb.studies.read_recordings, [recordings]) if recordings else (sb.read_measured, files)
+    measured = cli.attempt(faults, reader, *sources, sigma=spreads, columns=column)  # pyright: ignore
     limits: dict[str, tuple[float, ...]] = {}
+    limits_of_each: dict[str, tuple[float, ...]] = {}
     first: dict[str, float] = {}
 
     def also(scene: cli.Scene) -> list[Fault]:
         wrong: list[Fault] = []
-        limits.update({path: tuple(values) for path, values in cli.in_si(scene, "--fit", ends, wrong).items()})
+        for option, texts, pairs in (("--fit", ends, limits), ("--each", own, limits_of_each)):
+            pairs.update({path: tuple(values) for path, values in cli.in_si(scene, option, texts, wrong).items()})
         first.update({path: values[0] for path, values in cli.in_si(scene, "--start", begins, wrong).items()})
         return wrong
 
     scene = cli.opened(file, set_, rtol, folder=out, faults=faults, also=also, starts=starts)
     assert measured is not None
-    calibration = sb.calibrate(scene, limits, measured, start=first, loss=loss, starts=starts, rtol=rtol)  # pyright: ignore
+    options = {"start": first, "loss": loss, "starts": starts, "rtol": rtol}
+    calibration = sb.calibrate(scene, limits, measured, per_recording=limits_of_each, **options)  # pyright: ignore
     cli.tell(calibration, calibration.as_dict, json_)
     if not json_:
-        settings = [*(set_ or []), *(f"{path}={value:.12g}" for path, value in calibration.values.items())]
+        fitted = {path: value for path, value in calibration.values.items() if "@" not in path}
+        settings = [*(set_ or []), *(f"{path}={value:.12g}" for path, value in fitted.items())]
         command = ["simbrake", "run", str(file), *(part for text in settings for part in ("--set", text))]
         cli.say(f"run it   {shlex.join(command)}")
     if out is not None:

@@ -142,10 +142,11 @@ def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> 
 
 
 @styled
-def calibration(fit: Calibration, *, figure: Figure | None = None) -> Figure:
+def calibration(fit: Calibration, recording: str | None = None, *, figure: Figure | None = None) -> Figure:
     """Measured values with their standard deviations and the runs before and after a fit; below, residuals in σ.
 
-    One column of panels for each measured column, and one for single values such as event times.
+    One column of panels for each measured column, and one for single values such as event times. Of several recordings
+    one is drawn, by default that with the largest residual.
 
     Example:
         >>> data = sb.studies.Measured.of([0.2, 0.6], {"omega": [24.1, 13.9]}, sigma={"omega": 0.1})
@@ -154,14 +155,14 @@ def calibration(fit: Calibration, *, figure: Figure | None = None) -> Figure:
         >>> figure.axes[0].get_ylabel()
         'omega, rad/s'
     """
-    columns = [part for part in fit.residuals if part.t is not None]
-    singles = [part for part in fit.residuals if part.t is None]
+    each, parts = fit.of(recording)
+    columns, singles = ([part for part in parts if (part.t is None) == single] for single in (False, True))
     widths = [2.5] * len(columns) + [1] * bool(singles)
     figure = sheet(figure, 3.0 + 4.6 * len(columns) + 2.0 * bool(singles), 6.0)
     axes = figure.subplots(2, len(widths), squeeze=False, sharex="col", height_ratios=[2, 1], width_ratios=widths)
     before, fitted = {"color": "0.5", "label": "before"}, {"color": BLUE, "label": "fitted"}
-    runs = [(simulate(fit.before, throw=False), before, "--"), (simulate(fit.scene, throw=False), fitted, "-")]
-    for (above, below), part, points in zip(axes.T[: len(columns)], columns, fit.data.points, strict=True):
+    runs = [(simulate(each.before, throw=False), before, "--"), (simulate(each.scene, throw=False), fitted, "-")]
+    for (above, below), part, points in zip(axes.T[: len(columns)], columns, each.data.points, strict=True):
         shift, times = ZERO if part.unit == "K" else 0.0, points.t
         for result, look, style in runs:
             s = dense_grid(result, float(times.min()), float(times.max()))

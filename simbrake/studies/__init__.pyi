@@ -20,6 +20,7 @@ from ._lining_life import turned_scene as turned_scene
 from ._lining_life import worn_scene as worn_scene
 from ._measured import Measured as Measured
 from ._measured import read_measured as read_measured
+from ._measured import read_recordings as read_recordings
 from ._sensitivity import Hessian as Hessian
 from ._sensitivity import Sensitivity as Sensitivity
 from ._sensitivity import SensitivityTable as SensitivityTable

@@ -2,21 +2,34 @@
 
 import dataclasses
 import enum
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._base._faults import Fault, InputError
-from .._base._quantity import behind, shown
+from .._base._quantity import behind
 from .._base._table import Column, Table, Tabular, plain
-from .._parts._scene import Scene, check_scene
-from .._run._choice import stiffness
+from .._parts._scene import Scene
 from .._run._edit import Inputs, with_values
-from .._run._simulate import solver_for, solver_name
-from ._evaluator import Faults, Solver, box_of
-from ._fit import LIMITED, LOSSES, STEP, Direction, FitModel, Identified, Search, confound, identify
-from ._measured import Measured, check_measured
+from .._run._simulate import solver_name
+from ._evaluator import Faults, Solver
+from ._fit import (
+    LIMITED,
+    LOSSES,
+    STEP,
+    Direction,
+    FitModel,
+    Identified,
+    Recording,
+    Search,
+    box_of_all,
+    confound,
+    identify,
+    recordings_of,
+    solver_within,
+)
+from ._measured import Measured
 
 
 class State(enum.StrEnum):
@@ -76,7 +89,7 @@ class FixedNumber:
 
 @dataclasses.dataclass(frozen=True)
 class Parameter:
-    """One fitted parameter, in SI units.
+    """One fitted parameter, in SI units; `path` is `initial.omega@NAME` of one that only the recording NAME has.
 
     - `standard_error`: `inf` where the data do not determine the parameter, NaN at a bound (the other errors assume it
       as fixed);  `interval`: confidence interval of `Calibration.confidence`, symmetric in the scale of the fit
@@ -97,7 +110,8 @@ class Parameter:
 
 @dataclasses.dataclass(frozen=True)
 class Residuals:
-    """Measured and fitted values of one column or event, in SI units; `scaled` is (model − measured)/σ."""
+    """Measured and fitted values of one column or event, in SI units; `scaled` is (model − measured)/σ. Of several
+    recordings the name is `omega@NAME`."""
 
     name: str
     unit: str
@@ -133,15 +147,27 @@ class OpenCombination:
 
 
 @dataclasses.dataclass(frozen=True)
+class FittedRecording:
+    """A recording in a fit: its data, its scene with the start values and with the fitted ones. The name is empty where
+    it is the only one."""
+
+    name: str
+    data: Measured
+    before: Scene
+    scene: Scene
+
+
+@dataclasses.dataclass(frozen=True)
 class Calibration(Tabular):
-    """A fit of a scene's parameters to measured data.
+    """A fit of a scene's parameters to measured data of one or more recordings.
 
     - `parameters`, `covariance`, `correlation` (p, p), in the order of the parameters; SI units. Open parameters have
       infinite variances, parameters at a bound NaN, and both NaN covariances
     - `chi2 = Σ ((model − measured)/σ)²`, `freedom` degrees of freedom; `absolute`: the σ are absolute, else errors are
       scaled by `chi2/freedom`;  `probability` of a larger `chi2` where they are
     - `singular_values` of the Jacobian in standard deviations per range of the bounds; `open`: undetermined directions
-    - `scene`: the scene with the fitted numbers;  `before`: with the start values
+    - `scene`: the scene with the fitted numbers;  `before`: with the start values. Of several recordings both have the
+      shared parameters alone, and `recordings` has the scene and the data of each
     - `outcome`, `message`: why the search ended;  `advice`: what to do;  `converged`: whether it ended at a minimum,
       also where the data do not determine every parameter
     - `fixed`: fixed numbers that correlate by more than 0.99 with a fitted one, those with the largest effect first
@@ -161,7 +187,7 @@ class Calibration(Tabular):
     residuals: tuple[Residuals, ...]
     scene: Scene
     before: Scene
-    data: Measured
+    recordings: tuple[FittedRecording, ...]
     converged: bool
     message: str
     evaluations: int
@@ -175,6 +201,16 @@ class Calibration(Tabular):
 
     def __getitem__(self, path: str) -> Parameter:
         return {parameter.path: parameter for parameter in self.parameters}[path]
+
+    def of(self, recording: str | None = None) -> tuple[FittedRecording, list[Residuals]]:
+        """A recording and its residuals, by default that with the largest residual. Raises `InputError`."""
+        parts = iter(self.residuals)
+        rows = {each.name: (each, [next(parts) for _ in each.data.all]) for each in self.recordings}
+        if recording is None:
+            return max(rows.values(), key=lambda row: max(part.largest for part in row[1]))
+        if recording not in rows:
+            raise InputError([Fault("recording", f"there is no {recording!r}", f"there are: {', '.join(rows)}")])
+        return rows[recording]
 
     @property
     def values(self) -> dict[str, float]:
@@ -294,15 +330,13 @@ _BETTER = 0.01
 _HELPS = 0.5
 
 
-def assess(
-    search: Search, before: Scene, data: Measured, *, absolute: bool, confidence: float, rtol: float
-) -> Calibration:
+def assess(search: Search, scene: Scene, *, absolute: bool, confidence: float, rtol: float) -> Calibration:
     """The calibration at the best point of a search."""
     from scipy import stats  # slow to import: loaded by a fit only
 
     assert search.best is not None
     _, z, best = search.best
-    box, paths = search.box, search.model.paths
+    box, model, paths = search.box, search.model, search.model.paths
     theta, residual = box.up(z), search.residual(best)
     fixed = search.pressed(z) & ((z == 0) | (z == 1))
     if fixed.any():  # noise alone drives an undetermined parameter to a bound: then the bound fixes it, not the data
@@ -324,34 +358,42 @@ def assess(
         State.OPEN if c else State.FITTED if not at else State.AT_LOW if here == 0 else State.AT_HIGH
         for c, at, here in zip(concerned, fixed, z, strict=True)
     ]
-    inputs = Inputs(before)
+    inputs = Inputs(scene)
     columns = (theta, error * slope, [*zip(*ends, strict=True)], states, box.start, box.low, box.high, box.logarithmic)
+    columns = (c if isinstance(c, list) else c.tolist() for c in columns)
     parameters = tuple(
-        Parameter(path, inputs.about(path).unit, *row)  # pyright: ignore
-        for path, *row in zip(paths, *(c if isinstance(c, list) else c.tolist() for c in columns), strict=True)
+        Parameter(path, inputs.about(field).unit, *row)  # pyright: ignore
+        for path, field, *row in zip(paths, model.fields, *columns, strict=True)
     )
     covariance = covariance * np.outer(slope, slope)
     covariance[concerned] = covariance[:, concerned] = np.nan
     covariance[concerned, concerned] = np.inf
     probability = float(stats.chi2.sf(chi2, freedom)) if noise_known and freedom > 0 else None
-    start = search.model(box.start)
+    start = model(box.start)
     # without absolute standard deviations residuals are scaled by the scatter
     scatter = 1.0 if absolute or chi2 == 0 or freedom <= 0 else np.sqrt(chi2 / freedom)
-    columns = map(data.split, (search.measured, scatter * search.sigma, start.values, best.values))
-    rows = zip(data.all, *columns, strict=True)
-    residuals = tuple(Residuals(one.name, one.unit, one.t, *row) for one, *row in rows)  # pyright: ignore
-    names, solver = [paths[i] for i in np.flatnonzero(~fixed)], search.model.run.solver
+    columns = map(model.split, (search.measured, scatter * search.sigma, start.values, best.values))
+    rows = zip(model.parts, *columns, strict=True)
+    residuals = tuple(Residuals(r.label(part.name), part.unit, part.t, *row) for (r, part), *row in rows)  # pyright: ignore
+    names, solver = [paths[i] for i in np.flatnonzero(~fixed)], model.run.solver
     unexplained = _unexplained(probability)
     reached = _elsewhere(search, z, concerned & ~fixed, unexplained) if search.converged else None
     outcome = Outcome.STUCK if reached else Outcome.NOT_DETERMINED if concerned.any() else Outcome.CONVERGED
     outcome = outcome if search.converged else Outcome.NOT_CONVERGED
-    tied, freed = _tied(search, z, theta, ~fixed, concerned, before)
+    tied, freed = _tied(search, z, theta, ~fixed, concerned, scene)
     rate = (slope / np.where(theta == 0, 1.0, theta))[~fixed]
+    rows = zip(model.recordings, model.scenes(box.start), model.scenes(theta), strict=True)
+    recordings = tuple(FittedRecording(each.name, each.data, *scenes) for each, *scenes in rows)
+    if len(recordings) == 1:
+        ends = recordings[0].before, recordings[0].scene
+    else:
+        both = ({path: x[i] for i, path in enumerate(paths[: model.shared])} for x in (box.start, theta))
+        ends = tuple(with_values(scene, values) for values in both)
     return Calibration(
         parameters=parameters,
         covariance=covariance,
         chi2=chi2,
-        chi2_start=float(np.sum(search.residual(start) ** 2)) if search.model.refused(start) is None else np.inf,
+        chi2_start=float(np.sum(search.residual(start) ** 2)) if model.refused(start) is None else np.inf,
         freedom=freedom,
         absolute=absolute,
         probability=probability,
@@ -359,13 +401,13 @@ def assess(
         singular_values=known.singular_values,
         open=tuple(_combination(one, known.open, names, rate, theta[~fixed] != 0) for one in known.open),
         residuals=residuals,
-        scene=with_values(before, dict(zip(paths, theta.tolist(), strict=True))),
-        before=before,
-        data=data,
+        before=ends[0],
+        scene=ends[1],
+        recordings=recordings,
         converged=search.converged and outcome != Outcome.STUCK,
         message=_message(outcome, search, reached, parameters),
-        evaluations=search.model.run.runs,
-        failures=dict(search.model.failures),
+        evaluations=model.run.runs,
+        failures=dict(model.failures),
         solver=f"{'' if solver is None else solver_name(solver)}, rtol {rtol:g}, {search.method}",
         loss=search.loss,
         warnings=tuple(_warnings(search, z, chi2, probability, fixed, paths)),
@@ -538,15 +580,12 @@ def _warnings(
     return warnings
 
 
-#: bounds with a larger ratio are searched on a logarithmic scale
-_DECADES = 100.0
-
-
 def calibrate(
     scene: Scene,
     bounds: Mapping[str, tuple[float, float]],
-    data: Measured,
+    data: Measured | Sequence[Measured] | Mapping[str, Measured],
     *,
+    per_recording: Mapping[str, tuple[float, float]] | None = None,
     start: Mapping[str, float] | None = None,
     rtol: float = 1e-8,
     solver: Solver | None = None,
@@ -559,11 +598,16 @@ def calibrate(
     method: str = "trf",
     max_evaluations: int = 200,
 ) -> Calibration:
-    """Fit parameters of a scene, within bounds, to measured data: `min ½ Σ ρ(((model − measured)/σ)²)`.
+    """Fit parameters of a scene, within bounds, to measured data of one or more recordings.
+
+        min ½ Σ ρ(((model − measured)/σ)²)
 
     - `bounds`: `{"brake.linings.friction.coefficient": (0.2, 0.5)}` in SI units, paths as in `with_values`; where both
       are positive and their ratio exceeds 100 the search is logarithmic
-    - `data`: `read_measured(…)` or `Measured.of(…)`;  `start`: start values, by default the scene's
+    - `data`: `read_measured(…)` or `Measured.of(…)`; of several recordings a list (their names are 1, 2, …), or a
+      dictionary by name. Numbers that are known of a recording are in its `Measured.known`
+    - `per_recording`: bounds of parameters that differ between recordings; `bounds` are those of shared ones
+    - `start`: start values, by default the scene's (those known of a recording); `"initial.omega@NAME"` is that of one
     - `rtol`, `solver`, `max_steps`: as for `simulate`
     - `loss`: `linear`, or against outliers `soft_l1`, `huber`, `cauchy`, `arctan` of residuals beyond `loss_scale` σ
     - `absolute`: whether the σ are absolute (errors from them alone) or only weights (errors scaled by the scatter of
@@ -577,7 +621,7 @@ def calibrate(
     Raises `InputError` with all errors, also where no start has all measured events.
     Source: errors after Björck, Numerical Methods for Least Squares Problems (1996), 1.1, 2.7.
     """
-    issues, starting = Faults(), start or {}
+    issues = Faults()
     issues.choice("loss", loss, LOSSES)
     issues.choice("method", method, ("trf", "dogbox"))
     issues.unless(starts >= 1, "starts", starts, "at least 1")
@@ -585,39 +629,28 @@ def calibrate(
     issues.unless(loss_scale > 0, "loss_scale", loss_scale, "> 0")
     issues.unless(1e-15 < rtol < 0.1, "rtol", rtol, "0 < rtol < 0.1")
     issues.unless(max_evaluations >= 1, "max_evaluations", max_evaluations, "at least 1")
-    if not isinstance(data, Measured):
-        raise InputError([Fault("data", f"{shown(data)} is not measured data", "what simbrake.read_measured gives")])
-    if not bounds:
-        issues.append(Fault("bounds", "no parameter is to be fitted", '{"brake.pulley.inertia": (500, 2000)}'))
-    for path in sorted(set(starting) - set(bounds)):
-        issues.append(Fault(path, "has a start value but no bounds", "give bounds, or set it in the scene"))
-    box = box_of(scene, bounds, issues, starts=starting, decades=_DECADES)
-    absolute = _absoluteness(data, absolute, len(bounds), issues)
+    own = per_recording or {}
+    recordings = recordings_of(scene, data, issues)
+    box = box_of_all(recordings, bounds, own, start or {}, issues)
+    absolute = _absoluteness(recordings, absolute, len(bounds) + len(own) * len(recordings), issues)
     issues.report()
-    before = with_values(scene, box.paths.values(box.start))
-    check_scene(before)
-    check_measured(data, before)
-    solver = _solver(before, bounds) if solver is None else solver
-    model = FitModel(before, box.paths.names, data, solver=solver, rtol=rtol, max_steps=max_steps)
-    search = Search(model, box, *data.arrays, loss, loss_scale, method, max_evaluations, starts)
+    solver = solver_within(recordings, {**bounds, **own}) if solver is None else solver
+    model = FitModel(recordings, tuple(bounds), tuple(own), solver=solver, rtol=rtol, max_steps=max_steps)
+    model.check(box.start)
+    search = Search(model, box, *model.arrays, loss, loss_scale, method, max_evaluations, starts)
     search.run()
-    return assess(search, before, data, absolute=absolute, confidence=confidence, rtol=rtol)
+    return assess(search, scene, absolute=absolute, confidence=confidence, rtol=rtol)
 
 
-def _absoluteness(data: Measured, wanted: bool | None, parameters: int, issues: Faults) -> bool:
+def _absoluteness(recordings: Sequence[Recording], wanted: bool | None, parameters: int, issues: Faults) -> bool:
     """Whether standard deviations are absolute; adds their errors."""
-    without = [part.name for part in data.all if part.sigma is None]
+    parts = [(each.label(part.name), part.sigma) for each in recordings for part in each.data.all]
+    without, count = [name for name, sigma in parts if sigma is None], sum(each.data.count for each in recordings)
     hint = "give its measuring error, as a column …_sigma or by sigma={…}"
-    if without and (len(data.all) > 1 or wanted):
+    if without and (len(parts) > 1 or wanted):
         issues += [Fault(name, "has no standard deviation", hint) for name in without]
     absolute = not without if wanted is None else wanted
-    if not absolute and data.count <= parameters:
-        what = f"{data.count} values do not determine their scatter with {parameters} parameters"
+    if not absolute and count <= parameters:
+        what = f"{count} values do not determine their scatter with {parameters} parameters"
         issues.append(Fault("data", what, "measure more, or give standard deviations"))
     return absolute
-
-
-def _solver(scene: Scene, bounds: Mapping[str, tuple[float, float]]) -> Solver:
-    """The method that `simulate` chooses at the start or with any parameter at a bound: the stiff one if any is."""
-    trials = [scene, *(with_values(scene, {path: end}) for path, pair in bounds.items() for end in pair)]
-    return solver_for(scene.heated and any(stiffness(trial)[0] for trial in trials))

@@ -402,14 +402,15 @@ class Evaluator:
         longer = (first * 4**i for i in range(1, 16) if first * 4 ** (i - 1) < _LONGEST)
         self.limits, self._level = (first, *longer), 0
 
-    def __call__(self, x: np.ndarray, given: Any = None) -> Evaluation:
-        """Values and Jacobian at a point; the last few points are cached, except those with something `given`."""
+    def __call__(self, x: np.ndarray, given: Any = None, scene: Scene | None = None) -> Evaluation:
+        """Values and Jacobian at a point, also of another scene of this structure; the last few points are cached,
+        except those with something `given`."""
         key = x.tobytes() if given is None else None
         if key in self._known:
             return self._known[key]
         self.runs += 1
         given = self.given if given is None else given
-        while (evaluation := self._at(x, given)).code == Code.STEP_LIMIT and self._level < len(self.limits) - 1:
+        while (evaluation := self._at(x, given, scene)).code == Code.STEP_LIMIT and self._level < len(self.limits) - 1:
             self._level += 1  # for the points to come as well
         if key is not None:
             self._known[key] = evaluation
@@ -426,9 +427,9 @@ class Evaluator:
         other.rtol, other._known = self.rtol * (0.1 if self.rtol > _FINEST else 10.0), {}
         return other
 
-    def elsewhere(self, x: np.ndarray, scene: Scene) -> Evaluation:
+    def elsewhere(self, x: np.ndarray, scene: Scene, given: Any = None) -> Evaluation:
         """The same of another scene of this structure, by the same program; not counted in `runs`."""
-        return self._at(x, self.given, scene)
+        return self._at(x, self.given if given is None else given, scene)
 
     def _at(self, x: np.ndarray, given: Any, scene: Scene | None = None) -> Evaluation:
         program = _program(self._asked._replace(max_steps=self.limits[self._level]))

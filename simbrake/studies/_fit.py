@@ -1,20 +1,24 @@
 """The search of a fit: measured quantities of a scene as a function of its parameters, and bounded least squares."""
 
 import dataclasses
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
 from .._base._faults import Fault, InputError
 from .._base._progress import Progress
-from .._parts._scene import Scene
-from .._run._edit import Inputs, entry_of, with_values
+from .._base._quantity import shown
+from .._parts._scene import Scene, check_scene, require_scene
+from .._run._choice import stiffness
+from .._run._edit import Inputs, entry_of, with_inputs, with_values
 from .._run._measure import Metric, measure
 from .._run._result import Result
+from .._run._simulate import solver_for
 from ..hybrid._arrays import Array
-from ._evaluator import Box, Evaluation, Evaluator, Faults, Paths, Solver, failure_name
-from ._measured import Measured, pick
+from ._evaluator import Box, Evaluation, Evaluator, Faults, Paths, Solver, box_of, failure_name
+from ._measured import Measured, check_measured, pick
 
 
 class MeasuredValues(NamedTuple):
@@ -39,74 +43,230 @@ class MeasuredValues(NamedTuple):
         return jnp.concatenate(parts), None
 
 
+class Recording(NamedTuple):
+    """A recording in a fit: its name, empty where it is the only one; its scene with the known numbers; its data."""
+
+    name: str
+    scene: Scene
+    data: Measured
+
+    def label(self, what: str) -> str:
+        """A path or a column of this recording: `initial.omega@stop 3`."""
+        return f"{what}@{self.name}" if self.name else what
+
+
+#: bounds with a larger ratio are searched on a logarithmic scale
+_DECADES = 100.0
+
+
+def recordings_of(scene: Scene, data: Any, issues: Faults) -> list[Recording]:
+    """The recordings in `data`, measured data or several of them; adds what is wrong with their known numbers."""
+    require_scene(scene)
+    one, several = isinstance(data, Measured), isinstance(data, list | tuple)
+    named: Any = {"": data} if one else {str(i): each for i, each in enumerate(data, 1)} if several else data
+    if not (isinstance(named, Mapping) and named and all(isinstance(each, Measured) for each in named.values())):
+        problem = f"{shown(data)} is not measured data"
+        raise InputError([Fault("data", problem, "what simbrake.read_measured gives, or a list of these")])
+    recordings = []
+    for name, each in named.items():
+        wrong = Faults()
+        known = wrong.attempt(with_inputs, scene, dict(each.known))
+        recordings.append(Recording(str(name), scene if known is None else known, each))
+        issues += [dataclasses.replace(fault, path=recordings[-1].label(fault.path)) for fault in wrong]
+    return recordings
+
+
+def box_of_all(
+    recordings: Sequence[Recording],
+    shared: Mapping[str, tuple[float, float]],
+    own: Mapping[str, tuple[float, float]],
+    starts: Mapping[str, float],
+    issues: Faults,
+) -> Box:
+    """Bounds and start of the parameters, first those that all recordings share, then those of each; adds what is wrong
+    with them."""
+    boxes, wrong, k, free = list[Box](), list[Faults](), len(shared), {**shared, **own}
+    if not free:
+        issues.append(Fault("bounds", "no parameter is to be fitted", '{"brake.pulley.inertia": (500, 2000)}'))
+    for path in dict.fromkeys(path for each in recordings for path in each.data.known if path in shared):
+        issues.append(Fault(path, "is shared by all recordings, and known of one", "fit it per recording"))
+    for path in sorted({*starts} - {*free} - {each.label(path) for path in own for each in recordings}):
+        issues.append(Fault(path, "has a start value but no bounds", "give bounds, or set it in the scene"))
+    for each in recordings:
+        start = {**starts, **{path: starts[label] for path in own if (label := each.label(path)) in starts}}
+        wrong.append(Faults())
+        boxes.append(box_of(each.scene, free, wrong[-1], starts=start, decades=_DECADES))
+    for each, mine in zip(recordings, wrong, strict=True):
+        for fault in mine:  # of all recordings, or of this one
+            of_all = all(fault in other for other in wrong)
+            named = fault if of_all else dataclasses.replace(fault, path=each.label(fault.path))
+            issues += [named] * (named not in issues)
+    paths = Paths.each((*shared, *(each.label(path) for each in recordings for path in own)))
+    columns = zip(*(box[1:] for box in boxes), strict=True)
+    return Box(paths, *(np.concatenate([rows[0][:k], *(row[k:] for row in rows)]) for rows in columns))
+
+
+def solver_within(recordings: Sequence[Recording], bounds: Mapping[str, tuple[float, float]]) -> Solver:
+    """The method that `simulate` chooses at the start or with any parameter at a bound: the stiff one if any is."""
+    scenes = [each.scene for each in recordings]
+    ends = [(path, end) for path, pair in bounds.items() for end in pair]
+    trials = [*scenes, *(with_values(scene, {path: end}) for scene in scenes for path, end in ends)]
+    return solver_for(scenes[0].heated and any(stiffness(trial)[0] for trial in trials))
+
+
+def _layout(recordings: Sequence[Recording]) -> tuple[MeasuredValues, list[Any], list[np.ndarray]]:
+    """What all recordings measured, as one program finds it in each of their runs; what it is given for each of them,
+    times and rows filled up to the same lengths; and where the values of each (m,) are among what it finds."""
+    columns = tuple(dict.fromkeys((part.column, part.entry) for each in recordings for part in each.data.points))
+    metrics = tuple(dict.fromkeys(single.metric for each in recordings for single in each.data.singles))
+    grids = [np.unique(np.hstack([p.t for p in r.data.points] or [r.scene.initial.time])) for r in recordings]
+    rows = [[np.zeros(0, np.int32) for _ in columns] for _ in recordings]
+    parts: list[list[tuple[int, slice]]] = [[] for _ in recordings]  # column of each part, and its rows there
+    for each, ts, mine, places in zip(recordings, grids, rows, parts, strict=True):
+        for part in each.data.points:
+            c = columns.index((part.column, part.entry))
+            places.append((c, slice(mine[c].size, mine[c].size + part.t.size)))
+            mine[c] = np.append(mine[c], np.searchsorted(ts, part.t).astype(np.int32))
+    longest = [max(mine[c].size for mine in rows) for c in range(len(columns))]
+    begin = np.cumsum([0, *longest])
+    given, where = [], []
+    for each, ts, mine, places in zip(recordings, grids, rows, parts, strict=True):
+        filled = tuple(np.pad(one, (0, n - one.size)) for one, n in zip(mine, longest, strict=True))
+        given.append((np.pad(ts, (0, max(map(len, grids)) - ts.size), mode="edge"), filled))
+        found = [begin[c] + np.arange(at.start, at.stop) for c, at in places]
+        found += [[begin[-1] + metrics.index(single.metric)] for single in each.data.singles]
+        where.append(np.concatenate([[], *found]).astype(int))
+    return MeasuredValues(columns, metrics), given, where
+
+
 class FitModel:
-    """Measured quantities of a scene as a function of the parameters at `paths`, with derivatives."""
+    """Measured quantities of all recordings as a function of the parameters, with derivatives: those that all
+    recordings share, then those of each recording."""
 
     def __init__(
         self,
-        scene: Scene,
-        paths: tuple[str, ...],
-        data: Measured,
+        recordings: Sequence[Recording],
+        shared: Sequence[str],
+        own: Sequence[str] = (),
         *,
         solver: Solver,
         rtol: float,
         max_steps: int | None,
     ) -> None:
-        times = [part.t for part in data.points]
-        ts = np.unique(np.concatenate(times)) if times else np.zeros(0)
-        columns = tuple((part.column, part.entry) for part in data.points)
-        measured = MeasuredValues(columns, tuple(single.metric for single in data.singles))
+        #: paths without the names of recordings
+        self.recordings, self.fields = tuple(recordings), (*shared, *(path for _ in recordings for path in own))
+        measured, self._given, self._where = _layout(recordings)
+        place = Paths.each((*shared, *own))
         self.run = Evaluator(
-            scene,
-            Paths.each(paths),
-            measured,
-            given=(ts, tuple(np.searchsorted(ts, t).astype(np.int32) for t in times)),
-            solver=solver,
-            rtol=rtol,
-            max_steps=max_steps,
+            recordings[0].scene, place, measured, given=self._given[0], solver=solver, rtol=rtol, max_steps=max_steps
         )
-        self.paths = paths
-        self.names = [part.name for part in data.all for _ in np.atleast_1d(part.value)]
+        self.paths = (*shared, *(each.label(path) for each in recordings for path in own))
+        self.shared, first = len(shared), len(shared) + len(own) * np.arange(len(recordings))
+        #: which parameters each recording has
+        self._has = [np.r_[: len(shared), k : k + len(own)] for k in first]
+        self.parts = [(each, part) for each in recordings for part in each.data.all]
+        self.names = [each.label(part.name) for each, part in self.parts for _ in np.atleast_1d(part.value)]
         self.failures: dict[str, int] = {}
+        self.points, self._latest = 0, dict[bytes, Evaluation]()
+
+    @property
+    def arrays(self) -> tuple[np.ndarray, np.ndarray]:
+        """All measured values (m,) and their standard deviations."""
+        values, sigma = zip(*(each.data.arrays for each in self.recordings), strict=True)
+        return np.concatenate(values), np.concatenate(sigma)
+
+    def split(self, values: np.ndarray) -> list[np.ndarray]:
+        """Slice of each of `parts` among all values (m,)."""
+        return np.split(values, np.cumsum([np.size(part.value) for _, part in self.parts])[:-1])
+
+    def check(self, theta: np.ndarray) -> None:
+        """Raise `InputError` with what is wrong with scenes and data of the recordings at a start."""
+        issues = Faults()
+        for each, scene in zip(self.recordings, self.scenes(theta), strict=True):
+            wrong = Faults()
+            wrong.attempt(check_scene, scene)
+            wrong.attempt(check_measured, each.data, scene)
+            issues += [dataclasses.replace(fault, path=each.label(fault.path)) for fault in wrong]
+        issues.report()
+
+    def scenes(self, theta: np.ndarray) -> list[Scene]:
+        """The scene of each recording with these parameters."""
+        rows = zip(self.recordings, self._has, strict=True)
+        names = self.run.place.names
+        return [with_values(each.scene, dict(zip(names, theta[has].tolist(), strict=True))) for each, has in rows]
 
     def __call__(self, theta: np.ndarray) -> Evaluation:
-        """Values (m,) and Jacobian (m, p)."""
-        before, evaluation = self.run.runs, self.run(theta)
-        reason = self.refused(evaluation)
-        if reason is not None and self.run.runs > before:
+        """Values (m,) and Jacobian (m, p), of trial points: what is refused is counted."""
+        before, evaluation = self.points, self.at(theta)
+        if self.points > before and (reason := self.refused(evaluation)) is not None:
             self.failures[reason] = self.failures.get(reason, 0) + 1
         return evaluation
 
+    def at(self, theta: np.ndarray) -> Evaluation:
+        """Values and Jacobian at a point; the last few are cached."""
+        key = theta.tobytes()
+        if key not in self._latest:
+            self.points += 1
+            runs = zip(self.recordings, self._has, self._given, strict=True)
+            self._latest[key] = self._joined([self.run(theta[has], given, each.scene) for each, has, given in runs])
+            if len(self._latest) > _REMEMBERED:
+                del self._latest[next(iter(self._latest))]
+        return self._latest[key]
+
+    def _joined(self, parts: Sequence[Evaluation]) -> Evaluation:
+        """One evaluation of the runs of all recordings; it has the first code that is not 0, and which run that is."""
+        values = np.concatenate([part.values[where] for part, where in zip(parts, self._where, strict=True)])
+        jacobian, row = np.zeros((values.size, len(self.paths))), 0
+        for part, has, where in zip(parts, self._has, self._where, strict=True):
+            jacobian[row : row + where.size, has] = part.jacobian[where]
+            row += where.size
+        failed = next((i for i, part in enumerate(parts) if part.code != 0), 0)
+        return Evaluation(values, jacobian, parts[failed].code, self.recordings[failed].label("the run"))
+
     def of_fixed(self, theta: np.ndarray) -> list[tuple[str, float, np.ndarray]]:
         """Numbers of the scene that are not fitted, not 0, and change the measured values: path, value (that of the
-        largest entry), and the change of the values (m,) per relative change of the number.
+        largest entry), and the change of the values (m,) per relative change of the number in all recordings.
 
         Central differences with the program of the fit, in which every number of the scene is an input: nothing is
-        compiled, and two runs per number suffice for correlations.
+        compiled, and two runs per number and recording suffice for correlations.
         """
-        scene, effects = with_values(self.run.scene, self.run.place.values(theta)), []
-        known = Inputs(scene)
-        fitted = {entry_of(path, known)[0] for path in self.paths}
-        for leaf in known.values():
-            value = np.asarray(leaf.value, float) if leaf.value is not None else np.zeros(0)
-            if leaf.path in fitted or leaf.path in _OF_THE_RUN or not np.any(value) or not np.all(np.isfinite(value)):
+        known, effects = [Inputs(scene) for scene in self.scenes(theta)], []
+        fitted = {entry_of(path, known[0])[0] for path in self.fields}
+        for path, leaf in known[0].items():
+            leaves = [inputs.get(path) for inputs in known]
+            values = [
+                np.asarray(one.value, float) if one is not None and one.value is not None else np.zeros(0)
+                for one in leaves
+            ]
+            every = np.concatenate([value.ravel() for value in values])
+            if path in fitted or path in _OF_THE_RUN or not np.any(every) or not np.all(np.isfinite(every)):
                 continue
-            ends = [np.asarray(value * (1 + side * STEP)) for side in (1, -1)]
-            if not all(np.all(leaf.about.admits(end)) for end in ends):
+            ends = [[value * (1 + side * STEP) for value in values] for side in (1, -1)]
+            if not all(np.all(leaf.about.admits(value)) for end in ends for value in end):
                 continue
             try:
-                up, down = (self.run.elsewhere(theta, with_values(self.run.scene, {leaf.path: end})) for end in ends)
+                up, down = (self._with(theta, path, end) for end in ends)
             except InputError:  # numbers that must fit to others, as times in their order
                 continue
             change = (up.values - down.values) / (2 * STEP)
             if up.code == down.code == 0 and np.all(np.isfinite(change)):
-                effects.append((leaf.path, float(value.flat[np.argmax(np.abs(value))]), change))
+                effects.append((path, float(every[np.argmax(np.abs(every))]), change))
         return effects
+
+    def _with(self, theta: np.ndarray, path: str, values: list[np.ndarray]) -> Evaluation:
+        """An evaluation with another number in each recording."""
+        runs = zip(self.recordings, self._has, self._given, values, strict=True)
+        return self._joined(
+            [
+                self.run.elsewhere(theta[has], with_values(each.scene, {path: np.asarray(value)}), given)
+                for each, has, given, value in runs
+            ]
+        )
 
     def refused(self, evaluation: Evaluation) -> str | None:
         """Reason to reject a point: its run fails, or it lacks a measured event; `None` for a valid point."""
         if evaluation.code != 0:
-            return f"the run fails: {failure_name(evaluation.code)}"
+            return f"{evaluation.more} fails: {failure_name(evaluation.code)}"
         for i in np.flatnonzero(~np.isfinite(evaluation.values)):
             what = "does not occur" if np.isinf(evaluation.values[i]) else "is not a number"
             return f"{self.names[i]} {what} in the model"
@@ -115,6 +275,8 @@ class FitModel:
         return None
 
 
+#: points whose evaluations are cached
+_REMEMBERED = 4
 #: relative step of differences by fixed numbers
 STEP = 1e-3
 #: numbers of a scene that are no properties of what was measured
@@ -159,14 +321,14 @@ class Search:
 
     def look(self, z: np.ndarray) -> tuple[Evaluation, str | None]:
         """The model at a point, and the reason to reject the point."""
-        before, evaluation = self.model.run.runs, self.model(self.box.up(z))
+        before, evaluation = self.model.points, self.model(self.box.up(z))
         refused = self.model.refused(evaluation)
-        if refused is None and self.model.run.runs > before:
+        if refused is None and self.model.points > before:
             if self.best is None or self.cost(evaluation) < self.best[0]:
                 self.best = (self.cost(evaluation), z.copy(), evaluation)
             self.least, most = min(self.least, float(np.sum(self.residual(evaluation) ** 2))), self.most * self.starts
             # a search mostly ends long before its limit: the time left is shown as a bound
-            count, also = min(self.model.run.runs, most), f", chi² {self.least:.6g}"
+            count, also = min(self.model.points, most), f", chi² {self.least:.6g}"
             self.progress.now("run", count, most, also=also)
         return evaluation, refused
 
@@ -189,7 +351,7 @@ class Search:
         for shares in _halton(int(varied.sum()), _PROBES):
             point = z.copy()
             point[varied] = shares
-            there = self.model.run(self.box.up(point))
+            there = self.model.at(self.box.up(point))
             size = np.maximum(np.abs(here), np.abs(self.measured))
             if self.model.refused(there) is None and np.any(np.abs(there.values - here) > self.noise * size):
                 points.append((point, self.cost(there)))

@@ -5,7 +5,7 @@ import dataclasses
 import difflib
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from fractions import Fraction
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -76,6 +76,8 @@ class Single:
 class Measured(Tabular):
     """Measured data of one run, which can be added: `read_measured("speed.csv") + read_measured("events.csv")`.
 
+    `known`: numbers of the scene that are known of this run, by path as in `with_values`: `{"duty.load.mass": "60 t"}`.
+
     Example:
         >>> data = sb.studies.Measured.of([0.0, 0.5], {"omega": [24.0, 14.6]}, sigma={"omega": 0.1})
         >>> data.count
@@ -84,6 +86,7 @@ class Measured(Tabular):
 
     points: tuple[Points, ...] = ()
     singles: tuple[Single, ...] = ()
+    known: Mapping[str, Any] = dataclasses.field(default_factory=dict)
 
     @classmethod
     def of(
@@ -93,6 +96,7 @@ class Measured(Tabular):
         *,
         sigma: Mapping[str, object] | None = None,
         events: Mapping[Metric, float | tuple[float, float]] | None = None,
+        known: Mapping[str, Any] | None = None,
     ) -> "Measured":
         """Data from arrays in SI units; NaN means not measured.
 
@@ -100,6 +104,7 @@ class Measured(Tabular):
         - `sigma`: standard deviation of a column, one number or (m,)
         - `events`: `{"stopping_time": 3.21}` or `{"stopping_time": (3.21, 0.01)}` with the standard deviation; keys
           are metrics (`simbrake._run._measure.metric_names`) or functions of a `Result`
+        - `known`: numbers of the scene that are known of this run
 
         Raises `InputError` with every error.
         """
@@ -114,10 +119,10 @@ class Measured(Tabular):
             parts.append(_single(metric, float(number), None if error is None else float(error)))
         Faults(one for one in parts if isinstance(one, Fault)).report()
         points, singles = ([one for one in parts if isinstance(one, kind)] for kind in (Points, Single))
-        return cls(tuple(points), tuple(singles))  # pyright: ignore
+        return cls(tuple(points), tuple(singles), dict(known or {}))  # pyright: ignore
 
     def __add__(self, other: "Measured") -> "Measured":
-        return Measured(self.points + other.points, self.singles + other.singles)
+        return Measured(self.points + other.points, self.singles + other.singles, {**self.known, **other.known})
 
     @property
     def all(self) -> tuple[Points | Single, ...]:
@@ -150,6 +155,7 @@ class Measured(Tabular):
             span = f"{part.t.size} values, t = {part.t.min():.6g}…{part.t.max():.6g} s"
             yield f"{part.name}{mark}: {span}, {_spread(part.sigma)}"
         yield from (f"{one.name} = {one.value:.6g}{behind(one.unit)}, {_spread(one.sigma)}" for one in self.singles)
+        yield from (f"{path} = {value}, known" for path, value in self.known.items())
         if not self.count:
             yield "nothing measured"
 
@@ -157,7 +163,7 @@ class Measured(Tabular):
         """Columns over time and single values by their names, in SI units."""
         points = {p.name: {"unit": p.unit, "t": p.t, "value": p.value, "sigma": p.sigma} for p in self.points}
         singles = {s.name: {"unit": s.unit, "value": s.value, "sigma": s.sigma} for s in self.singles}
-        return plain({"points": points, "singles": singles})
+        return plain({"points": points, "singles": singles, "known": dict(self.known)})
 
 
 def _spread(sigma: float | np.ndarray | None) -> str:
@@ -295,28 +301,98 @@ def read_measured(
         ...     sb.read_measured(f"{folder}/stop.csv", sigma={"omega": 0.1}).points[0].t
         array([0. , 0.5])
     """
-    data, spreads = Measured(), dict(sigma or {})
-    wanted = None if columns is None else {_normal(name) for name in columns}
-    issues = Faults(
-        Fault(f"sigma of {name}", f"{value} is not a standard deviation", "it must be > 0")
-        for name, value in spreads.items()
-        if not (isinstance(value, int | float | np.number) and 0 < value < np.inf)
-    )
-    spreads = {_normal(name): value for name, value in spreads.items()}
-    for path in paths:
-        file = CsvFile(Path(path))
-        data += file.read(spreads, wanted)
-        issues += file.faults
-    names = {part.name for part in data.all}
-    if not issues:
-        issues += [
-            Fault(name, "has a standard deviation but was not measured") for name in sorted(spreads.keys() - names)
-        ]
-        issues += [Fault(name, "is in no file") for name in sorted((wanted or set()) - names)]
+    reading = _Reading(sigma, columns)
+    data = reading.read(*paths)
     if not paths:
-        issues.append(Fault("data", "no file was given", "give one or more CSV files"))
-    issues.report()
+        reading.issues.append(Fault("data", "no file was given", "give one or more CSV files"))
+    reading.report([data])
     return data
+
+
+class _Reading:
+    """Files of one or more runs while they are read: standard deviations for what has none, columns, errors."""
+
+    def __init__(self, sigma: Mapping[str, float] | None, columns: Sequence[str] | None) -> None:
+        self.wanted = None if columns is None else {_normal(name) for name in columns}
+        self.issues = Faults(
+            Fault(f"sigma of {name}", f"{value} is not a standard deviation", "it must be > 0")
+            for name, value in (sigma or {}).items()
+            if not (isinstance(value, int | float | np.number) and 0 < value < np.inf)
+        )
+        self.sigma = {_normal(name): value for name, value in (sigma or {}).items()}
+
+    def read(self, *paths: str | Path) -> Measured:
+        data = Measured()
+        for path in paths:
+            file = CsvFile(Path(path))
+            data += file.read(self.sigma, self.wanted)
+            self.issues += file.faults
+        return data
+
+    def report(self, runs: Iterable[Measured]) -> None:
+        """Raise `InputError` with all errors, also of what no file has."""
+        names = {part.name for data in runs for part in data.all}
+        if not self.issues:
+            without = sorted(self.sigma.keys() - names)
+            self.issues += [Fault(name, "has a standard deviation but was not measured") for name in without]
+            self.issues += [Fault(name, "is in no file") for name in sorted((self.wanted or set()) - names)]
+        self.issues.report()
+
+
+def read_recordings(
+    table: str | Path, *, sigma: Mapping[str, float] | None = None, columns: Sequence[str] | None = None
+) -> dict[str, Measured]:
+    """Measured data of several runs by their names, from a CSV table with a row for each of them.
+
+    Its columns, each of which may be absent and each cell empty:
+
+    - `name`, by default the number of the row;  `file` and `events`: files of the run as in `read_measured`, beside the
+      table
+    - metrics that were measured, and their standard deviations: `stopping_time [ms]`, `stopping_time_sigma`
+    - numbers of the scene that are known of a run, by path: `duty.load.mass [t]`, `initial.omega [rpm]`
+
+    `sigma`, `columns`, units, comments and errors are as in `read_measured`.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     table = pathlib.Path(folder, "stops.csv")
+        ...     _ = table.write_text("name,duty.load.mass [t],stopping_time [ms]\\nlight,20,900\\nheavy,40,1300\\n")
+        ...     stops = sb.studies.read_recordings(table, sigma={"stopping_time": 0.01})
+        >>> print(stops["heavy"])
+        stopping_time = 1.3 s, σ = 0.01
+        duty.load.mass = 40.0 t, known
+    """
+    reading, file, recordings = _Reading(sigma, columns), CsvFile(Path(table)), dict[str, Measured]()
+    index = {head.name: i for i, head in enumerate(file.heads)}
+    metrics = {name: file.column(i, unit_of(name)) for name, i in index.items() if _is_metric(name)}
+    errors = {name: index[name + _SIGMA] for name in metrics if name + _SIGMA in index}
+    spreads = {name: file.spreads(i, unit_of(name), index[name], metrics[name]) for name, i in errors.items()}
+    for row, (line, cells) in enumerate(file.rows):
+        texts = {name: cells[i].strip() for name, i in index.items() if cells[i].strip()}
+        name, known = texts.pop("name", str(row + 1)), dict[str, str | float]()
+        data = reading.read(*(file.path.parent / texts.pop(key) for key in ("file", "events") if key in texts))
+        for path in [path for path in texts if path not in metrics and path.removesuffix(_SIGMA) not in errors]:
+            head, number = file.heads[index[path]], file.number(texts[path])
+            if number is None:
+                file.fault(f" line {line}, column {head.text}", f"{texts[path]!r} is not a number", "as 12.5 or 1.25e1")
+            else:
+                known[path] = f"{number!r} {head.unit}" if head.unit else number
+        singles = [
+            Single(metric, float(value[row]), spreads[metric][row] if metric in spreads else reading.sigma.get(metric))
+            for metric, value in metrics.items()
+            if np.isfinite(value[row])
+        ]
+        if name in recordings:
+            file.fault(f" line {line}", f"there is another recording {name!r}", "one name for each")
+        recordings[name] = data + Measured((), tuple(singles), known)
+    reading.issues += file.faults
+    reading.report(recordings.values())
+    return recordings
+
+
+def _is_metric(name: str) -> bool:
+    return name.startswith("energy.") or name in METRICS
 
 
 def _normal(name: str) -> str:
@@ -417,7 +493,7 @@ class CsvFile:
             si = about_column(where[0]).unit
             value, error = self.column(i, si), None
             if name + _SIGMA in names:
-                error = self._sigma(names[name + _SIGMA], si, i, value)
+                error = self.spreads(names[name + _SIGMA], si, i, value)
             elif _normal(name) in sigma:
                 error = np.full(value.shape, sigma[_normal(name)])
             kept = np.isfinite(value) & np.isfinite(t)
@@ -429,7 +505,7 @@ class CsvFile:
             self.fault("", "has no column to fit", f"columns of a run are: {', '.join(COLUMNS)}")
         return Measured(tuple(points))
 
-    def _sigma(self, i: int, si: str, of: int, value: np.ndarray) -> np.ndarray:
+    def spreads(self, i: int, si: str, of: int, value: np.ndarray) -> np.ndarray:
         """The standard deviations of the column `of` with these values."""
         error = self.column(i, si, of_column=of)
         for k in np.flatnonzero(np.isfinite(value) & np.isnan(error)):
@@ -444,7 +520,7 @@ class CsvFile:
         head, spread = self.heads[i], of_column is not None
         text = head.unit if head.unit or of_column is None else self.heads[of_column].unit
         of = self._unit(f" header, column {head.text}", text, si)
-        written = np.asarray([self._number(cells[i]) for _, cells in self.rows], np.float64)
+        written = np.asarray([self.number(cells[i]) for _, cells in self.rows], np.float64)
         ratio = Fraction(of.factor)  # 350 ms is 0.35 s: a quotient is rounded once
         with np.errstate(over="ignore"):
             values = written * float(ratio.numerator) / float(ratio.denominator) + (0.0 if spread else float(of.offset))
@@ -458,7 +534,7 @@ class CsvFile:
                 self.fault(f" line {line}, column {head.text}", "is empty", "every line needs its time")
         return values
 
-    def _number(self, cell: str) -> float | None:
+    def number(self, cell: str) -> float | None:
         """A cell as it is written; `None` where it is no number."""
         try:
             return float(cell.replace(",", ".") if self.decimal_comma else cell)
@@ -477,7 +553,7 @@ class CsvFile:
         text, where = cells[i].strip(), f" line {line}, column {self.heads[i].text}"
         if not text:
             return None
-        number = self._number(text)
+        number = self.number(text)
         if number is None:
             self.fault(where, f"{text!r} is not a number", "numbers as in 12.5 or 1.25e1; an empty cell: not measured")
             return np.nan
@@ -513,7 +589,7 @@ class CsvFile:
             if not metric:
                 self.fault(f" line {line}, column event", "is empty beside a value", "name the event")
                 continue
-            if not (metric.startswith("energy.") or metric in METRICS):
+            if not _is_metric(metric):
                 self.fault(where, "unknown metric", f"there are: {', '.join(METRICS)}")
                 continue
             si, of, error = unit_of(metric), Unit(1.0), sigma.get(metric)

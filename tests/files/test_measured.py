@@ -1,5 +1,6 @@
 """Measured data from CSV: units, empty cells, faults in one report; and `simbrake calibrate` as a user meets it."""
 
+import json
 import math
 import re
 
@@ -8,7 +9,7 @@ import pytest
 from commands import call
 from heat_scenes import fading, lump, rigid_stop
 from staged_scenes import stop as staged_stop
-from stop_scenes import stop_scene
+from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
 
@@ -147,6 +148,48 @@ def test_calibrate_with_bad_input_exits_2(capsys, tmp_path):
     assert code == 2
     assert "initial.omega" in err
     assert call(capsys, "calibrate", scene, series)[0] == 2
+
+
+def test_table_of_recordings(tmp_path):
+    write(tmp_path, "speed.csv", "t [ms],omega\n0,20\n100,19\n")
+    table = write(
+        tmp_path,
+        "stops.csv",
+        "name,file,stopping_time [ms],stopping_time_sigma [ms],duty.load.mass [t],end_time\n"
+        "long,speed.csv,,,40,9\n"
+        "short,,1500,20,60,\n",
+    )
+    stops = sb.studies.read_recordings(table, sigma={"omega": 0.1})
+    assert [part.name for part in stops["long"].all] == ["omega"]
+    assert stops["long"].known == {"duty.load.mass": "40.0 t", "end_time": 9.0}
+    (stop,) = stops["short"].singles
+    assert (stop.name, stop.value, stop.sigma) == ("stopping_time", 1.5, 0.02)
+    assert stops["short"].known == {"duty.load.mass": "60.0 t"}
+    rows = "a,no.csv,1,,x\na,,late,1,2\n"
+    bad = write(tmp_path, "bad.csv", f"name,file,stopping_time,stopping_time_sigma,initial.omega\n{rows}")
+    told = " ".join(faults(sb.studies.read_recordings, bad))
+    for words in ("no.csv", "is empty beside a measured", "'x' is not a number", "'late'", "another recording 'a'"):
+        assert words in told
+
+
+def test_calibrate_with_a_table_of_recordings(capsys, tmp_path):
+    """Stopping times t = J ω/(R T_0 (Π − 1)) of two stops of different inertia, by one slack tension."""
+    scene = str(tmp_path / "stop.toml")
+    sb.write_scene(stop_scene(C=None), scene)
+    times = {inertia: 20.0 / (0.725 * (closed_form()["Pi"] - 1) / inertia * 7.5e3) for inertia in (800.0, 1200.0)}
+    rows = "".join(f"{inertia},{1e3 * time:.9f},1\n" for inertia, time in times.items())
+    table = write(tmp_path, "stops.csv", f"brake.pulley.inertia,stopping_time [ms],stopping_time_sigma [ms]\n{rows}")
+    fit = ("--fit", "duty.slack_tension.level=5 kN:12 kN", "--set", "initial.omega=20")
+    fit = (scene, "--recordings", str(table), *fit)
+    code, out, _ = call(capsys, "calibrate", *fit, "--out", str(tmp_path / "out"))
+    assert code == 0
+    assert "stopping_time@2" in out
+    saved = json.loads((tmp_path / "out" / "calibration.json").read_text("utf-8"))
+    assert saved["parameters"][0]["value"] == pytest.approx(7.5e3, rel=1e-6)
+    assert [row["name"] for row in saved["residuals"]] == ["stopping_time@1", "stopping_time@2"]
+    assert call(capsys, "calibrate", *fit, "--each", "initial.omega=5:60")[0] == 4
+    code, _, err = call(capsys, "calibrate", *fit, str(table))
+    assert (code, "--recordings: beside" in err) == (2, True)
 
 
 def test_unusual_cells_are_read(tmp_path):

@@ -15,7 +15,7 @@ import simbrake as sb
 from simbrake.studies import _global, _uncertainty
 from simbrake.studies._calibration import _elsewhere
 from simbrake.studies._evaluator import Box, Evaluation, Paths
-from simbrake.studies._fit import FitModel, Search, cost, identify
+from simbrake.studies._fit import FitModel, Recording, Search, cost, identify
 
 
 def test_robust_errors_match_the_sandwich():
@@ -44,7 +44,8 @@ def test_robust_errors_match_the_sandwich():
 def test_jacobian_matches_differences():
     import diffrax
 
-    model = FitModel(stop_scene(), tuple(ELASTIC), elastic_data(), solver=diffrax.Dopri8(), rtol=1e-11, max_steps=None)
+    recording = Recording("", stop_scene(), elastic_data())
+    model = FitModel([recording], tuple(ELASTIC), solver=diffrax.Dopri8(), rtol=1e-11, max_steps=None)
     theta = np.array([0.31, 1.5e5, 900.0])
     J, D = model(theta).jacobian * theta, central(model, theta) * theta
     np.testing.assert_allclose(J, D, rtol=1e-6, atol=1e-8 * np.abs(D).max())
@@ -54,12 +55,12 @@ class Toy:
     """A model of one parameter from 0 to 1, and its slope, in the place of a scene."""
 
     def __init__(self, values, h=1e-6):
-        self.rtol, self.runs, self.failures, self.paths = 1e-10, 0, {}, ("p",)
-        self.run = self
+        self.rtol, self.points, self.failures, self.paths = 1e-10, 0, {}, ("p",)
+        self.run = self.at = self
         self.values, self.h = values, h
 
     def __call__(self, x):
-        self.runs += 1
+        self.points += 1
         up, here, down = (np.atleast_1d(self.values(float(x[0]) + k * self.h)) for k in (1, 0, -1))
         return Evaluation(here, ((up - down) / (2 * self.h))[:, None], 0, None)
 

@@ -27,6 +27,7 @@ from simbrake.studies import (
 SobolIndex, MorrisEffect = row_type(SobolTable, "indices"), row_type(MorrisTable, "effects")
 Statistics, Failure = row_type(Uncertainty, "statistics"), row_type(Uncertainty, "failures")
 Residuals = row_type(Calibration, "residuals")
+FittedRecording = row_type(Calibration, "recordings")
 
 
 def bars(axes):
@@ -191,7 +192,8 @@ def test_calibration_with_single_values():
     """Temperatures in °C; an event that did not occur has no bar."""
     run, t = hot_result(), np.array([0.2, 0.4, 0.6])
     speed, rim, sigma = np.array([18.0, 15.0, 12.0]), np.array([300.0, 320.0, 330.0]), np.array([0.5, 1.0, 2.0])
-    data = sb.studies.Measured.of(t, {"omega": speed, "rim_temperature": rim})
+    events = {"stopping_time": 1.0, "full_slip_time": 0.3}
+    data = sb.studies.Measured.of(t, {"omega": speed, "rim_temperature": rim}, events=events)
     one = lambda x: np.array([x])  # noqa: E731
     residuals = (
         Residuals("omega", "rad/s", t, speed, sigma, speed - 1.0, speed + 1.0),
@@ -200,7 +202,7 @@ def test_calibration_with_single_values():
         Residuals("full_slip_time", "s", None, one(0.3), one(0.1), one(math.inf), one(0.4)),
     )
     named = {field.name: None for field in dataclasses.fields(Calibration)}
-    named |= {"residuals": residuals, "scene": run.scene, "before": run.scene, "data": data}
+    named |= {"residuals": residuals, "recordings": (FittedRecording("", data, run.scene, run.scene),)}
     figure = plot.calibration(Calibration(**named | {"message": "converged", "chi2": 12.5, "freedom": 4}))
     (omega, T, was), (omega_off, T_off, now) = np.reshape(figure.axes, (2, 3))
     for panel, off, values, shift, errors in (

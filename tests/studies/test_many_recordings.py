@@ -1,0 +1,119 @@
+"""One fit to many recordings: shared parameters, those of each recording, numbers that are known of each."""
+
+import numpy as np
+import pytest
+from fit_scenes import OMEGA, SIGMA, T0, F, J, rate, rigid
+from scipy.stats import norm
+
+import simbrake as sb
+from simbrake.studies import Outcome, State
+
+INERTIAS = {"first": 800.0, "second": 1000.0, "third": 1300.0}
+SPEEDS = {"first": 20.0, "second": 23.0, "third": 18.0}
+TIMES = {"first": np.linspace(0.02, 0.6, 30), "second": np.linspace(0.1, 0.5, 11), "third": np.array([0.05, 0.4])}
+EACH = {OMEGA: (5.0, 60.0)}
+
+
+def deceleration(inertia):
+    """rad/s² per newton of slack tension."""
+    return rate() * 800.0 / inertia
+
+
+def stops(seed=0, **more):
+    noise = np.random.default_rng(seed)
+    return {
+        name: sb.studies.Measured.of(
+            t,
+            {"omega": SPEEDS[name] - deceleration(inertia) * 8e3 * t + SIGMA * noise.standard_normal(t.size)},
+            sigma={"omega": SIGMA},
+            known={J: inertia, **more},
+        )
+        for (name, inertia), t in zip(INERTIAS.items(), TIMES.values(), strict=True)
+    }
+
+
+def joint(data):
+    """Least squares of T_0 and the three initial speeds: best values and covariance."""
+    rows, values = [], []
+    for i, (name, inertia) in enumerate(INERTIAS.items()):
+        own = np.zeros((TIMES[name].size, 3))
+        own[:, i] = 1.0
+        rows.append(np.column_stack([-deceleration(inertia) * TIMES[name], own]))
+        values.append(data[name].points[0].value)
+    X = np.concatenate(rows)
+    return np.linalg.lstsq(X, np.concatenate(values), rcond=None)[0], SIGMA**2 * np.linalg.inv(X.T @ X)
+
+
+def test_shared_and_own_parameters_are_the_joint_least_squares():
+    data = stops()
+    fit = sb.calibrate(rigid(), {T0: (2e3, 3e4)}, data, per_recording=EACH, start={f"{OMEGA}@third": 30.0})
+    best, covariance = joint(data)
+    assert list(fit.values) == [T0, *(f"{OMEGA}@{name}" for name in INERTIAS)]
+    np.testing.assert_allclose(list(fit.values.values()), best, rtol=1e-9)
+    np.testing.assert_allclose(fit.covariance, covariance, rtol=1e-7, atol=1e-12)
+    assert (fit.outcome, fit.freedom) == (Outcome.CONVERGED, 43 - 4)
+    assert fit[f"{OMEGA}@third"].start == 30.0
+    half = norm.ppf(0.975) * np.sqrt(covariance[0, 0])
+    np.testing.assert_allclose(fit[T0].interval, best[0] + half * np.array([-1, 1]), rtol=1e-7)
+    assert [part.name for part in fit.residuals] == [f"omega@{name}" for name in INERTIAS]
+    third = fit.recordings[2]
+    assert float(third.scene.brake.pulley.inertia) == 1300.0
+    assert float(third.scene.initial.omega) == fit[f"{OMEGA}@third"].value
+    assert float(fit.scene.duty.slack_tension.level) == fit[T0].value
+    assert float(fit.scene.brake.pulley.inertia) == 800.0  # of no recording
+    assert fit.as_dict()["parameters"][3]["path"] == f"{OMEGA}@third"
+    assert f"{OMEGA}@second" in str(fit)
+
+
+@pytest.mark.slow
+def test_one_recording_of_many_is_a_fit_as_ever():
+    data = stops()["second"]
+    alone = sb.calibrate(rigid(), {T0: (2e3, 3e4), **EACH}, data)
+    listed = sb.calibrate(rigid(), {T0: (2e3, 3e4)}, [data], per_recording=EACH)
+    assert list(listed.values) == [T0, f"{OMEGA}@1"]
+    np.testing.assert_array_equal(list(listed.values.values()), list(alone.values.values()))
+    np.testing.assert_array_equal(listed.covariance, alone.covariance)
+    assert float(alone.scene.brake.pulley.inertia) == 1000.0
+
+
+@pytest.mark.slow
+def test_direction_that_no_recording_determines_is_named():
+    """Of T_0 and f only the product with the tension ratio enters; initial speeds are determined."""
+    fit = sb.calibrate(rigid(), {T0: (2e3, 3e4), F: (0.2, 0.6)}, stops(), per_recording=EACH)
+    assert fit.outcome == Outcome.NOT_DETERMINED
+    assert [p.state for p in fit.parameters] == [State.OPEN, State.OPEN, *[State.FITTED] * 3]
+    (direction,) = fit.open
+    assert T0 in direction.words
+    assert F in direction.words
+    assert OMEGA not in direction.words
+    # without a known inertia of each, a scale of all forces and inertias is open as well
+    free = {name: sb.studies.Measured(data.points) for name, data in stops().items()}
+    fit = sb.calibrate(rigid(), {T0: (2e3, 3e4)}, free, per_recording={**EACH, J: (300.0, 5e3)})
+    assert fit.outcome == Outcome.NOT_DETERMINED
+    assert f"the data do not determine {T0}, {J}@first, {J}@second, {J}@third" in fit.headline
+
+
+@pytest.mark.slow
+def test_fixed_numbers_of_all_recordings_are_named():
+    """An error in all inertias at once is one in T_0, whose standard error takes them as exact."""
+    fit = sb.calibrate(rigid(), {T0: (2e3, 3e4)}, stops(), per_recording=EACH)
+    (inertia,) = [one for one in fit.fixed if one.path == J]
+    assert inertia.value == 1300.0
+    assert inertia.parameter == T0
+    assert inertia.shift == pytest.approx(1.0, rel=1e-5)
+
+
+def test_errors_name_the_recording():
+    data = stops()
+    data["second"] = sb.studies.Measured(data["second"].points, known={J: -1.0, "end_time": 0.3, "brake.mass": 1.0})
+    bounds, start = {T0: (2e3, 3e4), J: (1.0, 1e4)}, {f"{OMEGA}@4": 22.0}
+    with pytest.raises(sb.InputError) as caught:
+        sb.calibrate(rigid(), bounds, data, per_recording=EACH, start=start)
+    text = str(caught.value)
+    for words in (f"{J}: is shared by all recordings", "brake.mass@second", f"{J}@second", f"{OMEGA}@4: has a start"):
+        assert words in text
+    data["second"] = sb.studies.Measured(data["second"].points, known={"end_time": 0.3})
+    with pytest.raises(sb.InputError, match=r"omega@second: was measured at 0\.34 s, but the run"):
+        sb.calibrate(rigid(), {T0: (2e3, 3e4)}, data)
+    with pytest.raises(sb.InputError, match="is not measured data"):
+        sb.calibrate(rigid(), {T0: (2e3, 3e4)}, [])
