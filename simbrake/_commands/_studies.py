@@ -222,6 +222,7 @@ def calibrate(
     set_: cli.Set = None,
     loss: str = "linear",
     starts: int = 1,
+    profile: cli.Flag = False,
     rtol: cli.Rtol = 1e-8,
     out: cli.Out = None,
     json_: cli.Json = False,
@@ -254,6 +255,8 @@ def calibrate(
         Loss function: linear, or robust against outliers: soft_l1, huber, cauchy, arctan.
     starts
         Number of starts of the search; further ones are spread over the bounds.
+    profile
+        Intervals of the parameters that all recordings share by profile likelihood as well.
     """
     cli.existing(file)
     cli.prepare_jax()
@@ -284,7 +287,7 @@ def calibrate(
 
     scene = cli.opened(file, set_, rtol, folder=out, faults=faults, also=also, starts=starts)
     assert measured is not None
-    options = {"start": first, "loss": loss, "starts": starts, "rtol": rtol}
+    options = {"start": first, "loss": loss, "starts": starts, "rtol": rtol, "profile": profile}
     calibration = sb.calibrate(scene, limits, measured, per_recording=limits_of_each, **options)  # pyright: ignore
     cli.tell(calibration, calibration.as_dict, json_)
     if not json_:

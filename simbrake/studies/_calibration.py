@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._faults import Fault, InputError
+from .._base._progress import Progress
 from .._base._quantity import behind
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene
@@ -93,6 +94,8 @@ class Parameter:
 
     - `standard_error`: `inf` where the data do not determine the parameter, NaN at a bound (the other errors assume it
       as fixed);  `interval`: confidence interval of `Calibration.confidence`, symmetric in the scale of the fit
+    - `profile`: values at which `min χ²` over all other parameters exceeds its least value by the quantile of χ² for
+      the confidence; `±inf` where it does not up to the bound, `None` where it was not asked for
     - `low`, `high`: the bounds;  `logarithmic`: fitted on a logarithmic scale
     """
 
@@ -106,6 +109,7 @@ class Parameter:
     low: float
     high: float
     logarithmic: bool
+    profile: tuple[float, float] | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -272,10 +276,13 @@ class Calibration(Tabular):
         yield from (f"advice   {text}" for text in self.advice)
         columns = [Column("path", heading="parameter", left=True), Column("value"), "unit"]
         columns += [Column("standard error", show=".2g")]
-        columns += [Column(f"{100 * self.confidence:g} % {end}") for end in ("from", "to")] + [Column("start")]
+        columns += [Column(f"{100 * self.confidence:g} % {end}") for end in ("from", "to")]
+        profiled = any(p.profile for p in self.parameters)
+        columns += [Column(f"profile {end}") for end in ("from", "to") if profiled] + [Column("start")]
         rows = [
             (p.path, p.value, "" if p.unit == "1" else p.unit)
             + ((p.standard_error, *p.interval) if p.state == State.FITTED else (None,) * 3)
+            + (p.profile or (None, None)) * profiled
             + (p.start, _words(p))
             for p in self.parameters
         ]
@@ -414,6 +421,34 @@ def assess(search: Search, scene: Scene, *, absolute: bool, confidence: float, r
         outcome=outcome,
         advice=tuple(_advice(outcome, search, reached, parameters, tied, freed if unexplained else [])),
         fixed=tied,
+    )
+
+
+def _profiled(search: Search, fit: Calibration) -> Calibration:
+    """The same with profiles of the parameters that all recordings share; warnings say which data do not limit."""
+    from scipy import stats  # slow to import: loaded by a fit only
+
+    assert search.best is not None
+    (least, z, _), box = search.best, search.box
+    law, scatter = (stats.norm, 1.0) if fit.absolute else (stats.t(fit.freedom), fit.reduced_chi2)
+    quantile = float(law.ppf(0.5 + fit.confidence / 2))
+    slope, rise, parameters, warnings = box.slope(box.up(z)), scatter * quantile**2, list(fit.parameters), []
+    with Progress("calibrate", "profiles…"):
+        for i, p in enumerate(parameters[: search.model.shared]):
+            reached = search.profile(z, i, rise, quantile * p.standard_error / slope[i])
+            ends = [x if np.isinf(x) else box.up(np.where(np.arange(z.size) == i, x, z))[i] for x in reached]
+            parameters[i] = dataclasses.replace(p, profile=(float(ends[0]), float(ends[1])))
+            bounds = (("lower", p.low, reached[0]), ("upper", p.high, reached[1]))
+            sides = [f"{side} bound, {_quantity(p, bound)}" for side, bound, x in bounds if np.isinf(x)]
+            if sides:
+                what = f"{p.path}: {'the profile is flat: ' * (len(sides) == 2)}χ² rises by less than {rise:.3g}"
+                warnings.append(f"{what} up to its {' and its '.join(sides)}")
+    if search.best[0] < least - _BETTER * rise:
+        values = zip(search.model.paths, box.up(search.best[1]), strict=True)
+        there = ", ".join(f"{path} = {value:.5g}" for path, value in values)
+        warnings.append(f"a profile has passed a better fit: start again from {there}")
+    return dataclasses.replace(
+        fit, parameters=tuple(parameters), warnings=(*fit.warnings, *warnings), evaluations=search.model.run.runs
     )
 
 
@@ -597,6 +632,7 @@ def calibrate(
     starts: int = 1,
     method: str = "trf",
     max_evaluations: int = 200,
+    profile: bool = False,
 ) -> Calibration:
     """Fit parameters of a scene, within bounds, to measured data of one or more recordings.
 
@@ -615,11 +651,14 @@ def calibrate(
     - `starts`: number of starts, the first at `start`, the others spread over the bounds (Halton); the best fit counts
     - `method`: `trf` or `dogbox` of `scipy.optimize.least_squares`;  `max_evaluations` of each start
 
+    - `profile`: whether to find profile intervals of the shared parameters too, in some 10 to 100 evaluations each
+
     A trial point whose run fails, or in which a measured event does not occur, is rejected: the step is shortened, and
     the reason is counted in `Calibration.failures`. Ctrl-C ends the search with the best point found so far.
 
     Raises `InputError` with all errors, also where no start has all measured events.
-    Source: errors after Björck, Numerical Methods for Least Squares Problems (1996), 1.1, 2.7.
+    Source: errors after Björck, Numerical Methods for Least Squares Problems (1996), 1.1, 2.7; profiles after Pawitan,
+    In All Likelihood (2001), 3.4.
     """
     issues = Faults()
     issues.choice("loss", loss, LOSSES)
@@ -628,6 +667,8 @@ def calibrate(
     issues.share("confidence", confidence, 0.95)
     issues.unless(loss_scale > 0, "loss_scale", loss_scale, "> 0")
     issues.unless(1e-15 < rtol < 0.1, "rtol", rtol, "0 < rtol < 0.1")
+    if profile and loss != "linear":
+        issues.append(Fault("profile", f"is not known of the loss {loss}", 'it needs loss="linear"'))
     issues.unless(max_evaluations >= 1, "max_evaluations", max_evaluations, "at least 1")
     own = per_recording or {}
     recordings = recordings_of(scene, data, issues)
@@ -639,7 +680,8 @@ def calibrate(
     model.check(box.start)
     search = Search(model, box, *model.arrays, loss, loss_scale, method, max_evaluations, starts)
     search.run()
-    return assess(search, scene, absolute=absolute, confidence=confidence, rtol=rtol)
+    fit = assess(search, scene, absolute=absolute, confidence=confidence, rtol=rtol)
+    return _profiled(search, fit) if profile and fit.converged else fit
 
 
 def _absoluteness(recordings: Sequence[Recording], wanted: bool | None, parameters: int, issues: Faults) -> bool:

@@ -287,6 +287,8 @@ DONE, LIMITED = "the residual no longer decreases", "the limit of evaluations wa
 _NEAR = 1e-3
 
 
+#: relative error of the root of a rise of χ² at the end of a profile; the root beyond the runs that have all events
+_CLOSE, _BEYOND = 1e-6, 1e3
 #: points tried to see whether parameters have an effect elsewhere
 _PROBES = 12
 
@@ -407,6 +409,38 @@ class Search:
         if not self.ends or cost <= min(end[0] for end in self.ends):
             self.converged, self.message = converged, message
         self.ends.append((cost, z))
+
+    def profile(self, z: np.ndarray, i: int, rise: float, width: float) -> tuple[float, float]:
+        """Unknowns `i` below and above that of a best point `z` at which `min Σ r²` over all the others is larger by
+        `rise`; `∓inf` where it is not up to the bound. `width`: how far away they are to first order, `inf` if unknown.
+
+        The root of the rise is nearly linear in the unknown, so that few fits of the others find it.
+        """
+        from scipy.optimize import brentq  # imported only by fits
+
+        least, free, solved = self.cost(self.look(z)[0]), np.arange(z.size) != i, {float(z[i]): (-1.0, z)}
+
+        def excess(x: float) -> float:
+            if x not in solved:
+                point = solved[min(solved, key=lambda other: abs(other - x))][1].copy()
+                point[i] = x
+                if self.look(point)[1] is not None:
+                    return _BEYOND  # no run has the measured events there
+                point, cost, *_ = self._minimise(point, free)
+                solved[x] = float(np.sqrt(max(2 * (cost - least), 0.0) / rise)) - 1, point
+            return solved[x][0]
+
+        def end(side: int) -> float:
+            bound = max(side, 0.0)
+            near = z[i] + side * width if np.isfinite(width) and width > 0 else bound
+            near = min(near, bound) if side > 0 else max(near, bound)
+            if near != bound and excess(near) < -_CLOSE:
+                near = bound
+            if near == z[i] or excess(near) < -_CLOSE:
+                return side * np.inf
+            return near if excess(near) < _CLOSE else brentq(excess, *sorted((z[i], near)), xtol=1e-9, rtol=1e-8)  # pyright: ignore
+
+        return end(-1), end(1)
 
     def pressed(self, z: np.ndarray) -> np.ndarray:
         evaluation = self.look(z)[0]

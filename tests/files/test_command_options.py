@@ -108,6 +108,11 @@ FIT, VARY = "calibrate a.csv --fit initial.omega=10:30", "sweep --vary initial.o
             {"start": {"initial.omega": 20.0}, "loss": "huber"},
         ),
         (f"{FIT} --starts 4", "calibrate", {"starts": 4}),
+        (
+            f"{FIT} --profile --each end_time=1:2",
+            "calibrate",
+            {"profile": True, "per_recording": {"end_time": (1.0, 2.0)}},
+        ),
         (FIT, "read_measured", {"sigma": {}, "columns": None}),
         (f"{FIT} --sigma omega=0.1 --column omega", "read_measured", {"sigma": {"omega": 0.1}, "columns": ["omega"]}),
         ("animate x.gif", "plot.animate", {"duration": 6.0, "fps": 20, "start": None, "end": None}),

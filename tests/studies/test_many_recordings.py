@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from fit_scenes import OMEGA, SIGMA, T0, F, J, rate, rigid
 from scipy.stats import norm
+from stop_scenes import closed_form
 
 import simbrake as sb
 from simbrake.studies import Outcome, State
@@ -46,7 +47,8 @@ def joint(data):
 
 def test_shared_and_own_parameters_are_the_joint_least_squares():
     data = stops()
-    fit = sb.calibrate(rigid(), {T0: (2e3, 3e4)}, data, per_recording=EACH, start={f"{OMEGA}@third": 30.0})
+    start = {f"{OMEGA}@third": 30.0}
+    fit = sb.calibrate(rigid(), {T0: (2e3, 3e4)}, data, per_recording=EACH, start=start, profile=True)
     best, covariance = joint(data)
     assert list(fit.values) == [T0, *(f"{OMEGA}@{name}" for name in INERTIAS)]
     np.testing.assert_allclose(list(fit.values.values()), best, rtol=1e-9)
@@ -55,6 +57,8 @@ def test_shared_and_own_parameters_are_the_joint_least_squares():
     assert fit[f"{OMEGA}@third"].start == 30.0
     half = norm.ppf(0.975) * np.sqrt(covariance[0, 0])
     np.testing.assert_allclose(fit[T0].interval, best[0] + half * np.array([-1, 1]), rtol=1e-7)
+    np.testing.assert_allclose(fit[T0].profile, fit[T0].interval, rtol=1e-7)  # linear
+    assert fit[f"{OMEGA}@first"].profile is None
     assert [part.name for part in fit.residuals] == [f"omega@{name}" for name in INERTIAS]
     third = fit.recordings[2]
     assert float(third.scene.brake.pulley.inertia) == 1300.0
@@ -117,3 +121,32 @@ def test_errors_name_the_recording():
         sb.calibrate(rigid(), {T0: (2e3, 3e4)}, data)
     with pytest.raises(sb.InputError, match="is not measured data"):
         sb.calibrate(rigid(), {T0: (2e3, 3e4)}, [])
+
+
+# --- profiles ---------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_profile_of_a_curved_model():
+    """One stopping time t = J ω/(R T_0 (Π(f) − 1)) of σ: the ends are where the time is off by 1.96 σ."""
+    time = lambda T: 800.0 * 20.0 / (0.725 * (closed_form()["Pi"] - 1) * T)  # noqa: E731
+    sigma, quantile = 0.2 * time(8e3), norm.ppf(0.975)
+    data = sb.studies.Measured.of(events={"stopping_time": (time(8e3), sigma)})
+    scene = sb.with_values(rigid(end=20.0), {OMEGA: 20.0, T0: 7e3})
+    fit = sb.calibrate(scene, {T0: (2e3, 3e4)}, data, profile=True)
+    exact = [8e3 / (1 + side * 0.2 * quantile) for side in (1, -1)]
+    np.testing.assert_allclose(fit[T0].profile, exact, rtol=1e-6)
+    assert fit[T0].interval[1] - fit[T0].interval[0] < exact[1] - exact[0]
+    # a bound nearer than that end
+    fit = sb.calibrate(scene, {T0: (2e3, 1.2e4)}, data, profile=True)
+    assert fit[T0].profile[0] == pytest.approx(exact[0], rel=1e-6)
+    assert fit[T0].profile[1] == np.inf
+    assert fit.warnings == (f"{T0}: χ² rises by less than 3.84 up to its upper bound, 12000 N",)
+    # with a friction that is not known better either, T_0 is open, and f is limited by the bound of T_0
+    both = sb.calibrate(scene, {T0: (6e3, 1e4), F: (0.3, 0.5)}, data, profile=True)
+    assert both[T0].profile == (-np.inf, np.inf)
+    assert f"{T0}: the profile is flat: " in str(both)
+    highest = closed_form(f=both[F].profile[1])["Pi"] - 1
+    assert highest * 6e3 == pytest.approx((closed_form()["Pi"] - 1) * exact[1], rel=1e-6)
+    with pytest.raises(sb.InputError, match="profile: is not known of the loss huber"):
+        sb.calibrate(scene, {T0: (6e3, 1e4)}, data, profile=True, loss="huber")
