@@ -292,6 +292,10 @@ class _Finder:
         step = np.diff(height.t)
         self.fall = -np.diff(height.value)
         self.speed = self.fall / step
+        #: speeds between two updates; a knot before an update is where the motion began, on average
+        channel = log.position
+        updated = np.isin(height.t, channel.t[channel.updates] if channel.held else height.t)
+        self.between = np.where(updated[1:] & updated[:-1], self.speed, -np.inf)
         #: no height was recorded there
         self.blind = step > max(thresholds["pause"], 2.5 * height.interval, 2.5 * log.interval)
         self.blind &= self._without_rows(height)
@@ -399,7 +403,7 @@ class _Finder:
             duration=float(t[-1] - t[0]),
             height=float(h[0]),
             travel=travel,
-            top_speed=float(self.speed[a:b].max()),
+            top_speed=float(max(self.between[a:b].max(), travel / (t[-1] - t[0]))),
             mean_load=mean,
             static_load=static,
             hook_work=work,

@@ -31,10 +31,12 @@ def test_work_of_known_lowerings(tmp_path, kind, name):
     result = sb.rig.lowerings(log)
     assert len(result.valid) == len(result) == len(true)
     inside = 0
-    for one, (begin, end, travel, work) in zip(result.lowerings, true, strict=True):
+    for one, (begin, end, travel, work), (_, speed, *_) in zip(result.lowerings, true, STANDS, strict=True):
         assert one.begin == pytest.approx(begin, abs=7.0)
         assert one.end == pytest.approx(end, abs=7.0)
         assert one.travel == pytest.approx(travel, rel=0.01)
+        # readings of 6 s stand in rows that are 4.8 s apart
+        assert 0.9 * speed < one.top_speed < (1.25 if kind == "held" else 1.01) * speed
         assert one.hook_work == pytest.approx(work, rel=0.02)
         assert one.mean_load == pytest.approx(one.hook_work / one.travel)
         assert one.static_load == pytest.approx(work / travel, rel=0.01)
