@@ -6,7 +6,7 @@ from matplotlib.patches import Patch
 
 from .._base._table import scale
 from ..rig._ledger import Ledger
-from ..rig._lowerings import LOADS
+from ..rig._lowerings import LOADS, Lowering
 from ._shared import BLUE, GREEN, ORANGE, VERMILLION, finish, sheet, styled
 
 #: colours of the kinds of load
@@ -33,15 +33,20 @@ def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
     above.plot(position.t / unit, position.value, color="0.6", lw=1.0)
     most = max((abs(one.hook_work_high) for one in entries if np.isfinite(one.hook_work_high)), default=0.0)
     factor, _, name = scale("J", most)
+    by_colour: dict[str, list[Lowering]] = {}
     for one in entries:
-        colour = VERMILLION if one.flags else _KINDS[one.kind]
-        inside = (position.t >= one.begin - 1e-6) & (position.t <= one.end + 1e-6)
-        above.plot(position.t[inside] / unit, position.value[inside], color=colour, lw=2.0)
-        if np.isfinite(one.hook_work):
-            middle = (one.begin + 0.5 * one.duration) / unit
-            below.vlines(middle, 0.0, factor * one.hook_work, color=colour, lw=3.0, alpha=0.6)
-            ends = [[factor * (one.hook_work - one.hook_work_low)], [factor * (one.hook_work_high - one.hook_work)]]
-            below.errorbar([middle], [factor * one.hook_work], ends, fmt="none", ecolor="0.2", capsize=3)
+        by_colour.setdefault(VERMILLION if one.flags else _KINDS[one.kind], []).append(one)
+    for colour, alike in by_colour.items():
+        # heights of all of them as one line, with a gap behind each
+        spans = [slice(*np.searchsorted(position.t, (one.begin - 1e-6, one.end + 1e-6))) for one in alike]
+        times, heights = (
+            np.concatenate([np.append(x[span], np.nan) for span in spans]) for x in (position.t / unit, position.value)
+        )
+        above.plot(times, heights, color=colour, lw=2.0)
+        middle = np.array([one.begin + 0.5 * one.duration for one in alike]) / unit
+        low, work, high = factor * np.array([(one.hook_work_low, one.hook_work, one.hook_work_high) for one in alike]).T
+        below.vlines(middle, 0.0, work, color=colour, lw=3.0, alpha=0.6)
+        below.errorbar(middle, work, [work - low, high - work], fmt="none", ecolor="0.2", capsize=3)
     above.set_ylabel("height, m")
     below.set_ylabel(f"work, {name}")
     below.set_xlabel(f"time from the first row, {word}")
