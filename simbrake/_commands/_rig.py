@@ -144,7 +144,9 @@ def _ledger(
             limits["tare"] = ends
     limits = {name: value for name, value in limits.items() if value is not None}
     wrong = [*faults, *reader.faults, *faults_of_settings(**settings), *faults_of_thresholds(limits)]
-    log = cli.attempt(wrong, sb.rig.read, file, progress=lambda done, of: progress.now("bytes", done, of), **reading)
+    log = cli.attempt(
+        wrong, sb.rig.read, file, progress=lambda x, of: progress.now("MB read", x / 1e6, of / 1e6), **reading
+    )
     if log is None or wrong:
         raise InputError(wrong)
     progress.now("lowerings")

@@ -11,7 +11,7 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._table import Column, Table, Tabular, digits, number, plain
 from ._log import Log
-from ._lowerings import LOADS, Lowering, Lowerings, lowerings
+from ._lowerings import LOADS, Lowering, Lowerings, in_seconds, lowerings
 
 _GRAVITY = 9.80665  # m/s^2
 #: tension of a rope behind a turning sheave with roller bearings over that before it
@@ -126,11 +126,12 @@ class Ledger(Tabular):
         if largest is None:
             return ("no lowering without flags", aside)
         one = largest.lowering
+        when = in_seconds(one.start) if one.start else f"{digits(one.begin, 6)} s"
         at_drum = {"drum_work": "at the drum", "friction_work": "by the friction brakes"}
         drum = (f", {number(totals[x], 'J', count=3)} {words}" for x, words in at_drum.items() if totals[x] is not None)
         return (
             f"largest lowering: {_work(dataclasses.asdict(one))} at the hook, {number(one.travel, 'm', count=3)} at up "
-            f"to {number(one.top_speed, 'm/s', count=3)}, {one.start or f'{digits(one.begin, 6)} s'}",
+            f"to {number(one.top_speed, 'm/s', count=3)}, {when}",
             f"all {counts['valid']} lowerings: {_work(totals)} at the hook{''.join(drum)}",
             f"load of string or block not decidable: {counts['not_decidable']}; {aside}",
         )

@@ -135,7 +135,7 @@ class Lowerings(Tabular):
     def table(self) -> Table:
         """A row for each lowering."""
         columns = [
-            *(Column("start", left=True), Column("begin", "s"), Column("duration", "s", show=".4g")),
+            *(Column("start", left=True, show=in_seconds), Column("begin", "s"), Column("duration", "s", show=".4g")),
             *(Column("height", "m", hidden=True), Column("travel", "m", show=".4g")),
             *(Column("top_speed", "m/s", show=".3g"), Column("mean_load", "N", show=".4g")),
             *(Column("static_load", "N", show=".4g"), Column("hook_work", "J", show=".4g")),
@@ -162,6 +162,11 @@ class Lowerings(Tabular):
                 "guesses": self.log.guesses,
             }
         )
+
+
+def in_seconds(start: str) -> str:
+    """A time in ISO 8601 without what is behind its seconds."""
+    return start[:19].replace("T", " ")
 
 
 _WORKS = ("hook_work", "hook_work_low", "hook_work_high")

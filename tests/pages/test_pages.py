@@ -21,6 +21,7 @@ import pytest
 from browsers import browser_path, chromium
 from commands import call, output
 from disc_scenes import disc_scene
+from rig_recordings import book
 from stop_scenes import stop_scene
 
 import simbrake as sb
@@ -210,6 +211,19 @@ def test_texts_of_people_never_run(browser, report):
                   "document.body.append(s); }")  # fmt: skip
     assert page.evaluate("window.ran") is None
     page.close()
+
+
+@pytest.mark.parametrize("size", SIZES)
+def test_ledger_of_a_rig(browser, tmp_path, size):
+    recorded = book()
+    recorded.write(tmp_path)
+    text = (tmp_path / "ledger.html").read_text("utf-8")
+    assert all(words in text for words in ("flagged and left out: 1", "single update", *recorded.notes))
+    if browser is not None:
+        page = opened(browser, f"file://{tmp_path}/ledger.html", size)
+        assert page.locator("#lowerings tbody tr").count() == 2 * len(recorded.entries)
+        assert page.locator("#totals table").count() == 2
+        page.close()
 
 
 def test_animate_writes_a_page(tmp_path, capsys):
