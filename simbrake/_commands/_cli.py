@@ -126,6 +126,7 @@ app = cyclopts.App(
     * See what each parameter does to the stopping time: `simbrake sensitivity mine.toml`
     * Write a report to share: `simbrake report mine.toml`
     * Move a slider for every parameter: `simbrake app mine.toml`
+    * Read what a rig asked of its brakes from its log: `simbrake rig log.xml`
     """,
     help_format="markdown",
     help_epilogue="Exit codes: 0 success; 1 the run failed; 2 the input is wrong, with all its errors; 3 a limit is "
