@@ -20,8 +20,8 @@ import numpy as np
 
 from .._base._faults import Fault, InputError, existing_file, needed
 
-#: bytes of a piece of a file; the most of a whole one, unpacked; columns of a table
-_PIECE, _MOST_BYTES, _MOST_COLUMNS = 1 << 22, 1 << 32, 2000
+#: bytes of a piece of a file; the most of a whole one, unpacked, and of a row; columns of a table; depth of an XML
+_PIECE, _MOST_BYTES, _LONGEST_ROW, _MOST_COLUMNS, _DEEPEST = 1 << 22, 1 << 32, 1 << 24, 2000, 50
 #: errors of one kind that are listed
 _LISTED = 5
 #: cells that say that there is no value
@@ -125,6 +125,11 @@ class _Limited:
     def peek(self, count: int) -> bytes:
         return self._stream.peek(count)[:count]
 
+    def check_row(self, length: int) -> None:
+        """Raise `InputError` for a row that no log has."""
+        if length > _LONGEST_ROW:
+            raise InputError([Fault(str(self._path), f"has a row of more than {_LONGEST_ROW >> 20} MB", "repair it")])
+
     def read(self, count: int = _PIECE) -> bytes:
         piece = self._stream.read(count)
         self._left -= len(piece)
@@ -166,8 +171,10 @@ class _Lines:
         if self._decoder is not None:
             return self._decoder.decode(piece, last)
         piece = self._bytes + piece
-        cut = len(piece) if last else piece.rfind(b"\n") + 1  # a character is never cut by a line
+        # a character is never cut by a line
+        cut = len(piece) if last else max(piece.rfind(b"\n"), piece.rfind(b"\r")) + 1
         self._bytes = piece[cut:]
+        self._stream.check_row(len(self._bytes))
         if not self.latin:
             try:
                 return piece[:cut].decode("utf-8").removeprefix("\ufeff")
@@ -184,6 +191,7 @@ class _Lines:
         lines = text.split("\n")
         if not last:
             self._rest = lines.pop() + self._rest
+            self._stream.check_row(len(self._rest))
         if lines:
             yield lines
 
@@ -350,6 +358,7 @@ class _Witsml:
     def read(self, stream: _Limited) -> list[Table]:
         parser = expat.ParserCreate()
         parser.buffer_text = True
+        self._check_row = stream.check_row
         parser.StartElementHandler, parser.EndElementHandler = self._start, self._end
         parser.CharacterDataHandler = self._characters
         parser.StartDoctypeDeclHandler = self._refused("a document type (DTD)")
@@ -394,6 +403,9 @@ class _Witsml:
         name = name.rpartition(":")[2]
         self.root = self.root or name
         self.stack.append(name)
+        if len(self.stack) > _DEEPEST:
+            raise InputError([Fault(str(self.path), f"nests more than {_DEEPEST} elements", "no log does")])
+        self._length = 0
         if name == "data":
             self._text = []
         elif name == "log":
@@ -411,6 +423,8 @@ class _Witsml:
     def _characters(self, text: str) -> None:
         if self._text is not None:
             self._text.append(text)
+            self._length += len(text)
+            self._check_row(self._length)
 
     def _end(self, _: str) -> None:
         name = self.stack.pop()

@@ -153,6 +153,7 @@ DAMAGED = {
     "cut": (XML[: XML.index("890.0")], "ends in <data>, after row 2 — it is cut off"),
     "not closed": (XML.replace("</data></logData>", "</logData>"), "is no well-formed XML (mismatched tag)"),
     "other XML": ("<svg><g/></svg>", "has no log with data: its root is <svg>"),
+    "deep": ("<logs>" + "<a>" * 60, "nests more than 50 elements"),
     "no rows": (witsml([], {name: (unit, []) for name, (unit, _) in SHORT.items()}, "1.4.1.1"), "has no data"),
     "torn row": (XML.replace(",890.0<", "<"), "row 3: has 2 cells under 3 columns"),
     "torn line": (CSV.replace(",890.0\n", "\n"), "line 5: has 2 cells under 3 columns"),
@@ -178,6 +179,14 @@ def test_damaged_files_are_errors_in_words(tmp_path, name):
     told = faults(written(tmp_path, "a.txt", text))
     assert any(words in fault for fault in told), told
     assert all("a.txt" in fault for fault in told)
+
+
+@pytest.mark.parametrize("start", [CSV, XML[: XML.index(",890.0")]])
+def test_a_row_without_end_is_refused_before_memory_is(tmp_path, start):
+    file = written(tmp_path, "a.gz", "")
+    with gzip.open(file, "wb", 1) as packed:
+        packed.write(start.encode() + b"1" * (20 << 20) + b"\n2")
+    assert "has a row of more than 16 MB" in faults(file)[0]
 
 
 def test_all_errors_at_once(tmp_path):
