@@ -523,7 +523,7 @@ class TieredProgram:
         self._worth = program.trace_seconds + 2 * program.compile_seconds if program.quick else np.inf
         self.lines = program.lines
 
-    def __call__(self, numbers: Array) -> PyTree:
+    def call(self, numbers: Array) -> PyTree:
         start = time.perf_counter()
         result = jax.block_until_ready(self._program.call(numbers))
         self._spent += time.perf_counter() - start

@@ -173,9 +173,15 @@ def posed(
 
 
 @functools.partial(Kept, lines=lambda kept: kept[0].lines)
-def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> tuple[Program, np.ndarray]:
+def _stretch_program(
+    packing: Packing, method: AbstractMethod, tiered: bool, device: Any
+) -> tuple[TieredProgram | Program, np.ndarray]:
     """One stretch of all runs of one structure, compiled: a function of the numbers, the state left by the stretch
-    before and its length, in one vector; and the state at the start of the first."""
+    before and its length, in one vector; and the state at the start of the first.
+
+    - `tiered`: compiled quickly at first: linings that move by themselves may take few steps or many, and LLVM's
+      optimiser up to 40 s
+    """
 
     n = packing.size
 
@@ -188,9 +194,11 @@ def _stretch_program(packing: Packing, method: AbstractMethod, device: Any) -> t
         problem, settings = posed(packing, x[:n], STRETCH)
         return solve_segment(*problem, method, settings, x[n:-1], x[-1].astype(jnp.int32))
 
-    subject = ("stretch", packing, method)
-    program = compiled(run, np.ones(n + size + 1), device=device, subject=subject)
-    return program, np.full(size, np.nan)
+    def make(quick: bool) -> Program:
+        numbers = np.ones(n + size + 1)
+        return compiled(run, numbers, device=device, subject=("stretch", packing, method), quick=quick)
+
+    return TieredProgram(make) if tiered else make(False), np.full(size, np.nan)
 
 
 def long_run(
@@ -200,8 +208,8 @@ def long_run(
 
     The record is the same to the last bit whether progress is shown or not: it only makes stretches shorter.
     """
-    program, carried = _stretch_program(packing, method, run_device())
     scene: Scene = packing.unpack(numbers)[0]
+    program, carried = _stretch_program(packing, method, scene.brake.resolved, run_device())
     t, end = float(scene.initial.time), float(scene.end_time)
     if report is not None:
         report(t, end)
@@ -424,7 +432,7 @@ def simulate(
         if program is not None and program.calls == _MANY_RUNS:
             hint = "sb.prepare(scene) makes each of them several times faster"
             _log.warning(f"simbrake: many runs of one structure: {hint}")
-        record = None if program is None else program(numbers).unpack()
+        record = None if program is None else program.call(numbers).unpack()
         if record is None or (int(record.code) == Code.STEP_LIMIT and len(rooms) > 1):
             record = long_run(numbers, packing, method, rooms, report)
     result = Result(scene, record, rtol_, name, limits)  # pyright: ignore
