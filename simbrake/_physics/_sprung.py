@@ -12,7 +12,7 @@ from ..brakes._band import affine_tensions, band_torque, tension_ratio
 from ..brakes._design import Bandage
 from ..friction import Reads, SurfaceState, reads
 from ..hybrid import largest
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, numpy_of
 from ._contact import (
     acceleration,
     contact_margin,
@@ -203,7 +203,8 @@ class SprungMode(NamedTuple):
 
     def slides(self, mode: Mode) -> Int[Array, "*row"]:
         """The internal pair as a whole: 0 while every lining sticks on the rim, else the sense of the pulley (±1)."""
-        return jnp.where(jnp.all(self.inner == 0, axis=-1), 0, mode.sense)
+        xp = numpy_of(self.inner)
+        return xp.where(xp.all(self.inner == 0, axis=-1), 0, mode.sense)
 
     @property
     def contacts(self) -> dict[str, Array]:

@@ -94,7 +94,8 @@ def cases_of_run(
 
     @functools.cache
     def along(path: str) -> tuple[Result, Any]:
-        return run(jax.tree.map(np.asarray, scene), _towards(scene, path))
+        # (as numbers of NumPy: outside of jit every operation of JAX would compile by itself)
+        return jax.device_get(run(jax.tree.map(np.asarray, scene), _towards(scene, path)))
 
     slopes = slopes or {}
     first = next(iter(slopes.values()), "initial.omega")
