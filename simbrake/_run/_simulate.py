@@ -206,7 +206,8 @@ def long_run(
 ) -> Record:
     """A run of up to `rooms[-1]` step attempts; its record has space for the least of `rooms` that is enough.
 
-    The record is the same to the last bit whether progress is shown or not: it only makes stretches shorter.
+    The record of one program is the same to the last bit whether progress is shown or not: it only makes stretches
+    shorter.
     """
     scene: Scene = packing.unpack(numbers)[0]
     program, carried = _stretch_program(packing, method, scene.brake.resolved, run_device())
