@@ -368,7 +368,7 @@ class Column(NamedTuple):
     def scaled(self, like: float, count: int = 4) -> "Column":
         """The same with `count` digits, in the unit for reading values such as `like` (SI)."""
         factor, offset, name = scale(self.unit, like, absolute=True)
-        return self._replace(display_units=name, show=lambda x: "" if x != x else f"{x * factor + offset:.{count}g}")
+        return self._replace(display_units=name, show=lambda x: "" if x != x else digits(x * factor + offset, count))
 
     def text(self, value: object) -> str:
         """A value as shown in the table."""

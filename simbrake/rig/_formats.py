@@ -207,6 +207,7 @@ class _Rows:
         self, path: Path, count: int, separator: str, texts: Sequence[int], word: str, decimal: str = "."
     ) -> None:
         self.path, self.count, self.separator, self.decimal, self.word = path, count, separator, decimal, word
+        self.empty = separator + " \t\r"  # characters of a row without cells
         self.texts = {i: list[str]() for i in texts}
         self.numbers: list[np.ndarray] = []
         self.faults: list[Fault] = []
@@ -217,9 +218,9 @@ class _Rows:
 
     def add(self, lines: list[str], first: int) -> None:
         """Rows of which the first has the number `first`; rows without text are left out."""
-        numbers = np.arange(first, first + len(lines))
-        if not all(lines):
-            kept = [i for i, line in enumerate(lines) if line.strip()]
+        numbers, filled = np.arange(first, first + len(lines)), [line.strip(self.empty) for line in lines]
+        if not all(filled):
+            kept = [i for i, text in enumerate(filled) if text]
             lines, numbers = [lines[i] for i in kept], numbers[kept]
         if not lines:
             return

@@ -32,6 +32,7 @@ FILES = {
     "date and clock": ("a.csv", table(TIMES, IN_FEET, units="behind", time="date and clock"), "utf-8-sig"),
     "german": ("a.csv", table(TIMES, IN_TONS, separator=";", comma=True, time="clock"), "utf-16"),
     "day first": ("a.csv", table(TIMES, IN_TONS, separator="\t", time="day first"), "utf-8"),
+    "empty rows": ("a.csv", table(TIMES, SMALL).replace(",m,kN,m\n", ",m,kN,m\n,,,\n") + ",,,\n", "utf-8"),
     "latin": ("a.csv", "Größe der Anlage,;\n" + table(TIMES, IN_TONS, separator=";", comma=True), "latin-1"),
     "am and pm": ("a.csv", table(TIMES, IN_FEET, time="am and pm"), "utf-16-le"),
     "quoted": ("a.csv", re.sub(r"([^,\n]+)", r'"\1"', table(TIMES, IN_FEET, units="behind")), "utf-8"),
