@@ -239,7 +239,8 @@ def lowerings(
     - loads up to `alone` times it are the block's, from `string` times it a string's; without a second level at rest
       neither is decidable. Below `slack` times it the hook is slack; a string at rest below `set_down` of its load in
       the motion before is set down
-    - `hidden`: travel downwards in gaps without rows, as a share of that of all lowerings, above which it is an error
+    - `hidden`: share of the time that gaps longer than the longest lowering may have, and of the travel that all gaps
+      may hide; more is an error
 
     Intervals of the work: where the log has lowest and highest loads, `Σ min F Δh` and `Σ max F Δh`, bounds; else the
     spread of the quadratures, of which 90 % hold the work: load and height may differ by half an interval of each,
@@ -321,7 +322,7 @@ class _Finder:
         works = _Works(self.log, self.height, self.load)
         limits, heavy = self.limits, (0.0, 0.0) if tare is None else (limits_of(self.limits, tare))
         found = [self._lowering(works, a, b, decidable, heavy) for a, b in spans]
-        self._gaps(sum(one.travel for one in found))
+        self._gaps(found)
         if not found:
             what = f"nothing is lowered by {limits['travel']:g} m"
             raise InputError(
@@ -334,20 +335,21 @@ class _Finder:
             self.log, tuple(found), state, load, tare, decidable, works.interval_by, limits, tuple(self.notes)
         )
 
-    def _gaps(self, travel: float) -> None:
-        """Note lowerings that gaps hide; raise `InputError` where they are much beside the `travel` of the others."""
-        hidden = np.flatnonzero(self.blind & (self.fall > self.limits["travel"]))
-        if not hidden.size:
+    def _gaps(self, found: list[Lowering]) -> None:
+        """Note gaps that may hide lowerings; raise `InputError` where they are much beside what is in the rows."""
+        t, step, falls = self.height.t, np.diff(self.height.t), self.fall > self.limits["travel"]
+        gaps = np.flatnonzero(self.blind & (falls | (step > max((one.duration for one in found), default=np.inf))))
+        if not gaps.size:
             return
-        t, deep = self.height.t, float(self.fall[hidden].sum())
-        longest = int(hidden[np.argmax(np.diff(t)[hidden])])
-        length, count = digits(t[longest + 1] - t[longest], 3), hidden.size
-        said = f"{count} gaps of up to {length} s hide lowerings of {digits(deep, 3)} m in all"
-        if deep > self.limits["hidden"] * travel:
+        deep, lost = float(self.fall[gaps[falls[gaps]]].sum()), float(step[gaps].sum())
+        travel = sum(one.travel for one in found)
+        longest = int(gaps[step[gaps].argmax()])
+        least = f", of {digits(deep, 3)} m at least beside {digits(travel, 3)} m in rows" if deep else ""
+        said = f"{gaps.size} gaps of up to {digits(step[longest], 3)} s may hide lowerings{least}"
+        if deep > self.limits["hidden"] * travel or lost > self.limits["hidden"] * (t[-1] - t[0]):
             row = int(np.searchsorted(self.log.t, t[longest], side="right"))
             where = f"{self.log.source} row {row}, {digits(t[longest], 6)} s after the first"
-            hint = "split the log there, or allow a larger share: hidden="
-            raise InputError([Fault(where, f"{said}, beside {digits(travel, 3)} m in rows", hint)])
+            raise InputError([Fault(where, said, "split the log there, or allow a larger share: hidden=")])
         self.notes.append(said)
 
     def _spans(self) -> list[tuple[int, int]]:

@@ -79,7 +79,7 @@ BAD = {
     "gap": (
         witsml(T[(T < 39) | (T > 61)], {name: (unit, x[(T < 39) | (T > 61)]) for name, (unit, x) in COLUMNS.items()}),
         (),
-        "row 20, 38 s after the first: 1 gaps of up to 24 s hide lowerings of 20 m in all, beside 10 m in rows",
+        "row 20, 38 s after the first: 1 gaps of up to 24 s may hide lowerings, of 20 m at least beside 10 m in rows",
     ),
     "rare rows": (witsml(20.0 * T, COLUMNS), (), "lowerings cannot be followed"),
     "lines": (witsml(T, {**COLUMNS, "LINES_STRUNG": ("", 8.0 + 2 * (T > 200))}), (), "strung change from 8 to 10"),

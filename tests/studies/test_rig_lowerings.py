@@ -168,11 +168,14 @@ def test_gaps_hide_lowerings(tmp_path):
     t, h, load = shape((40, 0), (20, -20), (60, 0), (20, 18), (60, 0), (20, -15), (60, 0))
     kept = (t < 150) | (t > 250)
     log = recording(tmp_path, t[kept], h[kept], load[kept])
-    with pytest.raises(sb.InputError, match=r"log row 75, 148 s .*hide lowerings of 15 m in all, beside 20 m in rows"):
+    with pytest.raises(sb.InputError, match=r"log row 75, 148 s .*may hide lowerings, of 15 m at least beside 20 m"):
         sb.rig.lowerings(log)
+    kept = (t < 150) | (t > 200)  # it ends where it began
+    with pytest.raises(sb.InputError, match=r"log row 75, 148 s .*: 1 gaps of up to 54 s may hide lowerings — split"):
+        sb.rig.lowerings(recording(tmp_path, t[kept], h[kept], load[kept]))
     result = sb.rig.lowerings(log, hidden=0.8)
     assert [round(one.travel) for one in result.lowerings] == [20]
-    assert any("1 gaps of up to" in note and "hide lowerings" in note for note in result.notes)
+    assert any("1 gaps of up to 104 s may hide lowerings" in note for note in result.notes)
 
 
 def test_what_has_no_lowerings_is_refused(tmp_path):
