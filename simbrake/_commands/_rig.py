@@ -37,7 +37,7 @@ def rig(
     column: cli.Many = None,
     null: Annotated[list[float] | None, Parameter(negative="", consume_multiple=False)] = None,
     time: cli.Many = None,
-    offset: str | None = None,
+    offset: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     names: cli.Flag = False,
     units: cli.Units = "si",
     out: cli.Out = None,
@@ -124,14 +124,14 @@ def _ledger(
 
     settings |= {name: in_si(name, settings[name], unit) for name, unit in POSITIVE.items()}
     reading["offset"] = in_si("offset", reading["offset"], "s")
-    reading["names"] = cli.assignments("--column", "ROLE=COLUMN", reading["names"], str, faults)
+    reading["names"] = cli.assignments("--column", "ROLE=COLUMN", reading["names"], _written, faults)
     shares = settings["auxiliary"] or []
     if len(shares) == 1 and "=" not in shares[0]:
         settings["auxiliary"] = in_si("auxiliary", shares[0], "1")
     elif shares:
         settings["auxiliary"] = cli.assignments("--auxiliary", "KIND=SHARE", shares, float, faults)
     limits: dict[str, Any] = {}
-    for name, text in cli.assignments("--threshold", "NAME=VALUE", threshold, str, faults).items():
+    for name, text in cli.assignments("--threshold", "NAME=VALUE", threshold, _written, faults).items():
         if name in THRESHOLDS:
             limits[name] = in_si(name, text, THRESHOLDS[name])
         else:
@@ -153,6 +153,12 @@ def _ledger(
     return sb.rig.ledger(sb.rig.lowerings(log, **limits), **settings)
 
 
+def _written(text: str) -> str:
+    if not text:
+        raise ValueError
+    return text
+
+
 def _as_option(fault: Fault) -> Fault:
     """An error of a function of `simbrake.rig` in the words of the command."""
     from ..rig._ledger import POSITIVE
@@ -161,7 +167,7 @@ def _as_option(fault: Fault) -> Fault:
     name, _, rest = fault.path.partition(" ")
     if name in THRESHOLDS:
         fault = dataclasses.replace(fault, path=f"--threshold {name}")
-    elif name in (*POSITIVE, "efficiency", "brake", "auxiliary", "tare", "offset", "names"):
+    elif name in (*POSITIVE, "efficiency", "brake", "auxiliary", "tare", "offset", "names", "time"):
         option = "column" if name == "names" else name.replace("_", "-")
         fault = dataclasses.replace(fault, path=f"--{option} {rest}".strip())
     hint = re.sub(r"names=\{'(\w+)': '(.*?)'\}", r'--column "\1=\2"', fault.hint)

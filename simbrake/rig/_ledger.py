@@ -212,8 +212,8 @@ class Ledger(Tabular):
 
 #: columns for reading
 _HOOK = (
-    *("travel", "top_speed", "mean_load", "hook_work", "hook_work_low", "hook_work_high", "kind", "flags"),
-    *("mean_power", "kinetic_energy"),
+    *("duration", "travel", "top_speed", "static_load", "hook_work", "hook_work_low", "hook_work_high"),
+    *("mean_power", "kinetic_energy", "kind", "flags"),
 )
 _DRUM = tuple(name for name in _ENTRY if name not in _HOOK)
 

@@ -285,17 +285,19 @@ def read(
     ]
     if offset is not None and not np.isfinite(offset):
         faults.append(Fault("offset", f"{offset} is no time", "seconds, positive where the load's clock is ahead"))
-    if faults:
-        raise InputError(faults)
     clock = [time] if isinstance(time, str) else list(time or ())
     size = file.stat().st_size if file.is_file() else 0
-    with counting(size, progress, "log: bytes read", after=2.0) as done:
-        tables = tables_of(file, done, clock)
-        done(size)
+    try:
+        with counting(size, progress, "log: bytes read", after=2.0) as done:
+            tables = tables_of(file, done, clock)
+            done(size)
+    except InputError as error:
+        raise InputError([*faults, *error.faults]) from None
+    wanted = {role: wanted[role] for role in wanted if role in ROLES}
     table, remarks = _chosen(tables, wanted)
     given = null if null is None or isinstance(null, Sequence) else [null]
     source = ", ".join(filter(None, (table.well, file.name))) if show_names else "log"
-    return _Reading(str(path), source, table, wanted, given, clock, offset or 0.0, remarks).log()
+    return _Reading(str(path), source, table, wanted, given, clock, offset or 0.0, remarks, faults).log()
 
 
 def _chosen(tables: list[FileTable], names: Mapping[str, str]) -> tuple[FileTable, list[str]]:
@@ -377,10 +379,11 @@ class _Reading:
         clock: Sequence[str],
         offset: float,
         remarks: Sequence[str],
+        faults: list[Fault],
     ) -> None:
         self.path, self.table, self.names, self.clock, self.offset = path, table, names, clock, offset
         self.source, self.null = source, null
-        self.faults: list[Fault] = []
+        self.faults = faults
         self.guesses = [*remarks, *table.remarks]
 
     def log(self) -> Log:

@@ -38,7 +38,7 @@ def test_the_answer_comes_first(capsys, log, tmp_path):
 
 def test_json_and_options(capsys, log):
     names = ("--auxiliary", "not decidable=0.5", "--threshold", "travel=15 m", "--tare", "90 kN:110 kN", "--null=-1")
-    code, out, _ = call(capsys, "rig", log, *RIG, *names, "--json", "--block-mass", "30 t", "--offset", "0 s")
+    code, out, _ = call(capsys, "rig", log, *RIG, *names, "--json", "--block-mass", "30 t", "--offset", "-0 s")
     assert code == 0
     (row,) = json.loads(out)["lowerings"]
     assert (row["begin"], row["duration"], row["start"]) == (40.0, 20.0, "2026-03-01T23:50:40Z")
@@ -93,8 +93,8 @@ BAD = {
     "missing": (None, (), "there is no such file"),
     "options": (
         XML,
-        ("--lines=-8", "--drum-radius", "14 kg", "--threshold", "pauze=3", "--tare", "300 kN", "--column", "load=HKLD"),
-        "5 input errors",
+        ("--lines=-8 --drum-radius 14kg --threshold pauze=3 --tare 300kN --column load=HKLD --column HKLD".split()),
+        "6 input errors",
     ),
     "brakes": (XML, ("--brake", "disk", "--auxiliary", "1.5", "--threshold", "pause=-1 s"), "3 input errors"),
     "option and log": (XML.replace(",kN<", ",acres<"), ("--lines", "0"), "2 input errors"),

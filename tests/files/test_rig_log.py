@@ -196,7 +196,7 @@ def test_all_errors_at_once(tmp_path):
     assert len(told) == 3
     assert "there is no such file" in faults(tmp_path / "none.csv")[0]
     assert "is a folder" in faults(tmp_path)[0]
-    assert len(faults(tmp_path / "none.csv", names={"load": "HKLD"}, offset=float("nan"))) == 2
+    assert len(faults(tmp_path / "none.csv", names={"load": "HKLD"}, offset=float("nan"))) == 3
 
 
 def test_cells_that_are_no_numbers_are_told(tmp_path):
