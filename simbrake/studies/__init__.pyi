@@ -3,6 +3,8 @@ from ._calibration import FixedNumber as FixedNumber
 from ._calibration import Outcome as Outcome
 from ._calibration import State as State
 from ._calibration import calibrate as calibrate
+from ._density import LogDensity as LogDensity
+from ._density import log_density as log_density
 from ._ensemble import ensemble as ensemble
 from ._ensemble import sweep as sweep
 from ._evaluator import Evaluator as Evaluator

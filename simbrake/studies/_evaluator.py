@@ -13,6 +13,7 @@ import functools
 import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from types import ModuleType
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
 import equinox as eqx
@@ -207,10 +208,10 @@ class Box(NamedTuple):
         low = np.where(self.logarithmic, self.low, 1.0)
         return low, np.where(self.logarithmic, self.high / low, np.e)
 
-    def up(self, z: np.ndarray) -> np.ndarray:
-        """The numbers for unknowns."""
+    def up(self, z: Any, xp: ModuleType = np) -> Any:
+        """The numbers for unknowns; `xp`: `jax.numpy` for traced ones."""
         low, ratio = self._scale
-        return np.where(self.logarithmic, low * ratio**z, self.low + (self.high - self.low) * z)
+        return xp.where(self.logarithmic, low * ratio**z, self.low + (self.high - self.low) * z)
 
     def down(self, x: np.ndarray) -> np.ndarray:
         """The unknowns for numbers."""
@@ -218,9 +219,9 @@ class Box(NamedTuple):
         log = np.log(np.where(self.logarithmic, x / low, 1.0)) / np.log(ratio)
         return np.where(self.logarithmic, log, (x - self.low) / (self.high - self.low))
 
-    def slope(self, x: np.ndarray) -> np.ndarray:
+    def slope(self, x: Any, xp: ModuleType = np) -> Any:
         """`dx/dz`."""
-        return np.where(self.logarithmic, x * np.log(self._scale[1]), self.high - self.low)
+        return xp.where(self.logarithmic, x * np.log(self._scale[1]), self.high - self.low)
 
 
 def box_of(

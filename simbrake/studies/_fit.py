@@ -155,10 +155,16 @@ class FitModel:
     ) -> None:
         #: paths without the names of recordings
         self.recordings, self.fields = tuple(recordings), (*shared, *(path for _ in recordings for path in own))
-        measured, self._given, self._where = _layout(recordings)
+        self.measured, self.given, self.where = _layout(recordings)
         place = Paths.each((*shared, *own))
         self.run = Evaluator(
-            recordings[0].scene, place, measured, given=self._given[0], solver=solver, rtol=rtol, max_steps=max_steps
+            recordings[0].scene,
+            place,
+            self.measured,
+            given=self.given[0],
+            solver=solver,
+            rtol=rtol,
+            max_steps=max_steps,
         )
         self.paths = (*shared, *(each.label(path) for each in recordings for path in own))
         self.shared, first = len(shared), len(shared) + len(own) * np.arange(len(recordings))
@@ -207,7 +213,7 @@ class FitModel:
         key = theta.tobytes()
         if key not in self._latest:
             self.points += 1
-            runs = zip(self.recordings, self._has, self._given, strict=True)
+            runs = zip(self.recordings, self._has, self.given, strict=True)
             self._latest[key] = self._joined([self.run(theta[has], given, each.scene) for each, has, given in runs])
             if len(self._latest) > _REMEMBERED:
                 del self._latest[next(iter(self._latest))]
@@ -215,9 +221,9 @@ class FitModel:
 
     def _joined(self, parts: Sequence[Evaluation]) -> Evaluation:
         """One evaluation of the runs of all recordings; it has the first code that is not 0, and which run that is."""
-        values = np.concatenate([part.values[where] for part, where in zip(parts, self._where, strict=True)])
+        values = np.concatenate([part.values[where] for part, where in zip(parts, self.where, strict=True)])
         jacobian, row = np.zeros((values.size, len(self.paths))), 0
-        for part, has, where in zip(parts, self._has, self._where, strict=True):
+        for part, has, where in zip(parts, self._has, self.where, strict=True):
             jacobian[row : row + where.size, has] = part.jacobian[where]
             row += where.size
         failed = next((i for i, part in enumerate(parts) if part.code != 0), 0)
@@ -255,7 +261,7 @@ class FitModel:
 
     def _with(self, theta: np.ndarray, path: str, values: list[np.ndarray]) -> Evaluation:
         """An evaluation with another number in each recording."""
-        runs = zip(self.recordings, self._has, self._given, values, strict=True)
+        runs = zip(self.recordings, self._has, self.given, values, strict=True)
         return self._joined(
             [
                 self.run.elsewhere(theta[has], with_values(each.scene, {path: np.asarray(value)}), given)

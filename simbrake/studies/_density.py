@@ -1,0 +1,229 @@
+"""Log-density of a scene's parameters given recordings, for samplers: differentiable, under `jit` and `vmap`."""
+
+import dataclasses
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any, TypeAlias
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float, Int
+
+from .._base._faults import Fault
+from .._parts._scene import Scene
+from .._run._edit import with_values
+from .._run._simulate import room_for, simulate
+from ..hybrid._arrays import Array
+from ._evaluator import Box, Faults, Paths, Solver
+from ._fit import FitModel, MeasuredValues, box_of_all, recordings_of, solver_within
+from ._measured import Measured
+
+#: log-density of a value, or of those of all recordings (n,), up to a constant
+Prior: TypeAlias = Callable[[Any], Any]
+#: how many times the step attempts of a run at the start any other run may take
+_LONGER = 4
+#: the nearest that a start may be to a bound, over the range
+_EDGE = 0.01
+_HALF_LOG_TAU = 0.5 * np.log(2 * np.pi)
+
+
+@dataclasses.dataclass(frozen=True, eq=False)
+class LogDensity:
+    """Log-density of parameters given recordings, up to a constant, as a function of unconstrained numbers `x` (d,).
+
+        log p(x) = Σ log N(measured; model(θ), σ) + log prior(θ) + log |dθ/dx|,   θ = low + (high − low)/(1 + e^−x)
+
+    It runs under `jit`, `vmap` and `grad`. Other data may be put in, also traced ones: `dataclasses.replace(density,
+    measured=y)`.
+
+    - `names` of the numbers in `x`, as in `Calibration`, and `omega_sigma` of a standard deviation that is not known
+    - `initial` (d,): the start;  `measured`, `sigma` (n, m): of n recordings, NaN where there is nothing
+    """
+
+    initial: Float[Array, " d"]
+    measured: Float[Array, "n m"]
+    sigma: Float[Array, "n m"]
+    shared: tuple[str, ...]
+    own: tuple[str, ...]
+    noise: tuple[str, ...]
+    box: Box
+    priors: Mapping[str, Prior]
+    settings: Mapping[str, Any]
+    find: MeasuredValues
+    #: of all recordings: their scenes, what `find` is given, where it has the measured values
+    runs: tuple[Scene, Any, Int[Array, "n m"]]
+    #: (n, m): which of `noise` a value has, −1: `sigma`
+    noisy: Int[Array, "n m"]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self.box.paths.names
+
+    def _split(self, numbers: Any) -> dict[str, Any]:
+        """One number for each one in `x` by path: () of what all recordings share, (n,) of what each has."""
+        k, n = len(self.shared), self.measured.shape[0]
+        each = numbers[k : k + n * len(self.own)].reshape(n, len(self.own))
+        parts = {path: numbers[i] for i, path in enumerate(self.shared)}
+        parts |= {path: each[:, i] for i, path in enumerate(self.own)}
+        return parts | {name: numbers[k + each.size + i] for i, name in enumerate(self.noise)}
+
+    def values(self, x: Float[Array, " d"]) -> dict[str, Array]:
+        """Parameters by path: numbers, and arrays (n,) of those that differ between recordings."""
+        return self._split(self.box.up(jax.nn.sigmoid(x), jnp))
+
+    def unconstrained(self, values: Mapping[str, float]) -> Float[np.ndarray, " d"]:
+        """`x` (d,) of values by name, as `Calibration.values`; others are as in `initial`."""
+        start = self.box.up(1 / (1 + np.exp(-np.asarray(self.initial))))
+        named = [values.get(name, x) for name, x in zip(self.names, start, strict=True)]
+        return _unconstrained(self.box, np.asarray(named, float))
+
+    def _runs(self, values: Mapping[str, Any]) -> tuple[Float[Array, "n m"], Int[Array, " n"]]:
+        n, (scenes, given, where) = self.measured.shape[0], self.runs
+        shared = {path: jnp.asarray(values[path]) for path in self.shared}
+
+        def run(scene: Scene, own: dict[str, Array], given: Any, where: Array) -> tuple[Array, Array]:
+            scene = with_values(scene, {**shared, **own})
+            result = simulate(scene, **self.settings)
+            return self.find(result, given)[0][where], result.record.code
+
+        own: Any = {path: jnp.broadcast_to(values[path], (n,)) for path in self.own}
+        return jax.vmap(run)(scenes, own, given, where)
+
+    def model(self, values: Mapping[str, Any]) -> Float[Array, "n m"]:
+        """What runs with these values give in the place of `measured`; `inf` where an event does not occur."""
+        return jnp.where(jnp.isnan(self.measured), jnp.nan, self._runs(values)[0])
+
+    def codes(self, values: Mapping[str, Any]) -> Int[Array, " n"]:
+        """Result code of the run of each recording: where one is not 0, the density is 0."""
+        return self._runs(values)[1]
+
+    def log_likelihood(self, values: Mapping[str, Any]) -> Float[Array, ""]:
+        """`Σ log N(measured; model, σ)` of values by path; −inf where a run fails or lacks a measured event.
+
+        It is what a hierarchical model needs that draws the parameters of the recordings itself.
+        """
+        model, codes = self._runs(values)
+        there = ~jnp.isnan(self.measured)
+        valid = jnp.isfinite(model) & (codes == 0)[:, None]
+        sigma = self.sigma
+        if self.noise:
+            unknown = jnp.stack([jnp.asarray(values[name]) for name in self.noise])
+            sigma = jnp.where(self.noisy >= 0, unknown[self.noisy], sigma)
+        used = there & valid
+        sigma = jnp.where(used, sigma, 1.0)
+        residual = jnp.where(used, model - self.measured, 0.0) / sigma
+        terms = jnp.where(there, -0.5 * residual**2 - jnp.log(sigma) - _HALF_LOG_TAU, 0.0)
+        return jnp.where(jnp.all(valid | ~there), jnp.sum(terms), -jnp.inf)
+
+    def log_prior(self, x: Float[Array, " d"]) -> Float[Array, ""]:
+        """Logarithm of the prior of `x`, with `log |dθ/dx|`."""
+        inside = -jax.nn.softplus(x) - jax.nn.softplus(-x)  # of a uniform share of the range
+        numbers = self.box.up(jax.nn.sigmoid(x), jnp)
+        values, slopes = self._split(numbers), self._split(jnp.log(self.box.slope(numbers, jnp)))
+        return jnp.sum(inside) + sum(jnp.sum(prior(values[path]) + slopes[path]) for path, prior in self.priors.items())
+
+    def __call__(self, x: Float[Array, " d"]) -> Float[Array, ""]:
+        return self.log_prior(x) + self.log_likelihood(self.values(x))
+
+
+def _unconstrained(box: Box, numbers: np.ndarray) -> np.ndarray:
+    z = np.clip(box.down(numbers), _EDGE, 1 - _EDGE)
+    return np.log(z / (1 - z))
+
+
+def log_density(
+    scene: Scene,
+    recordings: Measured | Sequence[Measured] | Mapping[str, Measured],
+    *,
+    shared: Mapping[str, tuple[float, float]] | None = None,
+    per_recording: Mapping[str, tuple[float, float]] | None = None,
+    priors: Mapping[str, Prior] | None = None,
+    noise: Mapping[str, tuple[float, float]] | None = None,
+    start: Mapping[str, float] | None = None,
+    rtol: float = 1e-8,
+    solver: Solver | None = None,
+    max_steps: int | None = None,
+) -> LogDensity:
+    """Log-density of a scene's parameters given recordings, for samplers as numpyro's NUTS.
+
+    - `recordings`, `per_recording`, `start`, `rtol`, `solver`: as for `calibrate`;  `shared`: its `bounds`
+    - `priors`: `{path: log_prob}`, a function of the value, or of those of all recordings (n,), as
+      `numpyro.distributions.Normal(0.35, 0.05).log_prob`, cut off at the bounds. By default values are uniform within
+      the bounds, and uniform in the logarithm where these are positive and their ratio exceeds 100
+    - `noise`: `{"omega": (0.01, 1.0)}`: bounds of a standard deviation that is not known, one for all recordings,
+      instead of those in the data; its prior, `priors["omega_sigma"]`, is uniform in the logarithm by default
+    - `max_steps`: by default eight times as many as runs at the start take; a run that needs more has the density 0
+      (`LogDensity.codes` says so)
+
+    All recordings are run side by side under `vmap`, so that their scenes must have one structure.
+    Raises `InputError` with all errors.
+
+    Example:
+        >>> stop = lambda time: sb.studies.Measured.of(events={"stopping_time": (time, 0.02)})
+        >>> friction = {"brake.linings.friction.coefficient": (0.2, 0.5)}
+        >>> density = sb.studies.log_density(scene, [stop(1.25), stop(1.27)], shared=friction)
+        >>> density.names, density.initial.shape
+        (('brake.linings.friction.coefficient',), (1,))
+        >>> bool(density(density.initial) > density(density.initial + 0.5))
+        True
+    """
+    issues, own, shared = Faults(), per_recording or {}, shared or {}
+    runs = recordings_of(scene, recordings, issues)
+    box = box_of_all(runs, shared, own, start or {}, issues)
+    measured = {part.name for each in runs for part in each.data.all}
+    spreads = {f"{name}_sigma": pair for name, pair in (noise or {}).items()}
+    for name, pair in (noise or {}).items():
+        if name not in measured:
+            issues.append(Fault(f"noise of {name}", "it was not measured", f"there are: {', '.join(sorted(measured))}"))
+        if not (len(pair) == 2 and 0 < pair[0] < pair[1] < np.inf):
+            issues.append(Fault(f"noise of {name}", f"the bounds {pair!r} are out of range", "0 < low < high"))
+    for each in runs:
+        for part in each.data.all:
+            if part.sigma is None and part.name not in (noise or {}):
+                hint = f'give its measuring error, or noise={{"{part.name}": (low, high)}}'
+                issues.append(Fault(each.label(part.name), "has no standard deviation", hint))
+    for path, prior in (priors or {}).items():
+        if path not in {**shared, **own, **spreads}:
+            issues.append(Fault(f"prior of {path}", "is of no parameter", "a path of shared or per_recording"))
+        elif not callable(prior):
+            issues.append(Fault(f"prior of {path}", f"{prior!r} is no function", "log_prob of a distribution"))
+    first = jax.tree.structure(runs[0].scene), [np.shape(x) for x in jax.tree.leaves(runs[0].scene)]
+    for each in runs[1:]:
+        if (jax.tree.structure(each.scene), [np.shape(x) for x in jax.tree.leaves(each.scene)]) != first:
+            what = f"has another structure than {runs[0].name}"
+            issues.append(Fault(each.label("scene"), what, "known lists must be as long for all recordings"))
+    issues.report()
+    solver = solver_within(runs, {**shared, **own}) if solver is None else solver
+    layout = FitModel(runs, tuple(shared), tuple(own), solver=solver, rtol=rtol, max_steps=max_steps)
+    layout.check(box.start)
+    if max_steps is None:
+        results = (simulate(one, solver=solver, rtol=rtol, throw=False) for one in layout.scenes(box.start))
+        max_steps = _LONGER * max(room_for(result, differentiated=True) for result in results)
+    longest, names = max(where.size for where in layout.where), [*(noise or {})]
+
+    def filled(rows: Sequence[Any], value: float) -> np.ndarray:
+        return np.stack([np.pad(np.asarray(row), (0, longest - len(row)), constant_values=value) for row in rows])
+
+    ends = np.asarray([*spreads.values()], float).reshape(-1, 2)
+    columns = (*ends.T, np.sqrt(ends.prod(axis=1)), np.ones(len(ends), bool))
+    columns = (np.append(*pair) for pair in zip(box[1:], columns, strict=True))
+    box = Box(Paths.each((*box.paths.names, *spreads)), *columns)
+    parts = [[name for part in each.data.all for name in [part.name] * np.size(part.value)] for each in runs]
+    return LogDensity(
+        initial=_unconstrained(box, box.start),
+        measured=filled([each.data.arrays[0] for each in runs], np.nan),
+        sigma=filled([each.data.arrays[1] for each in runs], np.nan),
+        shared=tuple(shared),
+        own=tuple(own),
+        noise=tuple(spreads),
+        box=box,
+        priors=dict(priors or {}),
+        settings={"solver": solver, "rtol": rtol, "max_steps": max_steps},
+        find=layout.measured,
+        runs=(
+            jax.tree.map(lambda *leaves: np.stack(leaves), *(each.scene for each in runs)),
+            jax.tree.map(lambda *leaves: np.stack(leaves), *layout.given),
+            filled(layout.where, 0),
+        ),
+        noisy=filled([[names.index(name) if name in names else -1 for name in row] for row in parts], -1),
+    )
