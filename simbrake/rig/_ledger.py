@@ -123,6 +123,8 @@ class Ledger(Tabular):
         counts, totals, largest = self.counts, self.totals, self.largest
         flags = sorted({flag for one in self.lowerings.lowerings for flag in one.flags})
         aside = f"flagged and left out: {counts['flagged']}" + (f" ({', '.join(flags)})" if flags else "")
+        if refused := sum(bool(one.refused) for one in self.entries):
+            aside += f"; motion of the drum refused: {refused}"
         if largest is None:
             return ("no lowering without flags", aside)
         one = largest.lowering

@@ -241,6 +241,7 @@ def test_a_compensated_height_is_no_motion_of_the_drum(tmp_path):
         assert other.entries[0].drum_work is other.entries[0].drum_speed is other.totals["drum_work"] is None
         assert other.entries[0].lowering.hook_work == pytest.approx(1e7, rel=1e-6)
         assert f"1 of 1 lowerings are refused, {other.entries[0].refused}" in str(other)
+        assert other.answer[-1].endswith("motion of the drum refused: 1")
 
 
 def test_trips_days_and_files(tmp_path):
