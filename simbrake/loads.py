@@ -55,6 +55,8 @@ __all__ = [
     "Motor",
     "Phase",
     "Phases",
+    "RecordedLoad",
+    "RecordedMotion",
     "RopeElasticity",
     "RopeLayers",
     "SpeedHold",
@@ -361,6 +363,74 @@ class TrippingLoad(AbstractString):
         return (passed >= 0) & (passed % 2 == 0), passed // 2
 
 
+class RecordedLoad(AbstractHookLoad):
+    """A load on the hook that changes at given times: `M_load = m_i g r_d/n − c ω` from the time `t_i` on.
+
+    - `times` (k,) in s, not decreasing;  `masses` (k,): `m_i` of all that hangs on the hook (kg), the first one before
+      its time too
+    - `drum_radius`, `line_count`, `gravity`, `drag`, `rope`, `elasticity`: as in `HookLoad`
+
+    At a change of mass in motion the speed stays: added mass brings its energy. Many masses cost no more than few.
+
+    Example:
+        >>> sb.loads.RecordedLoad([0, 60], ["80 t", "12 t"], "400 mm", 8).masses
+        array([80000., 12000.])
+    """
+
+    times: Scalar = quantity("s", "times from which the masses hang", many=Over.ROWS)
+    masses: Scalar = quantity("kg", "masses on the hook", low=0.0, many=Over.ROWS)
+    drum_radius: Scalar = quantity("m", "effective drum radius", positive=True)
+    line_count: Scalar = quantity("1", "lines strung", low=1.0, high=100.0)
+    gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
+    drag: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0, default=0.0)
+    rope: RopeLayers | None = None
+    elasticity: RopeElasticity | None = None
+
+    @property
+    def profile(self) -> "_Steps":
+        # (its values bear the scale of the torque)
+        return _Steps(self.times, jnp.asarray(self.masses) * self.gravity * self.travel())
+
+    def _mass(self, piece: Piece) -> Array:
+        return _entry(self.masses, jnp.asarray(piece) - 1)
+
+    def torque(self, t: Real, omega: Real, piece: Piece) -> Real:
+        return self._mass(piece) * self.gravity * self.travel() - self.drag * omega
+
+    def inertia(self) -> Scalar:
+        return jnp.asarray(self.masses)[0] * self.travel() ** 2
+
+    def added_inertia(self, piece: Piece) -> Array:
+        return (self._mass(piece) - jnp.asarray(self.masses)[0]) * self.travel() ** 2
+
+    def hanging(self, piece: Piece) -> tuple[Array, Array]:
+        return self._mass(piece), self._mass(piece) * self.gravity
+
+    def faults(self, path: str) -> list[Fault]:
+        return PiecewiseLinear(self.times, self.masses).faults(path)
+
+
+def _entry(x: Scalar, i: Array) -> Array:
+    """The entry `i` of many, of the nearest end beyond them; its cost does not depend on their number."""
+    return jnp.take(jnp.asarray(x), jnp.clip(i, 0, np.shape(x)[0] - 1), mode="clip")
+
+
+def _knot(times: Scalar, piece: Piece) -> Array:
+    """The time that ends a piece, `inf` after the last."""
+    piece = jnp.asarray(piece)
+    return jnp.where(piece < np.shape(times)[0], _entry(times, piece), jnp.inf)
+
+
+class _Steps(PiecewiseLinear):
+    """Breakpoints of many values of which each is constant up to the next."""
+
+    def value(self, t: Real, piece: Piece) -> Real:
+        return _entry(self.values, jnp.asarray(piece) - 1)
+
+    def next_knot(self, piece: Piece) -> Array:
+        return _knot(self.times, piece)
+
+
 # --- levers that follow the speed -------------------------------------------------------------------------------------
 
 
@@ -480,6 +550,104 @@ class Driller(AbstractFollower):
     position_gain: Scalar | None = quantity("1/s^2", "correction of the angle", low=0.0, default=None)
 
 
+class RecordedMotion(AbstractFollower):
+    """A lever, and the motor beside it, that keep the pulley on a recorded motion: it is lowered, hoisted, and at rest.
+
+        M_b = (1 − s) M_w   where it is lowered,   M_w = M_load − Σ M_shaft − J [ω̇_r − g (ω − ω_r) − h (φ − φ_r)]
+
+    - `speed`: `ω_r(t)` (rad/s), straight lines between points, 0 at rest; on a line it does not change its sign
+    - `angles` (n,): `φ_r` (rad) at the points, the integral of the speed
+    - `limit` (N): maximum slack tension in lowering;  `pull` (N): slack tension at rest
+    - `motor_share` (n,): `s` from each point on, the share that the motor takes of a load that is lowered
+    - `gain` `g` (1/s), `position_gain` `h` (1/s²): as of a `Driller`
+
+    Where the drum is hoisted the band is open, and the scene's `Motor` follows the speed. It drives a load down that is
+    too light to reach the speed by itself (`M_w < 0`). Many points cost no more than few.
+
+    Example:
+        >>> speed = sb.PiecewiseLinear([0, 4, 24, 28, 60, 64, 84, 88], [0, 20, 20, 0, 0, -20, -20, 0])
+        >>> motion = sb.loads.RecordedMotion(speed, [0, 40, 440, 480, 480, 440, 40, 0], "40 kN", "20 kN", np.zeros(8))
+        >>> [bool(motion.follows(piece)) for piece in range(9)]
+        [False, True, True, True, False, False, False, False, False]
+    """
+
+    speed: PiecewiseLinear = part(PiecewiseLinear, "rad/s")
+    angles: Scalar = quantity("rad", "angle turned at the points of the speed", many=Over.ROWS)
+    limit: Scalar = quantity("N", "maximum slack tension", positive=True)
+    pull: Scalar = quantity("N", "slack tension at rest", positive=True)
+    motor_share: Scalar = quantity("1", "share of the motor in lowering", low=0.0, high=1.0, many=Over.ROWS)
+    gain: Scalar = quantity("1/s", "correction of the speed", low=0.0, default=2.0)
+    position_gain: Scalar = quantity("1/s^2", "correction of the angle", low=0.0, default=1.0)
+
+    @property
+    def knot_count(self) -> int:
+        return int(np.shape(self.angles)[0])
+
+    @property
+    def rises(self) -> bool:
+        return True  # (the angle is a parabola of the time)
+
+    def way(self, piece: Piece) -> Array:
+        """Sense of the motion on a piece: 1 lowered, −1 hoisted, 0 at rest."""
+        piece, speeds = jnp.asarray(piece), self.speed.values
+        inside = (piece > 0) & (piece < np.shape(speeds)[0])
+        return jnp.where(inside, jnp.sign(_entry(speeds, piece - 1) + _entry(speeds, piece)), 0.0)
+
+    def follows(self, piece: Piece) -> Bool[Array, ""]:
+        return self.way(piece) > 0
+
+    def value(self, t: Real, piece: Piece) -> Real:
+        return jnp.broadcast_to(jnp.where(self.way(piece) == 0, jnp.asarray(self.pull, jnp.float64), 0.0), np.shape(t))
+
+    def wanted_torque(
+        self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real, turned: Real | None = None
+    ) -> Real:
+        piece, (times, speeds) = jnp.asarray(piece), (self.speed.times, self.speed.values)
+        begin, speed, angle = (_entry(x, piece - 1) for x in (times, speeds, self.angles))
+        span, since = _entry(times, piece) - begin, t - begin
+        slope = jnp.where(span > 0, (_entry(speeds, piece) - speed) / jnp.where(span > 0, span, 1.0), 0.0)
+        assert turned is not None
+        away = turned - (angle + (speed + 0.5 * slope * since) * since)
+        slower = self.gain * (omega - (speed + slope * since)) + self.position_gain * away
+        return load - inertia * (slope - slower)
+
+    def next_knot(self, piece: Piece) -> Array | float:
+        return _knot(self.speed.times, piece)
+
+    def scale(self) -> Float[Array, ""]:
+        return jnp.maximum(jnp.asarray(self.limit), self.pull)
+
+    def faults(self, path: str) -> list[Fault]:
+        speeds, n = np.asarray(self.speed.values), np.size(self.speed.times)
+        faults = [
+            Fault(f"{path}.{name}", f"has {np.size(x)} values for {n} points of the speed", "one for each point")
+            for name, x in (("angles", self.angles), ("motor_share", self.motor_share))
+            if np.shape(x) != (n,)
+        ]
+        turns = np.flatnonzero(speeds[1:] * speeds[:-1] < 0)
+        if turns.size:
+            what = f"changes its sign between {float(speeds[turns[0]]):g} and {float(speeds[turns[0] + 1]):g} rad/s"
+            faults.append(Fault(f"{path}.speed.values", what, "give the point at 0 between them"))
+        return faults
+
+
+class _RecordedDrive(RecordedMotion):
+    """The part of the motor in a recorded motion, on the pieces of its lever."""
+
+    def follows(self, piece: Piece) -> Bool[Array, ""]:
+        return self.way(piece) != 0
+
+    def wanted_torque(
+        self, t: Real, omega: Real, piece: Piece, load: Real, inertia: Real, turned: Real | None = None
+    ) -> Real:
+        whole = jnp.asarray(RecordedMotion.wanted_torque(self, t, omega, piece, load, inertia, turned))
+        share = _entry(self.motor_share, jnp.asarray(piece) - 1)
+        return jnp.where((whole > 0) & (self.way(piece) > 0), share * whole, whole)
+
+    def next_knot(self, piece: Piece) -> float:
+        return jnp.inf
+
+
 # --- the motor --------------------------------------------------------------------------------------------------------
 
 
@@ -503,7 +671,8 @@ class Motor(Part):
     and while it holds a load back (`ω > 0`, it feeds that power back).
 
     - `max_torque` `M_m` (N·m), `max_power` `P` (W) and `max_speed` (rad/s): limits of the motor, at the drum
-    - `speed`: `ω_r(t)` (rad/s), negative to hoist; of a duty in phases `None`: each says it (`Phase.motor`)
+    - `speed`: `ω_r(t)` (rad/s), negative to hoist; of a duty in phases `None`: each says it (`Phase.motor`); so does a
+      `RecordedMotion`
     - `gain` `g` (1/s), `position_gain` `h` (1/s²): as of a `Driller`
 
     A lever that follows a speed sees what the motor leaves. The inertia of the rotor is a part of the pulley's.
@@ -528,7 +697,7 @@ class Motor(Part):
         weak = speed * self.max_torque > self.max_power
         return jnp.where(weak, self.max_power / jnp.where(weak, speed, 1.0), self.max_torque)
 
-    def course(self, duty: AbstractProfile | Phases) -> _Course | Phases:
+    def course(self, duty: AbstractProfile | Phases) -> AbstractFollower | Phases:
         """The speed that it follows, as a lever would; in phases in which it is off, 0 without correction."""
 
         def follows(speed: PiecewiseLinear) -> _Course:
@@ -536,6 +705,8 @@ class Motor(Part):
 
         if isinstance(duty, Phases):
             return duty.with_levers(lambda phase: Constant(0.0) if phase.motor is None else follows(phase.motor))
+        if isinstance(duty, RecordedMotion):
+            return _RecordedDrive(**vars(duty))
         assert self.speed is not None
         return follows(self.speed)
 

@@ -146,3 +146,15 @@ def book():
     with tempfile.TemporaryDirectory() as folder:
         file = written(Path(folder), "a.xml", witsml(t[rows], {"BPOS": ("m", height), "HKLD": ("kN", load[rows])}))
         return sb.rig.ledger(sb.rig.read(file), lines=8)
+
+
+def comparison():
+    """A replay of two lowerings of a string on a small scene, beside its recording."""
+    brake = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35))
+    heat = sb.lumped_heat(rim=2e5, partition=0.9, rim_cooling=400.0, linings=8e4)
+    scene = sb.Scene(brake, sb.Duty("20 kN", sb.HookLoad("60 t", 0.4, 8)), sb.Initial(0.0), 1.0, heat)
+    t, h, load, _ = trip([(28.0, 1.1, 0.15, 6e5, 1.5e5), (27.0, 1.6, 0.2, 6e5, 1.5e5)], dt=0.1)
+    columns = {"BPOS": ("m", h[::20].round(3)), "HKLD": ("kN", load[::20])}
+    with tempfile.TemporaryDirectory() as folder:
+        log = sb.rig.read(written(Path(folder), "a.xml", witsml(t[::20], columns)))
+    return sb.rig.compare(sb.rig.replay(log, scene))

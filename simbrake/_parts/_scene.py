@@ -42,7 +42,7 @@ from ..brakes._design import (
 )
 from ..friction import AbstractFriction, FrictionChange, Reads, needs, reads, remembers
 from ..hybrid._arrays import Array
-from ..loads import AbstractLoad, Cylinder, Driller, Lever, Motor, TorqueLoad
+from ..loads import AbstractLoad, Cylinder, Driller, Lever, Motor, RecordedMotion, TorqueLoad
 from ..profiles import AbstractProfile, Piece, faults_of_sign, first_piece
 from ..shaft import AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
@@ -361,6 +361,10 @@ def _faults_of_motor(scene: Scene, path: str) -> list[Fault]:
         speeds = [(f"{where}.motor", phase.motor) for where, phase in lever.located(path)]
     if phased and motor.speed is not None:
         errors.append(Fault("motor.speed", "has no effect on a duty in phases", "give `motor` in its phases"))
+    if isinstance(lever, RecordedMotion):
+        speeds = [(f"{path}.speed", lever.speed)]
+        if motor.speed is not None:
+            errors.append(Fault("motor.speed", "has no effect beside a recorded motion", "leave it out"))
     if not phased:
         errors += _faults_of_position(scene, "motor", motor.position_gain is not None)
     if all(speed is None for _, speed in speeds):
@@ -383,9 +387,15 @@ def _faults_of_courses(scene: Scene, path: str) -> list[Fault]:
     phased = isinstance(lever, Phases)
     levers = [(f"{where}.lever", phase.lever) for where, phase in lever.located(path)] if phased else [(path, lever)]
     for where, driller in levers:
-        if not isinstance(driller, Driller):
+        if not isinstance(driller, Driller | RecordedMotion):
             continue
         fastest = float(np.max(np.asarray(driller.speed.values)))
+        if isinstance(driller, RecordedMotion):
+            if phased:
+                errors.append(Fault(where, "is the motion of a whole run, not of a phase", "give it as the lever"))
+            if scene.motor is None and np.min(np.asarray(driller.speed.values)) < 0:
+                errors.append(Fault("motor", "is missing, and the recorded motion hoists", "give the scene a `Motor`"))
+            fastest = max(fastest, 1.0)
         if fastest <= 0 and np.any(np.asarray(driller.speed.values) < 0):
             hint = "give a speed of lowering, or the scene a `motor` that follows it"
             errors.append(Fault(f"{where}.speed", "is never followed: a brake cannot hoist", hint))

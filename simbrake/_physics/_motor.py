@@ -8,8 +8,8 @@ from .._base._corners import clipped
 from .._phases import PhaseNow, Phases
 from ..hybrid import QUADRATURE
 from ..hybrid._arrays import Array
-from ..loads import AbstractFollower, Motor
-from ._feature import HEAT, AbstractBrake, Feature, Moment, State, piece_of
+from ..loads import AbstractFollower, Motor, RecordedMotion
+from ._feature import HEAT, LEVER, AbstractBrake, Feature, Moment, State, piece_of
 from ._mechanism import OPEN, Mode
 from ._shaft import Shaft
 
@@ -30,8 +30,8 @@ class Drive(Feature):
 
     @property
     def piece(self) -> int:
-        """Place among `Mode.pieces`: behind the profiles of the heat."""
-        return HEAT + self.heat_profiles
+        """Place among `Mode.pieces`: behind the profiles of the heat; of a recorded motion that of the lever."""
+        return LEVER if isinstance(self.course, RecordedMotion) else HEAT + self.heat_profiles
 
     def now(self, y: State, mode: Mode) -> AbstractFollower | PhaseNow:
         """The course, or that of the phase that runs."""

@@ -4,7 +4,7 @@ from .._base._retired import answers
 from ._animation import animate
 from ._many import compare, materials, sweep
 from ._pulley import pressed, pulley
-from ._rig import ledger
+from ._rig import ledger, replay
 from ._runs import contacts, depth, duty, lining_map, stages, stop, stops, temperatures
 from ._shared import titled
 from ._studies import angles, calibration, chord_angles, distribution, effects, indices, layouts, overlay, tornado, wear
@@ -28,6 +28,7 @@ __all__ = [
     "overlay",
     "pressed",
     "pulley",
+    "replay",
     "stages",
     "stop",
     "stops",

@@ -7,6 +7,7 @@ from matplotlib.patches import Patch
 from .._base._table import scale
 from ..rig._ledger import Ledger
 from ..rig._lowerings import LOADS, Lowering
+from ..rig._replay import Comparison
 from ._shared import BLUE, GREEN, ORANGE, VERMILLION, finish, sheet, styled
 
 #: colours of the kinds of load
@@ -58,4 +59,36 @@ def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
         shown.append(Patch(color=VERMILLION, label="flagged"))
     figure.legend(handles=shown, loc="outside lower center", ncols=4, frameon=False)
     figure.suptitle(f"{len(book.lowerings.valid)} lowerings, work of the hook by {book.lowerings.interval_by}")
+    return figure
+
+
+@styled
+def replay(comparison: Comparison, *, figure: Figure | None = None) -> Figure:
+    """Recorded and simulated height of the block and load of the hook, in the units of the log, and temperatures.
+
+    Example:
+        >>> figure = sb.plot.replay(comparison)
+        >>> [axes.get_ylabel() for axes in figure.axes]
+        ['height, m', 'hook load, kN', 'temperature, °C']
+    """
+    result = comparison.replay.result
+    end = float(result.record.t_end)
+    unit, word = (3600.0, "h") if end > 7200.0 else (1.0, "s")
+    hot = {"rim": "rim_temperature", "linings": "lining_temperature", "band": "band_temperature"}
+    series = result.series(np.linspace(0.0, end, 2000))
+    shown = {name: x for name, column in hot.items() if (x := getattr(series, column)) is not None}
+    rows = 3 if shown else 2
+    figure = sheet(figure, 9.0, 2.0, rows=rows, room=0.6)
+    panels = figure.subplots(rows, 1, sharex=True)
+    for axes, of, label in zip(panels, (comparison.position, comparison.load), ("height", "hook load"), strict=False):
+        axes.plot(of.t / unit, of.recorded / of.factor, color="0.6", lw=2.0, label="recorded")
+        axes.plot(of.t / unit, of.simulated / of.factor, color=BLUE, lw=0.8, label="simulated")
+        axes.set_ylabel(f"{label}, {of.unit}")
+    for (name, x), colour in zip(shown.items(), (VERMILLION, ORANGE, GREEN), strict=False):
+        panels[2].plot(series.t / unit, np.max(x, axis=1) - 273.15, color=colour, label=name)
+        panels[2].set_ylabel("temperature, °C")
+    panels[-1].set_xlabel(f"time from the first row, {word}")
+    for axes in panels[1:]:
+        axes.legend(loc="upper left", frameon=False)
+    finish(panels)
     return figure

@@ -13,3 +13,12 @@ from ._lowerings import Level as Level
 from ._lowerings import Lowering as Lowering
 from ._lowerings import Lowerings as Lowerings
 from ._lowerings import lowerings as lowerings
+from ._replay import Compared as Compared
+from ._replay import Comparison as Comparison
+from ._replay import Match as Match
+from ._replay import Motion as Motion
+from ._replay import Reconstruction as Reconstruction
+from ._replay import Replay as Replay
+from ._replay import ReplayedLowering as ReplayedLowering
+from ._replay import compare as compare
+from ._replay import replay as replay

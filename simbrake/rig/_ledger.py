@@ -279,8 +279,8 @@ def ledger(
     if faults := faults_of_settings(**settings):
         raise InputError(faults)
     found = of if isinstance(of, Lowerings) else lowerings(of)
-    notes, shares = list(found.notes), _shares(auxiliary)
-    strung = _lines_of(found.log, notes) if lines is None else lines
+    notes, shares = list(found.notes), shares_of(auxiliary)
+    strung = lines_of(found.log, notes) if lines is None else lines
     if efficiency is None and strung is not None:
         efficiency = tackle_efficiency(strung)
         notes.append(f"efficiency of the tackle {digits(efficiency, 3)}, by sheaves of {_SHEAVE}; efficiency= if not")
@@ -306,7 +306,7 @@ def ledger(
     return Ledger(found, entries, settings, separable, tuple(notes))
 
 
-def _shares(auxiliary: float | Mapping[str, float] | None) -> dict[str, Any]:
+def shares_of(auxiliary: float | Mapping[str, float] | None) -> dict[str, Any]:
     """Share of the auxiliary brake by kind of load."""
     return dict(auxiliary) if isinstance(auxiliary, Mapping) else dict.fromkeys(LOADS, auxiliary)
 
@@ -319,7 +319,7 @@ def faults_of_settings(
     efficiency: float | None, brake: str | None, auxiliary: float | Mapping[str, float] | None, **positive: float | None
 ) -> list[Fault]:
     """Errors of arguments of `ledger`."""
-    shares = _shares(auxiliary)
+    shares = shares_of(auxiliary)
     faults = [
         Fault(name, f"{x} is not a positive number", f"in {POSITIVE[name]}" if POSITIVE[name] != "1" else "")
         for name, x in positive.items()
@@ -339,7 +339,7 @@ def faults_of_settings(
     return list(dict.fromkeys(faults))
 
 
-def _lines_of(log: Log, notes: list[str]) -> float | None:
+def lines_of(log: Log, notes: list[str]) -> float | None:
     """Lines strung as the log has them."""
     channel = log.channels.get("lines_strung")
     if channel is None:
@@ -358,7 +358,7 @@ def _lines_of(log: Log, notes: list[str]) -> float | None:
     return count
 
 
-def _refusal(log: Log, one: Lowering) -> str:
+def refusal(log: Log, one: Lowering) -> str:
     """Why the motion of the drum is not known in a lowering."""
     if not log.compensated:
         return ""
@@ -387,7 +387,7 @@ def _entry(
     shares: Mapping[str, float | None],
 ) -> Entry:
     mass = block_mass if block_mass is not None and one.kind == "block" else one.static_load / _GRAVITY
-    entry = Entry(one, one.hook_work / one.duration, 0.5 * mass * one.top_speed**2, refused=_refusal(log, one))
+    entry = Entry(one, one.hook_work / one.duration, 0.5 * mass * one.top_speed**2, refused=refusal(log, one))
     if efficiency is None or entry.refused:
         return entry
     drum: dict[str, float | None] = {

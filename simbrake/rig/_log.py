@@ -152,6 +152,12 @@ class Channel:
         return quantile(0.5, np.where(spacing <= 2.0 * short, weight, 0.0))
 
     @property
+    def factor(self) -> float:
+        """SI units of `value` in one unit of the file."""
+        own = not self.si or self.si == "1" or _plain_unit(self.unit) in _NO_UNIT
+        return 1.0 if own else float(_unit_of(self.unit, self.si).factor)
+
+    @property
     def held(self) -> bool:
         """Whether values are repeated between updates, so that differences of rows are no rates."""
         return bool(self.interval > 1.5 * np.median(np.diff(self.t))) if self.t.size > 3 else False
@@ -310,6 +316,16 @@ def _chosen(tables: list[FileTable], names: Mapping[str, str]) -> tuple[FileTabl
     return best, [f"the file has {len(tables)} logs: the one with {len(best.names)} curves is read"] if tables[
         1:
     ] else []
+
+
+def _plain_unit(text: str) -> str:
+    return re.sub(r"[\s.*·_]", "", text.lower())
+
+
+def _unit_of(text: str, si: str) -> Unit:
+    """A unit as logs write it. Raises `ValueError` for what is none."""
+    factor = None if text.strip() in ("mN", "MN") else _SPELLINGS.get(si, {}).get(_plain_unit(text))
+    return unit(text, si) if factor is None else Unit(factor)
 
 
 def _letters(name: str) -> str:
@@ -526,18 +542,15 @@ class _Reading:
             return None
         if about.unit == "1":
             return Unit(1.0)
-        key = re.sub(r"[\s.*·_]", "", text.lower())
+        key = _plain_unit(text)
         if key in _NO_UNIT:
             return self._without_unit(role, name, x)
-        known = _SPELLINGS.get(about.unit, {})
-        if key in known and text.strip() not in ("mN", "MN"):
-            if key in _DOUBTFUL:
-                digits(known[key] / 1e3)
-                size = f"the metric one, {digits(known[key] / 1e3)} kN"
-                self.guesses.append(f"{name}: {text} is {size}; if not, names={{{role!r}: '{name} [tonfUS]'}}")
-            return Unit(known[key])
         try:
-            return unit(text, about.unit)
+            of = _unit_of(text, about.unit)
+            if key in _DOUBTFUL and about.unit == "N":
+                size = f"the metric one, {digits(float(of.factor) / 1e3)} kN"
+                self.guesses.append(f"{name}: {text} is {size}; if not, names={{{role!r}: '{name} [tonfUS]'}}")
+            return of
         except ValueError as error:
             also = ", kdaN, klbs, tonf" if about.unit == "N" else ""
             self.fault(

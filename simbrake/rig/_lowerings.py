@@ -290,6 +290,13 @@ def faults_of_thresholds(thresholds: Mapping[str, Any]) -> list[Fault]:
     return faults
 
 
+def spans_of(found: Lowerings, height: Course, load: Course) -> tuple[list[tuple[int, int]], list[tuple[int, int]]]:
+    """First and last knots of the height in each of its motions: those downwards, of which `found` is, and upwards."""
+    turned = height._replace(value=-height.value)
+    down, up = (_Finder(found.log, x, load, found.thresholds)._spans() for x in (height, turned))
+    return down, up
+
+
 class _Finder:
     """Height and load of a log as lines, cut into motions."""
 

@@ -161,6 +161,7 @@ GIVEN = {
     "disc": lambda: sb.simulate(sb.read_scene(sb.files.shipped("disc"))),
     "life": life,
     "book": rig_recordings.book,
+    "comparison": rig_recordings.comparison,
     "rims": lambda: sb.formulas.EstimateData(track_area=1.6),
 }
 

@@ -1,0 +1,613 @@
+"""A rig's log replayed on a scene: temperatures, wear and margins of its brake over the recorded trip."""
+
+import dataclasses
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from .._base._faults import Fault, InputError
+from .._base._table import Column, Table, Tabular, digits, number, plain
+from .._outputs._metrics import HOT
+from .._outputs._scan import peaks_between
+from .._parts._scene import Initial, Scene, require_scene
+from .._phases import Phases
+from .._run._result import Result
+from .._run._simulate import Progress, Report, simulate
+from ..loads import AbstractHookLoad, Motor, RecordedLoad, RecordedMotion
+from ..profiles import PiecewiseLinear
+from ..shaft import AbstractAuxiliaryBrake
+from ._ledger import Ledger, faults_of_settings, lines_of, refusal, shares_of
+from ._log import Channel, Log
+from ._lowerings import LOADS, Course, Lowering, Lowerings, course_of, lowerings, spans_of
+
+#: acceleration of the hook (m/s²) below which its load is that of the weight; share by which readings are off, and
+#: time (s) for which they are, where the weight has changed
+_QUIET, _CHANGED, _LASTS = 0.5, 0.02, 3.0
+#: update intervals within which a height that stays the same in a motion may have been read late
+_LATE = 2.05
+#: points of motion and load have places for a power of this, and at least so many: logs share a program
+_PLACES, _FEWEST = 4, 64
+
+
+# --- the reconstruction -----------------------------------------------------------------------------------------------
+
+
+class Motion(NamedTuple):
+    """One motion between two rests: heights (m) at its updates `t` (k,) (s), and the lowering that it is, if any."""
+
+    t: np.ndarray
+    height: np.ndarray
+    lowering: Lowering | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class Reconstruction:
+    """The motion of the drum and the load on the hook that a replay takes from a log.
+
+    - `t` (n,): updates of the height in motions, and a point between two of them
+    - `angle`, `speed` (n,): of the drum since the first row (rad, rad/s), positive downwards; straight lines of the
+      speed, so that the angle is a parabola between two points, monotone in each motion, and meets each update
+    - `skipped` (n,): by what the block of the log is lower (m) than that of the replay, after noise at rest and
+      jumps of the encoder
+    - `hook`: masses by the quiet readings of the load, and when each begins;  `load`: its readings
+    """
+
+    t: np.ndarray
+    angle: np.ndarray
+    speed: np.ndarray
+    skipped: np.ndarray
+    hook: RecordedLoad
+    load: Course
+    motions: tuple[Motion, ...]
+
+    def angle_at(self, t: np.ndarray) -> np.ndarray:
+        """Angle of the drum (rad)."""
+        i = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, self.t.size - 2)
+        since, slope = np.clip(t - self.t[i], 0.0, self.t[i + 1] - self.t[i]), self.slope[i]
+        return self.angle[i] + (self.speed[i] + 0.5 * slope * since) * since
+
+    @property
+    def slope(self) -> np.ndarray:
+        """Acceleration of the drum (rad/s²) behind each point."""
+        span = np.diff(self.t, append=self.t[-1])
+        return np.where(span > 0, np.diff(self.speed, append=0.0) / np.where(span > 0, span, 1.0), 0.0)
+
+    def hook_work(self, begin: float, end: float) -> float:
+        """`∫F dx` (J) between two times, the load in straight lines between its readings."""
+        knots = np.concatenate([[begin, end], *(t[(t > begin) & (t < end)] for t in (self.t, self.load.t))])
+        knots = np.unique(knots)
+        t = np.stack([knots[:-1], 0.5 * (knots[1:] + knots[:-1]), knots[1:]])
+        x, force = np.asarray(self.hook.travelled(self.angle_at(t))), self.load.at(t)
+        first, last = np.diff(x, axis=0)
+        # (the product of two straight lines, by Simpson's rule)
+        rates = np.stack([3 * first - last, 4 * (first + last), 3 * last - first])
+        return float(np.sum(force * rates) / 6)
+
+
+def _motions(found: Lowerings, height: Course, load: Course) -> Iterator[Motion]:
+    """Monotone motions in the order of time: lowerings, hoistings, and what lies between them beyond the noise."""
+    limits = found.thresholds
+    down, up = spans_of(found, height, load)
+    known = dict(zip(down, found.lowerings, strict=True))
+    end, last = height.t.size - 1, 0
+    for a, b in [*sorted([*down, *up]), (end, end)]:
+        begin = max(a, last)
+        h = height.value[last : begin + 1]
+        way = abs(h[-1] - h[0])
+        if way > limits["heave"]:  # from where it leaves the one height to where it reaches the other
+            first = last + int(np.flatnonzero(np.abs(h - h[0]) < 0.1 * way)[-1])
+            until = first + int(np.flatnonzero(np.abs(height.value[first : begin + 1] - h[-1]) < 0.1 * way)[0])
+            t = height.t[[first, until]]
+            if way < limits["fastest"] * (t[1] - t[0]):
+                yield Motion(t, h[[0, -1]])
+        last = max(last, b)
+        t, h = height.t[begin : last + 1], height.value[begin : last + 1]
+        if t.size < 2:
+            continue
+        step = np.abs(np.diff(h))
+        jumps = step.max() > max(limits["jump"], 0.9 * abs(h[-1] - h[0]))
+        if not jumps and np.max(step / np.diff(t)) <= limits["fastest"]:
+            h = (np.minimum if h[-1] < h[0] else np.maximum).accumulate(h)
+            # a height that was only read late is no rest
+            late = np.append(False, (np.diff(h)[:-1] == 0) & (t[2:] - t[:-2] <= _LATE * height.interval))
+            rests = np.append(~late, True)
+            yield Motion(t[rests], h[rests], known.get((a, b)))
+
+
+def _points(t: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Times and speeds of straight lines that lead from rest to rest through monotone angles (k,).
+
+    The speed at an update is the mean of those of the chords beside it, weighted as in a parabola, and at most twice
+    each of them, so that it never changes its sign (van Leer's limiter, *J. Comput. Phys.* 32, 1979).
+    """
+    span = np.diff(t)
+    chord, at = np.diff(angle) / span, np.zeros(t.size)
+    mean = (chord[1:] * span[:-1] + chord[:-1] * span[1:]) / (span[1:] + span[:-1])
+    at[1:-1] = np.sign(mean) * np.minimum(np.abs(mean), 2 * np.minimum(np.abs(chord[1:]), np.abs(chord[:-1])))
+    # (a drum that comes to rest before the lever is pulled would be held by what is left of its tension)
+    at[-1] = max(1e-3 * chord[-1], 0.0)
+    middle, between = 0.5 * (t[1:] + t[:-1]), 2 * chord - 0.5 * (at[1:] + at[:-1])
+    times, speeds = (np.stack(x, axis=1).ravel() for x in ((t[:-1], middle), (at[:-1], between)))
+    return np.append(times, [t[-1], t[-1]]), np.append(speeds, [at[-1], 0.0])
+
+
+def _levels(t: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Levels of readings, and when each begins: a new one where they are off on the same side for some time.
+
+    What is off for less, as while a load gets faster, is in no level.
+    """
+    least, total, count = 0.02 * float(np.max(np.abs(x))), float(x[0]), 1
+    members, off, side = [[0]], list[int](), False
+    for i, value in enumerate(x.tolist()[1:], 1):
+        mean = total / count
+        if abs(value - mean) <= _CHANGED * max(mean, least):
+            members[-1].append(i)
+            total, count, off = total + value, count + 1, []
+            continue
+        off, side = [*(off if (value > mean) == side else ()), i], value > mean
+        if len(off) > 1 and t[i] - t[off[0]] >= _LASTS:
+            members.append(off)
+            total, count, off = float(np.sum(x[off])), len(off), []
+    levels = [float(np.median(x[of])) for of in members]
+    return np.asarray([0.0, *(0.5 * (t[of[0]] + t[of[0] - 1]) for of in members[1:])]), np.maximum(levels, 0.0)
+
+
+def _filled(x: np.ndarray, end: float | None = None) -> np.ndarray:
+    """Values up to a common size: the last one repeated, or times behind the `end` of the run."""
+    size = _FEWEST
+    while size < x.size:
+        size *= _PLACES
+    more = size - x.size
+    return np.append(x, np.full(more, x[-1]) if end is None else end + np.arange(1.0, more + 1))
+
+
+def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
+    """The motion and the load of a log, on the drum and the rope of a `hook`.
+
+    The rope is on the drum with all its turns (`RopeLayers.turns`) where the block is at its highest.
+    """
+    log = found.log
+    height, load = course_of(log.position, found.thresholds["spacing"]), course_of(log["hook_load"])
+    motions = tuple(_motions(found, height, load))
+    travels, depth = list[np.ndarray](), 0.0
+    for one in motions:
+        travels.append(depth + one.height[0] - one.height)
+        depth = travels[-1][-1]
+    highest, lowest = (f([0.0, *(f(x) for x in travels)]) for f in (min, max))
+    per_radian, rope = float(hook.travel()), hook.rope
+    if rope is None:
+        angles = [x / per_radian for x in travels]
+    else:
+        turns = float(rope.turns)
+        grid = np.unique(np.append(np.arange(0.0, turns, float(rope.turns_per_layer)), turns))[::-1]
+        paid = np.asarray(hook.travelled(2 * np.pi * (turns - grid)))
+        if lowest - highest > paid[-1]:
+            far, most = (number(x, "m", count=4) for x in (lowest - highest, paid[-1]))
+            hint = "give those that are on the drum with the block at its highest"
+            raise InputError([Fault("duty.load.rope.turns", f"pay out {most} of the hook, the log has {far}", hint)])
+        left = [np.interp(np.append(x, 0.0) - highest, paid, grid) for x in travels]
+        angles = [2 * np.pi * (x[-1] - x[:-1]) for x in left]
+        rope = dataclasses.replace(rope, turns=np.interp(-highest, paid, grid))
+    t, angle, speed, skipped = [0.0], [0.0], [0.0], [0.0]
+    for one, travel, turned in zip(motions, travels, angles, strict=True):
+        times, speeds = _points(one.t, turned)
+        along = turned[0] + np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times)))
+        first = int(times[0] <= t[-1])
+        t, angle, speed = [*t, *times[first:]], [*angle, *along[first:]], [*speed, *speeds[first:]]
+        skipped += [float(height.value[0] - one.height[0] - travel[0])] * (times.size - first)
+    if t[-1] < log.t[-1]:
+        t, angle, speed, skipped = [*t, log.t[-1]], [*angle, angle[-1]], [*speed, 0.0], [*skipped, skipped[-1]]
+    t, angle, speed, skipped = (np.asarray(x) for x in (t, angle, speed, skipped))
+    shared = {name: getattr(hook, name) for name in ("drum_radius", "line_count", "gravity", "drag")}
+    still = RecordedLoad([0.0], [0.0], **shared, rope=rope)  # pyright: ignore
+    path = Reconstruction(t, angle, speed, skipped, still, load, motions)
+    rate = per_radian * path.slope[np.clip(np.searchsorted(t, load.t, side="right") - 1, 0, t.size - 1)]
+    quiet = np.abs(rate) < _QUIET
+    for one in motions:  # all readings of one that is never quiet
+        inside = (load.t >= one.t[0]) & (load.t <= one.t[-1])
+        quiet |= inside & (np.count_nonzero(quiet & inside) < 2)
+    gravity = float(hook.gravity)
+    begins, masses = _levels(load.t[quiet], load.value[quiet] / (gravity - np.minimum(rate, 0.5 * gravity)[quiet]))
+    hook = RecordedLoad(_filled(begins, t[-1]), _filled(masses), **shared, rope=rope)  # pyright: ignore
+    return dataclasses.replace(path, hook=hook)
+
+
+# --- the scene of a replay --------------------------------------------------------------------------------------------
+
+
+def _tensions(scene: Scene) -> tuple[float, float]:
+    """Largest slack tensions (N) of the levers of a scene that hold the speed, and of those that are pulled."""
+    lever = scene.lever
+    levers = [phase.lever for phase in lever.each] if isinstance(lever, Phases) else [lever]
+    held, pulled = (
+        max((float(x.scale()) for x in levers if x.controls_speed == which), default=0.0) for which in (True, False)
+    )
+    # (one for the other as in a programme in words)
+    return held or 2 * pulled, pulled or 0.5 * held
+
+
+def _motor(scene: Scene, path: Reconstruction, notes: list[str]) -> Motor:
+    """The motor of the scene, or one that gives what the motion asks for."""
+    fastest = max(float(np.max(np.abs(path.speed))), 1.0)
+    if scene.motor is not None:
+        most = float(scene.motor.max_speed)
+        if fastest > most:
+            high, limit = (number(x, "rad/s", count=3) for x in (fastest, most))
+            notes.append(f"the drum turns at up to {high}, the motor of the scene at {limit}: this limit is left out")
+        return dataclasses.replace(scene.motor, speed=None, max_speed=max(fastest, most))
+    notes.append("the scene has no motor: one without limits hoists; for the brake that is time to cool")
+    mass, per_radian = float(np.max(path.hook.masses)), float(path.hook.travel())
+    inertia = float(scene.brake.inertia) + mass * per_radian**2
+    faster = float(np.max(np.abs(path.slope)))
+    torque = 4 * (mass * float(path.hook.gravity) * per_radian + inertia * faster)
+    return Motor(torque, torque * fastest, fastest)
+
+
+def _scene_of(
+    scene: Scene, found: Lowerings, path: Reconstruction, shares: Mapping[str, float], notes: list[str]
+) -> Scene:
+    """The scene with lever, load and motor of the reconstruction."""
+    share = np.zeros(path.t.size)
+    for t, _, one in path.motions:
+        kind = LOADS[found.load[np.searchsorted(found.log.t, 0.5 * (t[0] + t[-1]))]] if one is None else one.kind
+        share[(path.t >= t[0]) & (path.t < t[-1])] = shares.get(kind, 0.0)
+    speed = PiecewiseLinear(_filled(path.t, path.t[-1]), _filled(path.speed))
+    lever = RecordedMotion(speed, _filled(path.angle), *_tensions(scene), _filled(share))
+    shaft = tuple(law for law in scene.shaft if not isinstance(law, AbstractAuxiliaryBrake))
+    if len(shaft) < len(scene.shaft):
+        notes.append("auxiliary brakes on the shaft are left out: auxiliary= is their share of what is lowered")
+    if scene.duty.load.elastic is not None:
+        notes.append("the rope is taken as rigid")
+    duty = dataclasses.replace(scene.duty, **{scene.duty.lever_field: lever, "load": path.hook})
+    motor = _motor(scene, path, notes)
+    return dataclasses.replace(scene, duty=duty, initial=Initial(0.0), end_time=path.t[-1], shaft=shaft, motor=motor)
+
+
+# --- what it says -----------------------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass(frozen=True)
+class ReplayedLowering:
+    """One lowering in a replay, SI units; `None` behind the end of a run that failed.
+
+    - `recorded_travel`, `recorded_work`: of the reconstruction;  `travel`, `hook_work`: of the simulation, with their
+      deviations as shares of it
+    - `friction_heat` of the brake, and the hottest that its parts are (K, by metric), up to the next lowering
+    """
+
+    lowering: Lowering
+    recorded_travel: float
+    recorded_work: float
+    travel: float | None = None
+    travel_deviation: float | None = None
+    hook_work: float | None = None
+    work_deviation: float | None = None
+    friction_heat: float | None = None
+    hottest: Mapping[str, float] = dataclasses.field(default_factory=dict)
+
+
+@dataclasses.dataclass(frozen=True)
+class Replay(Tabular):
+    """A log replayed on a scene: `result` is that of a run as any other, `lowerings` what is in each of them.
+
+    - `path`: the reconstruction that it follows;  `settings`: the arguments;  `notes`: to be read
+    """
+
+    found: Lowerings
+    path: Reconstruction
+    result: Result
+    lowerings: tuple[ReplayedLowering, ...]
+    settings: dict[str, Any]
+    notes: tuple[str, ...]
+
+    @property
+    def hottest(self) -> ReplayedLowering | None:
+        """The lowering with the highest temperature of the rim (else of another part, else with the most heat)."""
+        done = [one for one in self.lowerings if one.friction_heat is not None]
+        place = next(iter(done[0].hottest), None) if done else None
+        return max(done, key=lambda one: one.hottest[place] if place else one.friction_heat, default=None)  # pyright: ignore
+
+    @property
+    def answer(self) -> tuple[str, ...]:
+        """What a crew asks: the hottest lowering, the verdict with the smallest margin, how well it follows the log."""
+        most = self.hottest
+        if most is None:
+            return (f"the run failed before the first lowering: {self.result.message}",)
+        temperatures = [f"{HOT[name]} {number(x, 'K', count=3)}" for name, x in most.hottest.items()]
+        when = most.lowering.start or f"{digits(most.lowering.begin, 6)} s"
+        words = ", ".join([f"{number(most.friction_heat, 'J', count=3)} in the brake", *temperatures])
+        verdict = self.result.verdict()
+        margins = [f"smallest margin: {row.name}, {row.margin}" for row in verdict.rows[:1]]
+        off = (
+            f"{what} {100 * max(abs(getattr(one, name) or 0.0) for one in self.lowerings):.2g} %"
+            for what, name in (("travel", "travel_deviation"), ("hook work", "work_deviation"))
+        )
+        return (
+            f"hottest lowering: {when}, {words}",
+            f"{verdict.colour}: {self.result.status}; {'; '.join(margins) or 'no margin'}",
+            f"simulated against recorded: {', '.join(off)} at most in a lowering",
+        )
+
+    @property
+    def table(self) -> Table:
+        """A row for each lowering."""
+        heats = list(self.lowerings[0].hottest) if self.lowerings else []
+        columns = [
+            *(Column("start", left=True), Column("begin", "s", show=".6g"), Column("kind", left=True)),
+            *(Column(name, "m", show=".4g") for name in ("recorded_travel", "travel")),
+            Column("travel_deviation", show=".2e"),
+            *(Column(name, "J", show=".4g") for name in ("recorded_work", "hook_work")),
+            *(Column("work_deviation", show=".2e"), Column("friction_heat", "J", show=".4g")),
+            *(Column(name, "K", show=".4g") for name in heats),
+        ]
+        rows = []
+        for one in self.lowerings:
+            of = {**vars(one), **{name: getattr(one.lowering, name) for name in ("start", "begin", "kind")}}
+            of |= {name: one.hottest.get(name) for name in heats}
+            rows.append([of[column.name] for column in columns])
+        return Table(columns, rows)
+
+    def parts(self) -> Iterator[str | Table]:
+        yield from self.answer
+        yield self.table
+        yield f"given: {', '.join(f'{name} = {x}' for name, x in self.settings.items())}"
+        yield from (f"- {note}" for note in self.notes)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Everything in SI units; `hottest` is the place of the hottest lowering, `metrics` those of the run."""
+        most = self.hottest
+        return plain(
+            {
+                "code": int(self.result.code),
+                "status": self.result.status,
+                "hottest": None if most is None else self.lowerings.index(most),
+                "lowerings": self.table,
+                "metrics": self.result.metrics,
+                "energy": self.result.energy,
+                "verdict": self.result.verdict().as_dict(),
+                "settings": self.settings,
+                "notes": self.notes,
+            }
+        )
+
+
+def _largest_distance(path: Reconstruction, result: Result) -> tuple[float, float]:
+    """Largest distance (m) of the hook from the reconstruction, and when (s)."""
+    t = path.t[path.t <= float(result.record.t_end)]
+    away = np.abs(np.asarray(result.series(t).hook_position) - np.asarray(path.hook.travelled(path.angle_at(t))))
+    return float(away.max()), float(t[away.argmax()])
+
+
+def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering]:
+    done = [one.lowering for one in path.motions if one.lowering is not None]
+    end = float(result.record.t_end)
+    spans = [(one.begin, one.end) for one in done]
+    inside = [one for one in spans if one[1] <= end]
+    from_, masses = np.asarray(path.hook.times), np.asarray(path.hook.masses)
+    knots = [np.concatenate([[a], from_[(from_ > a) & (from_ < b)], [b]]) for a, b in inside]
+    until = [min(a, end) for a, _ in spans[1:]] + [end]
+    heat, rows, scan = np.zeros(0), np.zeros((0, 2), int), result.report().scan
+    if inside:
+        series = result.series(np.concatenate(knots))
+        x = np.split(np.asarray(series.hook_position), np.cumsum([t.size for t in knots])[:-1])
+        ends = np.array([[a, b] for (a, _), b in zip(inside, until, strict=False)])
+        heat = np.diff(np.asarray(result.series(ends.ravel()).friction_heat).reshape(ends.shape))[:, 0]
+        t = np.asarray(scan.record.rows.t)[: int(scan.record.count) + 1]
+        rows = np.searchsorted(t, ends - 1e-9 * end)
+    names = [name for name in HOT if name in scan.wanted.names]
+    hottest = peaks_between(scan, names, [(int(a), int(b)) for a, b in rows])
+    for i, (one, (a, b)) in enumerate(zip(done, spans, strict=True)):
+        far = np.diff(np.asarray(path.hook.travelled(path.angle_at(np.array([a, b])))))[0]
+        work = path.hook_work(a, b)
+        if i >= len(inside):
+            yield ReplayedLowering(one, far, work)
+            continue
+        hanging = masses[np.searchsorted(from_, knots[i][:-1], side="right") - 1]
+        own = float(np.sum(hanging * float(path.hook.gravity) * np.diff(x[i])))
+        travel, tops = float(x[i][-1] - x[i][0]), {name: float(hottest[name][i]) for name in names}
+        yield ReplayedLowering(
+            one, float(far), work, travel, travel / far - 1, own, own / work - 1, float(heat[i]), tops
+        )
+
+
+def replay(
+    of: Log | Lowerings | Ledger,
+    scene: Scene,
+    *,
+    auxiliary: float | Mapping[str, float] | None = None,
+    rtol: float = 1e-8,
+    progress: Progress | Report | bool | None = False,
+) -> Replay:
+    """Replay a log on a scene: temperatures, wear, margins over the whole trip, hoisting and rests included.
+
+    Recorded are the motion of the drum and the weight on the hook; brake, rope, tackle, heat and wear are the scene's:
+
+    - **motion**: monotone parabolas through all updates of the height in a motion; lever and motor follow it
+      (`RecordedMotion`). Between motions the drum rests; slow ways of more than `heave` in between, as in drilling, are
+      one motion
+    - **weight**: levels of the load in quiet intervals, in which the hook is accelerated by less than 0.5 m/s², which
+      is taken off; a new one where readings are off by 2 % for 3 s. It gives the masses, and the model the inertia,
+      which is in the recorded load already
+    - **brake**: the largest tensions of the levers in the scene hold the drum at rest (`pull`), and are the `limit` in
+      lowering (one is twice the other where it lacks one). In hoisting it is open
+    - **motor** of the scene with its limits, else one without limits: it hoists, drives a block down that is too light
+      to reach the recorded speed, and takes the share `auxiliary` of what is lowered (of a `Ledger` its share), one
+      number or one by kind of load. An auxiliary brake counts as such a share, too. Without a share all of it is heat
+      of the friction brakes, an upper bound
+    - **rope**: its turns are those on the drum with the block at its highest
+
+    The duty, the start and the end of the scene do not matter but for lines, drum, rope and tensions. Runs of logs of
+    about one length share one compiled program.
+
+    - `of`: a log, its lowerings, or its ledger;  `rtol`, `progress`: as of `simulate`
+
+    A run that fails is returned with its code (`Replay.result`). Raises `InputError` where the lines strung of log and
+    scene differ, where the height is heave-compensated and the heave unknown or above 1 % of a lowering, where nothing
+    is lowered, and with all errors of the scene.
+
+    Example:
+        >>> import pathlib, tempfile
+        >>> t = np.arange(0.0, 120.0, 2.0)
+        >>> rows = [f"{a},{b},200\\n" for a, b in zip(t, 30.0 - np.clip(0.5 * t - 20.0, 0.0, 20.0))]
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     file = pathlib.Path(folder, "rig.csv")
+        ...     _ = file.write_text("Time,BPOS,HKLD\\ns,m,kN\\n" + "".join(rows))
+        ...     replay = sb.rig.replay(sb.rig.read(file), scene)
+        >>> round(replay.lowerings[0].hook_work / 1e6, 3)
+        4.0
+    """
+    require_scene(scene)
+    found = of.lowerings if isinstance(of, Ledger) else of if isinstance(of, Lowerings) else lowerings(of)
+    log, hook, notes, faults = found.log, scene.duty.load, list[str](), list[Fault]()
+    if auxiliary is None and isinstance(of, Ledger):
+        auxiliary = 0.0 if of.settings["brake"] == "friction" else of.settings["auxiliary"]
+    faults += faults_of_settings(efficiency=None, brake=None, auxiliary=auxiliary)
+    shares = shares_of(0.0 if auxiliary is None else auxiliary)
+    if not isinstance(hook, AbstractHookLoad):
+        faults.append(
+            Fault("duty.load", f"a {type(hook).__name__} hangs on no hook", "give lines and drum: `HookLoad`")
+        )
+    elif (lines := lines_of(log, notes)) is not None and lines != float(hook.line_count):
+        what = f"{digits(float(hook.line_count))} lines are strung, the log has {digits(lines)}"
+        faults.append(Fault("duty.load.line_count", what, "give the scene those of the log"))
+    refused = [words for one in found.valid if (words := refusal(log, one))]
+    if refused:
+        hint = "give a height between block and crown: names={'block_position': …}"
+        what = f"{len(refused)} of {len(found.valid)} lowerings: {refused[0]}"
+        faults.append(Fault(f"{log.source} column {log.position.mnemonic}", what, hint))
+    if not found.valid:
+        faults.append(Fault(log.source, "has no lowering without flags", "print sb.rig.lowerings(log)"))
+    if not max(_tensions(scene)) > 0:
+        faults.append(
+            Fault(f"duty.{scene.duty.lever_field}", "is never pulled", "give the tension that holds the load")
+        )
+    if faults:
+        raise InputError(faults)
+    if auxiliary is None:
+        bound = "the friction brakes take all that is lowered, an upper bound"
+        notes.append(f"{bound}: auxiliary= is the share of a motor or an auxiliary brake")
+    path = reconstruct(found, hook)  # pyright: ignore
+    own = _scene_of(scene, found, path, shares, notes)
+    steps = 1 << int(np.ceil(np.log2(10 * path.t.size + 4096)))
+    result = simulate(own, rtol=rtol, max_steps=steps, max_events=steps, throw=False, progress=progress)
+    behind, when = _largest_distance(path, result)
+    if behind > found.thresholds["heave"]:
+        far = number(behind, "m", count=3)
+        notes.append(
+            f"the hook is up to {far} off the recorded motion, at {digits(when, 6)} s: lever or motor are too weak"
+        )
+    settings = {"auxiliary": auxiliary, "limit": float(own.duty.lever.limit), "pull": float(own.duty.lever.pull)}  # pyright: ignore
+    return Replay(found, path, result, tuple(_replayed(path, result)), settings, tuple(notes))
+
+
+# --- beside the recording ---------------------------------------------------------------------------------------------
+
+
+class Match(NamedTuple):
+    """How well a simulated channel meets the recorded one, in the unit of the log.
+
+    - `count` of recorded updates;  `coverage`: share of them at which the simulation has a value
+    - `rmse`, `bias`: root of the mean square, and mean, of simulated less recorded values, `None` without any
+    - `within`: share of all updates met within the resolution: of the height 1 % of the travel, or a step of the
+      reading; of the load its recorded lowest and highest values, else 3 %
+    """
+
+    count: int
+    coverage: float
+    rmse: float | None
+    bias: float | None
+    within: float
+
+
+class Compared(NamedTuple):
+    """A channel of a log beside its simulation: values (n,) in SI units at its updates `t` (n,), NaN behind the end.
+
+    - `unit` of the log, which has `factor` SI units;  `matches` of each lowering, and of all of them together
+    """
+
+    unit: str
+    factor: float
+    t: np.ndarray
+    recorded: np.ndarray
+    simulated: np.ndarray
+    matches: tuple[Match, ...]
+    total: Match
+
+
+@dataclasses.dataclass(frozen=True)
+class Comparison(Tabular):
+    """Simulated beside recorded height of the block and load of the hook, in the units of the log."""
+
+    replay: Replay
+    position: Compared
+    load: Compared
+
+    @property
+    def table(self) -> Table:
+        """A row for each lowering."""
+        names = [f"{channel}_{name}" for channel in ("position", "load") for name in Match._fields]
+        columns = [Column("begin", "s", show=".6g"), *(Column(name, show=".4g") for name in names)]
+        each = zip(self.replay.lowerings, self.position.matches, self.load.matches, strict=True)
+        return Table(columns, [[one.lowering.begin, *position, *load] for one, position, load in each])
+
+    def parts(self) -> Iterator[str | Table]:
+        for name, of in (("position", self.position), ("load", self.load)):
+            total = of.total
+            off = (
+                () if total.rmse is None else (f"RMSE {total.rmse:.4g} {of.unit}", f"bias {total.bias:+.3g} {of.unit}")
+            )
+            shares = f"{100 * total.coverage:.3g} % of {total.count} updates covered, {100 * total.within:.3g} % within"
+            yield f"{name}: {', '.join([*off, shares])} the resolution"
+        yield self.table
+
+    def as_dict(self) -> dict[str, Any]:
+        """Matches of each lowering and in total, with their units."""
+        channels = {"position": self.position, "load": self.load}
+        totals = {name: {"unit": of.unit, **of.total._asdict()} for name, of in channels.items()}
+        return plain({**totals, "lowerings": self.table})
+
+
+def _compared(
+    channel: Channel, course: Course, simulated: np.ndarray, bounds: tuple[np.ndarray, np.ndarray], spans: np.ndarray
+) -> Compared:
+    """A channel in the spans (k, n) of the lowerings; `bounds` (n,) of what meets it."""
+
+    def match(at: np.ndarray) -> Match:
+        own, off = simulated[at], (simulated - course.value)[at] / channel.factor
+        known = ~np.isnan(own)
+        if not known.any():
+            return Match(own.size, 0.0, None, None, 0.0)
+        rmse, bias = float(np.sqrt(np.mean(off[known] ** 2))), float(np.mean(off[known]))
+        inside = (own >= bounds[0][at]) & (own <= bounds[1][at])
+        return Match(own.size, float(known.mean()), rmse, bias, float(inside.mean()))
+
+    total = match(np.asarray(spans.any(axis=0)))
+    unit = channel.unit or channel.si
+    return Compared(unit, channel.factor, course.t, course.value, simulated, tuple(map(match, spans)), total)
+
+
+def compare(replay: Replay) -> Comparison:
+    """Compare a replay with its log: block position and hook load at their updates in lowerings, in the rig's units.
+
+    The simulated height begins with the first of the log, and is lower by what the replay skips (noise at rest, jumps
+    of the encoder). The simulated load is that of the hook: weight less inertia.
+    """
+    path, log, result = replay.path, replay.found.log, replay.result
+    height, load = course_of(log.position, replay.found.thresholds["spacing"]), path.load
+
+    def spans(course: Course) -> np.ndarray:
+        return np.array([(course.t >= x.lowering.begin) & (course.t <= x.lowering.end) for x in replay.lowerings])
+
+    at = np.clip(np.searchsorted(path.t, height.t, side="right") - 1, 0, path.t.size - 1)
+    block = height.value[0] - path.skipped[at] - np.asarray(result.series(height.t, fill=True).hook_position)
+    inside, steps = spans(height), np.abs(np.diff(height.value))
+    travels = np.array([x.recorded_travel for x in replay.lowerings])
+    room = np.maximum(0.01 * travels @ inside, np.min(steps[steps > 0]))
+    position = _compared(log.position, height, block, (height.value - room, height.value + room), inside)
+    hook = np.asarray(result.series(load.t, fill=True).hook_load)
+    bounds = load.value - 0.03 * np.abs(load.value), load.value + 0.03 * np.abs(load.value)
+    ends = [log.channels.get(f"hook_load_{end}") for end in ("min", "max")]
+    if all(end is not None and end.nulls < end.value.size for end in ends):
+        bounds = tuple(np.interp(load.t, x.t[~np.isnan(x.value)], x.value[~np.isnan(x.value)]) for x in ends)  # pyright: ignore
+    return Comparison(replay, position, _compared(log["hook_load"], load, hook, bounds, spans(load)))  # pyright: ignore
