@@ -49,6 +49,8 @@ _SCENE = (
     "shipped scene (simbrake new lists these)."
 )
 SceneFile = Annotated[Path, Parameter(name="SCENE", help=_SCENE, converter=named_file)]
+_REPLAY = f"Replay the recording on the brake of a scene. {_SCENE}"
+ReplayScene = Annotated[Path | None, Parameter(name="--scene", help=_REPLAY, converter=named_file)]
 _OUT = "Folder for the files that the command writes, made if it does not exist."
 Out = Annotated[Path | None, Parameter(name=["--out", "-o"], help=_OUT)]
 _ONE = "Folder or file name; a folder is made if it does not exist."

@@ -39,13 +39,16 @@ def rig(
     time: cli.Many = None,
     offset: Annotated[str | None, Parameter(allow_leading_hyphen=True)] = None,
     names: cli.Flag = False,
+    scene: cli.ReplayScene = None,
+    set_: cli.Set = None,
     units: cli.Units = "si",
     out: cli.Out = None,
     json_: cli.Json = False,
 ) -> int:
     """Print what a rig asked of its brakes: the lowerings in its recording, and the work at hook and drum.
 
-    --out writes the ledger as a self-contained page, CSV, JSON (SI), text, and its figure.
+    With --scene the recording is replayed on the brake of a scene: temperatures, wear and margins over the whole of it.
+    --out writes the ledger as a self-contained page, CSV, JSON (SI), text, and its figure, with those of the replay.
 
     Parameters
     ----------
@@ -89,17 +92,22 @@ def rig(
     if cli.attempt(faults, existing_file, file, "*.xml", "*.xml.xz", "*.las", "*.csv") is None:
         raise InputError(faults)  # known before JAX is loaded
     cli.prepare_jax()
+    brake_scene = None if scene is None else cli.attempt(faults, cli.opened, scene, set_)
+    if set_ and scene is None:
+        faults.append(Fault("--set", "has no effect", "it is for a parameter of --scene"))
     with Progress("rig", "reading…") as progress:
         try:
-            book = _ledger(file, settings, tare, threshold, reading, faults, progress)
+            said = book = _ledger(file, settings, tare, threshold, reading, brake_scene, faults, progress)
+            if brake_scene is not None:
+                said = sb.rig.replay(book, brake_scene, progress=progress)
         except InputError as error:
             raise InputError([_as_option(fault) for fault in error.faults]) from None
         with sb.results.display_units(units):
-            cli.tell(book, book.as_dict, json_)
+            cli.tell(said, said.as_dict, json_)
         if out is not None:
             progress.now("page and figure")
-            cli.print_written(book.write(out), json_)
-    return 0
+            cli.print_written(said.write(out), json_)
+    return cli.exit_code(said is book or said.result.ok)  # pyright: ignore
 
 
 def _ledger(
@@ -108,13 +116,15 @@ def _ledger(
     tare: str | None,
     threshold: list[str] | None,
     reading: dict[str, Any],
+    scene: sb.Scene | None,
     faults: list[Fault],
     progress: Progress,
 ) -> Ledger:
-    """The ledger of a log by options as they are written. Raises `InputError` with the errors of both."""
+    """The ledger of a log by options as they are written, else by a scene. Raises `InputError` with all errors."""
     from .._base._quantity import BAD, NumberReader, Quantity
     from ..rig._ledger import POSITIVE, faults_of_settings
     from ..rig._lowerings import THRESHOLDS, faults_of_thresholds
+    from ..rig._replay import settings_of
 
     reader = NumberReader()
 
@@ -150,6 +160,8 @@ def _ledger(
     if log is None or wrong:
         raise InputError(wrong)
     progress.now("lowerings")
+    if scene is not None:
+        settings |= {name: x for name, x in settings_of(scene, log).items() if settings[name] is None}
     return sb.rig.ledger(sb.rig.lowerings(log, **limits), **settings)
 
 
@@ -178,4 +190,6 @@ def _as_option(fault: Fault) -> Fault:
 
 
 #: commands and their exit codes
-COMMANDS = {rig: "0 success; 2 the input is wrong, as damaged logs and such without lowerings are."}
+COMMANDS = {
+    rig: "0 success; 1 the replay failed; 2 the input is wrong, as damaged logs and such without lowerings are."
+}

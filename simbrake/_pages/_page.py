@@ -49,6 +49,7 @@ from ..files._scene_file import scene_text
 from ..plot._shared import Figure, both_sides, data_uri, span
 from ..results._dataset import provenance, save
 from ..rig._ledger import Ledger
+from ..rig._replay import Comparison
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._sensitivity import sensitivity as tables_of
 from ..studies._spread import known_spread, uncertainty_of_library
@@ -98,8 +99,8 @@ class Picture(NamedTuple):
         words = inspect.getdoc(getattr(plot, self.name)) or ""
         return " ".join(re.split(r"\n\n(?:- |Raises |Example)", words)[0].replace("`", "").split())
 
-    def figure(self, result: Result | Ledger) -> Figure:
-        """The figure of a result, or of the duty ledger of a rig."""
+    def figure(self, result: Result | Ledger | Comparison) -> Figure:
+        """The figure of a result, of the duty ledger of a rig, or of a replay beside its log."""
         return getattr(plot, self.name)(result, *self.options)
 
 
@@ -154,7 +155,7 @@ def pictures_of(result: Result, progress: Progress) -> Iterator[Picture]:
         yield picture
 
 
-def draw(result: Result | Ledger, picture: Picture) -> Contents:
+def draw(result: Result | Ledger | Comparison, picture: Picture) -> Contents:
     """One figure of a result, as an image inside the page."""
     about = {"name": picture.key, "title": picture.title, "caption": picture.caption, "drawn": picture.drawn}
     return {**about, "address": data_uri(picture.figure(result))}

@@ -7,14 +7,42 @@ from .._base._faults import whole_folder
 from .._base._table import Number, Table, number
 from .._run._measure import Colour
 from ..rig._ledger import Ledger
+from ..rig._replay import Comparison, Replay, compare
 from ._page import Contents, Picture, draw, flat, render, write_json
+from ._rows import BADGES, key_figures
 
-#: the figure of a ledger
-PICTURE = Picture("ledger", "Lowerings and their work")
+#: the figures of a ledger and of a replay
+PICTURE, REPLAYED = Picture("ledger", "Lowerings and their work"), Picture("replay", "Replayed on the scene")
 
 
-def contents(book: Ledger) -> Contents:
-    """Contents of the page of a ledger."""
+def contents(book: Ledger, comparison: Comparison | None = None) -> Contents:
+    """Contents of the page of a ledger, with those of a replay beside its log."""
+    page = _of_ledger(book)
+    if comparison is None:
+        return page
+    replay, compared = comparison.replay, list(comparison.parts())
+    verdict, answer = replay.result.verdict(), replay.answer
+    section = (replay.readable, *compared[:-1], comparison.table.readable(*_COMPARED, title="beside the recording"))
+    notes = Table(["note"], [(text,) for text in replay.notes])
+    return page | {
+        "verdict": verdict._replace(headline=answer[0][:1].upper() + answer[0][1:]),
+        "badges": BADGES,
+        "outcome": "; ".join([*answer[1:], *book.answer]) + ".",
+        "figures": [*key_figures(replay.result.report().summary), *page["figures"]],
+        "pictures": [draw(comparison, REPLAYED), *page["pictures"]],
+        "sections": [("replay", "Replay", (*section, notes)), *page["sections"]],
+    }
+
+
+#: columns of a comparison for reading
+_COMPARED = (
+    "begin",
+    *(f"{channel}_{name}" for channel in ("position", "load") for name in ("count", "rmse", "bias", "within")),
+)
+
+
+def _of_ledger(book: Ledger) -> Contents:
+    """Contents of the page of a ledger alone."""
     answer, source = book.answer, book.lowerings.log.source
     return {
         "title": "Duty of the brakes" + ("" if source == "log" else f": {source}"),
@@ -61,12 +89,16 @@ def _assumptions(book: Ledger) -> Iterator[str | Table]:
     yield Table(["argument", "value"], flat({**book.given, **limits}), "in SI units")
 
 
-def write(book: Ledger, folder: Path) -> list[Path]:
-    """Write a ledger as page, tables, figure and text, all or none; return the paths."""
+def write(book: Ledger, folder: Path, replay: Replay | None = None) -> list[Path]:
+    """Write a ledger, and a replay of it, as page, tables, figures and text, all or none; return the paths."""
+    comparison, said = (None, book) if replay is None else (compare(replay), replay)
     with whole_folder(folder) as (scratch, written):
-        (scratch / "ledger.html").write_text(render(contents(book)), "utf-8")
-        (scratch / "ledger.txt").write_text(f"{book}\n", "utf-8")
-        write_json(scratch / "ledger.json", book.as_dict())
+        (scratch / "ledger.html").write_text(render(contents(book, comparison)), "utf-8")
+        (scratch / "ledger.txt").write_text(f"{said}\n", "utf-8")
+        write_json(scratch / "ledger.json", said.as_dict())
+        if replay is not None:
+            replay.table.frame().to_csv(scratch / "replay.csv", index=False, lineterminator="\n")
+            REPLAYED.figure(comparison).savefig(scratch / "replay.png", dpi=130)  # pyright: ignore
         frame = book.table.frame()
         frame["flags"] = [", ".join(flags) for flags in frame["flags"]]
         frame.to_csv(scratch / "ledger.csv", index=False, lineterminator="\n")

@@ -1,7 +1,9 @@
 """A rig's log replayed on a scene: temperatures, wear and margins of its brake over the recorded trip."""
 
 import dataclasses
+import importlib
 from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -16,10 +18,10 @@ from .._run._result import Result
 from .._run._simulate import Progress, Report, simulate
 from ..loads import AbstractHookLoad, Motor, RecordedLoad, RecordedMotion
 from ..profiles import PiecewiseLinear
-from ..shaft import AbstractAuxiliaryBrake
-from ._ledger import Ledger, faults_of_settings, lines_of, refusal, shares_of
+from ..shaft import AbstractAuxiliaryBrake, TackleLoss
+from ._ledger import Ledger, faults_of_settings, ledger, refusal, shares_of
 from ._log import Channel, Log
-from ._lowerings import LOADS, Course, Lowering, Lowerings, course_of, lowerings, spans_of
+from ._lowerings import LOADS, Course, Lowering, Lowerings, course_of, in_seconds, lowerings, spans_of
 
 #: acceleration of the hook (m/s²) below which its load is that of the weight; share by which readings are off, and
 #: time (s) for which they are, where the weight has changed
@@ -227,6 +229,17 @@ def _tensions(scene: Scene) -> tuple[float, float]:
     return held or 2 * pulled, pulled or 0.5 * held
 
 
+def settings_of(scene: Scene, log: Log) -> dict[str, Any]:
+    """What a scene says of tackle and drum, as arguments of `ledger`; lines strung only where the log has none."""
+    hook = scene.duty.load
+    if not isinstance(hook, AbstractHookLoad):
+        return {}
+    efficiency = 1.0 - sum(1.0 - float(law.efficiency) for law in scene.shaft if isinstance(law, TackleLoss))
+    known: dict[str, Any] = {"efficiency": max(efficiency, 1e-3)}
+    known |= {} if hook.rope else {"drum_radius": float(hook.drum_radius)}
+    return known | ({} if "lines_strung" in log.channels else {"lines": float(hook.line_count)})
+
+
 def _motor(scene: Scene, path: Reconstruction, notes: list[str]) -> Motor:
     """The motor of the scene, or one that gives what the motion asks for."""
     fastest = max(float(np.max(np.abs(path.speed))), 1.0)
@@ -245,13 +258,13 @@ def _motor(scene: Scene, path: Reconstruction, notes: list[str]) -> Motor:
 
 
 def _scene_of(
-    scene: Scene, found: Lowerings, path: Reconstruction, shares: Mapping[str, float], notes: list[str]
+    scene: Scene, found: Lowerings, path: Reconstruction, shares: Mapping[str, float | None], notes: list[str]
 ) -> Scene:
     """The scene with lever, load and motor of the reconstruction."""
     share = np.zeros(path.t.size)
     for t, _, one in path.motions:
         kind = LOADS[found.load[np.searchsorted(found.log.t, 0.5 * (t[0] + t[-1]))]] if one is None else one.kind
-        share[(path.t >= t[0]) & (path.t < t[-1])] = shares.get(kind, 0.0)
+        share[(path.t >= t[0]) & (path.t < t[-1])] = shares.get(kind) or 0.0
     speed = PiecewiseLinear(_filled(path.t, path.t[-1]), _filled(path.speed))
     lever = RecordedMotion(speed, _filled(path.angle), *_tensions(scene), _filled(share))
     shaft = tuple(law for law in scene.shaft if not isinstance(law, AbstractAuxiliaryBrake))
@@ -291,10 +304,11 @@ class ReplayedLowering:
 class Replay(Tabular):
     """A log replayed on a scene: `result` is that of a run as any other, `lowerings` what is in each of them.
 
-    - `path`: the reconstruction that it follows;  `settings`: the arguments;  `notes`: to be read
+    - `book`: the ledger of the log;  `path`: the reconstruction that the run follows
+    - `settings`: share of the motor, tensions of the lever;  `notes`: to be read
     """
 
-    found: Lowerings
+    book: Ledger
     path: Reconstruction
     result: Result
     lowerings: tuple[ReplayedLowering, ...]
@@ -315,7 +329,7 @@ class Replay(Tabular):
         if most is None:
             return (f"the run failed before the first lowering: {self.result.message}",)
         temperatures = [f"{HOT[name]} {number(x, 'K', count=3)}" for name, x in most.hottest.items()]
-        when = most.lowering.start or f"{digits(most.lowering.begin, 6)} s"
+        when = in_seconds(most.lowering.start) if most.lowering.start else f"{digits(most.lowering.begin, 6)} s"
         words = ", ".join([f"{number(most.friction_heat, 'J', count=3)} in the brake", *temperatures])
         verdict = self.result.verdict()
         margins = [f"smallest margin: {row.name}, {row.margin}" for row in verdict.rows[:1]]
@@ -334,7 +348,7 @@ class Replay(Tabular):
         """A row for each lowering."""
         heats = list(self.lowerings[0].hottest) if self.lowerings else []
         columns = [
-            *(Column("start", left=True), Column("begin", "s", show=".6g"), Column("kind", left=True)),
+            *(Column("start", left=True, show=in_seconds), Column("begin", "s", show=".6g"), Column("kind", left=True)),
             *(Column(name, "m", show=".4g") for name in ("recorded_travel", "travel")),
             Column("travel_deviation", show=".2e"),
             *(Column(name, "J", show=".4g") for name in ("recorded_work", "hook_work")),
@@ -348,16 +362,29 @@ class Replay(Tabular):
             rows.append([of[column.name] for column in columns])
         return Table(columns, rows)
 
+    @property
+    def readable(self) -> Table:
+        """The same for reading."""
+        first, names = (
+            "start" if self.book.lowerings.log.start else "begin",
+            (column.name for column in self.table.columns),
+        )
+        return self.table.readable(
+            first, *(x for x in names if x not in ("start", "begin")), title="replayed on the scene"
+        )
+
     def parts(self) -> Iterator[str | Table]:
         yield from self.answer
-        yield self.table
-        yield f"given: {', '.join(f'{name} = {x}' for name, x in self.settings.items())}"
+        yield from self.book.answer
+        yield self.readable
+        yield f"replay: {', '.join(f'{name} = {x}' for name, x in self.settings.items())}"
         yield from (f"- {note}" for note in self.notes)
+        yield from list(self.book.parts())[len(self.book.answer) :]
 
     def as_dict(self) -> dict[str, Any]:
-        """Everything in SI units; `hottest` is the place of the hottest lowering, `metrics` those of the run."""
+        """The ledger, and below `replay` the run: the place of the `hottest` lowering, `metrics`, all in SI units."""
         most = self.hottest
-        return plain(
+        replay = plain(
             {
                 "code": int(self.result.code),
                 "status": self.result.status,
@@ -370,6 +397,12 @@ class Replay(Tabular):
                 "notes": self.notes,
             }
         )
+        return {**self.book.as_dict(), "replay": replay}
+
+    def write(self, folder: str | Path) -> list[Path]:
+        """Write the ledger as its own `write` does, with the replay in page, JSON and text, `replay.csv` and `.png`."""
+        pages = importlib.import_module("simbrake._pages._rig")  # of a higher layer
+        return pages.write(self.book, Path(folder), self)
 
 
 def _largest_distance(path: Reconstruction, result: Result) -> tuple[float, float]:
@@ -398,7 +431,7 @@ def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering
     names = [name for name in HOT if name in scan.wanted.names]
     hottest = peaks_between(scan, names, [(int(a), int(b)) for a, b in rows])
     for i, (one, (a, b)) in enumerate(zip(done, spans, strict=True)):
-        far = np.diff(np.asarray(path.hook.travelled(path.angle_at(np.array([a, b])))))[0]
+        far = float(np.diff(np.asarray(path.hook.travelled(path.angle_at(np.array([a, b])))))[0])
         work = path.hook_work(a, b)
         if i >= len(inside):
             yield ReplayedLowering(one, far, work)
@@ -406,9 +439,7 @@ def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering
         hanging = masses[np.searchsorted(from_, knots[i][:-1], side="right") - 1]
         own = float(np.sum(hanging * float(path.hook.gravity) * np.diff(x[i])))
         travel, tops = float(x[i][-1] - x[i][0]), {name: float(hottest[name][i]) for name in names}
-        yield ReplayedLowering(
-            one, float(far), work, travel, travel / far - 1, own, own / work - 1, float(heat[i]), tops
-        )
+        yield ReplayedLowering(one, far, work, travel, travel / far - 1, own, own / work - 1, float(heat[i]), tops)
 
 
 def replay(
@@ -459,17 +490,18 @@ def replay(
     """
     require_scene(scene)
     found = of.lowerings if isinstance(of, Ledger) else of if isinstance(of, Lowerings) else lowerings(of)
-    log, hook, notes, faults = found.log, scene.duty.load, list[str](), list[Fault]()
+    log, hook, notes = found.log, scene.duty.load, list[str]()
     if auxiliary is None and isinstance(of, Ledger):
         auxiliary = 0.0 if of.settings["brake"] == "friction" else of.settings["auxiliary"]
-    faults += faults_of_settings(efficiency=None, brake=None, auxiliary=auxiliary)
-    shares = shares_of(0.0 if auxiliary is None else auxiliary)
+    faults = faults_of_settings(efficiency=None, brake=None, auxiliary=auxiliary)
     if not isinstance(hook, AbstractHookLoad):
-        faults.append(
-            Fault("duty.load", f"a {type(hook).__name__} hangs on no hook", "give lines and drum: `HookLoad`")
-        )
-    elif (lines := lines_of(log, notes)) is not None and lines != float(hook.line_count):
-        what = f"{digits(float(hook.line_count))} lines are strung, the log has {digits(lines)}"
+        faults.append(Fault("duty.load", f"a {type(hook).__name__} has no hook", "give lines and drum: `HookLoad`"))
+    if faults:
+        raise InputError(faults)
+    book = of if isinstance(of, Ledger) else ledger(found, auxiliary=auxiliary, **settings_of(scene, log))
+    lines, strung = float(hook.line_count), book.settings["lines"]  # pyright: ignore
+    if strung is not None and strung != lines:
+        what = f"{digits(lines)} lines are strung, the log has {digits(strung)}"
         faults.append(Fault("duty.load.line_count", what, "give the scene those of the log"))
     refused = [words for one in found.valid if (words := refusal(log, one))]
     if refused:
@@ -488,7 +520,7 @@ def replay(
         bound = "the friction brakes take all that is lowered, an upper bound"
         notes.append(f"{bound}: auxiliary= is the share of a motor or an auxiliary brake")
     path = reconstruct(found, hook)  # pyright: ignore
-    own = _scene_of(scene, found, path, shares, notes)
+    own = _scene_of(scene, found, path, shares_of(auxiliary), notes)
     steps = 1 << int(np.ceil(np.log2(10 * path.t.size + 4096)))
     result = simulate(own, rtol=rtol, max_steps=steps, max_events=steps, throw=False, progress=progress)
     behind, when = _largest_distance(path, result)
@@ -498,7 +530,7 @@ def replay(
             f"the hook is up to {far} off the recorded motion, at {digits(when, 6)} s: lever or motor are too weak"
         )
     settings = {"auxiliary": auxiliary, "limit": float(own.duty.lever.limit), "pull": float(own.duty.lever.pull)}  # pyright: ignore
-    return Replay(found, path, result, tuple(_replayed(path, result)), settings, tuple(notes))
+    return Replay(book, path, result, tuple(_replayed(path, result)), settings, tuple(notes))
 
 
 # --- beside the recording ---------------------------------------------------------------------------------------------
@@ -593,8 +625,8 @@ def compare(replay: Replay) -> Comparison:
     The simulated height begins with the first of the log, and is lower by what the replay skips (noise at rest, jumps
     of the encoder). The simulated load is that of the hook: weight less inertia.
     """
-    path, log, result = replay.path, replay.found.log, replay.result
-    height, load = course_of(log.position, replay.found.thresholds["spacing"]), path.load
+    path, log, result = replay.path, replay.book.lowerings.log, replay.result
+    height, load = course_of(log.position, replay.book.lowerings.thresholds["spacing"]), path.load
 
     def spans(course: Course) -> np.ndarray:
         return np.array([(course.t >= x.lowering.begin) & (course.t <= x.lowering.end) for x in replay.lowerings])

@@ -36,6 +36,56 @@ def test_the_answer_comes_first(capsys, log, tmp_path):
         assert words in page
 
 
+SCENE = """
+format = "simbrake scene 1"
+end_time = 1
+initial = { omega = 0 }
+[brake]
+pulley = { radius = "590 mm", inertia = "1200 kg*m^2" }
+band = { radius = "623 mm" }
+linings = { count = 8, wrap = "270 deg", friction = 0.35 }
+[duty]
+slack_tension = "20 kN"
+load = { mass = "60 t", drum_radius = "40 cm", line_count = 8 }
+[heat]
+rim = "200 kJ/K"
+partition = 1
+rim_cooling = 0
+permissible_rim = "400 degC"
+"""
+
+
+def test_a_log_is_replayed_on_a_scene(capsys, log, tmp_path):
+    scene, out = str(written(tmp_path, "rig.toml", SCENE)), tmp_path / "duty"
+    code, said, _ = call(capsys, "rig", log, "--scene", scene, "--out", str(out), "--json")
+    assert code == 0
+    replay = json.loads(said)["replay"]
+    assert replay["hottest"] == 1
+    assert replay["code"] == 0
+    heat = replay["energy"]["friction_heat"]
+    assert heat == pytest.approx(15e6, rel=0.02)  # and what the motor drives the drum down with
+    assert replay["metrics"]["peak_rim_temperature"] - 293.15 == pytest.approx(heat / 200e3, rel=1e-3)
+    assert [row["hook_work"] for row in replay["lowerings"]] == pytest.approx([10e6, 5e6], rel=0.01)
+    assert json.loads(said)["settings"]["lines"] == 8
+    page, text = ((out / f"ledger.{ending}").read_text("utf-8") for ending in ("html", "txt"))
+    first, margin, off, *rest = text.splitlines()
+    assert re.match(r"hottest lowering: 2026-03-01 23:54:00, 5000 kJ in the brake, rim 9[\d.]+ °C$", first)
+    assert re.match(r"\w+: stopped; smallest margin: .*", margin)
+    assert off.startswith("simulated against recorded: travel ")
+    assert rest[2] == "load of string or block not decidable: 2; flagged and left out: 0"
+    for words in ("Hottest lowering", "beside the recording", "upper bound", "by trip"):
+        assert words in page
+    assert {"replay.csv", "replay.png"} <= {file.name for file in out.iterdir()}
+    for options, words in (
+        (["--set", "duty.load.mass=3"], "--set: has no effect"),
+        (["--scene", scene, "--lines", "10"], "8 lines are strung, the log has 10"),
+        (["--scene", str(tmp_path / "no.toml"), "--lines", "0"], "no.toml"),
+    ):
+        code, said, err = call(capsys, "rig", log, *options)
+        assert code == 2
+        assert words in err
+
+
 def test_json_and_options(capsys, log):
     names = ("--auxiliary", "not decidable=0.5", "--threshold", "travel=15 m", "--tare", "90 kN:110 kN", "--null=-1")
     code, out, _ = call(capsys, "rig", log, *RIG, *names, "--json", "--block-mass", "30 t", "--offset", "-0 s")
