@@ -22,8 +22,8 @@ from ._measured import Measured
 Prior: TypeAlias = Callable[[Any], Any]
 #: how many times the step attempts of a run at the start any other run may take
 _LONGER = 4
-#: the nearest that a start may be to a bound, over the range
-_EDGE = 0.01
+#: the nearest that a start, and any other number, may be to a bound, over the range
+_START, _EDGE = 0.01, 1e-9
 _HALF_LOG_TAU = 0.5 * np.log(2 * np.pi)
 
 
@@ -72,10 +72,10 @@ class LogDensity:
         return self._split(self.box.up(jax.nn.sigmoid(x), jnp))
 
     def unconstrained(self, values: Mapping[str, float]) -> Float[np.ndarray, " d"]:
-        """`x` (d,) of values by name, as `Calibration.values`; others are as in `initial`."""
+        """`x` (d,) of values by name, as `Calibration.values`, within the bounds; others are as in `initial`."""
         start = self.box.up(1 / (1 + np.exp(-np.asarray(self.initial))))
         named = [values.get(name, x) for name, x in zip(self.names, start, strict=True)]
-        return _unconstrained(self.box, np.asarray(named, float))
+        return _unconstrained(self.box, np.asarray(named, float), _EDGE)
 
     def _runs(self, values: Mapping[str, Any]) -> tuple[Float[Array, "n m"], Int[Array, " n"]]:
         n, (scenes, given, where) = self.measured.shape[0], self.runs
@@ -126,8 +126,8 @@ class LogDensity:
         return self.log_prior(x) + self.log_likelihood(self.values(x))
 
 
-def _unconstrained(box: Box, numbers: np.ndarray) -> np.ndarray:
-    z = np.clip(box.down(numbers), _EDGE, 1 - _EDGE)
+def _unconstrained(box: Box, numbers: np.ndarray, edge: float) -> np.ndarray:
+    z = np.clip(box.down(numbers), edge, 1 - edge)
     return np.log(z / (1 - z))
 
 
@@ -210,7 +210,7 @@ def log_density(
     box = Box(Paths.each((*box.paths.names, *spreads)), *columns)
     parts = [[name for part in each.data.all for name in [part.name] * np.size(part.value)] for each in runs]
     return LogDensity(
-        initial=_unconstrained(box, box.start),
+        initial=_unconstrained(box, box.start, _START),
         measured=filled([each.data.arrays[0] for each in runs], np.nan),
         sigma=filled([each.data.arrays[1] for each in runs], np.nan),
         shared=tuple(shared),
