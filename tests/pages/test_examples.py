@@ -27,6 +27,7 @@ SLOW = {
         "materials",
         "recipes",
         "report",
+        "rig_logs",
         "sensitivity",
         "synthesis",
         "uncertainty",
