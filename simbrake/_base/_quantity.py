@@ -239,9 +239,13 @@ class NumberReader:
                 return float(value)
             except OverflowError:
                 return self.fault(path, f"{shown(value)} is too large")
-        match = _NUMBER.fullmatch(value)
+        match = _NUMBER.fullmatch(value.replace("\N{MINUS SIGN}", "-"))
         if match is None:
             return self.fault(path, f"{shown(value)} is not a number with a unit", f"{about.meaning}{example(si)}")
+        if match["unit"].startswith(","):
+            return self.fault(
+                path, f"{shown(value)} has a comma", 'write a decimal point and no separators, as in "1200.5"'
+            )
         try:
             of = unit(match["unit"], si)
         except ValueError as error:

@@ -45,7 +45,7 @@ _WEIGHTS = {
 _FACTORS: dict[str, dict[str, float | str | Fraction]] = {
     "s": {"ms": "1e-3", "us": "1e-6", "min": 60, "h": 3600},
     "rad": {"deg": _TURN / 360, "°": _TURN / 360, "rev": _TURN},
-    "rad/s": {"rpm": _TURN / 60, "1/min": _TURN / 60, "deg/s": _TURN / 360, "rev/s": _TURN},
+    "rad/s": {"rpm": _TURN / 60, "1/min": _TURN / 60, "r/min": _TURN / 60, "deg/s": _TURN / 360, "rev/s": _TURN},
     "m": {"cm": "1e-2", "mm": "1e-3", "um": "1e-6", "ft": "0.3048", "in": "0.0254"},
     "m/s": {"mm/s": "1e-3", "km/h": Fraction(10, 36), "m/min": Fraction(1, 60), "ft/s": "0.3048", "ft/min": "0.00508"},
     "m^2": {"cm^2": "1e-4", "mm^2": "1e-6", "ft^2": "0.09290304", "in^2": "0.00064516"},
@@ -144,7 +144,9 @@ def unit(text: str, si: str) -> Unit:
             if si != "1"
             else [name for name in units if name]
         )
-        raise ValueError(f"known here: {', '.join(names)}{error}") from None
+        other_case = [known for known in names if known.lower() == name.lower()]
+        nearest = f"nearest: {' or '.join(other_case)}; " if other_case else ""
+        raise ValueError(f"{nearest}known here: {', '.join(names)}{error}") from None
 
 
 @functools.cache

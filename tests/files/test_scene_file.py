@@ -159,6 +159,17 @@ temperature = "-300 degC"
     assert [path for path, word in words.items() if word not in said[path]] == []
 
 
+def test_numbers_as_data_sheets_write_them():
+    def radius(text):
+        return float(sb.Pulley(text, 1.0).radius)
+
+    assert radius("590 mm") == 0.59
+    assert float(sb.Initial("\N{MINUS SIGN}30 r/min").omega) == pytest.approx(-math.pi, rel=1e-15)
+    for text, hint in (("0,59 m", "a decimal point"), ("1,200 m", "no separators"), ("590 MM", "nearest: mm; known")):
+        with pytest.raises(sb.InputError, match=hint):
+            radius(text)
+
+
 def test_temperature_difference_in_celsius():
     with pytest.raises(sb.InputError, match="not a difference of two"):
         sb.files.scene_from_text(HEATED.replace("above = '120 degC'", "above = '120 degC', blend = '5 degC'"))
