@@ -111,9 +111,12 @@ def _motions(found: Lowerings, height: Course, load: Course) -> Iterator[Motion]
         jumps = step.max() > max(limits["jump"], 0.9 * abs(h[-1] - h[0]))
         if not jumps and np.max(step / np.diff(t)) <= limits["fastest"]:
             h = (np.minimum if h[-1] < h[0] else np.maximum).accumulate(h)
-            # a height that was only read late is no rest
-            late = np.append(False, (np.diff(h)[:-1] == 0) & (t[2:] - t[:-2] <= _LATE * height.interval))
-            rests = np.append(~late, True)
+            # the ends of a rest, and no rest where a height was only read late
+            still = np.diff(h) == 0
+            ends = np.concatenate([[True], ~(still[1:] & still[:-1]), [True]])
+            t, h = t[ends], h[ends]
+            late = (np.diff(h)[:-1] == 0) & (t[2:] - t[:-2] <= _LATE * height.interval)
+            rests = np.concatenate([[True], ~late, [True]])
             yield Motion(t[rests], h[rests], known.get((a, b)))
 
 
@@ -193,11 +196,14 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
         rope = dataclasses.replace(rope, turns=np.interp(-highest, paid, grid))
     t, angle, speed, skipped = [0.0], [0.0], [0.0], [0.0]
     for one, travel, turned in zip(motions, travels, angles, strict=True):
-        times, speeds = _points(one.t, turned)
-        along = turned[0] + np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times)))
-        first = int(times[0] <= t[-1])
-        t, angle, speed = [*t, *times[first:]], [*angle, *along[first:]], [*speed, *speeds[first:]]
-        skipped += [float(height.value[0] - one.height[0] - travel[0])] * (times.size - first)
+        off = float(height.value[0] - one.height[0] - travel[0])
+        # (from rest to rest, also between pauses in a motion)
+        for a, b in np.flatnonzero(np.diff(np.diff(turned) != 0, prepend=False, append=False)).reshape(-1, 2):
+            times, speeds = _points(one.t[a : b + 1], turned[a : b + 1])
+            along = turned[a] + np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times)))
+            first = int(times[0] <= t[-1])
+            t, angle, speed = [*t, *times[first:]], [*angle, *along[first:]], [*speed, *speeds[first:]]
+            skipped += [off] * (times.size - first)
     if t[-1] < log.t[-1]:
         t, angle, speed, skipped = [*t, log.t[-1]], [*angle, angle[-1]], [*speed, 0.0], [*skipped, skipped[-1]]
     t, angle, speed, skipped = (np.asarray(x) for x in (t, angle, speed, skipped))
@@ -496,10 +502,10 @@ def replay(
     faults = faults_of_settings(efficiency=None, brake=None, auxiliary=auxiliary)
     if not isinstance(hook, AbstractHookLoad):
         faults.append(Fault("duty.load", f"a {type(hook).__name__} has no hook", "give lines and drum: `HookLoad`"))
-    if faults:
         raise InputError(faults)
-    book = of if isinstance(of, Ledger) else ledger(found, auxiliary=auxiliary, **settings_of(scene, log))
-    lines, strung = float(hook.line_count), book.settings["lines"]  # pyright: ignore
+    known = settings_of(scene, log) | {"auxiliary": None if faults else auxiliary}
+    book = of if isinstance(of, Ledger) else ledger(found, **known)
+    lines, strung = float(hook.line_count), book.settings["lines"]
     if strung is not None and strung != lines:
         what = f"{digits(lines)} lines are strung, the log has {digits(strung)}"
         faults.append(Fault("duty.load.line_count", what, "give the scene those of the log"))
@@ -519,7 +525,7 @@ def replay(
     if auxiliary is None:
         bound = "the friction brakes take all that is lowered, an upper bound"
         notes.append(f"{bound}: auxiliary= is the share of a motor or an auxiliary brake")
-    path = reconstruct(found, hook)  # pyright: ignore
+    path = reconstruct(found, hook)
     own = _scene_of(scene, found, path, shares_of(auxiliary), notes)
     steps = 1 << int(np.ceil(np.log2(10 * path.t.size + 4096)))
     result = simulate(own, rtol=rtol, max_steps=steps, max_events=steps, throw=False, progress=progress)

@@ -91,6 +91,18 @@ def test_the_inertia_in_the_recorded_load_counts_once(tmp_path):
     assert rise == pytest.approx(float(energy["friction_heat"]) / CAPACITY, rel=1e-6)
 
 
+def test_the_lever_holds_in_a_pause_of_a_lowering(tmp_path):
+    """At rest the tension is the pull, not what is left of that in motion."""
+    t = np.arange(0.0, 200.0, 2.0)
+    height = 40.0 - np.clip(0.5 * (t - 40), 0, 12) - np.clip(0.5 * (t - 76), 0, 14)
+    replay = sb.rig.replay(recording(tmp_path, t, height, np.full(t.size, STRING)), scene_of())
+    assert len(replay.lowerings) == 1
+    scene = scene_of()
+    held = float(sb.simulate(dataclasses.replace(scene, end_time=5.0)).metrics["min_holding_reserve"])
+    assert replay.result.metrics["min_holding_reserve"] == pytest.approx(held * 60e3 * G / STRING, rel=1e-6)
+    np.testing.assert_array_equal(replay.result.series([66.0, 70.0, 74.0]).omega, 0.0)
+
+
 def test_shares_of_a_motor_are_no_heat_of_the_brake(tmp_path):
     t, h, load, _ = truth(STANDS)
     log = recording(tmp_path, *sampled(t, h, load, "held", np.random.default_rng(4)))
@@ -102,7 +114,7 @@ def test_shares_of_a_motor_are_no_heat_of_the_brake(tmp_path):
     alone = sb.rig.replay(log, scene_of())
     assert "an upper bound" in str(alone)
     assert float(alone.result.energy["friction_heat"]) == pytest.approx(work, rel=0.03)
-    said = json.loads(json.dumps(replay.as_dict()))
+    said = json.loads(json.dumps(replay.as_dict()))["replay"]
     assert said["code"] == 0
     assert said["lowerings"][said["hottest"]]["peak_rim_temperature"] == max(
         row["peak_rim_temperature"] for row in said["lowerings"]
