@@ -503,7 +503,7 @@ def replay(
     if not isinstance(hook, AbstractHookLoad):
         faults.append(Fault("duty.load", f"a {type(hook).__name__} has no hook", "give lines and drum: `HookLoad`"))
         raise InputError(faults)
-    known = settings_of(scene, log) | {"auxiliary": None if faults else auxiliary}
+    known: dict[str, Any] = settings_of(scene, log) | {"auxiliary": None if faults else auxiliary}
     book = of if isinstance(of, Ledger) else ledger(found, **known)
     lines, strung = float(hook.line_count), book.settings["lines"]
     if strung is not None and strung != lines:
