@@ -105,7 +105,7 @@ def test_printed_balances_sum(name, monkeypatch):
         return sum(e.get(one, 0.0) for one in names)
 
     taken = total("friction_heat", "damper_heat", "shaft_work", "electrical_work", "mechanical_work")
-    given, changed = total("load_work", "lever_work"), total("kinetic_change", "elastic_change")
+    given, changed = total("load_work", "lever_work", "motor_work"), total("kinetic_change", "elastic_change")
     assert given == pytest.approx(taken + changed, rel=1e-9, abs=1e-9 * taken)
     if result.scene.heated:
         friction = total("heat_to_metal", "heat_to_linings", "heat_to_band", "heat_elsewhere")
