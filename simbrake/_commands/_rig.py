@@ -14,9 +14,10 @@ from .._base._progress import Progress
 from . import _options as cli
 
 if TYPE_CHECKING:
+    from .._parts._scene import Scene
     from ..rig import Ledger
 else:
-    Ledger = object  # slow to import, and not needed by `--help`
+    Ledger = Scene = object  # slow to import, and not needed by `--help`
 
 _LOG = "Recording of a rig: WITSML 1.3 or 1.4 (.xml), LAS 2 (.las), or CSV, also as .xz or .gz."
 
@@ -116,7 +117,7 @@ def _ledger(
     tare: str | None,
     threshold: list[str] | None,
     reading: dict[str, Any],
-    scene: sb.Scene | None,
+    scene: Scene | None,
     faults: list[Fault],
     progress: Progress,
 ) -> Ledger:

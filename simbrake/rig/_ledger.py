@@ -208,8 +208,13 @@ class Ledger(Tabular):
 
     def write(self, folder: str | Path) -> list[Path]:
         """Write `ledger.html` (a page), `.csv`, `.json`, `.png` and `.txt` into a folder, all or none."""
-        pages = importlib.import_module("simbrake._pages._rig")  # of a higher layer
-        return pages.write(self, Path(folder))
+        return write_pages(self, folder)
+
+
+def write_pages(book: Ledger, folder: str | Path, replay: Tabular | None = None) -> list[Path]:
+    """Write a ledger, and a replay of it."""
+    pages = importlib.import_module("simbrake._pages._rig")  # of a higher layer
+    return pages.write(book, Path(folder), replay)
 
 
 #: columns for reading

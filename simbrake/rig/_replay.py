@@ -1,7 +1,6 @@
 """A rig's log replayed on a scene: temperatures, wear and margins of its brake over the recorded trip."""
 
 import dataclasses
-import importlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -19,7 +18,7 @@ from .._run._simulate import Progress, Report, simulate
 from ..loads import AbstractHookLoad, Motor, RecordedLoad, RecordedMotion
 from ..profiles import PiecewiseLinear
 from ..shaft import AbstractAuxiliaryBrake, TackleLoss
-from ._ledger import Ledger, faults_of_settings, ledger, refusal, shares_of
+from ._ledger import Ledger, faults_of_settings, ledger, refusal, shares_of, write_pages
 from ._log import Channel, Log
 from ._lowerings import LOADS, Course, Lowering, Lowerings, course_of, in_seconds, lowerings, spans_of
 
@@ -407,8 +406,7 @@ class Replay(Tabular):
 
     def write(self, folder: str | Path) -> list[Path]:
         """Write the ledger as its own `write` does, with the replay in page, JSON and text, `replay.csv` and `.png`."""
-        pages = importlib.import_module("simbrake._pages._rig")  # of a higher layer
-        return pages.write(self.book, Path(folder), self)
+        return write_pages(self.book, folder, self)
 
 
 def _largest_distance(path: Reconstruction, result: Result) -> tuple[float, float]:
