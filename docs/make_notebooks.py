@@ -1,4 +1,4 @@
-"""Executes the notebooks and stores their outputs: `python docs/make_notebooks.py [NUMBER …]`, by default all six.
+"""Executes the notebooks and stores their outputs: `python docs/make_notebooks.py [NUMBER …]`, by default all seven.
 
 Needs `pip install -e '.[notebooks]'`. Cells get no metadata and no timing, so that outputs change with results only.
 """
