@@ -136,6 +136,13 @@ class Initial(Part):
             raise InputError([Fault("omega", "is missing", "give it, or of a load on a hook `hook_speed`")])
 
 
+def faults_of_start(initial: Initial) -> list[Fault]:
+    """Error where an edit took the speed away."""
+    if initial.omega is None and initial.hook_speed is None:
+        return [Fault("initial.omega", "cannot be absent", "give a number, or of a load on a hook `hook_speed`")]
+    return []
+
+
 class AbstractLimits(Part):
     """Permissible values of what a run has as one number: they change nothing in it. A field for each, by its name."""
 
@@ -258,7 +265,7 @@ def faults(scene: Scene) -> list[Fault]:
 
 def _faults(scene: Scene) -> tuple[list[Fault], Numbers]:
     numbers = Numbers(scene)
-    errors = numbers.faults() + _faults_of_kinds(scene)
+    errors = numbers.faults() + _faults_of_kinds(scene) + faults_of_start(scene.initial)
     return errors if errors or numbers.traced else _faults_together(scene), numbers
 
 
