@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
-from ._base._faults import Fault, InputError
+from ._base._faults import Fault
 from ._base._part import Part, part, parts_below, quantity, short_for, whole
 from ._base._quantity import Over, Scalar, Values
 from ._base._retired import answers
@@ -887,10 +887,11 @@ class Cylinder(AbstractActuator):
     permissible_pressure: Scalar | None = quantity("Pa", "permissible gauge pressure", positive=True, default=None)
     command_field: ClassVar[str] = "pressure"
 
-    def __check_init__(self) -> None:
-        if (self.area is None) == (self.diameter is None):
-            what = "is missing" if self.area is None else "stands beside the area of the piston"
-            raise InputError([Fault("Cylinder.diameter", what, "give the diameter of the piston, or its area")])
+    def faults_of_presence(self, path: str) -> list[Fault]:
+        if (self.area is None) != (self.diameter is None):
+            return []
+        what = "is missing" if self.area is None else "stands beside the area of the piston"
+        return [Fault(f"{path}.diameter", what, "give the diameter of the piston, or its area")]
 
     @property
     def piston_area(self) -> Float[Array, ""]:

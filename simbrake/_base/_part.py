@@ -218,8 +218,13 @@ class Part(eqx.Module):
                 maker = short_of((field.metadata.get("part"),))
                 unread = [] if maker is None else _faults_of_short(maker, value, unit_below(field, "SI"), path)
                 faults += unread or _faults_of_kind(path, value, kinds)
+        faults += self.faults_of_presence(name)
         if faults:
             raise InputError(faults)
+
+    def faults_of_presence(self, path: str) -> list[Fault]:
+        """Errors of the part at a path where one of its numbers or another one has to be given."""
+        return []
 
     def faults(self, path: str) -> list[Fault]:
         """Errors of the part at a path beyond the ranges of single numbers; those below it tell their own (concrete
@@ -347,6 +352,17 @@ def faults_below(node: Any, path: str = "") -> list[Fault]:
     return [
         fault for where, child, _ in parts_below(node, path) if isinstance(child, Part) for fault in child.faults(where)
     ]
+
+
+def presence_below(node: Any) -> list[Fault]:
+    """Errors of a scene in which an edit has left out what a part needs, or given it twice; also of traced values."""
+    return list(_presence_below(jax.tree.structure(node)))
+
+
+@functools.lru_cache(maxsize=256)
+def _presence_below(structure: Any) -> tuple[Fault, ...]:
+    parts = parts_below(jax.tree.unflatten(structure, [np.zeros(())] * structure.num_leaves))
+    return tuple(fault for path, part, _ in parts if isinstance(part, Part) for fault in part.faults_of_presence(path))
 
 
 def below(path: str, field: dataclasses.Field) -> str:

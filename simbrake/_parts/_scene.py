@@ -24,6 +24,7 @@ from .._base._part import (
     leaves,
     part,
     parts_below,
+    presence_below,
     quantity,
 )
 from .._base._quantity import Scalar, shown
@@ -131,16 +132,11 @@ class Initial(Part):
     hook_speed: Scalar | None = quantity("m/s", "initial speed of the hook", default=None)
     block_height: Scalar | None = quantity("m", "height of the block at the start", default=None)
 
-    def __check_init__(self) -> None:
-        if self.omega is None and self.hook_speed is None:
-            raise InputError([Fault("omega", "is missing", "give it, or of a load on a hook `hook_speed`")])
-
-
-def faults_of_start(initial: Initial) -> list[Fault]:
-    """Error where an edit took the speed away."""
-    if initial.omega is None and initial.hook_speed is None:
-        return [Fault("initial.omega", "cannot be absent", "give a number, or of a load on a hook `hook_speed`")]
-    return []
+    def faults_of_presence(self, path: str) -> list[Fault]:
+        if self.omega is not None or self.hook_speed is not None:
+            return []
+        hint = "give a number, or of a load on a hook `hook_speed`"
+        return [Fault(f"{path}.omega", "is missing and cannot be absent", hint)]
 
 
 class AbstractLimits(Part):
@@ -265,7 +261,7 @@ def faults(scene: Scene) -> list[Fault]:
 
 def _faults(scene: Scene) -> tuple[list[Fault], Numbers]:
     numbers = Numbers(scene)
-    errors = numbers.faults() + _faults_of_kinds(scene) + faults_of_start(scene.initial)
+    errors = numbers.faults() + _faults_of_kinds(scene) + presence_below(scene)
     return errors if errors or numbers.traced else _faults_together(scene), numbers
 
 

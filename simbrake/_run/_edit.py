@@ -15,9 +15,9 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._faults import Fault, InputError
-from .._base._part import Leaf, about_of, below, faults_of_values, leaves, parts_below, present_path
+from .._base._part import Leaf, about_of, below, faults_of_values, leaves, parts_below, presence_below, present_path
 from .._base._quantity import NumberReader, Quantity, as_number
-from .._parts._scene import Scene, faults_of_start, require_scene
+from .._parts._scene import Scene, require_scene
 from ..brakes._design import Lining
 from ..thermal._heat import EffusivityPartition, FlashTemperature, FrictionHeat, Heat, TransmissionPartition
 from ..thermal._material import Material
@@ -146,7 +146,7 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
         slots[path] = slots[path]._replace(value=new)
         if dataclasses.is_dataclass(old):  # and so are its numbers
             slots = {name: slot for name, slot in slots.items() if not name.startswith(f"{path}.")}
-    faults += faults_of_start(scene.initial)
+    faults += presence_below(scene)
     if faults:
         raise InputError([*faults, *faults_of_values(scene)])  # with those of the values that could be read
     return scene

@@ -120,10 +120,10 @@ class SceneReader(NumberReader):
             return maker(**values)
         except InputError as error:  # of fields together, or of a file that it read
             fields, where = {part.name for part in parts_of(maker)}, f"{path}: " if path else ""
-            self.faults += [
-                dataclasses.replace(fault, path=_join(path, fault.path) if fault.path in fields else where + fault.path)
-                for fault in error.faults
-            ]
+            for fault in error.faults:
+                name = fault.path.removeprefix(f"{maker.__name__}.")
+                place = _join(path, name) if name in fields else where + fault.path
+                self.faults.append(dataclasses.replace(fault, path=place))
             return BAD
         except (ValueError, OverflowError) as error:
             return self.fault(path, str(error))

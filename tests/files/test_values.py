@@ -167,6 +167,20 @@ def test_entries_and_absent_numbers_by_path():
     assert told(sb.with_values, scene, {"brake.linings.angle[3": 0.1})[0].startswith("brake.linings.angle[3: there is")
 
 
+def test_one_number_or_the_other():
+    """Of two numbers that stand for each other an edit leaves exactly one."""
+    cylinder = sb.loads.Cylinder("8 bar", diameter="200 mm")
+    scene = stop_scene(lever=cylinder)
+    area, diameter = "duty.slack_tension.area", "duty.slack_tension.diameter"
+    assert float(sb.with_values(scene, {diameter: None, area: 0.03}).duty.slack_tension.piston_area) == 0.03
+    for values, words in (({diameter: None}, "is missing"), ({area: 0.03}, "stands beside the area")):
+        (text,) = told(sb.with_values, scene, values)
+        assert text.startswith(f"{diameter}: {words}")
+    spoiled = eqx.tree_at(lambda s: s.initial.omega, scene, None)
+    (text,) = told(sb.simulate, spoiled)
+    assert text.startswith("initial.omega: is missing")
+
+
 def test_law_in_the_place_of_a_number():
     scene, path = layered_stop(), "heat.links[0].coefficient"
     law = sb.thermal.SpeedCoefficient(5.0, 2.0, 0.8)
