@@ -22,6 +22,7 @@ def swinging():
     return sb.simulate(sb.Scene(brake, sb.Duty(sb.Constant(T0), load), sb.Initial(0.5), 20.0), max_steps=4096)
 
 
+@pytest.mark.slow
 def test_lining_limits_are_at_their_tension(swinging):
     """`T_n = T_0 μ^i` when lining `i` comes to its limit, `T_0/μ^(n+1−i)` counted from the anchor (model §3)."""
     events = [e for e in swinging.events if e.name == "lining_limit"]

@@ -83,6 +83,7 @@ def released(spring):
     return sb.simulate(scene(Actuator(command, LAG, DEAD, spring), LOAD))
 
 
+@pytest.mark.slow
 def test_release_frees_load_and_opens_band():
     """`F e^{−s/τ} − F_s` falls to what holds the load, and to 0: there the band opens."""
     result = released(SPRING)

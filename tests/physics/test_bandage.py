@@ -146,6 +146,7 @@ def test_torque_at_the_end_of_a_run(T_0):
     assert float(result.end_capacity.torque) == pytest.approx(_limit(T_0, "weaker"), rel=1e-6)  # springs add 3e-8
 
 
+@pytest.mark.slow
 def test_random_duties_end_well():
     for seed in range(30):
         made = random_duty(seed)

@@ -200,6 +200,7 @@ def test_faults():
         sb.check_scene(dataclasses.replace(plain, brake=both))
 
 
+@pytest.mark.slow
 def test_a_chain_runs_through_the_front_door():
     """Events, metrics, energies and columns of a chain by `simulate`; the pulley swings on the band after the stop."""
     scene = chain()

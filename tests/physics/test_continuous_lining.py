@@ -22,7 +22,7 @@ def scene(linings, tension=T0, stiffness=None, load=0.0, omega=W0, end=8.0, **op
     return sb.Scene(brake, sb.Duty(tension, load), sb.Initial(omega), end, **options)
 
 
-@pytest.mark.parametrize("n", [2, 7, 40])
+@pytest.mark.parametrize("n", [pytest.param(2, marks=pytest.mark.slow), 7, pytest.param(40, marks=pytest.mark.slow)])
 def test_stop_is_that_of_euler_and_eytelwein(n):
     """`M = R T_0 (e^{fα} − 1)` with any number of pieces; tension, load and pressure along the band."""
     result = sb.simulate(scene(lining(n)))

@@ -112,6 +112,7 @@ def test_restart_and_release():
     assert float(held.record.y_end.omega) == pytest.approx(W0 - TORQUE / J / 2, rel=1e-11)
 
 
+@pytest.mark.slow
 def test_pads_of_different_friction():
     law = sb.friction.ProductFriction(
         sb.ConstantFriction(np.array([0.3, 0.4, 0.4, 0.5])), (sb.LinearFade(slope=2e-3, above=273.15),)

@@ -77,6 +77,7 @@ def test_linings_heat_by_their_own_friction():
     assert result.nodes[6] == "lining[1,1]"
 
 
+@pytest.mark.slow
 def test_interface_shares_heat_by_effusivity():
     """Friction heat given to a junction between two walls: the share that they find by themselves is Charron's."""
     steel, lining = sb.Material(45.0, 7850.0, 480.0), sb.Material(0.8, 2000.0, 1100.0)

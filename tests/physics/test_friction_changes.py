@@ -310,6 +310,7 @@ def test_one_of_two_bands_begins_to_change_at_a_stop():
     np.testing.assert_allclose(f[:, [0, COUNT]], [[MU, MU], [MU, 0.5 * MU], [0.0, 0.5 * MU]], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_stop_on_a_shaft_with_dry_friction():
     """Beside other torques on the shaft, one of them with time breakpoints: the change half a second after the stop."""
     load, dry, end = 9e3, 400.0, 6.0

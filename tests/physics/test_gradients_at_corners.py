@@ -144,7 +144,8 @@ def test_tied_breakpoints_keep_derivatives():
             np.testing.assert_allclose(jacobian[row], exact, rtol=1e-10, atol=1e-12)
 
 
-@pytest.mark.parametrize("C", [pytest.param(None, marks=pytest.mark.slow), 2e5])
+@pytest.mark.slow
+@pytest.mark.parametrize("C", [None, 2e5])
 def test_two_tied_breakpoints_at_rest(C):
     """Lever and load change together, up, down, and with the lever let go: held before and after is held all along."""
     times = np.array([1.0, 1.0, 2.0, 2.0, 3.0, 3.0])

@@ -96,7 +96,11 @@ def test_a_surface_layer_of_a_micrometre():
 
 
 @pytest.mark.parametrize(
-    "growth", [pytest.param(1.0, marks=pytest.mark.smoke), sb.thermal.layer_growth(1e-6, 0.028, 20)]
+    "growth",
+    [
+        pytest.param(1.0, marks=pytest.mark.smoke),
+        pytest.param(sb.thermal.layer_growth(1e-6, 0.028, 20), marks=pytest.mark.slow),
+    ],
 )
 def test_every_watt_is_accounted_for(growth):
     energy = layered_result(growth).energy

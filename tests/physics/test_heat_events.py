@@ -34,6 +34,7 @@ def test_held_brake_lets_go_when_heated(stiffness):
     assert np.all(np.asarray(held.phi) == 0.0)
 
 
+@pytest.mark.slow
 def test_break_away_heats_the_walls_at_once():
     """The tension falls from the static to the kinetic limit in no time: `E = (T_1 − T_2)/C ((T_1 + T_2)/2 − T_0)`."""
     C, n, share, z = 2e5, 4, 0.8, math.tan(math.radians(30.0))

@@ -97,8 +97,12 @@ def test_a_motor_brings_the_drum_to_rest_before_the_band_closes():
     assert float(result.record.y_end.omega) == 0.0
 
 
-@pytest.mark.parametrize("timed", [False, True], ids=["rest", "time"])
-@pytest.mark.parametrize("shaft", [(), (BearingFriction(600.0),)], ids=["smooth", "dry"])
+@pytest.mark.parametrize(
+    "timed", [pytest.param(False, id="rest"), pytest.param(True, id="time", marks=pytest.mark.slow)]
+)
+@pytest.mark.parametrize(
+    "shaft", [pytest.param((), id="smooth", marks=pytest.mark.slow), pytest.param((BearingFriction(600.0),), id="dry")]
+)
 @pytest.mark.parametrize(
     "stiffness", [pytest.param(None, id="rigid"), pytest.param(4e5, id="elastic", marks=pytest.mark.slow)]
 )
@@ -137,6 +141,7 @@ def _weak(torque, power):
     return Motor(torque, power, 40.0)
 
 
+@pytest.mark.slow
 def test_a_motor_gives_no_more_than_its_torque():
     phase = Phase(0.0, "travel -5 m", motor=sb.PiecewiseLinear([0.0], [-39.0]))
     torque = 1.2 * WEIGHT
@@ -224,6 +229,7 @@ def test_a_motor_at_its_limits_hoists_on_an_elastic_rope():
     assert float(result.energy["closure"]) < 1e-12
 
 
+@pytest.mark.slow
 def test_the_limits_of_a_motor_show_in_the_energies_beside_a_driller():
     """The speed is that of the course throughout, whatever the motor gives of the torque."""
     torque, power, speed, end = 10e3, 0.1e6, DOWN / TRAVEL, 20.0
@@ -309,6 +315,7 @@ def test_the_rope_winds_back_onto_its_layers():
     assert hook[3] - hook[2] == pytest.approx(6.0, rel=1e-11)
 
 
+@pytest.mark.slow
 def test_position_is_corrected_as_a_damped_oscillator():
     gain, position_gain, speed = 2.0, 1.0, DOWN / TRAVEL
     driller = Driller(sb.PiecewiseLinear([0.0], [speed]), 200e3, gain, position_gain)
@@ -351,7 +358,14 @@ def test_the_speed_of_the_hook_starts_a_run_and_has_a_limit():
     assert event.time == pytest.approx(np.log(2.0) / 2.0, rel=1e-9)  # the deviation halves at the gain of 2/s
 
 
-@pytest.mark.parametrize(("speed", "travel"), [(-UP, -9.0), (DOWN, 9.0), (0.0, 0.0)], ids=["up", "down", "still"])
+@pytest.mark.parametrize(
+    ("speed", "travel"),
+    [
+        pytest.param(-UP, -9.0, id="up", marks=pytest.mark.slow),
+        pytest.param(DOWN, 9.0, id="down"),
+        pytest.param(0.0, 0.0, id="still"),
+    ],
+)
 def test_a_run_that_ends_under_the_motor_is_driven(speed, travel):
     motor = dataclasses.replace(MOTOR, speed=course(0.0, speed) if speed else sb.PiecewiseLinear([0.0], [0.0]))
     end = 5.0 if speed == 0 else 9.0 / abs(speed) + 0.5 * abs(speed) / FASTER
@@ -373,6 +387,7 @@ def test_runs_of_an_ensemble_are_driven_too():
     assert powers == pytest.approx([1e5, UP / TRAVEL * (WEIGHT + J * FASTER / TRAVEL)], rel=1e-8)
 
 
+@pytest.mark.slow
 def test_a_load_that_the_motor_keeps_does_not_run_away():
     lower = Phase(0.0, "travel 500 m", motor=course(0.0, DOWN))
     with pytest.raises(sb.SimulationError, match="phase_never_ends") as error:

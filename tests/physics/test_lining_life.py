@@ -33,6 +33,7 @@ def braking():
     return sb.simulate(ws.stop(sb.Wear(ws.K, permissible=LIMIT)))
 
 
+@pytest.mark.slow
 def test_life_is_that_of_the_tight_lining(braking):
     w = np.asarray(braking.worn_thickness)
     life = sb.lining_life(braking)

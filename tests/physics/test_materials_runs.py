@@ -28,6 +28,7 @@ def test_a_new_material_does_not_re_trace(simulated, caplog):
         sb.compare_materials(heated(), ["magnesium_alloy", "cast_iron"], ["retinax"])
 
 
+@pytest.mark.slow
 def test_simulated_numbers_are_of_the_scene(simulated):
     table, row = simulated, simulated.row("brass")
     scene = heated()

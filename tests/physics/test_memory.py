@@ -140,6 +140,7 @@ def test_held_brake_slips_as_friction_decays(stiffness):
     np.testing.assert_allclose(backwards, forwards, rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_pressure_at_rest_follows_tensions():
     """While the first lining alone carries the load all others have the tension of the tight end at both sides."""
     end, tau, load = 0.8, 5.0, 200.0
@@ -191,6 +192,7 @@ def test_elastic_band_in_slip_follows_states():
     assert slope(F) * F * (1 - end) / (length * C) * R_B * omega_1 > 0.1
 
 
+@pytest.mark.slow
 def test_friction_that_outruns_the_band():
     scene = band(Travelled(F, 0.6, 0.2), 3e4, elongation=T_0 / 3e4)
     result = sb.simulate(scene, throw=False)

@@ -53,7 +53,7 @@ def test_too_weak_brake_ends_with_a_status(stiffness):
     assert float(result.record.y_end.omega) > 20.0
 
 
-@pytest.mark.parametrize("stiffness", [2e5, None])
+@pytest.mark.parametrize("stiffness", [pytest.param(2e5, marks=pytest.mark.slow), None])
 def test_load_above_the_brake_restarts_it(stiffness):
     """Load ramp from 0 at 5 kN·m/s on a brake at rest: restart exactly where it passes the capacity."""
     result = sb.simulate(in_steps(load=((0.0, 12.0), (0.0, 60e3)), C=stiffness, w0=0.0, end=12.0))

@@ -24,6 +24,7 @@ def heated_wall(layers, q=1e6, growth=1.0, power=None):
     return sb.Heat(bodies=(wall("w", layers, growth=growth),), sources=(sb.thermal.Source("w.front", power or q),))
 
 
+@pytest.mark.slow
 def test_junctions_in_a_row():
     """Two lumps over three resistances in series: `ΔT = ΔT_0 exp(−2 t/(C ΣR))`."""
     lumps = (sb.thermal.Lump("a", 15.0, 373.15), sb.thermal.Lump("b", 15.0, 273.15))
@@ -84,6 +85,7 @@ def test_custom_pulse_is_not_stepped_over(begin, after):
     assert run.temperature[-1, 0] - 300.0 == pytest.approx(900.0 * math.sqrt(math.pi) / 15.0, rel=1e-8)
 
 
+@pytest.mark.slow
 def test_constant_flux_has_second_order():
     k, a, q, t = 50.0, 1.4e-5, 1e6, 2.0
     errors = []
@@ -157,6 +159,7 @@ def test_varying_properties_conserve_heat():
     assert np.ptp(T[-1]) < 1e-6
 
 
+@pytest.mark.slow
 def test_kirchhoff_profile_of_a_steady_wall():
     """With λ(T) linear, λ T is harmonic: the steady flux through a wall is the mean conductivity's."""
     m = sb.Material(40.0, 7800.0, 450.0, conductivity_slope=-8e-4)
@@ -275,6 +278,7 @@ def test_all_network_errors_in_one_report():
         )
 
 
+@pytest.mark.slow
 def test_links_of_one_face_see_one_surface():
     """Two convections from one face are one of the sum, although each lies behind the same half layer."""
 
@@ -297,7 +301,7 @@ def test_custom_link_matches_its_closed_form():
     assert [leaf.path for leaf in sb.files.leaves(heat, "heat") if "links" in leaf.path] == ["heat.links[0].growth"]
 
 
-@pytest.mark.parametrize("kind", [sb.thermal.Convection, sb.thermal.Radiation])
+@pytest.mark.parametrize("kind", [sb.thermal.Convection, pytest.param(sb.thermal.Radiation, marks=pytest.mark.slow)])
 def test_closed_band_covers_the_surface(kind):
     """A lump against 0 K: `T_0 e^(−h A t/C)`, or `(T_0⁻³ + 3 ε σ A t/C)^(−1/3)`, `A` the open area."""
     h, emissivity, area, C, T_0, t = 20.0, 0.8, 0.7, 1e4, 900.0, 600.0

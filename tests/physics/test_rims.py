@@ -114,6 +114,7 @@ def doubled(scene):
     return dataclasses.replace(scene, brake=brake, duty=sb.Duty(twice(scene.duty.lever, "values"), scene.duty.load))
 
 
+@pytest.mark.slow
 @every.on("rigid band", "elastic band", "staged, rigid band", "staged, elastic band", "chain", "bandage on springs")
 def test_every_mechanism_of_two_rims_is_one_of_twice_the_force(kind):
     """Heat and wear too: the heat part has both rims together, pressures are equal. Bands break away with a jump."""

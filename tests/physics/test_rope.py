@@ -77,6 +77,7 @@ def test_three_layer_stop_events_and_balance():
     assert float(result.energy["load_work"]) == pytest.approx(m * GRAVITY * float(result.hook_travel), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_rope_wound_up_again_and_rope_ending():
     """Thrown upwards the rope climbs a layer and comes back: the same speed there, without a loss; then it ends."""
     m, d, per_layer, w0 = 40e3, 0.04, 4.0, -14.0

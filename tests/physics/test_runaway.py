@@ -150,6 +150,7 @@ def test_capacity_of_a_resolved_bandage(sense):
         assert float(result.end_capacity.torque) == pytest.approx(abs(torque), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_lever_to_pull_harder_is_no_runaway():
     def status(lever, end=0.3):
         return sb.simulate(stop_scene(lever=lever, load=3e4, C=None, end=end)).status

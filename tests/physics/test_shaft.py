@@ -143,6 +143,7 @@ def test_load_above_the_maximum_torque():
 # --- rest on dry friction ---------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_a_load_that_turns_round():
     """Dry friction opposes both ways: rest while `|M| ≤ M_c`, then backwards; also where the band stopped it first."""
     M_c = 2e3
@@ -212,6 +213,7 @@ def test_band_and_bearings_hold_their_sum():
     balanced(result)
 
 
+@pytest.mark.slow
 def test_tackle_loss_helps_to_lower():
     """The drum sees `η m g r/n`, at rest as well."""
     eta, m, T0 = 0.85, 20e3, 6e3

@@ -58,6 +58,7 @@ def test_internal_slip_begins_at_one_tension(rate):
     assert float(result.energy["closure"]) <= 1e-9
 
 
+@pytest.mark.slow
 def test_slopes_of_onset_tension_and_lock():
     light = float(sb.results.internal_slip_tension(staged.brake(J_b=1e-12), staged.J, 300.0))
     tensions = [float(sb.results.internal_slip_tension(staged.brake(J_b=J_b), staged.J, 300.0)) for J_b in (0.9, 0.09)]

@@ -176,7 +176,9 @@ def test_ramp_and_load_by_speed_match_scipy():
     assert float(result.energy["closure"]) < 1e-11
 
 
-@pytest.mark.parametrize("table", [pytest.param(False, marks=pytest.mark.smoke), True])
+@pytest.mark.parametrize(
+    "table", [pytest.param(False, marks=pytest.mark.smoke), pytest.param(True, marks=pytest.mark.slow)]
+)
 def test_stribeck_and_tables_match_scipy(table):
     v = np.linspace(0.0, 20.0, 161)
     f = 0.25 + 0.1 * np.exp(-v / 4.0)
@@ -200,6 +202,7 @@ def test_stribeck_and_tables_match_scipy(table):
     assert got == pytest.approx(expected, rel=2e-5 if table else 1e-10)  # the table's own interpolation error
 
 
+@pytest.mark.slow
 def test_elastic_band_heat_with_speed_law():
     """`T_n = T_0 Π(R ω)` stretches the band as it slides: its heat is ∫ (T_n − T_0)(R ω − Ṫ_n/C) dt."""
     C, T_0, J, R, z = 2e5, 8e3, 800.0, 0.725, math.tan(math.radians(13.5) / 2)
@@ -228,6 +231,7 @@ def test_common_scaling_keeps_the_motion():
         np.testing.assert_allclose(float(scaled.stopping_time), float(truth.stopping_time), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_shifting_time_shifts_events():
     lever = sb.PiecewiseLinear([0.1, 0.4], [3e3, 8e3])
     late = sb.PiecewiseLinear([5.1, 5.4], [3e3, 8e3])

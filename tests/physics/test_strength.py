@@ -62,6 +62,7 @@ def test_derivatives():
     np.testing.assert_allclose(slope[2, 2], ARM / SLACK_ARM * N * BETA, rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_absent_without_sections_and_arms():
     plain = sb.simulate(
         sb.Scene(

@@ -155,6 +155,7 @@ def test_schmidt_keeps_every_joule():
     np.testing.assert_allclose(stored, gained, rtol=1e-12, atol=1e-6)
 
 
+@pytest.mark.slow
 def test_schmidt_beside_the_layered_rim():
     """Adaptive steps of a network and halving by hand come to the same layers, with second order in their thickness."""
     q, thickness, ts = 3e5, 0.025, np.array([0.0, 0.5 * 0.025**2 / A])

@@ -83,6 +83,7 @@ def test_a_ramp_against_quadrature():
         assert found.depth[j] == pytest.approx(truth, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_what_has_no_ring_is_said():
     staged_run = sb.simulate(staged.stop())
     with pytest.raises(sb.InputError, match=r"brake.linings.area: is missing"):

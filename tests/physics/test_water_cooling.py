@@ -122,6 +122,7 @@ def test_steady_state_of_a_rim(layers):
     np.testing.assert_allclose(jax.jit(jax.grad(front))(at), jax.grad(closed)(at), rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_cooling_while_the_pump_stops():
     """`T − T_in` decays exponentially with the flow, not at all without; what it loses the water carries away."""
     stop, start, end = 20.0, 50.0, 90.0

@@ -85,6 +85,7 @@ def test_edges_of_linings_in_a_run(cold):
         np.testing.assert_allclose(worn, ws.K * pressure * ws.distance(), rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_wear_metrics_series_and_words(cold):
     _, normal = ws.statics()
     m = cold.metrics

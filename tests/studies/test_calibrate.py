@@ -39,6 +39,7 @@ def test_linear_covariance_is_the_closed_one():
     np.testing.assert_allclose(fit.singular_values, np.linalg.svd(X * spans / SIGMA, compute_uv=False), rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_errors_without_standard_deviations():
     values = line(noise=np.random.default_rng(3))
     fit = sb.calibrate(rigid(), LINE, speeds(values, None), start=START)

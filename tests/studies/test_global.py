@@ -187,6 +187,7 @@ def test_mean_and_deviation_of_unmixed_runs():
     assert (table.mean, table.deviation) == pytest.approx((np.mean(unmixed), np.std(unmixed, ddof=1)), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_morris_effects_of_a_brake():
     given = {"initial.omega": (16.0, 24.0), "brake.pulley.width": (0.2, 0.3), "brake.pulley.inertia": (790.0, 810.0)}
     scene = sb.with_values(brake(), {"brake.pulley.width": 0.23})

@@ -76,6 +76,7 @@ def test_work_wear_and_means_in_closed_form():
     assert peaks.max() == pytest.approx(result.metrics["max_normal_load"], rel=1e-12)
 
 
+@pytest.mark.slow
 def test_work_matches_ledger_at_any_points():
     result = sb.simulate(heated_stop(fade=1e-3))
     work = np.asarray(sb.results.friction_work(result, points=4))

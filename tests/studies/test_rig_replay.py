@@ -91,6 +91,7 @@ def test_the_inertia_in_the_recorded_load_counts_once(tmp_path):
     assert rise == pytest.approx(float(energy["friction_heat"]) / CAPACITY, rel=1e-6)
 
 
+@pytest.mark.slow
 def test_the_lever_holds_in_a_pause_of_a_lowering(tmp_path):
     """At rest the tension is the pull, not what is left of that in motion."""
     t = np.arange(0.0, 200.0, 2.0)

@@ -169,6 +169,7 @@ def call(capsys, *arguments):
     return commands.call(capsys, "synthesize", *(str(argument) for argument in arguments))
 
 
+@pytest.mark.slow
 def test_report_tells_why_run_and_formula_differ(capsys, scenarios):
     code, out, err = call(capsys, scenarios / "u2_5_5_stop.toml")
     assert (code, err) == (0, "")
