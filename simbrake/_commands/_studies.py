@@ -149,7 +149,7 @@ _MOST_RUNS = 100_000_000
 def _metrics_of(scene: cli.Scene, text: str | None) -> tuple[str, ...]:
     """`--metrics`: names with commas between them, `all`, or the default metrics of an ensemble."""
     from .._outputs._metrics import metric_names
-    from ..studies._ensemble import default_metrics
+    from ..studies._evaluator import default_metrics
 
     if text is None:
         return default_metrics(scene)

@@ -25,7 +25,7 @@ from .._base._fingerprint import FingerprintError, fingerprint, versions
 from .._base._progress import counting
 from .._base._quantity import Quantity, behind
 from .._outputs._log import status_of
-from .._outputs._metrics import METRICS, RESIDUALS, identity_of, metric_names
+from .._outputs._metrics import RESIDUALS, identity_of
 from .._parts._scene import Scene, faults, require_scene
 from .._physics._mechanism import Label
 from .._run._choice import stiffness
@@ -48,6 +48,7 @@ from ._evaluator import (
     Job,
     Paths,
     Solver,
+    default_metrics,
     failure_name,
     limits_of_many,
     run_chunk,
@@ -111,7 +112,7 @@ class Plan:
     def code(self) -> str:
         """Fingerprint of the functions in the scene and among the metrics; empty where one has none."""
         try:
-            return fingerprint(_structure(self.scene), [*map(identity_of, self.metrics)])
+            return fingerprint(_structure(self.scene), [*filter(callable, map(identity_of, self.metrics))])
         except FingerprintError:
             return ""
 
@@ -156,11 +157,6 @@ class Plan:
             return [(solver_for(stiffness(self.one(0))[0]), every)]
         stiff = np.asarray([stiffness(self.one(i))[0] for i in range(self.count)])
         return [(solver_for(kind), every[stiff == kind]) for kind in (False, True) if np.any(stiff == kind)]
-
-
-def default_metrics(scene: Scene) -> tuple[str, ...]:
-    """Everything that a scene has but maxima: these look at every step, which costs many times the run."""
-    return tuple(name for name in metric_names(scene) if name not in METRICS or not METRICS[name].greatest)
 
 
 def plan_of(
@@ -546,42 +542,54 @@ def _errors(plan: Plan, columns: Columns, second: Columns) -> Columns:
     return by_metric
 
 
-def _as_dataset(plan: Plan, columns: Columns, errors: Columns | None = None) -> Dataset:
-    """One row per run: the varied numbers as coordinates, metrics, result code and step counts as variables."""
+def _dataset(data: Mapping[str, tuple], coords: Mapping[str, tuple], dims: Sequence[str], attrs: Mapping) -> Dataset:
+    """A data set of `(dimensions, array, attributes)` by name, with an index for each dimension.
+
+    All of it is given as xarray keeps it: told to look what the arrays are, it imports all of Dask first, which takes
+    longer than a thousand runs.
+    """
+    import pandas as pd
     import xarray as xr
 
-    coords: dict[str, Any] = {"run": ("run", np.arange(plan.count), {"meaning": "number of the run, from 0"})}
+    def kept(entries: Mapping[str, tuple]) -> dict[str, xr.Variable]:
+        return {name: xr.Variable(*entry, fastpath=True) for name, entry in entries.items()}
+
+    indexes = {name: xr.indexes.PandasIndex(pd.Index(coords[name][1], name=name), name) for name in dims}
+    return xr.Dataset(kept(data), xr.Coordinates(kept(coords), indexes), attrs)
+
+
+def _as_dataset(plan: Plan, columns: Columns, errors: Columns | None = None) -> Dataset:
+    """One row per run: the varied numbers as coordinates, metrics, result code and step counts as variables."""
+    coords: dict[str, Any] = {"run": (("run",), np.arange(plan.count), {"meaning": "number of the run, from 0"})}
     for path, about in plan.abouts.items():
         array = plan.values[path]
         dims = ("run",) if array.ndim == 1 else ("run", f"{path} entry")
         coords[path] = (dims, array, {"units": about.unit, "meaning": about.meaning})
     data: dict[str, Any] = {}
     for name, unit in ((name_of(metric), unit_of(metric)) for metric in plan.metrics):
-        data[name] = ("run", columns[name], {"units": unit} if unit else {})
+        data[name] = (("run",), columns[name], {"units": unit} if unit else {})
         if errors is not None:
             meaning = {"meaning": f"estimated error of {name}; NaN where the events of a second run differ"}
-            data[f"{name}_error"] = ("run", errors[name], {**({"units": unit} if unit else {}), **meaning})
+            data[f"{name}_error"] = (("run",), errors[name], {**({"units": unit} if unit else {}), **meaning})
     for name, meaning in _MEANINGS.items():
-        data[name] = ("run", columns[name], {"units": "1", "meaning": meaning})
+        data[name] = (("run",), columns[name], {"units": "1", "meaning": meaning})
     # numbers in the order in which the sequences occur first
     _, first, which = np.unique(columns["sequence"], return_index=True, return_inverse=True)
-    data["sequence"] = ("run", np.argsort(np.argsort(first))[which].astype(np.int32), data["sequence"][2])
-    data["status"] = ("run", _statuses(columns), {"meaning": "how the run ended"})
-    data["method"] = ("run", columns["method"], {"meaning": "solver of the run"})
-    return xr.Dataset(data, coords, {"rtol": plan.rtol, "simbrake": version("simbrake"), "jax": version("jax")})
+    data["sequence"] = (("run",), np.argsort(np.argsort(first))[which].astype(np.int32), data["sequence"][2])
+    data["status"] = (("run",), _statuses(columns), {"meaning": "how the run ended"})
+    data["method"] = (("run",), columns["method"], {"meaning": "solver of the run"})
+    return _dataset(data, coords, ["run"], {"rtol": plan.rtol, "simbrake": version("simbrake"), "jax": version("jax")})
 
 
 def _as_grid(flat: Dataset, axes: Columns) -> Dataset:
     """The data set of a full grid (the last number varies fastest) with one dimension per number."""
-    import xarray as xr
-
     dims, shape = tuple(axes), tuple(len(axis) for axis in axes.values())
     data = {
-        name: (dims, one.values.reshape(shape), one.attrs)
-        for name, one in {**flat.data_vars, "run": flat["run"]}.items()
+        name: (dims, column.values.reshape(shape), column.attrs)
+        for name, column in {**flat.data_vars, "run": flat["run"]}.items()
     }
-    coords = {path: (path, axis, flat[path].attrs) for path, axis in axes.items()}
-    return xr.Dataset(data, coords, flat.attrs)
+    coords = {path: ((path,), axis, flat[path].attrs) for path, axis in axes.items()}
+    return _dataset(data, coords, dims, flat.attrs)
 
 
 def ensemble(

@@ -27,7 +27,7 @@ from .._base._part import Leaf
 from .._base._programs import STORE
 from .._base._quantity import behind
 from .._outputs._log import FAILURES
-from .._outputs._metrics import METRICS, identity_of
+from .._outputs._metrics import METRICS, identity_of, metric_names
 from .._outputs._probe import ends_driven, lowers_steadily, runs_away
 from .._parts._scene import Scene, require_scene
 from .._run._edit import Inputs, entry_of, with_inputs, with_values
@@ -473,6 +473,13 @@ class Job(NamedTuple):
         return any(map(scans, self.metrics))
 
     @property
+    def measured(self) -> tuple[str, ...]:
+        """Metrics that its program finds: whichever are wanted, all that cost next to nothing, so that there is one
+        program for any of them; of a user's own those wanted alone."""
+        own = (name for name in default_metrics(self.scene) if isinstance(identity_of(name), str))
+        return tuple(dict.fromkeys([*own, *(m for m in self.metrics if isinstance(m, str) and not scans(m))]))
+
+    @property
     def lanes(self) -> int:
         """Runs side by side on a CPU: of those that are short, explicit, and of one rigid or elastic mechanism.
 
@@ -502,12 +509,14 @@ def scans(metric: Metric) -> bool:
     return not isinstance(metric, str) or (metric in METRICS and METRICS[metric].greatest)
 
 
-def _names(job: Job) -> list[str]:
-    """Of the columns that a program of a chunk finds."""
-    return [*ABOUT, *(name_of(m) for m in job.metrics if not scans(m))]
+def default_metrics(scene: Scene) -> tuple[str, ...]:
+    """Everything that a scene has but maxima: these look at every step, which costs many times the run."""
+    return tuple(name for name in metric_names(scene) if not scans(name))
 
 
-def _integrate(numbers: Array, *, like: Packing, job: Job, lanes: int) -> tuple[Array, Result | None]:
+def _integrate(
+    numbers: Array, *, like: Packing, job: Job, names: Sequence[str], lanes: int
+) -> tuple[Array, Result | None]:
     """Columns of a chunk (names, runs), its first runs by groups of lanes; the runs themselves where a metric looks
     into all their steps."""
     scene, rows, rtol, count = like.unpack(numbers)
@@ -519,7 +528,7 @@ def _integrate(numbers: Array, *, like: Packing, job: Job, lanes: int) -> tuple[
         else:
             result = simulate_lane(varied, job.solver, rtol, job.max_steps, job.room)
         values = [find(result) for find in ABOUT.values()]
-        values += [measure(result, m) for m in job.metrics if not scans(m)]
+        values += [measure(result, name) for name in names]
         return jnp.stack([jnp.asarray(value, jnp.float64) for value in values]), result if job.scans else None
 
     if job.scans:
@@ -538,7 +547,7 @@ def _integrate(numbers: Array, *, like: Packing, job: Job, lanes: int) -> tuple[
         i, table = carry
         return i + 1, jax.lax.dynamic_update_slice_in_dim(table, group(i), i * lanes, 1)
 
-    begin = jnp.asarray(0, jnp.int32), jnp.zeros((len(_names(job)), job.size))
+    begin = jnp.asarray(0, jnp.int32), jnp.zeros((len(ABOUT) + len(names), job.size))
     return jax.lax.while_loop(lambda carry: carry[0] * lanes < count, body, begin)[1], None
 
 
@@ -566,14 +575,15 @@ def _integrator(job: Job, numbers: Array, like: Packing, device: Any) -> Program
 
     def make() -> Program:
         # the parameters of the scene are in the vector: a cached program holds none of them
-        run = functools.partial(_integrate, like=like, job=job._replace(scene=None))  # pyright: ignore
+        run = functools.partial(_integrate, like=like, job=job._replace(scene=None), names=names)  # pyright: ignore
         lanes = job.lanes if device.platform == "cpu" else job.size
         first = functools.partial(run, lanes=lanes)
         second = functools.partial(run, lanes=job.size) if job.scans else first
-        subject = ("chunk", like, job.paths, [*map(identity_of, job.metrics)], job.solver, *job[5:], lanes)
+        subject = ("chunk", like, job.paths, [*map(identity_of, names)], job.scans, job.solver, *job[5:], lanes)
         return compiled(first, numbers, otherwise=second, device=device, subject=subject)
 
-    return STORE.get((_integrate, like, *job[1:4], *job[5:], device), make)
+    names = job.measured
+    return STORE.get((_integrate, like, job.paths, names, job.scans, job.solver, *job[5:], device), make)
 
 
 def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
@@ -595,7 +605,8 @@ def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
             lanes = 1 if device.platform == "cpu" else 16
             static = {"metrics": job.metrics, "size": kept, "lanes": lanes, "code": job.code}
             heavy = jax.block_until_ready(_scanner(result, **static))
-    columns = dict(zip(_names(job), np.asarray(table)[:, :count], strict=True))
+    columns = dict(zip([*ABOUT, *job.measured], np.asarray(table)[:, :count], strict=True))
+    columns = {name: column for name, column in columns.items() if name in ABOUT or name in job.metrics}
     columns |= {name: columns[name].astype(np.int32) for name in ABOUT if name != "energy.closure"}
     columns |= {name: np.asarray(value)[:count] for name, value in jax.device_get(heavy).items()}
     return columns | {"method": np.full(count, solver_name(job.solver), dtype="<U32")}

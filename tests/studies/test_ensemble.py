@@ -97,9 +97,15 @@ def test_many_stops_against_the_closed_form(caplog):
         np.testing.assert_allclose(data[name], truth[wanted], rtol=1e-10)
     assert np.all(data.code == 0)
     assert done[-1] == (1000, 1000)
-    with nothing_compiled(caplog):
+    with nothing_compiled(caplog):  # for other numbers, and for other metrics, by which no number changes
         other = sb.ensemble(stop_scene(end=21.0, J=700.0), drawn(1000, 2), TIMES, progress=False, workers=1, rtol=1e-9)
+        wanted = ["stopping_angle", "stopping_time"]
+        again = sb.ensemble(stop_scene(end=20.0), values, wanted, progress=False, workers=1)
     assert not np.any(other.stopping_time == data.stopping_time)
+    assert [name for name in again.data_vars if name in (*TIMES, *wanted)] == wanted
+    np.testing.assert_array_equal(again.stopping_time, data.stopping_time)
+    one = sb.simulate(sb.with_values(stop_scene(end=20.0), {path: array[7] for path, array in values.items()}))
+    np.testing.assert_allclose(again.stopping_angle[7], one["stopping_angle"], rtol=1e-12)
 
 
 def own_tolerance(result):
