@@ -1,4 +1,3 @@
-import contextlib
 import gc
 import importlib
 import os
@@ -38,14 +37,14 @@ def pytest_configure(config):
         jax.config.update(name, value)
         os.environ[name.upper()] = str(value)  # for processes that tests start, and for commands that they call
     # shapes and types of every call are checked where asked, as they double the time to trace
-    checked = os.environ.get("SIMBRAKE_CHECK_TYPES") == "1"
-    with install_import_hook("simbrake", "checked_types.checked") if checked else contextlib.nullcontext():
-        for name in ("simbrake", "simbrake._commands._cli", "simbrake._pages._page", "simbrake.plot"):
-            module = importlib.import_module(name)
-            for public in getattr(module, "__all__", ()):
-                home = getattr(module, public)  # public names are imported when they are first used
-                for name_of_home in getattr(home, "__all__", ()):
-                    getattr(home, name_of_home)
+    if os.environ.get("SIMBRAKE_CHECK_TYPES") == "1":
+        with install_import_hook("simbrake", "checked_types.checked"):
+            for name in ("simbrake", "simbrake._commands._cli", "simbrake._pages._page", "simbrake.plot"):
+                module = importlib.import_module(name)
+                for public in getattr(module, "__all__", ()):
+                    home = getattr(module, public)  # public names are imported when they are first used
+                    for name_of_home in getattr(home, "__all__", ()):
+                        getattr(home, name_of_home)
     if os.environ.get("SIMBRAKE_USER_OPTIONS") != "1":
         # before the first program is compiled: see compile_flags
         importlib.import_module("simbrake._base._compiling")._CPU_OPTIONS["xla_backend_optimization_level"] = 0

@@ -66,6 +66,7 @@ def belt_period(belt):
     return first_event_times(r, 2)[1]
 
 
+@pytest.mark.slow
 def test_gradient_of_belt_oscillator_period():
     truth = {"F_s": 8.0, "F_k": -8.0, "v_b": -16.0, "k": -5.63444393579570, "m": 2.43444393579570}
     reverse = jax.jit(jax.grad(belt_period))(BELT)

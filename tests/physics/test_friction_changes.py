@@ -123,6 +123,7 @@ def test_staged_brake_with_changes_of_pairs():
     assert float(result.energy["closure"]) <= 1e-12
 
 
+@pytest.mark.slow
 def test_disc_with_fade_and_oil_by_scipy():
     """Two of four pads from 0.6 s on; pads fade by their own heat; disc and pads as lumps."""
     base = sb.friction.ProductFriction(sb.ConstantFriction(FRICTION), (sb.LinearFade(2e-3, 273.15),))

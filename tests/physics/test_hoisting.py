@@ -362,7 +362,7 @@ def test_the_speed_of_the_hook_starts_a_run_and_has_a_limit():
     ("speed", "travel"),
     [
         pytest.param(-UP, -9.0, id="up", marks=pytest.mark.slow),
-        pytest.param(DOWN, 9.0, id="down"),
+        pytest.param(DOWN, 9.0, id="down", marks=pytest.mark.slow),
         pytest.param(0.0, 0.0, id="still"),
     ],
 )

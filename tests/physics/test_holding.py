@@ -30,6 +30,7 @@ def held(load=M, lever=None, law=None, **parts):
     return sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad(sb.Constant(load))), sb.Initial(0.0), 4.0, **parts)
 
 
+@pytest.mark.slow
 def test_reserve_of_a_band_brake_either_way():
     tension = T0 * np.array([1.0, 1.0, 0.75, 0.5])
     for load, grip in ((M, capstan(STATIC * F) - 1), (-0.2 * M, 1 - 1 / capstan(STATIC * F))):

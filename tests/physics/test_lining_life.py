@@ -63,6 +63,7 @@ def test_life_is_that_of_the_tight_lining(braking):
     assert f"{life.brakings:.0f} stops, until lining 4 of 4 has lost 8 mm" in str(life)
 
 
+@pytest.mark.slow
 def test_best_turn_is_at_half_of_the_life(braking):
     w = np.asarray(braking.worn_thickness)
     life = sb.lining_life(braking, turn_at="best")

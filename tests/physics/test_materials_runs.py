@@ -44,6 +44,7 @@ def test_simulated_numbers_are_of_the_scene(simulated):
     assert "no rim in layers" not in str(table)
 
 
+@pytest.mark.slow
 def test_estimates_and_runs_of_a_half_space(simulated):
     """Closed forms for a face under falling flux; the air, layers of some thickness and the back take little from it.
 
@@ -102,6 +103,7 @@ def test_table_its_numbers_and_labelled_data():
         table.rows[0]["colour"]
 
 
+@pytest.mark.slow
 def test_the_chart_shows_every_number(simulated):
     table = compared(["steel_20L", "brass"], ["FK-24A", "retinax"], energy=[2e5, 4e6])
     axes = plot.materials(table).axes

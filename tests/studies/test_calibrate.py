@@ -107,6 +107,7 @@ def test_undetermined_product_is_named():
     assert "standard error infinite" in str(fit)
 
 
+@pytest.mark.slow
 def test_a_robust_loss_shrugs_off_outliers():
     values = line(noise=np.random.default_rng(2))
     values[[4, 11, 25]] += 20.0

@@ -122,6 +122,7 @@ def test_shares_of_a_motor_are_no_heat_of_the_brake(tmp_path):
     )
 
 
+@pytest.mark.slow
 def test_logs_of_about_one_length_share_a_program(tmp_path, caplog):
     logs = []
     for n, seed in ((2, 5), (3, 6)):
