@@ -67,8 +67,7 @@ def of_the_tests(session: nox.Session) -> dict[str, str]:
 
 @on(MAIN)
 def main(session: nox.Session) -> None:
-    """The two lines of README.md: the main job, and the tests, with the peers of the benchmarks."""
-    session.install("-e", ".[test,bench]")
+    """The two lines of README.md: the main job, and the tests."""
     readme_line(session, install_and_run)
     readme_line(session, install_and_test)
 
@@ -76,7 +75,7 @@ def main(session: nox.Session) -> None:
 @on(MAIN)
 def lint(session: nox.Session) -> None:
     """Style, format and types."""
-    session.install("-e", ".[dev]")
+    session.install("-e", ".[lint]")
     session.run("ruff", "check", ".")
     session.run("ruff", "format", "--check", ".")
     session.run("pyright")
