@@ -3,9 +3,11 @@
 import dataclasses
 import json
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import nothing_compiled
+from helpers import jacobians, nothing_compiled
 from rig_recordings import sampled, trip, witsml, written
 from scipy.integrate import solve_ivp
 
@@ -178,30 +180,62 @@ def test_what_cannot_be_replayed_is_named(tmp_path):
         sb.rig.replay(heaving, scene_of())
 
 
-def test_a_recorded_motion_is_followed_to_the_last_digit():
-    """Lowered, hoisted, and driven down light: angles of the points, heat and work of the motor in closed form."""
-    per_radian, heavy, light = RADIUS / LINES, 60e3, 2e3
-    times = np.array([0.0, 5, 9, 29, 33, 60, 64, 84, 88, 100, 103, 110, 113])
-    speeds = np.array([0.0, 0, 20, 20, 0, 0, -20, -20, 0, 0, 30, 30, 0])
-    angles = np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times)))
-    motion = sb.loads.RecordedMotion(sb.PiecewiseLinear(times, speeds), angles, "60 kN", "30 kN", np.zeros(times.size))
-    load = sb.loads.RecordedLoad([0, 95], [heavy, light], RADIUS, LINES)
+TIMES = np.array([0.0, 5, 9, 29, 33, 60, 64, 84, 88, 100, 103, 110, 113])
+SPEEDS = np.array([0.0, 0, 20, 20, 0, 0, -20, -20, 0, 0, 30, 30, 0])
+HEAVY, LIGHT = 60e3, 2e3
+
+
+def of_a_motion(masses, share):
+    """Lowered by 24 m and hoisted heavy, driven down by 15 m light."""
+    angles = np.append(0.0, np.cumsum(0.5 * (SPEEDS[1:] + SPEEDS[:-1]) * np.diff(TIMES)))
+    speed, shares = sb.PiecewiseLinear(TIMES, SPEEDS), share * np.ones(TIMES.size)
+    motion = sb.loads.RecordedMotion(speed, angles, "60 kN", "30 kN", shares)
+    duty = sb.Duty(motion, sb.loads.RecordedLoad([0, 95], masses, RADIUS, LINES))
     motor = sb.loads.Motor("90 kN*m", "3 MW", "60 rad/s")
-    scene = sb.Scene(scene_of().brake, sb.Duty(motion, load), sb.Initial(0.0), 130.0, motor=motor)
+    return sb.Scene(scene_of().brake, duty, sb.Initial(0.0), 130.0, motor=motor)
+
+
+def heat_and_work(masses, share):
+    """Of the brake, of the motor: `drive` (N·m) is what it needs to drive the light load down."""
+    (heavy, light), per_radian = masses, RADIUS / LINES
+    drive = (INERTIA + light * per_radian**2) * 10.0 - light * G * per_radian
+    braked = heavy * G * 24 + light * G * 15 + drive * 45
+    return (1 - share) * braked, heavy * G * 24 + drive * 45 - share * braked
+
+
+def test_a_recorded_motion_is_followed_to_the_last_digit():
+    """Angles of the points, heat and work of the motor in closed form."""
+    scene = of_a_motion([HEAVY, LIGHT], 0.0)
+    motion, load, motor = scene.duty.lever, scene.duty.load, scene.motor
     result = sb.simulate(scene)
-    np.testing.assert_allclose(result.series(times).phi, angles, atol=1e-6)
-    drive = (INERTIA + light * per_radian**2) * 10.0 - light * G * per_radian  # N·m, while it gets faster
-    given = drive * 0.5 * 30 * 3
-    assert float(result.energy["motor_work"]) == pytest.approx(heavy * G * 24 + given, rel=1e-7)
-    assert float(result.energy["friction_heat"]) == pytest.approx(heavy * G * 24 + light * G * 15 + given, rel=1e-7)
+    np.testing.assert_allclose(result.series(TIMES).phi, motion.angles, atol=1e-6)
+    heat, work = heat_and_work([HEAVY, LIGHT], 0.0)
+    assert float(result.energy["motor_work"]) == pytest.approx(work, rel=1e-7)
+    assert float(result.energy["friction_heat"]) == pytest.approx(heat, rel=1e-7)
     assert sb.simulate(sb.files.scene_from_text(sb.files.scene_text(scene))).record.t_end == 130.0
     for change, words in (
         ({"motor": None}, "the recorded motion hoists"),
         ({"motor": dataclasses.replace(motor, speed=sb.PiecewiseLinear([0.0], [1.0]))}, "has no effect beside"),
         ({"motor": sb.loads.Motor("90 kN*m", "3 MW", "20 rad/s")}, "30 rad/s is above the motor's 20 rad/s"),
-        ({"duty": sb.Duty(dataclasses.replace(motion, angles=angles[1:]), load)}, "has 12 values for 13 points"),
-        ({"duty": sb.Duty(dataclasses.replace(motion, speed=sb.PiecewiseLinear(times, -1 + speeds)), load)}, "sign"),
+        ({"duty": sb.Duty(dataclasses.replace(motion, angles=motion.angles[1:]), load)}, "has 12 values for 13 points"),
+        ({"duty": sb.Duty(dataclasses.replace(motion, speed=sb.PiecewiseLinear(TIMES, SPEEDS - 1)), load)}, "sign"),
         ({"duty": sb.Duty(motion, sb.loads.RecordedLoad([0, 95], [1e4], RADIUS, LINES))}, "of one length"),
     ):
         with pytest.raises(sb.InputError, match=words):
             sb.check_scene(dataclasses.replace(scene, **change))
+
+
+@pytest.mark.slow
+def test_derivatives_of_a_recorded_motion():
+    """By both masses and by the motor's share, forwards and backwards, beside those of the closed forms."""
+
+    def of_the_run(x):
+        energy = sb.simulate(of_a_motion(x[:2], x[2])).energy
+        return jnp.stack([energy["friction_heat"], energy["motor_work"]])
+
+    start = jnp.asarray([HEAVY, LIGHT, 0.25])
+    value, forwards, backwards = jacobians(of_the_run)(start)
+    truth = jax.jacobian(lambda x: jnp.stack(heat_and_work(x[:2], x[2])))(start)
+    np.testing.assert_allclose(value, heat_and_work([HEAVY, LIGHT], 0.25), rtol=1e-7)
+    for jacobian in (forwards, backwards):
+        np.testing.assert_allclose(jacobian, truth, rtol=1e-6)
