@@ -11,7 +11,7 @@ import signal
 import threading
 import zipfile
 from collections.abc import Callable, Iterator
-from concurrent.futures import Future, ThreadPoolExecutor, as_completed
+from concurrent.futures import FIRST_COMPLETED, Future, ThreadPoolExecutor, wait
 from pathlib import Path
 from typing import Any
 
@@ -41,14 +41,29 @@ class Task:
         return np.full(len(self.runs), True) if self.last else columns["code"] != int(Code.STEP_LIMIT)
 
 
+class LostWorkersError(Exception):
+    """Those who computed the chunks are gone for good, in words."""
+
+
 class Pool:
-    """Chunks at work on `workers`; `start` begins those of one job."""
+    """Chunks at work on `workers`; `start` begins those of one job.
+
+    `idle` is called about every half second without a result; it, and `lost` of an error in a chunk (`None`: cancelled
+    by somebody else), raise `LostWorkersError` where none is to come.
+    """
 
     def __init__(
-        self, workers: int, start: Callable[[Job, list[Task]], list[Future[Columns]]], on_cpu: bool = True
+        self,
+        workers: int,
+        start: Callable[[Job, list[Task]], list[Future[Columns]]],
+        on_cpu: bool = True,
+        *,
+        idle: Callable[[], object] = lambda: None,
+        lost: Callable[[BaseException | None], object] = lambda error: None,
     ) -> None:
-        self.workers, self._start, self.on_cpu = workers, start, on_cpu
+        self.workers, self._start, self.on_cpu, self._idle, self._lost = workers, start, on_cpu, idle, lost
         self._waiting: dict[Future[Columns], Task] = {}
+        self._ended = False
         self.look: Callable[[], None] = lambda: None
 
     def submit(self, job: Job, tasks: list[Task]) -> None:
@@ -58,14 +73,21 @@ class Pool:
         """Finished tasks in the order in which they finish, until none is left."""
         while self._waiting:
             self.look()
-            with contextlib.suppress(TimeoutError):  # wake up regularly, so that Ctrl-C is handled
-                for future in as_completed(list(self._waiting), timeout=0.5):
-                    task = self._waiting.pop(future)
-                    if not future.cancelled():
-                        yield task, future.result()
+            finished, _ = wait(self._waiting, timeout=0.5, return_when=FIRST_COMPLETED)  # in between, Ctrl-C is handled
+            if not finished and not self._ended:
+                self._idle()
+            for future in finished:
+                task, cancelled = self._waiting.pop(future), future.cancelled()
+                error = None if cancelled else future.exception()
+                if error is None and not cancelled:
+                    yield task, future.result()
+                elif not self._ended:
+                    self._lost(error)
+                    future.result()
 
     def cancel(self) -> None:
         """Start nothing new; what is running finishes and is among the results."""
+        self._ended = True
         self._waiting = {future: task for future, task in self._waiting.items() if not future.cancel()}
 
 

@@ -11,6 +11,7 @@ import math
 import os
 import socket
 import sys
+import time
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from importlib.metadata import version
@@ -40,7 +41,7 @@ from .._run._simulate import (
     solver_for,
     solver_name,
 )
-from ._chunks import Pool, Store, Task, interruptible, threads
+from ._chunks import LostWorkersError, Pool, Store, Task, interruptible, threads
 from ._evaluator import (
     ABOUT,
     Columns,
@@ -77,7 +78,7 @@ _SHARES = 8
 _UNEQUAL = 1.2
 #: scenes looked at as a whole, besides those with the minimum and the maximum of every parameter
 _LOOKED_AT = 16
-#: s to wait for the scheduler of a cluster
+#: s to wait for the scheduler of a cluster, and for workers before one line says so
 _PATIENCE = 5
 #: structures of scenes whose functions are remembered
 _STRUCTURES = 64
@@ -311,10 +312,13 @@ def run_packed(payload: bytes, task: Task, folder: str, key: str) -> Columns:
 
 @contextlib.contextmanager
 def cluster(scheduler: Client, store: Store | None) -> Iterator[Pool]:
-    """The workers of a Dask cluster. A chunk whose worker dies is given to another by the scheduler of Dask."""
+    """The workers of a Dask cluster. The chunk of a worker that dies is given to another, which may come later.
+
+    A chunk that several workers died of ends the call, and so does a scheduler that is gone.
+    """
     try:
         import cloudpickle
-        from distributed import Client
+        from distributed import Client, KilledWorker
         from distributed.comm import get_address_host_port
     except ImportError as error:
         hint = "pip install 'simbrake[ensemble]'"
@@ -338,7 +342,26 @@ def cluster(scheduler: Client, store: Store | None) -> Iterator[Pool]:
             payload = cloudpickle.dumps(job)
             return [executor.submit(run_packed, payload, task, *place) for task in tasks]
 
-        yield Pool(max(1, sum(client.nthreads().values())), start)
+        alone_since: list[float] = []
+
+        def idle() -> None:
+            if client.status != "running":
+                raise LostWorkersError("the scheduler is gone")
+            if client.nthreads():
+                alone_since.clear()
+            elif not alone_since:
+                alone_since.append(time.monotonic())
+            elif time.monotonic() > alone_since[0] + _PATIENCE:
+                print("simbrake: no worker is left, waits for new ones (Ctrl-C: what is finished)", file=sys.stderr)
+                alone_since[0] = math.inf
+
+        def lost(error: BaseException | None) -> None:
+            if isinstance(error, KilledWorker):
+                raise LostWorkersError("the workers of one chunk died again and again (look at their memory)")
+            if error is None or client.status != "running":
+                raise LostWorkersError("the scheduler is gone")
+
+        yield Pool(max(1, sum(client.nthreads().values())), start, idle=idle, lost=lost)
 
 
 # --- runs by expected cost: a chunk costs as much as its slowest run --------------------------------------------------
@@ -489,11 +512,12 @@ def run_all(plan: Plan, workers: int | None, client: Client | None, directory: P
                 for solver, some in plan.groups():
                     runs.group(solver, some)
                 pool.look()
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, LostWorkersError) as end:
             pool.cancel()
             runs.take()
             left = int(np.sum(~runs.done))
-            print(f"simbrake: interrupted, {left} of {plan.count} runs are missing (code -1)", file=sys.stderr)
+            why = str(end) or "interrupted"
+            print(f"simbrake: {why}, {left} of {plan.count} runs are missing (code -1)", file=sys.stderr)
     return runs.columns
 
 
