@@ -4,6 +4,7 @@ A line `<!-- table NAME -->` becomes a table of `TABLES`, `<!-- list NAME -->` a
 `<!-- measured NAME -->` what a benchmark has written as JSON, `<!-- printed NAME -->` a table of the papers.
 """
 
+import functools
 import json
 import pathlib
 import re
@@ -18,6 +19,7 @@ from simbrake._outputs import _log as names
 from simbrake._outputs._metrics import METRICS
 from simbrake._outputs._quantities import PAIR_COLUMNS, SERIES_COLUMNS
 from simbrake._physics import _mechanism
+from simbrake.thermal._material import library
 
 DOCS = pathlib.Path(__file__).parents[1]
 sys.path[:0] = [str(DOCS.parent), str(DOCS.parent / "papers")]  # benchmarks, and what recomputes the papers
@@ -45,6 +47,52 @@ def _metrics() -> list[str]:
     return table("metric | unit | meaning | scenes", rows)
 
 
+#: of the tables of the material library: heading, unit and zero of each number
+LIBRARY = {
+    "friction": {"coefficient": ("coefficient", 1.0, 0.0), "permissible_temperature": ("permissible, °C", 1.0, 273.15)},
+    "thermal": {
+        "conductivity": ("λ, W/(m·K)", 1.0, 0.0),
+        "density": ("ρ, kg/m³", 1.0, 0.0),
+        "specific_heat": ("c, J/(kg·K)", 1.0, 0.0),
+    },
+    "rim": {
+        "young": ("$E$, GPa", 1e9, 0.0),
+        "expansion": ("$\\alpha_T$, 10⁻⁶/K", 1e-6, 0.0),
+        "poisson": ("$\\nu$", 1.0, 0.0),
+        "permissible_stress": ("$\\sigma_p$, MPa", 1e6, 0.0),
+        "permissible_temperature": ("$T_p$, °C", 1.0, 273.15),
+        "solidus": ("solidus, °C", 1.0, 273.15),
+        "hardness": ("hardness, MPa", 1e6, 0.0),
+    },
+    "lining": {
+        "wear_coefficient": ("$I_0$, 10⁻¹⁴ m³/(N·m)", 1e-14, 0.0),
+        "wear_threshold": ("$T_t$, °C", 1.0, 273.15),
+        "wear_activation": ("$E_a$, kJ/mol", 1e3, 0.0),
+        "permissible_temperature": ("$T_p$, °C", 1.0, 273.15),
+        "hardness": ("hardness, MPa", 1e6, 0.0),
+    },
+}
+
+
+def _library(part: str) -> list[str]:
+    """Materials of a part of the library: value, range of what friction depends on, `*` for an assumption, sources."""
+    rows = []
+    for name, numbers in library(part).items():
+        cells = []
+        for number, (_, unit, zero) in LIBRARY[part].items():
+            if (one := numbers.get(number)) is None:  # as the permissible temperature of a class of SAE J866
+                cells.append("")
+                continue
+            value, *ends = (f"{x / unit - zero:.4g}" for x in (one.value, one.low, one.high))
+            span = f" ({'…'.join(dict.fromkeys(ends))})" if part == "friction" else ""
+            cells.append(f"{value}{span}{' *' * one.assumed}")
+        sources = dict.fromkeys(one.source.removeprefix("assumption: ") for one in numbers.values())
+        whole = [one for one in sources if not any(other.startswith(one) and other != one for other in sources)]
+        rows.append((f"`{name}`", *cells, "; ".join(whole)))
+    headings = [heading for heading, _, _ in LIBRARY[part].values()]
+    return table(" | ".join(["material", *headings, "sources"]), rows)
+
+
 TABLES: dict[str, Callable[[], list[str]]] = {
     "events": lambda: table(
         "event | meaning | brakes", [(f"`{n}`", e.meaning, e.brakes) for n, e in names.EVENTS.items()]
@@ -59,6 +107,7 @@ TABLES: dict[str, Callable[[], list[str]]] = {
     "metrics": _metrics,
     "series": lambda: _columns(SERIES_COLUMNS),
     "pairs": lambda: _columns(PAIR_COLUMNS),
+    **{f"{part}_materials": functools.partial(_library, part) for part in LIBRARY},
 }
 
 

@@ -1,8 +1,10 @@
 """Every example of README and docs runs: fenced Python blocks page by page, and shell lines with simbrake commands.
 
 A page's blocks run one after the other in one namespace, so that a later one may use what an earlier one made.
+A plain block right after a Python block is what that prints; `…` stands for anything.
 """
 
+import doctest
 import os
 import pathlib
 import re
@@ -19,17 +21,17 @@ SLOW = {
     f"docs/{name}.md"
     for name in (
         "calibration",
+        "decision",
         "ensembles",
         "estimates",
         "extending",
         "first_steps",
-        "layout_design",
-        "materials",
+        "jax",
         "recipes",
         "report",
         "rig_logs",
         "sensitivity",
-        "synthesis",
+        "typical_values",
         "uncertainty",
         "chain",
         "accuracy_and_speed",
@@ -43,6 +45,11 @@ NOT_RUN = ("pip install", "pytest", "python benchmarks/", "python papers/", "pyt
 
 def blocks(page: pathlib.Path, language: str) -> list[str]:
     return re.findall(rf"^```{language}\n(.*?)^```", page.read_text("utf-8"), re.S | re.M)
+
+
+def examples(page: pathlib.Path) -> list[tuple[str, str]]:
+    """Python blocks of a page, each with what it prints as far as the page shows that."""
+    return re.findall(r"^```python\n(.*?)^```\n(?:\n```\n(.*?)^```)?", page.read_text("utf-8"), re.S | re.M)
 
 
 def name_of(page: pathlib.Path) -> str:
@@ -82,7 +89,7 @@ def save_files(page: pathlib.Path, folder: pathlib.Path) -> None:
 
 def test_the_pages_have_examples():
     names = {name_of(page) for page in EXAMPLES}
-    assert SLOW | {"README.md", "docs/first_steps.md", "docs/fast_runs.md"} <= names
+    assert SLOW | {"README.md", "docs/first_steps.md", "docs/scene_files.md"} <= names
     assert sum(len(simbrake_commands(page)) for page in EXAMPLES) >= 8
 
 
@@ -99,8 +106,10 @@ def test_all_shell_blocks_are_looked_at():
 )
 def test_examples_of(page, folder, capsys):
     space: dict[str, object] = {"__name__": "example"}
-    for number, block in enumerate(blocks(page, "python"), 1):
+    for number, (block, shown) in enumerate(examples(page), 1):
         exec(compile(block, f"{name_of(page)}, block {number}", "exec"), space)
+        printed, wanted = capsys.readouterr().out, shown.replace("…", "...")
+        assert not shown or doctest.OutputChecker().check_output(wanted, printed, doctest.ELLIPSIS), printed
     save_files(page, folder)
     for text in simbrake_commands(page):
         capsys.readouterr()
