@@ -52,7 +52,7 @@ def _with_home(name: str) -> Any:
 
 __getattr__ = answers(
     __name__,
-    moved={"check": "check_scene", "load": "read_result"},
+    moved={"check": "check_scene", "load": "read_result", "history": "files.history"},
     gone={"published": "it is papers/printed_tables.py in a checkout of the repository"},
     others=_with_home,
 )

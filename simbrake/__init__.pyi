@@ -47,9 +47,9 @@ from .brakes._pressed import ShoeBrake as ShoeBrake
 from .brakes._pressed import Shoes as Shoes
 from .checks._cross_check import cross_check as cross_check
 from .checks._validate import validate as validate
+from .files._c_export import export_c as export_c
 from .files._scene_file import read_scene as read_scene
 from .files._scene_file import write_scene as write_scene
-from .files._schema import history as history
 from .formulas._estimates import estimates as estimates
 from .formulas._material_table import compare_materials as compare_materials
 from .formulas._synthesis import synthesize as synthesize

@@ -226,6 +226,36 @@ def fmu(
     return 0
 
 
+def export(
+    file: cli.SceneFile,
+    /,
+    *,
+    c: Path,
+    input_: Annotated[cli.Many, Parameter(name="--input")] = None,
+    output: cli.Many = None,
+    set_: cli.Set = None,
+    json_: cli.Flag = False,
+) -> int:
+    """Write a scene as one C99 file without dependencies: its run, and one step under held inputs.
+
+    Parameters
+    ----------
+    c
+        The file, ending in .c; its name begins all names in it.
+    input_
+        Input of the step, lever or load; may be repeated. By default the lever, and the load where it is a TorqueLoad.
+    output
+        Metric of the run; may be repeated. By default slip_onset_time, full_slip_time and stopping_time.
+    json_
+        Print {written} as JSON, alone on stdout.
+    """
+    scene = cli.opened(file, set_, faults=cli.faults_of_file(c))
+    with Progress("export", "printing…"):
+        sb.export_c(scene, c, inputs=input_, outputs=output)
+    cli.tell(f"written  {c}", lambda: {"written": str(c)}, json_)
+    return 0
+
+
 def animate(
     file: cli.SceneFile,
     out: Annotated[Path, Parameter(name="FILE")],
@@ -593,6 +623,7 @@ COMMANDS = {
     explain: _RUN,
     report: _RUN,
     fmu: "0 success; 2 the input is wrong.",
+    export: "0 success; 1 the run failed; 2 the input is wrong.",
     animate: "0 the run reached its end; 1 it failed; 2 the input is wrong.",
     compare: "0 equal within the tolerance; 1 different; 2 the input is wrong.",
     estimates: "0 success; 1 the run failed; 2 the input is wrong.",

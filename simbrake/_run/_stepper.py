@@ -5,7 +5,7 @@ import functools
 import hashlib
 import itertools
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -144,6 +144,22 @@ def _held(scene: Scene, name: str) -> HeldInput | Fault:
     return HeldInput(unit, where, past, np.full(size, first), size, delay, lag, [(start, first)])
 
 
+def held_inputs(scene: Scene, inputs: Sequence[str] | str, rtol: float = 1e-10) -> dict[str, HeldInput]:
+    """The inputs of a stepper before the first command. Raises `InputError` for those that the scene cannot have."""
+    faults = faults_of_tolerance(rtol)
+    inputs = [inputs] if isinstance(inputs, str) else inputs
+    hint = f"inputs are {' and '.join(_INPUTS)}"
+    faults += [Fault(name, "is no input", hint) for name in inputs if name not in _INPUTS]
+    held = {name: _held(scene, name) for name in dict.fromkeys(inputs) if name in _INPUTS}
+    faults += [fault for fault in held.values() if isinstance(fault, Fault)]
+    if isinstance(scene.duty.lever, Phases) and "lever" not in inputs:
+        path = f"duty.{scene.duty.lever_field}"
+        faults.append(Fault(path, "a duty in phases ends by itself", "run it by simulate, or give it a tension"))
+    if faults:
+        raise InputError(faults)
+    return {name: held_input for name, held_input in held.items() if isinstance(held_input, HeldInput)}
+
+
 def _commanded(scene: Scene, held: Iterable[tuple[tuple[str, ...], PiecewiseLinear]]) -> Scene:
     """The scene with other profiles at the places `where`."""
     for where, profile in held:
@@ -151,7 +167,12 @@ def _commanded(scene: Scene, held: Iterable[tuple[tuple[str, ...], PiecewiseLine
     return scene
 
 
-class _Shape(NamedTuple):
+def input_piece(name: str) -> int:
+    """Place of an input among the pieces of a mode."""
+    return _INPUTS[name]
+
+
+class InputShape(NamedTuple):
     """What of an input shapes the program: its name, its place, and how many points it has."""
 
     name: str
@@ -159,10 +180,13 @@ class _Shape(NamedTuple):
     points: int
 
 
-@functools.partial(Kept, lines=lambda kept: kept[0].lines)
-def _program(packing: Packing, method: AbstractMethod, shapes: tuple[_Shape, ...], device: Any) -> tuple[Program, int]:
+def step_of_numbers(
+    packing: Packing, method: AbstractMethod, shapes: tuple[InputShape, ...]
+) -> tuple[Callable[[Array], Record], int, tuple[int, int]]:
     """One integration between two times, a function of one vector: the numbers of the scene, points of the inputs,
-    both times, state and mode; and the size of what comes after the inputs. A state that is not a number is the start.
+    both times, state and mode. And the size of what comes before the times, and those of state and mode.
+
+    A state that is not a number is the start.
     """
     n = packing.size
     ends = np.cumsum([n, *(2 * shape.points for shape in shapes)])
@@ -180,7 +204,7 @@ def _program(packing: Packing, method: AbstractMethod, shapes: tuple[_Shape, ...
 
     ny, nm = _cache.cached("sizes of a step", (packing, shapes), sizes)
 
-    def run(x: Array) -> Packed:
+    def run(x: Array) -> Record:
         system, y, mode, settings = start(x)
         points = (x[a:b].reshape(2, -1) for a, b in itertools.pairwise(ends.tolist()))
         profiles = [(shape.where, PiecewiseLinear(*pair)) for shape, pair in zip(shapes, points, strict=True)]
@@ -191,10 +215,23 @@ def _program(packing: Packing, method: AbstractMethod, shapes: tuple[_Shape, ...
         flat_y = jnp.where(begins, ravel(y, jnp.float64), now[:ny])
         flat_mode = jnp.where(begins, pack_mode(mode), jnp.where(begins, 0.0, now[ny:]).astype(jnp.int32))
         problem = system, unravel(flat_y, y), unravel(flat_mode, mode), t, end
-        return Packed.of(hybridsolve(*problem, method, settings))
+        return hybridsolve(*problem, method, settings)
+
+    return run, int(ends[-1]), (ny, nm)
+
+
+@functools.partial(Kept, lines=lambda kept: kept[0].lines)
+def _program(
+    packing: Packing, method: AbstractMethod, shapes: tuple[InputShape, ...], device: Any
+) -> tuple[Program, int]:
+    """The step compiled, and the size of state and mode."""
+    run, before, sizes = step_of_numbers(packing, method, shapes)
+
+    def packed(x: Array) -> Packed:
+        return Packed.of(run(x))
 
     subject = ("step", packing, method, shapes)
-    return compiled(run, np.ones(ends[-1] + 2 + ny + nm), device=device, subject=subject, quick=True), ny + nm
+    return compiled(packed, np.ones(before + 2 + sum(sizes)), device=device, subject=subject, quick=True), sum(sizes)
 
 
 def _size(tree: Any) -> int:
@@ -272,21 +309,8 @@ class Stepper:
     ) -> None:
         require_64_bits()
         self.scene = scene = checked(scene)
-        faults = faults_of_tolerance(rtol)
-        inputs = [inputs] if isinstance(inputs, str) else inputs
-        hint = f"inputs are {' and '.join(_INPUTS)}"
-        faults += [Fault(name, "is no input", hint) for name in inputs if name not in _INPUTS]
-        held_inputs = {name: _held(scene, name) for name in dict.fromkeys(inputs) if name in _INPUTS}
-        faults += [fault for fault in held_inputs.values() if isinstance(fault, Fault)]
-        if isinstance(scene.duty.lever, Phases) and "lever" not in inputs:
-            path = f"duty.{scene.duty.lever_field}"
-            faults.append(Fault(path, "a duty in phases ends by itself", "run it by simulate, or give it a tension"))
-        if faults:
-            raise InputError(faults)
+        self._held = held_inputs(scene, inputs, rtol)
         self.solver, self.rtol = solver_of(scene, solver), rtol
-        self._held: dict[str, HeldInput] = {
-            name: held for name, held in held_inputs.items() if isinstance(held, HeldInput)
-        }
         limits = np.asarray(rtol), np.asarray(np.inf), np.asarray(10_000, np.int32)
         self._limits = RunLimits(limits[1], limits[2], _ATTEMPTS)
         self._numbers, self._packing = pack((scene, *limits))
@@ -303,7 +327,7 @@ class Stepper:
         self, t: float, end: float, y: np.ndarray | None, mode: np.ndarray | None, held: Mapping[str, "HeldInput"]
     ) -> Record:
         """From one time to another, or as far as one call of the program comes."""
-        shapes = tuple(_Shape(name, held_input.where, len(held_input.times)) for name, held_input in held.items())
+        shapes = tuple(InputShape(name, held_input.where, len(held_input.times)) for name, held_input in held.items())
         program, size = _program(self._packing, self._method, shapes, run_device())
         now = np.full(size, np.nan) if y is None or mode is None else np.concatenate([y, mode])
         points = [x for held_input in held.values() for x in (held_input.times, held_input.values)]

@@ -54,7 +54,7 @@ def history(
         >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as folder:
         ...     np.savetxt(f"{folder}/a.csv", [[0, 2], [500, 12]], "%g", ",", header="t [ms],lever [kN]", comments="")
-        ...     sb.history(f"{folder}/a.csv", "lever", "N")
+        ...     sb.files.history(f"{folder}/a.csv", "lever", "N")
         PiecewiseLinear(times=[0, 0.5] s, values=[2000, 12000])
     """
     from ..studies._measured import CsvFile  # few scenes read a file

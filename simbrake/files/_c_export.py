@@ -1,0 +1,567 @@
+"""A scene as one C99 file: its whole run, and its `Stepper` under inputs that the caller holds."""
+
+import functools
+import importlib
+import itertools
+import re
+from collections.abc import Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from .._base._compiling import pack
+from .._base._faults import Fault, InputError, whole_file
+from .._base._part import leaves
+from .._outputs._log import FAILURES
+from .._outputs._metrics import metric_names
+from .._outputs._probe import seen_at
+from .._outputs._quantities import SERIES_COLUMNS, series_of
+from .._parts._scene import Scene, checked
+from .._phases import Phases
+from .._physics._assemble import assemble
+from .._physics._mechanism import BandMode, Label, Mode, events_of_change
+from .._run._measure import check_metrics, measure, unit_of
+from .._run._simulate import method_of, room_for, simulate, solver_of
+from .._run._stepper import HeldInput, InputShape, held_inputs, input_piece, step_of_numbers
+from ..hybrid._arrays import Array
+from ..hybrid._solve import likes
+from ..hybrid._system import SKIPPED, unravel
+from ..loads import TorqueLoad
+from ._c_code import HELPERS, Program, UnknownOperation, literal
+
+#: points of an input behind a dead time: half as many commands can wait in it
+_WAITING = 32
+#: metrics where the caller names none, as far as a scene has them
+_USUAL = ("slip_onset_time", "full_slip_time", "stopping_time")
+
+
+def export_c(
+    scene: Scene,
+    path: str | Path,
+    *,
+    inputs: Sequence[str] | str | None = None,
+    outputs: Sequence[str] | str | None = None,
+    max_steps: int | None = None,
+) -> Path:
+    """Write a scene as one C99 file without dependencies: its run, and one step under held inputs.
+
+    - `inputs`: of the step, as for `Stepper`; by default the lever, and the load where that is a `TorqueLoad`. A duty
+      in phases has no step
+    - `outputs`: metrics of the run by name; by default `slip_onset_time`, `full_slip_time` and `stopping_time`
+    - `max_steps`: step attempts of a run; by default what the scene's own run needs and a quarter more
+
+    All names in the file begin with its own, here `stop`. `stop_run` takes all numbers of the scene and gives metrics,
+    events with their times and, where there is space for them, all columns of `Series` at the end of each step;
+    `stop_step` advances a `stop_stepper`. Numbers, metrics, events, columns and result codes have names in enums, with
+    units. Structure and sizes are those of the scene given, and so are the method and the most step attempts.
+
+    Raises `InputError` for errors of the scene, unknown inputs and metrics, and a scene with an operation that has no C
+    form yet; `SimulationError` where the scene's own run fails.
+
+    Example:
+        >>> sb.export_c(scene, "brake.txt")
+        Traceback (most recent call last):
+        ...
+        simbrake._base._faults.InputError: 1 input error:
+          brake.txt: has the ending '.txt' — give a name with .c
+    """
+    path = Path(path)
+    if path.suffix != ".c":
+        raise InputError([Fault(str(path), f"has the ending {path.suffix!r}", "give a name with .c")])
+    scene = checked(scene)
+    if inputs is None:
+        inputs = ["lever", "load"] if isinstance(scene.duty.load, TorqueLoad) else ["lever"]
+        inputs = None if isinstance(scene.duty.lever, Phases) else inputs
+    if outputs is None:
+        outputs = [name for name in _USUAL if name in metric_names(scene)]
+    outputs = [outputs] if isinstance(outputs, str) else [*outputs]
+    check_metrics(scene, outputs)
+    held = None if inputs is None else held_inputs(scene, inputs)
+    name = re.sub(r"\W", "_", path.stem, flags=re.ASCII)
+    try:
+        text = _Export(name if not name[:1].isdigit() else f"scene_{name}", scene, held, outputs, max_steps).text()
+    except UnknownOperation as error:
+        what = f"uses the operation {error}, which has no C form yet"
+        raise InputError([Fault("scene", what, "leave out what the export stops at")]) from error
+    with whole_file(path) as target:
+        target.write_text(text, "utf-8")
+    return path
+
+
+def _labels(modes: Mode) -> Array:
+    """The label of each row, (rows, 5)."""
+    return jnp.stack([jnp.asarray(part, jnp.int32) for part in modes.label], axis=-1)
+
+
+def _words(text: str) -> str:
+    return text.replace("*/", "* /").replace("\n", " ")
+
+
+class _Export:
+    """The text of a file: programs printed from JAX, and functions around them."""
+
+    def __init__(
+        self,
+        name: str,
+        scene: Scene,
+        held: dict[str, HeldInput] | None,
+        outputs: list[str],
+        max_steps: int | None,
+    ) -> None:
+        self.name, self.scene, self.outputs, self.rtol = name, scene, outputs, 1e-10
+        self.solver, self.steps, self.held = solver_of(scene), held is not None, held or {}
+        self.max_steps = max_steps or room_for(simulate(scene, solver=self.solver))
+        self.numbers, self.like = pack(scene.as_run)
+        problem = jax.eval_shape(lambda x: assemble(self.like.unpack(x))[1:], self.numbers)
+        self.likes = likes(*problem)
+        #: points of each input; what is known once the step is traced: columns, places of the inputs in its mode
+        self.points = {key: _WAITING if held.delay else len(held.times) for key, held in self.held.items()}
+        self.columns: list[tuple[str, int]] = []
+        self.pieces: list[int] = []
+
+    # --- what is printed from JAX
+
+    def _whole(self, x: Array) -> tuple[Array, ...]:
+        """Metrics of a run, its counts, and the rows of its record."""
+        result = simulate(self.like.unpack(x[:-1]), solver=self.solver, rtol=x[-1], max_steps=self.max_steps)
+        values = [jnp.asarray(measure(result, metric), jnp.float64) for metric in self.outputs]
+        record = result.record
+        counts = jnp.stack([record.code, record.count, *record.stats]).astype(jnp.int32)
+        rows = record.rows
+        whole = jnp.stack(values) if values else jnp.zeros(1)
+        return whole, counts, rows.t, rows.y, rows.mode, rows.kind, _labels(record.modes)
+
+    def _columns(self, system: Any, t: Array, y: Array, mode: Array, likes: tuple[Any, Any]) -> Array:
+        state, modes = jax.vmap(lambda y, mode: (unravel(y, likes[0]), unravel(mode, likes[1])))(y[None], mode[None])
+        series = series_of(seen_at(system, t[None], state, modes), system)
+        columns = {name: getattr(series, name) for name in SERIES_COLUMNS}
+        flat = {name: jnp.ravel(column).astype(jnp.float64) for name, column in columns.items() if column is not None}
+        self.columns = [(name, int(column.size)) for name, column in flat.items()]
+        return jnp.concatenate([*flat.values()])
+
+    def _seen(self, x: Array, t: Array, y: Array, mode: Array) -> Array:
+        """Columns at one instant of the run."""
+        return self._columns(assemble(self.like.unpack(x))[0], t, y, mode, self.likes)
+
+    def _begun(self, x: Array) -> Array:
+        """Time of the start; of each input its first value, a time long past, and its lag (0: none)."""
+        scene = self.like.unpack(x)
+        start, numbers = jnp.asarray(scene.initial.time), []
+        for held in self.held.values():
+            parent, part = (functools.reduce(getattr, where, scene) for where in (held.where[:-1], held.where))
+            delay = getattr(parent, "dead_time", 0.0)
+            lag = 0.0 if held.lag is None else parent.lag
+            numbers += [part.value(start - delay, part.first_piece(start - delay)), start - delay - 1.0, lag]
+        return jnp.stack([start, *numbers])
+
+    def _step(self) -> tuple[Program, int, tuple[int, int]]:
+        shapes = tuple(InputShape(key, held.where, self.points[key]) for key, held in self.held.items())
+        limits = np.asarray(self.rtol), np.asarray(np.inf), np.asarray(10_000, np.int32)
+        _, packing = pack((self.scene, *limits))
+        run, before, sizes = step_of_numbers(packing, method_of(self.scene, self.solver), shapes)
+
+        def step(x: Array) -> tuple[Array, ...]:
+            record = run(x)
+            n, rows = record.count, record.rows
+            counts = jnp.stack([record.code, n]).astype(jnp.int32)
+            places = unravel(np.arange(sizes[1]), record.mode_like).pieces
+            self.pieces = [int(places[input_piece(key)]) for key in self.held]
+            now = rows.t[n], rows.y[n], rows.mode[n]
+            columns = self._columns(record.system, *now, (record.y_like, record.mode_like))
+            return counts, rows.t, _labels(record.modes), *now[1:], columns
+
+        return Program(f"{self.name}_part", step, np.ones(before + 2 + sum(sizes))), before, sizes
+
+    # --- events
+
+    def _changes(self) -> tuple[list[str], str]:
+        """Names of events, and C that finds those of a change of mode."""
+        name, system = self.name, assemble(self.scene)[0]
+        mode: Mode = self.likes[1]
+        kinds = [
+            [int(band) for band in BandMode],
+            [0, 1] if self.scene.brake.in_series else [0],
+            [0, 1] if mode.turn is not None else [1],
+            [0, 1] if mode.taut is not None else [1],
+        ]
+        states, driven = [*itertools.product(*kinds)], system.motor is not None
+        names: list[str] = []
+        sequences, table = list[tuple[int, ...]]([()]), list[int]()
+        for before, after, layer, first in itertools.product(states, states, (0, 1), (False, True)):
+            was, now = (Label(s[0], s[1], s[2], n, s[3]) for s, n in ((before, 0), (after, layer)))
+            events = events_of_change(was, now, first, driven) if was != now else []
+            names += [event for event in events if event not in names]
+            sequence = tuple(names.index(event) + 1 for event in events)
+            if sequence not in sequences:
+                sequences.append(sequence)
+            table.append(sequences.index(sequence))
+        most = max(map(len, sequences)) + 1
+        rows = ", ".join("{" + ", ".join(map(str, [*sequence, 0][:most])) + "}" for sequence in sequences)
+        place = "l[0]"
+        for entry, kind in ((1, kinds[1]), (2, kinds[2]), (4, kinds[3])):
+            place = f"({place}) * 2 + (l[{entry}] != 0)" if len(kind) > 1 else place
+        numbers = "\n".join("  " + ", ".join(map(str, table[i : i + 40])) + "," for i in range(0, len(table), 40))
+        return (
+            names,
+            f"""\
+static const unsigned char {name}_sequences[][{most}] = {{{rows}}};
+static const unsigned char {name}_changes[] = {{
+{numbers}
+}};
+static int {name}_place(const int32_t *l) {{ return {place}; }}
+/* Appends the events of a change of mode; how many there are then. */
+static int {name}_append({name}_event *events, int room, int count, double time, const int32_t *l, int first) {{
+  const int32_t *m = l + 5;
+  const unsigned char *sequence;
+  if (memcmp(l, m, 5 * sizeof *l) == 0) return count;
+  sequence = {name}_sequences[{name}_changes[
+    (({name}_place(l) * {len(states)} + {name}_place(m)) * 2 + (l[3] != m[3])) * 2 + first]];
+  for (; *sequence; sequence++, count++)
+    if (count < room) {{ events[count].time = time; events[count].name = *sequence; }}
+  return count;
+}}
+""",
+        )
+
+    # --- the file
+
+    def text(self) -> str:
+        name, upper = self.name, self.name.upper()
+        count = self.numbers.size
+        x = np.append(self.numbers, self.rtol)
+        now = [
+            np.asarray(0.0),
+            *(np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(like)]) for like in self.likes),
+        ]
+        now[2] = now[2].astype(np.int32)
+        whole = Program(f"{name}_whole", self._whole, x)
+        seen = Program(f"{name}_seen", self._seen, self.numbers, *now)
+        programs = {"whole": whole, "seen": seen}
+        if self.steps:
+            begun = Program(f"{name}_begun", self._begun, self.numbers)
+            step, before, (ny, nm) = self._step()
+            programs |= {"begun": begun, "part": step}
+        events, changes = self._changes()
+        width, inputs = sum(size for _, size in self.columns), [*self.held]
+
+        def enum(what: str, entries: Iterable[tuple[str, int, str]]) -> str:
+            lines = (
+                f"  {upper}_{re.sub(r'[^A-Z0-9]+', '_', key.upper()).strip('_')} = {value}, /* {_words(about)} */"
+                for key, value, about in entries
+            )
+            return f"enum {name}_{what} {{\n" + "\n".join(lines) + "\n};\n"
+
+        def strings(what: str, texts: Iterable[str]) -> str:
+            return f"const char *const {name}_{what}[] = {{{', '.join(chr(34) + text + chr(34) for text in texts)}}};\n"
+
+        counted, places = self.like.unpack(np.arange(count, dtype=np.float64)), []
+        for leaf in leaves(counted):
+            size, first = int(np.size(leaf.value)), int(np.ravel(leaf.value)[0]) if np.size(leaf.value) else -1
+            more = f", {size} numbers from here" if size > 1 else ""
+            if size:
+                places.append(
+                    (f"NUMBER_{leaf.path}", first, f"{leaf.path} [{leaf.about.unit}]: {leaf.about.meaning}{more}")
+                )
+        starts = np.cumsum([0, *(size for _, size in self.columns)]).tolist()
+        about_columns = [
+            (
+                f"COLUMN_{key}",
+                start,
+                f"{key} [{SERIES_COLUMNS[key].unit}]: {SERIES_COLUMNS[key].meaning}"
+                + (f", {size} of them" if size > 1 else ""),
+            )
+            for (key, size), start in zip(self.columns, starts, strict=False)
+        ]
+        codes = [("CODE_COMPLETED", 0, "the run reached its end")]
+        codes += [(f"CODE_{key}", int(code), what) for code, (key, what, _) in FAILURES.items()]
+        codes += [
+            ("CODE_BAD_NUMBER", -1, "a number, a time or an input is not finite, or out of range"),
+            ("CODE_NO_MEMORY", -2, "there is no memory"),
+            ("CODE_TOO_MANY_COMMANDS", -3, "more commands than there is space for wait in a dead time"),
+        ]
+        held = list(self.held.values())
+        points = [self.points[key] for key in inputs] or [1]
+        declarations = "".join(
+            [
+                enum("number", places),
+                enum(
+                    "metric",
+                    [(f"METRIC_{m}", i, f"[{unit_of(m)}]; infinite: never") for i, m in enumerate(self.outputs)],
+                )
+                if self.outputs
+                else "",
+                enum("event_name", [(f"EVENT_{event}", i + 1, event) for i, event in enumerate(events)]),
+                enum("column", about_columns),
+                enum("input", [(f"INPUT_{key}", i, f"[{h.unit}]") for i, (key, h) in enumerate(self.held.items())])
+                if held
+                else "",
+                enum("code", codes),
+                enum(
+                    "size",
+                    [
+                        ("NUMBERS", count, "numbers of the scene"),
+                        ("METRICS", len(self.outputs), "metrics"),
+                        ("COLUMNS", width, "entries of all columns"),
+                        ("INPUTS", len(held), "inputs of the step"),
+                        *([("STATES", ny, "states")] if self.steps else []),
+                        ("ROWS", self.max_steps + 1, "rows that a run may fill"),
+                    ],
+                ),
+            ]
+        )
+        least = [2 if h.lag is None else 4 for h in held] or [2]
+        values = ", ".join(literal(v, "double") for v in self.numbers)
+        frames = "".join(f"  struct {program.name}_frame {key};\n" for key, program in programs.items())
+
+        def out(program: Program, key: str, i: int) -> str:
+            return f"memory->{key}.{program.outs[i].name}"
+
+        def given(program: Program, key: str, i: int, value: str) -> str:
+            return f"{program.ins[i].replace('frame->', f'memory->{key}.')} = {value};"
+
+        lower = ", ".join("1" if h.unit == "N" else "0" for h in held) or "0"
+        prompt = ", ".join("0" if h.delay or h.lag is not None else "1" for h in held) or "0"
+        metric_line = f"  memcpy(result->metrics, {out(whole, 'whole', 0)}, sizeof result->metrics);\n"
+        if len(self.outputs) < 2:
+            metric_line = f"  result->metrics[0] = {out(whole, 'whole', 0)};\n" if self.outputs else ""
+        start_out = "" if not self.steps else out(begun, "begun", 0) + ("" if begun.outs[0].size == 1 else "[0]")
+        types = prototypes = stepping = ""
+        if self.steps:
+            types = f"""\
+typedef struct {{ double times[{max(points)}], values[{max(points)}]; int passed; double lag; }} {name}_held;
+
+/* A brake between two steps: plain numbers, which may be copied, kept and set back. */
+typedef struct {{
+  double start, time, rtol;
+  double numbers[{count}], y[{ny}], columns[{width}];
+  int32_t mode[{nm}];
+  int begun;
+  {name}_held held[{max(len(held), 1)}];
+}} {name}_stepper;
+
+"""
+            prototypes = f"""\
+/* A stepper at the start, under the scene's own inputs. */
+int {name}_start({name}_memory *memory, const double *numbers, double rtol, {name}_stepper *stepper);
+/* Advances by `dt` under inputs that are held from now on; on any other code than 0 the stepper stays as it was. */
+int {name}_step({name}_memory *memory, {name}_stepper *stepper, double dt, const double *inputs,
+    {name}_event *events, int most_events, int *events_found);
+"""
+            stepping = f"""\
+static int {name}_integrate({name}_memory *memory, {name}_stepper *s, double end, {name}_event *events, int room,
+    int *found) {{
+  static const int points[] = {{{", ".join(map(str, points))}}};
+  static const int places[] = {{{", ".join(map(str, self.pieces)) or "0"}}};
+  double *x = memory->part_in, t0 = s->time;
+  do {{
+    int n = {count};
+    memcpy(x, s->numbers, {count} * sizeof *x);
+    x[n] = s->rtol; x[n + 1] = INFINITY; x[n + 2] = 10000; n += 3;
+    for (int k = 0; k < {len(held)}; k++) {{
+      memcpy(x + n, s->held[k].times, points[k] * sizeof *x); n += points[k];
+      memcpy(x + n, s->held[k].values, points[k] * sizeof *x); n += points[k];
+      if (s->y[0] == s->y[0]) s->mode[places[k]] = s->held[k].passed;
+    }}
+    x[n] = s->time; x[n + 1] = end; n += 2;
+    memcpy(x + n, s->y, sizeof s->y); n += {ny};
+    for (int i = 0; i < {nm}; i++) x[n + i] = s->mode[i];
+    {given(step, "part", 0, "x")}
+    {step.name}_main(&memory->part);
+    const int code = {out(step, "part", 0)}[0], count = {out(step, "part", 0)}[1];
+    const double *t = {out(step, "part", 1)};
+    if (code != {upper}_CODE_COMPLETED && code != {upper}_CODE_STEP_LIMIT) return code;
+    for (int i = 0, first = !s->begun && s->time == t0; i < count; i++) {{
+      const int32_t *label = {out(step, "part", 2)} + 5 * i;
+      if (memcmp(label, label + 5, 5 * sizeof *label) == 0) continue;
+      *found = {name}_append(events, events ? room : 0, *found, t[i + 1], label, first && t[i + 1] == t[0]);
+      first = 0;
+    }}
+    s->time = t[count];
+    memcpy(s->y, {out(step, "part", 3)}, sizeof s->y);
+    memcpy(s->mode, {out(step, "part", 4)}, sizeof s->mode);
+    memcpy(s->columns, {out(step, "part", 5)}, sizeof s->columns);
+    for (int k = 0; k < {len(held)}; k++) s->held[k].passed = s->mode[places[k]];
+  }} while (s->time < end);
+  return {upper}_CODE_COMPLETED;
+}}
+
+int {name}_start({name}_memory *memory, const double *numbers, double rtol, {name}_stepper *stepper) {{
+  static const int points[] = {{{", ".join(map(str, points))}}};
+  {name}_stepper s = {{0}};
+  int found = 0, code;
+  if (memory == NULL) return {upper}_CODE_NO_MEMORY;
+  if (!{name}_sound(numbers, {count}, rtol)) return {upper}_CODE_BAD_NUMBER;
+  memcpy(s.numbers, numbers, sizeof s.numbers);
+  {given(begun, "begun", 0, "s.numbers")}
+  {begun.name}_main(&memory->begun);
+  s.start = s.time = {start_out};
+  s.rtol = rtol;
+  for (int k = 0; k < {len(held)}; k++) {{
+    const double *about = {f"{out(begun, 'begun', 0)} + 1 + 3 * k" if held else "&s.time"};
+    for (int i = 0; i < points[k]; i++) {{ s.held[k].values[i] = about[0]; s.held[k].times[i] = about[1]; }}
+    s.held[k].lag = about[2];
+  }}
+  s.y[0] = NAN;
+  code = {name}_integrate(memory, &s, s.time, NULL, 0, &found);
+  for (int k = 0; k < {len(held)}; k++) s.held[k].passed = points[k];
+  if (code == {upper}_CODE_COMPLETED) *stepper = s;
+  return code;
+}}
+
+int {name}_step({name}_memory *memory, {name}_stepper *stepper, double dt, const double *inputs,
+    {name}_event *events, int most_events, int *events_found) {{
+  static const int points[] = {{{", ".join(map(str, points))}}}, least[] = {{{", ".join(map(str, least))}}};
+  static const int positive[] = {{{lower}}}, prompt[] = {{{prompt}}};
+  {name}_stepper s = *stepper;
+  int found = 0, code;
+  if (memory == NULL) return {upper}_CODE_NO_MEMORY;
+  if (!(dt >= 0 && dt < INFINITY)) return {upper}_CODE_BAD_NUMBER;
+  for (int k = 0; k < {len(held)}; k++) {{
+    {name}_held *h = &s.held[k];
+    double *t = h->times, *v = h->values;
+    const int n = points[k];
+    if (!isfinite(inputs[k]) || (positive[k] && inputs[k] < 0)) return {upper}_CODE_BAD_NUMBER;
+    if (inputs[k] == v[n - 1]) continue;
+    if (s.time == s.start && prompt[k]) {{ /* it is what the run begins with */
+      for (int i = 0; i < n; i++) v[i] = inputs[k];
+      continue;
+    }}
+    if (h->passed < least[k]) return {upper}_CODE_TOO_MANY_COMMANDS;
+    if (h->lag > 0) v[2] -= (v[1] - v[0]) * exp(-(t[2] - t[0]) / h->lag); /* what is left of a jump that is over */
+    memmove(t, t + 2, (n - 2) * sizeof *t);
+    memmove(v, v + 2, (n - 2) * sizeof *v);
+    t[n - 2] = t[n - 1] = s.time;
+    v[n - 2] = n > 2 ? v[n - 3] : stepper->held[k].values[n - 1];
+    v[n - 1] = inputs[k];
+    h->passed -= 2;
+  }}
+  code = {name}_integrate(memory, &s, s.time + dt, events, most_events, &found);
+  if (code != {upper}_CODE_COMPLETED) return code;
+  s.begun = s.begun || dt > 0;
+  if (events_found) *events_found = found;
+  *stepper = s;
+  return code;
+}}
+
+"""
+        return f"""\
+/* {name}: {_words(self.scene.brake.kind)}, as C99 by simbrake {_version()}, from the scene given to it.
+
+   All in SI units. Compile with -std=c99 -ffp-contract=off and link with the mathematical library (-lm).
+   With {upper}_DECLARATIONS defined before it is included, this file gives declarations alone;
+   with {upper}_MAIN it has a main() that runs the scene and prints metrics and events. */
+#ifndef {upper}_H
+#define {upper}_H
+#include <stddef.h>
+#include <stdint.h>
+{declarations}
+typedef struct {{ double time; int name; }} {name}_event; /* name: an {name}_event_name */
+
+typedef struct {{
+  double metrics[{max(len(self.outputs), 1)}];
+  int accepted, rejected, retaken, changes, segments; /* steps; events and segments of the integration */
+  {name}_event *events; int most_events, events_found; /* space of the caller, or NULL; all that there were */
+  double *columns; int most_rows, rows_found; /* rows of {upper}_COLUMNS numbers, or NULL: no rows are made */
+}} {name}_result;
+
+{types}typedef struct {name}_memory {name}_memory; /* working memory of one thread */
+{name}_memory *{name}_new(void); /* NULL where there is none */
+void {name}_free({name}_memory *memory);
+
+extern const double {name}_numbers[{upper}_NUMBERS]; /* those of the scene */
+extern const char *const {name}_metric_names[], *const {name}_event_names[], *const {name}_code_names[];
+
+/* The whole run with these numbers; an {name}_code. `result` names the space for events and columns. */
+int {name}_run({name}_memory *memory, const double *numbers, double rtol, {name}_result *result);
+{prototypes}#endif
+
+#ifndef {upper}_DECLARATIONS
+{HELPERS}
+{"".join(program.text for program in programs.values())}
+struct {name}_memory {{
+{frames}  double whole_in[{x.size}]{f", part_in[{before + 2 + ny + nm}]" if self.steps else ""};
+}};
+
+const double {name}_numbers[{upper}_NUMBERS] = {{{values}}};
+{strings("metric_names", self.outputs or [""])}{strings("event_names", ["", *events])}\
+{strings("code_names", _by_number(codes))}
+{name}_memory *{name}_new(void) {{ return ({name}_memory *)calloc(1, sizeof({name}_memory)); }}
+void {name}_free({name}_memory *memory) {{ free(memory); }}
+
+{changes}
+static int {name}_sound(const double *x, int count, double rtol) {{
+  if (!(rtol > 1e-15 && rtol < 0.1)) return 0;
+  for (int i = 0; i < count; i++) if (x[i] != x[i]) return 0;
+  return 1;
+}}
+
+int {name}_run({name}_memory *memory, const double *numbers, double rtol, {name}_result *result) {{
+  int events = 0, rows = 0;
+  if (memory == NULL) return {upper}_CODE_NO_MEMORY;
+  if (!{name}_sound(numbers, {count}, rtol)) return {upper}_CODE_BAD_NUMBER;
+  memcpy(memory->whole_in, numbers, {count} * sizeof *numbers);
+  memory->whole_in[{count}] = rtol;
+  {given(whole, "whole", 0, "memory->whole_in")}
+  {whole.name}_main(&memory->whole);
+  const int32_t *counts = {out(whole, "whole", 1)};
+  const int count = counts[1];
+{metric_line}  result->accepted = counts[2]; result->rejected = counts[3]; result->retaken = counts[4];
+  result->changes = counts[5]; result->segments = counts[6];
+  const double *t = {out(whole, "whole", 2)};
+  for (int i = 0, first = 1; i < count; i++) {{
+    const int32_t *label = {out(whole, "whole", 6)} + 5 * i;
+    if (memcmp(label, label + 5, 5 * sizeof *label) == 0) continue;
+    events = {name}_append(result->events, result->events ? result->most_events : 0, events, t[i + 1], label,
+        first && t[i + 1] == t[0]);
+    first = 0;
+  }}
+  result->events_found = events;
+  for (int i = 0; i <= count && result->columns; i++) {{
+    if (i < count && {out(whole, "whole", 5)}[i] == {SKIPPED}) continue;
+    if (rows < result->most_rows) {{
+      {given(seen, "seen", 0, "memory->whole_in")}
+      {given(seen, "seen", 1, "t + i")}
+      {given(seen, "seen", 2, f"{out(whole, 'whole', 3)} + {now[1].size} * i")}
+      {given(seen, "seen", 3, f"{out(whole, 'whole', 4)} + {now[2].size} * i")}
+      {seen.name}_main(&memory->seen);
+      memcpy(result->columns + {width} * (size_t)rows, {out(seen, "seen", 0)}, {width} * sizeof(double));
+    }}
+    rows++;
+  }}
+  result->rows_found = rows;
+  return counts[0];
+}}
+
+{stepping}#ifdef {upper}_MAIN
+#include <stdio.h>
+int main(void) {{
+  static {name}_event events[1000];
+  {name}_result result = {{{{0}}}};
+  {name}_memory *memory = {name}_new();
+  int code;
+  result.events = events;
+  result.most_events = 1000;
+  code = {name}_run(memory, {name}_numbers, {self.rtol!r}, &result);
+  for (int i = 0; i < {len(self.outputs)}; i++) printf("%s = %.17g\\n", {name}_metric_names[i], result.metrics[i]);
+  for (int i = 0; i < result.events_found && i < 1000; i++)
+    printf("%.17g s  %s\\n", events[i].time, {name}_event_names[events[i].name]);
+  if (code) fprintf(stderr, "%s\\n", code > 0 ? {name}_code_names[code] : "no memory");
+  {name}_free(memory);
+  return code != 0;
+}}
+#endif
+#endif
+"""
+
+
+def _by_number(codes: Iterable[tuple[str, int, str]]) -> list[str]:
+    """Names of the codes from 0 on, at their numbers."""
+    names = {number: key.removeprefix("CODE_").lower() for key, number, _ in codes}
+    return [names.get(number, "") for number in range(max(names) + 1)]
+
+
+def _version() -> str:
+    return importlib.import_module("simbrake").__version__

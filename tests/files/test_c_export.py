@@ -1,0 +1,195 @@
+"""A scene as C: compiled by the C compiler of the machine, beside prepared runs and the `Stepper`."""
+
+import ctypes
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from helpers import main
+
+import simbrake as sb
+
+COMPILER = shutil.which("gcc") or shutil.which("cc")
+FLAGS = ["-O2", "-std=c99", "-ffp-contract=off", "-Wall", "-Werror", "-Wno-unused"]
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(COMPILER is None, reason="no C compiler")]
+METRICS = ["slip_onset_time", "full_slip_time", "stopping_time"]
+
+
+class Compiled:
+    """The functions of a C file by way of ctypes, its names from the text."""
+
+    def __init__(self, file):
+        text, self.name = file.read_text(), file.stem
+        self.at = {name: int(n) for name, n in re.findall(r"^  [A-Z0-9]+_(\w+) = (-?\d+), /\*", text, re.MULTILINE)}
+        library = file.with_suffix(".so")
+        subprocess.run([COMPILER, *FLAGS, "-shared", "-fPIC", "-o", library, file, "-lm"], check=True)
+        c, at = ctypes, self.at
+        self.library = library = c.CDLL(str(library))
+
+        class Event(c.Structure):
+            _fields_ = (("time", c.c_double), ("name", c.c_int))
+
+        class Run(c.Structure):
+            _fields_ = (
+                ("metrics", c.c_double * max(at["METRICS"], 1)),
+                ("counts", c.c_int * 5),
+                ("events", c.POINTER(Event)),
+                ("most_events", c.c_int),
+                ("events_found", c.c_int),
+                ("columns", c.c_void_p),
+                ("most_rows", c.c_int),
+                ("rows_found", c.c_int),
+            )
+
+        self.Event, self.Run = Event, Run
+        for function in ("new", "free", "run", *(("start", "step") if "STATES" in self.at else ())):
+            setattr(self, f"_{function}", getattr(library, f"{self.name}_{function}"))
+        self._new.restype = c.c_void_p
+        self.memory = c.c_void_p(self._new())
+        self.numbers = np.array((c.c_double * at["NUMBERS"]).in_dll(library, f"{self.name}_numbers"))
+        self.events = {n: name.removeprefix("EVENT_").lower() for name, n in at.items() if name.startswith("EVENT_")}
+
+    def run(self, rtol=1e-10, **numbers):
+        """Code, metrics, counts, events and columns of a run."""
+        x = self.numbers.copy()
+        for name, value in numbers.items():
+            x[self.at[f"NUMBER_{name.upper()}"]] = value
+        events, run = (self.Event * 1000)(), self.Run()
+        columns = np.zeros((self.at["ROWS"], self.at["COLUMNS"]))
+        run.events, run.most_events, run.columns, run.most_rows = events, 1000, columns.ctypes.data, len(columns)
+        code = self._run(self.memory, x.ctypes.data_as(ctypes.c_void_p), ctypes.c_double(rtol), ctypes.byref(run))
+        log = [(self.events[event.name], event.time) for event in events[: run.events_found]]
+        return code, np.array(run.metrics), [*run.counts], log, columns[: run.rows_found]
+
+    def start(self, rtol=1e-10):
+        self.stepper = ctypes.create_string_buffer(1 << 20)
+        return self._start(
+            self.memory, self.numbers.ctypes.data_as(ctypes.c_void_p), ctypes.c_double(rtol), self.stepper
+        )
+
+    def step(self, dt, *inputs):
+        """Code and events of a step."""
+        events, found, x = (self.Event * 100)(), ctypes.c_int(), np.asarray(inputs, float)
+        pointer = x.ctypes.data_as(ctypes.c_void_p)
+        code = self._step(self.memory, self.stepper, ctypes.c_double(dt), pointer, events, 100, ctypes.byref(found))
+        return code, [(self.events[event.name], event.time) for event in events[: found.value]]
+
+    @property
+    def columns(self):
+        start = 3 + self.at["NUMBERS"] + self.at["STATES"]
+        return np.frombuffer(self.stepper, float)[start : start + self.at["COLUMNS"]]
+
+
+@pytest.fixture(scope="module")
+def stop():
+    return sb.read_scene(sb.files.shipped("u2_5_5_stop"))
+
+
+@pytest.fixture(scope="module")
+def compiled(stop, tmp_path_factory):
+    return Compiled(sb.export_c(stop, tmp_path_factory.mktemp("c") / "stop.c", inputs=["lever"]))
+
+
+def changes(result):
+    """Events of the log that are changes of mode."""
+    names = {"slip_onset", "full_slip", "restick", "stop", "restart", "release"}
+    return [(event.name, event.time) for event in result.events if event.name in names]
+
+
+def same_events(events, expected, rtol):
+    assert [name for name, _ in events] == [name for name, _ in expected]
+    np.testing.assert_allclose([time for _, time in events], [time for _, time in expected], rtol=rtol)
+
+
+def test_run_is_the_prepared_one(stop, compiled):
+    code, metrics, counts, events, columns = compiled.run()
+    prepared, result = sb.prepare(stop, METRICS)(), sb.simulate(stop)
+    assert (code, counts) == (0, [*prepared[2:]])
+    np.testing.assert_allclose(metrics, [*prepared.metrics.values()], rtol=1e-12)
+    same_events(events, changes(result), 1e-12)
+    record = result.record.compact()
+    rows = np.append(
+        np.diff(np.asarray(record.rows.t)[: int(record.count) + 1]) > 0, True
+    )  # the last ones at each time
+    series = result.series(columns[rows, compiled.at["COLUMN_T"]])
+    for name in ("omega", "phi", "brake_torque", "tight_tension", "slip_speed"):
+        np.testing.assert_allclose(
+            columns[rows, compiled.at[f"COLUMN_{name.upper()}"]], getattr(series, name), rtol=1e-11, atol=1e-9
+        )
+
+
+def test_numbers_are_those_of_the_call(stop, compiled):
+    _, metrics, _, events, _ = compiled.run(initial_omega=18.0, brake_pulley_inertia=900.0)
+    other = sb.with_values(stop, {"initial.omega": 18.0, "brake.pulley.inertia": 900.0})
+    result = sb.simulate(other)
+    np.testing.assert_allclose(metrics, [float(result[name]) for name in METRICS], rtol=1e-12)
+    same_events(events, changes(result), 1e-12)
+    assert compiled.run(initial_omega=np.nan)[0] == compiled.at["CODE_BAD_NUMBER"]
+    assert compiled.run(rtol=-1.0)[0] == compiled.at["CODE_BAD_NUMBER"]
+
+
+def test_program_of_its_own(stop, compiled, tmp_path):
+    file = sb.export_c(stop, tmp_path / "stop.c", inputs=["lever"])
+    subprocess.run([COMPILER, *FLAGS, "-DSTOP_MAIN", "-o", tmp_path / "stop", file, "-lm"], check=True)
+    printed = subprocess.run([tmp_path / "stop"], check=True, capture_output=True, text=True).stdout
+    values = dict(re.findall(r"(\w+) = (\S+)", printed))
+    np.testing.assert_array_equal([float(values[name]) for name in METRICS], compiled.run()[1])
+    assert re.findall(r"s  (\w+)", printed) == [name for name, _ in compiled.run()[3]]
+
+
+def test_steps_are_those_of_the_stepper(stop, compiled):
+    stepper = sb.Stepper(stop, ["lever"])
+    assert compiled.start() == 0
+    for lever in (3e3, 9e3, 9e3, 0.0, 24e3, 60e3):
+        expected = stepper.advance(0.13, lever=lever)
+        code, events = compiled.step(0.13, lever)
+        assert code == 0
+        same_events(events, [(event.name, event.time) for event in expected.events], 1e-10)
+        for name in ("t", "omega", "phi", "brake_torque", "slack_tension"):
+            found = compiled.columns[compiled.at[f"COLUMN_{name.upper()}"]]
+            np.testing.assert_allclose(found, stepper[name], rtol=1e-10, atol=1e-10)
+    before = compiled.stepper.raw
+    assert compiled.step(0.1, -1.0)[0] == compiled.step(-0.1, 1.0)[0] == compiled.at["CODE_BAD_NUMBER"]
+    assert compiled.stepper.raw == before
+
+
+def test_commands_wait_in_a_dead_time(tmp_path):
+    brake = sb.Brake(sb.Pulley("590 mm", 1200.0), sb.Band("623 mm"), sb.uniform_linings(4, "270 deg", 0.35))
+    lever = sb.loads.Actuator(24e3, lag="60 ms", dead_time="130 ms")
+    scene = sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad("5 kN*m")), sb.Initial(24.0), "5 s")
+    compiled = Compiled(sb.export_c(scene, tmp_path / "late.c"))
+    stepper = sb.Stepper(scene, ["lever", "load"])
+    assert compiled.start() == 0
+    for lever, load in ((3e3, 2e3), (9e3, 5e3), (1e3, 8e3), (20e3, 5e3), (20e3, 5e3), (0.0, 9e3)):
+        stepper.advance(0.04, lever=lever, load=load)
+        assert compiled.step(0.04, lever, load)[0] == 0
+        found = compiled.columns[compiled.at["COLUMN_OMEGA"]]
+        np.testing.assert_allclose(found, stepper.omega, rtol=1e-10)
+    codes = [compiled.step(0.001, 1e3 * i, 5e3)[0] for i in range(40)]
+    assert set(codes[:10]) == {0}
+    assert codes[-1] == compiled.at["CODE_TOO_MANY_COMMANDS"]
+
+
+def exits(*arguments):
+    with pytest.raises(SystemExit) as ended:
+        main([*arguments])
+    return ended.value.code
+
+
+def test_errors_in_words(stop, tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    file = str(sb.files.shipped("u2_5_5_stop"))
+    assert exits("export", file, "--c", "stop.txt") == 2
+    assert "has the ending '.txt' — give a name with .c" in capsys.readouterr().err
+    assert exits("export", file, "--c", "stop.c", "--output", "stoping_time") == 2
+    assert "stopping_time" in capsys.readouterr().err
+    with pytest.raises(sb.InputError, match="is no input"):
+        sb.export_c(stop, "stop.c", inputs=["brake"])
+    from simbrake.files import _c_code
+
+    monkeypatch.delitem(_c_code._ENTRYWISE, "tan")
+    assert exits("export", file, "--c", "stop.c") == 2
+    assert "uses the operation tan, which has no C form yet" in capsys.readouterr().err
+    assert [*tmp_path.iterdir()] == []
