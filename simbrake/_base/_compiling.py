@@ -4,13 +4,14 @@ Options and marks of XLA are accelerators, never conditions: each is tried once 
 out where the installed XLA refuses it. Nothing is set for the process, neither `XLA_FLAGS` nor JAX's configuration."""
 
 import functools
+import itertools
 import math
 import os
 import threading
 import time
 import warnings
 import weakref
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterable, Sequence
 from types import ModuleType
 from typing import Any, NamedTuple, TypeAlias, TypeVar
 
@@ -218,6 +219,107 @@ def _traced(leaves: list[Any]) -> bool:
     return any(isinstance(leaf, Tracer) for leaf in leaves)
 
 
+# --- derivatives outside of jit ---------------------------------------------------------------------------------------
+
+#: entries of a matrix of derivatives up to which it is made as a whole
+_MOST_SLOPES = 2**22
+
+
+def _is_real(x: Any) -> bool:
+    return jnp.issubdtype(jnp.result_type(x), jnp.floating)
+
+
+def _reals(tree: PyTree) -> list[Any]:
+    return [leaf for leaf in jax.tree.leaves(tree) if _is_real(leaf)]
+
+
+def with_stored_slopes(function: Callable, subject: tuple, inside: Callable | None = None) -> Callable:
+    """`function(*arguments)`, whose values and first derivatives come from one stored program where it is
+    differentiated outside of `jit`: JAX would compile operation by operation, anew in every process.
+
+    The program gives the matrix of all derivatives. What JAX differentiates is a product with it, forwards, backwards
+    and mapped. Inside of `jit`, and where the matrix is too large, the function is differentiated as it is.
+
+    - `subject`: a name, and all that the function depends on;  `inside`: the same function, for programs that do not
+      differentiate it
+    """
+
+    def with_slopes(*arguments: PyTree) -> tuple[PyTree, Array]:
+        leaves, structure = jax.tree.flatten(arguments)
+        numbers, like = pack(_reals(leaves), jnp)
+
+        def of_numbers(x: Array) -> tuple[Array, PyTree]:
+            reals = iter(like.unpack(x))
+            values = function(*jax.tree.unflatten(structure, [next(reals) if _is_real(y) else y for y in leaves]))
+            return pack(_reals(values), jnp)[0], values
+
+        size = jax.eval_shape(of_numbers, numbers)[0].size
+        if size <= numbers.size:
+            _, back, values = jax.vjp(of_numbers, numbers, has_aux=True)
+            return values, jax.vmap(back)(jnp.eye(size))[0]
+        _, along, values = jax.linearize(of_numbers, numbers, has_aux=True)
+        return values, jax.vmap(along, out_axes=1)(jnp.eye(numbers.size))
+
+    @functools.cache
+    def fits(packing: Packing) -> bool:
+        def entries() -> int:
+            arguments = packing.stand_in()
+            both = arguments, jax.eval_shape(function, *arguments)
+            return math.prod(sum(leaf.size for leaf in _reals(tree)) for tree in both)
+
+        return _cache.cached("slopes", (subject, packing), entries) <= _MOST_SLOPES
+
+    program = DeviceJit(with_slopes, subject=("slopes", *subject))
+
+    @jax.custom_jvp
+    def call(*arguments: PyTree) -> PyTree:
+        return (inside or function)(*arguments)
+
+    @functools.partial(call.defjvp, symbolic_zeros=True)
+    def _(primals: tuple, tangents: tuple) -> tuple[PyTree, PyTree]:
+        if not _traced(jax.tree.leaves(primals)) and jax.default_backend() == "cpu" and fits(Packing.of(primals)):
+            values, slopes = program(*jax.tree.map(np.asarray, primals))  # (JAX has classes of its own for scalars)
+            both = zip(*map(jax.tree.leaves, (primals, tangents)), strict=True)
+            moves = [d if hasattr(d, "shape") else np.asarray(d) for x, d in both if _is_real(x)]
+            return values, _along(np.asarray(slopes), values, moves)
+        return jax.jvp(function, primals, jax.tree.map(_instantiated, tangents))
+
+    return call
+
+
+def _is_zero(tangent: Any) -> bool:
+    return isinstance(tangent, jax.custom_derivatives.SymbolicZero)
+
+
+def _instantiated(tangent: Any) -> Array:
+    return np.zeros(tangent.shape, tangent.dtype) if _is_zero(tangent) else tangent
+
+
+def _along(slopes: np.ndarray, values: PyTree, moves: list[Any]) -> PyTree:
+    """Tangents of the values for moves of all numbers, by the derivatives (values, numbers).
+
+    What does not depend on a number passes nothing on to it. Products are bare operations, few of which have other
+    shapes than those before.
+    """
+
+    def ends(arrays: Iterable[Any]) -> list[int]:
+        return np.cumsum([0, *(math.prod(x.shape) for x in arrays)]).tolist()
+
+    def tangent(value: Array, rows: np.ndarray) -> Array:
+        total: Any = np.zeros(value.shape)
+        for (a, b), move in zip(itertools.pairwise(ends(moves)), moves, strict=True):
+            if not _is_zero(move) and np.any(block := rows[:, a:b]):
+                axes = range(value.ndim, value.ndim + move.ndim), range(move.ndim)
+                part = jax.lax.dot_general(block.reshape(value.shape + move.shape), move, (axes, ((), ())))
+                total = part if type(total) is np.ndarray else jax.lax.add(total, part)
+        return total
+
+    reals = _reals(values)
+    by_place = zip(reals, itertools.pairwise(ends(reals)), strict=True)
+    tangents = iter([tangent(value, slopes[a:b]) for value, (a, b) in by_place])
+    return jax.tree.map(lambda x: next(tangents) if _is_real(x) else np.zeros(x.shape, jax.dtypes.float0), values)
+
+
 def _cached_or(subject: tuple, quick: bool, device: Any, make: Callable[[bool], "Program"]) -> "Program":
     """The program of a subject (a name, and all that it depends on), read from the disk or made and kept.
 
@@ -263,6 +365,11 @@ class Packing(NamedTuple):
     structure: Any
     shapes: tuple[tuple[int, ...], ...]
     kinds: tuple[str, ...]  # of numbers: whole ones (indices in a custom law) come back as such
+
+    @classmethod
+    def of(cls, tree: PyTree) -> "Packing":
+        leaves, structure = jax.tree.flatten(tree)
+        return cls(structure, tuple(map(np.shape, leaves)), tuple(str(jnp.result_type(leaf)) for leaf in leaves))
 
     @property
     def size(self) -> int:
@@ -399,9 +506,7 @@ def per_structure(find: Callable[..., _Answer]) -> Callable[..., _Answer]:
 
     @functools.wraps(find)
     def answer(part: PyTree, *arguments: Hashable, **named: Hashable) -> _Answer:
-        numbers, structure = jax.tree.flatten(part)
-        shapes, kinds = tuple(np.shape(x) for x in numbers), tuple(str(jnp.result_type(x)) for x in numbers)
-        return cached_answer(Packing(structure, shapes, kinds), *arguments, **named)
+        return cached_answer(Packing.of(part), *arguments, **named)
 
     return answer
 

@@ -15,11 +15,11 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Float, Int
 
-from .._base._compiling import DeviceJit, run_device
+from .._base._compiling import DeviceJit, run_device, with_stored_slopes
 from .._base._part import leaves
 from .._base._table import Table, number
 from .._outputs._log import FAILURES, STATUS_MESSAGES, Events, Stage, Status, failure_of, status_of
-from .._outputs._metrics import HOLDING, METRICS, Peak, energies, stored_heat, worn_thickness
+from .._outputs._metrics import HOLDING, METRICS, Metric, Peak, energies, identity_of, stored_heat, worn_thickness
 from .._outputs._probe import (
     Entry,
     Probe,
@@ -528,18 +528,33 @@ def _metric(result: Result, name: str) -> Array | Peak:
     metric, scene = METRICS[name], result.scene
     if (missing := metric.needs.lacks(scene)) and not metric.shown_anyway:
         raise ValueError(f"the scene has no {name}: {missing}")
+    if not result.concrete:
+        return _differentiable(name, metric)(scene.as_run, result.record)
     if metric.energy:
         return result.energy[name.removeprefix("energy.")]
     if metric.greatest:
-        if result.concrete:
-            return result.report().peaks[name]
-        greatest = metric.of_peak(peak(result.record, metric.find, holding=name == HOLDING), scene)
-        return greatest._replace(value=_of_whole_run(greatest.value, result.record))
-    value = metric.find(result.record, scene)
-    return jax.device_put(np.asarray(value), run_device()) if result.concrete else _of_whole_run(value, result.record)
+        return result.report().peaks[name]
+    return jax.device_put(np.asarray(metric.find(result.record, scene)), run_device())
+
+
+@functools.cache
+def _differentiable(name: str, metric: Metric) -> Callable[[Scene, Record], Array | Peak]:
+    """A metric of traced runs."""
+
+    def find(scene: Scene, record: Record) -> Array | Peak:
+        if metric.energy:
+            return energies(record)[name.removeprefix("energy.")]
+        if metric.greatest:
+            greatest = metric.of_peak(peak(record, metric.find, holding=name == HOLDING), scene)
+            return greatest._replace(value=_of_whole_run(greatest.value, record))
+        return _of_whole_run(metric.find(record, scene), record)
+
+    return with_stored_slopes(find, ("metric", name)) if isinstance(identity_of(name), str) else find
 
 
 def _of_whole_run(value: Array, record: Record) -> Array:
     """The same value. It has no derivative (NaN) where the record was too short for the run: what did not happen yet is
     a constant there, whose derivative, 0, would look like an answer."""
-    return value + jnp.where(record.code == Code.STEP_LIMIT, 0.0 * record.t_end, 0.0)
+    short = record.code == Code.STEP_LIMIT
+    # √0, whose slope is infinite; the 1 keeps that from all other runs
+    return value + (jnp.sqrt(jnp.where(short, 0.0 * record.t_end, 1.0)) - jnp.where(short, 0.0, 1.0))

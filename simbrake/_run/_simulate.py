@@ -29,6 +29,7 @@ from .._base._compiling import (
     pack,
     require_own_process,
     run_device,
+    with_stored_slopes,
 )
 from .._base._faults import Fault, InputError
 from .._base._part import Whole, faults_of_whole, is_traced, leaves
@@ -278,7 +279,7 @@ def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: A
 class _Part(NamedTuple):
     """A run as part of a larger program. JAX compiles `run` by itself where that is not compiled as a whole."""
 
-    call: Callable[[Array], Record]
+    call: Callable[..., Record]  # (scene, relative tolerance, longest step, events)
     run: Any
     #: of what JAX may keep of it: its length is not known here
     lines: int = 8000
@@ -291,9 +292,7 @@ class _Part(NamedTuple):
 def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> _Part:
     """The run as part of a larger program: as one function where XLA can do that, but not where it is differentiated
     or many of it run side by side, as XLA's treatment of it is not known there."""
-    run = jax.jit(run_of_numbers(packing, method, max_steps))
-    if jax.default_backend() != "cpu" or not accelerators("cpu").one_function:
-        return _Part(run, run)
+    run, joinable = jax.jit(run_of_numbers(packing, method, max_steps)), accelerators("cpu").one_function
 
     def joins() -> bool:
         text = run.lower(jax.ShapeDtypeStruct((packing.size,), np.float64)).as_text()
@@ -309,15 +308,11 @@ def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> _Part:
         records = jax.vmap(run)(numbers)
         return records, jax.tree.map(lambda _: True, records)
 
-    @jax.custom_jvp
-    def part(numbers: Array) -> Record:
-        return marked(numbers)
+    def of_problem(run: Callable[[Array], Record]) -> Callable[..., Record]:
+        return lambda scene, *limits: run(pack((_marked(scene), *limits), jnp)[0])
 
-    @part.defjvp
-    def _(primals: PyTree, tangents: PyTree) -> tuple[Record, PyTree]:
-        return jax.jvp(run, primals, tangents)
-
-    return _Part(part, run)
+    inside = of_problem(marked if jax.default_backend() == "cpu" and joinable else run)
+    return _Part(with_stored_slopes(of_problem(run), ("run", packing, method, max_steps), inside), run)
 
 
 def require_64_bits() -> None:
@@ -421,11 +416,11 @@ def simulate(
     rtol_, longest = (np.asarray(x, np.float64) if np.isscalar(x) else x for x in (rtol, max_step))
     events = np.asarray(max_events, np.int32)
     limits = RunLimits(longest, events, max_steps)
-    traced, run = is_traced((scene, rtol, max_step)), scene.as_run
-    numbers, packing = pack((_marked(run) if traced else run, rtol_, longest, events), jnp if traced else np)
-    if traced:
-        record = _part(packing, method, max_steps or _STEPS[0]).call(numbers)
+    problem = scene.as_run, rtol_, longest, events
+    if is_traced((scene, rtol, max_step)):
+        record = _part(Packing.of(problem), method, max_steps or _STEPS[0]).call(*problem)
         return Result(scene, record, rtol_, name, limits)
+    numbers, packing = pack(problem)
     rooms = step_limits(scene, max_steps)
     with reporting(progress) as report:
         short = rooms[0] <= STRETCH  # over in a moment

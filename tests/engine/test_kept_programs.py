@@ -1,5 +1,7 @@
 """Programs kept on disk: a second process compiles nothing, and finds the same numbers."""
 
+import json
+
 import pytest
 from commands import python
 
@@ -37,6 +39,38 @@ def test_a_second_process_compiles_nothing(folder, scenarios):
     assert again.stdout == answer
     assert first.stderr == again.stderr == ""
     assert all(file.stat().st_mode & 0o777 == 0o600 for file in folder.iterdir())
+
+
+SLOPE = """
+import json, sys
+import jax
+import simbrake as sb
+from simbrake.files import open_scene
+compiled = []
+jax.monitoring.register_event_duration_secs_listener(
+    lambda name, seconds, **about: compiled.append(about.get("fun_name")) if "backend_compile" in name else None
+)
+scene = open_scene(sys.argv[1])
+def stop(omega):
+    return sb.simulate(sb.with_values(scene, {"initial.omega": omega})).stopping_time
+omega = float(scene.initial.omega)
+slopes = [float(jax.grad(stop)(omega)), float(jax.jvp(stop, (omega,), (1.0,))[1]), float(jax.jacfwd(stop)(omega))]
+print(json.dumps([slopes, compiled]))
+if len(sys.argv) > 2:
+    print(json.dumps([float(jax.jit(jax.grad(stop))(omega))]))
+"""
+
+
+@pytest.mark.slow
+def test_gradients_outside_jit_are_kept(folder, scenarios):
+    """A later process compiles single operations alone; a derivative inside of jit is that of JAX itself."""
+    scene, off = scenarios / "u2_5_5_stop.toml", {"JAX_COMPILATION_CACHE_DIR": ""}
+    first, inside = map(json.loads, python(SLOPE, scene, "jit", **off).stdout.splitlines())
+    again = json.loads(python(SLOPE, scene, **off).stdout)
+    assert first[0] == again[0]
+    assert first[0] == pytest.approx(inside * 3, rel=1e-12)
+    assert "jit(function)" in first[1]
+    assert not {"jit(function)", "jit(run)", "jit(with_slopes)"}.intersection(again[1])
 
 
 @pytest.mark.slow
