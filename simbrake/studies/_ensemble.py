@@ -70,6 +70,8 @@ Show: TypeAlias = Callable[[int, int], object] | bool | None
 NOT_RUN = -1
 #: runs for which chunks have space by default: few and many on a CPU; elsewhere
 _CHUNKS, _MANY = (64, 1024), 2**17
+#: runs up to which each is made by itself: a program of chunks takes longer to compile
+_FEW = 100
 #: instants of events of a run for which there is space at least, before the last limit of the steps
 _ROOM = 16
 #: chunks for every worker, so that all of them end at about the same time
@@ -245,7 +247,7 @@ def _of_scenes(plan: Plan) -> list[Fault]:
     """Errors between parameters, in the runs with the minima and maxima and in some others; each reported once."""
     columns = plan.columns
     ends = np.concatenate([columns.argmin(axis=0), columns.argmax(axis=0)])
-    step = max(1, math.ceil(plan.count / _LOOKED_AT))
+    step = 1 if plan.count <= _FEW else math.ceil(plan.count / _LOOKED_AT)
     chosen = np.unique(np.concatenate([ends, np.arange(0, plan.count, step)]))
     seen: dict[tuple[str, str], tuple[Fault, list[int]]] = {}
     for i in chosen:
@@ -398,8 +400,10 @@ def _power_of_2(count: float) -> int:
 class Runs:
     """Numbers of all runs of a plan, filled in as a pool returns chunks of them."""
 
-    def __init__(self, plan: Plan, pool: Pool, store: Store | None) -> None:
+    def __init__(self, plan: Plan, pool: Pool, store: Store | None, few: bool = False) -> None:
         n = plan.count
+        #: whether each run is made by itself
+        self.few = few and pool.on_cpu and plan.chunk is None and n <= _FEW and not any(map(callable, plan.metrics))
         self.plan, self.pool, self.store = plan, pool, store
         self.columns: Columns = {name: np.zeros(n, np.int32) for name in ABOUT}
         self.columns |= {"code": np.full(n, NOT_RUN, np.int32), "energy.closure": np.full(n, np.nan)}
@@ -451,8 +455,18 @@ class Runs:
             return job.size
         return int(np.clip(_power_of_2(count / (self.pool.workers * _SHARES)), job.lanes, job.size))
 
+    def singly(self, solver: Solver, runs: np.ndarray) -> None:
+        """All runs of one solver, each as `simulate` makes it."""
+        plan, missing = self.plan, runs[~self.done[runs]]
+        job = Job(plan.scene, plan.paths, plan.metrics, solver, plan.rtol, plan.max_steps or 0, 0, 0, plan.code)
+        parts = np.array_split(missing, min(len(missing), self.pool.workers * _SHARES)) if len(missing) else []
+        self.pool.submit(job, [Task(job.max_steps, part, plan.columns[part]) for part in parts])
+        self.take()
+
     def group(self, solver: Solver, runs: np.ndarray) -> None:
         """All runs of one solver: a few to learn from, the rest in order of cost, then those that need more steps."""
+        if self.few:
+            return self.singly(solver, runs)
         missing = runs[~self.done[runs]]
         limits = list(limits_of_many(self.plan.scene, solver, self.plan.max_steps))
         size = self._size(len(runs))
@@ -503,7 +517,7 @@ def run_all(plan: Plan, workers: int | None, client: Client | None, directory: P
     store = None if directory is None else store_of(plan, directory)
     _retrace_changed(plan.scene)
     with threads(workers) if client is None else cluster(client, store) as pool:
-        runs = Runs(plan, pool, store)
+        runs = Runs(plan, pool, store, client is None)
         try:
             with (
                 counting(plan.count, progress, "runs", done=int(runs.done.sum())) as runs.report,
@@ -639,7 +653,8 @@ def ensemble(
       default everything the scene has but maxima (`max_…`, `peak_…`), which cost many times the run
     - `rtol`, `solver`, `max_steps`: as in `simulate`; every run gets the solver and the step limits that it would get
       by itself, and its numbers are those of a single run to rounding
-    - `chunk`: runs in one call of one program, by default 64 to 1024 on a CPU, up to 131,072 elsewhere. They go side by
+    - `chunk`: runs in one call of one program, by default 64 to 1024 on a CPU, up to 131,072 elsewhere; without it up
+      to 100 runs on a CPU are made as `simulate` makes them, if no metric is a function. They go side by
       side, on a CPU in groups of 64; those that reach an event wait for the others, so that a group costs as much as
       its slowest run. Where a metric samples all steps, runs of a CPU follow one another instead. A few runs show
       what the numbers do to the steps, and the rest is sorted by that, the expensive ones first
@@ -663,7 +678,7 @@ def ensemble(
     is finished is returned, the rest has the code −1 and `NaN`.
 
     Every value is checked against its range, and every end against its start. What else `check` demands of a scene is
-    looked at in the runs with the minimum and the maximum of every parameter and in 16 others.
+    looked at in up to 100 runs, of more in those with the minimum and the maximum of every parameter and in 16 others.
 
     Raises `InputError` with all errors at once, and `RuntimeError` if JAX is not in 64-bit mode.
     """

@@ -26,16 +26,17 @@ from .._base._faults import Fault, InputError
 from .._base._part import Leaf
 from .._base._programs import STORE
 from .._base._quantity import behind
-from .._outputs._log import FAILURES
+from .._outputs._log import FAILURES, status_of
 from .._outputs._metrics import METRICS, identity_of, metric_names
 from .._outputs._probe import ends_driven, lowers_steadily, runs_away
 from .._parts._scene import Scene, require_scene
+from .._physics._mechanism import Label
 from .._run._edit import Inputs, entry_of, with_inputs, with_values
 from .._run._measure import Metric, measure, name_of
 from .._run._result import Result
 from .._run._simulate import Solver, room_for, simulate, simulate_lane, solver_name, solver_of, step_limits
 from ..hybrid import LANDED, Code, Record, Rodas5P
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, numpy_of
 
 #: how a scene is integrated, as `simulate` takes it
 #: arrays over runs, by name
@@ -60,36 +61,38 @@ _SIZES = tuple(64 * 4**i for i in range(8))
 
 def _moved(record: Record) -> Array:
     """Whether the pulley turned at the start of a row or in between."""
-    used, (angle, speed) = jnp.arange(record.rows.t.shape[0], dtype=jnp.int32) <= record.count, record.rows.y[:, :2].T
-    return jnp.any(used & ((speed != 0.0) | (angle != angle[0])))
+    xp = numpy_of(record.rows.t)
+    used, (angle, speed) = xp.arange(record.rows.t.shape[0], dtype=np.int32) <= record.count, record.rows.y[:, :2].T
+    return xp.any(used & ((speed != 0.0) | (angle != angle[0])))
 
 
 def _sequence(record: Record) -> Array:
     """A number that runs with the same events in the same order share, of events and time breakpoints."""
-    rows, used = record.rows, jnp.arange(record.rows.t.shape[0], dtype=jnp.int32) < record.count
-    events = used & (rows.kind >= LANDED)
-    what = (8 * rows.guard + rows.kind + 11).astype(jnp.uint32) * jnp.uint32(2654435761)
-    order = jnp.cumsum(events).astype(jnp.uint32) * jnp.uint32(2246822519) | jnp.uint32(1)
-    mixed = jnp.sum(jnp.where(events, (what ^ (what >> 15)) * order, 0), dtype=jnp.uint32)
-    return (mixed >> 1).astype(jnp.int32)
+    xp, rows = numpy_of(record.rows.t), record.rows
+    events = (xp.arange(rows.t.shape[0], dtype=np.int32) < record.count) & (rows.kind >= LANDED)
+    what = (8 * rows.guard + rows.kind + 11).astype(np.uint32) * np.uint32(2654435761)
+    order = xp.cumsum(events).astype(np.uint32) * np.uint32(2246822519) | np.uint32(1)
+    mixed = xp.sum(xp.where(events, (what ^ (what >> 15)) * order, 0), dtype=np.uint32)
+    return (mixed >> 1).astype(np.int32)
 
 
+_CLOSURE = "energy.closure"
 #: of every run besides its metrics
 ABOUT: dict[str, Callable[[Result], Any]] = {
     "code": lambda r: r.record.code,
-    "band": lambda r: jnp.asarray(r.record.mode_end.band, jnp.int32),
-    "inner": lambda r: jnp.asarray(r.record.mode_end.slides, jnp.int32),
-    "turn": lambda r: jnp.asarray(1 if r.record.mode_end.turn is None else r.record.mode_end.turn, jnp.int32),
+    "band": lambda r: r.record.mode_end.band,
+    "inner": lambda r: r.record.mode_end.slides,
+    "turn": lambda r: 1 if r.record.mode_end.turn is None else r.record.mode_end.turn,
     "moved": lambda r: _moved(r.record),
-    "driven": lambda r: jnp.asarray(ends_driven(r.record)),
+    "driven": lambda r: ends_driven(r.record),
     "exceeded": lambda r: runs_away(r.record),
-    "steady": lambda r: jnp.asarray(lowers_steadily(r.record)),
+    "steady": lambda r: lowers_steadily(r.record),
     "steps": lambda r: r.record.stats.accepted,
     "rejected": lambda r: r.record.stats.rejected,
     "retaken": lambda r: r.record.stats.retaken,
     "segments": lambda r: r.record.stats.segments,
     "sequence": lambda r: _sequence(r.record),
-    "energy.closure": lambda r: r.energy["closure"],
+    _CLOSURE: lambda r: r.energy["closure"],
 }
 
 #: numbers x (k,) and numbers that are given besides → the scene with them
@@ -453,8 +456,9 @@ class Evaluator:
 class Job(NamedTuple):
     """Properties that all runs of a chunk share. Structure and metrics are compiled in, numbers are not.
 
-    - `size`: how many runs a chunk has at most;  `room`: how many instants of events a run may have, where only these
-      are recorded;  `code`: fingerprint of functions in scene and metrics, which are compiled in with what they read
+    - `size`: how many runs a chunk has at most, 0: each is made by itself
+    - `room`: how many instants of events a run may have, where only these are recorded
+    - `code`: fingerprint of functions in scene and metrics, which are compiled in with what they read
     """
 
     scene: Scene
@@ -587,11 +591,13 @@ def _integrator(job: Job, numbers: Array, like: Packing, device: Any) -> Program
 
 
 def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
-    """Runs the points `rows` (points, numbers), `job.size` at most.
+    """Runs the points `rows` (points, numbers), `job.size` at most, or each by itself.
 
     Gives an array over the points for every name in `ABOUT`, every metric, and `method`. What a single run would raise
     is not raised: failures are in `code`.
     """
+    if job.size == 0:
+        return _run_singly(job, rows)
     count = len(rows)
     device = device or jax.devices()[0]
     filled = rows[np.minimum(np.arange(job.size), count - 1)]
@@ -607,6 +613,37 @@ def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
             heavy = jax.block_until_ready(_scanner(result, **static))
     columns = dict(zip([*ABOUT, *job.measured], np.asarray(table)[:, :count], strict=True))
     columns = {name: column for name, column in columns.items() if name in ABOUT or name in job.metrics}
-    columns |= {name: columns[name].astype(np.int32) for name in ABOUT if name != "energy.closure"}
+    columns = _typed(columns)
     columns |= {name: np.asarray(value)[:count] for name, value in jax.device_get(heavy).items()}
     return columns | {"method": np.full(count, solver_name(job.solver), dtype="<U32")}
+
+
+def _run_singly(job: Job, rows: np.ndarray) -> Columns:
+    """The same by the programs of single runs, which a scene that ran before has on disk."""
+
+    def one(row: np.ndarray) -> dict[str, Any]:
+        limits = {"max_steps": job.max_steps or None, "throw": False}
+        result = simulate(job.paths(job.scene, row), solver=job.solver, rtol=job.rtol, **limits)
+        result, energy = dataclasses.replace(result, record=result.record.compact()), result.energy
+        about = {name: find(result) for name, find in ABOUT.items() if name not in ("exceeded", "steady", _CLOSURE)}
+        about |= {"exceeded": False, "steady": False, _CLOSURE: energy["closure"]}
+
+        def ask(name: str) -> bool:
+            about[name] = ABOUT[name](result)
+            return bool(about[name])
+
+        if about["code"] == 0:  # (asked where the status depends on it: each takes a program of its own)
+            end = Label(*(int(about[name]) for name in ("band", "inner", "turn")))
+            status_of(end, bool(about["moved"]), bool(about["driven"]), lambda: ask("exceeded"), lambda: ask("steady"))
+        for name in job.metrics:
+            of_ledger = name.startswith("energy.")  # pyright: ignore
+            about[name] = energy[name.removeprefix("energy.")] if of_ledger else measure(result, name)  # pyright: ignore
+        return about
+
+    table = [one(row) for row in rows]
+    columns = {name: np.asarray([float(values[name]) for values in table]) for name in table[0]}
+    return _typed(columns) | {"method": np.full(len(rows), solver_name(job.solver), dtype="<U32")}
+
+
+def _typed(columns: Columns) -> Columns:
+    return {name: c.astype(np.int32) if name in ABOUT and name != _CLOSURE else c for name, c in columns.items()}

@@ -135,12 +135,18 @@ def test_fields_with_entries_and_functions():
     np.testing.assert_allclose(same.stopping_time, data.stopping_time, rtol=1e-13)
 
 
-@pytest.mark.slow
-def test_sweep_is_a_full_grid():
-    data = sb.sweep(stop_scene(), {SPEED: [10.0, 20.0], LEVER: [6e3, 8e3, 1e4]}, ["stopping_time"], progress=False)
+def test_sweep_is_a_full_grid_of_single_runs(caplog):
+    """Few runs are those of `simulate` to the last bit, and need no program but those of a run that was printed."""
+    scene, metrics = stop_scene(), ["stopping_time", "energy.friction_heat", "max_tension"]
+    assert str(sb.simulate(scene)).startswith("stopped")
+    with nothing_compiled(caplog):
+        data = sb.sweep(scene, {SPEED: [10.0, 20.0], LEVER: [6e3, 8e3, 1e4]}, metrics, progress=False)
     assert data.stopping_time.dims == (SPEED, LEVER)
-    got = float(data.stopping_time.sel({SPEED: 20.0, LEVER: 1e4}))
-    assert got == pytest.approx(closed_form(w0=20.0, T0=1e4)["stop"], rel=1e-10)
+    got = data.sel({SPEED: 20.0, LEVER: 1e4})
+    single = sb.simulate(sb.with_values(scene, {SPEED: 20.0, LEVER: 1e4}))
+    assert [float(got[name]) for name in metrics] == [single[name] for name in metrics]
+    assert (str(got.status.values), int(got.steps)) == (single.status, int(single.record.stats.accepted))
+    assert float(got.stopping_time) == pytest.approx(closed_form(w0=20.0, T0=1e4)["stop"], rel=1e-10)
 
 
 def test_grid_needs_distinct_numbers():

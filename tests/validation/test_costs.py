@@ -51,7 +51,7 @@ def test_looks_and_ways_to_run():
 
 @pytest.mark.slow
 def test_derivatives_and_ensembles():
-    assert all(cost.error <= 1e-7 for cost in costs.derivatives("a", "Dopri8", 0.02, 1))
+    assert all(cost.error <= 1e-7 for cost in costs.derivatives("a", "Dopri8", 0.02))
     one, workers = costs.many("a", 100, 10, 1)
     assert max(one.error, one.peer_error) <= 1e-5
     assert workers.ratio > 0
