@@ -3,9 +3,10 @@
 `python benchmarks/costs.py [--quick] [--parts process,looking,…] [--json out.json]`
 
 - `process`: `import simbrake`, `simbrake run` cold and a second time, mistakes; in processes that import JAX alone
+- `waits`: what users do next in a later process: README's gradient, other metrics, a sweep, a report; 1000 layers
 - `looking`: a result printed, its metrics and its events, in the time of its run
 - `loops`: run after run from Python, beside heyoka; `simulate` and `jax.jit` beside prepared runs
-- `gradient`: derivatives of the stopping time in warm runs, and what the first one takes
+- `gradient`: derivatives of the stopping time in warm runs
 - `ensemble`: many stops, beside SciPy one after the other and beside one worker
 
 Quote ratios: calls alternate round after round, so that other load on the machine affects all of them alike; times are
@@ -115,8 +116,10 @@ def largest_difference(found: list[tuple[str, float]], truth: list[tuple[str, fl
 # --- fresh processes --------------------------------------------------------------------------------------------------
 
 #: limits of a cold process beyond its integration, and of one that finds what it kept, in imports of JAX
-COLD = {"u2_5_5_stop.toml": 4.0, "drag_lowering.py": 10.0, "tripping_30_stands.py": 15.0, "everything_coupled.py": 16.0}
-AGAIN, IMPORT, MISTAKE, MISTAKEN_SCENE = 2.5, 1.3, 0.5, 1.5
+COLD = {"u2_5_5_stop.toml": 4.0, "staged_vs_standard.py": 9.0, "disc_stop.py": 9.0}
+COLD |= {"tripping_30_stands.py": 16.0, "everything_coupled.py": 16.0}
+AGAIN = {"u2_5_5_stop.toml": 1.5, "tripping_30_stands.py": 3.0, "everything_coupled.py": 3.0}
+IMPORT, MISTAKE, MISTAKEN_SCENE = 1.2, 0.5, 1.5
 
 #: modules are loaded with the names that are used
 _IMPORT = """
@@ -185,7 +188,7 @@ def process(quick: bool) -> Part:
             line = ["-m", "simbrake", "run", file, "--json"]
             error = largest_difference(_told(line, kept), _told([*line, "--rtol", f"{TIGHT}"], kept))
             add(f"run {name}, cold", COLD[name], itself, error)
-            add(f"run {name}, again", AGAIN, itself, error)
+            add(f"run {name}, again", AGAIN.get(name, 2.5), itself, error)
         for what in wrong:
             add(what, MISTAKEN_SCENE if "name in" in what else MISTAKE)
     notes = (
@@ -194,6 +197,62 @@ def process(quick: bool) -> Part:
         f"Error: largest relative one of an event's time, against a run at rtol {TIGHT:.0e}.",
     )
     return Part("fresh processes, in processes that import JAX", costs, notes)
+
+
+# --- what users do next -----------------------------------------------------------------------------------------------
+
+_STOPS = """
+import sys, numpy as np
+sb.ensemble(scene, {"initial.omega": np.linspace(20.0, 24.0, 1000)}, [sys.argv[1]], progress=False)
+"""
+_SWEEP = """
+sb.sweep(scene, {"initial.omega": range(20, 25), "brake.pulley.inertia": range(1200, 1205)}, ["stopping_time"])
+"""
+#: warm seconds of `simulate` and of a prepared run of a rim in 1000 layers
+_LAYERS = """
+import dataclasses, time
+import simbrake as sb
+from benchmarks.scenes import CASES
+scene = CASES["b"].simbrake()
+rim, *rest = scene.heat.bodies
+bodies = (dataclasses.replace(rim, layers=1000, growth=1.0), *rest)
+scene = dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, bodies=bodies))
+for call in (lambda: sb.simulate(scene), sb.prepare(scene, ["stopping_time"])):
+    call()
+    start = time.process_time()
+    [call() for _ in range(5)]
+    print((time.process_time() - start) / 5)
+"""
+
+
+def waits(quick: bool) -> Part:
+    """Fresh processes that do what others before them did not quite do."""
+    block = (ROOT / "README.md").read_text("utf-8").split("```python\n")[1].split("```")[0]
+    scene, gradient = block.split("print(sb.simulate(scene))")
+    lines = {  # what was done before, what is measured, its limit
+        "jax.grad of README, again": (scene + gradient, scene + gradient, 2.5),
+        "ensemble of 1000, other metrics": (scene + _STOPS, scene + _STOPS, 2.0),
+        "sweep of 25 after a run": (f"{scene}print(sb.simulate(scene))", scene + _SWEEP, 2.5),
+    }
+    metrics = iter(("stopping_angle", "energy.friction_heat", "slip_onset_time"))
+    with cache_folder() as kept, tempfile.TemporaryDirectory() as folder:
+        for before, _, _ in lines.values():
+            fresh(["-c", before, "stopping_time"], kept)
+
+        def turn() -> dict[str, float]:
+            metric = next(metrics)
+            return {what: fresh(["-c", script, metric], kept).cpu for what, (_, script, _) in lines.items()}
+
+        found = Rounds.of(1 if quick else 3, turn)
+        unit, limits = sorted(found.units)[len(found.units) // 2], {what: line[2] for what, line in lines.items()}
+        costs = [Cost(w, found.seconds(w), "import jax", unit, found.in_units(w), limits[w]) for w in lines]
+        if not quick:
+            line = ["-m", "simbrake", "report", str(ROOT / "scenarios" / "tripping_30_stands.py"), "--out", folder]
+            cpu = [fresh([*line, "--sensitivity", "energy.friction_heat"], kept).cpu for _ in range(2)][1]
+            costs.append(Cost("report of 30 stands with a sensitivity, again", cpu, "a second", 1.0, cpu, 15.0))
+            mine, theirs = map(float, fresh(["-c", _LAYERS], kept).out.split())
+            costs.append(Cost("simulate, 1000 layers, warm", mine, "prepared run", theirs, mine / theirs, 3.0))
+    return Part("what users do next, in processes that import JAX", costs, ())
 
 
 # --- looking at a result ----------------------------------------------------------------------------------------------
@@ -345,25 +404,8 @@ def loops(quick: bool) -> Part:
 _NUMBERS = ("initial.omega", "brake.pulley.inertia", "brake.linings.friction.coefficient", "duty.slack_tension.level")
 #: with heat the run starts at the onset of slip: another slack tension alone would move it to one side of a corner
 _HOT = (*_NUMBERS[:2], "brake.linings.friction.base.coefficient", "brake.linings.friction.factors[0].slope")
-#: limits of a warm reverse pass, in runs; of making it, cold, in imports of JAX
-_REVERSE, _MADE = {"a": 5.0, "b": 5.0, "c": 8.0}, {"a": 6.0, "b": 10.0, "c": 18.0}
-_FORWARD = 1.6
-
-#: the first gradient beyond a warm one
-_FIRST = """
-import sys, time
-from benchmarks import ours
-import simbrake as sb
-from benchmarks.scenes import CASES
-run = sb.prepare(CASES[sys.argv[1]].simbrake(), ["stopping_time"], solver=ours.solver_named(sys.argv[2]), rtol=1e-8)
-run()
-def timed():
-    start = time.process_time()
-    run.gradient()
-    return time.process_time() - start
-first = timed()
-print(first - min(timed() for _ in range(3)))
-"""
+#: limits of a warm reverse pass and of a forward one, in runs
+_REVERSE, _FORWARD = {"a": 5.0, "b": 5.0, "c": 8.0}, 1.6
 
 
 def exact(p: Any) -> dict[str, float]:
@@ -393,8 +435,8 @@ def differences(run: Any, paths: tuple[str, ...]) -> dict[str, float]:
     return found
 
 
-def derivatives(name: str, method: str, budget: float, rounds: int) -> list[Cost]:
-    """All derivatives by reverse mode and one by forward mode in warm runs; the first ones of fresh processes."""
+def derivatives(name: str, method: str, budget: float) -> list[Cost]:
+    """All derivatives by reverse mode and one by forward mode in warm runs."""
     import jax
 
     import simbrake as sb
@@ -423,32 +465,21 @@ def derivatives(name: str, method: str, budget: float, rounds: int) -> list[Cost
     error = max(abs(float(slopes[run.places[path]][0]) / truth[path] - 1) for path in paths)
     one = abs(float(along(at)[1]) / truth[paths[0]] - 1)
 
-    def turn() -> dict[str, float]:
-        with cache_folder() as cache:
-            return {w: float(fresh(["-c", _FIRST, name, method], cache).out) for w in ("cold", "again")}
-
-    made = Rounds.of(rounds, turn)
-    unit = sorted(made.units)[len(made.units) // 2]
     words = f"({name}) {method}, all {run.numbers.size} numbers"
     return [
         _cost(f"{words}, reverse", times["reverse"], "prepared run", times["run"], _REVERSE[name], error),
         _cost(f"({name}) {method}, one, jvp", times["forward"], "jitted run", times["plain"], _FORWARD, one),
-        *(
-            Cost(f"{words}, first, {w}", made.seconds(w), "import jax", unit, made.in_units(w), limit, error)
-            for w, limit in (("cold", _MADE[name]), ("again", AGAIN))
-        ),
     ]
 
 
 def gradient(quick: bool) -> Part:
     """Scenes without heat, with layers, and stiff."""
     cases = (("a", "Dopri8"), ("b", "Dopri8"), ("c", "Rodas5P"))
-    budget, rounds = (0.3, 1) if quick else (2.0, 3)
-    costs = [cost for case in (cases[:1] if quick else cases) for cost in derivatives(*case, budget, rounds)]
+    chosen = cases[:1] if quick else cases
+    costs = [cost for case in chosen for cost in derivatives(*case, 0.3 if quick else 2.0)]
     notes = (
         "rtol 1e-8; error: of the derivatives by initial speed (jvp: that alone), inertia, friction, and slack tension"
         " (a) or slope of the fade (b, c), against the closed form (a) or central differences of tight runs.",
-        "First: the first gradient of a fresh process beyond a warm one; again: with what the one before has kept.",
     )
     return Part("derivatives of the stopping time", costs, notes)
 
@@ -506,13 +537,7 @@ def ensemble(quick: bool) -> Part:
     return Part("many stops", costs, (*notes, "Error: of event times against tight single runs by SciPy."))
 
 
-PARTS: dict[str, Callable[[bool], Part]] = {
-    "process": process,
-    "looking": looking,
-    "loops": loops,
-    "gradient": gradient,
-    "ensemble": ensemble,
-}
+PARTS = {part.__name__: part for part in (process, waits, looking, loops, gradient, ensemble)}
 
 
 def main() -> int:
