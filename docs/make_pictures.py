@@ -4,6 +4,7 @@ import dataclasses
 import importlib.util
 import json
 import math
+import re
 import sys
 from pathlib import Path
 from typing import Any
@@ -104,7 +105,17 @@ def main() -> None:
         save(plot.temperatures(heated), "temperatures")
         save(plot.depth(heated), "depth")
     save(plot.wear(scenario("lining_life").lives(scenario("lining_life").scene())), "wear")
+    decision()
     benchmark()
+
+
+def decision() -> None:
+    """The figure of `decision.md`, by the page's own blocks."""
+    blocks = re.findall(r"^```python\n(.*?)^```", (HERE / "decision.md").read_text("utf-8"), re.S | re.M)
+    space: dict[str, Any] = {}
+    for block in (blocks[0], blocks[2]):  # the scene, the runs
+        exec(block, space)
+    save(plot.distribution(space["found"], "hook_travel"), "decision")
 
 
 def stops(stop: sb.Result) -> None:
