@@ -33,9 +33,12 @@ class Drive(Feature):
         """Place among `Mode.pieces`: behind the profiles of the heat; of a recorded motion that of the lever."""
         return LEVER if isinstance(self.course, RecordedMotion) else HEAT + self.heat_profiles
 
-    def now(self, y: State, mode: Mode) -> AbstractFollower | PhaseNow:
-        """The course, or that of the phase that runs."""
-        return self.course.at(mode.phase, y.phase.begun) if isinstance(self.course, Phases) else self.course
+    def now(self, y: State | None, mode: Mode) -> AbstractFollower | PhaseNow:
+        """The course, or that of the phase that runs; without phases the state may be left out."""
+        if not isinstance(self.course, Phases):
+            return self.course
+        assert y is not None
+        return self.course.at(mode.phase, y.phase.begun)
 
     def torque(self, brake: AbstractBrake, t: Array, omega: Array, y: State, mode: Mode) -> Array:
         """Torque (N·m) against the braking direction, 0 while it is off.
