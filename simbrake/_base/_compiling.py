@@ -619,11 +619,13 @@ class TieredProgram:
     When its runs have taken as long as compiling it again would, it is compiled with LLVM's optimiser in a thread, and
     that program takes over, in later processes from the start. So no number of runs costs more than twice what it would
     if it were known.
+
+    - `quick`: whether it begins so
     """
 
-    def __init__(self, make: Callable[[bool], Program]) -> None:
+    def __init__(self, make: Callable[[bool], Program], quick: bool = True) -> None:
         self._make, self._spent, self._thread, self.calls = make, 0.0, None, 0
-        self._program = make(True)
+        self._program = make(quick)
         program = self._program  # optimised already, if that was cached
         self._worth = program.trace_seconds + 2 * program.compile_seconds if program.quick else np.inf
         self.lines = program.lines

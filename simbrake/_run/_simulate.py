@@ -58,6 +58,7 @@ from ..hybrid import (
 )
 from ..hybrid._arrays import Array
 from ..hybrid._lanes import hybridsolve_lane
+from ..thermal._heat import node_names
 from ._choice import stiffness
 from ._edit import entry_of, with_inputs
 from ._measure import Metric, check_metrics, measure, name_of, unit_of
@@ -237,6 +238,9 @@ def long_run(
 
 # --- one run ----------------------------------------------------------------------------------------------------------
 
+#: thermal nodes from which a run is compiled with LLVM's optimiser at once: without it loops over them take 8 times
+#: as long
+_MANY_NODES = 200
 #: rows of the record when the caller sets no limit: the next is tried if one was too short
 _STEPS = (STRETCH, 16384, 131072)
 
@@ -273,7 +277,7 @@ def _program(packing: Packing, method: AbstractMethod, max_steps: int, device: A
     def make(quick: bool) -> Program:
         return compiled(packed, np.ones(packing.size), device=device, subject=subject, quick=quick)
 
-    return TieredProgram(make)
+    return TieredProgram(make, quick=len(node_names(packing.stand_in()[0].network)) < _MANY_NODES)
 
 
 class _Part(NamedTuple):

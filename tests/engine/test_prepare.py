@@ -1,5 +1,7 @@
 """The prepared handle: the numbers of single runs and their derivatives, room for longer runs, faults."""
 
+import time
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -124,3 +126,18 @@ def test_integers_of_a_custom_law_stay_whole():
     expected = pytest.approx(closed_form()["stop"], rel=1e-10)
     assert float(sb.simulate(scene).stopping_time) == expected
     assert sb.prepare(scene, ["stopping_time"])().metrics["stopping_time"] == expected
+
+
+@pytest.mark.slow
+def test_a_run_of_many_layers_is_as_fast_as_a_prepared_one():
+    steel = sb.Material(48.0, 7800.0, 500.0)
+    heat = sb.layered_heat(rim=steel, rim_thickness=0.028, track_area=1.0, partition=0.95, rim_layers=1000)
+    scene = rigid_stop(fading(), heat, end=2.0)
+    run, seconds = sb.prepare(scene, ["stopping_time"]), []
+    assert sb.simulate(scene).stopping_time == pytest.approx(run().metrics["stopping_time"], rel=1e-9)
+    for call in (lambda: sb.simulate(scene), run):
+        start = time.process_time()
+        for _ in range(5):
+            call()
+        seconds.append(time.process_time() - start)
+    assert seconds[0] < 3 * seconds[1]
