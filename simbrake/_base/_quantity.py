@@ -108,7 +108,7 @@ class Quantity:
         low = -most if self.low is None else 1 / LARGEST if self.open_low and self.low == 0 else self.low
         return low, most if self.high is None else self.high
 
-    def admits(self, value: np.ndarray | np.floating) -> np.ndarray:
+    def admits(self, value: np.ndarray) -> np.ndarray:
         low, high = self.ends
         return np.asarray(((value > low) if self.open_low else (value >= low)) & (value <= high))  # a NaN is not
 

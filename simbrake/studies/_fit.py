@@ -247,7 +247,7 @@ class FitModel:
             every = np.concatenate([value.ravel() for value in values])
             if path in fitted or path in _OF_THE_RUN or not np.any(every) or not np.all(np.isfinite(every)):
                 continue
-            ends = [[value * (1 + side * STEP) for value in values] for side in (1, -1)]
+            ends = [[np.asarray(value * (1 + side * STEP)) for value in values] for side in (1, -1)]
             if not all(np.all(leaf.about.admits(value)) for end in ends for value in end):
                 continue
             try:
