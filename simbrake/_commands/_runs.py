@@ -243,7 +243,7 @@ def export(
     c
         The file, ending in .c; its name begins all names in it.
     input_
-        Input of the step, lever or load; may be repeated. By default the lever, and the load where it is a TorqueLoad.
+        Input of the step, lever or load; may be repeated. By default both, as far as the scene can have them.
     output
         Metric of the run; may be repeated. By default slip_onset_time, full_slip_time and stopping_time.
     json_

@@ -755,7 +755,8 @@ class Program:
         inner, inside = self._counter(tuple(shape[d] for d in dims))
         place: dict[int, int | str] = dict(zip([*kept, *dims], [*over, *inside], strict=True))
         index = [place[d] for d in range(len(shape))]
-        sums = [self._new(value.kind) for value in values]
+        beside = count == 1 and results[0].size > 1 and kept[-1] == len(shape) - 1
+        sums = [results[0].at(over)] if beside else [self._new(value.kind) for value in values]
         entries = [self._scalar(value.at(index), value.kind) for value in values]
         held = [self._scalar(name, value.kind) for name, value in zip(sums, values, strict=True)]
         lines, after = self._inline(region, [*held, *entries])
@@ -765,6 +766,11 @@ class Program:
             lines += [Line(f"{name} = {text};", name) for name, text in zip(fresh, texts, strict=True)]
             texts = fresh
         lines += [Line(f"{name} = {text};") for name, text in zip(sums, texts, strict=True)]
+        if beside:  # sums of all entries side by side: none waits for another
+            first = [Line(f"{sums[0]} = {initial[0]};")]
+            self._nodes += [*self._nest(outer, first), *self._nest([*inner, *outer], lines)]
+            self._env[op.outs[0]] = results[0]
+            return
         begin = [Line(f"{name} = {x};", name) for name, x in zip(sums, initial, strict=True)]
         end = [Line(f"{result.at(over)} = {name};") for result, name in zip(results, sums, strict=True)]
         self._nodes += self._nest(outer, [*begin, *self._nest(inner, lines), *end])
@@ -814,6 +820,12 @@ class Program:
             for side, own in enumerate((over[shared:split], over[split:]))
         ]
         a, b = (v.at([place[d] for d in range(len(v.shape))]) for v, place in zip((left, right), places, strict=True))
+        if split < len(shape):  # sums of all entries side by side: none waits for another
+            zero = [Line(f"{result.at(over)} = 0;")]
+            add = [Line(f"{result.at(over)} += {a} * {b};")]
+            self._nodes += [*self._nest(heads, zero), *self._nest([*loops, *heads], add)]
+            self._env[op.outs[0]] = result
+            return
         add = self._nest(loops, [Line(f"{total} += {a} * {b};")])
         lines = [Line(f"{total} = 0;", total), *add, Line(f"{result.at(over)} = {total};")]
         self._nodes += self._nest(heads, lines)

@@ -20,16 +20,14 @@ from .._outputs._metrics import metric_names
 from .._outputs._probe import seen_at
 from .._outputs._quantities import SERIES_COLUMNS, series_of
 from .._parts._scene import Scene, checked
-from .._phases import Phases
 from .._physics._assemble import assemble
 from .._physics._mechanism import BandMode, Label, Mode, events_of_change
 from .._run._measure import check_metrics, measure, unit_of
-from .._run._simulate import method_of, room_for, simulate, solver_of
+from .._run._simulate import check_limits, method_of, room_for, simulate, solver_of
 from .._run._stepper import HeldInput, InputShape, held_inputs, input_piece, step_of_numbers
 from ..hybrid._arrays import Array
 from ..hybrid._solve import likes
 from ..hybrid._system import SKIPPED, unravel
-from ..loads import TorqueLoad
 from ._c_code import HELPERS, Program, UnknownOperation, literal
 
 #: points of an input behind a dead time: half as many commands can wait in it
@@ -48,8 +46,8 @@ def export_c(
 ) -> Path:
     """Write a scene as one C99 file without dependencies: its run, and one step under held inputs.
 
-    - `inputs`: of the step, as for `Stepper`; by default the lever, and the load where that is a `TorqueLoad`. A duty
-      in phases has no step
+    - `inputs`: of the step, as for `Stepper`; by default lever and load, as far as the scene can have them. A duty in
+      phases has no step
     - `outputs`: metrics of the run by name; by default `slip_onset_time`, `full_slip_time` and `stopping_time`
     - `max_steps`: step attempts of a run; by default what the scene's own run needs and a quarter more
 
@@ -62,19 +60,18 @@ def export_c(
     form yet; `SimulationError` where the scene's own run fails.
 
     Example:
-        >>> sb.export_c(scene, "brake.txt")
-        Traceback (most recent call last):
-        ...
-        simbrake._base._faults.InputError: 1 input error:
-          brake.txt: has the ending '.txt' — give a name with .c
+        >>> try:
+        ...     sb.export_c(scene, "brake.txt")
+        ... except sb.InputError as error:
+        ...     print(error.faults[0].hint)
+        give a name with .c
     """
     path = Path(path)
     if path.suffix != ".c":
         raise InputError([Fault(str(path), f"has the ending {path.suffix!r}", "give a name with .c")])
     scene = checked(scene)
-    if inputs is None:
-        inputs = ["lever", "load"] if isinstance(scene.duty.load, TorqueLoad) else ["lever"]
-        inputs = None if isinstance(scene.duty.lever, Phases) else inputs
+    check_limits(1e-10, max_steps=max_steps)
+    inputs = _possible_inputs(scene) if inputs is None else inputs
     if outputs is None:
         outputs = [name for name in _USUAL if name in metric_names(scene)]
     outputs = [outputs] if isinstance(outputs, str) else [*outputs]
@@ -89,6 +86,19 @@ def export_c(
     with whole_file(path) as target:
         target.write_text(text, "utf-8")
     return path
+
+
+def _possible_inputs(scene: Scene) -> list[str] | None:
+    """The inputs that a scene can have, `None` where it has no step."""
+
+    def possible(*names: str) -> bool:
+        try:
+            held_inputs(scene, names)
+        except InputError:
+            return False
+        return True
+
+    return [name for name in ("lever", "load") if possible(name)] if possible() else None
 
 
 def _labels(modes: Mode) -> Array:
@@ -457,6 +467,9 @@ int {name}_step({name}_memory *memory, {name}_stepper *stepper, double dt, const
 #define {upper}_H
 #include <stddef.h>
 #include <stdint.h>
+#ifdef __cplusplus
+extern "C" {{
+#endif
 {declarations}
 typedef struct {{ double time; int name; }} {name}_event; /* name: an {name}_event_name */
 
@@ -476,7 +489,10 @@ extern const char *const {name}_metric_names[], *const {name}_event_names[], *co
 
 /* The whole run with these numbers; an {name}_code. `result` names the space for events and columns. */
 int {name}_run({name}_memory *memory, const double *numbers, double rtol, {name}_result *result);
-{prototypes}#endif
+{prototypes}#ifdef __cplusplus
+}}
+#endif
+#endif
 
 #ifndef {upper}_DECLARATIONS
 {HELPERS}

@@ -5,14 +5,18 @@ import re
 import shutil
 import subprocess
 
+import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import main
 
 import simbrake as sb
+from simbrake.files import _c_code
+from simbrake.files._c_code import HELPERS, Program
 
 COMPILER = shutil.which("gcc") or shutil.which("cc")
-FLAGS = ["-O2", "-std=c99", "-ffp-contract=off", "-Wall", "-Werror", "-Wno-unused"]
+FLAGS = ["-O2", "-std=c99", "-ffp-contract=off", "-Wall", "-Werror", "-Wno-unused", "-Wno-tautological-compare"]
 pytestmark = [pytest.mark.slow, pytest.mark.skipif(COMPILER is None, reason="no C compiler")]
 METRICS = ["slip_onset_time", "full_slip_time", "stopping_time"]
 
@@ -22,7 +26,8 @@ class Compiled:
 
     def __init__(self, file):
         text, self.name = file.read_text(), file.stem
-        self.at = {name: int(n) for name, n in re.findall(r"^  [A-Z0-9]+_(\w+) = (-?\d+), /\*", text, re.MULTILINE)}
+        entries = re.findall(rf"^  {self.name.upper()}_(\w+) = (-?\d+), /\*", text, re.MULTILINE)
+        self.at = {entry: int(n) for entry, n in entries}
         library = file.with_suffix(".so")
         subprocess.run([COMPILER, *FLAGS, "-shared", "-fPIC", "-o", library, file, "-lm"], check=True)
         c, at = ctypes, self.at
@@ -172,6 +177,50 @@ def test_commands_wait_in_a_dead_time(tmp_path):
     assert codes[-1] == compiled.at["CODE_TOO_MANY_COMMANDS"]
 
 
+def test_staged_brake(tmp_path):
+    scene = sb.read_scene(sb.files.shipped("staged"))
+    metrics = ["stopping_time", "external_lock_time", "max_tension", "energy.friction_heat"]
+    code, values, counts, events, _ = Compiled(sb.export_c(scene, tmp_path / "staged.c", outputs=metrics)).run()
+    prepared, result = sb.prepare(scene, metrics)(), sb.simulate(scene)
+    assert (code, counts) == (0, [*prepared[2:]])
+    np.testing.assert_allclose(values, [*prepared.metrics.values()], rtol=1e-12)
+    kinds = {name for name, _ in events}
+    assert kinds >= {"internal_slip", "external_lock", "stop"}
+    same_events(events, [(event.name, event.time) for event in result.events if event.name in kinds], 1e-12)
+
+
+def test_operations_are_those_of_jax(tmp_path):
+    """Operations that few scenes have, in shapes of all kinds."""
+
+    def function(x):
+        a, v, k = x[:24].reshape(2, 3, 4), x[24:31], x[31:].astype(jnp.int32)
+        mean, before = jax.lax.scan(lambda c, x: (0.5 * c + x, c), v[0], v)
+        loop = jax.lax.while_loop(  # carried arrays change places, one of them in place
+            lambda c: c[0] < 5,
+            lambda c: (c[0] + 1, c[2], c[1] + c[0], c[3].at[c[0]].add(c[1][0])),
+            (0, v, v[::-1], 0 * v),
+        )
+        branch = jax.lax.cond(v[1] > 0, lambda: (a.sum(), v), lambda: (a.prod(), v[::-1]))
+        moved = a.transpose(2, 0, 1)[::-1], a[:, k % 3], v[k], jnp.pad(v, (2, 1)), a[:, 1:, ::2], a.reshape(4, 6).T
+        sums = a.sum((0, 2)), a.max(1), jnp.argmax(a, axis=2), jnp.cumsum(a, axis=1), a @ a.transpose(0, 2, 1)
+        changed = v.at[k].add(1.5), v.at[k].set(-1.0, mode="drop"), jax.lax.dynamic_update_slice(v, v[:2] * 2, (k[0],))
+        each = v % 1.3, jnp.round(v), jnp.sign(v), k // 2, (v > 0) & ~(v > 2), jnp.minimum(v, jnp.nan), jnp.int32(v)
+        looked = jnp.interp(x[31:], v, v**2), jnp.searchsorted(v, x[31:]), jax.lax.associative_scan(jnp.multiply, v)
+        every = mean, before, loop, branch, moved, sums, changed, each, looked
+        return jnp.concatenate([jnp.ravel(leaf).astype(float) for leaf in jax.tree.leaves(every)])
+
+    x = np.concatenate([np.arange(24.0) - 7.3, np.linspace(-2, 3, 7), [2.0, 0.0, 5.0]])
+    program, file = Program("ops", function, x), tmp_path / "ops.c"
+    expected = np.asarray(jax.jit(function)(x))
+    call = f"struct ops_frame *frame = calloc(1, sizeof *frame); {program.ins[0]} = x; ops_main(frame);"
+    copy = f"memcpy(out, frame->{program.outs[0].name}, {expected.size} * sizeof *out); free(frame);"
+    file.write_text(f"{HELPERS}{program.text}void ops(const double *x, double *out) {{ {call} {copy} }}\n")
+    subprocess.run([COMPILER, *FLAGS, "-shared", "-fPIC", "-o", file.with_suffix(".so"), file, "-lm"], check=True)
+    found = np.full(expected.size, 99.0)
+    ctypes.CDLL(str(file.with_suffix(".so"))).ops(*(a.ctypes.data_as(ctypes.c_void_p) for a in (x, found)))
+    np.testing.assert_allclose(found, expected, rtol=1e-13, atol=1e-15)
+
+
 def exits(*arguments):
     with pytest.raises(SystemExit) as ended:
         main([*arguments])
@@ -187,8 +236,6 @@ def test_errors_in_words(stop, tmp_path, capsys, monkeypatch):
     assert "stopping_time" in capsys.readouterr().err
     with pytest.raises(sb.InputError, match="is no input"):
         sb.export_c(stop, "stop.c", inputs=["brake"])
-    from simbrake.files import _c_code
-
     monkeypatch.delitem(_c_code._ENTRYWISE, "tan")
     assert exits("export", file, "--c", "stop.c") == 2
     assert "uses the operation tan, which has no C form yet" in capsys.readouterr().err
