@@ -177,18 +177,6 @@ def test_commands_wait_in_a_dead_time(tmp_path):
     assert codes[-1] == compiled.at["CODE_TOO_MANY_COMMANDS"]
 
 
-def test_staged_brake(tmp_path):
-    scene = sb.read_scene(sb.files.shipped("staged"))
-    metrics = ["stopping_time", "external_lock_time", "max_tension", "energy.friction_heat"]
-    code, values, counts, events, _ = Compiled(sb.export_c(scene, tmp_path / "staged.c", outputs=metrics)).run()
-    prepared, result = sb.prepare(scene, metrics)(), sb.simulate(scene)
-    assert (code, counts) == (0, [*prepared[2:]])
-    np.testing.assert_allclose(values, [*prepared.metrics.values()], rtol=1e-12)
-    kinds = {name for name, _ in events}
-    assert kinds >= {"internal_slip", "external_lock", "stop"}
-    same_events(events, [(event.name, event.time) for event in result.events if event.name in kinds], 1e-12)
-
-
 def test_operations_are_those_of_jax(tmp_path):
     """Operations that few scenes have, in shapes of all kinds."""
 
