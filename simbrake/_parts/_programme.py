@@ -378,7 +378,8 @@ class _Plan:
         """Engagement of the auxiliary brakes with which they lower the load at a steady speed; or why they do not."""
 
         def torque(share: float, speed: float) -> float:
-            laws = [law.engaged(np.float64(share)) if isinstance(law, AbstractAuxiliaryBrake) else law for law in self.shaft]
+            part = np.float64(share)
+            laws = [law.engaged(part) if isinstance(law, AbstractAuxiliaryBrake) else law for law in self.shaft]
             each = (float(law.torque(0.0, speed, law.profile.first_piece(0.0), self.weight)) for law in laws)
             return sum(each) + self.drag * speed
 
