@@ -588,11 +588,12 @@ def _dataset(data: Mapping[str, tuple], coords: Mapping[str, tuple], dims: Seque
     """
     import pandas as pd
     import xarray as xr
+    from xarray.indexes import PandasIndex
 
     def kept(entries: Mapping[str, tuple]) -> dict[str, xr.Variable]:
         return {name: xr.Variable(*entry, fastpath=True) for name, entry in entries.items()}
 
-    indexes = {name: xr.indexes.PandasIndex(pd.Index(coords[name][1], name=name), name) for name in dims}
+    indexes = {name: PandasIndex(pd.Index(coords[name][1], name=name), name) for name in dims}
     return xr.Dataset(kept(data), xr.Coordinates(kept(coords), indexes), attrs)
 
 
