@@ -110,6 +110,16 @@ def _words(text: str) -> str:
     return text.replace("*/", "* /").replace("\n", " ")
 
 
+def _out(program: Program, key: str, i: int) -> str:
+    """C of a result of a program, whose frame has the name `key` in the working memory."""
+    return f"memory->{key}.{program.outs[i].name}"
+
+
+def _given(program: Program, key: str, i: int, value: str) -> str:
+    """C that points an argument of a program at a value."""
+    return f"{program.ins[i].replace('frame->', f'memory->{key}.')} = {value};"
+
+
 class _Export:
     """The text of a file: programs printed from JAX, and functions around them."""
 
@@ -121,7 +131,7 @@ class _Export:
         outputs: list[str],
         max_steps: int | None,
     ) -> None:
-        self.name, self.scene, self.outputs, self.rtol = name, scene, outputs, 1e-10
+        self.name, self.upper, self.scene, self.outputs, self.rtol = name, name.upper(), scene, outputs, 1e-10
         self.solver, self.steps, self.held = solver_of(scene), held is not None, held or {}
         self.max_steps = max_steps or room_for(simulate(scene, solver=self.solver))
         self.numbers, self.like = pack(scene.as_run)
@@ -238,35 +248,20 @@ static int {name}_append({name}_event *events, int room, int count, double time,
 
     # --- the file
 
-    def text(self) -> str:
-        name, upper = self.name, self.name.upper()
-        count = self.numbers.size
-        x = np.append(self.numbers, self.rtol)
-        now = [
-            np.asarray(0.0),
-            *(np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(like)]) for like in self.likes),
-        ]
-        now[2] = now[2].astype(np.int32)
-        whole = Program(f"{name}_whole", self._whole, x)
-        seen = Program(f"{name}_seen", self._seen, self.numbers, *now)
-        programs = {"whole": whole, "seen": seen}
-        if self.steps:
-            begun = Program(f"{name}_begun", self._begun, self.numbers)
-            step, before, (ny, nm) = self._step()
-            programs |= {"begun": begun, "part": step}
-        events, changes = self._changes()
-        width, inputs = sum(size for _, size in self.columns), [*self.held]
+    def _enum(self, what: str, entries: Iterable[tuple[str, int, str]]) -> str:
+        lines = (
+            f"  {self.upper}_{re.sub(r'[^A-Z0-9]+', '_', key.upper()).strip('_')} = {value}, /* {_words(about)} */"
+            for key, value, about in entries
+        )
+        return f"enum {self.name}_{what} {{\n" + "\n".join(lines) + "\n};\n"
 
-        def enum(what: str, entries: Iterable[tuple[str, int, str]]) -> str:
-            lines = (
-                f"  {upper}_{re.sub(r'[^A-Z0-9]+', '_', key.upper()).strip('_')} = {value}, /* {_words(about)} */"
-                for key, value, about in entries
-            )
-            return f"enum {name}_{what} {{\n" + "\n".join(lines) + "\n};\n"
+    def _strings(self, what: str, texts: Iterable[str]) -> str:
+        entries = ", ".join(chr(34) + text + chr(34) for text in texts)
+        return f"const char *const {self.name}_{what}[] = {{{entries}}};\n"
 
-        def strings(what: str, texts: Iterable[str]) -> str:
-            return f"const char *const {name}_{what}[] = {{{', '.join(chr(34) + text + chr(34) for text in texts)}}};\n"
-
+    def _declarations(self, events: list[str], codes: list[tuple[str, int, str]], states: int) -> str:
+        """Enums of all that has a number."""
+        count, width = self.numbers.size, sum(size for _, size in self.columns)
         counted, places = self.like.unpack(np.arange(count, dtype=np.float64)), []
         for leaf in leaves(counted):
             size, first = int(np.size(leaf.value)), int(np.ravel(leaf.value)[0]) if np.size(leaf.value) else -1
@@ -285,62 +280,47 @@ static int {name}_append({name}_event *events, int room, int count, double time,
             )
             for (key, size), start in zip(self.columns, starts, strict=False)
         ]
-        codes = [("CODE_COMPLETED", 0, "the run reached its end")]
-        codes += [(f"CODE_{key}", int(code), what) for code, (key, what, _) in FAILURES.items()]
-        codes += [
-            ("CODE_BAD_NUMBER", -1, "a number, a time or an input is not finite, or out of range"),
-            ("CODE_NO_MEMORY", -2, "there is no memory"),
-            ("CODE_TOO_MANY_COMMANDS", -3, "more commands than there is space for wait in a dead time"),
-        ]
         held = list(self.held.values())
-        points = [self.points[key] for key in inputs] or [1]
-        declarations = "".join(
+        return "".join(
             [
-                enum("number", places),
-                enum(
+                self._enum("number", places),
+                self._enum(
                     "metric",
                     [(f"METRIC_{m}", i, f"[{unit_of(m)}]; infinite: never") for i, m in enumerate(self.outputs)],
                 )
                 if self.outputs
                 else "",
-                enum("event_name", [(f"EVENT_{event}", i + 1, event) for i, event in enumerate(events)]),
-                enum("column", about_columns),
-                enum("input", [(f"INPUT_{key}", i, f"[{h.unit}]") for i, (key, h) in enumerate(self.held.items())])
+                self._enum("event_name", [(f"EVENT_{event}", i + 1, event) for i, event in enumerate(events)]),
+                self._enum("column", about_columns),
+                self._enum(
+                    "input", [(f"INPUT_{key}", i, f"[{h.unit}]") for i, (key, h) in enumerate(self.held.items())]
+                )
                 if held
                 else "",
-                enum("code", codes),
-                enum(
+                self._enum("code", codes),
+                self._enum(
                     "size",
                     [
                         ("NUMBERS", count, "numbers of the scene"),
                         ("METRICS", len(self.outputs), "metrics"),
                         ("COLUMNS", width, "entries of all columns"),
                         ("INPUTS", len(held), "inputs of the step"),
-                        *([("STATES", ny, "states")] if self.steps else []),
+                        *([("STATES", states, "states")] if self.steps else []),
                         ("ROWS", self.max_steps + 1, "rows that a run may fill"),
                     ],
                 ),
             ]
         )
+
+    def _stepping(self, begun: Program, step: Program, ny: int, nm: int) -> tuple[str, str, str]:
+        """Types, prototypes and functions of the stepper."""
+        name, upper, count, held = self.name, self.upper, self.numbers.size, list(self.held.values())
+        width, points = sum(size for _, size in self.columns), [self.points[key] for key in self.held] or [1]
         least = [2 if h.lag is None else 4 for h in held] or [2]
-        values = ", ".join(literal(v, "double") for v in self.numbers)
-        frames = "".join(f"  struct {program.name}_frame {key};\n" for key, program in programs.items())
-
-        def out(program: Program, key: str, i: int) -> str:
-            return f"memory->{key}.{program.outs[i].name}"
-
-        def given(program: Program, key: str, i: int, value: str) -> str:
-            return f"{program.ins[i].replace('frame->', f'memory->{key}.')} = {value};"
-
         lower = ", ".join("1" if h.unit == "N" else "0" for h in held) or "0"
         prompt = ", ".join("0" if h.delay or h.lag is not None else "1" for h in held) or "0"
-        metric_line = f"  memcpy(result->metrics, {out(whole, 'whole', 0)}, sizeof result->metrics);\n"
-        if len(self.outputs) < 2:
-            metric_line = f"  result->metrics[0] = {out(whole, 'whole', 0)};\n" if self.outputs else ""
-        start_out = "" if not self.steps else out(begun, "begun", 0) + ("" if begun.outs[0].size == 1 else "[0]")
-        types = prototypes = stepping = ""
-        if self.steps:
-            types = f"""\
+        start_out = _out(begun, "begun", 0) + ("" if begun.outs[0].size == 1 else "[0]")
+        types = f"""\
 typedef struct {{ double times[{max(points)}], values[{max(points)}]; int passed; double lag; }} {name}_held;
 
 /* A brake between two steps: plain numbers, which may be copied, kept and set back. */
@@ -353,14 +333,14 @@ typedef struct {{
 }} {name}_stepper;
 
 """
-            prototypes = f"""\
+        prototypes = f"""\
 /* A stepper at the start, under the scene's own inputs. */
 int {name}_start({name}_memory *memory, const double *numbers, double rtol, {name}_stepper *stepper);
 /* Advances by `dt` under inputs that are held from now on; on any other code than 0 the stepper stays as it was. */
 int {name}_step({name}_memory *memory, {name}_stepper *stepper, double dt, const double *inputs,
     {name}_event *events, int most_events, int *events_found);
 """
-            stepping = f"""\
+        stepping = f"""\
 static int {name}_integrate({name}_memory *memory, {name}_stepper *s, double end, {name}_event *events, int room,
     int *found) {{
   static const int points[] = {{{", ".join(map(str, points))}}};
@@ -378,21 +358,21 @@ static int {name}_integrate({name}_memory *memory, {name}_stepper *s, double end
     x[n] = s->time; x[n + 1] = end; n += 2;
     memcpy(x + n, s->y, sizeof s->y); n += {ny};
     for (int i = 0; i < {nm}; i++) x[n + i] = s->mode[i];
-    {given(step, "part", 0, "x")}
+    {_given(step, "part", 0, "x")}
     {step.name}_main(&memory->part);
-    const int code = {out(step, "part", 0)}[0], count = {out(step, "part", 0)}[1];
-    const double *t = {out(step, "part", 1)};
+    const int code = {_out(step, "part", 0)}[0], count = {_out(step, "part", 0)}[1];
+    const double *t = {_out(step, "part", 1)};
     if (code != {upper}_CODE_COMPLETED && code != {upper}_CODE_STEP_LIMIT) return code;
     for (int i = 0, first = !s->begun && s->time == t0; i < count; i++) {{
-      const int32_t *label = {out(step, "part", 2)} + 5 * i;
+      const int32_t *label = {_out(step, "part", 2)} + 5 * i;
       if (memcmp(label, label + 5, 5 * sizeof *label) == 0) continue;
       *found = {name}_append(events, events ? room : 0, *found, t[i + 1], label, first && t[i + 1] == t[0]);
       first = 0;
     }}
     s->time = t[count];
-    memcpy(s->y, {out(step, "part", 3)}, sizeof s->y);
-    memcpy(s->mode, {out(step, "part", 4)}, sizeof s->mode);
-    memcpy(s->columns, {out(step, "part", 5)}, sizeof s->columns);
+    memcpy(s->y, {_out(step, "part", 3)}, sizeof s->y);
+    memcpy(s->mode, {_out(step, "part", 4)}, sizeof s->mode);
+    memcpy(s->columns, {_out(step, "part", 5)}, sizeof s->columns);
     for (int k = 0; k < {len(held)}; k++) s->held[k].passed = s->mode[places[k]];
   }} while (s->time < end);
   return {upper}_CODE_COMPLETED;
@@ -405,12 +385,12 @@ int {name}_start({name}_memory *memory, const double *numbers, double rtol, {nam
   if (memory == NULL) return {upper}_CODE_NO_MEMORY;
   if (!{name}_sound(numbers, {count}, rtol)) return {upper}_CODE_BAD_NUMBER;
   memcpy(s.numbers, numbers, sizeof s.numbers);
-  {given(begun, "begun", 0, "s.numbers")}
+  {_given(begun, "begun", 0, "s.numbers")}
   {begun.name}_main(&memory->begun);
   s.start = s.time = {start_out};
   s.rtol = rtol;
   for (int k = 0; k < {len(held)}; k++) {{
-    const double *about = {f"{out(begun, 'begun', 0)} + 1 + 3 * k" if held else "&s.time"};
+    const double *about = {f"{_out(begun, 'begun', 0)} + 1 + 3 * k" if held else "&s.time"};
     for (int i = 0; i < points[k]; i++) {{ s.held[k].values[i] = about[0]; s.held[k].times[i] = about[1]; }}
     s.held[k].lag = about[2];
   }}
@@ -457,6 +437,42 @@ int {name}_step({name}_memory *memory, {name}_stepper *stepper, double dt, const
 }}
 
 """
+        return types, prototypes, stepping
+
+    def text(self) -> str:
+        name, upper, count, ny = self.name, self.upper, self.numbers.size, 0
+        x = np.append(self.numbers, self.rtol)
+        now = [
+            np.asarray(0.0),
+            *(np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(like)]) for like in self.likes),
+        ]
+        now[2] = now[2].astype(np.int32)
+        whole = Program(f"{name}_whole", self._whole, x)
+        seen = Program(f"{name}_seen", self._seen, self.numbers, *now)
+        programs = {"whole": whole, "seen": seen}
+        if self.steps:
+            begun = Program(f"{name}_begun", self._begun, self.numbers)
+            step, before, (ny, nm) = self._step()
+            programs |= {"begun": begun, "part": step}
+        events, changes = self._changes()
+        width = sum(size for _, size in self.columns)
+        codes = [("CODE_COMPLETED", 0, "the run reached its end")]
+        codes += [(f"CODE_{key}", int(code), what) for code, (key, what, _) in FAILURES.items()]
+        codes += [
+            ("CODE_BAD_NUMBER", -1, "a number, a time or an input is not finite, or out of range"),
+            ("CODE_NO_MEMORY", -2, "there is no memory"),
+            ("CODE_TOO_MANY_COMMANDS", -3, "more commands than there is space for wait in a dead time"),
+        ]
+        declarations = self._declarations(events, codes, ny)
+        values = ", ".join(literal(v, "double") for v in self.numbers)
+        frames = "".join(f"  struct {program.name}_frame {key};\n" for key, program in programs.items())
+
+        metric_line = f"  memcpy(result->metrics, {_out(whole, 'whole', 0)}, sizeof result->metrics);\n"
+        if len(self.outputs) < 2:
+            metric_line = f"  result->metrics[0] = {_out(whole, 'whole', 0)};\n" if self.outputs else ""
+        types = prototypes = stepping = ""
+        if self.steps:
+            types, prototypes, stepping = self._stepping(begun, step, ny, nm)
         return f"""\
 /* {name}: {_words(self.scene.brake.kind)}, as C99 by simbrake {_version()}, from the scene given to it.
 
@@ -502,8 +518,8 @@ struct {name}_memory {{
 }};
 
 const double {name}_numbers[{upper}_NUMBERS] = {{{values}}};
-{strings("metric_names", self.outputs or [""])}{strings("event_names", ["", *events])}\
-{strings("code_names", _by_number(codes))}
+{self._strings("metric_names", self.outputs or [""])}{self._strings("event_names", ["", *events])}\
+{self._strings("code_names", _by_number(codes))}
 {name}_memory *{name}_new(void) {{ return ({name}_memory *)calloc(1, sizeof({name}_memory)); }}
 void {name}_free({name}_memory *memory) {{ free(memory); }}
 
@@ -520,15 +536,15 @@ int {name}_run({name}_memory *memory, const double *numbers, double rtol, {name}
   if (!{name}_sound(numbers, {count}, rtol)) return {upper}_CODE_BAD_NUMBER;
   memcpy(memory->whole_in, numbers, {count} * sizeof *numbers);
   memory->whole_in[{count}] = rtol;
-  {given(whole, "whole", 0, "memory->whole_in")}
+  {_given(whole, "whole", 0, "memory->whole_in")}
   {whole.name}_main(&memory->whole);
-  const int32_t *counts = {out(whole, "whole", 1)};
+  const int32_t *counts = {_out(whole, "whole", 1)};
   const int count = counts[1];
 {metric_line}  result->accepted = counts[2]; result->rejected = counts[3]; result->retaken = counts[4];
   result->changes = counts[5]; result->segments = counts[6];
-  const double *t = {out(whole, "whole", 2)};
+  const double *t = {_out(whole, "whole", 2)};
   for (int i = 0, first = 1; i < count; i++) {{
-    const int32_t *label = {out(whole, "whole", 6)} + 5 * i;
+    const int32_t *label = {_out(whole, "whole", 6)} + 5 * i;
     if (memcmp(label, label + 5, 5 * sizeof *label) == 0) continue;
     events = {name}_append(result->events, result->events ? result->most_events : 0, events, t[i + 1], label,
         first && t[i + 1] == t[0]);
@@ -536,14 +552,14 @@ int {name}_run({name}_memory *memory, const double *numbers, double rtol, {name}
   }}
   result->events_found = events;
   for (int i = 0; i <= count && result->columns; i++) {{
-    if (i < count && {out(whole, "whole", 5)}[i] == {SKIPPED}) continue;
+    if (i < count && {_out(whole, "whole", 5)}[i] == {SKIPPED}) continue;
     if (rows < result->most_rows) {{
-      {given(seen, "seen", 0, "memory->whole_in")}
-      {given(seen, "seen", 1, "t + i")}
-      {given(seen, "seen", 2, f"{out(whole, 'whole', 3)} + {now[1].size} * i")}
-      {given(seen, "seen", 3, f"{out(whole, 'whole', 4)} + {now[2].size} * i")}
+      {_given(seen, "seen", 0, "memory->whole_in")}
+      {_given(seen, "seen", 1, "t + i")}
+      {_given(seen, "seen", 2, f"{_out(whole, 'whole', 3)} + {now[1].size} * i")}
+      {_given(seen, "seen", 3, f"{_out(whole, 'whole', 4)} + {now[2].size} * i")}
       {seen.name}_main(&memory->seen);
-      memcpy(result->columns + {width} * (size_t)rows, {out(seen, "seen", 0)}, {width} * sizeof(double));
+      memcpy(result->columns + {width} * (size_t)rows, {_out(seen, "seen", 0)}, {width} * sizeof(double));
     }}
     rows++;
   }}
