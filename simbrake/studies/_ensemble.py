@@ -349,7 +349,11 @@ def cluster(scheduler: Client, store: Store | None) -> Iterator[Pool]:
         def idle() -> None:
             if client.status != "running":
                 raise LostWorkersError("the scheduler is gone")
-            if client.nthreads():
+            try:
+                present = client.nthreads()
+            except OSError:  # the connection broke just now: its status says so in a moment
+                return
+            if present:
                 alone_since.clear()
             elif not alone_since:
                 alone_since.append(time.monotonic())
