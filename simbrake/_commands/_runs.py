@@ -209,6 +209,8 @@ def fmu(
 ) -> int:
     """Write a scene as an FMU for co-simulation (FMI 2.0), which needs Python with simbrake where it runs.
 
+    `simbrake export SCENE --fmu FILE.fmu` writes one that needs nothing.
+
     The file has the name of the scene's file, ending in .fmu, in the working folder or in that of --out.
 
     Parameters
@@ -230,29 +232,44 @@ def export(
     file: cli.SceneFile,
     /,
     *,
-    c: Path,
+    c: Path | None = None,
+    fmu: Path | None = None,
     input_: Annotated[cli.Many, Parameter(name="--input")] = None,
     output: cli.Many = None,
+    waiting: int = 64,
     set_: cli.Set = None,
     json_: cli.Flag = False,
 ) -> int:
-    """Write a scene as one C99 file without dependencies: its run, and one step under held inputs.
+    """Write a scene as C without dependencies: one C99 file, or an FMU with its sources and binary.
 
     Parameters
     ----------
     c
-        The file, ending in .c; its name begins all names in it.
+        The file, ending in .c, with the run and one step under held inputs; its name begins all names in it.
+    fmu
+        The FMU (FMI 2.0, co-simulation), ending in .fmu. It needs no Python where it runs.
     input_
         Input of the step, lever or load; may be repeated. By default both, as far as the scene can have them.
     output
-        Metric of the run; may be repeated. By default slip_onset_time, full_slip_time and stopping_time.
+        Metric of the run in C; may be repeated. By default slip_onset_time, full_slip_time and stopping_time.
+    waiting
+        How many commands can wait in a dead time.
     json_
         Print {written} as JSON, alone on stdout.
     """
-    scene = cli.opened(file, set_, faults=cli.faults_of_file(c))
-    with Progress("export", "printing…"):
-        sb.export_c(scene, c, inputs=input_, outputs=output)
-    cli.tell(f"written  {c}", lambda: {"written": str(c)}, json_)
+    ask = (
+        []
+        if (c is None) != (fmu is None)
+        else [Fault("export", "writes one file", "give --c FILE.c or --fmu FILE.fmu")]
+    )
+    scene = cli.opened(file, set_, faults=[*ask, *cli.faults_of_file(c), *cli.faults_of_file(fmu)])
+    if c:
+        with Progress("export", "printing…"):
+            out = sb.export_c(scene, c, inputs=input_, outputs=output, waiting=waiting)
+    else:
+        with Progress("export", "printing and compiling…"):
+            out = sb.export_fmu(scene, str(fmu), input_, waiting=waiting)
+    cli.tell(f"written  {out}", lambda: {"written": str(out)}, json_)
     return 0
 
 

@@ -15,6 +15,7 @@ import numpy as np
 from .._base._compiling import pack
 from .._base._faults import Fault, InputError, whole_file
 from .._base._part import leaves
+from .._base._quantity import shown
 from .._outputs._log import FAILURES
 from .._outputs._metrics import metric_names
 from .._outputs._probe import seen_at
@@ -30,8 +31,6 @@ from ..hybrid._solve import likes
 from ..hybrid._system import SKIPPED, unravel
 from ._c_code import HELPERS, Program, UnknownOperation, literal
 
-#: points of an input behind a dead time: half as many commands can wait in it
-_WAITING = 32
 #: metrics where the caller names none, as far as a scene has them
 _USUAL = ("slip_onset_time", "full_slip_time", "stopping_time")
 
@@ -43,6 +42,7 @@ def export_c(
     inputs: Sequence[str] | str | None = None,
     outputs: Sequence[str] | str | None = None,
     max_steps: int | None = None,
+    waiting: int = 64,
 ) -> Path:
     """Write a scene as one C99 file without dependencies: its run, and one step under held inputs.
 
@@ -50,6 +50,7 @@ def export_c(
       phases has no step
     - `outputs`: metrics of the run by name; by default `slip_onset_time`, `full_slip_time` and `stopping_time`
     - `max_steps`: step attempts of a run; by default what the scene's own run needs and a quarter more
+    - `waiting`: how many commands can wait in a dead time (a step takes longer with more)
 
     All names in the file begin with its own, here `stop`. `stop_run` takes all numbers of the scene and gives metrics,
     events with their times and, where there is space for them, all columns of `Series` at the end of each step;
@@ -71,24 +72,40 @@ def export_c(
         raise InputError([Fault(str(path), f"has the ending {path.suffix!r}", "give a name with .c")])
     scene = checked(scene)
     check_limits(1e-10, max_steps=max_steps)
-    inputs = _possible_inputs(scene) if inputs is None else inputs
+    check_waiting(waiting)
+    inputs = possible_inputs(scene) if inputs is None else inputs
     if outputs is None:
         outputs = [name for name in _USUAL if name in metric_names(scene)]
     outputs = [outputs] if isinstance(outputs, str) else [*outputs]
     check_metrics(scene, outputs)
     held = None if inputs is None else held_inputs(scene, inputs)
-    name = re.sub(r"\W", "_", path.stem, flags=re.ASCII)
-    try:
-        text = _Export(name if not name[:1].isdigit() else f"scene_{name}", scene, held, outputs, max_steps).text()
-    except UnknownOperation as error:
-        what = f"uses the operation {error}, which has no C form yet"
-        raise InputError([Fault("scene", what, "leave out what the export stops at")]) from error
+    text = printed(Export(c_name(path), scene, held, outputs, max_steps, waiting))
     with whole_file(path) as target:
         target.write_text(text, "utf-8")
     return path
 
 
-def _possible_inputs(scene: Scene) -> list[str] | None:
+def check_waiting(waiting: int) -> None:
+    if not isinstance(waiting, int) or not 1 <= waiting <= 10_000:
+        raise InputError([Fault("waiting", f"{shown(waiting)} is out of range", "must be a whole number, 1 to 10000")])
+
+
+def c_name(path: Path) -> str:
+    """What names in C begin with for a file of this name."""
+    name = re.sub(r"\W", "_", path.stem, flags=re.ASCII)
+    return f"scene_{name}" if name[:1].isdigit() else name
+
+
+def printed(export: "Export") -> str:
+    """The text of a C file; `InputError` where an operation has no C form."""
+    try:
+        return export.text()
+    except UnknownOperation as error:
+        what = f"uses the operation {error}, which has no C form yet"
+        raise InputError([Fault("scene", what, "leave out what the export stops at")]) from error
+
+
+def possible_inputs(scene: Scene) -> list[str] | None:
     """The inputs that a scene can have, `None` where it has no step."""
 
     def possible(*names: str) -> bool:
@@ -120,27 +137,30 @@ def _given(program: Program, key: str, i: int, value: str) -> str:
     return f"{program.ins[i].replace('frame->', f'memory->{key}.')} = {value};"
 
 
-class _Export:
-    """The text of a file: programs printed from JAX, and functions around them."""
+class Export:
+    """The text of a file: programs printed from JAX, and functions around them; without `outputs` no whole run."""
 
     def __init__(
         self,
         name: str,
         scene: Scene,
         held: dict[str, HeldInput] | None,
-        outputs: list[str],
-        max_steps: int | None,
+        outputs: list[str] | None = None,
+        max_steps: int | None = None,
+        waiting: int = 64,
     ) -> None:
-        self.name, self.upper, self.scene, self.outputs, self.rtol = name, name.upper(), scene, outputs, 1e-10
+        self.name, self.upper, self.scene, self.outputs, self.rtol = name, name.upper(), scene, outputs or [], 1e-10
         self.solver, self.steps, self.held = solver_of(scene), held is not None, held or {}
-        self.max_steps = max_steps or room_for(simulate(scene, solver=self.solver))
+        self.runs = outputs is not None
+        self.max_steps = max_steps or (room_for(simulate(scene, solver=self.solver)) if self.runs else 0)
         self.numbers, self.like = pack(scene.as_run)
         problem = jax.eval_shape(lambda x: assemble(self.like.unpack(x))[1:], self.numbers)
         self.likes = likes(*problem)
-        #: points of each input; what is known once the step is traced: columns, places of the inputs in its mode
-        self.points = {key: _WAITING if held.delay else len(held.times) for key, held in self.held.items()}
-        self.columns: list[tuple[str, int]] = []
+        #: points of each input; what is known once the text is made: columns, places of the inputs in the mode, events
+        self.points = {key: 2 * waiting + 2 if one.delay else len(one.times) for key, one in self.held.items()}
+        self.columns: dict[str, jax.ShapeDtypeStruct] = {}
         self.pieces: list[int] = []
+        self.events: list[str] = []
 
     # --- what is printed from JAX
 
@@ -158,9 +178,9 @@ class _Export:
         state, modes = jax.vmap(lambda y, mode: (unravel(y, likes[0]), unravel(mode, likes[1])))(y[None], mode[None])
         series = series_of(seen_at(system, t[None], state, modes), system)
         columns = {name: getattr(series, name) for name in SERIES_COLUMNS}
-        flat = {name: jnp.ravel(column).astype(jnp.float64) for name, column in columns.items() if column is not None}
-        self.columns = [(name, int(column.size)) for name, column in flat.items()]
-        return jnp.concatenate([*flat.values()])
+        columns = {name: jnp.asarray(column) for name, column in columns.items() if column is not None}
+        self.columns = {name: jax.ShapeDtypeStruct(column.shape, column.dtype) for name, column in columns.items()}
+        return jnp.concatenate([jnp.ravel(column).astype(jnp.float64) for column in columns.values()])
 
     def _seen(self, x: Array, t: Array, y: Array, mode: Array) -> Array:
         """Columns at one instant of the run."""
@@ -194,6 +214,17 @@ class _Export:
             return counts, rows.t, _labels(record.modes), *now[1:], columns
 
         return Program(f"{self.name}_part", step, np.ones(before + 2 + sum(sizes))), before, sizes
+
+    def places(self) -> dict[str, tuple[int, int]]:
+        """First entry and number of entries of each column."""
+        sizes = [column.size for column in self.columns.values()]
+        starts = itertools.accumulate(sizes, initial=0)
+        return {name: (start, size) for name, start, size in zip(self.columns, starts, sizes, strict=False)}
+
+    @property
+    def width(self) -> int:
+        """Entries of all columns."""
+        return sum(column.size for column in self.columns.values())
 
     # --- events
 
@@ -232,6 +263,9 @@ static const unsigned char {name}_changes[] = {{
 {numbers}
 }};
 static int {name}_place(const int32_t *l) {{ return {place}; }}
+static int {name}_rests(const int32_t *l) {{
+  return (l[0] == {int(BandMode.HELD)} && l[1] == 0) || (l[0] == {int(BandMode.OPEN)} && l[2] == 0);
+}}
 /* Appends the events of a change of mode; how many there are then. */
 static int {name}_append({name}_event *events, int room, int count, double time, const int32_t *l, int first) {{
   const int32_t *m = l + 5;
@@ -259,9 +293,9 @@ static int {name}_append({name}_event *events, int room, int count, double time,
         entries = ", ".join(chr(34) + text + chr(34) for text in texts)
         return f"const char *const {self.name}_{what}[] = {{{entries}}};\n"
 
-    def _declarations(self, events: list[str], codes: list[tuple[str, int, str]], states: int) -> str:
+    def _declarations(self, codes: list[tuple[str, int, str]], states: int) -> str:
         """Enums of all that has a number."""
-        count, width = self.numbers.size, sum(size for _, size in self.columns)
+        count, width = self.numbers.size, self.width
         counted, places = self.like.unpack(np.arange(count, dtype=np.float64)), []
         for leaf in leaves(counted):
             size, first = int(np.size(leaf.value)), int(np.ravel(leaf.value)[0]) if np.size(leaf.value) else -1
@@ -270,7 +304,6 @@ static int {name}_append({name}_event *events, int room, int count, double time,
                 places.append(
                     (f"NUMBER_{leaf.path}", first, f"{leaf.path} [{leaf.about.unit}]: {leaf.about.meaning}{more}")
                 )
-        starts = np.cumsum([0, *(size for _, size in self.columns)]).tolist()
         about_columns = [
             (
                 f"COLUMN_{key}",
@@ -278,7 +311,7 @@ static int {name}_append({name}_event *events, int room, int count, double time,
                 f"{key} [{SERIES_COLUMNS[key].unit}]: {SERIES_COLUMNS[key].meaning}"
                 + (f", {size} of them" if size > 1 else ""),
             )
-            for (key, size), start in zip(self.columns, starts, strict=False)
+            for key, (start, size) in self.places().items()
         ]
         held = list(self.held.values())
         return "".join(
@@ -290,7 +323,7 @@ static int {name}_append({name}_event *events, int room, int count, double time,
                 )
                 if self.outputs
                 else "",
-                self._enum("event_name", [(f"EVENT_{event}", i + 1, event) for i, event in enumerate(events)]),
+                self._enum("event_name", [(f"EVENT_{event}", i + 1, event) for i, event in enumerate(self.events)]),
                 self._enum("column", about_columns),
                 self._enum(
                     "input", [(f"INPUT_{key}", i, f"[{h.unit}]") for i, (key, h) in enumerate(self.held.items())]
@@ -302,11 +335,11 @@ static int {name}_append({name}_event *events, int room, int count, double time,
                     "size",
                     [
                         ("NUMBERS", count, "numbers of the scene"),
-                        ("METRICS", len(self.outputs), "metrics"),
+                        *([("METRICS", len(self.outputs), "metrics")] if self.runs else []),
                         ("COLUMNS", width, "entries of all columns"),
                         ("INPUTS", len(held), "inputs of the step"),
                         *([("STATES", states, "states")] if self.steps else []),
-                        ("ROWS", self.max_steps + 1, "rows that a run may fill"),
+                        *([("ROWS", self.max_steps + 1, "rows that a run may fill")] if self.runs else []),
                     ],
                 ),
             ]
@@ -315,7 +348,7 @@ static int {name}_append({name}_event *events, int room, int count, double time,
     def _stepping(self, begun: Program, step: Program, ny: int, nm: int) -> tuple[str, str, str]:
         """Types, prototypes and functions of the stepper."""
         name, upper, count, held = self.name, self.upper, self.numbers.size, list(self.held.values())
-        width, points = sum(size for _, size in self.columns), [self.points[key] for key in self.held] or [1]
+        width, points = self.width, [self.points[key] for key in self.held] or [1]
         least = [2 if h.lag is None else 4 for h in held] or [2]
         lower = ", ".join("1" if h.unit == "N" else "0" for h in held) or "0"
         prompt = ", ".join("0" if h.delay or h.lag is not None else "1" for h in held) or "0"
@@ -328,7 +361,7 @@ typedef struct {{
   double start, time, rtol;
   double numbers[{count}], y[{ny}], columns[{width}];
   int32_t mode[{nm}];
-  int begun;
+  int begun, holding; /* holding: the pulley is at rest */
   {name}_held held[{max(len(held), 1)}];
 }} {name}_stepper;
 
@@ -370,6 +403,7 @@ static int {name}_integrate({name}_memory *memory, {name}_stepper *s, double end
       first = 0;
     }}
     s->time = t[count];
+    s->holding = {name}_rests({_out(step, "part", 2)} + 5 * count);
     memcpy(s->y, {_out(step, "part", 3)}, sizeof s->y);
     memcpy(s->mode, {_out(step, "part", 4)}, sizeof s->mode);
     memcpy(s->columns, {_out(step, "part", 5)}, sizeof s->columns);
@@ -439,56 +473,13 @@ int {name}_step({name}_memory *memory, {name}_stepper *stepper, double dt, const
 """
         return types, prototypes, stepping
 
-    def text(self) -> str:
-        name, upper, count, ny = self.name, self.upper, self.numbers.size, 0
-        x = np.append(self.numbers, self.rtol)
-        now = [
-            np.asarray(0.0),
-            *(np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(like)]) for like in self.likes),
-        ]
-        now[2] = now[2].astype(np.int32)
-        whole = Program(f"{name}_whole", self._whole, x)
-        seen = Program(f"{name}_seen", self._seen, self.numbers, *now)
-        programs = {"whole": whole, "seen": seen}
-        if self.steps:
-            begun = Program(f"{name}_begun", self._begun, self.numbers)
-            step, before, (ny, nm) = self._step()
-            programs |= {"begun": begun, "part": step}
-        events, changes = self._changes()
-        width = sum(size for _, size in self.columns)
-        codes = [("CODE_COMPLETED", 0, "the run reached its end")]
-        codes += [(f"CODE_{key}", int(code), what) for code, (key, what, _) in FAILURES.items()]
-        codes += [
-            ("CODE_BAD_NUMBER", -1, "a number, a time or an input is not finite, or out of range"),
-            ("CODE_NO_MEMORY", -2, "there is no memory"),
-            ("CODE_TOO_MANY_COMMANDS", -3, "more commands than there is space for wait in a dead time"),
-        ]
-        declarations = self._declarations(events, codes, ny)
-        values = ", ".join(literal(v, "double") for v in self.numbers)
-        frames = "".join(f"  struct {program.name}_frame {key};\n" for key, program in programs.items())
-
+    def _running(self, whole: Program, seen: Program, ny: int, nm: int) -> tuple[str, str, str]:
+        """Type, prototype and function of the whole run, with its main()."""
+        name, upper, count, width = self.name, self.upper, self.numbers.size, self.width
         metric_line = f"  memcpy(result->metrics, {_out(whole, 'whole', 0)}, sizeof result->metrics);\n"
         if len(self.outputs) < 2:
             metric_line = f"  result->metrics[0] = {_out(whole, 'whole', 0)};\n" if self.outputs else ""
-        types = prototypes = stepping = ""
-        if self.steps:
-            types, prototypes, stepping = self._stepping(begun, step, ny, nm)
-        return f"""\
-/* {name}: {_words(self.scene.brake.kind)}, as C99 by simbrake {_version()}, from the scene given to it.
-
-   All in SI units. Compile with -std=c99 -ffp-contract=off and link with the mathematical library (-lm).
-   With {upper}_DECLARATIONS defined before it is included, this file gives declarations alone;
-   with {upper}_MAIN it has a main() that runs the scene and prints metrics and events. */
-#ifndef {upper}_H
-#define {upper}_H
-#include <stddef.h>
-#include <stdint.h>
-#ifdef __cplusplus
-extern "C" {{
-#endif
-{declarations}
-typedef struct {{ double time; int name; }} {name}_event; /* name: an {name}_event_name */
-
+        types = f"""\
 typedef struct {{
   double metrics[{max(len(self.outputs), 1)}];
   int accepted, rejected, retaken, changes, segments; /* steps; events and segments of the integration */
@@ -496,40 +487,14 @@ typedef struct {{
   double *columns; int most_rows, rows_found; /* rows of {upper}_COLUMNS numbers, or NULL: no rows are made */
 }} {name}_result;
 
-{types}typedef struct {name}_memory {name}_memory; /* working memory of one thread */
-{name}_memory *{name}_new(void); /* NULL where there is none */
-void {name}_free({name}_memory *memory);
-
-extern const double {name}_numbers[{upper}_NUMBERS]; /* those of the scene */
-extern const char *const {name}_metric_names[], *const {name}_event_names[], *const {name}_code_names[];
-
+"""
+        prototypes = f"""\
+extern const char *const {name}_metric_names[];
 /* The whole run with these numbers; an {name}_code. `result` names the space for events and columns. */
 int {name}_run({name}_memory *memory, const double *numbers, double rtol, {name}_result *result);
-{prototypes}#ifdef __cplusplus
-}}
-#endif
-#endif
-
-#ifndef {upper}_DECLARATIONS
-{HELPERS}
-{"".join(program.text for program in programs.values())}
-struct {name}_memory {{
-{frames}  double whole_in[{x.size}]{f", part_in[{before + 2 + ny + nm}]" if self.steps else ""};
-}};
-
-const double {name}_numbers[{upper}_NUMBERS] = {{{values}}};
-{self._strings("metric_names", self.outputs or [""])}{self._strings("event_names", ["", *events])}\
-{self._strings("code_names", _by_number(codes))}
-{name}_memory *{name}_new(void) {{ return ({name}_memory *)calloc(1, sizeof({name}_memory)); }}
-void {name}_free({name}_memory *memory) {{ free(memory); }}
-
-{changes}
-static int {name}_sound(const double *x, int count, double rtol) {{
-  if (!(rtol > 1e-15 && rtol < 0.1)) return 0;
-  for (int i = 0; i < count; i++) if (x[i] != x[i]) return 0;
-  return 1;
-}}
-
+"""
+        running = f"""\
+{self._strings("metric_names", self.outputs or [""])}
 int {name}_run({name}_memory *memory, const double *numbers, double rtol, {name}_result *result) {{
   int events = 0, rows = 0;
   if (memory == NULL) return {upper}_CODE_NO_MEMORY;
@@ -556,8 +521,8 @@ int {name}_run({name}_memory *memory, const double *numbers, double rtol, {name}
     if (rows < result->most_rows) {{
       {_given(seen, "seen", 0, "memory->whole_in")}
       {_given(seen, "seen", 1, "t + i")}
-      {_given(seen, "seen", 2, f"{_out(whole, 'whole', 3)} + {now[1].size} * i")}
-      {_given(seen, "seen", 3, f"{_out(whole, 'whole', 4)} + {now[2].size} * i")}
+      {_given(seen, "seen", 2, f"{_out(whole, 'whole', 3)} + {ny} * i")}
+      {_given(seen, "seen", 3, f"{_out(whole, 'whole', 4)} + {nm} * i")}
       {seen.name}_main(&memory->seen);
       memcpy(result->columns + {width} * (size_t)rows, {_out(seen, "seen", 0)}, {width} * sizeof(double));
     }}
@@ -567,7 +532,7 @@ int {name}_run({name}_memory *memory, const double *numbers, double rtol, {name}
   return counts[0];
 }}
 
-{stepping}#ifdef {upper}_MAIN
+#ifdef {upper}_MAIN
 #include <stdio.h>
 int main(void) {{
   static {name}_event events[1000];
@@ -585,7 +550,89 @@ int main(void) {{
   return code != 0;
 }}
 #endif
+"""
+        return types, prototypes, running
+
+    def text(self) -> str:
+        name, upper, count = self.name, self.upper, self.numbers.size
+        programs: dict[str, Program] = {}
+        # one after another: types, prototypes, functions
+        parts: list[tuple[str, str, str]] = []
+        room, states = "", 0
+        if self.steps:
+            begun = Program(f"{name}_begun", self._begun, self.numbers)
+            step, before, (states, nm) = self._step()
+            programs |= {"begun": begun, "part": step}
+            parts.append(self._stepping(begun, step, states, nm))
+            room = f" double part_in[{before + 2 + states + nm}];"
+        if self.runs:
+            now = [np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(like)]) for like in self.likes]
+            sizes = now[0].size, now[1].size
+            whole = Program(f"{name}_whole", self._whole, np.append(self.numbers, self.rtol))
+            seen = Program(f"{name}_seen", self._seen, self.numbers, np.asarray(0.0), now[0], now[1].astype(np.int32))
+            programs |= {"whole": whole, "seen": seen}
+            parts.insert(0, self._running(whole, seen, *sizes))
+            room += f" double whole_in[{count + 1}];"
+        self.events, changes = self._changes()
+        codes = [("CODE_COMPLETED", 0, "the run reached its end")]
+        codes += [(f"CODE_{key}", int(code), what) for code, (key, what, _) in FAILURES.items()]
+        codes += [
+            ("CODE_BAD_NUMBER", -1, "a number, a time or an input is not finite, or out of range"),
+            ("CODE_NO_MEMORY", -2, "there is no memory"),
+            ("CODE_TOO_MANY_COMMANDS", -3, "more commands than there is space for wait in a dead time"),
+        ]
+        declarations = self._declarations(codes, states)
+        values = ", ".join(literal(v, "double") for v in self.numbers)
+        frames = "".join(f"  struct {program.name}_frame {key};\n" for key, program in programs.items())
+        types, prototypes, functions = ("".join(texts) for texts in zip(*parts, strict=True))
+        main = f";\n   with {upper}_MAIN it has a main() that runs the scene and prints metrics and events" * self.runs
+        return f"""\
+/* {name}: {_words(self.scene.brake.kind)}, as C99 by simbrake {_version()}, from the scene given to it.
+
+   All in SI units. Compile with -std=c99 -ffp-contract=off and link with the mathematical library (-lm).
+   With {upper}_DECLARATIONS defined before it is included, this file gives declarations alone{main}. */
+#ifndef {upper}_H
+#define {upper}_H
+#include <stddef.h>
+#include <stdint.h>
+#ifdef __cplusplus
+extern "C" {{
 #endif
+{declarations}
+typedef struct {{ double time; int name; }} {name}_event; /* name: an {name}_event_name */
+
+{types}typedef struct {name}_memory {name}_memory; /* working memory of one thread */
+{name}_memory *{name}_new(void); /* NULL where there is none */
+void {name}_free({name}_memory *memory);
+
+extern const double {name}_numbers[{upper}_NUMBERS]; /* those of the scene */
+extern const char *const {name}_event_names[], *const {name}_code_names[];
+
+{prototypes}#ifdef __cplusplus
+}}
+#endif
+#endif
+
+#ifndef {upper}_DECLARATIONS
+{HELPERS}
+{"".join(program.text for program in programs.values())}
+struct {name}_memory {{
+{frames} {room}
+}};
+
+const double {name}_numbers[{upper}_NUMBERS] = {{{values}}};
+{self._strings("event_names", ["", *self.events])}{self._strings("code_names", _by_number(codes))}
+{name}_memory *{name}_new(void) {{ return ({name}_memory *)calloc(1, sizeof({name}_memory)); }}
+void {name}_free({name}_memory *memory) {{ free(memory); }}
+
+{changes}
+static int {name}_sound(const double *x, int count, double rtol) {{
+  if (!(rtol > 1e-15 && rtol < 0.1)) return 0;
+  for (int i = 0; i < count; i++) if (x[i] != x[i]) return 0;
+  return 1;
+}}
+
+{functions}#endif
 """
 
 

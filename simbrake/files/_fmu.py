@@ -1,21 +1,34 @@
 """A scene as an FMU for co-simulation (FMI 2.0): its `Stepper` under the inputs of another program."""
 
+import dataclasses
 import importlib
+import importlib.util
 import json
+import math
+import os
+import platform
+import shlex
 import shutil
+import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+import uuid
+import warnings
+import zipfile
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
 from .._base._faults import Fault, InputError, needed, whole_file
+from .._base._quantity import Quantity, shown
 from .._outputs._quantities import SERIES_COLUMNS
-from .._parts._scene import Scene
-from .._run._stepper import Stepper
+from .._parts._scene import Scene, checked
+from .._run._stepper import Stepper, held_inputs
 from ..loads import TorqueLoad
+from ._c_export import Export, c_name, check_waiting, possible_inputs, printed
 from ._scene_file import leaves, scene_from_text, scene_text
 
 #: outputs of several values, of which the maximum is given
@@ -35,7 +48,7 @@ _BASE = {
 
 
 def write_fmu(scene: Scene, path: str | Path, inputs: Sequence[str] | str | None = None) -> Path:
-    """Write a scene as an FMU, co-simulation 2.0; it needs Python with simbrake where it runs.
+    """Write a scene as an FMU, co-simulation 2.0; it needs Python with simbrake where it runs (`export_fmu`: none).
 
     - `inputs`: those of `Stepper`; by default the lever, and the load where that is a `TorqueLoad`
     - outputs: `omega`, `phi`, `brake_torque`, tensions and all other columns of `Series` that are one number, the
@@ -47,19 +60,28 @@ def write_fmu(scene: Scene, path: str | Path, inputs: Sequence[str] | str | None
 
     Raises `InputError` for a scene that cannot be written or stepped, and without PythonFMU (`simbrake[fmu]`).
     """
-    path = Path(path)
-    if path.suffix != ".fmu":
-        raise InputError([Fault(str(path), f"has the ending {path.suffix!r}", "give a name with .fmu")])
+    path = _named(path)
     needed("pythonfmu", "writes FMUs", "fmu")
     if inputs is None:
         inputs = ["lever", "load"] if isinstance(scene.duty.load, TorqueLoad) else ["lever"]
     text = scene_text(scene)
     stepper = Stepper(scene_from_text(text), inputs)
+    scene, now = stepper.scene, stepper.series()
+    columns = {name: np.asarray(getattr(now, name)) for name in SERIES_COLUMNS if getattr(now, name) is not None}
+    starts = {name: (unit, stepper.inputs[name]) for name, unit in stepper.units.items()}
+    parameters = [(leaf.path, leaf.about, float(leaf.value), 0) for leaf in leaves(scene) if np.ndim(leaf.value) == 0]
+    variables = _variables(starts, columns, parameters, float(stepper.rtol))
+    model = {
+        "variables": [variable.described() for variable in variables],
+        "units": _units(variables),
+        "description": f"{scene.brake.kind}; needs Python with simbrake {_version()} where it runs",
+        "tool": f"simbrake {_version()} with PythonFMU",
+    }
     with tempfile.TemporaryDirectory() as folder, whole_file(path) as target:
         scratch = Path(folder)
         script, files = scratch / "brake_fmu.py", [scratch / "variables.json", scratch / "scene.toml"]
         shutil.copy(Path(__file__).with_name("_slave.py"), script)
-        (scratch / "variables.json").write_text(json.dumps(_described(stepper)), "utf-8")
+        (scratch / "variables.json").write_text(json.dumps(model), "utf-8")
         (scratch / "scene.toml").write_text(text, "utf-8")
         before = list(sys.path)
         try:
@@ -72,38 +94,364 @@ def write_fmu(scene: Scene, path: str | Path, inputs: Sequence[str] | str | None
     return path
 
 
-def _described(stepper: Stepper) -> dict[str, Any]:
-    """The variables of the FMU, their units, and what it says of itself."""
-    scene, now = stepper.scene, stepper.series()
-    variables = []
+def export_fmu(
+    scene: Scene,
+    path: str | Path,
+    inputs: Sequence[str] | str | None = None,
+    *,
+    fmi: int = 2,
+    waiting: int = 64,
+    compiler: str | None = None,
+) -> Path:
+    """Write a scene as an FMU for co-simulation that needs nothing where it runs: C, and its binary.
 
-    def add(name: str, causality: str, unit: str, meaning: str, kind: str = "Real", **more: Any) -> None:
-        unit = "" if unit in ("", "1") else unit.replace("*", ".").replace("^", "")
-        variables.append(
-            {"name": name, "causality": causality, "type": kind, "unit": unit, "description": meaning, **more}
+    - `inputs`: those of `Stepper`; by default lever and load, as far as the scene can have them
+    - outputs: `omega`, `phi`, `brake_torque`, tensions and all other columns of `Series` that are one number, the
+      maximum of each temperature; `band_mode`; `holding`; `event_count`, and number and time of the `last_event`
+    - parameters: every number of the scene by its path, one by one, and `rtol`; they are fixed once initialized.
+      Structure, method and numbers of parts are those of the scene given
+    - `fmi`: 2 or 3, for FMI 2.0 or 3.0
+    - `waiting`: how many commands can wait in a dead time (a step takes longer with more)
+    - `compiler`: C compiler; by default that of the variable CC, cc, gcc, clang or the one of `ziglang`
+
+    Events fall at their times within a step, and are in the log. The numbers are those of a `Stepper` within rounding.
+    The state can be kept, set back and serialized. A step that fails is discarded, its reason in the log, and the state
+    is what it was. Where no compiler is found, the file has the sources alone, and a warning says so: other programs
+    compile them.
+
+    Raises `InputError` for a scene that cannot be written or stepped, and for a compiler that fails.
+
+    Example:
+        >>> try:
+        ...     sb.export_fmu(scene, "brake.zip")
+        ... except sb.InputError as error:
+        ...     print(error.faults[0].hint)
+        give a name with .fmu
+    """
+    path, scene = _named(path), checked(scene)
+    inputs = possible_inputs(scene) if inputs is None else inputs
+    held, name = held_inputs(scene, [] if inputs is None else inputs), c_name(path)
+    check_waiting(waiting)
+    if fmi not in (2, 3):
+        raise InputError([Fault("fmi", f"{shown(fmi)} is no version of FMI here", "give 2 or 3")])
+    export = Export(name, scene, held, waiting=waiting)
+    text = printed(export)
+    starts = {key: (one.unit, one.level) for key, one in held.items()}
+    variables = _variables(starts, export.columns, _parameters(export), export.rtol)
+    variables += _event_outputs(export)
+    token = str(uuid.uuid5(uuid.NAMESPACE_URL, text + repr(variables)))
+    command = _compiler(compiler)
+    with tempfile.TemporaryDirectory() as folder, whole_file(path) as target:
+        scratch = Path(folder)
+        for place in ("sources", "resources", "binaries"):
+            (scratch / place).mkdir()
+        (scratch / "sources" / f"{name}.c").write_text(text, "utf-8")
+        (scratch / "sources" / "variables.h").write_text(_c_variables(name, variables, token, export, fmi), "utf-8")
+        shutil.copy(Path(__file__).with_name("fmu.c"), scratch / "sources" / "fmu.c")
+        if fmi == 3:
+            (scratch / "sources" / "buildDescription.xml").write_bytes(_build_description(name))
+        describe = _model_description if fmi == 2 else _model_description_3
+        (scratch / "modelDescription.xml").write_bytes(describe(name, scene, variables, token))
+        if command is None:
+            (scratch / "binaries").rmdir()
+            warnings.warn(f"no C compiler was found: {path} has its sources alone", UserWarning, stacklevel=2)
+        else:
+            _compile(command, scratch, name, fmi)
+        with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
+            for file in sorted(scratch.rglob("*")):
+                archive.write(file, file.relative_to(scratch))
+    return path
+
+
+def _named(path: str | Path) -> Path:
+    path = Path(path)
+    if path.suffix != ".fmu":
+        raise InputError([Fault(str(path), f"has the ending {path.suffix!r}", "give a name with .fmu")])
+    return path
+
+
+def _version() -> str:
+    return importlib.import_module("simbrake").__version__
+
+
+# --- variables --------------------------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass
+class _Variable:
+    """A variable of an FMU; `first`, `size`: its place among the numbers, inputs or columns of a C file."""
+
+    name: str
+    causality: str
+    about: Quantity
+    type: str = "Real"
+    start: float | None = None
+    first: int = 0
+    size: int = 1
+    kind: str = "COLUMN"
+
+    @property
+    def unit(self) -> str:
+        unit = self.about.unit
+        return "" if unit in ("", "1") else unit.replace("*", ".").replace("^", "")
+
+    @property
+    def variability(self) -> str:
+        return "fixed" if self.causality == "parameter" else "continuous" if self.type == "Real" else "discrete"
+
+    def described(self) -> dict[str, Any]:
+        start = {} if self.start is None else {"start": self.start}
+        return {
+            "name": self.name,
+            "causality": self.causality,
+            "type": self.type,
+            "unit": self.unit,
+            "description": self.about.meaning,
+            **start,
+        }
+
+
+def _variables(
+    inputs: Mapping[str, tuple[str, float]],
+    columns: Mapping[str, Any],
+    parameters: Iterable[tuple[str, Quantity, float, int]],
+    rtol: float,
+) -> list[_Variable]:
+    """Inputs by unit and start, the columns that are outputs, parameters with start and place."""
+    variables, first = [], 0
+    for place, (name, (unit, start)) in enumerate(inputs.items()):
+        about = Quantity(unit, f"{name}, held from one step to the next", low=0.0 if unit == "N" else None)
+        variables.append(_Variable(name, "input", about, start=start, first=place, kind="INPUT"))
+    for name, column in columns.items():
+        size, several = math.prod(column.shape), len(column.shape) > 1
+        if name not in _LEFT_OUT and (not several or name in _MAXIMA):
+            about, kind = SERIES_COLUMNS[name], "Integer" if np.issubdtype(column.dtype, np.integer) else "Real"
+            about = Quantity(about.unit, ("maximum: " if several else "") + about.meaning)
+            variables.append(_Variable(name, "output", about, kind, first=first, size=size))
+        first += size
+    about = Quantity("1", "whether the brake holds the pulley at rest")
+    variables.append(_Variable("holding", "output", about, "Boolean", kind="HOLDING"))
+    for path, about, start, place in parameters:
+        variables.append(_Variable(path, "parameter", about, start=start, first=place, kind="PARAMETER"))
+    about = Quantity("1", "relative tolerance of the integration", low=1e-15, high=0.1)
+    variables.append(_Variable("rtol", "parameter", about, start=rtol, kind="TOLERANCE"))
+    return variables
+
+
+def _units(variables: Iterable[_Variable]) -> dict[str, dict[str, int]]:
+    return {variable.unit: _powers(variable.unit) for variable in variables if variable.unit}
+
+
+# --- an FMU of C -----------------------------------------------------------------------------------------------------
+
+
+def _parameters(export: Export) -> list[tuple[str, Quantity, float, int]]:
+    """Path, meaning, value and place of every number of a scene that is finite."""
+    found, places = [], leaves(export.like.unpack(np.arange(export.numbers.size, dtype=np.float64)))
+    for leaf in places:
+        for at, place in np.ndenumerate(leaf.value):
+            value, entry = float(export.numbers[int(place)]), "".join(f"[{i}]" for i in at)
+            if math.isfinite(value):
+                found.append((leaf.path + entry, leaf.about, value, int(place)))
+    return found
+
+
+def _event_outputs(export: Export) -> list[_Variable]:
+    """Outputs that tell of events within steps."""
+    names = ", ".join(f"{i} {name}" for i, name in enumerate(export.events, start=1))
+    return [
+        _Variable(name, "output", Quantity(unit, meaning), kind, kind=name.upper())
+        for name, unit, meaning, kind in (
+            ("event_count", "1", "events since the start", "Integer"),
+            ("last_event", "1", f"the last event: {names}; 0: there was none", "Integer"),
+            ("last_event_time", "s", "when it was; -1: there was none", "Real"),
         )
+    ]
 
-    for name, unit in stepper.units.items():
-        add(name, "input", unit, f"{name}, held from one step to the next", start=stepper.inputs[name])
-    for name, about in SERIES_COLUMNS.items():
-        value = getattr(now, name)
-        if value is None or name in _LEFT_OUT or (np.ndim(value) > 1 and name not in _MAXIMA):
-            continue
-        kind = "Integer" if np.issubdtype(np.asarray(value).dtype, np.integer) else "Real"
-        most = "maximum: " if np.ndim(value) > 1 else ""
-        add(name, "output", about.unit, most + about.meaning, kind)
-    add("holding", "output", "", "whether the brake holds the pulley at rest", "Boolean")
-    for leaf in leaves(scene):
-        if np.ndim(leaf.value) == 0:
-            add(leaf.path, "parameter", leaf.about.unit, leaf.about.meaning, start=float(leaf.value))
-    add("rtol", "parameter", "", "relative tolerance of the integration", start=float(stepper.rtol))
-    version = importlib.import_module("simbrake").__version__
-    return {
-        "variables": variables,
-        "units": {variable["unit"]: _powers(variable["unit"]) for variable in variables if variable["unit"]},
-        "description": f"{scene.brake.kind}; needs Python with simbrake {version} where it runs",
-        "tool": f"simbrake {version} with PythonFMU",
-    }
+
+def _compiler(named: str | None) -> list[str] | None:
+    """The command of a C compiler."""
+    command = named or os.environ.get("CC")
+    if command and (parts := shlex.split(command)):
+        if shutil.which(parts[0]) is None:
+            raise InputError([Fault("compiler", f"{parts[0]} is not there", "name a C compiler, or leave it out")])
+        return parts
+    found = next((one for one in ("cc", "gcc", "clang") if shutil.which(one)), None)
+    if found is None and importlib.util.find_spec("ziglang"):
+        return [sys.executable, "-m", "ziglang", "cc"]
+    return None if found is None else [found]
+
+
+def _compile(command: list[str], folder: Path, name: str, fmi: int) -> None:
+    """The binary for this machine, in its place."""
+    system, ending, *flags = {
+        "linux": ("linux", ".so", "-fPIC", "-fvisibility=hidden"),
+        "darwin": ("darwin", ".dylib", "-fPIC", "-fvisibility=hidden"),
+        "win32": ("win", ".dll"),
+    }[sys.platform]
+    if fmi == 2:
+        place = f"{system}{64 if sys.maxsize > 2**32 else 32}"
+    else:
+        machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(platform.machine().lower(), platform.machine().lower())
+        place = f"{machine}-{ {'win': 'windows'}.get(system, system) }"
+    binaries = folder / "binaries" / place
+    binaries.mkdir()
+    flags += ["-O2", "-std=c99", "-ffp-contract=off", "-shared"]
+    call = [*command, *flags, "-o", str(binaries / f"{name}{ending}"), str(folder / "sources" / "fmu.c"), "-lm"]
+    done = subprocess.run(call, capture_output=True, text=True)
+    if done.returncode:
+        said = (done.stderr or done.stdout).strip().splitlines()
+        first = next((line for line in said if "error" in line), said[-1] if said else "without a word")
+        raise InputError([Fault("compiler", f"{command[0]} failed: {first}", "name another C compiler")])
+
+
+def _c_variables(name: str, variables: Sequence[_Variable], token: str, export: Export, fmi: int) -> str:
+    """What the functions of FMI have to know of a scene."""
+    rows = []
+    for one in variables:
+        low, high = one.about.ends
+        low = math.nextafter(low, math.inf) if one.about.open_low else low
+        rows.append(f'  {{{one.kind}, {one.first}, {one.size}, {low!r}, {high!r}, "{one.name}"}},')
+    rows.append('  {TIME, 0, 1, 0, 0, "time"},')
+    starts = ", ".join(repr(one.start) for one in variables if one.causality == "input") or "0"
+    return "\n".join(
+        [
+            f"#define NAME(x) {name}_##x",
+            f"#define UPPER(x) {name.upper()}_##x",
+            f'#define TOKEN "{token}"',
+            f"#define RTOL {export.rtol!r}",
+            f"#define FMI_VERSION {fmi}",
+            f'#include "{name}.c"',
+            f"static const double input_starts[] = {{{starts}}};",
+            "static const variable variables[] = {",
+            *rows,
+            "};",
+            "",
+        ]
+    )
+
+
+def _model_description(name: str, scene: Scene, variables: Sequence[_Variable], token: str) -> bytes:
+    """The model description of FMI 2.0."""
+    root = Element(
+        "fmiModelDescription",
+        fmiVersion="2.0",
+        modelName=name,
+        guid=token,
+        description=f"{scene.brake.kind}, without dependencies",
+        generationTool=f"simbrake {_version()}",
+        variableNamingConvention="structured",
+        numberOfEventIndicators="0",
+    )
+    about = SubElement(
+        root,
+        "CoSimulation",
+        modelIdentifier=name,
+        canHandleVariableCommunicationStepSize="true",
+        canNotUseMemoryManagementFunctions="true",
+        canGetAndSetFMUstate="true",
+        canSerializeFMUstate="true",
+    )
+    SubElement(SubElement(about, "SourceFiles"), "File", name="fmu.c")
+    _add_units(root, variables)
+    _add_categories(root)
+    SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(float(np.asarray(scene.end_time))))
+    described = SubElement(root, "ModelVariables")
+    for place, one in enumerate(variables):
+        entry = SubElement(described, "ScalarVariable", name=one.name, valueReference=str(place))
+        entry.set("description", one.about.meaning)
+        entry.set("causality", one.causality)
+        entry.set("variability", one.variability)
+        if one.causality == "output":
+            entry.set("initial", "calculated")
+        _add_value(SubElement(entry, one.type), one)
+    structure = SubElement(root, "ModelStructure")
+    for part in ("Outputs", "InitialUnknowns"):
+        unknowns = SubElement(structure, part)
+        for place, one in enumerate(variables, start=1):
+            if one.causality == "output":
+                SubElement(unknowns, "Unknown", index=str(place))
+    return _xml(root)
+
+
+def _model_description_3(name: str, scene: Scene, variables: Sequence[_Variable], token: str) -> bytes:
+    """The model description of FMI 3.0."""
+    root = Element(
+        "fmiModelDescription",
+        fmiVersion="3.0",
+        modelName=name,
+        instantiationToken=token,
+        description=f"{scene.brake.kind}, without dependencies",
+        generationTool=f"simbrake {_version()}",
+        variableNamingConvention="structured",
+    )
+    SubElement(
+        root,
+        "CoSimulation",
+        modelIdentifier=name,
+        canHandleVariableCommunicationStepSize="true",
+        canGetAndSetFMUState="true",
+        canSerializeFMUState="true",
+    )
+    _add_units(root, variables)
+    _add_categories(root)
+    SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(float(np.asarray(scene.end_time))))
+    described = SubElement(root, "ModelVariables")
+    types = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
+    for place, one in enumerate(variables):
+        entry = SubElement(described, types[one.type], name=one.name, valueReference=str(place))
+        entry.set("description", one.about.meaning)
+        entry.set("causality", one.causality)
+        entry.set("variability", one.variability)
+        if one.causality == "output":
+            entry.set("initial", "calculated")
+        _add_value(entry, one)
+    clock = SubElement(described, "Float64", name="time", valueReference=str(len(variables)))
+    clock.set("causality", "independent")
+    clock.set("variability", "continuous")
+    structure = SubElement(root, "ModelStructure")
+    for part in ("Output", "InitialUnknown"):
+        for place, one in enumerate(variables):
+            if one.causality == "output":
+                SubElement(structure, part, valueReference=str(place))
+    return _xml(root)
+
+
+def _build_description(name: str) -> bytes:
+    """What an FMU of FMI 3.0 is built of."""
+    root = Element("fmiBuildDescription", fmiVersion="3.0")
+    sources = SubElement(SubElement(root, "BuildConfiguration", modelIdentifier=name), "SourceFileSet", language="C99")
+    SubElement(sources, "SourceFile", name="fmu.c")
+    return _xml(root)
+
+
+def _add_units(root: Element, variables: Sequence[_Variable]) -> None:
+    if units := _units(variables):
+        definitions = SubElement(root, "UnitDefinitions")
+        for unit, powers in units.items():
+            SubElement(SubElement(definitions, "Unit", name=unit), "BaseUnit", {k: str(n) for k, n in powers.items()})
+
+
+def _add_categories(root: Element) -> None:
+    categories = SubElement(root, "LogCategories")
+    for category in ("logEvents", "logStatusDiscard", "logStatusError"):
+        SubElement(categories, "Category", name=category)
+
+
+def _add_value(entry: Element, one: _Variable) -> None:
+    """Unit, start and bounds of a variable."""
+    if one.unit:
+        entry.set("unit", one.unit)
+    if one.start is not None:
+        entry.set("start", repr(one.start))
+        for bound, limit in (("min", one.about.low), ("max", one.about.high)):
+            if limit is not None:
+                entry.set(bound, repr(float(limit)))
+
+
+def _xml(root: Element) -> bytes:
+    indent(root)
+    return tostring(root, "UTF-8", xml_declaration=True)
 
 
 def _powers(unit: str) -> dict[str, int]:

@@ -1,9 +1,13 @@
-"""The FMU of a scene, run by FMPy, beside the `Stepper` under the same held inputs."""
+"""The FMUs of a scene, with Python inside and of C, run by FMPy, beside the `Stepper` under the same held inputs."""
 
+import shutil
+import subprocess
 import sys
+import xml.etree.ElementTree as ET
 
 import fmpy
 import fmpy.fmi2
+import fmpy.fmi3
 import fmpy.validation
 import numpy as np
 import pytest
@@ -12,6 +16,8 @@ from helpers import main
 
 import simbrake as sb
 
+COMPILER = shutil.which("cc") or shutil.which("gcc") or shutil.which("clang")
+OUTPUTS = ("omega", "phi", "brake_torque", "slack_tension", "tight_tension")
 COMMANDS = [(3e3, 2e3), (9e3, 5e3), (1e3, 8e3), (20e3, 5e3), (20e3, 5e3), (0.0, 9e3)]
 
 
@@ -23,8 +29,20 @@ def scene():
 
 
 @pytest.fixture(scope="module")
-def file(scene, tmp_path_factory):
+def python_file(scene, tmp_path_factory):
     return sb.files.write_fmu(scene, tmp_path_factory.mktemp("fmu") / "brake.fmu")
+
+
+@pytest.fixture(scope="module")
+def c_file(scene, tmp_path_factory):
+    if COMPILER is None:
+        pytest.skip("no C compiler")
+    return sb.export_fmu(scene, tmp_path_factory.mktemp("c") / "brake.fmu")
+
+
+@pytest.fixture(scope="module", params=["python_file", "c_file"])
+def file(request):
+    return request.getfixturevalue(request.param)
 
 
 class Run:
@@ -62,16 +80,17 @@ class Run:
             self.set(lever=lever, load=load)
             self.fmu.doStep(t, dt)
             t += dt
-            found.append(self.get("omega", "phi", "brake_torque", "slack_tension", "tight_tension"))
+            found.append(self.get(*OUTPUTS))
         return found
 
 
-def test_description_is_valid_and_says_units(file):
+def test_description_is_valid_and_says_units(file, request):
     assert fmpy.validation.validate_fmu(str(file)) == []
     described = fmpy.read_model_description(file)
     assert described.coSimulation.canGetAndSetFMUstate
     assert described.coSimulation.canSerializeFMUstate
-    assert "needs Python with simbrake" in described.description
+    in_python = "python" in request.node.callspec.id
+    assert ("needs Python with simbrake" in described.description) == in_python
     about = {one.name: (one.causality, one.type, one.unit) for one in described.modelVariables}
     assert about["lever"] == ("input", "Real", "N")
     assert about["load"] == ("input", "Real", "N.m")
@@ -90,7 +109,7 @@ def test_description_is_valid_and_says_units(file):
     }
     kinds = {one.name: one.variability for one in described.modelVariables}
     assert [kinds[name] for name in ("band_mode", "holding", "initial.omega")] == ["discrete", "discrete", "fixed"]
-    assert described.generationTool == f"simbrake {sb.__version__} with PythonFMU"
+    assert described.generationTool == f"simbrake {sb.__version__}" + " with PythonFMU" * in_python
     bases = {unit.name: unit.baseUnit for unit in described.unitDefinitions}
     assert (bases["N.m"].kg, bases["N.m"].m, bases["N.m"].s) == (1, 2, -2)
     outputs = [one.variable.name for one in described.outputs]
@@ -98,13 +117,21 @@ def test_description_is_valid_and_says_units(file):
     assert outputs == [one.name for one in described.modelVariables if one.causality == "output"]
 
 
-def test_fmu_is_the_stepper_to_the_last_bit(scene, file):
-    stepper, wanted = sb.Stepper(scene, ["lever", "load"]), []
+def of_stepper(scene):
+    """A stepper after all commands, what it gave after each, and its events."""
+    stepper, wanted, events = sb.Stepper(scene, ["lever", "load"]), [], []
     for lever, load in COMMANDS:
-        stepper.advance(0.13, lever=lever, load=load)
-        wanted.append([stepper[n] for n in ("omega", "phi", "brake_torque", "slack_tension", "tight_tension")])
+        events += stepper.advance(0.13, lever=lever, load=load).events
+        wanted.append([stepper[name] for name in OUTPUTS])
+    return stepper, wanted, events
+
+
+def test_fmu_is_the_stepper(scene, file, request):
+    """With Python inside to the last bit."""
+    stepper, wanted, _ = of_stepper(scene)
     run = Run(file, start=7.0)  # the clock of the scene begins with the simulation
-    np.testing.assert_array_equal(run.steps(COMMANDS, 7.0), wanted)
+    rtol = 0.0 if "python" in request.node.callspec.id else 1e-12
+    np.testing.assert_allclose(run.steps(COMMANDS, 7.0), wanted, rtol=rtol, atol=0)
     assert run.fmu.getBoolean([run.vr["holding"]]) == [stepper.holding]
     assert run.fmu.getInteger([run.vr["band_mode"]]) == [stepper["band_mode"]]
     assert len({tuple(row) for row in wanted}) == len(COMMANDS)
@@ -137,7 +164,7 @@ def test_state_has_its_outputs_and_its_clock(file):
     other = Run(file, start=1.0)
     other.steps(COMMANDS[:1], 1.0)
     other.fmu.setFMUstate(other.fmu.deSerializeFMUstate(data))
-    assert other.get("omega", "phi", "brake_torque", "slack_tension", "tight_tension") == kept
+    assert other.get(*OUTPUTS) == kept
     np.testing.assert_array_equal(other.steps(COMMANDS[3:], 7.39), later)
 
 
@@ -147,9 +174,12 @@ def test_clock_of_a_scene_that_starts_later(scene, tmp_path):
     stepper, wanted = sb.Stepper(late, ["lever", "load"]), []
     for lever, load in COMMANDS[:2]:
         stepper.advance(0.13, lever=lever, load=load)
-        wanted.append([stepper[n] for n in ("omega", "phi", "brake_torque", "slack_tension", "tight_tension")])
+        wanted.append([stepper[name] for name in OUTPUTS])
     run = Run(sb.files.write_fmu(late, tmp_path / "late.fmu"), start=7.0)
     np.testing.assert_array_equal(run.steps(COMMANDS[:2], 7.0), wanted)
+    if COMPILER:
+        run = Run(sb.export_fmu(late, tmp_path / "late_c.fmu"), start=7.0)
+        np.testing.assert_allclose(run.steps(COMMANDS[:2], 7.0), wanted, rtol=1e-12)
 
 
 def test_parameters_and_failed_steps(scene, file):
@@ -157,18 +187,104 @@ def test_parameters_and_failed_steps(scene, file):
     assert run.get("omega") == [12.0]
     with pytest.raises(fmpy.fmi1.FMICallException, match="discard"):
         run.steps([(-3.0, 0.0)], 0.0)
-    assert any("lever: -3.0 is out of range" in text for text in run.said)
+    assert any("lever: -3" in text and "is out of range" in text for text in run.said)
     assert run.get("omega") == [12.0]
     with pytest.raises(fmpy.fmi1.FMICallException, match="discard"):
         run.steps([(3e3, 0.0)], 1e-6)
-    assert any("the step begins at 1e-06 s, the brake is at 0.0 s" in text for text in run.said)
+    assert any("the step begins at" in text and "the brake is at 0" in text for text in run.said)
     run.steps([(3e3, 0.0)], 1e-10)  # a clock that has summed up its steps
     assert run.get("omega")[0] < 12.0
+
+
+def test_events_within_steps(scene, c_file):
+    events = of_stepper(scene)[2]
+    run = Run(c_file)
+    run.steps(COMMANDS, 0.0)
+    assert [text.split(" s  ") for text in run.said] == [[f"{event.time:.17g}", event.name] for event in events]
+    assert run.fmu.getInteger([run.vr["event_count"]]) == [len(events)]
+    names = next(one for one in fmpy.read_model_description(c_file).modelVariables if one.name == "last_event")
+    number = run.fmu.getInteger([run.vr["last_event"]])[0]
+    assert f"{number} {events[-1].name}" in names.description
+    assert run.get("last_event_time") == [events[-1].time]
+
+
+def test_numbers_of_lists_and_bad_ones(scene, c_file):
+    """Entries of lists are parameters too; one out of range ends the initialization by its name."""
+    shorter = {"brake.linings.angle[3]": 0.3, "brake.linings.angle[7]": 0.35}
+    run = Run(c_file, **shorter)
+    np.testing.assert_allclose(run.steps(COMMANDS, 0.0), of_stepper(sb.with_values(scene, shorter))[1], rtol=1e-12)
+    run.fmu.reset()
+    run.fmu.setupExperiment(startTime=0.0)
+    run.fmu.enterInitializationMode()
+    run.set(**{"brake.pulley.inertia": -1.0})
+    with pytest.raises(fmpy.fmi1.FMICallException, match="error"):
+        run.fmu.exitInitializationMode()
+    assert "brake.pulley.inertia: -1 is out of range" in run.said[-1]
+
+
+def test_fmi_3(scene, tmp_path):
+    if COMPILER is None:
+        pytest.skip("no C compiler")
+    file = sb.export_fmu(scene, tmp_path / "brake.fmu", fmi=3)
+    assert fmpy.validation.validate_fmu(str(file)) == []
+    described = fmpy.read_model_description(file)
+    vr = {one.name: one.valueReference for one in described.modelVariables}
+    fmu = fmpy.fmi3.FMU3Slave(
+        guid=described.guid,
+        unzipDirectory=str(fmpy.extract(file)),
+        modelIdentifier=described.coSimulation.modelIdentifier,
+        instanceName="brake",
+    )
+    fmu.instantiate()
+    fmu.enterInitializationMode(startTime=7.0)
+    fmu.exitInitializationMode()
+
+    def steps(commands, t):
+        found = []
+        for lever, load in commands:
+            fmu.setFloat64([vr["lever"], vr["load"]], [lever, load])
+            fmu.doStep(t, 0.13)
+            t += 0.13
+            found.append(fmu.getFloat64([vr[name] for name in OUTPUTS]))
+        return found
+
+    stepper, wanted, events = of_stepper(scene)
+    np.testing.assert_allclose(steps(COMMANDS[:3], 7.0), wanted[:3], rtol=1e-12)
+    kept = fmu.serializeFMUState(fmu.getFMUState())
+    np.testing.assert_allclose(steps(COMMANDS[3:], 7.39), wanted[3:], rtol=1e-12)
+    assert fmu.getInt32([vr["event_count"], vr["band_mode"]]) == [len(events), stepper["band_mode"]]
+    assert fmu.getBoolean([vr["holding"]]) == [stepper.holding]
+    fmu.setFMUState(fmu.deserializeFMUState(kept))
+    np.testing.assert_allclose(steps(COMMANDS[3:], 7.39), wanted[3:], rtol=1e-12)
+
+
+def test_without_a_compiler(scene, tmp_path, monkeypatch):
+    """Sources alone, said aloud, which any C compiler makes a binary of; one that fails is an error."""
+    monkeypatch.setenv("PATH", "")
+    monkeypatch.delenv("CC", raising=False)
+    monkeypatch.setitem(sys.modules, "ziglang", None)
+    with pytest.warns(UserWarning, match="no C compiler was found"):
+        file = sb.export_fmu(scene, tmp_path / "brake.fmu", "lever")
+    monkeypatch.undo()
+    folder = fmpy.extract(file, tmp_path / "inside")
+    assert ET.parse(f"{folder}/modelDescription.xml").find(".//SourceFiles/File").get("name") == "fmu.c"
+    assert not (tmp_path / "inside" / "binaries").exists()
+    if COMPILER:
+        flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused", "-Wno-tautological-compare", "-fsyntax-only"]
+        subprocess.run([COMPILER, *flags, f"{folder}/sources/fmu.c"], check=True)
+    with pytest.raises(sb.InputError, match="compiler: nocc is not there"):
+        sb.export_fmu(scene, tmp_path / "brake.fmu", compiler="nocc")
+    with pytest.raises(sb.InputError, match="compiler: false failed"):
+        sb.export_fmu(scene, tmp_path / "brake.fmu", compiler="false")
 
 
 def test_what_cannot_be_an_fmu(scene, tmp_path, monkeypatch):
     with pytest.raises(sb.InputError, match=r"give a name with \.fmu"):
         sb.files.write_fmu(scene, tmp_path / "brake.zip")
+    with pytest.raises(sb.InputError, match="fmi: 4 is no version of FMI here"):
+        sb.export_fmu(scene, tmp_path / "brake.fmu", fmi=4)
+    with pytest.raises(sb.InputError, match="waiting: 0 is out of range"):
+        sb.export_fmu(scene, tmp_path / "brake.fmu", waiting=0)
     monkeypatch.setitem(sys.modules, "pythonfmu", None)
     with pytest.raises(sb.InputError, match=r"pythonfmu: is missing.*simbrake\[fmu\]"):
         sb.files.write_fmu(scene, tmp_path / "brake.fmu")
