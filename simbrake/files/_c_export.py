@@ -16,9 +16,9 @@ from .._base._compiling import pack
 from .._base._faults import Fault, InputError, whole_file
 from .._base._part import leaves
 from .._base._quantity import shown
-from .._outputs._log import FAILURES
+from .._outputs._log import FAILURES, STATUS_MESSAGES, Status, status_of
 from .._outputs._metrics import metric_names
-from .._outputs._probe import seen_at
+from .._outputs._probe import ends_driven, lowers_steadily, runs_away, seen_at
 from .._outputs._quantities import SERIES_COLUMNS, series_of
 from .._parts._scene import Scene, checked
 from .._physics._assemble import assemble
@@ -171,8 +171,11 @@ class Export:
         record = result.record
         counts = jnp.stack([record.code, record.count, *record.stats]).astype(jnp.int32)
         rows = record.rows
+        speeds = jnp.where(jnp.arange(rows.t.size, dtype=jnp.int32) <= record.count, rows.y[:, 1], 0.0)
+        ending = jnp.any(speeds != 0.0), ends_driven(record), runs_away(record), lowers_steadily(record)
+        flags = jnp.stack([jnp.asarray(flag).astype(jnp.int32) for flag in ending])
         whole = jnp.stack(values) if values else jnp.zeros(1)
-        return whole, counts, rows.t, rows.y, rows.mode, rows.kind, _labels(record.modes)
+        return whole, counts, rows.t, rows.y, rows.mode, rows.kind, _labels(record.modes), flags
 
     def _columns(self, system: Any, t: Array, y: Array, mode: Array, likes: tuple[Any, Any]) -> Array:
         state, modes = jax.vmap(lambda y, mode: (unravel(y, likes[0]), unravel(mode, likes[1])))(y[None], mode[None])
@@ -239,6 +242,13 @@ class Export:
             [0, 1] if mode.taut is not None else [1],
         ]
         states, driven = [*itertools.product(*kinds)], system.motor is not None
+        endings = [
+            [*Status].index(
+                status_of(Label(state[0], state[1], state[2], 0, state[3]), moved, driven, lambda: away, lambda: steady)
+            )
+            for state in states
+            for moved, driven, away, steady in itertools.product((False, True), repeat=4)
+        ]
         names: list[str] = []
         sequences, table = list[tuple[int, ...]]([()]), list[int]()
         for before, after, layer, first in itertools.product(states, states, (0, 1), (False, True)):
@@ -254,13 +264,19 @@ class Export:
         place = "l[0]"
         for entry, kind in ((1, kinds[1]), (2, kinds[2]), (4, kinds[3])):
             place = f"({place}) * 2 + (l[{entry}] != 0)" if len(kind) > 1 else place
-        numbers = "\n".join("  " + ", ".join(map(str, table[i : i + 40])) + "," for i in range(0, len(table), 40))
+        numbers, endings = (
+            "\n".join("  " + ", ".join(map(str, each[i : i + 40])) + "," for i in range(0, len(each), 40))
+            for each in (table, endings)
+        )
         return (
             names,
             f"""\
 static const unsigned char {name}_sequences[][{most}] = {{{rows}}};
 static const unsigned char {name}_changes[] = {{
 {numbers}
+}};
+static const unsigned char {name}_endings[] = {{
+{endings}
 }};
 static int {name}_place(const int32_t *l) {{ return {place}; }}
 static int {name}_rests(const int32_t *l) {{
@@ -331,6 +347,9 @@ static int {name}_append({name}_event *events, int room, int count, double time,
                 if held
                 else "",
                 self._enum("code", codes),
+                self._enum("status", [(f"STATUS_{s}", i, STATUS_MESSAGES[s]) for i, s in enumerate(Status)])
+                if self.runs
+                else "",
                 self._enum(
                     "size",
                     [
@@ -485,16 +504,17 @@ typedef struct {{
   int accepted, rejected, retaken, changes, segments; /* steps; events and segments of the integration */
   {name}_event *events; int most_events, events_found; /* space of the caller, or NULL; all that there were */
   double *columns; int most_rows, rows_found; /* rows of {upper}_COLUMNS numbers, or NULL: no rows are made */
+  int status; /* an {name}_status, how a run ended that reached its end */
 }} {name}_result;
 
 """
         prototypes = f"""\
-extern const char *const {name}_metric_names[];
+extern const char *const {name}_metric_names[], *const {name}_status_names[];
 /* The whole run with these numbers; an {name}_code. `result` names the space for events and columns. */
 int {name}_run({name}_memory *memory, const double *numbers, double rtol, {name}_result *result);
 """
         running = f"""\
-{self._strings("metric_names", self.outputs or [""])}
+{self._strings("metric_names", self.outputs or [""])}{self._strings("status_names", Status)}
 int {name}_run({name}_memory *memory, const double *numbers, double rtol, {name}_result *result) {{
   int events = 0, rows = 0;
   if (memory == NULL) return {upper}_CODE_NO_MEMORY;
@@ -529,6 +549,9 @@ int {name}_run({name}_memory *memory, const double *numbers, double rtol, {name}
     rows++;
   }}
   result->rows_found = rows;
+  const int32_t *flags = {_out(whole, "whole", 7)};
+  result->status = {name}_endings[{name}_place({_out(whole, "whole", 6)} + 5 * count) * 16
+    + flags[0] * 8 + flags[1] * 4 + flags[2] * 2 + flags[3]];
   return counts[0];
 }}
 

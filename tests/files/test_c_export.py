@@ -21,6 +21,11 @@ pytestmark = [pytest.mark.slow, pytest.mark.skipif(COMPILER is None, reason="no 
 METRICS = ["slip_onset_time", "full_slip_time", "stopping_time"]
 
 
+def c_names(at, first):
+    """Names of an enum by their numbers."""
+    return {n: name.removeprefix(first).lower() for name, n in at.items() if name.startswith(first)}
+
+
 class Compiled:
     """The functions of a C file by way of ctypes, its names from the text."""
 
@@ -46,6 +51,7 @@ class Compiled:
                 ("columns", c.c_void_p),
                 ("most_rows", c.c_int),
                 ("rows_found", c.c_int),
+                ("status", c.c_int),
             )
 
         self.Event, self.Run = Event, Run
@@ -54,7 +60,7 @@ class Compiled:
         self._new.restype = c.c_void_p
         self.memory = c.c_void_p(self._new())
         self.numbers = np.array((c.c_double * at["NUMBERS"]).in_dll(library, f"{self.name}_numbers"))
-        self.events = {n: name.removeprefix("EVENT_").lower() for name, n in at.items() if name.startswith("EVENT_")}
+        self.events = c_names(at, "EVENT_")
 
     def run(self, rtol=1e-10, **numbers):
         """Code, metrics, counts, events and columns of a run."""
@@ -66,6 +72,7 @@ class Compiled:
         run.events, run.most_events, run.columns, run.most_rows = events, 1000, columns.ctypes.data, len(columns)
         code = self._run(self.memory, x.ctypes.data_as(ctypes.c_void_p), ctypes.c_double(rtol), ctypes.byref(run))
         log = [(self.events[event.name], event.time) for event in events[: run.events_found]]
+        self.status = c_names(self.at, "STATUS_")[run.status]
         return code, np.array(run.metrics), [*run.counts], log, columns[: run.rows_found]
 
     def start(self, rtol=1e-10):
@@ -114,6 +121,7 @@ def test_run_is_the_prepared_one(stop, compiled):
     assert (code, counts) == (0, [*prepared[2:]])
     np.testing.assert_allclose(metrics, [*prepared.metrics.values()], rtol=1e-12)
     same_events(events, changes(result), 1e-12)
+    assert compiled.status == result.status
     record = result.record.compact()
     rows = np.append(
         np.diff(np.asarray(record.rows.t)[: int(record.count) + 1]) > 0, True
@@ -131,6 +139,9 @@ def test_numbers_are_those_of_the_call(stop, compiled):
     result = sb.simulate(other)
     np.testing.assert_allclose(metrics, [float(result[name]) for name in METRICS], rtol=1e-12)
     same_events(events, changes(result), 1e-12)
+    for values in ({"initial.omega": 0.0}, {"end_time": 0.5}, {"duty.load.mass": 400e3}):
+        assert compiled.run(**{path.replace(".", "_"): value for path, value in values.items()})[0] == 0
+        assert compiled.status == sb.simulate(sb.with_values(stop, values)).status
     assert compiled.run(initial_omega=np.nan)[0] == compiled.at["CODE_BAD_NUMBER"]
     assert compiled.run(rtol=-1.0)[0] == compiled.at["CODE_BAD_NUMBER"]
 
@@ -164,7 +175,7 @@ def test_commands_wait_in_a_dead_time(tmp_path):
     brake = sb.Brake(sb.Pulley("590 mm", 1200.0), sb.Band("623 mm"), sb.uniform_linings(4, "270 deg", 0.35))
     lever = sb.loads.Actuator(24e3, lag="60 ms", dead_time="130 ms")
     scene = sb.Scene(brake, sb.Duty(lever, sb.TorqueLoad("5 kN*m")), sb.Initial(24.0), "5 s")
-    compiled = Compiled(sb.export_c(scene, tmp_path / "late.c"))
+    compiled = Compiled(sb.export_c(scene, tmp_path / "late.c", waiting=16))
     stepper = sb.Stepper(scene, ["lever", "load"])
     assert compiled.start() == 0
     for lever, load in ((3e3, 2e3), (9e3, 5e3), (1e3, 8e3), (20e3, 5e3), (20e3, 5e3), (0.0, 9e3)):
