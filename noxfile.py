@@ -99,7 +99,7 @@ def slow(session: nox.Session) -> None:
 @on(MAIN, nightly=True)
 def rest(session: nox.Session) -> None:
     """Nightly: files and commands, pages and figures, validation and benchmarks."""
-    session.install("-e", ".[test,bench]")
+    session.install("-e", ".[test,bench,live]")
     session.run("pytest", "tests/files", "tests/pages", "tests/validation", "tests/internals", env=NO_SKIPS)
 
 

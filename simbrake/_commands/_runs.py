@@ -538,6 +538,7 @@ def publish(
     /,
     *,
     vary: cli.Many = None,
+    live: cli.Flag = False,
     out: cli.OutFile = None,
     limit: cli.Limits = None,
     set_: cli.Set = None,
@@ -552,15 +553,20 @@ def publish(
     ----------
     vary
         PATH=LOW:HIGH:COUNT: a parameter, its range (SI, or with unit) and the number of solved points; up to three.
+    live
+        Write a page that runs the scene itself, at every move of a slider: for all parameters, or for those of --vary,
+        then PATH=LOW:HIGH. Needs simbrake[live].
     json_
-        Print {written, points, failed, gaps, deviation, of, at, coarse} as JSON, alone on stdout.
+        Print {written, points, failed, gaps, deviation, of, at, coarse} as JSON, alone on stdout; with --live
+        {written, sliders, metrics, program, size}.
     """
     out = cli.file_in(out or Path(), f"{file.stem}_sliders.html")
-    form, faults = "PATH=LOW:HIGH:COUNT, as in initial.omega=10:30:7", cli.faults_of_file(out)
-    if not vary or len(vary) > 3:
+    form = "PATH=LOW:HIGH, as in initial.omega=10:30" if live else "PATH=LOW:HIGH:COUNT, as in initial.omega=10:30:7"
+    faults = cli.faults_of_file(out)
+    if not live and (not vary or len(vary) > 3):
         what = f"is given {len(vary)} times" if vary else "is missing"
         faults.append(Fault("--vary", what, "up to 3 parameters" if vary else form))
-    requested = cli.assignments("--vary", form, vary, cli.evenly, faults)
+    requested = cli.assignments("--vary", form, vary, cli.between if live else cli.evenly, faults)
     axes: dict[str, Any] = {}
     limits: dict[str, float] = {}
 
@@ -572,10 +578,12 @@ def publish(
         return wrong
 
     scene = cli.opened(file, set_, rtol, faults=faults, also=also)
-    from .._pages._publish import publish as publish_page
-
+    title = title_of(file, file.read_text("utf-8", errors="replace"))
     with Progress("publish", "compiling…") as progress:
-        title = title_of(file, file.read_text("utf-8", errors="replace"))
+        if live:
+            from .._pages._in_browser import publish_live as publish_page
+        else:
+            from .._pages._publish import publish as publish_page
         published = publish_page(scene, axes, out, limits=limits, title=title, rtol=rtol, progress=progress)
     cli.tell(f"{published}\nwritten  {out}", lambda: {"written": str(out), **published._asdict()}, json_)
     return 0

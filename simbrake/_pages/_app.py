@@ -24,6 +24,7 @@ from .._run._result import Result
 from .._run._simulate import simulate
 from .._run._verdict import Verdict
 from ..files._scene_file import scene_text
+from ..loads import Cylinder, Lever
 from ._live import Data, Detail, live, metric_rows, still
 from ._page import head, lasted, render
 from ._rows import BADGES
@@ -73,17 +74,54 @@ def _numbers(leaf: Leaf) -> Iterator[tuple[str, float]]:
         yield from ((f"{leaf.path}[{i}]", value) for i, value in enumerate(values.tolist()))
 
 
+#: numbers that decide first, by the ends of their paths, and the names that a driller has for them
+_FIRST = {
+    "duty.load.mass": "Mass on the hook",
+    "duty.load.string": "Mass of the string, first cycle",
+    "duty.load.empty": "Mass of block and hook",
+    "duty.load.profile.level": "Torque of the load",
+    "initial.omega": "Drum speed at the start",
+    "friction.coefficient": "Friction of the linings",
+    "friction.base.coefficient": "Friction of the linings, cold",
+    "friction.kinetic_coefficient": "Friction of the linings, sliding",
+    "friction.base.kinetic_coefficient": "Friction of the linings, sliding, cold",
+}
+_GROUP = "What decides first"
+
+
 def sliders(scene: Scene) -> list[Data]:
-    """A slider for every parameter of a scene, in groups by its parts; counts and structure have none."""
-    absent = paths_without_meaning(scene)
-    order = {"duty": 0, "initial": 1, "brake": 2}
-    controls = [
-        {**slider_of(path, value, leaf.about), "group": leaf.path.rpartition(".")[0] or "scene"}
-        for leaf in leaves(scene)
-        if leaf.path not in absent
-        for path, value in _numbers(leaf)
-    ]
-    return sorted(controls, key=lambda control: order.get(control["path"].partition(".")[0], 3))
+    """A slider for every parameter of a scene, in groups by its parts; counts and structure have none.
+
+    The first group has mass, speed, full lever force and friction, by names that a driller uses.
+    """
+    absent, force = paths_without_meaning(scene), f"duty.{scene.duty.lever_field}"
+    order = {_GROUP: -1, "duty": 0, "initial": 1, "brake": 2}
+    controls, pulls = list[Data](), list[Data]()
+    for leaf in leaves(scene):
+        if leaf.path in absent:
+            continue
+        first = next((name for end, name in _FIRST.items() if f".{leaf.path}".endswith(f".{end}")), None)
+        first = first if leaf.path.startswith(("duty.load", "initial", "brake.linings")) else None
+        for path, value in _numbers(leaf):
+            group = leaf.path.rpartition(".")[0] or "scene"
+            control = {**slider_of(path, value, leaf.about), "group": group if first is None else _GROUP}
+            controls.append(control | ({"name": first} if first else {}))
+            if leaf.path.startswith(force) and leaf.about.unit in ("N", "Pa"):
+                pulls.append(controls[-1])
+    if pulls:
+        pull = max(pulls, key=lambda control: control["value"])
+        lever, band = scene.duty.lever, scene.duty.lever_field == "slack_tension"
+        what = "Pull of the hand" if isinstance(lever, Lever) else "Tension of the slack end" if band else "Force"
+        what = "Pressure of the actuator" if isinstance(lever, Cylinder) else what
+        pull |= {"group": _GROUP, "name": f"{what}, full"}
+
+    def place(control: Data) -> tuple[int, int]:
+        load = control["path"].startswith("duty.load")
+        part = control["path"].partition(".")[0]
+        decides = {"duty": 0 if load else 2, "initial": 1}.get(part, 3)
+        return order.get(control["group"].partition(".")[0], 3), decides if control["group"] == _GROUP else 0
+
+    return sorted(controls, key=place)
 
 
 class App:

@@ -5,13 +5,13 @@ Numbers are in units for reading, with seven significant digits.
 
 import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
 from .._base._table import ZERO
-from .._outputs._log import plain_words
+from .._outputs._log import Event, plain_words
 from .._outputs._quantities import Series
 from .._parts._scene import Scene
 from .._run._linings import WORDS, lining_contacts
@@ -52,12 +52,18 @@ class Detail(NamedTuple):
 
 
 class Line(NamedTuple):
-    """A curve: its name, colour, and how it is found of a series, in SI."""
+    """A curve: its name, colour, and the column of a series that it shows (`most`: "max" or "min" of a row)."""
 
     label: str
     colour: str
-    find: Callable[[Series], Any]
+    column: str
+    most: str = ""
     dashed: bool = False
+
+    def find(self, series: Series) -> Any:
+        """The curve in SI."""
+        values = getattr(series, self.column)
+        return getattr(values, self.most)(axis=1) if self.most else values
 
 
 class Chart(NamedTuple):
@@ -86,19 +92,19 @@ class Chart(NamedTuple):
 def charts_of(scene: Scene, s: Series) -> list[Chart]:
     """The charts of a run, by the columns that its series has."""
     words, kilo = scene.brake.words, 1e-3
-    speed = [Line(f"{words.body} ω", _BLACK, lambda s: s.omega)]
+    speed = [Line(f"{words.body} ω", _BLACK, "omega")]
     if s.bandage_speed is not None:
-        speed.append(Line("bandage", BLUE, lambda s: s.bandage_speed, True))
-    torque = [Line("brake", BLUE, lambda s: s.brake_torque), Line("load", VERMILLION, lambda s: s.load_torque, True)]
+        speed.append(Line("bandage", BLUE, "bandage_speed", dashed=True))
+    torque = [Line("brake", BLUE, "brake_torque"), Line("load", VERMILLION, "load_torque", dashed=True)]
     if s.shaft_torque is not None:
-        torque.append(Line("others on the shaft", GREEN, lambda s: s.shaft_torque))
+        torque.append(Line("others on the shaft", GREEN, "shaft_torque"))
     if s.motor_torque is not None:
-        torque.append(Line("motor", PURPLE, lambda s: s.motor_torque))
+        torque.append(Line("motor", PURPLE, "motor_torque"))
     if scene.brake.banded:
-        force = [Line("tight end", BLUE, lambda s: s.tight_tension), Line("slack end", SKY, lambda s: s.slack_tension)]
+        force = [Line("tight end", BLUE, "tight_tension"), Line("slack end", SKY, "slack_tension")]
     else:
-        normal = Line(f"largest normal force on a {words.lining}", BLUE, lambda s: s.normal_load.max(axis=1))
-        force = [normal, Line("actuator", SKY, lambda s: s.lever_force, True)]
+        normal = Line(f"largest normal force on a {words.lining}", BLUE, "normal_load", "max")
+        force = [normal, Line("actuator", SKY, "lever_force", dashed=True)]
     forces = "Tension of the band" if scene.brake.banded else "Forces"
     charts = [
         Chart("Speed", "rad/s", tuple(speed)),
@@ -111,19 +117,17 @@ def charts_of(scene: Scene, s: Series) -> list[Chart]:
         "band": ("band_temperature", BLUE),
     }
     lines = tuple(
-        Line(label, colour, lambda s, column=column: getattr(s, column).max(axis=1))
-        for label, (column, colour) in hot.items()
-        if getattr(s, column) is not None
+        Line(label, colour, column, "max") for label, (column, colour) in hot.items() if getattr(s, column) is not None
     )
     charts += [Chart("Surface temperature", "°C", lines, 1.0, -ZERO)] if lines else []
     if s.friction_coefficient is not None:
-        low = Line(f"lowest of the {words.lining}s", BLUE, lambda s: s.friction_coefficient.min(axis=1))
-        high = Line("highest", SKY, lambda s: s.friction_coefficient.max(axis=1), True)
+        low = Line(f"lowest of the {words.lining}s", BLUE, "friction_coefficient", "min")
+        high = Line("highest", SKY, "friction_coefficient", "max", dashed=True)
         charts.append(Chart("Coefficient of friction, sliding", "–", (low, high)))
     if s.hook_position is not None:
-        travel = Line("hook, downwards", _BLACK, lambda s: s.hook_position)
+        travel = Line("hook, downwards", _BLACK, "hook_position")
         charts.append(Chart("Travel of the hook", "m", (travel,)))
-    used = Line(f"{words.lining}s at their friction limit", ORANGE, lambda s: s.at_limit)
+    used = Line(f"{words.lining}s at their friction limit", ORANGE, "at_limit")
     return [*charts, Chart(f"At the limit, of {scene.brake.linings.count}", "–", (used,), stepped=True)]
 
 
@@ -150,12 +154,15 @@ def times_of(result: Result, detail: Detail) -> Times:
 
 def events_of(result: Result) -> list[Data]:
     """Events that the charts mark: time, words, colour, and the meaning in plain words."""
-    return [
-        {"t": event.time, "colour": _css(colour), "words": words, "plain": plain_words(event.name)}
-        for event in result.events
-        if (line := line_of(event)) is not None
-        for colour, words in [line]
-    ]
+    return [{"t": event.time, **look} for event in result.events if (look := look_of_event(event)) is not None]
+
+
+def look_of_event(event: Event) -> Data | None:
+    """Colour, words and meaning of an event that the charts mark."""
+    if (line := line_of(event)) is None:
+        return None
+    colour, words = line
+    return {"colour": _css(colour), "words": words, "plain": plain_words(event.name)}
 
 
 def _css(colour: str) -> str:

@@ -417,6 +417,7 @@ def render(parts: Mapping[str, Any]) -> str:
     scripts = [template_file(name) for name in names]
     hashes = [base64.b64encode(hashlib.sha256(text.encode()).digest()).decode("ascii") for text in scripts]
     allowed = " ".join(f"'sha256-{digest}'" for digest in hashes)
+    allowed += " 'wasm-unsafe-eval'" if parts["kind"] == "live" else ""
     policy = f"default-src 'none'; img-src data:; style-src 'unsafe-inline'; script-src {allowed}"
     policy += "; connect-src 'self'" if parts["kind"] == "app" else ""
     inlined = {"scripts": map(Markup, scripts), "uplot_style": Markup(template_file("uplot/uPlot.min.css"))}

@@ -209,7 +209,7 @@ def publish(
         "sequences": kinds,
         "gaps": gaps,
         "coarse": coarse,
-        "metrics": [_metric(name, base, limits) for name in metrics],
+        "metrics": [metric_of(name, base, limits) for name in metrics],
         "charts": [chart.as_dict() for chart in charts],
         "samples": samples,
         "numbers": numbers,
@@ -386,19 +386,25 @@ def _slider(scene: Scene, path: str, values: Sequence[float]) -> Data:
 def _sequence(result: Result, pieces: int, sampled: Sampled, lines: int) -> Data:
     edges = _edges(result)
     events = [{**event, "edge": int(np.argmin(np.abs(edges - event["t"])))} for event in events_of(result)]
-    status = Status(result.status)
-    at_rest = "green" if status in (Status.STOPPED, Status.HELD) else "amber"
     return {
         "pieces": pieces,
         "size": sampled._replace(pieces=pieces).size(lines),
         "events": events,
-        "status": status.replace("_", " ").capitalize(),
-        "message": STATUS_MESSAGES[status].replace("the pulley", f"the {result.scene.brake.words.body}"),
-        "colour": at_rest if result.ok and status != Status.RUNAWAY else "red",
+        **said_of_status(result.scene, Status(result.status)),
     }
 
 
-def _metric(name: str, base: Result, limits: Mapping[str, float]) -> Data:
+def said_of_status(scene: Scene, status: Status) -> Data:
+    """How a run ended, for the heading of a page."""
+    at_rest = "green" if status in (Status.STOPPED, Status.HELD) else "amber"
+    return {
+        "status": status.replace("_", " ").capitalize(),
+        "message": STATUS_MESSAGES[status].replace("the pulley", f"the {scene.brake.words.body}"),
+        "colour": "red" if status == Status.RUNAWAY else at_rest,
+    }
+
+
+def metric_of(name: str, base: Result, limits: Mapping[str, float]) -> Data:
     """A metric for the script: words, unit for reading, limit."""
     unit, value = unit_of(name), float(measure(base, name))
     factor, offset, shown = scale(unit, abs(value) if math.isfinite(value) else 1.0, absolute=True)

@@ -10,7 +10,7 @@
   /** A row with a slider and a field; `moved(si)` is called with each new value. */
   function slider(parent, control, steps, moved) {
     const row = made(parent, "div", {class: "control", "data-path": control.path});
-    const id = `c-${control.path}`, name = made(row, "label", {for: id}, control.meaning);
+    const id = `c-${control.path}`, name = made(row, "label", {for: id, title: control.meaning}, control.name ?? control.meaning);
     made(name, "code", {}, control.path);
     const bar = made(row, "input", {type: "range", id, min: 0, max: steps, step: "any"});
     const field = made(row, "input", {type: "text", inputmode: "decimal", "aria-label": `${control.meaning}: value`});
@@ -35,6 +35,32 @@
     });
     put(control.value);
     return {row, bar, put};
+  }
+
+  /** Heading, limits and metrics of a run; `unknown`: places of metrics that have no value here. */
+  function readResults(about, values, {colour, status, message}, unknown = []) {
+    const read = (metric, si, offset) => Number.isFinite(si) ? `${shown(si * metric.factor + offset)} ${metric.unit}` : "—";
+    const metrics = about.map((metric, n) => unknown.includes(n) ?
+      {words: metric.words, text: "—", si: "", unit: "", note: "changes too fast between the points"} : {
+        words: metric.words, text: read(metric, values[n], metric.offset), si: Number.isFinite(values[n]) ? values[n] : "",
+        unit: metric.si_unit, note: "",
+      }).filter((metric) => metric.si !== "" || metric.note);
+    const limited = about.map((metric, n) => [metric, values[n], n]).filter(([metric]) => metric.limit !== null);
+    const rows = limited.map(([metric, si, n]) => {
+      if (unknown.includes(n)) return [metric.words, "—", read(metric, metric.limit, metric.offset), "—", "not known here", ""];
+      const over = !(si <= metric.limit), margin = read(metric, metric.limit - si, 0);
+      return [metric.words, read(metric, si, metric.offset), read(metric, metric.limit, metric.offset), margin,
+        over ? "exceeded" : "within limit", over ? "bad" : "good"];
+    });
+    const open = limited.some(([, , n]) => unknown.includes(n)), over = rows.some((row) => row[5] === "bad");
+    const headline = status + (over ? ", limit exceeded" : "");
+    return {colour: over ? "red" : open ? "amber" : colour, headline, text: `${message}.`, rows, metrics};
+  }
+
+  /** The windows of a run that a page offers: until its last event, and the whole of it. */
+  function windowsOf(start, end, last) {
+    const whole = {words: "whole run", start, end}, rest = last ? start + 1.15 * (last.t - start) : end;
+    return rest < end ? [{...whole, words: "until rest", end: rest}, whole] : [];
   }
 
   // --- a published grid: cubic Hermite between solved points -------------------------------------------------------
@@ -95,25 +121,6 @@
         r === 0 ? h[0] * x + h[1] * a[k][n] + h[2] * b[0][n] + h[3] * b[k][n] : (1 - s) * x + s * b[r][n]));
     }
 
-    function results({values, sequence, coarse}) {
-      const read = (metric, si, offset) => Number.isFinite(si) ? `${shown(si * metric.factor + offset)} ${metric.unit}` : "—";
-      const metrics = grid.metrics.map((metric, n) => coarse.includes(n) ?
-        {words: metric.words, text: "—", si: "", unit: "", note: "changes too fast between the points"} : {
-          words: metric.words, text: read(metric, values[n], metric.offset), si: Number.isFinite(values[n]) ? values[n] : "",
-          unit: metric.si_unit, note: "",
-        }).filter((metric) => metric.si !== "" || metric.note);
-      const limited = grid.metrics.map((metric, n) => [metric, values[n], n]).filter(([metric]) => metric.limit !== null);
-      const rows = limited.map(([metric, si, n]) => {
-        if (coarse.includes(n)) return [metric.words, "—", read(metric, metric.limit, metric.offset), "—", "not known here", ""];
-        const over = !(si <= metric.limit), margin = read(metric, metric.limit - si, 0);
-        return [metric.words, read(metric, si, metric.offset), read(metric, metric.limit, metric.offset), margin,
-          over ? "exceeded" : "within limit", over ? "bad" : "good"];
-      });
-      const open = limited.some(([, , n]) => coarse.includes(n)), colour = open ? "amber" : sequence.colour;
-      const over = rows.some((row) => row[5] === "bad"), headline = sequence.status + (over ? ", limit exceeded" : "");
-      return {colour: over ? "red" : colour, headline, text: `${sequence.message}.`, rows, metrics};
-    }
-
     function runOf(values, sequence) {
       const {pieces, events} = sequence, m = grid.samples, first = grid.metrics.length;
       const edges = Array.from(values.slice(first, first + pieces + 1)), t = [], kept = [];
@@ -130,9 +137,7 @@
         return line;
       }));
       const marked = events.map((event) => ({...event, t: edges[event.edge]})), last = marked.at(-1);
-      const whole = {words: "whole run", start: t[0], end: t[t.length - 1]};
-      const rest = last && last.words === "stop" ? t[0] + 1.15 * (last.t - t[0]) : whole.end;
-      const windows = rest < whole.end ? [{...whole, words: "until rest", end: rest}, whole] : [];
+      const windows = windowsOf(t[0], t[t.length - 1], last && last.words === "stop" ? last : null);
       return {charts: grid.charts, t, y, windows, events: marked};
     }
 
@@ -142,7 +147,7 @@
       $("state").textContent = gap ? "Gap: between the solved points around here the sequence of events, or a time, changes too much. " +
         "Move a slider to a blue stretch." : "";
       drawResults(gap ? {colour: "", headline: "No value here", text: "", rows: [], metrics: []}
-        : results(found));
+        : readResults(grid.metrics, found.values, found.sequence, found.coarse));
       if (!gap) drawCharts(runOf(found.values, found.sequence));
       rows.forEach(({bar}, k) => paint(bar, k));
     }
@@ -173,6 +178,41 @@
       nearest.forEach((value, k) => { at[k] = value; rows[k].put(value); });
     }
     show();
+  }
+
+  // --- sliders in groups, of the app and of a page that runs -------------------------------------------------------
+
+  /** Sliders for parameters in groups, with a search and a reset; `moved(values)`: those that are changed, in SI. */
+  function sliderGroups(controls, values, moved) {
+    const groups = new Map();
+    for (const control of controls) {
+      if (!groups.has(control.group)) {
+        const box = made($("sliders"), "details", groups.size < 1 ? {open: ""} : {});
+        made(box, "summary", {}, control.group);
+        groups.set(control.group, box);
+      }
+      const found = slider(groups.get(control.group), control, 1000, (si) => {
+        if (si === control.value) delete values[control.path]; else values[control.path] = si;
+        moved();
+      });
+      $("reset").addEventListener("click", () => found.put(control.value));
+    }
+    $("reset").addEventListener("click", () => {
+      for (const path of Object.keys(values)) delete values[path];
+      moved();
+    });
+    $("find").addEventListener("input", () => {
+      const words = $("find").value.trim().toLowerCase();
+      for (const [name, box] of groups) {
+        let any = false;
+        for (const row of box.querySelectorAll(".control")) {
+          row.hidden = !`${name} ${row.textContent}`.toLowerCase().includes(words);
+          any ||= !row.hidden;
+        }
+        box.hidden = !any;
+        if (words) box.open = any;
+      }
+    });
   }
 
   // --- the app: each move is a run; the latest wins ----------------------------------------------------------------
@@ -228,35 +268,7 @@
       requestAnimationFrame(() => { $("state").textContent = `drawn after ${Math.round(performance.now() - sent)} ms`; });
     }
 
-    const groups = new Map();
-    for (const control of app.controls) {
-      if (!groups.has(control.group)) {
-        const box = made($("sliders"), "details", groups.size < 2 ? {open: ""} : {});
-        made(box, "summary", {}, control.group);
-        groups.set(control.group, box);
-      }
-      const found = slider(groups.get(control.group), control, 1000, (si) => {
-        if (si === control.value) delete values[control.path]; else values[control.path] = si;
-        ask();
-      });
-      $("reset").addEventListener("click", () => found.put(control.value));
-    }
-    $("reset").addEventListener("click", () => {
-      for (const path of Object.keys(values)) delete values[path];
-      ask();
-    });
-    $("find").addEventListener("input", () => {
-      const words = $("find").value.trim().toLowerCase();
-      for (const [name, box] of groups) {
-        let any = false;
-        for (const row of box.querySelectorAll(".control")) {
-          row.hidden = !`${name} ${row.textContent}`.toLowerCase().includes(words);
-          any ||= !row.hidden;
-        }
-        box.hidden = !any;
-        if (words) box.open = any;
-      }
-    });
+    sliderGroups(app.controls, values, ask);
     $("save").addEventListener("click", async () => {
       const found = await (await fetch("scene", request())).json();
       if (found.problem) return take(found);
@@ -268,6 +280,84 @@
     });
   }
 
+  // --- a page that runs: the program of the scene, here in the browser ----------------------------------------------
+
+  async function inBrowser(live) {
+    const packed = Uint8Array.from(atob(live.program), (c) => c.charCodeAt(0));
+    const opened = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+    const {instance: {exports: c}} = await WebAssembly.instantiate(await new Response(opened).arrayBuffer());
+    if (c._initialize) c._initialize();
+    const doubles = (place, count) => new Float64Array(c.memory.buffer, place, count);
+    const numbers = doubles(c.live_numbers(), live.numbers), first = numbers.slice(), values = {};
+    const controls = new Map(live.controls.map((control) => [control.path, control]));
+
+    /** Times at which the curves are drawn: evenly until rest and over all, and beside each event. */
+    function grid(start, end, events) {
+      const last = events.length ? Math.min(start + 1.15 * (events.at(-1).t - start), end) : end, near = 1e-9 * (end - start);
+      const evenly = (from, to, count) => Array.from({length: count + 1}, (_, i) => i === count ? to : from + (to - from) * i / count);
+      const beside = events.slice(0, 60).flatMap((event) => [event.t - near, event.t + near]);
+      const all = [...evenly(start, last, 160), ...evenly(start, end, 60), ...beside].filter((t) => t >= start && t <= end);
+      return [...new Set(all)].sort((a, b) => a - b).slice(0, live.rows);
+    }
+
+    function curves(start, end, events) {
+      let count = c.live_rows();
+      if (live.steps) {
+        const times = grid(start, end, events);
+        doubles(c.live_grid(), times.length).set(times);
+        count = c.live_curves(live.rtol, times.length);
+      }
+      const columns = doubles(c.live_columns(), count * live.width);
+      const rows = Array.from({length: count}, (_, i) => columns.subarray(i * live.width, (i + 1) * live.width));
+      const value = (row, [place, size, most]) => most ? Math[most](...row.subarray(place, place + size)) : row[place];
+      const t = rows.map((row) => row[live.time]);
+      const y = live.charts.map((chart) => chart.from.map((line) => rows.map((row) => value(row, line) * chart.factor + chart.offset)));
+      return {charts: live.charts, t, y, windows: windowsOf(start, end, events.at(-1)), events};
+    }
+
+    /** Metrics, events and curves with the numbers as they are. */
+    function run() {
+      const code = c.live_run(live.rtol, live.steps ? 0 : 1), metrics = [...doubles(c.live_metrics(), live.metrics.length)];
+      const times = doubles(c.live_times(), c.live_events()), names = new Int32Array(c.memory.buffer, c.live_names(), c.live_events());
+      const events = [...times].map((t, i) => ({...live.events[names[i]], t})).filter((event) => event.words);
+      return {code, metrics, events, status: c.live_status()};
+    }
+
+    function show() {
+      const began = performance.now(), wrong = [];
+      numbers.set(first);
+      for (const [path, si] of Object.entries(values)) {
+        const {places, ends, meaning} = controls.get(path);
+        if (!(si >= ends[0] && si <= ends[1])) wrong.push(`${meaning}: ${si} is out of range (SI)`);
+        for (const place of places) numbers[place] = si;
+      }
+      $("state").className = wrong.length ? "state wrong" : "state";
+      if (wrong.length) { $("state").textContent = wrong.join("\n"); return; }
+      const found = run(), failed = live.failures[found.code] || ["bad_number", "a number is not finite"];
+      const said = found.code === 0 ? live.statuses[found.status] :
+        {colour: "red", status: `Failed: ${failed[0]}`, message: failed[1]};
+      drawResults(readResults(live.metrics, found.code === 0 ? found.metrics : found.metrics.map(() => NaN), said));
+      const [start, end] = live.span.map((place) => numbers[place]), drawn = curves(start, end, found.events);
+      const ran = performance.now() - began;
+      if (drawn.t.length > 1) drawCharts(drawn);
+      document.body.dataset.milliseconds = ran.toFixed(2);
+      $("state").textContent = `run in ${ran < 10 ? ran.toFixed(1) : Math.round(ran)} ms`;
+    }
+
+    sliderGroups(live.controls, values, show);
+    $("save").addEventListener("click", async () => {
+      const text = Object.entries(values).map(([path, si]) => `--set '${path}=${si}'`).join(" ");
+      await navigator.clipboard.writeText(text);
+      $("state").textContent = text ? `copied: ${text}` : "nothing is changed";
+    });
+    window.simbrake.live = {run, curves};
+    show();
+  }
+
   if (data.grid) publication(data.grid);
+  if (data.live) inBrowser(data.live).catch((error) => {
+    $("state").className = "state wrong";
+    $("state").textContent = `This browser cannot run the page: ${error.message}`;
+  });
   if (data.app) application(data.app);
 })();

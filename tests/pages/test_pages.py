@@ -348,7 +348,8 @@ def test_sliders_show_the_run_and_the_gap(browser, scene, published, size):
 
     def metrics():
         names, values = page.locator("#figures dt").all_inner_texts(), page.locator("#figures data")
-        return dict(zip(names, [float(one.get_attribute("value")) for one in values.all()], strict=True))
+        found = [one.get_attribute("value") for one in values.all()]  # empty where it changes too fast
+        return dict(zip(names, [float(value or "nan") for value in found], strict=True))
 
     unit = published[1]["grid"]["axes"][1]["factor"]
     for w, load, rel in ((20.0, 200.0, 1e-6), (22.0, 200.0, 1e-3)):
@@ -518,3 +519,86 @@ def test_a_slider_moves_metrics_and_pictures(browser, server, scene, size):
     )
     assert page.problems == []
     page.close()
+
+
+# --- a page that runs -------------------------------------------------------------------------------------------------
+
+
+STOP = sb.files.shipped("u2_5_5_stop")
+
+
+@pytest.fixture(scope="module")
+def live_page(tmp_path_factory):
+    """The page of a stop that runs in the browser, and its data."""
+    pytest.importorskip("ziglang")
+    path = tmp_path_factory.mktemp("live") / "stop.html"
+    said = json.loads(output("publish", str(STOP), "--live", "--out", str(path), "--json"))
+    return path, said, data_of(path.read_text("utf-8"))["live"]
+
+
+def test_page_that_runs_has_what_it_needs(live_page):
+    path, said, live = live_page
+    assert said == {
+        "written": str(path),
+        "sliders": len(live["controls"]),
+        "metrics": len(live["metrics"]),
+        "program": len(base64.b64decode(live["program"])),
+        "size": path.stat().st_size,
+    }
+    assert said["size"] < 1e6
+    first = [control for control in live["controls"] if control["group"] == live["controls"][0]["group"]]
+    assert [control["path"] for control in first] == [
+        "duty.load.mass",
+        "initial.omega",
+        "duty.slack_tension.values[1]",
+        "brake.linings.friction.coefficient",
+    ]
+    angles = next(control for control in live["controls"] if control["path"] == "brake.linings.angle")
+    assert len(angles["places"]) == 20  # equal ones have one slider
+
+
+def test_each_move_is_a_run(live_page, browser):
+    """Metrics, events and curves in the browser are those of Python; what is out of range is refused."""
+    if browser is None:
+        return
+    path, _, live = live_page
+    page = opened(browser, path.as_uri())
+    page.wait_for_function("window.simbrake.live !== undefined && document.body.dataset.milliseconds")
+    scene = sb.read_scene(STOP)
+    for values in ({"initial.omega": 18.5}, {"duty.load.mass": 45e3, "brake.linings.friction.coefficient": 0.31}):
+        for name, value in values.items():
+            control = next(one for one in live["controls"] if one["path"] == name)
+            field = page.locator(f'[data-path="{name}"] input[type=text]')
+            field.fill(str(value * control["factor"] + control["offset"]))
+            field.press("Tab")
+        scene = sb.with_values(scene, values)
+        result = sb.simulate(scene)
+        found = page.evaluate("window.simbrake.live.run()")
+        assert found["code"] == 0
+        for about, value in zip(live["metrics"], found["metrics"], strict=True):
+            assert value == pytest.approx(float(result[about["name"]]), rel=1e-9)
+        times = [event.time for event in result.events if event.lining is None]
+        assert [event["t"] for event in found["events"]] == pytest.approx(times, rel=1e-9)
+        assert page.text_content("#banner b") == "Stopped"
+    curves = page.evaluate("window.simbrake.live.curves(0, 5, window.simbrake.live.run().events)")
+    series = result.series(np.asarray(curves["t"]))
+    between = np.all([np.abs(np.asarray(curves["t"]) - t) > 1e-6 for t in times], axis=0)
+    speed, torque = (np.asarray(curves["y"][k][0]) for k in (0, 1))
+    np.testing.assert_allclose(speed[between], series.omega[between], rtol=1e-8, atol=1e-8)
+    np.testing.assert_allclose(torque[between], 1e-3 * series.brake_torque[between], rtol=1e-8)
+    page.locator('[data-path="initial.omega"] input[type=text]').fill("-1e60")
+    page.locator('[data-path="initial.omega"] input[type=text]').press("Tab")
+    assert "out of range" in page.text_content("#state")
+    page.click("#reset")
+    assert page.text_content("#state").startswith("run in")
+    assert page.problems == []
+    page.close()
+
+
+def test_page_that_runs_in_words(tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "ziglang", None)
+    for more, text in ((["--vary", "initial.omega=1"], "PATH=LOW:HIGH"), ([], "pip install 'simbrake[live]'")):
+        code, _, said = call(capsys, "publish", str(STOP), "--live", "--out", str(tmp_path / "x.html"), *more)
+        assert code == 2
+        assert text in said
+    assert [*tmp_path.iterdir()] == []

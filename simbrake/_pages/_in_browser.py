@@ -1,0 +1,158 @@
+"""A page that runs its scene: the C of the scene as WebAssembly, so that every move of a slider is a run."""
+
+import base64
+import gzip
+import subprocess
+import sys
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import numpy as np
+
+from .._base._faults import Fault, InputError, needed, whole_file
+from .._base._part import leaves
+from .._base._progress import Progress
+from .._outputs._log import FAILURES, Event, Status
+from .._outputs._metrics import METRICS
+from .._parts._scene import Scene
+from .._run._edit import entry_of
+from .._run._measure import limit_checks
+from .._run._simulate import room_for, simulate
+from ..files._c_export import Export, possible_inputs, printed
+from ._app import slider_of, sliders
+from ._live import Data, charts_of, look_of_event, still
+from ._page import PICTURES, draw, head, render, template_file
+from ._publish import metric_of, said_of_status
+
+#: rows of the curves: more than a page has pixels
+_ROWS = 600
+_FLAGS = ("-target", "wasm32-wasi", "-mexec-model=reactor", "-O2", "-std=c99", "-ffp-contract=off", "-s")
+
+
+class Live(NamedTuple):
+    """What a page that runs has: sliders, metrics, and the size (bytes) of its program and of the page."""
+
+    sliders: int
+    metrics: int
+    program: int
+    size: int
+
+    def __str__(self) -> str:
+        return (
+            f"{self.sliders} sliders, {self.metrics} metrics; the page has {self.size / 1e6:.2g} MB, "
+            f"{self.program / 1e6:.2g} MB of them its program"
+        )
+
+
+def publish_live(
+    scene: Scene,
+    ranges: Mapping[str, Sequence[float]],
+    path: Path,
+    *,
+    limits: Mapping[str, float],
+    title: str,
+    progress: Progress,
+    rtol: float = 1e-10,
+) -> Live:
+    """Write the page of a scene that its reader's browser runs, with sliders for `ranges`, or else for all parameters.
+
+    Raises `InputError` without the compiler (`simbrake[live]`), and for a scene that has no C form.
+    """
+    needed("ziglang", "compiles pages that run", "live")
+    base = simulate(scene, rtol=rtol, throw=False)
+    metrics = [name for name, metric in METRICS.items() if not metric.energy and not metric.needs.lacks(scene)]
+    metrics.append("energy.friction_heat")
+    progress.now("printing")
+    steps = possible_inputs(scene) is not None
+    # other numbers may need more steps
+    room = max(256, 2 * room_for(base))
+    export = Export("scene", scene, {} if steps else None, metrics, room)
+    text = printed(export)
+    progress.now("compiling")
+    program = gzip.compress(_compiled(text, steps, _ROWS if steps else room + 1), 9, mtime=0)
+    charts = charts_of(scene, base.series([float(scene.initial.time)]))
+    places = export.places()
+    data: Data = {
+        "program": base64.b64encode(program).decode("ascii"),
+        "controls": _controls(export, ranges),
+        "numbers": int(export.numbers.size),
+        "width": export.width,
+        "steps": steps,
+        "rows": _ROWS,
+        "rtol": rtol,
+        "span": _places(export, "initial.time") + _places(export, "end_time"),
+        "metrics": [{"name": name, **metric_of(name, base, limits)} for name in metrics],
+        "statuses": [said_of_status(scene, status) for status in Status],
+        "failures": {int(code): [name, what] for code, (name, what, _) in FAILURES.items()},
+        "events": [None, *(look_of_event(Event(0.0, name, None)) for name in export.events)],
+        "time": places["t"][0],
+        "charts": [
+            {
+                **chart.as_dict(),
+                "factor": chart.factor,
+                "offset": chart.offset,
+                "from": [[*places[line.column], line.most] for line in chart.lines],
+            }
+            for chart in charts
+        ],
+    }
+    parts = {
+        **head(base, limit_checks(base, limits), title),
+        "kind": "live",
+        "film": False,
+        "panel": "Each move is a run in your browser, as exact as one in Python. Values in fields may leave the range "
+        "of their slider.",
+        "pictures": [draw(base, PICTURES[0])] if base.ok else (),
+        "notes": (f"Relative tolerance {rtol:g}. Checks between several numbers of a scene are not made here.",),
+        "data": {"still": still(scene), "live": data},
+    }
+    page = render(parts)
+    with whole_file(path) as file:
+        file.write_text(page, "utf-8")
+    return Live(len(data["controls"]), len(metrics), len(program), len(page.encode()))
+
+
+def _compiled(text: str, steps: bool, rows: int) -> bytes:
+    """The program of a page, as WebAssembly."""
+    with tempfile.TemporaryDirectory() as folder:
+        scratch = Path(folder)
+        (scratch / "scene.c").write_text(text, "utf-8")
+        (scratch / "live.c").write_text(template_file("live.c"), "utf-8")
+        defined = [f"-DROWS={rows}", *(["-DSTEPS"] if steps else [])]
+        call = [sys.executable, "-m", "ziglang", "cc", *_FLAGS, *defined, "-Wl,-z,stack-size=4194304"]
+        done = subprocess.run([*call, "-o", "live.wasm", "live.c"], cwd=scratch, capture_output=True, text=True)
+        if done.returncode:
+            said = next((line for line in done.stderr.splitlines() if "error" in line), done.stderr[-200:])
+            raise InputError([Fault("ziglang", f"failed: {said}", "run the scene in Python, or publish a grid")])
+        return (scratch / "live.wasm").read_bytes()
+
+
+def _controls(export: Export, ranges: Mapping[str, Sequence[float]]) -> list[Data]:
+    """Sliders of the page, each with the places of its number."""
+    fields = {leaf.path: leaf for leaf in leaves(export.scene)}
+    if ranges:
+        controls = []
+        for path, (low, high) in ranges.items():
+            field, index = entry_of(path, fields)
+            value, about = float(np.ravel(fields[field].value)[index or 0]), fields[field].about
+            controls.append(
+                {**slider_of(path, value, about, (low, high)), "group": field.rpartition(".")[0] or "scene"}
+            )
+    else:
+        there = {leaf.path for leaf in leaves(export.scene.as_run)}
+        controls = [control for control in sliders(export.scene) if entry_of(control["path"], there)[0] in there]
+    for control in controls:
+        field, _ = entry_of(control["path"], fields)
+        control["places"] = _places(export, control["path"])
+        control["ends"] = [float(end) for end in fields[field].about.ends]
+    return controls
+
+
+def _places(export: Export, path: str) -> list[int]:
+    """Places of a parameter, or of all entries of a list, among the numbers of a scene."""
+    counted = {leaf.path: leaf for leaf in leaves(export.like.unpack(np.arange(export.numbers.size, dtype=np.float64)))}
+    field, index = entry_of(path, counted)
+    places = np.ravel(counted[field].value).astype(int).tolist()
+    return places if index is None else [places[index]]
