@@ -94,7 +94,7 @@ class UnknownOperation(Exception):
 
 class Operation(NamedTuple):
     name: str
-    attributes: Any
+    attributes: dict[str, Any]
     ins: list[int]
     outs: list[int]
     regions: "list[Body]"
@@ -127,10 +127,12 @@ class Module:
     def __init__(self, function: Callable, *arguments: Any) -> None:
         self.types: list[tuple[Shape, str]] = []
         self._numbers: dict[Any, int] = {}
-        module = jax.jit(function, keep_unused=True).lower(*arguments).compiler_ir()
+        lowered = jax.jit(function, keep_unused=True).lower(*arguments)
+        module = lowered.compiler_ir()
         self.functions: dict[str, Body] = {}
         for operation in module.body.operations:  # pyright: ignore
             self.functions[operation.attributes["sym_name"].value] = self._body(operation.regions[0].blocks[0])
+        self._numbers.clear()
         self.calls = collections.Counter(op.attributes["callee"].value for op in self._calls())
 
     def _number(self, value: Any) -> int:
@@ -150,7 +152,10 @@ class Module:
                 continue
             outs = [self._number(x) for x in op.results]
             regions = [self._body(region.blocks[0]) for region in op.regions]
-            body.ops.append(Operation(op.name.partition(".")[2], op.attributes, ins, outs, regions))
+            # (attributes belong to the context; a map of them would be read after the module has gone)
+            names = [one if isinstance(one, str) else one.name for one in op.attributes]
+            attributes = {name: op.attributes[name] for name in names}
+            body.ops.append(Operation(op.name.partition(".")[2], attributes, ins, outs, regions))
         return body
 
     def _calls(self) -> Iterator[Operation]:

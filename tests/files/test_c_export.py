@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from commands import python
 from helpers import main
 
 import simbrake as sb
@@ -218,6 +219,24 @@ def test_operations_are_those_of_jax(tmp_path):
     found = np.full(expected.size, 99.0)
     ctypes.CDLL(str(file.with_suffix(".so"))).ops(*(a.ctypes.data_as(ctypes.c_void_p) for a in (x, found)))
     np.testing.assert_allclose(found, expected, rtol=1e-13, atol=1e-15)
+
+
+def test_what_was_read_outlives_what_it_was_read_from():
+    """In a process of its own: memory of the compiler that is read after it was freed ends the process."""
+    python("""
+import gc
+import jax, jax.numpy as jnp, numpy as np
+from simbrake.files._c_code import Module
+def function(x):
+    twice = jax.jit(lambda y: 2.0 * jnp.sort(y))
+    return jax.lax.while_loop(lambda c: c[0] < 5.0, lambda c: (c[0] + 1.0, twice(c[1]) + jnp.cumsum(c[1])), (0.0, x))
+modules = [Module(function, np.ones(8)) for _ in range(20)]
+jax.clear_caches()
+gc.collect()
+others = [Module(function, np.ones(9)) for _ in range(5)]
+for module in modules:
+    assert all(str(x) for body in module.functions.values() for op in body.ops for x in op.attributes.values())
+""")
 
 
 def exits(*arguments):
