@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
+from ._base._arguments import explained
 from ._base._faults import Fault
 from ._base._part import Part, part, parts_below, quantity, short_for, whole
 from ._base._quantity import Over, Scalar, Values
@@ -923,6 +924,7 @@ def cylinders(lever: AbstractProfile | Phases) -> list[Cylinder | None]:
     return [next((x for _, x, _ in parts_below(own) if isinstance(x, Cylinder)), None) for own in levers]
 
 
+@explained
 def differential_lever_tension(
     force: Values, arm: Values, slack_arm: Values, tight_arm: Values, ratio: Values
 ) -> Float[Array, "..."]:

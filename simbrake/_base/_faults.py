@@ -154,6 +154,8 @@ _FORGOTTEN = 3600.0
 @contextlib.contextmanager
 def _scratch_beside(place: Path) -> Iterator[Path]:
     """Temporary folder beside `place`, on the same disk; `InputError` where nothing can be written."""
+    if "\0" in str(place):
+        raise InputError([Fault(repr(str(place)), "has a null character", "give another name")])
     try:
         place.parent.mkdir(parents=True, exist_ok=True)
         scratch = Path(tempfile.mkdtemp(prefix=_SCRATCH, dir=place.parent))

@@ -16,6 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
+from .._base._arguments import explained
 from ._faults import Fault, InputError
 from ._quantity import NumberReader, Over, Quantity, as_number, behind, example, has_units, in_si, shown
 from ._table import part_text, rows_table, value_text
@@ -26,6 +27,7 @@ _SHORT: dict[type, type] = {}
 _MOST_NUMBERS = 1_000_000
 
 
+@explained
 def quantity(
     unit: str,
     meaning: str,
@@ -291,7 +293,7 @@ def takes_values(build: _Build) -> _Build:
     hints = typing.get_type_hints(build, include_extras=True)
     about = {name: typing.get_args(hint)[1] for name, hint in hints.items() if typing.get_origin(hint) is Annotated}
     plain = typing.get_type_hints(build)
-    signature = inspect.signature(build)
+    signature, built = inspect.signature(build), explained(build)
 
     @functools.wraps(build)
     def checked(*args: Any, **named: Any) -> Any:
@@ -312,7 +314,7 @@ def takes_values(build: _Build) -> _Build:
             bound.arguments[name] = value
         if faults:
             raise InputError(faults)
-        return build(*bound.args, **bound.kwargs)
+        return built(*bound.args, **bound.kwargs)
 
     parameters = [
         parameter.replace(annotation=plain.get(name, parameter.annotation))
@@ -384,6 +386,7 @@ def _may_be_absent(cls: type, name: str) -> bool:
     return type(None) in kinds or Any in kinds
 
 
+@explained
 def leaves(node: object, path: str = "", unit: str = "SI") -> list[Leaf]:
     """Every quantity below `node`, in the order of the fields; `unit`: meaning of `SI` here.
 

@@ -22,6 +22,8 @@ import jax
 import numpy as np
 from jax.core import Tracer
 
+from .._base._arguments import explained
+
 # --- units ------------------------------------------------------------------------------------------------------------
 
 
@@ -228,6 +230,7 @@ ZERO = 273.15  # K, of the Celsius scale
 _UPPER = str.maketrans("0123456789-", "⁰¹²³⁴⁵⁶⁷⁸⁹⁻")
 
 
+@explained
 @contextmanager
 def display_units(system: str) -> Iterator[None]:
     """Within it numbers for reading are shown in `si` or in `rig` units; data and JSON stay in SI.

@@ -10,6 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from .._base._arguments import explained
 from .._base._corners import greater
 from .._phases import Ended
 from .._physics._mechanism import BandMode, BrakeCode, Label, events_of_change
@@ -490,6 +491,7 @@ def onset_bracket(
     return drive, R * f * loads, R * f * pressed, J_b / (J + J_b)
 
 
+@explained
 def internal_slip_tension(
     brake: Brake,
     inertia: Number,

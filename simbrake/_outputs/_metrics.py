@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from .._base._arguments import explained
 from .._base._table import number
 from .._parts._scene import Scene, has_load
 from .._physics._brake import BrakeSystem
@@ -920,6 +921,7 @@ def identity_of(metric: str | Callable[..., Any]) -> object:
     return metric if entry is None or entry.find.__module__.startswith("simbrake.") else entry.find
 
 
+@explained
 def metric_names(scene: Scene) -> tuple[str, ...]:
     """Names of everything that a run of the scene has as one number, energies as `energy.…`.
 

@@ -10,6 +10,7 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Float, Int, PyTree
 
+from .._base._arguments import explained
 from .._base._compiling import DeviceJit
 from .._base._corners import greater
 from .._base._part import is_traced
@@ -207,6 +208,7 @@ def _integrate(record: Record, pick: Callable[[Probe], PyTree], *, points: int) 
 _integral = RunJit(_integrate, static_argnames="points")
 
 
+@explained
 def integral(run: Any, pick: Callable[[Probe], PyTree], *, points: int = POINTS) -> PyTree:
     """`∫ pick(probe) dt` over a run, from its start to its end.
 

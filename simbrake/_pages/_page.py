@@ -18,6 +18,7 @@ from jaxtyping import Float
 from markupsafe import Markup
 
 from .. import plot
+from .._base._arguments import explained
 from .._base._faults import InputError, whole_file, whole_folder
 from .._base._progress import Progress, shown_progress
 from .._base._table import Column, Number, Table, digits, number
@@ -171,6 +172,7 @@ _FOLD = 30
 _ROUNDING = 1e-13
 
 
+@explained
 def report(
     run: Result | Scene,
     path: str | os.PathLike[str] | None = None,

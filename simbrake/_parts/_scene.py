@@ -13,6 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .._base._arguments import explained
 from .._base._compiling import DeviceJit, per_value
 from .._base._faults import Fault, InputError
 from .._base._part import (
@@ -498,6 +499,7 @@ def _faults_of_band(scene: Scene) -> list[Fault]:
     return errors
 
 
+@explained
 def check_scene(scene: Scene) -> None:
     """Check a scene. Raises `InputError` with all errors.
 

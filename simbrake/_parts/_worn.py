@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, PyTree
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._quantity import Scalar
 from ..brakes._design import Brake
@@ -29,6 +30,7 @@ def _worn(scene: Scene, wear: Wear) -> tuple[Float[Array, " n"], Float[Array, " 
     return jnp.broadcast_to(jnp.asarray(wear.worn), weights.shape), weights
 
 
+@explained
 def worn_scene(scene: Scene) -> Scene:
     """The scene with the effects of the wear `h_i` before it (`Wear.worn`); unchanged without feedback.
 
@@ -106,6 +108,7 @@ def _thinner(heat: Heat, h: Array, angle: Array, thickness: Scalar | None) -> He
 # --- a band turned end for end ----------------------------------------------------------------------------------------
 
 
+@explained
 def turned_scene(scene: Scene) -> Scene:
     """The scene with its band turned end for end: its quantities are counted from the other end.
 

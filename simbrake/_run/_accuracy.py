@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import jax
 import numpy as np
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._table import Column, Number, Table, Tabular, digits, number, plain, pretty
 from .._outputs._log import Event
@@ -452,6 +453,7 @@ def _size(error: float | None, unit: str) -> Number:
     return Number("—") if error is None else Number(digits(error, 2), pretty(unit), repr(error), pretty(unit))
 
 
+@explained
 def accuracy(result: Result, progress: Any = False) -> Accuracy:
     """Estimate the errors of a concrete result: of every metric, of the time of every event, of every kind of states.
 

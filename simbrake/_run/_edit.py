@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._part import Leaf, about_of, below, faults_of_values, leaves, parts_below, presence_below, present_path
 from .._base._quantity import NumberReader, Quantity, as_number
@@ -96,6 +97,7 @@ def parse_assignments(assignments: list[str]) -> dict[str, Any]:
     return values
 
 
+@explained
 def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     """The scene with other numbers: `{"brake.band.stiffness": 3e5, "brake.linings.angle[0]": 0.2}`.
 
@@ -290,6 +292,7 @@ def _replace(scene: Scene, path: str, value: Any) -> Scene:
 # --- other materials --------------------------------------------------------------------------------------------------
 
 
+@explained
 def with_materials(scene: Scene, rim: Material | None = None, lining: Material | None = None) -> Scene:
     """The scene with its rim, its linings, or both of another material; the sizes stay.
 

@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float, Int, PyTree
 from numpy.polynomial import legendre
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._part import Whole, quantity, takes_values
 from .._base._quantity import Scalar, as_number
@@ -148,6 +149,7 @@ def _check(
 # --- over a run -------------------------------------------------------------------------------------------------------
 
 
+@explained
 def friction_work(run: Run, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
     """Friction work of every lining over a run, in J.
 
@@ -170,6 +172,7 @@ def friction_work(run: Run, *, pair: str = "external", points: int = POINTS) -> 
     return integral(record, _Picked(record, pair), points=points)
 
 
+@explained
 def lining_wear(
     run: Run, rate: WearRate, *, pair: str = "external", place: Number | None = None, points: int = POINTS
 ) -> Float[Array, " n"]:
@@ -202,6 +205,7 @@ def lining_wear(
     )
 
 
+@explained
 def lining_mean(
     run: Run, quantity: str, *, over: str = "slip", pair: str = "external", points: int = POINTS
 ) -> Float[Array, " n"]:
@@ -241,6 +245,7 @@ def _peaks(record: Record, pair: str, quantity: str) -> Float[Array, " n"]:
 _peaks_of_record = RunJit(_peaks, static_argnames=("pair", "quantity"))
 
 
+@explained
 def lining_peak(run: Run, quantity: str, *, pair: str = "external") -> Float[Array, " n"]:
     """Maximum value over a run of a quantity of every lining (`quantity` and `pair` as in `lining_mean`).
 
@@ -367,6 +372,7 @@ class Overlap(NamedTuple):
     internal_static: Float[np.ndarray, " m"]
 
 
+@explained
 def geometric_overlap(brake: Brake) -> tuple[float | None, float]:
     """`Σ A_i/A_track` of the external pair (`None` on a standard brake) and of linings and rim; about 0.75 (S).
 
@@ -391,6 +397,7 @@ def geometric_overlap(brake: Brake) -> tuple[float | None, float]:
     return share(outer[0], brake.band.radius) if outer else None, share(inner, brake.pulley.radius)
 
 
+@explained
 def overlap(result: Result, ts: Any, running_in: RunningIn | None = None) -> Overlap:
     """Overlap coefficients of a concrete result at the times `ts` (m,), optionally with contact that grows by wear.
 

@@ -11,6 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._part import Part, quantity
 from .._base._quantity import BAD, NumberReader, Quantity, Scalar
@@ -305,6 +306,7 @@ def has_limit(scene: Scene) -> bool:
     return worn or pressed or bool(allowable_values(scene))
 
 
+@explained
 def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck]:
     """All limits of a concrete result with their verdicts: temperatures, the hottest place first, then the others.
 

@@ -10,6 +10,7 @@ import optimistix as optx
 from jax.core import Tracer
 from jaxtyping import Bool, Float, Int, PyTree
 
+from .._base._arguments import explained
 from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._part import as_arrays, faults_below, faults_of_values, is_traced
@@ -150,6 +151,7 @@ def check_heat(heat: Heat) -> None:
         raise InputError(faults)
 
 
+@explained
 def simulate_heat(
     heat: Heat,
     ts: Any,
@@ -230,6 +232,7 @@ def _steady(
 _steady_traced, _steady_compiled = jax.jit(_steady), DeviceJit(_steady)
 
 
+@explained
 def steady_state(
     heat: Heat,
     *,
@@ -281,6 +284,7 @@ class CyclicState(NamedTuple):
     cycles: int  # runs it took to find it
 
 
+@explained
 def with_temperatures(heat: Heat, T: Float[Array, " k"]) -> Heat:
     """The same network, starting at `T` (k,) in K: one temperature per node with capacity, in their order.
 
@@ -303,6 +307,7 @@ def with_temperatures(heat: Heat, T: Float[Array, " k"]) -> Heat:
     return eqx.tree_at(lambda h: h.bodies, heat, tuple(bodies))
 
 
+@explained
 def cyclic_steady_state(
     scene: Scene, *, tolerance: float = 1e-7, cycles: int = 3, limit: int = 400, **options: Any
 ) -> CyclicState:

@@ -17,6 +17,7 @@ from jax.custom_batching import custom_vmap
 from jaxtyping import Float, PyTree
 
 from .._base import _cache
+from .._base._arguments import explained
 from .._base._compiling import (
     Packed,
     Packing,
@@ -373,6 +374,7 @@ def room_for(result: Result, *, differentiated: bool = False) -> int:
     return 1 << math.ceil(math.log2(1.25 * count + 48))
 
 
+@explained
 def simulate(
     scene: Scene,
     *,
@@ -442,8 +444,13 @@ def simulate(
 
 
 def solver_of(scene: Scene, solver: Solver | None = None) -> Solver:
-    """The solver given, or the one that `simulate` chooses for a scene."""
+    """The solver given, or the one that `simulate` chooses for a scene. Raises `InputError` for what is no solver."""
     if solver is not None:
+        try:
+            as_method(solver)
+        except TypeError as error:
+            hint = "give an explicit solver of diffrax, as diffrax.Tsit5(), or a method of simbrake.hybrid"
+            raise InputError([Fault("solver", f"{shown(solver)} does not fit here", hint)]) from error
         return solver
     return solver_for(stiffness(scene)[0] if not is_traced(scene) else scene.heated)
 
@@ -507,6 +514,7 @@ class PreparedResult(NamedTuple):
     segments: int
 
 
+@explained
 class Prepared:
     """A scene compiled for fast runs with other numbers; made by `prepare`.
 
@@ -683,6 +691,7 @@ class Prepared:
         return simulate(scene, solver=self.solver, rtol=self.rtol, throw=False, **limits)
 
 
+@explained
 def prepare(
     scene: Scene,
     metrics: Sequence[Metric] = ("slip_onset_time", "full_slip_time", "stopping_time"),

@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base import _cache
+from .._base._arguments import explained
 from .._base._compiling import Packed, Packing, Program, compiled, pack, run_device
 from .._base._faults import Fault, InputError
 from .._base._programs import Kept
@@ -264,6 +265,7 @@ def _seen(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Probe:
     return seen_at(system, *jax.tree.map(lambda leaf: jnp.asarray(leaf)[None], (t, y, mode)))
 
 
+@explained
 class Stepper:
     """A scene advanced in steps of any length, with all its events inside them, under inputs that the caller holds.
 

@@ -5,6 +5,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import NamedTuple
 
+from .._base._arguments import explained
 from .._base._faults import InputError
 from .._base._table import coloured, number, plain, rows_table
 from .._outputs._duty import DutyKind, speed_is_led
@@ -67,6 +68,7 @@ class Verdict(NamedTuple):
         return f"{self.colour}: {self.headline}"
 
 
+@explained
 def verdict(result: Result, limits: Mapping[str, float | str] | Sequence[LimitCheck] | None = None) -> Verdict:
     """The verdict on a concrete result.
 

@@ -11,13 +11,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from .._base._arguments import explained
 from .._base._corners import lesser
-from .._base._faults import Fault
+from .._base._faults import Fault, InputError
 from .._base._part import Part, quantity, short_for
-from .._base._quantity import Over, Scalar, Values, as_number
+from .._base._quantity import Over, Scalar, Values, as_number, shown
 from ..hybrid._arrays import Array
 
 
+@explained
 def grip(f: Float[Array, "..."], angle: Float[Array, " n"], *, continuous: bool = False) -> Float[Array, " n"]:
     """`f_i z_i = f_i tan(β_i/2)` of each lining; at 1 or above the lining is self-locking.
 
@@ -56,6 +58,7 @@ def band_torque(radius: Array, slack: Array, tight: Array) -> Float[Array, "..."
     return radius * (tight - slack)
 
 
+@explained
 def tension_ratio(fz: Float[Array, " n"]) -> tuple[Float[Array, " n"], Bool[Array, " n"]]:
     """Tension ratio of each lining at its limit, and which linings are self-locking.
 
@@ -132,6 +135,7 @@ def affine_tensions(T_0: Float[Array, ""], a: Float[Array, " n"], b: Float[Array
     return A * (T_0 + _running(jnp.add, b / A, 0.0))
 
 
+@explained
 def capstan_ratio(f: Float[Array, ""], wrap: Float[Array, ""]) -> Float[Array, ""]:
     """Euler's limit for many small linings, `T_n/T_0 → exp(f α)`.
 
@@ -159,6 +163,7 @@ class LiningForces(NamedTuple):
     at_limit: Bool[Array, " n"]
 
 
+@explained
 def mobilised(
     T_0: Float[Array, ""],
     T_n: Float[Array, ""],
@@ -237,6 +242,7 @@ def tensions_on(
     return jnp.where(piece >= 0, ahead, back)
 
 
+@explained
 def sliding_tensions(
     T_0: Float[Array, ""],
     f: Float[Array, " n"],
@@ -289,6 +295,7 @@ class ChordForces(NamedTuple):
     normal: Float[Array, " k"]
 
 
+@explained
 def chord_tensions(T_0: Float[Array, ""], f: Float[Array, "..."], beta: Float[Array, " k_plus_1"]) -> ChordForces:
     """Tensions along a band on point linings joined by chords (model §2.1).
 
@@ -311,6 +318,7 @@ def chord_tensions(T_0: Float[Array, ""], f: Float[Array, "..."], beta: Float[Ar
 # --- pressure within a lining -----------------------------------------------------------------------------------------
 
 
+@explained
 def pressure_within(mean: Values, ratio: Values, place: Values) -> Float[Array, "..."]:
     """Pressure (Pa) at a place within a lining under a band whose tension rises along it (Z, fig. 2):
 
@@ -334,6 +342,7 @@ def pressure_within(mean: Values, ratio: Values, place: Values) -> Float[Array, 
 # --- compliance -------------------------------------------------------------------------------------------------------
 
 
+@explained
 def tension_rise(f: Values, angle: Values) -> Float[Array, ""]:
     """`S_H/S_C = exp(Σ f_i α_i)` of sliding linings; `f` a number or (n,), `angle` (n,) in rad.
 
@@ -560,6 +569,8 @@ class ContinuousLining(AbstractGeometry):
 
 
 def _as_bands(bands: Iterable[AbstractStiffness | float]) -> tuple[AbstractStiffness, ...]:
+    if not isinstance(bands, Iterable):
+        raise InputError([Fault("bands", f"{shown(bands)} does not fit here", "give a list of bands")])
     return tuple(band if isinstance(band, AbstractStiffness) else GivenStiffness(as_number(band)) for band in bands)
 
 
@@ -606,6 +617,7 @@ class ParallelBands(AbstractStiffness):
         return [fault for i, band in enumerate(self.bands) for fault in band.faults_with(f"{path}.bands[{i}]", n)]
 
 
+@explained
 def lever_split(compliances: Values, tension: Values) -> Float[Array, " k"]:
     """Slack tensions (N) of bands in parallel under one lever that gives the sum `S`, with equal elongation.
 

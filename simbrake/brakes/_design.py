@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._part import Part, Whole, faults_of_sizes, part, quantity, takes_values, whole
 from .._base._quantity import Over, Scalar, Values, positive
@@ -657,6 +658,7 @@ def _still_friction(linings: AbstractLinings, temperature: Values | None, time: 
     return jnp.broadcast_to(law.kinetic(unloaded(linings, jnp.zeros(n), T, at)), (n,))
 
 
+@explained
 def stiffness_of(
     brake: AbstractBrake, temperature: Values | None = None, time: Values | None = None
 ) -> Float[Array, ""] | None:
@@ -681,6 +683,7 @@ def stiffness_of(
     return stiffness.stiffness(f, jnp.asarray(brake.linings.weights), jnp.asarray(brake.radius))
 
 
+@explained
 def tension_shares(
     brake: AbstractBrake, temperature: Values | None = None, time: Values | None = None
 ) -> Float[Array, " k"]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from fnmatch import fnmatchcase
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._progress import Progress
 from .._run._simulate import require_64_bits
@@ -32,6 +33,7 @@ def chosen(only: str | None = None) -> list[list[Case]]:
     return [lane for lane in picked if lane]
 
 
+@explained
 def validate(only: str | None = None, *, progress: bool | None = False) -> Validation:
     """Run simbrake on cases with independent reference solutions, and compare.
 

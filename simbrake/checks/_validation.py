@@ -12,6 +12,7 @@ from typing import Any, NamedTuple, TypeAlias
 import jax
 import numpy as np
 
+from .._base._arguments import explained
 from .._base._compiling import DeviceJit
 from .._base._table import Column, Table, Tabular
 from .._parts._scene import Scene
@@ -180,6 +181,7 @@ def judged(case: str, source: str, value: float, truth: float, tolerance: float,
     return Check(case, source, value, truth, error, tolerance, PASS if error <= tolerance else FAIL)
 
 
+@explained
 def run_case(case: Case) -> Check:
     """Run a case; any exception is a `fail` with the message.
 

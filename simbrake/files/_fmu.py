@@ -22,6 +22,7 @@ from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError, needed, whole_file
 from .._base._quantity import Quantity, shown
 from .._outputs._quantities import SERIES_COLUMNS
@@ -47,6 +48,7 @@ _BASE = {
 }
 
 
+@explained
 def write_fmu(scene: Scene, path: str | Path, inputs: Sequence[str] | str | None = None) -> Path:
     """Write a scene as an FMU, co-simulation 2.0; it needs Python with simbrake where it runs (`export_fmu`: none).
 
@@ -94,6 +96,7 @@ def write_fmu(scene: Scene, path: str | Path, inputs: Sequence[str] | str | None
     return path
 
 
+@explained
 def export_fmu(
     scene: Scene,
     path: str | Path,

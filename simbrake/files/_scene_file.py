@@ -13,6 +13,7 @@ import equinox as eqx
 import numpy as np
 from jax.core import Tracer
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError, existing_file, text_of_file, whole_file
 from .._base._part import FORMER, Whole, by_present_names, faults_of_whole, leaves
 from .._base._quantity import BAD, NumberReader, Quantity, example, shown
@@ -202,6 +203,7 @@ def _wish(part: Part, unit: str) -> str:
 # --- TOML -------------------------------------------------------------------------------------------------------------
 
 
+@explained
 def scene_from_text(text: str, folder: str | Path = ".", values: Mapping[str, Any] | None = None) -> Scene:
     """The scene that a TOML text describes.
 
@@ -275,6 +277,7 @@ def _set_key(tables: dict[str, Toml], path: str, value: Any) -> bool:
     return True
 
 
+@explained
 def read_scene(path: str | Path, values: Mapping[str, Any] | None = None) -> Scene:
     """The scene of a TOML file; see `scene_from_text`. Raises `InputError` with every error.
 
@@ -286,6 +289,7 @@ def read_scene(path: str | Path, values: Mapping[str, Any] | None = None) -> Sce
     return scene_from_text(text_of_file(path), path.parent, values)
 
 
+@explained
 def scene_text(scene: Scene) -> str:
     """A scene as TOML, every number with its unit; `scene_from_text` gives the same scene back, to the last bit.
 
@@ -307,6 +311,7 @@ def scene_text(scene: Scene) -> str:
     return tomli_w.dumps({FORMAT: VERSION, **tables})
 
 
+@explained
 def write_scene(scene: Scene, path: str | Path) -> None:
     """Write a scene to a TOML file, whole or not at all; see `scene_text`.
 
@@ -361,6 +366,7 @@ class _Writer:
 # --- files of either kind ---------------------------------------------------------------------------------------------
 
 
+@explained
 def open_scene(file: str | Path, values: Mapping[str, Any] | None = None) -> Scene:
     """The scene of a TOML file, or the one that the function `scene()` of a Python file returns; with `values` by path.
 

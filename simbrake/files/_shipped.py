@@ -5,6 +5,7 @@ import difflib
 from pathlib import Path
 from typing import NamedTuple
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 
 #: names of the templates, in the order in which a newcomer meets them
@@ -41,6 +42,7 @@ def shipped_files() -> dict[str, Shipped]:
     return {file.stem: Shipped(file.stem, file, title_of(file, file.read_text("utf-8"))) for file in files}
 
 
+@explained
 def shipped(name: str) -> Path:
     """The file of a template or shipped scene by its name: `sb.read_scene(sb.files.shipped("u2_5_5_stop"))`.
 

@@ -7,6 +7,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene, banded_brake, check_scene
@@ -206,6 +207,7 @@ def braking_of(run: Scene | Result, data: EstimateData | None) -> tuple[Braking,
     return Braking.of(scene, inputs, stop, stages, values), about
 
 
+@explained
 def estimates(run: Scene | Result, data: EstimateData | None = None) -> EngineeringEstimates:
     """Classical estimates of a brake application from its scene, beside its simulation (model §6.3).
 

@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._part import leaves
 from .._base._progress import counting
@@ -430,6 +431,7 @@ class MaterialComparison(Tabular):
 # --- the function -----------------------------------------------------------------------------------------------------
 
 
+@explained
 def compare_materials(
     scene: Scene,
     rims: Sequence[str | RimMaterial] = DEFAULT_RIMS,

@@ -4,6 +4,7 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
+from .._base._arguments import explained
 from .._base._faults import require_positive
 from ..thermal._material import LIBRARY, Entry, Material, library, material
 from ..wear import ThresholdWear
@@ -12,6 +13,7 @@ from .stress import ElasticMaterial
 _ZERO = 273.15  # K
 
 
+@explained
 @dataclasses.dataclass(frozen=True, eq=False)
 class RimMaterial:
     """A material for rims: `thermal` properties, constants for thermal stress (`elastic`), and its limits.
@@ -44,6 +46,7 @@ class RimMaterial:
         return thermal | {"permissible_stress": stress} | limits
 
 
+@explained
 @dataclasses.dataclass(frozen=True, eq=False)
 class LiningMaterial:
     """A material for linings: `thermal` properties, law of `wear`, and its limits.
@@ -107,6 +110,7 @@ def _settled(
     return numbers, material(name, **{key: numbers[key] for key in _THERMAL}), sources
 
 
+@explained
 def rim_material(name: str, **changes: float) -> RimMaterial:
     """A rim's material: steel_20L, steel_35KhNL, cast_iron, magnesium_alloy, brass, aluminium_alloy.
 
@@ -124,6 +128,7 @@ def rim_material(name: str, **changes: float) -> RimMaterial:
     return RimMaterial(name, thermal, elastic, *limits, sources)
 
 
+@explained
 def lining_material(name: str, **changes: float) -> LiningMaterial:
     """A lining's material: FK-24A, retinax.
 

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import jax.numpy as jnp
 import numpy as np
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._table import Table, plain
 from .._parts._scene import Scene, banded_brake, faults
@@ -533,6 +534,7 @@ class Synthesis(RowTable[SynthesisRow]):
 # --- the function -----------------------------------------------------------------------------------------------------
 
 
+@explained
 def synthesize(
     run: Scene | Result,
     data: EstimateData | None = None,

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from .._base._arguments import explained
 from .._outputs._log import internal_slip_tension
 from .._parts._scene import Scene, band_brake, banded_brake, sensed_at_start
 from .._physics._shaft import Shaft
@@ -61,6 +62,7 @@ def load_and_inertia(scene: Scene) -> tuple[float, float]:
     return float(torque), inertia
 
 
+@explained
 def classical_stop(scene: Scene) -> ClassicalStop | None:
     """The stop of a standard brake by statics alone; `None` where there is none.
 
@@ -173,6 +175,7 @@ class _Grip(NamedTuple):
         return float(np.sum(weight / left)), float(np.sum(weight * at / left))
 
 
+@explained
 def classical_staged_stop(scene: Scene) -> StagedStop | None:
     """The stop of a staged brake by statics and constant torques; `None` where there is none (model §4, after K).
 

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError, require_positive
 from .._parts._scene import band_brake
 from .._run._linings import geometric_overlap, rubbing
@@ -21,6 +22,7 @@ _FRACTIONS = np.linspace(0.0, 1.0, 9)  # of an interval of constant flux, at whi
 _DEEP = 0.5  # of the rim's thickness: the back returns exp(−2 √π/0.5) = 8e-4 of a ripple
 
 
+@explained
 def revolution_ripple(
     place: Layers, edges: Layers, flux: Layers, period: float, effusivity: float
 ) -> Float[np.ndarray, "..."]:
@@ -87,6 +89,7 @@ class TrackRipple(NamedTuple):
         return self.reach <= _DEEP
 
 
+@explained
 def track_ripple(
     result: Result, ts: Layers, *, material: Material | None = None, share: float | None = None, cooling: float = 0.0
 ) -> TrackRipple:

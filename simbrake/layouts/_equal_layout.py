@@ -14,6 +14,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from .._base._arguments import explained
 from .._base._compiling import DeviceJit
 from .._base._faults import Fault
 from .._base._progress import Progress
@@ -76,6 +77,7 @@ class Layout:
     k: int
 
 
+@explained
 def equal_increment_angles(f: float | Float[np.ndarray, " n"], n: int, k: int, wrap: float) -> Layout:
     """Angles for equal tension increments, i.e. equal torque, of the first `k` of `n` linings (Z tables 5, 6).
 
@@ -110,6 +112,7 @@ def equal_increment_angles(f: float | Float[np.ndarray, " n"], n: int, k: int, w
     return Layout(beta, (1 / last + 1) / (1 / first - 1), k)
 
 
+@explained
 def equal_load_angles(
     f: float | Float[np.ndarray, " n"], n: int, wrap: float, *, area: float | Float[np.ndarray, " n"] = 1.0
 ) -> Layout:
@@ -164,6 +167,7 @@ def equal_load_angles(
     return Layout(2 * np.arctan(z), float(np.prod((1 + fz) / (1 - fz))), n)
 
 
+@explained
 def chord_equal_load_angles(f: float, k: int, beta_k: float, beta_k1: float) -> Float[np.ndarray, " k"]:
     """Chord angles `β_1…β_k` (rad) for equal normal loads `N_2 = … = N_k`, `β_k` and `β_{k−1}` given.
 
@@ -532,6 +536,7 @@ def _start(scene: Scene, targets: tuple[Target, ...], free: str) -> tuple[tuple[
     return (angle, area), note
 
 
+@explained
 def equal_layout(
     scene: Scene,
     target: Target | tuple[Target, ...],

@@ -21,6 +21,7 @@ from matplotlib.ticker import MaxNLocator
 from PIL import Image
 from scipy.integrate import cumulative_trapezoid
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError, whole_file
 from .._base._progress import counting
 from .._base._quantity import as_number
@@ -129,6 +130,7 @@ _SPOKES = 3
 _FRAMES = 2000  # more would fill the memory
 
 
+@explained
 def animate(
     result: Result,
     path: str | os.PathLike[str],

@@ -14,7 +14,9 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
+from .._base._quantity import shown as about
 from .._base._table import scale
 from .._outputs._log import Status
 from .._run._result import Result
@@ -41,6 +43,7 @@ _MOST = 6
 _HOT = ("rim_temperature", "lining_temperature", "band_temperature")
 
 
+@explained
 @styled
 def compare(results: Mapping[str, Source] | Sequence[Source], *, figure: Figure | None = None) -> Figure:
     """Results laid over each other: speed, brake torque, tension of the tight end or normal force, and the hottest
@@ -138,6 +141,7 @@ def _mark(axes: Axes, data: Dataset, i: int) -> list[str]:
 _FIRST = ("stopping_time", "hook_travel", "stopping_angle", "energy.friction_heat", "max_tension")
 
 
+@explained
 @styled
 def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure | None = None) -> Figure:
     """Metrics over the parameters of `simbrake.sweep` or `simbrake.ensemble`.
@@ -156,6 +160,9 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
         >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
         ('duty.load.mass, t', 'stopping time, s')
     """
+    if not hasattr(data, "data_vars"):
+        hint = "give the data set of simbrake.sweep or simbrake.ensemble"
+        raise InputError([Fault("data", f"{about(data)} does not fit here", hint)])
     grid = "run" not in data.dims
     if grid:
         single = [name for name, size in data.sizes.items() if size == 1]
@@ -294,6 +301,7 @@ _PANELS = (
 )
 
 
+@explained
 @styled
 def materials(comparison: MaterialComparison, *, figure: Figure | None = None) -> Figure:
     """Rim materials side by side, one row of panels for each lining, one bar for each energy level, weak to strong.

@@ -13,6 +13,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Arc, Circle, FancyArrowPatch, Patch, Wedge
 from matplotlib.ticker import MaxNLocator
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._outputs._probe import Probe, tension_before
 from .._outputs._quantities import times_within
@@ -140,6 +141,7 @@ _BARS: tuple[dict[str, Any], ...] = (
 )
 
 
+@explained
 @styled
 def pulley(result: Result, time: float | int | None = None, *, figure: Figure | None = None) -> Figure:
     """Tension of the band and normal load of every lining on the pulley's circle at one time (Z, Fig. 5).
@@ -290,6 +292,7 @@ def _draw_load(axes: Axes, loads: list[PerLining], angles: Ends, most: float) ->
 # --- pads and shoes ---------------------------------------------------------------------------------------------------
 
 
+@explained
 @styled
 def pressed(result: Result, time: float | int | None = None, *, figure: Figure | None = None) -> Figure:
     """Pads of a disc brake, or shoes of a double-shoe brake, at one time, with the pressure and the forces on them.

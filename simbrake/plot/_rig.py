@@ -4,6 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from .._base._arguments import explained
 from .._base._table import scale
 from ..rig._ledger import Ledger
 from ..rig._lowerings import LOADS, Lowering
@@ -14,6 +15,7 @@ from ._shared import BLUE, GREEN, ORANGE, VERMILLION, finish, sheet, styled
 _KINDS: dict[str, str] = dict(zip(LOADS, (ORANGE, GREEN, BLUE), strict=True))
 
 
+@explained
 @styled
 def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
     """Height of the block with its lowerings, and the work of the hook in each with its interval, by kind of load.
@@ -62,6 +64,7 @@ def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
     return figure
 
 
+@explained
 @styled
 def replay(comparison: Comparison, *, figure: Figure | None = None) -> Figure:
     """Recorded and simulated height of the block and load of the hook, in the units of the log, and temperatures.

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._outputs._log import Event
 from .._outputs._quantities import LINING_QUANTITIES, Series
@@ -49,6 +50,7 @@ from ._shared import (
 )
 
 
+@explained
 @styled
 def duty(result: Result, *, figure: Figure | None = None) -> Figure:
     """Slack tension or force that the lever gives, torques of the load and of a motor over the whole run, with the mass
@@ -94,6 +96,7 @@ _HOT = {"rim": VERMILLION, "linings": ORANGE, "band": BLUE, "linings, outer face
 _HOT |= {"wetted wall": PURPLE, "coolant, outlet": SKY}
 
 
+@explained
 @styled
 def stop(result: Result, *, figure: Figure | None = None) -> Figure:
     """Speed of the pulley, torques of brake, load and motor, tensions at the two ends of the band or forces on the
@@ -128,6 +131,7 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
     return figure
 
 
+@explained
 @styled
 def stops(result: Result, *, figure: Figure | None = None) -> Figure:
     """One point for each stop of the run: duration of the braking, friction heat, and the
@@ -206,6 +210,7 @@ _STAGES = {
 }
 
 
+@explained
 @styled
 def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figure | None = None) -> Figure:
     """Speeds of pulley and bandage of a staged brake, torques and friction heat of both pairs, and their overlap
@@ -263,6 +268,7 @@ def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figur
     return figure
 
 
+@explained
 @styled
 def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
     """Stick and slip of each lining over time: of a chain on the pulley, of a resolved bandage on band and rim.
@@ -303,6 +309,7 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
     return figure
 
 
+@explained
 @styled
 def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     """Temperatures of rim, linings and band over time, the permissible one, and the hottest moment's depth profiles.
@@ -444,6 +451,7 @@ def _layers(result: Result, wall: Wall, T: Float[np.ndarray, "... k"]) -> Float[
 # --- maps -------------------------------------------------------------------------------------------------------------
 
 
+@explained
 @styled
 def depth(result: Result, wall: str | None = None, copy: int | None = None, *, figure: Figure | None = None) -> Figure:
     """Temperature (°C) through the depth (mm) of a wall over time as a map, beside it profiles.
@@ -534,6 +542,7 @@ def _wall(result: Result, name: str | None, copy: int | None) -> Wall:
     return matching[0]
 
 
+@explained
 @styled
 def lining_map(
     result: Result, quantity: str = "temperature", *, pair: str = "external", figure: Figure | None = None

@@ -21,6 +21,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._table import number
 from .._outputs._log import Event
@@ -100,6 +101,7 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 _title: ContextVar[str] = ContextVar("title", default="")
 
 
+@explained
 @contextlib.contextmanager
 def titled(title: str) -> Iterator[None]:
     """Figures of a run that are drawn inside begin with this title, others with the kind of the brake.

@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator, MultipleLocator
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._table import pretty, scale
 from .._parts._scene import Scene, band_brake
@@ -48,6 +49,7 @@ from ._shared import (
 )
 
 
+@explained
 @styled
 def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = None) -> Figure:
     """Tornado chart: effect of every parameter on a metric over its range, the largest on top.
@@ -104,6 +106,7 @@ def bars_of(
     return 0.0, [(row, [("high" if row.elasticity > 0 else "low", row.elasticity)]) for row in rows[:most]]
 
 
+@explained
 @styled
 def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> Figure:
     """Measured columns over a run, one panel each: what was measured, its standard deviation, and the run.
@@ -141,6 +144,7 @@ def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> 
     return figure
 
 
+@explained
 @styled
 def calibration(fit: Calibration, recording: str | None = None, *, figure: Figure | None = None) -> Figure:
     """Measured values with their standard deviations and the runs before and after a fit; below, residuals in σ.
@@ -194,6 +198,7 @@ def calibration(fit: Calibration, recording: str | None = None, *, figure: Figur
 # --- uncertain results ------------------------------------------------------------------------------------------------
 
 
+@explained
 @styled
 def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = None) -> Figure:
     """Histogram and cumulative share of a metric, quantiles with their intervals, and its limit where it has one.
@@ -242,6 +247,7 @@ def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = 
     return figure
 
 
+@explained
 @styled
 def indices(table: SobolTable, *, figure: Figure | None = None) -> Figure:
     """Total and first-order Sobol indices as bars with their intervals, the largest on top.
@@ -277,6 +283,7 @@ def indices(table: SobolTable, *, figure: Figure | None = None) -> Figure:
     return figure
 
 
+@explained
 @styled
 def effects(table: MorrisTable, *, figure: Figure | None = None) -> Figure:
     """Morris' plane: mean absolute elementary effect against its standard deviation.
@@ -314,6 +321,7 @@ def effects(table: MorrisTable, *, figure: Figure | None = None) -> Figure:
 _STYLES = [(BLUE, "o"), (VERMILLION, "s"), (GREEN, "D"), (ORANGE, "^"), (PURPLE, "v"), (SKY, "P"), ("black", "X")]
 
 
+@explained
 @styled
 def angles(given: Any, *, uniform: bool = True, figure: Figure | None = None) -> Figure:
     """Central angles `β_i` (°) of linings where they lie on the wrap, from the slack to the tight end.
@@ -395,6 +403,7 @@ def _edges(layout: Any) -> Ends:
     return side_by_side(beta)
 
 
+@explained
 @styled
 def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figure:
     """Layouts of linings beside each other: angles from the slack to the tight end, their difference from the last
@@ -429,6 +438,7 @@ def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figur
     return figure
 
 
+@explained
 @styled
 def chord_angles(k: int, frictions: Sequence[float]) -> Figure:
     """Chord angles `β_1…β_{k−2}` of equal loads over `β_k = β_{k−1}` as far as they exist, by friction (Z, Fig. 4).
@@ -462,6 +472,7 @@ def chord_angles(k: int, frictions: Sequence[float]) -> Figure:
 _MARKS = 5  # lines along the band in one panel
 
 
+@explained
 @styled
 def wear(lives: LiningLife | Mapping[str, LiningLife], *, figure: Figure | None = None) -> Figure:
     """Thickness worn off along the band after parts of the life, and below over the number of brake applications.

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Float, Num
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._part import leaves
 from .._base._table import Column, Table, plain, pretty
@@ -42,6 +43,7 @@ def origin(source: Source) -> Settings:
         raise InputError([Fault(name, what, "give a result file, or a data set of simbrake.dataset")]) from error
 
 
+@explained
 def rerun(source: Source, *, scene: Scene | None = None, solver: Any = None) -> Result:
     """Run a stored result again: its scene, with its solver and settings.
 
@@ -259,6 +261,7 @@ _COUNTS = {
 _NEEDED = ("time", "side", "status", "event_time", "event_name", "event_lining", "energy.friction_heat")
 
 
+@explained
 def compare(a: Source, b: Source, rtol: float = 1e-9) -> Comparison:
     """Compare two results: each a `Result`, a data set of `simbrake.dataset`, or the path of a result file.
 

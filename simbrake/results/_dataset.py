@@ -17,6 +17,7 @@ import jax
 import numpy as np
 from jaxtyping import Float, Int
 
+from .._base._arguments import explained
 from .._base._compiling import accelerators, run_device
 from .._base._faults import MOST_BYTES_OF_TABLE, Fault, InputError, needed, text_of_file, whole_file
 from .._base._fingerprint import fingerprint
@@ -53,6 +54,7 @@ _STAGE_FIELDS = {
 Variables = dict[str, Variable]
 
 
+@explained
 def dataset(result: Result, times: Any = None) -> Dataset:
     """A concrete result as an `xarray.Dataset`; every variable has its `units` (SI, `1`: none) and `meaning`.
 
@@ -237,6 +239,7 @@ def _numbers(result: Result) -> Variables:
 PACKAGES = ("jax", "jaxlib", "diffrax", "equinox", "numpy", "scipy")
 
 
+@explained
 def provenance(result: Result) -> dict[str, Any]:
     """Provenance of a concrete result, as plain values of JSON, without user, host or path.
 
@@ -354,6 +357,7 @@ _COMMENT = "# "
 _CHECK = "checksum"
 
 
+@explained
 def save(result: Result | Dataset, path: str | Path) -> Path:
     """Write a result, or a data set of `simbrake.dataset`, to one file: whole, or not at all.
 
@@ -383,6 +387,7 @@ def save(result: Result | Dataset, path: str | Path) -> Path:
     return path
 
 
+@explained
 def read_result(path: str | Path, *, earlier: bool = False) -> Dataset:
     """The data set (`xarray.Dataset`) of a result file, or of a folder of `simbrake run --out`.
 

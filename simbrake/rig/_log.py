@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._progress import counting
 from .._base._table import Column, Table, Tabular, Unit, digits, plain, unit
@@ -245,6 +246,7 @@ class Log(Tabular):
         return plain({**about, "compensated": self.compensated, "channels": self._table})
 
 
+@explained
 def read(
     path: str | Path,
     *,

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._table import Column, Table, Tabular, digits, number, plain
 from .._outputs._metrics import HOT
@@ -446,6 +447,7 @@ def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering
         yield ReplayedLowering(one, far, work, travel, travel / far - 1, own, own / work - 1, float(heat[i]), tops)
 
 
+@explained
 def replay(
     of: Log | Lowerings | Ledger,
     scene: Scene,
@@ -623,6 +625,7 @@ def _compared(
     return Compared(unit, channel.factor, course.t, course.value, simulated, tuple(map(match, spans)), total)
 
 
+@explained
 def compare(replay: Replay) -> Comparison:
     """Compare a replay with its log: block position and hook load at their updates in lowerings, in the rig's units.
 

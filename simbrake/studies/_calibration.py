@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._progress import Progress
 from .._base._quantity import behind
@@ -615,6 +616,7 @@ def _warnings(
     return warnings
 
 
+@explained
 def calibrate(
     scene: Scene,
     bounds: Mapping[str, tuple[float, float]],

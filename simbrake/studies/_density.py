@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int
 
+from .._base._arguments import explained
 from .._base._faults import Fault
 from .._parts._scene import Scene
 from .._run._edit import with_values
@@ -131,6 +132,7 @@ def _unconstrained(box: Box, numbers: np.ndarray, edge: float) -> np.ndarray:
     return np.log(z / (1 - z))
 
 
+@explained
 def log_density(
     scene: Scene,
     recordings: Measured | Sequence[Measured] | Mapping[str, Measured],

@@ -21,6 +21,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import jax
 import numpy as np
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._fingerprint import FingerprintError, fingerprint, versions
 from .._base._progress import counting
@@ -635,6 +636,7 @@ def _as_grid(flat: Dataset, axes: Columns) -> Dataset:
     return _dataset(data, coords, dims, flat.attrs)
 
 
+@explained
 def ensemble(
     scene: Scene,
     values: Mapping[str, object],
@@ -703,6 +705,7 @@ def ensemble(
     return _as_dataset(plan, columns, errors)
 
 
+@explained
 def sweep(
     scene: Scene, values: Mapping[str, object], metrics: Sequence[Metric] | None = None, **settings: Any
 ) -> Dataset:

@@ -21,6 +21,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
+from .._base._arguments import explained
 from .._base._compiling import DeviceJit, Packing, Program, compiled, pack
 from .._base._faults import Fault, InputError
 from .._base._part import Leaf
@@ -357,6 +358,7 @@ def values_of(result: Result, find: Find) -> np.ndarray:
     return np.asarray(_measured(dataclasses.replace(result, record=result.record.compact()), find=find))
 
 
+@explained
 class Evaluator:
     """A scene's run as a function of a vector of numbers.
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from .._base._arguments import explained
 from .._base._faults import Fault
 from .._base._table import Column, Table, Tabular, plain
 from .._outputs._log import SimulationError
@@ -160,6 +161,7 @@ def _shown(e: Estimate) -> str:
     return f"{e.value:.4g} ± {e.high - e.value:.2g}"
 
 
+@explained
 def sobol_indices(
     scene: Scene,
     distributions: Mapping[str, Distribution],
@@ -226,6 +228,7 @@ def sobol_table(
     return SobolTable(name, "", float(unmixed.mean()), float(unmixed.std(ddof=1)), tuple(rows), pairs, confidence)
 
 
+@explained
 def morris(
     scene: Scene,
     distributions: Mapping[str, Distribution],

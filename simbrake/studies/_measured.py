@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._base._arguments import explained
 from .._base._faults import MOST_BYTES_OF_TABLE, Fault, InputError, text_of_file
 from .._base._quantity import behind
 from .._base._table import Tabular, Unit, plain, spelled, to_si, unit
@@ -276,6 +277,7 @@ _COLUMNS = 10_000
 _SIGMA = "_sigma"
 
 
+@explained
 def read_measured(
     *paths: str | Path, sigma: Mapping[str, float] | None = None, columns: Sequence[str] | None = None
 ) -> Measured:
@@ -339,6 +341,7 @@ class _Reading:
         self.issues.report()
 
 
+@explained
 def read_recordings(
     table: str | Path, *, sigma: Mapping[str, float] | None = None, columns: Sequence[str] | None = None
 ) -> dict[str, Measured]:

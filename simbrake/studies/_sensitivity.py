@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._part import Leaf
 from .._base._progress import Progress, shown_progress
@@ -176,6 +177,7 @@ def _moves(row: Sensitivity) -> bool:
     return row.derivative != 0 and (row.value == 0 or abs(row.elasticity) > _ROUNDING)
 
 
+@explained
 def sensitivity(
     scene: Scene,
     metric: Metric | Sequence[Metric],
@@ -353,6 +355,7 @@ class Hessian(NamedTuple):
     error: np.ndarray
 
 
+@explained
 def hessian(
     scene: Scene,
     metric: Metric,

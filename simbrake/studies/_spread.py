@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._part import parts_below
 from .._base._table import Column, Table, Tabular, number
@@ -72,6 +73,7 @@ class KnownSpread(Tabular):
         yield self.table()
 
 
+@explained
 def known_spread(scene: Scene, lining: str | None = None) -> KnownSpread:
     """What the library knows of the spread of a scene's inputs.
 

@@ -10,6 +10,7 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 
+from .._base._arguments import explained
 from .._base._faults import Fault
 from .._base._quantity import Quantity, behind
 from .._base._table import Column, Table, Tabular, plain
@@ -84,6 +85,7 @@ class Draws:
         return {path: np.asarray(quantile(u), np.float64) for (path, quantile), u in columns}
 
 
+@explained
 def samples(
     scene: Scene,
     distributions: Mapping[str, Distribution],
@@ -435,6 +437,7 @@ class Uncertainty(Tabular):
         return f"of the {count} of {self.runs} runs ({count / self.runs:.2%}) that have it; {rest}"
 
 
+@explained
 def uncertainty(
     scene: Scene,
     distributions: Mapping[str, Distribution],

@@ -1,6 +1,7 @@
 """The heat of a scene: a thermal network, places of the friction heat, and shares of the friction power."""
 
 import abc
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -8,9 +9,10 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._faults import Fault, require_share
+from .._base._arguments import explained
+from .._base._faults import Fault, InputError, require_share
 from .._base._part import Part, part, quantity, short_for
-from .._base._quantity import Over, Scalar, Values
+from .._base._quantity import Over, Scalar, Values, shown
 from .._base._table import number
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
@@ -52,6 +54,7 @@ class PowerSplit(NamedTuple):
     mechanical: Any
 
 
+@explained
 class PowerShares(Part):
     """Shares of the friction power, `P = P_heat + P_electrical + P_mechanical` (S-8…11), each 0…1, 1 together.
 
@@ -93,11 +96,12 @@ class PowerShares(Part):
         """Error of shares whose sum exceeds 1. Traced ones are not checked."""
         if not all(isinstance(share, np.ndarray | np.generic) for share in (self.electrical, self.mechanical)):
             return []
-        total = float(np.max(self.electrical + self.mechanical))
+        total = float(np.max(self.electrical + self.mechanical, initial=0.0))
         what = f"electrical + mechanical = {total:.12g} is more than 1"
         return [Fault(path, what, "heat is the rest")] if total > 1 + 1e-12 else []
 
 
+@explained
 def shares_of_S(electrical: float = 0.0) -> PowerShares:
     """S's figures: 0.68 of the friction power as heat (one reading of S-10), the rest mechanical.
 
@@ -281,6 +285,8 @@ def _settled(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
     def empty(body: Body) -> bool:
         return isinstance(body, Lump) and isinstance(body.capacity, np.ndarray) and bool(np.all(body.capacity == 0))
 
+    if not isinstance(bodies, Iterable):
+        raise InputError([Fault("bodies", f"{shown(bodies)} does not fit here", "give a list of bodies")])
     return tuple(Junction(body.name, body.count) if empty(body) else body for body in bodies)
 
 

@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
+from .._base._arguments import explained
 from .._base._faults import Fault
 from .._base._part import Part, quantity
 from .._base._quantity import Over, Scalar
@@ -107,6 +108,7 @@ def library(part: str) -> dict[str, dict[str, Entry]]:
 LIBRARY = library("thermal")
 
 
+@explained
 def material(name: str, **changes: float) -> Material:
     """A material of the library, with other numbers where `changes` names them.
 
@@ -123,6 +125,7 @@ def material(name: str, **changes: float) -> Material:
     return Material(**{**numbers, **changes})  # pyright: ignore
 
 
+@explained
 def effusivity_share(metal: Material, lining: Material) -> Scalar:
     """Heat partition coefficient of the metal for two sliding half-spaces: `e_1/(e_1 + e_2)` (Charron, 1943).
 
@@ -134,6 +137,7 @@ def effusivity_share(metal: Material, lining: Material) -> Scalar:
     return metal.effusivity / (metal.effusivity + lining.effusivity)
 
 
+@explained
 def layer_growth(first: float, thickness: float, layers: int) -> float:
     """Ratio `r` of neighbouring layers so that `layers` of them, the first `first` thick, fill `thickness`:
 

@@ -1,6 +1,7 @@
 """Hostile input: a few hundred mutants of `fuzz.py`, those that once failed, files that are none, absurd numbers."""
 
 import csv
+import inspect
 import os
 import signal
 import time
@@ -105,8 +106,10 @@ def test_reading_data_runs_no_code(tmp_path, monkeypatch):
 
     folder = tmp_path / "runs"
     first = fuzz.ensemble(folder)
-    (chunk,) = folder.glob("chunk-*")
-    np.savez(chunk, run=np.asarray([Hit()], object), final=np.ones(1, bool))
+    chunks = [*folder.glob("chunk-*")]
+    assert chunks
+    for chunk in chunks:
+        np.savez(chunk, run=np.asarray([Hit()], object), final=np.ones(1, bool))
     assert fuzz.ensemble(folder).stopping_time.equals(first.stopping_time)
     assert not (tmp_path / "hit").exists()
 
@@ -267,3 +270,74 @@ def _not_for_ever():
     signal.alarm(300)
     yield
     signal.alarm(0)
+
+
+# --- arguments of the wrong kind in Python ----------------------------------------------------------------------------
+
+
+def public_functions():
+    """Every function that a user can name, by its name."""
+    names = ("brakes", "checks", "files", "formulas", "layouts", "loads", "plot", "profiles", "results", "rig")
+    homes = [sb, *(getattr(sb, name) for name in (*names, "studies", "thermal"))]
+    found = {name: getattr(home, name) for home in homes for name in home.__all__}
+    return {name: function for name, function in found.items() if inspect.isfunction(function)}
+
+
+class Odd:
+    """What fits nowhere."""
+
+
+@pytest.mark.parametrize("value", [Odd(), {1: Odd()}, [[1, 2], [3]]], ids=["object", "dict", "list"])
+def test_every_public_function_tells_what_does_not_fit(value, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    functions, raw = public_functions(), {}
+    assert len(functions) > 150
+    for name, function in functions.items():
+        parameters = inspect.signature(function).parameters.values()
+        needed = [one for one in parameters if one.default is one.empty and "VAR_" not in one.kind.name]
+        if not needed:
+            continue
+        positional = [value for one in needed if one.kind is not one.KEYWORD_ONLY]
+        named = {one.name: value for one in needed if one.kind is one.KEYWORD_ONLY}
+        try:
+            function(*positional, **named)
+        except sb.InputError:
+            pass
+        except Exception as error:
+            raw[name] = f"{type(error).__name__}: {error}"
+    assert raw == {}
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda s: sb.with_values(s, np.nan), "values: nan"),
+        (lambda s: sb.read_result({}), "path: a table does not fit here — give a text or a path"),
+        (lambda s: sb.write_scene(s, [1, 2]), "path: [1, 2]"),
+        (lambda s: sb.dataset(0), "0 does not fit here — give a Result"),
+        (lambda s: sb.plot.tornado(3), "3 does not fit here"),
+        (lambda s: sb.uniform_linings(20, None, 0.3), "wrap: None does not fit here — give a number"),
+        (lambda s: sb.ramp([1, 2], 3, 0, 1), "[1, 2]"),
+        (lambda s: sb.prepare(s, rtol=[]), "rtol: []"),
+        (lambda s: sb.simulate(s, max_step=[1, 2]), "max_step: [1, 2]"),
+        (lambda s: sb.simulate(s, solver="x"), "solver"),
+        (lambda s: sb.brakes.ParallelBands(3), "bands: 3 does not fit here — give a list of bands"),
+        (lambda s: sb.Heat(3), "bodies: 3 does not fit here — give a list of bodies"),
+        (lambda s: sb.friction.ProductFriction(0.3, 3), "factors: 3 does not fit here — give a list of factors"),
+        (lambda s: sb.sweep(s, [1]), "values: [1] does not fit here — give a dict"),
+    ],
+)
+def test_what_once_was_a_raw_answer(call, said):
+    with pytest.raises(sb.InputError) as raised:
+        call(stop_scene())
+    assert said in str(raised.value)
+
+
+def test_an_error_of_the_user_passes():
+    """A metric of the user's that fails is no argument of the wrong kind."""
+
+    def metric(result):
+        return result.nothing_of_that_name
+
+    with pytest.raises(AttributeError, match="nothing_of_that_name"):
+        sb.sweep(stop_scene(), {"initial.omega": [10.0]}, [metric])

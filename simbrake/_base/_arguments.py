@@ -1,0 +1,184 @@
+"""Arguments of the wrong kind, told by their names where a call has failed; a call that succeeds is not looked at."""
+
+import collections.abc
+import dataclasses
+import functools
+import inspect
+import itertools
+import numbers
+import os
+import types
+import typing
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal, TypeVar, cast
+
+import jax
+import numpy as np
+from jaxtyping import AbstractArray
+
+from ._faults import Fault, InputError
+
+_Function = TypeVar("_Function", bound=Callable)
+#: entries of a mapping or a sequence that are looked at
+_ENTRIES = 50
+
+
+class _ArgumentError(InputError):
+    """Raised by a function that another one has called, which then tells it in the names of its own arguments."""
+
+
+def explained(function: _Function) -> _Function:
+    """Decorate a public function or class, so that a call that fails on an argument of the wrong kind raises
+    `InputError`.
+
+    The error names every argument that does not fit its annotation, and what would. Other errors pass.
+    """
+    if isinstance(function, type):
+        type.__setattr__(function, "__init__", explained(function.__init__))
+        return cast(_Function, function)
+
+    @functools.wraps(function)
+    def called(*args: Any, **named: Any) -> Any:
+        try:
+            return function(*args, **named)
+        except Exception as error:
+            if isinstance(error, InputError) and not isinstance(error, _ArgumentError):
+                raise
+            if faults := _misfits(function, args, named, lists=not isinstance(error, TypeError)):
+                raise _ArgumentError(faults) from error
+            raise
+
+    return cast(_Function, called)
+
+
+def _misfits(function: Callable, args: tuple[Any, ...], named: dict[str, Any], lists: bool) -> list[Fault]:
+    """Arguments that do not fit their annotations; none where the call has not the right arguments at all.
+
+    `lists`: whether a list can stand for an array
+    """
+    signature = inspect.signature(function)
+    try:
+        given = signature.bind(*args, **named).arguments
+    except TypeError:
+        return []
+    from ._quantity import shown  # (a failed call may take its time)
+
+    faults = []
+    for name, value in given.items():
+        parameter = signature.parameters[name]
+        hint = _meaning(parameter.annotation, inspect.unwrap(function))
+        several = parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD)
+        values = value.values() if isinstance(value, dict) and several else value if several else [value]
+        wrong = [one for one in values if not (one is parameter.default or _fits(one, hint, lists))]
+        faults += [Fault(name, f"{shown(one)} does not fit here", f"give {_words(hint)}") for one in wrong[:1]]
+    return faults
+
+
+def _meaning(annotation: Any, function: Callable) -> Any:
+    """An annotation as an object, `Any` where there is none or its names are for a type checker alone."""
+    if isinstance(annotation, str):
+        try:
+            annotation = eval(annotation, function.__globals__)
+        except Exception:
+            return Any
+    return Any if annotation is inspect.Parameter.empty else annotation
+
+
+def _fits(value: Any, hint: Any, lists: bool) -> bool:
+    """Whether a value is of the kind that an annotation describes; whatever has no test here fits."""
+    origin, inner = typing.get_origin(hint), typing.get_args(hint)
+    if hint is Any:
+        return True
+    if origin is typing.Annotated:
+        return _fits(value, inner[0], lists)
+    if origin in (typing.Union, types.UnionType):
+        return any(_fits(value, one, lists) for one in inner)
+    if origin is Literal:
+        return any(value is one or (type(value) is type(one) and value == one) for one in inner)
+    if isinstance(hint, TypeVar):
+        return hint.__bound__ is None or _fits(value, hint.__bound__, lists)
+    kind = origin or hint
+    if hint is None or hint is type(None):
+        return value is None
+    if not isinstance(kind, type):
+        return True
+    if issubclass(kind, AbstractArray) or kind in (np.ndarray, jax.Array):
+        return _numeric(value) and (lists or not isinstance(value, list | tuple))
+    if kind in (float, int, complex):
+        real = isinstance(value, numbers.Real) or (_numeric(value) and np.ndim(value) == 0)
+        return real and not (kind is int and isinstance(value, float)) and _representable(value)
+    if kind is os.PathLike:
+        return isinstance(value, os.PathLike)
+    if kind is collections.abc.Callable:
+        return callable(value)
+    if not isinstance(value, kind):
+        return False
+    if hint in (list, tuple):  # of numbers, in place of an array
+        return lists and _numeric(value)
+    if isinstance(value, collections.abc.Mapping) and len(inner) == 2:
+        entries = itertools.islice(value.items(), _ENTRIES)
+        return all(_fits(key, inner[0], lists) and _fits(entry, inner[1], lists) for key, entry in entries)
+    if isinstance(value, tuple) and kind is tuple and inner and inner[-1] is not ...:
+        return len(value) == len(inner) and all(_fits(*pair, lists) for pair in zip(value, inner, strict=True))
+    if inner and isinstance(value, str | bytes):  # (a list of texts, of its letters)
+        return inner[0] in (str, Any)
+    if inner and isinstance(value, collections.abc.Collection):
+        return all(_fits(one, inner[0], lists) for one in itertools.islice(value, _ENTRIES))
+    return True
+
+
+def _numeric(value: Any) -> bool:
+    """Whether a value is a number or an array of numbers, or a list that makes one."""
+    if isinstance(value, numbers.Real | jax.Array):
+        return _representable(value)
+    if not isinstance(value, np.ndarray | np.generic | list | tuple):
+        return False
+    try:
+        return np.asarray(value).dtype.kind in "biuf"
+    except ValueError:  # lists of unequal lengths
+        return False
+
+
+def _representable(value: Any) -> bool:
+    try:
+        return not isinstance(value, int) or abs(float(value)) >= 0
+    except OverflowError:
+        return False
+
+
+def _words(hint: Any) -> str:
+    """What fits an annotation, in words."""
+    origin, inner = typing.get_origin(hint), typing.get_args(hint)
+    if hint is Any:
+        return "a value"
+    if origin is typing.Annotated:
+        return _words(inner[0])
+    if origin in (typing.Union, types.UnionType):
+        words = dict.fromkeys(_words(one) for one in inner)
+        if "a number" in words:
+            words.pop("a whole number", None)
+        return " or ".join(words)
+    if origin is Literal:
+        return " or ".join(map(repr, inner))
+    kind = origin or hint
+    if hint is None or hint is type(None):
+        return "None"
+    if not isinstance(kind, type):
+        return "something else"
+    if issubclass(kind, AbstractArray) or kind in (np.ndarray, jax.Array):
+        return "an array of numbers"
+    plain = {float: "a number", int: "a whole number", bool: "True or False", str: "a text", object: "a value"}
+    if issubclass(kind, np.generic):
+        return "a number"
+    if kind in plain:
+        return plain[kind]
+    if kind is Path or kind is os.PathLike:
+        return "a path"
+    if kind is collections.abc.Callable:
+        return "a function"
+    if issubclass(kind, collections.abc.Mapping):
+        return f"a dict from {_words(inner[0])} to {_words(inner[1])}" if len(inner) == 2 else "a dict"
+    if issubclass(kind, collections.abc.Iterable) and inner and not dataclasses.is_dataclass(kind):
+        return f"a list, each {_words(inner[0])}"
+    return f"a {kind.__name__.removeprefix('Abstract')}"
