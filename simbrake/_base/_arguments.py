@@ -24,10 +24,6 @@ _Function = TypeVar("_Function", bound=Callable)
 _ENTRIES = 50
 
 
-class _ArgumentError(InputError):
-    """Raised by a function that another one has called, which then tells it in the names of its own arguments."""
-
-
 def explained(function: _Function) -> _Function:
     """Decorate a public function or class, so that a call that fails on an argument of the wrong kind raises
     `InputError`.
@@ -43,10 +39,11 @@ def explained(function: _Function) -> _Function:
         try:
             return function(*args, **named)
         except Exception as error:
-            if isinstance(error, InputError) and not isinstance(error, _ArgumentError):
+            if isinstance(error, InputError) and not error.of_arguments:
                 raise
+            # an error of a function that this one has called is told in the names of its own arguments
             if faults := _misfits(function, args, named, lists=not isinstance(error, TypeError)):
-                raise _ArgumentError(faults) from error
+                raise InputError(faults, of_arguments=True) from error
             raise
 
     return cast(_Function, called)

@@ -360,7 +360,7 @@ def compare(
     with Progress("compare", "reading…") as progress:
         sources = [source(path) for path in paths]
         progress.now("comparing…")
-        comparisons = [sb.compare(sources[0], other, rtol) for other in sources[1:]]
+        comparisons = [sb.compare(sources[0], other, rtol=rtol) for other in sources[1:]]
     stems = [path.stem or str(path) for path in paths]
     names = [stem if stems.count(stem) == 1 else str(path) for stem, path in zip(stems, paths, strict=True)]
     equal = all(comparison.equal for comparison in comparisons)

@@ -21,11 +21,14 @@ from .._run._edit import entry_of
 from .._run._measure import limit_checks
 from .._run._simulate import room_for, simulate
 from ..files._c_export import Export, possible_inputs, printed
+from ..studies._evaluator import scans
 from ._app import slider_of, sliders
 from ._live import Data, charts_of, look_of_event, still
 from ._page import PICTURES, draw, head, render, template_file
 from ._publish import metric_of, said_of_status
 
+#: bytes that the program of a page may take
+_MEMORY = 500_000_000
 #: rows of the curves: more than a page has pixels
 _ROWS = 600
 _FLAGS = ("-target", "wasm32-wasi", "-mexec-model=reactor", "-O2", "-std=c99", "-ffp-contract=off", "-s")
@@ -65,11 +68,18 @@ def publish_live(
     metrics = [name for name, metric in METRICS.items() if not metric.energy and not metric.needs.lacks(scene)]
     metrics.append("energy.friction_heat")
     progress.now("printing")
+    notes = [f"Relative tolerance {rtol:g}. Checks between several numbers of a scene are not made here."]
     steps = possible_inputs(scene) is not None
     # other numbers may need more steps
     room = max(256, 2 * room_for(base))
     export = Export("scene", scene, {} if steps else None, metrics, room)
     text = printed(export)
+    if export.bytes > _MEMORY:
+        left_out = [name for name in metrics if scans(name)]
+        notes.append(f"The run is too long for a page to look into all its steps: {', '.join(left_out)} are left out.")
+        metrics = [name for name in metrics if name not in left_out]
+        export = Export("scene", scene, {} if steps else None, metrics, room)
+        text = printed(export)
     progress.now("compiling")
     program = gzip.compress(_compiled(text, steps, _ROWS if steps else room + 1), 9, mtime=0)
     charts = charts_of(scene, base.series([float(scene.initial.time)]))
@@ -105,7 +115,7 @@ def publish_live(
         "panel": "Each move is a run in your browser, as exact as one in Python. Values in fields may leave the range "
         "of their slider.",
         "pictures": [draw(base, PICTURES[0])] if base.ok else (),
-        "notes": (f"Relative tolerance {rtol:g}. Checks between several numbers of a scene are not made here.",),
+        "notes": notes,
         "data": {"still": still(scene), "live": data},
     }
     page = render(parts)

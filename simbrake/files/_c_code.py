@@ -315,6 +315,7 @@ class Program:
 
     - `text`: types and functions; the last one, `{name}(frame)`, runs it
     - `ins`, `outs`: C of its arguments (pointers to be set) and results in the frame, with shapes and types
+    - `bytes`: of the frame
     """
 
     def __init__(self, name: str, function: Callable, *arguments: Any) -> None:
@@ -929,7 +930,9 @@ class Program:
         places = self._places(
             {name for name in shared if len({whose[home] for home in homes[name]}) == 1} - outs - self._pointed
         )
-        fields = "\n".join(f"  {self._declared(name)};" for name in self._kinds if name in shared - {*places})
+        kept = [name for name in self._kinds if name in shared - {*places}]
+        self.bytes = sum(size * _BYTES.get(kind, 1) for kind, size in map(self._kinds.__getitem__, kept))
+        fields = "\n".join(f"  {self._declared(name)};" for name in kept)
         texts = [f"struct {self.name}_frame {{\n{fields}\n}};"]
         texts += [f"static const {kind} {name}[] = {{{text}}};" for (kind, text), name in self._tables.items()]
         texts += [f"APART static void {name}(struct {self.name}_frame *frame);" for name in divided]

@@ -163,6 +163,7 @@ class Export:
         self.columns: dict[str, jax.ShapeDtypeStruct] = {}
         self.pieces: list[int] = []
         self.events: list[str] = []
+        self.bytes = 0  # of its memory
 
     # --- what is printed from JAX
 
@@ -598,6 +599,7 @@ int main(void) {{
             programs |= {"whole": whole, "seen": seen}
             parts.insert(0, self._running(whole, seen, *sizes))
             room += f" double whole_in[{count + 1}];"
+        self.bytes = sum(program.bytes for program in programs.values())
         self.events, changes = self._changes()
         codes = [("CODE_COMPLETED", 0, "the run reached its end")]
         codes += [(f"CODE_{key}", int(code), what) for code, (key, what, _) in FAILURES.items()]

@@ -3,9 +3,10 @@
 import dataclasses
 import json
 import math
+import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, overload
 
 import numpy as np
 from jaxtyping import Float, Num
@@ -13,7 +14,7 @@ from jaxtyping import Float, Num
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._part import leaves
-from .._base._table import Column, Table, plain, pretty
+from .._base._table import Column, Table, Tabular, digits, number, plain, pretty, scale
 from .._parts._scene import Scene
 from .._run._edit import with_values
 from .._run._result import Result
@@ -258,22 +259,128 @@ _COUNTS = {
     "retaken": "steps retaken",
     "segments": "segments",
 }
+_NO_NUMBERS = {"status", "method", "rtol", "code", "steps", "rejected", "retaken", "segments"}
 _NEEDED = ("time", "side", "status", "event_time", "event_name", "event_lining", "energy.friction_heat")
 
 
+class Beside(NamedTuple):
+    """One number of several results: `values` of each, `None` where one has none; estimated `errors`, if asked for."""
+
+    name: str
+    unit: str
+    values: tuple[float | None, ...]
+    errors: tuple[float | None, ...] = ()
+
+
+@dataclasses.dataclass(frozen=True)
+class SideBySide(Tabular):
+    """Several results beside each other, by letters: `a`, `b`, `c`, …
+
+    - `status` of each;  `scene`: numbers in which the scenes are not the same;  `metrics` and energies that one has
+    - `comparisons`: of each but the first with the first
+
+    Example:
+        >>> runs = [sb.simulate(sb.with_values(scene, {"initial.omega": speed})) for speed in (18.0, 21.0, 24.0)]
+        >>> found = sb.compare(*runs)
+        >>> found.scene[0].name, found.scene[0].values
+        ('initial.omega', (18.0, 21.0, 24.0))
+    """
+
+    status: tuple[str, ...]
+    scene: list[Beside]
+    metrics: list[Beside]
+    comparisons: list[Comparison]
+
+    def parts(self) -> Iterator[str | Table]:
+        """Lines and tables in the order in which they are read."""
+        letters = _letters(len(self.status))
+        yield Table(["", *letters], [("status", *self.status)])
+        yield from self._table("scene", self.scene, letters)
+        yield from self._table("metrics", self.metrics, letters)
+
+    @staticmethod
+    def _table(title: str, rows: Sequence[Beside], letters: Sequence[str]) -> Iterator[Table]:
+        if rows:
+            columns = [Column(title, left=True), *(Column(letter, show=str) for letter in letters)]
+            yield Table([*columns, _UNIT], [_beside(row) for row in rows])
+
+
+def _letters(count: int) -> list[str]:
+    return [chr(ord("a") + i) if i < 26 else f"#{i + 1}" for i in range(count)]
+
+
+def _beside(row: Beside) -> tuple[str, ...]:
+    """A row with one unit for reading; the error behind a value as ± with two digits."""
+    there = [abs(value) for value in row.values if value is not None and math.isfinite(value)]
+    shown = [number(value, row.unit, beside=max(there, default=1.0)) for value in row.values]
+    texts = [one.text for one in shown]
+    if row.errors:
+        factor = scale(row.unit, max(there, default=1.0))[0]
+        errors = ("" if error is None else f" ± {digits(abs(factor) * error, 2)}" for error in row.errors)
+        texts = [text + error for text, error in zip(texts, errors, strict=True)]
+    return row.name, *texts, next((one.unit for one in shown if one.unit), "")
+
+
+def _several(sources: Sequence[Source], comparisons: list[Comparison], errors: bool) -> SideBySide:
+    # (the series are not looked at)
+    start = [[float(one.record.rows.t[0])] if isinstance(one, Result) else [] for one in sources]
+    data = [
+        dataset(one, t) if isinstance(one, Result) else _data(one, one)[0]
+        for one, t in zip(sources, start, strict=True)
+    ]
+    numbers = [{row["path"]: row for row in origin(one)["scene"]["numbers"]} for one in data]
+    scene = []
+    for path in dict.fromkeys(path for own in numbers for path in own):
+        values = [own[path]["value"] if path in own else None for own in numbers]
+        unit = next(own[path]["unit"] for own in numbers if path in own)
+        if any(value != values[0] for value in values):
+            plain_numbers = (value if isinstance(value, int | float) else None for value in values)
+            scene.append(Beside(path, unit, tuple(plain_numbers)))
+    estimates = [one.accuracy() if errors and isinstance(one, Result) else None for one in sources]
+    known = [{} if one is None else {each.name: each.error for each in one.metrics} for one in estimates]
+    metrics = []
+    scalars = [
+        {str(name): v for name, v in one.data_vars.items() if v.ndim == 0 and name not in _NO_NUMBERS} for one in data
+    ]
+    for name in dict.fromkeys(name for own in scalars for name in own):
+        values = tuple(own[name].item() if name in own else None for own in scalars)
+        unit = next(own[name].attrs["units"] for own in scalars if name in own)
+        if any(value is not None and math.isfinite(value) for value in values):
+            metrics.append(Beside(name, unit, values, tuple(own.get(name) for own in known) if errors else ()))
+    return SideBySide(tuple(str(one["status"].item()) for one in data), scene, metrics, comparisons)
+
+
+@overload
+def compare(a: Source, b: Source, /, *, rtol: float = 1e-9) -> Comparison: ...
+@overload
+def compare(a: Source, b: Source, /, *more: Source, rtol: float = 1e-9, errors: bool = False) -> SideBySide: ...
 @explained
-def compare(a: Source, b: Source, rtol: float = 1e-9) -> Comparison:
-    """Compare two results: each a `Result`, a data set of `simbrake.dataset`, or the path of a result file.
+def compare(
+    a: Source, b: Source, /, *more: Source, rtol: float = 1e-9, errors: bool = False
+) -> Comparison | SideBySide:
+    """Compare two results, or show several beside each other: each a `Result`, a data set of `simbrake.dataset`, or the
+    path of a result file.
 
     Judged against `rtol`: every number of the scenes, event time and metric relative to its own size; energies relative
     to the largest one exchanged; series relative to the maximum of their unit, at the times that both have.
     Where they have few common times, series are interpolated and shown, but not judged. Time and place of a
     maximum are not judged either (arbitrary on a plateau). Raises `InputError`.
 
+    Of more than two the answer is a `SideBySide`: what differs in the scenes, and all metrics. With `errors` each
+    `Result` is run a second time for its estimated errors, which then stand behind the metrics, also of two.
+
     Example:
         >>> sb.compare(result, result).equal
         True
     """
+    if more and isinstance(more[0], int | float):  # (the tolerance stood there before)
+        warnings.warn("compare(a, b, rtol) is compare(a, b, rtol=rtol) now", FutureWarning, stacklevel=3)
+        rtol, more = more[0], more[1:]
+    comparisons = [_compared(a, other, rtol) for other in (b, *more)]
+    return _several([a, b, *more], comparisons, errors) if more or errors else comparisons[0]
+
+
+def _compared(a: Source, b: Source, rtol: float) -> Comparison:
     if not (np.ndim(rtol) == 0 and 0 <= rtol < 1):  # a NaN is not
         raise InputError([Fault("rtol", f"{rtol} is out of range", "0 ≤ rtol < 1")])
     left, right = _data(a, b)
@@ -393,9 +500,9 @@ def _events(a: Dataset, b: Dataset, rtol: float) -> tuple[list[Change], list[str
 
 def _scalars(a: Dataset, b: Dataset, rtol: float) -> tuple[list[Change], list[Change]]:
     """Metrics, and energies relative to the largest one exchanged."""
-    skipped = {"status", "method", "rtol", "code", "steps", "rejected", "retaken", "segments"}
     own, other = (
-        {str(name): v for name, v in data.data_vars.items() if v.ndim == 0 and name not in skipped} for data in (a, b)
+        {str(name): v for name, v in data.data_vars.items() if v.ndim == 0 and name not in _NO_NUMBERS}
+        for data in (a, b)
     )
     units = {name: variable.attrs["units"] for name, variable in (own | other).items()}
     energies = {name for name in units if name.startswith("energy.")}

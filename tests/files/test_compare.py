@@ -392,3 +392,26 @@ def test_rerun_needs_provenance(plain):
             sb.results.rerun(data.assign_attrs(provenance=json.dumps(about)))
     with pytest.raises(sb.InputError, match=r"is not in the file as text \(it is none\)"):
         sb.results.rerun(by_hand())
+
+
+def test_several_beside_each_other():
+    """Of three: what differs in the scenes, all metrics, errors of a second run; the first is the reference."""
+    scene = stop_scene()
+    speeds = (18.0, 21.0, 24.0)
+    runs = [sb.simulate(sb.with_values(scene, {"initial.omega": speed})) for speed in speeds]
+    found = sb.compare(*runs)
+    assert [(row.name, row.values) for row in found.scene] == [("initial.omega", speeds)]
+    times = next(row for row in found.metrics if row.name == "stopping_time")
+    assert times.values == tuple(run.metrics["stopping_time"] for run in runs)
+    assert times.errors == ()
+    assert [one.equal for one in found.comparisons] == [False, False]
+    text = str(found)
+    assert text.splitlines()[0].split() == ["a", "b", "c"]
+    assert f"{times.values[1]:.6g}" in text
+    assert "<table" in found._repr_html_()
+    both = sb.compare(*runs[:2], errors=True)
+    times = next(row for row in both.metrics if row.name == "stopping_time")
+    assert times.errors == tuple(run.accuracy()["stopping_time"] for run in runs[:2])
+    assert " ± " in str(both)
+    with pytest.warns(FutureWarning, match="rtol=rtol"):
+        assert sb.compare(runs[0], runs[0], 1e-3).equal
