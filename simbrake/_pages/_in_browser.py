@@ -25,7 +25,7 @@ from ..studies._evaluator import scans
 from ._app import slider_of, sliders
 from ._live import Data, charts_of, look_of_event, still
 from ._page import PICTURES, draw, head, render, template_file
-from ._publish import metric_of, said_of_status
+from ._publish import metrics_of, said_of_status
 
 #: bytes that the program of a page may take
 _MEMORY = 500_000_000
@@ -93,7 +93,7 @@ def publish_live(
         "rows": _ROWS,
         "rtol": rtol,
         "span": _places(export, "initial.time") + _places(export, "end_time"),
-        "metrics": [{"name": name, **metric_of(name, base, limits)} for name in metrics],
+        "metrics": metrics_of(metrics, base, limits),
         "statuses": [said_of_status(scene, status) for status in Status],
         "failures": {int(code): [name, what] for code, (name, what, _) in FAILURES.items()},
         "events": [None, *(look_of_event(Event(0.0, name, None)) for name in export.events)],

@@ -265,11 +265,11 @@ def live(result: Result, detail: Detail = Detail()) -> Data:  # noqa: B008
     }
 
 
-def metric_rows(figures: Sequence[tuple[str, Any, str]]) -> list[Data]:
+def metric_rows(tiles: Sequence[Any]) -> list[Data]:
     """Key figures for the script, as `key_figures` gives them."""
     return [
-        {"words": words, "text": str(value), "si": value.si, "unit": value.si_unit, "note": note}
-        for words, value, note in figures
+        {"words": words, "text": str(value), "si": value.si, "unit": value.si_unit, "note": note, "decides": decides}
+        for words, value, note, decides in tiles
     ]
 
 

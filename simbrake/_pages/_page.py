@@ -60,6 +60,7 @@ from ._live import Data, Detail, drawable, embedded, film, live, still
 from ._rows import (
     BADGES,
     HEAT,
+    Tile,
     duty_words,
     event_counts,
     event_table,
@@ -332,9 +333,7 @@ def flat(mapping: Mapping[str, object], above: str = "") -> list[tuple[str, str]
     return rows
 
 
-def _spread(
-    result: Result, figures: Sequence[tuple[str, Number, str]], lining: str | None, progress: Progress
-) -> Contents:
+def _spread(result: Result, figures: Sequence[Tile], lining: str | None, progress: Progress) -> Contents:
     """Key figures with their range under the known spread of the inputs, and the section about it."""
     shown, summary = {words for words, *_ in figures}, result.report().summary
     titles = {key_title(name, summary): name for name in METRICS if summary["metrics"].get(name) is not None}
@@ -342,12 +341,12 @@ def _spread(
     progress.now("runs of the spread")
     spread, study = uncertainty_of_library(result.scene, [*titles.values()], lining, rtol=float(result.rtol))
     marked = []
-    for words, value, note in figures:
+    for words, value, note, decides in figures:
         if words in titles and (of := study.statistics[titles[words]]).count:
             low, high = (number(of.quantiles[p].value, of.unit or "1", count=4) for p in (0.05, 0.95))
             those = "runs" if of.count == study.runs else f"the {of.count} runs of {study.runs} that have it"
             note = f"{note + '; ' if note else ''}90 % of {those}: {low.text} … {high}"
-        marked.append((words, value, note))
+        marked.append(Tile(words, value, note, decides))
     columns, rows = [Column("figure", left=True), "5 %", "median", "95 %", "runs"], []
     for words, of in ((words, study.statistics[name]) for words, name in titles.items()):
         if of.count:

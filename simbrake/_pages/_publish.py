@@ -43,6 +43,7 @@ from ..studies._evaluator import Evaluator, Paths
 from ._app import slider_of
 from ._live import Chart, Data, charts_of, events_of, still
 from ._page import PICTURES, draw, head, render
+from ._rows import deciding
 
 #: points and pieces between events at most; bytes of the numbers; samples of a piece
 _POINTS, _PIECES, _BYTES, _SAMPLES = 4000, 60, 4_400_000, (6, 40)
@@ -209,7 +210,7 @@ def publish(
         "sequences": kinds,
         "gaps": gaps,
         "coarse": coarse,
-        "metrics": [metric_of(name, base, limits) for name in metrics],
+        "metrics": metrics_of(metrics, base, limits),
         "charts": [chart.as_dict() for chart in charts],
         "samples": samples,
         "numbers": numbers,
@@ -404,8 +405,13 @@ def said_of_status(scene: Scene, status: Status) -> Data:
     }
 
 
-def metric_of(name: str, base: Result, limits: Mapping[str, float]) -> Data:
-    """A metric for the script: words, unit for reading, limit."""
+def metrics_of(names: Sequence[str], base: Result, limits: Mapping[str, float]) -> list[Data]:
+    """Metrics for the script: words, unit for reading, limit, and whether they decide."""
+    decide = deciding({name: float(measure(base, name)) for name in names})
+    return [{"name": name, **_metric(name, base, limits), "decides": name in decide} for name in names]
+
+
+def _metric(name: str, base: Result, limits: Mapping[str, float]) -> Data:
     unit, value = unit_of(name), float(measure(base, name))
     factor, offset, shown = scale(unit, abs(value) if math.isfinite(value) else 1.0, absolute=True)
     own = base.scene.network.permissible if name == "peak_lining_temperature" else None

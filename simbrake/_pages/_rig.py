@@ -9,7 +9,7 @@ from .._run._measure import Colour
 from ..rig._ledger import Ledger
 from ..rig._replay import Comparison, Replay, compare
 from ._page import Contents, Picture, draw, flat, render, write_json
-from ._rows import BADGES, key_figures
+from ._rows import BADGES, Tile, key_figures
 
 #: the figures of a ledger and of a replay
 PICTURE, REPLAYED = Picture("ledger", "Lowerings and their work"), Picture("replay", "Replayed on the scene")
@@ -51,7 +51,7 @@ def _of_ledger(book: Ledger) -> Contents:
         "verdict": {"colour": Colour.AMBER, "headline": answer[0][:1].upper() + answer[0][1:], "rows": ()},
         "badges": {},
         "outcome": "; ".join(answer[1:]) + ".",
-        "figures": [figure for figure in _figures(book) if figure[1] is not None],
+        "figures": sorted(_figures(book), key=lambda tile: not tile.decides),
         "film": False,
         "panel": "",
         "data": None,
@@ -65,21 +65,22 @@ def _of_ledger(book: Ledger) -> Contents:
     }
 
 
-def _figures(book: Ledger) -> Iterator[tuple[str, Number | None, str]]:
-    """Key figures: words, number, and a note."""
+def _figures(book: Ledger) -> Iterator[Tile]:
+    """Key figures; the work at the hook and by friction decide."""
     totals, counts, lowerings = book.totals, book.counts, book.lowerings
     words = {"hook_work": "work at the hook", "drum_work": "work at the drum", "tackle_loss": "loss of the tackle"}
     words |= {"auxiliary_work": "auxiliary brake or motor", "friction_work": "friction brakes"}
     for name, title in words.items():
         ends = [number(totals.get(f"{name}_{end}"), "J", count=3) for end in ("low", "high")]
         note = f"{ends[0]} … {ends[1]}" if name == "hook_work" else ""
-        yield title, None if totals[name] is None else number(totals[name], "J", count=4), note
-    yield "travel downwards", number(totals["travel"], "m", count=4), ""
-    yield "lowerings", Number(str(counts["valid"])), f"{counts['flagged']} more are flagged and left out"
-    yield "load not decidable", Number(str(counts["not_decidable"])), "string, or block alone"
+        if totals[name] is not None:
+            yield Tile(title, number(totals[name], "J", count=3), note, name in ("hook_work", "friction_work"))
+    yield Tile("travel downwards", number(totals["travel"], "m", count=3), "")
+    yield Tile("lowerings", Number(str(counts["valid"])), f"{counts['flagged']} more are flagged and left out")
+    yield Tile("load not decidable", Number(str(counts["not_decidable"])), "string, or block alone")
     if lowerings.tare is not None:
         value, low, high = (number(x, "N", count=3) for x in lowerings.tare)
-        yield "load without string", value, f"{low} … {high}"
+        yield Tile("load without string", value, f"{low} … {high}")
 
 
 def _assumptions(book: Ledger) -> Iterator[str | Table]:

@@ -2,8 +2,9 @@
 
 import dataclasses
 import itertools
+import math
 from collections.abc import Mapping, Sequence
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -55,21 +56,46 @@ HEAT = "Friction heat"
 _FIRST_STOP = ("slip_onset_time", "full_slip_time", "stopping_time", "stopping_angle", "hook_travel")
 
 
-def _of_stops(rows: Sequence[Summary]) -> list[tuple[str, Number, str]]:
+#: significant digits of a tile; all are in its tooltip
+_DIGITS = 3
+
+
+class Tile(NamedTuple):
+    """A key figure of a page: words, value, note below it; `decides`: it is among those that come first, and larger."""
+
+    words: str
+    value: Number
+    note: str
+    decides: bool = False
+
+
+def _of_stops(rows: Sequence[Summary]) -> list[Tile]:
+    def tile(words: str, value: float, unit: str, note: str = "", decides: bool = False) -> Tile:
+        return Tile(words, number(value, unit, count=_DIGITS), note, decides)
+
     sums = totals(rows)
     slowest, hottest = (f"in stop {sums[name]['stop']}" for name in ("slowest", "hottest"))
-    figures = [
-        ("Stops", Number(str(len(rows)), ""), ""),
-        ("Time in motion", number(sums["motion_time"], "s", count=5), ""),
-        ("Time of braking", number(sums["braking_time"], "s", count=5), ""),
-        ("Longest braking", number(sums["slowest"]["braking_time"], "s", count=5), slowest),
-        ("Maximum friction heat of a stop", number(sums["hottest"]["energy"], "J", count=5), hottest),
-        ("Angle of all stops", number(sums["angle"], "rad", count=5), ""),
+    tiles = [
+        tile("Longest braking", sums["slowest"]["braking_time"], "s", slowest, True),
+        tile("Maximum friction heat of a stop", sums["hottest"]["energy"], "J", hottest, True),
+        Tile("Stops", Number(str(len(rows)), ""), ""),
+        tile("Time in motion", sums["motion_time"], "s"),
+        tile("Time of braking", sums["braking_time"], "s"),
+        tile("Angle of all stops", sums["angle"], "rad"),
     ]
     if "travel" in sums:
-        up = f"{number(sums['upwards'], 'm', count=5)} of it upwards" if sums["upwards"] > 0 else ""
-        figures.append(("Hook travel of all stops", number(sums["travel"], "m", count=5), up))
-    return figures
+        up = f"{number(sums['upwards'], 'm', count=_DIGITS)} of it upwards" if sums["upwards"] > 0 else ""
+        tiles.append(tile("Hook travel of all stops", sums["travel"], "m", up))
+    return tiles
+
+
+def deciding(values: Mapping[str, float | None]) -> list[str]:
+    """Metrics that decide, in order: time and travel of the stop, the hottest body, the holding reserve."""
+    there = [name for name, value in values.items() if value is not None and math.isfinite(value)]
+    travel = "hook_travel" if "hook_travel" in there else "stopping_angle"
+    hot = [name for name in there if name.startswith("peak_") and name.endswith("temperature")]
+    hottest = [max(hot, key=lambda name: values[name] or 0.0)] if hot else []
+    return [name for name in ("stopping_time", travel, *hottest, "min_holding_reserve") if name in there]
 
 
 def key_title(name: str, summary: Summary) -> str:
@@ -78,23 +104,31 @@ def key_title(name: str, summary: Summary) -> str:
     return METRICS[name].title.replace("lining", lining).replace("rim ", f"{body} ")
 
 
-def key_figures(summary: Summary) -> list[tuple[str, Number, str]]:
-    """Metrics of the run in words, with their value, lining and time; of several stops totals and the worst one."""
-    figures = _of_stops(summary["stops"]) if "stops" in summary else []
+def key_figures(summary: Summary) -> list[Tile]:
+    """Metrics of the run in words, with their value, lining and time, those that decide first; of several stops totals
+    and the worst one."""
+    tiles = _of_stops(summary["stops"]) if "stops" in summary else []
     at, lining = summary["at"], summary.get("lining", "lining")
-    for name in METRICS:
-        value = summary["metrics"].get(name)
-        if value is None or ("stops" in summary and name in _FIRST_STOP):
+    skipped = _FIRST_STOP if "stops" in summary else ()
+    values = {name: value for name, value in summary["metrics"].items() if name in METRICS and name not in skipped}
+    decide = deciding(values)
+    for name in (*decide, *(name for name in METRICS if name not in decide)):
+        value = values.get(name)
+        if value is None:
             continue
         notes = [f"{lining} {at[f'{name}_lining']}"] if f"{name}_lining" in at else []
         notes += [f"at {number(at[f'{name}_time'], 's', count=4)}"] if f"{name}_time" in at else []
-        figures.append((key_title(name, summary), number(value, unit_of(name), count=5), ", ".join(notes)))
+        shown = number(value, unit_of(name), count=_DIGITS)
+        tiles.append(Tile(key_title(name, summary), shown, ", ".join(notes), name in decide))
     capacity = summary["capacity"]
     if capacity is not None:
-        figures.append(("Load torque at the end", number(capacity["load_torque"], "N*m", count=5), ""))
-        torque = number(capacity["brake_torque"], "N*m", count=5)
-        figures.append(("Torque of the sliding brake at the end", torque, ""))
-    return [*figures, (HEAT, number(summary["energy"]["friction_heat"], "J", count=5), "")]
+        torques = {
+            "Load torque at the end": capacity["load_torque"],
+            "Torque of the sliding brake at the end": capacity["brake_torque"],
+        }
+        tiles += [Tile(words, number(torque, "N*m", count=_DIGITS), "", True) for words, torque in torques.items()]
+    tiles.append(Tile(HEAT, number(summary["energy"]["friction_heat"], "J", count=_DIGITS), ""))
+    return sorted(tiles, key=lambda tile: not tile.decides)
 
 
 EVENT = Column("event", left=True, show=lambda name: name.replace("_", " "))

@@ -370,8 +370,8 @@
       made(made(row, "td"), "span", {class: `badge ${kind}`}, state);
     }
     $("figures").replaceChildren();
-    for (const {words, text, si, unit, note} of found.metrics) {
-      const box = made($("figures"), "div");
+    for (const {words, text, si, unit, note, decides} of found.metrics) {
+      const box = made($("figures"), "div", decides ? {class: "decides"} : {});
       made(box, "dt", {}, words);
       const value = made(box, "dd");
       made(value, "data", {value: si, title: `${si} ${unit}`}, text);

@@ -39,12 +39,14 @@
 
   /** Heading, limits and metrics of a run; `unknown`: places of metrics that have no value here. */
   function readResults(about, values, {colour, status, message}, unknown = []) {
-    const read = (metric, si, offset) => Number.isFinite(si) ? `${shown(si * metric.factor + offset)} ${metric.unit}` : "—";
-    const metrics = about.map((metric, n) => unknown.includes(n) ?
-      {words: metric.words, text: "—", si: "", unit: "", note: "changes too fast between the points"} : {
-        words: metric.words, text: read(metric, values[n], metric.offset), si: Number.isFinite(values[n]) ? values[n] : "",
-        unit: metric.si_unit, note: "",
-      }).filter((metric) => metric.si !== "" || metric.note);
+    const read = (metric, si, offset, digits = 5) =>
+      Number.isFinite(si) ? `${shown(si * metric.factor + offset, digits)} ${metric.unit}` : "—";
+    const metrics = about.map((metric, n) => {
+      const si = Number.isFinite(values[n]) ? values[n] : "", decides = metric.decides;
+      if (unknown.includes(n))
+        return {words: metric.words, text: "—", si: "", unit: "", note: "changes too fast between the points", decides};
+      return {words: metric.words, text: read(metric, values[n], metric.offset, 3), si, unit: metric.si_unit, note: "", decides};
+    }).filter((metric) => metric.si !== "" || metric.note).sort((a, b) => b.decides - a.decides);
     const limited = about.map((metric, n) => [metric, values[n], n]).filter(([metric]) => metric.limit !== null);
     const rows = limited.map(([metric, si, n]) => {
       if (unknown.includes(n)) return [metric.words, "—", read(metric, metric.limit, metric.offset), "—", "not known here", ""];
