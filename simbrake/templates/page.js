@@ -15,6 +15,11 @@
     return String(Number(x.toPrecision(digits))).replace("-", "−");
   }
 
+  /** A colour of the page, by its name there. */
+  const themed = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
+  /** A colour of a curve: black ones are those of the text, also in the dark. */
+  const readable = (colour) => ["#000000", "#1c2430"].includes(colour) ? themed("--ink") : colour;
+
   /** An element with attributes and children; texts are never read as HTML. */
   function made(parent, name, attributes = {}, ...children) {
     const found = parent instanceof SVGElement ? document.createElementNS(SVG, name) : document.createElement(name);
@@ -49,7 +54,7 @@
     for (const event of run.events) {
       const x = Math.round(u.valToPos(event.t, "x", true));
       if (x < u.bbox.left || x > u.bbox.left + u.bbox.width) continue;
-      c.strokeStyle = c.fillStyle = event.colour;
+      c.strokeStyle = c.fillStyle = readable(event.colour);
       c.globalAlpha = few ? 1 : 0.2;
       c.beginPath();
       c.moveTo(x, u.bbox.top);
@@ -103,9 +108,9 @@
 
   function chart(about, index, count) {
     const labelled = index === 0 && run.events.length && run.events.length <= 12;
-    const narrow = $("charts").clientWidth < 500, font = "12px system-ui, sans-serif", grid = {stroke: "#e3e7ec", width: 1};
+    const narrow = $("charts").clientWidth < 500, font = "12px system-ui, sans-serif", grid = {stroke: themed("--raster"), width: 1}, stroke = themed("--ink");
     const lines = about.lines.map((line) => ({
-      label: line.label, stroke: line.colour, width: 1.7, dash: line.dashed ? [7, 4] : undefined,
+      label: line.label, stroke: readable(line.colour), width: 1.7, dash: line.dashed ? [7, 4] : undefined,
       value: (u, value) => shown(value), points: {show: false},
       paths: about.stepped ? uPlot.paths.stepped({align: 1}) : undefined,
     }));
@@ -117,8 +122,8 @@
       scales: {x: {time: false}},
       cursor: {y: false, sync: {key: "simbrake"}, drag: {x: true, y: false}},
       axes: [
-        {font, grid, size: 26, label: index === count - 1 ? "time, s" : undefined, labelFont: font, labelSize: 18},
-        {font, grid, size: 60, values: (u, splits, axis, space, step) => ticks(splits, step)},
+        {font, grid, stroke, size: 26, label: index === count - 1 ? "time, s" : undefined, labelFont: font, labelSize: 18},
+        {font, grid, stroke, size: 60, values: (u, splits, axis, space, step) => ticks(splits, step)},
       ],
       series: [{label: "t, s", value: (u, value) => shown(value, 6)}, ...lines],
       hooks: {draw: [marks], setScale: [zoomed], setCursor: [followed]},
@@ -160,6 +165,13 @@
     });
     made($("windows"), "span", {class: "soft"}, "Drag over a chart to zoom, double-click for all of it.");
   }
+
+  matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+    if (run === null) return;
+    const found = run;
+    run = null;
+    drawCharts(found);
+  });
 
   window.addEventListener("resize", () => {
     for (const u of plots) u.setSize({width: $("charts").clientWidth, height: u.height});
