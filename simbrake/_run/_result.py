@@ -466,8 +466,8 @@ class Result:
         return _above("_run._accuracy").accuracy(self)
 
     def plot(self) -> Any:
-        """The run over time as a figure of Matplotlib: `simbrake.plot.stop`."""
-        return _above("plot").stop(self)
+        """The run over time, with a slider in a notebook that has ipywidgets: `simbrake.plot.browse`."""
+        return _above("plot").browse(self)
 
     def to_xarray(self, times: Any = None) -> Any:
         """The run as a labelled data set: `simbrake.dataset`."""

@@ -5,13 +5,14 @@ from ._animation import animate
 from ._many import compare, materials, sweep
 from ._pulley import pressed, pulley
 from ._rig import ledger, replay
-from ._runs import contacts, depth, duty, lining_map, stages, stop, stops, temperatures
+from ._runs import browse, contacts, depth, duty, lining_map, stages, stop, stops, temperatures
 from ._shared import titled
 from ._studies import angles, calibration, chord_angles, distribution, effects, indices, layouts, overlay, tornado, wear
 
 __all__ = [
     "angles",
     "animate",
+    "browse",
     "calibration",
     "chord_angles",
     "compare",
