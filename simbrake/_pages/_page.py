@@ -77,6 +77,10 @@ from ._rows import (
 Contents: TypeAlias = dict[str, Any]
 
 
+#: what a figure shows: a result, the duty ledger of a rig, a replay beside its log, or arguments of its function
+Subject: TypeAlias = Result | Ledger | Comparison | tuple[Any, ...]
+
+
 class Picture(NamedTuple):
     """A figure of a run: function of `simbrake.plot`, title, and condition on the result.
 
@@ -101,9 +105,10 @@ class Picture(NamedTuple):
         words = inspect.getdoc(getattr(plot, self.name)) or ""
         return " ".join(re.split(r"\n\n(?:- |Raises |Example)", words)[0].replace("`", "").split())
 
-    def figure(self, result: Result | Ledger | Comparison) -> Figure:
-        """The figure of a result, of the duty ledger of a rig, or of a replay beside its log."""
-        return getattr(plot, self.name)(result, *self.options)
+    def figure(self, subject: Subject) -> Figure:
+        """The figure of what a page is about."""
+        first = subject if type(subject) is tuple else (subject,)
+        return getattr(plot, self.name)(*first, *self.options)
 
 
 def _each_lining_has_heat(result: Result) -> bool:
@@ -113,6 +118,8 @@ def _each_lining_has_heat(result: Result) -> bool:
 
 #: the duty is in another section
 DUTY = Picture("duty", "What acts on the brake")
+#: of a publication with two parameters
+PERMISSIBLE = Picture("permissible", "Where it is within its limits")
 #: the figures of a run in the order of the page; a new one is one line
 PICTURES = (
     Picture("stop", "The run over time", drawn=True),
@@ -157,10 +164,10 @@ def pictures_of(result: Result, progress: Progress) -> Iterator[Picture]:
         yield picture
 
 
-def draw(result: Result | Ledger | Comparison, picture: Picture) -> Contents:
-    """One figure of a result, as an image inside the page."""
+def draw(subject: Subject, picture: Picture) -> Contents:
+    """One figure, as an image inside the page."""
     about = {"name": picture.key, "title": picture.title, "caption": picture.caption, "drawn": picture.drawn}
-    return {**about, "address": data_uri(picture.figure(result))}
+    return {**about, "address": data_uri(picture.figure(subject))}
 
 
 # --- the page ---------------------------------------------------------------------------------------------------------

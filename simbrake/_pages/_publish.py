@@ -42,7 +42,7 @@ from ..hybrid._arrays import Array
 from ..studies._evaluator import Evaluator, Paths
 from ._app import slider_of
 from ._live import Chart, Data, charts_of, events_of, still
-from ._page import PICTURES, draw, head, render
+from ._page import PERMISSIBLE, PICTURES, draw, head, render
 from ._rows import deciding
 
 #: points and pieces between events at most; bytes of the numbers; samples of a piece
@@ -204,13 +204,15 @@ def publish(
     grid = _Grid(axes, sequences, _derivatives(solve, points, sequences, progress))
     gaps, coarse, about = _centres(scene, grid, sampled, rtol, progress)
     places, kinds, numbers = grid.packed(results, sampled, lines)
+    shown = metrics_of(metrics, base, limits)
+    permitted = {one["name"]: one["limit"] for one in shown if one["limit"] is not None}
     data = {
         "axes": [_slider(scene, path, values) for path, values in axes.items()],
         "points": places,
         "sequences": kinds,
         "gaps": gaps,
         "coarse": coarse,
-        "metrics": metrics_of(metrics, base, limits),
+        "metrics": shown,
         "charts": [chart.as_dict() for chart in charts],
         "samples": samples,
         "numbers": numbers,
@@ -226,7 +228,7 @@ def publish(
         "film": False,
         "panel": "Solved range in blue; yellow marks gaps, where the sequence of events changes, "
         "or times of events change too fast.",
-        "pictures": [draw(base, PICTURES[0])] if base.ok else (),
+        "pictures": [*([draw(base, PICTURES[0])] if base.ok else []), *grid.map(scene, metrics, permitted)],
         "notes": notes,
         "data": {"still": still(scene), "grid": data},
     }
@@ -283,6 +285,26 @@ class _Grid(NamedTuple):
         steps = itertools.product((0, 1), repeat=len(place))
         each = [np.ravel_multi_index([i + d for i, d in zip(place, step, strict=True)], self.shape) for step in steps]
         return place, [int(i) for i in each]
+
+    def map(self, scene: Scene, metrics: Sequence[str], limits: Mapping[str, float]) -> list[Data]:
+        """The permissible map of a grid of two parameters, where there are limits."""
+        if len(self.axes) != 2 or min(self.shape) < 2 or not limits:
+            return []
+        import xarray as xr  # (slow to import)
+
+        paths, units = [*self.axes], {leaf.path: leaf.about.unit for leaf in leaves(scene)}
+        solved = np.stack(
+            [np.full(len(metrics), np.nan) if rows is None else rows[0, : len(metrics)] for rows in self.solved]
+        )
+        values = {
+            name: (paths, solved[:, metrics.index(name)].reshape(self.shape), {"units": unit_of(name)})
+            for name in limits
+        }
+        codes = {"code": (paths, np.asarray([rows is None for rows in self.solved], int).reshape(self.shape))}
+        ends = {
+            path: (path, [*points], {"units": units[entry_of(path, units)[0]]}) for path, points in self.axes.items()
+        }
+        return [draw((xr.Dataset({**values, **codes}, ends), limits), PERMISSIBLE)]
 
     def packed(self, results: Mapping[tuple[Any, ...], Result], sampled: Sampled, lines: int) -> Any:
         """For the script: of each point its sequence of events and where its numbers begin; the sequences; the numbers.

@@ -2,7 +2,7 @@
 
 from .._base._retired import answers
 from ._animation import animate
-from ._many import compare, materials, sweep
+from ._many import compare, materials, permissible, sweep
 from ._pulley import pressed, pulley
 from ._rig import ledger, replay
 from ._runs import browse, contacts, depth, duty, lining_map, stages, stop, stops, temperatures
@@ -27,6 +27,7 @@ __all__ = [
     "lining_map",
     "materials",
     "overlay",
+    "permissible",
     "pressed",
     "pulley",
     "replay",

@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
 
 import numpy as np
 from jaxtyping import Float
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
-from matplotlib.colors import to_rgb
+from matplotlib.colors import ListedColormap, to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
+from scipy.interpolate import RegularGridInterpolator
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
@@ -202,6 +204,73 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
     gaps = ("; gaps" if len(paths) == 1 else "; thick lines") + ": the sequence of events changes"
     blank = any(not np.all(np.isfinite(np.asarray(data[name].values, np.float64))) for name in shown) or failed > 0
     figure.suptitle(words + gaps * changes + "; hatched: failed or without a value" * (grid and blank))
+    return figure
+
+
+#: points along each side of a permissible map
+_FINE = 241
+
+
+@explained
+@styled
+def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | None = None) -> Figure:
+    """Where a brake is within its limits: a grid of two parameters of `simbrake.sweep`, with one line for each limit.
+
+    - `limits`: metric → permissible value (SI), the greatest, or the least of a metric that begins with `min_`
+    - green: within all limits; red: one is exceeded; hatched: the run failed, or has no value, as it does not stop
+
+    Raises `InputError` for a grid of another number of parameters, and for metrics that the data does not have.
+
+    Example:
+        >>> grid = {"duty.load.mass": [16e3, 20e3, 24e3], "initial.omega": [18.0, 22.0]}
+        >>> data = sb.sweep(scene, grid, ["stopping_time"], progress=False)
+        >>> sb.plot.permissible(data, {"stopping_time": 1.0}).axes[0].get_xlabel()
+        'duty.load.mass, t'
+    """
+    if not hasattr(data, "data_vars") or len(data["code"].dims) != 2 or min(data["code"].shape) < 2:
+        hint = "give the data set of simbrake.sweep over two parameters"
+        raise InputError([Fault("data", "is no grid of two parameters", hint)])
+    if missing := [name for name in limits if name not in data.data_vars] or ([] if limits else ["a limit"]):
+        hint = f"there are: {', '.join(map(str, data.data_vars))}"
+        raise InputError([Fault("limits", f"the data is without {', '.join(missing)}", hint)])
+    ends, names = [], []
+    for path in map(str, data["code"].dims):
+        values = np.asarray(data[path].values, np.float64)
+        factor, offset, unit = _scale(data, path, values)
+        ends.append(factor * values + offset)
+        names.append(f"{path}{unit}")
+    (x, y), good = ends, np.asarray(data["code"].values) == 0
+    margins, lines = [], []
+    for name, limit in limits.items():
+        value, least = np.asarray(data[name].values, np.float64), name.startswith("min_")
+        margins.append(np.where(good & np.isfinite(value), (value - limit) * (1.0 if least else -1.0), np.nan))
+        factor, offset, unit = _scale(data, name, np.asarray([limit]))
+        words = name.replace("_", " ").replace("energy.", "energy: ")
+        lines.append(
+            f"{words} {'≥' if least else '≤'} {factor * limit + offset:.4g}{unit.replace(',', '').replace(' (–)', '')}"
+        )
+    figure = sheet(figure, 8.0, 5.6)
+    axes = figure.subplots()
+    axes.set(xlabel=names[0], ylabel=names[1], xlim=(x.min(), x.max()), ylim=(y.min(), y.max()))
+    # on a finer grid, so that the region ends on the lines
+    u, v = (np.linspace(ends[0], ends[-1], _FINE) for ends in (x, y))
+    fine = [RegularGridInterpolator((x, y), margin)(tuple(np.meshgrid(u, v))) for margin in margins]
+    blank = np.isnan(np.sum(fine, axis=0))
+    within = np.where(blank, np.nan, np.all([margin >= 0.0 for margin in fine], axis=0))
+    colours = ListedColormap(["#f6cfc8", "#cdead8"])
+    axes.pcolormesh(u, v, within, cmap=colours, vmin=0.0, vmax=1.0, shading="nearest", rasterized=True)
+    handles: list[Artist] = [Patch(color="#cdead8", label="within all limits")]
+    handles.append(Patch(color="#f6cfc8", label="a limit is exceeded"))
+    for i, (margin, label) in enumerate(zip(fine, lines, strict=True)):
+        colour, there = CYCLE[i % len(CYCLE)], np.where(blank, np.nan, margin)
+        if np.nanmin(there, initial=np.inf) < 0 < np.nanmax(there, initial=-np.inf):
+            axes.contour(u, v, there, levels=[0.0], colors=[colour], linewidths=2.0)
+        handles.append(Line2D([], [], color=colour, lw=2.0, label=label))
+    if blank.any():
+        axes.contourf(u, v, blank, levels=[0.5, 1.5], colors=["white"], hatches=["///"])
+        handles.append(Patch(facecolor="white", edgecolor="0.5", hatch="///", label="no value: failed, or not stopped"))
+    figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False)
+    figure.suptitle(f"permissible map, {data['code'].size} runs")
     return figure
 
 

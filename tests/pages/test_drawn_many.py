@@ -166,6 +166,42 @@ def test_sweep_over_two_parameters():
     assert np.ptp(along) < 1e-6 or np.min(np.abs(np.subtract.outer(along, levels)), axis=1).max() < 1e-6
 
 
+def test_permissible_map():
+    """Of planes x and y over a grid: the region is that of both limits, lines lie where a metric is its limit."""
+    x, y = np.linspace(1.0, 3.0, 5), np.linspace(10.0, 20.0, 6)
+    along, up = np.broadcast_to(x[:, None], (5, 6)), np.broadcast_to(y, (5, 6)).copy()
+    up[4, 5] = np.inf  # it does not stop there
+    data = xr.Dataset(
+        {
+            "hook_travel": (("a", "b"), along, {"units": "m"}),
+            "min_holding_reserve": (("a", "b"), up, {"units": "1"}),
+            "code": (("a", "b"), np.zeros((5, 6), int)),
+        },
+        {"a": ("a", x, {"units": "m"}), "b": ("b", y, {"units": "s"})},
+    )
+    figure = plot.permissible(data, {"hook_travel": 2.2, "min_holding_reserve": 13.0})
+    (axes,) = figure.axes
+    mesh = axes.collections[0].get_array()
+    n = len(mesh)
+    u, v = np.meshgrid(np.linspace(1, 3, n), np.linspace(10, 20, n))
+    blank = (u > 2.5) & (v > 18.0)
+    assert np.ma.getmaskarray(mesh)[blank].all()
+    inside = (~(u >= 2.5) | ~(v >= 18.0)) & (np.abs(u - 2.2) > 1e-9) & (np.abs(v - 13.0) > 1e-9)
+    np.testing.assert_array_equal(np.ma.getdata(mesh)[inside].astype(bool), ((u <= 2.2) & (v >= 13.0))[inside])
+    lines = [path.vertices for part in axes.collections[1:3] for path in part.get_paths()]
+    np.testing.assert_allclose(lines[0][:, 0], 2.2, rtol=1e-9)
+    np.testing.assert_allclose(lines[1][:, 1], 13.0, rtol=1e-9)
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels == [
+        *("within all limits", "a limit is exceeded", "hook travel ≤ 2.2 m", "min holding reserve ≥ 13"),
+        "no value: failed, or not stopped",
+    ]
+    with pytest.raises(sb.InputError, match="is no grid of two parameters"):
+        plot.permissible(data.isel(a=0), {"hook_travel": 1.0})
+    with pytest.raises(sb.InputError, match="the data is without max_tension"):
+        plot.permissible(data, {"max_tension": 1.0})
+
+
 def test_sweep_of_an_ensemble():
     mass, speed = (
         ("run", np.array([1e4, 2e4, 3e4, 5e4]), {"units": "kg"}),
