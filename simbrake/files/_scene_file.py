@@ -269,6 +269,8 @@ def _set_key(tables: dict[str, Toml], path: str, value: Any) -> bool:
         node[last]
     except (KeyError, IndexError, TypeError):
         return False
+    if not isinstance(node, dict | list):  # letters of a text
+        return False
     if value is None:
         del node[last]
         return True

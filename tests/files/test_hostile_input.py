@@ -35,6 +35,8 @@ CORPUS = (
     ("set", f"brake.linings.angle[{'9' * 5000}]=0.2"),
     ("set", "initial.omega=" + "[" * 100_000),
     ("set", ".=1"),
+    ("set", "format[0]=x"),
+    ("set", "duty.slack_tension.start[0]=2 kN"),
     ("set", "[[=1"),
     ("scene", BASE.replace('"590 mm"', '"590 m^9^9^9^9^9^9"')),
     ("scene", ".".join(["a"] * 40_000) + " = 1"),
