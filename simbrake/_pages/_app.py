@@ -39,6 +39,8 @@ _DETAIL = Detail(100, 150, 100)
 _TOLD = 0.2
 #: runs before the first move, fewer (but two) where they take more than so many seconds
 _WARM, _WAIT = 5, 10.0
+#: seconds after which a silent client is let go
+_PATIENCE = 30.0
 _HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
@@ -159,6 +161,8 @@ class App:
             raise ValueError("not the values of sliders")
         if not all(isinstance(x, int | float) and not isinstance(x, bool) for x in values.values()):
             raise ValueError("not numbers")
+        if any(isinstance(x, int) and abs(x) > 2**1000 for x in values.values()):
+            raise ValueError("more digits than a number has")
         return with_values(self.scene, {path: float(x) for path, x in values.items()})
 
     def answers(self, values: Any) -> Iterator[Data]:
@@ -226,6 +230,7 @@ class Server(http.server.ThreadingHTTPServer):
 
 class _Handler(http.server.BaseHTTPRequestHandler):
     server: Server  # pyright: ignore
+    timeout = _PATIENCE
 
     def log_message(self, format: str, *args: Any) -> None:
         """Requests are not logged."""
@@ -267,14 +272,18 @@ class _Handler(http.server.BaseHTTPRequestHandler):
         wanted, length = self._wanted(), self.headers.get("Content-Length", "")
         if wanted is None:
             return
-        if self.headers.get("Content-Type") != "application/json" or not length.isdigit() or int(length) > _LONGEST:
+        counted = length.isascii() and length.isdigit() and len(length) < 10
+        if self.headers.get("Content-Type") != "application/json" or not counted or int(length) > _LONGEST:
             return self.send_error(400, "not a request of the page")
         try:
             values = json.loads(self.rfile.read(int(length)))["values"]
             self.server.app.edited(values)
         except InputError:
             pass  # told in the answer
-        except (ValueError, KeyError, TypeError):
+        except TimeoutError:
+            self.close_connection = True
+            return None
+        except (ValueError, KeyError, TypeError, RecursionError):
             return self.send_error(400, "not a request of the page")
         if wanted == "scene":
             self._send(json.dumps(self.server.app.saved(values)), "application/json")

@@ -12,6 +12,7 @@ import itertools
 import json
 import math
 import re
+import socket
 import subprocess
 import sys
 from typing import NamedTuple
@@ -430,6 +431,24 @@ def ask(server, path, values=None, **headers):
     found = answer.status, answer.read().decode()
     link.close()
     return found
+
+
+def sent(server, body, length=None, wait=10.0):
+    """What comes back of a request as it is written, empty where the connection was closed without an answer."""
+    lines = [f"POST /{server.token}/run HTTP/1.1", f"Host: 127.0.0.1:{server.port}", "Content-Type: application/json"]
+    lines += [f"Content-Length: {len(body) if length is None else length}", "Connection: close", "", ""]
+    with socket.create_connection(("127.0.0.1", server.port), timeout=wait) as link:
+        link.sendall("\r\n".join(lines).encode() + body.encode())
+        return b"".join(iter(lambda: link.recv(65536), b"")).decode()
+
+
+def test_requests_of_a_stranger_are_answered(server):
+    """Too deep, too many digits, a length that is none: refused, and not just dropped."""
+    digits, deep = "9" * 400, "[" * 100_000
+    for body in (f'{{"values": {{"initial.omega": {digits}}}}}', deep, f'{{"values": {deep}'):
+        assert " 400 " in sent(server, body).splitlines()[0]
+    for length in ("²", "-1", "1" * 5000):
+        assert " 400 " in sent(server, "{}", length).splitlines()[0]
 
 
 def test_only_this_computer_with_the_token(server):
