@@ -48,7 +48,6 @@ from .brakes._pressed import Shoes as Shoes
 from .checks._cross_check import cross_check as cross_check
 from .checks._validate import validate as validate
 from .files._c_export import export_c as export_c
-from .files._fmu import export_fmu as export_fmu
 from .files._scene_file import read_scene as read_scene
 from .files._scene_file import write_scene as write_scene
 from .formulas._estimates import estimates as estimates

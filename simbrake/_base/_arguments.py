@@ -1,4 +1,7 @@
-"""Arguments of the wrong kind, told by their names where a call has failed; a call that succeeds is not looked at."""
+"""Arguments of the wrong kind, told by their names where a call has failed; a call that succeeds is not looked at.
+
+Free of JAX, so that what is free of it can be decorated: only a call that failed imports it.
+"""
 
 import collections.abc
 import dataclasses
@@ -13,11 +16,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Literal, TypeVar, cast
 
-import jax
-import numpy as np
-from jaxtyping import AbstractArray
-
-from ._faults import Fault, InputError
+from ._faults import Fault, InputError, shown
 
 _Function = TypeVar("_Function", bound=Callable)
 #: entries of a mapping or a sequence that are looked at
@@ -59,8 +58,6 @@ def _misfits(function: Callable, args: tuple[Any, ...], named: dict[str, Any], l
         given = signature.bind(*args, **named).arguments
     except TypeError:
         return []
-    from ._quantity import shown  # (a failed call may take its time)
-
     faults = []
     for name, value in given.items():
         parameter = signature.parameters[name]
@@ -82,6 +79,14 @@ def _meaning(annotation: Any, function: Callable) -> Any:
     return Any if annotation is inspect.Parameter.empty else annotation
 
 
+def _of_arrays(kind: type) -> bool:
+    import jax
+    import numpy as np
+    from jaxtyping import AbstractArray
+
+    return issubclass(kind, AbstractArray) or kind in (np.ndarray, jax.Array)
+
+
 def _fits(value: Any, hint: Any, lists: bool) -> bool:
     """Whether a value is of the kind that an annotation describes; whatever has no test here fits."""
     origin, inner = typing.get_origin(hint), typing.get_args(hint)
@@ -100,10 +105,10 @@ def _fits(value: Any, hint: Any, lists: bool) -> bool:
         return value is None
     if not isinstance(kind, type):
         return True
-    if issubclass(kind, AbstractArray) or kind in (np.ndarray, jax.Array):
+    if _of_arrays(kind):
         return _numeric(value) and (lists or not isinstance(value, list | tuple))
     if kind in (float, int, complex):
-        real = isinstance(value, numbers.Real) or (_numeric(value) and np.ndim(value) == 0)
+        real = isinstance(value, numbers.Real) or (_numeric(value) and getattr(value, "ndim", 1) == 0)
         return real and not (kind is int and isinstance(value, float)) and _representable(value)
     if kind is os.PathLike:
         return isinstance(value, os.PathLike)
@@ -127,6 +132,9 @@ def _fits(value: Any, hint: Any, lists: bool) -> bool:
 
 def _numeric(value: Any) -> bool:
     """Whether a value is a number or an array of numbers, or a list that makes one."""
+    import jax
+    import numpy as np
+
     if isinstance(value, numbers.Real | jax.Array):
         return _representable(value)
     if not isinstance(value, np.ndarray | np.generic | list | tuple):
@@ -163,10 +171,10 @@ def _words(hint: Any) -> str:
         return "None"
     if not isinstance(kind, type):
         return "something else"
-    if issubclass(kind, AbstractArray) or kind in (np.ndarray, jax.Array):
+    if _of_arrays(kind):
         return "an array of numbers"
     plain = {float: "a number", int: "a whole number", bool: "True or False", str: "a text", object: "a value"}
-    if issubclass(kind, np.generic):
+    if kind.__module__ == "numpy":  # (arrays have gone)
         return "a number"
     if kind in plain:
         return plain[kind]

@@ -52,6 +52,12 @@ class InputError(ValueError):
         super().__init__("\n".join([f"{count}:", *(f"  {fault}" for fault in faults)]))
 
 
+def shown(value: object) -> str:
+    """A value of a file, shortened for a message."""
+    text = " ".join(repr(value).split()) if not isinstance(value, dict) else "a table"
+    return text if len(text) <= 60 else text[:57] + "…"
+
+
 # --- arguments of formulas --------------------------------------------------------------------------------------------
 
 

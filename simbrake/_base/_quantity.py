@@ -17,6 +17,7 @@ from jaxtyping import Float, Int
 from ..hybrid._arrays import Array
 from ._compiling import warn_of_untested_jax
 from ._faults import Fault
+from ._faults import shown as shown
 from ._table import pretty, to_si, unit
 
 if TYPE_CHECKING:
@@ -256,12 +257,6 @@ class NumberReader:
             return self.fault(path, f"{shown(value)} is a temperature, not a difference of two", "give it in K")
         number = float(match["number"])
         return to_si(number, of)
-
-
-def shown(value: object) -> str:
-    """A value of a file, shortened for a message."""
-    text = " ".join(repr(value).split()) if not isinstance(value, dict) else "a table"
-    return text if len(text) <= 60 else text[:57] + "…"
 
 
 def behind(unit: str) -> str:

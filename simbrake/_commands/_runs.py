@@ -268,7 +268,7 @@ def export(
             out = sb.export_c(scene, c, inputs=input_, outputs=output, waiting=waiting)
     else:
         with Progress("export", "printing and compiling…"):
-            out = sb.export_fmu(scene, str(fmu), input_, waiting=waiting)
+            out = sb.files.export_fmu(scene, str(fmu), input_, waiting=waiting)
     cli.tell(f"written  {out}", lambda: {"written": str(out)}, json_)
     return 0
 

@@ -126,7 +126,7 @@ def export_fmu(
 
     Example:
         >>> try:
-        ...     sb.export_fmu(scene, "brake.zip")
+        ...     sb.files.export_fmu(scene, "brake.zip")
         ... except sb.InputError as error:
         ...     print(error.faults[0].hint)
         give a name with .fmu

@@ -37,7 +37,7 @@ def python_file(scene, tmp_path_factory):
 def c_file(scene, tmp_path_factory):
     if COMPILER is None:
         pytest.skip("no C compiler")
-    return sb.export_fmu(scene, tmp_path_factory.mktemp("c") / "brake.fmu")
+    return sb.files.export_fmu(scene, tmp_path_factory.mktemp("c") / "brake.fmu")
 
 
 @pytest.fixture(scope="module", params=["python_file", "c_file"])
@@ -178,7 +178,7 @@ def test_clock_of_a_scene_that_starts_later(scene, tmp_path):
     run = Run(sb.files.write_fmu(late, tmp_path / "late.fmu"), start=7.0)
     np.testing.assert_array_equal(run.steps(COMMANDS[:2], 7.0), wanted)
     if COMPILER:
-        run = Run(sb.export_fmu(late, tmp_path / "late_c.fmu"), start=7.0)
+        run = Run(sb.files.export_fmu(late, tmp_path / "late_c.fmu"), start=7.0)
         np.testing.assert_allclose(run.steps(COMMANDS[:2], 7.0), wanted, rtol=1e-12)
 
 
@@ -225,7 +225,7 @@ def test_numbers_of_lists_and_bad_ones(scene, c_file):
 def test_fmi_3(scene, tmp_path):
     if COMPILER is None:
         pytest.skip("no C compiler")
-    file = sb.export_fmu(scene, tmp_path / "brake.fmu", fmi=3)
+    file = sb.files.export_fmu(scene, tmp_path / "brake.fmu", fmi=3)
     assert fmpy.validation.validate_fmu(str(file)) == []
     described = fmpy.read_model_description(file)
     vr = {one.name: one.valueReference for one in described.modelVariables}
@@ -264,7 +264,7 @@ def test_without_a_compiler(scene, tmp_path, monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setitem(sys.modules, "ziglang", None)
     with pytest.warns(UserWarning, match="no C compiler was found"):
-        file = sb.export_fmu(scene, tmp_path / "brake.fmu", "lever")
+        file = sb.files.export_fmu(scene, tmp_path / "brake.fmu", "lever")
     monkeypatch.undo()
     folder = fmpy.extract(file, tmp_path / "inside")
     assert ET.parse(f"{folder}/modelDescription.xml").find(".//SourceFiles/File").get("name") == "fmu.c"
@@ -273,18 +273,18 @@ def test_without_a_compiler(scene, tmp_path, monkeypatch):
         flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused", "-Wno-tautological-compare", "-fsyntax-only"]
         subprocess.run([COMPILER, *flags, f"{folder}/sources/fmu.c"], check=True)
     with pytest.raises(sb.InputError, match="compiler: nocc is not there"):
-        sb.export_fmu(scene, tmp_path / "brake.fmu", compiler="nocc")
+        sb.files.export_fmu(scene, tmp_path / "brake.fmu", compiler="nocc")
     with pytest.raises(sb.InputError, match="compiler: false failed"):
-        sb.export_fmu(scene, tmp_path / "brake.fmu", compiler="false")
+        sb.files.export_fmu(scene, tmp_path / "brake.fmu", compiler="false")
 
 
 def test_what_cannot_be_an_fmu(scene, tmp_path, monkeypatch):
     with pytest.raises(sb.InputError, match=r"give a name with \.fmu"):
         sb.files.write_fmu(scene, tmp_path / "brake.zip")
     with pytest.raises(sb.InputError, match="fmi: 4 is no version of FMI here"):
-        sb.export_fmu(scene, tmp_path / "brake.fmu", fmi=4)
+        sb.files.export_fmu(scene, tmp_path / "brake.fmu", fmi=4)
     with pytest.raises(sb.InputError, match="waiting: 0 is out of range"):
-        sb.export_fmu(scene, tmp_path / "brake.fmu", waiting=0)
+        sb.files.export_fmu(scene, tmp_path / "brake.fmu", waiting=0)
     monkeypatch.setitem(sys.modules, "pythonfmu", None)
     with pytest.raises(sb.InputError, match=r"pythonfmu: is missing.*simbrake\[fmu\]"):
         sb.files.write_fmu(scene, tmp_path / "brake.fmu")

@@ -41,6 +41,7 @@ SLOW = {
 }
 #: what shell blocks may hold and is not run here: the set-up, measurements of an hour, a server (see test_pages)
 NOT_RUN = ("pip install", "pytest", "python benchmarks/", "python papers/", "python tests/", "simbrake app ")
+NOT_RUN += ("cc ", "./stop", "simbrake publish scenarios/u2_5_5_stop.toml --live")
 
 
 def blocks(page: pathlib.Path, language: str) -> list[str]:
