@@ -60,6 +60,9 @@ def test_density_and_its_gradient_are_the_closed_ones(density):
     likelihood = norm.logpdf(y, density.model(values), 0.3)
     assert float(other.log_likelihood(values)) == pytest.approx(np.nansum(likelihood), rel=1e-9)
     assert density.codes(values).tolist() == [0, 0, 0]
+    # what runs give, without a derivative, in a program of the user's
+    several = jax.jit(jax.vmap(lambda x: density.model(density.values(x))))(points)
+    np.testing.assert_allclose(several[0], density.model(density.values(points[0])), rtol=1e-9)
 
 
 @pytest.mark.slow
