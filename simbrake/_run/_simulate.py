@@ -424,6 +424,9 @@ def simulate(
     limits = RunLimits(longest, events, max_steps)
     problem = scene.as_run, rtol_, longest, events
     if is_traced((scene, rtol, max_step)):
+        # (of an array of NumPy under `vmap` JAX makes no constant for a function with derivatives of its own)
+        scene, *more = jax.tree.map(lambda x: jnp.array(x) if isinstance(x, Tracer) else x, (scene, *problem[1:]))
+        problem = scene.as_run, *more
         record = _part(Packing.of(problem), method, max_steps or _STEPS[0]).call(*problem)
         return Result(scene, record, rtol_, name, limits)
     numbers, packing = pack(problem)

@@ -88,8 +88,6 @@ class LogDensity:
             return self.find(result, given)[0][where], result.record.code
 
         own: Any = {path: jnp.broadcast_to(values[path], (n,)) for path in self.own}
-        # (an array of NumPy that `vmap` divides cannot be a constant of a program within another)
-        scenes, given, where = jax.tree.map(jnp.asarray, (scenes, given, where))
         return jax.vmap(run)(scenes, own, given, where)
 
     def model(self, values: Mapping[str, Any]) -> Float[Array, "n m"]:

@@ -246,6 +246,20 @@ def test_a_run_inside_a_program_of_the_user(fresh_accelerators):
     assert float(by_speed) == pytest.approx(central, rel=1e-9)
 
 
+def test_scenes_of_numpy_side_by_side_inside_a_program():
+    """`vmap` over stacked scenes within `jit`, as a sampler has it: the runs are those of each scene."""
+    brake = sb.Brake(sb.Pulley(0.5, 800.0), sb.Band(0.5), sb.uniform_linings(2, 4.7, 0.35))
+    scene = sb.Scene(brake, sb.Duty(8e3, sb.TorqueLoad(1e3)), sb.Initial(20.0), 5.0)
+    both = jax.tree.map(lambda x: np.stack([x, x]), scene)
+
+    def times(speed):
+        found = jax.vmap(lambda one: sb.simulate(sb.with_values(one, {"initial.omega": speed})).stopping_time)
+        return found(both)
+
+    alone = sb.simulate(sb.with_values(scene, {"initial.omega": 18.0})).stopping_time
+    np.testing.assert_allclose(jax.jit(times)(18.0), [alone, alone], rtol=1e-12)
+
+
 def test_what_xla_refuses_is_left_out(fresh_accelerators, monkeypatch):
     usual = _compiling.accelerators("cpu")
     gone = usual.refused
