@@ -6,7 +6,7 @@ import math
 import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple, overload
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Num
@@ -291,6 +291,11 @@ class SideBySide(Tabular):
     metrics: list[Beside]
     comparisons: list[Comparison]
 
+    @property
+    def equal(self) -> bool:
+        """Whether all are equal to the first within the tolerance."""
+        return all(one.equal for one in self.comparisons)
+
     def parts(self) -> Iterator[str | Table]:
         """Lines and tables in the order in which they are read."""
         letters = _letters(len(self.status))
@@ -350,10 +355,6 @@ def _several(sources: Sequence[Source], comparisons: list[Comparison], errors: b
     return SideBySide(tuple(str(one["status"].item()) for one in data), scene, metrics, comparisons)
 
 
-@overload
-def compare(a: Source, b: Source, /, *, rtol: float = 1e-9) -> Comparison: ...
-@overload
-def compare(a: Source, b: Source, /, *more: Source, rtol: float = 1e-9, errors: bool = False) -> SideBySide: ...
 @explained
 def compare(
     a: Source, b: Source, /, *more: Source, rtol: float = 1e-9, errors: bool = False
