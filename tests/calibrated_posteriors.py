@@ -47,6 +47,7 @@ def posteriors(model: sb.studies.LogDensity, y: np.ndarray, key: jax.Array) -> t
             0.5 * jax.random.normal(start, model.initial.shape),
             num_warmup=WARMUP,
             max_tree_depth=6,
+            dense_mass=True,  # friction and speeds depend on each other
             model_args=(y,),
             rng_key=key,
         )
