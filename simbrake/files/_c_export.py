@@ -252,6 +252,7 @@ class Export:
             for state in states
             for moved, driven, away, steady in itertools.product((False, True), repeat=4)
         ]
+        resting = ", ".join(str(int(Label(state[0], state[1], state[2], 0, state[3]).rests)) for state in states)
         names: list[str] = []
         sequences, table = list[tuple[int, ...]]([()]), list[int]()
         for before, after, layer, first in itertools.product(states, states, (0, 1), (False, True)):
@@ -281,10 +282,9 @@ static const unsigned char {name}_changes[] = {{
 static const unsigned char {name}_endings[] = {{
 {endings}
 }};
+static const unsigned char {name}_resting[] = {{{resting}}};
 static int {name}_place(const int32_t *l) {{ return {place}; }}
-static int {name}_rests(const int32_t *l) {{
-  return (l[0] == {int(BandMode.HELD)} && l[1] == 0) || (l[0] == {int(BandMode.OPEN)} && l[2] == 0);
-}}
+static int {name}_rests(const int32_t *l) {{ return {name}_resting[{name}_place(l)]; }}
 /* Appends the events of a change of mode; how many there are then. */
 static int {name}_append({name}_event *events, int room, int count, double time, const int32_t *l, int first) {{
   const int32_t *m = l + 5;

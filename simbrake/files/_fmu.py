@@ -334,31 +334,35 @@ def _c_variables(name: str, variables: Sequence[_Variable], token: str, export: 
     )
 
 
+def _description_begun(
+    name: str, scene: Scene, variables: Sequence[_Variable], fmi: int, token: dict[str, str], more: dict[str, str]
+) -> Element:
+    """The first part of a model description, `token` and `more` (of the co-simulation) as this version names them."""
+    root = Element("fmiModelDescription", {"fmiVersion": f"{fmi}.0", "modelName": name, **token})
+    root.set("description", f"{scene.brake.kind}, without dependencies")
+    root.set("generationTool", f"simbrake {_version()}")
+    root.set("variableNamingConvention", "structured")
+    named = {"modelIdentifier": name, "canHandleVariableCommunicationStepSize": "true"}
+    about = SubElement(root, "CoSimulation", named | more)
+    if fmi == 2:
+        root.set("numberOfEventIndicators", "0")
+        SubElement(SubElement(about, "SourceFiles"), "File", name="fmu.c")
+    if units := _units(variables):
+        definitions = SubElement(root, "UnitDefinitions")
+        for unit, powers in units.items():
+            SubElement(SubElement(definitions, "Unit", name=unit), "BaseUnit", {k: str(n) for k, n in powers.items()})
+    categories = SubElement(root, "LogCategories")
+    for category in ("logEvents", "logStatusDiscard", "logStatusError"):
+        SubElement(categories, "Category", name=category)
+    SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(float(np.asarray(scene.end_time))))
+    return root
+
+
 def _model_description(name: str, scene: Scene, variables: Sequence[_Variable], token: str) -> bytes:
     """The model description of FMI 2.0."""
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="2.0",
-        modelName=name,
-        guid=token,
-        description=f"{scene.brake.kind}, without dependencies",
-        generationTool=f"simbrake {_version()}",
-        variableNamingConvention="structured",
-        numberOfEventIndicators="0",
-    )
-    about = SubElement(
-        root,
-        "CoSimulation",
-        modelIdentifier=name,
-        canHandleVariableCommunicationStepSize="true",
-        canNotUseMemoryManagementFunctions="true",
-        canGetAndSetFMUstate="true",
-        canSerializeFMUstate="true",
-    )
-    SubElement(SubElement(about, "SourceFiles"), "File", name="fmu.c")
-    _add_units(root, variables)
-    _add_categories(root)
-    SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(float(np.asarray(scene.end_time))))
+    can = {"canNotUseMemoryManagementFunctions": "true"}
+    can |= {"canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true"}
+    root = _description_begun(name, scene, variables, 2, {"guid": token}, can)
     described = SubElement(root, "ModelVariables")
     for place, one in enumerate(variables):
         entry = SubElement(described, "ScalarVariable", name=one.name, valueReference=str(place))
@@ -379,26 +383,8 @@ def _model_description(name: str, scene: Scene, variables: Sequence[_Variable], 
 
 def _model_description_3(name: str, scene: Scene, variables: Sequence[_Variable], token: str) -> bytes:
     """The model description of FMI 3.0."""
-    root = Element(
-        "fmiModelDescription",
-        fmiVersion="3.0",
-        modelName=name,
-        instantiationToken=token,
-        description=f"{scene.brake.kind}, without dependencies",
-        generationTool=f"simbrake {_version()}",
-        variableNamingConvention="structured",
-    )
-    SubElement(
-        root,
-        "CoSimulation",
-        modelIdentifier=name,
-        canHandleVariableCommunicationStepSize="true",
-        canGetAndSetFMUState="true",
-        canSerializeFMUState="true",
-    )
-    _add_units(root, variables)
-    _add_categories(root)
-    SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(float(np.asarray(scene.end_time))))
+    can = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
+    root = _description_begun(name, scene, variables, 3, {"instantiationToken": token}, can)
     described = SubElement(root, "ModelVariables")
     types = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
     for place, one in enumerate(variables):
@@ -426,19 +412,6 @@ def _build_description(name: str) -> bytes:
     sources = SubElement(SubElement(root, "BuildConfiguration", modelIdentifier=name), "SourceFileSet", language="C99")
     SubElement(sources, "SourceFile", name="fmu.c")
     return _xml(root)
-
-
-def _add_units(root: Element, variables: Sequence[_Variable]) -> None:
-    if units := _units(variables):
-        definitions = SubElement(root, "UnitDefinitions")
-        for unit, powers in units.items():
-            SubElement(SubElement(definitions, "Unit", name=unit), "BaseUnit", {k: str(n) for k, n in powers.items()})
-
-
-def _add_categories(root: Element) -> None:
-    categories = SubElement(root, "LogCategories")
-    for category in ("logEvents", "logStatusDiscard", "logStatusError"):
-        SubElement(categories, "Category", name=category)
 
 
 def _add_value(entry: Element, one: _Variable) -> None:

@@ -234,16 +234,33 @@ static status each_written(instance *one, const unsigned *references, size_t cou
 #else
 #define EXPORT
 #endif
-#if FMI_VERSION == 2
-/* FMI 2.0.4 */
-#ifdef FMI2_FUNCTION_PREFIX /* of an environment that links several FMUs statically */
 #define JOINED(a, b) a##b
-#define PREFIXED(a, b) JOINED(a, b)
-#define FMI(result, name) EXPORT result PREFIXED(FMI2_FUNCTION_PREFIX, fmi2##name)
+#define AFTER(a, b) JOINED(a, b)
+#if FMI_VERSION == 2
+#define PREFIX fmi2
 #else
-#define FMI(result, name) EXPORT result fmi2##name
+#define PREFIX fmi3
+#endif
+#if defined FMI2_FUNCTION_PREFIX /* of an environment that links several FMUs statically */
+#define FMI(result, name) EXPORT result AFTER(FMI2_FUNCTION_PREFIX, AFTER(PREFIX, name))
+#elif defined FMI3_FUNCTION_PREFIX
+#define FMI(result, name) EXPORT result AFTER(FMI3_FUNCTION_PREFIX, AFTER(PREFIX, name))
+#else
+#define FMI(result, name) EXPORT result AFTER(PREFIX, name)
 #endif
 
+/* The same in both versions. */
+FMI(void, FreeInstance)(void *one) { freed((instance *)one); }
+FMI(status, ExitInitializationMode)(void *one) {
+  const status code = started((instance *)one);
+  ((instance *)one)->running = code == OK;
+  return code;
+}
+FMI(status, Terminate)(void *one) { (void)one; return OK; }
+FMI(status, Reset)(void *one) { reset((instance *)one); return OK; }
+
+#if FMI_VERSION == 2
+/* FMI 2.0.4 */
 typedef struct {
   void (*logger)(void *, const char *, int, const char *, const char *, ...);
   void *(*allocate)(size_t, size_t);
@@ -285,7 +302,6 @@ FMI(void *, Instantiate)(const char *name, int type, const char *token, const ch
   if (one) reset(one);
   return one;
 }
-FMI(void, FreeInstance)(void *one) { freed((instance *)one); }
 FMI(status, SetupExperiment)(void *one, int tolerant, double tolerance, double start, int ends, double end) {
   (void)tolerant; (void)tolerance; (void)ends; (void)end; /* the tolerance is the parameter rtol */
   ((instance *)one)->now.start = start;
@@ -293,13 +309,6 @@ FMI(status, SetupExperiment)(void *one, int tolerant, double tolerance, double s
   return OK;
 }
 FMI(status, EnterInitializationMode)(void *one) { (void)one; return OK; }
-FMI(status, ExitInitializationMode)(void *one) {
-  const status code = started((instance *)one);
-  ((instance *)one)->running = code == OK;
-  return code;
-}
-FMI(status, Terminate)(void *one) { (void)one; return OK; }
-FMI(status, Reset)(void *one) { reset((instance *)one); return OK; }
 FMI(status, GetReal)(void *one, const unsigned *places, size_t count, double *values) {
   return each_read((instance *)one, places, count, values);
 }
@@ -382,13 +391,6 @@ FMI(status, GetStringStatus)(void *one, int what, const char **value) { (void)wh
 #else
 /* FMI 3.0.2 */
 #include <stdbool.h>
-#ifdef FMI3_FUNCTION_PREFIX
-#define JOINED(a, b) a##b
-#define PREFIXED(a, b) JOINED(a, b)
-#define FMI(result, name) EXPORT result PREFIXED(FMI3_FUNCTION_PREFIX, fmi3##name)
-#else
-#define FMI(result, name) EXPORT result fmi3##name
-#endif
 #define PLACES const unsigned *places, size_t count
 
 static void told(instance *one, status code, const char *category, const char *text) {
@@ -424,20 +426,12 @@ FMI(void *, InstantiateScheduledExecution)(const char *name, const char *token, 
   if (logger) logger(environment, ERROR, "logStatusError", "this FMU is for co-simulation alone");
   return NULL;
 }
-FMI(void, FreeInstance)(void *one) { freed((instance *)one); }
 FMI(status, EnterInitializationMode)(void *one, bool tolerant, double tolerance, double start, bool ends, double end) {
   (void)tolerant; (void)tolerance; (void)ends; (void)end; /* the tolerance is the parameter rtol */
   ((instance *)one)->now.start = start;
   ((instance *)one)->now.started = 0;
   return OK;
 }
-FMI(status, ExitInitializationMode)(void *one) {
-  const status code = started((instance *)one);
-  ((instance *)one)->running = code == OK;
-  return code;
-}
-FMI(status, Terminate)(void *one) { (void)one; return OK; }
-FMI(status, Reset)(void *one) { reset((instance *)one); return OK; }
 FMI(status, EnterConfigurationMode)(void *one) { (void)one; return OK; }
 FMI(status, ExitConfigurationMode)(void *one) { (void)one; return OK; }
 FMI(status, EnterStepMode)(void *one) { (void)one; return OK; }
