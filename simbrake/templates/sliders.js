@@ -95,12 +95,31 @@
       return each[0].filter((metric) => each.every((one) => one.includes(metric)));
     }
 
+    /** The solved points around a place. */
+    function around(where) {
+      const ends = ({i, share}) => share === 0 ? [i] : share === 1 ? [i + 1] : [i, i + 1];
+      const corners = where.reduce((all, w) => all.flatMap((corner) => ends(w).map((end) => [...corner, end])), [[]]);
+      return corners.map((corner) => points[flat(corner)]);
+    }
+
+    /** What happens in a gap: how the runs around it differ. */
+    function happening(x) {
+      const kinds = [...new Set(around(cell(x)).map((point) => point.sequence))].sort((a, b) => a - b);
+      const known = kinds.filter((n) => n >= 0).map((n) => grid.sequences[n]), ways = [...new Set(known.map((one) => one.status))];
+      if (kinds.includes(-1)) ways.push("Failed");
+      if (ways.length > 1) return `Around here runs end in different ways: ${ways.join("; ")}.`;
+      if (kinds.length === 1) return "Between the solved points around here an event comes or goes, or its time changes too fast.";
+      const lists = known.map((one) => one.events.map((event) => event.words)), all = [...new Set(lists.flat())];
+      const count = (list, words) => list.filter((one) => one === words).length;
+      const some = all.filter((words) => new Set(lists.map((list) => count(list, words))).size > 1);
+      return some.length ? `Around here not all runs have the same events: ${some.join(", ")}.`
+        : `Around here the same events come in different orders: ${lists.map((list) => list.join(", ")).join("; or ")}.`;
+    }
+
     /** Values at x, or `null` where the sequence of events changes between the points around it. */
     function solve(x) {
       const where = cell(x), inside = where.every((w) => w.share > 0 && w.share < 1);
-      const ends = ({i, share}) => share === 0 ? [i] : share === 1 ? [i + 1] : [i, i + 1];
-      const corners = where.reduce((all, w) => all.flatMap((corner) => ends(w).map((end) => [...corner, end])), [[]]);
-      const found = corners.map((corner) => points[flat(corner)]), sequence = found[0].sequence;
+      const found = around(where), sequence = found[0].sequence;
       if (sequence < 0 || found.some((point) => point.sequence !== sequence)) return null;
       if (inside && grid.gaps.includes(cellNumber(where))) return null;
       const coarse = coarseAt(where);
@@ -146,8 +165,7 @@
     function show() {
       const found = solve(at), gap = found === null;
       document.body.classList.toggle("gap", gap);
-      $("state").textContent = gap ? "Gap: between the solved points around here the sequence of events, or a time, changes too much. " +
-        "Move a slider to a blue stretch." : "";
+      $("state").textContent = gap ? `Gap. ${happening(at)} Move a slider to a blue stretch.` : "";
       drawResults(gap ? {colour: "", headline: "No value here", text: "", rows: [], metrics: []}
         : readResults(grid.metrics, found.values, found.sequence, found.coarse));
       if (!gap) drawCharts(runOf(found.values, found.sequence));
@@ -217,11 +235,54 @@
     });
   }
 
+  /** What a page began with, drawn beside its run now where that is wanted: in the tiles, and dashed in the charts. */
+  function comparison(first) {
+    const tiles = new Map([...$("figures").children].map((box) => [box.querySelector("dt").textContent, box.querySelector("data").cloneNode(true)]));
+    let wanted = false, last = null;
+
+    function beside(metric) {
+      const old = tiles.get(metric.words);
+      if (!old || old.value === "" || metric.si === "") return metric;
+      // (of a temperature the share means nothing)
+      const share = 100 * (metric.si / old.value - 1), shares = metric.unit !== "K" && Number.isFinite(share);
+      const words = `start: ${old.textContent}${shares ? `, ${share < 0 ? "" : "+"}${shown(share, 2)} %` : ""}`;
+      return {...metric, note: [metric.note, words].filter(Boolean).join("; ")};
+    }
+
+    function overlaid(run) {
+      const {t} = first, at = run.t.map((now) => place(t, now));
+      const value = (line, now, i) => now > t[t.length - 1] ? null : i + 1 === t.length || t[i + 1] === t[i] ? line[i]
+        : line[i] + (line[i + 1] - line[i]) * (now - t[i]) / (t[i + 1] - t[i]);
+      const pairs = run.charts.map((chart, n) => {
+        const old = first.charts.findIndex((one) => one.title === chart.title && one.lines.length === chart.lines.length);
+        if (old < 0) return [chart, run.y[n]];
+        const lines = chart.lines.map((line) => ({...line, label: `${line.label}, start`, dashed: true}));
+        const y = first.y[old].map((line) => run.t.map((now, i) => value(line, now, at[i])));
+        return [{...chart, lines: [...chart.lines, ...lines]}, [...run.y[n], ...y]];
+      });
+      return {...run, charts: pairs.map(([chart]) => chart), y: pairs.map(([, y]) => y)};
+    }
+
+    function draw(results, run, drawn) {
+      last = [results, run, drawn];
+      drawResults(wanted ? {...results, metrics: results.metrics.map(beside)} : results);
+      if (run) drawn(wanted && first ? overlaid(run) : run);
+    }
+
+    $("compare").addEventListener("click", () => {
+      wanted = !wanted;
+      $("compare").setAttribute("aria-pressed", wanted);
+      if (last) draw(...last);
+    });
+    return draw;
+  }
+
   // --- the app: each move is a run; the latest wins ----------------------------------------------------------------
 
   function application(app) {
     const values = {};
     let waiting = null, wanted = false, sent = 0, any = data.run !== null;
+    const draw = comparison(data.run);
 
     const request = () => ({method: "POST", headers: {"Content-Type": "application/json"}, body: JSON.stringify({values})});
 
@@ -264,21 +325,29 @@
       if (found.progress !== undefined) $("state").textContent = `running: ${Math.round(100 * found.progress)} % simulated`;
       if (found.problem) $("state").textContent = found.problem;
       if (!found.results) return;
-      drawResults(found.results);
-      if (found.run) drawRun(found.run, !any);
+      const first = !any;
+      draw(found.results, found.run, (run) => drawRun(run, first));
       any ||= Boolean(found.run);
       requestAnimationFrame(() => { $("state").textContent = `drawn after ${Math.round(performance.now() - sent)} ms`; });
     }
 
     sliderGroups(app.controls, values, ask);
-    $("save").addEventListener("click", async () => {
+    /** The scene as it is now, for a button that does something with its text. */
+    const withScene = (id, use) => $(id).addEventListener("click", async () => {
       const found = await (await fetch("scene", request())).json();
       if (found.problem) return take(found);
+      $("state").textContent = await use(found);
+    });
+    withScene("save", ({name, text}) => {
       const link = document.createElement("a");
-      link.href = URL.createObjectURL(new Blob([found.text], {type: "application/toml"}));
-      link.download = found.name;
+      link.href = URL.createObjectURL(new Blob([text], {type: "application/toml"}));
+      link.download = name;
       link.click();
-      $("state").textContent = `saved as ${found.name}`;
+      return `saved as ${name}`;
+    });
+    withScene("copy", async ({text}) => {
+      await navigator.clipboard.writeText(text);
+      return "copied as TOML";
     });
   }
 
@@ -292,6 +361,7 @@
     const doubles = (place, count) => new Float64Array(c.memory.buffer, place, count);
     const numbers = doubles(c.live_numbers(), live.numbers), first = numbers.slice(), values = {};
     const controls = new Map(live.controls.map((control) => [control.path, control]));
+    let draw = null;
 
     /** Times at which the curves are drawn: evenly until rest and over all, and beside each event. */
     function grid(start, end, events) {
@@ -338,10 +408,16 @@
       const found = run(), failed = live.failures[found.code] || ["bad_number", "a number is not finite"];
       const said = found.code === 0 ? live.statuses[found.status] :
         {colour: "red", status: `Failed: ${failed[0]}`, message: failed[1]};
-      drawResults(readResults(live.metrics, found.code === 0 ? found.metrics : found.metrics.map(() => NaN), said));
+      const results = readResults(live.metrics, found.code === 0 ? found.metrics : found.metrics.map(() => NaN), said);
       const [start, end] = live.span.map((place) => numbers[place]), drawn = curves(start, end, found.events);
-      const ran = performance.now() - began;
-      if (drawn.t.length > 1) drawCharts(drawn);
+      const ran = performance.now() - began, curved = drawn.t.length > 1 ? drawn : null;
+      if (draw) {
+        draw(results, curved, drawCharts);
+      } else {  // as the page began
+        drawResults(results);
+        if (curved) drawCharts(curved);
+        draw = comparison(curved);
+      }
       document.body.dataset.milliseconds = ran.toFixed(2);
       $("state").textContent = `run in ${ran < 10 ? ran.toFixed(1) : Math.round(ran)} ms`;
     }

@@ -11,6 +11,7 @@ import http.client
 import itertools
 import json
 import math
+import pathlib
 import re
 import socket
 import subprocess
@@ -362,7 +363,7 @@ def test_sliders_show_the_run_and_the_gap(browser, scene, published, size):
     low, high = (published[1]["grid"]["axes"][1]["values"][gap % 3 + k] for k in (0, 1))
     put(18.0, 0.5 * (low + high) * unit)
     assert page.inner_text("#banner b") == "No value here"
-    assert "Gap" in page.inner_text("#state")
+    assert "runs end in different ways: Stopped; Runaway." in page.inner_text("#state")
     assert page.evaluate("document.body.classList.contains('gap')")
     assert "var(--gap)" in page.locator('[data-path="duty.load.profile.level"] input[type=range]').get_attribute(
         "style"
@@ -509,6 +510,23 @@ def test_every_parameter_has_a_slider(server, scene):
     assert controls["initial.omega"]["unit"] == "rad/s"
 
 
+def compared_with_the_start(page, start, now):
+    """A press of the button adds the start to tiles and charts, another one removes it."""
+    before = page.locator(".chart .u-label").all_inner_texts()
+    page.click("#compare")
+    first, last = (run.metrics["stopping_time"] for run in (start, now))
+    said = page.locator("#figures div", has=page.get_by_text("Stopping time", exact=True)).locator("small").inner_text()
+    share = re.fullmatch(rf"start: {first:.3g} s, [+]?([−.\d]+) %", said).group(1)
+    assert number(share) == pytest.approx(100 * (last / first - 1), rel=0.05)  # two digits
+    labels = page.locator(".chart .u-label").all_inner_texts()
+    assert [name for name in labels if name.endswith(", start")] == [
+        f"{name}, start" for name in before if name != "t, s"
+    ]
+    page.click("#compare")
+    assert page.locator(".chart .u-label").all_inner_texts() == before
+    assert "start:" not in page.inner_text("#figures")
+
+
 @pytest.mark.parametrize("size", SIZES)
 def test_a_slider_moves_metrics_and_pictures(browser, server, scene, size):
     if browser is None:
@@ -532,6 +550,11 @@ def test_a_slider_moves_metrics_and_pictures(browser, server, scene, size):
         page.click("#save")
     saved = sb.read_scene(download.value.path())
     assert float(saved.initial.omega) == pytest.approx(w, rel=1e-12)
+    page.context.grant_permissions(["clipboard-read", "clipboard-write"])
+    page.click("#copy")
+    expect(page.locator("#state")).to_have_text("copied as TOML")
+    assert page.evaluate("navigator.clipboard.readText()") == pathlib.Path(download.value.path()).read_text("utf-8")
+    compared_with_the_start(page, sb.simulate(scene), run)
     page.click("#reset")
     expect(page.locator("#figures")).to_contain_text(
         f"{sb.simulate(scene).metrics['stopping_time']:.3g} s", timeout=30_000
@@ -599,6 +622,7 @@ def test_each_move_is_a_run(live_page, browser):
         times = [event.time for event in result.events if event.lining is None]
         assert [event["t"] for event in found["events"]] == pytest.approx(times, rel=1e-9)
         assert page.text_content("#banner b") == "Stopped"
+    compared_with_the_start(page, sb.simulate(sb.read_scene(STOP)), result)
     curves = page.evaluate("window.simbrake.live.curves(0, 5, window.simbrake.live.run().events)")
     series = result.series(np.asarray(curves["t"]))
     between = np.all([np.abs(np.asarray(curves["t"]) - t) > 1e-6 for t in times], axis=0)
