@@ -605,10 +605,19 @@ def _trees(program: Program) -> list[PyTree]:
     return [jax.tree.unflatten(tree, [0] * tree.num_leaves) for tree in trees]
 
 
+@functools.cache
+def _find_lapack() -> None:
+    """Have JAX look up LAPACK, as it does when it lowers a call of it: before that a restored call goes nowhere."""
+    jax.jit(jnp.linalg.inv).lower(np.eye(1))
+
+
 def _restored(stored: tuple[Any, ...], trees: Sequence[Any], device: Any) -> Program:
     """A program out of the bytes of `_stored`, with the structures of its arguments and results."""
     from jax.experimental.serialize_executable import deserialize_and_load
 
+    if b"lapack_" in stored[0]:
+        with jax.default_device(device):
+            _find_lapack()
     target = {"backend": device.client, "execution_devices": [device]}
     return Program(deserialize_and_load(stored[0], *trees, **target), *stored[1:])
 

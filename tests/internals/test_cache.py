@@ -186,3 +186,16 @@ def test_unused_arguments_are_in_the_key(folder):
         found = python(program, JAX_COMPILATION_CACHE_DIR="").stdout
         assert found == "[2.0, 2.0]\n[2.0, 2.0]\n[9.0, 27.0]\n"
     assert {"text", "power"} <= {file.name.partition("-")[0] for file in folder.iterdir()}
+
+
+def test_a_restored_program_finds_lapack(folder):
+    """JAX looks LAPACK up when it lowers a call of it; a process that only restores a program has done so too."""
+    program = (
+        "import numpy as np; import jax.numpy as jnp; import simbrake\n"
+        "from simbrake._base._compiling import DeviceJit\n"
+        "solve = DeviceJit(lambda a, b: jnp.linalg.solve(a, b), subject=('solve',))\n"
+        "print(solve(2.0 * np.eye(3), np.ones(3)).tolist())"
+    )
+    for _ in range(2):
+        assert python(program, JAX_COMPILATION_CACHE_DIR="").stdout == "[0.5, 0.5, 0.5]\n"
+    assert "solve" in {file.name.partition("-")[0] for file in folder.iterdir()}
