@@ -122,6 +122,13 @@ def loads(f: float, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return tension, (tension + np.append(1.0, tension[:-1])) * np.sin(angle / 2)
 
 
+def layers_of(result: sb.Result, t: np.ndarray, name: str) -> tuple[np.ndarray, np.ndarray]:
+    """Temperatures (m, k) of a wall's layers and their depths (k,)."""
+    (wall,) = (body for body in result.scene.heat.bodies if body.name == name)
+    at = [i for i, node in enumerate(result.nodes) if node.split("[")[0] == name]
+    return np.asarray(result.series(t).temperature)[:, at], np.asarray(wall.centres)
+
+
 def of_each(numbers: Any, form: str = ".2f") -> str:
     """Numbers in the order of `FRICTIONS`."""
     return ", ".join(f"{number:{form}}" for number in numbers)
@@ -162,3 +169,17 @@ class Runs:
             linings="linings",
         )
         return sb.simulate(dataclasses.replace(cold, brake=dataclasses.replace(cold.brake, linings=linings), heat=heat))
+
+    @functools.cached_property
+    def heavy(self) -> sb.Result:
+        """A stop of 80 t and the minute after it: thin layers of the rim, a resistance between rim and linings."""
+        of = sb.with_values(self.pair.standard(), {"duty.load.mass": 80e3})
+        touching = sb.thermal.ThermalContact("rim.front", "lining.front", WRAP * 0.590 * 0.220, 1e-3)  # assumption
+        bodies = tuple(
+            dataclasses.replace(body, growth=sb.thermal.layer_growth(3e-4, body.thickness, body.layers))
+            if body.name == "rim"
+            else body
+            for body in of.heat.bodies
+        )
+        heat = dataclasses.replace(of.heat, bodies=bodies, links=(*of.heat.links, touching))
+        return sb.simulate(dataclasses.replace(of, heat=heat, end_time=60.0))

@@ -1,9 +1,11 @@
 """Claims of V and S: resistance, overlap, partition, rejection and stabilisation."""
 
+import dataclasses
 import math
 
 import numpy as np
-from claim import WRAP, ZERO, Found, Runs, claim, judged, of_each, scenario, stop
+from claim import WRAP, ZERO, Found, Runs, claim, judged, layers_of, of_each, scenario, stop
+from scipy.optimize import brentq
 
 import simbrake as sb
 
@@ -60,8 +62,6 @@ def rejected(_: Runs) -> Found:
         h = 25.0 + sb.formulas.radiation_coefficient(0.8, T, sb.thermal.ROOM)
         return 2 * track * h * (T - sb.thermal.ROOM) * pause / stored
 
-    from scipy.optimize import brentq
-
     tenth = brentq(lambda T: share(T) - 0.1, 300.0, 900.0) - ZERO
     braking = share(ZERO + 350.0) / pause
     text = (
@@ -84,6 +84,77 @@ def metal_share(_: Runs) -> Found:
         f"{charron:.3f} at all of them"
     )
     return Found(share[1], text, judged(np.abs(np.asarray(share) - [0.531, 0.756]) < 2e-3))
+
+
+@claim(
+    "V",
+    "formula 4",
+    "in an open brake heat parts between rim and linings by the coefficients of transmission",
+    "rim, linings and band at one temperature; V's coefficients on their faces",
+)
+def open_brake(_: Runs) -> Found:
+    law, time, track = sb.formulas.transmission_table(), np.asarray([0.0, 600.0]), 2 * math.pi * 0.590 * 0.220
+    steel, lining, of_band = sb.material("steel_20L"), sb.material("FK-24A"), sb.material("band_steel")
+
+    def shares(T: float) -> tuple[float, float]:
+        """The rim's share of what is rejected in ten minutes, and that by the formula."""
+        polished, matte, outer = (np.interp(T, law.temperature, a) for a in (law.alpha_1, law.alpha_2, law.alpha_3))
+        rim = sb.thermal.Wall("rim", steel, law.rim_thickness, track, 10, temperature=T)
+        linings = sb.thermal.Wall("lining", lining, law.lining_thickness, 0.75 * track, 16, temperature=T)
+        band = sb.thermal.Lump("band", of_band.density * of_band.specific_heat * 0.75 * track * law.band_thickness, T)
+        links = (
+            sb.thermal.Convection("rim.front", track, polished),
+            sb.thermal.Convection("rim.back", track, matte),
+            sb.thermal.Convection("lining.front", 0.75 * track, polished),
+            sb.thermal.ThermalContact("lining.back", "band", 0.75 * track),
+            sb.thermal.Convection("band", 0.75 * track, outer),
+        )
+        heat = sb.Heat((rim, linings, band, sb.thermal.Reservoir("air")), links)
+        fallen = T - np.asarray(sb.simulate_heat(heat, time).temperature)[-1]
+        stored = [w.material.density * w.material.specific_heat * w.area * np.asarray(w.steps) for w in (rim, linings)]
+        lost = fallen * np.concatenate([*stored, [float(band.capacity)]])
+        return float(np.sum(lost[: rim.layers]) / np.sum(lost)), float(law.share(np.asarray(T), np.asarray(T)))
+
+    run, formula = np.asarray([shares(T + ZERO) for T in (100.0, 300.0, 450.0)]).T
+    off = np.abs(run - formula)
+    text = (
+        f"the rim rejects {of_each(run, '.3f')} of the heat in ten minutes from 100, 300, 450 °C, by the formula "
+        f"{of_each(formula, '.3f')}"
+    )
+    return Found(float(np.max(off)), text, judged(off < 0.05, off < 0.05))
+
+
+@claim(
+    "V",
+    "after formula 4",
+    "the thermal model of the band-shoe brake holds for a drum-shoe brake",
+    "one network, inertia, speed and stopping time",
+)
+def drum(_: Runs) -> Found:
+    heat = sb.lumped_heat(rim=8e4, linings=6e3, partition=0.9, rim_cooling=40.0)
+    band = dataclasses.replace(stop(stiffness=None), heat=heat)
+    first = sb.simulate(band)
+    lined = sb.Shoes(0.35, radius=0.565, width=0.220, start=math.radians(20.0), end=math.radians(130.0))
+    shoes = sb.ShoeBrake(band.brake.pulley.inertia, lined, pin=0.46, arm=0.80)
+
+    def braked(force: float) -> sb.Result:
+        duty = sb.ForceDuty(sb.ramp(0.1 * force, force, 0.0, 0.35), band.duty.load)
+        return sb.simulate(sb.Scene(shoes, duty, band.initial, end_time=8.0, heat=heat))
+
+    def late(force: float) -> float:
+        taken = braked(force).metrics.get("stopping_time")
+        return (8.0 if taken is None or not np.isfinite(taken) else taken) - first.metrics["stopping_time"]
+
+    second = braked(brentq(late, 2e4, 3e5, rtol=1e-6))
+    rise = [r.metrics["peak_rim_temperature"] - sb.thermal.ROOM for r in (second, first)]
+    work = [np.asarray(sb.results.friction_work(r)) for r in (second, first)]
+    text = (
+        f"the rim warms by {rise[0]:.2f} K in a drum with two shoes, by {rise[1]:.2f} K under a band; the most loaded "
+        f"lining takes {np.max(work[0]) / np.min(work[0]):.2f} times the heat of the least loaded one, under the band "
+        f"{np.max(work[1]) / np.min(work[1]):.2f} times"
+    )
+    ratio = rise[0] / rise[1]
+    return Found(ratio, text, judged(abs(ratio - 1) < 0.02, abs(ratio - 1) < 0.1))
 
 
 # --- S ----------------------------------------------------------------------------------------------------------------
@@ -138,21 +209,65 @@ def open_track(_: Runs) -> Found:
     return Found(open_share, text, judged(abs(open_share - 0.25) < 0.02, open_share < 0.5))
 
 
+def steepest(result: sb.Result, t: np.ndarray, name: str) -> np.ndarray:
+    """Steepest gradient (K/m) over the depth of a wall."""
+    T, depth = layers_of(result, t, name)
+    return np.max(np.abs(np.diff(T, axis=1) / np.diff(depth)), axis=1)
+
+
 @claim(
     "S", "stabilisation", "the temperature gradient in a lining is far above the least gradient in the rim", "one stop"
 )
 def gradients(runs: Runs) -> Found:
     result = runs.standard
     t = [0.5 * result.metrics["stopping_time"], result.metrics["stopping_time"]]
-    T = np.asarray(result.series(t).temperature)
-    found = {}
-    for body in result.scene.heat.bodies:
-        if isinstance(body, sb.thermal.Wall):
-            at = [i for i, name in enumerate(result.nodes) if name.split("[")[0] == body.name]
-            found[body.name] = np.abs(np.diff(T[:, at], axis=1) / np.diff(np.asarray(body.centres)))
-    over = np.max(found["lining"], axis=1) / np.max(found["rim"], axis=1)
+    over = steepest(result, np.asarray(t), "lining") / steepest(result, np.asarray(t), "rim")
     text = (
         f"steepest in the lining over steepest in the rim {of_each(over, '.1f')} in the middle and at the "
         "end of a stop; the least in the rim is 0, at its back"
     )
     return Found(float(over[0]), text, judged(over > 1, over > 1))
+
+
+@claim(
+    "S",
+    "stabilisation",
+    "heat flows from the linings back to the rim, where the gradient in the lining is the steeper one",
+    "one stop of 80 t and a minute after it, linings on the rim",
+)
+def inversion(runs: Runs) -> Found:
+    result = runs.heavy
+    t = np.linspace(0.0, 60.0, 6001)[1:]
+    lining, rim = (layers_of(result, t, name)[0][:, 0] for name in ("lining", "rim"))
+    back, steeper = lining > rim, steepest(result, t, "lining") > steepest(result, t, "rim")
+    (link,) = (one for one in result.scene.heat.links if getattr(one, "b", "") == "lining.front")
+    flow = float(link.area) / float(link.resistance) * (lining - rim)
+    heat = float(np.trapezoid(np.maximum(flow, 0.0), t))
+    share = heat / float(result.energy["heat_to_linings"])
+    (start, end), peak = t[back][[0, -1]], int(np.argmax(lining))
+    text = (
+        f"linings are the hotter ones from {start:.2f} to {end:.1f} s, at most {lining[peak] - ZERO:.1f} against "
+        f"{rim[peak] - ZERO:.1f} °C; {100 * share:.0f} % of their heat flow back, by conduction alone; the gradient in "
+        f"them is the steeper one for {100 * np.mean(steeper[back]):.0f} % of that time"
+    )
+    return Found(share, text, judged(np.all(steeper[back]) and share > 0.05, share > 0.05))
+
+
+@claim(
+    "S",
+    "heat load",
+    "the burn-off of binder is an endothermic reaction that takes little heat",
+    "stop of 80 t; all that wears off decomposes",
+)
+def burn_off(runs: Runs) -> Found:
+    binder, enthalpy = 0.2, 1.5e6  # share of mass, J/kg of phenolic resin: assumptions
+    result, lining = runs.heavy, sb.formulas.lining_material("FK-24A")
+    depth = np.asarray(sb.results.lining_wear(result, lining.wear))
+    mass = float(lining.thermal.density) * float(np.sum(depth * np.asarray(result.scene.brake.linings.area)))
+    share = mass * binder * enthalpy / float(result.energy["heat_to_linings"])
+    hotter = float(lining.wear(0.0, 0.0, ZERO + 600.0) / lining.wear(0.0, 0.0, ZERO + 100.0))
+    text = (
+        f"{100 * share:.2g} % of the heat of the linings, {100 * share * hotter:.2g} % with the wear of 600 °C; the "
+        "package has no such sink"
+    )
+    return Found(share * hotter, text, judged(share * hotter < 0.05, share < 0.05))

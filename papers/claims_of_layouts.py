@@ -196,3 +196,58 @@ def torque_falls(runs: Runs) -> Found:
         "of a cold brake"
     )
     return Found(ratio, text, judged(ratio < f, ratio < 1))
+
+
+def faces(angle: np.ndarray) -> np.ndarray:
+    """Areas of linings in proportion to their angles, over a quarter less than their sections (m²)."""
+    return 0.75 * angle * 0.590 * 0.220
+
+
+@claim(
+    "Z",
+    "abstract, after Fig. 4",
+    "areas that follow the angles of the linings level the pressure",
+    "equal lever; areas of the sections, and of one size",
+    fast=True,
+)
+def areas(_: Runs) -> Found:
+    found = []  # maximum over minimum pressure: both layouts with areas by their angles, variable pitch with equal ones
+    for f in FRICTIONS:
+        of = {pitch: (loads(f, pitch(f))[1], pitch(f)) for pitch in (uniform, even)}
+        pressure = [normal / faces(angle) for normal, angle in of.values()] + [of[even][0]]
+        found.append([float(np.max(p) / np.min(p)) for p in pressure])
+    plain, follow, equal = np.asarray(found).T
+    text = (
+        f"maximum over minimum pressure at f = {of_each(FRICTIONS, '.1f')}: uniform pitch {of_each(plain)}, variable "
+        f"{of_each(follow)} if areas follow the angles, {of_each(equal)} if all areas are equal: a longer lining takes "
+        "load in proportion"
+    )
+    return Found(follow[2], text, judged(follow < 1.1, follow < 0.9 * plain))
+
+
+@claim(
+    "Z",
+    "review, [7]",
+    "only unequal numbers and areas of linings on the two branches level the wear",
+    "f = 0.35, each branch half of the wrap",
+    fast=True,
+)
+def branches(_: Runs) -> Found:
+    def uneven(slack: int, areas: bool) -> float:
+        """Maximum over minimum pressure, which wear follows; `areas`: those of a branch by its mean load."""
+        tight = LININGS - slack
+        normal = loads(0.35, np.repeat([WRAP / 2 / slack, WRAP / 2 / tight], [slack, tight]))[1]
+        area = np.repeat([np.mean(normal[:slack]), np.mean(normal[slack:])], [slack, tight]) if areas else 1.0
+        return float(np.max(normal / area) / np.min(normal / area))
+
+    slack = (5, 4, 3, 2)
+    alike, given = (np.asarray([uneven(number, areas) for number in slack]) for areas in (False, True))
+    normal = loads(0.35, even(0.35))[1]
+    variable = float(np.max(normal) / np.min(normal))
+    text = (
+        f"maximum over minimum wear {of_each(alike)} with {of_each(slack, 'd')} of ten linings on the slack branch, "
+        f"{of_each(given)} if the areas of a branch follow its mean load; {variable:.2f} with variable pitch and "
+        "linings of one size"
+    )
+    best = min(alike.min(), given.min())
+    return Found(best, text, judged(best < min(variable, alike[0]), best < alike[0]))

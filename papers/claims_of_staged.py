@@ -5,7 +5,7 @@ import math
 from typing import Any
 
 import numpy as np
-from claim import LININGS, WRAP, ZERO, Found, Runs, claim, floating, judged, of_each, stop
+from claim import LININGS, WRAP, ZERO, Found, Runs, claim, floating, judged, of_each, scenario, stop
 
 import simbrake as sb
 
@@ -242,3 +242,124 @@ def thermal_shock(_: Runs) -> Found:
         f"and running-in end at one friction, by {more:.1f} % if heat takes it lower; the law's numbers are assumptions"
     )
     return Found(after / before, text, judged(max(after, more) < before, after < before))
+
+
+@claim(
+    "K", "overlap", "two surfaces under N each have more real contact than one of twice the area under 2 N", fast=True
+)
+def two_surfaces(_: Runs) -> Found:
+    face, N = 0.75 * WRAP * 0.590 * 0.220 / LININGS, 20e3
+    hardness = float(sb.formulas.lining_material("FK-24A").hardness)
+    two = 2 * float(sb.formulas.real_contact_area(face, N / face, hardness))
+    one = float(sb.formulas.real_contact_area(2 * face, 2 * N / (2 * face), hardness))
+    text = (
+        f"{1e4 * two:.2f} cm² for the two together, {1e4 * one:.2f} cm² for the one: plastic spots carry the hardness "
+        "(S-34), their area is load over hardness, so that S and K contradict each other"
+    )
+    return Found(two / one, text, judged(two > 1.001 * one))
+
+
+@claim("K", "overlap", "a larger contact area raises friction", "equal pressure, as K has it; equal load", fast=True)
+def larger_area(_: Runs) -> Found:
+    # friction that falls with pressure: reference and exponent are assumptions
+    law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.friction.PressureFactor(1e6, 0.1),))
+    f = [float(law.kinetic(sb.friction.Contact(np.float64(5.0), p=np.float64(p)))) for p in (6e5, 6e5, 3e5)]
+    same_pressure, same_load = f[1] / f[0], f[2] / f[0]
+    real = [float(sb.formulas.real_contact_area(a, 6e5, 200e6)) / a for a in (0.046, 0.092)]
+    text = (
+        f"twice the area: friction × {same_pressure:.3f} at one pressure, where the real share of the face stays "
+        f"{real[0]:.4f} and {real[1]:.4f} (S-34); × {same_load:.3f} at one load, if it falls with pressure (assumption)"
+    )
+    return Found(same_pressure, text, judged(same_pressure > 1, same_load > 1))
+
+
+@claim(
+    "K",
+    "operation of the brake",
+    "if the outer faces are the smaller ones, the stages need a higher pressure on the inner ones",
+    "equal lever; outer faces 0.6 to 1 of the inner ones",
+)
+def smaller_outside(_: Runs) -> Found:
+    ratio, names, share = [], [], (1.0, 0.8, 0.6)
+    of = stop(0.42, stiffness=None, bandage=floating())
+    inner = float(of.brake.bandage.area)
+    for part in share:
+        result = sb.simulate(sb.with_values(of, {"brake.linings.area": part * inner}))
+        third = next(stage for stage in result.stages if stage.name == "stage_3")
+        pairs = result.series([0.5 * (third.start + third.end)]).pairs
+        load = [float(np.mean(np.asarray(pairs[pair].normal_load))) for pair in ("internal", "external")]
+        ratio.append(load[0] / load[1] * part)
+        names.append([stage.name for stage in result.stages][:3])
+    staged = [one == ["stage_1", "stage_2", "stage_3"] for one in names]
+    text = (
+        f"mean pressure inside over outside in stage 3 {of_each(ratio)} with outer faces of {of_each(share, '.1f')} of "
+        f"the inner ones; the three stages come in {sum(staged)} of {len(staged)} runs: friction and loads decide, "
+        "areas only where friction depends on pressure"
+    )
+    needed = [came == (higher > 1) for came, higher in zip(staged, ratio, strict=True)]
+    return Found(ratio[-1], text, judged(needed))
+
+
+@claim(
+    "K",
+    "advantages, 5",
+    "two pairs make forced cooling easier: heat is taken from the external and from the internal one",
+    "steady drag, 10 kW inside, 5 kW into the band",
+    fast=True,
+)
+def forced_cooling(runs: Runs) -> Found:
+    of = runs.pair.scene().heat
+    touching = sb.thermal.ThermalContact("rim.front", "lining.front", WRAP * 0.590 * 0.220, 2e-3)
+    drag = dataclasses.replace(of, links=(*of.links, touching), sources=(sb.thermal.Source("band", 5e3),))
+
+    def rises(inside: float, outside: float) -> np.ndarray:
+        """Of track, inner lining faces and band (K), by the coefficients behind the rim and on the band."""
+        given = {"rim.back": inside, "band": outside}
+        links = (
+            dataclasses.replace(link, coefficient=given[link.a])
+            if isinstance(link, sb.thermal.Convection) and link.a in given
+            else link
+            for link in drag.links
+        )
+        T = sb.steady_state(dataclasses.replace(drag, links=tuple(links)), power=10e3, speed=10.0, closed=1.0)
+        return np.asarray([float(T[name]) for name in ("rim[1]", "lining[1]", "band")]) - sb.thermal.ROOM
+
+    plain, rim, band, both = (rises(*h) for h in ((25.0, 15.0), (1e3, 15.0), (25.0, 500.0), (1e3, 500.0)))
+    text = (
+        f"track, inner faces of the linings and band rise by {of_each(plain, '.0f')} K in air, {of_each(rim, '.0f')} K "
+        f"with 1 kW/(m²·K) behind the rim, {of_each(band, '.0f')} K with 0.5 kW/(m²·K) on the band, "
+        f"{of_each(both, '.0f')} K with both: each way cools the metal of its own pair"
+    )
+    whole = np.all(both < 0.5 * plain) and rim[0] < 0.5 * plain[0] and band[2] < 0.5 * plain[2]
+    return Found(float(np.max(both / plain)), text, judged(whole, both < 0.9 * plain))
+
+
+@claim(
+    "K",
+    "operation of the brake",
+    "the width of the linings is inverse to the stiffness of the springs between them",
+    "equal wrap, mass, preload and lever; width along the band",
+)
+def springs(_: Runs) -> Found:
+    plain = scenario("resolved_bandage").scene()
+
+    def stretched(count: int, stiffness: float) -> tuple[float, float]:
+        """Maximum elongation of the whole bandage and of a spring (m)."""
+        of, shared = plain.brake.bandage, plain.brake.linings.count / count
+        bandage = dataclasses.replace(of, preload=of.preload * shared, mass=of.mass * shared, spring=stiffness)
+        linings = sb.uniform_linings(count, WRAP, sb.ConstantFriction(0.42))
+        brake = dataclasses.replace(plain.brake, linings=linings, bandage=bandage)
+        t = np.linspace(0.0, float(plain.end_time), 4001)
+        speed = np.asarray(sb.simulate(dataclasses.replace(plain, brake=brake)).series(t).lining_speed)
+        between = np.diff(speed, axis=1) * float(brake.band.radius)
+        x = np.cumsum(0.5 * np.diff(t)[:, None] * (between[1:] + between[:-1]), axis=0)
+        return float(np.max(np.abs(np.sum(x, axis=1)))), float(np.max(np.abs(x)))
+
+    narrow, inverse, same = stretched(8, 2e5), stretched(4, 1e5), stretched(4, 2e5)
+    whole, each = (b / a for a, b in zip(narrow, inverse, strict=True))
+    text = (
+        f"linings of twice the width on springs of half the stiffness: elongation of the bandage × {whole:.2f}, of "
+        f"each spring × {each:.2f}; with the same springs × {same[0] / narrow[0]:.2f} and × {same[1] / narrow[1]:.2f}: "
+        "the rule keeps the compliance of the bandage, not the load of a spring"
+    )
+    return Found(whole, text, judged([abs(whole - 1) < 0.2, abs(each - 1) < 0.2], abs(whole - 1) < 0.2))

@@ -40,8 +40,11 @@ def test_every_claim_is_kept(claims):
         assert kept["claim"].startswith(one.words), "run: python papers/claims.py --write-docs"
         assert kept["place"] == one.place
     page = claims.page(KEPT)
-    assert page.startswith("29 claims: 11 confirmed, 14 confirmed within limits, 4 contradicted.")
+    assert page.startswith("42 claims: 15 confirmed, 20 confirmed within limits, 7 contradicted.")
     assert all(line.count(" | ") == 3 for line in page.splitlines() if "**" in line)
+    last = page.partition("## Claims without a run")[2].strip().splitlines()
+    assert last == [f"- {line}" for line in claims.unsaid()]
+    assert {line[0] for line in claims.unsaid()} == set(claims.PAPERS)
 
 
 def test_quick_claims_are_as_kept(claims, quick):
@@ -55,14 +58,29 @@ def rise(f, angle):
     return (1 + f * math.tan(angle / 2)) / (1 - f * math.tan(angle / 2))
 
 
+def test_rainflow(claims):
+    """The example of ASTM E1049, and the range of strain that lasts a given number of cycles."""
+    ranges = {}
+    for size, count in claims.claims_of_stress.rainflow(np.asarray([-2.0, 1, -3, 5, 5, -1, 3, -4, 4, -2])):
+        ranges[size] = ranges.get(size, 0) + count
+    assert ranges == {3: 0.5, 4: 1.5, 6: 0.5, 8: 1.0, 9: 0.5}
+    strain = 3.5 * 412e6 / 2.05e11 * 1e5**-0.12 + (-math.log(0.65) / 1e5) ** 0.6
+    assert claims.claims_of_stress.cycles_to_crack(strain) == pytest.approx(1e5, rel=1e-9)
+
+
 def test_numbers_by_hand(quick):
     """Of the layouts, S's radiation and V's resistances."""
     fz = 0.2 * math.tan(math.radians(13.5))
     assert quick["tight_side"][1].value == pytest.approx(((1 + fz) / (1 - fz)) ** 9, rel=1e-12)
     # equal increments: 1/z_i = 1/z_n − 2 f (n − i) over the wrap, and a uniform pitch of the same ratio of tensions
     f, steps = 0.4, np.arange(9, -1, -1)
-    z_n = brentq(lambda z: 2 * np.arctan(1 / (1 / z - 2 * f * steps)).sum() - 1.5 * math.pi, 1e-3, 1 / (2 * f * 9 + f))
-    z = 1 / (1 / z_n - 2 * f * steps)
+
+    def z_n(f):
+        return brentq(
+            lambda z: 2 * np.arctan(1 / (1 / z - 2 * f * steps)).sum() - 1.5 * math.pi, 1e-3, 1 / (2 * f * 9 + f)
+        )
+
+    z = 1 / (1 / z_n(f) - 2 * f * steps)
     T = np.cumprod((1 + f * z) / (1 - f * z))
     uneven = np.max((T + np.append(1.0, T[:-1])) * np.sin(np.arctan(z)))
     mu = T[-1] ** 0.1
@@ -80,4 +98,15 @@ def test_numbers_by_hand(quick):
     arcs = quick["sliding_arc"][1].value  # Z's table 1
     assert arcs == pytest.approx(244.6 / 134.5, rel=2e-3)
     assert quick["fourier"][1].value < 15
+    f, half = 0.35, np.full(10, math.radians(27.0))
+    T = np.cumprod([rise(f, angle) for angle in half])
+    N = T + np.append(1.0, T[:-1])
+    worn = N / np.repeat([N[:5].mean(), N[5:].mean()], 5)
+    assert quick["branches"][1].value == pytest.approx(worn.max() / worn.min(), rel=1e-12)
+    z = 1 / (1 / z_n(0.3) - 2 * 0.3 * steps)
+    T, beta = np.cumprod((1 + 0.3 * z) / (1 - 0.3 * z)), 2 * np.arctan(z)
+    p = (T + np.append(1.0, T[:-1])) * np.sin(beta / 2) / beta
+    assert quick["areas"][1].value == pytest.approx(p.max() / p.min(), rel=1e-9)
+    assert quick["two_surfaces"][1].value == pytest.approx(1.0, rel=1e-12)
+    assert quick["larger_area"][1].value == 1.0
     assert np.isfinite([found.value for _, found in quick.values()]).all()
