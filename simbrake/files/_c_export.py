@@ -4,7 +4,7 @@ import functools
 import importlib
 import itertools
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -129,16 +129,6 @@ def _words(text: str) -> str:
     return text.replace("*/", "* /").replace("\n", " ")
 
 
-def _out(program: Program, key: str, i: int) -> str:
-    """C of a result of a program, whose frame has the name `key` in the working memory."""
-    return f"memory->{key}.{program.outs[i].name}"
-
-
-def _given(program: Program, key: str, i: int, value: str) -> str:
-    """C that points an argument of a program at a value."""
-    return f"{program.ins[i].replace('frame->', f'memory->{key}.')} = {value};"
-
-
 class Export:
     """The text of a file: programs printed from JAX, and functions around them; without `outputs` no whole run."""
 
@@ -234,9 +224,9 @@ class Export:
 
     # --- events
 
-    def _changes(self) -> tuple[list[str], str]:
-        """Names of events, and C that finds those of a change of mode."""
-        name, system = self.name, assemble(self.scene)[0]
+    def _changes(self) -> tuple[list[str], dict[str, Any]]:
+        """Names of events, and tables by which C finds those of a change of mode."""
+        system = assemble(self.scene)[0]
         mode: Mode = self.likes[1]
         kinds = [
             [int(band) for band in BandMode],
@@ -272,32 +262,8 @@ class Export:
             "\n".join("  " + ", ".join(map(str, each[i : i + 40])) + "," for i in range(0, len(each), 40))
             for each in (table, endings)
         )
-        return (
-            names,
-            f"""\
-static const unsigned char {name}_sequences[][{most}] = {{{rows}}};
-static const unsigned char {name}_changes[] = {{
-{numbers}
-}};
-static const unsigned char {name}_endings[] = {{
-{endings}
-}};
-static const unsigned char {name}_resting[] = {{{resting}}};
-static int {name}_place(const int32_t *l) {{ return {place}; }}
-static int {name}_rests(const int32_t *l) {{ return {name}_resting[{name}_place(l)]; }}
-/* Appends the events of a change of mode; how many there are then. */
-static int {name}_append({name}_event *events, int room, int count, double time, const int32_t *l, int first) {{
-  const int32_t *m = l + 5;
-  const unsigned char *sequence;
-  if (memcmp(l, m, 5 * sizeof *l) == 0) return count;
-  sequence = {name}_sequences[{name}_changes[
-    (({name}_place(l) * {len(states)} + {name}_place(m)) * 2 + (l[3] != m[3])) * 2 + first]];
-  for (; *sequence; sequence++, count++)
-    if (count < room) {{ events[count].time = time; events[count].name = *sequence; }}
-  return count;
-}}
-""",
-        )
+        tables = {"sequences": rows, "longest": most, "changes": numbers, "endings": endings, "resting": resting}
+        return names, tables | {"place": place, "states": len(states)}
 
     # --- the file
 
@@ -307,10 +273,6 @@ static int {name}_append({name}_event *events, int room, int count, double time,
             for key, value, about in entries
         )
         return f"enum {self.name}_{what} {{\n" + "\n".join(lines) + "\n};\n"
-
-    def _strings(self, what: str, texts: Iterable[str]) -> str:
-        entries = ", ".join(chr(34) + text + chr(34) for text in texts)
-        return f"const char *const {self.name}_{what}[] = {{{entries}}};\n"
 
     def _declarations(self, codes: list[tuple[str, int, str]], states: int) -> str:
         """Enums of all that has a number."""
@@ -367,238 +329,25 @@ static int {name}_append({name}_event *events, int room, int count, double time,
             ]
         )
 
-    def _stepping(self, begun: Program, step: Program, ny: int, nm: int) -> tuple[str, str, str]:
-        """Types, prototypes and functions of the stepper."""
-        name, upper, count, held = self.name, self.upper, self.numbers.size, list(self.held.values())
-        width, points = self.width, [self.points[key] for key in self.held] or [1]
-        least = [2 if h.lag is None else 4 for h in held] or [2]
-        lower = ", ".join("1" if h.unit == "N" else "0" for h in held) or "0"
-        prompt = ", ".join("0" if h.delay or h.lag is not None else "1" for h in held) or "0"
-        start_out = _out(begun, "begun", 0) + ("" if begun.outs[0].size == 1 else "[0]")
-        types = f"""\
-typedef struct {{ double times[{max(points)}], values[{max(points)}]; int passed; double lag; }} {name}_held;
-
-/* A brake between two steps: plain numbers, which may be copied, kept and set back. */
-typedef struct {{
-  double start, time, rtol;
-  double numbers[{count}], y[{ny}], columns[{width}];
-  int32_t mode[{nm}];
-  int begun, holding; /* holding: the pulley is at rest */
-  {name}_held held[{max(len(held), 1)}];
-}} {name}_stepper;
-
-"""
-        prototypes = f"""\
-/* A stepper at the start, under the scene's own inputs. */
-int {name}_start({name}_memory *memory, const double *numbers, double rtol, {name}_stepper *stepper);
-/* Advances by `dt` under inputs that are held from now on; on any other code than 0 the stepper stays as it was. */
-int {name}_step({name}_memory *memory, {name}_stepper *stepper, double dt, const double *inputs,
-    {name}_event *events, int most_events, int *events_found);
-"""
-        stepping = f"""\
-static int {name}_integrate({name}_memory *memory, {name}_stepper *s, double end, {name}_event *events, int room,
-    int *found) {{
-  static const int points[] = {{{", ".join(map(str, points))}}};
-  static const int places[] = {{{", ".join(map(str, self.pieces)) or "0"}}};
-  double *x = memory->part_in, t0 = s->time;
-  do {{
-    int n = {count};
-    memcpy(x, s->numbers, {count} * sizeof *x);
-    x[n] = s->rtol; x[n + 1] = INFINITY; x[n + 2] = 10000; n += 3;
-    for (int k = 0; k < {len(held)}; k++) {{
-      memcpy(x + n, s->held[k].times, points[k] * sizeof *x); n += points[k];
-      memcpy(x + n, s->held[k].values, points[k] * sizeof *x); n += points[k];
-      if (s->y[0] == s->y[0]) s->mode[places[k]] = s->held[k].passed;
-    }}
-    x[n] = s->time; x[n + 1] = end; n += 2;
-    memcpy(x + n, s->y, sizeof s->y); n += {ny};
-    for (int i = 0; i < {nm}; i++) x[n + i] = s->mode[i];
-    {_given(step, "part", 0, "x")}
-    {step.name}_main(&memory->part);
-    const int code = {_out(step, "part", 0)}[0], count = {_out(step, "part", 0)}[1];
-    const double *t = {_out(step, "part", 1)};
-    if (code != {upper}_CODE_COMPLETED && code != {upper}_CODE_STEP_LIMIT) return code;
-    for (int i = 0, first = !s->begun && s->time == t0; i < count; i++) {{
-      const int32_t *label = {_out(step, "part", 2)} + 5 * i;
-      if (memcmp(label, label + 5, 5 * sizeof *label) == 0) continue;
-      *found = {name}_append(events, events ? room : 0, *found, t[i + 1], label, first && t[i + 1] == t[0]);
-      first = 0;
-    }}
-    s->time = t[count];
-    s->holding = {name}_rests({_out(step, "part", 2)} + 5 * count);
-    memcpy(s->y, {_out(step, "part", 3)}, sizeof s->y);
-    memcpy(s->mode, {_out(step, "part", 4)}, sizeof s->mode);
-    memcpy(s->columns, {_out(step, "part", 5)}, sizeof s->columns);
-    for (int k = 0; k < {len(held)}; k++) s->held[k].passed = s->mode[places[k]];
-  }} while (s->time < end);
-  return {upper}_CODE_COMPLETED;
-}}
-
-int {name}_start({name}_memory *memory, const double *numbers, double rtol, {name}_stepper *stepper) {{
-  static const int points[] = {{{", ".join(map(str, points))}}};
-  {name}_stepper s = {{0}};
-  int found = 0, code;
-  if (memory == NULL) return {upper}_CODE_NO_MEMORY;
-  if (!{name}_sound(numbers, {count}, rtol)) return {upper}_CODE_BAD_NUMBER;
-  memcpy(s.numbers, numbers, sizeof s.numbers);
-  {_given(begun, "begun", 0, "s.numbers")}
-  {begun.name}_main(&memory->begun);
-  s.start = s.time = {start_out};
-  s.rtol = rtol;
-  for (int k = 0; k < {len(held)}; k++) {{
-    const double *about = {f"{_out(begun, 'begun', 0)} + 1 + 3 * k" if held else "&s.time"};
-    for (int i = 0; i < points[k]; i++) {{ s.held[k].values[i] = about[0]; s.held[k].times[i] = about[1]; }}
-    s.held[k].lag = about[2];
-  }}
-  s.y[0] = NAN;
-  code = {name}_integrate(memory, &s, s.time, NULL, 0, &found);
-  for (int k = 0; k < {len(held)}; k++) s.held[k].passed = points[k];
-  if (code == {upper}_CODE_COMPLETED) *stepper = s;
-  return code;
-}}
-
-int {name}_step({name}_memory *memory, {name}_stepper *stepper, double dt, const double *inputs,
-    {name}_event *events, int most_events, int *events_found) {{
-  static const int points[] = {{{", ".join(map(str, points))}}}, least[] = {{{", ".join(map(str, least))}}};
-  static const int positive[] = {{{lower}}}, prompt[] = {{{prompt}}};
-  {name}_stepper s = *stepper;
-  int found = 0, code;
-  if (memory == NULL) return {upper}_CODE_NO_MEMORY;
-  if (!(dt >= 0 && dt < INFINITY)) return {upper}_CODE_BAD_NUMBER;
-  for (int k = 0; k < {len(held)}; k++) {{
-    {name}_held *h = &s.held[k];
-    double *t = h->times, *v = h->values;
-    const int n = points[k];
-    if (!isfinite(inputs[k]) || (positive[k] && inputs[k] < 0)) return {upper}_CODE_BAD_NUMBER;
-    if (inputs[k] == v[n - 1]) continue;
-    if (s.time == s.start && prompt[k]) {{ /* it is what the run begins with */
-      for (int i = 0; i < n; i++) v[i] = inputs[k];
-      continue;
-    }}
-    if (h->passed < least[k]) return {upper}_CODE_TOO_MANY_COMMANDS;
-    if (h->lag > 0) v[2] -= (v[1] - v[0]) * exp(-(t[2] - t[0]) / h->lag); /* what is left of a jump that is over */
-    memmove(t, t + 2, (n - 2) * sizeof *t);
-    memmove(v, v + 2, (n - 2) * sizeof *v);
-    t[n - 2] = t[n - 1] = s.time;
-    v[n - 2] = n > 2 ? v[n - 3] : stepper->held[k].values[n - 1];
-    v[n - 1] = inputs[k];
-    h->passed -= 2;
-  }}
-  code = {name}_integrate(memory, &s, s.time + dt, events, most_events, &found);
-  if (code != {upper}_CODE_COMPLETED) return code;
-  s.begun = s.begun || dt > 0;
-  if (events_found) *events_found = found;
-  *stepper = s;
-  return code;
-}}
-
-"""
-        return types, prototypes, stepping
-
-    def _running(self, whole: Program, seen: Program, ny: int, nm: int) -> tuple[str, str, str]:
-        """Type, prototype and function of the whole run, with its main()."""
-        name, upper, count, width = self.name, self.upper, self.numbers.size, self.width
-        metric_line = f"  memcpy(result->metrics, {_out(whole, 'whole', 0)}, sizeof result->metrics);\n"
-        if len(self.outputs) < 2:
-            metric_line = f"  result->metrics[0] = {_out(whole, 'whole', 0)};\n" if self.outputs else ""
-        types = f"""\
-typedef struct {{
-  double metrics[{max(len(self.outputs), 1)}];
-  int accepted, rejected, retaken, changes, segments; /* steps; events and segments of the integration */
-  {name}_event *events; int most_events, events_found; /* space of the caller, or NULL; all that there were */
-  double *columns; int most_rows, rows_found; /* rows of {upper}_COLUMNS numbers, or NULL: no rows are made */
-  int status; /* an {name}_status, how a run ended that reached its end */
-}} {name}_result;
-
-"""
-        prototypes = f"""\
-extern const char *const {name}_metric_names[], *const {name}_status_names[];
-/* The whole run with these numbers; an {name}_code. `result` names the space for events and columns. */
-int {name}_run({name}_memory *memory, const double *numbers, double rtol, {name}_result *result);
-"""
-        running = f"""\
-{self._strings("metric_names", self.outputs or [""])}{self._strings("status_names", Status)}
-int {name}_run({name}_memory *memory, const double *numbers, double rtol, {name}_result *result) {{
-  int events = 0, rows = 0;
-  if (memory == NULL) return {upper}_CODE_NO_MEMORY;
-  if (!{name}_sound(numbers, {count}, rtol)) return {upper}_CODE_BAD_NUMBER;
-  memcpy(memory->whole_in, numbers, {count} * sizeof *numbers);
-  memory->whole_in[{count}] = rtol;
-  {_given(whole, "whole", 0, "memory->whole_in")}
-  {whole.name}_main(&memory->whole);
-  const int32_t *counts = {_out(whole, "whole", 1)};
-  const int count = counts[1];
-{metric_line}  result->accepted = counts[2]; result->rejected = counts[3]; result->retaken = counts[4];
-  result->changes = counts[5]; result->segments = counts[6];
-  const double *t = {_out(whole, "whole", 2)};
-  for (int i = 0, first = 1; i < count; i++) {{
-    const int32_t *label = {_out(whole, "whole", 6)} + 5 * i;
-    if (memcmp(label, label + 5, 5 * sizeof *label) == 0) continue;
-    events = {name}_append(result->events, result->events ? result->most_events : 0, events, t[i + 1], label,
-        first && t[i + 1] == t[0]);
-    first = 0;
-  }}
-  result->events_found = events;
-  for (int i = 0; i <= count && result->columns; i++) {{
-    if (i < count && {_out(whole, "whole", 5)}[i] == {SKIPPED}) continue;
-    if (rows < result->most_rows) {{
-      {_given(seen, "seen", 0, "memory->whole_in")}
-      {_given(seen, "seen", 1, "t + i")}
-      {_given(seen, "seen", 2, f"{_out(whole, 'whole', 3)} + {ny} * i")}
-      {_given(seen, "seen", 3, f"{_out(whole, 'whole', 4)} + {nm} * i")}
-      {seen.name}_main(&memory->seen);
-      memcpy(result->columns + {width} * (size_t)rows, {_out(seen, "seen", 0)}, {width} * sizeof(double));
-    }}
-    rows++;
-  }}
-  result->rows_found = rows;
-  const int32_t *flags = {_out(whole, "whole", 7)};
-  result->status = {name}_endings[{name}_place({_out(whole, "whole", 6)} + 5 * count) * 16
-    + flags[0] * 8 + flags[1] * 4 + flags[2] * 2 + flags[3]];
-  return counts[0];
-}}
-
-#ifdef {upper}_MAIN
-#include <stdio.h>
-int main(void) {{
-  static {name}_event events[1000];
-  {name}_result result = {{{{0}}}};
-  {name}_memory *memory = {name}_new();
-  int code;
-  result.events = events;
-  result.most_events = 1000;
-  code = {name}_run(memory, {name}_numbers, {self.rtol!r}, &result);
-  for (int i = 0; i < {len(self.outputs)}; i++) printf("%s = %.17g\\n", {name}_metric_names[i], result.metrics[i]);
-  for (int i = 0; i < result.events_found && i < 1000; i++)
-    printf("%.17g s  %s\\n", events[i].time, {name}_event_names[events[i].name]);
-  if (code) fprintf(stderr, "%s\\n", code > 0 ? {name}_code_names[code] : "no memory");
-  {name}_free(memory);
-  return code != 0;
-}}
-#endif
-"""
-        return types, prototypes, running
-
     def text(self) -> str:
-        name, upper, count = self.name, self.upper, self.numbers.size
+        import jinja2  # (slow to import)
+
+        name, upper, count = self.name, self.name.upper(), self.numbers.size
         programs: dict[str, Program] = {}
-        # one after another: types, prototypes, functions
-        parts: list[tuple[str, str, str]] = []
-        room, states = "", 0
+        about: dict[str, Any] = {"runs": self.runs, "steps": self.steps}
+        room, states = list[str](), 0
         if self.steps:
-            begun = Program(f"{name}_begun", self._begun, self.numbers)
-            step, before, (states, nm) = self._step()
-            programs |= {"begun": begun, "part": step}
-            parts.append(self._stepping(begun, step, states, nm))
-            room = f" double part_in[{before + 2 + states + nm}];"
+            step, before, (states, modes) = self._step()
+            programs |= {"begun": Program(f"{name}_begun", self._begun, self.numbers), "part": step}
+            about |= {"ny": states, "nm": modes, **self._about_inputs()}
+            room.append(f"double part_in[{before + 2 + states + modes}];")
         if self.runs:
             now = [np.concatenate([np.ravel(leaf) for leaf in jax.tree.leaves(like)]) for like in self.likes]
-            sizes = now[0].size, now[1].size
-            whole = Program(f"{name}_whole", self._whole, np.append(self.numbers, self.rtol))
-            seen = Program(f"{name}_seen", self._seen, self.numbers, np.asarray(0.0), now[0], now[1].astype(np.int32))
-            programs |= {"whole": whole, "seen": seen}
-            parts.insert(0, self._running(whole, seen, *sizes))
-            room += f" double whole_in[{count + 1}];"
+            programs["whole"] = Program(f"{name}_whole", self._whole, np.append(self.numbers, self.rtol))
+            inputs = self.numbers, np.asarray(0.0), now[0], now[1].astype(np.int32)
+            programs["seen"] = Program(f"{name}_seen", self._seen, *inputs)
+            about |= {"run_ny": now[0].size, "run_nm": now[1].size}
+            room.append(f"double whole_in[{count + 1}];")
         self.bytes = sum(program.bytes for program in programs.values())
         self.events, changes = self._changes()
         codes = [("CODE_COMPLETED", 0, "the run reached its end")]
@@ -608,59 +357,61 @@ int main(void) {{
             ("CODE_NO_MEMORY", -2, "there is no memory"),
             ("CODE_TOO_MANY_COMMANDS", -3, "more commands than there is space for wait in a dead time"),
         ]
-        declarations = self._declarations(codes, states)
-        values = ", ".join(literal(v, "double") for v in self.numbers)
-        frames = "".join(f"  struct {program.name}_frame {key};\n" for key, program in programs.items())
-        types, prototypes, functions = ("".join(texts) for texts in zip(*parts, strict=True))
         main = f";\n   with {upper}_MAIN it has a main() that runs the scene and prints metrics and events" * self.runs
-        return f"""\
-/* {name}: {_words(self.scene.brake.kind)}, as C99 by simbrake {_version()}, from the scene given to it.
 
-   All in SI units. Compile with -std=c99 -ffp-contract=off and link with the mathematical library (-lm).
-   With {upper}_DECLARATIONS defined before it is included, this file gives declarations alone{main}. */
-#ifndef {upper}_H
-#define {upper}_H
-#include <stddef.h>
-#include <stdint.h>
-#ifdef __cplusplus
-extern "C" {{
-#endif
-{declarations}
-typedef struct {{ double time; int name; }} {name}_event; /* name: an {name}_event_name */
+        def result(key: str) -> Callable[[int], str]:
+            """C of a result of a program, whose frame has the name `key` in the working memory."""
+            return lambda i: f"memory->{key}.{programs[key].outs[i].name}"
 
-{types}typedef struct {name}_memory {name}_memory; /* working memory of one thread */
-{name}_memory *{name}_new(void); /* NULL where there is none */
-void {name}_free({name}_memory *memory);
+        def give(key: str, i: int, value: str) -> str:
+            """C that points an argument of a program at a value."""
+            return f"{programs[key].ins[i].replace('frame->', f'memory->{key}.')} = {value};"
 
-extern const double {name}_numbers[{upper}_NUMBERS]; /* those of the scene */
-extern const char *const {name}_event_names[], *const {name}_code_names[];
+        text = Path(__file__).with_name("scene.c").read_text("utf-8")
+        text = re.sub(r"\b(scene|SCENE)_", lambda found: f"{name if found[1] == 'scene' else upper}_", text)
+        environment = jinja2.Environment(
+            variable_start_string="@",
+            variable_end_string="@",
+            line_statement_prefix="//%",
+            undefined=jinja2.StrictUndefined,
+            keep_trailing_newline=True,
+        )
+        return environment.from_string(text).render(
+            **{key: result(key) for key in programs},
+            **about,
+            **changes,
+            give=give,
+            strings=lambda texts: ", ".join(f'"{text}"' for text in texts),
+            name=name,
+            kind=_words(self.scene.brake.kind),
+            version=_version(),
+            heading_of_main=main,
+            declarations=self._declarations(codes, states),
+            helpers=HELPERS,
+            programs=programs,
+            room=" ".join(room),
+            count=count,
+            width=self.width,
+            held=len(self.held),
+            metrics=self.outputs,
+            statuses=[*Status],
+            event_names=["", *self.events],
+            code_names=_by_number(codes),
+            values=", ".join(literal(v, "double") for v in self.numbers),
+            rtol=repr(self.rtol),
+            skipped=SKIPPED,
+        )
 
-{prototypes}#ifdef __cplusplus
-}}
-#endif
-#endif
-
-#ifndef {upper}_DECLARATIONS
-{HELPERS}
-{"".join(program.text for program in programs.values())}
-struct {name}_memory {{
-{frames} {room}
-}};
-
-const double {name}_numbers[{upper}_NUMBERS] = {{{values}}};
-{self._strings("event_names", ["", *self.events])}{self._strings("code_names", _by_number(codes))}
-{name}_memory *{name}_new(void) {{ return ({name}_memory *)calloc(1, sizeof({name}_memory)); }}
-void {name}_free({name}_memory *memory) {{ free(memory); }}
-
-{changes}
-static int {name}_sound(const double *x, int count, double rtol) {{
-  if (!(rtol > 1e-15 && rtol < 0.1)) return 0;
-  for (int i = 0; i < count; i++) if (x[i] != x[i]) return 0;
-  return 1;
-}}
-
-{functions}#endif
-"""
+    def _about_inputs(self) -> dict[str, Any]:
+        """Of each input: its points, its place in the mode, how many points a command needs, what it may be."""
+        held = list(self.held.values())
+        return {
+            "points": [self.points[key] for key in self.held] or [1],
+            "places": ", ".join(map(str, self.pieces)) or "0",
+            "least": ", ".join("2" if h.lag is None else "4" for h in held) or "2",
+            "positive": ", ".join("1" if h.unit == "N" else "0" for h in held) or "0",
+            "prompt": ", ".join("0" if h.delay or h.lag is not None else "1" for h in held) or "0",
+        }
 
 
 def _by_number(codes: Iterable[tuple[str, int, str]]) -> list[str]:
