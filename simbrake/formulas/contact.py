@@ -11,25 +11,6 @@ from .._base._faults import require_not_negative, require_positive
 from ..hybrid._arrays import Array
 from ..thermal._network import STEFAN_BOLTZMANN
 
-__all__ = [
-    "contact_current",
-    "current_density",
-    "equivalent_density",
-    "equivalent_diffusivity",
-    "equivalent_specific_heat",
-    "matte_surface",
-    "parallel_conductivity",
-    "parallel_resistance",
-    "polished_surface",
-    "radiation_coefficient",
-    "real_contact_area",
-    "ring_face",
-    "series_conductivity",
-    "series_resistance",
-    "thermoelectric_voltage",
-    "triboelectric_power",
-]
-
 Amount: TypeAlias = float | int | Array  # one number, or an array of them
 Layers: TypeAlias = Sequence[float] | Array  # a number for each layer or part
 

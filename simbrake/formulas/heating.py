@@ -15,34 +15,6 @@ from ..thermal._heat import TransmissionPartition
 from ..thermal._material import Material
 from .contact import Amount
 
-__all__ = [
-    "HeatBalance",
-    "LiningThickness",
-    "MaximumTemperatures",
-    "RimThickness",
-    "SchmidtCourse",
-    "back_temperature",
-    "effective_fourier_number",
-    "effective_volume",
-    "fourier_number",
-    "fourier_parameter",
-    "half_space_rise",
-    "heat_balance",
-    "heat_content",
-    "held_face_rise",
-    "maximum_temperatures",
-    "mean_bulk_rise",
-    "penetration_depth",
-    "rational_lining_thickness",
-    "rational_rim_thickness",
-    "reconstructed_surface_rise",
-    "schmidt",
-    "slab_rise",
-    "stopping_rise",
-    "stopping_slab_rise",
-    "transmission_table",
-]
-
 
 @explained
 def penetration_depth(diffusivity: Amount, time: Amount) -> Amount:

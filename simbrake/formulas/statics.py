@@ -18,8 +18,6 @@ from ..brakes._design import Bandage, unloaded
 from ..friction import SurfaceState, memory_at_start
 from ..hybrid._arrays import Array
 
-__all__ = ["ClassicalStop", "PairStop", "StagedStop", "classical_staged_stop", "classical_stop"]
-
 #: points of a quadrature over a speed between two lift-offs
 _NODES = 24
 

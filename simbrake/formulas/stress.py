@@ -9,8 +9,6 @@ from .._base._arguments import explained
 from .._base._faults import require_positive
 from .contact import Amount, Layers
 
-__all__ = ["ElasticMaterial", "StressHistory", "plate_stress", "stress_over_time", "surface_stress"]
-
 
 class ElasticMaterial(NamedTuple):
     """Elastic properties of a material for thermal stress.

@@ -16,8 +16,6 @@ from ..thermal._material import Material
 from ._inputs import wall_at
 from .contact import Layers
 
-__all__ = ["TrackRipple", "revolution_ripple", "track_ripple"]
-
 _FRACTIONS = np.linspace(0.0, 1.0, 9)  # of an interval of constant flux, at which its extremes are sought
 _DEEP = 0.5  # of the rim's thickness: the back returns exp(−2 √π/0.5) = 8e-4 of a ripple
 
