@@ -384,7 +384,7 @@ class Export:
             strings=lambda texts: ", ".join(f'"{text}"' for text in texts),
             name=name,
             kind=_words(self.scene.brake.kind),
-            version=_version(),
+            version=program_version(),
             heading_of_main=main,
             declarations=self._declarations(codes, states),
             helpers=HELPERS,
@@ -420,5 +420,5 @@ def _by_number(codes: Iterable[tuple[str, int, str]]) -> list[str]:
     return [names.get(number, "") for number in range(max(names) + 1)]
 
 
-def _version() -> str:
+def program_version() -> str:
     return importlib.import_module("simbrake").__version__

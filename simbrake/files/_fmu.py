@@ -29,7 +29,7 @@ from .._outputs._quantities import SERIES_COLUMNS
 from .._parts._scene import Scene, checked
 from .._run._stepper import Stepper, held_inputs
 from ..loads import TorqueLoad
-from ._c_export import Export, c_name, check_waiting, possible_inputs, printed
+from ._c_export import Export, c_name, check_waiting, possible_inputs, printed, program_version
 from ._scene_file import leaves, scene_from_text, scene_text
 
 #: outputs of several values, of which the maximum is given
@@ -76,8 +76,8 @@ def write_fmu(scene: Scene, path: str | Path, inputs: Sequence[str] | str | None
     model = {
         "variables": [variable.described() for variable in variables],
         "units": _units(variables),
-        "description": f"{scene.brake.kind}; needs Python with simbrake {_version()} where it runs",
-        "tool": f"simbrake {_version()} with PythonFMU",
+        "description": f"{scene.brake.kind}; needs Python with simbrake {program_version()} where it runs",
+        "tool": f"simbrake {program_version()} with PythonFMU",
     }
     with tempfile.TemporaryDirectory() as folder, whole_file(path) as target:
         scratch = Path(folder)
@@ -153,8 +153,7 @@ def export_fmu(
         shutil.copy(Path(__file__).with_name("fmu.c"), scratch / "sources" / "fmu.c")
         if fmi == 3:
             (scratch / "sources" / "buildDescription.xml").write_bytes(_build_description(name))
-        describe = _model_description if fmi == 2 else _model_description_3
-        (scratch / "modelDescription.xml").write_bytes(describe(name, scene, variables, token))
+        (scratch / "modelDescription.xml").write_bytes(_model_description(name, scene, variables, token, fmi))
         if command is None:
             (scratch / "binaries").rmdir()
             warnings.warn(f"no C compiler was found: {path} has its sources alone", UserWarning, stacklevel=2)
@@ -171,10 +170,6 @@ def _named(path: str | Path) -> Path:
     if path.suffix != ".fmu":
         raise InputError([Fault(str(path), f"has the ending {path.suffix!r}", "give a name with .fmu")])
     return path
-
-
-def _version() -> str:
-    return importlib.import_module("simbrake").__version__
 
 
 # --- variables --------------------------------------------------------------------------------------------------------
@@ -334,16 +329,16 @@ def _c_variables(name: str, variables: Sequence[_Variable], token: str, export: 
     )
 
 
-def _description_begun(
-    name: str, scene: Scene, variables: Sequence[_Variable], fmi: int, token: dict[str, str], more: dict[str, str]
-) -> Element:
-    """The first part of a model description, `token` and `more` (of the co-simulation) as this version names them."""
-    root = Element("fmiModelDescription", {"fmiVersion": f"{fmi}.0", "modelName": name, **token})
+def _model_description(name: str, scene: Scene, variables: Sequence[_Variable], token: str, fmi: int) -> bytes:
+    """The model description of FMI 2.0 or 3.0."""
+    marked, state = ("guid", "FMUstate") if fmi == 2 else ("instantiationToken", "FMUState")
+    root = Element("fmiModelDescription", {"fmiVersion": f"{fmi}.0", "modelName": name, marked: token})
     root.set("description", f"{scene.brake.kind}, without dependencies")
-    root.set("generationTool", f"simbrake {_version()}")
+    root.set("generationTool", f"simbrake {program_version()}")
     root.set("variableNamingConvention", "structured")
-    named = {"modelIdentifier": name, "canHandleVariableCommunicationStepSize": "true"}
-    about = SubElement(root, "CoSimulation", named | more)
+    able = ["canHandleVariableCommunicationStepSize", *(["canNotUseMemoryManagementFunctions"] if fmi == 2 else [])]
+    able += [f"canGetAndSet{state}", f"canSerialize{state}"]
+    about = SubElement(root, "CoSimulation", {"modelIdentifier": name, **dict.fromkeys(able, "true")})
     if fmi == 2:
         root.set("numberOfEventIndicators", "0")
         SubElement(SubElement(about, "SourceFiles"), "File", name="fmu.c")
@@ -355,54 +350,31 @@ def _description_begun(
     for category in ("logEvents", "logStatusDiscard", "logStatusError"):
         SubElement(categories, "Category", name=category)
     SubElement(root, "DefaultExperiment", startTime="0", stopTime=repr(float(np.asarray(scene.end_time))))
-    return root
-
-
-def _model_description(name: str, scene: Scene, variables: Sequence[_Variable], token: str) -> bytes:
-    """The model description of FMI 2.0."""
-    can = {"canNotUseMemoryManagementFunctions": "true"}
-    can |= {"canGetAndSetFMUstate": "true", "canSerializeFMUstate": "true"}
-    root = _description_begun(name, scene, variables, 2, {"guid": token}, can)
-    described = SubElement(root, "ModelVariables")
-    for place, one in enumerate(variables):
-        entry = SubElement(described, "ScalarVariable", name=one.name, valueReference=str(place))
-        entry.set("description", one.about.meaning)
-        entry.set("causality", one.causality)
-        entry.set("variability", one.variability)
-        if one.causality == "output":
-            entry.set("initial", "calculated")
-        _add_value(SubElement(entry, one.type), one)
-    structure = SubElement(root, "ModelStructure")
-    for part in ("Outputs", "InitialUnknowns"):
-        unknowns = SubElement(structure, part)
-        for place, one in enumerate(variables, start=1):
-            if one.causality == "output":
-                SubElement(unknowns, "Unknown", index=str(place))
-    return _xml(root)
-
-
-def _model_description_3(name: str, scene: Scene, variables: Sequence[_Variable], token: str) -> bytes:
-    """The model description of FMI 3.0."""
-    can = {"canGetAndSetFMUState": "true", "canSerializeFMUState": "true"}
-    root = _description_begun(name, scene, variables, 3, {"instantiationToken": token}, can)
     described = SubElement(root, "ModelVariables")
     types = {"Real": "Float64", "Integer": "Int32", "Boolean": "Boolean"}
     for place, one in enumerate(variables):
-        entry = SubElement(described, types[one.type], name=one.name, valueReference=str(place))
+        kind = "ScalarVariable" if fmi == 2 else types[one.type]
+        entry = SubElement(described, kind, name=one.name, valueReference=str(place))
         entry.set("description", one.about.meaning)
         entry.set("causality", one.causality)
         entry.set("variability", one.variability)
         if one.causality == "output":
             entry.set("initial", "calculated")
-        _add_value(entry, one)
-    clock = SubElement(described, "Float64", name="time", valueReference=str(len(variables)))
-    clock.set("causality", "independent")
-    clock.set("variability", "continuous")
-    structure = SubElement(root, "ModelStructure")
-    for part in ("Output", "InitialUnknown"):
-        for place, one in enumerate(variables):
-            if one.causality == "output":
+        _add_value(SubElement(entry, one.type) if fmi == 2 else entry, one)
+    structure, outputs = Element("ModelStructure"), [i for i, one in enumerate(variables) if one.causality == "output"]
+    if fmi == 2:
+        for part in ("Outputs", "InitialUnknowns"):
+            unknowns = SubElement(structure, part)
+            for place in outputs:
+                SubElement(unknowns, "Unknown", index=str(place + 1))
+    else:
+        clock = SubElement(described, "Float64", name="time", valueReference=str(len(variables)))
+        clock.set("causality", "independent")
+        clock.set("variability", "continuous")
+        for part in ("Output", "InitialUnknown"):
+            for place in outputs:
                 SubElement(structure, part, valueReference=str(place))
+    root.append(structure)
     return _xml(root)
 
 
