@@ -10,6 +10,7 @@ import numpy as np
 from chain_scenes import changes
 from oracles.hard_cases import BETA, T0, W0, C, Case, J, Named, R, Value, gradients, run, scene, stop_times
 from oracles.hard_events import BELT, HOLD, PI, belt, belt_period, let_go
+from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -132,16 +133,12 @@ def tolerances() -> list[Value | Named]:
 def scipy_tolerances() -> str:
     import warnings
 
-    def stop(t, y):
-        return y[0]
-
-    stop.terminal = True
     errors, c = [], 60.0
     for rtol in (1e-2, 1e-14):
         with warnings.catch_warnings(record=True) as said:
             warnings.simplefilter("always")
             out = solve_ivp(
-                lambda t, y: [(-HOLD - c * y[0]) / J], (0, 5), [W0], "DOP853", events=stop, rtol=rtol, atol=rtol
+                lambda t, y: [(-HOLD - c * y[0]) / J], (0, 5), [W0], "DOP853", events=at_rest, rtol=rtol, atol=rtol
             )
         errors.append(abs(out.t_events[0][0] / (J / c * math.log1p(c * W0 / HOLD)) - 1))
     words = "; 1e-14 is raised to 2.2e-14 with a warning" if said else ""

@@ -30,6 +30,14 @@ def slope(of, x, step=1e-2):
     return sum(c * (of(x + k * h) - of(x - k * h)) for k, c in ((1, 45), (2, -9), (3, 1))) / (60 * h)
 
 
+def at_rest(t, y):
+    """Event of `solve_ivp` at which a stop ends, `y[0]` the speed."""
+    return y[0]
+
+
+at_rest.terminal = True
+
+
 def until(rhs, y, event, t=0.0, end=100.0, direction=0.0):
     """The time and state at which an event comes first."""
 

@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from oracles.stops import at_rest
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 
@@ -202,11 +203,7 @@ def test_laws_see_the_rim_of_their_own_band():
         pull = np.array([S * (ratios(one, a).prod() - 1) for S, one, a in zip(slack, f, ANGLES, strict=True)])
         return [-R_B * pull.sum() / J, *((TO_RIM * pull * R_B * y[0] - G_RIM * (y[1:] - ROOM)) / C_RIM)]
 
-    def stops(t, y):
-        return y[0]
-
-    stops.terminal = True
-    truth = solve_ivp(rates, (0, 9), [W0, *start], "DOP853", events=stops, rtol=1e-13, atol=1e-12)
+    truth = solve_ivp(rates, (0, 9), [W0, *start], "DOP853", events=at_rest, rtol=1e-13, atol=1e-12)
     assert float(result.stopping_time) == pytest.approx(truth.t[-1], rel=1e-10)
     np.testing.assert_allclose(result.series([truth.t[-1]]).rim_temperature[0], truth.y[1:, -1], rtol=1e-10)
 

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import jacobians
+from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -125,11 +126,7 @@ def test_fade_along_the_band_by_scipy():
         tension = T0 * np.exp(np.append(0.0, np.cumsum(f * WRAP / n)))
         return [-R * (tension[-1] - T0) / J, *(0.6 * np.diff(tension) * R * y[0] / C)]
 
-    def stops(t, y):
-        return y[0]
-
-    stops.terminal = True
-    truth = solve_ivp(rates, (0, 9), [W0, *[293.15] * n], "DOP853", events=stops, rtol=1e-13, atol=1e-9)
+    truth = solve_ivp(rates, (0, 9), [W0, *[293.15] * n], "DOP853", events=at_rest, rtol=1e-13, atol=1e-9)
     assert float(result.stopping_time) == pytest.approx(truth.t[-1], rel=1e-9)
     hot = result.series([float(result.stopping_time)], left=True).lining_temperature[0]
     np.testing.assert_allclose(hot, truth.y[1:, -1], rtol=1e-9)

@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import jacobians
+from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from test_memory import AREA, BETA, OMEGA, PADS, R_B, T_0, TORQUE, F, J, Timed, Z, band, disc, final
@@ -85,12 +86,8 @@ def test_stop_with_all_processes_by_scipy():
         )
         return [-R_B * (tension[-1] - T_0) / J, *((1 - share) * power / capacity), *change]
 
-    def rest(t, y):
-        return y[0]
-
-    rest.terminal = True
     how = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-12}
-    run = solve_ivp(rhs, (0.0, 9.0), [OMEGA, *(n * [room]), *(n * [0.9])], events=rest, **how)
+    run = solve_ivp(rhs, (0.0, 9.0), [OMEGA, *(n * [room]), *(n * [0.9])], events=at_rest, **how)
     assert float(result.stopping_time) == pytest.approx(run.t_events[0][0], rel=1e-9)
     rested = solve_ivp(lambda t, y: [0.0, *rhs(t, [0.0, *y[1:]])[1:]], (run.t[-1], 4.0), run.y[:, -1], **how)
     np.testing.assert_allclose(final(result), rested.y[1 + n :, -1], rtol=1e-9)

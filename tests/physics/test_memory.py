@@ -9,6 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import jacobians
+from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from test_every_mechanism import scene
@@ -222,12 +223,8 @@ def test_two_states_and_heat_against_scipy(recovering):
         rates = [0.4 * power / CAPACITY, (1e-3 * (seen - sb.thermal.ROOM) - fade) / 0.7, (T - seen) / 0.5]
         return [-PADS * F * (1 - fade) * FORCE * ARM / J, *rates]
 
-    def rest(t, y):
-        return y[0]
-
-    rest.terminal = True
     how = {"method": "DOP853", "rtol": 1e-13, "atol": 1e-12}
-    run = solve_ivp(rhs, (0.0, 9.0), [OMEGA, sb.thermal.ROOM, 0.0, sb.thermal.ROOM], events=rest, **how)
+    run = solve_ivp(rhs, (0.0, 9.0), [OMEGA, sb.thermal.ROOM, 0.0, sb.thermal.ROOM], events=at_rest, **how)
     assert float(result.stopping_time) == pytest.approx(run.t_events[0][0], rel=1e-9)
     cooled = solve_ivp(lambda t, y: [0.0, *rhs(t, [0.0, *y[1:]])[1:]], (run.t[-1], 4.0), run.y[:, -1], **how)
     end = result.record.y_end.memory[0]

@@ -6,6 +6,7 @@ import math
 import jax
 import numpy as np
 import pytest
+from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -88,11 +89,7 @@ def test_faded_stop_ends_its_phase_at_rest():
         braked = R_B * (((1 + z) / (1 - z)) ** N - 1) * pull
         return [(torque - braked) / J_P, braked * y[0] / capacity]
 
-    def rest(t, y):
-        return y[0]
-
-    rest.terminal = True
-    out = solve_ivp(rates, (0, 60), [30.0, T_0], events=rest, rtol=1e-12, atol=1e-10, method="DOP853")
+    out = solve_ivp(rates, (0, 60), [30.0, T_0], events=at_rest, rtol=1e-12, atol=1e-10, method="DOP853")
     assert out.t[-1] > 1.02 * J_P * 30.0 / (GAIN * pull - torque)
     duty = sb.Duty(Phases((Phase(pull, "rest"), Phase(60e3, "3 s")), 1), torque)
     result = sb.simulate(sb.Scene(brake, duty, sb.Initial(30.0), 40.0, heat))

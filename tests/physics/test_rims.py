@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import test_every_mechanism as every
+from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -194,12 +195,8 @@ def test_heat_of_both_rims_enters_the_network_against_scipy():
         rim = (TO_RIM * power.sum() - 40.0 * (y[1] - ROOM)) / C_RIM
         return [(LOAD - 2 * R_B * pull.sum()) / J, rim, *((1 - TO_RIM) * power / C_LINING), *(WEAR * p * v)]
 
-    def stops(t, y):
-        return y[0]
-
-    stops.terminal = True
     start = [W0, *[ROOM] * (1 + N), *[0.0] * N]
-    truth = solve_ivp(rates, (0, 9), start, "DOP853", events=stops, rtol=1e-13, atol=1e-14)
+    truth = solve_ivp(rates, (0, 9), start, "DOP853", events=at_rest, rtol=1e-13, atol=1e-14)
     assert float(result.stopping_time) == pytest.approx(truth.t[-1], rel=1e-9)
     s = result.series([truth.t[-1]])
     np.testing.assert_allclose(s.rim_temperature[0], truth.y[1, -1:], rtol=1e-9)

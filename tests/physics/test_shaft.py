@@ -8,6 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import open_scene
+from oracles.stops import at_rest
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
 from stop_scenes import stop_scene
@@ -157,11 +158,7 @@ def test_a_load_that_turns_round():
     def motion(sense):
         return lambda t, y: [(-1e3 * t - sense * M_c) / J]
 
-    def halts(t, y):
-        return y[0]
-
-    halts.terminal = True
-    ahead = solve_ivp(motion(1.0), (0.0, 6.0), [1.0], events=halts, rtol=1e-12, atol=1e-14, method="DOP853")
+    ahead = solve_ivp(motion(1.0), (0.0, 6.0), [1.0], events=at_rest, rtol=1e-12, atol=1e-14, method="DOP853")
     back = solve_ivp(motion(-1.0), (2.0, 6.0), [0.0], rtol=1e-12, atol=1e-14, method="DOP853")
     assert names(result) == ["stop", "restart"]
     assert float(result.stopping_time) == pytest.approx(ahead.t[-1], rel=1e-9)

@@ -7,6 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 from stop_scenes import FallingFriction, closed_form, stop_scene
 
@@ -192,10 +193,6 @@ def test_stribeck_and_tables_match_scipy(table):
         mu = 0.25 + 0.1 * math.exp(-0.725 * max(w, 0.0) / 4.0)
         return [-0.725 * 8e3 * (((1 + mu * z) / (1 - mu * z)) ** 20 - 1) / 800]
 
-    def at_rest(t, y):
-        return y[0]
-
-    at_rest.terminal = True
     out = solve_ivp(sliding, (0, 3), [20.0], events=at_rest, method="DOP853", rtol=1e-13, atol=1e-13)
     expected = out.t_events[0][0]
     got = float(sb.simulate(scene, rtol=1e-11 if not table else 1e-8).stopping_time)

@@ -8,6 +8,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
 
 import simbrake as sb
@@ -225,12 +226,8 @@ def test_stop_with_a_layered_rim():
         q = np.concatenate([[0.95 * torque * omega], k * A / dx * -np.diff(T), [(T[-1] - face(T[-1])) / half]])
         return np.concatenate([[-torque / hs.J], -np.diff(q) / (rho_c * A * dx), [g * (face(T[-1]) - INLET)]])
 
-    def rest(t, y):
-        return y[0]
-
-    rest.terminal = True
     y0 = np.concatenate([[hs.W0], np.full(layers, 340.0), [0.0]])
-    truth = solve_ivp(rates, (0.0, 10.0), y0, "DOP853", events=rest, rtol=1e-12, atol=1e-10, dense_output=True)
+    truth = solve_ivp(rates, (0.0, 10.0), y0, "DOP853", events=at_rest, rtol=1e-12, atol=1e-10, dense_output=True)
     assert stop == pytest.approx(truth.t_events[0][0], rel=1e-9)
     t = np.linspace(0.0, stop, 5)
     course, series = truth.sol(t), result.series(t)
