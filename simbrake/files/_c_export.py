@@ -129,6 +129,10 @@ def _words(text: str) -> str:
     return text.replace("*/", "* /").replace("\n", " ")
 
 
+def _about(name: str, about: Any, size: int, more: str) -> str:
+    return f"{name} [{about.unit}]: {about.meaning}" + (f", {size} {more}" if size > 1 else "")
+
+
 class Export:
     """The text of a file: programs printed from JAX, and functions around them; without `outputs` no whole run."""
 
@@ -141,7 +145,7 @@ class Export:
         max_steps: int | None = None,
         waiting: int = 64,
     ) -> None:
-        self.name, self.upper, self.scene, self.outputs, self.rtol = name, name.upper(), scene, outputs or [], 1e-10
+        self.name, self.scene, self.outputs, self.rtol = name, scene, outputs or [], 1e-10
         self.solver, self.steps, self.held = solver_of(scene), held is not None, held or {}
         self.runs = outputs is not None
         self.max_steps = max_steps or (room_for(simulate(scene, solver=self.solver)) if self.runs else 0)
@@ -267,67 +271,44 @@ class Export:
 
     # --- the file
 
-    def _enum(self, what: str, entries: Iterable[tuple[str, int, str]]) -> str:
-        lines = (
-            f"  {self.upper}_{re.sub(r'[^A-Z0-9]+', '_', key.upper()).strip('_')} = {value}, /* {_words(about)} */"
-            for key, value, about in entries
-        )
-        return f"enum {self.name}_{what} {{\n" + "\n".join(lines) + "\n};\n"
-
-    def _declarations(self, codes: list[tuple[str, int, str]], states: int) -> str:
-        """Enums of all that has a number."""
-        count, width = self.numbers.size, self.width
-        counted, places = self.like.unpack(np.arange(count, dtype=np.float64)), []
-        for leaf in leaves(counted):
-            size, first = int(np.size(leaf.value)), int(np.ravel(leaf.value)[0]) if np.size(leaf.value) else -1
-            more = f", {size} numbers from here" if size > 1 else ""
-            if size:
-                places.append(
-                    (f"NUMBER_{leaf.path}", first, f"{leaf.path} [{leaf.about.unit}]: {leaf.about.meaning}{more}")
-                )
-        about_columns = [
+    def _enums(self, codes: list[tuple[str, int, str]], states: int) -> dict[str, list[tuple[str, int, str]]]:
+        """What has a number: names, numbers and meanings, by the name of their enum."""
+        count, held = self.numbers.size, list(self.held.items())
+        numbers = [
             (
-                f"COLUMN_{key}",
-                start,
-                f"{key} [{SERIES_COLUMNS[key].unit}]: {SERIES_COLUMNS[key].meaning}"
-                + (f", {size} of them" if size > 1 else ""),
+                f"NUMBER_{leaf.path}",
+                int(np.ravel(leaf.value)[0]),
+                _about(leaf.path, leaf.about, np.size(leaf.value), "numbers from here"),
             )
+            for leaf in leaves(self.like.unpack(np.arange(count, dtype=np.float64)))
+            if np.size(leaf.value)
+        ]
+        columns = [
+            (f"COLUMN_{key}", start, _about(key, SERIES_COLUMNS[key], size, "of them"))
             for key, (start, size) in self.places().items()
         ]
-        held = list(self.held.values())
-        return "".join(
-            [
-                self._enum("number", places),
-                self._enum(
-                    "metric",
-                    [(f"METRIC_{m}", i, f"[{unit_of(m)}]; infinite: never") for i, m in enumerate(self.outputs)],
-                )
-                if self.outputs
-                else "",
-                self._enum("event_name", [(f"EVENT_{event}", i + 1, event) for i, event in enumerate(self.events)]),
-                self._enum("column", about_columns),
-                self._enum(
-                    "input", [(f"INPUT_{key}", i, f"[{h.unit}]") for i, (key, h) in enumerate(self.held.items())]
-                )
-                if held
-                else "",
-                self._enum("code", codes),
-                self._enum("status", [(f"STATUS_{s}", i, STATUS_MESSAGES[s]) for i, s in enumerate(Status)])
-                if self.runs
-                else "",
-                self._enum(
-                    "size",
-                    [
-                        ("NUMBERS", count, "numbers of the scene"),
-                        *([("METRICS", len(self.outputs), "metrics")] if self.runs else []),
-                        ("COLUMNS", width, "entries of all columns"),
-                        ("INPUTS", len(held), "inputs of the step"),
-                        *([("STATES", states, "states")] if self.steps else []),
-                        *([("ROWS", self.max_steps + 1, "rows that a run may fill")] if self.runs else []),
-                    ],
-                ),
-            ]
-        )
+        sizes = [("NUMBERS", count, "numbers of the scene"), ("COLUMNS", self.width, "entries of all columns")]
+        sizes.append(("INPUTS", len(held), "inputs of the step"))
+        if self.steps:
+            sizes.append(("STATES", states, "states"))
+        if self.runs:
+            sizes.insert(1, ("METRICS", len(self.outputs), "metrics"))
+            sizes.append(("ROWS", self.max_steps + 1, "rows that a run may fill"))
+        enums = {
+            "number": numbers,
+            "metric": [(f"METRIC_{m}", i, f"[{unit_of(m)}]; infinite: never") for i, m in enumerate(self.outputs)],
+            "event_name": [(f"EVENT_{event}", i, event) for i, event in enumerate(self.events, 1)],
+            "column": columns,
+            "input": [(f"INPUT_{key}", i, f"[{one.unit}]") for i, (key, one) in enumerate(held)],
+            "code": codes,
+            "status": [(f"STATUS_{s}", i, STATUS_MESSAGES[s]) for i, s in enumerate(Status)] if self.runs else [],
+            "size": sizes,
+        }
+        return {
+            what: [(re.sub(r"[^A-Z0-9]+", "_", key.upper()).strip("_"), i, _words(about)) for key, i, about in entries]
+            for what, entries in enums.items()
+            if entries
+        }
 
     def text(self) -> str:
         import jinja2  # (slow to import)
@@ -386,7 +367,7 @@ class Export:
             kind=_words(self.scene.brake.kind),
             version=program_version(),
             heading_of_main=main,
-            declarations=self._declarations(codes, states),
+            enums=self._enums(codes, states),
             helpers=HELPERS,
             programs=programs,
             room=" ".join(room),

@@ -9,7 +9,14 @@
 #ifdef __cplusplus
 extern "C" {
 #endif
-@declarations@
+//% for what, entries in enums.items()
+enum scene_@what@ {
+//% for key, number, meaning in entries
+  SCENE_@key@ = @number@, /* @meaning@ */
+//% endfor
+};
+//% endfor
+@""@
 typedef struct { double time; int name; } scene_event; /* name: an scene_event_name */
 
 //% if runs
