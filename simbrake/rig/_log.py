@@ -305,7 +305,8 @@ def read(
     table, remarks = _chosen(tables, wanted)
     given = null if null is None or isinstance(null, Sequence) else [null]
     source = ", ".join(filter(None, (table.well, file.name))) if show_names else "log"
-    return _Reading(str(path), source, table, wanted, given, clock, offset or 0.0, remarks, faults).log()
+    guesses = [*remarks, *table.remarks]
+    return _Reading(str(path), source, table, wanted, given, clock, offset or 0.0, guesses, faults).log()
 
 
 def _chosen(tables: list[FileTable], names: Mapping[str, str]) -> tuple[FileTable, list[str]]:
@@ -384,25 +385,20 @@ def _merged(x: np.ndarray, last: np.ndarray) -> np.ndarray:
     return np.where(filled >= starts, x[np.maximum(filled, 0)], np.nan)
 
 
+@dataclasses.dataclass
 class _Reading:
-    """A table of a file on its way to a log, with its errors and what is assumed."""
+    """A table of a file on its way to a log, with its errors and what is assumed; `null`, `clock`, `offset` as given to
+    `read`."""
 
-    def __init__(
-        self,
-        path: str,
-        source: str,
-        table: FileTable,
-        names: Mapping[str, str],
-        null: Sequence[float] | None,
-        clock: Sequence[str],
-        offset: float,
-        remarks: Sequence[str],
-        faults: list[Fault],
-    ) -> None:
-        self.path, self.table, self.names, self.clock, self.offset = path, table, names, clock, offset
-        self.source, self.null = source, null
-        self.faults = faults
-        self.guesses = [*remarks, *table.remarks]
+    path: str
+    source: str
+    table: FileTable
+    names: Mapping[str, str]
+    null: Sequence[float] | None
+    clock: Sequence[str]
+    offset: float
+    guesses: list[str]
+    faults: list[Fault]
 
     def log(self) -> Log:
         table = self.table
