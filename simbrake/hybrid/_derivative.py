@@ -48,48 +48,6 @@ def before_jump(flat: Flat, method: AbstractMethod, t1: Scalar, row: Rows) -> St
     return jax.lax.cond(row.kind == SKIPPED, lambda: (row.t, row.y), moved)
 
 
-def _landing_back(
-    flat_of: Callable[[PyTree], Flat],
-    params: PyTree,
-    t1_of: Callable[[PyTree], Scalar],
-    row: Rows,
-    t: Scalar,
-    y: State,
-    f: State,
-) -> tuple[Start, Callable[[Scalar, State], tuple[PyTree, Scalar, State, State]]]:
-    """`_landing`, and its derivatives backwards: those of the guard give its rate as well, `ġ = ∂g/∂t + ∂g/∂y·f`."""
-    flat, stops = flat_of(params), (row.kind == STOPPED) | (row.kind == FINISHED)
-    t2, y2 = t + row.delta, y + row.delta * f
-
-    def guard(params: PyTree, t: Scalar, y: State) -> Scalar:
-        g = flat_of(params).guards(t, y, row.mode)
-        return jnp.sum(jnp.where(jnp.arange(g.shape[0], dtype=jnp.int32) == row.guard, g, 0.0))
-
-    def stop(params: PyTree, y: State) -> Scalar:
-        return jnp.where(row.kind == FINISHED, t1_of(params), flat_of(params).next_stop(row.mode, y))
-
-    stop_time, stop_back = jax.vjp(stop, params, y2)
-
-    def back(c_t: Scalar, c_y: State) -> tuple[PyTree, Scalar, State, State]:
-        f2 = flat.rhs(t2, y2, row.mode)
-        by_params, by_t, by_y = jax.grad(guard, argnums=(0, 1, 2))(params, t2, y2)
-        rate = by_t + jnp.sum(by_y * f2)
-        # of the time of the event, which shifts the state
-        c_dt = c_t + jnp.sum(c_y * f2)
-        share = -c_dt / jnp.where(rate == 0, -1.0, rate)
-
-        def moved(d: Array) -> Array:
-            return jnp.where(row.kind == LANDED, share * d, 0.0)
-
-        at_stop, y_at_stop = stop_back(jnp.where(stops, c_dt, 0.0))
-        d_params = jax.tree.map(lambda d, s: moved(d) + s, by_params, at_stop)
-        # (on a time breakpoint nothing depends on when the step would have ended)
-        d_t, d_y = jnp.where(stops, -jnp.sum(c_y * f2), c_t) + moved(by_t), c_y + moved(by_y) + y_at_stop
-        return d_params, d_t, d_y, row.delta * d_y
-
-    return (jnp.where(stops, stop_time, t2), y2), back
-
-
 def _jumps(row: Rows) -> Mark:
     return (row.kind == LANDED) | (row.kind == INSTANT) | (row.kind == STOPPED)
 
@@ -121,7 +79,10 @@ def pull_back(
         t = row.t + row.h
 
         def event() -> tuple[PyTree, Scalar, State, State]:
-            (t2, y2), back = _landing_back(flat_of, params, t1_of, row, t, step.y, step.f)
+            def landing(params: PyTree, t: Scalar, y: State, f: State) -> Start:
+                return _landing(flat_of(params), t1_of(params), row, t, y, f)
+
+            (t2, y2), back = jax.vjp(landing, params, t, step.y, step.f)
 
             def jump() -> tuple[PyTree, Scalar, State]:
                 def reset(params: PyTree, t: Scalar, y: State) -> State:
@@ -134,7 +95,7 @@ def pull_back(
                 return jax.tree.map(jnp.zeros_like, params), *c
 
             at_jump, c_t, c_y = jax.lax.cond(_jumps(row), jump, stay)
-            d_params, d_t, d_y, d_f = back(c_t, c_y)
+            d_params, d_t, d_y, d_f = back((c_t, c_y))
             return jax.tree.map(jnp.add, d_params, at_jump), d_t, d_y, d_f
 
         def plain() -> tuple[PyTree, Scalar, State, State]:
