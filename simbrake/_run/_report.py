@@ -100,6 +100,30 @@ def _rise(function: Callable[[np.ndarray, np.ndarray], np.ndarray], low: np.ndar
     return np.where(bracketed, high, np.nan)
 
 
+def events_of_linings(modes: Mode, t: Sequence[float] | np.ndarray) -> list[Event]:
+    """Single linings that start to slip, stick, or leave the rim (one that reverses its slip does neither).
+
+    - `modes`: columns of the modes that begin at the times `t` (s)
+    """
+    events = []
+    columns = [(name, column, ("slip", "stick")) for name, column in modes.contacts.items()]
+    if modes.lifted is not None:
+        columns.append(("lining", modes.lifted, ("lift_off", "touchdown")))
+    for name, column, whats in columns:
+        sticks = np.asarray(column) == 0
+        for i, lining in np.argwhere(sticks[1:] != sticks[:-1]):
+            what = whats[int(sticks[i + 1, lining])]
+            events.append(Event(float(t[i + 1]), f"{name}_{what}", int(lining) + 1))
+    return events
+
+
+def friction_changes(modes: Mode, t: Sequence[float] | np.ndarray) -> list[Event]:
+    """Begins of the changes of friction that begin when something happens, of modes as in `events_of_linings`."""
+    onset = modes.onset
+    begins = [] if onset is None else np.argwhere(np.diff(np.asarray(onset.begun, np.int32), axis=0))
+    return [Event(float(t[i + 1]), "friction_change") for i, _ in begins]
+
+
 _sensed = RunJit(lambda system, heat: system.sensed(heat), quick=True)
 
 
@@ -169,8 +193,8 @@ class Report:
         margins = np.asarray(self.scan.seen.margins)
         locate = functools.partial(self._locate, lambda columns: columns.margins)
         events = event_log(phases, margins, locate, margins.shape[1] // 2, start)
-        events += [*self._marks(), *self._of_linings()]
-        inside = [*self._phase_ends(), *self._friction_changes()]
+        events += [*self._marks(), *events_of_linings(record.modes, t), *self._locking()]
+        inside = [*self._phase_ends(), *friction_changes(record.modes, t)]
         return with_phases(sorted(events, key=lambda event: event.time), inside)
 
     @functools.cached_property
@@ -189,12 +213,6 @@ class Report:
         passed = np.asarray(self._record.modes.phase)
         ends = np.flatnonzero(np.diff(passed))
         return [Event(float(t[i + 1]), "phase_end", phase=lever.ended(int(passed[i]))) for i in ends]
-
-    def _friction_changes(self) -> list[Event]:
-        """Begins of the changes of friction that begin when something happens."""
-        onset, t = self._record.modes.onset, np.asarray(self._record.rows.t)
-        begins = [] if onset is None else np.argwhere(np.diff(np.asarray(onset.begun, np.int32), axis=0))
-        return [Event(float(t[i + 1]), "friction_change") for i, _ in begins]
 
     @functools.cached_property
     def _stops(self) -> Table:
@@ -226,24 +244,11 @@ class Report:
             ]
         return events
 
-    def _of_linings(self) -> list[Event]:
-        """Single linings that start to slip, stick, or leave the rim (one that reverses its slip does neither), and
-        linings that come to lock themselves."""
-        modes: Mode = self._record.modes
-        events, t = [], np.asarray(self._record.rows.t)
-        columns = [(name, column, ("slip", "stick")) for name, column in modes.contacts.items()]
-        if modes.lifted is not None:
-            columns.append(("lining", modes.lifted, ("lift_off", "touchdown")))
-        for name, column, whats in columns:
-            sticks = np.asarray(column) == 0
-            for i, lining in np.argwhere(sticks[1:] != sticks[:-1]):
-                what = whats[int(sticks[i + 1, lining])]
-                events.append(Event(float(t[i + 1]), f"{name}_{what}", int(lining) + 1))
-        if modes.locks is not None:
-            locks: Any = np.asarray(modes.locks)
-            began = np.flatnonzero(np.diff(locks) > 0)
-            events += [Event(float(t[i + 1]), "self_locking") for i in began]
-        return events
+    def _locking(self) -> list[Event]:
+        """Linings that come to lock themselves."""
+        locks, t = self._record.modes.locks, np.asarray(self._record.rows.t)
+        began = [] if locks is None else np.flatnonzero(np.diff(np.asarray(locks, np.int32)) > 0)
+        return [Event(float(t[i + 1]), "self_locking") for i in began]
 
     def _locate(self, margins_of: Callable[[ScanColumns], Any], crossings: list[tuple[int, int]]) -> np.ndarray:
         """Times at which margins rise through zero."""

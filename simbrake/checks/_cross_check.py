@@ -22,6 +22,7 @@ from .._outputs._metrics import marks
 from .._parts._scene import Scene
 from .._physics._mechanism import Label, events_of_change, turned_since_rest
 from .._run._choice import stiffness
+from .._run._report import events_of_linings, friction_changes
 from .._run._result import Result
 from .._run._simulate import simulate
 from ..hybrid import Record
@@ -274,19 +275,10 @@ def _scipy_events(result: Result, course: Course) -> list[Event]:
         by_motor = result.scene.motor is not None and turned[i]
         events += [Event(times[i], name) for name in events_of_change(before, labels[i], i == first, by_motor)]
         before = labels[i]
-    for (was, now), t in zip(itertools.pairwise(modes), times[1:], strict=True):
-        if now.phase is not None and now.phase != was.phase:
-            events.append(Event(t, "phase_end"))
-        if now.onset is not None:
-            events += [Event(t, "friction_change") for _ in range(int(np.sum(now.onset.begun != was.onset.begun)))]
-        columns = [(kind, was.contacts[kind], column, ("slip", "stick")) for kind, column in now.contacts.items()]
-        if now.lifted is not None:
-            columns.append(("lining", was.lifted, now.lifted, ("lift_off", "touchdown")))
-        for kind, before, after, whats in columns:
-            for lining in np.flatnonzero((np.asarray(before) == 0) != (np.asarray(after) == 0)):
-                what = whats[int(np.asarray(after)[lining] == 0)]
-                events.append(Event(t, f"{kind}_{what}", int(lining) + 1))
-    return events
+    columns = jax.tree.map(lambda *each: np.stack(each), *modes)
+    if columns.phase is not None:
+        events += [Event(times[i + 1], "phase_end") for i in np.flatnonzero(np.diff(columns.phase))]
+    return [*events, *friction_changes(columns, times), *events_of_linings(columns, times)]
 
 
 def _ordered(events: list[Event], near: float) -> list[Event]:
