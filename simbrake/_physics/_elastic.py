@@ -388,11 +388,6 @@ class ElasticBand(AbstractElasticBand):
     def own_sizes(self) -> BandState:
         return BandState(self.sizes.tension / self.stiffness)
 
-    def capacity(
-        self, tension: Array, omega: Array, own: BandState, surfaces: Surfaces, *, static: bool = False
-    ) -> Float[Array, " pairs"]:
-        return self.grip.torque(self.wrap.radius, tension, omega, surfaces[0], static=static)[None]
-
 
 def _slip_of(more: Callable[[Array], Array], uncorrected_slip: Array, size: Array) -> tuple[Array, Array]:
     """The slip speed `v` with `v + more(v) = uncorrected_slip`, `more(0) = 0`, and `1 + d more/dv`.

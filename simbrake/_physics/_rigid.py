@@ -226,6 +226,11 @@ class AbstractBand(AbstractContact):
         v = jnp.broadcast_to(jnp.where(mode.sense > 0, omega, -omega) * self.wrap.radius, (self.wrap.count,))
         return self.grip.coefficients(force, v, surface, mode.band == SLIP_BACK, static=False).f
 
+    def capacity(
+        self, tension: Array, omega: Array, own: PyTree, surfaces: Surfaces, *, static: bool = False
+    ) -> Float[Array, " pairs"]:
+        return self.grip.torque(self.wrap.radius, tension, omega, surfaces[0], static=static)[None]
+
 
 def rigid_mode(direction: Int[Array, ""]) -> Int[Array, ""]:
     return jnp.where(direction > 0, SLIP, SLIP_BACK)
@@ -300,6 +305,9 @@ class AbstractRigidContact(AbstractContact):
             torques=torques,
         )
 
+    def lining_margins(self, mode: Mode, z: RigidNow) -> Float[Array, " twice_n"]:
+        return jnp.full(2 * self.pairs[0].count if self.banded else 0, -1.0)
+
     def own_rates(self, z: RigidNow) -> None:
         return None
 
@@ -364,18 +372,10 @@ class RigidBand(AbstractBand, AbstractRigidContact):
     def linings(self, mode: Mode, z: RigidNow) -> LiningForces:
         return self.wrap.linings(z.slack_tension, z.tight_tension, z.torques.law)
 
-    def lining_margins(self, mode: Mode, z: RigidNow) -> Float[Array, " twice_n"]:
-        return jnp.full(2 * self.wrap.count, -1.0)
-
     def rubs(self, mode: Mode, z: RigidNow) -> tuple[ContactState, ...]:
         each, normal = self.wrap.sliding(z.slack_tension, z.torques.law, mode.band == SLIP_BACK)
         force = each if self.pairs[0].apart else z.brake_torque / self.radius
         return (ContactState(force, z.slip_speed, sense_of(mode), normal),)
-
-    def capacity(
-        self, tension: Array, omega: Array, own: None, surfaces: Surfaces, *, static: bool = False
-    ) -> Float[Array, " pairs"]:
-        return self.grip.torque(self.radius, tension, omega, surfaces[0], static=static)[None]
 
 
 #: a lining this near to self-locking counts as self-locking: friction would be unbounded, and no step would cross
@@ -540,9 +540,6 @@ class RigidBands(AbstractRigidContact):
     def linings(self, mode: Mode, z: RigidNow) -> LiningForces:
         each = [band.linings(mode, own) for band, own in self._alone(z)]
         return LiningForces(*(jnp.concatenate(parts) for parts in zip(*each, strict=True)))
-
-    def lining_margins(self, mode: Mode, z: RigidNow) -> Float[Array, " twice_n"]:
-        return jnp.full(2 * self.pairs[0].count, -1.0)
 
     def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Float[Array, " n"]:
         return jnp.concatenate([band.kinetic(T_0, omega, own, mode) for band, T_0, own in self._each(force, surface)])
