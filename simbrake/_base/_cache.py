@@ -346,16 +346,12 @@ def _unwritable(words: str) -> None:
     _log.warning("simbrake: a compiled program is not cached: %s", words)
 
 
-class _Content(NamedTuple):
-    answer: Any
-
-
 def cached(name: str, subject: Any, find: Callable[[], _Answer]) -> _Answer:
     """Return `find()`, which depends only on the structure of the `subject`; computed once and cached on disk."""
     key = key_of(name, subject)
-    content = read(key, _Content)
+    content = read(key, lambda answer: (answer,))
     if content is not None:
-        return content.answer
+        return content[0]
     answer = find()
     write(key, lambda: answer)
     return answer

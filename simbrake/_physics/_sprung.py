@@ -259,7 +259,6 @@ class SprungNow(ContactNow):
     accelerations: Float[Array, " n"]  # ω̇_i (rad/s²)
     stretching: Float[Array, " springs"]  # ė_j (m/s)
     spring_torque: Float[Array, " n"]  # Q_i (N·m)
-    spring_force: Float[Array, " springs"]  # S_j (N), damper included
     outer_limit: Float[Array, " n"]  # maximum |G_i| up to which it is held (N), of the tensions there are
     resting: Resting  # the linings as equations for the tensions
     locking: Float[Array, ""]  # by how much the lining nearest to locking is away from it
@@ -362,11 +361,11 @@ class SprungBandage(AbstractMechanism):
     def _inner_reads(self) -> Reads:
         return reads(self.pairs[1].law, self.count, T=self.pairs[1].heat is not None, p=False)
 
-    def _springs(self, own: SprungState) -> tuple[Array, Array, Array]:
-        """Forces `S_j` (N), their part from the dampers (N) and torques `Q_i` on the linings (N·m)."""
+    def _springs(self, own: SprungState) -> tuple[Array, Array]:
+        """Forces of the dampers, a part of `S_j` (N), and torques `Q_i` on the linings (N·m)."""
         damped = -self.damping * self.band_radius * jnp.diff(own.speeds)
         force = self.stiffness * own.stretch + damped
-        return force, damped, self.band_radius * (jnp.pad(force, (1, 0)) - jnp.pad(force, (0, 1)))
+        return damped, self.band_radius * (jnp.pad(force, (1, 0)) - jnp.pad(force, (0, 1)))
 
     def _seat(self, own: SprungState) -> Array:
         """`N_pre,i − m_i r_m ω_i²` (N)."""
@@ -390,7 +389,7 @@ class SprungBandage(AbstractMechanism):
     def variables(self, acting: AppliedLoads, omega: Array, own: SprungState, mode: Mode) -> SprungNow:
         R_b, stuck, held, rests = self.band_radius, mode.own.inner == 0, mode.own.outer == 0, mode.own.rests
         T_0 = jnp.where(mode.band == OPEN, 0.0, acting.tension)
-        c, (S, damped, Q) = self._coefficients(omega, own, mode, acting.surfaces), self._springs(own)
+        c, (damped, Q) = self._coefficients(omega, own, mode, acting.surfaces), self._springs(own)
         r, lifted = self._resting(own, mode, c, Q), mode.own.lifted
 
         def at_rest() -> Shared:
@@ -437,7 +436,6 @@ class SprungBandage(AbstractMechanism):
             accelerations=jnp.where(stuck, alpha, apart),
             stretching=stretching,
             spring_torque=Q,
-            spring_force=S,
             outer_limit=c.grip_static * total,
             resting=r,
             locking=1 - jnp.maximum(largest(c.grip_static), largest(on_rim)),
@@ -633,7 +631,7 @@ class SprungBandage(AbstractMechanism):
         mu, on_rim = tension_ratio(on_band * self.grip.tangent)[0], self.track_radius * on_rim
         floor, none = on_rim * jnp.asarray(self.bandage.preload), jnp.zeros(n)
         every = jnp.ones(n, bool)
-        _, _, Q = self._springs(own)
+        _, Q = self._springs(own)
         r = Resting(every, self.band_radius, mu, on_rim * self.grip.sine, floor, Q, none, none, none)
         least, most = holding_range(r, tension)
         return jnp.where(omega < 0, -least, most)[None]
