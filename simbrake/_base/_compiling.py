@@ -192,7 +192,7 @@ class DeviceJit:
         static = {name: named.pop(name) for name in self._static if name in named}
         leaves, structure = jax.tree.flatten((arguments, named))
         leaves = [np.float64(leaf) if type(leaf) is float else leaf for leaf in leaves]
-        if not all(isinstance(leaf, np.ndarray | np.generic | jax.Array) for leaf in leaves) or _traced(leaves):
+        if not all(isinstance(leaf, np.ndarray | np.generic | jax.Array) for leaf in leaves) or is_traced(leaves):
             with jax.default_device(device):
                 return self.on(device.platform)(*arguments, **named, **static)
         leaves = [np.asarray(leaf) for leaf in leaves]
@@ -215,8 +215,9 @@ class DeviceJit:
         return _cached_or((*self._subject, shapes, static), self._quick, device, make)
 
 
-def _traced(leaves: list[Any]) -> bool:
-    return any(isinstance(leaf, Tracer) for leaf in leaves)
+def is_traced(tree: PyTree) -> bool:
+    """Whether any leaf is being traced by a transformation of JAX."""
+    return any(type(leaf) is not np.ndarray and isinstance(leaf, Tracer) for leaf in jax.tree.leaves(tree))
 
 
 # --- derivatives outside of jit ---------------------------------------------------------------------------------------
@@ -277,7 +278,7 @@ def with_stored_slopes(function: Callable, subject: tuple, inside: Callable | No
 
     @functools.partial(call.defjvp, symbolic_zeros=True)
     def _(primals: tuple, tangents: tuple) -> tuple[PyTree, PyTree]:
-        if not _traced(jax.tree.leaves(primals)) and jax.default_backend() == "cpu" and fits(Packing.of(primals)):
+        if not is_traced(primals) and jax.default_backend() == "cpu" and fits(Packing.of(primals)):
             values, slopes = program(*jax.tree.map(np.asarray, primals))  # (JAX has classes of its own for scalars)
             both = zip(*map(jax.tree.leaves, (primals, tangents)), strict=True)
             moves = [d if hasattr(d, "shape") else np.asarray(d) for x, d in both if _is_real(x)]

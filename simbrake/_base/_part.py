@@ -17,6 +17,7 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._arguments import explained
+from ._compiling import is_traced
 from ._faults import Fault, InputError
 from ._quantity import NumberReader, Over, Quantity, as_number, behind, example, has_units, in_si, shown
 from ._table import part_text, rows_table, value_text
@@ -410,11 +411,6 @@ def leaves(node: object, path: str = "", unit: str = "SI") -> list[Leaf]:
     return quantities
 
 
-def is_traced(tree: object) -> bool:
-    """Whether any leaf is being traced by a transformation of JAX."""
-    return any(type(leaf) is not np.ndarray and isinstance(leaf, Tracer) for leaf in jax.tree.leaves(tree))
-
-
 class Numbers:
     """The numbers of a tree of parts: whether all are float64 arrays of NumPy, or else some are being traced."""
 
@@ -426,16 +422,13 @@ class Numbers:
 
     def faults(self) -> list[Fault]:
         """Their errors, as `faults_of_values` finds them; numbers that are all right take one pass."""
-        return [] if self.in_range() else faults_of_values(self.node)
-
-    def in_range(self) -> bool:
-        """Whether they are plain and in their ranges, in one pass."""
         ranges = _ranges(self.structure, tuple(x.shape for x in self.values)) if self.plain else None
-        if ranges is None or len(ranges[0]) > _MOST_NUMBERS:
-            return False
-        low, high, above = ranges
-        whole = np.concatenate([x.ravel() for x in self.values])
-        return bool(np.all((whole >= low) & (whole <= high) & (whole > above)))
+        if ranges is not None and len(ranges[0]) <= _MOST_NUMBERS:
+            low, high, above = ranges
+            whole = np.concatenate([x.ravel() for x in self.values])
+            if np.all((whole >= low) & (whole <= high) & (whole > above)):
+                return []
+        return faults_of_values(self.node)
 
 
 def as_arrays(node: Any) -> Any:
