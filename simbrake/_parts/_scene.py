@@ -426,19 +426,12 @@ def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:
         errors += load.faults_in_phases("duty.load", len(lever.each), lever.stands_range)
     for phase_path, phase in lever.located(path):
         end = phase.until
-        if isinstance(end, AfterTravel) and load.travel() is None:
-            errors.append(
-                Fault(f"{phase_path}.until", "never comes: the load hangs on no hook", "give a load with a hook")
-            )
-        if isinstance(end, AtHeight):
-            start = scene.initial.block_height
-            if load.travel() is None:
-                errors.append(
-                    Fault(f"{phase_path}.until", "never comes: the load hangs on no hook", "give a load with a hook")
-                )
-            elif start is None:
-                hint = "give `initial.block_height`, the height of the block at the start"
-                errors.append(Fault(f"{phase_path}.until", "has no meaning without the height at the start", hint))
+        if isinstance(end, AfterTravel | AtHeight) and load.travel() is None:
+            what, hint = "never comes: the load hangs on no hook", "give a load with a hook"
+            errors.append(Fault(f"{phase_path}.until", what, hint))
+        elif isinstance(end, AtHeight) and scene.initial.block_height is None:
+            hint = "give `initial.block_height`, the height of the block at the start"
+            errors.append(Fault(f"{phase_path}.until", "has no meaning without the height at the start", hint))
         upwards = end.rising if isinstance(end, AtHeight) else isinstance(end, AfterTravel) and float(end.distance) < 0
         if upwards and phase.motor is None:
             far = f" {-float(end.distance):g} m" if isinstance(end, AfterTravel) else ""
