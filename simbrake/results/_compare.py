@@ -344,9 +344,7 @@ def _several(sources: Sequence[Source], comparisons: list[Comparison], errors: b
     estimates = [one.accuracy() if errors and isinstance(one, Result) else None for one in sources]
     known = [{} if one is None else {each.name: each.error for each in one.metrics} for one in estimates]
     metrics = []
-    scalars = [
-        {str(name): v for name, v in one.data_vars.items() if v.ndim == 0 and name not in _NO_NUMBERS} for one in data
-    ]
+    scalars = [_single_numbers(one) for one in data]
     for name in dict.fromkeys(name for own in scalars for name in own):
         values = tuple(own[name].item() if name in own else None for own in scalars)
         unit = next(own[name].attrs["units"] for own in scalars if name in own)
@@ -499,12 +497,13 @@ def _events(a: Dataset, b: Dataset, rtol: float) -> tuple[list[Change], list[str
     return rows, alone(*times), alone(*times[::-1])
 
 
+def _single_numbers(data: Dataset) -> dict[str, DataArray]:
+    return {str(name): v for name, v in data.data_vars.items() if v.ndim == 0 and name not in _NO_NUMBERS}
+
+
 def _scalars(a: Dataset, b: Dataset, rtol: float) -> tuple[list[Change], list[Change]]:
     """Metrics, and energies relative to the largest one exchanged."""
-    own, other = (
-        {str(name): v for name, v in data.data_vars.items() if v.ndim == 0 and name not in _NO_NUMBERS}
-        for data in (a, b)
-    )
+    own, other = map(_single_numbers, (a, b))
     units = {name: variable.attrs["units"] for name, variable in (own | other).items()}
     energies = {name for name in units if name.startswith("energy.")}
     in_joules = [name for name in energies if units[name] == "J"]
