@@ -160,9 +160,8 @@ def place() -> Path | None:
     chosen = os.environ.get(FOLDER_VARIABLE)
     if chosen is None:
         base = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-        chosen = (
-            os.path.join(base, "simbrake", "programs") if os.path.isabs(base) else ""
-        )  # who has no home gets "~" for it
+        # (who has no home gets "~" for it)
+        chosen = os.path.join(base, "simbrake", "programs") if os.path.isabs(base) else ""
     return Path(os.path.abspath(chosen)) if chosen else None
 
 

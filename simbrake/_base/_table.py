@@ -141,11 +141,7 @@ def unit(text: str, si: str) -> Unit:
     try:
         return _of_library(name, si)
     except ValueError as error:
-        names = (
-            [si, *(name for name in units if name), *_EXAMPLES.get(si, ())]
-            if si != "1"
-            else [name for name in units if name]
-        )
+        names = [*(() if si == "1" else (si,)), *filter(None, units), *_EXAMPLES.get(si, ())]
         other_case = [known for known in names if known.lower() == name.lower()]
         nearest = f"nearest: {' or '.join(other_case)}; " if other_case else ""
         raise ValueError(f"{nearest}known here: {', '.join(names)}{error}") from None

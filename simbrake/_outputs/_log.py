@@ -391,10 +391,8 @@ def event_log(
                 events.append(Event(np.nan, "lining_limit", 1 + int(j) % linings))
             reached = phase_margins[-1] > 1e-12
             reached[last] = False
-        elif phase.label.band in (BandMode.SLIP, BandMode.SLIP_BACK):
-            reached = np.ones(2 * linings, bool)
         else:
-            reached = np.zeros(2 * linings, bool)
+            reached = np.full(2 * linings, phase.label.band in (BandMode.SLIP, BandMode.SLIP_BACK))
         label = phase.label
     if crossings:
         for place, time in zip(places, locate(crossings), strict=True):
