@@ -18,7 +18,16 @@ def assert_kept(request, name, text):
 
 def words_of(figure):
     """Title, legends and axes of a figure, a line for each."""
-    lines = [figure.get_suptitle() or "", *(f"legend: {text}" for text in legend(figure))] if figure.axes else []
+    rules = [one.get_title().get_text() for one in figure.legends]
+    lines = (
+        [
+            figure.get_suptitle() or "",
+            *(f"rule: {text}" for text in rules if text),
+            *(f"legend: {text}" for text in legend(figure)),
+        ]
+        if figure.axes
+        else []
+    )
     for axes in figure.axes:
         if axes.axison or axes.get_legend():
             titles = [axes.get_title(), axes.get_title(loc="left")]

@@ -78,7 +78,7 @@ def scale(axes, gid):
     texts = [t for t in axes.texts if t.get_gid() == gid]
     values = np.asarray([float(t.get_text().removesuffix(" kN")) for t in texts])
     radii = radius([t.get_position() for t in texts])
-    assert texts[-1].get_text().endswith(" kN")
+    assert texts[int(np.argmax(radii))].get_text().endswith(" kN")
     slope = (values[-1] - values[0]) / (radii[-1] - radii[0])
     return lambda r: values[0] + slope * (np.asarray(r) - radii[0])
 

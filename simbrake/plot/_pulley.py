@@ -15,6 +15,7 @@ from matplotlib.ticker import MaxNLocator
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
+from .._base._table import digits
 from .._outputs._probe import Probe, tension_before
 from .._outputs._quantities import times_within
 from .._parts._scene import banded_brake
@@ -181,13 +182,14 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
         draw_rotation(axes, float(p.y.omega[0]), 0.2)
         axes.set_title(f"band {j + 1}" if bands > 1 else "")
     why = ", at the maximum tension" if time is None else ""
-    title = f"tension of the band and normal load of the linings at $t$ = {t:.6g} s{why}"
+    title = f"tension of the band and normal load of the linings at $t$ = {digits(t, 4)} s{why}"
     title += f"\nbrake torque {float(p.flows.contact.brake_torque[0]) / 1e3:.4g} kN·m"
-    title += f" of {brake.rims} rims, forces of one" if brake.rims > 1 else ""
-    title += "; outer half of a lining: band on lining, inner half: lining on rim" if len(contacts) > 1 else ""
+    title += f" of {brake.rims} rims" if brake.rims > 1 else ""
+    rules = ["forces of one rim"] * (brake.rims > 1)
+    rules += ["outer half of a lining: band on lining, inner half: lining on rim"] * (len(contacts) > 1)
     if np.isin(next(iter(contacts.values())), (Contact.STICKS, Contact.AT_LIMIT)).any():
         distribution = result.record.system.mechanism.distribution  # pyright: ignore
-        title += f"\nload sharing of sticking linings: {distribution}"
+        rules.append(f"load sharing of sticking linings: {distribution}")
     head(figure, result.scene, title)
     handles: list[Artist] = [
         Line2D([], [], color=BLUE, marker="o", ms=3, label="tension $T$ of the band, kN, outwards"),
@@ -195,7 +197,7 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
     ]
     if len(contacts) > 1:
         handles.append(Patch(fill=False, ec="0.3", label="load of a lining on the rim, kN"))
-    name_marks(figure, [], [*handles, *contact_legend(contacts)])
+    name_marks(figure, [], [*handles, *contact_legend(contacts)], "\n".join(rules))
     return figure
 
 
@@ -245,8 +247,8 @@ def _rings(axes: Axes, top: float, count: int, scale: tuple[float, float], angle
         axes.plot(*spot(radius, turn).T, color="0.85", lw=0.7, zorder=0, gid="scale")
         # outside of the wrap, at its slack end, where the curve is low
         x, y = spot(radius, turn[0] + 0.05 / radius)
-        words = f"{value:g} kN" if value == ticks[-1] else f"{value:g}"
-        place = {"ha": "left" if scale[1] < 0 else "right", "va": "top", "rotation": math.degrees(turn[0]) - 180.0}
+        words = f"{value:g} kN" if value == (ticks[0] if scale[1] < 0 else ticks[-1]) else f"{value:g}"  # the outermost
+        place = {"ha": "right", "va": "top", "rotation": math.degrees(turn[0]) - 180.0}
         axes.text(x, y, words, color="0.35", rotation_mode="anchor", gid=gid, **place)
     return top
 
@@ -278,7 +280,7 @@ def _draw_tension(axes: Axes, tension: Float[np.ndarray, " m"], angles: Ends, mo
 
 def _draw_load(axes: Axes, loads: list[PerLining], angles: Ends, most: float) -> None:
     """Loads of the linings inwards: filled those of the first friction pair, as outlines those of the others."""
-    top = _rings(axes, most, 3, _LOAD, angles, "load scale")
+    top = _rings(axes, most, 2, _LOAD, angles, "load scale")
     step = -(-len(angles) // 30)
     for i, (begin, end) in enumerate(np.degrees(angles)):
         middle, width = (begin + end) / 2, 0.36 * (begin - end)
@@ -334,11 +336,8 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
     shown = lines if len(lines) <= 4 else [*lines[:2], f"… {len(lines) - 3} more …", lines[-1]]
     wheel.text(0.5, -0.02, "\n".join(shown), transform=wheel.transAxes, ha="center", va="top")
     force, torque = float(p.flows.contact.slack_tension[0]) / 1e3, float(p.flows.contact.brake_torque[0]) / 1e3
-    head(
-        figure,
-        result.scene,
-        f"{brake.words.brake} at $t$ = {t:.6g} s: force of the actuator {force:.4g} kN, brake torque {torque:.4g} kN·m",
-    )
+    forces = f"force of the actuator {force:.4g} kN, brake torque {torque:.4g} kN·m"
+    head(figure, result.scene, f"{brake.words.brake} at $t$ = {digits(t, 4)} s: {forces}")
     draw_rotation(wheel, float(p.y.omega[0]), 0.32 * float(brake.radius))
     name_marks(figure, [], contact_legend(contacts, brake.words.lining))
     return figure

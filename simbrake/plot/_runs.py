@@ -20,7 +20,7 @@ from matplotlib.ticker import MaxNLocator
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
-from .._base._table import number
+from .._base._table import digits, number
 from .._outputs._log import Event
 from .._outputs._quantities import LINING_QUANTITIES, Series, about_column
 from .._run._linings import HEAT, VIEW_OF_HEAT, WORDS, Contact, RunningIn, lining_values, overlap
@@ -45,6 +45,7 @@ from ._shared import (
     dense_grid,
     finish,
     head,
+    keep_level,
     marks,
     name_marks,
     one_run,
@@ -92,6 +93,7 @@ def duty(result: Result, *, figure: Figure | None = None) -> Figure:
     for panel in panels:
         panel.set(xlim=(start, end), ylim=(min(0.0, panel.get_ylim()[0]), None))
     panels[-1].set_xlabel("time, s")
+    name_marks(figure, [], rule=result.scene.brake.force_words)
     head(figure, result.scene, "lever and load" if banded else "actuator and load")
     return figure
 
@@ -105,11 +107,12 @@ _HOT |= {"wetted wall": PURPLE, "coolant, outlet": SKY}
 @explained
 @styled
 def stop(result: Result, *, figure: Figure | None = None) -> Figure:
-    """Speed of the pulley, torques of brake, load and motor, tensions at the two ends of the band or forces on the
-    linings, and number of linings at their friction limit over time.
+    """Speed of the pulley and of the hook, torques of brake, load and motor, tensions at the two ends of the band or
+    forces on the linings, and number of linings at their friction limit over time.
 
-    Left the whole motion (a run that continues at rest is cut shortly after the stop), right the time up to full slip,
-    if it is short, or of several stops the one with the maximum friction heat. Dashed lines are events.
+    Left the whole motion (a run that continues at rest is cut shortly after the stop), right the time from the onset of
+    slip to full slip, if it is short, or of several stops the one with the maximum friction heat. Dashed lines are
+    events.
 
     Example:
         >>> figure = sb.plot.stop(result)
@@ -132,7 +135,7 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
         window.label_time(panels[-1])
         panels[0].set_title(window.title, pad=6.0 + 1.35 * TEXT)  # beside the legend of the other column
     finish(axes[:, 0])
-    name_marks(figure, marked)
+    name_marks(figure, marked, rule=result.scene.brake.force_words)
     head(figure, result.scene, f"{result.status.replace('_', ' ')}: {result.message}")
     return figure
 
@@ -248,8 +251,14 @@ def _panels(panels: Iterable[Axes], s: Series, words: BrakeWords) -> None:
     way = "" if s.motor_torque is None else ", below 0 upwards"
     speed.plot(s.t, s.omega, color="k", label=rf"speed of the {words.body} $\omega${way}")
     speed.set_ylabel(r"$\omega$, rad/s")
-    if np.ptp(s.omega) <= 1e-6 * np.abs(s.omega).max():  # constant within rounding: no panel
-        speed.set_ylim(*sorted((0.0, 1.2 * float(s.omega[0]) or 1.0)))
+    if s.hook_speed is not None and np.any(s.omega):
+        keep_level(speed)
+        hook = speed.twinx()
+        hook.plot(s.t, s.hook_speed, color=SKY, ls="--")
+        speed.plot([], [], color=SKY, ls="--", label="speed of the hook $v$")
+        # in the scale of the fast line, on the curve of the pulley where the rope is rigid and in one layer
+        ratio = float(np.abs(s.hook_speed).max() / np.abs(s.omega).max())
+        hook.set(ylabel="$v$, m/s", ylim=tuple(ratio * x for x in speed.get_ylim()))
     torque.plot(s.t, s.brake_torque / 1e3, color=BLUE, label="brake $M_b$")
     torque.plot(s.t, s.load_torque / 1e3, color=PURPLE, ls="-.", label=r"load $M_\mathrm{load}$")
     if s.motor_torque is not None:
@@ -271,6 +280,7 @@ def _panels(panels: Iterable[Axes], s: Series, words: BrakeWords) -> None:
         tension.set_ylabel("force, kN")
     linings.plot(s.t, s.at_limit, color=ORANGE, drawstyle="steps-post", label=f"{words.lining}s at their limit $k$")
     linings.set(ylim=(-0.5, n + 0.5), ylabel=f"$k$ of {n}")
+    linings.yaxis.set_major_locator(MaxNLocator(5, integer=True, steps=[1, 2, 5, 10]))
 
 
 _STAGES = {
@@ -370,7 +380,7 @@ def contacts(result: Result, *, figure: Figure | None = None) -> Figure:
         edges, linings = np.append(t[changes], t[-1]), np.arange(states.shape[1] + 1) + 0.5
         for panel, window in zip(row, columns, strict=True):
             panel.pcolormesh(edges, linings, states[changes].T, cmap=colours, vmin=-1, vmax=1)
-            panel.set_xlim(t[0], window.end)
+            panel.set_xlim(window.start, window.end)
             panel.yaxis.set_major_locator(MaxNLocator(integer=True))
             panel.set_title(f"{name}{', enlarged' if window.enlarged else ''}")
         row[0].set_ylabel("lining, from the slack end")
@@ -410,7 +420,8 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
     rows = 2 + bool(walls)
     figure = sheet(figure, 11.5 if walls or len(columns) > 1 else 8.5, 3.1, rows=rows, room=0.6)
     grid = figure.add_gridspec(rows, 2, width_ratios=[1.3, 1.0])
-    own = {} if brake.banded else {"rim": brake.words.body, "linings": f"{brake.words.lining}s"}
+    body, lining = brake.words.body, brake.words.lining
+    own = {} if brake.banded else {"rim": body, "lining": lining, "linings": f"{lining}s"}
     lowest, highest = min(T.min() for T in shown.values()), max(T.max() for T in shown.values())
     for i, window in enumerate(columns):
         column = slice(None) if len(columns) == 1 else i
@@ -429,14 +440,16 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
             _extremes(surface, t, T, colour, named, lw=3.0 if name == "rim" else 1.3)
         if cycles is not None:
             surface.plot([], [], color="0.3", ls=":", label="lowest of a cycle")
-        for words, most, style in (("permissible", heat.permissible, "--"), ("coolant boils at", heat.boiling, ":")):
-            if most is None:
+        limits = {name: (f"{own.get(name, name)}, permissible", "--", T) for name, T in heat.permissible_at.items()}
+        limits["coolant, outlet"] = "coolant boils at", ":", heat.boiling
+        for name, (words, style, most) in limits.items():
+            if most is None or name == "outer":  # the outer face of the linings, with their own limit
                 continue
-            limit = float(np.asarray(most)) - ZERO
+            limit, look = float(np.asarray(most)) - ZERO, {"color": _HOT[name], "lw": 1.3, "ls": style}
             if limit < highest + 1.5 * (highest - lowest):
-                surface.axhline(limit, color="k", lw=0.9, ls=style, label=f"{words} {limit:g} °C")
+                surface.axhline(limit, label=f"{words} {limit:.4g} °C", **look)
             else:
-                surface.plot([], [], " ", label=f"{words} {limit:g} °C, above")
+                surface.plot([], [], label=f"{words} {limit:.4g} °C, above", **look)
         _coefficients(friction, result, t)
         surface.set_xlim(window.start, window.end)
         surface.set_ylabel("surface temperature, °C")
@@ -454,7 +467,7 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
             1e3 * np.asarray(wall.centres),
         )
         panel.plot(depths, _layers(result, wall, profiles).T, color=VERMILLION, marker=".", lw=1.0)
-        panel.set_title(f"through the {wall.name} at {hottest:.6g} s", loc="left")
+        panel.set_title(f"through the {own.get(wall.name, wall.name)} at {number(hottest, 's', count=4)}", loc="left")
         panel.set(xlabel="depth below the friction surface, mm", ylabel="temperature, °C")
         panel.grid(alpha=0.3)
     head(figure, result.scene, "temperatures")
@@ -550,40 +563,41 @@ def depth(result: Result, wall: str | None = None, copy: int | None = None, *, f
         return edges, middle, _layers(result, chosen, np.asarray(result.series(middle).temperature)) - ZERO
 
     edges, middle, T = layers(window)
-    number = int(np.argmax(T.max(axis=(0, 2)))) if copy is None else copy - 1
-    near = application(result, float(middle[int(np.argmax(T[:, number, 0]))]), "the hottest application")
+    index = int(np.argmax(T.max(axis=(0, 2)))) if copy is None else copy - 1
+    near = application(result, float(middle[int(np.argmax(T[:, index, 0]))]), "the hottest application")
     depths = 1e3 * np.append(0.0, np.cumsum(np.asarray(chosen.steps)))
-    centres, low, high = 1e3 * np.asarray(chosen.centres), T[:, number].min(), T[:, number].max()
+    centres, low, high = 1e3 * np.asarray(chosen.centres), T[:, index].min(), T[:, index].max()
     figure = sheet(figure, 12.5, 6.0)
     *fields, profile = figure.subplots(1, 2 + len(near), sharey=True, width_ratios=[*[1.5] * (1 + len(near)), 1.3])
     marked = list[Event]()
     for field, part in zip(fields, [window, *near], strict=True):
         if part is not window:
             edges, middle, T = layers(part)
-        shades = {"vmin": low, "vmax": max(high, T[:, number].max()), "cmap": "inferno", "rasterized": True}
-        mesh = field.pcolormesh(edges, depths, T[:, number].T, **shades)
+        shades = {"vmin": low, "vmax": max(high, T[:, index].max()), "cmap": "inferno", "rasterized": True}
+        mesh = field.pcolormesh(edges, depths, T[:, index].T, **shades)
         marked += marks(field, result, part, front=True)
         field.set(xlabel="time, s", xlim=(part.start, part.end))
-        field.set_title(part.title, loc="left", pad=12.0)
-    T = T[:, number]
+        field.set_title(part.title, loc="left", pad=16.0)
+    T = T[:, index]
     bar = figure.colorbar(mesh, ax=fields, label="temperature, °C", pad=0.01)
     if np.ptp(T) > 1e-9 and chosen.layers > 1:
         levels = MaxNLocator(7).tick_values(T.min(), T.max())
+        levels = levels[levels > T.min() + 1e-3 * np.ptp(T)]  # none along what is still cold
         bar.add_lines(fields[-1].contour(middle, centres, T.T, levels=levels, colors="white", linewidths=0.7))
     hottest, shown = _telling(T[:, 0])
     colours = colormaps["viridis"](np.linspace(0, 0.92, len(shown)))
     above = fields[-1].get_xaxis_transform()
     for i, colour in zip(shown, colours, strict=True):
         words = "\n(hottest)" if i == hottest else ""
-        profile.plot(T[i], centres, color=colour, marker=".", label=f"{middle[i]:.5g} s{words}")
+        profile.plot(T[i], centres, color=colour, marker=".", label=f"{digits(float(middle[i]), 4)} s{words}")
         fields[-1].plot([middle[i]], [1.02], marker=7, color=colour, transform=above, clip_on=False)
     profile.set_xlabel("temperature, °C")
     profile.grid(alpha=0.3)
     profile.legend(loc="upper left", bbox_to_anchor=(1.0, 1.0), frameon=False, handlelength=1.2)
     fields[0].set(ylabel="depth below the front face, mm", ylim=(depths[-1], 0.0))
-    which = f" {number + 1} of {chosen.copies}" if chosen.copies > 1 else ""
-    name_marks(figure, marked)
-    head(figure, result.scene, f"temperature through the depth: {chosen.name}{which}, means of {chosen.layers} layers")
+    which = f" {index + 1} of {chosen.copies}" if chosen.copies > 1 else ""
+    name_marks(figure, marked, rule=f"means of {chosen.layers} layers")
+    head(figure, result.scene, f"temperature through the depth: {chosen.name}{which}")
     return figure
 
 
@@ -663,6 +677,6 @@ def lining_map(
     panels[0].set_ylabel(f"lining, {order}" if brake.banded else brake.words.lining)
     where, lining = f"{brake.pairs[pair].words}: " if len(brake.pairs) > 1 else "", brake.words.lining
     alike = " (one surface for all linings)" if maps[0][1].shape[1] == 1 < n and quantity == "temperature" else ""
-    name_marks(figure, marked)
+    name_marks(figure, marked, rule=brake.force_words)
     head(figure, result.scene, f"{where}{words}, {lining} by {lining}{alike}")
     return figure

@@ -17,9 +17,12 @@ from cycler import cycler
 from jaxtyping import Float
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter
+from matplotlib.patches import Arc, FancyArrowPatch, Patch
+from matplotlib.text import Text
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
@@ -28,6 +31,7 @@ from .._outputs._log import Event
 from .._outputs._metrics import marks as known_marks
 from .._outputs._quantities import Series
 from .._parts._scene import Scene
+from .._run._measure import title_of
 from .._run._result import Result
 
 Times: TypeAlias = Float[np.ndarray, " t"]  # s
@@ -80,6 +84,7 @@ STYLE: Any = {  # (as rcParams)
     "figure.titlesize": TEXT,
     "axes.prop_cycle": cycler(color=CYCLE),
     "axes.formatter.useoffset": False,
+    "legend.title_fontsize": TEXT,
 }
 _LETTER, _HANDLE = 0.52, 3.6  # mean width of a letter, width of a line of the legend with its spaces, in sizes of text
 
@@ -92,10 +97,29 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
         with matplotlib.rc_context(STYLE):
             figure = draw(*args, **kwargs)
         for axes in figure.axes:
+            keep_level(axes)
             axes.tick_params(which="both", labelsize=TEXT)  # further ticks are made when the figure is written
+        if max(to_rgb(matplotlib.rcParams["figure.facecolor"])) < 0.5:
+            _lighten(figure)
         return figure
 
     return drawn
+
+
+def _lighten(figure: Figure) -> None:
+    """Dark greys of lines and texts inverted, for a style with a dark background."""
+    for one in figure.findobj(lambda one: isinstance(one, Line2D | Text | Arc | FancyArrowPatch)):
+        drawn: Any = one
+        grey = to_rgb(drawn.get_edgecolor() if isinstance(one, Patch) else drawn.get_color())
+        if max(grey) < 0.5 and max(grey) - min(grey) < 0.02:
+            drawn.set_color([1.0 - part for part in grey])
+
+
+def keep_level(axes: Axes) -> None:
+    """From 0 on where all values are equal to a thousandth: no axis of rounding errors."""
+    low, high = axes.dataLim.intervaly
+    if axes.get_autoscaley_on() and 0.0 <= high - low <= 1e-3 * abs(high):
+        axes.set_ylim(*sorted((0.0, 1.2 * high or 1.0)))
 
 
 _title: ContextVar[str] = ContextVar("title", default="")
@@ -123,15 +147,25 @@ def title_of_scene(scene: Scene) -> str:
     """The title in force, else the scene in words."""
     lining, n = scene.brake.words.lining, scene.brake.linings.count
     start = f"initial speed {number(scene.start_speed, 'rad/s')}" if float(scene.start_speed) else "from rest"
-    words = (scene.brake.kind, f"{n} {lining}{'s' * (n > 1)}", scene.brake.force_words, start)
-    return _title.get() or ", ".join(filter(None, words))
+    each = f" on each of {scene.brake.rims} rims" if scene.brake.rims > 1 else ""
+    return _title.get() or f"{scene.brake.kind}, {n} {lining}{'s' * (n > 1)}{each}, {start}"
 
 
 def head(figure: Figure, scene: Scene, words: str) -> None:
     """The title of a figure: its scene, and below what is shown."""
+    figure.suptitle(_fill(figure, f"{title_of_scene(scene)}\n{words}"))
+
+
+def _fill(figure: Figure, words: str) -> str:
+    """Lines no longer than a figure is wide."""
     letters = int(figure.bbox.width / figure.dpi * 72 / (TEXT * _LETTER))
-    lines = [textwrap.fill(line, letters) for line in (title_of_scene(scene), *words.split("\n"))]
-    figure.suptitle("\n".join(lines))
+    return "\n".join(textwrap.fill(line, letters) for line in words.split("\n"))
+
+
+def metric_words(name: str) -> str:
+    """A metric in words, within a line."""
+    words = title_of(name)
+    return words[:1].lower() + words[1:]
 
 
 def sheet(figure: Figure | None, width: float, height: float, *, rows: int = 1, room: float = 0.0) -> Figure:
@@ -166,11 +200,13 @@ class Window(NamedTuple):
         milliseconds = self.enlarged and self.end - self.start < 0.5
         if milliseconds:
             axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{1e3 * x:g}"))
+        if self.start > 9 * (self.end - self.start):  # long numbers
+            axes.xaxis.set_major_locator(MaxNLocator(5, steps=[1, 2, 5, 10]))
         axes.set_xlabel("time, ms" if milliseconds else "time, s")
 
 
 def windows(result: Result) -> list[Window]:
-    """The part of a run to be drawn, and the onset of slip where it is short.
+    """The part of a run to be drawn, and the onset of slip where it is short, but not at once.
 
     A run that ends at rest is cut shortly after its last stop; the onset reaches to the first full slip or lock.
     """
@@ -181,9 +217,11 @@ def windows(result: Result) -> list[Window]:
     if moves and moves[-1].name == "stop" and moves[-1].time > start:
         end = min(end, start + 1.15 * (moves[-1].time - start))
     slip = next((e.time for e in events if e.name in ("full_slip", "external_lock") and e.time > start), end)
-    short = slip - start < 0.25 * (end - start)
-    onset = [Window(start, start + 1.3 * (slip - start), True, "up to full slip, enlarged")] if short else []
-    return [Window(start, end, title="whole run" if end == span(result)[1] else "until rest"), *onset]
+    begin = max((e.time for e in events if e.name == "slip_onset" and e.time <= slip), default=start)
+    took = slip - (start if begin - start < slip - begin else begin)
+    onset = Window(max(slip - 1.3 * took, start), slip + 0.3 * took, True, "up to full slip, enlarged")
+    whole = Window(start, end, title="whole run" if end == span(result)[1] else "until rest")
+    return [whole, onset] if 1e-6 * (end - start) < took < 0.25 * (end - start) else [whole]
 
 
 def strong_applications(result: Result) -> Times:
@@ -208,11 +246,11 @@ def application(result: Result, time: float, title: str, cooling: float = 4.0) -
 
 
 def marks(axes: Axes, result: Result, window: Window, *, front: bool = False) -> list[Event]:
-    """Vertical lines at events inside the window; returns these events.
+    """Vertical lines at events inside the window, none on its left side; returns these events.
 
     `front`: the lines lie over a map, on white; none where they are many.
     """
-    lines = [(e, line_of(e)) for e in result.events if window.start <= e.time <= window.end]
+    lines = [(e, line_of(e)) for e in result.events if window.start < e.time <= window.end]
     shown = [(event, line[0]) for event, line in lines if line is not None]
     if front and len(shown) > 12:
         return []
@@ -232,18 +270,16 @@ def words_of_mark(words: str) -> str:
     return words.replace("t₀", "$t_0$").replace("t₁", "$t_1$")
 
 
-def name_marks(figure: Figure, events: Iterable[Event], others: Iterable[Artist] = ()) -> None:
-    """One line below the panels with what the lines at events mean, after `others`."""
+def name_marks(figure: Figure, events: Iterable[Event], others: Iterable[Artist] = (), rule: str = "") -> None:
+    """Below the panels what the lines at events mean, after `others`; above them a `rule` to read the figure."""
     handles = list(others)
     for name, line in {event.name: line_of(event) for event in events}.items():
         assert line is not None
         look: dict[str, Any] = {"color": line[0], "ls": _DASHES.get(name, (0, (4, 2)))}
         handles.append(Line2D([], [], label=words_of_mark(line[1]), **look))
-    if handles:
-        width = figure.bbox.width / figure.dpi
-        figure.legend(
-            handles=handles, loc="outside lower center", **_in_columns(width, [h.get_label() for h in handles])
-        )
+    if handles or rule:
+        place = _in_columns(figure.bbox.width / figure.dpi, [h.get_label() for h in handles])
+        figure.legend(handles=handles, title=_fill(figure, rule) or None, loc="outside lower center", **place)
 
 
 def both_sides(result: Result, times: Times, events: Float[np.ndarray, " e"]) -> Series:
@@ -275,7 +311,7 @@ def cells(result: Result, low: float, high: float) -> Times:
 
 def _in_columns(width: float, labels: Iterable[Any]) -> dict[str, Any]:
     """Settings of a legend with as many columns as fit into a width (inch)."""
-    longest = max(len(re.sub(r"\\\w+|[${}_^]", "", str(label))) for label in labels)
+    longest = max(len(re.sub(r"\\\w+|[${}_^]", "", str(label))) for label in (*labels, ""))
     columns = int(72 * width / (TEXT * (_LETTER * longest + _HANDLE)))
     return {"ncols": max(1, columns), "frameon": False, "borderpad": 0.2, "labelspacing": 0.3, "handlelength": 1.9}
 

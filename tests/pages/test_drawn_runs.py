@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 import pytest
-from picture_scenes import legend, plain_result, staged_result
+from picture_scenes import hot_result, legend, plain_result, staged_result
 from stop_scenes import stop_scene
 
 import simbrake as sb
@@ -42,7 +42,7 @@ def shoe_result(omega=25.0):
 def test_stop_of_pads_and_of_shoes():
     """Pads are pressed alike: one curve, that of the actuator; each shoe has its own."""
     figure = plot.stop(disc_result())
-    _, _, force, count = figure.axes
+    _, _, force, count = figure.axes[:4]
     for line in force.lines[:2]:
         np.testing.assert_allclose(line.get_ydata(), np.minimum(180.0 * line.get_xdata(), 45.0), atol=1e-9)
     assert (count.get_ylabel(), count.get_ylim(), legend(count)) == (
@@ -96,13 +96,66 @@ def test_stages_are_shaded_and_named():
     assert plot.stages(later).axes[0].get_xlim() == pytest.approx((0.2, end))
 
 
-def test_many_cycles_are_an_envelope():
-    """Of nine short stops the maximum of each; the hottest one has its curve beside them."""
+@functools.cache
+def cycles_result():
+    """Nine stops, each from 2.5 rad/s as the load spins up in one second."""
     lever = sb.Repeated([0.0, 1.0, 1.0, 2.0], [8e3, 8e3, 0.0, 0.0], 2.0, 9)
     steel = sb.material("steel_20L")
     heat = sb.layered_heat(rim=steel, rim_thickness=0.02, track_area=0.8, rim_layers=4, partition=0.9)
-    scene = stop_scene(n=4, beta=60.0, C=None, w0=2.0, lever=lever, load=2e3, end=18.0)
-    run = sb.simulate(dataclasses.replace(scene, heat=heat))
+    scene = stop_scene(n=4, beta=60.0, C=None, w0=2.5, lever=lever, load=2e3, end=18.0)
+    return sb.simulate(dataclasses.replace(scene, heat=heat))
+
+
+def test_equal_stops_have_no_axis_of_rounding_errors():
+    figure = plot.stops(cycles_result())
+    figure.canvas.draw()
+    for panel, (line,) in ((panel, panel.lines) for panel in figure.axes[:2]):
+        low, high = panel.get_ylim()
+        assert low == 0.0 < np.max(line.get_ydata()) < high
+        assert all(len(text.get_text()) <= 5 for text in panel.get_yticklabels())
+
+
+def test_hook_beside_pulley_and_slip_only_where_it_takes_time():
+    """Of a rigid rope both speeds lie on each other; a rigid band slips at once, an elastic one from its onset on."""
+    lever = sb.PiecewiseLinear([0.0, 1.0, 1.0, 9.0], [0.0, 0.0, 8e3, 8e3])
+    rigid = stop_scene(n=4, beta=60.0, C=None, lever=lever, load=sb.HookLoad(2e3, 0.4, 8))
+    run = sb.simulate(rigid)
+    figure = plot.stop(run)
+    speed, hook = figure.axes[0], figure.axes[4]
+    assert len(figure.axes) == 5
+    assert hook.get_ylabel() == "$v$, m/s"
+    assert "speed of the hook $v$" in legend(speed)
+    t, v = hook.lines[0].get_data()
+    np.testing.assert_allclose(v, run.series(t).hook_speed, atol=1e-9)
+    np.testing.assert_allclose(np.divide(hook.get_ylim(), speed.get_ylim()), 0.4 / 8)
+    soft = dataclasses.replace(rigid.brake, band=sb.Band(rigid.brake.band.radius, 1e5))
+    run = sb.simulate(dataclasses.replace(rigid, brake=soft))
+    near = plot.stop(run).axes[1].get_xlim()
+    onset, slip = run.metrics["slip_onset_time"], run.metrics["full_slip_time"]
+    assert 1.0 <= onset < slip
+    np.testing.assert_allclose(near, [onset - 0.3 * (slip - onset), slip + 0.3 * (slip - onset)], rtol=1e-9)
+
+
+@pytest.mark.parametrize("rims", [1, 2])
+def test_each_body_has_its_own_limit(rims):
+    scene = hot_result().scene
+    limits = {"permissible": 273.15 + 90.0, "permissible_rim": 273.15 + 70.0}
+    heat = dataclasses.replace(scene.heat, **limits)
+    brake = dataclasses.replace(scene.brake, rims=rims)
+    run = sb.simulate(dataclasses.replace(scene, heat=heat, brake=brake, end_time=0.5))
+    drawn = {line.get_label(): line for line in plot.temperatures(run).axes[0].lines}
+    for words, limit, body in (
+        ("rim, permissible 70 °C", 70.0, "rim"),
+        ("linings, permissible 90 °C", 90.0, "linings"),
+    ):
+        np.testing.assert_allclose(drawn[words].get_ydata(), limit)
+        curve = next(line for name, line in drawn.items() if name in (body, f"{body}, hottest"))
+        assert drawn[words].get_color() == curve.get_color()
+
+
+def test_many_cycles_are_an_envelope():
+    """Of nine short stops the maximum of each; the hottest one has its curve beside them."""
+    run = cycles_result()
     whole, _, near, *_ = plot.temperatures(run).axes
     high, low = (line.get_xydata() for line in whole.lines[:2])
     assert len(high) == len(low) == 9

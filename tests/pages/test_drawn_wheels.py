@@ -3,6 +3,7 @@
 import functools
 import math
 
+import matplotlib.style
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex
@@ -56,12 +57,33 @@ def test_rotation_and_ends_that_change():
     assert f"anchor end, now slack (anchor)\n$T_n$ = {slack:.4g} kN" in words
 
 
+def test_scale_of_the_load_leaves_the_speed_free():
+    """Where the maximum load is just above a mark of its scale, that mark is next to the speed in the middle."""
+    most = rigid_result().metrics["max_normal_load"]
+    figure = plot.pulley(rigid_result(T0=8e3 * 20.1e3 / most), 0.1)
+    figure.canvas.draw()
+    texts = figure.axes[0].texts
+    (speed,) = [text.get_window_extent() for text in texts if "rad/s" in text.get_text()]
+    marks = [text for text in texts if text.get_gid() == "load scale"]
+    assert [text.get_text() for text in marks] == ["0 kN", "20"]
+    assert not any(text.get_window_extent().overlaps(speed) for text in marks)
+
+
+def test_dark_style_shows_what_is_black():
+    with matplotlib.style.context("dark_background"):
+        figure = plot.stop(rigid_result())
+    assert to_hex(figure.axes[0].lines[0].get_color()) == "#ffffff"
+    assert to_hex(plot.stop(rigid_result()).axes[0].lines[0].get_color()) == "#000000"
+
+
 def test_both_pairs_of_a_staged_brake():
-    """Linings in two rings; the load on the rim has an outline of its own."""
+    """Linings in two rings; the load on the rim has an outline of its own, and rules are no part of the title."""
     run = staged_result()
     time = 0.5 * float(run.internal_slip_time)
     figure = plot.pulley(run, time)
     axes, pairs = figure.axes[0], run.series([time]).pairs
+    assert "outer half of a lining" not in figure.get_suptitle()
+    assert figure.legends[0].get_title().get_text().startswith("outer half of a lining: band on lining")
     value = scale(axes, "load scale")
     for gid, pair in (("load", "external"), ("rim load", "internal")):
         drawn = [value(bar.r - bar.width) for bar in wedges(axes, gid)]
@@ -101,7 +123,7 @@ def test_pads_lie_around_the_disc(disc):
     assert pull == pytest.approx(45e3, rel=1e-4)
     torque = 8 * 0.4 * np.trapezoid(1e6 * p * (r / 1e3) ** 2, r / 1e3) * math.radians(16.0)
     assert f"force of the actuator 45 kN, brake torque {torque / 1e3:.4g} kN·m" in figure.get_suptitle()
-    assert f"$t$ = {disc.report().peaks['max_normal_load'].time:.6g} s" in plot.pressed(disc).get_suptitle()
+    assert f"$t$ = {disc.report().peaks['max_normal_load'].time:.4g} s" in plot.pressed(disc).get_suptitle()
 
 
 @pytest.mark.parametrize(("start", "end", "highest"), [(0.15, 126.0, 90.0), (0.15, 60.0, 60.0), (1.9, 150.0, 108.862)])

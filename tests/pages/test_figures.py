@@ -66,17 +66,22 @@ def points_of(line):
     return points[inside.all(axis=1)] if line.get_clip_on() else points
 
 
+def frame(text, box):
+    """The box of a text, of a turned one before it was turned, with the point and the matrix of the turn."""
+    at, turn = text.get_transform().transform(text.get_position()), text.get_rotation()
+    if not (turn % 90 and text.get_rotation_mode() == "anchor"):
+        return box, at, np.eye(2)
+    text.set_rotation(0.0)
+    box = text.get_window_extent(text.get_figure(root=True).canvas.get_renderer())
+    text.set_rotation(turn)
+    c, s = np.cos(np.radians(turn)), np.sin(np.radians(turn))
+    return box, at, np.asarray([[c, -s], [s, c]])
+
+
 def on_text(points, text, box):
     """Which points lie in the box of a text, of a turned one in its own frame."""
-    angle = np.radians(text.get_rotation())
-    if text.get_rotation() % 90 and text.get_rotation_mode() == "anchor":
-        figure, at = text.get_figure(root=True), text.get_transform().transform(text.get_position())
-        turn = text.get_rotation()
-        text.set_rotation(0.0)
-        box = text.get_window_extent(figure.canvas.get_renderer())
-        text.set_rotation(turn)
-        c, s = np.cos(angle), np.sin(angle)
-        points = (points - at) @ np.asarray([[c, -s], [s, c]]) + at
+    box, at, turn = frame(text, box)
+    points = (points - at) @ turn + at
     inside = (points > [box.x0 + 1, box.y0 + 1]) & (points < [box.x1 - 1, box.y1 - 1])
     return inside.all(axis=1)
 
@@ -125,6 +130,13 @@ def check(figure):
     for (a, x), (b, y) in itertools.combinations(level, 2):
         apart = x.x1 - 1 <= y.x0 + 1 or y.x1 - 1 <= x.x0 + 1 or x.y1 - 1 <= y.y0 + 1 or y.y1 - 1 <= x.y0 + 1
         assert apart, (a.get_text(), b.get_text())
+    for a, x in drawn:
+        if a.get_rotation() % 90:
+            box, at, turn = frame(a, x)
+            points = np.stack(np.meshgrid(*(np.linspace(*sorted(e), 20) for e in (box.intervalx, box.intervaly))), -1)
+            points = (points.reshape(-1, 2) - at) @ turn.T + at
+            hit = [b.get_text() for b, y in drawn if b is not a and on_text(points, b, y).any()]
+            assert not hit, (a.get_text(), hit)
     cut = [
         x.get_text() for x, box in drawn if not x.get_clip_on() and not -2 <= box.x0 <= box.x1 <= root.bbox.width + 2
     ]
