@@ -1,5 +1,7 @@
 """Figures of many runs: sensitivities, fits, distributions, layouts, wear over the life."""
 
+import re
+import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
 
@@ -16,7 +18,8 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
-from .._base._table import pretty, scale
+from .._base._table import number, pretty, scale
+from .._outputs._quantities import about_column
 from .._parts._scene import Scene, band_brake
 from .._run._measure import Metric, name_of
 from .._run._result import Result
@@ -27,7 +30,7 @@ from ..studies._calibration import Calibration
 from ..studies._evaluator import Faults
 from ..studies._global import MorrisTable, SobolTable
 from ..studies._lining_life import LiningLife
-from ..studies._measured import Measured, check_measured, pick
+from ..studies._measured import Measured, Points, check_measured, pick
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._uncertainty import Uncertainty
 from ._pulley import Ends, lining_edges, side_by_side
@@ -43,6 +46,7 @@ from ._shared import (
     dense_grid,
     finish,
     head,
+    metric_words,
     name_marks,
     sheet,
     styled,
@@ -66,7 +70,7 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
     base, bars = bars_of(table, most)
     ranged, colours = any(len(ends) > 1 for _, ends in bars), {"low": BLUE, "high": VERMILLION}
     bars.sort(key=lambda bar: max(abs(end - base) for _, end in bar[1]))
-    figure = sheet(figure, 9.5, 0.5, rows=len(bars), room=1.9)
+    figure = sheet(figure, 9.5, 0.6, rows=len(bars), room=1.9)
     axes = figure.subplots()
     labels = []
     for y, (row, ends) in enumerate(bars):
@@ -74,20 +78,22 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
             axes.barh(y, end - base, left=base, color=colours[side], height=0.7)
         if row.tangent is not None:
             axes.vlines([base - row.tangent, base + row.tangent], y - 0.35, y + 0.35, "black", lw=1.5)
-        half = f" ± {row.half:.3g}" if ranged else ""
-        labels.append(f"{row.path}\n{row.value:.5g}{half} {pretty(row.unit)}".rstrip())
+        spread = number(row.half, row.unit, absolute=False, count=3, beside=abs(row.value))
+        half = f" ± {spread}" if ranged else ""
+        alike = [one.meaning for one, _ in bars].count(row.meaning) > 1
+        name = f"{row.meaning} ({row.path})" if alike else row.meaning
+        labels.append(f"{textwrap.fill(name, 36)}\n{number(row.value, row.unit, count=4)}{half}")
     axes.set_yticks(range(len(bars)), labels)
     axes.axvline(base, color="black", lw=0.9)
-    name = table.metric.replace("_", " ").replace("energy.", "energy: ")
+    name = metric_words(table.metric)
     axes.set_xlabel(f"elasticity of the {name}, % for 1 % of the parameter")
     if ranged:
         ends = [(BLUE, "parameter at its lower bound"), (VERMILLION, "at its upper bound")]
         handles: list[Artist] = [Patch(color=colour, label=words) for colour, words in ends]
         handles.append(Line2D([], [], color="black", lw=1.5, label="by the derivative alone"))
-        name_marks(figure, [], handles)
+        name_marks(figure, [], handles, "each parameter over its range, the others fixed")
         axes.set_xlabel(f"{name}{', ' * bool(table.unit)}{table.unit}")
-        words = f"{name} {table.value:.6g} {table.unit}: each parameter over its range, the others fixed"
-        figure.suptitle(words)
+        figure.suptitle(f"{name} {number(table.value, table.unit, count=4)}")
     axes.grid(axis="x", alpha=0.3)
     return figure
 
@@ -118,7 +124,7 @@ def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> 
         >>> data = sb.studies.Measured.of([0.2, 0.4, 0.6], {"omega": [24.1, 19.6, 13.9]})
         >>> figure = sb.plot.overlay(result, data)
         >>> figure.axes[0].get_ylabel()
-        'omega, rad/s'
+        'speed of the pulley, rad/s'
     """
     check_measured(data, result.scene)
     rows = max(len(data.points), 1)
@@ -136,12 +142,19 @@ def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> 
         spread = None if part.sigma is None else factor * part.sigma
         axes.errorbar(part.t, factor * part.value + offset, spread, label="measured", **dots)
         axes.plot(s.t, factor * np.asarray(values) + offset, color=BLUE, label="run")
-        axes.set_ylabel(f"{part.name.replace('_', ' ')}{', ' * bool(name)}{name}")
+        axes.set_ylabel(_label(part, name))
     faults.report()
     panels[-1].set_xlabel("time, s")
     finish(panels)
     head(figure, result.scene, "measured, and the run")
     return figure
+
+
+def _label(points: Points, unit: str) -> str:
+    """A measured column in words, the lining or place if it has one, and its unit."""
+    words = re.split("[,;]", re.sub(r" \(.*?\)", "", about_column(points.column).meaning))[0]
+    words = re.sub(r"\bT_(\w)", r"$T_\1$", words) + (f" {points.entry}" if points.entry else "")
+    return textwrap.fill(f"{words}{', ' * bool(unit)}{unit}", 28)
 
 
 @explained
@@ -157,7 +170,7 @@ def calibration(fit: Calibration, recording: str | None = None, *, figure: Figur
         >>> fit = sb.calibrate(scene, {"duty.load.mass": (15e3, 25e3)}, data)
         >>> figure = sb.plot.calibration(fit)
         >>> figure.axes[0].get_ylabel()
-        'omega, rad/s'
+        'speed of the pulley, rad/s'
     """
     each, parts = fit.of(recording)
     columns, singles = ([part for part in parts if (part.t is None) == single] for single in (False, True))
@@ -174,7 +187,7 @@ def calibration(fit: Calibration, recording: str | None = None, *, figure: Figur
             above.plot(s.t, values, style, **look)
         dots = {"fmt": ".", "color": "k", "ms": 4, "elinewidth": 0.8, "zorder": 3}
         above.errorbar(times, part.measured - shift, part.sigma, label=r"measured $\pm\,\sigma$", **dots)
-        above.set_ylabel(f"{part.name}, {'°C' if shift else part.unit}")
+        above.set_ylabel(_label(points, "°C" if shift else pretty(part.unit)))
         below.plot(times, part.scaled, ".", color=BLUE, ms=4)
         below.set_xlabel("time, s")
     if singles:
@@ -237,11 +250,12 @@ def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = 
             panel.axvline(factor * float(limit) + offset, color=VERMILLION, ls="--", label=words)
         finish([density])
     density.set_ylabel(f"share of {found.runs} runs, %")
-    words, suffix = name.replace("_", " "), f", {unit}" if unit else ""
+    words, suffix = metric_words(name), f", {unit}" if unit else ""
     cumulative.set(xlabel=f"{words}{suffix}", ylabel="cumulative share, %")
-    rest = "" if s.count == found.runs else f" — {s.count} of {found.runs} runs have it"
-    bars = f"bars: {100 * found.confidence:g} % intervals of the quantiles"
-    figure.suptitle(f"{words}{rest} ({bars})")
+    rest = "" if s.count == found.runs else f", which {s.count} of {found.runs} runs have"
+    bars = Line2D([], [], color="k", marker="o", ms=4, label=f"quantile, {100 * found.confidence:g} % interval")
+    name_marks(figure, [], [bars])
+    figure.suptitle(f"{words}{rest}")
     for panel in (density, cumulative):
         panel.grid(alpha=0.3)
     return figure
@@ -277,9 +291,8 @@ def indices(table: SobolTable, *, figure: Figure | None = None) -> Figure:
     handles, labels = axes.get_legend_handles_labels()
     axes.legend(handles[::-1], labels[::-1], loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
     factor, _, unit = scale(table.unit, table.deviation)
-    words = f"sources of uncertainty of the {table.metric.replace('_', ' ')}"
     spread = f"{factor * table.deviation:.3g} {unit}".rstrip()
-    figure.suptitle(f"{words} (standard deviation {spread})")
+    figure.suptitle(f"{metric_words(table.metric)}: sources of its standard deviation, {spread}")
     return figure
 
 
@@ -311,7 +324,7 @@ def effects(table: MorrisTable, *, figure: Figure | None = None) -> Figure:
     suffix = f", {unit}" if unit else ""
     axes.set_xlabel(rf"mean absolute effect $\mu^*$ of crossing the range (± half of the interval){suffix}")
     axes.set_ylabel(rf"standard deviation of the effects $\sigma${suffix}")
-    figure.suptitle(f"elementary effects on {table.metric.replace('_', ' ')}")
+    figure.suptitle(f"{metric_words(table.metric)}: elementary effects")
     finish([axes])
     return figure
 
@@ -414,23 +427,24 @@ def layouts(rows: Sequence[LayoutRow], *, figure: Figure | None = None) -> Figur
         >>> print(figure.axes[0].get_ylabel())
         angle $\\beta$, °
     """
-    targets = list(rows[0].values)
-    figure = sheet(figure, 11.5, 3.4, rows=2 + len(targets))
-    panels = figure.subplots(2 + len(targets), 1, squeeze=False, sharex=True)[:, 0]
+    tops = {name: float(np.max(values)) for name, values in rows[0].values.items()}
+    scales = {name: scale(rows[0].units[name], top, absolute=True) for name, top in tops.items()}
+    figure = sheet(figure, 11.5, 3.4, rows=2 + len(scales))
+    panels = figure.subplots(2 + len(scales), 1, squeeze=False, sharex=True)[:, 0]
     linings, width = np.arange(1, len(rows[0].angle) + 1), 0.8 / len(rows)
     for k, row in enumerate(rows):
         panels[0].plot(linings, np.degrees(row.angle), marker="o", ms=4, label=row.name)
         if row.non_uniformity < 1.5:  # others are far away
-            panels[1].plot(
-                linings, np.degrees(row.angle - rows[-1].angle), marker="o", ms=4, color=CYCLE[k % len(CYCLE)]
-            )
-        for panel, name in zip(panels[2:], targets, strict=True):
+            apart = np.round(np.degrees(row.angle - rows[-1].angle), 9)  # less is rounding
+            panels[1].plot(linings, apart, marker="o", ms=4, color=CYCLE[k % len(CYCLE)])
+        for panel, (name, (factor, offset, _)) in zip(panels[2:], scales.items(), strict=True):
             label = f"{row.name}: maximum over minimum {np.max(row.values[name]) / np.min(row.values[name]):.4g}"
-            panel.bar(linings + (k - (len(rows) - 1) / 2) * width, row.values[name], width, label=label)
+            shown = factor * row.values[name] + offset
+            panel.bar(linings + (k - (len(rows) - 1) / 2) * width, shown, width, label=label)
     panels[0].set_ylabel(r"angle $\beta$, °")
     panels[1].set_ylabel(f"$\\beta$ less that of\n“{rows[-1].name}”, °")
-    for panel, name in zip(panels[2:], targets, strict=True):
-        panel.set_ylabel(f"{name.replace('_', ' ')}, {rows[0].units[name]}".rstrip(", "))
+    for panel, (name, (_, _, unit)) in zip(panels[2:], scales.items(), strict=True):
+        panel.set_ylabel(f"{name.replace('_', ' ')}, {unit}".rstrip(", "))
     panels[-1].set_xlabel("lining, from the slack to the tight end")
     panels[-1].xaxis.set_major_locator(MaxNLocator(integer=True))
     finish([panels[0], *panels[2:]])

@@ -64,7 +64,7 @@ def test_tornado_has_bounds_and_derivatives():
         (1, 2.0, pytest.approx(1.5), VERMILLION.lower()),
     ]
     labels = [(text.get_position()[1], text.get_text()) for text in axes.get_yticklabels()]
-    assert labels == [(0, "load.mass\n20000 ± 2e+03 kg"), (1, "friction\n0.35 ± 0.05")]
+    assert labels == [(0, "mass\n20 t ± 2 t"), (1, "friction\n0.35 ± 0.05")]
     across = [np.asarray(one.get_segments()) for one in axes.collections]
     np.testing.assert_allclose([one[:, 0, 0] for one in across], [[1.8, 2.2], [2.4, 1.6]])
     np.testing.assert_allclose([one[0, :, 1] for one in across], [[-0.35, 0.35], [0.65, 1.35]])
