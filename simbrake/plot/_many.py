@@ -1,5 +1,6 @@
 """Several runs in one figure: results laid over each other, and metrics over the parameters that were varied."""
 
+import textwrap
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeAlias
@@ -14,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
+from matplotlib.tri import Triangulation
 from scipy.interpolate import RegularGridInterpolator
 
 from .._base._arguments import explained
@@ -25,7 +27,20 @@ from .._run._result import Result
 from ..formulas._material_table import MaterialComparison, MaterialRow
 from ..formulas._materials import LiningMaterial, RimMaterial
 from ..results._dataset import dataset, read_result
-from ._shared import BLUE, CYCLE, MARKED, TEXT, VERMILLION, ZERO, finish, name_marks, sheet, styled, words_of_mark
+from ._shared import (
+    BLUE,
+    CYCLE,
+    MARKED,
+    TEXT,
+    VERMILLION,
+    ZERO,
+    finish,
+    metric_words,
+    name_marks,
+    sheet,
+    styled,
+    words_of_mark,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -48,8 +63,8 @@ _HOT = ("rim_temperature", "lining_temperature", "band_temperature")
 @explained
 @styled
 def compare(results: Mapping[str, Source] | Sequence[Source], *, figure: Figure | None = None) -> Figure:
-    """Results laid over each other: speed, brake torque, tension of the tight end or normal force, and the hottest
-    surface, as far as the results have them; of runs whose lever holds the speed, its tension.
+    """Results laid over each other: speed, brake torque, tension of a band's tight end, of discs and shoes the normal
+    force, and the hottest surface, as far as the results have them; of levers that hold the speed, their tension.
 
     Each result has its colour and dashes; marks on the curves of the speed are onset of slip, full slip and stop. Runs
     that end at rest are cut shortly after the last stop of all.
@@ -69,20 +84,19 @@ def compare(results: Mapping[str, Source] | Sequence[Source], *, figure: Figure 
         raise InputError([Fault("results", f"{len(named)} result is no comparison", "give two or more")])
     data = {name: _data(source) for name, source in named.items()}
     held = all(run["status"].item() == Status.LOWERING for run in data.values())
-    banded = any("tight_tension" in run for run in data.values())
     panels = [("speed", ("omega",)), ("brake torque", ("brake_torque",))]
-    lever = "tension of\nthe lever" if banded else "force of\nthe actuator"
-    panels += [(lever, ("slack_tension", "lever_force"))] * held
-    panels += [("tension of\nthe tight end" if banded else "normal force", ("tight_tension", "normal_load"))]
-    panels += [("hottest\nsurface", _HOT)] * any(name in run for run in data.values() for name in _HOT)
+    panels += [("tension of\nthe lever", ("slack_tension",)), ("force of\nthe actuator", ("lever_force",))] * held
+    panels += [("tension of\nthe tight end", ("tight_tension",)), ("normal force\non a lining", ("normal_load",))]
+    panels += [("hottest\nsurface", _HOT)]
+    curves = {columns: {name: _curve(run, columns) for name, run in data.items()} for _, columns in panels}
+    panels = [(words, columns) for words, columns in panels if any(y is not None for y in curves[columns].values())]
     figure = sheet(figure, 9.5, 2.1, rows=len(panels), room=1.7)
     rows = figure.subplots(len(panels), 1, squeeze=False, sharex=True)[:, 0]
     for axes, (words, columns) in zip(rows, panels, strict=True):
-        curves = {name: _curve(run, columns, hottest=columns == _HOT) for name, run in data.items()}
         unit = next(run[column].attrs["units"] for run in data.values() for column in columns if column in run)
-        top = max(float(np.nanmax(np.abs(y))) for y in curves.values() if y is not None)
+        top = max(float(np.nanmax(np.abs(y))) for y in curves[columns].values() if y is not None)
         factor, offset, shown = scale(unit, top, absolute=True)
-        for i, (name, y) in enumerate(curves.items()):
+        for i, (name, y) in enumerate(curves[columns].items()):
             if y is not None:
                 look = {"color": CYCLE[i % len(CYCLE)], "ls": _DASHES[i % len(_DASHES)]}
                 label = name if axes is rows[0] else None
@@ -110,11 +124,12 @@ def _data(source: Source) -> Dataset:
     )
 
 
-def _curve(data: Dataset, columns: Sequence[str], *, hottest: bool) -> Float[np.ndarray, " t"] | None:
-    """The first of the columns that a result has, of several linings their maximum; `hottest`: the maximum of all."""
-    curves = [np.asarray(data[name].values, np.float64) for name in columns if name in data]
-    tops = [values.reshape(len(values), -1).max(axis=1) for values in curves]
-    return None if not tops else np.max(tops, axis=0) if hottest else tops[0]
+def _curve(data: Dataset, columns: Sequence[str]) -> Float[np.ndarray, " t"] | None:
+    """Maximum of the columns that a result has, and of its linings; the normal load where there is no tension."""
+    banded = "tight_tension" in data
+    names = [name for name in columns if name in data and not (banded and name in ("normal_load", "lever_force"))]
+    curves = [np.asarray(data[name].values, np.float64) for name in names]
+    return np.max([y.reshape(len(y), -1).max(axis=1) for y in curves], axis=0) if curves else None
 
 
 def _end(data: Dataset) -> float:
@@ -151,7 +166,9 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
     - a grid of one parameter: a curve with its points; it has a gap where the sequence of events changes
     - a grid of two: filled contours, runs that failed hatched, thick lines where the sequence of events changes
     - a parameter of one value is no axis
-    - rows of an ensemble: a point for each run over each parameter, failed ones left out
+    - rows of an ensemble: a point for each run over each parameter, failed ones left out; of more than 50 runs with
+      two parameters points over both, with contours
+    - more than 50 runs: beside it the distribution of the metric, with its 5, 50 and 95 % quantiles
 
     `metrics`: names, by default four at most that vary. Raises `InputError` for names that the data does not have, and
     for grids of more than two parameters.
@@ -160,7 +177,7 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
         >>> data = sb.sweep(scene, {"duty.load.mass": [18e3, 20e3, 22e3]}, ["stopping_time"], progress=False)
         >>> figure = sb.plot.sweep(data)
         >>> figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()
-        ('duty.load.mass, t', 'stopping time, s')
+        ('mass on the hook, t', 'stopping time, s')
     """
     if not hasattr(data, "data_vars"):
         hint = "give the data set of simbrake.sweep or simbrake.ensemble"
@@ -174,37 +191,71 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
         hint = "select one value of the others: data.sel({path: value})"
         raise InputError([Fault("data", f"is a grid of {len(paths)} parameters", hint)])
     shown = _shown(data, metrics)
-    columns = len(paths) if not grid else 2 if len(paths) == 2 and len(shown) > 1 else 1
-    rows = -(-len(shown) // columns) if grid else len(shown)
-    figure = sheet(figure, 9.5 if columns == 1 else 5.8 * columns, 4.4 if columns > 1 else 2.6, rows=rows, room=0.9)
-    panels = figure.subplots(rows, columns, squeeze=False, sharex=False if grid and len(paths) == 2 else "col")
-    for axes in panels.flat[len(shown) * (1 if grid else columns) :]:
+    many = data["code"].size > _FEW
+    plane = len(paths) == 2 and (grid or many)
+    columns = min(2, len(shown)) if plane else len(paths) + many
+    rows = -(-len(shown) // columns) if plane else len(shown)
+    figure = sheet(figure, max(9.5, 5.8 * columns), 4.4 if plane else 3.4 if columns > 1 else 2.6, rows=rows, room=0.9)
+    share: Any = {} if plane else {"sharex": "col", "sharey": "row", "width_ratios": [1.0] * len(paths) + [0.6] * many}
+    panels = figure.subplots(rows, columns, squeeze=False, **share)
+    for axes in panels.flat[len(shown) if plane else rows * columns :]:
         axes.axis("off")
     for k, metric in enumerate(shown):
         values = np.asarray(data[metric].values, np.float64)
         good = np.isfinite(values) & (np.asarray(data["code"].values) == 0)
         factor, offset, y_unit = _scale(data, metric, values[good])
         y = np.where(good, factor * values + offset, np.nan)
-        label = f"{metric.replace('_', ' ').replace('energy.', 'energy: ')}{y_unit}"
-        if grid and len(paths) == 2:
+        label = f"{metric_words(metric)}{y_unit}"
+        if plane:
             _contours(panels.flat[k], data, paths, y, label)
             continue
-        for axes, path in zip([panels.flat[k]] if grid else panels[k], paths, strict=True):
-            factor, offset, x_unit = _scale(data, path, np.asarray(data[path].values))
-            x = factor * np.asarray(data[path].values, np.float64) + offset
+        for axes, path in zip(panels[k], paths, strict=False):
+            x, name = _along(data, path)
             if grid:
-                _curve_with_gaps(axes, x, y, np.asarray(data["sequence"].values))
+                _curve_with_gaps(axes, x, y, np.asarray(data["sequence"].values), "" if many else "o")
             else:
-                axes.plot(x, y, ".", color=BLUE, ms=4.0)
-            axes.set(xlabel=f"{path}{x_unit}" if k == len(shown) - 1 else "", ylabel=label)
+                axes.plot(x, y, ".", color=BLUE, ms=2.0 if many else 4.0, rasterized=many)
+            axes.set_xlabel(name if k == len(shown) - 1 else "")
             axes.grid(alpha=0.3)
+        panels[k, 0].set_ylabel(textwrap.fill(label, 28))
+        if many:
+            _quantiles(panels[k, -1], y)
+            panels[k, -1].set_xlabel("share of the runs, %" if k == len(shown) - 1 else "")
     failed = int(np.sum(np.asarray(data["code"].values) != 0))
-    words = f"{data['code'].size} runs" + (f", {failed} failed" if failed else "")
-    changes = grid and bool(np.ptp(np.asarray(data["sequence"].values)) > 0)
-    gaps = ("; gaps" if len(paths) == 1 else "; thick lines") + ": the sequence of events changes"
     blank = any(not np.all(np.isfinite(np.asarray(data[name].values, np.float64))) for name in shown) or failed > 0
-    figure.suptitle(words + gaps * changes + "; hatched: failed or without a value" * (grid and blank))
+    handles: list[Artist] = []
+    if grid and np.ptp(np.asarray(data["sequence"].values)) > 0:
+        look = {"color": VERMILLION, "lw": 2.5} if plane else {"color": BLUE, "ls": (0, (4, 6))}
+        handles.append(Line2D([], [], label=f"{'' if plane else 'gap: '}the sequence of events changes", **look))
+    if grid and blank:
+        handles.append(Patch(facecolor="white", edgecolor="0.5", hatch="///", label="failed, or without a value"))
+    name_marks(figure, [], handles)
+    figure.suptitle(f"{data['code'].size} runs" + (f", {failed} failed" if failed else ""))
     return figure
+
+
+#: up to so many runs each is a point
+_FEW = 50
+
+
+def _quantiles(axes: Axes, y: Float[np.ndarray, " n"]) -> None:
+    """Histogram of a metric along its axis, with quantiles; shares are those of all runs."""
+    found = y[np.isfinite(y)]
+    weights = np.full(found.size, 100.0 / y.size)
+    axes.hist(found, bins=40, weights=weights, orientation="horizontal", color=BLUE, alpha=0.6)
+    for p, style in ((95, "--"), (50, "-"), (5, ":")) if found.size else ():
+        at = float(np.percentile(found, p))
+        axes.axhline(at, color="k", lw=1.2, ls=style, label=f"{p} % below {at:.4g}")
+    finish([axes])
+
+
+def _along(data: Dataset, path: str) -> tuple[Float[np.ndarray, " n"], str]:
+    """Values of a parameter for reading, and its name in words with their unit; two of one name have their path."""
+    values = np.asarray(data[path].values, np.float64)
+    factor, offset, unit = _scale(data, path, values)
+    alike = [name for name in data.coords if data[name].attrs.get("meaning") == data[path].attrs.get("meaning")]
+    words = str(data[path].attrs.get("meaning", path))
+    return factor * values + offset, f"{words if len(alike) == 1 else path}{unit}"
 
 
 #: points along each side of a permissible map
@@ -225,7 +276,7 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
         >>> grid = {"duty.load.mass": [16e3, 20e3, 24e3], "initial.omega": [18.0, 22.0]}
         >>> data = sb.sweep(scene, grid, ["stopping_time"], progress=False)
         >>> sb.plot.permissible(data, {"stopping_time": 1.0}).axes[0].get_xlabel()
-        'duty.load.mass, t'
+        'mass on the hook, t'
     """
     if not hasattr(data, "data_vars") or len(data["code"].dims) != 2 or min(data["code"].shape) < 2:
         hint = "give the data set of simbrake.sweep over two parameters"
@@ -233,25 +284,18 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
     if missing := [name for name in limits if name not in data.data_vars] or ([] if limits else ["a limit"]):
         hint = f"there are: {', '.join(map(str, data.data_vars))}"
         raise InputError([Fault("limits", f"the data is without {', '.join(missing)}", hint)])
-    ends, names = [], []
-    for path in map(str, data["code"].dims):
-        values = np.asarray(data[path].values, np.float64)
-        factor, offset, unit = _scale(data, path, values)
-        ends.append(factor * values + offset)
-        names.append(f"{path}{unit}")
-    (x, y), good = ends, np.asarray(data["code"].values) == 0
+    (x, name), (y, other) = (_along(data, str(path)) for path in data["code"].dims)
+    good = np.asarray(data["code"].values) == 0
     margins, lines = [], []
-    for name, limit in limits.items():
-        value, least = np.asarray(data[name].values, np.float64), name.startswith("min_")
+    for metric, limit in limits.items():
+        value, least = np.asarray(data[metric].values, np.float64), metric.startswith("min_")
         margins.append(np.where(good & np.isfinite(value), (value - limit) * (1.0 if least else -1.0), np.nan))
-        factor, offset, unit = _scale(data, name, np.asarray([limit]))
-        words = name.replace("_", " ").replace("energy.", "energy: ")
-        lines.append(
-            f"{words} {'≥' if least else '≤'} {factor * limit + offset:.4g}{unit.replace(',', '').replace(' (–)', '')}"
-        )
+        factor, offset, unit = _scale(data, metric, np.asarray([limit]))
+        most = f"{factor * limit + offset:.4g}{unit.replace(',', '').replace(' (–)', '')}"
+        lines.append(f"{metric_words(metric)} {'≥' if least else '≤'} {most}")
     figure = sheet(figure, 8.0, 5.6)
     axes = figure.subplots()
-    axes.set(xlabel=names[0], ylabel=names[1], xlim=(x.min(), x.max()), ylim=(y.min(), y.max()))
+    axes.set(xlabel=name, ylabel=other, xlim=(x.min(), x.max()), ylim=(y.min(), y.max()))
     # on a finer grid, so that the region ends on the lines
     u, v = (np.linspace(ends[0], ends[-1], _FINE) for ends in (x, y))
     fine = [RegularGridInterpolator((x, y), margin)(tuple(np.meshgrid(u, v))) for margin in margins]
@@ -302,13 +346,17 @@ def _scale(data: Dataset, name: str, values: Float[np.ndarray, " n"]) -> tuple[f
     return factor, offset, f", {unit}" if unit and unit != "1" else " (–)"
 
 
-def _curve_with_gaps(axes: Axes, x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n"], sequence: np.ndarray) -> None:
+def _curve_with_gaps(
+    axes: Axes, x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n"], sequence: np.ndarray, marker: str
+) -> None:
     """A curve through the points of each sequence of events; points that have failed are hatched."""
     for part in np.split(np.arange(len(x)), 1 + np.flatnonzero(np.diff(sequence))):
-        axes.plot(x[part], y[part], "o-", color=BLUE, ms=4.0)
-    edges = _edges(x)
-    for i in np.flatnonzero(np.isnan(y)):
-        axes.axvspan(edges[i], edges[i + 1], facecolor="none", edgecolor="0.6", hatch="///", lw=0)
+        axes.plot(x[part], y[part], f"{marker}-", color=BLUE, ms=4.0)
+    edges, blank = _edges(x), np.flatnonzero(np.isnan(y))
+    for part in np.split(blank, 1 + np.flatnonzero(np.diff(blank) > 1)) if blank.size else ():
+        axes.axvspan(
+            float(edges[part[0]]), float(edges[part[-1] + 1]), facecolor="none", edgecolor="0.6", hatch="///", lw=0
+        )
 
 
 def _edges(x: Float[np.ndarray, " n"]) -> Float[np.ndarray, " m"]:
@@ -317,17 +365,23 @@ def _edges(x: Float[np.ndarray, " n"]) -> Float[np.ndarray, " m"]:
     return np.concatenate([x[:1], middle, x[-1:]])
 
 
-def _contours(axes: Axes, data: Dataset, paths: list[str], z: Float[np.ndarray, "m n"], label: str) -> None:
-    """Filled contours of a metric over two parameters, runs without a value hatched."""
-    ends, names = [], []
-    for path in paths:
-        values = np.asarray(data[path].values, np.float64)
-        factor, offset, unit = _scale(data, path, values)
-        ends.append(factor * values + offset)
-        names.append(f"{path}{unit}")
-    (x, y), sequence = ends, np.asarray(data["sequence"].values)
-    axes.set(xlabel=names[0], ylabel=names[1], xlim=(x.min(), x.max()), ylim=(y.min(), y.max()), title=label)
-    if np.isfinite(z).sum() > 2:
+def _contours(axes: Axes, data: Dataset, paths: list[str], z: Float[np.ndarray, "..."], label: str) -> None:
+    """Contours of a metric over two parameters: of a grid filled, runs without a value hatched; of rows of runs over
+    their points."""
+    (x, name), (y, other) = (_along(data, path) for path in paths)
+    good, sequence = np.isfinite(z), np.asarray(data["sequence"].values)
+    axes.set(xlabel=name, ylabel=other)
+    if z.ndim == 1:
+        dots = axes.scatter(x[good], y[good], 6.0, z[good], cmap="viridis", alpha=0.5, lw=0, rasterized=True)
+        axes.figure.colorbar(dots, ax=axes, label=label, pad=0.01)
+        if good.sum() > 3 and abs(np.corrcoef(x[good], y[good])[0, 1]) < 1.0 - 1e-9:  # else they lie on a line
+            near = Triangulation(*(w[good] / np.ptp(w[good]) for w in (x, y))).triangles
+            mesh = Triangulation(x[good], y[good], near)
+            lines = axes.tricontour(mesh, z[good], levels=7, colors="k", linewidths=1.0)
+            axes.clabel(lines, fontsize=TEXT, fmt="%.4g")
+        return
+    axes.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()), title=label)
+    if good.sum() > 2:
         low, high = np.nanmin(z), np.nanmax(z)
         levels = MaxNLocator(8).tick_values(low, high)
         levels = levels[
@@ -335,7 +389,7 @@ def _contours(axes: Axes, data: Dataset, paths: list[str], z: Float[np.ndarray, 
         ]  # none between values equal but rounding
         filled = axes.contourf(x, y, z.T, levels=levels, cmap="viridis", extend="both")
         lines = axes.contour(x, y, z.T, levels=filled.levels, colors="white", linewidths=0.8)
-        axes.clabel(lines, fontsize=TEXT, colors="white", fmt="%g")
+        axes.clabel(lines, fontsize=TEXT, colors="white", fmt="%.4g")
     a, b = _edges(x), _edges(y)
     for i, j in np.argwhere(np.isnan(z)):
         cell = {"facecolor": "white", "edgecolor": "0.5", "hatch": "///", "lw": 0}

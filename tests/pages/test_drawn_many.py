@@ -82,6 +82,18 @@ def test_compare_of_pads():
     np.testing.assert_allclose(plot.compare([banded, banded]).axes[2].lines[0].get_ydata(), [1, 2, 3, 4, 5])
 
 
+def test_compare_names_what_each_kind_of_brake_has():
+    """The force on a pad is no tension of a band: each has its panel."""
+    axes = plot.compare({"band": data_of(BAND), "disc": data_of(PADS)}).axes[2:]
+    assert [one.get_ylabel().replace("\n", " ") for one in axes] == [
+        "tension of the tight end, kN",
+        "normal force on a lining, kN",
+    ]
+    assert [[line.get_color() for line in one.lines] for one in axes] == [[CYCLE[0]], [CYCLE[1]]]
+    axes = plot.compare([data_of(BAND, status="lowering"), data_of(PADS, status="lowering")]).axes[2:4]
+    assert [one.get_ylabel().split("\n")[1] for one in axes] == ["the lever, kN", "the actuator, kN"]
+
+
 # --- metrics over parameters ------------------------------------------------------------------------------------------
 
 
@@ -129,7 +141,12 @@ def test_sweep_draws_four_metrics_at_most():
     rise = [1.0, 2.0, 3.0, 4.0]
     data = line_study(**{name: ("1" if name == "zeta" else "", rise) for name in names})
     labels = [axes.get_ylabel() for axes in plot.sweep(data).axes]
-    assert labels == ["stopping time, s", "hook travel (–)", "stopping angle (–)", "energy: friction heat (–)"]
+    assert labels == [
+        "stopping time, s",
+        "hook travel to the first\nstop (–)",
+        "angle to the first stop (–)",
+        "energy: friction heat (–)",
+    ]
     with pytest.raises(sb.InputError, match="the data is without colour, sequence — there are: peak_rim"):
         plot.sweep(data, ["colour", "zeta", "sequence"])
     # equal but rounding, or one value alone: nothing that varies
@@ -193,7 +210,12 @@ def test_permissible_map():
     np.testing.assert_allclose(lines[1][:, 1], 13.0, rtol=1e-9)
     labels = [text.get_text() for text in figure.legends[0].get_texts()]
     assert labels == [
-        *("within all limits", "a limit is exceeded", "hook travel ≤ 2.2 m", "min holding reserve ≥ 13"),
+        *(
+            "within all limits",
+            "a limit is exceeded",
+            "hook travel to the first stop ≤ 2.2 m",
+            "minimum holding reserve ≥ 13",
+        ),
         "no value: failed, or not stopped",
     ]
     with pytest.raises(sb.InputError, match="is no grid of two parameters"):
@@ -216,3 +238,50 @@ def test_sweep_of_an_ensemble():
         for axes, x in zip(row, ([10, 20, 30, 50], [1, 3, 2, 4]), strict=True):
             np.testing.assert_allclose(axes.lines[0].get_xydata(), np.stack([x, values], axis=1))
             assert not axes.patches
+
+
+def test_sweep_of_many_runs():
+    """Beside 400 points the share of the runs by the metric, its quantiles, and names in words."""
+    n = 400
+    rng = np.random.default_rng(1)
+    about = {"units": "kg", "meaning": "mass on the hook"}
+    mass, speed = rng.uniform(1e4, 2e4, n), rng.uniform(1.0, 2.0, n)
+    time = 1e-4 * mass + speed
+    coords = {"load.mass": ("run", mass, about), "run": ("run", np.arange(n))}
+    code = np.where(np.arange(n) < 40, 4, 0)
+    figure = plot.sweep(study("run", coords, {"stopping_time": ("s", time)}, np.zeros(n, int), code))
+    points, share = figure.axes
+    assert (points.get_xlabel(), points.get_ylabel()) == ("mass on the hook, t", "stopping time, s")
+    assert sum(bar.get_width() for bar in share.patches) == pytest.approx(90.0)
+    at = np.percentile(time[40:], [95, 50, 5])
+    np.testing.assert_allclose([line.get_ydata()[0] for line in share.lines], at)
+    assert [line.get_label() for line in share.lines] == [
+        f"{p} % below {x:.4g}" for p, x in zip((95, 50, 5), at, strict=True)
+    ]
+    coords["speed"] = ("run", speed, {"units": "rad/s", "meaning": "initial speed"})
+    figure = plot.sweep(study("run", coords, {"stopping_time": ("s", time)}, np.zeros(n, int), code))
+    plane, bar = figure.axes
+    assert (plane.get_xlabel(), plane.get_ylabel()) == ("mass on the hook, t", "initial speed, rad/s")
+    assert bar.get_ylabel() == "stopping time, s"
+    dots, contours = plane.collections
+    np.testing.assert_allclose(dots.get_offsets(), np.stack([mass / 1e3, speed], axis=1)[40:])
+    along = np.concatenate([path.vertices @ [0.1, 1.0] for path in contours.get_paths()])
+    assert np.abs(np.subtract.outer(along, contours.levels)).min(axis=1).max() < 1e-6
+    assert len(contours.levels) > 4
+    few = plot.sweep(
+        study("run", coords, {"stopping_time": ("s", time)}, np.zeros(n, int), code).isel(run=slice(0, 50))
+    )
+    assert [len(axes.lines) for axes in few.axes] == [1, 1]
+
+
+def test_sweep_of_a_fine_grid():
+    """A curve without points, the distribution beside it; what has no value is one hatched part."""
+    x = np.linspace(1e4, 2e4, 201)
+    values = np.where(x > 1.5e4, math.nan, x)
+    metrics = {"stopping_time": ("s", 1e-4 * values)}
+    mass = ("load.mass", x, {"units": "kg", "meaning": "mass on the hook"})
+    figure = plot.sweep(study("load.mass", {"load.mass": mass}, metrics, [0] * 201, [0] * 201))
+    curve, share = figure.axes
+    assert [line.get_marker() for line in curve.lines] == ["None"]
+    assert len(curve.patches) == 1
+    assert len(share.lines) == 3
