@@ -589,7 +589,7 @@ def depth(result: Result, wall: str | None = None, copy: int | None = None, *, f
     above = fields[-1].get_xaxis_transform()
     for i, colour in zip(shown, colours, strict=True):
         words = "\n(hottest)" if i == hottest else ""
-        profile.plot(T[i], centres, color=colour, marker=".", label=f"{digits(float(middle[i]), 4)} s{words}")
+        profile.plot(T[i], centres, color=colour, marker=".", label=f"{digits(float(middle[i]), 5)} s{words}")
         fields[-1].plot([middle[i]], [1.02], marker=7, color=colour, transform=above, clip_on=False)
     profile.set_xlabel("temperature, °C")
     profile.grid(alpha=0.3)

@@ -308,7 +308,8 @@ def test_files_figures_and_reports_say_whose_forces(stopped, tmp_path):
     assert "behind lining 6 of each of 2 rims" in str(stopped)
     assert stopped.summary()["rims"] == 2
     for figure in (plot.pulley(stopped, 0.3), plot.duty(stopped)):
-        assert "forces of one of 2 alike rims" in figure.get_suptitle()
+        assert "6 linings on each of 2 rims" in figure.get_suptitle()
+        assert figure.legends[0].get_title().get_text().startswith("forces of one of 2 alike rims")
 
 
 def test_walls_with_the_area_of_one_rim_are_named():
