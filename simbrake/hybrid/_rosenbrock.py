@@ -62,7 +62,8 @@ class Rodas5P(AbstractMethod):
     """Rosenbrock method of order 5(4) with 8 stages, stiffly accurate and A-stable.
 
     One Jacobian and one factorisation a step, no Newton iteration; the last increment is the error estimate. States on
-    which no rate depends (ledgers, wear) stay out of the linear systems and are summed with the same weights, so that
+    which no rate depends (ledgers, wear), or which only change at events, stay out of the linear systems and are summed
+    with the same weights, so that
     sums which the equations conserve are conserved to rounding; their errors are estimated as those of all others.
     `couplings` gives the sparsity of the Jacobian; without it, it is dense.
 
@@ -184,7 +185,9 @@ class Rodas5P(AbstractMethod):
                 cotangents = jax.vjp(rhs, params, t + node * h, put(y, inner, argument))[1](c_full)
                 c_argument = take(cotangents[2], inner) + jnp.where(i == n, c_x, 0.0)
                 c_u = c_u + a[:, None] * c_argument + c[:, None] * (c_b / h)
-                total = jax.tree.map(jnp.add, total, (*cotangents[:2], put(nothing, inner, c_argument)))
+                # (rates may depend on quadratures that are constant in a step, as on the begin of a phase)
+                c_start = put(cotangents[2], inner, c_argument)
+                total = jax.tree.map(jnp.add, total, (*cotangents[:2], c_start))
                 return (c_u, total), c_b
 
             start = (jnp.asarray(b)[:, None] * through, jax.tree.map(jnp.zeros_like, (params, t, y)))

@@ -3,6 +3,7 @@
 import dataclasses
 import math
 
+import diffrax
 import jax
 import numpy as np
 import pytest
@@ -41,11 +42,11 @@ def ends(result):
     return [event for event in result.events if event.name == "phase_end"]
 
 
-def closed_form():
+def closed_form(string=STRING):
     """Ends of the phases, and the angle after each cycle: a fall by the distance, the ramp, the rest of the stop."""
     t, phi, found, angles = 0.0, 0.0, [], []
     for cycle in range(2):
-        m = EMPTY + STRING + cycle * STAND
+        m = EMPTY + string + cycle * STAND
         J, M = J_P + m * PER_RAD**2, m * G * PER_RAD
         fall = math.sqrt(2 * DISTANCE * J / (M * PER_RAD))
         fast, slow_down = M / J * fall, (GAIN * PULL - M) / J
@@ -73,6 +74,25 @@ def test_two_cycles_in_closed_form(two_cycles):
     assert float(two_cycles.energy["closure"]) <= 1e-9
     names = [event.name for event in two_cycles.events]
     assert names.index("phase_end", names.index("stop")) == names.index("stop") + 1
+
+
+@pytest.mark.parametrize("solver", [diffrax.Dopri8(), sb.hybrid.Rodas5P()])
+def test_derivatives_through_the_begin_of_a_phase(solver):
+    """The lever's ramp begins with its phase, later for a lighter string: rates depend on that instant.
+
+    Heat changes nothing here, but with it the implicit method knows which rates depend on which states.
+    """
+    warm = dataclasses.replace(SCENE, heat=sb.lumped_heat(rim=6e4, linings=6e3, partition=0.9, rim_cooling=0.0))
+
+    def end(string):
+        return sb.simulate(sb.with_values(warm, {"duty.load.string": string}), solver=solver).record.t_end
+
+    def true(share):
+        return closed_form(STRING * (1 + share))[0][-1]
+
+    slope = (4 * (true(1e-3) - true(-1e-3)) / 2e-3 - (true(2e-3) - true(-2e-3)) / 4e-3) / 3 / STRING
+    for derivative in (jax.grad, jax.jacfwd):
+        assert float(jax.jit(derivative(end))(STRING)) == pytest.approx(slope, rel=1e-7)
 
 
 @pytest.mark.slow
