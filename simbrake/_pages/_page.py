@@ -377,7 +377,8 @@ def _sensitivities(result: Result, metrics: Sequence[Metric], span: float | None
     there = [metric for metric in metrics if result.ok and happened(measure(result, metric))]
     tables: list[SensitivityTable] = []
     if there:
-        tables = tables_of(result.scene, there, span=span, rtol=float(result.rtol), progress=progress)
+        rtol = float(result.rtol)
+        tables = tables_of(result.scene, there, span=span, most=_MOST, rtol=rtol, progress=progress)
     sections = [
         {
             "words": title_of(table.metric),

@@ -184,6 +184,7 @@ def sensitivity(
     wrt: str | Sequence[str] | None = None,
     *,
     span: float | Mapping[str, float] | None = 0.01,
+    most: int | None = None,
     rtol: float = 1e-10,
     solver: Solver | None = None,
     progress: Progress | bool | None = None,
@@ -196,6 +197,8 @@ def sensitivity(
     - `span`: half of the range of each number, as a share of it, or by path in its unit (for lists too: then a
       shift); the scene is run at both bounds and the table notes where the sequence of modes differs. `None`: no
       range is evaluated
+    - `most`: ranges are evaluated of so many parameters, those of the largest elasticities; `None`: of all, two runs
+      for each
     - `rtol`, `solver`: as for `simulate`
     - `progress`: `None` reports progress on a terminal, `True` always, `False` never
 
@@ -231,7 +234,9 @@ def sensitivity(
             raise RuntimeError("the differentiated run ended before the plain one; please report this scene")
         finer = run.finer()(x)
         sides = compare_sides(run, base, chosen, values, slopes.jacobian, progress)
-        around = Range({}, {}, ()) if span is None else look_around(run, base, spans, progress)
+        first = _decisive(paths, slopes.jacobian * x)[:most]
+        ranges = {path: half for path, half in spans.items() if path in first}
+        around = Range({}, {}, ()) if span is None else look_around(run, base, ranges, progress)
     tables = []
     for k, (one, value) in enumerate(zip(metrics.asked, values.tolist(), strict=True)):
         derivatives = paths.values(slopes.jacobian[k]), paths.values(finer.jacobian[k])
@@ -266,6 +271,13 @@ def _spans(chosen: list[Leaf], span: float | Mapping[str, float]) -> dict[str, n
     issues += [Fault(path, f"a span of {half!r}", "half a range is > 0") for path, half in span.items() if not half > 0]
     issues.report()
     return {path: np.asarray(half, np.float64) for path, half in span.items()}
+
+
+def _decisive(paths: Paths, effects: np.ndarray) -> list[str]:
+    """The parameters by the effects (m, k) `p dM/dp` of their entries on the metrics, the largest first."""
+    sizes = np.stack([np.abs(np.sum(effects[:, entries], axis=1)) for entries in paths.spans])
+    sizes = np.max(sizes / np.maximum(np.max(sizes, axis=0), 1e-300), axis=1)
+    return [paths.names[i] for i in np.argsort(-sizes, kind="stable")]
 
 
 def check_happened(metrics: Metrics, values: np.ndarray) -> None:

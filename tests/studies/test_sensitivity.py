@@ -101,6 +101,18 @@ def test_mode_change_within_range_is_noted():
 
 
 @pytest.mark.slow
+def test_ranges_of_the_parameters_that_matter_most(tables):
+    (most,) = sb.sensitivity(stop_scene(), METRICS[:1], span=0.01, most=3)
+    whole, *_ = tables
+    ranged = {row.path for row in whole.wholes[:3]}
+    assert any(row.low is not None for row in most.wholes)
+    for row in most.rows:
+        full = whole.at(row.path)
+        assert (row.low, row.high) == ((full.low, full.high) if row.path in ranged else (None, None))
+        assert row.derivative == full.derivative
+
+
+@pytest.mark.slow
 def test_an_event_beside_a_corner_is_noted():
     stop = closed_form()["stop"]
     scene = stop_scene()
