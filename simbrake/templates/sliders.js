@@ -245,7 +245,8 @@
       if (!old || old.value === "" || metric.si === "") return metric;
       // (of a temperature the share means nothing)
       const share = 100 * (metric.si / old.value - 1), shares = metric.unit !== "K" && Number.isFinite(share);
-      const words = `start: ${old.textContent}${shares ? `, ${share < 0 ? "" : "+"}${shown(share, 2)} %` : ""}`;
+      const change = shares ? `, ${share < 0 ? "" : "+"}${shown(share, 2)} %` : "", same = metric.text === old.textContent;
+      const words = same ? "as at the start" : `start: ${old.textContent}${change}`;
       return {...metric, note: [metric.note, words].filter(Boolean).join("; ")};
     }
 
