@@ -1,6 +1,5 @@
 """Figures of many runs: sensitivities, fits, distributions, layouts, wear over the life."""
 
-import re
 import textwrap
 from collections.abc import Mapping, Sequence
 from typing import Any, Literal
@@ -19,7 +18,6 @@ from matplotlib.ticker import MaxNLocator, MultipleLocator
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._table import number, pretty, scale
-from .._outputs._quantities import about_column
 from .._parts._scene import Scene, band_brake
 from .._run._measure import Metric, name_of
 from .._run._result import Result
@@ -150,11 +148,14 @@ def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> 
     return figure
 
 
+#: columns that are named by a symbol
+_SYMBOLS = {"phi": "angle of the pulley", "omega": "speed of the pulley"}
+
+
 def _label(points: Points, unit: str) -> str:
-    """A measured column in words, the lining or place if it has one, and its unit."""
-    words = re.split("[,;]", re.sub(r" \(.*?\)", "", about_column(points.column).meaning))[0]
-    words = re.sub(r"\bT_(\w)", r"$T_\1$", words) + (f" {points.entry}" if points.entry else "")
-    return textwrap.fill(f"{words}{', ' * bool(unit)}{unit}", 28)
+    """A measured column in words, and its unit."""
+    words = _SYMBOLS.get(points.column, points.name.replace("_", " "))
+    return f"{words}{', ' * bool(unit)}{unit}"
 
 
 @explained
