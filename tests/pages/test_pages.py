@@ -201,6 +201,15 @@ def test_film_plays_steps_and_scrubs(browser, run, report, size):
     page.close()
 
 
+def test_a_report_prints_on_four_pages(browser, report):
+    if browser is None:
+        return
+    page = opened(browser, report[0].as_uri())
+    printed = page.pdf(format="A4")
+    assert 1 <= len(re.findall(rb"/Type\s*/Page\b", printed)) <= 4
+    page.close()
+
+
 def test_texts_of_people_never_run(browser, report):
     assert NASTY not in report[1]
     if browser is None:
