@@ -185,7 +185,7 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
     title = f"tension of the band and normal load of the linings at $t$ = {digits(t, 4)} s{why}"
     title += f"\nbrake torque {float(p.flows.contact.brake_torque[0]) / 1e3:.4g} kN·m"
     title += f" of {brake.rims} rims" if brake.rims > 1 else ""
-    rules = [brake.force_words] * (brake.rims > 1)
+    rules = [brake.force_words] if brake.force_words else []
     rules += ["outer half of a lining: band on lining, inner half: lining on rim"] * (len(contacts) > 1)
     if np.isin(next(iter(contacts.values())), (Contact.STICKS, Contact.AT_LIMIT)).any():
         distribution = result.record.system.mechanism.distribution  # pyright: ignore

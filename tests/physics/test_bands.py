@@ -365,7 +365,7 @@ def test_circles_of_all_bands_have_one_scale(stopped):
     bands, figure = zip(shares(), FRICTION, ANGLES, strict=True), plot.pulley(stopped, 0.5)
     along = [tensions(s * T0, f, a) for s, f, a in bands]
     assert [axes.get_title() for axes in figure.axes] == ["band 1", "band 2"]
-    assert "T₀ and Tₙ over time are sums of 2 bands" in figure.get_suptitle()
+    assert "T₀ and Tₙ over time are sums of 2 bands" in figure.legends[0].get_title().get_text()
     for axes, T in zip(figure.axes, along, strict=True):
         (line,) = (line for line in axes.lines if line.get_gid() == "tension")
         radius = np.hypot(*line.get_xydata().T)  # both ends of each lining
