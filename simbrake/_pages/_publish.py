@@ -292,7 +292,7 @@ class _Grid(NamedTuple):
             return []
         import xarray as xr  # (slow to import)
 
-        paths, units = [*self.axes], {leaf.path: leaf.about.unit for leaf in leaves(scene)}
+        paths, about = [*self.axes], {leaf.path: leaf.about for leaf in leaves(scene)}
         solved = np.stack(
             [np.full(len(metrics), np.nan) if rows is None else rows[0, : len(metrics)] for rows in self.solved]
         )
@@ -301,9 +301,10 @@ class _Grid(NamedTuple):
             for name in limits
         }
         codes = {"code": (paths, np.asarray([rows is None for rows in self.solved], int).reshape(self.shape))}
-        ends = {
-            path: (path, [*points], {"units": units[entry_of(path, units)[0]]}) for path, points in self.axes.items()
-        }
+        ends = {}
+        for path, points in self.axes.items():
+            of = about[entry_of(path, about)[0]]
+            ends[path] = (path, [*points], {"units": of.unit, "meaning": of.meaning})
         return [draw((xr.Dataset({**values, **codes}, ends), limits), PERMISSIBLE)]
 
     def packed(self, results: Mapping[tuple[Any, ...], Result], sampled: Sampled, lines: int) -> Any:

@@ -373,11 +373,9 @@ class Result:
         rope, k = system.rope.at(system, y, mode), float(system.rope.stiffness)
         away, speed = k * float(y.hook.excess), float(y.hook.speed)
         swing = math.hypot(away, speed * math.sqrt(k * float(rope.mass)))
-        return (
-            f"; the hook swings on its rope by ± {number(swing, 'N', count=3)}"
-            if swing >= _SLIGHT * rope.weight
-            else ""
-        )
+        if swing < _SLIGHT * rope.weight:
+            return ""
+        return f"; the hook swings on its rope by ± {number(swing, 'N', count=3)}"
 
     def _waiting(self) -> str:
         """The phase that runs at the end, what it waits for, how far that is, and why a load runs away."""

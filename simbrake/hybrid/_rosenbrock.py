@@ -63,9 +63,8 @@ class Rodas5P(AbstractMethod):
 
     One Jacobian and one factorisation a step, no Newton iteration; the last increment is the error estimate. States on
     which no rate depends (ledgers, wear), or which only change at events, stay out of the linear systems and are summed
-    with the same weights, so that
-    sums which the equations conserve are conserved to rounding; their errors are estimated as those of all others.
-    `couplings` gives the sparsity of the Jacobian; without it, it is dense.
+    with the same weights, so that sums which the equations conserve are conserved to rounding; their errors are
+    estimated as those of all others. `couplings` gives the sparsity of the Jacobian; without it, it is dense.
 
     Derivatives of a step include those of the Jacobian: each linear solve is differentiated by its residual.
 

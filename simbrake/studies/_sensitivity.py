@@ -197,8 +197,8 @@ def sensitivity(
     - `span`: half of the range of each number, as a share of it, or by path in its unit (for lists too: then a
       shift); the scene is run at both bounds and the table notes where the sequence of modes differs. `None`: no
       range is evaluated
-    - `most`: ranges are evaluated of so many parameters, those of the largest elasticities; `None`: of all, two runs
-      for each
+    - `most`: ranges are evaluated of so many parameters for each metric, those of the largest elasticities; `None`: of
+      all, two runs for each
     - `rtol`, `solver`: as for `simulate`
     - `progress`: `None` reports progress on a terminal, `True` always, `False` never
 
@@ -219,6 +219,8 @@ def sensitivity(
     single = isinstance(metric, str) or callable(metric)
     metrics = Metrics(tuple(as_metrics(metric)))
     check_metrics(scene, metrics.asked)
+    if most is not None and most < 0:
+        raise InputError([Fault("most", f"{most} is out of range", "a number of parameters, from 0")])
     chosen = chosen_leaves(scene, wrt)
     spans = {} if span is None else _spans(chosen, span)
     paths, size, x = Paths.of(chosen), len(metrics.asked), numbers_of(chosen)
@@ -234,7 +236,7 @@ def sensitivity(
             raise RuntimeError("the differentiated run ended before the plain one; please report this scene")
         finer = run.finer()(x)
         sides = compare_sides(run, base, chosen, values, slopes.jacobian, progress)
-        first = _decisive(paths, slopes.jacobian * x)[:most]
+        first = _decisive(paths, slopes.jacobian * x, most)
         ranges = {path: half for path, half in spans.items() if path in first}
         around = Range({}, {}, ()) if span is None else look_around(run, base, ranges, progress)
     tables = []
@@ -273,11 +275,11 @@ def _spans(chosen: list[Leaf], span: float | Mapping[str, float]) -> dict[str, n
     return {path: np.asarray(half, np.float64) for path, half in span.items()}
 
 
-def _decisive(paths: Paths, effects: np.ndarray) -> list[str]:
-    """The parameters by the effects (m, k) `p dM/dp` of their entries on the metrics, the largest first."""
+def _decisive(paths: Paths, effects: np.ndarray, most: int | None) -> set[str]:
+    """The parameters of the largest effects on a metric each, by those of their entries (m, k), `p dM/dp`."""
     sizes = np.stack([np.abs(np.sum(effects[:, entries], axis=1)) for entries in paths.spans])
-    sizes = np.max(sizes / np.maximum(np.max(sizes, axis=0), 1e-300), axis=1)
-    return [paths.names[i] for i in np.argsort(-sizes, kind="stable")]
+    order = np.argsort(-np.nan_to_num(sizes), axis=0, kind="stable")[:most]
+    return {paths.names[i] for i in order.ravel()}
 
 
 def check_happened(metrics: Metrics, values: np.ndarray) -> None:

@@ -295,6 +295,24 @@ def test_solved_points_are_runs(scene, published):
     assert speed == pytest.approx(float(run.series([t]).omega[0]), rel=1e-5)
 
 
+def test_the_map_of_a_publication_has_axes_in_words(scene, tmp_path, monkeypatch, capsys):
+    labels = []
+    draw = sb.plot.permissible
+
+    def seen(*arguments):
+        figure = draw(*arguments)
+        labels.extend([figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()])
+        return figure
+
+    monkeypatch.setattr(sb.plot, "permissible", seen)
+    sb.write_scene(scene, tmp_path / "scene.toml")
+    vary = ("--vary", "initial.omega=20:22:2", "--vary", "duty.load.profile.level=200 N*m:300 N*m:2")
+    out = ("--out", str(tmp_path / "map.html"), "--limit", "stopping_time=8")
+    assert call(capsys, "publish", str(tmp_path / "scene.toml"), *vary, *out)[0] == 0
+    assert labels[0] == "initial speed, rad/s"
+    assert "duty." not in labels[1]
+
+
 def test_gaps_are_where_the_sequence_changes(published):
     file, data, about = published
     grid = data["grid"]

@@ -110,6 +110,8 @@ def test_ranges_of_the_parameters_that_matter_most(tables):
         full = whole.at(row.path)
         assert (row.low, row.high) == ((full.low, full.high) if row.path in ranged else (None, None))
         assert row.derivative == full.derivative
+    with pytest.raises(sb.InputError, match="most: -1 is out of range"):
+        sb.sensitivity(stop_scene(), METRICS[0], most=-1)
 
 
 @pytest.mark.slow
