@@ -1,18 +1,20 @@
-"""Writes the tables of `estimates.md` between their markers: `python docs/make_estimates.py [order] [parts] [staged]`.
+"""Writes `measured/estimates.json` for `estimates.md`: `python docs/make_estimates.py [order] [parts] [staged]`.
 
 Without names all of them; `parts` simulates thirty stands, some two minutes, the others take half a minute each.
 """
 
 import dataclasses
+import json
 import math
 import pathlib
 import runpy
 import sys
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 
 HERE = pathlib.Path(__file__).parent
+NUMBERS = HERE / "measured" / "estimates.json"
 ZERO = 273.15
 LAYERS = (10, 20, 40, 80)
 
@@ -22,9 +24,11 @@ def scenario(name: str) -> dict[str, Any]:
     return runpy.run_path(str(HERE.parent / "scenarios" / f"{name}.py"))
 
 
-def table(head: list[str], rows: list[list[str]]) -> str:
-    lines = ["| " + " | ".join(head) + " |", "|---" * len(head) + "|"]
-    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows]) + "\n"
+class Table(TypedDict):
+    """Headings and cells, as text."""
+
+    head: list[str]
+    rows: list[list[str]]
 
 
 # --- Schmidt's scheme -------------------------------------------------------------------------------------------------
@@ -54,7 +58,7 @@ def schmidt_errors(layers: int) -> tuple[float, float, float]:
     return tuple(float(np.max(np.abs(x))) / face for x in found)  # pyright: ignore
 
 
-def order() -> str:
+def order() -> list[Table]:
     """Errors over the number of layers, and the order between two rows."""
     rows, last = [], None
     for layers in LAYERS:
@@ -64,7 +68,8 @@ def order() -> str:
             cells += [f"{error:.2e}", "" if last is None else f"{math.log2(last[i] / error):.2f}"]
         rows.append(cells)
         last = errors
-    return table(["layers", "scheme − slab", "order", "network − slab", "order", "scheme − network", "order"], rows)
+    head = ["layers", "scheme − slab", "order", "network − slab", "order", "scheme − network", "order"]
+    return [{"head": head, "rows": rows}]
 
 
 # --- estimates beside simulations -------------------------------------------------------------------------------------
@@ -199,7 +204,7 @@ def stop_of_the_page() -> Any:
     return dataclasses.replace(stop, heat=scenario("tripping_30_stands")["heat"]())
 
 
-def steps(scene: Any, table_of_stop: Any) -> str:
+def steps(scene: Any, table_of_stop: Any) -> Table:
     """From the classical stop to the run, whose friction is constant: what each assumption costs."""
     import simbrake as sb
 
@@ -214,10 +219,10 @@ def steps(scene: Any, table_of_stop: Any) -> str:
     ):
         run = sb.simulate(one)
         rows.append([words, f"{run.metrics['stopping_time']:.4f}", f"{float(run.energy['friction_heat']) / 1e3:.1f}"])
-    return table(["step by step", "stopping time, s", "friction work, kJ"], rows)
+    return {"head": ["step by step", "stopping time, s", "friction work, kJ"], "rows": rows}
 
 
-def parts() -> str:
+def parts() -> list[Table | str]:
     """The stop and the thirty stands: estimate, simulation, reason; and the steps between them."""
     import simbrake as sb
 
@@ -230,39 +235,30 @@ def parts() -> str:
         falling, own = (one[f"surface temperature, {x}"] for x in ("falling flux", "Schmidt"))
         apart, left = own.value - falling.value, own.simulated - own.value
         words.append(
-            f"- Surface of {name}: simulated less falling flux {own.simulated - falling.value:.1f} K. {apart:.1f} K of "
+            f"Surface of {name}: simulated less falling flux {own.simulated - falling.value:.1f} K. {apart:.1f} K of "
             "it are the course of the power, as Schmidt's scheme with the run's own heat shows; "
             f"{left:.1f} K are left for exchange with linings and air, layers, and properties that change with "
             "temperature."
         )
-    return f"{table(head, compared(PARTS, [stop, stands]))}\n{steps(scene, stop)}\n" + "\n".join(words) + "\n"
+    return [{"head": head, "rows": compared(PARTS, [stop, stands])}, steps(scene, stop), *words]
 
 
-def staged() -> str:
+def staged() -> list[Table]:
     """The staged brake of `staged_vs_standard.py`."""
     import simbrake as sb
 
     found = sb.estimates(sb.simulate(scenario("staged_vs_standard")["scene"]()))
-    return table(["estimate", "formula", "simulated", "why they differ"], compared(STAGED, [found]))
+    return [{"head": ["estimate", "formula", "simulated", "why they differ"], "rows": compared(STAGED, [found])}]
 
 
 BLOCKS = {"order": order, "parts": parts, "staged": staged}
 
 
-def block_of(text: str, name: str) -> tuple[str, str, str]:
-    """The page before, between and after the markers of a block."""
-    begin, end = f"<!-- {name}: begin -->\n", f"<!-- {name}: end -->"
-    before, rest = text.split(begin)
-    inside, after = rest.split(end)
-    return before + begin, inside, end + after
-
-
 def main(names: list[str]) -> None:
-    page = HERE / "estimates.md"
+    found = json.loads(NUMBERS.read_text("utf-8"))
     for name in names or BLOCKS:
-        made = BLOCKS[name]()
-        before, _, after = block_of(page.read_text("utf-8"), name)
-        page.write_text(before + made + after, "utf-8")
+        found[name] = BLOCKS[name]()
+    NUMBERS.write_text(json.dumps(found, indent=1, ensure_ascii=False) + "\n", "utf-8")
 
 
 if __name__ == "__main__":

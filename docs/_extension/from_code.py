@@ -1,7 +1,8 @@
 """What the pages take from the code, filled in when they are built.
 
 A line `<!-- table NAME -->` becomes a table of `TABLES`, `<!-- list NAME -->` a list of `LISTS`,
-`<!-- measured NAME -->` what a benchmark has written as JSON, `<!-- printed NAME -->` a table of the papers.
+`<!-- measured NAME -->` what a benchmark has written as JSON, `<!-- printed NAME -->` a table of the papers,
+`<!-- estimates NAME -->` estimates beside simulations.
 """
 
 import functools
@@ -142,6 +143,14 @@ def _hard_cases() -> list[str]:
     return lines
 
 
+def _estimates(name: str) -> list[str]:
+    """Tables of estimates beside simulations, and remarks on them."""
+    lines = []
+    for part in json.loads((DOCS / "measured" / "estimates.json").read_text("utf-8"))[name]:
+        lines += [f"- {part}"] if isinstance(part, str) else [*table(" | ".join(part["head"]), part["rows"]), ""]
+    return lines
+
+
 def _printed(name: str) -> list[str]:
     """A printed table of the papers beside the computed one, or their claims."""
     import claims
@@ -158,8 +167,9 @@ BLOCKS: dict[str, Callable[[str], list[str]]] = {
     "list": lambda name: LISTS[name](),
     "measured": _measured,
     "printed": _printed,
+    "estimates": _estimates,
 }
-_MARK = re.compile(r"^<!-- (table|list|measured|printed) (\w+) -->$", re.M)
+_MARK = re.compile(r"^<!-- (table|list|measured|printed|estimates) (\w+) -->$", re.M)
 
 
 def filled(text: str) -> str:
