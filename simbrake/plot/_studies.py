@@ -26,7 +26,7 @@ from ..brakes._design import Brake, Lining
 from ..layouts._equal_layout import InfeasibleLayout, Layout, LayoutDesign, LayoutRow, chord_equal_load_angles
 from ..studies._calibration import Calibration
 from ..studies._evaluator import Faults
-from ..studies._global import MorrisTable, SobolTable
+from ..studies._global import MorrisEffect, MorrisTable, SobolIndex, SobolTable
 from ..studies._lining_life import LiningLife
 from ..studies._measured import Measured, Points, check_measured, pick
 from ..studies._sensitivity import Sensitivity, SensitivityTable
@@ -78,10 +78,9 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
             axes.vlines([base - row.tangent, base + row.tangent], y - 0.35, y + 0.35, "black", lw=1.5)
         spread = number(row.half, row.unit, absolute=False, count=3, beside=abs(row.value))
         half = f" ± {spread}" if ranged else ""
-        alike = [one.meaning for one, _ in bars].count(row.meaning) > 1
-        name = f"{row.meaning} ({row.path})" if alike else row.meaning
-        labels.append(f"{textwrap.fill(name, 36)}\n{number(row.value, row.unit, count=4)}{half}")
-    axes.set_yticks(range(len(bars)), labels)
+        labels.append(f"\n{number(row.value, row.unit, count=4)}{half}")
+    names = _parameters([row for row, _ in bars])
+    axes.set_yticks(range(len(bars)), [f"{name}{value}" for name, value in zip(names, labels, strict=True)])
     axes.axvline(base, color="black", lw=0.9)
     name = metric_words(table.metric)
     axes.set_xlabel(f"elasticity of the {name}, % for 1 % of the parameter")
@@ -94,6 +93,13 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
         figure.suptitle(f"{name} {number(table.value, table.unit, count=4)}")
     axes.grid(axis="x", alpha=0.3)
     return figure
+
+
+def _parameters(rows: Sequence[Sensitivity | SobolIndex | MorrisEffect]) -> list[str]:
+    """Parameters in words, with their paths where several have the same words."""
+    meanings = [row.meaning or row.path for row in rows]
+    names = [f"{m} ({r.path})" if meanings.count(m) > 1 else m for m, r in zip(meanings, rows, strict=True)]
+    return [textwrap.fill(name, 36) for name in names]
 
 
 def bars_of(
@@ -272,7 +278,7 @@ def indices(table: SobolTable, *, figure: Figure | None = None) -> Figure:
         >>> tables = sb.sobol_indices(scene, ranges, ("stopping_time",), n=64, progress=False)
         >>> figure = sb.plot.indices(tables["stopping_time"])
         >>> sorted(label.get_text() for label in figure.axes[0].get_yticklabels())
-        ['duty.load.mass', 'initial.omega']
+        ['angular speed', 'mass of the load']
     """
     rows = table.indices[::-1]
     figure = sheet(figure, 9.0, 0.6, rows=len(rows), room=1.9)
@@ -285,7 +291,7 @@ def indices(table: SobolTable, *, figure: Figure | None = None) -> Figure:
     ):
         bars = {"color": colour, "alpha": 0.8, "label": label, "error_kw": {"capsize": 3, "lw": 1}}
         axes.barh(place + shift, [e.value for e in estimates], 0.38, xerr=[e.high - e.value for e in estimates], **bars)
-    axes.set_yticks(place, [row.path for row in rows])
+    axes.set_yticks(place, _parameters(rows))
     axes.axvline(0.0, color="k", lw=0.8)
     axes.set_xlabel(f"share of the variance (–), ± half of the {100 * table.confidence:g} % interval")
     axes.grid(alpha=0.3, axis="x")
@@ -314,9 +320,9 @@ def effects(table: MorrisTable, *, figure: Figure | None = None) -> Figure:
     figure = sheet(figure, 9.0, 7.0)
     axes = figure.subplots()
     factor, _, unit = scale(table.unit, max((abs(each.mu_star.value) for each in table.effects), default=0.0))
-    for effect in table.effects:
+    for effect, name in zip(table.effects, _parameters(table.effects), strict=True):
         star, half = factor * effect.mu_star.value, factor * (effect.mu_star.high - effect.mu_star.value)
-        axes.errorbar([star], [factor * effect.sigma], xerr=[half], fmt="o", capsize=3, label=effect.path)
+        axes.errorbar([star], [factor * effect.sigma], xerr=[half], fmt="o", capsize=3, label=name)
     right = axes.get_xlim()[1]
     for slope, words in ((1.0, r"$\sigma = \mu^*$"), (0.1, r"$\sigma = 0.1\,\mu^*$: nearly linear below")):
         axes.plot([0, right], [0, slope * right], color="0.6", lw=0.8, ls="--" if slope == 1 else ":", label=words)

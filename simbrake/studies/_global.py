@@ -46,6 +46,7 @@ class SobolIndex:
     path: str
     first: Estimate
     total: Estimate
+    meaning: str = ""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -106,6 +107,7 @@ class MorrisEffect:
     mu: float
     mu_star: Estimate
     sigma: float
+    meaning: str = ""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -193,7 +195,8 @@ def sobol_indices(
 
     def table(metric: Metric, y: np.ndarray) -> SobolTable:
         indices = sobol_table(draws.paths, y, second_order, confidence, resamples, seed, name=name_of(metric))
-        return dataclasses.replace(indices, unit=unit_of(metric))
+        rows = [dataclasses.replace(row, meaning=draws.about[row.path].meaning) for row in indices.indices]
+        return dataclasses.replace(indices, unit=unit_of(metric), indices=tuple(rows))
 
     data = complete(ensemble(scene, draws.values(unit), asked, **options))
     return _found(data, asked, table, f"Sobol indices from {base} scrambled Sobol points", varies=True)
@@ -272,8 +275,9 @@ def morris(
         numbers = (analysis[name] for name in ("mu", "mu_star", "mu_star_conf", "sigma"))
         rows = []
         for (path, (low, high)), mu, star, half, sigma in zip(spans.items(), *numbers, strict=True):
-            ends = float(low), float(high)
-            rows.append(MorrisEffect(path, draws.units[path], *ends, float(mu), around(star, half), float(sigma)))
+            about, ends = draws.about[path], (float(low), float(high))
+            numbers = float(mu), around(star, half), float(sigma)
+            rows.append(MorrisEffect(path, about.unit, *ends, *numbers, about.meaning))
         rows.sort(key=lambda row: -row.mu_star.value)
         return MorrisTable(name_of(metric), unit_of(metric), tuple(rows), confidence)
 

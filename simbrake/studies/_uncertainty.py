@@ -53,7 +53,7 @@ class Draws:
         if not distributions:
             issues.append(Fault("distributions", "is empty", "as in {'brake.linings.friction.coefficient': …}"))
         self.quantiles: dict[str, Quantile] = {}
-        self.units: dict[str, str] = {}
+        self.about: dict[str, Quantity] = {}  # of each path
         frozen: dict[str, Any] = {}
         for path, distribution in distributions.items():
             if (one := _distribution(path, distribution, issues)) is not None:
@@ -67,9 +67,8 @@ class Draws:
         middle = with_values(scene, {path: value for path, value in medians.items() if path not in bad})
         inputs = Inputs(middle)
         for path in (path for path in medians if path not in bad):
-            quantity = inputs.about(path)
-            self.units[path] = quantity.unit
-            issues += _faults_of_range(path, frozen[path], quantity)
+            self.about[path] = inputs.about(path)
+            issues += _faults_of_range(path, frozen[path], self.about[path])
         if not issues:
             issues += [Fault(f.path, f"{f.problem}, at the medians", f.hint) for f in faults(middle)]
         issues.report()
@@ -488,7 +487,8 @@ def uncertainty(
     if "heat.permissible" in values and _HOT not in (limits or {}):
         bounds[_HOT] = values["heat.permissible"]
     inputs: dict[str, Any] = {
-        path: (draws.units[path], *(float(draws.quantiles[path](p)) for p in (0.05, 0.5, 0.95))) for path in draws.paths
+        path: (draws.about[path].unit, *(float(draws.quantiles[path](p)) for p in (0.05, 0.5, 0.95)))
+        for path in draws.paths
     }
     return _evaluate(data, group, asked, bounds, tuple(quantiles), confidence, method, seed, inputs)
 
