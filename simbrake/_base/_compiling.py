@@ -19,6 +19,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
+from jax.custom_batching import custom_vmap
 from jax.errors import JaxRuntimeError
 from jaxtyping import PyTree
 
@@ -114,6 +115,39 @@ def one_function(function: Callable[[Array], PyTree], numbers: Array) -> PyTree:
 
     # the mark is put on the call that the result comes from
     return set_xla_metadata(function(numbers), **{_MARK: "true"}, inlineable="false")
+
+
+def joined(function: Callable[[PyTree], PyTree], arrays: PyTree) -> PyTree:
+    """`function(arrays)` of a tree of arrays within a larger program: as one function where XLA can do that, but not
+    where many are computed side by side, as XLA's treatment of those is not known.
+
+    Arrays that are not traced are compiled in.
+    """
+    leaves, structure = jax.tree.flatten(arrays)
+    traced = [isinstance(leaf, Tracer) for leaf in leaves]
+    numbers, like = pack([leaf for leaf, is_traced in zip(leaves, traced, strict=True) if is_traced], jnp)
+
+    @jax.jit
+    def inner(numbers: Array) -> PyTree:
+        new = iter(like.unpack(numbers))
+        every = [next(new) if is_traced else leaf for leaf, is_traced in zip(leaves, traced, strict=True)]
+        return function(jax.tree.unflatten(structure, every))
+
+    def joins() -> bool:
+        text = inner.lower(jax.ShapeDtypeStruct(numbers.shape, np.float64)).as_text()
+        # (matrix products too are calls of a library, unless the options of the whole program say otherwise)
+        return "dot_general" not in text and fits_one_function(text)
+
+    @custom_vmap
+    def marked(numbers: Array) -> PyTree:
+        return one_function(inner, numbers) if joins() else inner(numbers)
+
+    @marked.def_vmap
+    def _(size: int, batched: PyTree, numbers: Array) -> tuple[PyTree, PyTree]:
+        answers = jax.vmap(inner)(numbers)
+        return answers, jax.tree.map(lambda _: True, answers)
+
+    return marked(numbers)
 
 
 def run_device() -> Any:

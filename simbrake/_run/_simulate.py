@@ -13,8 +13,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jax.custom_batching import custom_vmap
-from jaxtyping import Float, PyTree
+from jaxtyping import Float
 
 from .._base import _cache
 from .._base._arguments import explained
@@ -25,8 +24,7 @@ from .._base._compiling import (
     TieredProgram,
     accelerators,
     compiled,
-    fits_one_function,
-    one_function,
+    joined,
     pack,
     require_own_process,
     run_device,
@@ -242,6 +240,9 @@ def long_run(
 #: thermal nodes from which a run is compiled with LLVM's optimiser at once: without it loops over them take 8 times
 #: as long
 _MANY_NODES = 200
+#: step attempts up to which the parts of a derivative are left in pieces: as one function they run five times as fast,
+#: but compile for up to 13 s longer
+_SHORT = 8192
 #: rows of the record when the caller sets no limit: the next is tried if one was too short
 _STEPS = (STRETCH, 16384, 131072)
 
@@ -259,10 +260,11 @@ def _marked(scene: Scene) -> Scene:
 
 def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Array], Record]:
     """The run of all scenes of one structure, a function of their numbers and of the limits."""
+    joins = max_steps > _SHORT and jax.default_backend() == "cpu" and accelerators("cpu").one_function
 
     def run(numbers: Array) -> Record:
         problem, settings = posed(packing, numbers, max_steps)
-        return hybridsolve(*problem, method, settings)
+        return hybridsolve(*problem, method, settings, **({"call": joined} if joins else {}))
 
     return run
 
@@ -295,28 +297,14 @@ class _Part(NamedTuple):
 
 @Kept
 def _part(packing: Packing, method: AbstractMethod, max_steps: int) -> _Part:
-    """The run as part of a larger program: as one function where XLA can do that, but not where it is differentiated
-    or many of it run side by side, as XLA's treatment of it is not known there."""
+    """The run as part of a larger program: as one function where it is not differentiated (`joined`)."""
     run, joinable = jax.jit(run_of_numbers(packing, method, max_steps)), accelerators("cpu").one_function
-
-    def joins() -> bool:
-        text = run.lower(jax.ShapeDtypeStruct((packing.size,), np.float64)).as_text()
-        # (matrix products too are calls of a library, unless the options of the whole program say otherwise)
-        return "dot_general" not in text and fits_one_function(text)
-
-    @custom_vmap
-    def marked(numbers: Array) -> Record:
-        return one_function(run, numbers) if joins() else run(numbers)
-
-    @marked.def_vmap
-    def _(size: int, batched: PyTree, numbers: Array) -> tuple[Record, PyTree]:
-        records = jax.vmap(run)(numbers)
-        return records, jax.tree.map(lambda _: True, records)
 
     def of_problem(run: Callable[[Array], Record]) -> Callable[..., Record]:
         return lambda scene, *limits: run(pack((_marked(scene), *limits), jnp)[0])
 
-    inside = of_problem(marked if jax.default_backend() == "cpu" and joinable else run)
+    whole = functools.partial(joined, run) if jax.default_backend() == "cpu" and joinable else run
+    inside = of_problem(whole)
     return _Part(with_stored_slopes(of_problem(run), ("run", packing, method, max_steps), inside), run)
 
 

@@ -4,7 +4,7 @@ The step lengths are frozen, as they are no part of the result. A row that lande
 derivative of its time, `dt = −dg / ġ`; one that ended on a time breakpoint carries that of the breakpoint."""
 
 from collections.abc import Callable
-from typing import NamedTuple, NoReturn, TypeVar
+from typing import NamedTuple, NoReturn, TypeAlias, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -112,43 +112,63 @@ def pull_back(
 
 
 class RowMap(NamedTuple):
-    """The start `(t, y)` of row `i + 1` as a function of that of row `i`, and its derivative backwards."""
+    """The start `(t, y)` of row `i + 1` as a function of that of row `i`, and its derivative backwards.
 
-    advance: Callable[[PyTree, Array, Count], Array]  # (params, start, i) → start
-    back: Callable[[PyTree, Array, Count, Array], tuple[PyTree, Array]]  # (params, start, i, c) → cotangents of both
+    `fixed`: arrays that both take besides, not differentiated.
+    """
+
+    advance: Callable[[PyTree, PyTree, Array, Count], Array]  # (fixed, params, start, i) → start
+    #: (fixed, params, start, i, c) → cotangents of parameters and start
+    back: Callable[[PyTree, PyTree, Array, Count, Array], tuple[PyTree, Array]]
+
+
+#: calls a function of a tree of arrays, as the caller has it compiled
+Call: TypeAlias = Callable[[Callable[[PyTree], PyTree], PyTree], PyTree]
 
 
 def sweep(
-    row_map: RowMap, params: PyTree, starts: Float[Array, "row start"], count: Count, tangents: tuple[PyTree, Array]
+    row_map: RowMap,
+    fixed: PyTree,
+    params: PyTree,
+    starts: Float[Array, "row start"],
+    count: Count,
+    tangents: tuple[PyTree, Array],
+    call: Call,
 ) -> Float[Array, "row start"]:
     """Tangents of every row's start, `(rows, 1 + ny)`, for tangents of the parameters and of the first start."""
     sealed = (_first_order_only(params), _first_order_only(starts))
 
     def forward(_: Callable[[PyTree], PyTree], b: PyTree) -> PyTree:
-        params, starts = sealed
         d_params, d_start, _ = b
+        return d_params, d_start, call(along, (fixed, *sealed, count, d_params, d_start))
+
+    def along(arrays: PyTree) -> Array:
+        fixed, params, starts, count, d_params, d_start = arrays
 
         def body(i: Count, state: tuple[Array, Array]) -> tuple[Array, Array]:
             d, out = state
-            d = jax.jvp(lambda q, x: row_map.advance(q, x, i), (params, starts[i]), (d_params, d))[1]
+            d = jax.jvp(lambda q, x: row_map.advance(fixed, q, x, i), (params, starts[i]), (d_params, d))[1]
             return d, jax.lax.dynamic_update_slice(out, d[None], (i + 1, jnp.zeros_like(i)))
 
         out = jnp.zeros_like(starts).at[0].set(d_start)
-        return d_params, d_start, _repeat(count, body, (d_start, out))[1]
+        return _repeat(count, body, (d_start, out))[1]
 
     def backward(_: Callable[[PyTree], PyTree], cotangents: PyTree) -> PyTree:
-        params, starts = sealed
         c_params, c_start, c_rows = cotangents
+        c, total = call(back, (fixed, *sealed, count, c_params, c_rows))
+        return total, c_start + c, jnp.zeros_like(c_rows)
+
+    def back(arrays: PyTree) -> tuple[Array, PyTree]:
+        fixed, params, starts, count, c_params, c_rows = arrays
 
         def body(j: Count, state: tuple[Array, PyTree]) -> tuple[Array, PyTree]:
             i = count - 1 - j
             c, total = state
-            c = c + c_rows[i + 1]
-            d_params, c = row_map.back(params, starts[i], i, c)
+            d_params, c = row_map.back(fixed, params, starts[i], i, c + c_rows[i + 1])
             return c, jax.tree.map(jnp.add, total, d_params)
 
-        c, total = _repeat(count, body, (jnp.zeros_like(c_start), c_params))
-        return total, c_start + c + c_rows[0], jnp.zeros_like(c_rows)
+        c, total = _repeat(count, body, (jnp.zeros_like(starts[0]), c_params))
+        return c + c_rows[0], total
 
     # One linear operator with an explicit transpose. JAX requires every part of the right-hand side to depend on the
     # tangent, so that zeros (numbers that are not differentiated, the rows) are written as 0 times the sum of all

@@ -17,7 +17,7 @@ from jaxtyping import Float, Int, PyTree
 from . import _loop
 from ._arrays import Array, Count, Scalar
 from ._bordered import Couplings
-from ._derivative import RowMap, advance, before_jump, no_tangent, pull_back, sweep
+from ._derivative import Call, RowMap, advance, before_jump, no_tangent, pull_back, sweep
 from ._loop import Problem, advanced, closed, space, started
 from ._method import AbstractMethod
 from ._search import Stats, carried_size, pack, unpack
@@ -263,10 +263,11 @@ def weights_of(system: AbstractHybridSystem, y_like: PyTree) -> tuple[Array, Arr
     return weights, jnp.maximum(jnp.sum(jnp.where(weights > 0, 1.0, 0.0)), 1.0)
 
 
-def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]]) -> Callable[..., PyTree]:
+def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], call: Call) -> Callable[..., PyTree]:
     """The run `(params, y0, others, differentiated)` of a problem, and its first derivatives by a sweep over its rows.
 
     - `problem`: what a run needs and its initial mode, from `params = (numbers of the system, t1, t0)` and all others
+    - `call`: as of `hybridsolve`
     """
 
     @functools.partial(jax.custom_jvp, nondiff_argnums=(3,))
@@ -282,31 +283,34 @@ def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]]) 
     def _(differentiated: bool, primals: PyTree, tangents: PyTree) -> tuple[PyTree, PyTree]:
         params, flat_y0, others = primals
         d_params, d_y0, _ = tangents
-        t, y, rows, (count, code, stats) = run(params, flat_y0, others, True)
+        t, y, rows, (count, code, stats) = call(lambda arrays: run(*arrays, True), primals)
         starts = jnp.concatenate([t[:, None], y], axis=1)
 
         p, mode0 = problem(params, others)
         rolled = p.method.rolled().with_fixed_jacobian(lambda t, y: p.flat.rhs(t, y, mode0), p.t0, flat_y0)
 
-        def row(start: Array, i: Count) -> Rows:
+        def row(rows: Rows, start: Array, i: Count) -> Rows:
             bare = jax.tree.map(lambda leaf: leaf[i], rows)
             return eqx.tree_at(lambda r: (r.t, r.y), bare, (start[0], start[1:]), is_leaf=lambda x: x is None)
 
-        def forwards(params: PyTree, start: Array, i: Count) -> Array:
+        def forwards(fixed: PyTree, params: PyTree, start: Array, i: Count) -> Array:
+            others, rows, method = fixed
             p, _ = problem(params, others)
-            t, y = advance(p.flat, rolled, p.t1, row(start, i), rows.mode[i + 1])
+            t, y = advance(p.flat, method, p.t1, row(rows, start, i), rows.mode[i + 1])
             return jnp.concatenate([t[None], y])
 
-        def backwards(params: PyTree, start: Array, i: Count, c: Array) -> tuple[PyTree, Array]:
+        def backwards(fixed: PyTree, params: PyTree, start: Array, i: Count, c: Array) -> tuple[PyTree, Array]:
+            others, rows, method = fixed
+
             def flat(params: PyTree) -> Flat:
                 return problem(params, others)[0].flat
 
             after = rows.mode[i + 1]
-            cotangents = pull_back(flat, rolled, params, lambda p: p[1], row(start, i), after, (c[0], c[1:]))
+            cotangents = pull_back(flat, method, params, lambda p: p[1], row(rows, start, i), after, (c[0], c[1:]))
             return cotangents[0], jnp.concatenate([cotangents[1][None], cotangents[2]])
 
-        d_start = jnp.concatenate([d_params[2][None], d_y0])
-        d = sweep(RowMap(forwards, backwards), params, starts, count, (d_params, d_start))
+        d_start, fixed = jnp.concatenate([d_params[2][None], d_y0]), (others, rows, rolled)
+        d = sweep(RowMap(forwards, backwards), fixed, params, starts, count, (d_params, d_start), call)
         # a record that was too short does not reach the end: its derivatives must not look like those of the run
         d = d * jnp.where(code == Code.STEP_LIMIT, jnp.nan, 1.0)
         return (t, y, rows, (count, code, stats)), (
@@ -326,11 +330,15 @@ def hybridsolve(
     t1: Scalar | float,
     method: AbstractMethod,
     settings: Settings,
+    *,
+    call: Call = lambda function, arrays: function(arrays),
 ) -> Record:
     """Integrate a hybrid system `ẏ = f(t, y, mode)` from `(t0, y0, mode0)` to `t1` through all its events.
 
     - `system`: rates, guards, transitions and jumps;  `y0`, `mode0`: initial state and mode, any PyTrees of arrays
     - `method`: a Runge–Kutta or Rosenbrock method;  `settings`: tolerance and limits of steps and events
+    - `call(function, arrays)`: calls the parts of a derivative, each a function of a tree of arrays: who calls decides
+      how they are compiled
 
     A guard is positive while its mode holds. The step on which it becomes negative is truncated at its root, the system
     gives the new mode and the state after the event, and the integration continues from there. The record has every
@@ -373,7 +381,7 @@ def hybridsolve(
         weights = weights_of(whole, y_like)
         return Problem(flatten(whole, y_like, mode_like), method, *weights, t0, t1, settings), mode0
 
-    run = _differentiable(problem)
+    run = _differentiable(problem, call)
     # JAX looks traced functions up together with the mesh; its absence is written differently here and
     # inside of derivatives
     with jax.sharding.use_abstract_mesh(jax.sharding.get_abstract_mesh()):

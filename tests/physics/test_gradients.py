@@ -13,8 +13,8 @@ from stop_scenes import closed_form, stop_scene
 import simbrake as sb
 
 
-def stopping_time(scene):
-    return sb.simulate(scene, rtol=1e-12, max_steps=128).stopping_time
+def stopping_time(scene, max_steps=128):
+    return sb.simulate(scene, rtol=1e-12, max_steps=max_steps).stopping_time
 
 
 @pytest.mark.smoke
@@ -133,9 +133,30 @@ def test_series_and_energy_have_derivatives():
     np.testing.assert_allclose(forward, difference, rtol=1e-6, atol=1e-9)
 
 
+#: room for so many step attempts makes derivatives be compiled as long runs have them
+LONG = 9000
+
+
 @pytest.mark.slow
-def test_gradients_of_a_batch():
-    many = jax.jit(jax.vmap(jax.grad(lambda w: stopping_time(stop_scene(w0=w)))))(jnp.asarray([10.0, 15.0, 20.0]))
+@pytest.mark.parametrize("max_steps", [128, LONG])
+def test_gradients_of_a_batch(max_steps):
+    many = jax.jit(jax.vmap(jax.grad(lambda w: stopping_time(stop_scene(w0=w), max_steps))))(jnp.array([10.0, 15, 20]))
     truth = jax.jit(jax.grad(lambda w: closed_form(w0=w, xp=jnp)["stop"]))
     for w, g in zip((10.0, 15.0, 20.0), np.asarray(many), strict=True):
         assert g == pytest.approx(float(truth(w)), rel=1e-9)
+
+
+def test_gradients_with_room_for_a_long_run():
+    """Both ways, by the friction and the speed at the start; a derivative of a derivative is refused there too."""
+
+    def stop(x):
+        return stopping_time(stop_scene(f=x[0], w0=x[1]), LONG)
+
+    x = jnp.array([0.35, 20.0])
+    truth = jax.jit(jax.grad(lambda x: closed_form(f=x[0], w0=x[1], xp=jnp)["stop"]))(x)
+    np.testing.assert_allclose(jax.jit(jax.grad(stop))(x), truth, rtol=1e-9)
+    direction = jnp.array([0.1, 2.0])
+    slope = jax.jit(lambda x: jax.jvp(stop, (x,), (direction,))[1])(x)
+    np.testing.assert_allclose(slope, truth @ direction, rtol=1e-9)
+    with pytest.raises(NotImplementedError, match="first derivatives only"):
+        jax.jit(jax.hessian(stop))(x)
