@@ -1,7 +1,7 @@
 """States and forces of a run at any time, integrals, and the capacity of its brake."""
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeVar
 
 import jax
@@ -27,6 +27,8 @@ from ..loads import Lever, cylinders
 LANES = 128  # times looked at in one call of a compiled program
 _MANY_LANES = 512  # more where no step is taken
 _FEW_LANES, _MANY_STATES = 16, 24  # fewer of systems with more states: a step of one of them is work enough
+LONG = 1024  # steps from which on so many times at once are worth LLVM's optimiser, and this many in one call
+_LANES_OF_LONG = 256
 
 T = TypeVar("T")
 #: one number, or an array of them
@@ -148,7 +150,7 @@ def probe_at(record: Record, index: Int[Array, " m"], h: Float[Array, " m"], *, 
     return seen_at(record.system, t, y, mode)  # pyright: ignore
 
 
-_probe_compiled = DeviceJit(probe_at, static_argnames="still", quick=True)
+_PROBES = [DeviceJit(probe_at, static_argnames="still", quick=quick) for quick in (True, False)]
 
 
 def small(record: Record) -> bool:
@@ -156,25 +158,29 @@ def small(record: Record) -> bool:
     return record.rows.y.shape[1] <= _MANY_STATES
 
 
-def rows_in_lanes(record: Record, look: Callable[..., T], index: Int[Array, " m"], h: Float[Array, " m"]) -> T:
-    """`look(record, index, h)` of a compact record outside of jit, in calls of a compiled program.
+def rows_in_lanes(
+    record: Record, programs: Sequence[Callable[..., T]], index: Int[Array, " m"], h: Float[Array, " m"], **named: Any
+) -> T:
+    """`program(record, index, h)` of a compact record outside of jit, in calls of a compiled program: the first one is
+    compiled quickly, the second runs quickly.
 
     A call gets the rows that it looks at, always as many, instead of the whole record: the work grows with the number
     of times, not with that times the length of the run, and runs of any length share one compiled program.
     """
-    count = LANES if small(record) else _FEW_LANES
-    lanes = np.arange(count, dtype=np.int32)
+    many = int(record.count) > LONG and len(index) >= _LANES_OF_LONG
+    count = _LANES_OF_LONG if many else LANES if small(record) else _FEW_LANES
+    lanes, program = np.arange(count, dtype=np.int32), programs[many]
 
     def call(index: np.ndarray, h: np.ndarray) -> T:
         rows = jax.tree.map(lambda column: column[index], record.rows)
-        return look(dataclasses.replace(record, rows=rows), lanes, h)
+        return program(dataclasses.replace(record, rows=rows), lanes, h, **named)
 
     return in_lanes(call, np.asarray(index), np.asarray(h), lanes=count)
 
 
 def probe_many(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]) -> Probe:
     """`probe_at` of a compact record outside of jit."""
-    return rows_in_lanes(record, lambda *arguments: _probe_compiled(*arguments, still=True), index, h)
+    return rows_in_lanes(record, _PROBES, index, h, still=True)
 
 
 # --- integrals over a run, by quadrature inside every step ------------------------------------------------------------

@@ -21,6 +21,7 @@ from ..hybrid._arrays import Array
 from ..hybrid._system import flatten, ravel
 from ._metrics import METRICS, Peak, held_share, holds, identity_of, passing
 from ._probe import (
+    LONG,
     Probe,
     RunJit,
     holding_at,
@@ -36,7 +37,7 @@ from ._probe import (
 #: places in every step at which a run is sampled, both ends included; in a long run every part has many steps
 _SAMPLES, _SAMPLES_OF_LONG = 9, 5
 #: steps sampled in one call of the compiled program: of long runs, of systems with few and with many states
-_BLOCKS, _LONG = (256, 64, 16), 1024
+_BLOCKS = (256, 64, 16)
 #: up to as many samples are partial steps, of a method whose steps are too long for anything else: one program less
 _SHORT, _LONG_STEPS = 1024, 6
 _POINTS, _ROUNDS, _FINER = 9, 2, 0.03  # of finer and finer grids around a maximum value
@@ -170,7 +171,7 @@ def _sights_inside(record: Record, index: Array, h: Array, wanted: Wanted) -> tu
 _sights_quick, _sights_optimised = (
     RunJit(_sights, static_argnames=("wanted", "samples"), quick=quick) for quick in (True, False)
 )
-_sights_inside_compiled = RunJit(_sights_inside, static_argnames="wanted", quick=True)
+_SIGHTS_INSIDE = [RunJit(_sights_inside, static_argnames="wanted", quick=quick) for quick in (True, False)]
 
 
 # --- a run as it was scanned ------------------------------------------------------------------------------------------
@@ -198,14 +199,14 @@ class Scan:
         self.steps = Steps(rows.t[:count], rows.t[following], rows.y[:count], rows.y[following], rows.mode[:count])
         self._states: Array | None = None  # at all samples, of a short run
         self.steps = self.steps._replace(y1=self._before_jumps(row_numbers, rows.kind[:count]))
-        self.samples = _SAMPLES_OF_LONG if not self.traced and count > _LONG else _SAMPLES
+        self.samples = _SAMPLES_OF_LONG if not self.traced and count > LONG else _SAMPLES
         self.row, self.share = xp.repeat(row_numbers, self.samples), xp.tile(xp.linspace(0.0, 1.0, self.samples), count)
         if self.traced:
             return
         if self.record.method.order >= _LONG_STEPS and count * self.samples <= _SHORT:
             self.seen, self._states = self._by_steps(self.row, self.share)
         else:
-            long, record, seeing = count > _LONG, self.record, {"wanted": self.wanted, "samples": self.samples}
+            long, record, seeing = count > LONG, self.record, {"wanted": self.wanted, "samples": self.samples}
             sights = _sights_optimised if long else _sights_quick  # as the run itself was compiled
             length = _BLOCKS[0 if long else 1 if small(record) else 2]
             likes = record.system, record.y_like, record.mode_like
@@ -219,7 +220,7 @@ class Scan:
     def _by_steps(self, row: Array, share: Array) -> tuple[ScanColumns, Array]:
         """What is seen at a share of the steps named, and the states there, by partial steps of the method."""
         span = share * (self.steps.t1[row] - self.steps.t0[row])
-        return rows_in_lanes(self.record, lambda *x: _sights_inside_compiled(*x, wanted=self.wanted), row, span)
+        return rows_in_lanes(self.record, _SIGHTS_INSIDE, row, span, wanted=self.wanted)
 
     def _before_jumps(self, row: Array, kind: Array) -> Array:
         """States at the ends of all steps. Where nothing jumps, events change speeds by rounding alone."""
