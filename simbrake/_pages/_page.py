@@ -174,6 +174,8 @@ def draw(subject: Subject, picture: Picture) -> Contents:
 
 #: rows of a table of sensitivities that are shown
 _MOST = 20
+#: bars of a tornado chart: their ranges take two runs each
+_BARS = 12
 #: rows of events from which on the list is folded
 _FOLD = 30
 #: an elasticity below this is rounding error
@@ -378,12 +380,12 @@ def _sensitivities(result: Result, metrics: Sequence[Metric], span: float | None
     tables: list[SensitivityTable] = []
     if there:
         rtol = float(result.rtol)
-        tables = tables_of(result.scene, there, span=span, most=_MOST, rtol=rtol, progress=progress)
+        tables = tables_of(result.scene, there, span=span, most=_BARS, rtol=rtol, progress=progress)
     sections = [
         {
             "words": title_of(table.metric),
             "value": number(table.value, table.unit),
-            "tornado": tornado(table),
+            "tornado": tornado(table, most=_BARS),
             "rows": _sensitivity_table(table.matters[:_MOST]),
             "left_out": len(table.wholes) - len(table.matters[:_MOST]),
             "notes": table.notes,
