@@ -171,7 +171,7 @@ class _Brake:
         self.limit, self.tolerance, self.step, self.options = limit, tolerance, step, options
         self.feeds_back, self.runs = feeds_back(scene), 0
         self._known: dict[bool, tuple[np.ndarray, float]] = {}
-        self.progress = Progress("brakings", "compiling…")
+        self.progress = Progress("stops", "compiling…")
 
     def look(self, done: float, worn: np.ndarray, turned: bool) -> _Point:
         if turned not in self._known or self.feeds_back:

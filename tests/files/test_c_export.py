@@ -9,6 +9,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
+import shipped
 from commands import python
 from helpers import main
 
@@ -132,6 +133,20 @@ def test_run_is_the_prepared_one(stop, compiled):
         np.testing.assert_allclose(
             columns[rows, compiled.at[f"COLUMN_{name.upper()}"]], getattr(series, name), rtol=1e-11, atol=1e-9
         )
+
+
+def test_staged_run_with_heat(tmp_path):
+    """To 1e-12 where the steps agree, else to a tenth of the estimated error: C may round otherwise."""
+    scene = shipped.load("staged_vs_standard").scene()
+    compiled, result = Compiled(sb.export_c(scene, tmp_path / "staged.c")), sb.simulate(scene)
+    code, _, counts, events, _ = compiled.run()
+    expected = [(event.name, event.time) for event in result.events if event.name != "lining_limit"]
+    assert (code, compiled.status) == (0, result.status)
+    assert [name for name, _ in events] == [name for name, _ in expected]
+    assert {"internal_slip", "external_lock", "stop"} <= {name for name, _ in events}
+    agrees = counts == [int(count) for count in result.record.stats]
+    close = {"rtol": 1e-12} if agrees else {"rtol": 0, "atol": 0.1 * result.accuracy().event_time}
+    np.testing.assert_allclose([time for _, time in events], [time for _, time in expected], **close)
 
 
 def test_numbers_are_those_of_the_call(stop, compiled):
