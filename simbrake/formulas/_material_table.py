@@ -233,7 +233,7 @@ def greatest_work(case: Case) -> tuple[float, str]:
 
 @dataclasses.dataclass(frozen=True)
 class EnergyLevel:
-    """One duty of a comparison: its label, and the friction work (J) of its hardest brake application.
+    """One duty of a comparison: its label, a title in words, and the friction work (J) of its hardest application.
 
     Minimum and maximum among the pairs: with fade, or with an inertia that follows the rim's mass, runs differ.
     """
@@ -241,6 +241,7 @@ class EnergyLevel:
     label: str
     least: float
     most: float
+    title: str
 
     @property
     def words(self) -> str:
@@ -476,7 +477,7 @@ def compare_materials(
     levels = _levels(scene, energy)
     study = _Study(scene, data or EstimateData(), run, inertia, rtol)
     pairs = [(rim, lining) for rim in rim_materials for lining in lining_materials]
-    combined = [(i, level, *pair) for i, (_, level) in enumerate(levels) for pair in pairs]
+    combined = [(i, level, *pair) for i, (*_, level) in enumerate(levels) for pair in pairs]
     scenes = [study.scene_of(level, rim, lining) for _, level, rim, lining in combined]
     solver = solver_for(any(stiffness(s)[0] for s in scenes)) if run else None  # one program for all of them
     rows = []
@@ -485,7 +486,8 @@ def compare_materials(
             rows.append(study.row(i, s, rim, lining, solver))
             report(len(rows))
     works = [[row["friction_work"].value for row in rows if row.level == i] for i in range(len(levels))]
-    energy_levels = tuple(EnergyLevel(words, min(w), max(w)) for (words, _), w in zip(levels, works, strict=True))
+    named = zip(levels, works, strict=True)
+    energy_levels = tuple(EnergyLevel(label, min(w), max(w), title) for (label, title, _), w in named)
     how = "time and friction work are those of " + ("the runs" if run else "classical stops")
     about, notes = f"materials of rim and linings compared; {how}, temperatures in °C", study.notes(lining_materials)
     return MaterialComparison(about, energy_levels, tuple(rim_materials), tuple(lining_materials), tuple(rows), notes)
@@ -515,26 +517,31 @@ def _alike(materials: list[Any]) -> list[Any]:
     return [dataclasses.replace(material, thermal=filled(material.thermal)) for material in materials]
 
 
-def _levels(scene: Scene, energy: Energy) -> list[tuple[str, Scene]]:
-    """Scenes of the energy levels with their labels."""
+def _levels(scene: Scene, energy: Energy) -> list[tuple[str, str, Scene]]:
+    """Scenes of the energy levels with their labels, and the same in words."""
     if energy is None:
-        return [("the duty of the scene", scene)]
+        words = "the duty of the scene"
+        return [(words, words, scene)]
     if isinstance(energy, Mapping):
         if len(energy) != 1:
             hint = 'as in {"initial.omega": [12.0, 24.0]}'
             raise InputError([Fault("energy", f"names {len(energy)} numbers of the scene", hint)])
         ((path, values),) = energy.items()
         scenes = [with_values(scene, {path: float(value)}) for value in values]
-        unit = next((behind(leaf.about.unit) for level in scenes for leaf in leaves(level) if leaf.path == path), "")
-        levels = [(f"{path} = {float(v):.6g}{unit}", level) for v, level in zip(values, scenes, strict=True)]
-        for _, level in levels:
+        abouts = [leaf.about for level in scenes for leaf in leaves(level) if leaf.path == path]
+        unit, meaning = (behind(abouts[0].unit), abouts[0].meaning) if abouts else ("", path)
+        levels = []
+        for value, level in zip(values, scenes, strict=True):
             check_scene(level)
+            shown = f"{float(value):.6g}{unit}"
+            levels.append((f"{path} = {shown}", f"{meaning} {shown}", level))
     else:
         works = [float(work) for work in energy]
         wrong = [work for work in works if not (work > 0 and np.isfinite(work))]
         if wrong:
             raise InputError([Fault("energy", f"{wrong[0]:g} J is out of range", "friction works are > 0 J")])
-        levels = [(f"classical stop of {work / 1e3:g} kJ", _of_work(scene, work)) for work in works]
+        titles = [f"classical stop of {work / 1e3:g} kJ" for work in works]
+        levels = [(title, title, _of_work(scene, work)) for title, work in zip(titles, works, strict=True)]
     if not levels:
         raise InputError([Fault("energy", "is empty", "leave it out for the duty of the scene")])
     return levels

@@ -492,7 +492,7 @@ def _draw(axis: Axes, panel: _Panel, comparison: MaterialComparison, lining: Lin
 def _legend(comparison: MaterialComparison) -> list[Any]:
     count = len(comparison.levels)
     handles: list[Any] = [
-        Patch(color=_shade(i, count), label=f"{level.words}  ({level.label})")
+        Patch(color=_shade(i, count), label=f"{level.words}  ({level.title})")
         for i, level in enumerate(comparison.levels)
     ]
     if comparison.simulated:

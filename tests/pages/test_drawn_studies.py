@@ -324,6 +324,14 @@ def table():
     return sb.compare_materials(stop_scene(), *names, energy=[2e5, 4e6], data=track, run=False)
 
 
+def test_levels_by_a_parameter_are_named_in_words():
+    data, energy = sb.formulas.EstimateData(track_area=1.6), {"initial.omega": [12.0, 24.0]}
+    found = sb.compare_materials(stop_scene(), ["brass"], ["FK-24A"], energy=energy, data=data, run=False)
+    assert [level.label for level in found.levels] == ["initial.omega = 12 rad/s", "initial.omega = 24 rad/s"]
+    texts = legend(plot.materials(found))
+    assert [text.partition("  ")[2] for text in texts[:2]] == ["(angular speed 12 rad/s)", "(angular speed 24 rad/s)"]
+
+
 def test_panels_and_bars_of_materials(table):
     figure = plot.materials(table)
     panels = np.reshape(figure.axes, (2, 4))
@@ -358,8 +366,9 @@ def test_panels_and_bars_of_materials(table):
         assert not line[3].lines
         assert [axes.get_title(loc="left") for axes in line] == [f"lining {lining}", "", "", ""]
         assert all(axes.get_ylim() == (1.6, -0.6) for axes in line)
+    works = [level.words for level in table.levels]
     assert legend(figure) == [
-        *(f"{level.words}  ({level.label})" for level in table.levels),
+        *(f"{work}  (classical stop of {kJ} kJ)" for work, kJ in zip(works, (200, 4000), strict=True)),
         "permissible, rim or lining",
         "limit exceeded",
     ]
