@@ -278,7 +278,7 @@ def indices(table: SobolTable, *, figure: Figure | None = None) -> Figure:
         >>> tables = sb.sobol_indices(scene, ranges, ("stopping_time",), n=64, progress=False)
         >>> figure = sb.plot.indices(tables["stopping_time"])
         >>> sorted(label.get_text() for label in figure.axes[0].get_yticklabels())
-        ['angular speed', 'mass of the load']
+        ['initial speed', 'mass on the hook']
     """
     rows = table.indices[::-1]
     figure = sheet(figure, 9.0, 0.6, rows=len(rows), room=1.9)

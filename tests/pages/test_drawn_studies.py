@@ -329,7 +329,7 @@ def test_levels_by_a_parameter_are_named_in_words():
     found = sb.compare_materials(stop_scene(), ["brass"], ["FK-24A"], energy=energy, data=data, run=False)
     assert [level.label for level in found.levels] == ["initial.omega = 12 rad/s", "initial.omega = 24 rad/s"]
     texts = legend(plot.materials(found))
-    assert [text.partition("  ")[2] for text in texts[:2]] == ["(angular speed 12 rad/s)", "(angular speed 24 rad/s)"]
+    assert [text.partition("  ")[2] for text in texts[:2]] == ["(initial speed 12 rad/s)", "(initial speed 24 rad/s)"]
 
 
 def test_panels_and_bars_of_materials(table):
