@@ -146,6 +146,7 @@ def test_gradients_of_a_batch(max_steps):
         assert g == pytest.approx(float(truth(w)), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_gradients_with_room_for_a_long_run():
     """Both ways, by the friction and the speed at the start; a derivative of a derivative is refused there too."""
 

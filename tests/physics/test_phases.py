@@ -76,7 +76,9 @@ def test_two_cycles_in_closed_form(two_cycles):
     assert names.index("phase_end", names.index("stop")) == names.index("stop") + 1
 
 
-@pytest.mark.parametrize("solver", [diffrax.Dopri8(), sb.hybrid.Rodas5P()])
+@pytest.mark.parametrize(
+    "solver", [pytest.param(diffrax.Dopri8(), marks=pytest.mark.slow, id="explicit"), sb.hybrid.Rodas5P()]
+)
 def test_derivatives_through_the_begin_of_a_phase(solver):
     """The lever's ramp begins with its phase, later for a lighter string: rates depend on that instant.
 
