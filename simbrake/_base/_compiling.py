@@ -125,12 +125,12 @@ def joined(function: Callable[[PyTree], PyTree], arrays: PyTree) -> PyTree:
     """
     leaves, structure = jax.tree.flatten(arrays)
     traced = [isinstance(leaf, Tracer) for leaf in leaves]
-    numbers, like = pack([leaf for leaf, is_traced in zip(leaves, traced, strict=True) if is_traced], jnp)
+    numbers, like = pack([leaf for leaf, moves in zip(leaves, traced, strict=True) if moves], jnp)
 
     @jax.jit
     def inner(numbers: Array) -> PyTree:
         new = iter(like.unpack(numbers))
-        every = [next(new) if is_traced else leaf for leaf, is_traced in zip(leaves, traced, strict=True)]
+        every = [next(new) if moves else leaf for leaf, moves in zip(leaves, traced, strict=True)]
         return function(jax.tree.unflatten(structure, every))
 
     def joins() -> bool:

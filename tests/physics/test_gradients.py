@@ -159,5 +159,8 @@ def test_gradients_with_room_for_a_long_run():
     direction = jnp.array([0.1, 2.0])
     slope = jax.jit(lambda x: jax.jvp(stop, (x,), (direction,))[1])(x)
     np.testing.assert_allclose(slope, truth @ direction, rtol=1e-9)
+    # outside of jit, with too many rows for a matrix of all derivatives
+    _, slope = jax.jvp(lambda w: stopping_time(stop_scene(w0=w), 400_000), (20.0,), (2.0,))
+    assert float(slope) == pytest.approx(2.0 * float(truth[1]), rel=1e-9)
     with pytest.raises(NotImplementedError, match="first derivatives only"):
         jax.jit(jax.hessian(stop))(x)
