@@ -336,15 +336,36 @@ def finish(panels: Iterable[Axes]) -> None:
 #: a figure whose SVG is longer is a PNG instead (bytes)
 _LONGEST = 400_000
 _DPI = 170.0  # of PNGs: sharp in print over the width of a page
+#: colours of pages on a dark screen
+_DARK_PAPER, _LIGHT_INK, _LIGHT_GREEN = "#12181f", "#e4e9f0", "#2cc498"
 
 
 def data_uri(figure: Figure) -> str:
-    """A figure for a page, the same for the same figure: SVG, or PNG where that is shorter to load."""
+    """A figure for a page, the same for the same figure: SVG, on a dark screen a dark one, or PNG where that is shorter
+    to load."""
     kind, file = "svg+xml", io.BytesIO()
     # text drawn as paths, independent of fonts; ids from a hash with a fixed salt; no date
     with matplotlib.rc_context({"svg.hashsalt": "simbrake", "svg.fonttype": "path"}):
         figure.savefig(file, format="svg", metadata={"Date": None})
-    if file.tell() > _LONGEST:
+    content = _dark_too(file.getvalue().decode()).encode()
+    if len(content) > _LONGEST:
         kind, file = "png", io.BytesIO()
         figure.savefig(file, format="png", dpi=_DPI, metadata={"Software": None})
-    return f"data:image/{kind};base64,{base64.b64encode(file.getvalue()).decode('ascii')}"
+        content = file.getvalue()
+    return f"data:image/{kind};base64,{base64.b64encode(content).decode('ascii')}"
+
+
+def _dark_too(svg: str) -> str:
+    """An SVG of Matplotlib with rules for dark screens: paper dark, dark greys light, blue and green lighter."""
+    dark = {"#ffffff": _DARK_PAPER, BLUE.lower(): SKY, GREEN.lower(): _LIGHT_GREEN}
+    rules = [f"svg {{ fill: {_LIGHT_INK}; }}"]  # (text that is black has no colour of its own)
+    for kind, colour in sorted(set(re.findall(r"(stroke|fill): (#[0-9a-f]{6})\b", svg))):
+        red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+        grey = max(red, green, blue) - min(red, green, blue) < 6
+        other = dark.get(colour) or (f"#{3 * f'{235 - red:02x}'}" if grey and red < 120 else None)
+        # (white is the paper as an area; as a line or a text it stands on a map)
+        where = "path" if colour == "#ffffff" else ""
+        if other is not None and (kind, colour) != ("stroke", "#ffffff"):
+            rules.append(f'{where}[style*="{kind}: {colour}"] {{ {kind}: {other} !important; }}')
+    style = f"<style>@media screen and (prefers-color-scheme: dark) {{ {' '.join(rules)} }}</style>"
+    return re.sub(r"(<svg [^>]*>)", rf"\1{style}", svg, count=1)

@@ -8,6 +8,7 @@ import base64
 import dataclasses
 import html
 import http.client
+import io
 import itertools
 import json
 import math
@@ -18,6 +19,7 @@ import subprocess
 import sys
 from typing import NamedTuple
 
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from browsers import browser_path, chromium
@@ -207,6 +209,21 @@ def test_a_report_prints_on_four_pages(browser, report):
     page = opened(browser, report[0].as_uri())
     printed = page.pdf(format="A4")
     assert 1 <= len(re.findall(rb"/Type\s*/Page\b", printed)) <= 4
+    page.close()
+
+
+@pytest.mark.parametrize(("scheme", "paper"), [("light", (255, 255, 255)), ("dark", (18, 24, 31))])
+def test_figures_are_dark_on_a_dark_screen(browser, report, scheme, paper):
+    if browser is None:
+        return
+    page = opened(browser, report[0].as_uri(), color_scheme=scheme)
+    figures = page.locator("figure > img:visible")
+    assert figures.count() > 0
+    for i in range(figures.count()):
+        shown = plt.imread(io.BytesIO(figures.nth(i).screenshot()))
+        assert tuple(np.rint(255 * shown[20, 4, :3])) == paper
+        # (axes and texts are as far from the paper as can be read)
+        assert np.ptp(shown[:, : shown.shape[1] // 12].mean(axis=2)) > 0.6
     page.close()
 
 
