@@ -5,10 +5,12 @@ Exit codes: 0 success, 1 failure, 2 the input is wrong, 3 a limit is exceeded (`
 """
 
 import codecs
+import inspect
 import itertools
 import sys
 import unicodedata
 from io import StringIO, TextIOWrapper
+from typing import Any
 
 import cyclopts
 
@@ -112,8 +114,21 @@ def _version() -> str:
     return ", ".join([*(f"{name} {number}" for name, number in others), f"Python {python[1]}"])
 
 
+def _words_of(error: cyclopts.CycloptsError) -> Any:
+    """What a wrong command line is told; cyclopts' own words, but for what no option claims."""
+    if not isinstance(error, cyclopts.UnusedCliTokensError) or not error.unused_tokens:
+        return cyclopts.CycloptsPanel(error)
+    token, command = error.unused_tokens[0], " ".join(error.command_chain or ())
+    takes = inspect.signature(error.target).parameters if error.target else {}
+    usual = ("vary", "set_") if ":" in token else ("set_", "vary")
+    option = next((f"--{name.strip('_')}" for name in usual if name in takes and "=" in token), None)
+    hint = f'; did you mean {option} "{token}"?' if option else f"; simbrake {command} --help lists what it takes"
+    return cyclopts.CycloptsPanel(f'"{token}" belongs to no option of simbrake {command}{hint}')
+
+
 app = cyclopts.App(
     name="simbrake",
+    error_formatter=_words_of,
     suppress_keyboard_interrupt=False,  # `main` tells of it
     help="""Dynamic simulator of band-shoe brakes of drilling drawworks: stick and slip of every lining, heat, events,
     and derivatives of all results. A scene is a file: a brake, its duty and its initial state. First steps:

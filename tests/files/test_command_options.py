@@ -223,3 +223,19 @@ def test_summary_of_a_sweep(capsys, asked):
     third = told["runs"][2]
     assert (third["values"], third["status"], third["code"]) == ({"initial.omega": 3.0}, "step_limit", 1)
     assert (third["metrics"]["stopping_time"], third["solver"]["steps"]) == (None, 9)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "hint"),
+    [
+        (["run", "u2_5_5_stop", "duty.load.mass=3 t"], '--set "duty.load.mass=3 t"'),
+        (["sweep", "u2_5_5_stop", "initial.omega=1:2:3"], '--vary "initial.omega=1:2:3"'),
+        (["run", "u2_5_5_stop", "other.toml"], "simbrake run --help"),
+    ],
+)
+def test_an_argument_without_its_option(capsys, monkeypatch, arguments, hint):
+    monkeypatch.setenv("COLUMNS", "200")
+    code, out, err = call(capsys, *arguments)
+    assert (code, out) == (2, "")
+    assert f'"{arguments[-1]}" belongs to no option' in err
+    assert hint in err
