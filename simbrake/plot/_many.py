@@ -301,14 +301,17 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
     fine = [RegularGridInterpolator((x, y), margin)(tuple(np.meshgrid(u, v))) for margin in margins]
     blank = np.isnan(np.sum(fine, axis=0))
     within = np.where(blank, np.nan, np.all([margin >= 0.0 for margin in fine], axis=0))
-    colours = ListedColormap(["#f6cfc8", "#cdead8"])
-    axes.pcolormesh(u, v, within, cmap=colours, vmin=0.0, vmax=1.0, shading="nearest", rasterized=True)
-    handles: list[Artist] = [Patch(color="#cdead8", label="within all limits")]
-    handles.append(Patch(color="#f6cfc8", label="a limit is exceeded"))
+    red, green, alpha = "#e0503c", "#4cb474", 0.28  # (pale on any paper)
+    shades: Any = {"cmap": ListedColormap([red, green]), "vmin": 0.0, "vmax": 1.0, "shading": "nearest"}
+    axes.pcolormesh(u, v, within, alpha=alpha, rasterized=True, **shades)
+    handles: list[Artist] = [Patch(color=green, alpha=alpha, label="within all limits")]
+    handles.append(Patch(color=red, alpha=alpha, label="a limit is exceeded"))
     for i, (margin, label) in enumerate(zip(fine, lines, strict=True)):
         colour, there = CYCLE[i % len(CYCLE)], np.where(blank, np.nan, margin)
         if np.nanmin(there, initial=np.inf) < 0 < np.nanmax(there, initial=-np.inf):
             axes.contour(u, v, there, levels=[0.0], colors=[colour], linewidths=2.0)
+        else:
+            label += ": kept everywhere" if np.nanmax(there, initial=-np.inf) >= 0 else ": exceeded everywhere"
         handles.append(Line2D([], [], color=colour, lw=2.0, label=label))
     if blank.any():
         axes.contourf(u, v, blank, levels=[0.5, 1.5], colors=["white"], hatches=["///"])

@@ -218,6 +218,12 @@ def test_permissible_map():
         ),
         "no value: failed, or not stopped",
     ]
+    figure = plot.permissible(data.isel(b=slice(4)), {"hook_travel": 0.5, "min_holding_reserve": 9.0})
+    labels = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert labels[2:] == [
+        "hook travel to the first stop ≤ 0.5 m: exceeded everywhere",
+        "minimum holding reserve ≥ 9: kept everywhere",
+    ]
     with pytest.raises(sb.InputError, match="is no grid of two parameters"):
         plot.permissible(data.isel(a=0), {"hook_travel": 1.0})
     with pytest.raises(sb.InputError, match="the data is without max_tension"):
