@@ -25,7 +25,7 @@ from ..studies._evaluator import scans
 from ._app import slider_of, sliders
 from ._live import Data, charts_of, look_of_event, still
 from ._page import PICTURES, draw, head, render, template_file
-from ._publish import metrics_of, said_of_status
+from ._publish import Limited, metrics_of, said_of_status
 
 #: bytes that the program of a page may take
 _MEMORY = 500_000_000
@@ -84,6 +84,7 @@ def publish_live(
     program = gzip.compress(_compiled(text, steps, _ROWS if steps else room + 1), 9, mtime=0)
     charts = charts_of(scene, base.series([float(scene.initial.time)]))
     places = export.places()
+    limited, checks = Limited.of(scene, limits, metrics), limit_checks(base, limits)
     data: Data = {
         "program": base64.b64encode(program).decode("ascii"),
         "controls": _controls(export, ranges),
@@ -93,7 +94,8 @@ def publish_live(
         "rows": _ROWS,
         "rtol": rtol,
         "span": _places(export, "initial.time") + _places(export, "end_time"),
-        "metrics": metrics_of(metrics, base, limits),
+        "metrics": metrics_of(metrics, base, limited.limits),
+        "coverage": limited.coverage(base, checks),
         "statuses": [said_of_status(scene, status) for status in Status],
         "failures": {int(code): [name, what] for code, (name, what, _) in FAILURES.items()},
         "events": [None, *(look_of_event(Event(0.0, name, None)) for name in export.events)],
@@ -109,7 +111,7 @@ def publish_live(
         ],
     }
     parts = {
-        **head(base, limit_checks(base, limits), title),
+        **head(base, checks, title),
         "kind": "live",
         "film": False,
         "panel": "Each move is a run in your browser, as exact as one in Python. Values in fields may leave the range "

@@ -31,12 +31,13 @@ from .._base._part import leaves
 from .._base._progress import Progress
 from .._base._table import digits, pretty, scale
 from .._outputs._log import STATUS_MESSAGES, Status
-from .._outputs._metrics import METRICS
+from .._outputs._metrics import HOLDING, METRICS, allowable_values
 from .._parts._scene import Scene
 from .._run._edit import entry_of, with_values
-from .._run._measure import limit_checks, measure, title_of, unit_of
+from .._run._measure import PRESSURE, ROOM, LimitCheck, judged, limit_checks, measure, title_of, unit_of
 from .._run._result import Result
 from .._run._simulate import simulate
+from .._run._verdict import SMALL_MARGIN, SMALL_RESERVE
 from ..hybrid import LANDED, STOPPED
 from ..hybrid._arrays import Array
 from ..studies._evaluator import Evaluator, Paths
@@ -166,6 +167,44 @@ class Published(NamedTuple):
         return said
 
 
+class Limited(NamedTuple):
+    """What a page with sliders compares: `limits` of the metrics that it has, in SI; other limits `aside`, in words."""
+
+    limits: dict[str, float]
+    aside: tuple[str, ...]
+
+    @classmethod
+    def of(cls, scene: Scene, limits: Mapping[str, float], metrics: Sequence[str]) -> "Limited":
+        """All limits of a run: those given, and of the parts of the scene.
+
+        Of linings that are alike a pressure is limited by the load that gives it, and wear by what may still be lost.
+        """
+        every, aside = {**allowable_values(scene), **limits}, []
+
+        def least(name: str, bound: Any, of: str) -> None:
+            if np.ptp(bound) == 0 and name in metrics:
+                every[name] = min(every.get(name, math.inf), float(np.ravel(bound)[0]))
+            else:
+                aside.append(title_of(of))
+
+        pressure = every.pop(PRESSURE, scene.brake.linings.permissible_pressure)
+        if pressure is not None:
+            least("max_normal_load", np.asarray(pressure) * np.asarray(scene.brake.linings.area), PRESSURE)
+        if scene.wear is not None and scene.wear.permissible is not None:
+            least("greatest_wear", np.asarray(scene.wear.permissible) - np.asarray(scene.wear.worn), "worn_thickness")
+        aside += [title_of(name) for name in every if name not in metrics]
+        return cls({name: limit for name, limit in every.items() if name in metrics}, tuple(aside))
+
+    def coverage(self, base: Result, checks: Sequence[LimitCheck]) -> Data:
+        """How the page compares, in words, and whether its verdict leaves anything `open`."""
+        missing, names = judged(base, checks).missing, {check.name for check in checks if check.limit is not None}
+        by_load = PRESSURE in names and "max_normal_load" in self.limits
+        words = ["Pressure on linings is compared by their load."] if by_load else []
+        words += [f"Not looked at here: {', '.join(self.aside)}."] if self.aside else []
+        words += [f"No limit for: {', '.join(missing)}."] if missing else []
+        return {"words": " ".join(words), "open": bool(self.aside or missing)}
+
+
 def publish(
     scene: Scene,
     axes: Axes,
@@ -204,15 +243,15 @@ def publish(
     grid = _Grid(axes, sequences, _derivatives(solve, points, sequences, progress))
     gaps, coarse, about = _centres(scene, grid, sampled, rtol, progress)
     places, kinds, numbers = grid.packed(results, sampled, lines)
-    shown = metrics_of(metrics, base, limits)
-    permitted = {one["name"]: one["limit"] for one in shown if one["limit"] is not None}
+    limited, checks = Limited.of(scene, limits, metrics), limit_checks(base, limits)
     data = {
         "axes": [_slider(scene, path, values) for path, values in axes.items()],
         "points": places,
         "sequences": kinds,
         "gaps": gaps,
         "coarse": coarse,
-        "metrics": shown,
+        "metrics": metrics_of(metrics, base, limited.limits),
+        "coverage": limited.coverage(base, checks),
         "charts": [chart.as_dict() for chart in charts],
         "samples": samples,
         "numbers": numbers,
@@ -223,12 +262,12 @@ def publish(
         "Maxima over a run have a kink where they move to another instant; there the deviation is largest.",
     )
     parts = {
-        **head(base, limit_checks(base, limits), title),
+        **head(base, checks, title),
         "kind": "publish",
         "film": False,
         "panel": "Solved range in blue; yellow marks gaps, where the sequence of events changes, "
         "or times of events change too fast.",
-        "pictures": [*([draw(base, PICTURES[0])] if base.ok else []), *grid.map(scene, metrics, permitted)],
+        "pictures": [*([draw(base, PICTURES[0])] if base.ok else []), *grid.map(scene, metrics, limited)],
         "notes": notes,
         "data": {"still": still(scene), "grid": data},
     }
@@ -286,9 +325,10 @@ class _Grid(NamedTuple):
         each = [np.ravel_multi_index([i + d for i, d in zip(place, step, strict=True)], self.shape) for step in steps]
         return place, [int(i) for i in each]
 
-    def map(self, scene: Scene, metrics: Sequence[str], limits: Mapping[str, float]) -> list[Data]:
-        """The permissible map of a grid of two parameters, where there are limits."""
-        if len(self.axes) != 2 or min(self.shape) < 2 or not limits:
+    def map(self, scene: Scene, metrics: Sequence[str], limited: Limited) -> list[Data]:
+        """The permissible map of a grid of two parameters, where all limits are those of the page."""
+        limits = limited.limits
+        if len(self.axes) != 2 or min(self.shape) < 2 or not limits or limited.aside:
             return []
         import xarray as xr  # (slow to import)
 
@@ -435,9 +475,13 @@ def metrics_of(names: Sequence[str], base: Result, limits: Mapping[str, float]) 
 
 
 def _metric(name: str, base: Result, limits: Mapping[str, float]) -> Data:
+    """`limit` and `least`: what it may be at most and must exceed; `small`: a margin that is less is small."""
     unit, value = unit_of(name), float(measure(base, name))
     factor, offset, shown = scale(unit, abs(value) if math.isfinite(value) else 1.0, absolute=True)
-    own = base.scene.network.permissible if name == "peak_lining_temperature" else None
-    limit = limits.get(name, None if own is None else float(np.asarray(own)))
+    limit, least, small = limits.get(name), None, 0.0
+    if limit is not None:
+        small = SMALL_MARGIN * max(limit - (ROOM if unit == "K" else 0.0), 0.0)
+    elif name == HOLDING:
+        least, small = 1.0, SMALL_RESERVE - 1.0
     reading = {"factor": factor, "offset": offset, "unit": shown, "si_unit": pretty(unit)}
-    return {"words": title_of(name), **reading, "limit": limit}
+    return {"words": title_of(name), **reading, "limit": limit, "least": least, "small": small}

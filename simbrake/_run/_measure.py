@@ -176,7 +176,7 @@ def _has_area(scene: Scene) -> bool:
 _USUAL = ("max_tension", "max_normal_load")
 _LININGS = "peak_lining_temperature"
 #: kelvins of 20 °C, from which the rise of a temperature is counted
-_ROOM = ZERO + 20.0
+ROOM = ZERO + 20.0
 
 
 class Colour(enum.StrEnum):
@@ -236,7 +236,7 @@ class LimitCheck(NamedTuple):
         """The margin in percent of the limit; of a temperature in percent of its rise above 20 °C."""
         if self.margin is None or self.limit is None:
             return None
-        whole = self.limit - _ROOM if self.unit == "K" else self.limit
+        whole = self.limit - ROOM if self.unit == "K" else self.limit
         return 100 * self.margin / whole if whole > 0 else None
 
     @property

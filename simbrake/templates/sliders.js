@@ -37,8 +37,9 @@
     return {row, bar, put};
   }
 
-  /** Heading, limits and metrics of a run; `unknown`: places of metrics that have no value here. */
-  function readResults(about, values, {colour, status, message}, unknown = []) {
+  /** Heading, limits and metrics of a run; `unknown`: places of metrics that have no value here; `coverage`: what the
+   * limits cover. */
+  function readResults({metrics: about, coverage}, values, {colour, status, message}, unknown = []) {
     const read = (metric, si, offset, digits = 5) =>
       Number.isFinite(si) ? `${shown(si * metric.factor + offset, digits)} ${metric.unit}` : "—";
     const metrics = about.map((metric, n) => {
@@ -47,16 +48,21 @@
         return {words: metric.words, text: "—", si: "", unit: "", note: "changes too fast between the points", decides};
       return {words: metric.words, text: read(metric, values[n], metric.offset, 3), si, unit: metric.si_unit, note: "", decides};
     }).filter((metric) => metric.si !== "" || metric.note).sort((a, b) => b.decides - a.decides);
-    const limited = about.map((metric, n) => [metric, values[n], n]).filter(([metric]) => metric.limit !== null);
-    const rows = limited.map(([metric, si, n]) => {
-      if (unknown.includes(n)) return [metric.words, "—", read(metric, metric.limit, metric.offset), "—", "not known here", ""];
-      const over = !(si <= metric.limit), margin = read(metric, metric.limit - si, 0);
-      return [metric.words, read(metric, si, metric.offset), read(metric, metric.limit, metric.offset), margin,
-        over ? "exceeded" : "within limit", over ? "bad" : "good"];
+    const rows = [];
+    about.forEach((metric, n) => {
+      const si = values[n], least = metric.least !== null;
+      // (without a load to hold there is no reserve; what never happened exceeds its limit)
+      if (metric.limit === null && !(least && (unknown.includes(n) || Number.isFinite(si)))) return;
+      const bound = read(metric, least ? metric.least : metric.limit, metric.offset), limit = `${least ? ">" : "≤"} ${bound}`;
+      if (unknown.includes(n)) return rows.push([metric.words, "—", limit, "—", "not known here", "open"]);
+      const margin = least ? si - metric.least : metric.limit - si, over = least ? !(margin > 0) : !(margin >= 0);
+      const [state, kind] = over ? ["exceeded", "bad"] : margin < metric.small ? ["small margin", "open"] : ["within limit", "good"];
+      rows.push([metric.words, read(metric, si, metric.offset), limit, read(metric, margin, 0), state, kind]);
     });
-    const open = limited.some(([, , n]) => unknown.includes(n)), over = rows.some((row) => row[5] === "bad");
-    const headline = status + (over ? ", limit exceeded" : "");
-    return {colour: over ? "red" : open ? "amber" : colour, headline, text: `${message}.`, rows, metrics};
+    const has = (place, word) => rows.some((row) => row[place] === word), over = has(5, "bad"), open = has(5, "open");
+    const found = over ? "red" : colour === "green" && (open || coverage.open) ? "amber" : colour;
+    const headline = status + (over ? ", limit exceeded" : has(4, "small margin") ? ", small margin" : "");
+    return {colour: found, headline, text: `${message}. ${coverage.words}`.trim(), rows, metrics};
   }
 
   /** The windows of a run that a page offers: until its last event, and the whole of it. */
@@ -167,7 +173,7 @@
       document.body.classList.toggle("gap", gap);
       $("state").textContent = gap ? `Gap. ${happening(at)} Move a slider to a blue stretch.` : "";
       drawResults(gap ? {colour: "", headline: "No value here", text: "", rows: [], metrics: []}
-        : readResults(grid.metrics, found.values, found.sequence, found.coarse));
+        : readResults(grid, found.values, found.sequence, found.coarse));
       if (!gap) drawCharts(runOf(found.values, found.sequence));
       rows.forEach(({bar}, k) => paint(bar, k));
     }
@@ -409,7 +415,7 @@
       const found = run(), failed = live.failures[found.code] || ["bad_number", "a number is not finite"];
       const said = found.code === 0 ? live.statuses[found.status] :
         {colour: "red", status: `Failed: ${failed[0]}`, message: failed[1]};
-      const results = readResults(live.metrics, found.code === 0 ? found.metrics : found.metrics.map(() => NaN), said);
+      const results = readResults(live, found.code === 0 ? found.metrics : found.metrics.map(() => NaN), said);
       const [start, end] = live.span.map((place) => numbers[place]), drawn = curves(start, end, found.events);
       const ran = performance.now() - began, curved = drawn.t.length > 1 ? drawn : null;
       if (draw) {

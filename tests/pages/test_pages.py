@@ -330,6 +330,36 @@ def test_the_map_of_a_publication_has_axes_in_words(scene, tmp_path, monkeypatch
     assert "duty." not in labels[1]
 
 
+def with_linings(scene, **numbers):
+    linings = dataclasses.replace(scene.brake.linings, **numbers)
+    return dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, linings=linings))
+
+
+@pytest.mark.parametrize(
+    ("areas", "limit", "words"),
+    [
+        ("0.03 m^2", 6e3, "Pressure on linings is compared by their load."),
+        ([0.03] * 19 + [0.02], None, "Not looked at here: Maximum mean pressure on a lining."),
+    ],
+)
+def test_a_publication_keeps_the_limits_of_its_scene(browser, scene, tmp_path, capsys, areas, limit, words):
+    """The run exceeds a permissible pressure: a page is red if it can look, and never green if it cannot."""
+    sb.write_scene(with_linings(scene, area=areas, permissible_pressure=0.2e6), tmp_path / "scene.toml")
+    out = tmp_path / "page.html"
+    given = ("--vary", "initial.omega=20:20.1:2", "--limit", "max_tension=1 MN", "--out", str(out))
+    assert call(capsys, "publish", str(tmp_path / "scene.toml"), *given)[0] == 0
+    text = out.read_text("utf-8")
+    limits = {metric["name"]: metric["limit"] for metric in data_of(text)["grid"]["metrics"]}
+    assert (limits["max_normal_load"], limits["max_tension"]) == (pytest.approx(limit) if limit else None, 1e6)
+    if browser is not None:
+        page = opened(browser, out.as_uri())
+        said = page.inner_text("#banner")
+        assert words in said
+        assert ("exceeded" in said) == (limit is not None)
+        assert page.get_attribute("#banner", "class") == f"verdict {'red' if limit else 'amber'}"
+        page.close()
+
+
 def test_gaps_are_where_the_sequence_changes(published):
     file, data, about = published
     grid = data["grid"]
