@@ -115,6 +115,10 @@ def _inertia(name: str) -> Unit | None:
     return Unit(whole)
 
 
+#: other spellings of units of a rig, on their own
+_ALIASES = {"fpm": "ft/min", "kip": "klbf", "kips": "klbf", "lbs": "lb", "lbm": "lb", "klbm": "klb", "klbs": "klb"}
+#: tons that may be metric, short or long; a general units parser reads `ton` as short, and `mt` as a kilogram
+_TONS = re.compile(r"(?<![A-Za-z_])(?:k?tons?f?|ton_force|force_ton|[mM]t)(?![A-Za-z_])")
 #: names, products, quotients and one-digit powers: input that a general units parser reads in bounded time
 _SPELLING = re.compile(r"(?:[A-Za-z°_]|%|1|[*/]|\((?:[A-Za-z°_*/]|\^-?[1-9](?![\d^]))+\)|\^-?[1-9](?![\d^]))+")
 #: a plane angle has a unit: 20 is not 20 rad, and 3 Hz is ambiguous (3 rad/s or 3 rev/s)
@@ -133,17 +137,24 @@ def unit(text: str, si: str) -> Unit:
     Raises `ValueError` with the known spellings, or with the kind of quantity that the unit has.
     """
     name, si = _plain(text), si or "1"
-    units = _TABLE.get(si, {})
+    name, units = _ALIASES.get(name, name), _TABLE.get(si, {})
     if not name or name == si or name in units:
         return units.get(name, Unit(1.0))
+    if _TONS.search(name):
+        masses, weights = (
+            "t is 1000 kg, short_ton 907.185 kg, long_ton 1016.05 kg",
+            "tf (metric) is 9.80665 kN, 2 klbf (short) 8.89644 kN",
+        )
+        raise ValueError(f"which ton? {weights if si == 'N' else masses}")
     if si == "kg*m^2" and (inertia := _inertia(name)) is not None:
         return inertia
     try:
         return _of_library(name, si)
     except ValueError as error:
         names = [*(() if si == "1" else (si,)), *filter(None, units), *_EXAMPLES.get(si, ())]
-        other_case = [known for known in names if known.lower() == name.lower()]
-        nearest = f"nearest: {' or '.join(other_case)}; " if other_case else ""
+        meant = {name.lower(), f"{name.lower()}f"}  # in another case, or a weight where its mass was written
+        similar = [known for known in names if known.lower() in meant]
+        nearest = f"nearest: {' or '.join(similar)}; " if similar else ""
         raise ValueError(f"{nearest}known here: {', '.join(names)}{error}") from None
 
 

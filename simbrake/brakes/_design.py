@@ -193,7 +193,7 @@ class Lining(AbstractLinings):
 @takes_values
 def uniform_linings(
     count: Annotated[int, Whole("number of linings", 1, 10_000)],
-    wrap: Annotated[float, positive("rad", "wrap angle")],
+    wrap: Annotated[float, positive("rad", "wrap angle", 4 * math.pi)],
     friction: AbstractFriction | float,
     area: Annotated[float | None, positive("m^2", "area of a lining")] = None,
     mass: Annotated[float | None, positive("kg", "mass of a lining and its band")] = None,

@@ -185,6 +185,9 @@ def _meant(key: str, parts: Mapping[str, Part], makers: Mapping[str, Maker]) -> 
     tried = [name for name, part in parts.items() if isinstance(part.about, Whole) and key in part.about.guesses]
     if tried:
         return f"did you mean {tried[0]}?"
+    for one, other, share in (("diameter", "radius", "half of it"), ("radius", "diameter", "twice that")):
+        if one in key and (name := key.replace(one, other)) in parts:
+            return f"give {share} as {name}"
     hint = nearest(key, parts)
     others = [name for name, maker in makers.items() if any(part.name == key for part in parts_of(maker))]
     return f"a key of {', '.join(others)}; {hint}" if others else hint

@@ -28,6 +28,28 @@ def test_a_scene_in_units_of_a_rig():
     assert float(sb.Lever("100 lbf", "4 ft", "3 in").gain) == pytest.approx(16.0, rel=1e-15)
 
 
+def test_other_spellings_of_a_rig():
+    for text in ("264 kips", "264 klbf", "264 klbm", "264e3 lbs"):
+        assert float(sb.HookLoad(text, 0.4, 8).mass) == pytest.approx(264e3 * POUND, rel=1e-15), text
+    assert float(sb.friction.StribeckFriction(0.4, 0.3, "60 fpm").stribeck_speed) == pytest.approx(FOOT, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["ton", "tons", "tonf", "mt", "Mt", "ton_force"])
+def test_a_ton_may_be_metric_short_or_long(text):
+    with pytest.raises(sb.InputError, match=r"HookLoad.mass.*which ton. t is 1000 kg, short_ton 907.185 kg, long_ton"):
+        sb.HookLoad(f"120 {text}", 0.4, 8)
+    with pytest.raises(sb.InputError, match=r"which ton. tf .metric. is 9.80665 kN, 2 klbf"):
+        sb.Lever(f"12 {text}", "1 m", "0.1 m")
+    told = [float(sb.HookLoad(f"120 {name}", 0.4, 8).mass) for name in ("t", "tonne", "short_ton", "long_ton")]
+    assert told == pytest.approx([120e3, 120e3, 240e3 * POUND, 268.8e3 * POUND], rel=1e-15)
+
+
+@pytest.mark.parametrize(("text", "nearest"), [("100 lb", "lbf"), ("2 klbs", "klbf"), ("50 kg", "kgf"), ("5 kn", "kN")])
+def test_a_mass_in_place_of_a_force(text, nearest):
+    with pytest.raises(sb.InputError, match=f"— nearest: {nearest}; known here"):
+        sb.Lever(text, "1 m", "0.1 m")
+
+
 def test_inertia_of_data_sheets():
     """A flywheel of 1200 kg and 1.4 m in every form: GD² of its diameter of gyration, 1.4 m/√2, WK² of its radius."""
     mass, diameter = 1200.0, 1.4 / 2**0.5
@@ -112,9 +134,11 @@ def test_mistaken_units_are_asked_about(tmp_path, capsys):
         f'{path}.permissible_pressure = 10 Pa, less than a breath gives: did you mean "10 bar" or "10 psi"?',
     ]
     friction = sb.ConstantFriction(0.35)
-    with pytest.raises(sb.InputError, match=r'14 rad is out of range.*did you mean "14 deg"'):
+    with pytest.raises(sb.InputError, match=r'wrap: 280 rad is out of range.*did you mean "280 deg"'):
         sb.uniform_linings(20, 280.0, friction)
-    many = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(200, 280.0, friction))
+    with pytest.raises(sb.InputError, match=r'14 rad is out of range.*did you mean "14 deg"'):
+        sb.Lining(friction, [14.0] * 20)
+    many = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.Lining(friction, [1.4] * 200))
     with pytest.raises(sb.InputError, match='did you mean "280 deg"'):
         sb.check_scene(sb.Scene(many, sb.Duty(1e3, 0.0), sb.Initial(1.0), 1.0))
 

@@ -208,6 +208,8 @@ LEVER = '{ start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }'
         ('[initial]\nomega = "24 rad/s"', "", "initial", "omega"),
         ('{ radius = "623 mm", stiffness = "100 kN/m" }', "3", "brake.band", "radius, stiffness"),
         ("start =", "strt =", "duty.slack_tension.strt", "nearest: start"),
+        ('{ radius = "590 mm"', '{ diameter = "1 m"', "brake.pulley.diameter", "give half of it as radius"),
+        ('wrap = "270 deg"', "wrap = 270, frction = 1", "brake.linings.wrap", 'did you mean "270 deg"'),
         (LEVER, "{ phases = {} }", "duty.slack_tension.phases", "list"),
         (LEVER, "{ file = 3, column = 'b' }", "duty.slack_tension.file", "3"),
         (LEVER, "{ file = 'a' }", "duty.slack_tension.column", "is missing"),
