@@ -14,6 +14,7 @@ import numpy as np
 from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Bool, Float, PyTree
 
+from ._base._arguments import faults_of_tracing
 from ._base._compiling import per_structure, read_by
 from ._base._corners import clipped, greater, lesser
 from ._base._faults import Fault, InputError
@@ -519,8 +520,8 @@ def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
             what = f"changes of the linings {', '.join(f'{i:g}' for i in chosen)}"
             faults.append(Fault(path, what, f"give whole numbers of linings, 1…{n} from the slack end"))
     faults += _faults_of_bases(law, path)
-    if not faults and not _fits(law, n):
-        faults = [Fault(path, f"its numbers do not fit {n} linings", f"give one number, or a list of {n}")]
+    if not faults and (misfit := _misfit(law, n)) is not None:
+        faults = [Fault(path, *misfit)]
     if not faults and not _sees_changes(law, n):
         faults = [Fault(path, "does not follow the changes over time of a law in it", _PASS_ON)]
     return faults
@@ -557,16 +558,19 @@ def _sees_changes(law: AbstractFriction, n: int) -> bool:
 
 
 @per_structure
-def _fits(law: AbstractFriction, n: int) -> bool:
-    """Whether a law with numbers of these shapes gives one coefficient for each of `n` linings."""
+def _misfit(law: AbstractFriction, n: int) -> tuple[str, str] | None:
+    """What is wrong, and a hint, where a law with numbers of these shapes does not give one coefficient for each of `n`
+    linings."""
+    misfit = f"its numbers do not fit {n} linings", f"give one number, or a list of {n}"
     try:
         contact, _ = contact_like(law, n)
         coefficients = jax.eval_shape(lambda law, contact: (law.kinetic(contact), law.static(contact)), law, contact)
-        return all(np.broadcast_shapes(coefficient.shape, (n,)) == (n,) for coefficient in coefficients)
-    except jax.errors.TracerArrayConversionError:
-        return True  # another error, which the run itself reports
-    except (TypeError, ValueError, IndexError):
-        return False
+        fits = all(np.broadcast_shapes(coefficient.shape, (n,)) == (n,) for coefficient in coefficients)
+        return None if fits else misfit
+    except (TypeError, ValueError, IndexError) as error:
+        for fault in faults_of_tracing(error):
+            return f"{fault.path} {fault.problem}", fault.hint
+        return None if isinstance(error, jax.errors.JAXTypeError) else misfit  # which the run itself reports
 
 
 def _faults_of_memory(law: AbstractFriction, path: str, n: int) -> list[Fault]:

@@ -10,6 +10,9 @@ import inspect
 import itertools
 import numbers
 import os
+import re
+import sys
+import traceback
 import types
 import typing
 from collections.abc import Callable
@@ -27,7 +30,8 @@ def explained(function: _Function) -> _Function:
     """Decorate a public function or class, so that a call that fails on an argument of the wrong kind raises
     `InputError`.
 
-    The error names every argument that does not fit its annotation, and what would. Other errors pass.
+    The error names every argument that does not fit its annotation, and what would, or the user's function that does
+    with traced values what JAX cannot. Other errors pass.
     """
     if isinstance(function, type):
         type.__setattr__(function, "__init__", explained(function.__init__))
@@ -40,12 +44,36 @@ def explained(function: _Function) -> _Function:
         except Exception as error:
             if isinstance(error, InputError) and not error.of_arguments:
                 raise
+            if faults := faults_of_tracing(error):
+                raise InputError(faults) from error
             # an error of a function that this one has called is told in the names of its own arguments
             if faults := _misfits(function, args, named, lists=not isinstance(error, TypeError)):
                 raise InputError(faults, of_arguments=True) from error
             raise
 
     return cast(_Function, called)
+
+
+#: words of errors that NumPy and JAX have for any array
+_ONE_NUMBER = re.compile("truth value of an array|scalar arrays can be converted")
+_LIBRARIES = sys.stdlib_module_names | {"simbrake", "jax", "jaxlib", "equinox", "numpy", "jaxtyping", "beartype"}
+
+
+def faults_of_tracing(error: Exception) -> list[Fault]:
+    """Error of a user's function that takes a traced value for a number of Python or for an array of NumPy."""
+    import jax
+
+    if not isinstance(error, jax.errors.JAXTypeError) and not _ONE_NUMBER.search(str(error)):
+        return []
+    for frame, line in reversed(list(traceback.walk_tb(error.__traceback__))):
+        if str(frame.f_globals.get("__name__")).partition(".")[0] in _LIBRARIES:
+            continue
+        if not any(isinstance(value, jax.core.Tracer) for value in jax.tree.leaves(dict(frame.f_locals))):
+            return []
+        name, file = frame.f_code.co_qualname.rpartition("<locals>.")[2], Path(frame.f_code.co_filename).name
+        what = f"needs the value of a number that JAX only traces ({file}, line {line})"
+        return [Fault(name, what, "take jnp.where in place of `if`, and jax.numpy in place of numpy, math and float()")]
+    return []
 
 
 def _misfits(function: Callable, args: tuple[Any, ...], named: dict[str, Any], lists: bool) -> list[Fault]:

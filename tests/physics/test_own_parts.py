@@ -186,3 +186,40 @@ def test_custom_cone_brake_is_a_full_brake():
         plot.pressed(run)
     with pytest.raises(sb.InputError, match="half_angle"):
         sb.simulate(sb.with_values(scene, {"brake.linings.half_angle": 2.0}))
+
+
+class Ramped(sb.ConstantFriction):
+    """Written as for single numbers."""
+
+    def kinetic(self, contact):
+        return self.coefficient if contact.v > 10 else 0.9 * self.coefficient
+
+
+class Exponential(sb.ConstantFriction):
+    def kinetic(self, contact):
+        return self.coefficient * np.exp(-contact.v)
+
+
+class Late(sb.Constant):
+    def value(self, t, piece):
+        return self.level if t > 1 else 0.5 * self.level
+
+
+class Windy(sb.TorqueLoad):
+    def torque(self, t, omega, piece):
+        return 5.0 * math.sqrt(omega)
+
+
+@pytest.mark.parametrize(
+    ("place", "part", "words"),
+    [
+        (lambda s: s.brake.linings.friction, Ramped(0.4), "brake.linings.friction: Ramped.kinetic needs"),
+        (lambda s: s.brake.linings.friction, Exponential(0.4), "brake.linings.friction: Exponential.kinetic needs"),
+        (lambda s: s.duty.slack_tension, Late(8e3), "Late.value: needs"),
+        (lambda s: s.duty.load, Windy(0.0), "Windy.torque: needs"),
+    ],
+)
+def test_own_parts_written_for_plain_numbers(place, part, words):
+    with pytest.raises(sb.InputError, match=r"test_own_parts.py, line \d+.*jnp.where in place of `if`") as caught:
+        sb.simulate(eqx.tree_at(place, stop_scene(), part))
+    assert words in str(caught.value)
