@@ -62,13 +62,14 @@ _LIBRARIES = sys.stdlib_module_names | {"simbrake", "jax", "jaxlib", "equinox", 
 def faults_of_tracing(error: Exception) -> list[Fault]:
     """Error of a user's function that takes a traced value for a number of Python or for an array of NumPy."""
     import jax
+    from jax.core import Tracer
 
     if not isinstance(error, jax.errors.JAXTypeError) and not _ONE_NUMBER.search(str(error)):
         return []
     for frame, line in reversed(list(traceback.walk_tb(error.__traceback__))):
         if str(frame.f_globals.get("__name__")).partition(".")[0] in _LIBRARIES:
             continue
-        if not any(isinstance(value, jax.core.Tracer) for value in jax.tree.leaves(dict(frame.f_locals))):
+        if not any(isinstance(value, Tracer) for value in jax.tree.leaves(dict(frame.f_locals))):
             return []
         name, file = frame.f_code.co_qualname.rpartition("<locals>.")[2], Path(frame.f_code.co_filename).name
         what = f"needs the value of a number that JAX only traces ({file}, line {line})"
