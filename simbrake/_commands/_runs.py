@@ -574,6 +574,8 @@ def publish(
         from .._pages._publish import faults_of_axes
 
         wrong = cli.axes_of(scene, requested, axes) + faults_of_axes(scene, axes)
+        turned = [path for path, values in axes.items() if live and not values[0] < values[1]]
+        wrong += [Fault(f"--vary {path}", "its low end is not below its high one", "give LOW:HIGH") for path in turned]
         limits.update(cli.attempt(wrong, cli.limits_of, scene, limit, False) or {})
         return wrong
 

@@ -83,12 +83,18 @@ _FIRST = {
     "duty.load.empty": "Mass of block and hook",
     "duty.load.profile.level": "Torque of the load",
     "initial.omega": "Drum speed at the start",
+    "initial.hook_speed": "Hook speed at the start",
     "friction.coefficient": "Friction of the linings",
     "friction.base.coefficient": "Friction of the linings, cold",
     "friction.kinetic_coefficient": "Friction of the linings, sliding",
     "friction.base.kinetic_coefficient": "Friction of the linings, sliding, cold",
 }
 _GROUP = "What decides first"
+
+
+def is_limit(leaf: Leaf) -> bool:
+    """Whether a number is one that a run is compared with, and does not depend on."""
+    return leaf.about.meaning.startswith(("allowable ", "permissible ", "limit: "))
 
 
 def sliders(scene: Scene) -> list[Data]:
@@ -108,7 +114,7 @@ def sliders(scene: Scene) -> list[Data]:
             group = leaf.path.rpartition(".")[0] or "scene"
             control = {**slider_of(path, value, leaf.about), "group": group if first is None else _GROUP}
             controls.append(control | ({"name": first} if first else {}))
-            if leaf.path.startswith(force) and leaf.about.unit in ("N", "Pa"):
+            if leaf.path.startswith(force) and leaf.about.unit in ("N", "Pa") and not is_limit(leaf):
                 pulls.append(controls[-1])
     if pulls:
         pull = max(pulls, key=lambda control: control["value"])

@@ -22,7 +22,7 @@ from .._run._measure import limit_checks
 from .._run._simulate import room_for, simulate
 from ..files._c_export import Export, possible_inputs, printed
 from ..studies._evaluator import scans
-from ._app import slider_of, sliders
+from ._app import is_limit, slider_of, sliders
 from ._live import Data, charts_of, look_of_event, still
 from ._page import PICTURES, draw, head, render, template_file
 from ._publish import Limited, metrics_of, said_of_status
@@ -153,7 +153,8 @@ def _controls(export: Export, ranges: Mapping[str, Sequence[float]]) -> list[Dat
                 {**slider_of(path, value, about, (low, high)), "group": field.rpartition(".")[0] or "scene"}
             )
     else:
-        there = {leaf.path for leaf in leaves(export.scene.as_run)}
+        # (limits are those of the start: what a slider moves is a run)
+        there = {leaf.path for leaf in leaves(export.scene.as_run) if not is_limit(leaf)}
         controls = [control for control in sliders(export.scene) if entry_of(control["path"], there)[0] in there]
     for control in controls:
         field, _ = entry_of(control["path"], fields)

@@ -5,6 +5,7 @@ test run says loudly (`conftest.py`).
 """
 
 import base64
+import contextlib
 import dataclasses
 import html
 import http.client
@@ -487,7 +488,14 @@ class Server(NamedTuple):
 def server(scene, tmp_path_factory):
     toml = tmp_path_factory.mktemp("app") / "scene.toml"
     toml.write_text(f"# An app {NASTY}\n{sb.files.scene_text(scene)}", "utf-8")
-    command = [sys.executable, "-m", "simbrake", "app", str(toml), "--limit", "max_tension=100 kN", "--json"]
+    with serving(toml, "--limit", "max_tension=100 kN") as found:
+        yield found
+
+
+@contextlib.contextmanager
+def serving(toml, *options):
+    """The app of a scene, until the block ends."""
+    command = [sys.executable, "-m", "simbrake", "app", str(toml), *options, "--json"]
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         address = json.JSONDecoder().raw_decode(
             "".join(itertools.takewhile(lambda x: x != "}\n", process.stdout)) + "}"
@@ -582,6 +590,19 @@ def test_every_parameter_has_a_slider(server, scene):
         assert about.low is None or one["low"] >= about.low
         assert about.high is None or one["high"] <= about.high
     assert controls["initial.omega"]["unit"] == "rad/s"
+
+
+def test_the_app_opens_on_what_pulls_and_not_on_its_limit(scene, tmp_path):
+    """The full pull of the hand, though the force that is allowed is larger."""
+    force = sb.PiecewiseLinear([0.0, 0.4], [0.0, 450.0])
+    lever = sb.Lever(force, arm=1.8, slack_arm=0.025, efficiency=0.9, greatest_force=600.0)
+    duty, start = sb.Duty(lever, sb.HookLoad(60e3, 0.35, 10)), sb.Initial(hook_speed=1.0)
+    sb.write_scene(dataclasses.replace(scene, duty=duty, initial=start), tmp_path / "scene.toml")
+    with serving(tmp_path / "scene.toml") as found:
+        first = {one.get("name"): one["path"] for one in controls_of(found) if one["group"] == "What decides first"}
+    assert first["Pull of the hand, full"] == "duty.slack_tension.force.values[1]"
+    assert first["Hook speed at the start"] == "initial.hook_speed"
+    assert first["Mass on the hook"] == "duty.load.mass"
 
 
 def compared_with_the_start(page, start, now):
@@ -714,7 +735,11 @@ def test_each_move_is_a_run(live_page, browser):
 
 def test_page_that_runs_in_words(tmp_path, monkeypatch, capsys):
     monkeypatch.setitem(sys.modules, "ziglang", None)
-    for more, text in ((["--vary", "initial.omega=1"], "PATH=LOW:HIGH"), ([], "pip install 'simbrake[live]'")):
+    for more, text in (
+        (["--vary", "initial.omega=1"], "PATH=LOW:HIGH"),
+        (["--vary", "initial.omega=20:10"], "its low end is not below its high one"),
+        ([], "pip install 'simbrake[live]'"),
+    ):
         code, _, said = call(capsys, "publish", str(STOP), "--live", "--out", str(tmp_path / "x.html"), *more)
         assert code == 2
         assert text in said
