@@ -553,7 +553,7 @@ class Prepared:
         counted = self._like.unpack(np.arange(self.numbers.size, dtype=np.float64))
         slices = {}
         for leaf in leaves(counted):
-            first = int(np.ravel(leaf.value)[0])
+            first = int(np.min(leaf.value, initial=self.numbers.size))  # (a list may be empty)
             slices[leaf.path] = slice(first, first + int(np.size(leaf.value)))
         return slices
 

@@ -43,6 +43,15 @@ def test_run_and_gradient_match_closed_form(run):
                 assert row[run.places[path]] == pytest.approx(expected, rel=1e-7, abs=1e-12)
 
 
+def test_a_scene_with_an_empty_list_is_prepared():
+    """A function of the time without knots."""
+    lever = sb.profiles.FunctionProfile(lambda t, p: p * jnp.ones_like(t), 8e3)
+    run = sb.prepare(stop_scene(C=None, lever=lever), ["stopping_time"])
+    truth = sb.simulate(stop_scene(C=None)).metrics["stopping_time"]
+    assert run().metrics["stopping_time"] == pytest.approx(truth, rel=1e-12)
+    assert run.places["duty.slack_tension.knots"].start == run.places["duty.slack_tension.knots"].stop
+
+
 def test_entries_and_vectors_match_simulate(run):
     change = {"brake.linings.angle[3]": 0.21, "brake.linings.angle[-1]": 0.25, "brake.pulley.inertia": 700.0}
     numbers = run.vector(change)
