@@ -44,7 +44,7 @@ class Lowering:
     """One lowering of the hook, in SI units; times are seconds from the first row of the log.
 
     - `start`: in ISO 8601, `None` in a log without date;  `begin`, `duration`; `height` at the begin, `travel` down
-    - `top_speed`: the highest mean speed between two updates of the height, so that a shorter peak is not in it
+    - `top_speed`: the highest mean speed between two updates of the height, over their usual interval at least
     - `mean_load`: `hook_work`/`travel`;  `static_load`: median over the middle half of the travel, hardly accelerated
     - `hook_work`, `hook_work_low`, `hook_work_high`: `∫F dx` with its interval, see `lowerings`
     - `kind`: `string`, `block` or `not decidable`;  `flags`: reasons to look at it, left out of totals
@@ -310,7 +310,11 @@ class _Finder:
         #: speeds between two updates; a knot before an update is where the motion began, on average
         channel = log.position
         updated = np.isin(height.t, channel.t[channel.updates] if channel.held else height.t)
-        self.between = np.where(updated[1:] & updated[:-1], self.speed, -np.inf)
+        # an update comes up to a row late: a short interval is the mean one
+        row, known = log.interval, updated[1:] & updated[:-1]
+        self.lasted = np.where(known, np.clip(channel.period, step, step + row), step)
+        self.mean_speed = self.fall / self.lasted
+        self.between = np.where(known, self.mean_speed, -np.inf)
         #: no height was recorded there
         self.blind = step > max(thresholds["pause"], 2.5 * height.interval, 2.5 * log.interval)
         self.blind &= self._without_rows(height)
@@ -396,7 +400,7 @@ class _Finder:
         deepest = self.fall[a:b].max()
         if deepest > max(self.limits["jump"], _SINGLE * travel):
             flags.append("single update")
-        if self.speed[a:b].max() > self.limits["fastest"]:
+        if self.mean_speed[a:b].max() > self.limits["fastest"]:
             flags.append("too fast")
         if h.min() < self.limits["floor"]:
             flags.append("below floor")
