@@ -20,6 +20,8 @@ LOADS = ("not decidable", "block", "string")
 _SHARE, _CLASS, _APART = 0.03, 0.02, 1.25
 #: share of a lowering in one update that makes it a jump
 _SINGLE = 0.9
+#: change of speed from one update to the next (m/s^2) that no block makes in a steady motion
+_SUDDEN = 0.25
 #: SI units of the thresholds of `lowerings` that are numbers
 THRESHOLDS = {
     **dict.fromkeys(("pause", "spacing"), "s"),
@@ -231,10 +233,12 @@ def lowerings(
 
     Thresholds, which are printed with the result:
 
-    - a motion ends after a `pause` (s) below `end_speed` (m/s), or after more than `heave` (m) upwards; its ends are
-      cut where it is slower than `end_speed`; at least `travel` (m) is a lowering
-    - flags: more than `jump` (m) and nine tenths of the travel in a single update, faster than `fastest` (m/s), heights
-      below `floor` (m), a load that is missing: these lowerings are listed and left out of totals
+    - a motion ends after a `pause` (s) below `end_speed` (m/s), steps of a slow height such as in drilling included,
+      or after more than `heave` (m) upwards; its ends are cut where it is slower than `end_speed`; at least `travel`
+      (m) is a lowering
+    - flags: more than `jump` (m) and nine tenths of the travel in a single update, or beyond two steady updates on each
+      side of it (by 0.25 m/s² at least), faster than `fastest` (m/s), heights below `floor` (m), a load that is
+      missing: these lowerings are listed and left out of totals
     - `spacing`: heights are taken at least so far apart (s), as differences of frequent readings are noise
     - `tare`: lowest and highest load (N) without string; by default the lowest level of the load at rest at
       which the block also moves
@@ -370,21 +374,25 @@ class _Finder:
         pause, heave, slow = (self.limits[name] for name in ("pause", "heave", "end_speed"))
         step = np.diff(self.height.t)
         spans: list[tuple[int, int]] = []
-        begin, rested, lowest = -1, 0.0, 0.0
+        begin, rested, lowest, left = -1, 0.0, 0.0, 0.0
         for k, (v, dt) in enumerate(zip(self.speed.tolist(), step.tolist(), strict=True)):
+            below = self.height.value[k + 1]
             if begin < 0:
                 if v >= slow and not self.blind[k]:
-                    begin, rested, lowest, last = k, 0.0, self.height.value[k + 1], k + 1
+                    begin, rested, lowest, left, last = k, 0.0, below, below, k + 1
                 continue
-            below = self.height.value[k + 1]
-            rested = 0.0 if v >= slow else rested + dt
-            if self.blind[k] or rested > pause or below - lowest > heave:
+            rested += dt
+            # a step of a coarse height is no speed: as fast on the whole since the last motion
+            moves = v >= slow and left - below >= slow * rested
+            if self.blind[k] or (rested > pause and v < slow) or below - lowest > heave:
                 spans.append((begin, last))
                 begin = -1
                 continue
-            if v >= slow and below <= lowest:
+            if moves:
+                rested, left = 0.0, below
+            if moves and below <= lowest:
                 last = k + 1
-            elif v >= slow:
+            elif moves:
                 last = last if below > self.height.value[last] else k + 1
             lowest = min(lowest, below)
         if begin >= 0:
@@ -397,10 +405,12 @@ class _Finder:
         travel, begin = float(h[0] - h[-1]), float(t[0])
         work, low, high = works.between(a, b)
         flags = []
-        deepest = self.fall[a:b].max()
+        deepest, speed = self.fall[a:b].max(), self.mean_speed[a:b]
         if deepest > max(self.limits["jump"], _SINGLE * travel):
             flags.append("single update")
-        if self.mean_speed[a:b].max() > self.limits["fastest"]:
+        elif self._jumps(speed, self.lasted[a:b]):
+            flags.append("jump")
+        if speed.max() > self.limits["fastest"]:
             flags.append("too fast")
         if h.min() < self.limits["floor"]:
             flags.append("below floor")
@@ -433,6 +443,15 @@ class _Finder:
             flags=tuple(flags),
             activity=self._activity(begin, float(t[-1])),
         )
+
+    def _jumps(self, speed: np.ndarray, lasted: np.ndarray) -> bool:
+        """Whether an update is out of line with two steady ones on each side, by more than a jump."""
+        if speed.size < 5:
+            return False
+        beside = np.stack([speed[:-4], speed[1:-3], speed[3:-1], speed[4:]])
+        most, spread, time = beside.max(0), np.ptp(beside, 0), lasted[2:-2]
+        least = np.maximum(np.maximum(self.limits["jump"] / time, _SUDDEN * time), 2.0 * spread)
+        return bool(np.any(speed[2:-2] - most > least))
 
     def _activity(self, begin: float, end: float) -> str:
         """The log's own code that most rows of a span have."""

@@ -136,6 +136,28 @@ def test_top_speed_of_heights_that_are_held(tmp_path, row, held):
     np.testing.assert_allclose([one.top_speed for one in result.lowerings], 0.8, rtol=0.03)
 
 
+@pytest.mark.parametrize("speed", [30 / 3600, 60 / 3600])
+@pytest.mark.parametrize(("row", "step"), [(1, 0.1), (2, 0.1), (1, 0.01), (5, 0.3048)])
+def test_drilling_is_no_lowering(tmp_path, speed, row, step):
+    """8 m at 0.5 m/s to the bottom, and 26 m of drilling at once, of which the height shows steps."""
+    t = np.arange(0.0, 100.0 + 26.0 / speed, row)
+    h = 40.0 - np.interp(t, [40, 56, 56 + 26.0 / speed], [0, 8, 34])
+    (one,) = sb.rig.lowerings(recording(tmp_path, t, (h / step).round() * step, 1e6 + 0.0 * t)).lowerings
+    assert one.travel == pytest.approx(8.0, abs=0.4)
+    assert one.duration == pytest.approx(16.0, abs=10.0)
+
+
+@pytest.mark.parametrize(("row", "jump", "flags"), [(2, 6, ("jump",)), (2, 4, ("jump",)), (6, 0, ()), (2, 1, ())])
+def test_a_jump_within_a_lowering_is_flagged(tmp_path, row, jump, flags):
+    """The encoder is set back by some metres; and a block that falls by twice as much in one of its updates."""
+    t = np.arange(0.0, 180.0, row)
+    h = np.interp(t, [40, 46, 58, 64, 70, 76], [40, 37.5, 32, 25, 22, 19.5])
+    if jump:
+        h = np.interp(t, [40, 68], [36, 12]) - jump * (t > 54)
+    (one,) = sb.rig.lowerings(recording(tmp_path, t, h, 5e5 + 0.0 * t)).lowerings
+    assert one.flags == flags
+
+
 def test_artefacts_are_flagged_and_left_out(tmp_path):
     t, h, load = shape((40, 0), (20, -20), (60, 0), (20, 5), (60, 0), (20, -28), (60, 0), (10, -10), (60, 0))
     reset = h.copy()
