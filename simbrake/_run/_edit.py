@@ -17,7 +17,7 @@ from jax.core import Tracer
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._part import Leaf, about_of, below, faults_of_values, leaves, parts_below, presence_below, present_path
-from .._base._quantity import NumberReader, Quantity, as_number
+from .._base._quantity import NumberReader, Quantity, as_number, has_units
 from .._parts._scene import Scene, require_scene
 from ..brakes._design import Lining
 from ..thermal._heat import EffusivityPartition, FlashTemperature, FrictionHeat, Heat, TransmissionPartition
@@ -209,7 +209,7 @@ def unknown_paths(scene: Scene, paths: Iterable[str]) -> list[str]:
     return [path for path in paths if entry_of(path, slots)[0] not in slots]
 
 
-def read_numbers(scene: Scene, path: str, texts: Sequence[str]) -> list[float]:
+def read_numbers(scene: Scene, path: str, texts: Sequence[str | float]) -> list[float]:
     """Values for a number of the scene, each in SI or with its unit, as `["40 t", "80 t"]`.
 
     Raises `InputError` for an unknown path, for what is not a number in its range, and where only some have a unit.
@@ -220,12 +220,24 @@ def read_numbers(scene: Scene, path: str, texts: Sequence[str]) -> list[float]:
         raise InputError([_unknown(path, name, slots)])
     about, reader = slots[name].about, NumberReader()
     values = [reader.number(text, about, path, about.unit) for text in texts]
-    bare = [text for text in texts if _is_float(text)]
+    bare = [text for text in map(str, texts) if _is_float(text)]
     if not reader.faults and 0 < len(bare) < len(texts):
         reader.fault(path, f"{bare[0].strip()} has no unit, others have one", "give all of them their unit")
     if reader.faults:
         raise InputError(reader.faults)
     return [float(value) for value in values]
+
+
+def numbers_in_si(scene: Scene, path: str, values: Any) -> Any:
+    """Values for a number of the scene, of which some have a unit, as numbers in SI: `["40 t", "80 t"]` as by
+    `read_numbers`, `"40 t"` as one. Without any text they are what they are."""
+    if isinstance(values, np.ndarray) and values.dtype.kind in "OU":
+        values = values.tolist()
+    if not has_units(values):
+        return values
+    texts = [values] if isinstance(values, str) else [*values]
+    numbers = read_numbers(scene, path, texts)
+    return numbers[0] if isinstance(values, str) else numbers
 
 
 def _is_float(text: str) -> bool:

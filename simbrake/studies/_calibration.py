@@ -619,11 +619,11 @@ def _warnings(
 @explained
 def calibrate(
     scene: Scene,
-    bounds: Mapping[str, tuple[float, float]],
+    bounds: Mapping[str, tuple[float | str, float | str]],
     data: Measured | Sequence[Measured] | Mapping[str, Measured],
     *,
-    per_recording: Mapping[str, tuple[float, float]] | None = None,
-    start: Mapping[str, float] | None = None,
+    per_recording: Mapping[str, tuple[float | str, float | str]] | None = None,
+    start: Mapping[str, float | str] | None = None,
     rtol: float = 1e-8,
     solver: Solver | None = None,
     max_steps: int | None = None,
@@ -640,8 +640,8 @@ def calibrate(
 
         min ½ Σ ρ(((model − measured)/σ)²)
 
-    - `bounds`: `{"brake.linings.friction.coefficient": (0.2, 0.5)}` in SI units, paths as in `with_values`; where both
-      are positive and their ratio exceeds 100 the search is logarithmic
+    - `bounds`: `{"brake.linings.friction.coefficient": (0.2, 0.5)}` in SI or as texts with units, paths as in
+      `with_values`; where both are positive and their ratio exceeds 100 the search is logarithmic
     - `data`: `read_measured(…)` or `Measured.of(…)`; of several recordings a list (their names are 1, 2, …), or a
       dictionary by name. Numbers that are known of a recording are in its `Measured.known`
     - `per_recording`: bounds of parameters that differ between recordings; `bounds` are those of shared ones

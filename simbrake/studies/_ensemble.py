@@ -31,7 +31,7 @@ from .._outputs._metrics import RESIDUALS, identity_of
 from .._parts._scene import Scene, faults, require_scene
 from .._physics._mechanism import Label
 from .._run._choice import stiffness
-from .._run._edit import Inputs, with_inputs
+from .._run._edit import Inputs, numbers_in_si, with_inputs
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._simulate import (
     check_limits,
@@ -173,7 +173,7 @@ def plan_of(
     chunk: int | None,
 ) -> Plan:
     issues = Faults()
-    arrays = _arrays(values, issues)
+    arrays = _arrays(scene, values, issues)
     issues.attempt(check_limits, rtol, np.inf, max_steps)
     for name, count in (("chunk", chunk), ("max_steps", max_steps)):
         issues.unless(count is None or (isinstance(count, int) and count >= 1), name, count, f"{name} > 0")
@@ -195,14 +195,17 @@ def plan_of(
     return plan
 
 
-def _arrays(values: Mapping[str, object], issues: Faults) -> Columns:
+def _arrays(scene: Scene, values: Mapping[str, object], issues: Faults) -> Columns:
     arrays: Columns = {}
     if not values or not isinstance(values, Mapping):
         issues.append(Fault("values", "nothing varies", "give {path: array of values}"))
         return arrays
     for path, value in values.items():
         try:
-            array = np.array(value, dtype=np.float64)
+            array = np.array(numbers_in_si(scene, path, value), dtype=np.float64)
+        except InputError as error:
+            issues += error.faults
+            continue
         except (TypeError, ValueError):
             issues.append(Fault(path, "its values are not numbers", "an array (runs,), or (runs, entries)"))
             continue
@@ -655,7 +658,7 @@ def ensemble(
     """Runs a scene once for every row of `values` and gives an `xarray.Dataset` with the dimension `run`.
 
     - `values`: `{path: array}`, (runs,) for one number (or one for all entries of a field), (runs, entries) for a
-      field with entries; SI units, paths as in `with_values`
+      field with entries; in SI, or (runs,) texts with units, as `["40 t", "80 t"]`; paths as in `with_values`
     - `metrics`: names, energies as `energy.…`, or functions of a `Result` to a number that accept traced values. By
       default everything the scene has but maxima (`max_…`, `peak_…`), which cost many times the run
     - `rtol`, `solver`, `max_steps`: as in `simulate`; every run gets the solver and the step limits that it would get
@@ -721,7 +724,10 @@ def sweep(
     axes, issues = {}, Faults()
     for path, axis in values.items():
         try:
-            array = np.atleast_1d(np.asarray(axis, dtype=np.float64))
+            array = np.atleast_1d(np.asarray(numbers_in_si(scene, path, axis), dtype=np.float64))
+        except InputError as error:
+            issues += error.faults
+            continue
         except (TypeError, ValueError):
             array = np.zeros((1, 1))
         if array.ndim != 1 or len(np.unique(array)) != len(array):

@@ -32,7 +32,7 @@ from .._outputs._metrics import METRICS, identity_of, metric_names
 from .._outputs._probe import ends_driven, lowers_steadily, runs_away
 from .._parts._scene import Scene, require_scene
 from .._physics._mechanism import Label
-from .._run._edit import Inputs, entry_of, with_inputs, with_values
+from .._run._edit import Inputs, entry_of, numbers_in_si, with_inputs, with_values
 from .._run._measure import Metric, measure, name_of
 from .._run._result import Result
 from .._run._simulate import Solver, room_for, simulate, simulate_lane, solver_name, solver_of, step_limits
@@ -179,7 +179,7 @@ class Faults(list[Fault]):
     def report(self) -> None:
         """Raises `InputError` if anything is wrong."""
         if self:
-            raise InputError(self)
+            raise InputError([*dict.fromkeys(self)])
 
 
 def numbers_of(chosen: Iterable[Leaf]) -> np.ndarray:
@@ -234,7 +234,7 @@ def box_of(
     issues: Faults,
     *,
     each: bool = False,
-    starts: Mapping[str, float] | None = None,
+    starts: Mapping[str, float | str] | None = None,
     decades: float = np.inf,
 ) -> Box:
     """The numbers at paths with bounds (low, high), by default from the scene's values; adds what is wrong with them.
@@ -248,8 +248,13 @@ def box_of(
     for path, pair in bounds.items():
         field, index = entry_of(path, known)
         leaf = known.get(field)
-        value: Any = (starts or {}).get(path)
         if issues.attempt(with_inputs, scene, {path: 0.0}) is None:
+            continue
+        try:
+            value: Any = numbers_in_si(scene, path, (starts or {}).get(path))
+            pair = numbers_in_si(scene, path, pair)
+        except InputError as error:
+            issues += error.faults
             continue
         if value is None and leaf is not None:
             value = np.asarray(leaf.value, float)[... if index is None else index]

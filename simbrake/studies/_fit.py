@@ -78,9 +78,9 @@ def recordings_of(scene: Scene, data: Any, issues: Faults) -> list[Recording]:
 
 def box_of_all(
     recordings: Sequence[Recording],
-    shared: Mapping[str, tuple[float, float]],
-    own: Mapping[str, tuple[float, float]],
-    starts: Mapping[str, float],
+    shared: Mapping[str, tuple[float | str, float | str]],
+    own: Mapping[str, tuple[float | str, float | str]],
+    starts: Mapping[str, float | str],
     issues: Faults,
 ) -> Box:
     """Bounds and start of the parameters, first those that all recordings share, then those of each; adds what is wrong
@@ -106,7 +106,7 @@ def box_of_all(
     return Box(paths, *(np.concatenate([rows[0][:k], *(row[k:] for row in rows)]) for rows in columns))
 
 
-def solver_within(recordings: Sequence[Recording], bounds: Mapping[str, tuple[float, float]]) -> Solver:
+def solver_within(recordings: Sequence[Recording], bounds: Mapping[str, tuple[float | str, float | str]]) -> Solver:
     """The method that `simulate` chooses at the start or with any parameter at a bound: the stiff one if any is."""
     scenes = [each.scene for each in recordings]
     ends = [(path, end) for path, pair in bounds.items() for end in pair]

@@ -11,12 +11,12 @@ from typing import Any, Literal, NamedTuple, TypeAlias
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault
+from .._base._faults import Fault, InputError
 from .._base._quantity import Quantity, behind
 from .._base._table import Column, Table, Tabular, plain
 from .._outputs._log import SimulationError
 from .._parts._scene import Scene, faults, require_scene
-from .._run._edit import Inputs, with_inputs, with_values
+from .._run._edit import Inputs, numbers_in_si, with_inputs, with_values
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from ._ensemble import Dataset, ensemble
 from ._evaluator import Columns, Faults, as_metrics, failure_name
@@ -56,7 +56,7 @@ class Draws:
         self.about: dict[str, Quantity] = {}  # of each path
         frozen: dict[str, Any] = {}
         for path, distribution in distributions.items():
-            if (one := _distribution(path, distribution, issues)) is not None:
+            if (one := _distribution(scene, path, distribution, issues)) is not None:
                 self.quantiles[path], frozen[path] = _quantile_of(one), one
         medians = {path: float(quantile(0.5)) for path, quantile in self.quantiles.items()}
         issues.attempt(with_inputs, scene, dict.fromkeys(distributions, 0.0) | medians)
@@ -95,7 +95,8 @@ def samples(
     """`n` samples of independent parameters of a scene: path → (n,), as for `ensemble`.
 
     - `distributions`: by path (`"brake.linings.angle[3]"` for one entry; a path of an array alone means one number
-      for all its entries) a frozen distribution of `scipy.stats`, or `(low, high)` for a uniform one; SI units
+      for all its entries) a frozen distribution of `scipy.stats`, or `(low, high)` for a uniform one; in SI, or
+      texts with units
     - `method`: `"sobol"`, scrambled Sobol points, evenly spread where `n` is a power of two (for another `n` the
       first `n` points of the next power, which are still well spread but no longer balanced); `"latin"`, a Latin
       hypercube; `"random"`, independent points
@@ -146,12 +147,15 @@ def power_of_two(n: int) -> int:
     return (int(n) - 1).bit_length()
 
 
-def _distribution(path: str, distribution: Distribution, issues: Faults) -> Distribution:
+def _distribution(scene: Scene, path: str, distribution: Distribution, issues: Faults) -> Distribution:
     """The frozen distribution, or `None`, with its error added."""
     how = "a frozen distribution as scipy.stats.norm(0.35, 0.02), or (low, high) for a uniform one"
     if isinstance(distribution, tuple | list):
         try:
-            low, high = (float(x) for x in distribution)
+            low, high = (float(x) for x in numbers_in_si(scene, path, distribution))
+        except InputError as error:
+            issues += error.faults
+            return None
         except (TypeError, ValueError):
             low = high = np.nan
         if np.isfinite(low) and np.isfinite(high) and low < high:

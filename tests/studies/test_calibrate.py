@@ -231,7 +231,8 @@ def test_headline_names_wrong_fixed_number():
 
 def test_a_bound_that_holds_the_fit_is_said():
     values = line(noise=np.random.default_rng(0))
-    fit = sb.calibrate(rigid(), LINE | {T0: (2e3, 7e3)}, speeds(values), start=START)
+    texts = START | {T0: f"{START[T0] / 1e3!r} kN"}
+    fit = sb.calibrate(rigid(), LINE | {T0: ("2 kN", "7 kN")}, speeds(values), start=texts)
     assert fit[T0].state == State.AT_HIGH
     assert fit[T0].value == 7e3
     assert np.isnan(fit[T0].standard_error)

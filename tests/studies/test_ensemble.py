@@ -140,7 +140,7 @@ def test_sweep_is_a_full_grid_of_single_runs(caplog):
     scene, metrics = stop_scene(), ["stopping_time", "energy.friction_heat", "max_tension"]
     assert str(sb.simulate(scene)).startswith("stopped")
     with nothing_compiled(caplog):
-        data = sb.sweep(scene, {SPEED: [10.0, 20.0], LEVER: [6e3, 8e3, 1e4]}, metrics, progress=False)
+        data = sb.sweep(scene, {SPEED: [10.0, 20.0], LEVER: ["6 kN", "8 kN", "1e4 N"]}, metrics, progress=False)
     assert data.stopping_time.dims == (SPEED, LEVER)
     got = data.sel({SPEED: 20.0, LEVER: 1e4})
     single = sb.simulate(sb.with_values(scene, {SPEED: 20.0, LEVER: 1e4}))
@@ -169,7 +169,13 @@ ANGLE = "brake.linings.angle"
         ({"initial.omeg": [1.0]}, {}, ["initial.omeg", "nearest: initial.omega"]),
         ({SPEED: [1.0], LEVER: [1.0, 2.0]}, {}, ["the numbers of runs differ"]),
         ({"initial.time": [1.0, 7.0], SPEED: [1.0, 2.0]}, {}, ["end_time", "run 1", "must be later"]),
-        ({SPEED: ["fast"]}, {"rtol": 2.0, "chunk": 0}, ["3 input errors", "not numbers", "rtol", "chunk"]),
+        ({SPEED: ["fast"]}, {"rtol": 2.0, "chunk": 0}, ["3 input errors", "is not a number with", "rtol", "chunk"]),
+        (
+            {SPEED: ["10 rpm", "2 m"], "brake.pulley.inertia": np.asarray(["1 kg*m^2", "-2 kg*m^2"])},
+            {},
+            ["'m' is not a unit", "'-2 kg*m^2' is out of range"],
+        ),
+        ({SPEED: ["10 rpm", 2.0], "initial.omeg": ["1 rpm"]}, {}, ["2.0 has no unit", "nearest: initial.omega"]),
         ({}, {}, ["nothing varies"]),
         ({SPEED: [1.0]}, {"metrics": ["stopping_time", "stopping_time"]}, ["asked for twice"]),
         ({SPEED: [1.0]}, {"workers": 0}, ["workers: 0 is out of range"]),

@@ -62,6 +62,17 @@ def test_any_number_of_sobol_samples():
     assert np.array_equal(sb.studies.samples(brake(), given, 100)["initial.omega"], whole[:100])
 
 
+def test_ranges_with_units():
+    given = sb.studies.samples(brake(), {"initial.omega": ("120 rpm", "240 rpm")}, 16)
+    assert np.array_equal(
+        given["initial.omega"],
+        sb.studies.samples(brake(), {"initial.omega": (4 * np.pi, 8 * np.pi)}, 16)["initial.omega"],
+    )
+    with pytest.raises(sb.InputError) as caught:
+        sb.studies.samples(brake(), {"initial.omega": ("120 rpm", "2 m"), "initial.omeg": ("1 rpm", "2 rpm")}, 16)
+    assert [fault.path for fault in caught.value.faults] == ["initial.omega", "initial.omeg"]
+
+
 def test_all_input_errors_in_one_report():
     given = {
         "brake.linings.friction.coefficient": stats.norm(0.35, 0.1),
