@@ -102,7 +102,10 @@ class Module:
         module = lowered.compiler_ir()
         self.functions: dict[str, Body] = {}
         for operation in module.body.operations:  # pyright: ignore
-            self.functions[operation.attributes["sym_name"].value] = self._body(operation.regions[0].blocks[0])
+            block = next((block for region in operation.regions for block in region.blocks), None)
+            if block is None:
+                raise UnknownOperation(operation.operation.name)
+            self.functions[operation.attributes["sym_name"].value] = self._body(block)
         self._numbers.clear()
         self.calls = collections.Counter(op.attributes["callee"].value for op in self._calls())
 

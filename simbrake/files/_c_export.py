@@ -3,6 +3,7 @@
 import functools
 import importlib
 import itertools
+import math
 import re
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -16,7 +17,7 @@ from .._base._arguments import explained
 from .._base._compiling import pack
 from .._base._faults import Fault, InputError, whole_file
 from .._base._part import leaves
-from .._base._quantity import shown
+from .._base._quantity import Quantity, shown
 from .._outputs._log import FAILURES, STATUS_MESSAGES, Status, status_of
 from .._outputs._metrics import metric_names
 from .._outputs._probe import ends_driven, lowers_steadily, runs_away, seen_at
@@ -372,6 +373,7 @@ class Export:
             programs=programs,
             room=" ".join(room),
             count=count,
+            ranges=self._ranges(),
             width=self.width,
             held=len(self.held),
             metrics=self.outputs,
@@ -383,6 +385,14 @@ class Export:
             skipped=SKIPPED,
         )
 
+    def _ranges(self) -> str:
+        """Of the numbers of each path where they begin, how many, and what they may be."""
+        places = leaves(self.like.unpack(np.arange(self.numbers.size, dtype=np.float64)))
+        rows = [
+            (int(np.min(one.value)), np.size(one.value), *range_of(one.about)) for one in places if np.size(one.value)
+        ]
+        return ", ".join(f"{{{first}, {size}, {low!r}, {high!r}}}" for first, size, low, high in rows)
+
     def _about_inputs(self) -> dict[str, Any]:
         """Of each input: its points, its place in the mode, how many points a command needs, what it may be."""
         held = list(self.held.values())
@@ -393,6 +403,12 @@ class Export:
             "positive": ", ".join("1" if h.unit == "N" else "0" for h in held) or "0",
             "prompt": ", ".join("0" if h.delay or h.lag is not None else "1" for h in held) or "0",
         }
+
+
+def range_of(about: Quantity) -> tuple[float, float]:
+    """Lowest and highest value that a number may have."""
+    low, high = about.ends
+    return math.nextafter(low, math.inf) if about.open_low else low, high
 
 
 def _by_number(codes: Iterable[tuple[str, int, str]]) -> list[str]:

@@ -29,7 +29,7 @@ from .._outputs._quantities import SERIES_COLUMNS
 from .._parts._scene import Scene, checked
 from .._run._stepper import Stepper, held_inputs
 from ..loads import TorqueLoad
-from ._c_export import Export, c_name, check_waiting, possible_inputs, printed, program_version
+from ._c_export import Export, c_name, check_waiting, possible_inputs, printed, program_version, range_of
 from ._scene_file import leaves, scene_from_text, scene_text
 
 #: outputs of several values, of which the maximum is given
@@ -307,8 +307,7 @@ def _c_variables(name: str, variables: Sequence[_Variable], token: str, export: 
     """What the functions of FMI have to know of a scene."""
     rows = []
     for one in variables:
-        low, high = one.about.ends
-        low = math.nextafter(low, math.inf) if one.about.open_low else low
+        low, high = range_of(one.about)
         rows.append(f'  {{{one.kind}, {one.first}, {one.size}, {low!r}, {high!r}, "{one.name}"}},')
     rows.append('  {TIME, 0, 1, 0, 0, "time"},')
     starts = ", ".join(repr(one.start) for one in variables if one.causality == "input") or "0"

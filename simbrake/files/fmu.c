@@ -18,6 +18,7 @@ typedef enum { OK, WARNING, DISCARD, ERROR, FATAL } status; /* as in FMI 2.0 and
 typedef struct {
   double numbers[UPPER(NUMBERS)], rtol, inputs[UPPER(INPUTS) + 1], last_event_time;
   double start, offset; /* of the simulation; its time less that of the scene */
+  int running; /* after initialization */
   int started, event_count, last_event;
   NAME(stepper) stepper;
 } state;
@@ -26,7 +27,6 @@ typedef struct instance {
   state now;
   NAME(memory) *memory;
   NAME(event) events[MOST_EVENTS];
-  int running; /* after initialization */
   int logging;
   void (*log)(struct instance *, status, const char *category, const char *text);
   void (*logger)(void); /* of the environment */
@@ -77,7 +77,6 @@ static void reset(instance *one) {
   for (int i = 0; i < UPPER(INPUTS); i++) first.inputs[i] = input_starts[i];
   first.last_event_time = -1;
   one->now = first;
-  one->running = 0;
 }
 
 static const char *reason(int code) {
@@ -142,7 +141,7 @@ static status write(instance *one, unsigned reference, double value) {
     return OK;
   }
   if (v->kind > TOLERANCE) return said(one, ERROR, "logStatusError", "%s is an output", v->name);
-  if (one->running) return said(one, ERROR, "logStatusError", "%s is fixed once initialized", v->name);
+  if (one->now.running) return said(one, ERROR, "logStatusError", "%s is fixed once initialized", v->name);
   *(v->kind == PARAMETER ? &now->numbers[v->first] : &now->rtol) = value;
   now->started = 0;
   return OK;
@@ -253,7 +252,7 @@ static status each_written(instance *one, const unsigned *references, size_t cou
 FMI(void, FreeInstance)(void *one) { freed((instance *)one); }
 FMI(status, ExitInitializationMode)(void *one) {
   const status code = started((instance *)one);
-  ((instance *)one)->running = code == OK;
+  ((instance *)one)->now.running = code == OK;
   return code;
 }
 FMI(status, Terminate)(void *one) { (void)one; return OK; }

@@ -106,8 +106,14 @@ static int scene_append(scene_event *events, int room, int count, double time, c
 }
 
 static int scene_sound(const double *x, int count, double rtol) {
+  static const struct { int first, size; double low, high; } ranges[] = {@ranges@};
   if (!(rtol > 1e-15 && rtol < 0.1)) return 0;
   for (int i = 0; i < count; i++) if (x[i] != x[i]) return 0;
+  for (size_t k = 0; k < sizeof ranges / sizeof *ranges; k++)
+    for (int i = 0; i < ranges[k].size; i++) {
+      const double number = x[ranges[k].first + i];
+      if (number < ranges[k].low || number > ranges[k].high) return 0;
+    }
   return 1;
 }
 
@@ -257,6 +263,10 @@ int scene_step(scene_memory *memory, scene_stepper *stepper, double dt, const do
     if (inputs[k] == v[n - 1]) continue;
     if (s.time == s.start && prompt[k]) { /* it is what the run begins with */
       for (int i = 0; i < n; i++) v[i] = inputs[k];
+      continue;
+    }
+    if (h->passed < n && t[n - 1] == s.time) { /* it takes the place of one that has not acted yet */
+      v[n - 1] = inputs[k];
       continue;
     }
     if (h->passed < least[k]) return SCENE_CODE_TOO_MANY_COMMANDS;

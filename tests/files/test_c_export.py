@@ -1,6 +1,7 @@
 """A scene as C: compiled by the C compiler of the machine, beside prepared runs and the `Stepper`."""
 
 import ctypes
+import dataclasses
 import re
 import shutil
 import subprocess
@@ -160,6 +161,19 @@ def test_numbers_are_those_of_the_call(stop, compiled):
         assert compiled.status == sb.simulate(sb.with_values(stop, values)).status
     assert compiled.run(initial_omega=np.nan)[0] == compiled.at["CODE_BAD_NUMBER"]
     assert compiled.run(rtol=-1.0)[0] == compiled.at["CODE_BAD_NUMBER"]
+    for number in (0.0, -1.0, np.inf):
+        assert compiled.run(brake_pulley_inertia=number)[0] == compiled.at["CODE_BAD_NUMBER"]
+
+
+def test_what_has_no_form_in_c_is_said_in_words(stop, tmp_path):
+    def outside(t, p):
+        return jax.pure_callback(lambda x: np.asarray(x), jax.ShapeDtypeStruct((), np.float64), p)
+
+    lever = sb.profiles.FunctionProfile(outside, 2e4, typical=2e4)
+    scene = dataclasses.replace(stop, duty=dataclasses.replace(stop.duty, slack_tension=lever))
+    with pytest.raises(sb.InputError, match="which has no C form yet"):
+        sb.export_c(scene, tmp_path / "outside.c")
+    assert [*tmp_path.iterdir()] == []
 
 
 def test_program_of_its_own(stop, compiled, tmp_path):
@@ -174,9 +188,10 @@ def test_program_of_its_own(stop, compiled, tmp_path):
 def test_steps_are_those_of_the_stepper(stop, compiled):
     stepper = sb.Stepper(stop, ["lever"])
     assert compiled.start() == 0
-    for lever in (3e3, 9e3, 9e3, 0.0, 24e3, 60e3):
-        expected = stepper.advance(0.13, lever=lever)
-        code, events = compiled.step(0.13, lever)
+    # (a command that lasts no time gives way to the next one)
+    for dt, lever in ((0.13, 3e3), (0.13, 9e3), (0.13, 9e3), (0.0, 5e3), (0.13, 0.0), (0.13, 24e3), (0.13, 60e3)):
+        expected = stepper.advance(dt, lever=lever)
+        code, events = compiled.step(dt, lever)
         assert code == 0
         same_events(events, [(event.name, event.time) for event in expected.events], 1e-10)
         for name in ("t", "omega", "phi", "brake_torque", "slack_tension"):

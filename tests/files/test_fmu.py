@@ -48,7 +48,7 @@ def file(request):
 class Run:
     """An instance of an FMU, by names."""
 
-    def __init__(self, file, start=0.0, **values):
+    def __init__(self, file, start=0.0, begin=True, **values):
         self.said = []
         described = fmpy.read_model_description(file)
         self.vr = {one.name: one.valueReference for one in described.modelVariables}
@@ -63,10 +63,11 @@ class Run:
         callbacks.logger = fmpy.fmi2.fmi2CallbackLoggerTYPE(log)
         self.callbacks = callbacks
         self.fmu.instantiate(callbacks=callbacks, loggingOn=True)
-        self.set(**values)
-        self.fmu.setupExperiment(startTime=start)
-        self.fmu.enterInitializationMode()
-        self.fmu.exitInitializationMode()
+        if begin:
+            self.set(**values)
+            self.fmu.setupExperiment(startTime=start)
+            self.fmu.enterInitializationMode()
+            self.fmu.exitInitializationMode()
 
     def set(self, **values):
         self.fmu.setReal([self.vr[name] for name in values], list(values.values()))
@@ -153,6 +154,18 @@ def test_states_are_kept_and_set_back(file):
     slower.fmu.setFMUstate(slower.fmu.deSerializeFMUstate(data))
     assert slower.get("initial.omega", "brake.pulley.inertia") == [24.0, 1200.0]
     np.testing.assert_array_equal(slower.steps(COMMANDS[3:], 0.39), first)
+
+
+def test_parameters_are_fixed_in_a_state_that_runs(c_file):
+    """Also in an instance that did not begin by itself."""
+    run = Run(c_file)
+    run.steps(COMMANDS[:2], 0.0)
+    data = run.fmu.serializeFMUstate(run.fmu.getFMUstate())
+    other = Run(c_file, begin=False)
+    other.fmu.setFMUstate(other.fmu.deSerializeFMUstate(data))
+    with pytest.raises(fmpy.fmi1.FMICallException):
+        other.set(**{"initial.omega": 12.0})
+    np.testing.assert_array_equal(other.steps(COMMANDS[2:], 0.26), run.steps(COMMANDS[2:], 0.26))
 
 
 def test_state_has_its_outputs_and_its_clock(file):
