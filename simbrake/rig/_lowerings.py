@@ -17,7 +17,7 @@ STATES = ("no data", "down", "up", "at rest", "in slips", "set down", "slack")
 #: of the load on the hook
 LOADS = ("not decidable", "block", "string")
 #: share of the rows that makes a level of loads, width of a class of loads, ratio of two levels
-_SHARE, _CLASS, _APART = 0.03, 0.02, 1.25
+_SHARE, _CLASS, _APART = 0.03, 0.01, 1.25
 #: share of a lowering in one update that makes it a jump
 _SINGLE = 0.9
 #: change of speed from one update to the next (m/s^2) that no block makes in a steady motion
@@ -488,7 +488,7 @@ class _Finder:
         count = np.bincount(classes - classes.min()).astype(float)
         wide = np.convolve(count, np.ones(5), "same")
         least = _SHARE * load.size
-        peaks = [i for i in range(wide.size) if wide[i] >= least and wide[i] == wide[max(0, i - 6) : i + 7].max()]
+        peaks = [i for i in range(wide.size) if wide[i] >= least and wide[i] == wide[max(0, i - 3) : i + 4].max()]
         if not peaks:
             return None, False
         loads = [float(np.exp((i + classes.min() + 0.5) * _CLASS)) for i in peaks]

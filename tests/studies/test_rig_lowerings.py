@@ -190,6 +190,22 @@ def test_states_and_the_log_s_own_codes(tmp_path):
     assert {one.kind for one in told.lowerings} == {"block"}
 
 
+@pytest.mark.parametrize("stand", [3e4, 4.5e4, 6e4])
+def test_a_stand_in_the_elevators_is_not_the_block(tmp_path, stand):
+    """Running in from nothing: the block rests longer with a stand than without one."""
+    seconds, metres = [40, 28, 110, 28, 10], [0, 28, 0, -28, 0]
+    ends = np.cumsum(seconds * 5)
+    t = np.arange(0.0, ends[-1], 2.0)
+    h = 10.0 + np.interp(t, [0, *ends], np.cumsum([0, *(metres * 5)]))
+    loads = np.concatenate([BLOCK + stand * np.array([0, 0, 1, n, n]) for n in range(1, 6)])
+    noise = np.random.default_rng(4).normal(1.0, 0.005, t.size)
+    result = sb.rig.lowerings(recording(tmp_path, t, h, loads[np.searchsorted(ends, t, side="right")] * noise))
+    assert result.tare.value == pytest.approx(BLOCK, rel=0.01)
+    assert 0.98 * BLOCK < result.tare.low < result.tare.high < 1.02 * BLOCK
+    heavy = [one.kind for n, one in enumerate(result.lowerings, 1) if n * stand > 0.29 * BLOCK]
+    assert set(heavy) == {"string"}
+
+
 def test_one_level_is_not_decidable(tmp_path):
     result = sb.rig.lowerings(recording(tmp_path, *shape((40, 0), (20, -20), (60, 0))))
     assert not result.decidable
