@@ -138,6 +138,22 @@ def test_guard_that_is_zero_at_a_restart():
     np.testing.assert_allclose(event_times(r), [0.3, 0.8], rtol=1e-10)
 
 
+class ZeroThenDown(Timed):
+    """A guard that is 0 but for a rate of rounding up to 0.4, as a force that is none so far, and falls from there."""
+
+    def guards(self, t, y, mode):
+        return jnp.where(mode[0] > 0, 1.0, jnp.where(t < 0.4, self.curves * t, 0.4 - t))
+
+
+@pytest.mark.parametrize("rate", [0.0, 1e-17, -1e-17])
+def test_guard_that_falls_from_zero_inside_a_step(rate):
+    start = (jnp.zeros(1, jnp.int32), jnp.asarray(0))
+    system = ZeroThenDown(curves=jnp.asarray(rate), corner=jnp.asarray(jnp.inf))
+    r = solve(system, jnp.asarray(0.0), start, 0.0, 1.0, settings(), TSIT5)
+    assert int(r.code) == 0
+    np.testing.assert_allclose(event_times(r), [0.4], rtol=1e-10)
+
+
 @pytest.mark.parametrize(("centre", "depth"), [(0.09, 1.0), (0.283, 0.05), (0.5, 0.05), (0.71, 1.0), (0.93, 0.05)])
 def test_excursion_inside_one_step_is_found(centre, depth):
     """`ẏ = 1` takes steps as long as the run; below zero for 1/16 of it. Times against the closed form."""
