@@ -428,7 +428,9 @@ class Stepper:
 
     def __getitem__(self, name: str) -> Any:
         """A column of `series` at the present time by its name: a number, or one for each lining or node."""
+        # (a series has no reserve where no load is held; here the next step may hold one)
         columns = flat(self.series(), pairs=True)
+        columns.setdefault("holding_reserve", np.full(1, np.nan))
         if name not in columns:
             raise KeyError(f"{name!r} is no column of this scene; there are {', '.join(columns)}")
         value = np.asarray(columns[name])[0]

@@ -65,6 +65,7 @@ def test_held_inputs_match_closed_form():
         omega += (M - F * arm) / inertia * 0.4
         np.testing.assert_allclose(stepper.omega, omega, rtol=1e-12)
     stop = stepper.advance(2.0, lever="9 kN", load=0.0).events[-1]
+    assert np.isnan(stepper["holding_reserve"])  # (it holds no load)
     np.testing.assert_allclose(stop.time, 1.2 + omega * inertia / (9e3 * arm), rtol=1e-12)
     assert (stop.name, stepper.omega) == ("stop", 0.0)
     assert stepper.advance(10.0, load=0.999 * 9e3 * arm).events == []
