@@ -178,7 +178,8 @@ def search(
     `negative_from` is the share of the step from which a guard was seen to be negative, `inf` where it was not.
     """
     d0, d1 = c.rate * h, rate1 * h
-    # from 0 downwards, but for a rate of rounding: at once if the slope at the start explains the drop, else halve until it is clear
+    # from 0 downwards, also after a rise of rounding: at once if the slope at the start explains the drop, else halve
+    # until it is clear
     sinking = ~c.armed & (c.g <= tol) & ~leaving(c, h) & crosses
     # (just above -tol the steps that are left would be too short to move a state)
     at_start = inconsistent(c, tol) | (sinking & ((d0 <= 0.5 * g1) | (c.g <= -0.5 * tol)))
