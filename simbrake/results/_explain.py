@@ -482,8 +482,16 @@ def _remedy(result: Result) -> list[Finding]:
         return []
     factor = capacity["load_torque"] / capacity["brake_torque"]
     times = digits(factor, 4)
-    text = f"At the temperatures of the end the brake would balance the load with {times} times its torque: "
+    hot = "At the temperatures of the end the" if result.scene.heated else "The"
+    text = f"{hot} brake would balance the load with {times} times its torque: "
     text += f"with the force of the lever multiplied by {times}, or the load divided by it."
+    m, most = result.metrics, allowable_values(result.scene)
+    for name in ("max_lever_force", "max_actuator_pressure"):
+        if name in most and m.get(name) is not None and factor * m[name] > most[name]:
+            unit = about_output(name)["units"]
+            bound = number(most[name], unit, count=4)
+            text += f" That is {number(factor * m[name], unit, count=4)}, more than the {bound} allowed: "
+            text += "reduce the load, or give the brake more friction or wrap."
     return [Finding("remedy", text, {"factor": factor})]
 
 

@@ -3,6 +3,7 @@
 import gzip
 import lzma
 import re
+import warnings
 
 import numpy as np
 import pytest
@@ -157,6 +158,15 @@ DAMAGED = {
     "deep": ("<logs>" + "<a>" * 60, "nests more than 50 elements"),
     "no rows": (witsml([], {name: (unit, []) for name, (unit, _) in SHORT.items()}, "1.4.1.1"), "has no data"),
     "torn row": (XML.replace(",890.0<", "<"), "row 3: has 2 cells under 3 columns"),
+    "huge": (CSV.replace("28.5,880.0", "1e308,1e308"), "line 4, column BPOS: has 1e+308: no rig has — null=1e+308 if"),
+    "huge loads": (CSV.replace(".0\n", "e300\n"), "line 3, column HKLD: has 9e+302, as 4 rows do: no rig has"),
+    "huge times": (
+        CSV.replace("\n,", "\nd,").replace("2026-", "1").replace("03-01T23:50:0", "0").replace(".000Z", "e305"),
+        "line 3, time: is outside of the years 1 to 9999 — is it in the unit of its column?",
+    ),
+    "year 0": (CSV.replace("2026-", "0000-"), "line 3, time: is outside of the years 1 to 9999"),
+    "no loads": (re.sub(r",\d+\.0\n", ",0\n", CSV), "column HKLD: has no load above zero"),
+    "negative": (re.sub(r",(\d+\.0)\n", r",-\1\n", CSV), "column HKLD: has no load above zero — names={'hook_load'"),
     "torn line": (CSV.replace(",890.0\n", "\n"), "line 5: has 2 cells under 3 columns"),
     "unknown unit": (CSV.replace("kN", "bananas"), "column HKLD: 'bananas' is not a unit of load of the hook"),
     "other kind": (CSV.replace("kN", "kg/m3"), "column HKLD: 'kg/m3' is not a unit"),
@@ -177,7 +187,9 @@ DAMAGED = {
 @pytest.mark.parametrize("name", DAMAGED)
 def test_damaged_files_are_errors_in_words(tmp_path, name):
     text, words = DAMAGED[name]
-    told = faults(written(tmp_path, "a.txt", text))
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        told = faults(written(tmp_path, "a.txt", text))
     assert any(words in fault for fault in told), told
     assert all("a.txt" in fault for fault in told)
 
@@ -200,11 +212,24 @@ def test_all_errors_at_once(tmp_path):
 
 
 def test_cells_that_are_no_numbers_are_told(tmp_path):
-    text = CSV.replace("880.0", "Bad Input").replace("910.0\n", "910.0\n" + stamp(10))
+    text = CSV.replace("880.0", "Bad Input").replace("910.0\n", f"910.0\n{stamp(10)}\n")
     log = sb.rig.read(written(tmp_path, "a.csv", text))
     assert log["HKLD"].nulls == 2
     assert any("1 cells are no numbers ('Bad Input' in line 4)" in guess for guess in log.guesses)
     assert any("line 8, the last, has 1 of 3 cells: left out" in guess for guess in log.guesses)
+
+
+@pytest.mark.parametrize(("name", "end"), [("a.csv", "\n"), ("a.csv", "\r\n"), ("a.csv", "\r"), ("a.las", "\n")])
+def test_a_file_that_is_cut_inside_its_last_number(tmp_path, name, end):
+    """91 of 910 kN is no reading: the last row is left out, and told; a line end more and it is read."""
+    text = {"a.csv": CSV, "a.las": las(TIMES, SHORT)}[name].replace("\n", end)
+    log = sb.rig.read(written(tmp_path, name, text[: -len(f"0.0{end}")]))
+    assert (log.t.size, log["HKLD"].value[2]) == (4, 8.9e5)
+    count = text.count(end)
+    assert f"line {count}, the last, does not end as the others do: it may be cut off, left out" in log.guesses
+    whole = sb.rig.read(written(tmp_path, name, text))
+    assert (whole.t.size, whole["HKLD"].value[-1]) == (5, 9.1e5)
+    assert not any("cut off" in guess for guess in whole.guesses)
 
 
 @pytest.mark.parametrize("name", ["a.csv", "a.xml"])
