@@ -15,6 +15,8 @@ _WHOLE = re.compile(rf"(?:(?P<date>{DATE})|(?P<digits>\d{{8}}))?[T ]*\s*(?P<cloc
 _ISO = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}:\d{2}(\.\d+)?(?P<zone>Z|[+-]\d{2}:\d{2})?")
 _MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
 _DAY = 86400.0
+#: seconds from 1970 to the first and behind the last time that has a date
+_FIRST, _LAST = -62135596800.0, 253402300800.0
 #: names of a column of times, the more certain ones first
 _NAMES = (
     "DATETIME",
@@ -52,6 +54,20 @@ def times_of(table: Table, where: str, time: Sequence[str], faults: list[Fault])
 
     - `time`: names of the columns, and a format as `%d/%m/%Y` where a date may be read in two ways
     """
+    with np.errstate(over="ignore"):
+        times = _times_of(table, where, time, faults)
+    if times is None:
+        return None
+    wrong = np.flatnonzero((times.seconds < _FIRST) | (times.seconds >= _LAST))
+    if not wrong.size:
+        return times
+    what = "is outside of the years 1 to 9999"
+    faults.append(Fault(f"{where} {table.row(wrong[0])}, time", what, "is it in the unit of its column?"))
+    return None
+
+
+def _times_of(table: Table, where: str, time: Sequence[str], faults: list[Fault]) -> Times | None:
+    """Times as `times_of` has them, of any size."""
     columns = [name for name in time if "%" not in name]
     form = next((name for name in time if "%" in name), "")
     unknown = [name for name in columns if name not in table.names]

@@ -156,8 +156,9 @@ class _Lines:
     def __init__(self, stream: _Limited, encoding: str | None) -> None:
         import codecs
 
-        self.latin = False
-        self._stream, self._rest = stream, ""
+        #: whether the last line lacks the end that the others have: its last number may be cut off
+        self.latin, self.cut = False, False
+        self._stream, self._rest, self._count = stream, "", 0
         self._decoder = codecs.getincrementaldecoder(encoding)("replace") if encoding else None
         self._bytes = b""
 
@@ -189,15 +190,22 @@ class _Lines:
         if "\r" in text:
             text = text.replace("\r\n", "\n").replace("\r", "\n")
         lines = text.split("\n")
+        end = lines.pop()
+        self._count += len(lines)
         if not last:
-            self._rest = lines.pop() + self._rest
+            self._rest = end + self._rest
             self._stream.check_row(len(self._rest))
+        elif not self._count:
+            lines = [end]
+        else:
+            self.cut = bool(end.strip())
         if lines:
             yield lines
 
     @property
     def remarks(self) -> list[str]:
-        return ["not UTF-8: read as Latin-1"] if self.latin else []
+        cut = f"line {self._count + 1}, the last, does not end as the others do: it may be cut off, left out"
+        return ["not UTF-8: read as Latin-1"] * self.latin + [cut] * self.cut
 
 
 class _Rows:

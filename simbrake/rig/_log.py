@@ -76,6 +76,8 @@ ROLES: dict[str, Role] = {
 _NEEDED = ("block_position", "hook_load")
 #: channels of which motion and work are made
 _MOTION = (*_NEEDED, "compensated_position", "hook_load_min", "hook_load_max", "heave")
+#: sizes, by SI unit, that no rig has, and of which nothing can be computed
+_ABSURD = {"m": 1e6, "N": 1e12}
 #: units as logs write them (in lower case), by the SI unit; the table of simbrake has the others
 _POUND, _TONNE = 4.4482216152605, 9806.65
 _SPELLINGS: dict[str, dict[str, float]] = {
@@ -429,6 +431,9 @@ class _Reading:
             seconds, rows = self._ordered(times.seconds, spread=each)
         of_column = {i: (role, of) for role, (i, of) in roles.items()}
         scales = {i: self._scale(role, i, of) for i, (role, of) in of_column.items()}
+        for i, scale in scales.items():
+            if scale is not None and of_column[i][0] in _MOTION:
+                self._sized(i, ROLES[of_column[i][0]].unit, float(scale.factor))
         if not {"block_position", "compensated_position"} & roles.keys():
             there = ", ".join(f"{n} [{u}]" if u else n for n, u in zip(table.names, table.units, strict=True))
             self.fault("", "has no block position", f"names={{'block_position': 'COLUMN'}}; there are: {there}")
@@ -545,12 +550,14 @@ class _Reading:
         where = f" column {name}"
         if role == "activity":
             return None
-        if not x.size or np.isnan(x).all():
+        empty = not x.size or np.isnan(x).all()
+        if empty or (role.startswith("hook_load") and not np.nanmax(x) > 0):
+            what = "has nothing but nulls" if empty else "has no load above zero"
             if role in _NEEDED or role == "compensated_position":
-                what = "holds words, not numbers" if i in self.table.texts else "has nothing but nulls"
+                what = "holds words, not numbers" if i in self.table.texts else what
                 self.fault(where, what, f"names={{{role!r}: 'COLUMN'}} says which other column it is")
             else:
-                self.guesses.append(f"{role}: {name} has nothing but nulls, not used")
+                self.guesses.append(f"{role}: {name} {what}, not used")
             return None
         if about.unit == "1":
             return Unit(1.0)
@@ -571,6 +578,16 @@ class _Reading:
                 f"names={{{role!r}: '{name} [unit]'}}; {error}{also}",
             )
             return None
+
+    def _sized(self, i: int, si: str, factor: float) -> None:
+        """An error for a value that is no reading."""
+        x = self.table.values[i]
+        rows = np.flatnonzero(np.abs(x) > _ABSURD[si] / factor)
+        if rows.size:
+            where = f" {self.table.row(rows[0])}, column {self.table.names[i]}"
+            many = f", as {rows.size} rows do" if rows.size > 1 else ""
+            what = f"has {x[rows[0]]:g}{many}: no rig has"
+            self.fault(where, what, "remove the row, or give this as a null value")
 
     def _without_unit(self, role: str, name: str, x: np.ndarray) -> Unit | None:
         """SI where the size of the values agrees with it, which is told; else an error of a needed channel."""

@@ -158,7 +158,7 @@ DAMAGED = {
     "deep": ("<logs>" + "<a>" * 60, "nests more than 50 elements"),
     "no rows": (witsml([], {name: (unit, []) for name, (unit, _) in SHORT.items()}, "1.4.1.1"), "has no data"),
     "torn row": (XML.replace(",890.0<", "<"), "row 3: has 2 cells under 3 columns"),
-    "huge": (CSV.replace("28.5,880.0", "1e308,1e308"), "line 4, column BPOS: has 1e+308: no rig has — null=1e+308 if"),
+    "huge": (CSV.replace("28.5,880.0", "1e308,1e308"), "line 4, column BPOS: has 1e+308: no rig has — remove the row"),
     "huge loads": (CSV.replace(".0\n", "e300\n"), "line 3, column HKLD: has 9e+302, as 4 rows do: no rig has"),
     "huge times": (
         CSV.replace("\n,", "\nd,").replace("2026-", "1").replace("03-01T23:50:0", "0").replace(".000Z", "e305"),
