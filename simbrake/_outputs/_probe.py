@@ -266,9 +266,12 @@ def capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) 
 def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
     """Load on a pulley at rest, and the static capacity of the brake in its direction (N·m, both ≥ 0).
 
-    The load is that of the instant, of an elastic rope its pull.
+    The load is that of the instant, of an elastic rope its pull. A lever that follows the speed can pull to its limit.
     """
     *_, surfaces, (tension, _) = system.given(t, y, mode)
+    lever, piece = system.lever_at(y, mode), piece_of(mode, LEVER)
+    if lever.controls_speed:
+        tension = jnp.where(lever.follows(piece), lever.greatest(), tension)
     load = system.load_torque(t, jnp.zeros_like(y.omega), mode, y)
     way = jnp.where(load < 0, -1.0, 1.0)
     pairs = system.capacity(tension, way, y.own, surfaces, static=True)

@@ -130,7 +130,7 @@ def _points(t: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     chord, at = np.diff(angle) / span, np.zeros(t.size)
     mean = (chord[1:] * span[:-1] + chord[:-1] * span[1:]) / (span[1:] + span[:-1])
     at[1:-1] = np.sign(mean) * np.minimum(np.abs(mean), 2 * np.minimum(np.abs(chord[1:]), np.abs(chord[:-1])))
-    # (a drum that comes to rest before the lever is pulled would be held by what is left of its tension)
+    # (a stop under the pulled lever is found in fewer steps than a speed that only touches 0)
     at[-1] = max(1e-3 * chord[-1], 0.0)
     middle, between = 0.5 * (t[1:] + t[:-1]), 2 * chord - 0.5 * (at[1:] + at[:-1])
     times, speeds = (np.stack(x, axis=1).ravel() for x in ((t[:-1], middle), (at[:-1], between)))

@@ -56,6 +56,15 @@ def test_no_load_has_no_reserve():
     )
 
 
+def test_a_lever_that_follows_the_speed_has_its_limit():
+    """At rest it pulls what balances the load, and could pull more."""
+    stop = sb.Driller(sb.PiecewiseLinear([0.0, 2.0], [10.0, 0.0]), T0)
+    result = sb.simulate(sb.with_values(held(0.5 * M, stop), {"initial.omega": 10.0}))
+    reserve = R * T0 * (capstan(STATIC * F) - 1) / (0.5 * M)
+    assert result.series([3.0]).omega[0] == 0.0
+    assert result.metrics["min_holding_reserve"] == pytest.approx(reserve, rel=1e-12)
+
+
 @pytest.mark.slow
 def test_reserve_falls_with_fade():
     """Linings heated by a source: `T = T_a + P t/C`, `f = f_0 (1 − s (T − T_a))`; its derivatives."""
