@@ -22,6 +22,8 @@ _SHARE, _CLASS, _APART = 0.03, 0.01, 1.25
 _SINGLE = 0.9
 #: change of speed from one update to the next (m/s^2) that no block makes in a steady motion
 _SUDDEN = 0.25
+#: correlation of the load with the acceleration of the block that shows how late it is
+_ALIKE = 0.6
 #: SI units of the thresholds of `lowerings` that are numbers
 THRESHOLDS = {
     **dict.fromkeys(("pause", "spacing"), "s"),
@@ -347,10 +349,34 @@ class _Finder:
             )
         if self.log.compensated:
             self.notes.append(f"{self.log.position.mnemonic} is heave-compensated: not the motion of the drum")
+        self._clocks(spans)
         state, load = self._states(tare, decidable, heavy)
         return Lowerings(
             self.log, tuple(found), state, load, tare, decidable, works.interval_by, limits, tuple(self.notes)
         )
+
+    def _clocks(self, spans: list[tuple[int, int]]) -> None:
+        """Note a load that shows the acceleration of the block, `F = m (g − a)`, earlier or later than the height."""
+        lags = np.arange(-10.0, 10.1, 0.5)
+        both, loads, rates = np.zeros(lags.size), np.zeros(lags.size), 0.0
+        long = [(a, b) for a, b in spans if b - a > 4]
+        for a, b in long:
+            t, v = self.height.t[a : b + 1], self.mean_speed[a:b]
+            rate = np.diff(v, prepend=v[0]) / np.diff(t)
+            rate -= rate.mean()
+            load = self.load.at(t[:-1] + lags[:, None])
+            usual = np.maximum(np.median(load, axis=1, keepdims=True), 1.0)
+            load = np.clip(load / usual, 0.9, 1.1)  # what is picked up or set down is more
+            load -= load.mean(axis=1, keepdims=True)
+            both, loads, rates = both - load @ rate, loads + (load**2).sum(axis=1), rates + rate @ rate
+        alike = both / np.sqrt(np.maximum(loads * rates, 1e-12))
+        lag, late = float(lags[alike.argmax()]), 0.5 * (self.height.interval + self.load.interval)
+        if len(long) > 2 and late < abs(lag) < lags[-1] and alike.max() > max(_ALIKE, 2.0 * alike[lags == 0.0][0]):
+            when = f"{abs(lag):g} s {'later' if lag > 0 else 'earlier'}"
+            self.notes.append(
+                f"the load shows starts and stops of the block about {when} than the height does, outside of the "
+                f"intervals of the work: where their clocks differ, offset={lag:g} brings them together"
+            )
 
     def _gaps(self, found: list[Lowering]) -> None:
         """Note gaps that may hide lowerings; raise `InputError` where they are much beside what is in the rows."""

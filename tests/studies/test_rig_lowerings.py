@@ -1,6 +1,7 @@
 """Lowerings in recordings of a rig, and the ledger: known work in every sampling, states, flags, what is refused."""
 
 import json
+import re
 
 import numpy as np
 import pytest
@@ -107,6 +108,31 @@ def test_intervals_hold_the_work_of_rare_and_coarse_readings(tmp_path, step, gri
         width.append((one.hook_work_high - one.hook_work_low) / work)
     assert np.mean(inside) >= 0.85
     assert np.median(width) < 0.1
+
+
+@pytest.mark.parametrize("ahead", [0.0, 3.0, -3.0])
+def test_clocks_that_differ_are_told(tmp_path, ahead):
+    """By the inertia in the load; with the offset of the note the intervals hold the work again."""
+    t, h, load, true = trip(STANDS)
+    rows = np.arange(0.0, t[-1], 1.0)
+    read = np.interp(rows - ahead, t, load) * np.random.default_rng(5).normal(1.0, 0.003, rows.size)
+    columns = {"BPOS": ("m", np.interp(rows, t, h).round(3)), "HKLD": ("kN", read)}
+    file = written(tmp_path, "a.xml", witsml(rows, columns))
+
+    def found(offset):
+        result = sb.rig.lowerings(sb.rig.read(file, offset=offset))
+        pairs = zip(result.lowerings, true, strict=True)
+        said = [re.search(r"offset=(\S+) brings", note) for note in result.notes]
+        hit = np.mean([one.hook_work_low <= work <= one.hook_work_high for one, (*_, work) in pairs])
+        return hit, [float(match[1]) for match in said if match]
+
+    hit, offsets = found(None)
+    if ahead:
+        assert hit < 0.5
+        assert offsets == pytest.approx([ahead], abs=0.5)
+        hit, offsets = found(*offsets)
+    assert hit > 0.8
+    assert not offsets
 
 
 @pytest.mark.parametrize(
