@@ -87,22 +87,36 @@ class Reconstruction:
         return float(np.sum(force * rates) / 6)
 
 
+def _from(at: float, h: np.ndarray, room: float) -> np.ndarray:
+    """Monotone heights (k,) of a motion from the height `at` of the replay's block on, up to that of the log.
+
+    The motion is longer or shorter by what the replay has skipped: by the `room` (m) at most, so that a jump of the
+    encoder moves nothing; a hoisting by any way shorter, as behind a lowering that is left out.
+    """
+    up, lift = h[-1] > h[0], at - h[0]
+    if lift < -room or (lift > room and not up):
+        return h
+    return np.append(at, (np.maximum if up else np.minimum)(h[1:], at))
+
+
 def _motions(found: Lowerings, height: Course, load: Course) -> Iterator[Motion]:
     """Monotone motions in the order of time: lowerings, hoistings, and what lies between them beyond the noise."""
-    limits = found.thresholds
+    limits, heave = found.thresholds, found.thresholds["heave"]
     down, up = spans_of(found, height, load)
     known = dict(zip(down, found.lowerings, strict=True))
-    end, last = height.t.size - 1, 0
+    end, last, at = height.t.size - 1, 0, float(height.value[0])
     for a, b in [*sorted([*down, *up]), (end, end)]:
         begin = max(a, last)
         h = height.value[last : begin + 1]
-        way = abs(h[-1] - h[0])
-        if way > limits["heave"]:  # from where it leaves the one height to where it reaches the other
-            first = last + int(np.flatnonzero(np.abs(h - h[0]) < 0.1 * way)[-1])
+        ends = _from(at, h[[0, -1]], heave)
+        way = abs(ends[1] - ends[0])
+        if way > heave:  # from where it leaves the one height to where it reaches the other
+            first = last + int(np.flatnonzero(np.abs(np.append(ends[0], h[1:]) - ends[0]) < 0.1 * way)[-1])
             until = first + int(np.flatnonzero(np.abs(height.value[first : begin + 1] - h[-1]) < 0.1 * way)[0])
             t = height.t[[first, until]]
             if way < limits["fastest"] * (t[1] - t[0]):
-                yield Motion(t, h[[0, -1]])
+                yield Motion(t, ends)
+                at += ends[1] - ends[0]
         last = max(last, b)
         t, h = height.t[begin : last + 1], height.value[begin : last + 1]
         if t.size < 2:
@@ -111,6 +125,7 @@ def _motions(found: Lowerings, height: Course, load: Course) -> Iterator[Motion]
         jumps = step.max() > max(limits["jump"], 0.9 * abs(h[-1] - h[0]))
         if not jumps and np.max(step / np.diff(t)) <= limits["fastest"]:
             h = (np.minimum if h[-1] < h[0] else np.maximum).accumulate(h)
+            h = h if (a, b) in known else _from(at, h, heave)
             # the ends of a rest, and no rest where a height was only read late
             still = np.diff(h) == 0
             ends = np.concatenate([[True], ~(still[1:] & still[:-1]), [True]])
@@ -118,6 +133,7 @@ def _motions(found: Lowerings, height: Course, load: Course) -> Iterator[Motion]
             late = (np.diff(h)[:-1] == 0) & (t[2:] - t[:-2] <= _LATE * height.interval)
             rests = np.concatenate([[True], ~late, [True]])
             yield Motion(t[rests], h[rests], known.get((a, b)))
+            at += h[-1] - h[0]
 
 
 def _points(t: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -93,6 +93,31 @@ def test_the_inertia_in_the_recorded_load_counts_once(tmp_path):
     assert rise == pytest.approx(float(energy["friction_heat"]) / CAPACITY, rel=1e-6)
 
 
+@pytest.mark.parametrize(
+    "cycle",
+    [
+        pytest.param([-28.0, -0.12, 28.12], id="into the slips"),
+        pytest.param([-3.0, 0.25] * 5 + [13.75], id="raised between lowerings", marks=pytest.mark.slow),
+        pytest.param([-14.0, 14.25, -0.25], id="lowered a little", marks=pytest.mark.slow),
+    ],
+)
+def test_small_movements_at_rest_are_given_back(tmp_path, cycle):
+    """Movements below the threshold do not pile up: the block of the replay stays by that of the log."""
+    pieces = [np.full(20, 30.0)]
+    for way in cycle * 4:  # at 1 m/s, and 40 s of rest
+        at = pieces[-1][-1]
+        pieces += [at + np.sign(way) * np.minimum(np.arange(2.0, abs(way) + 2, 2.0), abs(way)), np.full(20, at + way)]
+    height = np.concatenate(pieces)
+    t, down = 2.0 * np.arange(height.size), [-x for x in cycle * 4 if x < -2]
+    replay = sb.rig.replay(recording(tmp_path, t, height, np.full(t.size, STRING)), scene_of())
+    away = height - (height[0] - np.asarray(replay.path.hook.travelled(replay.path.angle_at(t))))
+    resting = np.append(height[1:] == height[:-1], True)
+    assert np.abs(away[resting]).max() < 0.3
+    np.testing.assert_allclose([one.travel for one in replay.lowerings], down, rtol=0.01)
+    np.testing.assert_allclose([one.hook_work for one in replay.lowerings], STRING * np.asarray(down), rtol=0.03)
+    assert float(replay.result.energy["load_work"]) == pytest.approx(STRING * (height[0] - height[-1]), abs=0.3 * STRING)
+
+
 @pytest.mark.slow
 def test_the_lever_holds_in_a_pause_of_a_lowering(tmp_path):
     """At rest the tension is the pull, not what is left of that in motion."""
