@@ -321,6 +321,13 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
     return figure
 
 
+def _label(axes: Axes, lines: Any, **look: Any) -> None:
+    """Numbers on contours, but those that the border would cut."""
+    for text in axes.clabel(lines, fontsize=TEXT, fmt="%.4g", **look):
+        x, y = axes.transAxes.inverted().transform(axes.transData.transform(text.get_position()))
+        text.set_visible(0.05 < x < 0.95 and 0.05 < y < 0.95)
+
+
 def _shown(data: Dataset, asked: Sequence[str] | None) -> list[str]:
     """Names of the metrics to be drawn."""
     names = [str(name) for name, variable in data.data_vars.items() if "meaning" not in variable.attrs]
@@ -381,7 +388,7 @@ def _contours(axes: Axes, data: Dataset, paths: list[str], z: Float[np.ndarray, 
             near = Triangulation(*(w[good] / np.ptp(w[good]) for w in (x, y))).triangles
             mesh = Triangulation(x[good], y[good], near)
             lines = axes.tricontour(mesh, z[good], levels=7, colors="k", linewidths=1.0)
-            axes.clabel(lines, fontsize=TEXT, fmt="%.4g")
+            _label(axes, lines)
         return
     axes.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()), title=label)
     if good.sum() > 2:
@@ -392,7 +399,7 @@ def _contours(axes: Axes, data: Dataset, paths: list[str], z: Float[np.ndarray, 
         ]  # none between values equal but rounding
         filled = axes.contourf(x, y, z.T, levels=levels, cmap="viridis", extend="both")
         lines = axes.contour(x, y, z.T, levels=filled.levels, colors="white", linewidths=0.8)
-        axes.clabel(lines, fontsize=TEXT, colors="white", fmt="%.4g")
+        _label(axes, lines, colors="white")
     a, b = _edges(x), _edges(y)
     for i, j in np.argwhere(np.isnan(z)):
         cell = {"facecolor": "white", "edgecolor": "0.5", "hatch": "///", "lw": 0}

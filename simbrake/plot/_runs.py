@@ -440,7 +440,7 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
             _extremes(surface, t, T, colour, named, lw=3.0 if name == "rim" else 1.3)
         if cycles is not None:
             surface.plot([], [], color="0.3", ls=":", label="lowest of a cycle")
-        limits = {name: (f"{own.get(name, name)}, permissible", "--", T) for name, T in heat.permissible_at.items()}
+        limits = {name: (f"{own.get(name, name)} ≤", "--", T) for name, T in heat.permissible_at.items()}
         limits["coolant, outlet"] = "coolant boils at", ":", heat.boiling
         for name, (words, style, most) in limits.items():
             if most is None or name == "outer":  # the outer face of the linings, with their own limit
@@ -449,7 +449,7 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
             if limit < highest + 1.5 * (highest - lowest):
                 surface.axhline(limit, label=f"{words} {limit:.4g} °C", **look)
             else:
-                surface.plot([], [], label=f"{words} {limit:.4g} °C, above", **look)
+                surface.plot([], [], label=f"{words} {limit:.4g} °C above", **look)
         _coefficients(friction, result, t)
         surface.set_xlim(window.start, window.end)
         surface.set_ylabel("surface temperature, °C")
@@ -492,12 +492,13 @@ def _surfaces(result: Result, window: Window) -> tuple[Times, dict[str, Float[np
 def _envelope(axes: Axes, t: Times, T: Float[np.ndarray, "t n"], bounds: Times, colour: str, words: str) -> None:
     """The area between the maxima and the minima of all cycles, at their times."""
     cuts = np.searchsorted(t, bounds)
-    lines = []
+    lines, known = [], np.ones(t.size, bool)
     for values, extreme, style in ((T.max(axis=1), np.argmax, "-"), (T.min(axis=1), np.argmin, ":")):
         at = np.asarray([a + extreme(values[a:b]) for a, b in pairwise(cuts) if b > a])
         axes.plot(t[at], values[at], color=colour, ls=style, label=words if style == "-" else None)
         lines.append(np.interp(t, t[at], values[at]))
-    axes.fill_between(t, *lines, color=colour, alpha=0.15, lw=0)
+        known &= (t >= t[at[0]]) & (t <= t[at[-1]])
+    axes.fill_between(t, *lines, where=known.tolist(), color=colour, alpha=0.15, lw=0)
 
 
 def _coefficients(axes: Axes, result: Result, t: Times) -> None:

@@ -4,6 +4,7 @@ import base64
 import contextlib
 import functools
 import io
+import math
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Iterator
@@ -22,7 +23,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Arc, FancyArrowPatch, Patch
 from matplotlib.text import Text
-from matplotlib.ticker import FuncFormatter, MaxNLocator
+from matplotlib.ticker import AutoLocator, FuncFormatter, MaxNLocator
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
@@ -99,11 +100,24 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
         for axes in figure.axes:
             keep_level(axes)
             axes.tick_params(which="both", labelsize=TEXT)  # further ticks are made when the figure is written
+            _space_ticks(axes)
         if max(to_rgb(matplotlib.rcParams["figure.facecolor"])) < 0.5:
             _lighten(figure)
         return figure
 
     return drawn
+
+
+def _space_ticks(axes: Axes) -> None:
+    """Fewer ticks of time where their labels are long, as 6106.5: Matplotlib leaves room for four letters."""
+    low, high = axes.get_xlim()
+    if not isinstance(axes.xaxis.get_major_locator(), AutoLocator) or not high > low:
+        return
+    decimals = max(0, math.ceil(-math.log10((high - low) / 5.0)))
+    letters = len(f"{max(abs(low), abs(high)):.{decimals}f}")
+    if letters > 4:
+        width = 72.0 * axes.get_position().width * axes.figure.get_figwidth()  # pyright: ignore
+        axes.xaxis.set_major_locator(MaxNLocator(int(np.clip(width / (0.8 * TEXT * letters), 2, 8)), min_n_ticks=2))
 
 
 def _lighten(figure: Figure) -> None:

@@ -145,8 +145,8 @@ def test_each_body_has_its_own_limit(rims):
     run = sb.simulate(dataclasses.replace(scene, heat=heat, brake=brake, end_time=0.5))
     drawn = {line.get_label(): line for line in plot.temperatures(run).axes[0].lines}
     for words, limit, body in (
-        ("rim, permissible 70 °C", 70.0, "rim"),
-        ("linings, permissible 90 °C", 90.0, "linings"),
+        ("rim ≤ 70 °C", 70.0, "rim"),
+        ("linings ≤ 90 °C", 90.0, "linings"),
     ):
         np.testing.assert_allclose(drawn[words].get_ydata(), limit)
         curve = next(line for name, line in drawn.items() if name in (body, f"{body}, hottest"))
