@@ -97,6 +97,12 @@ def totals(rows: Sequence[Entry]) -> Entry:
     return sums | {"hottest": max(rows, key=lambda row: row["energy"])}
 
 
+def stops_words(rows: Sequence[Entry]) -> str:
+    """How many stops there are, and how many of them end a hoist."""
+    hoists = sum(row.get("travel", 0.0) < 0 for row in rows)
+    return f"{len(rows)} stops" + (f", {hoists} of them after hoisting" if hoists else "")
+
+
 def travel_words(sums: Entry) -> str:
     """Travel of the hook in all stops, down and up where there is both."""
     whole, upwards = sums["travel"], sums["upwards"]
@@ -121,7 +127,7 @@ def duty_lines(summary: Entry) -> Iterator[str]:
                 angle, slowest, hottest = sums["angle"], sums["slowest"], sums["hottest"]
                 travel = f", hook travel {travel_words(sums)}" if "travel" in sums else ""
                 yield (
-                    f"total    {len(rows)} stops in {duration}: in motion {number(sums['motion_time'], 's')}, "
+                    f"total    {stops_words(rows)} in {duration}: in motion {number(sums['motion_time'], 's')}, "
                     f"braked {number(sums['braking_time'], 's')}, {number(angle, 'rad')}{travel}"
                 )
                 if slowest["braking_time"]:

@@ -8,7 +8,7 @@ from typing import NamedTuple
 from .._base._arguments import explained
 from .._base._faults import InputError
 from .._base._table import coloured, number, plain, rows_table
-from .._outputs._duty import DutyKind, speed_is_led
+from .._outputs._duty import DutyKind, speed_is_led, stops_words
 from .._outputs._log import Status
 from .._outputs._metrics import HOT, about_output
 from .._outputs._probe import Entry
@@ -159,7 +159,7 @@ def _outcome(result: Result) -> str:
             after = f"Stopped after {number(m['stopping_time'], 's')}"
             return after + (", then released" if result.status == Status.RELEASED else "")
         case DutyKind.STOPS:
-            return f"{len(result.stops)} stops; at the end {result.status.replace('_', ' ')}"
+            return f"{stops_words(summary['stops'])}; at the end {result.status.replace('_', ' ')}"
         case DutyKind.DRAG:
             return f"Lowered under the brake for {number(summary['end']['duration'], 's')}"
         case DutyKind.DRIVEN:

@@ -13,7 +13,7 @@ from .._base._arguments import explained
 from .._base._faults import InputError
 from .._base._progress import Progress, shown_progress
 from .._base._table import Table, Tabular, digits, number, plain
-from .._outputs._duty import DutyKind, rows_of, totals
+from .._outputs._duty import DutyKind, rows_of, stops_words, totals
 from .._outputs._log import failure_of
 from .._outputs._metrics import (
     HOLDING,
@@ -203,7 +203,7 @@ def _many(summary: dict[str, Any]) -> Finding:
     others = len(rows) - len(braked)
     first, last, longest = (number(row["braking_time"], "s") for row in (braked[0], braked[-1], slowest))
     text = (
-        f"{len(rows)} stops in {number(end['duration'], 's')}, of which {number(total['motion_time'], 's')} in motion "
+        f"{stops_words(rows)} in {number(end['duration'], 's')}, of which {number(total['motion_time'], 's')} in motion "
         f"and {number(total['braking_time'], 's')} braked{f'; {others} are without the brake' if others else ''}. "
         f"The first takes {first} of braking, the last {last}, the longest {longest} (stop {slowest['stop']})."
     )

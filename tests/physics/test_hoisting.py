@@ -409,6 +409,7 @@ def test_figures_of_a_trip_show_its_motor_and_the_stops_of_its_brake():
     for torques in (sb.plot.stop(result).axes[2], sb.plot.duty(result).axes[1]):
         assert "motor $M$" in [line.get_label() for line in torques.lines]
     np.testing.assert_array_equal(sb.plot.stops(result).axes[0].lines[0].get_xdata(), [2, 4])
+    assert "4 stops, 2 of them after hoisting; at the end stopped" in result.verdict().headline
 
 
 def test_a_speed_that_is_never_followed_has_a_name():
