@@ -15,11 +15,11 @@ import sys
 import traceback
 import types
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeVar, cast
 
-from ._faults import Fault, InputError, shown
+from ._faults import Fault, InputError, near, shown
 
 _Function = TypeVar("_Function", bound=Callable)
 #: entries of a mapping or a sequence that are looked at
@@ -44,6 +44,8 @@ def explained(function: _Function) -> _Function:
         except Exception as error:
             if isinstance(error, InputError) and not error.of_arguments:
                 raise
+            if isinstance(error, TypeError) and (told := with_nearest(error, function, named)) is not error:
+                raise told from None
             if faults := faults_of_tracing(error):
                 raise InputError(faults) from error
             # an error of a function that this one has called is told in the names of its own arguments
@@ -52,6 +54,15 @@ def explained(function: _Function) -> _Function:
             raise
 
     return cast(_Function, called)
+
+
+def with_nearest(error: TypeError, function: Callable, named: Mapping[str, Any]) -> TypeError:
+    """The error of a call; if it has an argument that the function does not have, one with the nearest names."""
+    parameters = inspect.signature(function).parameters
+    if any(parameter.kind is parameter.VAR_KEYWORD for parameter in parameters.values()):
+        return error
+    unknown = next((name for name in named if name not in parameters), None)
+    return error if unknown is None else TypeError(f"{error}{near(unknown, [*parameters])}")
 
 
 #: words of errors that NumPy and JAX have for any array

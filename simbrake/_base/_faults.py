@@ -5,6 +5,7 @@ Files are written whole or not at all.
 
 import contextlib
 import dataclasses
+import difflib
 import errno
 import importlib
 import os
@@ -12,7 +13,7 @@ import shutil
 import stat
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Container, Iterable, Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -50,6 +51,23 @@ class InputError(ValueError):
         self.faults, self.of_arguments = tuple(faults), of_arguments
         count = "1 input error" if len(faults) == 1 else f"{len(faults)} input errors"
         super().__init__("\n".join([f"{count}:", *(f"  {fault}" for fault in faults)]))
+
+
+def of_radius(name: str, names: Container[str]) -> str:
+    """Hint for a diameter where the radius is known, and the other way round; empty for any other name."""
+    for one, other, share in (("diameter", "radius", "half of it"), ("radius", "diameter", "twice that")):
+        if one in name and (known := name.replace(one, other)) in names:
+            return f"give {share} as {known}"
+    return ""
+
+
+def near(name: str, names: Iterable[str]) -> str:
+    """Words of the public names that are most like one that is unknown; nothing where none is."""
+    known = [] if name.startswith("_") else [one for one in names if not one.startswith("_")]
+    if hint := of_radius(name, known):
+        return f"; {hint}"
+    alike = difflib.get_close_matches(name, known, n=3, cutoff=0.5)
+    return f"; nearest: {', '.join(alike)}" if alike else ""
 
 
 def shown(value: object) -> str:

@@ -16,7 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from .._base._arguments import explained
+from .._base._arguments import explained, with_nearest
 from ._compiling import is_traced
 from ._faults import Fault, InputError
 from ._quantity import NumberReader, Over, Quantity, as_number, behind, example, has_units, in_si, shown
@@ -191,7 +191,19 @@ def part(family: type, unit: str | None = None, **keywords: Any) -> Any:
     return eqx.field(converter=converter, metadata=metadata, **keywords)
 
 
-class Part(eqx.Module):
+class _Told(type(eqx.Module)):
+    """Names the nearest fields where a part is made with an argument that it does not have."""
+
+    def __call__(cls, *args: Any, **named: Any) -> Any:
+        try:
+            return super().__call__(*args, **named)
+        except TypeError as error:
+            if (told := with_nearest(error, cls.__init__, named)) is not error:
+                raise told from None
+            raise
+
+
+class Part(eqx.Module, metaclass=_Told):
     """A part of a scene. It checks its concrete values when it is made; traced values are not checked.
 
     A number may be a Python or NumPy number, a list, an array, or a text with its unit, as "590 mm". Where a friction
@@ -205,7 +217,7 @@ class Part(eqx.Module):
     __getattribute__ = object.__getattribute__
 
     def __check_init__(self) -> None:
-        name, faults, hints = type(self).__name__, [], _hints(type(self))
+        name, faults, hints = type(self).__name__, [], _hints(type(self))  # pyright: ignore
         for field in dataclasses.fields(self):
             value, path = getattr(self, field.name), f"{name}.{field.name}"
             about = field.metadata.get("quantity")
@@ -298,7 +310,10 @@ def takes_values(build: _Build) -> _Build:
 
     @functools.wraps(build)
     def checked(*args: Any, **named: Any) -> Any:
-        bound, faults = signature.bind(*args, **named), []
+        try:
+            bound, faults = signature.bind(*args, **named), []
+        except TypeError:
+            return built(*args, **named)  # whose error names the nearest arguments
         for name, value in bound.arguments.items():
             annotation = about.get(name)
             if value is None or isinstance(value, eqx.Module):

@@ -14,7 +14,7 @@ import numpy as np
 from jax.core import Tracer
 from jaxtyping import Bool, Float, Int
 
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, near
 from .._base._table import Table, number, rows_table, value_text
 from .._physics._brake import BrakeSystem
 from .._physics._mechanism import PairNow
@@ -314,6 +314,13 @@ class Series(NamedTuple):
         >>> result.series([0.0, 0.5]).omega.shape
         (2,)
     """
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            meant = [column for column, about in SERIES_COLUMNS.items() if about.meaning.startswith(name)]
+            hint = f"; nearest: {', '.join(meant)}" if meant else near(name, SERIES_COLUMNS)
+            raise AttributeError(f"'Series' object has no attribute {name!r}{hint}")
 
     t: Annotated[Values, "s", "time", lambda p, s: p.t]
     phi: Annotated[Values, "rad", "angle of the pulley since the start", lambda p, s: p.y.phi]

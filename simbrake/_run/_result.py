@@ -16,6 +16,7 @@ from jax.flatten_util import ravel_pytree
 from jaxtyping import Float, Int
 
 from .._base._compiling import DeviceJit, run_device, with_stored_slopes
+from .._base._faults import Fault, InputError, near
 from .._base._part import leaves
 from .._base._table import Table, number
 from .._outputs._log import FAILURES, STATUS_MESSAGES, Events, Stage, Status, failure_of, status_of
@@ -184,7 +185,9 @@ class Result:
 
     def __getattr__(self, name: str) -> Any:
         if name not in METRICS:
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}")
+            if hasattr(type(self), name):  # a property of this name failed on an attribute of something else
+                return object.__getattribute__(self, name)
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{near(name, dir(self))}")
         return _of_each(lambda result: _metric(result, name))(self)
 
     @property
@@ -302,7 +305,17 @@ class Result:
     @property
     def ok(self) -> bool:
         """Whether the run reached its end time."""
-        return int(self.code) == 0
+        return int(self._of_one().code) == 0
+
+    def _of_one(self) -> "Result":
+        """This result. Raises `InputError` unless it is concrete."""
+        if self.concrete:
+            return self
+        what = "is traced" if is_traced_run(self.record) else f"is a batch of {np.shape(self.record.count)}"
+        works = 'numbers work there: `result.stopping_time`, `result["stopping_time"]`, `result.code == 0`'
+        raise InputError(
+            [Fault("result", what, f"{works}; take all else of one result, outside of jit, vmap and grad")]
+        )
 
     @property
     def status(self) -> str:
@@ -408,7 +421,7 @@ class Result:
         report = _last_report  # (read once: another thread may put its own in the same place)
         other = report is None or report.result.record.rows.t is not self.record.rows.t
         if report is None or other or report.result.scene.limits is not self.scene.limits:
-            report = _last_report = Report(self)
+            report = _last_report = Report(self._of_one())
         return report
 
     @property
@@ -446,7 +459,7 @@ class Result:
 
         `simbrake.results.verdict` describes what it says.
         """
-        return _above("_run._verdict").verdict(self, limits)
+        return _above("_run._verdict").verdict(self._of_one(), limits)
 
     def derivative_notes(self) -> tuple[str, ...]:
         """Where derivatives of this run are one-sided or no longer valid, as far as the run itself shows it.
@@ -458,7 +471,7 @@ class Result:
             >>> result.derivative_notes()
             ()
         """
-        return (*jumps_at_start(self.scene), *near_ties(self.record), *passages(self.record))
+        return (*jumps_at_start(self._of_one().scene), *near_ties(self.record), *passages(self.record))
 
     def accuracy(self) -> Any:
         """Estimated errors of metrics, event times and states, from a second run: `simbrake.results.Accuracy`.
@@ -469,7 +482,7 @@ class Result:
 
     def plot(self) -> Any:
         """The run over time, with a slider in a notebook that has ipywidgets: `simbrake.plot.browse`."""
-        return _above("plot").browse(self)
+        return _above("plot").browse(self._of_one())
 
     def to_xarray(self, times: Any = None) -> Any:
         """The run as a labelled data set: `simbrake.dataset`."""

@@ -14,7 +14,7 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, existing_file, text_of_file, whole_file
+from .._base._faults import Fault, InputError, existing_file, of_radius, text_of_file, whole_file
 from .._base._part import FORMER, Whole, by_present_names, faults_of_whole, leaves
 from .._base._quantity import BAD, NumberReader, Quantity, example, shown
 from .._parts._scene import Scene, check_scene, paths_without_meaning, require_scene
@@ -185,10 +185,7 @@ def _meant(key: str, parts: Mapping[str, Part], makers: Mapping[str, Maker]) -> 
     tried = [name for name, part in parts.items() if isinstance(part.about, Whole) and key in part.about.guesses]
     if tried:
         return f"did you mean {tried[0]}?"
-    for one, other, share in (("diameter", "radius", "half of it"), ("radius", "diameter", "twice that")):
-        if one in key and (name := key.replace(one, other)) in parts:
-            return f"give {share} as {name}"
-    hint = nearest(key, parts)
+    hint = of_radius(key, parts) or nearest(key, parts)
     others = [name for name, maker in makers.items() if any(part.name == key for part in parts_of(maker))]
     return f"a key of {', '.join(others)}; {hint}" if others else hint
 

@@ -146,6 +146,27 @@ def test_traced_and_batched_results(plain):
     batch = jax.tree.map(lambda leaf: np.stack([leaf, leaf]), plain)
     with pytest.raises(ValueError, match="outside of jit"):
         sb.results.provenance(batch)
+    for find in (
+        *(lambda one: one.metrics, lambda one: one.ok, lambda one: one.events, lambda one: one.summary()),
+        *(lambda one: one.status, lambda one: one.verdict(), lambda one: one.derivative_notes()),
+    ):
+        with pytest.raises(
+            sb.InputError, match=r"^1 input error:\n  result: is traced — .*`result\[\"stopping_time\"\]`"
+        ):
+            jax.eval_shape(lambda one, find=find: find(one) and 1.0, plain)
+        with pytest.raises(sb.InputError, match=r"is a batch of \(2,\) — numbers work there: `result.stopping_time`"):
+            find(batch)
+
+
+def test_names_near_a_misspelt_one(plain):
+    with pytest.raises(AttributeError, match=r"'stoping_time'; nearest: stopping_time"):
+        _ = plain.stoping_time
+    series = plain.series([0.0])
+    with pytest.raises(AttributeError, match=r"'Series' object has no attribute 'speed'; nearest: omega, slip_speed"):
+        _ = series.speed
+    with pytest.raises(AttributeError, match=r"'slack_tenson'; nearest: slack_tension"):
+        _ = series.slack_tenson
+    assert not hasattr(series, "__array__")
 
 
 @pytest.mark.parametrize(

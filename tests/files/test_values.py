@@ -96,6 +96,21 @@ def test_errors_of_values_have_their_places(make, faults):
         assert words in said[path]
 
 
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: sb.Pulley(radius=0.59, inertia_=1200), "'inertia_'; nearest: inertia$"),
+        (lambda: sb.Pulley(diameter=1.18, inertia=1200), "'diameter'; give half of it as radius$"),
+        (lambda: sb.Pulley(radius=0.59), "missing 1 required positional argument: 'inertia'$"),
+        (lambda: sb.uniform_linings(20, "270 deg", fricton=0.35), "'fricton'; nearest: friction, count$"),
+        (lambda: sb.simulate(stop_scene(), rtoll=1e-9), "'rtoll'; nearest: rtol$"),
+    ],
+)
+def test_arguments_near_an_unknown_one(make, words):
+    with pytest.raises(TypeError, match=words):
+        make()
+
+
 def test_numbers_put_in_later_are_checked():
     def put(value):
         return eqx.tree_at(lambda s: s.brake.pulley.inertia, stop_scene(C=None), value)
