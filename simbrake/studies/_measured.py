@@ -283,7 +283,7 @@ def read_measured(
 ) -> Measured:
     """Measured data from CSV files.
 
-    A file of **series** has a column `t` and columns named as in `Series` (`omega`, `rim_temperature`,
+    A file of **series** has a column `t` (or `time`) and columns named as in `Series` (`omega`, `rim_temperature`,
     `lining_temperature[3]`, linings from 1) or of one of its friction pairs (`internal_torque`), standard deviations in
     columns such as `omega_sigma`. A file of **events** has the columns `event, time, sigma` (or
     `event, value, unit, sigma`), an event being the name of a metric (`stopping_time`, `max_tension`,
@@ -470,23 +470,26 @@ class CsvFile:
         names = {head.name: i for i, head in enumerate(self.heads)}
         if "event" in names:
             return self._events(names, sigma)
-        if "t" not in names:
+        clock = next((name for name in ("t", *names) if name in names and name.lower() in ("t", "time")), None)
+        if clock is None:
             self.fault(
                 " header", f"has neither a column t nor event: {', '.join(names)}", "series need t, events event"
             )
             return Measured()
-        return self._series(names, sigma, wanted)
+        return self._series(names, clock, sigma, wanted)
 
     # --- columns over time ------------------------------------------------------------------------------------
 
-    def _series(self, names: dict[str, int], sigma: Mapping[str, float], wanted: set[str] | None) -> Measured:
-        t, points = self.column(names["t"], "s", needed=True), list[Points]()
+    def _series(
+        self, names: dict[str, int], clock: str, sigma: Mapping[str, float], wanted: set[str] | None
+    ) -> Measured:
+        t, points = self.column(names[clock], "s", needed=True), list[Points]()
         for name, i in names.items():
             header = f" header, column {self.heads[i].text}"
             if name.endswith(_SIGMA) and name.removesuffix(_SIGMA) not in names and wanted is None:
                 what = f"there is no column {name.removesuffix(_SIGMA)}"
                 self.fault(header, what, "a standard deviation needs its column")
-            if name == "t" or name.endswith(_SIGMA) or not (wanted is None or _normal(name) in wanted):
+            if name == clock or name.endswith(_SIGMA) or not (wanted is None or _normal(name) in wanted):
                 continue
             where = column_of(name)
             if where is None:

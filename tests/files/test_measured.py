@@ -67,6 +67,15 @@ def test_semicolons_and_decimal_commas(tmp_path):
         sb.read_measured(file)
 
 
+@pytest.mark.parametrize("name", ["time", "Time [ms]", "T [ms]"])
+def test_other_names_of_the_time(tmp_path, name):
+    ratio = 1e-3 if "ms" in name else 1.0
+    (omega,) = sb.read_measured(write(tmp_path, "a.csv", f"{name},omega\n500,3\n1500,2\n")).points
+    np.testing.assert_allclose(omega.t, [500 * ratio, 1500 * ratio], rtol=1e-15)
+    with pytest.raises(sb.InputError, match="unknown column 'time'"):
+        sb.read_measured(write(tmp_path, "b.csv", "t,time,omega\n0,0,3\n1,1,2\n"))
+
+
 @pytest.mark.parametrize(
     ("text", "place", "word"),
     [
