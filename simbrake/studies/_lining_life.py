@@ -255,7 +255,9 @@ def _wearing(run: Scene | Result, permissible: Permissible) -> tuple[Scene, np.n
         scene = with_values(scene, {"wear.permissible": permissible})
     wear = scene.wear
     if wear is None:
-        raise InputError([Fault("wear", "is missing", "give the scene a `Wear`")])
+        raise InputError(
+            [Fault("wear", "is missing", "give the scene a `Wear`, a file [wear] with rate = 1e-14, in m³/(N·m)")]
+        )
     if wear.permissible is None:
         raise InputError([Fault("wear.permissible", "is missing", "give the permissible wear depth, as in 8 mm")])
     check_scene(scene)

@@ -238,7 +238,7 @@ def test_large_steps_match_single_brakings():
 def test_what_cannot_be_worn_is_said(braking):
     scene = braking.scene
     for wrong, words in (
-        ({"run": ws.stop(None)}, "wear: is missing"),
+        ({"run": ws.stop(None)}, "wear: is missing — give the scene a `Wear`, a file [wear] with rate = 1e-14"),
         ({"run": sb.with_values(scene, {"wear.permissible": None})}, "give the permissible wear depth"),
         ({"permissible": "8 mm", "turn_at": [5.0, 3.0]}, "do not increase"),
         ({"turn_at": "soon"}, "is not a number of stops"),
