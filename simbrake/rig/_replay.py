@@ -99,6 +99,22 @@ def _from(at: float, h: np.ndarray, room: float) -> np.ndarray:
     return np.append(at, (np.maximum if up else np.minimum)(h[1:], at))
 
 
+def _slow(t: np.ndarray, h: np.ndarray, limits: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
+    """Points of what lies between two motions: from where it leaves its first height to where it reaches its last one,
+    one each `heave`."""
+    heave, ends, down = limits["heave"], h[[0, -1]], h[-1] < h[0]
+    first = int(np.flatnonzero(np.abs(h - ends[0]) < 0.1 * heave)[-1])
+    until = first + int(np.flatnonzero(np.abs(h[first:] - ends[1]) < 0.1 * heave)[0])
+    between = np.clip(h[first + 1 : until], *np.sort(ends))
+    t, h = t[first : until + 1], np.concatenate([ends[:1], between, ends[1:]])
+    h = (np.minimum if down else np.maximum).accumulate(h)
+    each = np.unique((np.abs(h - h[0]) / heave).astype(int), return_index=True)[1]
+    points = np.union1d(each, h.size - 1)
+    if np.max(np.abs(np.diff(h[points]))) > limits["jump"]:  # (a reading far off)
+        points = np.array([0, h.size - 1])
+    return t[points], h[points]
+
+
 def _motions(found: Lowerings, height: Course, load: Course) -> Iterator[Motion]:
     """Monotone motions in the order of time: lowerings, hoistings, and what lies between them beyond the noise."""
     limits, heave = found.thresholds, found.thresholds["heave"]
@@ -109,14 +125,11 @@ def _motions(found: Lowerings, height: Course, load: Course) -> Iterator[Motion]
         begin = max(a, last)
         h = height.value[last : begin + 1]
         ends = _from(at, h[[0, -1]], heave)
-        way = abs(ends[1] - ends[0])
-        if way > heave:  # from where it leaves the one height to where it reaches the other
-            first = last + int(np.flatnonzero(np.abs(np.append(ends[0], h[1:]) - ends[0]) < 0.1 * way)[-1])
-            until = first + int(np.flatnonzero(np.abs(height.value[first : begin + 1] - h[-1]) < 0.1 * way)[0])
-            t = height.t[[first, until]]
-            if way < limits["fastest"] * (t[1] - t[0]):
-                yield Motion(t, ends)
-                at += ends[1] - ends[0]
+        if abs(ends[1] - ends[0]) > heave:
+            t, h = _slow(height.t[last : begin + 1], np.append(ends[0], h[1:]), limits)
+            if np.all(np.abs(np.diff(h)) < limits["fastest"] * np.diff(t)):
+                yield Motion(t, h)
+                at += h[-1] - h[0]
         last = max(last, b)
         t, h = height.t[begin : last + 1], height.value[begin : last + 1]
         if t.size < 2:
@@ -478,7 +491,7 @@ def replay(
 
     - **motion**: monotone parabolas through all updates of the height in a motion; lever and motor follow it
       (`RecordedMotion`). Between motions the drum rests; slow ways of more than `heave` in between, as in drilling, are
-      one motion
+      one motion. Smaller ones are made up for in the next of these or in the next hoisting
     - **weight**: levels of the load in quiet intervals, in which the hook is accelerated by less than 0.5 m/s², which
       is taken off; a new one where readings are off by 2 % for 3 s. It gives the masses, and the model the inertia,
       which is in the recorded load already
