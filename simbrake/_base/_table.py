@@ -223,7 +223,7 @@ _RIG_SCALES: dict[str, tuple[tuple[float, float, str], ...]] = {
     "N*m": ((1e6, float(0.001 / _FOOT_POUND), "ft·klbf"), (0.0, float(1 / _FOOT_POUND), "ft·lbf")),
     "J": ((1e3, float(0.001 / _FOOT_POUND), "ft·klbf"), (0.0, float(1 / _FOOT_POUND), "ft·lbf")),
     "W": ((0.0, float(1 / (550 * _FOOT_POUND)), "hp"),),
-    "Pa": ((1e6, float(0.001 / _PSI), "ksi"), (0.0, float(1 / _PSI), "psi")),
+    "Pa": ((1e7, float(0.001 / _PSI), "ksi"), (0.0, float(1 / _PSI), "psi")),
     "kg": ((0.0, float(1 / _POUND), "lb"),),
     "m": ((0.3, 1 / 0.3048, "ft"), (0.0, 1 / 0.0254, "in")),
     "m^2": ((0.1, 1 / 0.3048**2, "ft²"), (0.0, 1 / 0.0254**2, "in²")),

@@ -168,6 +168,7 @@ def explain(
     accuracy: cli.Flag = False,
     set_: cli.Set = None,
     rtol: cli.Rtol = 1e-10,
+    units: cli.Units = "si",
     json_: cli.Flag = False,
 ) -> int:
     """Explain a run in sentences: what happened, what governs it, which lining, limit and instability come first.
@@ -191,9 +192,10 @@ def explain(
             cli.prepare_jax()
             result = sb.results.rerun(file / "result.nc" if file.is_dir() else file)
         limits = cli.limits_of(result.scene, limit, fail_on_limit)
-        explanation = sb.results.explain(
-            result, limits=limits, influence=influence, accuracy=accuracy, progress=progress
-        )
+        with sb.results.display_units("si" if json_ else units):
+            explanation = sb.results.explain(
+                result, limits=limits, influence=influence, accuracy=accuracy, progress=progress
+            )
     cli.tell(explanation, explanation.as_dict, json_)
     return cli.exit_code(result.ok, fail_on_limit and explanation["outcome"].numbers["exceeded"] > 0)
 

@@ -147,6 +147,7 @@ def test_command_explains_scenes_and_results(tmp_path, capsys, stop):
     answers = [call(capsys, "explain", str(file), *given) for file in (scene, saved)]
     assert answers[0] == answers[1]
     assert answers[0][0] == 3
+    assert " klbf" in call(capsys, "explain", str(scene), "--no-influence", "--units", "rig")[1]
     found = json.loads(call(capsys, "explain", str(scene), "--no-influence", "--json")[1])["findings"]
     (tmp_path / "out").mkdir()
     saved.rename(tmp_path / "out" / "result.nc")
