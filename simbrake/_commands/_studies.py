@@ -130,7 +130,7 @@ def sweep(
         scene, drawn, asked, rtol=rtol, max_steps=max_steps, workers=workers, directory=resume, client=scheduler
     )
     runs = _table_of(data)
-    cli.tell(_text(runs, asked), lambda: _summary(runs, axes, asked, rtol), json_)
+    cli.tell(_text(runs, asked) + _limits_text(scene, runs, asked), lambda: _summary(runs, axes, asked, rtol), json_)
     if out is not None:
         heads = [
             column.name if column.unit in ("", "1") else f"{column.name} [{column.unit}]" for column in runs.columns
@@ -206,6 +206,22 @@ def _text(runs: Table, metrics: Sequence[str]) -> str:
     three = [Column(title) for title in ("minimum", "median", "maximum")]
     table = Table(["metric", *three, "unit", Column("of how many runs")], lines)
     return f"{len(runs)} runs: {ended}\n{table}"
+
+
+def _limits_text(scene: cli.Scene, runs: Table, metrics: Sequence[str]) -> str:
+    """A line on the limits of a scene, where it has some: how many runs exceed each, and which were not looked at."""
+    from .._base._table import number
+    from .._run._measure import unit_of
+
+    given = {} if scene.limits is None else scene.limits.given
+    done = [row for row in runs.as_list() if row["code"] == 0]
+    said, unseen = [], [name for name in given if name not in metrics]
+    for name in (name for name in given if name in metrics):
+        # what did not happen, as a stop that never came, exceeds its limit
+        count = sum(row[name] is None or row[name] > float(given[name]) for row in done)
+        said.append(f"{name} above {number(given[name], unit_of(name))} in {count} of {len(done)} runs")
+    said += [f"not among --metrics: {', '.join(unseen)}"] * bool(unseen)
+    return f"\nlimits   {'; '.join(said)}" if said else ""
 
 
 def calibrate(

@@ -5,6 +5,7 @@ import json
 import os
 import signal
 
+import equinox as eqx
 import numpy as np
 import pytest
 import xarray as xr
@@ -283,6 +284,26 @@ def test_the_command(capsys, tmp_path, scenarios):
     for name, value in run["metrics"].items():
         assert value == pytest.approx(single["metrics"][name], rel=1e-12)
     assert found["runs"][-1]["metrics"]["stopping_time"] is None
+
+
+def test_the_command_counts_runs_beyond_limits(capsys, tmp_path):
+    """Of a lever of 6 kN and one of 0 one run stops; the limits lie beside its closed form."""
+    stop = closed_form(T0=6e3)["stop"]
+    for share, count in ((0.99, 2), (1.01, 1)):
+        limits = sb.Limits(stopping_time=share * stop, max_pressure="1 MPa")
+        scene = eqx.tree_at(lambda s: s.limits, stop_scene(), limits, is_leaf=lambda x: x is None)
+        sb.write_scene(
+            eqx.tree_at(lambda s: s.brake.linings.area, scene, 0.02, is_leaf=lambda x: x is None), tmp_path / "s.toml"
+        )
+        grid = ["sweep", str(tmp_path / "s.toml"), "--vary", f"{LEVER}=0,6000", "--metrics", "stopping_time"]
+        code, out, _ = call(capsys, *grid)
+        assert code == 0
+        said = (
+            f"limits   stopping_time above {share * stop:.6g} s in {count} of 2 runs; not among --metrics: max_pressure"
+        )
+        assert out.rstrip().endswith(said)
+    sb.write_scene(stop_scene(), tmp_path / "s.toml")
+    assert "limits" not in call(capsys, *grid)[1]
 
 
 @pytest.mark.slow
