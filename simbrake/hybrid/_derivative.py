@@ -200,7 +200,7 @@ def _first_order_only(x: PyTree) -> PyTree:
 def _(primals: tuple[PyTree], tangents: tuple[PyTree]) -> NoReturn:
     raise NotImplementedError(
         "simbrake gives first derivatives only: a derivative of a derivative through a run is not available. "
-        "Take differences of first derivatives instead, as simbrake.studies.hessian does for a scene."
+        "Take differences of first derivatives instead, as simbrake.studies.hessian does."
     )
 
 
