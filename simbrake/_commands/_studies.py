@@ -211,14 +211,17 @@ def _text(runs: Table, metrics: Sequence[str]) -> str:
 def _limits_text(scene: cli.Scene, runs: Table, metrics: Sequence[str]) -> str:
     """A line on the limits of a scene, where it has some: how many runs exceed each, and which were not looked at."""
     from .._base._table import number
-    from .._run._measure import unit_of
+    from .._outputs._metrics import allowable_values
+    from .._run._measure import PRESSURE, unit_of
 
-    given = {} if scene.limits is None else scene.limits.given
+    given = allowable_values(scene)
+    if PRESSURE not in given and scene.brake.linings.permissible_pressure is not None:
+        given[PRESSURE] = 0.0  # (no metric of a sweep: said to be left out)
     done = [row for row in runs.as_list() if row["code"] == 0]
     said, unseen = [], [name for name in given if name not in metrics]
     for name in (name for name in given if name in metrics):
         # what did not happen, as a stop that never came, exceeds its limit
-        count = sum(row[name] is None or row[name] > float(given[name]) for row in done)
+        count = sum(row[name] is None or row[name] > given[name] for row in done)
         said.append(f"{name} above {number(given[name], unit_of(name))} in {count} of {len(done)} runs")
     said += [f"not among --metrics: {', '.join(unseen)}"] * bool(unseen)
     return f"\nlimits   {'; '.join(said)}" if said else ""

@@ -290,11 +290,9 @@ def test_the_command_counts_runs_beyond_limits(capsys, tmp_path):
     """Of a lever of 6 kN and one of 0 one run stops; the limits lie beside its closed form."""
     stop = closed_form(T0=6e3)["stop"]
     for share, count in ((0.99, 2), (1.01, 1)):
-        limits = sb.Limits(stopping_time=share * stop, max_pressure="1 MPa")
-        scene = eqx.tree_at(lambda s: s.limits, stop_scene(), limits, is_leaf=lambda x: x is None)
-        sb.write_scene(
-            eqx.tree_at(lambda s: s.brake.linings.area, scene, 0.02, is_leaf=lambda x: x is None), tmp_path / "s.toml"
-        )
+        parts = lambda s: (s.limits, s.brake.linings.area, s.brake.linings.permissible_pressure)  # noqa: E731
+        given = sb.Limits(stopping_time=share * stop), 0.02, 1e6
+        sb.write_scene(eqx.tree_at(parts, stop_scene(), given, is_leaf=lambda x: x is None), tmp_path / "s.toml")
         grid = ["sweep", str(tmp_path / "s.toml"), "--vary", f"{LEVER}=0,6000", "--metrics", "stopping_time"]
         code, out, _ = call(capsys, *grid)
         assert code == 0
