@@ -190,21 +190,18 @@ class _Lines:
         if "\r" in text:
             text = text.replace("\r\n", "\n").replace("\r", "\n")
         lines = text.split("\n")
-        end = lines.pop()
-        self._count += len(lines)
+        self._count += len(lines) - 1
         if not last:
-            self._rest = end + self._rest
+            self._rest = lines.pop() + self._rest
             self._stream.check_row(len(self._rest))
-        elif not self._count:
-            lines = [end]
         else:
-            self.cut = bool(end.strip())
+            self.cut = bool(self._count and lines[-1].strip())
         if lines:
             yield lines
 
     @property
     def remarks(self) -> list[str]:
-        cut = f"line {self._count + 1}, the last, does not end as the others do: it may be cut off, left out"
+        cut = f"line {self._count + 1}, the last, has no end: if the file was cut off there, its last number is wrong"
         return ["not UTF-8: read as Latin-1"] * self.latin + [cut] * self.cut
 
 
