@@ -21,7 +21,7 @@ def contents(book: Ledger, comparison: Comparison | None = None) -> Contents:
     if comparison is None:
         return page
     replay, compared = comparison.replay, list(comparison.parts())
-    verdict, answer = replay.result.verdict(), replay.answer
+    verdict, answer = replay.verdict, replay.answer
     section = (replay.readable, *compared[:-1], comparison.table.readable(*_COMPARED, title="beside the recording"))
     notes = Table(["note"], [(text,) for text in replay.notes])
     return page | {

@@ -13,6 +13,17 @@ from ._shared import BLUE, GREEN, ORANGE, VERMILLION, finish, sheet, styled
 
 #: colours of the kinds of load
 _KINDS: dict[str, str] = dict(zip(LOADS, (ORANGE, GREEN, BLUE), strict=True))
+#: spans of time of a long line, and what is shown of each: a figure has no more points across
+_SHOWN, _ENDS = 1500, (np.fmin, np.fmax)
+
+
+def _thinned(t: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A long line by its lowest and highest values in so many equal times as a figure can show."""
+    if t.size <= 4 * _SHOWN:
+        return t, x
+    begins = np.unique(np.searchsorted(t, np.linspace(t[0], t[-1], _SHOWN + 1)[:-1]))
+    both = [np.stack(ends, axis=1).ravel() for ends in ([t[begins]] * 2, [f.reduceat(x, begins) for f in _ENDS])]
+    return both[0], both[1]
 
 
 @explained
@@ -33,7 +44,7 @@ def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
     long = log.t[-1] > 7200.0
     unit, word = (3600.0, "h") if long else (1.0, "s")
     position = log.position
-    above.plot(position.t / unit, position.value, color="0.6", lw=1.0)
+    above.plot(*_thinned(position.t / unit, position.value), color="0.6", lw=1.0)
     most = max((abs(one.hook_work_high) for one in entries if np.isfinite(one.hook_work_high)), default=0.0)
     factor, _, name = scale("J", most)
     by_colour: dict[str, list[Lowering]] = {}
@@ -84,8 +95,8 @@ def replay(comparison: Comparison, *, figure: Figure | None = None) -> Figure:
     figure = sheet(figure, 9.0, 2.0, rows=rows, room=0.6)
     panels = figure.subplots(rows, 1, sharex=True)
     for axes, of, label in zip(panels, (comparison.position, comparison.load), ("height", "hook load"), strict=False):
-        axes.plot(of.t / unit, of.recorded / of.factor, color="0.6", lw=2.0, label="recorded")
-        axes.plot(of.t / unit, of.simulated / of.factor, color=BLUE, lw=0.8, label="simulated")
+        axes.plot(*_thinned(of.t / unit, of.recorded / of.factor), color="0.6", lw=2.0, label="recorded")
+        axes.plot(*_thinned(of.t / unit, of.simulated / of.factor), color=BLUE, lw=0.8, label="simulated")
         axes.set_ylabel(f"{label}, {of.unit}")
     for (name, x), colour in zip(shown.items(), (VERMILLION, ORANGE, GREEN), strict=False):
         panels[2].plot(series.t / unit, np.max(x, axis=1) - 273.15, color=colour, label=name)

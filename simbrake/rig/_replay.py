@@ -1,6 +1,7 @@
 """A rig's log replayed on a scene: temperatures, wear and margins of its brake over the recorded trip."""
 
 import dataclasses
+import functools
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -14,8 +15,10 @@ from .._outputs._metrics import HOT
 from .._outputs._scan import peaks_between
 from .._parts._scene import Initial, Scene, require_scene
 from .._phases import Phases
+from .._physics._mechanism import holds
 from .._run._result import Result
 from .._run._simulate import Progress, Report, simulate
+from .._run._verdict import Verdict
 from ..loads import AbstractHookLoad, Motor, RecordedLoad, RecordedMotion
 from ..profiles import PiecewiseLinear
 from ..shaft import AbstractAuxiliaryBrake, TackleLoss
@@ -30,6 +33,8 @@ _QUIET, _CHANGED, _LASTS = 0.5, 0.02, 3.0
 _LATE = 2.05
 #: points of motion and load have places for a power of this, and at least so many: logs share a program
 _PLACES, _FEWEST = 4, 64
+#: times at which a run is looked at in one series, which has many columns
+_AT_ONCE = 1 << 14
 
 
 # --- the reconstruction -----------------------------------------------------------------------------------------------
@@ -350,6 +355,11 @@ class Replay(Tabular):
     settings: dict[str, Any]
     notes: tuple[str, ...]
 
+    @functools.cached_property
+    def verdict(self) -> Verdict:
+        """The verdict on the run, that of `result.verdict()`."""
+        return self.result.verdict()
+
     @property
     def hottest(self) -> ReplayedLowering | None:
         """The lowering with the highest temperature of the rim (else of another part, else with the most heat)."""
@@ -366,7 +376,7 @@ class Replay(Tabular):
         temperatures = [f"{HOT[name]} {number(x, 'K', count=3)}" for name, x in most.hottest.items()]
         when = in_seconds(most.lowering.start) if most.lowering.start else f"{digits(most.lowering.begin, 6)} s"
         words = ", ".join([f"{number(most.friction_heat, 'J', count=3)} in the brake", *temperatures])
-        verdict = self.result.verdict()
+        verdict = self.verdict
         margins = [f"smallest margin: {row.name}, {row.margin}" for row in verdict.rows[:1]]
         off = (
             f"{what} {100 * max(abs(getattr(one, name) or 0.0) for one in self.lowerings):.2g} %"
@@ -427,7 +437,7 @@ class Replay(Tabular):
                 "lowerings": self.table,
                 "metrics": self.result.metrics,
                 "energy": self.result.energy,
-                "verdict": self.result.verdict().as_dict(),
+                "verdict": self.verdict.as_dict(),
                 "settings": self.settings,
                 "notes": self.notes,
             }
@@ -654,6 +664,20 @@ def _compared(
     return Compared(unit, channel.factor, course.t, course.value, simulated, tuple(map(match, spans)), total)
 
 
+def _simulated(result: Result, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Travel (m) of the hook and load (N) on it at the times `t` (n,), NaN behind the end of the run.
+
+    Of a drum at rest the start of a step stands for all times in it, as neither changes.
+    """
+    record = result.record.compact()
+    row = record.find(t)
+    rests = holds(record.modes)[row] & (t <= float(record.t_end))
+    at, back = np.unique(np.where(rests, record.rows.t[row], t), return_inverse=True)
+    parts = (result.series(x, fill=True) for x in np.split(at, range(_AT_ONCE, at.size, _AT_ONCE)))
+    travel, force = zip(*((part.hook_position, part.hook_load) for part in parts), strict=True)
+    return np.concatenate(travel)[back], np.concatenate(force)[back]
+
+
 @explained
 def compare(replay: Replay) -> Comparison:
     """Compare a replay with its log: block position and hook load at their updates in lowerings, in the rig's units.
@@ -668,14 +692,14 @@ def compare(replay: Replay) -> Comparison:
         return np.array([(course.t >= x.lowering.begin) & (course.t <= x.lowering.end) for x in replay.lowerings])
 
     at = np.clip(np.searchsorted(path.t, height.t, side="right") - 1, 0, path.t.size - 1)
-    block = height.value[0] - path.skipped[at] - np.asarray(result.series(height.t, fill=True).hook_position)
+    travel, force = _simulated(result, np.concatenate([height.t, load.t]))
+    block = height.value[0] - path.skipped[at] - travel[: height.t.size]
     inside, steps = spans(height), np.abs(np.diff(height.value))
     travels = np.array([x.recorded_travel for x in replay.lowerings])
     room = np.maximum(0.01 * travels @ inside, np.min(steps[steps > 0]))
     position = _compared(log.position, height, block, (height.value - room, height.value + room), inside)
-    hook = np.asarray(result.series(load.t, fill=True).hook_load)
     bounds = load.value - 0.03 * np.abs(load.value), load.value + 0.03 * np.abs(load.value)
     ends = [log.channels.get(f"hook_load_{end}") for end in ("min", "max")]
     if all(end is not None and end.nulls < end.value.size for end in ends):
         bounds = tuple(np.interp(load.t, x.t[~np.isnan(x.value)], x.value[~np.isnan(x.value)]) for x in ends)  # pyright: ignore
-    return Comparison(replay, position, _compared(log["hook_load"], load, hook, bounds, spans(load)))  # pyright: ignore
+    return Comparison(replay, position, _compared(log["hook_load"], load, force[height.t.size :], bounds, spans(load)))  # pyright: ignore

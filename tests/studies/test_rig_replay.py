@@ -163,6 +163,28 @@ def test_shares_of_a_motor_are_no_heat_of_the_brake(tmp_path):
     )
 
 
+def test_a_comparison_looks_at_each_rest_once_and_pages_ask_for_one_verdict(tmp_path, monkeypatch):
+    """The values are those of a series at all updates."""
+    t = np.arange(0.0, 1200.0, 2.0)
+    log = recording(tmp_path, t, 40.0 - np.clip(0.5 * (t - 1000), 0, 20), np.full(t.size, STRING))
+    replay, asked = sb.rig.replay(log, scene_of()), {"series": 0, "verdict": 0}
+    series = replay.result.series(t)
+    for name, many in (("series", np.size), ("verdict", lambda *_: 1)):
+        own = getattr(sb.Result, name)
+
+        def counted(self, *given, name=name, many=many, own=own, **named):
+            asked[name] += many(*given)
+            return own(self, *given, **named)
+
+        monkeypatch.setattr(sb.Result, name, counted)
+    compared = sb.rig.compare(replay)
+    assert asked["series"] < 0.1 * t.size
+    np.testing.assert_allclose(compared.position.simulated, 40.0 - series.hook_position, atol=1e-9)
+    np.testing.assert_allclose(compared.load.simulated, series.hook_load, rtol=1e-9)
+    replay.write(tmp_path / "duty")
+    assert asked["verdict"] == 1
+
+
 @pytest.mark.slow
 def test_logs_of_about_one_length_share_a_program(tmp_path, caplog):
     logs = []
