@@ -13,7 +13,7 @@ from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._part import Leaf
 from .._base._progress import Progress, shown_progress
-from .._base._quantity import behind
+from .._base._quantity import NumberReader, Quantity, behind
 from .._base._table import Column, Table, Tabular
 from .._parts._scene import Scene
 from .._physics._mechanism import Label
@@ -183,7 +183,7 @@ def sensitivity(
     metric: Metric | Sequence[Metric],
     wrt: str | Sequence[str] | None = None,
     *,
-    span: float | Mapping[str, float] | None = 0.01,
+    span: float | Mapping[str, float | str] | None = 0.01,
     most: int | None = None,
     rtol: float = 1e-10,
     solver: Solver | None = None,
@@ -194,7 +194,7 @@ def sensitivity(
     - `metric`: a metric's name (`"stopping_time"`, `"max_tension"`, `"energy.friction_heat"`) or a function of a
       `Result` to a number; a list of them gives a list of `SensitivityTable`
     - `wrt`: paths, as `"brake.linings.friction"` for all below it, or one field; `None`: every parameter of the scene
-    - `span`: half of the range of each number, as a share of it, or by path in its unit (for lists too: then a
+    - `span`: half of the range of each number, as a share of it, or by path in SI or with a unit (for lists too: then a
       shift); the scene is run at both bounds and the table notes where the sequence of modes differs. `None`: no
       range is evaluated
     - `most`: ranges are evaluated of so many parameters for each metric, those of the largest elasticities; `None`: of
@@ -264,15 +264,19 @@ def chosen_leaves(scene: Scene, wrt: str | Sequence[str] | None) -> list[Leaf]:
     return list(chosen.values())
 
 
-def _spans(chosen: list[Leaf], span: float | Mapping[str, float]) -> dict[str, np.ndarray]:
+def _spans(chosen: list[Leaf], span: float | Mapping[str, float | str]) -> dict[str, np.ndarray]:
     """Half-ranges by path, in the units of the numbers."""
     if not isinstance(span, Mapping):
         return {leaf.path: np.asarray(span * np.abs(np.asarray(leaf.value))) for leaf in chosen}
-    paths = {leaf.path for leaf in chosen}
-    issues = Faults(Fault(path, "has a span but is not a requested parameter") for path in span if path not in paths)
-    issues += [Fault(path, f"a span of {half!r}", "half a range is > 0") for path, half in span.items() if not half > 0]
+    units, reader = {leaf.path: leaf.about.unit for leaf in chosen}, NumberReader()
+    issues = Faults(Fault(path, "has a span but is not a requested parameter") for path in span if path not in units)
+    spans = {}
+    for path in (path for path in span if path in units):
+        half, about = span[path], Quantity(units[path], "half a range", 0.0, open_low=True, difference=True)
+        spans[path] = reader.number(half if isinstance(half, str) else float(half), about, path, about.unit)
+    issues += reader.faults
     issues.report()
-    return {path: np.asarray(half, np.float64) for path, half in span.items()}
+    return {path: np.asarray(half, np.float64) for path, half in spans.items()}
 
 
 def _decisive(paths: Paths, effects: np.ndarray, most: int | None) -> set[str]:

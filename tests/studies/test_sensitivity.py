@@ -90,7 +90,7 @@ def test_forward_for_one_is_reverse_for_all(tables):
 def test_mode_change_within_range_is_noted():
     scene = stop_scene(end=closed_form()["stop"] * 1.005)
     table = sb.sensitivity(
-        scene, "stopping_time", ["initial.omega", "brake.pulley.inertia"], span={"initial.omega": 0.5}
+        scene, "stopping_time", ["initial.omega", "brake.pulley.inertia"], span={"initial.omega": "0.5 rad/s"}
     )
     row = table.at("initial.omega")
     assert row.high is None  # with more speed it does not stop before the end of the run
@@ -133,8 +133,12 @@ def test_all_faults_in_one_report():
     assert "nearest: brake.band.stiffness" in str(error.value)
     with pytest.raises(sb.InputError, match="has no value in this run"):
         sb.sensitivity(stop_scene(end=0.01), "stopping_time", span=None)
-    with pytest.raises(sb.InputError, match="2 input errors"):
-        sb.sensitivity(stop_scene(), "stopping_time", "initial", span={"initial.omega": -1.0, "brake.band.radius": 1.0})
+    for half, words in ((-1.0, "-1.0 is out of range — half a range must be > 0 rad/s"), ("2 m", "'m' is not a unit")):
+        with pytest.raises(sb.InputError, match="2 input errors") as error:
+            sb.sensitivity(
+                stop_scene(), "stopping_time", "initial", span={"initial.omega": half, "brake.band.radius": 1.0}
+            )
+        assert words in str(error.value)
 
 
 @pytest.mark.slow
