@@ -202,8 +202,9 @@ def _many(summary: dict[str, Any]) -> Finding:
     slowest, braked = total["slowest"], [row for row in rows if row["braking_time"] > 0] or rows
     others = len(rows) - len(braked)
     first, last, longest = (number(row["braking_time"], "s") for row in (braked[0], braked[-1], slowest))
+    moving = number(total["motion_time"], "s")
     text = (
-        f"{stops_words(rows)} in {number(end['duration'], 's')}, of which {number(total['motion_time'], 's')} in motion "
+        f"{stops_words(rows)} in {number(end['duration'], 's')}, of which {moving} in motion "
         f"and {number(total['braking_time'], 's')} braked{f'; {others} are without the brake' if others else ''}. "
         f"The first takes {first} of braking, the last {last}, the longest {longest} (stop {slowest['stop']})."
     )
