@@ -171,7 +171,9 @@ class AbstractContact(AbstractMechanism):
         stands = was_held | fired.motion | ((now.omega == 0) & was_open)
         moving = jnp.where(now.omega == 0, now.mode.sense, jnp.sign(now.omega).astype(jnp.int32))
         direction = jnp.where(stands, direction, moving)
-        return MotionAfterEvent((rounding < T_0) | rising, rising, stands, direction, jnp.where(stands, 0.0, now.omega))
+        # (where dry friction of the shaft turns round, a lever that follows the speed may pull only in the other mode)
+        pulls = (rounding < T_0) | rising | (was_open & fired.lever)
+        return MotionAfterEvent(pulls, rising, stands, direction, jnp.where(stands, 0.0, now.omega))
 
     def with_stuck_speeds(self, omega: Array, own: Any, before: Mode, after: Mode) -> tuple[Array, Any]:
         return speed_after(omega, before, after, after.band == HELD), own

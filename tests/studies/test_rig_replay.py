@@ -286,6 +286,21 @@ def test_a_recorded_motion_is_followed_to_the_last_digit():
             sb.check_scene(dataclasses.replace(scene, **change))
 
 
+@pytest.mark.parametrize("torque", [12.5, 15.0, 18.0])
+def test_a_motor_that_is_behind_lowers_after_it_hoisted(torque):
+    """The drum is still hoisted, or just at rest, where the recording is lowered already; the tackle has its loss."""
+    times, speeds = np.array([0.0, 4, 14, 16, 18, 28, 32, 40]), np.array([0.0, -20, -20, 0, 12, 12, 0, 0])
+    angles = np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times)))
+    speed, share = sb.PiecewiseLinear(times, speeds), np.full(times.size, 0.7)
+    motion = sb.loads.RecordedMotion(speed, angles, "60 kN", "30 kN", share)
+    duty = sb.Duty(motion, sb.loads.RecordedLoad([0.0], [15e3], RADIUS, LINES))
+    parts = {"motor": sb.loads.Motor(1e3 * torque, 3e6, 60.0), "shaft": (sb.loads.TackleLoss(0.85),)}
+    result = sb.simulate(sb.Scene(scene_of().brake, duty, sb.Initial(0.0), 40.0, **parts))
+    assert result.ok
+    assert float(result.energy["closure"]) < 1e-7
+    assert float(result.series([15.9]).omega[0]) < -0.1
+
+
 @pytest.mark.slow
 def test_derivatives_of_a_recorded_motion():
     """By both masses and by the motor's share, forwards and backwards, beside those of the closed forms."""
