@@ -509,7 +509,8 @@ class Series(NamedTuple):
     holding_reserve: Annotated[
         Values | None,
         "",
-        "static capacity of the brake over the load on a pulley at rest, under the tension of that instant",
+        "static capacity of the brake over the load on a pulley at rest, under the tension of that instant, "
+        "of a lever that follows the speed under its limit",
         lambda p, s: _reserve(p),
     ]
     friction_power: Annotated[Each, "W", "friction power of each lining", lambda p, s: s.rubs.power]
