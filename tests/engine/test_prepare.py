@@ -43,6 +43,7 @@ def test_run_and_gradient_match_closed_form(run):
                 assert row[run.places[path]] == pytest.approx(expected, rel=1e-7, abs=1e-12)
 
 
+@pytest.mark.slow
 def test_a_scene_with_an_empty_list_is_prepared():
     """A function of the time without knots."""
     lever = sb.profiles.FunctionProfile(lambda t, p: p * jnp.ones_like(t), 8e3)

@@ -340,7 +340,10 @@ def with_linings(scene, **numbers):
     ("areas", "limit", "words"),
     [
         ("0.03 m^2", 6e3, "Pressure on linings is compared by their load."),
-        ([0.03] * 19 + [0.02], None, "Not looked at here: Maximum mean pressure on a lining."),
+        pytest.param(
+            *([0.03] * 19 + [0.02], None, "Not looked at here: Maximum mean pressure on a lining."),
+            marks=pytest.mark.slow,
+        ),
     ],
 )
 def test_a_publication_keeps_the_limits_of_its_scene(browser, scene, tmp_path, capsys, areas, limit, words):
@@ -592,6 +595,7 @@ def test_every_parameter_has_a_slider(server, scene):
     assert controls["initial.omega"]["unit"] == "rad/s"
 
 
+@pytest.mark.slow
 def test_the_app_opens_on_what_pulls_and_not_on_its_limit(scene, tmp_path):
     """The full pull of the hand, though the force that is allowed is larger."""
     force = sb.PiecewiseLinear([0.0, 0.4], [0.0, 450.0])

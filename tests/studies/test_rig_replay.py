@@ -286,7 +286,7 @@ def test_a_recorded_motion_is_followed_to_the_last_digit():
             sb.check_scene(dataclasses.replace(scene, **change))
 
 
-@pytest.mark.parametrize("torque", [12.5, 15.0, 18.0])
+@pytest.mark.parametrize("torque", [15.0, *(pytest.param(torque, marks=pytest.mark.slow) for torque in (12.5, 18.0))])
 def test_a_motor_that_is_behind_lowers_after_it_hoisted(torque):
     """The drum is still hoisted, or just at rest, where the recording is lowered already; the tackle has its loss."""
     times, speeds = np.array([0.0, 4, 14, 16, 18, 28, 32, 40]), np.array([0.0, -20, -20, 0, 12, 12, 0, 0])
