@@ -215,10 +215,10 @@ def _limits_text(scene: cli.Scene, runs: Table, metrics: Sequence[str]) -> str:
     from .._run._measure import PRESSURE, unit_of
 
     given = allowable_values(scene)
-    if PRESSURE not in given and scene.brake.linings.permissible_pressure is not None:
-        given[PRESSURE] = 0.0  # (no metric of a sweep: said to be left out)
     done = [row for row in runs.as_list() if row["code"] == 0]
-    said, unseen = [], [name for name in given if name not in metrics]
+    # (a pressure is no metric)
+    pressed = PRESSURE not in given and scene.brake.linings.permissible_pressure is not None
+    said, unseen = [], [*(name for name in given if name not in metrics), *[PRESSURE] * pressed]
     for name in (name for name in given if name in metrics):
         # what did not happen, as a stop that never came, exceeds its limit
         count = sum(row[name] is None or row[name] > given[name] for row in done)

@@ -192,7 +192,9 @@ class Limited(NamedTuple):
             least("max_normal_load", np.asarray(pressure) * np.asarray(scene.brake.linings.area), PRESSURE)
         if scene.wear is not None and scene.wear.permissible is not None:
             least("greatest_wear", np.asarray(scene.wear.permissible) - np.asarray(scene.wear.worn), "worn_thickness")
-        aside += [title_of(name) for name in every if name not in metrics]
+        # (the reserve has a limit in every scene that has one)
+        wanted = [*every, *([] if METRICS[HOLDING].needs.lacks(scene) else [HOLDING])]
+        aside += [title_of(name) for name in wanted if name not in metrics]
         return cls({name: limit for name, limit in every.items() if name in metrics}, tuple(aside))
 
     def coverage(self, base: Result, checks: Sequence[LimitCheck]) -> Data:
