@@ -23,7 +23,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Arc, FancyArrowPatch, Patch
 from matplotlib.text import Text
-from matplotlib.ticker import AutoLocator, FuncFormatter, MaxNLocator
+from matplotlib.ticker import AutoLocator, FuncFormatter, MaxNLocator, ScalarFormatter
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
@@ -111,8 +111,9 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
 def _space_ticks(axes: Axes) -> None:
     """Fewer ticks of time where their labels are long, as 6106.5: Matplotlib leaves room for four letters."""
     low, high = axes.get_xlim()
-    if not isinstance(axes.xaxis.get_major_locator(), AutoLocator) or not high > low:
-        return
+    usual = isinstance(axes.xaxis.get_major_locator(), AutoLocator)
+    if not (usual and isinstance(axes.xaxis.get_major_formatter(), ScalarFormatter) and high > low):
+        return  # (such as an axis in s whose labels are ms)
     decimals = max(0, math.ceil(-math.log10((high - low) / 5.0)))
     letters = len(f"{max(abs(low), abs(high)):.{decimals}f}")
     if letters > 4:
