@@ -27,8 +27,9 @@ from ..loads import Lever, cylinders
 LANES = 128  # times looked at in one call of a compiled program
 _MANY_LANES = 512  # more where no step is taken
 _FEW_LANES, _MANY_STATES = 16, 24  # fewer of systems with more states: a step of one of them is work enough
-LONG = 1024  # steps from which on so many times at once are worth LLVM's optimiser, and this many in one call
-_LANES_OF_LONG = 256
+LONG = 1024  # steps of a long run
+#: times of a long run from which on a second program is worth compiling, optimised and for this many in one call
+_MANY_LOOKS, _LANES_OF_LONG = 2048, 256
 
 T = TypeVar("T")
 #: one number, or an array of them
@@ -167,7 +168,7 @@ def rows_in_lanes(
     A call gets the rows that it looks at, always as many, instead of the whole record: the work grows with the number
     of times, not with that times the length of the run, and runs of any length share one compiled program.
     """
-    many = int(record.count) > LONG and len(index) >= _LANES_OF_LONG
+    many = int(record.count) > LONG and len(index) >= _MANY_LOOKS
     count = _LANES_OF_LONG if many else LANES if small(record) else _FEW_LANES
     lanes, program = np.arange(count, dtype=np.int32), programs[many]
 
