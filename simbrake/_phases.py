@@ -6,7 +6,6 @@ import re
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -17,6 +16,7 @@ from ._base._part import Part, as_part, former_names, part, quantity, short_for,
 from ._base._quantity import Quantity, Scalar, in_si, shown
 from ._base._table import number
 from .hybrid._arrays import Array
+from .hybrid._struct import struct_field
 from .profiles import AbstractProfile, Constant, Piece, PiecewiseLinear, Real
 
 # --- what ends a phase ------------------------------------------------------------------------------------------------
@@ -80,7 +80,7 @@ class AtHeight(AbstractEnd):
     """
 
     height: Scalar = quantity("m", "height of the block")
-    rising: bool = eqx.field(static=True, default=False)
+    rising: bool = struct_field(static=True, default=False)
 
     @property
     def words(self) -> str:
@@ -98,8 +98,8 @@ class AtTemperature(AbstractEnd):
     """
 
     level: Scalar = quantity("K", "surface temperature", positive=True)
-    of: str = eqx.field(static=True, default="rim")
-    falling: bool = eqx.field(static=True, default=False)
+    of: str = struct_field(static=True, default="rim")
+    falling: bool = struct_field(static=True, default=False)
 
     @property
     def words(self) -> str:
@@ -217,9 +217,9 @@ class Phase(Part):
     """
 
     lever: AbstractProfile = part(AbstractProfile)
-    until: AbstractEnd = eqx.field(converter=as_end, metadata={"part": AbstractEnd})  # pyright: ignore
-    name: str = eqx.field(static=True, default="")
-    string_on_hook: bool = eqx.field(static=True, default=True)
+    until: AbstractEnd = struct_field(converter=as_end, metadata={"part": AbstractEnd})  # pyright: ignore
+    name: str = struct_field(static=True, default="")
+    string_on_hook: bool = struct_field(static=True, default=True)
     motor: PiecewiseLinear | None = part(PiecewiseLinear, "rad/s", default=None)
     auxiliary: Scalar | None = quantity("1", "engagement of auxiliary brakes", low=0.0, high=1.0, default=None)
 
@@ -284,7 +284,7 @@ class Phases(Part):
         6
     """
 
-    phases: tuple[Phase, ...] = eqx.field(converter=_as_phases)  # pyright: ignore
+    phases: tuple[Phase, ...] = struct_field(converter=_as_phases)  # pyright: ignore
     count: int = whole("number of cycles", high=1_000_000, default=1)
     stands: int = whole("stands that each cycle adds to the string", low=-1, high=1, default=1)
     then: "Phases | None" = None

@@ -7,7 +7,6 @@ import operator
 from collections.abc import Callable, Collection, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -22,6 +21,7 @@ from ._base._part import Part, part, quantity, short_for
 from ._base._quantity import Over, Scalar, shown
 from ._phases import AbstractEnd, AtStop, AtTemperature, as_end
 from .hybrid._arrays import Array
+from .hybrid._struct import AbstractVar, struct_field
 from .profiles import AbstractProfile, faults_of_sign
 
 __all__ = [
@@ -321,7 +321,7 @@ class FrictionChange(Part):
     linings: Scalar | None = quantity(
         "1", "numbers of the linings, from 1 at the slack end", low=1.0, many=Over.ROWS, default=None
     )
-    when: AbstractEnd | None = eqx.field(converter=as_end, metadata={"part": AbstractEnd}, default=None)
+    when: AbstractEnd | None = struct_field(converter=as_end, metadata={"part": AbstractEnd}, default=None)
 
     def of_each(self, value: Array, n: int) -> Float[Array, " n"]:
         """The factor of each of `n` linings, where that of the chosen ones is `value`."""
@@ -803,7 +803,7 @@ class TabulatedFriction(AbstractFriction):
 class AbstractScaledFriction(AbstractFriction):
     """A base law times a factor, sliding and sticking alike. States are those of the base law."""
 
-    base: eqx.AbstractVar[AbstractFriction]
+    base: AbstractVar[AbstractFriction]
 
     @abc.abstractmethod
     def scale(self, contact: Contact) -> Array | float:

@@ -3,7 +3,6 @@
 import abc
 from typing import ClassVar
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
@@ -15,6 +14,7 @@ from ._base._quantity import Over, Scalar, Values
 from ._base._retired import answers
 from ._phases import AfterTime, AfterTravel, AtHeight, AtRest, AtStop, AtTemperature, Phase, Phases, held_within
 from .hybrid._arrays import Array
+from .hybrid._struct import AbstractClassVar, AbstractVar, tree_at
 from .profiles import (
     AbstractPoints,
     AbstractProfile,
@@ -78,7 +78,7 @@ class AbstractLoad(Part):
     """Load on the pulley: a torque on its shaft, positive in the braking direction of rotation, and an inertia."""
 
     #: the profile whose time breakpoints the load has
-    profile: eqx.AbstractVar[AbstractProfile]
+    profile: AbstractVar[AbstractProfile]
     #: whether its pieces are those of the phases of the duty (`Phases`)
     by_phases: ClassVar[bool] = False
 
@@ -154,10 +154,10 @@ class TorqueLoad(AbstractLoad):
 class AbstractHookLoad(AbstractLoad):
     """A load on a hook: lines strung, and the rope on the drum."""
 
-    drum_radius: eqx.AbstractVar[Scalar]
-    line_count: eqx.AbstractVar[Scalar]
-    rope: eqx.AbstractVar[RopeLayers | None]
-    elasticity: eqx.AbstractVar[RopeElasticity | None]
+    drum_radius: AbstractVar[Scalar]
+    line_count: AbstractVar[Scalar]
+    rope: AbstractVar[RopeLayers | None]
+    elasticity: AbstractVar[RopeElasticity | None]
 
     @property
     def layers(self) -> RopeLayers | None:
@@ -179,7 +179,7 @@ class AbstractHookLoad(AbstractLoad):
         if self.rope is None or layer is None:
             return self
         radius = self.rope.radius(jnp.asarray(self.drum_radius), layer)
-        return eqx.tree_at(lambda load: load.drum_radius, self, radius)
+        return tree_at(lambda load: load.drum_radius, self, radius)
 
 
 class HookLoad(AbstractHookLoad):
@@ -231,11 +231,11 @@ class AbstractString(AbstractHookLoad):
     takes the weight on slowly: its stretch follows at once, without a swing, and its energy counts as load work too.
     """
 
-    empty: eqx.AbstractVar[Scalar]
-    string: eqx.AbstractVar[Scalar]
-    stand: eqx.AbstractVar[Scalar]
-    gravity: eqx.AbstractVar[Scalar]
-    drag: eqx.AbstractVar[Scalar]
+    empty: AbstractVar[Scalar]
+    string: AbstractVar[Scalar]
+    stand: AbstractVar[Scalar]
+    gravity: AbstractVar[Scalar]
+    drag: AbstractVar[Scalar]
 
     @abc.abstractmethod
     def hangs(self, piece: Piece) -> tuple[Array, Array]:
@@ -497,9 +497,9 @@ class SpeedHold(AbstractSpeedLever):
 class AbstractFollower(AbstractSpeedLever):
     """A lever that keeps the pulley on a given speed, and on the angle that belongs to it."""
 
-    speed: eqx.AbstractVar[PiecewiseLinear]
-    gain: eqx.AbstractVar[Scalar]
-    position_gain: eqx.AbstractVar[Scalar | None]
+    speed: AbstractVar[PiecewiseLinear]
+    gain: AbstractVar[Scalar]
+    position_gain: AbstractVar[Scalar | None]
 
     @property
     def corrects_position(self) -> bool:
@@ -773,10 +773,10 @@ class Lever(AbstractProfile):
 class AbstractActuator(AbstractProfile):
     """What follows a command with a dead time and a first-order lag: `τ ẋ + x = u(t − t_d)`."""
 
-    lag: eqx.AbstractVar[Scalar | None]
-    dead_time: eqx.AbstractVar[Scalar]
+    lag: AbstractVar[Scalar | None]
+    dead_time: AbstractVar[Scalar]
     #: field that holds the command
-    command_field: eqx.AbstractClassVar[str]
+    command_field: AbstractClassVar[str]
 
     @property
     def input(self) -> AbstractProfile:

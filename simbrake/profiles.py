@@ -6,7 +6,6 @@ import functools
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -17,6 +16,7 @@ from ._base._faults import Fault
 from ._base._part import Part, parts_below, quantity, short_for, takes_values, whole
 from ._base._quantity import Over, Quantity, Scalar
 from .hybrid._arrays import Array, numpy_of
+from .hybrid._struct import AbstractVar, struct_field
 
 __all__ = ["AbstractProfile", "Constant", "ExponentialRise", "FunctionProfile", "PiecewiseLinear", "Repeated", "ramp"]
 
@@ -206,8 +206,8 @@ def _slopes(rise: Float[Array, " n"], span: Float[Array, " n"]) -> Float[Array, 
 class AbstractPoints(AbstractProfile):
     """Straight lines between points `(times, values)`."""
 
-    times: eqx.AbstractVar[Scalar]
-    values: eqx.AbstractVar[Scalar]
+    times: AbstractVar[Scalar]
+    values: AbstractVar[Scalar]
 
     def slope(self, piece: Piece) -> Float[Array, ""]:
         """Rate of the value on the given piece."""
@@ -437,7 +437,7 @@ class FunctionProfile(AbstractProfile):
         2000.0
     """
 
-    function: Callable[[Any, Any], Any] = eqx.field(static=True)
+    function: Callable[[Any, Any], Any] = struct_field(static=True)
     parameters: Any = None
     typical: Scalar = quantity("SI", "typical magnitude of the profile", positive=True, default=1.0)
     knots: Scalar = quantity("s", "times of corners and jumps", many=Over.ROWS, default=())

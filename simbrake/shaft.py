@@ -3,12 +3,12 @@
 import abc
 import re
 
-import equinox as eqx
 import jax.numpy as jnp
 
 from ._base._faults import Fault
 from ._base._part import Part, former_names, part, quantity
 from ._base._quantity import Scalar
+from .hybrid._struct import AbstractVar, struct_field, tree_at
 from .profiles import AbstractProfile, Constant, Piece, Real, faults_of_sign
 
 __all__ = [
@@ -28,7 +28,7 @@ class AbstractShaftTorque(Part):
     - `place`: body of the thermal network, or face of a wall, that the heat enters; `None`: it enters no body (lost)
     """
 
-    place: eqx.AbstractVar[str | None]
+    place: AbstractVar[str | None]
 
     @property
     def profile(self) -> AbstractProfile:
@@ -81,7 +81,7 @@ class EddyCurrentBrake(AbstractAuxiliaryBrake):
     max_torque: Scalar = quantity("N*m", "maximum torque under full excitation", low=0.0)
     critical_speed: Scalar = quantity("rad/s", "speed of the maximum torque", positive=True)
     excitation: AbstractProfile = part(AbstractProfile, "1", default_factory=lambda: Constant(1.0))
-    place: str | None = eqx.field(static=True, default=None)
+    place: str | None = struct_field(static=True, default=None)
 
     @property
     def profile(self) -> AbstractProfile:
@@ -92,7 +92,7 @@ class EddyCurrentBrake(AbstractAuxiliaryBrake):
         return 2 * e * e * self.max_torque * omega * most / (omega**2 + most**2)
 
     def engaged(self, share: Scalar) -> "EddyCurrentBrake":
-        return eqx.tree_at(lambda law: law.max_torque, self, share * share * self.max_torque)
+        return tree_at(lambda law: law.max_torque, self, share * share * self.max_torque)
 
     def faults(self, path: str) -> list[Fault]:
         return _faults_of_share(self.excitation, f"{path}.excitation")
@@ -111,7 +111,7 @@ class HydrodynamicBrake(AbstractAuxiliaryBrake):
 
     coefficient: Scalar = quantity("N*m*s^2", "torque per square of the speed, full brake", low=0.0)
     fill: AbstractProfile = part(AbstractProfile, "1", default_factory=lambda: Constant(1.0))
-    place: str | None = eqx.field(static=True, default=None)
+    place: str | None = struct_field(static=True, default=None)
 
     @property
     def profile(self) -> AbstractProfile:
@@ -121,7 +121,7 @@ class HydrodynamicBrake(AbstractAuxiliaryBrake):
         return self.fill.value(t, piece) * self.coefficient * omega * jnp.abs(omega)
 
     def engaged(self, share: Scalar) -> "HydrodynamicBrake":
-        return eqx.tree_at(lambda law: law.coefficient, self, share * self.coefficient)
+        return tree_at(lambda law: law.coefficient, self, share * self.coefficient)
 
     def faults(self, path: str) -> list[Fault]:
         return _faults_of_share(self.fill, f"{path}.fill")
@@ -136,7 +136,7 @@ class ViscousDrag(AbstractShaftTorque):
     """
 
     coefficient: Scalar = quantity("N*m*s", "drag torque per unit of speed", low=0.0)
-    place: str | None = eqx.field(static=True, default=None)
+    place: str | None = struct_field(static=True, default=None)
 
     def torque(self, t: Real, omega: Real, piece: Piece, load: Real) -> Real:
         return self.coefficient * omega
@@ -154,7 +154,7 @@ class BearingFriction(AbstractDryTorque):
     """
 
     friction_torque: Scalar = quantity("N*m", "friction torque of the bearings", low=0.0)
-    place: str | None = eqx.field(static=True, default=None)
+    place: str | None = struct_field(static=True, default=None)
 
     def torque(self, t: Real, omega: Real, piece: Piece, load: Real) -> Real:
         return jnp.asarray(self.friction_torque)
@@ -173,7 +173,7 @@ class TackleLoss(AbstractDryTorque):
     """
 
     efficiency: Scalar = quantity("1", "efficiency of the tackle", positive=True, high=1.0)
-    place: str | None = eqx.field(static=True, default=None)
+    place: str | None = struct_field(static=True, default=None)
 
     def torque(self, t: Real, omega: Real, piece: Piece, load: Real) -> Real:
         return (1 - self.efficiency) * jnp.abs(load)

@@ -3,7 +3,6 @@
 import abc
 from typing import Any, TypeAlias
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
@@ -17,6 +16,7 @@ from ._phases import Phases
 from .brakes._design import AbstractBrake, Brake
 from .friction import GAS_CONSTANT, remembers
 from .hybrid._arrays import Array
+from .hybrid._struct import struct_field
 from .profiles import AbstractProfile, Piece, Real
 from .thermal._heat import Heat
 from .thermal._material import ROOM
@@ -197,8 +197,8 @@ class Wear(Part):
     worn: Scalar = quantity("m", "thickness worn off before the run", low=0.0, many=True, typical=1e-3, default=0.0)
     permissible: Scalar | None = quantity("m", "permissible wear", positive=True, many=True, default=None)
     thickness: Scalar | None = quantity("m", "thickness of a new lining", positive=True, default=None)
-    geometry: bool = eqx.field(static=True, default=False)
-    heat: bool = eqx.field(static=True, default=False)
+    geometry: bool = struct_field(static=True, default=False)
+    heat: bool = struct_field(static=True, default=False)
     take_up_speed: Scalar | None = quantity(
         "m/s", "speed at which the lever takes up slack of the band", positive=True, default=None
     )

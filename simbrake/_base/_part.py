@@ -10,13 +10,13 @@ import warnings
 from collections.abc import Callable, Container, Iterable, Iterator
 from typing import Annotated, Any, TypeVar, cast
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
 from .._base._arguments import explained, with_nearest
+from ..hybrid._struct import Struct, struct_field
 from ._compiling import is_traced
 from ._faults import Fault, InputError
 from ._quantity import NumberReader, Over, Quantity, as_number, behind, example, has_units, in_si, shown
@@ -53,7 +53,7 @@ def quantity(
     about = Quantity(unit, meaning, low, high, positive, difference, many, may_be_empty, typical)
     words = ("float | Sequence[float]" if many else "float") + (" | None" if default is None else "")
     converter = _converter(in_si, words, about=about)
-    return eqx.field(converter=converter, metadata={"quantity": about}, kw_only=kw_only, **keywords)
+    return struct_field(converter=converter, metadata={"quantity": about}, kw_only=kw_only, **keywords)
 
 
 class _Shown(type):
@@ -84,7 +84,7 @@ class Whole:
 def whole(meaning: str, *, low: int = 1, high: int = 100_000, guesses: tuple[str, ...] = (), **keywords: Any) -> Any:
     """A field with a whole number of the structure (static: another number is another program)."""
     about = Whole(meaning, low, high, guesses)
-    return eqx.field(converter=_converter(_plain_whole, "int"), static=True, metadata={"whole": about}, **keywords)
+    return struct_field(converter=_converter(_plain_whole, "int"), static=True, metadata={"whole": about}, **keywords)
 
 
 def _plain_whole(x: Any) -> Any:
@@ -163,7 +163,7 @@ def short_of(wanted: Iterable[object]) -> type | None:
 def as_part(x: Any, family: type, unit: str = "SI") -> Any:
     """A part of a scene, made from a bare number where one is given; `unit`: meaning of `SI` in it."""
     maker = short_of((family,))
-    if maker is None or x is None or isinstance(x, eqx.Module) or callable(x):
+    if maker is None or x is None or isinstance(x, Struct) or callable(x):
         return x
     return x if _faults_of_short(maker, x, unit, "") else maker(in_si(x, _number_in(maker, unit)))
 
@@ -188,10 +188,10 @@ def part(family: type, unit: str | None = None, **keywords: Any) -> Any:
     metadata = {"part": family} if unit is None else {"part": family, "unit": unit}
     words = f"{family.__name__} | float" + ("" if keywords.get("default", family) is not None else " | None")
     converter = _converter(as_part, words, family=family, unit=unit or "SI")
-    return eqx.field(converter=converter, metadata=metadata, **keywords)
+    return struct_field(converter=converter, metadata=metadata, **keywords)
 
 
-class _Told(type(eqx.Module)):
+class _Told(type(Struct)):
     """Names the nearest fields where a part is made with an argument that it does not have."""
 
     def __call__(cls, *args: Any, **named: Any) -> Any:
@@ -203,7 +203,7 @@ class _Told(type(eqx.Module)):
             raise
 
 
-class Part(eqx.Module, metaclass=_Told):
+class Part(Struct, metaclass=_Told):
     """A part of a scene. It checks its concrete values when it is made; traced values are not checked.
 
     A number may be a Python or NumPy number, a list, an array, or a text with its unit, as "590 mm". Where a friction
@@ -212,9 +212,6 @@ class Part(eqx.Module, metaclass=_Told):
     Raises `InputError` with every value that is not a number, not finite or outside its range, and every part of the
     wrong kind. Conditions across several parts are checked by `check_scene` and before a run.
     """
-
-    # equinox looks at every attribute for methods, which it makes PyTrees; a part's are called, and nothing else
-    __getattribute__ = object.__getattribute__
 
     def __check_init__(self) -> None:
         name, faults, hints = type(self).__name__, [], _hints(type(self))  # pyright: ignore
@@ -225,7 +222,7 @@ class Part(eqx.Module, metaclass=_Told):
             if about is not None and value is None:
                 absent = _may_be_absent(type(self), field.name)
                 faults += [] if absent else [Fault(path, "is missing", f"{about.meaning}{example(about.unit)}")]
-            elif about is not None and not isinstance(value, eqx.Module):
+            elif about is not None and not isinstance(value, Struct):
                 faults += _faults_of_leaf(Leaf(path, value, about), converted=False)
             elif isinstance(about_whole := field.metadata.get("whole"), Whole):
                 faults += faults_of_whole(path, value, about_whole)
@@ -285,7 +282,7 @@ def _faults_of_kind(path: str, value: object, kinds: tuple[Any, ...]) -> list[Fa
 @functools.cache
 def _parts_among(kinds: tuple[Any, ...]) -> tuple[type, ...]:
     """The parts of a scene that a field may hold; none if it may hold anything else."""
-    parts = tuple(kind for kind in kinds if isinstance(kind, type) and issubclass(kind, eqx.Module))
+    parts = tuple(kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Struct))
     return () if set(kinds) - {*parts, type(None)} else parts
 
 
@@ -316,7 +313,7 @@ def takes_values(build: _Build) -> _Build:
             return built(*args, **named)  # whose error names the nearest arguments
         for name, value in bound.arguments.items():
             annotation = about.get(name)
-            if value is None or isinstance(value, eqx.Module):
+            if value is None or isinstance(value, Struct):
                 continue
             if isinstance(annotation, Quantity):
                 faults += _faults_of_leaf(Leaf(name, value, annotation), converted=False)

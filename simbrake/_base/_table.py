@@ -17,12 +17,12 @@ from contextvars import ContextVar
 from fractions import Fraction
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import numpy as np
 from jax.core import Tracer
 
 from .._base._arguments import explained
+from ..hybrid._struct import Struct
 
 # --- units ------------------------------------------------------------------------------------------------------------
 
@@ -592,10 +592,10 @@ def part_text(node: Any, about_of: Callable[..., Any], unit_below: Callable[...,
     for field in dataclasses.fields(node):
         value, about = getattr(node, field.name), about_of(field, unit)
         below = functools.partial(part_text, about_of=about_of, unit_below=unit_below, unit=unit_below(field, unit))
-        if isinstance(value, eqx.Module):
+        if isinstance(value, Struct):
             text = below(value) if dataclasses.is_dataclass(value) else plain_text(value)
-        elif isinstance(value, tuple) and any(isinstance(entry, eqx.Module) for entry in value):
-            text = joined("", [below(entry) if isinstance(entry, eqx.Module) else plain_text(entry) for entry in value])
+        elif isinstance(value, tuple) and any(isinstance(entry, Struct) for entry in value):
+            text = joined("", [below(entry) if isinstance(entry, Struct) else plain_text(entry) for entry in value])
         elif about is not None and value is not None and np.size(value):
             text = value_text(value, about.unit, absolute=not about.difference)
         elif about is None and value not in (None, (), field.default):

@@ -8,7 +8,6 @@ import operator
 from collections.abc import Callable, Collection
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -44,6 +43,7 @@ from ..brakes._design import (
 )
 from ..friction import AbstractFriction, FrictionChange, Reads, needs, reads, remembers
 from ..hybrid._arrays import Array
+from ..hybrid._struct import AbstractClassVar, AbstractVar, tree_at
 from ..loads import AbstractLoad, Cylinder, Driller, Lever, Motor, RecordedMotion, TorqueLoad
 from ..profiles import AbstractProfile, Piece, faults_of_sign, first_piece
 from ..shaft import AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque
@@ -58,13 +58,13 @@ class AbstractDuty(Part):
     - `load`: `M_load(t, ω)`;  `lever_field`: name of the field that holds the profile of the lever
     """
 
-    lever_field: eqx.AbstractClassVar[str]
+    lever_field: AbstractClassVar[str]
     if TYPE_CHECKING:  # (as in `AbstractBrake`)
 
         @property
         def load(self) -> AbstractLoad: ...
     else:
-        load: eqx.AbstractVar[AbstractLoad]
+        load: AbstractVar[AbstractLoad]
 
     @property
     def lever(self) -> AbstractProfile | Phases:
@@ -213,7 +213,7 @@ class Scene(Part):
         def of_one(part: Any) -> Any:
             if not isinstance(part, Lever):
                 return part
-            return eqx.tree_at(lambda lever: lever.slack_arm, part, rims * jnp.asarray(part.slack_arm))
+            return tree_at(lambda lever: lever.slack_arm, part, rims * jnp.asarray(part.slack_arm))
 
         return jax.tree.map(of_one, lever, is_leaf=lambda part: isinstance(part, Lever))
 
@@ -361,7 +361,7 @@ def _faults_of_motor(scene: Scene, path: str) -> list[Fault]:
         return []
     phased, errors = isinstance(lever, Phases), list[Fault]()
     speeds = [("motor.speed", motor.speed)]
-    if phased:
+    if isinstance(lever, Phases):
         speeds = [(f"{where}.motor", phase.motor) for where, phase in lever.located(path)]
     if phased and motor.speed is not None:
         errors.append(Fault("motor.speed", "has no effect on a duty in phases", "give `motor` in its phases"))

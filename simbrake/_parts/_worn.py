@@ -1,6 +1,7 @@
 """A scene with the wear before its run, or with its band turned end for end."""
 
-import equinox as eqx
+from typing import cast
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -12,10 +13,11 @@ from .._base._quantity import Scalar
 from ..brakes._design import Brake
 from ..friction import FrictionChange, TabulatedFade, TabulatedFriction
 from ..hybrid._arrays import Array
+from ..hybrid._struct import tree_at
 from ..thermal._heat import Heat, TransmissionPartition
 from ..thermal._network import Conductance, Lump
 from ..wear import Delayed, Wear, faults_of_turning, lining_bodies
-from ._scene import Scene
+from ._scene import Duty, Scene
 
 
 def feeds_back(scene: Scene) -> bool:
@@ -54,14 +56,15 @@ def worn_scene(scene: Scene) -> Scene:
         return scene
     h, angle = _worn(scene, wear)
     slack = jnp.sum(angle * h)
+    band_brake, duty = cast(Brake, scene.brake), cast(Duty, scene.duty)  # no other feeds wear back
     if wear.geometry:
-        radius = jnp.asarray(scene.brake.band.radius) - slack / jnp.sum(angle)
-        scene = eqx.tree_at(lambda s: s.brake.band.radius, scene, radius)
+        radius = jnp.asarray(band_brake.band.radius) - slack / jnp.sum(angle)
+        scene = tree_at(lambda s: s.brake.band.radius, scene, radius)
     if wear.take_up_speed is not None:
-        lever = Delayed(scene.duty.slack_tension, slack / wear.take_up_speed)
-        scene = eqx.tree_at(lambda s: s.duty.slack_tension, scene, lever)
+        lever = Delayed(duty.slack_tension, slack / wear.take_up_speed)
+        scene = tree_at(lambda s: s.duty.slack_tension, scene, lever)
     if wear.heat and scene.heat is not None:
-        scene = eqx.tree_at(lambda s: s.heat, scene, _thinner(scene.heat, h, angle, wear.thickness))
+        scene = tree_at(lambda s: s.heat, scene, _thinner(scene.heat, h, angle, wear.thickness))
     return scene
 
 
@@ -90,17 +93,17 @@ def _thinner(heat: Heat, h: Array, angle: Array, thickness: Scalar | None) -> He
             continue
         share = _left(h, angle, thickness, body.count)
         share = share if body.count > 1 else share[0]
-        bodies[i] = eqx.tree_at(lambda b: b.capacity, body, jnp.asarray(body.capacity) * share)
+        bodies[i] = tree_at(lambda b: b.capacity, body, jnp.asarray(body.capacity) * share)
         for k, link in enumerate(links):
             if isinstance(link, Conductance) and body.name in (link.a, link.b):
-                links[k] = eqx.tree_at(lambda conductance: conductance.value, link, jnp.asarray(link.value) / share)
-    heat = eqx.tree_at(lambda x: (x.bodies, x.links), heat, (tuple(bodies), tuple(links)))
+                links[k] = tree_at(lambda conductance: conductance.value, link, jnp.asarray(link.value) / share)
+    heat = tree_at(lambda x: (x.bodies, x.links), heat, (tuple(bodies), tuple(links)))
 
     def thin(part: PyTree) -> PyTree:
         if not isinstance(part, TransmissionPartition):
             return part
         mean = jnp.sum(h * angle) / jnp.sum(angle)
-        return eqx.tree_at(lambda p: p.lining_thickness, part, jnp.asarray(part.lining_thickness) - mean)
+        return tree_at(lambda p: p.lining_thickness, part, jnp.asarray(part.lining_thickness) - mean)
 
     return jax.tree.map(thin, heat, is_leaf=lambda x: isinstance(x, TransmissionPartition))
 
@@ -139,10 +142,10 @@ def turned_scene(scene: Scene) -> Scene:
 
         return jax.tree.map(reversed_entries, part, is_leaf=lambda x: isinstance(x, tables))
 
-    scene = eqx.tree_at(lambda s: (s.brake.linings, s.brake.band), scene, (reverse(brake.linings), reverse(brake.band)))
+    scene = tree_at(lambda s: (s.brake.linings, s.brake.band), scene, (reverse(brake.linings), reverse(brake.band)))
     if scene.wear is not None:
         numbers = [scene.wear.rate, scene.wear.worn, scene.wear.permissible]
-        scene = eqx.tree_at(
+        scene = tree_at(
             lambda s: [s.wear.rate, s.wear.worn, s.wear.permissible],
             scene,
             [reverse(x) for x in numbers],
@@ -151,10 +154,10 @@ def turned_scene(scene: Scene) -> Scene:
     if scene.heat is not None:
         linings = lining_bodies(scene.heat)
         bodies = tuple(
-            eqx.tree_at(lambda b: b.capacity, body, reverse(body.capacity))
+            tree_at(lambda b: b.capacity, body, reverse(body.capacity))
             if isinstance(body, Lump) and body.name in linings
             else body
             for body in scene.heat.bodies
         )
-        scene = eqx.tree_at(lambda s: s.heat.bodies, scene, bodies)
+        scene = tree_at(lambda s: s.heat.bodies, scene, bodies)
     return scene

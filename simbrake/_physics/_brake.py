@@ -3,7 +3,6 @@
 import dataclasses
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -15,6 +14,7 @@ from .._phases import PhaseEnd, PhaseNow, Phases
 from ..friction import SurfaceState
 from ..hybrid import CORE, QUADRATURE
 from ..hybrid._arrays import Array
+from ..hybrid._struct import struct_field
 from ..hybrid._system import Instant, variables_of
 from ..loads import AbstractLoad
 from ..profiles import AbstractProfile, FunctionProfile, Piece, Real, hides_nothing, next_known_time
@@ -110,7 +110,7 @@ class BrakeSystem(AbstractBrake):
     lever: AbstractProfile | Phases
     load: AbstractLoad
     features: tuple[Feature, ...]
-    rims: int = eqx.field(static=True, default=1)  # pyright: ignore
+    rims: int = struct_field(static=True, default=1)  # pyright: ignore
 
     @property
     def heat(self) -> Heating | None:
@@ -191,6 +191,8 @@ class BrakeSystem(AbstractBrake):
         for _, part, _ in parts_below(self):
             if isinstance(part, FunctionProfile):
                 sizes |= {id(x): part.typical for x in jax.tree.leaves(part.parameters)}
+        import equinox as eqx
+
         return jax.tree.map(lambda x: sizes.get(id(x), 0.0), eqx.filter(self, eqx.is_inexact_array))
 
     @property

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,6 +12,7 @@ from .._base._corners import greater, lesser
 from ..brakes._band import LiningForces, band_torque
 from ..friction import SurfaceState
 from ..hybrid._arrays import Array
+from ..hybrid._struct import AbstractVar
 from ._contact import acceleration, exceeded, limit_margins
 from ._mechanism import (
     ELASTIC,
@@ -97,7 +97,7 @@ class AbstractElasticBand(AbstractBand):
     - `stiffness` `C` (N/m); `None`: the band is rigid
     """
 
-    stiffness: eqx.AbstractVar[Any]
+    stiffness: AbstractVar[Any]
 
     @property
     def stretches(self) -> bool:

@@ -3,13 +3,13 @@
 import abc
 from typing import Any, NamedTuple, TypeVar
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 from jaxtyping import Float, PyTree
 
 from ..hybrid import AbstractSemiExplicitSystem
 from ..hybrid._arrays import Array
+from ..hybrid._struct import AbstractVar, Struct
 from ..loads import AbstractLoad
 from ..profiles import Piece
 from ._mechanism import AbstractMechanism, ContactState, Ledger, Mode, Sizes, Surfaces
@@ -102,12 +102,12 @@ class AbstractBrake(AbstractSemiExplicitSystem):
     Its mechanism is that of one of `rims` alike rims under its part of load and inertia: all of them move alike.
     """
 
-    mechanism: eqx.AbstractVar[AbstractMechanism]
-    track_radius: eqx.AbstractVar[Array]  # of the rim (m), whose speed cools
-    lever: eqx.AbstractVar[Any]
-    load: eqx.AbstractVar[AbstractLoad]
-    features: eqx.AbstractVar[tuple["Feature", ...]]
-    rims: eqx.AbstractVar[int]
+    mechanism: AbstractVar[AbstractMechanism]
+    track_radius: AbstractVar[Array]  # of the rim (m), whose speed cools
+    lever: AbstractVar[Any]
+    load: AbstractVar[AbstractLoad]
+    features: AbstractVar[tuple["Feature", ...]]
+    rims: AbstractVar[int]
 
     def of_one(self, whole: AnyTree) -> AnyTree:
         """The part of one rim of what the shaft has: load, inertia."""
@@ -170,7 +170,7 @@ class Moment(NamedTuple):
     z: Any = None  # a `BrakeNow`
 
 
-class Feature(eqx.Module):
+class Feature(Struct):
     """Physics of a brake beside its mechanism. The brake goes through its features in order; each gets what those
     before it have made, and gives it back with its own. What a feature does not define stays as it is."""
 

@@ -5,7 +5,6 @@ import enum
 from collections.abc import Callable, Sequence
 from typing import Any, ClassVar, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -14,6 +13,7 @@ from jaxtyping import Bool, Float, Int, PyTree
 from ..friction import AbstractFriction, FrictionChange, RatesRead, SurfaceState, reads
 from ..hybrid import SYSTEM_CODES
 from ..hybrid._arrays import Array
+from ..hybrid._struct import AbstractClassVar, AbstractVar, Struct, struct_field
 from ..profiles import AbstractProfile
 from ..thermal._heat import FrictionHeat
 from ..wear import AbstractWearRate
@@ -216,7 +216,7 @@ class ContactState(NamedTuple):
     normal: Float[Array, " n"]
 
 
-class Pair(eqx.Module):
+class Pair(Struct):
     """Constant properties of a friction pair.
 
     - `name`; `field` of the brake that describes its linings; `law` of friction; `area` (m²) of the linings
@@ -227,16 +227,16 @@ class Pair(eqx.Module):
     - `cosine` (n,): friction at the face of a lining over its force along the slip, where rates need it (`None`: 1)
     """
 
-    name: str = eqx.field(static=True)
-    field: str = eqx.field(static=True)
+    name: str = struct_field(static=True)
+    field: str = struct_field(static=True)
     law: AbstractFriction
     area: Array | None
     heat: FrictionHeat | None
     wear: AbstractWearRate | None
-    count: int = eqx.field(static=True)
-    on_band: bool = eqx.field(static=True, default=False)
-    apart: bool = eqx.field(static=True, default=False)
-    memory: RatesRead | None = eqx.field(static=True, default=None)
+    count: int = struct_field(static=True)
+    on_band: bool = struct_field(static=True, default=False)
+    apart: bool = struct_field(static=True, default=False)
+    memory: RatesRead | None = struct_field(static=True, default=None)
     cosine: Float[Array, " n"] | None = None
 
     def memory_rates(self, surface: SurfaceState, v: Array, normal: Float[Array, " n"], power: Array) -> PyTree:
@@ -435,7 +435,7 @@ class Sizes(NamedTuple):
     slight_torque: Float[Array, ""]
 
 
-class ContactNow(eqx.Module):
+class ContactNow(Struct):
     """Variables that every mechanism has; each adds its own."""
 
     slack_tension: Float[Array, ""]  # T_0 (N), as the contact has it: 0 while the lever does not pull
@@ -465,7 +465,7 @@ class EventState(NamedTuple):
 EvaluateInMode = Callable[[Mode, Array, PyTree], tuple[AppliedLoads, Any]]
 
 
-class AbstractMechanism(eqx.Module):
+class AbstractMechanism(Struct):
     """Bodies that turn, stick and slide: start, rates, guards, changes of mode, stored energy, typical sizes.
 
     A mechanism knows the shaft's speed `ω`, states and modes of its `own`, and its applied loads. Other modules see
@@ -482,10 +482,10 @@ class AbstractMechanism(eqx.Module):
     - `damps`: whether it has dampers
     """
 
-    pairs: eqx.AbstractVar[tuple[Pair, ...]]
-    sizes: eqx.AbstractVar[Sizes]
-    grip: eqx.AbstractVar[AbstractLiningFriction]
-    distribution: eqx.AbstractClassVar[str]
+    pairs: AbstractVar[tuple[Pair, ...]]
+    sizes: AbstractVar[Sizes]
+    grip: AbstractVar[AbstractLiningFriction]
+    distribution: AbstractClassVar[str]
     banded: ClassVar[bool] = True
     resolved: ClassVar[bool] = False
     couples_loads: ClassVar[bool] = True

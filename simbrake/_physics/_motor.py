@@ -1,6 +1,5 @@
 """The motor of a drawworks: its torque on the shaft, and the work that it gives."""
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 
@@ -8,6 +7,7 @@ from .._base._corners import clipped
 from .._phases import PhaseNow, Phases
 from ..hybrid import QUADRATURE
 from ..hybrid._arrays import Array
+from ..hybrid._struct import struct_field
 from ..loads import AbstractFollower, Motor, RecordedMotion
 from ._feature import HEAT, LEVER, AbstractBrake, Feature, Moment, State, piece_of
 from ._mechanism import OPEN, Mode
@@ -26,7 +26,7 @@ class Drive(Feature):
 
     motor: Motor
     course: AbstractFollower | Phases
-    heat_profiles: int = eqx.field(static=True)
+    heat_profiles: int = struct_field(static=True)
 
     @property
     def piece(self) -> int:

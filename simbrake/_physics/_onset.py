@@ -2,7 +2,6 @@
 
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Int
@@ -11,6 +10,7 @@ from .._phases import AtStop, AtTemperature
 from ..friction import FrictionChange
 from ..hybrid import QUADRATURE
 from ..hybrid._arrays import Array
+from ..hybrid._struct import struct_field
 from ..profiles import AbstractProfile, Piece
 from ._feature import AbstractBrake, BrakeGuards, Feature, Moment, State
 from ._mechanism import Mode, comes_to_rest
@@ -52,7 +52,7 @@ class Onsets(Feature):
     - `watched`: places of these among all changes of the mechanism
     """
 
-    watched: tuple[int, ...] = eqx.field(static=True)
+    watched: tuple[int, ...] = struct_field(static=True)
 
     @classmethod
     def of(cls, changes: tuple[FrictionChange, ...]) -> "Onsets":

@@ -6,7 +6,6 @@ import functools
 from collections.abc import Iterable
 from typing import Any, ClassVar, NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int, PyTree
@@ -17,6 +16,7 @@ from ..brakes._pressed import AbstractPressedBrake
 from ..friction import SurfaceState
 from ..hybrid import largest
 from ..hybrid._arrays import Array
+from ..hybrid._struct import AbstractVar
 from ._contact import acceleration, exceeded, limit_margins, speed_after
 from ._mechanism import (
     HELD,
@@ -113,9 +113,9 @@ class AbstractContact(AbstractMechanism):
     - `codes`: ends of the run that heat can bring about
     """
 
-    locked: eqx.AbstractVar[Bool[Array, ""]]
-    locking_varies: eqx.AbstractVar[bool]
-    codes: eqx.AbstractVar[tuple[BrakeCode, ...]]
+    locked: AbstractVar[Bool[Array, ""]]
+    locking_varies: AbstractVar[bool]
+    codes: AbstractVar[tuple[BrakeCode, ...]]
 
     def locked_in(self, mode: Mode) -> Bool[Array, ""]:
         return self.locked if mode.own.locks is None else mode.own.locks > 0
@@ -207,7 +207,7 @@ class AbstractContact(AbstractMechanism):
 class AbstractBand(AbstractContact):
     """Linings that act as one under a band."""
 
-    wrap: eqx.AbstractVar[BandFriction]
+    wrap: AbstractVar[BandFriction]
     distribution: ClassVar[str] = (
         "mobilisation rule: one lining after the other at its limit, from the slack end (reversed: from the anchor)"
     )
@@ -276,7 +276,7 @@ class AbstractRigidContact(AbstractContact):
     - `radius` (m) at which the linings slide
     """
 
-    radius: eqx.AbstractVar[Float[Array, ""]]
+    radius: AbstractVar[Float[Array, ""]]
 
     @abc.abstractmethod
     def torques(self, force: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Torques:

@@ -2,7 +2,6 @@
 
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -24,6 +23,7 @@ from ..brakes._design import AbstractLinings, Lining
 from ..friction import AbstractFriction, Contact, Reads, SurfaceState, continued, reads, remembers
 from ..hybrid import largest, smallest
 from ..hybrid._arrays import Array
+from ..hybrid._struct import AbstractVar, Struct, struct_field
 from ..thermal._heat import FlashTemperature, PowerShares
 
 #: a number or truth value that may be known while tracing
@@ -66,7 +66,7 @@ class Coefficients(NamedTuple):
     slope: Array
 
 
-class AbstractLiningFriction(eqx.Module):
+class AbstractLiningFriction(Struct):
     """Friction of the linings of a brake.
 
     - `linings`;  `shares` of the friction power;  `heated`: whether the scene has the linings' temperatures
@@ -75,8 +75,8 @@ class AbstractLiningFriction(eqx.Module):
 
     linings: AbstractLinings
     shares: PowerShares | None
-    heated: bool = eqx.field(static=True)
-    cosine: eqx.AbstractVar[Array | float]
+    heated: bool = struct_field(static=True)
+    cosine: AbstractVar[Array | float]
 
     @property
     def reads(self) -> Reads:
@@ -282,7 +282,7 @@ class Limit(NamedTuple):
     margin: Any
 
 
-class BandFriction(eqx.Module):
+class BandFriction(Struct):
     """The grip of a band on linings: `T_i = T_{i−1} μ_i^{±1}` where they slide, `T_{i−1}/μ_i ≤ T_i ≤ T_{i−1} μ_i` else.
 
     - `radius` `R_b` (m) of the band circle;  `locked`: whether a lining is self-locking at the start

@@ -3,7 +3,6 @@
 import dataclasses
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -14,6 +13,7 @@ from ..brakes._band import band_torque, limit_tensions, lining_ratio, piece_of, 
 from ..brakes._design import Bandage
 from ..friction import Reads, SurfaceState, reads
 from ..hybrid._arrays import Array
+from ..hybrid._struct import Struct
 from ._contact import acceleration, contact_margin, lifted_after, rim_margin, sense_after
 from ._elastic import AbstractElasticBand, BandState, ElasticNow
 from ._mechanism import (
@@ -42,7 +42,7 @@ from ._sliding import BandFriction, coefficients_of, where_static
 _NEWTON = 8  # iterations for a tension under a law that depends on the pressure; otherwise it is linear: one is exact
 
 
-class RimInputs(eqx.Module):
+class RimInputs(Struct):
     """Inputs of the friction of the internal pair at one instant: speed `v` (m/s), signed by the sense, and the
     state of the surfaces (`None`: the scene has none).
 
@@ -58,7 +58,7 @@ class RimInputs(eqx.Module):
     lifted: Array | None = None
 
 
-class InternalPair(eqx.Module):
+class InternalPair(Struct):
     """Friction between bandage and rim (model §4; K).
 
     M_int = R Σ F_i,   F_i = f_i N_int,i

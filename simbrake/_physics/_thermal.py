@@ -4,13 +4,13 @@ import functools
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, PyTree
 
 from ..hybrid._arrays import Array
+from ..hybrid._struct import Struct, struct_field
 from ..profiles import AbstractProfile
 from ..thermal._heat import FrictionHeat, Heat, PowerShares, place_count
 from ..thermal._network import (
@@ -314,7 +314,7 @@ class Conditions(NamedTuple):
 _NEWTON = 8  # iterations for junctions with radiation or free convection
 
 
-class Thermal(eqx.Module):
+class Thermal(Struct):
     """The network of a scene. Its state is the heat content of each node over its reference capacity,
 
         u = ∫ C(T) dT / C_r = (T − T_r) + ½ b_c (T − T_r)²,   C_r du/dt = Σ heat flows
@@ -335,8 +335,8 @@ class Thermal(eqx.Module):
     through: tuple[Array | None, ...]  # conductance of each link from node to node (W/K) where it cannot change
     per_kelvin: tuple[Array | None, ...]  # of each surface: constant part of the heat that it rejects per kelvin
     shares: PowerShares | None = None  # of the friction power
-    rims: tuple[int, ...] = eqx.field(static=True, default=())  # linings on each, where several bands have one each
-    lifts: bool = eqx.field(static=True, default=False)  # whether linings of a staged brake can lift off the rim
+    rims: tuple[int, ...] = struct_field(static=True, default=())  # linings on each, where several bands have one each
+    lifts: bool = struct_field(static=True, default=False)  # whether linings of a staged brake can lift off the rim
 
     @property
     def spans(self) -> Spans:

@@ -8,7 +8,6 @@ import re
 from collections.abc import Container, Iterable, Sequence
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -20,6 +19,7 @@ from .._base._part import Leaf, about_of, below, faults_of_values, leaves, parts
 from .._base._quantity import NumberReader, Quantity, as_number, has_units
 from .._parts._scene import Scene, require_scene
 from ..brakes._design import Lining
+from ..hybrid._struct import tree_at
 from ..thermal._heat import EffusivityPartition, FlashTemperature, FrictionHeat, Heat, TransmissionPartition
 from ..thermal._material import Material
 from ..thermal._network import AbstractLink, Body, Conductance, Lump, Wall, place_of
@@ -298,7 +298,7 @@ def _replace(scene: Scene, path: str, value: Any) -> Scene:
             node = node[int(step)] if step.isdigit() else getattr(node, step)
         return node
 
-    return eqx.tree_at(reach, scene, value, is_leaf=lambda x: x is None)
+    return tree_at(reach, scene, value, is_leaf=lambda x: x is None)
 
 
 # --- other materials --------------------------------------------------------------------------------------------------

@@ -6,7 +6,6 @@ import math
 from collections.abc import Callable, Iterable
 from typing import Annotated, Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -25,6 +24,7 @@ from .._physics._brake import BrakeSystem
 from ..brakes._design import Brake, under_a_band
 from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array
+from ..hybrid._struct import Struct, struct_field
 from ._result import Result, look
 
 #: wear rate `I` (m³/(N·m)): a number, one per lining, or a function `I(p, v, T)` of pressure, slip speed, temperature
@@ -81,13 +81,13 @@ def wearing(rate: WearRate, r: Rubbing, place: Number | Array | None = None) -> 
     return value * pressure * r.speed  # pyright: ignore
 
 
-class _Picked(eqx.Module):
+class _Picked(Struct):
     """Integrand of `integral`, taken from a probe: a PyTree, so that it compiles once for each structure."""
 
     record: Record
-    pair: str = eqx.field(static=True)
-    quantity: str = eqx.field(static=True, default="friction_power")
-    over: str | None = eqx.field(static=True, default=None)  # with its weight, by which the quantity is multiplied
+    pair: str = struct_field(static=True)
+    quantity: str = struct_field(static=True, default="friction_power")
+    over: str | None = struct_field(static=True, default=None)  # with its weight, by which the quantity is multiplied
     rate: Any = None  # of wear, instead of the quantity
     place: Any = None  # within the linings, of wear
 
@@ -336,7 +336,7 @@ def _absent(system: BrakeSystem, quantity: str) -> Fault:
 # --- overlap coefficients ---------------------------------------------------------------------------------------------
 
 
-class RunningIn(eqx.Module):
+class RunningIn(Struct):
     """Contact that grows with the friction work `W` of a pair, as surfaces wear into one another (after K).
 
         c(W) = 1 − (1 − c_0) exp(−W/W_0)

@@ -6,7 +6,6 @@ import enum
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool
@@ -29,6 +28,7 @@ from .._outputs._metrics import (
 from .._outputs._probe import Entry, Number
 from .._parts._scene import AbstractLimits, Scene, require_scene
 from ..hybrid._arrays import Array
+from ..hybrid._struct import struct_field
 from ._linings import lining_peak
 from ._report import body_of, hottest_first
 from ._report import text as text_of
@@ -113,7 +113,7 @@ def _limits_part(name: str, base: type, about: str, fields: Mapping[str, Any], *
     kinds = dict.fromkeys(fields, Scalar | None) | {word: kind for word, (kind, _) in others.items()}
     body = {"__module__": __name__, "__doc__": about, "__annotations__": kinds, "faults_with": _faults_of_limits}
     body |= {word: quantity(entry.unit, f"limit: {entry.meaning}", default=None) for word, entry in fields.items()}
-    kind: Any = type(base)  # (equinox's own, which makes a dataclass of the fields)
+    kind: Any = type(base)  # (which makes a dataclass of the fields)
     return kind(name, (base,), body | {word: field for word, (_, field) in others.items()})
 
 
@@ -153,7 +153,9 @@ Limits = _limits_part(
     max_pressure=(Scalar | None, quantity("Pa", "limit: maximum mean pressure on a lining", default=None)),
     energy=(
         EnergyLimits | None,
-        eqx.field(converter=lambda value: EnergyLimits(**value) if isinstance(value, Mapping) else value, default=None),
+        struct_field(
+            converter=lambda value: EnergyLimits(**value) if isinstance(value, Mapping) else value, default=None
+        ),
     ),
 )
 

@@ -5,7 +5,6 @@ import math
 from collections.abc import Callable, Iterable
 from typing import Any, NamedTuple, TypeAlias
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -17,6 +16,7 @@ from .._base._faults import Fault, InputError
 from .._base._part import Part, quantity, short_for
 from .._base._quantity import Over, Scalar, Values, as_number, shown
 from ..hybrid._arrays import Array
+from ..hybrid._struct import AbstractVar, struct_field
 
 
 @explained
@@ -422,7 +422,7 @@ class AbstractGeometry(AbstractStiffness):
     The tensions are those of full slip; before it they are more even along the band, and `C` is kept.
     """
 
-    linkage: eqx.AbstractVar[Any]
+    linkage: AbstractVar[Any]
 
     @abc.abstractmethod
     def stretch(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
@@ -460,7 +460,7 @@ class LiningsOnPlates(AbstractGeometry):
         "rad", "angle between neighbouring linings", low=0.0, many=Over.ROWS, may_be_empty=True, default=0.0
     )
     linkage: Scalar | None = quantity("N/m", "stiffness of anchor and linkage", positive=True, default=None)
-    halved_ends: bool = eqx.field(static=True, default=False)  # pyright: ignore
+    halved_ends: bool = struct_field(static=True, default=False)  # pyright: ignore
 
     def stretch(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
         angle = jnp.asarray(angle)
@@ -593,7 +593,7 @@ class ParallelBands(AbstractStiffness):
         (GivenStiffness(value=100 kN/m), GivenStiffness(value=200 kN/m))
     """
 
-    bands: tuple[AbstractStiffness, ...] = eqx.field(converter=_as_bands)
+    bands: tuple[AbstractStiffness, ...] = struct_field(converter=_as_bands)
     linkage: Scalar | None = quantity("N/m", "stiffness that the bands have in common", positive=True, default=None)
 
     def stiffness(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:

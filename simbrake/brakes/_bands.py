@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, ClassVar, TypeVar
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -14,6 +13,7 @@ from .._base._part import Part, faults_of_sizes, quantity
 from .._base._quantity import Scalar, Values
 from ..friction import AbstractFriction, Bounds, Contact
 from ..hybrid._arrays import Array
+from ..hybrid._struct import struct_field
 from ._band import AbstractStiffness, GivenStiffness, lever_split, product, tension_ratio
 from ._design import (
     AbstractBandBrake,
@@ -68,7 +68,7 @@ class JoinedFriction(AbstractFriction):
     """
 
     laws: tuple[AbstractFriction, ...]
-    spans: tuple[tuple[int, int], ...] = eqx.field(static=True)
+    spans: tuple[tuple[int, int], ...] = struct_field(static=True)
 
     def cut(self, x: T, i: int) -> T:
         """The part of arrays over all linings that belongs to band `i`."""

@@ -4,7 +4,6 @@ import abc
 import math
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
@@ -23,6 +22,7 @@ from ..friction import (
     reads,
 )
 from ..hybrid._arrays import Array, numpy_of
+from ..hybrid._struct import AbstractClassVar, AbstractVar, struct_field
 from ._band import AbstractStiffness, ParallelBands, band_torque, grip, product, tension_ratio
 
 
@@ -119,8 +119,8 @@ class AbstractLinings(Part):
         @property
         def area(self) -> Scalar | None: ...
     else:
-        friction: eqx.AbstractVar[AbstractFriction]
-        area: eqx.AbstractVar[Any]
+        friction: AbstractVar[AbstractFriction]
+        area: AbstractVar[Any]
 
     @property
     def permissible_pressure(self) -> Any:
@@ -161,7 +161,7 @@ class Lining(AbstractLinings):
     permissible_pressure: Scalar | None = quantity(
         "Pa", "permissible mean pressure", positive=True, many=True, default=None
     )
-    continuous: bool = eqx.field(static=True, default=False)
+    continuous: bool = struct_field(static=True, default=False)
 
     def grip(self, f: Values) -> Float[Array, " n"]:
         """`(μ_i − 1)/(μ_i + 1)` of the tension ratios `μ_i` of linings that slide with the coefficients `f`."""
@@ -311,7 +311,7 @@ class AbstractBrake(Part):
     - `linings`;  `inertia` `J` (kg·m²) of all that turns with the shaft, hook load not
     """
 
-    words: eqx.AbstractClassVar[BrakeWords]
+    words: AbstractClassVar[BrakeWords]
     if TYPE_CHECKING:
 
         @property
@@ -320,8 +320,8 @@ class AbstractBrake(Part):
         @property
         def inertia(self) -> Scalar: ...
     else:
-        linings: eqx.AbstractVar[AbstractLinings]
-        inertia: eqx.AbstractVar[Any]
+        linings: AbstractVar[AbstractLinings]
+        inertia: AbstractVar[Any]
 
     @property
     @abc.abstractmethod
@@ -422,7 +422,7 @@ class AbstractBrake(Part):
 class AbstractBandBrake(AbstractBrake):
     """Interface of brakes whose linings one or several bands press on the rim of a `pulley`."""
 
-    pulley: eqx.AbstractVar[Pulley]
+    pulley: AbstractVar[Pulley]
     banded: ClassVar[bool] = True  # pyright: ignore
 
     @property

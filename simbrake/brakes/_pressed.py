@@ -4,7 +4,6 @@ import abc
 import math
 from typing import ClassVar
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
@@ -14,6 +13,7 @@ from .._base._part import Part, part, quantity, whole
 from .._base._quantity import Scalar, Values
 from ..friction import AbstractFriction, reads
 from ..hybrid._arrays import Array
+from ..hybrid._struct import struct_field
 from ._design import AbstractBrake, AbstractLinings, BrakeWords
 
 
@@ -135,7 +135,7 @@ class Pads(AbstractLinings):
     outer_radius: Scalar = quantity("m", "outer radius of a pad", positive=True)
     angle: Scalar = quantity("rad", "angle of a pad about the shaft", positive=True, high=2 * math.pi)
     faces: int = whole("pads on the disc, two of each calliper", high=1000, default=2)
-    pressure: AbstractPadPressure = eqx.field(default_factory=UniformWear)
+    pressure: AbstractPadPressure = struct_field(default_factory=UniformWear)
     permissible_pressure: Scalar | None = quantity("Pa", "permissible mean pressure", positive=True, default=None)
 
     @property

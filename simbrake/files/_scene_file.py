@@ -9,7 +9,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, TypeAlias
 
-import equinox as eqx
 import numpy as np
 from jax.core import Tracer
 
@@ -20,6 +19,7 @@ from .._base._quantity import BAD, NumberReader, Quantity, example, shown
 from .._parts._scene import Scene, check_scene, paths_without_meaning, require_scene
 from .._phases import AbstractEnd, read_end
 from .._run._edit import unknown_paths, with_values
+from ..hybrid._struct import Struct
 from ..thermal._material import LIBRARY, Material, material
 from ._schema import FORMAT, VERSION, Maker, Part, history, makers_of, nearest, parts_of, several, short_of
 
@@ -141,7 +141,7 @@ class SceneReader(NumberReader):
         return self._one(value, part, path, unit)
 
     def _one(self, value: Toml, part: Part, path: str, unit: str) -> object:
-        if part.kind is eqx.Module or (part.wanted and isinstance(value, dict)):
+        if part.kind is Struct or (part.wanted and isinstance(value, dict)):
             return self.read(value, part.wanted, path, unit)
         if isinstance(part.about, Quantity):
             return self.number(value, part.about, path, unit)
@@ -335,7 +335,7 @@ class _Writer:
     def __init__(self, left_out: tuple[str, ...], faults: list[Fault]) -> None:
         self.left_out, self.faults = left_out, faults
 
-    def table(self, node: eqx.Module, wanted: tuple[type, ...], path: str, unit: str) -> dict[str, Toml]:
+    def table(self, node: Struct, wanted: tuple[type, ...], path: str, unit: str) -> dict[str, Toml]:
         maker = type(node)
         if makers_of(wanted).get(maker.__name__) is not maker:
             what = f"{maker.__name__} is a custom class or function"
@@ -355,9 +355,9 @@ class _Writer:
 
     def _one(self, value: object, part: Part, path: str, unit: str) -> Toml:
         if isinstance(value, Material):
-            library_name = next((name for name in LIBRARY if eqx.tree_equal(material(name), value)), None)
+            library_name = next((name for name in LIBRARY if material(name) == value), None)
             return library_name or self.table(value, part.wanted, path, unit)
-        if isinstance(value, eqx.Module):
+        if isinstance(value, Struct):
             return self.table(value, part.wanted, path, unit)
         if not isinstance(part.about, Quantity):
             return value

@@ -10,7 +10,6 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Annotated, NamedTuple, TypeAlias
 
-import equinox as eqx
 import numpy as np
 from tabulate import tabulate
 
@@ -25,6 +24,7 @@ from ..brakes import _bands as _bands  # kinds of brake, found as subclasses
 from ..brakes import _pressed as _pressed
 from ..brakes._bands import MultiBandBrake
 from ..brakes._design import AbstractBrake, Brake, Lining, uniform_linings
+from ..hybrid._struct import Struct
 from ..profiles import AbstractProfile, PiecewiseLinear, ramp
 from ..thermal._builders import (
     layered_heat,
@@ -171,12 +171,10 @@ def _of_parameter(parameter: inspect.Parameter, hint: object) -> Part:
 def _part(name: str, hint: object, about: Quantity | Whole | None, default: object, unit: str) -> Part:
     many = typing.get_origin(hint) is tuple
     kinds = alternatives(typing.get_args(hint)[0] if many else hint)
-    wanted = tuple(t for t in kinds if isinstance(t, type) and issubclass(t, eqx.Module))
+    wanted = tuple(t for t in kinds if isinstance(t, type) and issubclass(t, Struct))
     nullable = type(None) in kinds or default is None
-    if isinstance(about, Quantity):
-        kind = float
-    else:
-        kind = eqx.Module if wanted else next((t for t in kinds if t in _PLAIN), None)
+    plain = Struct if wanted else next((t for t in kinds if t in _PLAIN), None)
+    kind = float if isinstance(about, Quantity) else plain
     return Part(name, kind, about, wanted, many, nullable, default, unit)
 
 

@@ -23,7 +23,7 @@ from ._loop import (
     _jumped,
     _settled,
     _stepped,
-    eqxi,
+    anyone,
     started,
 )
 from ._method import AbstractMethod
@@ -112,9 +112,9 @@ def _advanced(p: Problem, lane: Lane) -> Lane:
     def settled() -> Carry:
         return _pick(restarts, _settled(p, c, a), new)
 
-    nobody = eqxi.unvmap_any(waits) & ~eqxi.unvmap_any(running & ~waits)
+    nobody = anyone(waits) & ~anyone(running & ~waits)
     new, kind = jax.lax.cond(nobody, together, lambda: (plain, nothing))
-    new = jax.lax.cond(eqxi.unvmap_any(restarts), settled, lambda: new)
+    new = jax.lax.cond(anyone(restarts), settled, lambda: new)
     counts = running & ~restarts & (nobody | ~waits)
     # (at the counter that all lanes share, so that there is no scatter; it moves on when they were judged)
     k = lane.judged
@@ -136,7 +136,7 @@ def _run(p: Problem, y0: State, mode0: Int[Array, " mode"], room: int) -> Lane:
     begin = Lane(start, zero, zero, starts, jnp.full(room + 2, SKIPPED, jnp.int32))
 
     def going(lane: Lane) -> Mark:
-        return eqxi.unvmap_any(_runs(p, lane.carry, lane.used)) & (lane.judged < room)
+        return anyone(_runs(p, lane.carry, lane.used)) & (lane.judged < room)
 
     end = jax.lax.while_loop(going, lambda lane: _advanced(p, lane), begin)
     place = (end.judged + 1, jnp.zeros_like(end.judged))

@@ -1,9 +1,8 @@
 """The flat loop: one iteration is one step attempt, which ends as accepted, rejected, truncated or an event."""
 
+from collections.abc import Callable
 from typing import NamedTuple
 
-import equinox as eqx
-import equinox.internal as eqxi
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,6 +12,7 @@ from jaxtyping import Bool, Float, Int, PyTree
 from ._arrays import Array, Count, Guards, Mark, Scalar, State, any_of_each, entry, first_least
 from ._method import AbstractMethod
 from ._search import TINY, Carry, Found, Packed, Stats, crossed, leaving, pack, sampled, search, suspicious, unpack
+from ._struct import traced_once
 from ._system import ADVANCED, FINISHED, HEAD, INSTANT, LANDED, SKIPPED, STOPPED, Code, Flat, Settings, pack_row
 
 _SAFETY, _SHRINK, _GROW = 0.9, 0.2, 10.0
@@ -22,6 +22,27 @@ _RUNNING = np.int32(-1)
 #: a guard that fires so many times within this share of the run is a Zeno point
 _ZENO_INTERVAL, _ZENO_COUNT = 1e-6, 20
 _EPS = 2.220446049250313e-16
+
+
+def anyone(marks: Bool[Array, " *n"]) -> Mark:
+    """Whether any is set, of any run where several are mapped side by side."""
+    from equinox.internal import unvmap_any
+
+    return unvmap_any(marks)
+
+
+def everyone(marks: Bool[Array, " *n"]) -> Mark:
+    """Whether all are set, of all runs where several are mapped side by side."""
+    from equinox.internal import unvmap_all
+
+    return unvmap_all(marks)
+
+
+def _jvp(function: Callable, primals: tuple, tangents: tuple) -> tuple:
+    """Values of a function and their derivatives along a change of its numbers (`equinox.filter_jvp`)."""
+    from equinox import filter_jvp
+
+    return filter_jvp(function, primals, tangents)
 
 
 PackedRows = Float[Array, "row column"]
@@ -144,7 +165,7 @@ def _moved(p: Problem, c: Carry, h: Array) -> Moved:
             return jnp.where(settles, along, y), error, (), ()
         [v] = c.tangents
         moving = (p.direction, v, _rate_along(p, c.t, c.y, v, c.mode))
-        (y, error), (v1, error_of_tangent) = eqx.filter_jvp(attempt, (p.flat, c.y, c.f), moving)
+        (y, error), (v1, error_of_tangent) = _jvp(attempt, (p.flat, c.y, c.f), moving)
         if p.method.error_of_rate:
             rate = _rate_along(p, c.t + h, y, v1, c.mode)
             error_of_tangent = error_of_tangent + h * p.method.error_of_rate * rate
@@ -154,12 +175,12 @@ def _moved(p: Problem, c: Carry, h: Array) -> Moved:
     def restart() -> Moved:
         return along, nothing, c.tangents, (nothing,) * p.tangents
 
-    return jax.lax.cond(eqxi.unvmap_all(settles), restart, step)
+    return jax.lax.cond(everyone(settles), restart, step)
 
 
 def _rate_along(p: Problem, t: Scalar, y: State, v: State, mode: Int[Array, " mode"]) -> State:
     """Derivative of the rates along the direction of the numbers and the tangent `v` of the state."""
-    return eqx.filter_jvp(lambda flat, y: flat.rhs(t, y, mode), (p.flat, y), (p.direction, v))[1]
+    return _jvp(lambda flat, y: flat.rhs(t, y, mode), (p.flat, y), (p.direction, v))[1]
 
 
 def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
@@ -215,7 +236,7 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
         return search(c, a.h, a.g1, a.rate1, tol, crosses, negative_from)
 
     nothing = Found(jnp.asarray(jnp.inf), jnp.asarray(0, jnp.int32), jnp.asarray(False))
-    earliest = jax.lax.cond(eqxi.unvmap_any(look | crossed_though_rejected), looked, lambda: nothing)
+    earliest = jax.lax.cond(anyone(look | crossed_though_rejected), looked, lambda: nothing)
 
     # landing: every guard that crossed lies so near that a move along f is as exact as the step itself
     near = jnp.maximum(0.1 * jnp.sqrt(p.settings.rtol) * a.h, 0.5 * a.resolution)
@@ -357,7 +378,7 @@ def _tangents_after(
 
     tangents = []
     for old, new in zip(c.tangents, a.tangents1, strict=True):
-        moved = eqx.filter_jvp(after, (p.flat, y), (p.direction, jnp.where(v.instant, old, new)))[1]
+        moved = _jvp(after, (p.flat, y), (p.direction, jnp.where(v.instant, old, new)))[1]
         tangents.append(jnp.where(jnp.isfinite(moved), moved, old))
     return tuple(tangents)
 
@@ -378,8 +399,8 @@ def _iterate(p: Problem, packed: Packed, like: Carry) -> tuple[Packed, Float[Arr
     def with_restarts() -> Packed:
         return jax.tree.map(lambda x, y: jnp.where(settles, x, y), pack(_settled(p, c, a)), new)
 
-    new = jax.lax.cond(eqxi.unvmap_any(event), with_events, lambda: plain)
-    new = jax.lax.cond(eqxi.unvmap_any(settles), with_restarts, lambda: new)
+    new = jax.lax.cond(anyone(event), with_events, lambda: plain)
+    new = jax.lax.cond(anyone(settles), with_restarts, lambda: new)
     running = c.status == _RUNNING
     new = jax.tree.map(lambda x, y: jnp.where(running, x, y), new, packed)
     stepped = a.accept & ~v.retake
@@ -444,13 +465,13 @@ def advanced(
 
     def running(loop: tuple[Count, Packed, PackedRows]) -> Mark:
         i, (_, integers), _ = loop
-        return (i < limit) & eqxi.unvmap_any(integers[0] == _RUNNING)
+        return (i < limit) & anyone(integers[0] == _RUNNING)
 
     def body(loop: tuple[Count, Packed, PackedRows]) -> tuple[Count, Packed, PackedRows]:
         i, packed, rows = loop
         packed, row, counts = _iterate(p, packed, like)
         # (an evaluation alone leaves its row to the next attempt)
-        following = i + eqxi.unvmap_any(counts).astype(jnp.int32)
+        following = i + anyone(counts).astype(jnp.int32)
         return following, packed, jax.lax.dynamic_update_slice(rows, row[None], (i, jnp.zeros_like(i)))
 
     begin = (jnp.asarray(0, jnp.int32), packed, rows)
@@ -467,7 +488,7 @@ def closed(c: Carry, rows: PackedRows, count: Count) -> Ended:
     return rows, count, code, c.stats
 
 
-@eqx.filter_jit
+@traced_once
 def run(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Ended:
     """Packed rows `(max_steps + 1, columns)`, number of attempts, code and counts.
 

@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -14,6 +13,7 @@ from jaxtyping import Float, PyTree
 
 from ._arrays import Array, Count, Rhs, RhsOf, Scalar, State
 from ._bordered import Couplings
+from ._struct import AbstractVar, Struct, struct_field
 
 if TYPE_CHECKING:
     import diffrax
@@ -35,7 +35,7 @@ class Pullback(NamedTuple):
     back: Callable[[Array, Array], tuple[PyTree, Array, Array]]
 
 
-class AbstractMethod(eqx.Module):
+class AbstractMethod(Struct):
     """A one-step method for the flat loop.
 
     Example:
@@ -43,7 +43,7 @@ class AbstractMethod(eqx.Module):
         8
     """
 
-    order: eqx.AbstractVar[int]
+    order: AbstractVar[int]
 
     @property
     def name(self) -> str:
@@ -102,14 +102,14 @@ class ExplicitRungeKutta(AbstractMethod):
         5
     """
 
-    a: tuple[tuple[float, ...], ...] = eqx.field(static=True)
-    b: tuple[float, ...] = eqx.field(static=True)
-    b_error: tuple[float, ...] = eqx.field(static=True)
-    c: tuple[float, ...] = eqx.field(static=True)
-    fsal: bool = eqx.field(static=True)
-    order: int = eqx.field(static=True)
-    unrolled: bool = eqx.field(static=True)
-    solver: str = eqx.field(static=True)
+    a: tuple[tuple[float, ...], ...] = struct_field(static=True)
+    b: tuple[float, ...] = struct_field(static=True)
+    b_error: tuple[float, ...] = struct_field(static=True)
+    c: tuple[float, ...] = struct_field(static=True)
+    fsal: bool = struct_field(static=True)
+    order: int = struct_field(static=True)
+    unrolled: bool = struct_field(static=True)
+    solver: str = struct_field(static=True)
 
     def __init__(self, solver: "diffrax.AbstractERK", *, unrolled: bool = True) -> None:
         import diffrax  # importing it takes longer than most runs: it is not loaded where the tableau is known

@@ -4,7 +4,6 @@ import functools
 from collections.abc import Callable
 from typing import NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,6 +12,7 @@ from jaxtyping import Float, PyTree
 from ._arrays import Array, Rhs, RhsOf, Scalar, State, put, take
 from ._bordered import Bordered, ChainRows, Couplings, Factored, factor, jacobian, linear_rows, solve
 from ._method import AbstractMethod, Pullback, square, weighted
+from ._struct import struct_field
 
 # Rodas5P, coefficients in the form without products by the Jacobian (Hairer & Wanner, Solving ODEs II, IV.7):
 #     (I/(γ h) − J) u_i = f(t + c_i h, y + Σ a_ij u_j) + Σ C_ij u_j / h + d_i h ∂f/∂t,   y₁ = y + Σ m_i u_i
@@ -76,10 +76,10 @@ class Rodas5P(AbstractMethod):
         'stopped'
     """
 
-    couplings: Couplings | None = eqx.field(static=True, default=None)
+    couplings: Couplings | None = struct_field(static=True, default=None)
     linear: ChainRows | None = None  # rows of the Jacobian; constant rows are already correct
-    order: int = eqx.field(static=True, default=5)
-    differentiated: bool = eqx.field(static=True, default=False)  # an attempt is to be differentiated forwards
+    order: int = struct_field(static=True, default=5)
+    differentiated: bool = struct_field(static=True, default=False)  # an attempt is to be differentiated forwards
 
     def rolled(self) -> "Rodas5P":
         return self

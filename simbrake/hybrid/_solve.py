@@ -7,7 +7,6 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -21,6 +20,7 @@ from ._derivative import Call, RowMap, advance, before_jump, no_tangent, pull_ba
 from ._loop import Problem, advanced, closed, space, started
 from ._method import AbstractMethod
 from ._search import Stats, carried_size, pack, unpack
+from ._struct import Struct, tree_at
 from ._system import (
     INSTANT,
     LANDED,
@@ -70,7 +70,7 @@ class HybridEvent(NamedTuple):
     name: str = ""
 
 
-class Record(eqx.Module):
+class Record(Struct):
     """Record of an integration: every step attempt, from which states at any time follow.
 
     `rows` has `max_steps + 1` entries, of which `count` attempts and then the end of the run are filled. `t` and `y`
@@ -244,6 +244,8 @@ def fitted(system: AbstractHybridSystem, method: AbstractMethod) -> AbstractMeth
 def generic_direction(flat: Flat) -> PyTree:
     """A direction of all numbers of a system: each by its magnitude; one that is 0 by the largest of its array, else by
     its typical size, or 1 where that is not known."""
+    import equinox as eqx
+
     numbers, structure = jax.tree.flatten(eqx.filter(flat, eqx.is_inexact_array))
     typical = jax.tree.leaves(flat.system.typical_numbers()) or [0.0] * len(numbers)
     directions = []
@@ -277,7 +279,7 @@ def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], 
             p = p._replace(direction=generic_direction(p.flat), method=p.method.with_tangents())
         packed, count, code, stats = _loop.run(p, flat_y0, mode0)
         rows = unpack_rows(packed, flat_y0.shape[0])
-        return rows.t, rows.y, eqx.tree_at(lambda r: (r.t, r.y), rows, (None, None)), (count, code, stats)
+        return rows.t, rows.y, tree_at(lambda r: (r.t, r.y), rows, (None, None)), (count, code, stats)
 
     @run.defjvp
     def _(differentiated: bool, primals: PyTree, tangents: PyTree) -> tuple[PyTree, PyTree]:
@@ -291,7 +293,7 @@ def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], 
 
         def row(rows: Rows, start: Array, i: Count) -> Rows:
             bare = jax.tree.map(lambda leaf: leaf[i], rows)
-            return eqx.tree_at(lambda r: (r.t, r.y), bare, (start[0], start[1:]), is_leaf=lambda x: x is None)
+            return tree_at(lambda r: (r.t, r.y), bare, (start[0], start[1:]), is_leaf=lambda x: x is None)
 
         def forwards(fixed: PyTree, params: PyTree, start: Array, i: Count) -> Array:
             others, rows, method = fixed
@@ -365,6 +367,8 @@ def hybridsolve(
         >>> record.events[0].name, round(record.events[0].time, 9) == round(math.sqrt(2 / 9.81), 9)
         ('ground', True)
     """
+    import equinox as eqx
+
     y0 = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float64), y0)
     t0, t1 = jnp.asarray(t0, jnp.float64), jnp.asarray(t1, jnp.float64)
     flat_y0 = ravel(y0, jnp.float64)
@@ -386,7 +390,7 @@ def hybridsolve(
     # inside of derivatives
     with jax.sharding.use_abstract_mesh(jax.sharding.get_abstract_mesh()):
         t, y, rows, (count, code, stats) = run((numbers, t1, t0), flat_y0, others, False)
-    rows = eqx.tree_at(lambda r: (r.t, r.y), rows, (t, y), is_leaf=lambda x: x is None)
+    rows = tree_at(lambda r: (r.t, r.y), rows, (t, y), is_leaf=lambda x: x is None)
     return Record(system, method, y_like, mode_like, t1, rows, count, code, stats)
 
 
@@ -459,4 +463,4 @@ def concatenate(parts: Sequence[Rows], last: Record, room: int) -> Record:
         return whole
 
     rows = jax.tree.map(column, last.rows, *parts)
-    return eqx.tree_at(lambda r: (r.rows, r.count), last, jax.device_put((rows, np.asarray(count, np.int32))))
+    return tree_at(lambda r: (r.rows, r.count), last, jax.device_put((rows, np.asarray(count, np.int32))))

@@ -5,7 +5,6 @@ import enum
 import itertools
 from typing import Any, NamedTuple, TypeVar
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -13,6 +12,7 @@ from jax.typing import DTypeLike
 from jaxtyping import Float, Int, PyTree, Shaped
 
 from ._arrays import Array, Count, Mark, Scalar, State
+from ._struct import Struct, struct_field, traced_once
 
 
 class Code(enum.IntEnum):
@@ -37,7 +37,7 @@ SYSTEM_CODES = 100
 ENDED = -1
 
 
-class AbstractHybridSystem(eqx.Module):
+class AbstractHybridSystem(Struct):
     """Ordinary differential equations `dy/dt = rhs(t, y, mode)` with modes, guards and jumps.
 
     - **State** `y`: any PyTree of floating arrays.
@@ -186,13 +186,13 @@ class AbstractSemiExplicitSystem(AbstractHybridSystem):
         return self.change(self.instant(t, y, mode), fired, at_stop)
 
 
-@eqx.filter_jit
+@traced_once
 def variables_of(system: AbstractSemiExplicitSystem, t: Scalar, y: PyTree, mode: PyTree) -> PyTree:
     """`system.variables`, traced once for all systems of one structure, however often a program calls it."""
     return system.variables(t, y, mode)
 
 
-class Settings(eqx.Module):
+class Settings(Struct):
     """Numbers that steer an integration (traced, except for those that shape the program).
 
     - `rtol`: relative tolerance, absolute ones being `rtol` times the typical size of a state
@@ -207,9 +207,9 @@ class Settings(eqx.Module):
     rtol: Any
     max_events: Any
     max_step: Any = np.inf
-    max_chain: int = eqx.field(static=True, default=128)
-    max_steps: int = eqx.field(static=True, default=1024)
-    guard_samples: int = eqx.field(static=True, default=15)
+    max_chain: int = struct_field(static=True, default=128)
+    max_steps: int = struct_field(static=True, default=1024)
+    guard_samples: int = struct_field(static=True, default=15)
 
 
 # --- flat states and modes, recorded rows -----------------------------------------------------------------------------
@@ -260,7 +260,7 @@ def pack_mode(mode: PyTree) -> Int[Array, " mode"]:
     return ravel(mode, jnp.int32)
 
 
-class Flat(eqx.Module):
+class Flat(Struct):
     """A hybrid system on flat vectors: state `(ny,)`, mode `(nm,)` of int32.
 
     Functions used repeatedly, for stages, guards and their derivatives, are traced once for all systems of
@@ -277,16 +277,18 @@ class Flat(eqx.Module):
     def unpack_mode(self, mode: Array) -> PyTree:
         return unravel(mode, self.mode_like)
 
-    @eqx.filter_jit
+    @traced_once
     def rhs(self, t: Array, y: Array, mode: Array) -> Array:
         return _packed(self.system.rhs(t, self.unpack_state(y), self.unpack_mode(mode)))
 
-    @eqx.filter_jit
+    @traced_once
     def guards(self, t: Array, y: Array, mode: Array) -> Array:
         return _packed(self.system.guards(t, self.unpack_state(y), self.unpack_mode(mode)))
 
     def guards_like(self, t: Array, y: PyTree, mode: PyTree) -> PyTree:
         """Shapes of the guards, in their structure."""
+        import equinox as eqx
+
         return eqx.filter_eval_shape(self.system.guards, t, y, mode)
 
     def reset(self, t: Array, y: Array, before: Array, after: Array) -> Array:
@@ -320,6 +322,8 @@ class Flat(eqx.Module):
 
     def rates(self, t: Array, y: Array, mode: Array) -> tuple[Array, Array]:
         """Rates of states and guards, without derivatives."""
+        import equinox as eqx
+
         numbers, rest = eqx.partition((self, t, y), eqx.is_inexact_array)
         still, t, y = eqx.combine(jax.lax.stop_gradient(numbers), rest)
         f, _, rate = still.rates_and_guards(t, y, mode)
@@ -334,7 +338,7 @@ class Flat(eqx.Module):
         return _packed(_reset(self.system, t, y, before, after)), pack_mode(after), jnp.asarray(code, jnp.int32)
 
 
-@eqx.filter_jit
+@traced_once
 def _reset(system: AbstractHybridSystem, t: Array, y: PyTree, before: PyTree, after: PyTree) -> PyTree:
     return system.reset(t, y, before, after)
 
@@ -352,7 +356,7 @@ def flatten(system: AbstractHybridSystem, y0: PyTree, mode0: PyTree) -> Flat:
     return Flat(system, likes(y0, np.float64), likes(mode0, np.int32))
 
 
-class Rows(eqx.Module):
+class Rows(Struct):
     """Recorded step attempts; row `i` starts at `t[i], y[i]` in `mode[i]`, row `count` is the end of the run.
 
     `h` is the step taken, `kind` one of SKIPPED (rejected or truncated), ADVANCED, LANDED (on guard `guard`,

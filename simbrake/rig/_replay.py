@@ -249,7 +249,7 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
     for one in motions:  # all readings of one that is never quiet
         inside = (load.t >= one.t[0]) & (load.t <= one.t[-1])
         quiet |= inside & (np.count_nonzero(quiet & inside) < 2)
-    gravity = float(hook.gravity)
+    gravity = float(shared["gravity"])
     begins, masses = _levels(load.t[quiet], load.value[quiet] / (gravity - np.minimum(rate, 0.5 * gravity)[quiet]))
     hook = RecordedLoad(_filled(begins, t[-1]), _filled(masses), **shared, rope=rope)  # pyright: ignore
     return dataclasses.replace(path, hook=hook)

@@ -2,7 +2,6 @@
 
 from typing import Annotated, Any
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
@@ -12,6 +11,7 @@ from .._base._faults import Fault
 from .._base._part import Part, part, quantity, takes_values
 from .._base._quantity import Quantity, Scalar, Values
 from ..hybrid._arrays import Array
+from ..hybrid._struct import struct_field
 from ..profiles import AbstractProfile, faults_of_sign
 from ._material import ROOM
 from ._network import AbstractCoefficient, AbstractLink, Surroundings, Temperatures
@@ -188,7 +188,7 @@ class WaterJacket(AbstractLink):
         2856.6
     """
 
-    a: str = eqx.field(static=True)
+    a: str = struct_field(static=True)
     area: Scalar = quantity("m^2", "wetted area", positive=True)
     flow: AbstractProfile | Any = quantity("m^3/s", "volume flow of the coolant", positive=True)
     liquid: Liquid = part(Liquid)
@@ -198,7 +198,7 @@ class WaterJacket(AbstractLink):
     section: Scalar | None = quantity("m^2", "section of the channel", positive=True, default=None)
     diameter: Scalar | None = quantity("m", "hydraulic diameter of the channel", positive=True, default=None)
     length: Scalar | None = quantity("m", "length of the channel", positive=True, default=None)
-    b: str = eqx.field(static=True, default="water")
+    b: str = struct_field(static=True, default="water")
 
     def rate(self, around: Surroundings) -> Float[Array, ""]:
         """Heat capacity rate `ρ c_p V̇` of the stream (W/K)."""

@@ -4,7 +4,6 @@ import abc
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 
-import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
@@ -15,6 +14,7 @@ from .._base._part import Part, part, quantity, short_for
 from .._base._quantity import Over, Scalar, Values, shown
 from .._base._table import number
 from ..hybrid._arrays import Array
+from ..hybrid._struct import struct_field
 from ..profiles import AbstractProfile
 from ._coolant import WaterJacket
 from ._material import Material, effusivity_share
@@ -75,7 +75,7 @@ class PowerShares(Part):
 
     electrical: Scalar = quantity("1", "electrical share of the friction power", low=0.0, high=1.0, default=0.0)
     mechanical: Scalar = quantity("1", "mechanical share of the friction power", low=0.0, high=1.0, default=0.0)
-    source: str = eqx.field(static=True, default="given")
+    source: str = struct_field(static=True, default="given")
 
     def __check_init__(self) -> None:
         numbers = {"electrical": self.electrical, "mechanical": self.mechanical}
@@ -229,11 +229,11 @@ class FrictionHeat(Part):
         FrictionHeat(metal='rim', lining='lining', partition=ConstantPartition(metal=0.93))
     """
 
-    metal: str | None = eqx.field(static=True)
-    lining: str | None = eqx.field(static=True)
+    metal: str | None = struct_field(static=True)
+    lining: str | None = struct_field(static=True)
     partition: AbstractPartition = part(AbstractPartition)
-    sensed: str | None = eqx.field(static=True, default=None)
-    beyond: str | None = eqx.field(static=True, default=None)
+    sensed: str | None = struct_field(static=True, default=None)
+    beyond: str | None = struct_field(static=True, default=None)
     beyond_share: Scalar | None = quantity("1", "share of the heat beyond the linings", low=0.0, high=1.0, default=None)
 
     @property
@@ -268,7 +268,7 @@ class FlashTemperature(Part):
     diffusivity: Scalar = quantity("m^2/s", "diffusivity of the body it moves over", positive=True)
     share: Scalar = quantity("1", "share of the heat that goes into this body", low=0.0, high=1.0, default=1.0)
     hardness: Scalar | None = quantity("Pa", "pressure on the spots", positive=True, default=None)
-    slow: bool = eqx.field(static=True, default=False)
+    slow: bool = struct_field(static=True, default=False)
 
     def rise(self, q: Array, v: Array) -> Array:
         """`ΔT` (K) for the heat flux `q` (W/m²) at the speed `v` (m/s)."""
@@ -307,14 +307,14 @@ class Heat(Part):
         (Conductance(a='rim', b='air', value=20 W/K),)
     """
 
-    bodies: tuple[Body, ...] = eqx.field(converter=_settled)
+    bodies: tuple[Body, ...] = struct_field(converter=_settled)
     links: tuple[AbstractLink, ...] = ()
     friction: FrictionHeat | None = None
     sources: tuple[Source, ...] = ()
     flash: FlashTemperature | None = None
-    rim: str | None = eqx.field(static=True, default=None)
-    linings: str | None = eqx.field(static=True, default=None)
-    band: str | None = eqx.field(static=True, default=None)
+    rim: str | None = struct_field(static=True, default=None)
+    linings: str | None = struct_field(static=True, default=None)
+    band: str | None = struct_field(static=True, default=None)
     permissible: Scalar | None = quantity("K", "permissible temperature of the linings", positive=True, default=None)
     external: FrictionHeat | None = None
     permissible_rim: Scalar | None = quantity("K", "permissible temperature of the rim", positive=True, default=None)

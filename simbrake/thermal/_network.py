@@ -4,7 +4,6 @@ import abc
 import collections
 from typing import Any, ClassVar, NamedTuple, TypeAlias
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -16,6 +15,7 @@ from .._base._faults import Fault
 from .._base._part import Part, part, quantity, whole
 from .._base._quantity import Over, Scalar
 from ..hybrid._arrays import Array
+from ..hybrid._struct import AbstractVar, struct_field
 from ..profiles import AbstractProfile
 from ._material import ROOM, Material, SurfaceLayer
 
@@ -52,8 +52,8 @@ class AbstractLink(Part):
     Of a link with a static field `opens` that is true, nothing flows while its contact is open.
     """
 
-    a: eqx.AbstractVar[str]
-    b: eqx.AbstractVar[str]
+    a: AbstractVar[str]
+    b: AbstractVar[str]
 
     @abc.abstractmethod
     def conductance(self, T_a: Temperatures, T_b: Temperatures, around: Surroundings) -> Temperatures | None:
@@ -97,10 +97,10 @@ class Conductance(AbstractLink):
         Conductance(a='rim', b='air', value=20 W/K)
     """
 
-    a: str = eqx.field(static=True)
-    b: str = eqx.field(static=True)
+    a: str = struct_field(static=True)
+    b: str = struct_field(static=True)
     value: Scalar = quantity("W/K", "thermal conductance", low=0.0)
-    opens: bool = eqx.field(static=True, default=False)
+    opens: bool = struct_field(static=True, default=False)
 
     def conductance(self, T_a: Temperatures, T_b: Temperatures, around: Surroundings) -> Temperatures | None:
         return jnp.asarray(self.value)
@@ -172,10 +172,10 @@ class Convection(AbstractLink):
         Convection(a='rim', area=1.6 m², coefficient=25 W/(m²·K))
     """
 
-    a: str = eqx.field(static=True)
+    a: str = struct_field(static=True)
     area: Scalar = quantity("m^2", "area of the surface", positive=True)
     coefficient: AbstractCoefficient | Any = quantity("W/(m^2*K)", "heat transfer coefficient", low=0.0, typical=10.0)
-    b: str = eqx.field(static=True, default="air")
+    b: str = struct_field(static=True, default="air")
     covered: Scalar | None = quantity(
         "1", "share covered by linings while they touch the surface", low=0.0, high=1.0, default=None
     )
@@ -197,10 +197,10 @@ class Radiation(AbstractLink):
         Radiation(a='rim', area=1.6 m², emissivity=0.8)
     """
 
-    a: str = eqx.field(static=True)
+    a: str = struct_field(static=True)
     area: Scalar = quantity("m^2", "area of the surface", positive=True)
     emissivity: Scalar = quantity("1", "emissivity", low=0.0, high=1.0)
-    b: str = eqx.field(static=True, default="air")
+    b: str = struct_field(static=True, default="air")
     covered: Scalar | None = quantity(
         "1", "share covered by linings while they touch the surface", low=0.0, high=1.0, default=None
     )
@@ -262,11 +262,11 @@ class ThermalContact(AbstractLink):
         ThermalContact(a='rim', b='lining', area=1.2 m², resistance=0.002 m²·K/W)
     """
 
-    a: str = eqx.field(static=True)
-    b: str = eqx.field(static=True)
+    a: str = struct_field(static=True)
+    b: str = struct_field(static=True)
     area: Scalar = quantity("m^2", "area in contact", positive=True)
     resistance: Scalar | None = quantity("m^2*K/W", "contact resistance", positive=True, default=None)
-    opens: bool = eqx.field(static=True, default=False)
+    opens: bool = struct_field(static=True, default=False)
     law: AbstractContactLaw | None = part(AbstractContactLaw, default=None)
 
     def conductance(self, T_a: Temperatures, T_b: Temperatures, around: Surroundings) -> Temperatures | None:
@@ -306,7 +306,7 @@ class Source(Part):
         Source(a='rim', power=2 kW)
     """
 
-    a: str = eqx.field(static=True)
+    a: str = struct_field(static=True)
     power: AbstractProfile | Any = quantity("W", "heat flow into the place")
 
 
@@ -324,7 +324,7 @@ class Lump(Part):
         array(313.15)
     """
 
-    name: str = eqx.field(static=True)
+    name: str = struct_field(static=True)
     capacity: Scalar = quantity("J/K", "heat capacity", low=0.0, many=Over.ROWS)
     temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=Over.ROWS, default=ROOM)
     capacity_slope: Scalar | None = quantity("1/K", "relative change of capacity per kelvin", default=None)
@@ -340,7 +340,7 @@ class Junction(Part):
         Junction(name='contact')
     """
 
-    name: str = eqx.field(static=True)
+    name: str = struct_field(static=True)
     count: int = whole("number of nodes", default=1)
 
 
@@ -352,7 +352,7 @@ class Reservoir(Part):
         Reservoir(name='air', temperature=20 °C)
     """
 
-    name: str = eqx.field(static=True)
+    name: str = struct_field(static=True)
     temperature: AbstractProfile | Any = quantity("K", "prescribed temperature", low=0.0, default=ROOM)
     count: ClassVar[int] = 1
 
@@ -375,7 +375,7 @@ class Wall(Part):
         16
     """
 
-    name: str = eqx.field(static=True)
+    name: str = struct_field(static=True)
     material: Material
     thickness: Scalar = quantity("m", "thickness of the wall", positive=True)
     area: Scalar = quantity("m^2", "area of the wall", positive=True)
@@ -383,7 +383,7 @@ class Wall(Part):
     growth: Scalar = quantity("1", "ratio of neighbouring layers", positive=True, default=1.0)
     temperature: Scalar = quantity("K", "temperature at the start", low=0.0, many=Over.ROWS, default=ROOM)
     copies: int = whole("number of equal walls", high=10_000, default=1)
-    both: bool = eqx.field(static=True, default=False)
+    both: bool = struct_field(static=True, default=False)
     surface_layer: SurfaceLayer | None = None
 
     @property
