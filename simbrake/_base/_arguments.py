@@ -124,7 +124,9 @@ def _of_arrays(kind: type) -> bool:
     import numpy as np
     from jaxtyping import AbstractArray
 
-    return issubclass(kind, AbstractArray) or kind in (np.ndarray, jax.Array)
+    from ..hybrid._arrays import Array
+
+    return issubclass(kind, AbstractArray) or kind in (np.ndarray, jax.Array, Array)
 
 
 def _fits(value: Any, hint: Any, lists: bool) -> bool:

@@ -6,7 +6,6 @@ from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-import jax
 import numpy as np
 
 from .._base._table import Column, Table, number
@@ -15,8 +14,8 @@ from .._phases import Phases
 from .._physics._mechanism import BandMode, Label
 from ..hybrid import Record
 from ._log import Status
-from ._metrics import HOT, hook_travel_at
-from ._probe import Entry, RunJit
+from ._metrics import HOT, hook_travel_at_end, stretched
+from ._probe import Entry
 from ._scan import Scan, peaks_between
 
 #: angles that differ by less than this share of them are the same
@@ -71,7 +70,7 @@ def end_of(record: Record, scene: Scene) -> Entry:
     """State of a concrete run at its end, in SI: time, angle, speed, travel of a hook where there is one."""
     states, t, n = record.states, np.asarray(record.rows.t), int(record.count)
     angle = float(states.phi[n] - states.phi[0])
-    travel = hook_travel_at(record.system, scene, record.y_end, record.mode_end)  # pyright: ignore
+    travel = hook_travel_at_end(record, scene)
     return {
         "time": float(t[n]),
         "duration": float(t[n] - t[0]),
@@ -210,12 +209,6 @@ def rows_of(labels: Sequence[Label], turned: Sequence[bool] | np.ndarray) -> lis
     return stops
 
 
-_stretched = RunJit(
-    lambda system, states, modes: jax.vmap(lambda y, mode: system.rope.stretched(system, y, mode))(states, modes),
-    quick=True,
-)
-
-
 def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan, turned: np.ndarray) -> Table:
     """The stops of a concrete run; `turned` as in `rows_of`."""
     stops, states, t = rows_of(labels, turned), record.states, np.asarray(record.rows.t)
@@ -225,7 +218,7 @@ def stops_of(record: Record, scene: Scene, labels: Sequence[Label], scan: Scan, 
     phi = np.asarray(states.phi)
     travelled = scene.duty.load.travelled(phi)
     if states.hook is not None:
-        travelled = travelled + np.asarray(_stretched(record.system, states, record.modes))
+        travelled = travelled + stretched(record.system, states, record.modes)
     names = [name for name in _HOT if name in scan.wanted.names]
     tops = peaks_between(scan, names, [(stop.start, stop.end) for stop in stops])
     rows, before = list[dict[str, Any]](), 0

@@ -16,7 +16,6 @@ from .._base._arguments import explained
 from .._base._table import number
 from .._parts._scene import Scene, has_load
 from .._physics._brake import BrakeSystem
-from .._physics._feature import State
 from .._physics._mechanism import BandMode, Ledger, Mode, comes_to_rest, holds, slips
 from ..brakes._design import Brake, Strength
 from ..hybrid import LANDED, Record, largest, smallest
@@ -266,16 +265,25 @@ def _hook_travel(record: Record, scene: Scene) -> Any:
     system: BrakeSystem = record.system  # pyright: ignore
     if travel is None:
         return np.asarray(np.inf)
-    if (rope := system.rope) is None:
+    if system.rope is None:
         return travel
-    stretched = jax.vmap(lambda y, mode: rope.stretched(system, y, mode))
-    return travel + _at_stop(record, scene, stretched(record.states, record.modes))
+    return travel + _at_stop(record, scene, stretched(system, record.states, record.modes))
 
 
-def hook_travel_at(system: BrakeSystem, scene: Scene, y: State, mode: Mode) -> Any:
-    """Travel of the hook (m) since the start, with the stretch of an elastic rope; `None` of a load on no hook."""
-    travel = scene.duty.load.travelled(y.phi)
-    return travel if system.rope is None else travel + system.rope.stretched(system, y, mode)  # pyright: ignore
+#: stretch of the rope (m) since the start, at many instants
+stretched = RunJit(
+    lambda system, states, modes: jax.vmap(lambda y, mode: system.rope.stretched(system, y, mode))(states, modes),
+    quick=True,
+)
+
+
+def hook_travel_at_end(record: Record, scene: Scene) -> Any:
+    """Travel of the hook (m) over the run, with the stretch of an elastic rope; `None` of a load on no hook."""
+    travel = scene.duty.load.travelled(record.y_end.phi)
+    system: BrakeSystem = record.system  # pyright: ignore
+    if system.rope is None:
+        return travel
+    return travel + stretched(system, record.states, record.modes)[record.count]  # pyright: ignore
 
 
 def worn_thickness(record: Record) -> Float[Array, " n"]:
@@ -288,8 +296,8 @@ def _greatest_wear_over(other: Callable[[Array], Array]) -> Callable[[Record, Sc
 
     def find(record: Record, scene: Scene) -> Array:
         h = worn_thickness(record)
-        below = other(h)
-        return jnp.where(below > 0, largest(h) / jnp.where(below > 0, below, 1.0), jnp.inf)
+        below, xp = other(h), numpy_of(h)
+        return xp.where(below > 0, largest(h) / xp.where(below > 0, below, 1.0), np.inf)
 
     return find
 
@@ -457,7 +465,7 @@ METRICS: dict[str, Metric] = {
         "m",
         "travel of the hook from the start to the end of the run",
         "Hook travel of the run",
-        lambda record, scene: hook_travel_at(record.system, scene, *ends_of(record)[1][1:]),
+        hook_travel_at_end,
         _HOOK,
     ),
     "max_hook_load": Metric(
@@ -525,7 +533,7 @@ METRICS: dict[str, Metric] = {
         "1",
         "maximum wear over the mean of all linings",
         "Maximum over mean wear",
-        _greatest_wear_over(jnp.mean),
+        _greatest_wear_over(lambda h: numpy_of(h).mean(h)),
         _WEAR,
     ),
     "wear_over_least": Metric(

@@ -105,6 +105,7 @@ def _approach(record: Record, index: Array) -> tuple[Array, Array, Array]:
 
 
 _approaches = DeviceJit(_approach)
+_rope_at = DeviceJit(lambda system, y, mode: system.rope.at(system, y, mode), quick=True)
 
 
 def passages(record: Record) -> list[str]:
@@ -383,10 +384,10 @@ class Result:
             return ""
         if int(mode.taut) == 0:
             return "; the hook falls on a slack rope"
-        rope, k = system.rope.at(system, y, mode), float(system.rope.stiffness)
+        rope, k = _rope_at(system, y, mode), float(system.rope.stiffness)
         away, speed = k * float(y.hook.excess), float(y.hook.speed)
         swing = math.hypot(away, speed * math.sqrt(k * float(rope.mass)))
-        if swing < _SLIGHT * rope.weight:
+        if swing < _SLIGHT * float(rope.weight):
             return ""
         return f"; the hook swings on its rope by ± {number(swing, 'N', count=3)}"
 

@@ -81,9 +81,10 @@ class JoinedFriction(AbstractFriction):
 
     def joined(self, parts: Iterable[Values]) -> Float[Array, " n"]:
         """One array over all linings of what each band has, (n_i,) or one for all its linings."""
-        each = zip(parts, self.spans, strict=True)
-        sizes = [jnp.broadcast_to(jnp.asarray(x, jnp.float64), (last - first,)) for x, (first, last) in each]
-        return jnp.concatenate(sizes)
+        each = [*zip(parts, self.spans, strict=True)]
+        concrete = all(isinstance(x, np.ndarray | np.generic | float) for x, _ in each)
+        xp: Any = np if concrete else jnp
+        return xp.concatenate([xp.broadcast_to(xp.asarray(x, np.float64), (b - a,)) for x, (a, b) in each])
 
     def own(self, contact: Any, i: int) -> Any:
         """The linings of band `i` in a contact, or a state of the surfaces (`None`: without), of all linings."""

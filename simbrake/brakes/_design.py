@@ -596,7 +596,7 @@ class Brake(AbstractBandBrake):
             if needs(law, n).p or reads(law, n, T=True, p=pair.area is not None).p:
                 faults.append(Fault(where, "cannot depend on the pressure in a bandage with springs", "leave it out"))
             elif pair is bandage and not reads(law, n, T=True, p=False).T:
-                still = unloaded(pair, jnp.zeros(n), None)
+                still = unloaded(pair, np.zeros(n), None)
                 turns = self.pulley.radius * np.asarray(law.static(still)) * np.sin(np.asarray(self.linings.angle) / 2)
                 if np.any(turns >= self.band.radius):
                     faults.append(Fault(where, "a lining held by the band could not slide on the rim"))

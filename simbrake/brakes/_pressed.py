@@ -87,10 +87,10 @@ class UniformWear(AbstractPadPressure):
     """
 
     def radius(self, inner: Values, outer: Values) -> Float[Array, ""]:
-        return 0.5 * (jnp.asarray(outer) + inner)
+        return 0.5 * (outer + inner)
 
     def peak(self, inner: Values, outer: Values) -> Float[Array, ""]:
-        return (jnp.asarray(outer) + inner) / (2 * jnp.asarray(inner))
+        return (outer + inner) / (2 * inner)
 
     def share(self, radius: Values, inner: Values) -> Float[Array, "..."]:
         return jnp.asarray(inner) / jnp.asarray(radius)
@@ -145,7 +145,7 @@ class Pads(AbstractLinings):
     @property
     def area(self) -> Float[Array, ""]:
         """Area of a pad (m²): `A = θ (r_o² − r_i²)/2`."""
-        return 0.5 * jnp.asarray(self.angle) * (jnp.asarray(self.outer_radius) ** 2 - self.inner_radius**2)
+        return 0.5 * self.angle * (self.outer_radius**2 - self.inner_radius**2)
 
     @property
     def radius(self) -> Float[Array, ""]:
@@ -227,7 +227,7 @@ class Shoes(AbstractLinings):
     @property
     def area(self) -> Float[Array, ""]:
         """Area of a lining (m²): `A = b r (θ_2 − θ_1)`."""
-        return jnp.asarray(self.width) * self.radius * (jnp.asarray(self.end) - self.start)
+        return self.width * self.radius * (self.end - self.start)
 
     @property
     def normal_share(self) -> Float[Array, ""]:

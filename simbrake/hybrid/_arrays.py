@@ -13,8 +13,15 @@ from jaxtyping import Bool, Float, Int, PyTree, Shaped
 if TYPE_CHECKING:
     Array: TypeAlias = jax.Array | np.ndarray
 else:
-    # JAX's where a run is traced; NumPy's, and its scalars, in the numbers of a concrete run
-    Array = jax.Array | np.ndarray | np.generic
+
+    class _AnyArray(type):
+        def __instancecheck__(cls, instance: object) -> bool:
+            return isinstance(instance, jax.Array | np.ndarray | np.generic)
+
+    class Array(metaclass=_AnyArray):
+        """JAX's where a run is traced; NumPy's, and its scalars, in the numbers of a concrete run.
+
+        One class: of a union of three, each of the 800 shapes in annotations would be three classes."""
 
 Scalar = Float[Array, ""]
 Count = Int[Array, ""]
@@ -52,18 +59,22 @@ def take(x: Float[Array, " n"], places: tuple[int, ...]) -> Float[Array, " k"]:
 _NEAR = 1e-12
 
 
-@jax.custom_jvp
 def largest(x: Float[Array, " n"]) -> Float[Array, ""]:
     """`max x_i`, with the derivative of the first entry that is largest but for rounding."""
+    return np.max(x) if isinstance(x, np.ndarray) else _largest(x)
+
+
+@jax.custom_jvp
+def _largest(x: Float[Array, " n"]) -> Float[Array, ""]:
     return jnp.max(x)
 
 
-@largest.defjvp
+@_largest.defjvp
 def _(primals: tuple[Float[Array, " n"]], tangents: tuple[Float[Array, " n"]]) -> tuple[Array, Array]:
     (x,), (dx,) = primals, tangents
     # not `jnp.max`, whose own derivative would be taken where this rule is differentiated again: it divides by how many
     # entries are equal to the maximum, none where a fused kernel rounds a copy of `x` otherwise
-    most = largest(x)
+    most = _largest(x)
     place = _first(x >= most - _NEAR * jnp.abs(most))
     return most, jnp.sum(jnp.where(np.arange(x.shape[0], dtype=np.int32) == place, dx, 0.0))
 
