@@ -270,11 +270,10 @@ def _hook_travel(record: Record, scene: Scene) -> Any:
     return travel + _at_stop(record, scene, stretched(system, record.states, record.modes))
 
 
-#: stretch of the rope (m) since the start, at many instants
-stretched = RunJit(
-    lambda system, states, modes: jax.vmap(lambda y, mode: system.rope.stretched(system, y, mode))(states, modes),
-    quick=True,
-)
+@functools.partial(RunJit, quick=True)
+def stretched(system: Any, states: Any, modes: Mode) -> Any:
+    """Stretch of the rope (m) since the start, at many instants."""
+    return jax.vmap(lambda y, mode: system.rope.stretched(system, y, mode))(states, modes)
 
 
 def hook_travel_at_end(record: Record, scene: Scene) -> Any:

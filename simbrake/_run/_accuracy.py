@@ -78,7 +78,9 @@ def kinds_of(record: Record) -> list[Kind]:
     return kinds
 
 
-_temperatures = RunJit(lambda thermal, u: jax.vmap(thermal.temperatures)(u), quick=True)
+@functools.partial(RunJit, quick=True)
+def _temperatures(thermal: Any, u: Any) -> Any:
+    return jax.vmap(thermal.temperatures)(u)
 
 
 # --- two runs, segment by segment -------------------------------------------------------------------------------------

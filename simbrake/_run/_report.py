@@ -124,7 +124,9 @@ def friction_changes(modes: Mode, t: Sequence[float] | np.ndarray) -> list[Event
     return [Event(float(t[i + 1]), "friction_change") for i, _ in begins]
 
 
-_sensed = RunJit(lambda system, heat: system.sensed(heat), quick=True)
+@functools.partial(RunJit, quick=True)
+def _sensed(system: Any, heat: Any) -> Any:
+    return system.sensed(heat)
 
 
 class Report:

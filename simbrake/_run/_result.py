@@ -105,7 +105,11 @@ def _approach(record: Record, index: Array) -> tuple[Array, Array, Array]:
 
 
 _approaches = DeviceJit(_approach)
-_rope_at = DeviceJit(lambda system, y, mode: system.rope.at(system, y, mode), quick=True)
+
+
+@functools.partial(DeviceJit, quick=True)
+def _rope_at(system: Any, y: Any, mode: Any) -> Any:
+    return system.rope.at(system, y, mode)
 
 
 def passages(record: Record) -> list[str]:

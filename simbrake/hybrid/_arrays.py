@@ -23,6 +23,7 @@ else:
 
         One class: of a union of three, each of the 800 shapes in annotations would be three classes."""
 
+
 Scalar = Float[Array, ""]
 Count = Int[Array, ""]
 Mark = Bool[Array, ""]
