@@ -1,5 +1,6 @@
 """Run the `simbrake` command, also by `python -m simbrake`."""
 
+import gc
 import os
 import signal
 import sys
@@ -11,6 +12,10 @@ def main(arguments: list[str] | None = None) -> None:
     main_thread = threading.current_thread() is threading.main_thread()
     usual = main_thread and signal.getsignal(signal.SIGINT) is signal.default_int_handler
     hook = sys.unraisablehook
+    if (
+        arguments is None
+    ):  # nearly all that a command makes stays: the collector would look at all of JAX again and again
+        gc.set_threshold(100_000, 20, 50)
     try:
         if usual:
             signal.signal(signal.SIGINT, _quit)

@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Annotated, NamedTuple, TypeAlias
 
 import numpy as np
-from tabulate import tabulate
 
 from .._base._faults import Fault, InputError
 from .._base._part import Whole, about_of, alternatives, leaves, short_of, takes_values, unit_below
@@ -343,6 +342,8 @@ def _block(name: str, maker: Maker) -> str:
         (part.name, _default_text(part), "  — ".join(x for x in (_kind_text(part), _about_text(part.about)) if x))
         for part in parts_of(maker)
     ]
+    from tabulate import tabulate  # (the reader of files needs it for nothing else)
+
     table = tabulate(rows, tablefmt="plain", disable_numparse=True)
     return f"{name}: {doc}\n{textwrap.indent(table, '  ')}".rstrip()
 
