@@ -3,7 +3,7 @@
 import math
 import shlex
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -80,6 +80,7 @@ def sweep(
     workers: int | None = None,
     resume: Path | None = None,
     scheduler: str | None = None,
+    limit: cli.Limits = None,
 ) -> int:
     """Run a scene on a grid or a sample of its parameters, and print the range of every metric.
 
@@ -124,13 +125,17 @@ def sweep(
     also = lambda scene: cli.axes_of(scene, requested, axes)  # noqa: E731
     counts = {"sample": sample, "max_steps": max_steps, "workers": workers}
     scene = cli.opened(file, set_, rtol, folder=out, faults=faults, also=also, **counts)
-    asked = _metrics_of(scene, metrics)
+    asked, limits = _metrics_of(scene, metrics), cli.limits_of(scene, limit, False)
+    # (a pressure on alike linings is compared by their load)
+    asked = tuple(dict.fromkeys((*asked, *("max_normal_load" if name == "max_pressure" else name for name in limits))))
     drawn = axes if sample is None else sb.studies.samples(scene, axes, sample, seed)
     data = (sb.sweep if sample is None else sb.ensemble)(
         scene, drawn, asked, rtol=rtol, max_steps=max_steps, workers=workers, directory=resume, client=scheduler
     )
     runs = _table_of(data)
-    cli.tell(_text(runs, asked) + _limits_text(scene, runs, asked), lambda: _summary(runs, axes, asked, rtol), json_)
+    within = _limits_of(scene, limits, runs, asked)
+    summary = lambda: _summary(runs, axes, asked, rtol) | {"limits": within}  # noqa: E731
+    cli.tell(_text(runs, asked) + _limits_text(within), summary, json_)
     if out is not None:
         heads = [
             column.name if column.unit in ("", "1") else f"{column.name} [{column.unit}]" for column in runs.columns
@@ -208,23 +213,42 @@ def _text(runs: Table, metrics: Sequence[str]) -> str:
     return f"{len(runs)} runs: {ended}\n{table}"
 
 
-def _limits_text(scene: cli.Scene, runs: Table, metrics: Sequence[str]) -> str:
-    """A line on the limits of a scene, where it has some: how many runs exceed each, and which were not looked at."""
-    from .._base._table import number
-    from .._outputs._metrics import allowable_values
-    from .._run._measure import PRESSURE, unit_of
+def _limits_of(
+    scene: cli.Scene, limits: Mapping[str, float], runs: Table, metrics: Sequence[str]
+) -> dict[str, Any] | None:
+    """How many runs exceed each limit, and the names of those that were not looked at; `None` where there are none."""
+    from .._outputs._metrics import HOLDING
+    from .._run._measure import Limited
 
-    given = allowable_values(scene)
-    done = [row for row in runs.as_list() if row["code"] == 0]
-    # (a pressure is no metric)
-    pressed = PRESSURE not in given and scene.brake.linings.permissible_pressure is not None
-    said, unseen = [], [*(name for name in given if name not in metrics), *[PRESSURE] * pressed]
-    for name in (name for name in given if name in metrics):
-        # what did not happen, as a stop that never came, exceeds its limit
-        count = sum(row[name] is None or row[name] > given[name] for row in done)
-        said.append(f"{name} above {number(given[name], unit_of(name))} in {count} of {len(done)} runs")
-    said += [f"not among --metrics: {', '.join(unseen)}"] * bool(unseen)
-    return f"\nlimits   {'; '.join(said)}" if said else ""
+    limited, done = Limited.of(scene, limits, metrics), [row for row in runs.as_list() if row["code"] == 0]
+    # what did not happen, as a stop that never came, exceeds its limit
+    exceeded = {
+        name: sum(row[name] is None or row[name] > bound for row in done) for name, bound in limited.limits.items()
+    }
+    bounds = dict(limited.limits)
+    if HOLDING in metrics:
+        bounds[HOLDING] = 1.0
+        exceeded[HOLDING] = sum(row[HOLDING] is not None and row[HOLDING] <= 1 for row in done)
+    if not bounds and not set(limited.aside) - {HOLDING}:
+        return None
+    counts = [{"name": name, "limit": bounds[name], "exceeded": count} for name, count in exceeded.items()]
+    return {"checked": counts, "runs": len(done), "not_checked": [*limited.aside]}
+
+
+def _limits_text(limits: dict[str, Any] | None) -> str:
+    """The same as a line."""
+    from .._base._table import number
+    from .._outputs._metrics import HOLDING
+    from .._run._measure import unit_of
+
+    if limits is None:
+        return ""
+    said = []
+    for one in limits["checked"]:
+        bound = "of 1 or less" if one["name"] == HOLDING else f"above {number(one['limit'], unit_of(one['name']))}"
+        said.append(f"{one['name']} {bound} in {one['exceeded']} of {limits['runs']} runs")
+    said += [f"not among --metrics: {', '.join(limits['not_checked'])}"] * bool(limits["not_checked"])
+    return f"\nlimits   {'; '.join(said)}"
 
 
 def calibrate(

@@ -18,14 +18,14 @@ from .._outputs._log import FAILURES, Event, Status
 from .._outputs._metrics import METRICS
 from .._parts._scene import Scene
 from .._run._edit import entry_of
-from .._run._measure import limit_checks
+from .._run._measure import Limited, limit_checks
 from .._run._simulate import room_for, simulate
 from ..files._c_export import Export, possible_inputs, printed
 from ..studies._evaluator import scans
 from ._app import is_limit, slider_of, sliders
 from ._live import Data, charts_of, look_of_event, still
 from ._page import PICTURES, draw, head, render, template_file
-from ._publish import Limited, metrics_of, said_of_status
+from ._publish import coverage, metrics_of, said_of_status
 
 #: bytes that the program of a page may take
 _MEMORY = 500_000_000
@@ -95,7 +95,7 @@ def publish_live(
         "rtol": rtol,
         "span": _places(export, "initial.time") + _places(export, "end_time"),
         "metrics": metrics_of(metrics, base, limited.limits),
-        "coverage": limited.coverage(base, checks),
+        "coverage": coverage(limited, base, checks),
         "statuses": [said_of_status(scene, status) for status in Status],
         "failures": {int(code): [name, what] for code, (name, what, _) in FAILURES.items()},
         "events": [None, *(look_of_event(Event(0.0, name, None)) for name in export.events)],

@@ -31,10 +31,10 @@ from .._base._part import leaves
 from .._base._progress import Progress
 from .._base._table import digits, pretty, scale
 from .._outputs._log import STATUS_MESSAGES, Status
-from .._outputs._metrics import HOLDING, METRICS, allowable_values
+from .._outputs._metrics import HOLDING, METRICS
 from .._parts._scene import Scene
 from .._run._edit import entry_of, with_values
-from .._run._measure import PRESSURE, ROOM, LimitCheck, judged, limit_checks, measure, title_of, unit_of
+from .._run._measure import PRESSURE, ROOM, LimitCheck, Limited, judged, limit_checks, measure, title_of, unit_of
 from .._run._result import Result
 from .._run._simulate import simulate
 from .._run._verdict import SMALL_MARGIN, SMALL_RESERVE
@@ -167,44 +167,15 @@ class Published(NamedTuple):
         return said
 
 
-class Limited(NamedTuple):
-    """What a page with sliders compares: `limits` of the metrics that it has, in SI; other limits `aside`, in words."""
-
-    limits: dict[str, float]
-    aside: tuple[str, ...]
-
-    @classmethod
-    def of(cls, scene: Scene, limits: Mapping[str, float], metrics: Sequence[str]) -> "Limited":
-        """All limits of a run: those given, and of the parts of the scene.
-
-        Of linings that are alike a pressure is limited by the load that gives it, and wear by what may still be lost.
-        """
-        every, aside = {**allowable_values(scene), **limits}, []
-
-        def least(name: str, bound: Any, of: str) -> None:
-            if np.ptp(bound) == 0 and name in metrics:
-                every[name] = min(every.get(name, math.inf), float(np.ravel(bound)[0]))
-            else:
-                aside.append(title_of(of))
-
-        pressure = every.pop(PRESSURE, scene.brake.linings.permissible_pressure)
-        if pressure is not None:
-            least("max_normal_load", np.asarray(pressure) * np.asarray(scene.brake.linings.area), PRESSURE)
-        if scene.wear is not None and scene.wear.permissible is not None:
-            least("greatest_wear", np.asarray(scene.wear.permissible) - np.asarray(scene.wear.worn), "worn_thickness")
-        # (the reserve has a limit in every scene that has one)
-        wanted = [*every, *([] if METRICS[HOLDING].needs.lacks(scene) else [HOLDING])]
-        aside += [title_of(name) for name in wanted if name not in metrics]
-        return cls({name: limit for name, limit in every.items() if name in metrics}, tuple(aside))
-
-    def coverage(self, base: Result, checks: Sequence[LimitCheck]) -> Data:
-        """How the page compares, in words, and whether its verdict leaves anything `open`."""
-        missing, names = judged(base, checks).missing, {check.name for check in checks if check.limit is not None}
-        by_load = PRESSURE in names and "max_normal_load" in self.limits
-        words = ["Pressure on linings is compared by their load."] if by_load else []
-        words += [f"Not looked at here: {', '.join(self.aside)}."] if self.aside else []
-        words += [f"No limit for: {', '.join(missing)}."] if missing else []
-        return {"words": " ".join(words), "open": bool(self.aside or missing)}
+def coverage(limited: Limited, base: Result, checks: Sequence[LimitCheck]) -> Data:
+    """How a page with sliders compares, in words, and whether its verdict leaves anything `open`."""
+    missing, names = judged(base, checks).missing, {check.name for check in checks if check.limit is not None}
+    by_load = PRESSURE in names and "max_normal_load" in limited.limits
+    aside = ", ".join(title_of(name) for name in limited.aside)
+    words = ["Pressure on linings is compared by their load."] if by_load else []
+    words += [f"Not looked at here: {aside}."] if aside else []
+    words += [f"No limit for: {', '.join(missing)}."] if missing else []
+    return {"words": " ".join(words), "open": bool(aside or missing)}
 
 
 def publish(
@@ -253,7 +224,7 @@ def publish(
         "gaps": gaps,
         "coarse": coarse,
         "metrics": metrics_of(metrics, base, limited.limits),
-        "coverage": limited.coverage(base, checks),
+        "coverage": coverage(limited, base, checks),
         "charts": [chart.as_dict() for chart in charts],
         "samples": samples,
         "numbers": numbers,

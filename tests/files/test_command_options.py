@@ -225,6 +225,24 @@ def test_summary_of_a_sweep(capsys, asked):
     assert (third["metrics"]["stopping_time"], third["solver"]["steps"]) == (None, 9)
 
 
+def test_limits_of_a_sweep(capsys, asked):
+    """How many of the runs that ended exceed each limit; what did not happen exceeds it, and a metric is asked for."""
+    given = DATA.assign(min_holding_reserve=("run", [0.5, 2.0, 3.0, np.nan], {"units": "1"}))
+    given = given.assign(max_tension=("run", [5e3, 6e3, 7e3, 8e3], {"units": "N"}))
+    asked["instead"]("sweep", given)
+    limit = '--limit "stopping_time=1.5 s" --limit "max_tension=6 kN"'
+    out = run(capsys, f"{VARY} {limit}")[1]
+    line = "limits   stopping_time above 1.5 s in 2 of 3 runs; max_tension above 6 kN in 1 of 3 runs; "
+    assert out.splitlines()[-1] == f"{line}not among --metrics: max_pressure, max_band_stress, min_holding_reserve"
+    told = json.loads(run(capsys, f"{VARY},min_holding_reserve {limit} --json")[1])["limits"]
+    assert [(one["name"], one["exceeded"]) for one in told["checked"]] == [
+        ("stopping_time", 2),
+        ("max_tension", 1),
+        ("min_holding_reserve", 1),
+    ]
+    assert (told["runs"], told["not_checked"]) == (3, ["max_pressure", "max_band_stress"])
+
+
 @pytest.mark.parametrize(
     ("arguments", "hint"),
     [
