@@ -7,7 +7,8 @@ runs do. First all numbers `p` are changed at once in a direction `δ` without m
     E(h) = M(p + h δ) − M(p) − h M'(p) δ,   k = 4 E(h/2) − E(h)
 
 so that curvature cancels in `k`: it is 0 where the metric `M` has a derivative, and that is `M'`. Only where it is not
-the numbers are halved, down to single ones, and their differences are taken on either side.
+the numbers are halved, down to single ones, and their differences are taken on either side. Numbers at a bound are
+looked at one by one, unless they are many.
 """
 
 import enum
@@ -28,6 +29,8 @@ from ._evaluator import Evaluator, Paths, numbers_of, values_of
 _REACH = 10.0
 #: share of the step that a mismatch must exceed, and how many tolerances of the run: its rounding and that of its steps
 _SHARE, _NOISE = 3e-3, 30.0
+#: numbers at a bound up to which each is looked at by itself, as a small corner hides among other numbers
+_SINGLY = 16
 #: relative difference below which two derivatives agree
 _AGREE = 2e-3
 #: ratio of the difference quotients of a step and of its quarter from which on they diverge (of a root 2, of a jump 4)
@@ -218,7 +221,12 @@ def compare_sides(
     search, slopes = _Search(run, base, chosen, values, jacobian), Slopes()
     entries = search.paths.entries
     tied = np.concatenate([_tied(leaf) for leaf in chosen])
-    suspects = sorted([*np.flatnonzero(tied).tolist(), *search.suspects(np.flatnonzero(~tied))])
+    # most corners are of numbers at a bound, or 0: with these apart, one look is enough for the others
+    at_bound, zero = ~search.ways.all(axis=1), search.x == 0
+    if np.sum(at_bound) <= _SINGLY:
+        tied |= at_bound
+    found = [search.suspects(np.flatnonzero(~tied & group)) for group in (at_bound | zero, ~(at_bound | zero))]
+    suspects = sorted([*np.flatnonzero(tied).tolist(), *found[0], *found[1]])
     changes: list[tuple[tuple[str, tuple[int, ...] | None], np.ndarray]] = [
         (entries[i], np.eye(tied.size)[i] * min(search.move[i], search.step * search.size[i])) for i in suspects
     ]
