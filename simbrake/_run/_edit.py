@@ -19,7 +19,7 @@ from .._base._part import Leaf, about_of, below, faults_of_values, leaves, parts
 from .._base._quantity import NumberReader, Quantity, as_number, has_units
 from .._parts._scene import Scene, require_scene
 from ..brakes._design import Lining
-from ..hybrid._struct import tree_at
+from ..hybrid._struct import Struct, tree_at, with_fields
 from ..thermal._heat import EffusivityPartition, FlashTemperature, FrictionHeat, Heat, TransmissionPartition
 from ..thermal._material import Material
 from ..thermal._network import AbstractLink, Body, Conductance, Lump, Wall, place_of
@@ -291,14 +291,19 @@ def _with_entry(old: Any, i: int, value: Any) -> Any:
 
 
 def _replace(scene: Scene, path: str, value: Any) -> Scene:
-    steps = re.findall(r"[^.\[\]]+", path)
+    """The scene with another value at a path, as it is: neither converted nor checked."""
 
-    def reach(node: Any) -> Any:
-        for step in steps:
-            node = node[int(step)] if step.isdigit() else getattr(node, step)
-        return node
+    def changed(node: Any, steps: list[str]) -> Any:
+        if not steps:
+            return value
+        step, *rest = steps
+        if isinstance(node, Struct):
+            return with_fields(node, **{step: changed(getattr(node, step), rest)})
+        if step.isdigit():
+            return type(node)([changed(entry, rest) if i == int(step) else entry for i, entry in enumerate(node)])
+        return tree_at(lambda x: getattr(x, step), node, changed(getattr(node, step), rest), lambda x: x is None)
 
-    return tree_at(reach, scene, value, is_leaf=lambda x: x is None)
+    return changed(scene, re.findall(r"[^.\[\]]+", path))
 
 
 # --- other materials --------------------------------------------------------------------------------------------------
