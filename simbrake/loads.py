@@ -14,7 +14,7 @@ from ._base._quantity import Over, Scalar, Values
 from ._base._retired import answers
 from ._phases import AfterTime, AfterTravel, AtHeight, AtRest, AtStop, AtTemperature, Phase, Phases, held_within
 from .hybrid._arrays import Array
-from .hybrid._struct import AbstractClassVar, AbstractVar, tree_at
+from .hybrid._struct import AbstractClassVar, AbstractVar, with_fields
 from .profiles import (
     AbstractPoints,
     AbstractProfile,
@@ -179,7 +179,7 @@ class AbstractHookLoad(AbstractLoad):
         if self.rope is None or layer is None:
             return self
         radius = self.rope.radius(jnp.asarray(self.drum_radius), layer)
-        return tree_at(lambda load: load.drum_radius, self, radius)
+        return with_fields(self, drum_radius=radius)
 
 
 class HookLoad(AbstractHookLoad):

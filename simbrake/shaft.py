@@ -8,7 +8,7 @@ import jax.numpy as jnp
 from ._base._faults import Fault
 from ._base._part import Part, former_names, part, quantity
 from ._base._quantity import Scalar
-from .hybrid._struct import AbstractVar, struct_field, tree_at
+from .hybrid._struct import AbstractVar, struct_field, with_fields
 from .profiles import AbstractProfile, Constant, Piece, Real, faults_of_sign
 
 __all__ = [
@@ -92,7 +92,7 @@ class EddyCurrentBrake(AbstractAuxiliaryBrake):
         return 2 * e * e * self.max_torque * omega * most / (omega**2 + most**2)
 
     def engaged(self, share: Scalar) -> "EddyCurrentBrake":
-        return tree_at(lambda law: law.max_torque, self, share * share * self.max_torque)
+        return with_fields(self, max_torque=share * share * self.max_torque)
 
     def faults(self, path: str) -> list[Fault]:
         return _faults_of_share(self.excitation, f"{path}.excitation")
@@ -121,7 +121,7 @@ class HydrodynamicBrake(AbstractAuxiliaryBrake):
         return self.fill.value(t, piece) * self.coefficient * omega * jnp.abs(omega)
 
     def engaged(self, share: Scalar) -> "HydrodynamicBrake":
-        return tree_at(lambda law: law.coefficient, self, share * self.coefficient)
+        return with_fields(self, coefficient=share * self.coefficient)
 
     def faults(self, path: str) -> list[Fault]:
         return _faults_of_share(self.fill, f"{path}.fill")

@@ -43,7 +43,7 @@ from ..brakes._design import (
 )
 from ..friction import AbstractFriction, FrictionChange, Reads, needs, reads, remembers
 from ..hybrid._arrays import Array
-from ..hybrid._struct import AbstractClassVar, AbstractVar, tree_at
+from ..hybrid._struct import AbstractClassVar, AbstractVar, with_fields
 from ..loads import AbstractLoad, Cylinder, Driller, Lever, Motor, RecordedMotion, TorqueLoad
 from ..profiles import AbstractProfile, Piece, faults_of_sign, first_piece
 from ..shaft import AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque
@@ -213,7 +213,7 @@ class Scene(Part):
         def of_one(part: Any) -> Any:
             if not isinstance(part, Lever):
                 return part
-            return tree_at(lambda lever: lever.slack_arm, part, rims * jnp.asarray(part.slack_arm))
+            return with_fields(part, slack_arm=rims * jnp.asarray(part.slack_arm))
 
         return jax.tree.map(of_one, lever, is_leaf=lambda part: isinstance(part, Lever))
 

@@ -13,7 +13,7 @@ from .._base._quantity import Scalar
 from ..brakes._design import Brake
 from ..friction import FrictionChange, TabulatedFade, TabulatedFriction
 from ..hybrid._arrays import Array
-from ..hybrid._struct import tree_at
+from ..hybrid._struct import with_fields, with_value_at
 from ..thermal._heat import Heat, TransmissionPartition
 from ..thermal._network import Conductance, Lump
 from ..wear import Delayed, Wear, faults_of_turning, lining_bodies
@@ -59,12 +59,12 @@ def worn_scene(scene: Scene) -> Scene:
     band_brake, duty = cast(Brake, scene.brake), cast(Duty, scene.duty)  # no other feeds wear back
     if wear.geometry:
         radius = jnp.asarray(band_brake.band.radius) - slack / jnp.sum(angle)
-        scene = tree_at(lambda s: s.brake.band.radius, scene, radius)
+        scene = with_value_at(scene, "brake.band.radius", radius)
     if wear.take_up_speed is not None:
         lever = Delayed(duty.slack_tension, slack / wear.take_up_speed)
-        scene = tree_at(lambda s: s.duty.slack_tension, scene, lever)
+        scene = with_value_at(scene, "duty.slack_tension", lever)
     if wear.heat and scene.heat is not None:
-        scene = tree_at(lambda s: s.heat, scene, _thinner(scene.heat, h, angle, wear.thickness))
+        scene = with_fields(scene, heat=_thinner(scene.heat, h, angle, wear.thickness))
     return scene
 
 
@@ -93,17 +93,17 @@ def _thinner(heat: Heat, h: Array, angle: Array, thickness: Scalar | None) -> He
             continue
         share = _left(h, angle, thickness, body.count)
         share = share if body.count > 1 else share[0]
-        bodies[i] = tree_at(lambda b: b.capacity, body, jnp.asarray(body.capacity) * share)
+        bodies[i] = with_fields(body, capacity=jnp.asarray(body.capacity) * share)
         for k, link in enumerate(links):
             if isinstance(link, Conductance) and body.name in (link.a, link.b):
-                links[k] = tree_at(lambda conductance: conductance.value, link, jnp.asarray(link.value) / share)
-    heat = tree_at(lambda x: (x.bodies, x.links), heat, (tuple(bodies), tuple(links)))
+                links[k] = with_fields(link, value=jnp.asarray(link.value) / share)
+    heat = with_fields(heat, bodies=tuple(bodies), links=tuple(links))
 
     def thin(part: PyTree) -> PyTree:
         if not isinstance(part, TransmissionPartition):
             return part
         mean = jnp.sum(h * angle) / jnp.sum(angle)
-        return tree_at(lambda p: p.lining_thickness, part, jnp.asarray(part.lining_thickness) - mean)
+        return with_fields(part, lining_thickness=jnp.asarray(part.lining_thickness) - mean)
 
     return jax.tree.map(thin, heat, is_leaf=lambda x: isinstance(x, TransmissionPartition))
 
@@ -142,22 +142,18 @@ def turned_scene(scene: Scene) -> Scene:
 
         return jax.tree.map(reversed_entries, part, is_leaf=lambda x: isinstance(x, tables))
 
-    scene = tree_at(lambda s: (s.brake.linings, s.brake.band), scene, (reverse(brake.linings), reverse(brake.band)))
+    turned = with_fields(brake, linings=reverse(brake.linings), band=reverse(brake.band))
+    scene = with_fields(scene, brake=turned)
     if scene.wear is not None:
-        numbers = [scene.wear.rate, scene.wear.worn, scene.wear.permissible]
-        scene = tree_at(
-            lambda s: [s.wear.rate, s.wear.worn, s.wear.permissible],
-            scene,
-            [reverse(x) for x in numbers],
-            is_leaf=lambda x: x is None,
-        )
+        numbers = {name: reverse(getattr(scene.wear, name)) for name in ("rate", "worn", "permissible")}
+        scene = with_fields(scene, wear=with_fields(scene.wear, **numbers))
     if scene.heat is not None:
         linings = lining_bodies(scene.heat)
         bodies = tuple(
-            tree_at(lambda b: b.capacity, body, reverse(body.capacity))
+            with_fields(body, capacity=reverse(body.capacity))
             if isinstance(body, Lump) and body.name in linings
             else body
             for body in scene.heat.bodies
         )
-        scene = tree_at(lambda s: s.heat.bodies, scene, bodies)
+        scene = with_value_at(scene, "heat.bodies", bodies)
     return scene

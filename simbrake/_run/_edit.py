@@ -19,7 +19,7 @@ from .._base._part import Leaf, about_of, below, faults_of_values, leaves, parts
 from .._base._quantity import NumberReader, Quantity, as_number, has_units
 from .._parts._scene import Scene, require_scene
 from ..brakes._design import Lining
-from ..hybrid._struct import Struct, tree_at, with_fields
+from ..hybrid._struct import with_value_at
 from ..thermal._heat import EffusivityPartition, FlashTemperature, FrictionHeat, Heat, TransmissionPartition
 from ..thermal._material import Material
 from ..thermal._network import AbstractLink, Body, Conductance, Lump, Wall, place_of
@@ -144,7 +144,7 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
                 continue
         elif np.ndim(old) == 1 and np.ndim(new) == 0:
             new = jnp.broadcast_to(new, np.shape(old)) if isinstance(new, jax.Array) else np.full(np.shape(old), new)
-        scene = _replace(scene, path, new)
+        scene = with_value_at(scene, path, new)
         slots[path] = slots[path]._replace(value=new)
         if dataclasses.is_dataclass(old):  # and so are its numbers
             slots = {name: slot for name, slot in slots.items() if not name.startswith(f"{path}.")}
@@ -288,22 +288,6 @@ def _with_entry(old: Any, i: int, value: Any) -> Any:
     new = np.array(old, dtype=np.float64)
     new[i] = value
     return new
-
-
-def _replace(scene: Scene, path: str, value: Any) -> Scene:
-    """The scene with another value at a path, as it is: neither converted nor checked."""
-
-    def changed(node: Any, steps: list[str]) -> Any:
-        if not steps:
-            return value
-        step, *rest = steps
-        if isinstance(node, Struct):
-            return with_fields(node, **{step: changed(getattr(node, step), rest)})
-        if step.isdigit():
-            return type(node)([changed(entry, rest) if i == int(step) else entry for i, entry in enumerate(node)])
-        return tree_at(lambda x: getattr(x, step), node, changed(getattr(node, step), rest), lambda x: x is None)
-
-    return changed(scene, re.findall(r"[^.\[\]]+", path))
 
 
 # --- other materials --------------------------------------------------------------------------------------------------

@@ -30,7 +30,7 @@ from ..hybrid import (
     hybridsolve,
 )
 from ..hybrid._arrays import Array
-from ..hybrid._struct import tree_at
+from ..hybrid._struct import with_fields
 from ..profiles import hides_nothing, next_known_time
 from ..thermal._heat import Heat, initial_temperatures, node_names
 from ..thermal._network import Junction, Reservoir
@@ -303,8 +303,8 @@ def with_temperatures(heat: Heat, T: Float[Array, " k"]) -> Heat:
         temperature = (
             np.reshape(temperature, ()) if body.count == 1 and isinstance(temperature, np.ndarray) else temperature
         )
-        bodies.append(tree_at(lambda b: b.temperature, body, temperature))
-    return tree_at(lambda h: h.bodies, heat, tuple(bodies))
+        bodies.append(with_fields(body, temperature=temperature))
+    return with_fields(heat, bodies=tuple(bodies))
 
 
 @explained
@@ -332,7 +332,7 @@ def cyclic_steady_state(
     heat, runs = scene.network, 0
 
     def starting(T: np.ndarray) -> Scene:
-        return tree_at(lambda s: s.heat, scene, with_temperatures(heat, np.asarray(T, np.float64)))
+        return with_fields(scene, heat=with_temperatures(heat, np.asarray(T, np.float64)))
 
     def change(T: np.ndarray) -> np.ndarray:
         nonlocal runs

@@ -56,7 +56,7 @@ from ..hybrid import (
 )
 from ..hybrid._arrays import Array
 from ..hybrid._lanes import hybridsolve_lane
-from ..hybrid._struct import tree_at
+from ..hybrid._struct import with_value_at
 from ..thermal._heat import node_names
 from ._choice import stiffness
 from ._edit import entry_of, with_inputs
@@ -255,7 +255,7 @@ def _marked(scene: Scene) -> Scene:
     total = sum(jnp.sum(0.0 * jnp.asarray(number, jnp.float64)) for number in jax.tree.leaves(scene))
     start = jnp.asarray(scene.initial.time, jnp.float64)
     start = jnp.where(jnp.isfinite(jax.lax.stop_gradient(total)), start, jnp.nan)
-    return tree_at(lambda s: s.initial.time, scene, start)
+    return with_value_at(scene, "initial.time", start)
 
 
 def run_of_numbers(packing: Packing, method: AbstractMethod, max_steps: int) -> Callable[[Array], Record]:

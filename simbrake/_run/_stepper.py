@@ -29,7 +29,7 @@ from .._physics._feature import LEVER, LOAD, State
 from .._physics._mechanism import Label, Mode, events_of_change
 from ..hybrid import AbstractMethod, Code, Record, Settings, hybridsolve
 from ..hybrid._arrays import Array
-from ..hybrid._struct import tree_at
+from ..hybrid._struct import with_fields, with_value_at
 from ..hybrid._system import pack_mode, ravel, unravel
 from ..loads import AbstractActuator, Cylinder, Driller, Lever, SpeedHold, TorqueLoad
 from ..profiles import PiecewiseLinear
@@ -164,7 +164,7 @@ def held_inputs(scene: Scene, inputs: Sequence[str] | str, rtol: float = 1e-10) 
 def _commanded(scene: Scene, held: Iterable[tuple[tuple[str, ...], PiecewiseLinear]]) -> Scene:
     """The scene with other profiles at the places `where`."""
     for where, profile in held:
-        scene = tree_at(lambda s, where=where: functools.reduce(getattr, where, s), scene, profile)
+        scene = with_value_at(scene, ".".join(where), profile)
     return scene
 
 
@@ -481,7 +481,7 @@ class Stepper:
         `simbrake.simulate(stepper.history())` is the same run in one piece, with its whole report.
         """
         commanded = _commanded(self.scene, [(held.where, held.history()) for held in self._held.values()])
-        return tree_at(lambda s: s.end_time, commanded, np.asarray(self.time))
+        return with_fields(commanded, end_time=np.asarray(self.time))
 
     def __repr__(self) -> str:
         inputs = ", ".join(f"{name} {number(held.level, held.unit)}" for name, held in self._held.items())

@@ -22,7 +22,7 @@ from .._run._choice import stiffness
 from .._run._edit import named_materials, with_materials, with_values
 from .._run._linings import lining_wear
 from .._run._simulate import simulate, solver_for
-from ..hybrid._struct import tree_at
+from ..hybrid._struct import with_value_at
 from ..thermal._material import Material
 from ._braking import Braking
 from ._estimates import no_stop
@@ -591,7 +591,7 @@ class _Study:
         scene = with_materials(scene, rim.thermal if self.named[0] else None, lining.thermal if self.named[1] else None)
         if self.run and knows_wear(scene) and scene.brake.linings.area is None:  # wear alone depends on the pressure
             area = np.asarray(self._own["lining_area"].value / (scene.brake.rims * scene.brake.linings.count))
-            scene = tree_at(lambda s: s.brake.linings.area, scene, area, is_leaf=lambda x: x is None)
+            scene = with_value_at(scene, "brake.linings.area", area)
         if self.inertia:
             b = self._braking(scene, rim, lining)
             more = ring_inertia(rim_mass(b) - self._own_mass, b)

@@ -20,7 +20,7 @@ from ._derivative import Call, RowMap, advance, before_jump, no_tangent, pull_ba
 from ._loop import Problem, advanced, closed, space, started
 from ._method import AbstractMethod
 from ._search import Stats, carried_size, pack, unpack
-from ._struct import Struct, tree_at
+from ._struct import Struct, with_fields
 from ._system import (
     INSTANT,
     LANDED,
@@ -279,7 +279,7 @@ def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], 
             p = p._replace(direction=generic_direction(p.flat), method=p.method.with_tangents())
         packed, count, code, stats = _loop.run(p, flat_y0, mode0)
         rows = unpack_rows(packed, flat_y0.shape[0])
-        return rows.t, rows.y, tree_at(lambda r: (r.t, r.y), rows, (None, None)), (count, code, stats)
+        return rows.t, rows.y, with_fields(rows, t=None, y=None), (count, code, stats)
 
     @run.defjvp
     def _(differentiated: bool, primals: PyTree, tangents: PyTree) -> tuple[PyTree, PyTree]:
@@ -293,7 +293,7 @@ def _differentiable(problem: Callable[[PyTree, PyTree], tuple[Problem, Array]], 
 
         def row(rows: Rows, start: Array, i: Count) -> Rows:
             bare = jax.tree.map(lambda leaf: leaf[i], rows)
-            return tree_at(lambda r: (r.t, r.y), bare, (start[0], start[1:]), is_leaf=lambda x: x is None)
+            return with_fields(bare, t=start[0], y=start[1:])
 
         def forwards(fixed: PyTree, params: PyTree, start: Array, i: Count) -> Array:
             others, rows, method = fixed
@@ -390,7 +390,7 @@ def hybridsolve(
     # inside of derivatives
     with jax.sharding.use_abstract_mesh(jax.sharding.get_abstract_mesh()):
         t, y, rows, (count, code, stats) = run((numbers, t1, t0), flat_y0, others, False)
-    rows = tree_at(lambda r: (r.t, r.y), rows, (t, y), is_leaf=lambda x: x is None)
+    rows = with_fields(rows, t=t, y=y)
     return Record(system, method, y_like, mode_like, t1, rows, count, code, stats)
 
 
@@ -463,4 +463,5 @@ def concatenate(parts: Sequence[Rows], last: Record, room: int) -> Record:
         return whole
 
     rows = jax.tree.map(column, last.rows, *parts)
-    return tree_at(lambda r: (r.rows, r.count), last, jax.device_put((rows, np.asarray(count, np.int32))))
+    rows, count = jax.device_put((rows, np.asarray(count, np.int32)))
+    return with_fields(last, rows=rows, count=count)

@@ -6,10 +6,12 @@ PyTree; it is imported by those of our own that call it, none of which a stored 
 """
 
 import abc
+import copy
 import dataclasses
 import functools
 import inspect
 import operator
+import re
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar, cast, dataclass_transform
 
@@ -204,17 +206,28 @@ def traced_once(function: _Function) -> _Function:
     return cast(_Function, call)
 
 
-def tree_at(
-    where: Callable[[Any], Any], tree: _Tree, value: Any, is_leaf: Callable[[Any], bool] | None = None
-) -> _Tree:
-    """A tree with other values in the place, or the places, that `where` reads (`equinox.tree_at`)."""
-    import equinox
-
-    return equinox.tree_at(where, tree, value, is_leaf=is_leaf)
-
-
 def with_fields(part: _Tree, **values: Any) -> _Tree:
     """A `Struct` with other values in some fields, as they are: neither converted nor checked."""
+    names = _LAYOUTS[type(part)].names
+    assert values.keys() <= set(names), f"{type(part).__name__} has no field {', '.join(values.keys() - set(names))}"
     new: Any = object.__new__(type(part))
-    new.__dict__.update({name: getattr(part, name) for name in _LAYOUTS[type(part)].names}, **values)
+    new.__dict__.update({name: getattr(part, name) for name in names}, **values)
     return new
+
+
+def with_value_at(tree: _Tree, path: str, value: Any) -> _Tree:
+    """A tree of `Struct`s and lists with another value at a path, as in `"a.b[2].c"`; neither converted nor checked."""
+
+    def changed(node: Any, steps: list[str]) -> Any:
+        if not steps:
+            return value
+        step, *rest = steps
+        if step.isdigit():
+            return type(node)([changed(entry, rest) if i == int(step) else entry for i, entry in enumerate(node)])
+        if isinstance(node, Struct):
+            return with_fields(node, **{step: changed(getattr(node, step), rest)})
+        new = copy.copy(node)  # a dataclass of another kind
+        object.__setattr__(new, step, changed(getattr(node, step), rest))
+        return new
+
+    return changed(tree, re.findall(r"[^.\[\]]+", path))

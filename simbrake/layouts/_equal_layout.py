@@ -30,7 +30,7 @@ from .._run._measure import name_of
 from .._run._result import Result
 from ..brakes._band import running_product
 from ..hybrid._arrays import Array
-from ..hybrid._struct import tree_at
+from ..hybrid._struct import with_value_at
 from ..studies._evaluator import Evaluation, Evaluator, Faults, Solver
 
 #: what can be equal for all linings, with units at full slip and over a brake application
@@ -382,10 +382,8 @@ LayoutAndRate: TypeAlias = tuple[Float[Array, " n"], Float[Array, " n"] | None, 
 
 def _placed(scene: Scene, angle: Array, area: Array | None) -> Scene:
     """The scene with other lining angles, and areas where it has any."""
-    scene = tree_at(lambda s: s.brake.linings.angle, scene, angle)
-    if area is None:
-        return scene
-    return tree_at(lambda s: s.brake.linings.area, scene, area, is_leaf=lambda leaf: leaf is None)
+    scene = with_value_at(scene, "brake.linings.angle", angle)
+    return scene if area is None else with_value_at(scene, "brake.linings.area", area)
 
 
 def _contrasts(n: int) -> Float[np.ndarray, "m n"]:

@@ -37,7 +37,7 @@ from .._run._result import Result
 from .._run._simulate import Solver, room_for, simulate, simulate_lane, solver_name, solver_of, step_limits
 from ..hybrid import LANDED, Code, Record, Rodas5P
 from ..hybrid._arrays import Array, numpy_of
-from ..hybrid._struct import tree_at
+from ..hybrid._struct import with_fields
 
 #: how a scene is integrated, as `simulate` takes it
 #: arrays over runs, by name
@@ -567,7 +567,7 @@ def _scanner(result: Result, *, metrics: Sequence[Metric], size: int, lanes: int
     """Metrics that sample all steps of a batch of results, of which the first `size` rows are used; compiled again for
     another `code` of the same functions."""
     rows = jax.tree.map(lambda leaf: leaf[:, :size], result.record.rows)
-    result = tree_at(lambda r: r.record.rows, result, rows)
+    result = dataclasses.replace(result, record=with_fields(result.record, rows=rows))
 
     def heavy(one: Result) -> dict[str, Any]:
         return {name_of(m): measure(one, m) for m in metrics if scans(m)}
