@@ -161,3 +161,15 @@ def test_limits_are_no_parameters():
     ):
         with pytest.raises(sb.InputError, match=r"limits.*: is no parameter of a run — what a run gives is compared"):
             study()
+
+
+def test_small_corner_at_a_bound():
+    """It is told although it would hide among all the other numbers: `M` grows by 0.0004 per unit above the bound."""
+
+    def corner(result):
+        ratio = result.scene.brake.linings.friction.static_ratio
+        return result.stopping_time + 4e-4 * jax.numpy.where(ratio > 1.0, ratio - 1.0, 0.0)
+
+    row = sb.sensitivity(stop_scene(), corner, span=None, most=0).at("brake.linings.friction.static_ratio")
+    assert row.note.startswith("one-sided, by differences: ")
+    assert abs(row.derivative - 4e-4) < 1e-5
