@@ -1,6 +1,6 @@
 """Frozen dataclasses that are PyTrees of JAX: what systems, methods and records are made of.
 
-They are what `equinox.Module` is, made in an eighth of its time: a scene loads some 130 of them, and whoever runs one
+They are what `equinox.Module` is, made in a third of its time: a scene loads some 180 of them, and whoever runs one
 waits for that. Fields are declared as for Equinox (`equinox.field` may be used), whose functions work on them as on any
 PyTree; it is imported by those of our own that call it, none of which a stored program needs.
 """
