@@ -100,6 +100,9 @@ class StructMeta(abc.ABCMeta):
         dataclasses.dataclass(eq=False, repr=False, init=by_fields)(cls)
         cls.__doc__ = text
         fields = dataclasses.fields(cls)
+        converters = tuple((one.name, one.metadata["converter"]) for one in fields if "converter" in one.metadata)
+        if by_fields:
+            cls.__init__.__annotations__ |= {name: _taken(converter) for name, converter in converters}
         names = tuple(one.name for one in fields)
         static = tuple(one.name for one in fields if one.metadata.get("static"))
         # a dataclass keeps the place of what is declared for the field that is given later
@@ -109,7 +112,7 @@ class StructMeta(abc.ABCMeta):
         declared = declared.union(*(layout.declared for layout in earlier))
         _LAYOUTS[cls] = _Layout(
             names,
-            tuple((one.name, one.metadata["converter"]) for one in fields if "converter" in one.metadata),
+            converters,
             tuple(check for base in cls.__mro__ if (check := vars(base).get("__check_init__"))),
             declared,
             tuple(sorted(one for one in declared.difference(names) if not hasattr(cls, one))),
@@ -139,19 +142,19 @@ class StructMeta(abc.ABCMeta):
 
     @property
     def __signature__(cls: Any) -> inspect.Signature:
-        """That of `__init__`; what a converter takes in place of what it makes."""
-        taken = {}
-        for name, converter in _LAYOUTS[cls].converters:
-            try:
-                first = next(iter(inspect.signature(converter).parameters.values())).annotation
-            except (ValueError, StopIteration):  # of a class written in C
-                first = Any
-            taken[name] = Any if first is inspect.Parameter.empty else first
         signature = inspect.signature(cls.__init__)
         _, *rest = signature.parameters.values()
-        return signature.replace(
-            parameters=[one.replace(annotation=taken.get(one.name, one.annotation)) for one in rest]
-        )
+        return signature.replace(parameters=rest)
+
+
+def _taken(converter: Callable[[Any], Any]) -> Any:
+    """The type that a converter takes, as its signature says, which is shown in place of what it makes."""
+    try:
+        signature = getattr(converter, "__signature__", None) or inspect.signature(converter)
+        first = next(iter(signature.parameters.values())).annotation
+    except (ValueError, StopIteration):  # of a class written in C
+        return Any
+    return Any if first is inspect.Parameter.empty else first
 
 
 class Struct(metaclass=StructMeta):
