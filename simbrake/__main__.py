@@ -12,9 +12,8 @@ def main(arguments: list[str] | None = None) -> None:
     main_thread = threading.current_thread() is threading.main_thread()
     usual = main_thread and signal.getsignal(signal.SIGINT) is signal.default_int_handler
     hook = sys.unraisablehook
-    if (
-        arguments is None
-    ):  # nearly all that a command makes stays: the collector would look at all of JAX again and again
+    if arguments is None:
+        # nearly all that a command makes stays: the collector would walk over all of JAX's objects again and again
         gc.set_threshold(100_000, 20, 50)
     try:
         if usual:

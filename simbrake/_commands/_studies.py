@@ -121,13 +121,18 @@ def sweep(
     if runs > _MOST_RUNS:
         faults.append(Fault("--vary", f"{runs} runs are too many", f"at most {_MOST_RUNS}"))
     faults += faults_of_place("--resume", resume)
-    axes: dict[str, Any] = {}
-    also = lambda scene: cli.axes_of(scene, requested, axes)  # noqa: E731
+    axes, limits = dict[str, Any](), dict[str, float]()
+
+    def also(scene: cli.Scene) -> list[Fault]:
+        from .._run._measure import parse_limits
+
+        given, wrong = parse_limits(scene, limit or [])
+        limits.update(given)
+        return [*cli.axes_of(scene, requested, axes), *wrong]
+
     counts = {"sample": sample, "max_steps": max_steps, "workers": workers}
     scene = cli.opened(file, set_, rtol, folder=out, faults=faults, also=also, **counts)
-    asked, limits = _metrics_of(scene, metrics), cli.limits_of(scene, limit, False)
-    # (a pressure on alike linings is compared by their load)
-    asked = tuple(dict.fromkeys((*asked, *("max_normal_load" if name == "max_pressure" else name for name in limits))))
+    asked = _metrics_of(scene, metrics, limits)
     drawn = axes if sample is None else sb.studies.samples(scene, axes, sample, seed)
     data = (sb.sweep if sample is None else sb.ensemble)(
         scene, drawn, asked, rtol=rtol, max_steps=max_steps, workers=workers, directory=resume, client=scheduler
@@ -137,13 +142,7 @@ def sweep(
     summary = lambda: _summary(runs, axes, asked, rtol) | {"limits": within}  # noqa: E731
     cli.tell(_text(runs, asked) + _limits_text(within), summary, json_)
     if out is not None:
-        heads = [
-            column.name if column.unit in ("", "1") else f"{column.name} [{column.unit}]" for column in runs.columns
-        ]
-        rows = partial(runs.frame().to_csv, index=False, header=heads, float_format="%.15g", lineterminator="\n")
-        files = {"runs.csv": rows, "runs.nc": partial(data.to_netcdf, engine="scipy")}
-        chart = cli.attempt([], sb.plot.sweep, data)  # none of three parameters or more, and where nothing varies
-        cli.write(out, files if chart is None else files | {"sweep.png": partial(chart.savefig, dpi=130)}, json_)
+        cli.write(out, _files_of(data, runs), json_)
     # -1: interrupted before it was run
     return 130 if min(runs["code"]) < 0 else cli.exit_code(not any(runs["code"]))
 
@@ -151,14 +150,26 @@ def sweep(
 _MOST_RUNS = 100_000_000
 
 
-def _metrics_of(scene: cli.Scene, text: str | None) -> tuple[str, ...]:
-    """`--metrics`: names with commas between them, `all`, or the default metrics of an ensemble."""
+def _metrics_of(scene: cli.Scene, text: str | None, limits: Iterable[str]) -> tuple[str, ...]:
+    """`--metrics`: names with commas between them, `all`, or the default metrics of an ensemble; and those that have
+    `limits`, where a pressure is compared by the load that gives it."""
     from .._outputs._metrics import metric_names
+    from .._run._measure import PRESSURE
     from ..studies._evaluator import default_metrics
 
-    if text is None:
-        return default_metrics(scene)
-    return metric_names(scene) if text == "all" else tuple(name.strip() for name in text.split(",") if name.strip())
+    named = default_metrics(scene) if text is None else metric_names(scene)
+    if text not in (None, "all"):
+        named = tuple(name.strip() for name in text.split(",") if name.strip())
+    return tuple(dict.fromkeys((*named, *("max_normal_load" if name == PRESSURE else name for name in limits))))
+
+
+def _files_of(data: Dataset, runs: Table) -> dict[str, Any]:
+    """What `--out` writes, by name: all runs as a table and as netCDF, and a figure where one can be drawn."""
+    heads = [column.name if column.unit in ("", "1") else f"{column.name} [{column.unit}]" for column in runs.columns]
+    rows = partial(runs.frame().to_csv, index=False, header=heads, float_format="%.15g", lineterminator="\n")
+    files = {"runs.csv": rows, "runs.nc": partial(data.to_netcdf, engine="scipy")}
+    chart = cli.attempt([], sb.plot.sweep, data)  # none of three parameters or more, and where nothing varies
+    return files if chart is None else files | {"sweep.png": partial(chart.savefig, dpi=130)}
 
 
 def _table_of(data: Dataset) -> Table:

@@ -98,8 +98,8 @@ def test_no_private_parts_of_jax_are_used():
 
 
 def test_importing_loads_only_what_runs_use():
-    """Half a second each: pictures, tables, units, reports and SciPy are loaded by those who use them."""
-    heavy = ("matplotlib", "scipy", "xarray", "pandas", "pint", "jinja2", "pyarrow", "cyclopts", "SALib")
+    """Pictures, tables, units, reports, SciPy and what traces programs are loaded by those who use them."""
+    heavy = ("matplotlib", "scipy", "xarray", "pandas", "pint", "jinja2", "pyarrow", "cyclopts", "SALib", "equinox")
     names = ("studies", "formulas", "layouts", "checks", "_pages")
     unused = tuple(f"simbrake.{name}" for name in names)
     program = "import sys, simbrake as sb; sb.Scene, sb.Brake, sb.simulate; print("

@@ -41,6 +41,28 @@ def test_a_second_process_compiles_nothing(folder, scenarios):
     assert all(file.stat().st_mode & 0o777 == 0o600 for file in folder.iterdir())
 
 
+READ = """
+import jax, sys
+compiled = []
+jax.monitoring.register_event_duration_secs_listener(
+    lambda name, seconds, **about: compiled.append(about.get("fun_name")) if "backend_compile" in name else None
+)
+import simbrake as sb
+from simbrake.files import open_scene
+str(sb.simulate(open_scene(sys.argv[1])))
+print(len(compiled), "equinox" in sys.modules)
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["disc_stop.py", "unequal_bands.py"])
+def test_a_result_is_read_without_compiling(folder, scenarios, name):
+    """Areas, wear and joined bands are no operations of JAX by themselves; what traces programs is not loaded."""
+    off = {"JAX_COMPILATION_CACHE_DIR": ""}
+    assert python(READ, scenarios / name, **off).stdout.split()[1] == "True"
+    assert python(READ, scenarios / name, **off).stdout.split() == ["0", "False"]
+
+
 SLOPE = """
 import json, sys
 import jax
