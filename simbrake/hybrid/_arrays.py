@@ -1,7 +1,8 @@
 """Array types, and entries of a vector at places known while tracing."""
 
 import functools
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Sequence
 from types import ModuleType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
@@ -43,17 +44,27 @@ def numpy_of(values: Any) -> ModuleType:
 # --- entries of a vector at known places, as slices: gathers and scatters are slow in loops on a CPU ------------------
 
 
-def _runs(places: tuple[int, ...]) -> list[tuple[int, int]]:
-    """Consecutive places as `(first, end)`."""
-    if not places:
-        return []
-    cuts = np.flatnonzero(np.diff(places) != 1) + 1
-    return [(int(run[0]), int(run[-1]) + 1) for run in np.split(np.asarray(places), cuts)]
+def _joined(parts: Sequence[Float[Array, " _"]], places: Sequence[int]) -> Float[Array, " k"]:
+    """`concatenate(parts)[places]`, each place at most once.
+
+    The parts are split where the places leave off: in reverse, pieces of a split are joined, where slices would each be
+    padded with zeros and all of them summed.
+    """
+    ends = np.cumsum([0, *(part.shape[0] for part in parts)])
+    breaks = np.flatnonzero(np.diff(places) != 1) + 1
+    runs = [(int(run[0]), int(run[-1]) + 1) for run in np.split(np.asarray(places), breaks)]
+    cuts = np.unique([*ends, *itertools.chain.from_iterable(runs)])
+    pieces = dict[int, Array]()
+    for part, (a, b) in zip(parts, itertools.pairwise(ends.tolist()), strict=True):
+        inside = [c for c in cuts.tolist() if a <= c <= b]
+        sizes = np.diff(inside).tolist()
+        pieces |= zip(inside, jax.lax.split(part, sizes) if len(sizes) > 1 else [part], strict=False)
+    return jnp.concatenate([pieces[c] for a, b in runs for c in cuts.tolist() if a <= c < b])
 
 
 def take(x: Float[Array, " n"], places: tuple[int, ...]) -> Float[Array, " k"]:
     """`x[places]`."""
-    return jnp.concatenate([x[a:b] for a, b in _runs(places)]) if places else jnp.zeros(0, x.dtype)
+    return _joined([x], places) if places else jnp.zeros(0, x.dtype)
 
 
 #: entries that differ by this share are equal: XLA may compute them twice, with different rounding
@@ -117,4 +128,4 @@ def put(x: Float[Array, " n"], places: tuple[int, ...], values: Float[Array, " k
     n = x.shape[0]
     source = np.arange(n)
     source[list(places)] = n + np.arange(len(places))
-    return take(jnp.concatenate([x, values]), tuple(int(i) for i in source))
+    return _joined([x, values], source.tolist()) if n else x
