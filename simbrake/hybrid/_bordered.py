@@ -14,7 +14,7 @@ import jax.scipy.linalg
 import numpy as np
 from jaxtyping import Float, Int
 
-from ._arrays import Array, take
+from ._arrays import Array, put, take
 
 #: kinds of a state's place in the Jacobian; a number ≥ 0 is its place in the chain
 CORE, QUADRATURE = -1, -2
@@ -112,8 +112,13 @@ def _rows(push: Callable[[Array], Array], size: int, wanted: tuple[int, ...]) ->
 
 
 def linear_rows(push: Callable[[Array], Array], places: Couplings) -> ChainRows:
-    """The rows of a chain as they are here; those that are linear are the same everywhere in a run."""
-    return _columns(push, len(places.core), len(places.chain))[1]
+    """The rows of a chain that are linear, the same everywhere in a run; the others as 0.
+
+    Of the program of the rates only what these rows take is left.
+    """
+    m, n = len(places.core), len(places.chain)
+    linear = tuple(m + i for i, constant in enumerate(places.linear) if constant)
+    return _columns(lambda v: put(jnp.zeros(m + n), linear, take(push(v), linear)), m, n)[1]
 
 
 def jacobian(push: Callable[[Array], Array], places: Couplings, constant_rows: ChainRows | None = None) -> Bordered:
