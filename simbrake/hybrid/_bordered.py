@@ -70,6 +70,10 @@ class Bordered(NamedTuple):
         return Bordered(self.core.T, self.below.T, self.right.T, lower, self.diagonal, upper)
 
 
+#: linear part of rates over the entries core, then chain: changes of time and state `(m + n,)` → change `(m + n,)`
+Push = Callable[[Any, Array], Array]
+
+
 class ChainRows(NamedTuple):
     """The rows of a Jacobian that belong to a chain; `lower`, `diagonal` and `upper` as in `Bordered`."""
 
@@ -79,50 +83,52 @@ class ChainRows(NamedTuple):
     upper: Float[Array, " n"]
 
 
-def _columns(push: Callable[[Array], Array], m: int, n: int) -> tuple[Float[Array, "m m"], ChainRows]:
-    """Core and chain rows of a Jacobian from `m + 3` forward passes: core columns, and three colours of chain columns.
-
-    `push` takes a direction `(m + n,)` to its derivative.
-    """
-    place = np.arange(n)
-    seeds = np.zeros((m + min(n, 3), m + n))
+def _columns(push: Push, m: int, n: int) -> tuple[Float[Array, "m m"], ChainRows, Float[Array, " m+n"]]:
+    """Core and chain rows of a Jacobian from `m + 3` forward passes, core columns and three colours of chain columns,
+    and the derivative by time from one more."""
+    place, colours = np.arange(n), min(n, 3)
+    seeds = np.zeros((m + colours + 1, m + n))
     seeds[np.arange(m), np.arange(m)] = 1.0
-    for colour in range(min(n, 3)):
+    for colour in range(colours):
         seeds[m + colour, m + place[colour::3]] = 1.0
-    columns = jax.vmap(push)(jnp.asarray(seeds))
-    core, below, colours = columns[:m, :m].T, columns[:m, m:].T, columns[m:, m:]
+    columns = jax.vmap(push)(jnp.asarray(np.eye(m + colours + 1)[-1]), jnp.asarray(seeds))
+    core, below, colour, drift = columns[:m, :m].T, columns[:m, m:].T, columns[m:-1, m:], columns[-1]
 
     def diagonal(offset: int) -> Array:
         # entry (i, i + offset) lies in the colour of column i + offset; masks, as gathers are slow in loops
-        rows = [jnp.where((place + offset) % 3 == c, colours[c], 0.0) for c in range(colours.shape[0])]
+        rows = [jnp.where((place + offset) % 3 == c, colour[c], 0.0) for c in range(colours)]
         return jnp.where((place + offset >= 0) & (place + offset < n), sum(rows[1:], start=rows[0]), 0.0)
 
     if n == 0:
         nothing = jnp.zeros(0)
-        return core, ChainRows(below, nothing, nothing, nothing)
-    return core, ChainRows(below, diagonal(-1), diagonal(0), diagonal(1))
+        return core, ChainRows(below, nothing, nothing, nothing), drift
+    return core, ChainRows(below, diagonal(-1), diagonal(0), diagonal(1)), drift
 
 
-def _rows(push: Callable[[Array], Array], size: int, wanted: tuple[int, ...]) -> Float[Array, "k size"]:
-    """Rows `wanted` of a Jacobian of `size` columns, from one reverse pass each."""
+def _rows(push: Push, size: int, wanted: tuple[int, ...]) -> tuple[Float[Array, " k"], Float[Array, "k size"]]:
+    """Entries `wanted` of the derivative by time, and these rows of a Jacobian of `size` columns, from one reverse pass
+    each."""
     if not wanted:
-        return jnp.zeros((0, size))
-    pull = jax.linear_transpose(lambda v: take(push(v), wanted), jax.ShapeDtypeStruct((size,), jnp.float64))
-    return jax.vmap(lambda e: pull(e)[0])(jnp.eye(len(wanted)))
+        return jnp.zeros(0), jnp.zeros((0, size))
+    like = [jax.ShapeDtypeStruct(shape, jnp.float64) for shape in ((), (size,))]
+    pull = jax.linear_transpose(lambda dt, v: take(push(dt, v), wanted), *like)
+    return jax.vmap(pull)(jnp.eye(len(wanted)))
 
 
-def linear_rows(push: Callable[[Array], Array], places: Couplings) -> ChainRows:
+def linear_rows(push: Push, places: Couplings) -> ChainRows:
     """The rows of a chain that are linear, the same everywhere in a run; the others as 0.
 
     Of the program of the rates only what these rows take is left.
     """
     m, n = len(places.core), len(places.chain)
     linear = tuple(m + i for i, constant in enumerate(places.linear) if constant)
-    return _columns(lambda v: put(jnp.zeros(m + n), linear, take(push(v), linear)), m, n)[1]
+    return _columns(lambda dt, v: put(jnp.zeros(m + n), linear, take(push(dt, v), linear)), m, n)[1]
 
 
-def jacobian(push: Callable[[Array], Array], places: Couplings, constant_rows: ChainRows | None = None) -> Bordered:
-    """Jacobian of rates over the entries core, then chain, from their linear part `push`, (m + n,) → (m + n,).
+def jacobian(
+    push: Push, places: Couplings, constant_rows: ChainRows | None = None
+) -> tuple[Bordered, Float[Array, " m+n"]]:
+    """Jacobian of rates over the entries core, then chain, and their derivative by time, from their linear part `push`.
 
     Core and chain columns from `m + 3` forward passes and the core's rows from `m` reverse ones, however long the chain
     is; with the `constant_rows` of the chain, `m` reverse passes and one for each other row of the chain.
@@ -130,10 +136,11 @@ def jacobian(push: Callable[[Array], Array], places: Couplings, constant_rows: C
     m, n = len(places.core), len(places.chain)
     varying = places.varying
     if constant_rows is None or varying is None:
-        core, chain = _columns(push, m, n)
-        right = _rows(push, m + n, tuple(range(m)))[:, m:] if n else jnp.zeros((m, 0))
-        return Bordered(core, right, *chain)
-    rows = _rows(push, m + n, (*range(m), *(m + i for i in varying)))
+        core, chain, drift = _columns(push, m, n)
+        right = _rows(push, m + n, tuple(range(m)))[1][:, m:] if n else jnp.zeros((m, 0))
+        return Bordered(core, right, *chain), drift
+    wanted = (*range(m), *(m + i for i in varying))
+    drift, rows = _rows(push, m + n, wanted)
     core, right, new = rows[:m, :m], rows[:m, m:], rows[m:]
     chain = constant_rows
     for j, i in enumerate(varying):
@@ -141,7 +148,7 @@ def jacobian(push: Callable[[Array], Array], places: Couplings, constant_rows: C
         behind = new[j, m + i + 1] if i < n - 1 else jnp.zeros(())
         row = ChainRows(new[j, :m], before, new[j, m + i], behind)
         chain = ChainRows(*(_with_row(old, i, value) for old, value in zip(chain, row, strict=True)))
-    return Bordered(core, right, *chain)
+    return Bordered(core, right, *chain), put(jnp.zeros(m + n), wanted, drift)
 
 
 def _with_row(old: Float[Array, "n ..."], i: int, value: Float[Array, "..."]) -> Float[Array, "n ..."]:

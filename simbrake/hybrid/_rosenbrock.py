@@ -101,11 +101,11 @@ class Rodas5P(AbstractMethod):
     def _couplings(self, y: State) -> Couplings:
         return self.couplings or Couplings(tuple(range(y.shape[0])), (), ())
 
-    def _matrix(self, near: "_Linearised", h: Array) -> Bordered:
-        """`I/(γ h) − J`."""
-        J, scale = jacobian(near.inside, self._couplings(near.y), self.linear), 1.0 / (_GAMMA * h)
-        eye = jnp.eye(J.core.shape[0])
-        return Bordered(scale * eye - J.core, -J.right, -J.below, -J.lower, scale - J.diagonal, -J.upper)
+    def _matrix(self, near: "_Linearised", h: Array) -> tuple[Bordered, Array]:
+        """`I/(γ h) − J`, and `∂f/∂t`."""
+        J, drift = jacobian(near.inside, self._couplings(near.y), self.linear)
+        scale, eye = 1.0 / (_GAMMA * h), jnp.eye(J.core.shape[0])
+        return Bordered(scale * eye - J.core, -J.right, -J.below, -J.lower, scale - J.diagonal, -J.upper), drift
 
     def attempt(self, rhs: Rhs, t: Scalar, y: State, f: State, h: Scalar) -> tuple[State, State]:
         near = _linearised(rhs, t, y, self._couplings(y))
@@ -113,13 +113,13 @@ class Rodas5P(AbstractMethod):
         x, nothing = take(y, inner), jnp.zeros_like(y)
         moves = h != 0
         h = jnp.where(moves, h, _LEAST)
-        matrix = self._matrix(near, h)
+        matrix, drift = self._matrix(near, h)
         if self.differentiated:
-            solved = _by_residual(rhs, t, y, h, inner, matrix)
+            drift, solved = near.drift, _by_residual(rhs, t, y, h, inner, matrix)
         else:
             lu = factor(matrix)
             solved = functools.partial(solve, lu)
-        u, sums, _ = _stages(rhs, t, y, h, inner, outer, near.drift, solved, _TABLE_WITH_ERROR)
+        u, sums, _ = _stages(rhs, t, y, h, inner, outer, drift, solved, _TABLE_WITH_ERROR)
         y1, error = put(y, inner, x + weighted(jnp.asarray(_m), u)), put(nothing, inner, u[-1])
         if outer:
             bends = jax.vmap(near.outside)(h * np.asarray([_bd, _ed]), weighted(jnp.asarray([_b, _e]).T, u[:, None]))
@@ -132,7 +132,7 @@ class Rodas5P(AbstractMethod):
         inner, outer, x = near.inner, near.outer, take(y, near.inner)
         moves, full_step = h != 0, h
         h = jnp.where(moves, h, _LEAST)
-        solved = _by_residual(rhs, t, y, h, inner, self._matrix(near, h), backwards=True)
+        solved = _by_residual(rhs, t, y, h, inner, self._matrix(near, h)[0], backwards=True)
         u, total, _ = _stages(rhs, t, y, h, inner, outer, near.drift, solved)
         y1 = put(y, inner, x + weighted(jnp.asarray(_m), u))
         if outer:
@@ -152,7 +152,7 @@ class Rodas5P(AbstractMethod):
         nothing = jnp.zeros_like(y)
         moves = h != 0
         h = jnp.where(moves, h, _LEAST)
-        matrix = self._matrix(near, h)
+        matrix, drift = self._matrix(near, h)
         lu, lu_transposed = factor(matrix), factor(matrix.transposed)
         n = len(_NODES)
         a, c, nodes, d = np.pad(_a, ((0, 1), (0, 1))), np.pad(_c, ((0, 1), (0, 1))), (*_NODES, 1.0), (*_D, 0.0)
@@ -160,7 +160,7 @@ class Rodas5P(AbstractMethod):
         b = np.append(_b, 0.0)
         table = (a, c, np.asarray(nodes), np.asarray(d, float), b)
         u, total, (arguments, fulls) = _stages(
-            rate, t, y, h, inner, outer, near.drift, lambda b: solve(lu, b), table, keep=True
+            rate, t, y, h, inner, outer, drift, lambda b: solve(lu, b), table, keep=True
         )
         u = u[:n]
         bent = put(nothing, inner, weighted(jnp.asarray(_b), u))
@@ -245,16 +245,16 @@ class _Linearised(NamedTuple):
     def _along(self, dt: Scalar | float, v: Float[Array, " inner"]) -> State:
         return self.push(jnp.asarray(dt, self.y.dtype), put(jnp.zeros_like(self.y), self.inner, v))
 
-    def inside(self, v: Float[Array, " inner"]) -> Float[Array, " inner"]:
-        return take(self._along(0.0, v), self.inner)
+    def inside(self, dt: Scalar | float, v: Float[Array, " inner"]) -> Float[Array, " inner"]:
+        return take(self._along(dt, v), self.inner)
 
     def outside(self, dt: Scalar | float, v: Float[Array, " inner"]) -> Float[Array, " outer"]:
         return take(self._along(dt, v), self.outer)
 
     @property
-    def drift(self) -> State:
+    def drift(self) -> Float[Array, " inner"]:
         """`∂f/∂t`."""
-        return self.push(jnp.ones((), self.y.dtype), jnp.zeros_like(self.y))
+        return self.inside(1.0, jnp.zeros(len(self.inner), self.y.dtype))
 
 
 def _linearised(rhs: Rhs, t: Scalar, y: State, places: Couplings) -> _Linearised:
@@ -268,7 +268,7 @@ def _stages(
     h: Scalar,
     inner: tuple[int, ...],
     outer: tuple[int, ...],
-    drift: State,
+    drift: Float[Array, " inner"],
     solved: Callable[[Array], Array],
     table: tuple[np.ndarray, ...] = _TABLE,
     keep: bool = False,
@@ -284,7 +284,7 @@ def _stages(
         i, a, c, node, d, b = entry
         argument = x + weighted(a, u)
         full = rhs(t + node * h, put(y, inner, argument))
-        new = solved(take(full, inner) + weighted(c, u) / h + d * h * take(drift, inner))
+        new = solved(take(full, inner) + weighted(c, u) / h + d * h * drift)
         u = jax.lax.dynamic_update_slice(u, new[None], (i, jnp.zeros_like(i)))
         return (u, total + b[..., None] * take(full, outer)), (argument, full) if keep else None
 

@@ -114,9 +114,8 @@ class AbstractHybridSystem(Struct):
 
         `CORE` couples with everything; a number ≥ 0 is a place in the chain, which couples with its two neighbours and
         with the core; on a `QUADRATURE` no rate depends, unless its own is 0. A place in the chain whose rate is linear
-        in the states, with coefficients that are the same at every time and in every mode of a run, is given as
-        `place + LINEAR`: its row of the Jacobian is formed once, before the first step. `None`: everything with
-        everything.
+        in the states, the same function of them at every time and in every mode of a run, is given as `place + LINEAR`:
+        its row of the Jacobian is formed once, before the first step. `None`: everything with everything.
         """
         return None
 
