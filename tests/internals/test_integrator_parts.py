@@ -34,13 +34,14 @@ def test_bordered_systems_against_dense_ones(m, n):
 
 
 def bordered_rates(m, n, constant, seed=3):
-    """Rates whose chain rows are linear where `constant`, over states core, then chain; the rest is not."""
+    """Rates whose chain rows are linear where `constant`, over states core, then chain; the rest is not, and moves with
+    time."""
     rng = np.random.default_rng(seed)
     a = rng.normal(size=(m + n, m + n))
     i = np.arange(n)
     a[m:, m:] *= np.abs(i[:, None] - i) < 2  # neighbours in the chain
     a, bend = jnp.asarray(a), jnp.asarray(np.append(np.ones(m), 1.0 - np.asarray(constant, float)))
-    return lambda x: a @ x + bend * jnp.sin(a @ x)
+    return lambda t, x: a @ x + bend * jnp.sin(a @ x + t)
 
 
 @pytest.mark.parametrize("constant", [(), (0, 1, 2, 3, 4, 5, 6, 7), (1, 2, 3, 5, 6)])
@@ -53,9 +54,10 @@ def test_rows_formed_once_are_the_dense_ones(constant):
     f = bordered_rates(m, n, linear)
     rng = np.random.default_rng(8)
     there, here = rng.normal(size=(2, m + n))
-    known = _bordered.linear_rows(jax.linearize(f, there)[1], places)
-    found = _bordered.jacobian(jax.linearize(f, here)[1], places, known)
-    dense = np.asarray(jax.jacfwd(f)(here))
+    known = _bordered.linear_rows(jax.linearize(f, 0.0, there)[1], places)
+    found, drift = _bordered.jacobian(jax.linearize(f, 0.3, here)[1], places, known)
+    by_time, dense = (np.asarray(x) for x in jax.jacfwd(f, argnums=(0, 1))(0.3, here))
+    np.testing.assert_allclose(drift, by_time, rtol=1e-14)
     np.testing.assert_allclose(found.core, dense[:m, :m], rtol=1e-14)
     np.testing.assert_allclose(found.right, dense[:m, m:], rtol=1e-14)
     np.testing.assert_allclose(found.below, dense[m:, :m], rtol=1e-14)
