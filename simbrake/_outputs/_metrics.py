@@ -782,7 +782,7 @@ _ROUNDING = 1e-9
 def _missing_torque(p: Probe) -> Array:
     """By how much a brake that slides ahead lacks the torque of its load (N·m); a release is intended, and no loss."""
     slides = (p.mode.band == BandMode.SLIP) & (p.mode.sense > 0) & (p.flows.lever_rate >= 0)
-    return jnp.where(slides, p.flows.net_load - p.flows.contact.brake_torque, -1.0)[:, None]
+    return numpy_of(p.t).where(slides, p.flows.net_load - p.flows.contact.brake_torque, -1.0)[:, None]
 
 
 def marks() -> list[Mark]:
@@ -801,7 +801,7 @@ def passing(name: str, p: Probe) -> Float[Array, "m k"]:
     if name == GRIP_LOST.event:
         return _missing_torque(p)
     value = METRICS[name].find(p)
-    return value if METRICS[name].of_linings else jnp.max(value, axis=1, keepdims=True)
+    return value if METRICS[name].of_linings else numpy_of(value).max(value, axis=1, keepdims=True)
 
 
 def event_of(name: str) -> str:

@@ -1,7 +1,7 @@
 """States and forces of a run at any time, integrals, and the capacity of its brake."""
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from typing import Any, NamedTuple, TypeVar
 
 import jax
@@ -21,15 +21,15 @@ from .._physics._feature import LEVER, LOAD, BrakeNow, State, piece_of
 from .._physics._mechanism import OPEN, MechanismOutputs, Mode
 from ..hybrid import SKIPPED, Record, smallest
 from ..hybrid._arrays import Array, numpy_of
-from ..hybrid._system import unravel
+from ..hybrid._system import ravel, unravel
 from ..loads import Lever, cylinders
 
-LANES = 128  # times looked at in one call of a compiled program
-_MANY_LANES = 512  # more where no step is taken
-_FEW_LANES, _MANY_STATES = 16, 24  # fewer of systems with more states: a step of one of them is work enough
+#: times looked at in one call of a compiled program, and in a long run
+_LANES, _LANES_OF_LONG = 256, 1024
+#: fewer where steps are taken to them, of systems with many states, of others, and in a long run
+_STEPS, _MANY_STATES = (16, 128, 256), 24
 LONG = 1024  # steps of a long run
-#: times of a long run from which on a second program is worth compiling, optimised and for this many in one call
-_MANY_LOOKS, _LANES_OF_LONG = 2048, 256
+_MANY_LOOKS = 2048  # times inside the steps of a long run from which on an optimised program for them pays
 
 T = TypeVar("T")
 #: one number, or an array of them
@@ -89,7 +89,7 @@ class RunJit(DeviceJit):
         return jax.tree.map(np.asarray, super().__call__(*arguments, **named))
 
 
-def in_lanes(look: Callable[..., T], *columns: np.ndarray, lanes: int = LANES) -> T:
+def in_lanes(look: Callable[..., T], *columns: np.ndarray, lanes: int = _LANES) -> T:
     """`look(*columns)` of columns (m,) of any length, in calls of one length, so that it compiles once."""
     parts, count = [], len(columns[0])
     for start in range(0, count, lanes):
@@ -141,47 +141,67 @@ def _gauge_pressure(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Arra
     return lever.of_each(pressures) if isinstance(lever, PhaseNow) else pressures[0]
 
 
-def probe_at(record: Record, index: Int[Array, " m"], h: Float[Array, " m"], *, still: bool = False) -> Probe:
-    """Everything at the times `h` (s) after the start of the rows named, by a partial step of the method itself.
-
-    `still`: as a smaller program, which is not to be differentiated.
-    """
-    t, y = record.inside(index, h, still=still)
+def probe_at(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]) -> Probe:
+    """Everything at the times `h` (s) after the start of the rows named, by a partial step of the method itself."""
+    t, y = record.inside(index, h)
     mode = jax.vmap(record.flat.unpack_mode)(record.rows.mode[index])
     return seen_at(record.system, t, y, mode)  # pyright: ignore
 
 
-_PROBES = [DeviceJit(probe_at, static_argnames="still", quick=quick) for quick in (True, False)]
+def _seen(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Probe, Array]:
+    p = seen_at(system, t, y, mode)
+    slopes = jax.vmap(system.rates)(t, y, mode, p.flows)
+    return p._replace(t=None, y=None, mode=None), jax.vmap(lambda tree: ravel(tree, jnp.float64))(slopes)
 
 
-def small(record: Record) -> bool:
-    """Whether a step of a system is so little work that many of them are taken in one call."""
-    return record.rows.y.shape[1] <= _MANY_STATES
+def _inside(record: Record, index: Array, h: Array) -> tuple[Array, Array]:
+    t, y = record.inside(index, h, still=True)
+    return t, jax.vmap(lambda y: ravel(y, jnp.float64))(y)
 
 
-def rows_in_lanes(
-    record: Record, programs: Sequence[Callable[..., T]], index: Int[Array, " m"], h: Float[Array, " m"], **named: Any
-) -> T:
-    """`program(record, index, h)` of a compact record outside of jit, in calls of a compiled program: the first one is
-    compiled quickly, the second runs quickly.
+# the first of each is compiled quickly, the second runs quickly
+_SEEN = [RunJit(_seen, quick=quick) for quick in (True, False)]
+_INSIDE = [RunJit(_inside, quick=quick) for quick in (True, False)]
+
+#: of samples numbered (m,): times (m,), flat states and flat modes (m, …)
+Instants = Callable[[np.ndarray], tuple[Array, ...]]
+
+
+def look_at(record: Record, index: np.ndarray, instants: Instants, see: Callable[[Probe, Array], T]) -> T:
+    """What `see(probe, rates)` makes in NumPy of the samples numbered `index` of a compact record outside of jit.
+
+    One program for all that looks at runs of a structure, whatever of it is wanted; `rates` of the flat states (m, …).
+    """
+    long = int(record.count) > LONG
+
+    def find(system: BrakeSystem, t: Array, y: State, mode: Mode) -> T:
+        p, rates = _SEEN[long](system, t, y, mode)
+        return see(p._replace(t=t, y=y, mode=mode), rates)
+
+    return _in_lanes_of(record, find, index, instants, _LANES_OF_LONG if long else _LANES)
+
+
+def states_inside(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]) -> tuple[Array, Array]:
+    """Times and flat states at `h` (s) after the start of the rows named, of a compact record outside of jit.
 
     A call gets the rows that it looks at, always as many, instead of the whole record: the work grows with the number
     of times, not with that times the length of the run, and runs of any length share one compiled program.
     """
     many = int(record.count) > LONG and len(index) >= _MANY_LOOKS
-    count = _LANES_OF_LONG if many else LANES if small(record) else _FEW_LANES
-    lanes, program = np.arange(count, dtype=np.int32), programs[many]
+    count = _STEPS[2 if many else record.rows.y.shape[1] <= _MANY_STATES]
+    lanes = np.arange(count, dtype=np.int32)
 
-    def call(index: np.ndarray, h: np.ndarray) -> T:
+    def call(index: np.ndarray, h: np.ndarray) -> tuple[Array, Array]:
         rows = jax.tree.map(lambda column: column[index], record.rows)
-        return program(dataclasses.replace(record, rows=rows), lanes, h, **named)
+        return _INSIDE[many](dataclasses.replace(record, rows=rows), lanes, h)
 
     return in_lanes(call, np.asarray(index), np.asarray(h), lanes=count)
 
 
 def probe_many(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]) -> Probe:
     """`probe_at` of a compact record outside of jit."""
-    return rows_in_lanes(record, _PROBES, index, h, still=True)
+    (t, y), mode = states_inside(record, index, h), np.asarray(record.rows.mode)[np.asarray(index)]
+    return look_at(record, np.arange(len(t)), lambda i: (t[i], y[i], mode[i]), lambda p, _: p)
 
 
 # --- integrals over a run, by quadrature inside every step ------------------------------------------------------------
@@ -422,37 +442,17 @@ def ends_driven(record: Record) -> Any:
     return np.False_ if motor is None else motor.now(record.y_end, mode).follows(piece_of(mode, motor.piece))
 
 
-def capacities_at(record: Record, index: np.ndarray, instants: Callable[[np.ndarray], tuple[Array, ...]]) -> Capacity:
-    """Load torque and capacity of the brake of a concrete record at the samples numbered `index`.
-
-    - `instants(index)`: times (m,), flat states and flat modes (m, …) of some of them
-    """
+def capacities_at(record: Record, index: np.ndarray, instants: Instants) -> Capacity:
+    """Load torque and capacity of the brake of a concrete record at the samples numbered `index`."""
     start = np.asarray(record.rows.t)[0]
     return _in_lanes_of(record, lambda system, *now: _capacities(system, *now, start), index, instants)
 
 
-def holding_at(
-    record: Record, index: np.ndarray, instants: Callable[[np.ndarray], tuple[Array, ...]]
-) -> tuple[Array, Array]:
-    """Load on a pulley at rest and static capacity of the brake in its direction (N·m), as `capacities_at`."""
-    return _in_lanes_of(record, _holding, index, instants)
-
-
-def _holding_at_each(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
-    return jax.vmap(holding, in_axes=(None, 0, 0, 0))(system, t, y, mode)
-
-
-_holding = DeviceJit(_holding_at_each, quick=True)
-
-
 def _in_lanes_of(
-    record: Record,
-    find: Callable[..., T],
-    index: np.ndarray,
-    instants: Callable[[np.ndarray], tuple[Array, ...]],
+    record: Record, find: Callable[..., T], index: np.ndarray, instants: Instants, lanes: int = _LANES
 ) -> T:
     def look(index: np.ndarray) -> T:
         t, y, mode = instants(index)
         return find(record.system, t, unravel(y, record.y_like), unravel(mode, record.mode_like))
 
-    return in_lanes(look, index, lanes=_MANY_LANES)
+    return in_lanes(look, index, lanes=lanes)

@@ -6,7 +6,7 @@ method itself.
 """
 
 import functools
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -19,26 +19,21 @@ from .._physics._brake import BrakeSystem
 from ..hybrid import ADVANCED, LANDED, SKIPPED, STOPPED, Record
 from ..hybrid._arrays import Array
 from ..hybrid._system import flatten, ravel
-from ._metrics import METRICS, Peak, held_share, holds, identity_of, passing
+from ._metrics import METRICS, Peak, held_share, holds, passing
 from ._probe import (
     LONG,
     Probe,
-    RunJit,
-    holding_at,
-    in_lanes,
     is_traced_run,
+    look_at,
     probe_at,
     record_of,
-    rows_in_lanes,
     seen_at,
-    small,
+    states_inside,
 )
 
 #: places in every step at which a run is sampled, both ends included; in a long run every part has many steps
 _SAMPLES, _SAMPLES_OF_LONG = 9, 5
-#: steps sampled in one call of the compiled program: of long runs, of systems with few and with many states
-_BLOCKS = (256, 64, 16)
-#: up to as many samples are partial steps, of a method whose steps are too long for anything else: one program less
+#: up to as many samples are partial steps, of a method whose steps are too long for anything else
 _SHORT, _LONG_STEPS = 1024, 6
 _POINTS, _ROUNDS, _FINER = 9, 2, 0.03  # of finer and finer grids around a maximum value
 _FEW_POINTS = 5  # of one grid alone
@@ -60,23 +55,17 @@ class Steps(NamedTuple):
 
 
 class Wanted(NamedTuple):
-    """What is looked at beside forces and margins: metrics that are maxima over the run, and marks (`marks_of`); and
-    what is behind these names, for the cache of programs."""
+    """What is looked at beside forces and margins: metrics that are maxima over the run, and marks (`marks_of`)."""
 
     names: tuple[str, ...] = ()
     marks: tuple[str, ...] = ()
-    known: tuple[object, ...] = ()
-
-    @classmethod
-    def of(cls, names: Iterable[str], marks: Iterable[str]) -> "Wanted":
-        names, marks = tuple(names), tuple(marks)
-        return cls(names, marks, tuple(map(identity_of, (*names, *marks))))
 
 
 class ScanColumns(NamedTuple):
     """Forces, margins and maxima over the linings of a run at many times, for a report.
 
     - `passing`: by mark, the quantity that passes its limit
+    - `holding`: load on a pulley at rest, and static capacity of the brake in its direction (N·m)
     - `tops`: by the name of a metric, the value of which its maximum over the run is wanted;  `places`: at which lining
       (from 0) it is that large, of `widths` ones
     """
@@ -88,13 +77,13 @@ class ScanColumns(NamedTuple):
     load_torque: Float[Array, " m"]
     margins: Float[Array, "m marks"]
     passing: dict[str, Float[Array, "m k"]]
+    holding: tuple[Array, Array]
     tops: dict[str, Float[Array, " m"]]
     places: dict[str, Int[Array, " m"]]
     widths: dict[str, Int[Array, " m"]]
 
 
 def _sight(p: Probe, wanted: Wanted) -> ScanColumns:
-    xp: Any = np if isinstance(p.t, np.ndarray) else jnp
     values = {name: METRICS[name].find(p) for name in wanted.names}
     return ScanColumns(
         p.t,
@@ -104,14 +93,15 @@ def _sight(p: Probe, wanted: Wanted) -> ScanColumns:
         p.flows.load_torque,
         p.margins,
         {name: passing(name, p) for name in wanted.marks},
-        {name: xp.max(value, axis=1) for name, value in values.items()},
-        {name: _first_largest(value, xp) for name, value in values.items()},
-        {name: xp.full(len(value), value.shape[1], np.int32) for name, value in values.items()},
+        p.holding,
+        {name: np.max(value, axis=1) for name, value in values.items()},
+        {name: first_largest(value) for name, value in values.items()},
+        {name: np.full(len(value), value.shape[1], np.int32) for name, value in values.items()},
     )
 
 
-def _first_largest(value: Float[Array, "m n"], xp: Any) -> Int[Array, " m"]:
-    """Return the first entry of each row that is the largest but for rounding, as equal linings tie."""
+def first_largest(value: Float[Array, "m n"], xp: Any = np) -> Int[Array, " m"]:
+    """The first entry of each row that is the largest but for rounding, as equal linings tie."""
     top = xp.max(value, axis=1, keepdims=True)
     return xp.argmax(value >= top - 1e-12 * xp.abs(top), axis=1).astype(np.int32)
 
@@ -155,25 +145,6 @@ def _sampled(
     return jax.tree.map(lambda leaf: jnp.moveaxis(leaf[back], 0, 1), columns), f0, f1
 
 
-def _sights(
-    system: BrakeSystem, y_like: PyTree, mode_like: PyTree, steps: Steps, wanted: Wanted, samples: int
-) -> tuple[ScanColumns, Array, Array]:
-    """Return what is seen at the samples of all steps."""
-    return _sampled(system, y_like, mode_like, steps, samples, lambda p: _sight(p, wanted))
-
-
-def _sights_inside(record: Record, index: Array, h: Array, wanted: Wanted) -> tuple[ScanColumns, Array]:
-    """What is seen at `h` (s) after the start of the rows named, and the states, by partial steps of the method."""
-    p = probe_at(record, index, h, still=True)
-    return _sight(p, wanted), jax.vmap(lambda y: ravel(y, jnp.float64))(p.y)
-
-
-_sights_quick, _sights_optimised = (
-    RunJit(_sights, static_argnames=("wanted", "samples"), quick=quick) for quick in (True, False)
-)
-_SIGHTS_INSIDE = [RunJit(_sights_inside, static_argnames="wanted", quick=quick) for quick in (True, False)]
-
-
 # --- a run as it was scanned ------------------------------------------------------------------------------------------
 
 
@@ -203,24 +174,35 @@ class Scan:
         self.row, self.share = xp.repeat(row_numbers, self.samples), xp.tile(xp.linspace(0.0, 1.0, self.samples), count)
         if self.traced:
             return
-        if self.record.method.order >= _LONG_STEPS and count * self.samples <= _SHORT:
-            self.seen, self._states = self._by_steps(self.row, self.share)
-        else:
-            long, record, seeing = count > LONG, self.record, {"wanted": self.wanted, "samples": self.samples}
-            sights = _sights_optimised if long else _sights_quick  # as the run itself was compiled
-            length = _BLOCKS[0 if long else 1 if small(record) else 2]
-            likes = record.system, record.y_like, record.mode_like
+        count, n = len(self.steps.t0), self.samples
+        if self.record.method.order >= _LONG_STEPS and count * n <= _SHORT:
+            _, self._states = self._inside(self.row, self.share)
+            self.seen = look_at(self.record, np.arange(count * n), self.instants, self._sight)
+            return
+        t0, t1, y0, y1, mode = self.steps
+        rows = np.arange(count)
 
-            def look(*columns: Array) -> tuple[ScanColumns, Array, Array]:
-                return sights(*likes, Steps(*columns), **seeing)
+        def see(p: Probe, rates: Array) -> tuple[ScanColumns, Array]:
+            return self._sight(p, rates), rates
 
-            by_step, self._f0, self._f1 = in_lanes(look, *map(np.asarray, self.steps), lanes=length)
-            self.seen = jax.tree.map(lambda leaf: leaf.reshape(count * self.samples, *leaf.shape[2:]), by_step)
+        first, self._f0 = look_at(self.record, rows, lambda i: (t0[i], y0[i], mode[i]), see)
+        last, self._f1 = look_at(self.record, rows, lambda i: (t1[i], y1[i], mode[i]), see)
+        between = np.flatnonzero((self.share > 0) & (self.share < 1))
+        inner = look_at(self.record, between, self.instants, self._sight)
 
-    def _by_steps(self, row: Array, share: Array) -> tuple[ScanColumns, Array]:
-        """What is seen at a share of the steps named, and the states there, by partial steps of the method."""
-        span = share * (self.steps.t1[row] - self.steps.t0[row])
-        return rows_in_lanes(self.record, _SIGHTS_INSIDE, row, span, wanted=self.wanted)
+        def along(a: Array, x: Array, b: Array) -> Array:
+            """Start, middle and end of every step, one after the other."""
+            parts = a[:, None], x.reshape(count, n - 2, *x.shape[1:]), b[:, None]
+            return np.concatenate(parts, axis=1).reshape(count * n, *x.shape[1:])
+
+        self.seen = jax.tree.map(along, first, inner, last)
+
+    def _sight(self, p: Probe, _: Array) -> ScanColumns:
+        return _sight(p, self.wanted)
+
+    def _inside(self, row: Array, share: Array) -> tuple[Array, Array]:
+        """Times and states at a share of the steps named, by partial steps of the method."""
+        return states_inside(self.record, row, share * (self.steps.t1[row] - self.steps.t0[row]))
 
     def _before_jumps(self, row: Array, kind: Array) -> Array:
         """States at the ends of all steps. Where nothing jumps, events change speeds by rounding alone."""
@@ -236,28 +218,28 @@ class Scan:
         else:
             some, ends = np.flatnonzero(jumps), steps.y0.copy()
             if some.size:
-                ends[some] = self._by_steps(some, np.ones(len(some)))[1]
+                ends[some] = self._inside(some, np.ones(len(some)))[1]
         return xp.where(none[:, None], steps.y0, xp.where(jumps[:, None], ends, steps.y1))
 
     # --- concrete runs ------------------------------------------------------------------------------------------------
 
     def instants(self, sample: Array) -> tuple[Array, Array, Array]:
         """Times, states and modes of a concrete run at the samples numbered."""
-        row = self.row[sample]
+        row, share = self.row[sample], self.share[sample]
         steps = Steps(*(column[row] for column in self.steps))
+        t = steps.t0 + share * (steps.t1 - steps.t0)
         if self._states is not None:
-            return self.seen.t[sample], self._states[sample], steps.mode
-        states = _between(steps, self._f0[row], self._f1[row], self.share[sample])
-        return self.seen.t[sample], states, steps.mode
+            return t, self._states[sample], steps.mode
+        return t, _between(steps, self._f0[row], self._f1[row], share), steps.mode
 
     def states(self, row: Array, share: Array) -> tuple[Array, Array, Array]:
         """Times, states and modes at a share of the steps named, of a concrete run and as exact as the run itself."""
-        steps = self.steps
-        return steps.t0[row] + share * (steps.t1[row] - steps.t0[row]), self._by_steps(row, share)[1], steps.mode[row]
+        return *self._inside(row, share), self.steps.mode[row]
 
     def look(self, row: Array, share: Array) -> ScanColumns:
         """Everything at a share of the steps named, of a concrete run and as exact as the run itself."""
-        return self._by_steps(row, share)[0]
+        t, y, mode = self.states(row, share)
+        return look_at(self.record, np.arange(len(t)), lambda i: (t[i], y[i], mode[i]), self._sight)
 
 
 # --- maximum values ---------------------------------------------------------------------------------------------------
@@ -409,30 +391,22 @@ def to_hold(scan: Scan, tension: Float[Array, " m"]) -> tuple[Array, Array]:
 
 def largest_share_of_capacity(scan: Scan) -> Peak:
     """Maximum over a concrete run of the load over the static capacity of the brake that is to hold it, 0 where none
-    is.
-
-    A separate program: capacities are much work, and are needed only while the pulley is at rest.
-    """
+    is."""
     record, (held, broken) = scan.record, to_hold(scan, scan.seen.lever_tension)
-    samples = np.flatnonzero(held[scan.row] | (broken[scan.row] & (scan.share == 0.0)))
-    if not samples.size:
+    is_to_hold = held[scan.row] | (broken[scan.row] & (scan.share == 0.0))
+    if not np.any(is_to_hold):
         return Peak(np.float64(0.0), np.asarray(record.rows.t)[0], np.int32(1))
 
-    def share_of(is_to_hold: Any, instants: Callable[[np.ndarray], tuple[Array, ...]]) -> Any:
-        return held_share(*holding_at(record, np.arange(is_to_hold.size), instants), is_to_hold)
+    def seen(rows: Array, shares: Array) -> tuple[Array, Array]:
+        sight, standing = scan.look(rows.ravel(), shares.ravel()), (held[rows] | (shares == 0.0)).ravel()
+        return held_share(*sight.holding, standing).reshape(rows.shape), sight.t
 
-    tops = np.zeros(len(scan.row))
-    tops[samples] = share_of(np.ones(samples.shape, bool), lambda index: scan.instants(samples[index]))
-
-    def look(rows: Array, shares: Array) -> np.ndarray:
-        t, y, mode = scan.states(rows.ravel(), shares.ravel())
-        is_to_hold = (held[rows] | (shares == 0.0)).ravel()
-        return share_of(is_to_hold, lambda index: (t[index], y[index], mode[index])).reshape(rows.shape)
-
-    near = _highest(scan, tops)
+    load, capacity = scan.seen.holding
+    near = _highest(scan, held_share(load, capacity, is_to_hold))
     near = near._replace(after=np.where(held[near.after], near.after, near.row))
-    row, share = _polish(look, np, near, 1.0 / (scan.samples - 1))
-    return Peak(look(row[:, None], share[:, None])[0, 0], scan.states(row, share)[0][0], np.int32(1))
+    row, share = _polish(lambda rows, shares: seen(rows, shares)[0], np, near, 1.0 / (scan.samples - 1))
+    value, t = seen(row, share)
+    return Peak(value[0], t[0], np.int32(1))
 
 
 def peak(run: Any, pick: Pick, *, holding: bool = False) -> Peak:
@@ -457,5 +431,5 @@ def peak(run: Any, pick: Pick, *, holding: bool = False) -> Peak:
     row, share = _polish(tops, jnp, _highest(scan, sampled.ravel()), 1.0 / (scan.samples - 1))
     p = probe(record, row, jax.lax.stop_gradient(share))
     value = jnp.where(jnp.any(scan.used), pick(p)[0], 0.0) if holding else pick(p)[0]
-    lining = _first_largest(jax.lax.stop_gradient(value)[None], jnp)[0]
+    lining = first_largest(jax.lax.stop_gradient(value)[None], jnp)[0]
     return Peak(value[lining], p.t[0], lining + 1)

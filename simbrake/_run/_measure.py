@@ -26,6 +26,7 @@ from .._outputs._metrics import (
     values_of_marks,
 )
 from .._outputs._probe import Entry, Number
+from .._outputs._scan import first_largest
 from .._parts._scene import AbstractLimits, Scene, require_scene
 from ..hybrid._arrays import Array
 from ..hybrid._struct import struct_field
@@ -388,7 +389,7 @@ class Limited(NamedTuple):
 def _nearest(result: Result, name: str, value: np.ndarray, limit: Any, unit: str, more: str = "") -> LimitCheck:
     """The lining that is nearest its limit."""
     most = np.broadcast_to(np.asarray(limit), value.shape)
-    i = int(np.argmax(value / most))
+    [i] = first_largest(value[None] / most)
     note = f"{result.scene.brake.words.lining} {i + 1}{more}"
     return _judged(result, name, float(most[i]), float(value[i]), unit, note)
 

@@ -38,7 +38,7 @@ from .._outputs._metrics import (
     metrics_of,
 )
 from .._outputs._probe import Entry, RunJit, record_of
-from .._outputs._scan import Scan, ScanColumns, Wanted, largest_share_of_capacity, peaks
+from .._outputs._scan import Scan, ScanColumns, Wanted, first_largest, largest_share_of_capacity, peaks
 from .._outputs._stability import shortage
 from .._parts._scene import plausibility, warnings
 from .._phases import Phases
@@ -140,7 +140,7 @@ class Report:
     def scan(self) -> Scan:
         """The run as it was scanned."""
         names = (name for name in metrics_of(self.result.scene, greatest=True) if name != HOLDING)
-        return Scan(self._record, float(self.result.rtol), Wanted.of(names, self._limits))
+        return Scan(self._record, float(self.result.rtol), Wanted(tuple(names), tuple(self._limits)))
 
     @functools.cached_property
     def _limits(self) -> dict[str, float]:
@@ -542,7 +542,7 @@ def _energy(summary: Entry) -> Iterator[str]:
         worn, mean, least = summary["worn_thickness"], m["wear_over_mean"], m["wear_over_least"]
         depth = number(most, "m", count=5) if in_rig_units() else f"{1e6 * most:.5g} µm"
         over = "" if least is None else f", {least:.4g} times the least"
-        where = f"{lining} {worn.index(max(worn)) + 1}"
+        where = f"{lining} {first_largest(np.asarray([worn]))[0] + 1}"
         slid = mean is not None
         yield "wear     " + (
             f"at most {depth} on {where}, {mean:.4g} times the mean{over}" if slid else f"none: no {lining} slid"
