@@ -320,11 +320,12 @@ def stable_speed(net: Callable[[Array], Array], speed: Array) -> Float[Array, ""
 
     From the present speed the shaft moves the way of `net`; the first zero that it meets is stable.
     """
-    start, still = jax.lax.stop_gradient(speed), jax.lax.stop_gradient(net(speed))
-    ratios = jnp.asarray(np.geomspace(1.0, _FAR, _SPEEDS + 1))
+    start, ratios = jax.lax.stop_gradient(speed), np.geomspace(1.0, _FAR, _SPEEDS + 1)
+    up, down = jax.lax.stop_gradient(jax.vmap(jax.vmap(net))(start * jnp.asarray([ratios, 1 / ratios])))
+    still = up[0]
     speeds = start * jnp.where(still > 0, ratios, 1 / ratios)
     # (signed so that it is positive until the zero is met)
-    values = jax.lax.stop_gradient(jax.vmap(net)(speeds)) * jnp.where(still > 0, 1.0, -1.0)
+    values = jnp.where(still > 0, up, -down)
     met = values[1:] <= 0
     i = jnp.argmax(met)
     bracket = jnp.stack([jnp.minimum(speeds[i], speeds[i + 1]), jnp.maximum(speeds[i], speeds[i + 1])])
@@ -334,13 +335,13 @@ def stable_speed(net: Callable[[Array], Array], speed: Array) -> Float[Array, ""
         above = net(middle) > 0
         return jnp.stack([jnp.where(above, middle, ends[0]), jnp.where(above, ends[1], middle)]), None
 
-    steady, stable = (
-        jax.lax.stop_gradient(jnp.mean(jax.lax.scan(halve, bracket, None, length=_HALVINGS)[0])),
-        still == 0,
-    )
-    for _ in range(_CARRY):
+    def newton(carry: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], None]:
+        steady, _ = carry
         value, slope = jax.jvp(net, (steady,), (jnp.ones_like(steady),))
-        steady, stable = steady - value / jnp.where(slope < 0, slope, -jnp.inf), slope < 0
+        return (steady - value / jnp.where(slope < 0, slope, -jnp.inf), slope < 0), None
+
+    middle = jax.lax.stop_gradient(jnp.mean(jax.lax.scan(halve, bracket, None, length=_HALVINGS)[0]))
+    (steady, stable), _ = jax.lax.scan(newton, (middle, still == 0), None, length=_CARRY)
     return jnp.where(jnp.any(met) & stable & (start > 0), steady, jnp.inf)
 
 
