@@ -160,27 +160,51 @@ def _rounded(x: Array, w: Array | None) -> Array:
     return jnp.where(x >= 0, x, 0.0) if w is None else _blended(x, w)
 
 
-def _shares(x: Array, w: Array) -> tuple[Array, Array, Array]:
-    """Of the blend: `u` from 0 to 1 (a step where there is none), value over `w`, and slope."""
+def _share(x: Array, w: Array) -> tuple[Array, Array]:
+    """Of the blend: `u` from 0 to 1 (a step where there is none), and `1/(2 w)`."""
     across = 1 / jnp.where(w > 0, 2 * w, 1.0)  # (one division, however many the linings)
-    u = jnp.where(w > 0, jnp.clip((x + w) * across, 0.0, 1.0), jnp.where(x >= 0, 1.0, 0.0))
-    u4 = (u * u) * (u * u)
-    return u, (u4 * u) * (14 + u * (-28 + u * (20 - 5 * u))), u4 * (35 + u * (-84 + u * (70 - 20 * u)))
+    return jnp.where(w > 0, jnp.clip((x + w) * across, 0.0, 1.0), jnp.where(x >= 0, 1.0, 0.0)), across
+
+
+def _value(u: Array) -> Array:
+    return ((u * u) * (u * u) * u) * (14 + u * (-28 + u * (20 - 5 * u)))
+
+
+# (derivatives by hand, as those of powers and selections would be a tenth of a program, and more of the steps in which
+# rates of friction are differentiated once more)
 
 
 @jax.custom_jvp
 def _blended(x: Array, w: Array) -> Array:
-    return jnp.where(x >= w, x, w * _shares(x, w)[1])
+    return jnp.where(x >= w, x, w * _value(_share(x, w)[0]))
 
 
 @functools.partial(_blended.defjvp, symbolic_zeros=True)
 def _(at: tuple[Array, Array], by: tuple[Any, Any]) -> tuple[Array, Array]:
-    # (by hand, as derivatives of powers and selections would be a tenth of a program)
     (x, w), (dx, dw) = at, by
-    u, value, slope = _shares(x, w)
+    slope = _slope(x, w)
     parts = [] if isinstance(dx, SymbolicZero) else [slope * dx]
-    parts += [] if isinstance(dw, SymbolicZero) else [(value - (2 * u - 1) * slope) * dw]
-    return jnp.where(x >= w, x, w * value), functools.reduce(jnp.add, parts)
+    if not isinstance(dw, SymbolicZero):
+        u, _ = _share(x, w)
+        parts += [(_value(u) - (2 * u - 1) * slope) * dw]
+    return _blended(x, w), functools.reduce(jnp.add, parts)
+
+
+@jax.custom_jvp
+def _slope(x: Array, w: Array) -> Array:
+    u, _ = _share(x, w)
+    return ((u * u) * (u * u)) * (35 + u * (-84 + u * (70 - 20 * u)))
+
+
+@functools.partial(_slope.defjvp, symbolic_zeros=True)
+def _(at: tuple[Array, Array], by: tuple[Any, Any]) -> tuple[Array, Array]:
+    (x, w), (dx, dw) = at, by
+    u, across = _share(x, w)
+    inside = u * (1 - u)
+    bend = (140 * across) * (inside * inside * inside)
+    parts = [] if isinstance(dx, SymbolicZero) else [bend * dx]
+    parts += [] if isinstance(dw, SymbolicZero) else [(1 - 2 * u) * bend * dw]
+    return _slope(x, w), functools.reduce(jnp.add, parts)
 
 
 class LinearFade(AbstractFactor):
