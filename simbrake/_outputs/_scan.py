@@ -172,30 +172,32 @@ class Scan:
         self.steps = self.steps._replace(y1=self._before_jumps(row_numbers, rows.kind[:count]))
         self.samples = _SAMPLES_OF_LONG if not self.traced and count > LONG else _SAMPLES
         self.row, self.share = xp.repeat(row_numbers, self.samples), xp.tile(xp.linspace(0.0, 1.0, self.samples), count)
-        if self.traced:
-            return
+        if not self.traced:
+            self.seen = self._seen()
+
+    def _seen(self) -> ScanColumns:
+        """What is seen at all samples of a concrete run."""
         count, n = len(self.steps.t0), self.samples
         if self.record.method.order >= _LONG_STEPS and count * n <= _SHORT:
             _, self._states = self._inside(self.row, self.share)
-            self.seen = look_at(self.record, np.arange(count * n), self.instants, self._sight)
-            return
+            return look_at(self.record, np.arange(count * n), self.instants, self._sight)
         t0, t1, y0, y1, mode = self.steps
-        rows = np.arange(count)
+        numbers = np.arange(count)
 
         def see(p: Probe, rates: Array) -> tuple[ScanColumns, Array]:
             return self._sight(p, rates), rates
 
-        first, self._f0 = look_at(self.record, rows, lambda i: (t0[i], y0[i], mode[i]), see)
-        last, self._f1 = look_at(self.record, rows, lambda i: (t1[i], y1[i], mode[i]), see)
+        # the cubic between takes the rates of both ends
+        first, self._f0 = look_at(self.record, numbers, lambda i: (t0[i], y0[i], mode[i]), see)
+        last, self._f1 = look_at(self.record, numbers, lambda i: (t1[i], y1[i], mode[i]), see)
         between = np.flatnonzero((self.share > 0) & (self.share < 1))
         inner = look_at(self.record, between, self.instants, self._sight)
 
-        def along(a: Array, x: Array, b: Array) -> Array:
-            """Start, middle and end of every step, one after the other."""
+        def in_order(a: Array, x: Array, b: Array) -> Array:
             parts = a[:, None], x.reshape(count, n - 2, *x.shape[1:]), b[:, None]
             return np.concatenate(parts, axis=1).reshape(count * n, *x.shape[1:])
 
-        self.seen = jax.tree.map(along, first, inner, last)
+        return jax.tree.map(in_order, first, inner, last)
 
     def _sight(self, p: Probe, _: Array) -> ScanColumns:
         return _sight(p, self.wanted)
