@@ -336,7 +336,7 @@ def stable_speed(net: Callable[[Array], Array], speed: Array) -> Float[Array, ""
         return jnp.stack([jnp.where(above, middle, ends[0]), jnp.where(above, ends[1], middle)]), None
 
     def newton(carry: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], None]:
-        steady, _ = carry
+        steady = carry[0]
         value, slope = jax.jvp(net, (steady,), (jnp.ones_like(steady),))
         return (steady - value / jnp.where(slope < 0, slope, -jnp.inf), slope < 0), None
 
