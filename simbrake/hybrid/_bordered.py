@@ -14,7 +14,7 @@ import jax.scipy.linalg
 import numpy as np
 from jaxtyping import Float, Int
 
-from ._arrays import Array, put, take
+from ._arrays import Array, entry, put, take
 
 #: kinds of a state's place in the Jacobian; a number ≥ 0 is its place in the chain
 CORE, QUADRATURE = -1, -2
@@ -220,25 +220,22 @@ def _row_sizes(a: Float[Array, "m m"]) -> Float[Array, "m 1"]:
 
 
 def _inverse(a: Float[Array, "m m"]) -> Float[Array, "m m"]:
-    """Inverse by Gauss–Jordan elimination with row pivoting on rows of equal size, with masks instead of indices."""
-    m = a.shape[0]
-    place = jnp.arange(m, dtype=jnp.int32)
-    size = _row_sizes(a)
+    """Inverse by Gauss–Jordan elimination with row pivoting on rows of equal size, chosen by a mask."""
+    m, size = a.shape[0], _row_sizes(a)
 
-    def eliminate(k: Array, rows: Array) -> Array:
-        column = jnp.sum(jnp.where(place == k, rows[:, :m], 0.0), axis=1)
-        best = jnp.argmax(jnp.where(place >= k, jnp.abs(column), -1.0)).astype(jnp.int32)
-        is_pivot, is_best = (place == k)[:, None], (place == best)[:, None]
-        row_k = jnp.sum(jnp.where(is_pivot, rows, 0.0), axis=0)
-        row_best = jnp.sum(jnp.where(is_best, rows, 0.0), axis=0)
-        rows = jnp.where(is_pivot, row_best, jnp.where(is_best, row_k, rows))
-        column = jnp.sum(jnp.where(place == k, rows[:, :m], 0.0), axis=1)
-        pivot = jnp.sum(jnp.where(place == k, column, 0.0))
-        row = row_best / pivot
-        return jnp.where(is_pivot, row, rows - column[:, None] * row)
+    def eliminate(k: Array, carry: tuple[Array, Array]) -> tuple[Array, Array]:
+        rows, free = carry
+        column = jax.lax.dynamic_index_in_dim(rows, k, 1, keepdims=False)
+        best = jnp.argmax(jnp.where(free, jnp.abs(column), -1.0)).astype(jnp.int32)
+        is_best = jnp.arange(m, dtype=jnp.int32) == best
+        row = jnp.sum(jnp.where(is_best[:, None], rows, 0.0), axis=0)
+        row = row / entry(row, k)
+        return jnp.where(is_best[:, None], row, rows - column[:, None] * row), free & ~is_best
 
-    whole = jnp.concatenate([a / size, jnp.eye(m) / size.T], axis=1)
-    return jax.lax.fori_loop(np.int32(0), np.int32(m), eliminate, whole)[:, m:]
+    whole = jnp.concatenate([a / size, jnp.eye(m) / size.T], axis=1), jnp.ones(m, bool)
+    rows, _ = jax.lax.fori_loop(np.int32(0), np.int32(m), eliminate, whole)
+    # (rows stay where they are: each column on the left now holds a 1 in the row of its pivot, else 0)
+    return _product(rows[:, :m].T, rows[:, m:])
 
 
 #: a core up to this size is inverted in plain code, which a compiler can fuse with the rest; a larger one by LAPACK
