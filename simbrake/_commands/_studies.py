@@ -115,9 +115,8 @@ def sweep(
     requested = cli.assignments("--vary", form, vary, parse, faults)
     if not vary:
         faults.append(Fault("--vary", "is missing", form))
-    runs = (
-        math.prod(max(values.count, len(values.texts)) for values in requested.values()) if sample is None else sample
-    )
+    sizes = (max(values.count, len(values.texts)) for values in requested.values())
+    runs = math.prod(sizes) if sample is None else sample
     if runs > _MOST_RUNS:
         faults.append(Fault("--vary", f"{runs} runs are too many", f"at most {_MOST_RUNS}"))
     faults += faults_of_place("--resume", resume)

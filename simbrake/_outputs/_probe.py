@@ -26,8 +26,8 @@ from ..loads import Lever, cylinders
 
 #: times looked at in one call of a compiled program, and in a long run
 _LANES, _LANES_OF_LONG = 256, 1024
-#: fewer where steps are taken to them, of systems with many states, of others, and in a long run
-_STEPS, _MANY_STATES = (16, 128, 256), 24
+#: fewer where a step is taken to each: of systems with many states, of others, and in a long run
+_LANES_OF_STEPS, _MANY_STATES = (16, 128, 256), 24
 LONG = 1024  # steps of a long run
 _MANY_LOOKS = 2048  # times inside the steps of a long run from which on an optimised program for them pays
 
@@ -188,7 +188,8 @@ def states_inside(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]
     of times, not with that times the length of the run, and runs of any length share one compiled program.
     """
     many = int(record.count) > LONG and len(index) >= _MANY_LOOKS
-    count = _STEPS[2 if many else record.rows.y.shape[1] <= _MANY_STATES]
+    few, some, most = _LANES_OF_STEPS
+    count = most if many else few if record.rows.y.shape[1] > _MANY_STATES else some
     lanes = np.arange(count, dtype=np.int32)
 
     def call(index: np.ndarray, h: np.ndarray) -> tuple[Array, Array]:

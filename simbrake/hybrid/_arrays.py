@@ -41,7 +41,7 @@ def numpy_of(values: Any) -> ModuleType:
     return np if isinstance(values, np.ndarray | np.generic) else jnp
 
 
-# --- entries of a vector at known places, as slices: gathers and scatters are slow in loops on a CPU ------------------
+# --- entries of a vector at known places, as pieces: gathers and scatters are slow in loops on a CPU ------------------
 
 
 def _joined(parts: Sequence[Float[Array, " _"]], places: Sequence[int]) -> Float[Array, " k"]:
