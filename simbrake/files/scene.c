@@ -83,8 +83,8 @@ const char *const scene_code_names[] = {@strings(code_names)@};
 scene_memory *scene_new(void) { return (scene_memory *)calloc(1, sizeof(scene_memory)); }
 void scene_free(scene_memory *memory) { free(memory); }
 
-static const unsigned char scene_sequences[][@longest@] = {@sequences@};
-static const unsigned char scene_changes[] = {
+static const unsigned short scene_sequences[][@longest@] = {@sequences@};
+static const unsigned short scene_changes[] = {
 @changes@
 };
 static const unsigned char scene_endings[] = {
@@ -96,7 +96,7 @@ static int scene_rests(const int32_t *l) { return scene_resting[scene_place(l)];
 /* Appends the events of a change of mode; how many there are then. */
 static int scene_append(scene_event *events, int room, int count, double time, const int32_t *l, int first) {
   const int32_t *m = l + 5;
-  const unsigned char *sequence;
+  const unsigned short *sequence;
   if (memcmp(l, m, 5 * sizeof *l) == 0) return count;
   sequence = scene_sequences[scene_changes[
     ((scene_place(l) * @states@ + scene_place(m)) * 2 + (l[3] != m[3])) * 2 + first]];

@@ -150,6 +150,16 @@ def test_staged_run_with_heat(tmp_path):
     np.testing.assert_allclose([time for _, time in events], [time for _, time in expected], **close)
 
 
+def test_more_changes_of_mode_than_fit_in_a_byte(tmp_path):
+    """Band, internal pair, shaft and rope each have modes: 260 sequences of events, numbered in a table."""
+    scene = shipped.load("everything_coupled").scene()
+    compiled, result = Compiled(sb.export_c(scene, tmp_path / "coupled.c")), sb.simulate(scene)
+    code, _, _, events, _ = compiled.run()
+    assert (code, compiled.status) == (0, result.status)
+    known = {*compiled.events.values()}
+    same_events(events, [(event.name, event.time) for event in result.events if event.name in known], 1e-9)
+
+
 def test_numbers_are_those_of_the_call(stop, compiled):
     _, metrics, _, events, _ = compiled.run(initial_omega=18.0, brake_pulley_inertia=900.0)
     other = sb.with_values(stop, {"initial.omega": 18.0, "brake.pulley.inertia": 900.0})
@@ -236,7 +246,10 @@ def test_operations_are_those_of_jax(tmp_path):
         changed = v.at[k].add(1.5), v.at[k].set(-1.0, mode="drop"), jax.lax.dynamic_update_slice(v, v[:2] * 2, (k[0],))
         each = v % 1.3, jnp.round(v), jnp.sign(v), k // 2, (v > 0) & ~(v > 2), jnp.minimum(v, jnp.nan), jnp.int32(v)
         looked = jnp.interp(x[31:], v, v**2), jnp.searchsorted(v, x[31:]), jax.lax.associative_scan(jnp.multiply, v)
-        every = mean, before, loop, branch, moved, sums, changed, each, looked
+        alike = jnp.broadcast_to(jnp.sin(v[1]), (2, 3)) * v[0]  # one number in all entries, also where it is moved
+        alike = alike, alike[1, ::2], alike.T[::-1] + a[:, :, 0].T, jnp.where(alike > 0, 1.5, a[..., 1]), alike.sum(1)
+        again = jnp.sin(v[1]) + v, jax.lax.cond(v[0] < 0, lambda: jnp.sin(v[1]) * v, lambda: jnp.cos(v[1]) * v)
+        every = mean, before, loop, branch, moved, sums, changed, each, looked, alike, again
         return jnp.concatenate([jnp.ravel(leaf).astype(float) for leaf in jax.tree.leaves(every)])
 
     x = np.concatenate([np.arange(24.0) - 7.3, np.linspace(-2, 3, 7), [2.0, 0.0, 5.0]])
