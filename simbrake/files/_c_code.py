@@ -50,6 +50,8 @@ _OF_WHOLE = {
     **{"maximum": "whole_maximum({0}, {1})", "minimum": "whole_minimum({0}, {1})", "sign": "whole_sign({0})"},
     "clamp": "whole_minimum(whole_maximum({0}, {1}), {2})",
 }
+#: others of this kind, and those that only move entries
+_ALSO, _MOVED = ("not", "compare", "convert"), ("broadcast_in_dim", "reshape", "transpose", "reverse", "slice")
 _COMPARED = {"EQ": "==", "NE": "!=", "LT": "<", "LE": "<=", "GT": ">", "GE": ">="}
 
 #: what all programs call
@@ -90,14 +92,22 @@ def _dimensions(attribute: Any) -> dict[str, list[int]]:
 
 
 Shape = tuple[int, ...]
+Type = tuple[Shape, str]
+
+
+def _type_of(value: Any) -> Type:
+    return tuple(value.type.shape), _KINDS[str(value.type.element_type)]
 
 
 class Module:
     """A lowered program: its functions by name, shapes and C types of all values."""
 
     def __init__(self, function: Callable, *arguments: Any) -> None:
-        self.types: list[tuple[Shape, str]] = []
+        self.types: list[Type] = []
         self._numbers: dict[Any, int] = {}
+        # results by operation, of the body that is read and of those around it; the entry of arrays that have but one
+        self._results: collections.ChainMap[Any, list[int]] = collections.ChainMap()
+        self._entries: dict[int, int] = {}
         lowered = jax.jit(function, keep_unused=True).lower(*arguments)
         module = lowered.compiler_ir()
         self.functions: dict[str, Body] = {}
@@ -109,28 +119,65 @@ class Module:
         self._numbers.clear()
         self.calls = collections.Counter(op.attributes["callee"].value for op in self._calls())
 
-    def _number(self, value: Any) -> int:
-        if value not in self._numbers:
-            self._numbers[value] = len(self.types)
-            kind = str(value.type.element_type)
-            self.types.append((tuple(value.type.shape), _KINDS[kind]))
-        return self._numbers[value]
+    def _new(self, types: Iterable[Type]) -> list[int]:
+        """Numbers of new values."""
+        first = len(self.types)
+        self.types += types
+        return [*range(first, len(self.types))]
 
     def _body(self, block: Any) -> Body:
-        body = Body([self._number(x) for x in block.arguments])
+        args = self._new(map(_type_of, block.arguments))
+        self._numbers |= zip(block.arguments, args, strict=True)
+        body, around = Body(args), self._results
+        self._results = around.new_child()
         for operation in block.operations:
             op = operation.operation
-            ins = [self._number(x) for x in op.operands]
+            ins = [self._numbers[x] for x in op.operands]
             if op.name in ("func.return", "stablehlo.return"):
                 body.outs = ins
                 continue
-            outs = [self._number(x) for x in op.results]
-            regions = [self._body(region.blocks[0]) for region in op.regions]
             # (attributes belong to the context; a map of them would be read after the module has gone)
             names = [one if isinstance(one, str) else one.name for one in op.attributes]
-            attributes = {name: op.attributes[name] for name in names}
-            body.ops.append(Operation(op.name.partition(".")[2], attributes, ins, outs, regions))
+            name, attributes = op.name.partition(".")[2], {name: op.attributes[name] for name in names}
+            types = [_type_of(x) for x in op.results]
+            if op.regions or not types or name == "optimization_barrier":
+                regions = [self._body(region.blocks[0]) for region in op.regions]
+                outs = self._new(types)
+                body.ops.append(Operation(name, attributes, ins, outs, regions))
+            else:
+                outs = self._once(body, name, attributes, ins, types)
+            self._numbers |= zip(op.results, outs, strict=True)
+        self._results = around
         return body
+
+    def _once(self, body: Body, name: str, attributes: dict[str, Any], ins: list[int], types: list[Type]) -> list[int]:
+        """Results of an operation: computed once, and for one entry where all are the same."""
+        key = name, tuple(attributes.items()), tuple(ins), tuple(types)
+        if key not in self._results:
+            entry = self._entry(body, name, attributes, ins, types[0])
+            if entry is None or types[0][0]:
+                outs = self._new(types)
+                if entry is not None:
+                    self._entries[outs[0]] = entry
+                    name, attributes, ins = "broadcast_in_dim", {"broadcast_dimensions": []}, [entry]
+                body.ops.append(Operation(name, attributes, ins, outs, []))
+            else:
+                outs = [entry]
+            self._results[key] = outs
+        return self._results[key]
+
+    def _entry(self, body: Body, name: str, attributes: dict[str, Any], ins: list[int], out: Type) -> int | None:
+        """The entry of a result that has but one, however many times."""
+        shape, kind = out
+        known = {x: x for x in ins if self.types[x][0] == ()} | {x: self._entries[x] for x in ins if x in self._entries}
+        entries = [known[x] for x in ins if x in known]
+        if len(entries) < len(ins):
+            return None
+        if name in _MOVED:
+            return entries[0]
+        if shape and (name in _ENTRYWISE or name in _ALSO or (name == "constant" and attributes["value"].is_splat)):
+            return self._once(body, name, attributes, entries, [((), kind)])[0]
+        return None
 
     def _calls(self) -> Iterator[Operation]:
         def within(body: Body) -> Iterator[Operation]:
