@@ -81,9 +81,8 @@ RUNS = {
 @pytest.mark.slow
 @pytest.mark.parametrize("name", RUNS)
 def test_peaks_are_those_of_partial_steps(name, monkeypatch):
-    """Looked at on interpolants between the ends of steps: also where the run is short, or a step little work."""
+    """Looked at on interpolants between the ends of steps, also where the run is short."""
     monkeypatch.setattr(_scan, "_SHORT", 0)
-    monkeypatch.setattr(_scan, "small", lambda record: False)
     result = RUNS[name]()
     rows = np.asarray(result.record.rows.t)[: int(result.record.count) + 1]
     times = np.unique(rows[:-1, None] + np.linspace(0.0, 1.0, 40, endpoint=False) * np.diff(rows)[:, None])
