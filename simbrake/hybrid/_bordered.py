@@ -165,13 +165,12 @@ class Factored(NamedTuple):
     spread: Float[Array, "n m"]  # T⁻¹ C
 
 
-def _neighbours(x: Float[Array, "n ..."], k: Array, beyond: float) -> tuple[Array, Array]:
-    """`x[i − k]` and `x[i + k]`, and the value `beyond` the ends."""
+def _neighbours(x: Float[Array, "n ..."], k: Array) -> tuple[Array, Array]:
+    """`x[i − k]` and `x[i + k]`; beyond one end those at the other, where the multipliers of a chain are 0."""
     n = x.shape[0]
-    rest = jnp.full_like(x, beyond)
-    wide = jnp.concatenate([rest, x, rest])
+    twice = jnp.concatenate([x, x])
     zeros = (jnp.zeros_like(k),) * (x.ndim - 1)
-    return tuple(jax.lax.dynamic_slice(wide, (start, *zeros), x.shape) for start in (n - k, n + k))  # pyright: ignore
+    return tuple(jax.lax.dynamic_slice(twice, (start, *zeros), x.shape) for start in (n - k, k))  # pyright: ignore
 
 
 def _reaches(n: int) -> Int[Array, " passes"]:
@@ -190,8 +189,8 @@ def _reduction(a: Bordered) -> tuple[tuple[Array, Array], Array]:
 
     def reduce(rows: tuple[Array, Array, Array], k: Array) -> tuple[tuple[Array, Array, Array], tuple[Array, Array]]:
         lower, total, upper = rows
-        (l_before, l_behind), (u_before, u_behind) = _neighbours(lower, k, 0.0), _neighbours(upper, k, 0.0)
-        t_before, t_behind = _neighbours(total, k, 1.0)
+        (l_before, l_behind), (u_before, u_behind) = _neighbours(lower, k), _neighbours(upper, k)
+        t_before, t_behind = _neighbours(total, k)
         before, behind = -lower / (t_before - l_before - u_before), -upper / (t_behind - l_behind - u_behind)
         total = total + before * t_before + behind * t_behind
         return (before * l_before, total, behind * u_behind), (before, behind)
@@ -207,7 +206,7 @@ def _along(levels: tuple[Array, Array], pivots: Array, b: Float[Array, "n ..."])
 
     def substitute(b: Array, level: tuple[Array, Array, Array]) -> tuple[Array, None]:
         before, behind, k = level
-        b_before, b_behind = _neighbours(b, k, 0.0)
+        b_before, b_behind = _neighbours(b, k)
         return b + before[each] * b_before + behind[each] * b_behind, None
 
     return jax.lax.scan(substitute, b, (*levels, _reaches(b.shape[0])))[0] / pivots[each]
