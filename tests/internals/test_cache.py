@@ -186,6 +186,8 @@ def test_unused_arguments_are_in_the_key(folder):
         found = python(program, JAX_COMPILATION_CACHE_DIR="").stdout
         assert found == "[2.0, 2.0]\n[2.0, 2.0]\n[9.0, 27.0]\n"
     assert {"text", "power"} <= {file.name.partition("-")[0] for file in folder.iterdir()}
+    # nor is it kept where in the source an operation came from
+    assert not any(b"<string>" in file.read_bytes() for file in folder.iterdir())
 
 
 def test_a_restored_program_finds_lapack(folder):
