@@ -1,5 +1,6 @@
 """Run the `simbrake` command, also by `python -m simbrake`."""
 
+import atexit
 import gc
 import os
 import signal
@@ -15,6 +16,9 @@ def main(arguments: list[str] | None = None) -> None:
     if arguments is None:
         # nearly all that a command makes stays: the collector would walk over all of JAX's objects again and again
         gc.set_threshold(100_000, 20, 50)
+        atexit.register(gc.freeze)
+        # matrices are small: NumPy's threads would only wait for work, which takes a processor
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     try:
         if usual:
             signal.signal(signal.SIGINT, _quit)
