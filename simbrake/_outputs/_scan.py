@@ -187,9 +187,12 @@ class Scan:
         def see(p: Probe, rates: Array) -> tuple[ScanColumns, Array]:
             return self._sight(p, rates), rates
 
-        # the cubic between takes the rates of both ends
+        # the cubic between takes the rates of both ends; where nothing happens one step ends as the next one begins
         first, self._f0 = look_at(self.record, numbers, lambda i: (t0[i], y0[i], mode[i]), see)
-        last, self._f1 = look_at(self.record, numbers, lambda i: (t1[i], y1[i], mode[i]), see)
+        goes_on = np.append((y1[:-1] == y0[1:]).all(1) & (mode[:-1] == mode[1:]).all(1), False)
+        apart = look_at(self.record, np.flatnonzero(~goes_on), lambda i: (t1[i], y1[i], mode[i]), see)
+        source = np.where(goes_on, numbers + 1, count + np.cumsum(~goes_on) - 1)
+        last, self._f1 = jax.tree.map(lambda a, b: np.concatenate([a, b])[source], (first, self._f0), apart)
         between = np.flatnonzero((self.share > 0) & (self.share < 1))
         inner = look_at(self.record, between, self.instants, self._sight)
 
