@@ -83,7 +83,7 @@ class ChainRows(NamedTuple):
     upper: Float[Array, " n"]
 
 
-def _columns(push: Push, m: int, n: int) -> tuple[Float[Array, "m m"], ChainRows, Float[Array, " m+n"]]:
+def _columns(push: Push, m: int, n: int) -> tuple[Float[Array, "m m"], ChainRows, Float[Array, " entries"]]:
     """Core and chain rows of a Jacobian from `m + 3` forward passes, core columns and three colours of chain columns,
     and the derivative by time from one more."""
     place, colours = np.arange(n), min(n, 3)
@@ -127,7 +127,7 @@ def linear_rows(push: Push, places: Couplings) -> ChainRows:
 
 def jacobian(
     push: Push, places: Couplings, constant_rows: ChainRows | None = None
-) -> tuple[Bordered, Float[Array, " m+n"]]:
+) -> tuple[Bordered, Float[Array, " entries"]]:
     """Jacobian of rates over the entries core, then chain, and their derivative by time, from their linear part `push`.
 
     Core and chain columns from `m + 3` forward passes and the core's rows from `m` reverse ones, however long the chain
