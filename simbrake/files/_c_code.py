@@ -50,8 +50,9 @@ _OF_WHOLE = {
     **{"maximum": "whole_maximum({0}, {1})", "minimum": "whole_minimum({0}, {1})", "sign": "whole_sign({0})"},
     "clamp": "whole_minimum(whole_maximum({0}, {1}), {2})",
 }
-#: others of this kind, and those that only move entries
-_ALSO, _MOVED = ("not", "compare", "convert"), ("broadcast_in_dim", "reshape", "transpose", "reverse", "slice")
+#: operations that act entry by entry, and those that only move entries
+_BY_ENTRY = {*_ENTRYWISE, "not", "compare", "convert"}
+_MOVED = ("broadcast_in_dim", "reshape", "transpose", "reverse", "slice")
 _COMPARED = {"EQ": "==", "NE": "!=", "LT": "<", "LE": "<=", "GT": ">", "GE": ">="}
 
 #: what all programs call
@@ -169,13 +170,12 @@ class Module:
     def _entry(self, body: Body, name: str, attributes: dict[str, Any], ins: list[int], out: Type) -> int | None:
         """The entry of a result that has but one, however many times."""
         shape, kind = out
-        known = {x: x for x in ins if self.types[x][0] == ()} | {x: self._entries[x] for x in ins if x in self._entries}
-        entries = [known[x] for x in ins if x in known]
-        if len(entries) < len(ins):
+        entries = [x if self.types[x][0] == () else self._entries.get(x, -1) for x in ins]
+        if -1 in entries:
             return None
         if name in _MOVED:
             return entries[0]
-        if shape and (name in _ENTRYWISE or name in _ALSO or (name == "constant" and attributes["value"].is_splat)):
+        if shape and (name in _BY_ENTRY or (name == "constant" and attributes["value"].is_splat)):
             return self._once(body, name, attributes, entries, [((), kind)])[0]
         return None
 
