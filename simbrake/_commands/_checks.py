@@ -13,6 +13,7 @@ from cyclopts import Parameter
 
 import simbrake as sb
 
+from ..files._shipped import scene_file
 from . import _options as cli
 
 CANNOT = "simbrake cannot compute here."
@@ -229,7 +230,7 @@ def validate(
         Print a list of {case, source, value, truth, error, tolerance, verdict}, alone on stdout.
     """
     if cross_check is not None:
-        cli.existing(cross_check)
+        scene_file(cross_check)
     cli.prepare_jax()
     if list_ and cross_check is None:
         from .._base._table import Column, Table

@@ -1,5 +1,6 @@
 """Shared parts of the commands: options, loading the scene, printing and writing, exit codes."""
 
+import contextlib
 import dataclasses
 import gc
 import json
@@ -14,8 +15,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
 
 from cyclopts import Parameter
 
-from .._base._faults import Fault, InputError, existing_file, faults_of_place, whole_folder
+from .._base._faults import Fault, InputError, faults_of_place, whole_folder
 from .._base._faults import whole_file as whole_file
+from ..files._shipped import scene_file
 
 if TYPE_CHECKING:
     from cyclopts import Token
@@ -30,14 +32,17 @@ T = TypeVar("T")
 
 
 def named_file(_: object, tokens: "Sequence[Token]") -> Path:
-    """The path of an argument; where there is none, the template or shipped scene of that name."""
+    """The file of a scene by its path or name; an unknown one is told when it is opened."""
     path = Path(tokens[0].value)
-    if path.suffix or len(path.parts) != 1 or path.exists():
-        return path
-    from ..files._shipped import shipped_files
+    with contextlib.suppress(InputError):
+        return scene_file(path)
+    return path
 
-    scene_file = shipped_files().get(path.name)
-    return path if scene_file is None else scene_file.file
+
+def named_source(type_: object, tokens: "Sequence[Token]") -> Path:
+    """The same, but a folder is that of a result."""
+    path = Path(tokens[0].value)
+    return path if path.is_dir() else named_file(type_, tokens)
 
 
 # --- options of several commands, with their help texts; other help is in the commands' docstrings -------------------
@@ -106,19 +111,6 @@ def attempt(faults: list[Fault], make: Callable[..., T], *arguments: object, **n
         return None
 
 
-def existing(file: Path) -> Path:
-    """The scene's file, which is looked for before JAX is loaded. Raises `InputError` with the files that there are."""
-    try:
-        return existing_file(file, "*.toml", "*.py")
-    except InputError as error:
-        (fault,) = error.faults
-        from ..files._shipped import hint_of
-
-        hint = ("" if file.suffix else hint_of(file.name)) or fault.hint
-        hint += "; simbrake new lists templates and shipped scenes"
-        raise InputError([dataclasses.replace(fault, hint=hint)]) from None
-
-
 def opened(
     file: Path,
     set_: list[str] | None,
@@ -143,7 +135,7 @@ def opened(
         if count is not None and count < 1:
             errors.append(Fault(f"--{name.replace('_', '-')}", f"{count} is out of range", "at least 1"))
     errors += faults_of_place("--out", folder)
-    if attempt(errors, existing, file) is None:
+    if attempt(errors, scene_file, file) is None:
         raise InputError(errors)  # known before JAX is loaded
     prepare_jax()
     from .._run._edit import parse_assignments

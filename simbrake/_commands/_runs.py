@@ -8,9 +8,9 @@ from cyclopts import Parameter
 
 import simbrake as sb
 
-from .._base._faults import Fault, InputError, existing_file
+from .._base._faults import Fault, InputError
 from .._base._progress import Progress
-from ..files._shipped import title_of
+from ..files._shipped import scene_file, title_of
 from . import _options as cli
 
 
@@ -159,7 +159,7 @@ _TO_EXPLAIN = "Scene, as in simbrake run, or a result: a file or folder of simbr
 
 
 def explain(
-    file: Annotated[Path, Parameter(name="SCENE|RESULT", help=_TO_EXPLAIN, converter=cli.named_file)],
+    file: Annotated[Path, Parameter(name="SCENE|RESULT", help=_TO_EXPLAIN, converter=cli.named_source)],
     /,
     *,
     limit: cli.Limits = None,
@@ -183,7 +183,7 @@ def explain(
         Print the findings with their numbers as JSON, alone on stdout.
     """
     with Progress("explain", "compiling the run…") as progress:
-        if file.suffix.lower() in (".toml", ".py") and not file.is_dir():
+        if not file.is_dir() and scene_file(file, "*.nc").suffix.lower() in (".toml", ".py"):
             scene = cli.opened(file, set_, rtol)
             result = sb.simulate(scene, rtol=rtol, throw=False, progress=progress)
         else:
@@ -325,7 +325,7 @@ def animate(
     return cli.exit_code(result.ok)
 
 
-_Source = Annotated[Path, Parameter(converter=cli.named_file)]
+_Source = Annotated[Path, Parameter(converter=cli.named_source)]
 
 
 def compare(
@@ -349,7 +349,7 @@ def compare(
     paths = [a, b, *more]
     for path in paths:
         if not path.is_dir():
-            existing_file(path, "*.nc", "*.toml", "*.py")
+            scene_file(path, "*.nc")
     if out is not None and out.exists() and not out.is_dir():
         raise InputError([Fault("--out", f"{out} is a file", "give a folder")])
     cli.prepare_jax()
@@ -436,7 +436,7 @@ def synthesize(
     json_
         Print the figures as JSON, alone on stdout: a list of {step, name, formula, value, unit, simulated, …}.
     """
-    cli.existing(file)
+    scene_file(file)
     cli.prepare_jax()
     from ..formulas._inputs import read_given
     from ..formulas._synthesis import faults_of_synthesis

@@ -36,7 +36,7 @@ def new(name: str | None = None, file: Path | None = None, /, *, json_: cli.Flag
         cli.tell(_listed(entries), lambda: rows, json_)
         return 0
     source = shipped(name)
-    entry = shipped_files()[name]
+    entry = shipped_files()[source.stem]
     target = Path(source.name) if file is None else file / source.name if file.is_dir() else file
     if target.suffix != source.suffix:
         raise InputError([Fault(str(target), f"{name} is a {source.suffix} file", f"give a name with {source.suffix}")])

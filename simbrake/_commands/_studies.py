@@ -14,6 +14,7 @@ import simbrake as sb
 
 from .._base._faults import Fault, faults_of_place
 from .._base._progress import Progress
+from ..files._shipped import scene_file
 from . import _options as cli
 
 if TYPE_CHECKING:
@@ -311,7 +312,7 @@ def calibrate(
     profile
         Intervals of the parameters that all recordings share by profile likelihood as well.
     """
-    cli.existing(file)
+    scene_file(file)
     cli.prepare_jax()
     faults: list[Fault] = []
     ends, own = (

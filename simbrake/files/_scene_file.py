@@ -13,7 +13,7 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, existing_file, of_radius, text_of_file, whole_file
+from .._base._faults import Fault, InputError, of_radius, text_of_file, whole_file
 from .._base._part import FORMER, Whole, by_present_names, faults_of_whole, leaves
 from .._base._quantity import BAD, NumberReader, Quantity, example, shown
 from .._parts._scene import Scene, check_scene, paths_without_meaning, require_scene
@@ -22,6 +22,7 @@ from .._run._edit import unknown_paths, with_values
 from ..hybrid._struct import Struct
 from ..thermal._material import LIBRARY, Material, material
 from ._schema import FORMAT, VERSION, Maker, Part, history, makers_of, nearest, parts_of, several, short_of
+from ._shipped import scene_file
 
 #: value of a TOML file: a text, number, flag, date, list or table
 Toml: TypeAlias = object
@@ -280,18 +281,6 @@ def _set_key(tables: dict[str, Toml], path: str, value: Any) -> bool:
 
 
 @explained
-def read_scene(path: str | Path, values: Mapping[str, Any] | None = None) -> Scene:
-    """The scene of a TOML file; see `scene_from_text`. Raises `InputError` with every error.
-
-    Example:
-        >>> sb.read_scene(sb.files.shipped("standard"), {"initial.omega": "12 rad/s"}).initial
-        Initial(omega=12 rad/s, elongation=0 m, time=0 s)
-    """
-    path = existing_file(Path(path), "*.toml")
-    return scene_from_text(text_of_file(path), path.parent, values)
-
-
-@explained
 def scene_text(scene: Scene) -> str:
     """A scene as TOML, every number with its unit; `scene_from_text` gives the same scene back, to the last bit.
 
@@ -369,19 +358,23 @@ class _Writer:
 
 
 @explained
-def open_scene(file: str | Path, values: Mapping[str, Any] | None = None) -> Scene:
-    """The scene of a TOML file, or the one that the function `scene()` of a Python file returns; with `values` by path.
+def read_scene(path: str | Path, values: Mapping[str, Any] | None = None) -> Scene:
+    """The scene of a file, or the template or shipped scene of that name; with `values` by path.
 
-    Raises `InputError` with every error of a TOML file, and with the error of a Python file in one line.
+    A TOML file is read as `simbrake.files.scene_from_text` says. A Python file is run, and its function `scene()`
+    returns the scene: read a file of somebody else first.
+
+    Raises `InputError` with every error of a TOML file, with the error of a Python file in one line, and with the
+    nearest names where there is no such file.
 
     Example:
-        >>> sb.files.open_scene(sb.files.shipped("u2_5_5_stop")).initial
-        Initial(omega=24 rad/s, elongation=0 m, time=0 s)
+        >>> sb.read_scene("standard", {"initial.omega": "12 rad/s"}).initial
+        Initial(omega=12 rad/s, elongation=0 m, time=0 s)
     """
-    file = existing_file(Path(file), "*.toml", "*.py")
-    if file.suffix == ".toml":
-        return read_scene(file, values)
-    if file.suffix != ".py":
+    file = scene_file(path)
+    if file.suffix.lower() == ".toml":
+        return scene_from_text(text_of_file(file), file.parent, values)
+    if file.suffix.lower() != ".py":
         hint = "a scene is a .toml file, or a .py file with a function scene()"
         raise InputError([Fault(str(file), "is neither TOML nor Python", hint)])
     try:
@@ -400,3 +393,7 @@ def open_scene(file: str | Path, values: Mapping[str, Any] | None = None) -> Sce
     if not isinstance(scene, Scene):
         raise InputError([Fault(str(file), f"scene() returned {type(scene).__name__}", "return a simbrake.Scene")])
     return with_values(scene, dict(values)) if values else scene
+
+
+#: the same function under its former name
+open_scene = read_scene

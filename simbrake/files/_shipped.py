@@ -2,11 +2,12 @@
 
 import ast
 import difflib
+import os
 from pathlib import Path
 from typing import NamedTuple
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, existing_file
 
 #: names of the templates, in the order in which a newcomer meets them
 TEMPLATES = ("standard", "staged", "heated", "tripping", "rig", "disc", "shoe")
@@ -33,37 +34,68 @@ class Shipped(NamedTuple):
         return self.name in TEMPLATES
 
 
-def shipped_files() -> dict[str, Shipped]:
-    """All of them by name, templates first. A scene in TOML and in Python has the TOML file at its name."""
+def _files() -> list[Path]:
+    """All of them, templates first; a scene in TOML stands behind the same one in Python."""
     # beside the modules in an installed package, beside the package in a checkout
     scenes = next(path for path in (_PACKAGE / "scenarios", _PACKAGE.parent / "scenarios") if path.is_dir())
     files = [_PACKAGE / "templates" / "scenes" / f"{name}.toml" for name in TEMPLATES]
-    files += sorted([*scenes.glob("*.py"), *scenes.glob("*.toml")], key=lambda file: (file.stem, file.suffix))
-    return {file.stem: Shipped(file.stem, file, title_of(file, file.read_text("utf-8"))) for file in files}
+    return files + sorted([*scenes.glob("*.py"), *scenes.glob("*.toml")], key=lambda file: (file.stem, file.suffix))
+
+
+def shipped_files() -> dict[str, Shipped]:
+    """All of them by name, templates first. A scene in TOML and in Python has the TOML file at its name."""
+    return {file.stem: Shipped(file.stem, file, title_of(file, file.read_text("utf-8"))) for file in _files()}
+
+
+def _shipped_file(name: str | Path) -> Path | None:
+    """The shipped file of a name: with or without its ending, with `scenarios/` before it, or the file's own path."""
+    path = Path(name)
+    short = path.name if path.parent in (Path(), Path("scenarios")) else None
+    found = [file for file in _files() if path == file or short in (file.stem, file.name)]
+    return found[-1] if found else None
 
 
 @explained
-def shipped(name: str) -> Path:
-    """The file of a template or shipped scene by its name: `sb.read_scene(sb.files.shipped("u2_5_5_stop"))`.
+def shipped(name: str | Path) -> Path:
+    """The file of a template or shipped scene by its name, with or without its ending.
 
-    Raises `InputError` with the nearest names where there is none.
+    `simbrake.read_scene` takes the name itself. Raises `InputError` with the nearest names where there is none.
 
     Example:
         >>> sb.files.shipped("standard").name
         'standard.toml'
     """
-    files = shipped_files()
-    if name in files:
-        return files[name].file
-    hint = hint_of(name) or f"there are: {', '.join(files)}"
-    raise InputError([Fault(name, "is not the name of a template or shipped scene", hint)])
+    file = _shipped_file(name)
+    if file is not None:
+        return file
+    hint = hint_of(name) or f"there are: {', '.join(shipped_files())}"
+    raise InputError([Fault(str(name), "is not the name of a template or shipped scene", hint)])
 
 
-def hint_of(name: str) -> str:
+def scene_file(name: str | Path, *kinds: str) -> Path:
+    """The file of a scene: at that path, else the template or shipped scene of that name.
+
+    - `kinds`: patterns of other files that fit
+
+    Raises `InputError` with the nearest names and the scenes in the folder where there is none.
+    """
+    file = Path(name)
+    if not os.path.isfile(file) and (named := _shipped_file(file)) is not None:
+        return named
+    try:
+        return existing_file(file, "*.toml", "*.py", *kinds)
+    except InputError as error:
+        (fault,) = error.faults
+        hint = f"{hint_of(file) or fault.hint}; simbrake new lists templates and shipped scenes"
+        raise InputError([Fault(fault.path, fault.problem, hint)]) from None
+
+
+def hint_of(name: str | Path) -> str:
     """Where a scene is that an installed package does not have, or the nearest names; empty where there are none."""
-    if name in IN_CHECKOUT:
-        return f"it is scenarios/{name}.py in a checkout of the repository"
-    near = difflib.get_close_matches(name, shipped_files(), n=3, cutoff=0.5)
+    short = Path(name).stem
+    if short in IN_CHECKOUT:
+        return f"it is scenarios/{short}.py in a checkout of the repository"
+    near = difflib.get_close_matches(short, shipped_files(), n=3, cutoff=0.5)
     return f"nearest: {', '.join(near)}" if near else ""
 
 

@@ -1,7 +1,11 @@
 """Scenes that the wheel takes along, and those that only a checkout has."""
 
+import json
+
+import pytest
 from commands import call
 
+import simbrake as sb
 from simbrake.files import _shipped
 from simbrake.files._shipped import IN_CHECKOUT, shipped_files
 
@@ -15,8 +19,39 @@ def test_twelve_scenes_are_in_the_wheel(scenarios):
 
 
 def test_scene_of_the_checkout_alone(capsys, monkeypatch):
-    installed = {name: one for name, one in shipped_files().items() if name not in IN_CHECKOUT}
-    monkeypatch.setattr(_shipped, "shipped_files", lambda: installed)
+    installed = [one.file for name, one in shipped_files().items() if name not in IN_CHECKOUT]
+    monkeypatch.setattr(_shipped, "_files", lambda: installed)
     for arguments in (("run", "unequal_bands"), ("new", "unequal_bands")):
         code, _, err = call(capsys, *arguments)
         assert (code, "scenarios/unequal_bands.py in a checkout" in err) == (2, True)
+
+
+@pytest.mark.parametrize("name", ["drag_lowering", "drag_lowering.py", "scenarios/drag_lowering.py", "standard.toml"])
+def test_one_name_opens_a_shipped_scene_everywhere(name, capsys, monkeypatch, tmp_path):
+    """With or without its ending, wherever one works, and beside a folder of that name."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "drag_lowering").mkdir()
+    file = sb.files.shipped(name)
+    speed = sb.read_scene(file).initial.omega
+    assert sb.read_scene(name).initial.omega == speed
+    assert sb.files.open_scene(name, {"initial.omega": 3.0}).initial.omega == 3.0
+    code, out, _ = call(capsys, "scene", "show", name, "--json")
+    shown = {row["path"]: row["value"] for row in json.loads(out)}
+    assert (code, shown["initial.omega"]) == (0, speed)
+
+
+def test_python_scene_is_named_by_its_ending():
+    assert sb.files.shipped("u2_5_5_stop").suffix == ".toml"
+    assert sb.files.shipped("u2_5_5_stop.py").suffix == ".py"
+
+
+@pytest.mark.parametrize("name", ["drag_lowerin", "drag_lowerin.py", "scenarios/drag_lowerin.toml"])
+def test_name_that_is_not_there(name, capsys, monkeypatch, tmp_path):
+    monkeypatch.chdir(tmp_path)
+    for read in (sb.read_scene, sb.files.open_scene, sb.files.shipped):
+        with pytest.raises(sb.InputError, match="nearest: drag_lowering"):
+            read(name)
+    commands = [["run"], ["explain"], ["scene", "check"], ["synthesize"], ["validate", "--cross-check"], ["new"]]
+    for command in [*commands, ["compare", "standard"]]:
+        code, _, err = call(capsys, *command, name)
+        assert (code, "nearest: drag_lowering" in err) == (2, True), command
