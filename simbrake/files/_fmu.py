@@ -118,9 +118,9 @@ def export_fmu(
     - `compiler`: C compiler; by default that of the variable CC, cc, gcc, clang or the one of `ziglang`
 
     Events fall at their times within a step, and are in the log. The numbers are those of a `Stepper` within rounding.
-    The state can be kept, set back and serialized. A step that fails is discarded, its reason in the log, and the state
-    is what it was. Where no compiler is found, the file has the sources alone, and a warning says so: other programs
-    compile them.
+    The state can be kept, set back and serialized. A step that fails leaves the state as it was, and its reason in the
+    log. It is an error; where it had too many events for one step, it is discarded, and a shorter one may do. Where no
+    compiler is found, the file has the sources alone, and a warning says so: other programs compile them.
 
     Raises `InputError` for a scene that cannot be written or stepped, and for a compiler that fails.
 
@@ -308,8 +308,9 @@ def _c_variables(name: str, variables: Sequence[_Variable], token: str, export: 
     rows = []
     for one in variables:
         low, high = range_of(one.about)
-        rows.append(f'  {{{one.kind}, {one.first}, {one.size}, {low!r}, {high!r}, "{one.name}"}},')
-    rows.append('  {TIME, 0, 1, 0, 0, "time"},')
+        unit = one.unit and f" {one.unit}"
+        rows.append(f'  {{{one.kind}, {one.first}, {one.size}, {low!r}, {high!r}, "{one.name}", "{unit}"}},')
+    rows.append('  {TIME, 0, 1, 0, 0, "time", " s"},')
     starts = ", ".join(repr(one.start) for one in variables if one.causality == "input") or "0"
     return "\n".join(
         [

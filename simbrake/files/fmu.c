@@ -1,13 +1,13 @@
 /* A stepper of a scene behind the functions of FMI 2.0 or 3.0, co-simulation. Included are the scene's own file and
    variables.h beside it: NAME(x) and UPPER(x) are the names of the scene's file, `variables` are in the order of their
    value references. Values of inputs are held from the next step on; outputs are those at the end of the last step. A
-   step that fails is discarded, with the reason in the log and the state as it was. */
+   step that fails leaves the state as it was, with the reason in the log. */
 #include <stdarg.h>
 #include <stdio.h>
 
 enum kind { PARAMETER, TOLERANCE, INPUT, COLUMN, HOLDING, EVENT_COUNT, LAST_EVENT, LAST_EVENT_TIME, TIME };
 /* first: place of a number, an input or a column, of which `size` are there and the largest is given */
-typedef struct { int kind, first, size; double low, high; const char *name; } variable;
+typedef struct { int kind, first, size; double low, high; const char *name, *unit; } variable;
 #include "variables.h"
 
 #define COUNT ((int)(sizeof variables / sizeof *variables))
@@ -27,6 +27,7 @@ typedef struct instance {
   state now;
   NAME(memory) *memory;
   NAME(event) events[MOST_EVENTS];
+  double failed_at, failed_size; /* of the step that was discarded */
   int logging;
   void (*log)(struct instance *, status, const char *category, const char *text);
   void (*logger)(void); /* of the environment */
@@ -50,6 +51,7 @@ static instance *made(const char *name, const char *token, int logging, void *en
   if (one == NULL) return NULL;
   strcpy(one->name, name);
   one->logging = logging; one->environment = environment; one->logger = logger; one->log = log;
+  one->failed_at = NAN;
   if (token == NULL || strcmp(token, TOKEN) != 0) {
     said(one, ERROR, "logStatusError", "the identifier is not that of this FMU: %s", token ? token : "none");
     free(one);
@@ -86,6 +88,11 @@ static const char *reason(int code) {
   return NAME(code_names)[code];
 }
 
+static status out_of_range(instance *one, const variable *v, double x) {
+  return said(one, ERROR, "logStatusError", "%s: %.15g%s is out of range, %.15g to %.15g%s", v->name, x, v->unit, v->low,
+      v->high, v->unit);
+}
+
 /* The brake at the start of the scene, with the parameters that were set. */
 static status started(instance *one) {
   state *now = &one->now;
@@ -95,7 +102,7 @@ static status started(instance *one) {
     const variable *v = &variables[i];
     double x = v->kind == PARAMETER ? now->numbers[v->first] : now->rtol;
     if (v->kind > TOLERANCE || (x >= v->low && x <= v->high)) continue;
-    return said(one, ERROR, "logStatusError", "%s: %.15g is out of range, %.15g to %.15g", v->name, x, v->low, v->high);
+    return out_of_range(one, v, x);
   }
   code = NAME(start)(one->memory, now->numbers, now->rtol, &now->stepper);
   if (code) return said(one, ERROR, "logStatusError", "the brake cannot start: %s", reason(code));
@@ -152,15 +159,24 @@ static status step(instance *one, double time, double dt) {
   const double clock = now->stepper.time + now->offset, off = time - clock, size = clock < 0 ? -clock : clock;
   int found = 0, code;
   if (!(off <= 1e-9 * (1 + size) && off >= -1e-9 * (1 + size)))
-    return said(one, DISCARD, "logStatusDiscard", "the step begins at %.17g s, the brake is at %.17g s", time, clock);
+    return said(one, ERROR, "logStatusError", "the step begins at %.17g s, the brake is at %.17g s", time, clock);
+  if (!(dt >= 0 && dt < INFINITY))
+    return said(one, ERROR, "logStatusError", "a step of %.15g s is out of range, 0 s or more", dt);
   for (int i = 0; i < COUNT; i++) {
     const variable *v = &variables[i];
-    if (v->kind != INPUT || (now->inputs[v->first] >= v->low && now->inputs[v->first] <= v->high)) continue;
-    return said(one, DISCARD, "logStatusDiscard", "%s: %.15g is out of range, %.15g to %.15g", v->name,
-        now->inputs[v->first], v->low, v->high);
+    const double x = v->kind == INPUT ? now->inputs[v->first] : 0;
+    if (v->kind == INPUT && !(x >= v->low && x <= v->high)) return out_of_range(one, v, x);
   }
   code = NAME(step)(one->memory, &now->stepper, dt, now->inputs, one->events, MOST_EVENTS, &found);
-  if (code) return said(one, DISCARD, "logStatusDiscard", "the step of %.15g s failed: %s", dt, reason(code));
+  if (code) {
+    /* A shorter step has fewer events. One as long fails again, which some environments try for ever. */
+    const int again = time == one->failed_at && dt >= one->failed_size;
+    const int shorter_helps = code == UPPER(CODE_EVENT_LIMIT) && !again;
+    const char *category = shorter_helps ? "logStatusDiscard" : "logStatusError";
+    one->failed_at = time;
+    one->failed_size = dt;
+    return said(one, shorter_helps ? DISCARD : ERROR, category, "the step of %.15g s failed: %s", dt, reason(code));
+  }
   for (int i = 0; i < found && i < MOST_EVENTS; i++) {
     now->last_event = one->events[i].name;
     now->last_event_time = one->events[i].time + now->offset;
