@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 else:
     Ledger = Scene = object  # slow to import, and not needed by `--help`
 
-_LOG = "Recording of a rig: WITSML 1.3 or 1.4 (.xml), LAS 2 (.las), or CSV, also as .xz or .gz."
+_LOG = "Recording of a rig: WITSML 1.3 or 1.4 (.xml), LAS 1.2 to 3 (.las), or CSV, also as .xz or .gz."
 
 
 def rig(
@@ -80,7 +80,8 @@ def rig(
     null
         Value that means no value, instead of that of the file and of -999.25 and the like; may be repeated.
     time
-        Column of times, or of dates and of clocks, and the format of an unclear date, as %d/%m/%Y; may be repeated.
+        Column of times, or of dates and of clocks, and the format that each row has, of the date alone as %d/%m/%Y, or
+        of all as "%H:%M:%S %d/%m/%Y"; may be repeated.
     offset
         Time by which the clock of the hook load is ahead of that of the position.
     names
@@ -172,6 +173,12 @@ def _written(text: str) -> str:
     return text
 
 
+def _as_times(names: str) -> str:
+    """Names of columns and formats, as given to `time=`, as options."""
+    each = re.findall(r"'([^']*)'", names)
+    return " ".join(f'--time "{name}"' if " " in name else f"--time {name}" for name in each)
+
+
 def _as_option(fault: Fault) -> Fault:
     """An error of a function of `simbrake.rig` in the words of the command."""
     from ..rig._ledger import POSITIVE
@@ -184,8 +191,7 @@ def _as_option(fault: Fault) -> Fault:
         option = "column" if name == "names" else name.replace("_", "-")
         fault = dataclasses.replace(fault, path=f"--{option} {rest}".strip())
     hint = re.sub(r"names=\{'(\w+)': '(.*?)'\}", r'--column "\1=\2"', fault.hint)
-    hint = re.sub(r"time=\('(\w+)', '([\w%/]+)'\)", r"--time \1 --time \2", hint)
-    hint = re.sub(r"time='(\w+)'", r"--time \1", hint)
+    hint = re.sub(r"time=(\('.*?'\)|'[^']*')", lambda match: _as_times(match[1]), hint)
     hint = re.sub(r"\bhidden=", "--threshold hidden=", hint)
     return dataclasses.replace(fault, hint=re.sub(r"\blines=", "--lines", hint))
 

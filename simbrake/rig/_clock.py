@@ -1,5 +1,6 @@
-"""Times of a recording: ISO, date and clock, clock alone, or numbers, as seconds from the first row."""
+"""Times of a recording: dates and clocks, clocks alone, or numbers, as seconds from the first row."""
 
+import dataclasses
 import re
 from collections.abc import Sequence
 from datetime import UTC, datetime
@@ -9,11 +10,12 @@ import numpy as np
 
 from .._base._faults import Fault
 from .._base._table import unit
-from ._formats import CLOCK, DATE, Table
+from ._formats import Table
+from ._grammar import Said, day_of, east_of, forms, is_date_name, is_open, said, says_time, seconds_of
 
-_WHOLE = re.compile(rf"(?:(?P<date>{DATE})|(?P<digits>\d{{8}}))?[T ]*\s*(?P<clock>{CLOCK}|\d{{6}})?\s*(?P<zone>\S+)?")
-_ISO = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}:\d{2}(\.\d+)?(?P<zone>Z|[+-]\d{2}:\d{2})?")
-_MONTHS = ("jan", "feb", "mar", "apr", "may", "jun", "jul", "aug", "sep", "oct", "nov", "dec")
+_ISO = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}:\d{2}(?:\.\d+)?(?P<zone>Z|[+-]\d{2}:\d{2})?")
+#: parts of a format of `strptime` that say a clock, a year, a month, a day
+_OF_CLOCKS, _OF_YEARS, _OF_MONTHS, _OF_DAYS = (set(x) for x in ("HIMSpfXc", "yYcx", "mbBjcx", "djcx"))
 _DAY = 86400.0
 #: seconds from 1970 to the first and behind the last time that has a date
 _FIRST, _LAST = -62135596800.0, 253402300800.0
@@ -52,7 +54,7 @@ def start_of(seconds: float, zone: str) -> str:
 def times_of(table: Table, where: str, time: Sequence[str], faults: list[Fault]) -> Times | None:
     """Times of a table in the order of its rows; errors are added to `faults`, of which the caller makes a report.
 
-    - `time`: names of the columns, and a format as `%d/%m/%Y` where a date may be read in two ways
+    - `time`: names of the columns, and a format of `strptime` for the whole time, or for its date alone
     """
     with np.errstate(over="ignore"):
         times = _times_of(table, where, time, faults)
@@ -68,8 +70,8 @@ def times_of(table: Table, where: str, time: Sequence[str], faults: list[Fault])
 
 def _times_of(table: Table, where: str, time: Sequence[str], faults: list[Fault]) -> Times | None:
     """Times as `times_of` has them, of any size."""
-    columns = [name for name in time if "%" not in name]
-    form = next((name for name in time if "%" in name), "")
+    columns = [name for name in time if name in table.names or "%" not in name]
+    form = " ".join(name for name in time if name not in columns)
     unknown = [name for name in columns if name not in table.names]
     if unknown:
         faults.append(Fault(f"time {', '.join(unknown)}", "is no column", f"there are: {', '.join(table.names)}"))
@@ -77,66 +79,87 @@ def _times_of(table: Table, where: str, time: Sequence[str], faults: list[Fault]
     places = [table.names.index(name) for name in columns] or _places(table)
     if not places:
         hint = "time='COLUMN', or time=('DATE', 'TIME'), says which it is"
-        said = f": its index is {table.index_type!r}" if table.index_type else ""
-        faults.append(Fault(where, f"has no usable time{said}", hint))
+        index = f": its index is {table.index_type!r}" if table.index_type else ""
+        faults.append(Fault(where, f"has no usable time{index}", f"{hint}; {forms()}"))
         return None
-    if len(places) == 1 and places[0] not in table.texts:
+    if len(places) == 1 and places[0] not in table.texts and not form:
         return _of_numbers(table, places[0], table.values[places[0]], where, faults)
     texts = [table.texts[i] for i in places if i in table.texts]
     if len(texts) != len(places):
         names = ", ".join(table.names[i] for i in places)
-        faults.append(Fault(f"{where} columns {names}", "are no date and clock", "time=('DATE', 'TIME')"))
+        what = "are no date and clock" if len(places) > 1 else f"holds numbers, which {form!r} does not read"
+        faults.append(Fault(f"{where} column{'s' * (len(places) > 1)} {names}", what, "time=('DATE', 'TIME')"))
         return None
-    if len(texts) == 1 and (numbers := _numbers(texts[0])) is not None:
+    if len(texts) == 1 and not form and (numbers := _numbers(texts[0])) is not None:
         return _of_numbers(table, places[0], numbers, where, faults)
     joined = texts[0] if len(texts) == 1 else [" ".join(cells) for cells in zip(*texts, strict=True)]
-    return _of_texts(table, places, joined, form, where, faults)
+    found = _Texts(table, places, [text.strip() for text in joined], where, faults).times(form)
+    if found is not None and not found.dated and not columns:
+        _unread_date(table, places, where, faults)
+    return found
+
+
+def _first(table: Table, i: int) -> str:
+    return next((cell.strip() for cell in table.texts.get(i, ()) if cell.strip()), "")
+
+
+def _parts_in(table: Table, i: int) -> tuple[bool, bool]:
+    """Whether a column has dates, and whether it has clocks, by its first cell; of digits alone its name decides."""
+    text, name = _first(table, i), table.names[i].upper()
+    one = said(text)
+    if one is None:
+        return False, False
+    if text.isdigit() and len(text) < 14:
+        return "DATE" in name and bool(one.date), "TIME" in name and bool(one.clock)
+    return bool(one.date), bool(one.clock)
 
 
 def _places(table: Table) -> list[int]:
     """Columns that hold the times: the file's index, date and clock, or the one that is named as a time."""
+    parts = {i: _parts_in(table, i) for i in table.texts}
+    dates = sorted(
+        (i for i, has in parts.items() if has == (True, False)),
+        key=lambda i: (table.names[i].upper() != "DATE", not is_date_name(table.names[i])),
+    )
+    clocks = [i for i, has in parts.items() if has == (False, True)]
 
-    def first(i: int) -> str:
-        return next((cell.strip() for cell in table.texts[i] if cell.strip()), "")
+    def with_other(i: int) -> list[int]:
+        """A column, and that of the dates or clocks which it lacks, dates first."""
+        if i in dates:
+            return [i, *clocks[:1]]
+        return [*dates[:1], i] if i in clocks else [i]
 
     left_out = None
     if table.index is not None:
         kind = table.index_type.lower()
         depth = "depth" in kind or (not kind and table.names[table.index].upper() in ("DEPT", "DEPTH", "MD", "TVD"))
         if not depth:
-            return _with_date(table, table.index, first)
-        left_out = None if re.search(DATE, first(table.index)) else table.index
+            return with_other(table.index)
+        left_out = None if parts.get(table.index, (False,))[0] else table.index
     named = {
         re.sub(r"[^A-Z]", "", name.upper()): i for i, name in reversed(list(enumerate(table.names))) if i != left_out
     }
-    whole = [i for i in table.texts if re.fullmatch(rf"{DATE}[T ]\s*{CLOCK}.*", first(i))]
+    whole = [i for i, has in parts.items() if all(has)]
     if whole:
         best = [named[name] for name in _NAMES if named.get(name) in whole]
         return [(best or whole)[0]]
-    clocks = [i for i in table.texts if re.fullmatch(CLOCK, first(i)) or _six(table, i, first(i))]
     if clocks:
-        return _with_date(table, clocks[0], first)
+        return with_other(clocks[0])
     return next(([named[name]] for name in _NAMES if name in named), [])
 
 
-def _with_date(table: Table, i: int, first: Any) -> list[int]:
-    """A column of times, and before it that of dates where it holds clocks alone."""
-    if i not in table.texts or re.search(DATE, first(i)):
-        dates = [i for i in table.texts if re.fullmatch(DATE, first(i))]
-        clocks = [k for k in table.texts if k != i and (re.fullmatch(CLOCK, first(k)) or _six(table, k, first(k)))]
-        return [i, clocks[0]] if i in dates and clocks else [i]
-    if re.fullmatch(CLOCK, first(i)) or _six(table, i, first(i)):
-        dates = [k for k in table.texts if k != i and (re.fullmatch(DATE, first(k)) or _eight(table, k, first(k)))]
-        return [dates[0], i] if dates else [i]
-    return [i]
-
-
-def _six(table: Table, i: int, text: str) -> bool:
-    return bool(re.fullmatch(r"\d{6}", text)) and "TIME" in table.names[i].upper()
-
-
-def _eight(table: Table, i: int, text: str) -> bool:
-    return bool(re.fullmatch(r"\d{8}", text)) and "DATE" in table.names[i].upper()
+def _unread_date(table: Table, used: Sequence[int], where: str, faults: list[Fault]) -> None:
+    """An error for a column of dates beside clocks that is not understood."""
+    for i, name in enumerate(table.names):
+        if i in used or not is_date_name(name):
+            continue
+        numbers = table.values[i][np.isfinite(table.values[i])]
+        text = _first(table, i) or (f"{numbers[0]:.15g}" if numbers.size else "")
+        if text:
+            clock = table.names[used[0]]
+            hint = f"time=({name!r}, {clock!r}, '%d/%m/%Y') says how to read it, time={clock!r} leaves it out"
+            faults.append(Fault(f"{where} column {name}", f"{text!r} is no date", f"{forms()}; {hint}"))
+            return
 
 
 def _numbers(texts: list[str]) -> np.ndarray | None:
@@ -145,6 +168,8 @@ def _numbers(texts: list[str]) -> np.ndarray | None:
         return None
     if all(re.fullmatch(r"\s*\d\d[0-5]\d[0-5]\d\s*", text) for text in texts[:200]):
         return None  # 052324 is a clock
+    if all(map(says_time, (text.strip() for text in texts[:200]))):
+        return None  # 20200129052324 is a date and a clock
     try:
         return np.array([float(text.replace(",", ".")) if text.strip() else np.nan for text in texts])
     except ValueError:
@@ -156,7 +181,10 @@ def _of_numbers(table: Table, i: int, x: np.ndarray, where: str, faults: list[Fa
     place = f"{where} column {name}"
     bad = np.flatnonzero(~np.isfinite(x) | np.isin(x, table.nulls))
     if bad.size:
-        faults.append(Fault(f"{where} {table.row(bad[0])}, column {name}", "has no time", _more(bad.size)))
+        more = f"; {bad.size} rows have none" if bad.size > 1 else ""
+        faults.append(
+            Fault(f"{where} {table.row(bad[0])}, column {name}", "has no time", f"every row needs its time{more}")
+        )
         return None
     plain = text.strip().lower()
     remarks: list[str] = []
@@ -183,113 +211,204 @@ def _of_numbers(table: Table, i: int, x: np.ndarray, where: str, faults: list[Fa
     return Times(seconds, dated, "Z" if dated else "", (i,), remarks)
 
 
-def _more(count: int) -> str:
-    return "every row needs its time" + (f"; {count} rows have none" if count > 1 else "")
+class _Order(NamedTuple):
+    """Dates in one order of their numbers: days since 1970 of each distinct date, `None` where there is no such day."""
+
+    order: str
+    days: list[int | None]
+
+    @property
+    def span(self) -> int:
+        days = [day for day in self.days if day is not None]
+        return max(days) - min(days)
+
+    @property
+    def whole(self) -> bool:
+        return None not in self.days
+
+    @property
+    def follows(self) -> bool:
+        """Whether the dates follow each other, forwards or backwards."""
+        return self.days in (sorted(self.days), sorted(self.days, reverse=True))  # pyright: ignore
 
 
-def _of_texts(
-    table: Table, places: list[int], texts: list[str], form: str, where: str, faults: list[Fault]
-) -> Times | None:
-    names = " and ".join(table.names[i] for i in places)
-    start = _ISO.fullmatch(texts[0].strip()) if texts else None
-    if start is not None and not form and (seconds := _iso(texts)) is not None:
-        return Times(seconds, True, "Z" if start["zone"] else "", tuple(places), [])
-    matches = [_WHOLE.fullmatch(text.strip()) for text in texts]
-    bad = [i for i, match in enumerate(matches) if match is None or match["clock"] is None]
-    if bad:
-        text = texts[bad[0]].strip()
-        faults.append(Fault(f"{where} {table.row(bad[0])}, column {names}", f"{text!r} is no time", _more(len(bad))))
-        return None
-    clock = np.array([_clock(match["clock"]) for match in matches])  # pyright: ignore
-    dates = [match["date"] or match["digits"] or "" for match in matches]  # pyright: ignore
-    remarks: list[str] = []
-    if not all(dates):
-        turns = np.concatenate([[0], np.cumsum(np.diff(clock) < -_DAY / 2)])
-        if turns[-1]:
-            remarks.append(f"{names}: a clock without date that passes midnight {turns[-1]} times")
-        return Times(clock + _DAY * turns, False, "", tuple(places), remarks)
-    days, said = _days(dates, form)
-    if days is None:
-        faults.append(Fault(f"{where} column {names}", said, "time=('COLUMN', '%d/%m/%Y') says how to read it"))
-        return None
-    remarks += [f"{names}: {said}"] if said else []
-    zones = {match["zone"] for match in matches}  # pyright: ignore
-    shift, utc = _zone(zones.pop() if len(zones) == 1 else "")
-    if zones:
-        remarks.append(f"{names}: several time zones, left out")
-    return Times(days * _DAY + clock - shift, True, "Z" if utc else "", tuple(places), remarks)
+@dataclasses.dataclass
+class _Texts:
+    """Times as texts (n,) of one or more columns on their way to seconds; errors go to `faults`."""
 
+    table: Table
+    places: Sequence[int]
+    texts: list[str]
+    where: str
+    faults: list[Fault]
 
-def _iso(texts: list[str]) -> np.ndarray | None:
-    """Seconds since 1970 of times in ISO 8601; `None` where one is not."""
-    import pandas as pd
+    @property
+    def names(self) -> str:
+        return " and ".join(self.table.names[i] for i in self.places)
 
-    try:
-        stamps = pd.to_datetime(pd.Series(texts), format="ISO8601", utc=True)
-    except (ValueError, TypeError):
-        return None
-    if stamps.isna().any():
-        return None
-    return stamps.dt.as_unit("us").astype("int64").to_numpy() / 1e6
+    def times(self, form: str) -> Times | None:
+        """Times by a format of `strptime` for the whole or for the dates alone, or else by the grammar."""
+        if set(re.findall(r"%(.)", form)) & _OF_CLOCKS:
+            return self._formatted(form)
+        iso = [] if form else [_ISO.fullmatch(text) for text in self.texts]
+        if iso and None not in iso and len({match["zone"] is None for match in iso}) == 1:  # pyright: ignore
+            stamps = self._stamps(self.texts, "ISO8601")
+            if not np.isnan(stamps).any():
+                return self._made(stamps, dated=True, zone=iso[0]["zone"] is not None)  # pyright: ignore
+        return self._said(form)
 
+    def _made(self, seconds: np.ndarray, *, dated: bool, zone: bool, remarks: Sequence[str] = ()) -> Times:
+        """Times of rows; clocks alone go on behind midnight."""
+        remarks = [f"{self.names}: {remark}" for remark in remarks]
+        if not dated:
+            turns = np.concatenate([[0], np.cumsum(np.diff(seconds) < -_DAY / 2)])
+            seconds = seconds + _DAY * turns
+            if turns[-1]:
+                remarks.append(f"{self.names}: a clock without date that passes midnight {turns[-1]} times")
+        return Times(seconds, dated, "Z" if dated and zone else "", tuple(self.places), remarks)
 
-def _clock(text: str) -> float:
-    """Seconds since midnight."""
-    if text.isdigit():
-        return int(text[:2]) * 3600.0 + int(text[2:4]) * 60.0 + int(text[4:])
-    half = text[-2:].lower() if text[-1].isalpha() else ""
-    hours, minutes, *rest = text.removesuffix(text[-2:] if half else "").strip().split(":")
-    hour = int(hours) % 12 + 12 * (half == "pm") if half else int(hours)
-    return hour * 3600.0 + int(minutes) * 60.0 + (float(rest[0].replace(",", ".")) if rest else 0.0)
+    def _wrong(self, rows: Sequence[int] | np.ndarray, what: str, hint: str) -> None:
+        """An error of rows, of which the first is named."""
+        many = f"; {len(rows)} rows are so" if len(rows) > 1 else ""
+        self.faults.append(
+            Fault(f"{self.where} {self.table.row(rows[0])}, column {self.names}", what, f"{hint}{many}".lstrip("; "))
+        )
 
+    @property
+    def _way_out(self) -> str:
+        names = ", ".join(repr(self.table.names[i]) for i in self.places)
+        return f"{forms()}; else time=({names}, '%H:%M:%S %d/%m/%Y') gives its format"
 
-def _zone(text: str | None) -> tuple[float, bool]:
-    """Seconds east of UTC, and whether a zone is named."""
-    match = re.fullmatch(r"([+-])(\d{2}):?(\d{2})", text or "")
-    if match:
-        return (1 if match[1] == "+" else -1) * (int(match[2]) * 3600.0 + int(match[3]) * 60.0), True
-    return 0.0, (text or "").upper() in ("Z", "UTC")
+    # --- by a format --------------------------------------------------------------------------------------------------
 
+    def _stamps(self, texts: Sequence[str], form: str) -> np.ndarray:
+        """Seconds since 1970 by a format, NaN where a text does not fit; raises `ValueError` for what is no format."""
+        import pandas as pd
 
-def _days(texts: list[str], form: str) -> tuple[np.ndarray | None, str]:
-    """Days since 1970 of each date, and how they were read, or why they cannot be."""
-    distinct = list(dict.fromkeys(texts))
-    parts = [re.split(r"[-/. ]", text) for text in distinct]
-    if all(len(text) == 8 and text.isdigit() for text in distinct):
-        orders, said = ["ymd"], ""
-        parts = [[text[:4], text[4:6], text[6:]] for text in distinct]
-    elif form:
-        letters = re.findall(r"%([dmbyY])", form)
-        order = "".join(letters).lower().replace("b", "m")
-        if sorted(order) != ["d", "m", "y"]:
-            return None, f"{form!r} has no day, month and year"
-        orders, said = [order], ""
-    elif len(parts[0][0]) == 4:
-        orders, said = ["ymd"], ""
-    elif parts[0][1].isalpha():
-        orders, said = ["dmy"], ""
-    else:
-        orders, said = ["dmy", "mdy"] if "." in distinct[0] else ["mdy", "dmy"], ""
-    read = {order: days for order in orders if (days := _numbered(parts, order)) is not None}
-    read = {order: days for order, days in read.items() if np.all(np.diff(days) >= 0)} or read
-    if not read:
-        return None, f"{distinct[0]!r} is no date"
-    order = min(read, key=lambda order: (np.ptp(read[order]), orders.index(order)))
-    if len(read) > 1 and np.ptp(read[orders[0]]) == np.ptp(read[orders[1]]):
-        spelled = {"d": "day", "m": "month", "y": "year"}
-        said = f"{distinct[0]} read as {', '.join(spelled[x] for x in order)}, which the log does not decide"
-    number = dict(zip(distinct, read[order], strict=True))
-    return np.array([number[text] for text in texts], float), said
+        cells = pd.Series(texts, dtype=object)
+        read: Any = pd.to_datetime(cells.where(cells.str.contains(r"\d")), format=form, errors="coerce", utc=True)
+        return np.where(read.isna(), np.nan, read.dt.as_unit("us").astype("int64").to_numpy() / 1e6)
 
-
-def _numbered(parts: list[list[str]], order: str) -> np.ndarray | None:
-    days = []
-    for cells in parts:
+    def _formatted(self, form: str) -> Times | None:
+        """Times that all fit a format with a clock."""
+        parts = set(re.findall(r"%(.)", form))
+        dated = [bool(parts & of) for of in (_OF_YEARS, _OF_MONTHS, _OF_DAYS)]
         try:
-            of = dict(zip(order, cells, strict=True))
-            month = _MONTHS.index(of["m"][:3].lower()) + 1 if of["m"].isalpha() else int(of["m"])
-            year = int(of["y"]) + (2000 if len(of["y"]) <= 2 else 0)
-            days.append(datetime(year, month, int(of["d"])).toordinal() - 719163)
-        except (ValueError, KeyError):
+            stamps = self._stamps(self.texts, form)
+        except ValueError as error:
+            self.faults.append(Fault("time", f"{form!r} is no format: {error}", "as '%d/%m/%Y %H:%M:%S'"))
             return None
-    return np.array(days)
+        if any(dated) and not all(dated):
+            self.faults.append(Fault("time", f"{form!r} has no day, month and year", "as '%d/%m/%Y %H:%M:%S'"))
+            return None
+        bad = np.flatnonzero(np.isnan(stamps))
+        if bad.size:
+            return self._wrong(bad, f"{self.texts[bad[0]]!r} does not fit {form!r}", "every row is read by this format")
+        if not any(dated):
+            stamps = stamps % _DAY
+        return self._made(stamps, dated=any(dated), zone=bool(parts & {"z", "Z"}))
+
+    # --- by the grammar -----------------------------------------------------------------------------------------------
+
+    def _said(self, form: str) -> Times | None:
+        """Times by the grammar, of which a format may give that of the dates."""
+        every = [said(text, *([".*?"] if form else ())) for text in self.texts]
+        clocks = [None if one is None or not one.clock else seconds_of(one.clock) for one in every]
+        most = _DAY if any(one.date for one in every if one) else np.inf
+        bad = [i for i, clock in enumerate(clocks) if clock is None or clock > most]
+        if bad:
+            text = self.texts[bad[0]]
+            one = every[bad[0]]
+            bare = "has no clock" if one is not None and not one.clock else "is no time"
+            return self._wrong(bad, f"{text!r} {bare}" if text else "has no time", self._way_out)
+        whole: list[Said] = every  # pyright: ignore
+        bare = [i for i, one in enumerate(whole) if not one.date]
+        if bare and len(bare) < len(whole):
+            return self._wrong(bare, f"{self.texts[bare[0]]!r} has no date, as other rows have", self._way_out)
+        clock, remarks = np.array(clocks, float), list[str]()
+        if bare and clock.max() >= _DAY + 3600.0:
+            remarks.append("hours above 24 count from the start")
+        days = self._days([one.date for one in whole], form, remarks) if not bare else np.zeros(len(whole))
+        if days is None:
+            return None
+        local = days * _DAY + clock
+        east = self._east([one.zone for one in whole], local)
+        return (
+            None
+            if east is None
+            else self._made(local - east, dated=not bare, zone=bool(whole[0].zone), remarks=remarks)
+        )
+
+    def _east(self, zones: list[str], local: np.ndarray) -> np.ndarray | None:
+        """Seconds by which each row is ahead of UTC."""
+        if not any(zones):
+            return np.zeros(local.size)
+        same = {zone: east_of(zone, 0.0) for zone in set(zones) if zone and "/" not in zone}
+        east = [None if not zone else same.get(zone, east_of(zone, at)) for zone, at in zip(zones, local, strict=True)]
+        bad = [i for i, seconds in enumerate(east) if seconds is None]
+        if bad:
+            zone = zones[bad[0]]
+            what = (
+                f"{zone!r} is no time zone" if zone else f"{self.texts[bad[0]]!r} has no time zone, as other rows have"
+            )
+            return self._wrong(bad, what, self._way_out)
+        return np.array(east, float)
+
+    def _days(self, dates: list[str], form: str, remarks: list[str]) -> np.ndarray | None:
+        """Days since 1970 of each row by the format of a date, or in the order of day, month and year that fits all."""
+        distinct = list(dict.fromkeys(dates))
+        if form:
+            try:
+                found = self._stamps(distinct, form) / _DAY
+            except ValueError as error:
+                self.faults.append(Fault("time", f"{form!r} is no format: {error}", "as '%d/%m/%Y'"))
+                return None
+            best = _Order("", [None if np.isnan(day) else int(day) for day in found])
+        else:
+            best = self._ordered(distinct, remarks)
+        number = dict(zip(distinct, best.days, strict=True))
+        bad = [i for i, date in enumerate(dates) if number[date] is None]
+        if not bad:
+            return np.array([number[date] for date in dates], float)
+        text = dates[bad[0]]
+        what = f"{text!r} does not fit {form!r}" if form else f"{text!r} is no date"
+        if best.order and any(day is not None for day in best.days):
+            what += f" in the order {_spelled(best.order)} of the others"
+        return self._wrong(bad, what, "every row is read by this format" if form else self._way_out)
+
+    def _ordered(self, dates: list[str], remarks: list[str]) -> _Order:
+        """Distinct dates in the order of their numbers that fits best: all of them, then that in which they follow."""
+        if not any(map(is_open, dates)):
+            return _Order("", [day_of(date, "") for date in dates])
+        example = next(date for date in dates if is_open(date))
+        told = self._order_of_file
+        orders = ["dmy", "mdy", "ymd"] if "." in example else ["mdy", "dmy", "ymd"]
+        read = [_Order(order, [day_of(date, order) for date in dates]) for order in orders]
+        whole = [one for one in read if one.whole]
+        if not whole:
+            return min(read, key=lambda one: one.days.count(None))
+        if of_file := [one for one in whole if one.order == told]:
+            return of_file[0]
+        likely = [one for one in whole if one.follows] or whole
+        best = min(likely, key=lambda one: one.span)  # the first of equal ones
+        if any(one.days != best.days for one in whole):
+            open_ = sum(one.span == best.span for one in likely) > 1
+            why = "which the log does not decide" if open_ else "so that the dates follow each other closely"
+            remarks.append(f"{example} read as {_spelled(best.order)}, {why}")
+        return best
+
+    @property
+    def _order_of_file(self) -> str:
+        """The order in which name, unit or description of the column say that its dates are, as `DD/MM/YYYY`."""
+        table, part = self.table, r"(d{1,2}|m{1,3}|y{2,4})"
+        for i in self.places:
+            words = f"{table.names[i]} {table.units[i]} {table.descriptions[i]}".lower()
+            for match in re.finditer(rf"(?<![a-z]){part}[-/. ]?{part}[-/. ]?{part}", words):
+                order = "".join(x[0] for x in match.groups())
+                if sorted(order) == ["d", "m", "y"]:
+                    return order
+        return ""
+
+
+def _spelled(order: str) -> str:
+    return ", ".join({"d": "day", "m": "month", "y": "year"}[x] for x in order)

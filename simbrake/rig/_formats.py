@@ -19,6 +19,7 @@ from xml.parsers import expat
 import numpy as np
 
 from .._base._faults import Fault, InputError, existing_file, needed
+from ._grammar import is_date_name, says_time
 
 #: bytes of a piece of a file; the most of a whole one, unpacked, and of a row; columns of a table; depth of an XML
 _PIECE, _MOST_BYTES, _LONGEST_ROW, _MOST_COLUMNS, _DEEPEST = 1 << 22, 1 << 32, 1 << 24, 2000, 50
@@ -26,10 +27,6 @@ _PIECE, _MOST_BYTES, _LONGEST_ROW, _MOST_COLUMNS, _DEEPEST = 1 << 22, 1 << 32, 1
 _LISTED = 5
 #: cells that say that there is no value
 _EMPTY = ("", "-", "--", "---", "n/a", "N/A", "NA", "NaN", "nan", "NAN", "null", "NULL", "None", "#N/A")
-#: date, clock, or both, as loggers write them
-DATE = r"(?:\d{4}[-/.]\d{1,2}[-/.]\d{1,2}|\d{1,2}[-/.]\d{1,2}[-/.]\d{2,4}|\d{1,2}[- ][A-Za-z]{3}[- ]\d{2,4})"
-CLOCK = r"\d{1,2}:\d{2}(?::\d{2}(?:[.,]\d+)?)?(?:\s*[AaPp][Mm])?"
-_WHEN = re.compile(rf"(?:{DATE}(?:[T ]\s*{CLOCK})?|{CLOCK})\s*(?:Z|UTC|[+-]\d{{2}}:?\d{{2}})?")
 _NUMBER = re.compile(r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?")
 
 
@@ -92,7 +89,7 @@ def _tables(path: Path, stream: "_Limited", texts: Sequence[str]) -> list[Table]
         return _Witsml(path, texts).read(stream)
     first = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
     lines = _Lines(stream, _encoding(head))
-    return [_las(path, lines, texts) if first.startswith("~") else _csv(path, lines, texts)]
+    return _Las(path, texts).read(lines) if first.startswith("~") else [_csv(path, lines, texts)]
 
 
 class _Counted(io.RawIOBase):
@@ -471,7 +468,7 @@ class _Witsml:
         wanted = [
             i
             for i, cell in enumerate(cells[: len(names)])
-            if _WHEN.fullmatch(cell) or names[i] in self.wanted or _is_words(names[i], cell)
+            if says_time(cell) or names[i] in self.wanted or _is_words(names[i], cell)
         ]
         nulls = [self._log.get("nullValue"), *(curve.get("nullValue") for curve in self._curves)]
         index = self._log.get("indexCurve") or names[0]
@@ -522,83 +519,162 @@ def _real(text: str | None) -> float | None:
 # --- LAS --------------------------------------------------------------------------------------------------------------
 
 
-def _las(path: Path, lines: _Lines, texts: Sequence[str]) -> Table:
-    """Columns of a LAS 2 file: its header by lasio, its rows as those of the other formats."""
-    lasio = needed("lasio", "reads the header of LAS files", "rig")
-    head: list[str] = []
-    pieces, rest, first = lines.pieces(), list[str](), 0
-    for piece in pieces:
-        at = next((i for i, line in enumerate(piece) if line.lstrip()[:2].upper() == "~A"), None)
-        head += piece if at is None else piece[: at + 1]
-        if at is not None:
-            rest, first = piece[at + 1 :], len(head) + 1
-            break
-    else:
-        raise InputError([Fault(str(path), "has no section ~A with data", "it is cut off: export the log again")])
-    try:
-        las = lasio.read(io.StringIO("\n".join(head) + "\n"), ignore_data=True, ignore_header_errors=False)
-        curves = [(c.original_mnemonic, c.unit, c.descr) for c in las.curves]
-    except Exception as error:  # any exception of the parser: the header is not LAS
-        raise InputError([Fault(str(path), f"is no LAS file that lasio reads: {error}", "LAS 2.0 is read")]) from None
-    if not curves or len(curves) > _MOST_COLUMNS:
-        raise InputError([Fault(f"{path} ~Curve", f"lists {len(curves)} curves", "name the columns of ~A there")])
+#: sections of rows: ~A of LAS 1 and 2, ~Log_Data[1] | Log_Definition[1] and ~ASCII | CURVE of LAS 3
+_DATA = re.compile(
+    r"~(?:A\w*|(?P<kind>Log|Drilling)_Data(?P<number>\[\d+\])?)\s*(?:\|\s*(?P<of>\S+))?.*", re.IGNORECASE
+)
+_OTHER_DATA = re.compile(r"~(\w+_Data)\b.*", re.IGNORECASE)
 
-    def said(name: str) -> str:
-        return next((str(s[name].value) for s in (las.version, las.well, las.params) if name in s), "")
 
-    separator = {"COMMA": ",", "TAB": "\t"}.get(said("DLM").upper(), " ")
-    wrapped, null = said("WRAP").upper().startswith("Y"), _real(said("NULL"))
-    names, units = [c[0] for c in curves], [c[1] or "" for c in curves]
+class _Las:
+    """Tables of a LAS 1.2, 2 or 3 file: the headers by lasio, the rows as those of the other formats."""
 
-    def cells(line: str) -> list[str]:
-        return line.split() if separator == " " else [cell.strip() for cell in line.split(separator)]
+    def __init__(self, path: Path, texts: Sequence[str]) -> None:
+        self.path, self.wanted = path, texts
+        self.tables: list[Table] = []
+        self._remarks: list[str] = []
+        #: lines of the header by the title of their section, and those of the section that is being read
+        self._head: dict[str, list[str]] = {}
+        self._section: list[str] | None = None
+        self._table: _LasTable | None = None
 
-    def unwrapped(piece: list[str], kept: list[str]) -> list[str]:
-        kept += " ".join(piece).split()
-        whole = len(kept) // len(names) * len(names)
-        made = [" ".join(kept[i : i + len(names)]) for i in range(0, whole, len(names))]
-        del kept[:whole]
+    def read(self, lines: _Lines) -> list[Table]:
+        first = 1
+        for piece in lines.pieces():
+            titles = [i for i, line in enumerate(piece) if "~" in line and line.lstrip().startswith("~")]
+            for a, b in zip([-1, *titles], [*titles, len(piece)], strict=True):
+                if a >= 0:
+                    self._open(piece[a].strip())
+                self._add(piece[a + 1 : b], first + a + 1)
+            first += len(piece)
+        self._finish()
+        if not self.tables:
+            what = "has no section ~A, or ~Log_Data of LAS 3, with rows"
+            raise InputError([Fault(str(self.path), what, "it is cut off: export the log again")])
+        for table in self.tables:
+            table.remarks[:0] = [*lines.remarks, *self._remarks]
+        return self.tables
+
+    def _open(self, title: str) -> None:
+        self._finish()
+        data, other = _DATA.fullmatch(title), _OTHER_DATA.match(title)
+        if data is not None:
+            self._table = _LasTable(self.path, title.split()[0], self._header(data), self.wanted)
+        elif other is not None:
+            self._remarks.append(f"~{other[1]} is not read")
+            self._section = None
+        else:
+            self._section = self._head.setdefault(title[1:].split("|")[0].strip().lower(), [])
+
+    def _add(self, lines: list[str], first: int) -> None:
+        if self._table is not None:
+            self._table.add(lines, first)
+        elif self._section is not None:
+            self._section += lines
+
+    def _finish(self) -> None:
+        if self._table is not None and self._table.rows is not None:
+            self.tables.append(self._table.finish(self._table.rows))
+        self._table = None
+
+    def _header(self, data: re.Match[str]) -> Any:
+        """Version, well and curves of a section of rows, as lasio reads them."""
+        lasio = needed("lasio", "reads the header of LAS files", "rig")
+        kind = data["kind"]
+        curves = data["of"] or (f"{kind}_Definition{data['number'] or ''}" if kind else "C")
+        parts = {"Version": "v", "Well": "w", "Curve": curves.lower()}
+        text = ""
+        for title, begin in parts.items():
+            # a curve section of LAS 2 is named by its letter, and ~Curve and ~Log_Definition are one
+            begins = (begin, "c") if title == "Curve" and kind != "Drilling" else (begin,)
+            names = [name for start in begins for name in self._head if name.startswith(start)]
+            text += "".join(f"{line}\n" for line in [f"~{title}", *(self._head[names[0]] if names else ())])
+        try:
+            return lasio.read(io.StringIO(text + "~A\n"), ignore_data=True, ignore_header_errors=False)
+        except Exception as error:  # any exception of the parser: the header is not LAS
+            what = f"is no LAS file that lasio reads: {error}"
+            raise InputError([Fault(str(self.path), what, "LAS 1.2, 2 and 3 are read")]) from None
+
+
+class _LasTable:
+    """Rows of one section `~A` or `~Log_Data` on their way to a table."""
+
+    def __init__(self, path: Path, title: str, las: Any, texts: Sequence[str]) -> None:
+        self.path, self.title, self.texts = path, title, texts
+        curves = [(c.original_mnemonic, c.unit or "", *_described(c.descr or "")) for c in las.curves]
+        if not curves or len(curves) > _MOST_COLUMNS:
+            what = f"lists {len(curves)} curves"
+            raise InputError([Fault(f"{path} ~Curve", what, f"name the columns of {title} there")])
+
+        def value(name: str) -> str:
+            return next((str(s[name].value) for s in (las.version, las.well) if name in s), "")
+
+        delimiter = value("DLM").strip()
+        self.separator = {"COMMA": ",", ",": ",", "TAB": "\t"}.get(delimiter.upper(), " ")
+        self.wrapped = value("WRAP").upper().startswith("Y")
+        self.null, self.well = _real(value("NULL")), value("WELL")
+        self.names, self.descriptions = [c[0] for c in curves], [c[2] for c in curves]
+        self.units = [unit or form for _, unit, _, form in curves]
+        self.rows: _Rows | None = None
+        self._kept, self._row = list[str](), 1
+
+    def _cells(self, line: str) -> list[str]:
+        return line.split() if self.separator == " " else [cell.strip() for cell in line.split(self.separator)]
+
+    def _unwrapped(self, piece: list[str]) -> list[str]:
+        """Whole rows of wrapped lines."""
+        self._kept += " ".join(piece).split()
+        count = len(self.names)
+        whole = len(self._kept) // count * count
+        made = [" ".join(self._kept[i : i + count]) for i in range(0, whole, count)]
+        del self._kept[:whole]
         return made
 
-    rows, kept, row = None, list[str](), 1
-    for piece in (rest, *pieces) if rest else pieces:
-        piece = [line for line in piece if not line.lstrip().startswith("#")] if wrapped else [
-            "" if line.lstrip().startswith("#") else line for line in piece
-        ]  # fmt: skip
-        ready = unwrapped(piece, kept) if wrapped else piece
-        if rows is None:
-            sample = next((cells(line) for line in ready if line.strip()), None)
+    def add(self, piece: list[str], first: int) -> None:
+        """Lines of which the first has the number `first` in the file."""
+        if self.wrapped:
+            piece = self._unwrapped([line for line in piece if not line.lstrip().startswith("#")])
+            first = self._row
+            self._row += len(piece)
+        else:
+            piece = ["" if line.lstrip().startswith("#") else line for line in piece]
+        if self.rows is None:
+            sample = next((self._cells(line) for line in piece if line.strip()), None)
             if sample is None:
-                first += len(piece)
-                continue
-            wanted = [
-                i
-                for i, c in enumerate(sample[: len(names)])
-                if i == 0 or (not _NUMBER.fullmatch(c) and _WHEN.fullmatch(c))
-            ]
-            wanted += [i for i, name in enumerate(names) if name in texts or _looks_like_time(name)]
-            wanted += [i for i, name in enumerate(names[: len(sample)]) if _is_words(name, sample[i])]
-            rows = _Rows(path, len(names), separator, sorted(set(wanted)), "row" if wrapped else "line")
-        rows.add(ready, row if wrapped else first)
-        first, row = first + len(piece), row + len(ready)
-    if rows is None:
-        raise InputError([Fault(f"{path} ~A", "has no rows", "it is cut off: export the log again")])
-    if kept:
-        rows.add([" ".join(kept)], row)
-    values, numbers, remarks = rows.finish(names)
-    return Table(
-        names,
-        units,
-        [str(c[2] or "") for c in curves],
-        values,
-        rows.texts,
-        nulls=() if null is None else (null,),
-        index=0,
-        row_word=rows.word,
-        row_numbers=numbers,
-        well=said("WELL"),
-        remarks=[*lines.remarks, *remarks],
-    )
+                return
+            wanted = [i for i, name in enumerate(self.names) if name in self.texts or _looks_like_time(name)]
+            for i, cell in enumerate(sample[: len(self.names)]):
+                if i == 0 or (not _NUMBER.fullmatch(cell) and says_time(cell)) or _is_words(self.names[i], cell):
+                    wanted.append(i)
+            word = "row" if self.wrapped else "line"
+            self.rows = _Rows(self.path, len(self.names), self.separator, sorted(set(wanted)), word)
+        self.rows.add(piece, first)
+
+    def finish(self, rows: _Rows) -> Table:
+        if self._kept:
+            rows.add([" ".join(self._kept)], self._row)
+        values, numbers, remarks = rows.finish(self.names)
+        return Table(
+            self.names,
+            self.units,
+            self.descriptions,
+            values,
+            rows.texts,
+            nulls=() if self.null is None else (self.null,),
+            index=0,
+            row_word=rows.word,
+            row_numbers=numbers,
+            well=self.well,
+            remarks=remarks,
+        )
+
+
+def _described(text: str) -> tuple[str, str]:
+    """The description of a curve without the format behind it, `{F10.4}`, and the format of a date."""
+    match = re.search(r"\s*\{(.*?)\}.*", text)
+    if match is None:
+        return text, ""
+    return text[: match.start()], match[1] if "YY" in match[1].upper() else ""
 
 
 # --- CSV --------------------------------------------------------------------------------------------------------------
@@ -615,7 +691,7 @@ def _is_words(name: str, cell: str) -> bool:
 
 def _looks_like_time(name: str) -> bool:
     """Whether a column without separators in its cells (`20261127`, `052324`) is named as a date or a clock."""
-    return re.sub(r"[^A-Z]", "", name.upper()) in ("DATE", "TIME", "CLOCK", "YYYYMMDD", "HHMMSS", "YYMMDD")
+    return is_date_name(name) or re.sub(r"[^A-Z]", "", name.upper()) in ("TIME", "CLOCK", "HHMMSS")
 
 
 def _csv(path: Path, lines: _Lines, texts: Sequence[str]) -> Table:
@@ -656,7 +732,7 @@ def _csv(path: Path, lines: _Lines, texts: Sequence[str]) -> Table:
 
     def timed(i: int) -> bool:
         cells = [row[i].strip() for row in sample if i < len(row) and row[i].strip() not in _EMPTY]
-        return bool(cells) and all(_WHEN.fullmatch(cell) for cell in cells[:20])
+        return sum(map(says_time, cells[:20])) > 0.5 * len(cells[:20])
 
     wanted = [i for i, name in enumerate(names) if name in texts or _looks_like_time(name) or timed(i)]
     cells = [
@@ -698,7 +774,7 @@ def _is_date_format(name: str) -> bool:
 def _is_value(cell: str) -> bool:
     """Whether a cell is a number, a time or a null, which no unit is."""
     text = cell.strip()
-    return bool(_NUMBER.fullmatch(text) or _WHEN.fullmatch(text)) and text not in ("", "1")
+    return bool(_NUMBER.fullmatch(text) or says_time(text)) and text not in ("", "1")
 
 
 def _header_of(path: Path, lines: list[str]) -> tuple[str, int]:

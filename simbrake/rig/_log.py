@@ -273,20 +273,23 @@ def read(
     show_names: bool = False,
     progress: Callable[[int, int], object] | bool | None = None,
 ) -> Log:
-    """Read the recording of a rig: WITSML 1.3 or 1.4 (XML), LAS 2 (extra `rig`), or CSV, also as `.xz` or `.gz`.
+    """Read the recording of a rig: WITSML 1.3 or 1.4 (XML), LAS 1.2 to 3 (extra `rig`), or CSV, also as `.xz` or `.gz`.
 
     Columns are recognised by their mnemonic and unit; what was assumed is in `Log.guesses` and printed with the log.
 
     - `names`: columns by role, `{"block_position": "BLK [ft]"}`, the unit in brackets where the file lacks it
     - `null`: values that mean no value, instead of the file's and of -999.25 and the like
-    - `time`: the column of times, or those of date and clock, `("Day", "Clock", "%d/%m/%Y")` with the format of a date
-      that can be read in two ways
+    - `time`: the column of times, or those of date and clock, and the format that each row must have, of its date,
+      `("Day", "Clock", "%d/%m/%Y")`, or of all, `("Time", "%H:%M:%S %d/%m/%Y")`
     - `offset`: seconds by which the clock of the hook load is ahead of that of the block position
     - `show_names`: call the log by its well and its file in results; else it is `log`, as both may be confidential
     - `progress`: as of an ensemble: `True`, `False`, or a function of the bytes read and their number
 
-    CSV: a row of names, perhaps one of units, ISO times, date and clock in one or two columns, a clock alone (midnight
-    is seen), or seconds; commas, semicolons (then decimal commas), tabs; UTF-8, UTF-16 or Latin-1.
+    CSV: a row of names, perhaps one of units; commas, semicolons (then decimal commas), tabs; UTF-8, UTF-16 or Latin-1.
+
+    Times: date and clock in either order, in one or two columns, perhaps with a zone, a clock alone (midnight is seen),
+    or numbers. Whether `03/02/2020` is in February or in March is decided by all rows, or else told. The error of a
+    time that is not understood lists the accepted forms.
 
     Raises `InputError` with all of these at once: no block position, no hook load, no usable time, times that run
     backwards, a unit that is not known, nothing but nulls; damaged files with row or element. A document type or an

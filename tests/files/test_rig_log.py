@@ -1,8 +1,12 @@
 """Recordings of rigs: every format gives the same log, what is assumed is told, damaged files are errors in words."""
 
+import datetime
 import gzip
+import itertools
 import lzma
+import pathlib
 import re
+import tempfile
 import warnings
 
 import numpy as np
@@ -124,13 +128,190 @@ def test_other_words_for_columns(tmp_path):
     assert "(offset)" in log.guesses[-1]
 
 
-def test_dates_in_two_orders(tmp_path):
-    text = table(TIMES, SMALL).replace("2026-03-01T", "03/02/2026 ").replace("Z,", ",").replace(".000", "")
-    file = written(tmp_path, "a.csv", text)
-    log = sb.rig.read(file)
-    assert log.start == "2026-03-02T23:50:00"
-    assert any("which the log does not decide" in guess for guess in log.guesses)
-    assert sb.rig.read(file, time=("Time", "%d/%m/%Y")).start == "2026-02-03T23:50:00"
+def at(times, rows=4, head="Time", **settings):
+    """A log whose rows, 2 s apart from 23:59:56 on 29 January 2020, have times of a form of `strftime` or texts."""
+    first = datetime.datetime(2020, 1, 29, 23, 59, 56)
+    every = [first + datetime.timedelta(seconds=2 * i) for i in range(rows)]
+    texts = [one.strftime(times) for one in every] if isinstance(times, str) else times
+    lines = "".join(f"{text};{30 - i};900\n" for i, text in enumerate(texts))
+    units = ";" * head.count(";")
+    with tempfile.TemporaryDirectory() as folder:
+        text = f"{head};BPOS;HKLD\n{units};m;kN\n{lines}"
+        return sb.rig.read(written(pathlib.Path(folder), "a.csv", text), **settings)
+
+
+def refused(*arguments, **settings):
+    with pytest.raises(sb.InputError) as caught:
+        at(*arguments, **settings)
+    return str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("form", "head"),
+    [
+        *(("%H:%M:%S %d/%m/%Y", "Time"), ("%d/%m/%Y-%H:%M:%S", "Time"), ("%Y-%m-%d-%H:%M:%S", "Time")),
+        *(("%Y-%m-%dT%H:%M:%S.000", "Time"), ("%Y/%m/%d_%H:%M:%S:000", "Time"), ("%d-%b-%y %I:%M:%S %p", "Time")),
+        *(("%A, %d %B %Y, %H:%M:%S", "Time"), ("%a %b %d %H:%M:%S %Y", "Time"), ("%b %d, %Y %H:%M:%S", "Time")),
+        *(("%Y%m%d%H%M%S", "Time"), ("%y-%m-%d %H:%M:%S", "Stamp"), ("%d/%b/%Y:%H:%M:%S", "Stamp")),
+        *(
+            ("%d/%m/%Y;%H:%M:%S", "Date;Time"),
+            ("%H:%M:%S;%a %d.%m.%Y", "Clock;Day"),
+            ("%Y%m%d;%H%M%S", "Rig Date;Time"),
+        ),
+    ],
+)
+def test_dates_and_clocks_in_any_order(form, head):
+    log = at(form, head=head)
+    assert log.start == "2020-01-29T23:59:56"
+    np.testing.assert_array_equal(log.t, [0.0, 2.0, 4.0, 6.0])
+
+
+@pytest.mark.parametrize(
+    ("zone", "start"),
+    [
+        *(("Z", "2020-01-29T23:59:56"), (" UTC", "2020-01-29T23:59:56"), ("+01:00", "2020-01-29T22:59:56")),
+        *((" UTC+1", "2020-01-29T22:59:56"), ("-0030", "2020-01-30T00:29:56"), (" (CET)", "2020-01-29T22:59:56")),
+        *((" Europe/Oslo", "2020-01-29T22:59:56"), (" EST", "2020-01-30T04:59:56")),
+    ],
+)
+def test_zones_behind_clocks(zone, start):
+    for form in (f"%Y-%m-%d %H:%M:%S{zone}", f"%H:%M:%S{zone} %d/%m/%Y"):
+        log = at(form)
+        assert log.start == f"{start}Z"
+    summer = at([f"2020-03-29 {clock}" for clock in ("01:59:58 CET", "03:00:00 CEST", "03:00:02 Europe/Oslo")])
+    np.testing.assert_array_equal(summer.t, [0.0, 2.0, 4.0])
+
+
+@pytest.mark.parametrize(
+    ("times", "words"),
+    [
+        ("%H:%M:%S yesterday", "line 3, column Time: '23:59:56 yesterday' is no time"),
+        ("%Y-%m-%d %H:%M:%S NN", "NN' is no time"),
+        (["2020-01-29 10:00", "2020-01-29 10:61"], "line 4, column Time: '2020-01-29 10:61' is no time"),
+        (["2020-01-29 10:00", "2020-01-29 25:00"], "line 4, column Time: '2020-01-29 25:00' is no time"),
+        (["2020-01-29 10:00Z", "2020-01-29 10:01"], "line 4, column Time: '2020-01-29 10:01' has no time zone"),
+        (["2020-01-29 10:00", "2020-01-29 10:01", "10:02"], "line 5, column Time: '10:02' has no date"),
+        (["2020-01-29 10:00", "2020-01-29"], "line 4, column Time: '2020-01-29' has no clock"),
+        (["03/02/2020 10:00", "05/02/2020 10:00", "31/02/2020 10:00"], "line 5, column Time: '31/02/2020' is no date"),
+        (["Wed 29/01/2020 10:00", "Wed 30/01/2020 10:00"], "line 4, column Time: 'Wed 30/01/2020' is no date"),
+        (["2020-01-29 10:00", ""], "line 4, column Time: has no time"),
+    ],
+)
+def test_a_time_that_is_not_understood_is_refused(times, words):
+    told = refused(times)
+    assert words in told
+    assert "accepted: dates as" in told
+
+
+def test_every_form_that_a_refusal_lists_is_read():
+    told = refused(["x", "y"])
+    kinds = [re.search(rf"{kind} as ([^;]*?)(?: \(|, clocks|, one|;)", told)[1] for kind in ("dates", "clocks", "zone")]
+    dates, clocks, zones = (kind.split(" | ") for kind in kinds)
+    assert min(len(dates), len(clocks), len(zones)) >= 4
+    for date, clock, zone in itertools.product(dates, clocks, zones):
+        start = datetime.datetime(2020, 1, 29, 3 - (zone != "Z"), 0, 0, 500_000 * (clock == "03:00:00.5"))
+        for text in (f"{date} {clock} {zone}", f"{clock} {zone} {date}"):
+            assert at([text, "2020-02-01 00:00Z"]).start == f"{start.isoformat()}Z", text
+
+
+@pytest.mark.parametrize("head", ["Date;Time", "Time;RIG DATE"])
+def test_a_date_beside_clocks_is_not_dropped(head):
+    date, clock = ("%d%m%y", "%H:%M:%S")
+    form = f"{date};{clock}" if head.startswith("Date") else f"{clock};{date}"
+    assert "'290120' is no date" in refused(form, head=head)
+    assert at(form, head=head, time="Time").start is None
+    names = head.split(";")
+    ordered = names if names[0] == "Date" else names[::-1]
+    assert at(form, head=head, time=(*ordered, "%d%m%y")).start == "2020-01-29T23:59:56"
+
+
+@pytest.mark.parametrize(
+    ("form", "other"),
+    [
+        *(("%H:%M:%S %d/%m/%Y", "10:00:07 2/29/2020"), ("%d/%m/%Y %H:%M:%S", "29/02/2020 10:00"), ("%Y-%j %H%M%S", "")),
+        *(("%d/%m/%Y", "29.02.2020 10:00:07"), ("%d/%m/%Y", "2020-02-29 10:00:07"), ("%d%m%y", "02292020 10:00:07")),
+    ],
+)
+def test_a_format_is_obeyed_in_each_row(form, other):
+    own = form if "%H" in form else f"{form} %H:%M:%S"
+    days = [datetime.datetime(2020, 2, day, 10, 0, 7) for day in (3, 4, 5, 6)]
+    texts = [day.strftime(own) for day in days]
+    assert at(texts, time=("Time", form)).start == "2020-02-03T10:00:07"
+    for row in range(4):
+        date = other.partition(" ")[0] if own != form else other
+        told = refused([*texts[:row], other, *texts[row + 1 :]], time=("Time", form))
+        assert f"line {row + 3}, column Time: {date!r} does not fit {form!r}" in told
+
+
+def test_a_format_that_is_none():
+    assert "time: '%H:%Q' is no format" in refused("%H:%M", time=("Time", "%H:%Q"))
+    assert "'%d %H:%M' has no day, month and year" in refused("%d %H:%M", time=("Time", "%d %H:%M"))
+    assert at("%S %M %H", time=("Time", "%S %M %H")).start is None
+    assert at("%d/%m/%Y;%S %M %H", head="Date;Time", time=("Date", "Time", "%d/%m/%Y", "%S %M %H")).t[-1] == 6.0
+
+
+def test_day_and_month_are_settled_by_the_column_or_told():
+    def told(days, head="Time"):
+        log = at([f"{day} 10:00:00" for day in days], head=head)
+        said = [guess.split(" read as ")[1] for guess in log.guesses if " read as " in guess]
+        return log.start[:10], *said
+
+    assert told(["03/02/2020", "03/13/2020"]) == ("2020-03-02",)
+    assert told(["03/02/2020", "13/02/2020"]) == ("2020-02-03",)
+    follows = "so that the dates follow each other closely"
+    assert told(["03/02/2020", "04/02/2020"]) == ("2020-02-03", f"day, month, year, {follows}")
+    open_ = "which the log does not decide"
+    log = at(["03/02/2020 10:00:00", "03/02/2020 10:00:02"])
+    assert (log.start, log.guesses[-1]) == (
+        "2020-03-02T10:00:00",
+        f"Time: 03/02/2020 read as month, day, year, {open_}",
+    )
+    named = at(["03/02/2020 10:00:00", "03/02/2020 10:00:02"], head="Time (DD/MM/YYYY hh:mm:ss)")
+    assert (named.start, len(named.guesses)) == ("2020-02-03T10:00:00", 1)
+    assert at("%d/%m/%Y %H:%M:%S", time=("Time", "%d/%m/%Y")).start == "2020-01-29T23:59:56"
+
+
+LAS3 = """~Version
+VERS. 3.0 : CWLS LOG ASCII STANDARD
+WRAP. NO : one line a step
+DLM. {dlm} : between the cells
+~Well
+NULL. -1 :
+WELL. Kraken :
+~Tops_Definition
+TOPN. : name {{S}}
+~Tops_Data | Tops_Definition
+Shale
+~{head}
+DATE. : day {{DD/MM/YYYY}}
+HOUR. : clock {{hh:mm:ss}}
+XPOS.M : Block Position {{F10.3}}
+HKLD.KN : load {{F10.3}} | Log_Parameter[1]
+~{rows}
+03/02/2020{sep}10:00:00{sep}30{sep}900
+# a remark
+03/02/2020{sep}10:00:02{sep}29.5{sep}-1
+03/02/2020{sep}10:00:04{sep}29{sep}910
+~Inclinometry_Definition
+MD.M : depth
+"""
+
+
+@pytest.mark.parametrize(("dlm", "sep"), [("SPACE", " "), ("COMMA", ","), ("TAB", "\t")])
+@pytest.mark.parametrize(
+    ("head", "rows"),
+    [
+        *(("Curve", "ASCII | Curve"), ("Log_Definition", "Log_Data | Log_Definition"), ("CURVE", "A")),
+        *(("Log_Definition[2]", "Log_Data[2] | Log_Definition[2]"), ("Drilling_Definition", "DRILLING_DATA")),
+    ],
+)
+def test_las_3(tmp_path, dlm, sep, head, rows):
+    log = sb.rig.read(written(tmp_path, "a.las", LAS3.format(dlm=dlm, sep=sep, head=head, rows=rows)))
+    assert log.start == "2020-02-03T10:00:00"
+    np.testing.assert_array_equal(log.t, [0.0, 2.0, 4.0])
+    np.testing.assert_array_equal(log["block_position"].value, [30.0, 29.5, 29.0])
+    np.testing.assert_array_equal(log["hook_load"].value, [9e5, np.nan, 9.1e5])
+    assert "~Tops_Data is not read" in log.guesses
 
 
 def test_compensated_position_is_told(tmp_path):
