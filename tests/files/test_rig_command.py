@@ -121,7 +121,7 @@ XML, CSV = witsml(T, COLUMNS), table(T, COLUMNS)
 ENTITY = '<!DOCTYPE logs [<!ENTITY a "aaaa"><!ENTITY b "&a;&a;&a;&a;">]>'
 BAD = {
     "no position": (XML.replace("BPOS", "PIT"), "", 'has no block position — --column "block_position=COLUMN"'),
-    "no time": (CSV.replace("T23:5", "?").replace("T00:0", "?"), "", "is no time"),
+    "no time": (CSV.replace("T23:5", "?").replace("T00:0", "?"), "", '--time Time --time "%H:%M:%S %d/%m/%Y"'),
     "backwards": (witsml(np.where(T == 80, 60.0, T), COLUMNS), "", "row 41, time: runs 18 s backwards"),
     "unit": (CSV.replace("kN", "bananas"), "", "column HKLD: 'bananas' is not a unit"),
     "at rest": (witsml(T, {**COLUMNS, "BPOS": ("m", 20 + 0.01 * np.sin(T))}), "", "nothing is lowered by 2 m"),
