@@ -74,6 +74,9 @@ def run(
                 errors = result.accuracy()
                 text, summary = f"{text}\n{errors}", {**summary, "accuracy": errors.as_dict()}
     cli.tell(text, lambda: summary, json_, cli.verdict_of(result))
+    if recorded is not None and not json_:
+        for note in recorded.notes:
+            cli.say(f"measured {note}")
     if single is not None:
         cli.print_written([sb.save(result, single)], json_)
     elif out is not None:

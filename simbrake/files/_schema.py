@@ -46,8 +46,8 @@ def history(
     - `column`, `time`: names of the columns; units stand in the header as `slack_tension [kN]`, `t [ms]`, SI without
     - `unit`: SI unit of the column;  `begin` (s) is added to the times
 
-    Two rows at one time are a jump. Rows with an empty cell are left out. Raises `InputError` with every error of the
-    file: line, column, value and hint.
+    Two rows at one time are a jump. Rows with an empty cell, or a null value of a logger such as -999.25, are left out.
+    Raises `InputError` with every error of the file: line, column, value and hint.
 
     Example:
         >>> import tempfile

@@ -19,14 +19,13 @@ from xml.parsers import expat
 import numpy as np
 
 from .._base._faults import Fault, InputError, existing_file, needed
+from .._base._nulls import EMPTY
 from ._grammar import is_date_name, says_time
 
 #: bytes of a piece of a file; the most of a whole one, unpacked, and of a row; columns of a table; depth of an XML
 _PIECE, _MOST_BYTES, _LONGEST_ROW, _MOST_COLUMNS, _DEEPEST = 1 << 22, 1 << 32, 1 << 24, 2000, 50
 #: errors of one kind that are listed
 _LISTED = 5
-#: cells that say that there is no value
-_EMPTY = ("", "-", "--", "---", "n/a", "N/A", "NA", "NaN", "nan", "NAN", "null", "NULL", "None", "#N/A")
 _NUMBER = re.compile(r"[-+]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][-+]?\d+)?")
 
 
@@ -267,7 +266,7 @@ class _Rows:
                 names=list(range(self.count)),
                 index_col=False,
                 dtype=dict.fromkeys(self.texts, str),
-                na_values=list(_EMPTY),
+                na_values=list(EMPTY),
                 keep_default_na=False,
                 skip_blank_lines=False,
                 decimal=self.decimal,
@@ -731,12 +730,12 @@ def _csv(path: Path, lines: _Lines, texts: Sequence[str]) -> Table:
         remarks.append("numbers have decimal commas")
 
     def timed(i: int) -> bool:
-        cells = [row[i].strip() for row in sample if i < len(row) and row[i].strip() not in _EMPTY]
+        cells = [row[i].strip() for row in sample if i < len(row) and row[i].strip() not in EMPTY]
         return sum(map(says_time, cells[:20])) > 0.5 * len(cells[:20])
 
     wanted = [i for i, name in enumerate(names) if name in texts or _looks_like_time(name) or timed(i)]
     cells = [
-        next((row[i].strip() for row in sample if i < len(row) and row[i].strip() not in _EMPTY), "")
+        next((row[i].strip() for row in sample if i < len(row) and row[i].strip() not in EMPTY), "")
         for i in range(count)
     ]
     wanted += [i for i, name in enumerate(names) if i not in wanted and _is_words(name, cells[i])]

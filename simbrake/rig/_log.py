@@ -11,6 +11,7 @@ import numpy as np
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
+from .._base._nulls import NULLS, is_null, told_as_null
 from .._base._progress import counting
 from .._base._table import Column, Table, Tabular, Unit, digits, plain, unit
 from ._clock import start_of, times_of
@@ -98,8 +99,6 @@ _SPELLINGS: dict[str, dict[str, float]] = {
 #: spellings that have another meaning elsewhere
 _DOUBTFUL = {"tonf", "ton", "tons", "mt"}
 _NO_UNIT = ("", "unitless", "none", "-", "--", "---", "n/a", "na", "euc", "null", "dimensionless", "undefined")
-#: null values of loggers, beside those that a file declares
-NULLS = (-999.25, -999.0, -9999.0, -9999.25, -99999.0, -999999.0)
 #: spacing of rows that is a gap, as a multiple of the usual one, and at least (s)
 _GAP, _GAP_S = 10.0, 20.0
 
@@ -538,14 +537,12 @@ class _Reading:
             for value in nulls:
                 if value < 0 and not low <= value * (1 - 1e-9):
                     continue
-                same = np.abs(x - value) <= 1e-9 * abs(value)
+                same = is_null(x, (value,))
                 if same.any():
                     x[same] = np.nan
                     if value not in own and self.null is None:
                         other.setdefault(value, []).append(table.names[i])
-        for value, columns in other.items():
-            which = ", ".join(columns[:4]) + (f" and {len(columns) - 4} more columns" if columns[4:] else "")
-            self.guesses.append(f"{value:g} is taken as a null value in {which}")
+        self.guesses += [told_as_null(value, columns) for value, columns in other.items()]
 
     def _scale(self, role: str, i: int, text: str) -> Unit | None:
         """The unit of a column with a role; `None` where it is left without one."""

@@ -683,6 +683,8 @@ def calibrate(
     search = Search(model, box, *model.arrays, loss, loss_scale, method, max_evaluations, starts)
     search.run()
     fit = assess(search, scene, absolute=absolute, confidence=confidence, rtol=rtol)
+    notes = dict.fromkeys(f"data: {note}" for each in recordings for note in each.data.notes)
+    fit = dataclasses.replace(fit, warnings=(*fit.warnings, *notes))
     return _profiled(search, fit) if profile and fit.converged else fit
 
 

@@ -14,6 +14,7 @@ import numpy as np
 
 from .._base._arguments import explained
 from .._base._faults import MOST_BYTES_OF_TABLE, Fault, InputError, text_of_file
+from .._base._nulls import EMPTY, NULLS, is_null, told_as_null
 from .._base._quantity import behind
 from .._base._table import Tabular, Unit, plain, spelled, to_si, unit
 from .._outputs._metrics import METRICS
@@ -78,6 +79,7 @@ class Measured(Tabular):
     """Measured data of one run, which can be added: `read_measured("speed.csv") + read_measured("events.csv")`.
 
     `known`: numbers of the scene that are known of this run, by path as in `with_values`: `{"duty.load.mass": "60 t"}`.
+    `notes`: what was assumed while reading, to be read.
 
     Example:
         >>> data = sb.studies.Measured.of([0.0, 0.5], {"omega": [24.0, 14.6]}, sigma={"omega": 0.1})
@@ -88,6 +90,7 @@ class Measured(Tabular):
     points: tuple[Points, ...] = ()
     singles: tuple[Single, ...] = ()
     known: Mapping[str, Any] = dataclasses.field(default_factory=dict)
+    notes: tuple[str, ...] = ()
 
     @classmethod
     def of(
@@ -123,7 +126,8 @@ class Measured(Tabular):
         return cls(tuple(points), tuple(singles), dict(known or {}))  # pyright: ignore
 
     def __add__(self, other: "Measured") -> "Measured":
-        return Measured(self.points + other.points, self.singles + other.singles, {**self.known, **other.known})
+        known, notes = {**self.known, **other.known}, tuple(dict.fromkeys((*self.notes, *other.notes)))
+        return Measured(self.points + other.points, self.singles + other.singles, known, notes)
 
     @property
     def all(self) -> tuple[Points | Single, ...]:
@@ -159,12 +163,13 @@ class Measured(Tabular):
         yield from (f"{path} = {value}, known" for path, value in self.known.items())
         if not self.count:
             yield "nothing measured"
+        yield from (f"- {note}" for note in self.notes)
 
     def as_dict(self) -> dict[str, Any]:
         """Columns over time and single values by their names, in SI units."""
         points = {p.name: {"unit": p.unit, "t": p.t, "value": p.value, "sigma": p.sigma} for p in self.points}
         singles = {s.name: {"unit": s.unit, "value": s.value, "sigma": s.sigma} for s in self.singles}
-        return plain({"points": points, "singles": singles, "known": dict(self.known)})
+        return plain({"points": points, "singles": singles, "known": dict(self.known), "notes": self.notes})
 
 
 def _spread(sigma: float | np.ndarray | None) -> str:
@@ -279,7 +284,10 @@ _SIGMA = "_sigma"
 
 @explained
 def read_measured(
-    *paths: str | Path, sigma: Mapping[str, float] | None = None, columns: Sequence[str] | None = None
+    *paths: str | Path,
+    sigma: Mapping[str, float] | None = None,
+    columns: Sequence[str] | None = None,
+    null: Sequence[float] = NULLS,
 ) -> Measured:
     """Measured data from CSV files.
 
@@ -288,11 +296,13 @@ def read_measured(
     columns such as `omega_sigma`. A file of **events** has the columns `event, time, sigma` (or
     `event, value, unit, sigma`), an event being the name of a metric (`stopping_time`, `max_tension`,
     `energy.friction_heat`). Units are in the header, `omega [rpm]`, `rim_temperature [degC]`, `t [ms]`; without one
-    they are SI, and a standard deviation has its column's. Empty cells were not measured, lines that begin with `#` are
-    comments, columns are separated by commas, semicolons (then numbers may have decimal commas) or tabs.
+    they are SI, and a standard deviation has its column's. Cells that are empty, `NaN`, `n/a` or the like were not
+    measured, nor were null values of loggers such as -999.25, which is told. Lines that begin with `#` are comments,
+    columns are separated by commas, semicolons (then numbers may have decimal commas) or tabs.
 
     - `sigma`: standard deviations (SI) of columns and events that have none in the files
     - `columns`: columns of series to read; the others are ignored
+    - `null`: numbers as they are written that mean no value, `()` for none
 
     Raises `InputError` with every error of every file: file, line, column, value and hint.
 
@@ -303,7 +313,7 @@ def read_measured(
         ...     sb.read_measured(f"{folder}/stop.csv", sigma={"omega": 0.1}).points[0].t
         array([0. , 0.5])
     """
-    reading = _Reading(sigma, columns)
+    reading = _Reading(sigma, columns, null)
     data = reading.read(*paths)
     if not paths:
         reading.issues.append(Fault("data", "no file was given", "give one or more CSV files"))
@@ -314,7 +324,8 @@ def read_measured(
 class _Reading:
     """Files of one or more runs while they are read: standard deviations for what has none, columns, errors."""
 
-    def __init__(self, sigma: Mapping[str, float] | None, columns: Sequence[str] | None) -> None:
+    def __init__(self, sigma: Mapping[str, float] | None, columns: Sequence[str] | None, null: Sequence[float]) -> None:
+        self.null = null
         self.wanted = None if columns is None else {_normal(name) for name in columns}
         self.issues = Faults(
             Fault(f"sigma of {name}", f"{value} is not a standard deviation", "it must be > 0")
@@ -326,9 +337,10 @@ class _Reading:
     def read(self, *paths: str | Path) -> Measured:
         data = Measured()
         for path in paths:
-            file = CsvFile(Path(path))
+            file = CsvFile(Path(path), self.null)
             data += file.read(self.sigma, self.wanted)
             self.issues += file.faults
+            data += Measured(notes=tuple(file.notes))
         return data
 
     def report(self, runs: Iterable[Measured]) -> None:
@@ -343,7 +355,11 @@ class _Reading:
 
 @explained
 def read_recordings(
-    table: str | Path, *, sigma: Mapping[str, float] | None = None, columns: Sequence[str] | None = None
+    table: str | Path,
+    *,
+    sigma: Mapping[str, float] | None = None,
+    columns: Sequence[str] | None = None,
+    null: Sequence[float] = NULLS,
 ) -> dict[str, Measured]:
     """Measured data of several runs by their names, from a CSV table with a row for each of them.
 
@@ -354,7 +370,7 @@ def read_recordings(
     - metrics that were measured, and their standard deviations: `stopping_time [ms]`, `stopping_time_sigma`
     - numbers of the scene that are known of a run, by path: `duty.load.mass [t]`, `initial.omega [rpm]`
 
-    `sigma`, `columns`, units, comments and errors are as in `read_measured`.
+    `sigma`, `columns`, `null`, units, comments and errors are as in `read_measured`.
 
     Example:
         >>> import pathlib, tempfile
@@ -366,13 +382,13 @@ def read_recordings(
         stopping_time = 1.3 s, σ = 0.01
         duty.load.mass = 40.0 t, known
     """
-    reading, file, recordings = _Reading(sigma, columns), CsvFile(Path(table)), dict[str, Measured]()
+    reading, file, recordings = _Reading(sigma, columns, null), CsvFile(Path(table), null), dict[str, Measured]()
     index = {head.name: i for i, head in enumerate(file.heads)}
     metrics = {name: file.column(i, unit_of(name)) for name, i in index.items() if _is_metric(name)}
     errors = {name: index[name + _SIGMA] for name in metrics if name + _SIGMA in index}
     spreads = {name: file.spreads(i, unit_of(name), index[name], metrics[name]) for name, i in errors.items()}
     for row, (line, cells) in enumerate(file.rows):
-        texts = {name: cells[i].strip() for name, i in index.items() if cells[i].strip()}
+        texts = {name: cells[i].strip() for name, i in index.items() if not file.is_empty(cells[i])}
         name, known = texts.pop("name", str(row + 1)), dict[str, str | float]()
         data = reading.read(*(file.path.parent / texts.pop(key) for key in ("file", "events") if key in texts))
         for path in [path for path in texts if path not in metrics and path.removesuffix(_SIGMA) not in errors]:
@@ -388,7 +404,7 @@ def read_recordings(
         ]
         if name in recordings:
             file.fault(f" line {line}", f"there is another recording {name!r}", "one name for each")
-        recordings[name] = data + Measured((), tuple(singles), known)
+        recordings[name] = data + Measured((), tuple(singles), known, tuple(file.notes))
     reading.issues += file.faults
     reading.report(recordings.values())
     return recordings
@@ -414,8 +430,9 @@ class _Head(NamedTuple):
 class CsvFile:
     """One CSV file while it is read: its table and errors."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, null: Sequence[float] = NULLS) -> None:
         self.path, self._listed, self._left_out = path, list[Fault](), 0
+        self._null, self.notes = tuple(null), list[str]()
         self.heads: list[_Head] = []
         self.rows: list[tuple[int, list[str]]] = []
         self.decimal_comma = False
@@ -516,7 +533,7 @@ class CsvFile:
         error = self.column(i, si, of_column=of)
         for k in np.flatnonzero(np.isfinite(value) & np.isnan(error)):
             line, cells = self.rows[k]
-            if not cells[i].strip():  # text that is not a number has a separate error
+            if self.is_empty(cells[i]):  # text that is not a number has a separate error
                 where = f" line {line}, column {self.heads[i].text}"
                 self.fault(where, "is empty beside a measured value", "give its standard deviation")
         return error
@@ -527,6 +544,7 @@ class CsvFile:
         text = head.unit if head.unit or of_column is None else self.heads[of_column].unit
         of = self._unit(f" header, column {head.text}", text, si)
         written = np.asarray([self.number(cells[i]) for _, cells in self.rows], np.float64)
+        self._without_nulls(written, head.text, needed)
         ratio = Fraction(of.factor)  # 350 ms is 0.35 s: a quotient is rounded once
         with np.errstate(over="ignore"):
             values = written * float(ratio.numerator) / float(ratio.denominator) + (0.0 if spread else float(of.offset))
@@ -537,8 +555,22 @@ class CsvFile:
             number = self._cell(line, cells, i, of, si, spread)
             values[k] = np.nan if number is None else number
             if number is None and needed:
-                self.fault(f" line {line}, column {head.text}", "is empty", "every line needs its time")
+                what = f"{cells[i].strip()} is a null value" if cells[i].strip() else "is empty"
+                self.fault(f" line {line}, column {head.text}", what, "every line needs its time")
         return values
+
+    def _without_nulls(self, written: np.ndarray, column: str, times: bool) -> None:
+        """NaN for null values, which is told; times that reach below one are none."""
+        for null in self._null:
+            same = is_null(written, (null,))
+            if same.any() and not (times and np.any(written[~same] < null)):
+                written[same] = np.nan
+                self.notes += [] if times else [told_as_null(null, [column])]
+
+    def is_empty(self, cell: str) -> bool:
+        """Whether a cell says that nothing was measured."""
+        number = self.number(cell)
+        return cell.strip() in EMPTY or (number is not None and bool(is_null(np.array(number), self._null)))
 
     def number(self, cell: str) -> float | None:
         """A cell as it is written; `None` where it is no number."""
@@ -557,7 +589,7 @@ class CsvFile:
     def _cell(self, line: int, cells: list[str], i: int, of: Unit, si: str, spread: bool) -> float | None:
         """One cell in SI, a standard deviation if `spread`: `None` where it is empty, NaN where it is faulty."""
         text, where = cells[i].strip(), f" line {line}, column {self.heads[i].text}"
-        if not text:
+        if self.is_empty(text):
             return None
         number = self.number(text)
         if number is None:
@@ -590,7 +622,9 @@ class CsvFile:
         for line, cells in self.rows:
             metric = cells[names["event"]].strip()
             where = f" line {line}, event {metric}"
-            if not cells[at].strip():
+            if self.is_empty(cells[at]):
+                number = self.number(cells[at])
+                self.notes += [] if number is None or np.isnan(number) else [told_as_null(number, [metric])]
                 continue
             if not metric:
                 self.fault(f" line {line}, column event", "is empty beside a value", "name the event")
@@ -604,7 +638,7 @@ class CsvFile:
             else:
                 text = cells[names["unit"]] if "unit" in names and cells[names["unit"]].strip() else head.unit
                 of = self._unit(where, text, si)
-            if "sigma" in names and cells[i := names["sigma"]].strip():
+            if "sigma" in names and not self.is_empty(cells[i := names["sigma"]]):
                 spread = self.heads[i]
                 own = self._unit(f" header, column {spread.text}", spread.unit, si) if spread.unit else of
                 error = self._cell(line, cells, i, own, si, True)

@@ -58,6 +58,40 @@ def test_units_and_empty_cells(tmp_path):
     assert "stopping_time = 1.5 s" in str(data)
 
 
+@pytest.mark.parametrize(
+    "null", ["", "-999.25", "-999.2500", "-9999", "-999", "-9.9925E+02", "NaN", "n/a", "-", "NULL"]
+)
+def test_null_values_of_loggers_were_not_measured(tmp_path, null):
+    """In columns, standard deviations, single values, tables of recordings and histories of a scene alike."""
+    a = write(tmp_path, "a.csv", f"t,omega [rpm],omega_sigma,phi\n0,{null},{null},1\n1,300,3,{null}\n2,150,3,2\n")
+    b = write(tmp_path, "b.csv", f"event,value,sigma\nstopping_time,{null},1\nmax_tension,5,{null}\n")
+    data = sb.read_measured(a, b, sigma={"max_tension": 2.0})
+    omega, phi = data.points
+    np.testing.assert_allclose(omega.value, np.array([10.0, 5.0]) * math.pi)
+    np.testing.assert_array_equal((omega.t, omega.sigma), ([1.0, 2.0], [math.pi / 10] * 2))
+    np.testing.assert_array_equal((phi.t, phi.value), ([0.0, 2.0], [1.0, 2.0]))
+    assert [(one.metric, one.value, one.sigma) for one in data.singles] == [("max_tension", 5.0, 2.0)]
+    told = [note for note in data.notes if "is taken as a null value in" in note]
+    assert told == list(data.notes)
+    assert bool(told) == null.startswith("-9")
+    assert all(note in str(data) for note in told)
+    table = write(tmp_path, "c.csv", f"name,duty.load.mass [t],stopping_time\na,{null},1\nb,40,{null}\n")
+    one, other = sb.studies.read_recordings(table).values()
+    assert (one.known, one.count, other.known, other.count) == ({}, 1, {"duty.load.mass": "40.0 t"}, 0)
+    profile = sb.files.history(write(tmp_path, "d.csv", f"t,lever [kN]\n0,1\n1,{null}\n2,3\n"), "lever", "N")
+    np.testing.assert_array_equal((profile.times, profile.values), ([0.0, 2.0], [1e3, 3e3]))
+    if null != "":
+        (told,) = faults(sb.read_measured, write(tmp_path, "e.csv", f"t,omega\n0,1\n{null},2\n"))
+        assert f"line 3, column t: {null} is a null value — every line needs its time" in told
+
+
+def test_null_values_that_are_given(tmp_path):
+    file = write(tmp_path, "a.csv", "t,tight_tension\n-1000,-999\n-999,-1\n")
+    np.testing.assert_array_equal(sb.read_measured(file).points[0].value, [-1.0])
+    np.testing.assert_array_equal(sb.read_measured(file, null=()).points[0].value, [-999.0, -1.0])
+    np.testing.assert_array_equal(sb.read_measured(file, null=[-1]).points[0].value, [-999.0])
+
+
 def test_semicolons_and_decimal_commas(tmp_path):
     file = write(tmp_path, "a.csv", "\ufefft;omega;comment\n0,5;1,25e1;begin\n1,5;7;end\n")
     (omega,) = sb.read_measured(file, columns=["omega"], sigma={"omega": 0.1}).points
@@ -186,13 +220,15 @@ def test_calibrate_with_a_table_of_recordings(capsys, tmp_path):
     scene = str(tmp_path / "stop.toml")
     sb.write_scene(stop_scene(C=None), scene)
     times = {inertia: 20.0 / (0.725 * (closed_form()["Pi"] - 1) / inertia * 7.5e3) for inertia in (800.0, 1200.0)}
-    rows = "".join(f"{inertia},{1e3 * time:.9f},1\n" for inertia, time in times.items())
-    table = write(tmp_path, "stops.csv", f"brake.pulley.inertia,stopping_time [ms],stopping_time_sigma [ms]\n{rows}")
+    rows = "".join(f"{inertia},{1e3 * time:.9f},1,-999.25\n" for inertia, time in times.items())
+    head = "brake.pulley.inertia,stopping_time [ms],stopping_time_sigma [ms],max_tension"
+    table = write(tmp_path, "stops.csv", f"{head}\n{rows}")
     fit = ("--fit", "duty.slack_tension.level=5 kN:12 kN", "--set", "initial.omega=20")
     fit = (scene, "--recordings", str(table), *fit)
     code, out, _ = call(capsys, "calibrate", *fit, "--out", str(tmp_path / "out"))
     assert code == 0
     assert "stopping_time@2" in out
+    assert "warning  data: -999.25 is taken as a null value in max_tension" in out
     saved = json.loads((tmp_path / "out" / "calibration.json").read_text("utf-8"))
     assert saved["parameters"][0]["value"] == pytest.approx(7.5e3, rel=1e-6)
     assert [row["name"] for row in saved["residuals"]] == ["stopping_time@1", "stopping_time@2"]
