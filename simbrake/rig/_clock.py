@@ -109,7 +109,7 @@ def _parts_in(table: Table, i: int) -> tuple[bool, bool]:
     one = said(text)
     if one is None:
         return False, False
-    if text.isdigit() and len(text) < 14:
+    if not says_time(text):
         return "DATE" in name and bool(one.date), "TIME" in name and bool(one.clock)
     return bool(one.date), bool(one.clock)
 

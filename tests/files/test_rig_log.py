@@ -28,7 +28,10 @@ IN_FEET = {
     "Bit Depth": ("ft", SMALL["DBTM"][1]),
 }
 IN_TONS = {"BLKPOS": ("m", SMALL["BPOS"][1]), "WOH": ("kdaN", SMALL["HKLD"][1]), "DBIT": ("m", SMALL["DBTM"][1])}
+IN_NEWTONS = {**SMALL, "HKLD": ("N", SMALL["HKLD"][1])}
 FILES = {
+    "six digits": ("a.csv", table(TIMES, IN_NEWTONS), "utf-8"),
+    "six digits in XML": ("a.xml", witsml(TIMES, IN_NEWTONS), "utf-8"),
     "witsml 1.4": ("a.xml", witsml(TIMES, SMALL), "utf-8"),
     "witsml 1.3": ("a.xml", witsml(TIMES, IN_FEET, "1.3.1.1"), "utf-8"),
     "las": ("a.las", las(TIMES, IN_TONS), "utf-8"),
