@@ -96,7 +96,7 @@ def is_date_name(name: str) -> bool:
 def says_time(text: str) -> bool:
     """Whether a cell is a time by its looks: a number is one only where it is a date and a clock."""
     one = said(text)
-    return one is not None and (bool(one.date and one.clock) or not re.fullmatch(r"[\d.,]+", text.strip()))
+    return one is not None and (bool(one.date and one.clock) or not re.fullmatch(r"\d+[.,]?\d*", text))
 
 
 def forms() -> str:

@@ -158,7 +158,7 @@ def refused(*arguments, **settings):
         *(("%Y%m%d%H%M%S", "Time"), ("%y-%m-%d %H:%M:%S", "Stamp"), ("%d/%b/%Y:%H:%M:%S", "Stamp")),
         *(
             ("%d/%m/%Y;%H:%M:%S", "Date;Time"),
-            ("%H:%M:%S;%a %d.%m.%Y", "Clock;Day"),
+            ("%H:%M:%S;%d.%m.%Y", "Clock;Day"),
             ("%Y%m%d;%H%M%S", "Rig Date;Time"),
         ),
     ],
