@@ -73,7 +73,7 @@ def rig(
         LOW:HIGH: hook load without a string, in N or with its unit, as "290 kN:310 kN"; by default by the log.
     threshold
         NAME=VALUE: a threshold of sb.rig.lowerings, in SI or with its unit, as "pause=20 s": pause, heave, end_speed,
-        travel, jump, floor, fastest, spacing, alone, string, slack, set_down, hidden; may be repeated.
+        travel, jump, floor, fastest, spacing, alone, string, slack, set_down; may be repeated.
     column
         ROLE=COLUMN: which column is the block_position, hook_load, …, with its unit where the file lacks it, as
         "hook_load=W2 [klbf]"; may be repeated.
@@ -192,7 +192,6 @@ def _as_option(fault: Fault) -> Fault:
         fault = dataclasses.replace(fault, path=f"--{option} {rest}".strip())
     hint = re.sub(r"names=\{'(\w+)': '(.*?)'\}", r'--column "\1=\2"', fault.hint)
     hint = re.sub(r"time=(\('.*?'\)|'[^']*')", lambda match: _as_times(match[1]), hint)
-    hint = re.sub(r"\bhidden=", "--threshold hidden=", hint)
     return dataclasses.replace(fault, hint=re.sub(r"\blines=", "--lines", hint))
 
 

@@ -98,10 +98,14 @@ def write(book: Ledger, folder: Path, replay: Replay | None = None) -> list[Path
         (scratch / "ledger.txt").write_text(f"{said}\n", "utf-8")
         write_json(scratch / "ledger.json", said.as_dict())
         if replay is not None:
-            replay.table.frame().to_csv(scratch / "replay.csv", index=False, lineterminator="\n")
+            _as_csv(replay.table, scratch / "replay.csv")
             REPLAYED.figure(comparison).savefig(scratch / "replay.png", dpi=130)  # pyright: ignore
-        frame = book.table.frame()
-        frame["flags"] = [", ".join(flags) for flags in frame["flags"]]
-        frame.to_csv(scratch / "ledger.csv", index=False, lineterminator="\n")
+        _as_csv(book.table, scratch / "ledger.csv")
         PICTURE.figure(book).savefig(scratch / "ledger.png", dpi=130)
     return written
+
+
+def _as_csv(table: Table, file: Path) -> None:
+    frame = table.frame()
+    frame["flags"] = [", ".join(flags) for flags in frame["flags"]]
+    frame.to_csv(file, index=False, lineterminator="\n")

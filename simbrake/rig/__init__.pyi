@@ -9,6 +9,7 @@ from ._log import Log as Log
 from ._log import read as read
 from ._lowerings import LOADS as LOADS
 from ._lowerings import STATES as STATES
+from ._lowerings import Gap as Gap
 from ._lowerings import Level as Level
 from ._lowerings import Lowering as Lowering
 from ._lowerings import Lowerings as Lowerings

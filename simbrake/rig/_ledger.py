@@ -121,34 +121,46 @@ class Ledger(Tabular):
 
     @property
     def answer(self) -> tuple[str, ...]:
-        """What a crew asks: the largest lowering, the whole work, how many are not decidable or flagged."""
+        """What a crew asks: the largest lowering, the whole work, what is not decidable, flagged, or hidden by gaps."""
         counts, totals, largest = self.counts, self.totals, self.largest
         flags = sorted({flag for one in self.lowerings.lowerings for flag in one.flags})
         aside = f"flagged and left out: {counts['flagged']}" + (f" ({', '.join(flags)})" if flags else "")
         if refused := sum(bool(one.refused) for one in self.entries):
             aside += f"; motion of the drum refused: {refused}"
+        lost = self.lowerings.lost
         if largest is None:
-            return ("no lowering without flags", aside)
+            return ("no lowering without flags", aside, *lost)
         one = largest.lowering
         when = in_seconds(one.start) if one.start else f"{digits(one.begin, 6)} s"
-        at_drum = {"drum_work": "at the drum", "friction_work": "by the friction brakes"}
+        assumed = (
+            " (by an assumed share; at most all of it)" if any(shares_of(self.settings["auxiliary"]).values()) else ""
+        )
+        at_drum = {"drum_work": "at the drum", "friction_work": f"by the friction brakes{assumed}"}
         drum = (f", {number(totals[x], 'J', count=3)} {words}" for x, words in at_drum.items() if totals[x] is not None)
         return (
             f"largest lowering: {_work(dataclasses.asdict(one))} at the hook, {number(one.travel, 'm', count=3)} at up "
             f"to {number(one.top_speed, 'm/s', count=3)}, {when}",
             f"all {counts['valid']} lowerings: {_work(totals)} at the hook{''.join(drum)}",
             f"load of string or block not decidable: {counts['not_decidable']}; {aside}",
+            *lost,
         )
 
     @property
     def tables(self) -> tuple[Table, ...]:
-        """For reading: the lowerings at the hook, at the drum if it is known, totals by trip and by day."""
+        """For reading: the lowerings at the hook, at the drum if it is known, gaps, totals by trip and by day."""
         rows = self.table
         first = "start" if self.lowerings.log.start else "begin"
         drum = rows.readable(first, *_DRUM, title="at the drum")
         known = any(not column.hidden for column in drum.columns if column.name != first)
         totals = (table.readable(*(column.name for column in table.columns)) for table in (self.by_trip, self.by_day))
-        return (rows.readable(first, *_HOOK, title="at the hook"), *([drum] if known else []), *totals)
+        gaps = self.lowerings.gap_table.readable(first, "duration", "change", "cut", "rest", title="gaps")
+        known = [drum] if known else []
+        return (
+            rows.readable(first, *_HOOK, title="at the hook"),
+            *known,
+            *([gaps] if self.lowerings.gaps else []),
+            *totals,
+        )
 
     @property
     def table(self) -> Table:

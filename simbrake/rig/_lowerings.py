@@ -29,8 +29,10 @@ THRESHOLDS = {
     **dict.fromkeys(("pause", "spacing"), "s"),
     **dict.fromkeys(("heave", "travel", "jump", "floor"), "m"),
     **dict.fromkeys(("end_speed", "fastest"), "m/s"),
-    **dict.fromkeys(("alone", "string", "slack", "set_down", "hidden"), "1"),
+    **dict.fromkeys(("alone", "string", "slack", "set_down"), "1"),
 }
+#: flag of a lowering that goes on in a gap
+_CUT = "cut by a gap"
 #: update interval (s) above which no lowering can be followed
 _SLOWEST = 15.0
 
@@ -75,10 +77,27 @@ class Lowering:
         return self.begin + self.duration
 
 
+class Gap(NamedTuple):
+    """A time without heights that is longer than a pause; times are seconds from the first row of the log.
+
+    - `start`: in ISO 8601, `None` in a log without date;  `begin`, `duration`
+    - `change`: of the height of the block over it, negative where the block is lower behind it
+    - `cut`: number of lowerings that go on in it;  `rest`: whether the block is where it was, and nothing is cut
+    """
+
+    start: str | None
+    begin: float
+    duration: float
+    change: float
+    cut: int
+    rest: bool
+
+
 @dataclasses.dataclass(frozen=True)
 class Lowerings(Tabular):
     """Lowerings of a log in the order of time, and the states of the block.
 
+    - `gaps`: times without heights; what the block does in those that are no rest is unknown, and in no total
     - `state`, `load` (n,): places in `simbrake.rig.STATES` and `LOADS` of each row of the log
     - `tare`: what the hook load shows without a string (block, top drive and the zero of the gauge), `None` if unknown
     - `decidable`: whether a second, heavier level tells string and block apart
@@ -87,6 +106,7 @@ class Lowerings(Tabular):
 
     log: Log = dataclasses.field(repr=False)
     lowerings: tuple[Lowering, ...]
+    gaps: tuple[Gap, ...]
     state: np.ndarray = dataclasses.field(repr=False)
     load: np.ndarray = dataclasses.field(repr=False)
     tare: Level | None
@@ -109,12 +129,57 @@ class Lowerings(Tabular):
         total = f"{number(work, 'J', count=4)} ({number(low, 'J', count=4)} to {number(high, 'J', count=4)})"
         aside = f"; {flagged} more are flagged and left out" if flagged else ""
         yield f"{len(self.valid)} lowerings, {total} at the hook{aside}"
+        yield from self.lost
         kinds = [f"{kind}: {sum(one.kind == kind for one in self.valid)}" for kind in reversed(LOADS)]
         yield f"load {', '.join(kinds)}"
         yield self.table
+        yield from [self.gap_table] if self.gaps else []
         yield self._shares
         yield from self.basis
         yield from (f"- {note}" for note in self.notes)
+
+    @property
+    def left_out(self) -> dict[str, Any]:
+        """What no total has: flagged lowerings, those of them that gaps cut, gaps that are no rest, with their time (s)
+        and by what the block is lower or higher behind them (m); its travel and work, `None` where it is unknown."""
+        lost = [gap for gap in self.gaps if not gap.rest]
+        flagged = len(self) - len(self.valid)
+        unknown = None if lost or flagged else 0.0
+        return {
+            "flagged": flagged,
+            "cut": sum(_CUT in one.flags for one in self.lowerings),
+            "gaps": len(lost),
+            "gap_duration": float(sum(gap.duration for gap in lost)),
+            "gap_fall": float(sum(max(-gap.change, 0.0) for gap in lost)),
+            "gap_rise": float(sum(max(gap.change, 0.0) for gap in lost)),
+            "travel": unknown,
+            "hook_work": unknown,
+        }
+
+    @property
+    def lost(self) -> tuple[str, ...]:
+        """What gaps leave unknown, in words; empty without gaps."""
+        if not self.gaps:
+            return ()
+        out = self.left_out
+        said = f"gaps in the log: {len(self.gaps)}, {_long(sum(gap.duration for gap in self.gaps))} in all"
+        if not out["gaps"]:
+            return (f"{said}; behind each of them the block is where it was: taken as a rest",)
+        ways = {"fall": "lower", "rise": "higher"}
+        moved = [f"{number(x, 'm', count=3)} {word}" for way, word in ways.items() if (x := out[f"gap_{way}"])]
+        cut = f", and of {out['cut']} pieces of lowerings that they cut" if out["cut"] else ""
+        where = f"behind which the block is {' and '.join(moved)} in all"
+        return (f"{said}; unknown, and in no total: travel and energy in {out['gaps']} of them, {where}{cut}",)
+
+    @property
+    def gap_table(self) -> Table:
+        """A row for each gap."""
+        columns = [
+            *(Column("start", left=True, show=in_seconds), Column("begin", "s", show=".6g")),
+            *(Column("duration", "s", show=".4g"), Column("change", "m", show="+.3g")),
+            *(Column("cut", heading="lowerings cut"), Column("rest")),
+        ]
+        return Table(columns, [list(gap) for gap in self.gaps], "gaps")
 
     @property
     def basis(self) -> tuple[str, ...]:
@@ -158,6 +223,8 @@ class Lowerings(Tabular):
                 "start": self.log.start,
                 "lowerings": self.table,
                 "totals": {name: sum(getattr(one, name) for one in self.valid) for name in ("travel", *_WORKS)},
+                "gaps": self.gap_table,
+                "left_out": self.left_out,
                 "tare": self.tare,
                 "decidable": self.decidable,
                 "states": dict(zip(STATES, share.tolist(), strict=True)),
@@ -172,6 +239,11 @@ class Lowerings(Tabular):
 def in_seconds(start: str) -> str:
     """A time in ISO 8601 without what is behind its seconds."""
     return start[:19].replace("T", " ")
+
+
+def _long(seconds: float) -> str:
+    """A time in words."""
+    return f"{digits(seconds, 3)} s" if seconds < 3600.0 else f"{digits(seconds / 3600.0, 3)} h"
 
 
 _WORKS = ("hook_work", "hook_work_low", "hook_work_high")
@@ -227,7 +299,6 @@ def lowerings(
     string: float = 1.25,
     slack: float = 0.7,
     set_down: float = 0.8,
-    hidden: float = 0.1,
 ) -> Lowerings:
     """Lowerings of a log by the updates of its height, with the work of the hook `W = ∫F dx` in each.
 
@@ -240,22 +311,24 @@ def lowerings(
       (m) is a lowering
     - flags: more than `jump` (m) and nine tenths of the travel in a single update, or beyond two steady updates on each
       side of it (by 0.25 m/s² at least), faster than `fastest` (m/s), heights below `floor` (m), a load that is
-      missing: these lowerings are listed and left out of totals
+      missing, a gap that cuts it: these lowerings are listed and left out of totals
     - `spacing`: heights are taken at least so far apart (s), as differences of frequent readings are noise
     - `tare`: lowest and highest load (N) without string; by default the lowest level of the load at rest at
       which the block also moves
     - loads up to `alone` times it are the block's, from `string` times it a string's; without a second level at rest
       neither is decidable. Below `slack` times it the hook is slack; a string at rest below `set_down` of its load in
       the motion before is set down
-    - `hidden`: share of the time that gaps longer than the longest lowering may have, and of the travel that all gaps
-      may hide; more is an error
+
+    Gaps: times without heights, longer than a `pause` and two and a half updates, are in `Lowerings.gaps`, with the
+    change of the height over them. A lowering that goes on in one is flagged. A gap over which the height changes by
+    `heave` at most, and which cuts nothing, is a rest.
 
     Intervals of the work: where the log has lowest and highest loads, `Σ min F Δh` and `Σ max F Δh`, bounds; else the
     spread of the quadratures, of which 90 % hold the work: load and height may differ by half an interval of each,
     readings between the updates scatter as their second differences do (Student's t), the height has steps, and the cut
     of the ends leaves something out.
 
-    Raises `InputError` where the height is updated too rarely, where nothing is lowered, or too much of it in gaps.
+    Raises `InputError` where the height is updated too rarely, and where nothing is lowered, in gaps neither.
 
     Example:
         >>> import pathlib, tempfile
@@ -321,28 +394,30 @@ class _Finder:
         self.lasted = np.where(known, np.clip(channel.period, step, step + row), step)
         self.mean_speed = self.fall / self.lasted
         self.between = np.where(known, self.mean_speed, -np.inf)
+        #: times (g, 2) and heights (g, 2) at the ends of the times without heights
+        known = ~np.isnan(channel.value)
+        times, values = channel.t[known], channel.value[known]
+        longest = max(thresholds["pause"], 2.5 * height.interval, 2.5 * row)
+        i = np.flatnonzero(np.diff(times) > longest)
+        self.gap_times = np.stack([times[i], times[i + 1]], axis=1)
+        self.gap_heights = np.stack([values[i], values[i + 1]], axis=1)
         #: no height was recorded there
-        self.blind = step > max(thresholds["pause"], 2.5 * height.interval, 2.5 * log.interval)
-        self.blind &= self._without_rows(height)
+        self.blind = np.zeros(step.size, bool)
+        self.blind[np.searchsorted(height.t, times[i], side="right") - 1] = True
         self.notes: list[str] = []
-
-    def _without_rows(self, height: Course) -> np.ndarray:
-        """Pieces of the height in which the log has no rows with one for longer than a pause."""
-        channel = self.log.position
-        times = channel.t[~np.isnan(channel.value)]
-        long = np.flatnonzero(np.diff(times) > max(self.limits["pause"], 2.5 * self.log.interval))
-        hit = np.zeros(height.t.size - 1, bool)
-        hit[np.clip(np.searchsorted(height.t, times[long], side="right") - 1, 0, hit.size - 1)] = True
-        return hit
 
     def result(self) -> Lowerings:
         tare, decidable = self._tare()
         spans = self._spans()
         works = _Works(self.log, self.height, self.load)
         limits, heavy = self.limits, (0.0, 0.0) if tare is None else (limits_of(self.limits, tare))
-        found = [self._lowering(works, a, b, decidable, heavy) for a, b in spans]
-        self._gaps(found)
-        if not found:
+        cuts = self._cuts(spans)
+        found = [
+            self._lowering(works, a, b, decidable, heavy, cut=cut)
+            for (a, b), cut in zip(spans, np.any(cuts, axis=0).tolist(), strict=True)
+        ]
+        gaps = tuple(self._gaps(cuts.sum(axis=1)))
+        if not found and not any(gap.change <= -limits["travel"] for gap in gaps):
             what = f"nothing is lowered by {limits['travel']:g} m"
             raise InputError(
                 [Fault(f"{self.log.source} column {self.log.position.mnemonic}", what, "does it count upwards?")]
@@ -352,7 +427,7 @@ class _Finder:
         self._clocks(spans)
         state, load = self._states(tare, decidable, heavy)
         return Lowerings(
-            self.log, tuple(found), state, load, tare, decidable, works.interval_by, limits, tuple(self.notes)
+            self.log, tuple(found), gaps, state, load, tare, decidable, works.interval_by, limits, tuple(self.notes)
         )
 
     def _clocks(self, spans: list[tuple[int, int]]) -> None:
@@ -378,22 +453,26 @@ class _Finder:
                 f"intervals of the work: where their clocks differ, offset={lag:g} brings them together"
             )
 
-    def _gaps(self, found: list[Lowering]) -> None:
-        """Note gaps that may hide lowerings; raise `InputError` where they are much beside what is in the rows."""
-        t, step, falls = self.height.t, np.diff(self.height.t), self.fall > self.limits["travel"]
-        gaps = np.flatnonzero(self.blind & (falls | (step > max((one.duration for one in found), default=np.inf))))
-        if not gaps.size:
-            return
-        deep, lost = float(self.fall[gaps[falls[gaps]]].sum()), float(step[gaps].sum())
-        travel = sum(one.travel for one in found)
-        longest = int(gaps[step[gaps].argmax()])
-        least = f", of {digits(deep, 3)} m at least beside {digits(travel, 3)} m in rows" if deep else ""
-        said = f"{gaps.size} gaps of up to {digits(step[longest], 3)} s may hide lowerings{least}"
-        if deep > self.limits["hidden"] * travel or lost > self.limits["hidden"] * (t[-1] - t[0]):
-            row = int(np.searchsorted(self.log.t, t[longest], side="right"))
-            where = f"{self.log.source} row {row}, {digits(t[longest], 6)} s after the first"
-            raise InputError([Fault(where, said, "split the log there, or allow a larger share: hidden=")])
-        self.notes.append(said)
+    def _cuts(self, spans: list[tuple[int, int]]) -> np.ndarray:
+        """Whether gaps (g) cut motions (k): the block moves at the edge of one, and is elsewhere at the other edge."""
+        height, held = self.height, self.log.position.held
+        late = height.interval + self.log.interval if held else 0.0  # a height that is held may move unseen for so long
+        a, b = np.array(spans, int).reshape(-1, 2).T
+        (begin, end), (before, behind) = self.gap_times.T[:, :, None], self.gap_heights.T[:, :, None]
+        last = np.searchsorted(height.t, begin, side="right") - 1
+        first = np.searchsorted(height.t, end, side="left")
+        into = (b == last) | ((b < last) & (begin - height.t[b] < late))
+        from_ = (a == first) | ((a > first) & (height.t[a] - end < late))
+        room = self.limits["heave"]
+        into &= np.abs(behind - height.value[b]) > room
+        return into | (from_ & (np.abs(before - height.value[a]) > room))
+
+    def _gaps(self, cut: np.ndarray) -> Iterator[Gap]:
+        """Times without heights, with the number of lowerings that each of them cuts."""
+        for (begin, end), (before, behind), count in zip(self.gap_times, self.gap_heights, cut, strict=True):
+            change = float(behind - before)
+            rest = not count and abs(change) <= self.limits["heave"]
+            yield Gap(_start(self.log, float(begin)), float(begin), float(end - begin), change, int(count), rest)
 
     def _spans(self) -> list[tuple[int, int]]:
         """First and last knot of each motion downwards."""
@@ -426,11 +505,13 @@ class _Finder:
         drop = self.height.value
         return [(a, b) for a, b in spans if drop[a] - drop[b] >= self.limits["travel"]]
 
-    def _lowering(self, works: "_Works", a: int, b: int, decidable: bool, heavy: tuple[float, float]) -> Lowering:
+    def _lowering(
+        self, works: "_Works", a: int, b: int, decidable: bool, heavy: tuple[float, float], *, cut: bool
+    ) -> Lowering:
         t, h = self.height.t[a : b + 1], self.height.value[a : b + 1]
         travel, begin = float(h[0] - h[-1]), float(t[0])
         work, low, high = works.between(a, b)
-        flags = []
+        flags = [_CUT] if cut else []
         deepest, speed = self.fall[a:b].max(), self.mean_speed[a:b]
         if deepest > max(self.limits["jump"], _SINGLE * travel):
             flags.append("single update")
@@ -447,14 +528,8 @@ class _Finder:
         quiet = self.load.value[slice(*np.searchsorted(self.load.t, middle))]
         static = float(np.median(quiet)) if quiet.size else float(self.load.at(np.array(0.5 * sum(middle))))
         kind = 0 if not decidable else 1 if mean <= heavy[0] else 2 if mean >= heavy[1] else 0
-        start = None
-        if self.log.start is not None:
-            zone = "Z" if self.log.start.endswith("Z") else ""
-            start = (
-                datetime.fromisoformat(self.log.start.removesuffix("Z")) + timedelta(seconds=begin)
-            ).isoformat() + zone
         return Lowering(
-            start=start,
+            start=_start(self.log, begin),
             begin=begin,
             duration=float(t[-1] - t[0]),
             height=float(h[0]),
@@ -553,6 +628,14 @@ class _Finder:
         return state, load
 
 
+def _start(log: Log, t: float) -> str | None:
+    """Time in ISO 8601 of `t` seconds behind the first row."""
+    if log.start is None:
+        return None
+    zone = "Z" if log.start.endswith("Z") else ""
+    return (datetime.fromisoformat(log.start.removesuffix("Z")) + timedelta(seconds=t)).isoformat() + zone
+
+
 def limits_of(limits: dict[str, Any], tare: Level) -> tuple[float, float]:
     """Highest load of the block alone, lowest of a string."""
     return limits["alone"] * tare.high, limits["string"] * tare.high
@@ -614,7 +697,7 @@ class _Works:
         """Work between two knots, and its interval."""
         begin, end = self.height.t[a], self.height.t[b]
         work = float(self.sums[b] - self.sums[a])
-        first, last = np.searchsorted(self.read, (begin, end))
+        first, last = np.searchsorted(self.read, begin, side="right"), np.searchsorted(self.read, end)
         around = self.read[max(first - 1, 0) : last + 1]
         longest = max(np.max(np.diff(around), initial=0.0), around[0] - begin, end - around[-1])
         if longest > max(_SLOWEST, 3.0 * self.load.interval):

@@ -345,6 +345,7 @@ class Replay(Tabular):
     """A log replayed on a scene: `result` is that of a run as any other, `lowerings` what is in each of them.
 
     - `book`: the ledger of the log;  `path`: the reconstruction that the run follows
+    - `bound`: the same run with the auxiliary brake or motor out, `None` where no share of them is assumed
     - `settings`: share of the motor, tensions of the lever;  `notes`: to be read
     """
 
@@ -352,6 +353,7 @@ class Replay(Tabular):
     path: Reconstruction
     result: Result
     lowerings: tuple[ReplayedLowering, ...]
+    bound: Result | None
     settings: dict[str, Any]
     notes: tuple[str, ...]
 
@@ -359,6 +361,11 @@ class Replay(Tabular):
     def verdict(self) -> Verdict:
         """The verdict on the run, that of `result.verdict()`."""
         return self.result.verdict()
+
+    @functools.cached_property
+    def bound_verdict(self) -> Verdict | None:
+        """The verdict on the upper bound, `None` where no share is assumed."""
+        return None if self.bound is None else self.bound.verdict()
 
     @property
     def hottest(self) -> ReplayedLowering | None:
@@ -375,7 +382,8 @@ class Replay(Tabular):
             return (f"the run failed before the first lowering: {self.result.message}",)
         temperatures = [f"{HOT[name]} {number(x, 'K', count=3)}" for name, x in most.hottest.items()]
         when = in_seconds(most.lowering.start) if most.lowering.start else f"{digits(most.lowering.begin, 6)} s"
-        words = ", ".join([f"{number(most.friction_heat, 'J', count=3)} in the brake", *temperatures])
+        heat = f"{number(most.friction_heat, 'J', count=3)} in the brake"
+        words = ", ".join([heat, *temperatures, *most.lowering.flags])
         verdict = self.verdict
         margins = [f"smallest margin: {row.name}, {row.margin}" for row in verdict.rows[:1]]
         off = (
@@ -385,7 +393,21 @@ class Replay(Tabular):
         return (
             f"hottest lowering: {when}, {words}",
             f"{verdict.colour}: {self.result.status}; {'; '.join(margins) or 'no margin'}",
+            *self.upper_bound,
             f"simulated against recorded: {', '.join(off)} at most in a lowering",
+        )
+
+    @property
+    def upper_bound(self) -> tuple[str, ...]:
+        """Heat and temperatures without the assumed share of auxiliary brake or motor, in words; empty without one."""
+        if self.bound is None or self.bound_verdict is None:
+            return ()
+        taken, most = (number(run.energy["friction_heat"], "J", count=3) for run in (self.result, self.bound))
+        hot = [f"{HOT[name]} up to {number(self.bound[name], 'K', count=3)}" for name in self.lowerings[0].hottest]
+        words = ", ".join([f"{most} in the friction brakes", *hot, self.bound_verdict.colour])
+        return (
+            f"upper bound, by a second run with the auxiliary brake or motor out: {words}: {self.bound.status}; "
+            f"with the assumed share {taken}",
         )
 
     @property
@@ -399,10 +421,11 @@ class Replay(Tabular):
             *(Column(name, "J", show=".4g") for name in ("recorded_work", "hook_work")),
             *(Column("work_deviation", show=".2e"), Column("friction_heat", "J", show=".4g")),
             *(Column(name, "K", show=".4g") for name in heats),
+            Column("flags", left=True, show=", ".join),
         ]
         rows = []
         for one in self.lowerings:
-            of = {**vars(one), **{name: getattr(one.lowering, name) for name in ("start", "begin", "kind")}}
+            of = {**vars(one), **{name: getattr(one.lowering, name) for name in ("start", "begin", "kind", "flags")}}
             of |= {name: one.hottest.get(name) for name in heats}
             rows.append([of[column.name] for column in columns])
         return Table(columns, rows)
@@ -431,13 +454,10 @@ class Replay(Tabular):
         most = self.hottest
         replay = plain(
             {
-                "code": int(self.result.code),
-                "status": self.result.status,
+                **_of_run(self.result, self.verdict),
                 "hottest": None if most is None else self.lowerings.index(most),
                 "lowerings": self.table,
-                "metrics": self.result.metrics,
-                "energy": self.result.energy,
-                "verdict": self.verdict.as_dict(),
+                "bound": None if not (self.bound and self.bound_verdict) else _of_run(self.bound, self.bound_verdict),
                 "settings": self.settings,
                 "notes": self.notes,
             }
@@ -447,6 +467,12 @@ class Replay(Tabular):
     def write(self, folder: str | Path) -> list[Path]:
         """Write the ledger as its own `write` does, with the replay in page, JSON and text, `replay.csv` and `.png`."""
         return write_pages(self.book, folder, self)
+
+
+def _of_run(result: Result, verdict: Verdict) -> dict[str, Any]:
+    """What a replay says of a run in JSON."""
+    known = {"code": int(result.code), "status": result.status, "metrics": result.metrics, "energy": result.energy}
+    return {**known, "verdict": verdict.as_dict()}
 
 
 def _largest_distance(path: Reconstruction, result: Result) -> tuple[float, float]:
@@ -510,7 +536,9 @@ def replay(
     - **motor** of the scene with its limits, else one without limits: it hoists, drives a block down that is too light
       to reach the recorded speed, and takes the share `auxiliary` of what is lowered (of a `Ledger` its share), one
       number or one by kind of load. An auxiliary brake counts as such a share, too. Without a share all of it is heat
-      of the friction brakes, an upper bound
+      of the friction brakes, an upper bound; beside a share, which is an assumption, a second run gives this bound
+      (`Replay.bound`)
+    - **gaps** of the log: the block moves evenly to where it is behind one
     - **rope**: its turns are those on the drum with the block at its highest
 
     The duty, the start and the end of the scene do not matter but for lines, drum, rope and tensions. Runs of logs of
@@ -562,20 +590,27 @@ def replay(
     if faults:
         raise InputError(faults)
     if auxiliary is None:
-        bound = "the friction brakes take all that is lowered, an upper bound"
-        notes.append(f"{bound}: auxiliary= is the share of a motor or an auxiliary brake")
-    path = reconstruct(found, hook)
-    own = _scene_of(scene, found, path, shares_of(auxiliary), notes)
+        whole = "the friction brakes take all that is lowered, an upper bound"
+        notes.append(f"{whole}: auxiliary= is the share of a motor or an auxiliary brake")
+    lost = sum(not gap.rest for gap in found.gaps)
+    if lost:
+        notes.append(f"in {lost} gaps of the log the block moves evenly to where it is behind: nothing else is known")
+    path, shares = reconstruct(found, hook), shares_of(auxiliary)
+    own = _scene_of(scene, found, path, shares, notes)
     steps = 1 << int(np.ceil(np.log2(10 * path.t.size + 4096)))
-    result = simulate(own, rtol=rtol, max_steps=steps, max_events=steps, throw=False, progress=progress)
-    behind, when = _largest_distance(path, result)
-    if behind > found.thresholds["heave"]:
-        far = number(behind, "m", count=3)
-        notes.append(
-            f"the hook is up to {far} off the recorded motion, at {digits(when, 6)} s: lever or motor are too weak"
-        )
+
+    def run(scene: Scene) -> Result:
+        return simulate(scene, rtol=rtol, max_steps=steps, max_events=steps, throw=False, progress=progress)
+
+    result = run(own)
+    bound = run(_scene_of(scene, found, path, {}, [])) if any(shares.values()) else None
+    for each, words in ((result, ""), (bound, "without the assumed share ")):
+        behind, when = (0.0, 0.0) if each is None else _largest_distance(path, each)
+        if behind > found.thresholds["heave"]:
+            far = f"{words}the hook is up to {number(behind, 'm', count=3)} off the recorded motion"
+            notes.append(f"{far}, at {digits(when, 6)} s: lever or motor are too weak")
     settings = {"auxiliary": auxiliary, "limit": float(own.duty.lever.limit), "pull": float(own.duty.lever.pull)}  # pyright: ignore
-    return Replay(book, path, result, tuple(_replayed(path, result)), settings, tuple(notes))
+    return Replay(book, path, result, tuple(_replayed(path, result)), bound, settings, tuple(notes))
 
 
 # --- beside the recording ---------------------------------------------------------------------------------------------

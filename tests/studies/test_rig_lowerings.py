@@ -239,18 +239,72 @@ def test_one_level_is_not_decidable(tmp_path):
     assert "it may contain a light string" in str(result)
 
 
-def test_gaps_hide_lowerings(tmp_path):
+#: true lowerings: 28 m from 40 to 68 s, 27 m from 186 to 204 s, …, 30 m from 591 to 625 s
+@pytest.mark.parametrize("kind", ["fine", "decimated", "held"])
+@pytest.mark.parametrize(
+    ("begin", "end", "lost", "cut"),
+    [
+        pytest.param(48.0, 82.0, [0], 1, id="into a rest"),
+        pytest.param(20.0, 58.0, [0], 1, id="out of a rest"),
+        pytest.param(184.0, 206.0, [1], 0, id="a whole lowering"),
+        pytest.param(602.0, 617.0, [4], 2, id="inside a lowering"),
+        pytest.param(84.0, 104.0, [], 0, id="a rest"),
+        pytest.param(84.0, 220.0, [1], 0, id="hoisting and lowering"),
+        pytest.param(-1.0, 0.5, [], 0, id="no gap"),
+    ],
+)
+def test_a_gap_is_told_and_a_lowering_that_it_cuts_left_out(tmp_path, kind, begin, end, lost, cut):
+    """The others keep their work; what the block did in the gap is in no total, and that is said."""
+    t, h, load, true = trip(STANDS)
+    rows, height, force = sampled(t, h, load, kind, np.random.default_rng(1))
+    kept = (rows < begin) | (rows > end)
+    result = sb.rig.lowerings(recording(tmp_path, rows[kept], height[kept], force[kept]))
+    whole = [one for i, one in enumerate(true) if i not in lost]
+    assert [one.travel for one in result.valid] == pytest.approx([travel for _, _, travel, _ in whole], rel=0.01)
+    work = sum(work for *_, work in whole)
+    told, out = result.as_dict(), result.left_out
+    assert told["totals"]["hook_work"] == pytest.approx(work, rel=0.02)
+    assert told["left_out"] == out
+    assert (out["flagged"], out["cut"]) == (cut, cut)
+    assert [one.flags[0] for one in result.lowerings if one.flags] == ["cut by a gap"] * cut
+    if end < 1.0:
+        assert (result.gaps, result.lost, out["gaps"], out["travel"]) == ((), (), 0, 0.0)
+        return
+    (gap,) = result.gaps
+    before, behind = (rows[kept][rows[kept] < begin][-1], rows[kept][rows[kept] > end][0])
+    assert (gap.begin, gap.duration) == pytest.approx((before, behind - before))
+    assert gap.change == pytest.approx(height[rows == behind][0] - height[rows == before][0])
+    assert (gap.cut, gap.rest) == (cut, not lost)
+    assert told["gaps"][0]["change"] == gap.change
+    for said in (str(result), str(sb.rig.ledger(result))):
+        assert ("unknown, and in no total" in said) is bool(lost)
+        assert ("taken as a rest" in said) is not bool(lost)
+    if lost:
+        assert (out["gaps"], out["travel"], out["hook_work"]) == (1, None, None)
+        assert out["gap_fall"] - out["gap_rise"] == pytest.approx(-gap.change)
+
+
+def test_a_day_of_rest_between_two_trips_is_a_rest(tmp_path):
     t, h, load = shape((40, 0), (20, -20), (60, 0), (20, 18), (60, 0), (20, -15), (60, 0))
-    kept = (t < 150) | (t > 250)
-    log = recording(tmp_path, t[kept], h[kept], load[kept])
-    with pytest.raises(sb.InputError, match=r"log row 75, 148 s .*may hide lowerings, of 15 m at least beside 20 m"):
-        sb.rig.lowerings(log)
-    kept = (t < 150) | (t > 200)  # it ends where it began
-    with pytest.raises(sb.InputError, match=r"log row 75, 148 s .*: 1 gaps of up to 54 s may hide lowerings — split"):
-        sb.rig.lowerings(recording(tmp_path, t[kept], h[kept], load[kept]))
-    result = sb.rig.lowerings(log, hidden=0.8)
-    assert [round(one.travel) for one in result.lowerings] == [20]
-    assert any("1 gaps of up to 104 s may hide lowerings" in note for note in result.notes)
+    log = recording(tmp_path, np.where(t > 90, t + 86400.0, t), h, load)
+    result = sb.rig.lowerings(log)
+    assert [one.travel for one in result.valid] == pytest.approx([20.0, 15.0])
+    assert result.lost == (
+        "gaps in the log: 1, 24 h in all; behind each of them the block is where it was: taken as a rest",
+    )
+    assert [row["lowerings"] for row in sb.rig.ledger(result).by_trip] == [1, 1]
+
+
+def test_a_log_whose_only_lowering_is_in_a_gap_is_read(tmp_path):
+    t, h, load = shape((40, 0), (20, -20), (60, 0))
+    kept = (t < 38) | (t > 62)
+    book = sb.rig.ledger(recording(tmp_path, t[kept], h[kept], load[kept]), lines=8)
+    assert book.answer[0] == "no lowering without flags"
+    assert book.answer[-1] == (
+        "gaps in the log: 1, 28 s in all; unknown, and in no total: travel and energy in 1 of them, behind which the "
+        "block is 20 m lower in all"
+    )
+    assert book.totals["hook_work"] == 0.0
 
 
 def test_what_has_no_lowerings_is_refused(tmp_path):

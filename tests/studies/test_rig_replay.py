@@ -152,15 +152,42 @@ def test_shares_of_a_motor_are_no_heat_of_the_brake(tmp_path):
     replay = sb.rig.replay(book, scene_of())
     heat, work = float(replay.result.energy["friction_heat"]), sum(one.hook_work for one in replay.lowerings)
     assert heat == pytest.approx(0.25 * work, rel=0.03)
-    assert "upper bound" not in str(replay)
+    # an assumed share takes heat off the brake: what it is at most, without it, stands beside it
+    assert float(replay.bound.energy["friction_heat"]) == pytest.approx(work, rel=0.03)
+    (said,) = [line for line in replay.answer if line.startswith("upper bound, by a second run")]
+    peak = replay.bound["peak_rim_temperature"]
+    assert f"rim up to {peak - 273.15:.3g} °C" in said
     alone = sb.rig.replay(log, scene_of())
     assert "an upper bound" in str(alone)
     assert float(alone.result.energy["friction_heat"]) == pytest.approx(work, rel=0.03)
     said = json.loads(json.dumps(replay.as_dict()))["replay"]
-    assert said["code"] == 0
+    assert said["code"] == said["bound"]["code"] == 0
+    assert said["bound"]["metrics"]["peak_rim_temperature"] == peak > said["metrics"]["peak_rim_temperature"] + 20
+    assert (alone.bound, alone.upper_bound, alone.as_dict()["replay"]["bound"]) == (None, (), None)
     assert said["lowerings"][said["hottest"]]["peak_rim_temperature"] == max(
         row["peak_rim_temperature"] for row in said["lowerings"]
     )
+
+
+def test_through_gaps_the_block_of_a_replay_moves_evenly(tmp_path):
+    """Lowered by 16 m at 1 m/s, of which 6 m are in a gap, hoisted by 12 m in another one, and lowered by 10 m."""
+    times = [0.0, 40, 56, 200, 240, 300, 320, 400]
+    t = np.arange(0.0, 400.0, 2.0)
+    height = np.interp(t, times, [30, 30, 14, 14, 26, 26, 16, 16])
+    kept = (t <= 46) | ((t >= 52) & (t <= 180)) | (t >= 260)
+    t = np.where(t >= 52, t + 20.0, t)  # 26 s for these 6 m
+    replay = sb.rig.replay(recording(tmp_path, t[kept], height[kept], np.full(t.size, STRING)[kept]), scene_of())
+    assert replay.result.ok
+    assert float(replay.result.energy["load_work"]) == pytest.approx(14.0 * STRING, rel=1e-3)
+    away = height[kept] - (height[0] - np.asarray(replay.path.hook.travelled(replay.path.angle_at(t[kept]))))
+    assert np.abs(away).max() < 0.3
+    assert [one.lowering.flags for one in replay.lowerings] == [("cut by a gap",), ("cut by a gap",), ()]
+    said = replay.as_dict()
+    assert [row["flags"] for row in said["replay"]["lowerings"]] == [["cut by a gap"], ["cut by a gap"], []]
+    assert [gap["change"] for gap in said["gaps"]] == [-6.0, 12.0]
+    assert said["totals"]["travel"] == pytest.approx(10.0)
+    assert "in 2 gaps of the log the block moves evenly to where it is behind" in str(replay)
+    assert "gaps in the log: 2, 106 s in all; unknown" in str(replay)
 
 
 def test_a_comparison_looks_at_each_rest_once_and_pages_ask_for_one_verdict(tmp_path, monkeypatch):
