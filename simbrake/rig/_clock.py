@@ -332,7 +332,10 @@ class _Texts:
         if days is None:
             return None
         local = days * _DAY + clock
-        east = self._east([one.zone for one in whole], local)
+        zones = [one.zone for one in whole]
+        east = self._east(zones, local)
+        for name in sorted({zone.upper() for zone in zones if zone.isalpha()} - {"Z", "UT", "UTC", "GMT"}):
+            remarks.append(f"{name} read as UTC{(east_of(name, 0.0) or 0.0) / 3600.0:+g}")
         return (
             None
             if east is None

@@ -29,6 +29,7 @@ DATES = {
 CLOCKS = {
     "03:00:00.5": r"(?P<hour>\d{1,3}):(?P<minute>\d{2}):(?P<second>\d{2}(?:[.,]\d+|:\d{3})?)",
     "03:00": r"(?P<hour>\d{1,3}):(?P<minute>\d{2})",
+    "03.00.00": r"(?P<hour>\d{1,2})\.(?P<minute>\d{2})\.(?P<second>\d{2}(?:[.,]\d+)?)",
     "3:00:00 am": r"(?P<hour>\d{1,2}):(?P<minute>\d{2})(?::(?P<second>\d{2}(?:[.,]\d+)?))?\s*(?P<half>[ap])\.?m\.?",
     "030000": r"(?P<hour>\d{2})(?P<minute>\d{2})(?P<second>\d{2}(?:[.,]\d+)?)",
 }

@@ -155,6 +155,7 @@ def refused(*arguments, **settings):
         *(("%H:%M:%S %d/%m/%Y", "Time"), ("%d/%m/%Y-%H:%M:%S", "Time"), ("%Y-%m-%d-%H:%M:%S", "Time")),
         *(("%Y-%m-%dT%H:%M:%S.000", "Time"), ("%Y/%m/%d_%H:%M:%S:000", "Time"), ("%d-%b-%y %I:%M:%S %p", "Time")),
         *(("%A, %d %B %Y, %H:%M:%S", "Time"), ("%a %b %d %H:%M:%S %Y", "Time"), ("%b %d, %Y %H:%M:%S", "Time")),
+        *(("%d.%m.%Y %H.%M.%S", "Time"), ("%H.%M.%S %d.%m.%Y", "Time"), ("%Y%m%dT%H%M%S", "Time")),
         *(("%Y%m%d%H%M%S", "Time"), ("%y-%m-%d %H:%M:%S", "Stamp"), ("%d/%b/%Y:%H:%M:%S", "Stamp")),
         *(
             ("%d/%m/%Y;%H:%M:%S", "Date;Time"),
@@ -183,6 +184,7 @@ def test_zones_behind_clocks(zone, start):
         assert log.start == f"{start}Z"
     summer = at([f"2020-03-29 {clock}" for clock in ("01:59:58 CET", "03:00:00 CEST", "03:00:02 Europe/Oslo")])
     np.testing.assert_array_equal(summer.t, [0.0, 2.0, 4.0])
+    assert {"Time: CET read as UTC+1", "Time: CEST read as UTC+2"} <= set(summer.guesses)
 
 
 @pytest.mark.parametrize(
