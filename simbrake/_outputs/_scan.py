@@ -65,6 +65,7 @@ class ScanColumns(NamedTuple):
     """Forces, margins and maxima over the linings of a run at many times, for a report.
 
     - `passing`: by mark, the quantity that passes its limit
+    - `friction_heat`: friction work of each pair since the start (J)
     - `holding`: load on a pulley at rest, and static capacity of the brake in its direction (N·m)
     - `tops`: by the name of a metric, the value of which its maximum over the run is wanted;  `places`: at which lining
       (from 0) it is that large, of `widths` ones
@@ -75,6 +76,7 @@ class ScanColumns(NamedTuple):
     alpha: Float[Array, " m"]
     lever_tension: Float[Array, " m"]
     load_torque: Float[Array, " m"]
+    friction_heat: Float[Array, "m pairs"]
     margins: Float[Array, "m marks"]
     passing: dict[str, Float[Array, "m k"]]
     holding: tuple[Array, Array]
@@ -91,6 +93,7 @@ def _sight(p: Probe, wanted: Wanted) -> ScanColumns:
         p.flows.contact.alpha,
         p.flows.lever_tension,
         p.flows.load_torque,
+        np.stack(p.y.ledger.friction, axis=1),
         p.margins,
         {name: passing(name, p) for name in wanted.marks},
         p.holding,

@@ -27,7 +27,7 @@ from .._outputs._metrics import METRICS
 from .._outputs._quantities import about_column
 from .._outputs._quantities import flat as flat_series
 from .._parts._scene import Scene
-from .._run._accuracy import SCOPE, Accuracy, accuracy
+from .._run._accuracy import Accuracy, accuracy
 from .._run._measure import (
     LimitCheck,
     Metric,
@@ -284,7 +284,6 @@ def contents(
         "spread": None,
         "without": [],
         "accuracy": None,
-        "not_covered": SCOPE,
         "provenance": flat(origin),
         "files": {**_scene_text(scene), **files},
     }

@@ -17,14 +17,17 @@ from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._table import Column, Number, Table, Tabular, digits, number, plain, pretty
 from .._outputs._log import Event
-from .._outputs._metrics import METRICS, RESIDUALS, about_output
+from .._outputs._metrics import HOT, METRICS, RESIDUALS, about_output
 from .._outputs._probe import Entry, RunJit, in_lanes
 from .._outputs._scan import Scan
 from ..hybrid import Code, Record, Rodas5P
+from ..thermal._heat import Heat
+from ..thermal._mesh import merged
 from ._measure import title_of
+from ._mesh import cuts_of, with_finer_layers
 from ._report import segments_of
 from ._result import Result
-from ._simulate import EPS, rounding, second_rtol, simulate, solver_of
+from ._simulate import EPS, error_of_layers, rounding, second_rtol, simulate, solver_of
 
 #: share of a run to which instants near 0 are resolved, relative to rounding
 _INSTANT = 1e-3
@@ -32,10 +35,6 @@ _INSTANT = 1e-3
 _BRIEF = 1e-12
 #: instants at which the states of two runs are compared, at most
 _INSTANTS = 4096
-SCOPE = (
-    "covers the integration in time: steps, events, and maximum values inside steps. Does not cover the layers of "
-    "walls (their mesh in depth), the model and its parameters, or a pulse in a profile that no step looked at"
-)
 
 # --- states by kind ---------------------------------------------------------------------------------------------------
 
@@ -127,7 +126,7 @@ def _in_pairs(a: list[Event], b: list[Event]) -> tuple[list[tuple[Event, Event]]
 
 class Difference(NamedTuple):
     """How far two runs lie apart: metrics by name, times of events in the order of the log, states by kind (largest
-    difference, the time of it in the first run, and the largest value); and why they cannot be compared."""
+    difference, the time of it in the first run, and the largest value); and why only metrics can be compared."""
 
     metrics: dict[str, float | None]
     events: list[float]
@@ -151,15 +150,15 @@ def metrics_of_run(result: Result) -> dict[str, float | None]:
 def difference(a: Result, b: Result) -> Difference:
     """How far two runs of one scene lie apart; states at equal shares of the time between events."""
     mine, theirs = a.report(), b.report()
-    pairs, problem = _in_pairs(mine.events, theirs.events)
-    segments = None if problem else _matched(mine.scan, theirs.scan)
-    if segments is None:
-        return Difference({}, [], {}, problem or "between two events the modes of the runs differ")
     ours, others = metrics_of_run(a), metrics_of_run(b)
     metrics = {
         name: None if value is None or others.get(name) is None else abs(value - others[name])  # pyright: ignore
         for name, value in ours.items()
     }
+    pairs, problem = _in_pairs(mine.events, theirs.events)
+    segments = None if problem else _matched(mine.scan, theirs.scan)
+    if segments is None:
+        return Difference(metrics, [], {}, problem or "between two events the modes of the runs differ")
     return Difference(metrics, [abs(x.time - y.time) for x, y in pairs], _of_states(mine.scan, theirs.scan, segments))
 
 
@@ -175,7 +174,7 @@ def _matched(a: Scan, b: Scan) -> list[tuple[Segment, Segment]] | None:
 def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> dict[Kind, tuple[float, float, float]]:
     if not segments:
         return {}
-    rows, shares, y, t = [], [], [], []
+    own, rows, shares, y, t = [], [], [], [], []
     for mine, theirs in segments:
         steps = np.arange(mine.first, mine.last + 1)
         begin, end = a.steps.t0[mine.first], a.steps.t1[mine.last]
@@ -189,28 +188,44 @@ def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> dic
         span = b.steps.t1[theirs.first + row] - starts[row]
         share = np.where(span > 0, (others - starts[row]) / np.where(span > 0, span, 1.0), 1.0)
         share[-1], row[-1] = 1.0, len(starts) - 1
+        own.append(np.append(steps, mine.last))
         rows.append(theirs.first + row)
         shares.append(np.clip(share, 0.0, 1.0))
         y.append(np.concatenate([a.steps.y0[steps], a.steps.y1[mine.last : mine.last + 1]]))
         t.append(times)
-    row, share, y, t = (np.concatenate(column) for column in (rows, shares, y, t))
+    own, row, share, y, t = (np.concatenate(column) for column in (own, rows, shares, y, t))
     some = np.unique(np.linspace(0, len(t) - 1, min(len(t), _INSTANTS)).round().astype(int))
-    row, share, y, t = row[some], share[some], y[some], t[some]
+    own, row, share, y, t = own[some], row[some], share[some], y[some], t[some]
     other = np.asarray(b.states(row, share)[1])
     # ends of steps are known, and not changed by rounding
     start, end = share == 0.0, share == 1.0
     other = np.where(start[:, None], b.steps.y0[row], np.where(end[:, None], b.steps.y1[row], other))
-    kinds, errors = kinds_of(a.record), {}
-    system: Any = a.record.system
+    kinds, others, errors = kinds_of(a.record), kinds_of(b.record), {}
+    finer = kinds != others
     for kind in dict.fromkeys(kinds):
-        columns = np.asarray([i for i, entry in enumerate(kinds) if entry == kind])
-        u, v = y[:, columns], other[:, columns]
+        u = y[:, [i for i, entry in enumerate(kinds) if entry == kind]]
+        v = other[:, [i for i, entry in enumerate(others) if entry == kind]]
         if kind.name == "temperature":
-            u, v = (in_lanes(lambda rows: _temperatures(system.thermal, rows), x) for x in (u, v))
+            u, v = _node_temperatures(a, u), _node_temperatures(b, v)
+        if kind.name == "temperature" and finer:
+            v = merged(*(scan.record.system.thermal.heat for scan in (a, b)), v)  # pyright: ignore
+            ends_of_own = (t - a.steps.t0[own]) / np.maximum(a.steps.t1[own] - a.steps.t0[own], 1e-300)
+            faces = (
+                scan.look(*at).tops for scan, at in ((a, (own, np.clip(ends_of_own, 0.0, 1.0))), (b, (row, share)))
+            )
+            u, v = (
+                np.column_stack([T, *(values for name, values in tops.items() if name in HOT)])
+                for T, tops in zip((u, v), faces, strict=True)
+            )
         apart = np.max(np.abs(u - v), axis=1)
         worst = int(np.argmax(apart))
         errors[kind] = (float(apart[worst]), float(t[worst]), float(np.max(np.abs(u))))
     return errors
+
+
+def _node_temperatures(scan: Scan, u: np.ndarray) -> np.ndarray:
+    system: Any = scan.record.system
+    return in_lanes(lambda rows: _temperatures(system.thermal, rows), u)
 
 
 # --- the second run ---------------------------------------------------------------------------------------------------
@@ -244,6 +259,15 @@ def second_run(result: Result, progress: Any = False) -> Result:
     return second
 
 
+def finer_run(result: Result, progress: Any = False) -> Result | None:
+    """The same run with finer layers, and the method that fits them; `None` without walls."""
+    if not result.scene.network.walls:
+        return None
+    scene, limits = with_finer_layers(result.scene, cuts_of(result)), result.limits
+    options: dict[str, Any] = {"max_step": float(limits.max_step), "max_events": int(limits.max_events)}
+    return simulate(scene, rtol=float(result.rtol), throw=False, progress=progress, **options)
+
+
 def _solver_again(result: Result) -> Any:
     """The solver of the run as it was given, which finds the compiled program: the method of a record may be a variant
     of it that fits the system."""
@@ -257,8 +281,25 @@ def _solver_again(result: Result) -> Any:
 # --- the estimate -----------------------------------------------------------------------------------------------------
 
 
+def _scope(heat: Heat, problem: str) -> str:
+    """What an estimate covers and what not; `problem`: why the layers of walls are not in it."""
+    layers, beyond = "", ["the model and its parameters"]
+    if heat.walls and problem:
+        beyond.insert(0, f"the layers of walls ({problem})")
+    elif heat.walls:
+        layers = ", and the layers of walls"
+    elif heat.bodies:
+        beyond.insert(0, "differences of temperature inside bodies of one temperature")
+    return (
+        f"covers the integration in time: steps, events, and maximum values inside steps{layers}. Does not cover "
+        f"{', '.join(beyond)}, or a pulse in a profile that no step looked at"
+    )
+
+
 class ErrorEstimate(NamedTuple):
     """A metric or an energy with its estimated error, both in its SI unit; `None` where it has no value.
+
+    - `layers`: part of the error that the layers of walls make
 
     Example:
         >>> one = result.accuracy().metrics[2]
@@ -270,6 +311,7 @@ class ErrorEstimate(NamedTuple):
     unit: str
     value: float | None
     error: float | None
+    layers: float | None = 0.0
 
     @property
     def relative(self) -> float | None:
@@ -278,7 +320,7 @@ class ErrorEstimate(NamedTuple):
 
 
 class EventError(NamedTuple):
-    """An event of the log and the estimated error of its time (s).
+    """An event of the log and the estimated error of its time (s); `layers`: part of it that the layers of walls make.
 
     Example:
         >>> one = result.accuracy().events[-1]
@@ -290,10 +332,13 @@ class EventError(NamedTuple):
     lining: int | None
     time: float
     error: float
+    layers: float = 0.0
 
 
 class StateError(NamedTuple):
     """The largest estimated error of one kind of states over a run, in its SI unit; when (s), and the largest value.
+
+    - `layers`: part of the error that the layers of walls make; of temperatures with those of the surfaces
 
     Example:
         >>> one = result.accuracy().states[0]
@@ -306,16 +351,19 @@ class StateError(NamedTuple):
     error: float
     time: float
     largest: float
+    layers: float = 0.0
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class Accuracy(Tabular):
-    """Estimated errors of a run, from a second one.
+    """Estimated errors of a run, from a second one, and with walls in layers from a third one with finer layers.
 
     - `metrics` (with energies), `events`, `states`: of each the estimated error;  `problem`: empty, or why there is no
       estimate (the three are empty then)
     - `rtol` of the run, `second_rtol` and `max_step` (s) of the second;  `steps` and `second_steps` taken, `seconds` of
       the second run
+    - `scope`: what the errors cover, and what not;  `finer_steps` and `finer_seconds` of the run with finer
+      layers, 0 without;  `finer_problem`: empty, or why the layers are in no error, or in those of metrics alone
 
     `accuracy["stopping_time"]` is the error of a metric or of a kind of states. Printing it shows all of them.
 
@@ -335,6 +383,10 @@ class Accuracy(Tabular):
     events: tuple[EventError, ...] = ()
     states: tuple[StateError, ...] = ()
     problem: str = ""
+    scope: str = ""
+    finer_steps: int = 0
+    finer_seconds: float = 0.0
+    finer_problem: str = ""
 
     def __getitem__(self, name: str) -> float | None:
         errors = {estimate.name: estimate.error for estimate in (*self.metrics, *self.states)}
@@ -351,12 +403,22 @@ class Accuracy(Tabular):
         """The largest error of the time of an event (s), `None` without events."""
         return max((event.error for event in self.events), default=None)
 
+    def _layers_of(self, state: StateError) -> str:
+        """Words behind an error that is mostly that of the layers of walls: often of the first instants of a heating,
+        so that maxima are more exact."""
+        if not _by_layers(state):
+            return ""
+        maxima = [metric.error for metric in self.metrics if metric.name in HOT and metric.error is not None]
+        beside = f"; maxima {_size(max(maxima), 'K')}" if state.unit == "K" and maxima else ""
+        return f" (by the layers of walls{beside})"
+
     @property
     def how(self) -> str:
-        """From which run."""
+        """From which runs."""
         longest = f" and steps of at most {number(self.max_step, 's', count=3)}" if math.isfinite(self.max_step) else ""
         again = f"a second run with rtol {digits(self.second_rtol, 2)}{longest}"
-        return f"{again}: {self.second_steps} steps after {self.steps}"
+        finer = f", and one with finer layers: {self.finer_steps} steps" if self.finer_steps else ""
+        return f"{again}: {self.second_steps} steps after {self.steps}{finer}"
 
     @property
     def line(self) -> str:
@@ -365,9 +427,12 @@ class Accuracy(Tabular):
             return f"no estimate of the error: {self.problem}"
         said = [] if self.event_time is None else [f"event times {_size(self.event_time, 's')}"]
         said += [
-            f"{_KIND_WORDS[state.name]} {_size(state.error, state.unit)}" for state in self.states if state.error > 0
+            f"{_KIND_WORDS[state.name]} {_size(state.error, state.unit)}{self._layers_of(state)}"
+            for state in self.states
+            if state.error > 0
         ]
-        return f"estimated errors of at most: {', '.join(said) or 'nothing moves'}; from {self.how}"
+        without = f"; the layers of walls are not in all of them: {self.finer_problem}" if self.finer_problem else ""
+        return f"estimated errors of at most: {', '.join(said) or 'nothing moves'}; from {self.how}{without}"
 
     def parts(self) -> Iterator[str | Table]:
         """The tables; then how they were found, and what the estimate does not cover."""
@@ -379,17 +444,24 @@ class Accuracy(Tabular):
             yield self.state_table()
         if self.seconds:
             yield f"cost     {self.second_steps} steps after {self.steps}, {number(self.seconds, 's', count=3)}"
-        yield f"scope    {SCOPE}"
+        if self.finer_steps:
+            seconds = number(self.finer_seconds, "s", count=3)
+            yield f"         {self.finer_steps} steps with finer layers, {seconds}"
+        yield f"scope    {self.scope}"
 
     def table(self) -> Table:
         """Metrics with a value and their errors."""
         columns = ["metric", Column("value"), Column("error"), Column("relative")]
+        layered = any(metric.layers for metric in self.metrics)
+        if layered:
+            columns.append(Column("layers", heading="by the layers"))
         rows = [
             (
                 title_of(metric.name),
                 number(metric.value, metric.unit),
                 _size(metric.error, metric.unit),
                 "—" if metric.relative is None else digits(metric.relative, 2),
+                *([_size(metric.layers or None, metric.unit)] if layered else []),
             )
             for metric in self.metrics
             if metric.value is not None
@@ -428,9 +500,9 @@ class Accuracy(Tabular):
         entry = {
             "estimated": not self.problem,
             "problem": self.problem,
-            "scope": SCOPE,
+            "scope": self.scope,
             "metrics": {
-                metric.name: {"value": metric.value, "error": metric.error, "unit": metric.unit}
+                metric.name: {name: value for name, value in metric._asdict().items() if name != "name"}
                 for metric in self.metrics
             },
             "events": [event._asdict() for event in self.events],
@@ -442,12 +514,20 @@ class Accuracy(Tabular):
                 "steps": self.steps,
                 "second_steps": self.second_steps,
                 "second_seconds": self.seconds,
+                "finer_steps": self.finer_steps,
+                "finer_seconds": self.finer_seconds,
             },
+            "finer_problem": self.finer_problem,
         }
         return plain(entry)
 
 
 _KIND_WORDS = {kind.name: kind.words for kind in _KINDS.values()}
+
+
+def _by_layers(state: StateError) -> bool:
+    """Whether an error is mostly that of the layers of walls."""
+    return state.layers > 0.5 * state.error
 
 
 def _size(error: float | None, unit: str) -> Number:
@@ -467,8 +547,14 @@ def accuracy(result: Result, progress: Any = False) -> Accuracy:
     equal shares of the time between two events. Where the events of the two runs are not the same ones in the same
     order there is no estimate, and `problem` says where they differ first. A run that ended early has none either.
 
-    It covers the integration in time, not the layers of walls, the model and its parameters, or a pulse in a profile
-    that no step looked at. `progress` as for `simulate`.
+    Of a scene with walls, a third run has every layer cut in two, or in four, eight, … where the first is too thick for
+    the time of heating; and its own compiled program. What it changes beyond the errors in time is added 2.2-fold:
+    `error + 2.2 max(|value − value with finer layers| − 2 error, 0)`. That covers an error that is proportional to the
+    thickness, as of friction that sees the mean of a layer; of surfaces it falls with the square. `layers` of each
+    error is that part.
+
+    It covers the integration in time and the layers of walls, not differences of temperature inside a `Lump`, the model
+    and its parameters, or a pulse in a profile that no step looked at. `progress` as for `simulate`.
 
     Raises `InputError` for a traced result or a batch.
 
@@ -479,20 +565,58 @@ def accuracy(result: Result, progress: Any = False) -> Accuracy:
     if not result.concrete:
         raise InputError([Fault("accuracy", "needs one result with values", "take it outside of jit, vmap and grad")])
     rtol, steps = float(result.rtol), int(result.record.stats.accepted)
+    network = result.scene.network
     if not result.ok:
         why = f"the run ended early ({result.status}) and was not repeated"
-        return Accuracy(rtol, second_rtol(rtol), math.inf, steps, 0, 0.0, problem=why)
+        scope = _scope(network, "no estimate")
+        return Accuracy(rtol, second_rtol(rtol), math.inf, steps, 0, 0.0, problem=why, scope=scope)
     start = time.perf_counter()
     second = second_run(result, progress)
     seconds, second_steps = time.perf_counter() - start, int(second.record.stats.accepted)
     longest = min(longest_step(result.record), float(result.limits.max_step))
     estimate = functools.partial(Accuracy, rtol, second_rtol(rtol), longest, steps, second_steps, seconds)
     if not second.ok:
-        return estimate(problem=f"the second run failed ({second.status}): {second.message}")
+        why = f"the second run failed ({second.status}): {second.message}"
+        return estimate(problem=why, scope=_scope(network, "no estimate"))
     apart = difference(result, second)
     if apart.problem:
-        return estimate(problem=apart.problem)
-    return estimate(*_estimates(result, apart))
+        return estimate(problem=apart.problem, scope=_scope(network, "no estimate"))
+    found = estimate(*_estimates(result, apart), scope=_scope(network, ""))
+    start = time.perf_counter()
+    finer = finer_run(result, progress)
+    if finer is None:
+        return found
+    cost: dict[str, Any] = {"finer_steps": int(finer.record.stats.accepted)}
+    if finer.ok:
+        found = _with_layers(found, difference(result, finer))
+    else:
+        why = f"the run with finer layers failed ({finer.status})"
+        found = dataclasses.replace(found, finer_problem=why, scope=_scope(network, why))
+    return dataclasses.replace(found, **cost, finer_seconds=time.perf_counter() - start)
+
+
+def _with_layers(found: Accuracy, apart: Difference) -> Accuracy:
+    """The estimate with the errors of the layers of walls, from the difference to a run with finer ones."""
+
+    def added(one: Any, difference: float | None) -> Any:
+        if one.error is None or difference is None:
+            return one._replace(error=None, layers=None)
+        layers = float(error_of_layers(difference, one.error))
+        return one._replace(error=one.error + layers, layers=layers)
+
+    metrics = tuple(added(metric, apart.metrics[metric.name]) for metric in found.metrics)
+    if apart.problem:
+        why = f"with finer layers {apart.problem}"
+        why = f"{why}; errors of metrics have that of the layers, those of events and states not"
+        return dataclasses.replace(found, metrics=metrics, finer_problem=why)
+    events = tuple(added(event, error) for event, error in zip(found.events, apart.events, strict=True))
+    layered = {kind.name: values for kind, values in apart.states.items()}
+    states = []
+    for state in found.states:
+        difference, at, largest = layered[state.name]
+        whole = added(state, difference)
+        states.append(whole._replace(time=at, largest=largest) if _by_layers(whole) else whole)
+    return dataclasses.replace(found, metrics=metrics, events=events, states=tuple(states))
 
 
 def _estimates(

@@ -46,6 +46,7 @@ from .._physics._brake import BrakeSystem
 from .._physics._mechanism import BandMode, Label, Mode, turned_since_rest
 from ..hybrid import FINISHED, Record
 from ._choice import stiffness
+from ._mesh import thick_layers
 
 #: from the place in a step where the samples have a zero that of the run is at most this far (share of the step)
 _NEAR = 1e-3
@@ -341,6 +342,7 @@ class Report:
         single = [name for name in self.peaks if METRICS[name].of_linings and int(widths[name][0]) == count]
         said = [*warnings(r.scene), *plausibility(r.scene, metrics.get("peak_rim_temperature"))]
         numbers = metrics | {f"energy.{name}": value for name, value in plain(self._energies).items()}
+        said += thick_layers(r.scene, self.scan, self.peaks)
         said += shortage(self.scan, r.status) + limits_exceeded(r.scene, numbers)
         # (those that do from the start are told by the scene)
         if times := [event.time for event in self.events if event.name == "self_locking"]:

@@ -58,9 +58,11 @@ from ..hybrid._arrays import Array
 from ..hybrid._lanes import hybridsolve_lane
 from ..hybrid._struct import with_value_at
 from ..thermal._heat import node_names
+from ..thermal._mesh import finer_values
 from ._choice import stiffness
 from ._edit import entry_of, with_inputs
 from ._measure import Metric, check_metrics, measure, name_of, unit_of
+from ._mesh import cuts_of, with_finer_layers
 from ._result import Result, RunLimits
 
 # --- errors of answers ------------------------------------------------------------------------------------------------
@@ -80,6 +82,19 @@ def second_rtol(rtol: float) -> float:
     time breakpoints make them, and would be the same steps again. Not below 1e-13, where rounding governs.
     """
     return float(np.clip(rtol / RATIO, TIGHTEST, TIGHT))
+
+
+#: factor from what finer layers change to the error of the layers: 2 where that is proportional to their thickness, as
+#: of friction that sees the mean of a layer, and a little more; where it falls with the square, 4/3 would be enough
+_OF_LAYERS = 2.2
+
+
+def error_of_layers(apart: Any, error: Any) -> Any:
+    """Error of the layers of walls: from the difference to a run with finer ones, and the error in time.
+
+    The difference counts where the errors in time of both runs do not explain it.
+    """
+    return _OF_LAYERS * np.maximum(apart - 2 * error, 0.0)
 
 
 def rounding(steps: Any, size: Any) -> Any:
@@ -117,6 +132,20 @@ def of_answers(first: Any, second: Any) -> PreparedAccuracy:
         error = errors_between(value, second.metrics[name], first.accepted)
         errors[name] = error if error.ndim else None if np.isnan(error) else float(error)
     return PreparedAccuracy(errors, *counts)
+
+
+def with_layers(found: PreparedAccuracy, first: Any, finer: Any) -> PreparedAccuracy:
+    """The errors with those of the layers of walls, from the answer of the same run with finer layers."""
+    if finer.code:
+        why = f"the run with finer layers failed ({FAILURES[finer.code][0]})"  # pyright: ignore
+        return found._replace(errors={}, problem=why)
+    errors = {}
+    for name, error in found.errors.items():
+        apart = np.abs(np.asarray(first.metrics[name], float) - np.asarray(finer.metrics[name], float))
+        error = np.asarray(np.nan if error is None else error)
+        whole = np.where(np.isfinite(apart), error + error_of_layers(apart, error), np.nan)
+        errors[name] = whole if whole.ndim else None if np.isnan(whole) else float(whole)
+    return found._replace(errors=errors)
 
 
 def errors_between(a: Any, b: Any, steps: Any) -> np.ndarray:
@@ -540,6 +569,7 @@ class Prepared:
         self._spans: list[tuple[str, int | slice]] = []
         self.program = self._compile()
         self._slope: Program | None = None
+        self._finer: Prepared | None = None  # the same scene with finer layers, once it is needed
 
     def __repr__(self) -> str:
         units = {name: unit_of(metric) for name, metric in zip(self.metrics, self._asked, strict=True)}
@@ -671,9 +701,22 @@ class Prepared:
         """Estimated errors of the metrics of a run with these numbers, by a second run of the same program at the
         tolerance of `Result.accuracy`: `simbrake.results.PreparedAccuracy`.
 
-        Events are counted in both runs, not compared; nothing is compiled.
+        Events are counted in both runs, not compared; nothing is compiled. Of walls the errors of the layers are added,
+        from a third run with finer layers; its program is compiled at the first call.
         """
-        return of_answers(self(values), self(values, rtol=second_rtol(self.rtol)))
+        first = self(values)
+        found = of_answers(first, self(values, rtol=second_rtol(self.rtol)))
+        if found.problem or not self.scene.network.walls:
+            return found
+        if self._finer is None:
+            limits = {"max_step": self.max_step, "max_events": self.max_events}
+            cuts = cuts_of(simulate(self.scene, rtol=self.rtol, **limits, throw=False))
+            self._finer = prepare(with_finer_layers(self.scene, cuts), self._asked, rtol=self.rtol, **limits)
+        heat, finer = self.scene.network, self._finer.scene.network
+        given = {path: np.asarray(self.vector(values))[place] for path, place in self.places.items()}
+        given = {path: np.squeeze(array)[None] for path, array in given.items()}
+        numbers = {path: array[0] for path, array in finer_values(heat, finer, given).items()}
+        return with_layers(found, first, self._finer(numbers))
 
     def result(self, values: Values = None) -> Result:
         """The whole `Result` of a run with these numbers, by `simulate`."""

@@ -33,15 +33,19 @@ from .._physics._mechanism import Label
 from .._run._choice import stiffness
 from .._run._edit import Inputs, numbers_in_si, with_inputs
 from .._run._measure import Metric, check_metrics, name_of, unit_of
+from .._run._mesh import cuts_of, with_finer_layers
 from .._run._simulate import (
     check_limits,
+    error_of_layers,
     errors_between,
     require_64_bits,
     require_compiling,
     second_rtol,
+    simulate,
     solver_for,
     solver_name,
 )
+from ..thermal._mesh import finer_values
 from ._chunks import LostWorkersError, Pool, Store, Task, interruptible, threads
 from ._evaluator import (
     ABOUT,
@@ -588,6 +592,26 @@ def _errors(plan: Plan, columns: Columns, second: Columns) -> Columns:
     return by_metric
 
 
+def _with_layers(plan: Plan, errors: Columns, columns: Columns, finer: Columns) -> Columns:
+    """Errors with those of the layers of walls, from runs with finer layers; NaN where such a run failed."""
+    whole = {}
+    for name in map(name_of, plan.metrics):
+        with np.errstate(invalid="ignore"):
+            apart = np.where(finer["code"] == 0, np.abs(columns[name] - finer[name]), np.nan)
+        whole[name] = errors[name] + error_of_layers(apart, errors[name])
+    return whole
+
+
+def _finer(plan: Plan) -> Plan | None:
+    """The plan of the same runs with finer layers, as the first run needs them; `None` without walls."""
+    if not plan.scene.network.walls:
+        return None
+    cuts = cuts_of(simulate(plan.one(0), rtol=plan.rtol, solver=plan.solver, throw=False))
+    scene = with_finer_layers(plan.scene, cuts)
+    values = finer_values(plan.scene.network, scene.network, plan.values)
+    return dataclasses.replace(plan, scene=scene, values=values)
+
+
 def _dataset(data: Mapping[str, tuple], coords: Mapping[str, tuple], dims: Sequence[str], attrs: Mapping) -> Dataset:
     """A data set of `(dimensions, array, attributes)` by name, with an index for each dimension.
 
@@ -679,7 +703,7 @@ def ensemble(
     - `progress`: `None` shows a line where stderr is a terminal, `False` none; or a function of `(done, total)`
     - `accuracy`: make all runs a second time, at the tolerance of `Result.accuracy` and by the same program, to
       estimate the error of each metric: variables `…_error`, NaN where a run failed, a metric has no value, or the
-      events of the second run are not the same ones; none at all after Ctrl-C
+      events of the second run are not the same ones; none at all after Ctrl-C. Of walls a third time, with finer layers
 
     The data set has the varied numbers as coordinates (`units`, `meaning`), every metric, `code` (0, a failure code as
     in `simbrake.results.FAILURES`, or −1), `status` (the words of `Result.status`, or `not_run`), `steps`, `rejected`,
@@ -705,6 +729,9 @@ def ensemble(
         below = None if folder is None else folder / "accuracy"
         if np.all(columns["code"] != NOT_RUN):  # else Ctrl-C has ended the call
             errors = _errors(plan, columns, run_all(again, workers, client, below, progress))
+        if errors is not None and (finer := _finer(plan)) is not None:
+            below = None if folder is None else folder / "layers"
+            errors = _with_layers(plan, errors, columns, run_all(finer, workers, client, below, progress))
     return _as_dataset(plan, columns, errors)
 
 

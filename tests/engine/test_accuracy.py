@@ -1,8 +1,11 @@
 """Estimated errors of a run against true ones: closed forms, SciPy, and runs whose events differ."""
 
+import dataclasses
 import functools
+import itertools
 import json
 import math
+import re
 
 import jax
 import numpy as np
@@ -183,6 +186,115 @@ def test_command_prints_errors_and_keys(tmp_path):
     assert told[-1]["numbers"]["metrics"] == found["metrics"]
     page = json.loads(output("report", str(file), "--out", str(tmp_path / "stop.html"), "--json"))
     assert page["accuracy"]["metrics"] == found["metrics"]
+
+
+# --- layers of walls --------------------------------------------------------------------------------------------------
+
+_START = 293.15  # K, at the start
+
+
+def layered_stop(material, thickness, time, growth=1.0, layers=10):
+    """A stop under a constant torque within `time` (s) whose heat all goes into a rim in layers."""
+    inertia, omega, radius, z = 1200.0, 24.0, 0.59, math.tan(math.radians(13.5) / 2)
+    grip = ((1 + 0.35 * z) / (1 - 0.35 * z)) ** 20 - 1
+    wall = sb.thermal.Wall("rim", material, thickness, 0.8, layers=layers, growth=growth)
+    heat = sb.Heat((wall,), (), sb.thermal.FrictionHeat("rim.front", None, 1.0), rim="rim.front")
+    brake = sb.Brake(sb.Pulley(radius, inertia), sb.Band(radius), sb.uniform_linings(20, "270 deg", 0.35))
+    duty = sb.Duty(sb.Constant(inertia * omega / (time * radius * grip)), sb.TorqueLoad(0.0))
+    return sb.Scene(brake, duty, sb.Initial(omega=omega), end_time=2 * time, heat=heat)
+
+
+def rise_of_a_stop(scene, time):
+    """Maximum rise (K) of a half-space whose flux falls linearly to 0: `(4/(3 √π)) q_0 √(a t/2)/λ` at half the time."""
+    wall = scene.heat.bodies[0]
+    flux = float(scene.brake.inertia) * float(scene.initial.omega) ** 2 / (time * float(wall.area))
+    depth = math.sqrt(float(wall.material.diffusivity) * time / 2)
+    return 4 / (3 * math.sqrt(math.pi)) * flux * depth / float(wall.material.conductivity)
+
+
+def mesh_warnings(result):
+    return [text for text in result.summary()["warnings"] if text.startswith("mesh: ")]
+
+
+@pytest.mark.parametrize("name", ["steel_20L", pytest.param("FK-24A", marks=pytest.mark.slow)])
+def test_error_of_layers_covers_the_true_one(name):
+    """Thick and thin layers, equal and graded: the estimate covers the error, and the warning comes with large ones."""
+    material, warned = sb.material(name), set()
+    for thickness, time, growth in itertools.product((12e-3, 32e-3, 60e-3), (0.3, 0.84, 3.0), (1.0, 1.3, 1.8)):
+        if thickness < 5 * math.sqrt(float(material.diffusivity) * time):
+            continue  # heat reaches the back
+        scene = layered_stop(material, thickness, time, growth)
+        result, truth = sb.simulate(scene), rise_of_a_stop(scene, time)
+        true = result["peak_rim_temperature"] - _START - truth
+        estimate = result.accuracy()["peak_rim_temperature"]
+        where = f"{thickness} m, {time} s, growth {growth}: {true / truth:.4f} of the rise"
+        assert abs(true) <= 1.01 * estimate, where
+        assert estimate <= 2.5 * abs(true), where
+        said, share = mesh_warnings(result), abs(true) / (truth + true)
+        if abs(share - 0.025) > 2e-3:
+            assert bool(said) == (share > 0.025), where
+        if said:
+            warned.add(thickness)
+            told = float(re.search(r"is some ([\d.]+) K too high", said[0])[1])
+            assert told == pytest.approx(true, rel=0.15), where
+    assert warned >= {32e-3, 60e-3}
+
+
+def test_layers_that_a_warning_proposes_are_good():
+    steel, time = sb.material("steel_20L"), 0.84
+    scene = layered_stop(steel, 60e-3, time)
+    (said,) = mesh_warnings(sb.simulate(scene))
+    layers, first = re.search(r"(\d+) layers, the first ([\d.]+) mm thick, would do", said).groups()
+    growth = sb.thermal.layer_growth(float(first) * 1e-3, 60e-3, int(layers))
+    result = sb.simulate(layered_stop(steel, 60e-3, time, growth, int(layers)))
+    assert result["peak_rim_temperature"] - _START == pytest.approx(rise_of_a_stop(scene, time), rel=0.02)
+    assert not mesh_warnings(result)
+
+
+@pytest.mark.slow
+def test_layers_are_in_every_estimate():
+    """The same error from a result, a prepared run and an ensemble; nodes begin at different temperatures."""
+    scene = layered_stop(sb.material("steel_20L"), 32e-3, 0.84, growth=1.3)
+    wall = dataclasses.replace(scene.heat.bodies[0], temperature=np.linspace(300.0, 310.0, 10))
+    scene = dataclasses.replace(scene, heat=dataclasses.replace(scene.heat, bodies=(wall,)))
+    found = sb.simulate(scene).accuracy()
+    error = found["peak_rim_temperature"]
+    assert "K (by the layers of walls; maxima" in found.line
+    assert "and the layers of walls" in found.scope
+    assert found.as_dict()["metrics"]["peak_rim_temperature"]["layers"] == pytest.approx(error)
+    assert found["stopping_time"] < 1e-12  # not touched by the layers
+    assert found["temperature"] >= error
+    assert sb.prepare(scene, ["peak_rim_temperature"]).accuracy().errors["peak_rim_temperature"] == pytest.approx(error)
+    values = {
+        "initial.omega": [20.0, 24.0],
+        "heat.bodies[0].growth": [1.3, 1.3],
+        "heat.bodies[0].temperature[3]": [float(wall.temperature[3])] * 2,
+    }
+    data = sb.ensemble(scene, values, ["peak_rim_temperature"], accuracy=True, progress=False)
+    assert float(data.peak_rim_temperature_error[1]) == pytest.approx(error)
+
+
+@pytest.mark.parametrize(
+    ("layers", "growth"), [(8, 1.0), *(pytest.param(*mesh, marks=pytest.mark.slow) for mesh in ((4, 1.0), (10, 1.3)))]
+)
+def test_fade_carries_the_error_of_layers_into_the_stopping_time(layers, growth):
+    """Friction that falls with the mean temperature of the first layer: the estimate covers what thin layers change."""
+    law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(2e-3, _START),))
+
+    def stop(layers, growth):
+        scene = layered_stop(sb.material("steel_20L"), 32e-3, 0.84, growth, layers)
+        linings = dataclasses.replace(scene.brake.linings, friction=law)
+        return sb.simulate(dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, linings=linings)))
+
+    thick, thin = stop(layers, growth), stop(80, 1.08)
+    true = abs(thick["stopping_time"] - thin["stopping_time"])
+    found = thick.accuracy()
+    assert 1e-3 < true <= found["stopping_time"] <= 3 * true
+    assert next(event for event in found.events if event.name == "stop").layers == pytest.approx(found["stopping_time"])
+
+
+def test_lumps_have_no_layers_to_refine():
+    assert "inside bodies of one temperature" in sb.simulate(fading_stop()).accuracy().scope
 
 
 @pytest.mark.slow
