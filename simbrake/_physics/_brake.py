@@ -353,6 +353,13 @@ class BrakeSystem(AbstractBrake):
             guards = feature.margins(now, guards)
         return guards
 
+    def limits(self, mode: Mode, guards: BrakeGuards) -> BrakeGuards:
+        none = jax.tree.map(lambda guard: jnp.zeros(jnp.shape(guard), bool), guards)
+        limits = none._replace(contact=self.mechanism.limits(mode, none.contact))
+        for feature in self.features:
+            limits = feature.limits(mode, limits)
+        return limits
+
     def change(self, now: Instant, fired: BrakeGuards, at_stop: Bool[Array, ""]) -> tuple[Mode, Array]:
         for feature in self.features:
             now = now._replace(mode=feature.at_once(now.mode, fired))

@@ -194,6 +194,10 @@ class Chain(AbstractMechanism):
         motion = jnp.where(mode.band == HELD, 1.0, motion)
         return ChainGuards(self._lining_guards(mode, z), taut, stretched, motion)
 
+    def limits(self, mode: Mode, none: ChainGuards) -> ChainGuards:
+        taut, stretched = ((mode.own.segments & bit) > 0 for bit in (TAUT, STRETCHED))
+        return none._replace(linings=mode.own.linings == 0, taut=taut, stretched=stretched)
+
     def _lining_guards(self, mode: Mode, z: ChainNow) -> Float[Array, " n"]:
         left = (z.limit - jnp.abs(z.force)) / self.sizes.tension
         return contact_margin(mode.own.linings, left, z.lining_slip / (self.radius * self.sizes.speed))

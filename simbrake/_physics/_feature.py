@@ -203,6 +203,10 @@ class Feature(Struct):
     def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
         return guards
 
+    def limits(self, mode: Mode, limits: BrakeGuards) -> BrakeGuards:
+        """Which guards are limits up to and including which the mode holds."""
+        return limits
+
     def stored(self, now: Moment, stored: tuple[Array, Array]) -> tuple[Array, Array]:
         """Kinetic and elastic energy (J)."""
         return stored

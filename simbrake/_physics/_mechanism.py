@@ -509,6 +509,10 @@ class AbstractMechanism(Struct):
         """Dimensionless margins by name, positive while the mode holds."""
 
     @abc.abstractmethod
+    def limits(self, mode: Mode, none: Any) -> PyTree:
+        """Which guards are limits, up to and including which contacts hold; `none`: all guards, none marked."""
+
+    @abc.abstractmethod
     def change(self, now: EventState, new: Mode, fired: PyTree, ask: EvaluateInMode) -> tuple[Mode, Array]:
         """The mode after an event, and a code; `new` is the old one on the pieces that begin at this instant, `fired`
         has the structure of the guards."""

@@ -19,6 +19,7 @@ from ..hybrid._arrays import Array
 from ..hybrid._struct import AbstractVar
 from ._contact import acceleration, exceeded, limit_margins, speed_after
 from ._mechanism import (
+    ELASTIC,
     HELD,
     OPEN,
     SLIP,
@@ -143,6 +144,10 @@ class AbstractContact(AbstractMechanism):
         locking = None if locking is None else jnp.where(mode.own.locks > 0, -locking, locking)
         while_sliding = {code.name.lower(): jnp.where(slips(mode.band), sound[code], 1.0) for code in self.codes}
         return ContactGuards(motion, *limits, lever, locking, while_sliding)
+
+    def limits(self, mode: Mode, none: ContactGuards) -> ContactGuards:
+        sticks = (mode.band == HELD) | (mode.band == ELASTIC)
+        return none._replace(high=sticks, low=sticks)
 
     def relocked(self, new: Mode, fired: ContactGuards) -> Mode:
         """The mode with or without self-locking linings, if its guard fired."""

@@ -23,6 +23,9 @@ class Layers(Feature):
         paid_out, full = now.brake.load.layers.margins(now.y.phi, now.mode.layer)  # pyright: ignore
         return guards._replace(layer_paid_out=paid_out, layer_full=full)
 
+    def limits(self, mode: Mode, limits: BrakeGuards) -> BrakeGuards:
+        return limits._replace(layer_paid_out=np.True_, layer_full=np.True_)
+
     def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
         code = jnp.where(fired.layer_paid_out & (now.mode.layer == 1), int(BrakeCode.ROPE_END), code)
         step = fired.layer_full.astype(jnp.int32) - fired.layer_paid_out.astype(jnp.int32)
@@ -154,6 +157,9 @@ class ElasticRope(Feature):
         rope = now.z.rope
         longer = lesser(self.stiffness * rope.stretch, rope.taut_force)
         return guards._replace(rope=jnp.where(now.mode.taut == 1, rope.taut_force, -longer) / rope.weight)
+
+    def limits(self, mode: Mode, limits: BrakeGuards) -> BrakeGuards:
+        return limits._replace(rope=mode.taut == 1)
 
     def stored(self, now: Moment, stored: tuple[Array, Array]) -> tuple[Array, Array]:
         (kinetic, elastic), rope = stored, self.at(now.brake, now.y, now.mode)

@@ -166,6 +166,9 @@ class Shaft(Feature):
         left = (z.shaft.limit - jnp.abs(load)) / size.torque
         return guards._replace(dry_shaft=jnp.where(watched, contact_margin(mode.turn, left, y.omega / size.speed), 1.0))
 
+    def limits(self, mode: Mode, limits: BrakeGuards) -> BrakeGuards:
+        return limits._replace(dry_shaft=mode.turn == 0) if self.dry else limits
+
     def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
         """The mode with the sense in which the pulley turns after an event, 0 at rest."""
         if not self.dry:

@@ -472,6 +472,11 @@ class SprungBandage(AbstractMechanism):
         linings = self._lining_guards(omega, own, mode, z)
         return SprungGuards(lever, high, low, *linings, z.locking if self.fades else None, rim)
 
+    def limits(self, mode: Mode, none: SprungGuards) -> SprungGuards:
+        own, rests = mode.own, mode.own.rests
+        rim = None if none.rim is None else own.lifted == 0
+        return none._replace(high=rests, low=rests, inner=own.inner == 0, outer=own.outer == 0, rim=rim)
+
     def _lining_guards(self, omega: Array, own: SprungState, mode: Mode, z: SprungNow) -> tuple[Array, Array]:
         stuck, held = mode.own.inner == 0, mode.own.outer == 0
         torque_scale = self.sizes.torque / self.count

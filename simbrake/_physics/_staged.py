@@ -295,6 +295,10 @@ class StagedBrake(AbstractElasticBand):
         rim = None if z.rim_margin is None else jnp.where(mode.band == HELD, 1.0, z.rim_margin / size.tension)
         return StagedGuards(self.band_guards(acting, own.omega_b, mode, z), grip, above, below, rim)
 
+    def limits(self, mode: Mode, none: StagedGuards) -> StagedGuards:
+        rim = None if none.rim is None else mode.own.lifted == 0
+        return none._replace(band=super().limits(mode, none.band), internal=mode.own.inner == 0, rim=rim)
+
     def _grips(
         self, acting: AppliedLoads, omega: Array, own: BandState, mode: Mode, rest: StagedNow
     ) -> tuple[Float[Array, ""], Float[Array, ""]]:

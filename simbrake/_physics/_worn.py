@@ -98,5 +98,8 @@ class FrictionTables(Feature):
                 room.append(jnp.minimum(smallest(T - bounds[0]), smallest(bounds[1] - T)) / 100.0)
         return guards._replace(friction_table=functools.reduce(jnp.minimum, room))
 
+    def limits(self, mode: Mode, limits: BrakeGuards) -> BrakeGuards:
+        return limits._replace(friction_table=np.True_)
+
     def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
         return new, jnp.where(fired.friction_table, int(BrakeCode.OUTSIDE_TABLE), code)

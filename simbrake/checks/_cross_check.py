@@ -32,7 +32,9 @@ from ._validation import FAIL, PASS, AbstractChecks, Check, judged
 
 #: a guard this near to 0 has been reached (guards are of order one)
 _REACHED = 1e-11
-#: the same for guards that are reached together with another one, as SciPy's interpolant has them
+#: a limit exceeded by no more than this is only touched
+_EXCEEDED = 1e-12
+#: the same as `_REACHED` for guards that are reached together with another one, as SciPy's interpolant has them
 _TOGETHER = 1e-10
 #: minimum number of steps in a run: events are detected at the ends of steps only
 _SLICES = 200
@@ -85,6 +87,7 @@ class Course:
         self._rhs = of_mode(lambda t, y, mode: flat.rhs(t, y, mode))
         self.guards = of_mode(lambda t, y, mode: flat.guards(t, y, mode))
         self.rates = of_mode(lambda t, y, mode: flat.rates(t, y, mode)[1])
+        self.limits = of_mode(lambda t, y, mode: flat.rates_and_guards(t, y, mode)[3])
         self.jacobian = of_mode(lambda t, y, mode: jax.jacfwd(flat.rhs, argnums=1)(t, y, mode))
         self._jump = DeviceJit(lambda *event: flat.jump(*event))
         self._next_stop = DeviceJit(lambda mode, y: flat.next_stop(mode, y))
@@ -126,9 +129,9 @@ class Course:
         """Integrate to the first guard or to `until`; guards that fired, and whether `until` was reached."""
         from scipy.integrate import solve_ivp  # a slow import, needed by cross-checks only
 
-        armed = self.guards(self.t, self.y) > _REACHED
-        # a guard that starts at 0 counts once it has gone negative from there
-        offset = np.where(armed, 0.0, 2 * _REACHED)
+        armed, limits = self.guards(self.t, self.y) > _REACHED, self.limits(self.t, self.y)
+        # a guard that starts at 0 counts once it has gone negative from there, a limit once it is exceeded
+        offset = np.where(armed, np.where(limits, _EXCEEDED, 0.0), 2 * _REACHED)
 
         def lowest(t: float, y: FlatState) -> float:
             return float(np.min(self.guards(t, y) + offset))
@@ -151,7 +154,7 @@ class Course:
         self.t, self.y = float(out.t[-1]), np.asarray(out.y[:, -1])
         g = self.guards(self.t, self.y) + offset
         landed = out.status == 1
-        fired = armed & (g <= _TOGETHER)
+        fired = armed & (g <= _TOGETHER) & (landed | ~limits)
         if landed:
             fired[np.argmin(g)] = True
         return fired, not landed

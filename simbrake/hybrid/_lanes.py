@@ -63,6 +63,7 @@ def _plain(a: Attempt) -> Verdict:
         land=no,
         retake=no,
         stop=a.accept & a.reaches,
+        late=no,
         step_fraction=infinity,
         crossed_though_rejected=no,
         guard=jnp.zeros_like(a.accept, jnp.int32),
@@ -106,7 +107,7 @@ def _advanced(p: Problem, lane: Lane) -> Lane:
         v = _judge(p, c, a)
         event = waits & (v.instant | v.land | (v.stop & (a.target < p.t1)))
         new = _pick(event, _jumped(p, c, a, v), _stepped(c, a, v, p))
-        kind = jnp.where(v.instant, INSTANT, jnp.where(v.land, LANDED, STOPPED)).astype(jnp.int32)
+        kind = jnp.where(v.land | v.late, LANDED, jnp.where(v.instant, INSTANT, STOPPED)).astype(jnp.int32)
         return _pick(waits, new, plain), jnp.where(event, kind, nothing)
 
     def settled() -> Carry:

@@ -11,7 +11,21 @@ from jaxtyping import Bool, Float, Int, PyTree
 
 from ._arrays import Array, Count, Guards, Mark, Scalar, State, any_of_each, entry, first_least
 from ._method import AbstractMethod
-from ._search import TINY, Carry, Found, Packed, Stats, crossed, leaving, pack, sampled, search, suspicious, unpack
+from ._search import (
+    TINY,
+    Carry,
+    Found,
+    Packed,
+    Stats,
+    crossed,
+    exceeded,
+    leaving,
+    pack,
+    sampled,
+    search,
+    suspicious,
+    unpack,
+)
 from ._struct import traced_once
 from ._system import ADVANCED, FINISHED, HEAD, INSTANT, LANDED, SKIPPED, STOPPED, Code, Flat, Settings, pack_row
 
@@ -91,6 +105,7 @@ class Attempt(NamedTuple):
     f1: State
     g1: Guards
     rate1: Guards
+    touched: Bool[Array, " guard"]  # limits that may be reached, but will not be exceeded
     crosses: Bool[Array, " guard"]
     crossing: Mark  # any of them
     needs_search: Mark  # needs a search
@@ -109,6 +124,7 @@ class Verdict(NamedTuple):
     land: Mark
     retake: Mark
     stop: Mark
+    late: Mark  # `instant`, by a limit that the time breakpoint had to come before
     step_fraction: Scalar
     crossed_though_rejected: Mark  # rejected, and a guard crosses
     guard: Count
@@ -124,7 +140,7 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
     h = jnp.where(settles, c.retake_limit, jnp.where(reaches, room, wish))
     t1 = jnp.where(reaches, target, c.t + h)
     y1, error, tangents1, tangent_errors = _moved(p, c, h)
-    f1, g1, rate1 = p.flat.rates_and_guards(t1, y1, c.mode)
+    f1, g1, rate1, limits = p.flat.rates_and_guards(t1, y1, c.mode)
     error = error + h * p.method.error_of_rate * f1
     reach = jnp.maximum(jnp.abs(c.y), jnp.abs(y1))
     [size] = p.norms(reach, error + 0.0 * f1)
@@ -133,7 +149,8 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
         # a tangent that is not finite (an infinite slope) cannot steer; the derivative itself shows it
         [of_tangent] = p.norms(jnp.maximum(reach, jnp.abs(v1)), error_of_tangent)
         size = jnp.where(jnp.isfinite(of_tangent), jnp.maximum(size, of_tangent / looser), size)
-    crosses = crossed(c, h, g1, rate1, p.guard_tolerance)
+    touched = limits & ~exceeded(c, h, g1, rate1, target - t1)
+    crosses = crossed(c, h, g1, rate1, p.guard_tolerance) & ~touched
     needs_search = suspicious(c, h, g1, rate1, p.guard_tolerance, crosses)
     crossing, needs_search, unsound = any_of_each(crosses, needs_search, ~jnp.isfinite(g1))
     # an overflow in an overlong step is a step too long, not an answer
@@ -143,7 +160,7 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
     accept = finite & (size <= 1.0) & (c.status == _RUNNING) & ~settles
     h_next = jnp.where(accept & (h < c.h), jnp.maximum(c.h, h * factor), h * factor)
     resolution = 8 * _EPS * jnp.maximum(jnp.abs(c.t), 1e-3 * (p.t1 - p.t0))
-    guards = (g1, rate1, crosses, crossing, needs_search, unsound)
+    guards = (g1, rate1, touched, crosses, crossing, needs_search, unsound)
     return Attempt(h, t1, target, reaches, y1, f1, *guards, accept, finite, h_next, resolution, tangents1)
 
 
@@ -245,9 +262,9 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
     # tolerance has arrived)
     before = (distance <= a.target - a.t1 + 0.5 * a.resolution) | (a.g1 <= tol)
     arrives = (jnp.abs(distance) <= near) & before
-    lands = (a.rate1 < 0) & arrives & (c.armed | leaving(c, a.h) | crosses)
+    lands = (a.rate1 < 0) & arrives & (c.armed | leaving(c, a.h) | crosses) & ~a.touched
     lost = crosses & (a.h <= a.resolution)  # the bracket has shrunk to rounding: fire here
-    lost = (lost | _hidden(c, a, distance)) & ~lands
+    lost = (lost | (_hidden(c, a, distance) & ~a.touched)) & ~lands
     # (the minimum is infinite where no guard arrives, or one that crossed does not)
     distance = jnp.where(lands, distance, jnp.where(crosses, -jnp.inf, jnp.inf))
     delta, landing = first_least(jnp.where(lost, 0.0, distance))
@@ -260,6 +277,7 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
         land=land,
         retake=retake,
         stop=a.accept & neither & ~retake & a.reaches,
+        late=instant & entry(c.touched, earliest.guard),
         step_fraction=earliest.step_fraction,
         crossed_though_rejected=crossed_though_rejected & (earliest.step_fraction < jnp.inf),
         guard=jnp.where(instant, earliest.guard, landing),
@@ -319,7 +337,7 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     at_guard = jnp.arange(c.g.shape[0], dtype=jnp.int32) == v.guard
     # the guards at the landing, one move along their rates from the end of the step
     reached = c.armed & (a.g1 + v.delta * a.rate1 <= tol)
-    fired = jnp.where(v.instant, at_guard, reached | (at_guard & v.land))
+    fired = jnp.where(v.instant, at_guard, (reached & ~a.touched) | (at_guard & v.land))
     before = y
     y, mode, code = p.flat.jump(t, before, c.mode, fired, v.stop)
     moved = ~v.instant & (a.h > 0)
@@ -352,6 +370,7 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
         t_event=jnp.where(guarded, t, c.t_event),
         y=y,
         f=jnp.zeros_like(c.f),
+        touched=(reached | c.touched) & a.touched & v.stop,
         zeno_guards=zeno_guards,
         status=status.astype(jnp.int32),
         retakes=jnp.zeros_like(c.retakes),
@@ -405,7 +424,7 @@ def _iterate(p: Problem, packed: Packed, like: Carry) -> tuple[Packed, Float[Arr
     new = jax.tree.map(lambda x, y: jnp.where(running, x, y), new, packed)
     stepped = a.accept & ~v.retake
     kind = jnp.where(v.stop, jnp.where(a.target < p.t1, STOPPED, FINISHED), jnp.where(stepped, ADVANCED, SKIPPED))
-    kind = jnp.where(v.instant, INSTANT, jnp.where(v.land, LANDED, kind))
+    kind = jnp.where(v.land | v.late, LANDED, jnp.where(v.instant, INSTANT, kind))
     h = jnp.where(v.instant, 0.0, a.h)
     return new, pack_row(c.t, h, v.delta, kind, v.guard, c.y, c.mode), running & ~settles
 
@@ -428,6 +447,7 @@ def started(p: Problem, y0: State, mode0: Int[Array, " mode"]) -> Carry:
         g=nothing,
         rate=nothing,
         armed=nothing > 0,
+        touched=nothing > 0,
         zeno_guards=nothing > 0,
         status=status.astype(jnp.int32),
         retakes=zero,

@@ -45,6 +45,7 @@ class Carry(NamedTuple):
     restart_stage: Count  # just after a restart: 2 rates and guards are unknown, 1 the first step's length; else 0
     stats: Stats
     armed: Bool[Array, " guard"]  # has stood clear of zero since the last restart
+    touched: Bool[Array, " guard"]  # limits reached at the time breakpoint where the segment begins
     zeno_guards: Bool[Array, " guard"]  # fired in the present cluster of events with hardly any time between
     mode: Int[Array, " mode"]
 
@@ -64,12 +65,12 @@ def unpack(packed: Packed, like: Carry) -> Carry:
     """The carry of the shapes of another one."""
     x, n = packed
     c = Carry(*unravel(x, like[:_WHOLE]), *unravel(n, like[_WHOLE:]))
-    return c._replace(armed=c.armed > 0, zeno_guards=c.zeno_guards > 0)
+    return c._replace(armed=c.armed > 0, touched=c.touched > 0, zeno_guards=c.zeno_guards > 0)
 
 
 def carried_size(ny: int, ng: int, nm: int) -> int:
     """Numbers of a packed carry, whole ones included."""
-    return 5 + 2 * ny + 2 * ng + _COUNTS + 2 * ng + nm
+    return 5 + 2 * ny + 2 * ng + _COUNTS + 3 * ng + nm
 
 
 # --- where a guard reaches zero inside a step: the cubic through its end values and end rates -------------------------
@@ -132,6 +133,8 @@ def interior_minimum(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> tuple[Gu
 
 #: rounding of a guard of order one
 TINY = 1e-15
+#: a limit exceeded by no more than this is touched
+_TOUCH = 1e-12
 
 
 class Found(NamedTuple):
@@ -149,6 +152,18 @@ def crossed(c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar) -> Bool
     """Whether a guard is negative at the end of an attempt; touching zero within rounding is not a crossing."""
     returned = g1 < jnp.where(leaving(c, h), jnp.minimum(c.g, 0.0) - TINY, -tol)
     return jnp.where(c.armed, (g1 < -TINY) | ((g1 <= 0) & (rate1 < 0)), returned)
+
+
+def exceeded(c: Carry, h: Scalar, g1: Guards, rate1: Guards, room: Scalar) -> Bool[Array, " guard"]:
+    """Whether a guard is clearly negative at the end of an attempt, or will be before a time breakpoint in `room`.
+
+    Further on it follows the curvature that its cubic has at the end, as far as that is no rounding.
+    """
+    d0, d1 = c.rate * h, rate1 * h
+    bend = jnp.maximum(6 * (c.g - g1) + 2 * d0 + 4 * d1 - 100 * TINY, 0.0)
+    turn = jnp.where((bend > 0) & (d1 < 0), -d1 / jnp.where(bend > 0, bend, 1.0), jnp.inf)
+    s = jnp.minimum(jnp.where(h > 0, room / jnp.where(h > 0, h, 1.0), 0.0), turn)
+    return (g1 < -_TOUCH) | (g1 + s * (d1 + 0.5 * s * bend) < -_TOUCH)
 
 
 def inconsistent(c: Carry, tol: Scalar) -> Bool[Array, " guard"]:

@@ -81,6 +81,14 @@ class AbstractHybridSystem(Struct):
         the same instant.
         """
 
+    def limits(self, mode: PyTree, guards: PyTree) -> PyTree | None:
+        """Which guards, of their structure, are limits up to and including which the mode holds, as static friction.
+
+        A limit that is reached but not exceeded is no event. Where it is reached at a time breakpoint, that comes
+        first: the limit fires after it, at the same instant, if it is exceeded from there. `None`: no guard is one.
+        """
+        return None
+
     @abc.abstractmethod
     def reset(self, t: Scalar, y: PyTree, before: PyTree, after: PyTree) -> PyTree:
         """The state just after a change of mode from `before` to `after`; differentiable in `t` and `y`."""
@@ -308,16 +316,24 @@ class Flat(Struct):
             return np.int32(Code.COMPLETED)
         return jnp.asarray(self.system.code_at_end(self.unpack_mode(mode)), jnp.int32)
 
-    def rates_and_guards(self, t: Array, y: Array, mode: Array) -> tuple[Array, Array, Array]:
-        """Rates of the states, guards and their rates."""
+    def rates_and_guards(self, t: Array, y: Array, mode: Array) -> tuple[Array, Array, Array, Array]:
+        """Rates of the states, guards and their rates, and which guards are limits."""
         system, y, mode = self.system, self.unpack_state(y), self.unpack_mode(mode)
+
+        def marked(guards: PyTree) -> tuple[Array, Array]:
+            g, limits = _packed(guards), system.limits(mode, guards)
+            return g, jnp.zeros(g.shape, bool) if limits is None else ravel(limits, jnp.bool_)
+
         if isinstance(system, AbstractSemiExplicitSystem):
             now = system.instant(t, y, mode)
             moving = (jnp.ones_like(t), now.y_rate, now.z_rate)
-            g, rate = jax.jvp(lambda t, y, z: _packed(system.margins(t, y, mode, z)), (t, y, now.z), moving)
-            return _packed(now.y_rate), g, rate
+            measured = jax.jvp(
+                lambda t, y, z: marked(system.margins(t, y, mode, z)), (t, y, now.z), moving, has_aux=True
+            )
+            return _packed(now.y_rate), *measured
         f = jax.tree.map(jnp.asarray, system.rhs(t, y, mode))
-        return _packed(f), *jax.jvp(lambda t, y: _packed(system.guards(t, y, mode)), (t, y), (jnp.ones_like(t), f))
+        moving = (jnp.ones_like(t), f)
+        return _packed(f), *jax.jvp(lambda t, y: marked(system.guards(t, y, mode)), (t, y), moving, has_aux=True)
 
     def rates(self, t: Array, y: Array, mode: Array) -> tuple[Array, Array]:
         """Rates of states and guards, without derivatives."""
@@ -325,7 +341,7 @@ class Flat(Struct):
 
         numbers, rest = eqx.partition((self, t, y), eqx.is_inexact_array)
         still, t, y = eqx.combine(jax.lax.stop_gradient(numbers), rest)
-        f, _, rate = still.rates_and_guards(t, y, mode)
+        f, _, rate, _ = still.rates_and_guards(t, y, mode)
         return f, rate
 
     def jump(self, t: Array, y: Array, mode: Array, fired: Array, at_stop: Array) -> tuple[Array, Array, Array]:

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 from helpers import DOPRI8, TSIT5, event_guards, event_times, settings, solve
-from small_systems import BouncingBall, Oscillator, arrays
+from small_systems import BouncingBall, Oscillator, arrays, first_event_times
 
 import simbrake as sb
 
@@ -187,6 +187,52 @@ def test_corner_that_coincides_with_an_event(shift):
 def test_event_behind_a_corner_is_after_it(gap):
     r = run([down(0.5 + gap)], corner=0.5)
     np.testing.assert_allclose(event_times(r), [0.5 + gap], rtol=1e-14)
+
+
+class Limit(Timed):
+    """A limit that comes near 0 at the corner, with slope −1, and goes on from there with another one."""
+
+    def rhs(self, t, y, mode):
+        return self.corner * jnp.ones_like(y)
+
+    def guards(self, t, y, mode):
+        offset, slope = self.curves
+        after = offset + slope * (t - self.corner)
+        return jnp.where(mode[0] > 0, 1.0, jnp.where(mode[1] > 0, after, offset + self.corner - t))[None]
+
+    def limits(self, mode, guards):
+        return jnp.ones_like(guards, bool)
+
+
+def limited(offset, slope, guard_samples=15):
+    system = Limit((jnp.asarray(offset), jnp.asarray(slope)), jnp.asarray(0.5))
+    start = (jnp.zeros(1, jnp.int32), jnp.asarray(0))
+    return solve(system, jnp.asarray(0.0), start, 0.0, 1.0, settings(1e-10, guard_samples=guard_samples))
+
+
+@pytest.mark.parametrize("samples", [0, 15])
+@pytest.mark.parametrize(
+    ("offset", "slope", "truth"),
+    [
+        (0.0, 1.0, []),  # touched
+        (0.0, 0.0, []),
+        (1e-9, 1.0, []),
+        (-1e-16, 1.0, []),
+        (0.0, -2.0, [0.5]),  # exceeded from the corner on
+        (1e-9, -2.0, [0.5 + 5e-10]),
+        (-1e-9, 1.0, [0.5 - 1e-9]),
+    ],
+)
+def test_limit_that_is_touched_at_a_corner_is_not_exceeded(offset, slope, truth, samples):
+    record = limited(offset, slope, samples)
+    np.testing.assert_allclose(event_times(record), truth, rtol=1e-13)
+    assert int(record.mode_end[1]) == 1
+
+
+def test_event_of_a_limit_at_a_corner_has_the_derivative_of_the_limit():
+    """`0 = offset − slope (t − 1/2)` behind the corner, and not the corner's own time."""
+    slope = jax.grad(lambda offset: first_event_times(limited(offset, -2.0), 1)[0])(0.0)
+    assert float(slope) == pytest.approx(0.5, rel=1e-12)
 
 
 class Chain(sb.hybrid.AbstractHybridSystem):

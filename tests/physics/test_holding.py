@@ -43,6 +43,66 @@ def test_reserve_of_a_band_brake_either_way():
     assert text in str(result)
 
 
+#: brakes at rest with limits of every kind; the weaker pair of a staged brake is the inner or the outer one
+AT_REST = {
+    "rigid": {},
+    "elastic": {"stiffness": 2e5},
+    "staged, inner": {"bandage": sb.Bandage(45.0, sb.ConstantFriction(0.2), 900.0)},
+    "staged, outer": {"stiffness": 2e5, "bandage": sb.Bandage(45.0, sb.ConstantFriction(0.9), 9e3)},
+    "resolved": {"bandage": sb.Bandage(np.full(4, 9.0), sb.ConstantFriction(0.2), 900.0, spring=2e5)},
+    "disc": None,
+    "bearings": {},
+}
+SLOW = ("staged, outer", "resolved")
+
+
+def peak(kind, load, pull):
+    """At rest, with a load and a lever that turn round at 2 s."""
+    load, lever = (sb.PiecewiseLinear([0.0, 2.0, 3.0], values) for values in (load, pull))
+    linings, shaft = sb.uniform_linings(4, 4.0, sb.ConstantFriction(0.4, 1.1)), ()
+    if kind == "bearings":
+        lever, shaft = sb.PiecewiseLinear(lever.times, np.zeros(3)), (sb.loads.BearingFriction(150.0),)
+    if kind == "disc":
+        brake, duty = sb.DiscBrake(900.0, sb.Pads(linings.friction, 0.5, 0.6, 1.0, 4)), sb.ForceDuty
+    else:
+        parts = AT_REST[kind]
+        band = sb.Band(0.64, parts.get("stiffness"))
+        brake, duty = sb.Brake(sb.Pulley(0.59, 900.0), band, linings, parts.get("bandage")), sb.Duty
+    return sb.Scene(brake, duty(lever, sb.TorqueLoad(load)), sb.Initial(0.0), 4.0, shaft=shaft)
+
+
+@pytest.mark.parametrize(
+    "kind", [pytest.param(kind, marks=pytest.mark.slow if kind in SLOW else ()) for kind in AT_REST]
+)
+def test_a_touch_of_the_limit_is_no_break_away(kind):
+    """A load that rises to what the brake at rest can hold, or a lever that falls so far, and turns back."""
+    ones, pull, most = np.ones(3), np.full(3, 5e3), 150.0
+    if kind != "bearings":
+        most = 100.0 * float(sb.simulate(peak(kind, 100.0 * ones, pull)).series([1.0]).holding_reserve[0])
+    load, lever = most * np.array([0.3, 1.0, 0.5]), pull * np.array([2.0, 1.0, 1.5])
+    for over, restarts in ((0.0, []), (-1e-9, []), (1e-9, [2.0])):
+        more = np.array([1.0, 1.0 + over, 1.0])
+        loaded = sb.simulate(peak(kind, load * more, pull))
+        assert loaded.events["restart"].times == pytest.approx(restarts, abs=1e-8)
+        if kind != "bearings":
+            eased = sb.simulate(peak(kind, most * ones, lever / more))
+            assert eased.events["restart"].times == pytest.approx(restarts, abs=1e-8)
+
+
+def test_a_touch_of_the_limit_is_no_stop():
+    """What begins at the first stop does not begin."""
+    lost = sb.friction.FrictionChange(sb.Constant(0.1), when="stop 1")
+
+    def scene(load):
+        base = held(law=sb.friction.ChangingFriction(sb.ConstantFriction(F, STATIC), (lost,)))
+        load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 2.0, 3.0], load))
+        return dataclasses.replace(base, duty=sb.Duty(sb.Constant(T0), load))
+
+    most = R * T0 * (capstan(STATIC * F) - 1)
+    result = sb.simulate(scene(most * np.array([0.3, 1.0, 0.9])))
+    assert (result.status, list(result.events)) == ("held", [])
+
+
 def test_no_load_has_no_reserve():
     result = sb.simulate(held(0.0))
     assert result.series(TIMES).holding_reserve is None
