@@ -13,7 +13,7 @@ from jaxtyping import Bool, Float, Int
 from ._base._corners import clipped
 from ._base._faults import Fault, InputError
 from ._base._part import Part, as_part, former_names, part, quantity, short_for, whole
-from ._base._quantity import Quantity, Scalar, in_si, shown
+from ._base._quantity import Quantity, Scalar, in_si
 from ._base._table import number
 from .hybrid._arrays import Array
 from .hybrid._struct import struct_field
@@ -256,12 +256,8 @@ class _Group(NamedTuple):
 
 
 def _as_phases(x: Any) -> Any:
-    """A tuple of phases; also of one alone, and of a list."""
-    phases = (x,) if isinstance(x, Phase) else tuple(x) if isinstance(x, list) else x
-    wrong = [x for x in phases if not isinstance(x, Phase)] if isinstance(phases, tuple) else [x]
-    if wrong:
-        raise InputError([Fault("Phases.phases", f"{shown(wrong[0])} is no phase", "give `Phase`s, each with a lever")])
-    return phases
+    """A tuple of phases, also of one alone."""
+    return (x,) if isinstance(x, Phase) else x
 
 
 class Phases(Part):
@@ -399,9 +395,10 @@ class Phases(Part):
         phase = self.each[group.first + i]
         return Ended(phase.name, group.first + i + 1, group.cycle + cycle + 1, phase.until.words)
 
+    def faults_of_presence(self, path: str) -> list[Fault]:
+        return [] if self.phases else [Fault(f"{path}.phases", "has no phase", f"{_FORMS}, each with a lever")]
+
     def faults(self, path: str) -> list[Fault]:
-        if not self.phases:
-            return [Fault(f"{path}.phases", "has no phase", f"{_FORMS}, each with a lever")]
         faults = []
         for i, phase in enumerate(self.phases):
             if isinstance(phase.until, AtStop):

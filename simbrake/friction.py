@@ -4,7 +4,7 @@ import abc
 import dataclasses
 import functools
 import operator
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import jax
@@ -18,7 +18,7 @@ from ._base._compiling import per_structure, read_by
 from ._base._corners import clipped, greater, lesser
 from ._base._faults import Fault, InputError
 from ._base._part import Part, part, quantity, short_for
-from ._base._quantity import Over, Scalar, shown
+from ._base._quantity import Over, Scalar
 from ._phases import AbstractEnd, AtStop, AtTemperature, as_end
 from .hybrid._arrays import Array
 from .hybrid._struct import AbstractVar, struct_field
@@ -855,10 +855,7 @@ class ProductFriction(AbstractScaledFriction):
     factors: tuple[AbstractFactor, ...]  # pyright: ignore
 
     def __check_init__(self) -> None:
-        if not isinstance(self.factors, Collection):
-            hint = "give a list of factors"
-            raise InputError([Fault("ProductFriction.factors", f"{shown(self.factors)} does not fit here", hint)])
-        if len(self.factors) > 100:  # each adds equations
+        if isinstance(self.factors, tuple) and len(self.factors) > 100:  # each adds equations
             raise InputError([Fault("ProductFriction.factors", f"are {len(self.factors)}", "at most 100")])
 
     def scale(self, contact: Contact) -> Array:

@@ -216,23 +216,35 @@ class Part(Struct, metaclass=_Told):
     def __check_init__(self) -> None:
         name, faults, hints = type(self).__name__, [], _hints(type(self))  # pyright: ignore
         for field in dataclasses.fields(self):
+            if type(getattr(self, field.name)) is list and entry_of(hints.get(field.name)) is not None:
+                object.__setattr__(self, field.name, tuple(getattr(self, field.name)))
             value, path = getattr(self, field.name), f"{name}.{field.name}"
             about = field.metadata.get("quantity")
-            kinds = alternatives(hints.get(field.name, Any))
             if about is not None and value is None:
-                absent = _may_be_absent(type(self), field.name)
+                absent = _may_be_absent(type(self), field)
                 faults += [] if absent else [Fault(path, "is missing", f"{about.meaning}{example(about.unit)}")]
             elif about is not None and not isinstance(value, Struct):
                 faults += _faults_of_leaf(Leaf(path, value, about), converted=False)
             elif isinstance(about_whole := field.metadata.get("whole"), Whole):
                 faults += faults_of_whole(path, value, about_whole)
-            else:
-                maker = short_of((field.metadata.get("part"),))
-                unread = [] if maker is None else _faults_of_short(maker, value, unit_below(field, "SI"), path)
-                faults += unread or _faults_of_kind(path, value, kinds)
-        faults += self.faults_of_presence(name)
+            elif (maker := short_of((field.metadata.get("part"),))) is not None:
+                faults += _faults_of_short(maker, value, unit_below(field, "SI"), path)
+        unread = {fault.path for fault in faults}
+        wrong = self.faults_of_kinds(name)
+        faults += [fault for fault in wrong if fault.path not in unread] if wrong else self.faults_of_presence(name)
         if faults:
             raise InputError(faults)
+
+    def faults_of_kinds(self, path: str) -> list[Fault]:
+        """Errors of the part at a path where something else than its fields name stands in them."""
+        faults, hints = list[Fault](), _hints(type(self))
+        for field in dataclasses.fields(self):  # pyright: ignore
+            value, hint, about = getattr(self, field.name), hints.get(field.name, Any), field.metadata.get("quantity")
+            if about is None:
+                faults += _faults_of_kind(below(path, field), value, hint)
+            elif isinstance(value, Struct):
+                faults += _faults_of_law(below(path, field), value, hint, about)
+        return faults
 
     def faults_of_presence(self, path: str) -> list[Fault]:
         """Errors of the part at a path where one of its numbers or another one has to be given."""
@@ -270,20 +282,71 @@ def alternatives(hint: object) -> tuple[Any, ...]:
     return typing.get_args(hint) if origin in (typing.Union, types.UnionType) else (hint,)
 
 
-def _faults_of_kind(path: str, value: object, kinds: tuple[Any, ...]) -> list[Fault]:
-    """Error of a value that is none of the parts that its field names; fields for other types are not checked."""
-    parts = _parts_among(kinds)
-    if not parts or isinstance(value, kinds):
+@functools.cache
+def entry_of(hint: object) -> object | None:
+    """The type of the entries of a tuple of any length; `None` for other types."""
+    inner = typing.get_args(hint)
+    return inner[0] if typing.get_origin(hint) is tuple and inner[1:] == (...,) else None
+
+
+def _faults_of_kind(path: str, value: object, hint: object) -> list[Fault]:
+    """Errors of a value that is none of the parts that its field names, or of entries of a tuple of such.
+
+    Fields for other types are not checked.
+    """
+    entry = entry_of(hint)
+    kinds = alternatives(hint if entry is None else entry)
+    words = _words_of(kinds)
+    if not words:
         return []
-    names = " or ".join(kind.__name__.removeprefix("Abstract") for kind in parts)
-    return [Fault(path, f"{shown(value)} does not fit here", f"give a {names}")]
+    if entry is None:
+        return [] if isinstance(value, kinds) else [Fault(path, f"{shown(value)} does not fit here", f"give {words}")]
+    if not isinstance(value, tuple):
+        return [Fault(path, f"{shown(value)} does not fit here", f"give a list; an entry is {words}")]
+    return [fault for i, one in enumerate(value) for fault in _faults_of_kind(f"{path}[{i}]", one, entry)]
 
 
 @functools.cache
-def _parts_among(kinds: tuple[Any, ...]) -> tuple[type, ...]:
-    """The parts of a scene that a field may hold; none if it may hold anything else."""
-    parts = tuple(kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Struct))
-    return () if set(kinds) - {*parts, type(None)} else parts
+def _words_of(kinds: tuple[Any, ...]) -> str:
+    """What may stand in a field, in words; empty if that is anything but parts of a scene, texts, and yes or no."""
+    parts = _parts_among(kinds)
+    if set(kinds) - {*parts, *_PLAIN, type(None)}:
+        return ""
+    plain = [words for kind, words in _PLAIN.items() if kind in kinds]
+    return " or ".join([f"a {_words_of_family(part)}" for part in parts] + plain)
+
+
+#: kinds of fields that are neither numbers nor parts, in words
+_PLAIN = {str: "a text", bool: "True or False"}
+
+
+def _parts_among(kinds: tuple[Any, ...]) -> list[type]:
+    return [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Struct)]
+
+
+def _faults_of_law(path: str, value: Struct, hint: object, about: Quantity) -> list[Fault]:
+    """Error of a part in place of numbers that takes no such profile or law."""
+    kinds = alternatives(hint)
+    parts = _parts_among(kinds)
+    if isinstance(value, tuple(parts)) if parts else Any in kinds:
+        return []
+    words = " or ".join([about.meaning, *(f"a {_words_of_family(part)}" for part in parts)])
+    return [Fault(path, f"{shown(value)} does not fit here", f"give {words}{example(about.unit)}")]
+
+
+def _words_of_family(family: type) -> str:
+    """A class, or an abstract one with its public kinds."""
+    if not family.__name__.startswith("Abstract"):
+        return family.__name__
+    kinds, below = list[type](), [family]
+    for kind in below:
+        below += kind.__subclasses__()
+        own = kind.__module__.partition(".")[0] == __name__.partition(".")[0]
+        if own and not kind.__name__.startswith(("Abstract", "_")):
+            kinds.append(kind)
+    names = ", ".join(dict.fromkeys(kind.__name__ for kind in kinds))
+    words = family.__name__.removeprefix("Abstract")
+    return f"{words} ({names})" if names else words
 
 
 def faults_of_whole(path: str, value: Any, about: Whole) -> list[Fault]:
@@ -370,14 +433,23 @@ def faults_below(node: Any, path: str = "") -> list[Fault]:
 
 
 def presence_below(node: Any) -> list[Fault]:
-    """Errors of a scene in which an edit has left out what a part needs, or given it twice; also of traced values."""
-    return list(_presence_below(jax.tree.structure(node)))
+    """Errors of a scene in which an edit has left out what a part needs, given it twice, or put in a part of another
+    kind; also of traced values."""
+    return _faults_of_structure(node) if _has_faults(jax.tree.structure(node)) else []
 
 
 @functools.lru_cache(maxsize=256)
-def _presence_below(structure: Any) -> tuple[Fault, ...]:
-    parts = parts_below(jax.tree.unflatten(structure, [np.zeros(())] * structure.num_leaves))
-    return tuple(fault for path, part, _ in parts if isinstance(part, Part) for fault in part.faults_of_presence(path))
+def _has_faults(structure: Any) -> bool:
+    return bool(_faults_of_structure(jax.tree.unflatten(structure, [np.zeros(())] * structure.num_leaves)))
+
+
+def _faults_of_structure(node: Any) -> list[Fault]:
+    return [
+        fault
+        for path, part, _ in parts_below(node)
+        if isinstance(part, Part)
+        for fault in part.faults_of_kinds(path) or part.faults_of_presence(path)
+    ]
 
 
 def below(path: str, field: dataclasses.Field) -> str:
@@ -394,9 +466,9 @@ class Leaf:
     about: Quantity
 
 
-def _may_be_absent(cls: type, name: str) -> bool:
-    kinds = alternatives(_hints(cls).get(name, Any))
-    return type(None) in kinds or Any in kinds
+def _may_be_absent(cls: type, field: dataclasses.Field) -> bool:
+    hint = _hints(cls).get(field.name)
+    return hint is None or type(None) in alternatives(hint) or field.default is None
 
 
 @explained
@@ -416,7 +488,7 @@ def leaves(node: object, path: str = "", unit: str = "SI") -> list[Leaf]:
         value, child_path, about = getattr(node, field.name), below(path, field), about_of(field, unit)
         # where a law replaces a number, the numbers of the law
         if about is not None and not dataclasses.is_dataclass(value):
-            if value is not None or not _may_be_absent(type(node), field.name):
+            if value is not None or not _may_be_absent(type(node), field):
                 quantities.append(Leaf(child_path, value, about))
         else:
             quantities += leaves(value, child_path, unit_below(field, unit))

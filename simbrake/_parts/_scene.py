@@ -262,7 +262,7 @@ def faults(scene: Scene) -> list[Fault]:
 
 def _faults(scene: Scene) -> tuple[list[Fault], Numbers]:
     numbers = Numbers(scene)
-    errors = numbers.faults() + _faults_of_kinds(scene) + presence_below(scene)
+    errors = numbers.faults() + (presence_below(scene) or _faults_of_kinds(scene))
     return errors if errors or numbers.traced else _faults_together(scene), numbers
 
 

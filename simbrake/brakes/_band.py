@@ -12,9 +12,9 @@ from jaxtyping import Bool, Float, Int
 
 from .._base._arguments import explained
 from .._base._corners import lesser
-from .._base._faults import Fault, InputError
-from .._base._part import Part, quantity, short_for
-from .._base._quantity import Over, Scalar, Values, as_number, shown
+from .._base._faults import Fault
+from .._base._part import Part, as_part, quantity, short_for
+from .._base._quantity import Over, Scalar, Values
 from ..hybrid._arrays import Array
 from ..hybrid._struct import AbstractVar, struct_field
 
@@ -570,8 +570,8 @@ class ContinuousLining(AbstractGeometry):
 
 def _as_bands(bands: Iterable[AbstractStiffness | float]) -> tuple[AbstractStiffness, ...]:
     if not isinstance(bands, Iterable):
-        raise InputError([Fault("bands", f"{shown(bands)} does not fit here", "give a list of bands")])
-    return tuple(band if isinstance(band, AbstractStiffness) else GivenStiffness(as_number(band)) for band in bands)
+        return bands  # which the part refuses
+    return tuple(as_part(band, AbstractStiffness) for band in bands)
 
 
 class ParallelBands(AbstractStiffness):

@@ -311,9 +311,11 @@ class MultiBandBrake(AbstractBandBrake):
         j, own = self.place_of(i - 1)
         return f"lining {own + 1} of band {j + 1}: f·tan(β/2) = {share:.4g} ≥ 1, the band is self-locking"
 
+    def faults_of_presence(self, path: str) -> list[Fault]:
+        hint = "give the linings of each, and its stiffness or share"
+        return [] if self.bands else [Fault(f"{path}.bands", "there is no band", hint)]
+
     def faults(self, path: str) -> list[Fault]:
-        if not self.bands:
-            return [Fault(f"{path}.bands", "there is no band", "give the linings of each, and its stiffness or share")]
         faults = fault_of_circle(self.band_radius, self.pulley, f"{path}.band_radius")
         for j, band in enumerate(self.bands):
             faults += self._faults_of_band(band, f"{path}.bands[{j}]")

@@ -1,7 +1,6 @@
 """The heat of a scene: a thermal network, places of the friction heat, and shares of the friction power."""
 
 import abc
-from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
@@ -9,9 +8,9 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, require_share
+from .._base._faults import Fault, require_share
 from .._base._part import Part, part, quantity, short_for
-from .._base._quantity import Over, Scalar, Values, shown
+from .._base._quantity import Over, Scalar, Values
 from .._base._table import number
 from ..hybrid._arrays import Array
 from ..hybrid._struct import struct_field
@@ -285,8 +284,8 @@ def _settled(bodies: tuple[Body, ...]) -> tuple[Body, ...]:
     def empty(body: Body) -> bool:
         return isinstance(body, Lump) and isinstance(body.capacity, np.ndarray) and bool(np.all(body.capacity == 0))
 
-    if not isinstance(bodies, Iterable):
-        raise InputError([Fault("bodies", f"{shown(bodies)} does not fit here", "give a list of bodies")])
+    if not isinstance(bodies, tuple | list):
+        return bodies  # which the part refuses
     return tuple(Junction(body.name, body.count) if empty(body) else body for body in bodies)
 
 

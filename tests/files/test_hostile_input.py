@@ -1,6 +1,7 @@
 """Hostile input: a few hundred mutants of `fuzz.py`, those that once failed, files that are none, absurd numbers."""
 
 import csv
+import dataclasses
 import inspect
 import os
 import signal
@@ -266,6 +267,75 @@ def test_anything_in_the_place_of_a_number():
     assert accepted == [("brake.band.stiffness", None)]  # a rigid band
 
 
+def parts_with_paths(node, path=()):
+    """Every part of a scene, one of each class, with the names and places on the way to it."""
+    if isinstance(node, tuple):
+        return [found for i, one in enumerate(node) for found in parts_with_paths(one, (*path, i))]
+    if not dataclasses.is_dataclass(node):
+        return []
+    below = [parts_with_paths(getattr(node, field.name), (*path, field.name)) for field in dataclasses.fields(node)]
+    return [(path, node), *(found for each in below for found in each)]
+
+
+def put(node, path, value):
+    if not path:
+        return value
+    first, *rest = path
+    if isinstance(first, int):
+        return (*node[:first], put(node[first], rest, value), *node[first + 1 :])
+    return dataclasses.replace(node, **{first: put(getattr(node, first), rest, value)})
+
+
+def test_anything_in_the_place_of_a_part():
+    """Also of a text, of yes or no, and in a list of parts; an error is at the place itself."""
+    source, tried = sb.thermal.Source("rim", 1.0), set()
+    for name in ("everything_coupled", "heated", "rig", "disc", "shoe", "two_bands", "unequal_bands"):
+        scene = open_scene(name)
+        for path, part in parts_with_paths(scene):
+            for field in dataclasses.fields(part):
+                if (type(part), field.name) in tried or not field.init:
+                    continue
+                tried.add((type(part), field.name))
+                for wrong in (object(), source, (source,), (3, "x")):
+                    with pytest.raises(sb.InputError):  # noqa: PT012
+                        sb.check_scene(put(scene, (*path, field.name), wrong))
+                        pytest.fail(f"accepted: {type(part).__name__}.{field.name} = {wrong}")
+    assert len(tried) > 150
+
+
+@pytest.mark.parametrize(
+    ("spoil", "said"),
+    [
+        (lambda s, x: sb.Heat(s.heat.bodies, links=(x,)), "Heat.links[0]: Source(a='rim', power=1 W) does not fit"),
+        (lambda s, x: sb.Heat(s.heat.bodies, links=x), "Heat.links: Source(a='rim', power=1 W) does not fit"),
+        (lambda s, x: sb.Heat((*s.heat.bodies, x)), "give a Lump or a Junction or a Reservoir or a Wall"),
+        (lambda s, x: dataclasses.replace(s, shaft=[x]), "Scene.shaft[0]: Source("),
+        (lambda s, x: sb.check_scene(eqx.tree_at(lambda s: s.heat.links, s, (x,))), "heat.links[0]: Source("),
+        (lambda s, x: sb.simulate(eqx.tree_at(lambda s: s.brake, s, x)), "brake: Source("),
+        (lambda s, x: sb.simulate(eqx.tree_at(lambda s: s.brake.band.radius, s, x)), "brake.band.radius: Source("),
+        (lambda s, x: sb.thermal.Lump(3, 2e5), "Lump.name: 3 does not fit here — give a text"),
+        (
+            lambda s, x: sb.thermal.Conductance("a", "b", 3, opens=1),
+            "Conductance.opens: 1 does not fit here — give True",
+        ),
+        (lambda s, x: sb.thermal.Reservoir("air", None), "Reservoir.temperature: is missing"),
+        (lambda s, x: sb.loads.Phases(()), "Phases.phases: has no phase"),
+        (lambda s, x: sb.brakes.MultiBandBrake(s.brake.pulley, 0.6, ()), "MultiBandBrake.bands: there is no band"),
+    ],
+)
+def test_part_of_a_wrong_kind_is_told_at_its_place(spoil, said):
+    with pytest.raises(sb.InputError) as raised:
+        spoil(open_scene("heated"), sb.thermal.Source("rim", 1.0))
+    assert said in str(raised.value)
+
+
+def test_lists_of_parts_may_be_lists():
+    scene = open_scene("heated")
+    heat = dataclasses.replace(scene.heat, links=list(scene.heat.links))
+    assert heat == scene.heat
+    assert heat.links == scene.heat.links
+
+
 @pytest.fixture(autouse=True)
 def _not_for_ever():
     """A test that waits for ever on a pipe fails."""
@@ -323,9 +393,12 @@ def test_every_public_function_tells_what_does_not_fit(value, tmp_path, monkeypa
         (lambda s: sb.prepare(s, rtol=[]), "rtol: []"),
         (lambda s: sb.simulate(s, max_step=[1, 2]), "max_step: [1, 2]"),
         (lambda s: sb.simulate(s, solver="x"), "solver"),
-        (lambda s: sb.brakes.ParallelBands(3), "bands: 3 does not fit here — give a list of bands"),
-        (lambda s: sb.Heat(3), "bodies: 3 does not fit here — give a list of bodies"),
-        (lambda s: sb.friction.ProductFriction(0.3, 3), "factors: 3 does not fit here — give a list of factors"),
+        (lambda s: sb.brakes.ParallelBands(3), "bands: 3 does not fit here — give a list; an entry is a Stiffness ("),
+        (lambda s: sb.Heat(3), "bodies: 3 does not fit here — give a list; an entry is a Lump or"),
+        (
+            lambda s: sb.friction.ProductFriction(0.3, 3),
+            "factors: 3 does not fit here — give a list; an entry is a Factor (",
+        ),
         (lambda s: sb.sweep(s, [1]), "values: [1] does not fit here — give a dict"),
     ],
 )
