@@ -4,7 +4,7 @@ They are functions of a run's record, traceable, so that they can be differentia
 """
 
 import functools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 import jax
@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._arguments import explained
+from .._base._faults import near
 from .._base._table import number
 from .._parts._scene import Scene, has_load
 from .._physics._brake import BrakeSystem
@@ -889,9 +890,34 @@ def _energies(system: BrakeSystem, start: Instant, end: Instant) -> tuple[dict[s
 _energies_of_ends = RunJit(_energies, quick=True)
 
 
-def energies(record: Record) -> dict[str, Array]:
+@jax.tree_util.register_pytree_with_keys_class
+class ByName(dict[str, Any]):
+    """A dictionary, also as a PyTree, that raises `KeyError` with the nearest names where one is missing.
+
+    Example:
+        >>> try:
+        ...     result.energy["friction_heet"]
+        ... except KeyError as error:
+        ...     print(error.args[0])
+        there is no 'friction_heet'; nearest: friction_heat
+    """
+
+    def __missing__(self, name: object) -> Any:
+        hint = near(str(name), self) or f"; there are: {', '.join(self) or 'none'}"
+        raise KeyError(f"there is no {name!r}{hint}")
+
+    def tree_flatten_with_keys(self) -> tuple[list[tuple[Any, Any]], tuple[str, ...]]:
+        names = tuple(sorted(self))
+        return [(jax.tree_util.DictKey(name), self[name]) for name in names], names
+
+    @classmethod
+    def tree_unflatten(cls, names: tuple[str, ...], values: Sequence[Any]) -> "ByName":
+        return cls(zip(names, values, strict=True))
+
+
+def energies(record: Record) -> ByName:
     """Energies over the run in J, and the residuals of their balances over the largest exchanged (model §1)."""
-    return _energies_of_ends(record.system, *ends_of(record))[0]
+    return ByName(_energies_of_ends(record.system, *ends_of(record))[0])
 
 
 def energies_between(record: Record, first: int, last: int) -> dict[str, Array]:
@@ -905,9 +931,9 @@ def energies_between(record: Record, first: int, last: int) -> dict[str, Array]:
     return _energies_of_ends(record.system, instant(first), instant(last))[0]
 
 
-def stored_heat(record: Record) -> dict[str, Array]:
+def stored_heat(record: Record) -> ByName:
     """Heat stored in every body of the network since the start (J)."""
-    return _energies_of_ends(record.system, *ends_of(record))[1]
+    return ByName(_energies_of_ends(record.system, *ends_of(record))[1])
 
 
 # --- the names in it --------------------------------------------------------------------------------------------------

@@ -7,7 +7,6 @@ from typing import Any, NamedTuple, TypeVar
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.core import Tracer
 from jaxtyping import Float, Int, PyTree
 
 from .._base._arguments import explained
@@ -70,8 +69,9 @@ class Probe(NamedTuple):
 
 
 def is_traced_run(record: Record) -> bool:
-    """Whether a run is being traced: then its times or its states are, whatever else of it is."""
-    return any(isinstance(leaf, Tracer) for leaf in (record.rows.t, record.rows.y, record.count))
+    """Whether a run is being traced: its times and states, or numbers of its system alone where nothing depends on
+    them."""
+    return is_traced(record)
 
 
 def record_of(run: Any) -> Record:

@@ -5,7 +5,7 @@ import difflib
 import functools
 import math
 import re
-from collections.abc import Container, Iterable, Sequence
+from collections.abc import Collection, Container, Iterable, Sequence
 from typing import Any, NamedTuple
 
 import jax
@@ -120,7 +120,7 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     for full, value in values.items():
         path, i = entry_of(full, slots)
         if path not in slots:
-            faults.append(_unknown(full, path, slots))
+            faults.append(fault_of_path(full, path, slots))
             continue
         if isinstance(value, str):
             reader = NumberReader()
@@ -181,7 +181,8 @@ def _with_count(scene: Scene, value: Any, faults: list[Fault]) -> Scene:
     return scene
 
 
-def _unknown(full: str, path: str, slots: dict[str, _Slot]) -> Fault:
+def fault_of_path(full: str, path: str, slots: Collection[str]) -> Fault:
+    """Error of a path that means no number, with the nearest ones."""
     near = difflib.get_close_matches(path, slots, n=3, cutoff=0.4)
     tail = [name for name in slots if name.rsplit(".", 1)[-1] == path.rsplit(".", 1)[-1]]
     names = list(dict.fromkeys([*tail, *near]))[:4]
@@ -217,7 +218,7 @@ def read_numbers(scene: Scene, path: str, texts: Sequence[str | float]) -> list[
     slots = _slots(scene)
     name = entry_of(path, slots)[0]
     if name not in slots:
-        raise InputError([_unknown(path, name, slots)])
+        raise InputError([fault_of_path(path, name, slots)])
     about, reader = slots[name].about, NumberReader()
     values = [reader.number(text, about, path, about.unit) for text in texts]
     bare = [text for text in map(str, texts) if _is_float(text)]

@@ -15,12 +15,22 @@ import numpy as np
 from jax.flatten_util import ravel_pytree
 from jaxtyping import Float, Int
 
-from .._base._compiling import DeviceJit, run_device, with_stored_slopes
+from .._base._compiling import DeviceJit, is_traced, run_device, with_stored_slopes
 from .._base._faults import Fault, InputError, near
 from .._base._part import leaves
 from .._base._table import Table, number
 from .._outputs._log import FAILURES, STATUS_MESSAGES, Events, Stage, Status, failure_of, status_of
-from .._outputs._metrics import HOLDING, METRICS, Metric, Peak, energies, identity_of, stored_heat, worn_thickness
+from .._outputs._metrics import (
+    HOLDING,
+    METRICS,
+    ByName,
+    Metric,
+    Peak,
+    energies,
+    identity_of,
+    stored_heat,
+    worn_thickness,
+)
 from .._outputs._probe import (
     Entry,
     Probe,
@@ -273,17 +283,18 @@ class Result:
         are NaN instead, and all columns are float64. Under jit, vmap and grad nothing can be raised: there real
         numbers are NaN outside the run, and whole numbers the least of their type (−2147483648 for int32).
         """
-        if self.concrete and not fill:
+        concrete = self.concrete and not is_traced(ts)
+        if concrete and not fill:
             p = look(self, ts, left=left, path="ts", hint="; fill=True gives NaN there")
             return series_of(p, self._system)
-        xp, record = (np, self.record.compact()) if self.concrete else (jnp, self.record)
-        ts = array_of_times(ts, "ts") if self.concrete else jnp.atleast_1d(jnp.asarray(ts, np.float64))
+        xp, record = (np, self.record.compact()) if concrete else (jnp, jax.tree.map(jnp.asarray, self.record))
+        ts = array_of_times(ts, "ts") if concrete else jnp.atleast_1d(jnp.asarray(ts, np.float64))
         t = record.rows.t
         start, end = t[0], t[record.count]
         away = outside(ts, start, end)
         inside = xp.where(away, start, xp.clip(ts, start, end))
         index = record.find(inside, left=left)
-        probe = probe_many if self.concrete else probe_at
+        probe = probe_many if concrete else probe_at
         series = series_of(probe(record, index, inside - t[index]), self._system)
 
         def blank(column: Array) -> Array:
@@ -451,7 +462,7 @@ class Result:
     @property
     def metrics(self) -> dict[str, float | None]:
         """Main numbers of the run in SI units, `None` where something did not happen."""
-        return dict(self.report().metrics)
+        return ByName(self.report().metrics)
 
     def summary(self) -> Entry:
         """Everything that `simbrake run --json` prints."""

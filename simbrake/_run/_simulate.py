@@ -35,7 +35,7 @@ from .._base._programs import Kept
 from .._base._progress import Progress, Report, reporting
 from .._base._quantity import faults_of_tolerance, shown
 from .._outputs._log import FAILURES, SimulationError
-from .._outputs._metrics import identity_of
+from .._outputs._metrics import ByName, identity_of
 from .._outputs._probe import Number
 from .._parts._scene import Scene, check_scene, checked
 from .._physics._assemble import assemble
@@ -60,7 +60,7 @@ from ..hybrid._struct import with_value_at
 from ..thermal._heat import node_names
 from ..thermal._mesh import finer_values
 from ._choice import stiffness
-from ._edit import entry_of, with_inputs
+from ._edit import entry_of, fault_of_path, numbers_in_si, with_inputs
 from ._measure import Metric, check_metrics, measure, name_of, unit_of
 from ._mesh import cuts_of, with_finer_layers
 from ._result import Result, RunLimits
@@ -534,6 +534,25 @@ class PreparedResult(NamedTuple):
     segments: int
 
 
+class Places(dict[str, slice]):
+    """Path of a number → where it lies in the vector of all of them; also of an entry of a list, and of former names.
+
+    Raises `KeyError` with the nearest paths where there is none.
+    """
+
+    def __missing__(self, path: str) -> slice:
+        field, index = entry_of(str(path), self)
+        if field not in self:
+            raise KeyError(str(fault_of_path(path, field, self)))
+        whole = self[field]
+        if index is None:
+            return whole
+        entries = range(whole.start, whole.stop)
+        if not -len(entries) <= index < len(entries):
+            raise KeyError(f"{path}: there is no entry {index}; {field} has {len(entries)} entries, from 0")
+        return slice(entries[index], entries[index] + 1)
+
+
 @explained
 class Prepared:
     """A scene compiled for fast runs with other numbers; made by `prepare`.
@@ -578,10 +597,10 @@ class Prepared:
         how = f"{solver_name(self.solver)}, rtol {self.rtol:g}, at most {self.max_steps} steps"
         return f"Prepared({self.scene.brake.kind}: {counts} → {asked}; {how})"
 
-    def _places(self) -> dict[str, slice]:
+    def _places(self) -> "Places":
         # a scene whose numbers are replaced by their places tells where each path lies
         counted = self._like.unpack(np.arange(self.numbers.size, dtype=np.float64))
-        slices = {}
+        slices = Places()
         for leaf in leaves(counted):
             first = int(np.min(leaf.value, initial=self.numbers.size))  # (a list may be empty)
             slices[leaf.path] = slice(first, first + int(np.size(leaf.value)))
@@ -616,24 +635,47 @@ class Prepared:
         return program
 
     def vector(self, values: Values = None) -> Array:
-        """The numbers with some of them changed, by path (`{"initial.omega": 18.0}`), or such a vector as it is."""
+        """The numbers with some of them changed, by path (`{"initial.omega": 18.0}`), or such a vector as it is.
+
+        Raises `InputError` for a path that is not there, and for values of another shape.
+        """
         if values is None:
             return self.numbers
-        if isinstance(values, np.ndarray):
-            return values
-        numbers = np.array(self.numbers)
-        for path, value in values.items():
-            numbers[self._place(path)] = value
-        return numbers
+        if isinstance(values, Mapping):
+            numbers = np.array(self.numbers)
+            for path, value in values.items():
+                place = self._place(path)
+                try:
+                    numbers[place] = value
+                except (ValueError, TypeError):
+                    numbers[place] = self._read(path, value, place)
+            return numbers
+        if np.shape(values) != self.numbers.shape:
+            what = f"{shown(values)} does not fit here"
+            raise InputError(
+                [Fault("values", what, f"give values by path, or a vector of {self.numbers.size} numbers")]
+            )
+        return values
 
-    def _place(self, path: str) -> slice | int:
-        field, index = entry_of(path, self.places)
-        whole = self.places.get(field)
-        if whole is None:
-            with_inputs(self.scene, {path: 0.0})  # raises what is wrong with an unknown path
-            raise InputError([Fault(path, "is absent in the prepared scene", "prepare a scene that has it")])
-        return whole if index is None else range(whole.start, whole.stop)[index]
+    def _place(self, path: str) -> slice:
+        try:
+            return self.places[path]
+        except KeyError:
+            with_inputs(self.scene, {str(path): 0.0})  # raises what is wrong with an unknown path
+            raise InputError([Fault(path, "is absent in the prepared scene", "prepare a scene that has it")]) from None
 
+    def _read(self, path: str, value: Any, place: slice) -> np.ndarray:
+        """A value that is no number or list of numbers: texts with a unit."""
+        size = place.stop - place.start
+        try:
+            return np.broadcast_to(np.asarray(numbers_in_si(self.scene, path, value), np.float64), size)
+        except (ValueError, TypeError) as error:
+            if isinstance(error, InputError):
+                raise
+            numbers = "one number" if size == 1 else f"one number or a list of {size}"
+            raise InputError([Fault(path, f"{shown(value)} does not fit here", f"give {numbers}")]) from None
+
+    @explained
     def __call__(self, values: Values = None, *, rtol: float | None = None) -> PreparedResult:
         """Runs with these numbers (and another tolerance); what a run of `simulate` would raise is in `code`.
 
@@ -648,9 +690,9 @@ class Prepared:
             self.max_steps = 4 * self.max_steps
             self.program = self._compile()
             return self(values, rtol=rtol)
-        metrics = {name: out[where].item() if type(where) is int else out[where] for name, where in self._spans}
+        values = {name: out[where].item() if type(where) is int else out[where] for name, where in self._spans}
         counts = int(accepted), int(rejected), int(retaken), int(events), int(segments)
-        return PreparedResult(metrics, int(code), *counts)
+        return PreparedResult(ByName(values), int(code), *counts)
 
     def inputs(self, numbers: Array, rtol: float) -> np.ndarray:
         """What its programs are called with: all numbers of the scene, the tolerance and the longest step."""

@@ -89,6 +89,43 @@ def test_heat_and_the_implicit_method():
         assert run().metrics["stopping_time"] == pytest.approx(float(expected), rel=1e-6)
 
 
+def test_places_of_numbers_and_their_entries(run):
+    """As paths are written everywhere: entries of lists too, and the nearest names of what is not there."""
+    whole = run.places["brake.linings.angle"]
+    assert run.places["brake.linings.angle[3]"] == slice(whole.start + 3, whole.start + 4)
+    assert run.places["brake.linings.angle[-1]"] == slice(whole.stop - 1, whole.stop)
+    for path, words in (
+        ("former.name", "no such number"),
+        ("initial.omeg", "nearest: initial.omega"),
+        ("brake.linings.angle[99]", "has 20 entries"),
+        (3, "no such number"),
+    ):
+        with pytest.raises(KeyError, match=words):
+            run.places[path]
+        with pytest.raises(sb.InputError, match=words):
+            run({path: 1.0})
+
+
+def test_names_of_answers_that_are_not_there(run):
+    answer, result = run(), sb.simulate(stop_scene())
+    for named, name in (
+        (answer.metrics, "stopping_time"),
+        (result.metrics, "stopping_time"),
+        (result.energy, "load_work"),
+    ):
+        with pytest.raises(KeyError, match=f"nearest: {name}"):
+            named[name[:-1]]
+    doubled = jax.tree.map(lambda x: 2 * x, answer)
+    assert doubled.metrics["stopping_time"] == 2 * answer.metrics["stopping_time"]
+
+
+def test_values_that_are_no_numbers(run):
+    assert run({"initial.omega": "11 rad/s"}).metrics == run({"initial.omega": 11.0}).metrics
+    for values in ({"initial.omega": "x"}, {"initial.omega": [1, 2]}, {"initial.omega": {}}, np.ones(3), 3, "x"):
+        with pytest.raises(sb.InputError):
+            run(values)
+
+
 def test_faults(run):
     with pytest.raises(sb.InputError, match=r"initial\.omega"):
         run({"initial.omeg": 3.0})

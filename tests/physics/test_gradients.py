@@ -164,3 +164,22 @@ def test_gradients_with_room_for_a_long_run():
     assert float(slope) == pytest.approx(2.0 * float(truth[1]), rel=1e-9)
     with pytest.raises(NotImplementedError, match="first derivatives only"):
         jax.jit(jax.hessian(stop))(x)
+
+
+def test_series_that_does_not_depend_on_the_number():
+    """Outside of jit only the scene is traced there, nothing of the run: a derivative of 0."""
+    scene = stop_scene()
+
+    def speed(radius, times=(0.3,)):
+        changed = sb.with_values(scene, {"brake.linings.area": radius})
+        return jnp.sum(sb.simulate(changed).series(list(times)).omega)
+
+    assert jax.grad(speed)(0.01) == 0.0
+
+
+def test_series_by_its_times():
+    """Of a run with values, outside of jit: the rate of the speed is that of the torques."""
+    result = sb.simulate(stop_scene())
+    rate = jax.grad(lambda t: result.series(t).omega[0])(0.3)
+    before, after = result.series([0.299, 0.301]).omega
+    assert rate == pytest.approx((after - before) / 2e-3, rel=1e-5)
