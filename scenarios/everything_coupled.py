@@ -105,7 +105,7 @@ def shaft() -> tuple[sb.loads.AbstractShaftTorque, ...]:
         sb.loads.HydrodynamicBrake(0.2, 0.3),
         sb.loads.ViscousDrag(5.0),
         sb.loads.BearingFriction(100.0),
-        sb.loads.TackleLoss(0.95),
+        sb.loads.TackleLoss(lowering_efficiency=0.95),
     )
 
 

@@ -1,16 +1,17 @@
 """Loads on the shaft, and levers of the driller."""
 
 import abc
-from typing import ClassVar
+from collections.abc import Mapping
+from typing import Any, ClassVar
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
 
 from ._base._arguments import explained
-from ._base._faults import Fault
+from ._base._faults import DRUM_RADIUS, Fault
 from ._base._part import Part, part, parts_below, quantity, short_for, whole
-from ._base._quantity import Over, Scalar, Values
+from ._base._quantity import Over, Quantity, Scalar, Values, in_si
 from ._base._retired import answers
 from ._phases import AfterTime, AfterTravel, AtHeight, AtRest, AtStop, AtTemperature, Phase, Phases, held_within
 from .hybrid._arrays import Array
@@ -116,6 +117,11 @@ class AbstractLoad(Part):
         return None if per_radian is None else phi * per_radian
 
     @property
+    def lines(self) -> Scalar | None:
+        """Lines strung, `None`: the load hangs on no hook."""
+        return None
+
+    @property
     def layers(self) -> RopeLayers | None:
         """Layers of the rope on the drum; `None`: its effective radius stays the same."""
         return None
@@ -158,6 +164,20 @@ class AbstractHookLoad(AbstractLoad):
     line_count: AbstractVar[Scalar]
     rope: AbstractVar[RopeLayers | None]
     elasticity: AbstractVar[RopeElasticity | None]
+
+    @classmethod
+    def meant_by(cls, name: str, given: Mapping[str, Any]) -> str:
+        words, rope = super().meant_by(name, given), given.get("rope")
+        if DRUM_RADIUS not in words:
+            return words
+        length, other = Quantity("m", "diameter"), rope.get("diameter") if isinstance(rope, Mapping) else None
+        diameters = in_si(given.get(name), length), in_si(getattr(rope, "diameter", other), length)
+        known = all(isinstance(x, np.ndarray) and x.ndim == 0 for x in diameters)
+        return f"{words} = {float(sum(diameters)) / 2:g} m" if known else words
+
+    @property
+    def lines(self) -> Scalar:
+        return self.line_count
 
     @property
     def layers(self) -> RopeLayers | None:

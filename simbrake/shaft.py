@@ -2,12 +2,15 @@
 
 import abc
 import re
+from typing import Any, ClassVar
 
+import jax
 import jax.numpy as jnp
 
-from ._base._faults import Fault
+from ._base._faults import Fault, InputError
 from ._base._part import Part, former_names, part, quantity
 from ._base._quantity import Scalar
+from .hybrid._arrays import Array
 from .hybrid._struct import AbstractVar, struct_field, with_fields
 from .profiles import AbstractProfile, Constant, Piece, Real, faults_of_sign
 
@@ -42,6 +45,14 @@ class AbstractShaftTorque(Part):
         - `piece` of its `profile`;  `load` (N·m): torque of the load on a shaft at rest
         """
 
+    def turning(self, t: Real, omega: Real, piece: Piece, load: Real, way: Real) -> Real:
+        """The torque (N·m) on a shaft that turns in the sense `way`, ±1, also as it begins to."""
+        return self.torque(t, omega, piece, load)
+
+    def strung(self, lines: Scalar | None) -> "AbstractShaftTorque":
+        """The law of a hook on so many lines, `None`: the load hangs on no hook."""
+        return self
+
 
 class AbstractAuxiliaryBrake(AbstractShaftTorque):
     """A brake beside the friction brake that the driller engages, by phases too (`Phase.auxiliary`)."""
@@ -53,6 +64,13 @@ class AbstractAuxiliaryBrake(AbstractShaftTorque):
 
 class AbstractDryTorque(AbstractShaftTorque):
     """Dry friction: `torque` is its limit (N·m, ≥ 0), against the rotation; at rest it is any torque up to that."""
+
+    def limit_against(self, t: Real, omega: Real, piece: Piece, load: Real, way: Real) -> Real:
+        """The limit (N·m, ≥ 0) against a rotation in the sense `way`, ±1, also of a shaft at rest."""
+        return self.torque(t, omega, piece, load)
+
+    def turning(self, t: Real, omega: Real, piece: Piece, load: Real, way: Real) -> Real:
+        return way * self.limit_against(t, omega, piece, load, way)
 
 
 def _faults_of_share(profile: AbstractProfile, path: str) -> list[Fault]:
@@ -160,23 +178,144 @@ class BearingFriction(AbstractDryTorque):
         return jnp.asarray(self.friction_torque)
 
 
+#: how a loss of the tackle is given, in place of an efficiency without its direction
+_TACKLE = (
+    "give `sheave_factor = 1.04` (roller bearings), or an efficiency with its direction: `hoisting_efficiency` (that "
+    "of a data sheet) or `lowering_efficiency`"
+)
+#: error of a loss of the tackle under a load on no hook
+NO_TACKLE = (
+    "needs a load on a hook, whose lines it has",
+    "give such a load (`HookLoad`), or the loss as `BearingFriction`",
+)
+#: below it a function of `x²` is taken by its series
+_SMALL = 0.1
+#: Newton steps that find a sheave factor: six at most for 1 to 100 lines and efficiencies down to 1e-8, two for the
+#: derivatives of the last
+_STEPS = 8
+
+
 class TackleLoss(AbstractDryTorque):
-    """Loss of the tackle as dry friction in proportion to the load: `M_c = (1 − η) |M_load|`.
+    """Loss of the tackle, whose `n` lines turn `n` sheaves: dry friction in proportion to the load.
 
-    Lowering, the drum sees `η M_load`: the loss helps to brake.
+        T_{i+1} = K T_i,   Σ T_i = W,   T_fast = W/(n η_h) in hoisting,   η_l W/n in lowering
+        1/η_l = (K + K² + … + K^n)/n,   η_h = 1/(η_l K^(n+1))
+        hoisting: M = (1/η_h − 1) M_load,   lowering: M = (1 − η_l) M_load,   at rest anything between
 
-    - `efficiency` `η` of the tackle in lowering;  `place`: body that takes its heat
+    - `sheave_factor` `K`: tension of a line over that of its neighbour as both move, 1.04 with roller bearings, 1.09
+      with plain ones; the fast line turns a sheave of the crown, the dead-line sheave stands
+    - or `hoisting_efficiency` `η_h`, that of data sheets and of API RP 9B; or `lowering_efficiency` `η_l`. The other
+      one follows from it by the `K` of the lines strung
+    - `place`: body that takes its heat
+
+    The load must hang on a hook, whose `line_count` is `n`. The torque is that of the weight, of an elastic rope that
+    of its pull. Tensions of the lines are those of the pull on the hook: columns `fast_line_tension` and
+    `dead_line_tension`. `strung(n)` has all three numbers.
+
+    Raises `InputError` unless one of the three is given.
 
     Example:
-        >>> sb.loads.TackleLoss(0.85)
-        TackleLoss(efficiency=0.85)
+        >>> strung = sb.loads.TackleLoss(sheave_factor=1.04).strung(10)
+        >>> round(float(strung.hoisting_efficiency), 4), round(float(strung.lowering_efficiency), 4)
+        (0.8111, 0.8009)
+        >>> known = sb.loads.TackleLoss(hoisting_efficiency=0.8111).strung(10)
+        >>> round(float(known.sheave_factor), 4)
+        1.04
     """
 
-    efficiency: Scalar = quantity("1", "efficiency of the tackle", positive=True, high=1.0)
-    place: str | None = struct_field(static=True, default=None)
+    sheave_factor: Scalar | None = quantity(
+        "1", "tension of a line over that of its neighbour", low=1.0, high=2.0, default=None, instead=_TACKLE
+    )
+    hoisting_efficiency: Scalar | None = quantity(
+        "1", "efficiency of the tackle in hoisting", positive=True, high=1.0, default=None, kw_only=True
+    )
+    lowering_efficiency: Scalar | None = quantity(
+        "1", "efficiency of the tackle in lowering", positive=True, high=1.0, default=None, kw_only=True
+    )
+    place: str | None = struct_field(static=True, default=None, kw_only=True)
+    instead: ClassVar[dict[str, str]] = {"efficiency": _TACKLE}
+
+    def faults_of_presence(self, path: str) -> list[Fault]:
+        given = [self.sheave_factor, self.hoisting_efficiency, self.lowering_efficiency]
+        count = sum(number is not None for number in given)
+        if count == 1:
+            return []
+        what = "is missing" if count == 0 else "is given beside an efficiency, or both efficiencies are"
+        return [Fault(f"{path}.sheave_factor", what, _TACKLE)]
+
+    def strung(self, lines: Scalar | None) -> "TackleLoss":
+        """The loss with all of its three numbers, as so many lines have them. Raises `InputError` without a hook."""
+        if lines is None:
+            raise InputError([Fault("TackleLoss", *NO_TACKLE)])
+        n = jnp.asarray(lines)
+        factor: Any = self.sheave_factor
+        hoisting: Any = self.hoisting_efficiency
+        lowering: Any = self.lowering_efficiency
+        if factor is not None:
+            losses = _logs_of_loss(n, jnp.log(factor))
+            hoisting, lowering = (jnp.exp(-loss) for loss in losses)
+        elif lowering is not None:
+            k = _log_of_factor(n, lowering, hoisting=False)
+            factor, hoisting = jnp.exp(k), jnp.exp(-(n + 1) * k) / lowering
+        else:
+            k = _log_of_factor(n, hoisting, hoisting=True)
+            factor, lowering = jnp.exp(k), jnp.exp(-(n + 1) * k) / hoisting
+        return with_fields(self, sheave_factor=factor, hoisting_efficiency=hoisting, lowering_efficiency=lowering)
 
     def torque(self, t: Real, omega: Real, piece: Piece, load: Real) -> Real:
-        return (1 - self.efficiency) * jnp.abs(load)
+        return self.limit_against(t, omega, piece, load, jnp.sign(omega))
+
+    def limit_against(self, t: Real, omega: Real, piece: Piece, load: Real, way: Real) -> Real:
+        hoisting: Any = self.hoisting_efficiency
+        lowering: Any = self.lowering_efficiency
+        share = jnp.where(way < 0, 1 / hoisting - 1, 1 - lowering)
+        return share * jnp.abs(load)
+
+    def tensions(self, pull: Array, lines: Scalar, way: Array) -> tuple[Array, Array]:
+        """Tensions (N) of the fast and of the dead line under a pull (N) on the hook.
+
+        - `way`: above 0 in lowering, below 0 in hoisting, 0 at rest, where each is the largest that it can be
+        """
+        each, last_over_first = pull / lines, jnp.asarray(self.sheave_factor) ** lines
+        hoisting, lowering = each / self.hoisting_efficiency, each * self.lowering_efficiency
+        fast = jnp.where(way > 0, lowering, hoisting)
+        dead = jnp.where(way < 0, hoisting / last_over_first, lowering * last_over_first)
+        return fast, dead
+
+
+def _logs_of_loss(lines: Array, k: Array) -> tuple[Array, Array]:
+    """`−ln η` in hoisting and in lowering, `k = ln K`: `(n + 1) k/2` less and plus `ln S`, `S = mean(K^i)/K^((n+1)/2)`
+    over the lines, `S = sinh(n k/2)/(n sinh(k/2))`."""
+    middle = 0.5 * (lines + 1) * k
+    spread = _log_sinhc(0.5 * lines * k) - _log_sinhc(0.5 * k)
+    return middle - spread, middle + spread
+
+
+def _log_of_factor(lines: Array, efficiency: Array, *, hoisting: bool) -> Array:
+    """`ln K` of lines with an efficiency in one direction, by Newton's method.
+
+    `−ln η` is concave in it in hoisting and convex in lowering, so that no step goes beyond the solution.
+    """
+    wanted = -jnp.log(efficiency)
+
+    def loss(k: Array) -> Array:
+        in_hoisting, in_lowering = _logs_of_loss(lines, k)
+        return in_hoisting if hoisting else in_lowering
+
+    def step(k: Array, _: None) -> tuple[Array, None]:
+        value, slope = jax.jvp(loss, (k,), (jnp.ones_like(k),))
+        return k - (value - wanted) / slope, None
+
+    return jax.lax.scan(step, 2 * wanted / (lines + 1), None, length=_STEPS)[0]
+
+
+def _log_sinhc(x: Array) -> Array:
+    """`ln(sinh(x)/x)`, `x ≥ 0`; where `x` is small by its series, whose derivatives are exact at 0 too."""
+    is_small = x < _SMALL
+    y = jnp.where(is_small, x, 0.0) ** 2
+    series = y * (1 / 6 + y * (-1 / 180 + y * (1 / 2835 + y * (-1 / 37800 + y / 467775))))
+    big = jnp.where(is_small, 1.0, x)
+    return jnp.where(is_small, series, big + jnp.log(-jnp.expm1(-2 * big) / (2 * big)))
 
 
 def names_of(torques: tuple[AbstractShaftTorque, ...]) -> list[str]:

@@ -53,8 +53,14 @@ class InputError(ValueError):
         super().__init__("\n".join([f"{count}:", *(f"  {fault}" for fault in faults)]))
 
 
+#: effective radius of a drum: that of its rope, not of the drum itself
+DRUM_RADIUS = "drum_radius"
+
+
 def of_radius(name: str, names: Container[str]) -> str:
     """Hint for a diameter where the radius is known, and the other way round; empty for any other name."""
+    if "diameter" in name and DRUM_RADIUS in names:
+        return f"give {DRUM_RADIUS}, to the middle of the rope in the first layer: (diameter of drum + rope)/2"
     for one, other, share in (("diameter", "radius", "half of it"), ("radius", "diameter", "twice that")):
         if one in name and (known := name.replace(one, other)) in names:
             return f"give {share} as {known}"

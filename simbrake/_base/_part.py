@@ -7,8 +7,8 @@ import operator
 import types
 import typing
 import warnings
-from collections.abc import Callable, Container, Iterable, Iterator
-from typing import Annotated, Any, TypeVar, cast
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from typing import Annotated, Any, ClassVar, TypeVar, cast
 
 import jax
 import jax.numpy as jnp
@@ -18,7 +18,7 @@ from jax.core import Tracer
 from .._base._arguments import explained, with_nearest
 from ..hybrid._struct import Struct, struct_field
 from ._compiling import is_traced
-from ._faults import Fault, InputError
+from ._faults import Fault, InputError, of_radius
 from ._quantity import NumberReader, Over, Quantity, as_number, behind, example, has_units, in_si, shown
 from ._table import part_text, rows_table, value_text
 
@@ -40,17 +40,19 @@ def quantity(
     many: bool | Over = False,
     may_be_empty: bool = False,
     typical: float | None = None,
+    instead: str = "",
     default: Any = dataclasses.MISSING,
     kw_only: bool = False,
 ) -> Any:
     """A numeric field: an array leaf in SI units, with its unit, range and meaning.
 
     The unit `SI` is that of the field that holds the object (`holding`, or the quantity it replaces). `typical`: size
-    where the unit alone does not tell it (derivatives of a number that is 0 are resolved for such a change).
+    where the unit alone does not tell it (derivatives of a number that is 0 are resolved for such a change). `instead`:
+    what to write where it is out of its range.
     """
     keywords = {} if default is dataclasses.MISSING else {"default": default}
     low, may_be_empty = 0.0 if positive else low, may_be_empty or many is Over.GAPS or default == ()
-    about = Quantity(unit, meaning, low, high, positive, difference, many, may_be_empty, typical)
+    about = Quantity(unit, meaning, low, high, positive, difference, many, may_be_empty, typical, instead)
     words = ("float | Sequence[float]" if many else "float") + (" | None" if default is None else "")
     converter = _converter(in_si, words, about=about)
     return struct_field(converter=converter, metadata={"quantity": about}, kw_only=kw_only, **keywords)
@@ -198,6 +200,10 @@ class _Told(type(Struct)):
         try:
             return super().__call__(*args, **named)
         except TypeError as error:
+            fields = {field.name for field in dataclasses.fields(cls)}
+            hints = (meant_by(cls, name, named) for name in named if name not in fields)
+            if hint := next(hints, ""):
+                raise TypeError(f"{error}; {hint}") from None
             if (told := with_nearest(error, cls.__init__, named)) is not error:
                 raise told from None
             raise
@@ -212,6 +218,14 @@ class Part(Struct, metaclass=_Told):
     Raises `InputError` with every value that is not a number, not finite or outside its range, and every part of the
     wrong kind. Conditions across several parts are checked by `check_scene` and before a run.
     """
+
+    #: names that are no fields and that people try, with what to write in place of each
+    instead: ClassVar[Mapping[str, str]] = {}
+
+    @classmethod
+    def meant_by(cls, name: str, given: Mapping[str, Any]) -> str:
+        """What to write in place of a `name` that is no field, with what is `given` by name; empty if nobody knows."""
+        return cls.instead.get(name, "") or of_radius(name, [field.name for field in dataclasses.fields(cls)])
 
     def __check_init__(self) -> None:
         name, faults, hints = type(self).__name__, [], _hints(type(self))  # pyright: ignore
@@ -264,6 +278,16 @@ class Part(Struct, metaclass=_Told):
             for leaf in leaves(self)
         ]
         return rows_table(rows, type(self).__name__)._repr_html_()
+
+
+def tried_for(maker: object) -> Iterable[str]:
+    """Names that people try for a class or a builder, and that it does not have."""
+    return maker.instead if isinstance(maker, type) and issubclass(maker, Part) else ()
+
+
+def meant_by(maker: object, name: str, given: Mapping[str, Any]) -> str:
+    """What to write in place of a name that a class or a builder does not have; empty if nobody knows."""
+    return maker.meant_by(name, given) if isinstance(maker, type) and issubclass(maker, Part) else ""
 
 
 @functools.cache
@@ -597,8 +621,7 @@ def _faults_of_leaf(leaf: Leaf, *, converted: bool = True) -> list[Fault]:
         return []
     which = "" if value.ndim == 0 else "[" + ", ".join(str(i) for i in np.argwhere(bad)[0]) + "]"
     worst = value[bad].flat[0]
-    words = f"{about.meaning} must be {about.wanted(worst)}{behind(about.unit)}{about.in_degrees(worst)}"
-    return [Fault(leaf.path + which, f"{worst:g}{behind(about.unit)} is out of range", words)]
+    return [Fault(leaf.path + which, f"{worst:g}{behind(about.unit)} is out of range", about.hint(worst, about.unit))]
 
 
 def faults_of_sizes(node: object, path: str, n: int) -> list[Fault]:

@@ -92,6 +92,7 @@ class Quantity:
     many: bool | Over = False  # one number, or one for each (lining, unless it says of what)
     may_be_empty: bool = False  # an empty array has a meaning
     typical: float | None = None  # size, where the unit does not tell it
+    instead: str = ""  # what to write in place of a value out of its range
 
     def size(self, machine: Characteristic) -> Any:
         """Typical size of the number in a machine (SI): what an effect that is absent, 0, would be if it were there."""
@@ -118,10 +119,11 @@ class Quantity:
         low, high = self.ends
         return bool((low < value if self.open_low else low <= value) and value <= high)
 
-    def in_degrees(self, value: float) -> str:
-        """What may have been meant, of an angle beyond its range that is within it in degrees."""
+    def hint(self, value: float, unit: str) -> str:
+        """What is allowed in place of a number out of range, and what may have been meant; `unit`: that of `SI`."""
         turned = self.unit == "rad" and self.high is not None and self.admits_one(math.radians(value))
-        return f'; did you mean "{value:g} deg"?' if turned and value > np.pi else ""
+        meant = f'did you mean "{value:g} deg"?' if turned and value > np.pi else self.instead
+        return f"{self.meaning} must be {self.wanted(value)}{behind(unit)}" + (f"; {meant}" if meant else "")
 
     def wanted(self, value: float) -> str:
         """Allowed range of a number, in words."""
@@ -227,10 +229,11 @@ class NumberReader:
         number = self._in_si(value, about, path, si)
         if number is BAD or about.admits(np.asarray(number)).all():
             return number
-        words = f"{about.meaning} must be {about.wanted(number)}{behind(si)}{about.in_degrees(number)}"
         converted = f"{number:g}{behind(si)}"
         same = isinstance(value, str) and converted != value and np.isfinite(number)
-        return self.fault(path, f"{shown(value)}{f' = {converted}' if same else ''} is out of range", words)
+        return self.fault(
+            path, f"{shown(value)}{f' = {converted}' if same else ''} is out of range", about.hint(number, si)
+        )
 
     def _in_si(self, value: object, about: Quantity, path: str, si: str) -> Any:
         if isinstance(value, bool) or not isinstance(value, int | float | str):

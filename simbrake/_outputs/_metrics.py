@@ -22,7 +22,7 @@ from ..brakes._design import Brake, Strength
 from ..hybrid import LANDED, Record, largest, smallest
 from ..hybrid._arrays import Array, numpy_of
 from ..loads import Lever, cylinders
-from ..shaft import names_of
+from ..shaft import TackleLoss, names_of
 from ..thermal._heat import PowerSplit
 from ._probe import Instant, Probe, RunJit, can_lose_grip, ends_of, terminal_speed
 from ._quantities import coolant_outlet, thickness
@@ -342,6 +342,11 @@ _ELASTIC = Requirement(
 )
 _SHARES = Requirement("`power_shares`", "the scene has no `power_shares`", lambda scene: scene.power_shares is not None)
 _SHAFT = Requirement("torques on the shaft", "it has no torques on the shaft", lambda scene: bool(scene.shaft))
+_TACKLE = Requirement(
+    "`TackleLoss` on the shaft",
+    "its shaft has no `TackleLoss`",
+    lambda scene: any(isinstance(law, TackleLoss) for law in scene.shaft),
+)
 _MOTOR = Requirement("motor", "it has no motor", lambda scene: scene.motor is not None)
 _HEAT = Requirement("heat", "the scene has no heat", lambda scene: scene.heated)
 _JACKET = Requirement("`WaterJacket`", "its heat part has no water jacket", lambda scene: bool(scene.network.jackets))
@@ -630,7 +635,8 @@ METRICS: dict[str, Metric] = {
     ),
     "max_rope_tension": Metric(
         "N",
-        "maximum tension of a line of the rope: hook load over lines strung",
+        "maximum tension of the tightest line of the rope: hook load over lines strung, with a `TackleLoss` of the "
+        "fast line in hoisting, of the dead line in lowering, at rest the larger one of both",
         "Maximum tension of the rope",
         lambda p: p.hook.rope[:, None],
         _HOOK,
@@ -642,6 +648,22 @@ METRICS: dict[str, Metric] = {
             "the rope bears more than permitted",
             "overload of the rope",
         ),
+    ),
+    "max_fast_line_tension": Metric(
+        "N",
+        "maximum tension of the fast line, on the drum; at rest the largest that it can be",
+        "Maximum tension of the fast line",
+        lambda p: p.hook.fast[:, None],
+        _TACKLE,
+        greatest=True,
+    ),
+    "max_dead_line_tension": Metric(
+        "N",
+        "maximum tension of the dead line, at its anchor; at rest the largest that it can be",
+        "Maximum tension of the dead line",
+        lambda p: p.hook.dead[:, None],
+        _TACKLE,
+        greatest=True,
     ),
     "max_motor_power": Metric(
         "W",

@@ -18,6 +18,7 @@ from .._phases import PhaseNow
 from .._physics._brake import BrakeSystem, Capacity
 from .._physics._feature import LEVER, LOAD, BrakeNow, State, piece_of
 from .._physics._mechanism import OPEN, MechanismOutputs, Mode
+from .._physics._shaft import way_of
 from ..hybrid import SKIPPED, Record, smallest
 from ..hybrid._arrays import Array, numpy_of
 from ..hybrid._system import ravel, unravel
@@ -38,15 +39,19 @@ Entry = dict[str, Any]
 
 
 class HookNow(NamedTuple):
-    """The hook: travel downwards since the start (m), speed (m/s), force `m (g − a)` on it, tension of a line (N).
+    """The hook: travel downwards since the start (m), speed (m/s), force `m (g − a)` on it, tension of the tightest
+    line (N).
 
-    On an elastic rope also its stretch (m; below 0 it is slack), and the weight on the hook (N).
+    Where the shaft has a loss of the tackle also the tensions of its `fast` and its `dead` line (N). On an elastic rope
+    its stretch (m; below 0 it is slack), and the weight on the hook (N).
     """
 
     travel: Array
     speed: Array
     force: Array
     rope: Array
+    fast: Any = None
+    dead: Any = None
     stretch: Any = None
     weight: Any = None
 
@@ -372,11 +377,28 @@ def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow |
         return None
     if system.rope is not None:
         position = travelled + system.rope.stretched(system, y, mode)
-        rope, lines = z.rope, load.line_count  # pyright: ignore
-        return HookNow(position, y.hook.speed, rope.force, rope.force / lines, rope.stretch, rope.weight)
+        rope = z.rope
+        lines = _lines_of(system, mode, rope.force)
+        return HookNow(position, y.hook.speed, rope.force, *lines, rope.stretch, rope.weight)
     mass, weight = hanging
     force = weight - mass * travel * z.contact.alpha
-    return HookNow(jnp.asarray(travelled), y.omega * travel, force, force / load.line_count)  # pyright: ignore
+    lines = _lines_of(system, mode, force)
+    return HookNow(jnp.asarray(travelled), y.omega * travel, force, *lines)
+
+
+def _lines_of(system: BrakeSystem, mode: Mode, pull: Array) -> tuple[Array, Array | None, Array | None]:
+    """Tensions (N) under a pull on the hook: of the tightest line, of the fast and of the dead one.
+
+    Without a loss of the tackle all lines have the same. At rest each is the largest that it can be, and the fast line
+    has the largest of all.
+    """
+    lines = jnp.asarray(system.load.lines)
+    tackle = None if system.shaft is None else system.shaft.tackle
+    if tackle is None:
+        return pull / lines, None, None
+    way = way_of(mode)
+    fast, dead = tackle.tensions(pull, lines, way)
+    return jnp.where(way > 0, dead, fast), fast, dead
 
 
 def can_lose_grip(system: BrakeSystem) -> bool:

@@ -497,8 +497,21 @@ class Series(NamedTuple):
     rope_tension: Annotated[
         Values | None,
         "N",
-        "tension of a line of the rope: hook load over lines strung",
+        "tension of the tightest line of the rope: hook load over lines strung; with a `TackleLoss` of the fast line "
+        "in hoisting, of the dead line in lowering, at rest the larger one of both",
         lambda p, s: p.hook and p.hook.rope,
+    ]
+    fast_line_tension: Annotated[
+        Values | None,
+        "N",
+        "tension of the line on the drum, with a `TackleLoss`; at rest the largest that it can be",
+        lambda p, s: p.hook and p.hook.fast,
+    ]
+    dead_line_tension: Annotated[
+        Values | None,
+        "N",
+        "tension of the line at the dead-line anchor, with a `TackleLoss`; at rest the largest that it can be",
+        lambda p, s: p.hook and p.hook.dead,
     ]
     rope_stretch: Annotated[
         Values | None,

@@ -241,7 +241,7 @@ class _Plan:
             banded_brake(still),
             sensed_at_start(still),
             motor,
-            still.shaft,
+            still.torques,
         )
         self.pull, self.lever_time, self.acceleration, self.limit = pull, lever_time, acceleration, limit
         # rad of the pulley per m of the hook, with the rope as it is at the start; length of rope for the hook (m)
@@ -380,7 +380,7 @@ class _Plan:
         def torque(share: float, speed: float) -> float:
             part = np.float64(share)
             laws = [law.engaged(part) if isinstance(law, AbstractAuxiliaryBrake) else law for law in self.shaft]
-            each = (float(law.torque(0.0, speed, law.profile.first_piece(0.0), self.weight)) for law in laws)
+            each = (float(law.turning(0.0, speed, law.profile.first_piece(0.0), self.weight, 1.0)) for law in laws)
             return sum(each) + self.drag * speed
 
         from scipy.optimize import brentq  # imported where used: few programmes need it
@@ -426,7 +426,7 @@ class _Plan:
         omega, dry = speed * self.per_metre, 0.0
         for law in self.shaft:
             if not isinstance(law, AbstractAuxiliaryBrake):
-                dry += abs(float(law.torque(0.0, omega, law.profile.first_piece(0.0), self.weight)))
+                dry -= float(law.turning(0.0, -omega, law.profile.first_piece(0.0), self.weight, -1.0))
         needed = self.weight + dry + self.drag * omega + self.inertia * self.acceleration * self.per_metre
         self._travels(-distance)
         if problem := self._of_motor(omega, needed):

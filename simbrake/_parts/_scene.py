@@ -46,7 +46,7 @@ from ..hybrid._arrays import Array
 from ..hybrid._struct import AbstractClassVar, AbstractVar, with_fields
 from ..loads import AbstractLoad, Cylinder, Driller, Lever, Motor, RecordedMotion, TorqueLoad
 from ..profiles import AbstractProfile, Piece, faults_of_sign, first_piece
-from ..shaft import AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque
+from ..shaft import NO_TACKLE, AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque, TackleLoss
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
 from ..thermal._network import Wall, nodes_at, place_of
 from ..wear import Wear, faults_of_wear
@@ -218,6 +218,11 @@ class Scene(Part):
         return jax.tree.map(of_one, lever, is_leaf=lambda part: isinstance(part, Lever))
 
     @property
+    def torques(self) -> tuple[AbstractShaftTorque, ...]:
+        """The torques on the shaft, a loss of the tackle as the lines strung have it."""
+        return tuple(law.strung(self.duty.load.lines) for law in self.shaft)
+
+    @property
     def heated(self) -> bool:
         """Whether temperatures are simulated."""
         return self.heat is not None
@@ -322,6 +327,13 @@ def _faults_of_parts(scene: Scene) -> list[Fault]:
 
 def _faults_of_shaft(scene: Scene) -> list[Fault]:
     errors, storing = list[Fault](), scene.network.storing_places
+    tackles = [i for i, law in enumerate(scene.shaft) if isinstance(law, TackleLoss)]
+    if scene.duty.load.lines is None:
+        errors += [Fault(f"shaft[{i}]", *NO_TACKLE) for i in tackles]
+    hint = "leave it out: there is one tackle"
+    errors += [
+        Fault(f"shaft[{i}]", f"is the loss of the tackle again, as shaft[{tackles[0]}] is", hint) for i in tackles[1:]
+    ]
     for i, law in enumerate(scene.shaft):
         path = f"shaft[{i}]"
         if isinstance(law, AbstractDryTorque) and scene.brake.resolved:

@@ -61,7 +61,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     if layer is not None:
         features.append(Layers())
     if scene.shaft:
-        features.append(Shaft(scene.shaft, lever if isinstance(lever, Phases) and lever.engages else None))
+        features.append(Shaft(scene.torques, lever if isinstance(lever, Phases) and lever.engages else None))
     if thermal is not None:
         features.append(Heating(thermal, brake.linings.weights))
     if scene.wear is not None:
@@ -174,7 +174,7 @@ def _sizes(scene: Scene, still: Contact, omega_0: Array, inertia: Array) -> Size
     torque = jnp.maximum(capacity, jnp.maximum(load_0, duty.load.profile.scale()))
     if scene.shaft:
         pieces = tuple(jnp.asarray(law.profile.first_piece(t_0), jnp.int32) for law in scene.shaft)
-        beside = Shaft(scene.shaft).turning(t_0, jnp.abs(omega_0), load_0, jnp.asarray(1.0), pieces)
+        beside = Shaft(scene.torques).turning(t_0, jnp.abs(omega_0), load_0, jnp.asarray(1.0), pieces)
         torque = jnp.maximum(torque, beside)
     if scene.motor is not None:
         torque = jnp.maximum(torque, jnp.asarray(scene.motor.max_torque))

@@ -9,7 +9,7 @@ from .._phases import Phases
 from ..hybrid import QUADRATURE
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile, Piece
-from ..shaft import AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque
+from ..shaft import AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque, TackleLoss
 from ._contact import contact_margin
 from ._feature import AbstractBrake, BrakeGuards, Feature, Moment, State, piece_of
 from ._mechanism import HELD, OPEN, Mode, Sliding
@@ -37,6 +37,26 @@ def rests(mode: Mode) -> Any:
     return still if inner is None else still & (inner == 0)
 
 
+def way_of(mode: Mode) -> Array:
+    """Sense in which the pulley turns in a mode, 0 at rest, on a shaft with dry friction."""
+    sense, inner = mode.sense, mode.inner
+    if not isinstance(mode.band, Sliding):
+        sense = jnp.where(mode.band == OPEN, mode.turn, sense)
+    if inner is not None:  # the sense of a staged brake is that of its bandage
+        sense = jnp.where(inner == 0, sense, jnp.where(mode.turn == 0, inner, mode.turn))
+    return jnp.where(rests(mode), 0, sense).astype(jnp.float64)
+
+
+def _begun_by(torque: Array) -> Array:
+    """Sense, ±1, of the rotation that a torque begins."""
+    return jnp.where(torque < 0, -1.0, 1.0)
+
+
+def _limit(torques: list[tuple[bool, Array]], way: Array) -> Array:
+    """Limit (N·m, ≥ 0) of all dry friction together against a rotation in the sense `way`, ±1."""
+    return jnp.asarray(sum(way * torque for dry, torque in torques if dry))
+
+
 def borne_at_rest(load: Array, limit: Array) -> Array:
     """`clip(load, ±limit)`, with derivatives of one side also where `limit` is 0: without a load it stays 0."""
     return jnp.where(jnp.abs(load) < limit, load, jnp.sign(load) * limit)
@@ -46,7 +66,8 @@ class Shaft(Feature):
     """Torques beside the brake.
 
     In motion dry friction `M_c` takes its part of the load, `M_load − M_c sign ω`; at rest the bearings come first and
-    the brake bears the rest, `M_load − clip(M_load, ±M_c)`.
+    the brake bears the rest, `M_load − clip(M_load, ±M_c)`. The limit `M_c` is that of the sense of the motion, at rest
+    of the one that the load, less the motor, would begin.
     """
 
     laws: tuple[AbstractShaftTorque, ...]
@@ -73,15 +94,24 @@ class Shaft(Feature):
         """Whether the shaft can stick."""
         return any(isinstance(law, AbstractDryTorque) for law in self.laws)
 
+    @property
+    def tackle(self) -> TackleLoss | None:
+        """The loss of the tackle."""
+        return next((law for law in self.laws if isinstance(law, TackleLoss)), None)
+
     def pieces(self, mode: Mode) -> tuple[Piece, ...]:
         """Those on which the laws' profiles are."""
         count = len(mode.pieces)
         return tuple(piece_of(mode, i) for i in range(count - len(self.laws), count))
 
-    def _torques(self, t: Array, omega: Array, load: Array, pieces: tuple[Piece, ...]) -> list[tuple[bool, Array]]:
+    def _torques(
+        self, t: Array, omega: Array, load: Array, way: Array, pieces: tuple[Piece, ...]
+    ) -> list[tuple[bool, Array]]:
+        """Torque (N·m) of each law on a shaft that turns in the sense `way`, and whether it is dry friction."""
         given = zip(self.laws, pieces, strict=True)
         return [
-            (isinstance(law, AbstractDryTorque), jnp.asarray(law.torque(t, omega, piece, load))) for law, piece in given
+            (isinstance(law, AbstractDryTorque), jnp.asarray(law.turning(t, omega, piece, load, way)))
+            for law, piece in given
         ]
 
     def now(
@@ -98,31 +128,28 @@ class Shaft(Feature):
         - `loads` (N·m): of the load at the speed `omega`, and on a shaft at rest;  `motor`: torque of a motor, which
           takes its part of them
         """
-        torques = self.engaged(mode)._torques(t, omega, loads[1], pieces)
+        shaft = self.engaged(mode)
+        load = loads[1]
         if motor is not None:
             loads = (loads[0] - motor, loads[1] - motor)
-        load = loads[1]
         if not self.dry:
-            each = tuple(torque for _, torque in torques)
+            each = tuple(torque for _, torque in shaft._torques(t, omega, load, jnp.sign(omega), pieces))
             return ShaftNow(each, loads[0] - sum(each[1:], start=each[0]))
-        limit = jnp.asarray(sum(torque for dry, torque in torques if dry))
-        sense, inner = mode.sense, mode.inner
-        if not isinstance(mode.band, Sliding):
-            sense = jnp.where(mode.band == OPEN, mode.turn, sense)
-        if inner is not None:  # the sense of a staged brake is that of its bandage
-            sense = jnp.where(inner == 0, sense, jnp.where(mode.turn == 0, inner, mode.turn))
+        rest = loads[1]
+        still = rests(mode)
+        way = jnp.where(still, _begun_by(rest), way_of(mode))
+        torques = shaft._torques(t, omega, load, way, pieces)
+        limit = _limit(torques, way)
         # with the band open the load is within the limit as long as the mode lasts
-        borne, still = jnp.where(mode.band == HELD, borne_at_rest(load, limit), load), rests(mode)
-        share = borne / jnp.where(limit > 0, limit, 1.0)
-        share = jnp.where(still, share, sense.astype(share.dtype))
+        borne = jnp.where(mode.band == HELD, borne_at_rest(rest, limit), rest)
+        share = jnp.where(still, way * borne / jnp.where(limit > 0, limit, 1.0), 1.0)
         each = tuple(share * torque if dry else torque for dry, torque in torques)
         left = loads[0] - sum(each[1:], start=each[0])
-        return ShaftNow(each, jnp.where(still, load - borne, left), limit)
+        return ShaftNow(each, jnp.where(still, rest - borne, left), limit)
 
     def turning(self, t: Array, omega: Array, load: Array, sense: Array, pieces: tuple[Piece, ...]) -> Array:
         """Sum of the torques (N·m) of a shaft that turns in the `sense` ±1."""
-        torques = self._torques(t, omega, load, pieces)
-        return sum((sense * torque if dry else torque for dry, torque in torques), start=jnp.zeros(()))
+        return sum((torque for _, torque in self._torques(t, omega, load, sense, pieces)), start=jnp.zeros(()))
 
     def powers(self, now: ShaftNow | None, omega: Array) -> list[tuple[str | None, Array]]:
         """Place and power (W) of the heat of each law."""
@@ -175,8 +202,10 @@ class Shaft(Feature):
             return new, code
         brake, t, y, mode, _ = now
         load, before, motor = brake.load_torque(t, 0.0 * y.omega, new, y), mode.turn, brake.motor_torque(t, y, new)
-        limit = self.now(t, y.omega, (load, load), new, self.pieces(new)).limit
-        load = load if motor is None else load - motor
+        left = load if motor is None else load - motor
+        begun = _begun_by(left)
+        limit = _limit(self.engaged(new)._torques(t, y.omega, load, begun, self.pieces(new)), begun)
+        load = left
         resting, way = before == 0, jnp.sign(load).astype(jnp.int32)
         settled = jnp.where(jnp.abs(load) <= limit + brake.sizes.slight_torque, 0, way)
         free = jnp.where(resting & fired.dry_shaft, way, jnp.where(resting | fired.dry_shaft, settled, before))

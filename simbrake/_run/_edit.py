@@ -15,7 +15,17 @@ from jax.core import Tracer
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
-from .._base._part import Leaf, about_of, below, faults_of_values, leaves, parts_below, presence_below, present_path
+from .._base._part import (
+    Leaf,
+    Part,
+    about_of,
+    below,
+    faults_of_values,
+    leaves,
+    parts_below,
+    presence_below,
+    present_path,
+)
 from .._base._quantity import NumberReader, Quantity, as_number, has_units
 from .._parts._scene import Scene, require_scene
 from ..brakes._design import Lining
@@ -120,7 +130,7 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     for full, value in values.items():
         path, i = entry_of(full, slots)
         if path not in slots:
-            faults.append(fault_of_path(full, path, slots))
+            faults.append(_unknown(scene, full, path, slots))
             continue
         if isinstance(value, str):
             reader = NumberReader()
@@ -181,6 +191,15 @@ def _with_count(scene: Scene, value: Any, faults: list[Fault]) -> Scene:
     return scene
 
 
+def _unknown(scene: Scene, full: str, path: str, slots: Collection[str]) -> Fault:
+    """Error of a path that is no number of a scene, with what to write instead where that is known."""
+    fault = fault_of_path(full, path, slots)
+    where, _, name = path.rpartition(".")
+    part = next((part for at, part, _ in parts_below(scene) if at == where), None)
+    hint = part.meant_by(name, vars(part)) if isinstance(part, Part) else ""
+    return dataclasses.replace(fault, hint=hint) if hint else fault
+
+
 def fault_of_path(full: str, path: str, slots: Collection[str]) -> Fault:
     """Error of a path that means no number, with the nearest ones."""
     near = difflib.get_close_matches(path, slots, n=3, cutoff=0.4)
@@ -218,7 +237,7 @@ def read_numbers(scene: Scene, path: str, texts: Sequence[str | float]) -> list[
     slots = _slots(scene)
     name = entry_of(path, slots)[0]
     if name not in slots:
-        raise InputError([fault_of_path(path, name, slots)])
+        raise InputError([_unknown(scene, path, name, slots)])
     about, reader = slots[name].about, NumberReader()
     values = [reader.number(text, about, path, about.unit) for text in texts]
     bare = [text for text in map(str, texts) if _is_float(text)]

@@ -14,7 +14,7 @@ from jax.core import Tracer
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError, of_radius, text_of_file, whole_file
-from .._base._part import FORMER, Whole, by_present_names, faults_of_whole, leaves
+from .._base._part import FORMER, Whole, by_present_names, faults_of_whole, leaves, meant_by, tried_for
 from .._base._quantity import BAD, NumberReader, Quantity, example, shown
 from .._parts._scene import Scene, check_scene, paths_without_meaning, require_scene
 from .._phases import AbstractEnd, read_end
@@ -77,7 +77,10 @@ class SceneReader(NumberReader):
             return None
         if len(makers) == 1:
             return next(iter(makers.values()))
-        names = {name: {*FORMER.get(m, ()), *(part.name for part in parts_of(m))} for name, m in makers.items()}
+        names = {
+            name: {*FORMER.get(maker, ()), *tried_for(maker), *(part.name for part in parts_of(maker))}
+            for name, maker in makers.items()
+        }
         needed = {name: {part.name for part in parts_of(maker) if part.needed} for name, maker in makers.items()}
         keys = set(table)
         # the better reason comes first: nothing is missing or unknown, nothing is unknown, the most keys are known, of
@@ -106,7 +109,9 @@ class SceneReader(NumberReader):
         values: dict[str, object] = {"unit": unit} if maker is history else {}
         for key in [key for key in table if key not in parts]:
             what = f"unknown key of {maker.__name__}"
-            values[key] = self.fault(_join(path, key), what, _meant(key, parts, makers))
+            hints = (meant_by(one, key, table) for one in (maker, *makers.values()))
+            hint = next(filter(None, hints), "") or _meant(key, parts, makers)
+            values[key] = self.fault(_join(path, key), what, hint)
         for name, part in parts.items():
             part_path = _join(path, name)
             if name in table:

@@ -184,7 +184,7 @@ def faults_of_data(data: EstimateData | None, limits: Permissible) -> list[Fault
 def _fault(path: str, value: Any, about: Quantity) -> Fault | None:
     if value is None or bool(about.admits(np.asarray(value, float))):  # not a NaN
         return None
-    return Fault(path, f"{value}{behind(about.unit)} is out of range", f"{about.meaning} must be {about.wanted(value)}")
+    return Fault(path, f"{value}{behind(about.unit)} is out of range", about.hint(value, about.unit))
 
 
 def read_given(texts: list[str]) -> tuple[EstimateData, Permissible]:

@@ -56,7 +56,7 @@ def load_and_inertia(scene: Scene) -> tuple[float, float]:
     if scene.shaft:
         pieces: Any = tuple(jnp.asarray(law.profile.first_piece(start), jnp.int32) for law in scene.shaft)
         at_rest = jnp.asarray(load.torque(start, jnp.zeros(()), piece))
-        torque = torque - Shaft(scene.shaft).turning(start, half, at_rest, jnp.sign(half), pieces)
+        torque = torque - Shaft(scene.torques).turning(start, half, at_rest, jnp.sign(half), pieces)
     return float(torque), inertia
 
 

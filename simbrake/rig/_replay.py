@@ -274,7 +274,8 @@ def settings_of(scene: Scene, log: Log) -> dict[str, Any]:
     hook = scene.duty.load
     if not isinstance(hook, AbstractHookLoad):
         return {}
-    efficiency = 1.0 - sum(1.0 - float(law.efficiency) for law in scene.shaft if isinstance(law, TackleLoss))
+    tackles: list[Any] = [law for law in scene.torques if isinstance(law, TackleLoss)]
+    efficiency = float(tackles[0].lowering_efficiency) if tackles else 1.0
     known: dict[str, Any] = {"efficiency": max(efficiency, 1e-3)}
     known |= {} if hook.rope else {"drum_radius": float(hook.drum_radius)}
     return known | ({} if "lines_strung" in log.channels else {"lines": float(hook.line_count)})

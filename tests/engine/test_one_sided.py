@@ -134,7 +134,13 @@ CASES = {
         lambda: (lambda x: sb.loads.HydrodynamicBrake(x[0]).torque(0.0, x[1], 0, 0.0), [4.0, 0.0]),
         "",
     ),
-    "tackle without load": (lambda: (lambda x: sb.loads.TackleLoss(x[0]).torque(0.0, 1.0, 0, x[1]), [0.8, 0.0]), ""),
+    "tackle without load": (
+        lambda: (
+            lambda x: sb.loads.TackleLoss(lowering_efficiency=x[0]).strung(8.0).torque(0.0, 1.0, 0, x[1]),
+            [0.8, 0.0],
+        ),
+        "",
+    ),
     "linings, equal ends": (spread(1.0, [0.3, 0.3, 0.3]), ""),
     "linings without friction": (spread(0.0, [0.0, 0.0, 0.0]), "  +++"),
     "linings, one at its limit": (spread(1.06 / 0.94, [0.3, 0.3, 0.3]), ""),

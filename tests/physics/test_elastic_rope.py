@@ -220,7 +220,11 @@ def test_stiff_ropes_tend_to_the_rigid_one():
 @pytest.mark.slow
 def test_balances_with_everything_coupled():
     heat = sb.lumped_heat(rim=4e5, partition=sb.thermal.ConstantPartition(1.0), rim_cooling=60.0)
-    shaft = (sb.loads.BearingFriction(500.0), sb.loads.TackleLoss(0.9), sb.loads.EddyCurrentBrake(2e3, 10.0))
+    shaft = (
+        sb.loads.BearingFriction(500.0),
+        sb.loads.TackleLoss(lowering_efficiency=0.9),
+        sb.loads.EddyCurrentBrake(2e3, 10.0),
+    )
     plain = scene(c=2e4, C=4e5, rope=RopeLayers(0.04, 4.0, 4.5), T0=16e3)
     result = sb.simulate(dataclasses.replace(plain, heat=heat, shaft=shaft))
     assert result.status == "stopped"

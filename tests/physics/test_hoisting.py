@@ -178,11 +178,65 @@ def test_a_motor_gives_no_more_than_its_power():
 
 @pytest.mark.slow
 def test_friction_of_the_tackle_is_overcome_upwards():
-    result = run(Phases((*up(25.0), HOLD)), motor=Motor("60 kN*m", "2 MW", "40 rad/s"), shaft=(TackleLoss(0.9),))
+    law = TackleLoss(hoisting_efficiency=0.9)
+    result = run(Phases((*up(25.0), HOLD)), motor=Motor("60 kN*m", "2 MW", "40 rad/s"), shaft=(law,))
     energy = result.energy
     np.testing.assert_allclose(ends(result)[:2], [25.0 / UP, 25.0 / UP + UP / FASTER], rtol=1e-9)
-    assert float(energy["motor_work"]) == pytest.approx(1.1 * MASS * 9.80665 * 25.0, rel=1e-9)
-    assert float(energy["shaft_work"]) == pytest.approx(0.1 * MASS * 9.80665 * 25.0, rel=1e-9)
+    assert float(energy["motor_work"]) == pytest.approx(MASS * 9.80665 * 25.0 / 0.9, rel=1e-9)
+    assert float(energy["shaft_work"]) == pytest.approx((1 / 0.9 - 1) * MASS * 9.80665 * 25.0, rel=1e-9)
+
+
+def test_the_rope_of_a_tackle_is_judged_by_its_tightest_line():
+    """2 MN on 12 lines of sheaves with K = 1.04: in hoisting API RP 9B's 213.1 kN, where 2 MN/12 are 166.7 kN."""
+    K, n, pull = 1.04, 12, 2e6
+    load, shaft = HookLoad(pull / 9.80665, RADIUS, n), (TackleLoss(K),)
+    steady = Phase(0.0, AfterTravel(-1.0), "hoist", motor=sb.PiecewiseLinear([0.0], [-12.0]))
+    limits = sb.Limits(max_rope_tension="190 kN")
+    motor = Motor("150 kN*m", "10 MW", "40 rad/s")
+    scene = sb.Scene(BRAKE, sb.Duty(Phases((steady,)), load), sb.Initial(-12.0), 60.0, motor=motor, shaft=shaft)
+    result = sb.simulate(dataclasses.replace(scene, limits=limits))
+    fast = pull * K**n * (K - 1) / (K**n - 1)
+    for name in ("max_rope_tension", "max_fast_line_tension"):
+        assert result.metrics[name] == pytest.approx(fast, rel=1e-9)
+    assert result.metrics["max_dead_line_tension"] == pytest.approx(fast / K**n, rel=1e-9)
+    assert float(result.series([1.0]).motor_torque[0]) == pytest.approx(fast * RADIUS, rel=1e-9)
+    assert result.verdict().colour == "red"
+    plain = sb.simulate(dataclasses.replace(scene, shaft=()))
+    assert plain.metrics["max_rope_tension"] == pytest.approx(pull / n, rel=1e-9)
+    assert plain.series([1.0]).fast_line_tension is None
+
+
+@pytest.mark.parametrize("side", ["below", "above"])
+@pytest.mark.parametrize("edge", ["lowering", "hoisting"])
+def test_a_tackle_rests_between_its_two_branches(side, edge):
+    """A weak motor and an open brake: the drum rests while `η_l M_h ≤ M ≤ M_h/η_h`, and moves by the difference."""
+    law = TackleLoss(1.04)
+    strung = law.strung(LINES)
+    torque = {
+        "lowering": WEIGHT * float(strung.lowering_efficiency),
+        "hoisting": WEIGHT / float(strung.hoisting_efficiency),
+    }[edge]
+    away = 10.0 if side == "above" else -10.0
+    motor = Motor(torque + away, 1e9, 1e3, speed=sb.PiecewiseLinear([0.0, 100.0], [0.0, -200.0]))
+    scene = sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0), 2.0, motor=motor, shaft=(law,))
+    moves = (edge == "lowering") == (side == "below")
+    omega = float(sb.simulate(scene).record.y_end.omega)
+    assert omega == pytest.approx(-away * 2.0 / J if moves else 0.0, rel=1e-9, abs=0.0)
+
+
+def test_a_programme_asks_a_motor_for_what_the_tackle_takes_in_hoisting():
+    law = TackleLoss(hoisting_efficiency=0.8)
+    heavy = WEIGHT / 0.8 + J * FASTER / TRAVEL
+    programme = ["hoist 10 m at 1 m/s"]
+    parts = {"pull": 30e3, "lever_time": 0.3, "acceleration": FASTER, "shaft": (law,)}
+
+    def scene(torque):
+        motor = Motor(torque, "3 MW", "40 rad/s")
+        return sb.programme_scene(BRAKE, programme, LOAD, motor=motor, **parts)
+
+    scene(1.001 * heavy)
+    with pytest.raises(sb.InputError, match="needs"):
+        scene(0.999 * heavy)
 
 
 def test_a_motor_holds_back_what_it_lowers_and_the_brake_takes_the_rest():

@@ -20,6 +20,7 @@ J, W0 = 800.0, 20.0
 Z = math.tan(math.radians(13.5) / 2)
 #: torque per newton of slack tension of the brake of `stop_scene`
 GAIN = 0.725 * (((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20 - 1)
+HOOK = sb.HookLoad(20e3, 0.4, 8)
 
 
 def scene(*laws, load=0.0, T0=0.0, w0=W0, end=30.0, C=None, **given):
@@ -216,12 +217,93 @@ def test_tackle_loss_helps_to_lower():
     eta, m, T0 = 0.85, 20e3, 6e3
     hook = sb.HookLoad(m, 0.4, 8)
     lowered, arm = m * 9.80665 * 0.05 * eta, 0.05
-    result = sb.simulate(scene(TackleLoss(eta), load=hook, T0=T0, end=12.0))
+    result = sb.simulate(scene(TackleLoss(lowering_efficiency=eta), load=hook, T0=T0, end=12.0))
     inertia = J + m * arm**2
     assert float(result.stopping_time) == pytest.approx(inertia * W0 / (T0 * GAIN - lowered), rel=1e-10)
     assert float(result.series([11.0]).brake_torque[0]) == pytest.approx(lowered, rel=1e-12)
     energy = balanced(result)
     assert float(energy["shaft_tackle_loss"]) == pytest.approx((1 - eta) * float(energy["load_work"]), rel=1e-10)
+
+
+@pytest.mark.parametrize(("K", "n"), [(1.04, 8), (1.04, 12), (1.09, 10), (1.0, 8), (1.0 + 1e-9, 8), (1.3, 1)])
+def test_lines_of_a_tackle(K, n):
+    """Line by line: neighbours differ by `K`, together they bear the hook; each efficiency leads back to `K`."""
+    law, powers = TackleLoss(sheave_factor=K).strung(n), K ** np.arange(n)
+    fast, dead = law.tensions(1.0, n, -1.0)
+    assert [float(dead * powers.sum()), float(fast)] == pytest.approx([1.0, float(dead) * K**n], rel=1e-14)
+    assert float(law.hoisting_efficiency) == pytest.approx(1 / (n * float(fast)), rel=1e-14)
+    fast, dead = law.tensions(1.0, n, 1.0)
+    assert [float(fast * K * powers.sum()), float(dead)] == pytest.approx([1.0, float(fast) * K**n], rel=1e-14)
+    assert float(law.lowering_efficiency) == pytest.approx(n * float(fast), rel=1e-14)
+    for name in ("hoisting_efficiency", "lowering_efficiency"):
+        other = TackleLoss(**{name: getattr(law, name)}).strung(n)
+        for number in ("sheave_factor", "hoisting_efficiency", "lowering_efficiency"):
+            assert float(getattr(other, number)) == pytest.approx(float(getattr(law, number)), rel=1e-14)
+
+
+@pytest.mark.parametrize("K", [1.0, 1.04, 1.3])
+def test_derivatives_through_the_sheave_factor(K):
+    """Of `1/η_l = mean K^i` and `1/η_h = 1/mean K^-i`, and back from the efficiency by the inverse of the slope."""
+    n, i = 8, np.arange(1, 9)
+    mean, slope = float(np.mean(K**i)), float(np.mean(i * K ** (i - 1)))
+    lowering, hoisting = -slope / mean**2, -float(np.mean(i * K ** (-i - 1.0)))
+    by_K = jax.jacrev(lambda x: TackleLoss(sheave_factor=x).strung(n))(jnp.asarray(K))
+    assert float(by_K.lowering_efficiency) == pytest.approx(lowering, rel=1e-13)
+    assert float(by_K.hoisting_efficiency) == pytest.approx(hoisting, rel=1e-13)
+    by_eta = jax.jacfwd(lambda x: TackleLoss(lowering_efficiency=x).strung(n))(jnp.asarray(1 / mean))
+    assert float(by_eta.sheave_factor) == pytest.approx(1 / lowering, rel=1e-12)
+    assert float(by_eta.hoisting_efficiency) == pytest.approx(hoisting / lowering, rel=1e-12)
+    by_eta = jax.jacrev(lambda x: TackleLoss(hoisting_efficiency=x).strung(n))(jnp.mean(K ** (-1.0 * i)))
+    assert float(by_eta.lowering_efficiency) == pytest.approx(lowering / hoisting, rel=1e-12)
+
+
+@pytest.mark.slow
+def test_the_dead_line_is_the_tightest_in_lowering():
+    """Until the stop by the pull `m (g + a)`; then by the weight, as if it could have been hoisted last."""
+    K, n, m, T0 = 1.04, 8, 20e3, 6e3
+
+    def run(K):
+        return sb.simulate(scene(TackleLoss(K), load=sb.HookLoad(m, 0.4, n), T0=T0, end=12.0))
+
+    result, eta = run(K), n * (K - 1) / (K * (K**n - 1))
+    slower = (T0 * GAIN - eta * m * 9.80665 * 0.05) / (J + m * 0.05**2) * 0.05
+    at = result.series([1.0, 11.0])
+    dead = eta * K**n / n * m * np.asarray([9.80665 + slower, 9.80665])
+    np.testing.assert_allclose(at.dead_line_tension, dead, rtol=1e-10)
+    np.testing.assert_allclose(at.rope_tension, [dead[0], K * dead[1]], rtol=1e-10)
+    slope = jax.grad(lambda x: run(x).series(jnp.asarray([1.0])).dead_line_tension[0])(K)
+    away = [run(x).series([1.0]).dead_line_tension[0] for x in (K + 1e-6, K - 1e-6)]
+    assert float(slope) == pytest.approx((away[0] - away[1]) / 2e-6, rel=1e-7)
+
+
+BOTH = ("hoisting_efficiency", "lowering_efficiency")
+
+
+@pytest.mark.parametrize(
+    ("give", "words"),
+    [
+        (lambda: TackleLoss(0.841), BOTH),
+        (lambda: TackleLoss("84 %"), BOTH),
+        (lambda: TackleLoss(efficiency=0.85), BOTH),
+        (lambda: TackleLoss(), BOTH),
+        (lambda: TackleLoss(1.04, lowering_efficiency=0.8), BOTH),
+        (lambda: TackleLoss(hoisting_efficiency=0.8, lowering_efficiency=0.8), BOTH),
+        (lambda: sb.with_values(scene(TackleLoss(1.04), load=HOOK), {"shaft[0].efficiency": 0.85}), BOTH),
+        (lambda: sb.check_scene(scene(TackleLoss(1.04), load=1e3)), ("load on a hook",)),
+        (lambda: sb.check_scene(scene(TackleLoss(1.04), TackleLoss(1.04), load=HOOK)), ("one tackle",)),
+    ],
+)
+def test_a_tackle_without_a_direction_is_refused(give, words):
+    with pytest.raises((sb.InputError, TypeError)) as caught:
+        give()
+    assert all(word in str(caught.value) for word in words)
+
+
+@pytest.mark.parametrize("kind", ["", 'type = "TackleLoss"'])
+def test_a_file_with_an_efficiency_of_the_tackle_is_refused(kind):
+    text = sb.files.scene_text(scene(load=HOOK)).replace("shaft = []", "")
+    with pytest.raises(sb.InputError, match=r"shaft\[0\]\.efficiency: .*hoisting_efficiency.*lowering_efficiency"):
+        sb.files.scene_from_text(f"{text}\n[[shaft]]\n{kind}\nefficiency = 0.85\n")
 
 
 def test_rests_or_starts_at_once():
@@ -313,12 +395,12 @@ def test_input_errors_and_a_scene_file(tmp_path):
     laws = (
         EddyCurrentBrake("20 kN*m", "60 rpm", sb.ramp(0.0, 1.0, 1.0, 2.0)),
         HydrodynamicBrake(3.0, 0.5),
-        TackleLoss(0.9),
+        TackleLoss(lowering_efficiency=0.9),
         BearingFriction("0.5 kN*m"),
         ViscousDrag(10.0),
     )
-    sb.write_scene(scene(*laws), file)
+    sb.write_scene(scene(*laws, load=HOOK), file)
     again = open_scene(file)
-    assert jax.tree.structure(again) == jax.tree.structure(jax.tree.map(np.asarray, scene(*laws)))
+    assert jax.tree.structure(again) == jax.tree.structure(jax.tree.map(np.asarray, scene(*laws, load=HOOK)))
     assert float(again.shaft[0].critical_speed) == pytest.approx(2 * math.pi)
     assert type(again.shaft[0].excitation) is sb.PiecewiseLinear

@@ -233,7 +233,7 @@ def test_a_motor_and_a_rope_of_the_scene(tmp_path):
     scene = scene_of(
         duty=sb.Duty("20 kN", sb.HookLoad("60 t", RADIUS, LINES, rope=rope)),
         motor=sb.loads.Motor("60 kN*m", "3 MW", "60 rad/s"),
-        shaft=(sb.loads.TackleLoss(0.9), sb.loads.EddyCurrentBrake("60 kN*m", "20 rad/s")),
+        shaft=(sb.loads.TackleLoss(lowering_efficiency=0.9), sb.loads.EddyCurrentBrake("60 kN*m", "20 rad/s")),
     )
     log = recording(tmp_path, *sampled(t, h, load, "fine", np.random.default_rng(7)))
     replay = sb.rig.replay(log, scene)
@@ -321,7 +321,10 @@ def test_a_motor_that_is_behind_lowers_after_it_hoisted(torque):
     speed, share = sb.PiecewiseLinear(times, speeds), np.full(times.size, 0.7)
     motion = sb.loads.RecordedMotion(speed, angles, "60 kN", "30 kN", share)
     duty = sb.Duty(motion, sb.loads.RecordedLoad([0.0], [15e3], RADIUS, LINES))
-    parts = {"motor": sb.loads.Motor(1e3 * torque, 3e6, 60.0), "shaft": (sb.loads.TackleLoss(0.85),)}
+    parts = {
+        "motor": sb.loads.Motor(1e3 * torque, 3e6, 60.0),
+        "shaft": (sb.loads.TackleLoss(lowering_efficiency=0.85),),
+    }
     result = sb.simulate(sb.Scene(scene_of().brake, duty, sb.Initial(0.0), 40.0, **parts))
     assert result.ok
     assert float(result.energy["closure"]) < 1e-7
