@@ -244,7 +244,7 @@ class _Rows:
 
     def _cells(self, line: str) -> int:
         if self.separator == " ":
-            return len(line.split())
+            return len(_words(line))
         return len(_split(line, self.separator)) if '"' in line else line.count(self.separator) + 1
 
     def _wrong(self, row: int, cells: int) -> None:
@@ -618,7 +618,7 @@ class _LasTable:
         self._kept, self._row = list[str](), 1
 
     def _cells(self, line: str) -> list[str]:
-        return line.split() if self.separator == " " else [cell.strip() for cell in line.split(self.separator)]
+        return _words(line) if self.separator == " " else [cell.strip() for cell in _split(line, self.separator)]
 
     def _unwrapped(self, piece: list[str]) -> list[str]:
         """Whole rows of wrapped lines."""
@@ -666,6 +666,11 @@ class _LasTable:
             well=self.well,
             remarks=remarks,
         )
+
+
+def _words(line: str) -> list[str]:
+    """Cells between blanks, those in quotes with their blanks."""
+    return [cell.strip('"') for cell in re.findall(r'"[^"]*"|\S+', line)] if '"' in line else line.split()
 
 
 def _described(text: str) -> tuple[str, str]:

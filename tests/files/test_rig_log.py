@@ -319,6 +319,16 @@ def test_las_3(tmp_path, dlm, sep, head, rows):
     assert "~Tops_Data is not read" in log.guesses
 
 
+@pytest.mark.parametrize("sep", [" ", ","])
+def test_a_quoted_time_of_las_3(tmp_path, sep):
+    text = LAS3.format(dlm={" ": "SPACE", ",": "COMMA"}[sep], sep=sep, head="Curve", rows="ASCII")
+    text = re.sub(rf"(/2020){sep}(\S{{8}})", r"\1 \2", text.replace("HOUR. : clock {hh:mm:ss}\n", ""))
+    text = re.sub(r"(\d+/\d+/2020 [\d:]{8})", r'"\1"', text)
+    log = sb.rig.read(written(tmp_path, "a.las", text))
+    assert log.start == "2020-02-03T10:00:00"
+    np.testing.assert_array_equal(log["block_position"].value, [30.0, 29.5, 29.0])
+
+
 def test_compensated_position_is_told(tmp_path):
     columns = {"BLOCKCOMP": SMALL["BPOS"], "HKLD": SMALL["HKLD"]}
     log = sb.rig.read(written(tmp_path, "a.xml", witsml(TIMES, columns)))
