@@ -217,7 +217,12 @@ class HookLoad(AbstractHookLoad):
         array(60000.)
     """
 
-    mass: Scalar = quantity("kg", "mass on the hook", low=0.0)
+    mass: Scalar = quantity(
+        "kg",
+        "mass on the hook",
+        low=0.0,
+        instead="a counterweight pulls the other way: give its torque, of either sign, as a `TorqueLoad`",
+    )
     drum_radius: Scalar = quantity("m", "effective drum radius", positive=True)
     line_count: Scalar = quantity("1", "lines strung", low=1.0, high=100.0)
     gravity: Scalar = quantity("m/s^2", "acceleration of free fall", positive=True, default=GRAVITY)
@@ -753,6 +758,10 @@ class Lever(AbstractProfile):
         Constant(level=400)
     """
 
+    instead: ClassVar[dict[str, str]] = {
+        "tight_arm": "the tight end of a `Lever` is fixed; a differential brake is statics alone: "
+        "`sb.loads.differential_lever_tension` gives its slack tension"
+    }
     force: AbstractProfile = part(AbstractProfile, "N")
     arm: Scalar = quantity("m", "arm of the force", positive=True)
     slack_arm: Scalar = quantity("m", "arm of the slack end", positive=True)

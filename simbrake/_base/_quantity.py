@@ -178,6 +178,21 @@ def has_units(x: object) -> bool:
     return isinstance(x, str) or (isinstance(x, list | tuple) and any(isinstance(entry, str) for entry in x))
 
 
+#: other units in which lengths (m) and areas (m²) are given, with their size
+_UNITS = {
+    "m": (("mm", 1e-3), ("cm", 1e-2), ("in", 0.0254), ("ft", 0.3048)),
+    "m^2": (("cm^2", 1e-4), ("mm^2", 1e-6), ("in^2", 0.0254**2)),
+}
+
+
+def meant_within(value: float, low: float, high: float, unit: str = "m") -> str:
+    """What a length or an area may mean that lies within `low…high`: a number in another unit, or half a diameter."""
+    for other, size in _UNITS[unit]:
+        if low <= value * size <= high:
+            return f'"{value:g} {other}"'
+    return f"{value / 2:g} m, half of a diameter" if unit == "m" and low <= value / 2 <= high else ""
+
+
 def positive(unit: str, meaning: str, high: float | None = None) -> Quantity:
     """Metadata of a number that must be > 0, for the annotation of a parameter."""
     return Quantity(unit, meaning, 0.0, high, open_low=True)
@@ -196,7 +211,11 @@ def faults_of_tolerance(rtol: Values) -> list[Fault]:
 
 #: placeholder for a value that could not be read
 BAD = object()
-_NUMBER = re.compile(r"\s*(?P<number>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*(?P<unit>[^\d\s.].*|1/.*|)")
+_DIGITS = r"\d+(?:_\d+)*"  # as Python and TOML have them
+_NUMBER = re.compile(
+    rf"\s*(?P<number>[+-]?(?:{_DIGITS}(?:\.(?:{_DIGITS})?)?|\.{_DIGITS})(?:[eE][+-]?\d{{1,4}})?)"
+    r"\s*(?P<unit>[^\d\s.].*|1/.*|)"
+)
 _LIST = re.compile(r"\s*(?P<list>\[[^\[\]]*\])\s*(?P<unit>.*)")
 
 
@@ -214,7 +233,7 @@ class NumberReader:
         """A number or a list of numbers in SI, inside its range."""
         if isinstance(value, str) and (match := _LIST.fullmatch(value)):
             try:
-                listed = json.loads(match["list"])
+                listed = json.loads(re.sub(r"(?<=\d)_(?=\d)", "", match["list"]))
             except ValueError:
                 return self.fault(path, f"{shown(value)} is not a list of numbers", 'as in "[0.2, 0.3] rad"')
             value = [f"{x!r} {match['unit']}" if isinstance(x, int | float) else x for x in listed]

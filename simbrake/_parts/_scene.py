@@ -27,11 +27,12 @@ from .._base._part import (
     presence_below,
     quantity,
 )
-from .._base._quantity import Scalar, shown
-from .._base._table import ZERO, number
+from .._base._quantity import Scalar, meant_within, shown
+from .._base._table import ZERO, number, pretty
 from .._phases import AfterTravel, AtHeight, AtTemperature, Phases
 from ..brakes._band import ParallelBands
 from ..brakes._design import (
+    USUAL_CIRCLE,
     AbstractBandBrake,
     AbstractBrake,
     AbstractLinings,
@@ -535,6 +536,7 @@ def warnings(scene: Scene) -> list[str]:
         messages += [f"outside_range: heat.links[{i}]: Dittus–Boelter: {words}" for words in jacket.outside_range()]
     brake = scene.brake
     messages += did_you_mean(brake, scene.duty.load, float(scene.start_speed), scene.network)
+    messages += _of_other_sizes(scene) or _of_other_ratios(brake, scene.duty.load)
     messages += _in_bar(scene)
     if not (isinstance(brake, Brake) and isinstance(brake.band.stiffness, ParallelBands)):
         return messages
@@ -748,6 +750,19 @@ _FAST, _COLD = 60.0, 200.0
 _BREATH = 1000.0
 #: flow of a coolant (m³/s) above those of drawworks
 _RIVER = 0.5
+#: least and most lengths (m) and areas (m²) of drawworks by the last names of their paths, wide
+_OF_DRAWWORKS = {
+    **dict.fromkeys(("radius", "band_radius", "drum_radius", "inner_radius", "outer_radius", "pin"), (0.1, 3.0)),
+    **dict.fromkeys(("lining_radius", "mass_radius", "slack_end", "tight_end"), (0.1, 3.0)),
+    **dict.fromkeys(("width", "arm"), (0.03, 6.0)),
+    **dict.fromkeys(("thickness", "clearance", "permissible", "worn"), (1e-4, 0.3)),
+    **dict.fromkeys(("slack_arm", "diameter"), (0.005, 1.5)),
+    **dict.fromkeys(("band_area", "anchor_area", "lining_area", "slack_area", "tight_area"), (1e-5, 0.05)),
+    **dict.fromkeys(("linings.area", "bandage.area"), (1e-3, 0.5)),
+    "area": (1e-4, 50.0),
+}
+#: a drum has so many track radii at most, and the same part of one at least
+_DRUM_OVER_TRACK = 5.0
 
 
 def did_you_mean(brake: AbstractBrake, load: AbstractLoad, omega: float, heat: Heat) -> list[str]:
@@ -762,7 +777,7 @@ def did_you_mean(brake: AbstractBrake, load: AbstractLoad, omega: float, heat: H
     if lines != round(lines):
         messages.append(_said("duty.load.line_count", f"{lines:g}", "not a whole number of lines", f"{lines:.0f}"))
     speed = abs(omega) * float(brake.track_radius)
-    if speed > _FAST:
+    if speed > _FAST and float(brake.track_radius) <= _OF_DRAWWORKS["radius"][1]:
         turned = f'"{omega:g} rpm" ({omega * math.pi / 30:.4g} rad/s)'
         messages.append(
             _said("initial.omega", f"{omega:g} rad/s", f"{number(speed, 'm/s', count=3)} at the track", turned)
@@ -780,6 +795,35 @@ def did_you_mean(brake: AbstractBrake, load: AbstractLoad, omega: float, heat: H
             least = float(np.min(T))
             cold = f"{least - ZERO:g} °C"
             messages.append(_said(f"heat.bodies[{i}].temperature", f"{least:g} K", cold, f'"{least:g} degC"'))
+    return messages
+
+
+def _of_other_sizes(scene: Scene) -> list[str]:
+    """Warnings of lengths and areas beyond those of any drawworks, most likely in another unit."""
+    messages = []
+    for leaf in leaves(scene):
+        if leaf.about.unit not in ("m", "m^2") or not np.size(leaf.value):
+            continue
+        *_, part, name = ["", *leaf.path.split(".")]
+        least, most = _OF_DRAWWORKS.get(f"{part}.{name}") or _OF_DRAWWORKS.get(name, (0.0, math.inf))
+        value = float(np.max(np.asarray(leaf.value)))
+        if value > most:
+            meant = meant_within(value, least, most, leaf.about.unit)
+            messages.append(_said(leaf.path, f"{value:g} {pretty(leaf.about.unit)}", "beyond any drawworks", meant))
+    return messages
+
+
+def _of_other_ratios(brake: AbstractBrake, load: AbstractLoad) -> list[str]:
+    """Warnings of a band circle and of a drum that do not fit the track."""
+    track, messages = float(brake.track_radius), list[str]()
+    about = f"beside a track of {track:g} m"
+    circle, drum = float(brake.radius), float(getattr(load, "drum_radius", track))
+    if brake.banded and circle > USUAL_CIRCLE * track:
+        name = "band.radius" if isinstance(brake, Brake) else "band_radius"
+        messages.append(_said(f"brake.{name}", f"{circle:g} m", about, ""))
+    if not 1 / _DRUM_OVER_TRACK <= drum / track <= _DRUM_OVER_TRACK:
+        meant = meant_within(drum, track / _DRUM_OVER_TRACK, track)
+        messages.append(_said("duty.load.drum_radius", f"{drum:g} m", about, meant))
     return messages
 
 
@@ -815,4 +859,5 @@ def _one_rim(brake: Brake, heat: Heat) -> list[str]:
 
 
 def _said(path: str, value: str, about: str, meant: str) -> str:
-    return f"unit: {path} = {value}, {about}: did you mean {meant}?"
+    question = f"did you mean {meant}" if meant else "is the unit right"
+    return f"unit: {path} = {value}, {about}: {question}?"

@@ -316,7 +316,7 @@ class MultiBandBrake(AbstractBandBrake):
         return [] if self.bands else [Fault(f"{path}.bands", "there is no band", hint)]
 
     def faults(self, path: str) -> list[Fault]:
-        faults = fault_of_circle(self.band_radius, self.pulley, f"{path}.band_radius")
+        faults = fault_of_circle(self.band_radius, self.pulley, path, "band_radius")
         for j, band in enumerate(self.bands):
             faults += self._faults_of_band(band, f"{path}.bands[{j}]")
         return faults

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._part import Part, Whole, faults_of_sizes, part, quantity, takes_values, whole
-from .._base._quantity import Over, Scalar, Values, positive
+from .._base._quantity import Over, Scalar, Values, meant_within, positive
 from ..friction import (
     AbstractFriction,
     Contact,
@@ -532,7 +532,7 @@ class Brake(AbstractBandBrake):
         laws = tuple(f"{path}.{place.field}.friction" for place in self.pairs.values())  # they report it themselves
         faults = [fault for fault in faults_of_sizes(self, path, angle.size) if not fault.path.startswith(laws)]
         faults += faults_of_wrap(self.band.stiffness, angle, where, f"{path}.band.stiffness")
-        faults += fault_of_circle(self.band.radius, self.pulley, f"{path}.band.radius")
+        faults += fault_of_circle(self.band.radius, self.pulley, path, "band.radius")
         if self.rims > 1:
             faults += self._faults_of_rims(path, angle)
         if self.linings.continuous and (self.bandage is not None or self.band.segments is not None):
@@ -613,12 +613,22 @@ def faults_of_pair(pair: AbstractLinings | Bandage, path: str, n: int, of: str =
     return faults
 
 
-def fault_of_circle(radius: Scalar, pulley: Pulley, path: str) -> list[Fault]:
-    """Error of a band circle inside the track."""
-    if radius >= pulley.radius:
+#: a band circle of more than so many track radii is none: between them are linings and half a band; usual are up to
+_MOST_CIRCLE, USUAL_CIRCLE = 2.0, 1.5
+
+
+def fault_of_circle(radius: Scalar, pulley: Pulley, path: str, field: str) -> list[Fault]:
+    """Error of a band circle inside the track, or far outside of it, as by another unit of one of the two."""
+    band, track = float(radius), float(pulley.radius)
+    if track <= band <= _MOST_CIRCLE * track:
         return []
-    what = f"{float(radius):g} m is inside the track of {float(pulley.radius):g} m"
-    return [Fault(path, what, "the band circle is the track radius + lining + half the band")]
+    where = "inside" if band < track else f"{band / track:.4g} times"
+    hint = "the band circle is the track radius + lining + half the band"
+    if meant := meant_within(band, track, USUAL_CIRCLE * track):
+        hint += f": did you mean {meant}?"
+    elif meant := meant_within(track, band / USUAL_CIRCLE, band):
+        hint += f": did you mean {path}.pulley.radius = {meant}?"
+    return [Fault(f"{path}.{field}", f"{band:g} m is {where} the track of {track:g} m", hint)]
 
 
 def faults_of_wrap(

@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float
 
 from .._base._faults import Fault
 from .._base._part import Part, part, quantity, whole
-from .._base._quantity import Scalar, Values
+from .._base._quantity import Scalar, Values, meant_within
 from ..friction import AbstractFriction, reads
 from ..hybrid._arrays import Array
 from ..hybrid._struct import struct_field
@@ -187,7 +187,12 @@ class DiscBrake(AbstractPressedBrake):
         pads, where = self.linings, f"{path}.linings"
         if np.asarray(pads.outer_radius) <= np.asarray(pads.inner_radius):
             what = f"{float(pads.outer_radius):g} m is not outside of the inner radius {float(pads.inner_radius):g} m"
-            return [Fault(f"{where}.outer_radius", what, "a pad reaches from inner_radius to outer_radius")]
+            hint = "a pad reaches from inner_radius to outer_radius"
+            if meant := meant_within(
+                float(pads.inner_radius), 0.1 * float(pads.outer_radius), float(pads.outer_radius)
+            ):
+                hint += f": did you mean {where}.inner_radius = {meant}?"
+            return [Fault(f"{where}.outer_radius", what, hint)]
         return []
 
 
@@ -329,7 +334,10 @@ class ShoeBrake(AbstractPressedBrake):
             faults.append(Fault(f"{where}.end", what, "a lining reaches from start to end, counted from its pin"))
         if np.asarray(self.pin) >= np.asarray(shoes.radius):
             what = f"{float(self.pin):g} m is not inside the drum of {float(shoes.radius):g} m"
-            faults.append(Fault(f"{path}.pin", what, "the pins of internal shoes are inside the drum"))
+            hint = "the pins of internal shoes are inside the drum"
+            if meant := meant_within(float(self.pin), 0.1 * float(shoes.radius), float(shoes.radius)):
+                hint += f": did you mean {meant}?"
+            faults.append(Fault(f"{path}.pin", what, hint))
         if reads(shoes.friction, 2, T=True, p=True).p:
             hint = "the pressure of a shoe depends on its friction: take a law of speed and temperature"
             faults.append(Fault(f"{where}.friction", "cannot depend on the pressure of a double-shoe brake", hint))

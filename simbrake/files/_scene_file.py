@@ -1,6 +1,7 @@
 """Scenes as files: TOML read with every error in one report and written without loss, or Python."""
 
 import dataclasses
+import difflib
 import os
 import re
 import runpy
@@ -59,7 +60,8 @@ class SceneReader(NumberReader):
         short = short_of(wanted)
         if not isinstance(value, dict):
             if short is None or isinstance(value, bool) or not isinstance(value, int | float | str | list):
-                return self.fault(path, f"{shown(value)} is not a table", f"give a table with {_keys_of(makers)}")
+                hint = f"give a table with {_keys_of(makers)}{_named(value, path, makers)}"
+                return self.fault(path, f"{shown(value)} is not a table", hint)
             first = parts_of(short)[0]
             inner = self.part(value, first, path, first.unit_at(unit))
             return BAD if inner is BAD else self._made(short, {first.name: inner}, path)
@@ -178,6 +180,17 @@ def _keys_of(makers: dict[str, Maker]) -> str:
     if len(makers) > 1:
         return f"the keys of one of: {', '.join(makers)}"
     return "the keys " + ", ".join(part.name for maker in makers.values() for part in parts_of(maker))
+
+
+def _named(value: Toml, path: str, makers: dict[str, Maker]) -> str:
+    """The kind that a text in place of a table means most likely, as it is written."""
+    if not isinstance(value, str) or len(makers) < 2:
+        return ""
+    names = {name.lower(): name for name in makers}
+    word, key = (re.sub(r"\W", "", text[:40]).lower() for text in (value, path.rpartition(".")[2]))
+    having = [name for name in names if word in name]
+    near = having if len(having) == 1 else difflib.get_close_matches(word + key, names, n=1, cutoff=0.3)
+    return f', as in {{ type = "{names[near[0]]}" }}' if near else ""
 
 
 def _told_by(name: str, fits: list[str], needed: dict[str, set[str]]) -> str:

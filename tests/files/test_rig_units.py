@@ -1,6 +1,7 @@
 """Units of a rig at the boundary: numbers read and shown in them, and values that are most likely in another unit."""
 
 import json
+import re
 
 import equinox as eqx
 import pytest
@@ -111,6 +112,49 @@ def test_table_of_stops_in_rig_units():
     assert all(text in first.split() for text in shown)
     assert "travel, m" in str(result.stops)
     assert "energy, kJ" in str(result)
+
+
+def _sized(track=0.59, circle=0.623, drum=0.4, area=None):
+    linings = sb.uniform_linings(20, "270 deg", 0.35, area=area)
+    brake = sb.Brake(sb.Pulley(track, 1200.0), sb.Band(circle), linings)
+    return sb.Scene(brake, sb.Duty(6e3, sb.HookLoad(60e3, drum, 8)), sb.Initial(10.0), 5.0)
+
+
+@pytest.mark.parametrize(
+    ("sizes", "words"),
+    [
+        ({"circle": 623.0}, r'brake\.band\.radius: 623 m is 1056 times the track .*did you mean "623 mm"\?'),
+        ({"circle": 62.3}, 'did you mean "62.3 cm"'),
+        ({"circle": 24.5}, 'did you mean "24.5 in"'),
+        ({"circle": 1.246}, "did you mean 0.623 m, half of a diameter"),
+        ({"track": 590.0}, r'brake\.band\.radius: 0.623 m is inside .*did you mean brake\.pulley\.radius = "590 mm"'),
+        ({"track": 1.18}, r"did you mean brake\.pulley\.radius = 0.59 m, half of a diameter"),
+    ],
+)
+def test_a_band_that_does_not_fit_its_rim_is_refused(sizes, words):
+    with pytest.raises(sb.InputError, match=words):
+        sb.check_scene(_sized(**sizes))
+
+
+@pytest.mark.parametrize(
+    ("sizes", "said"),
+    [
+        ({}, []),
+        (
+            {"track": 590.0, "circle": 623.0},
+            ['brake.pulley.radius = 590 m, "590 mm"', 'brake.band.radius = 623 m, "623 mm"'],
+        ),
+        ({"drum": 400.0}, ['duty.load.drum_radius = 400 m, "400 mm"']),
+        ({"drum": 40.0}, ['duty.load.drum_radius = 40 m, "40 cm"']),
+        ({"area": 330.0}, ['brake.linings.area = 330 m², "330 cm^2"']),
+        ({"area": 33000.0}, ['brake.linings.area = 33000 m², "33000 mm^2"']),
+    ],
+)
+def test_sizes_in_another_unit_are_asked_about(tmp_path, capsys, sizes, said):
+    sb.write_scene(_sized(**sizes), tmp_path / "scene.toml")
+    warnings = json.loads(call(capsys, "scene", "check", str(tmp_path / "scene.toml"), "--json")[1])["warnings"]
+    found = [re.sub("^unit: (.*), .*: did you mean (.*)[?]$", r"\1, \2", warning) for warning in warnings]
+    assert [words for words in found if not words.startswith("unusual")] == said
 
 
 def test_mistaken_units_are_asked_about(tmp_path, capsys):

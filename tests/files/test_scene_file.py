@@ -207,6 +207,12 @@ LEVER = '{ start = "2 kN", end = "24 kN", begin = 0, duration = "350 ms" }'
         ("count = 20", "count = 0", "brake.linings.count", "1…10000"),
         ('[initial]\nomega = "24 rad/s"', "", "initial", "omega"),
         ('{ radius = "623 mm", stiffness = "100 kN/m" }', "3", "brake.band", "radius, stiffness"),
+        (
+            LEVER,
+            "{ force = 9, arm = 1, slack_arm = 2, tight_arm = 3 }",
+            "duty.slack_tension.tight_arm",
+            "differential_le",
+        ),
         ("start =", "strt =", "duty.slack_tension.strt", "nearest: start"),
         ('{ radius = "590 mm"', '{ diameter = "1 m"', "brake.pulley.diameter", "give half of it as radius"),
         ('wrap = "270 deg"', "wrap = 270, frction = 1", "brake.linings.wrap", 'did you mean "270 deg"'),

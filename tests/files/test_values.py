@@ -97,10 +97,50 @@ def test_errors_of_values_have_their_places(make, faults):
 
 
 @pytest.mark.parametrize(
+    ("text", "metres"), [("623_000 um", 0.623), ("5_90.0_0 mm", 0.59), ("1_0e-1 m", 1.0), ("-1_0 mm", None)]
+)
+def test_numbers_take_underscores_between_digits(text, metres):
+    if metres is None:
+        with pytest.raises(sb.InputError, match=r"-0\.01 m is out of range"):
+            sb.Pulley(text, 1200.0)
+    else:
+        assert float(sb.Pulley(text, 1200.0).radius) == metres
+    for bad in ("1__0 mm", "_10 mm", "10_ mm"):
+        with pytest.raises(sb.InputError, match="is not a"):
+            sb.Pulley(bad, 1200.0)
+
+
+def test_a_counterweight_is_a_torque():
+    with pytest.raises(sb.InputError, match=r"-300 kg is out of range .* as a `TorqueLoad`"):
+        sb.HookLoad(-300.0, 0.4, 8)
+
+
+@pytest.mark.parametrize(("text", "kind"), [("uniform", "UniformPressure"), ("wear", "UniformWear")])
+def test_a_text_in_place_of_a_table_is_shown_its_type(text, kind):
+    scene = sb.Scene(sb.DiscBrake(400.0, sb.Pads(0.4, 0.3, 0.5, 0.7)), sb.ForceDuty(4e4, 1e3), sb.Initial(10.0), 5.0)
+    written = sb.files.scene_text(scene).replace('[brake.linings.pressure]\ntype = "UniformWear"\n', "")
+    changed = written.replace("[brake.linings]\n", f'[brake.linings]\npressure = "{text}"\n')
+    with pytest.raises(sb.InputError, match=rf'pressure: .* as in {{ type = "{kind}" }}'):
+        sb.files.scene_from_text(changed)
+    right = written.replace("[brake.linings]\n", f'[brake.linings]\npressure = {{ type = "{kind}" }}\n')
+    assert type(sb.files.scene_from_text(right).brake.linings.pressure).__name__ == kind
+
+
+ROPE = sb.loads.RopeLayers("35 mm", turns_per_layer=30, turns=50)
+
+
+@pytest.mark.parametrize(
     ("make", "words"),
     [
         (lambda: sb.Pulley(radius=0.59, inertia_=1200), "'inertia_'; nearest: inertia$"),
         (lambda: sb.Pulley(diameter=1.18, inertia=1200), "'diameter'; give half of it as radius$"),
+        (
+            lambda: sb.HookLoad(1.0, drum_diameter=0.8, line_count=8),
+            r"give drum_radius, .*diameter of drum \+ rope\)/2$",
+        ),
+        (lambda: sb.HookLoad(1.0, drum_diameter="80 cm", line_count=8, rope=ROPE), "= 0.4175 m$"),
+        (lambda: sb.Lever(400.0, 1.5, 0.1, tight_arm=0.02), "sb.loads.differential_lever_tension"),
+        (lambda: sb.rig.ledger(None, drum_diameter=0.8), r"give drum_radius, .*diameter of drum \+ rope\)/2$"),
         (lambda: sb.Pulley(radius=0.59), "missing 1 required positional argument: 'inertia'$"),
         (lambda: sb.uniform_linings(20, "270 deg", fricton=0.35), "'fricton'; nearest: friction, count$"),
         (lambda: sb.simulate(stop_scene(), rtoll=1e-9), "'rtoll'; nearest: rtol$"),
