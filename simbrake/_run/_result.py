@@ -17,6 +17,7 @@ from jaxtyping import Float, Int
 
 from .._base._compiling import DeviceJit, is_traced, run_device, with_stored_slopes
 from .._base._faults import Fault, InputError, near
+from .._base._no_slope import without_slope
 from .._base._part import leaves
 from .._base._table import Table, number
 from .._outputs._log import FAILURES, STATUS_MESSAGES, Events, Stage, Status, failure_of, status_of
@@ -28,6 +29,7 @@ from .._outputs._metrics import (
     Peak,
     energies,
     identity_of,
+    metric_names,
     stored_heat,
     worn_thickness,
 )
@@ -140,6 +142,11 @@ def passages(record: Record) -> list[str]:
     ]
 
 
+def one_sided(result: "Result") -> tuple[str, ...]:
+    """Where derivatives of a concrete run are one-sided or no longer valid."""
+    return (*jumps_at_start(result.scene), *near_ties(result.record), *passages(result.record))
+
+
 # --- the result -------------------------------------------------------------------------------------------------------
 
 
@@ -179,9 +186,9 @@ class Result:
     """The outcome of `simulate`: a PyTree, through which jit, vmap and grad pass.
 
     Every metric of the scene is an attribute, as `result.stopping_time` (s): a number, `inf` for the time of what did
-    not happen (`null` in the summary); a maximum value is a `Peak` with its time and its lining. A metric that the
-    scene does not have raises `ValueError`. First derivatives of everything continuous are available, forward and
-    reverse.
+    not happen (`null` in the summary), whose derivatives are NaN; a maximum value is a `Peak` with its time and its
+    lining. A metric that the scene does not have raises `ValueError`. First derivatives of everything continuous are
+    available, forward and reverse.
 
     Example:
         >>> result.status, round(result["stopping_time"], 4)
@@ -480,14 +487,18 @@ class Result:
     def derivative_notes(self) -> tuple[str, ...]:
         """Where derivatives of this run are one-sided or no longer valid, as far as the run itself shows it.
 
-        Jumps of a profile at the start, events that nearly coincide, several at one instant, and events that are only
-        just reached. `simbrake.sensitivity` compares with differences on both sides as well, parameter by parameter.
+        Jumps of a profile at the start, events that nearly coincide, several at one instant, events that are only
+        just reached, and what did not happen, whose derivatives are NaN. `simbrake.sensitivity` compares with
+        differences on both sides as well, parameter by parameter.
 
         Example:
             >>> result.derivative_notes()
             ()
         """
-        return (*jumps_at_start(self._of_one().scene), *near_ties(self.record), *passages(self.record))
+        known = self._of_one().metrics
+        never = [name for name in metric_names(self.scene) if known.get(name, 0.0) is None]
+        notes = [f"no derivative (NaN) of what did not happen: {', '.join(never)}"] if never else []
+        return (*one_sided(self), *notes)
 
     def accuracy(self) -> Any:
         """Estimated errors of metrics, event times and states, from a second run: `simbrake.results.Accuracy`.
@@ -577,15 +588,13 @@ def _differentiable(name: str, metric: Metric) -> Callable[[Scene, Record], Arra
             return energies(record)[name.removeprefix("energy.")]
         if metric.greatest:
             greatest = metric.of_peak(peak(record, metric.find, holding=name == HOLDING), scene)
-            return greatest._replace(value=_of_whole_run(greatest.value, record))
-        return _of_whole_run(metric.find(record, scene), record)
+            return greatest._replace(value=_where_it_happened(greatest.value, scene, record))
+        return _where_it_happened(metric.find(record, scene), scene, record)
 
     return with_stored_slopes(find, ("metric", name)) if isinstance(identity_of(name), str) else find
 
 
-def _of_whole_run(value: Array, record: Record) -> Array:
-    """The same value. It has no derivative (NaN) where the record was too short for the run: what did not happen yet is
-    a constant there, whose derivative, 0, would look like an answer."""
-    short = record.code == Code.STEP_LIMIT
-    # √0, whose slope is infinite; the 1 keeps that from all other runs
-    return value + (jnp.sqrt(jnp.where(short, 0.0 * record.t_end, 1.0)) - jnp.where(short, 0.0, 1.0))
+def _where_it_happened(value: Array, scene: Scene, record: Record) -> Array:
+    """The same value. It has no derivative (NaN) where it is infinite, as the time of what did not happen, and where
+    the record was too short for the run: a constant has the derivative 0, which would look like an answer."""
+    return without_slope(value, jnp.isinf(value) | (record.code == Code.STEP_LIMIT), scene)

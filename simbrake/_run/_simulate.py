@@ -704,7 +704,7 @@ class Prepared:
     def gradient(self, values: Values = None) -> np.ndarray:
         """Derivatives of all metrics with respect to all numbers, (metrics, k), by one reverse pass for each metric.
 
-        Zero for a metric that is infinite, NaN where the run fails (`code` of a call says how). Compiles at the first
+        NaN for a metric that is infinite, and where the run fails (`code` of a call says how). Compiles at the first
         call. Its steps resolve the derivatives as well: a run takes up to twice as many as without.
         """
         numbers = self.inputs(self.vector(values), self.rtol)
@@ -726,12 +726,13 @@ class Prepared:
             return out[:-_COUNTS], out[-_COUNTS]
 
         values, back, code = jax.vjp(run, numbers, has_aux=True)
-        eye = jnp.where(jnp.isfinite(values), 1.0, 0.0) * jnp.eye(values.size)
+        there = jnp.isfinite(values)[:, None]
+        eye = jnp.where(there, jnp.eye(values.size), 0.0)
         if values.size < 3:
             rows = jnp.stack([back(row)[0][:-2] for row in eye])
         else:
             rows = jax.lax.map(lambda row: back(row)[0][:-2], eye)
-        return jnp.append(jnp.where(code == 0, rows, jnp.nan), code)
+        return jnp.append(jnp.where(there & (code == 0), rows, jnp.nan), code)
 
     def check(self, values: Values = None) -> Scene:
         """The scene with these numbers. Raises `InputError` with all its errors."""

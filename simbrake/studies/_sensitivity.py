@@ -20,7 +20,7 @@ from .._physics._mechanism import Label
 from .._run._edit import Inputs, fault_of_limit, with_values
 from .._run._measure import Metric, check_metrics, happened, name_of, unit_of
 from .._run._report import labels_of
-from .._run._result import Result
+from .._run._result import Result, one_sided
 from ..hybrid._arrays import Array
 from ._evaluator import Evaluator, Faults, Metrics, Paths, Solver, as_metrics, name_of_entry, numbers_of, values_of
 from ._sides import Slopes, compare_sides
@@ -51,7 +51,7 @@ def look_around(run: Evaluator, base: Result, spans: Mapping[str, np.ndarray], p
         values, words = zip(*(end_of_range(run, scene, usual) for scene in scenes), strict=True)
         ends[path] = np.stack(values)
         changes[path] = "; ".join(f"{name} bound: {what}" for name, what in zip(_ENDS, words, strict=True) if what)
-    return Range(ends, changes, base.derivative_notes())
+    return Range(ends, changes, one_sided(base))
 
 
 def modes_of(result: Result) -> list[Label]:

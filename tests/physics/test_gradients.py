@@ -183,3 +183,25 @@ def test_series_by_its_times():
     rate = jax.grad(lambda t: result.series(t).omega[0])(0.3)
     before, after = result.series([0.299, 0.301]).omega
     assert rate == pytest.approx((after - before) / 2e-3, rel=1e-5)
+
+
+def test_what_never_comes_has_no_derivative():
+    """Forward, reverse, mapped, inside and outside of jit; other metrics of the same run keep theirs."""
+    never = stop_scene(C=None, load=1e5, end=1.0)
+
+    def both(omega):
+        result = sb.simulate(sb.with_values(never, {"initial.omega": omega}), max_steps=128)
+        return jnp.stack([result.stopping_time, result.energy["load_work"]])
+
+    def bounded(omega):
+        return jnp.minimum(both(omega)[0], 10.0)
+
+    work = 1e5 * 1.0  # of the load, for each rad/s more at the start
+    for slope in (jax.jacfwd(both), jax.jit(jax.jacrev(both)), lambda x: jax.vmap(jax.jacrev(both))(x[None])[0]):
+        found = slope(jnp.asarray(20.0))
+        assert np.isnan(found[0])
+        assert found[1] == pytest.approx(work, rel=1e-9)
+    assert np.isnan(jax.grad(lambda x: both(x)[0])(20.0))
+    assert jax.jit(jax.grad(bounded))(20.0) == 0.0
+    (note,) = [x for x in sb.simulate(never).derivative_notes() if "stopping_time" in x]
+    assert note.startswith("no derivative (NaN)")
