@@ -197,6 +197,26 @@ def as_end(x: Any) -> Any:
     return read_end(x) if isinstance(x, str) else as_part(x, AbstractEnd, "s")
 
 
+# --- what a duty wants ------------------------------------------------------------------------------------------------
+
+#: what a duty, or one of its phases, can say that the brake is to do
+WANTS = {
+    "rest": "bring the load to rest",
+    "hold": "hold it at rest",
+    "lower": "let it down",
+    "hoist": "let the motor pull it up",
+    "free": "nothing: it may fall, or break away",
+}
+
+
+def faults_of_want(wants: str, path: str) -> list[Fault]:
+    """The error of a word that names nothing that a duty can want."""
+    if wants == "" or wants in WANTS:
+        return []
+    meant = "; ".join(f'"{word}": {meaning}' for word, meaning in WANTS.items())
+    return [Fault(f"{path}.wants", f"{wants!r} is nothing that a duty can want", f"one of {meant}")]
+
+
 # --- phases -----------------------------------------------------------------------------------------------------------
 
 
@@ -210,6 +230,8 @@ class Phase(Part):
     - `motor`: speed of the pulley that the scene's `Motor` follows from the begin of the phase on (rad/s), negative to
       hoist; `None`: the motor is off
     - `auxiliary`: share 0…1 of the excitation or filling of auxiliary brakes on the shaft, 0: disengaged; `None`: all
+    - `wants`: what the verdict is to judge the phase by, one of `rest`, `hold`, `lower`, `hoist`, `free`; empty: what
+      follows from its lever, its motor and its end
 
     Example:
         >>> sb.loads.Phase(30e3, "40 s", "hold")
@@ -222,6 +244,17 @@ class Phase(Part):
     string_on_hook: bool = struct_field(static=True, default=True)
     motor: PiecewiseLinear | None = part(PiecewiseLinear, "rad/s", default=None)
     auxiliary: Scalar | None = quantity("1", "engagement of auxiliary brakes", low=0.0, high=1.0, default=None)
+    wants: str = struct_field(static=True, default="")
+
+    def faults(self, path: str) -> list[Fault]:
+        faults = faults_of_want(self.wants, path)
+        if self.wants == "hoist" and self.motor is None:
+            hint = "give the phase the speed of a motor, or another want"
+            faults.append(Fault(f"{path}.wants", "is hoist, and no motor works in this phase", hint))
+        if self.wants == "rest" and isinstance(self.until, AfterTravel | AtHeight):
+            hint = 'give until = "rest", or wants = "lower"'
+            faults.append(Fault(f"{path}.wants", "is rest, and the phase ends in motion", hint))
+        return faults
 
 
 class Ended(NamedTuple):

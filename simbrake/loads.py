@@ -4,6 +4,7 @@ import abc
 from collections.abc import Mapping
 from typing import Any, ClassVar
 
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float
@@ -492,6 +493,9 @@ class AbstractSpeedLever(AbstractProfile):
         """Maximum slack tension (N), the `limit` of the lever."""
         return jnp.asarray(self.limit)  # pyright: ignore
 
+    def greatest_from(self, begin: Array, end: Array) -> Array:
+        return self.greatest()
+
     def scale(self) -> Float[Array, ""]:
         return self.greatest()
 
@@ -639,6 +643,9 @@ class RecordedMotion(AbstractFollower):
 
     def next_knot(self, piece: Piece) -> Array | float:
         return _knot(self.speed.times, piece)
+
+    def greatest_from(self, begin: Array, end: Array) -> Array:
+        return self.scale()
 
     def scale(self) -> Float[Array, ""]:
         return jnp.maximum(jnp.asarray(self.limit), self.pull)
@@ -791,6 +798,9 @@ class Lever(AbstractProfile):
     def no_more_turns(self, t: Real) -> Bool[Array, ""]:
         return self.force.no_more_turns(t)
 
+    def greatest_from(self, begin: Array, end: Array) -> Array:
+        return self.gain * self.force.greatest_from(begin, end)
+
     def scale(self) -> Float[Array, ""]:
         return self.gain * self.force.scale()
 
@@ -819,6 +829,24 @@ class AbstractActuator(AbstractProfile):
         if self.lag is not None and isinstance(command, AbstractPoints):
             x = x - self.lag * command.slope(piece) + command.decayed(t, piece, self.lag)
         return x
+
+    @abc.abstractmethod
+    def force(self, followed: Real) -> Real:
+        """Force (N) at the band for what follows the command."""
+
+    def value(self, t: Real, piece: Piece) -> Real:
+        return self.force(self.followed(t, piece))
+
+    def greatest_from(self, begin: Array, end: Array) -> Array:
+        """Of a lagged course of points its greatest value at the points, or the last one, which it tends to."""
+        command = self.input
+        begin = begin - self.dead_time
+        if self.lag is None or not isinstance(command, PiecewiseLinear):
+            return jnp.asarray(self.force(command.greatest_from(begin, end - self.dead_time)))
+        times = jnp.append(jnp.asarray(command.times), begin)
+        reached = jax.vmap(lambda t: jnp.asarray(self.followed(t + self.dead_time, command.first_piece(t))))(times)
+        most = jnp.max(jnp.where(times >= begin, reached, -jnp.inf))
+        return jnp.asarray(self.force(jnp.maximum(most, jnp.asarray(command.values)[-1])))
 
     @property
     def knot_count(self) -> int:
@@ -877,8 +905,8 @@ class Actuator(AbstractActuator):
     spring: Scalar = quantity("N", "preload of the return spring", low=0.0, default=0.0)
     command_field: ClassVar[str] = "command"
 
-    def value(self, t: Real, piece: Piece) -> Real:
-        return self.followed(t, piece) - self.spring
+    def force(self, followed: Real) -> Real:
+        return followed - self.spring
 
     def scale(self) -> Float[Array, ""]:
         return self.command.scale()
@@ -936,8 +964,8 @@ class Cylinder(AbstractActuator):
         """`η i`: force at the band per newton of the piston."""
         return jnp.asarray(self.efficiency) * self.ratio
 
-    def value(self, t: Real, piece: Piece) -> Real:
-        return self.gain * (self.piston_area * self.followed(t, piece) - self.spring)
+    def force(self, followed: Real) -> Real:
+        return self.gain * (self.piston_area * followed - self.spring)
 
     def scale(self) -> Float[Array, ""]:
         return self.gain * self.piston_area * self.pressure.scale()

@@ -57,6 +57,10 @@ else:
 Piece: TypeAlias = Int[Array, "..."] | int
 
 
+#: samples among which the greatest value of a function without known points is looked for
+_SAMPLES = 257
+
+
 class AbstractProfile(Part):
     """A given function of time. Corners and jumps are time breakpoints: between two of them it is smooth.
 
@@ -100,6 +104,12 @@ class AbstractProfile(Part):
     def no_more_turns(self, t: Real) -> Bool[Array, ""]:
         """Whether no time breakpoint after `t` changes the course of the profile."""
         return jnp.isinf(self.next_knot(jnp.asarray(self.first_piece(t), jnp.int32)))
+
+    def greatest_from(self, begin: Array, end: Array) -> Array:
+        """Greatest value from the time `begin` (s) on, whenever that is; of a function that is known by its values
+        alone that of samples up to `end` (s)."""
+        times = jnp.linspace(begin, jnp.maximum(begin, end), _SAMPLES)
+        return jnp.max(jax.vmap(lambda t: jnp.asarray(self.value(t, self.first_piece(t)), jnp.float64))(times))
 
     @abc.abstractmethod
     def scale(self) -> Float[Array, ""]:
@@ -189,6 +199,9 @@ class Constant(AbstractProfile):
 
     def value(self, t: Real, piece: Piece) -> Real:
         return jnp.broadcast_to(jnp.asarray(self.level, jnp.float64), np.shape(t))
+
+    def greatest_from(self, begin: Array, end: Array) -> Array:
+        return jnp.asarray(self.level, jnp.float64)
 
     def scale(self) -> Float[Array, ""]:
         return abs(self.level)
@@ -286,6 +299,11 @@ class PiecewiseLinear(AbstractPoints):
 
     def first_piece(self, t: Real) -> Piece:
         return jnp.sum(jnp.asarray(self.times) <= t).astype(jnp.int32)
+
+    def greatest_from(self, begin: Array, end: Array) -> Array:
+        later = jnp.asarray(self.times) >= begin
+        now = self.value(begin, self.first_piece(begin))
+        return jnp.maximum(now, jnp.max(jnp.where(later, jnp.asarray(self.values), -jnp.inf)))
 
     def no_more_turns(self, t: Real) -> Bool[Array, ""]:
         values = jnp.asarray(self.values)  # points may follow that all have the last value
@@ -387,6 +405,11 @@ class Repeated(AbstractPoints):
         ends = self.begin + cycles * self.period + jnp.asarray(self.times)[None, :]
         return jnp.sum(ends <= t).astype(jnp.int32)
 
+    def greatest_from(self, begin: Array, end: Array) -> Array:
+        values = jnp.asarray(self.values)
+        last = self.begin + (self.count - 1) * self.period + jnp.asarray(self.times)[-1]
+        return jnp.where(begin <= last, jnp.max(values), values[-1])
+
     def faults(self, path: str) -> list[Fault]:
         faults = super().faults(path)
         if np.max(self.times, initial=0.0) > np.asarray(self.period):
@@ -420,6 +443,9 @@ class ExponentialRise(AbstractProfile):
 
     def first_piece(self, t: Real) -> Piece:
         return (jnp.asarray(self.begin) <= t).astype(jnp.int32)
+
+    def greatest_from(self, begin: Array, end: Array) -> Array:
+        return jnp.maximum(self.level, self.value(begin, self.first_piece(begin)))
 
     def scale(self) -> Float[Array, ""]:
         return abs(self.level)

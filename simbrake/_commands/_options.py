@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from cyclopts import Token
 
     from .._parts._scene import Scene
-    from .._run._measure import LimitCheck
     from .._run._result import Result as Result
+    from .._run._verdict import Verdict
 else:
-    Scene = Result = LimitCheck = object  # their modules load JAX, which `--help` must not
+    Scene = Result = Verdict = object  # their modules load JAX, which `--help` must not
 
 T = TypeVar("T")
 
@@ -81,7 +81,10 @@ _LIMIT = (
     '"max_tension=120 kN" or "peak_rim_temperature=450 degC"; may be repeated.'
 )
 Limits = Annotated[Many, Parameter(help=_LIMIT)]
-_FAIL = "Exit with code 3 if a limit is exceeded: one of --limit, or of the scene (temperature, stress, lever, wear)."
+_FAIL = (
+    "Exit with code 3 if the verdict is red (a limit is exceeded, or the load is not stopped or held), or the run did "
+    "not show what it was to show. Without it such a run exits with 0."
+)
 FailOnLimit = Annotated[Flag, Parameter(help=_FAIL)]
 
 # --- before a command works -------------------------------------------------------------------------------------------
@@ -245,17 +248,14 @@ def axes_of(scene: Scene, asked: Mapping[str, Values], axes: dict[str, Any]) -> 
     return faults
 
 
-def limits_of(scene: Scene, texts: list[str] | None, fail: bool, metrics: Sequence[str] = ()) -> dict[str, float]:
-    """Limits of `--limit` in SI; `--fail-on-limit` (`fail`) needs at least one limit.
+def limits_of(scene: Scene, texts: list[str] | None, metrics: Sequence[str] = ()) -> dict[str, float]:
+    """Limits of `--limit` in SI.
 
-    Raises one `InputError` with the errors of both, and of the names of other `metrics`.
+    Raises one `InputError` with the errors of all, and of the names of other `metrics`.
     """
-    from .._run._measure import check_metrics, has_limit, parse_limits
+    from .._run._measure import check_metrics, parse_limits
 
     limits, faults = parse_limits(scene, texts or [])
-    if fail and not texts and not has_limit(scene):
-        hint = "give --limit, or the scene a permissible temperature (heat.permissible)"
-        faults.append(Fault("--fail-on-limit", "no limit is given", hint))
     attempt(faults, check_metrics, scene, metrics)
     if faults:
         raise InputError(faults)
@@ -298,9 +298,9 @@ def coloured(text: str, colour: str, stream: Any) -> str:
     return text if plain else f"\x1b[{colour}m{text}\x1b[0m"
 
 
-def verdict_of(result: Result) -> bool | None:
-    """Whether a run ended well, for the colour of its status; `None`: that depends on the purpose."""
-    return {"stopped": True, "held": True, "runaway": False}.get(result.status) if result.ok else False
+def is_good(verdict: Verdict) -> bool | None:
+    """Whether a verdict is green or red, for the colour of the printed status; `None`: it is amber."""
+    return {"green": True, "red": False}.get(verdict.colour)
 
 
 def highlighted(text: str, ok: bool | None = None) -> str:
@@ -329,12 +329,6 @@ def write(folder: Path, files: Mapping[str, str | Callable[[Path], object]], jso
     print_written(written, json_)
 
 
-def exit_code(ok: bool, exceeded: bool = False) -> int:
-    """Exit code: 0 success, 1 failure, 3 a limit is exceeded (with `--fail-on-limit`)."""
-    return 1 if not ok else 3 if exceeded else 0
-
-
-def any_exceeded(checks: Iterable[LimitCheck]) -> bool:
-    from .._run._measure import LimitVerdict
-
-    return any(check.verdict == LimitVerdict.EXCEEDED for check in checks)
+def exit_code(ok: bool, fails: bool = False) -> int:
+    """Exit code: 0 success, 1 failure, 3 no pass (with `--fail-on-limit`)."""
+    return 1 if not ok else 3 if fails else 0

@@ -53,7 +53,7 @@ def run(
     from .._base._table import display_units
     from .._run._measure import limit_checks, summary_with_limits, text_with_limits, with_limits
 
-    limits = cli.limits_of(scene, limit, fail_on_limit)
+    limits = cli.limits_of(scene, limit)
     scene = with_limits(scene, limits)
     recorded = sb.read_measured(*measured) if measured else None
     if recorded is not None:
@@ -66,6 +66,7 @@ def run(
         )
         progress.now("post-processing…")
         checks = limit_checks(result, limits)
+        verdict = result.verdict(checks)
         summary = summary_with_limits(result, checks)
         with display_units(units):
             text = text_with_limits(result, checks)
@@ -73,7 +74,7 @@ def run(
                 progress.now("second run, for the errors")
                 errors = result.accuracy()
                 text, summary = f"{text}\n{errors}", {**summary, "accuracy": errors.as_dict()}
-    cli.tell(text, lambda: summary, json_, cli.verdict_of(result))
+    cli.tell(text, lambda: summary, json_, cli.is_good(verdict))
     if recorded is not None and not json_:
         for note in recorded.notes:
             cli.say(f"measured {note}")
@@ -89,7 +90,7 @@ def run(
                 sb.plot.overlay(result, recorded).savefig(place, dpi=130)
             written = [*written, out / "overlay.png"]
         cli.print_written(written, json_)
-    return cli.exit_code(result.ok, fail_on_limit and cli.any_exceeded(checks))
+    return cli.exit_code(result.ok, fail_on_limit and verdict.fails)
 
 
 def report(
@@ -131,7 +132,7 @@ def report(
     metrics, text = sensitivity or [], file.read_text("utf-8", errors="replace")
     title, files = title_of(file, text), {file.name: text}
     faults: list[Fault] = []
-    limits = cli.attempt(faults, cli.limits_of, scene, limit, fail_on_limit, metrics)
+    limits = cli.attempt(faults, cli.limits_of, scene, limit, metrics)
     if with_spread:
         cli.attempt(faults, sb.studies.known_spread, scene, lining)
     elif lining is not None:
@@ -154,8 +155,8 @@ def report(
     said |= {"verdict": verdict.as_dict(), "accuracy": errors and errors.as_dict()}
     lines = [f"{result.status}: {result.message}", f"verdict  {verdict}", *limit_lines(checks)]
     lines += [*([f"accuracy {errors.line}"] if errors else []), f"written  {out}"]
-    cli.tell("\n".join(lines), lambda: said, json_, cli.verdict_of(result))
-    return cli.exit_code(result.ok, fail_on_limit and cli.any_exceeded(checks))
+    cli.tell("\n".join(lines), lambda: said, json_, cli.is_good(verdict))
+    return cli.exit_code(result.ok, fail_on_limit and verdict.fails)
 
 
 _TO_EXPLAIN = "Scene, as in simbrake run, or a result: a file or folder of simbrake run --out."
@@ -194,13 +195,13 @@ def explain(
                 raise InputError([Fault("--set", "changes a scene, not a result", "give the scene file")])
             cli.prepare_jax()
             result = sb.results.rerun(file / "result.nc" if file.is_dir() else file)
-        limits = cli.limits_of(result.scene, limit, fail_on_limit)
+        limits = cli.limits_of(result.scene, limit)
         with sb.results.display_units("si" if json_ else units):
             explanation = sb.results.explain(
                 result, limits=limits, influence=influence, accuracy=accuracy, progress=progress
             )
     cli.tell(explanation, explanation.as_dict, json_)
-    return cli.exit_code(result.ok, fail_on_limit and explanation["outcome"].numbers["exceeded"] > 0)
+    return cli.exit_code(result.ok, fail_on_limit and explanation["outcome"].numbers["fails"])
 
 
 def fmu(
@@ -435,7 +436,8 @@ def synthesize(
     transmission
         Take the heat partition coefficient from heat transmission (S-41) instead of the scene's law or effusivities.
     fail_on_limit
-        Exit with code 3 if the estimate or the run exceeds a permissible limit of step 12.
+        Exit with code 3 if the estimate or the run exceeds a permissible limit of step 12, or the verdict on the run is
+        no pass.
     json_
         Print the figures as JSON, alone on stdout: a list of {step, name, formula, value, unit, simulated, …}.
     """
@@ -453,13 +455,14 @@ def synthesize(
     with Progress("run", "compiling and running…"):
         result = sb.simulate(scene, rtol=rtol, throw=False) if run else None
         synthesis = sb.synthesize(result or scene, data, permissible=permissible, partition=partition)
+    fails = bool(synthesis.exceeded) or (fail_on_limit and result is not None and result.verdict().fails)
     cli.tell(synthesis, synthesis.as_list, json_)
     if out is not None:
         with cli.whole_file(out) as path:
             text = cli.as_json(synthesis.as_list()) if json_ or out.suffix == ".json" else str(synthesis)
             path.write_text(text + "\n", "utf-8")
         cli.print_written([out], json_)
-    return cli.exit_code(result is None or result.ok, fail_on_limit and bool(synthesis.exceeded))
+    return cli.exit_code(result is None or result.ok, fail_on_limit and fails)
 
 
 _ENERGY = 'friction works, as in "400 kJ, 800 kJ", or a parameter of the scene, as in "initial.omega=12,24"'
@@ -622,7 +625,7 @@ def app(
     scene = cli.opened(file, set_, rtol, faults=faults)
     from .._pages._app import App, Server
 
-    limits, title = cli.limits_of(scene, limit, False), title_of(file, file.read_text("utf-8", errors="replace"))
+    limits, title = cli.limits_of(scene, limit), title_of(file, file.read_text("utf-8", errors="replace"))
     slider_app = App(scene, limits, title, rtol)
     with Progress("app", "compiling…"):
         sb.check_scene(scene)
@@ -647,7 +650,7 @@ def app(
     return 0
 
 
-_LIMIT = "3 a limit is exceeded (only with --fail-on-limit)."
+_LIMIT = "3 the verdict is red, or the run did not show what it was to show (only with --fail-on-limit)."
 _RUN = f"0 the run reached its end; 1 it failed, with a named code; 2 the input is wrong; {_LIMIT}"
 #: commands and their exit codes
 COMMANDS = {

@@ -195,6 +195,8 @@ def _summary(runs: Table, paths: Iterable[str], metrics: Sequence[str], rtol: fl
             "run": i,
             "values": {path: row[path] for path in paths},
             "status": row["status"],
+            "reason": row["reason"],
+            "colour": row["colour"],
             "code": row["code"],
             "metrics": {name: row[name] for name in metrics if name not in energies},
             "energy": {name.removeprefix("energy."): row[name] for name in energies},
@@ -203,31 +205,38 @@ def _summary(runs: Table, paths: Iterable[str], metrics: Sequence[str], rtol: fl
         for i, row in enumerate(runs.as_list())
     ]
     units = {column.name: column.unit for column in runs.columns if column.name in (*paths, *metrics)}
-    return {"units": units, "counts": _counts(runs), "rtol": rtol, "runs": rows}
+    reasons = dict(sorted(Counter(runs["reason"]).items()))
+    return {"units": units, "counts": _counts(runs), "reasons": reasons, "rtol": rtol, "runs": rows}
 
 
 def _text(runs: Table, metrics: Sequence[str]) -> str:
-    """Statuses of the runs, and the range of every metric."""
+    """Verdicts and statuses of the runs, and the range of every metric, temperatures in °C."""
     import numpy as np
 
-    from .._base._table import Column, Table
+    from .._base._table import ZERO, Column, Table
+    from .._outputs._judgement import REASONS
 
     ended = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in _counts(runs).items())
+    words = {reason.id: reason.words for reason in REASONS}
+    judged = Counter((row["colour"], row["reason"]) for row in runs.as_list() if row["reason"])
+    verdicts = "; ".join(f"{n} {colour} {id} ({words[id]})" for (colour, id), n in sorted(judged.items()))
     lines = []
     for column in (each for each in runs.columns if each.name in metrics):
         values = np.asarray(runs[column.name])
         values = values[np.isfinite(values)]
-        quantiles = np.quantile(values, [0.0, 0.5, 1.0]) if values.size else (None, "—", None)
-        lines.append((column.name, *quantiles, column.unit, values.size))
+        hot = column.unit == "K"
+        quantiles = np.quantile(values, [0.0, 0.5, 1.0]) - (ZERO if hot else 0.0) if values.size else (None, "—", None)
+        lines.append((column.name, *quantiles, "°C" if hot else column.unit, values.size))
     three = [Column(title) for title in ("minimum", "median", "maximum")]
     table = Table(["metric", *three, "unit", Column("of how many runs")], lines)
-    return f"{len(runs)} runs: {ended}\n{table}"
+    return f"{len(runs)} runs: {ended}\nverdicts {verdicts or 'none'}\n{table}"
 
 
 def _limits_of(
     scene: cli.Scene, limits: Mapping[str, float], runs: Table, metrics: Sequence[str]
 ) -> dict[str, Any] | None:
-    """How many runs exceed each limit, and the names of those that were not looked at; `None` where there are none."""
+    """How many runs exceed each limit, of how many that have a value or should have one, and the names of those that
+    were not looked at; `None` where there are none."""
     from .._outputs._metrics import HOLDING
     from .._run._measure import Limited
 
@@ -242,7 +251,12 @@ def _limits_of(
         exceeded[HOLDING] = sum(row[HOLDING] is not None and row[HOLDING] <= 1 for row in done)
     if not bounds and not set(limited.aside) - {HOLDING}:
         return None
-    counts = [{"name": name, "limit": bounds[name], "exceeded": count} for name, count in exceeded.items()]
+    # a reserve is of runs in which something holds; all others exceed a limit with what never happened
+    having = {HOLDING: sum(row[HOLDING] is not None for row in done)} if HOLDING in metrics else {}
+    counts = [
+        {"name": name, "limit": bounds[name], "exceeded": count, "of": having.get(name, len(done))}
+        for name, count in exceeded.items()
+    ]
     return {"checked": counts, "runs": len(done), "not_checked": [*limited.aside]}
 
 
@@ -257,7 +271,9 @@ def _limits_text(limits: dict[str, Any] | None) -> str:
     said = []
     for one in limits["checked"]:
         bound = "of 1 or less" if one["name"] == HOLDING else f"above {number(one['limit'], unit_of(one['name']))}"
-        said.append(f"{one['name']} {bound} in {one['exceeded']} of {limits['runs']} runs")
+        without = limits["runs"] - one["of"]
+        rest = f" that have it ({without} have none)" if without else ""
+        said.append(f"{one['name']} {bound} in {one['exceeded']} of {one['of']} runs{rest}")
     said += [f"not among --metrics: {', '.join(limits['not_checked'])}"] * bool(limits["not_checked"])
     return f"\nlimits   {'; '.join(said)}"
 

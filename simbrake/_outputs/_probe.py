@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeVar
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int, PyTree
+from jaxtyping import Bool, Float, Int, PyTree
 
 from .._base._arguments import explained
 from .._base._compiling import DeviceJit
@@ -287,7 +287,8 @@ def capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) 
     for course in system.changes_now(y, mode):
         settled = settled & course.no_more_turns(t)
     load = driving(system, t, y.omega, y, mode)
-    return Capacity(load, system.capacity(T_0, y.omega, y.own, system.surfaces(t, y, mode)), settled)
+    hanging = jnp.sign(y.omega) * system.load_torque(t, 0.0 * y.omega, mode)
+    return Capacity(load, system.capacity(T_0, y.omega, y.own, system.surfaces(t, y, mode)), settled, hanging)
 
 
 def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
@@ -351,22 +352,62 @@ def stable_speed(net: Callable[[Array], Array], speed: Array) -> Float[Array, ""
     return jnp.where(jnp.any(met) & stable & (start > 0), steady, jnp.inf)
 
 
+def net_torque(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Callable[[Array], Array]:
+    """Accelerating torque (N·m) over the speed (rad/s, ≥ 0) in the sense of rotation: that of load and shaft, less what
+    the sliding brake gives under the tension, temperatures and given functions of the instant `t`."""
+    *_, surfaces, (tension, _) = system.given(t, y, mode)
+    sense = jnp.where(y.omega < 0, -1.0, 1.0)
+
+    def net(speed: Array) -> Array:
+        omega = sense * speed
+        held = smallest(system.capacity(tension, omega, y.own, surfaces))
+        return driving(system, t, omega, y, mode) - jnp.where(mode.band == OPEN, 0.0, held)
+
+    return net
+
+
+def _is_led(system: BrakeSystem, y: State, mode: Mode) -> Array:
+    """Whether the lever follows a speed."""
+    lever = system.lever_at(y, mode)
+    return jnp.asarray(lever.follows(piece_of(mode, LEVER)) if lever.controls_speed else False)
+
+
 def steady_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Float[Array, ""]:
     """Speed (rad/s, ≥ 0) at which the torques of the instant `t` balance, `inf` where they do not.
 
     With the tension, the temperatures and the given functions of that instant; `inf` under a lever that holds the
     speed.
     """
-    lever, piece = system.lever_at(y, mode), piece_of(mode, LEVER)
-    led = lever.follows(piece) if lever.controls_speed else False
-    T_0, surfaces, sense = jnp.asarray(lever.value(t, piece)), system.surfaces(t, y, mode), jnp.sign(y.omega)
+    terminal = stable_speed(net_torque(system, t, y, mode), jnp.abs(y.omega))
+    return jnp.where(_is_led(system, y, mode), jnp.inf, terminal)
 
-    def net(speed: Array) -> Array:
-        omega = sense * speed
-        held = smallest(system.capacity(T_0, omega, y.own, surfaces))
-        return driving(system, t, omega, y, mode) - jnp.where(mode.band == OPEN, 0.0, held)
 
-    return jnp.where(led, jnp.inf, stable_speed(net, jnp.abs(y.omega)))
+#: a balance this near (share of the speed) counts as steady
+_STEADY = 1e-2
+
+
+class Balance(NamedTuple):
+    """Torques on a turning shaft at one instant.
+
+    - `rises` (N·m): the accelerating torque;  `steady`: whether the torques balance within 1 % of the speed, and would
+      do so again after a change of it;  `tends`: whether they balance at some higher speed
+
+    Under a lever that follows a speed the torques say nothing of this: `steady` and `tends` are false.
+    """
+
+    rises: Float[Array, ""]
+    steady: Bool[Array, ""]
+    tends: Bool[Array, ""]
+
+
+def balance_of(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Balance:
+    net, speed = net_torque(system, t, y, mode), jnp.abs(y.omega)
+    speeds = jnp.stack([speed, _FAR * jnp.maximum(speed, system.sizes.speed)])
+    torques, slopes = jax.vmap(lambda speed: jax.jvp(net, (speed,), (jnp.ones_like(speed),)))(speeds)
+    balances = (slopes[0] < 0) & (jnp.abs(torques[0]) <= _STEADY * speed * -slopes[0])
+    tends = torques[1] <= 0 if system.shaft is None else stable_speed(net, speed) < jnp.inf
+    free = ~_is_led(system, y, mode)
+    return Balance(torques[0], free & balances & (speed > 0), free & tends)
 
 
 def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow | None:
@@ -441,23 +482,17 @@ def terminal_speed(record: Record) -> Float[Array, ""]:
     return _terminal_speed(record.system, *ends_of(record)[1])
 
 
-#: a speed this near to the terminal one (relative) counts as steady
-_STEADY = 1e-2
+_balance = RunJit(balance_of, quick=True)
 
 
 def runs_away(record: Record) -> Array:
     """Whether the load at the end of a run exceeds what brake and shaft give, also at any higher speed."""
-    exceeded = end_capacity(record).exceeded
-    free = record.system.shaft is None  # pyright: ignore
-    return exceeded if free else exceeded & (terminal_speed(record) == np.inf)
+    return end_capacity(record).exceeded & ~_balance(record.system, *ends_of(record)[1]).tends
 
 
-def lowers_steadily(record: Record) -> Any:
-    """Whether other torques on the shaft have brought the load to a steady speed at the end of a run."""
-    if record.system.shaft is None:  # pyright: ignore
-        return np.False_
-    speed, terminal = abs(record.y_end.omega), terminal_speed(record)
-    return (terminal < np.inf) & (abs(speed - terminal) <= _STEADY * terminal)
+def lowers_steadily(record: Record) -> Array:
+    """Whether the torques on the shaft have brought the load to a steady speed at the end of a run."""
+    return _balance(record.system, *ends_of(record)[1]).steady
 
 
 def ends_driven(record: Record) -> Any:

@@ -5,7 +5,6 @@ which everything algebraic is evaluated. Where that calls for a closer look, sta
 method itself.
 """
 
-import functools
 from collections.abc import Callable, Sequence
 from types import ModuleType
 from typing import Any, NamedTuple
@@ -19,7 +18,8 @@ from .._physics._brake import BrakeSystem
 from ..hybrid import ADVANCED, LANDED, SKIPPED, STOPPED, Record
 from ..hybrid._arrays import Array
 from ..hybrid._system import flatten, ravel
-from ._metrics import METRICS, Peak, held_share, holds, passing
+from ._judgement import holding_rows
+from ._metrics import METRICS, Peak, held_share, passing
 from ._probe import (
     LONG,
     Probe,
@@ -375,32 +375,11 @@ def _polished(
     return scan.look(*_polish(look, np, near, 1.0 / (scan.samples - 1), rounds, count))
 
 
-def to_hold(scan: Scan, tension: Float[Array, " m"]) -> tuple[Array, Array]:
-    """Rows in which the brake is to hold the pulley at rest, and the first rows of loads that have broken away.
-
-    It is not to hold while the lever is let go: in the last fall of the `tension` (N, at all samples) before the load
-    moves off, at once or over some time. A load that moves off without one has broken away.
-    """
-    xp, T, steps = scan.xp, tension.reshape(-1, scan.samples), scan.steps
-    modes = jax.tree.map(lambda column: xp.asarray(column)[: scan.used.shape[0]], scan.record.modes)
-    held, lasts = holds(modes), scan.used & (steps.t1 > steps.t0)  # (rows without duration say nothing)
-    slack = _SAME * xp.max(xp.abs(T))
-    falls = held & (T[:, -1] < T[:, 0] - slack)
-    row_numbers, n = xp.arange(held.shape[0], dtype=np.int32), held.shape[0]
-    # the last lasting row before each, and the first after it in which the lever does not fall
-    before = xp.maximum.accumulate(xp.where(lasts, row_numbers, -1))
-    before = xp.concatenate([xp.full(1, -1, before.dtype), before[:-1]])
-    ends = xp.minimum.accumulate(xp.where(lasts & ~falls, row_numbers, n)[::-1])[::-1]
-    let_go = falls & (ends < n) & ~held[xp.minimum(ends, n - 1)]
-    drops = falls[before] | (T[:, 0] < T[before, -1] - slack)
-    broken = lasts & ~held & (before >= 0) & held[before] & ~drops & (steps.y0[:, 1] == 0.0)
-    return lasts & held & ~let_go, broken
-
-
 def largest_share_of_capacity(scan: Scan) -> Peak:
     """Maximum over a concrete run of the load over the static capacity of the brake that is to hold it, 0 where none
     is."""
-    record, (held, broken) = scan.record, to_hold(scan, scan.seen.lever_tension)
+    record = scan.record
+    held, broken, _ = (column[: len(scan.used)] for column in holding_rows(record))
     is_to_hold = held[scan.row] | (broken[scan.row] & (scan.share == 0.0))
     if not np.any(is_to_hold):
         return Peak(np.float64(0.0), np.asarray(record.rows.t)[0], np.int32(1))
@@ -429,13 +408,11 @@ def peak(run: Any, pick: Pick, *, holding: bool = False) -> Peak:
     def tops(rows: Array, shares: Array) -> Array:
         return jnp.max(pick(probe(frozen, rows.ravel(), shares.ravel())), axis=1).reshape(rows.shape)
 
-    def see(p: Probe) -> tuple[Array, ...]:
-        return jnp.max(pick(p), axis=1), *((p.flows.lever_tension,) if holding else ())
-
     parts = frozen.system, frozen.y_like, frozen.mode_like
-    (sampled, *tension), *_ = _sampled(*parts, scan.steps, scan.samples, see)  # pyright: ignore
+    sampled, *_ = _sampled(*parts, scan.steps, scan.samples, lambda p: jnp.max(pick(p), axis=1))  # pyright: ignore
     if holding:
-        scan.used = functools.reduce(jnp.logical_or, to_hold(scan, tension[0].ravel()))
+        held, broken, _ = holding_rows(frozen)
+        scan.used = held | broken
     row, share = _polish(tops, jnp, _highest(scan, sampled.ravel()), 1.0 / (scan.samples - 1))
     p = probe(record, row, jax.lax.stop_gradient(share))
     value = jnp.where(jnp.any(scan.used), pick(p)[0], 0.0) if holding else pick(p)[0]

@@ -25,7 +25,7 @@ def least_outweighed(scan: Scan) -> dict[str, float] | None:
     if not some.size:
         return None
     capacities = capacities_at(scan.record, some, scan.instants)
-    load, torque = np.asarray(capacities.load), np.asarray(capacities.torque)
+    load, torque = np.asarray(capacities.hanging), np.asarray(capacities.torque)
     driven = np.flatnonzero(load > 0)
     if not driven.size:
         return None

@@ -207,7 +207,12 @@ class App:
         parts = head(result, limit_checks(result, self.limits), self.title)
         said: Verdict = parts["verdict"]
         rows = [[*map(str, row), BADGES[row.state.colour]] for row in said.rows]
-        shown = {"colour": str(said.colour), "headline": said.headline, "text": parts["outcome"], "rows": rows}
+        shown = {
+            "colour": str(said.colour),
+            "headline": f"{said.reason}: {said.headline}",
+            "text": parts["outcome"],
+            "rows": rows,
+        }
         return {"results": {**shown, "metrics": metric_rows(parts["figures"])}, "run": self._run(result)}
 
     def saved(self, values: Any) -> Data:

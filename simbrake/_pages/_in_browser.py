@@ -14,6 +14,7 @@ import numpy as np
 from .._base._faults import Fault, InputError, needed, whole_file
 from .._base._part import leaves
 from .._base._progress import Progress
+from .._outputs._judgement import REASONS, Shade
 from .._outputs._log import FAILURES, Event, Status
 from .._outputs._metrics import METRICS
 from .._parts._scene import Scene
@@ -25,7 +26,7 @@ from ..studies._evaluator import scans
 from ._app import is_limit, slider_of, sliders
 from ._live import Data, charts_of, look_of_event, still
 from ._page import PICTURES, draw, head, render, template_file
-from ._publish import coverage, metrics_of, said_of_status
+from ._publish import coverage, message_of, metrics_of
 
 #: bytes that the program of a page may take
 _MEMORY = 500_000_000
@@ -96,7 +97,9 @@ def publish_live(
         "span": _places(export, "initial.time") + _places(export, "end_time"),
         "metrics": metrics_of(metrics, base, limited.limits),
         "coverage": coverage(limited, base, checks),
-        "statuses": [said_of_status(scene, status) for status in Status],
+        "statuses": [message_of(scene, status) for status in Status],
+        "reasons": [f"{reason.id}: {reason.words}" for reason in REASONS],
+        "colours": [str(shade) for shade in Shade],
         "failures": {int(code): [name, what] for code, (name, what, _) in FAILURES.items()},
         "events": [None, *(look_of_event(Event(0.0, name, None)) for name in export.events)],
         "time": places["t"][0],

@@ -30,6 +30,7 @@ from .._base._faults import Fault, InputError, whole_file
 from .._base._part import leaves
 from .._base._progress import Progress
 from .._base._table import digits, pretty, scale
+from .._outputs._judgement import REASONS, SMALL_RESERVE, Shade
 from .._outputs._log import STATUS_MESSAGES, Status
 from .._outputs._metrics import HOLDING, METRICS
 from .._parts._scene import Scene
@@ -37,7 +38,7 @@ from .._run._edit import entry_of, with_values
 from .._run._measure import PRESSURE, ROOM, LimitCheck, Limited, judged, limit_checks, measure, title_of, unit_of
 from .._run._result import Result
 from .._run._simulate import simulate
-from .._run._verdict import SMALL_MARGIN, SMALL_RESERVE
+from .._run._verdict import SMALL_MARGIN
 from ..hybrid import LANDED, STOPPED
 from ..hybrid._arrays import Array
 from ..studies._evaluator import Evaluator, Paths
@@ -112,10 +113,11 @@ def smooth(charts: Sequence[Chart]) -> list[Chart]:
 
 
 def sequence_of(result: Result) -> tuple[Any, ...]:
-    """Properties that must not change between two points: events and corners in their order, and the status."""
+    """Properties that must not change between two points: events and corners in their order, status and verdict."""
     kind = np.asarray(result.record.rows.kind)[: int(result.record.count)]
     guard, events = np.asarray(result.record.rows.guard), np.flatnonzero(kind >= LANDED)
-    return result.status, *((int(kind[i]), -1 if kind[i] == STOPPED else int(guard[i])) for i in events)
+    ended = result.status, result.report().judgement.reason
+    return ended, *((int(kind[i]), -1 if kind[i] == STOPPED else int(guard[i])) for i in events)
 
 
 def pieces_of(sequence: tuple[Any, ...]) -> int:
@@ -422,23 +424,22 @@ def _slider(scene: Scene, path: str, values: Sequence[float]) -> Data:
 
 def _sequence(result: Result, pieces: int, sampled: Sampled, lines: int) -> Data:
     edges = _edges(result)
+    judgement = result.report().judgement
+    reason = REASONS[judgement.reason]
     events = [{**event, "edge": int(np.argmin(np.abs(edges - event["t"])))} for event in events_of(result)]
     return {
         "pieces": pieces,
         "size": sampled._replace(pieces=pieces).size(lines),
         "events": events,
-        **said_of_status(result.scene, Status(result.status)),
+        "status": f"{reason.id}: {reason.words}",
+        "message": message_of(result.scene, Status(result.status)),
+        "colour": str(Shade(judgement.colour)),
     }
 
 
-def said_of_status(scene: Scene, status: Status) -> Data:
-    """How a run ended, for the heading of a page."""
-    at_rest = "green" if status in (Status.STOPPED, Status.HELD) else "amber"
-    return {
-        "status": status.replace("_", " ").capitalize(),
-        "message": STATUS_MESSAGES[status].replace("the pulley", f"the {scene.brake.words.body}"),
-        "colour": "red" if status == Status.RUNAWAY else at_rest,
-    }
+def message_of(scene: Scene, status: Status) -> str:
+    """How a run ended, in the words of its kind of brake."""
+    return STATUS_MESSAGES[status].replace("the pulley", f"the {scene.brake.words.body}")
 
 
 def metrics_of(names: Sequence[str], base: Result, limits: Mapping[str, float]) -> list[Data]:

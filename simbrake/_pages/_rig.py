@@ -48,7 +48,12 @@ def _of_ledger(book: Ledger) -> Contents:
         "title": "Duty of the brakes" + ("" if source == "log" else f": {source}"),
         "kind": "ledger",
         # without limits nothing can be exceeded, and nothing be good
-        "verdict": {"colour": Colour.AMBER, "headline": answer[0][:1].upper() + answer[0][1:], "rows": ()},
+        "verdict": {
+            "colour": Colour.AMBER,
+            "headline": answer[0][:1].upper() + answer[0][1:],
+            "rows": (),
+            "reason": "",
+        },
         "badges": {},
         "outcome": "; ".join(answer[1:]) + ".",
         "figures": sorted(_figures(book), key=lambda tile: not tile.decides),

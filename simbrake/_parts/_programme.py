@@ -216,6 +216,8 @@ def programme_scene(
     )
 
 
+#: what the phases of a programme want by their names; all others hold the load
+_WANTS = {"lower": "lower", "brake": "rest", "hoist": "hoist", "slow": "rest"}
 #: error of a step, and how to fix it
 Problem = tuple[str, str] | None
 
@@ -315,7 +317,8 @@ class _Plan:
         auxiliary: float = 0.0,
     ) -> None:
         engaged = auxiliary if self.auxiliary else None
-        self.phases.append(Phase(lever, until, name, motor=motor, auxiliary=engaged))
+        wants = _WANTS.get(name, "hold")
+        self.phases.append(Phase(lever, until, name, motor=motor, auxiliary=engaged, wants=wants))
         self.time += time
 
     def _travels(self, distance: float) -> None:

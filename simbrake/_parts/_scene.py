@@ -29,7 +29,7 @@ from .._base._part import (
 )
 from .._base._quantity import Scalar, meant_within, shown
 from .._base._table import ZERO, number, pretty
-from .._phases import AfterTravel, AtHeight, AtTemperature, Phases
+from .._phases import AfterTravel, AtHeight, AtTemperature, Phases, faults_of_want
 from ..brakes._band import ParallelBands
 from ..brakes._design import (
     USUAL_CIRCLE,
@@ -44,7 +44,7 @@ from ..brakes._design import (
 )
 from ..friction import AbstractFriction, FrictionChange, Reads, needs, reads, remembers
 from ..hybrid._arrays import Array
-from ..hybrid._struct import AbstractClassVar, AbstractVar, with_fields
+from ..hybrid._struct import AbstractClassVar, AbstractVar, struct_field, with_fields
 from ..loads import AbstractLoad, Cylinder, Driller, Lever, Motor, RecordedMotion, TorqueLoad
 from ..profiles import AbstractProfile, Piece, faults_of_sign, first_piece
 from ..shaft import NO_TACKLE, AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque, TackleLoss
@@ -60,6 +60,7 @@ class AbstractDuty(Part):
     """
 
     lever_field: AbstractClassVar[str]
+    wants: AbstractVar[str]
     if TYPE_CHECKING:  # (as in `AbstractBrake`)
 
         @property
@@ -85,6 +86,9 @@ class Duty(AbstractDuty):
     - `slack_tension`: `T_0(t) ≥ 0` in N, set by the lever at the slack end: on several alike rims (`Brake.rims`) that
       of each band, of a `MultiBandBrake` the sum of all;  `load`: `M_load(t, ω)`
 
+    - `wants`: what the verdict is to judge the run by, one of `rest`, `hold`, `lower`, `hoist`, `free`; empty: what
+      follows from the lever and its course; in phases each says it
+
     The tension may come in `Phases`, which end by the state of the brake; so may the force of a `ForceDuty`.
 
     Example:
@@ -97,6 +101,7 @@ class Duty(AbstractDuty):
 
     slack_tension: AbstractProfile | Phases = part(AbstractProfile, "N")
     load: AbstractLoad = part(AbstractLoad)  # pyright: ignore
+    wants: str = struct_field(static=True, default="")
     lever_field: ClassVar[str] = "slack_tension"
 
 
@@ -104,7 +109,7 @@ class ForceDuty(AbstractDuty):
     """Duty of a disc brake or a double-shoe brake.
 
     - `force`: `F(t) ≥ 0` in N, with which the actuator presses each pad, or each shoe at its arm
-    - `load`: `M_load(t, ω)`
+    - `load`: `M_load(t, ω)`;  `wants`: as of a `Duty`
 
     Example:
         >>> sb.ForceDuty(sb.ramp(0.0, 45e3, 0.0, 0.25), 1500.0).lever.values
@@ -113,6 +118,7 @@ class ForceDuty(AbstractDuty):
 
     force: AbstractProfile | Phases = part(AbstractProfile, "N")
     load: AbstractLoad = part(AbstractLoad)  # pyright: ignore
+    wants: str = struct_field(static=True, default="")
     lever_field: ClassVar[str] = "force"
 
 
@@ -363,7 +369,7 @@ def _faults_of_duty(scene: Scene) -> list[Fault]:
             )
         if read_by_linings(scene).p or scene.network.flash is not None:
             errors.append(Fault(lever, "cannot hold the speed with an implicit coefficient of friction"))
-    errors += _faults_of_motor(scene, lever) + _faults_of_courses(scene, lever)
+    errors += _faults_of_motor(scene, lever) + _faults_of_courses(scene, lever) + _faults_of_wants(scene, lever)
     return errors + faults_of_sign(duty.lever, lever, "N") + _faults_of_phases(scene, lever)
 
 
@@ -395,6 +401,32 @@ def _faults_of_motor(scene: Scene, path: str) -> list[Fault]:
         if speed is not None and (fastest := float(np.max(np.abs(np.asarray(speed.values))))) > most:
             what = f"{fastest:g} rad/s is above the motor's {most:g} rad/s"
             errors.append(Fault(where, what, "a lower speed, or another motor.max_speed"))
+    return errors
+
+
+def _faults_of_wants(scene: Scene, path: str) -> list[Fault]:
+    """Errors of what the duty, or a phase of it, says that it wants."""
+    duty, lever = scene.duty, scene.duty.lever
+    if isinstance(lever, Phases):
+        said = [(f"{where}.wants", phase.wants, phase.lever) for where, phase in lever.located(path)]
+        errors = []
+        if duty.wants:
+            errors.append(Fault("duty.wants", "has no effect on a duty in phases", "give `wants` in its phases"))
+    else:
+        said = [("duty.wants", duty.wants, lever)]
+        errors = faults_of_want(duty.wants, "duty")
+        if duty.wants == "hoist" and scene.motor is None:
+            errors.append(Fault("duty.wants", "is hoist, and the scene has no motor", "give it a `motor`"))
+    load = duty.load
+    unloaded = isinstance(load, TorqueLoad) and float(load.profile.scale()) == 0.0
+    for where, wants, working in said:
+        if wants in ("rest", "hold") and working.controls_speed:
+            speed = float(np.asarray(working.speed.values)[-1]) if isinstance(working, Driller) else 1.0
+            if speed != 0.0:
+                what = f"is {wants}, and the lever is to keep a speed"
+                errors.append(Fault(where, what, 'give wants = "lower", or a speed that ends at 0'))
+        if wants == "lower" and unloaded:
+            errors.append(Fault(where, "is lower, and there is no load to lower", "give `duty.load` a torque"))
     return errors
 
 

@@ -86,6 +86,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         load=duty.load,
         features=tuple(features),
         rims=brake.rims,
+        wants=duty.wants,
     )
     own, band, own_mode = mechanism.start(omega_0, jnp.asarray(initial.elongation) + jnp.zeros_like(omega_0))
     sense = jnp.where(omega_0 < 0, -1, 1).astype(jnp.int32)

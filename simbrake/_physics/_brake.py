@@ -50,11 +50,13 @@ class Capacity(NamedTuple):
     - `pairs` (…, k): maximum torque of each friction pair with its kinetic friction at the speed of the pulley and the
       temperatures of that instant: of a standard brake one, of a staged brake external, internal
     - `settled`: whether the lever is at its last value
+    - `hanging`: torque of what hangs, without drag and the other torques on the shaft: what the brake alone would hold
     """
 
     load: Float[Array, "*many"]
     pairs: Float[Array, "*many pairs"]
     settled: Bool[Array, "*many"]
+    hanging: Float[Array, "*many"]
 
     @property
     def torque(self) -> Float[Array, "*many"]:
@@ -102,6 +104,7 @@ class BrakeSystem(AbstractBrake):
     - `features`: heat, shaft, rope, phases, wear, states of friction laws, of those that the scene has
     - `rims` `n`, which are alike: the mechanism is that of one, under `M_load/n` and `J/n`; its torque and its powers
       are `n` times as large on the shaft
+    - `wants`: what the duty says that the brake is to do (`WANTS`), for the verdict alone
     """
 
     mechanism: AbstractMechanism
@@ -111,6 +114,7 @@ class BrakeSystem(AbstractBrake):
     load: AbstractLoad
     features: tuple[Feature, ...]
     rims: int = struct_field(static=True, default=1)  # pyright: ignore
+    wants: str = struct_field(static=True, default="")  # pyright: ignore
 
     @property
     def heat(self) -> Heating | None:

@@ -302,13 +302,6 @@ def parse_limits(scene: Scene, texts: Sequence[str]) -> tuple[dict[str, float], 
     return limits, faults + wrong
 
 
-def has_limit(scene: Scene) -> bool:
-    """Whether the scene has anything that a run could exceed."""
-    worn = scene.wear is not None and scene.wear.permissible is not None
-    pressed = scene.brake.linings.permissible_pressure is not None
-    return worn or pressed or bool(allowable_values(scene))
-
-
 @explained
 def limit_checks(result: Result, limits: Mapping[str, float]) -> list[LimitCheck]:
     """All limits of a concrete result with their verdicts: temperatures, the hottest place first, then the others.
@@ -443,7 +436,7 @@ class Judged(NamedTuple):
             return ""
         none = f", none for {', '.join(self.missing)}" if self.missing else ""
         beside = f"; not modelled: {', '.join(self.not_modelled)}" if self.not_modelled else ""
-        return f"{self.given} of {self.of} limits given{none}{beside}"
+        return f"{self.given} of {self.of} material limits given{none}{beside}"
 
 
 #: a part of a brake in words → metrics, one of which has to have a limit where the first that a run has is above 0

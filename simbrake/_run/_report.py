@@ -21,6 +21,7 @@ from .._outputs._duty import (
     stops_of,
     words_of,
 )
+from .._outputs._judgement import REASONS, SMALL_RESERVE, Judgement, Shade, holding_rows, judge
 from .._outputs._log import Event, Phase, Stage, Status, absent_stages, event_log, stages_of, with_phases
 from .._outputs._metrics import (
     HOLDING,
@@ -41,7 +42,7 @@ from .._outputs._probe import Entry, RunJit, record_of
 from .._outputs._scan import Scan, ScanColumns, Wanted, first_largest, largest_share_of_capacity, peaks
 from .._outputs._stability import shortage
 from .._parts._scene import plausibility, warnings
-from .._phases import Phases
+from .._phases import Ended, Phases
 from .._physics._brake import BrakeSystem
 from .._physics._mechanism import BandMode, Label, Mode, turned_since_rest
 from ..hybrid import FINISHED, Record
@@ -166,6 +167,37 @@ class Report:
         """Minimum holding reserve while the brake is to hold; `None` where no load is held."""
         reserve = self.peaks.get(HOLDING)
         return reserve if reserve is not None and np.isfinite(reserve.value) else None
+
+    @functools.cached_property
+    def judgement(self) -> Judgement:
+        """Whether the brake did what it was to do. At rest the reserve is the minimum while it was to hold."""
+        found = Judgement(*(np.asarray(number).item() for number in judge(self._record)))
+        if self.holding is None or REASONS[found.reason].id not in ("H1", "H2", "H4"):
+            return found
+        reserve = min(found.reserve, float(self.holding.value))
+        if REASONS[found.reason].id == "H1":
+            return found._replace(reserve=reserve)
+        by_reserve = Shade.AMBER if reserve < SMALL_RESERVE else Shade.GREEN
+        name = "H2" if reserve <= 1 else "H4"
+        colour = Shade.RED if reserve <= 1 else by_reserve
+        place = [reason.id for reason in REASONS].index(name)
+        return found._replace(reserve=reserve, reason=place, colour=int(colour))
+
+    @property
+    def broke_away(self) -> tuple[float, float]:
+        """When a held load broke away first (s), and the static capacity of the brake over the load then."""
+        rows = np.flatnonzero(holding_rows(self._record).broken)
+        t = float(np.asarray(self._record.rows.t)[rows[0]])
+        columns = self.scan.seen
+        at = int(np.flatnonzero(self.scan.row == rows[0])[0])
+        load, capacity = (float(np.asarray(x)[at]) for x in columns.holding)
+        return t, capacity / load if load > 0 else np.inf
+
+    @property
+    def phase_at_end(self) -> Ended | None:
+        """The phase in force at the end, of a duty in phases."""
+        lever = self._record.system.lever  # pyright: ignore
+        return lever.ended(int(self._record.mode_end.phase)) if isinstance(lever, Phases) else None
 
     @property
     def pull(self) -> tuple[float, float, float] | None:
@@ -354,7 +386,7 @@ class Report:
         if r.status in (Status.NOT_STOPPED, Status.RUNAWAY):  # a lining that locks itself holds any load
             end_capacity = r.end_capacity
             capacity = {
-                "load_torque": end_capacity.load,
+                "load_torque": end_capacity.hanging,
                 "brake_torque": float(end_capacity.torque),
                 "pairs": end_capacity.pairs,
             }

@@ -44,6 +44,7 @@ from .._outputs._probe import (
     probe_at,
     probe_many,
     runs_away,
+    terminal_speed,
 )
 from .._outputs._quantities import Series, array_of_times, outside, series_of, times_within
 from .._outputs._scan import peak
@@ -376,10 +377,9 @@ class Result:
             status = Status(self.status)
             words = STATUS_MESSAGES[status].replace("the pulley", f"the {self.scene.brake.words.body}")
             if status is Status.RUNAWAY:
-                driven = bool(ends_driven(self.record))
-                return f"{words}: {_torques(self.end_capacity, list(self.scene.brake.pairs), driven)}"
+                return f"{words}: {_torques(self.end_capacity, list(self.scene.brake.pairs))}"
             if status is Status.LOWERING:
-                return f"{words}: {number(float(self.terminal_speed), 'rad/s')}"
+                return f"{words}: {number(float(terminal_speed(self.record)), 'rad/s')}"
             (end,) = labels_of(self.record, np.asarray([int(self.record.count)]))
             if end.stands:
                 body = self.scene.brake.words.body
@@ -432,7 +432,7 @@ class Result:
             now, more = f"is at {number(np.max(np.asarray(hot)), 'K', absolute=True)}", [motion]
         if turns:
             capacity = self.end_capacity
-            words = _torques(capacity, list(self.scene.brake.pairs), bool(ends_driven(record)))
+            words = _torques(capacity, list(self.scene.brake.pairs))
             more.append(
                 f"the load runs away: {words}" if capacity.outweighed and not lowers_steadily(record) else words
             )
@@ -553,17 +553,13 @@ def _above(module: str) -> Any:
     return importlib.import_module(f"simbrake.{module}")
 
 
-def _torques(capacity: Capacity, names: list[str], driven: bool) -> str:
-    """Load torque and capacity of a brake in words; of one with several pairs, which is the weakest.
-
-    `driven`: a motor takes its part of the load
-    """
-    load, most = number(capacity.load, "N*m"), number(capacity.torque, "N*m")
+def _torques(capacity: Capacity, names: list[str]) -> str:
+    """Torque of the hanging load and capacity of a brake in words; of one with several pairs, which is the weakest."""
+    load, most = number(capacity.hanging, "N*m"), number(capacity.torque, "N*m")
     weaker = ""
     if len(capacity.pairs) > 1:
         weaker = f", limited by its {names[int(np.argmin(capacity.pairs))]} pair"
-    beyond = "beyond that of the motor " if driven else ""
-    return f"load torque {beyond}{load}, the sliding brake gives {most} at the end time{weaker}"
+    return f"load torque {load}, the sliding brake gives {most} at the end time{weaker}"
 
 
 def _metric(result: Result, name: str) -> Array | Peak:

@@ -18,9 +18,10 @@ from .._base._compiling import pack
 from .._base._faults import Fault, InputError, whole_file
 from .._base._part import leaves
 from .._base._quantity import Quantity, shown
+from .._outputs._judgement import REASONS, judge
 from .._outputs._log import FAILURES, STATUS_MESSAGES, Status, status_of
 from .._outputs._metrics import metric_names
-from .._outputs._probe import ends_driven, lowers_steadily, runs_away, seen_at
+from .._outputs._probe import ends_driven, seen_at
 from .._outputs._quantities import SERIES_COLUMNS, series_of
 from .._parts._scene import Scene, checked
 from .._physics._assemble import assemble
@@ -170,7 +171,8 @@ class Export:
         counts = jnp.stack([record.code, record.count, *record.stats]).astype(jnp.int32)
         rows = record.rows
         speeds = jnp.where(jnp.arange(rows.t.size, dtype=jnp.int32) <= record.count, rows.y[:, 1], 0.0)
-        ending = jnp.any(speeds != 0.0), ends_driven(record), runs_away(record), lowers_steadily(record)
+        said = judge(record)
+        ending = jnp.any(speeds != 0.0), ends_driven(record), said.away, said.steady, said.reason, said.colour
         flags = jnp.stack([jnp.asarray(flag).astype(jnp.int32) for flag in ending])
         whole = jnp.stack(values) if values else jnp.zeros(1)
         return whole, counts, rows.t, rows.y, rows.mode, rows.kind, _labels(record.modes), flags
@@ -303,6 +305,7 @@ class Export:
             "input": [(f"INPUT_{key}", i, f"[{one.unit}]") for i, (key, one) in enumerate(held)],
             "code": codes,
             "status": [(f"STATUS_{s}", i, STATUS_MESSAGES[s]) for i, s in enumerate(Status)] if self.runs else [],
+            "reason": [(f"REASON_{r.id}", i, r.words) for i, r in enumerate(REASONS)] if self.runs else [],
             "size": sizes,
         }
         return {
@@ -378,6 +381,7 @@ class Export:
             held=len(self.held),
             metrics=self.outputs,
             statuses=[*Status],
+            reasons=[reason.id for reason in REASONS],
             event_names=["", *self.events],
             code_names=_by_number(codes),
             values=", ".join(literal(v, "double") for v in self.numbers),

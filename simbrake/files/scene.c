@@ -26,6 +26,7 @@ typedef struct {
   scene_event *events; int most_events, events_found; /* space of the caller, or NULL; all that there were */
   double *columns; int most_rows, rows_found; /* rows of SCENE_COLUMNS numbers, or NULL: no rows are made */
   int status; /* an scene_status, how a run ended that reached its end */
+  int reason, colour; /* an scene_reason: whether the brake did what it was to do; 0 green, 1 amber, 2 red */
 } scene_result;
 
 //% endif
@@ -50,7 +51,7 @@ extern const double scene_numbers[SCENE_NUMBERS]; /* those of the scene */
 extern const char *const scene_event_names[], *const scene_code_names[];
 
 //% if runs
-extern const char *const scene_metric_names[], *const scene_status_names[];
+extern const char *const scene_metric_names[], *const scene_status_names[], *const scene_reason_names[];
 /* The whole run with these numbers; an scene_code. `result` names the space for events and columns. */
 int scene_run(scene_memory *memory, const double *numbers, double rtol, scene_result *result);
 //% endif
@@ -120,6 +121,7 @@ static int scene_sound(const double *x, int count, double rtol) {
 //% if runs
 const char *const scene_metric_names[] = {@strings(metrics or [""])@};
 const char *const scene_status_names[] = {@strings(statuses)@};
+const char *const scene_reason_names[] = {@strings(reasons)@};
 
 int scene_run(scene_memory *memory, const double *numbers, double rtol, scene_result *result) {
   int events = 0, rows = 0;
@@ -163,6 +165,8 @@ int scene_run(scene_memory *memory, const double *numbers, double rtol, scene_re
   const int32_t *flags = @whole(7)@;
   result->status = scene_endings[scene_place(@whole(6)@ + 5 * count) * 16
     + flags[0] * 8 + flags[1] * 4 + flags[2] * 2 + flags[3]];
+  result->reason = flags[4];
+  result->colour = flags[5];
   return counts[0];
 }
 

@@ -22,6 +22,7 @@ from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._quantity import shown as about
 from .._base._table import scale
+from .._outputs._judgement import Shade
 from .._outputs._log import Status
 from .._run._result import Result
 from ..formulas._material_table import MaterialComparison, MaterialRow
@@ -200,6 +201,7 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
     panels = figure.subplots(rows, columns, squeeze=False, **share)
     for axes in panels.flat[len(shown) if plane else rows * columns :]:
         axes.axis("off")
+    changes = plane and np.ptp(np.asarray(data["sequence"].values)) > 0
     for k, metric in enumerate(shown):
         values = np.asarray(data[metric].values, np.float64)
         good = np.isfinite(values) & (np.asarray(data["code"].values) == 0)
@@ -212,7 +214,7 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
         for axes, path in zip(panels[k], paths, strict=False):
             x, name = _along(data, path)
             if grid:
-                _curve_with_gaps(axes, x, y, np.asarray(data["sequence"].values), "" if many else "o")
+                changes |= _curve_with_gaps(axes, x, y, np.asarray(data["sequence"].values), "" if many else "o")
             else:
                 axes.plot(x, y, ".", color=BLUE, ms=2.0 if many else 4.0, rasterized=many)
             axes.set_xlabel(name if k == len(shown) - 1 else "")
@@ -224,16 +226,17 @@ def sweep(data: Dataset, metrics: Sequence[str] | None = None, *, figure: Figure
     failed = int(np.sum(np.asarray(data["code"].values) != 0))
     blank = any(not np.all(np.isfinite(np.asarray(data[name].values, np.float64))) for name in shown) or failed > 0
     handles: list[Artist] = []
-    if grid and np.ptp(np.asarray(data["sequence"].values)) > 0:
+    if grid and changes:
         look = {"color": VERMILLION, "lw": 2.5} if plane else {"color": BLUE, "ls": (0, (4, 6))}
         handles.append(Line2D([], [], label=f"{'' if plane else 'gap: '}the sequence of events changes", **look))
     if grid and blank:
-        handles.append(Patch(facecolor="white", edgecolor="0.5", hatch="///", label="failed, or without a value"))
+        handles.append(Patch(facecolor="white", edgecolor="0.5", hatch="///", label=_NO_VALUE))
     name_marks(figure, [], handles)
     figure.suptitle(f"{data['code'].size} runs" + (f", {failed} failed" if failed else ""))
     return figure
 
 
+_NO_VALUE = "no value: not stopped or held, or failed"
 #: up to so many runs each is a point
 _FEW = 50
 
@@ -258,6 +261,7 @@ def _along(data: Dataset, path: str) -> tuple[Float[np.ndarray, " n"], str]:
     return factor * values + offset, f"{words if len(alike) == 1 else path}{unit}"
 
 
+_NOT_WITHIN = "a limit is exceeded, or the load is not stopped or held"
 #: points along each side of a permissible map
 _FINE = 241
 
@@ -268,7 +272,8 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
     """Where a brake is within its limits: a grid of two parameters of `simbrake.sweep`, with one line for each limit.
 
     - `limits`: metric → permissible value (SI), the greatest, or the least of a metric that begins with `min_`
-    - green: within all limits; red: one is exceeded; hatched: the run failed, or has no value, as it does not stop
+    - green: within all limits; red: one is exceeded, or the load is not stopped or held, as the `colour` of the run
+      says; hatched: the run failed, or has no value
 
     Raises `InputError` for a grid of another number of parameters, and for metrics that the data does not have.
 
@@ -299,13 +304,17 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
     # on a finer grid, so that the region ends on the lines
     u, v = (np.linspace(ends[0], ends[-1], _FINE) for ends in (x, y))
     fine = [RegularGridInterpolator((x, y), margin)(tuple(np.meshgrid(u, v))) for margin in margins]
-    blank = np.isnan(np.sum(fine, axis=0))
-    within = np.where(blank, np.nan, np.all([margin >= 0.0 for margin in fine], axis=0))
+    lost = np.zeros(good.shape)
+    if "colour" in data:
+        lost = (good & (np.asarray(data["colour"].values) == str(Shade.RED))).astype(float)
+    runs_on = RegularGridInterpolator((x, y), lost, method="nearest")(tuple(np.meshgrid(u, v))) > 0
+    blank = np.isnan(np.sum(fine, axis=0)) & ~runs_on
+    within = np.where(blank, np.nan, np.all([margin >= 0.0 for margin in fine], axis=0) & ~runs_on)
     red, green, alpha = "#e0503c", "#4cb474", 0.28  # (pale on any paper)
     shades: Any = {"cmap": ListedColormap([red, green]), "vmin": 0.0, "vmax": 1.0, "shading": "nearest"}
     axes.pcolormesh(u, v, within, alpha=alpha, rasterized=True, **shades)
     handles: list[Artist] = [Patch(color=green, alpha=alpha, label="within all limits")]
-    handles.append(Patch(color=red, alpha=alpha, label="a limit is exceeded"))
+    handles.append(Patch(color=red, alpha=alpha, label=_NOT_WITHIN))
     for i, (margin, label) in enumerate(zip(fine, lines, strict=True)):
         colour, there = CYCLE[i % len(CYCLE)], np.where(blank, np.nan, margin)
         if np.nanmin(there, initial=np.inf) < 0 < np.nanmax(there, initial=-np.inf):
@@ -315,7 +324,7 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
         handles.append(Line2D([], [], color=colour, lw=2.0, label=label))
     if blank.any():
         axes.contourf(u, v, blank, levels=[0.5, 1.5], colors=["white"], hatches=["///"])
-        handles.append(Patch(facecolor="white", edgecolor="0.5", hatch="///", label="no value: failed, or not stopped"))
+        handles.append(Patch(facecolor="white", edgecolor="0.5", hatch="///", label="no value, or failed"))
     figure.legend(handles=handles, loc="outside lower center", ncols=2, frameon=False)
     figure.suptitle(f"permissible map, {data['code'].size} runs")
     return figure
@@ -356,17 +365,27 @@ def _scale(data: Dataset, name: str, values: Float[np.ndarray, " n"]) -> tuple[f
     return factor, offset, f", {unit}" if unit and unit != "1" else " (–)"
 
 
+#: look of a curve between two points with different sequences of events
+_BRIDGE: Any = {"ls": ":", "lw": 1.0}
+
+
 def _curve_with_gaps(
     axes: Axes, x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n"], sequence: np.ndarray, marker: str
-) -> None:
-    """A curve through the points of each sequence of events; points that have failed are hatched."""
-    for part in np.split(np.arange(len(x)), 1 + np.flatnonzero(np.diff(sequence))):
+) -> bool:
+    """A curve through the points of each sequence of events, dotted from one to the next; points without a value are
+    hatched. Whether there is anything dotted."""
+    changes = np.flatnonzero(np.diff(sequence))
+    bridged = [i for i in changes if np.all(np.isfinite(y[i : i + 2]))]
+    for part in np.split(np.arange(len(x)), 1 + changes):
         axes.plot(x[part], y[part], f"{marker}-", color=BLUE, ms=4.0)
+    for i in bridged:
+        axes.plot(x[i : i + 2], y[i : i + 2], color=BLUE, **_BRIDGE)
     edges, blank = _edges(x), np.flatnonzero(np.isnan(y))
     for part in np.split(blank, 1 + np.flatnonzero(np.diff(blank) > 1)) if blank.size else ():
         axes.axvspan(
             float(edges[part[0]]), float(edges[part[-1] + 1]), facecolor="none", edgecolor="0.6", hatch="///", lw=0
         )
+    return bool(bridged)
 
 
 def _edges(x: Float[np.ndarray, " n"]) -> Float[np.ndarray, " m"]:

@@ -14,6 +14,7 @@ from .._base._faults import InputError
 from .._base._progress import Progress, shown_progress
 from .._base._table import Table, Tabular, digits, number, plain
 from .._outputs._duty import DutyKind, rows_of, stops_words, totals
+from .._outputs._judgement import SMALL_RESERVE
 from .._outputs._log import failure_of
 from .._outputs._metrics import (
     HOLDING,
@@ -30,7 +31,7 @@ from .._run._measure import LimitVerdict, Metric, name_of, read_limits, title_of
 from .._run._report import labels_of
 from .._run._result import Result
 from .._run._simulate import simulate
-from .._run._verdict import SMALL_RESERVE, Verdict, verdict
+from .._run._verdict import Verdict, verdict
 from ..studies._sensitivity import Sensitivity
 from ..studies._sensitivity import sensitivity as sensitivities
 from ._compare import rerun
@@ -136,8 +137,9 @@ def explain(
         progress.now("post-processing")
         exceeded = sum(row.state == LimitVerdict.EXCEEDED for row in said.rows)
         outcome = {"colour": str(said.colour), "status": result.status, "exceeded": exceeded}
+        outcome |= {"reason": said.reason, "wants": said.wants, "shown": said.shown, "fails": said.fails}
         findings = [
-            Finding("outcome", f"{said.headline}.", outcome),
+            Finding("outcome", f"{said}.", outcome),
             *_course(result),
             *_balance(result),
             *_linings(result),
@@ -422,7 +424,7 @@ def _stability(result: Result) -> list[Finding]:
 def torque_over_load(result: Result) -> Any:
     """Torque of the sliding brake over the load torque at the end."""
     capacity = result.end_capacity
-    return capacity.torque / capacity.load
+    return capacity.torque / capacity.hanging
 
 
 def _subject(result: Result) -> Metric:

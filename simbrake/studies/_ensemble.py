@@ -26,6 +26,7 @@ from .._base._faults import Fault, InputError
 from .._base._fingerprint import FingerprintError, fingerprint, versions
 from .._base._progress import counting
 from .._base._quantity import Quantity, behind
+from .._outputs._judgement import REASONS, Shade, decoded
 from .._outputs._log import status_of
 from .._outputs._metrics import RESIDUALS, identity_of
 from .._parts._scene import Scene, faults, require_scene
@@ -560,26 +561,30 @@ _MEANINGS = {
 }
 
 
-def _status(code: int, band: int, inner: int, turn: int, moved: int, driven: int, exceeded: int, steady: int) -> str:
+def _status(code: int, band: int, inner: int, turn: int, moved: int, driven: int, judged: int) -> str:
     """How a run ended, in the words of `Result.status`; `not_run` where it did not take place."""
     if code == NOT_RUN:
         return "not_run"
     if code:
         return failure_name(code)
-    end = Label(band, inner, turn)
-    return str(status_of(end, bool(moved), bool(driven), lambda: bool(exceeded), lambda: bool(steady)))
+    end, decision = Label(band, inner, turn), decoded(np.asarray(judged))
+    return str(status_of(end, bool(moved), bool(driven), lambda: bool(decision.away), lambda: bool(decision.steady)))
 
 
 def _statuses(columns: Columns) -> np.ndarray:
     """How every run ended: one look at all runs for each of the few ways that there are."""
-    kinds = [columns[name] for name in ("code", "band", "inner", "turn", "moved", "driven", "exceeded", "steady")]
-    words, which = list[str](), np.full(len(kinds[0]), -1)
-    while (left := int(np.argmin(which))) < len(which) and which[left] < 0:
-        kind = [int(column[left]) for column in kinds]
-        here = np.logical_and.reduce([column == value for column, value in zip(kinds, kind, strict=True)])
-        which[here] = len(words)
-        words.append(_status(*kind))
-    return np.asarray(words)[which]
+    names = ("code", "band", "inner", "turn", "moved", "driven", "judged")
+    kinds, which = np.unique(np.stack([columns[name] for name in names]), axis=1, return_inverse=True)
+    return np.asarray([_status(*map(int, kind)) for kind in kinds.T])[which.ravel()]
+
+
+def _reasons(columns: Columns) -> tuple[np.ndarray, np.ndarray]:
+    """Reason and colour of every run, empty where it did not take place."""
+    took_place = columns["code"] != NOT_RUN
+    decision = decoded(np.where(took_place, columns["judged"], 0))
+    ids = np.asarray([reason.id for reason in REASONS])[decision.reason]
+    colours = np.asarray([str(shade) for shade in Shade])[decision.colour]
+    return np.where(took_place, ids, ""), np.where(took_place, colours, "")
 
 
 def _errors(plan: Plan, columns: Columns, second: Columns) -> Columns:
@@ -648,6 +653,9 @@ def _as_dataset(plan: Plan, columns: Columns, errors: Columns | None = None) -> 
     _, first, which = np.unique(columns["sequence"], return_index=True, return_inverse=True)
     data["sequence"] = (("run",), np.argsort(np.argsort(first))[which].astype(np.int32), data["sequence"][2])
     data["status"] = (("run",), _statuses(columns), {"meaning": "how the run ended"})
+    reasons, colours = _reasons(columns)
+    data["reason"] = (("run",), reasons, {"meaning": "whether the brake did what it was to do, as in a verdict"})
+    data["colour"] = (("run",), colours, {"meaning": "colour of the reason, without limits of metrics"})
     data["method"] = (("run",), columns["method"], {"meaning": "solver of the run"})
     return _dataset(data, coords, ["run"], {"rtol": plan.rtol, "simbrake": version("simbrake"), "jax": version("jax")})
 
@@ -706,7 +714,8 @@ def ensemble(
       events of the second run are not the same ones; none at all after Ctrl-C. Of walls a third time, with finer layers
 
     The data set has the varied numbers as coordinates (`units`, `meaning`), every metric, `code` (0, a failure code as
-    in `simbrake.results.FAILURES`, or −1), `status` (the words of `Result.status`, or `not_run`), `steps`, `rejected`,
+    in `simbrake.results.FAILURES`, or −1), `status` (the words of `Result.status`, or `not_run`), `reason` and
+    `colour` (whether the brake did what it was to do, as `Verdict.reason`; without limits), `steps`, `rejected`,
     `retaken`, `segments`, `sequence` (the same number: the same events in the same order), `energy.closure` and
     `method`. A run that fails raises nothing. Times of what did not happen are `inf`. Ctrl-C ends the call early: what
     is finished is returned, the rest has the code −1 and `NaN`.

@@ -26,11 +26,11 @@ from .._base._faults import Fault, InputError
 from .._base._part import Leaf
 from .._base._programs import STORE
 from .._base._quantity import behind
-from .._outputs._log import FAILURES, status_of
+from .._outputs._judgement import coded, judge
+from .._outputs._log import FAILURES
 from .._outputs._metrics import METRICS, identity_of, metric_names
-from .._outputs._probe import ends_driven, lowers_steadily, runs_away
+from .._outputs._probe import ends_driven
 from .._parts._scene import Scene, require_scene
-from .._physics._mechanism import Label
 from .._run._edit import Inputs, entry_of, numbers_in_si, with_inputs, with_values
 from .._run._measure import Metric, measure, name_of
 from .._run._result import Result
@@ -86,8 +86,7 @@ ABOUT: dict[str, Callable[[Result], Any]] = {
     "turn": lambda r: 1 if r.record.mode_end.turn is None else r.record.mode_end.turn,
     "moved": lambda r: _moved(r.record),
     "driven": lambda r: ends_driven(r.record),
-    "exceeded": lambda r: runs_away(r.record),
-    "steady": lambda r: lowers_steadily(r.record),
+    "judged": lambda r: coded(judge(r.record)),
     "steps": lambda r: r.record.stats.accepted,
     "rejected": lambda r: r.record.stats.rejected,
     "retaken": lambda r: r.record.stats.retaken,
@@ -632,16 +631,7 @@ def _run_singly(job: Job, rows: np.ndarray) -> Columns:
         limits = {"max_steps": job.max_steps or None, "throw": False}
         result = simulate(job.paths(job.scene, row), solver=job.solver, rtol=job.rtol, **limits)
         result, energy = dataclasses.replace(result, record=result.record.compact()), result.energy
-        about = {name: find(result) for name, find in ABOUT.items() if name not in ("exceeded", "steady", _CLOSURE)}
-        about |= {"exceeded": False, "steady": False, _CLOSURE: energy["closure"]}
-
-        def ask(name: str) -> bool:
-            about[name] = ABOUT[name](result)
-            return bool(about[name])
-
-        if about["code"] == 0:  # (asked where the status depends on it: each takes a program of its own)
-            end = Label(*(int(about[name]) for name in ("band", "inner", "turn")))
-            status_of(end, bool(about["moved"]), bool(about["driven"]), lambda: ask("exceeded"), lambda: ask("steady"))
+        about = {name: find(result) for name, find in ABOUT.items() if name != _CLOSURE} | {_CLOSURE: energy["closure"]}
         for name in job.metrics:
             of_ledger = name.startswith("energy.")  # pyright: ignore
             about[name] = energy[name.removeprefix("energy.")] if of_ledger else measure(result, name)  # pyright: ignore

@@ -14,6 +14,7 @@ from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._quantity import Quantity, behind
 from .._base._table import Column, Table, Tabular, plain
+from .._outputs._judgement import REASONS
 from .._outputs._log import SimulationError
 from .._parts._scene import Scene, faults, require_scene
 from .._run._edit import Inputs, numbers_in_si, with_inputs, with_values
@@ -546,7 +547,9 @@ def _evaluate(
         extremes = (float(x.min()), float(x.max())) if len(x) else (np.nan, np.nan)
         statistics[name] = Statistics(unit_of(one), len(x), mean, deviation, at, *extremes)
     if "stopping_time" in statistics:
-        failures["does not stop"] = ~np.isfinite(np.asarray(data["stopping_time"])) | failed
+        # (a load that stopped once, and moves at the end, is not stopped)
+        goes_on = np.isin(data["reason"].values, [reason.id for reason in REASONS if reason.goes_on])
+        failures["does not stop"] = ~np.isfinite(np.asarray(data["stopping_time"])) | goes_on | failed
     for name, limit in bounds.items():
         shown = f"{limit:g} {unit_of(name)}".rstrip() if np.ndim(limit) == 0 else "its sampled limit"
         failures[f"{name} > {shown}"] = (np.asarray(data[name]) > limit) | np.isnan(np.asarray(data[name])) | failed

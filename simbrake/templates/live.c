@@ -18,6 +18,8 @@ OUT(int *, live_names)(void) { return names; }
 OUT(double *, live_columns)(void) { return columns[0]; }
 OUT(int, live_events)(void) { return result.events_found < 1000 ? result.events_found : 1000; }
 OUT(int, live_status)(void) { return result.status; }
+OUT(int, live_reason)(void) { return result.reason; }
+OUT(int, live_colour)(void) { return result.colour; }
 OUT(int, live_rows)(void) { return result.rows_found < ROWS ? result.rows_found : ROWS; }
 
 /* The whole run; its code. Its columns at the ends of steps, where `rows`. */

@@ -399,7 +399,7 @@
       const code = c.live_run(live.rtol, live.steps ? 0 : 1), metrics = [...doubles(c.live_metrics(), live.metrics.length)];
       const times = doubles(c.live_times(), c.live_events()), names = new Int32Array(c.memory.buffer, c.live_names(), c.live_events());
       const events = [...times].map((t, i) => ({...live.events[names[i]], t})).filter((event) => event.words);
-      return {code, metrics, events, status: c.live_status()};
+      return {code, metrics, events, status: c.live_status(), reason: c.live_reason(), colour: c.live_colour()};
     }
 
     function show() {
@@ -413,7 +413,8 @@
       $("state").className = wrong.length ? "state wrong" : "state";
       if (wrong.length) { $("state").textContent = wrong.join("\n"); return; }
       const found = run(), failed = live.failures[found.code] || ["bad_number", "a number is not finite"];
-      const said = found.code === 0 ? live.statuses[found.status] :
+      const judged = {colour: live.colours[found.colour], status: live.reasons[found.reason], message: live.statuses[found.status]};
+      const said = found.code === 0 ? judged :
         {colour: "red", status: `Failed: ${failed[0]}`, message: failed[1]};
       const results = readResults(live, found.code === 0 ? found.metrics : found.metrics.map(() => NaN), said);
       const [start, end] = live.span.map((place) => numbers[place]), drawn = curves(start, end, found.events);

@@ -39,7 +39,8 @@ def test_torque_budget_of_a_stop(told):
 
 
 def test_loads_and_stability_of_a_stop(told):
-    assert told["outcome"].numbers == {"colour": "amber", "status": "stopped", "exceeded": 0}
+    judged = {"reason": "H4", "wants": "rest", "shown": True, "fails": False}
+    assert told["outcome"].numbers == {"colour": "amber", "status": "stopped", "exceeded": 0, **judged}
     assert told["course"].numbers["stopping_time"] == pytest.approx(STOP, rel=1e-9)
     most = told["linings"].numbers["max_normal_load"]
     mu = PI ** (1 / 20)

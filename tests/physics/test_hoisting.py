@@ -413,19 +413,20 @@ def test_the_speed_of_the_hook_starts_a_run_and_has_a_limit():
 
 
 @pytest.mark.parametrize(
-    ("speed", "travel"),
+    ("speed", "travel", "reason"),
     [
-        pytest.param(-UP, -9.0, id="up", marks=pytest.mark.slow),
-        pytest.param(DOWN, 9.0, id="down", marks=pytest.mark.slow),
-        pytest.param(0.0, 0.0, id="still"),
+        pytest.param(-UP, -9.0, "M1", id="up", marks=pytest.mark.slow),
+        pytest.param(DOWN, 9.0, "L1", id="down", marks=pytest.mark.slow),
+        pytest.param(0.0, 0.0, "H7", id="still"),
     ],
 )
-def test_a_run_that_ends_under_the_motor_is_driven(speed, travel):
+def test_a_run_that_ends_under_the_motor_is_driven(speed, travel, reason):
+    """It is amber, as no pull of the friction brake is given: it would not hold the load without the motor."""
     motor = dataclasses.replace(MOTOR, speed=course(0.0, speed) if speed else sb.PiecewiseLinear([0.0], [0.0]))
     end = 5.0 if speed == 0 else 9.0 / abs(speed) + 0.5 * abs(speed) / FASTER
     result = sb.simulate(sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0), end, motor=motor))
     assert result.status == result.summary()["duty"] == "driven"
-    assert result.verdict().colour == "green"
+    assert (result.verdict().colour, result.verdict().reason) == ("amber", reason)
     assert float(result.total_hook_travel) == pytest.approx(travel, abs=1e-9)
     assert "mean power of the motor" in str(result)
     assert "nan" not in str(sb.results.explain(result, influence=False))
@@ -447,7 +448,7 @@ def test_a_load_that_the_motor_keeps_does_not_run_away():
     with pytest.raises(sb.SimulationError, match="phase_never_ends") as error:
         run(Phases((lower,)), end=20.0)
     assert "runs away" not in str(error.value)
-    with pytest.raises(sb.SimulationError, match=r"load torque beyond that of the motor 9\.41995 kN"):
+    with pytest.raises(sb.SimulationError, match=r"load torque 29\.42 kN"):
         run(Phases((Phase(0.0, "travel -5 m", motor=course(0.0, -UP)),)), motor=_weak(20e3, 1e6), end=3.0)
 
 
@@ -471,7 +472,7 @@ def test_a_speed_that_is_never_followed_has_a_name():
     driller = Driller(sb.PiecewiseLinear([0.0], [30.0]), 60e3)
     result = sb.simulate(sb.Scene(BRAKE, sb.Duty(driller, load), sb.Initial(0.0), 5.0))
     assert result.status == "not_followed"
-    assert result.verdict().colour == "red"
+    assert (result.verdict().colour, result.verdict().reason, result.verdict().fails) == ("amber", "L0", True)
     weak = Motor(0.5 * WEIGHT, 1e6, 40.0, sb.PiecewiseLinear([0.0], [-10.0]))
     assert sb.simulate(sb.Scene(BRAKE, sb.Duty(0.0, LOAD), sb.Initial(0.0), 5.0, motor=weak)).status == "not_followed"
     with pytest.raises(sb.InputError, match="is never followed: a brake cannot hoist"):

@@ -197,7 +197,8 @@ def test_staged_reserve_is_of_weaker_pair(f_int, wet, oiled):
 
 CASES = {  # lever (s, times T0), factor of friction and load (times M) from 2 s on: minimum, when; at T0 it is `FULL`
     "let go slowly": (([0.0, 1.0, 3.0, 3.8], [0.9, 1.0, 1.0, 0.0]), 1.0, 1.0, 0.9, 0.0),
-    "let go at once": (([0.0, 1.0, 3.0, 3.0], [1.0, 1.2, 1.2, 0.1]), 1.0, 1.0, 1.0, 0.0),
+    "let go at once": (([0.0, 1.0, 3.0, 3.0], [1.0, 1.2, 1.2, 0.0]), 1.0, 1.0, 1.0, 0.0),
+    "dropped, but not open": (([0.0, 1.0, 3.0, 3.0], [1.0, 1.2, 1.2, 0.1]), 1.0, 1.0, 0.1, 3.0),
     "eased, and held": (([0.0, 1.0, 3.0, 3.5], [1.0, 1.0, 1.0, 0.8]), 1.0, 1.0, 0.8, 3.5),
     "let go in two steps": (([0.0, 1.0, 1.5, 3.5], [1.0, 1.0, 0.7, 0.0]), 1.0, 1.0, 1.0, 0.0),
     "oil, and let go": (([0.0, 1.0, 3.0, 3.8], [1.0, 1.0, 1.0, 0.0]), 0.8, 1.0, None, 2.0),
