@@ -82,7 +82,7 @@ class AbstractHybridSystem(Struct):
         """
 
     def limits(self, mode: PyTree, guards: PyTree) -> PyTree | None:
-        """Which guards, of their structure, are limits up to and including which the mode holds, as static friction.
+        """Which guards, of their structure, are limits up to and including which the mode holds.
 
         A limit that is reached but not exceeded is no event. Where it is reached at a time breakpoint, that comes
         first: the limit fires after it, at the same instant, if it is exceeded from there. `None`: no guard is one.
