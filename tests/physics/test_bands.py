@@ -315,7 +315,7 @@ def test_file_by_hand_and_all_its_errors():
 @pytest.mark.parametrize(
     ("bands", "message"),
     [
-        ((), r"brake\.bands: there is no band"),
+        ((), r"MultiBandBrake\.bands: there is no band"),
         ((lined(0), dataclasses.replace(lined(1), stiffness=None)), r"brake\.bands\[1\]\.stiffness: is missing"),
         (
             (lined(0, law=sb.ConstantFriction([0.3, 0.4])), lined(1)),
