@@ -252,7 +252,6 @@ class _Plan:
         if load.rope is not None:
             self.rope = float(load.travelled(2 * math.pi * np.asarray(load.rope.turns)))
         self.load, self.empty, self.elastic = load, empty, load.elasticity is not None
-        self.drag = float(load.drag)
         self.auxiliary = [law for law in self.shaft if isinstance(law, AbstractAuxiliaryBrake)]
         self.groups, self.whole_time = list[Phases](), 0.0
         # numbers of phases over all cycles after which the band is turned
@@ -307,6 +306,17 @@ class _Plan:
     def inertia(self) -> float:
         return float(self.brake.pulley.inertia) + self.mass / self.per_metre**2
 
+    def _resistance(self, omega: float, share: float = 0.0) -> float:
+        """Sum of all torques (N·m) that oppose the rotation, but for the friction brake: of the load and on the shaft.
+
+        - `omega` (rad/s), negative upwards;  `share` to which auxiliary brakes are engaged
+        """
+        part = np.float64(share)
+        laws = [law.engaged(part) if isinstance(law, AbstractAuxiliaryBrake) else law for law in self.shaft]
+        sense = -1.0 if omega < 0 else 1.0
+        each = [abs(float(law.turning(0.0, omega, law.profile.first_piece(0.0), self.weight, sense))) for law in laws]
+        return sum(each) + abs(float(self.load.drag) * omega)
+
     def _phase(
         self,
         name: str,
@@ -359,8 +369,9 @@ class _Plan:
             return "needs an auxiliary brake", "give `shaft` an EddyCurrentBrake or a HydrodynamicBrake"
         course, lever, motor, auxiliary = PiecewiseLinear([0.0, faster], [0.0, omega]), Constant(0.0), None, 0.0
         if by == "on the motor":
-            motor = course
-            if problem := self._of_motor(omega, self.weight - self.inertia * self.acceleration * self.per_metre):
+            motor, left = course, self.weight - self._resistance(omega)
+            early = left - self.inertia * self.acceleration * self.per_metre
+            if problem := self._of_motor(omega, max(left, early, key=abs)):
                 return problem
         elif by == "on the auxiliary brake":
             auxiliary = self._share(omega)
@@ -368,34 +379,32 @@ class _Plan:
                 return auxiliary
             time *= 1.5  # as it comes to its speed by itself
         else:
-            needed = self.inertia * self.acceleration * self.per_metre + self.drag * speed * self.per_metre
-            if self.weight <= needed:
-                hint = "reduce it, or the drag; a motor may drive it down: `on the motor`"
-                return "cannot be reached: the load is too light for the acceleration", hint
             lever, auxiliary = self._driller([0.0, faster], [0.0, omega]), 1.0 if by else 0.0
+            resistance, accelerates = (
+                self._resistance(omega, auxiliary),
+                self.inertia * self.acceleration * self.per_metre,
+            )
+            if self.weight <= max(resistance, accelerates + self._resistance(omega)):
+                against = f", {number(resistance, 'N*m')} are against it at that speed" if resistance else ""
+                hint = "reduce it, or what is against it; a motor may drive it down: `on the motor`"
+                return f"cannot be reached: the load is too light for the acceleration{against}", hint
         self._travels(distance)
         self._phase("lower", lever, AfterTravel(distance), time, motor, auxiliary)
         return None
 
     def _share(self, omega: float) -> float | tuple[str, str]:
         """Engagement of the auxiliary brakes with which they lower the load at a steady speed; or why they do not."""
-
-        def torque(share: float, speed: float) -> float:
-            part = np.float64(share)
-            laws = [law.engaged(part) if isinstance(law, AbstractAuxiliaryBrake) else law for law in self.shaft]
-            each = (float(law.turning(0.0, speed, law.profile.first_piece(0.0), self.weight, 1.0)) for law in laws)
-            return sum(each) + self.drag * speed
-
         from scipy.optimize import brentq  # imported where used: few programmes need it
 
-        full = number(torque(1.0, omega), "N*m")
-        if torque(1.0, omega) < self.weight:
+        torque = self._resistance
+        full = number(torque(omega, 1.0), "N*m")
+        if torque(omega, 1.0) < self.weight:
             why = (
                 f"cannot be held: the auxiliary brake gives {full} at that speed, the load {number(self.weight, 'N*m')}"
             )
             return why, "lower it `with the auxiliary brake`, or take a stronger one"
-        share = float(brentq(lambda x: torque(x, omega) - self.weight, 0.0, 1.0, xtol=1e-12))  # pyright: ignore
-        if torque(share, 1.001 * omega) <= torque(share, omega):
+        share = float(brentq(lambda x: torque(omega, x) - self.weight, 0.0, 1.0, xtol=1e-12))  # pyright: ignore
+        if torque(1.001 * omega, share) <= torque(omega, share):
             return "is not steady: the torque of the auxiliary brake falls with the speed", "lower it more slowly"
         return share
 
@@ -426,11 +435,8 @@ class _Plan:
                 f"is too short to reach the speed, which takes {2 * slowing:.4g} m",
                 "increase acceleration or distance",
             )
-        omega, dry = speed * self.per_metre, 0.0
-        for law in self.shaft:
-            if not isinstance(law, AbstractAuxiliaryBrake):
-                dry -= float(law.turning(0.0, -omega, law.profile.first_piece(0.0), self.weight, -1.0))
-        needed = self.weight + dry + self.drag * omega + self.inertia * self.acceleration * self.per_metre
+        omega = speed * self.per_metre
+        needed = self.weight + self._resistance(-omega) + self.inertia * self.acceleration * self.per_metre
         self._travels(-distance)
         if problem := self._of_motor(omega, needed):
             return problem
@@ -442,17 +448,18 @@ class _Plan:
         return None
 
     def _brake(self) -> Problem:
-        gain = self._gain()
+        gain, omega = self._gain(), self.omega
+        self.omega = 0.0
         if gain <= 0:
             return "cannot be done: without friction the band holds no load", "increase the coefficient of friction"
-        first = max(self.weight - self.drag * self.omega, 0.0) / gain
-        if not self.pull * gain > self.weight:
-            least = self.weight / gain
+        first = max(self.weight - self._resistance(omega), 0.0) / gain
+        least = (self.weight - self._resistance(0.0)) / gain
+        if not self.pull > least:
             return f"never comes to rest: the load needs {least:.0f} N at the slack end", "raise `pull`"
         # J ω̇ = −R_b (Π − 1) (T_0 − T_w), T_0 from `first` to the pull in the lever's time, then constant (without
-        # drag)
-        excess, over = gain * (self.pull - self.weight / gain), gain * (self.pull - first) / self.lever_time
-        early = self.inertia * self.omega
+        # what falls with the speed)
+        excess, over = gain * (self.pull - least), gain * (self.pull - first) / self.lever_time
+        early = self.inertia * omega
         ramp = excess * self.lever_time - 0.5 * over * self.lever_time**2
         start = excess - over * self.lever_time
         if early > ramp:
@@ -460,10 +467,9 @@ class _Plan:
         else:
             time = float(max(np.roots([0.5 * over, start, -early]).real))
         rising = min(time, self.lever_time)
-        turned = self.omega * rising - (0.5 * start + over * rising / 6) * rising**2 / self.inertia
+        turned = omega * rising - (0.5 * start + over * rising / 6) * rising**2 / self.inertia
         turned += 0.5 * max(early - ramp, 0.0) ** 2 / (excess * self.inertia)
         self._travels(turned / self.per_metre)
-        self.omega = 0.0
         self._phase("brake", PiecewiseLinear([0.0, self.lever_time], [first, self.pull]), AtRest(), time)
         return None
 

@@ -100,6 +100,43 @@ def test_what_cannot_be_done_is_said(lines, words):
         sb.programme_scene(BRAKE, lines, HOOK, pull=30e3)
 
 
+LOWERED = ("lower 10 m at 1.2 m/s", "brake to rest", "hold 1 s")
+
+
+@pytest.mark.parametrize(
+    ("drag", "shaft"),
+    [
+        (100.0, (sb.loads.ViscousDrag(100.0),)),
+        (0.0, (sb.loads.TackleLoss(lowering_efficiency=0.9),)),
+        (40.0, (sb.loads.BearingFriction(900.0), sb.loads.ViscousDrag(40.0))),
+    ],
+)
+def test_the_lever_starts_from_what_all_torques_leave_of_the_load(drag, shaft):
+    """The same resistance as drag of the load and as parts of the shaft: the lever begins with what it held before."""
+    result = sb.simulate(sb.programme_scene(BRAKE, LOWERED, HOOK, pull=24e3, shaft=shaft))
+    lowered = result.events["phase_end"].times[0]
+    before, after = result.series([lowered * (1 - 1e-9), lowered * (1 + 1e-12)]).slack_tension
+    assert after == pytest.approx(before, rel=1e-6)
+    if len(shaft) == 1 and drag:
+        same = dataclasses.replace(HOOK, drag=drag)
+        times = sb.simulate(sb.programme_scene(BRAKE, LOWERED, same, pull=24e3)).events["phase_end"].times
+        assert times == pytest.approx(result.events["phase_end"].times, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    "shaft",
+    [
+        (sb.loads.ViscousDrag(1000.0),),
+        (sb.loads.BearingFriction(24e3),),
+        (sb.loads.TackleLoss(lowering_efficiency=0.3),),
+    ],
+)
+def test_a_speed_that_other_torques_keep_away_is_said(shaft):
+    with pytest.raises(sb.InputError, match="cannot be reached: the load is too light") as caught:
+        sb.programme_scene(BRAKE, LOWERED, HOOK, pull=24e3, shaft=shaft)
+    assert len(caught.value.faults) == 1
+
+
 def test_too_weak_a_pull_names_the_least_one():
     with pytest.raises(sb.InputError, match=r"needs \d+ N at the slack end — raise `pull`") as caught:
         sb.programme_scene(BRAKE, ("lower 9 m at 1 m/s", "brake to rest"), HOOK, pull=3e3)
