@@ -36,7 +36,8 @@ class AbstractEnd(Part):
 
 
 class AtRest(AbstractEnd):
-    """A phase ends as the pulley comes to rest, by the brake or a motor; one that rests at its begin has to move first.
+    """A phase ends as the pulley comes to rest, whatever stops it: a brake, a motor, dry friction, or a load that turns
+    it round where nothing holds it. One that rests at its begin has to move first.
 
     Example:
         >>> sb.loads.AtRest()
@@ -437,9 +438,6 @@ class Phases(Part):
             if isinstance(phase.until, AtStop):
                 hint = '"rest", with as many phases as there are stops'
                 faults.append(Fault(f"{path}.phases[{i}].until", "a number of stops ends no phase", hint))
-            if isinstance(phase.until, AtRest) and float(phase.lever.scale()) == 0.0 and phase.motor is None:
-                what, hint = "never comes: the brake is open", "pull the lever in this phase"
-                faults.append(Fault(f"{path}.phases[{i}].until", what, hint))
         return faults
 
 

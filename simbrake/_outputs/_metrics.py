@@ -243,7 +243,7 @@ def _held_share(p: Probe) -> Float[Array, "m 1"]:
 
 def _at_stop(record: Record, scene: Scene, values: Array) -> Array:
     """Value at the first stop."""
-    if scene.motor is None or record.modes.turn is not None:
+    if not record.system.rests_open or record.modes.turn is not None:  # pyright: ignore
         return _first(record, comes_to_rest, values)
     phi, rests = record.states.phi, holds(record.modes)
     xp = numpy_of(phi)

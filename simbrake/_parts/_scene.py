@@ -477,14 +477,6 @@ def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:
         elif isinstance(end, AtHeight) and scene.initial.block_height is None:
             hint = "give `initial.block_height`, the height of the block at the start"
             errors.append(Fault(f"{phase_path}.until", "has no meaning without the height at the start", hint))
-        upwards = end.rising if isinstance(end, AtHeight) else isinstance(end, AfterTravel) and float(end.distance) < 0
-        if upwards and phase.motor is None:
-            far = f" {-float(end.distance):g} m" if isinstance(end, AfterTravel) else ""
-            what = f"never comes: nothing hoists{far} while the motor is off"
-            errors.append(Fault(f"{phase_path}.until", what, "give the phase `motor = …`, the speed to hoist at"))
-        elif upwards and (speeds := np.asarray(phase.motor.values)).min() >= 0 < speeds.max():  # pyright: ignore
-            what, hint = f"lowers, and {end.words} is upwards", "a speed below 0 hoists"
-            errors.append(Fault(f"{phase_path}.motor", what, hint))
         if phase.auxiliary is not None and not any(isinstance(law, AbstractAuxiliaryBrake) for law in scene.shaft):
             hint = "give `shaft` an EddyCurrentBrake or a HydrodynamicBrake"
             errors.append(Fault(f"{phase_path}.auxiliary", "has no effect: there is no auxiliary brake", hint))

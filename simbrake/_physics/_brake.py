@@ -10,7 +10,7 @@ from jaxtyping import Bool, Float, PyTree
 
 from .._base._part import leaves, parts_below
 from .._base._quantity import Characteristic
-from .._phases import PhaseEnd, PhaseNow, Phases
+from .._phases import AtRest, PhaseEnd, PhaseNow, Phases
 from ..friction import SurfaceState
 from ..hybrid import CORE, QUADRATURE
 from ..hybrid._arrays import Array
@@ -205,6 +205,12 @@ class BrakeSystem(AbstractBrake):
         return self.mechanism.stretches or any(one.jumps(self) for one in self.features)
 
     @property
+    def rests_open(self) -> bool:
+        """Whether the pulley may come to rest with the band open, and no dry friction that holds it."""
+        phases = self.lever.each if isinstance(self.lever, Phases) else ()
+        return self.motor is not None or any(isinstance(phase.until, AtRest) for phase in phases)
+
+    @property
     def self_timed(self) -> bool:
         return isinstance(self.lever, Phases) or self.feature(Onsets) is not None
 
@@ -369,7 +375,9 @@ class BrakeSystem(AbstractBrake):
             now = now._replace(mode=feature.at_once(now.mode, fired))
         t, y, new = now.t, now.y, self._next_pieces(now.y, now.mode, at_stop)
         acting = self._acting(t, y, now.mode, now.z)
-        omega = y.omega if self.motor is None else self.motor.settled(y.omega, now.mode)
+        omega = y.omega
+        for feature in self.features:
+            omega = feature.settled(Moment(self, t, y, now.mode), fired, omega)
         moment = EventState(t, omega, y.own, now.mode, acting, now.z.contact, now.z_rate.contact)
         for feature in self.features:
             y, new = feature.before(Moment(self, t, y, now.mode, now.z), new, fired)

@@ -217,6 +217,13 @@ class Feature(Struct):
         """The mode at the event, to which all others answer."""
         return mode
 
+    def settled(self, now: Moment, fired: BrakeGuards, omega: Array) -> Array:
+        """Speed of the pulley at an event: exactly 0 where it has come to rest but for rounding.
+
+        Else rounding would decide whether a band that closes then holds, or is drawn on by its pulley first.
+        """
+        return omega
+
     def before(self, now: Moment, new: Mode, fired: BrakeGuards) -> tuple[State, Mode]:
         """State and mode to which the mechanism answers."""
         return now.y, new

@@ -9,7 +9,7 @@ from ..hybrid import QUADRATURE
 from ..hybrid._arrays import Array
 from ..hybrid._struct import struct_field
 from ..loads import AbstractFollower, Motor, RecordedMotion
-from ._feature import HEAT, LEVER, AbstractBrake, Feature, Moment, State, piece_of
+from ._feature import HEAT, LEVER, AbstractBrake, BrakeGuards, Feature, Moment, State, piece_of
 from ._mechanism import OPEN, Mode
 from ._shaft import Shaft
 
@@ -58,13 +58,6 @@ class Drive(Feature):
         wanted = jnp.asarray(course.wanted_torque(t, omega, piece, load, inertia, turned))
         return jnp.where(course.follows(piece), clipped(wanted, -most, most), 0.0)
 
-    def settled(self, omega: Array, mode: Mode) -> Array:
-        """The speed at a change of mode: exactly 0 where the motor has brought an open brake to rest but for rounding.
-
-        Else rounding would decide whether a band that closes then holds, or is drawn on by its pulley first.
-        """
-        return jnp.where((mode.band == OPEN) & (jnp.abs(omega) <= _STILL * self.motor.max_speed), 0.0, omega)
-
     # --- as a feature of the brake ------------------------------------------------------------------------------------
 
     def start(self, now: Moment) -> tuple[State, Mode]:
@@ -80,6 +73,10 @@ class Drive(Feature):
 
     def rates(self, now: Moment, rates: State) -> State:
         return rates._replace(ledger=rates.ledger._replace(motor=-now.z.motor * now.y.omega))
+
+    def settled(self, now: Moment, fired: BrakeGuards, omega: Array) -> Array:
+        stands = (now.mode.band == OPEN) & (jnp.abs(omega) <= _STILL * self.motor.max_speed)
+        return jnp.where(stands, 0.0, omega)
 
     def before(self, now: Moment, new: Mode, fired: object) -> tuple[State, Mode]:
         """Its course begins anew with a phase (after the phases themselves: `DutyInPhases`)."""

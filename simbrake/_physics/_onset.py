@@ -14,7 +14,7 @@ from ..hybrid._struct import struct_field
 from ..profiles import AbstractProfile, Piece
 from ._feature import AbstractBrake, BrakeGuards, Feature, Moment, State
 from ._mechanism import Mode, comes_to_rest
-from ._phased import to_temperature
+from ._phased import DutyInPhases, to_temperature
 
 
 class OnsetMode(NamedTuple):
@@ -107,7 +107,9 @@ class Onsets(Feature):
 
     def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
         """Another stop counts; what it begins is an event at the same instant, after it."""
-        stops = new.onset.stops + comes_to_rest(now.mode, new).astype(jnp.int32)
+        duty = now.brake.feature(DutyInPhases)
+        turned = False if duty is None else duty.rests(now, fired)
+        stops = new.onset.stops + comes_to_rest(now.mode, new, turned).astype(jnp.int32)
         return new._replace(onset=new.onset._replace(stops=stops)), code
 
     def reset(self, now: Moment, after: Mode, new: State) -> State:

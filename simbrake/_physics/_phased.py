@@ -4,14 +4,14 @@ from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float, Int
 
 from .._phases import AfterTravel, AtHeight, AtRest, AtTemperature, PhaseNow
 from ..hybrid import QUADRATURE
 from ..hybrid._arrays import Array, largest
 from ..hybrid._system import ENDED
 from ._feature import AbstractBrake, BrakeGuards, Feature, Moment, State
-from ._mechanism import Mode
+from ._mechanism import HELD, OPEN, Mode
 
 #: typical travel of a block (m)
 _HEIGHT = 10.0
@@ -57,13 +57,15 @@ class DutyInPhases(Feature):
         for phase, end in ((phase, phase.until) for phase in phases):
             if isinstance(end, AtRest):
                 # (the pulley has moved in the phase, if only by rounding: an event at its begin takes no time)
-                still = jnp.asarray(1.0)
-                if phase.motor is not None:  # which brings it to rest by itself
+                moved, speed = y.phase.turned != 0, y.omega / brake.sizes.speed
+                if phase.motor is None:
+                    still = jnp.where(_unwatched(mode), y.phase.turned * speed, 1.0)
+                else:  # which brings it to rest by itself
                     speeds = jnp.asarray(phase.motor.values)
-                    way = jnp.sign(speeds[jnp.argmax(speeds != 0)])
-                    begins = (y.phase.turned == 0) & (y.omega == 0)
-                    still = jnp.where(begins, 1.0, way * y.omega / brake.sizes.speed)
-                margins.append(jnp.where(mode.rests & (y.phase.turned != 0), -1.0, still))
+                    way = jnp.sign(speeds[jnp.argmax(speeds != 0)]) * speed
+                    still = jnp.where(moved, jnp.sign(y.phase.turned) * speed, jnp.where(way > 0, way, 1.0))
+                turns_round = ~_unwatched(mode) & (_way(mode).astype(jnp.float64) * y.phase.turned < 0)
+                margins.append(jnp.where((mode.rests & moved) | turns_round, -1.0, still))
             elif isinstance(end, AfterTravel):
                 margins.append(1.0 - lowered / end.distance)
             elif isinstance(end, AtHeight):
@@ -74,6 +76,15 @@ class DutyInPhases(Feature):
             else:
                 margins.append(1.0)
         return guards._replace(phase_end=phase_now.of_each(margins))
+
+    def rests(self, now: Moment, fired: BrakeGuards) -> Bool[Array, ""]:
+        """Whether a phase that waits for rest ends."""
+        phase: PhaseNow = now.brake.lever.at(now.mode.phase, now.y.phase.begun)
+        waits = [1.0 if isinstance(one.until, AtRest) else 0.0 for one in phase.whole.each]
+        return fired.phase_end & (phase.of_each(waits) > 0)
+
+    def settled(self, now: Moment, fired: BrakeGuards, omega: Array) -> Array:
+        return jnp.where(self.rests(now, fired), 0.0, omega)
 
     def before(self, now: Moment, new: Mode, fired: BrakeGuards) -> tuple[State, Mode]:
         """The next phase begins where one is over, if its time has not been (`Mode.phase`)."""
@@ -91,6 +102,21 @@ class DutyInPhases(Feature):
 
     def reset(self, now: Moment, after: Mode, new: State) -> State:
         return new._replace(phase=_begun_anew(now, after))
+
+
+def _unwatched(mode: Mode) -> Bool[Array, ""]:
+    """Whether the pulley may pass through 0 without an event: no contact and no dry friction watches its speed."""
+    if mode.turn is not None:
+        return jnp.asarray(False)
+    slides = mode.band == OPEN
+    return slides if mode.inner is None else slides | ((mode.inner != 0) & (mode.band != HELD))
+
+
+def _way(mode: Mode) -> Int[Array, ""]:
+    """The way in which a pulley turns whose speed is watched."""
+    if mode.turn is not None:
+        return mode.turn
+    return mode.sense if mode.inner is None else jnp.where(mode.inner != 0, mode.inner, mode.sense)
 
 
 def to_temperature(end: AtTemperature, hot: dict[str, Array]) -> Float[Array, ""]:

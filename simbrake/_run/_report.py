@@ -234,8 +234,8 @@ class Report:
 
     @functools.cached_property
     def turned(self) -> np.ndarray:
-        """Whether the pulley of a scene with a motor has turned since it last was at rest, in every row."""
-        if self.result.scene.motor is None:
+        """Whether the pulley has turned since it last was at rest, in every row, where it may rest in an open band."""
+        if not self._record.system.rests_open:  # pyright: ignore
             return np.zeros(int(self._record.count) + 1, bool)
         labels = labels_of(self._record)
         return np.asarray(turned_since_rest(labels, np.asarray(self._record.states.phi)[: len(labels)].tolist()))

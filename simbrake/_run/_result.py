@@ -430,6 +430,8 @@ class Result:
         elif isinstance(end, AtTemperature):
             hot = getattr(self.series([record.t_end]), f"{end.of.removesuffix('s')}_temperature")
             now, more = f"is at {number(np.max(np.asarray(hot)), 'K', absolute=True)}", [motion]
+        if end.rising if isinstance(end, AtHeight) else isinstance(end, AfterTravel) and float(end.distance) < 0:
+            more.append("upwards it needs `motor`, with a speed below 0")
         if turns:
             capacity = self.end_capacity
             words = _torques(capacity, list(self.scene.brake.pairs))

@@ -250,7 +250,7 @@ def _at_end(record: Record) -> tuple[np.ndarray, np.ndarray]:
 def _events(record: Record, first: bool) -> list[Event]:
     """Changes of mode in a record, by the names of the log; `first`: it begins the run."""
     labels, t = labels_of(record), np.asarray(record.rows.t)
-    events, settles, driven = [], first, record.system.motor is not None  # pyright: ignore
+    events, settles, driven = [], first, record.system.rests_open  # pyright: ignore
     for i, (before, after) in enumerate(itertools.pairwise(labels)):
         if before == after:
             continue

@@ -275,8 +275,8 @@ def _scipy_events(result: Result, course: Course) -> list[Event]:
     events, before = [], labels[0]
     turned = turned_since_rest(labels, [change.angle for change in course.changes])
     for i in range(first, len(modes)):
-        by_motor = result.scene.motor is not None and turned[i]
-        events += [Event(times[i], name) for name in events_of_change(before, labels[i], i == first, by_motor)]
+        stopped = result.record.system.rests_open and turned[i]  # pyright: ignore
+        events += [Event(times[i], name) for name in events_of_change(before, labels[i], i == first, stopped)]
         before = labels[i]
     columns = jax.tree.map(lambda *each: np.stack(each), *modes)
     if columns.phase is not None:

@@ -485,12 +485,9 @@ def test_a_speed_that_is_never_followed_has_a_name():
     ("change", "words"),
     [
         ({"motor": None}, r"phases\[0\].motor: has no effect: the scene has no motor"),
-        ({"phases": (Phase(0.0, "travel -5 m"),)}, "nothing hoists 5 m while the motor is off"),
         ({"motor": Motor(6e4, 1e6, 20.0)}, r"24 rad/s is above the motor's 20 rad/s"),
         ({"motor": Motor(6e4, 1e6, 40.0, course(0.0, 1.0))}, "has no effect on a duty in phases"),
         ({"load": StringLoad(8e3, [1e4, 2e4], 0.4, 8)}, "has 2 masses for 3 phases"),
-        ({"phases": (Phase(0.0, "travel -5 m", motor=course(0.0, DOWN)),)}, "lowers, and travel −5 m is upwards"),
-        ({"phases": Phase(0.0, "travel -5 m")}, "nothing hoists 5 m"),
         ({"brake": CHAIN}, "a band in segments is never open"),
         ({"phases": [HOLD, 3.0]}, "3.0 is no phase"),
     ],
@@ -499,6 +496,19 @@ def test_what_cannot_be_hoisted_is_named(change, words):
     phases = change.pop("phases", (*up(25.0), HOLD))
     with pytest.raises(sb.InputError, match=words):
         run(Phases(phases), **change)
+
+
+def test_a_way_upwards_without_a_motor_is_that_of_a_block_in_motion():
+    """`s = v²/(2 a)` of a block that coasts up; nothing else hoists it, and the run names the phase."""
+    rises = Phases((Phase(0.0, "travel -0.1 m", "coast"), HOLD))
+    scene = sb.Scene(BRAKE, sb.Duty(rises, LOAD), sb.Initial(-10.0), 5.0)
+    a, v = WEIGHT / J, 10.0
+    t = (v - np.sqrt(v**2 - 2 * a * 0.1 / TRAVEL)) / a
+    assert sb.simulate(scene, throw=False).events["phase_end"].times == pytest.approx([t], rel=1e-10)
+    failed = sb.simulate(dataclasses.replace(scene, initial=sb.Initial(0.0)), throw=False)
+    assert failed.status == "phase_never_ends"
+    assert "phase 1 'coast' of cycle 1 (travel −0.1 m)" in failed.message
+    assert "upwards it needs `motor`, with a speed below 0" in failed.message
 
 
 def test_a_motor_without_limits_is_refused():

@@ -172,6 +172,45 @@ def test_pads_are_pressed_in_phases():
     assert [event.time for event in ends(result)] == pytest.approx([0.5, stop, stop + 1.0], rel=1e-10)
 
 
+HOISTED = sb.HookLoad(60e3, 0.4, 8)
+WEIGHT, MOVED = 60e3 * G * PER_RAD, J_P + 60e3 * PER_RAD**2
+BEARINGS = sb.loads.BearingFriction(500.0)
+
+
+@pytest.mark.parametrize(
+    ("load", "omega", "lever", "shaft", "truth"),
+    [
+        pytest.param(HOISTED, -10.0, 0.0, (), MOVED * 10.0 / WEIGHT, id="hoisted, power fails"),
+        pytest.param(HOISTED, -10.0, 0.0, (BEARINGS,), MOVED * 10.0 / (WEIGHT + 500.0), id="it overcomes bearings"),
+        pytest.param(HOISTED, -10.0, 100.0, (), MOVED * 10.0 / (WEIGHT + 100.0 * GAIN / MU), id="and a weak brake"),
+        pytest.param(-800.0, 10.0, 0.0, (), J_P * 10.0 / 800.0, id="torque against the motion"),
+        pytest.param(0.0, 10.0, 0.0, (BEARINGS,), J_P * 10.0 / 500.0, id="dry bearings without load"),
+    ],
+)
+def test_rest_comes_by_whatever_stops_the_pulley(load, omega, lever, shaft, truth):
+    """Nothing holds it there: the phase ends as the speed passes through 0, and the lever of the next one holds it."""
+    lost = sb.friction.FrictionChange(sb.Constant(0.9), when="stop 1")
+    law = sb.friction.ChangingFriction(sb.ConstantFriction(F), (lost,))
+    brake = dataclasses.replace(BRAKE, linings=dataclasses.replace(BRAKE.linings, friction=law))
+    duty = sb.Duty(Phases((Phase(lever, "rest"), Phase(30e3, "3 s"))), load)
+    result = sb.simulate(sb.Scene(brake, duty, sb.Initial(omega), 60.0, shaft=shaft))
+    assert [event.time for event in ends(result)] == pytest.approx([truth, truth + 3.0], rel=1e-12)
+    assert result.events["stop"].times == pytest.approx([truth], rel=1e-12)
+    assert result.events["friction_change"].times == pytest.approx([truth], rel=1e-12)
+    assert result.metrics["stopping_time"] == pytest.approx(truth, rel=1e-12)
+    assert np.ptp(result.series([truth + 1.0, truth + 2.0]).phi) == 0.0
+    assert (result.status, float(result.record.y_end.omega)) == ("stopped", 0.0)
+
+
+def test_time_of_a_rest_that_nothing_holds_has_derivatives():
+    def end(x):
+        duty = sb.Duty(Phases((Phase(0.0, "rest"), Phase(30e3, "3 s"))), -x[0])
+        return sb.simulate(sb.Scene(BRAKE, duty, sb.Initial(x[1]), 60.0)).record.t_end
+
+    slope = jax.jit(jax.jacrev(end))(np.array([800.0, 10.0]))
+    np.testing.assert_allclose(slope, [-J_P * 10.0 / 800.0**2, J_P / 800.0], rtol=1e-12)
+
+
 # --- what cannot be ---------------------------------------------------------------------------------------------------
 
 
@@ -192,14 +231,13 @@ def test_text_that_is_no_end_is_refused(text, words):
 
 
 def test_impossible_ends_are_named_at_once():
-    torque = sb.Duty(Phases((Phase(0.0, "rest"), Phase(1e3, "travel 3 m"), Phase(1e3, "temperature 350 degC"))), 5e3)
+    torque = sb.Duty(Phases((Phase(1e3, "travel 3 m"), Phase(1e3, "temperature 350 degC"))), 5e3)
     with pytest.raises(sb.InputError) as caught:
         sb.simulate(dataclasses.replace(SCENE, duty=torque))
     said = str(caught.value)
     for words in (
-        "duty.slack_tension.phases[0].until: never comes: the brake is open",
-        "duty.slack_tension.phases[1].until: never comes: the load hangs on no hook",
-        "duty.slack_tension.phases[2].until: never comes: no temperature of the rim is simulated",
+        "duty.slack_tension.phases[0].until: never comes: the load hangs on no hook",
+        "duty.slack_tension.phases[1].until: never comes: no temperature of the rim is simulated",
     ):
         assert words in said
     with pytest.raises(sb.InputError, match="needs a duty with phases"):
