@@ -198,6 +198,12 @@ EVENTS = {
         _ANY,
         "the load exceeded what the brake at rest can hold",
     ),
+    "reversal": EventMeaning(
+        "the speed of the pulley passed through 0 and changed its sign without a rest; against dry friction "
+        "of the shaft a change of mode, else a mark",
+        _ANY,
+        "the pulley turned round without a rest",
+    ),
     "release": EventMeaning(
         "the force of the lever fell to 0, the brake is open", _NO_CHAIN, "the lever was released, the brake is open"
     ),

@@ -152,12 +152,13 @@ def turned_since_rest(labels: Sequence[Label], angles: Sequence[float]) -> list[
 def events_of_change(before: Label, after: Label, first: bool, turned: bool = False) -> list[str]:
     """Names of the events in one change of mode; `first` marks the settling at the start of a run.
 
-    `turned`: whether a motor may have brought the pulley to rest before the open band closes on it
+    `turned`: whether the pulley may have come to rest before the open band closes on it
     """
     if turned and before.band == BandMode.OPEN and not before.stands and after.band == BandMode.HELD and after.rests:
         return [*(["layer_change"] if before.layer != after.layer else []), "stop"]
     names = _events_of_band(before, after, first) if before.band != after.band else []
     names = ["layer_change", *names] if before.layer != after.layer else names
+    names = ["reversal", *names] if before.turn * after.turn < 0 else names
     names = names if before.taut == after.taut else ["rope_taut" if after.taut else "rope_slack", *names]
     if before.stands and not after.rests and not first:
         names = ["restart", *names]
@@ -416,7 +417,7 @@ def holds(mode: Mode) -> Any:
 def comes_to_rest(before: Mode, after: Mode, turned: Any = False) -> Any:
     """Whether the pulley comes to rest in a change of mode, by the brake or by dry friction of the shaft.
 
-    `turned`: a motor may have brought it to rest, before the open band closes
+    `turned`: it may have come to rest before the open band closes, by a motor or its load
     """
     if after.turn is None:
         return holds(after) & ~holds(before) & ((before.band != OPEN) | turned)

@@ -51,6 +51,8 @@ from ._mesh import thick_layers
 
 #: from the place in a step where the samples have a zero that of the run is at most this far (share of the step)
 _NEAR = 1e-3
+#: a speed below this share of the maximum and of the run's tolerance is rounding
+_STILL = 1e-2
 #: torques that differ by less than this share of a typical one balance each other
 _ROUNDING = 1e-9
 
@@ -228,6 +230,8 @@ class Report:
         margins = np.asarray(self.scan.seen.margins)
         locate = functools.partial(self._locate, lambda columns: columns.margins)
         events = event_log(phases, margins, locate, margins.shape[1] // 2, start)
+        known = {event.time for event in events if event.name in ("stop", "reversal")}
+        events = [*(event for event in self._reversals() if event.time not in known), *events]
         events += [*self._marks(), *events_of_linings(record.modes, t), *self._locking()]
         inside = [*self._phase_ends(), *friction_changes(record.modes, t)]
         return with_phases(sorted(events, key=lambda event: event.time), inside)
@@ -278,6 +282,30 @@ class Report:
                 for t, (_, j) in zip(times, crossings, strict=True)
             ]
         return events
+
+    def _reversals(self) -> list[Event]:
+        """Instants at which the speed of the pulley changes its sign without a rest."""
+        seen, row = self.scan.seen, np.asarray(self.scan.row)
+        omega, t = np.asarray(seen.omega), np.asarray(seen.t)
+        slight = _STILL * float(self.result.rtol) * np.max(np.abs(omega), initial=0.0)
+        way = np.where(np.abs(omega) > slight, np.sign(omega), 0.0)
+        moves = np.flatnonzero(way)
+        flips = np.flatnonzero(way[moves[:-1]] != way[moves[1:]])
+        if not flips.size:
+            return []
+        rests, before, after = np.asarray(self._record.modes.rests), moves[flips], moves[flips + 1]
+        passes = (t[after - 1] <= t[np.minimum(before + 1, after)]) & ~rests[row[before]] & ~rests[row[after]]
+        before, after = before[passes], after[passes]
+        times = t[before + 1]
+        inside = np.flatnonzero((after == before + 1) & (row[before] == row[after]))
+        if inside.size:
+
+            def speeds(columns: ScanColumns) -> np.ndarray:
+                return np.stack([columns.omega, -np.asarray(columns.omega)], axis=1)
+
+            upwards = way[after[inside]] > 0
+            times[inside] = self._locate(speeds, [*zip(before[inside], np.where(upwards, 0, 1), strict=True)])
+        return [Event(float(time), "reversal") for time in times]
 
     def _locking(self) -> list[Event]:
         """Linings that come to lock themselves."""

@@ -238,10 +238,10 @@ class Export:
         kinds = [
             [int(band) for band in BandMode],
             [0, 1] if self.scene.brake.in_series else [0],
-            [0, 1] if mode.turn is not None else [1],
+            [-1, 0, 1] if mode.turn is not None else [1],
             [0, 1] if mode.taut is not None else [1],
         ]
-        states, driven = [*itertools.product(*kinds)], system.motor is not None
+        states, rests_open = [*itertools.product(*kinds)], system.rests_open
         endings = [
             [*Status].index(
                 status_of(Label(state[0], state[1], state[2], 0, state[3]), moved, driven, lambda: away, lambda: steady)
@@ -254,7 +254,7 @@ class Export:
         sequences, table = list[tuple[int, ...]]([()]), list[int]()
         for before, after, layer, first in itertools.product(states, states, (0, 1), (False, True)):
             was, now = (Label(s[0], s[1], s[2], n, s[3]) for s, n in ((before, 0), (after, layer)))
-            events = events_of_change(was, now, first, driven) if was != now else []
+            events = events_of_change(was, now, first, rests_open) if was != now else []
             names += [event for event in events if event not in names]
             sequence = tuple(names.index(event) + 1 for event in events)
             if sequence not in sequences:
@@ -264,7 +264,8 @@ class Export:
         rows = ", ".join("{" + ", ".join(map(str, [*sequence, 0][:most])) + "}" for sequence in sequences)
         place = "l[0]"
         for entry, kind in ((1, kinds[1]), (2, kinds[2]), (4, kinds[3])):
-            place = f"({place}) * 2 + (l[{entry}] != 0)" if len(kind) > 1 else place
+            of_kind = f"l[{entry}] + 1" if len(kind) == 3 else f"(l[{entry}] != 0)"
+            place = f"({place}) * {len(kind)} + {of_kind}" if len(kind) > 1 else place
         numbers, endings = (
             "\n".join("  " + ", ".join(map(str, each[i : i + 40])) + "," for i in range(0, len(each), 40))
             for each in (table, endings)

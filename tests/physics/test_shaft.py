@@ -404,3 +404,26 @@ def test_input_errors_and_a_scene_file(tmp_path):
     assert jax.tree.structure(again) == jax.tree.structure(jax.tree.map(np.asarray, scene(*laws, load=HOOK)))
     assert float(again.shaft[0].critical_speed) == pytest.approx(2 * math.pi)
     assert type(again.shaft[0].excitation) is sb.PiecewiseLinear
+
+
+@pytest.mark.parametrize(
+    ("laws", "load", "T0", "torque"),
+    [((), 900.0, 0.0, 900.0), ((BearingFriction(300.0),), 900.0, 0.0, 1200.0), ((), 900.0, 10.0, None)],
+)
+def test_a_pulley_that_turns_round_has_an_event(laws, load, T0, torque):
+    """`t = J ω_0/M`, free, against dry friction, and sliding under a brake that is too weak."""
+    back = 0.725 * T0 * (1 - 1 / ((1 + 0.35 * Z) / (1 - 0.35 * Z)) ** 20)
+    result = sb.simulate(scene(*laws, load=load, T0=T0, w0=-W0))
+    time = J * W0 / (torque or load + back)
+    assert result.events["reversal"].times == pytest.approx([time], rel=1e-12)
+    assert not result.events["stop"]
+
+
+def test_a_rest_is_no_reversal():
+    """It comes to rest on its bearings, and a load the other way starts it again."""
+    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 25.0, 25.0, 26.0], [100.0, 100.0, 900.0, 900.0]))
+    result = sb.simulate(scene(BearingFriction(600.0), load=load, w0=-W0))
+    assert names(result) == ["stop", "restart"]
+    swings = sb.TorqueLoad(sb.profiles.FunctionProfile(lambda t, M: M * jnp.cos(t), 1e3, typical=1e3))
+    times = sb.simulate(scene(load=swings, w0=0.0, end=7.0)).events["reversal"].times
+    assert times == pytest.approx([math.pi, 2 * math.pi], rel=1e-12)
