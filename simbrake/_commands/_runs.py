@@ -42,7 +42,7 @@ def run(
     max_events
         Maximum number of events.
     accuracy
-        Run a second time, to estimate the errors of metrics, event times and states.
+        Run a second time, to estimate the errors of metrics, event times and states; and with finer layers of walls.
     """
     lost = [Fault("--measured", "is drawn into a figure", "give its folder: --out")] if measured and not out else []
     counts = {"max_steps": max_steps, "max_events": max_events}

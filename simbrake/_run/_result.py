@@ -503,9 +503,10 @@ class Result:
         return (*one_sided(self), *notes)
 
     def accuracy(self) -> Any:
-        """Estimated errors of metrics, event times and states, from a second run: `simbrake.results.Accuracy`.
+        """Estimated errors of metrics, event times and states, from more runs: `simbrake.results.Accuracy`.
 
         `simbrake.results.accuracy` describes how. The second run takes two to four times the first, and no compiling.
+        Walls in layers take a third one, with finer layers and its own compiled program.
         """
         return _above("_run._accuracy").accuracy(self)
 

@@ -190,7 +190,8 @@ def layered_heat(
 
     - `rim`, `lining`, `band`: materials; without `lining` its share of the heat leaves the network
     - thicknesses (m); `rim_layers`, `lining_layers`; `rim_first`, `lining_first`: thickness of the first layer (m), by
-      default uniform; V's surface layer is 5.6–35.4 µm thick
+      default that of all; a quarter of `√(a t)` is thin enough for the surface in a heating over the time `t`, and a
+      run warns where it is too thick; V's surface layer is 5.6–35.4 µm thick
     - `lining_both`: the layers of the linings are thin at both faces, for a staged brake; their number is then even
     - `lining_surface`: massless layer on the friction faces of the linings (V); `None`: no resistance there
     - `track_area` (m²) of the rim; `lining_area` (m²) of all linings; `each`: number of linings with separate walls,
