@@ -431,7 +431,7 @@ class Accuracy(Tabular):
             for state in self.states
             if state.error > 0
         ]
-        without = f"; the layers of walls are not in all of them: {self.finer_problem}" if self.finer_problem else ""
+        without = f"; not all have that of the layers of walls: {self.finer_problem}" if self.finer_problem else ""
         return f"estimated errors of at most: {', '.join(said) or 'nothing moves'}; from {self.how}{without}"
 
     def parts(self) -> Iterator[str | Table]:
@@ -607,8 +607,12 @@ def _with_layers(found: Accuracy, apart: Difference) -> Accuracy:
     metrics = tuple(added(metric, apart.metrics[metric.name]) for metric in found.metrics)
     if apart.problem:
         why = f"with finer layers {apart.problem}"
-        why = f"{why}; errors of metrics have that of the layers, those of events and states not"
-        return dataclasses.replace(found, metrics=metrics, finer_problem=why)
+        hottest = max((metric.layers or 0.0 for metric in metrics if metric.name in HOT), default=0.0)
+        states = tuple(
+            state._replace(error=state.error + hottest, layers=hottest) if state.name == "temperature" else state
+            for state in found.states
+        )
+        return dataclasses.replace(found, metrics=metrics, states=states, finer_problem=why)
     events = tuple(added(event, error) for event, error in zip(found.events, apart.events, strict=True))
     layered = {kind.name: values for kind, values in apart.states.items()}
     states = []

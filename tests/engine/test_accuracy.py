@@ -293,6 +293,20 @@ def test_fade_carries_the_error_of_layers_into_the_stopping_time(layers, growth)
     assert next(event for event in found.events if event.name == "stop").layers == pytest.approx(found["stopping_time"])
 
 
+def test_layers_count_where_finer_ones_have_other_events():
+    """A permissible temperature that only thick layers exceed: temperatures have the error of the layers as well."""
+    scene = layered_stop(sb.material("steel_20L"), 32e-3, 0.84)
+    truth = rise_of_a_stop(scene, 0.84)
+    heat = dataclasses.replace(scene.heat, permissible_rim=_START + truth + 1.0)
+    result = sb.simulate(dataclasses.replace(scene, heat=heat))
+    found, true = result.accuracy(), result["peak_rim_temperature"] - _START - truth
+    assert [event.name for event in result.events if "permissible" in event.name]
+    assert "with finer layers event" in found.finer_problem
+    assert found.finer_problem in found.line
+    assert true < found["peak_rim_temperature"] < 3 * true
+    assert found["temperature"] >= true
+
+
 def test_lumps_have_no_layers_to_refine():
     assert "inside bodies of one temperature" in sb.simulate(fading_stop()).accuracy().scope
 
