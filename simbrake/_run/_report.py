@@ -387,7 +387,8 @@ class Report:
         if not (names := system.sampled):
             return []
         t = np.asarray(self._record.rows.t)[: int(self._record.count) + 1]
-        longest = float(np.max(np.diff(t), initial=0.0)) / (system.guard_samples + 1)
+        # (guards are looked at more often, but what turns the pulley is seen by the steps alone)
+        longest = float(np.max(np.diff(t), initial=0.0)) * self._record.method.blind
         verb = "is a user-defined function" if len(names) == 1 else "are user-defined functions"
         return [
             f"sampled: {' and '.join(names)} {verb} of time; this run looked at least every "

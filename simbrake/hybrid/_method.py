@@ -76,6 +76,16 @@ class AbstractMethod(Struct):
         """Weight of the rate at the end of a step in its error estimate."""
         return 0.0
 
+    @property
+    @abc.abstractmethod
+    def looks_at(self) -> tuple[float, ...]:
+        """Shares of a step at which its error estimate looks at the rates."""
+
+    @property
+    def blind(self) -> float:
+        """Largest share of a step between two of these looks."""
+        return float(np.max(np.diff(np.unique([0.0, *self.looks_at, 1.0]))))
+
     @abc.abstractmethod
     def step_with_rate(self, rhs: Rhs, t: Scalar, y: State, h: Scalar) -> tuple[State, State]:
         """The new state of a step and `rhs` there, as a program with as few call sites of `rhs` as possible."""
@@ -129,6 +139,10 @@ class ExplicitRungeKutta(AbstractMethod):
         assert order is not None
         self.order = int(order)
         self.solver = type(solver).__name__
+
+    @property
+    def looks_at(self) -> tuple[float, ...]:
+        return tuple(c for c, weight in zip((0.0, *self.c), self.b_error, strict=False) if weight)
 
     @classmethod
     def shipped(cls, solver: str) -> "ExplicitRungeKutta":

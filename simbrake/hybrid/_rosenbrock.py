@@ -107,6 +107,10 @@ class Rodas5P(AbstractMethod):
         scale, eye = 1.0 / (_GAMMA * h), jnp.eye(J.core.shape[0])
         return Bordered(scale * eye - J.core, -J.right, -J.below, -J.lower, scale - J.diagonal, -J.upper), drift
 
+    @property
+    def looks_at(self) -> tuple[float, ...]:
+        return _NODES
+
     def attempt(self, rhs: Rhs, t: Scalar, y: State, f: State, h: Scalar) -> tuple[State, State]:
         near = _linearised(rhs, t, y, self._couplings(y))
         inner, outer = near.inner, near.outer

@@ -7,6 +7,7 @@ import math
 import re
 
 import jax.numpy as jnp
+import numpy as np
 import pytest
 from commands import call
 from stop_scenes import stop_scene
@@ -280,10 +281,30 @@ def test_note_says_how_often_a_run_looked():
     scene = stop_scene(C=None, load=sb.TorqueLoad(profile), end=100.0)
     (note,) = sb.simulate(scene).summary()["notes"]
     assert note.startswith("sampled: the load is a user-defined function of time; this run looked at least every ")
-    interval = float(re.search(r"every ([\d.]+) ms", note)[1]) / 1e3
-    assert 0.02 < interval <= 100.0 / 1024 * 1.01
+    interval = float(re.search(r"every ([\d.]+) s", note)[1])
+    # of a step its error estimate sees the rates at 0, 3/8, 0.465, … 0.65, 0.9247, 1
+    assert interval == pytest.approx(100.0 / 64 * 0.27466, rel=1e-2)
     fine = sb.simulate(scene, max_step=0.1)
     assert any(line.startswith("note     sampled: the load") for line in str(fine).splitlines())
-    assert "at least every 6.25 ms" in fine.summary()["notes"][0]  # 0.1 s/16
+    assert "at least every 27.5 ms" in fine.summary()["notes"][0]
     assert [event.time for event in fine.events["restart"]] == [pytest.approx(50.33, abs=1e-9)]
     assert sb.simulate(rigid()).summary()["notes"] == []
+
+
+def test_the_interval_of_the_note_is_true():
+    """A free pulley is sped up by pulses at random places: longer ones than the note says are never missed."""
+
+    def pulse(t, about):
+        return about[2] * jnp.where((t > about[0]) & (t < about[0] + about[1]), 1.0, 0.0)
+
+    def speed(begin, width):
+        load = sb.profiles.FunctionProfile(pulse, (begin, width, TORQUE), typical=LOAD)
+        result = sb.simulate(stop_scene(C=None, load=sb.TorqueLoad(load), T0=0.0, end=100.0), throw=False)
+        notes.append(result.summary()["notes"][0])
+        return float(result.record.y_end.omega)
+
+    notes, at = [], np.random.default_rng(3).uniform(0.0, 99.0, 12)
+    still = speed(200.0, 0.02)
+    interval = float(re.search(r"every ([\d.]+) s", notes[0])[1])
+    assert any(speed(begin, 0.02) == still for begin in at)
+    assert not any(speed(begin, 1.01 * interval) == still for begin in at)
