@@ -51,6 +51,8 @@ GAS_CONSTANT = 8.31446261815324
 class Contact(NamedTuple):
     """Inputs of a friction law: slip speed `v` (m/s), surface temperature `T` (K) and pressure `p` (Pa).
 
+    - `v` under a band as a whole is that at the band's circle, `R_band ω` less the speed of an elastic band. It is
+      `R_band/R_rim` times that at the rim, as the friction acts at `R_band` in the torque (model §2)
     - `memory`: states of the law, as `start` gives them, (n,) each
     - `q = f p v` (W/m²): friction power per area of the face, for rates of states only. Under a band the friction heat
       over the area is `1/cos(β/2)` times that: friction acts on the band circle

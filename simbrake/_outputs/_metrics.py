@@ -460,7 +460,7 @@ METRICS: dict[str, Metric] = {
     ),
     "hook_travel": Metric(
         "m",
-        "travel of the hook from the start to the first stop",
+        "travel of the hook from the start to the first stop; no value without a stop",
         "Hook travel to the first stop",
         _hook_travel,
         _HOOK,

@@ -46,7 +46,7 @@ from ..friction import AbstractFriction, FrictionChange, Reads, needs, reads, re
 from ..hybrid._arrays import Array
 from ..hybrid._struct import AbstractClassVar, AbstractVar, struct_field, with_fields
 from ..loads import AbstractLoad, Cylinder, Driller, Lever, Motor, RecordedMotion, TorqueLoad
-from ..profiles import AbstractProfile, Piece, faults_of_sign, first_piece
+from ..profiles import AbstractProfile, FunctionProfile, Piece, faults_of_sign, first_piece
 from ..shaft import NO_TACKLE, AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque, TackleLoss
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
 from ..thermal._network import Wall, nodes_at, place_of
@@ -280,6 +280,8 @@ def _faults(scene: Scene) -> tuple[list[Fault], Numbers]:
 
 def _faults_together(scene: Scene) -> list[Fault]:
     """Errors of a scene whose numbers are in range: of its parts, and of its limits, start and end with them."""
+    if errors := _faults_of_own(scene):
+        return errors  # (what follows from them would bury them)
     errors = [*_faults_of_parts(scene), *(scene.limits.faults_with("limits", scene) if scene.limits else [])]
     if not scene.end_time > scene.initial.time:
         errors.append(Fault("end_time", f"{float(scene.end_time):g} s is not after the start", "it must be later"))
@@ -508,6 +510,59 @@ def _faults_of_kinds(scene: Scene) -> list[Fault]:
         what = f"a {name} is pressed by its band"
         return [Fault("duty.force", what, "give the tension of its slack end: `Duty`, key `slack_tension`")]
     return []
+
+
+def _is_own(part: Any) -> bool:
+    """Whether a user wrote the law, or a function in it."""
+    return type(part).__module__.partition(".")[0] != __name__.partition(".")[0] or isinstance(part, FunctionProfile)
+
+
+@functools.lru_cache(maxsize=256)
+def _has_own(structure: Any) -> bool:
+    parts = parts_below(jax.tree.unflatten(structure, [np.zeros(())] * structure.num_leaves))
+    return any(_is_own(part) for _, part, _ in parts)
+
+
+def _faults_of_own(scene: Scene) -> list[Fault]:
+    """Laws and profiles of a user that are not finite where the run begins."""
+    if not _has_own(jax.tree.structure(scene)):
+        return []
+    t, omega = jnp.asarray(scene.initial.time), jnp.asarray(scene.start_speed)
+    errors = dict[str, Fault]()
+
+    def look(path: str, law: Any, where: str, evaluate: Callable[[], Any]) -> None:
+        try:
+            value = np.asarray(evaluate(), np.float64)
+        except Exception:  # which the run raises, with the line of the user's code
+            return
+        if path not in errors and not np.all(np.isfinite(value)):
+            worst = value[~np.isfinite(value)].flat[0]
+            what = f"{type(law).__name__} is {worst:g} at {where}"
+            errors[path] = Fault(path, what, "make it finite where a run begins")
+
+    for i, (pair, (law, _, path, _)) in enumerate(zip(scene.brake.pairs, pairs_of(scene), strict=True)):
+        if any(_is_own(part) for _, part, _ in parts_below(law)):
+            rubbing, T = scene.brake.rubbing_part(pair), sensed_at_start(scene, i)
+            for v in (0.0, abs(float(omega)) * float(scene.brake.track_radius)):
+                contact = unloaded(rubbing, jnp.full(scene.brake.linings.count, v), T, t)
+                where = f"v = {v:g} m/s" + ("" if contact.p is None else ", p = 0 Pa")
+                where += "" if T is None else f", T = {np.min(T):g} K"
+                for coefficient in (law.static, law.kinetic):
+                    look(path, law, where, functools.partial(coefficient, contact))
+    instant = f"t = {float(t):g} s"
+    for path, course, _ in parts_below(scene):
+        if _is_own(course) and isinstance(course, AbstractProfile) and not course.controls_speed:
+            look(path, course, instant, lambda course=course: course.value(t, course.first_piece(t)))
+    load = scene.duty.load
+    turning = f"{instant}, ω = {float(omega):g} rad/s"
+    if _is_own(load):
+        piece: Any = scene.duty.load_piece(t)
+        look("duty.load", load, turning, lambda: load.torque(t, omega, piece))
+    for i, law in enumerate(scene.shaft):
+        if _is_own(law):
+            piece: Any = first_piece(law.profile, t)
+            look(f"shaft[{i}]", law, turning, lambda law=law, piece=piece: law.torque(t, omega, piece, 0.0))
+    return list(errors.values())
 
 
 @per_value(lambda scene: (scene.brake, scene.heat, scene.duty.lever, scene.initial.time))

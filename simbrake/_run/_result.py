@@ -46,7 +46,7 @@ from .._outputs._probe import (
     runs_away,
     terminal_speed,
 )
-from .._outputs._quantities import Series, array_of_times, outside, series_of, times_within
+from .._outputs._quantities import SERIES_COLUMNS, Series, array_of_times, outside, series_of, times_within
 from .._outputs._scan import peak
 from .._parts._scene import Scene
 from .._phases import AfterTravel, AtHeight, AtTemperature, Phases
@@ -210,7 +210,9 @@ class Result:
         if name not in METRICS:
             if hasattr(type(self), name):  # a property of this name failed on an attribute of something else
                 return object.__getattribute__(self, name)
-            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{near(name, dir(self))}")
+            over_time = f"; over time it is result.series(times).{name}"
+            hint = over_time if name in SERIES_COLUMNS else near(name, dir(self))
+            raise AttributeError(f"{type(self).__name__!r} object has no attribute {name!r}{hint}")
         return _of_each(lambda result: _metric(result, name))(self)
 
     @property

@@ -32,6 +32,7 @@ from .._run._report import labels_of
 from .._run._result import Result
 from .._run._simulate import simulate
 from .._run._verdict import Verdict, verdict
+from ..shaft import AbstractAuxiliaryBrake
 from ..studies._sensitivity import Sensitivity
 from ..studies._sensitivity import sensitivity as sensitivities
 from ._compare import rerun
@@ -114,7 +115,7 @@ def explain(
     - `rtol`: of the run;  `progress`: as in `simbrake.sensitivity`
 
     The **balance** of a stop is work per angle: the mean torque of the brake `M_b = W_b/φ` is the sum of that of the
-    load `W_load/φ`, that which takes the kinetic energy `ΔE_kin/φ`, and what lever, band and shaft give.
+    load `W_load/φ`, that which takes the kinetic energy `ΔE_kin/φ`, and what lever, band, shaft and motor give.
     The **stability** is `1 − f tan(β/2)` of the lining nearest self-locking, and the minimum torque of the sliding
     brake over the load under the maximum force of the lever.
 
@@ -275,7 +276,7 @@ def _torque_budget(result: Result, kind: str) -> Finding:
     text = f"Averaged over {over} the brake gives {number(torque['brake'], 'N*m', count=5)}: "
     text += f"{term('load')} against the load, {term('inertia')} against the inertia"
     minor = abs(share["others"]) < _SHOWN
-    others = "lever, band, shaft and motor" if "motor_work" in e else "lever, band and shaft"
+    others = _others_words(result.scene)
     text += ". " if minor else f", {term('others')} from {others}. "
     governs = "load" if works["load"] > works["inertia"] else "inertia"
     why = {
@@ -286,6 +287,17 @@ def _torque_budget(result: Result, kind: str) -> Finding:
         f"{name}_work": w for name, w in works.items()
     }
     return Finding("balance", text + why, {**numbers, "stop": number_of + 1, "angle": angle, "governs": governs})
+
+
+def _others_words(scene: Scene) -> str:
+    """What of a scene takes or gives work beside brake, load and inertia, in words."""
+    auxiliary = [law for law in scene.shaft if isinstance(law, AbstractAuxiliaryBrake)]
+    parts = ["lever"]
+    parts += ["band"] if scene.brake.banded else []
+    parts += ["auxiliary brake"] if auxiliary else []
+    parts += ["friction of the shaft"] if len(scene.shaft) > len(auxiliary) else []
+    parts += ["motor"] if scene.motor is not None else []
+    return " and ".join(filter(None, (", ".join(parts[:-1]), parts[-1])))
 
 
 #: terms of the balance in words

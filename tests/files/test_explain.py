@@ -154,3 +154,10 @@ def test_command_explains_scenes_and_results(tmp_path, capsys, stop):
     saved.rename(tmp_path / "out" / "result.nc")
     assert str(explain(tmp_path / "out", influence=False)) == str(explain(stop, influence=False))
     assert [one["topic"] for one in found] == ["outcome", "course", "balance", "linings", "limits", "stability"]
+
+
+def test_balance_names_what_the_scene_has():
+    """An auxiliary brake is one, not "the shaft"."""
+    braked = dataclasses.replace(rigid(), shaft=(sb.shaft.HydrodynamicBrake(2.0),))
+    text = explain(sb.simulate(braked), influence=False)["balance"].text
+    assert "from lever, band and auxiliary brake." in text

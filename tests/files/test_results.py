@@ -162,6 +162,8 @@ def test_names_near_a_misspelt_one(plain):
     with pytest.raises(AttributeError, match=r"'stoping_time'; nearest: stopping_time"):
         _ = plain.stoping_time
     series = plain.series([0.0])
+    with pytest.raises(AttributeError, match=r"'omega'; over time it is result.series\(times\).omega"):
+        _ = plain.omega
     with pytest.raises(AttributeError, match=r"'Series' object has no attribute 'speed'; nearest: omega, slip_speed"):
         _ = series.speed
     with pytest.raises(AttributeError, match=r"'slack_tenson'; nearest: slack_tension"):

@@ -1,5 +1,6 @@
 """User-defined friction laws, thermal links, profiles and brakes: what they read is found without a word of theirs."""
 
+import dataclasses
 import math
 from typing import Any, ClassVar
 
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 from stop_scenes import closed_form, stop_scene
-from user_parts import AT_REST, T_0, Bump, Cubic, Derived, J, R, falling, torque_of
+from user_parts import AT_REST, T_0, Bump, Cubic, Derived, J, R, falling, of, torque_of
 
 import simbrake as sb
 from simbrake import plot
@@ -223,3 +224,61 @@ def test_own_parts_written_for_plain_numbers(place, part, words):
     with pytest.raises(sb.InputError, match=r"test_own_parts.py, line \d+.*jnp.where in place of `if`") as caught:
         sb.simulate(eqx.tree_at(place, stop_scene(), part))
     assert words in str(caught.value)
+
+
+# --- laws that are not finite where a run begins ----------------------------------------------------------------------
+
+
+class AtNoPressure(sb.friction.AbstractFriction):
+    def kinetic(self, contact):
+        return 0.3 / contact.p
+
+    def static(self, contact):
+        return 0.3 / contact.p
+
+
+class TooFast(sb.friction.AbstractFriction):
+    def kinetic(self, contact):
+        return 0.3 * jnp.sqrt(10.0 - contact.v)
+
+    def static(self, contact):
+        return jnp.full_like(contact.v, 0.3)
+
+
+class Spring(sb.loads.AbstractLoad):
+    profile: sb.profiles.AbstractProfile = sb.Constant(1.0)
+
+    def torque(self, t, omega, piece):
+        return 1.0 / t
+
+
+class Drag(sb.shaft.AbstractShaftTorque):
+    profile: sb.profiles.AbstractProfile = sb.Constant(1.0)
+    place: str | None = None
+
+    def torque(self, t, omega, piece, load):
+        return jnp.log(omega - 20.0)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"law": AtNoPressure()}, "brake.linings.friction: AtNoPressure is inf at v = 0 m/s, p = 0 Pa"),
+        ({"law": TooFast()}, "brake.linings.friction: TooFast is nan at v = 14.5 m/s, p = 0 Pa"),
+        (
+            {"law": sb.friction.ProductFriction(AtNoPressure(), ())},
+            "brake.linings.friction: ProductFriction is inf at v = 0 m/s",
+        ),
+        ({"duty": sb.Duty(of(lambda t: 8e3 / t), 0.0)}, "duty.slack_tension: FunctionProfile is inf at t = 0 s"),
+        ({"duty": sb.Duty(8e3, sb.TorqueLoad(of(jnp.log)))}, "duty.load.profile: FunctionProfile is -inf at t = 0 s"),
+        ({"duty": sb.Duty(8e3, Spring())}, "duty.load: Spring is inf at t = 0 s, ω = 20 rad/s"),
+        ({"shaft": (Drag(),)}, "shaft[0]: Drag is -inf at t = 0 s, ω = 20 rad/s"),
+    ],
+)
+def test_law_that_is_not_finite_at_the_start_is_named_once(change, words):
+    change = dict(change)
+    scene = sb.with_values(stop_scene(C=None, law=change.pop("law", None)), {"brake.linings.area": 0.01})
+    with pytest.raises(sb.InputError) as raised:
+        sb.simulate(dataclasses.replace(scene, **change))
+    (fault,) = raised.value.faults
+    assert str(fault).startswith(words)
