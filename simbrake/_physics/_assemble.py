@@ -158,6 +158,8 @@ def _at_the_start(linings: AbstractLinings, pair: Pair, thermal: Thermal | None,
 
 #: tensions and torques that differ by less than this share of a typical one are equal
 _ROUNDING = 1e-12
+#: smallest size of a speed (rad/s)
+_SLOWEST = 1e-120
 
 
 def _positive(size: Array) -> Array:
@@ -182,7 +184,8 @@ def _sizes(scene: Scene, still: Contact, omega_0: Array, inertia: Array) -> Size
     torque = _positive(torque)
     # from rest 1 rad/s at most
     reach = jnp.minimum(torque / inertia * (jnp.asarray(scene.end_time) - t_0), 1.0)
-    speed = _positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0)))
+    # (of a smaller speed the energy would be 0)
+    speed = jnp.maximum(_positive(jnp.where(omega_0 == 0, reach, jnp.abs(omega_0))), _SLOWEST)
     torque = torque if brake.rims == 1 else torque / brake.rims
     return Sizes(tension, torque, speed, _ROUNDING * tension, _ROUNDING * torque)
 

@@ -347,3 +347,10 @@ def test_printing_gives_the_summary(stop):
     assert 8 <= len(text.splitlines()) <= 12
     for word in ("stopped", "slip onset", "full slip", "stop", "closure", "Dopri8", "kN", "lining 20"):
         assert word in text
+
+
+@pytest.mark.parametrize("omega", [1e-155, 1e-300, -1e-200])
+def test_tiny_speed_at_the_start(omega):
+    """Its energy is below the least number: a stop at once, as from the least speeds that have one."""
+    result = sb.simulate(stop_scene(C=None, w0=omega))
+    assert (result.status, result["stopping_time"]) == ("stopped", pytest.approx(0.0, abs=1e-100))
