@@ -56,6 +56,9 @@ LANES = 64
 _REMEMBERED = 4
 #: tolerance at which rounding begins to govern
 _FINEST = 1e-12
+#: above this tolerance a tenth of it does not show the error: of 1,500 derivatives at 1e-5 to 1e-8 of a hot stop 2 to
+#: 14 % had more than three times the error stated so, 0.8 % at most beside `_FINEST`
+_LOOSE = 1e-9
 #: rows of a record that are measured: the next of these sizes that holds the longest run of a chunk
 _SIZES = tuple(64 * 4**i for i in range(8))
 
@@ -429,12 +432,15 @@ class Evaluator:
         return evaluation
 
     def finer(self) -> "Evaluator":
-        """The same at a tenth of the tolerance: what it changes is an estimate of the error by integration in time.
+        """The same at another tolerance: what that changes is an estimate of the error by integration in time.
 
-        Where rounding would govern that, at ten times the tolerance, which is the more cautious estimate.
+        At a tenth of the tolerance; of a loose one at the tightest, as many steps are then as short as events make
+        them, and a tenth would take the same again. Where rounding would govern, at ten times the tolerance, which is
+        the more cautious estimate.
         """
         other = copy.copy(self)
-        other.rtol, other._known = self.rtol * (0.1 if self.rtol > _FINEST else 10.0), {}
+        other._known = {}
+        other.rtol = _FINEST if self.rtol > _LOOSE else self.rtol * (0.1 if self.rtol > _FINEST else 10.0)
         return other
 
     def elsewhere(self, x: np.ndarray, scene: Scene, given: Any = None) -> Evaluation:

@@ -91,7 +91,7 @@ class Sensitivity(NamedTuple):
     - `tangent`: change of the metric over `half` along the derivative. What `high − M` and `M − low` differ from it by
       is the curvature: `½ (low + high) − M = ½ half² d²M/dp² + O(half⁴)`
     - `error`: estimated error of the derivative by integration in time, from the same derivative at a tenth of the
-      tolerance (below 1e-12, at ten times); NaN where that run has none
+      tolerance (above 1e-9 at 1e-12, below 1e-12 at ten times); NaN where that run has none
     - `note`: whether the derivative is one-sided, or why there is none (`derivative` is then NaN); changes within the
       range that limit its validity; empty if none
 
@@ -230,11 +230,14 @@ def sensitivity(
         values = values_of(base, metrics)
         check_happened(metrics, values)
         progress.now("derivatives")
-        run.like(base)  # a derivative replays the run: its length is known
+        finer_run = run.finer()
+        longer = base if finer_run.rtol >= 0.05 * run.rtol else finer_run.result()
+        run.like(longer)  # a derivative replays the run: its length is known
+        finer_run.like(longer)
         slopes = run(x)
         if slopes.code != 0 or not np.all(np.isfinite(slopes.values)):
             raise RuntimeError("the differentiated run ended before the plain one; please report this scene")
-        finer = run.finer()(x)
+        finer = finer_run(x)
         sides = compare_sides(run, base, chosen, values, slopes.jacobian, progress)
         first = _decisive(paths, slopes.jacobian * x, most)
         ranges = {path: half for path, half in spans.items() if path in first}

@@ -173,3 +173,25 @@ def test_small_corner_at_a_bound():
     row = sb.sensitivity(stop_scene(), corner, span=None, most=0).at("brake.linings.friction.static_ratio")
     assert row.note.startswith("one-sided, by differences: ")
     assert abs(row.derivative - 4e-4) < 1e-5
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("rtol", [1e-5, 1e-7])
+def test_errors_of_derivatives_at_loose_tolerances(rtol):
+    """Beside the derivatives at 1e-13: at most one in twenty is more than three times as wrong as it says."""
+    law = sb.friction.ProductFriction(sb.ConstantFriction(0.35), (sb.LinearFade(1e-3, 300.0),))
+    brake = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(6, "270 deg", law))
+    duty = sb.Duty(sb.ramp(2e3, 24e3, 0.0, 0.35), sb.HookLoad("60 t", 0.4, 8))
+    heat = sb.lumped_heat(rim=2e5, linings=2e4, partition=0.8, rim_cooling=200.0)
+    shaft = (sb.loads.HydrodynamicBrake(20.0),)
+    scene = sb.Scene(brake, duty, sb.Initial(24.0), 8.0, heat=heat, shaft=shaft)
+    asked = ["stopping_time", "stopping_angle", "energy.friction_heat"]
+    loose, exact = (sb.sensitivity(scene, asked, span=None, rtol=each) for each in (rtol, 1e-13))
+    missed = []
+    for table, truth in zip(loose, exact, strict=True):
+        for row in table.rows:
+            off = abs(row.derivative - truth.at(row.path).derivative)
+            seen = off > 1e-10 * abs(truth.at(row.path).derivative)
+            missed += [row.error < off / 3] if seen else []
+    assert len(missed) > 30
+    assert np.mean(missed) <= 0.05
