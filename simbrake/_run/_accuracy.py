@@ -35,6 +35,8 @@ _INSTANT = 1e-3
 _BRIEF = 1e-12
 #: instants at which the states of two runs are compared, at most
 _INSTANTS = 4096
+#: shares of each step of the first run at which they are compared
+_SHARES = np.array([0.0, 0.25, 0.5, 0.75])
 
 # --- states by kind ---------------------------------------------------------------------------------------------------
 
@@ -148,7 +150,7 @@ def metrics_of_run(result: Result) -> dict[str, float | None]:
 
 
 def difference(a: Result, b: Result) -> Difference:
-    """How far two runs of one scene lie apart; states at equal shares of the time between events."""
+    """How far two runs of one scene lie apart; states at the ends of the first one's steps and inside them."""
     mine, theirs = a.report(), b.report()
     ours, others = metrics_of_run(a), metrics_of_run(b)
     metrics = {
@@ -172,34 +174,23 @@ def _matched(a: Scan, b: Scan) -> list[tuple[Segment, Segment]] | None:
 
 
 def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> dict[Kind, tuple[float, float, float]]:
-    if not segments:
-        return {}
-    own, rows, shares, y, t = [], [], [], [], []
+    pairs = []
     for mine, theirs in segments:
-        steps = np.arange(mine.first, mine.last + 1)
-        begin, end = a.steps.t0[mine.first], a.steps.t1[mine.last]
-        times = np.append(a.steps.t0[steps], end)
-        places = (times - begin) / (end - begin)
-        # the same places in the other run
-        starts, stop = b.steps.t0[theirs.first : theirs.last + 1], b.steps.t1[theirs.last]
-        others = starts[0] + places * (stop - starts[0])
-        row = np.clip(np.searchsorted(starts, others, side="right") - 1, 0, len(starts) - 1)
-        # (the end of a segment is that of its last step that lasts)
-        span = b.steps.t1[theirs.first + row] - starts[row]
-        share = np.where(span > 0, (others - starts[row]) / np.where(span > 0, span, 1.0), 1.0)
-        share[-1], row[-1] = 1.0, len(starts) - 1
-        own.append(np.append(steps, mine.last))
-        rows.append(theirs.first + row)
-        shares.append(np.clip(share, 0.0, 1.0))
-        y.append(np.concatenate([a.steps.y0[steps], a.steps.y1[mine.last : mine.last + 1]]))
-        t.append(times)
-    own, row, share, y, t = (np.concatenate(column) for column in (own, rows, shares, y, t))
-    some = np.unique(np.linspace(0, len(t) - 1, min(len(t), _INSTANTS)).round().astype(int))
-    own, row, share, y, t = own[some], row[some], share[some], y[some], t[some]
-    other = np.asarray(b.states(row, share)[1])
-    # ends of steps are known, and not changed by rounding
-    start, end = share == 0.0, share == 1.0
-    other = np.where(start[:, None], b.steps.y0[row], np.where(end[:, None], b.steps.y1[row], other))
+        # times that lie between the same events in both runs: after an event of one of them alone, states may jump
+        begin = max(a.steps.t0[mine.first], b.steps.t0[theirs.first])
+        end = min(a.steps.t1[mine.last], b.steps.t1[theirs.last])
+        if begin > end:
+            continue
+        t0, t1 = a.steps.t0[mine.first : mine.last + 1, None], a.steps.t1[mine.first : mine.last + 1, None]
+        times = np.unique(np.clip(np.append(t0 + _SHARES * (t1 - t0), end), begin, end))
+        pairs.append((*_places(a, mine, times), *_places(b, theirs, times)))
+    if not pairs:
+        return {}
+    own, place, row, share = (np.concatenate(column) for column in zip(*pairs, strict=True))
+    some = np.unique(np.linspace(0, len(own) - 1, min(len(own), _INSTANTS)).round().astype(int))
+    own, place, row, share = own[some], place[some], row[some], share[some]
+    t = a.steps.t0[own] + place * (a.steps.t1[own] - a.steps.t0[own])
+    y, other = _states_at(a, own, place), _states_at(b, row, share)
     kinds, others, errors = kinds_of(a.record), kinds_of(b.record), {}
     finer = kinds != others
     for kind in dict.fromkeys(kinds):
@@ -209,10 +200,7 @@ def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> dic
             u, v = _node_temperatures(a, u), _node_temperatures(b, v)
         if kind.name == "temperature" and finer:
             v = merged(*(scan.record.system.thermal.heat for scan in (a, b)), v)  # pyright: ignore
-            ends_of_own = (t - a.steps.t0[own]) / np.maximum(a.steps.t1[own] - a.steps.t0[own], 1e-300)
-            faces = (
-                scan.look(*at).tops for scan, at in ((a, (own, np.clip(ends_of_own, 0.0, 1.0))), (b, (row, share)))
-            )
+            faces = (scan.look(*at).tops for scan, at in ((a, (own, place)), (b, (row, share))))
             u, v = (
                 np.column_stack([T, *(values for name, values in tops.items() if name in HOT)])
                 for T, tops in zip((u, v), faces, strict=True)
@@ -221,6 +209,25 @@ def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> dic
         worst = int(np.argmax(apart))
         errors[kind] = (float(apart[worst]), float(t[worst]), float(np.max(np.abs(u))))
     return errors
+
+
+def _places(scan: Scan, segment: Segment, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rows and shares of their steps at times between the ends of a segment."""
+    starts = scan.steps.t0[segment.first : segment.last + 1]
+    row = segment.first + np.searchsorted(starts, times, side="right") - 1
+    span = scan.steps.t1[row] - scan.steps.t0[row]
+    # (the end of a segment is that of its last step that lasts)
+    share = np.where(span > 0, (times - scan.steps.t0[row]) / np.where(span > 0, span, 1.0), 1.0)
+    return row, np.clip(share, 0.0, 1.0)
+
+
+def _states_at(scan: Scan, row: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Flat states at a share of the steps named; at their ends as recorded, not changed by rounding."""
+    steps, inside = scan.steps, (share > 0.0) & (share < 1.0)
+    y = np.where(share[:, None] == 0.0, steps.y0[row], steps.y1[row])
+    if inside.any():
+        y[inside] = scan.states(row[inside], share[inside])[1]
+    return y
 
 
 def _node_temperatures(scan: Scan, u: np.ndarray) -> np.ndarray:
@@ -291,8 +298,8 @@ def _scope(heat: Heat, problem: str) -> str:
     elif heat.bodies:
         beyond.insert(0, "differences of temperature inside bodies of one temperature")
     return (
-        f"covers the integration in time: steps, events, and maximum values inside steps{layers}. Does not cover "
-        f"{', '.join(beyond)}, or a pulse in a profile that no step looked at"
+        f"covers the integration in time: steps, events, states and maximum values inside steps{layers}. Does not "
+        f"cover {', '.join(beyond)}, or a pulse in a profile that no step looked at"
     )
 
 
@@ -336,7 +343,8 @@ class EventError(NamedTuple):
 
 
 class StateError(NamedTuple):
-    """The largest estimated error of one kind of states over a run, in its SI unit; when (s), and the largest value.
+    """The largest estimated error of one kind of states over a run, inside steps as well, in its SI unit; when (s), and
+    the largest value.
 
     - `layers`: part of the error that the layers of walls make; of temperatures with those of the surfaces
 
@@ -543,9 +551,13 @@ def accuracy(result: Result, progress: Any = False) -> Accuracy:
 
     The second run has the same solver at a tolerance 100 times tighter, 1e-12 at the loosest and 1e-13 at the tightest,
     and steps so short that the first run's would be cut in two; so its own error is a small part of the difference. (It
-    is a tolerance, not a list of halved steps, as a tolerance needs no other compiled program.) States are compared at
-    equal shares of the time between two events. Where the events of the two runs are not the same ones in the same
-    order there is no estimate, and `problem` says where they differ first. A run that ended early has none either.
+    is a tolerance, not a list of halved steps, as a tolerance needs no other compiled program.) Where the events of the
+    two runs are not the same ones in the same order there is no estimate, and `problem` says where they differ first. A
+    run that ended early has none either.
+
+    States are compared at the ends of the first run's steps and at three times inside each, in a long run at some 4096
+    of these. So the errors of states are those of `Result.series` at any time, but for one: between the times of an
+    event in the two runs, where a state may jump in one of them only. Forces and torques of a series have none.
 
     Of a scene with walls, a third run has every layer cut in two, or in four, eight, … where the first is too thick for
     the time of heating; and its own compiled program. What it changes beyond the errors in time is added 2.2-fold:
@@ -628,7 +640,7 @@ def _estimates(
 ) -> tuple[tuple[ErrorEstimate, ...], tuple[EventError, ...], tuple[StateError, ...]]:
     """Errors from the differences of two runs, with what rounding leaves."""
     steps, scan, values = int(result.record.stats.accepted), result.report().scan, metrics_of_run(result)
-    peaks = {name for name, metric in METRICS.items() if metric.greatest}
+    times_of_peaks = {f"{name}_time" for name, metric in METRICS.items() if metric.greatest}
     begin, end = float(np.min(scan.steps.t0)), float(np.max(scan.steps.t1))
     energy = max((abs(value) for name, value in values.items() if name.startswith("energy.") and value), default=0.0)
 
@@ -642,7 +654,7 @@ def _estimates(
         unit, error = about_output(name)["units"], apart.metrics[name]
         if error is not None and value is not None and (error or value):  # (what is 0 in both is no sum)
             error = float(error + rounding(steps, size(unit, value)))
-            if name.removesuffix("_time") in peaks:
+            if name in times_of_peaks:
                 error += _root_of_rounding(scan, value)
         metrics.append(ErrorEstimate(name, unit, value, error))
     events = [

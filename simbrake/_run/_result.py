@@ -285,7 +285,10 @@ class Result:
         return end_capacity(self.record)
 
     def series(self, ts: Any, *, left: bool = False, fill: bool = False) -> Series:
-        """States and forces at the times `ts` (m,) in s, each as accurate as the integration itself.
+        """States and forces at the times `ts` (m,) in s: inside a step by a shorter step of the method itself.
+
+        `accuracy()` estimates the largest error of each kind of states at any time, inside steps as well. Forces and
+        torques have no estimate.
 
         At an event the values after it, or with `left` those before.
 

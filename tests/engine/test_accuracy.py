@@ -95,6 +95,48 @@ def test_error_seen_where_energy_is_exact(rtol):
         assert found["peak_rim_temperature"] / rise > 3 * float(result.energy["closure"])
 
 
+def hydrodynamic_stop():
+    """An elastic band and a hydrodynamic brake, whose torque falls with the square of the speed."""
+    return dataclasses.replace(stop_scene(), shaft=(sb.loads.HydrodynamicBrake(30.0),))
+
+
+@pytest.mark.parametrize("rtol", [1e-6, 1e-8, 1e-10])
+@pytest.mark.parametrize(
+    ("stop", "solver"),
+    [
+        (fading_stop, {}),
+        (hydrodynamic_stop, {}),
+        pytest.param(fading_stop, {"solver": sb.hybrid.Rodas5P()}, marks=pytest.mark.slow),
+    ],
+)
+def test_errors_of_states_hold_at_any_time(stop, solver, rtol):
+    """A series inside steps, beside a run with ten times as many: also where events come a little later."""
+    result = sb.simulate(stop(), rtol=rtol, **solver)
+    found, end = result.accuracy(), float(result.scene.end_time)
+    exact = sb.simulate(stop(), rtol=1e-13, max_step=0.01)
+    times = np.random.default_rng(1).uniform(0.0, end, 200)
+    mine, truth = result.series(times), exact.series(times)
+    for name, column in (
+        ("angle", "phi"),
+        ("speed", "omega"),
+        ("band_stretch", "elongation"),
+        ("temperature", "rim_temperature"),
+    ):
+        if getattr(mine, column) is None:
+            continue
+        true = np.max(np.abs(getattr(mine, column) - getattr(truth, column)))
+        assert true <= 2 * found[name] + 1e-14 * np.max(np.abs(getattr(truth, column))), name
+        assert found[name] <= 30 * true + 1e-12 * np.max(np.abs(getattr(truth, column))), name
+
+
+def test_errors_of_maxima_are_no_errors_of_times():
+    """The largest speeds of drum and hook are in a fixed ratio, and both known to rounding."""
+    found = sb.simulate(sb.read_scene("u2_5_5_stop")).accuracy()
+    values = {one.name: one for one in found.metrics}
+    assert values["max_drum_speed"].relative < 1e-12
+    assert values["max_hook_speed"].relative < 1e-12
+
+
 @pytest.mark.slow
 def test_estimate_of_stiff_and_even_stops():
     """Rodas5P; and a band that brakes evenly, which no tolerance would give other steps."""
