@@ -14,7 +14,7 @@ from .._base._faults import InputError
 from .._base._progress import Progress, shown_progress
 from .._base._table import Table, Tabular, digits, number, plain
 from .._outputs._duty import DutyKind, rows_of, stops_words, totals
-from .._outputs._judgement import SMALL_RESERVE
+from .._outputs._judgement import REASONS, SMALL_RESERVE
 from .._outputs._log import failure_of
 from .._outputs._metrics import (
     HOLDING,
@@ -488,14 +488,14 @@ def _influence(result: Result, progress: Progress) -> list[Finding]:
 
 
 def _remedy(result: Result) -> list[Finding]:
-    """What to do about a run that failed, or whose load runs away."""
+    """What to do about a run that failed, or whose load is not stopped or held by the friction brake."""
     if not result.ok:
         text = ". ".join(map(_upper, failure_of(int(result.code), result.scene.brake.words)))
         return [Finding("remedy", f"{text}.", {"code": int(result.code), "status": result.status})]
-    capacity = result.report().summary["capacity"]
-    if result.report().summary["duty"] != DutyKind.RUNAWAY or not capacity["brake_torque"]:
+    judgement = result.report().judgement
+    if not REASONS[judgement.reason].goes_on or not 0 < judgement.sliding < 1:
         return []
-    factor = capacity["load_torque"] / capacity["brake_torque"]
+    factor = 1 / judgement.sliding
     times = digits(factor, 4)
     hot = "At the temperatures of the end the" if result.scene.heated else "The"
     text = f"{hot} brake would balance the load with {times} times its torque: "

@@ -393,7 +393,7 @@ class Replay(Tabular):
         )
         return (
             f"hottest lowering: {when}, {words}",
-            f"{verdict.colour}: {self.result.status}; {'; '.join(margins) or 'no margin'}",
+            f"{verdict.colour} {verdict.reason}: {verdict.sentence}; {'; '.join(margins) or 'no margin'}",
             *self.upper_bound,
             f"simulated against recorded: {', '.join(off)} at most in a lowering",
         )
