@@ -489,7 +489,7 @@ def test_a_speed_that_is_never_followed_has_a_name():
         ({"motor": Motor(6e4, 1e6, 40.0, course(0.0, 1.0))}, "has no effect on a duty in phases"),
         ({"load": StringLoad(8e3, [1e4, 2e4], 0.4, 8)}, "has 2 masses for 3 phases"),
         ({"brake": CHAIN}, "a band in segments is never open"),
-        ({"phases": [HOLD, 3.0]}, "3.0 is no phase"),
+        ({"phases": [HOLD, 3.0]}, "3.0 does not fit here — give a Phase"),
     ],
 )
 def test_what_cannot_be_hoisted_is_named(change, words):
