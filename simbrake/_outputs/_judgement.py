@@ -106,7 +106,6 @@ REASONS = (
     Reason("U1", "Moves under the applied brake, and nothing says that it is to move", goes_on=True),
     Reason("X1", "The brake is open, the load falls"),
 )
-_PLACES = {reason.id: place for place, reason in enumerate(REASONS)}
 
 
 class Judgement(NamedTuple):
@@ -457,7 +456,7 @@ def _judged(
     )
 
     def rules() -> Iterator[tuple[str, Any, Any]]:
-        """Reason, whether it fits, and its colour."""
+        """Reason, whether it fits, and its colour, in the order of `REASONS`."""
         never_ends = code == int(BrakeCode.PHASE_NEVER_ENDS)
         yield "F1", (code != int(Code.COMPLETED)) & ~never_ends, red
         yield "T1", never_ends, jnp.where(waits_for_rest & moves & (sliding <= 1), red, amber)
@@ -488,14 +487,13 @@ def _judged(
         yield "U1", unsaid & moves, jnp.where(sliding <= 1, red, amber)
         yield "X1", True, jnp.where(hangs & moves, jnp.where(is_said & free, amber, red), green)
 
-    found = [*rules()]
-    fits = jnp.stack([jnp.asarray(fit, bool) for _, fit, _ in found])
-    colours = jnp.stack([jnp.asarray(colour, jnp.int32) for *_, colour in found])
-    first = jnp.argmax(fits)
-    places = np.asarray([_PLACES[id] for id, *_ in found], np.int32)
+    ids, fits, colours = zip(*rules(), strict=True)
+    assert ids == tuple(reason.id for reason in REASONS)
+    first = jnp.argmax(jnp.stack([jnp.asarray(fit, bool) for fit in fits])).astype(jnp.int32)
+    colours = jnp.stack([jnp.asarray(colour, jnp.int32) for colour in colours])
     return Judgement(
-        jnp.sum(jnp.where(jnp.arange(len(found)) == first, places, 0)).astype(jnp.int32),
-        jnp.sum(jnp.where(jnp.arange(len(found)) == first, colours, 0)).astype(jnp.int32),
+        first,
+        jnp.sum(jnp.where(jnp.arange(len(ids), dtype=jnp.int32) == first, colours, 0)).astype(jnp.int32),
         want.astype(jnp.int32),
         load,
         most,
