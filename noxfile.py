@@ -103,6 +103,16 @@ def rest(session: nox.Session) -> None:
     session.run("pytest", "tests/files", "tests/pages", "tests/validation", "tests/internals", env=NO_SKIPS)
 
 
+@on(MAIN, nightly=True)
+def recipes(session: nox.Session) -> None:
+    """Nightly: the scripts of docs/recipes with other libraries, in a folder of their own."""
+    session.install(".[recipes]")
+    with tempfile.TemporaryDirectory() as folder:
+        session.chdir(folder)
+        for script in sorted((ROOT / "docs" / "recipes").glob("*.py")):
+            session.run("python", str(script))
+
+
 @on(OLDEST, nightly=True)
 def oldest(session: nox.Session) -> None:
     """Nightly: the oldest versions that pyproject.toml admits."""
