@@ -1,7 +1,6 @@
-"""What a brake was to do in a run, and whether it did: one decision for single runs, ensembles, C and pages.
+"""Whether a brake did in a run what it was to do: one decision for single runs, ensembles, C and pages.
 
-The want comes from the input and from the course before the end, never from the motion at the end. The rules are tried
-in order; the first one that fits gives the reason, with its colour. Everything here can be traced.
+The rules are tried in order; the first one that fits gives the reason, with its colour. Everything here can be traced.
 """
 
 import enum
@@ -11,20 +10,18 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int
 
-from .._base._compiling import DeviceJit
-from .._phases import AfterTravel, AtHeight, AtRest, Phase, PhaseNow, Phases
+from .._phases import AtRest, PhaseNow, Phases
 from .._physics._brake import BrakeSystem
 from .._physics._feature import LEVER, State, piece_of
-from .._physics._mechanism import OPEN, TAKE_UP, BrakeCode, Mode, holds
+from .._physics._mechanism import OPEN, TAKE_UP, BrakeCode, Mode
 from .._physics._shaft import rests
-from ..hybrid import SKIPPED, Code, Record, smallest
-from ..hybrid._arrays import Array, numpy_of
-from ..loads import AbstractActuator, AbstractFollower, Lever, SpeedHold
+from ..hybrid import Code, Record, smallest
+from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ..shaft import EddyCurrentBrake
-from ._probe import RunJit, balance_of, capacity, ends_of, in_lanes, is_traced_run
+from ._probe import RunJit, balance_of, capacity, ends_of, is_traced_run
+from ._wants import Past, Want, by_speed, command_waits, paced, past_of, want_of_input
 
 #: a holding reserve below this is small: a convention of simbrake
 SMALL_RESERVE = 1.25
@@ -36,30 +33,22 @@ _KEPT, _KEPT_AT_LEAST = 0.05, 0.05
 _STILL = 1e-6
 
 
-class Want(enum.IntEnum):
-    """What a brake is to do at the end of a run; the first five can be said (`wants`), the others only follow."""
+class Colour(enum.StrEnum):
+    """Colour of a verdict, from the best to the worst.
 
-    REST = 0
-    HOLD = 1
-    LOWER = 2
-    HOIST = 3
-    FREE = 4
-    RELEASED = 5  # the lever was let go
-    UNSAID = 6  # a phase with an applied lever that nothing names a stop, a hold or a lowering
+    Example:
+        >>> result.verdict().colour == sb.results.Colour.AMBER
+        True
+    """
 
-    def __str__(self) -> str:
-        return self.name.lower()
+    GREEN = "green"
+    AMBER = "amber"
+    RED = "red"
 
 
-class Shade(enum.IntEnum):
-    """Colour of a reason, as a number that can be traced."""
-
-    GREEN = 0
-    AMBER = 1
-    RED = 2
-
-    def __str__(self) -> str:
-        return self.name.lower()
+#: by its number in traced results
+COLOURS = tuple(Colour)
+_GREEN, _AMBER, _RED = range(len(COLOURS))
 
 
 class Reason(NamedTuple):
@@ -111,7 +100,7 @@ REASONS = (
 class Judgement(NamedTuple):
     """The decision on a run, with the numbers behind it: traced, or Python's of a concrete run.
 
-    - `reason`: place in `REASONS`;  `colour`: a `Shade`;  `want`: a `Want`
+    - `reason`: place in `REASONS`;  `colour`: place in `COLOURS`;  `want`: a `Want`
     - `load` (N·m): torque of the hanging load alone, without drag, shaft, motor and inertia, at the end
     - `pull` (N): greatest pull of the whole duty on the friction brake
     - `reserve`: static capacity of the friction brake over the hanging load, at rest under the tension of the end, of
@@ -135,210 +124,6 @@ class Judgement(NamedTuple):
     away: Any
 
 
-# --- what is wanted ---------------------------------------------------------------------------------------------------
-
-
-def said_want(words: str) -> Want | None:
-    """The want that a duty or phase names, `None` where it names none."""
-    return Want[words.upper()] if words else None
-
-
-def _by_speed(speed: Array, *, up: Want = Want.HOIST) -> Array:
-    return jnp.where(speed > 0, int(Want.LOWER), jnp.where(speed < 0, int(up), int(Want.REST)))
-
-
-def _wants_of_phases(phases: Phases, begins_at_rest: Array) -> Int[Array, " phases"]:
-    """The want of each phase, from its words, or else its lever, its motor and its end.
-
-    An applied brake behind a stop, another hold or a start at rest is to hold.
-    """
-    wants, may_hold = list[Array](), begins_at_rest
-    for phase in phases.each:
-        want = _want_of(phase, may_hold)
-        wants.append(want)
-        may_hold = (want == int(Want.HOLD)) | isinstance(phase.until, AtRest)
-    return jnp.stack(wants).astype(jnp.int32)
-
-
-def _want_of(phase: Phase, may_hold: Array) -> Array:
-    lever, said = phase.lever, said_want(phase.wants)
-    if said is not None:
-        return jnp.asarray(int(said))
-    if isinstance(phase.until, AtRest) and phase.motor is None:
-        return jnp.asarray(int(Want.REST))
-    if isinstance(lever, AbstractFollower):
-        return _by_speed(jnp.asarray(lever.speed.values)[-1])
-    if lever.controls_speed:
-        return jnp.asarray(int(Want.LOWER))
-    if phase.motor is not None:
-        return _by_speed(jnp.asarray(phase.motor.values)[-1])
-    if isinstance(phase.until, AfterTravel | AtHeight):
-        return jnp.asarray(int(Want.LOWER))
-    pulls = lever.greatest_from(jnp.zeros(()), jnp.asarray(getattr(phase.until, "duration", 0.0))) > 0
-    applied = jnp.where(may_hold, int(Want.HOLD), int(Want.UNSAID))
-    return jnp.where(pulls, applied, int(Want.LOWER))
-
-
-def _set_speed(part: Any, t: Array, start_speed: Array) -> Array:
-    """Speed (rad/s) that a lever or a motor is to keep at its own time `t`, NaN of one that keeps none."""
-    if isinstance(part, AbstractFollower):
-        return jnp.asarray(part.speed.value(t, part.speed.first_piece(t)))
-    return start_speed if isinstance(part, SpeedHold) else jnp.full_like(start_speed, jnp.nan)
-
-
-def _paced(now: Any, t: Array, start_speed: Array) -> Array:
-    """The same of a lever or motor, or of that of the phase that runs."""
-    if not isinstance(now, PhaseNow):
-        return _set_speed(now, t, start_speed)
-    local = t - now.begun
-    speeds = jnp.stack([_set_speed(phase.lever, local, start_speed) for phase in now.whole.each])
-    return jnp.sum(jnp.where(now.here, jnp.nan_to_num(speeds), 0.0)) + jnp.where(
-        jnp.any(now.here & jnp.isnan(speeds)), jnp.nan, 0.0
-    )
-
-
-def _command_waits(lever: Any, t: Array) -> Array:
-    """Whether an actuator has been told to pull, and its force is still to come."""
-    if isinstance(lever, PhaseNow):
-        local = t - lever.begun
-        return jnp.any(lever.here & jnp.stack([_command_waits(phase.lever, local) for phase in lever.whole.each]))
-    if isinstance(lever, Lever):
-        return _command_waits(lever.force, t)
-    if not isinstance(lever, AbstractActuator):
-        return jnp.asarray(False)
-    return jnp.asarray(lever.input.value(t, lever.input.first_piece(t)) > 0)
-
-
-# --- what happened before the end -------------------------------------------------------------------------------------
-
-
-class LeverNow(NamedTuple):
-    """The lever at one instant: its pull (N), whether motion is meant there, and whether a phase is to hold there."""
-
-    pull: Array
-    moves: Array
-    is_hold: Array
-
-
-def _lever_now(system: BrakeSystem, t: Array, y: State, mode: Mode, start_speed: Array) -> LeverNow:
-    lever, piece, said = system.lever_at(y, mode), piece_of(mode, LEVER), said_want(system.wants)
-    pull = jnp.asarray(lever.value(t, piece), jnp.float64)
-    moving = (int(Want.LOWER), int(Want.HOIST), int(Want.FREE))
-    moves = jnp.asarray(said in (Want.LOWER, Want.HOIST, Want.FREE))
-    is_hold = jnp.asarray(said is Want.HOLD)
-    if isinstance(lever, PhaseNow):
-        want = jnp.sum(jnp.where(lever.here, _wants_of_phases(lever.whole, start_speed == 0), 0))
-        moves = jnp.any(jnp.stack([want == one for one in moving]))
-        is_hold = want == int(Want.HOLD)
-    elif system.motor is not None and said is None:
-        moves = _paced(system.motor.now(y, mode), t, start_speed) != 0
-    follows = lever.follows(piece) if lever.controls_speed else False
-    return LeverNow(pull, moves | follows, is_hold)
-
-
-def _levers(system: BrakeSystem, t: Array, y: State, mode: Mode, start_speed: Array) -> LeverNow:
-    return jax.vmap(_lever_now, in_axes=(None, 0, 0, 0, None))(system, t, y, mode, start_speed)
-
-
-_LEVERS = DeviceJit(_levers, quick=True)
-
-
-class Holding(NamedTuple):
-    """Rows of a record: in which the brake is `to_hold`, and that begin with a held load that has `broken` away; and
-    the pull of the lever (N) at the begin of each."""
-
-    to_hold: Bool[Array, " rows"]
-    broken: Bool[Array, " rows"]
-    pull: Float[Array, " rows"]
-
-
-#: tensions that differ by less than this share of the greatest one are the same
-_SAME = 1e-9
-
-
-def holding_rows(record: Record) -> Holding:
-    """When the brake is to hold the pulley at rest, and when a held load broke away.
-
-    The lever is let go where it falls, the load moves off, and the brake opens before the pulley rests again, unless
-    a phase is to hold. A load that moves off otherwise has broken away, unless its motion is meant.
-    """
-    rows, xp = record.rows, numpy_of(record.rows.t)
-    n = rows.t.shape[0]
-    number_of = xp.arange(n, dtype=np.int32)
-    used = (number_of < record.count) & (rows.kind != SKIPPED)
-    ends = rows.t[xp.minimum(number_of + 1, record.count)]
-    start_speed = rows.y[0, 1]
-    system: BrakeSystem = record.system  # pyright: ignore
-    y, modes = record.states, record.modes
-
-    def look(index: np.ndarray) -> tuple[LeverNow, LeverNow]:
-        at = jax.tree.map(lambda column: np.asarray(column)[index], (rows.t, ends, y, modes))
-        t, later, *state = at
-        return _LEVERS(system, t, *state, start_speed), _LEVERS(system, later, *state, start_speed)
-
-    if is_traced_run(record):
-        first, last = (_levers(system, t, y, modes, start_speed) for t in (rows.t, ends))
-    else:
-        start_speed = np.asarray(start_speed)
-        modes = jax.tree.map(np.asarray, modes)
-        first, last = in_lanes(look, number_of)
-    held = holds(modes)
-    lasts = used & (ends > rows.t)  # (rows without duration say nothing)
-    slack = _SAME * xp.max(xp.where(used, xp.abs(first.pull), 0.0))
-    falls = last.pull < first.pull - slack
-    # the last lasting row before each
-    before = xp.maximum.accumulate(xp.where(lasts, number_of, -1))
-    before = xp.concatenate([xp.full(1, -1, before.dtype), before[:-1]])
-    moves_off = lasts & ~held & (before >= 0) & held[before] & ~rests(modes)
-    drops = falls[before] | (first.pull < last.pull[before] - slack)
-    # the first row from each on in which the brake is open, and in which the pulley rests
-    there = number_of <= record.count
-    opens = _next(there & ((modes.band == OPEN) | (first.pull <= 0)), n, xp)
-    rest_again = _next(there & rests(modes), n, xp)
-    let_go = drops & (opens < rest_again) & ~first.is_hold
-    broken = moves_off & ~let_go & ~first.moves
-    # of a fall that lets go nothing is to be held from where it begins
-    falling = lasts & held & falls & ~first.is_hold
-    steady = _next(lasts & ~falling, n, xp)
-    after = xp.minimum(steady, n - 1)
-    released = falling & (steady < n) & ~held[after] & (opens[after] < rest_again[after])
-    return Holding(lasts & held & ~released, broken & (rows.y[:, 1] == 0.0), first.pull)
-
-
-def _next(marked: Bool[Array, " n"], n: int, xp: Any) -> Int[Array, " n"]:
-    """Of each row the first one from it on that is marked, `n` where none is."""
-    places = xp.where(marked, xp.arange(n, dtype=np.int32), np.int32(n))
-    return xp.minimum.accumulate(places[::-1])[::-1]
-
-
-class Past(NamedTuple):
-    """What the end of a run does not show: whether a held load broke away, whether the pulley was at rest and moved
-    again, and whether the lever pulled at the start and at any time."""
-
-    broke_away: Any
-    rested: Any
-    began_pulling: Any
-    pulled: Any
-
-
-def _past(record: Record) -> Past:
-    rows, xp = record.rows, numpy_of(record.rows.t)
-    holding = holding_rows(record)
-    number_of = xp.arange(rows.t.shape[0], dtype=np.int32)
-    there = number_of <= record.count
-    resting = there & rests(jax.tree.map(xp.asarray, record.modes))
-    moved_last = xp.max(xp.where(there & ~resting, number_of, -1))
-    return Past(
-        xp.any(holding.broken),
-        xp.any(resting & (number_of < moved_last)),
-        holding.pull[0] > 0,
-        xp.any(there & (holding.pull > 0)),
-    )
-
-
-# --- the decision -----------------------------------------------------------------------------------------------------
-
-
 def _greatest_pull(system: BrakeSystem, start: Array, end: Array) -> Array:
     lever = system.lever
     levers = [phase.lever for phase in lever.each] if isinstance(lever, Phases) else [lever]
@@ -356,153 +141,229 @@ def _pull_to_come(lever: AbstractProfile | PhaseNow, t: Array, end: Array) -> Ar
     return lever.of_each([phase.lever.greatest_from(local, end - lever.begun) for phase in lever.whole.each])
 
 
-def _judged(
-    system: BrakeSystem, t: Array, y: State, mode: Mode, start: tuple[Array, Array], code: Array, past: Past
-) -> Judgement:
-    """The decision from the state at the end, `start`: time and speed at the start."""
+class _End(NamedTuple):
+    """The brake at the end of a run, as the rules see it.
+
+    - `load` (N·m), and whether one `hangs`; `hauls_down`: whether the pulley turns the way in which the load pulls
+    - `pull`, `reserve`, `sliding`, `sliding_now`, `set_speed`, `steady`, `away`: as in `Judgement`
+    - `rises`: whether the torques speed the pulley up; `tends`: whether they balance at some higher speed
+    - `rests`: also where the motor keeps the pulley at rest; `closed`: whether the friction brake touches and pulls
+    - `pulls`: whether the lever pulls, or has been told to; `follows` a speed; `at_limit` of its pull while it does
+    - `engaged`: the motor, and whether it is `at_full_torque`
+    - `drags`: whether something but the brake takes torque of the motion; `past_critical` speed of an eddy brake
+    - `awaits_rest`: whether the phase that runs ends with a stop
+    """
+
+    load: Array
+    hangs: Array
+    hauls_down: Array
+    omega: Array
+    pull: Array
+    reserve: Array
+    sliding: Array
+    sliding_now: Array
+    set_speed: Array
+    steady: Array
+    rises: Array
+    tends: Array
+    away: Array
+    rests: Array
+    closed: Array
+    pulls: Array
+    follows: Array
+    at_limit: Array
+    engaged: Array
+    at_full_torque: Array
+    drags: Array
+    past_critical: Array
+    awaits_rest: Array
+
+
+class _MotorNow(NamedTuple):
+    engaged: Array
+    at_full_torque: Array
+    keeps_still: Array
+    set_speed: Array
+
+
+def _motor_now(system: BrakeSystem, t: Array, y: State, mode: Mode, start_speed: Array) -> _MotorNow:
+    motor = system.motor
+    if motor is None:
+        no = jnp.asarray(False)
+        return _MotorNow(no, no, no, jnp.full_like(start_speed, jnp.nan))
+    course = motor.now(y, mode)
+    engaged = jnp.asarray(course.follows(piece_of(mode, motor.piece)))
+    given = jnp.abs(motor.torque(system, t, y.omega, y, mode))
+    full = given >= (1 - _ROUNDING) * motor.motor.available(y.omega)
+    still = jnp.abs(y.omega) <= _STILL * motor.motor.max_speed
+    set_speed = jnp.where(engaged, paced(course, t, start_speed), jnp.nan)
+    return _MotorNow(engaged, engaged & full, engaged & still, set_speed)
+
+
+def _drag(system: BrakeSystem, t: Array, y: State, mode: Mode, load: Array) -> Array:
+    """Torque (N·m) of what the motion itself causes: drag of the load and of the shaft."""
+    drag = load - system.load_torque(t, y.omega, mode)
+    if system.shaft is None:
+        return drag
+    shaft = system.shaft.engaged(mode)
+    return drag + shaft.turning(t, y.omega, load, jnp.zeros_like(y.omega), system.shaft.pieces(mode))
+
+
+def _exceeds_critical(system: BrakeSystem, omega: Array) -> Array:
+    laws = () if system.shaft is None else system.shaft.laws
+    speeds = [law.critical_speed for law in laws if isinstance(law, EddyCurrentBrake)]
+    return (
+        jnp.any(jnp.stack([jnp.asarray(jnp.abs(omega) > speed) for speed in speeds])) if speeds else jnp.asarray(False)
+    )
+
+
+def _end_of(system: BrakeSystem, t: Array, y: State, mode: Mode, start: tuple[Array, Array]) -> _End:
+    """The brake at the end; `start`: time and speed at the start."""
     start_time, start_speed = start
     omega, size = y.omega, system.sizes.torque
-    lever, piece = system.lever_at(y, mode), piece_of(mode, LEVER)
+    lever = system.lever_at(y, mode)
     *_, surfaces, (tension, _) = system.given(t, y, mode)
     load = system.load_torque(t, 0.0 * omega, mode)
     hangs = jnp.abs(load) > _ROUNDING * size
     way = jnp.where(load < 0, -1.0, 1.0)
-    follows = jnp.asarray(lever.follows(piece) if lever.controls_speed else False)
-
-    most = _greatest_pull(system, start_time, t)
-    to_come = jnp.maximum(_pull_to_come(lever, t, t), 0.0)
-    at_limit = follows & (tension >= (1 - _ROUNDING) * _pull_to_come(lever, t, t))
-    here = jnp.where(follows, to_come, tension)
-    engaged = jnp.asarray(False)
-    motor_at_limit = jnp.asarray(False)
-    still = jnp.asarray(False)
-    if system.motor is not None:
-        motor = system.motor
-        course = motor.now(y, mode)
-        engaged = jnp.asarray(course.follows(piece_of(mode, motor.piece)))
-        given = jnp.abs(motor.torque(system, t, omega, y, mode))
-        motor_at_limit = engaged & (given >= (1 - _ROUNDING) * motor.motor.available(omega))
-        still = engaged & (jnp.abs(omega) <= _STILL * motor.motor.max_speed)
-    at_rest = rests(mode) | still
-    moves = ~at_rest
+    motor = _motor_now(system, t, y, mode, start_speed)
+    at_rest = rests(mode) | motor.keeps_still
     closed = (mode.band != OPEN) & (mode.band != TAKE_UP) & (tension > 0)
+
+    follows = jnp.asarray(lever.follows(piece_of(mode, LEVER)) if lever.controls_speed else False)
+    limit = _pull_to_come(lever, t, t)
+    to_come = jnp.maximum(limit, 0.0)
+    here = jnp.where(follows, to_come, tension)
+    most = _greatest_pull(system, start_time, t)
 
     def over_load(tension: Array, speed: Array, *, static: bool) -> Array:
         torque = smallest(system.capacity(tension, speed, y.own, surfaces, static=static))
         return jnp.where(hangs, torque / jnp.where(hangs, jnp.abs(load), 1.0), jnp.inf)
 
-    reserve = over_load(jnp.where(at_rest & closed, here, most), way, static=True)
     sense = way * jnp.where(omega == 0, 1.0, jnp.abs(omega))
     sliding, sliding_now = jax.vmap(lambda pull: over_load(pull, sense, static=False))(jnp.stack([to_come, here]))
-
     balance = balance_of(system, t, y, mode)
-    rises = balance.rises > _ROUNDING * size
-    steady = balance.steady
-
-    # --- the want
-    drag = load - system.load_torque(t, omega, mode)
-    if system.shaft is not None:
-        drag = drag + system.shaft.engaged(mode).turning(
-            t, omega, load, jnp.zeros_like(omega), system.shaft.pieces(mode)
-        )
-    drags = jnp.abs(drag) > _ROUNDING * size
-    set_speed = _paced(lever, t, start_speed)
-    if system.motor is not None:
-        by_motor = _paced(system.motor.now(y, mode), t, start_speed)
-        set_speed = jnp.where(engaged & jnp.isnan(set_speed), by_motor, set_speed)
-    paced = ~jnp.isnan(set_speed)
-    pulls = (tension > 0) | _command_waits(lever, t)
-    said = said_want(system.wants)
+    drags = jnp.abs(_drag(system, t, y, mode, load)) > _ROUNDING * size
+    by_lever = paced(lever, t, start_speed)
+    awaits_rest = jnp.asarray(False)
     if isinstance(lever, PhaseNow):
-        want = jnp.sum(jnp.where(lever.here, _wants_of_phases(lever.whole, start_speed == 0), 0))
-        names = jnp.stack([jnp.asarray(bool(phase.wants)) for phase in lever.whole.each])
-        is_said = jnp.any(lever.here & names)
-        want = jnp.where((want == int(Want.UNSAID)) & ~pulls, int(Want.RELEASED), want)
-    elif said is not None:
-        want, is_said = jnp.asarray(int(said)), jnp.asarray(True)
-    else:
-        applied = jnp.where(past.began_pulling & (start_speed == 0) | past.rested, int(Want.HOLD), int(Want.REST))
-        never = jnp.where(drags, int(Want.LOWER), int(Want.FREE))
-        want = jnp.where(pulls, applied, jnp.where(past.pulled, int(Want.RELEASED), never))
-        want = jnp.where(paced, _by_speed(jnp.nan_to_num(set_speed)), want)
-        is_said = jnp.asarray(False)
+        ends_with_stop = np.asarray([isinstance(phase.until, AtRest) for phase in lever.whole.each])
+        awaits_rest = jnp.any(lever.here & ends_with_stop)
+    return _End(
+        load=load,
+        hangs=hangs,
+        hauls_down=hangs & (omega * way > _KEPT_AT_LEAST),
+        omega=omega,
+        pull=most,
+        reserve=over_load(jnp.where(at_rest & closed, here, most), way, static=True),
+        sliding=sliding,
+        sliding_now=sliding_now,
+        set_speed=jnp.where(jnp.isnan(by_lever), motor.set_speed, by_lever),
+        steady=balance.steady,
+        rises=balance.rises > _ROUNDING * size,
+        tends=balance.tends,
+        away=capacity(system, t, y, mode, start_time).exceeded & ~balance.tends,
+        rests=at_rest,
+        closed=closed,
+        pulls=(tension > 0) | command_waits(lever, t),
+        follows=follows,
+        at_limit=follows & (tension >= (1 - _ROUNDING) * limit),
+        engaged=motor.engaged,
+        at_full_torque=motor.at_full_torque,
+        drags=drags,
+        past_critical=drags & _exceeds_critical(system, omega),
+        awaits_rest=awaits_rest,
+    )
+
+
+def _want_at_end(
+    system: BrakeSystem, y: State, mode: Mode, end: _End, start_speed: Array, past: Past
+) -> tuple[Array, Array]:
+    """What is wanted at the end, and whether words say it."""
+    lever = system.lever_at(y, mode)
+    want, named = want_of_input(system, lever, start_speed)
+    if isinstance(lever, PhaseNow):
+        return jnp.where((want == int(Want.UNSAID)) & ~end.pulls, int(Want.RELEASED), want), named
+    applied = jnp.where(past.began_pulling & (start_speed == 0) | past.rested, int(Want.HOLD), int(Want.REST))
+    never = jnp.where(end.drags, int(Want.LOWER), int(Want.FREE))
+    shown = jnp.where(end.pulls, applied, jnp.where(past.pulled, int(Want.RELEASED), never))
+    shown = jnp.where(jnp.isnan(end.set_speed), shown, by_speed(jnp.nan_to_num(end.set_speed)))
+    return jnp.where(named, want, shown), named
+
+
+def _rules(end: _End, want: Array, named: Array, code: Array, past: Past) -> Iterator[tuple[str, Any, Any]]:
+    """Reason, whether it fits, and its colour, in the order of `REASONS`."""
     to_rest = want == int(Want.REST)
     hold = want == int(Want.HOLD)
     lower = want == int(Want.LOWER)
     hoist = want == int(Want.HOIST)
     free = want == int(Want.FREE)
-    released = want == int(Want.RELEASED)
     unsaid = want == int(Want.UNSAID)
-
-    kept = jnp.maximum(_KEPT * jnp.abs(set_speed), _KEPT_AT_LEAST)
-    ahead = jnp.where(set_speed < 0, -1.0, 1.0) * omega  # speed in the sense of the set one
-    slow = ahead < jnp.abs(set_speed) - kept
-    fast = ahead > jnp.abs(set_speed) + kept
-    to_move = (lower | hoist) & ~(paced & (jnp.abs(set_speed) <= 0))
+    paced = ~jnp.isnan(end.set_speed)
+    to_move = (lower | hoist) & ~(paced & (jnp.abs(end.set_speed) <= 0))
     stays = ~to_move
-    green, amber, red = (jnp.asarray(int(shade)) for shade in Shade)
+    moves = ~end.rests
+    kept = jnp.maximum(_KEPT * jnp.abs(end.set_speed), _KEPT_AT_LEAST)
+    ahead = jnp.where(end.set_speed < 0, -1.0, 1.0) * end.omega  # speed in the sense of the set one
+    slow = ahead < jnp.abs(end.set_speed) - kept
+    fast = ahead > jnp.abs(end.set_speed) + kept
+    small = jnp.where(end.reserve < SMALL_RESERVE, _AMBER, _GREEN)
+    by_reserve = jnp.where(end.reserve <= 1, _RED, small)
+    strong = end.sliding > 1
 
-    def by_reserve(low: Array) -> Array:
-        small = jnp.where(reserve < SMALL_RESERVE, amber, green)
-        return jnp.where(reserve <= 1, low, small)
+    never_ends = code == int(BrakeCode.PHASE_NEVER_ENDS)
+    yield "F1", (code != int(Code.COMPLETED)) & ~never_ends, _RED
+    yield "T1", never_ends, jnp.where(end.awaits_rest & moves & ~strong, _RED, _AMBER)
+    yield "H1", past.broke_away, _RED
+    yield "H6", end.rests & ~end.closed & end.hangs & ~end.engaged, jnp.where(lower, _AMBER, _RED)
+    yield "H7", end.rests & ~end.closed & end.hangs & end.engaged, _AMBER
+    yield "H2", end.rests & stays & end.hangs & (end.reserve <= 1), _RED
+    yield "H3", hold & moves, _RED
+    yield "H4", end.rests & stays & (end.closed | to_rest | hold), by_reserve
+    yield "X0", ~end.hangs & ~paced & ~to_rest & ~unsaid, _GREEN
+    yield "H5", (want == int(Want.RELEASED)) & moves, _AMBER
+    yield "S3", to_rest & moves & ~strong & end.rises, _RED
+    yield "S1", to_rest & moves & ~strong, _RED
+    yield "S4", to_rest & moves & end.engaged & end.closed & ~end.rises & end.steady, _AMBER
+    yield "S2", to_rest & moves, _AMBER
+    yield "M3", to_move & end.engaged & end.closed & ~end.follows, _AMBER
+    yield "M2", hoist & slow & (end.at_full_torque | end.hauls_down), _RED
+    yield "M0", hoist & slow, _AMBER
+    yield "M1", hoist, jnp.where(end.reserve <= 1, _AMBER, _GREEN)
+    yield "L2", lower & paced & (fast | end.at_limit), _RED
+    yield "L0", lower & paced & slow & end.rises, _AMBER
+    yield "L3", lower & (paced & slow | end.rests), _AMBER
+    yield "L1", lower & paced, jnp.where(end.pull > 0, by_reserve, jnp.where(end.hangs, _AMBER, _GREEN))
+    yield "L7", lower & end.past_critical, _RED
+    yield "L5", lower & end.steady & (end.pull <= 0), _AMBER
+    yield "L4", lower & end.steady, by_reserve
+    yield "L6", lower, jnp.where(end.rises & ~end.tends, _RED, _AMBER)
+    yield "U1", unsaid & moves, jnp.where(strong, _AMBER, _RED)
+    yield "X1", True, jnp.where(end.hangs & moves, jnp.where(named & free, _AMBER, _RED), _GREEN)
 
-    past_critical = jnp.asarray(False)
-    if system.shaft is not None:
-        critical = [law.critical_speed for law in system.shaft.laws if isinstance(law, EddyCurrentBrake)]
-        for least in critical:
-            past_critical = past_critical | drags & (jnp.abs(omega) > least)
-    waits_for_rest = isinstance(lever, PhaseNow) and jnp.any(
-        lever.here & np.asarray([isinstance(phase.until, AtRest) for phase in lever.whole.each])
-    )
 
-    def rules() -> Iterator[tuple[str, Any, Any]]:
-        """Reason, whether it fits, and its colour, in the order of `REASONS`."""
-        never_ends = code == int(BrakeCode.PHASE_NEVER_ENDS)
-        yield "F1", (code != int(Code.COMPLETED)) & ~never_ends, red
-        yield "T1", never_ends, jnp.where(waits_for_rest & moves & (sliding <= 1), red, amber)
-        yield "H1", past.broke_away, red
-        yield "H6", at_rest & ~closed & hangs & ~engaged, jnp.where(lower, amber, red)
-        yield "H7", at_rest & ~closed & hangs & engaged, amber
-        yield "H2", at_rest & stays & hangs & (reserve <= 1), red
-        yield "H3", hold & moves, red
-        yield "H4", at_rest & stays & (closed | to_rest | hold), by_reserve(red)
-        yield "X0", ~hangs & ~paced & ~to_rest & ~unsaid, green
-        yield "H5", released & moves, amber
-        yield "S3", to_rest & moves & (sliding <= 1) & rises, red
-        yield "S1", to_rest & moves & (sliding <= 1), red
-        yield "S4", to_rest & moves & engaged & closed & ~rises & steady, amber
-        yield "S2", to_rest & moves, amber
-        yield "M3", to_move & engaged & closed & ~follows, amber
-        yield "M2", hoist & slow & (motor_at_limit | hangs & (omega * way > _KEPT_AT_LEAST)), red
-        yield "M0", hoist & slow, amber
-        yield "M1", hoist, jnp.where(reserve <= 1, amber, green)
-        yield "L2", lower & paced & (fast | at_limit), red
-        yield "L0", lower & paced & slow & rises, amber
-        yield "L3", lower & (paced & slow | at_rest), amber
-        yield "L1", lower & paced, jnp.where(most > 0, by_reserve(red), jnp.where(hangs, amber, green))
-        yield "L7", lower & past_critical, red
-        yield "L5", lower & steady & (most <= 0), amber
-        yield "L4", lower & steady, by_reserve(red)
-        yield "L6", lower, jnp.where(rises & ~balance.tends, red, amber)
-        yield "U1", unsaid & moves, jnp.where(sliding <= 1, red, amber)
-        yield "X1", True, jnp.where(hangs & moves, jnp.where(is_said & free, amber, red), green)
-
-    ids, fits, colours = zip(*rules(), strict=True)
+def _judged(
+    system: BrakeSystem, t: Array, y: State, mode: Mode, start: tuple[Array, Array], code: Array, past: Past
+) -> Judgement:
+    end = _end_of(system, t, y, mode, start)
+    want, named = _want_at_end(system, y, mode, end, start[1], past)
+    ids, fits, colours = zip(*_rules(end, want, named, code, past), strict=True)
     assert ids == tuple(reason.id for reason in REASONS)
     first = jnp.argmax(jnp.stack([jnp.asarray(fit, bool) for fit in fits])).astype(jnp.int32)
     colours = jnp.stack([jnp.asarray(colour, jnp.int32) for colour in colours])
+    chosen = jnp.arange(len(ids), dtype=jnp.int32) == first
     return Judgement(
-        first,
-        jnp.sum(jnp.where(jnp.arange(len(ids), dtype=jnp.int32) == first, colours, 0)).astype(jnp.int32),
-        want.astype(jnp.int32),
-        load,
-        most,
-        reserve,
-        sliding,
-        sliding_now,
-        set_speed,
-        steady,
-        capacity(system, t, y, mode, start_time).exceeded & ~balance.tends,
+        reason=first,
+        colour=jnp.sum(jnp.where(chosen, colours, 0)).astype(jnp.int32),
+        want=want.astype(jnp.int32),
+        load=end.load,
+        pull=end.pull,
+        reserve=end.reserve,
+        sliding=end.sliding,
+        sliding_now=end.sliding_now,
+        set_speed=end.set_speed,
+        steady=end.steady,
+        away=end.away,
     )
 
 
@@ -512,7 +373,7 @@ _JUDGED = RunJit(_judged, quick=True)
 def judge(record: Record) -> Judgement:
     """What the brake was to do, and whether it did, of a run at its end; NumPy's of a concrete one."""
     (start, first, _), (t, y, mode) = ends_of(record)
-    past = _past(record)
+    past = past_of(record)
     decide: Callable[..., Judgement] = _judged if is_traced_run(record) else _JUDGED
     return decide(record.system, t, y, mode, (start, first.omega), record.code, past)
 
@@ -526,7 +387,7 @@ class Coded(NamedTuple):
     away: Any
 
 
-_COUNTS = Coded(len(REASONS), len(Shade), 2, 2)
+_COUNTS = Coded(len(REASONS), len(COLOURS), 2, 2)
 
 
 def coded(judgement: Judgement) -> Array:

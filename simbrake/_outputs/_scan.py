@@ -18,7 +18,6 @@ from .._physics._brake import BrakeSystem
 from ..hybrid import ADVANCED, LANDED, SKIPPED, STOPPED, Record
 from ..hybrid._arrays import Array
 from ..hybrid._system import flatten, ravel
-from ._judgement import holding_rows
 from ._metrics import METRICS, Peak, held_share, passing
 from ._probe import (
     LONG,
@@ -30,6 +29,7 @@ from ._probe import (
     seen_at,
     states_inside,
 )
+from ._wants import holding_rows
 
 #: places in every step at which a run is sampled, both ends included; in a long run every part has many steps
 _SAMPLES, _SAMPLES_OF_LONG = 9, 5

@@ -14,7 +14,7 @@ import numpy as np
 from .._base._faults import Fault, InputError, needed, whole_file
 from .._base._part import leaves
 from .._base._progress import Progress
-from .._outputs._judgement import REASONS, Shade
+from .._outputs._judgement import COLOURS, REASONS
 from .._outputs._log import FAILURES, Event, Status
 from .._outputs._metrics import METRICS
 from .._parts._scene import Scene
@@ -99,7 +99,7 @@ def publish_live(
         "coverage": coverage(limited, base, checks),
         "statuses": [message_of(scene, status) for status in Status],
         "reasons": [f"{reason.id}: {reason.words}" for reason in REASONS],
-        "colours": [str(shade) for shade in Shade],
+        "colours": list(COLOURS),
         "failures": {int(code): [name, what] for code, (name, what, _) in FAILURES.items()},
         "events": [None, *(look_of_event(Event(0.0, name, None)) for name in export.events)],
         "time": places["t"][0],

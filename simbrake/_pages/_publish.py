@@ -30,7 +30,7 @@ from .._base._faults import Fault, InputError, whole_file
 from .._base._part import leaves
 from .._base._progress import Progress
 from .._base._table import digits, pretty, scale
-from .._outputs._judgement import REASONS, SMALL_RESERVE, Shade
+from .._outputs._judgement import COLOURS, REASONS, SMALL_RESERVE
 from .._outputs._log import STATUS_MESSAGES, Status
 from .._outputs._metrics import HOLDING, METRICS
 from .._parts._scene import Scene
@@ -433,7 +433,7 @@ def _sequence(result: Result, pieces: int, sampled: Sampled, lines: int) -> Data
         "events": events,
         "status": f"{reason.id}: {reason.words}",
         "message": message_of(result.scene, Status(result.status)),
-        "colour": str(Shade(judgement.colour)),
+        "colour": COLOURS[judgement.colour],
     }
 
 

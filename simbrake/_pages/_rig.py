@@ -5,7 +5,7 @@ from pathlib import Path
 
 from .._base._faults import whole_folder
 from .._base._table import Number, Table, number
-from .._run._measure import Colour
+from .._outputs._judgement import Colour
 from ..rig._ledger import Ledger
 from ..rig._replay import Comparison, Replay, compare
 from ._page import Contents, Picture, draw, flat, render, write_json

@@ -11,11 +11,12 @@ import numpy as np
 from .._base._part import about_of, below, parts_below
 from .._base._table import Column, Number, Table, digits, number, numbers, scale
 from .._outputs._duty import totals
+from .._outputs._judgement import Colour
 from .._outputs._log import STAGES, Event, plain_words
 from .._outputs._metrics import METRICS, RESIDUAL_SEES, Balance, energy_balance, heat_balance
 from .._parts._scene import Scene, paths_without_meaning
 from .._phases import Phases
-from .._run._measure import Colour, LimitCheck, title_of, unit_of
+from .._run._measure import LimitCheck, title_of, unit_of
 from .._run._result import Result
 from ..loads import AbstractLoad, Cylinder, Driller, HookLoad, Lever, SpeedHold, StringLoad, TorqueLoad, TrippingLoad
 from ..plot._studies import bars_of

@@ -15,6 +15,7 @@ from .._base._faults import Fault, InputError
 from .._base._part import Part, quantity
 from .._base._quantity import BAD, NumberReader, Quantity, Scalar
 from .._base._table import ZERO, digits, number, plain
+from .._outputs._judgement import Colour
 from .._outputs._metrics import (
     HOLDING,
     HOT,
@@ -180,19 +181,6 @@ _USUAL = ("max_tension", "max_normal_load")
 _LININGS = "peak_lining_temperature"
 #: kelvins of 20 °C, from which the rise of a temperature is counted
 ROOM = ZERO + 20.0
-
-
-class Colour(enum.StrEnum):
-    """Colour of a verdict.
-
-    Example:
-        >>> result.verdict().colour == sb.results.Colour.AMBER
-        True
-    """
-
-    RED = "red"
-    AMBER = "amber"
-    GREEN = "green"
 
 
 class LimitVerdict(enum.StrEnum):

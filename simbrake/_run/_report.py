@@ -21,7 +21,7 @@ from .._outputs._duty import (
     stops_of,
     words_of,
 )
-from .._outputs._judgement import REASONS, SMALL_RESERVE, Judgement, Shade, holding_rows, judge
+from .._outputs._judgement import COLOURS, REASONS, SMALL_RESERVE, Colour, Judgement, judge
 from .._outputs._log import Event, Phase, Stage, Status, absent_stages, event_log, stages_of, with_phases
 from .._outputs._metrics import (
     HOLDING,
@@ -41,6 +41,7 @@ from .._outputs._metrics import (
 from .._outputs._probe import Entry, RunJit, record_of
 from .._outputs._scan import Scan, ScanColumns, Wanted, first_largest, largest_share_of_capacity, peaks
 from .._outputs._stability import shortage
+from .._outputs._wants import holding_rows
 from .._parts._scene import plausibility, warnings
 from .._phases import Ended, Phases
 from .._physics._brake import BrakeSystem
@@ -179,11 +180,11 @@ class Report:
         reserve = min(found.reserve, float(self.holding.value))
         if REASONS[found.reason].id == "H1":
             return found._replace(reserve=reserve)
-        by_reserve = Shade.AMBER if reserve < SMALL_RESERVE else Shade.GREEN
+        by_reserve = Colour.AMBER if reserve < SMALL_RESERVE else Colour.GREEN
         name = "H2" if reserve <= 1 else "H4"
-        colour = Shade.RED if reserve <= 1 else by_reserve
+        colour = Colour.RED if reserve <= 1 else by_reserve
         place = [reason.id for reason in REASONS].index(name)
-        return found._replace(reserve=reserve, reason=place, colour=int(colour))
+        return found._replace(reserve=reserve, reason=place, colour=COLOURS.index(colour))
 
     @property
     def broke_away(self) -> tuple[float, float]:

@@ -9,11 +9,12 @@ from .._base._arguments import explained
 from .._base._faults import InputError
 from .._base._table import coloured, digits, number, plain, rows_table
 from .._outputs._duty import DutyKind, stops_words
-from .._outputs._judgement import REASONS, SMALL_RESERVE, Judgement, Shade, Want
+from .._outputs._judgement import COLOURS, REASONS, SMALL_RESERVE, Colour, Judgement
 from .._outputs._log import Status
 from .._outputs._metrics import HOT, about_output
 from .._outputs._probe import Entry
-from ._measure import Colour, Judged, LimitCheck, LimitVerdict, judged, limit_checks, read_limits, title_of
+from .._outputs._wants import Want
+from ._measure import Judged, LimitCheck, LimitVerdict, judged, limit_checks, read_limits, title_of
 from ._report import body_of, hottest_first
 from ._result import Result
 
@@ -110,7 +111,7 @@ def verdict(result: Result, limits: Mapping[str, float | str] | Sequence[LimitCh
     rows = [row for _, row in sorted(limited + _reserve_rows(result), key=lambda pair: pair[0])]
     cover = judged(result, checks)
     reason, sentence = REASONS[judgement.reason], _sentence(result)
-    colour = _worse(str(Shade(judgement.colour)), _colour_of_limits([row for _, row in limited], cover))
+    colour = _worse(COLOURS[judgement.colour], _colour_of_limits([row for _, row in limited], cover))
     numbers = {
         "load_torque": judgement.load,
         "greatest_pull": judgement.pull,
@@ -153,7 +154,7 @@ def _colour_of_limits(rows: Sequence[VerdictRow], cover: Judged) -> Colour:
 
 
 def _worse(*colours: str) -> Colour:
-    return min((Colour(colour) for colour in colours), key=[Colour.RED, Colour.AMBER, Colour.GREEN].index)
+    return max((Colour(colour) for colour in colours), key=COLOURS.index)
 
 
 def _headline(
@@ -168,7 +169,7 @@ def _headline(
         said += [f"{words}: {'; '.join(these)}"] if these else []
     evaluated = [row for row in rows if row.state in (LimitVerdict.WITHIN, LimitVerdict.WITHIN_SO_FAR)]
     # where the brake did not do its work, the margin of something else says nothing
-    silent = result.ok and result.report().judgement.colour == Shade.RED
+    silent = result.ok and COLOURS[result.report().judgement.colour] == Colour.RED
     if len(said) == 1 and evaluated and not silent:
         first = evaluated[0]
         so_far = "" if result.ok else " so far"
@@ -249,7 +250,7 @@ def _sentence(result: Result) -> str:
         case "L5":
             return f"Lowered at a steady {speed}; {_NO_PULL}"
         case "L6":
-            falls = judgement.colour == Shade.RED
+            falls = COLOURS[judgement.colour] == Colour.RED
             return (
                 f"Falls freely, at {moves} at the end" if falls else f"Lowered, not yet steadily: at {moves} at the end"
             )
@@ -339,7 +340,7 @@ def _reserve_rows(result: Result) -> list[tuple[float, VerdictRow]]:
         when = f"at {number(holding.time, 's')}"
     else:
         when = f"at the end, if the lever is pulled with {number(judgement.pull, 'N')}"
-    given = judgement.pull > 0 or judgement.colour == Shade.RED
+    given = judgement.pull > 0 or COLOURS[judgement.colour] == Colour.RED
     ratios = [("Holding reserve (static capacity over load)", judgement.reserve, when, given)]
     if REASONS[judgement.reason].id in _STILL_MOVING:
         ratios.append(("Torque of the sliding brake over load", judgement.sliding, "at the end", True))

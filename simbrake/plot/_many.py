@@ -22,7 +22,7 @@ from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._quantity import shown as about
 from .._base._table import scale
-from .._outputs._judgement import Shade
+from .._outputs._judgement import Colour
 from .._outputs._log import Status
 from .._run._result import Result
 from ..formulas._material_table import MaterialComparison, MaterialRow
@@ -306,7 +306,7 @@ def permissible(data: Dataset, limits: Mapping[str, float], *, figure: Figure | 
     fine = [RegularGridInterpolator((x, y), margin)(tuple(np.meshgrid(u, v))) for margin in margins]
     lost = np.zeros(good.shape)
     if "colour" in data:
-        lost = (good & (np.asarray(data["colour"].values) == str(Shade.RED))).astype(float)
+        lost = (good & (np.asarray(data["colour"].values) == Colour.RED)).astype(float)
     runs_on = RegularGridInterpolator((x, y), lost, method="nearest")(tuple(np.meshgrid(u, v))) > 0
     blank = np.isnan(np.sum(fine, axis=0)) & ~runs_on
     within = np.where(blank, np.nan, np.all([margin >= 0.0 for margin in fine], axis=0) & ~runs_on)

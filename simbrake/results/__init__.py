@@ -12,7 +12,7 @@ _named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 __getattr__ = answers(
     __name__,
     internal={
-        "Colour": "_run._measure",
+        "Colour": "_outputs._judgement",
         "Need": "_outputs._metrics:Requirement",
         "Rubbing": "_outputs._quantities",
         "rubbing": "_run._linings",

@@ -26,7 +26,7 @@ from .._base._faults import Fault, InputError
 from .._base._fingerprint import FingerprintError, fingerprint, versions
 from .._base._progress import counting
 from .._base._quantity import Quantity, behind
-from .._outputs._judgement import REASONS, Shade, decoded
+from .._outputs._judgement import COLOURS, REASONS, decoded
 from .._outputs._log import status_of
 from .._outputs._metrics import RESIDUALS, identity_of
 from .._parts._scene import Scene, faults, require_scene
@@ -583,7 +583,7 @@ def _reasons(columns: Columns) -> tuple[np.ndarray, np.ndarray]:
     took_place = columns["code"] != NOT_RUN
     decision = decoded(np.where(took_place, columns["judged"], 0))
     ids = np.asarray([reason.id for reason in REASONS])[decision.reason]
-    colours = np.asarray([str(shade) for shade in Shade])[decision.colour]
+    colours = np.asarray(COLOURS)[decision.colour]
     return np.where(took_place, ids, ""), np.where(took_place, colours, "")
 
 
