@@ -150,6 +150,9 @@ app = cyclopts.App(
 )
 
 
+#: commands that went, and what to use instead
+_GONE = {"fmu": "simbrake export SCENE --fmu FILE.fmu writes an FMU that needs no Python"}
+
 app.register_install_completion_command(add_to_startup=False, help_epilogue=_scenes.CODES)
 app.command(_scenes.scene)
 for _module in (_scenes, _runs, _studies, _rig, _checks):
@@ -163,6 +166,9 @@ def main(arguments: list[str] | None = None) -> None:
         if getattr(sys, name) is None:  # closed by the caller
             setattr(sys, name, StringIO())
     print_readably()
+    named = (sys.argv[1:] if arguments is None else arguments)[:1]
+    if named and named[0] in _GONE:
+        _end(f"the command {named[0]} went: {_GONE[named[0]]}", 2)
     try:
         code = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
         sys.stdout.flush()

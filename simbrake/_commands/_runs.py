@@ -204,36 +204,6 @@ def explain(
     return cli.exit_code(result.ok, fail_on_limit and explanation["outcome"].numbers["fails"])
 
 
-def fmu(
-    file: cli.SceneFile,
-    /,
-    *,
-    out: cli.OutFile = None,
-    input_: Annotated[cli.Many, Parameter(name="--input")] = None,
-    set_: cli.Set = None,
-    json_: cli.Flag = False,
-) -> int:
-    """Write a scene as an FMU for co-simulation (FMI 2.0), which needs Python with simbrake where it runs.
-
-    `simbrake export SCENE --fmu FILE.fmu` writes one that needs nothing.
-
-    The file has the name of the scene's file, ending in .fmu, in the working folder or in that of --out.
-
-    Parameters
-    ----------
-    input_
-        Input of the FMU, lever or load; may be repeated. By default the lever, and the load where it is a TorqueLoad.
-    json_
-        Print {written} as JSON, alone on stdout.
-    """
-    out = cli.file_in(out or Path(), f"{file.stem}.fmu")
-    scene = cli.opened(file, set_, faults=cli.faults_of_file(out, ".fmu"))
-    with Progress("fmu", "compiling…"):
-        sb.files.write_fmu(scene, out, input_)
-    cli.tell(f"written  {out}", lambda: {"written": str(out)}, json_)
-    return 0
-
-
 def export(
     file: cli.SceneFile,
     /,
@@ -657,7 +627,6 @@ COMMANDS = {
     run: _RUN,
     explain: _RUN,
     report: _RUN,
-    fmu: "0 success; 2 the input is wrong.",
     export: "0 success; 1 the run failed; 2 the input is wrong.",
     animate: "0 the run reached its end; 1 it failed; 2 the input is wrong.",
     compare: "0 equal within the tolerance; 1 different; 2 the input is wrong.",

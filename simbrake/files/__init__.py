@@ -5,4 +5,12 @@ The names are in `__init__.pyi`, each with its module, which is imported at the 
 
 import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+from .._base._retired import answers
+
+_named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+__getattr__ = answers(
+    __name__,
+    gone={"write_fmu": "simbrake.files.export_fmu writes an FMU of C, which needs no Python"},
+    others=_named,
+)

@@ -1,9 +1,7 @@
-"""A scene as an FMU for co-simulation (FMI 2.0): its `Stepper` under the inputs of another program."""
+"""A scene as an FMU for co-simulation: C that steps it under the inputs of another program."""
 
 import dataclasses
-import importlib
 import importlib.util
-import json
 import math
 import os
 import platform
@@ -15,22 +13,20 @@ import tempfile
 import uuid
 import warnings
 import zipfile
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 from xml.etree.ElementTree import Element, SubElement, indent, tostring
 
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError, needed, whole_file
+from .._base._faults import Fault, InputError, whole_file
 from .._base._quantity import Quantity, shown
 from .._outputs._quantities import SERIES_COLUMNS
 from .._parts._scene import Scene, checked
-from .._run._stepper import Stepper, held_inputs
-from ..loads import TorqueLoad
+from .._run._stepper import HeldInput, held_inputs
 from ._c_export import Export, c_name, check_waiting, possible_inputs, printed, program_version, range_of
-from ._scene_file import leaves, scene_from_text, scene_text
+from ._scene_file import leaves
 
 #: outputs of several values, of which the maximum is given
 _MAXIMA = (
@@ -46,54 +42,6 @@ _BASE = {
     "Pa": {"kg": 1, "m": -1, "s": -2},
     **{name: {name: 1} for name in ("kg", "m", "s", "K", "rad")},
 }
-
-
-@explained
-def write_fmu(scene: Scene, path: str | Path, inputs: Sequence[str] | str | None = None) -> Path:
-    """Write a scene as an FMU, co-simulation 2.0; it needs Python with simbrake where it runs (`export_fmu`: none).
-
-    - `inputs`: those of `Stepper`; by default the lever, and the load where that is a `TorqueLoad`
-    - outputs: `omega`, `phi`, `brake_torque`, tensions and all other columns of `Series` that are one number, the
-      maximum of each temperature; `band_mode`; `holding`. In SI, with units in the model description
-    - parameters: every single number of the scene by its path, and `rtol`
-
-    Equal commands give the numbers of a `Stepper` to the last bit. Its state can be kept, set back and serialized.
-    A step that fails is discarded, its reason in the log, and the state is what it was.
-
-    Raises `InputError` for a scene that cannot be written or stepped, and without PythonFMU (`simbrake[fmu]`).
-    """
-    path = _named(path)
-    needed("pythonfmu", "writes FMUs", "fmu")
-    if inputs is None:
-        inputs = ["lever", "load"] if isinstance(scene.duty.load, TorqueLoad) else ["lever"]
-    text = scene_text(scene)
-    stepper = Stepper(scene_from_text(text), inputs)
-    scene, now = stepper.scene, stepper.series()
-    columns = {name: np.asarray(getattr(now, name)) for name in SERIES_COLUMNS if getattr(now, name) is not None}
-    starts = {name: (unit, stepper.inputs[name]) for name, unit in stepper.units.items()}
-    parameters = [(leaf.path, leaf.about, float(leaf.value), 0) for leaf in leaves(scene) if np.ndim(leaf.value) == 0]
-    variables = _variables(starts, columns, parameters, float(stepper.rtol))
-    model = {
-        "variables": [variable.described() for variable in variables],
-        "units": _units(variables),
-        "description": f"{scene.brake.kind}; needs Python with simbrake {program_version()} where it runs",
-        "tool": f"simbrake {program_version()} with PythonFMU",
-    }
-    with tempfile.TemporaryDirectory() as folder, whole_file(path) as target:
-        scratch = Path(folder)
-        script, files = scratch / "brake_fmu.py", [scratch / "variables.json", scratch / "scene.toml"]
-        shutil.copy(Path(__file__).with_name("_slave.py"), script)
-        (scratch / "variables.json").write_text(json.dumps(model), "utf-8")
-        (scratch / "scene.toml").write_text(text, "utf-8")
-        before = list(sys.path)
-        try:
-            builder = importlib.import_module("pythonfmu.builder").FmuBuilder
-            states = {"canGetAndSetFMUstate": True, "canSerializeFMUstate": True}
-            builder.build_FMU(script, dest=target, project_files=files, **states)
-        finally:  # where it looked for the script
-            sys.path[:] = before
-            sys.modules.pop(script.stem, None)
-    return path
 
 
 @explained
@@ -131,7 +79,10 @@ def export_fmu(
         ...     print(error.faults[0].hint)
         give a name with .fmu
     """
-    path, scene = _named(path), checked(scene)
+    path = Path(path)
+    if path.suffix != ".fmu":
+        raise InputError([Fault(str(path), f"has the ending {path.suffix!r}", "give a name with .fmu")])
+    scene = checked(scene)
     inputs = possible_inputs(scene) if inputs is None else inputs
     held, name = held_inputs(scene, [] if inputs is None else inputs), c_name(path)
     check_waiting(waiting)
@@ -139,9 +90,7 @@ def export_fmu(
         raise InputError([Fault("fmi", f"{shown(fmi)} is no version of FMI here", "give 2 or 3")])
     export = Export(name, scene, held, waiting=waiting)
     text = printed(export)
-    starts = {key: (one.unit, one.level) for key, one in held.items()}
-    variables = _variables(starts, export.columns, _parameters(export), export.rtol)
-    variables += _event_outputs(export)
+    variables = _variables(held, export)
     token = str(uuid.uuid5(uuid.NAMESPACE_URL, text + repr(variables)))
     command = _compiler(compiler)
     with tempfile.TemporaryDirectory() as folder, whole_file(path) as target:
@@ -162,13 +111,6 @@ def export_fmu(
         with zipfile.ZipFile(target, "w", zipfile.ZIP_DEFLATED) as archive:
             for file in sorted(scratch.rglob("*")):
                 archive.write(file, file.relative_to(scratch))
-    return path
-
-
-def _named(path: str | Path) -> Path:
-    path = Path(path)
-    if path.suffix != ".fmu":
-        raise InputError([Fault(str(path), f"has the ending {path.suffix!r}", "give a name with .fmu")])
     return path
 
 
@@ -197,30 +139,15 @@ class _Variable:
     def variability(self) -> str:
         return "fixed" if self.causality == "parameter" else "continuous" if self.type == "Real" else "discrete"
 
-    def described(self) -> dict[str, Any]:
-        start = {} if self.start is None else {"start": self.start}
-        return {
-            "name": self.name,
-            "causality": self.causality,
-            "type": self.type,
-            "unit": self.unit,
-            "description": self.about.meaning,
-            **start,
-        }
 
-
-def _variables(
-    inputs: Mapping[str, tuple[str, float]],
-    columns: Mapping[str, Any],
-    parameters: Iterable[tuple[str, Quantity, float, int]],
-    rtol: float,
-) -> list[_Variable]:
-    """Inputs by unit and start, the columns that are outputs, parameters with start and place."""
+def _variables(held: Mapping[str, HeldInput], export: Export) -> list[_Variable]:
+    """Inputs, the columns that are outputs, outputs that tell of events, parameters."""
     variables, first = [], 0
-    for place, (name, (unit, start)) in enumerate(inputs.items()):
-        about = Quantity(unit, f"{name}, held from one step to the next", low=0.0 if unit == "N" else None)
-        variables.append(_Variable(name, "input", about, start=start, first=place, kind="INPUT"))
-    for name, column in columns.items():
+    for place, (name, held_input) in enumerate(held.items()):
+        low = 0.0 if held_input.unit == "N" else None
+        about = Quantity(held_input.unit, f"{name}, held from one step to the next", low=low)
+        variables.append(_Variable(name, "input", about, start=held_input.level, first=place, kind="INPUT"))
+    for name, column in export.columns.items():
         size, several = math.prod(column.shape), len(column.shape) > 1
         if name not in _LEFT_OUT and (not several or name in _MAXIMA):
             about, kind = SERIES_COLUMNS[name], "Integer" if np.issubdtype(column.dtype, np.integer) else "Real"
@@ -229,18 +156,18 @@ def _variables(
         first += size
     about = Quantity("1", "whether the brake holds the pulley at rest")
     variables.append(_Variable("holding", "output", about, "Boolean", kind="HOLDING"))
-    for path, about, start, place in parameters:
+    for path, about, start, place in _parameters(export):
         variables.append(_Variable(path, "parameter", about, start=start, first=place, kind="PARAMETER"))
     about = Quantity("1", "relative tolerance of the integration", low=1e-15, high=0.1)
-    variables.append(_Variable("rtol", "parameter", about, start=rtol, kind="TOLERANCE"))
+    variables.append(_Variable("rtol", "parameter", about, start=export.rtol, kind="TOLERANCE"))
+    names = ", ".join(f"{i} {name}" for i, name in enumerate(export.events, start=1))
+    for name, unit, meaning, kind in (
+        ("event_count", "1", "events since the start", "Integer"),
+        ("last_event", "1", f"the last event: {names}; 0: there was none", "Integer"),
+        ("last_event_time", "s", "when it was; -1: there was none", "Real"),
+    ):
+        variables.append(_Variable(name, "output", Quantity(unit, meaning), kind, kind=name.upper()))
     return variables
-
-
-def _units(variables: Iterable[_Variable]) -> dict[str, dict[str, int]]:
-    return {variable.unit: _powers(variable.unit) for variable in variables if variable.unit}
-
-
-# --- an FMU of C -----------------------------------------------------------------------------------------------------
 
 
 def _parameters(export: Export) -> list[tuple[str, Quantity, float, int]]:
@@ -254,17 +181,7 @@ def _parameters(export: Export) -> list[tuple[str, Quantity, float, int]]:
     return found
 
 
-def _event_outputs(export: Export) -> list[_Variable]:
-    """Outputs that tell of events within steps."""
-    names = ", ".join(f"{i} {name}" for i, name in enumerate(export.events, start=1))
-    return [
-        _Variable(name, "output", Quantity(unit, meaning), kind, kind=name.upper())
-        for name, unit, meaning, kind in (
-            ("event_count", "1", "events since the start", "Integer"),
-            ("last_event", "1", f"the last event: {names}; 0: there was none", "Integer"),
-            ("last_event_time", "s", "when it was; -1: there was none", "Real"),
-        )
-    ]
+# --- files of an FMU --------------------------------------------------------------------------------------------------
 
 
 def _compiler(named: str | None) -> list[str] | None:
@@ -342,10 +259,11 @@ def _model_description(name: str, scene: Scene, variables: Sequence[_Variable], 
     if fmi == 2:
         root.set("numberOfEventIndicators", "0")
         SubElement(SubElement(about, "SourceFiles"), "File", name="fmu.c")
-    if units := _units(variables):
+    if units := dict.fromkeys(variable.unit for variable in variables if variable.unit):
         definitions = SubElement(root, "UnitDefinitions")
-        for unit, powers in units.items():
-            SubElement(SubElement(definitions, "Unit", name=unit), "BaseUnit", {k: str(n) for k, n in powers.items()})
+        for unit in units:
+            powers = {base: str(power) for base, power in _powers(unit).items()}
+            SubElement(SubElement(definitions, "Unit", name=unit), "BaseUnit", powers)
     categories = SubElement(root, "LogCategories")
     for category in ("logEvents", "logStatusDiscard", "logStatusError"):
         SubElement(categories, "Category", name=category)

@@ -54,7 +54,7 @@ FITTED = Answer(residuals=(SimpleNamespace(**PART), SimpleNamespace(**PART | {"n
 ANSWERS = {
     **{"simulate": Answer(), "sensitivity": [Answer()], "lining_life": Answer(), "estimates": Answer()},
     **{"synthesize": Answer(), "compare_materials": Answer(), "read_measured": "measured", "calibrate": FITTED},
-    **{"sweep": CODES[0], "ensemble": CODES[0], "studies.samples": {"drawn": [1.0]}, "files.write_fmu": None},
+    **{"sweep": CODES[0], "ensemble": CODES[0], "studies.samples": {"drawn": [1.0]}},
     **{f"plot.{name}": FIGURE for name in ("sweep", "wear", "calibration", "materials")},
     "plot.animate": None,
 }

@@ -1,4 +1,4 @@
-"""The FMUs of a scene, with Python inside and of C, run by FMPy, beside the `Stepper` under the same held inputs."""
+"""The FMU of a scene, run by FMPy, beside the `Stepper` under the same held inputs."""
 
 import shutil
 import subprocess
@@ -11,8 +11,8 @@ import fmpy.fmi3
 import fmpy.validation
 import numpy as np
 import pytest
+from commands import call
 from heat_scenes import layered_stop
-from helpers import main
 
 import simbrake as sb
 
@@ -29,20 +29,10 @@ def scene():
 
 
 @pytest.fixture(scope="module")
-def python_file(scene, tmp_path_factory):
-    return sb.files.write_fmu(scene, tmp_path_factory.mktemp("fmu") / "brake.fmu")
-
-
-@pytest.fixture(scope="module")
-def c_file(scene, tmp_path_factory):
+def file(scene, tmp_path_factory):
     if COMPILER is None:
         pytest.skip("no C compiler")
     return sb.files.export_fmu(scene, tmp_path_factory.mktemp("c") / "brake.fmu")
-
-
-@pytest.fixture(scope="module", params=["python_file", "c_file"])
-def file(request):
-    return request.getfixturevalue(request.param)
 
 
 class Run:
@@ -85,13 +75,11 @@ class Run:
         return found
 
 
-def test_description_is_valid_and_says_units(file, request):
+def test_description_is_valid_and_says_units(file):
     assert fmpy.validation.validate_fmu(str(file)) == []
     described = fmpy.read_model_description(file)
     assert described.coSimulation.canGetAndSetFMUstate
     assert described.coSimulation.canSerializeFMUstate
-    in_python = "python" in request.node.callspec.id
-    assert ("needs Python with simbrake" in described.description) == in_python
     about = {one.name: (one.causality, one.type, one.unit) for one in described.modelVariables}
     assert about["lever"] == ("input", "Real", "N")
     assert about["load"] == ("input", "Real", "N.m")
@@ -110,7 +98,7 @@ def test_description_is_valid_and_says_units(file, request):
     }
     kinds = {one.name: one.variability for one in described.modelVariables}
     assert [kinds[name] for name in ("band_mode", "holding", "initial.omega")] == ["discrete", "discrete", "fixed"]
-    assert described.generationTool == f"simbrake {sb.__version__}" + " with PythonFMU" * in_python
+    assert described.generationTool == f"simbrake {sb.__version__}"
     bases = {unit.name: unit.baseUnit for unit in described.unitDefinitions}
     assert (bases["N.m"].kg, bases["N.m"].m, bases["N.m"].s) == (1, 2, -2)
     outputs = [one.variable.name for one in described.outputs]
@@ -127,12 +115,10 @@ def of_stepper(scene):
     return stepper, wanted, events
 
 
-def test_fmu_is_the_stepper(scene, file, request):
-    """With Python inside to the last bit."""
+def test_fmu_is_the_stepper(scene, file):
     stepper, wanted, _ = of_stepper(scene)
     run = Run(file, start=7.0)  # the clock of the scene begins with the simulation
-    rtol = 0.0 if "python" in request.node.callspec.id else 1e-12
-    np.testing.assert_allclose(run.steps(COMMANDS, 7.0), wanted, rtol=rtol, atol=0)
+    np.testing.assert_allclose(run.steps(COMMANDS, 7.0), wanted, rtol=1e-12, atol=0)
     assert run.fmu.getBoolean([run.vr["holding"]]) == [stepper.holding]
     assert run.fmu.getInteger([run.vr["band_mode"]]) == [stepper["band_mode"]]
     assert len({tuple(row) for row in wanted}) == len(COMMANDS)
@@ -156,12 +142,12 @@ def test_states_are_kept_and_set_back(file):
     np.testing.assert_array_equal(slower.steps(COMMANDS[3:], 0.39), first)
 
 
-def test_parameters_are_fixed_in_a_state_that_runs(c_file):
+def test_parameters_are_fixed_in_a_state_that_runs(file):
     """Also in an instance that did not begin by itself."""
-    run = Run(c_file)
+    run = Run(file)
     run.steps(COMMANDS[:2], 0.0)
     data = run.fmu.serializeFMUstate(run.fmu.getFMUstate())
-    other = Run(c_file, begin=False)
+    other = Run(file, begin=False)
     other.fmu.setFMUstate(other.fmu.deSerializeFMUstate(data))
     with pytest.raises(fmpy.fmi1.FMICallException):
         other.set(**{"initial.omega": 12.0})
@@ -181,6 +167,7 @@ def test_state_has_its_outputs_and_its_clock(file):
     np.testing.assert_array_equal(other.steps(COMMANDS[3:], 7.39), later)
 
 
+@pytest.mark.skipif(COMPILER is None, reason="no C compiler")
 def test_clock_of_a_scene_that_starts_later(scene, tmp_path):
     """The time of the simulation is not that of the scene, which begins at 2 s."""
     late = sb.with_values(scene, {"initial.time": 2.0, "end_time": 9.0})
@@ -188,22 +175,18 @@ def test_clock_of_a_scene_that_starts_later(scene, tmp_path):
     for lever, load in COMMANDS[:2]:
         stepper.advance(0.13, lever=lever, load=load)
         wanted.append([stepper[name] for name in OUTPUTS])
-    run = Run(sb.files.write_fmu(late, tmp_path / "late.fmu"), start=7.0)
-    np.testing.assert_array_equal(run.steps(COMMANDS[:2], 7.0), wanted)
-    if COMPILER:
-        run = Run(sb.files.export_fmu(late, tmp_path / "late_c.fmu"), start=7.0)
-        np.testing.assert_allclose(run.steps(COMMANDS[:2], 7.0), wanted, rtol=1e-12)
+    run = Run(sb.files.export_fmu(late, tmp_path / "late.fmu"), start=7.0)
+    np.testing.assert_allclose(run.steps(COMMANDS[:2], 7.0), wanted, rtol=1e-12)
 
 
-def test_parameters_and_failed_steps(scene, file, request):
+def test_parameters_and_failed_steps(file):
     run = Run(file, **{"initial.omega": 12.0})
     assert run.get("omega") == [12.0]
-    answer = "discard" if "python" in request.node.callspec.id else "error"
-    with pytest.raises(fmpy.fmi1.FMICallException, match=answer):
+    with pytest.raises(fmpy.fmi1.FMICallException, match="error"):
         run.steps([(-3.0, 0.0)], 0.0)
     assert any("lever: -3" in text and "is out of range" in text for text in run.said)
     assert run.get("omega") == [12.0]
-    with pytest.raises(fmpy.fmi1.FMICallException, match=answer):
+    with pytest.raises(fmpy.fmi1.FMICallException, match="error"):
         run.steps([(3e3, 0.0)], 1e-6)
     assert any("the step begins at" in text and "the brake is at 0" in text for text in run.said)
     run.steps([(3e3, 0.0)], 1e-10)  # a clock that has summed up its steps
@@ -211,7 +194,7 @@ def test_parameters_and_failed_steps(scene, file, request):
 
 
 @pytest.fixture(scope="module", params=[2, 3])
-def c_file_of_either_version(scene, request, tmp_path_factory):
+def file_of_either_version(scene, request, tmp_path_factory):
     if COMPILER is None:
         pytest.skip("no C compiler")
     return sb.files.export_fmu(scene, tmp_path_factory.mktemp("either") / "brake.fmu", fmi=request.param)
@@ -229,12 +212,12 @@ def c_file_of_either_version(scene, request, tmp_path_factory):
         ({"brake.pulley.inertia": np.nan}, "brake.pulley.inertia: "),
     ],
 )
-def test_wrong_values_end_a_simulation_at_once(c_file_of_either_version, wrong, words):
+def test_wrong_values_end_a_simulation_at_once(file_of_either_version, wrong, words):
     """An importer tries a step that is discarded again, also with a value that no step allows."""
     said = []
     with pytest.raises(fmpy.fmi1.FMICallException, match="error"):
         fmpy.simulate_fmu(
-            str(c_file_of_either_version),
+            str(file_of_either_version),
             stop_time=1.0,
             start_values=wrong,
             timeout=20,
@@ -244,22 +227,22 @@ def test_wrong_values_end_a_simulation_at_once(c_file_of_either_version, wrong, 
     assert text.startswith(words)
 
 
-def test_events_within_steps(scene, c_file):
+def test_events_within_steps(scene, file):
     events = of_stepper(scene)[2]
-    run = Run(c_file)
+    run = Run(file)
     run.steps(COMMANDS, 0.0)
     assert [text.split(" s  ") for text in run.said] == [[f"{event.time:.17g}", event.name] for event in events]
     assert run.fmu.getInteger([run.vr["event_count"]]) == [len(events)]
-    names = next(one for one in fmpy.read_model_description(c_file).modelVariables if one.name == "last_event")
+    names = next(one for one in fmpy.read_model_description(file).modelVariables if one.name == "last_event")
     number = run.fmu.getInteger([run.vr["last_event"]])[0]
     assert f"{number} {events[-1].name}" in names.description
     assert run.get("last_event_time") == [events[-1].time]
 
 
-def test_numbers_of_lists_and_bad_ones(scene, c_file):
+def test_numbers_of_lists_and_bad_ones(scene, file):
     """Entries of lists are parameters too; one out of range ends the initialization by its name."""
     shorter = {"brake.linings.angle[3]": 0.3, "brake.linings.angle[7]": 0.35}
-    run = Run(c_file, **shorter)
+    run = Run(file, **shorter)
     np.testing.assert_allclose(run.steps(COMMANDS, 0.0), of_stepper(sb.with_values(scene, shorter))[1], rtol=1e-12)
     run.fmu.reset()
     run.fmu.setupExperiment(startTime=0.0)
@@ -326,21 +309,18 @@ def test_without_a_compiler(scene, tmp_path, monkeypatch):
         sb.files.export_fmu(scene, tmp_path / "brake.fmu", compiler="false")
 
 
-def test_what_cannot_be_an_fmu(scene, tmp_path, monkeypatch):
+def test_what_cannot_be_an_fmu(scene, tmp_path):
     with pytest.raises(sb.InputError, match=r"give a name with \.fmu"):
-        sb.files.write_fmu(scene, tmp_path / "brake.zip")
+        sb.files.export_fmu(scene, tmp_path / "brake.zip")
     with pytest.raises(sb.InputError, match="fmi: 4 is no version of FMI here"):
         sb.files.export_fmu(scene, tmp_path / "brake.fmu", fmi=4)
     with pytest.raises(sb.InputError, match="waiting: 0 is out of range"):
         sb.files.export_fmu(scene, tmp_path / "brake.fmu", waiting=0)
-    monkeypatch.setitem(sys.modules, "pythonfmu", None)
-    with pytest.raises(sb.InputError, match=r"pythonfmu: is missing.*simbrake\[fmu\]"):
-        sb.files.write_fmu(scene, tmp_path / "brake.fmu")
 
 
 def test_hottest_node_is_an_output(tmp_path):
     """Of several temperatures the maximum; of single linings nothing."""
-    read = fmpy.read_model_description(sb.files.write_fmu(layered_stop(), tmp_path / "hot.fmu"))
+    read = fmpy.read_model_description(sb.files.export_fmu(layered_stop(), tmp_path / "hot.fmu"))
     about = {one.name: one for one in read.modelVariables}
     assert (about["rim_temperature"].causality, about["rim_temperature"].unit) == ("output", "K")
     assert "normal_load" not in about
@@ -349,15 +329,17 @@ def test_hottest_node_is_an_output(tmp_path):
     assert [getattr(bases["J/(kg.K)"], x) for x in ("kg", "m", "s", "K")] == [0, 2, -2, -1]
 
 
-def test_commands_write_fmu_and_workbook(scene, tmp_path, capsys):
-    sb.write_scene(scene, tmp_path / "brake.toml")
-    for arguments in (["fmu", "--out", "x.fmu", "--set", "initial.omega=9"], ["run", "--out", "x.xlsx"]):
-        command, option, name, *rest = arguments
-        with pytest.raises(SystemExit) as ended:
-            main([command, str(tmp_path / "brake.toml"), option, str(tmp_path / name), *rest])
-        assert ended.value.code == 0
-        assert f"written  {tmp_path / name}" in capsys.readouterr().out
-    described = fmpy.read_model_description(tmp_path / "x.fmu")
-    (speed,) = (one for one in described.modelVariables if one.name == "initial.omega")
+def test_command_writes_an_fmu(scene, tmp_path, capsys):
+    file = tmp_path / "x.fmu"
+    source = str(tmp_path / "brake.toml")
+    sb.write_scene(scene, source)
+    code, out, _ = call(capsys, "export", source, "--fmu", str(file), "--set", "initial.omega=9")
+    assert (code, out) == (0, f"written  {file}\n")
+    (speed,) = (one for one in fmpy.read_model_description(file).modelVariables if one.name == "initial.omega")
     assert float(speed.start) == 9.0
-    assert sorted(path.name for path in tmp_path.iterdir()) == ["brake.toml", "x.fmu", "x.xlsx"]
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["brake.toml", "x.fmu"]
+    code, out, told = call(capsys, "fmu", source, "--out", str(tmp_path / "y.fmu"))
+    assert (code, out, told.count("\n")) == (2, "", 1)
+    assert "the command fmu went: simbrake export SCENE --fmu FILE.fmu" in told
+    with pytest.raises(AttributeError, match=r"files\.write_fmu went: .*export_fmu"):
+        _ = sb.files.write_fmu
