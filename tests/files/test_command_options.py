@@ -41,6 +41,8 @@ DATA = xr.Dataset(
         "energy.closure": ("run", [0.0, 0.5, 0.25, 0.125], {"units": "J"}),
         "status": ("run", ["stopped", "stopped", "step_limit", "stopped"]),
         "code": ("run", [0, 0, 1, 0]),
+        "reason": ("run", ["S1", "S1", "", "S1"]),
+        "colour": ("run", ["red", "red", "", "red"]),
         **{name: ("run", [0] * 4) for name in ("method", "rejected", "retaken", "segments")},
     },
     {"run": range(4), "initial.omega": ("run", [1.0, 2.0, 3.0, 4.0], {"units": "rad/s"})},
@@ -216,8 +218,9 @@ def test_summary_of_a_sweep(capsys, asked):
     asked["instead"]("sweep", DATA)
     lines = [line.split() for line in run(capsys, f"{VARY},energy.closure")[1].splitlines()]
     assert lines[0] == ["4", "runs:", "1", "step", "limit,", "3", "stopped"]
-    assert lines[2] == ["stopping_time", "1", "2", "4", "s", "3"]
-    assert lines[3] == ["energy.closure", "0", "0.1875", "0.5", "J", "4"]
+    assert " ".join(lines[1]) == "verdicts 3 red S1 (To be stopped, and runs on)"
+    assert lines[3] == ["stopping_time", "1", "2", "4", "s", "3"]
+    assert lines[4] == ["energy.closure", "0", "0.1875", "0.5", "J", "4"]
     told = json.loads(run(capsys, f"{VARY} --json --rtol 1e-8")[1])
     assert (told["counts"], told["rtol"]) == ({"step_limit": 1, "stopped": 3}, 1e-8)
     third = told["runs"][2]
