@@ -72,7 +72,7 @@ def history(
         table.fault(f" column {column}", "has no value")
     if not table.faults and np.any(np.diff(t[there]) < 0):
         first = int(np.flatnonzero(np.diff(t[there]) < 0)[0])
-        line = [line for (line, _), kept in zip(table.rows, there, strict=True) if kept][first + 1]
+        line = table.places[there][first + 1]
         table.fault(f" line {line}, column {time}", "is earlier than the line before", "sort the rows by time")
     if table.faults:
         raise InputError(table.faults)

@@ -1,6 +1,5 @@
 """Measured data: columns over time and single values such as event times, from arrays and from CSV files."""
 
-import csv
 import dataclasses
 import difflib
 import re
@@ -13,10 +12,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import MOST_BYTES_OF_TABLE, Fault, InputError, text_of_file
+from .._base._faults import Fault, InputError
 from .._base._nulls import EMPTY, NULLS, is_null, told_as_null
 from .._base._quantity import behind
-from .._base._table import Tabular, Unit, plain, spelled, to_si, unit
+from .._base._table import Tabular, Unit, plain, spelled, unit
+from .._base._text_table import Rows, cells_of, opened
 from .._outputs._metrics import METRICS
 from .._outputs._quantities import RENAMED, SERIES_COLUMNS, Series, about_column, flat, outside, pair_column
 from .._parts._scene import Scene
@@ -277,9 +277,12 @@ def pick(result: Result, series: Series, column: str, entry: str | None) -> Arra
 
 #: errors of values listed in full; a broken logger makes thousands
 _LISTED = 50
-#: columns of a file
-_COLUMNS = 10_000
+#: columns and bytes of a file
+_MOST_COLUMNS = 10_000
+_MOST_BYTES = 1 << 28
 _SIGMA = "_sigma"
+#: columns of words
+_WORDS = ("event", "unit", "name", "file", "events")
 
 
 @explained
@@ -382,21 +385,27 @@ def read_recordings(
         stopping_time = 1.3 s, σ = 0.01
         duty.load.mass = 40.0 t, known
     """
-    reading, file, recordings = _Reading(sigma, columns, null), CsvFile(Path(table), null), dict[str, Measured]()
+    reading = _Reading(sigma, columns, null)
+    file = CsvFile(Path(table), null)
     index = {head.name: i for i, head in enumerate(file.heads)}
     metrics = {name: file.column(i, unit_of(name)) for name, i in index.items() if _is_metric(name)}
-    errors = {name: index[name + _SIGMA] for name in metrics if name + _SIGMA in index}
-    spreads = {name: file.spreads(i, unit_of(name), index[name], metrics[name]) for name, i in errors.items()}
-    for row, (line, cells) in enumerate(file.rows):
-        texts = {name: cells[i].strip() for name, i in index.items() if not file.is_empty(cells[i])}
-        name, known = texts.pop("name", str(row + 1)), dict[str, str | float]()
-        data = reading.read(*(file.path.parent / texts.pop(key) for key in ("file", "events") if key in texts))
-        for path in [path for path in texts if path not in metrics and path.removesuffix(_SIGMA) not in errors]:
-            head, number = file.heads[index[path]], file.number(texts[path])
-            if number is None:
-                file.fault(f" line {line}, column {head.text}", f"{texts[path]!r} is not a number", "as 12.5 or 1.25e1")
-            else:
-                known[path] = f"{number!r} {head.unit}" if head.unit else number
+    spreads = {
+        name: file.spreads(index[name + _SIGMA], unit_of(name), index[name], value)
+        for name, value in metrics.items()
+        if name + _SIGMA in index
+    }
+    others = index.keys() - set(_WORDS) - set(metrics) - {name + _SIGMA for name in spreads}
+    numbers = {name: file.written(i) for name, i in index.items() if name in others}
+    recordings = dict[str, Measured]()
+    for row, line in enumerate(file.places):
+        words = {name: file.texts[index[name]][row] for name in _WORDS if name in index}
+        name = words.get("name") or str(row + 1)
+        data = reading.read(*(file.path.parent / words[key] for key in ("file", "events") if words.get(key)))
+        known = {
+            path: f"{value[row]} {file.heads[index[path]].unit}" if file.heads[index[path]].unit else float(value[row])
+            for path, value in numbers.items()
+            if not np.isnan(value[row])
+        }
         singles = [
             Single(metric, float(value[row]), spreads[metric][row] if metric in spreads else reading.sigma.get(metric))
             for metric, value in metrics.items()
@@ -428,20 +437,28 @@ class _Head(NamedTuple):
 
 
 class CsvFile:
-    """One CSV file while it is read: its table and errors."""
+    """One CSV file while it is read: its columns and errors.
+
+    - `places` (n,): lines of its rows;  `values`: numbers (n,) of each column as they are written, `texts` the words
+    - `notes`: what was assumed
+    """
 
     def __init__(self, path: Path, null: Sequence[float] = NULLS) -> None:
-        self.path, self._listed, self._left_out = path, list[Fault](), 0
-        self._null, self.notes = tuple(null), list[str]()
+        self.path = path
+        self.notes: list[str] = []
         self.heads: list[_Head] = []
-        self.rows: list[tuple[int, list[str]]] = []
-        self.decimal_comma = False
+        self.places = np.empty(0, np.int64)
+        self._null = tuple(null)
+        self._listed: list[Fault] = []
+        self._left_out = 0
+        self._faulty: set[tuple[int, int]] = set()
         try:
-            self._split(text_of_file(path, "a CSV file", MOST_BYTES_OF_TABLE))
+            with opened(path, "*.csv", most=_MOST_BYTES) as file:
+                self._lines = [line for piece in file.lines() for line in piece]
+            self.notes += file.remarks
+            self._split()
         except InputError as error:
             self._listed += error.faults
-        except csv.Error as error:
-            self.fault("", f"cannot be read as CSV: {error}", "give a text file in UTF-8")
 
     @property
     def faults(self) -> list[Fault]:
@@ -455,30 +472,33 @@ class CsvFile:
         else:
             self._left_out += 1
 
-    def _split(self, text: str) -> None:
-        lines = [(i, line) for i, line in enumerate(text.split("\n"), 1) if line.strip() and line.lstrip()[0] != "#"]
-        if len(lines) < 2:
+    def _at_cell(self, k: int, i: int, problem: str, hint: str) -> None:
+        """An error of a cell, of which no other error is made."""
+        self._faulty.add((k, i))
+        self.fault(f" line {self.places[k]}, column {self.heads[i].text}", problem, hint)
+
+    def _split(self) -> None:
+        lines = ["" if line.lstrip().startswith("#") else line for line in self._lines]
+        first = next((i for i, line in enumerate(lines) if line.strip()), len(lines))
+        if not any(map(str.strip, lines[first + 1 :])):
             self.fault("", "has no header with values below it", "the first line names the columns")
             return
-        header = lines[0][1]
-        delimiter = max(",;\t", key=header.count)
-        self.decimal_comma = delimiter != ","
-        if '"' in text:
-            table = [(i, next(csv.reader([line], delimiter=delimiter))) for i, line in lines]
-        else:  # as nearly always, in a tenth of the time
-            table = [(i, line.split(delimiter)) for i, line in lines]
-        self.heads = [_head(cell) for cell in table[0][1]]
-        if len(self.heads) > _COLUMNS:
-            self.fault(" header", f"has {len(self.heads)} columns", f"at most {_COLUMNS}")
-            self.heads = []
+        self._separator = max(",;\t", key=lines[first].count)
+        heads = [_head(cell) for cell in cells_of(lines[first], self._separator)]
+        if len(heads) > _MOST_COLUMNS:
+            self.fault(" header", f"has {len(heads)} columns", f"at most {_MOST_COLUMNS}")
             return
-        for line, cells in table[1:]:
-            if len(cells) != len(self.heads):
-                what = f"has {len(cells)} cells under {len(self.heads)} columns"
-                self.fault(f" line {line}", what, "leave cells empty that were not measured")
-            else:
-                self.rows.append((line, cells))
-        for name in sorted(name for name, count in Counter(head.name for head in self.heads).items() if count > 1):
+        words = [i for i, head in enumerate(heads) if head.name in _WORDS]
+        rows = Rows(self.path, len(heads), self._separator, words, decimal="." if self._separator == "," else ",")
+        rows.add(lines[first + 1 :], first + 2)
+        self.places, self.values = rows.finish()
+        self.texts = rows.texts
+        self._odd = rows.odd
+        self.heads = heads
+        for line, count in rows.ragged:
+            what = f"has {count} cells under {len(heads)} columns"
+            self.fault(f" line {line}", what, "leave cells empty that were not measured")
+        for name in sorted(name for name, count in Counter(head.name for head in heads).items() if count > 1):
             self.fault(" header", f"names {name} twice", "one column each")
 
     def read(self, sigma: Mapping[str, float], wanted: set[str] | None) -> Measured:
@@ -532,52 +552,40 @@ class CsvFile:
         """The standard deviations of the column `of` with these values."""
         error = self.column(i, si, of_column=of)
         for k in np.flatnonzero(np.isfinite(value) & np.isnan(error)):
-            line, cells = self.rows[k]
-            if self.is_empty(cells[i]):  # text that is not a number has a separate error
-                where = f" line {line}, column {self.heads[i].text}"
-                self.fault(where, "is empty beside a measured value", "give its standard deviation")
+            if (k, i) not in self._faulty:
+                self._at_cell(k, i, "is empty beside a measured value", "give its standard deviation")
         return error
 
     def column(self, i: int, si: str, *, of_column: int | None = None, needed: bool = False) -> np.ndarray:
         """A column in SI, NaN where a cell is empty or faulty; a standard deviation takes the unit `of_column`."""
-        head, spread = self.heads[i], of_column is not None
-        text = head.unit if head.unit or of_column is None else self.heads[of_column].unit
-        of = self._unit(f" header, column {head.text}", text, si)
-        written = np.asarray([self.number(cells[i]) for _, cells in self.rows], np.float64)
-        self._without_nulls(written, head.text, needed)
-        ratio = Fraction(of.factor)  # 350 ms is 0.35 s: a quotient is rounded once
-        with np.errstate(over="ignore"):
-            values = written * float(ratio.numerator) / float(ratio.denominator) + (0.0 if spread else float(of.offset))
-        # looked at one by one: what is not a usual number
-        odd = np.flatnonzero(~np.isfinite(values) | ((written <= 0) if spread else (values < 0) & (si == "K")))
-        for k in odd:
-            line, cells = self.rows[k]
-            number = self._cell(line, cells, i, of, si, spread)
-            values[k] = np.nan if number is None else number
-            if number is None and needed:
-                what = f"{cells[i].strip()} is a null value" if cells[i].strip() else "is empty"
-                self.fault(f" line {line}, column {head.text}", what, "every line needs its time")
+        text = self.heads[i].unit or self.heads[i if of_column is None else of_column].unit
+        of = self._unit(f" header, column {self.heads[i].text}", text, si)
+        self.written(i, needed)
+        values = self._in_si(i, np.arange(self.places.size), of, si, of_column is not None)
+        for k in np.flatnonzero(np.isnan(values)) if needed else ():
+            if (k, i) not in self._faulty:
+                cell = self._text(k, i)
+                what = f"{cell} is a null value" if cell else "is empty"
+                self._at_cell(k, i, what, "every line needs its time")
         return values
 
-    def _without_nulls(self, written: np.ndarray, column: str, times: bool) -> None:
-        """NaN for null values, which is told; times that reach below one are none."""
+    def _text(self, k: int, i: int) -> str:
+        """A cell as it is written."""
+        return cells_of(self._lines[self.places[k] - 1], self._separator)[i].strip()
+
+    def written(self, i: int, times: bool = False) -> np.ndarray:
+        """Numbers of a column, NaN for null values, which is told; times that reach below one are none."""
+        x = self.values[i]
+        for k in np.flatnonzero(np.isnan(x)) if i in self._odd else ():
+            if (cell := self._text(k, i)) not in EMPTY:
+                what = "numbers as in 12.5 or 1.25e1; an empty cell: not measured"
+                self._at_cell(k, i, f"{cell!r} is not a number", what)
         for null in self._null:
-            same = is_null(written, (null,))
-            if same.any() and not (times and np.any(written[~same] < null)):
-                written[same] = np.nan
-                self.notes += [] if times else [told_as_null(null, [column])]
-
-    def is_empty(self, cell: str) -> bool:
-        """Whether a cell says that nothing was measured."""
-        number = self.number(cell)
-        return cell.strip() in EMPTY or (number is not None and bool(is_null(np.array(number), self._null)))
-
-    def number(self, cell: str) -> float | None:
-        """A cell as it is written; `None` where it is no number."""
-        try:
-            return float(cell.replace(",", ".") if self.decimal_comma else cell)
-        except ValueError:
-            return None
+            same = is_null(x, (null,))
+            if same.any() and not (times and np.any(x[~same] < null)):
+                x[same] = np.nan
+                self.notes += [] if times else [told_as_null(null, [self.heads[i].text])]
+        return x
 
     def _unit(self, where: str, text: str, si: str) -> Unit:
         try:
@@ -586,25 +594,22 @@ class CsvFile:
             self.fault(where, f"{text!r} is not a unit of a quantity in {si or '1'}", str(error))
             return Unit(1.0)
 
-    def _cell(self, line: int, cells: list[str], i: int, of: Unit, si: str, spread: bool) -> float | None:
-        """One cell in SI, a standard deviation if `spread`: `None` where it is empty, NaN where it is faulty."""
-        text, where = cells[i].strip(), f" line {line}, column {self.heads[i].text}"
-        if self.is_empty(text):
-            return None
-        number = self.number(text)
-        if number is None:
-            self.fault(where, f"{text!r} is not a number", "numbers as in 12.5 or 1.25e1; an empty cell: not measured")
-            return np.nan
-        value = number * float(of.factor) if spread else to_si(number, of)
-        if not np.isfinite(value):
-            self.fault(where, f"{text!r} is not finite", "leave the cell empty: not measured")
-        elif spread and number <= 0:
-            self.fault(where, f"{number:g} is not a standard deviation", "it must be > 0")
-        elif not spread and si == "K" and value < 0:
-            self.fault(where, f"{number:g} is below absolute zero", "is the unit in the header right?")
-        else:
-            return value
-        return np.nan
+    def _in_si(self, i: int, rows: np.ndarray, of: Unit, si: str, spread: bool) -> np.ndarray:
+        """Cells of a column in SI, standard deviations if `spread`, NaN where they are empty or faulty."""
+        written = self.values[i][rows]
+        ratio = Fraction(of.factor)  # 350 ms is 0.35 s: a quotient is rounded once
+        with np.errstate(over="ignore"):
+            values = written * float(ratio.numerator) / float(ratio.denominator) + (0.0 if spread else float(of.offset))
+        wrong = np.isinf(values) | ((written <= 0) if spread else (values < 0) & (si == "K"))
+        for k in np.flatnonzero(wrong):
+            if np.isinf(values[k]):
+                what = f"{self._text(rows[k], i)!r} is not finite", "leave the cell empty: not measured"
+            elif spread:
+                what = f"{written[k]:g} is not a standard deviation", "it must be > 0"
+            else:
+                what = f"{written[k]:g} is below absolute zero", "is the unit in the header right?"
+            self._at_cell(rows[k], i, *what)
+        return np.where(wrong, np.nan, values)
 
     # --- single values ----------------------------------------------------------------------------------------
 
@@ -617,34 +622,38 @@ class CsvFile:
         if column is None or {"time", "value"} <= set(names):
             self.fault(" header", "needs one column of values", "time or value")
             return Measured()
-        at, head = names[column], self.heads[names[column]]
+        at = names[column]
+        head = self.heads[at]
+        for i in {at, names.get("sigma", at)}:
+            self.written(i)
         singles: list[Single] = []
-        for line, cells in self.rows:
-            metric = cells[names["event"]].strip()
-            where = f" line {line}, event {metric}"
-            if self.is_empty(cells[at]):
-                number = self.number(cells[at])
-                self.notes += [] if number is None or np.isnan(number) else [told_as_null(number, [metric])]
+        for k, metric in enumerate(self.texts[names["event"]]):
+            where = f" line {self.places[k]}, event {metric}"
+            if np.isnan(self.values[at][k]):
                 continue
             if not metric:
-                self.fault(f" line {line}, column event", "is empty beside a value", "name the event")
+                self.fault(f" line {self.places[k]}, column event", "is empty beside a value", "name the event")
                 continue
             if not _is_metric(metric):
                 self.fault(where, "unknown metric", f"there are: {', '.join(METRICS)}")
                 continue
-            si, of, error = unit_of(metric), Unit(1.0), sigma.get(metric)
-            if head.name == "time" and si != "s":
+            si = unit_of(metric)
+            of = Unit(1.0)
+            error = sigma.get(metric)
+            if column == "time" and si != "s":
                 self.fault(where, f"is not a time but a quantity in {si}", "call the column value")
             else:
-                text = cells[names["unit"]] if "unit" in names and cells[names["unit"]].strip() else head.unit
-                of = self._unit(where, text, si)
-            if "sigma" in names and not self.is_empty(cells[i := names["sigma"]]):
+                text = self.texts[names["unit"]][k] if "unit" in names else ""
+                of = self._unit(where, text or head.unit, si)
+            row = np.array([k])
+            i = names.get("sigma")
+            if i is not None and not np.isnan(self.values[i][k]):
                 spread = self.heads[i]
                 own = self._unit(f" header, column {spread.text}", spread.unit, si) if spread.unit else of
-                error = self._cell(line, cells, i, own, si, True)
-            value = self._cell(line, cells, at, of, si, False)
-            if value is not None and not (np.isnan(value) or (error is not None and np.isnan(error))):
-                singles.append(Single(metric, value, error))  # else it has a separate error
+                error = float(self._in_si(i, row, own, si, True)[0])
+            value = float(self._in_si(at, row, of, si, False)[0])
+            if np.isfinite([value, error or 1.0]).all():  # else it has a separate error
+                singles.append(Single(metric, value, error))
         if not singles and not self.faults:
             self.fault("", "has no event with a value", "event,time,sigma")
         return Measured(singles=tuple(singles))
