@@ -389,11 +389,8 @@ def read_recordings(
     file = CsvFile(Path(table), null)
     index = {head.name: i for i, head in enumerate(file.heads)}
     metrics = {name: file.column(i, unit_of(name)) for name, i in index.items() if _is_metric(name)}
-    spreads = {
-        name: file.spreads(index[name + _SIGMA], unit_of(name), index[name], value)
-        for name, value in metrics.items()
-        if name + _SIGMA in index
-    }
+    found = {name: file.spreads(index, name, unit_of(name), value) for name, value in metrics.items()}
+    spreads = {name: error for name, error in found.items() if error is not None}
     others = index.keys() - set(_WORDS) - set(metrics) - {name + _SIGMA for name in spreads}
     numbers = {name: file.written(i) for name, i in index.items() if name in others}
     recordings = dict[str, Measured]()
@@ -451,7 +448,6 @@ class CsvFile:
         self._null = tuple(null)
         self._listed: list[Fault] = []
         self._left_out = 0
-        self._faulty: set[tuple[int, int]] = set()
         try:
             with opened(path, "*.csv", most=_MOST_BYTES) as file:
                 self._lines = [line for piece in file.lines() for line in piece]
@@ -471,11 +467,6 @@ class CsvFile:
             self._listed.append(Fault(f"{self.path}{where}", problem, hint))
         else:
             self._left_out += 1
-
-    def _at_cell(self, k: int, i: int, problem: str, hint: str) -> None:
-        """An error of a cell, of which no other error is made."""
-        self._faulty.add((k, i))
-        self.fault(f" line {self.places[k]}, column {self.heads[i].text}", problem, hint)
 
     def _split(self) -> None:
         lines = ["" if line.lstrip().startswith("#") else line for line in self._lines]
@@ -520,13 +511,14 @@ class CsvFile:
     def _series(
         self, names: dict[str, int], clock: str, sigma: Mapping[str, float], wanted: set[str] | None
     ) -> Measured:
-        t, points = self.column(names[clock], "s", needed=True), list[Points]()
+        t = self.column(names[clock], "s", needed=np.ones(self.places.size, bool))
+        points = list[Points]()
         for name, i in names.items():
             header = f" header, column {self.heads[i].text}"
-            if name.endswith(_SIGMA) and name.removesuffix(_SIGMA) not in names and wanted is None:
-                what = f"there is no column {name.removesuffix(_SIGMA)}"
-                self.fault(header, what, "a standard deviation needs its column")
-            if name == clock or name.endswith(_SIGMA) or not (wanted is None or _normal(name) in wanted):
+            of = name.removesuffix(_SIGMA)
+            if of != name and of not in names and wanted is None:
+                self.fault(header, f"there is no column {of}", "a standard deviation needs its column")
+            if name == clock or of != name or not (wanted is None or _normal(name) in wanted):
                 continue
             where = column_of(name)
             if where is None:
@@ -534,57 +526,62 @@ class CsvFile:
                 self.fault(header, issue.problem, issue.hint)
                 continue
             si = about_column(where[0]).unit
-            value, error = self.column(i, si), None
-            if name + _SIGMA in names:
-                error = self.spreads(names[name + _SIGMA], si, i, value)
-            elif _normal(name) in sigma:
-                error = np.full(value.shape, sigma[_normal(name)])
-            kept = np.isfinite(value) & np.isfinite(t)
-            if kept.any():
-                points.append(Points(where[0], t[kept], value[kept], None if error is None else error[kept], where[1]))
-            elif not self.faults:
-                self.fault(f" column {self.heads[i].text}", "has no value", "leave the column out")
+            value = self.column(i, si)
+            error = self.spreads(names, name, si, value)
+            if error is None:
+                error = sigma.get(_normal(name))
+            if self.faults:
+                continue
+            part = _points(name, t, value, error)
+            if isinstance(part, Points):
+                points.append(part)
+            else:
+                self.fault(f" column {self.heads[i].text}", part.problem, part.hint)
         if not points and not self.faults:
             self.fault("", "has no column to fit", f"columns of a run are: {', '.join(COLUMNS)}")
         return Measured(tuple(points))
 
-    def spreads(self, i: int, si: str, of: int, value: np.ndarray) -> np.ndarray:
-        """The standard deviations of the column `of` with these values."""
-        error = self.column(i, si, of_column=of)
-        for k in np.flatnonzero(np.isfinite(value) & np.isnan(error)):
-            if (k, i) not in self._faulty:
-                self._at_cell(k, i, "is empty beside a measured value", "give its standard deviation")
-        return error
+    def spreads(self, names: Mapping[str, int], name: str, si: str, value: np.ndarray) -> np.ndarray | None:
+        """The standard deviations of a column with these values; `None` where the file has none."""
+        i = names.get(name + _SIGMA)
+        return None if i is None else self.column(i, si, needed=np.isfinite(value), spread_of=names[name])
 
-    def column(self, i: int, si: str, *, of_column: int | None = None, needed: bool = False) -> np.ndarray:
-        """A column in SI, NaN where a cell is empty or faulty; a standard deviation takes the unit `of_column`."""
-        text = self.heads[i].unit or self.heads[i if of_column is None else of_column].unit
-        of = self._unit(f" header, column {self.heads[i].text}", text, si)
-        self.written(i, needed)
-        values = self._in_si(i, np.arange(self.places.size), of, si, of_column is not None)
-        for k in np.flatnonzero(np.isnan(values)) if needed else ():
-            if (k, i) not in self._faulty:
-                cell = self._text(k, i)
-                what = f"{cell} is a null value" if cell else "is empty"
-                self._at_cell(k, i, what, "every line needs its time")
-        return values
+    def column(self, i: int, si: str, *, needed: np.ndarray | None = None, spread_of: int | None = None) -> np.ndarray:
+        """A column in SI, NaN where a cell is empty or faulty; a standard deviation takes the unit of its column.
 
-    def _text(self, k: int, i: int) -> str:
-        """A cell as it is written."""
-        return cells_of(self._lines[self.places[k] - 1], self._separator)[i].strip()
+        `needed` (n,): where an empty cell is an error.
+        """
+        head = self.heads[i]
+        text = head.unit or self.heads[i if spread_of is None else spread_of].unit
+        of = self._unit(f" header, column {head.text}", text, si)
+        self.written(i, needed, spread_of is not None)
+        return self._in_si(i, np.arange(self.places.size), of, si, spread_of is not None)
 
-    def written(self, i: int, times: bool = False) -> np.ndarray:
+    def _cell(self, k: int, i: int) -> tuple[str, str]:
+        """A cell as it is written, and its place."""
+        line = self.places[k]
+        text = cells_of(self._lines[line - 1], self._separator)[i].strip()
+        return text, f" line {line}, column {self.heads[i].text}"
+
+    def written(self, i: int, needed: np.ndarray | None = None, spread: bool = False) -> np.ndarray:
         """Numbers of a column, NaN for null values, which is told; times that reach below one are none."""
         x = self.values[i]
-        for k in np.flatnonzero(np.isnan(x)) if i in self._odd else ():
-            if (cell := self._text(k, i)) not in EMPTY:
-                what = "numbers as in 12.5 or 1.25e1; an empty cell: not measured"
-                self._at_cell(k, i, f"{cell!r} is not a number", what)
+        empty = np.isnan(x)
+        times = needed is not None and not spread
         for null in self._null:
             same = is_null(x, (null,))
             if same.any() and not (times and np.any(x[~same] < null)):
                 x[same] = np.nan
                 self.notes += [] if times else [told_as_null(null, [self.heads[i].text])]
+        missing = np.zeros(x.size, bool) if needed is None else needed & np.isnan(x)
+        for k in np.flatnonzero(missing | (empty & (i in self._odd))):
+            cell, where = self._cell(k, i)
+            if empty[k] and cell not in EMPTY:
+                hint = "numbers as in 12.5 or 1.25e1; an empty cell: not measured"
+                self.fault(where, f"{cell!r} is not a number", hint)
+            elif missing[k]:
+                hint = "give its standard deviation" if spread else "every line needs its time"
+                self.fault(where, f"{cell} is a null value" if cell else "is empty beside a measured value", hint)
         return x
 
     def _unit(self, where: str, text: str, si: str) -> Unit:
@@ -602,13 +599,13 @@ class CsvFile:
             values = written * float(ratio.numerator) / float(ratio.denominator) + (0.0 if spread else float(of.offset))
         wrong = np.isinf(values) | ((written <= 0) if spread else (values < 0) & (si == "K"))
         for k in np.flatnonzero(wrong):
+            text, where = self._cell(rows[k], i)
             if np.isinf(values[k]):
-                what = f"{self._text(rows[k], i)!r} is not finite", "leave the cell empty: not measured"
+                self.fault(where, f"{text!r} is not finite", "leave the cell empty: not measured")
             elif spread:
-                what = f"{written[k]:g} is not a standard deviation", "it must be > 0"
+                self.fault(where, f"{written[k]:g} is not a standard deviation", "it must be > 0")
             else:
-                what = f"{written[k]:g} is below absolute zero", "is the unit in the header right?"
-            self._at_cell(rows[k], i, *what)
+                self.fault(where, f"{written[k]:g} is below absolute zero", "is the unit in the header right?")
         return np.where(wrong, np.nan, values)
 
     # --- single values ----------------------------------------------------------------------------------------
