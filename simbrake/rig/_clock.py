@@ -18,7 +18,8 @@ _ISO = re.compile(r"\d{4}-\d{2}-\d{2}[T ]\d{2}:\d{2}:\d{2}(?:\.\d+)?(?P<zone>Z|[
 _OF_CLOCKS, _OF_YEARS, _OF_MONTHS, _OF_DAYS = (set(x) for x in ("HIMSpfXc", "yYcx", "mbBjcx", "djcx"))
 _DAY = 86400.0
 #: seconds from 1970 to the first and behind the last time that has a date
-_FIRST, _LAST = -62135596800.0, 253402300800.0
+_FIRST = -62135596800.0
+_LAST = 253402300800.0
 #: names of a column of times, the more certain ones first
 _NAMES = (
     "DATETIME",
@@ -105,7 +106,8 @@ def _first(table: Table, i: int) -> str:
 
 def _parts_in(table: Table, i: int) -> tuple[bool, bool]:
     """Whether a column has dates, and whether it has clocks, by its first cell; of digits alone its name decides."""
-    text, name = _first(table, i), table.names[i].upper()
+    text = _first(table, i)
+    name = table.names[i].upper()
     one = said(text)
     if one is None:
         return False, False
@@ -177,7 +179,8 @@ def _numbers(texts: list[str]) -> np.ndarray | None:
 
 
 def _of_numbers(table: Table, i: int, x: np.ndarray, where: str, faults: list[Fault]) -> Times | None:
-    name, text = table.names[i], table.units[i]
+    name = table.names[i]
+    text = table.units[i]
     place = f"{where} column {name}"
     bad = np.flatnonzero(~np.isfinite(x) | np.isin(x, table.nulls))
     if bad.size:
@@ -325,7 +328,8 @@ class _Texts:
         bare = [i for i, one in enumerate(whole) if not one.date]
         if bare and len(bare) < len(whole):
             return self._wrong(bare, f"{self.texts[bare[0]]!r} has no date, as other rows have", self._way_out)
-        clock, remarks = np.array(clocks, float), list[str]()
+        clock = np.array(clocks, float)
+        remarks = list[str]()
         if bare and clock.max() >= _DAY + 3600.0:
             remarks.append("hours above 24 count from the start")
         days = self._days([one.date for one in whole], form, remarks) if not bare else np.zeros(len(whole))
@@ -403,7 +407,8 @@ class _Texts:
     @property
     def _order_of_file(self) -> str:
         """The order in which name, unit or description of the column say that its dates are, as `DD/MM/YYYY`."""
-        table, part = self.table, r"(d{1,2}|m{1,3}|y{2,4})"
+        table = self.table
+        part = r"(d{1,2}|m{1,3}|y{2,4})"
         for i in self.places:
             words = f"{table.names[i]} {table.units[i]} {table.descriptions[i]}".lower()
             for match in re.finditer(rf"(?<![a-z]){part}[-/. ]?{part}[-/. ]?{part}", words):

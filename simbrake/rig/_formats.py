@@ -161,7 +161,8 @@ class _Witsml(ElementTree.TreeBuilder):
         inside = f" in <{self._open[-1].tag}>" if self._open else ""
         rows = self._count + len(self._lines)
         after = f", after row {rows}" if rows else ""
-        errors, words = expat.errors, expat.ErrorString(error.code)
+        errors = expat.errors
+        words = expat.ErrorString(error.code)
         place = f"{self.file.path} line {error.position[0]}"
         if words in (errors.XML_ERROR_NO_ELEMENTS, errors.XML_ERROR_UNCLOSED_TOKEN, errors.XML_ERROR_PARTIAL_CHAR):
             return Fault(place, f"ends{inside}{after}", "it is cut off: export the log again")
@@ -222,7 +223,7 @@ class _Witsml(ElementTree.TreeBuilder):
         units = [unit.strip() for unit in said("unitList").split(",")]
         if len(units) != len(names):
             units = [by_name.get(name, {}).get("unit", "") for name in names]
-        nulls = {_real(element.text or "") for element in self._open[0].iter("nullValue")}
+        nulls = [_real(element.text or "") for element in self._open[0].iter("nullValue")]
         index = said("indexCurve") or names[0]
         column = next((_whole(x.get("columnIndex")) - 1 for x in self._open[0].iter("indexCurve")), -1)
         place = names.index(index) if index in names else column if 0 <= column < len(names) else 0
@@ -230,7 +231,7 @@ class _Witsml(ElementTree.TreeBuilder):
             names,
             units,
             [by_name.get(name, {}).get("curveDescription", "") for name in names],
-            nulls=tuple(sorted(nulls - {None})),
+            nulls=tuple(sorted({x for x in nulls if x is not None})),
             index=place,
             index_type=said("indexType"),
             well=said("nameWell"),

@@ -7,8 +7,18 @@ from typing import NamedTuple
 from zoneinfo import ZoneInfo
 
 _MONTHS = (
-    *("jan(?:uary)?", "feb(?:ruary)?", "mar(?:ch)?", "apr(?:il)?", "may", "june?", "july?", "aug(?:ust)?"),
-    *("sept?(?:ember)?", "oct(?:ober)?", "nov(?:ember)?", "dec(?:ember)?"),
+    "jan(?:uary)?",
+    "feb(?:ruary)?",
+    "mar(?:ch)?",
+    "apr(?:il)?",
+    "may",
+    "june?",
+    "july?",
+    "aug(?:ust)?",
+    "sept?(?:ember)?",
+    "oct(?:ober)?",
+    "nov(?:ember)?",
+    "dec(?:ember)?",
 )
 _WEEKDAYS = ("mon", "tue(?:s)?", "wed(?:nes)?", "thu(?:rs?)?", "fri", "sat(?:ur)?", "sun")
 _MONTH = f"(?:{'|'.join(_MONTHS)})"
@@ -54,7 +64,9 @@ def _patterns(forms: dict[str, str]) -> list[re.Pattern[str]]:
     return [re.compile(form, re.IGNORECASE) for form in forms.values()]
 
 
-_DATES, _CLOCKS, _ZONES = _patterns(DATES), _patterns(CLOCKS), _patterns(ZONES)
+_DATES = _patterns(DATES)
+_CLOCKS = _patterns(CLOCKS)
+_ZONES = _patterns(ZONES)
 
 
 @functools.cache
@@ -62,7 +74,8 @@ def _wholes(date: str) -> list[re.Pattern[str]]:
     """Patterns of times with dates as `date`: before the clock, behind it, or around it as in `Jan 29 03:00 2020`."""
     clock = rf"(?P<clock>{_any(CLOCKS)})(?:\s*[(\[]?(?P<zone>{_any(ZONES)})[)\]]?)?"
     between = r"(?:\s*[T,;_:/-]\s*|\s+|(?<=\d{8})(?=\d{6}))"
-    first, last = rf"(?P<date>{date})(?:{between}{clock})?", rf"{clock}(?:{between}(?P<date>{date}))?"
+    first = rf"(?P<date>{date})(?:{between}{clock})?"
+    last = rf"{clock}(?:{between}(?P<date>{date}))?"
     around = rf"(?P<date>{re.sub('P<weekday>', ':', _WEEKDAY)}{_MONTH} +\d{{1,2}})\s+{clock}\s+(?P<year>\d{{4}})"
     return [re.compile(whole, re.IGNORECASE) for whole in (first, last, around)]
 
@@ -139,7 +152,8 @@ def day_of(date: str, order: str) -> int | None:
 def seconds_of(clock: str) -> float | None:
     """Seconds since midnight, of more than a day too; `None` where a clock never shows it."""
     of = _parts(_CLOCKS, clock)
-    hour, minute = int(of["hour"]), int(of["minute"])
+    hour = int(of["hour"])
+    minute = int(of["minute"])
     second = float(re.sub("[:,]", ".", of.get("second", "0")))
     if "half" in of:
         if not 1 <= hour <= 12:
@@ -153,7 +167,8 @@ def east_of(zone: str, local: float) -> float | None:
     """Seconds by which a zone is ahead of UTC at a `local` time (s since 1970); `None` where there is no such zone."""
     of = _parts(_ZONES, zone)
     if "sign" in of:
-        hours, minutes = int(of["hours"]), int(of.get("minutes", "0"))
+        hours = int(of["hours"])
+        minutes = int(of.get("minutes", "0"))
         size = hours * 3600.0 + minutes * 60.0
         return (size if of["sign"] == "+" else -size) if hours < 15 and minutes < 60 else None
     if "place" not in of:

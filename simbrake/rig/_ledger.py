@@ -73,8 +73,14 @@ class Entry:
 
 _ENTRY = tuple(field.name for field in dataclasses.fields(Entry) if field.name != "lowering")
 _SUMS = (
-    *("travel", "hook_work", "hook_work_low", "hook_work_high"),
-    *("tackle_loss", "drum_work", "auxiliary_work", "friction_work"),
+    "travel",
+    "hook_work",
+    "hook_work_low",
+    "hook_work_high",
+    "tackle_loss",
+    "drum_work",
+    "auxiliary_work",
+    "friction_work",
 )
 _UNITS = {"travel": "m", "mean_power": "W", "drum_speed": "rad/s", "drum_torque": "N*m"}
 
@@ -115,14 +121,17 @@ class Ledger(Tabular):
     @property
     def counts(self) -> dict[str, int]:
         """Lowerings in the totals, those of them whose load is not decidable, and those that are flagged."""
-        valid, every = self.lowerings.valid, len(self.lowerings)
+        valid = self.lowerings.valid
+        every = len(self.lowerings)
         unsure = sum(one.kind == LOADS[0] for one in valid)
         return {"valid": len(valid), "not_decidable": unsure, "flagged": every - len(valid)}
 
     @property
     def answer(self) -> tuple[str, ...]:
         """What a crew asks: the largest lowering, the whole work, what is not decidable, flagged, or hidden by gaps."""
-        counts, totals, largest = self.counts, self.totals, self.largest
+        counts = self.counts
+        totals = self.totals
+        largest = self.largest
         flags = sorted({flag for one in self.lowerings.lowerings for flag in one.flags})
         aside = f"flagged and left out: {counts['flagged']}" + (f" ({', '.join(flags)})" if flags else "")
         if refused := sum(bool(one.refused) for one in self.entries):
@@ -191,7 +200,9 @@ class Ledger(Tabular):
     @property
     def by_trip(self) -> Table:
         """Totals between pauses without a lowering of more than `trip_pause`."""
-        pauses, end, trip = {}, None, 0
+        pauses = {}
+        end = None
+        trip = 0
         for one in self.lowerings.valid:
             trip += end is None or one.begin - end > self.settings["trip_pause"]
             end, pauses[one.begin] = one.end, trip
@@ -233,8 +244,17 @@ def write_pages(book: Ledger, folder: str | Path, replay: Tabular | None = None)
 
 #: columns for reading
 _HOOK = (
-    *("duration", "travel", "top_speed", "static_load", "hook_work", "hook_work_low", "hook_work_high"),
-    *("mean_power", "kinetic_energy", "kind", "flags"),
+    "duration",
+    "travel",
+    "top_speed",
+    "static_load",
+    "hook_work",
+    "hook_work_low",
+    "hook_work_high",
+    "mean_power",
+    "kinetic_energy",
+    "kind",
+    "flags",
 )
 _DRUM = tuple(name for name in _ENTRY if name not in _HOOK)
 
@@ -299,7 +319,8 @@ def ledger(
     if faults := faults_of_settings(**settings):
         raise InputError(faults)
     found = of if isinstance(of, Lowerings) else lowerings(of)
-    notes, shares = list(found.notes), shares_of(auxiliary)
+    notes = list(found.notes)
+    shares = shares_of(auxiliary)
     strung = lines_of(found.log, notes) if lines is None else lines
     if efficiency is None and strung is not None:
         efficiency = tackle_efficiency(strung)
@@ -382,7 +403,8 @@ def refusal(log: Log, one: Lowering) -> str:
     """Why the motion of the drum is not known in a lowering."""
     if not log.compensated:
         return ""
-    name, heave = log.position.mnemonic, log.channels.get("heave")
+    name = log.position.mnemonic
+    heave = log.channels.get("heave")
     if heave is None:
         return f"{name} is heave-compensated, and the heave is not recorded"
     inside = heave.value[slice(*np.searchsorted(log.t, (one.begin, one.end), side="right"))]

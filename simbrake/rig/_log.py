@@ -39,8 +39,13 @@ ROLES: dict[str, Role] = {
         "m",
         "height of the block, upwards, as the drum moves it",
         (
-            *(r"BLOCKUN?COMP\w*", r"BPOSUN?COMP\w*", r"BPOS(?:AVG?|A)?", r"BLK?POS\w*"),
-            *(rf"{_BLOCK}(?:POSITION|POS|HEIGHT|HT|HGT)(?:AVG|AVERAGE)?", r"T[VB]?BPOS", r"BHT|BHEIGHT|BLKH"),
+            r"BLOCKUN?COMP\w*",
+            r"BPOSUN?COMP\w*",
+            r"BPOS(?:AVG?|A)?",
+            r"BLK?POS\w*",
+            rf"{_BLOCK}(?:POSITION|POS|HEIGHT|HT|HGT)(?:AVG|AVERAGE)?",
+            r"T[VB]?BPOS",
+            r"BHT|BHEIGHT|BLKH",
             r"TOPDRIVE(?:POSITION|HEIGHT)|TDPOS|TDHEIGHT",
         ),
     ),
@@ -58,7 +63,9 @@ ROLES: dict[str, Role] = {
         "N",
         "load of the hook, block included",
         (
-            *(r"HKLDAVG?|HKLAVG|HKLA", r"HKLD?|HKLI|HKLO", r"WOH(?:AVG)?|WEIGHTONHOOK"),
+            r"HKLDAVG?|HKLAVG|HKLA",
+            r"HKLD?|HKLI|HKLO",
+            r"WOH(?:AVG)?|WEIGHTONHOOK",
             r"(?:TOTAL|AVG|AVERAGE)?HOOK(?:LOAD|LD|WEIGHT)(?:AVG|AVERAGE)?|HLOAD|HAKENLAST",
         ),
     ),
@@ -80,7 +87,8 @@ _MOTION = (*_NEEDED, "compensated_position", "hook_load_min", "hook_load_max", "
 #: sizes, by SI unit, that no rig has, and of which nothing can be computed
 _ABSURD = {"m": 1e6, "N": 1e12}
 #: units as logs write them (in lower case), by the SI unit; the table of simbrake has the others
-_POUND, _TONNE = 4.4482216152605, 9806.65
+_POUND = 4.4482216152605
+_TONNE = 9806.65
 _SPELLINGS: dict[str, dict[str, float]] = {
     "m": {
         **dict.fromkeys(("m", "meter", "meters", "metre", "metres", "mtr"), 1.0),
@@ -100,7 +108,8 @@ _SPELLINGS: dict[str, dict[str, float]] = {
 _DOUBTFUL = {"tonf", "ton", "tons", "mt"}
 _NO_UNIT = ("", "unitless", "none", "-", "--", "---", "n/a", "na", "euc", "null", "dimensionless", "undefined")
 #: spacing of rows that is a gap, as a multiple of the usual one, and at least (s)
-_GAP, _GAP_S = 10.0, 20.0
+_GAP = 10.0
+_GAP_S = 20.0
 
 
 @dataclasses.dataclass(frozen=True)
@@ -142,9 +151,11 @@ class Channel:
         t, x = self.t[self.updates], self.value[self.updates]
         if t.size < 4:
             return float("nan")
-        spacing, weight = np.diff(t), np.abs(np.diff(x))
+        spacing = np.diff(t)
+        weight = np.abs(np.diff(x))
         order = np.argsort(spacing)
-        spacing, weight = spacing[order], weight[order]
+        spacing = spacing[order]
+        weight = weight[order]
 
         def quantile(share: float, weight: np.ndarray) -> float:
             total = np.cumsum(weight)
@@ -162,7 +173,9 @@ class Channel:
         t, x = self.t[self.updates], self.value[self.updates]
         if not np.isfinite(self.interval):
             return 0.0
-        row, spacing, change = float(np.median(np.diff(self.t))), np.diff(t), np.abs(np.diff(x))
+        row = float(np.median(np.diff(self.t)))
+        spacing = np.diff(t)
+        change = np.abs(np.diff(x))
         usual = np.abs(spacing - self.interval) < 1.5 * row
         mean = float(np.average(spacing[usual], weights=change[usual]))
         return mean if mean > 1.1 * row else 0.0
@@ -238,14 +251,16 @@ class Log(Tabular):
     @property
     def _table(self) -> Table:
         columns = [
-            *("role", "mnemonic", "unit"),
-            *(Column("nulls"), Column("updates"), Column("interval", "s", heading="update interval", show=".3g")),
-            *(
-                Column("held"),
-                Column("low", show=".5g"),
-                Column("high", show=".5g"),
-                Column("si", heading="in", left=True),
-            ),
+            "role",
+            "mnemonic",
+            "unit",
+            Column("nulls"),
+            Column("updates"),
+            Column("interval", "s", heading="update interval", show=".3g"),
+            Column("held"),
+            Column("low", show=".5g"),
+            Column("high", show=".5g"),
+            Column("si", heading="in", left=True),
         ]
         rows = []
         for role, x in self.channels.items():
@@ -305,7 +320,8 @@ def read(
         >>> log["hook_load"].nulls
         1
     """
-    file, wanted = Path(path), dict(names or {})
+    file = Path(path)
+    wanted = dict(names or {})
     faults = [
         Fault(f"names {role}", "is no role", f"there are: {', '.join(ROLES)}") for role in wanted if role not in ROLES
     ]
@@ -422,7 +438,8 @@ class _Reading:
         table = self.table
         roles = _roles(table, self.names, self.guesses, self.faults)
         times = times_of(table, self.path, self.clock, self.faults)
-        seconds, rows = None, slice(None)
+        seconds = None
+        rows = slice(None)
         if times is not None:
             self.guesses += times.remarks
         self._nulls(() if times is None else times.used)
@@ -453,7 +470,8 @@ class _Reading:
             if i in table.texts:
                 words, x = self._words(table.texts[i])
             else:
-                words, x = (), table.values[i]
+                words = ()
+                x = table.values[i]
             scale = scales.get(i)
             if scale is not None:
                 x *= float(scale.factor)
@@ -478,7 +496,8 @@ class _Reading:
 
     def _ordered(self, seconds: np.ndarray, spread: bool) -> tuple[np.ndarray | None, Any]:
         """Times that increase, and the rows that have them."""
-        self._repeated, self._last = 0, None
+        self._repeated = 0
+        self._last = None
         if seconds.size < 2:
             self.fault("", f"has {seconds.size} rows", "a recording has at least two")
             return None, slice(None)
@@ -546,7 +565,9 @@ class _Reading:
 
     def _scale(self, role: str, i: int, text: str) -> Unit | None:
         """The unit of a column with a role; `None` where it is left without one."""
-        about, name, x = ROLES[role], self.table.names[i], self.table.values[i]
+        about = ROLES[role]
+        name = self.table.names[i]
+        x = self.table.values[i]
         where = f" column {name}"
         if role == "activity":
             return None

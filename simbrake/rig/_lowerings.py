@@ -17,7 +17,9 @@ STATES = ("no data", "down", "up", "at rest", "in slips", "set down", "slack")
 #: of the load on the hook
 LOADS = ("not decidable", "block", "string")
 #: share of the rows that makes a level of loads, width of a class of loads, ratio of two levels
-_SHARE, _CLASS, _APART = 0.03, 0.01, 1.25
+_SHARE = 0.03
+_CLASS = 0.01
+_APART = 1.25
 #: share of a lowering in one update that makes it a jump
 _SINGLE = 0.9
 #: change of speed from one update to the next (m/s^2) that no block makes in a steady motion
@@ -175,9 +177,12 @@ class Lowerings(Tabular):
     def gap_table(self) -> Table:
         """A row for each gap."""
         columns = [
-            *(Column("start", left=True, show=in_seconds), Column("begin", "s", show=".6g")),
-            *(Column("duration", "s", show=".4g"), Column("change", "m", show="+.3g")),
-            *(Column("cut", heading="lowerings cut"), Column("rest")),
+            Column("start", left=True, show=in_seconds),
+            Column("begin", "s", show=".6g"),
+            Column("duration", "s", show=".4g"),
+            Column("change", "m", show="+.3g"),
+            Column("cut", heading="lowerings cut"),
+            Column("rest"),
         ]
         return Table(columns, [list(gap) for gap in self.gaps], "gaps")
 
@@ -205,12 +210,20 @@ class Lowerings(Tabular):
     def table(self) -> Table:
         """A row for each lowering."""
         columns = [
-            *(Column("start", left=True, show=in_seconds), Column("begin", "s"), Column("duration", "s", show=".4g")),
-            *(Column("height", "m", hidden=True), Column("travel", "m", show=".4g")),
-            *(Column("top_speed", "m/s", show=".3g"), Column("mean_load", "N", show=".4g")),
-            *(Column("static_load", "N", show=".4g"), Column("hook_work", "J", show=".4g")),
-            *(Column("hook_work_low", "J", show=".4g"), Column("hook_work_high", "J", show=".4g")),
-            *(Column("kind", left=True), Column("flags", left=True, show=", ".join), Column("activity", left=True)),
+            Column("start", left=True, show=in_seconds),
+            Column("begin", "s"),
+            Column("duration", "s", show=".4g"),
+            Column("height", "m", hidden=True),
+            Column("travel", "m", show=".4g"),
+            Column("top_speed", "m/s", show=".3g"),
+            Column("mean_load", "N", show=".4g"),
+            Column("static_load", "N", show=".4g"),
+            Column("hook_work", "J", show=".4g"),
+            Column("hook_work_low", "J", show=".4g"),
+            Column("hook_work_high", "J", show=".4g"),
+            Column("kind", left=True),
+            Column("flags", left=True, show=", ".join),
+            Column("activity", left=True),
         ]
         return Table(columns, [[getattr(one, column.name) for column in columns] for one in self.lowerings])
 
@@ -266,11 +279,13 @@ def course_of(channel: Channel, spacing: float = 0.0) -> Course:
     A value that did not change for longer than its interval began to change, on average, half an interval before the
     row that shows it: the last row before that time still has it.
     """
-    t, x = channel.t, channel.value
+    t = channel.t
+    x = channel.value
     rows = np.flatnonzero(~np.isnan(x))
     interval = float(np.median(np.diff(t[rows]))) if rows.size > 1 else 0.0
     if channel.held:
-        interval, updates = channel.interval, channel.updates
+        interval = channel.interval
+        updates = channel.updates
         before = rows[np.searchsorted(t[rows], t[updates[1:]] - 0.5 * interval, side="right") - 1]
         long = t[updates[1:]] - t[updates[:-1]] > 1.5 * interval
         rows = np.union1d(np.union1d(updates, before[long]), rows[-1:])
@@ -351,7 +366,8 @@ def lowerings(
         faults.append(Fault(f"{log.source} column {position.mnemonic}", what, "give a recording over time"))
     if faults:
         raise InputError(faults)
-    height, load = course_of(position, spacing), course_of(log["hook_load"])
+    height = course_of(position, spacing)
+    load = course_of(log["hook_load"])
     if np.ptp(height.value) < travel:
         what = f"stays within {digits(np.ptp(height.value), 3)} m: nothing is lowered by {travel:g} m"
         raise InputError([Fault(f"{log.source} column {position.mnemonic}", what, "is it the height of the block?")])
@@ -382,7 +398,10 @@ class _Finder:
     """Height and load of a log as lines, cut into motions."""
 
     def __init__(self, log: Log, height: Course, load: Course, thresholds: dict[str, Any]) -> None:
-        self.log, self.height, self.load, self.limits = log, height, load, thresholds
+        self.log = log
+        self.height = height
+        self.load = load
+        self.limits = thresholds
         step = np.diff(height.t)
         self.fall = -np.diff(height.value)
         self.speed = self.fall / step
@@ -390,13 +409,15 @@ class _Finder:
         channel = log.position
         updated = np.isin(height.t, channel.t[channel.updates] if channel.held else height.t)
         # an update comes up to a row late: a short interval is the mean one
-        row, known = log.interval, updated[1:] & updated[:-1]
+        row = log.interval
+        known = updated[1:] & updated[:-1]
         self.lasted = np.where(known, np.clip(channel.period, step, step + row), step)
         self.mean_speed = self.fall / self.lasted
         self.between = np.where(known, self.mean_speed, -np.inf)
         #: times (g, 2) and heights (g, 2) at the ends of the times without heights
         known = ~np.isnan(channel.value)
-        times, values = channel.t[known], channel.value[known]
+        times = channel.t[known]
+        values = channel.value[known]
         longest = max(thresholds["pause"], 2.5 * height.interval, 2.5 * row)
         i = np.flatnonzero(np.diff(times) > longest)
         self.gap_times = np.stack([times[i], times[i + 1]], axis=1)
@@ -433,19 +454,25 @@ class _Finder:
     def _clocks(self, spans: list[tuple[int, int]]) -> None:
         """Note a load that shows the acceleration of the block, `F = m (g − a)`, earlier or later than the height."""
         lags = np.arange(-10.0, 10.1, 0.5)
-        both, loads, rates = np.zeros(lags.size), np.zeros(lags.size), 0.0
+        both = np.zeros(lags.size)
+        loads = np.zeros(lags.size)
+        rates = 0.0
         long = [(a, b) for a, b in spans if b - a > 4]
         for a, b in long:
-            t, v = self.height.t[a : b + 1], self.mean_speed[a:b]
+            t = self.height.t[a : b + 1]
+            v = self.mean_speed[a:b]
             rate = np.diff(v, prepend=v[0]) / np.diff(t)
             rate -= rate.mean()
             load = self.load.at(t[:-1] + lags[:, None])
             usual = np.maximum(np.median(load, axis=1, keepdims=True), 1.0)
             load = np.clip(load / usual, 0.9, 1.1)  # what is picked up or set down is more
             load -= load.mean(axis=1, keepdims=True)
-            both, loads, rates = both - load @ rate, loads + (load**2).sum(axis=1), rates + rate @ rate
+            both = both - load @ rate
+            loads = loads + (load**2).sum(axis=1)
+            rates = rates + rate @ rate
         alike = both / np.sqrt(np.maximum(loads * rates, 1e-12))
-        lag, late = float(lags[alike.argmax()]), 0.5 * (self.height.interval + self.load.interval)
+        lag = float(lags[alike.argmax()])
+        late = 0.5 * (self.height.interval + self.load.interval)
         if len(long) > 2 and late < abs(lag) < lags[-1] and alike.max() > max(_ALIKE, 2.0 * alike[lags == 0.0][0]):
             when = f"{abs(lag):g} s {'later' if lag > 0 else 'earlier'}"
             self.notes.append(
@@ -455,7 +482,8 @@ class _Finder:
 
     def _cuts(self, spans: list[tuple[int, int]]) -> np.ndarray:
         """Whether gaps (g) cut motions (k): the block moves at the edge of one, and is elsewhere at the other edge."""
-        height, held = self.height, self.log.position.held
+        height = self.height
+        held = self.log.position.held
         late = height.interval + self.log.interval if held else 0.0  # a height that is held may move unseen for so long
         a, b = np.array(spans, int).reshape(-1, 2).T
         (begin, end), (before, behind) = self.gap_times.T[:, :, None], self.gap_heights.T[:, :, None]
@@ -479,12 +507,19 @@ class _Finder:
         pause, heave, slow = (self.limits[name] for name in ("pause", "heave", "end_speed"))
         step = np.diff(self.height.t)
         spans: list[tuple[int, int]] = []
-        begin, rested, lowest, left = -1, 0.0, 0.0, 0.0
+        begin = -1
+        rested = 0.0
+        lowest = 0.0
+        left = 0.0
         for k, (v, dt) in enumerate(zip(self.speed.tolist(), step.tolist(), strict=True)):
             below = self.height.value[k + 1]
             if begin < 0:
                 if v >= slow and not self.blind[k]:
-                    begin, rested, lowest, left, last = k, 0.0, below, below, k + 1
+                    begin = k
+                    rested = 0.0
+                    lowest = below
+                    left = below
+                    last = k + 1
                 continue
             rested += dt
             # a step of a coarse height is no speed: as fast on the whole since the last motion
@@ -494,7 +529,8 @@ class _Finder:
                 begin = -1
                 continue
             if moves:
-                rested, left = 0.0, below
+                rested = 0.0
+                left = below
             if moves and below <= lowest:
                 last = k + 1
             elif moves:
@@ -509,10 +545,12 @@ class _Finder:
         self, works: "_Works", a: int, b: int, decidable: bool, heavy: tuple[float, float], *, cut: bool
     ) -> Lowering:
         t, h = self.height.t[a : b + 1], self.height.value[a : b + 1]
-        travel, begin = float(h[0] - h[-1]), float(t[0])
+        travel = float(h[0] - h[-1])
+        begin = float(t[0])
         work, low, high = works.between(a, b)
         flags = [_CUT] if cut else []
-        deepest, speed = self.fall[a:b].max(), self.mean_speed[a:b]
+        deepest = self.fall[a:b].max()
+        speed = self.mean_speed[a:b]
         if deepest > max(self.limits["jump"], _SINGLE * travel):
             flags.append("single update")
         elif self._jumps(speed, self.lasted[a:b]):
@@ -550,7 +588,9 @@ class _Finder:
         if speed.size < 5:
             return False
         beside = np.stack([speed[:-4], speed[1:-3], speed[3:-1], speed[4:]])
-        most, spread, time = beside.max(0), np.ptp(beside, 0), lasted[2:-2]
+        most = beside.max(0)
+        spread = np.ptp(beside, 0)
+        time = lasted[2:-2]
         least = np.maximum(np.maximum(self.limits["jump"] / time, _SUDDEN * time), 2.0 * spread)
         return bool(np.any(speed[2:-2] - most > least))
 
@@ -579,9 +619,11 @@ class _Finder:
         limit = self.limits["tare"]
         if limit is not None:
             return Level(0.5 * (limit[0] + limit[1]), limit[0], limit[1]), True
-        rate, slow = np.abs(self._rates()), self.limits["end_speed"]
+        rate = np.abs(self._rates())
+        slow = self.limits["end_speed"]
         every = np.interp(self.log.t, self.load.t, self.load.value)
-        load, moved = every[rate < slow], every[rate >= slow]
+        load = every[rate < slow]
+        moved = every[rate >= slow]
         load = load[load > 0.05 * np.max(load, initial=0.0)]
         if load.size < 10:
             return None, False
@@ -607,7 +649,8 @@ class _Finder:
 
     def _states(self, tare: Level | None, decidable: bool, heavy: tuple[float, float]) -> tuple[np.ndarray, np.ndarray]:
         """State of the block and class of the load in each row of the log."""
-        rate, slow = self._rates(), self.limits["end_speed"]
+        rate = self._rates()
+        slow = self.limits["end_speed"]
         channel = self.log["hook_load"]
         x = np.interp(self.log.t, self.load.t, self.load.value)
         load = np.zeros(x.size, int)
@@ -616,7 +659,8 @@ class _Finder:
         state = np.select([np.isnan(rate) | np.isnan(channel.value), rate >= slow, rate <= -slow], [0, 1, 2], 3)
         if tare is None:
             return state, load
-        rest, is_slack = state == 3, x < self.limits["slack"] * tare.low
+        rest = state == 3
+        is_slack = x < self.limits["slack"] * tare.low
         if decidable:
             moving = np.isin(state, (1, 2)) & (load == 2)
             last = np.maximum.accumulate(np.where(moving, np.arange(x.size), -1))
@@ -644,7 +688,8 @@ def limits_of(limits: dict[str, Any], tare: Level) -> tuple[float, float]:
 def _mean_of_runs(inside: np.ndarray, x: np.ndarray) -> np.ndarray:
     """Mean of `x` (n,) over the run of true values that each place belongs to."""
     run = np.cumsum(np.diff(inside, prepend=False) & inside) * inside
-    total, count = np.bincount(run, np.where(inside, x, 0.0)), np.bincount(run)
+    total = np.bincount(run, np.where(inside, x, 0.0))
+    count = np.bincount(run)
     return (total / np.maximum(count, 1))[run]
 
 
@@ -652,9 +697,12 @@ class _Works:
     """Work of the hook between two knots of the height, with its interval, by sums from the begin of the log."""
 
     def __init__(self, log: Log, height: Course, load: Course) -> None:
-        self.log, self.height, self.load = log, height, load
+        self.log = log
+        self.height = height
+        self.load = load
         heights = np.round(height.value, 6)
-        apart, moves = np.diff(np.unique(heights)), np.count_nonzero(np.diff(heights))
+        apart = np.diff(np.unique(heights))
+        moves = np.count_nonzero(np.diff(heights))
         #: of a height that is written coarsely, so that the block comes to the same ones again and again; 0.7 of it is
         #: the 90 % of the two ends of a lowering
         self.step = float(apart.min()) if 0 < 3 * apart.size < moves else 0.0
@@ -675,7 +723,8 @@ class _Works:
         knots = self.height.t
         times = self.load.t + shift
         grid = np.union1d(knots, times[(times > knots[0]) & (times < knots[-1])])
-        x, f = self.height.at(grid), np.interp(grid, times, self.load.value)
+        x = self.height.at(grid)
+        f = np.interp(grid, times, self.load.value)
         work = np.concatenate([[0.0], np.cumsum(-0.5 * (f[1:] + f[:-1]) * np.diff(x))])
         return work[np.searchsorted(grid, knots)]
 
@@ -688,16 +737,19 @@ class _Works:
         rows = np.stack([first, last], axis=1).ravel().clip(0, low.t.size)
         low_x = np.append(np.where(np.isnan(low.value), np.inf, low.value), np.inf)
         high_x = np.append(np.where(np.isnan(high.value), -np.inf, high.value), -np.inf)
-        least, most = np.minimum.reduceat(low_x, rows)[::2], np.maximum.reduceat(high_x, rows)[::2]
+        least = np.minimum.reduceat(low_x, rows)[::2]
+        most = np.maximum.reduceat(high_x, rows)[::2]
         ends = [np.where(np.isfinite(x), x, np.nan) * fall for x in (least, most)]
         ends = [np.minimum(*ends), np.maximum(*ends)]
         return tuple(np.concatenate([[0.0], np.cumsum(np.nan_to_num(x))]) for x in ends)  # pyright: ignore
 
     def between(self, a: int, b: int) -> tuple[float, float, float]:
         """Work between two knots, and its interval."""
-        begin, end = self.height.t[a], self.height.t[b]
+        begin = self.height.t[a]
+        end = self.height.t[b]
         work = float(self.sums[b] - self.sums[a])
-        first, last = np.searchsorted(self.read, begin, side="right"), np.searchsorted(self.read, end)
+        first = np.searchsorted(self.read, begin, side="right")
+        last = np.searchsorted(self.read, end)
         around = self.read[max(first - 1, 0) : last + 1]
         longest = max(np.max(np.diff(around), initial=0.0), around[0] - begin, end - around[-1])
         if longest > max(_SLOWEST, 3.0 * self.load.interval):
@@ -718,11 +770,13 @@ class _Works:
         """Error of the work (90 %) by the scatter of the readings of the load around the line between them."""
         from scipy.special import stdtrit
 
-        t, f = self.load.t, self.load.value
+        t = self.load.t
+        f = self.load.value
         i, j = np.searchsorted(t, (self.height.t[a], self.height.t[b]))
         if j - i < 3:
             i, j = max(i - 1, 0), min(j + 1, t.size)
-        t, f = t[i:j], f[i:j]
+        t = t[i:j]
+        f = f[i:j]
         if t.size < 3:
             return 0.0
         share = (t[1:-1] - t[:-2]) / (t[2:] - t[:-2])

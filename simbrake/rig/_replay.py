@@ -28,11 +28,14 @@ from ._lowerings import LOADS, Course, Lowering, Lowerings, course_of, in_second
 
 #: acceleration of the hook (m/s²) below which its load is that of the weight; share by which readings are off, and
 #: time (s) for which they are, where the weight has changed
-_QUIET, _CHANGED, _LASTS = 0.5, 0.02, 3.0
+_QUIET = 0.5
+_CHANGED = 0.02
+_LASTS = 3.0
 #: update intervals within which a height that stays the same in a motion may have been read late
 _LATE = 2.05
 #: points of motion and load have places for a power of this, and at least so many: logs share a program
-_PLACES, _FEWEST = 4, 64
+_PLACES = 4
+_FEWEST = 64
 #: times at which a run is looked at in one series, which has many columns
 _AT_ONCE = 1 << 14
 
@@ -71,7 +74,8 @@ class Reconstruction:
     def angle_at(self, t: np.ndarray) -> np.ndarray:
         """Angle of the drum (rad)."""
         i = np.clip(np.searchsorted(self.t, t, side="right") - 1, 0, self.t.size - 2)
-        since, slope = np.clip(t - self.t[i], 0.0, self.t[i + 1] - self.t[i]), self.slope[i]
+        since = np.clip(t - self.t[i], 0.0, self.t[i + 1] - self.t[i])
+        slope = self.slope[i]
         return self.angle[i] + (self.speed[i] + 0.5 * slope * since) * since
 
     @property
@@ -85,7 +89,8 @@ class Reconstruction:
         knots = np.concatenate([[begin, end], *(t[(t > begin) & (t < end)] for t in (self.t, self.load.t))])
         knots = np.unique(knots)
         t = np.stack([knots[:-1], 0.5 * (knots[1:] + knots[:-1]), knots[1:]])
-        x, force = np.asarray(self.hook.travelled(self.angle_at(t))), self.load.at(t)
+        x = np.asarray(self.hook.travelled(self.angle_at(t)))
+        force = self.load.at(t)
         first, last = np.diff(x, axis=0)
         # (the product of two straight lines, by Simpson's rule)
         rates = np.stack([3 * first - last, 4 * (first + last), 3 * last - first])
@@ -98,7 +103,8 @@ def _from(at: float, h: np.ndarray, room: float) -> np.ndarray:
     The motion is longer or shorter by what the replay has skipped: by the `room` (m) at most, so that a jump of the
     encoder moves nothing; a hoisting by any way shorter, as behind a lowering that is left out.
     """
-    up, lift = h[-1] > h[0], at - h[0]
+    up = h[-1] > h[0]
+    lift = at - h[0]
     if lift < -room or (lift > room and not up):
         return h
     return np.append(at, (np.maximum if up else np.minimum)(h[1:], at))
@@ -107,7 +113,9 @@ def _from(at: float, h: np.ndarray, room: float) -> np.ndarray:
 def _slow(t: np.ndarray, h: np.ndarray, limits: Mapping[str, Any]) -> tuple[np.ndarray, np.ndarray]:
     """Points of what lies between two motions: from where it leaves its first height to where it reaches its last one,
     one each `heave`."""
-    heave, ends, down = limits["heave"], h[[0, -1]], h[-1] < h[0]
+    heave = limits["heave"]
+    ends = h[[0, -1]]
+    down = h[-1] < h[0]
     first = int(np.flatnonzero(np.abs(h - ends[0]) < 0.1 * heave)[-1])
     until = first + int(np.flatnonzero(np.abs(h[first:] - ends[1]) < 0.1 * heave)[0])
     between = np.clip(h[first + 1 : until], *np.sort(ends))
@@ -122,10 +130,13 @@ def _slow(t: np.ndarray, h: np.ndarray, limits: Mapping[str, Any]) -> tuple[np.n
 
 def _motions(found: Lowerings, height: Course, load: Course) -> Iterator[Motion]:
     """Monotone motions in the order of time: lowerings, hoistings, and what lies between them beyond the noise."""
-    limits, heave = found.thresholds, found.thresholds["heave"]
+    limits = found.thresholds
+    heave = found.thresholds["heave"]
     down, up = spans_of(found, height, load)
     known = dict(zip(down, found.lowerings, strict=True))
-    end, last, at = height.t.size - 1, 0, float(height.value[0])
+    end = height.t.size - 1
+    last = 0
+    at = float(height.value[0])
     for a, b in [*sorted([*down, *up]), (end, end)]:
         begin = max(a, last)
         h = height.value[last : begin + 1]
@@ -147,7 +158,8 @@ def _motions(found: Lowerings, height: Course, load: Course) -> Iterator[Motion]
             # the ends of a rest, and no rest where a height was only read late
             still = np.diff(h) == 0
             ends = np.concatenate([[True], ~(still[1:] & still[:-1]), [True]])
-            t, h = t[ends], h[ends]
+            t = t[ends]
+            h = h[ends]
             late = (np.diff(h)[:-1] == 0) & (t[2:] - t[:-2] <= _LATE * height.interval)
             rests = np.concatenate([[True], ~late, [True]])
             yield Motion(t[rests], h[rests], known.get((a, b)))
@@ -161,12 +173,14 @@ def _points(t: np.ndarray, angle: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     each of them, so that it never changes its sign (van Leer's limiter, *J. Comput. Phys.* 32, 1979).
     """
     span = np.diff(t)
-    chord, at = np.diff(angle) / span, np.zeros(t.size)
+    chord = np.diff(angle) / span
+    at = np.zeros(t.size)
     mean = (chord[1:] * span[:-1] + chord[:-1] * span[1:]) / (span[1:] + span[:-1])
     at[1:-1] = np.sign(mean) * np.minimum(np.abs(mean), 2 * np.minimum(np.abs(chord[1:]), np.abs(chord[:-1])))
     # (a stop under the pulled lever is found in fewer steps than a speed that only touches 0)
     at[-1] = max(1e-3 * chord[-1], 0.0)
-    middle, between = 0.5 * (t[1:] + t[:-1]), 2 * chord - 0.5 * (at[1:] + at[:-1])
+    middle = 0.5 * (t[1:] + t[:-1])
+    between = 2 * chord - 0.5 * (at[1:] + at[:-1])
     times, speeds = (np.stack(x, axis=1).ravel() for x in ((t[:-1], middle), (at[:-1], between)))
     return np.append(times, [t[-1], t[-1]]), np.append(speeds, [at[-1], 0.0])
 
@@ -176,18 +190,27 @@ def _levels(t: np.ndarray, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
     What is off for less, as while a load gets faster, is in no level.
     """
-    least, total, count = 0.02 * float(np.max(np.abs(x))), float(x[0]), 1
-    members, off, side = [[0]], list[int](), False
+    least = 0.02 * float(np.max(np.abs(x)))
+    total = float(x[0])
+    count = 1
+    members = [[0]]
+    off = list[int]()
+    side = False
     for i, value in enumerate(x.tolist()[1:], 1):
         mean = total / count
         if abs(value - mean) <= _CHANGED * max(mean, least):
             members[-1].append(i)
-            total, count, off = total + value, count + 1, []
+            total = total + value
+            count = count + 1
+            off = []
             continue
-        off, side = [*(off if (value > mean) == side else ()), i], value > mean
+        off = [*(off if (value > mean) == side else ()), i]
+        side = value > mean
         if len(off) > 1 and t[i] - t[off[0]] >= _LASTS:
             members.append(off)
-            total, count, off = float(np.sum(x[off])), len(off), []
+            total = float(np.sum(x[off]))
+            count = len(off)
+            off = []
     levels = [float(np.median(x[of])) for of in members]
     return np.asarray([0.0, *(0.5 * (t[of[0]] + t[of[0] - 1]) for of in members[1:])]), np.maximum(levels, 0.0)
 
@@ -207,14 +230,17 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
     The rope is on the drum with all its turns (`RopeLayers.turns`) where the block is at its highest.
     """
     log = found.log
-    height, load = course_of(log.position, found.thresholds["spacing"]), course_of(log["hook_load"])
+    height = course_of(log.position, found.thresholds["spacing"])
+    load = course_of(log["hook_load"])
     motions = tuple(_motions(found, height, load))
-    travels, depth = list[np.ndarray](), 0.0
+    travels = list[np.ndarray]()
+    depth = 0.0
     for one in motions:
         travels.append(depth + one.height[0] - one.height)
         depth = travels[-1][-1]
     highest, lowest = (f([0.0, *(f(x) for x in travels)]) for f in (min, max))
-    per_radian, rope = float(hook.travel()), hook.rope
+    per_radian = float(hook.travel())
+    rope = hook.rope
     if rope is None:
         angles = [x / per_radian for x in travels]
     else:
@@ -228,7 +254,10 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
         left = [np.interp(np.append(x, 0.0) - highest, paid, grid) for x in travels]
         angles = [2 * np.pi * (x[-1] - x[:-1]) for x in left]
         rope = dataclasses.replace(rope, turns=np.interp(-highest, paid, grid))
-    t, angle, speed, skipped = [0.0], [0.0], [0.0], [0.0]
+    t = [0.0]
+    angle = [0.0]
+    speed = [0.0]
+    skipped = [0.0]
     for one, travel, turned in zip(motions, travels, angles, strict=True):
         off = float(height.value[0] - one.height[0] - travel[0])
         # (from rest to rest, also between pauses in a motion)
@@ -239,7 +268,10 @@ def reconstruct(found: Lowerings, hook: AbstractHookLoad) -> Reconstruction:
             t, angle, speed = [*t, *times[first:]], [*angle, *along[first:]], [*speed, *speeds[first:]]
             skipped += [off] * (times.size - first)
     if t[-1] < log.t[-1]:
-        t, angle, speed, skipped = [*t, log.t[-1]], [*angle, angle[-1]], [*speed, 0.0], [*skipped, skipped[-1]]
+        t = [*t, log.t[-1]]
+        angle = [*angle, angle[-1]]
+        speed = [*speed, 0.0]
+        skipped = [*skipped, skipped[-1]]
     t, angle, speed, skipped = (np.asarray(x) for x in (t, angle, speed, skipped))
     shared = {name: getattr(hook, name) for name in ("drum_radius", "line_count", "gravity", "drag")}
     still = RecordedLoad([0.0], [0.0], **shared, rope=rope)  # pyright: ignore
@@ -291,7 +323,8 @@ def _motor(scene: Scene, path: Reconstruction, notes: list[str]) -> Motor:
             notes.append(f"the drum turns at up to {high}, the motor of the scene at {limit}: this limit is left out")
         return dataclasses.replace(scene.motor, speed=None, max_speed=max(fastest, most))
     notes.append("the scene has no motor: one without limits hoists; for the brake that is time to cool")
-    mass, per_radian = float(np.max(path.hook.masses)), float(path.hook.travel())
+    mass = float(np.max(path.hook.masses))
+    per_radian = float(path.hook.travel())
     inertia = float(scene.brake.inertia) + mass * per_radian**2
     faster = float(np.max(np.abs(path.slope)))
     torque = 4 * (mass * float(path.hook.gravity) * per_radian + inertia * faster)
@@ -416,11 +449,14 @@ class Replay(Tabular):
         """A row for each lowering."""
         heats = list(self.lowerings[0].hottest) if self.lowerings else []
         columns = [
-            *(Column("start", left=True, show=in_seconds), Column("begin", "s", show=".6g"), Column("kind", left=True)),
+            Column("start", left=True, show=in_seconds),
+            Column("begin", "s", show=".6g"),
+            Column("kind", left=True),
             *(Column(name, "m", show=".4g") for name in ("recorded_travel", "travel")),
             Column("travel_deviation", show=".2e"),
             *(Column(name, "J", show=".4g") for name in ("recorded_work", "hook_work")),
-            *(Column("work_deviation", show=".2e"), Column("friction_heat", "J", show=".4g")),
+            Column("work_deviation", show=".2e"),
+            Column("friction_heat", "J", show=".4g"),
             *(Column(name, "K", show=".4g") for name in heats),
             Column("flags", left=True, show=", ".join),
         ]
@@ -434,10 +470,8 @@ class Replay(Tabular):
     @property
     def readable(self) -> Table:
         """The same for reading."""
-        first, names = (
-            "start" if self.book.lowerings.log.start else "begin",
-            (column.name for column in self.table.columns),
-        )
+        first = "start" if self.book.lowerings.log.start else "begin"
+        names = (column.name for column in self.table.columns)
         return self.table.readable(
             first, *(x for x in names if x not in ("start", "begin")), title="replayed on the scene"
         )
@@ -488,10 +522,13 @@ def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering
     end = float(result.record.t_end)
     spans = [(one.begin, one.end) for one in done]
     inside = [one for one in spans if one[1] <= end]
-    from_, masses = np.asarray(path.hook.times), np.asarray(path.hook.masses)
+    from_ = np.asarray(path.hook.times)
+    masses = np.asarray(path.hook.masses)
     knots = [np.concatenate([[a], from_[(from_ > a) & (from_ < b)], [b]]) for a, b in inside]
     until = [min(a, end) for a, _ in spans[1:]] + [end]
-    heat, rows, scan = np.zeros(0), np.zeros((0, 2), int), result.report().scan
+    heat = np.zeros(0)
+    rows = np.zeros((0, 2), int)
+    scan = result.report().scan
     if inside:
         series = result.series(np.concatenate(knots))
         x = np.split(np.asarray(series.hook_position), np.cumsum([t.size for t in knots])[:-1])
@@ -509,7 +546,8 @@ def _replayed(path: Reconstruction, result: Result) -> Iterator[ReplayedLowering
             continue
         hanging = masses[np.searchsorted(from_, knots[i][:-1], side="right") - 1]
         own = float(np.sum(hanging * float(path.hook.gravity) * np.diff(x[i])))
-        travel, tops = float(x[i][-1] - x[i][0]), {name: float(hottest[name][i]) for name in names}
+        travel = float(x[i][-1] - x[i][0])
+        tops = {name: float(hottest[name][i]) for name in names}
         yield ReplayedLowering(one, far, work, travel, travel / far - 1, own, own / work - 1, float(heat[i]), tops)
 
 
@@ -564,7 +602,9 @@ def replay(
     """
     require_scene(scene)
     found = of.lowerings if isinstance(of, Ledger) else of if isinstance(of, Lowerings) else lowerings(of)
-    log, hook, notes = found.log, scene.duty.load, list[str]()
+    log = found.log
+    hook = scene.duty.load
+    notes = list[str]()
     if auxiliary is None and isinstance(of, Ledger):
         auxiliary = 0.0 if of.settings["brake"] == "friction" else of.settings["auxiliary"]
     faults = faults_of_settings(efficiency=None, brake=None, auxiliary=auxiliary)
@@ -596,7 +636,8 @@ def replay(
     lost = sum(not gap.rest for gap in found.gaps)
     if lost:
         notes.append(f"in {lost} gaps of the log the block moves evenly to where it is behind: nothing else is known")
-    path, shares = reconstruct(found, hook), shares_of(auxiliary)
+    path = reconstruct(found, hook)
+    shares = shares_of(auxiliary)
     own = _scene_of(scene, found, path, shares, notes)
     steps = 1 << int(np.ceil(np.log2(10 * path.t.size + 4096)))
 
@@ -687,11 +728,13 @@ def _compared(
     """A channel in the spans (k, n) of the lowerings; `bounds` (n,) of what meets it."""
 
     def match(at: np.ndarray) -> Match:
-        own, off = simulated[at], (simulated - course.value)[at] / channel.factor
+        own = simulated[at]
+        off = (simulated - course.value)[at] / channel.factor
         known = ~np.isnan(own)
         if not known.any():
             return Match(own.size, 0.0, None, None, 0.0)
-        rmse, bias = float(np.sqrt(np.mean(off[known] ** 2))), float(np.mean(off[known]))
+        rmse = float(np.sqrt(np.mean(off[known] ** 2)))
+        bias = float(np.mean(off[known]))
         inside = (own >= bounds[0][at]) & (own <= bounds[1][at])
         return Match(own.size, float(known.mean()), rmse, bias, float(inside.mean()))
 
@@ -721,8 +764,11 @@ def compare(replay: Replay) -> Comparison:
     The simulated height begins with the first of the log, and is lower by what the replay skips (noise at rest, jumps
     of the encoder). The simulated load is that of the hook: weight less inertia.
     """
-    path, log, result = replay.path, replay.book.lowerings.log, replay.result
-    height, load = course_of(log.position, replay.book.lowerings.thresholds["spacing"]), path.load
+    path = replay.path
+    log = replay.book.lowerings.log
+    result = replay.result
+    height = course_of(log.position, replay.book.lowerings.thresholds["spacing"])
+    load = path.load
 
     def spans(course: Course) -> np.ndarray:
         return np.array([(course.t >= x.lowering.begin) & (course.t <= x.lowering.end) for x in replay.lowerings])
@@ -730,7 +776,8 @@ def compare(replay: Replay) -> Comparison:
     at = np.clip(np.searchsorted(path.t, height.t, side="right") - 1, 0, path.t.size - 1)
     travel, force = _simulated(result, np.concatenate([height.t, load.t]))
     block = height.value[0] - path.skipped[at] - travel[: height.t.size]
-    inside, steps = spans(height), np.abs(np.diff(height.value))
+    inside = spans(height)
+    steps = np.abs(np.diff(height.value))
     travels = np.array([x.recorded_travel for x in replay.lowerings])
     room = np.maximum(0.01 * travels @ inside, np.min(steps[steps > 0]))
     position = _compared(log.position, height, block, (height.value - room, height.value + room), inside)

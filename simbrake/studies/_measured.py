@@ -126,7 +126,8 @@ class Measured(Tabular):
         return cls(tuple(points), tuple(singles), dict(known or {}))  # pyright: ignore
 
     def __add__(self, other: "Measured") -> "Measured":
-        known, notes = {**self.known, **other.known}, tuple(dict.fromkeys((*self.notes, *other.notes)))
+        known = {**self.known, **other.known}
+        notes = tuple(dict.fromkeys((*self.notes, *other.notes)))
         return Measured(self.points + other.points, self.singles + other.singles, known, notes)
 
     @property
@@ -175,7 +176,8 @@ class Measured(Tabular):
 def _spread(sigma: float | np.ndarray | None) -> str:
     if sigma is None:
         return "no standard deviation"
-    low, high = float(np.min(sigma)), float(np.max(sigma))
+    low = float(np.min(sigma))
+    high = float(np.max(sigma))
     return f"σ = {low:.3g}" if low == high else f"σ = {low:.3g}…{high:.3g}"
 
 
@@ -213,7 +215,8 @@ def unknown_column(where: str, name: str) -> Fault:
 
 
 def _points(name: str, t: np.ndarray, values: object, sigma: object) -> Points | Fault:
-    where, value = column_of(name), np.atleast_1d(np.asarray(values, np.float64))
+    where = column_of(name)
+    value = np.atleast_1d(np.asarray(values, np.float64))
     if where is None:
         return unknown_column(name, name)
     if value.shape != t.shape or t.ndim != 1:
@@ -245,7 +248,8 @@ def check_measured(data: Measured, scene: Scene) -> None:
     """Raise `InputError` with all data that cannot be compared with a run of the scene."""
     issues = Faults()
     issues.attempt(check_metrics, scene, [one.metric for one in data.singles])
-    start, end = float(np.asarray(scene.initial.time)), float(np.asarray(scene.end_time))
+    start = float(np.asarray(scene.initial.time))
+    end = float(np.asarray(scene.end_time))
     for part in data.points:
         beyond = part.t[outside(part.t, start, end)]
         if beyond.size:
@@ -259,7 +263,8 @@ def check_measured(data: Measured, scene: Scene) -> None:
 def pick(result: Result, series: Series, column: str, entry: str | None) -> Array | Fault:
     """The values (m,) of a measured column in a series of a run, or the error of the column."""
     known = flat(series, pairs=True)
-    name, values = column if entry is None else f"{column}[{entry}]", known.get(column)
+    name = column if entry is None else f"{column}[{entry}]"
+    values = known.get(column)
     if values is None:
         near = difflib.get_close_matches(column, known, n=3, cutoff=0.7)
         hint = f"nearest: {', '.join(near)}" if near else "its brake or heat part has no such quantity"
@@ -301,7 +306,8 @@ def read_measured(
     `energy.friction_heat`). Units are in the header, `omega [rpm]`, `rim_temperature [degC]`, `t [ms]`; without one
     they are SI, and a standard deviation has its column's. Cells that are empty, `NaN`, `n/a` or the like were not
     measured, nor were null values of loggers such as -999.25, which is told. Lines that begin with `#` are comments,
-    columns are separated by commas, semicolons (then numbers may have decimal commas) or tabs.
+    columns are separated by commas, semicolons (then numbers may have decimal commas) or tabs. Files are in UTF-8,
+    UTF-16 or Latin-1, perhaps packed (`.gz`, `.xz`).
 
     - `sigma`: standard deviations (SI) of columns and events that have none in the files
     - `columns`: columns of series to read; the others are ignored
@@ -511,7 +517,7 @@ class CsvFile:
     def _series(
         self, names: dict[str, int], clock: str, sigma: Mapping[str, float], wanted: set[str] | None
     ) -> Measured:
-        t = self.column(names[clock], "s", needed=np.ones(self.places.size, bool))
+        t = self.column(names[clock], "s", needed=True)
         points = list[Points]()
         for name, i in names.items():
             header = f" header, column {self.heads[i].text}"
@@ -546,10 +552,10 @@ class CsvFile:
         i = names.get(name + _SIGMA)
         return None if i is None else self.column(i, si, needed=np.isfinite(value), spread_of=names[name])
 
-    def column(self, i: int, si: str, *, needed: np.ndarray | None = None, spread_of: int | None = None) -> np.ndarray:
+    def column(self, i: int, si: str, *, needed: np.ndarray | bool = False, spread_of: int | None = None) -> np.ndarray:
         """A column in SI, NaN where a cell is empty or faulty; a standard deviation takes the unit of its column.
 
-        `needed` (n,): where an empty cell is an error.
+        `needed`: where an empty cell is an error, at each time (`True`) or beside some measured values (n,).
         """
         head = self.heads[i]
         text = head.unit or self.heads[i if spread_of is None else spread_of].unit
@@ -557,23 +563,22 @@ class CsvFile:
         self.written(i, needed, spread_of is not None)
         return self._in_si(i, np.arange(self.places.size), of, si, spread_of is not None)
 
-    def _cell(self, k: int, i: int) -> tuple[str, str]:
+    def _cell(self, k: Any, i: int) -> tuple[str, str]:
         """A cell as it is written, and its place."""
         line = self.places[k]
         text = cells_of(self._lines[line - 1], self._separator)[i].strip()
         return text, f" line {line}, column {self.heads[i].text}"
 
-    def written(self, i: int, needed: np.ndarray | None = None, spread: bool = False) -> np.ndarray:
+    def written(self, i: int, needed: np.ndarray | bool = False, spread: bool = False) -> np.ndarray:
         """Numbers of a column, NaN for null values, which is told; times that reach below one are none."""
         x = self.values[i]
         empty = np.isnan(x)
-        times = needed is not None and not spread
         for null in self._null:
             same = is_null(x, (null,))
-            if same.any() and not (times and np.any(x[~same] < null)):
+            if same.any() and not (needed is True and np.any(x[~same] < null)):
                 x[same] = np.nan
-                self.notes += [] if times else [told_as_null(null, [self.heads[i].text])]
-        missing = np.zeros(x.size, bool) if needed is None else needed & np.isnan(x)
+                self.notes += [] if needed is True else [told_as_null(null, [self.heads[i].text])]
+        missing = np.isnan(x) & needed
         for k in np.flatnonzero(missing | (empty & (i in self._odd))):
             cell, where = self._cell(k, i)
             if empty[k] and cell not in EMPTY:

@@ -1,6 +1,8 @@
 """Measured data from CSV: units, empty cells, faults in one report; and `simbrake calibrate` as a user meets it."""
 
+import gzip
 import json
+import lzma
 import math
 import re
 
@@ -101,6 +103,19 @@ def test_semicolons_and_decimal_commas(tmp_path):
         sb.read_measured(file)
 
 
+@pytest.mark.parametrize("coded", ["utf-8-sig", "utf-16", "utf-16-le", "latin-1"])
+@pytest.mark.parametrize("packed", [bytes, gzip.compress, lzma.compress])
+def test_encodings_and_packed_files(tmp_path, coded, packed):
+    file = tmp_path / "a.csv"
+    file.write_bytes(packed("# Größe des Prüfstands\r\nt;omega\r\n0,5;1,25e1\r\n1,5;7\r\n".encode(coded)))
+    data = sb.read_measured(file)
+    np.testing.assert_array_equal((data.points[0].t, data.points[0].value), ([0.5, 1.5], [12.5, 7.0]))
+    assert data.notes == ("not UTF-8: read as Latin-1",) * (coded == "latin-1")
+    if packed is not bytes:
+        file.write_bytes(file.read_bytes()[:-9])
+        assert "cannot be unpacked" in faults(sb.read_measured, file)[0]
+
+
 @pytest.mark.parametrize("name", ["time", "Time [ms]", "T [ms]"])
 def test_other_names_of_the_time(tmp_path, name):
     ratio = 1e-3 if "ms" in name else 1.0
@@ -123,6 +138,7 @@ def test_other_names_of_the_time(tmp_path, name):
         ("t,omega\n0,inf\n1,1\n", "line 2, column omega", "'inf'"),
         ('t,omega\n0,"1,5"\n1,2\n', "line 2, column omega", "'1,5'"),
         ("t,omega\n0,1\n4\n", "line 3", "1 cells"),
+        ('t,omega\n0,1\n1,"2\n2,3\n', "line 3", "is a quote left open?"),
         ("t,rim_temperature [degC]\n0,-300\n1,20\n", "line 2, column rim_temperature", "-300"),
         ("t;rim_temperature [degC]\n0,5;-300,5\n", "line 2, column rim_temperature", "-300.5"),
         ("t,omega,omega_sigma\n0,1,\n", "line 2, column omega_sigma", "is empty"),
