@@ -41,7 +41,7 @@ from .._run._simulate import simulate
 from .._run._verdict import SMALL_MARGIN
 from ..hybrid import LANDED, STOPPED
 from ..hybrid._arrays import Array
-from ..studies._evaluator import Evaluator, Paths
+from ..studies._evaluator import Paths, PointEvaluator
 from ._app import slider_of
 from ._live import Chart, Data, charts_of, events_of, still
 from ._page import PERMISSIBLE, PICTURES, draw, head, render
@@ -213,7 +213,7 @@ def publish(
         what = f"makes {len(points)} points with up to {most} pieces between events: the page would exceed 5 MB"
         raise InputError([Fault("--vary", what, "fewer points, or an earlier end_time")])
     sampled = Sampled(metrics, most, samples)
-    solve = Evaluator(scene, Paths.each(names), sampled, size=sampled.size(lines), singly=True, rtol=rtol)
+    solve = PointEvaluator(scene, Paths.each(names), sampled, size=sampled.size(lines), singly=True, rtol=rtol)
     solve.like(first)
     grid = _Grid(axes, sequences, _derivatives(solve, points, sequences, progress))
     gaps, coarse, about = _centres(scene, grid, sampled, rtol, progress)
@@ -252,7 +252,7 @@ def publish(
 
 
 def _derivatives(
-    solve: Evaluator, points: Sequence[Any], sequences: Sequence[Any], progress: Progress
+    solve: PointEvaluator, points: Sequence[Any], sequences: Sequence[Any], progress: Progress
 ) -> list[Rows | None]:
     """Values and derivatives at the solved points, `None` where a run failed."""
     solved = list[Rows | None]()

@@ -3,6 +3,7 @@
 import dataclasses
 import difflib
 import enum
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -62,7 +63,7 @@ def title_of(metric: str) -> str:
 
 
 def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
-    """Raises `InputError` with every name that a run of the scene does not have."""
+    """Raises `InputError` with every name that a run of the scene does not have, or that two metrics have."""
     require_scene(scene)
     names, faults = metric_names(scene), []
     for asked in metrics:
@@ -74,6 +75,12 @@ def check_metrics(scene: Scene, metrics: Sequence[Any]) -> None:
             faults.append(Fault(asked, "is not a metric of this scene", hint))
         elif not isinstance(asked, str) and not callable(asked):
             faults.append(Fault(repr(asked), "is not a metric", "a name, or a function of the result to a number"))
+    counts = Counter(name_of(asked) for asked in metrics if isinstance(asked, str) or callable(asked))
+    faults += [
+        Fault(name, "is asked for twice", "functions are distinguished by their names")
+        for name, count in counts.items()
+        if count > 1
+    ]
     if faults:
         raise InputError(faults)
 

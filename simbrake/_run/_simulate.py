@@ -736,9 +736,13 @@ class Prepared:
 
     def check(self, values: Values = None) -> Scene:
         """The scene with these numbers. Raises `InputError` with all its errors."""
-        scene = dataclasses.replace(self._like.unpack(self.vector(values)), limits=self.scene.limits)
+        scene = self.scene_with(values)
         check_scene(scene)
         return scene
+
+    def scene_with(self, values: Values = None) -> Scene:
+        """The scene with these numbers, not checked."""
+        return dataclasses.replace(self._like.unpack(self.vector(values)), limits=self.scene.limits)
 
     def accuracy(self, values: Values = None) -> PreparedAccuracy:
         """Estimated errors of the metrics of a run with these numbers, by a second run of the same program at the

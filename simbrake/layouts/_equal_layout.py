@@ -31,7 +31,7 @@ from .._run._result import Result
 from ..brakes._band import running_product
 from ..hybrid._arrays import Array
 from ..hybrid._struct import with_value_at
-from ..studies._evaluator import Evaluation, Evaluator, Faults, Solver
+from ..studies._evaluator import Evaluation, Faults, PointEvaluator, Solver
 
 #: what can be equal for all linings, with units at full slip and over a brake application
 TARGETS = {
@@ -446,7 +446,7 @@ class _Levelled(NamedTuple):
 class _Search:
     """Residuals and Jacobians for SciPy, from the layout that the evaluator is given."""
 
-    def __init__(self, run: Evaluator, free: str, levelled: _Levelled, friction: np.ndarray) -> None:
+    def __init__(self, run: PointEvaluator, free: str, levelled: _Levelled, friction: np.ndarray) -> None:
         self.run, self.free, self.levelled, self.friction = run, free, levelled, friction
         self.progress = Progress("layout", "compiling…")
         self.start = np.zeros((2 if free == "both" else 1) * (len(run.given[0]) - 1))
@@ -580,7 +580,7 @@ def equal_layout(
     levelled = _Levelled(targets, over, pair)
     layout_and_rate = (*(layouts["given"] if start == "given" else closed), wear_rate)
     settings: dict[str, Any] = {"run": over == "braking", "solver": solver, "rtol": rtol}
-    run = Evaluator(scene, _Unfolded(free, place), levelled, given=layout_and_rate, **settings)
+    run = PointEvaluator(scene, _Unfolded(free, place), levelled, given=layout_and_rate, **settings)
     if over == "braking":
         run.like(run.result())
     search = _Search(run, free, levelled, friction_at_start(scene))

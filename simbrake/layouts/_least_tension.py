@@ -17,7 +17,7 @@ from .._parts._scene import Scene, faults
 from .._run._measure import check_metrics, measure, unit_of
 from .._run._result import Result
 from ..hybrid._arrays import Array
-from ..studies._evaluator import Box, Evaluator, Faults, Solver, box_of
+from ..studies._evaluator import Box, Faults, PointEvaluator, Solver, box_of
 
 
 class LimitRow(NamedTuple):
@@ -124,7 +124,9 @@ class _Searched(NamedTuple):
 class _Problem:
     """The search in scaled unknowns `u = (x − low)/(high − low)` and relative limits, the objective first."""
 
-    def __init__(self, run: Evaluator, names: tuple[str, ...], box: Box, limits: np.ndarray, keep_wrap: bool) -> None:
+    def __init__(
+        self, run: PointEvaluator, names: tuple[str, ...], box: Box, limits: np.ndarray, keep_wrap: bool
+    ) -> None:
         self.run, self.names, self.box, self.limits = run, names, box, limits
         self.scale, self.progress = 1.0, Progress("minimum tension", "compiling…")
         self.start = box.down(box.start)
@@ -201,7 +203,7 @@ def least_tension(
     errors.report()
     names = (objective, *allowed)
     reverse = len(box.low) > 4 * len(names)
-    run = Evaluator(scene, box.paths, _Searched(names), reverse=reverse, solver=solver, rtol=rtol)
+    run = PointEvaluator(scene, box.paths, _Searched(names), reverse=reverse, solver=solver, rtol=rtol)
     result = run.result()
     run.like(result)
     problem = _Problem(run, names, box, np.asarray(list(allowed.values())), keep_wrap)

@@ -7,9 +7,6 @@ from ._density import LogDensity as LogDensity
 from ._density import log_density as log_density
 from ._ensemble import ensemble as ensemble
 from ._ensemble import sweep as sweep
-from ._evaluator import Evaluator as Evaluator
-from ._evaluator import Metrics as Metrics
-from ._evaluator import Paths as Paths
 from ._global import GlobalSensitivity as GlobalSensitivity
 from ._global import MorrisTable as MorrisTable
 from ._global import SobolTable as SobolTable
@@ -23,6 +20,8 @@ from ._lining_life import worn_scene as worn_scene
 from ._measured import Measured as Measured
 from ._measured import read_measured as read_measured
 from ._measured import read_recordings as read_recordings
+from ._open_evaluator import Evaluator as Evaluator
+from ._open_evaluator import evaluator as evaluator
 from ._sensitivity import Hessian as Hessian
 from ._sensitivity import Sensitivity as Sensitivity
 from ._sensitivity import SensitivityTable as SensitivityTable

@@ -29,7 +29,7 @@ from .._base._quantity import Quantity, behind
 from .._outputs._judgement import COLOURS, REASONS, decoded
 from .._outputs._log import status_of
 from .._outputs._metrics import RESIDUALS, identity_of
-from .._parts._scene import Scene, faults, require_scene
+from .._parts._scene import Scene, require_scene
 from .._physics._mechanism import Label
 from .._run._choice import stiffness
 from .._run._edit import Inputs, numbers_in_si, with_inputs
@@ -57,7 +57,9 @@ from ._evaluator import (
     Solver,
     default_metrics,
     failure_name,
+    faults_of_runs,
     limits_of_many,
+    named_runs,
     run_chunk,
     scans,
 )
@@ -90,8 +92,6 @@ _LOOKED_AT = 16
 _PATIENCE = 5
 #: structures of scenes whose functions are remembered
 _STRUCTURES = 64
-#: runs named in one error
-_NAMED = 5
 
 
 # --- the plan of the runs ---------------------------------------------------------------------------------------------
@@ -189,11 +189,6 @@ def plan_of(
     for path, about in plan.abouts.items():
         issues += _outside(path, arrays[path], about)
     issues.attempt(check_metrics, first, asked)
-    names = [name_of(metric) for metric in asked]
-    twice = {name for name in names if names.count(name) > 1}
-    issues += [
-        Fault(name, "is asked for twice", "functions are distinguished by their names") for name in sorted(twice)
-    ]
     issues += [] if issues else _of_times(plan)
     issues += [] if issues else _of_scenes(plan)
     issues.report()
@@ -225,19 +220,13 @@ def _arrays(scene: Scene, values: Mapping[str, object], issues: Faults) -> Colum
     return arrays
 
 
-def _named(runs: Sequence[int] | np.ndarray) -> str:
-    """`(run 3)`, `(runs 3, 4, 5, 6, 7 and 12 more)`."""
-    more = f" and {len(runs) - _NAMED} more" if len(runs) > _NAMED else ""
-    return f"({'run' if len(runs) == 1 else 'runs'} {', '.join(str(i) for i in runs[:_NAMED])}{more})"
-
-
 def _outside(path: str, array: np.ndarray, about: Quantity) -> list[Fault]:
     """One error for all values of a parameter outside its range, with the runs that have them."""
     bad = np.argwhere(~about.admits(array).reshape(len(array), -1))
     if len(bad) == 0:
         return []
     worst = array.reshape(len(array), -1)[tuple(bad[0])]
-    what = f"{worst:g}{behind(about.unit)} is out of range {_named(np.unique(bad[:, 0]))}"
+    what = f"{worst:g}{behind(about.unit)} is out of range {named_runs(np.unique(bad[:, 0]))}"
     return [Fault(path, what, f"{about.meaning} must be {about.range}{behind(about.unit)}")]
 
 
@@ -249,7 +238,7 @@ def _of_times(plan: Plan) -> list[Fault]:
     )
     if len(bad := np.flatnonzero(~(end > start))) == 0:
         return []
-    return [Fault("end_time", f"{end[bad[0]]:g} s is not after the start {_named(bad)}", "it must be later")]
+    return [Fault("end_time", f"{end[bad[0]]:g} s is not after the start {named_runs(bad)}", "it must be later")]
 
 
 def _of_scenes(plan: Plan) -> list[Fault]:
@@ -258,11 +247,7 @@ def _of_scenes(plan: Plan) -> list[Fault]:
     ends = np.concatenate([columns.argmin(axis=0), columns.argmax(axis=0)])
     step = 1 if plan.count <= _FEW else math.ceil(plan.count / _LOOKED_AT)
     chosen = np.unique(np.concatenate([ends, np.arange(0, plan.count, step)]))
-    seen: dict[tuple[str, str], tuple[Fault, list[int]]] = {}
-    for i in chosen:
-        for fault in faults(plan.one(int(i))):
-            seen.setdefault((fault.path, fault.hint), (fault, []))[1].append(int(i))
-    return [Fault(fault.path, f"{fault.problem} {_named(runs)}", fault.hint) for fault, runs in seen.values()]
+    return faults_of_runs((int(i), plan.one(int(i))) for i in chosen)
 
 
 # --- where the runs are computed and kept -----------------------------------------------------------------------------

@@ -2,7 +2,7 @@
 
     x → place(scene, x, given) → run → find(result, given)
 
-`Evaluator` takes one point at a time, with the Jacobian; `run_chunk` many, without. A program is compiled once for
+`PointEvaluator` takes one point at a time, with the Jacobian; `run_chunk` many, without. A program is compiled once for
 scenes of one structure and kept; new numbers never re-trace. A run whose record was too short is repeated with a longer
 one.
 """
@@ -25,12 +25,12 @@ from .._base._compiling import DeviceJit, Packing, Program, compiled, pack
 from .._base._faults import Fault, InputError
 from .._base._part import Leaf
 from .._base._programs import STORE
-from .._base._quantity import behind
+from .._base._quantity import Quantity, behind
 from .._outputs._judgement import coded, judge
 from .._outputs._log import FAILURES
 from .._outputs._metrics import METRICS, identity_of, metric_names
 from .._outputs._probe import ends_driven
-from .._parts._scene import Scene, require_scene
+from .._parts._scene import Scene, faults, require_scene
 from .._run._edit import Inputs, entry_of, numbers_in_si, with_inputs, with_values
 from .._run._measure import Metric, measure, name_of
 from .._run._result import Result
@@ -59,6 +59,8 @@ _FINEST = 1e-12
 #: above this tolerance a tenth of it does not show the error: of 1,500 derivatives at 1e-5 to 1e-8 of a hot stop 2 to
 #: 14 % had more than three times the error stated so, 0.8 % at most beside `_FINEST`
 _LOOSE = 1e-9
+#: runs named in one error
+_NAMED = 5
 #: rows of a record that are measured: the next of these sizes that holds the longest run of a chunk
 _SIZES = tuple(64 * 4**i for i in range(8))
 
@@ -110,13 +112,7 @@ def failure_name(code: int) -> str:
 
 
 class Paths(NamedTuple):
-    """Numbers of a scene as one vector: their paths, and the shape of each.
-
-    Example:
-        >>> paths = sb.studies.Paths(("initial.omega",), ((),))
-        >>> float(paths(scene, np.array([18.0]), None).initial.omega)
-        18.0
-    """
+    """Numbers of a scene as one vector: their paths, and the shape of each."""
 
     names: tuple[str, ...]
     shapes: tuple[tuple[int, ...], ...]
@@ -184,6 +180,21 @@ class Faults(list[Fault]):
             raise InputError([*dict.fromkeys(self)])
 
 
+def named_runs(runs: Sequence[int] | np.ndarray) -> str:
+    """`(run 3)`, `(runs 3, 4, 5, 6, 7 and 12 more)`."""
+    more = f" and {len(runs) - _NAMED} more" if len(runs) > _NAMED else ""
+    return f"({'run' if len(runs) == 1 else 'runs'} {', '.join(str(i) for i in runs[:_NAMED])}{more})"
+
+
+def faults_of_runs(scenes: Iterable[tuple[int, Scene]]) -> list[Fault]:
+    """Errors of the scenes of runs, each reported once, with the runs that have it."""
+    seen: dict[tuple[str, str], tuple[Fault, list[int]]] = {}
+    for i, scene in scenes:
+        for fault in faults(scene):
+            seen.setdefault((fault.path, fault.hint), (fault, []))[1].append(i)
+    return [Fault(fault.path, f"{fault.problem} {named_runs(runs)}", fault.hint) for fault, runs in seen.values()]
+
+
 def numbers_of(chosen: Iterable[Leaf]) -> np.ndarray:
     """The numbers of parameters as one vector, in the order of `Paths.of`."""
     return np.concatenate([np.ravel(np.asarray(leaf.value, np.float64)) for leaf in chosen])
@@ -230,6 +241,30 @@ class Box(NamedTuple):
         return xp.where(self.logarithmic, x * np.log(self._scale[1]), self.high - self.low)
 
 
+def bounds_of(
+    scene: Scene, path: str, pair: Any, issues: Faults, about: Quantity | None, shape: tuple[int, ...] = ()
+) -> np.ndarray | None:
+    """Bounds (2, …) of a number in SI from (low, high); `None` where they are none. Adds what is wrong with them."""
+    try:
+        pair = numbers_in_si(scene, path, pair)
+        low, high = (np.broadcast_to(np.asarray(end, float), shape) for end in pair)
+    except InputError as error:
+        issues += error.faults
+        return None
+    except (TypeError, ValueError):
+        issues.append(Fault(path, f"{pair!r} are not bounds", f"(low, high), numbers or lists of {math.prod(shape)}"))
+        return None
+    ends = np.stack([low, high])
+    if not np.all(np.isfinite(ends) & (low < high)):
+        issues.append(Fault(path, f"the bounds {pair!r} are out of range", "finite, low < high"))
+        return None
+    if about is not None and not np.all(about.admits(ends)):
+        worst = ends[~about.admits(ends)][0]
+        what = f"the bound {worst:g}{behind(about.unit)} is out of range"
+        issues.append(Fault(path, what, f"must be {about.range}"))
+    return ends
+
+
 def box_of(
     scene: Scene,
     bounds: Mapping[str, Any],
@@ -254,7 +289,6 @@ def box_of(
             continue
         try:
             value: Any = numbers_in_si(scene, path, (starts or {}).get(path))
-            pair = numbers_in_si(scene, path, pair)
         except InputError as error:
             issues += error.faults
             continue
@@ -263,20 +297,10 @@ def box_of(
             if not each and np.size(value):
                 value = value.flat[0] if np.ptp(value) == 0 else None
         shape = () if value is None else np.shape(value)
-        try:
-            low, high = (np.broadcast_to(np.asarray(end, float), shape) for end in pair)
-        except (TypeError, ValueError):
-            issues.append(
-                Fault(path, f"{pair!r} are not bounds", f"(low, high), numbers or lists of {math.prod(shape)}")
-            )
+        ends = bounds_of(scene, path, pair, issues, None if leaf is None else leaf.about, shape)
+        if ends is None:
             continue
-        if not np.all(np.isfinite(low) & np.isfinite(high) & (low < high)):
-            issues.append(Fault(path, f"the bounds {pair!r} are out of range", "finite, low < high"))
-            continue
-        if leaf is not None and not np.all(leaf.about.admits(low) & leaf.about.admits(high)):
-            worst = np.append(low, high)[~leaf.about.admits(np.append(low, high))][0]
-            what = f"the bound {worst:g}{behind(leaf.about.unit)} is out of range"
-            issues.append(Fault(path, what, f"must be {leaf.about.range}"))
+        low, high = ends
         if value is None:
             issues.append(Fault(path, "has no one value in the scene", "give its start value"))
         elif not np.all((value >= low) & (value <= high)):
@@ -291,13 +315,7 @@ def box_of(
 
 
 class Metrics(NamedTuple):
-    """Metrics of a result as one vector (m,).
-
-    Example:
-        >>> metrics = sb.studies.Metrics(("stopping_time", "stopping_angle"))
-        >>> [round(float(x), 4) for x in metrics(result, None)[0]]
-        [1.2577, 15.0927]
-    """
+    """Metrics of a result as one vector (m,)."""
 
     asked: tuple[Metric, ...]
 
@@ -366,7 +384,7 @@ def values_of(result: Result, find: Find) -> np.ndarray:
 
 
 @explained
-class Evaluator:
+class PointEvaluator:
     """A scene's run as a function of a vector of numbers.
 
     - `place`: puts the parameters into the scene, as `Paths`;  `find`: takes metrics from the result, as `Metrics`
@@ -375,12 +393,6 @@ class Evaluator:
     - `solver`, `rtol`, `max_steps`: as for `simulate`, the solver chosen once for the scene given
 
     `runs` counts the points evaluated.
-
-    Example:
-        >>> place = sb.studies.Paths(("initial.omega",), ((),))
-        >>> run = sb.studies.Evaluator(scene, place, sb.studies.Metrics(("stopping_angle",)))
-        >>> run(np.array([24.0])).values.round(4)
-        array([15.0927])
     """
 
     def __init__(
@@ -431,7 +443,7 @@ class Evaluator:
                 del self._known[next(iter(self._known))]
         return evaluation
 
-    def finer(self) -> "Evaluator":
+    def finer(self) -> "PointEvaluator":
         """The same at another tolerance: what that changes is an estimate of the error by integration in time.
 
         At a tenth of the tolerance; of a loose one at the tightest, as many steps are then as short as events make

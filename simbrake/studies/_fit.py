@@ -17,7 +17,7 @@ from .._run._measure import Metric, measure
 from .._run._result import Result
 from .._run._simulate import solver_for
 from ..hybrid._arrays import Array
-from ._evaluator import Box, Evaluation, Evaluator, Faults, Paths, Solver, box_of, failure_name
+from ._evaluator import Box, Evaluation, Faults, Paths, PointEvaluator, Solver, box_of, failure_name
 from ._measured import Measured, check_measured, pick
 
 
@@ -157,7 +157,7 @@ class FitModel:
         self.recordings, self.fields = tuple(recordings), (*shared, *(path for _ in recordings for path in own))
         self.measured, self.given, self.where = _layout(recordings)
         place = Paths.each((*shared, *own))
-        self.run = Evaluator(
+        self.run = PointEvaluator(
             recordings[0].scene,
             place,
             self.measured,

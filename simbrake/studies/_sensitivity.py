@@ -22,7 +22,7 @@ from .._run._measure import Metric, check_metrics, happened, name_of, unit_of
 from .._run._report import labels_of
 from .._run._result import Result, one_sided
 from ..hybrid._arrays import Array
-from ._evaluator import Evaluator, Faults, Metrics, Paths, Solver, as_metrics, name_of_entry, numbers_of, values_of
+from ._evaluator import Faults, Metrics, Paths, PointEvaluator, Solver, as_metrics, name_of_entry, numbers_of, values_of
 from ._sides import Slopes, compare_sides
 
 _ENDS = ("lower", "upper")
@@ -39,7 +39,7 @@ class Range(NamedTuple):
     notes: tuple[str, ...]
 
 
-def look_around(run: Evaluator, base: Result, spans: Mapping[str, np.ndarray], progress: Progress) -> Range:
+def look_around(run: PointEvaluator, base: Result, spans: Mapping[str, np.ndarray], progress: Progress) -> Range:
     """Run the scene at both bounds `p ± span` of every parameter, one at a time; a list is changed as a whole."""
     usual, known = modes_of(base), Inputs(base.scene)
     ends, changes = dict[str, np.ndarray](), dict[str, str]()
@@ -58,7 +58,7 @@ def modes_of(result: Result) -> list[Label]:
     return [label for label, _ in itertools.groupby(labels_of(result.record))]
 
 
-def end_of_range(run: Evaluator, scene: Scene, usual: list[Label]) -> tuple[np.ndarray, str]:
+def end_of_range(run: PointEvaluator, scene: Scene, usual: list[Label]) -> tuple[np.ndarray, str]:
     """Metrics at one bound, and differences of the run there."""
     nothing = np.full(len(run.find.asked), np.nan)
     try:
@@ -224,7 +224,7 @@ def sensitivity(
     chosen = chosen_leaves(scene, wrt)
     spans = {} if span is None else _spans(chosen, span)
     paths, size, x = Paths.of(chosen), len(metrics.asked), numbers_of(chosen)
-    run = Evaluator(scene, paths, metrics, size=size, reverse=x.size > size, singly=True, rtol=rtol, solver=solver)
+    run = PointEvaluator(scene, paths, metrics, size=size, reverse=x.size > size, singly=True, rtol=rtol, solver=solver)
     with shown_progress(progress, "sensitivity", "compiling the run…") as progress:
         base = run.result(progress=progress)
         values = values_of(base, metrics)
@@ -411,7 +411,7 @@ def hessian(
     issues = Faults(Fault(name, "is 0", "leave it out") for name, number in zip(names, x, strict=True) if number == 0)
     issues.unless(0 < step < 1, "step", step, "0 < step < 1")
     issues.report()
-    run = Evaluator(scene, place, metrics, size=1, reverse=x.size > 1, rtol=rtol, solver=solver)
+    run = PointEvaluator(scene, place, metrics, size=1, reverse=x.size > 1, rtol=rtol, solver=solver)
     base = run.result()
     check_happened(metrics, values_of(base, metrics))
     usual, moves = modes_of(base), np.diag(step * np.abs(x))

@@ -23,7 +23,7 @@ from .._base._progress import Progress
 from .._base._quantity import Characteristic, Over
 from .._run._edit import with_values
 from .._run._result import Result
-from ._evaluator import Evaluator, Paths, numbers_of, values_of
+from ._evaluator import Paths, PointEvaluator, numbers_of, values_of
 
 #: largest change of a number, in steps `h = √rtol` of its size
 _REACH = 10.0
@@ -90,7 +90,7 @@ class _Search:
     """
 
     def __init__(
-        self, run: Evaluator, base: Result, chosen: Sequence[Leaf], values: np.ndarray, jacobian: np.ndarray
+        self, run: PointEvaluator, base: Result, chosen: Sequence[Leaf], values: np.ndarray, jacobian: np.ndarray
     ) -> None:
         self.run, self.base, self.known, self.jacobian = run, base, values, jacobian
         self.paths = Paths.of(chosen)
@@ -206,7 +206,7 @@ def judged(slope: float, below: Side, above: Side) -> Slope | None:
 
 
 def compare_sides(
-    run: Evaluator,
+    run: PointEvaluator,
     base: Result,
     chosen: Sequence[Leaf],
     values: np.ndarray,

@@ -1,11 +1,14 @@
-"""The evaluator of studies against closed forms: derivatives in every direction, codes, records that were too short."""
+"""Evaluators against closed forms: derivatives in every direction, codes, records that were too short, arrays."""
 
 import numpy as np
 import pytest
+from helpers import nothing_compiled
+from shoe_scenes import shoe_scene
 from stop_scenes import closed_form, stop_scene
 
 import simbrake as sb
-from simbrake.studies import Evaluator, Metrics, Paths
+from simbrake.friction import ChangingFriction, FrictionChange
+from simbrake.studies._evaluator import Metrics, Paths, PointEvaluator
 
 PATHS = ("initial.omega", "brake.pulley.inertia", "duty.slack_tension.level")
 NAMES = ("stopping_time", "stopping_angle")
@@ -32,7 +35,7 @@ def truth(x):
     ],
 )
 def test_values_and_derivatives_of_a_stop(reverse, singly):
-    run = Evaluator(scene(), Paths.each(PATHS), Metrics(NAMES), size=2, reverse=reverse, singly=singly)
+    run = PointEvaluator(scene(), Paths.each(PATHS), Metrics(NAMES), size=2, reverse=reverse, singly=singly)
     found, (values, slopes) = run(X), truth(X)
     assert found.code == 0
     np.testing.assert_allclose(found.values, values, rtol=1e-9)
@@ -44,7 +47,7 @@ def test_values_and_derivatives_of_a_stop(reverse, singly):
 @pytest.mark.slow
 def test_a_record_that_is_too_short():
     short = sb.simulate(scene(end=1e-3))
-    run = Evaluator(
+    run = PointEvaluator(
         scene(end=1e-3), Paths.each(("end_time", *PATHS)), Metrics(NAMES), size=2, reverse=True, singly=True
     )
     run.like(short)
@@ -53,6 +56,92 @@ def test_a_record_that_is_too_short():
     assert found.code == 0
     np.testing.assert_allclose(found.values, truth(X)[0], rtol=1e-9)
     assert run.runs == 1
-    few = Evaluator(scene(), Paths.each(PATHS), Metrics(NAMES), size=2, reverse=True, singly=True, max_steps=4)
+    few = PointEvaluator(scene(), Paths.each(PATHS), Metrics(NAMES), size=2, reverse=True, singly=True, max_steps=4)
     assert few(X).code == 1
     assert np.all(np.isnan(few(X).jacobian))
+
+
+# --- for other libraries ----------------------------------------------------------------------------------------------
+
+
+def test_a_scene_as_a_function_of_arrays(caplog):
+    ranges = {"initial.omega": ("10 rad/s", "30 rad/s"), PATHS[1]: (700.0, 1000.0), PATHS[2]: (6e3, 8e3)}
+
+    def twice(result):
+        return 2.0 * result.stopping_time
+
+    run = sb.studies.evaluator(scene(), ranges, [*NAMES, twice])
+    assert (run.names, run.units) == (PATHS, ("rad/s", "kg*m^2", "N"))
+    assert (run.metrics, run.metric_units) == ((*NAMES, "twice"), ("s", "rad", ""))
+    np.testing.assert_array_equal(run.bounds, [[10.0, 30.0], [700.0, 1000.0], [6e3, 8e3]])
+    np.testing.assert_array_equal(run.start, [20.0, 800.0, 8e3])
+    run.jacobian(run.start)
+    some = np.random.default_rng(0).uniform(*run.bounds.T, (4, 3))
+    with nothing_compiled(caplog):
+        values, slopes = run.evaluate(some), run.jacobian(some)
+        one, its_slopes = run.evaluate(list(some[0])), run.jacobian(some[0])
+    for x, y, slope in zip(some, values, slopes, strict=True):
+        (t, angle), (dt, more) = truth(x)
+        np.testing.assert_allclose(y, [t, angle, 2 * t], rtol=1e-9)
+        np.testing.assert_allclose(slope, [dt, more, 2 * dt], rtol=1e-8)
+    np.testing.assert_array_equal(one, values[0])
+    np.testing.assert_array_equal(its_slopes, slopes[0])
+    assert run.evaluate(some[:0]).shape == (0, 3)
+    assert run.jacobian(some[:0]).shape == (0, 3, 3)
+
+
+def test_one_number_for_all_entries_of_a_list():
+    """Shifting all angles is shifting each of them; without bounds given these are the range of the number."""
+    path = "brake.linings.angle"
+    whole = sb.studies.evaluator(scene(), path, "stopping_time")
+    single = sb.studies.evaluator(scene(), [f"{path}[{i}]" for i in range(20)], "stopping_time")
+    np.testing.assert_allclose(whole.bounds, [[0.0, np.pi]])
+    assert whole.start == pytest.approx(single.start.mean())
+    np.testing.assert_allclose(whole.jacobian(whole.start)[0, 0], single.jacobian(single.start).sum(), rtol=1e-12)
+
+
+def test_runs_without_values_say_why():
+    """A run that does not stop in time, and a shoe that locks when its friction grows."""
+    grown = FrictionChange(sb.PiecewiseLinear([0.3, 0.3], [1.0, 1.0]))
+    given = shoe_scene(friction=ChangingFriction(sb.ConstantFriction(np.array([0.32, 0.32]), 1.1), (grown,)))
+    paths = ["end_time", "brake.linings.friction.changes[0].factor.values[1]"]
+    run = sb.studies.evaluator(given, paths, ["stopping_time", "energy.friction_heat"])
+    stops, slides, locks = run.evaluate([[9.0, 1.0], [0.1, 1.0], [9.0, 4.0]])
+    assert np.all(np.isfinite(stops))
+    np.testing.assert_array_equal(np.isnan([slides, locks]), [[True, False], [True, True]])
+    assert run.codes.tolist()[:2] == [0, 0]
+    assert sb.results.FAILURES[run.codes[2]][0] == "singular_geometry"
+    assert run.messages == ["", "no stopping_time", "singular_geometry"]
+    np.testing.assert_array_equal(np.isnan(run.jacobian([0.1, 1.0])), [[True, True], [False, False]])
+    assert np.all(np.isnan(run.jacobian([9.0, 4.0])))
+
+
+def test_all_errors_of_the_input():
+    given = {"initial.omeg": (10.0, 20.0), "brake.linings.angle": (0.1, 0.2), "brake.linings.angle[2]": (0.1, 0.2)}
+    with pytest.raises(sb.InputError) as caught:
+        sb.studies.evaluator(scene(), given, ["stoping_time", max, max])
+    assert [fault.path for fault in caught.value.faults] == [*list(given)[::2], "stoping_time", "max"]
+    given = {"initial.omega": ("10 m", "20 m"), "brake.pulley.inertia": (-1.0, 2.0), PATHS[2]: (2.0, 1.0)}
+    with pytest.raises(sb.InputError) as caught:
+        sb.studies.evaluator(scene(), given)
+    assert [fault.path for fault in caught.value.faults] == ["initial.omega", *given]
+    with pytest.raises(
+        sb.InputError, match=r"(?s)brake\.linings\.area: cannot vary.*brake\.linings\.count: cannot vary"
+    ):
+        sb.studies.evaluator(scene(), ["brake.linings.area", "brake.linings.count"])
+    with pytest.raises(sb.InputError, match="parameters: is empty"):
+        sb.studies.evaluator(scene(), [])
+
+    def an_array(result):
+        return np.ones(2) * result.stopping_time
+
+    with pytest.raises(sb.InputError, match="an_array: is an array"):
+        sb.studies.evaluator(scene(), PATHS, an_array)
+    run = sb.studies.evaluator(scene(), PATHS)
+    with pytest.raises(sb.InputError) as caught:
+        run.evaluate([[20.0, 800.0, -1.0], [20.0, -800.0, -2.0], [np.nan, 800.0, 1.0]])
+    assert [str(fault.path) for fault in caught.value.faults] == [PATHS[2], PATHS[1], PATHS[0]]
+    assert "(runs 0, 1)" in str(caught.value)
+    for X in (1.0, [20.0, 800.0], np.zeros((2, 2, 3)), "20 rad/s"):
+        with pytest.raises(sb.InputError, match="X: "):
+            run.evaluate(X)

@@ -1,0 +1,159 @@
+"""A scene as a function of arrays: for samplers, optimisers and reliability methods of other libraries."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from .._base._arguments import explained
+from .._base._faults import Fault, InputError, shown
+from .._parts._scene import Scene, require_scene
+from .._run._edit import Inputs, entry_of, with_inputs
+from .._run._measure import Metric, check_metrics, unit_of
+from .._run._simulate import Prepared, PreparedResult, Solver, prepare
+from ._evaluator import Faults, as_metrics, bounds_of, failure_name, faults_of_runs
+
+
+@explained
+class Evaluator:
+    """A scene as a function of arrays; made by `evaluator`.
+
+    - `names`: paths of the k numbers;  `units`: their SI units
+    - `bounds` (k, 2): lowest and highest value;  `start` (k,): the values in the scene, of a list their mean
+    - `metrics`: names of the m values;  `metric_units`: their SI units, empty for a function
+    - `codes` (n,): of the runs of the last `evaluate`, 0 or a failure code as in `simbrake.results.FAILURES`
+    - `messages`: for each of these runs which values it does not have, and why; empty where it has all
+
+    Example:
+        >>> run = sb.studies.evaluator(scene, {"initial.omega": (12.0, 24.0)}, ["stopping_time", "stopping_angle"])
+        >>> run.units, run.bounds.tolist(), run.metric_units
+        (('rad/s',), [[12.0, 24.0]], ('s', 'rad'))
+        >>> run.evaluate([[18.0], [24.0]]).round(4)
+        array([[ 0.9433,  8.4896],
+               [ 1.2577, 15.0927]])
+        >>> run.jacobian([24.0]).round(5)
+        array([[0.05241],
+               [1.25772]])
+    """
+
+    def __init__(self, prepared: Prepared, bounds: Mapping[str, np.ndarray], units: Sequence[str]) -> None:
+        self._prepared = prepared
+        self._places = [prepared.places[path] for path in bounds]
+        self.names, self.units = tuple(bounds), tuple(units)
+        self.bounds = np.stack([*bounds.values()])
+        self.start = np.array([np.mean(prepared.numbers[place]) for place in self._places])
+        self.metrics = prepared.metrics
+        self.metric_units = tuple(map(unit_of, self.metrics))
+        self.codes, self.messages = np.zeros(0, np.int32), list[str]()
+
+    def evaluate(self, X: Any) -> np.ndarray:
+        """Metrics (n, m) of the runs with the numbers `X` (n, k), or (m,) of one run with (k,); SI units.
+
+        NaN where a run fails, or does not have the metric: `codes` and `messages` say why. `bounds` are for others to
+        read: numbers outside are evaluated, unless they are impossible.
+
+        Raises `InputError` for another shape, and with all numbers that are impossible, with their runs.
+        """
+        points = self._points(X)
+        answers = [self._prepared(point) for point in points]
+        values = np.array([[*answer.metrics.values()] for answer in answers]).reshape(-1, len(self.metrics))
+        self.codes = np.array([answer.code for answer in answers], np.int32)
+        values[~np.isfinite(values) | (self.codes != 0)[:, None]] = np.nan
+        self.messages = [self._message(*pair) for pair in zip(answers, values, strict=True)]
+        return values.reshape(*np.shape(X)[:-1], len(self.metrics))
+
+    def jacobian(self, X: Any) -> np.ndarray:
+        """Derivatives (m, k) of the metrics by the numbers at `X` (k,), (n, m, k) at (n, k), through all events.
+
+        One reverse pass for each metric, however many numbers there are. NaN and errors as for `evaluate`, which
+        finds the codes. The first call compiles.
+        """
+        slopes = [self._prepared.gradient(point) for point in self._points(X)]
+        columns = [[slope[:, place].sum(axis=1) for slope in slopes] for place in self._places]
+        return np.stack(columns, axis=-1).reshape(*np.shape(X)[:-1], len(self.metrics), len(self.names))
+
+    def _points(self, X: Any) -> list[np.ndarray]:
+        """All numbers of the scene for each run."""
+        try:
+            x = np.asarray(X, np.float64)
+        except (TypeError, ValueError):
+            raise InputError([Fault("X", f"{shown(X)} is no array of numbers", "numbers in SI")]) from None
+        k = len(self.names)
+        if x.ndim not in (1, 2) or x.shape[-1] != k:
+            raise InputError(
+                [Fault("X", f"has the shape {x.shape}", f"({k},), or (runs, {k}): {', '.join(self.names)}")]
+            )
+        points = []
+        for row in np.atleast_2d(x):
+            point = np.array(self._prepared.numbers)
+            for place, value in zip(self._places, row, strict=True):
+                point[place] = value
+            points.append(point)
+        Faults(faults_of_runs(enumerate(map(self._prepared.scene_with, points)))).report()
+        return points
+
+    def _message(self, answer: PreparedResult, values: np.ndarray) -> str:
+        if answer.code:
+            return failure_name(answer.code)
+        missing = [name for name, value in zip(self.metrics, values, strict=True) if np.isnan(value)]
+        return f"no {', '.join(missing)}" if missing else ""
+
+
+@explained
+def evaluator(
+    scene: Scene,
+    parameters: str | Sequence[str] | Mapping[str, Any],
+    metrics: Metric | Sequence[Metric] = "stopping_time",
+    *,
+    rtol: float = 1e-10,
+    solver: Solver | None = None,
+    max_steps: int | None = None,
+) -> Evaluator:
+    """Opens a scene to other libraries, as a function of arrays: `evaluate(X)` and `jacobian(X)`.
+
+    - `parameters`: paths, as in `with_values`, one number each (of a list: one for all its entries), with the bounds
+      that physics sets; or `{path: (low, high)}`, in SI or texts with units
+    - `metrics`: names, energies as `energy.…`, or functions of a `Result` to a number
+    - `rtol`, `solver`, `max_steps`: as for `prepare`
+
+    New numbers never compile again, save where a run needs more steps than any before. Runs follow one another; for
+    very many `ensemble` uses all cores, accelerators or a cluster.
+
+    Raises `InputError` with all errors, and `SimulationError` where the scene's own run fails.
+
+    Example:
+        >>> run = sb.studies.evaluator(scene, {"duty.load.mass": ("15 t", "25 t")}, ["stopping_time", "hook_travel"])
+        >>> run.evaluate(run.bounds.mean(axis=1)).round(4)
+        array([1.2577, 0.7546])
+    """
+    require_scene(scene)
+    known, issues, asked = Inputs(scene), Faults(), as_metrics(metrics)
+    paths = [parameters] if isinstance(parameters, str) else list(parameters)
+    if not paths:
+        issues.append(Fault("parameters", "is empty", "as {'brake.linings.friction.coefficient': (0.3, 0.4)}"))
+    leaves = {path: known.get(entry_of(path, known)[0]) for path in paths}
+    # (of what is not there a value that also a count of linings may have)
+    count = float(scene.brake.linings.count)
+    present = {path: count if leaf is None else float(np.mean(leaf.value)) for path, leaf in leaves.items()}
+    if issues.attempt(with_inputs, scene, present) is not None:
+        missing = [path for path, leaf in leaves.items() if leaf is None]
+        hint = "put one there by with_values first; a count of linings changes the structure"
+        issues += [Fault(path, "cannot vary: the scene has no number there", hint) for path in missing]
+    issues += [Fault(path, f"overlaps with {old}", "give each number once") for path, old in known.twice(paths).items()]
+    issues.attempt(check_metrics, scene, asked)
+    issues.report()
+    bounds, units = dict[str, np.ndarray](), []
+    for path in paths:
+        about = known.about(path)
+        units.append(about.unit)
+        if isinstance(parameters, Mapping):
+            ends = bounds_of(scene, path, parameters[path], issues, about)
+        else:
+            ends = np.array([-np.inf if about.low is None else about.low, np.inf if about.high is None else about.high])
+        bounds[path] = np.zeros(2) if ends is None else ends
+    issues.report()
+    prepared = prepare(scene, asked, rtol=rtol, solver=solver, max_steps=max_steps)
+    hint = "a function of the result to one number"
+    wrong = [name for name, value in prepared().metrics.items() if np.ndim(value)]
+    Faults(Fault(name, "is an array", hint) for name in wrong).report()
+    return Evaluator(prepared, bounds, units)
