@@ -229,11 +229,6 @@ def evenly(text: str) -> Values:
     return Values([low, high], int(count))
 
 
-def between(text: str) -> Values:
-    """`LOW:HIGH`. Raises `ValueError`."""
-    return Values(bounds(text), 0)
-
-
 def axes_of(scene: Scene, asked: Mapping[str, Values], axes: dict[str, Any]) -> list[Fault]:
     """Errors of `--vary`; values of every parameter, or the bounds of a sample, in SI go to `axes`."""
     import numpy as np

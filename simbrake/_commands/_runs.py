@@ -1,5 +1,6 @@
 """Commands about one scene or result: run, explain, report, animate, compare; estimates, synthesis and materials."""
 
+import sys
 from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -8,7 +9,7 @@ from cyclopts import Parameter
 
 import simbrake as sb
 
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, InputError, needed
 from .._base._progress import Progress
 from ..files._shipped import scene_file, title_of
 from . import _options as cli
@@ -523,48 +524,49 @@ def publish(
     rtol: cli.Rtol = 1e-10,
     json_: cli.Flag = False,
 ) -> int:
-    """Solve a scene on a grid of up to three parameters and write a page with a slider for each of them.
+    """Write a page that runs the scene in the browser of its reader at every move of a slider. Needs simbrake[live].
 
     The page has the name of the scene's file, ending in _sliders.html, in the working folder or in that of --out.
 
     Parameters
     ----------
     vary
-        PATH=LOW:HIGH:COUNT: a parameter, its range (SI, or with unit) and the number of solved points; up to three.
+        PATH=LOW:HIGH: a parameter that has a slider, and its range (SI, or with unit); may be repeated. By default all.
     live
-        Write a page that runs the scene itself, at every move of a slider: for all parameters, or for those of --vary,
-        then PATH=LOW:HIGH. Needs simbrake[live].
+        Changes nothing any more: every page runs its scene.
     json_
-        Print {written, points, failed, gaps, deviation, of, at, coarse} as JSON, alone on stdout; with --live
-        {written, sliders, metrics, program, size}.
+        Print {written, sliders, metrics, program, size} as JSON, alone on stdout.
     """
     out = cli.file_in(out or Path(), f"{file.stem}_sliders.html")
-    form = "PATH=LOW:HIGH, as in initial.omega=10:30" if live else "PATH=LOW:HIGH:COUNT, as in initial.omega=10:30:7"
+    if live:
+        print("note: --live has no effect: every page of publish runs its scene", file=sys.stderr)
     faults = cli.faults_of_file(out)
-    if not live and (not vary or len(vary) > 3):
-        what = f"is given {len(vary)} times" if vary else "is missing"
-        faults.append(Fault("--vary", what, "up to 3 parameters" if vary else form))
-    requested = cli.assignments("--vary", form, vary, cli.between if live else cli.evenly, faults)
-    axes: dict[str, Any] = {}
-    limits: dict[str, float] = {}
+    cli.attempt(faults, needed, "ziglang", "compiles the page (simbrake report and simbrake app need none)", "live")
+    form = "PATH=LOW:HIGH, as in initial.omega=10:30"
+    requested = cli.assignments("--vary", form, vary, lambda text: cli.Values(cli.bounds(text)), faults)
+    ranges = dict[str, Any]()
+    limits = dict[str, float]()
 
     def also(scene: cli.Scene) -> list[Fault]:
-        from .._pages._publish import faults_of_axes
+        from .._base._part import leaves
+        from .._run._edit import entry_of
 
-        wrong = cli.axes_of(scene, requested, axes) + faults_of_axes(scene, axes)
-        turned = [path for path, values in axes.items() if live and not values[0] < values[1]]
-        wrong += [Fault(f"--vary {path}", "its low end is not below its high one", "give LOW:HIGH") for path in turned]
-        limits.update(cli.attempt(wrong, cli.limits_of, scene, limit, False) or {})
+        wrong = cli.axes_of(scene, requested, ranges)
+        there = {leaf.path for leaf in leaves(scene)}
+        for path, (low, high) in ranges.items():
+            if entry_of(path, there)[0] not in there:
+                wrong.append(Fault(path, "is absent in this scene", "give the scene a value of it"))
+            elif not low < high:
+                wrong.append(Fault(f"--vary {path}", "its low end is not below its high one", "give LOW:HIGH"))
+        limits.update(cli.attempt(wrong, cli.limits_of, scene, limit) or {})
         return wrong
 
     scene = cli.opened(file, set_, rtol, faults=faults, also=also)
     title = title_of(file, file.read_text("utf-8", errors="replace"))
+    from .._pages._publish import publish as publish_page
+
     with Progress("publish", "compiling…") as progress:
-        if live:
-            from .._pages._in_browser import publish_live as publish_page
-        else:
-            from .._pages._publish import publish as publish_page
-        published = publish_page(scene, axes, out, limits=limits, title=title, rtol=rtol, progress=progress)
+        published = publish_page(scene, ranges, out, limits=limits, title=title, rtol=rtol, progress=progress)
     cli.tell(f"{published}\nwritten  {out}", lambda: {"written": str(out), **published._asdict()}, json_)
     return 0
 
@@ -633,6 +635,6 @@ COMMANDS = {
     estimates: "0 success; 1 the run failed; 2 the input is wrong.",
     synthesize: f"0 success; 1 the run or the synthesis failed; 2 the input is wrong; {_LIMIT}",
     materials: f"0 success; 1 a run failed; 2 the input is wrong; {_LIMIT}",
-    publish: "0 success, also where runs of the grid failed (they are gaps); 2 the input is wrong.",
+    publish: "0 success; 2 the input is wrong.",
     app: "0 ended by Ctrl+C; 2 the input is wrong.",
 }

@@ -69,7 +69,7 @@ class Line(NamedTuple):
 class Chart(NamedTuple):
     """Curves with one axis: `unit` for reading, of which `SI = (value − offset)/factor`.
 
-    `stepped`: whole numbers, which no derivative describes
+    `stepped`: whole numbers, drawn as steps
     """
 
     title: str
@@ -80,7 +80,7 @@ class Chart(NamedTuple):
     stepped: bool = False
 
     def values(self, series: Series) -> list[Any]:
-        """The curves in the unit for reading; of a traced series as well."""
+        """The curves in the unit for reading."""
         return [self.factor * line.find(series) + self.offset for line in self.lines]
 
     def as_dict(self) -> Data:

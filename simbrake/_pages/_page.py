@@ -77,8 +77,8 @@ from ._rows import (
 Contents: TypeAlias = dict[str, Any]
 
 
-#: what a figure shows: a result, the duty ledger of a rig, a replay beside its log, or arguments of its function
-Subject: TypeAlias = Result | Ledger | Comparison | tuple[Any, ...]
+#: what a figure shows: a result, the duty ledger of a rig, or a replay beside its log
+Subject: TypeAlias = Result | Ledger | Comparison
 
 
 class Picture(NamedTuple):
@@ -107,8 +107,7 @@ class Picture(NamedTuple):
 
     def figure(self, subject: Subject) -> Figure:
         """The figure of what a page is about."""
-        first = subject if type(subject) is tuple else (subject,)
-        return getattr(plot, self.name)(*first, *self.options)
+        return getattr(plot, self.name)(subject, *self.options)
 
 
 def _each_lining_has_heat(result: Result) -> bool:
@@ -118,8 +117,6 @@ def _each_lining_has_heat(result: Result) -> bool:
 
 #: the duty is in another section
 DUTY = Picture("duty", "What acts on the brake")
-#: of a publication with two parameters
-PERMISSIBLE = Picture("permissible", "Where it is within its limits")
 #: the figures of a run in the order of the page; a new one is one line
 PICTURES = (
     Picture("stop", "The run over time", drawn=True),

@@ -100,13 +100,13 @@ def c_name(path: Path) -> str:
     return f"scene_{name}" if name[:1].isdigit() else name
 
 
-def printed(export: "Export") -> str:
-    """The text of a C file; `InputError` where an operation has no C form."""
+def printed(export: "Export", hint: str = "leave out what the export stops at") -> str:
+    """The text of a C file; `InputError` with a hint where an operation has no C form."""
     try:
         return export.text()
     except UnknownOperation as error:
         what = f"uses the operation {error}, which has no C form yet"
-        raise InputError([Fault("scene", what, "leave out what the export stops at")]) from error
+        raise InputError([Fault("scene", what, hint)]) from error
 
 
 def possible_inputs(scene: Scene) -> list[str] | None:

@@ -1,5 +1,5 @@
 "use strict";
-// The sliders of a page of simbrake: of a publication, between whose solved points it interpolates, and of the app.
+// The sliders of a page of simbrake: of a publication, which runs its scene itself, and of the app.
 (function () {
   const {$, data, shown, made, place, drawResults, drawCharts, drawRun} = window.simbrake;
 
@@ -8,20 +8,20 @@
   const reading = (control, si) => si * control.factor + control.offset;
 
   /** A row with a slider and a field; `moved(si)` is called with each new value. */
-  function slider(parent, control, steps, moved) {
+  function slider(parent, control, moved) {
     const row = made(parent, "div", {class: "control", "data-path": control.path});
     const id = `c-${control.path}`, name = made(row, "label", {for: id, title: control.meaning}, control.name ?? control.meaning);
     made(name, "code", {}, control.path);
-    const bar = made(row, "input", {type: "range", id, min: 0, max: steps, step: "any"});
+    const bar = made(row, "input", {type: "range", id, min: 0, max: 1000, step: "any"});
     const field = made(row, "input", {type: "text", inputmode: "decimal", "aria-label": `${control.meaning}: value`});
     made(row, "span", {class: "unit"}, control.unit);
     const put = (si) => {
-      bar.value = steps * (si - control.low) / (control.high - control.low);
+      bar.value = 1000 * (si - control.low) / (control.high - control.low);
       field.value = shown(reading(control, si), 6);
       row.classList.toggle("changed", si !== control.value);
     };
     bar.addEventListener("input", () => {
-      const si = control.low + (control.high - control.low) * bar.value / steps;
+      const si = control.low + (control.high - control.low) * bar.value / 1000;
       field.value = shown(reading(control, si), 6);
       row.classList.toggle("changed", si !== control.value);
       moved(si);
@@ -34,27 +34,23 @@
       moved(si);
     });
     put(control.value);
-    return {row, bar, put};
+    return put;
   }
 
-  /** Heading, limits and metrics of a run; `unknown`: places of metrics that have no value here; `coverage`: what the
-   * limits cover. */
-  function readResults({metrics: about, coverage}, values, {colour, status, message}, unknown = []) {
+  /** Heading, limits and metrics of a run; `coverage`: what the limits cover. */
+  function readResults({metrics: about, coverage}, values, {colour, status, message}) {
     const read = (metric, si, offset, digits = 5) =>
       Number.isFinite(si) ? `${shown(si * metric.factor + offset, digits)} ${metric.unit}` : "—";
     const metrics = about.map((metric, n) => {
-      const si = Number.isFinite(values[n]) ? values[n] : "", decides = metric.decides;
-      if (unknown.includes(n))
-        return {words: metric.words, text: "—", si: "", unit: "", note: "changes too fast between the points", decides};
-      return {words: metric.words, text: read(metric, values[n], metric.offset, 3), si, unit: metric.si_unit, note: "", decides};
-    }).filter((metric) => metric.si !== "" || metric.note).sort((a, b) => b.decides - a.decides);
+      const si = Number.isFinite(values[n]) ? values[n] : "", {words, decides} = metric;
+      return {words, text: read(metric, values[n], metric.offset, 3), si, unit: metric.si_unit, note: "", decides};
+    }).filter((metric) => metric.si !== "").sort((a, b) => b.decides - a.decides);
     const rows = [];
     about.forEach((metric, n) => {
       const si = values[n], least = metric.least !== null;
       // (without a load to hold there is no reserve; what never happened exceeds its limit)
-      if (metric.limit === null && !(least && (unknown.includes(n) || Number.isFinite(si)))) return;
+      if (metric.limit === null && !(least && Number.isFinite(si))) return;
       const bound = read(metric, least ? metric.least : metric.limit, metric.offset), limit = `${least ? ">" : "≤"} ${bound}`;
-      if (unknown.includes(n)) return rows.push([metric.words, "—", limit, "—", "not known here", "open"]);
       const margin = least ? si - metric.least : metric.limit - si, over = least ? !(margin > 0) : !(margin >= 0);
       const [state, kind] = over ? ["exceeded", "bad"] : margin < metric.small ? ["small margin", "open"] : ["within limit", "good"];
       rows.push([metric.words, read(metric, si, metric.offset), limit, read(metric, margin, 0), state, kind]);
@@ -71,141 +67,6 @@
     return rest < end ? [{...whole, words: "until rest", end: rest}, whole] : [];
   }
 
-  // --- a published grid: cubic Hermite between solved points -------------------------------------------------------
-
-  function publication(grid) {
-    const {axes, points} = grid, bytes = Uint8Array.from(atob(grid.numbers), (c) => c.charCodeAt(0));
-    const numbers = new Float32Array(bytes.buffer), at = axes.map((axis) => axis.value);
-    const sizes = axes.map((axis) => axis.values.length), flat = (index) => index.reduce((sum, i, k) => sum * sizes[k] + i, 0);
-
-    /** Values and derivatives at a solved point: `rows[0]` values, `rows[1 + k]` by axis k. */
-    const rowsOf = ({sequence, start}) => [null, ...axes].map((_, k) => {
-      const size = grid.sequences[sequence].size;
-      return numbers.subarray(start + k * size, start + (k + 1) * size);
-    });
-
-    /** Cell and share of the way through it, along each axis. */
-    const cell = (x) => axes.map((axis, k) => {
-      const last = axis.values.length - 2, i = Math.min(place(axis.values, x[k]), last);
-      const share = (x[k] - axis.values[i]) / (axis.values[i + 1] - axis.values[i]);
-      return {i, share: share < 1e-9 ? 0 : share > 1 - 1e-9 ? 1 : share, width: axis.values[i + 1] - axis.values[i]};
-    });
-
-    /** What is too coarse to be shown between points: in all cells on which they border; -1: times of events. */
-    function coarseAt(where) {
-      if (where.every((w) => w.share === 0 || w.share === 1)) return [];
-      const beside = ({i, share}, last) => [i - 1, i, i + 1].filter((j) => j >= 0 && j < last &&
-        (j === i || (j < i ? share === 0 : share === 1)));
-      const cells = where.reduce((all, w, k) => all.flatMap((n) => beside(w, sizes[k] - 1).map((i) => n * (sizes[k] - 1) + i)), [0]);
-      const each = cells.map((n) => grid.coarse[n] ?? []);
-      return each[0].filter((metric) => each.every((one) => one.includes(metric)));
-    }
-
-    /** The solved points around a place. */
-    function around(where) {
-      const ends = ({i, share}) => share === 0 ? [i] : share === 1 ? [i + 1] : [i, i + 1];
-      const corners = where.reduce((all, w) => all.flatMap((corner) => ends(w).map((end) => [...corner, end])), [[]]);
-      return corners.map((corner) => points[flat(corner)]);
-    }
-
-    /** What happens in a gap: how the runs around it differ. */
-    function happening(x) {
-      const kinds = [...new Set(around(cell(x)).map((point) => point.sequence))].sort((a, b) => a - b);
-      const known = kinds.filter((n) => n >= 0).map((n) => grid.sequences[n]), ways = [...new Set(known.map((one) => one.status))];
-      if (kinds.includes(-1)) ways.push("Failed");
-      if (ways.length > 1) return `Around here runs end in different ways: ${ways.join("; ")}.`;
-      if (kinds.length === 1) return "Between the solved points around here an event comes or goes, or its time changes too fast.";
-      const lists = known.map((one) => one.events.map((event) => event.words)), all = [...new Set(lists.flat())];
-      const count = (list, words) => list.filter((one) => one === words).length;
-      const some = all.filter((words) => new Set(lists.map((list) => count(list, words))).size > 1);
-      return some.length ? `Around here not all runs have the same events: ${some.join(", ")}.`
-        : `Around here the same events come in different orders: ${lists.map((list) => list.join(", ")).join("; or ")}.`;
-    }
-
-    /** Values at x, or `null` where the sequence of events changes between the points around it. */
-    function solve(x) {
-      const where = cell(x), inside = where.every((w) => w.share > 0 && w.share < 1);
-      const found = around(where), sequence = found[0].sequence;
-      if (sequence < 0 || found.some((point) => point.sequence !== sequence)) return null;
-      if (inside && grid.gaps.includes(cellNumber(where))) return null;
-      const coarse = coarseAt(where);
-      if (coarse.includes(-1)) return null;
-      let rows = found.map(rowsOf);
-      where.forEach(({share: s, width}, k) => {
-        if (s === 0 || s === 1) return;
-        const half = rows.length / 2;
-        rows = rows.slice(0, half).map((row, j) => between(row, rows[j + half], s, width, k + 1));
-      });
-      return {values: rows[0][0], sequence: grid.sequences[sequence], coarse};
-    }
-
-    const cellNumber = (where) => where.reduce((sum, w, k) => sum * (sizes[k] - 1) + w.i, 0);
-
-    /** Values by cubic Hermite along the axis of the derivative `k`, the other derivatives linearly. */
-    function between(a, b, s, width, k) {
-      const h = [(1 + 2 * s) * (1 - s) ** 2, s * (1 - s) ** 2 * width, s * s * (3 - 2 * s), s * s * (s - 1) * width];
-      return a.map((_, r) => Float64Array.from(a[r], (x, n) =>
-        r === 0 ? h[0] * x + h[1] * a[k][n] + h[2] * b[0][n] + h[3] * b[k][n] : (1 - s) * x + s * b[r][n]));
-    }
-
-    function runOf(values, sequence) {
-      const {pieces, events} = sequence, m = grid.samples, first = grid.metrics.length;
-      const edges = Array.from(values.slice(first, first + pieces + 1)), t = [], kept = [];
-      for (let i = 0; i < pieces; i++) for (let j = 0; j < m; j++) {
-        const time = edges[i] + (edges[i + 1] - edges[i]) * (j / (m - 1));
-        if (t.length && time < t[t.length - 1]) continue;
-        t.push(time);
-        kept.push(i * m + j);
-      }
-      let start = first + pieces + 1;
-      const y = grid.charts.map((about) => about.lines.map(() => {
-        const line = kept.map((n) => values[start + n]);
-        start += pieces * m;
-        return line;
-      }));
-      const marked = events.map((event) => ({...event, t: edges[event.edge]})), last = marked.at(-1);
-      const windows = windowsOf(t[0], t[t.length - 1], last && last.words === "stop" ? last : null);
-      return {charts: grid.charts, t, y, windows, events: marked};
-    }
-
-    function show() {
-      const found = solve(at), gap = found === null;
-      document.body.classList.toggle("gap", gap);
-      $("state").textContent = gap ? `Gap. ${happening(at)} Move a slider to a blue stretch.` : "";
-      drawResults(gap ? {colour: "", headline: "No value here", text: "", rows: [], metrics: []}
-        : readResults(grid, found.values, found.sequence, found.coarse));
-      if (!gap) drawCharts(runOf(found.values, found.sequence));
-      rows.forEach(({bar}, k) => paint(bar, k));
-    }
-
-    /** Colour the stretches of a slider: those that have values, and gaps. */
-    function paint(bar, k) {
-      const {values, low, high} = axes[k], stops = [];
-      for (let i = 0; i + 1 < values.length; i++) {
-        const x = at.slice();
-        x[k] = 0.5 * (values[i] + values[i + 1]);
-        const colour = solve(x) ? "var(--blue-pale)" : "var(--gap)";
-        for (const end of [values[i], values[i + 1]]) stops.push(`${colour} ${(100 * (end - low) / (high - low)).toFixed(2)}%`);
-      }
-      bar.style.setProperty("--stretches", `linear-gradient(90deg, ${stops.join(", ")})`);
-    }
-
-    const rows = axes.map((axis, k) => slider($("sliders"), axis, 1000, (si) => {
-      // near a solved point the slider stays on it
-      const near = axis.values.find((value) => Math.abs(value - si) < 0.004 * (axis.high - axis.low));
-      at[k] = near ?? Math.min(Math.max(si, axis.low), axis.high);
-      if (si !== at[k] && near === undefined) rows[k].put(at[k]);
-      show();
-    }));
-    if (solve(at) === null) {  // the page begins at the nearest solved point
-      const far = (x) => axes.reduce((sum, axis, k) => sum + ((x[k] - axis.value) / (axis.high - axis.low)) ** 2, 0);
-      const all = axes.reduce((found, axis) => found.flatMap((x) => axis.values.map((value) => [...x, value])), [[]]);
-      const nearest = all.filter((_, i) => points[i].sequence >= 0).sort((a, b) => far(a) - far(b))[0];
-      nearest.forEach((value, k) => { at[k] = value; rows[k].put(value); });
-    }
-    show();
-  }
-
   // --- sliders in groups, of the app and of a page that runs -------------------------------------------------------
 
   /** Sliders for parameters in groups, with a search and a reset; `moved(values)`: those that are changed, in SI. */
@@ -217,11 +78,11 @@
         made(box, "summary", {}, control.group);
         groups.set(control.group, box);
       }
-      const found = slider(groups.get(control.group), control, 1000, (si) => {
+      const put = slider(groups.get(control.group), control, (si) => {
         if (si === control.value) delete values[control.path]; else values[control.path] = si;
         moved();
       });
-      $("reset").addEventListener("click", () => found.put(control.value));
+      $("reset").addEventListener("click", () => put(control.value));
     }
     $("reset").addEventListener("click", () => {
       for (const path of Object.keys(values)) delete values[path];
@@ -440,7 +301,6 @@
     show();
   }
 
-  if (data.grid) publication(data.grid);
   if (data.live) inBrowser(data.live).catch((error) => {
     $("state").className = "state wrong";
     $("state").textContent = `This browser cannot run the page: ${error.message}`;

@@ -1,4 +1,4 @@
-"""Report, publication and app in a browser at 1280 and 400 px: what is read from the page is the run.
+"""Report, app and publication in a browser at 1280 and 400 px: what is read from the page is the run.
 
 Chromium by Playwright where both are installed; elsewhere the data of the pages is tested without, which the end of the
 test run says loudly (`conftest.py`).
@@ -30,6 +30,7 @@ from rig_recordings import book
 from stop_scenes import stop_scene
 
 import simbrake as sb
+from simbrake.files import _c_code
 
 NASTY = "</script><img src=x onerror=\"document.title='run'\">"
 SIZES = {"wide": (1280, 900), "phone": (400, 800)}
@@ -267,211 +268,6 @@ def test_animate_writes_a_page(tmp_path, capsys):
     assert film["seconds"] == 2.0
 
 
-# --- publication ------------------------------------------------------------------------------------------------------
-
-
-@pytest.fixture(scope="module")
-def published(scene, tmp_path_factory):
-    """Speed and load; the brake gives 24.6 kN·m, so that it cannot stop the largest load."""
-    file = tmp_path_factory.mktemp("published") / "sliders.html"
-    toml = file.with_name("scene.toml")
-    toml.write_text(f"# {NASTY}\n{sb.files.scene_text(scene)}", "utf-8")
-    vary = ("--vary", "initial.omega=16:24:3", "--vary", "duty.load.profile.level=200 N*m:30 kN*m:4")
-    about = json.loads(output("publish", str(toml), *vary, "--out", str(file), "--limit", "stopping_time=8", "--json"))
-    return file, data_of(file.read_text("utf-8")), about
-
-
-def rows_of(grid, point):
-    """Values and derivatives at a solved point."""
-    numbers = np.frombuffer(base64.b64decode(grid["numbers"]), "<f4")
-    about = grid["points"][point]
-    size = grid["sequences"][about["sequence"]]["size"]
-    return numbers[about["start"] : about["start"] + (1 + len(grid["axes"])) * size].reshape(-1, size)
-
-
-def test_solved_points_are_runs(scene, published):
-    grid = published[1]["grid"]
-    rows, name = rows_of(grid, 4), "Stopping time"  # the second speed, the smallest load
-    at = [metric["words"] for metric in grid["metrics"]].index(name)
-    w, load, h = 20.0, 200.0, 1e-4
-
-    def stop(w, load):
-        changed = {"initial.omega": w, "duty.load.profile.level": load}
-        return sb.simulate(sb.with_values(scene, changed), rtol=1e-12).metrics["stopping_time"]
-
-    assert rows[0, at] == pytest.approx(stop(w, load), rel=1e-7)
-    by_speed = (stop(w * (1 + h), load) - stop(w * (1 - h), load)) / (2 * h * w)
-    by_load = (stop(w, load * (1 + h)) - stop(w, load * (1 - h))) / (2 * h * load)
-    assert rows[1:, at] == pytest.approx([by_speed, by_load], rel=1e-5)
-    # speeds at fixed shares of the way from event to event
-    sequence, m = grid["sequences"][grid["points"][4]["sequence"]], grid["samples"]
-    first = len(grid["metrics"])
-    edges, k = rows[0, first : first + sequence["pieces"] + 1], m // 2
-    t = edges[1] + (edges[2] - edges[1]) * k / (m - 1)
-    speed = rows[0, first + sequence["pieces"] + 1 + m + k]
-    run = sb.simulate(sb.with_values(scene, {"initial.omega": w, "duty.load.profile.level": load}))
-    assert speed == pytest.approx(float(run.series([t]).omega[0]), rel=1e-5)
-
-
-def test_the_map_of_a_publication_has_axes_in_words(scene, tmp_path, monkeypatch, capsys):
-    labels = []
-    draw = sb.plot.permissible
-
-    def seen(*arguments):
-        figure = draw(*arguments)
-        labels.extend([figure.axes[0].get_xlabel(), figure.axes[0].get_ylabel()])
-        return figure
-
-    monkeypatch.setattr(sb.plot, "permissible", seen)
-    sb.write_scene(scene, tmp_path / "scene.toml")
-    vary = ("--vary", "initial.omega=20:22:2", "--vary", "duty.load.profile.level=200 N*m:300 N*m:2")
-    out = ("--out", str(tmp_path / "map.html"), "--limit", "stopping_time=8")
-    assert call(capsys, "publish", str(tmp_path / "scene.toml"), *vary, *out)[0] == 0
-    assert labels[0] == "initial speed, rad/s"
-    assert "duty." not in labels[1]
-
-
-def with_linings(scene, **numbers):
-    linings = dataclasses.replace(scene.brake.linings, **numbers)
-    return dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, linings=linings))
-
-
-@pytest.mark.parametrize(
-    ("areas", "limit", "words"),
-    [
-        ("0.03 m^2", 6e3, "Pressure on linings is compared by their load."),
-        pytest.param(
-            *([0.03] * 19 + [0.02], None, "Not looked at here: Maximum mean pressure on a lining."),
-            marks=pytest.mark.slow,
-        ),
-    ],
-)
-def test_a_publication_keeps_the_limits_of_its_scene(browser, scene, tmp_path, capsys, areas, limit, words):
-    """The run exceeds a permissible pressure: a page is red if it can look, and never green if it cannot."""
-    sb.write_scene(with_linings(scene, area=areas, permissible_pressure=0.2e6), tmp_path / "scene.toml")
-    out = tmp_path / "page.html"
-    given = ("--vary", "initial.omega=20:20.1:2", "--limit", "max_tension=1 MN", "--out", str(out))
-    assert call(capsys, "publish", str(tmp_path / "scene.toml"), *given)[0] == 0
-    text = out.read_text("utf-8")
-    limits = {metric["name"]: metric["limit"] for metric in data_of(text)["grid"]["metrics"]}
-    assert (limits["max_normal_load"], limits["max_tension"]) == (pytest.approx(limit) if limit else None, 1e6)
-    if browser is not None:
-        page = opened(browser, out.as_uri())
-        said = page.inner_text("#banner")
-        assert words in said
-        assert ("exceeded" in said) == (limit is not None)
-        assert page.get_attribute("#banner", "class") == f"verdict {'red' if limit else 'amber'}"
-        page.close()
-
-
-def test_gaps_are_where_the_sequence_changes(published):
-    file, data, about = published
-    grid = data["grid"]
-    status = [grid["sequences"][point["sequence"]]["status"] for point in grid["points"]]
-    assert status[0] == "Stopped"
-    assert status[3] == "Runaway"
-    for cell in range(6):
-        i, j = divmod(cell, 3)
-        corners = {grid["points"][4 * (i + a) + j + b]["sequence"] for a in (0, 1) for b in (0, 1)}
-        assert len(corners) == 1 or cell in grid["gaps"]
-    assert 0 < len(grid["gaps"]) < about["cells"] == 6
-    assert (about["points"], about["failed"]) == (12, 0)
-    assert about["checked"] == about["cells"] - len(grid["gaps"])
-    assert file.stat().st_size < 5e6
-    assert NASTY not in file.read_text("utf-8")
-
-
-def test_what_no_cubic_follows_is_not_shown(scene, published):
-    """A holding reserve `M/M_load`, down to 200 N·m; a stopping time `J ω/(M − M_load)` up to 20 of 24.6 kN·m."""
-    grid, about = published[1]["grid"], published[2]
-    names = [metric["words"] for metric in grid["metrics"]]
-
-    def off(words, place, j):
-        """Deviation at the middle of a cell, from the four solved points around it."""
-        axes, n = [axis["values"] for axis in grid["axes"]], names.index(words)
-        (w, w_2), (load, load_2) = axes[0][place : place + 2], axes[1][j : j + 2]
-        rows = np.array([[rows_of(grid, 4 * (place + a) + j + b)[:, n] for b in (0, 1)] for a in (0, 1)], float)
-        # cubic by the speed, whose slopes by the load are means
-        along = rows[..., 0].mean(axis=0) + (w_2 - w) / 8 * (rows[0, :, 1] - rows[1, :, 1])
-        slope = rows[..., 2].mean(axis=0)
-        found = along.mean() + (load_2 - load) / 8 * (slope[0] - slope[1])
-        middle = {"initial.omega": 0.5 * (w + w_2), "duty.load.profile.level": 0.5 * (load + load_2)}
-        result, name = sb.simulate(sb.with_values(scene, middle)), words.lower().replace(" ", "_")
-        name = name.replace("minimum", "min").replace("energy:_", "energy.")
-        true = result.energy[name.split(".")[1]] if "." in name else result.metrics[name]
-        return abs(found - true) / true, middle
-
-    reserve = names.index("Minimum holding reserve")
-    assert grid["coarse"] == {"0": [reserve], "1": [-1], "3": [reserve], "4": [-1]}
-    assert about["coarse"] == {"Minimum holding reserve": 2}
-    assert about["gaps"] == len(grid["gaps"]) + 2
-    assert off("Minimum holding reserve", 0, 0)[0] == pytest.approx(148.1, rel=1e-3)
-    assert off("Stopping time", 0, 1)[0] == pytest.approx(0.138, rel=1e-2)
-    deviation, at = off(about["of"], 0, 0)
-    assert (about["deviation"], about["at"]) == (pytest.approx(deviation, rel=1e-3), at)
-    assert 1e-3 < about["deviation"] < 0.1
-
-
-@pytest.mark.parametrize("size", SIZES)
-def test_sliders_show_the_run_and_the_gap(browser, scene, published, size):
-    if browser is None:
-        return
-    page = opened(browser, published[0].as_uri(), size)
-    fields = [
-        page.locator(f'[data-path="{path}"] input[type=text]') for path in ("initial.omega", "duty.load.profile.level")
-    ]
-
-    def put(*values):
-        for field, value in zip(fields, values, strict=True):
-            field.fill(str(value))
-            field.dispatch_event("change")
-
-    def metrics():
-        names, values = page.locator("#figures dt").all_inner_texts(), page.locator("#figures data")
-        found = [one.get_attribute("value") for one in values.all()]  # empty where it changes too fast
-        return dict(zip(names, [float(value or "nan") for value in found], strict=True))
-
-    unit = published[1]["grid"]["axes"][1]["factor"]
-    for w, load, rel in ((20.0, 200.0, 1e-6), (22.0, 200.0, 1e-3)):
-        put(w, load * unit)
-        true = sb.simulate(sb.with_values(scene, {"initial.omega": w, "duty.load.profile.level": load})).metrics
-        for words, name in (("Stopping time", "stopping_time"), ("Full slip t₁", "full_slip_time")):
-            assert metrics()[words] == pytest.approx(true[name], rel=rel)
-    gap = published[1]["grid"]["gaps"][0]
-    low, high = (published[1]["grid"]["axes"][1]["values"][gap % 3 + k] for k in (0, 1))
-    put(18.0, 0.5 * (low + high) * unit)
-    assert page.inner_text("#banner b") == "No value here"
-    assert "runs end in different ways: Stopped; Runaway." in page.inner_text("#state")
-    assert page.evaluate("document.body.classList.contains('gap')")
-    assert "var(--gap)" in page.locator('[data-path="duty.load.profile.level"] input[type=range]').get_attribute(
-        "style"
-    )
-    put(18.0, 200.0 * unit)
-    assert page.inner_text("#banner b") == "Stopped"
-    assert page.inner_text("#state") == ""
-    assert page.problems == []
-    page.close()
-
-
-@pytest.mark.parametrize(
-    ("vary", "words"),
-    [
-        (
-            ["initial.omega=3:2:4", "initial.omega=1:2", "nix=1:2:3", "duty.load.profile.level=1 kg:2:3"],
-            "5 input errors",
-        ),
-        (["initial.omega=1:2:5000"], "up to 4000"),
-        ([], "--vary: is missing"),
-        (["initial.omega=1:2:3"] * 2, "twice"),
-    ],
-)
-def test_errors_of_the_axes(scene, tmp_path, capsys, vary, words):
-    sb.write_scene(scene, tmp_path / "scene.toml")
-    given = [text for one in vary for text in ("--vary", one)]
-    code, _, err = call(capsys, "publish", str(tmp_path / "scene.toml"), *given)
-    assert (code, words in err) == (2, True), err
-
-
 # --- app --------------------------------------------------------------------------------------------------------------
 
 
@@ -662,23 +458,23 @@ def test_a_slider_moves_metrics_and_pictures(browser, server, scene, size):
     page.close()
 
 
-# --- a page that runs -------------------------------------------------------------------------------------------------
+# --- publication: a page that runs its scene --------------------------------------------------------------------------
 
 
 STOP = sb.files.shipped("u2_5_5_stop")
 
 
 @pytest.fixture(scope="module")
-def live_page(tmp_path_factory):
-    """The page of a stop that runs in the browser, and its data."""
+def published(tmp_path_factory):
+    """The page of a stop, and its data."""
     pytest.importorskip("ziglang")
-    path = tmp_path_factory.mktemp("live") / "stop.html"
-    said = json.loads(output("publish", str(STOP), "--live", "--out", str(path), "--json"))
+    path = tmp_path_factory.mktemp("published") / "stop.html"
+    said = json.loads(output("publish", str(STOP), "--out", str(path), "--json"))
     return path, said, data_of(path.read_text("utf-8"))["live"]
 
 
-def test_page_that_runs_has_what_it_needs(live_page):
-    path, said, live = live_page
+def test_a_publication_has_what_it_needs(published):
+    path, said, live = published
     assert said == {
         "written": str(path),
         "sliders": len(live["controls"]),
@@ -698,11 +494,11 @@ def test_page_that_runs_has_what_it_needs(live_page):
     assert len(angles["places"]) == 20  # equal ones have one slider
 
 
-def test_each_move_is_a_run(live_page, browser):
+def test_each_move_in_the_browser_is_a_run(published, browser):
     """Metrics, events and curves in the browser are those of Python; what is out of range is refused."""
     if browser is None:
         return
-    path, _, live = live_page
+    path, _, live = published
     page = opened(browser, path.as_uri())
     page.wait_for_function("window.simbrake.live !== undefined && document.body.dataset.milliseconds")
     scene = sb.read_scene(STOP)
@@ -737,14 +533,64 @@ def test_each_move_is_a_run(live_page, browser):
     page.close()
 
 
-def test_page_that_runs_in_words(tmp_path, monkeypatch, capsys):
-    monkeypatch.setitem(sys.modules, "ziglang", None)
-    for more, text in (
-        (["--vary", "initial.omega=1"], "PATH=LOW:HIGH"),
-        (["--vary", "initial.omega=20:10"], "its low end is not below its high one"),
-        ([], "pip install 'simbrake[live]'"),
-    ):
-        code, _, said = call(capsys, "publish", str(STOP), "--live", "--out", str(tmp_path / "x.html"), *more)
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("areas", "limit", "words"),
+    [
+        ("0.03 m^2", 6e3, "Pressure on linings is compared by their load."),
+        ([0.03] * 19 + [0.02], None, "Not looked at here: Maximum mean pressure on a lining."),
+    ],
+)
+def test_a_publication_keeps_the_limits_of_its_scene(browser, scene, tmp_path, areas, limit, words):
+    """The run exceeds a permissible pressure: a page is red if it can look, and never green if it cannot."""
+    pytest.importorskip("ziglang")
+    linings = dataclasses.replace(scene.brake.linings, area=areas, permissible_pressure=0.2e6)
+    limited = dataclasses.replace(scene, brake=dataclasses.replace(scene.brake, linings=linings))
+    sb.write_scene(limited, tmp_path / "scene.toml")
+    out = tmp_path / "page.html"
+    text = f"# {NASTY}\n{(tmp_path / 'scene.toml').read_text('utf-8')}"
+    (tmp_path / "scene.toml").write_text(text, "utf-8")
+    given = ("--vary", "initial.omega=20:20.1", "--limit", "max_tension=1 MN", "--out", str(out))
+    output("publish", str(tmp_path / "scene.toml"), *given)
+    text = out.read_text("utf-8")
+    data = data_of(text)["live"]
+    limits = {metric["name"]: metric["limit"] for metric in data["metrics"]}
+    assert (limits["max_normal_load"], limits["max_tension"]) == (pytest.approx(limit) if limit else None, 1e6)
+    assert words in data["coverage"]["words"]
+    assert [(one["path"], one["low"], one["high"]) for one in data["controls"]] == [("initial.omega", 20.0, 20.1)]
+    assert NASTY not in text
+    if browser is not None:
+        page = opened(browser, out.as_uri())
+        page.wait_for_function("document.body.dataset.milliseconds")
+        said = page.inner_text("#banner")
+        assert words in said
+        assert ("exceeded" in said) == (limit is not None)
+        assert page.get_attribute("#banner", "class") == f"verdict {'red' if limit else 'amber'}"
+        page.close()
+
+
+def test_what_makes_no_publication(scene, tmp_path, monkeypatch, capsys):
+    """Wrong ranges, no compiler, no C form: each with the way out, and nothing is written."""
+    sb.write_scene(scene, tmp_path / "scene.toml")
+    publish = ("publish", str(tmp_path / "scene.toml"), "--out", str(tmp_path / "page.html"))
+
+    def told(*vary):
+        code, _, err = call(capsys, *publish, "--live", *(text for one in vary for text in ("--vary", one)))
         assert code == 2
-        assert text in said
-    assert [*tmp_path.iterdir()] == []
+        assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
+        return err
+
+    err = told("initial.omega=3:2", "end_time=1:2:3", "nix=1:2", "duty.load.profile.level=1 kg:2", "end_time")
+    assert "5 input errors" in err
+    assert "--live has no effect" in err
+    assert "its low end is not below its high one" in err
+    assert "is not of the form PATH=LOW:HIGH" in err
+    assert "twice" in told("initial.omega=1:2", "initial.omega=1:2")
+    with monkeypatch.context() as patch:
+        patch.setitem(sys.modules, "ziglang", None)
+        err = told()
+    assert all(way in err for way in ("simbrake report", "simbrake app", "pip install 'simbrake[live]'"))
+    pytest.importorskip("ziglang")
+    monkeypatch.delitem(_c_code._ENTRYWISE, "tan")
+    err = told()
+    assert "uses the operation tan, which has no C form yet — simbrake report and simbrake app" in err
