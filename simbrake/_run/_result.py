@@ -516,8 +516,8 @@ class Result:
         return _above("_run._accuracy").accuracy(self)
 
     def plot(self) -> Any:
-        """The run over time, with a slider in a notebook that has ipywidgets: `simbrake.plot.browse`."""
-        return _above("plot").browse(self._of_one())
+        """The run over time: `simbrake.plot.stop`."""
+        return _above("plot").stop(self._of_one())
 
     def to_xarray(self, times: Any = None) -> Any:
         """The run as a labelled data set: `simbrake.dataset`."""

@@ -5,14 +5,13 @@ from ._animation import animate
 from ._many import compare, materials, permissible, sweep
 from ._pulley import pressed, pulley
 from ._rig import ledger, replay
-from ._runs import browse, contacts, depth, duty, lining_map, stages, stop, stops, temperatures
+from ._runs import contacts, depth, duty, lining_map, stages, stop, stops, temperatures
 from ._shared import titled
 from ._studies import angles, calibration, chord_angles, distribution, effects, indices, layouts, overlay, tornado, wear
 
 __all__ = [
     "angles",
     "animate",
-    "browse",
     "calibration",
     "chord_angles",
     "compare",
@@ -44,6 +43,7 @@ __all__ = [
 __getattr__ = answers(
     __name__,
     gone={
+        "browse": "plot.stop draws the run over time, plot.pulley the brake at a time; simbrake app has sliders",
         "published": "it is papers/paper_figures.py in a checkout of the repository",
         "work_precision": "it is benchmarks/pictures.py in a checkout of the repository",
     },

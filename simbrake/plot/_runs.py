@@ -1,13 +1,8 @@
 """Figures of one run over time: lever and load, the stop, stages, contacts, temperatures, maps."""
 
-import importlib
-import importlib.util
-import io
 import re
-import sys
 from collections.abc import Iterable
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -22,13 +17,13 @@ from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._table import digits, number
 from .._outputs._log import Event
-from .._outputs._quantities import LINING_QUANTITIES, Series, about_column
+from .._outputs._quantities import LINING_QUANTITIES, Series
 from .._run._linings import HEAT, VIEW_OF_HEAT, WORDS, Contact, RunningIn, lining_values, overlap
 from .._run._result import Result
-from ..brakes._design import Brake, BrakeWords
+from ..brakes._design import BrakeWords
 from ..loads import AbstractString
 from ..thermal._network import Wall, place_of
-from ._pulley import CONTACT_COLOURS, pulley
+from ._pulley import CONTACT_COLOURS
 from ._shared import (
     BLUE,
     GREEN,
@@ -138,72 +133,6 @@ def stop(result: Result, *, figure: Figure | None = None) -> Figure:
     name_marks(figure, marked, rule=result.scene.brake.force_words)
     head(figure, result.scene, f"{result.status.replace('_', ' ')}: {result.message}")
     return figure
-
-
-#: columns whose values stand below the slider
-_SAID = {
-    "omega": "ω",
-    "hook_speed": "hook",
-    "brake_torque": "brake",
-    "load_torque": "load",
-    "tight_tension": "tension of the tight end",
-}
-
-
-@explained
-def browse(result: Result) -> Any:
-    """`stop` with a slider for the time, in a notebook that has ipywidgets (`simbrake[notebooks]`); elsewhere `stop`.
-
-    The moment is a line in all panels; below are its numbers. With a band of one circle, `pulley` at that time stands
-    beside it.
-
-    Example:
-        >>> type(sb.plot.browse(result)).__name__
-        'Figure'
-    """
-    figure = stop(result)
-    python = sys.modules.get("IPython")
-    if python is None or not hasattr(python.get_ipython(), "kernel") or importlib.util.find_spec("ipywidgets") is None:
-        return figure
-    widgets: Any = importlib.import_module("ipywidgets")
-    start, end = windows(result)[0].start, windows(result)[0].end
-    lines = [panel.axvline(start, color=BLUE, lw=1.5) for panel in figure.axes]
-    circle = isinstance(result.scene.brake, Brake)
-    image, beside, said = widgets.Image(format="png"), widgets.Image(format="png"), widgets.HTML()
-
-    def show(t: float) -> None:
-        for line in lines:
-            line.set_xdata([t, t])
-        image.value = _png(figure)
-        if circle:
-            beside.value = _png(pulley(result, t))
-        now = result.series([t])
-        words = [
-            f"{words} {number(float(value[0]), about_column(name).unit, count=4)}"
-            for name, words in _SAID.items()
-            if (value := getattr(now, name)) is not None
-        ]
-        said.value = " · ".join([f"t = {number(t, 's', count=4)}", *words])
-
-    slider = widgets.FloatSlider(
-        value=start,
-        min=start,
-        max=end,
-        step=(end - start) / 500,
-        description="time, s",
-        readout_format=".4g",
-        continuous_update=False,
-        layout=widgets.Layout(width="90%"),
-    )
-    slider.observe(lambda change: show(change["new"]), "value")
-    show(start)
-    return widgets.VBox([slider, said, widgets.HBox([image, beside] if circle else [image])])
-
-
-def _png(figure: Figure) -> bytes:
-    out = io.BytesIO()
-    figure.savefig(out, format="png", dpi=70)
-    return out.getvalue()
 
 
 @explained
