@@ -146,15 +146,15 @@ def read_recording(text: str | bytes, folder: pathlib.Path) -> object:
 
 @functools.cache
 def results() -> tuple[bytes, ...]:
-    """A result in each format, without its series, which are numbers like those of the rest."""
+    """A result without its series, which are numbers like those of the rest."""
     with tempfile.TemporaryDirectory() as folder:
         data = sb.dataset(sb.simulate(sb.files.scene_from_text(standard())), times=[0.0, 1.0])
-        return tuple(sb.save(data, pathlib.Path(folder, f"result{end}")).read_bytes() for end in (".csv", ".nc"))
+        return (sb.save(data, pathlib.Path(folder, "result.nc")).read_bytes(),)
 
 
 def read_result(content: str | bytes, folder: pathlib.Path) -> object:
     assert isinstance(content, bytes)
-    file = folder / ("result.nc" if content[:1] == b"C" else "result.csv")
+    file = folder / "result.nc"
     file.write_bytes(content)
     return sb.read_result(file)
 
@@ -213,7 +213,7 @@ def tried(kind: str, content: str | bytes) -> Found | None:
             return Found(kind, content, f"{type(error).__name__}: {error}"[:200])
         if (spent := time.perf_counter() - start) > LONGEST:
             return Found(kind, content, f"took {spent:.1f} s")
-        known = {"lever.csv", "scene.toml", "recording.csv", "result.nc", "result.csv", "manifest.json"}
+        known = {"lever.csv", "scene.toml", "recording.csv", "result.nc", "manifest.json"}
         more = {file.name for file in pathlib.Path(folder).iterdir() if not file.name.startswith("chunk-")} - known
         return Found(kind, content, f"left {sorted(more)}") if more else None
 

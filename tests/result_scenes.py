@@ -6,9 +6,6 @@ from stop_scenes import stop_scene
 
 import simbrake as sb
 
-#: kinds of files that a result is saved as
-SUFFIXES = (".nc", ".parquet", ".csv")
-
 
 def heated_stop():
     """Two linings, a rim in three layers and two walls in two layers, all joined to the air."""

@@ -60,9 +60,7 @@ _OUT = "Folder for the files that the command writes, made if it does not exist.
 Out = Annotated[Path | None, Parameter(name=["--out", "-o"], help=_OUT)]
 _ONE = "Folder or file name; a folder is made if it does not exist."
 OutFile = Annotated[Path | None, Parameter(name=["--out", "-o"], help=_ONE)]
-#: endings of a result in one file
-RESULT_FILES = (".nc", ".parquet", ".csv", ".xlsx", ".mat")
-_RESULT = f"{_OUT} With the ending {', '.join(RESULT_FILES)}: one file that holds the result alone."
+_RESULT = f"{_OUT} With the ending .nc: one file that holds the result alone."
 OutResult = Annotated[Path | None, Parameter(name=["--out", "-o"], help=_RESULT)]
 _SET = (
     'PATH=VALUE: set a parameter of the scene, in SI or with its unit, as "duty.load.mass=30 t"; of a TOML file also '

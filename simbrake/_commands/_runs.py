@@ -47,7 +47,11 @@ def run(
     """
     lost = [Fault("--measured", "is drawn into a figure", "give its folder: --out")] if measured and not out else []
     counts = {"max_steps": max_steps, "max_events": max_events}
-    single = out if out and out.suffix in cli.RESULT_FILES and not out.is_dir() else None
+    ending = out.suffix if out and not out.is_dir() else ""
+    if ending in (".parquet", ".csv", ".xlsx", ".mat"):
+        hint = "give .nc; docs/recipes/result_tables.py writes tables for other programs"
+        lost.append(Fault("--out", f"{ending} files of results went", hint))
+    single = out if ending == ".nc" else None
     if single and measured:
         lost.append(Fault("--measured", "is drawn into a figure", f"give --out a folder, not {single}"))
     scene = cli.opened(file, set_, rtol, folder=None if single else out, faults=lost, **counts)
@@ -313,7 +317,7 @@ def compare(
     Parameters
     ----------
     a
-        Result file (.nc, .parquet, .csv), folder of run --out, or a scene (.toml, .py), which is run.
+        Result file (.nc), folder of run --out, or a scene (.toml, .py), which is run.
     b
         Result or scene to compare with it.
     more

@@ -1,17 +1,16 @@
-"""A run as one labelled data set with its provenance, and files that hold all of it: netCDF, Parquet, CSV."""
+"""A run as one labelled data set with its provenance, and netCDF files that hold all of it."""
 
-import csv
 import dataclasses
 import importlib
 import json
 import os
 import platform
 import re
-from collections.abc import Callable
+from collections.abc import Mapping
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import jax
 import numpy as np
@@ -19,7 +18,7 @@ from jaxtyping import Float, Int
 
 from .._base._arguments import explained
 from .._base._compiling import accelerators, run_device
-from .._base._faults import MOST_BYTES_OF_TABLE, Fault, InputError, needed, text_of_file, whole_file
+from .._base._faults import Fault, InputError, existing_file, whole_file
 from .._base._fingerprint import fingerprint
 from .._base._part import leaves
 from .._outputs._duty import stop_variables
@@ -30,7 +29,6 @@ from .._run._result import Result
 from ..files._scene_file import scene_from_text, scene_text
 from ..hybrid import LANDED
 from ..thermal._network import Junction, Reservoir, Wall
-from ._exchange import Variable, as_lines, from_lines, join, normalised, split, write_excel, write_matlab, written_only
 
 if TYPE_CHECKING:
     from xarray import DataArray, Dataset
@@ -51,6 +49,7 @@ _STAGE_FIELDS = {
     "lever_work": ("J", "work of the lever in the stage"),
     "load_work": ("J", "work of the load in the stage"),
 }
+Variable = tuple[tuple[str, ...], np.ndarray, dict[str, str]]  # dimensions, values, unit and meaning
 Variables = dict[str, Variable]
 
 
@@ -353,37 +352,33 @@ def _name(thing: Any) -> str:
 
 # --- files ------------------------------------------------------------------------------------------------------------
 
-_COMMENT = "# "
 _CHECK = "checksum"
 
 
 @explained
 def save(result: Result | Dataset, path: str | Path) -> Path:
-    """Write a result, or a data set of `simbrake.dataset`, to one file: whole, or not at all.
+    """Write a result, or a data set of `simbrake.dataset`, to one netCDF file (`.nc`): whole, or not at all.
 
-    By the suffix of `path`: `.nc` netCDF (classic, opened by xarray, MATLAB, Octave, R, Panoply …), `.parquet` (one
-    row per time; needs `pip install 'simbrake[tables]'`), `.csv` (one row per time, the rest in lines that begin with
-    `#`). `load` gives the same data set back, to the last bit. For other programs, not read back: `.xlsx` Excel (a
-    sheet for each of inputs, stops, events, series, metrics, materials, with units; needs `simbrake[tables]`), `.mat`
-    MATLAB (a struct `result` of such structs, with `units`). Raises `InputError`.
+    The format is the classic one, which xarray, MATLAB, Octave, R and Panoply open. `read_result` gives the same data
+    set back, to the last bit. Tables for other programs are written by xarray and pandas, as the recipe
+    `docs/recipes/result_tables.py` does. Raises `InputError`.
 
     Example:
         >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     print(sb.save(result, f"{folder}/stop.csv").name)
-        stop.csv
+        ...     print(sb.save(result, f"{folder}/stop.nc").name)
+        stop.nc
     """
-    path = Path(path)
-    kind = _kind_of(path)
+    path = _netcdf(path)
     data = dataset(result) if isinstance(result, Result) else result
     if getattr(data, "attrs", {}).get("format") != FORMAT:
         raise InputError([Fault(str(path), "the object to be saved is not a result", "give a Result, or its dataset")])
-    data = normalised(data)
+    data = _normalised(data)
     data.attrs[_CHECK] = _checksum(data)
     if path.is_dir():
         raise InputError([Fault(str(path), "is a folder", "give the name of a file")])
     with whole_file(path) as scratch:
-        kind.write(data, scratch)
+        data.to_netcdf(scratch, engine="scipy")
     return path
 
 
@@ -397,25 +392,20 @@ def read_result(path: str | Path, *, earlier: bool = False) -> Dataset:
     Example:
         >>> import tempfile
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     print(sb.read_result(sb.save(result, f"{folder}/stop.csv")).status.item())
+        ...     print(sb.read_result(sb.save(result, f"{folder}/stop.nc")).status.item())
         stopped
     """
     path = Path(path)
-    if path.is_dir():
-        path = path / "result.nc"
-    kind = _kind_of(path)
-    if not path.is_file():
-        names = sorted(p.name for p in path.parent.glob("*") if p.suffix in KINDS) if path.parent.is_dir() else []
-        hint = f"there are: {', '.join(names[:8])}" if names else "give the path of a result"
-        raise InputError([Fault(str(path), "there is no such file", hint)])
+    path = path / "result.nc" if path.is_dir() else _netcdf(path)
+    existing_file(path, "*.nc")
+    import xarray as xr
+
     try:
-        data = normalised(kind.read(path))
+        data = _normalised(xr.load_dataset(path, engine="scipy", decode_times=False))
         checksum = data.attrs.pop(_CHECK, None)
-    except InputError:
-        raise
     except Exception as error:  # any exception in a user's file is reported in one line
         words = f"cannot be read as a result ({type(error).__name__})"
-        raise InputError([Fault(str(path), words, f"give {kind.name} as `simbrake.save` writes it")]) from error
+        raise InputError([Fault(str(path), words, "give netCDF as `simbrake.save` writes it")]) from error
     if data.attrs.get("format") != FORMAT:
         raise InputError([Fault(str(path), "is not a result of a run", f"its attribute `format` must be {FORMAT!r}")])
     if checksum != _checksum(data):
@@ -426,8 +416,33 @@ def read_result(path: str | Path, *, earlier: bool = False) -> Dataset:
     return data
 
 
+def _netcdf(path: str | Path) -> Path:
+    """The path of a result file, which ends in .nc."""
+    path = Path(path)
+    if path.suffix.lower() != ".nc":
+        hint = "results are kept as netCDF, .nc; docs/recipes/result_tables.py writes tables for other programs"
+        raise InputError([Fault(str(path), f"has the suffix {path.suffix!r}", hint)])
+    return path
+
+
+def _normalised(data: Dataset) -> Dataset:
+    """The data set as files hold it: 64-bit numbers, plain strings, attributes that are texts, no encodings."""
+    import xarray as xr
+
+    def texts(attrs: Mapping[Any, Any]) -> dict[str, str]:
+        return {str(key): str(value) for key, value in attrs.items()}
+
+    def plain(variable: DataArray) -> Variable:
+        values = np.asarray(variable.values)
+        kind = {"i": np.int64, "u": np.int64, "b": np.int64, "f": np.float64}.get(values.dtype.kind, str)
+        return tuple(map(str, variable.dims)), values.astype(kind), texts(variable.attrs)
+
+    coords = {name: plain(variable) for name, variable in data.coords.items()}
+    return xr.Dataset({k: plain(v) for k, v in data.data_vars.items()}, coords, texts(data.attrs))
+
+
 def _checksum(data: Dataset) -> str:
-    """A hash of everything in a normalised data set, the same for all file formats."""
+    """A hash of everything in a normalised data set."""
 
     def content(values: np.ndarray) -> Any:
         return values.tolist() if values.dtype.kind == "U" else values.astype(values.dtype.newbyteorder("<"))
@@ -438,94 +453,3 @@ def _checksum(data: Dataset) -> str:
     }
     attrs = sorted((key, value) for key, value in data.attrs.items() if key != _CHECK)
     return fingerprint(sorted(map(str, data.coords)), variables, attrs)
-
-
-def _read_netcdf(path: Path) -> Dataset:
-    import xarray as xr
-
-    return xr.load_dataset(path, engine="scipy", decode_times=False)
-
-
-def _write_csv(data: Dataset, path: Path) -> None:
-    header, columns = split(data)
-    with path.open("w", encoding="utf-8", newline="") as file:
-        file.writelines(f"{_COMMENT}{line}\n" for line in [FORMAT, *as_lines(header)])
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        # the shortest text that gives the very same number
-        texts = ([x if isinstance(x, str) else repr(x) for x in column.tolist()] for column in columns.values())
-        writer.writerows(zip(*texts, strict=True))
-
-
-_PYTHON: dict[str, Callable[[str], Any]] = {"float64": float, "int64": int, "str": str}
-
-
-def _read_csv(path: Path) -> Dataset:
-    text = text_of_file(path, "a result", MOST_BYTES_OF_TABLE)
-    if not text.startswith(f"{_COMMENT}{FORMAT}\n"):
-        raise InputError([Fault(str(path), "is not a result of a run", f"its first line must be {_COMMENT}{FORMAT}")])
-    lines = text.split("\n")
-    count = next(i for i, line in enumerate(lines) if not line.startswith(_COMMENT))
-    header = from_lines([line.removeprefix(_COMMENT) for line in lines[1:count]])
-    names, *rows = csv.reader(lines[count:-1])
-    kinds = {name: about["kind"] for about in header["variables"].values() for name in about.get("columns", ())}
-    cells = zip(*rows, strict=True)
-    columns = {
-        name: np.asarray([_PYTHON[kinds[name]](cell) for cell in column])
-        for name, column in zip(names, cells, strict=True)
-    }
-    return join(header, columns)
-
-
-def _pyarrow() -> Any:
-    pyarrow = needed("pyarrow", "reads and writes Parquet", "tables")
-    importlib.import_module("pyarrow.parquet")
-    return pyarrow
-
-
-def _write_parquet(data: Dataset, path: Path) -> None:
-    pa = _pyarrow()
-    header, columns = split(data)
-    meta = {"simbrake": json.dumps(header, ensure_ascii=False, allow_nan=False)}
-    fields, arrays = [], []
-    for about in header["variables"].values():
-        for name in about.get("columns", ()):
-            arrays.append(pa.array(columns[name]))
-            fields.append(pa.field(name, arrays[-1].type, nullable=False, metadata=about["attrs"]))
-    pa.parquet.write_table(pa.Table.from_arrays(arrays, schema=pa.schema(fields, metadata=meta)), path)
-
-
-def _read_parquet(path: Path) -> Dataset:
-    pa = _pyarrow()
-    table = pa.parquet.read_table(path, partitioning=None)
-    text = (table.schema.metadata or {}).get(b"simbrake")
-    if text is None:
-        raise InputError([Fault(str(path), "is not a result of a run", "its metadata must have an entry `simbrake`")])
-    columns = {name: table.column(name).to_numpy() for name in table.column_names}
-    return join(json.loads(text), columns)
-
-
-class Kind(NamedTuple):
-    """A file format: its name, and how it is written and read."""
-
-    name: str
-    write: Callable[[Dataset, Path], None]
-    read: Callable[[Path], Dataset]
-
-
-#: file formats by suffix
-KINDS = {
-    ".nc": Kind("netCDF", lambda data, path: data.to_netcdf(path, engine="scipy"), _read_netcdf),
-    ".parquet": Kind("Parquet", _write_parquet, _read_parquet),
-    ".csv": Kind("CSV", _write_csv, _read_csv),
-    ".xlsx": Kind("Excel", write_excel, written_only),
-    ".mat": Kind("MATLAB", write_matlab, written_only),
-}
-
-
-def _kind_of(path: Path) -> Kind:
-    kind = KINDS.get(path.suffix.lower())
-    if kind is None:
-        hint = ", ".join(f"{suffix} ({file_kind.name})" for suffix, file_kind in KINDS.items())
-        raise InputError([Fault(str(path), f"has the suffix {path.suffix!r}", f"there are: {hint}")])
-    return kind

@@ -15,7 +15,7 @@ import pytest
 import xarray as xr
 from commands import call
 from goldens import assert_kept
-from result_scenes import SUFFIXES, heated_stop
+from result_scenes import heated_stop
 from staged_scenes import stop as staged_stop
 from stop_scenes import stop_scene
 
@@ -92,12 +92,11 @@ def test_run_again_to_the_last_bit(tmp_path):
         "max_steps": 600,
         "max_events": 50,
     }
-    for suffix in SUFFIXES:
-        path = sb.save(first, tmp_path / f"x{suffix}")
-        # other numbers in the scene given do not matter: those stored count
-        again = sb.results.rerun(path, scene=stop_scene(n=3, T0=11e3, f=0.3))
-        assert float(again.stopping_time) == float(first.stopping_time)
-        assert sb.compare(path, again, rtol=0.0).equal
+    path = sb.save(first, tmp_path / "x.nc")
+    # other numbers in the scene given do not matter: those stored count
+    again = sb.results.rerun(path, scene=stop_scene(n=3, T0=11e3, f=0.3))
+    assert float(again.stopping_time) == float(first.stopping_time)
+    assert sb.compare(path, again, rtol=0.0).equal
     with pytest.raises(sb.InputError, match=r"brake\.linings\.angle: is of shape \(4,\)"):
         sb.results.rerun(path, scene=stop_scene(n=4))
     with pytest.raises(sb.InputError) as caught:
@@ -120,7 +119,7 @@ def test_run_again_from_the_text_alone(result, tmp_path):
 def test_custom_law_needs_the_scene(tmp_path):
     scene = stop_scene(n=3, law=OwnLaw(0.3))
     first = sb.simulate(scene)
-    path = sb.save(first, tmp_path / "x.csv")
+    path = sb.save(first, tmp_path / "x.nc")
     stored = sb.results.provenance(first)["scene"]
     assert stored["toml"] is None
     assert stored["parts"]["brake.linings.friction"] == f"{__name__}.OwnLaw"
@@ -134,7 +133,7 @@ def test_custom_law_needs_the_scene(tmp_path):
 def test_compare_finds_the_changed_number(plain, tmp_path, request):
     stiffer = sb.simulate(sb.with_values(plain.scene, {"brake.linings.angle[4]": 0.24, "brake.pulley.inertia": 810.0}))
     assert_kept(request, "comparison", f"{sb.compare(plain, stiffer, rtol=1e-6)}\n")
-    for a, b in ((plain, stiffer), (sb.save(plain, tmp_path / "a.nc"), sb.save(stiffer, tmp_path / "b.csv"))):
+    for a, b in ((plain, stiffer), (sb.save(plain, tmp_path / "a.nc"), sb.save(stiffer, tmp_path / "b.nc"))):
         found = sb.compare(a, b)
         assert not found.equal
         assert {row.name: (row.a, row.b) for row in found.scene} == {
@@ -157,7 +156,7 @@ def test_compare_finds_the_changed_number(plain, tmp_path, request):
 
 def test_command_compares_files_and_scenes(plain, tmp_path, capsys):
     folder = tmp_path / "out"
-    a, b = sb.save(plain, folder / "result.nc"), sb.save(plain, tmp_path / "b.parquet")
+    a, b = sb.save(plain, folder / "result.nc"), sb.save(plain, tmp_path / "b.nc")
     code, out, _ = call(capsys, "compare", str(folder), str(b))
     assert (code, out.startswith("equal")) == (0, True)
     scenes = (Path(__file__).parents[1] / "stop_scenes.py").read_text("utf-8")

@@ -2,12 +2,12 @@
 
 import math
 import pathlib
-import sys
 
 import jax
 import numpy as np
 import pytest
-from result_scenes import SUFFIXES, heated_stop
+from commands import call
+from result_scenes import heated_stop
 from staged_scenes import stop as staged_stop
 from stop_scenes import closed_form, stop_scene
 
@@ -172,17 +172,13 @@ def test_names_near_a_misspelt_one(plain):
 
 
 @pytest.mark.parametrize(
-    ("result", "suffix"),
-    [
-        pytest.param(kind, suffix, marks=[pytest.mark.smoke] if kind == "plain" else [])
-        for kind in RESULTS
-        for suffix in SUFFIXES
-    ],
-    indirect=["result"],
+    "result",
+    [pytest.param(kind, marks=[pytest.mark.smoke] if kind == "plain" else []) for kind in RESULTS],
+    indirect=True,
 )
-def test_files_give_the_same_data_set_back(result, suffix, tmp_path):
+def test_files_give_the_same_data_set_back(result, tmp_path):
     data = sb.dataset(result)
-    path = sb.save(data, tmp_path / "new" / f"run{suffix}")
+    path = sb.save(data, tmp_path / "new" / "run.nc")
     back = sb.read_result(path)
     assert back.identical(data)
     for name, variable in data.variables.items():
@@ -198,62 +194,48 @@ def test_run_without_events_and_failed_run(tmp_path):
     failed = sb.simulate(stop_scene(), max_steps=8, throw=False)
     assert not [e for e in still.events if e.name != "release"]
     for one in (still, failed):
-        for suffix in SUFFIXES:
-            back = sb.read_result(sb.save(one, tmp_path / f"x{suffix}"))
-            assert back["status"].item() == one.status
-            assert back["event_time"].size == len(one.events)
+        back = sb.read_result(sb.save(one, tmp_path / "x.nc"))
+        assert back["status"].item() == one.status
+        assert back["event_time"].size == len(one.events)
     assert back["code"].item() == 1
     assert back["time"].values[-1] < 5.0
 
 
-def test_other_programs_read_the_files(plain, tmp_path):
-    import pandas as pd
+def test_other_programs_read_the_file(plain, tmp_path):
     import xarray as xr
 
-    for suffix in SUFFIXES:
-        sb.save(plain, tmp_path / f"x{suffix}")
     truth = sb.dataset(plain)["tension"].values[:, 2]
-    # (what pandas reads of a text may be off by a rounding)
-    np.testing.assert_allclose(pd.read_csv(tmp_path / "x.csv", comment="#")["tension_3 [N]"], truth, rtol=1e-15)
-    np.testing.assert_array_equal(pd.read_parquet(tmp_path / "x.parquet")["tension_3 [N]"], truth)
-    with xr.open_dataset(tmp_path / "x.nc", engine="scipy") as data:
+    with xr.open_dataset(sb.save(plain, tmp_path / "x.nc"), engine="scipy") as data:
         np.testing.assert_array_equal(data["tension"].sel(lining=3), truth)
         assert data["time"].attrs["units"] == "s"
 
 
 @pytest.fixture(scope="module")
-def files(plain, tmp_path_factory):
-    """The content of one file of each kind."""
-    folder = tmp_path_factory.mktemp("files")
+def file(plain, tmp_path_factory):
+    """A data set, and the content of its file."""
     data = sb.dataset(plain, np.linspace(0.0, 5.0, 12))
-    return data, {suffix: sb.save(data, folder / f"x{suffix}").read_bytes() for suffix in SUFFIXES}
+    return data, sb.save(data, tmp_path_factory.mktemp("files") / "x.nc").read_bytes()
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
-def test_damaged_and_foreign_files_are_named(files, suffix, tmp_path):
-    content, path = files[1][suffix], tmp_path / f"x{suffix}"
-    others = [other for name, other in files[1].items() if name != suffix]
+def test_damaged_and_foreign_files_are_named(file, tmp_path):
+    content, path = file[1], tmp_path / "x.nc"
     cut = [content[: int(share * len(content))] for share in (0.0, 0.001, 0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 0.99)]
     for wrong in (
         *cut,
         content[:-1],
-        *others,
         b"a,b\n1,2\n",
-        b"# simbrake result 1\n",
         b"CDF\x01",
         b"PAR1PAR1",
         b"\x89HDF\r\n\x1a\n",
         b"\xff" * 99,
     ):
         path.write_bytes(wrong)
-        with pytest.raises(sb.InputError, match=f"x{suffix}"):
+        with pytest.raises(sb.InputError, match=r"x\.nc"):
             sb.read_result(path)
 
 
-@pytest.mark.parametrize("suffix", SUFFIXES)
-def test_one_wrong_byte_is_no_other_result(files, suffix, tmp_path):
-    data, content, path = files[0], files[1][suffix], tmp_path / f"x{suffix}"
-    refused = 0
+def test_one_wrong_byte_is_no_other_result(file, tmp_path):
+    (data, content), path, refused = file, tmp_path / "x.nc", 0
     for place in np.random.default_rng(3).integers(0, len(content), 60):
         wrong = bytearray(content)
         wrong[place] ^= 1 << int(place) % 8
@@ -267,14 +249,15 @@ def test_one_wrong_byte_is_no_other_result(files, suffix, tmp_path):
 
 def test_files_of_earlier_releases_are_read():
     """Written once and kept: its checksum has to be that of today."""
-    data = sb.read_result(FOLDER / "golden" / "result.csv")
+    data = sb.read_result(FOLDER / "golden" / "result.nc")
     assert data["status"].item() == "stopped"
     assert float(data["stopping_time"]) == pytest.approx(closed_form(n=2, beta=120.0, C=1e6)["stop"], rel=1e-9)
 
 
 def test_wrong_places_and_suffixes(plain, tmp_path):
-    with pytest.raises(sb.InputError, match=r"\.nc \(netCDF\), \.parquet \(Parquet\), \.csv"):
-        sb.save(plain, tmp_path / "x.ods")
+    for refused in (lambda: sb.save(plain, tmp_path / "x.csv"), lambda: sb.read_result(tmp_path / "x.csv")):
+        with pytest.raises(sb.InputError, match=r"kept as netCDF, \.nc; docs/recipes/result_tables\.py writes tables"):
+            refused()
     with pytest.raises(sb.InputError, match="no such file"):
         sb.read_result(tmp_path / "x.nc")
     (tmp_path / "folder.nc").mkdir()
@@ -288,16 +271,9 @@ def test_wrong_places_and_suffixes(plain, tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder.nc"]
 
 
-def test_without_pyarrow(plain, tmp_path, monkeypatch):
-    monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(sb.InputError, match=r"pip install 'simbrake\[tables\]'"):
-        sb.save(plain, tmp_path / "x.parquet")
-
-
-@pytest.mark.parametrize("suffix", SUFFIXES)
-def test_renamed_columns_are_told(staged, tmp_path, suffix):
+def test_renamed_columns_are_told(staged, tmp_path):
     old = sb.dataset(staged).rename({"internal_normal_load": "internal_load", "internal_sense": "internal_mode"})
-    file = sb.save(old, tmp_path / f"old{suffix}")
+    file = sb.save(old, tmp_path / "old.nc")
     with pytest.raises(sb.InputError) as caught:
         sb.read_result(file)
     told = str(caught.value)
@@ -306,3 +282,12 @@ def test_renamed_columns_are_told(staged, tmp_path, suffix):
     assert "rerun" in told
     assert "internal_load" in sb.read_result(file, earlier=True)
     assert float(sb.results.rerun(file).stopping_time) == pytest.approx(float(staged.stopping_time), rel=1e-12)
+
+
+def test_command_writes_one_file_that_is_a_result(tmp_path, capsys):
+    file = tmp_path / "run.nc"
+    code, out, _ = call(capsys, "run", "u2_5_5_stop", "--out", str(file))
+    assert (code, f"written  {file}" in out, sb.read_result(file).status.item()) == (0, True, "stopped")
+    code, _, told = call(capsys, "run", "u2_5_5_stop", "--out", str(tmp_path / "run.xlsx"))
+    assert (code, [path.name for path in tmp_path.iterdir()]) == (2, ["run.nc"])
+    assert "--out: .xlsx files of results went — give .nc; docs/recipes/result_tables.py" in told

@@ -240,7 +240,7 @@ def test_results_files_and_pages_show_states(recovering, tmp_path):
     np.testing.assert_allclose(series.friction_memory[0], [[0.0] * PADS, [sb.thermal.ROOM] * PADS])
     f = F * (1 - series.friction_memory[:, 0])
     np.testing.assert_allclose(series.friction_coefficient, f, rtol=1e-12)
-    kept = sb.read_result(sb.save(result, tmp_path / "run.csv"))["friction_memory"]
+    kept = sb.read_result(sb.save(result, tmp_path / "run.nc"))["friction_memory"]
     assert kept.dims == ("time", "friction_memory_state", "lining")
     np.testing.assert_allclose(kept.values[-1, 1], result.record.y_end.memory[0]["seen"], rtol=1e-9)
     json.dumps(result.summary(), allow_nan=False)
