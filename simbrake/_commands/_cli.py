@@ -150,8 +150,12 @@ app = cyclopts.App(
 )
 
 
-#: commands that went, and what to use instead
-_GONE = {"fmu": "simbrake export SCENE --fmu FILE.fmu writes an FMU that needs no Python"}
+#: commands and options that went, and what to use instead
+_GONE = {
+    "fmu": "simbrake export SCENE --fmu FILE.fmu writes an FMU that needs no Python",
+    "report --with-spread": "simbrake.uncertainty takes ranges of inputs; report --sensitivity shows ± 1 % of each",
+    "report --lining": "simbrake.uncertainty takes ranges of inputs; report --sensitivity shows ± 1 % of each",
+}
 
 app.register_install_completion_command(add_to_startup=False, help_epilogue=_scenes.CODES)
 app.command(_scenes.scene)
@@ -166,9 +170,11 @@ def main(arguments: list[str] | None = None) -> None:
         if getattr(sys, name) is None:  # closed by the caller
             setattr(sys, name, StringIO())
     print_readably()
-    named = (sys.argv[1:] if arguments is None else arguments)[:1]
-    if named and named[0] in _GONE:
-        _end(f"the command {named[0]} went: {_GONE[named[0]]}", 2)
+    named = sys.argv[1:] if arguments is None else arguments
+    for gone, instead in _GONE.items():
+        command, *option = gone.split()
+        if named[:1] == [command] and set(option) <= set(named):
+            _end(f"{gone} went: {instead}", 2)
     try:
         code = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
         sys.stdout.flush()

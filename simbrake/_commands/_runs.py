@@ -107,8 +107,6 @@ def report(
     limit: cli.Limits = None,
     fail_on_limit: cli.FailOnLimit = False,
     check: bool = True,
-    with_spread: cli.Flag = False,
-    lining: str | None = None,
     set_: cli.Set = None,
     rtol: cli.Rtol = 1e-10,
     json_: cli.Flag = False,
@@ -120,13 +118,10 @@ def report(
     Parameters
     ----------
     sensitivity
-        Metric whose derivatives with respect to every parameter are shown; may be repeated.
+        Metric whose derivatives with respect to every parameter are shown, and its changes over ± 1 % of each; may be
+        repeated.
     check
         Run a second time, to estimate the errors of the first run.
-    with_spread
-        Give every key figure its range under the spread of the inputs that the library knows, from 256 runs.
-    lining
-        Friction material of the linings for --with-spread, such as moulded, woven or class_F.
     json_
         Print {status, message, written, limits, verdict, accuracy} as JSON, alone on stdout.
     """
@@ -136,22 +131,13 @@ def report(
 
     metrics, text = sensitivity or [], file.read_text("utf-8", errors="replace")
     title, files = title_of(file, text), {file.name: text}
-    faults: list[Fault] = []
-    limits = cli.attempt(faults, cli.limits_of, scene, limit, metrics)
-    if with_spread:
-        cli.attempt(faults, sb.studies.known_spread, scene, lining)
-    elif lining is not None:
-        faults.append(Fault("--lining", "says what the linings are for --with-spread", "give that too"))
-    if faults:
-        raise InputError(faults)
-    assert limits is not None
+    limits = cli.limits_of(scene, limit, metrics)
     with Progress("report", "compiling the run…") as progress:
         result = sb.simulate(with_limits(scene, limits), rtol=rtol, throw=False, progress=progress)
         if check:
             progress.now("second run, for the error estimate")
         errors = result.accuracy() if check else None
         asked = {"sensitivity": metrics, "limits": limits, "check": errors or False}
-        asked |= {"spread": lining or with_spread if with_spread else False}
         with sb.plot.titled(title):
             sb.report(result, out, title=title, files=files, progress=progress, **asked)
         checks = limit_checks(result, limits)

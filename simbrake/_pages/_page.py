@@ -23,7 +23,6 @@ from .._base._faults import InputError, whole_file, whole_folder
 from .._base._progress import Progress, shown_progress
 from .._base._table import Column, Number, Table, digits, number
 from .._outputs._duty import stop_table
-from .._outputs._metrics import METRICS
 from .._outputs._quantities import about_column
 from .._outputs._quantities import flat as flat_series
 from .._parts._scene import Scene
@@ -53,19 +52,14 @@ from ..rig._ledger import Ledger
 from ..rig._replay import Comparison
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._sensitivity import sensitivity as tables_of
-from ..studies._spread import known_spread, uncertainty_of_library
-from ..studies._uncertainty import ANY
 from ..thermal._heat import place_count
 from ._live import Data, Detail, drawable, embedded, film, live, still
 from ._rows import (
     BADGES,
-    HEAT,
-    Tile,
     duty_words,
     event_counts,
     event_table,
     key_figures,
-    key_title,
     ledgers,
     limit_table,
     parts_of,
@@ -185,12 +179,11 @@ def report(
     path: str | os.PathLike[str] | None = None,
     *,
     sensitivity: Sequence[Metric] = (),
-    span: float | None = 0.01,
+    span: float | Mapping[str, float | str] | None = 0.01,
     limits: Mapping[str, int | float | str] | None = None,
     title: str = "",
     files: Mapping[str, str] | None = None,
     check: bool | Accuracy = True,
-    spread: bool | str = False,
     rtol: float = 1e-10,
     progress: bool | Progress | None = False,
 ) -> str:
@@ -201,16 +194,15 @@ def report(
 
     - `run`: a result, or a scene, which is run to its end or its failure with the tolerance `rtol`
     - `path`: file to write the page to; an existing file is replaced, whole or not at all
-    - `sensitivity`: metrics whose derivatives by every parameter of the scene are shown, with `span` as in
-      `simbrake.sensitivity`; metrics without a value in this run are named
+    - `sensitivity`: metrics whose derivatives by every parameter of the scene are shown; metrics without a value in
+      this run are named
+    - `span`: half of the range of each parameter in the tornado charts, 1 % of its value, or as in
+      `simbrake.sensitivity` by path; the page says which
     - `limits`: maximum permissible values of metrics (SI, or texts such as "450 degC"), and of `max_pressure`, the
       maximum mean pressure on a lining (Pa); the scene's own permissible temperature is always evaluated. The heading
       of the page says which are exceeded
     - `title`: heading of the page;  `files`: name → text, shown at the end, such as the scene file
     - `check`: run a second time, to estimate the errors of the first run; or such an estimate (`Result.accuracy()`)
-    - `spread`: give every key figure the range that it has under the spread of the inputs that the library knows
-      (`simbrake.studies.known_spread`), from 256 runs; the name of a friction material instead of `True` says what the
-      linings are
     - `progress`: report progress on stderr: `True`, or `None` on a terminal only
 
     Numbers are in readable units; the exact value in SI units is in the `value` of each `<data>` element.
@@ -224,12 +216,10 @@ def report(
     """
     scene = run.scene if isinstance(run, Result) else run
     bounds, faults = read_limits(scene, limits or {})
-    lining = spread if isinstance(spread, str) else None
-    for look in (lambda: check_metrics(scene, sensitivity), lambda: spread and known_spread(scene, lining)):
-        try:
-            look()
-        except InputError as error:
-            faults += error.faults
+    try:
+        check_metrics(scene, sensitivity)
+    except InputError as error:
+        faults += error.faults
     if faults:
         raise InputError(faults)
     with shown_progress(progress, "report", "compiling the run…") as progress:
@@ -237,8 +227,6 @@ def report(
         parts = contents(result, bounds, title, files or {}, progress)
         if sensitivity:
             parts |= _sensitivities(result, sensitivity, span, progress)
-        if spread:
-            parts |= _spread(result, parts["figures"], lining, progress)
         if check is True:
             progress.now("second run, for the error estimate")
         parts["accuracy"] = accuracy(result, progress) if check is True else check or None
@@ -278,7 +266,6 @@ def contents(
         "limits": limit_table(checks),
         "summary": summary,
         "sensitivities": None,
-        "spread": None,
         "without": [],
         "accuracy": None,
         "provenance": flat(origin),
@@ -338,39 +325,9 @@ def flat(mapping: Mapping[str, object], above: str = "") -> list[tuple[str, str]
     return rows
 
 
-def _spread(result: Result, figures: Sequence[Tile], lining: str | None, progress: Progress) -> Contents:
-    """Key figures with their range under the known spread of the inputs, and the section about it."""
-    shown, summary = {words for words, *_ in figures}, result.report().summary
-    titles = {key_title(name, summary): name for name in METRICS if summary["metrics"].get(name) is not None}
-    titles = {words: name for words, name in titles.items() if words in shown} | {HEAT: "energy.friction_heat"}
-    progress.now("runs of the spread")
-    spread, study = uncertainty_of_library(result.scene, [*titles.values()], lining, rtol=float(result.rtol))
-    marked = []
-    for words, value, note, decides in figures:
-        if words in titles and (of := study.statistics[titles[words]]).count:
-            low, high = (number(of.quantiles[p].value, of.unit or "1", count=4) for p in (0.05, 0.95))
-            those = "runs" if of.count == study.runs else f"the {of.count} runs of {study.runs} that have it"
-            note = f"{note + '; ' if note else ''}90 % of {those}: {low.text} … {high}"
-        marked.append(Tile(words, value, note, decides))
-    columns, rows = [Column("figure", left=True), "5 %", "median", "95 %", "runs"], []
-    for words, of in ((words, study.statistics[name]) for words, name in titles.items()):
-        if of.count:
-            each = (number(of.quantiles[p].value, of.unit or "1", count=4) for p in (0.05, 0.5, 0.95))
-            rows.append((words, *each, f"{of.count} of {study.runs}"))
-    counts = {name: failure.count for name, failure in study.failures.items() if failure.count and name != ANY}
-    failures = [f"{name}: {count} of {study.runs} runs" for name, count in counts.items()]
-    return {
-        "figures": marked,
-        "spread": {
-            "runs": study.runs,
-            "inputs": spread.table(),
-            "rows": Table(columns, rows),
-            "failures": failures,
-        },
-    }
-
-
-def _sensitivities(result: Result, metrics: Sequence[Metric], span: float | None, progress: Progress) -> Contents:
+def _sensitivities(
+    result: Result, metrics: Sequence[Metric], span: float | Mapping[str, float | str] | None, progress: Progress
+) -> Contents:
     """Sections of the metrics that have a value in this run, and the names of the others."""
     there = [metric for metric in metrics if result.ok and happened(measure(result, metric))]
     tables: list[SensitivityTable] = []
@@ -388,7 +345,14 @@ def _sensitivities(result: Result, metrics: Sequence[Metric], span: float | None
         }
         for table in tables
     ]
-    return {"sensitivities": sections, "without": [name_of(metric) for metric in metrics if metric not in there]}
+    if span is None:
+        ranges = ""
+    elif isinstance(span, Mapping):
+        ranges = "The ranges of the charts are those given."
+    else:
+        ranges = f"The ranges of the charts are ± {digits(100 * span)} % of each parameter."
+    without = [name_of(metric) for metric in metrics if metric not in there]
+    return {"sensitivities": sections, "ranges": ranges, "without": without}
 
 
 def _sensitivity_table(rows: Sequence[Sensitivity]) -> Table:

@@ -51,8 +51,6 @@ def limit_table(checks: Sequence[LimitCheck]) -> Table:
     return Table([*columns, Column("verdict_kind", hidden=True)], rows)
 
 
-#: what the friction heat of a run is called
-HEAT = "Friction heat"
 #: metrics of the first stop of a run
 _FIRST_STOP = ("slip_onset_time", "full_slip_time", "stopping_time", "stopping_angle", "hook_travel")
 
@@ -128,7 +126,7 @@ def key_figures(summary: Summary) -> list[Tile]:
             "Torque of the sliding brake at the end": capacity["brake_torque"],
         }
         tiles += [Tile(words, number(torque, "N*m", count=_DIGITS), "", True) for words, torque in torques.items()]
-    tiles.append(Tile(HEAT, number(summary["energy"]["friction_heat"], "J", count=_DIGITS), ""))
+    tiles.append(Tile("Friction heat", number(summary["energy"]["friction_heat"], "J", count=_DIGITS), ""))
     return sorted(tiles, key=lambda tile: not tile.decides)
 
 

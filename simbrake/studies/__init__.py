@@ -5,4 +5,16 @@ The names are in `__init__.pyi`, each with its module, which is imported at the 
 
 import lazy_loader
 
-__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+from .._base._retired import answers
+
+_named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+__getattr__ = answers(
+    __name__,
+    gone={
+        "FRICTION": "docs/typical_values.md has the ranges of friction materials",
+        "KnownSpread": "simbrake.uncertainty takes ranges of your inputs",
+        "known_spread": "simbrake.uncertainty takes ranges of your inputs; docs/typical_values.md has some",
+    },
+    others=_named,
+)

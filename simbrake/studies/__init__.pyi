@@ -27,9 +27,6 @@ from ._sensitivity import Sensitivity as Sensitivity
 from ._sensitivity import SensitivityTable as SensitivityTable
 from ._sensitivity import hessian as hessian
 from ._sensitivity import sensitivity as sensitivity
-from ._spread import FRICTION as FRICTION
-from ._spread import KnownSpread as KnownSpread
-from ._spread import known_spread as known_spread
 from ._uncertainty import Estimate as Estimate
 from ._uncertainty import Uncertainty as Uncertainty
 from ._uncertainty import samples as samples

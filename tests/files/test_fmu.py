@@ -340,6 +340,6 @@ def test_command_writes_an_fmu(scene, tmp_path, capsys):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["brake.toml", "x.fmu"]
     code, out, told = call(capsys, "fmu", source, "--out", str(tmp_path / "y.fmu"))
     assert (code, out, told.count("\n")) == (2, "", 1)
-    assert "the command fmu went: simbrake export SCENE --fmu FILE.fmu" in told
+    assert "fmu went: simbrake export SCENE --fmu FILE.fmu" in told
     with pytest.raises(AttributeError, match=r"files\.write_fmu went: .*export_fmu"):
         _ = sb.files.write_fmu

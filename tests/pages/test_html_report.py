@@ -62,7 +62,7 @@ def made(run, tmp_path_factory):
     limits = {"max_tension": 1e9, "max_normal_load": 10.0}
     title = f"A stop {NASTY} & more"
     files = {"notes.txt": f"# {NASTY}\n[brake]"}
-    asked = {"sensitivity": ["stopping_time"], "span": None, "limits": limits, "title": title, "files": files}
+    asked = {"sensitivity": ["stopping_time"], "span": {"initial.omega": "30 rpm"}, "limits": limits, "title": title, "files": files}
     text = sb.report(run, path, **asked)
     assert path.read_text("utf-8") == text
     return text
@@ -124,6 +124,11 @@ def test_sensitivities_only_if_asked(run, made):
     assert 'id="sensitivities"' in made
     slope = sb.sensitivity(run.scene, "stopping_time", "brake.pulley.inertia", span=None).rows[0].derivative
     assert any(float(v) == pytest.approx(slope, rel=1e-9) for v in Page(made).values if "," not in v)
+    assert "The ranges of the charts are those given." in Page(made).words
+    assert "20 rad/s ± 3.14 rad/s" in Page(made).words
+    usual = Page(sb.report(run, check=False, sensitivity=["stopping_time"])).words
+    assert "The ranges of the charts are ± 1 % of each parameter." in usual
+    assert "20 rad/s ± 0.2 rad/s" in usual
     plain = sb.report(run, check=False)
     assert "ensitivities" not in plain
     assert "not repeated" in plain
@@ -179,3 +184,6 @@ def test_command(capsys, tmp_path):
     (tmp_path / "taken").touch()
     code, _, err = call(capsys, *asked, "--out", str(tmp_path / "taken"))
     assert (code, "is a file" in err) == (2, True)
+    code, said, err = call(capsys, *asked, "--with-spread")
+    assert (code, said, err.count("\n")) == (2, "", 1)
+    assert "report --with-spread went: simbrake.uncertainty" in err
