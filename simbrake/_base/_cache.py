@@ -32,8 +32,6 @@ from typing import Any, NamedTuple, TypeVar
 import jax
 import numpy as np
 
-from ._fingerprint import LIBRARIES
-
 _Answer = TypeVar("_Answer")
 
 FOLDER_VARIABLE, SIZE_VARIABLE = "SIMBRAKE_CACHE_DIR", "SIMBRAKE_CACHE_SIZE"
@@ -45,6 +43,9 @@ _DIGEST = hashlib.sha256().digest_size
 #: packages of whose classes and functions everything is known by their versions
 _KNOWN = ("simbrake", "jax", "jaxlib", "numpy", "equinox", "diffrax", "jaxtyping", "builtins", "functools")
 
+#: libraries that simbrake computes with
+LIBRARIES = ("jax", "jaxlib", "numpy", "equinox", "diffrax", "optimistix", "lineax")
+
 _log = logging.getLogger("simbrake")
 
 
@@ -55,38 +56,43 @@ class UnknownStructureError(Exception):
 # --- what identifies a structure --------------------------------------------------------------------------------------
 
 
-def canonical(value: Any, static: bool = False) -> str:
+def canonical(value: Any, static: bool = False, by_name: bool = False) -> str:
     """A text that is the same in every process for the same structure: classes, static values, shapes.
 
     The numbers in arrays belong to it only where they are `static`. Raises `UnknownStructureError` for user-defined
-    classes and functions.
+    classes and functions, unless these too are told apart `by_name` alone.
     """
-    text = functools.partial(canonical, static=static)
+    text = functools.partial(canonical, static=static, by_name=by_name)
+    name_of = functools.partial(_name, unknown=by_name)
     if value is None or isinstance(value, bool | int | float | complex | str | bytes):
         return repr(value)
     if isinstance(value, enum.Enum):
-        return f"{_name(type(value))}.{value.name}"
+        return f"{name_of(type(value))}.{value.name}"
     if isinstance(value, type | types.FunctionType | types.BuiltinFunctionType):
-        return _name(value)
+        return name_of(value)
     if isinstance(value, tuple | list):
-        return f"{_name(type(value))}({','.join(text(entry) for entry in value)})"
+        return f"{name_of(type(value))}({','.join(text(entry) for entry in value)})"
     if isinstance(value, dict):
         return f"{{{','.join(f'{text(key)}:{text(entry)}' for key, entry in value.items())}}}"
     if isinstance(value, np.ndarray | np.generic | jax.Array | jax.ShapeDtypeStruct):
         return f"{value.dtype}{list(value.shape)}{_digest(value) if static else ''}"
     if isinstance(value, functools.partial):  # those of JAX too
-        return f"{_name(type(value))}{text((value.func, value.args, value.keywords))}"
+        return f"{name_of(type(value))}{text((value.func, value.args, value.keywords))}"
     if isinstance(value, jax.tree_util.PyTreeDef):
         return text(jax.tree.unflatten(value, [_LEAF] * value.num_leaves))
+    if isinstance(value, types.MethodType):
+        return text((value.__func__, value.__self__))
     if isinstance(value, np.dtype):
         return str(value)
     if dataclasses.is_dataclass(value):
         fields = [
-            f"{field.name}={canonical(getattr(value, field.name), static or field.metadata.get('static', False))}"
+            f"{field.name}={text(getattr(value, field.name), static=static or field.metadata.get('static', False))}"
             for field in dataclasses.fields(value)
         ]
-        return f"{_name(type(value))}({','.join(fields)})"
-    raise UnknownStructureError(repr(type(value)))
+        return f"{name_of(type(value))}({','.join(fields)})"
+    if by_name:
+        return name_of(type(value))
+    raise UnknownStructureError(_name(type(value), unknown=True))
 
 
 _LEAF = jax.ShapeDtypeStruct((), np.dtype(bool))
@@ -96,12 +102,26 @@ def _digest(value: Any) -> str:
     return hashlib.sha256(np.ascontiguousarray(value).tobytes()).hexdigest()
 
 
-def _name(named: Any) -> str:
-    """Module and name of a class or function of a known package."""
+def _name(named: Any, unknown: bool) -> str:
+    """Module and name of a class or function of a known package, or of an `unknown` one too."""
     module, name = getattr(named, "__module__", None) or "builtins", named.__qualname__
+    if unknown:
+        return f"{module}.{name}"
     if module.partition(".")[0] not in _KNOWN or "<" in name or "__wrapped__" in getattr(named, "__dict__", {}):
         raise UnknownStructureError(f"{module}.{name}")
     return f"{module}.{name}"
+
+
+@functools.cache
+def versions() -> dict[str, str]:
+    """Versions of everything that the numbers of a run depend on, and a hash of simbrake's source, which changes
+    without its version in a working copy."""
+    source = hashlib.sha256()
+    for file in sorted(Path(__file__).parents[1].rglob("*.py")):
+        source.update(file.read_bytes())
+    libraries = {name: version(name) for name in ("simbrake", *LIBRARIES)}
+    python = ".".join(platform.python_version_tuple()[:2])
+    return libraries | {"source of simbrake": source.hexdigest(), "Python": python}
 
 
 @functools.cache

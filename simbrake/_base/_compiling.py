@@ -499,6 +499,21 @@ class Packed:
         return cls(arrays[0], arrays[1:], unpacking)
 
 
+#: what drops the answers that `per_value` and `per_structure` remember
+_FORGET: list[Callable[[], object]] = []
+
+
+def trace_anew() -> None:
+    """Forget all programs, and all answers that were found by tracing.
+
+    JAX takes a user's function for the same one as before when a global value that it reads has changed.
+    """
+    STORE.forget()
+    jax.clear_caches()
+    for forget in _FORGET:
+        forget()
+
+
 def per_value(of: Callable[[Any], PyTree]) -> Callable[[Callable[[Any], _Answer]], Callable[[Any], _Answer]]:
     """A function of a scene or part, found once for each set of numbers in `of(part)`, on which alone it depends.
 
@@ -507,6 +522,7 @@ def per_value(of: Callable[[Any], PyTree]) -> Callable[[Callable[[Any], _Answer]
 
     def remembering(find: Callable[[Any], _Answer]) -> Callable[[Any], _Answer]:
         answers: dict[Hashable, _Answer] = {}
+        _FORGET.append(answers.clear)
 
         @functools.wraps(find)
         def answer(part: Any) -> _Answer:
@@ -539,6 +555,8 @@ def per_structure(find: Callable[..., _Answer]) -> Callable[..., _Answer]:
         part = like.stand_in()
         subject = find, part, arguments, sorted(named.items())
         return _cache.cached(find.__name__, subject, lambda: find(part, *arguments, **named))
+
+    _FORGET.append(cached_answer.cache_clear)
 
     @functools.wraps(find)
     def answer(part: PyTree, *arguments: Hashable, **named: Hashable) -> _Answer:

@@ -80,6 +80,7 @@ def sweep(
     max_steps: cli.MaxSteps = None,
     workers: int | None = None,
     resume: Path | None = None,
+    key: str | None = None,
     scheduler: str | None = None,
     limit: cli.Limits = None,
 ) -> int:
@@ -102,6 +103,9 @@ def sweep(
         Number of threads; by default one for each core.
     resume
         Folder that stores finished runs: the same command continues an interrupted one.
+    key
+        With --resume: a text for the present version of functions of your own in a scene of Python. Without it such a
+        study starts anew at each call.
     scheduler
         Address of a Dask scheduler whose workers run the simulations.
     """
@@ -135,7 +139,15 @@ def sweep(
     asked = _metrics_of(scene, metrics, limits)
     drawn = axes if sample is None else sb.studies.samples(scene, axes, sample, seed)
     data = (sb.sweep if sample is None else sb.ensemble)(
-        scene, drawn, asked, rtol=rtol, max_steps=max_steps, workers=workers, directory=resume, client=scheduler
+        scene,
+        drawn,
+        asked,
+        rtol=rtol,
+        max_steps=max_steps,
+        workers=workers,
+        directory=resume,
+        key=key,
+        client=scheduler,
     )
     runs = _table_of(data)
     within = _limits_of(scene, limits, runs, asked)

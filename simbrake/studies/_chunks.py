@@ -23,9 +23,6 @@ from ..hybrid import Code
 from . import _evaluator
 from ._evaluator import Columns, Job
 
-#: of the manifest; 1: without versions, functions by their bytecode alone
-_FORMAT = 2
-
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class Task:
@@ -153,13 +150,13 @@ def _difference(name: str, before: Any, now: Any) -> str:
 class Store:
     """A folder with a manifest and a file for every finished chunk, each written whole or not at all.
 
-    The manifest has the `key` of the study and, by name, what this is made of (`about`: a name with "the" is that of a
-    fingerprint), to tell what differs.
+    The manifest has a hash of the study and, by name, what this is made of (`about`: a name with "the" is that of a
+    hash), to tell what differs.
     Without `about` the folder is one that another process has begun.
     """
 
-    def __init__(self, folder: Path, key: str, about: dict[str, object] | None = None) -> None:
-        self.folder, self.key = Path(folder), key
+    def __init__(self, folder: Path, study: str, about: dict[str, object] | None = None) -> None:
+        self.folder, self.study = Path(folder), study
         manifest = self.folder / "manifest.json"
         if self.folder.exists() and not self.folder.is_dir():
             raise InputError([Fault("directory", f"{folder} is a file", "give a folder")])
@@ -171,7 +168,7 @@ class Store:
         if self.folder.is_dir() and any(self.folder.iterdir()):
             what = f"{folder} holds other files and no manifest of an ensemble"
             raise InputError([Fault("directory", what, "give a new or an empty folder")])
-        text = json.dumps({"format": _FORMAT, "fingerprint": key, **about}, indent=2)
+        text = json.dumps({"study": study, **about}, indent=2)
         with whole_file(manifest) as scratch:
             scratch.write_text(f"{text}\n", "utf-8")
 
@@ -184,12 +181,9 @@ class Store:
             words = error.faults[0].problem if isinstance(error, InputError) else f"cannot be read: {error}"
             raise InputError([Fault("directory", f"{manifest} {words}", "give another folder")]) from error
         differ = [name for name, value in about.items() if there.get(name) != value]
-        if not differ and there.get("fingerprint") == self.key and there.get("format") == _FORMAT:
+        if not differ and there.get("study") == self.study:
             return
-        if about and there.get("format") != _FORMAT:
-            differ = ["simbrake"]
-        differ = [name for name in differ if not name.startswith("the ") or name in there]
-        what = ", ".join(differ) or "numbers or structure of the scene, the values, or a function"
+        what = ", ".join(differ) or "the study"
         verb = "differs" if len(differ) == 1 and what.startswith("the ") else "differ"
         values = "; ".join(_difference(name, there.get(name), about.get(name)) for name in differ if name[:4] != "the ")
         hint = "give another folder, or remove this one if its runs are no longer wanted"

@@ -7,12 +7,14 @@ and runs whose records were too short are repeated with longer ones.
 import contextlib
 import dataclasses
 import functools
+import hashlib
+import json
 import math
 import os
 import socket
 import sys
 import time
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import Future
 from importlib.metadata import version
 from pathlib import Path
@@ -22,8 +24,9 @@ import jax
 import numpy as np
 
 from .._base._arguments import explained
+from .._base._cache import UnknownStructureError, canonical, versions
+from .._base._compiling import trace_anew
 from .._base._faults import Fault, InputError
-from .._base._fingerprint import FingerprintError, fingerprint, versions
 from .._base._progress import counting
 from .._base._quantity import Quantity, behind
 from .._outputs._judgement import COLOURS, REASONS, decoded
@@ -90,8 +93,6 @@ _UNEQUAL = 1.2
 _LOOKED_AT = 16
 #: s to wait for the scheduler of a cluster, and for workers before one line says so
 _PATIENCE = 5
-#: structures of scenes whose functions are remembered
-_STRUCTURES = 64
 
 
 # --- the plan of the runs ---------------------------------------------------------------------------------------------
@@ -108,6 +109,7 @@ class Plan:
     solver: Solver | None
     max_steps: int | None
     chunk: int | None
+    key: str | None = None
 
     @property
     def paths(self) -> Paths:
@@ -117,13 +119,14 @@ class Plan:
     def count(self) -> int:
         return len(next(iter(self.values.values())))
 
-    @functools.cached_property
-    def code(self) -> str:
-        """Fingerprint of the functions in the scene and among the metrics; empty where one has none."""
+    @property
+    def own(self) -> str:
+        """Name of a class or function in it that is the user's own, or of a library that simbrake does not know."""
         try:
-            return fingerprint(_structure(self.scene), [*filter(callable, map(identity_of, self.metrics))])
-        except FingerprintError:
-            return ""
+            canonical((self.scene, self.solver, [*map(identity_of, self.metrics)]))
+        except UnknownStructureError as error:
+            return str(error)
+        return ""
 
     @functools.cached_property
     def columns(self) -> np.ndarray:
@@ -254,34 +257,25 @@ def _of_scenes(plan: Plan) -> list[Fault]:
 
 
 def store_of(plan: Plan, folder: Path) -> Store:
-    """The folder that keeps the chunks of a plan and of no other.
+    """The folder that keeps the chunks of a plan and of no other. Raises `InputError` where it is another plan's."""
 
-    Raises `InputError` where it is another plan's, and where the scene or a metric has no fingerprint: numbers of an
-    earlier process could then be those of another function.
-    """
-    names = [name_of(metric) for metric in plan.metrics]
-    about: dict[str, Any] = {
+    def hash_of(part: Any) -> str:
+        return hashlib.sha256(canonical(part, static=True, by_name=True).encode()).hexdigest()
+
+    about = {
         "runs": plan.count,
         "paths": list(plan.values),
-        "metrics": names,
+        "metrics": [name_of(metric) for metric in plan.metrics],
+        "key": plan.key,
         "rtol": plan.rtol,
         "solver": None if plan.solver is None else solver_name(plan.solver),
         "max_steps": plan.max_steps,
-        "simbrake": version("simbrake"),
         "versions": versions(),
+        "the scene": hash_of(plan.scene),
+        "the values": hash_of(plan.values),
+        "the solver": hash_of(plan.solver),
     }
-    parts = {"the scene": plan.scene, "the values": plan.values, "the solver": plan.solver}
-    parts |= {f"the metric {name}": identity_of(metric) for name, metric in zip(names, plan.metrics, strict=True)}
-    issues = Faults()
-    for what, part in parts.items():
-        try:
-            about[what] = fingerprint(part)
-        except FingerprintError as error:
-            words = f"{what} cannot be recognised in a later process: {error}"
-            hint = "give what it needs as numbers (arguments of functools.partial, defaults), or leave directory out"
-            issues.append(Fault("directory", words, hint))
-    issues.report()
-    return Store(folder, fingerprint(about), about)
+    return Store(folder, hash_of(json.dumps(about)), about)
 
 
 @functools.lru_cache(maxsize=8)
@@ -291,12 +285,12 @@ def _unpacked(payload: bytes) -> Job:
     return cloudpickle.loads(payload)
 
 
-def run_packed(payload: bytes, task: Task, folder: str, key: str) -> Columns:
+def run_packed(payload: bytes, task: Task, folder: str, study: str) -> Columns:
     """A chunk on a remote worker, which stores it at once if it can access the folder, and looks for it there first.
 
     Functions arrive with every message: one job is reused, or each would be traced.
     """
-    store = Faults().attempt(Store, Path(folder), key) if folder else None
+    store = Faults().attempt(Store, Path(folder), study) if folder else None
     kept = None if store is None else store.read(task)
     if kept is not None:
         return kept
@@ -322,7 +316,7 @@ def cluster(scheduler: Client, store: Store | None) -> Iterator[Pool]:
     if not isinstance(scheduler, str | Client):
         what = f"is a {type(scheduler).__name__}"
         raise InputError([Fault("client", what, "a dask.distributed.Client or a scheduler's address")])
-    place = ("", "") if store is None else (str(store.folder.resolve()), store.key)
+    place = ("", "") if store is None else (str(store.folder.resolve()), store.study)
     own: Any = contextlib.nullcontext(scheduler)
     if isinstance(scheduler, str):
         try:  # a client that finds nobody keeps on looking
@@ -430,7 +424,7 @@ class Runs:
     def level(self, solver: Solver, runs: np.ndarray, limit: int, size: int, last: bool) -> np.ndarray:
         """Runs in chunks with one limit of the steps; returns those for which it was too low, in the same order."""
         plan, room = self.plan, limit if last else min(limit, max(_ROOM, limit // 4))
-        job = Job(plan.scene, plan.paths, plan.metrics, solver, plan.rtol, limit, size, room, plan.code).fitting()
+        job = Job(plan.scene, plan.paths, plan.metrics, solver, plan.rtol, limit, size, room).fitting()
         size = self._share(len(runs), job)
         parts = [runs[start : start + size] for start in range(0, len(runs), size)]
         self.pool.submit(job, [Task(limit, part, plan.columns[part], last) for part in parts])
@@ -456,7 +450,7 @@ class Runs:
     def singly(self, solver: Solver, runs: np.ndarray) -> None:
         """All runs of one solver, each as `simulate` makes it."""
         plan, missing = self.plan, runs[~self.done[runs]]
-        job = Job(plan.scene, plan.paths, plan.metrics, solver, plan.rtol, plan.max_steps or 0, 0, 0, plan.code)
+        job = Job(plan.scene, plan.paths, plan.metrics, solver, plan.rtol, plan.max_steps or 0, 0, 0)
         parts = np.array_split(missing, min(len(missing), self.pool.workers * _SHARES)) if len(missing) else []
         self.pool.submit(job, [Task(job.max_steps, part, plan.columns[part]) for part in parts])
         self.take()
@@ -487,33 +481,9 @@ class Runs:
             missing = self.level(solver, missing, limit, size, limit == limits[-1])
 
 
-#: fingerprints of the functions in scenes, by the structure of these
-_codes: dict[Hashable, str] = {}
-
-
-def _structure(scene: Scene) -> Scene:
-    return jax.tree.map(lambda leaf: None, scene)
-
-
-def _retrace_changed(scene: Scene) -> None:
-    """Lets JAX forget what it has traced if a function in the scene does something else than before (a global value
-    that it reads has changed, say): JAX would take it for the same one."""
-    try:
-        code = fingerprint(_structure(scene))
-    except FingerprintError:
-        return
-    key = jax.tree.structure(scene)
-    if _codes.setdefault(key, code) != code:
-        jax.clear_caches()
-        _codes[key] = code
-    while len(_codes) > _STRUCTURES:
-        del _codes[next(iter(_codes))]
-
-
 def run_all(plan: Plan, workers: int | None, client: Client | None, directory: Path | None, progress: Show) -> Columns:
     """Columns of all runs of a plan; after Ctrl-C those of the finished ones, the others with the code `NOT_RUN`."""
     store = None if directory is None else store_of(plan, directory)
-    _retrace_changed(plan.scene)
     with threads(workers) if client is None else cluster(client, store) as pool:
         runs = Runs(plan, pool, store, client is None)
         try:
@@ -670,6 +640,7 @@ def ensemble(
     progress: Show = None,
     client: Client | None = None,
     directory: str | os.PathLike[str] | None = None,
+    key: str | None = None,
     accuracy: bool = False,
 ) -> Dataset:
     """Runs a scene once for every row of `values` and gives an `xarray.Dataset` with the dimension `run`.
@@ -689,10 +660,11 @@ def ensemble(
     - `client`: a `dask.distributed.Client`, or the address of its scheduler: chunks are run there. simbrake must be
       installed on the workers; a chunk whose worker dies is run by another
     - `directory`: finished chunks are stored there. The same call continues where an earlier one ended; another one is
-      rejected, as is one of another version of simbrake or JAX, or with functions that have changed: in their code,
-      their defaults, their closures, the global values and functions that they read, or the state of their objects.
-      Functions that may depend on more (files, the environment, clocks) are rejected at once. Workers of a cluster with
-      access to the folder write there themselves, so that one that dies loses no more than its current chunk
+      rejected, as is one of another version of simbrake or JAX. Workers of a cluster with access to the folder write
+      there themselves, so that one that dies loses no more than its current chunk
+    - `key`: with `directory`, a text for the present version of your own functions and classes in the scene and among
+      the metrics; give another one whenever they, or what they read, change. Without a key a study that holds some
+      starts anew at each call, and a line on stderr says so
     - `progress`: `None` shows a line where stderr is a terminal, `False` none; or a function of `(done, total)`
     - `accuracy`: make all runs a second time, at the tolerance of `Result.accuracy` and by the same program, to
       estimate the error of each metric: variables `…_error`, NaN where a run failed, a metric has no value, or the
@@ -716,7 +688,18 @@ def ensemble(
     plan = plan_of(scene, values, metrics, rtol, solver, max_steps, chunk)
     if workers is not None and not (isinstance(workers, int) and workers >= 1):
         raise InputError([Fault("workers", f"{workers} is out of range", "at least 1")])
-    folder = None if directory is None else Path(directory)
+    if key is not None and directory is None:
+        raise InputError(
+            [Fault("key", "is for finished runs in a folder, and there is none", "give directory as well")]
+        )
+    plan, folder = dataclasses.replace(plan, key=key), None if directory is None else Path(directory)
+    if own := plan.own:
+        trace_anew()
+        if folder is not None and key is None:
+            print(
+                f"simbrake: starts anew and keeps nothing in {folder}: {own} may have changed (key=…)", file=sys.stderr
+            )
+            folder = None
     columns, errors = run_all(plan, workers, client, folder, progress), None
     if accuracy:
         again = dataclasses.replace(plan, rtol=second_rtol(plan.rtol))

@@ -482,7 +482,6 @@ class Job(NamedTuple):
 
     - `size`: how many runs a chunk has at most, 0: each is made by itself
     - `room`: how many instants of events a run may have, where only these are recorded
-    - `code`: fingerprint of functions in scene and metrics, which are compiled in with what they read
     """
 
     scene: Scene
@@ -493,7 +492,6 @@ class Job(NamedTuple):
     max_steps: int
     size: int
     room: int
-    code: str = ""
 
     @property
     def scans(self) -> bool:
@@ -579,10 +577,9 @@ def _integrate(
     return jax.lax.while_loop(lambda carry: carry[0] * lanes < count, body, begin)[1], None
 
 
-@functools.partial(DeviceJit, static_argnames=("metrics", "size", "lanes", "code"))
-def _scanner(result: Result, *, metrics: Sequence[Metric], size: int, lanes: int, code: str) -> dict[str, Any]:
-    """Metrics that sample all steps of a batch of results, of which the first `size` rows are used; compiled again for
-    another `code` of the same functions."""
+@functools.partial(DeviceJit, static_argnames=("metrics", "size", "lanes"))
+def _scanner(result: Result, *, metrics: Sequence[Metric], size: int, lanes: int) -> dict[str, Any]:
+    """Metrics that sample all steps of a batch of results, of which the first `size` rows are used."""
     rows = jax.tree.map(lambda leaf: leaf[:, :size], result.record.rows)
     result = dataclasses.replace(result, record=with_fields(result.record, rows=rows))
 
@@ -633,8 +630,7 @@ def run_chunk(job: Job, rows: np.ndarray, device: Any = None) -> Columns:
             used = int(np.max(np.asarray(result.record.count))) + 1
             kept = min(next((n for n in _SIZES if n >= used), used), job.max_steps + 1)
             lanes = 1 if device.platform == "cpu" else 16
-            static = {"metrics": job.metrics, "size": kept, "lanes": lanes, "code": job.code}
-            heavy = jax.block_until_ready(_scanner(result, **static))
+            heavy = jax.block_until_ready(_scanner(result, metrics=job.metrics, size=kept, lanes=lanes))
     columns = dict(zip([*ABOUT, *job.measured], np.asarray(table)[:, :count], strict=True))
     columns = {name: column for name, column in columns.items() if name in ABOUT or name in job.metrics}
     columns = _typed(columns)

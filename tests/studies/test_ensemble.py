@@ -5,6 +5,7 @@ import json
 import os
 import signal
 
+import diffrax
 import equinox as eqx
 import numpy as np
 import pytest
@@ -15,6 +16,8 @@ from helpers import nothing_compiled
 from stop_scenes import FRICTION, LEVER, SPEED, TIMES, closed_form, drawn, stop_scene
 
 import simbrake as sb
+from simbrake._run._measure import name_of
+from simbrake.studies._evaluator import ABOUT
 
 
 def travel_share(result):
@@ -118,12 +121,134 @@ def test_metric_of_tolerance_is_recomputed(tmp_path):
     values = {SPEED: [10.0, 20.0]}
 
     def found(rtol):
-        return sb.ensemble(stop_scene(C=None), values, [own_tolerance], rtol=rtol, directory=tmp_path, progress=False)
+        where = {"directory": tmp_path, "key": "", "progress": False}
+        return sb.ensemble(stop_scene(C=None), values, [own_tolerance], rtol=rtol, **where)
 
     truth = 800 / (0.725 * 8e3 * (closed_form()["Pi"] - 1)) * np.asarray(values[SPEED])
     np.testing.assert_allclose(found(1e-8).own_tolerance, 1e-8 * truth, rtol=1e-9)
     with pytest.raises(sb.InputError, match="rtol: 1e-08 there, 1e-06 here"):
         found(1e-6)
+
+
+@pytest.fixture
+def chunks(monkeypatch):
+    """Studies whose runs take no time, and the chunks that were computed: a number each."""
+    made = []
+
+    def run_chunk(job, rows, device=None):
+        made.append(len(made))
+        columns = {name: np.full(len(rows), made[-1], float) for name in map(name_of, job.metrics)}
+        columns |= {name: np.zeros(len(rows), np.int32) for name in ABOUT}
+        return columns | {"method": np.full(len(rows), "none")}
+
+    monkeypatch.setattr("simbrake.studies._evaluator.run_chunk", run_chunk)
+    return made
+
+
+OWN_SCENE = {"lever": sb.profiles.FunctionProfile(lambda t, p: 8e3 + 0 * t)}
+
+
+def kept_study(folder, scene=None, speed=10.0, metrics=("stopping_time",), **settings):
+    settings = {"directory": folder, "progress": False} | settings
+    return sb.ensemble(scene or stop_scene(), {SPEED: [speed, 20.0]}, metrics, **settings)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ({"speed": 11.0}, "the values differs"),
+        ({"scene": stop_scene(R=0.7)}, "the scene differs"),
+        ({"scene": stop_scene(**OWN_SCENE), "key": "1"}, "the scene"),
+        ({"rtol": 1e-9}, "rtol: 1e-10 there, 1e-09 here"),
+        ({"max_steps": 500}, "max_steps: None there, 500 here"),
+        ({"solver": sb.hybrid.Rodas5P()}, "solver: None there"),
+        ({"metrics": ["full_slip_time"]}, "metrics"),
+        ({"key": "1"}, "key: None there, 1 here"),
+    ],
+)
+def test_a_study_of_other_settings_is_not_resumed(tmp_path, chunks, change, words):
+    kept_study(tmp_path)
+    first = len(chunks)
+    kept_study(tmp_path)
+    assert len(chunks) == first > 0
+    with pytest.raises(sb.InputError, match="holds another ensemble") as caught:
+        kept_study(tmp_path, **change)
+    assert words in str(caught.value)
+
+
+def test_settings_of_a_solver_and_versions_count(tmp_path, chunks):
+    kept_study(tmp_path, solver=sb.hybrid.ExplicitRungeKutta(diffrax.Dopri8()))
+    with pytest.raises(sb.InputError, match="the solver"):
+        kept_study(tmp_path, solver=sb.hybrid.ExplicitRungeKutta(diffrax.Tsit5()))
+    file = tmp_path / "manifest.json"
+    manifest = json.loads(file.read_text("utf-8"))
+    for name, now in manifest["versions"].items():
+        file.write_text(json.dumps(manifest | {"versions": manifest["versions"] | {name: "0.0.7"}}), "utf-8")
+        with pytest.raises(sb.InputError) as caught:
+            kept_study(tmp_path, solver=sb.hybrid.ExplicitRungeKutta(diffrax.Dopri8()))
+        assert f"{name}: 0.0.7 there, {now} here" in str(caught.value)
+
+
+def own_metric(result):
+    return result.stopping_time
+
+
+class OwnLaw(sb.ConstantFriction):
+    def kinetic(self, contact):
+        return 0.5 * self.coefficient
+
+
+OWN = {
+    "function": {"metrics": [own_metric]},
+    "lambda": {"metrics": [lambda result: result.stopping_time]},
+    "method": {"metrics": [OwnLaw(0.3).kinetic]},
+    "law": {"scene": stop_scene(law=OwnLaw(0.3))},
+    "profile": {"scene": stop_scene(**OWN_SCENE)},
+}
+
+
+@pytest.mark.parametrize("kind", OWN)
+def test_functions_of_ones_own_are_resumed_by_a_key(tmp_path, chunks, capsys, monkeypatch, kind):
+    """Without one a study starts anew and keeps nothing, as these may have changed; and says so in one line."""
+    monkeypatch.setattr("simbrake.studies._ensemble.check_metrics", lambda *_: None)
+    made = [0]
+    for _ in "12":
+        kept_study(tmp_path / "kept", **OWN[kind])
+        assert len(chunks) > made[-1]
+        made.append(len(chunks))
+        (line,) = capsys.readouterr().err.splitlines()
+        assert line.startswith(f"simbrake: starts anew and keeps nothing in {tmp_path / 'kept'}: ")
+        assert "key=" in line
+        assert not (tmp_path / "kept").exists()
+    for _ in "12":
+        kept_study(tmp_path / "kept", key="mine 1", **OWN[kind])
+        made.append(len(chunks))
+    assert made[-1] == made[-2] > made[-3]
+    with pytest.raises(sb.InputError, match="key: mine 1 there, mine 2 here"):
+        kept_study(tmp_path / "kept", key="mine 2", **OWN[kind])
+    with pytest.raises(sb.InputError, match="key: is for finished runs"):
+        kept_study(None, key="mine 1", **OWN[kind])
+    assert capsys.readouterr().err == ""
+
+
+LIMIT = 2.0
+
+
+def limited(result):
+    return LIMIT**3 * result.stopping_time
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("chunk", [None, 2])
+def test_a_changed_global_is_seen_in_the_same_process(monkeypatch, chunk):
+    """Of a metric and of a profile in the scene: JAX would take each for the function that it has compiled."""
+    scene = stop_scene(C=None, lever=sb.profiles.FunctionProfile(lambda t, p: 4e3 * LIMIT * (1 + 0 * t)))
+    exact = 800.0 * np.array([10.0, 20.0]) / (0.725 * 4e3 * (closed_form()["Pi"] - 1))  # the stop of a rigid band
+    for limit in (2.0, 4.0):
+        monkeypatch.setitem(globals(), "LIMIT", limit)
+        for metric, truth in (("stopping_time", exact / limit), (limited, exact * limit**2)):
+            data = sb.ensemble(scene, {SPEED: [10.0, 20.0]}, [metric], chunk=chunk, progress=False)
+            np.testing.assert_allclose(data[name_of(metric)], truth, rtol=1e-9)
 
 
 @pytest.mark.slow
@@ -208,10 +333,11 @@ def test_a_cluster_of_two_with_one_killed(tmp_path, caplog):
                     os.kill(killed[0], signal.SIGKILL)
 
             metrics = ["stopping_time", lambda result: result.full_slip_time]
-            data = sb.ensemble(stop_scene(), values, metrics, client=client, directory=folder, progress=kill, chunk=16)
+            where = {"client": client, "directory": folder, "key": "first"}
+            data = sb.ensemble(stop_scene(), values, metrics, **where, progress=kill, chunk=16)
             assert killed
         by_address = sb.ensemble(
-            stop_scene(), values, metrics, client=cluster.scheduler_address, directory=folder, progress=False
+            stop_scene(), values, metrics, progress=False, **where | {"client": cluster.scheduler_address}
         )
     local = sb.ensemble(stop_scene(), values, ["stopping_time"], progress=False)
     assert np.all(data.code == 0)
