@@ -11,7 +11,7 @@ import sys
 import threading
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeVar
 
 from cyclopts import Parameter
 
@@ -119,13 +119,12 @@ def opened(
     *,
     folder: Path | None = None,
     faults: Iterable[Fault] = (),
-    also: Callable[[Scene], Iterable[Fault]] | None = None,
     **counts: int | None,
 ) -> Scene:
     """The scene of a command with the parameters of `--set`, after JAX is prepared.
 
     - `folder`: of `--out`;  `counts`: options that are at least 1
-    - `faults`: errors of other options;  `also`: errors of the request to the scene
+    - `faults`: errors of other options
 
     Raises one `InputError` with the errors of options, scene and parameters.
     """
@@ -144,11 +143,14 @@ def opened(
 
     values = attempt(errors, parse_assignments, set_ or [])
     scene = attempt(errors, open_scene, file, values or {})
-    if scene is not None and also is not None:
-        errors += also(scene)
-    if errors or scene is None:
-        raise InputError(errors)
-    return scene
+    return checked(scene, errors)
+
+
+def checked(value: T | None, faults: list[Fault]) -> T:
+    """A value that is there. Raises `InputError` if there are errors."""
+    if faults or value is None:
+        raise InputError(faults)
+    return value
 
 
 def file_in(out: Path, name: str) -> Path:
@@ -194,51 +196,22 @@ def bounds(text: str) -> list[str]:
     return [low, high]
 
 
-def in_si(scene: Scene, option: str, texts: Mapping[str, Sequence[str]], faults: list[Fault]) -> dict[str, list[float]]:
+def in_si(
+    scene: Scene | None, option: str, texts: Mapping[str, Sequence[str]], faults: list[Fault]
+) -> dict[str, tuple[float, ...]]:
     """Numbers by the path of a parameter, in SI from texts with or without unit; errors go to `faults`."""
+    if scene is None:
+        return {}
     from .._run._edit import read_numbers
 
     values = {}
     for path, numbers in texts.items():
         try:
-            values[path] = read_numbers(scene, path, numbers)
+            values[path] = tuple(read_numbers(scene, path, numbers))
         except InputError as error:
             argument = f"{option} {path}={':'.join(numbers)}"
             faults += [dataclasses.replace(fault, path=argument) for fault in error.faults]
     return values
-
-
-#: values of one parameter at most
-_MOST_VALUES = 1_000_000
-
-
-class Values(NamedTuple):
-    """Values of `--vary`: each of the texts, or `count` ones from the first to the last of two."""
-
-    texts: list[str]
-    count: int = 0
-
-
-def evenly(text: str) -> Values:
-    """`LOW:HIGH:COUNT`. Raises `ValueError`."""
-    low, high, count = text.split(":")
-    if not 2 <= int(count) <= _MOST_VALUES:
-        raise ValueError(text)
-    return Values([low, high], int(count))
-
-
-def axes_of(scene: Scene, asked: Mapping[str, Values], axes: dict[str, Any]) -> list[Fault]:
-    """Errors of `--vary`; values of every parameter, or the bounds of a sample, in SI go to `axes`."""
-    import numpy as np
-
-    faults: list[Fault] = []
-    for path, (texts, count) in asked.items():
-        numbers = in_si(scene, "--vary", {path: texts}, faults).get(path)
-        if numbers is not None and count and not numbers[0] < numbers[1]:
-            faults.append(Fault(f"--vary {path}", f"{texts[0]} is not below {texts[1]}", "give LOW:HIGH:COUNT"))
-        elif numbers is not None:
-            axes[path] = np.linspace(numbers[0], numbers[1], count).tolist() if count else tuple(numbers)
-    return faults
 
 
 def limits_of(scene: Scene, texts: list[str] | None, metrics: Sequence[str] = ()) -> dict[str, float]:
@@ -250,9 +223,7 @@ def limits_of(scene: Scene, texts: list[str] | None, metrics: Sequence[str] = ()
 
     limits, faults = parse_limits(scene, texts or [])
     attempt(faults, check_metrics, scene, metrics)
-    if faults:
-        raise InputError(faults)
-    return limits
+    return checked(limits, faults)
 
 
 # --- after it has worked ----------------------------------------------------------------------------------------------

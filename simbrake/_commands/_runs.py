@@ -3,7 +3,7 @@
 import sys
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from cyclopts import Parameter
 
@@ -410,8 +410,9 @@ def synthesize(
     out = out and cli.file_in(out, "synthesis.json" if json_ else "synthesis.txt")
     faults = cli.faults_of_file(out)
     data, permissible = cli.attempt(faults, read_given, given or []) or (None, sb.formulas.Permissible())
-    also = lambda scene: faults_of_synthesis(scene, data, permissible)  # noqa: E731
-    scene = cli.opened(file, set_, rtol, faults=faults, also=also)
+    scene = cli.attempt(faults, cli.opened, file, set_, rtol)
+    faults += [] if scene is None else faults_of_synthesis(scene, data, permissible)
+    scene = cli.checked(scene, faults)
     partition = sb.formulas.transmission_table() if transmission else None
     with Progress("run", "compiling and running…"):
         result = sb.simulate(scene, rtol=rtol, throw=False) if run else None
@@ -533,25 +534,20 @@ def publish(
     faults = cli.faults_of_file(out)
     cli.attempt(faults, needed, "ziglang", "compiles the page (simbrake report and simbrake app need none)", "live")
     form = "PATH=LOW:HIGH, as in initial.omega=10:30"
-    requested = cli.assignments("--vary", form, vary, lambda text: cli.Values(cli.bounds(text)), faults)
-    ranges = dict[str, Any]()
-    limits = dict[str, float]()
+    requested = cli.assignments("--vary", form, vary, cli.bounds, faults)
+    scene = cli.attempt(faults, cli.opened, file, set_, rtol)
+    ranges = cli.in_si(scene, "--vary", requested, faults)
+    limits = (scene and cli.attempt(faults, cli.limits_of, scene, limit)) or {}
+    from .._base._part import leaves
+    from .._run._edit import entry_of
 
-    def also(scene: cli.Scene) -> list[Fault]:
-        from .._base._part import leaves
-        from .._run._edit import entry_of
-
-        wrong = cli.axes_of(scene, requested, ranges)
-        there = {leaf.path for leaf in leaves(scene)}
-        for path, (low, high) in ranges.items():
-            if entry_of(path, there)[0] not in there:
-                wrong.append(Fault(path, "is absent in this scene", "give the scene a value of it"))
-            elif not low < high:
-                wrong.append(Fault(f"--vary {path}", "its low end is not below its high one", "give LOW:HIGH"))
-        limits.update(cli.attempt(wrong, cli.limits_of, scene, limit) or {})
-        return wrong
-
-    scene = cli.opened(file, set_, rtol, faults=faults, also=also)
+    there = {leaf.path for leaf in leaves(scene)}
+    for path, (low, high) in ranges.items():
+        if entry_of(path, there)[0] not in there:
+            faults.append(Fault(path, "is absent in this scene", "give the scene a value of it"))
+        elif not low < high:
+            faults.append(Fault(f"--vary {path}", "its low end is not below its high one", "give LOW:HIGH"))
+    scene = cli.checked(scene, faults)
     title = title_of(file, file.read_text("utf-8", errors="replace"))
     from .._pages._publish import publish as publish_page
 

@@ -112,30 +112,33 @@ def sweep(
     faults: list[Fault] = []
     form = "PATH=LOW:HIGH:COUNT, PATH=a,b,c, or PATH=LOW:HIGH with --sample"
 
-    def parse(text: str) -> cli.Values:
+    def split(text: str) -> tuple[list[str], int]:
         if sample is not None:
-            return cli.Values(cli.bounds(text))
-        return cli.evenly(text) if ":" in text else cli.Values(text.split(","))
+            return cli.bounds(text), 0
+        if ":" not in text:
+            return text.split(","), 0
+        low, high, count = text.split(":")
+        if not 2 <= int(count) <= _MOST_VALUES:
+            raise ValueError(text)
+        return [low, high], int(count)
 
-    requested = cli.assignments("--vary", form, vary, parse, faults)
+    requested = cli.assignments("--vary", form, vary, split, faults)
     if not vary:
         faults.append(Fault("--vary", "is missing", form))
-    sizes = (max(values.count, len(values.texts)) for values in requested.values())
-    runs = math.prod(sizes) if sample is None else sample
+    runs = math.prod(max(count, len(texts)) for texts, count in requested.values()) if sample is None else sample
     if runs > _MOST_RUNS:
         faults.append(Fault("--vary", f"{runs} runs are too many", f"at most {_MOST_RUNS}"))
     faults += faults_of_place("--resume", resume)
-    axes, limits = dict[str, Any](), dict[str, float]()
-
-    def also(scene: cli.Scene) -> list[Fault]:
-        from .._run._measure import parse_limits
-
-        given, wrong = parse_limits(scene, limit or [])
-        limits.update(given)
-        return [*cli.axes_of(scene, requested, axes), *wrong]
-
     counts = {"sample": sample, "max_steps": max_steps, "workers": workers}
-    scene = cli.opened(file, set_, rtol, folder=out, faults=faults, also=also, **counts)
+    scene = cli.attempt(faults, cli.opened, file, set_, rtol, folder=out, **counts)
+    axes: Any = cli.in_si(scene, "--vary", {path: texts for path, (texts, _) in requested.items()}, faults)
+    for path, (texts, count) in requested.items():
+        if count and path in axes:
+            axes[path] = _evenly(axes[path][0], axes[path][1], count)
+            if not axes[path]:
+                faults.append(Fault(f"--vary {path}", f"{texts[0]} is not below {texts[1]}", "give LOW:HIGH:COUNT"))
+    limits = (scene and cli.attempt(faults, cli.limits_of, scene, limit)) or {}
+    scene = cli.checked(scene, faults)
     asked = _metrics_of(scene, metrics, limits)
     drawn = axes if sample is None else sb.studies.samples(scene, axes, sample, seed)
     data = (sb.sweep if sample is None else sb.ensemble)(
@@ -159,7 +162,16 @@ def sweep(
     return 130 if min(runs["code"]) < 0 else cli.exit_code(not any(runs["code"]))
 
 
+#: runs, and values of one parameter, at most
 _MOST_RUNS = 100_000_000
+_MOST_VALUES = 1_000_000
+
+
+def _evenly(low: float, high: float, count: int) -> list[float]:
+    """Numbers from the low to the high end; none where these are not in order."""
+    import numpy as np
+
+    return np.linspace(low, high, count).tolist() if low < high else []
 
 
 def _metrics_of(scene: cli.Scene, text: str | None, limits: Iterable[str]) -> tuple[str, ...]:
@@ -343,12 +355,7 @@ def calibrate(
     scene_file(file)
     cli.prepare_jax()
     faults: list[Fault] = []
-    ends, own = (
-        cli.assignments(option, "PATH=LOW:HIGH", texts, cli.bounds, faults)
-        for option, texts in (("--fit", fit), ("--each", each))
-    )
     spreads = cli.assignments("--sigma", "NAME=VALUE", sigma, float, faults)
-    begins = cli.assignments("--start", "PATH=VALUE", start, lambda text: [text], faults)
     if not (fit or each):
         faults.append(Fault("--fit", "no parameter is to be fitted", "--fit brake.pulley.inertia=500:2000"))
     files = [*data, *(events or [])]
@@ -356,19 +363,17 @@ def calibrate(
         faults.append(Fault("--recordings", f"beside {files[0]}", "name the files of each recording in the table"))
     reader, sources = (sb.studies.read_recordings, [recordings]) if recordings else (sb.read_measured, files)
     measured = cli.attempt(faults, reader, *sources, sigma=spreads, columns=column)  # pyright: ignore
-    limits: dict[str, tuple[float, ...]] = {}
-    limits_of_each: dict[str, tuple[float, ...]] = {}
-    first: dict[str, float] = {}
+    scene = cli.attempt(faults, cli.opened, file, set_, rtol, folder=out, starts=starts)
 
-    def also(scene: cli.Scene) -> list[Fault]:
-        wrong: list[Fault] = []
-        for option, texts, pairs in (("--fit", ends, limits), ("--each", own, limits_of_each)):
-            pairs.update({path: tuple(values) for path, values in cli.in_si(scene, option, texts, wrong).items()})
-        first.update({path: values[0] for path, values in cli.in_si(scene, "--start", begins, wrong).items()})
-        return wrong
+    def numbers(option: str, form: str, texts: list[str] | None, split: Any) -> Any:
+        return cli.in_si(scene, option, cli.assignments(option, form, texts, split, faults), faults)
 
-    scene = cli.opened(file, set_, rtol, folder=out, faults=faults, also=also, starts=starts)
-    assert measured is not None
+    limits = numbers("--fit", "PATH=LOW:HIGH", fit, cli.bounds)
+    limits_of_each = numbers("--each", "PATH=LOW:HIGH", each, cli.bounds)
+    starts_at = numbers("--start", "PATH=VALUE", start, lambda text: [text])
+    first = {path: value for path, (value,) in starts_at.items()}
+    scene = cli.checked(scene, faults)
+    measured = cli.checked(measured, faults)
     options = {"start": first, "loss": loss, "starts": starts, "rtol": rtol, "profile": profile}
     calibration = sb.calibrate(scene, limits, measured, per_recording=limits_of_each, **options)  # pyright: ignore
     cli.tell(calibration, calibration.as_dict, json_)
