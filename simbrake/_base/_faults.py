@@ -134,11 +134,11 @@ def existing_file(file: Path, *kinds: str) -> Path:
     raise InputError([Fault(str(file), what, hint)])
 
 
-#: maximum bytes of a text file that is read: a scene or a manifest, a table of numbers
-MOST_BYTES, MOST_BYTES_OF_TABLE = 1 << 25, 1 << 28
+#: maximum bytes of a scene or a manifest
+_MOST_BYTES = 1 << 25
 
 
-def text_of_file(path: Path, what: str = "a TOML file", most: int = MOST_BYTES) -> str:
+def text_of_file(path: Path, what: str = "a TOML file") -> str:
     """The text of a regular file in UTF-8. Raises `InputError` for any other file, and for one that is too large.
 
     A pipe or a device might never end, wherever a scene names one as its data.
@@ -148,10 +148,10 @@ def text_of_file(path: Path, what: str = "a TOML file", most: int = MOST_BYTES) 
             about = os.fstat(file.fileno())
             if not stat.S_ISREG(about.st_mode):
                 raise InputError([Fault(str(path), "is not a regular file", f"give {what} on a disk")])
-            if about.st_size > most:
-                size = f"{about.st_size / 1e6:.0f} MB are more than the {most / 1e6:.0f} MB of {what}"
+            if about.st_size > _MOST_BYTES:
+                size = f"{about.st_size / 1e6:.0f} MB are more than the {_MOST_BYTES / 1e6:.0f} MB of {what}"
                 raise InputError([Fault(str(path), size, "make it smaller")])
-            return file.read(most).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
+            return file.read(_MOST_BYTES).decode("utf-8-sig").replace("\r\n", "\n").replace("\r", "\n")
     except InputError:
         raise
     except FileNotFoundError:
