@@ -23,5 +23,9 @@ __getattr__ = answers(
         "load": "results.read_result",
         "shown_in": "results.display_units",
     },
+    gone=dict.fromkeys(
+        ("Beside", "SideBySide"),
+        "compare two at a time; pandas.DataFrame([one.metrics for one in results]) shows several",
+    ),
     others=_named,
 )

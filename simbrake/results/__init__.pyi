@@ -1,6 +1,4 @@
-from ._compare import Beside as Beside
 from ._compare import Comparison as Comparison
-from ._compare import SideBySide as SideBySide
 from ._compare import compare as compare
 from ._compare import rerun as rerun
 from ._dataset import dataset as dataset
