@@ -1,7 +1,7 @@
 """The command line, its output on any terminal, and its completion.
 
 Exit codes: 0 success, 1 failure, 2 the input is wrong, 3 no pass (`--fail-on-limit`); of `calibrate` also
-4, the data do not determine a parameter, and 5, the search is stuck.
+4, the data do not determine a parameter.
 """
 
 import codecs

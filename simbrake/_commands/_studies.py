@@ -391,7 +391,7 @@ def calibrate(
 
 
 #: exit codes of `calibrate`; 2 and 3 have their meaning for every command
-_OUTCOMES = {"converged": 0, "not_converged": 1, "not_determined": 4, "stuck": 5}
+_OUTCOMES = {"converged": 0, "not_converged": 1, "not_determined": 4}
 
 
 def _residuals(fit: Calibration) -> DataFrame:
@@ -454,6 +454,6 @@ COMMANDS = {
     sensitivity: "0 success; 1 a run failed; 2 the input is wrong.",
     sweep: "0 every run reached its end; 1 a run failed; 2 the input is wrong; 130 interrupted.",
     calibrate: "0 the fit converged and the data determine every parameter; 1 it did not converge; 2 the input is "
-    "wrong; 4 the data do not determine a parameter; 5 stuck: the data do not react to a parameter at its start value.",
+    "wrong; 4 the data do not determine a parameter.",
     life: "0 success; 1 the run failed; 2 the input is wrong.",
 }

@@ -3,24 +3,21 @@
 import dataclasses
 import enum
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._progress import Progress
-from .._base._quantity import behind
 from .._base._table import Column, Table, Tabular, plain
 from .._parts._scene import Scene
 from .._run._edit import Inputs, with_values
 from .._run._simulate import solver_name
 from ._evaluator import Faults, Solver
 from ._fit import (
-    LIMITED,
     LOSSES,
     STEP,
-    Direction,
     FitModel,
     Identified,
     Recording,
@@ -53,17 +50,15 @@ class Outcome(enum.StrEnum):
 
     - `CONVERGED`: the residual no longer decreases, and the data determine every parameter, or a bound does
     - `NOT_DETERMINED`: it no longer decreases, but the data leave parameters open
-    - `STUCK`: the measured values do not react to a parameter where the search stands, though they do elsewhere
     - `NOT_CONVERGED`: the search ended before: limit of evaluations, rejected points, interruption
 
     Example:
         >>> [str(outcome) for outcome in sb.studies.Outcome]
-        ['converged', 'not_determined', 'stuck', 'not_converged']
+        ['converged', 'not_determined', 'not_converged']
     """
 
     CONVERGED = "converged"
     NOT_DETERMINED = "not_determined"
-    STUCK = "stuck"
     NOT_CONVERGED = "not_converged"
 
 
@@ -137,21 +132,6 @@ class Residuals:
 
 
 @dataclasses.dataclass(frozen=True)
-class OpenCombination:
-    """A direction of parameter changes that the data do not determine.
-
-    - `relative`: `dθ_i/θ_i` of every parameter along it, the largest 1 (`dθ_i` where `θ_i` is 0), at the fitted values
-    - `spread`: its standard error over the range of the bounds; `inf`: the measurements do not depend on it at all
-    - `words`: description
-    """
-
-    relative: dict[str, float]
-    singular_value: float
-    spread: float
-    words: str
-
-
-@dataclasses.dataclass(frozen=True)
 class FittedRecording:
     """A recording in a fit: its data, its scene with the start values and with the fitted ones. The name is empty where
     it is the only one."""
@@ -170,11 +150,13 @@ class Calibration(Tabular):
       infinite variances, parameters at a bound NaN, and both NaN covariances
     - `chi2 = Σ ((model − measured)/σ)²`, `freedom` degrees of freedom; `absolute`: the σ are absolute, else errors are
       scaled by `chi2/freedom`;  `probability` of a larger `chi2` where they are
-    - `singular_values` of the Jacobian in standard deviations per range of the bounds; `open`: undetermined directions
+    - `singular_values` of the Jacobian in standard deviations per range of the bounds
+    - `open`: combinations that the data do not determine: `dθ_i/θ_i` of each parameter by path (`dθ_i` where `θ_i` is
+      0), the largest 1
     - `scene`: the scene with the fitted numbers;  `before`: with the start values. Of several recordings both have the
       shared parameters alone, and `recordings` has the scene and the data of each
-    - `outcome`, `message`: why the search ended;  `advice`: what to do;  `converged`: whether it ended at a minimum,
-      also where the data do not determine every parameter
+    - `outcome`, `message`: why the search ended;  `converged`: whether it ended at a minimum, also where the data do
+      not determine every parameter
     - `fixed`: fixed numbers that correlate by more than 0.99 with a fitted one, those with the largest effect first
     - `evaluations` of model and Jacobian together, `failures`: rejected trial points, by reason
     """
@@ -188,7 +170,7 @@ class Calibration(Tabular):
     probability: float | None
     confidence: float
     singular_values: np.ndarray
-    open: tuple[OpenCombination, ...]
+    open: tuple[dict[str, float], ...]
     residuals: tuple[Residuals, ...]
     scene: Scene
     before: Scene
@@ -201,7 +183,6 @@ class Calibration(Tabular):
     loss: str
     warnings: tuple[str, ...]
     outcome: Outcome
-    advice: tuple[str, ...]
     fixed: tuple[FixedNumber, ...]
 
     def __getitem__(self, path: str) -> Parameter:
@@ -240,9 +221,9 @@ class Calibration(Tabular):
     def headline(self) -> str:
         """What the fit has learned, in one line."""
         text = f"{self.outcome.replace('_', ' ')}: {self.message}"
-        if self.freedom > 0 and self.outcome in (Outcome.CONVERGED, Outcome.NOT_DETERMINED):
+        if self.freedom > 0 and self.converged:
             text += f"; {self._reduced}"
-        if _unexplained(self.probability) and self.outcome != Outcome.STUCK:
+        if self.probability is not None and self.probability < _UNLIKELY:
             text += ": the model does not explain the data"
         if self.fixed:
             named = [f"{one.path} ({one.correlation:+.4f} with {one.parameter})" for one in self.fixed[:_NAMED]]
@@ -256,15 +237,12 @@ class Calibration(Tabular):
 
     def as_dict(self) -> dict[str, Any]:
         """Return the data for JSON; `null` where a number is infinite or unknown."""
-        names = (
-            "outcome headline advice converged message confidence covariance correlation chi2 chi2_start reduced_chi2"
-        )
-        names += " singular_values evaluations failures solver loss warnings"
+        names = "outcome headline converged message confidence covariance correlation chi2 chi2_start reduced_chi2"
+        names += " singular_values open fixed evaluations failures solver loss warnings"
         data: dict[str, Any] = {name: getattr(self, name) for name in names.split()}
-        parameters, combinations = (map(dataclasses.asdict, parts) for parts in (self.parameters, self.open))
+        parameters = map(dataclasses.asdict, self.parameters)
         data["parameters"] = [p | {"bounds": [p.pop("low"), p.pop("high")]} for p in parameters]
-        data["open"] = [one | {"relative_change": one.pop("relative")} for one in combinations]
-        data |= {"fixed": self.fixed, "degrees_of_freedom": self.freedom}
+        data["degrees_of_freedom"] = self.freedom
         data |= {"probability_of_larger_chi2": self.probability, "absolute_sigma": self.absolute}
         data["residuals"] = [
             {"name": r.name, "unit": r.unit, "count": r.scaled.size, "chi2": r.scaled @ r.scaled, "largest": r.largest}
@@ -274,7 +252,6 @@ class Calibration(Tabular):
 
     def parts(self) -> Iterator[str | Table]:
         yield self.headline
-        yield from (f"advice   {text}" for text in self.advice)
         columns = [Column("path", heading="parameter", left=True), Column("value"), "unit"]
         columns += [Column("standard error", show=".2g")]
         columns += [Column(f"{100 * self.confidence:g} % {end}") for end in ("from", "to")]
@@ -292,7 +269,9 @@ class Calibration(Tabular):
         for i, j in zip(*np.nonzero(np.abs(np.tril(self.correlation, -1)) > 0.9), strict=True):
             pair = f"{self.parameters[j].path} and {self.parameters[i].path}"
             yield f"corr     {self.correlation[i, j]:+.4f} between {pair}"
-        yield from (f"open     {one.words}" for one in self.open)
+        for one in self.open:
+            shares = (f"{path} {share:+.3g}" for path, share in one.items() if abs(share) >= _SMALL)
+            yield f"open     {', '.join(shares)} (relative changes) together"
         for one in self.fixed:
             shift = f"shifts {one.parameter} by {one.shift:+.3g} %, correlation {one.correlation:+.4f}"
             yield f"fixed    {one.path} +1 % {shift}"
@@ -322,10 +301,6 @@ def _words(p: Parameter) -> str:
     return {State.AT_LOW: "at its lower bound", State.AT_HIGH: "at its upper bound"}.get(p.state, "")
 
 
-def _unexplained(probability: float | None) -> bool:
-    return probability is not None and probability < _UNLIKELY
-
-
 #: smaller shares of a combination are not named
 _SMALL = 0.01
 #: correlation above which a fixed number is not told apart from a fitted one, and how many the headline names
@@ -334,8 +309,6 @@ _TIED, _NAMED = 0.99, 3
 _UNLIKELY = 1e-3
 #: share of the cost by which another point must fit better
 _BETTER = 0.01
-#: share of χ² by which a freed number must lower it to be named
-_HELPS = 0.5
 
 
 def assess(search: Search, scene: Scene, *, absolute: bool, confidence: float, rtol: float) -> Calibration:
@@ -384,12 +357,14 @@ def assess(search: Search, scene: Scene, *, absolute: bool, confidence: float, r
     rows = zip(model.parts, *columns, strict=True)
     residuals = tuple(Residuals(r.label(part.name), part.unit, part.t, *row) for (r, part), *row in rows)  # pyright: ignore
     names, solver = [paths[i] for i in np.flatnonzero(~fixed)], model.run.solver
-    unexplained = _unexplained(probability)
-    reached = _elsewhere(search, z, concerned & ~fixed, unexplained) if search.converged else None
-    outcome = Outcome.STUCK if reached else Outcome.NOT_DETERMINED if concerned.any() else Outcome.CONVERGED
-    outcome = outcome if search.converged else Outcome.NOT_CONVERGED
-    tied, freed = _tied(search, z, theta, ~fixed, concerned, scene)
-    rate = (slope / np.where(theta == 0, 1.0, theta))[~fixed]
+    outcome, message = Outcome.CONVERGED, search.message
+    if not search.converged:
+        outcome = Outcome.NOT_CONVERGED
+    elif concerned.any():
+        outcome = Outcome.NOT_DETERMINED
+        message = f"the data do not determine {', '.join(paths[i] for i in np.flatnonzero(concerned))}"
+    changes = known.open * (slope / np.where(theta == 0, 1.0, theta))[~fixed]
+    changes = [one / one[np.argmax(np.abs(one))] for one in changes]
     rows = zip(model.recordings, model.scenes(box.start), model.scenes(theta), strict=True)
     recordings = tuple(FittedRecording(each.name, each.data, *scenes) for each, *scenes in rows)
     if len(recordings) == 1:
@@ -407,212 +382,90 @@ def assess(search: Search, scene: Scene, *, absolute: bool, confidence: float, r
         probability=probability,
         confidence=confidence,
         singular_values=known.singular_values,
-        open=tuple(_combination(one, known.open, names, rate, theta[~fixed] != 0) for one in known.open),
+        open=tuple(dict(zip(names, one.tolist(), strict=True)) for one in changes),
         residuals=residuals,
         before=ends[0],
         scene=ends[1],
         recordings=recordings,
-        converged=search.converged and outcome != Outcome.STUCK,
-        message=_message(outcome, search, reached, parameters),
+        converged=search.converged,
+        message=message,
         evaluations=model.run.runs,
         failures=dict(model.failures),
         solver=f"{'' if solver is None else solver_name(solver)}, rtol {rtol:g}, {search.method}",
         loss=search.loss,
-        warnings=tuple(_warnings(search, z, chi2, probability, fixed, paths)),
+        warnings=tuple(_warnings(search, z, chi2, probability)),
         outcome=outcome,
-        advice=tuple(_advice(outcome, search, reached, parameters, tied, freed if unexplained else [])),
-        fixed=tied,
+        fixed=_tied(search, z, theta, ~fixed, concerned, scene),
     )
 
 
 def _profiled(search: Search, fit: Calibration) -> Calibration:
-    """The same with profiles of the parameters that all recordings share; warnings say which data do not limit."""
+    """The same with profiles of the parameters that all recordings share."""
     from scipy import stats  # slow to import: loaded by a fit only
 
     assert search.best is not None
     (least, z, _), box = search.best, search.box
     law, scatter = (stats.norm, 1.0) if fit.absolute else (stats.t(fit.freedom), fit.reduced_chi2)
     quantile = float(law.ppf(0.5 + fit.confidence / 2))
-    slope, rise, parameters, warnings = box.slope(box.up(z)), scatter * quantile**2, list(fit.parameters), []
+    slope, rise, parameters, warnings = box.slope(box.up(z)), scatter * quantile**2, list(fit.parameters), fit.warnings
     with Progress("calibrate", "profiles…"):
         for i, p in enumerate(parameters[: search.model.shared]):
             reached = search.profile(z, i, rise, quantile * p.standard_error / slope[i])
             ends = [x if np.isinf(x) else box.up(np.where(np.arange(z.size) == i, x, z))[i] for x in reached]
             parameters[i] = dataclasses.replace(p, profile=(float(ends[0]), float(ends[1])))
-            bounds = (("lower", p.low, reached[0]), ("upper", p.high, reached[1]))
-            sides = [f"{side} bound, {_quantity(p, bound)}" for side, bound, x in bounds if np.isinf(x)]
-            if sides:
-                what = f"{p.path}: {'the profile is flat: ' * (len(sides) == 2)}χ² rises by less than {rise:.3g}"
-                warnings.append(f"{what} up to its {' and its '.join(sides)}")
     if search.best[0] < least - _BETTER * rise:
         values = zip(search.model.paths, box.up(search.best[1]), strict=True)
         there = ", ".join(f"{path} = {value:.5g}" for path, value in values)
-        warnings.append(f"a profile has passed a better fit: start again from {there}")
-    return dataclasses.replace(
-        fit, parameters=tuple(parameters), warnings=(*fit.warnings, *warnings), evaluations=search.model.run.runs
-    )
-
-
-class _Elsewhere(NamedTuple):
-    """A point at which the measured values differ, and fit better where none is `silent`; parameters to which they do
-    not react at the end of the search."""
-
-    values: dict[str, float]
-    silent: tuple[str, ...]
-
-
-def _elsewhere(search: Search, z: np.ndarray, concerned: np.ndarray, unexplained: bool) -> _Elsewhere | None:
-    """What shows that a search is stuck: a point that fits better, or, if the model does not explain the data, one at
-    which the measured values react to parameters to which they do not at the end; `None` where nothing does."""
-    here, start = search.cost(search.look(z)[0]), search.look(search.box.down(search.box.start))
-    silent = concerned & search.silent(z) if concerned.any() else concerned
-    moved = start[1] is not None or here < search.cost(start[0]) * (1 - 1e-6)
-    if not (silent.any() or unexplained or not moved) or here == 0:
-        return None
-    varied = silent if silent.any() else np.ones_like(silent)
-    points = search.probes(z, varied)
-    if not points or not (points[0][1] < here * (1 - _BETTER) or (unexplained and silent.any())):
-        return None
-    paths, there = search.model.paths, search.box.up(points[0][0])
-    values = {paths[i]: float(there[i]) for i in np.flatnonzero(varied)}
-    return _Elsewhere(values, tuple(path for path, still in zip(paths, silent, strict=True) if still))
+        warnings = (*warnings, f"a profile has passed a better fit: start again from {there}")
+    return dataclasses.replace(fit, parameters=tuple(parameters), warnings=warnings, evaluations=search.model.run.runs)
 
 
 def _tied(
     search: Search, z: np.ndarray, theta: np.ndarray, free: np.ndarray, concerned: np.ndarray, scene: Scene
-) -> tuple[tuple[FixedNumber, ...], list[tuple[float, str]]]:
+) -> tuple[FixedNumber, ...]:
     """Fixed numbers that are not told apart from fitted parameters, those with the largest effect in standard errors
-    first; and all by which `Σ r²` would fall if they were free: the fall, and the path."""
+    first."""
     if not (free & ~concerned).any():
-        return (), []
-    fit, slope = search.look(z)[0], search.box.slope(theta)
-    jacobian, residual = search.jacobian(z, fit)[:, free], search.residual(fit)
+        return ()
+    slope = search.box.slope(theta)
+    jacobian = search.jacobian(z, search.look(z)[0])[:, free]
     which, inputs = np.flatnonzero(free), Inputs(scene)
     rows: list[tuple[float, FixedNumber]] = []
-    freed: list[tuple[float, str]] = []
     for path, value, change in search.model.of_fixed(theta):
-        ties = confound(jacobian, change / search.sigma, residual, max(search.noise, STEP**2))
-        freed.append((ties.gain, path))
+        ties = confound(jacobian, change / search.sigma, max(search.noise, STEP**2))
         strength = np.where(concerned[which], 0.0, np.abs(ties.correlation))
         k = int(np.argmax(strength))
         i, shift = which[k], ties.shift[k] * slope[which[k]]
         error = float(np.sqrt(max(ties.variance[k], 0.0))) * slope[i]
         if strength[k] > _TIED and abs(shift) > error:  # else an error of the whole number would not matter
-            shift = float(shift / theta[i]) if theta[i] else float(shift)
-            row = FixedNumber(
-                path, value, inputs[path].about.unit, search.model.paths[i], float(ties.correlation[k]), shift
-            )
-            rows.append((abs(ties.shift[k] * slope[i]) / error if error > 0 else np.inf, row))
+            relative = float(shift / theta[i]) if theta[i] else float(shift)
+            unit, correlation = inputs[path].about.unit, float(ties.correlation[k])
+            row = FixedNumber(path, value, unit, search.model.paths[i], correlation, relative)
+            rows.append((abs(shift) / error if error > 0 else np.inf, row))
     rows.sort(key=lambda row: -row[0])
-    return tuple(row for _, row in rows), sorted(freed, reverse=True)
-
-
-def _message(outcome: Outcome, search: Search, reached: _Elsewhere | None, parameters: tuple[Parameter, ...]) -> str:
-    """Why a search ended, with the parameters that the data do not tell."""
-    at = {p.path: _quantity(p, p.value) for p in parameters}
-    if outcome == Outcome.STUCK and reached is not None:
-        if not reached.silent:
-            return "a local minimum: other values within the bounds fit better"
-        named = " and ".join(f"{path} = {at[path]}" for path in reached.silent)
-        return f"no measured value reacts to {named}, though it does elsewhere within the bounds"
-    if outcome == Outcome.NOT_DETERMINED:
-        return f"the data do not determine {', '.join(p.path for p in parameters if p.state == State.OPEN)}"
-    return search.message
-
-
-def _quantity(p: Parameter, value: float) -> str:
-    return f"{value:.5g}{behind(p.unit)}"
-
-
-def _advice(
-    outcome: Outcome,
-    search: Search,
-    reached: _Elsewhere | None,
-    parameters: tuple[Parameter, ...],
-    tied: tuple[FixedNumber, ...],
-    freed: list[tuple[float, str]],
-) -> Iterator[str]:
-    """The way out, in words."""
-    several = f"try several starts (starts={max(6, 2 * search.starts)})"
-    if outcome == Outcome.STUCK and reached is not None:
-        there = reached.values
-        begins = ", ".join(f"{p.path} = {_quantity(p, there[p.path])}" for p in parameters if p.path in there)
-        yield f"{several}, or another start, as {begins}"
-    elif outcome == Outcome.NOT_CONVERGED:
-        yield f"{several}, or raise max_evaluations" if search.message == LIMITED else several
-    elif outcome == Outcome.NOT_DETERMINED:
-        open_ = [p.path for p in parameters if p.state == State.OPEN]
-        fix = f"fix {' or '.join(open_)}" if len(open_) > 1 else f"fix {open_[0]} (leave it out of the fit)"
-        yield f"{fix}, give narrower bounds, or measure another quantity"
-    total = float(np.sum(search.residual(search.best[2]) ** 2)) if search.best is not None else 0.0
-    if freed and outcome != Outcome.STUCK and freed[0][0] > _HELPS * total:
-        left = max(total - freed[0][0], 0.0)
-        yield f"free {freed[0][1]}: to first order χ² would fall from {total:.4g} to {left:.4g}"
-    if tied:
-        yield f"determine {tied[0].path} independently: the standard error of {tied[0].parameter} takes it as exact"
+    return tuple(row for _, row in rows)
 
 
 def _identified(search: Search, z: np.ndarray, fixed: np.ndarray, absolute: bool) -> Identified:
     if fixed.all():
-        return Identified(np.zeros((0, 0)), np.zeros(0, bool), np.zeros(0), [], 0)
+        return Identified(np.zeros((0, 0)), np.zeros(0, bool), np.zeros(0), np.zeros((0, 0)), 0)
     fit = search.look(z)[0]
     jacobian, residual = search.jacobian(z, fit)[:, ~fixed], search.residual(fit)
     settings = {"loss": search.loss, "loss_scale": search.loss_scale, "noise": search.noise}
     return identify(jacobian, residual, absolute=absolute, **settings)
 
 
-def _combination(
-    one: Direction, others: list[Direction], names: list[str], rate: np.ndarray, relative: np.ndarray
-) -> OpenCombination:
-    """An open direction in relative changes of the parameters, and in words."""
-    change = one.change * rate
-    change = change / change[np.argmax(np.abs(change))]
-    shown = [int(i) for i in np.argsort(-np.abs(change), kind="stable") if abs(change[i]) >= _SMALL]
-    parts = [
-        f"{names[i]} {change[i] * (1.0 if relative[i] else 0.01):+.3g}{' %' if relative[i] else ''}" for i in shown
-    ]
-    bounded, rest = np.isfinite(one.spread), [names[i] for i in np.flatnonzero(one.change) if i != shown[0]]
-    if len(shown) > 1:
-        small = "the measured values by less than their errors within the bounds"
-        words = f"{', '.join(parts[:-1])} and {parts[-1]} together change {small if bounded else 'no measured value'}"
-    elif bounded:
-        words = f"{names[shown[0]]}: its bounds determine it better than the data"
-    elif rest:
-        words = f"{names[shown[0]]}: its whole range has less effect than tiny changes of {', '.join(rest)}"
-    else:
-        words = f"{names[shown[0]]}: no measured value depends on it"
-    alone = [other for other in others if other is not one and any(abs(other.change[i]) > 1e-6 for i in shown)]
-    if len(shown) == 2 and all(relative[shown]) and not alone:
-        power = -change[shown[0]] / change[shown[1]]
-        words += f"; the data determine only ({names[shown[0]]})·({names[shown[1]]})^{power:.3g}"
-    if bounded:
-        words += f" (standard error {one.spread:.3g} of their range)"
-    return OpenCombination(dict(zip(names, change.tolist(), strict=True)), one.singular_value, one.spread, words)
-
-
-def _warnings(
-    search: Search, z: np.ndarray, chi2: float, probability: float | None, fixed: np.ndarray, paths: tuple[str, ...]
-) -> list[str]:
+def _warnings(search: Search, z: np.ndarray, chi2: float, probability: float | None) -> list[str]:
     warnings = []
-    if _unexplained(probability):
-        what = f"χ² is as improbable as {probability:.1g}: the model does not explain the data within their errors"
-        warnings.append(f"{what}, and the standard errors are too small")
-    elif probability is not None and probability > 1 - _UNLIKELY and chi2 > 0:
+    if probability is not None and probability > 1 - _UNLIKELY and chi2 > 0:
         warnings.append("χ² is improbably small: the standard deviations of the data are too large")
-    if fixed.any():
-        named = ", ".join(path for path, at in zip(paths, fixed, strict=True) if at)
-        warnings.append(f"at an active bound: {named}; the errors of the others assume it as fixed")
-    if not search.converged:
-        warnings.append("the search has not converged: values and errors are those of the best point found")
     least = min((cost for cost, _ in search.ends), default=np.inf)
     equal = [end for cost, end in search.ends if cost <= least * 1.01 + 1e-12 * search.measured.size]
     far = [end for end in equal if np.max(np.abs(end - z)) > 0.05]
     if far:
-        values = ", ".join(f"{p} = {v:.5g}" for p, v in zip(paths, search.box.up(far[0]), strict=True))
-        warnings.append(f"not unique: {len(far)} other starts end equally well elsewhere, one at {values}")
-    reasons = ", ".join(f"{reason} ({n} times)" for reason, n in search.model.failures.items())
-    if reasons:
-        warnings.append(f"trial points were rejected: {reasons}")
+        values = zip(search.model.paths, search.box.up(far[0]), strict=True)
+        there = ", ".join(f"{path} = {value:.5g}" for path, value in values)
+        warnings.append(f"not unique: {len(far)} other starts end equally well elsewhere, one at {there}")
     return warnings
 
 

@@ -288,22 +288,13 @@ STEP = 1e-3
 #: numbers of a scene that are no properties of what was measured
 _OF_THE_RUN = ("end_time", "initial.time")
 #: why a search has ended
-DONE, LIMITED = "the residual no longer decreases", "the limit of evaluations was reached"
+_DONE, _LIMITED = "the residual no longer decreases", "the limit of evaluations was reached"
 #: a parameter this close to an active bound (over the range) at the end is set to it
 _NEAR = 1e-3
 
 
 #: relative error of the root of a rise of χ² at the end of a profile; the root beyond the runs that have all events
 _CLOSE, _BEYOND = 1e-6, 1e3
-#: points tried to see whether parameters have an effect elsewhere
-_PROBES = 12
-
-
-def _halton(d: int, n: int) -> np.ndarray:
-    """Points (n, d) spread over the unit cube, without its corner."""
-    from scipy.stats import qmc  # slow to import, and rarely needed
-
-    return qmc.Halton(d, scramble=False).fast_forward(1).random(n)
 
 
 @dataclasses.dataclass
@@ -346,25 +337,6 @@ class Search:
         by the tolerance."""
         return max(10 * self.model.run.rtol, 1e-12)
 
-    def silent(self, z: np.ndarray) -> np.ndarray:
-        """Parameters (p,) on which no value depends at a point, within rounding."""
-        evaluation = self.look(z)[0]
-        size = np.linalg.norm(np.maximum(np.abs(evaluation.values), np.abs(self.measured)) / self.sigma)
-        return np.linalg.norm(self.jacobian(z, evaluation), axis=0) <= self.noise * size
-
-    def probes(self, z: np.ndarray, varied: np.ndarray) -> list[tuple[np.ndarray, float]]:
-        """Points over the bounds of the parameters `varied`, the others as in `z`, at which the measured values differ
-        from those at `z`, with their costs, the best first."""
-        here, points = self.look(z)[0].values, []
-        for shares in _halton(int(varied.sum()), _PROBES):
-            point = z.copy()
-            point[varied] = shares
-            there = self.model.at(self.box.up(point))
-            size = np.maximum(np.abs(here), np.abs(self.measured))
-            if self.model.refused(there) is None and np.any(np.abs(there.values - here) > self.noise * size):
-                points.append((point, self.cost(there)))
-        return sorted(points, key=lambda pair: pair[1])
-
     def residual(self, evaluation: Evaluation) -> np.ndarray:
         return (evaluation.values - self.measured) / self.sigma
 
@@ -396,7 +368,11 @@ class Search:
             raise InputError(reasons)
 
     def _spread(self, first: np.ndarray) -> list[np.ndarray]:
-        return [first, *(_halton(first.size, self.starts - 1) if self.starts > 1 else ())]
+        """The first start, and others spread over the unit cube, without its corner."""
+        from scipy.stats import qmc  # slow to import, and rarely needed
+
+        others = qmc.Halton(first.size, scramble=False).fast_forward(1).random(self.starts - 1)
+        return [first, *others]
 
     def _descend(self, z: np.ndarray) -> None:
         """Search from one start; parameters at active bounds are fixed there, and the others searched again."""
@@ -498,7 +474,7 @@ class Search:
         z, ended = whole(solution.x), solution.status > 0
         if solution.status != 1 and barrier is not None:
             return z, float(solution.cost), False, f"ended beside rejected points: {barrier}"
-        return z, float(solution.cost), ended, DONE if ended else LIMITED
+        return z, float(solution.cost), ended, _DONE if ended else _LIMITED
 
 
 # --- covariance by a truncated SVD, and the undetermined combinations of parameters ----------------------------------
@@ -522,28 +498,18 @@ _UNIFORM = 12**-0.5
 _CONCERNED = 0.1
 
 
-@dataclasses.dataclass(frozen=True)
-class Direction:
-    """An undetermined combination of parameters: `change` of every parameter over its range (or its
-    logarithm over that of the range), the largest 1. `spread`: the combination's standard error in these units, `inf`
-    where the data do not depend on it at all."""
-
-    change: np.ndarray
-    singular_value: float
-    spread: float
-
-
 class Identified(NamedTuple):
     """Covariance of the scaled parameters, and undetermined directions.
 
-    `covariance` (p, p) of the determined directions alone;  `concerned` (p,): parameters that an open direction
-    changes;  `singular_values` (p,), in standard deviations of the data per whole range
+    - `covariance` (p, p) of the determined directions alone
+    - `singular_values` (p,), in standard deviations of the data per whole range
+    - `open` (k, p): directions that the data do not determine;  `concerned` (p,): parameters that one of them changes
     """
 
     covariance: np.ndarray
     concerned: np.ndarray
     singular_values: np.ndarray
-    open: list[Direction]
+    open: np.ndarray
     rank: int
 
 
@@ -586,25 +552,19 @@ def identify(
     else:
         kept = v[:, closed] @ (v[:, closed].T @ bent)
         covariance = kept @ kept.T
-    directions = [Direction(change, 0.0, np.inf) for change in _readable(v[:, vanishing])]
-    for k in np.flatnonzero(vague):
-        change = v[:, k] / v[np.argmax(np.abs(v[:, k])), k]
-        directions.append(Direction(change, float(s[k]), float(along[k])))
-    return Identified(covariance, _concerned(v[:, ~closed], covariance), s, directions, int(closed.sum()))
+    return Identified(covariance, _concerned(v[:, ~closed], covariance), s, v[:, ~closed].T, int(closed.sum()))
 
 
 class Confounded(NamedTuple):
     """How a fixed number is tied to fitted ones (p,): their correlations if it were free, their shift for its change of
-    1, their variances while it is fixed (for residuals of variance 1), and by how much `Σ r²` would fall if it were
-    free."""
+    1, and their variances while it is fixed (for residuals of variance 1)."""
 
     correlation: np.ndarray
     shift: np.ndarray
     variance: np.ndarray
-    gain: float
 
 
-def confound(jacobian: np.ndarray, column: np.ndarray, residual: np.ndarray, noise: float) -> Confounded:
+def confound(jacobian: np.ndarray, column: np.ndarray, noise: float) -> Confounded:
     """Correlations of fitted parameters, with derivatives `J` (m, p), with a number of derivatives `j` (m,).
 
     With `a = J⁺ j` and `e = j − J a`, freeing the number makes its variance `1/eᵀe`, those of the parameters
@@ -621,22 +581,7 @@ def confound(jacobian: np.ndarray, column: np.ndarray, residual: np.ndarray, noi
     square = max(float(rest @ rest), noise**2 * size)  # never of rounding alone
     scale = np.sqrt(variance * square + a**2)
     correlation = np.where(scale > 0, -a / np.where(scale > 0, scale, 1.0), 0.0)
-    left = residual - u @ (u.T @ residual)
-    independent = square > 1e-6 * size
-    return Confounded(correlation, -a, variance, float(rest @ left) ** 2 / square if independent else 0.0)
-
-
-def _readable(basis: np.ndarray) -> np.ndarray:
-    """Directions (k, p) that span the columns of `basis` (p, k), each with as few parameters as possible."""
-    k = basis.shape[1]
-    if k == 0:
-        return np.zeros((0, basis.shape[0]))
-    from scipy.linalg import qr  # imported only by fits
-
-    _, _, order = qr(basis.T, pivoting=True)  # pyright: ignore
-    rows = np.linalg.solve(basis.T[:, order[:k]], basis.T)
-    rows[np.abs(rows) < 1e-6] = 0.0
-    return rows / np.take_along_axis(rows, np.argmax(np.abs(rows), axis=1)[:, None], axis=1)
+    return Confounded(correlation, -a, variance)
 
 
 def _concerned(free: np.ndarray, covariance: np.ndarray) -> np.ndarray:

@@ -151,10 +151,6 @@ class Measured(Tabular):
         sigma = [np.broadcast_to(1.0 if part.sigma is None else part.sigma, np.shape(part.value)) for part in self.all]
         return np.hstack([part.value for part in self.all]), np.hstack(sigma)
 
-    def split(self, values: np.ndarray) -> list[np.ndarray]:
-        """Slice of each column and single value among all values (m,)."""
-        return np.split(values, np.cumsum([np.size(part.value) for part in self.all])[:-1])
-
     def parts(self) -> Iterator[str]:
         for part in self.points:
             mark = f" [{part.unit}]" if behind(part.unit) else ""

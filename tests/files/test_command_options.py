@@ -88,7 +88,7 @@ def run(capsys, line):
     return call(capsys, command, "standard.toml", *arguments)
 
 
-OUTCOMES = {"converged": 0, "not_converged": 1, "not_determined": 4, "stuck": 5}
+OUTCOMES = {"converged": 0, "not_converged": 1, "not_determined": 4}
 FIT, VARY = "calibrate a.csv --fit initial.omega=10:30", "sweep --vary initial.omega=1:4:4 --metrics stopping_time"
 
 

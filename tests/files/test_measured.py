@@ -276,7 +276,6 @@ def test_data_say_what_they_hold():
     values, sigma = data.arrays
     assert values.tolist() == [3, 2, 1, 0, 1, 1, 2, 4, 3, 2e4]
     assert sigma.tolist() == [0.1, 0.2, 0.3, 0.5, 0.5, 1, 1, 1, 0.25, 1]
-    assert [part.tolist() for part in data.split(values)] == [[3, 2, 1], [0, 1], [1, 2, 4], [3], [2e4]]
     assert not data.sigma_known
     assert (data.points[2].column, data.points[2].entry) == ("tension", "3")
     told = data.as_dict()

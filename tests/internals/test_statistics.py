@@ -13,8 +13,6 @@ from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake.studies import _global, _uncertainty
-from simbrake.studies._calibration import _elsewhere
-from simbrake.studies._evaluator import Box, Evaluation, Paths
 from simbrake.studies._fit import FitModel, Recording, Search, cost, identify
 
 
@@ -49,48 +47,6 @@ def test_jacobian_matches_differences():
     theta = np.array([0.31, 1.5e5, 900.0])
     J, D = model(theta).jacobian * theta, central(model, theta) * theta
     np.testing.assert_allclose(J, D, rtol=1e-6, atol=1e-8 * np.abs(D).max())
-
-
-class Toy:
-    """A model of one parameter from 0 to 1, and its slope, in the place of a scene."""
-
-    def __init__(self, values, h=1e-6):
-        self.rtol, self.points, self.failures, self.paths = 1e-10, 0, {}, ("p",)
-        self.run = self.at = self
-        self.values, self.h = values, h
-
-    def __call__(self, x):
-        self.points += 1
-        up, here, down = (np.atleast_1d(self.values(float(x[0]) + k * self.h)) for k in (1, 0, -1))
-        return Evaluation(here, ((up - down) / (2 * self.h))[:, None], 0, None)
-
-    def refused(self, found):
-        return None
-
-
-@pytest.mark.parametrize(
-    ("values", "measured", "start", "unexplained", "stuck"),
-    [
-        (lambda p: max(0.6 - p, 0.0), 0.4, 0.8, True, True),  # reacts below 0.6 only
-        (lambda p: max(0.6 - p, 0.0), 0.0, 0.8, False, False),  # fits where it is
-        (lambda p: 3.0, 0.4, 0.8, True, False),  # reacts nowhere
-        (lambda p: np.cos(4 * np.pi * p) + p, -0.8, 0.75, True, True),  # a local minimum
-        (lambda p: p**2 + p, -1.0, 0.0, True, False),  # a bad fit that is the best one
-    ],
-)
-def test_search_stuck_if_others_fit_better(values, measured, start, unexplained, stuck):
-    ends = (np.zeros(1), np.ones(1), np.array([start]), np.array([False]))
-    search = Search(
-        Toy(values), Box(Paths.each(("p",)), *ends), np.array([measured]), np.ones(1), "linear", 1.0, "trf", 50, 1
-    )
-    search.run()
-    z = search.best[1]
-    silent = search.silent(z)
-    found = _elsewhere(search, z, silent, unexplained)
-    assert (found is not None) == stuck
-    if found is not None:
-        assert set(found.silent) == ({"p"} if silent[0] else set())
-        assert values(found.values["p"]) != values(float(z[0]))
 
 
 def test_interruption_keeps_the_best_point(monkeypatch):

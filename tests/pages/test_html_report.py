@@ -62,7 +62,13 @@ def made(run, tmp_path_factory):
     limits = {"max_tension": 1e9, "max_normal_load": 10.0}
     title = f"A stop {NASTY} & more"
     files = {"notes.txt": f"# {NASTY}\n[brake]"}
-    asked = {"sensitivity": ["stopping_time"], "span": {"initial.omega": "30 rpm"}, "limits": limits, "title": title, "files": files}
+    asked = {
+        "sensitivity": ["stopping_time"],
+        "span": {"initial.omega": "30 rpm"},
+        "limits": limits,
+        "title": title,
+        "files": files,
+    }
     text = sb.report(run, path, **asked)
     assert path.read_text("utf-8") == text
     return text

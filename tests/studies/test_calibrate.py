@@ -87,15 +87,8 @@ def test_undetermined_product_is_named():
     assert np.isinf(fit[J].standard_error)
     assert fit.outcome == Outcome.NOT_DETERMINED
     assert fit.headline.startswith(f"not determined: the data do not determine {T0}, {J}")
-    assert any(text.startswith(f"fix {T0} or {J}") for text in fit.advice)
-    (one,) = fit.open
-    assert np.isinf(one.spread)
-    assert one.relative[T0] == pytest.approx(one.relative[J], rel=1e-6)
-    assert one.relative[OMEGA] == pytest.approx(0.0, abs=1e-6)
-    assert T0 in one.words
-    assert J in one.words
-    assert OMEGA not in one.words
-    assert "^-1" in one.words
+    assert fit.open == (pytest.approx({OMEGA: 0.0, T0: 1.0, J: 1.0}, abs=1e-6),)
+    assert f"open     {T0} +1, {J} +1 (relative changes) together" in str(fit)
     X = np.stack([np.ones_like(TS), TS], axis=1)
     best, cov = np.linalg.lstsq(X, line(noise=np.random.default_rng(0)), rcond=None)[0], np.linalg.inv(X.T @ X)
     assert fit[OMEGA].standard_error == pytest.approx(SIGMA * np.sqrt(cov[0, 0]), rel=1e-6)
@@ -103,7 +96,7 @@ def test_undetermined_product_is_named():
     assert fit.singular_values[2] < 1e-9 * fit.singular_values[0]
     saved = fit.as_dict()
     assert saved["parameters"][1]["standard_error"] is None
-    assert saved["open"][0]["spread"] is None
+    assert saved["open"][0][J] == pytest.approx(1.0)
     assert "standard error infinite" in str(fit)
 
 
@@ -116,7 +109,7 @@ def test_a_robust_loss_shrugs_off_outliers():
     assert abs(robust[T0].value - 8e3) < 3 * robust[T0].standard_error
     assert abs(plain[T0].value - 8e3) > 3 * plain[T0].standard_error
     assert plain.probability < 1e-6
-    assert any("does not explain" in text for text in plain.warnings)
+    assert "the model does not explain the data" in plain.headline
 
 
 # --- recovery and derivatives ---------------------------------------------------------------------------------------
@@ -180,14 +173,13 @@ def lowering(T, noise):
 
 
 @pytest.mark.slow
-def test_start_that_holds_the_load_is_stuck():
+def test_start_that_holds_the_load_determines_nothing():
     bounds = {T0: (100.0, 400.0)}
     fit = sb.calibrate(held(300.0), bounds, lowering(TRUTH, 0))
-    assert (fit.outcome, fit.converged) == (Outcome.STUCK, False)
+    assert fit.outcome == Outcome.NOT_DETERMINED
     assert fit.chi2 == pytest.approx(fit.chi2_start, rel=1e-12)
-    assert fit.headline.startswith(f"stuck: no measured value reacts to {T0} = 300 N")
-    assert "starts=6" in fit.advice[0]
-    assert fit.as_dict()["outcome"] == "stuck"
+    assert fit.headline.startswith(f"not determined: the data do not determine {T0}; ")
+    assert fit.headline.endswith(": the model does not explain the data")
     assert str(fit).splitlines()[0] == fit.headline
     out = sb.calibrate(held(300.0), bounds, lowering(TRUTH, 0), starts=6)
     assert out.outcome == Outcome.CONVERGED
@@ -215,15 +207,11 @@ def test_headline_names_wrong_fixed_number():
     assert (1 - one.shift * 0.4 / 8.4) * fit[OMEGA].value == pytest.approx(20.0, rel=1e-6)  # corrected by it
     assert one.parameter == OMEGA
     assert T0 in fit.headline or len(fit.fixed) > 3
-    assert any("independently" in text for text in fit.advice)
     assert fit.as_dict()["fixed"][0]["parameter"] == OMEGA
     # speeds from the start on tell the two apart: -0.87
     fit = sb.calibrate(rigid(T0=wrong), {OMEGA: (5.0, 60.0)}, speeds(20.0 - rate(8e3) * TS, 0.01))
     assert fit.fixed == ()
     assert "does not explain the data" in fit.headline
-    free = [text for text in fit.advice if text.startswith("free ")]
-    assert len(free) == 1
-    assert free[0].endswith(" to 0") or float(free[0].split()[-1]) < 1e-3 * fit.chi2
 
 
 # --- bounds, events that do not occur, interruption -----------------------------------------------------------------
@@ -236,7 +224,7 @@ def test_a_bound_that_holds_the_fit_is_said():
     assert fit[T0].state == State.AT_HIGH
     assert fit[T0].value == 7e3
     assert np.isnan(fit[T0].standard_error)
-    assert any("at an active bound" in text for text in fit.warnings)
+    assert "at its upper bound" in str(fit)
     best = np.mean(values + rate(7e3) * TS)  # the other one, given this
     assert fit[OMEGA].value == pytest.approx(best, rel=1e-8)
     assert fit[OMEGA].standard_error == pytest.approx(SIGMA / np.sqrt(TS.size), rel=1e-6)

@@ -88,9 +88,7 @@ def test_direction_that_no_recording_determines_is_named():
     assert fit.outcome == Outcome.NOT_DETERMINED
     assert [p.state for p in fit.parameters] == [State.OPEN, State.OPEN, *[State.FITTED] * 3]
     (direction,) = fit.open
-    assert T0 in direction.words
-    assert F in direction.words
-    assert OMEGA not in direction.words
+    assert {path for path, share in direction.items() if abs(share) > 1e-6} == {T0, F}
     # without a known inertia of each, a scale of all forces and inertias is open as well
     free = {name: sb.studies.Measured(data.points) for name, data in stops().items()}
     fit = sb.calibrate(rigid(), {T0: (2e3, 3e4)}, free, per_recording={**EACH, J: (300.0, 5e3)})
@@ -142,11 +140,9 @@ def test_profile_of_a_curved_model():
     fit = sb.calibrate(scene, {T0: (2e3, 1.2e4)}, data, profile=True)
     assert fit[T0].profile[0] == pytest.approx(exact[0], rel=1e-6)
     assert fit[T0].profile[1] == np.inf
-    assert fit.warnings == (f"{T0}: χ² rises by less than 3.84 up to its upper bound, 12000 N",)
     # with a friction that is not known better either, T_0 is open, and f is limited by the bound of T_0
     both = sb.calibrate(scene, {T0: (6e3, 1e4), F: (0.3, 0.5)}, data, profile=True)
     assert both[T0].profile == (-np.inf, np.inf)
-    assert f"{T0}: the profile is flat: " in str(both)
     highest = closed_form(f=both[F].profile[1])["Pi"] - 1
     assert highest * 6e3 == pytest.approx((closed_form()["Pi"] - 1) * exact[1], rel=1e-6)
     with pytest.raises(sb.InputError, match="profile: is not known of the loss huber"):
