@@ -202,19 +202,14 @@ class FitModel:
         return [with_values(each.scene, dict(zip(names, theta[has].tolist(), strict=True))) for each, has in rows]
 
     def __call__(self, theta: np.ndarray) -> Evaluation:
-        """Values (m,) and Jacobian (m, p), of trial points: what is refused is counted."""
-        before, evaluation = self.points, self.at(theta)
-        if self.points > before and (reason := self.refused(evaluation)) is not None:
-            self.failures[reason] = self.failures.get(reason, 0) + 1
-        return evaluation
-
-    def at(self, theta: np.ndarray) -> Evaluation:
-        """Values and Jacobian at a point; the last few are cached."""
+        """Values (m,) and Jacobian (m, p) at a trial point: what is refused is counted, the last few are cached."""
         key = theta.tobytes()
         if key not in self._latest:
             self.points += 1
             runs = zip(self.recordings, self._has, self.given, strict=True)
             self._latest[key] = self._joined([self.run(theta[has], given, each.scene) for each, has, given in runs])
+            if (reason := self.refused(self._latest[key])) is not None:
+                self.failures[reason] = self.failures.get(reason, 0) + 1
             if len(self._latest) > _REMEMBERED:
                 del self._latest[next(iter(self._latest))]
         return self._latest[key]
