@@ -11,7 +11,7 @@ from .._parts._scene import Scene, require_scene
 from .._run._edit import Inputs, entry_of, with_inputs
 from .._run._measure import Metric, check_metrics, unit_of
 from .._run._simulate import Prepared, PreparedResult, Solver, prepare
-from ._evaluator import Faults, as_metrics, bounds_of, failure_name, faults_of_runs
+from ._evaluator import Faults, Metrics, Paths, PointEvaluator, as_metrics, bounds_of, failure_name, faults_of_runs
 
 
 @explained
@@ -36,8 +36,10 @@ class Evaluator:
                [1.25772]])
     """
 
-    def __init__(self, prepared: Prepared, bounds: Mapping[str, np.ndarray], units: Sequence[str]) -> None:
-        self._prepared = prepared
+    def __init__(
+        self, prepared: Prepared, slopes: PointEvaluator, bounds: Mapping[str, np.ndarray], units: Sequence[str]
+    ) -> None:
+        self._prepared, self._slopes = prepared, slopes
         self._places = [prepared.places[path] for path in bounds]
         self.names, self.units = tuple(bounds), tuple(units)
         self.bounds = np.stack([*bounds.values()])
@@ -65,12 +67,15 @@ class Evaluator:
     def jacobian(self, X: Any) -> np.ndarray:
         """Derivatives (m, k) of the metrics by the numbers at `X` (k,), (n, m, k) at (n, k), through all events.
 
-        One reverse pass for each metric, however many numbers there are. NaN and errors as for `evaluate`, which
+        As many passes as there are metrics or numbers, whichever are fewer. NaN and errors as for `evaluate`, which
         finds the codes. The first call compiles.
         """
-        slopes = [self._prepared.gradient(point) for point in self._points(X)]
-        columns = [[slope[:, place].sum(axis=1) for slope in slopes] for place in self._places]
-        return np.stack(columns, axis=-1).reshape(*np.shape(X)[:-1], len(self.metrics), len(self.names))
+        self._points(X)
+        if not self._slopes.runs and len(self._slopes.limits) > 1:
+            # (a derivative replays the run: its length is known)
+            self._slopes.like(self._slopes.result(throw=False))
+        slopes = [self._slopes(x).jacobian for x in np.atleast_2d(np.asarray(X, np.float64))]
+        return np.array(slopes).reshape(*np.shape(X)[:-1], len(self.metrics), len(self.names))
 
     def _points(self, X: Any) -> list[np.ndarray]:
         """All numbers of the scene for each run."""
@@ -156,4 +161,8 @@ def evaluator(
     hint = "a function of the result to one number"
     wrong = [name for name, value in prepared().metrics.items() if np.ndim(value)]
     Faults(Fault(name, "is an array", hint) for name in wrong).report()
-    return Evaluator(prepared, bounds, units)
+    reverse = len(paths) > len(asked)
+    place, find = Paths.each(paths), Metrics(tuple(asked))
+    settings: dict[str, Any] = {"solver": solver, "rtol": rtol, "max_steps": max_steps}
+    slopes = PointEvaluator(scene, place, find, size=len(asked), reverse=reverse, singly=True, **settings)
+    return Evaluator(prepared, slopes, bounds, units)
