@@ -130,7 +130,7 @@ sb.Scene, sb.Brake, sb.Pulley, sb.Band, sb.Lining, sb.ConstantFriction, sb.Duty,
 _WARM = """
 import sys, time
 import simbrake as sb
-run = sb.prepare(sb.files.open_scene(sys.argv[1]), ["energy.friction_heat"])
+run = sb.prepare(sb.read_scene(sys.argv[1]), ["energy.friction_heat"])
 run()
 found = []
 while len(found) < 3 or (sum(found) < 0.2 and len(found) < 50):
@@ -305,7 +305,7 @@ def looking(quick: bool) -> Part:
     names, rounds = (list(COLD)[:1], 1) if quick else (list(COLD), 3)
     costs = []
     for name in names:
-        costs += looks(name, sb.files.open_scene(ROOT / "scenarios" / name), LOOKS, rounds)
+        costs += looks(name, sb.read_scene(ROOT / "scenarios" / name), LOOKS, rounds)
     for cycles in (22,) if quick else (220, 660):
         costs += looks(f"(f), {cycles} cycles", cycles_case(cycles).simbrake(), {"events": LOOKS["events"]}, rounds)
     notes = ("Looks are warm; the ratio is what they take beyond 50 ms.", "220 cycles have some 10,000 events.")

@@ -31,7 +31,6 @@ from typing import Any
 import lazy_loader
 
 from ._base._precision import use_64_bits
-from ._base._retired import answers
 
 _named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
@@ -53,7 +52,7 @@ def _uncollected() -> Iterator[None]:
             gc.enable()
 
 
-def _with_home(name: str) -> Any:
+def __getattr__(name: str) -> Any:
     """A name at the top; of another one the error says where it is."""
     try:
         with _uncollected():
@@ -65,11 +64,3 @@ def _with_home(name: str) -> Any:
     homes = [home.__name__ for home in packages if name in getattr(home, "__all__", ())]
     hint = f": it is {' and '.join(f'{home}.{name}' for home in homes)}" if homes else ""
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")
-
-
-__getattr__ = answers(
-    __name__,
-    moved={"check": "check_scene", "load": "read_result", "history": "files.history"},
-    gone={"published": "it is papers/printed_tables.py in a checkout of the repository"},
-    others=_with_home,
-)

@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Int
 
 from ._base._corners import clipped
 from ._base._faults import Fault, InputError
-from ._base._part import Part, as_part, former_names, part, quantity, short_for, whole
+from ._base._part import Part, as_part, part, quantity, short_for, whole
 from ._base._quantity import Quantity, Scalar, in_si
 from ._base._table import number
 from .hybrid._arrays import Array
@@ -221,7 +221,6 @@ def faults_of_want(wants: str, path: str) -> list[Fault]:
 # --- phases -----------------------------------------------------------------------------------------------------------
 
 
-@former_names(hangs="string_on_hook")
 class Phase(Part):
     """A phase of a duty: a lever until something happens.
 

@@ -13,7 +13,6 @@ from ._base._arguments import explained
 from ._base._faults import DRUM_RADIUS, Fault
 from ._base._part import Part, part, parts_below, quantity, short_for, whole
 from ._base._quantity import Over, Quantity, Scalar, Values, in_si
-from ._base._retired import answers
 from ._phases import AfterTime, AfterTravel, AtHeight, AtRest, AtStop, AtTemperature, Phase, Phases, held_within
 from .hybrid._arrays import Array
 from .hybrid._struct import AbstractClassVar, AbstractVar, with_fields
@@ -70,8 +69,6 @@ __all__ = [
     "ViscousDrag",
     "differential_lever_tension",
 ]
-
-__getattr__ = answers(__name__, internal={"AbstractDryTorque": "shaft"})
 
 GRAVITY = 9.80665  # m/s², standard acceleration of free fall (3rd CGPM, 1901)
 

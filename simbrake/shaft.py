@@ -8,7 +8,7 @@ import jax
 import jax.numpy as jnp
 
 from ._base._faults import Fault, InputError
-from ._base._part import Part, former_names, part, quantity
+from ._base._part import Part, part, quantity
 from ._base._quantity import Scalar
 from .hybrid._arrays import Array
 from .hybrid._struct import AbstractVar, struct_field, with_fields
@@ -160,7 +160,6 @@ class ViscousDrag(AbstractShaftTorque):
         return self.coefficient * omega
 
 
-@former_names(limit="friction_torque")
 class BearingFriction(AbstractDryTorque):
     """Dry friction of bearings: `|M| = M_c` in motion, `|M| ≤ M_c` at rest. The shaft can stick on it alone.
 

@@ -11,7 +11,6 @@ from ._base._corners import greater
 from ._base._faults import Fault
 from ._base._part import Part, faults_of_sizes, leaves, part, quantity, short_for
 from ._base._quantity import Over, Scalar
-from ._base._retired import answers
 from ._phases import Phases
 from .brakes._design import AbstractBrake, Brake
 from .friction import GAS_CONSTANT, remembers
@@ -32,8 +31,6 @@ __all__ = [
     "ThresholdWear",
     "Wear",
 ]
-
-__getattr__ = answers(__name__, moved={name: f"studies.{name}" for name in ("turned_scene", "worn_scene")})
 
 #: of the friction face (K), `None` where a scene has none
 Temperature: TypeAlias = Float[Array, "..."] | float | None

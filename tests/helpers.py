@@ -13,7 +13,6 @@ import numpy as np
 
 import simbrake as sb
 from simbrake.__main__ import main as main
-from simbrake.files import open_scene as open_scene
 from simbrake.hybrid import LANDED, STOPPED
 
 DOPRI8 = sb.hybrid.ExplicitRungeKutta(diffrax.Dopri8())

@@ -3,11 +3,9 @@
 import dataclasses
 import functools
 import inspect
-import operator
 import types
 import typing
-import warnings
-from collections.abc import Callable, Container, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Annotated, Any, ClassVar, TypeVar, cast
 
 import jax
@@ -105,56 +103,6 @@ def short_for(family: type) -> Callable[[_T], _T]:
         return maker
 
     return marked
-
-
-#: class → former names of its fields, and their names now
-FORMER: dict[object, dict[str, str]] = {}
-_WARNED: dict[Any, Any] = {}
-
-
-def former_names(**names: str) -> Callable[[_T], _T]:
-    """Mark a class whose fields had other names: these answer for one version, and warn (former name = name now)."""
-
-    def marked(cls: _T) -> _T:
-        make = cls.__init__
-
-        @functools.wraps(make)
-        def init(self: Any, *values: Any, **named: Any) -> None:
-            make(self, *values, **by_present_names(cls, named))
-
-        FORMER[cls] = names
-        type.__setattr__(cls, "__init__", init)
-        for old, new in names.items():
-            type.__setattr__(cls, old, property(operator.attrgetter(new)))
-        return cls
-
-    return marked
-
-
-def _warn_of_name(text: str) -> None:
-    # (a file name that is none: in one line, and once)
-    warnings.warn_explicit(text, FutureWarning, "<simbrake>", 0, registry=_WARNED)
-
-
-def by_present_names(maker: object, values: dict[str, Any]) -> dict[str, Any]:
-    """Values of fields under the names that these have now."""
-    renamed = dict(values)
-    for old, new in FORMER.get(maker, {}).items():
-        if old in renamed:
-            _warn_of_name(f"{maker.__name__}.{old} is {new} now")  # pyright: ignore
-            renamed[new] = renamed.pop(old)
-    return renamed
-
-
-def present_path(path: str, paths: Container[str]) -> str:
-    """The path of a number under the name that its field has now; a former name warns."""
-    part, _, name = path.rpartition(".")
-    renamed = [] if path in paths else [f"{part}.{names[name]}" for names in FORMER.values() if name in names]
-    for present in renamed:
-        if present in paths:
-            _warn_of_name(f"{path} is {present} now")
-            return present
-    return path
 
 
 def short_of(wanted: Iterable[object]) -> type | None:

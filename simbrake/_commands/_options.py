@@ -139,10 +139,10 @@ def opened(
         raise InputError(errors)  # known before JAX is loaded
     prepare_jax()
     from .._run._edit import parse_assignments
-    from ..files._scene_file import open_scene
+    from ..files._scene_file import read_scene
 
     values = attempt(errors, parse_assignments, set_ or [])
-    scene = attempt(errors, open_scene, file, values or {})
+    scene = attempt(errors, read_scene, file, values or {})
     return checked(scene, errors)
 
 

@@ -37,7 +37,7 @@ class Colour(enum.StrEnum):
     """Colour of a verdict, from the best to the worst.
 
     Example:
-        >>> result.verdict().colour == sb.results.Colour.AMBER
+        >>> result.verdict().colour == "amber"
         True
     """
 

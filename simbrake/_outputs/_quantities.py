@@ -579,15 +579,6 @@ SERIES_COLUMNS, PAIR_COLUMNS = _columns(Series), _columns(PairSeries)
 #: quantities of linings, each of one friction pair: of these there are means, maxima and maps
 LINING_QUANTITIES = {name: about for name, about in {**SERIES_COLUMNS, **PAIR_COLUMNS}.items() if about.view}
 
-#: columns that earlier versions wrote under another name
-RENAMED = {
-    "internal_load": "internal_normal_load",
-    "internal_mode": "internal_sense",
-    "internal_sliding": "internal_sense",
-    "lining_internal_slip_speed": "internal_slip_speed",
-    "lining_internal_torque": "internal_torque",
-}
-
 
 def series_of(p: Probe, system: BrakeSystem) -> Series:
     """All columns of a probe."""

@@ -24,7 +24,6 @@ from .._base._part import (
     leaves,
     parts_below,
     presence_below,
-    present_path,
 )
 from .._base._quantity import NumberReader, Quantity, as_number, has_units
 from .._parts._scene import Scene, require_scene
@@ -44,7 +43,7 @@ def entry_of(path: str, fields: Container[str]) -> tuple[str, int | None]:
     if path in fields:
         return path, None
     field, index = match["path"], None if match["index"] is None else int(match["index"])
-    return present_path(field, fields), index
+    return field, index
 
 
 class Inputs(dict[str, Leaf]):

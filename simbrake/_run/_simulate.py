@@ -535,7 +535,7 @@ class PreparedResult(NamedTuple):
 
 
 class Places(dict[str, slice]):
-    """Path of a number → where it lies in the vector of all of them; also of an entry of a list, and of former names.
+    """Path of a number → where it lies in the vector of all of them; also of an entry of a list.
 
     Raises `KeyError` with the nearest paths where there is none.
     """

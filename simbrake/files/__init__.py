@@ -11,6 +11,9 @@ _named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 __getattr__ = answers(
     __name__,
-    gone={"write_fmu": "simbrake.files.export_fmu writes an FMU of C, which needs no Python"},
+    gone={
+        "open_scene": "simbrake.read_scene reads files of both kinds",
+        "write_fmu": "simbrake.files.export_fmu writes an FMU of C, which needs no Python",
+    },
     others=_named,
 )

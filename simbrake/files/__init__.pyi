@@ -1,7 +1,6 @@
 from ._c_export import export_c as export_c
 from ._fmu import export_fmu as export_fmu
 from ._scene_file import leaves as leaves
-from ._scene_file import open_scene as open_scene
 from ._scene_file import read_scene as read_scene
 from ._scene_file import scene_from_text as scene_from_text
 from ._scene_file import scene_text as scene_text

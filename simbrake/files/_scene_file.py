@@ -15,7 +15,7 @@ from jax.core import Tracer
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError, of_radius, text_of_file, whole_file
-from .._base._part import FORMER, Whole, by_present_names, faults_of_whole, leaves, meant_by, tried_for
+from .._base._part import Whole, faults_of_whole, leaves, meant_by, tried_for
 from .._base._quantity import BAD, NumberReader, Quantity, example, shown
 from .._parts._scene import Scene, check_scene, paths_without_meaning, require_scene
 from .._phases import AbstractEnd, read_end
@@ -79,10 +79,7 @@ class SceneReader(NumberReader):
             return None
         if len(makers) == 1:
             return next(iter(makers.values()))
-        names = {
-            name: {*FORMER.get(maker, ()), *tried_for(maker), *(part.name for part in parts_of(maker))}
-            for name, maker in makers.items()
-        }
+        names = {name: {*tried_for(maker), *(part.name for part in parts_of(maker))} for name, maker in makers.items()}
         needed = {name: {part.name for part in parts_of(maker) if part.needed} for name, maker in makers.items()}
         keys = set(table)
         # the better reason comes first: nothing is missing or unknown, nothing is unknown, the most keys are known, of
@@ -106,7 +103,7 @@ class SceneReader(NumberReader):
     def _fields(
         self, table: dict[str, Toml], maker: Maker, path: str, unit: str, makers: Mapping[str, Maker]
     ) -> object:
-        table, parts = by_present_names(maker, table), {part.name: part for part in parts_of(maker)}
+        parts = {part.name: part for part in parts_of(maker)}
         # a history's column has the unit of the field that holds it
         values: dict[str, object] = {"unit": unit} if maker is history else {}
         for key in [key for key in table if key not in parts]:
@@ -411,7 +408,3 @@ def read_scene(path: str | Path, values: Mapping[str, Any] | None = None) -> Sce
     if not isinstance(scene, Scene):
         raise InputError([Fault(str(file), f"scene() returned {type(scene).__name__}", "return a simbrake.Scene")])
     return with_values(scene, dict(values)) if values else scene
-
-
-#: the same function under its former name
-open_scene = read_scene

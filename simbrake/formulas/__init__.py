@@ -7,13 +7,4 @@ names is used.
 
 import lazy_loader
 
-from .._base._retired import answers
-
-_named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
-
-__getattr__ = answers(
-    __name__,
-    internal={"profile_mean": "formulas.stress"},
-    moved={"stop": "formulas.statics"},
-    others=_named,
-)
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -44,7 +44,5 @@ __getattr__ = answers(
     __name__,
     gone={
         "browse": "plot.stop draws the run over time, plot.pulley the brake at a time; simbrake app has sliders",
-        "published": "it is papers/paper_figures.py in a checkout of the repository",
-        "work_precision": "it is benchmarks/pictures.py in a checkout of the repository",
     },
 )

@@ -11,18 +11,6 @@ _named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 __getattr__ = answers(
     __name__,
-    internal={
-        "Colour": "_outputs._judgement",
-        "Need": "_outputs._metrics:Requirement",
-        "Rubbing": "_outputs._quantities",
-        "rubbing": "_run._linings",
-    },
-    moved={
-        "Answer": "results.PreparedResult",
-        "AnswerAccuracy": "results.PreparedAccuracy",
-        "load": "results.read_result",
-        "shown_in": "results.display_units",
-    },
     gone=dict.fromkeys(
         ("Beside", "SideBySide"),
         "compare two at a time; pandas.DataFrame([one.metrics for one in results]) shows several",

@@ -33,9 +33,7 @@ def origin(source: Source) -> Settings:
     """Provenance of a stored result, from a file or a data set, or of a result."""
     if isinstance(source, Result):
         return provenance(source)
-    data, name = (
-        (read_result(source, earlier=True), str(source)) if isinstance(source, str | Path) else (source, "data set")
-    )
+    data, name = (read_result(source), str(source)) if isinstance(source, str | Path) else (source, "data set")
     try:
         return json.loads(data.attrs["provenance"])
     except (AttributeError, KeyError, ValueError) as error:

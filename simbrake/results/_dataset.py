@@ -23,7 +23,7 @@ from .._base._faults import Fault, InputError, existing_file, whole_file
 from .._base._part import leaves
 from .._outputs._duty import stop_variables
 from .._outputs._metrics import about_output
-from .._outputs._quantities import RENAMED, SERIES_COLUMNS, Series, about_column, flat, times_within
+from .._outputs._quantities import SERIES_COLUMNS, Series, about_column, flat, times_within
 from .._parts._scene import Scene, warnings
 from .._run._result import Result
 from ..files._scene_file import scene_from_text, scene_text
@@ -383,11 +383,10 @@ def save(result: Result | Dataset, path: str | Path) -> Path:
 
 
 @explained
-def read_result(path: str | Path, *, earlier: bool = False) -> Dataset:
+def read_result(path: str | Path) -> Dataset:
     """The data set (`xarray.Dataset`) of a result file, or of a folder of `simbrake run --out`.
 
-    Raises `InputError` for a file that is missing, of another kind, damaged, or changed after it was written, and for
-    one of an earlier version whose columns had other names (`earlier=True` reads it as it is).
+    Raises `InputError` for a file that is missing, of another kind, damaged, or changed after it was written.
 
     Example:
         >>> import tempfile
@@ -410,9 +409,6 @@ def read_result(path: str | Path, *, earlier: bool = False) -> Dataset:
         raise InputError([Fault(str(path), "is not a result of a run", f"its attribute `format` must be {FORMAT!r}")])
     if checksum != _checksum(data):
         raise InputError([Fault(str(path), "is damaged, or was changed after it was written", "save the result again")])
-    if old := [] if earlier else [name for name in map(str, data.data_vars) if name in RENAMED]:
-        hint = "the file is of an earlier version: `simbrake.results.rerun` runs its scene again"
-        raise InputError([Fault(f"{path}: {name}", f"was renamed to {RENAMED[name]}", hint) for name in old])
     return data
 
 

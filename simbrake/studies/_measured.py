@@ -18,7 +18,7 @@ from .._base._quantity import behind
 from .._base._table import Tabular, Unit, plain, spelled, unit
 from .._base._text_table import Rows, cells_of, opened
 from .._outputs._metrics import METRICS
-from .._outputs._quantities import RENAMED, SERIES_COLUMNS, Series, about_column, flat, outside, pair_column
+from .._outputs._quantities import SERIES_COLUMNS, Series, about_column, flat, outside, pair_column
 from .._parts._scene import Scene
 from .._run._measure import Metric, check_metrics, name_of, unit_of
 from .._run._result import Result
@@ -203,8 +203,6 @@ def unknown_column(where: str, name: str) -> Fault:
     of_pair = pair_column(name)
     if name in _WHOLE or of_pair is not None:
         return Fault(where, f"{name} cannot be fitted", "it is a whole number without a derivative")
-    if name in RENAMED:
-        return Fault(where, f"{name} was renamed", f"it is {RENAMED[name]} now")
     near = difflib.get_close_matches(re.sub(r"\[.*", "", name), COLUMNS, n=3, cutoff=0.5)
     hint = f"nearest: {', '.join(near)}" if near else f"there are: t, {', '.join(COLUMNS)}"
     return Fault(where, f"unknown column {name!r}", hint)

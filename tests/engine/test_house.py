@@ -143,13 +143,10 @@ def test_public_names():
         _ = sb.Convektion
 
 
-def test_former_public_names_answer():
-    for home, name in ((sb.results, "rubbing"), (sb.thermal, "AbstractPartition"), (sb.loads, "AbstractDryTorque")):
-        assert name not in home.__all__
-        with pytest.warns(DeprecationWarning, match=rf"simbrake\.\w+\.{name} is internal"):
-            assert callable(getattr(home, name))
-    with pytest.raises(AttributeError, match=r"work_precision went: it is benchmarks/pictures\.py"):
-        _ = sb.plot.work_precision
+def test_names_that_went_say_where_to_turn():
+    for home, name, words in ((sb.plot, "browse", "plot.stop draws"), (sb.files, "open_scene", "simbrake.read_scene")):
+        with pytest.raises(AttributeError, match=rf"simbrake\.\w+\.{name} went: {words}"):
+            getattr(home, name)
 
 
 @pytest.mark.slow

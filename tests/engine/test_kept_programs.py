@@ -16,8 +16,7 @@ import jax, logging, sys
 jax.config.update("jax_log_compiles", True)
 logging.basicConfig(stream=sys.stdout, format="%(message)s")
 import simbrake as sb
-from simbrake.files import open_scene
-scene = open_scene(sys.argv[1])
+scene = sb.read_scene(sys.argv[1])
 result = sb.simulate(scene)
 prepared = sb.prepare(scene, ["stopping_time"], rtol=1e-8)
 numbers = float(result.stopping_time).hex(), prepared().metrics, prepared.gradient().tolist()
@@ -54,8 +53,7 @@ jax.monitoring.register_event_duration_secs_listener(
     lambda name, seconds, **about: compiled.append(about.get("fun_name")) if "backend_compile" in name else None
 )
 import simbrake as sb
-from simbrake.files import open_scene
-str(sb.simulate(open_scene(sys.argv[1])))
+str(sb.simulate(sb.read_scene(sys.argv[1])))
 print(len(compiled), "equinox" in sys.modules)
 """
 
@@ -87,12 +85,11 @@ SLOPE = """
 import json, sys
 import jax
 import simbrake as sb
-from simbrake.files import open_scene
 compiled = []
 jax.monitoring.register_event_duration_secs_listener(
     lambda name, seconds, **about: compiled.append(about.get("fun_name")) if "backend_compile" in name else None
 )
-scene = open_scene(sys.argv[1])
+scene = sb.read_scene(sys.argv[1])
 def stop(omega):
     return sb.simulate(sb.with_values(scene, {"initial.omega": omega})).stopping_time
 omega = float(scene.initial.omega)
@@ -118,11 +115,7 @@ def test_gradients_outside_jit_are_kept(folder, scenarios):
 @pytest.mark.slow
 def test_beside_the_cache_of_jax(folder, scenarios, tmp_path):
     """What JAX has read from its own cache can be stored and loaded, but not be called."""
-    program = (
-        "import sys\n"
-        "import simbrake as sb; from simbrake.files import open_scene\n"
-        "print(sb.simulate(open_scene(sys.argv[1])))"
-    )
+    program = "import sys\nimport simbrake as sb\nprint(sb.simulate(sb.read_scene(sys.argv[1])))"
     scene, jax_too = (
         scenarios / "u2_5_5_stop.toml",
         {
@@ -146,14 +139,13 @@ def test_a_users_law_is_compiled_once(folder, tmp_path, scenarios):
 import pathlib, sys
 import equinox as eqx
 import simbrake as sb
-from simbrake.files import open_scene
 class Mine(sb.friction.AbstractFriction):
     def static(self, contact):
         return {value} + 0.0 * contact.v
     def kinetic(self, contact):
         return {value} + 0.0 * contact.v
 def scene():
-    return eqx.tree_at(lambda s: s.brake.linings.friction, open_scene(pathlib.Path(sys.argv[2])), Mine())
+    return eqx.tree_at(lambda s: s.brake.linings.friction, sb.read_scene(pathlib.Path(sys.argv[2])), Mine())
 """
     program = RUN.split("prepared =")[0] + "print(result)"
     found = []

@@ -13,7 +13,7 @@ import jax
 import numpy as np
 import pytest
 from heat_scenes import fading, lump, rigid_stop
-from helpers import main, open_scene
+from helpers import main
 from stop_scenes import stop_scene
 
 import simbrake as sb
@@ -124,7 +124,7 @@ def test_script_that_ends_the_process(tmp_path):
     ):
         (tmp_path / "mine.py").write_text(text, "utf-8")
         with pytest.raises(sb.InputError, match=words):
-            open_scene(tmp_path / "mine.py")
+            sb.read_scene(tmp_path / "mine.py")
 
 
 def test_no_cell_of_a_table_is_a_formula(tmp_path, capsys):
@@ -288,7 +288,7 @@ def test_anything_in_the_place_of_a_part():
     """Also of a text, of yes or no, and in a list of parts; an error is at the place itself."""
     source, tried = sb.thermal.Source("rim", 1.0), set()
     for name in ("everything_coupled", "heated", "rig", "disc", "shoe", "two_bands", "unequal_bands"):
-        scene = open_scene(name)
+        scene = sb.read_scene(name)
         for path, part in parts_with_paths(scene):
             for field in dataclasses.fields(part):
                 if (type(part), field.name) in tried or not field.init:
@@ -323,12 +323,12 @@ def test_anything_in_the_place_of_a_part():
 )
 def test_part_of_a_wrong_kind_is_told_at_its_place(spoil, said):
     with pytest.raises(sb.InputError) as raised:
-        spoil(open_scene("heated"), sb.thermal.Source("rim", 1.0))
+        spoil(sb.read_scene("heated"), sb.thermal.Source("rim", 1.0))
     assert said in str(raised.value)
 
 
 def test_lists_of_parts_may_be_lists():
-    scene = open_scene("heated")
+    scene = sb.read_scene("heated")
     heat = dataclasses.replace(scene.heat, links=list(scene.heat.links))
     assert heat == scene.heat
     assert heat.links == scene.heat.links

@@ -271,19 +271,6 @@ def test_wrong_places_and_suffixes(plain, tmp_path):
     assert sorted(p.name for p in tmp_path.iterdir()) == ["file", "folder.nc"]
 
 
-def test_renamed_columns_are_told(staged, tmp_path):
-    old = sb.dataset(staged).rename({"internal_normal_load": "internal_load", "internal_sense": "internal_mode"})
-    file = sb.save(old, tmp_path / "old.nc")
-    with pytest.raises(sb.InputError) as caught:
-        sb.read_result(file)
-    told = str(caught.value)
-    assert "internal_load: was renamed to internal_normal_load" in told
-    assert "internal_mode: was renamed to internal_sense" in told
-    assert "rerun" in told
-    assert "internal_load" in sb.read_result(file, earlier=True)
-    assert float(sb.results.rerun(file).stopping_time) == pytest.approx(float(staged.stopping_time), rel=1e-12)
-
-
 def test_command_writes_one_file_that_is_a_result(tmp_path, capsys):
     file = tmp_path / "run.nc"
     code, out, _ = call(capsys, "run", "u2_5_5_stop", "--out", str(file))

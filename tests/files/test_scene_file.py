@@ -1,6 +1,5 @@
 """Scene files: what is written comes back to the last bit, faults are told with their places."""
 
-import dataclasses
 import json
 import math
 import re
@@ -256,18 +255,6 @@ def test_materials_are_written_by_name():
     assert len(re.findall("^conductivity = ", text, re.MULTILINE)) == text.count('conductivity = "0.8 W/(m*K)"') > 0
 
 
-def test_former_keys_answer_and_warn():
-    text = sb.files.scene_text(load("u2_5_5_stop").scene())
-    with pytest.warns(FutureWarning, match="BearingFriction.limit is friction_torque now"):
-        scene = sb.files.scene_from_text(text.replace("shaft = []", 'shaft = [{ limit = "150 N*m" }]'))
-    assert "friction_torque = " in sb.files.scene_text(scene)
-    with pytest.warns(FutureWarning, match=r"shaft\[0\].limit is shaft\[0\].friction_torque now"):
-        assert float(sb.with_values(scene, {"shaft[0].limit": 90.0}).shaft[0].friction_torque) == 90.0
-    with pytest.warns(FutureWarning, match="Phase.hangs is string_on_hook now"):
-        phase = dataclasses.replace(sb.loads.Phase(0.0, "2 s"), hangs=False)
-    assert (phase.hangs, phase.string_on_hook) == (False, False)
-
-
 def test_wrong_paths_of_a_file():
     for path in ("brake.²", "brake.linings[99].count", "", "brake.linings.count.more"):
         with pytest.raises(sb.InputError, match=r"there is no such number in the scene|no entry|is not"):
@@ -280,7 +267,7 @@ def test_wrong_paths_of_a_file():
 def test_files_of_either_kind(tmp_path):
     (tmp_path / "scene.txt").write_text(TEXT, "utf-8")
     with pytest.raises(sb.InputError, match=r"is neither TOML nor Python — a scene is a \.toml file"):
-        sb.files.open_scene(tmp_path / "scene.txt")
+        sb.read_scene(tmp_path / "scene.txt")
     for text, words in (
         ("def main(): pass", "is a study without a scene — run it: python "),
         ("x = 1", r"defines no function scene\(\) — return a simbrake.Scene from it"),
@@ -289,13 +276,13 @@ def test_files_of_either_kind(tmp_path):
     ):
         (tmp_path / "scene.py").write_text(text, "utf-8")
         with pytest.raises(sb.InputError, match=words):
-            sb.files.open_scene(tmp_path / "scene.py")
+            sb.read_scene(tmp_path / "scene.py")
     (tmp_path / "scene.toml").write_text(TEXT, "utf-8")
     read = "import simbrake as sb\n\ndef scene():\n    return sb.files.scene_from_text("
     (tmp_path / "scene.py").write_text(f"{read}{TEXT!r})\n", "utf-8")
     for name in ("scene.toml", "scene.py"):
-        assert_same(sb.files.open_scene(tmp_path / name), sb.files.scene_from_text(TEXT))
-        assert float(sb.files.open_scene(tmp_path / name, {"initial.omega": "12 rad/s"}).initial.omega) == 12.0
+        assert_same(sb.read_scene(tmp_path / name), sb.files.scene_from_text(TEXT))
+        assert float(sb.read_scene(tmp_path / name, {"initial.omega": "12 rad/s"}).initial.omega) == 12.0
 
 
 FIELDS = [leaf.path for leaf in leaves(sb.files.scene_from_text(TEXT))]

@@ -9,7 +9,6 @@ import sys
 
 import pytest
 from commands import call, output
-from helpers import open_scene
 
 import simbrake as sb
 
@@ -69,7 +68,7 @@ def test_shipped_scenes_are_written(capsys, folder, scenarios):
         code, out, err = call(capsys, "new", name, "--json")
         assert (code, err) == (0, "")
         written = json.loads(out)["written"]
-        sb.check_scene(open_scene(folder / written))
+        sb.check_scene(sb.read_scene(folder / written))
     assert written == "lining_life.py"
 
 

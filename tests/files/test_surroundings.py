@@ -151,10 +151,9 @@ def test_full_disk_during_an_ensemble(tmp_path, monkeypatch):
 
 RESUMED = """
 import sys, numpy as np, simbrake as sb
-from simbrake.files import open_scene
 values = {"initial.omega": np.linspace(5, 25, 2000), "duty.load.mass": np.linspace(4e4, 8e4, 2000)}
 settings = {"directory": sys.argv[2] or None, "chunk": 64, "progress": False}
-data = sb.ensemble(open_scene(sys.argv[1]), values, ["stopping_time", "energy.friction_heat"], **settings)
+data = sb.ensemble(sb.read_scene(sys.argv[1]), values, ["stopping_time", "energy.friction_heat"], **settings)
 print(data.stopping_time.values.tobytes().hex()[:4000], data["energy.friction_heat"].values.sum().hex())
 """
 
@@ -270,7 +269,7 @@ def test_without_compiling_it_says_so():
 
 
 def test_a_device_that_is_not_there():
-    program = "import simbrake as sb, sys; from simbrake.files import open_scene; sb.simulate(open_scene(sys.argv[1]))"
+    program = "import simbrake as sb, sys; sb.simulate(sb.read_scene(sys.argv[1]))"
     asked = os.environ | {"JAX_PLATFORMS": "cuda", "JAX_COMPILATION_CACHE_DIR": ""}
     done = subprocess.run([sys.executable, "-c", program, str(ROOT / SCENE)], capture_output=True, text=True, env=asked)
     if done.returncode == 0:

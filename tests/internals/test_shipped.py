@@ -34,7 +34,7 @@ def test_one_name_opens_a_shipped_scene_everywhere(name, capsys, monkeypatch, tm
     file = sb.files.shipped(name)
     speed = sb.read_scene(file).initial.omega
     assert sb.read_scene(name).initial.omega == speed
-    assert sb.files.open_scene(name, {"initial.omega": 3.0}).initial.omega == 3.0
+    assert sb.read_scene(name, {"initial.omega": 3.0}).initial.omega == 3.0
     code, out, _ = call(capsys, "scene", "show", name, "--json")
     shown = {row["path"]: row["value"] for row in json.loads(out)}
     assert (code, shown["initial.omega"]) == (0, speed)
@@ -48,7 +48,7 @@ def test_python_scene_is_named_by_its_ending():
 @pytest.mark.parametrize("name", ["drag_lowerin", "drag_lowerin.py", "scenarios/drag_lowerin.toml"])
 def test_name_that_is_not_there(name, capsys, monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
-    for read in (sb.read_scene, sb.files.open_scene, sb.files.shipped):
+    for read in (sb.read_scene, sb.files.shipped):
         with pytest.raises(sb.InputError, match="nearest: drag_lowering"):
             read(name)
     commands = [["run"], ["explain"], ["scene", "check"], ["synthesize"], ["validate", "--cross-check"], ["new"]]

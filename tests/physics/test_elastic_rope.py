@@ -7,7 +7,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import jacobians, open_scene
+from helpers import jacobians
 from scipy.integrate import solve_ivp
 from stop_scenes import stop_scene
 
@@ -246,7 +246,7 @@ def test_files_and_input(tmp_path):
     load = sb.HookLoad(M, 0.4, 8.0, elasticity=lines)
     what = stop_scene(C=None, J=J, T0=25e3, w0=24.0, load=load, end=1.0)
     sb.write_scene(what, tmp_path / "scene.toml")
-    again = sb.simulate(open_scene(tmp_path / "scene.toml"))
+    again = sb.simulate(sb.read_scene(tmp_path / "scene.toml"))
     # k = n E A/L
     same = sb.simulate(scene(8 * 100e9 * 500e-6 / 40, 2e4, T0=25e3, end=1.0))
     assert float(again.stopping_time) == float(same.stopping_time)

@@ -76,9 +76,7 @@ def events_of(scene):
 
 @pytest.mark.slow
 def test_scenario_gradients_by_differences(scenarios):
-    from helpers import open_scene
-
-    scene = jax.tree.map(jnp.asarray, open_scene(scenarios / "u2_5_5_stop.py"))
+    scene = jax.tree.map(jnp.asarray, sb.read_scene(scenarios / "u2_5_5_stop.py"))
     J = jax.jit(jax.jacfwd(events_of))(scene)
     jacobian = {leaf.path: np.asarray(leaf.value) for leaf in sb.files.leaves(J)}
     run = jax.jit(events_of)

@@ -7,7 +7,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 import staged_scenes as staged
-from helpers import jacobians, open_scene
+from helpers import jacobians
 from stop_scenes import stop_scene
 
 import simbrake as sb
@@ -130,7 +130,7 @@ def test_tripping_with_layers():
 def test_rope_in_a_scene_file_and_in_checks(tmp_path):
     file = tmp_path / "scene.toml"
     sb.write_scene(stop(), file)
-    again = open_scene(file)
+    again = sb.read_scene(file)
     assert float(again.duty.load.rope.turns) == 9.5
     assert float(again.duty.load.rope.rise) == PITCH
     with pytest.raises(sb.InputError, match=r"RopeLayers\.turns_per_layer"):

@@ -7,7 +7,6 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
-from helpers import open_scene
 from oracles.stops import at_rest
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import brentq
@@ -400,7 +399,7 @@ def test_input_errors_and_a_scene_file(tmp_path):
         ViscousDrag(10.0),
     )
     sb.write_scene(scene(*laws, load=HOOK), file)
-    again = open_scene(file)
+    again = sb.read_scene(file)
     assert jax.tree.structure(again) == jax.tree.structure(jax.tree.map(np.asarray, scene(*laws, load=HOOK)))
     assert float(again.shaft[0].critical_speed) == pytest.approx(2 * math.pi)
     assert type(again.shaft[0].excitation) is sb.PiecewiseLinear
