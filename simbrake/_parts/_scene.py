@@ -4,9 +4,8 @@ import abc
 import dataclasses
 import functools
 import math
-import operator
 from collections.abc import Callable, Collection
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import jax
 import jax.numpy as jnp
@@ -19,7 +18,6 @@ from .._base._part import (
     Numbers,
     Part,
     as_arrays,
-    faults_below,
     is_traced,
     leaves,
     part,
@@ -208,7 +206,7 @@ class Scene(Part):
     @property
     def network(self) -> Heat:
         """The thermal network, one without bodies where the scene has none."""
-        return Heat(()) if self.heat is None else self.heat
+        return _NO_HEAT if self.heat is None else self.heat
 
     @property
     def lever(self) -> AbstractProfile | Phases:
@@ -233,6 +231,9 @@ class Scene(Part):
     def heated(self) -> bool:
         """Whether temperatures are simulated."""
         return self.heat is not None
+
+
+_NO_HEAT = Heat(())
 
 
 def paths_without_meaning(scene: Scene) -> tuple[str, ...]:
@@ -275,63 +276,59 @@ def faults(scene: Scene) -> list[Fault]:
 def _faults(scene: Scene) -> tuple[list[Fault], Numbers]:
     numbers = Numbers(scene)
     errors = numbers.faults() + (presence_below(scene) or _faults_of_kinds(scene))
-    return errors if errors or numbers.traced else _faults_together(scene), numbers
+    if not errors and not numbers.traced:
+        errors = list(_faults_together(scene.as_run))
+        if scene.limits is not None:
+            errors += scene.limits.faults_with("limits", scene)
+    return errors, numbers
 
 
-def _faults_together(scene: Scene) -> list[Fault]:
-    """Errors of a scene whose numbers are in range: of its parts, and of its limits, start and end with them."""
+@per_value(lambda scene: scene)
+def _faults_together(scene: Scene) -> tuple[Fault, ...]:
+    """Errors of a scene whose numbers are in range, its limits apart: of each of its parts, and between them."""
+    parts = [(path, value) for path, value, _ in parts_below(scene)]
     # (a law that is not finite would make every lining lock itself)
-    errors = [*(_faults_of_parts(scene) or _faults_of_own(scene) or _faults_of_band(scene))]
-    errors += scene.limits.faults_with("limits", scene) if scene.limits else []
-    if not scene.end_time > scene.initial.time:
+    errors = _faults_of_parts(scene, parts) or _faults_of_own(scene, parts) or _faults_of_band(scene)
+    return tuple(dict.fromkeys(errors + _faults_of_start(scene)))
+
+
+def _faults_of_start(scene: Scene) -> list[Fault]:
+    initial, brake, errors = scene.initial, scene.brake, list[Fault]()
+    if not scene.end_time > initial.time:
         errors.append(Fault("end_time", f"{float(scene.end_time):g} s is not after the start", "it must be later"))
-    if scene.initial.hook_speed is not None:
+    if initial.hook_speed is not None:
         if scene.duty.load.travel() is None:
             errors.append(Fault("initial.hook_speed", "has no meaning: the load hangs on no hook", "give `omega`"))
-        if scene.initial.omega is not None:
+        if initial.omega is not None:
             errors.append(Fault("initial.omega", "is given beside `hook_speed`", "give one of them"))
-    if errors or scene.initial.elongation == 0.0:
+    if initial.elongation == 0.0:
         return errors
-    if not isinstance(scene.brake, Brake):
-        why = "has rigid bands" if scene.brake.banded else "has no band"
-        return [Fault("initial.elongation", f"a {scene.brake.words.brake} {why}", "leave it out")]
-    if scene.brake.band.stiffness is None:
-        return [Fault("initial.elongation", "a rigid band has no elongation", "give brake.band.stiffness")]
-    return []
+    if not isinstance(brake, Brake):
+        why = "has rigid bands" if brake.banded else "has no band"
+        errors.append(Fault("initial.elongation", f"a {brake.words.brake} {why}", "leave it out"))
+    elif brake.band.stiffness is None:
+        errors.append(Fault("initial.elongation", "a rigid band has no elongation", "give brake.band.stiffness"))
+    return errors
 
 
-def _errors_below(name: str) -> Callable[[Scene], list[Fault]]:
-    """One walk over the parts below a field of a scene: errors of each by itself, remembered by their numbers."""
-
-    @per_value(operator.attrgetter(name))
-    def walk(scene: Scene) -> list[Fault]:
-        part, lever = getattr(scene, name), f"duty.{scene.duty.lever_field}"
-        misplaced = [
-            Fault(path, "is a lever that depends on the speed", "give a profile, a function of the time")
-            for path, value, _ in parts_below(part, name)
-            if isinstance(value, AbstractProfile) and value.controls_speed and not path.startswith(lever)
-        ]
-        return faults_below(part, name) + misplaced
-
-    return walk
+#: the parts of a scene, with their paths
+_Parts = list[tuple[str, Any]]
 
 
-_WALKS = [_errors_below(name) for name in ("brake", "heat", "power_shares", "wear", "duty", "shaft", "motor")]
-
-
-@per_value(
-    lambda scene: (
-        *(scene.brake, scene.duty, scene.heat, scene.wear, scene.power_shares, scene.shaft, scene.motor),
-        *_duty_starts_at(scene.initial),
-    )
-)
-def _faults_of_parts(scene: Scene) -> list[Fault]:
-    """Errors of all parts, and between them, of the start only what a duty depends on, and without the end."""
-    errors = [fault for walk in _WALKS for fault in walk(scene)] + _faults_of_heat(scene)
+def _faults_of_parts(scene: Scene, parts: _Parts) -> list[Fault]:
+    errors, lever = list[Fault](), f"duty.{scene.duty.lever_field}"
+    for path, value in parts:
+        if isinstance(value, Part):
+            errors += value.faults(path)
+        if isinstance(value, AbstractProfile) and value.controls_speed and not path.startswith(lever):
+            what = "is a lever that depends on the speed"
+            errors.append(Fault(path, what, "give a profile, a function of the time"))
+        if isinstance(value, FrictionChange) and isinstance(value.when, AtTemperature):
+            errors += faults_of_place(value.when, scene.network.hot_places, f"{path}.when")
+    errors += _faults_of_heat(scene)
     if scene.wear is not None:
         errors += faults_of_wear(scene.wear, scene.brake, scene.duty.lever, scene.network)
-    errors += _faults_of_duty(scene) + _faults_of_shaft(scene)
-    return list(dict.fromkeys(errors))
+    return errors + _faults_of_duty(scene, lever) + _faults_of_shaft(scene)
 
 
 def _faults_of_shaft(scene: Scene) -> list[Fault]:
@@ -354,125 +351,110 @@ def _faults_of_shaft(scene: Scene) -> list[Fault]:
     return errors
 
 
-def _duty_starts_at(initial: Initial) -> tuple[Any, Any]:
-    """What the errors of a duty depend on of the start: not its speed."""
-    return initial.time, initial.block_height
+class _Course(NamedTuple):
+    """What lever and motor do in a phase or in a whole duty, and what the duty wants, with their paths."""
+
+    lever: AbstractProfile
+    lever_path: str
+    wants: str
+    wants_path: str
+    speed: Any
+    speed_path: str
 
 
-@per_value(
-    lambda scene: (scene.brake, scene.duty, scene.heat, scene.motor, scene.shaft, *_duty_starts_at(scene.initial))
-)
-def _faults_of_duty(scene: Scene) -> list[Fault]:
-    brake, duty, lever, errors = scene.brake, scene.duty, f"duty.{scene.duty.lever_field}", []
-    if duty.lever.controls_speed:
+def _faults_of_duty(scene: Scene, path: str) -> list[Fault]:
+    brake, lever, motor, errors = scene.brake, scene.duty.lever, scene.motor, list[Fault]()
+    if lever.controls_speed:
         if isinstance(brake, Brake) and brake.band.stiffness is not None:
-            errors.append(
-                Fault("brake.band.stiffness", "a lever that holds the speed needs a rigid band", "leave it out")
-            )
+            what = "a lever that holds the speed needs a rigid band"
+            errors.append(Fault("brake.band.stiffness", what, "leave it out"))
         if read_by_linings(scene).p or scene.network.flash is not None:
-            errors.append(Fault(lever, "cannot hold the speed with an implicit coefficient of friction"))
-    errors += _faults_of_motor(scene, lever) + _faults_of_courses(scene, lever) + _faults_of_wants(scene, lever)
-    return errors + faults_of_sign(duty.lever, lever, "N") + _faults_of_phases(scene, lever)
-
-
-def _faults_of_motor(scene: Scene, path: str) -> list[Fault]:
-    """Errors of speeds of the motor that are missing, given twice, or beyond its limit."""
-    lever, motor = scene.duty.lever, scene.motor
-    if motor is None:
-        return []
-    phased, errors = isinstance(lever, Phases), list[Fault]()
-    speeds = [("motor.speed", motor.speed)]
+            errors.append(Fault(path, "cannot hold the speed with an implicit coefficient of friction"))
+    errors += faults_of_sign(lever, path, "N")
     if isinstance(lever, Phases):
-        speeds = [(f"{where}.motor", phase.motor) for where, phase in lever.located(path)]
-    if phased and motor.speed is not None:
-        errors.append(Fault("motor.speed", "has no effect on a duty in phases", "give `motor` in its phases"))
-    if isinstance(lever, RecordedMotion):
-        speeds = [(f"{path}.speed", lever.speed)]
-        if motor.speed is not None:
-            errors.append(Fault("motor.speed", "has no effect beside a recorded motion", "leave it out"))
-    if not phased:
-        errors += _faults_of_position(scene, "motor", motor.position_gain is not None)
-    if all(speed is None for _, speed in speeds):
-        hint = "give `motor = …` in a phase" if phased else "give motor.speed"
-        errors.append(Fault("motor", "never runs: no speed is given for it to follow", hint))
-    most, chained = float(motor.max_speed), isinstance(scene.brake, Brake) and scene.brake.band.segments is not None
-    for where, speed in speeds:
-        if chained and speed is not None and np.min(np.asarray(speed.values)) < 0:
-            what = "hoists, and a band in segments is never open: its linings would ride with the pulley without end"
-            errors.append(Fault(where, what, "leave out brake.band.segments"))
-        if speed is not None and (fastest := float(np.max(np.abs(np.asarray(speed.values))))) > most:
-            what = f"{fastest:g} rad/s is above the motor's {most:g} rad/s"
-            errors.append(Fault(where, what, "a lower speed, or another motor.max_speed"))
-    return errors
-
-
-def _faults_of_wants(scene: Scene, path: str) -> list[Fault]:
-    """Errors of what the duty, or a phase of it, says that it wants."""
-    duty, lever = scene.duty, scene.duty.lever
-    if isinstance(lever, Phases):
-        said = [(f"{where}.wants", phase.wants, phase.lever) for where, phase in lever.located(path)]
-        errors = []
-        if duty.wants:
-            errors.append(Fault("duty.wants", "has no effect on a duty in phases", "give `wants` in its phases"))
+        courses = [
+            _Course(phase.lever, f"{at}.lever", phase.wants, f"{at}.wants", phase.motor, f"{at}.motor")
+            for at, phase in lever.located(path)
+        ]
+        errors += _faults_of_phases(scene, lever, path)
     else:
-        said = [("duty.wants", duty.wants, lever)]
-        errors = faults_of_want(duty.wants, "duty")
-        if duty.wants == "hoist" and scene.motor is None:
-            errors.append(Fault("duty.wants", "is hoist, and the scene has no motor", "give it a `motor`"))
-    load = duty.load
-    unloaded = isinstance(load, TorqueLoad) and float(load.profile.scale()) == 0.0
-    for where, wants, working in said:
-        if wants in ("rest", "hold") and working.controls_speed:
-            speed = float(np.asarray(working.speed.values)[-1]) if isinstance(working, Driller) else 1.0
-            if speed > 0.0:
-                what = f"is {wants}, and the lever is to keep a speed"
-                errors.append(Fault(where, what, 'give wants = "lower", or a speed that ends at 0'))
-        if wants == "lower" and unloaded:
-            errors.append(Fault(where, "is lower, and there is no load to lower", "give `duty.load` a torque"))
+        speed = None if motor is None else motor.speed
+        speed_path = "motor.speed"
+        if isinstance(lever, RecordedMotion):
+            speed = lever.speed
+            speed_path = f"{path}.speed"
+        courses = [_Course(lever, path, scene.duty.wants, "duty.wants", speed, speed_path)]
+        errors += _faults_of_whole(scene, lever, path)
+    if motor is not None and all(course.speed is None for course in courses):
+        hint = "give `motor = …` in a phase" if isinstance(lever, Phases) else "give motor.speed"
+        errors.append(Fault("motor", "never runs: no speed is given for it to follow", hint))
+    for course in courses:
+        errors += _faults_of_course(scene, course)
     return errors
 
 
-def _faults_of_courses(scene: Scene, path: str) -> list[Fault]:
-    """Errors of speeds that a brake cannot follow."""
-    lever, errors = scene.duty.lever, list[Fault]()
-    phased = isinstance(lever, Phases)
-    levers = [(f"{where}.lever", phase.lever) for where, phase in lever.located(path)] if phased else [(path, lever)]
-    for where, driller in levers:
-        if not isinstance(driller, Driller | RecordedMotion):
-            continue
-        fastest = float(np.max(np.asarray(driller.speed.values)))
-        if isinstance(driller, RecordedMotion):
-            if phased:
-                errors.append(Fault(where, "is the motion of a whole run, not of a phase", "give it as the lever"))
-            if scene.motor is None and np.min(np.asarray(driller.speed.values)) < 0:
-                errors.append(Fault("motor", "is missing, and the recorded motion hoists", "give the scene a `Motor`"))
-            fastest = max(fastest, 1.0)
-        if fastest <= 0 and np.any(np.asarray(driller.speed.values) < 0):
+def _faults_of_course(scene: Scene, course: _Course) -> list[Fault]:
+    lever, motor, load, errors = course.lever, scene.motor, scene.duty.load, list[Fault]()
+    if motor is not None and course.speed is not None:
+        speeds, most = np.asarray(course.speed.values), float(motor.max_speed)
+        if isinstance(scene.brake, Brake) and scene.brake.band.segments is not None and np.min(speeds) < 0:
+            what = "hoists, and a band in segments is never open: its linings would ride with the pulley without end"
+            errors.append(Fault(course.speed_path, what, "leave out brake.band.segments"))
+        if (fastest := float(np.max(np.abs(speeds)))) > most:
+            what = f"{fastest:g} rad/s is above the motor's {most:g} rad/s"
+            errors.append(Fault(course.speed_path, what, "a lower speed, or another motor.max_speed"))
+    if isinstance(lever, Driller):
+        speeds = np.asarray(lever.speed.values)
+        if np.max(speeds) <= 0 and np.any(speeds < 0):
             hint = "give a speed of lowering, or the scene a `motor` that follows it"
-            errors.append(Fault(f"{where}.speed", "is never followed: a brake cannot hoist", hint))
-        errors += [] if phased else _faults_of_position(scene, where, driller.corrects_position)
+            errors.append(Fault(f"{course.lever_path}.speed", "is never followed: a brake cannot hoist", hint))
+    keeps_speed = lever.controls_speed and not (isinstance(lever, Driller) and lever.speed.values[-1] <= 0.0)
+    if course.wants in ("rest", "hold") and keeps_speed:
+        what = f"is {course.wants}, and the lever is to keep a speed"
+        errors.append(Fault(course.wants_path, what, 'give wants = "lower", or a speed that ends at 0'))
+    if course.wants == "lower" and isinstance(load, TorqueLoad) and float(load.profile.scale()) == 0.0:
+        what = "is lower, and there is no load to lower"
+        errors.append(Fault(course.wants_path, what, "give `duty.load` a torque"))
     return errors
 
 
-def _faults_of_position(scene: Scene, path: str, corrects: bool) -> list[Fault]:
-    """Error of an angle that is corrected from another time on than that of the start."""
-    if not corrects or float(scene.initial.time) == 0.0:
-        return []
-    what = f"counts from the time 0, and the run begins at {float(scene.initial.time):g} s"
-    return [Fault(f"{path}.position_gain", what, "begin the run at 0 s, or give the duty in phases")]
-
-
-def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:
-    """Errors between the phases of a duty and what ends them."""
-    load, lever, places = scene.duty.load, scene.duty.lever, scene.network.hot_places
-    if not isinstance(lever, Phases):
+def _faults_of_whole(scene: Scene, lever: AbstractProfile, path: str) -> list[Fault]:
+    """Errors of a duty that is not in phases."""
+    duty, motor, start = scene.duty, scene.motor, float(scene.initial.time)
+    errors = faults_of_want(duty.wants, "duty")
+    if duty.wants == "hoist" and motor is None:
+        errors.append(Fault("duty.wants", "is hoist, and the scene has no motor", "give it a `motor`"))
+    if duty.load.by_phases:
         hint = f"give {path} in phases (`Phases`), or another load"
-        return [Fault("duty.load", "needs a duty with phases", hint)] if load.by_phases else []
-    errors = list[Fault]()
+        errors.append(Fault("duty.load", "needs a duty with phases", hint))
+    if isinstance(lever, RecordedMotion):
+        if motor is not None and motor.speed is not None:
+            errors.append(Fault("motor.speed", "has no effect beside a recorded motion", "leave it out"))
+        if motor is None and np.min(np.asarray(lever.speed.values)) < 0:
+            errors.append(Fault("motor", "is missing, and the recorded motion hoists", "give the scene a `Motor`"))
+    correcting = {path: lever.corrects_position, "motor": motor is not None and motor.position_gain is not None}
+    for where, corrects in correcting.items():
+        if corrects and start != 0.0:
+            what = f"counts from the time 0, and the run begins at {start:g} s"
+            hint = "begin the run at 0 s, or give the duty in phases"
+            errors.append(Fault(f"{where}.position_gain", what, hint))
+    return errors
+
+
+def _faults_of_phases(scene: Scene, lever: Phases, path: str) -> list[Fault]:
+    """Errors between the phases of a duty and what ends them."""
+    load, motor, errors = scene.duty.load, scene.motor, list[Fault]()
+    if motor is not None and motor.speed is not None:
+        errors.append(Fault("motor.speed", "has no effect on a duty in phases", "give `motor` in its phases"))
+    if scene.duty.wants:
+        errors.append(Fault("duty.wants", "has no effect on a duty in phases", "give `wants` in its phases"))
     if load.by_phases:
         errors += load.faults_in_phases("duty.load", len(lever.each), lever.stands_range)
     for phase_path, phase in lever.located(path):
         end = phase.until
+        if isinstance(phase.lever, RecordedMotion):
+            what = "is the motion of a whole run, not of a phase"
+            errors.append(Fault(f"{phase_path}.lever", what, "give it as the lever"))
         if isinstance(end, AfterTravel | AtHeight) and load.travel() is None:
             what, hint = "never comes: the load hangs on no hook", "give a load with a hook"
             errors.append(Fault(f"{phase_path}.until", what, hint))
@@ -482,10 +464,10 @@ def _faults_of_phases(scene: Scene, path: str) -> list[Fault]:
         if phase.auxiliary is not None and not any(isinstance(law, AbstractAuxiliaryBrake) for law in scene.shaft):
             hint = "give `shaft` an EddyCurrentBrake or a HydrodynamicBrake"
             errors.append(Fault(f"{phase_path}.auxiliary", "has no effect: there is no auxiliary brake", hint))
-        if phase.motor is not None and scene.motor is None:
+        if phase.motor is not None and motor is None:
             errors.append(Fault(f"{phase_path}.motor", "has no effect: the scene has no motor", "give it a `motor`"))
         if isinstance(end, AtTemperature):
-            errors += faults_of_place(end, places, f"{phase_path}.until")
+            errors += faults_of_place(end, scene.network.hot_places, f"{phase_path}.until")
         if not phase.string_on_hook and not load.by_phases:
             errors.append(Fault(f"{phase_path}.string_on_hook", "has no effect on this load", "give a `StringLoad`"))
     return errors
@@ -517,15 +499,10 @@ def _is_own(part: Any) -> bool:
     return type(part).__module__.partition(".")[0] != __name__.partition(".")[0] or isinstance(part, FunctionProfile)
 
 
-@functools.lru_cache(maxsize=256)
-def _has_own(structure: Any) -> bool:
-    parts = parts_below(jax.tree.unflatten(structure, [np.zeros(())] * structure.num_leaves))
-    return any(_is_own(part) for _, part, _ in parts)
-
-
-def _faults_of_own(scene: Scene) -> list[Fault]:
+def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
     """Laws and profiles of a user that are not finite where the run begins."""
-    if not _has_own(jax.tree.structure(scene)):
+    own = [(path, part) for path, part in parts if _is_own(part)]
+    if not own:
         return []
     t, omega = jnp.asarray(scene.initial.time), jnp.asarray(scene.start_speed)
     errors = dict[str, Fault]()
@@ -541,7 +518,7 @@ def _faults_of_own(scene: Scene) -> list[Fault]:
             errors[path] = Fault(path, what, "make it finite where a run begins")
 
     for i, (pair, (law, _, path, _)) in enumerate(zip(scene.brake.pairs, pairs_of(scene), strict=True)):
-        if any(_is_own(part) for _, part, _ in parts_below(law)):
+        if any(below.startswith(path) for below, _ in own):
             rubbing, T = scene.brake.rubbing_part(pair), sensed_at_start(scene, i)
             for v in (0.0, abs(float(omega)) * float(scene.brake.track_radius)):
                 try:
@@ -553,8 +530,8 @@ def _faults_of_own(scene: Scene) -> list[Fault]:
                 for coefficient in (law.static, law.kinetic):
                     look(path, law, where, functools.partial(coefficient, contact))
     instant = f"t = {float(t):g} s"
-    for path, course, _ in parts_below(scene):
-        if _is_own(course) and isinstance(course, AbstractProfile) and not course.controls_speed:
+    for path, course in own:
+        if isinstance(course, AbstractProfile) and not course.controls_speed:
             look(path, course, instant, lambda course=course: course.value(t, course.first_piece(t)))
     load = scene.duty.load
     turning = f"{instant}, ω = {float(omega):g} rad/s"
@@ -568,7 +545,6 @@ def _faults_of_own(scene: Scene) -> list[Fault]:
     return list(errors.values())
 
 
-@per_value(lambda scene: (scene.brake, scene.heat, scene.duty.lever, scene.initial.time))
 def _faults_of_band(scene: Scene) -> list[Fault]:
     brake, errors = scene.brake, list[Fault]()
     if not brake.banded:
@@ -649,7 +625,6 @@ _MISSING_PAIR = {
 }
 
 
-@per_value(lambda scene: (scene.brake, scene.heat))
 def _faults_of_heat(scene: Scene) -> list[Fault]:
     heat, n = scene.network, scene.brake.linings.count
     errors = heat.faults_with("heat", n, len(scene.brake.linings_of_rims)) if scene.heated else []
@@ -678,9 +653,6 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
             table = f"{low[first]:g}…{high[first]:g} K"
             what = f"the table of {table} does not cover the start at {T.min():g}…{T.max():g} K"
             errors.append(Fault(where, what, "extend the table; it is not extrapolated"))
-    for path, change, _ in parts_below(scene.brake, "brake"):
-        if isinstance(change, FrictionChange) and isinstance(change.when, AtTemperature):
-            errors += faults_of_place(change.when, heat.hot_places, f"{path}.when")
     for i in heat.pressed:
         pair = "internal" if heat.stays_covered(heat.links[i]) else "external"
         if scene.brake.rubbing_part(pair).area is None:
