@@ -3,8 +3,8 @@
 import abc
 import dataclasses
 import functools
-from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Annotated, Any, TypeAlias, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -55,6 +55,7 @@ else:
     Real = Float[Array, "..."] | float | int | _Time
 #: how many time breakpoints have passed
 Piece: TypeAlias = Int[Array, "..."] | int
+Name = TypeVar("Name")
 
 
 #: samples among which the greatest value of a function without known points is looked for
@@ -133,30 +134,30 @@ def first_piece(profile: Any, t: Real) -> Piece | None:
 
 
 def next_known_time(
-    profiles: Sequence[Any], pieces: Sequence[Any], waits: Callable[[Array], Array] | None = None
-) -> tuple[Float[Array, ""] | float, list[Any]]:
+    profiles: Mapping[Name, Any], pieces: Any, waits: Callable[[Array], Array] | None = None
+) -> tuple[Float[Array, ""] | float, dict[Name, Any]]:
     """The next time breakpoint of several profiles (`inf`: none), and for each profile whether it belongs to it.
 
     It belongs to one profile only, also where knots of several coincide (within rounding): they are passed one after
     the other, with steps of length 0 in between, and each keeps its own derivative. The order is that of `profiles`,
-    but that the first one comes last where `waits(time)`.
+    but the first one comes last where `waits(time)`.
     """
-    knots = [profile.next_knot(piece) for profile, piece in zip(profiles, pieces, strict=True)]
+    knots = {name: profile.next_knot(pieces[name]) for name, profile in profiles.items()}
     # a plain number is that of a profile without knots: it takes no part
-    varying = {i: jnp.asarray(knot) for i, knot in enumerate(knots) if not isinstance(knot, float)}
+    varying = {name: jnp.asarray(knot) for name, knot in knots.items() if not isinstance(knot, float)}
+    turns: dict[Name, Any] = dict.fromkeys(profiles, False)
     if not varying:
-        return jnp.inf, [False] * len(knots)
+        return jnp.inf, turns
     if len(varying) == 1:
         ((only, knot),) = varying.items()
-        return knot, [i == only for i in range(len(knots))]
+        return knot, turns | {only: True}
     first = jax.lax.stop_gradient(functools.reduce(jnp.minimum, varying.values()))
     due = {i: jax.lax.stop_gradient(knot) <= first + _ROUNDING * jnp.abs(first) for i, knot in varying.items()}
     order = list(varying)
-    turns: list[Any] = [False] * len(knots)
     assigned = jnp.asarray(False)
-    if order[0] == 0 and waits is not None:
-        assigned = due[0] & ~(waits(first) & functools.reduce(jnp.logical_or, [due[i] for i in order[1:]]))
-        turns[0] = assigned
+    if order[0] == next(iter(profiles)) and waits is not None:
+        assigned = due[order[0]] & ~(waits(first) & functools.reduce(jnp.logical_or, [due[i] for i in order[1:]]))
+        turns[order[0]] = assigned
         order = order[1:]
     for i in order:
         turns[i] = due[i] & ~assigned

@@ -12,10 +12,9 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._phases import AtRest, PhaseNow, Phases
-from .._physics._brake import BrakeSystem
-from .._physics._feature import LEVER, State, piece_of
+from .._physics._brake import BrakeSystem, State, piece_of
 from .._physics._mechanism import OPEN, TAKE_UP, BrakeCode, Mode
-from .._physics._shaft import rests
+from .._physics._shaft import Drive, Shaft, rests
 from ..hybrid import Code, Record, smallest
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
@@ -187,12 +186,12 @@ class _MotorNow(NamedTuple):
 
 
 def _motor_now(system: BrakeSystem, t: Array, y: State, mode: Mode, start_speed: Array) -> _MotorNow:
-    motor = system.motor
+    motor = system.feature(Drive)
     if motor is None:
         no = jnp.asarray(False)
         return _MotorNow(no, no, no, jnp.full_like(start_speed, jnp.nan))
     course = motor.now(y, mode)
-    engaged = jnp.asarray(course.follows(piece_of(mode, motor.piece)))
+    engaged = motor.follows(y, mode)
     given = jnp.abs(motor.torque(system, t, y.omega, y, mode))
     full = given >= (1 - _ROUNDING) * motor.motor.available(y.omega)
     still = jnp.abs(y.omega) <= _STILL * motor.motor.max_speed
@@ -203,14 +202,15 @@ def _motor_now(system: BrakeSystem, t: Array, y: State, mode: Mode, start_speed:
 def _drag(system: BrakeSystem, t: Array, y: State, mode: Mode, load: Array) -> Array:
     """Torque (N·m) of what the motion itself causes: drag of the load and of the shaft."""
     drag = load - system.load_torque(t, y.omega, mode)
-    if system.shaft is None:
+    shaft = system.feature(Shaft)
+    if shaft is None:
         return drag
-    shaft = system.shaft.engaged(mode)
-    return drag + shaft.turning(t, y.omega, load, jnp.zeros_like(y.omega), system.shaft.pieces(mode))
+    return drag + shaft.engaged(mode).turning(t, y.omega, load, jnp.zeros_like(y.omega), shaft.pieces(mode))
 
 
 def _exceeds_critical(system: BrakeSystem, omega: Array) -> Array:
-    laws = () if system.shaft is None else system.shaft.laws
+    shaft = system.feature(Shaft)
+    laws = () if shaft is None else shaft.laws
     speeds = [law.critical_speed for law in laws if isinstance(law, EddyCurrentBrake)]
     return (
         jnp.any(jnp.stack([jnp.asarray(jnp.abs(omega) > speed) for speed in speeds])) if speeds else jnp.asarray(False)
@@ -222,7 +222,8 @@ def _end_of(system: BrakeSystem, t: Array, y: State, mode: Mode, start: tuple[Ar
     start_time, start_speed = start
     omega, size = y.omega, system.sizes.torque
     lever = system.lever_at(y, mode)
-    *_, surfaces, (tension, _) = system.given(t, y, mode)
+    applied, surfaces = system.applied(t, y, mode)
+    tension = applied.lever_tension
     load = system.load_torque(t, 0.0 * omega, mode)
     hangs = jnp.abs(load) > _ROUNDING * size
     way = jnp.where(load < 0, -1.0, 1.0)
@@ -230,7 +231,7 @@ def _end_of(system: BrakeSystem, t: Array, y: State, mode: Mode, start: tuple[Ar
     at_rest = rests(mode) | motor.keeps_still
     closed = (mode.band != OPEN) & (mode.band != TAKE_UP) & (tension > 0)
 
-    follows = jnp.asarray(lever.follows(piece_of(mode, LEVER)) if lever.controls_speed else False)
+    follows = jnp.asarray(lever.follows(piece_of(mode, "lever")) if lever.controls_speed else False)
     limit = _pull_to_come(lever, t, t)
     to_come = jnp.maximum(limit, 0.0)
     here = jnp.where(follows, to_come, tension)

@@ -17,7 +17,10 @@ from .._base._faults import near
 from .._base._table import number
 from .._parts._scene import Scene, has_load
 from .._physics._brake import BrakeSystem
+from .._physics._heated import thermal_of
 from .._physics._mechanism import BandMode, Ledger, Mode, comes_to_rest, holds, slips
+from .._physics._rope import ElasticRope
+from .._physics._shaft import Shaft
 from ..brakes._design import Brake, Strength
 from ..hybrid import LANDED, Record, largest, smallest
 from ..hybrid._arrays import Array, numpy_of
@@ -266,7 +269,7 @@ def _hook_travel(record: Record, scene: Scene) -> Any:
     system: BrakeSystem = record.system  # pyright: ignore
     if travel is None:
         return np.asarray(np.inf)
-    if system.rope is None:
+    if system.feature(ElasticRope) is None:
         return travel
     return travel + _at_stop(record, scene, stretched(system, record.states, record.modes))
 
@@ -274,14 +277,14 @@ def _hook_travel(record: Record, scene: Scene) -> Any:
 @functools.partial(RunJit, quick=True)
 def stretched(system: Any, states: Any, modes: Mode) -> Any:
     """Stretch of the rope (m) since the start, at many instants."""
-    return jax.vmap(lambda y, mode: system.rope.stretched(system, y, mode))(states, modes)
+    return jax.vmap(lambda y, mode: system.feature(ElasticRope).stretched(system, y, mode))(states, modes)
 
 
 def hook_travel_at_end(record: Record, scene: Scene) -> Any:
     """Travel of the hook (m) over the run, with the stretch of an elastic rope; `None` of a load on no hook."""
     travel = scene.duty.load.travelled(record.y_end.phi)
     system: BrakeSystem = record.system  # pyright: ignore
-    if system.rope is None:
+    if system.feature(ElasticRope) is None:
         return travel
     return travel + stretched(system, record.states, record.modes)[record.count]  # pyright: ignore
 
@@ -880,7 +883,7 @@ def heat_balance(e: Energies) -> Balance:
 
 
 def _account(system: BrakeSystem, start: Instant, end: Instant) -> Account:
-    shares, thermal = system.grip.shares, system.thermal
+    shares, thermal = system.grip.shares, thermal_of(system)
     # both ends by the same operations, so that what does not change has not changed, whatever the rounding
     both = jax.tree.map(lambda *ends: jnp.stack(ends), start, end)
     (kinetic, elastic), ledger = jax.tree.map(lambda x: x[1] - x[0], (jax.vmap(system.stored)(*both), both[1].ledger))
@@ -903,8 +906,8 @@ def _energies(system: BrakeSystem, start: Instant, end: Instant) -> tuple[dict[s
         hot = 1.0 if system.grip.shares is None else system.grip.shares.heat
         pairs = zip(system.pair_names, a.ledger.friction, strict=True)
         values |= {f"heat_{pair}": hot * work for pair, work in pairs}
-    if system.shaft is not None:
-        names = names_of(system.shaft.laws)
+    if (shaft := system.feature(Shaft)) is not None:
+        names = names_of(shaft.laws)
         values |= {f"shaft_{name}": work for name, work in zip(names, a.ledger.shaft, strict=True)}
     return {name: value for name, value in values.items() if value is not None}, a.stored
 

@@ -15,10 +15,11 @@ from .._base._corners import greater
 from .._base._part import is_traced
 from .._base._progress import piece
 from .._phases import PhaseNow
-from .._physics._brake import BrakeSystem, Capacity
-from .._physics._feature import LEVER, LOAD, BrakeNow, State, piece_of
+from .._physics._brake import BrakeNow, BrakeSystem, Capacity, State, piece_of
+from .._physics._heated import surface_temperatures
 from .._physics._mechanism import OPEN, MechanismOutputs, Mode
-from .._physics._shaft import way_of
+from .._physics._rope import ElasticRope
+from .._physics._shaft import Drive, Shaft, way_of
 from ..hybrid import SKIPPED, Record, smallest
 from ..hybrid._arrays import Array, numpy_of
 from ..hybrid._system import ravel, unravel
@@ -118,7 +119,7 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
 
     def look(t: Array, y: State, mode: Mode) -> PyTree:
         q, mechanism = system.variables(t, y, mode), system.mechanism
-        hot = system.surface_temperatures(q)
+        hot = surface_temperatures(system, q)
         return (
             *system.shown(t, y, mode, q),
             mechanism.lining_margins(mode, q.contact),
@@ -138,7 +139,7 @@ def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) ->
 
 def _gauge_pressure(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Array | None:
     """Gauge pressure (Pa) of the cylinder behind the lever, 0 in phases without one; `None`: there is none."""
-    each, lever, piece = cylinders(system.lever), system.lever_at(y, mode), piece_of(mode, LEVER)
+    each, lever, piece = cylinders(system.lever), system.lever_at(y, mode), piece_of(mode, "lever")
     if not any(each):
         return None
     local = t - lever.begun if isinstance(lever, PhaseNow) else t
@@ -279,12 +280,12 @@ _HALVINGS, _CARRY = 50, 2
 def capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
     """Load and capacity of a turning brake at the time `t` of a run that began at `start`."""
     lever = system.lever_at(y, mode)
-    T_0, rate = jax.jvp(lambda t: lever.value(t, piece_of(mode, LEVER)), (t,), (jnp.ones_like(t),))
+    T_0, rate = jax.jvp(lambda t: lever.value(t, piece_of(mode, "lever")), (t,), (jnp.ones_like(t),))
     if lever.controls_speed:
-        follows = lever.follows(piece_of(mode, LEVER))
+        follows = lever.follows(piece_of(mode, "lever"))
         T_0, rate = jnp.where(follows, lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
     settled = lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
-    for course in system.changes_now(y, mode):
+    for course in system.changes(y, mode).values():
         settled = settled & course.no_more_turns(t)
     load = driving(system, t, y.omega, y, mode)
     hanging = jnp.sign(y.omega) * system.load_torque(t, 0.0 * y.omega, mode)
@@ -296,8 +297,9 @@ def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Array,
 
     The load is that of the instant, of an elastic rope its pull. A lever that follows the speed can pull to its limit.
     """
-    *_, surfaces, (tension, _) = system.given(t, y, mode)
-    lever, piece = system.lever_at(y, mode), piece_of(mode, LEVER)
+    z, surfaces = system.applied(t, y, mode)
+    tension = z.lever_tension
+    lever, piece = system.lever_at(y, mode), piece_of(mode, "lever")
     if lever.controls_speed:
         tension = jnp.where(lever.follows(piece), lever.greatest(), tension)
     load = system.load_torque(t, jnp.zeros_like(y.omega), mode, y)
@@ -312,11 +314,12 @@ def driving(system: BrakeSystem, t: Array, omega: Array, y: State, mode: Mode) -
     Of a load on an elastic rope that of its weight, about which the pull of the rope swings.
     """
     sense, load = jnp.sign(omega), system.load_torque(t, omega, mode)
-    if system.shaft is not None:
+    shaft, motor = system.feature(Shaft), system.feature(Drive)
+    if shaft is not None:
         rest = system.load_torque(t, 0.0 * omega, mode)
-        load = load - system.shaft.engaged(mode).turning(t, omega, rest, sense, system.shaft.pieces(mode))
-    if system.motor is not None:
-        load = load - system.motor.torque(system, t, omega, y, mode)
+        load = load - shaft.engaged(mode).turning(t, omega, rest, sense, shaft.pieces(mode))
+    if motor is not None:
+        load = load - motor.torque(system, t, omega, y, mode)
     return sense * load
 
 
@@ -355,7 +358,8 @@ def stable_speed(net: Callable[[Array], Array], speed: Array) -> Float[Array, ""
 def net_torque(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Callable[[Array], Array]:
     """Accelerating torque (N·m) over the speed (rad/s, ≥ 0) in the sense of rotation: that of load and shaft, less what
     the sliding brake gives under the tension, temperatures and given functions of the instant `t`."""
-    *_, surfaces, (tension, _) = system.given(t, y, mode)
+    z, surfaces = system.applied(t, y, mode)
+    tension = z.lever_tension
     sense = jnp.where(y.omega < 0, -1.0, 1.0)
 
     def net(speed: Array) -> Array:
@@ -369,7 +373,7 @@ def net_torque(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Callable[
 def _is_led(system: BrakeSystem, y: State, mode: Mode) -> Array:
     """Whether the lever follows a speed."""
     lever = system.lever_at(y, mode)
-    return jnp.asarray(lever.follows(piece_of(mode, LEVER)) if lever.controls_speed else False)
+    return jnp.asarray(lever.follows(piece_of(mode, "lever")) if lever.controls_speed else False)
 
 
 def steady_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Float[Array, ""]:
@@ -405,7 +409,7 @@ def balance_of(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Balance:
     speeds = jnp.stack([speed, _FAR * jnp.maximum(speed, system.sizes.speed)])
     torques, slopes = jax.vmap(lambda speed: jax.jvp(net, (speed,), (jnp.ones_like(speed),)))(speeds)
     balances = (slopes[0] < 0) & (jnp.abs(torques[0]) <= _STEADY * speed * -slopes[0])
-    tends = torques[1] <= 0 if system.shaft is None else stable_speed(net, speed) < jnp.inf
+    tends = torques[1] <= 0 if system.feature(Shaft) is None else stable_speed(net, speed) < jnp.inf
     free = ~_is_led(system, y, mode)
     return Balance(torques[0], free & balances & (speed > 0), free & tends)
 
@@ -413,12 +417,12 @@ def balance_of(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Balance:
 def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow | None:
     """The hook, where the load hangs on one."""
     load, travelled = system.load.on_layer(mode.layer), system.load.travelled(y.phi)
-    hanging, travel = load.hanging(piece_of(mode, LOAD)), load.travel()
+    hanging, travel = load.hanging(piece_of(mode, "load")), load.travel()
     if hanging is None or travel is None or travelled is None:
         return None
-    if system.rope is not None:
-        position = travelled + system.rope.stretched(system, y, mode)
-        rope = z.rope
+    elastic, rope = system.feature(ElasticRope), z.rope
+    if elastic is not None:
+        position = travelled + elastic.stretched(system, y, mode)
         lines = _lines_of(system, mode, rope.force)
         return HookNow(position, y.hook.speed, rope.force, *lines, rope.stretch, rope.weight)
     mass, weight = hanging
@@ -434,7 +438,8 @@ def _lines_of(system: BrakeSystem, mode: Mode, pull: Array) -> tuple[Array, Arra
     has the largest of all.
     """
     lines = jnp.asarray(system.load.lines)
-    tackle = None if system.shaft is None else system.shaft.tackle
+    shaft = system.feature(Shaft)
+    tackle = None if shaft is None else shaft.tackle
     if tackle is None:
         return pull / lines, None, None
     way = way_of(mode)
@@ -497,8 +502,8 @@ def lowers_steadily(record: Record) -> Array:
 
 def ends_driven(record: Record) -> Any:
     """Whether the motor runs at the end of a run."""
-    motor, mode = record.system.motor, record.mode_end  # pyright: ignore
-    return np.False_ if motor is None else motor.now(record.y_end, mode).follows(piece_of(mode, motor.piece))
+    motor = record.system.feature(Drive)  # pyright: ignore
+    return np.False_ if motor is None else motor.follows(record.y_end, record.mode_end)
 
 
 def capacities_at(record: Record, index: np.ndarray, instants: Instants) -> Capacity:

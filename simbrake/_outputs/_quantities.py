@@ -17,6 +17,7 @@ from jaxtyping import Bool, Float, Int
 from .._base._faults import Fault, InputError, near
 from .._base._table import Table, number, rows_table, value_text
 from .._physics._brake import BrakeSystem
+from .._physics._heated import sensed, thermal_of
 from .._physics._mechanism import PairNow
 from ..brakes._band import pressure_within
 from ..hybrid._arrays import Array, numpy_of
@@ -111,9 +112,9 @@ class PairSeen:
     @property
     def sensed(self) -> Array | None:
         """Temperatures that the friction law sees (K)."""
-        if self.system.thermal is None:
+        if thermal_of(self.system) is None:
             return None
-        T: Any = jax.vmap(lambda u: self.system.sensed(u)[self.i])(self.p.y.heat)
+        T: Any = jax.vmap(lambda u: sensed(self.system, u)[self.i])(self.p.y.heat)
         return jnp.broadcast_to(T, self.pair.normal.shape)
 
     @functools.cached_property

@@ -13,10 +13,9 @@ from jaxtyping import Bool, Float, Int
 
 from .._base._compiling import DeviceJit
 from .._phases import AfterTravel, AtHeight, AtRest, Phase, PhaseNow, Phases
-from .._physics._brake import BrakeSystem
-from .._physics._feature import LEVER, State, piece_of
+from .._physics._brake import BrakeSystem, State, piece_of
 from .._physics._mechanism import OPEN, Mode, holds
-from .._physics._shaft import rests
+from .._physics._shaft import Drive, rests
 from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array, numpy_of
 from ..loads import AbstractActuator, AbstractFollower, Lever, SpeedHold
@@ -129,12 +128,13 @@ class LeverNow(NamedTuple):
 
 def _lever_now(system: BrakeSystem, t: Array, y: State, mode: Mode, start_speed: Array) -> LeverNow:
     lever = system.lever_at(y, mode)
-    piece = piece_of(mode, LEVER)
+    piece = piece_of(mode, "lever")
     pull = jnp.asarray(lever.value(t, piece), jnp.float64)
     want, named = want_of_input(system, lever, start_speed)
     moves = (want == int(Want.LOWER)) | (want == int(Want.HOIST)) | (want == int(Want.FREE))
-    if system.motor is not None and not isinstance(lever, PhaseNow):
-        moves = jnp.where(named, moves, paced(system.motor.now(y, mode), t, start_speed) != 0)
+    motor = system.feature(Drive)
+    if motor is not None and not isinstance(lever, PhaseNow):
+        moves = jnp.where(named, moves, paced(motor.now(y, mode), t, start_speed) != 0)
     follows = lever.follows(piece) if lever.controls_speed else False
     return LeverNow(pull, moves | follows, want == int(Want.HOLD))
 

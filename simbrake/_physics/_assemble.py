@@ -16,18 +16,16 @@ from ..hybrid._arrays import Array
 from ..profiles import first_piece
 from ..thermal._heat import FrictionHeat
 from ..wear import AbstractWearRate, Wear
-from ._brake import BrakeSystem
+from ._brake import BrakeSystem, Feature, State
 from ._chain import Chain
 from ._elastic import ElasticBand
-from ._feature import Feature, State
 from ._heated import Heating
 from ._mechanism import AbstractMechanism, Mode, Pair, Sizes
-from ._motor import Drive
 from ._onset import Onsets
 from ._phased import DutyInPhases
 from ._rigid import PressedContact, RigidBand, RigidBands
 from ._rope import ElasticRope, Layers
-from ._shaft import Shaft
+from ._shaft import Drive, Shaft
 from ._sliding import BandFriction, LiningFriction, PadFriction
 from ._sprung import SprungBandage
 from ._staged import InternalPair, StagedBrake
@@ -72,8 +70,7 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
         height = initial.block_height
         features.append(DutyInPhases(None if height is None else jnp.asarray(height)))
     if scene.motor is not None:
-        heat_profiles = 0 if thermal is None else len(thermal.heat.profiles)
-        features.append(Drive(scene.motor, scene.motor.course(duty.lever), heat_profiles))
+        features.append(Drive(scene.motor, scene.motor.course(duty.lever)))
     if elastic is not None:
         features.append(ElasticRope.of(elastic, load, duty.load_piece(t_0)))
     if any(change.when is not None for change in mechanism.changes):  # (the last, as it counts the stops of all others)
@@ -90,13 +87,13 @@ def assemble(scene: Scene) -> tuple[BrakeSystem, State, Mode]:
     )
     own, band, own_mode = mechanism.start(omega_0, jnp.asarray(initial.elongation) + jnp.zeros_like(omega_0))
     sense = jnp.where(omega_0 < 0, -1, 1).astype(jnp.int32)
-    phase = None
+    pieces: dict[str, Any] = {"load": duty.load_piece(t_0)}
+    given = {"lever": lever, **system.profiles}
     if isinstance(lever, Phases):
-        phase = jnp.asarray(0, jnp.int32)
-        lever = lever.at(phase, t_0)
-    begun = (x.at(jnp.asarray(0, jnp.int32), t_0) if isinstance(x, Phases) else x for x in system.profiles)
-    pieces = (first_piece(lever, t_0), duty.load_piece(t_0), *(first_piece(profile, t_0) for profile in begun))
-    mode = Mode(jnp.asarray(band), sense, own_mode, pieces, phase=phase, layer=layer)
+        pieces["phase"] = jnp.asarray(0, jnp.int32)
+        given = {name: x.at(pieces["phase"], t_0) if isinstance(x, Phases) else x for name, x in given.items()}
+    pieces |= {name: first_piece(profile, t_0) for name, profile in given.items()}
+    mode = Mode(jnp.asarray(band), sense, own_mode, pieces, layer=layer)
     return system, *system.start(t_0, omega_0, own, u, mode)
 
 

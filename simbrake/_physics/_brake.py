@@ -1,7 +1,8 @@
-"""A brake as a hybrid system: mechanism, lever and load, and its features over any friction pairs."""
+"""A brake as a hybrid system: mechanism, lever and load, and features, each of which adds its own physics."""
 
 import dataclasses
-from typing import Any, NamedTuple
+from collections.abc import Callable, Iterable
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import jax
 import jax.numpy as jnp
@@ -10,37 +11,237 @@ from jaxtyping import Bool, Float, PyTree
 
 from .._base._part import leaves, parts_below
 from .._base._quantity import Characteristic
-from .._phases import AtRest, PhaseEnd, PhaseNow, Phases
+from .._phases import Phases
 from ..friction import SurfaceState
-from ..hybrid import CORE, QUADRATURE
+from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem
 from ..hybrid._arrays import Array
-from ..hybrid._struct import struct_field
+from ..hybrid._struct import Struct, struct_field
 from ..hybrid._system import Instant, variables_of
 from ..loads import AbstractLoad
 from ..profiles import AbstractProfile, FunctionProfile, Piece, Real, hides_nothing, next_known_time
-from ._feature import LEVER, LOAD, AbstractBrake, BrakeGuards, BrakeNow, Feature, Moment, State, piece_of
-from ._heated import Heating, Network
 from ._mechanism import (
     OPEN,
     AbstractMechanism,
     AppliedLoads,
     BrakeCode,
     ContactNow,
+    ContactState,
     EventState,
     Ledger,
     MechanismOutputs,
     Mode,
+    Sizes,
     Surfaces,
 )
-from ._motor import Drive
-from ._onset import Onsets
-from ._rope import ElasticRope
-from ._shaft import Shaft, ShaftNow
 from ._sliding import AbstractLiningFriction
-from ._thermal import Thermal, total
 
 #: relative rounding of a torque that balances another one
 _ROUNDING = 1e-9
+
+
+class State(NamedTuple):
+    """Angle `φ` (rad) and speed `ω` (rad/s) of the pulley, the states of the mechanism's own, the ledger, the heat
+    content of the thermal nodes over their capacity (K; `None` without heat), the thickness worn off the linings of
+    each pair (m; `None` without wear, and of a pair without), the states of the friction law of each pair (`None`
+    without any), of the phase of the duty (`None` without phases), of a hook on an elastic rope (`None` on a rigid
+    one), and the times (s) at which changes of friction began, of those that begin when something happens."""
+
+    phi: Any
+    omega: Any
+    own: Any
+    ledger: Ledger
+    heat: Any = None
+    worn: Any = None
+    memory: Any = None
+    phase: Any = None
+    hook: Any = None
+    onset: Any = None
+
+
+class BrakeNow(NamedTuple):
+    """Variables of a brake: applied loads, its mechanism (`contact`), its pairs, and what features add."""
+
+    load_torque: Any  # M_load (N·m)
+    net_load: Any  # what the other torques on the shaft leave of it, which acts on the mechanism
+    lever_tension: Any = None  # T_0 (N), as the lever would give it
+    lever_rate: Any = None  # its rate (N/s)
+    contact: Any = None  # a `ContactNow`
+    rubs: tuple[ContactState, ...] = ()
+    thermal: Any = None  # a `ThermalNow`
+    shaft: Any = None  # a `ShaftNow`: torques on the shaft beside load and brake
+    rope: Any = None  # a `RopeNow`, of an elastic rope
+    motor: Any = None  # torque of a motor (N·m), against the braking direction
+
+
+class BrakeGuards(NamedTuple):
+    """Guards of a brake, or which of them fired; `None`: absent physics has none.
+
+    - `contact`: those of the mechanism;  `dry_shaft`: motion of the shaft, or what its dry friction can hold
+    - `layer_paid_out`, `layer_full`: rope left on its layer;  `friction_table`: to the ends of a table of friction
+    - `phase_end` of the duty;  `rope`: pull of an elastic rope, of a slack one its slack
+    - `onset`: to what begins changes of friction
+    """
+
+    contact: PyTree
+    dry_shaft: Any = None
+    layer_paid_out: Any = None
+    layer_full: Any = None
+    friction_table: Any = None
+    phase_end: Any = None
+    rope: Any = None
+    onset: Any = None
+
+
+class Moment(NamedTuple):
+    """A brake at one instant: time (s), state, mode, and variables where they are known."""
+
+    brake: "BrakeSystem"
+    t: Array
+    y: State
+    mode: Mode
+    z: Any = None  # a `BrakeNow`
+
+
+#: an entry for each friction pair
+PerPair = tuple[Any, ...]
+_T = TypeVar("_T")
+AnyTree = TypeVar("AnyTree")
+
+
+class Feature(Struct):
+    """Physics of a brake beside its mechanism. The brake goes through its features in order; each gets what those
+    before it have made, and gives it back with its own. What a feature does not define stays as it is."""
+
+    #: whether it sets its own times (`AbstractHybridSystem.self_timed`)
+    self_timed: ClassVar[bool] = False
+    #: whether its states are so many that the sparsity of the Jacobian pays
+    sparse: ClassVar[bool] = False
+    #: whether the hook moves by itself, so that the shaft does not feel its inertia
+    frees_hook: ClassVar[bool] = False
+
+    def jumps(self, brake: "BrakeSystem") -> bool:
+        """Whether its states jump at events, beyond rounding and the speed at a change of the rope's layer."""
+        return False
+
+    def rests_open(self, brake: "BrakeSystem") -> bool:
+        """Whether it may bring the pulley to rest with the band open."""
+        return False
+
+    # --- given functions of time --------------------------------------------------------------------------------------
+
+    @property
+    def profiles(self) -> dict[str, AbstractProfile | Phases]:
+        """Given functions of time that it brings, by name."""
+        return {}
+
+    def courses(self, now: Moment, courses: dict[str, Any]) -> dict[str, Any]:
+        """All given functions of time as they are at an instant."""
+        return courses
+
+    # --- states -------------------------------------------------------------------------------------------------------
+
+    def start(self, now: Moment) -> tuple[State, Mode]:
+        """State and mode at the start."""
+        return now.y, now.mode
+
+    def sizes(self, brake: "BrakeSystem", sizes: State) -> State:
+        """Typical sizes of the states (see `AbstractHybridSystem.scales`)."""
+        return sizes
+
+    def places(self, brake: "BrakeSystem", places: State) -> State:
+        """Places of the states in the Jacobian (see `AbstractHybridSystem.couplings`)."""
+        return places
+
+    # --- at one instant -----------------------------------------------------------------------------------------------
+
+    def load_torque(self, now: Moment, torque: Array) -> Array:
+        """Torque of the load (N·m)."""
+        return torque
+
+    def torques(self, now: Moment) -> BrakeNow:
+        """Torques on the shaft beside load and brake."""
+        return now.z
+
+    def surfaces(self, now: Moment, surfaces: list[SurfaceState]) -> list[SurfaceState]:
+        """Surface states that the law of each pair sees."""
+        return surfaces
+
+    def conditions(self, now: Moment) -> BrakeNow:
+        """What is known before the mechanism answers to its loads."""
+        return now.z
+
+    def heating_rates(self, now: Moment, forces: tuple[Array | None, ...] | None, rates: PerPair) -> PerPair:
+        """Rates (K/s) of the temperatures that the laws see (`AppliedLoads.heating_rate`)."""
+        return rates
+
+    def variables(self, now: Moment) -> BrakeNow:
+        return now.z
+
+    def rates(self, now: Moment, rates: State) -> State:
+        return rates
+
+    def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
+        return guards
+
+    def limits(self, mode: Mode, limits: BrakeGuards) -> BrakeGuards:
+        """Which guards are limits up to and including which the mode holds."""
+        return limits
+
+    def stored(self, now: Moment, stored: tuple[Array, Array]) -> tuple[Array, Array]:
+        """Kinetic and elastic energy (J)."""
+        return stored
+
+    # --- changes of mode ----------------------------------------------------------------------------------------------
+
+    def at_once(self, mode: Mode, fired: BrakeGuards) -> Mode:
+        """The mode at the event, to which all others answer."""
+        return mode
+
+    def settled(self, now: Moment, fired: BrakeGuards, omega: Array) -> Array:
+        """Speed of the pulley at an event: exactly 0 where it has come to rest but for rounding.
+
+        Else rounding would decide whether a band that closes then holds, or is drawn on by its pulley first.
+        """
+        return omega
+
+    def before(self, now: Moment, new: Mode, fired: BrakeGuards) -> tuple[State, Mode]:
+        """State and mode to which the mechanism answers."""
+        return now.y, new
+
+    def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
+        """The mode after the answer of the mechanism, and the code of the run."""
+        return new, code
+
+    def speed_after(self, now: Moment, after: Mode, omega: Array) -> Array:
+        """Speed of the pulley just after a change of mode; `now` is just before it."""
+        return omega
+
+    def reset(self, now: Moment, after: Mode, new: State) -> State:
+        """The state just after a change of mode; `now` is just before it."""
+        return new
+
+    def heat_of_jump(self, now: Moment) -> Callable[[State, tuple[Array, ...]], State] | None:
+        """A function that adds the heat (J) of each pair in a jump of the tension to a state; `now` is after it."""
+        return None
+
+
+def numbered(name: str, each: Iterable[_T]) -> dict[str, _T]:
+    """Entries by name and number."""
+    return {f"{name} {i}": x for i, x in enumerate(each)}
+
+
+def piece_of(mode: Mode, name: str) -> Piece:
+    """The piece on which a given function of time is; one without time breakpoints has only one."""
+    piece = mode.pieces[name]
+    return jnp.asarray(0, jnp.int32) if piece is None else piece
+
+
+def at_phase(profile: Any, y: State | None, mode: Mode) -> Any:
+    """A given function of time, or that of the phase that runs; without phases the state may be left out."""
+    if not isinstance(profile, Phases):
+        return profile
+    assert y is not None
+    return profile.at(mode.phase, y.phase.begun)
 
 
 class Capacity(NamedTuple):
@@ -78,21 +279,17 @@ class Capacity(NamedTuple):
 _PASSES = 4
 
 
-def course_of_profile(profile: AbstractProfile, t: Array, piece: Piece) -> Real:
-    """A profile as a function of time."""
-    return profile.value(t, piece)
-
-
-def _course_of_lever(lever: Any, t: Array, piece: Piece) -> tuple[Real, Real | None]:
+def course_of_profile(profile: Any, t: Array, piece: Piece) -> tuple[Real, Real | None]:
+    """A profile as a function of time; of a lever that controls the speed with its torque."""
     one = jnp.ones(())
-    return lever.value(t, piece), lever.wanted_torque(t, one, piece, one, one) if lever.controls_speed else None
+    return profile.value(t, piece), profile.wanted_torque(t, one, piece, one, one) if profile.controls_speed else None
 
 
 def _course_of_load(load: AbstractLoad, t: Array, piece: Piece) -> Real:
     return load.torque(t, jnp.ones(()), piece)
 
 
-class BrakeSystem(AbstractBrake):
+class BrakeSystem(AbstractSemiExplicitSystem):
     """A brake: its mechanism under a lever and a load, and its features.
 
         φ̇ = ω,   J ω̇ = M_load(t, ω) − Σ M_shaft − M_b
@@ -110,36 +307,28 @@ class BrakeSystem(AbstractBrake):
     mechanism: AbstractMechanism
     inertia: Array
     track_radius: Array
-    lever: AbstractProfile | Phases
+    lever: Any  # a profile, or `Phases`
     load: AbstractLoad
     features: tuple[Feature, ...]
     rims: int = struct_field(static=True, default=1)  # pyright: ignore
     wants: str = struct_field(static=True, default="")  # pyright: ignore
 
-    @property
-    def heat(self) -> Heating | None:
-        """Heat of the brake, where the scene has it."""
-        return self.feature(Heating)
+    def feature(self, kind: type[_T]) -> _T | None:
+        """The feature of a kind, `None`: the brake has none."""
+        return next((feature for feature in self.features if isinstance(feature, kind)), None)
+
+    def of_one(self, whole: AnyTree) -> AnyTree:
+        """The part of one rim of what the shaft has: load, inertia."""
+        return whole if self.rims == 1 else jax.tree.map(lambda x: x / self.rims, whole)
+
+    def of_all(self, each: AnyTree) -> AnyTree:
+        """The sum over the rims of what one of them has: torque, power, energy."""
+        return each if self.rims == 1 else jax.tree.map(lambda x: self.rims * x, each)
 
     @property
-    def thermal(self) -> Thermal | None:
-        """The thermal network, where the scene has one."""
-        return None if self.heat is None else self.heat.thermal
-
-    @property
-    def shaft(self) -> Shaft | None:
-        """Torques on the shaft beside load and brake."""
-        return self.feature(Shaft)
-
-    @property
-    def motor(self) -> Drive | None:
-        """A motor on the shaft."""
-        return self.feature(Drive)
-
-    @property
-    def rope(self) -> ElasticRope | None:
-        """The elastic rope, where the load hangs on one."""
-        return self.feature(ElasticRope)
+    def sizes(self) -> Sizes:
+        """Typical slack tension, torque and speed."""
+        return self.mechanism.sizes
 
     @property
     def grip(self) -> AbstractLiningFriction:
@@ -154,31 +343,32 @@ class BrakeSystem(AbstractBrake):
     # --- load and lever -----------------------------------------------------------------------------------------------
 
     @property
-    def profiles(self) -> tuple[AbstractProfile | Phases, ...]:
-        """Given functions of time beside lever and load."""
-        heat = () if self.thermal is None else self.thermal.heat.profiles
-        motor = () if self.motor is None else (self.motor.course,)
-        return (*heat, *motor, *self.mechanism.profiles, *(() if self.shaft is None else self.shaft.profiles))
+    def profiles(self) -> dict[str, AbstractProfile | Phases]:
+        """Given functions of time beside lever and load, by name."""
+        profiles: dict[str, Any] = numbered("friction", self.mechanism.profiles)
+        for feature in self.features:
+            profiles |= feature.profiles
+        return profiles
+
+    def courses(self, y: Any, mode: Mode) -> dict[str, Any]:
+        """All given functions of time by name, of those in phases that of the phase that runs."""
+        courses = {"lever": self.lever_at(y, mode), "load": self.load.profile}
+        courses |= {name: at_phase(profile, y, mode) for name, profile in self.profiles.items()}
+        for feature in self.features:
+            courses = feature.courses(Moment(self, jnp.zeros(()), y, mode), courses)
+        return courses
 
     @property
     def sampled(self) -> tuple[str, ...]:
-        """Given functions of time, in words, that may have features between two breakpoints which only samples see."""
+        """Given functions of time that may have features between two breakpoints which only samples see, by name."""
 
-        def levers(lever: AbstractProfile | Phases) -> list[AbstractProfile]:
-            return [phase.lever for phase in lever.each] if isinstance(lever, Phases) else [lever]
+        def simple(profile: AbstractProfile | Phases) -> bool:
+            levers = [phase.lever for phase in profile.each] if isinstance(profile, Phases) else [profile]
+            return all(hides_nothing(lever, course_of_profile) for lever in levers)
 
-        motor = [] if self.motor is None else levers(self.motor.course)
-        plain = {
-            "the lever": all(hides_nothing(one, _course_of_lever) for one in levers(self.lever)),
-            "the load": hides_nothing(self.load, _course_of_load),
-            "the motor": all(hides_nothing(one, _course_of_lever) for one in motor),
-            "another given function": all(
-                hides_nothing(one, course_of_profile)
-                for one in self.profiles
-                if isinstance(one, AbstractProfile) and not one.controls_speed
-            ),
-        }
-        return tuple(words for words, known in plain.items() if not known)
+        plain = {"lever": simple(self.lever), "load": hides_nothing(self.load, _course_of_load)}
+        plain |= {name: simple(profile) for name, profile in self.profiles.items()}
+        return tuple(name for name, known in plain.items() if not known)
 
     @property
     def guard_samples(self) -> int:
@@ -202,90 +392,60 @@ class BrakeSystem(AbstractBrake):
     @property
     def jumps(self) -> bool:
         """Whether states jump at events, beyond rounding and the speed at a change of the rope's layer."""
-        return self.mechanism.stretches or any(one.jumps(self) for one in self.features)
+        return self.mechanism.stretches or any(feature.jumps(self) for feature in self.features)
 
     @property
     def rests_open(self) -> bool:
         """Whether the pulley may come to rest with the band open, and no dry friction that holds it."""
-        phases = self.lever.each if isinstance(self.lever, Phases) else ()
-        return self.motor is not None or any(isinstance(phase.until, AtRest) for phase in phases)
+        return any(feature.rests_open(self) for feature in self.features)
 
     @property
     def self_timed(self) -> bool:
-        return isinstance(self.lever, Phases) or self.feature(Onsets) is not None
+        return any(feature.self_timed for feature in self.features)
 
     def lever_at(self, y: Any, mode: Mode) -> Any:
         """The lever, a profile, or that of the phase that runs, a `PhaseNow`."""
-        return self.lever.at(mode.phase, y.phase.begun) if isinstance(self.lever, Phases) else self.lever
+        return at_phase(self.lever, y, mode)
 
     def inertia_at(self, mode: Mode) -> Array:
+        """Inertia of all that turns and moves with the shaft (kg·m²)."""
         inertia = self.inertia
-        if self.rope is not None:  # it alone feels the hook
+        if any(feature.frees_hook for feature in self.features):
             return inertia
         load = self.load.on_layer(mode.layer)
         if self.load.layers is not None:
             inertia = inertia + (load.inertia() - self.load.on_layer(self.load.layers.first_layer()).inertia())
-        more = load.added_inertia(piece_of(mode, LOAD))
+        more = load.added_inertia(piece_of(mode, "load"))
         return inertia if more is None else inertia + more
 
     def load_torque(self, t: Array, omega: Array, mode: Mode, y: State | None = None) -> Array:
-        torque = jnp.asarray(self.load.on_layer(mode.layer).torque(t, omega, piece_of(mode, LOAD)))
-        return torque if self.rope is None or y is None else torque + self.rope.torque_beyond_weight(self, y, mode)
-
-    def motor_torque(self, t: Array, y: State, mode: Mode) -> Array | None:
-        return None if self.motor is None else self.motor.torque(self, t, y.omega, y, mode)
-
-    def _shaft_now(self, t: Array, y: State, mode: Mode, load: Array, motor: Array | None) -> ShaftNow | None:
-        if self.shaft is None:
-            return None
-        at_rest = self.load_torque(t, 0.0 * y.omega, mode, y)
-        return self.shaft.now(t, y.omega, (load, at_rest), mode, self.shaft.pieces(mode), motor)
-
-    def _network(self, heat: Heating, t: Array, y: State, mode: Mode) -> Network:
-        pressures = self._pressures(heat, t, y, mode) if heat.thermal.heat.pressed else (0.0,)
-        return heat.network(Moment(self, t, y, mode), pressures)
-
-    def _pressures(self, heat: Heating, t: Array, y: State, mode: Mode) -> tuple[Array, ...]:
-        """Pressures of the linings (Pa) in each pair; loads do not depend on how fast temperatures change."""
-        _, left, *_, surfaces, (tension, pull) = self.given(t, y, mode)
-        still = heat.at_sensors(self, jnp.zeros_like(y.heat))
-        shares = self.of_one((left, self.inertia_at(mode)))
-        acting = AppliedLoads(t, tension, pull, *shares, surfaces, lambda forces: still)
-        z = self.mechanism.variables(acting, y.omega, y.own, mode)
-        shown = self.mechanism.shown(tension, y.omega, y.own, mode, surfaces, z).pairs
-        each = zip(self.mechanism.pairs, shown, strict=True)
-        return tuple(jnp.zeros(()) if pair.area is None else now.normal / pair.area for pair, now in each)
-
-    def sensed(self, u: Array | None) -> tuple[Array | None, ...]:
-        if self.heat is None or u is None:
-            return tuple(None for _ in self.mechanism.pairs)
-        return self.heat.at_sensors(self, self.heat.thermal.temperatures(u))
+        """Torque of the load (N·m), its rope in the layer of the mode; that of a weight at rest without a state `y`."""
+        torque = jnp.asarray(self.load.on_layer(mode.layer).torque(t, omega, piece_of(mode, "load")))
+        if y is not None:
+            for feature in self.features:
+                torque = feature.load_torque(Moment(self, t, y, mode), torque)
+        return torque
 
     def surfaces(self, t: Array, y: State, mode: Mode) -> Surfaces:
-        memory = tuple(None for _ in self.mechanism.pairs) if y.memory is None else y.memory
-        each = zip(self.sensed(y.heat), memory, self._factors(t, y, mode), strict=True)
-        return tuple(None if all(x is None for x in one) else SurfaceState(*one) for one in each)
+        """Surface states that the law of each pair depends on; `None`: none."""
+        surfaces = [SurfaceState(None, None, factor) for factor in self._factors(t, y, mode)]
+        for feature in self.features:
+            surfaces = feature.surfaces(Moment(self, t, y, mode), surfaces)
+        return tuple(None if all(x is None for x in surface) else surface for surface in surfaces)
 
-    @property
-    def first_change(self) -> int:
-        shaft = () if self.shaft is None else self.shaft.profiles
-        return LOAD + 1 + len(self.profiles) - len(shaft) - len(self.mechanism.changes)
-
-    def changes_now(self, y: State, mode: Mode) -> tuple[Any, ...]:
-        """The courses of the changes of friction, also of those that begin when something happens."""
-        onsets = self.feature(Onsets)
-        return self.mechanism.profiles if onsets is None else onsets.courses(self, y, mode)
+    def changes(self, y: State, mode: Mode) -> dict[str, Any]:
+        """The courses of the changes of friction by name, also of those that begin when something happens."""
+        courses = self.courses(y, mode)
+        return {name: courses[name] for name in numbered("friction", self.mechanism.profiles)}
 
     def _factors(self, t: Array, y: State, mode: Mode) -> tuple[Array | None, ...]:
         """Factors of the friction of each pair by changes over time, (n,); `None` of a law without."""
-        first, courses = self.first_change, self.changes_now(y, mode)
-        return self.mechanism.factors(
-            [jnp.asarray(course.value(t, piece_of(mode, first + i))) for i, course in enumerate(courses)]
-        )
+        changes = self.changes(y, mode).items()
+        return self.mechanism.factors([jnp.asarray(course.value(t, piece_of(mode, name))) for name, course in changes])
 
     def lever_tension(self, t: Array, y: State, mode: Mode, load: Array, surfaces: Surfaces) -> tuple[Array, Array]:
         """`T_0` (N) and its rate as the lever has them."""
-        piece, lever, omega = piece_of(mode, LEVER), self.lever_at(y, mode), y.omega
+        piece, lever, omega = piece_of(mode, "lever"), self.lever_at(y, mode), y.omega
         given, rate = jax.jvp(lambda t: lever.value(t, piece), (t,), (jnp.ones_like(t),))
         if not lever.controls_speed:
             return given, rate
@@ -295,43 +455,36 @@ class BrakeSystem(AbstractBrake):
         gain = self.of_all(self.mechanism.gain(jnp.where(mode.sense > 0, omega, -omega), surfaces))
         return jnp.where(follows, lever.holding(torque, gain), given), jnp.where(follows, 0.0, rate)
 
-    def given(
-        self, t: Array, y: State, mode: Mode
-    ) -> tuple[Array, Array, ShaftNow | None, Array | None, Surfaces, Any]:
-        """Load, what shaft and motor leave of it, their torques, surfaces, tension of the lever and its rate."""
-        load, surfaces = self.load_torque(t, y.omega, mode, y), self.surfaces(t, y, mode)
-        motor = self.motor_torque(t, y, mode)
-        shaft = self._shaft_now(t, y, mode, load, motor)
-        left = shaft.left if shaft is not None else load if motor is None else load - motor
-        return load, left, shaft, motor, surfaces, self.lever_tension(t, y, mode, left, surfaces)
-
-    def surface_temperatures(self, z: BrakeNow) -> dict[str, Array]:
-        return {} if self.heat is None else self.heat.surface_temperatures(z)
+    def applied(self, t: Array, y: State, mode: Mode) -> tuple[BrakeNow, Surfaces]:
+        """Torques on the shaft, tension of the lever and its rate; and the surfaces of the pairs."""
+        load = self.load_torque(t, y.omega, mode, y)
+        z = BrakeNow(load, load)
+        for feature in self.features:
+            z = feature.torques(Moment(self, t, y, mode, z))
+        surfaces = self.surfaces(t, y, mode)
+        tension, rate = self.lever_tension(t, y, mode, z.net_load, surfaces)
+        return z._replace(lever_tension=tension, lever_rate=rate), surfaces
 
     # --- all of it at one instant -------------------------------------------------------------------------------------
 
     def variables(self, t: Array, y: State, mode: Mode) -> BrakeNow:
-        heat, thermal = self.heat, None
-        load, left, shaft, motor, surfaces, (tension, pull) = self.given(t, y, mode)
+        z, surfaces = self.applied(t, y, mode)
+        for feature in self.features:
+            z = feature.conditions(Moment(self, t, y, mode, z))
+        now = Moment(self, t, y, mode, z)
 
-        def heating_rate(forces: tuple[Array | None, ...] | None) -> tuple[Array | None, ...]:
-            if heat is None:
-                return tuple(None for _ in self.mechanism.pairs)
-            return heat.rates_at_sensors(self, network, flows, forces)
+        def heating_rate(forces: PerPair | None) -> PerPair:
+            rates: PerPair = tuple(None for _ in self.mechanism.pairs)
+            for feature in self.features:
+                rates = feature.heating_rates(now, forces, rates)
+            return rates
 
-        if heat is not None:
-            network = self._network(heat, t, y, mode)
-            flows = heat.thermal.flows(*network, () if self.shaft is None else self.shaft.heating(shaft, y.omega))
         factor_rates = None
         if self.mechanism.stretches and self.mechanism.profiles:
             factor_rates = jax.jvp(lambda t: self._factors(t, y, mode), (t,), (jnp.ones_like(t),))[1]
-        shares = self.of_one((left, self.inertia_at(mode)))
-        acting = AppliedLoads(t, tension, pull, *shares, surfaces, heating_rate, factor_rates)
+        acting = self.acting(t, y, mode, z, surfaces)._replace(heating_rate=heating_rate, factor_rates=factor_rates)
         contact = self.mechanism.variables(acting, y.omega, y.own, mode)
-        rubs = self.mechanism.rubs(mode, contact)
-        if heat is not None:
-            thermal = heat.with_friction(self, rubs, network, flows)
-        z = BrakeNow(tension, pull, load, contact, rubs, thermal, shaft, motor=motor)
+        z = z._replace(contact=contact, rubs=self.mechanism.rubs(mode, contact))
         for feature in self.features:
             z = feature.variables(Moment(self, t, y, mode, z))
         return z
@@ -351,13 +504,14 @@ class BrakeSystem(AbstractBrake):
 
     # --- guards and changes of mode -----------------------------------------------------------------------------------
 
-    def _acting(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> AppliedLoads:
-        """Applied loads for guards and changes of mode, which do not need the rates of temperatures."""
-        shares, surfaces = self.of_one((z.net_load, self.inertia_at(mode))), self.surfaces(t, y, mode)
+    def acting(self, t: Array, y: State, mode: Mode, z: BrakeNow, surfaces: Surfaces | None = None) -> AppliedLoads:
+        """Applied loads as guards and changes of mode see them, which do not need the rates of temperatures."""
+        surfaces = self.surfaces(t, y, mode) if surfaces is None else surfaces
+        shares = self.of_one((z.net_load, self.inertia_at(mode)))
         return AppliedLoads(t, z.lever_tension, z.lever_rate, *shares, surfaces, lambda forces: ())
 
     def margins(self, t: Array, y: State, mode: Mode, z: BrakeNow) -> BrakeGuards:
-        guards = BrakeGuards(self.mechanism.guards(self._acting(t, y, mode, z), y.omega, y.own, mode, z.contact))
+        guards = BrakeGuards(self.mechanism.guards(self.acting(t, y, mode, z), y.omega, y.own, mode, z.contact))
         now = Moment(self, t, y, mode, z)
         for feature in self.features:
             guards = feature.margins(now, guards)
@@ -374,7 +528,7 @@ class BrakeSystem(AbstractBrake):
         for feature in self.features:
             now = now._replace(mode=feature.at_once(now.mode, fired))
         t, y, new = now.t, now.y, self._next_pieces(now.y, now.mode, at_stop)
-        acting = self._acting(t, y, now.mode, now.z)
+        acting = self.acting(t, y, now.mode, now.z)
         omega = y.omega
         for feature in self.features:
             omega = feature.settled(Moment(self, t, y, now.mode), fired, omega)
@@ -384,7 +538,7 @@ class BrakeSystem(AbstractBrake):
 
         def ask(mode: Mode, omega: Array, own: PyTree) -> tuple[AppliedLoads, ContactNow]:
             z = self.variables(t, y._replace(omega=omega, own=own), mode)
-            return self._acting(t, y, mode, z), z.contact
+            return self.acting(t, y, mode, z), z.contact
 
         new, code = self.mechanism.change(moment, new, fired.contact, ask)
         for feature in self.features:
@@ -400,7 +554,7 @@ class BrakeSystem(AbstractBrake):
             omega = feature.speed_after(now, after, omega)
         omega, own = self.mechanism.with_stuck_speeds(omega, y.own, before, after)
         new = y._replace(omega=omega, own=own)
-        if self.load.added_inertia(piece_of(after, LOAD)) is not None:  # mass added in motion brings its energy
+        if self.load.added_inertia(piece_of(after, "load")) is not None:  # mass added in motion brings its energy
             added = self.inertia_at(after) - self.inertia_at(before._replace(layer=after.layer))
             new = new._replace(ledger=y.ledger._replace(load_work=y.ledger.load_work + 0.5 * added * omega**2))
         for feature in self.features:
@@ -409,75 +563,63 @@ class BrakeSystem(AbstractBrake):
 
     def _after_jump(self, t: Array, y: State, before: Mode, after: Mode, new: State) -> State:
         """The state after the jump of tension in a change of mode, with its work and its heat."""
-        heat, omega, own = self.heat, new.omega, new.own
+        omega, own = new.omega, new.own
         z, surfaces = variables_of(self, t, y, before).contact, self.surfaces(t, y._replace(onset=new.onset), after)
         load = self.load_torque(t, omega, after)
         tension = self.lever_tension(t, new, after, load, surfaces)[0]
         of_rim = self.mechanism.tension_jump(omega, own, (before, z), (after, tension))
-        per_joule = [] if heat is None else heat.of_a_jump(self, self._network(heat, t, new, after))
+        found = (feature.heat_of_jump(Moment(self, t, new, after)) for feature in self.features)
+        heaters = [heater for heater in found if heater is not None]
 
         def tension_jump(surfaces: Surfaces) -> tuple[PyTree, Array, tuple[Array, ...]]:
             own, work, heats = of_rim(surfaces)
             return own, *self.of_all((work, heats))
 
-        def warmed(heats: tuple[Array, ...]) -> Array:
-            return total([new.heat, *(E * rise for E, (rise, _) in zip(heats, per_joule, strict=True))])
+        def heated(state: State, heats: tuple[Array, ...]) -> State:
+            for heater in heaters:
+                state = heater(state, heats)
+            return state
 
         # the heat of the jump warms the linings, on which the tension after it depends: settled in a few passes
         def settle(jump: PyTree, _: None) -> tuple[PyTree, None]:
-            return tension_jump(self.surfaces(t, new._replace(heat=warmed(jump[2])), after)), None
+            return tension_jump(self.surfaces(t, heated(new, jump[2]), after)), None
 
-        if per_joule and self.grip.varies:
+        if heaters and self.grip.varies:
             zero = jnp.zeros_like(omega)
-            jump: Any = (own, zero, tuple(zero for _ in per_joule))
+            jump: Any = (own, zero, tuple(zero for _ in self.mechanism.pairs))
             jump = jax.lax.scan(settle, jump, None, length=_PASSES)[0]
         else:
             jump = tension_jump(surfaces)
         own, work, heats = jump
-        old, booked = new.ledger, new.ledger.heat
-        friction = tuple(one + heat for one, heat in zip(old.friction, heats, strict=True))
-        for E, (_, shares) in zip(heats, per_joule, strict=False):
-            booked = jax.tree.map(lambda x, share, E=E: x + E * share, booked, shares)._replace(
-                supplied=booked.supplied
-            )
-        ledger = old._replace(lever_work=old.lever_work + work, friction=friction, heat=booked)
-        return new._replace(own=own, heat=warmed(heats) if per_joule else None, ledger=ledger)
+        friction = tuple(one + heat for one, heat in zip(new.ledger.friction, heats, strict=True))
+        ledger = new.ledger._replace(lever_work=new.ledger.lever_work + work, friction=friction)
+        return heated(new._replace(own=own, ledger=ledger), heats)
 
-    def _next_known(self, y: Any, mode: Mode) -> tuple[Float[Array, ""] | float, list[Bool[Array, ""] | bool]]:
-        """The next time breakpoint, and whether it belongs to the lever, the load, each profile of the heat, and the
-        end of the phase.
+    def _next_known(self, y: Any, mode: Mode) -> tuple[Float[Array, ""] | float, dict[str, Any]]:
+        """The next time breakpoint, and whether it belongs to each given function of time.
 
         A pulley at rest, and a lever that begins to pull, must see no input that has ended, nor one that has yet to
         begin: where its tension falls without going to 0, and where it follows the load, the lever is processed after
-        the load.
+        all others.
         """
-        lever, piece = self.lever_at(y, mode), jnp.asarray(piece_of(mode, LEVER), jnp.int32)
+        courses = self.courses(y, mode)
+        lever, piece = courses["lever"], jnp.asarray(piece_of(mode, "lever"), jnp.int32)
 
         def waits(t: Array) -> Array:
             before, after = lever.value(t, piece), lever.value(t, piece + 1)
             answers = lever.follows(piece + 1) if lever.controls_speed else False
             return (mode.band == OPEN) | answers | ((after < before) & (after > 0))
 
-        profiles = (lever, self.load.profile, *self.profiles)
-        if self.motor is not None:
-            profiles = tuple(self.motor.now(y, mode) if one is self.motor.course else one for one in profiles)
-        if self.feature(Onsets) is not None:
-            first, changes = self.first_change, self.changes_now(y, mode)
-            profiles = (*profiles[:first], *changes, *profiles[first + len(changes) :])
-        pieces = [piece, *(piece_of(mode, i) for i in range(LOAD, len(profiles)))]
-        if isinstance(lever, PhaseNow):
-            profiles, pieces = (*profiles, PhaseEnd(lever)), [*pieces, piece]
-        return next_known_time(profiles, pieces, waits)
+        return next_known_time(courses, {name: piece_of(mode, name) for name in courses}, waits)
 
     def _next_pieces(self, y: State, mode: Mode, at_stop: Array) -> Mode:
         """The mode on the piece that begins at a time breakpoint, or in the phase after the one that ends at it."""
         _, turns = self._next_known(y, mode)
-        given = mode.pieces if mode.phase is None else (*mode.pieces, mode.phase)
-        new = tuple(
-            None if piece is None else jnp.asarray(piece, jnp.int32) + (at_stop & turn).astype(jnp.int32)
-            for piece, turn in zip(given, turns, strict=True)
-        )
-        return mode._replace(pieces=new) if mode.phase is None else mode._replace(pieces=new[:-1], phase=new[-1])
+        pieces = {
+            name: None if piece is None else jnp.asarray(piece, jnp.int32) + (at_stop & turns[name]).astype(jnp.int32)
+            for name, piece in mode.pieces.items()
+        }
+        return mode._replace(pieces=pieces)
 
     def next_stop(self, mode: Mode, y: Any = None) -> Float[Array, ""] | float:
         return self._next_known(y, mode)[0]
@@ -526,14 +668,14 @@ class BrakeSystem(AbstractBrake):
         own = jax.tree.map(lambda size: np.full(jnp.shape(size), CORE), self.mechanism.own_sizes())
         core, quadrature = np.asarray(CORE), np.asarray(QUADRATURE)
         # (the angle moves nothing but a correction of the position)
-        corrects = self.lever.corrects_position or (self.motor is not None and self.motor.course.corrects_position)
+        corrects = any(profile.corrects_position for profile in (self.lever, *self.profiles.values()))
         places = State(core if corrects else quadrature, core, own, self._ledger(quadrature))
         for feature in self.features:
             places = feature.places(self, places)
-        # (without heat and states of laws there are too few states for it)
-        return None if places.heat is None and places.memory is None else places
+        return places if any(feature.sparse for feature in self.features) else None
 
     def stored_at(self, inertia: Array, omega: Array, own: PyTree, mode: Mode) -> tuple[Array, Array]:
+        """Kinetic and elastic energy (J) of shaft and mechanism, with an `inertia` (kg·m²) of the shaft."""
         return self.of_all(self.mechanism.stored(self.of_one(inertia), omega, own, mode))
 
     def stored(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:

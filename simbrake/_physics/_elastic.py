@@ -273,7 +273,7 @@ class AbstractElasticBand(AbstractBand):
         low, high = jnp.where(locked, 0.0, rest.lower), jnp.where(locked, jnp.inf, rest.upper)
         # the lever itself draws a slack band tight on a pulley that does not run into it
         tension = jnp.where(was_slack & (motion.omega <= 0), greater(tension, low), tension)
-        if new.pieces[0] is not None:  # late in a run the time breakpoints themselves are rounded
+        if new.pieces["lever"] is not None:  # late in a run the time breakpoints themselves are rounded
             steepest = jnp.maximum(jnp.abs(acting.pull), jnp.abs(now.acting.pull))
             rounding = rounding + 1e-15 * jnp.abs(now.t) * steepest * jnp.where(locked, 1.0, rest.limit.other)
         # at a limit of the tension it slides if the slip speed that it would have there has the right sign; with no

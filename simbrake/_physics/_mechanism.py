@@ -352,11 +352,10 @@ class Mode(NamedTuple):
     """Mode of a brake between two events.
 
     - `band`: label of the whole (`BandMode`);  `sense`: direction in which the pulley moves or last moved, ±1
-    - `own`: the mode of its mechanism;  `pieces` on which the given functions of time are: of the lever, the load, the
-      heat and the shaft, `None` of those without time breakpoints
+    - `own`: the mode of its mechanism;  `pieces` on which the given functions of time are, by name: `lever`, `load`, …;
+      `None` of those without time breakpoints;  `phase`: how many phases of the duty have ended
     - `layer` of the rope on the drum that pays out, where it changes (else `None`)
     - `turn`, on a shaft with dry friction (else `None`): direction in which the pulley turns, 0 at rest
-    - `phase`: how many phases of the duty have ended, `None` without phases
     - `taut`: whether an elastic rope pulls (1), or is slack (0); `None`: the rope is rigid
     - `onset`: which changes of friction have begun, of those that begin when something happens (an `OnsetMode`)
     """
@@ -364,12 +363,16 @@ class Mode(NamedTuple):
     band: Any
     sense: Any
     own: Any
-    pieces: tuple[Any, ...]
+    pieces: dict[str, Any]
     turn: Any = None
-    phase: Any = None
     layer: Any = None
     taut: Any = None
     onset: Any = None
+
+    @property
+    def phase(self) -> Any:
+        """How many phases of the duty have ended, `None` without phases."""
+        return self.pieces.get("phase")
 
     @property
     def label(self) -> Label:

@@ -1,6 +1,6 @@
 """Changes of friction that begin at a temperature or a stop: when each began, and what begins the others."""
 
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -12,7 +12,8 @@ from ..hybrid import QUADRATURE
 from ..hybrid._arrays import Array
 from ..hybrid._struct import struct_field
 from ..profiles import AbstractProfile, Piece
-from ._feature import AbstractBrake, BrakeGuards, Feature, Moment, State
+from ._brake import BrakeGuards, BrakeSystem, Feature, Moment, State
+from ._heated import surface_temperatures
 from ._mechanism import Mode, comes_to_rest
 from ._phased import DutyInPhases, to_temperature
 
@@ -53,26 +54,27 @@ class Onsets(Feature):
     """
 
     watched: tuple[int, ...] = struct_field(static=True)
+    self_timed: ClassVar[bool] = True
 
     @classmethod
     def of(cls, changes: tuple[FrictionChange, ...]) -> "Onsets":
         return cls(tuple(i for i, change in enumerate(changes) if change.when is not None))
 
-    def courses(self, brake: AbstractBrake, y: State, mode: Mode) -> tuple[AbstractProfile | Since, ...]:
-        """Factors of all changes of the mechanism as functions of time."""
-        courses: list[Any] = list(brake.mechanism.profiles)
+    def courses(self, now: Moment, courses: dict[str, Any]) -> dict[str, Any]:
+        y, mode, since = now.y, now.mode, {}
         for k, i in enumerate(self.watched):
-            courses[i] = Since(courses[i], mode.onset.begun[k] > 0, y.onset[k])
-        return tuple(courses)
+            name = f"friction {i}"
+            since[name] = Since(courses[name], mode.onset.begun[k] > 0, y.onset[k])
+        return courses | since
 
     def start(self, now: Moment) -> tuple[State, Mode]:
         times, none = now.t + jnp.zeros(len(self.watched)), jnp.zeros(len(self.watched), jnp.int32)
         return now.y._replace(onset=times), now.mode._replace(onset=OnsetMode(none, jnp.asarray(0, jnp.int32)))
 
-    def sizes(self, brake: AbstractBrake, sizes: State) -> State:
+    def sizes(self, brake: BrakeSystem, sizes: State) -> State:
         return sizes._replace(onset=jnp.full(len(self.watched), jnp.inf))
 
-    def places(self, brake: AbstractBrake, places: State) -> State:
+    def places(self, brake: BrakeSystem, places: State) -> State:
         # (friction depends on the time since then, but that never moves)
         return places._replace(onset=np.full(len(self.watched), QUADRATURE))
 
@@ -83,7 +85,7 @@ class Onsets(Feature):
         """Margins to what begins each change; 1 where it has begun."""
         brake, onset, margins = now.brake, now.mode.onset, list[Array]()
         whens = [brake.mechanism.changes[i].when for i in self.watched]
-        hot = brake.surface_temperatures(now.z) if any(isinstance(x, AtTemperature) for x in whens) else {}
+        hot = surface_temperatures(brake, now.z) if any(isinstance(x, AtTemperature) for x in whens) else {}
         for when in whens:
             if isinstance(when, AtTemperature):
                 margins.append(to_temperature(when, hot))
@@ -94,15 +96,15 @@ class Onsets(Feature):
 
     def before(self, now: Moment, new: Mode, fired: BrakeGuards) -> tuple[State, Mode]:
         """Changes that begin do so at this instant, and the mechanism answers to them."""
-        brake, onset, pieces = now.brake, now.mode.onset, list(new.pieces)
+        brake, onset, pieces = now.brake, now.mode.onset, dict(new.pieces)
         begins = fired.onset & (onset.begun == 0)
         for k, i in enumerate(self.watched):
-            place = brake.first_change + i
+            place = f"friction {i}"
             if pieces[place] is not None:
                 first = jnp.asarray(brake.mechanism.profiles[i].first_piece(jnp.zeros(())), jnp.int32)
                 pieces[place] = jnp.where(begins[k], first, pieces[place])
         onset = onset._replace(begun=onset.begun | begins.astype(jnp.int32))
-        new = new._replace(pieces=tuple(pieces), onset=onset)
+        new = new._replace(pieces=pieces, onset=onset)
         return now.y._replace(onset=_times(now, onset.begun)), new
 
     def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:

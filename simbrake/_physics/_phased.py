@@ -1,16 +1,17 @@
 """A duty in phases: when each began, how far the pulley has turned in it, and what ends it."""
 
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from .._phases import AfterTravel, AtHeight, AtRest, AtTemperature, PhaseNow
+from .._phases import AfterTravel, AtHeight, AtRest, AtTemperature, PhaseEnd, PhaseNow
 from ..hybrid import QUADRATURE
 from ..hybrid._arrays import Array, largest
 from ..hybrid._system import ENDED
-from ._feature import AbstractBrake, BrakeGuards, Feature, Moment, State
+from ._brake import BrakeGuards, BrakeSystem, Feature, Moment, State
+from ._heated import surface_temperatures
 from ._mechanism import HELD, OPEN, Mode
 
 #: typical travel of a block (m)
@@ -31,14 +32,21 @@ class DutyInPhases(Feature):
     """
 
     block_height: Array | None = None
+    self_timed: ClassVar[bool] = True
+
+    def rests_open(self, brake: BrakeSystem) -> bool:
+        return any(isinstance(phase.until, AtRest) for phase in brake.lever.each)
+
+    def courses(self, now: Moment, courses: dict[str, Any]) -> dict[str, Any]:
+        return {**courses, "phase": PhaseEnd(courses["lever"])}
 
     def start(self, now: Moment) -> tuple[State, Mode]:
         return now.y._replace(phase=PhaseState(now.t, jnp.zeros_like(now.y.omega))), now.mode
 
-    def sizes(self, brake: AbstractBrake, sizes: State) -> State:
+    def sizes(self, brake: BrakeSystem, sizes: State) -> State:
         return sizes._replace(phase=PhaseState(jnp.inf, 1.0))
 
-    def places(self, brake: AbstractBrake, places: State) -> State:
+    def places(self, brake: BrakeSystem, places: State) -> State:
         # (rates depend on the begin of the phase, but that never moves)
         # (and the angle turned in it is corrected where that of the whole run is)
         return places._replace(phase=PhaseState(np.asarray(QUADRATURE), places.phi))
@@ -52,7 +60,7 @@ class DutyInPhases(Feature):
         phase_now: PhaseNow = brake.lever.at(mode.phase, y.phase.begun)
         phases, hot, lowered = phase_now.whole.each, dict[str, Array](), _lowered(brake, y)
         if any(isinstance(phase.until, AtTemperature) for phase in phases):
-            hot = brake.surface_temperatures(now.z)
+            hot = surface_temperatures(brake, now.z)
         margins = []
         for phase, end in ((phase, phase.until) for phase in phases):
             if isinstance(end, AtRest):
@@ -91,10 +99,11 @@ class DutyInPhases(Feature):
         phases, ended = now.brake.lever, now.mode.phase
         phase = ended + (fired.phase_end | (new.phase > ended)).astype(jnp.int32)
         begins = (phase > ended) & (phase < phases.total)
-        lever, load, *others = new.pieces
-        lever = jnp.where(begins, phases.at(phase, now.t).first_piece(now.t), lever)
-        load = now.brake.load.piece_in_phase(*phases.string_at(phase)) if now.brake.load.by_phases else load
-        new = new._replace(phase=phase, pieces=(lever, load, *others))
+        lever = jnp.where(begins, phases.at(phase, now.t).first_piece(now.t), new.pieces["lever"])
+        pieces = {**new.pieces, "phase": phase, "lever": lever}
+        if now.brake.load.by_phases:
+            pieces["load"] = now.brake.load.piece_in_phase(*phases.string_at(phase))
+        new = new._replace(pieces=pieces)
         return now.y._replace(phase=_begun_anew(now, new)), new
 
     def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
@@ -131,7 +140,7 @@ def _begun_anew(now: Moment, after: Mode) -> PhaseState:
     return PhaseState(jnp.where(new, now.t, state.begun), jnp.where(new, 0.0, state.turned))
 
 
-def _lowered(brake: AbstractBrake, y: State) -> Float[Array, ""] | None:
+def _lowered(brake: BrakeSystem, y: State) -> Float[Array, ""] | None:
     """Travel of the hook since the begin of the phase (m), `None` without a hook."""
     load = brake.load
     if load.layers is None:

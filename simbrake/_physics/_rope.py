@@ -1,6 +1,6 @@
 """The rope: its layers on the drum, and a hook on an elastic rope."""
 
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
@@ -12,7 +12,7 @@ from ..hybrid._arrays import Array
 from ..loads import AbstractLoad
 from ..profiles import Piece
 from ..rope import RopeElasticity
-from ._feature import LOAD, AbstractBrake, BrakeGuards, BrakeNow, Feature, Moment, State, piece_of
+from ._brake import BrakeGuards, BrakeNow, BrakeSystem, Feature, Moment, State, piece_of
 from ._mechanism import BrakeCode, Mode
 
 
@@ -95,6 +95,7 @@ class ElasticRope(Feature):
     damping: Float[Array, ""]
     excess: Float[Array, ""]
     weight: Float[Array, ""]
+    frees_hook: ClassVar[bool] = True
 
     @classmethod
     def of(cls, elastic: RopeElasticity, load: AbstractLoad, piece: Piece | None) -> "ElasticRope":
@@ -110,36 +111,35 @@ class ElasticRope(Feature):
         y = y._replace(hook=HookState(y.omega * _per_radian(brake, mode), self.excess), ledger=ledger)
         return y, mode._replace(taut=(self.at(brake, y, mode).stretch > 0).astype(jnp.int32))
 
-    def sizes(self, brake: AbstractBrake, sizes: State) -> State:
+    def sizes(self, brake: BrakeSystem, sizes: State) -> State:
         per_radian, size = jnp.asarray(brake.load.travel()), brake.sizes
         hook = HookState(size.speed * per_radian, size.torque / (self.stiffness * per_radian))
         return sizes._replace(hook=hook, ledger=sizes.ledger._replace(damper_heat=jnp.inf))
 
-    def places(self, brake: AbstractBrake, places: State) -> State:
+    def places(self, brake: BrakeSystem, places: State) -> State:
         core, quadrature = np.asarray(CORE), np.asarray(QUADRATURE)
         return places._replace(hook=HookState(core, core), ledger=places.ledger._replace(damper_heat=quadrature))
 
-    def jumps(self, brake: AbstractBrake) -> bool:
+    def jumps(self, brake: BrakeSystem) -> bool:
         return brake.load.added_inertia(jnp.asarray(0, jnp.int32)) is not None
 
     # --- at one instant -----------------------------------------------------------------------------------------------
 
-    def at(self, brake: AbstractBrake, y: State, mode: Mode) -> RopeNow:
+    def at(self, brake: BrakeSystem, y: State, mode: Mode) -> RopeNow:
         """The rope at one instant."""
-        mass, weight = map(jnp.asarray, brake.load.hanging(piece_of(mode, LOAD)))  # pyright: ignore
+        mass, weight = map(jnp.asarray, brake.load.hanging(piece_of(mode, "load")))  # pyright: ignore
         rate = y.hook.speed - _per_radian(brake, mode) * y.omega
         force = weight + (self.stiffness * y.hook.excess + self.damping * rate)
         stretch = weight / self.stiffness + y.hook.excess
         return RopeNow(jnp.where(mode.taut == 1, force, 0.0), force, stretch, rate, mass, weight)
 
-    def stretched(self, brake: AbstractBrake, y: State, mode: Mode) -> Array:
+    def stretched(self, brake: BrakeSystem, y: State, mode: Mode) -> Array:
         """Stretch of the rope since the start (m); exactly 0 of a hook that hangs still."""
         return y.hook.excess - self.excess + (self.at(brake, y, mode).weight - self.weight) / self.stiffness
 
-    def torque_beyond_weight(self, brake: AbstractBrake, y: State, mode: Mode) -> Array:
-        """Torque on the drum (N·m) of the pull of the rope beyond the weight."""
-        rope = self.at(brake, y, mode)
-        return (rope.force - rope.weight) * _per_radian(brake, mode)
+    def load_torque(self, now: Moment, torque: Array) -> Array:
+        rope = self.at(now.brake, now.y, now.mode)
+        return torque + (rope.force - rope.weight) * _per_radian(now.brake, now.mode)
 
     def variables(self, now: Moment) -> BrakeNow:
         return now.z._replace(rope=self.at(now.brake, now.y, now.mode))
@@ -186,7 +186,7 @@ class ElasticRope(Feature):
         return new._replace(ledger=ledger, hook=HookState(v, excess))
 
 
-def _per_radian(brake: AbstractBrake, mode: Mode) -> Any:
+def _per_radian(brake: BrakeSystem, mode: Mode) -> Any:
     """Travel of the hook per angle of the drum (m)."""
     return brake.load.on_layer(mode.layer).travel()
 

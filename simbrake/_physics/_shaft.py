@@ -1,17 +1,19 @@
-"""The shaft beside the brake: its torques against the load, and rest on dry friction."""
+"""The shaft beside the brake: its torques against the load, rest on dry friction, and a motor."""
 
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
 
-from .._phases import Phases
+from .._base._corners import clipped
+from .._phases import PhaseNow, Phases
 from ..hybrid import QUADRATURE
 from ..hybrid._arrays import Array
+from ..loads import AbstractFollower, Motor, RecordedMotion
 from ..profiles import AbstractProfile, Piece
 from ..shaft import AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque, TackleLoss
+from ._brake import BrakeGuards, BrakeNow, BrakeSystem, Feature, Moment, State, at_phase, numbered, piece_of
 from ._contact import contact_margin
-from ._feature import AbstractBrake, BrakeGuards, Feature, Moment, State, piece_of
 from ._mechanism import HELD, OPEN, Mode, Sliding
 
 
@@ -81,8 +83,8 @@ class Shaft(Feature):
         return Shaft(tuple(law.engaged(share) if isinstance(law, AbstractAuxiliaryBrake) else law for law in self.laws))
 
     @property
-    def profiles(self) -> tuple[AbstractProfile, ...]:
-        return tuple(law.profile for law in self.laws)
+    def profiles(self) -> dict[str, AbstractProfile | Phases]:
+        return numbered("shaft", (law.profile for law in self.laws))
 
     @property
     def heated_places(self) -> tuple[str, ...]:
@@ -101,8 +103,7 @@ class Shaft(Feature):
 
     def pieces(self, mode: Mode) -> tuple[Piece, ...]:
         """Those on which the laws' profiles are."""
-        count = len(mode.pieces)
-        return tuple(piece_of(mode, i) for i in range(count - len(self.laws), count))
+        return tuple(piece_of(mode, name) for name in self.profiles)
 
     def _torques(
         self, t: Array, omega: Array, load: Array, way: Array, pieces: tuple[Piece, ...]
@@ -167,12 +168,21 @@ class Shaft(Feature):
         y = y._replace(ledger=y.ledger._replace(shaft=tuple(y.ledger.load_work for _ in self.laws)))
         return y, mode._replace(turn=jnp.sign(y.omega).astype(jnp.int32)) if self.dry else mode
 
-    def sizes(self, brake: AbstractBrake, sizes: State) -> State:
+    def sizes(self, brake: BrakeSystem, sizes: State) -> State:
         return sizes._replace(ledger=sizes.ledger._replace(shaft=tuple(jnp.inf for _ in self.laws)))
 
-    def places(self, brake: AbstractBrake, places: State) -> State:
+    def places(self, brake: BrakeSystem, places: State) -> State:
         work = tuple(np.asarray(QUADRATURE) for _ in self.laws)
         return places._replace(ledger=places.ledger._replace(shaft=work))
+
+    def torques(self, now: Moment) -> BrakeNow:
+        brake, t, y, mode, z = now
+        drive = brake.feature(Drive)
+        if drive is not None:  # which takes its part of the load first
+            z = drive.torques(now)
+        at_rest = brake.load_torque(t, 0.0 * y.omega, mode, y)
+        shaft = self.now(t, y.omega, (z.load_torque, at_rest), mode, self.pieces(mode), z.motor)
+        return z._replace(shaft=shaft, net_load=shaft.left)
 
     def rates(self, now: Moment, rates: State) -> State:
         powers = tuple(power for _, power in self.powers(now.z.shaft, now.y.omega))
@@ -201,8 +211,8 @@ class Shaft(Feature):
         if not self.dry:
             return new, code
         brake, t, y, mode, _ = now
-        load, before, motor = brake.load_torque(t, 0.0 * y.omega, new, y), mode.turn, brake.motor_torque(t, y, new)
-        left = load if motor is None else load - motor
+        load, before, drive = brake.load_torque(t, 0.0 * y.omega, new, y), mode.turn, brake.feature(Drive)
+        left = load if drive is None else load - drive.torque(brake, t, y.omega, y, new)
         begun = _begun_by(left)
         limit = _limit(self.engaged(new)._torques(t, y.omega, load, begun, self.pieces(new)), begun)
         load = left
@@ -217,3 +227,94 @@ class Shaft(Feature):
 
     def speed_after(self, now: Moment, after: Mode, omega: Array) -> Array:
         return jnp.where(after.turn == now.mode.turn, omega, 0.0) if self.dry else omega
+
+
+# --- a motor ----------------------------------------------------------------------------------------------------------
+
+#: share of its maximum speed below which a motor has brought the pulley to rest
+_STILL = 1e-6
+
+
+class Drive(Feature):
+    """A motor that follows a speed (`Motor`); the brake asks it for its torque, as a torque on the shaft.
+
+    - `course`: the speed that it follows, as a lever that controls the speed
+    """
+
+    motor: Motor
+    course: AbstractFollower | Phases
+
+    @property
+    def profiles(self) -> dict[str, AbstractProfile | Phases]:
+        return {"motor": self.course}
+
+    def piece(self, mode: Mode) -> Piece:
+        """The piece on which its course is, of a recorded motion that of the lever."""
+        return piece_of(mode, "lever" if isinstance(self.course, RecordedMotion) else "motor")
+
+    def now(self, y: State | None, mode: Mode) -> AbstractFollower | PhaseNow:
+        """The course, or that of the phase that runs."""
+        return at_phase(self.course, y, mode)
+
+    def follows(self, y: State | None, mode: Mode) -> Array:
+        """Whether it is on."""
+        return jnp.asarray(self.now(y, mode).follows(self.piece(mode)))
+
+    def torque(self, brake: BrakeSystem, t: Array, omega: Array, y: State, mode: Mode) -> Array:
+        """Torque (N·m) against the braking direction, 0 while it is off.
+
+        It overcomes the dry friction of the shaft, too: against the rotation, or the motion that it begins.
+        """
+        course, piece, zero = self.now(y, mode), self.piece(mode), jnp.zeros_like(omega)
+        turned = y.phi if y.phase is None else y.phase.turned
+        load, shaft = brake.load_torque(t, omega, mode, y), brake.feature(Shaft)
+        if shaft is not None:
+            begins = -course.wanted_torque(t, omega, piece, zero, jnp.ones_like(omega), turned)
+            way = jnp.sign(jnp.where(omega == 0, begins, omega))
+            load = load - shaft.engaged(mode).turning(
+                t, omega, brake.load_torque(t, zero, mode, y), way, shaft.pieces(mode)
+            )
+        inertia, most = jnp.asarray(brake.inertia_at(mode)), self.motor.available(omega)
+        wanted = jnp.asarray(course.wanted_torque(t, omega, piece, load, inertia, turned))
+        return jnp.where(course.follows(piece), clipped(wanted, -most, most), 0.0)
+
+    # --- as a feature of the brake ------------------------------------------------------------------------------------
+
+    def rests_open(self, brake: BrakeSystem) -> bool:
+        return True
+
+    def torques(self, now: Moment) -> BrakeNow:
+        brake, t, y, mode, z = now
+        if z.motor is not None:  # the shaft has asked for it
+            return z
+        motor = self.torque(brake, t, y.omega, y, mode)
+        return z._replace(motor=motor, net_load=z.net_load - motor)
+
+    def start(self, now: Moment) -> tuple[State, Mode]:
+        return now.y._replace(ledger=now.y.ledger._replace(motor=now.y.ledger.load_work)), now.mode
+
+    def sizes(self, brake: BrakeSystem, sizes: State) -> State:
+        # (where the lever takes what its limits leave, the speed shows nothing of them: its work has to)
+        size = brake.sizes.torque if brake.lever.controls_speed else jnp.inf
+        return sizes._replace(ledger=sizes.ledger._replace(motor=size))
+
+    def places(self, brake: BrakeSystem, places: State) -> State:
+        return places._replace(ledger=places.ledger._replace(motor=np.asarray(QUADRATURE)))
+
+    def rates(self, now: Moment, rates: State) -> State:
+        return rates._replace(ledger=rates.ledger._replace(motor=-now.z.motor * now.y.omega))
+
+    def settled(self, now: Moment, fired: BrakeGuards, omega: Array) -> Array:
+        stands = (now.mode.band == OPEN) & (jnp.abs(omega) <= _STILL * self.motor.max_speed)
+        return jnp.where(stands, 0.0, omega)
+
+    def before(self, now: Moment, new: Mode, fired: object) -> tuple[State, Mode]:
+        """Its course begins anew with a phase (after the phases themselves: `DutyInPhases`)."""
+        if not isinstance(self.course, Phases):
+            return now.y, new
+        if new.pieces["motor"] is None:
+            return now.y, new
+        begins = (new.phase > now.mode.phase) & (new.phase < self.course.total)
+        first = self.course.at(new.phase, now.t).first_piece(now.t)
+        piece = jnp.where(begins, first, new.pieces["motor"])
+        return now.y, new._replace(pieces={**new.pieces, "motor": piece})

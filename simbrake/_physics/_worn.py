@@ -1,16 +1,18 @@
 """What rubbing leaves on the linings: wear, and states of friction laws; and the ends of tables of friction."""
 
 import functools
+from typing import ClassVar
 
 import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, PyTree
 
-from ..friction import memory_at_start, memory_sizes
+from ..friction import SurfaceState, memory_at_start, memory_sizes
 from ..hybrid import QUADRATURE, smallest
 from ..hybrid._arrays import Array
-from ._feature import AbstractBrake, BrakeGuards, Feature, Moment, State
+from ._brake import BrakeGuards, BrakeSystem, Feature, Moment, State
+from ._heated import sensed
 from ._mechanism import OPEN, BrakeCode, Mode
 from ._sparsity import couplings_of_memory
 
@@ -27,22 +29,22 @@ class Wearing(Feature):
     scale: Float[Array, ""]
     turned_at: Array | None
 
-    def _of_pairs(self, brake: AbstractBrake, state: State, thickness: PyTree) -> State:
+    def _of_pairs(self, brake: BrakeSystem, state: State, thickness: PyTree) -> State:
         return state._replace(worn=tuple(thickness if pair.wears else None for pair in brake.mechanism.pairs))
 
     def start(self, now: Moment) -> tuple[State, Mode]:
         return self._of_pairs(now.brake, now.y, jnp.zeros(now.brake.mechanism.pairs[0].count)), now.mode
 
-    def sizes(self, brake: AbstractBrake, sizes: State) -> State:
+    def sizes(self, brake: BrakeSystem, sizes: State) -> State:
         return self._of_pairs(brake, sizes, self.scale)
 
-    def places(self, brake: AbstractBrake, places: State) -> State:
+    def places(self, brake: BrakeSystem, places: State) -> State:
         return self._of_pairs(brake, places, np.full(brake.mechanism.pairs[0].count, QUADRATURE))
 
     def rates(self, now: Moment, rates: State) -> State:
         """Rates of wear (m/s) of the linings as they were counted at the start."""
         passed = now.t if now.mode.phase is None else now.mode.phase.astype(jnp.float64)
-        pairs = zip(now.brake.mechanism.pairs, now.z.rubs, now.brake.sensed(now.y.heat), strict=True)
+        pairs = zip(now.brake.mechanism.pairs, now.z.rubs, sensed(now.brake, now.y.heat), strict=True)
         first, *others = (pair.wear_rate(rub, T) for pair, rub, T in pairs)
         if self.turned_at is not None and first is not None:
             turns = jnp.sum(jnp.asarray(passed) >= self.turned_at)
@@ -53,17 +55,23 @@ class Wearing(Feature):
 class Memory(Feature):
     """The states of the friction laws of the pairs, of those that have any."""
 
+    sparse: ClassVar[bool] = True
+
+    def surfaces(self, now: Moment, surfaces: list[SurfaceState]) -> list[SurfaceState]:
+        each = zip(surfaces, now.y.memory, strict=True)
+        return [surface._replace(memory=memory) for surface, memory in each]
+
     def start(self, now: Moment) -> tuple[State, Mode]:
         pairs = now.brake.mechanism.pairs
         memory = tuple(None if pair.memory is None else memory_at_start(pair.law, pair.count) for pair in pairs)
         return now.y._replace(memory=memory), now.mode
 
-    def sizes(self, brake: AbstractBrake, sizes: State) -> State:
+    def sizes(self, brake: BrakeSystem, sizes: State) -> State:
         pairs = brake.mechanism.pairs
         memory = (None if p.memory is None else memory_sizes(p.law, memory_at_start(p.law, p.count)) for p in pairs)
         return sizes._replace(memory=tuple(memory))
 
-    def places(self, brake: AbstractBrake, places: State) -> State:
+    def places(self, brake: BrakeSystem, places: State) -> State:
         others = np.concatenate([np.ravel(place) for place in jax.tree.leaves((places.omega, places.own, places.heat))])
         of_pair = couplings_of_memory(brake.mechanism, others)
         memory = (None if pair.memory is None else of_pair(pair) for pair in brake.mechanism.pairs)
@@ -92,7 +100,7 @@ class FrictionTables(Feature):
     def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
         """Margin of the temperatures to the ends of the tables, over 100 K."""
         room = []
-        for pair, T in zip(now.brake.mechanism.pairs, now.brake.sensed(now.y.heat), strict=True):
+        for pair, T in zip(now.brake.mechanism.pairs, sensed(now.brake, now.y.heat), strict=True):
             bounds = pair.law.temperature_range()
             if bounds is not None and T is not None:
                 room.append(jnp.minimum(smallest(T - bounds[0]), smallest(bounds[1] - T)) / 100.0)

@@ -20,6 +20,7 @@ from .._outputs._log import Event
 from .._outputs._metrics import HOT, METRICS, RESIDUALS, about_output
 from .._outputs._probe import Entry, RunJit, in_lanes
 from .._outputs._scan import Scan
+from .._physics._heated import thermal_of
 from ..hybrid import Code, Record, Rodas5P
 from ..thermal._heat import Heat
 from ..thermal._mesh import merged
@@ -199,7 +200,7 @@ def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> dic
         if kind.name == "temperature":
             u, v = _node_temperatures(a, u), _node_temperatures(b, v)
         if kind.name == "temperature" and finer:
-            v = merged(*(scan.record.system.thermal.heat for scan in (a, b)), v)  # pyright: ignore
+            v = merged(*(thermal_of(scan.record.system).heat for scan in (a, b)), v)  # pyright: ignore
             faces = (scan.look(*at).tops for scan, at in ((a, (own, place)), (b, (row, share))))
             u, v = (
                 np.column_stack([T, *(values for name, values in tops.items() if name in HOT)])
@@ -232,7 +233,7 @@ def _states_at(scan: Scan, row: np.ndarray, share: np.ndarray) -> np.ndarray:
 
 def _node_temperatures(scan: Scan, u: np.ndarray) -> np.ndarray:
     system: Any = scan.record.system
-    return in_lanes(lambda rows: _temperatures(system.thermal, rows), u)
+    return in_lanes(lambda rows: _temperatures(thermal_of(system), rows), u)
 
 
 # --- the second run ---------------------------------------------------------------------------------------------------

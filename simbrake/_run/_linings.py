@@ -21,6 +21,7 @@ from .._outputs._quantities import LINING_QUANTITIES, PairSeen, Rubbing, View
 from .._outputs._scan import peak
 from .._parts._scene import band_brake
 from .._physics._brake import BrakeSystem
+from .._physics._heated import thermal_of
 from ..brakes._design import Brake, under_a_band
 from ..hybrid import SKIPPED, Record
 from ..hybrid._arrays import Array
@@ -315,7 +316,7 @@ def lining_values(result: Result, quantity: str, edges: Any, *, pair: str = "ext
 
 def _absent(system: BrakeSystem, quantity: str) -> Fault:
     """Why a run has no such quantity."""
-    cold = system.thermal is None
+    cold = thermal_of(system) is None
     no_band = ("the brake has no band", "look at its normal_load")
     why = {
         "temperature": (

@@ -12,7 +12,7 @@ from .._base._table import digits, number
 from .._outputs._metrics import HOT, Peak
 from .._outputs._scan import Scan
 from .._parts._scene import Scene
-from .._physics._thermal import Thermal
+from .._physics._heated import thermal_of
 from ..thermal._mesh import Coarse, coarse, cuts_for, finer, heated_faces
 from ..thermal._network import Wall, nodes_at, place_of
 
@@ -86,7 +86,8 @@ def _pairs(scene: Scene, kind: str) -> slice:
 
 def _outermost(scan: Scan, wall: Wall, face: str | None, t: float) -> np.ndarray:
     """Temperatures (K) of the outermost layer of each copy of a wall in the row of a run that begins at `t`."""
-    thermal: Thermal = scan.record.system.thermal  # pyright: ignore
+    thermal = thermal_of(scan.record.system)  # pyright: ignore
+    assert thermal is not None
     row = int(np.searchsorted(scan.steps.t0, t, side="right")) - 1
     T = np.asarray(thermal.temperatures(jax.tree.map(lambda column: column[row], scan.record.states).heat))
     return T[thermal.spans.stores[wall.name]][nodes_at(wall, face)]

@@ -63,14 +63,14 @@ class NetworkSystem(AbstractHybridSystem):
     def transition(
         self, t: Array, y: Course, mode: Pieces, fired: Bool[Array, " guard"], at_stop: Bool[Array, ""]
     ) -> tuple[Pieces, int]:
-        _, turns = next_known_time(self.thermal.heat.profiles, mode)
-        return tuple(piece + (at_stop & turn).astype(jnp.int32) for piece, turn in zip(mode, turns, strict=True)), 0
+        _, turns = next_known_time(dict(enumerate(self.thermal.heat.profiles)), mode)
+        return tuple(piece + (at_stop & turns[i]).astype(jnp.int32) for i, piece in enumerate(mode)), 0
 
     def reset(self, t: Array, y: Course, before: Pieces, after: Pieces) -> Course:
         return y
 
     def next_stop(self, mode: Pieces, y: Any = None) -> Float[Array, ""] | float:
-        return next_known_time(self.thermal.heat.profiles, mode)[0]
+        return next_known_time(dict(enumerate(self.thermal.heat.profiles)), mode)[0]
 
     def scales(self) -> PyTree:
         return jnp.full_like(self.thermal.capacity, 100.0), jnp.inf, jnp.inf, self._of_coolant(jnp.inf)

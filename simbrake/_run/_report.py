@@ -45,6 +45,7 @@ from .._outputs._wants import holding_rows
 from .._parts._scene import plausibility, warnings
 from .._phases import Ended, Phases
 from .._physics._brake import BrakeSystem
+from .._physics._heated import sensed
 from .._physics._mechanism import BandMode, Label, Mode, turned_since_rest
 from ..hybrid import FINISHED, Record
 from ._choice import stiffness
@@ -131,7 +132,7 @@ def friction_changes(modes: Mode, t: Sequence[float] | np.ndarray) -> list[Event
 
 @functools.partial(RunJit, quick=True)
 def _sensed(system: Any, heat: Any) -> Any:
-    return system.sensed(heat)
+    return sensed(system, heat)
 
 
 class Report:
@@ -385,7 +386,9 @@ class Report:
     def _notes(self) -> list[str]:
         """What this run could not see."""
         system: BrakeSystem = self._record.system  # pyright: ignore
-        if not (names := system.sampled):
+        words = {"lever": "the lever", "load": "the load", "motor": "the motor"}
+        names = list(dict.fromkeys(words.get(name, "another given function") for name in system.sampled))
+        if not names:
             return []
         t = np.asarray(self._record.rows.t)[: int(self._record.count) + 1]
         # (guards are looked at more often, but what turns the pulley is seen by the steps alone)

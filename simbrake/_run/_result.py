@@ -51,7 +51,9 @@ from .._outputs._scan import peak
 from .._parts._scene import Scene
 from .._phases import AfterTravel, AtHeight, AtTemperature, Phases
 from .._physics._brake import BrakeSystem, Capacity
+from .._physics._heated import thermal_of
 from .._physics._mechanism import BrakeCode
+from .._physics._rope import ElasticRope
 from ..hybrid import LANDED, STOPPED, Code, Record
 from ..hybrid._arrays import Array
 from ..loads import Driller
@@ -122,7 +124,7 @@ _approaches = DeviceJit(_approach)
 
 @functools.partial(DeviceJit, quick=True)
 def _rope_at(system: Any, y: Any, mode: Any) -> Any:
-    return system.rope.at(system, y, mode)
+    return system.feature(ElasticRope).at(system, y, mode)
 
 
 def passages(record: Record) -> list[str]:
@@ -246,7 +248,7 @@ class Result:
     @property
     def end_temperatures(self) -> Array:
         """Temperatures (K) at the end of the nodes with capacity."""
-        thermal = self._system.thermal
+        thermal = thermal_of(self._system)
         if thermal is None:
             raise ValueError("the scene has no heat")
         return thermal.temperatures(self.record.y_end.heat)
@@ -407,11 +409,12 @@ class Result:
     def _of_hook(self) -> str:
         """How the hook swings at the end over a drum at rest, in words; nothing below 1 % of its weight."""
         system, (_, y, mode) = self._system, ends_of(self.record)[1]
-        if system.rope is None:
+        elastic = system.feature(ElasticRope)
+        if elastic is None:
             return ""
         if int(mode.taut) == 0:
             return "; the hook falls on a slack rope"
-        rope, k = _rope_at(system, y, mode), float(system.rope.stiffness)
+        rope, k = _rope_at(system, y, mode), float(elastic.stiffness)
         away, speed = k * float(y.hook.excess), float(y.hook.speed)
         swing = math.hypot(away, speed * math.sqrt(k * float(rope.mass)))
         if swing < _SLIGHT * float(rope.weight):

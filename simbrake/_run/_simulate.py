@@ -39,8 +39,7 @@ from .._outputs._metrics import ByName, identity_of
 from .._outputs._probe import Number
 from .._parts._scene import Scene, check_scene, checked
 from .._physics._assemble import assemble
-from .._physics._brake import BrakeSystem
-from .._physics._feature import State
+from .._physics._brake import BrakeSystem, State
 from .._physics._mechanism import Mode
 from ..hybrid import (
     AbstractMethod,

@@ -24,8 +24,7 @@ from .._outputs._probe import Probe, RunJit, seen_at
 from .._outputs._quantities import Series, flat, series_of
 from .._parts._scene import Scene, checked
 from .._phases import Phases
-from .._physics._brake import BrakeSystem
-from .._physics._feature import LEVER, LOAD, State
+from .._physics._brake import BrakeSystem, State
 from .._physics._mechanism import Label, Mode, events_of_change
 from ..hybrid import AbstractMethod, Code, Record, Settings, hybridsolve
 from ..hybrid._arrays import Array
@@ -37,8 +36,8 @@ from ._report import labels_of
 from ._result import Result, RunLimits
 from ._simulate import Solver, method_of, posed, require_64_bits, solver_name, solver_of
 
-#: inputs that a caller can set, and their places in the mode
-_INPUTS = {"lever": LEVER, "load": LOAD}
+#: inputs that a caller can set
+_INPUTS = ("lever", "load")
 #: step attempts in one call of the program; an advance that needs more takes several
 _ATTEMPTS = 256
 
@@ -168,11 +167,6 @@ def _commanded(scene: Scene, held: Iterable[tuple[tuple[str, ...], PiecewiseLine
     return scene
 
 
-def input_piece(name: str) -> int:
-    """Place of an input among the pieces of a mode."""
-    return _INPUTS[name]
-
-
 class InputShape(NamedTuple):
     """What of an input shapes the program: its name, its place, and how many points it has."""
 
@@ -194,10 +188,8 @@ def step_of_numbers(
 
     def start(x: Array) -> tuple[BrakeSystem, State, Mode, Settings]:
         (system, y, mode, *_), settings = posed(packing, x[:n], _ATTEMPTS)
-        pieces = list(mode.pieces)
-        for shape in shapes:
-            pieces[_INPUTS[shape.name]] = jnp.asarray(0, jnp.int32)
-        return system, y, mode._replace(pieces=tuple(pieces)), settings
+        held = {shape.name: jnp.asarray(0, jnp.int32) for shape in shapes}
+        return system, y, mode._replace(pieces=mode.pieces | held), settings
 
     def sizes() -> tuple[int, int]:
         _, y, mode, _ = jax.eval_shape(start, np.ones(n))
@@ -380,10 +372,7 @@ class Stepper:
             events += _events(record, first=not self._begun and t == self.time)
             t, (y, mode) = float(record.t_end), _at_end(record)
             pieces = unravel(mode, record.mode_like).pieces
-            held = {
-                name: dataclasses.replace(held_input, piece=int(pieces[_INPUTS[name]]))
-                for name, held_input in held.items()
-            }
+            held = {name: dataclasses.replace(held_input, piece=int(pieces[name])) for name, held_input in held.items()}
         self.time, self._y, self._mode, self._held, self._record = t, y, mode, held, record
         self._begun = self._begun or span > 0
         return Advanced(t, events)
@@ -407,10 +396,8 @@ class Stepper:
 
     def _on_pieces(self, mode: np.ndarray, held: Mapping[str, HeldInput]) -> np.ndarray:
         unpacked: Mode = unravel(mode, self._record.mode_like)
-        pieces = list(unpacked.pieces)
-        for name, held_input in held.items():
-            pieces[_INPUTS[name]] = np.asarray(held_input.piece)
-        flat = [np.ravel(leaf) for leaf in jax.tree.leaves(unpacked._replace(pieces=tuple(pieces)))]
+        pieces = unpacked.pieces | {name: np.asarray(held_input.piece) for name, held_input in held.items()}
+        flat = [np.ravel(leaf) for leaf in jax.tree.leaves(unpacked._replace(pieces=pieces))]
         return np.concatenate(flat).astype(np.int32)
 
     # --- reading, saving and restoring the state ----------------------------------------------------------------------

@@ -20,6 +20,7 @@ from .._base._table import Table
 from .._outputs._log import Event
 from .._outputs._metrics import marks
 from .._parts._scene import Scene
+from .._physics._heated import thermal_of
 from .._physics._mechanism import Label, events_of_change, turned_since_rest
 from .._run._choice import stiffness
 from .._run._report import events_of_linings, friction_changes
@@ -351,7 +352,7 @@ def _compared_ends(result: Result, y: FlatState) -> Iterator[_Compared]:
     worst, more = None, ""
     if nodes:
         size[nodes] = max(1.0, float(np.max(np.abs(ours[nodes] - start[nodes]))))  # of the warming, not from 0 K
-        thermal: Any = record.system.thermal  # pyright: ignore
+        thermal: Any = thermal_of(record.system)  # pyright: ignore
         for state in (ours, theirs):
             state[nodes] = thermal.temperatures(state[nodes])
         if len(nodes) > _NODES:

@@ -28,7 +28,7 @@ from .._physics._assemble import assemble
 from .._physics._mechanism import BandMode, Label, Mode, events_of_change
 from .._run._measure import check_metrics, measure, unit_of
 from .._run._simulate import check_limits, method_of, room_for, simulate, solver_of
-from .._run._stepper import HeldInput, InputShape, held_inputs, input_piece, step_of_numbers
+from .._run._stepper import HeldInput, InputShape, held_inputs, step_of_numbers
 from ..hybrid._arrays import Array
 from ..hybrid._solve import likes
 from ..hybrid._system import SKIPPED, unravel
@@ -211,7 +211,7 @@ class Export:
             n, rows = record.count, record.rows
             counts = jnp.stack([record.code, n]).astype(jnp.int32)
             places = unravel(np.arange(sizes[1]), record.mode_like).pieces
-            self.pieces = [int(places[input_piece(key)]) for key in self.held]
+            self.pieces = [int(places[key]) for key in self.held]
             now = rows.t[n], rows.y[n], rows.mode[n]
             columns = self._columns(record.system, *now, (record.y_like, record.mode_like))
             return counts, rows.t, _labels(record.modes), *now[1:], columns

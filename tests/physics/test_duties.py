@@ -10,6 +10,7 @@ import pytest
 from heat_scenes import BETA, W0, J, N, fading, rigid_stop
 
 import simbrake as sb
+from simbrake._physics._heated import thermal_of
 
 # --- duties ------------------------------------------------------------------------------------------------------
 
@@ -67,7 +68,8 @@ def test_linings_heat_by_their_own_friction():
     """Insulated walls, one per lining: stored heat in proportion to the tension increments, whatever the depth."""
     scene = rigid_stop(sb.ConstantFriction(0.35), installation(each=N))
     result = sb.simulate(scene)
-    stored = np.asarray(result.record.system.thermal.capacity) * (np.asarray(result.end_temperatures) - sb.thermal.ROOM)
+    capacity = np.asarray(thermal_of(result.record.system).capacity)
+    stored = capacity * (np.asarray(result.end_temperatures) - sb.thermal.ROOM)
     linings = stored[6:].reshape(N, 5).sum(axis=1)
     fz = 0.35 * math.tan(BETA / 2)
     tensions = ((1 + fz) / (1 - fz)) ** np.arange(N + 1)

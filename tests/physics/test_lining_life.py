@@ -14,6 +14,7 @@ from helpers import main
 import simbrake as sb
 from simbrake import plot
 from simbrake._parts._worn import walls_left
+from simbrake._physics._heated import thermal_of
 
 LIMIT = 8e-3
 
@@ -182,7 +183,7 @@ def test_worn_linings_in_the_heat_part():
     np.testing.assert_allclose(mean, [1 - h.mean() / 0.03], rtol=1e-14, strict=True)
     scene = ws.stop(sb.Wear(ws.K, worn=h, heat=True), layered)
     np.testing.assert_allclose(walls_left(scene)["lining"], 1 - h / 0.03, rtol=1e-14, strict=True)
-    thermal = sb.simulate(scene).record.system.thermal
+    thermal = thermal_of(sb.simulate(scene).record.system)
     through = 2 * np.asarray(thermal.half[thermal.spans.stores["lining"]]).reshape(4, 5).sum(axis=1)
     np.testing.assert_allclose(through, (0.03 - h) / (float(lining.conductivity) * ws.AREA), rtol=1e-12)
     stored = np.asarray(thermal.capacity[4:]).reshape(4, 5).sum(axis=1)
