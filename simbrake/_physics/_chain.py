@@ -126,7 +126,10 @@ class Chain(AbstractMechanism):
     distribution: ClassVar[str] = "every lining from its own balance"
     resolved: ClassVar[bool] = True
     damps: ClassVar[bool] = True
-    couples_loads: ClassVar[bool] = False  # tensions are those of the segments
+
+    @property
+    def couples_loads(self) -> bool:
+        return False  # tensions are those of the segments
 
     def start(self, omega: Array, elongation: Array) -> tuple[ChainState, Array, ChainMode]:
         n = self.mass.shape[0]

@@ -480,7 +480,6 @@ class AbstractMechanism(Struct):
     - `distribution`: rule for the load sharing that rigid bodies leave undetermined, in words
     - `banded`: whether the linings are under a band, which has tensions
     - `resolved`: whether linings move individually
-    - `couples_loads`: whether the load of a lining depends on the friction of others at the same instant
     - `stretches`: whether it has a band whose stretch follows its friction at once: slip speeds depend on how fast the
       friction changes, and the tension jumps with changes of mode (`tension_jump`)
     - `damps`: whether it has dampers
@@ -492,7 +491,6 @@ class AbstractMechanism(Struct):
     distribution: AbstractClassVar[str]
     banded: ClassVar[bool] = True
     resolved: ClassVar[bool] = False
-    couples_loads: ClassVar[bool] = True
     damps: ClassVar[bool] = False
 
     @abc.abstractmethod
@@ -525,6 +523,11 @@ class AbstractMechanism(Struct):
     def with_stuck_speeds(self, omega: Array, own: PyTree, before: Mode, after: Mode) -> tuple[Array, PyTree]:
         """Speed and own states just after a change of mode: bodies that stick or rest have exactly the speed of
         the body that they stick to."""
+
+    @property
+    def couples_loads(self) -> bool:
+        """Whether the load of a lining depends on the friction of others at the same instant."""
+        return True
 
     @property
     def stretches(self) -> bool:

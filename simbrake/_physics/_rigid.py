@@ -410,12 +410,15 @@ class PressedContact(AbstractRigidContact):
     sizes: Sizes
     distribution: ClassVar[str] = "linings that stick share the torque as the maximum friction that each can give"
     banded: ClassVar[bool] = False
-    couples_loads: ClassVar[bool] = False  # that of a shoe depends on its own friction alone
     codes: ClassVar[tuple[BrakeCode, ...]] = ()
 
     @property
     def radius(self) -> Float[Array, ""]:
         return jnp.asarray(self.brake.radius)
+
+    @property
+    def couples_loads(self) -> bool:
+        return self.brake.couples_loads
 
     @property
     def locking_varies(self) -> bool:

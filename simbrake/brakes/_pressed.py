@@ -25,7 +25,11 @@ class AbstractPressedBrake(AbstractBrake):
     Another kind of brake is a subclass with `inertia`, `linings` (`AbstractLinings`), `words`, `radius` and
     `normal`. Where friction presses a lining on, so that `N_i` depends on `f_i`, it also has `can_lock`,
     `normal_under`, `self_locking` and `locking_words`.
+
+    - `couples_loads`: whether `N_i` depends on the friction of other linings too, as where one shoe presses another on
     """
+
+    couples_loads: ClassVar[bool] = True
 
     @property
     def track_radius(self) -> Scalar:
@@ -175,6 +179,7 @@ class DiscBrake(AbstractPressedBrake):
     inertia: Scalar = quantity("kg*m^2", "inertia about the shaft", positive=True)
     linings: Pads  # pyright: ignore
     words: ClassVar[BrakeWords] = BrakeWords("disc brake", "pad", "disc")
+    couples_loads: ClassVar[bool] = False
 
     @property
     def radius(self) -> Float[Array, ""]:
@@ -276,6 +281,7 @@ class ShoeBrake(AbstractPressedBrake):
     linings: Shoes  # pyright: ignore
     pin: Scalar = quantity("m", "distance of the pins from the shaft", positive=True)
     arm: Scalar = quantity("m", "arm of the force about the pin of its shoe", positive=True)
+    couples_loads: ClassVar[bool] = False
     words: ClassVar[BrakeWords] = BrakeWords(
         "double-shoe brake",
         "shoe",

@@ -15,6 +15,7 @@ from user_parts import AT_REST, T_0, Bump, Cubic, Derived, J, R, falling, of, to
 
 import simbrake as sb
 from simbrake import plot
+from simbrake.friction import FrictionWithMemory, MemoryProcess
 
 # --- friction laws: the same coefficient written in many ways ---------------------------------------------------------
 
@@ -187,6 +188,44 @@ def test_custom_cone_brake_is_a_full_brake():
         plot.pressed(run)
     with pytest.raises(sb.InputError, match="half_angle"):
         sb.simulate(sb.with_values(scene, {"brake.linings.half_angle": 2.0}))
+
+
+class ServoBrake(sb.brakes.AbstractPressedBrake):
+    """Pads of which each presses the next one on: `N_1 = F`, `N_{i+1} = N_i (1 + k f_i)`."""
+
+    inertia: Any = sb.quantity("kg*m^2", "inertia about the shaft", positive=True)
+    linings: sb.Pads
+    share: Any = sb.quantity("1", "share of its friction with which a pad presses", default=1.5)
+    words: ClassVar[sb.brakes.BrakeWords] = sb.brakes.BrakeWords("servo brake", "pad", "disc")
+    can_lock: ClassVar[bool] = True
+
+    @property
+    def radius(self):
+        return self.linings.radius
+
+    def normal(self, force, f, back):
+        factors = 1 + self.share * jnp.broadcast_to(f, (self.linings.count,))
+        return force * jnp.concatenate([jnp.ones(1), jnp.cumprod(factors[:-1])])
+
+
+def test_linings_that_press_others_on_are_coupled_by_their_friction_states():
+    """The Jacobian of a stiff step needs the coupling: without it the order falls, and 755 steps are taken."""
+    f, end, work, force, speed = 0.35, 0.3, 3e4, 4e3, 60.0
+    pads = sb.Pads(FrictionWithMemory(f, (MemoryProcess(end, work=work),)), 0.3, 0.5, 0.7, faces=6)
+    brake = ServoBrake(800.0, pads)
+    scene = sb.Scene(brake, sb.ForceDuty(force, 0), sb.Initial(speed), 2.0)
+    result = sb.simulate(scene, solver=sb.hybrid.Rodas5P(), rtol=1e-8)
+    r, area = float(brake.radius), float(pads.area)
+
+    def rhs(t, y):
+        c = y[1:]
+        friction = f * c * force * np.append(1.0, np.cumprod(1 + 1.5 * f * c[:-1]))
+        return np.append(-r * friction.sum() / 800.0, (end - c) * friction * r * y[0] / area / work)
+
+    truth = solve_ivp(rhs, (0, 2), [speed, *np.ones(6)], method="DOP853", rtol=1e-12, atol=1e-14).y[:, -1]
+    y = result.record.y_end
+    np.testing.assert_allclose([y.omega, *y.memory[0]], truth, rtol=1e-8)
+    assert int(result.record.stats.accepted) < 150
 
 
 class Ramped(sb.ConstantFriction):
