@@ -31,7 +31,6 @@ from ._mechanism import (
     Mode,
     Pair,
     Sizes,
-    Sliding,
     Surfaces,
     slips,
 )
@@ -128,7 +127,7 @@ class AbstractElasticBand(AbstractBand):
         return AtLimit(*jax.linearize(tension, acting.tension, omega, surface, has_aux=True))
 
     def tensions(
-        self, slack: Array, stretched: Array | None, band: Array | Sliding, upper: Array, held: Array
+        self, slack: Array, stretched: Array | None, band: Array, upper: Array, held: Array
     ) -> tuple[Array, Array]:
         """Slack tension, also that of an open band, and tight one (N): `stretched` is `C x`, `held` that at rest."""
         tight = where_static(band == HELD, held, where_static(slips(band), upper, 0.0))
@@ -282,7 +281,7 @@ class AbstractElasticBand(AbstractBand):
         lags = lags | ((C * speed == acting.pull) & (motion.direction < 0))
         back = jnp.where(at_high, at_low & lags, at_low | (old == SLIP_BACK))
         trial, way = jnp.where(back, SLIP_BACK, SLIP), jnp.where(back, -1.0, 1.0)
-        slid = there(new._replace(band=Sliding(back)))
+        slid = there(new._replace(band=trial))
         # a band that slides stays at its kinetic limit; at rest and elastic the static one counts
         past = way * (tension - slid.upper)
         limited = jnp.where(back, at_low, at_high) | ((old == trial) & (past >= -rounding))

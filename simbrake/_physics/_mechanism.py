@@ -96,20 +96,8 @@ BAND_MODES = {
 }
 
 
-class Sliding:
-    """Label of a hypothetical band mode: sliding ahead or `back`, known while tracing."""
-
-    def __init__(self, back: Array):
-        self.back = back
-
-    def __eq__(self, label: object) -> Any:
-        if label == SLIP_BACK:
-            return self.back
-        return ~self.back if label == SLIP else np.False_
-
-
 def slips(band: Any) -> Any:
-    return np.True_ if isinstance(band, Sliding) else (band == SLIP) | (band == SLIP_BACK)
+    return (band == SLIP) | (band == SLIP_BACK)
 
 
 class Label(NamedTuple):

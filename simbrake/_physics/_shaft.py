@@ -14,7 +14,7 @@ from ..profiles import AbstractProfile, Piece
 from ..shaft import AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque, TackleLoss
 from ._brake import BrakeGuards, BrakeNow, BrakeSystem, Feature, Moment, State, at_phase, numbered, piece_of
 from ._contact import contact_margin
-from ._mechanism import HELD, OPEN, Mode, Sliding
+from ._mechanism import HELD, OPEN, Mode
 
 
 class ShaftNow(NamedTuple):
@@ -33,17 +33,14 @@ class ShaftNow(NamedTuple):
 def rests(mode: Mode) -> Any:
     """Whether the pulley is at rest: held by the brake, or, with the band open, by dry friction of the shaft."""
     inner = mode.inner
-    if isinstance(mode.band, Sliding):
-        return np.False_
     still = (mode.band == HELD) if mode.turn is None else (mode.band == HELD) | ((mode.band == OPEN) & (mode.turn == 0))
     return still if inner is None else still & (inner == 0)
 
 
 def way_of(mode: Mode) -> Array:
     """Sense in which the pulley turns in a mode, 0 at rest, on a shaft with dry friction."""
-    sense, inner = mode.sense, mode.inner
-    if not isinstance(mode.band, Sliding):
-        sense = jnp.where(mode.band == OPEN, mode.turn, sense)
+    inner = mode.inner
+    sense = jnp.where(mode.band == OPEN, mode.turn, mode.sense)
     if inner is not None:  # the sense of a staged brake is that of its bandage
         sense = jnp.where(inner == 0, sense, jnp.where(mode.turn == 0, inner, mode.turn))
     return jnp.where(rests(mode), 0, sense).astype(jnp.float64)
