@@ -12,6 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, Int, PyTree
 
+from . import _thresholds as at
 from ._arrays import Array, Count, Mark, Scalar, State
 from ._loop import (
     _RUNNING,
@@ -75,8 +76,8 @@ def _may_be_more(p: Problem, a: Attempt) -> Mark:
     """Whether an attempt may be more than a plain step: every one with an event or a retake, and some others."""
     if p.settings.guard_samples:
         return jnp.ones_like(a.accept)
-    near = jnp.maximum(0.1 * jnp.sqrt(p.settings.rtol) * a.h, 0.5 * a.resolution)
-    arrives = jnp.any((a.rate1 < 0) & (jnp.abs(a.g1) <= -1.001 * near * a.rate1)) | (a.h <= 64 * a.resolution)
+    near = at.REACH * p.near(a.h, a.resolution)  # (no attempt that lands is missed by rounding)
+    arrives = jnp.any((a.rate1 < 0) & (jnp.abs(a.g1) <= -near * a.rate1)) | (a.h <= at.HIDING * a.resolution)
     return jnp.where(a.accept, a.needs_search | arrives | (a.reaches & (a.target < p.t1)), a.finite & a.crossing)
 
 

@@ -9,10 +9,10 @@ import numpy as np
 from jax.typing import ArrayLike
 from jaxtyping import Bool, Float, Int, PyTree
 
+from . import _thresholds as at
 from ._arrays import Array, Count, Guards, Mark, Scalar, State, any_of_each, entry, first_least
 from ._method import AbstractMethod
 from ._search import (
-    TINY,
     Carry,
     Found,
     Packed,
@@ -29,13 +29,7 @@ from ._search import (
 from ._struct import traced_once
 from ._system import ADVANCED, FINISHED, HEAD, INSTANT, LANDED, SKIPPED, STOPPED, Code, Flat, Settings, pack_row
 
-_SAFETY, _SHRINK, _GROW = 0.9, 0.2, 10.0
-#: tangents are held to the geometric mean of this and the tolerance of values: fewer digits are asked of derivatives
-_OF_TANGENTS = 1e-8
 _RUNNING = np.int32(-1)
-#: a guard that fires so many times within this share of the run is a Zeno point
-_ZENO_INTERVAL, _ZENO_COUNT = 1e-6, 20
-_EPS = 2.220446049250313e-16
 
 
 def anyone(marks: Bool[Array, " *n"]) -> Mark:
@@ -82,8 +76,13 @@ class Problem(NamedTuple):
 
     @property
     def guard_tolerance(self) -> Array:
-        # residual after landing: a guard this close to 0 counts as reached
-        return 0.1 * self.settings.rtol + 1e-13
+        """A guard this close to 0 counts as reached after a landing."""
+        return at.REACHED * self.settings.rtol + at.REACHED_AT_LEAST
+
+    def near(self, h: Scalar, resolution: Scalar) -> Array:
+        """Time over which a move along the rates is as exact as a step of length `h`."""
+        share = at.NEAR * jnp.sqrt(self.settings.rtol)
+        return jnp.maximum(share * h, at.NEAR_AT_LEAST * resolution)
 
     def norms(self, size: State, *several: State) -> list[Scalar]:
         """Root mean square of each vector in units of the tolerance at states of the given size; a number only if all
@@ -136,7 +135,7 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
     room = jnp.maximum(target - c.t, 0.0)
     wish = jnp.minimum(jnp.minimum(c.h, c.retake_limit), p.settings.max_step)
     settles = c.restart_stage > 0
-    reaches = (wish * 1.001 >= room) & ~settles
+    reaches = (wish * at.REACH >= room) & ~settles
     h = jnp.where(settles, c.retake_limit, jnp.where(reaches, room, wish))
     t1 = jnp.where(reaches, target, c.t + h)
     y1, error, tangents1, tangent_errors = _moved(p, c, h)
@@ -144,7 +143,7 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
     error = error + h * p.method.error_of_rate * f1
     reach = jnp.maximum(jnp.abs(c.y), jnp.abs(y1))
     [size] = p.norms(reach, error + 0.0 * f1)
-    looser = jnp.maximum(jnp.sqrt(_OF_TANGENTS / p.settings.rtol), 1.0) if tangents1 else 1.0
+    looser = jnp.maximum(jnp.sqrt(at.OF_TANGENTS / p.settings.rtol), 1.0) if tangents1 else 1.0
     for v1, error_of_tangent in zip(tangents1, tangent_errors, strict=True):
         # a tangent that is not finite (an infinite slope) cannot steer; the derivative itself shows it
         [of_tangent] = p.norms(jnp.maximum(reach, jnp.abs(v1)), error_of_tangent)
@@ -155,11 +154,12 @@ def _attempt(p: Problem, c: Carry) -> Attempt:
     crossing, needs_search, unsound = any_of_each(crosses, needs_search, ~jnp.isfinite(g1))
     # an overflow in an overlong step is a step too long, not an answer
     finite = jnp.isfinite(size) & ~unsound
-    factor = jnp.clip(_SAFETY * jnp.maximum(size, 1e-30) ** (-1.0 / p.method.order), _SHRINK, _GROW)
-    factor = jnp.where(finite, factor, _SHRINK)
+    factor = at.SAFETY * jnp.maximum(size, at.LEAST_ERROR) ** (-1.0 / p.method.order)
+    factor = jnp.clip(factor, at.SHRINK, at.GROW)
+    factor = jnp.where(finite, factor, at.SHRINK)
     accept = finite & (size <= 1.0) & (c.status == _RUNNING) & ~settles
     h_next = jnp.where(accept & (h < c.h), jnp.maximum(c.h, h * factor), h * factor)
-    resolution = 8 * _EPS * jnp.maximum(jnp.abs(c.t), 1e-3 * (p.t1 - p.t0))
+    resolution = at.ROUNDINGS * at.EPS * jnp.maximum(jnp.abs(c.t), at.SHARE_OF_TIME * (p.t1 - p.t0))
     guards = (g1, rate1, touched, crosses, crossing, needs_search, unsound)
     return Attempt(h, t1, target, reaches, y1, f1, *guards, accept, finite, h_next, resolution, tangents1)
 
@@ -214,12 +214,14 @@ def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
     f, g, size, span = pick(a.f1, c.f), pick(a.g1, c.g), jnp.abs(c.y), p.t1 - p.t0
     d0, d1, d2 = p.norms(size, c.y, f, a.f1 - f)
     # a state or rate of zero gives no time scale: take a small share of the run
-    h0 = jnp.where((d0 < 1e-5) | (d1 < 1e-5), 1e-6 * span, 0.01 * d0 / jnp.where(d1 > 0, d1, 1.0))
+    look = at.FIRST_LOOK * d0 / jnp.where(d1 > 0, d1, 1.0)
+    h0 = jnp.where((d0 < at.NO_SCALE) | (d1 < at.NO_SCALE), at.SHARE_OF_RUN * span, look)
     h0 = jnp.minimum(h0, span)
     d2 = d2 / jnp.where(h0 > 0, h0, 1.0)
     d = jnp.where(jnp.isfinite(d2), jnp.maximum(d1, d2), d1)
-    h1 = jnp.where(d > 1e-15, (0.01 / jnp.where(d > 1e-15, d, 1.0)) ** (1.0 / p.method.order), span)
-    h = jnp.where((d1 == 0) & (d2 == 0), span, jnp.minimum(100 * h0, h1))
+    limits = d > at.NO_RATE
+    h1 = jnp.where(limits, (at.FIRST_LOOK / jnp.where(limits, d, 1.0)) ** (1.0 / p.method.order), span)
+    h = jnp.where((d1 == 0) & (d2 == 0), span, jnp.minimum(at.LONGEST_FIRST * h0, h1))
     sound = jnp.isfinite(d0) & jnp.isfinite(d1) & ~(first & a.unsound)
     return c._replace(
         h=pick(c.h, jnp.minimum(c.h, h)),
@@ -235,9 +237,9 @@ def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
 
 def _hidden(c: Carry, a: Attempt, distance: Guards) -> Bool[Array, " guard"]:
     """Guards at zero that steps towards it no longer move, as rounding of the state swallows what such a step adds."""
-    short = (a.h > 0) & (a.h <= 64 * a.resolution)
-    still = (jnp.abs(distance) <= 2 * a.h) & (c.g - a.g1 < -0.5 * a.rate1 * a.h)
-    return short & c.armed & (a.rate1 < 0) & ((jnp.abs(a.g1) <= TINY) | still)
+    short = (a.h > 0) & (a.h <= at.HIDING * a.resolution)
+    still = (jnp.abs(distance) <= at.STILL_STEPS * a.h) & (c.g - a.g1 < -at.STILL_SHARE * a.rate1 * a.h)
+    return short & c.armed & (a.rate1 < 0) & ((jnp.abs(a.g1) <= at.TINY) | still)
 
 
 def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
@@ -256,12 +258,11 @@ def _judge(p: Problem, c: Carry, a: Attempt) -> Verdict:
     earliest = jax.lax.cond(anyone(look | crossed_though_rejected), looked, lambda: nothing)
 
     # landing: every guard that crossed lies so near that a move along f is as exact as the step itself
-    near = jnp.maximum(0.1 * jnp.sqrt(p.settings.rtol) * a.h, 0.5 * a.resolution)
     distance = -a.g1 / jnp.where(a.rate1 == 0, 1.0, a.rate1)
     # (what lies beyond the next time breakpoint comes after it, as the rates may be others there; a guard within its
     # tolerance has arrived)
-    before = (distance <= a.target - a.t1 + 0.5 * a.resolution) | (a.g1 <= tol)
-    arrives = (jnp.abs(distance) <= near) & before
+    before = (distance <= a.target - a.t1 + at.NEAR_AT_LEAST * a.resolution) | (a.g1 <= tol)
+    arrives = (jnp.abs(distance) <= p.near(a.h, a.resolution)) & before
     lands = (a.rate1 < 0) & arrives & (c.armed | leaving(c, a.h) | crosses) & ~a.touched
     lost = crosses & (a.h <= a.resolution)  # the bracket has shrunk to rounding: fire here
     lost = (lost | (_hidden(c, a, distance) & ~a.touched)) & ~lands
@@ -298,8 +299,8 @@ def _stepped(c: Carry, a: Attempt, v: Verdict, p: Problem) -> Carry:
 
     crossing = jnp.where(v.retake, jnp.where(a.crossing, a.h, jnp.inf), pick(c.crossing - a.h, c.crossing))
     crossing = jnp.where(crossing <= 0, jnp.inf, crossing)
-    risen = c.armed | (a.g1 > p.guard_tolerance) | (leaving(c, a.h) & (a.g1 > TINY))
-    too_small = ~a.accept & (a.h_next <= 0.25 * a.resolution)  # never looked at where the run begins
+    risen = c.armed | (a.g1 > p.guard_tolerance) | (leaving(c, a.h) & (a.g1 > at.TINY))
+    too_small = ~a.accept & (a.h_next <= at.TOO_SHORT * a.resolution)  # never looked at where the run begins
     status = jnp.where(
         too_small, jnp.where(a.finite, np.int32(Code.STEP_TOO_SMALL), np.int32(Code.NOT_FINITE)), _RUNNING
     )
@@ -344,7 +345,7 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
 
     guarded = ~v.stop
     dt = t - c.t_event
-    apart = guarded & (dt > _ZENO_INTERVAL * (p.t1 - p.t0))
+    apart = guarded & (dt > at.ZENO_INTERVAL * (p.t1 - p.t0))
     zeno_guards = jnp.where(apart, at_guard, c.zeno_guards | (at_guard & guarded))
     again = guarded & ~apart & (dt > 0) & entry(c.zeno_guards, v.guard)
     zeno_count = jnp.where(apart, 0, _count(c.zeno_count, again))
@@ -359,7 +360,7 @@ def _jumped(p: Problem, c: Carry, a: Attempt, v: Verdict) -> Carry:
     status = jnp.where(
         stats.events > jnp.asarray(p.settings.max_events, jnp.int32), np.int32(Code.EVENT_LIMIT), _RUNNING
     )
-    status = jnp.where(zeno_count >= _ZENO_COUNT, np.int32(Code.ZENO), status)
+    status = jnp.where(zeno_count >= at.ZENO_COUNT, np.int32(Code.ZENO), status)
     status = jnp.where(events_at_instant >= p.settings.max_chain, np.int32(Code.CHATTER), status)
     status = p.flat.ended(code, status)
     return c._replace(

@@ -11,6 +11,7 @@ import jax
 import jax.numpy as jnp
 from jaxtyping import Bool, Float, Int
 
+from . import _thresholds as at
 from ._arrays import Array, Count, Guards, Mark, Scalar, State, entry, first_least
 from ._system import ravel, unravel
 
@@ -75,9 +76,6 @@ def carried_size(ny: int, ng: int, nm: int) -> int:
 
 # --- where a guard reaches zero inside a step: the cubic through its end values and end rates -------------------------
 
-_SAMPLES = 16
-_REFINEMENTS = 8
-
 
 def first_root(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> Guards:
     """First root in (0, 1] of the cubic Hermite interpolant of each guard.
@@ -97,9 +95,9 @@ def first_root(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> Guards:
     def slope(s: Guards) -> Guards:
         return jnp.where(from_zero, 2 * c3 * s + c2, (3 * c3 * s + 2 * c2) * s + d0)
 
-    before = jnp.arange(_SAMPLES, dtype=g0.dtype)[:, None]
-    below = value((before + 1) / _SAMPLES) <= 0
-    j = jnp.min(jnp.where(below, before, _SAMPLES - 1.0), axis=0)
+    before = jnp.arange(at.SAMPLES, dtype=g0.dtype)[:, None]
+    below = value((before + 1) / at.SAMPLES) <= 0
+    j = jnp.min(jnp.where(below, before, at.SAMPLES - 1.0), axis=0)
 
     def refine(_: Count | int, bracket: tuple[Guards, Guards, Guards]) -> tuple[Guards, Guards, Guards]:
         low, high, s = bracket
@@ -111,8 +109,8 @@ def first_root(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> Guards:
         inside = (newton >= low) & (newton <= high) & (k != 0)
         return low, high, jnp.where(inside, newton, 0.5 * (low + high))
 
-    low, high = j / _SAMPLES, (j + 1) / _SAMPLES
-    return jax.lax.fori_loop(0, _REFINEMENTS, refine, (low, high, 0.5 * (low + high)))[2]
+    low, high = j / at.SAMPLES, (j + 1) / at.SAMPLES
+    return jax.lax.fori_loop(0, at.REFINEMENTS, refine, (low, high, 0.5 * (low + high)))[2]
 
 
 def interior_minimum(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> tuple[Guards, Guards, Bool[Array, " guard"]]:
@@ -124,17 +122,12 @@ def interior_minimum(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> tuple[Gu
     # the same root in the form that does not cancel
     denominator = jnp.where(c2 >= 0, c2 + root, 3 * c3)
     s = jnp.where(c2 >= 0, -d0, root - c2) / jnp.where(denominator == 0, 1.0, denominator)
-    exists = (discriminant > 0) & (denominator != 0) & (s > 0.02) & (s < 0.98)
+    exists = (discriminant > 0) & (denominator != 0) & (s > at.INSIDE) & (s < 1 - at.INSIDE)
     s = jnp.where(exists, s, 0.5)
     return s, ((c3 * s + c2) * s + d0) * s + g0, exists
 
 
 # --- evaluation of the guards after an accepted attempt ---------------------------------------------------------------
-
-#: rounding of a guard of order one
-TINY = 1e-15
-#: a limit exceeded by no more than this is touched
-_TOUCH = 1e-12
 
 
 class Found(NamedTuple):
@@ -145,13 +138,13 @@ class Found(NamedTuple):
 
 def leaving(c: Carry, h: Scalar) -> Bool[Array, " guard"]:
     """Guards that rise out of zero over an attempt, not by rounding alone."""
-    return ~c.armed & (c.rate * h > 2 * TINY)
+    return ~c.armed & (c.rate * h > at.RISING * at.TINY)
 
 
 def crossed(c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar) -> Bool[Array, " guard"]:
     """Whether a guard is negative at the end of an attempt; touching zero within rounding is not a crossing."""
-    returned = g1 < jnp.where(leaving(c, h), jnp.minimum(c.g, 0.0) - TINY, -tol)
-    return jnp.where(c.armed, (g1 < -TINY) | ((g1 <= 0) & (rate1 < 0)), returned)
+    returned = g1 < jnp.where(leaving(c, h), jnp.minimum(c.g, 0.0) - at.TINY, -tol)
+    return jnp.where(c.armed, (g1 < -at.TINY) | ((g1 <= 0) & (rate1 < 0)), returned)
 
 
 def exceeded(c: Carry, h: Scalar, g1: Guards, rate1: Guards, room: Scalar) -> Bool[Array, " guard"]:
@@ -160,15 +153,15 @@ def exceeded(c: Carry, h: Scalar, g1: Guards, rate1: Guards, room: Scalar) -> Bo
     Further on it follows the curvature that its cubic has at the end, as far as that is no rounding.
     """
     d0, d1 = c.rate * h, rate1 * h
-    bend = jnp.maximum(6 * (c.g - g1) + 2 * d0 + 4 * d1 - 100 * TINY, 0.0)
+    bend = jnp.maximum(6 * (c.g - g1) + 2 * d0 + 4 * d1 - at.BENDING * at.TINY, 0.0)
     turn = jnp.where((bend > 0) & (d1 < 0), -d1 / jnp.where(bend > 0, bend, 1.0), jnp.inf)
     s = jnp.minimum(jnp.where(h > 0, room / jnp.where(h > 0, h, 1.0), 0.0), turn)
-    return (g1 < -_TOUCH) | (g1 + s * (d1 + 0.5 * s * bend) < -_TOUCH)
+    return (g1 < -at.TOUCH) | (g1 + s * (d1 + 0.5 * s * bend) < -at.TOUCH)
 
 
 def inconsistent(c: Carry, tol: Scalar) -> Bool[Array, " guard"]:
     """Guards that are negative already where the attempt starts (and not on their way back up from rounding)."""
-    return (c.g < -tol) & ((c.rate <= 0) | (c.g < -1e3 * tol))
+    return (c.g < -tol) & ((c.rate <= 0) | (c.g < -at.DEEP * tol))
 
 
 def suspicious(
@@ -197,14 +190,14 @@ def search(
     # until it is clear
     sinking = ~c.armed & (c.g <= tol) & ~leaving(c, h) & crosses
     # (just above -tol the steps that are left would be too short to move a state)
-    at_start = inconsistent(c, tol) | (sinking & ((d0 <= 0.5 * g1) | (c.g <= -0.5 * tol)))
-    root = jnp.where(sinking | (c.retakes >= 8), 0.5, first_root(c.g, d0, g1, d1))
+    at_start = inconsistent(c, tol) | (sinking & ((d0 <= at.EXPLAINED * g1) | (c.g <= -at.SUNK * tol)))
+    root = jnp.where(sinking | (c.retakes >= at.AIMED), 0.5, first_root(c.g, d0, g1, d1))
     step_fraction = jnp.where(crosses, root, jnp.inf)
 
     # the cubic is a guess: a minimum near zero is sampled at its predicted location
     s, lowest, exists = interior_minimum(c.g, d0, g1, d1)
     high = jnp.maximum(c.g, g1)
-    near = exists & ~crosses & (lowest < 0.1 * high) & (high > 10 * tol)
+    near = exists & ~crosses & (lowest < at.LOW * high) & (high > at.HIGH * tol)
     step_fraction = jnp.minimum(step_fraction, jnp.where(near, s, jnp.inf))
     step_fraction = jnp.minimum(step_fraction, negative_from)
     least, i = first_least(jnp.where(at_start, -1.0, step_fraction))
