@@ -10,12 +10,11 @@ from typing import Any, NamedTuple, TypeAlias
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jax.custom_derivatives import SymbolicZero
 from jaxtyping import Bool, Float, PyTree
 
 from ._base._arguments import faults_of_tracing
 from ._base._compiling import per_structure, read_by
-from ._base._corners import clipped, greater, lesser
+from ._base._corners import clipped, greater, lesser, rounded
 from ._base._faults import Fault, InputError
 from ._base._part import Part, part, quantity, short_for
 from ._base._quantity import Over, Scalar
@@ -149,66 +148,6 @@ class AbstractFactor(Part):
         return None
 
 
-def _rounded(x: Array, w: Array | None) -> Array:
-    """`max(x, 0)` with its corner rounded over `±w`, four times continuously differentiable.
-
-        w u⁵ (14 − 28 u + 20 u² − 5 u³),   u = (x + w)/(2 w)
-
-    Its slope `u⁴ (35 − 84 u + 70 u² − 20 u³)` goes from 0 to 1 with three derivatives 0 at either end: steps cross the
-    ends of the blend, and each derivative that is continuous there makes those of a run more exact.
-    At a sharp corner, where runs often start, the slope is the one above it: half of each (as that of a maximum)
-    would be the slope of neither side, and an integrator would shorten its first step until the effect vanishes.
-    """
-    return jnp.where(x >= 0, x, 0.0) if w is None else _blended(x, w)
-
-
-def _share(x: Array, w: Array) -> tuple[Array, Array]:
-    """Of the blend: `u` from 0 to 1 (a step where there is none), and `1/(2 w)`."""
-    across = 1 / jnp.where(w > 0, 2 * w, 1.0)  # (one division, however many the linings)
-    return jnp.where(w > 0, jnp.clip((x + w) * across, 0.0, 1.0), jnp.where(x >= 0, 1.0, 0.0)), across
-
-
-def _value(u: Array) -> Array:
-    return ((u * u) * (u * u) * u) * (14 + u * (-28 + u * (20 - 5 * u)))
-
-
-# (derivatives by hand, as those of powers and selections would be a tenth of a program, and more of the steps in which
-# rates of friction are differentiated once more)
-
-
-@jax.custom_jvp
-def _blended(x: Array, w: Array) -> Array:
-    return jnp.where(x >= w, x, w * _value(_share(x, w)[0]))
-
-
-@functools.partial(_blended.defjvp, symbolic_zeros=True)
-def _(at: tuple[Array, Array], by: tuple[Any, Any]) -> tuple[Array, Array]:
-    (x, w), (dx, dw) = at, by
-    slope = _slope(x, w)
-    parts = [] if isinstance(dx, SymbolicZero) else [slope * dx]
-    if not isinstance(dw, SymbolicZero):
-        u, _ = _share(x, w)
-        parts += [(_value(u) - (2 * u - 1) * slope) * dw]
-    return _blended(x, w), functools.reduce(jnp.add, parts)
-
-
-@jax.custom_jvp
-def _slope(x: Array, w: Array) -> Array:
-    u, _ = _share(x, w)
-    return ((u * u) * (u * u)) * (35 + u * (-84 + u * (70 - 20 * u)))
-
-
-@functools.partial(_slope.defjvp, symbolic_zeros=True)
-def _(at: tuple[Array, Array], by: tuple[Any, Any]) -> tuple[Array, Array]:
-    (x, w), (dx, dw) = at, by
-    u, across = _share(x, w)
-    inside = u * (1 - u)
-    bend = (140 * across) * (inside * inside * inside)
-    parts = [] if isinstance(dx, SymbolicZero) else [bend * dx]
-    parts += [] if isinstance(dw, SymbolicZero) else [(1 - 2 * u) * bend * dw]
-    return _slope(x, w), functools.reduce(jnp.add, parts)
-
-
 class LinearFade(AbstractFactor):
     """Fade above a permissible temperature: `max(φ_min, 1 − s (T − T_p)₊)`.
 
@@ -234,8 +173,8 @@ class LinearFade(AbstractFactor):
 
     def factor(self, contact: Contact) -> Float[Array, "..."]:
         w, s = None if self.blend is None else jnp.asarray(self.blend), self.slope
-        lost = s * _rounded(contact.T - self.above, w)
-        return self.floor + _rounded(1 - lost - self.floor, None if w is None else s * w)
+        lost = s * rounded(contact.T - self.above, w)
+        return self.floor + rounded(1 - lost - self.floor, None if w is None else s * w)
 
 
 class TabulatedFade(AbstractFactor):
