@@ -140,6 +140,10 @@ class Feature(Struct):
 
     # --- states -------------------------------------------------------------------------------------------------------
 
+    def book(self, brake: "BrakeSystem", ledger: Ledger, of_each: Any) -> Ledger:
+        """The ledger with its entries, `of_each` for each: a value at the start, a size, a place in the Jacobian."""
+        return ledger
+
     def start(self, now: Moment) -> tuple[State, Mode]:
         """State and mode at the start."""
         return now.y, now.mode
@@ -656,7 +660,10 @@ class BrakeSystem(AbstractSemiExplicitSystem):
 
     def _ledger(self, of_each: Any) -> Ledger:
         friction = tuple(of_each for _ in self.mechanism.pairs)
-        return Ledger(of_each, of_each, friction, damper_heat=of_each if self.mechanism.damps else None)
+        ledger = Ledger(of_each, of_each, friction, damper_heat=of_each if self.mechanism.damps else None)
+        for feature in self.features:
+            ledger = feature.book(self, ledger, of_each)
+        return ledger
 
     def scales(self) -> State:
         sizes = State(1.0, self.sizes.speed, self.mechanism.own_sizes(), self._ledger(jnp.inf))

@@ -10,11 +10,10 @@ from jaxtyping import Float
 
 from .._phases import Phases
 from ..friction import SurfaceState
-from ..hybrid import QUADRATURE
 from ..hybrid._arrays import Array
 from ..profiles import AbstractProfile
 from ._brake import BrakeNow, BrakeSystem, Feature, Moment, PerPair, State, numbered, piece_of
-from ._mechanism import OPEN, HeatLedger, Mode, Pair
+from ._mechanism import OPEN, HeatLedger, Ledger, Pair
 from ._shaft import Shaft
 from ._sparsity import couplings
 from ._thermal import Conditions, Deposit, HeatFlows, Pieces, Stream, Thermal, total
@@ -58,21 +57,18 @@ class Heating(Feature):
 
     # --- states: `State.heat` is given --------------------------------------------------------------------------------
 
-    def start(self, now: Moment) -> tuple[State, Mode]:
-        return self._booking(now.brake, now.y, now.y.ledger.load_work), now.mode
+    def book(self, brake: BrakeSystem, ledger: Ledger, of_each: Any) -> Ledger:
+        coolant = of_each if self.thermal.heat.jackets else None
+        heat = HeatLedger(of_each, of_each, of_each, of_each, of_each if _has_band(brake) else None, coolant)
+        return ledger._replace(heat=heat)
 
     def sizes(self, brake: BrakeSystem, sizes: State) -> State:
-        return self._booking(brake, sizes, jnp.inf)._replace(heat=jnp.full_like(self.thermal.capacity, 100.0))
+        return sizes._replace(heat=jnp.full_like(self.thermal.capacity, 100.0))
 
     def places(self, brake: BrakeSystem, places: State) -> State:
         shaft = brake.feature(Shaft)
-        heat = couplings(self.thermal.heat, () if shaft is None else shaft.heated_places)
-        return self._booking(brake, places, np.asarray(QUADRATURE))._replace(heat=heat)
-
-    def _booking(self, brake: BrakeSystem, state: State, of_each: object) -> State:
-        coolant = of_each if self.thermal.heat.jackets else None
-        heat = HeatLedger(of_each, of_each, of_each, of_each, of_each if _has_band(brake) else None, coolant)
-        return state._replace(ledger=state.ledger._replace(heat=heat))
+        heated = () if shaft is None else tuple(law.place for law in shaft.laws if law.place is not None)
+        return places._replace(heat=couplings(self.thermal.heat, heated))
 
     # --- at one instant -----------------------------------------------------------------------------------------------
 

@@ -7,13 +7,13 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._corners import lesser
-from ..hybrid import CORE, QUADRATURE
+from ..hybrid import CORE
 from ..hybrid._arrays import Array
 from ..loads import AbstractLoad
 from ..profiles import Piece
 from ..rope import RopeElasticity
 from ._brake import BrakeGuards, BrakeNow, BrakeSystem, Feature, Moment, State, piece_of
-from ._mechanism import BrakeCode, Mode
+from ._mechanism import BrakeCode, Ledger, Mode
 
 
 class Layers(Feature):
@@ -105,20 +105,21 @@ class ElasticRope(Feature):
         excess = jnp.zeros(()) if elastic.stretch is None else jnp.asarray(elastic.stretch) - weight / k
         return cls(k, jnp.asarray(elastic.damping), excess, weight)
 
+    def book(self, brake: BrakeSystem, ledger: Ledger, of_each: Any) -> Ledger:
+        return ledger._replace(damper_heat=of_each)
+
     def start(self, now: Moment) -> tuple[State, Mode]:
         brake, _, y, mode, _ = now
-        ledger = y.ledger._replace(damper_heat=y.ledger.load_work)
-        y = y._replace(hook=HookState(y.omega * _per_radian(brake, mode), self.excess), ledger=ledger)
+        y = y._replace(hook=HookState(y.omega * _per_radian(brake, mode), self.excess))
         return y, mode._replace(taut=(self.at(brake, y, mode).stretch > 0).astype(jnp.int32))
 
     def sizes(self, brake: BrakeSystem, sizes: State) -> State:
         per_radian, size = jnp.asarray(brake.load.travel()), brake.sizes
         hook = HookState(size.speed * per_radian, size.torque / (self.stiffness * per_radian))
-        return sizes._replace(hook=hook, ledger=sizes.ledger._replace(damper_heat=jnp.inf))
+        return sizes._replace(hook=hook)
 
     def places(self, brake: BrakeSystem, places: State) -> State:
-        core, quadrature = np.asarray(CORE), np.asarray(QUADRATURE)
-        return places._replace(hook=HookState(core, core), ledger=places.ledger._replace(damper_heat=quadrature))
+        return places._replace(hook=HookState(np.asarray(CORE), np.asarray(CORE)))
 
     def jumps(self, brake: BrakeSystem) -> bool:
         return brake.load.added_inertia(jnp.asarray(0, jnp.int32)) is not None

@@ -3,18 +3,16 @@
 from typing import Any, NamedTuple
 
 import jax.numpy as jnp
-import numpy as np
 
 from .._base._corners import clipped
 from .._phases import PhaseNow, Phases
-from ..hybrid import QUADRATURE
 from ..hybrid._arrays import Array
 from ..loads import AbstractFollower, Motor, RecordedMotion
 from ..profiles import AbstractProfile, Piece
 from ..shaft import AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque, TackleLoss
 from ._brake import BrakeGuards, BrakeNow, BrakeSystem, Feature, Moment, State, at_phase, numbered, piece_of
 from ._contact import contact_margin
-from ._mechanism import HELD, OPEN, Mode
+from ._mechanism import HELD, OPEN, Ledger, Mode
 
 
 class ShaftNow(NamedTuple):
@@ -82,11 +80,6 @@ class Shaft(Feature):
     @property
     def profiles(self) -> dict[str, AbstractProfile | Phases]:
         return numbered("shaft", (law.profile for law in self.laws))
-
-    @property
-    def heated_places(self) -> tuple[str, ...]:
-        """Places of the thermal network that their heat enters."""
-        return tuple(law.place for law in self.laws if law.place is not None)
 
     @property
     def dry(self) -> bool:
@@ -160,17 +153,12 @@ class Shaft(Feature):
 
     # --- as a feature of the brake ------------------------------------------------------------------------------------
 
+    def book(self, brake: BrakeSystem, ledger: Ledger, of_each: Any) -> Ledger:
+        return ledger._replace(shaft=tuple(of_each for _ in self.laws))
+
     def start(self, now: Moment) -> tuple[State, Mode]:
         y, mode = now.y, now.mode
-        y = y._replace(ledger=y.ledger._replace(shaft=tuple(y.ledger.load_work for _ in self.laws)))
         return y, mode._replace(turn=jnp.sign(y.omega).astype(jnp.int32)) if self.dry else mode
-
-    def sizes(self, brake: BrakeSystem, sizes: State) -> State:
-        return sizes._replace(ledger=sizes.ledger._replace(shaft=tuple(jnp.inf for _ in self.laws)))
-
-    def places(self, brake: BrakeSystem, places: State) -> State:
-        work = tuple(np.asarray(QUADRATURE) for _ in self.laws)
-        return places._replace(ledger=places.ledger._replace(shaft=work))
 
     def torques(self, now: Moment) -> BrakeNow:
         brake, t, y, mode, z = now
@@ -287,16 +275,13 @@ class Drive(Feature):
         motor = self.torque(brake, t, y.omega, y, mode)
         return z._replace(motor=motor, net_load=z.net_load - motor)
 
-    def start(self, now: Moment) -> tuple[State, Mode]:
-        return now.y._replace(ledger=now.y.ledger._replace(motor=now.y.ledger.load_work)), now.mode
+    def book(self, brake: BrakeSystem, ledger: Ledger, of_each: Any) -> Ledger:
+        return ledger._replace(motor=of_each)
 
     def sizes(self, brake: BrakeSystem, sizes: State) -> State:
         # (where the lever takes what its limits leave, the speed shows nothing of them: its work has to)
         size = brake.sizes.torque if brake.lever.controls_speed else jnp.inf
         return sizes._replace(ledger=sizes.ledger._replace(motor=size))
-
-    def places(self, brake: BrakeSystem, places: State) -> State:
-        return places._replace(ledger=places.ledger._replace(motor=np.asarray(QUADRATURE)))
 
     def rates(self, now: Moment, rates: State) -> State:
         return rates._replace(ledger=rates.ledger._replace(motor=-now.z.motor * now.y.omega))

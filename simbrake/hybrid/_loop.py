@@ -39,13 +39,6 @@ def anyone(marks: Bool[Array, " *n"]) -> Mark:
     return unvmap_any(marks)
 
 
-def everyone(marks: Bool[Array, " *n"]) -> Mark:
-    """Whether all are set, of all runs where several are mapped side by side."""
-    from equinox.internal import unvmap_all
-
-    return unvmap_all(marks)
-
-
 def _jvp(function: Callable, primals: tuple, tangents: tuple) -> tuple:
     """Values of a function and their derivatives along a change of its numbers (`equinox.filter_jvp`)."""
     from equinox import filter_jvp
@@ -189,10 +182,8 @@ def _moved(p: Problem, c: Carry, h: Array) -> Moved:
         v1 = jnp.where(jnp.isfinite(v1), v1, v)
         return jnp.where(settles, along, y), error, (v1,), (jnp.where(settles, 0.0, error_of_tangent),)
 
-    def restart() -> Moved:
-        return along, nothing, c.tangents, (nothing,) * p.tangents
-
-    return jax.lax.cond(everyone(settles), restart, step)
+    resting = along, nothing, c.tangents, (nothing,) * p.tangents
+    return jax.lax.cond(anyone(~settles), step, lambda: resting)
 
 
 def _rate_along(p: Problem, t: Scalar, y: State, v: State, mode: Int[Array, " mode"]) -> State:
