@@ -4,7 +4,7 @@ import abc
 import dataclasses
 import functools
 import math
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import jax
@@ -288,67 +288,66 @@ def _faults_together(scene: Scene) -> tuple[Fault, ...]:
     """Errors of a scene whose numbers are in range, its limits apart: of each of its parts, and between them."""
     parts = [(path, value) for path, value, _ in parts_below(scene)]
     # (a law that is not finite would make every lining lock itself)
-    errors = _faults_of_parts(scene, parts) or _faults_of_own(scene, parts) or _faults_of_band(scene)
-    return tuple(dict.fromkeys(errors + _faults_of_start(scene)))
+    errors = [*_faults_of_parts(scene, parts)] or _faults_of_own(scene, parts) or [*_faults_of_band(scene)]
+    return tuple(dict.fromkeys([*errors, *_faults_of_start(scene)]))
 
 
-def _faults_of_start(scene: Scene) -> list[Fault]:
-    initial, brake, errors = scene.initial, scene.brake, list[Fault]()
+def _faults_of_start(scene: Scene) -> Iterator[Fault]:
+    initial, brake = scene.initial, scene.brake
     if not scene.end_time > initial.time:
-        errors.append(Fault("end_time", f"{float(scene.end_time):g} s is not after the start", "it must be later"))
+        yield Fault("end_time", f"{float(scene.end_time):g} s is not after the start", "it must be later")
     if initial.hook_speed is not None:
         if scene.duty.load.travel() is None:
-            errors.append(Fault("initial.hook_speed", "has no meaning: the load hangs on no hook", "give `omega`"))
+            yield Fault("initial.hook_speed", "has no meaning: the load hangs on no hook", "give `omega`")
         if initial.omega is not None:
-            errors.append(Fault("initial.omega", "is given beside `hook_speed`", "give one of them"))
+            yield Fault("initial.omega", "is given beside `hook_speed`", "give one of them")
     if initial.elongation == 0.0:
-        return errors
+        return
     if not isinstance(brake, Brake):
         why = "has rigid bands" if brake.banded else "has no band"
-        errors.append(Fault("initial.elongation", f"a {brake.words.brake} {why}", "leave it out"))
+        yield Fault("initial.elongation", f"a {brake.words.brake} {why}", "leave it out")
     elif brake.band.stiffness is None:
-        errors.append(Fault("initial.elongation", "a rigid band has no elongation", "give brake.band.stiffness"))
-    return errors
+        yield Fault("initial.elongation", "a rigid band has no elongation", "give brake.band.stiffness")
 
 
 #: the parts of a scene, with their paths
 _Parts = list[tuple[str, Any]]
 
 
-def _faults_of_parts(scene: Scene, parts: _Parts) -> list[Fault]:
-    errors, lever = list[Fault](), f"duty.{scene.duty.lever_field}"
+def _faults_of_parts(scene: Scene, parts: _Parts) -> Iterator[Fault]:
+    lever = f"duty.{scene.duty.lever_field}"
     for path, value in parts:
         if isinstance(value, Part):
-            errors += value.faults(path)
+            yield from value.faults(path)
         if isinstance(value, AbstractProfile) and value.controls_speed and not path.startswith(lever):
             what = "is a lever that depends on the speed"
-            errors.append(Fault(path, what, "give a profile, a function of the time"))
+            yield Fault(path, what, "give a profile, a function of the time")
         if isinstance(value, FrictionChange) and isinstance(value.when, AtTemperature):
-            errors += faults_of_place(value.when, scene.network.hot_places, f"{path}.when")
-    errors += _faults_of_heat(scene)
+            yield from faults_of_place(value.when, scene.network.hot_places, f"{path}.when")
+    yield from _faults_of_heat(scene)
     if scene.wear is not None:
-        errors += faults_of_wear(scene.wear, scene.brake, scene.duty.lever, scene.network)
-    return errors + _faults_of_duty(scene, lever) + _faults_of_shaft(scene)
+        yield from faults_of_wear(scene.wear, scene.brake, scene.duty.lever, scene.network)
+    yield from _faults_of_duty(scene, lever)
+    yield from _faults_of_shaft(scene)
 
 
-def _faults_of_shaft(scene: Scene) -> list[Fault]:
-    errors, storing = list[Fault](), scene.network.storing_places
+def _faults_of_shaft(scene: Scene) -> Iterator[Fault]:
+    storing = scene.network.storing_places
     tackles = [i for i, law in enumerate(scene.shaft) if isinstance(law, TackleLoss)]
     if scene.duty.load.lines is None:
-        errors += [Fault(f"shaft[{i}]", *NO_TACKLE) for i in tackles]
+        yield from [Fault(f"shaft[{i}]", *NO_TACKLE) for i in tackles]
     hint = "leave it out: there is one tackle"
-    errors += [
+    yield from [
         Fault(f"shaft[{i}]", f"is the loss of the tackle again, as shaft[{tackles[0]}] is", hint) for i in tackles[1:]
     ]
     for i, law in enumerate(scene.shaft):
         path = f"shaft[{i}]"
         if isinstance(law, AbstractDryTorque) and scene.brake.resolved:
             what = "dry friction of the shaft is not modelled for linings that move individually"
-            errors.append(Fault(path, what, "leave it out, or use a brake whose linings act as one"))
+            yield Fault(path, what, "leave it out, or use a brake whose linings act as one")
         if law.place is not None and law.place not in storing:
             what = f"there is no place {law.place!r} with a heat capacity"
-            errors.append(Fault(f"{path}.place", what, "a body of the heat part, or the face of a wall"))
-    return errors
+            yield Fault(f"{path}.place", what, "a body of the heat part, or the face of a wall")
 
 
 class _Course(NamedTuple):
@@ -362,21 +361,21 @@ class _Course(NamedTuple):
     speed_path: str
 
 
-def _faults_of_duty(scene: Scene, path: str) -> list[Fault]:
-    brake, lever, motor, errors = scene.brake, scene.duty.lever, scene.motor, list[Fault]()
+def _faults_of_duty(scene: Scene, path: str) -> Iterator[Fault]:
+    brake, lever, motor = scene.brake, scene.duty.lever, scene.motor
     if lever.controls_speed:
         if isinstance(brake, Brake) and brake.band.stiffness is not None:
             what = "a lever that holds the speed needs a rigid band"
-            errors.append(Fault("brake.band.stiffness", what, "leave it out"))
+            yield Fault("brake.band.stiffness", what, "leave it out")
         if read_by_linings(scene).p or scene.network.flash is not None:
-            errors.append(Fault(path, "cannot hold the speed with an implicit coefficient of friction"))
-    errors += faults_of_sign(lever, path, "N")
+            yield Fault(path, "cannot hold the speed with an implicit coefficient of friction")
+    yield from faults_of_sign(lever, path, "N")
     if isinstance(lever, Phases):
         courses = [
             _Course(phase.lever, f"{at}.lever", phase.wants, f"{at}.wants", phase.motor, f"{at}.motor")
             for at, phase in lever.located(path)
         ]
-        errors += _faults_of_phases(scene, lever, path)
+        yield from _faults_of_phases(scene, lever, path)
     else:
         speed = None if motor is None else motor.speed
         speed_path = "motor.speed"
@@ -384,93 +383,89 @@ def _faults_of_duty(scene: Scene, path: str) -> list[Fault]:
             speed = lever.speed
             speed_path = f"{path}.speed"
         courses = [_Course(lever, path, scene.duty.wants, "duty.wants", speed, speed_path)]
-        errors += _faults_of_whole(scene, lever, path)
+        yield from _faults_of_whole(scene, lever, path)
     if motor is not None and all(course.speed is None for course in courses):
         hint = "give `motor = …` in a phase" if isinstance(lever, Phases) else "give motor.speed"
-        errors.append(Fault("motor", "never runs: no speed is given for it to follow", hint))
+        yield Fault("motor", "never runs: no speed is given for it to follow", hint)
     for course in courses:
-        errors += _faults_of_course(scene, course)
-    return errors
+        yield from _faults_of_course(scene, course)
 
 
-def _faults_of_course(scene: Scene, course: _Course) -> list[Fault]:
-    lever, motor, load, errors = course.lever, scene.motor, scene.duty.load, list[Fault]()
+def _faults_of_course(scene: Scene, course: _Course) -> Iterator[Fault]:
+    lever, motor, load = course.lever, scene.motor, scene.duty.load
     if motor is not None and course.speed is not None:
         speeds, most = np.asarray(course.speed.values), float(motor.max_speed)
         if isinstance(scene.brake, Brake) and scene.brake.band.segments is not None and np.min(speeds) < 0:
             what = "hoists, and a band in segments is never open: its linings would ride with the pulley without end"
-            errors.append(Fault(course.speed_path, what, "leave out brake.band.segments"))
+            yield Fault(course.speed_path, what, "leave out brake.band.segments")
         if (fastest := float(np.max(np.abs(speeds)))) > most:
             what = f"{fastest:g} rad/s is above the motor's {most:g} rad/s"
-            errors.append(Fault(course.speed_path, what, "a lower speed, or another motor.max_speed"))
+            yield Fault(course.speed_path, what, "a lower speed, or another motor.max_speed")
     if isinstance(lever, Driller):
         speeds = np.asarray(lever.speed.values)
         if np.max(speeds) <= 0 and np.any(speeds < 0):
             hint = "give a speed of lowering, or the scene a `motor` that follows it"
-            errors.append(Fault(f"{course.lever_path}.speed", "is never followed: a brake cannot hoist", hint))
+            yield Fault(f"{course.lever_path}.speed", "is never followed: a brake cannot hoist", hint)
     keeps_speed = lever.controls_speed and not (isinstance(lever, Driller) and lever.speed.values[-1] <= 0.0)
     if course.wants in ("rest", "hold") and keeps_speed:
         what = f"is {course.wants}, and the lever is to keep a speed"
-        errors.append(Fault(course.wants_path, what, 'give wants = "lower", or a speed that ends at 0'))
+        yield Fault(course.wants_path, what, 'give wants = "lower", or a speed that ends at 0')
     if course.wants == "lower" and isinstance(load, TorqueLoad) and float(load.profile.scale()) == 0.0:
         what = "is lower, and there is no load to lower"
-        errors.append(Fault(course.wants_path, what, "give `duty.load` a torque"))
-    return errors
+        yield Fault(course.wants_path, what, "give `duty.load` a torque")
 
 
-def _faults_of_whole(scene: Scene, lever: AbstractProfile, path: str) -> list[Fault]:
+def _faults_of_whole(scene: Scene, lever: AbstractProfile, path: str) -> Iterator[Fault]:
     """Errors of a duty that is not in phases."""
     duty, motor, start = scene.duty, scene.motor, float(scene.initial.time)
-    errors = faults_of_want(duty.wants, "duty")
+    yield from faults_of_want(duty.wants, "duty")
     if duty.wants == "hoist" and motor is None:
-        errors.append(Fault("duty.wants", "is hoist, and the scene has no motor", "give it a `motor`"))
+        yield Fault("duty.wants", "is hoist, and the scene has no motor", "give it a `motor`")
     if duty.load.by_phases:
         hint = f"give {path} in phases (`Phases`), or another load"
-        errors.append(Fault("duty.load", "needs a duty with phases", hint))
+        yield Fault("duty.load", "needs a duty with phases", hint)
     if isinstance(lever, RecordedMotion):
         if motor is not None and motor.speed is not None:
-            errors.append(Fault("motor.speed", "has no effect beside a recorded motion", "leave it out"))
+            yield Fault("motor.speed", "has no effect beside a recorded motion", "leave it out")
         if motor is None and np.min(np.asarray(lever.speed.values)) < 0:
-            errors.append(Fault("motor", "is missing, and the recorded motion hoists", "give the scene a `Motor`"))
+            yield Fault("motor", "is missing, and the recorded motion hoists", "give the scene a `Motor`")
     correcting = {path: lever.corrects_position, "motor": motor is not None and motor.position_gain is not None}
     for where, corrects in correcting.items():
         if corrects and start != 0.0:
             what = f"counts from the time 0, and the run begins at {start:g} s"
             hint = "begin the run at 0 s, or give the duty in phases"
-            errors.append(Fault(f"{where}.position_gain", what, hint))
-    return errors
+            yield Fault(f"{where}.position_gain", what, hint)
 
 
-def _faults_of_phases(scene: Scene, lever: Phases, path: str) -> list[Fault]:
+def _faults_of_phases(scene: Scene, lever: Phases, path: str) -> Iterator[Fault]:
     """Errors between the phases of a duty and what ends them."""
-    load, motor, errors = scene.duty.load, scene.motor, list[Fault]()
+    load, motor = scene.duty.load, scene.motor
     if motor is not None and motor.speed is not None:
-        errors.append(Fault("motor.speed", "has no effect on a duty in phases", "give `motor` in its phases"))
+        yield Fault("motor.speed", "has no effect on a duty in phases", "give `motor` in its phases")
     if scene.duty.wants:
-        errors.append(Fault("duty.wants", "has no effect on a duty in phases", "give `wants` in its phases"))
+        yield Fault("duty.wants", "has no effect on a duty in phases", "give `wants` in its phases")
     if load.by_phases:
-        errors += load.faults_in_phases("duty.load", len(lever.each), lever.stands_range)
+        yield from load.faults_in_phases("duty.load", len(lever.each), lever.stands_range)
     for phase_path, phase in lever.located(path):
         end = phase.until
         if isinstance(phase.lever, RecordedMotion):
             what = "is the motion of a whole run, not of a phase"
-            errors.append(Fault(f"{phase_path}.lever", what, "give it as the lever"))
+            yield Fault(f"{phase_path}.lever", what, "give it as the lever")
         if isinstance(end, AfterTravel | AtHeight) and load.travel() is None:
             what, hint = "never comes: the load hangs on no hook", "give a load with a hook"
-            errors.append(Fault(f"{phase_path}.until", what, hint))
+            yield Fault(f"{phase_path}.until", what, hint)
         elif isinstance(end, AtHeight) and scene.initial.block_height is None:
             hint = "give `initial.block_height`, the height of the block at the start"
-            errors.append(Fault(f"{phase_path}.until", "has no meaning without the height at the start", hint))
+            yield Fault(f"{phase_path}.until", "has no meaning without the height at the start", hint)
         if phase.auxiliary is not None and not any(isinstance(law, AbstractAuxiliaryBrake) for law in scene.shaft):
             hint = "give `shaft` an EddyCurrentBrake or a HydrodynamicBrake"
-            errors.append(Fault(f"{phase_path}.auxiliary", "has no effect: there is no auxiliary brake", hint))
+            yield Fault(f"{phase_path}.auxiliary", "has no effect: there is no auxiliary brake", hint)
         if phase.motor is not None and motor is None:
-            errors.append(Fault(f"{phase_path}.motor", "has no effect: the scene has no motor", "give it a `motor`"))
+            yield Fault(f"{phase_path}.motor", "has no effect: the scene has no motor", "give it a `motor`")
         if isinstance(end, AtTemperature):
-            errors += faults_of_place(end, scene.network.hot_places, f"{phase_path}.until")
+            yield from faults_of_place(end, scene.network.hot_places, f"{phase_path}.until")
         if not phase.string_on_hook and not load.by_phases:
-            errors.append(Fault(f"{phase_path}.string_on_hook", "has no effect on this load", "give a `StringLoad`"))
-    return errors
+            yield Fault(f"{phase_path}.string_on_hook", "has no effect on this load", "give a `StringLoad`")
 
 
 def faults_of_place(end: AtTemperature, places: Collection[str], path: str) -> list[Fault]:
@@ -545,22 +540,21 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
     return list(errors.values())
 
 
-def _faults_of_band(scene: Scene) -> list[Fault]:
-    brake, errors = scene.brake, list[Fault]()
+def _faults_of_band(scene: Scene) -> Iterator[Fault]:
+    brake = scene.brake
     if not brake.banded:
-        return errors
+        return
     if brake.in_series or not isinstance(brake, Brake) or brake.band.stiffness is None:
         hint = (
             "a rigid band cannot hold such a lining: make it shorter, lower its friction, or give the band a stiffness"
         )
         if brake.in_series:
             hint = "a staged brake cannot have it: make the lining shorter, or lower its friction"
-        errors += [Fault(f"brake.{brake.angle_path(i - 1)}", why, hint) for i, why in locked(scene).items()]
+        yield from [Fault(f"brake.{brake.angle_path(i - 1)}", why, hint) for i, why in locked(scene).items()]
     if brake.in_series and scene.duty.lever.controls_speed:
-        errors.append(Fault("duty.slack_tension", "cannot hold the speed of a staged brake", "give the slack tension"))
+        yield Fault("duty.slack_tension", "cannot hold the speed of a staged brake", "give the slack tension")
     if brake.in_series and scene.network.flash is not None:
-        errors.append(Fault("heat.flash", "is not available for a staged brake", "leave it out"))
-    return errors
+        yield Fault("heat.flash", "is not available for a staged brake", "leave it out")
 
 
 @explained
@@ -594,7 +588,7 @@ def warnings(scene: Scene) -> list[str]:
         messages += [f"outside_range: heat.links[{i}]: Dittus–Boelter: {words}" for words in jacket.outside_range()]
     brake = scene.brake
     messages += did_you_mean(brake, scene.duty.load, float(scene.start_speed), scene.network)
-    messages += _of_other_sizes(scene) or _of_other_ratios(brake, scene.duty.load)
+    messages += [*_of_other_sizes(scene)] or _of_other_ratios(brake, scene.duty.load)
     messages += _in_bar(scene)
     if not (isinstance(brake, Brake) and isinstance(brake.band.stiffness, ParallelBands)):
         return messages
@@ -625,23 +619,22 @@ _MISSING_PAIR = {
 }
 
 
-def _faults_of_heat(scene: Scene) -> list[Fault]:
+def _faults_of_heat(scene: Scene) -> Iterator[Fault]:
     heat, n = scene.network, scene.brake.linings.count
     errors = heat.faults_with("heat", n, len(scene.brake.linings_of_rims)) if scene.heated else []
     if errors:
-        return errors
+        yield from errors
+        return
     if heat.external is not None and not scene.brake.in_series:
-        errors.append(
-            Fault("heat.external", "has no effect", "only a staged brake (`brake.bandage`) has an external pair")
-        )
+        yield Fault("heat.external", "has no effect", "only a staged brake (`brake.bandage`) has an external pair")
     for i, (law, pair, where, field) in enumerate(pairs_of(scene)):
         if pair is None:
             if scene.heated and scene.brake.in_series:
                 # its heat would leave the network as lost and heat no body
-                errors.append(Fault(f"heat.{field}", *_MISSING_PAIR[field]))
+                yield Fault(f"heat.{field}", *_MISSING_PAIR[field])
             elif needs(law, n).T:
                 hint = f"give the scene a heat part whose `{field}` names the places that the heat enters"
-                errors.append(Fault("heat", f"is missing, but friction law {where} depends on the temperature", hint))
+                yield Fault("heat", f"is missing, but friction law {where} depends on the temperature", hint)
             continue
         bounds, T = law.temperature_range(), sensed_at_start(scene, i)
         if bounds is None or T is None:
@@ -652,24 +645,24 @@ def _faults_of_heat(scene: Scene) -> list[Fault]:
             first = int(np.argmax(outside))
             table = f"{low[first]:g}…{high[first]:g} K"
             what = f"the table of {table} does not cover the start at {T.min():g}…{T.max():g} K"
-            errors.append(Fault(where, what, "extend the table; it is not extrapolated"))
+            yield Fault(where, what, "extend the table; it is not extrapolated")
     for i in heat.pressed:
         pair = "internal" if heat.stays_covered(heat.links[i]) else "external"
         if scene.brake.rubbing_part(pair).area is None:
             hint = f"the contact law of heat.links[{i}] depends on the pressure"
-            errors.append(Fault(f"brake.{scene.brake.pairs[pair].field}.area", "is missing", hint))
+            yield Fault(f"brake.{scene.brake.pairs[pair].field}.area", "is missing", hint)
     if heat.flash is not None:
         if not scene.brake.banded:
             what = f"is not available for a {scene.brake.words.brake}"
-            return [*errors, Fault("heat.flash", what, "leave it out")]
+            yield Fault("heat.flash", what, "leave it out")
+            return
         if isinstance(scene.brake, Brake) and scene.brake.band.segments is not None:
-            errors.append(Fault("heat.flash", "is not modelled for a band in segments", "leave out one of the two"))
+            yield Fault("heat.flash", "is not modelled for a band in segments", "leave out one of the two")
         if not read_by_linings(scene).T:
-            errors.append(Fault("heat.flash", "has no effect", "the friction law does not depend on the temperature"))
+            yield Fault("heat.flash", "has no effect", "the friction law does not depend on the temperature")
         if heat.flash.hardness is None and scene.brake.linings.area is None:
             where = f"brake.{scene.brake.pairs['external'].field}.area"
-            errors.append(Fault(where, "is missing", "the flash temperature depends on the pressure"))
-    return errors
+            yield Fault(where, "is missing", "the flash temperature depends on the pressure")
 
 
 def pairs_of(scene: Scene) -> list[tuple[AbstractFriction, FrictionHeat | None, str, str]]:
@@ -819,42 +812,37 @@ _OF_DRAWWORKS = {
 _DRUM_OVER_TRACK = 5.0
 
 
-def did_you_mean(brake: AbstractBrake, load: AbstractLoad, omega: float, heat: Heat) -> list[str]:
+def did_you_mean(brake: AbstractBrake, load: AbstractLoad, omega: float, heat: Heat) -> Iterator[str]:
     """Warnings of values that are most likely in another unit (concrete values only)."""
-    messages = []
     for name in ("mass", "empty", "string"):
         mass = float(np.max(getattr(load, name, 0.0)))
         if 0 < mass < _BLOCK and float(brake.inertia) >= _DRUM:
             about = f"on the hook of a drum with {float(brake.inertia):g} kg·m²"
-            messages.append(_said(f"duty.load.{name}", f"{mass:g} kg", about, f'"{mass:g} t"'))
+            yield _said(f"duty.load.{name}", f"{mass:g} kg", about, f'"{mass:g} t"')
     lines = float(np.max(getattr(load, "line_count", 1.0)))
     if lines != round(lines):
-        messages.append(_said("duty.load.line_count", f"{lines:g}", "not a whole number of lines", f"{lines:.0f}"))
+        yield _said("duty.load.line_count", f"{lines:g}", "not a whole number of lines", f"{lines:.0f}")
     speed = abs(omega) * float(brake.track_radius)
     if speed > _FAST and float(brake.track_radius) <= _OF_DRAWWORKS["radius"][1]:
         turned = f'"{omega:g} rpm" ({omega * math.pi / 30:.4g} rad/s)'
-        messages.append(
-            _said("initial.omega", f"{omega:g} rad/s", f"{number(speed, 'm/s', count=3)} at the track", turned)
-        )
+        yield _said("initial.omega", f"{omega:g} rad/s", f"{number(speed, 'm/s', count=3)} at the track", turned)
     if brake.rims > 1 and isinstance(brake, Brake):
-        messages += _one_rim(brake, heat)
+        yield from _one_rim(brake, heat)
     for i, jacket in heat.jackets.items():
         flow = float(jacket.largest_flow)
         if flow > _RIVER:
             about = "more than any pump of a rig gives"
-            messages.append(_said(f"heat.links[{i}].flow", f"{flow:g} m³/s", about, f'"{flow:g} l/min"'))
+            yield _said(f"heat.links[{i}].flow", f"{flow:g} m³/s", about, f'"{flow:g} l/min"')
     for i, body in enumerate(heat.bodies):
         T = getattr(body, "temperature", None)
         if isinstance(T, np.ndarray) and np.any(T < _COLD):
             least = float(np.min(T))
             cold = f"{least - ZERO:g} °C"
-            messages.append(_said(f"heat.bodies[{i}].temperature", f"{least:g} K", cold, f'"{least:g} degC"'))
-    return messages
+            yield _said(f"heat.bodies[{i}].temperature", f"{least:g} K", cold, f'"{least:g} degC"')
 
 
-def _of_other_sizes(scene: Scene) -> list[str]:
+def _of_other_sizes(scene: Scene) -> Iterator[str]:
     """Warnings of lengths and areas beyond those of any drawworks, most likely in another unit."""
-    messages = []
     for leaf in leaves(scene):
         if leaf.about.unit not in ("m", "m^2") or not np.size(leaf.value):
             continue
@@ -863,27 +851,25 @@ def _of_other_sizes(scene: Scene) -> list[str]:
         value = float(np.max(np.asarray(leaf.value)))
         if value > most:
             meant = meant_within(value, least, most, leaf.about.unit)
-            messages.append(_said(leaf.path, f"{value:g} {pretty(leaf.about.unit)}", "beyond any drawworks", meant))
-    return messages
+            yield _said(leaf.path, f"{value:g} {pretty(leaf.about.unit)}", "beyond any drawworks", meant)
 
 
-def _of_other_ratios(brake: AbstractBrake, load: AbstractLoad) -> list[str]:
+def _of_other_ratios(brake: AbstractBrake, load: AbstractLoad) -> Iterator[str]:
     """Warnings of a band circle and of a drum that do not fit the track."""
-    track, messages = float(brake.track_radius), list[str]()
+    track = float(brake.track_radius)
     about = f"beside a track of {track:g} m"
     circle, drum = float(brake.radius), float(getattr(load, "drum_radius", track))
     if brake.banded and circle > USUAL_CIRCLE * track:
         name = "band.radius" if isinstance(brake, Brake) else "band_radius"
-        messages.append(_said(f"brake.{name}", f"{circle:g} m", about, ""))
+        yield _said(f"brake.{name}", f"{circle:g} m", about, "")
     if not 1 / _DRUM_OVER_TRACK <= drum / track <= _DRUM_OVER_TRACK:
         meant = meant_within(drum, track / _DRUM_OVER_TRACK, track)
-        messages.append(_said("duty.load.drum_radius", f"{drum:g} m", about, meant))
-    return messages
+        yield _said("duty.load.drum_radius", f"{drum:g} m", about, meant)
 
 
-def _in_bar(scene: Scene) -> list[str]:
+def _in_bar(scene: Scene) -> Iterator[str]:
     """Warnings of gauge pressures of cylinders that were most likely meant in bar or psi."""
-    lever, messages = f"duty.{scene.duty.lever_field}", list[str]()
+    lever = f"duty.{scene.duty.lever_field}"
     for path, cylinder, _ in parts_below(scene.duty.lever, lever):
         if isinstance(cylinder, Cylinder):
             given, permissible = cylinder.pressure.scale(), cylinder.permissible_pressure
@@ -891,13 +877,12 @@ def _in_bar(scene: Scene) -> list[str]:
             for name, most in ((name, float(most)) for name, most in pressures.items()):
                 if 0 < most < _BREATH:
                     about = "less than a breath gives"
-                    messages.append(_said(f"{path}.{name}", f"{most:g} Pa", about, f'"{most:g} bar" or "{most:g} psi"'))
-    return messages
+                    yield _said(f"{path}.{name}", f"{most:g} Pa", about, f'"{most:g} bar" or "{most:g} psi"')
 
 
-def _one_rim(brake: Brake, heat: Heat) -> list[str]:
+def _one_rim(brake: Brake, heat: Heat) -> Iterator[str]:
     """Warnings of walls of the heat part that have the area of one of several rims."""
-    area, width, messages = (brake.bandage or brake.linings).area, brake.pulley.width, list[str]()
+    area, width = (brake.bandage or brake.linings).area, brake.pulley.width
     of_rim = {
         heat.rim: None if width is None else 2 * math.pi * float(brake.pulley.radius) * float(width),
         heat.linings: None if area is None else float(np.sum(np.broadcast_to(area, (brake.linings.count,)))),
@@ -908,8 +893,7 @@ def _one_rim(brake: Brake, heat: Heat) -> list[str]:
         if isinstance(body, Wall) and own and abs(float(body.area) * body.copies - own) <= 1e-2 * own:
             about = f"that of one of the {brake.rims} rims, which the heat part has together"
             meant = f'"{brake.rims * float(body.area):.5g} m^2"'
-            messages.append(f"rims: heat.bodies[{i}].area = {float(body.area):.5g} m², {about}: did you mean {meant}?")
-    return messages
+            yield f"rims: heat.bodies[{i}].area = {float(body.area):.5g} m², {about}: did you mean {meant}?"
 
 
 def _said(path: str, value: str, about: str, meant: str) -> str:
