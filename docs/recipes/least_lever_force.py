@@ -16,22 +16,15 @@ run = sb.studies.evaluator(scene, free, list(most))
 low, width = run.bounds[:, 0], np.ptp(run.bounds, axis=1)
 limits = np.array([*most.values()])
 
-allowed = NonlinearConstraint(
+allowed = NonlinearConstraint(  # of shares of the ranges, 0 … 1
     lambda z: run.evaluate(low + width * z) / limits,
     -np.inf,
     1.0,
     jac=lambda z: run.jacobian(low + width * z) * width / limits[:, None],
 )
-found = minimize(
-    lambda z: z[0],
-    [0.5, 0.2],
-    jac=lambda z: np.array([1.0, 0.0]),
-    bounds=[(0, 1)] * 2,
-    constraints=allowed,
-    method="SLSQP",
-)
+force, slope = (lambda z: z[0]), (lambda z: np.array([1.0, 0.0]))
+found = minimize(force, [0.5, 0.2], jac=slope, bounds=[(0, 1)] * 2, constraints=allowed, method="SLSQP")
 best = low + width * found.x
 print(found.message)
-for names, units, values in ((run.names, run.units, best), (run.metrics, run.metric_units, run.evaluate(best))):
-    for name, unit, value in zip(names, units, values, strict=True):
-        print(f"{name} = {value:.6g} {unit}")
+print(dict(zip(run.names, best.round(4).tolist(), strict=True)))
+print(dict(zip(run.metrics, run.evaluate(best).round(4).tolist(), strict=True)))
