@@ -10,15 +10,16 @@ from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
+from .._base._faults import Fault, InputError
+from .._base._quantity import as_number
 from .._base._table import ZERO
 from .._outputs._log import Event, plain_words
-from .._outputs._quantities import Series
+from .._outputs._quantities import Series, fault_of_times
 from .._parts._scene import Scene
 from .._run._linings import WORDS, lining_contacts
 from .._run._result import Result, look
 from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake
-from ..plot._animation import film_of, words_of_rate
 from ..plot._pulley import CONTACT_COLOURS, LINING, lining_edges, on_circle
 from ..plot._shared import (
     BLACK,
@@ -174,6 +175,59 @@ def _css(colour: str) -> str:
 
 # --- the brake, moment by moment --------------------------------------------------------------------------------------
 
+#: share of a film for a short onset of slip
+_SHARE = 0.45
+
+
+class Film(NamedTuple):
+    """Times of run and film (s) at the beginning, at the end of the slow part, if any, and at the end."""
+
+    run: tuple[float, ...]
+    film: tuple[float, ...]
+
+    def rate(self, film: float) -> float:
+        """Seconds of film for one second of the run."""
+        i = min(int(np.searchsorted(self.film, film, side="right")), len(self.film) - 1)
+        return (self.film[i] - self.film[i - 1]) / (self.run[i] - self.run[i - 1])
+
+
+def film_of(result: Result, duration: float, start: float | int | None, end: float | int | None) -> Film:
+    """The first brake application, from the start until shortly after the first stop, or the requested part."""
+    first, last = span(result)
+    finish = windows(result)[0].end
+    stop = next((e.time for e in result.events if e.name == "stop" and e.time > first), None)
+    if stop is not None:
+        finish = min(finish, first + 1.15 * (stop - first))
+    low = first if start is None else float(as_number(start))
+    high = (finish if finish > low else last) if end is None else float(as_number(end))
+    checks = [fault_of_times(np.asarray([t]), first, last, name) for name, t in (("start", low), ("end", high))]
+    faults = [fault for fault in checks if fault]
+    low = max(low, first)
+    high = min(high, last)
+    if not faults and not low < high:
+        faults.append(Fault("end", f"{high:g} s is not after the start at {low:g} s", "it must be later"))
+    if faults:
+        raise InputError(faults)
+    slip = next((e.time for e in result.events if e.name == "full_slip" and low < e.time < high), high)
+    slow = low + 1.3 * (slip - low)
+    if slow - low > 0.25 * (high - low):
+        return Film((low, high), (0.0, duration))
+    return Film((low, slow, high), (0.0, _SHARE * duration, duration))
+
+
+def words_of_rate(rate: float) -> str:
+    """Speed of a film, in words."""
+    if rate >= 1.05:
+        return f"slow motion: {_round(rate)} times slower than the brake"
+    if rate > 0.95:
+        return "as fast as the brake"
+    return f"{_round(1 / rate)} times faster than the brake"
+
+
+def _round(x: float) -> str:
+    digits = max(0, 1 - math.floor(math.log10(x)))
+    return f"{x:.{digits}f}"
+
 
 def drawable(scene: Scene) -> bool:
     """Whether the film shows this kind of brake: one band, discs, or shoes."""
@@ -203,7 +257,7 @@ def film(result: Result, count: int, duration: float = 8.0, start: Any = None, e
     Raises `InputError` for times outside the run.
     """
     window = film_of(result, duration, start, end)
-    t = window.run_time(np.linspace(0.0, duration, count))
+    t = np.interp(np.linspace(0.0, duration, count), window.film, window.run)
     p, brake = look(result, t), result.scene.brake
     contacts = lining_contacts(result, p)
     pairs = [

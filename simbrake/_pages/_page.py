@@ -294,7 +294,7 @@ def head(result: Result, checks: Sequence[LimitCheck], title: str) -> Contents:
 
 
 def film_page(result: Result, title: str, count: int, duration: float, start: float | None, end: float | None) -> str:
-    """A page with the film of a run and its charts alone, as `simbrake.plot.animate` shows it.
+    """A page with the film of a run and its charts alone.
 
     Raises `InputError` for times outside the run.
     """

@@ -1,7 +1,7 @@
 """The pulley and its linings, seen along the shaft: tension and load along the band, pads, shoes."""
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -75,31 +75,17 @@ def spot(radius: float | Array, angle: float | Array) -> Float[np.ndarray, "... 
     return np.stack(np.broadcast_arrays(radius * np.cos(angle), radius * np.sin(angle)), axis=-1)
 
 
-def draw_linings(axes: Axes, angles: Ends, radii: tuple[float, float], gid: str) -> list[Wedge]:
-    """A wedge for each lining between two radii, `angles` in the figure; coloured later."""
-    wedges = []
-    for begin, end in np.degrees(angles):
-        wedge = Wedge((0, 0), radii[1], end, begin, width=radii[1] - radii[0], ec="white", lw=0.8, gid=gid, zorder=2)
-        wedges.append(axes.add_patch(wedge))
-    return wedges
-
-
-def draw_wheel(axes: Axes, angles: Ends, pairs: Iterable[str]) -> dict[str, list[Wedge]]:
-    """The rim, and on it a ring of linings for each friction pair, that under the band outermost; coloured later."""
+def _draw_wheel(axes: Axes, angles: Ends, contacts: dict[str, np.ndarray]) -> None:
+    """The rim, and on it a ring of linings for each friction pair, that under the band outermost, by stick and slip."""
     axes.add_patch(Wedge((0, 0), RIM, 0, 360, width=0.06, color="0.6", zorder=1))
-    names = list(pairs)
-    radii = np.linspace(*LINING, len(names) + 1)[::-1]
-    return {name: draw_linings(axes, angles, (radii[i + 1], radii[i]), name) for i, name in enumerate(names)}
+    radii = np.linspace(*LINING, len(contacts) + 1)[::-1]
+    for (pair, states), outer, inner in zip(contacts.items(), radii, radii[1:], strict=False):
+        for (begin, end), state in zip(np.degrees(angles), states, strict=True):
+            look: dict[str, Any] = {"fc": CONTACT_COLOURS[state], "ec": "white", "lw": 0.8, "gid": pair, "zorder": 2}
+            axes.add_patch(Wedge((0, 0), outer, end, begin, width=outer - inner, **look))
 
 
-def colour_linings(rings: dict[str, list[Wedge]], contacts: dict[str, np.ndarray], instant: int) -> None:
-    """Colour every lining by stick and slip at one of the instants of `contacts`."""
-    for pair, wedges in rings.items():
-        for wedge, state in zip(wedges, contacts[pair][instant], strict=True):
-            wedge.set_facecolor(CONTACT_COLOURS[state])
-
-
-def draw_band(axes: Axes, angles: Ends, ends: tuple[str, str]) -> None:
+def _draw_band(axes: Axes, angles: Ends, ends: tuple[str, str]) -> None:
     """The band with its two straight ends and their labels, slack end first."""
     first, last = angles[0, 0], angles[-1, 1]
     axes.plot(*spot(BAND, np.linspace(first, last, 400)).T, color="0.25", lw=2.5, zorder=3)
@@ -114,7 +100,7 @@ def _draw_arrow(axes: Axes, start: Float[np.ndarray, "2"], end: Float[np.ndarray
     axes.add_patch(FancyArrowPatch(tuple(start), tuple(end), arrowstyle="-|>", **look))
 
 
-def draw_rotation(axes: Axes, omega: float, radius: float) -> None:
+def _draw_rotation(axes: Axes, omega: float, radius: float) -> None:
     """An arrow round the centre in the sense of the rotation, with the speed."""
     if omega != 0.0:
         low, high = (-50.0, 230.0)
@@ -126,7 +112,7 @@ def draw_rotation(axes: Axes, omega: float, radius: float) -> None:
     axes.text(0, 0, words, ha="center", va="center")
 
 
-def contact_legend(contacts: dict[str, np.ndarray], lining: str = "lining") -> list[Artist]:
+def _contact_legend(contacts: dict[str, np.ndarray], lining: str = "lining") -> list[Artist]:
     """Patches for the contacts that occur."""
     present = set(np.concatenate([states.ravel() for states in contacts.values()]).tolist())
     return [Patch(color=CONTACT_COLOURS[c], label=f"{lining} {words}") for c, words in WORDS.items() if c in present]
@@ -165,23 +151,34 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
     """
     brake = banded_brake(one_run(result).scene)
     t, p = _moment(result, time, "max_tension", lambda p: p.shown.tension)
+    figure = sheet(figure, 10.0 * len(brake.bands_of_linings), 10.8)
+    draw_moment(figure, result, t, p, tops_of(p), ", at the maximum tension" if time is None else "")
+    return figure
+
+
+def tops_of(p: Probe) -> tuple[float, float]:
+    """Largest tension and load (kN) at some instants: the ends of the two scales."""
+    tensions = tension_before(p.shown, p.flows.contact.slack_tension), p.shown.tension
+    loads = [pair.normal for pair in p.shown.pairs]
+    return max(float(np.max(x)) for x in tensions) / 1e3, max(float(np.max(x)) for x in loads) / 1e3
+
+
+def draw_moment(figure: Figure, result: Result, t: float, p: Probe, tops: tuple[float, float], why: str = "") -> None:
+    """Draw a run at a time into a figure; `tops` as of `tops_of`, `why` that time."""
+    brake = banded_brake(result.scene)
     contacts = lining_contacts(result, p)
     before = tension_before(p.shown, p.flows.contact.slack_tension)
     ahead, behind = np.asarray(before)[0] / 1e3, np.asarray(p.shown.tension)[0] / 1e3
     loads = [np.asarray(pair.normal)[0] / 1e3 for pair in p.shown.pairs]
-    tops = max(float(ahead.max()), float(behind.max())), max(float(load.max()) for load in loads)
     bands = len(brake.bands_of_linings)
-    figure = sheet(figure, 10.0 * bands, 10.8)
     last = np.cumsum([linings.count for linings in brake.bands_of_linings])
     for j, axes in enumerate(np.ravel(figure.subplots(1, bands, squeeze=False))):
         own = slice(last[j] - brake.bands_of_linings[j].count, last[j])
         angles, tension = on_circle(lining_edges(brake, j)), np.append(ahead[own][0], behind[own])
-        rings = draw_wheel(axes, angles, contacts)
-        colour_linings(rings, {pair: states[:, own] for pair, states in contacts.items()}, 0)
+        _draw_wheel(axes, angles, {pair: states[0, own] for pair, states in contacts.items()})
         _draw_around(axes, angles, int(own.start), tension, [load[own] for load in loads], tops)
-        draw_rotation(axes, float(p.y.omega[0]), 0.2)
+        _draw_rotation(axes, float(p.y.omega[0]), 0.2)
         axes.set_title(f"band {j + 1}" if bands > 1 else "")
-    why = ", at the maximum tension" if time is None else ""
     title = f"tension of the band and normal load of the linings at $t$ = {digits(t, 4)} s{why}"
     title += f"\nbrake torque {float(p.flows.contact.brake_torque[0]) / 1e3:.4g} kN·m"
     title += f" of {brake.rims} rims" if brake.rims > 1 else ""
@@ -197,8 +194,7 @@ def pulley(result: Result, time: float | int | None = None, *, figure: Figure | 
     ]
     if len(contacts) > 1:
         handles.append(Patch(fill=False, ec="0.3", label="load of a lining on the rim, kN"))
-    name_marks(figure, [], [*handles, *contact_legend(contacts)], "\n".join(rules))
-    return figure
+    name_marks(figure, [], [*handles, *_contact_legend(contacts)], "\n".join(rules))
 
 
 def _draw_around(
@@ -222,7 +218,7 @@ def _draw_around(
     reverse = tension[-1] < tension[0]
     slack, tight = ("lever end, now tight", "anchor end, now slack") if reverse else ("slack end", "tight end")
     ends = (f"{slack} (lever)\n$T_0$ = {tension[0]:.4g} kN", f"{tight} (anchor)\n$T_n$ = {tension[-1]:.4g} kN")
-    draw_band(axes, angles, ends)
+    _draw_band(axes, angles, ends)
     axes.set(aspect="equal", xlim=(-2.25, 2.25), ylim=(-1.85, 2.15))
     axes.axis("off")
 
@@ -338,8 +334,8 @@ def pressed(result: Result, time: float | int | None = None, *, figure: Figure |
     force, torque = float(p.flows.contact.slack_tension[0]) / 1e3, float(p.flows.contact.brake_torque[0]) / 1e3
     forces = f"force of the actuator {force:.4g} kN, brake torque {torque:.4g} kN·m"
     head(figure, result.scene, f"{brake.words.brake} at $t$ = {digits(t, 4)} s: {forces}")
-    draw_rotation(wheel, float(p.y.omega[0]), 0.32 * float(brake.radius))
-    name_marks(figure, [], contact_legend(contacts, brake.words.lining))
+    _draw_rotation(wheel, float(p.y.omega[0]), 0.32 * float(brake.radius))
+    name_marks(figure, [], _contact_legend(contacts, brake.words.lining))
     return figure
 
 
