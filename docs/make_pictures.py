@@ -75,7 +75,7 @@ def thumbnail(file: Path) -> None:
 def titled(name: str) -> Any:
     """Figures inside have the title of a scenario."""
     file = sb.files.shipped(name)
-    return plot.titled(title_of(file, file.read_text("utf-8")))
+    return plot.titled(title_of(file))
 
 
 def main() -> None:

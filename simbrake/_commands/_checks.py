@@ -160,7 +160,8 @@ def _timing() -> dict[str, float]:
 
     begin = time.process_time()
     run = sb.prepare(stop_scene(), ("stopping_time",), max_steps=128)
-    compiling, count = time.process_time() - begin, 200
+    compiling = time.process_time() - begin
+    count = 200
     stop = run().metrics["stopping_time"]
     begin = time.process_time()
     for _ in range(count):
@@ -171,8 +172,10 @@ def _timing() -> dict[str, float]:
 
 def _text(report: dict[str, Any]) -> str:
     """The report as text, verdict first."""
-    devices, cache = report["devices"], report["cache"]
-    size, memory = f"{cache['programs']} files, {cache['bytes'] / 1e6:.1f} MB", report["memory"]
+    devices = report["devices"]
+    cache = report["cache"]
+    size = f"{cache['programs']} files, {cache['bytes'] / 1e6:.1f} MB"
+    memory = report["memory"]
     lines = [
         ("versions", ", ".join(f"{name} {number}" for name, number in report["versions"].items())),
         ("", f"tested with JAX {report['tested_jax']}"),

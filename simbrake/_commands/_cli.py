@@ -118,7 +118,8 @@ def _words_of(error: cyclopts.CycloptsError) -> Any:
     """What a wrong command line is told; cyclopts' own words, but for what no option claims."""
     if not isinstance(error, cyclopts.UnusedCliTokensError) or not error.unused_tokens:
         return cyclopts.CycloptsPanel(error)
-    token, command = error.unused_tokens[0], " ".join(error.command_chain or ())
+    token = error.unused_tokens[0]
+    command = " ".join(error.command_chain or ())
     takes = inspect.signature(error.target).parameters if error.target else {}
     usual = ("vary", "set_") if ":" in token else ("set_", "vary")
     option = next((f"--{name.strip('_')}" for name in usual if name in takes and "=" in token), None)

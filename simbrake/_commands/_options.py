@@ -251,7 +251,9 @@ def tell(result: object, data: Callable[[], object], json_: bool, ok: bool | Non
     say(as_json(data()) if json_ else highlighted(str(result), ok))
 
 
-_RED, _GREEN, _YELLOW = "31", "32", "33"
+_RED = "31"
+_GREEN = "32"
+_YELLOW = "33"
 #: words of a text that a terminal shows in colour
 _WORDS = {r"\bexceeded\b": _RED, r"\bwithin limit\b": _GREEN, r"^warning\b": _YELLOW}
 

@@ -45,15 +45,15 @@ def run(
     accuracy
         Run a second time, to estimate the errors of metrics, event times and states; and with finer layers of walls.
     """
-    lost = [Fault("--measured", "is drawn into a figure", "give its folder: --out")] if measured and not out else []
+    lost: list[Fault] = []
     counts = {"max_steps": max_steps, "max_events": max_events}
     ending = out.suffix if out and not out.is_dir() else ""
     if ending in (".parquet", ".csv", ".xlsx", ".mat"):
         hint = "give .nc; docs/recipes/result_tables.py writes tables for other programs"
         lost.append(Fault("--out", f"{ending} files of results went", hint))
     single = out if ending == ".nc" else None
-    if single and measured:
-        lost.append(Fault("--measured", "is drawn into a figure", f"give --out a folder, not {single}"))
+    if measured and (single or not out):
+        lost.append(Fault("--measured", "is drawn into a figure", "give its folder: --out"))
     scene = cli.opened(file, set_, rtol, folder=None if single else out, faults=lost, **counts)
     from .._base._table import display_units
     from .._run._measure import limit_checks, summary_with_limits, text_with_limits, with_limits
@@ -66,9 +66,7 @@ def run(
 
         check_measured(recorded, scene)
     with Progress("run", "compiling…") as progress:
-        result = sb.simulate(
-            scene, rtol=rtol, max_steps=max_steps, max_events=max_events, throw=False, progress=progress
-        )
+        result = sb.simulate(scene, rtol=rtol, **counts, throw=False, progress=progress)  # pyright: ignore
         progress.now("post-processing…")
         checks = limit_checks(result, limits)
         verdict = result.verdict(checks)
@@ -78,7 +76,8 @@ def run(
             if accuracy:
                 progress.now("second run, for the errors")
                 errors = result.accuracy()
-                text, summary = f"{text}\n{errors}", {**summary, "accuracy": errors.as_dict()}
+                text = f"{text}\n{errors}"
+                summary = {**summary, "accuracy": errors.as_dict()}
     cli.tell(text, lambda: summary, json_, cli.is_good(verdict))
     if recorded is not None and not json_:
         for note in recorded.notes:
@@ -88,7 +87,7 @@ def run(
     elif out is not None:
         from .._pages._page import write as write_run
 
-        with sb.plot.titled(title_of(file, file.read_text("utf-8"))):
+        with sb.plot.titled(title_of(file)):
             written = write_run(result, out, checks)
         if recorded is not None:
             with display_units(units), cli.whole_file(out / "overlay.png") as place:
@@ -129,8 +128,9 @@ def report(
     scene = cli.opened(file, set_, rtol, faults=cli.faults_of_file(out))
     from .._run._measure import limit_checks, limit_dicts, limit_lines, with_limits
 
-    metrics, text = sensitivity or [], file.read_text("utf-8", errors="replace")
-    title, files = title_of(file, text), {file.name: text}
+    metrics = sensitivity or []
+    title = title_of(file)
+    files = {file.name: file.read_text("utf-8", errors="replace")}
     limits = cli.limits_of(scene, limit, metrics)
     with Progress("report", "compiling the run…") as progress:
         result = sb.simulate(with_limits(scene, limits), rtol=rtol, throw=False, progress=progress)
@@ -282,7 +282,8 @@ def animate(
     else:
         from .._pages._page import film_page
 
-        title, count = title_of(file, file.read_text("utf-8", errors="replace")), max(2, round(duration * fps))
+        title = title_of(file)
+        count = max(2, round(duration * fps))
         with cli.whole_file(out) as page:
             page.write_text(film_page(result, title, count, duration, start, end), "utf-8")
     said = {"status": result.status, "message": result.message, "written": str(out)}
@@ -331,7 +332,8 @@ def compare(
     stems = [path.stem or str(path) for path in paths]
     names = [stem if stems.count(stem) == 1 else str(path) for stem, path in zip(stems, paths, strict=True)]
     equal = all(comparison.equal for comparison in comparisons)
-    text, data = str(comparisons[0]), comparisons[0].as_dict()
+    text = str(comparisons[0])
+    data = comparisons[0].as_dict()
     if more:
         text = "\n\n".join(
             f"a: {names[0]}, b: {name}\n{comparison}" for name, comparison in zip(names[1:], comparisons, strict=True)
@@ -548,7 +550,7 @@ def publish(
         elif not low < high:
             faults.append(Fault(f"--vary {path}", "its low end is not below its high one", "give LOW:HIGH"))
     scene = cli.checked(scene, faults)
-    title = title_of(file, file.read_text("utf-8", errors="replace"))
+    title = title_of(file)
     from .._pages._publish import publish as publish_page
 
     with Progress("publish", "compiling…") as progress:
@@ -583,7 +585,8 @@ def app(
     scene = cli.opened(file, set_, rtol, faults=faults)
     from .._pages._app import App, Server
 
-    limits, title = cli.limits_of(scene, limit), title_of(file, file.read_text("utf-8", errors="replace"))
+    limits = cli.limits_of(scene, limit)
+    title = title_of(file)
     slider_app = App(scene, limits, title, rtol)
     with Progress("app", "compiling…"):
         sb.check_scene(scene)

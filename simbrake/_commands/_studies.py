@@ -18,14 +18,13 @@ from ..files._shipped import scene_file
 from . import _options as cli
 
 if TYPE_CHECKING:
-    from numpy import ndarray
     from pandas import DataFrame
     from xarray import Dataset
 
     from .._base._table import Table
     from ..studies import Calibration
 else:
-    ndarray = DataFrame = Dataset = Table = Calibration = object  # slow to import, and not needed by `--help`
+    DataFrame = Dataset = Table = Calibration = object  # slow to import, and not needed by `--help`
 
 
 def sensitivity(
@@ -264,7 +263,8 @@ def _limits_of(
     from .._outputs._metrics import HOLDING
     from .._run._measure import Limited
 
-    limited, done = Limited.of(scene, limits, metrics), [row for row in runs.as_list() if row["code"] == 0]
+    limited = Limited.of(scene, limits, metrics)
+    done = [row for row in runs.as_list() if row["code"] == 0]
     # what did not happen, as a stop that never came, exceeds its limit
     exceeded = {
         name: sum(row[name] is None or row[name] > bound for row in done) for name, bound in limited.limits.items()
@@ -399,15 +399,13 @@ def _residuals(fit: Calibration) -> DataFrame:
     import numpy as np
     import pandas as pd
 
-    columns: dict[str, list[np.ndarray]] = {}
+    heads = ["name", "unit", "t [s]", "measured", "sigma", "before", "fitted", "residual over sigma"]
+    rows = []
     for part in fit.residuals:
-        times = np.full(part.measured.shape, np.nan) if part.t is None else part.t
-        names = [np.full(part.measured.shape, text, object) for text in (part.name, part.unit)]
-        numbers = (times, part.measured, part.sigma, part.before, part.model, part.scaled)
-        heads = ("name", "unit", "t [s]", "measured", "sigma", "before", "fitted", "residual over sigma")
-        for head, column in zip(heads, (*names, *numbers), strict=True):
-            columns.setdefault(head, []).append(column)
-    return pd.DataFrame({head: np.concatenate(arrays) for head, arrays in columns.items()})
+        t = np.nan if part.t is None else part.t
+        numbers = np.broadcast(t, part.measured, part.sigma, part.before, part.model, part.scaled)
+        rows += [(part.name, part.unit, *row) for row in numbers]
+    return pd.DataFrame(rows, columns=heads)
 
 
 def life(

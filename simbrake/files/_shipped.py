@@ -44,7 +44,7 @@ def _files() -> list[Path]:
 
 def shipped_files() -> dict[str, Shipped]:
     """All of them by name, templates first. A scene in TOML and in Python has the TOML file at its name."""
-    return {file.stem: Shipped(file.stem, file, title_of(file, file.read_text("utf-8"))) for file in _files()}
+    return {file.stem: Shipped(file.stem, file, title_of(file)) for file in _files()}
 
 
 def _shipped_file(name: str | Path) -> Path | None:
@@ -99,8 +99,9 @@ def hint_of(name: str | Path) -> str:
     return f"nearest: {', '.join(near)}" if near else ""
 
 
-def title_of(file: Path, text: str) -> str:
+def title_of(file: Path) -> str:
     """Heading of a scene: the first line of the docstring or comment of its file, else the file's name."""
+    text = file.read_text("utf-8", errors="replace")
     if file.suffix == ".py":
         try:
             said = ast.get_docstring(ast.parse(text)) or ""
