@@ -155,7 +155,6 @@ def test_limits_in_words_and_exit_code(capsys, scenario):
         (["--limit", "max_pressure=1 MPa"], ["areas"]),
         (["--limit", "peak_rim_temperature=300"], ["peak_rim_temperature"]),
         (["--limit", "max_tension=nan"], ["max_tension"]),
-        (["--fail-on-limit"], ["--fail-on-limit", "no limit", "heat.permissible"]),
     ],
 )
 def test_bad_limits_write_nothing(capsys, scenario, arguments, words, tmp_path):
