@@ -97,7 +97,7 @@ def judged(name: str, problem: sb.Scene, truth: sb.results.Result, rtol: float) 
             scale = {"s": max(size, instant), "J": energy}.get(one.unit, size)
             rows.append(Row(one.name, scale, true, one.error - (one.layers or 0.0)))  # `truth` has the same layers
     for event, true in zip(found.events, apart.events, strict=True):
-        rows.append(Row(f"event {event.name}", max(abs(event.time), instant), true, event.error - event.layers))
+        rows.append(Row(f"event {event.name}", max(abs(event.value), instant), true, event.error - event.layers))
     for one, (true, _, largest) in zip(found.states, apart.states.values(), strict=True):
         rows.append(Row(f"state {one.name}", largest, true, one.error - one.layers))
     return Judged(name, rtol, rows, True, True)

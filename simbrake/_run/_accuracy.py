@@ -7,7 +7,7 @@ import itertools
 import math
 import time
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from typing import Any, NamedTuple
 
 import jax
@@ -305,9 +305,11 @@ def _scope(heat: Heat, problem: str) -> str:
 
 
 class ErrorEstimate(NamedTuple):
-    """A metric or an energy with its estimated error, both in its SI unit; `None` where it has no value.
+    """A number of a run with its estimated error, both in its SI unit; `None` where it has no value.
 
-    - `layers`: part of the error that the layers of walls make
+    - `value`: of a metric or an energy; of an event its time; of a kind of states the largest in the run
+    - `layers`: part of the error that the layers of walls make; of temperatures with those of the surfaces
+    - `lining` of an event;  `time` (s) at which states have their largest error
 
     Example:
         >>> one = result.accuracy().metrics[2]
@@ -320,55 +322,30 @@ class ErrorEstimate(NamedTuple):
     value: float | None
     error: float | None
     layers: float | None = 0.0
+    lining: int | None = None
+    time: float | None = None
 
     @property
     def relative(self) -> float | None:
         """Error as a share of the value; of a temperature as a share of the kelvins."""
         return self.error / abs(self.value) if self.error is not None and self.value else None
 
-
-class EventError(NamedTuple):
-    """An event of the log and the estimated error of its time (s); `layers`: part of it that the layers of walls make.
-
-    Example:
-        >>> one = result.accuracy().events[-1]
-        >>> one.name, one.error < 1e-9
-        ('stop', True)
-    """
-
-    name: str
-    lining: int | None
-    time: float
-    error: float
-    layers: float = 0.0
+    @property
+    def is_of_layers(self) -> bool:
+        """Whether the error is mostly that of the layers of walls."""
+        return (self.layers or 0.0) > 0.5 * (self.error or 0.0)
 
 
-class StateError(NamedTuple):
-    """The largest estimated error of one kind of states over a run, inside steps as well, in its SI unit; when (s), and
-    the largest value.
-
-    - `layers`: part of the error that the layers of walls make; of temperatures with those of the surfaces
-
-    Example:
-        >>> one = result.accuracy().states[0]
-        >>> one.name, one.unit, one.error < 1e-8
-        ('angle', 'rad', True)
-    """
-
-    name: str
-    unit: str
-    error: float
-    time: float
-    largest: float
-    layers: float = 0.0
+def _worst(estimates: Iterable[ErrorEstimate]) -> ErrorEstimate:
+    return max(estimates, key=lambda one: one.error or 0.0)
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
 class Accuracy(Tabular):
     """Estimated errors of a run, from a second one, and with walls in layers from a third one with finer layers.
 
-    - `metrics` (with energies), `events`, `states`: of each the estimated error;  `problem`: empty, or why there is no
-      estimate (the three are empty then)
+    - `metrics` (with energies), `events` (of their times), `states` (of each kind, at any time): the estimated errors;
+      `problem`: empty, or why there is none (the three are empty then)
     - `rtol` of the run, `second_rtol` and `max_step` (s) of the second;  `steps` and `second_steps` taken, `seconds` of
       the second run
     - `scope`: what the errors cover, and what not;  `finer_steps` and `finer_seconds` of the run with finer
@@ -389,8 +366,8 @@ class Accuracy(Tabular):
     second_steps: int
     seconds: float
     metrics: tuple[ErrorEstimate, ...] = ()
-    events: tuple[EventError, ...] = ()
-    states: tuple[StateError, ...] = ()
+    events: tuple[ErrorEstimate, ...] = ()
+    states: tuple[ErrorEstimate, ...] = ()
     problem: str = ""
     scope: str = ""
     finer_steps: int = 0
@@ -410,15 +387,15 @@ class Accuracy(Tabular):
     @property
     def event_time(self) -> float | None:
         """The largest error of the time of an event (s), `None` without events."""
-        return max((event.error for event in self.events), default=None)
+        return _worst(self.events).error if self.events else None
 
-    def _layers_of(self, state: StateError) -> str:
+    def _layers_of(self, state: ErrorEstimate) -> str:
         """Words behind an error that is mostly that of the layers of walls: often of the first instants of a heating,
         so that maxima are more exact."""
-        if not _by_layers(state):
+        if not state.is_of_layers:
             return ""
-        maxima = [metric.error for metric in self.metrics if metric.name in HOT and metric.error is not None]
-        beside = f"; maxima {_size(max(maxima), 'K')}" if state.unit == "K" and maxima else ""
+        maxima = [metric for metric in self.metrics if metric.name in HOT and metric.error is not None]
+        beside = f"; maxima {_size(_worst(maxima).error, 'K')}" if state.unit == "K" and maxima else ""
         return f" (by the layers of walls{beside})"
 
     @property
@@ -438,19 +415,16 @@ class Accuracy(Tabular):
         said += [
             f"{_KIND_WORDS[state.name]} {_size(state.error, state.unit)}{self._layers_of(state)}"
             for state in self.states
-            if state.error > 0
+            if state.error
         ]
         without = f"; not all have that of the layers of walls: {self.finer_problem}" if self.finer_problem else ""
         return f"estimated errors of at most: {', '.join(said) or 'nothing moves'}; from {self.how}{without}"
 
     def parts(self) -> Iterator[str | Table]:
-        """The tables; then how they were found, and what the estimate does not cover."""
+        """The errors; then how they were found, and what the estimate does not cover."""
         yield f"accuracy {self.line}"
         if not self.problem:
             yield self.table()
-            if self.events:
-                yield self.event_table()
-            yield self.state_table()
         if self.seconds:
             yield f"cost     {self.second_steps} steps after {self.steps}, {number(self.seconds, 's', count=3)}"
         if self.finer_steps:
@@ -459,48 +433,30 @@ class Accuracy(Tabular):
         yield f"scope    {self.scope}"
 
     def table(self) -> Table:
-        """Metrics with a value and their errors."""
-        columns = ["metric", Column("value"), Column("error"), Column("relative")]
-        layered = any(metric.layers for metric in self.metrics)
+        """Errors of metrics with a value, of the times of events, by name the largest, and of states at any time."""
+        by_name: dict[str, list[ErrorEstimate]] = {}
+        for event in self.events:
+            by_name.setdefault(event.name, []).append(event)
+        times = {f"Time of {name.replace('_', ' ')} ({len(events)})": events for name, events in by_name.items()}
+        estimates = [
+            *((title_of(metric.name), metric) for metric in self.metrics if metric.value is not None),
+            *((title, _worst(events)) for title, events in times.items()),
+            *((f"{_KIND_WORDS[state.name].capitalize()} at any time", state) for state in self.states),
+        ]
+        columns = ["of", Column("value"), Column("error"), Column("relative"), Column("at")]
+        layered = any(one.layers for _, one in estimates)
         if layered:
             columns.append(Column("layers", heading="by the layers"))
         rows = [
             (
-                title_of(metric.name),
-                number(metric.value, metric.unit),
-                _size(metric.error, metric.unit),
-                "—" if metric.relative is None else digits(metric.relative, 2),
-                *([_size(metric.layers or None, metric.unit)] if layered else []),
+                title,
+                number(one.value, one.unit),
+                _size(one.error, one.unit),
+                "—" if one.relative is None else digits(one.relative, 2),
+                "" if one.time is None else number(one.time, "s"),
+                *([_size(one.layers or None, one.unit)] if layered else []),
             )
-            for metric in self.metrics
-            if metric.value is not None
-        ]
-        return Table(columns, rows)
-
-    def event_table(self) -> Table:
-        """Events by name: how many, and the largest error of their times."""
-        worst: dict[str, list[float]] = {}
-        for event in self.events:
-            worst.setdefault(event.name, []).append(event.error)
-        rows = [(name.replace("_", " "), len(errors), _size(max(errors), "s")) for name, errors in worst.items()]
-        return Table(["event", Column("count"), Column("error", heading="largest error of their times")], rows)
-
-    def state_table(self) -> Table:
-        """The largest error of each kind of states, and when it occurs."""
-        columns = [
-            "state",
-            Column("error", heading="largest error"),
-            Column("at"),
-            Column("largest", heading="of up to"),
-        ]
-        rows = [
-            (
-                _KIND_WORDS[state.name],
-                _size(state.error, state.unit),
-                number(state.time, "s"),
-                number(state.largest, state.unit),
-            )
-            for state in self.states
+            for title, one in estimates
         ]
         return Table(columns, rows)
 
@@ -511,11 +467,24 @@ class Accuracy(Tabular):
             "problem": self.problem,
             "scope": self.scope,
             "metrics": {
-                metric.name: {name: value for name, value in metric._asdict().items() if name != "name"}
-                for metric in self.metrics
+                one.name: {"unit": one.unit, "value": one.value, "error": one.error, "layers": one.layers}
+                for one in self.metrics
             },
-            "events": [event._asdict() for event in self.events],
-            "states": {state.name: state._asdict() for state in self.states},
+            "events": [
+                {"name": one.name, "lining": one.lining, "time": one.value, "error": one.error, "layers": one.layers}
+                for one in self.events
+            ],
+            "states": {
+                one.name: {
+                    "name": one.name,
+                    "unit": one.unit,
+                    "error": one.error,
+                    "time": one.time,
+                    "largest": one.value,
+                    "layers": one.layers,
+                }
+                for one in self.states
+            },
             "cost": {
                 "rtol": self.rtol,
                 "second_rtol": self.second_rtol,
@@ -532,11 +501,6 @@ class Accuracy(Tabular):
 
 
 _KIND_WORDS = {kind.name: kind.words for kind in _KINDS.values()}
-
-
-def _by_layers(state: StateError) -> bool:
-    """Whether an error is mostly that of the layers of walls."""
-    return state.layers > 0.5 * state.error
 
 
 def _size(error: float | None, unit: str) -> Number:
@@ -594,7 +558,8 @@ def accuracy(result: Result, progress: Any = False) -> Accuracy:
     apart = difference(result, second)
     if apart.problem:
         return estimate(problem=apart.problem, scope=_scope(network, "no estimate"))
-    found = estimate(*_estimates(result, apart), scope=_scope(network, ""))
+    metrics, events, states = _estimates(result, apart)
+    found = estimate(metrics, events, states, scope=_scope(network, ""))
     start = time.perf_counter()
     finer = finer_run(result, progress)
     if finer is None:
@@ -611,7 +576,7 @@ def accuracy(result: Result, progress: Any = False) -> Accuracy:
 def _with_layers(found: Accuracy, apart: Difference) -> Accuracy:
     """The estimate with the errors of the layers of walls, from the difference to a run with finer ones."""
 
-    def added(one: Any, difference: float | None) -> Any:
+    def added(one: ErrorEstimate, difference: float | None) -> ErrorEstimate:
         if one.error is None or difference is None:
             return one._replace(error=None, layers=None)
         layers = float(error_of_layers(difference, one.error))
@@ -622,7 +587,7 @@ def _with_layers(found: Accuracy, apart: Difference) -> Accuracy:
         why = f"with finer layers {apart.problem}"
         hottest = max((metric.layers or 0.0 for metric in metrics if metric.name in HOT), default=0.0)
         states = tuple(
-            state._replace(error=state.error + hottest, layers=hottest) if state.name == "temperature" else state
+            state._replace(error=(state.error or 0.0) + hottest, layers=hottest) if state.unit == "K" else state
             for state in found.states
         )
         return dataclasses.replace(found, metrics=metrics, states=states, finer_problem=why)
@@ -632,14 +597,12 @@ def _with_layers(found: Accuracy, apart: Difference) -> Accuracy:
     for state in found.states:
         difference, at, largest = layered[state.name]
         whole = added(state, difference)
-        states.append(whole._replace(time=at, largest=largest) if _by_layers(whole) else whole)
+        states.append(whole._replace(time=at, value=largest) if whole.is_of_layers else whole)
     return dataclasses.replace(found, metrics=metrics, events=events, states=tuple(states))
 
 
-def _estimates(
-    result: Result, apart: Difference
-) -> tuple[tuple[ErrorEstimate, ...], tuple[EventError, ...], tuple[StateError, ...]]:
-    """Errors from the differences of two runs, with what rounding leaves."""
+def _estimates(result: Result, apart: Difference) -> Iterator[tuple[ErrorEstimate, ...]]:
+    """Errors of metrics, events and states from the differences of two runs, with what rounding leaves."""
     steps, scan, values = int(result.record.stats.accepted), result.report().scan, metrics_of_run(result)
     times_of_peaks = {f"{name}_time" for name, metric in METRICS.items() if metric.greatest}
     begin, end = float(np.min(scan.steps.t0)), float(np.max(scan.steps.t1))
@@ -658,15 +621,16 @@ def _estimates(
             if name in times_of_peaks:
                 error += _root_of_rounding(scan, value)
         metrics.append(ErrorEstimate(name, unit, value, error))
-    events = [
-        EventError(event.name, event.lining, float(event.time), float(error + rounding(steps, size("s", event.time))))
-        for event, error in zip(result.events, apart.events, strict=True)
-    ]
-    states = [
-        StateError(kind.name, kind.unit, float(error + rounding(steps, largest)), at, largest)
+    yield tuple(metrics)
+    times = [float(event.time) for event in result.events]
+    yield tuple(
+        ErrorEstimate(event.name, "s", time, float(error + rounding(steps, size("s", time))), lining=event.lining)
+        for event, time, error in zip(result.events, times, apart.events, strict=True)
+    )
+    yield tuple(
+        ErrorEstimate(kind.name, kind.unit, largest, float(error + rounding(steps, largest)), time=at)
         for kind, (error, at, largest) in apart.states.items()
-    ]
-    return tuple(metrics), tuple(events), tuple(states)
+    )
 
 
 def _root_of_rounding(scan: Scan, t: float) -> float:

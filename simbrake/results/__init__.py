@@ -11,9 +11,12 @@ _named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
 __getattr__ = answers(
     __name__,
-    gone=dict.fromkeys(
-        ("Beside", "SideBySide"),
-        "compare two at a time; pandas.DataFrame([one.metrics for one in results]) shows several",
-    ),
+    gone={
+        **dict.fromkeys(
+            ("Beside", "SideBySide"),
+            "compare two at a time; pandas.DataFrame([one.metrics for one in results]) shows several",
+        ),
+        **dict.fromkeys(("EventError", "StateError"), "simbrake.results.ErrorEstimate is of events and states too"),
+    },
     others=_named,
 )

@@ -19,7 +19,6 @@ from ._of_runs import CyclicState as CyclicState
 from ._of_runs import DutyKind as DutyKind
 from ._of_runs import ErrorEstimate as ErrorEstimate
 from ._of_runs import Event as Event
-from ._of_runs import EventError as EventError
 from ._of_runs import Events as Events
 from ._of_runs import HeatResult as HeatResult
 from ._of_runs import Judged as Judged
@@ -37,7 +36,6 @@ from ._of_runs import RunningIn as RunningIn
 from ._of_runs import Series as Series
 from ._of_runs import SimulationError as SimulationError
 from ._of_runs import Stage as Stage
-from ._of_runs import StateError as StateError
 from ._of_runs import Status as Status
 from ._of_runs import Verdict as Verdict
 from ._of_runs import VerdictRow as VerdictRow

@@ -7,7 +7,7 @@ from .._outputs._metrics import METRICS, Mark, Metric, metric_names
 from .._outputs._probe import integral
 from .._outputs._quantities import PAIR_COLUMNS, SERIES_COLUMNS, PairSeries, Series
 from .._physics._mechanism import BandMode
-from .._run._accuracy import Accuracy, ErrorEstimate, EventError, StateError, accuracy
+from .._run._accuracy import Accuracy, ErrorEstimate, accuracy
 from .._run._linings import (
     Overlap,
     RingWear,
