@@ -10,9 +10,22 @@ NULLS = (-999.25, -999.0, -9999.0, -9999.25, -99999.0, -999999.0)
 EMPTY = ("", "-", "--", "---", "n/a", "N/A", "NA", "NaN", "nan", "NAN", "null", "NULL", "None", "#N/A")
 
 
-def is_null(x: np.ndarray, nulls: Sequence[float] = NULLS) -> np.ndarray:
-    """Whether each of the numbers (n,) is one that means no value."""
-    return np.any([np.abs(x - null) <= 1e-9 * abs(null) for null in nulls] or [np.zeros(x.shape, bool)], axis=0)
+def take_nulls(x: np.ndarray, nulls: Sequence[float] = NULLS, *, times: bool = False) -> list[float]:
+    """Set NaN where a number (n,) means no value; return the null values that there were.
+
+    `times`: where some are lower than a null value, it is a time itself
+    """
+    found = []
+    for null in nulls:
+        room = 1e-9 * abs(null)
+        low = np.fmin.reduce(x, initial=np.inf)
+        if low > null + room or (times and low < null - room):
+            continue
+        same = np.abs(x - null) <= room
+        if same.any():
+            x[same] = np.nan
+            found.append(null)
+    return found
 
 
 def told_as_null(value: float, columns: Sequence[str]) -> str:

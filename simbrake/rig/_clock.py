@@ -195,16 +195,13 @@ def _of_numbers(table: Table, i: int, x: np.ndarray, where: str, faults: list[Fa
         excel = 2e4 < x[0] < 8e4
         remarks += [f"{name}: days since 1899-12-30, as spreadsheets count them"] if excel else []
         return Times((x - (25569.0 if excel else 0.0)) * _DAY, excel, "", (i,), remarks)
-    words = {"sec": "s", "secs": "s", "second": "s", "seconds": "s", "hr": "h", "hrs": "h", "hour": "h", "hours": "h"}
-    words |= {"minute": "min", "minutes": "min", "mins": "min", "msec": "ms", "unitless": "", "-": "", "none": ""}
+    plain = "" if plain in ("unitless", "-", "none") else plain
     try:
-        seconds = x * float(
-            unit(words.get(plain, text.strip() if plain not in ("s", "ms", "min", "h") else plain), "s").factor
-        )
+        seconds = x * float(unit(plain, "s").factor)
     except ValueError as error:
         faults.append(Fault(place, f"{text!r} is not a unit of time", str(error)))
         return None
-    if not words.get(plain, plain):
+    if not plain:
         milli = 8e11 < x[0] < 4e12
         remarks.append(f"{name}: no unit, taken as {'milliseconds' if milli else 'seconds'}")
         seconds = x * (1e-3 if milli else 1.0)
@@ -214,25 +211,8 @@ def _of_numbers(table: Table, i: int, x: np.ndarray, where: str, faults: list[Fa
     return Times(seconds, dated, "Z" if dated else "", (i,), remarks)
 
 
-class _Order(NamedTuple):
-    """Dates in one order of their numbers: days since 1970 of each distinct date, `None` where there is no such day."""
-
-    order: str
-    days: list[int | None]
-
-    @property
-    def span(self) -> int:
-        days = [day for day in self.days if day is not None]
-        return max(days) - min(days)
-
-    @property
-    def whole(self) -> bool:
-        return None not in self.days
-
-    @property
-    def follows(self) -> bool:
-        """Whether the dates follow each other, forwards or backwards."""
-        return self.days in (sorted(self.days), sorted(self.days, reverse=True))  # pyright: ignore
+#: days since 1970 of each distinct date, `None` where there is no such day
+_Days = list[int | None]
 
 
 @dataclasses.dataclass
@@ -370,39 +350,42 @@ class _Texts:
             except ValueError as error:
                 self.faults.append(Fault("time", f"{form!r} is no format: {error}", "as '%d/%m/%Y'"))
                 return None
-            best = _Order("", [None if np.isnan(day) else int(day) for day in found])
+            order = ""
+            days: _Days = [None if np.isnan(day) else int(day) for day in found]
         else:
-            best = self._ordered(distinct, remarks)
-        number = dict(zip(distinct, best.days, strict=True))
+            order, days = self._ordered(distinct, remarks)
+        number = dict(zip(distinct, days, strict=True))
         bad = [i for i, date in enumerate(dates) if number[date] is None]
         if not bad:
             return np.array([number[date] for date in dates], float)
         text = dates[bad[0]]
         what = f"{text!r} does not fit {form!r}" if form else f"{text!r} is no date"
-        if best.order and any(day is not None for day in best.days):
-            what += f" in the order {_spelled(best.order)} of the others"
+        if order and any(day is not None for day in days):
+            what += f" in the order {_spelled(order)} of the others"
         return self._wrong(bad, what, "every row is read by this format" if form else self._way_out)
 
-    def _ordered(self, dates: list[str], remarks: list[str]) -> _Order:
+    def _ordered(self, dates: list[str], remarks: list[str]) -> tuple[str, _Days]:
         """Distinct dates in the order of their numbers that fits best: all of them, then that in which they follow."""
         if not any(map(is_open, dates)):
-            return _Order("", [day_of(date, "") for date in dates])
+            return "", [day_of(date, "") for date in dates]
         example = next(date for date in dates if is_open(date))
-        told = self._order_of_file
         orders = ["dmy", "mdy", "ymd"] if "." in example else ["mdy", "dmy", "ymd"]
-        read = [_Order(order, [day_of(date, order) for date in dates]) for order in orders]
-        whole = [one for one in read if one.whole]
+        read: dict[str, _Days] = {order: [day_of(date, order) for date in dates] for order in orders}
+        whole: dict[str, Any] = {order: days for order, days in read.items() if None not in days}
         if not whole:
-            return min(read, key=lambda one: one.days.count(None))
-        if of_file := [one for one in whole if one.order == told]:
-            return of_file[0]
-        likely = [one for one in whole if one.follows] or whole
-        best = min(likely, key=lambda one: one.span)  # the first of equal ones
-        if any(one.days != best.days for one in whole):
-            open_ = sum(one.span == best.span for one in likely) > 1
+            return min(read.items(), key=lambda one: one[1].count(None))
+        told = self._order_of_file
+        if told in whole:
+            return told, whole[told]
+        # the dates follow each other, forwards or backwards
+        likely = {order: days for order, days in whole.items() if days in (sorted(days), sorted(days)[::-1])} or whole
+        spans = {order: max(days) - min(days) for order, days in likely.items()}
+        best = min(spans, key=spans.__getitem__)  # the first of equal ones
+        if any(days != whole[best] for days in whole.values()):
+            open_ = list(spans.values()).count(spans[best]) > 1
             why = "which the log does not decide" if open_ else "so that the dates follow each other closely"
-            remarks.append(f"{example} read as {_spelled(best.order)}, {why}")
-        return best
+            remarks.append(f"{example} read as {_spelled(best)}, {why}")
+        return best, whole[best]
 
     @property
     def _order_of_file(self) -> str:

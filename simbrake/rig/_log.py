@@ -11,7 +11,7 @@ import numpy as np
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
-from .._base._nulls import NULLS, is_null, told_as_null
+from .._base._nulls import NULLS, take_nulls, told_as_null
 from .._base._progress import counting
 from .._base._table import Column, Table, Tabular, Unit, digits, plain, unit
 from ._clock import start_of, times_of
@@ -336,23 +336,19 @@ def read(
     except InputError as error:
         raise InputError([*faults, *error.faults]) from None
     wanted = {role: wanted[role] for role in wanted if role in ROLES}
-    table, remarks = _chosen(tables, wanted)
+    table = max(tables, key=lambda table: _likeness(table, wanted))
+    count = len(tables)
+    remarks = [f"the file has {count} logs: the one with {len(table.names)} curves is read"] if count > 1 else []
     given = null if null is None or isinstance(null, Sequence) else [null]
     source = ", ".join(filter(None, (table.well, file.name))) if show_names else "log"
     guesses = [*remarks, *table.remarks]
     return _Reading(str(path), source, table, wanted, given, clock, offset or 0.0, guesses, faults).log()
 
 
-def _chosen(tables: list[FileTable], names: Mapping[str, str]) -> tuple[FileTable, list[str]]:
-    """The table with a block position, all others with the same columns behind it, and remarks on the rest."""
-
-    def rank(table: FileTable) -> int:
-        return len(_roles(table, names, [], [])) + 100 * ("block_position" in _roles(table, names, [], []))
-
-    best = max(tables, key=rank)
-    return best, [f"the file has {len(tables)} logs: the one with {len(best.names)} curves is read"] if tables[
-        1:
-    ] else []
+def _likeness(table: FileTable, names: Mapping[str, str]) -> tuple[bool, int]:
+    """Whether a table has a block position, and how many other channels."""
+    roles = _roles(table, names, [], [])
+    return "block_position" in roles, len(roles)
 
 
 def _plain_unit(text: str) -> str:
@@ -552,15 +548,9 @@ class _Reading:
             if np.isinf(x).any():
                 self.guesses.append(f"{table.names[i]}: infinite values are taken as missing")
                 x[np.isinf(x)] = np.nan
-            low = np.nanmin(x) if not np.isnan(x).all() else np.nan
-            for value in nulls:
-                if value < 0 and not low <= value * (1 - 1e-9):
-                    continue
-                same = is_null(x, (value,))
-                if same.any():
-                    x[same] = np.nan
-                    if value not in own and self.null is None:
-                        other.setdefault(value, []).append(table.names[i])
+            for value in take_nulls(x, nulls):
+                if value not in own and self.null is None:
+                    other.setdefault(value, []).append(table.names[i])
         self.guesses += [told_as_null(value, columns) for value, columns in other.items()]
 
     def _scale(self, role: str, i: int, text: str) -> Unit | None:

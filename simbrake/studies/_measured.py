@@ -13,7 +13,7 @@ import numpy as np
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
-from .._base._nulls import EMPTY, NULLS, is_null, told_as_null
+from .._base._nulls import EMPTY, NULLS, take_nulls, told_as_null
 from .._base._quantity import behind
 from .._base._table import Tabular, Unit, plain, spelled, unit
 from .._base._text_table import Rows, cells_of, opened
@@ -567,11 +567,8 @@ class CsvFile:
         """Numbers of a column, NaN for null values, which is told; times that reach below one are none."""
         x = self.values[i]
         empty = np.isnan(x)
-        for null in self._null:
-            same = is_null(x, (null,))
-            if same.any() and not (needed is True and np.any(x[~same] < null)):
-                x[same] = np.nan
-                self.notes += [] if needed is True else [told_as_null(null, [self.heads[i].text])]
+        for null in take_nulls(x, self._null, times=needed is True):
+            self.notes += [] if needed is True else [told_as_null(null, [self.heads[i].text])]
         missing = np.isnan(x) & needed
         for k in np.flatnonzero(missing | (empty & (i in self._odd))):
             cell, where = self._cell(k, i)
