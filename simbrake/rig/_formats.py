@@ -4,7 +4,7 @@ import dataclasses
 import io
 import re
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -97,7 +97,7 @@ def tables_of(path: Path, progress: Callable[[int], object], texts: Sequence[str
         if text.startswith("<"):
             return _Witsml(file, texts).read()
         first = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
-        return _Las(file, texts).read() if first.startswith("~") else [_csv(file, texts)]
+        return _las(file, texts) if first.startswith("~") else [_csv(file, texts)]
 
 
 def _kept_as_text(names: Sequence[str], sample: Sequence[Sequence[str]], wanted: Sequence[str]) -> list[int]:
@@ -276,74 +276,59 @@ _DATA = re.compile(
 _OTHER_DATA = re.compile(r"~(\w+_Data)\b.*", re.IGNORECASE)
 
 
-class _Las:
+def _las(file: File, texts: Sequence[str]) -> list[Table]:
     """Tables of a LAS 1.2, 2 or 3 file: the headers by lasio, the rows as those of the other formats."""
+    head: dict[str, list[str]] = {}  # lines of the header by the title of their section
+    section: list[str] | _LasTable | None = None
+    found: list[_LasTable] = []
+    remarks: list[str] = []
+    first = 1
+    for piece in file.lines():
+        titles = [i for i, line in enumerate(piece) if line.lstrip().startswith("~")]
+        for a, b in pairwise([-1, *titles, len(piece)]):
+            if a >= 0:
+                title = piece[a].strip()
+                data = _DATA.fullmatch(title)
+                other = _OTHER_DATA.match(title)
+                if data is not None:
+                    section = _LasTable(file.path, title.split()[0], _header(file.path, head, data), texts)
+                    found.append(section)
+                elif other is not None:
+                    section = None
+                    remarks.append(f"~{other[1]} is not read")
+                else:
+                    section = head.setdefault(title[1:].split("|")[0].strip().lower(), [])
+            lines = ["" if line.lstrip().startswith("#") else line for line in piece[a + 1 : b]]
+            if isinstance(section, _LasTable):
+                section.add(lines, first + a + 1)
+            elif section is not None:
+                section += lines
+        first += len(piece)
+    tables = [one.finish(one.rows) for one in found if one.rows is not None]
+    if not tables:
+        what = "has no section ~A, or ~Log_Data of LAS 3, with rows"
+        raise InputError([Fault(str(file.path), what, "it is cut off: export the log again")])
+    for table in tables:
+        table.remarks[:0] = [*file.remarks, *remarks]
+    return tables
 
-    def __init__(self, file: File, texts: Sequence[str]) -> None:
-        self.file = file
-        self.wanted = texts
-        self.tables: list[Table] = []
-        self._remarks: list[str] = []
-        #: lines of the header by the title of their section, and those of the section that is being read
-        self._head: dict[str, list[str]] = {}
-        self._section: list[str] | None = None
-        self._table: _LasTable | None = None
 
-    def read(self) -> list[Table]:
-        first = 1
-        for piece in self.file.lines():
-            titles = [i for i, line in enumerate(piece) if line.lstrip().startswith("~")]
-            for a, b in pairwise([-1, *titles, len(piece)]):
-                if a >= 0:
-                    self._open(piece[a].strip())
-                lines = ["" if line.lstrip().startswith("#") else line for line in piece[a + 1 : b]]
-                if self._table is not None:
-                    self._table.add(lines, first + a + 1)
-                elif self._section is not None:
-                    self._section += lines
-            first += len(piece)
-        self._finish()
-        if not self.tables:
-            what = "has no section ~A, or ~Log_Data of LAS 3, with rows"
-            raise InputError([Fault(str(self.file.path), what, "it is cut off: export the log again")])
-        for table in self.tables:
-            table.remarks[:0] = [*self.file.remarks, *self._remarks]
-        return self.tables
-
-    def _open(self, title: str) -> None:
-        self._finish()
-        data = _DATA.fullmatch(title)
-        other = _OTHER_DATA.match(title)
-        if data is not None:
-            self._table = _LasTable(self.file.path, title.split()[0], self._header(data), self.wanted)
-        elif other is not None:
-            self._remarks.append(f"~{other[1]} is not read")
-            self._section = None
-        else:
-            self._section = self._head.setdefault(title[1:].split("|")[0].strip().lower(), [])
-
-    def _finish(self) -> None:
-        if self._table is not None and self._table.rows is not None:
-            self.tables.append(self._table.finish(self._table.rows))
-        self._table = None
-
-    def _header(self, data: re.Match[str]) -> Any:
-        """Version, well and curves of a section of rows, as lasio reads them."""
-        lasio = needed("lasio", "reads the header of LAS files", "rig")
-        kind = data["kind"]
-        curves = data["of"] or (f"{kind}_Definition{data['number'] or ''}" if kind else "C")
-        parts = {"Version": "v", "Well": "w", "Curve": curves.lower()}
-        text = ""
-        for title, begin in parts.items():
-            # a curve section of LAS 2 is named by its letter, and ~Curve and ~Log_Definition are one
-            begins = (begin, "c") if title == "Curve" and kind != "Drilling" else (begin,)
-            names = [name for start in begins for name in self._head if name.startswith(start)]
-            text += "".join(f"{line}\n" for line in [f"~{title}", *(self._head[names[0]] if names else ())])
-        try:
-            return lasio.read(io.StringIO(text + "~A\n"), ignore_data=True, ignore_header_errors=False)
-        except Exception as error:  # any exception of the parser: the header is not LAS
-            what = f"is no LAS file that lasio reads: {error}"
-            raise InputError([Fault(str(self.file.path), what, "LAS 1.2, 2 and 3 are read")]) from None
+def _header(path: Path, head: Mapping[str, list[str]], data: re.Match[str]) -> Any:
+    """Version, well and curves of a section of rows, as lasio reads them."""
+    lasio = needed("lasio", "reads the header of LAS files", "rig")
+    kind = data["kind"]
+    curves = data["of"] or (f"{kind}_Definition{data['number'] or ''}" if kind else "C")
+    # a curve section of LAS 2 is named by its letter, and ~Curve and ~Log_Definition are one
+    begins = {"Version": ("v",), "Well": ("w",), "Curve": (curves.lower(), *(() if kind == "Drilling" else ("c",)))}
+    text = ""
+    for title, starts in begins.items():
+        lines = [lines for start in starts for name, lines in head.items() if name.startswith(start)]
+        text += "".join(f"{line}\n" for line in [f"~{title}", *(lines[0] if lines else ())])
+    try:
+        return lasio.read(io.StringIO(text + "~A\n"), ignore_data=True, ignore_header_errors=False)
+    except Exception as error:  # any exception of the parser: the header is not LAS
+        what = f"is no LAS file that lasio reads: {error}"
+        raise InputError([Fault(str(path), what, "LAS 1.2, 2 and 3 are read")]) from None
 
 
 class _LasTable:
