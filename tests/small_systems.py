@@ -74,6 +74,30 @@ class BeltOscillator(Smooth):
         return Oscillator(x, jnp.where(after == STICK, self.v_b, y.v))
 
 
+class Robertson(Smooth):
+    """Chemical kinetics, stiff over eleven decades of time: `ẏ_1 = −k_1 y_1 + k_3 y_2 y_3`, `ẏ_3 = k_2 y_2²`.
+
+    Reference: Mazzia & Magherini, *Test Set for Initial Value Problem Solvers*, ROBER.
+    """
+
+    def rhs(self, t, y, mode):
+        slow, fast = 0.04 * y[0] - 1e4 * y[1] * y[2], 3e7 * y[1] ** 2
+        return jnp.stack([-slow, slow - fast, fast])
+
+    def scales(self):
+        return jnp.asarray([1e-6, 1e-12, 1.0])
+
+
+class VanDerPol(Smooth):
+    """Relaxation oscillator in its scaled form, `ẏ_2 = ((1 − y_1²) y_2 − y_1)/ε`; the same test set, VDPOL."""
+
+    def rhs(self, t, y, mode):
+        return jnp.stack([y[1], ((1 - y[0] ** 2) * y[1] - y[0]) / 1e-6])
+
+    def scales(self):
+        return 1.0
+
+
 class CoulombOscillator(Smooth):
     """Free oscillator with Coulomb friction, `ẍ + x = −F sgn ẋ`; `mode` is the sign of `ẋ`, 0 at rest."""
 

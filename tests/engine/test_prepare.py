@@ -19,7 +19,7 @@ PATHS = {"initial.omega": "w0", "duty.slack_tension.level": "T0", "brake.pulley.
 
 @pytest.fixture(scope="module")
 def run():
-    return sb.prepare(stop_scene(end=20.0), [*TIMES, "energy.friction_heat"])
+    return sb.prepare(stop_scene(end=20.0), [*TIMES, "energy.friction_heat"], rtol=1e-12)
 
 
 def test_run_and_gradient_match_closed_form(run):
@@ -33,14 +33,14 @@ def test_run_and_gradient_match_closed_form(run):
         assert answer.accepted > 5
         assert slope.shape == (4, run.numbers.size)
         for row, (name, key) in zip(slope, TIMES.items(), strict=False):
-            assert answer.metrics[name] == pytest.approx(truth[key], rel=1e-9)
+            assert answer.metrics[name] == pytest.approx(truth[key], rel=1e-10)
             for path, of in (
                 ("initial.omega", "w0"),
                 ("duty.slack_tension.level", "T0"),
                 ("brake.pulley.inertia", "J"),
             ):
                 expected = float(slopes[name][of])
-                assert row[run.places[path]] == pytest.approx(expected, rel=1e-7, abs=1e-12)
+                assert row[run.places[path]] == pytest.approx(expected, rel=1e-10, abs=1e-12)
 
 
 @pytest.mark.slow

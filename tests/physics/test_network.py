@@ -33,7 +33,8 @@ def test_junctions_in_a_row():
     heat = sb.Heat((*lumps, sb.thermal.Junction("p"), sb.thermal.Junction("q")), links)
     ts = np.array([0.0, 0.1, 0.5, 2.0])
     run = sb.simulate_heat(heat, ts, rtol=1e-12)
-    np.testing.assert_allclose(-np.diff(run.temperature)[:, 0], 100.0 * np.exp(-2 * ts / (15.0 * 0.35)), rtol=1e-10)
+    apart = np.outer(50.0 * np.exp(-2 * ts / (15.0 * 0.35)), [1, -1])
+    np.testing.assert_allclose(run.temperature, 323.15 + apart, rtol=1e-11)
 
 
 def test_bodies_of_a_layered_brake():
@@ -101,7 +102,7 @@ def test_constant_flux_has_second_order():
         errors.append([np.abs(rise - exact).max(), abs(surface - 119.416426428837)])
     orders = np.log2(np.asarray(errors)[:-1] / np.asarray(errors)[1:])
     assert np.all((orders > 1.9) & (orders < 2.1)), orders
-    assert errors[-1][1] < 0.1  # of 119 K
+    assert np.all(errors[-1] < np.array([0.025, 0.1]))  # of 12.6 K at a depth of 10 mm, of 119 K at the face
 
 
 def test_graded_wall_is_two_half_spaces():

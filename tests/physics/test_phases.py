@@ -62,13 +62,13 @@ def closed_form(string=STRING):
 def test_two_cycles_in_closed_form(two_cycles):
     times, angles = closed_form()
     found = ends(two_cycles)
-    np.testing.assert_allclose([event.time for event in found], times, rtol=1e-9)
+    np.testing.assert_allclose([event.time for event in found], times, rtol=1e-10)
     assert [(event.phase.name, event.phase.cycle) for event in found] == [
         (phase.name, cycle) for cycle in (1, 2) for phase in PHASES.phases
     ]
     assert [event.phase.until for event in found[:4]] == ["travel 12 m", "rest", "4 s", "2 s"]
     np.testing.assert_allclose(np.cumsum(two_cycles.stops["angle"]), angles, rtol=1e-9)
-    assert float(two_cycles.record.t_end) == pytest.approx(times[-1], rel=1e-9)
+    assert float(two_cycles.record.t_end) == pytest.approx(times[-1], rel=1e-10)
     assert two_cycles.ok
     assert two_cycles.status == "stopped"
     assert float(two_cycles.energy["closure"]) <= 1e-9

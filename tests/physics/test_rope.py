@@ -46,12 +46,12 @@ def by_energy(x, T0=10.5e3):
 @pytest.mark.slow
 def test_three_layer_stop_and_derivatives():
     def run(x):
-        result = sb.simulate(stop(tuple(x)), max_steps=128)
+        result = sb.simulate(stop(tuple(x)), rtol=1e-12, max_steps=256)
         return jnp.stack([result.stopping_time, result.stopping_angle, result.hook_travel])
 
     value, forwards, backwards = jacobians(run)(jnp.asarray(GIVEN))
     truth, slopes, _ = jacobians(by_energy)(jnp.asarray(GIVEN))
-    np.testing.assert_allclose(value, truth, rtol=1e-9)
+    np.testing.assert_allclose(value, truth, rtol=1e-11)
     np.testing.assert_allclose(forwards, slopes, rtol=1e-7, atol=1e-12)
     np.testing.assert_allclose(backwards, slopes, rtol=1e-7, atol=1e-12)
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from oracles.stops import at_rest
 from scipy.integrate import solve_ivp
-from stop_scenes import FallingFriction, closed_form, stop_scene
+from stop_scenes import FallingFriction, closed_form, stop_scene, tension_for
 
 import simbrake as sb
 from simbrake import plot
@@ -38,7 +38,8 @@ def test_closed_forms_of_every_event(case):
     result = sb.simulate(stop_scene(**case, end=2 * truth["stop"]))
     limits = [e.time for e in result.events if e.name == "lining_limit"]
     got = [float(result.slip_onset_time), *limits, float(result.full_slip_time), float(result.stopping_time)]
-    np.testing.assert_allclose(got, [truth["t0"], *truth["limits"], truth["t1"], truth["stop"]], rtol=1e-10)
+    np.testing.assert_allclose(got, [truth["t0"], *truth["limits"], truth["t1"], truth["stop"]], rtol=1e-11)
+    assert float(result.max_tension.value) == pytest.approx(case.get("T0", 8e3) * truth["Pi"], rel=1e-11)
     assert [e.lining for e in result.events if e.name == "lining_limit"] == list(range(1, 21))
     assert names(result) == ["slip_onset"] + ["lining_limit"] * 20 + ["full_slip", "stop"]
     assert float(result.energy["closure"]) <= 1e-9
@@ -104,6 +105,24 @@ def test_hook_load_in_closed_form():
     assert float(result.stopping_time) == pytest.approx(1.05986261040236, rel=1e-11)
     assert float(result.hook_travel) == pytest.approx(0.635917566241413, rel=1e-11)
     assert float(result.energy["friction_heat"]) == pytest.approx(763101.079489696, rel=1e-11)
+    s = result.series([0.5])
+    assert float(s.tight_tension[0] / s.slack_tension[0]) == pytest.approx(1.17482258673933, rel=1e-11)
+
+
+def test_brake_on_a_slider():
+    """Modelica Standard Library: 0.1 + m v/F and v t_0 + m v²/2F of a mass that a force brakes from 0.1 s on."""
+    lever = sb.PiecewiseLinear([0.0, 0.1, 0.1], [0.0, 0.0, tension_for(1.0, 14, 0.25, 15.0)])
+    scene = stop_scene(n=14, f=0.25, beta=15.0, R=1.0, J=1.0, C=None, w0=1.0, end=2.0, lever=lever)
+    result = sb.simulate(scene, rtol=1e-12)
+    assert float(result.stopping_time) == pytest.approx(1.1, rel=1e-11)
+    assert float(result.stopping_angle) == pytest.approx(0.6, rel=1e-11)
+
+
+def test_stop_of_a_pulley_that_turns_back():
+    """The lever's end is the tight one: M = R T_0 (1 − 1/Π)."""
+    result = sb.simulate(stop_scene(C=None, w0=-20.0, end=15.0), rtol=1e-12)
+    torque = 0.725 * 8e3 * (1 - 1 / closed_form()["Pi"])
+    assert float(result.stopping_time) == pytest.approx(16e3 / torque, rel=1e-11)
 
 
 def test_exponential_rise_of_slack_tension():
