@@ -5,7 +5,6 @@ import math
 import jax
 import jax.numpy as jnp
 import numpy as np
-from oracles.closed_forms import stop as closed_form
 
 import simbrake as sb
 from simbrake.friction import AbstractFriction, Contact
@@ -38,6 +37,22 @@ def stop_scene(
     force = lever if lever is not None else sb.Constant(T0)
     duty = sb.Duty(force, load if isinstance(load, AbstractLoad) else sb.TorqueLoad(sb.Constant(load)))
     return sb.Scene(sb.Brake(sb.Pulley(R, J), sb.Band(R, C), lining), duty, sb.Initial(omega=w0, **initial), end)
+
+
+def closed_form(n=20, f=0.35, beta=13.5, R=0.725, J=800.0, C=2e5, T0=8e3, w0=20.0, xp=math):
+    """Event times of a stop without load (model §3): t0, lining limits, t1 and stopping time.
+
+        t0 = T_0/(C R ω_0),   lining i: t0 + asin(χ T_0 (Π_i − 1)/(C R ω_0))/χ,   χ² = C R²/J,   t1 = that of lining n
+        stop: t1 + J ω_0 cos χ(t1 − t0)/(R T_0 (Π − 1))
+
+    `xp`: `math`, or a module with the same functions for derivatives (`jax.numpy`) or complex numbers (`numpy`).
+    """
+    z = xp.tan(beta * math.pi / 180 / 2)
+    mu = (1 + f * z) / (1 - f * z)
+    Pi, t0, chi = mu**n, T0 / (C * R * w0), xp.sqrt(C * R**2 / J)
+    limits = [t0 + xp.asin(chi * T0 * (mu ** (i + 1) - 1) / (C * R * w0)) / chi for i in range(n)]
+    w1 = w0 * xp.cos(chi * (limits[-1] - t0))
+    return {"t0": t0, "limits": limits, "t1": limits[-1], "stop": limits[-1] + w1 * J / (R * T0 * (Pi - 1)), "Pi": Pi}
 
 
 class FallingFriction(AbstractFriction):

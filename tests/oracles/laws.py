@@ -71,11 +71,3 @@ def wear_of_linings():
     for i in (0, N - 1):
         yield f"lining {i + 1}", worn(i, s), source, EXACT
     yield "∂(lining 4)/∂s", worn(N - 1, 1.0) - worn(N - 1, 0.0), source, BY_SLOPE
-
-
-SUBJECTS = {
-    "Stribeck friction": stribeck_friction,
-    "friction with memory": friction_with_memory,
-    "oiled linings": changing_friction,
-    "wear of linings": wear_of_linings,
-}

@@ -1,4 +1,4 @@
-"""Oracles of mechanisms: chain, linings on springs, several bands, rope, phases."""
+"""Oracles of mechanisms: a staged stop, a chain, linings on springs."""
 
 import math
 
@@ -7,8 +7,7 @@ from oracles.independent.banded import Banded
 from oracles.independent.chain import Chain
 from oracles.independent.sprung import Sprung
 from oracles.independent.stepping import Lines, integrate
-from oracles.stops import BY_SLOPE, EXACT, SMOOTH, G, ratio, slope
-from scipy.optimize import brentq
+from oracles.stops import BY_SLOPE, SMOOTH, slope
 
 
 def numbers(n, f, beta, lever, **own):
@@ -87,84 +86,3 @@ def slopes_of_springs():
 
     yield "∂(stopping time)/∂K", slope(stop, 2e3, 1e-3), BY_MODES, BY_SLOPE
     yield "∂(stopping time)/∂N_pre", slope(lambda x: stop(second=x), 900.0, 1e-3), BY_MODES, BY_SLOPE
-
-
-def several_bands():
-    """Two bands of unequal linings under one lever; they stretch alike, `x = Π_j T_0,j/C_j`."""
-    inertia, R_b, tension, load = 1200.0, 0.623, 6e3, 3e3
-    angles = [np.array([0.9, 0.7, 0.8, 1.1]), np.array([0.5, 0.6, 0.4, 0.7, 0.8, 0.6])]
-    friction = [np.array([0.35, 0.3, 0.32, 0.4]), np.full(6, 0.28)]
-
-    def along(f, beta):
-        fz = f * np.tan(beta / 2)
-        return np.prod((1 + fz) / (1 - fz))
-
-    def stop():
-        stiff = [C / along(f, a) for C, f, a in zip((2e5, 3.5e5), friction, angles, strict=True)]
-        shares = np.asarray(stiff) / sum(stiff)
-        torques = [R_b * s * tension * (along(f, a) - 1) for s, f, a in zip(shares, friction, angles, strict=True)]
-        return inertia * 20.0 / (sum(torques) - load), shares[0]
-
-    source = "closed form: J ω_0/(Σ R_b T_0,j (Π_j − 1) − M), T_0,j by C_j/Π_j (K-8)"
-    yield "stopping time", stop()[0], source, EXACT
-    yield "share of the first band", stop()[1], source, EXACT
-
-
-def elastic_rope():
-    """Drum and hook on a spring under a constant torque, and the swing after the stop."""
-    inertia, rho, m, w0, k = 1200.0, 0.05, 40e3, 8.0, 4e6
-    gain = 0.725 * (ratio(0.35, math.radians(13.5)) ** 20 - 1)
-
-    def stop():
-        inverse, M = 1 / m + rho**2 / inertia, 25e3 * gain
-        rate = math.sqrt(k * inverse)
-        middle = (G + rho * M / inertia) / rate**2
-        swing = m * G / k - middle
-
-        def speed(t):
-            steady = (k * rho * middle - M) / inertia * t
-            return w0 + steady + k * rho / inertia * swing * math.sin(rate * t) / rate
-
-        t = brentq(speed, 1e-3, 1.0, xtol=1e-15, rtol=1e-15)
-        e, v = middle + swing * math.cos(rate * t), -swing * rate * math.sin(rate * t)
-        return t, m * G + math.hypot(k * e - m * G, v * math.sqrt(k * m))
-
-    source = "closed form: two masses on a spring under a constant torque"
-    yield "stopping time", stop()[0], source, SMOOTH
-    yield "greatest hook load", stop()[1], source, 1e-8
-
-
-def phases_by_state():
-    """Two cycles: free fall by 12 m, a stop under a ramp, 4 s, 2 s out of the slips; 2 t more each time."""
-    inertia, per_rad, pull, ramp = 1200.0, 0.05, 25e3, 0.5
-    gain = 0.623 * (ratio(0.35, math.radians(270) / 20) ** 20 - 1)
-
-    def ends():
-        t, found = 0.0, []
-        for cycle in range(2):
-            m = 45e3 + 2e3 * cycle
-            whole, M = inertia + m * per_rad**2, m * G * per_rad
-            fall = math.sqrt(2 * 12.0 * whole / (M * per_rad))
-            lost = (gain * pull / 2 - M) * ramp / whole  # speed that the ramp takes
-            t += fall
-            found.append(t)
-            t += ramp + (M / whole * fall - lost) / ((gain * pull - M) / whole)
-            found.append(t)
-            t += 6.0
-        return [*found, t]
-
-    source = "closed form: √(2 s J/(M ρ)), then the ramp and the rest of the stop"
-    found = ends()
-    yield "first fall ends", found[0], source, EXACT
-    yield "first stop", found[1], source, EXACT
-    yield "second fall ends", found[2], source, EXACT
-    yield "end", found[4], source, EXACT
-
-
-SUBJECTS = {
-    "linings on springs": linings_on_springs,
-    "chain of one lining": chain_of_one,
-    "several bands": several_bands,
-    "elastic rope": elastic_rope,
-    "phases by state": phases_by_state,
-}

@@ -136,3 +136,8 @@ def _read(run: Callable[[], Any], what: Reader) -> Any:
         else:
             found = found[name] if isinstance(found, Mapping) else getattr(found, name)
     return found
+
+
+def rows_of(oracle: Callable[[], Iterable[Any]], reads: Mapping[str, Reader]) -> list[Row]:
+    """Rows of an oracle, each with what is read from the result."""
+    return [(what, source, float(truth), reads[what], tolerance) for what, truth, source, tolerance in oracle()]

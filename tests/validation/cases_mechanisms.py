@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 from typing import Any
 
 import jax
@@ -18,6 +18,7 @@ from case_tools import (
     cases_of_run,
     cases_with_slopes,
     differentiated,
+    rows_of,
 )
 from oracles import mechanisms
 from printed_tables import FRICTION, LAMBDA, allowed, published_rows, stopped_band
@@ -40,6 +41,7 @@ from simbrake import (
     Constant,
     ConstantFriction,
     Duty,
+    ForceDuty,
     Heat,
     Initial,
     Lining,
@@ -47,6 +49,8 @@ from simbrake import (
     Pulley,
     Scene,
     Segments,
+    ShoeBrake,
+    Shoes,
     TorqueLoad,
     Wear,
     lumped_heat,
@@ -453,16 +457,11 @@ def staged_cases() -> list[Case]:
         "∂(stopping time)/∂f_i": Slope("brake.bandage.friction.coefficient"),
         "∂(stopping time)/∂N_p": Slope("brake.bandage.preload"),
     }
-    return cases_with_slopes("staged stop", scene, _of_oracle(mechanisms.staged_stop, reads))
-
-
-def _of_oracle(oracle: Callable[[], Iterable[Any]], reads: Mapping[str, Reader]) -> list[Row]:
-    """Rows of an oracle, each with what is read from the result."""
-    return [(what, source, float(truth), reads[what], tolerance) for what, truth, source, tolerance in oracle()]
+    return cases_with_slopes("staged stop", scene, rows_of(mechanisms.staged_stop, reads))
 
 
 def spring_cases() -> list[Case]:
-    """Two linings with a spring between: derivatives of their stop, energies of its first instants, on the rim."""
+    """Two linings with a spring between: events of their stop, derivatives, energies of its first instants."""
     J, own, w0, R_b, early = 200.0, (1.2, 1.5), 20.0, 0.64, 0.015
     friction, wrap = ConstantFriction(0.2), np.full(2, math.radians(50.0))
     bandage = Bandage(list(own), friction, [1500.0, 900.0], spring=np.array([2e3]), spring_damping=0.05)
@@ -486,11 +485,19 @@ def spring_cases() -> list[Case]:
             lambda result: result.series([early]).friction_force[0, 1],
         ),
     ]
+    events: dict[str, Reader] = {
+        "lining 1 slips": time_of("lining_internal_slip", 1),
+        "lining 2 slips": time_of("lining_internal_slip", 2),
+        "lining 1 rests on the band": time_of("lining_external_stick", 1),
+        "lining 2 rests on the band": time_of("lining_external_stick", 2),
+        "stopping time": "stopping_time",
+        "elongation at rest": "record.y_end.own.stretch.0",
+    }
     slopes: dict[str, Reader] = {
         "∂(stopping time)/∂K": Slope("brake.bandage.spring.0"),
         "∂(stopping time)/∂N_pre": Slope("brake.bandage.preload.1"),
     }
-    rows += _of_oracle(mechanisms.slopes_of_springs, slopes)
+    rows += rows_of(mechanisms.linings_on_springs, events) + rows_of(mechanisms.slopes_of_springs, slopes)
     begin = with_values(stop, {"end_time": early})
     return [
         *cases_with_slopes("a stop on springs", stop, rows, program="springs"),
@@ -498,7 +505,58 @@ def spring_cases() -> list[Case]:
     ]
 
 
+def chain_cases() -> list[Case]:
+    """One lining with a mass between the pulley and a band with a spring and a damper."""
+    lining = Lining(ConstantFriction(0.3), np.full(1, math.radians(27.0)), mass=0.05)
+    brake = Brake(Pulley(0.9, 0.5), Band(0.9, 5.0, Segments(1e3, 0.05, 0.03)), lining)
+    scene = Scene(brake, Duty(Constant(1.0), TorqueLoad()), Initial(0.6, 0.2), 2.0)
+    reads: dict[str, Reader] = {
+        "first slip": time_of("lining_slip", 1),
+        "first stick": time_of("lining_stick", 1),
+        "speed at the end": "record.y_end.omega",
+        "∂(speed)/∂C": Slope("brake.band.stiffness"),
+    }
+    rows = rows_of(mechanisms.chain_of_one, reads)
+    return cases_with_slopes("chain of one lining", scene, rows, lambda result: result.record.y_end.omega)
+
+
+def shoe_cases() -> list[Case]:
+    """Shigley's internal expanding shoes under the force that gives the leading one 1 MPa."""
+    r, b, a, c, J, w0, f, end = 0.150, 0.032, 0.1227, 0.212, 12.0, 25.0, 0.32, math.radians(126.0)
+
+    def moments(f: complex = f, end: complex = end) -> Any:
+        """Of the normal forces and of friction about the pin, and of friction about the shaft, at 1 MPa."""
+        normal = a * (end / 2 - np.sin(2 * end) / 4)
+        friction = f * (r * (1 - np.cos(end)) - a * np.sin(end) ** 2 / 2)
+        return 1e6 * b * r * np.array([normal, friction, f * r * (1 - np.cos(end))])
+
+    M_N, M_F, leading = moments()
+    force = (M_N - M_F) / c
+    trailing = leading * (M_N - M_F) / (M_N + M_F)
+
+    def stop(**changed: complex) -> complex:
+        N, F, T = moments(**changed)
+        return J * w0 / (force * c * T * (1 / (N - F) + 1 / (N + F)))
+
+    drum = ShoeBrake(J, Shoes(ConstantFriction(f), r, b, 0.0, end), a, c)
+    source = "Budynas & Nisbett, Shigley's Mechanical Engineering Design, internal expanding shoes"
+    rows: list[Row] = [
+        ("torque of the leading shoe", source, leading, lambda run: r * run.series([0.1]).friction_force[0, 0]),
+        ("torque of the trailing shoe", source, trailing, lambda run: r * run.series([0.1]).friction_force[0, 1]),
+        ("stopping time", source, J * w0 / (leading + trailing), "stopping_time"),
+        ("pressure", source, 1e6, lambda run: drum.greatest_pressure(np.max(run.series([0.1]).normal_load))),
+        ("friction that locks", source, f * M_N / M_F, lambda run: 1 / drum.self_locking(np.ones(2))[0]),
+    ]
+    for name, at, path in (("f", f, "friction.coefficient"), ("end", end, "end")):
+        slope = differentiated(lambda x, name=name: stop(**{name: x}), at)
+        rows.append((f"∂(stopping time)/∂{name}", source, slope, Slope(f"brake.linings.{path}"), 1e-9))
+    scene = Scene(drum, ForceDuty(Constant(force), TorqueLoad(Constant(0.0))), Initial(w0), 10.0)
+    return cases_with_slopes("double shoe", scene, rows)
+
+
 CASES = (
+    chain_cases,
+    shoe_cases,
     staged_cases,
     staged_heat_cases,
     spring_cases,
