@@ -2,9 +2,9 @@
 
     python tests/mutants.py [WORD] [--pytest "FILE -k NAME"]
 
-`mutants.csv` has some hundred: function, expression, what stands there instead, and what sees it (a file of tests, or
-the numbers of `simbrake validate` of that name), or why nothing can. WORD: those whose module or function contains it.
-`--pytest`: what is run instead, as `tests/physics`. Errors at other places, drawn anew: mutmut, see CONTRIBUTING.
+`mutants.csv` has some hundred: function, expression, what stands there instead, and what sees it (a file of tests, with
+`-k` some of them), or why nothing can. WORD: those whose row contains it. `--pytest`: what is run instead, as
+`tests/physics`. Errors at other places, drawn anew: mutmut, see CONTRIBUTING.
 """
 
 import argparse
@@ -67,10 +67,9 @@ def seen(tree: pathlib.Path, mutant: dict[str, str], arguments: list[str]) -> st
     if there is None:
         return "GONE: its function or expression is no more"
     file, text = there
-    whole, by = file.read_text("utf-8"), mutant["seen_by"]
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-m", "", *(arguments or by.split())]
-    if by.startswith("validate ") and not arguments:
-        command = [sys.executable, "-m", "simbrake", "validate", "--only", by.removeprefix("validate ")]
+    whole = file.read_text("utf-8")
+    arguments = arguments or mutant["seen_by"].split()
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "-n", "0", "-m", "", *arguments]
     file.write_text(text, "utf-8")
     try:
         surroundings = os.environ | {"PYTHONPATH": str(tree), "SIMBRAKE_CACHE_DIR": ""}
@@ -88,7 +87,7 @@ def main() -> int:
     parser.add_argument("--pytest", default="", metavar="ARGUMENTS")
     options = parser.parse_args()
     with (ROOT / "tests" / "mutants.csv").open(encoding="utf-8", newline="") as table:
-        mutants = [row for row in csv.DictReader(table) if options.word in f"{row['module']} {row['function']}"]
+        mutants = [row for row in csv.DictReader(table) if options.word in " ".join(row.values())]
     missed = 0
     with tempfile.TemporaryDirectory() as folder:
         tree = pathlib.Path(folder) / "tree"
