@@ -22,7 +22,6 @@ from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..plot._pulley import CONTACT_COLOURS, LINING, lining_edges, on_circle
 from ..plot._shared import (
-    BLACK,
     BLUE,
     GREEN,
     ORANGE,
@@ -168,8 +167,6 @@ def look_of_event(event: Event) -> Data | None:
 
 def _css(colour: str) -> str:
     """A colour of figures as a page writes it: "0.5" is a grey."""
-    if colour == BLACK:
-        return "#000000"
     return colour if colour.startswith("#") else "#" + 3 * f"{round(255 * float(colour)):02x}"
 
 

@@ -16,7 +16,7 @@ from .._outputs._quantities import fault_of_times
 from .._parts._scene import banded_brake
 from .._run._result import Result, look
 from ._pulley import draw_moment, spot, tops_of
-from ._shared import STYLE, one_run, span
+from ._shared import STYLE, ink, one_run, span
 
 _FRAMES = 500  # at most: all of them are in the memory at once
 
@@ -72,7 +72,7 @@ def animate(
         with matplotlib.rc_context(STYLE):
             draw_moment(figure, result, t, p, tops)
         for axes in figure.axes:
-            axes.plot(*spot(0.97, np.asarray(p.y.phi) + np.pi / 2).T, marker="o", ms=6, color="k", gid="mark")
+            axes.plot(*spot(0.97, np.asarray(p.y.phi) + np.pi / 2).T, marker="o", ms=6, color=ink(), gid="mark")
 
     figure = Figure(figsize=(8.0 * bands, 9.0), dpi=80)
     film = FuncAnimation(figure, draw, times, init_func=lambda: None, cache_frame_data=False)

@@ -31,11 +31,13 @@ from ..results._dataset import dataset, read_result
 from ._shared import (
     BLUE,
     CYCLE,
+    GREY,
     MARKED,
     TEXT,
     VERMILLION,
     ZERO,
     finish,
+    ink,
     metric_words,
     name_marks,
     sheet,
@@ -107,7 +109,7 @@ def compare(results: Mapping[str, Source] | Sequence[Source], *, figure: Figure 
     finish(rows)
     ends = [_end(run) for run in data.values()]
     rows[-1].set(xlabel="time, s", xlim=(min(float(run["time"][0]) for run in data.values()), max(ends)))
-    like: dict[str, Any] = {"color": "0.3", "ls": "none", "mfc": "white"}
+    like: dict[str, Any] = {"color": GREY, "ls": "none", "mfc": "white"}
     named = {event: words_of_mark(MARKED[event][1]) for event in _EVENTS if event in marked}
     marks = [Line2D([], [], marker=_EVENTS[event], label=words, **like) for event, words in named.items()]
     name_marks(figure, [], marks)
@@ -248,7 +250,7 @@ def _quantiles(axes: Axes, y: Float[np.ndarray, " n"]) -> None:
     axes.hist(found, bins=40, weights=weights, orientation="horizontal", color=BLUE, alpha=0.6)
     for p, style in ((95, "--"), (50, "-"), (5, ":")) if found.size else ():
         at = float(np.percentile(found, p))
-        axes.axhline(at, color="k", lw=1.2, ls=style, label=f"{p} % below {at:.4g}")
+        axes.axhline(at, color=ink(), lw=1.2, ls=style, label=f"{p} % below {at:.4g}")
     finish([axes])
 
 
@@ -406,7 +408,7 @@ def _contours(axes: Axes, data: Dataset, paths: list[str], z: Float[np.ndarray, 
         if good.sum() > 3 and abs(np.corrcoef(x[good], y[good])[0, 1]) < 1.0 - 1e-9:  # else they lie on a line
             near = Triangulation(*(w[good] / np.ptp(w[good]) for w in (x, y))).triangles
             mesh = Triangulation(x[good], y[good], near)
-            lines = axes.tricontour(mesh, z[good], levels=7, colors="k", linewidths=1.0)
+            lines = axes.tricontour(mesh, z[good], levels=7, colors=ink(), linewidths=1.0)
             _label(axes, lines)
         return
     axes.set(xlim=(x.min(), x.max()), ylim=(y.min(), y.max()), title=label)
@@ -510,7 +512,7 @@ def _draw(axis: Axes, panel: _Panel, comparison: MaterialComparison, lining: Lin
             number = row[panel.name]
             axis.barh(y, panel.shown(number.value), 0.9 * height, color=colour, hatch=hatch, edgecolor="white", lw=0)
             if number.simulated is not None:
-                axis.plot(panel.shown(number.simulated), y, "D", color="black", ms=4.5, mec="white", mew=0.6, zorder=4)
+                axis.plot(panel.shown(number.simulated), y, "D", color=ink(), ms=4.5, mec="white", mew=0.6, zorder=4)
         if panel.limit is not None:
             axis.plot([panel.limit(rim, lining)] * 2, [i - 0.45, i + 0.45], color=VERMILLION, lw=2.2, zorder=3)
     axis.set_ylim(len(comparison.rims) - 0.4, -0.6)
@@ -526,7 +528,7 @@ def _legend(comparison: MaterialComparison) -> list[Any]:
     ]
     if comparison.simulated:
         label = "simulated (bars: estimates)"
-        handles.append(Line2D([], [], marker="D", ls="", color="black", mec="white", label=label))
+        handles.append(Line2D([], [], marker="D", ls="", color=ink(), mec="white", label=label))
     handles.append(Line2D([], [], color=VERMILLION, lw=2.2, label="permissible, rim or lining"))
     if any(not row.admissible for row in comparison):
         handles.append(Patch(facecolor="0.6", edgecolor="white", hatch="////", label="limit exceeded"))

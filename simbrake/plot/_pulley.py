@@ -25,7 +25,22 @@ from ..brakes._band import AbstractStiffness, ParallelBands
 from ..brakes._design import AbstractBandBrake
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..hybrid._arrays import Array
-from ._shared import BLUE, GREEN, ORANGE, PURPLE, VERMILLION, finish, head, name_marks, one_run, sheet, span, styled
+from ._shared import (
+    BLUE,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    VERMILLION,
+    finish,
+    head,
+    ink,
+    name_marks,
+    one_run,
+    sheet,
+    span,
+    styled,
+)
 
 Ends: TypeAlias = Float[np.ndarray, "n 2"]  # angles (rad) at which each lining begins and ends
 PerLining: TypeAlias = Float[np.ndarray, " n"]
@@ -88,10 +103,10 @@ def _draw_wheel(axes: Axes, angles: Ends, contacts: dict[str, np.ndarray]) -> No
 def _draw_band(axes: Axes, angles: Ends, ends: tuple[str, str]) -> None:
     """The band with its two straight ends and their labels, slack end first."""
     first, last = angles[0, 0], angles[-1, 1]
-    axes.plot(*spot(BAND, np.linspace(first, last, 400)).T, color="0.25", lw=2.5, zorder=3)
+    axes.plot(*spot(BAND, np.linspace(first, last, 400)).T, color=GREY, lw=2.5, zorder=3)
     for angle, direction, words in ((first, 1.0, ends[0]), (last, -1.0, ends[1])):
         start, tangent = spot(BAND, angle), direction * spot(1.0, angle + 0.5 * math.pi)
-        _draw_arrow(axes, start, start + 0.5 * tangent, mutation_scale=14, color="0.25", lw=2.5)
+        _draw_arrow(axes, start, start + 0.5 * tangent, mutation_scale=14, color=GREY, lw=2.5)
         place = {"xytext": (0, -3), "textcoords": "offset points", "ha": "center", "va": "top"}
         axes.annotate(words, tuple(start + 0.52 * tangent), **place)
 
@@ -104,10 +119,10 @@ def _draw_rotation(axes: Axes, omega: float, radius: float) -> None:
     """An arrow round the centre in the sense of the rotation, with the speed."""
     if omega != 0.0:
         low, high = (-50.0, 230.0)
-        axes.add_patch(Arc((0, 0), 2 * radius, 2 * radius, theta1=low, theta2=high, color="k", lw=1.4))
+        axes.add_patch(Arc((0, 0), 2 * radius, 2 * radius, theta1=low, theta2=high, color=ink(), lw=1.4))
         tip, back = (high, high - 14) if omega > 0 else (low, low + 14)
         ends = [spot(radius, math.radians(a)) for a in (back, tip)]
-        _draw_arrow(axes, *ends, mutation_scale=12, color="k", lw=1.4, gid="rotation")
+        _draw_arrow(axes, *ends, mutation_scale=12, color=ink(), lw=1.4, gid="rotation")
     words = f"$\\omega$\n{omega:.3g}\nrad/s" if omega != 0.0 else "at rest"
     axes.text(0, 0, words, ha="center", va="center")
 
@@ -124,7 +139,7 @@ _TENSION, _LOAD = (1.30, 0.72), (0.67, -0.37)  # where the scales begin, and the
 #: bars of the load of the first friction pair, and of the others
 _BARS: tuple[dict[str, Any], ...] = (
     {"fc": GREEN, "alpha": 0.75, "gid": "load", "zorder": 2},
-    {"fill": False, "ec": "0.3", "lw": 0.7, "gid": "rim load"},
+    {"fill": False, "ec": GREY, "lw": 0.7, "gid": "rim load"},
 )
 
 
@@ -193,7 +208,7 @@ def draw_moment(figure: Figure, result: Result, t: float, p: Probe, tops: tuple[
         Patch(color=GREEN, alpha=0.75, label="normal load $N$ of a lining, kN, inwards"),
     ]
     if len(contacts) > 1:
-        handles.append(Patch(fill=False, ec="0.3", label="load of a lining on the rim, kN"))
+        handles.append(Patch(fill=False, ec=GREY, label="load of a lining on the rim, kN"))
     name_marks(figure, [], [*handles, *_contact_legend(contacts)], "\n".join(rules))
 
 
@@ -245,7 +260,7 @@ def _rings(axes: Axes, top: float, count: int, scale: tuple[float, float], angle
         x, y = spot(radius, turn[0] + 0.05 / radius)
         words = f"{value:g} kN" if value == (ticks[0] if scale[1] < 0 else ticks[-1]) else f"{value:g}"  # the outermost
         place = {"ha": "right", "va": "top", "rotation": math.degrees(turn[0]) - 180.0}
-        axes.text(x, y, words, color="0.35", rotation_mode="anchor", gid=gid, **place)
+        axes.text(x, y, words, color=GREY, rotation_mode="anchor", gid=gid, **place)
     return top
 
 
@@ -349,7 +364,7 @@ def _disc(wheel: Axes, course: Axes, brake: DiscBrake, normal: PerLining, colour
     for i in range(callipers):
         middle = 90.0 + 360.0 * i / callipers
         ends = (middle - angle / 2, middle + angle / 2)
-        pad = Wedge((0, 0), outer, *ends, width=outer - inner, fc=colours[2 * i], ec="0.3", gid="pad", zorder=2)
+        pad = Wedge((0, 0), outer, *ends, width=outer - inner, fc=colours[2 * i], ec=GREY, gid="pad", zorder=2)
         wheel.add_patch(pad)
         x, y = spot(0.5 * (inner + outer), math.radians(middle))
         words = ", ".join(str(k) for k in (2 * i + 1, 2 * i + 2) if k <= pads.count)
@@ -378,8 +393,8 @@ def _drum(wheel: Axes, course: Axes, brake: ShoeBrake, normal: PerLining, colour
         # a pin a little beside the vertical through the shaft; angles count from it, up along the shoe's side
         pin = -0.5 * math.pi + side * 0.12
         ends = sorted(np.degrees(pin + side * np.array([start, end])).tolist())
-        wheel.add_patch(Wedge((0, 0), 1.02 * r, *ends, width=0.1 * r, fc=colours[i], ec="0.3", gid="shoe", zorder=2))
-        wheel.plot(*spot(float(brake.pin), pin), marker="o", ms=9, mfc="white", mec="0.2", zorder=4)
+        wheel.add_patch(Wedge((0, 0), 1.02 * r, *ends, width=0.1 * r, fc=colours[i], ec=GREY, gid="shoe", zorder=2))
+        wheel.plot(*spot(float(brake.pin), pin), marker="o", ms=9, mfc="white", mec=GREY, zorder=4)
         p, colour = pressure * np.sin(theta) / highest, GREEN if i else BLUE
         line = spot(0.92 * r - 0.45 * r * p / (max(pressures) or 1.0), pin + side * theta)
         base = spot(0.92 * r, pin + side * theta)

@@ -9,7 +9,7 @@ from .._base._table import scale
 from ..rig._ledger import Ledger
 from ..rig._lowerings import LOADS, Lowering
 from ..rig._replay import Comparison
-from ._shared import BLUE, GREEN, ORANGE, VERMILLION, finish, sheet, styled
+from ._shared import BLUE, GREEN, GREY, ORANGE, VERMILLION, finish, sheet, styled
 
 #: colours of the kinds of load
 _KINDS: dict[str, str] = dict(zip(LOADS, (ORANGE, GREEN, BLUE), strict=True))
@@ -60,7 +60,7 @@ def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
         middle = np.array([one.begin + 0.5 * one.duration for one in alike]) / unit
         low, work, high = factor * np.array([(one.hook_work_low, one.hook_work, one.hook_work_high) for one in alike]).T
         below.vlines(middle, 0.0, work, color=colour, lw=3.0, alpha=0.6)
-        below.errorbar(middle, work, [work - low, high - work], fmt="none", ecolor="0.2", capsize=3)
+        below.errorbar(middle, work, [work - low, high - work], fmt="none", ecolor=GREY, capsize=3)
     above.set_ylabel("height, m")
     below.set_ylabel(f"work, {name}")
     below.set_xlabel(f"time from the first row, {word}")

@@ -27,6 +27,7 @@ from ._pulley import CONTACT_COLOURS
 from ._shared import (
     BLUE,
     GREEN,
+    GREY,
     ORANGE,
     PURPLE,
     SKY,
@@ -40,6 +41,7 @@ from ._shared import (
     dense_grid,
     finish,
     head,
+    ink,
     keep_level,
     marks,
     name_marks,
@@ -178,7 +180,7 @@ def _panels(panels: Iterable[Axes], s: Series, words: BrakeWords) -> None:
     """Speed, torques, tensions or forces, and linings at their limit."""
     speed, torque, tension, linings = panels
     way = "" if s.motor_torque is None else ", below 0 upwards"
-    speed.plot(s.t, s.omega, color="k", label=rf"speed of the {words.body} $\omega${way}")
+    speed.plot(s.t, s.omega, color=ink(), label=rf"speed of the {words.body} $\omega${way}")
     speed.set_ylabel(r"$\omega$, rad/s")
     if s.hook_speed is not None and np.any(s.omega):
         keep_level(speed)
@@ -243,7 +245,7 @@ def stages(result: Result, *, running_in: RunningIn | None = None, figure: Figur
     figure = sheet(figure, 9.0, 12.0)
     panels = figure.subplots(5, 1, sharex=True, height_ratios=[1.2, 1.2, 1, 0.7, 0.7])
     speed, torque, heat, outer, inner = panels
-    speed.plot(t, s.omega, color="k", label=r"pulley $\omega$")
+    speed.plot(t, s.omega, color=ink(), label=r"pulley $\omega$")
     speed.plot(t, s.bandage_speed, color=GREEN, ls="--", label=r"bandage $\omega_b$")
     speed.set_ylabel("speed, rad/s")
     external, internal = s.pairs["external"], s.pairs["internal"]
@@ -368,7 +370,7 @@ def temperatures(result: Result, *, figure: Figure | None = None) -> Figure:
             # the rim broader, as the faces of linings are often as hot
             _extremes(surface, t, T, colour, named, lw=3.0 if name == "rim" else 1.3)
         if cycles is not None:
-            surface.plot([], [], color="0.3", ls=":", label="lowest of a cycle")
+            surface.plot([], [], color=GREY, ls=":", label="lowest of a cycle")
         limits = {name: (f"{own.get(name, name)} ≤", "--", T) for name, T in heat.permissible_at.items()}
         limits["coolant, outlet"] = "coolant boils at", ":", heat.boiling
         for name, (words, style, most) in limits.items():

@@ -4,7 +4,6 @@ import base64
 import contextlib
 import functools
 import io
-import math
 import re
 import textwrap
 from collections.abc import Callable, Iterable, Iterator
@@ -18,12 +17,9 @@ from cycler import cycler
 from jaxtyping import Float
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.patches import Arc, FancyArrowPatch, Patch
-from matplotlib.text import Text
-from matplotlib.ticker import AutoLocator, FuncFormatter, MaxNLocator, ScalarFormatter
+from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
@@ -43,8 +39,9 @@ ZERO = 273.15  # K
 #: colours distinguishable with any colour vision (M. Okabe, K. Ito, *Color Universal Design*, 2008)
 BLUE, SKY, GREEN, ORANGE, VERMILLION, PURPLE = "#0072B2", "#56B4E9", "#009E73", "#E69F00", "#D55E00", "#CC79A7"
 
-BLACK = "black"
-CYCLE = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, BLACK, "0.5")
+#: a grey that is dark on white paper, and can be seen on black
+GREY = "0.4"
+CYCLE = (BLUE, VERMILLION, GREEN, ORANGE, PURPLE, SKY, GREY, "0.7")
 
 #: events that change the state of a whole pair, with the colour and label of their line
 MARKED = {
@@ -56,7 +53,7 @@ MARKED = {
     "internal_restick": (PURPLE, "internal re-stick"),
     "stop": (VERMILLION, "stop"),
     "restick": (PURPLE, "re-stick"),
-    "restart": ("0.35", "restart"),
+    "restart": (GREY, "restart"),
     "release": ("0.5", "release"),
 }
 
@@ -65,7 +62,7 @@ def line_of(event: Event) -> tuple[str, str] | None:
     """Colour and label of the line at an event: of a whole pair, or of a mark of the whole brake; else `None`."""
     if event.name in MARKED or event.lining is not None:
         return MARKED.get(event.name)
-    return next(((BLACK, mark.words) for mark in known_marks() if mark.event == event.name), None)
+    return next(((GREY, mark.words) for mark in known_marks() if mark.event == event.name), None)
 
 
 #: dashes of the lines at events, so that they differ without colours as well
@@ -90,6 +87,11 @@ STYLE: Any = {  # (as rcParams)
 _LETTER, _HANDLE = 0.52, 3.6  # mean width of a letter, width of a line of the legend with its spaces, in sizes of text
 
 
+def ink() -> str:
+    """What is black on white paper: the colour of texts in the style in force."""
+    return matplotlib.rcParams["text.color"]
+
+
 def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
     """A function that draws, with the style of all figures."""
 
@@ -100,34 +102,9 @@ def styled(draw: Callable[P, Figure]) -> Callable[P, Figure]:
         for axes in figure.axes:
             keep_level(axes)
             axes.tick_params(which="both", labelsize=TEXT)  # further ticks are made when the figure is written
-            _space_ticks(axes)
-        if max(to_rgb(matplotlib.rcParams["figure.facecolor"])) < 0.5:
-            _lighten(figure)
         return figure
 
     return drawn
-
-
-def _space_ticks(axes: Axes) -> None:
-    """Fewer ticks of time where their labels are long, as 6106.5: Matplotlib leaves room for four letters."""
-    low, high = axes.get_xlim()
-    usual = isinstance(axes.xaxis.get_major_locator(), AutoLocator)
-    if not (usual and isinstance(axes.xaxis.get_major_formatter(), ScalarFormatter) and high > low):
-        return  # (such as an axis in s whose labels are ms)
-    decimals = max(0, math.ceil(-math.log10((high - low) / 5.0)))
-    letters = len(f"{max(abs(low), abs(high)):.{decimals}f}")
-    if letters > 4:
-        width = 72.0 * axes.get_position().width * axes.figure.get_figwidth()  # pyright: ignore
-        axes.xaxis.set_major_locator(MaxNLocator(int(np.clip(width / (0.8 * TEXT * letters), 2, 8)), min_n_ticks=2))
-
-
-def _lighten(figure: Figure) -> None:
-    """Dark greys of lines and texts inverted, for a style with a dark background."""
-    for one in figure.findobj(lambda one: isinstance(one, Line2D | Text | Arc | FancyArrowPatch)):
-        drawn: Any = one
-        grey = to_rgb(drawn.get_edgecolor() if isinstance(one, Patch) else drawn.get_color())
-        if max(grey) < 0.5 and max(grey) - min(grey) < 0.02:
-            drawn.set_color([1.0 - part for part in grey])
 
 
 def keep_level(axes: Axes) -> None:
@@ -212,7 +189,7 @@ class Window(NamedTuple):
 
     def label_time(self, axes: Axes) -> None:
         """Time in s, or in ms where a short time is enlarged."""
-        milliseconds = self.enlarged and self.end - self.start < 0.5
+        milliseconds = self.enlarged and self.end - self.start < 0.5 and self.end < 10.0  # longer numbers are in s
         if milliseconds:
             axes.xaxis.set_major_formatter(FuncFormatter(lambda x, _: f"{1e3 * x:g}"))
         if self.start > 9 * (self.end - self.start):  # long numbers

@@ -36,6 +36,7 @@ from ._shared import (
     BLUE,
     CYCLE,
     GREEN,
+    GREY,
     ORANGE,
     PURPLE,
     SKY,
@@ -44,6 +45,7 @@ from ._shared import (
     dense_grid,
     finish,
     head,
+    ink,
     metric_words,
     name_marks,
     sheet,
@@ -75,19 +77,19 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
         for side, end in ends:
             axes.barh(y, end - base, left=base, color=colours[side], height=0.7)
         if row.tangent is not None:
-            axes.vlines([base - row.tangent, base + row.tangent], y - 0.35, y + 0.35, "black", lw=1.5)
+            axes.vlines([base - row.tangent, base + row.tangent], y - 0.35, y + 0.35, ink(), lw=1.5)
         spread = number(row.half, row.unit, absolute=False, count=3, beside=abs(row.value))
         half = f" ± {spread}" if ranged else ""
         labels.append(f"\n{number(row.value, row.unit, count=4)}{half}")
     names = _parameters([row for row, _ in bars])
     axes.set_yticks(range(len(bars)), [f"{name}{value}" for name, value in zip(names, labels, strict=True)])
-    axes.axvline(base, color="black", lw=0.9)
+    axes.axvline(base, color=ink(), lw=0.9)
     name = metric_words(table.metric)
     axes.set_xlabel(f"elasticity of the {name}, % for 1 % of the parameter")
     if ranged:
         ends = [(BLUE, "parameter at its lower bound"), (VERMILLION, "at its upper bound")]
         handles: list[Artist] = [Patch(color=colour, label=words) for colour, words in ends]
-        handles.append(Line2D([], [], color="black", lw=1.5, label="by the derivative alone"))
+        handles.append(Line2D([], [], color=ink(), lw=1.5, label="by the derivative alone"))
         name_marks(figure, [], handles, "each parameter over its range, the others fixed")
         axes.set_xlabel(f"{name}{', ' * bool(table.unit)}{table.unit}")
         figure.suptitle(f"{name} {number(table.value, table.unit, count=4)}")
@@ -142,7 +144,7 @@ def overlay(result: Result, data: Measured, *, figure: Figure | None = None) -> 
             faults.append(values)
             continue
         factor, offset, name = scale(part.unit, float(np.max(np.abs(part.value))), absolute=True)
-        dots = {"fmt": ".", "color": "k", "ms": 4, "elinewidth": 0.8, "zorder": 3}
+        dots = {"fmt": ".", "color": ink(), "ms": 4, "elinewidth": 0.8, "zorder": 3}
         spread = None if part.sigma is None else factor * part.sigma
         axes.errorbar(part.t, factor * part.value + offset, spread, label="measured", **dots)
         axes.plot(s.t, factor * np.asarray(values) + offset, color=BLUE, label="run")
@@ -192,7 +194,7 @@ def calibration(fit: Calibration, recording: str | None = None, *, figure: Figur
             s = dense_grid(result, float(times.min()), float(times.max()))
             values = np.asarray(pick(result, s, points.column, points.entry)) - shift
             above.plot(s.t, values, style, **look)
-        dots = {"fmt": ".", "color": "k", "ms": 4, "elinewidth": 0.8, "zorder": 3}
+        dots = {"fmt": ".", "color": ink(), "ms": 4, "elinewidth": 0.8, "zorder": 3}
         above.errorbar(times, part.measured - shift, part.sigma, label=r"measured $\pm\,\sigma$", **dots)
         above.set_ylabel(_label(points, "°C" if shift else pretty(part.unit)))
         below.plot(times, part.scaled, ".", color=BLUE, ms=4)
@@ -204,7 +206,7 @@ def calibration(fit: Calibration, recording: str | None = None, *, figure: Figur
         for panel, values, look in ((axes[0, -1], was, before), (axes[1, -1], now, fitted)):
             panel.bar(names, np.where(np.isfinite(values), values, 0.0), width=0.3, **look)  # no bar: it did not occur
             panel.set_xlim(-0.6, len(names) - 0.4)
-            panel.axhline(0.0, color="k", lw=0.8)
+            panel.axhline(0.0, color=ink(), lw=0.8)
         axes[0, -1].set_ylabel(r"(model − measured)$/\sigma$ (–)")
         axes[1, -1].tick_params(axis="x", rotation=20)
     finish(axes.flat)
@@ -245,7 +247,7 @@ def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = 
         at, low, high = (factor * value + offset for value in e)
         ends = [[max(at - low, 0.0)], [max(high - at, 0.0)]]
         bounded = np.isfinite(ends).all()
-        cumulative.errorbar([at], [100 * p], xerr=ends if bounded else None, fmt="o", ms=4, capsize=4, color="k")
+        cumulative.errorbar([at], [100 * p], xerr=ends if bounded else None, fmt="o", ms=4, capsize=4, color=ink())
         shift, side = ((-8, 5), "right") if p > 0.5 else ((8, -11), "left")
         place = {"xytext": shift, "textcoords": "offset points", "ha": side}
         cumulative.annotate(f"{100 * p:g} %: {at:.4g} {unit}", (at, 100 * p), **place)
@@ -260,7 +262,7 @@ def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = 
     words, suffix = metric_words(name), f", {unit}" if unit else ""
     cumulative.set(xlabel=f"{words}{suffix}", ylabel="cumulative share, %")
     rest = "" if s.count == found.runs else f", which {s.count} of {found.runs} runs have"
-    bars = Line2D([], [], color="k", marker="o", ms=4, label=f"quantile, {100 * found.confidence:g} % interval")
+    bars = Line2D([], [], color=ink(), marker="o", ms=4, label=f"quantile, {100 * found.confidence:g} % interval")
     name_marks(figure, [], [bars])
     figure.suptitle(f"{words}{rest}")
     for panel in (density, cumulative):
@@ -292,7 +294,7 @@ def indices(table: SobolTable, *, figure: Figure | None = None) -> Figure:
         bars = {"color": colour, "alpha": 0.8, "label": label, "error_kw": {"capsize": 3, "lw": 1}}
         axes.barh(place + shift, [e.value for e in estimates], 0.38, xerr=[e.high - e.value for e in estimates], **bars)
     axes.set_yticks(place, _parameters(rows))
-    axes.axvline(0.0, color="k", lw=0.8)
+    axes.axvline(0.0, color=ink(), lw=0.8)
     axes.set_xlabel(f"share of the variance (–), ± half of the {100 * table.confidence:g} % interval")
     axes.grid(alpha=0.3, axis="x")
     handles, labels = axes.get_legend_handles_labels()
@@ -338,7 +340,7 @@ def effects(table: MorrisTable, *, figure: Figure | None = None) -> Figure:
 
 # --- layouts ----------------------------------------------------------------------------------------------------------
 
-_STYLES = [(BLUE, "o"), (VERMILLION, "s"), (GREEN, "D"), (ORANGE, "^"), (PURPLE, "v"), (SKY, "P"), ("black", "X")]
+_STYLES = [(BLUE, "o"), (VERMILLION, "s"), (GREEN, "D"), (ORANGE, "^"), (PURPLE, "v"), (SKY, "P"), (GREY, "X")]
 
 
 @explained
@@ -481,7 +483,7 @@ def chord_angles(k: int, frictions: Sequence[float]) -> Figure:
         angles = np.asarray(rows)
         for j in range(k - 2):
             panel.plot(angles[:, -1], angles[:, j], label=rf"$\beta_{j + 1}$")
-        panel.plot(angles[:, -1], angles[:, -1], color="k", ls=":", label=rf"$\beta_{k - 1} = \beta_{k}$")
+        panel.plot(angles[:, -1], angles[:, -1], color=ink(), ls=":", label=rf"$\beta_{k - 1} = \beta_{k}$")
         panel.set_xlabel(rf"$\beta_{k}$, °")
     finish(panels)
     figure.supylabel("chord angles of equal loads, °")
@@ -533,7 +535,7 @@ def wear(lives: LiningLife | Mapping[str, LiningLife], *, figure: Figure | None 
             left.annotate("turned ", (at / factor, 0.97), xytext=(-2, 0), color=colour, **place)
     top[0].set_ylabel("worn off, mm")
     upper.colorbar(colours, ax=list(top), label=f"brake applications{words}", pad=0.01)
-    left.plot([], [], color="0.3", ls="--", label="least worn")
+    left.plot([], [], color=GREY, ls="--", label="least worn")
     left.set(ylabel="worn off, mm", ylim=(0.0, None))
     right.set(ylabel="maximum over\nmean wear so far (–)", ylim=(0.98, 1.05 * right.get_ylim()[1]))
     for axes in (left, right):
@@ -555,7 +557,7 @@ def _along_the_band(axes: Axes, life: LiningLife, colours: ScalarMappable, facto
     done = np.linspace(0.0, life.brakings, _MARKS + 1)[1:]
     for count, worn in zip(done, _worn_after(life, done), strict=True):
         axes.plot(linings, 1e3 * worn, "o-", ms=3.5, color=colours.to_rgba(count / factor))
-    limit = {"color": "0.35", "ls": "--", "lw": 1.0, "label": "permissible"}
+    limit = {"color": GREY, "ls": "--", "lw": 1.0, "label": "permissible"}
     axes.stairs(1e3 * life.permissible, np.append(linings - 0.5, n + 0.5), baseline=None, **limit)
     top = 1.12e3 * float(life.permissible.max())
     axes.set(xlabel="lining, from the slack end", xlim=(0.5, n + 0.5), ylim=(0.0, top))

@@ -18,7 +18,7 @@
   /** A colour of the page, by its name there. */
   const themed = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
   /** A colour of a curve: black ones are those of the text, also in the dark. */
-  const readable = (colour) => ["#000000", "#1c2430"].includes(colour) ? themed("--ink") : colour;
+  const readable = (colour) => colour === "#1c2430" ? themed("--ink") : colour;
 
   /** An element with attributes and children; texts are never read as HTML. */
   function made(parent, name, attributes = {}, ...children) {
