@@ -91,8 +91,8 @@ def smoke(session: nox.Session) -> None:
 
 @on(MAIN, nightly=True)
 def slow(session: nox.Session) -> None:
-    """Nightly: the slow tests, with the peers of the benchmarks."""
-    session.install("-e", ".[test,bench]")
+    """Nightly: the slow tests, with the peers of the benchmarks and the libraries of the recipes."""
+    session.install("-e", ".[test,bench,recipes]")
     session.run("pytest", "-m", "slow", "tests", "--ignore", "tests/pages/test_examples.py", env=NO_SKIPS)
 
 

@@ -31,6 +31,7 @@ from typing import Any
 import lazy_loader
 
 from ._base._precision import use_64_bits
+from ._base._retired import answers
 
 _named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
@@ -52,7 +53,7 @@ def _uncollected() -> Iterator[None]:
             gc.enable()
 
 
-def __getattr__(name: str) -> Any:
+def _with_home(name: str) -> Any:
     """A name at the top; of another one the error says where it is."""
     try:
         with _uncollected():
@@ -64,3 +65,7 @@ def __getattr__(name: str) -> Any:
     homes = [home.__name__ for home in packages if name in getattr(home, "__all__", ())]
     hint = f": it is {' and '.join(f'{home}.{name}' for home in homes)}" if homes else ""
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}{hint}")
+
+
+_INDICES = "docs/recipes/global_indices.py computes them by SALib on simbrake.studies.evaluator"
+__getattr__ = answers(__name__, gone={"sobol_indices": _INDICES, "morris": _INDICES}, others=_with_home)

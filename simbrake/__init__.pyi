@@ -75,8 +75,6 @@ from .results._dataset import save as save
 from .studies._calibration import calibrate as calibrate
 from .studies._ensemble import ensemble as ensemble
 from .studies._ensemble import sweep as sweep
-from .studies._global import morris as morris
-from .studies._global import sobol_indices as sobol_indices
 from .studies._lining_life import lining_life as lining_life
 from .studies._measured import read_measured as read_measured
 from .studies._sensitivity import sensitivity as sensitivity

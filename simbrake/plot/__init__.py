@@ -7,7 +7,7 @@ from ._pulley import pressed, pulley
 from ._rig import ledger, replay
 from ._runs import contacts, depth, duty, lining_map, stages, stop, stops, temperatures
 from ._shared import titled
-from ._studies import angles, calibration, chord_angles, distribution, effects, indices, layouts, overlay, tornado, wear
+from ._studies import angles, calibration, chord_angles, distribution, layouts, overlay, tornado, wear
 
 __all__ = [
     "angles",
@@ -19,8 +19,6 @@ __all__ = [
     "depth",
     "distribution",
     "duty",
-    "effects",
-    "indices",
     "layouts",
     "ledger",
     "lining_map",
@@ -43,6 +41,8 @@ __all__ = [
 __getattr__ = answers(
     __name__,
     gone={
+        "indices": "docs/recipes/global_indices.py has them as a table, made by SALib",
+        "effects": "docs/recipes/global_indices.py has them as a table, made by SALib",
         "browse": "plot.stop draws the run over time, plot.pulley the brake at a time; simbrake app has sliders",
     },
 )

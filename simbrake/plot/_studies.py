@@ -26,7 +26,6 @@ from ..brakes._design import Brake, Lining
 from ..layouts._equal_layout import InfeasibleLayout, Layout, LayoutDesign, LayoutRow, chord_equal_load_angles
 from ..studies._calibration import Calibration
 from ..studies._evaluator import Faults
-from ..studies._global import MorrisEffect, MorrisTable, SobolIndex, SobolTable
 from ..studies._lining_life import LiningLife
 from ..studies._measured import Measured, Points, check_measured, pick
 from ..studies._sensitivity import Sensitivity, SensitivityTable
@@ -97,7 +96,7 @@ def tornado(table: SensitivityTable, *, most: int = 12, figure: Figure | None = 
     return figure
 
 
-def _parameters(rows: Sequence[Sensitivity | SobolIndex | MorrisEffect]) -> list[str]:
+def _parameters(rows: Sequence[Sensitivity]) -> list[str]:
     """Parameters in words, with their paths where several have the same words."""
     meanings = [row.meaning or row.path for row in rows]
     names = [f"{m} ({r.path})" if meanings.count(m) > 1 else m for m, r in zip(meanings, rows, strict=True)]
@@ -267,74 +266,6 @@ def distribution(found: Uncertainty, metric: Metric, *, figure: Figure | None = 
     figure.suptitle(f"{words}{rest}")
     for panel in (density, cumulative):
         panel.grid(alpha=0.3)
-    return figure
-
-
-@explained
-@styled
-def indices(table: SobolTable, *, figure: Figure | None = None) -> Figure:
-    """Total and first-order Sobol indices as bars with their intervals, the largest on top.
-
-    Example:
-        >>> ranges = {"duty.load.mass": (18e3, 22e3), "initial.omega": (22.0, 26.0)}
-        >>> tables = sb.sobol_indices(scene, ranges, ("stopping_time",), n=64, progress=False)
-        >>> figure = sb.plot.indices(tables["stopping_time"])
-        >>> sorted(label.get_text() for label in figure.axes[0].get_yticklabels())
-        ['initial speed', 'mass on the hook']
-    """
-    rows = table.indices[::-1]
-    figure = sheet(figure, 9.0, 0.6, rows=len(rows), room=1.9)
-    axes = figure.subplots()
-    place = np.arange(len(rows))
-    total, first = [row.total for row in rows], [row.first for row in rows]
-    for label, estimates, colour, shift in (
-        ("first order $S_1$: alone", first, ORANGE, -0.2),
-        ("total $S_T$: with interactions", total, BLUE, 0.2),
-    ):
-        bars = {"color": colour, "alpha": 0.8, "label": label, "error_kw": {"capsize": 3, "lw": 1}}
-        axes.barh(place + shift, [e.value for e in estimates], 0.38, xerr=[e.high - e.value for e in estimates], **bars)
-    axes.set_yticks(place, _parameters(rows))
-    axes.axvline(0.0, color=ink(), lw=0.8)
-    axes.set_xlabel(f"share of the variance (–), ± half of the {100 * table.confidence:g} % interval")
-    axes.grid(alpha=0.3, axis="x")
-    handles, labels = axes.get_legend_handles_labels()
-    axes.legend(handles[::-1], labels[::-1], loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False)
-    factor, _, unit = scale(table.unit, table.deviation)
-    spread = f"{factor * table.deviation:.3g} {unit}".rstrip()
-    figure.suptitle(f"{metric_words(table.metric)}: sources of its standard deviation, {spread}")
-    return figure
-
-
-@explained
-@styled
-def effects(table: MorrisTable, *, figure: Figure | None = None) -> Figure:
-    """Morris' plane: mean absolute elementary effect against its standard deviation.
-
-    Far to the right: influential. Above the line σ = μ*: the effect depends on the values of the other parameters.
-
-    Example:
-        >>> ranges = {"duty.load.mass": (18e3, 22e3), "initial.omega": (22.0, 26.0)}
-        >>> tables = sb.morris(scene, ranges, ("stopping_time",), progress=False)
-        >>> figure = sb.plot.effects(tables["stopping_time"])
-        >>> print(figure.axes[0].get_ylabel())
-        standard deviation of the effects $\\sigma$, s
-    """
-    figure = sheet(figure, 9.0, 7.0)
-    axes = figure.subplots()
-    factor, _, unit = scale(table.unit, max((abs(each.mu_star.value) for each in table.effects), default=0.0))
-    for effect, name in zip(table.effects, _parameters(table.effects), strict=True):
-        star, half = factor * effect.mu_star.value, factor * (effect.mu_star.high - effect.mu_star.value)
-        axes.errorbar([star], [factor * effect.sigma], xerr=[half], fmt="o", capsize=3, label=name)
-    right = axes.get_xlim()[1]
-    for slope, words in ((1.0, r"$\sigma = \mu^*$"), (0.1, r"$\sigma = 0.1\,\mu^*$: nearly linear below")):
-        axes.plot([0, right], [0, slope * right], color="0.6", lw=0.8, ls="--" if slope == 1 else ":", label=words)
-    top = max([factor * each.sigma for each in table.effects] + [0.12 * right])
-    axes.set(xlim=(0, right), ylim=(-0.03 * top, 1.15 * top))
-    suffix = f", {unit}" if unit else ""
-    axes.set_xlabel(rf"mean absolute effect $\mu^*$ of crossing the range (± half of the interval){suffix}")
-    axes.set_ylabel(rf"standard deviation of the effects $\sigma${suffix}")
-    figure.suptitle(f"{metric_words(table.metric)}: elementary effects")
-    finish([axes])
     return figure
 
 

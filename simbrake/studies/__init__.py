@@ -9,12 +9,18 @@ from .._base._retired import answers
 
 _named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
 
+_INDICES = "docs/recipes/global_indices.py computes them by SALib on simbrake.studies.evaluator"
 __getattr__ = answers(
     __name__,
     gone={
         "FRICTION": "docs/typical_values.md has the ranges of friction materials",
+        "GlobalSensitivity": _INDICES,
         "KnownSpread": "simbrake.uncertainty takes ranges of your inputs",
         "known_spread": "simbrake.uncertainty takes ranges of your inputs; docs/typical_values.md has some",
+        "MorrisTable": _INDICES,
+        "SobolTable": _INDICES,
+        "morris": _INDICES,
+        "sobol_indices": _INDICES,
     },
     others=_named,
 )

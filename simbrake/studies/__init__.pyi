@@ -7,11 +7,6 @@ from ._density import LogDensity as LogDensity
 from ._density import log_density as log_density
 from ._ensemble import ensemble as ensemble
 from ._ensemble import sweep as sweep
-from ._global import GlobalSensitivity as GlobalSensitivity
-from ._global import MorrisTable as MorrisTable
-from ._global import SobolTable as SobolTable
-from ._global import morris as morris
-from ._global import sobol_indices as sobol_indices
 from ._lining_life import LifeHistory as LifeHistory
 from ._lining_life import LiningLife as LiningLife
 from ._lining_life import lining_life as lining_life

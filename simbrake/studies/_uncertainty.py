@@ -212,18 +212,6 @@ def _cut(distribution: Distribution, about: Quantity) -> str:
     return f"truncate it: scipy.stats.truncnorm({low}, {high}, {mean:g}, {std:g})".replace("inf", "numpy.inf")
 
 
-def complete(data: Dataset) -> Dataset:
-    """The data set of an ensemble, if every run was made: those made first are the expensive ones, a biased sample.
-
-    Raises `SimulationError`, whose `result` is the data set.
-    """
-    missing = int(np.sum(np.asarray(data["code"]) < 0))
-    if missing:
-        message = f"interrupted: {missing} of {data.sizes['run']} runs were not made, and the rest is a biased sample. "
-        raise SimulationError(f"{message}With directory=… the same call continues the interrupted one", data)
-    return data
-
-
 # --- estimates with intervals -----------------------------------------------------------------------------------------
 
 
@@ -488,7 +476,11 @@ def uncertainty(
     draws = checked(issues, scene, distributions, n, method, [*asked, *hidden])
     unit, group = _points(n, len(draws.paths), method, replicates, seed)
     values = draws.values(unit)
-    data = complete(ensemble(scene, values, [*asked, *hidden], **options))
+    data = ensemble(scene, values, [*asked, *hidden], **options)
+    if missing := int(np.sum(np.asarray(data["code"]) < 0)):
+        # (those made first are the expensive ones)
+        message = f"interrupted: {missing} of {data.sizes['run']} runs were not made, and the rest is a biased sample. "
+        raise SimulationError(f"{message}With directory=… the same call continues the interrupted one", data)
     if "heat.permissible" in values and _HOT not in (limits or {}):
         bounds[_HOT] = values["heat.permissible"]
     inputs: dict[str, Any] = {

@@ -17,7 +17,7 @@ TESTED = [
     Requirement(text)
     for text in (
         *PROJECT["dependencies"],
-        *(text for name in ("ensemble", "global", "test") for text in EXTRAS[name]),
+        *(text for name in ("ensemble", "test") for text in EXTRAS[name]),
     )
     if not text.startswith("simbrake")
 ]

@@ -1,4 +1,4 @@
-"""Errors and ends of fits; intervals and indices of functions whose statistics are known."""
+"""Errors and ends of fits; intervals of numbers whose statistics are known."""
 
 import math
 
@@ -12,7 +12,7 @@ from scipy.special import ndtri
 from stop_scenes import stop_scene
 
 import simbrake as sb
-from simbrake.studies import _global, _uncertainty
+from simbrake.studies import _uncertainty
 from simbrake.studies._fit import FitModel, Recording, Search, cost, identify
 
 
@@ -126,44 +126,6 @@ def test_failed_runs_count_without_metrics():
     assert found.failures["any of these"].count == int(np.sum((np.arange(200) < 50) | (x > 1.9)))
     assert found.codes == {"step_limit": 10}
     assert "10 runs failed (step_limit 10)" in str(found)
-
-
-def test_sobol_indices_of_ishigami_function():
-    a, b = 7.0, 0.1
-    x = np.pi * (2 * _global.sobol_design(4096, 3, True, seed=2) - 1)
-    y = np.sin(x[:, 0]) + a * np.sin(x[:, 1]) ** 2 + b * x[:, 2] ** 4 * np.sin(x[:, 0])
-    first = (1 + b * np.pi**4 / 5) ** 2 / 2, a**2 / 8, 0.0
-    both = b**2 * np.pi**8 * (1 / 18 - 1 / 50)
-    variance = sum(first) + both
-    table = _global.sobol_table(["x", "y", "z"], y, True, name="Ishigami")
-    truth = dict(zip("xyz", zip(first, (first[0] + both, first[1], both), strict=True), strict=True))
-    assert [row.path for row in table.indices] == ["x", "y", "z"]
-    for row in table.indices:
-        for estimate, exact in zip((row.first, row.total), truth[row.path], strict=True):
-            assert estimate.value == pytest.approx(exact / variance, abs=0.01)
-            assert covered(estimate, exact / variance)
-    assert table.pairs is not None
-    assert table.pairs[0].paths == ("x", "z")
-    assert table.pairs[0].second.value == pytest.approx(both / variance, abs=0.02)
-    assert table.deviation == pytest.approx(math.sqrt(variance), rel=1e-2)
-    assert "together x × z" in str(table)
-
-
-def test_sobol_intervals_cover_g_function():
-    a = np.array([0.0, 1.0, 4.5])
-    v = 1 / (3 * (1 + a) ** 2)
-    variance = np.prod(1 + v) - 1
-    first, total = v / variance, v * np.prod(1 + v) / (1 + v) / variance
-    hits, repeats = np.zeros((2, 3)), 100
-    for seed in range(repeats):
-        u = _global.sobol_design(128, 3, False, seed)
-        table = _global.sobol_table(
-            ["0", "1", "2"], np.prod((abs(4 * u - 2) + a) / (1 + a), axis=1), resamples=200, seed=seed
-        )
-        for row in table.indices:
-            i = int(row.path)
-            hits[:, i] += covered(row.first, first[i]), covered(row.total, total[i])
-    assert hits.min() >= 0.88 * repeats, hits
 
 
 def covered(estimate, truth):

@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 from matplotlib.colors import to_hex, to_rgb
-from picture_scenes import BLUE, CYCLE, ORANGE, VERMILLION, hot_result, legend, plain_result, row_type
+from picture_scenes import BLUE, CYCLE, VERMILLION, hot_result, legend, plain_result, row_type
 from stop_scenes import stop_scene
 
 import simbrake as sb
@@ -17,14 +17,11 @@ from simbrake.studies import (
     Estimate,
     LifeHistory,
     LiningLife,
-    MorrisTable,
     Sensitivity,
     SensitivityTable,
-    SobolTable,
     Uncertainty,
 )
 
-SobolIndex, MorrisEffect = row_type(SobolTable, "indices"), row_type(MorrisTable, "effects")
 Statistics, Failure = row_type(Uncertainty, "statistics"), row_type(Uncertainty, "failures")
 Residuals = row_type(Calibration, "residuals")
 FittedRecording = row_type(Calibration, "recordings")
@@ -71,49 +68,6 @@ def test_tornado_has_bounds_and_derivatives():
     (base,) = axes.lines
     np.testing.assert_allclose(base.get_xdata(), 2.0)
     assert len(plot.tornado(table, most=1).axes[0].get_yticks()) == 1
-
-
-def test_sobol_indices_with_their_intervals():
-    rows = (
-        SobolIndex("mass", Estimate(0.5, 0.45, 0.52), Estimate(0.7, 0.6, 0.74)),
-        SobolIndex("speed", Estimate(0.2, 0.1, 0.23), Estimate(0.4, 0.3, 0.45)),
-    )
-    figure = plot.indices(SobolTable("stopping_time", "s", 2.0, 0.0125, rows, None, 0.9))
-    (axes,) = figure.axes
-    first, total = [one for one in axes.containers if hasattr(one, "patches")]
-    for drawn, place, values, ends, colour in (
-        (first, -0.2, [0.2, 0.5], [0.23, 0.52], ORANGE),
-        (total, 0.2, [0.4, 0.7], [0.45, 0.74], BLUE),
-    ):
-        np.testing.assert_allclose([p.get_y() + p.get_height() / 2 for p in drawn], [place, 1 + place], atol=1e-12)
-        np.testing.assert_allclose([p.get_width() for p in drawn], values)
-        half = np.subtract(ends, values)
-        np.testing.assert_allclose(spans(drawn.errorbar), np.stack([values - half, values + half], axis=1))
-        assert to_hex(drawn[0].get_facecolor()) == colour.lower()
-    np.testing.assert_array_equal(axes.lines[-1].get_xdata(), 0.0)
-
-
-def test_elementary_effects():
-    effects = (
-        MorrisEffect("mass", "kg", 1.0, 2.0, 3e5, Estimate(4e5, 3.5e5, 4.8e5), 2e5),
-        MorrisEffect("speed", "rad/s", 1.0, 2.0, -1e5, Estimate(1e5, 0.5e5, 1.3e5), 5e5),
-    )
-    figure = plot.effects(MorrisTable("energy.friction_heat", "J", effects, 0.95))
-    (axes,) = figure.axes
-    points = {one.get_label(): one for one in axes.containers}
-    np.testing.assert_allclose(points["mass"].lines[0].get_xydata(), [[400.0, 200.0]])
-    np.testing.assert_allclose(points["speed"].lines[0].get_xydata(), [[100.0, 500.0]])
-    np.testing.assert_allclose(spans(points["mass"]), [[320.0, 480.0]])
-    np.testing.assert_allclose(spans(points["speed"]), [[70.0, 130.0]])
-    lines = {line.get_label(): line for line in axes.lines if not line.get_label().startswith("_")}
-    right = axes.get_xlim()[1]
-    assert axes.get_xlim() == (0, right)
-    assert right >= 480.0
-    for words, slope in (
-        (r"$\sigma = \mu^*$", 1.0),
-        (r"$\sigma = 0.1\,\mu^*$: nearly linear below", 0.1),
-    ):
-        np.testing.assert_allclose(lines[words].get_xydata(), [[0, 0], [right, slope * right]])
 
 
 # --- uncertain results ------------------------------------------------------------------------------------------------

@@ -1,13 +1,12 @@
-"""Uncertain numbers: samples with known moments, intervals that cover, indices of functions and brakes that are known.
+"""Uncertain numbers: samples with known moments, intervals that cover.
 
 The stopping time of a rigid band under a constant lever, `ω_0 J/(R T_0 (Π − 1))`, is lognormal where speed, inertia and
-slack tension are: mean, deviation, quantiles, failure probability and Sobol indices all have closed forms.
+slack tension are: mean, deviation, quantiles and failure probability all have closed forms.
 """
 
 import json
 import math
 import re
-import sys
 
 import numpy as np
 import pytest
@@ -150,9 +149,6 @@ def test_runs_that_do_not_stop_are_counted():
     assert covered(s.mean, cut)
     assert covered(s.quantiles[0.5], TYPICAL * math.exp(S * ndtri(0.4)))
     assert f"{s.count} of 512 runs" in str(found)
-    with pytest.raises(sb.SimulationError, match=r"stopping_time does not exist in \d+ of 80 runs") as caught:
-        sb.sobol_indices(brake(end), lognormals(), n=16)
-    assert caught.value.result.sizes["run"] == 80
 
 
 def test_interrupted_ensemble_is_no_sample():
@@ -162,62 +158,6 @@ def test_interrupted_ensemble_is_no_sample():
 
     with pytest.raises(sb.SimulationError, match="of 512 runs were not made"):
         sb.uncertainty(brake(), lognormals(), n=512, progress=stop, workers=1)
-
-
-# --- indices ----------------------------------------------------------------------------------------------------------
-
-
-def test_sobol_indices_match_closed_forms():
-    found = sb.sobol_indices(brake(), lognormals(), n=512)
-    table = found["stopping_time"]
-    v = {path: math.expm1(s**2) for path, s in SPREAD.items()}
-    whole = math.prod(1 + x for x in v.values())
-    assert [row.path for row in table.indices] == sorted(SPREAD, key=lambda path: -SPREAD[path])
-    for row in table.indices:
-        x = v[row.path]
-        assert row.first.value == pytest.approx(x / (whole - 1), abs=0.03)
-        assert row.total.value == pytest.approx(x * whole / (1 + x) / (whole - 1), abs=0.03)
-        assert covered(row.first, x / (whole - 1))
-    assert table.unit == "s"
-    assert table.mean == pytest.approx(TYPICAL * math.exp(S**2 / 2), rel=5e-3)
-    assert found.runs == found.data.sizes["run"] == 512 * 5
-
-
-def test_mean_and_deviation_of_unmixed_runs():
-    """Of a block of runs the first and the one that has none of its numbers; the others mix both."""
-    found = sb.sobol_indices(brake(), lognormals(), n=8, second_order=True, resamples=2)
-    d, y = len(SPREAD), found.data["stopping_time"].values
-    inputs = np.stack([found.data[path].values for path in SPREAD], axis=1)
-    size = 2 * d + 2
-    unmixed = []
-    for first in range(0, len(y), size):
-        block = range(first, first + size)
-        (other,) = (i for i in block if np.all(inputs[i] != inputs[first]))
-        unmixed += [y[first], y[other]]
-    table = found["stopping_time"]
-    assert (table.mean, table.deviation) == pytest.approx((np.mean(unmixed), np.std(unmixed, ddof=1)), rel=1e-12)
-
-
-@pytest.mark.slow
-def test_morris_effects_of_a_brake():
-    given = {"initial.omega": (16.0, 24.0), "brake.pulley.width": (0.2, 0.3), "brake.pulley.inertia": (790.0, 810.0)}
-    scene = sb.with_values(brake(), {"brake.pulley.width": 0.23})
-    found = sb.morris(scene, given, trajectories=8)
-    speed, inertia, width = found["stopping_time"].effects
-    assert (speed.path, inertia.path, width.path) == ("initial.omega", "brake.pulley.inertia", "brake.pulley.width")
-    # linear in the speed, and a little in the inertia with it
-    assert speed.mu == pytest.approx(8.0 / 20.0 * TYPICAL, rel=0.02)
-    assert inertia.mu_star.value == pytest.approx(20.0 / 800.0 * TYPICAL, rel=0.1)  # at 8 speeds of 16…24
-    assert inertia.sigma > 1e-6
-    assert (width.mu, width.sigma) == (0.0, 0.0)
-    assert found.runs == 8 * 4
-    assert "16 … 24 rad/s" in str(found)
-
-
-def test_missing_salib_names_the_command(monkeypatch):
-    monkeypatch.setitem(sys.modules, "SALib.analyze", None)
-    with pytest.raises(ModuleNotFoundError, match=r"pip install 'simbrake\[global\]'"):
-        sb.morris(brake(), {"initial.omega": (16.0, 24.0)})
 
 
 # --- statistics of given numbers --------------------------------------------------------------------------------------
