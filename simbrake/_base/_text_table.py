@@ -22,6 +22,8 @@ from ._nulls import EMPTY
 #: bytes or characters of a piece of a file; the most of a row
 PIECE = 1 << 22
 _LONGEST_ROW = 1 << 24
+#: a unit behind a name: `Hook Load (klbf)`, `BPOS [m]`
+HEAD = re.compile(r"^(?P<name>.*\S)\s*[\[(](?P<unit>[^\[\]()]*)[\])]$")
 #: bytes that are not UTF-8, as Python decodes them
 _ESCAPED = re.compile(r"[\udc80-\udcff]")
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from .._base._faults import Fault, InputError, needed
 from .._base._nulls import EMPTY
-from .._base._text_table import PIECE, File, Rows, cells_of, opened
+from .._base._text_table import HEAD, PIECE, File, Rows, cells_of, opened
 from ._grammar import is_date_name, says_time
 
 #: bytes of a whole file, unpacked; columns of a table; depth of an XML; errors of one kind that are listed
@@ -398,9 +398,6 @@ def _described(text: str) -> tuple[str, str]:
 
 # --- CSV --------------------------------------------------------------------------------------------------------------
 
-#: a unit behind a name: `Hook Load (klbf)`, `BPOS [m]`
-_BEHIND = re.compile(r"^(?P<name>.*\S)\s*[\[(](?P<unit>[^\[\]()]*)[\])]$")
-
 
 def _csv(file: File, texts: Sequence[str]) -> Table:
     """Columns of a rig CSV: a row of names, perhaps one of units, then rows of values."""
@@ -419,7 +416,7 @@ def _csv(file: File, texts: Sequence[str]) -> Table:
         first += under
         remarks.append(f"line {first} has the units")
     for i, name in enumerate(names):
-        match = _BEHIND.match(name)
+        match = HEAD.match(name)
         if match is not None and not (units[i] or re.search(r"yyyy|hh:?mm", name, re.IGNORECASE)):
             names[i] = match["name"]
             units[i] = match["unit"].strip()

@@ -16,7 +16,7 @@ from .._base._faults import Fault, InputError
 from .._base._nulls import EMPTY, NULLS, take_nulls, told_as_null
 from .._base._quantity import behind
 from .._base._table import Tabular, Unit, plain, spelled, unit
-from .._base._text_table import Rows, cells_of, opened
+from .._base._text_table import HEAD, Rows, cells_of, opened
 from .._outputs._metrics import METRICS
 from .._outputs._quantities import SERIES_COLUMNS, Series, about_column, flat, outside, pair_column
 from .._parts._scene import Scene
@@ -297,7 +297,7 @@ def read_measured(
     `lining_temperature[3]`, linings from 1) or of one of its friction pairs (`internal_torque`), standard deviations in
     columns such as `omega_sigma`. A file of **events** has the columns `event, time, sigma` (or
     `event, value, unit, sigma`), an event being the name of a metric (`stopping_time`, `max_tension`,
-    `energy.friction_heat`). Units are in the header, `omega [rpm]`, `rim_temperature [degC]`, `t [ms]`; without one
+    `energy.friction_heat`). Units are in the header, `omega [rpm]`, `rim_temperature (degC)`, `t [ms]`; without one
     they are SI, and a standard deviation has its column's. Cells that are empty, `NaN`, `n/a` or the like were not
     measured, nor were null values of loggers such as -999.25, which is told. Lines that begin with `#` are comments,
     columns are separated by commas, semicolons (then numbers may have decimal commas) or tabs. Files are in UTF-8,
@@ -652,13 +652,10 @@ class CsvFile:
         return Measured(singles=tuple(singles))
 
 
-_HEAD = re.compile(r"^(?P<name>.*?)(?P<space>\s*)\[(?P<unit>[^\[\]]*)\]$")
-
-
 def _head(cell: str) -> _Head:
     """Name and unit of a header; brackets without a space before them may also hold an entry, `tension[3]`."""
     text = cell.strip()
-    match = _HEAD.match(text)
-    if match is None or not (match["space"] or spelled(match["unit"])):
+    match = HEAD.match(text)
+    if match is None or not (text[match.end("name")].isspace() or spelled(match["unit"])):
         return _Head(text, text, "")
     return _Head(text, match["name"], match["unit"].strip())

@@ -33,7 +33,7 @@ def test_units_and_empty_cells(tmp_path):
         tmp_path,
         "series.csv",
         "# a logger's remark\n"
-        "t [ms],omega [rpm],omega_sigma,lining_temperature[3] [degC],lining_temperature[3]_sigma,tight_tension[kN]\n"
+        "t [ms],omega (rpm),omega_sigma,lining_temperature[3] [degC],lining_temperature[3]_sigma,tight_tension[kN]\n"
         "0,300,6,20,1.5,\n"
         "\n"
         "500,,,25,2,1.25\n"
