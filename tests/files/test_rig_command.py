@@ -97,7 +97,7 @@ def test_a_log_is_replayed_on_a_scene(capsys, log, tmp_path):
     page, text = ((out / f"ledger.{ending}").read_text("utf-8") for ending in ("html", "txt"))
     first, margin, off, *rest = text.splitlines()
     assert re.match(r"hottest lowering: 2026-03-01 23:54:00, 5000 kJ in the brake, rim 9[\d.]+ °C$", first)
-    assert re.match(r"\w+: stopped; smallest margin: .*", margin)
+    assert re.match(r"\w+ \w+: .*stopped; smallest margin: .*", margin)
     assert off.startswith("simulated against recorded: travel ")
     assert rest[2] == "load of string or block not decidable: 2; flagged and left out: 0"
     for words in ("Hottest lowering", "beside the recording", "upper bound", "by trip"):
