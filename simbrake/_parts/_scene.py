@@ -48,7 +48,7 @@ from ..profiles import AbstractProfile, FunctionProfile, Piece, faults_of_sign, 
 from ..shaft import NO_TACKLE, AbstractAuxiliaryBrake, AbstractDryTorque, AbstractShaftTorque, TackleLoss
 from ..thermal._heat import FrictionHeat, Heat, PowerShares
 from ..thermal._network import Wall, nodes_at, place_of
-from ..wear import Wear, faults_of_wear
+from ..wear import AbstractWearRate, Wear, faults_of_wear
 
 
 class AbstractDuty(Part):
@@ -528,6 +528,11 @@ def _faults_of_own(scene: Scene, parts: _Parts) -> list[Fault]:
     for path, course in own:
         if isinstance(course, AbstractProfile) and not course.controls_speed:
             look(path, course, instant, lambda course=course: course.value(t, course.first_piece(t)))
+    for path, rate in own:
+        if isinstance(rate, AbstractWearRate):
+            v, T = abs(float(omega)) * float(scene.brake.track_radius), sensed_at_start(scene, 0)
+            where = f"p = 0 Pa, v = {v:g} m/s" + ("" if T is None else f", T = {np.min(T):g} K")
+            look(path, rate, where, lambda rate=rate, v=v, T=T: rate(jnp.zeros(()), jnp.asarray(v), T))
     load = scene.duty.load
     turning = f"{instant}, ω = {float(omega):g} rad/s"
     if _is_own(load):

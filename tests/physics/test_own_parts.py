@@ -299,9 +299,18 @@ class Drag(sb.shaft.AbstractShaftTorque):
         return jnp.log(omega - 20.0)
 
 
+class WearAtPressure(sb.wear.AbstractWearRate):
+    def at(self, T):
+        return jnp.asarray(1e-14)
+
+    def __call__(self, p, v, T):
+        return 1e-9 / p
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
+        ({"wear": sb.Wear(WearAtPressure())}, "wear.rate: WearAtPressure is inf at p = 0 Pa, v = 14.5 m/s"),
         ({"law": AtNoPressure()}, "brake.linings.friction: AtNoPressure is inf at v = 0 m/s, p = 0 Pa"),
         ({"law": TooFast()}, "brake.linings.friction: TooFast is nan at v = 14.5 m/s, p = 0 Pa"),
         (
