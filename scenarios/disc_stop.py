@@ -47,7 +47,7 @@ def scene() -> sb.Scene:
             lining=sb.material("retinax"),
             lining_thickness=0.020,
             lining_area=8 * float(pads.area),
-            lining_layers=8,
+            lining_layers=14,
             lining_first=1e-4,
             each=8,
             outside=25.0,  # W/(m²·K) to the air; assumption

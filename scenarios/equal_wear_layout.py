@@ -64,8 +64,8 @@ def scene() -> sb.Scene:
         lining=LINING,
         lining_thickness=THICKNESS,
         lining_area=LININGS * AREA,
-        lining_layers=6,
-        lining_first=2.5e-4,  # m; the heat of one stop stays near the face
+        lining_layers=14,
+        lining_first=2e-4,  # m; the heat of one stop stays near the face
         each=LININGS,
         inside=25.0,  # W/(m²·K); assumption
         outside=40.0,  # W/(m²·K); assumption

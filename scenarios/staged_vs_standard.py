@@ -30,12 +30,13 @@ def _heat(lining_thickness: float) -> sb.Heat:
         track_area=2 * math.pi * TRACK_RADIUS * TRACK_WIDTH,
         partition=sb.thermal.EffusivityPartition(STEEL, LINING),
         rim_layers=10,
+        rim_first=1.5e-3,  # m
         lining=LINING,
         lining_thickness=lining_thickness,
         lining_area=area,
-        lining_layers=16,
+        lining_layers=32,
         lining_both=True,
-        lining_first=3e-4,  # m; thin, as the heat of a brake application stays near the faces
+        lining_first=6e-5,  # m; thin, as the heat of a brake application stays near the faces
         band=BAND_STEEL,
         band_thickness=BAND,
         inside=25.0,  # W/(m²·K); assumption

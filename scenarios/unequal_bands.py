@@ -43,7 +43,7 @@ def heat() -> sb.Heat:
     return sb.Heat(
         bodies=(
             sb.thermal.Wall("rims", rim, thickness=0.025, area=track, layers=10, growth=1.4, copies=2),  # V table 1
-            sb.thermal.Wall("linings", lining, LINING, AREA, layers=6, growth=3.0, copies=n),
+            sb.thermal.Wall("linings", lining, LINING, AREA, layers=14, growth=1.4, copies=n),
             sb.thermal.Reservoir("air"),
         ),
         links=(
