@@ -126,7 +126,7 @@ def stops(stop: sb.Result) -> None:
     save(plot.lining_map(stop, "normal_load"), "lining_map")
     save(plot.tornado(sb.sensitivity(scene, ["stopping_time"], span=0.05)[0]), "tornado")
     film = HERE / "pictures" / "stop.gif"
-    plot.animate(stop, film, duration=0.5, fps=20)
+    plot.animate(stop, film, duration=0.5, fps=20, end=0.4)
     with Image.open(film) as frames:
         frames.seek(3)
         frame = few_colours(frames)
