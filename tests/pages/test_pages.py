@@ -516,7 +516,7 @@ def test_each_move_in_the_browser_is_a_run(published, browser):
             assert value == pytest.approx(float(result[about["name"]]), rel=1e-9)
         times = [event.time for event in result.events if event.lining is None]
         assert [event["t"] for event in found["events"]] == pytest.approx(times, rel=1e-9)
-        assert page.text_content("#banner b") == "Stopped"
+        assert page.text_content("#banner b").startswith("H4: At rest and held")
     compared_with_the_start(page, sb.simulate(sb.read_scene(STOP)), result)
     curves = page.evaluate("window.simbrake.live.curves(0, 5, window.simbrake.live.run().events)")
     series = result.series(np.asarray(curves["t"]))
