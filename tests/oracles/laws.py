@@ -3,7 +3,7 @@
 import math
 
 import numpy as np
-from oracles.stops import BETA, BY_SLOPE, EXACT, SMOOTH, T0, W0, J, N, R, over, ratio, slope, torque, until
+from oracles.stops import BETA, BY_SLOPE, EXACT, SMOOTH, T0, W0, J, N, R, over, ratio, slope, torque, until_rest
 
 
 def stribeck_friction():
@@ -31,7 +31,7 @@ def friction_with_memory():
             q = M * y[0] / (pads * area)
             return [-M / inertia, k * (0.5 - y[1]) + q / work * (1.2 - y[1])]
 
-        return until(rates, [W0, 0.9], lambda t, y: y[0])
+        return until_rest(rates, [W0, 0.9])
 
     source = "SciPy DOP853: ċ = k (c_1 − c) + q/w_0 (c_2 − c), J ω̇ = −n f c F r"
     time, y = stop()

@@ -4,7 +4,6 @@ import math
 
 from scipy.integrate import quad, solve_ivp
 
-G = 9.80665
 EXACT, SMOOTH, BY_SLOPE = 1e-10, 1e-9, 1e-7
 
 # a stop on a rigid or elastic band: four linings of 50°, constant slack tension, no load
@@ -21,8 +20,8 @@ def torque(f):
     return R * T0 * (ratio(f) ** N - 1)
 
 
-def over(function, high, low=0.0):
-    return quad(function, low, high, epsabs=0.0, epsrel=1e-13, limit=400)[0]
+def over(function, high):
+    return quad(function, 0.0, high, epsabs=0.0, epsrel=1e-13, limit=400)[0]
 
 
 def slope(of, x, step=1e-2):
@@ -38,13 +37,8 @@ def at_rest(t, y):
 at_rest.terminal = True
 
 
-def until(rhs, y, event, t=0.0, end=100.0, direction=0.0):
-    """The time and state at which an event comes first."""
-
-    def wrapped(t, y):
-        return event(t, y)
-
-    wrapped.terminal, wrapped.direction = True, direction
-    out = solve_ivp(rhs, (t, end), y, "DOP853", events=wrapped, rtol=2.3e-14, atol=1e-13)
+def until_rest(rates, y):
+    """The time and state at which `y[0]` comes to 0 first."""
+    out = solve_ivp(rates, (0.0, 100.0), y, "DOP853", events=at_rest, rtol=2.3e-14, atol=1e-13)
     assert out.t_events[0].size, "the event does not come"
     return float(out.t_events[0][0]), out.y_events[0][0]
