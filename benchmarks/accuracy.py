@@ -90,16 +90,17 @@ def judged(name: str, problem: sb.Scene, truth: sb.results.Result, rtol: float) 
     instant = 1e-3 * float(times[int(result.record.count)] - times[0])
     energy = max(abs(float(one.value or 0.0)) for one in found.metrics if one.unit == "J")
     rows = []
-    for one in found.metrics:
-        true = apart.metrics[one.name]
+    for one, other in zip(found.metrics, apart.metrics, strict=True):
+        true = other.error
         if one.value is not None and one.error is not None and true is not None:
             size = abs(float(one.value))
             scale = {"s": max(size, instant), "J": energy}.get(one.unit, size)
             rows.append(Row(one.name, scale, true, one.error - (one.layers or 0.0)))  # `truth` has the same layers
-    for event, true in zip(found.events, apart.events, strict=True):
-        rows.append(Row(f"event {event.name}", max(abs(event.value), instant), true, event.error - event.layers))
-    for one, (true, _, largest) in zip(found.states, apart.states.values(), strict=True):
-        rows.append(Row(f"state {one.name}", largest, true, one.error - one.layers))
+    for event, other in zip(found.events, apart.events, strict=True):
+        size = max(abs(event.value), instant)
+        rows.append(Row(f"event {event.name}", size, other.error, event.error - event.layers))
+    for one, other in zip(found.states, apart.states, strict=True):
+        rows.append(Row(f"state {one.name}", other.value, other.error, one.error - one.layers))
     return Judged(name, rtol, rows, True, True)
 
 

@@ -5,6 +5,7 @@ import difflib
 import functools
 import itertools
 import math
+import operator
 import time
 from collections import Counter
 from collections.abc import Iterable, Iterator
@@ -38,6 +39,43 @@ _BRIEF = 1e-12
 _INSTANTS = 4096
 #: shares of each step of the first run at which they are compared
 _SHARES = np.array([0.0, 0.25, 0.5, 0.75])
+
+
+class ErrorEstimate(NamedTuple):
+    """A number of a run with its estimated error, both in its SI unit; `None` where it has no value.
+
+    - `value`: of a metric or an energy; of an event its time; of a kind of states the largest in the run
+    - `layers`: part of the error that the layers of walls make; of temperatures with those of the surfaces
+    - `lining` of an event;  `time` (s) at which states have their largest error
+
+    Example:
+        >>> one = result.accuracy().metrics[2]
+        >>> one.name, one.unit, one.error < 1e-9
+        ('stopping_time', 's', True)
+    """
+
+    name: str
+    unit: str
+    value: float | None
+    error: float | None
+    layers: float | None = 0.0
+    lining: int | None = None
+    time: float | None = None
+
+    @property
+    def relative(self) -> float | None:
+        """Error as a share of the value; of a temperature as a share of the kelvins."""
+        return self.error / abs(self.value) if self.error is not None and self.value else None
+
+    @property
+    def is_of_layers(self) -> bool:
+        """Whether the error is mostly that of the layers of walls."""
+        return (self.layers or 0.0) > 0.5 * (self.error or 0.0)
+
+
+def _worst(estimates: Iterable[ErrorEstimate]) -> ErrorEstimate:
+    return max(estimates, key=lambda one: one.error or 0.0)
+
 
 # --- states by kind ---------------------------------------------------------------------------------------------------
 
@@ -103,8 +141,8 @@ def _segments(scan: Scan, brief: float) -> list[Segment]:
     return [Segment(a, b, tuple(modes[a].tolist())) for a, b in spans]
 
 
-def _named(event: Event) -> tuple[str, int | None]:
-    return event.name, event.lining
+#: what tells events apart
+_named = operator.attrgetter("name", "lining")
 
 
 def _words(event: Event | None) -> str:
@@ -128,12 +166,12 @@ def _in_pairs(a: list[Event], b: list[Event]) -> tuple[list[tuple[Event, Event]]
 
 
 class Difference(NamedTuple):
-    """How far two runs lie apart: metrics by name, times of events in the order of the log, states by kind (largest
-    difference, the time of it in the first run, and the largest value); and why only metrics can be compared."""
+    """How far two runs lie apart: the `error` of metrics, of times of events in the order of the log, and of states by
+    kind; and why only metrics can be compared."""
 
-    metrics: dict[str, float | None]
-    events: list[float]
-    states: dict[Kind, tuple[float, float, float]]
+    metrics: list[ErrorEstimate]
+    events: list[ErrorEstimate]
+    states: list[ErrorEstimate]
     problem: str = ""
 
 
@@ -154,15 +192,17 @@ def difference(a: Result, b: Result) -> Difference:
     """How far two runs of one scene lie apart; states at the ends of the first one's steps and inside them."""
     mine, theirs = a.report(), b.report()
     ours, others = metrics_of_run(a), metrics_of_run(b)
-    metrics = {
-        name: None if value is None or others.get(name) is None else abs(value - others[name])  # pyright: ignore
-        for name, value in ours.items()
-    }
+    metrics = []
+    for name, value in ours.items():
+        other = others.get(name)
+        apart = None if value is None or other is None else abs(value - other)
+        metrics.append(ErrorEstimate(name, about_output(name)["units"], value, apart))
     pairs, problem = _in_pairs(mine.events, theirs.events)
     segments = None if problem else _matched(mine.scan, theirs.scan)
     if segments is None:
-        return Difference(metrics, [], {}, problem or "between two events the modes of the runs differ")
-    return Difference(metrics, [abs(x.time - y.time) for x, y in pairs], _of_states(mine.scan, theirs.scan, segments))
+        return Difference(metrics, [], [], problem or "between two events the modes of the runs differ")
+    events = [ErrorEstimate(x.name, "s", float(x.time), abs(x.time - y.time), lining=x.lining) for x, y in pairs]
+    return Difference(metrics, events, _of_states(mine.scan, theirs.scan, segments))
 
 
 def _matched(a: Scan, b: Scan) -> list[tuple[Segment, Segment]] | None:
@@ -174,7 +214,7 @@ def _matched(a: Scan, b: Scan) -> list[tuple[Segment, Segment]] | None:
     return None
 
 
-def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> dict[Kind, tuple[float, float, float]]:
+def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> list[ErrorEstimate]:
     pairs = []
     for mine, theirs in segments:
         # times that lie between the same events in both runs: after an event of one of them alone, states may jump
@@ -186,13 +226,13 @@ def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> dic
         times = np.unique(np.clip(np.append(t0 + _SHARES * (t1 - t0), end), begin, end))
         pairs.append((*_places(a, mine, times), *_places(b, theirs, times)))
     if not pairs:
-        return {}
+        return []
     own, place, row, share = (np.concatenate(column) for column in zip(*pairs, strict=True))
     some = np.unique(np.linspace(0, len(own) - 1, min(len(own), _INSTANTS)).round().astype(int))
     own, place, row, share = own[some], place[some], row[some], share[some]
     t = a.steps.t0[own] + place * (a.steps.t1[own] - a.steps.t0[own])
     y, other = _states_at(a, own, place), _states_at(b, row, share)
-    kinds, others, errors = kinds_of(a.record), kinds_of(b.record), {}
+    kinds, others, states = kinds_of(a.record), kinds_of(b.record), []
     finer = kinds != others
     for kind in dict.fromkeys(kinds):
         u = y[:, [i for i, entry in enumerate(kinds) if entry == kind]]
@@ -208,8 +248,9 @@ def _of_states(a: Scan, b: Scan, segments: list[tuple[Segment, Segment]]) -> dic
             )
         apart = np.max(np.abs(u - v), axis=1)
         worst = int(np.argmax(apart))
-        errors[kind] = (float(apart[worst]), float(t[worst]), float(np.max(np.abs(u))))
-    return errors
+        largest = float(np.max(np.abs(u)))
+        states.append(ErrorEstimate(kind.name, kind.unit, largest, float(apart[worst]), time=float(t[worst])))
+    return states
 
 
 def _places(scan: Scan, segment: Segment, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -302,42 +343,6 @@ def _scope(heat: Heat, problem: str) -> str:
         f"covers the integration in time: steps, events, states and maximum values inside steps{layers}. Does not "
         f"cover {', '.join(beyond)}, or a pulse in a profile that no step looked at"
     )
-
-
-class ErrorEstimate(NamedTuple):
-    """A number of a run with its estimated error, both in its SI unit; `None` where it has no value.
-
-    - `value`: of a metric or an energy; of an event its time; of a kind of states the largest in the run
-    - `layers`: part of the error that the layers of walls make; of temperatures with those of the surfaces
-    - `lining` of an event;  `time` (s) at which states have their largest error
-
-    Example:
-        >>> one = result.accuracy().metrics[2]
-        >>> one.name, one.unit, one.error < 1e-9
-        ('stopping_time', 's', True)
-    """
-
-    name: str
-    unit: str
-    value: float | None
-    error: float | None
-    layers: float | None = 0.0
-    lining: int | None = None
-    time: float | None = None
-
-    @property
-    def relative(self) -> float | None:
-        """Error as a share of the value; of a temperature as a share of the kelvins."""
-        return self.error / abs(self.value) if self.error is not None and self.value else None
-
-    @property
-    def is_of_layers(self) -> bool:
-        """Whether the error is mostly that of the layers of walls."""
-        return (self.layers or 0.0) > 0.5 * (self.error or 0.0)
-
-
-def _worst(estimates: Iterable[ErrorEstimate]) -> ErrorEstimate:
-    return max(estimates, key=lambda one: one.error or 0.0)
 
 
 @dataclasses.dataclass(frozen=True, repr=False)
@@ -462,42 +467,25 @@ class Accuracy(Tabular):
 
     def as_dict(self) -> Entry:
         """`{estimated, problem, scope, metrics, events, states, cost}` of JSON, numbers in SI."""
+        cost = ("rtol", "second_rtol", "steps", "second_steps", "finer_steps", "finer_seconds")
         entry = {
             "estimated": not self.problem,
             "problem": self.problem,
             "scope": self.scope,
-            "metrics": {
-                one.name: {"unit": one.unit, "value": one.value, "error": one.error, "layers": one.layers}
-                for one in self.metrics
-            },
-            "events": [
-                {"name": one.name, "lining": one.lining, "time": one.value, "error": one.error, "layers": one.layers}
-                for one in self.events
-            ],
+            "metrics": {one.name: _values(one, "unit", "value", "error", "layers") for one in self.metrics},
+            "events": [_values(one, "name", "lining", "error", "layers", time=one.value) for one in self.events],
             "states": {
-                one.name: {
-                    "name": one.name,
-                    "unit": one.unit,
-                    "error": one.error,
-                    "time": one.time,
-                    "largest": one.value,
-                    "layers": one.layers,
-                }
+                one.name: _values(one, "name", "unit", "error", "time", "layers", largest=one.value)
                 for one in self.states
             },
-            "cost": {
-                "rtol": self.rtol,
-                "second_rtol": self.second_rtol,
-                "second_max_step": self.max_step,
-                "steps": self.steps,
-                "second_steps": self.second_steps,
-                "second_seconds": self.seconds,
-                "finer_steps": self.finer_steps,
-                "finer_seconds": self.finer_seconds,
-            },
+            "cost": _values(self, *cost, second_max_step=self.max_step, second_seconds=self.seconds),
             "finer_problem": self.finer_problem,
         }
         return plain(entry)
+
+
+def _values(part: Any, *names: str, **more: Any) -> Entry:
+    return {name: getattr(part, name) for name in names} | more
 
 
 _KIND_WORDS = {kind.name: kind.words for kind in _KINDS.values()}
@@ -576,13 +564,13 @@ def accuracy(result: Result, progress: Any = False) -> Accuracy:
 def _with_layers(found: Accuracy, apart: Difference) -> Accuracy:
     """The estimate with the errors of the layers of walls, from the difference to a run with finer ones."""
 
-    def added(one: ErrorEstimate, difference: float | None) -> ErrorEstimate:
-        if one.error is None or difference is None:
+    def added(one: ErrorEstimate, other: ErrorEstimate) -> ErrorEstimate:
+        if one.error is None or other.error is None:
             return one._replace(error=None, layers=None)
-        layers = float(error_of_layers(difference, one.error))
+        layers = float(error_of_layers(other.error, one.error))
         return one._replace(error=one.error + layers, layers=layers)
 
-    metrics = tuple(added(metric, apart.metrics[metric.name]) for metric in found.metrics)
+    metrics = tuple(map(added, found.metrics, apart.metrics))
     if apart.problem:
         why = f"with finer layers {apart.problem}"
         hottest = max((metric.layers or 0.0 for metric in metrics if metric.name in HOT), default=0.0)
@@ -591,46 +579,34 @@ def _with_layers(found: Accuracy, apart: Difference) -> Accuracy:
             for state in found.states
         )
         return dataclasses.replace(found, metrics=metrics, states=states, finer_problem=why)
-    events = tuple(added(event, error) for event, error in zip(found.events, apart.events, strict=True))
-    layered = {kind.name: values for kind, values in apart.states.items()}
     states = []
-    for state in found.states:
-        difference, at, largest = layered[state.name]
-        whole = added(state, difference)
-        states.append(whole._replace(time=at, value=largest) if whole.is_of_layers else whole)
+    for state, other in zip(found.states, apart.states, strict=True):
+        whole = added(state, other)
+        states.append(whole._replace(time=other.time, value=other.value) if whole.is_of_layers else whole)
+    events = tuple(map(added, found.events, apart.events))
     return dataclasses.replace(found, metrics=metrics, events=events, states=tuple(states))
 
 
 def _estimates(result: Result, apart: Difference) -> Iterator[tuple[ErrorEstimate, ...]]:
-    """Errors of metrics, events and states from the differences of two runs, with what rounding leaves."""
-    steps, scan, values = int(result.record.stats.accepted), result.report().scan, metrics_of_run(result)
+    """Errors of metrics, events and states: how far two runs lie apart, and what rounding leaves."""
+    steps, scan = int(result.record.stats.accepted), result.report().scan
     times_of_peaks = {f"{name}_time" for name, metric in METRICS.items() if metric.greatest}
-    begin, end = float(np.min(scan.steps.t0)), float(np.max(scan.steps.t1))
-    energy = max((abs(value) for name, value in values.items() if name.startswith("energy.") and value), default=0.0)
+    span = float(np.max(scan.steps.t1)) - float(np.min(scan.steps.t0))
+    energy = max((abs(one.value) for one in apart.metrics if one.name.startswith("energy.") and one.value), default=0.0)
 
-    def size(unit: str, value: float) -> float:
-        if unit == "s":
-            return max(abs(value), _INSTANT * (end - begin))
-        return energy if unit == "J" else abs(value)
+    def with_rounding(one: ErrorEstimate, least: float = 0.0) -> ErrorEstimate:
+        return one._replace(error=float((one.error or 0.0) + rounding(steps, max(abs(one.value or 0.0), least))))
 
-    metrics = list[ErrorEstimate]()
-    for name, value in values.items():
-        unit, error = about_output(name)["units"], apart.metrics[name]
-        if error is not None and value is not None and (error or value):  # (what is 0 in both is no sum)
-            error = float(error + rounding(steps, size(unit, value)))
-            if name in times_of_peaks:
-                error += _root_of_rounding(scan, value)
-        metrics.append(ErrorEstimate(name, unit, value, error))
+    metrics = []
+    for one in apart.metrics:
+        if one.error is not None and (one.error or one.value):  # (what is 0 in both is no sum)
+            one = with_rounding(one, {"s": _INSTANT * span, "J": energy}.get(one.unit, 0.0))
+            if one.name in times_of_peaks:
+                one = one._replace(error=(one.error or 0.0) + _root_of_rounding(scan, one.value or 0.0))
+        metrics.append(one)
     yield tuple(metrics)
-    times = [float(event.time) for event in result.events]
-    yield tuple(
-        ErrorEstimate(event.name, "s", time, float(error + rounding(steps, size("s", time))), lining=event.lining)
-        for event, time, error in zip(result.events, times, apart.events, strict=True)
-    )
-    yield tuple(
-        ErrorEstimate(kind.name, kind.unit, largest, float(error + rounding(steps, largest)), time=at)
-        for kind, (error, at, largest) in apart.states.items()
-    )
+    yield tuple(with_rounding(one, _INSTANT * span) for one in apart.events)
+    yield tuple(map(with_rounding, apart.states))
 
 
 def _root_of_rounding(scan: Scan, t: float) -> float:
