@@ -11,11 +11,11 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from ._base._corners import clipped
-from ._base._faults import Fault, InputError
+from ._base._faults import Fault, Faults, InputError
 from ._base._part import Part, as_part, part, quantity, short_for, whole
 from ._base._quantity import Quantity, Scalar, in_si
 from ._base._table import number
-from .hybrid._arrays import Array
+from .hybrid._arrays import Array, IntScalar, Mark, ScalarArray
 from .hybrid._struct import struct_field
 from .profiles import AbstractProfile, Constant, Piece, PiecewiseLinear, Real
 
@@ -61,7 +61,7 @@ class AfterTravel(AbstractEnd):
 
     distance: Scalar = quantity("m", "travel of the hook, negative upwards")
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         hint = "give the metres downwards, negative ones upwards"
         return [Fault(f"{path}.distance", "0 m is no travel", hint)] if float(self.distance) == 0.0 else []
 
@@ -141,7 +141,7 @@ class AtStop(AbstractEnd):
 
     number: Scalar = quantity("1", "number of the stop", low=1.0, high=1e6)
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         whole = float(self.number) % 1 == 0
         return [] if whole else [Fault(f"{path}.number", f"{float(self.number):g} is no whole number", "as in 3")]
 
@@ -210,7 +210,7 @@ WANTS = {
 }
 
 
-def faults_of_want(wants: str, path: str) -> list[Fault]:
+def faults_of_want(wants: str, path: str) -> Faults:
     """The error of a word that names nothing that a duty can want."""
     if wants == "" or wants in WANTS:
         return []
@@ -246,7 +246,7 @@ class Phase(Part):
     auxiliary: Scalar | None = quantity("1", "engagement of auxiliary brakes", low=0.0, high=1.0, default=None)
     wants: str = struct_field(static=True, default="")
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         faults = faults_of_want(self.wants, path)
         if self.wants == "hoist" and self.motor is None:
             hint = "give the phase the speed of a motor, or another want"
@@ -323,7 +323,7 @@ class Phases(Part):
         """Whether auxiliary brakes are engaged differently in some phase."""
         return any(phase.auxiliary is not None for phase in self.each)
 
-    def engagement(self, passed: Int[Array, ""]) -> Float[Array, ""]:
+    def engagement(self, passed: IntScalar) -> ScalarArray:
         """Share of auxiliary brakes in the phase after `passed` others."""
         now = self.at(passed, jnp.zeros(()))
         return now.of_each([1.0 if phase.auxiliary is None else phase.auxiliary for phase in self.each])
@@ -368,20 +368,20 @@ class Phases(Part):
         ends = [(x.stands, x.stands + x.step * ((x.end - x.begin) // x.length - 1)) for x in self._groups]
         return min(map(min, ends)), max(map(max, ends))
 
-    def _group_of(self, passed: Int[Array, ""]) -> _Group:
+    def _group_of(self, passed: IntScalar) -> _Group:
         """The group of the phase that runs after `passed` others."""
         rows = np.asarray(self._groups, np.int32)
         runs = (rows[:, 0] <= passed) & (passed < rows[:, 1])
         return _Group(*jnp.sum(jnp.where(runs[:, None], rows, 0), axis=0, dtype=jnp.int32))
 
-    def place(self, passed: Int[Array, ""]) -> Int[Array, ""]:
+    def place(self, passed: IntScalar) -> IntScalar:
         """Place among `each` of the phase that runs after `passed` others."""
         if self.then is None:
             return passed % len(self.phases)
         group = self._group_of(passed)
         return group.first + (passed - group.begin) % group.length
 
-    def stands_at(self, passed: Int[Array, ""]) -> Int[Array, ""]:
+    def stands_at(self, passed: IntScalar) -> IntScalar:
         """How many stands the string has more than in the first cycle, in the phase after `passed` others."""
         if self.then is None:
             cycle = passed // len(self.phases)
@@ -404,15 +404,15 @@ class Phases(Part):
         """Whether the lever corrects the angle that the pulley has turned in some phase."""
         return any(phase.lever.corrects_position for phase in self.each)
 
-    def scale(self) -> Float[Array, ""]:
+    def scale(self) -> ScalarArray:
         """Largest magnitude (N)."""
         return jnp.max(jnp.stack([jnp.asarray(phase.lever.scale()) for phase in self.each]))
 
-    def at(self, passed: Int[Array, ""], begun: Float[Array, ""]) -> "PhaseNow":
+    def at(self, passed: IntScalar, begun: ScalarArray) -> "PhaseNow":
         """The lever of the phase that began at `begun` (s) after `passed` others; behind the last that of the last."""
         return PhaseNow(self, jnp.minimum(passed, self.total - 1), begun)
 
-    def string_at(self, passed: Int[Array, ""]) -> tuple[Int[Array, ""], Int[Array, ""], Int[Array, ""]]:
+    def string_at(self, passed: IntScalar) -> tuple[IntScalar, IntScalar, IntScalar]:
         """In the phase after `passed` others: its place among `each`, how many stands the string has more than in the
         first cycle, and 1 while it hangs on the hook, else 0."""
         passed = jnp.minimum(passed, self.total - 1)
@@ -428,10 +428,10 @@ class Phases(Part):
         phase = self.each[group.first + i]
         return Ended(phase.name, group.first + i + 1, group.cycle + cycle + 1, phase.until.words)
 
-    def faults_of_presence(self, path: str) -> list[Fault]:
+    def faults_of_presence(self, path: str) -> Faults:
         return [] if self.phases else [Fault(f"{path}.phases", "has no phase", f"{_FORMS}, each with a lever")]
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         faults = []
         for i, phase in enumerate(self.phases):
             if isinstance(phase.until, AtStop):
@@ -470,11 +470,11 @@ class PhaseNow(NamedTuple):
     """The lever of the phase that runs: what a profile is, in the time of the run, on the pieces of the phase."""
 
     whole: Phases
-    passed: Int[Array, ""]
-    begun: Float[Array, ""]
+    passed: IntScalar
+    begun: ScalarArray
 
     @property
-    def number(self) -> Int[Array, ""]:
+    def number(self) -> IntScalar:
         """Place of the phase among `Phases.each`."""
         return self.whole.place(self.passed)
 
@@ -518,12 +518,12 @@ class PhaseNow(NamedTuple):
         end = jnp.sum(jnp.where(self._piece(table, piece), table.end, 0.0))
         return self.begun + self._along(end, lambda lever, _: lever.next_knot(piece), self.begun)
 
-    def first_piece(self, t: Array) -> Int[Array, ""]:
+    def first_piece(self, t: Array) -> IntScalar:
         table = self._table
         passed = jnp.sum((table.owner == self.number) & (table.end <= t - self.begun)).astype(jnp.int32)
         return self._along(passed, lambda lever, local: jnp.asarray(lever.first_piece(local), jnp.int32), t)
 
-    def no_more_turns(self, t: Array) -> Bool[Array, ""]:
+    def no_more_turns(self, t: Array) -> Mark:
         local = t - self.begun
         last = self.passed == self.whole.total - 1
         turned = jnp.stack([jnp.asarray(phase.lever.no_more_turns(local)) for phase in self.whole.each])
@@ -539,7 +539,7 @@ class PhaseNow(NamedTuple):
         levers = [phase.lever for phase in self.whole.each]
         return self.of_each([of(lever) if lever.controls_speed else 0.0 for lever in levers])
 
-    def follows(self, piece: Piece) -> Bool[Array, ""]:
+    def follows(self, piece: Piece) -> Mark:
         return self._of_speed(lambda lever: jnp.where(lever.follows(piece), 1.0, 0.0)) > 0
 
     @property

@@ -10,16 +10,16 @@ from typing import Any, NamedTuple, TypeAlias
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, PyTree
+from jaxtyping import Bool, PyTree
 
 from ._base._arguments import faults_of_tracing
 from ._base._compiling import per_structure, read_by
 from ._base._corners import clipped, greater, lesser, rounded
-from ._base._faults import Fault, InputError
+from ._base._faults import Fault, Faults, InputError
 from ._base._part import Part, part, quantity, short_for
 from ._base._quantity import Over, Scalar
 from ._phases import AbstractEnd, AtStop, AtTemperature, as_end
-from .hybrid._arrays import Array
+from .hybrid._arrays import Array, Floats, ScalarArray, TwoArrays, Vector
 from .hybrid._struct import AbstractVar, struct_field
 from .profiles import AbstractProfile, faults_of_sign
 
@@ -73,7 +73,7 @@ class Contact(NamedTuple):
 
 
 #: temperatures (K) between which a law or factor holds
-Bounds: TypeAlias = tuple[Float[Array, ""], Float[Array, ""]]
+Bounds: TypeAlias = tuple[ScalarArray, ScalarArray]
 
 
 def _alike(a: Array, b: Array) -> Array:
@@ -85,7 +85,7 @@ def _alike(a: Array, b: Array) -> Array:
     return ((a >= 0) == (b >= 0)) & ((a != 0) | (b != 0))
 
 
-def _end_slope(h: tuple[Array, Array], chord: tuple[Array, Array]) -> Array:
+def _end_slope(h: TwoArrays, chord: TwoArrays) -> Array:
     """Slope at an end by the parabola through three points, the nearer interval and chord first.
 
     It is 0 where the parabola would leave the sense of the first chord. A second chord of the other sense is left out:
@@ -140,7 +140,7 @@ class AbstractFactor(Part):
     """A factor of a coefficient of friction, 1 where the base law was measured. Never negative."""
 
     @abc.abstractmethod
-    def factor(self, contact: Contact) -> Float[Array, "..."]:
+    def factor(self, contact: Contact) -> Floats:
         """The factor at surface temperature `T` (K) and pressure `p` (Pa)."""
 
     def temperature_range(self) -> Bounds | None:
@@ -171,7 +171,7 @@ class LinearFade(AbstractFactor):
         "K", "half-width of the rounded corner", low=0.0, difference=True, many=True, default=None
     )
 
-    def factor(self, contact: Contact) -> Float[Array, "..."]:
+    def factor(self, contact: Contact) -> Floats:
         w, s = None if self.blend is None else jnp.asarray(self.blend), self.slope
         lost = s * rounded(contact.T - self.above, w)
         return self.floor + rounded(1 - lost - self.floor, None if w is None else s * w)
@@ -192,12 +192,12 @@ class TabulatedFade(AbstractFactor):
     temperature: Scalar = quantity("K", "temperatures of the table", low=0.0, many=Over.ROWS)
     values: Scalar = quantity("1", "factors of the table", low=0.0, high=10.0, many=Over.ROWS)
 
-    def factor(self, contact: Contact) -> Float[Array, "..."]:
+    def factor(self, contact: Contact) -> Floats:
         T, values = jnp.asarray(self.temperature), jnp.asarray(self.values)
         T_inside = clipped(contact.T, T[0], T[-1])
         return interpolated(T_inside.reshape(-1), T, values).reshape(T_inside.shape)
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         if not is_table(self.temperature, self.values):
             return [Fault(path, "the table needs temperatures and factors of one length, at least 2")]
         rises = np.all(np.diff(np.asarray(self.temperature, float)) > 0)
@@ -221,7 +221,7 @@ class PressureFactor(AbstractFactor):
     reference: Scalar = quantity("Pa", "reference pressure", positive=True, many=True)
     exponent: Scalar = quantity("1", "exponent of the pressure", low=-1.0, high=1.0, many=True)
 
-    def factor(self, contact: Contact) -> Float[Array, "..."]:
+    def factor(self, contact: Contact) -> Floats:
         return (1 + contact.p / self.reference) ** (-self.exponent)
 
 
@@ -258,7 +258,7 @@ class MemoryProcess(Part):
             paces.append(self.rate * thermal)
         return (end - c) * functools.reduce(operator.add, paces)
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         """Error of a process without a pace, or with an activation energy and no rate."""
         if self.rate is None and (self.work is None or self.activation is not None):
             return [Fault(path, "has no pace", "give rate (1/s), work (J/m²), or both; activation belongs to rate")]
@@ -288,14 +288,14 @@ class FrictionChange(Part):
     )
     when: AbstractEnd | None = struct_field(converter=as_end, metadata={"part": AbstractEnd}, default=None)
 
-    def of_each(self, value: Array, n: int) -> Float[Array, " n"]:
+    def of_each(self, value: Array, n: int) -> Vector:
         """The factor of each of `n` linings, where that of the chosen ones is `value`."""
         if self.linings is None:
             return jnp.broadcast_to(value, (n,))
         chosen = jnp.arange(1.0, n + 1.0) == jnp.atleast_1d(jnp.asarray(self.linings))[:, None]
         return jnp.where(jnp.any(chosen, axis=0), value, 1.0)
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         faults = faults_of_sign(self.factor, f"{path}.factor", "1", "friction is never negative")
         if self.when is not None and not isinstance(self.when, AtTemperature | AtStop):
             what = f"{self.when.words!r} begins no change of friction"
@@ -358,14 +358,14 @@ class AbstractFriction(Part):
     """
 
     @abc.abstractmethod
-    def kinetic(self, contact: Contact) -> Float[Array, "..."]:
+    def kinetic(self, contact: Contact) -> Floats:
         """Coefficient while sliding."""
 
     @abc.abstractmethod
-    def static(self, contact: Contact) -> Float[Array, "..."]:
+    def static(self, contact: Contact) -> Floats:
         """Coefficient up to which the lining sticks."""
 
-    def governing(self, contact: Contact, static: Bool[Array, "..."] | bool) -> Float[Array, "..."]:
+    def governing(self, contact: Contact, static: Bool[Array, "..."] | bool) -> Floats:
         """Coefficient of linings that stick (`static`, a traced bool) or slide.
 
         A law whose two coefficients share a factor may override this to compute it once.
@@ -426,7 +426,7 @@ class AbstractFriction(Part):
         """Given changes over time, whose factor the law finds in `contact.factor`."""
         return tuple(change for law in self.bases.values() for change in law.over_time)
 
-    def factor_of(self, n: int, values: Sequence[Array]) -> Float[Array, " n"] | None:
+    def factor_of(self, n: int, values: Sequence[Array]) -> Vector | None:
         """Factor of the friction of `n` linings where its changes over time have these `values`; `None`: it has
         none."""
         factor = None
@@ -435,7 +435,7 @@ class AbstractFriction(Part):
             factor = changed if factor is None else factor * changed
         return factor
 
-    def factor_at(self, n: int, t: Array) -> Float[Array, " n"] | None:
+    def factor_at(self, n: int, t: Array) -> Vector | None:
         """The same at the time `t`, where nothing has happened yet that begins a change."""
         sound = jnp.ones(())
         profiles = [None if change.when is not None else change.factor for change in self.over_time]
@@ -476,7 +476,7 @@ def _memory_like(law: AbstractFriction, n: int) -> PyTree:
         return None
 
 
-def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
+def faults_of_law(law: AbstractFriction, path: str, n: int) -> Faults:
     """Errors of the states of a law, and of numbers that are neither one for all nor one for each lining."""
     faults = _faults_of_memory(law, path, n)
     for change in law.over_time:
@@ -495,9 +495,9 @@ def faults_of_law(law: AbstractFriction, path: str, n: int) -> list[Fault]:
 _PASS_ON = "pass the contact on to that law as it is, or with `contact._replace`"
 
 
-def _faults_of_bases(law: AbstractFriction, path: str) -> list[Fault]:
+def _faults_of_bases(law: AbstractFriction, path: str) -> Faults:
     """Errors of a law that hides states or changes of the laws that it is made of, or mixes up their changes."""
-    faults, bases = list[Fault](), law.bases
+    faults, bases = Faults(), law.bases
     for name, base in bases.items():
         lost = {id(change) for change in base.over_time} - {id(change) for change in law.over_time}
         if lost:
@@ -538,7 +538,7 @@ def _misfit(law: AbstractFriction, n: int) -> tuple[str, str] | None:
         return None if isinstance(error, jax.errors.JAXTypeError) else misfit  # which the run itself reports
 
 
-def _faults_of_memory(law: AbstractFriction, path: str, n: int) -> list[Fault]:
+def _faults_of_memory(law: AbstractFriction, path: str, n: int) -> Faults:
     try:
         start, sizes = law.start(n), law.sizes()
     except Exception as error:  # any exception of a user-defined law
@@ -558,7 +558,7 @@ def _faults_of_memory(law: AbstractFriction, path: str, n: int) -> list[Fault]:
     return faults or _faults_of_rates(law, path, n)
 
 
-def _faults_of_rates(law: AbstractFriction, path: str, n: int) -> list[Fault]:
+def _faults_of_rates(law: AbstractFriction, path: str, n: int) -> Faults:
     contact = contact_like(law, n)[1]
     assert contact is not None
     try:
@@ -579,7 +579,7 @@ class Reads(NamedTuple):
     p: bool
 
 
-def _coefficients(law: AbstractFriction, contact: Contact) -> tuple[Array, Array]:
+def _coefficients(law: AbstractFriction, contact: Contact) -> TwoArrays:
     """Both coefficients as a brake uses them: sticking linings have no speed."""
     return law.kinetic(contact), law.static(contact._replace(v=jnp.zeros_like(contact.v)))
 
@@ -681,10 +681,10 @@ class ConstantFriction(AbstractFriction):
         "1", "ratio of static to kinetic friction", low=1.0, high=10.0, many=True, default=1.0
     )
 
-    def kinetic(self, contact: Contact) -> Float[Array, "..."]:
+    def kinetic(self, contact: Contact) -> Floats:
         return jnp.asarray(self.coefficient)
 
-    def static(self, contact: Contact) -> Float[Array, "..."]:
+    def static(self, contact: Contact) -> Floats:
         return jnp.asarray(self.coefficient * self.static_ratio)
 
 
@@ -711,17 +711,17 @@ class StribeckFriction(AbstractFriction):
     stribeck_speed: Scalar = quantity("m/s", "Stribeck speed", positive=True, many=True)
     exponent: Scalar = quantity("1", "exponent of the Stribeck curve", low=1.0, high=4.0, many=True, default=2.0)
 
-    def kinetic(self, contact: Contact) -> Float[Array, "..."]:
+    def kinetic(self, contact: Contact) -> Floats:
         # slip begins at v = 0: the slope there must be that of sliding, also of an exponent of 1
         r = jnp.where(contact.v >= 0, contact.v, 0.0) / self.stribeck_speed
         positive, n = r > 0, jnp.asarray(self.exponent)
         power = r * jnp.where(positive | (n == 1), jnp.where(positive, r, 1.0) ** (n - 1), 0.0)
         return self.kinetic_coefficient + (self.static_coefficient - self.kinetic_coefficient) * jnp.exp(-power)
 
-    def static(self, contact: Contact) -> Float[Array, "..."]:
+    def static(self, contact: Contact) -> Floats:
         return jnp.asarray(self.static_coefficient)
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         if np.any(np.asarray(self.static_coefficient) < np.asarray(self.kinetic_coefficient)):
             return [Fault(path, "the static coefficient is below the kinetic one", "static must be ≥ kinetic")]
         return []
@@ -746,15 +746,15 @@ class TabulatedFriction(AbstractFriction):
     coefficient: Scalar = quantity("1", "coefficients of friction of the table", low=0.0, high=10.0, many=Over.ROWS)
     static_ratio: Scalar = quantity("1", "ratio of static friction to that at zero speed", low=1.0, default=1.0)
 
-    def kinetic(self, contact: Contact) -> Float[Array, "..."]:
+    def kinetic(self, contact: Contact) -> Floats:
         speed, coefficient = jnp.asarray(self.speed), jnp.asarray(self.coefficient)
         v = clipped(contact.v, 0.0, speed[-1])
         return interpolated(v.reshape(-1), speed, coefficient).reshape(v.shape)
 
-    def static(self, contact: Contact) -> Float[Array, "..."]:
+    def static(self, contact: Contact) -> Floats:
         return jnp.asarray(self.coefficient[..., 0] * self.static_ratio)
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         speed, coefficient = np.asarray(self.speed), np.asarray(self.coefficient)
         if not is_table(speed, coefficient):
             return [Fault(path, "the table needs speeds and coefficients of one length, at least 2")]
@@ -774,13 +774,13 @@ class AbstractScaledFriction(AbstractFriction):
     def scale(self, contact: Contact) -> Array | float:
         """The factor."""
 
-    def governing(self, contact: Contact, static: Bool[Array, "..."] | bool) -> Float[Array, "..."]:
+    def governing(self, contact: Contact, static: Bool[Array, "..."] | bool) -> Floats:
         return self.base.governing(contact, static) * self.scale(contact)
 
-    def kinetic(self, contact: Contact) -> Float[Array, "..."]:
+    def kinetic(self, contact: Contact) -> Floats:
         return self.base.kinetic(contact) * self.scale(contact)
 
-    def static(self, contact: Contact) -> Float[Array, "..."]:
+    def static(self, contact: Contact) -> Floats:
         return self.base.static(contact) * self.scale(contact)
 
 
@@ -840,7 +840,7 @@ class FrictionWithMemory(AbstractScaledFriction):
     def rates(self, contact: Contact) -> PyTree:
         return functools.reduce(operator.add, [process.change(contact.memory, contact) for process in self.processes])
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         faults = []
         if not self.processes:
             faults.append(Fault(f"{path}.processes", "is empty", "give at least one process, or the base law alone"))
@@ -876,6 +876,6 @@ class ChangingFriction(AbstractScaledFriction):
     def over_time(self) -> tuple[FrictionChange, ...]:
         return self.changes
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         hint = "give at least one change, or the base law alone"
         return [] if self.changes else [Fault(f"{path}.changes", "is empty", hint)]

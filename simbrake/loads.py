@@ -7,14 +7,13 @@ from typing import Any, ClassVar
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float
 
 from ._base._arguments import explained
-from ._base._faults import DRUM_RADIUS, Fault
+from ._base._faults import DRUM_RADIUS, Fault, Faults
 from ._base._part import Part, part, parts_below, quantity, short_for, whole
 from ._base._quantity import Over, Quantity, Scalar, Values, in_si
 from ._phases import AfterTime, AfterTravel, AtHeight, AtRest, AtStop, AtTemperature, Phase, Phases, held_within
-from .hybrid._arrays import Array
+from .hybrid._arrays import Array, Floats, Mark, ScalarArray, TwoArrays
 from .hybrid._struct import AbstractClassVar, AbstractVar, with_fields
 from .profiles import (
     AbstractPoints,
@@ -93,7 +92,7 @@ class AbstractLoad(Part):
         """Piece of the load in a phase of the duty (see `Phases.string_at`), of one `by_phases`."""
         return 0 * place
 
-    def faults_in_phases(self, path: str, count: int, stands: tuple[int, int]) -> list[Fault]:
+    def faults_in_phases(self, path: str, count: int, stands: tuple[int, int]) -> Faults:
         """Errors in a duty of `count` different phases that adds so many stands at least and at most."""
         return []
 
@@ -129,7 +128,7 @@ class AbstractLoad(Part):
         """Stretch of the rope between drum and hook; `None`: it is rigid."""
         return None
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         return self.profile.faults(f"{path}.profile")  # (which need not be a field)
 
     def on_layer(self, layer: Array | None) -> "AbstractLoad":
@@ -237,7 +236,7 @@ class HookLoad(AbstractHookLoad):
     def hanging(self, piece: Piece) -> tuple[Real, Real]:
         return self.mass, self.mass * self.gravity
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         bare = self.elasticity is not None and float(self.mass) == 0.0
         why = Fault(f"{path}.mass", "is 0, and moves by itself on an elastic rope", "give the mass of hook and block")
         return [why] if bare else []
@@ -261,7 +260,7 @@ class AbstractString(AbstractHookLoad):
     drag: AbstractVar[Scalar]
 
     @abc.abstractmethod
-    def hangs(self, piece: Piece) -> tuple[Array, Array]:
+    def hangs(self, piece: Piece) -> TwoArrays:
         """Whether it hangs on the hook on a piece, and how many stands it has more than at first."""
 
     def string_on(self, piece: Piece) -> Scalar:
@@ -281,7 +280,7 @@ class AbstractString(AbstractHookLoad):
     def added_inertia(self, piece: Piece) -> Array:
         return (self._mass(piece) - self.empty) * self.travel() ** 2
 
-    def hanging(self, piece: Piece) -> tuple[Array, Array]:
+    def hanging(self, piece: Piece) -> TwoArrays:
         return self._mass(piece), self._mass(piece) * self.gravity
 
 
@@ -320,13 +319,13 @@ class StringLoad(AbstractString):
         piece = 2 * stands + hanging
         return piece * np.size(self.string) + place if np.ndim(self.string) else piece
 
-    def hangs(self, piece: Piece) -> tuple[Array, Array]:
+    def hangs(self, piece: Piece) -> TwoArrays:
         piece = jnp.asarray(piece, jnp.int32)
         piece = piece // np.size(self.string) if np.ndim(self.string) else piece
         return piece % 2 == 1, piece // 2
 
-    def faults_in_phases(self, path: str, count: int, stands: tuple[int, int]) -> list[Fault]:
-        strings, errors = np.asarray(self.string), list[Fault]()
+    def faults_in_phases(self, path: str, count: int, stands: tuple[int, int]) -> Faults:
+        strings, errors = np.asarray(self.string), Faults()
         if strings.ndim and strings.size != count:
             what = f"has {strings.size} masses for {count} phases"
             errors.append(Fault(f"{path}.string", what, "one number, or one for each phase, those of `then` included"))
@@ -382,7 +381,7 @@ class TrippingLoad(AbstractString):
         times = jnp.stack([jnp.asarray(self.taken, jnp.float64), jnp.asarray(self.set, jnp.float64)])
         return Repeated(times, jnp.stack([most, most]), self.period, self.count)
 
-    def hangs(self, piece: Piece) -> tuple[Array, Array]:
+    def hangs(self, piece: Piece) -> TwoArrays:
         passed = jnp.asarray(piece, jnp.int32) - 1
         return (passed >= 0) & (passed % 2 == 0), passed // 2
 
@@ -427,10 +426,10 @@ class RecordedLoad(AbstractHookLoad):
     def added_inertia(self, piece: Piece) -> Array:
         return (self._mass(piece) - jnp.asarray(self.masses)[0]) * self.travel() ** 2
 
-    def hanging(self, piece: Piece) -> tuple[Array, Array]:
+    def hanging(self, piece: Piece) -> TwoArrays:
         return self._mass(piece), self._mass(piece) * self.gravity
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         return PiecewiseLinear(self.times, self.masses).faults(path)
 
 
@@ -466,7 +465,7 @@ class AbstractSpeedLever(AbstractProfile):
     def controls_speed(self) -> bool:
         return True
 
-    def follows(self, piece: Piece) -> Bool[Array, ""] | bool:
+    def follows(self, piece: Piece) -> Mark | bool:
         """Whether the tension depends on the speed on the piece."""
         return True
 
@@ -482,18 +481,18 @@ class AbstractSpeedLever(AbstractProfile):
         - `turned` (rad): angle since the begin of the phase, or of the run
         """
 
-    def holding(self, torque: Float[Array, ""], gain: Float[Array, ""]) -> Float[Array, ""]:
+    def holding(self, torque: ScalarArray, gain: ScalarArray) -> ScalarArray:
         """`T_0` (N) for a brake torque, and the torque per newton of it (m)."""
         return held_within(torque, gain, self.greatest())
 
-    def greatest(self) -> Float[Array, ""]:
+    def greatest(self) -> ScalarArray:
         """Maximum slack tension (N), the `limit` of the lever."""
         return jnp.asarray(self.limit)  # pyright: ignore
 
     def greatest_from(self, begin: Array, end: Array) -> Array:
         return self.greatest()
 
-    def scale(self) -> Float[Array, ""]:
+    def scale(self) -> ScalarArray:
         return self.greatest()
 
 
@@ -546,7 +545,7 @@ class AbstractFollower(AbstractSpeedLever):
             slower = slower + self.position_gain * (turned - self.speed.area(t, piece))
         return load - inertia * (self.speed.slope(piece) - slower)
 
-    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
+    def next_knot(self, piece: Piece) -> Floats | float:
         return self.speed.next_knot(piece)
 
     def first_piece(self, t: Real) -> Piece:
@@ -620,7 +619,7 @@ class RecordedMotion(AbstractFollower):
         inside = (piece > 0) & (piece < np.shape(speeds)[0])
         return jnp.where(inside, jnp.sign(_entry(speeds, piece - 1) + _entry(speeds, piece)), 0.0)
 
-    def follows(self, piece: Piece) -> Bool[Array, ""]:
+    def follows(self, piece: Piece) -> Mark:
         return self.way(piece) > 0
 
     def value(self, t: Real, piece: Piece) -> Real:
@@ -644,10 +643,10 @@ class RecordedMotion(AbstractFollower):
     def greatest_from(self, begin: Array, end: Array) -> Array:
         return self.scale()
 
-    def scale(self) -> Float[Array, ""]:
+    def scale(self) -> ScalarArray:
         return jnp.maximum(jnp.asarray(self.limit), self.pull)
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         speeds, n = np.asarray(self.speed.values), np.size(self.speed.times)
         faults = [
             Fault(f"{path}.{name}", f"has {np.size(x)} values for {n} points of the speed", "one for each point")
@@ -664,7 +663,7 @@ class RecordedMotion(AbstractFollower):
 class _RecordedDrive(RecordedMotion):
     """The part of the motor in a recorded motion, on the pieces of its lever."""
 
-    def follows(self, piece: Piece) -> Bool[Array, ""]:
+    def follows(self, piece: Piece) -> Mark:
         return self.way(piece) != 0
 
     def wanted_torque(
@@ -688,7 +687,7 @@ class _Course(AbstractFollower):
     gain: Scalar = quantity("1/s", "correction of the speed", low=0.0)
     position_gain: Scalar | None = quantity("1/s^2", "correction of the angle", low=0.0, default=None)
 
-    def greatest(self) -> Float[Array, ""]:
+    def greatest(self) -> ScalarArray:
         return jnp.zeros(())
 
 
@@ -779,29 +778,29 @@ class Lever(AbstractProfile):
         return self.force.knot_count
 
     @property
-    def gain(self) -> Float[Array, ""]:
+    def gain(self) -> ScalarArray:
         """`T_0/F = η l/a`."""
         return jnp.asarray(self.efficiency) * self.arm / self.slack_arm
 
     def value(self, t: Real, piece: Piece) -> Real:
         return self.gain * self.force.value(t, piece)
 
-    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
+    def next_knot(self, piece: Piece) -> Floats | float:
         return self.force.next_knot(piece)
 
     def first_piece(self, t: Real) -> Piece:
         return self.force.first_piece(t)
 
-    def no_more_turns(self, t: Real) -> Bool[Array, ""]:
+    def no_more_turns(self, t: Real) -> Mark:
         return self.force.no_more_turns(t)
 
     def greatest_from(self, begin: Array, end: Array) -> Array:
         return self.gain * self.force.greatest_from(begin, end)
 
-    def scale(self) -> Float[Array, ""]:
+    def scale(self) -> ScalarArray:
         return self.gain * self.force.scale()
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         what, hint = "a lever that holds the speed gives a tension, not a force", "give it as the slack tension itself"
         return [Fault(f"{path}.force", what, hint)] if self.force.controls_speed else []
 
@@ -854,17 +853,17 @@ class AbstractActuator(AbstractProfile):
         plain = isinstance(self.input, AbstractPoints | Constant) or (self.lag is None and self.input.rises)
         return type(self) in (Actuator, Cylinder) and plain
 
-    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
+    def next_knot(self, piece: Piece) -> Floats | float:
         knot = self.input.next_knot(piece)
         return knot if isinstance(knot, float) else knot + self.dead_time
 
     def first_piece(self, t: Real) -> Piece:
         return self.input.first_piece(t - self.dead_time)
 
-    def no_more_turns(self, t: Real) -> Bool[Array, ""]:
+    def no_more_turns(self, t: Real) -> Mark:
         return self.input.no_more_turns(t - self.dead_time)
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         if isinstance(self.input, AbstractPoints | Constant) or (self.lag is None and not self.input.controls_speed):
             return []
         what = f"a lagged `{type(self.input).__name__}` has no closed form"
@@ -905,7 +904,7 @@ class Actuator(AbstractActuator):
     def force(self, followed: Real) -> Real:
         return followed - self.spring
 
-    def scale(self) -> Float[Array, ""]:
+    def scale(self) -> ScalarArray:
         return self.command.scale()
 
 
@@ -942,14 +941,14 @@ class Cylinder(AbstractActuator):
     permissible_pressure: Scalar | None = quantity("Pa", "permissible gauge pressure", positive=True, default=None)
     command_field: ClassVar[str] = "pressure"
 
-    def faults_of_presence(self, path: str) -> list[Fault]:
+    def faults_of_presence(self, path: str) -> Faults:
         if (self.area is None) != (self.diameter is None):
             return []
         what = "is missing" if self.area is None else "stands beside the area of the piston"
         return [Fault(f"{path}.diameter", what, "give the diameter of the piston, or its area")]
 
     @property
-    def piston_area(self) -> Float[Array, ""]:
+    def piston_area(self) -> ScalarArray:
         """`A` (m²), given or of the diameter."""
         if self.area is not None:
             return jnp.asarray(self.area)
@@ -957,17 +956,17 @@ class Cylinder(AbstractActuator):
         return 0.25 * jnp.pi * jnp.asarray(self.diameter) ** 2
 
     @property
-    def gain(self) -> Float[Array, ""]:
+    def gain(self) -> ScalarArray:
         """`η i`: force at the band per newton of the piston."""
         return jnp.asarray(self.efficiency) * self.ratio
 
     def force(self, followed: Real) -> Real:
         return self.gain * (self.piston_area * followed - self.spring)
 
-    def scale(self) -> Float[Array, ""]:
+    def scale(self) -> ScalarArray:
         return self.gain * self.piston_area * self.pressure.scale()
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         below = faults_of_sign(self.pressure, f"{path}.pressure", "Pa", "a gauge pressure presses from 0 upwards")
         return super().faults(path) + below
 
@@ -981,7 +980,7 @@ def cylinders(lever: AbstractProfile | Phases) -> list[Cylinder | None]:
 @explained
 def differential_lever_tension(
     force: Values, arm: Values, slack_arm: Values, tight_arm: Values, ratio: Values
-) -> Float[Array, "..."]:
+) -> Floats:
     """Slack tension (N) in full slip of a differential brake: both band ends on the lever, the tight one assists.
 
         T_0 a − T_n b = F l,   T_n = Π T_0   →   T_0 = F l/(a − b Π)

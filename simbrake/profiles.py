@@ -12,10 +12,10 @@ import numpy as np
 from jaxtyping import Bool, Float, Int, PyTree
 
 from ._base._compiling import per_structure
-from ._base._faults import Fault
+from ._base._faults import Fault, Faults
 from ._base._part import Part, parts_below, quantity, short_for, takes_values, whole
 from ._base._quantity import Over, Quantity, Scalar
-from .hybrid._arrays import Array, numpy_of
+from .hybrid._arrays import Array, Floats, Mark, ScalarArray, Vector, numpy_of
 from .hybrid._struct import AbstractVar, struct_field
 
 __all__ = ["AbstractProfile", "Constant", "ExponentialRise", "FunctionProfile", "PiecewiseLinear", "Repeated", "ramp"]
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
     Real: TypeAlias = Array | float
 else:
     #: a time, or a value at it; or their symbols while a profile is examined (`hides_nothing`)
-    Real = Float[Array, "..."] | float | int | _Time
+    Real = Floats | float | int | _Time
 #: how many time breakpoints have passed
 Piece: TypeAlias = Int[Array, "..."] | int
 Name = TypeVar("Name")
@@ -74,7 +74,7 @@ class AbstractProfile(Part):
     def value(self, t: Real, piece: Piece) -> Real:
         """Value at `t` on the given piece."""
 
-    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
+    def next_knot(self, piece: Piece) -> Floats | float:
         """The time breakpoint that ends the piece, `inf` after the last (also where there is none, as by default)."""
         return jnp.inf
 
@@ -102,7 +102,7 @@ class AbstractProfile(Part):
         """Whether its value depends on the angle that the pulley has turned (of a lever)."""
         return False
 
-    def no_more_turns(self, t: Real) -> Bool[Array, ""]:
+    def no_more_turns(self, t: Real) -> Mark:
         """Whether no time breakpoint after `t` changes the course of the profile."""
         return jnp.isinf(self.next_knot(jnp.asarray(self.first_piece(t), jnp.int32)))
 
@@ -113,11 +113,11 @@ class AbstractProfile(Part):
         return jnp.max(jax.vmap(lambda t: jnp.asarray(self.value(t, self.first_piece(t)), jnp.float64))(times))
 
     @abc.abstractmethod
-    def scale(self) -> Float[Array, ""]:
+    def scale(self) -> ScalarArray:
         """Largest magnitude, at least roughly: the reference of dimensionless guards."""
 
 
-def faults_of_sign(course: Part, path: str, unit: str, hint: str = "a band cannot push") -> list[Fault]:
+def faults_of_sign(course: Part, path: str, unit: str, hint: str = "a band cannot push") -> Faults:
     """Errors of negative values in a profile, and in those that it is made of: of numbers in its own `unit`."""
     faults = []
     for where, profile, own_unit in parts_below(course, path, unit):
@@ -135,7 +135,7 @@ def first_piece(profile: Any, t: Real) -> Piece | None:
 
 def next_known_time(
     profiles: Mapping[Name, Any], pieces: Any, waits: Callable[[Array], Array] | None = None
-) -> tuple[Float[Array, ""] | float, dict[Name, Any]]:
+) -> tuple[ScalarArray | float, dict[Name, Any]]:
     """The next time breakpoint of several profiles (`inf`: none), and for each profile whether it belongs to it.
 
     It belongs to one profile only, also where knots of several coincide (within rounding): they are passed one after
@@ -168,7 +168,7 @@ def next_known_time(
     return time - jax.lax.stop_gradient(late), turns
 
 
-def jump_times(times: Float[Array, " n"]) -> Float[Array, " n"]:
+def jump_times(times: Vector) -> Vector:
     """The times of a profile's points, where the second of two equal ones has the derivative of their mean.
 
     The values between the two points of a jump are those of a line, however steep: moving one of the points moves the
@@ -178,7 +178,7 @@ def jump_times(times: Float[Array, " n"]) -> Float[Array, " n"]:
     return jnp.where(times > before, times, 0.5 * (before + times))
 
 
-def _next_of(times: Scalar, piece: Piece) -> Float[Array, "..."] | float:
+def _next_of(times: Scalar, piece: Piece) -> Floats | float:
     """The time that ends the piece, `inf` after the last."""
     if not np.shape(times)[0]:
         return jnp.inf
@@ -204,16 +204,16 @@ class Constant(AbstractProfile):
     def greatest_from(self, begin: Array, end: Array) -> Array:
         return jnp.asarray(self.level, jnp.float64)
 
-    def scale(self) -> Float[Array, ""]:
+    def scale(self) -> ScalarArray:
         return abs(self.level)
 
 
-def _picked(x: Float[Array, " n"], mask: Bool[Array, " n"]) -> Float[Array, ""]:
+def _picked(x: Vector, mask: Bool[Array, " n"]) -> ScalarArray:
     """The entry at which the `mask` is set: cheaper in the loop than an indexed load, and transposes well."""
     return jnp.sum(jnp.where(mask, x, 0.0))
 
 
-def _slopes(rise: Float[Array, " n"], span: Float[Array, " n"]) -> Float[Array, " n"]:
+def _slopes(rise: Vector, span: Vector) -> Vector:
     return jnp.where(span > 0, rise / jnp.where(span > 0, span, 1.0), 0.0)
 
 
@@ -223,7 +223,7 @@ class AbstractPoints(AbstractProfile):
     times: AbstractVar[Scalar]
     values: AbstractVar[Scalar]
 
-    def slope(self, piece: Piece) -> Float[Array, ""]:
+    def slope(self, piece: Piece) -> ScalarArray:
         """Rate of the value on the given piece."""
         return jax.jvp(lambda t: self.value(t, piece), (jnp.zeros(()),), (jnp.ones(()),))[1]
 
@@ -236,10 +236,10 @@ class AbstractPoints(AbstractProfile):
         `Δm_j`, `Δv_j`: change of slope and jump at the time breakpoint `t_j`.
         """
 
-    def scale(self) -> Float[Array, ""]:
+    def scale(self) -> ScalarArray:
         return numpy_of(self.values).max(abs(self.values))
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         times = np.asarray(self.times)
         if times.ndim != 1 or times.shape != np.shape(self.values):
             return [Fault(path, "times and values must be lists of one length, at least 1")]
@@ -260,7 +260,7 @@ class PiecewiseLinear(AbstractPoints):
     times: Scalar = quantity("s", "times of the profile's points", many=Over.ROWS)
     values: Scalar = quantity("SI", "values at the profile's points", many=Over.ROWS)
 
-    def lines(self) -> tuple[Float[Array, " n"], Float[Array, " n"], Float[Array, " n"]]:
+    def lines(self) -> tuple[Vector, Vector, Vector]:
         """The straight line of each piece: value at its start, start, slope."""
         times, values = jnp.asarray(self.times), jnp.asarray(self.values)
         slope = _slopes(jnp.diff(values), jnp.diff(times))
@@ -295,7 +295,7 @@ class PiecewiseLinear(AbstractPoints):
 
         return jnp.sum(jnp.where(passed, lag * turn * left(times) - jump * left(jump_times(times)), 0.0))
 
-    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
+    def next_knot(self, piece: Piece) -> Floats | float:
         return _next_of(self.times, piece)
 
     def first_piece(self, t: Real) -> Piece:
@@ -306,7 +306,7 @@ class PiecewiseLinear(AbstractPoints):
         now = self.value(begin, self.first_piece(begin))
         return jnp.maximum(now, jnp.max(jnp.where(later, jnp.asarray(self.values), -jnp.inf)))
 
-    def no_more_turns(self, t: Real) -> Bool[Array, ""]:
+    def no_more_turns(self, t: Real) -> Mark:
         values = jnp.asarray(self.values)  # points may follow that all have the last value
         passed = jnp.arange(values.shape[0], dtype=jnp.int32) < self.first_piece(t) - 1
         return jnp.all(passed | (values == values[-1]))
@@ -393,7 +393,7 @@ class Repeated(AbstractPoints):
             total += jnp.where(begun, part * jnp.exp(-jnp.where(begun, t - (self.begin + of[0]), 0.0) / lag), 0.0)
         return total - jnp.where(over, lag * slope[-1] * jnp.exp(-jnp.where(over, last, 0.0) / lag), 0.0)
 
-    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
+    def next_knot(self, piece: Piece) -> Floats | float:
         times, piece = jnp.asarray(self.times), jnp.asarray(piece, jnp.int32)
         k = times.shape[0]
         at_point = jnp.arange(k, dtype=jnp.int32) == piece % k
@@ -411,7 +411,7 @@ class Repeated(AbstractPoints):
         last = self.begin + (self.count - 1) * self.period + jnp.asarray(self.times)[-1]
         return jnp.where(begin <= last, jnp.max(values), values[-1])
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         faults = super().faults(path)
         if np.max(self.times, initial=0.0) > np.asarray(self.period):
             faults.append(Fault(f"{path}.times", "a time lies beyond the period", "make the period longer"))
@@ -439,7 +439,7 @@ class ExponentialRise(AbstractProfile):
     def value(self, t: Real, piece: Piece) -> Real:
         return jnp.where(piece > 0, -self.level * jnp.expm1(-(t - self.begin) / self.time_constant), 0.0 * t)
 
-    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
+    def next_knot(self, piece: Piece) -> Floats | float:
         return jnp.where(piece > 0, jnp.inf, self.begin)
 
     def first_piece(self, t: Real) -> Piece:
@@ -448,7 +448,7 @@ class ExponentialRise(AbstractProfile):
     def greatest_from(self, begin: Array, end: Array) -> Array:
         return jnp.maximum(self.level, self.value(begin, self.first_piece(begin)))
 
-    def scale(self) -> Float[Array, ""]:
+    def scale(self) -> ScalarArray:
         return abs(self.level)
 
 
@@ -479,16 +479,16 @@ class FunctionProfile(AbstractProfile):
             t = jax.lax.stop_gradient(inside - t) + t
         return jnp.asarray(self.function(t, self.parameters), jnp.float64)
 
-    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
+    def next_knot(self, piece: Piece) -> Floats | float:
         return _next_of(self.knots, piece)
 
     def first_piece(self, t: Real) -> Piece:
         return jnp.sum(jnp.asarray(self.knots) <= t).astype(jnp.int32)
 
-    def scale(self) -> Float[Array, ""]:
+    def scale(self) -> ScalarArray:
         return jnp.asarray(self.typical)
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         knots = np.asarray(self.knots)
         return [Fault(f"{path}.knots", "the knots must increase")] if np.any(np.diff(knots) < 0) else []
 

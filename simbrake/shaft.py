@@ -7,10 +7,10 @@ from typing import Any, ClassVar
 import jax
 import jax.numpy as jnp
 
-from ._base._faults import Fault, InputError
+from ._base._faults import Fault, Faults, InputError
 from ._base._part import Part, part, quantity
 from ._base._quantity import Scalar
-from .hybrid._arrays import Array
+from .hybrid._arrays import Array, TwoArrays
 from .hybrid._struct import AbstractVar, struct_field, with_fields
 from .profiles import AbstractProfile, Constant, Piece, Real, faults_of_sign
 
@@ -73,7 +73,7 @@ class AbstractDryTorque(AbstractShaftTorque):
         return way * self.limit_against(t, omega, piece, load, way)
 
 
-def _faults_of_share(profile: AbstractProfile, path: str) -> list[Fault]:
+def _faults_of_share(profile: AbstractProfile, path: str) -> Faults:
     """Errors of a profile that is a share, 0…1."""
     hint = "a share is between 0 and 1"
     faults = faults_of_sign(profile, path, "1", hint)
@@ -112,7 +112,7 @@ class EddyCurrentBrake(AbstractAuxiliaryBrake):
     def engaged(self, share: Scalar) -> "EddyCurrentBrake":
         return with_fields(self, max_torque=share * share * self.max_torque)
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         return _faults_of_share(self.excitation, f"{path}.excitation")
 
 
@@ -141,7 +141,7 @@ class HydrodynamicBrake(AbstractAuxiliaryBrake):
     def engaged(self, share: Scalar) -> "HydrodynamicBrake":
         return with_fields(self, coefficient=share * self.coefficient)
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         return _faults_of_share(self.fill, f"{path}.fill")
 
 
@@ -234,7 +234,7 @@ class TackleLoss(AbstractDryTorque):
     place: str | None = struct_field(static=True, default=None, kw_only=True)
     instead: ClassVar[dict[str, str]] = {"efficiency": _TACKLE}
 
-    def faults_of_presence(self, path: str) -> list[Fault]:
+    def faults_of_presence(self, path: str) -> Faults:
         given = [self.sheave_factor, self.hoisting_efficiency, self.lowering_efficiency]
         count = sum(number is not None for number in given)
         if count == 1:
@@ -270,7 +270,7 @@ class TackleLoss(AbstractDryTorque):
         share = jnp.where(way < 0, 1 / hoisting - 1, 1 - lowering)
         return share * jnp.abs(load)
 
-    def tensions(self, pull: Array, lines: Scalar, way: Array) -> tuple[Array, Array]:
+    def tensions(self, pull: Array, lines: Scalar, way: Array) -> TwoArrays:
         """Tensions (N) of the fast and of the dead line under a pull (N) on the hook.
 
         - `way`: above 0 in lowering, below 0 in hoisting, 0 at rest, where each is the largest that it can be
@@ -282,7 +282,7 @@ class TackleLoss(AbstractDryTorque):
         return fast, dead
 
 
-def _logs_of_loss(lines: Array, k: Array) -> tuple[Array, Array]:
+def _logs_of_loss(lines: Array, k: Array) -> TwoArrays:
     """`−ln η` in hoisting and in lowering, `k = ln K`: `(n + 1) k/2` less and plus `ln S`, `S = mean(K^i)/K^((n+1)/2)`
     over the lines, `S = sinh(n k/2)/(n sinh(k/2))`."""
     middle = 0.5 * (lines + 1) * k

@@ -8,13 +8,13 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from ._base._corners import greater
-from ._base._faults import Fault
+from ._base._faults import Fault, Faults
 from ._base._part import Part, faults_of_sizes, leaves, part, quantity, short_for
 from ._base._quantity import Over, Scalar
 from ._phases import Phases
 from .brakes._design import AbstractBrake, Brake
 from .friction import GAS_CONSTANT, remembers
-from .hybrid._arrays import Array
+from .hybrid._arrays import Array, Floats
 from .hybrid._struct import struct_field
 from .profiles import AbstractProfile, Piece, Real
 from .thermal._heat import Heat
@@ -33,7 +33,7 @@ __all__ = [
 ]
 
 #: of the friction face (K), `None` where a scene has none
-Temperature: TypeAlias = Float[Array, "..."] | float | None
+Temperature: TypeAlias = Floats | float | None
 
 
 class AbstractWearRate(Part):
@@ -43,11 +43,11 @@ class AbstractWearRate(Part):
     temperature (K) of the friction face, `None` where the scene has none: then the law is at its reference temperature.
     """
 
-    def __call__(self, p: Scalar, v: Scalar, T: Temperature) -> Float[Array, "..."]:
+    def __call__(self, p: Scalar, v: Scalar, T: Temperature) -> Floats:
         return self.at(T)
 
     @abc.abstractmethod
-    def at(self, T: Temperature) -> Float[Array, "..."]:
+    def at(self, T: Temperature) -> Floats:
         """The rate at the temperature `T` (K), or at the reference temperature for `None`."""
 
 
@@ -70,7 +70,7 @@ class ConstantWear(AbstractWearRate):
 
     coefficient: Scalar = _rate_at("")
 
-    def at(self, T: Temperature) -> Float[Array, "..."]:
+    def at(self, T: Temperature) -> Floats:
         return jnp.asarray(self.coefficient)
 
 
@@ -88,7 +88,7 @@ class LinearWear(AbstractWearRate):
     slope: Scalar = quantity("1/K", "relative rise of the wear rate per kelvin", many=True)
     reference: Scalar = quantity("K", "temperature at which the coefficient holds", positive=True, default=ROOM)
 
-    def at(self, T: Temperature) -> Float[Array, "..."]:
+    def at(self, T: Temperature) -> Floats:
         k = jnp.asarray(self.coefficient)
         return k if T is None else k * greater(1 + self.slope * (T - self.reference), 0.0)
 
@@ -115,7 +115,7 @@ class ExponentialWear(AbstractWearRate):
     )
     reference: Scalar = quantity("K", "temperature at which the coefficient holds", positive=True, default=ROOM)
 
-    def at(self, T: Temperature) -> Float[Array, "..."]:
+    def at(self, T: Temperature) -> Floats:
         k = jnp.asarray(self.coefficient)
         return k if T is None else k * jnp.exp((T - self.reference) / self.rise)
 
@@ -136,7 +136,7 @@ class ArrheniusWear(AbstractWearRate):
     energy: Scalar = quantity("J/mol", "activation energy", low=0.0, many=True, typical=2e4)
     reference: Scalar = quantity("K", "temperature at which the coefficient holds", positive=True, default=ROOM)
 
-    def at(self, T: Temperature) -> Float[Array, "..."]:
+    def at(self, T: Temperature) -> Floats:
         k = jnp.asarray(self.coefficient)
         return k if T is None else k * jnp.exp(self.energy / GAS_CONSTANT * (1 / self.reference - 1 / T))
 
@@ -159,7 +159,7 @@ class ThresholdWear(AbstractWearRate):
     threshold: Scalar = quantity("K", "temperature above which wear grows", positive=True, default=503.15)
     energy: Scalar = quantity("J/mol", "activation energy", low=0.0, many=True, typical=2e4, default=40e3)
 
-    def at(self, T: Temperature) -> Float[Array, "..."]:
+    def at(self, T: Temperature) -> Floats:
         k = jnp.asarray(self.coefficient)
         hot = self.threshold if T is None else greater(T, self.threshold)
         return k * jnp.exp(self.energy / GAS_CONSTANT * (1 / self.threshold - 1 / hot))
@@ -206,7 +206,7 @@ class Wear(Part):
         "1", "numbers of phases after which the band is turned end for end", low=0.0, many=Over.ROWS, default=None
     )
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         if self.thickness is None:
             return []
         worn, whole = np.atleast_1d(self.worn), float(self.thickness)
@@ -239,7 +239,7 @@ class Delayed(AbstractProfile):
     def value(self, t: Real, piece: Piece) -> Real:
         return self.profile.value(t - self.delay, piece)
 
-    def next_knot(self, piece: Piece) -> Float[Array, "..."] | float:
+    def next_knot(self, piece: Piece) -> Floats | float:
         return self.profile.next_knot(piece) + self.delay
 
     def first_piece(self, t: Real) -> Piece:
@@ -251,7 +251,7 @@ class Delayed(AbstractProfile):
     def scale(self) -> Float[Array, ""]:
         return self.profile.scale()
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         why = "a lever that depends on the speed cannot be delayed"
         return [Fault(f"{path}.profile", why)] if self.profile.controls_speed else []
 
@@ -266,7 +266,7 @@ def lining_bodies(heat: Heat) -> set[str]:
     return {place_of(place)[0] for place in places if place is not None}
 
 
-def faults_of_wear(wear: Wear, brake: AbstractBrake, lever: AbstractProfile | Phases, heat: Heat) -> list[Fault]:
+def faults_of_wear(wear: Wear, brake: AbstractBrake, lever: AbstractProfile | Phases, heat: Heat) -> Faults:
     """Errors between the wear of a scene and its other parts (concrete values only)."""
     faults = _faults_of_thickness(wear, heat) if wear.heat else []
     has = {"internal": wear.internal is not None, "geometry": wear.geometry}
@@ -299,7 +299,7 @@ def faults_of_wear(wear: Wear, brake: AbstractBrake, lever: AbstractProfile | Ph
     return faults + faults_of_sizes(wear, "wear", brake.linings.count)
 
 
-def faults_of_turning(brake: Brake) -> list[Fault]:
+def faults_of_turning(brake: Brake) -> Faults:
     """Errors of a band that cannot be turned within a run: the brake is integrated as it was built."""
     where = "wear.turned_at"
     if brake.bandage is not None:
@@ -316,7 +316,7 @@ def faults_of_turning(brake: Brake) -> list[Fault]:
     return [Fault(where, f"the numbers of {path} are not equal", hint) for path in unlike]
 
 
-def _faults_of_thickness(wear: Wear, heat: Heat) -> list[Fault]:
+def _faults_of_thickness(wear: Wear, heat: Heat) -> Faults:
     names = lining_bodies(heat)
     if not names:
         return [Fault("wear.heat", "has no effect", "the scene has no heat part with linings")]

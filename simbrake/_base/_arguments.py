@@ -19,7 +19,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Literal, TypeVar, cast
 
-from ._faults import Fault, InputError, near, shown
+from ._faults import Fault, Faults, InputError, near, shown
 
 _Function = TypeVar("_Function", bound=Callable)
 #: entries of a mapping or a sequence that are looked at
@@ -70,7 +70,7 @@ _ONE_NUMBER = re.compile("truth value of an array|scalar arrays can be converted
 _LIBRARIES = sys.stdlib_module_names | {"simbrake", "jax", "jaxlib", "equinox", "numpy", "jaxtyping", "beartype"}
 
 
-def faults_of_tracing(error: Exception) -> list[Fault]:
+def faults_of_tracing(error: Exception) -> Faults:
     """Error of a user's function that takes a traced value for a number of Python or for an array of NumPy."""
     import jax
     from jax.core import Tracer
@@ -88,7 +88,7 @@ def faults_of_tracing(error: Exception) -> list[Fault]:
     return []
 
 
-def _misfits(function: Callable, args: tuple[Any, ...], named: dict[str, Any], lists: bool) -> list[Fault]:
+def _misfits(function: Callable, args: tuple[Any, ...], named: dict[str, Any], lists: bool) -> Faults:
     """Arguments that do not fit their annotations; none where the call has not the right arguments at all.
 
     `lists`: whether a list can stand for an array

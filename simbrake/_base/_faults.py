@@ -36,6 +36,9 @@ class Fault:
         return f"{self.path}: {self.problem}" + (f" — {self.hint}" if self.hint else "")
 
 
+Faults = list[Fault]
+
+
 class InputError(ValueError):
     """All errors of an input in one report.
 

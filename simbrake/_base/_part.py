@@ -16,7 +16,7 @@ from jax.core import Tracer
 from .._base._arguments import explained, with_nearest
 from ..hybrid._struct import Struct, struct_field
 from ._compiling import is_traced
-from ._faults import Fault, InputError, of_radius
+from ._faults import Fault, Faults, InputError, of_radius
 from ._quantity import NumberReader, Over, Quantity, as_number, behind, example, has_units, in_si, shown
 from ._table import part_text, rows_table, value_text
 
@@ -128,7 +128,7 @@ def _number_in(maker: type, unit: str) -> Quantity:
     return about
 
 
-def _faults_of_short(maker: type, x: object, unit: str, path: str) -> list[Fault]:
+def _faults_of_short(maker: type, x: object, unit: str, path: str) -> Faults:
     """Error of a text given in place of a part."""
     return _faults_of_leaf(Leaf(path, x, _number_in(maker, unit)), converted=False) if has_units(x) else []
 
@@ -197,9 +197,9 @@ class Part(Struct, metaclass=_Told):
         if faults:
             raise InputError(faults)
 
-    def faults_of_kinds(self, path: str) -> list[Fault]:
+    def faults_of_kinds(self, path: str) -> Faults:
         """Errors of the part at a path where something else than its fields name stands in them."""
-        faults, hints = list[Fault](), _hints(type(self))
+        faults, hints = Faults(), _hints(type(self))
         for field in dataclasses.fields(self):  # pyright: ignore
             value, hint, about = getattr(self, field.name), hints.get(field.name, Any), field.metadata.get("quantity")
             if about is None:
@@ -208,11 +208,11 @@ class Part(Struct, metaclass=_Told):
                 faults += _faults_of_law(below(path, field), value, hint, about)
         return faults
 
-    def faults_of_presence(self, path: str) -> list[Fault]:
+    def faults_of_presence(self, path: str) -> Faults:
         """Errors of the part at a path where one of its numbers or another one has to be given."""
         return []
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         """Errors of the part at a path beyond the ranges of single numbers; those below it tell their own (concrete
         values only)."""
         return []
@@ -261,7 +261,7 @@ def entry_of(hint: object) -> object | None:
     return inner[0] if typing.get_origin(hint) is tuple and inner[1:] == (...,) else None
 
 
-def _faults_of_kind(path: str, value: object, hint: object) -> list[Fault]:
+def _faults_of_kind(path: str, value: object, hint: object) -> Faults:
     """Errors of a value that is none of the parts that its field names, or of entries of a tuple of such.
 
     Fields for other types are not checked.
@@ -296,7 +296,7 @@ def _parts_among(kinds: tuple[Any, ...]) -> list[type]:
     return [kind for kind in kinds if isinstance(kind, type) and issubclass(kind, Struct)]
 
 
-def _faults_of_law(path: str, value: Struct, hint: object, about: Quantity) -> list[Fault]:
+def _faults_of_law(path: str, value: Struct, hint: object, about: Quantity) -> Faults:
     """Error of a part in place of numbers that takes no such profile or law."""
     kinds = alternatives(hint)
     parts = _parts_among(kinds)
@@ -321,7 +321,7 @@ def _words_of_family(family: type) -> str:
     return f"{words} ({names})" if names else words
 
 
-def faults_of_whole(path: str, value: Any, about: Whole) -> list[Fault]:
+def faults_of_whole(path: str, value: Any, about: Whole) -> Faults:
     if isinstance(value, bool) or not isinstance(value, int | np.integer):
         return [Fault(path, f"{shown(value)} is not a whole number", f"{about.meaning}, as in {max(about.low, 1)}")]
     if about.low <= value <= about.high:
@@ -397,14 +397,14 @@ def parts_below(node: Any, path: str = "", unit: str = "SI") -> Iterator[tuple[s
             yield from parts_below(getattr(node, field.name), below(path, field), unit_below(field, unit))
 
 
-def faults_below(node: Any, path: str = "") -> list[Fault]:
+def faults_below(node: Any, path: str = "") -> Faults:
     """Errors of a part and of all parts below it, each by itself."""
     return [
         fault for where, child, _ in parts_below(node, path) if isinstance(child, Part) for fault in child.faults(where)
     ]
 
 
-def presence_below(node: Any) -> list[Fault]:
+def presence_below(node: Any) -> Faults:
     """Errors of a scene in which an edit has left out what a part needs, given it twice, or put in a part of another
     kind; also of traced values."""
     return _faults_of_structure(node) if _has_faults(jax.tree.structure(node)) else []
@@ -415,7 +415,7 @@ def _has_faults(structure: Any) -> bool:
     return bool(_faults_of_structure(jax.tree.unflatten(structure, [np.zeros(())] * structure.num_leaves)))
 
 
-def _faults_of_structure(node: Any) -> list[Fault]:
+def _faults_of_structure(node: Any) -> Faults:
     return [
         fault
         for path, part, _ in parts_below(node)
@@ -476,7 +476,7 @@ class Numbers:
         self.plain = all(type(x) is np.ndarray and x.dtype == np.float64 for x in self.values)
         self.traced = not self.plain and is_traced(self.values)
 
-    def faults(self) -> list[Fault]:
+    def faults(self) -> Faults:
         """Their errors, as `faults_of_values` finds them; numbers that are all right take one pass."""
         ranges = _ranges(self.structure, tuple(x.shape for x in self.values)) if self.plain else None
         if ranges is not None and len(ranges[0]) <= _MOST_NUMBERS:
@@ -504,7 +504,7 @@ def as_arrays(node: Any) -> Any:
     return dataclasses.replace(node, **changed) if changed else node
 
 
-def faults_of_values(node: object, path: str = "") -> list[Fault]:
+def faults_of_values(node: object, path: str = "") -> Faults:
     """Errors of values that are not numbers, not finite, out of range, or of too few bits; traced values pass."""
     numbers = leaves(node, path)
     if (count := sum(np.size(leaf.value) for leaf in numbers)) > _MOST_NUMBERS:
@@ -532,7 +532,7 @@ def _ranges(structure: Any, shapes: tuple[tuple[int, ...], ...]) -> tuple[np.nda
     return tuple(np.concatenate([np.ravel(row[k]) for row in rows]) for k in range(3))
 
 
-def _faults_of_leaf(leaf: Leaf, *, converted: bool = True) -> list[Fault]:
+def _faults_of_leaf(leaf: Leaf, *, converted: bool = True) -> Faults:
     """Error of one value.
 
     `converted`: it is in a part that has been made, where texts have been read, and lists are only where allowed;
@@ -572,7 +572,7 @@ def _faults_of_leaf(leaf: Leaf, *, converted: bool = True) -> list[Fault]:
     return [Fault(leaf.path + which, f"{worst:g}{behind(about.unit)} is out of range", about.hint(worst, about.unit))]
 
 
-def faults_of_sizes(node: object, path: str, n: int) -> list[Fault]:
+def faults_of_sizes(node: object, path: str, n: int) -> Faults:
     """Lists without an entry for each of `n` linings, or for each gap between two."""
     faults = []
     for leaf in leaves(node, path):

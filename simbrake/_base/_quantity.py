@@ -12,11 +12,11 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
-from jaxtyping import Float, Int
+from jaxtyping import Int
 
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, Floats
 from ._compiling import warn_of_untested_jax
-from ._faults import Fault
+from ._faults import Fault, Faults
 from ._faults import shown as shown
 from ._table import pretty, to_si, unit
 
@@ -24,9 +24,9 @@ if TYPE_CHECKING:
     Scalar = Values = Any  # accepted inputs: a number, a list, an array
 else:
     #: what a field holds: one number, or an array of them
-    Scalar = Float[Array, "..."]
+    Scalar = Floats
     #: accepted by a formula: one number, or an array or list of them
-    Values = Float[Array, "..."] | Int[Array, "..."] | float | int | list | tuple
+    Values = Floats | Int[Array, "..."] | float | int | list | tuple
 
 
 warn_of_untested_jax(jax.__version_info__)  # set here, as every scene and every computing command imports this module
@@ -198,7 +198,7 @@ def positive(unit: str, meaning: str, high: float | None = None) -> Quantity:
     return Quantity(unit, meaning, 0.0, high, open_low=True)
 
 
-def faults_of_tolerance(rtol: Values) -> list[Fault]:
+def faults_of_tolerance(rtol: Values) -> Faults:
     """Error of a relative tolerance outside 1e-15…0.1. A traced one is not checked."""
     if (isinstance(rtol, float) and 1e-15 < rtol < 0.1) or isinstance(rtol, Tracer):
         return []
@@ -223,7 +223,7 @@ class NumberReader:
     """Read numbers and collect every error: path, value, unit, reason, and allowed range."""
 
     def __init__(self) -> None:
-        self.faults: list[Fault] = []
+        self.faults: Faults = []
 
     def fault(self, path: str, problem: str, hint: str = "") -> object:
         self.faults.append(Fault(path or "scene", problem, hint))

@@ -16,7 +16,7 @@ from .._physics._brake import BrakeSystem, State, piece_of
 from .._physics._mechanism import OPEN, TAKE_UP, BrakeCode, Mode
 from .._physics._shaft import Drive, Shaft, rests
 from ..hybrid import Code, Record, smallest
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, TwoArrays
 from ..profiles import AbstractProfile
 from ..shaft import EddyCurrentBrake
 from ._probe import RunJit, balance_of, capacity, ends_of, is_traced_run
@@ -217,7 +217,7 @@ def _exceeds_critical(system: BrakeSystem, omega: Array) -> Array:
     )
 
 
-def _end_of(system: BrakeSystem, t: Array, y: State, mode: Mode, start: tuple[Array, Array]) -> _End:
+def _end_of(system: BrakeSystem, t: Array, y: State, mode: Mode, start: TwoArrays) -> _End:
     """The brake at the end; `start`: time and speed at the start."""
     start_time, start_speed = start
     omega, size = y.omega, system.sizes.torque
@@ -277,9 +277,7 @@ def _end_of(system: BrakeSystem, t: Array, y: State, mode: Mode, start: tuple[Ar
     )
 
 
-def _want_at_end(
-    system: BrakeSystem, y: State, mode: Mode, end: _End, start_speed: Array, past: Past
-) -> tuple[Array, Array]:
+def _want_at_end(system: BrakeSystem, y: State, mode: Mode, end: _End, start_speed: Array, past: Past) -> TwoArrays:
     """What is wanted at the end, and whether words say it."""
     lever = system.lever_at(y, mode)
     want, named = want_of_input(system, lever, start_speed)
@@ -344,7 +342,7 @@ def _rules(end: _End, want: Array, named: Array, code: Array, past: Past) -> Ite
 
 
 def _judged(
-    system: BrakeSystem, t: Array, y: State, mode: Mode, start: tuple[Array, Array], code: Array, past: Past
+    system: BrakeSystem, t: Array, y: State, mode: Mode, start: TwoArrays, code: Array, past: Past
 ) -> Judgement:
     end = _end_of(system, t, y, mode, start)
     want, named = _want_at_end(system, y, mode, end, start[1], past)

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
 
 from .._base._arguments import explained
 from .._base._corners import greater
@@ -17,7 +16,7 @@ from .._physics._mechanism import BandMode, BrakeCode, Label, events_of_change
 from ..brakes._band import band_torque, grip, product, running_product, tension_ratio
 from ..brakes._design import Bandage, Brake, BrakeWords, under_a_band, unloaded
 from ..hybrid import Code, Record, largest
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, ScalarArray, Vector
 from ._metrics import marks
 from ._probe import Entry, Number
 
@@ -470,7 +469,7 @@ def onset_bracket(
     T_external: Number | None = None,
     T_internal: Number | None = None,
     omega: Number = 0.0,
-) -> tuple[Float[Array, ""], Float[Array, " n"], Float[Array, " n"], Float[Array, ""]]:
+) -> tuple[ScalarArray, Vector, Vector, ScalarArray]:
     """Growth of the two torques between which the internal pair decides, per unit of slack tension (m); the torque of
     preload and centrifugal force (N·m); and the share of the load torque that goes into the bandage.
 
@@ -503,7 +502,7 @@ def internal_slip_tension(
     T_external: Number | None = None,
     T_internal: Number | None = None,
     omega: Number | None = None,
-) -> Float[Array, ""]:
+) -> ScalarArray:
     """Slack tension `T_on` (N) at which the internal pair of a staged brake begins to slide, at any rate of the lever.
 
         T_on = [R Σ f_i (N_pre,i − m_i r_m ω²) − J_b M_load/(J + J_b)]

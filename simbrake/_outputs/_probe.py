@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeVar
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int, PyTree
+from jaxtyping import Float, Int, PyTree
 
 from .._base._arguments import explained
 from .._base._compiling import DeviceJit
@@ -21,7 +21,7 @@ from .._physics._mechanism import OPEN, MechanismOutputs, Mode
 from .._physics._rope import ElasticRope
 from .._physics._shaft import Drive, Shaft, way_of
 from ..hybrid import SKIPPED, Record, smallest
-from ..hybrid._arrays import Array, numpy_of
+from ..hybrid._arrays import Array, Mark, ScalarArray, TwoArrays, VectorM, numpy_of
 from ..hybrid._system import ravel, unravel
 from ..loads import Lever, cylinders
 
@@ -60,7 +60,7 @@ class HookNow(NamedTuple):
 class Probe(NamedTuple):
     """States, forces and margins at the times `t` (m,)."""
 
-    t: Float[Array, " m"]
+    t: VectorM
     y: State
     mode: Mode
     flows: BrakeNow
@@ -68,10 +68,10 @@ class Probe(NamedTuple):
     margins: Float[Array, "m marks"]
     greater_tension: Float[Array, "m n"] | None  # of the two sides of each lining; None without a band
     surfaces: dict[str, Array]  # surface temperatures of rim, linings, band (m, nodes), where the scene has them
-    holding: tuple[Array, Array]  # load at rest, and static capacity of the brake in its direction (N·m), (m,) each
+    holding: TwoArrays  # load at rest, and static capacity of the brake in its direction (N·m), (m,) each
     hook: HookNow | None
-    lever_force: Float[Array, " m"] | None  # on the lever of the driller, where the scene has one
-    actuator_pressure: Float[Array, " m"] | None  # gauge pressure (Pa) of a cylinder, where the scene has one
+    lever_force: VectorM | None  # on the lever of the driller, where the scene has one
+    actuator_pressure: VectorM | None  # gauge pressure (Pa) of a cylinder, where the scene has one
 
 
 def is_traced_run(record: Record) -> bool:
@@ -107,14 +107,14 @@ def in_lanes(look: Callable[..., T], *columns: np.ndarray, lanes: int = _LANES) 
     return parts[0] if len(parts) == 1 else jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
 
 
-def tension_before(shown: MechanismOutputs, slack: Float[Array, " m"]) -> Float[Array, "m n"]:
+def tension_before(shown: MechanismOutputs, slack: VectorM) -> Float[Array, "m n"]:
     """Tension (N) of the band ahead of every lining; `slack`: at the slack end."""
     if shown.before is not None:
         return shown.before
     return numpy_of(slack).concatenate([slack[:, None], shown.tension[:, :-1]], axis=1)
 
 
-def seen_at(system: BrakeSystem, t: Float[Array, " m"], y: State, mode: Mode) -> Probe:
+def seen_at(system: BrakeSystem, t: VectorM, y: State, mode: Mode) -> Probe:
     """Everything algebraic at many times, states and modes."""
 
     def look(t: Array, y: State, mode: Mode) -> PyTree:
@@ -147,7 +147,7 @@ def _gauge_pressure(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Arra
     return lever.of_each(pressures) if isinstance(lever, PhaseNow) else pressures[0]
 
 
-def probe_at(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]) -> Probe:
+def probe_at(record: Record, index: Int[Array, " m"], h: VectorM) -> Probe:
     """Everything at the times `h` (s) after the start of the rows named, by a partial step of the method itself."""
     t, y = record.inside(index, h)
     mode = jax.vmap(record.flat.unpack_mode)(record.rows.mode[index])
@@ -160,7 +160,7 @@ def _seen(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Probe, A
     return p._replace(t=None, y=None, mode=None), jax.vmap(lambda tree: ravel(tree, jnp.float64))(slopes)
 
 
-def _inside(record: Record, index: Array, h: Array) -> tuple[Array, Array]:
+def _inside(record: Record, index: Array, h: Array) -> TwoArrays:
     t, y = record.inside(index, h, still=True)
     return t, jax.vmap(lambda y: ravel(y, jnp.float64))(y)
 
@@ -187,7 +187,7 @@ def look_at(record: Record, index: np.ndarray, instants: Instants, see: Callable
     return _in_lanes_of(record, find, index, instants, _LANES_OF_LONG if long else _LANES)
 
 
-def states_inside(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]) -> tuple[Array, Array]:
+def states_inside(record: Record, index: Int[Array, " m"], h: VectorM) -> TwoArrays:
     """Times and flat states at `h` (s) after the start of the rows named, of a compact record outside of jit.
 
     A call gets the rows that it looks at, always as many, instead of the whole record: the work grows with the number
@@ -198,14 +198,14 @@ def states_inside(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]
     count = most if many else few if record.rows.y.shape[1] > _MANY_STATES else some
     lanes = np.arange(count, dtype=np.int32)
 
-    def call(index: np.ndarray, h: np.ndarray) -> tuple[Array, Array]:
+    def call(index: np.ndarray, h: np.ndarray) -> TwoArrays:
         rows = jax.tree.map(lambda column: column[index], record.rows)
         return _INSIDE[many](dataclasses.replace(record, rows=rows), lanes, h)
 
     return in_lanes(call, np.asarray(index), np.asarray(h), lanes=count)
 
 
-def probe_many(record: Record, index: Int[Array, " m"], h: Float[Array, " m"]) -> Probe:
+def probe_many(record: Record, index: Int[Array, " m"], h: VectorM) -> Probe:
     """`probe_at` of a compact record outside of jit."""
     (t, y), mode = states_inside(record, index, h), np.asarray(record.rows.mode)[np.asarray(index)]
     return look_at(record, np.arange(len(t)), lambda i: (t[i], y[i], mode[i]), lambda p, _: p)
@@ -292,7 +292,7 @@ def capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) 
     return Capacity(load, system.capacity(T_0, y.omega, y.own, system.surfaces(t, y, mode)), settled, hanging)
 
 
-def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
+def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> TwoArrays:
     """Load on a pulley at rest, and the static capacity of the brake in its direction (N·m, both ≥ 0).
 
     The load is that of the instant, of an elastic rope its pull. A lever that follows the speed can pull to its limit.
@@ -323,7 +323,7 @@ def driving(system: BrakeSystem, t: Array, omega: Array, y: State, mode: Mode) -
     return sense * load
 
 
-def stable_speed(net: Callable[[Array], Array], speed: Array) -> Float[Array, ""]:
+def stable_speed(net: Callable[[Array], Array], speed: Array) -> ScalarArray:
     """The steady speed (rad/s) that a shaft at `speed` > 0 tends to: the next stable zero of `net`, `inf` without one.
 
     - `net(ω)`: accelerating torque (N·m) at the speed `ω`
@@ -345,7 +345,7 @@ def stable_speed(net: Callable[[Array], Array], speed: Array) -> Float[Array, ""
         above = net(middle) > 0
         return jnp.stack([jnp.where(above, middle, ends[0]), jnp.where(above, ends[1], middle)]), None
 
-    def newton(carry: tuple[Array, Array], _: None) -> tuple[tuple[Array, Array], None]:
+    def newton(carry: TwoArrays, _: None) -> tuple[TwoArrays, None]:
         steady = carry[0]
         value, slope = jax.jvp(net, (steady,), (jnp.ones_like(steady),))
         return (steady - value / jnp.where(slope < 0, slope, -jnp.inf), slope < 0), None
@@ -376,7 +376,7 @@ def _is_led(system: BrakeSystem, y: State, mode: Mode) -> Array:
     return jnp.asarray(lever.follows(piece_of(mode, "lever")) if lever.controls_speed else False)
 
 
-def steady_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Float[Array, ""]:
+def steady_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> ScalarArray:
     """Speed (rad/s, ≥ 0) at which the torques of the instant `t` balance, `inf` where they do not.
 
     With the tension, the temperatures and the given functions of that instant; `inf` under a lever that holds the
@@ -399,9 +399,9 @@ class Balance(NamedTuple):
     Under a lever that follows a speed the torques say nothing of this: `steady` and `tends` are false.
     """
 
-    rises: Float[Array, ""]
-    steady: Bool[Array, ""]
-    tends: Bool[Array, ""]
+    rises: ScalarArray
+    steady: Mark
+    tends: Mark
 
 
 def balance_of(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Balance:
@@ -482,7 +482,7 @@ def end_capacity(record: Record) -> Capacity:
 _terminal_speed = RunJit(steady_speed, quick=True)
 
 
-def terminal_speed(record: Record) -> Float[Array, ""]:
+def terminal_speed(record: Record) -> ScalarArray:
     """Steady speed (rad/s) at which the torques of the end of a run balance, `inf` where there is none."""
     return _terminal_speed(record.system, *ends_of(record)[1])
 

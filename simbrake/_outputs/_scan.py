@@ -16,7 +16,7 @@ from jaxtyping import Float, Int, PyTree
 
 from .._physics._brake import BrakeSystem
 from ..hybrid import ADVANCED, LANDED, SKIPPED, STOPPED, Record
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, TwoArrays, Vector, VectorM
 from ..hybrid._system import flatten, ravel
 from ._metrics import METRICS, Peak, held_share, passing
 from ._probe import (
@@ -47,8 +47,8 @@ Pick = Callable[[Probe], Array]
 class Steps(NamedTuple):
     """Steps of a run: times and states at both ends, before any jump, and the mode in between."""
 
-    t0: Float[Array, " n"]
-    t1: Float[Array, " n"]
+    t0: Vector
+    t1: Vector
     y0: Float[Array, "n state"]
     y1: Float[Array, "n state"]
     mode: Int[Array, "n mode"]
@@ -71,16 +71,16 @@ class ScanColumns(NamedTuple):
       (from 0) it is that large, of `widths` ones
     """
 
-    t: Float[Array, " m"]
-    omega: Float[Array, " m"]
-    alpha: Float[Array, " m"]
-    lever_tension: Float[Array, " m"]
-    load_torque: Float[Array, " m"]
+    t: VectorM
+    omega: VectorM
+    alpha: VectorM
+    lever_tension: VectorM
+    load_torque: VectorM
     friction_heat: Float[Array, "m pairs"]
     margins: Float[Array, "m marks"]
     passing: dict[str, Float[Array, "m k"]]
-    holding: tuple[Array, Array]
-    tops: dict[str, Float[Array, " m"]]
+    holding: TwoArrays
+    tops: dict[str, VectorM]
     places: dict[str, Int[Array, " m"]]
     widths: dict[str, Int[Array, " m"]]
 
@@ -129,7 +129,7 @@ def _sampled(
     flat = flatten(system, y_like, mode_like)
     modes = jax.vmap(flat.unpack_mode)(steps.mode)
 
-    def sample(rates: tuple[Array, Array], entry: tuple[Array, Array]) -> tuple[tuple[Array, Array], PyTree]:
+    def sample(rates: TwoArrays, entry: TwoArrays) -> tuple[TwoArrays, PyTree]:
         k, share = entry
         shares = jnp.full(steps.t0.shape, share)
         y = jnp.where(k == 0, steps.y0, jnp.where(k == 1, steps.y1, _between(steps, *rates, shares)))
@@ -208,7 +208,7 @@ class Scan:
     def _sight(self, p: Probe, _: Array) -> ScanColumns:
         return _sight(p, self.wanted)
 
-    def _inside(self, row: Array, share: Array) -> tuple[Array, Array]:
+    def _inside(self, row: Array, share: Array) -> TwoArrays:
         """Times and states at a share of the steps named, by partial steps of the method."""
         return states_inside(self.record, row, share * (self.steps.t1[row] - self.steps.t0[row]))
 
@@ -274,7 +274,7 @@ def _polish(
     width: float,
     rounds: int = _ROUNDS,
     count: int = _POINTS,
-) -> tuple[Array, Array]:
+) -> TwoArrays:
     """Rows and shares (k,) of maximum values near samples of them: finer grids, each with a parabola through its best.
 
     `look(rows, shares)` gives values (k, points). Places are counted in lengths of the sample's step, also in the step
@@ -284,12 +284,12 @@ def _polish(
     grid = xp.linspace(-1.0, 1.0, count)
     last = xp.where(near.after != near.row, 1.0 + near.times, 1.0)
 
-    def placed(x: Array) -> tuple[Array, Array]:
+    def placed(x: Array) -> TwoArrays:
         row, after, times = (v if x.ndim == 1 else v[:, None] for v in (near.row, near.after, near.times))
         over = x > 1
         return xp.where(over, after, row), xp.where(over, xp.clip((x - 1) / times, 0.0, 1.0), x)
 
-    def finer(_: Any, entry: tuple[Array, Array]) -> tuple[Array, Array]:
+    def finer(_: Any, entry: TwoArrays) -> TwoArrays:
         x, width = entry
         points = xp.clip(x[:, None] + width[:, None] * grid, 0.0, last[:, None])
         rows, shares = placed(points)
@@ -384,7 +384,7 @@ def largest_share_of_capacity(scan: Scan) -> Peak:
     if not np.any(is_to_hold):
         return Peak(np.float64(0.0), np.asarray(record.rows.t)[0], np.int32(1))
 
-    def seen(rows: Array, shares: Array) -> tuple[Array, Array]:
+    def seen(rows: Array, shares: Array) -> TwoArrays:
         sight, standing = scan.look(rows.ravel(), shares.ravel()), (held[rows] | (shares == 0.0)).ravel()
         return held_share(*sight.holding, standing).reshape(rows.shape), sight.t
 

@@ -9,7 +9,7 @@ from typing import Annotated, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, Faults, InputError
 from .._base._part import takes_values
 from .._base._quantity import BAD, NumberReader, Quantity, positive
 from .._base._table import number
@@ -267,7 +267,7 @@ class _Plan:
         # number of phases before it in a cycle, number of cycles before it (`None`: in every cycle)
         self.turned = list[tuple[int, int | None]]()
 
-    def end(self, count: int, stands: int) -> list[Fault]:
+    def end(self, count: int, stands: int) -> Faults:
         """End a cycle that is done `count` times and adds so many stands, where no line says it; its errors."""
         takes, down = "take" in self.marks, "set" in self.marks
         checks = (
@@ -496,7 +496,7 @@ class _Plan:
     def _turn(self, cycles: float | None = None) -> None:
         self.turned.append((len(self.phases), None if cycles is None else int(cycles)))
 
-    def faults(self, empty: float, stand: float, wear: Wear | None) -> list[Fault]:
+    def faults(self, empty: float, stand: float, wear: Wear | None) -> Faults:
         """Errors of the whole."""
         mass, far = float(self.load.mass), self.deepest
         short = f"lowers {far:.5g} m in all, braking included, the rope on the drum is enough for {self.rope:.5g} m"

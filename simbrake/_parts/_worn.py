@@ -5,14 +5,14 @@ from typing import cast
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, PyTree
+from jaxtyping import PyTree
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._quantity import Scalar
 from ..brakes._design import Brake
 from ..friction import FrictionChange, TabulatedFade, TabulatedFriction
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, Vector
 from ..hybrid._struct import with_fields, with_value_at
 from ..thermal._heat import Heat, TransmissionPartition
 from ..thermal._network import Conductance, Lump
@@ -26,7 +26,7 @@ def feeds_back(scene: Scene) -> bool:
     return wear is not None and (wear.geometry or wear.heat or wear.take_up_speed is not None)
 
 
-def _worn(scene: Scene, wear: Wear) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+def _worn(scene: Scene, wear: Wear) -> tuple[Vector, Vector]:
     """Thickness worn off before the run, and the sizes of the linings: under a band their angles."""
     weights = scene.brake.linings.weights
     return jnp.broadcast_to(jnp.asarray(wear.worn), weights.shape), weights

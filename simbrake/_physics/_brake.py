@@ -14,7 +14,7 @@ from .._base._quantity import Characteristic
 from .._phases import Phases
 from ..friction import SurfaceState
 from ..hybrid import CORE, QUADRATURE, AbstractSemiExplicitSystem
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, ScalarArray, TwoArrays
 from ..hybrid._struct import Struct, struct_field
 from ..hybrid._system import Instant, variables_of
 from ..loads import AbstractLoad
@@ -191,7 +191,7 @@ class Feature(Struct):
         """Which guards are limits up to and including which the mode holds."""
         return limits
 
-    def stored(self, now: Moment, stored: tuple[Array, Array]) -> tuple[Array, Array]:
+    def stored(self, now: Moment, stored: TwoArrays) -> TwoArrays:
         """Kinetic and elastic energy (J)."""
         return stored
 
@@ -447,7 +447,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         changes = self.changes(y, mode).items()
         return self.mechanism.factors([jnp.asarray(course.value(t, piece_of(mode, name))) for name, course in changes])
 
-    def lever_tension(self, t: Array, y: State, mode: Mode, load: Array, surfaces: Surfaces) -> tuple[Array, Array]:
+    def lever_tension(self, t: Array, y: State, mode: Mode, load: Array, surfaces: Surfaces) -> TwoArrays:
         """`T_0` (N) and its rate as the lever has them."""
         piece, lever, omega = piece_of(mode, "lever"), self.lever_at(y, mode), y.omega
         given, rate = jax.jvp(lambda t: lever.value(t, piece), (t,), (jnp.ones_like(t),))
@@ -599,7 +599,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         ledger = new.ledger._replace(lever_work=new.ledger.lever_work + work, friction=friction)
         return heated(new._replace(own=own, ledger=ledger), heats)
 
-    def _next_known(self, y: Any, mode: Mode) -> tuple[Float[Array, ""] | float, dict[str, Any]]:
+    def _next_known(self, y: Any, mode: Mode) -> tuple[ScalarArray | float, dict[str, Any]]:
         """The next time breakpoint, and whether it belongs to each given function of time.
 
         A pulley at rest, and a lever that begins to pull, must see no input that has ended, nor one that has yet to
@@ -625,7 +625,7 @@ class BrakeSystem(AbstractSemiExplicitSystem):
         }
         return mode._replace(pieces=pieces)
 
-    def next_stop(self, mode: Mode, y: Any = None) -> Float[Array, ""] | float:
+    def next_stop(self, mode: Mode, y: Any = None) -> ScalarArray | float:
         return self._next_known(y, mode)[0]
 
     # --- as results ---------------------------------------------------------------------------------------------------
@@ -681,11 +681,11 @@ class BrakeSystem(AbstractSemiExplicitSystem):
             places = feature.places(self, places)
         return places if any(feature.sparse for feature in self.features) else None
 
-    def stored_at(self, inertia: Array, omega: Array, own: PyTree, mode: Mode) -> tuple[Array, Array]:
+    def stored_at(self, inertia: Array, omega: Array, own: PyTree, mode: Mode) -> TwoArrays:
         """Kinetic and elastic energy (J) of shaft and mechanism, with an `inertia` (kg·m²) of the shaft."""
         return self.of_all(self.mechanism.stored(self.of_one(inertia), omega, own, mode))
 
-    def stored(self, t: Array, y: State, mode: Mode) -> tuple[Array, Array]:
+    def stored(self, t: Array, y: State, mode: Mode) -> TwoArrays:
         """Kinetic and elastic energy (J)."""
         stored = self.stored_at(self.inertia_at(mode), y.omega, y.own, mode)
         now = Moment(self, t, y, mode)

@@ -6,7 +6,7 @@ import jax.numpy as jnp
 from jaxtyping import Bool, Float, Int
 
 from ..friction import SurfaceState
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, ScalarArray, Vector
 from ._contact import acceleration, contact_margin, sense_after
 from ._mechanism import (
     ELASTIC,
@@ -82,16 +82,16 @@ class ChainGuards(NamedTuple):
 class ChainNow(ContactNow):
     """Variables of a chain; `brake_torque` is `R_b Σ G_i`, `lever_power` `T_0 u̇_1`."""
 
-    damping: Float[Array, ""]  # of all segments (W)
-    tension: Float[Array, " n"]  # T_i (N)
-    elastic: Float[Array, " n"]  # T_i^0 + K_i e_i (N), below 0 where the segment is slack
-    total: Float[Array, " n"]  # the same with the damper's part
-    force: Float[Array, " n"]  # G_i (N)
-    limit: Float[Array, " n"]  # f_s,i N_i/c_i (N): up to there a lining sticks
-    normal: Float[Array, " n"]  # N_i (N)
-    lining_slip: Float[Array, " n"]  # R_b ω − u̇_i (m/s)
-    acceleration: Float[Array, " n"]  # ü_i (m/s²)
-    stretching: Float[Array, " n"]  # ė_i (m/s)
+    damping: ScalarArray  # of all segments (W)
+    tension: Vector  # T_i (N)
+    elastic: Vector  # T_i^0 + K_i e_i (N), below 0 where the segment is slack
+    total: Vector  # the same with the damper's part
+    force: Vector  # G_i (N)
+    limit: Vector  # f_s,i N_i/c_i (N): up to there a lining sticks
+    normal: Vector  # N_i (N)
+    lining_slip: Vector  # R_b ω − u̇_i (m/s)
+    acceleration: Vector  # ü_i (m/s²)
+    stretching: Vector  # ė_i (m/s)
 
 
 class Chain(AbstractMechanism):
@@ -114,12 +114,12 @@ class Chain(AbstractMechanism):
     - `cosine` of `β_i/2`
     """
 
-    radius: Float[Array, ""]
-    mass: Float[Array, " n"]
-    stiffness: Float[Array, " n"]
-    damping: Float[Array, " n"]
-    preload: Float[Array, ""]
-    cosine: Float[Array, " n"]
+    radius: ScalarArray
+    mass: Vector
+    stiffness: Vector
+    damping: Vector
+    preload: ScalarArray
+    cosine: Vector
     grip: LiningFriction
     pairs: tuple[Pair, ...]
     sizes: Sizes
@@ -201,7 +201,7 @@ class Chain(AbstractMechanism):
         taut, stretched = ((mode.own.segments & bit) > 0 for bit in (TAUT, STRETCHED))
         return none._replace(linings=mode.own.linings == 0, taut=taut, stretched=stretched)
 
-    def _lining_guards(self, mode: Mode, z: ChainNow) -> Float[Array, " n"]:
+    def _lining_guards(self, mode: Mode, z: ChainNow) -> Vector:
         left = (z.limit - jnp.abs(z.force)) / self.sizes.tension
         return contact_margin(mode.own.linings, left, z.lining_slip / (self.radius * self.sizes.speed))
 

@@ -7,9 +7,9 @@
 """
 
 import jax.numpy as jnp
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Bool, Int
 
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, Floats, Vector
 from ._mechanism import OPEN, Mode
 from ._sliding import Known, where_static
 
@@ -24,7 +24,7 @@ def limit_margins(force: Array, low: Array, high: Array) -> tuple[Array, Array]:
     return high - force, force - low
 
 
-def contact_margin(sense: Int[Array, "..."], left: Array, slip: Array) -> Float[Array, "..."]:
+def contact_margin(sense: Int[Array, "..."], left: Array, slip: Array) -> Floats:
     """Guard of a contact: the friction `left` while it sticks, else its slip in its sense; both over typical sizes."""
     return jnp.where(sense == 0, left, sense.astype(slip.dtype) * slip)
 
@@ -43,7 +43,7 @@ def exceeded(force: Array, low: Array, high: Array, slack: Array) -> Int[Array, 
     return jnp.where(force > high + slack, 1, jnp.where(force < low - slack, -1, 0))
 
 
-def acceleration(load: Array, torque: Array, inertia: Array, held: Known = False) -> Float[Array, "..."]:
+def acceleration(load: Array, torque: Array, inertia: Array, held: Known = False) -> Floats:
     """`ω̇` (rad/s²) of a body and all that sticks to it, `J ω̇ = M_load − M`; exactly 0 where it is held."""
     return where_static(held, 0.0, (load - torque) / inertia)
 
@@ -57,13 +57,13 @@ def speed_after(omega: Array, before: Mode, after: Mode, rests: Array) -> Array:
 # --- a lining on the rim ----------------------------------------------------------------------------------------------
 
 
-def rim_margin(lifted: Int[Array, " n"], normal: Float[Array, " n"]) -> Float[Array, " n"]:
+def rim_margin(lifted: Int[Array, " n"], normal: Vector) -> Vector:
     """Load (N) of each lining on the rim, of one that has lifted off what it lacks to touch again."""
     return jnp.where(lifted != 0, -normal, normal)
 
 
 def lifted_after(
-    lifted: Int[Array, " n"], margin: Float[Array, " n"], fired: Bool[Array, " n"], rests: Array, slack: Array
+    lifted: Int[Array, " n"], margin: Vector, fired: Bool[Array, " n"], rests: Array, slack: Array
 ) -> Int[Array, " n"]:
     """Linings off the rim after an event: one changes where its guard fired or its load has jumped past 0.
 

@@ -11,7 +11,7 @@ from jaxtyping import Float, PyTree
 from .._base._corners import greater, lesser
 from ..brakes._band import LiningForces, band_torque
 from ..friction import SurfaceState
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, ScalarArray, TwoArrays
 from ..hybrid._struct import AbstractVar
 from ._contact import acceleration, exceeded, limit_margins
 from ._mechanism import (
@@ -57,11 +57,11 @@ class ElasticNow(ContactNow):
     net_tension: Float[
         Array, ""
     ]  # T_n − T_0 (N) against the motion, 0 on a pulley at rest: what rates need of the tensions
-    band_speed: Float[Array, ""]  # ẋ (m/s)
-    upper: Float[Array, ""]  # limits of T_n by friction (N)
-    lower: Float[Array, ""]
+    band_speed: ScalarArray  # ẋ (m/s)
+    upper: ScalarArray  # limits of T_n by friction (N)
+    lower: ScalarArray
     slip_gain: Array | None  # 1 + γ > 0: the stretch of the band follows the fade
-    uncorrected_slip: Float[Array, ""]  # R_b ω − ẋ_0 (m/s): slip speed without the factor 1 + γ > 0
+    uncorrected_slip: ScalarArray  # R_b ω − ẋ_0 (m/s): slip speed without the factor 1 + γ > 0
     limit: Limit  # of the linings, at the limit that counts
 
 
@@ -79,7 +79,7 @@ class AtLimit(NamedTuple):
     """The tension `upper` (N) at the limit forwards, or of the way the band slides; `push(rates)`: how it moves with
     slack tension, speed of the carrier and surfaces; the linings there."""
 
-    upper: Float[Array, ""]
+    upper: ScalarArray
     push: Callable[..., Array]
     limit: Limit
 
@@ -126,9 +126,7 @@ class AbstractElasticBand(AbstractBand):
         surface = None if self.wrap.fixed is not None else acting.surfaces[0]
         return AtLimit(*jax.linearize(tension, acting.tension, omega, surface, has_aux=True))
 
-    def tensions(
-        self, slack: Array, stretched: Array | None, band: Array, upper: Array, held: Array
-    ) -> tuple[Array, Array]:
+    def tensions(self, slack: Array, stretched: Array | None, band: Array, upper: Array, held: Array) -> TwoArrays:
         """Slack tension, also that of an open band, and tight one (N): `stretched` is `C x`, `held` that at rest."""
         tight = where_static(band == HELD, held, where_static(slips(band), upper, 0.0))
         if stretched is None:
@@ -142,7 +140,7 @@ class AbstractElasticBand(AbstractBand):
         mode: Mode,
         at: AtLimit,
         slack: Array,
-        carrier: tuple[Array, Array],
+        carrier: TwoArrays,
         inner: Array | None = None,
     ) -> dict[str, Any]:
         """State of the band on a `carrier` (`ω`, `ω̇`): variables of every elastic band.
@@ -327,7 +325,7 @@ class ElasticBand(AbstractElasticBand):
     """An elastic band on a pulley: `J ω̇ = M_load − R_b (T_n − T_0)` (model §3)."""
 
     wrap: BandFriction
-    stiffness: Float[Array, ""]
+    stiffness: ScalarArray
     pairs: tuple[Pair, ...]
     sizes: Sizes
 
@@ -381,20 +379,20 @@ class ElasticBand(AbstractElasticBand):
         pair, along = self.first_shown(tension, omega, mode, surfaces, z)
         return MechanismOutputs((pair,), along, elongation=own.x)
 
-    def stored(self, inertia: Array, omega: Array, own: BandState, mode: Mode) -> tuple[Array, Array]:
+    def stored(self, inertia: Array, omega: Array, own: BandState, mode: Mode) -> TwoArrays:
         return 0.5 * inertia * omega**2, 0.5 * self.stiffness * own.x**2
 
     def own_sizes(self) -> BandState:
         return BandState(self.sizes.tension / self.stiffness)
 
 
-def _slip_of(more: Callable[[Array], Array], uncorrected_slip: Array, size: Array) -> tuple[Array, Array]:
+def _slip_of(more: Callable[[Array], Array], uncorrected_slip: Array, size: Array) -> TwoArrays:
     """The slip speed `v` with `v + more(v) = uncorrected_slip`, `more(0) = 0`, and `1 + d more/dv`.
 
     Where there is none it is `uncorrected_slip`, and the slope negative.  `size`: a typical speed
     """
 
-    def residual(v: Array) -> tuple[Array, Array]:
+    def residual(v: Array) -> TwoArrays:
         return jax.jvp(lambda v: v + more(v) - uncorrected_slip, (v,), (jnp.ones_like(v),))
 
     def newton(v: Array, _: None) -> tuple[Array, None]:

@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float, Int, PyTree
 
 from ..friction import AbstractFriction, FrictionChange, RatesRead, SurfaceState, reads
 from ..hybrid import SYSTEM_CODES
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, ScalarArray, Vector
 from ..hybrid._struct import AbstractClassVar, AbstractVar, Struct, struct_field
 from ..profiles import AbstractProfile
 from ..thermal._heat import FrictionHeat
@@ -202,7 +202,7 @@ class ContactState(NamedTuple):
     force: Float[Array, "*n"]
     slip: Array
     sense: Array
-    normal: Float[Array, " n"]
+    normal: Vector
 
 
 class Pair(Struct):
@@ -226,9 +226,9 @@ class Pair(Struct):
     on_band: bool = struct_field(static=True, default=False)
     apart: bool = struct_field(static=True, default=False)
     memory: RatesRead | None = struct_field(static=True, default=None)
-    cosine: Float[Array, " n"] | None = None
+    cosine: Vector | None = None
 
-    def memory_rates(self, surface: SurfaceState, v: Array, normal: Float[Array, " n"], power: Array) -> PyTree:
+    def memory_rates(self, surface: SurfaceState, v: Array, normal: Vector, power: Array) -> PyTree:
         """Rates of the states of its law, (n,) each.
 
         - `v` (m/s): slip speed signed by the sense, `power` (W) of the friction of each lining: (n,) or one for all
@@ -258,7 +258,7 @@ class Pair(Struct):
         """Whether the wear of its linings is simulated."""
         return self.wear is not None and self.area is not None
 
-    def wear_rate(self, rub: ContactState, T: Array | None) -> Float[Array, " n"] | None:
+    def wear_rate(self, rub: ContactState, T: Array | None) -> Vector | None:
         """Rate of wear (m/s) of its linings, `ḣ_i = I(T_i) p_i v_i` (model §7), where it is simulated."""
         if self.wear is None or self.area is None:
             return None
@@ -277,13 +277,13 @@ class PairNow(NamedTuple):
     - `coefficient` (n,) of friction when it slides, `None` where it cannot change, without heat
     """
 
-    force: Float[Array, " n"]
-    friction: Float[Array, " n"]
-    normal: Float[Array, " n"]
-    slip: Float[Array, " n"]
+    force: Vector
+    friction: Vector
+    normal: Vector
+    slip: Vector
     sense: Int[Array, " n"]
     at_limit: Bool[Array, " n"]
-    torque: Float[Array, ""]
+    torque: ScalarArray
     coefficient: Any
     capacity: Any = None
 
@@ -326,11 +326,11 @@ class AppliedLoads(NamedTuple):
     - `factor_rates`: rates (1/s) of the factors by which the friction of each pair is changed; `None` without any
     """
 
-    t: Float[Array, ""]
-    tension: Float[Array, ""]
-    pull: Float[Array, ""]
-    load: Float[Array, ""]
-    inertia: Float[Array, ""]
+    t: ScalarArray
+    tension: ScalarArray
+    pull: ScalarArray
+    load: ScalarArray
+    inertia: ScalarArray
     surfaces: Surfaces
     heating_rate: Callable[[tuple[Array | None, ...] | None], tuple[PyTree, ...]]
     factor_rates: Any = None
@@ -420,22 +420,22 @@ class Sizes(NamedTuple):
     """Typical sizes: slack tension (N), torque (N·m), speed (rad/s); tensions and torques that differ by less than
     `slight_…` are equal."""
 
-    tension: Float[Array, ""]
-    torque: Float[Array, ""]
-    speed: Float[Array, ""]
-    slight_tension: Float[Array, ""]
-    slight_torque: Float[Array, ""]
+    tension: ScalarArray
+    torque: ScalarArray
+    speed: ScalarArray
+    slight_tension: ScalarArray
+    slight_torque: ScalarArray
 
 
 class ContactNow(Struct):
     """Variables that every mechanism has; each adds its own."""
 
-    slack_tension: Float[Array, ""]  # T_0 (N), as the contact has it: 0 while the lever does not pull
-    tight_tension: Float[Array, ""]  # T_n (N)
-    brake_torque: Float[Array, ""]  # M_b (N·m)
-    alpha: Float[Array, ""]  # ω̇ (rad/s²)
-    slip_speed: Float[Array, ""]  # v_s (m/s), of linings that move by themselves the mean
-    lever_power: Float[Array, ""]  # W
+    slack_tension: ScalarArray  # T_0 (N), as the contact has it: 0 while the lever does not pull
+    tight_tension: ScalarArray  # T_n (N)
+    brake_torque: ScalarArray  # M_b (N·m)
+    alpha: ScalarArray  # ω̇ (rad/s²)
+    slip_speed: ScalarArray  # v_s (m/s), of linings that move by themselves the mean
+    lever_power: ScalarArray  # W
 
 
 class EventState(NamedTuple):
@@ -444,8 +444,8 @@ class EventState(NamedTuple):
     - `omega` (rad/s), `own` states, `mode`, variables `z` and their rates along the motion `z_rate`
     """
 
-    t: Float[Array, ""]
-    omega: Float[Array, ""]
+    t: ScalarArray
+    omega: ScalarArray
     own: Any
     mode: Mode
     acting: AppliedLoads
@@ -570,7 +570,7 @@ class AbstractMechanism(Struct):
         """The given functions of time of these changes."""
         return tuple(change.factor for change in self.changes)
 
-    def factors(self, values: Sequence[Array]) -> tuple[Float[Array, " n"] | None, ...]:
+    def factors(self, values: Sequence[Array]) -> tuple[Vector | None, ...]:
         """Factors of the friction of each pair where the changes have these values; `None`: of a law without."""
         left = iter(values)
         return tuple(pair.law.factor_of(pair.count, [next(left) for _ in pair.law.over_time]) for pair in self.pairs)
@@ -580,7 +580,7 @@ class AbstractMechanism(Struct):
         """Whether pairs have more results than the whole brake: several pairs, or linings that move individually."""
         return len(self.pairs) > 1 or self.resolved
 
-    def gain(self, omega: Array, surfaces: Surfaces) -> Float[Array, ""]:
+    def gain(self, omega: Array, surfaces: Surfaces) -> ScalarArray:
         """Torque (N·m) per newton of the lever while the pulley slides at the speed `omega` ≥ 0 (rad/s)."""
         raise TypeError(f"the torque of {type(self).__name__} does not follow from the lever alone")
 

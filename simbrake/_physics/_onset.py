@@ -4,12 +4,12 @@ from typing import Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Int
+from jaxtyping import Int
 
 from .._phases import AtStop, AtTemperature
 from ..friction import FrictionChange
 from ..hybrid import QUADRATURE
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, Mark
 from ..hybrid._struct import struct_field
 from ..profiles import AbstractProfile, Piece
 from ._brake import BrakeGuards, BrakeSystem, Feature, Moment, State
@@ -29,7 +29,7 @@ class Since(NamedTuple):
     """The course of a factor of friction in the time since its change began (s): 1 until then."""
 
     factor: AbstractProfile
-    begun: Bool[Array, ""]
+    begun: Mark
     time: Array
 
     def _local(self, t: Array) -> Array:
@@ -42,7 +42,7 @@ class Since(NamedTuple):
         knot = self.factor.next_knot(piece)
         return knot if isinstance(knot, float) else jnp.where(self.begun, self.time + knot, jnp.inf)
 
-    def no_more_turns(self, t: Array) -> Bool[Array, ""]:
+    def no_more_turns(self, t: Array) -> Mark:
         """Whether no time breakpoint after `t` is known: of what has not begun there is none."""
         return ~self.begun | self.factor.no_more_turns(self._local(t))
 

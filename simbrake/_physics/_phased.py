@@ -4,11 +4,11 @@ from typing import Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Int
 
 from .._phases import AfterTravel, AtHeight, AtRest, AtTemperature, PhaseEnd, PhaseNow
 from ..hybrid import QUADRATURE
-from ..hybrid._arrays import Array, largest
+from ..hybrid._arrays import Array, Mark, ScalarArray, largest
 from ..hybrid._system import ENDED
 from ._brake import BrakeGuards, BrakeSystem, Feature, Moment, State
 from ._heated import surface_temperatures
@@ -85,7 +85,7 @@ class DutyInPhases(Feature):
                 margins.append(1.0)
         return guards._replace(phase_end=phase_now.of_each(margins))
 
-    def rests(self, now: Moment, fired: BrakeGuards) -> Bool[Array, ""]:
+    def rests(self, now: Moment, fired: BrakeGuards) -> Mark:
         """Whether a phase that waits for rest ends."""
         phase: PhaseNow = now.brake.lever.at(now.mode.phase, now.y.phase.begun)
         waits = [1.0 if isinstance(one.until, AtRest) else 0.0 for one in phase.whole.each]
@@ -113,7 +113,7 @@ class DutyInPhases(Feature):
         return new._replace(phase=_begun_anew(now, after))
 
 
-def _unwatched(mode: Mode) -> Bool[Array, ""]:
+def _unwatched(mode: Mode) -> Mark:
     """Whether the pulley may pass through 0 without an event: no contact and no dry friction watches its speed."""
     if mode.turn is not None:
         return jnp.asarray(False)
@@ -128,7 +128,7 @@ def _way(mode: Mode) -> Int[Array, ""]:
     return mode.sense if mode.inner is None else jnp.where(mode.inner != 0, mode.inner, mode.sense)
 
 
-def to_temperature(end: AtTemperature, hot: dict[str, Array]) -> Float[Array, ""]:
+def to_temperature(end: AtTemperature, hot: dict[str, Array]) -> ScalarArray:
     """Margin to a temperature over 100 K, for the surface temperatures `hot` of all places (K)."""
     above = (largest(jnp.atleast_1d(hot[end.of])) - end.level) / 100.0
     return above if end.falling else -above
@@ -140,7 +140,7 @@ def _begun_anew(now: Moment, after: Mode) -> PhaseState:
     return PhaseState(jnp.where(new, now.t, state.begun), jnp.where(new, 0.0, state.turned))
 
 
-def _lowered(brake: BrakeSystem, y: State) -> Float[Array, ""] | None:
+def _lowered(brake: BrakeSystem, y: State) -> ScalarArray | None:
     """Travel of the hook since the begin of the phase (m), `None` without a hook."""
     load = brake.load
     if load.layers is None:

@@ -8,14 +8,14 @@ from typing import Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int, PyTree
+from jaxtyping import Float, PyTree
 
 from ..brakes._band import LiningForces, band_torque
 from ..brakes._bands import JoinedFriction
 from ..brakes._pressed import AbstractPressedBrake
 from ..friction import SurfaceState
 from ..hybrid import largest
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, IntScalar, Mark, ScalarArray, TwoArrays, Vector
 from ..hybrid._struct import AbstractVar
 from ._contact import acceleration, exceeded, limit_margins, speed_after
 from ._mechanism import (
@@ -77,13 +77,13 @@ class MotionAfterEvent(NamedTuple):
     - `omega`: its speed, exactly 0 at rest
     """
 
-    pulls: Bool[Array, ""]
-    rising: Bool[Array, ""]
-    stands: Bool[Array, ""]
-    direction: Int[Array, ""]
-    omega: Float[Array, ""]
+    pulls: Mark
+    rising: Mark
+    stands: Mark
+    direction: IntScalar
+    omega: ScalarArray
 
-    def settled(self, now: EventState, new: Mode, moving: Int[Array, ""]) -> Mode:
+    def settled(self, now: EventState, new: Mode, moving: IntScalar) -> Mode:
         """The mode after the event: held, open, or `moving`."""
         band = jnp.where(self.stands & (self.direction == 0), HELD, moving)
         band = jnp.where(self.pulls, band, OPEN)
@@ -114,15 +114,15 @@ class AbstractContact(AbstractMechanism):
     - `codes`: ends of the run that heat can bring about
     """
 
-    locked: AbstractVar[Bool[Array, ""]]
+    locked: AbstractVar[Mark]
     locking_varies: AbstractVar[bool]
     codes: AbstractVar[tuple[BrakeCode, ...]]
 
-    def locked_in(self, mode: Mode) -> Bool[Array, ""]:
+    def locked_in(self, mode: Mode) -> Mark:
         return self.locked if mode.own.locks is None else mode.own.locks > 0
 
     @property
-    def starts_locked(self) -> Int[Array, ""] | None:
+    def starts_locked(self) -> IntScalar | None:
         """Whether a lining is self-locking in the first mode, where that can change."""
         return self.locked.astype(jnp.int32) if self.locking_varies else None
 
@@ -131,7 +131,7 @@ class AbstractContact(AbstractMechanism):
         acting: AppliedLoads,
         omega: Array,
         mode: Mode,
-        limits: tuple[Array, Array],
+        limits: TwoArrays,
         locking: Array | None,
         sound: dict[BrakeCode, PyTree],
     ) -> ContactGuards:
@@ -188,7 +188,7 @@ class AbstractContact(AbstractMechanism):
         """Forces at every lining."""
 
     @abc.abstractmethod
-    def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Float[Array, " n"]:
+    def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Vector:
         """Coefficients of friction that the linings have when they slide."""
 
     def first_shown(
@@ -222,14 +222,14 @@ class AbstractBand(AbstractContact):
         return self.wrap.grip
 
     @property
-    def locked(self) -> Bool[Array, ""]:
+    def locked(self) -> Mark:
         return self.wrap.locked
 
     @property
     def locking_varies(self) -> bool:
         return self.wrap.grip.varies
 
-    def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Float[Array, " n"]:
+    def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Vector:
         v = jnp.broadcast_to(jnp.where(mode.sense > 0, omega, -omega) * self.wrap.radius, (self.wrap.count,))
         return self.grip.coefficients(force, v, surface, mode.band == SLIP_BACK, static=False).f
 
@@ -239,11 +239,11 @@ class AbstractBand(AbstractContact):
         return self.grip.torque(self.wrap.radius, tension, omega, surfaces[0], static=static)[None]
 
 
-def rigid_mode(direction: Int[Array, ""]) -> Int[Array, ""]:
+def rigid_mode(direction: IntScalar) -> IntScalar:
     return jnp.where(direction > 0, SLIP, SLIP_BACK)
 
 
-def sense_of(mode: Mode) -> Float[Array, ""]:
+def sense_of(mode: Mode) -> ScalarArray:
     """Slip direction of linings that act as one: ±1, 0 while they stick."""
     return jnp.where(mode.band == SLIP, 1.0, jnp.where(mode.band == SLIP_BACK, -1.0, 0.0))
 
@@ -259,8 +259,8 @@ class Torques(NamedTuple):
     - `law`: further results of the torque law
     """
 
-    ahead: Float[Array, ""]
-    back: Float[Array, ""]
+    ahead: ScalarArray
+    back: ScalarArray
     slope: Array
     margin: Any
     law: Any
@@ -281,7 +281,7 @@ class AbstractRigidContact(AbstractContact):
     - `radius` (m) at which the linings slide
     """
 
-    radius: AbstractVar[Float[Array, ""]]
+    radius: AbstractVar[ScalarArray]
 
     @abc.abstractmethod
     def torques(self, force: Array, v: Array, surface: SurfaceState | None, back: Array, static: Array) -> Torques:
@@ -336,7 +336,7 @@ class AbstractRigidContact(AbstractContact):
         code = self.code_of(fired, jnp.where(locked & motion.pulls, int(BrakeCode.SINGULAR_GEOMETRY), 0))
         return motion.settled(now, new, rigid_mode(motion.direction)), code
 
-    def stored(self, inertia: Array, omega: Array, own: None, mode: Mode) -> tuple[Array, Array]:
+    def stored(self, inertia: Array, omega: Array, own: None, mode: Mode) -> TwoArrays:
         kinetic = 0.5 * inertia * omega**2
         return kinetic, jnp.zeros_like(kinetic)
 
@@ -349,7 +349,7 @@ class AbstractRigidContact(AbstractContact):
         pair, along = self.first_shown(tension, omega, mode, surfaces, z)
         return MechanismOutputs((pair,), along)
 
-    def gain(self, omega: Array, surfaces: Surfaces) -> Float[Array, ""]:
+    def gain(self, omega: Array, surfaces: Surfaces) -> ScalarArray:
         no = jnp.asarray(False)
         return self.torques(jnp.ones(()), self.radius * omega, surfaces[0], no, no).ahead
 
@@ -362,7 +362,7 @@ class RigidBand(AbstractBand, AbstractRigidContact):
     sizes: Sizes
 
     @property
-    def radius(self) -> Float[Array, ""]:
+    def radius(self) -> ScalarArray:
         return self.wrap.radius
 
     @property
@@ -392,9 +392,9 @@ _NEARLY = 1e-6
 class Pressing(NamedTuple):
     """Linings that slide, or are about to: coefficients (n,), and the maximum friction forces (N) either way."""
 
-    f: Float[Array, " n"]
-    ahead: Float[Array, " n"]
-    back: Float[Array, " n"]
+    f: Vector
+    ahead: Vector
+    back: Vector
 
 
 class PressedContact(AbstractRigidContact):
@@ -405,7 +405,7 @@ class PressedContact(AbstractRigidContact):
 
     brake: AbstractPressedBrake
     grip: PadFriction
-    locked: Bool[Array, ""]
+    locked: Mark
     pairs: tuple[Pair, ...]
     sizes: Sizes
     distribution: ClassVar[str] = "linings that stick share the torque as the maximum friction that each can give"
@@ -413,7 +413,7 @@ class PressedContact(AbstractRigidContact):
     codes: ClassVar[tuple[BrakeCode, ...]] = ()
 
     @property
-    def radius(self) -> Float[Array, ""]:
+    def radius(self) -> ScalarArray:
         return jnp.asarray(self.brake.radius)
 
     @property
@@ -424,9 +424,7 @@ class PressedContact(AbstractRigidContact):
     def locking_varies(self) -> bool:
         return self.brake.can_lock and self.grip.varies
 
-    def _coefficients(
-        self, force: Array, v: Array, surface: SurfaceState | None, static: Array | bool
-    ) -> Float[Array, " n"]:
+    def _coefficients(self, force: Array, v: Array, surface: SurfaceState | None, static: Array | bool) -> Vector:
         n = self.brake.linings.count
         # only where no friction presses a lining on may its law depend on the pressure
         N = None if self.brake.can_lock else self.brake.normal(force, jnp.zeros(n), False)
@@ -451,7 +449,7 @@ class PressedContact(AbstractRigidContact):
         at_limit = jnp.broadcast_to((jnp.abs(share) >= 1 - 1e-12) & (slack > 0), friction.shape)
         return LiningForces(None, friction, self.brake.normal_under(slack, friction), at_limit)
 
-    def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Float[Array, " n"]:
+    def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Vector:
         return self._coefficients(force, jnp.where(mode.sense > 0, omega, -omega) * self.radius, surface, False)
 
     def rubs(self, mode: Mode, z: RigidNow) -> tuple[ContactState, ...]:
@@ -501,11 +499,11 @@ class RigidBands(AbstractRigidContact):
         return self.grip.linings.friction  # pyright: ignore
 
     @property
-    def radius(self) -> Float[Array, ""]:
+    def radius(self) -> ScalarArray:
         return self.bands[0].radius
 
     @property
-    def locked(self) -> Bool[Array, ""]:
+    def locked(self) -> Mark:
         return functools.reduce(jnp.logical_or, [band.locked for band in self.bands])
 
     @property
@@ -518,7 +516,7 @@ class RigidBands(AbstractRigidContact):
 
     def _each(
         self, force: Array, surface: SurfaceState | None
-    ) -> list[tuple[RigidBand, Float[Array, ""], SurfaceState | None]]:
+    ) -> list[tuple[RigidBand, ScalarArray, SurfaceState | None]]:
         """The bands with their slack tensions, and the surfaces of their linings."""
         tensions, law = jnp.unstack(self.shares * force), self.law
         return [(band, tensions[j], law.own(surface, j)) for j, band in enumerate(self.bands)]
@@ -551,7 +549,7 @@ class RigidBands(AbstractRigidContact):
         each = [band.linings(mode, own) for band, own in self._alone(z)]
         return LiningForces(*(jnp.concatenate(parts) for parts in zip(*each, strict=True)))
 
-    def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Float[Array, " n"]:
+    def kinetic(self, force: Array, omega: Array, surface: SurfaceState | None, mode: Mode) -> Vector:
         return jnp.concatenate([band.kinetic(T_0, omega, own, mode) for band, T_0, own in self._each(force, surface)])
 
     def rubs(self, mode: Mode, z: RigidNow) -> tuple[ContactState, ...]:

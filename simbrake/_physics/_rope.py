@@ -4,11 +4,10 @@ from typing import Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
 
 from .._base._corners import lesser
 from ..hybrid import CORE
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, ScalarArray, TwoArrays
 from ..loads import AbstractLoad
 from ..profiles import Piece
 from ..rope import RopeElasticity
@@ -91,10 +90,10 @@ class ElasticRope(Feature):
     - `stiffness` `k` (N/m), `damping` `c` (N·s/m);  `excess` `e_0 − m g/k` (m) and `weight` `m g` (N) at the start
     """
 
-    stiffness: Float[Array, ""]
-    damping: Float[Array, ""]
-    excess: Float[Array, ""]
-    weight: Float[Array, ""]
+    stiffness: ScalarArray
+    damping: ScalarArray
+    excess: ScalarArray
+    weight: ScalarArray
     frees_hook: ClassVar[bool] = True
 
     @classmethod
@@ -162,7 +161,7 @@ class ElasticRope(Feature):
     def limits(self, mode: Mode, limits: BrakeGuards) -> BrakeGuards:
         return limits._replace(rope=mode.taut == 1)
 
-    def stored(self, now: Moment, stored: tuple[Array, Array]) -> tuple[Array, Array]:
+    def stored(self, now: Moment, stored: TwoArrays) -> TwoArrays:
         (kinetic, elastic), rope = stored, self.at(now.brake, now.y, now.mode)
         elastic = elastic + 0.5 * self.stiffness * _pulls(now.mode) * rope.stretch**2
         return kinetic + 0.5 * rope.mass * now.y.hook.speed**2, elastic

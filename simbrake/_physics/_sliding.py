@@ -22,7 +22,7 @@ from ..brakes._band import (
 from ..brakes._design import AbstractLinings, Lining
 from ..friction import AbstractFriction, Contact, Reads, SurfaceState, continued, reads, remembers
 from ..hybrid import largest, smallest
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, ScalarArray, TwoArrays, Vector
 from ..hybrid._struct import AbstractVar, Struct, struct_field
 from ..thermal._heat import FlashTemperature, PowerShares
 
@@ -62,7 +62,7 @@ class Coefficients(NamedTuple):
     """Coefficients of the linings, and by how much their implicit equations have a solution (1 where explicit): the
     least slope up to it, or `1 − f z` where that is less."""
 
-    f: Float[Array, " n"]
+    f: Vector
     slope: Array
 
 
@@ -102,9 +102,7 @@ class PadFriction(AbstractLiningFriction):
     def cosine(self) -> float:
         return 1.0
 
-    def coefficients(
-        self, v: Array, surface: SurfaceState | None, N: Array | None, static: Array | bool
-    ) -> Float[Array, " n"]:
+    def coefficients(self, v: Array, surface: SurfaceState | None, N: Array | None, static: Array | bool) -> Vector:
         """`f_i` at slip speeds `v` (n,) signed by the sense, under the normal forces `N` (n,).
 
         `N` is `None` for a law that does not depend on the pressure;  `surface`: state of the surfaces;  `static`: the
@@ -126,12 +124,12 @@ class LiningFriction(AbstractLiningFriction):
     """
 
     linings: AbstractLinings
-    tangent: Float[Array, " n"]  # z_i = tan(β_i/2), of a continuous lining β_i/2
-    sine: Float[Array, " n"]  # sin(β_i/2), of a continuous lining β_i/2
+    tangent: Vector  # z_i = tan(β_i/2), of a continuous lining β_i/2
+    sine: Vector  # sin(β_i/2), of a continuous lining β_i/2
     flash: FlashTemperature | None
 
     @property
-    def cosine(self) -> Float[Array, " n"]:
+    def cosine(self) -> Vector:
         return self.linings.cosine  # pyright: ignore
 
     @property
@@ -139,11 +137,11 @@ class LiningFriction(AbstractLiningFriction):
         """Whether the linings are pieces of a continuous one."""
         return isinstance(self.linings, Lining) and self.linings.continuous
 
-    def gripped(self, f: Array) -> Float[Array, " n"]:
+    def gripped(self, f: Array) -> Vector:
         """`f_i z_i` (see `brakes.grip`)."""
         return gripped(f, self.tangent, continuous=self.continuous)
 
-    def pressed(self, before: Array, ratio: Array) -> Float[Array, " n"]:
+    def pressed(self, before: Array, ratio: Array) -> Vector:
         """Normal loads (N) under the tensions `before` and their `ratio`."""
         return pressed(before, ratio, self.sine, continuous=self.continuous)
 
@@ -199,8 +197,8 @@ class LiningFriction(AbstractLiningFriction):
             F = continued(pressed, v) if by_speed else pressed(v)
             return jnp.sum(jnp.where(jnp.arange(n, dtype=jnp.int32) == i, f - F, 0.0))
 
-        def lining(before: Array, i: Array) -> tuple[Array, tuple[Array, Array]]:
-            def residual(f: Array) -> tuple[Array, Array]:
+        def lining(before: Array, i: Array) -> tuple[Array, TwoArrays]:
+            def residual(f: Array) -> TwoArrays:
                 return jax.jvp(lambda f: at(jnp.full(n, f), before, i), (f,), (jnp.ones_like(f),))
 
             def newton(f: Array, _: None) -> tuple[Array, None]:
@@ -226,14 +224,14 @@ class LiningFriction(AbstractLiningFriction):
         _, (f, slope) = jax.lax.scan(lining, jnp.asarray(T_0, jnp.float64), jnp.arange(n, dtype=jnp.int32))
         return Coefficients(f, smallest(slope))
 
-    def ratios(self, f: Array) -> tuple[Float[Array, " n"], Array]:
+    def ratios(self, f: Array) -> tuple[Vector, Array]:
         """Tension ratios `μ_i`, and by how much the lining nearest to locking is away from it, `1 − max f_i z_i`."""
         fz = self.gripped(f)
         return tension_ratio(fz)[0], 1 - largest(fz)
 
     def torque(
         self, radius: Array, T_0: Array, omega: Array, surface: SurfaceState | None, *, static: bool = False
-    ) -> Float[Array, ""]:
+    ) -> ScalarArray:
         """`R_b T_0 (Π − 1)`, in reverse `R_b T_0 (1 − 1/Π)`, of linings that slide on a band at rest.
 
         A lining that is self-locking makes it infinite; in reverse the tight end can only become slack: `R_b T_0`.
@@ -254,13 +252,13 @@ class LiningFriction(AbstractLiningFriction):
 class ConstantLimit(NamedTuple):
     """`f_i z_i` and `Π` of linings whose friction cannot change in a run."""
 
-    static: Float[Array, " n"]
-    kinetic: Float[Array, " n"]
-    ratio_static: Float[Array, ""]
-    ratio_kinetic: Float[Array, ""]
+    static: Vector
+    kinetic: Vector
+    ratio_static: ScalarArray
+    ratio_kinetic: ScalarArray
 
 
-def _unlocked(fz: Float[Array, " n"]) -> Float[Array, " n"]:
+def _unlocked(fz: Vector) -> Vector:
     """`f_i z_i`, 0 of a lining that is self-locking: its limit is infinite, and the caller handles it."""
     return jnp.where(fz < 1, fz, 0.0)
 
@@ -275,9 +273,9 @@ class Limit(NamedTuple):
     - `margin`: by how much the lining nearest to locking is away from it, `1 − max f_s z`; `None`: it cannot change
     """
 
-    fz: Float[Array, " n"]
-    ratio: Float[Array, ""]
-    other: Float[Array, ""]
+    fz: Vector
+    ratio: ScalarArray
+    other: ScalarArray
     slope: Array
     margin: Any
 
@@ -289,7 +287,7 @@ class BandFriction(Struct):
     - `fixed`: `f_i z_i` (n,) and `Π` of sticking and of sliding linings, formed once where they cannot change in a run
     """
 
-    radius: Float[Array, ""]
+    radius: ScalarArray
     grip: LiningFriction
     locked: Bool[Array, ""]
     fixed: ConstantLimit | None
@@ -337,7 +335,7 @@ class BandFriction(Struct):
         angle = jnp.asarray(self.grip.linings.angle)  # pyright: ignore
         return mobilised(T_0, T_n, lining_ratio(fz), angle, continuous=self.grip.continuous)
 
-    def sliding(self, T_0: Array, fz: Array, back: Array) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    def sliding(self, T_0: Array, fz: Array, back: Array) -> tuple[Vector, Vector]:
         """Friction `T_i − T_{i−1}` and normal load `(T_i + T_{i−1}) s_i` of the linings (N) while every one slides."""
         signed = where_static(back, -fz, fz)
         mu = lining_ratio(signed)

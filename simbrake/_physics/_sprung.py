@@ -12,7 +12,7 @@ from ..brakes._band import affine_tensions, band_torque, tension_ratio
 from ..brakes._design import Bandage
 from ..friction import Reads, SurfaceState, reads
 from ..hybrid import largest
-from ..hybrid._arrays import Array, numpy_of
+from ..hybrid._arrays import Array, Marks, ScalarArray, TwoArrays, Vector, numpy_of
 from ._contact import (
     acceleration,
     contact_margin,
@@ -62,24 +62,24 @@ class Resting(NamedTuple):
     of linings that are not `fixed`.
     """
 
-    fixed: Bool[Array, " n"]
-    arm: Float[Array, ""]
-    mu: Float[Array, " n"]
-    grip: Float[Array, " n"]
-    floor: Float[Array, " n"]
-    pull: Float[Array, " n"]
-    gain: Float[Array, " n"]
-    offset: Float[Array, " n"]
-    sense: Float[Array, " n"]
+    fixed: Marks
+    arm: ScalarArray
+    mu: Vector
+    grip: Vector
+    floor: Vector
+    pull: Vector
+    gain: Vector
+    offset: Vector
+    sense: Vector
 
 
 class Shared(NamedTuple):
     """A load shared by the linings at rest: `θ`, tensions, and the load torques between which the pulley stays."""
 
-    share: Float[Array, ""]
-    tension: Float[Array, " n"]
-    least: Float[Array, ""]
-    most: Float[Array, ""]
+    share: ScalarArray
+    tension: Vector
+    least: ScalarArray
+    most: ScalarArray
 
 
 def unbounded(r: Resting, before: Array, share: Array) -> Array:
@@ -87,10 +87,10 @@ def unbounded(r: Resting, before: Array, share: Array) -> Array:
     return ((r.arm + share * r.grip) * before + share * r.floor + r.pull) / (r.arm - share * r.grip)
 
 
-def resting_tensions(r: Resting, T_0: Float[Array, ""], share: Float[Array, ""]) -> Float[Array, " n"]:
+def resting_tensions(r: Resting, T_0: ScalarArray, share: ScalarArray) -> Vector:
     """Tensions `T_1…T_n` for a share `θ` of the grip on the rim."""
 
-    def lining(before: Array, one: Resting) -> tuple[Array, Array]:
+    def lining(before: Array, one: Resting) -> TwoArrays:
         T = clipped(unbounded(one, before, share), before / one.mu, before * one.mu)
         T = jnp.where(one.fixed, T, one.gain * before + one.offset)
         return T, T
@@ -99,30 +99,28 @@ def resting_tensions(r: Resting, T_0: Float[Array, ""], share: Float[Array, ""])
     return jax.lax.scan(lining, T_0, each)[1]
 
 
-def yields_on_band(
-    r: Resting, T_0: Float[Array, ""], along: Float[Array, " n"], way: Int[Array, ""]
-) -> Bool[Array, " n"]:
+def yields_on_band(r: Resting, T_0: ScalarArray, along: Vector, way: Int[Array, ""]) -> Marks:
     """Linings that break away on the band (the others on the rim) when the pulley starts to move `way` (±1)."""
     before = jnp.concatenate([T_0[None], along[:-1]])
     wanted = unbounded(r, before, way.astype(jnp.float64))
     return jnp.where(way > 0, wanted >= before * r.mu, wanted <= before / r.mu)
 
 
-def carried(r: Resting, T_0: Float[Array, ""], along: Float[Array, " n"]) -> Float[Array, ""]:
+def carried(r: Resting, T_0: ScalarArray, along: Vector) -> ScalarArray:
     """Torque `Σ λ_i` that all linings together take from the pulley (N·m)."""
     before = jnp.concatenate([T_0[None], along[:-1]])
     moving = r.sense * (r.grip * (along + before) + r.floor)
     return jnp.sum(jnp.where(r.fixed, r.arm * (along - before) - r.pull, moving))
 
 
-def holding_range(r: Resting, T_0: Float[Array, ""]) -> tuple[Array, Array]:
+def holding_range(r: Resting, T_0: ScalarArray) -> TwoArrays:
     """Load torques between which the fixed linings hold the pulley: each at the limit of its weaker pair (θ = ∓1)."""
     ends = jnp.asarray([-1.0, 1.0])
     least, most = jax.vmap(lambda share: carried(r, T_0, resting_tensions(r, T_0, share)))(ends)
     return least, most
 
 
-def share_load(r: Resting, T_0: Float[Array, ""], load: Float[Array, ""]) -> Shared:
+def share_load(r: Resting, T_0: ScalarArray, load: ScalarArray) -> Shared:
     """The share `θ` of their grip on the rim with which all fixed linings carry the load, and the tensions.
 
     `Σ λ_i(θ) = M_load` is one equation for one number, with corners where linings come to their limit on the band. It
@@ -137,14 +135,14 @@ def share_load(r: Resting, T_0: Float[Array, ""], load: Float[Array, ""]) -> Sha
     def sum_at(r: Resting, T_0: Array, share: Array) -> Array:
         return carried(r, T_0, resting_tensions(r, T_0, share))
 
-    def narrow(_: Array, ends: tuple[Array, Array]) -> tuple[Array, Array]:
+    def narrow(_: Array, ends: TwoArrays) -> TwoArrays:
         grid = ends[0] + (ends[1] - ends[0]) * steps
         below = jax.vmap(lambda share: sum_at(frozen, T_f, share))(grid) < load_f
         rising = jnp.max(jnp.where(below[:-1] & ~below[1:], jnp.arange(_GRID, dtype=jnp.int32), -1))
         i = jnp.where(rising >= 0, rising, jnp.where(below[-1], _GRID - 1, 0)).astype(jnp.int32)
         return grid[i], grid[i + 1]
 
-    def slope_at(share: Array) -> tuple[Array, Array]:
+    def slope_at(share: Array) -> TwoArrays:
         value, slope = jax.jvp(lambda share: sum_at(frozen, T_f, share), (share,), (jnp.ones_like(share),))
         return value, jnp.where(slope > 0, slope, jnp.inf)
 
@@ -214,11 +212,11 @@ class SprungMode(NamedTuple):
 class Coefficients(NamedTuple):
     """Tension ratios `μ_i` on the band and coefficients `f_i` on the rim, sticking and sliding."""
 
-    mu_static: Float[Array, " n"]
-    mu_kinetic: Float[Array, " n"]
-    grip_static: Float[Array, " n"]  # f_i tan(β_i/2) on the band
-    inner_static: Float[Array, " n"]
-    inner_kinetic: Float[Array, " n"]
+    mu_static: Vector
+    mu_kinetic: Vector
+    grip_static: Vector  # f_i tan(β_i/2) on the band
+    inner_static: Vector
+    inner_kinetic: Vector
 
 
 # --- the mechanism ----------------------------------------------------------------------------------------------------
@@ -246,25 +244,25 @@ class SprungGuards(NamedTuple):
 class SprungNow(ContactNow):
     """Variables of a bandage on springs; `brake_torque` is `R_b (T_n − T_0)`."""
 
-    damping: Float[Array, ""]  # of all springs (W)
-    tension: Float[Array, " n"]  # T_i (N)
-    outer_force: Float[Array, " n"]  # G_i = T_i − T_{i−1}, by which the band holds lining i (N)
-    normal: Float[Array, " n"]  # N_i (N)
-    load: Float[Array, " n"]  # N_int,i on the rim (N)
+    damping: ScalarArray  # of all springs (W)
+    tension: Vector  # T_i (N)
+    outer_force: Vector  # G_i = T_i − T_{i−1}, by which the band holds lining i (N)
+    normal: Vector  # N_i (N)
+    load: Vector  # N_int,i on the rim (N)
     rim_margin: Array | None  # as `rim_margin` (N)
-    inner_torque: Float[Array, " n"]  # λ_i that the pulley gives to lining i (N·m)
-    capacity: Float[Array, " n"]  # M_i up to which it sticks, or with which it slides (N·m)
-    inner_slip: Float[Array, " n"]  # R (ω − ω_i) (m/s)
-    outer_slip: Float[Array, " n"]  # R_b ω_i (m/s)
-    accelerations: Float[Array, " n"]  # ω̇_i (rad/s²)
+    inner_torque: Vector  # λ_i that the pulley gives to lining i (N·m)
+    capacity: Vector  # M_i up to which it sticks, or with which it slides (N·m)
+    inner_slip: Vector  # R (ω − ω_i) (m/s)
+    outer_slip: Vector  # R_b ω_i (m/s)
+    accelerations: Vector  # ω̇_i (rad/s²)
     stretching: Float[Array, " springs"]  # ė_j (m/s)
-    spring_torque: Float[Array, " n"]  # Q_i (N·m)
-    outer_limit: Float[Array, " n"]  # maximum |G_i| up to which it is held (N), of the tensions there are
+    spring_torque: Vector  # Q_i (N·m)
+    outer_limit: Vector  # maximum |G_i| up to which it is held (N), of the tensions there are
     resting: Resting  # the linings as equations for the tensions
-    locking: Float[Array, ""]  # by how much the lining nearest to locking is away from it
-    share: Float[Array, ""]  # θ of a pulley at rest, else 0
-    least_hold: Float[Array, ""]  # load torques between which a pulley at rest stays there (N·m), else 0
-    most_hold: Float[Array, ""]
+    locking: ScalarArray  # by how much the lining nearest to locking is away from it
+    share: ScalarArray  # θ of a pulley at rest, else 0
+    least_hold: ScalarArray  # load torques between which a pulley at rest stays there (N·m), else 0
+    most_hold: ScalarArray
 
 
 class SprungBandage(AbstractMechanism):
@@ -295,9 +293,9 @@ class SprungBandage(AbstractMechanism):
     - `inertias` `J_i` (kg·m²); `stiffness` `K_j` (N/m), `damping` `D_j` (N·s/m) of the n − 1 springs
     """
 
-    inertias: Float[Array, " n"]
-    band_radius: Float[Array, ""]
-    track_radius: Float[Array, ""]
+    inertias: Vector
+    band_radius: ScalarArray
+    track_radius: ScalarArray
     grip: LiningFriction
     bandage: Bandage
     stiffness: Float[Array, " springs"]
@@ -346,9 +344,7 @@ class SprungBandage(AbstractMechanism):
             inner_kinetic=on_rim,
         )
 
-    def _friction(
-        self, surfaces: Surfaces, outer_v: Array, inner_v: Array, *, static: bool
-    ) -> tuple[Float[Array, " n"], Float[Array, " n"]]:
+    def _friction(self, surfaces: Surfaces, outer_v: Array, inner_v: Array, *, static: bool) -> tuple[Vector, Vector]:
         """Coefficients of both pairs at slip speeds (m/s) signed by the sense."""
         coefficients, read = [], (self.grip.reads, self._inner_reads)
         for pair, v, surface, reads_of in zip(self.pairs, (outer_v, inner_v), surfaces, read, strict=True):
@@ -361,7 +357,7 @@ class SprungBandage(AbstractMechanism):
     def _inner_reads(self) -> Reads:
         return reads(self.pairs[1].law, self.count, T=self.pairs[1].heat is not None, p=False)
 
-    def _springs(self, own: SprungState) -> tuple[Array, Array]:
+    def _springs(self, own: SprungState) -> TwoArrays:
         """Forces of the dampers, a part of `S_j` (N), and torques `Q_i` on the linings (N·m)."""
         damped = -self.damping * self.band_radius * jnp.diff(own.speeds)
         force = self.stiffness * own.stretch + damped
@@ -477,7 +473,7 @@ class SprungBandage(AbstractMechanism):
         rim = None if none.rim is None else own.lifted == 0
         return none._replace(high=rests, low=rests, inner=own.inner == 0, outer=own.outer == 0, rim=rim)
 
-    def _lining_guards(self, omega: Array, own: SprungState, mode: Mode, z: SprungNow) -> tuple[Array, Array]:
+    def _lining_guards(self, omega: Array, own: SprungState, mode: Mode, z: SprungNow) -> TwoArrays:
         stuck, held = mode.own.inner == 0, mode.own.outer == 0
         torque_scale = self.sizes.torque / self.count
         left = (z.capacity - jnp.abs(z.inner_torque)) / torque_scale
@@ -570,7 +566,7 @@ class SprungBandage(AbstractMechanism):
         return old._replace(outer=outer.astype(jnp.int32), inner=inner.astype(jnp.int32))
 
     def _settled(
-        self, omega: Array, own: SprungState, new: Mode, together: Bool[Array, " n"], forced: Array, ask: EvaluateInMode
+        self, omega: Array, own: SprungState, new: Mode, together: Marks, forced: Array, ask: EvaluateInMode
     ) -> Mode:
         """The mode where the pulley has no speed, and the linings named have none either.
 
@@ -618,7 +614,7 @@ class SprungBandage(AbstractMechanism):
         mean = jnp.mean(own.speeds)
         return MechanismOutputs((external, internal), z.tension, bandage_speed=mean, lining_speed=own.speeds)
 
-    def stored(self, inertia: Array, omega: Array, own: SprungState, mode: Mode) -> tuple[Array, Array]:
+    def stored(self, inertia: Array, omega: Array, own: SprungState, mode: Mode) -> TwoArrays:
         kinetic = 0.5 * inertia * omega**2 + 0.5 * jnp.sum(self.inertias * own.speeds**2)
         return kinetic, 0.5 * jnp.sum(self.stiffness * own.stretch**2)
 

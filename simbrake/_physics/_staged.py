@@ -6,13 +6,13 @@ from typing import NamedTuple
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 
 from .._base._corners import clipped
 from ..brakes._band import band_torque, limit_tensions, lining_ratio, piece_of, tensions_on
 from ..brakes._design import Bandage
 from ..friction import Reads, SurfaceState, reads
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, IntScalar, ScalarArray, Vector
 from ..hybrid._struct import Struct
 from ._contact import acceleration, contact_margin, lifted_after, rim_margin, sense_after
 from ._elastic import AbstractElasticBand, BandState, ElasticNow
@@ -67,7 +67,7 @@ class InternalPair(Struct):
 
     bandage: Bandage
     radius: Array
-    sine: Float[Array, " n"]  # sin(β_i/2)
+    sine: Vector  # sin(β_i/2)
 
     @property
     def count(self) -> int:
@@ -78,18 +78,18 @@ class InternalPair(Struct):
         thrust = self.bandage.centrifugal_force(omega_b)
         return held if thrust is None else dataclasses.replace(held, thrust=thrust, lifted=lifted)
 
-    def balance(self, T_0: Array, along: Float[Array, " n"], held: RimInputs) -> Float[Array, " n"]:
+    def balance(self, T_0: Array, along: Vector, held: RimInputs) -> Vector:
         """`N_i + N_pre,i − m_i r_m ω_b²` for the tensions `T_1…T_n`; below 0 rods and springs carry it."""
         before = jnp.concatenate([T_0[None], along[:-1]])
         pressed = (along + before) * self.sine + jnp.asarray(self.bandage.preload)
         return pressed if held.thrust is None else pressed - held.thrust
 
-    def normal(self, T_0: Array, along: Float[Array, " n"], held: RimInputs) -> Float[Array, " n"]:
+    def normal(self, T_0: Array, along: Vector, held: RimInputs) -> Vector:
         """Loads `N_int,i` on the rim."""
         normal = self.balance(T_0, along, held)
         return normal if held.lifted is None else jnp.where(held.lifted != 0, 0.0, normal)
 
-    def coefficients(self, N: Float[Array, " n"], held: RimInputs) -> Float[Array, " *n"]:
+    def coefficients(self, N: Vector, held: RimInputs) -> Float[Array, " *n"]:
         """Coefficients of friction `f_i`, or one for all, between linings and rim under the loads `N` (N)."""
         p = None if self.bandage.area is None else N / jnp.asarray(self.bandage.area)
         v = jnp.broadcast_to(held.v, (self.count,))
@@ -100,12 +100,12 @@ class InternalPair(Struct):
         heated, pressed = held.surface is not None and held.surface.T is not None, self.bandage.area is not None
         return reads(self.bandage.friction, self.count, T=heated, p=pressed)
 
-    def friction(self, T_0: Array, along: Float[Array, " n"], held: RimInputs) -> Float[Array, " n"]:
+    def friction(self, T_0: Array, along: Vector, held: RimInputs) -> Vector:
         """Maximum forces `F_i` between linings and rim (N)."""
         N = self.normal(T_0, along, held)
         return self.coefficients(N, held) * N
 
-    def capacity(self, T_0: Array, along: Float[Array, " n"], held: RimInputs) -> Float[Array, ""]:
+    def capacity(self, T_0: Array, along: Vector, held: RimInputs) -> ScalarArray:
         """`M_int` (N·m)."""
         return self.radius * jnp.sum(self.friction(T_0, along, held))
 
@@ -116,8 +116,8 @@ class InternalPair(Struct):
         return arm * (T_n - T_0) - pull
 
     def holding_tension(
-        self, T_0: Array, mu: Array, piece: Int[Array, ""], sense: Int[Array, ""], arm: Array, held: RimInputs
-    ) -> Float[Array, ""]:
+        self, T_0: Array, mu: Array, piece: IntScalar, sense: IntScalar, arm: Array, held: RimInputs
+    ) -> ScalarArray:
         """`T_n` by which the band holds a bandage on a sliding rim, `R_b (T_n − T_0) = ± M_int(T_n)`, on one piece."""
 
         def improve(T_n: Array, _: None) -> tuple[Array, None]:
@@ -134,9 +134,7 @@ class InternalPair(Struct):
         here = jnp.arange(limits.shape[0], dtype=jnp.int32) == piece + self.count + 1
         return jax.lax.scan(improve, jnp.sum(jnp.where(here, limits, 0.0)), None, length=_NEWTON)[0]
 
-    def holding_piece(
-        self, T_0: Array, mu: Array, sense: Int[Array, ""], arm: Array, held: RimInputs
-    ) -> Int[Array, ""]:
+    def holding_piece(self, T_0: Array, mu: Array, sense: IntScalar, arm: Array, held: RimInputs) -> IntScalar:
         """The piece on which `holding_tension` lies: a walk along all of them (their unbalance changes sign once)."""
         n = self.count
         limits = limit_tensions(T_0, mu)
@@ -163,21 +161,21 @@ class StagedGuards(NamedTuple):
 class StagedNow(ElasticNow):
     """Variables of a staged brake: those of its band on the bandage, and of the internal pair."""
 
-    alpha_b: Float[Array, ""]  # ω̇_b (rad/s²)
-    drive: Float[Array, ""]  # Λ that the pulley gives to the bandage (N·m)
-    capacity: Float[Array, ""]  # M_int up to which it sticks, or with which it slides (N·m)
-    inner_slip: Float[Array, ""]  # R (ω − ω_b) while it slides (m/s)
-    inner_friction: Float[Array, " n"]  # maximum forces of the linings on the rim (N)
-    inner_normal: Float[Array, " n"]  # loads on the rim, with preload and centrifugal force (N)
+    alpha_b: ScalarArray  # ω̇_b (rad/s²)
+    drive: ScalarArray  # Λ that the pulley gives to the bandage (N·m)
+    capacity: ScalarArray  # M_int up to which it sticks, or with which it slides (N·m)
+    inner_slip: ScalarArray  # R (ω − ω_b) while it slides (m/s)
+    inner_friction: Vector  # maximum forces of the linings on the rim (N)
+    inner_normal: Vector  # loads on the rim, with preload and centrifugal force (N)
     rim_margin: Array | None  # as `rim_margin` (N)
 
 
-def ratios(z: ElasticNow) -> Float[Array, " n"]:
+def ratios(z: ElasticNow) -> Vector:
     """Tension ratios `μ_i` of the linings at the limit that counts."""
     return lining_ratio(z.limit.fz)
 
 
-def signed(inner: Int[Array, ""]) -> Float[Array, ""]:
+def signed(inner: IntScalar) -> ScalarArray:
     return inner.astype(jnp.float64)
 
 
@@ -194,7 +192,7 @@ class StagedBrake(AbstractElasticBand):
     """
 
     wrap: BandFriction
-    stiffness: Float[Array, ""] | None
+    stiffness: ScalarArray | None
     internal: InternalPair
     pairs: tuple[Pair, ...]
     sizes: Sizes
@@ -301,7 +299,7 @@ class StagedBrake(AbstractElasticBand):
 
     def _grips(
         self, acting: AppliedLoads, omega: Array, own: BandState, mode: Mode, rest: StagedNow
-    ) -> tuple[Float[Array, ""], Float[Array, ""]]:
+    ) -> tuple[ScalarArray, ScalarArray]:
         """`M_int` (N·m) with the band at its upper and at its lower static limit."""
         n, T_0 = self.wrap.count, acting.tension
         rim, mu = self._rim(omega, own, mode, acting.surfaces[1], mode.own.inner == 0), ratios(rest)
@@ -360,7 +358,7 @@ class StagedBrake(AbstractElasticBand):
 
     def _piece(
         self, now: EventState, new: Mode, fired: StagedGuards, acting: AppliedLoads, rest: StagedNow
-    ) -> Int[Array, ""]:
+    ) -> IntScalar:
         """Number of linings at their limit on the band after the event."""
         n, old, R_b = self.wrap.count, now.mode, self.wrap.radius
         # under a lever that only begins to pull everything is 0: take the first moment after

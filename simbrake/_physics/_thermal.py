@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, PyTree
 
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, Vector, VectorK
 from ..hybrid._struct import Struct, struct_field
 from ..profiles import AbstractProfile
 from ..thermal._heat import FrictionHeat, Heat, PowerShares, place_count
@@ -273,7 +273,7 @@ class Stream(NamedTuple):
 class HeatFlows(NamedTuple):
     """Heat flows of the network at one instant (W): into each node, and over its border."""
 
-    into: Float[Array, " k"]
+    into: VectorK
     into_junctions: Float[Array, " j"]
     lost: Array  # to reservoirs
     supplied: Array  # by sources
@@ -284,7 +284,7 @@ class HeatFlows(NamedTuple):
 class Deposit(NamedTuple):
     """Distribution of the friction heat for given heats of the linings, linear in them."""
 
-    into: Float[Array, " k"]
+    into: VectorK
     into_junctions: Float[Array, " j"]  # rise of the junctions' temperatures it causes
     to_metal: Array
     to_linings: Array
@@ -323,14 +323,14 @@ class Thermal(Struct):
     """
 
     heat: Heat
-    capacity: Float[Array, " k"]
-    per_capacity: Float[Array, " k"]  # 1/C_r (K/J)
-    slope: Float[Array, " k"] | None
-    reference: Float[Array, " k"]
+    capacity: VectorK
+    per_capacity: VectorK  # 1/C_r (K/J)
+    slope: VectorK | None
+    reference: VectorK
     # of walls: thermal resistance of half a layer at the reference temperature (K/W), relative change of conductivity
     # per kelvin, and, where no wall has such a change, conductance from one node to the next (W/K)
-    half: Float[Array, " k"] | None
-    bend: Float[Array, " k"] | None
+    half: VectorK | None
+    bend: VectorK | None
     between: Float[Array, " interfaces"] | None
     through: tuple[Array | None, ...]  # conductance of each link from node to node (W/K) where it cannot change
     per_kelvin: tuple[Array | None, ...]  # of each surface: constant part of the heat that it rejects per kelvin
@@ -342,17 +342,17 @@ class Thermal(Struct):
     def spans(self) -> Spans:
         return spans(self.heat)
 
-    def rise(self, heat: Float[Array, " k"]) -> Float[Array, " k"]:
+    def rise(self, heat: VectorK) -> VectorK:
         """Convert heat into each node (W, or J) to the change of its state (K/s, or K)."""
         return heat * self.per_capacity
 
-    def temperatures(self, u: Float[Array, " k"]) -> Float[Array, " k"]:
+    def temperatures(self, u: VectorK) -> VectorK:
         """Temperatures (K) of the nodes with capacity."""
         if self.slope is None:
             return self.reference + u
         return self.reference + 2 * u / (1 + jnp.sqrt(1 + 2 * self.slope * u))
 
-    def contents(self, T: Float[Array, " k"]) -> Float[Array, " k"]:
+    def contents(self, T: VectorK) -> VectorK:
         """The state at given temperatures."""
         d = T - self.reference
         return d if self.slope is None else d + 0.5 * self.slope * d**2
@@ -452,7 +452,7 @@ class Thermal(Struct):
         else:
             into[place] = into[place] - flow if leaves else into[place] + flow
 
-    def _gathered(self, flow: Array, n: int) -> Float[Array, " n"]:
+    def _gathered(self, flow: Array, n: int) -> Vector:
         """Flows from the linings into the `n` nodes of a place: into each rim those of its own linings."""
         if n == 1:
             return jnp.sum(flow, keepdims=True)
@@ -460,13 +460,13 @@ class Thermal(Struct):
             return jnp.stack([jnp.sum(own) for own in jnp.split(flow, np.cumsum(self.rims)[:-1])])
         return jnp.broadcast_to(flow, (n,))
 
-    def _at_linings(self, T: Array, n: int) -> Float[Array, " n"]:
+    def _at_linings(self, T: Array, n: int) -> Vector:
         """Temperatures of a place at each of `n` linings: of rims, of its own one."""
         if T.shape == (len(self.rims),) and sum(self.rims) == n:
             return T[np.repeat(np.arange(len(self.rims)), self.rims)]
         return jnp.broadcast_to(T, (n,))
 
-    def _spread(self, into: dict[str, Array]) -> Float[Array, " k"]:
+    def _spread(self, into: dict[str, Array]) -> VectorK:
         """Flows into places, at all nodes with capacity."""
         parts: list[Array] = []
         for name in self.spans.stores:
@@ -624,7 +624,7 @@ class Thermal(Struct):
         K = jax.jacfwd(excess)(T_J)
         return lambda q: jnp.linalg.solve(K, q)
 
-    def at(self, T: Array, place: str, n: int) -> Float[Array, " n"]:
+    def at(self, T: Array, place: str, n: int) -> Vector:
         """Temperature of a place with capacity (of a wall: its outermost layer) at each of `n` linings."""
         return self._at_linings(T[nodes_of(self.heat, self.spans, place)], n)
 
@@ -640,7 +640,7 @@ class Thermal(Struct):
     def deposit(
         self,
         pair: FrictionHeat | None,
-        P: Float[Array, " n"],
+        P: Vector,
         T: Array,
         T_J: Array,
         t: Array,
@@ -695,7 +695,7 @@ class Thermal(Struct):
         jackets = self.heat.jackets.values()
         return jnp.zeros(sum(place_count(self.heat, jacket.a) for jacket in jackets)) if jackets else None
 
-    def rise_at_once(self, into: Float[Array, " k"]) -> Float[Array, " k"]:
+    def rise_at_once(self, into: VectorK) -> VectorK:
         """Temperature rise (K) by heat (J) released instantaneously: in walls it goes through their depth."""
         parts = []
         for name, here in self.spans.stores.items():
@@ -817,7 +817,7 @@ def assemble_thermal(
     shares: PowerShares | None = None,
     rims: tuple[int, ...] = (),
     lifts: bool = False,
-) -> tuple[Thermal, Float[Array, " k"]]:
+) -> tuple[Thermal, VectorK]:
     """The network and its initial state.
 
     - `left`: share of its thickness that each copy of a worn wall still has;  `rims`: number of linings on each

@@ -14,7 +14,7 @@ import numpy as np
 from jax.core import Tracer
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, Faults, InputError
 from .._base._part import (
     Leaf,
     Part,
@@ -121,7 +121,7 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
     require_scene(scene)
     if (quick := _with_numbers(scene, values)) is not None:
         return quick
-    faults: list[Fault] = []
+    faults: Faults = []
     if _COUNT in values and isinstance(scene.brake.linings, Lining):
         values = dict(values)
         scene = _with_count(scene, values.pop(_COUNT), faults)
@@ -166,7 +166,7 @@ def with_values(scene: Scene, values: dict[str, Any]) -> Scene:
 _COUNT = "brake.linings.count"
 
 
-def _with_count(scene: Scene, value: Any, faults: list[Fault]) -> Scene:
+def _with_count(scene: Scene, value: Any, faults: Faults) -> Scene:
     """The scene with another number of equal linings, their parameters unchanged; errors go to `faults`."""
     brake: Any = scene.brake
     linings, n = brake.linings, brake.linings.count

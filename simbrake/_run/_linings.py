@@ -24,7 +24,7 @@ from .._physics._brake import BrakeSystem
 from .._physics._heated import thermal_of
 from ..brakes._design import Brake, under_a_band
 from ..hybrid import SKIPPED, Record
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, Vector
 from ..hybrid._struct import Struct, struct_field
 from ._result import Result, look
 
@@ -151,7 +151,7 @@ def _check(
 
 
 @explained
-def friction_work(run: Run, *, pair: str = "external", points: int = POINTS) -> Float[Array, " n"]:
+def friction_work(run: Run, *, pair: str = "external", points: int = POINTS) -> Vector:
     """Friction work of every lining over a run, in J.
 
         W_i = ∫ |T_i − T_{i−1}| |v_i| dt,   |T_i − T_{i−1}| = f_i N_i/cos(β_i/2)                       (model §1, §6.1)
@@ -176,7 +176,7 @@ def friction_work(run: Run, *, pair: str = "external", points: int = POINTS) -> 
 @explained
 def lining_wear(
     run: Run, rate: WearRate, *, pair: str = "external", place: Number | None = None, points: int = POINTS
-) -> Float[Array, " n"]:
+) -> Vector:
     """Depth worn off every lining over a run, in m (model §7; Archard).
 
         h_i = ∫ I(p_i, v_i, T_i) p_i v_i dt,   p_i = N_i/A_i
@@ -207,9 +207,7 @@ def lining_wear(
 
 
 @explained
-def lining_mean(
-    run: Run, quantity: str, *, over: str = "slip", pair: str = "external", points: int = POINTS
-) -> Float[Array, " n"]:
+def lining_mean(run: Run, quantity: str, *, over: str = "slip", pair: str = "external", points: int = POINTS) -> Vector:
     """Mean of a quantity of every lining over a run, `∫ q w dt/∫ w dt`.
 
     - `quantity`: `tension_increment` `|T_i − T_{i−1}|` (N), `normal_load` `N_i` (N), `pressure` `N_i/A_i` (Pa),
@@ -231,7 +229,7 @@ def lining_mean(
     return above / below
 
 
-def _peaks(record: Record, pair: str, quantity: str) -> Float[Array, " n"]:
+def _peaks(record: Record, pair: str, quantity: str) -> Vector:
     system = _system(record)
 
     def of(i: Int[Array, ""]) -> Array:
@@ -247,7 +245,7 @@ _peaks_of_record = RunJit(_peaks, static_argnames=("pair", "quantity"))
 
 
 @explained
-def lining_peak(run: Run, quantity: str, *, pair: str = "external") -> Float[Array, " n"]:
+def lining_peak(run: Run, quantity: str, *, pair: str = "external") -> Vector:
     """Maximum value over a run of a quantity of every lining (`quantity` and `pair` as in `lining_mean`).
 
     Example:

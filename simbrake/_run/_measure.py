@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Bool
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, Faults, InputError
 from .._base._part import Part, quantity
 from .._base._quantity import BAD, NumberReader, Quantity, Scalar
 from .._base._table import ZERO, digits, number, plain
@@ -126,7 +126,7 @@ def _limits_part(name: str, base: type, about: str, fields: Mapping[str, Any], *
     return kind(name, (base,), body | {word: field for word, (_, field) in others.items()})
 
 
-def _faults_of_limits(self: Any, path: str, scene: Scene) -> list[Fault]:
+def _faults_of_limits(self: Any, path: str, scene: Scene) -> Faults:
     faults = []
     for name in self.given:
         lacks = METRICS[name].needs.lacks(scene) if name in METRICS else ""
@@ -260,7 +260,7 @@ class LimitCheck(NamedTuple):
 
 def read_limits(
     scene: Scene, limits: Mapping[str, int | float | str], path: str = "limits[{!r}]"
-) -> tuple[dict[str, float], list[Fault]]:
+) -> tuple[dict[str, float], Faults]:
     """Limits in SI, given as numbers or as texts with a unit; and the faults: unknown metrics, what is not a number.
 
     `path`: where a limit stands, for the faults, with a place for its name
@@ -282,9 +282,9 @@ def read_limits(
     return numbers, reader.faults
 
 
-def parse_limits(scene: Scene, texts: Sequence[str]) -> tuple[dict[str, float], list[Fault]]:
+def parse_limits(scene: Scene, texts: Sequence[str]) -> tuple[dict[str, float], Faults]:
     """Limits in SI from texts `METRIC=VALUE` with or without a unit, as `--limit` has them; and the faults."""
-    faults: list[Fault] = []
+    faults: Faults = []
     limit_texts: dict[str, str] = {}
     for text in texts:
         name, _, value = (part.strip() for part in text.partition("="))

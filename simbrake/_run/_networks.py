@@ -29,7 +29,7 @@ from ..hybrid import (
     Settings,
     hybridsolve,
 )
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, VectorM
 from ..hybrid._struct import with_fields
 from ..profiles import hides_nothing, next_known_time
 from ..thermal._heat import Heat, initial_temperatures, node_names
@@ -94,13 +94,13 @@ class HeatResult(NamedTuple):
         399.3608
     """
 
-    t: Float[Array, " m"]
+    t: VectorM
     temperature: Float[Array, "m k"]
-    lost: Float[Array, " m"]
-    supplied: Float[Array, " m"]
+    lost: VectorM
+    supplied: VectorM
     closure: Array
     record: Record
-    coolant: Float[Array, " m"] | None = None
+    coolant: VectorM | None = None
 
 
 def _around(heat: Heat, speed: Number, closed: Number, pressure: Number) -> Conditions:

@@ -53,7 +53,7 @@ from ..hybrid import (
     hybridsolve,
     solve_segment,
 )
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, VectorK
 from ..hybrid._lanes import hybridsolve_lane
 from ..hybrid._struct import with_value_at
 from ..thermal._heat import node_names
@@ -182,7 +182,7 @@ else:
 
 
 def posed(
-    packing: Packing, numbers: Float[Array, " k"], max_steps: int
+    packing: Packing, numbers: VectorK, max_steps: int
 ) -> tuple[tuple[BrakeSystem, State, Mode, Array, Array], Settings]:
     """What is to be integrated: system, state and mode at the start, times; and the settings of the integrator."""
     scene, rtol, max_step, max_events = packing.unpack(numbers)
@@ -605,7 +605,7 @@ class Prepared:
             slices[leaf.path] = slice(first, first + int(np.size(leaf.value)))
         return slices
 
-    def _run(self, numbers: Float[Array, " k"], max_steps: int) -> Float[Array, " out"]:
+    def _run(self, numbers: VectorK, max_steps: int) -> Float[Array, " out"]:
         scene, (rtol, max_step) = self._like.unpack(numbers[:-2]), numbers[-2:]
         limits = {"max_step": max_step, "max_steps": max_steps, "max_events": self.max_events}
         result = simulate(scene, solver=self.solver, rtol=rtol, **limits)
@@ -717,7 +717,7 @@ class Prepared:
                 return np.reshape(slope, (-1, self.numbers.size))
             self._slope_steps, self._slope = 4 * self._slope_steps, None  # a longer record, from now on
 
-    def _slopes(self, numbers: Float[Array, " k"], max_steps: int) -> Float[Array, " out"]:
+    def _slopes(self, numbers: VectorK, max_steps: int) -> Float[Array, " out"]:
         """All derivatives in one vector, and the code of the run."""
 
         def run(x: Array) -> tuple[Array, Array]:

@@ -8,19 +8,19 @@ from typing import Any, NamedTuple, TypeAlias
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float
 
 from .._base._arguments import explained
 from .._base._corners import lesser
-from .._base._faults import Fault
+from .._base._faults import Fault, Faults
 from .._base._part import Part, as_part, quantity, short_for
 from .._base._quantity import Over, Scalar, Values
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, Floats, IntScalar, Marks, ScalarArray, TwoArrays, Vector, VectorK
 from ..hybrid._struct import AbstractVar, struct_field
 
 
 @explained
-def grip(f: Float[Array, "..."], angle: Float[Array, " n"], *, continuous: bool = False) -> Float[Array, " n"]:
+def grip(f: Floats, angle: Vector, *, continuous: bool = False) -> Vector:
     """`f_i z_i = f_i tan(β_i/2)` of each lining; at 1 or above the lining is self-locking.
 
     - `continuous`: pieces of a continuous lining, `tanh(f_i β_i/2)`: their ratio of tensions is then Euler's
@@ -33,12 +33,12 @@ def grip(f: Float[Array, "..."], angle: Float[Array, " n"], *, continuous: bool 
     return gripped(f, angle / 2 if continuous else jnp.tan(angle / 2), continuous=continuous)
 
 
-def gripped(f: Float[Array, "..."], z: Float[Array, " n"], *, continuous: bool) -> Float[Array, " n"]:
+def gripped(f: Floats, z: Vector, *, continuous: bool) -> Vector:
     """The same with `z_i = tan(β_i/2)`, or of a continuous lining `β_i/2`."""
     return jnp.tanh(f * z) if continuous else f * z
 
 
-def pressed(before: Array, ratio: Array, s: Float[Array, " n"], *, continuous: bool) -> Float[Array, " n"]:
+def pressed(before: Array, ratio: Array, s: Vector, *, continuous: bool) -> Vector:
     """Normal loads (N) under the tensions `T_{i−1}` (`before`) and `T_i = ratio T_{i−1}` (N) of a band:
 
         N_i = (T_i + T_{i−1}) sin(β_i/2)  (Z-13),   of a continuous lining  ∫ T dθ = β_i (T_i − T_{i−1})/ln(T_i/T_{i−1})
@@ -48,18 +48,18 @@ def pressed(before: Array, ratio: Array, s: Float[Array, " n"], *, continuous: b
     return before * 2 * s * _mean_rise(jnp.log(ratio)) if continuous else before * (1 + ratio) * s
 
 
-def lining_ratio(fz: Float[Array, "..."]) -> Float[Array, "..."]:
+def lining_ratio(fz: Floats) -> Floats:
     """`μ_i = T_i/T_{i−1} = (1 + f_i z_i)/(1 − f_i z_i)` of linings that slide, `|f_i z_i| < 1` (Z-12…Z-14)."""
     return (1 + fz) / (1 - fz)
 
 
-def band_torque(radius: Array, slack: Array, tight: Array) -> Float[Array, "..."]:
+def band_torque(radius: Array, slack: Array, tight: Array) -> Floats:
     """`M = R_b (T_n − T_0)` (N·m) of a band; sliding, with `T_n = Π T_0`, it is `R_b T_0 (Π − 1)` (Z-15…Z-18)."""
     return radius * (tight - slack)
 
 
 @explained
-def tension_ratio(fz: Float[Array, " n"]) -> tuple[Float[Array, " n"], Bool[Array, " n"]]:
+def tension_ratio(fz: Vector) -> tuple[Vector, Marks]:
     """Tension ratio of each lining at its limit, and which linings are self-locking.
 
         μ_i = T_i/T_{i−1} = (1 + f_i z_i)/(1 − f_i z_i),   z_i = tan(β_i/2)                                (Z-12…Z-14)
@@ -76,24 +76,24 @@ def tension_ratio(fz: Float[Array, " n"]) -> tuple[Float[Array, " n"], Bool[Arra
     return lining_ratio(safe), locked
 
 
-_Vectors: TypeAlias = tuple[Float[Array, " n"]]
+_Vectors: TypeAlias = tuple[Vector]
 
 
 @jax.custom_jvp
-def product(mu: Float[Array, " n"]) -> Float[Array, ""]:
+def product(mu: Vector) -> ScalarArray:
     """`∏ μ_i` of ratios that are never 0."""
     return jnp.prod(mu)
 
 
 @product.defjvp
-def _(primals: _Vectors, tangents: _Vectors) -> tuple[Array, Array]:
+def _(primals: _Vectors, tangents: _Vectors) -> TwoArrays:
     # the general rule of jnp.prod costs n products; here no factor is 0
     (mu,), (d_mu,) = primals, tangents
     whole = jnp.prod(mu)
     return whole, whole * jnp.sum(d_mu / mu)
 
 
-def _running(combine: Callable[[Array, Array], Array], x: Float[Array, " n"], neutral: float) -> Float[Array, " n"]:
+def _running(combine: Callable[[Array, Array], Array], x: Vector, neutral: float) -> Vector:
     """`x_1 ∘ … ∘ x_i` by doubling: log₂ n short vector operations, where a sum over a mask costs n² serial ones."""
     reach = 1
     while reach < x.shape[0]:
@@ -103,40 +103,40 @@ def _running(combine: Callable[[Array, Array], Array], x: Float[Array, " n"], ne
 
 
 @jax.custom_jvp
-def running_product(mu: Float[Array, " n"]) -> Float[Array, " n"]:
+def running_product(mu: Vector) -> Vector:
     """`Π_i = ∏_{j≤i} μ_j` of ratios that are never 0."""
     return _running(jnp.multiply, mu, 1.0)
 
 
 @running_product.defjvp
-def _(primals: _Vectors, tangents: _Vectors) -> tuple[Array, Array]:
+def _(primals: _Vectors, tangents: _Vectors) -> TwoArrays:
     (mu,), (d_mu,) = primals, tangents
     running = running_product(mu)
     return running, running * _running(jnp.add, d_mu / mu, 0.0)
 
 
 @jax.custom_jvp
-def sliding_ratio(fz: Float[Array, " n"]) -> Float[Array, ""]:
+def sliding_ratio(fz: Vector) -> ScalarArray:
     """`Π = ∏ (1 + f_i z_i)/(1 − f_i z_i)` for `|f_i z_i| < 1`; of negative ones it is `1/Π`."""
     return jnp.prod(lining_ratio(fz))
 
 
 @sliding_ratio.defjvp
-def _(primals: _Vectors, tangents: _Vectors) -> tuple[Array, Array]:
+def _(primals: _Vectors, tangents: _Vectors) -> TwoArrays:
     # d ln Π = Σ 2 d(f_i z_i)/(1 − (f_i z_i)²)
     (fz,), (d_fz,) = primals, tangents
     ratio = sliding_ratio(fz)
     return ratio, ratio * jnp.sum(2 / (1 - fz * fz) * d_fz)
 
 
-def affine_tensions(T_0: Float[Array, ""], a: Float[Array, " n"], b: Float[Array, " n"]) -> Float[Array, " n"]:
+def affine_tensions(T_0: ScalarArray, a: Vector, b: Vector) -> Vector:
     """`T_i = a_i T_{i−1} + b_i` without a loop: `T_i = A_i (T_0 + Σ_{j≤i} b_j/A_j)`, `A_i = ∏_{j≤i} a_j ≠ 0`."""
     A = running_product(a)
     return A * (T_0 + _running(jnp.add, b / A, 0.0))
 
 
 @explained
-def capstan_ratio(f: Float[Array, ""], wrap: Float[Array, ""]) -> Float[Array, ""]:
+def capstan_ratio(f: ScalarArray, wrap: ScalarArray) -> ScalarArray:
     """Euler's limit for many small linings, `T_n/T_0 → exp(f α)`.
 
     Example:
@@ -158,17 +158,17 @@ class LiningForces(NamedTuple):
     """
 
     tension: Values
-    friction: Float[Array, " n"]
-    normal: Float[Array, " n"]
-    at_limit: Bool[Array, " n"]
+    friction: Vector
+    normal: Vector
+    at_limit: Marks
 
 
 @explained
 def mobilised(
-    T_0: Float[Array, ""],
-    T_n: Float[Array, ""],
-    mu: Float[Array, " n"],
-    angle: Float[Array, " n"],
+    T_0: ScalarArray,
+    T_n: ScalarArray,
+    mu: Vector,
+    angle: Vector,
     *,
     continuous: bool = False,
 ) -> LiningForces:
@@ -209,7 +209,7 @@ def mobilised(
     )
 
 
-def limit_tensions(T_0: Float[Array, ""], mu: Float[Array, " n"]) -> Float[Array, " pieces"]:
+def limit_tensions(T_0: ScalarArray, mu: Vector) -> Float[Array, " pieces"]:
     """Tensions `T_n` (2 n + 1,), rising, at which one lining more or less is at its limit.
 
         T_0/∏_{all} μ, …, T_0/μ_n, T_0, T_0 μ_1, …, T_0 Π_n
@@ -220,16 +220,14 @@ def limit_tensions(T_0: Float[Array, ""], mu: Float[Array, " n"]) -> Float[Array
     return jnp.concatenate([T_0 / down[::-1], T_0[None], T_0 * running_product(mu)])
 
 
-def piece_of(T_0: Float[Array, ""], T_n: Float[Array, ""], mu: Float[Array, " n"]) -> Int[Array, ""]:
+def piece_of(T_0: ScalarArray, T_n: ScalarArray, mu: Vector) -> IntScalar:
     """Number of linings at their limit: `k = 0…n − 1` from the slack end; with `T_n < T_0` `−1 − k` from the anchor."""
     n = mu.shape[0]
     passed = jnp.sum(limit_tensions(T_0, mu) <= T_n).astype(jnp.int32)
     return jnp.clip(passed - 1 - n, -n, n - 1)
 
 
-def tensions_on(
-    T_0: Float[Array, ""], T_n: Float[Array, ""], mu: Float[Array, " n"], piece: Int[Array, ""]
-) -> Float[Array, " n"]:
+def tensions_on(T_0: ScalarArray, T_n: ScalarArray, mu: Vector, piece: IntScalar) -> Vector:
     """Tensions `T_1…T_n` by the mobilisation rule for a given number of linings at their limit (see `piece_of`).
 
     Linear in `T_0` and `T_n`. `n` and `−1 − n` mean full slip ahead and back, for any `T_n`.
@@ -244,12 +242,12 @@ def tensions_on(
 
 @explained
 def sliding_tensions(
-    T_0: Float[Array, ""],
-    f: Float[Array, " n"],
-    angle: Float[Array, " n"],
+    T_0: ScalarArray,
+    f: Vector,
+    angle: Vector,
     *,
-    inertia_force: Float[Array, " n"] | float = 0.0,
-    centrifugal_force: Float[Array, " n"] | float = 0.0,
+    inertia_force: Vector | float = 0.0,
+    centrifugal_force: Vector | float = 0.0,
 ) -> LiningForces:
     """All linings at their limit, with the optional mass terms of the lining model (model §2.2).
 
@@ -291,12 +289,12 @@ class ChordForces(NamedTuple):
         [2208.0, 2319.0]
     """
 
-    tension: Float[Array, " k"]
-    normal: Float[Array, " k"]
+    tension: VectorK
+    normal: VectorK
 
 
 @explained
-def chord_tensions(T_0: Float[Array, ""], f: Float[Array, "..."], beta: Float[Array, " k_plus_1"]) -> ChordForces:
+def chord_tensions(T_0: ScalarArray, f: Floats, beta: Float[Array, " k_plus_1"]) -> ChordForces:
     """Tensions along a band on point linings joined by chords (model §2.1).
 
         T_i = T_{i−1} (c_{i−1} + f s_{i−1}) / (c_i − f s_i),   N_i = T_i s_i + T_{i−1} s_{i−1}              (Z-1…Z-4)
@@ -319,7 +317,7 @@ def chord_tensions(T_0: Float[Array, ""], f: Float[Array, "..."], beta: Float[Ar
 
 
 @explained
-def pressure_within(mean: Values, ratio: Values, place: Values) -> Float[Array, "..."]:
+def pressure_within(mean: Values, ratio: Values, place: Values) -> Floats:
     """Pressure (Pa) at a place within a lining under a band whose tension rises along it (Z, fig. 2):
 
         p(θ) = (N_i/(R b)) κ e^{κθ}/(e^{κα_i} − 1),   κ = ln(T_i/T_{i−1})/α_i
@@ -343,7 +341,7 @@ def pressure_within(mean: Values, ratio: Values, place: Values) -> Float[Array, 
 
 
 @explained
-def tension_rise(f: Values, angle: Values) -> Float[Array, ""]:
+def tension_rise(f: Values, angle: Values) -> ScalarArray:
     """`S_H/S_C = exp(Σ f_i α_i)` of sliding linings; `f` a number or (n,), `angle` (n,) in rad.
 
     Example:
@@ -369,18 +367,18 @@ class AbstractStiffness(Part):
     """
 
     @abc.abstractmethod
-    def stiffness(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
+    def stiffness(self, f: Values, angle: Values, radius: Values) -> ScalarArray:
         """`C = S_H/Δl` in N/m, linkage included."""
 
-    def faults_with(self, path: str, n: int) -> list[Fault]:
+    def faults_with(self, path: str, n: int) -> Faults:
         """Errors of sizes that do not fit `n` linings (concrete values only)."""
         return []
 
-    def compliance(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
+    def compliance(self, f: Values, angle: Values, radius: Values) -> ScalarArray:
         """`c = Δl/S_C = e^{Σfα}/C` in m/N, the `C_i` of K-8 for Euler's law along the band, linkage included."""
         return tension_rise(f, angle) / self.stiffness(f, angle, radius)
 
-    def elongation(self, slack_tension: Values, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
+    def elongation(self, slack_tension: Values, f: Values, angle: Values, radius: Values) -> ScalarArray:
         """`Δl = c S_C` in m for the slack tension `S_C` (N)."""
         return jnp.asarray(slack_tension) * self.compliance(f, angle, radius)
 
@@ -405,11 +403,11 @@ class GivenStiffness(AbstractStiffness):
 
     value: Scalar = quantity("N/m", "stiffness at the tight end", positive=True)
 
-    def stiffness(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
+    def stiffness(self, f: Values, angle: Values, radius: Values) -> ScalarArray:
         return jnp.asarray(self.value)
 
 
-def _in_series(own: Float[Array, ""], linkage: Scalar | None) -> Float[Array, ""]:
+def _in_series(own: ScalarArray, linkage: Scalar | None) -> ScalarArray:
     """`1/C = 1/C_own + 1/C_linkage`."""
     return own if linkage is None else 1 / (1 / own + 1 / jnp.asarray(linkage))
 
@@ -425,10 +423,10 @@ class AbstractGeometry(AbstractStiffness):
     linkage: AbstractVar[Any]
 
     @abc.abstractmethod
-    def stretch(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
+    def stretch(self, f: Values, angle: Values, radius: Values) -> ScalarArray:
         """`Δl/S_C` in m/N of the band alone."""
 
-    def stiffness(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
+    def stiffness(self, f: Values, angle: Values, radius: Values) -> ScalarArray:
         return _in_series(tension_rise(f, angle) / self.stretch(f, angle, radius), self.linkage)
 
 
@@ -462,7 +460,7 @@ class LiningsOnPlates(AbstractGeometry):
     linkage: Scalar | None = quantity("N/m", "stiffness of anchor and linkage", positive=True, default=None)
     halved_ends: bool = struct_field(static=True, default=False)  # pyright: ignore
 
-    def stretch(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
+    def stretch(self, f: Values, angle: Values, radius: Values) -> ScalarArray:
         angle = jnp.asarray(angle)
         steps = jnp.broadcast_to(jnp.asarray(f), angle.shape) * angle
         after = jnp.exp(jnp.cumsum(steps))
@@ -472,14 +470,14 @@ class LiningsOnPlates(AbstractGeometry):
         ends = (0.5 if self.halved_ends else 1.0) * (self.slack_end + self.tight_end * after[-1])
         return arcs + (gaps + ends) / (jnp.asarray(self.modulus) * self.area)
 
-    def per_angle(self, radius: Values) -> Float[Array, ""]:
+    def per_angle(self, radius: Values) -> ScalarArray:
         """`k`: tension (N) per unit of elongation and angle of an arc under a lining."""
         return jnp.asarray(self.modulus) * self.area / radius
 
     def bare_angle(self, n: int) -> Scalar | float:
         return np.sum(np.broadcast_to(np.asarray(self.gap), (n - 1,)))
 
-    def faults_with(self, path: str, n: int) -> list[Fault]:
+    def faults_with(self, path: str, n: int) -> Faults:
         shape = np.shape(self.gap)
         if shape in ((), (n - 1,)):
             return []
@@ -509,7 +507,7 @@ class BondedLinings(LiningsOnPlates):
     lining_area: Scalar = quantity("m^2", "cross-section of the linings", low=0.0, kw_only=True)
     lining_radius: Scalar = quantity("m", "radius of the linings' middle", positive=True, kw_only=True)
 
-    def per_angle(self, radius: Values) -> Float[Array, ""]:
+    def per_angle(self, radius: Values) -> ScalarArray:
         return super().per_angle(radius) + self.lining_modulus * self.lining_area / self.lining_radius
 
 
@@ -547,7 +545,7 @@ class ContinuousLining(AbstractGeometry):
     tight_end: Scalar = quantity("m", "free length at the tight end", low=0.0, default=0.0)
     linkage: Scalar | None = quantity("N/m", "stiffness of anchor and linkage", positive=True, default=None)
 
-    def stretch(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
+    def stretch(self, f: Values, angle: Values, radius: Values) -> ScalarArray:
         f, angle = jnp.asarray(f), jnp.asarray(angle)
         E_1, E_2 = jnp.asarray(self.modulus), jnp.asarray(self.lining_modulus)
         slack = E_1 * self.slack_area / radius + E_2 * self.slack_lining_area / self.lining_radius
@@ -596,11 +594,11 @@ class ParallelBands(AbstractStiffness):
     bands: tuple[AbstractStiffness, ...] = struct_field(converter=_as_bands)
     linkage: Scalar | None = quantity("N/m", "stiffness that the bands have in common", positive=True, default=None)
 
-    def stiffness(self, f: Values, angle: Values, radius: Values) -> Float[Array, ""]:
+    def stiffness(self, f: Values, angle: Values, radius: Values) -> ScalarArray:
         own = [band.stiffness(f, angle, radius) for band in self.bands]
         return _in_series(jnp.asarray(sum(own)), self.linkage)
 
-    def shares(self, f: Values, angle: Values, radius: Values) -> Float[Array, " k"]:
+    def shares(self, f: Values, angle: Values, radius: Values) -> VectorK:
         """Share of every tension that each band has; they sum to 1."""
         return lever_split(jnp.stack([band.compliance(f, angle, radius) for band in self.bands]), 1.0)
 
@@ -611,14 +609,14 @@ class ParallelBands(AbstractStiffness):
     def longest_wrap(self) -> float:
         return min(band.longest_wrap for band in self.bands)
 
-    def faults_with(self, path: str, n: int) -> list[Fault]:
+    def faults_with(self, path: str, n: int) -> Faults:
         if not self.bands:
             return [Fault(f"{path}.bands", "there is no band", "give a stiffness or a geometry for each")]
         return [fault for i, band in enumerate(self.bands) for fault in band.faults_with(f"{path}.bands[{i}]", n)]
 
 
 @explained
-def lever_split(compliances: Values, tension: Values) -> Float[Array, " k"]:
+def lever_split(compliances: Values, tension: Values) -> VectorK:
     """Slack tensions (N) of bands in parallel under one lever that gives the sum `S`, with equal elongation.
 
         S_i = S/(c_i Σ_j 1/c_j)                                                                                   (K-8)

@@ -8,11 +8,11 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Bool, Float, PyTree
 
-from .._base._faults import Fault
+from .._base._faults import Fault, Faults
 from .._base._part import Part, faults_of_sizes, quantity
 from .._base._quantity import Scalar, Values
 from ..friction import AbstractFriction, Bounds, Contact
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, Floats, Vector
 from ..hybrid._struct import struct_field
 from ._band import AbstractStiffness, GivenStiffness, lever_split, product, tension_ratio
 from ._design import (
@@ -79,7 +79,7 @@ class JoinedFriction(AbstractFriction):
 
         return jax.tree.map(cut_leaf, x)
 
-    def joined(self, parts: Iterable[Values]) -> Float[Array, " n"]:
+    def joined(self, parts: Iterable[Values]) -> Vector:
         """One array over all linings of what each band has, (n_i,) or one for all its linings."""
         each = [*zip(parts, self.spans, strict=True)]
         concrete = all(isinstance(x, np.ndarray | np.generic | float) for x, _ in each)
@@ -98,16 +98,16 @@ class JoinedFriction(AbstractFriction):
     def _each(self, of: Callable[[AbstractFriction, Contact], Any], contact: Contact) -> list[Any]:
         return [of(law, self.own(contact, i)) for i, law in enumerate(self.laws)]
 
-    def _coefficient(self, of: Callable[[AbstractFriction, Contact], Any], contact: Contact) -> Float[Array, "..."]:
+    def _coefficient(self, of: Callable[[AbstractFriction, Contact], Any], contact: Contact) -> Floats:
         return self.joined(self._each(of, contact))
 
-    def kinetic(self, contact: Contact) -> Float[Array, "..."]:
+    def kinetic(self, contact: Contact) -> Floats:
         return self._coefficient(lambda law, own: law.kinetic(own), contact)
 
-    def static(self, contact: Contact) -> Float[Array, "..."]:
+    def static(self, contact: Contact) -> Floats:
         return self._coefficient(lambda law, own: law.static(own), contact)
 
-    def governing(self, contact: Contact, static: Bool[Array, "..."] | bool) -> Float[Array, "..."]:
+    def governing(self, contact: Contact, static: Bool[Array, "..."] | bool) -> Floats:
         return self._coefficient(lambda law, own: law.governing(own, static), contact)
 
     def _states(self, trees: list[PyTree], absent: float) -> tuple[Array, ...] | None:
@@ -133,7 +133,7 @@ class JoinedFriction(AbstractFriction):
             sizes.append([size] * like.num_leaves if one_for_all else size)
         return self._states(sizes, 1.0) or 1.0
 
-    def factor_of(self, n: int, values: Sequence[Array]) -> Float[Array, " n"] | None:
+    def factor_of(self, n: int, values: Sequence[Array]) -> Vector | None:
         if not self.over_time:
             return None
         factors, first = [], 0
@@ -167,37 +167,37 @@ class JoinedLinings(AbstractLinings):
         return sum(own.count for own in self.bands)
 
     @property
-    def angle(self) -> Float[Array, " n"]:
+    def angle(self) -> Vector:
         """Central angles `β_i` (rad)."""
         return jnp.concatenate([jnp.asarray(own.angle) for own in self.bands])
 
-    def grip(self, f: Values) -> Float[Array, " n"]:
+    def grip(self, f: Values) -> Vector:
         """As of the `Lining` of each band."""
         law = self.friction
         return law.joined(own.grip(law.cut(jnp.asarray(f), i)) for i, own in enumerate(self.bands))
 
-    def self_locking(self, f: Values) -> Float[Array, " n"]:
+    def self_locking(self, f: Values) -> Vector:
         """As of the `Lining` of each band."""
         law = self.friction
         return law.joined(own.self_locking(law.cut(jnp.asarray(f), i)) for i, own in enumerate(self.bands))
 
     @property
-    def cosine(self) -> Float[Array, " n"]:
+    def cosine(self) -> Vector:
         """As of the `Lining` of each band."""
         return jnp.concatenate([own.cosine for own in self.bands])
 
     @property
-    def area(self) -> Float[Array, " n"] | None:  # pyright: ignore
+    def area(self) -> Vector | None:  # pyright: ignore
         areas = [own.area for own in self.bands]
         return None if any(area is None for area in areas) else self.friction.joined(areas)
 
     @property
-    def permissible_pressure(self) -> Float[Array, " n"] | None:  # pyright: ignore
+    def permissible_pressure(self) -> Vector | None:  # pyright: ignore
         limits = [own.permissible_pressure for own in self.bands]
         return None if any(limit is None for limit in limits) else self.friction.joined(limits)
 
     @property
-    def weights(self) -> Float[Array, " n"]:
+    def weights(self) -> Vector:
         return self.angle
 
 
@@ -293,7 +293,7 @@ class MultiBandBrake(AbstractBandBrake):
             weights.append(product(tension_ratio(band.linings.grip(f))[0]) / C)
         return lever_split(jnp.stack(weights), 1.0)
 
-    def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
+    def torque(self, force: Values, f: Floats) -> Float[Array, ""]:
         mu = tension_ratio(self.linings.grip(f))[0]
         growth = jnp.stack([product(own) - 1 for own in self.of_bands(mu)])
         return jnp.asarray(self.band_radius) * force * jnp.sum(self.lever_shares(f) * growth)
@@ -311,19 +311,19 @@ class MultiBandBrake(AbstractBandBrake):
         j, own = self.place_of(i - 1)
         return f"lining {own + 1} of band {j + 1}: f·tan(β/2) = {share:.4g} ≥ 1, the band is self-locking"
 
-    def faults_of_presence(self, path: str) -> list[Fault]:
+    def faults_of_presence(self, path: str) -> Faults:
         hint = "give the linings of each, and its stiffness or share"
         return [] if self.bands else [Fault(f"{path}.bands", "there is no band", hint)]
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         faults = fault_of_circle(self.band_radius, self.pulley, path, "band_radius")
         for j, band in enumerate(self.bands):
             faults += self._faults_of_band(band, f"{path}.bands[{j}]")
         return faults
 
-    def _faults_of_band(self, band: LinedBand, path: str) -> list[Fault]:
+    def _faults_of_band(self, band: LinedBand, path: str) -> Faults:
         linings, where = band.linings, f"{path}.linings"
-        angle, faults = np.asarray(linings.angle), list[Fault]()
+        angle, faults = np.asarray(linings.angle), Faults()
         if angle.ndim != 1:
             return [Fault(f"{where}.angle", "a list of angles is needed, one per lining", "one lining: [0.5]")]
         faults += faults_of_pair(linings, where, angle.size)

@@ -6,10 +6,9 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
+from .._base._faults import Fault, Faults, InputError
 from .._base._part import Part, Whole, faults_of_sizes, part, quantity, takes_values, whole
 from .._base._quantity import Over, Scalar, Values, meant_within, positive
 from ..friction import (
@@ -21,7 +20,7 @@ from ..friction import (
     needs,
     reads,
 )
-from ..hybrid._arrays import Array, numpy_of
+from ..hybrid._arrays import Floats, ScalarArray, Vector, VectorK, numpy_of
 from ..hybrid._struct import AbstractClassVar, AbstractVar, struct_field
 from ._band import AbstractStiffness, ParallelBands, band_torque, grip, product, tension_ratio
 
@@ -133,7 +132,7 @@ class AbstractLinings(Part):
         """Number of linings."""
 
     @property
-    def weights(self) -> Float[Array, " n"]:
+    def weights(self) -> Vector:
         """Sizes by which linings count in a mean over all of them."""
         return jnp.ones(self.count)
 
@@ -163,16 +162,16 @@ class Lining(AbstractLinings):
     )
     continuous: bool = struct_field(static=True, default=False)
 
-    def grip(self, f: Values) -> Float[Array, " n"]:
+    def grip(self, f: Values) -> Vector:
         """`(μ_i − 1)/(μ_i + 1)` of the tension ratios `μ_i` of linings that slide with the coefficients `f`."""
         return grip(jnp.asarray(f), jnp.asarray(self.angle), continuous=self.continuous)
 
-    def self_locking(self, f: Values) -> Float[Array, " n"]:
+    def self_locking(self, f: Values) -> Vector:
         """Self-locking ratio of each lining: self-locking from 1."""
         return jnp.zeros(self.count) if self.continuous else self.grip(f)
 
     @property
-    def cosine(self) -> Float[Array, " n"]:
+    def cosine(self) -> Vector:
         """Friction of each lining over the rise of tension that it makes: `cos(β_i/2)`, 1 of a continuous one."""
         return jnp.ones(self.count) if self.continuous else jnp.cos(jnp.asarray(self.angle) / 2)
 
@@ -181,11 +180,11 @@ class Lining(AbstractLinings):
         return int((*jnp.shape(self.angle), 1)[0])
 
     @property
-    def weights(self) -> Float[Array, " n"]:
+    def weights(self) -> Vector:
         return numpy_of(self.angle).asarray(self.angle)
 
     @property
-    def wrap(self) -> Float[Array, ""]:
+    def wrap(self) -> ScalarArray:
         """Wrap angle `Σβ_i` in rad."""
         return jnp.sum(jnp.asarray(self.angle))
 
@@ -262,7 +261,7 @@ class Bandage(Part):
         "m", "radius of the centre of mass of a lining", positive=True, many=True, default=None
     )
 
-    def centrifugal_force(self, omega: Values) -> Float[Array, "..."] | None:
+    def centrifugal_force(self, omega: Values) -> Floats | None:
         """`m_i r_m ω²` (N) of linings that turn with `omega` (rad/s); `None` without masses."""
         if self.mass is None or self.mass_radius is None:
             return None
@@ -271,9 +270,9 @@ class Bandage(Part):
 
 def unloaded(
     pair: AbstractLinings | Bandage,
-    v: Float[Array, " n"],
-    T: Float[Array, "..."] | float | None,
-    t: Float[Array, ""] | None = None,
+    v: Vector,
+    T: Floats | float | None,
+    t: ScalarArray | None = None,
 ) -> Contact:
     """The contact of surfaces without load, at slip speeds `v` (n,) and temperatures `T` (K; `None`: unknown).
 
@@ -388,11 +387,11 @@ class AbstractBrake(Part):
         return False
 
     @abc.abstractmethod
-    def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
+    def torque(self, force: Values, f: Floats) -> ScalarArray:
         """Torque (N·m) of linings that slide ahead with the coefficients `f` under the `force` (N) of the lever."""
 
     @abc.abstractmethod
-    def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
+    def self_locking(self, f: Floats) -> Vector:
         """Self-locking ratio of each lining with the coefficients `f`: self-locking from 1."""
 
     @abc.abstractmethod
@@ -403,18 +402,18 @@ class AbstractBrake(Part):
         """Path of the angle of lining `i` (from 0)."""
         return f"linings.angle[{i}]"
 
-    def lever_shares(self, f: Values) -> Float[Array, " k"]:
+    def lever_shares(self, f: Values) -> VectorK:
         """Share of the tension of the lever that each band has, of linings with the coefficients `f`."""
         return jnp.ones(1)
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         faults = []
         for name, place in self.pairs.items():
             of = " of the internal pair" if name == "internal" else ""
             faults += faults_of_pair(self.rubbing_part(name), f"{path}.{place.field}", self.linings.count, of)
         return faults + self.faults_of_shape(path)
 
-    def faults_of_shape(self, path: str) -> list[Fault]:
+    def faults_of_shape(self, path: str) -> Faults:
         """Errors of the geometry."""
         return []
 
@@ -438,7 +437,7 @@ class AbstractBandBrake(AbstractBrake):
     def track_radius(self) -> Scalar:
         return self.pulley.radius
 
-    def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
+    def self_locking(self, f: Floats) -> Vector:
         return self.linings.self_locking(f)  # pyright: ignore
 
 
@@ -505,13 +504,13 @@ class Brake(AbstractBandBrake):
         features = (*features, "continuous lining") if self.linings.continuous else features
         return features if self.rims == 1 else (*features, f"{self.rims} alike rims")
 
-    def lever_shares(self, f: Values) -> Float[Array, " k"]:
+    def lever_shares(self, f: Values) -> VectorK:
         stiffness = self.band.stiffness
         if not isinstance(stiffness, ParallelBands):
             return super().lever_shares(f)
         return stiffness.shares(f, jnp.asarray(self.linings.angle), jnp.asarray(self.band.radius))
 
-    def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
+    def torque(self, force: Values, f: Floats) -> ScalarArray:
         mu = tension_ratio(self.linings.grip(f))[0]
         torque = band_torque(jnp.asarray(self.band.radius), jnp.asarray(force), force * product(mu))
         return torque if self.rims == 1 else self.rims * torque
@@ -525,7 +524,7 @@ class Brake(AbstractBandBrake):
         sprung = self.bandage is not None and self.bandage.spring is not None
         return self.band.segments is not None or sprung
 
-    def faults_of_shape(self, path: str) -> list[Fault]:
+    def faults_of_shape(self, path: str) -> Faults:
         angle, where = np.asarray(self.linings.angle), f"{path}.linings.angle"
         if angle.ndim != 1:
             return [Fault(where, "a list of angles is needed, one per lining", "one lining: [0.5]")]
@@ -540,7 +539,7 @@ class Brake(AbstractBandBrake):
             faults.append(Fault(f"{path}.linings.continuous", what, "leave it out, or the bandage or the segments"))
         return faults or [*self._faults_of_springs(path, angle.size), *self._faults_of_segments(path)]
 
-    def _faults_of_rims(self, path: str, angle: np.ndarray) -> list[Fault]:
+    def _faults_of_rims(self, path: str, angle: np.ndarray) -> Faults:
         """Errors of several bands on one rim that are given as several rims."""
         if isinstance(self.band.stiffness, ParallelBands):
             what = f"there are {len(self.band.stiffness.bands)} bands side by side on each of {self.rims} rims"
@@ -557,7 +556,7 @@ class Brake(AbstractBandBrake):
         hint = "the width is that of one rim; bands that share one are a `MultiBandBrake`"
         return [Fault(f"{path}.rims", what, hint)]
 
-    def _faults_of_segments(self, path: str) -> list[Fault]:
+    def _faults_of_segments(self, path: str) -> Faults:
         band, mass, faults = self.band, self.linings.mass, []
         if band.segments is None:
             if mass is not None:
@@ -574,7 +573,7 @@ class Brake(AbstractBandBrake):
             faults.append(Fault(f"{path}.linings.mass", "is missing", "each lining of a chain moves individually"))
         return faults
 
-    def _faults_of_springs(self, path: str, n: int) -> list[Fault]:
+    def _faults_of_springs(self, path: str, n: int) -> Faults:
         """Errors of options that a resolved, or a rigid, bandage does not support."""
         bandage, bandage_path, faults = self.bandage, f"{path}.bandage", []
         if bandage is None:
@@ -603,7 +602,7 @@ class Brake(AbstractBandBrake):
         return faults
 
 
-def faults_of_pair(pair: AbstractLinings | Bandage, path: str, n: int, of: str = "") -> list[Fault]:
+def faults_of_pair(pair: AbstractLinings | Bandage, path: str, n: int, of: str = "") -> Faults:
     """Errors of the friction law of a pair's linings, `of` the pair in words, and of their areas."""
     faults = faults_of_law(pair.friction, f"{path}.friction", n)
     if pair.area is None and needs(pair.friction, n).p:
@@ -617,7 +616,7 @@ def faults_of_pair(pair: AbstractLinings | Bandage, path: str, n: int, of: str =
 _MOST_CIRCLE, USUAL_CIRCLE = 2.0, 1.5
 
 
-def fault_of_circle(radius: Scalar, pulley: Pulley, path: str, field: str) -> list[Fault]:
+def fault_of_circle(radius: Scalar, pulley: Pulley, path: str, field: str) -> Faults:
     """Error of a band circle inside the track, or far outside of it, as by another unit of one of the two."""
     band, track = float(radius), float(pulley.radius)
     if track <= band <= _MOST_CIRCLE * track:
@@ -631,9 +630,7 @@ def fault_of_circle(radius: Scalar, pulley: Pulley, path: str, field: str) -> li
     return [Fault(f"{path}.{field}", f"{band:g} m is {where} the track of {track:g} m", hint)]
 
 
-def faults_of_wrap(
-    stiffness: Scalar | AbstractStiffness | None, angle: np.ndarray, where: str, path: str
-) -> list[Fault]:
+def faults_of_wrap(stiffness: Scalar | AbstractStiffness | None, angle: np.ndarray, where: str, path: str) -> Faults:
     """Errors of linings that do not fit on the pulley, or of the stiffness of their band."""
     wrap, longest, gaps = np.sum(angle), 2 * math.pi, ""
     if isinstance(stiffness, AbstractStiffness):
@@ -659,7 +656,7 @@ def under_a_band(brake: AbstractBrake) -> Brake:
     return brake
 
 
-def _still_friction(linings: AbstractLinings, temperature: Values | None, time: Values | None) -> Float[Array, " n"]:
+def _still_friction(linings: AbstractLinings, temperature: Values | None, time: Values | None) -> Vector:
     law, n = linings.friction, linings.count
     if temperature is None and needs(law, n).T:
         raise ValueError("the friction law depends on the temperature: give it")
@@ -671,7 +668,7 @@ def _still_friction(linings: AbstractLinings, temperature: Values | None, time: 
 @explained
 def stiffness_of(
     brake: AbstractBrake, temperature: Values | None = None, time: Values | None = None
-) -> Float[Array, ""] | None:
+) -> ScalarArray | None:
     """Stiffness `C` of a brake's band in N/m, given or from its geometry; `None` for a rigid band.
 
     The friction along a geometry is the linings' kinetic coefficient at zero speed, without pressure, and at the
@@ -694,9 +691,7 @@ def stiffness_of(
 
 
 @explained
-def tension_shares(
-    brake: AbstractBrake, temperature: Values | None = None, time: Values | None = None
-) -> Float[Array, " k"]:
+def tension_shares(brake: AbstractBrake, temperature: Values | None = None, time: Values | None = None) -> VectorK:
     """Share of the lever's tension that each of a brake's parallel bands has (K-8); `[1]` where there is one band.
 
     `temperature`, `time` as in `stiffness_of`. Raises `InputError` for a brake without a band.

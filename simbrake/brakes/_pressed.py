@@ -6,13 +6,12 @@ from typing import ClassVar
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Bool, Float
 
-from .._base._faults import Fault
+from .._base._faults import Fault, Faults
 from .._base._part import Part, part, quantity, whole
 from .._base._quantity import Scalar, Values, meant_within
 from ..friction import AbstractFriction, reads
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Floats, Mark, ScalarArray, Vector
 from ..hybrid._struct import struct_field
 from ._design import AbstractBrake, AbstractLinings, BrakeWords
 
@@ -36,10 +35,10 @@ class AbstractPressedBrake(AbstractBrake):
         return self.radius
 
     @abc.abstractmethod
-    def normal(self, force: Values, f: Float[Array, "..."], back: Bool[Array, ""] | bool) -> Float[Array, " n"]:
+    def normal(self, force: Values, f: Floats, back: Mark | bool) -> Vector:
         """Normal forces `N_i` (N) on linings that slide with the coefficients `f`, the other way where `back`."""
 
-    def normal_under(self, force: Values, friction: Float[Array, " n"]) -> Float[Array, " n"]:
+    def normal_under(self, force: Values, friction: Vector) -> Vector:
         """Normal forces (N) on linings that carry the `friction` (N), > 0 against a motion ahead."""
         return self.normal(force, jnp.zeros(self.linings.count), False)
 
@@ -48,13 +47,13 @@ class AbstractPressedBrake(AbstractBrake):
         """Whether friction presses a lining on, so that it can be self-locking."""
         return False
 
-    def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
+    def self_locking(self, f: Floats) -> Vector:
         return jnp.zeros(self.linings.count)
 
     def locking_words(self, i: int, share: float) -> str:
         return f"{self.words.lining} {i} is not self-locking"
 
-    def torque(self, force: Values, f: Float[Array, "..."]) -> Float[Array, ""]:
+    def torque(self, force: Values, f: Floats) -> ScalarArray:
         return jnp.asarray(self.radius) * jnp.sum(f * self.normal(force, f, False))
 
 
@@ -65,15 +64,15 @@ class AbstractPadPressure(Part):
     """Distribution of the pressure of a pad over its radius, between `r_i` and `r_o`."""
 
     @abc.abstractmethod
-    def radius(self, inner: Values, outer: Values) -> Float[Array, ""]:
+    def radius(self, inner: Values, outer: Values) -> ScalarArray:
         """Effective radius `r_e` (m), `M = f N r_e`."""
 
     @abc.abstractmethod
-    def peak(self, inner: Values, outer: Values) -> Float[Array, ""]:
+    def peak(self, inner: Values, outer: Values) -> ScalarArray:
         """Maximum pressure over the mean `N/A`; it is that at `r_i`."""
 
     @abc.abstractmethod
-    def share(self, radius: Values, inner: Values) -> Float[Array, "..."]:
+    def share(self, radius: Values, inner: Values) -> Floats:
         """Pressure at a radius over that at `r_i`."""
 
 
@@ -90,13 +89,13 @@ class UniformWear(AbstractPadPressure):
         (0.4, 1.3333)
     """
 
-    def radius(self, inner: Values, outer: Values) -> Float[Array, ""]:
+    def radius(self, inner: Values, outer: Values) -> ScalarArray:
         return 0.5 * (outer + inner)
 
-    def peak(self, inner: Values, outer: Values) -> Float[Array, ""]:
+    def peak(self, inner: Values, outer: Values) -> ScalarArray:
         return (outer + inner) / (2 * inner)
 
-    def share(self, radius: Values, inner: Values) -> Float[Array, "..."]:
+    def share(self, radius: Values, inner: Values) -> Floats:
         return jnp.asarray(inner) / jnp.asarray(radius)
 
 
@@ -110,15 +109,15 @@ class UniformPressure(AbstractPadPressure):
         2
     """
 
-    def radius(self, inner: Values, outer: Values) -> Float[Array, ""]:
+    def radius(self, inner: Values, outer: Values) -> ScalarArray:
         # without the difference of squares, which a narrow pad would make small
         outer = jnp.asarray(outer)
         return 2 / 3 * (outer**2 + outer * inner + inner**2) / (outer + inner)
 
-    def peak(self, inner: Values, outer: Values) -> Float[Array, ""]:
+    def peak(self, inner: Values, outer: Values) -> ScalarArray:
         return jnp.ones(())
 
-    def share(self, radius: Values, inner: Values) -> Float[Array, "..."]:
+    def share(self, radius: Values, inner: Values) -> Floats:
         return jnp.ones_like(jnp.asarray(radius))
 
 
@@ -147,16 +146,16 @@ class Pads(AbstractLinings):
         return self.faces
 
     @property
-    def area(self) -> Float[Array, ""]:
+    def area(self) -> ScalarArray:
         """Area of a pad (m²): `A = θ (r_o² − r_i²)/2`."""
         return 0.5 * self.angle * (self.outer_radius**2 - self.inner_radius**2)
 
     @property
-    def radius(self) -> Float[Array, ""]:
+    def radius(self) -> ScalarArray:
         """Effective radius `r_e` (m)."""
         return self.pressure.radius(self.inner_radius, self.outer_radius)
 
-    def greatest_pressure(self, force: Values) -> Float[Array, "..."]:
+    def greatest_pressure(self, force: Values) -> Floats:
         """Maximum pressure (Pa) on a pad under the `force` (N)."""
         return jnp.asarray(force) / self.area * self.pressure.peak(self.inner_radius, self.outer_radius)
 
@@ -182,13 +181,13 @@ class DiscBrake(AbstractPressedBrake):
     couples_loads: ClassVar[bool] = False
 
     @property
-    def radius(self) -> Float[Array, ""]:
+    def radius(self) -> ScalarArray:
         return self.linings.radius
 
-    def normal(self, force: Values, f: Float[Array, "..."], back: Bool[Array, ""] | bool) -> Float[Array, " n"]:
+    def normal(self, force: Values, f: Floats, back: Mark | bool) -> Vector:
         return jnp.broadcast_to(force, (self.linings.count,))
 
-    def faults_of_shape(self, path: str) -> list[Fault]:
+    def faults_of_shape(self, path: str) -> Faults:
         pads, where = self.linings, f"{path}.linings"
         if np.asarray(pads.outer_radius) <= np.asarray(pads.inner_radius):
             what = f"{float(pads.outer_radius):g} m is not outside of the inner radius {float(pads.inner_radius):g} m"
@@ -235,17 +234,17 @@ class Shoes(AbstractLinings):
         return 2
 
     @property
-    def area(self) -> Float[Array, ""]:
+    def area(self) -> ScalarArray:
         """Area of a lining (m²): `A = b r (θ_2 − θ_1)`."""
         return self.width * self.radius * (self.end - self.start)
 
     @property
-    def normal_share(self) -> Float[Array, ""]:
+    def normal_share(self) -> ScalarArray:
         """`∫ sin θ dθ = cos θ_1 − cos θ_2`: normal force over `p̂ b r`."""
         return jnp.cos(jnp.asarray(self.start)) - jnp.cos(jnp.asarray(self.end))
 
     @property
-    def peak(self) -> Float[Array, ""]:
+    def peak(self) -> ScalarArray:
         """Maximum pressure over the mean `N/A`: `sin θ_a (θ_2 − θ_1)/(cos θ_1 − cos θ_2)`.
 
         `θ_a` is the angle of the lining nearest to 90°.
@@ -299,41 +298,41 @@ class ShoeBrake(AbstractPressedBrake):
         return True
 
     @property
-    def normal_moment(self) -> Float[Array, ""]:
+    def normal_moment(self) -> ScalarArray:
         """`M_N/N` (m): arm of the normal force about the pin, `a ∫ sin² θ dθ/(cos θ_1 − cos θ_2)`."""
         start, end = jnp.asarray(self.linings.start), jnp.asarray(self.linings.end)
         squares = 0.5 * (end - start) - 0.25 * (jnp.sin(2 * end) - jnp.sin(2 * start))
         return jnp.asarray(self.pin) * squares / self.linings.normal_share
 
     @property
-    def friction_moment(self) -> Float[Array, ""]:
+    def friction_moment(self) -> ScalarArray:
         """`M_F/(f N)` (m): arm of the friction about the pin, `r − (a/2)(sin² θ_2 − sin² θ_1)/(cos θ_1 − cos θ_2)`."""
         start, end = jnp.asarray(self.linings.start), jnp.asarray(self.linings.end)
         # sin² θ_2 − sin² θ_1 = (cos θ_1 − cos θ_2)(cos θ_1 + cos θ_2)
         return jnp.asarray(self.radius) - 0.5 * jnp.asarray(self.pin) * (jnp.cos(start) + jnp.cos(end))
 
-    def normal(self, force: Values, f: Float[Array, "..."], back: Bool[Array, ""] | bool) -> Float[Array, " n"]:
+    def normal(self, force: Values, f: Floats, back: Mark | bool) -> Vector:
         leads = jnp.where(back, -1.0, 1.0) * jnp.asarray([1.0, -1.0])
         arm = self.normal_moment - leads * f * self.friction_moment
         # a shoe that is self-locking has no such force: the caller handles it
         return jnp.asarray(force) * self.arm / jnp.where(arm > 0, arm, self.normal_moment)
 
-    def normal_under(self, force: Values, friction: Float[Array, " n"]) -> Float[Array, " n"]:
+    def normal_under(self, force: Values, friction: Vector) -> Vector:
         own = friction * jnp.asarray([1.0, -1.0]) * self.friction_moment
         return (jnp.asarray(force) * self.arm + own) / self.normal_moment
 
-    def self_locking(self, f: Float[Array, "..."]) -> Float[Array, " n"]:
+    def self_locking(self, f: Floats) -> Vector:
         return self.friction_moment * f / self.normal_moment
 
     def locking_words(self, i: int, share: float) -> str:
         leads = "braking" if i == 1 else "other"
         return f"shoe {i}: M_F/M_N = {share:.4g} ≥ 1, leading in the {leads} direction it is self-locking"
 
-    def greatest_pressure(self, normal: Values) -> Float[Array, "..."]:
+    def greatest_pressure(self, normal: Values) -> Floats:
         """Maximum pressure (Pa) on a lining under the normal force (N)."""
         return jnp.asarray(normal) / self.linings.area * self.linings.peak
 
-    def faults_of_shape(self, path: str) -> list[Fault]:
+    def faults_of_shape(self, path: str) -> Faults:
         shoes, where, faults = self.linings, f"{path}.linings", []
         if np.asarray(shoes.end) <= np.asarray(shoes.start):
             what = f"{float(shoes.end):g} rad is not beyond the start {float(shoes.start):g} rad"

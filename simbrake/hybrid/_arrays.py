@@ -25,11 +25,20 @@ else:
         One class: of a union of three, each of the 800 shapes in annotations would be three classes."""
 
 
-Scalar = Float[Array, ""]
-Count = Int[Array, ""]
+Scalar = ScalarArray = Float[Array, ""]
+#: a vector; and two of other lengths
+Vector = Float[Array, " n"]
+VectorK = Float[Array, " k"]
+VectorM = Float[Array, " m"]
+#: of any shape
+Floats = Float[Array, "..."]
+Count = IntScalar = Int[Array, ""]
 Mark = Bool[Array, ""]
+Marks = Bool[Array, " n"]
+TwoArrays = tuple[Array, Array]
 State = Float[Array, " state"]
 Guards = Float[Array, " guard"]
+GuardMarks = Bool[Array, " guard"]
 #: rates of a state at `(t, y)`
 Rhs = Callable[[Scalar, State], State]
 #: the same as a function of the numbers in it as well, `(params, t, y)`

@@ -14,7 +14,7 @@ import jax.scipy.linalg
 import numpy as np
 from jaxtyping import Float, Int
 
-from ._arrays import Array, entry, put, take
+from ._arrays import Array, TwoArrays, Vector, entry, put, take
 
 #: kinds of a state's place in the Jacobian; a number ≥ 0 is its place in the chain
 CORE, QUADRATURE = -1, -2
@@ -58,9 +58,9 @@ class Bordered(NamedTuple):
     core: Float[Array, "m m"]
     right: Float[Array, "m n"]
     below: Float[Array, "n m"]
-    lower: Float[Array, " n"]
-    diagonal: Float[Array, " n"]
-    upper: Float[Array, " n"]
+    lower: Vector
+    diagonal: Vector
+    upper: Vector
 
     @property
     def transposed(self) -> "Bordered":
@@ -78,9 +78,9 @@ class ChainRows(NamedTuple):
     """The rows of a Jacobian that belong to a chain; `lower`, `diagonal` and `upper` as in `Bordered`."""
 
     below: Float[Array, "n m"]
-    lower: Float[Array, " n"]
-    diagonal: Float[Array, " n"]
-    upper: Float[Array, " n"]
+    lower: Vector
+    diagonal: Vector
+    upper: Vector
 
 
 def _columns(push: Push, m: int, n: int) -> tuple[Float[Array, "m m"], ChainRows, Float[Array, " entries"]]:
@@ -159,13 +159,13 @@ class Factored(NamedTuple):
     """A bordered matrix made ready for many right-hand sides."""
 
     matrix: Bordered
-    levels: tuple[Array, Array]  # (passes, n) of the chain: multipliers of the entries 1, 2, 4, … before and behind
-    pivots: Float[Array, " n"]  # reduced diagonal of the chain
+    levels: TwoArrays  # (passes, n) of the chain: multipliers of the entries 1, 2, 4, … before and behind
+    pivots: Vector  # reduced diagonal of the chain
     reduced: Any  # Schur complement of the chain: its inverse, or where it is large its LU and the size of its rows
     spread: Float[Array, "n m"]  # T⁻¹ C
 
 
-def _neighbours(x: Float[Array, "n ..."], k: Array) -> tuple[Array, Array]:
+def _neighbours(x: Float[Array, "n ..."], k: Array) -> TwoArrays:
     """`x[i − k]` and `x[i + k]`; beyond one end those at the other, where the multipliers of a chain are 0."""
     n = x.shape[0]
     twice = jnp.concatenate([x, x])
@@ -178,7 +178,7 @@ def _reaches(n: int) -> Int[Array, " passes"]:
     return jnp.asarray([1 << i for i in range((n - 1).bit_length())], jnp.int32)
 
 
-def _reduction(a: Bordered) -> tuple[tuple[Array, Array], Array]:
+def _reduction(a: Bordered) -> tuple[TwoArrays, Array]:
     """Parallel cyclic reduction of the chain: every pass takes neighbours of twice the distance out of each equation.
 
     log₂ n passes over whole vectors, where elimination from end to end is one long chain of divisions; a loop, as
@@ -187,7 +187,7 @@ def _reduction(a: Bordered) -> tuple[tuple[Array, Array], Array]:
     layers: nothing cancels then. Reference: R. W. Hockney, C. R. Jesshope, *Parallel Computers* (1981), section 5.4.
     """
 
-    def reduce(rows: tuple[Array, Array, Array], k: Array) -> tuple[tuple[Array, Array, Array], tuple[Array, Array]]:
+    def reduce(rows: tuple[Array, Array, Array], k: Array) -> tuple[tuple[Array, Array, Array], TwoArrays]:
         lower, total, upper = rows
         (l_before, l_behind), (u_before, u_behind) = _neighbours(lower, k), _neighbours(upper, k)
         t_before, t_behind = _neighbours(total, k)
@@ -200,7 +200,7 @@ def _reduction(a: Bordered) -> tuple[tuple[Array, Array], Array]:
     return levels, total - lower - upper
 
 
-def _along(levels: tuple[Array, Array], pivots: Array, b: Float[Array, "n ..."]) -> Float[Array, "n ..."]:
+def _along(levels: TwoArrays, pivots: Array, b: Float[Array, "n ..."]) -> Float[Array, "n ..."]:
     """`T⁻¹ b`."""
     each = (slice(None), *(None,) * (b.ndim - 1))
 
@@ -222,7 +222,7 @@ def _inverse(a: Float[Array, "m m"]) -> Float[Array, "m m"]:
     """Inverse by Gauss–Jordan elimination with row pivoting on rows of equal size, chosen by a mask."""
     m, size = a.shape[0], _row_sizes(a)
 
-    def eliminate(k: Array, carry: tuple[Array, Array]) -> tuple[Array, Array]:
+    def eliminate(k: Array, carry: TwoArrays) -> TwoArrays:
         rows, free = carry
         column = jax.lax.dynamic_index_in_dim(rows, k, 1, keepdims=False)
         best = jnp.argmax(jnp.where(free, jnp.abs(column), -1.0)).astype(jnp.int32)

@@ -11,7 +11,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, PyTree
 
-from ._arrays import Array, Count, Mark, Scalar, State
+from ._arrays import Array, Count, Mark, Scalar, State, TwoArrays
 from ._method import AbstractMethod
 from ._system import ADVANCED, FINISHED, INSTANT, LANDED, SKIPPED, STOPPED, Flat, Rows
 
@@ -145,7 +145,7 @@ def sweep(
     def along(arrays: PyTree) -> Array:
         fixed, params, starts, count, d_params, d_start = arrays
 
-        def body(i: Count, state: tuple[Array, Array]) -> tuple[Array, Array]:
+        def body(i: Count, state: TwoArrays) -> TwoArrays:
             d, out = state
             d = jax.jvp(lambda q, x: row_map.advance(fixed, q, x, i), (params, starts[i]), (d_params, d))[1]
             return d, jax.lax.dynamic_update_slice(out, d[None], (i + 1, jnp.zeros_like(i)))

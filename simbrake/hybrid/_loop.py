@@ -10,7 +10,7 @@ from jax.typing import ArrayLike
 from jaxtyping import Bool, Float, Int, PyTree
 
 from . import _thresholds as at
-from ._arrays import Array, Count, Guards, Mark, Scalar, State, any_of_each, entry, first_least
+from ._arrays import Array, Count, GuardMarks, Guards, Mark, Scalar, State, any_of_each, entry, first_least
 from ._method import AbstractMethod
 from ._search import (
     Carry,
@@ -97,8 +97,8 @@ class Attempt(NamedTuple):
     f1: State
     g1: Guards
     rate1: Guards
-    touched: Bool[Array, " guard"]  # limits that may be reached, but will not be exceeded
-    crosses: Bool[Array, " guard"]
+    touched: GuardMarks  # limits that may be reached, but will not be exceeded
+    crosses: GuardMarks
     crossing: Mark  # any of them
     needs_search: Mark  # needs a search
     unsound: Mark  # a guard is infinite or not a number
@@ -226,7 +226,7 @@ def _settled(p: Problem, c: Carry, a: Attempt) -> Carry:
     )
 
 
-def _hidden(c: Carry, a: Attempt, distance: Guards) -> Bool[Array, " guard"]:
+def _hidden(c: Carry, a: Attempt, distance: Guards) -> GuardMarks:
     """Guards at zero that steps towards it no longer move, as rounding of the state swallows what such a step adds."""
     short = (a.h > 0) & (a.h <= at.HIDING * a.resolution)
     still = (jnp.abs(distance) <= at.STILL_STEPS * a.h) & (c.g - a.g1 < -at.STILL_SHARE * a.rate1 * a.h)

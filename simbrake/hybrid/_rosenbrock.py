@@ -9,7 +9,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float, PyTree
 
-from ._arrays import Array, Rhs, RhsOf, Scalar, State, put, take
+from ._arrays import Array, Rhs, RhsOf, Scalar, State, TwoArrays, put, take
 from ._bordered import Bordered, ChainRows, Couplings, Factored, factor, jacobian, linear_rows, solve
 from ._method import AbstractMethod, Pullback, square, weighted
 from ._struct import struct_field
@@ -281,9 +281,7 @@ def _stages(
     rates."""
     x, n = take(y, inner), len(table[0])
 
-    def stage(
-        carry: tuple[Array, Array], entry: tuple[Array, ...]
-    ) -> tuple[tuple[Array, Array], tuple[Array, Array] | None]:
+    def stage(carry: TwoArrays, entry: tuple[Array, ...]) -> tuple[TwoArrays, TwoArrays | None]:
         u, total = carry
         i, a, c, node, d, b = entry
         argument = x + weighted(a, u)

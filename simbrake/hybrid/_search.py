@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import jax
 import jax.numpy as jnp
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
 from . import _thresholds as at
-from ._arrays import Array, Count, Guards, Mark, Scalar, State, entry, first_least
+from ._arrays import Array, Count, GuardMarks, Guards, Mark, Scalar, State, entry, first_least
 from ._system import ravel, unravel
 
 
@@ -45,9 +45,9 @@ class Carry(NamedTuple):
     zeno_count: Count  # repeated firings in the present cluster
     restart_stage: Count  # just after a restart: 2 rates and guards are unknown, 1 the first step's length; else 0
     stats: Stats
-    armed: Bool[Array, " guard"]  # has stood clear of zero since the last restart
-    touched: Bool[Array, " guard"]  # limits reached at the time breakpoint where the segment begins
-    zeno_guards: Bool[Array, " guard"]  # fired in the present cluster of events with hardly any time between
+    armed: GuardMarks  # has stood clear of zero since the last restart
+    touched: GuardMarks  # limits reached at the time breakpoint where the segment begins
+    zeno_guards: GuardMarks  # fired in the present cluster of events with hardly any time between
     mode: Int[Array, " mode"]
 
 
@@ -113,7 +113,7 @@ def first_root(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> Guards:
     return jax.lax.fori_loop(0, at.REFINEMENTS, refine, (low, high, 0.5 * (low + high)))[2]
 
 
-def interior_minimum(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> tuple[Guards, Guards, Bool[Array, " guard"]]:
+def interior_minimum(g0: Guards, d0: Guards, g1: Guards, d1: Guards) -> tuple[Guards, Guards, GuardMarks]:
     """Place, value and existence of a minimum of the cubic Hermite interpolant strictly inside the step."""
     c2 = 3 * (g1 - g0) - 2 * d0 - d1
     c3 = 2 * (g0 - g1) + d0 + d1
@@ -136,18 +136,18 @@ class Found(NamedTuple):
     instant: Mark  # `guard` fires where the step started
 
 
-def leaving(c: Carry, h: Scalar) -> Bool[Array, " guard"]:
+def leaving(c: Carry, h: Scalar) -> GuardMarks:
     """Guards that rise out of zero over an attempt, not by rounding alone."""
     return ~c.armed & (c.rate * h > at.RISING * at.TINY)
 
 
-def crossed(c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar) -> Bool[Array, " guard"]:
+def crossed(c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar) -> GuardMarks:
     """Whether a guard is negative at the end of an attempt; touching zero within rounding is not a crossing."""
     returned = g1 < jnp.where(leaving(c, h), jnp.minimum(c.g, 0.0) - at.TINY, -tol)
     return jnp.where(c.armed, (g1 < -at.TINY) | ((g1 <= 0) & (rate1 < 0)), returned)
 
 
-def exceeded(c: Carry, h: Scalar, g1: Guards, rate1: Guards, room: Scalar) -> Bool[Array, " guard"]:
+def exceeded(c: Carry, h: Scalar, g1: Guards, rate1: Guards, room: Scalar) -> GuardMarks:
     """Whether a guard is clearly negative at the end of an attempt, or will be before a time breakpoint in `room`.
 
     Further on it follows the curvature that its cubic has at the end, as far as that is no rounding.
@@ -159,14 +159,12 @@ def exceeded(c: Carry, h: Scalar, g1: Guards, rate1: Guards, room: Scalar) -> Bo
     return (g1 < -at.TOUCH) | (g1 + s * (d1 + 0.5 * s * bend) < -at.TOUCH)
 
 
-def inconsistent(c: Carry, tol: Scalar) -> Bool[Array, " guard"]:
+def inconsistent(c: Carry, tol: Scalar) -> GuardMarks:
     """Guards that are negative already where the attempt starts (and not on their way back up from rounding)."""
     return (c.g < -tol) & ((c.rate <= 0) | (c.g < -at.DEEP * tol))
 
 
-def suspicious(
-    c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar, crosses: Bool[Array, " guard"]
-) -> Bool[Array, " guard"]:
+def suspicious(c: Carry, h: Scalar, g1: Guards, rate1: Guards, tol: Scalar, crosses: GuardMarks) -> GuardMarks:
     """Guards of which `search` could find anything: the cheap test of every attempt."""
     dips = (rate1 > 0) & ((c.rate < 0) | (3 * (g1 - c.g) < h * (c.rate + rate1)))
     return crosses | inconsistent(c, tol) | dips
@@ -178,7 +176,7 @@ def search(
     g1: Guards,
     rate1: Guards,
     tol: Scalar,
-    crosses: Bool[Array, " guard"],
+    crosses: GuardMarks,
     negative_from: Guards | float,
 ) -> Found:
     """First crossing or dip of any guard over the attempt from `c` with length `h`.

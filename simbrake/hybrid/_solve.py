@@ -14,7 +14,7 @@ from jax.core import Tracer
 from jaxtyping import Float, Int, PyTree
 
 from . import _loop
-from ._arrays import Array, Count, Scalar
+from ._arrays import Array, Count, IntScalar, Scalar
 from ._bordered import Couplings
 from ._derivative import Call, RowMap, advance, before_jump, no_tangent, pull_back, sweep
 from ._loop import Problem, advanced, closed, space, started
@@ -89,8 +89,8 @@ class Record(Struct):
     mode_like: PyTree
     t1: Any
     rows: Rows
-    count: Int[Array, ""]
-    code: Int[Array, ""]
+    count: IntScalar
+    code: IntScalar
     stats: Stats
 
     @property

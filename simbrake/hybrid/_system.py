@@ -11,7 +11,7 @@ import numpy as np
 from jax.typing import DTypeLike
 from jaxtyping import Float, Int, PyTree, Shaped
 
-from ._arrays import Array, Count, Mark, Scalar, State
+from ._arrays import Array, Count, Mark, Scalar, State, TwoArrays
 from ._struct import Struct, struct_field, traced_once
 
 
@@ -320,7 +320,7 @@ class Flat(Struct):
         """Rates of the states, guards and their rates, and which guards are limits."""
         system, y, mode = self.system, self.unpack_state(y), self.unpack_mode(mode)
 
-        def marked(guards: PyTree) -> tuple[Array, Array]:
+        def marked(guards: PyTree) -> TwoArrays:
             g, limits = _packed(guards), system.limits(mode, guards)
             return g, jnp.zeros(g.shape, bool) if limits is None else ravel(limits, jnp.bool_)
 
@@ -335,7 +335,7 @@ class Flat(Struct):
         moving = (jnp.ones_like(t), f)
         return _packed(f), *jax.jvp(lambda t, y: marked(system.guards(t, y, mode)), (t, y), moving, has_aux=True)
 
-    def rates(self, t: Array, y: Array, mode: Array) -> tuple[Array, Array]:
+    def rates(self, t: Array, y: Array, mode: Array) -> TwoArrays:
         """Rates of states and guards, without derivatives."""
         import equinox as eqx
 

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._arguments import explained
-from .._base._faults import Fault
+from .._base._faults import Fault, Faults
 from .._base._part import Part, part, quantity, takes_values
 from .._base._quantity import Quantity, Scalar, Values
 from ..hybrid._arrays import Array
@@ -223,9 +223,9 @@ class WaterJacket(AbstractLink):
         """Maximum volume flow (m³/s)."""
         return self.flow.scale() if isinstance(self.flow, AbstractProfile) else self.flow
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         """Errors of a channel that the coefficient lacks or does not need, and of a flow below 0."""
-        names, faults = ("section", "diameter", "length"), list[Fault]()
+        names, faults = ("section", "diameter", "length"), Faults()
         needed = names if self.coefficient is None else names[: isinstance(self.coefficient, AbstractCoefficient)]
         for name in names:
             if name in needed and getattr(self, name) is None:

@@ -8,11 +8,11 @@ import numpy as np
 from jaxtyping import Float
 
 from .._base._arguments import explained
-from .._base._faults import Fault, require_share
+from .._base._faults import Fault, Faults, require_share
 from .._base._part import Part, part, quantity, short_for
 from .._base._quantity import Over, Scalar, Values
 from .._base._table import number
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, Floats
 from ..hybrid._struct import struct_field
 from ..profiles import AbstractProfile
 from ._coolant import WaterJacket
@@ -91,7 +91,7 @@ class PowerShares(Part):
         """Parts of a friction power (W), or of a friction work (J); arrays pass through."""
         return PowerSplit(self.heat * power, self.electrical * power, self.mechanical * power)
 
-    def faults(self, path: str) -> list[Fault]:
+    def faults(self, path: str) -> Faults:
         """Error of shares whose sum exceeds 1. Traced ones are not checked."""
         if not all(isinstance(share, np.ndarray | np.generic) for share in (self.electrical, self.mechanical)):
             return []
@@ -131,7 +131,7 @@ class AbstractPartition(Part):
     """Partition of the friction heat of a lining between metal and lining."""
 
     @abc.abstractmethod
-    def share(self, T_metal: Float[Array, "..."], T_lining: Float[Array, "..."]) -> Float[Array, "..."]:
+    def share(self, T_metal: Floats, T_lining: Floats) -> Floats:
         """Share `a` (0…1) that goes into the metal; `1 − a` goes into the lining."""
 
 
@@ -146,7 +146,7 @@ class ConstantPartition(AbstractPartition):
 
     metal: Scalar = quantity("1", "share of the friction heat into the metal", low=0.0, high=1.0, many=True)
 
-    def share(self, T_metal: Float[Array, "..."], T_lining: Float[Array, "..."]) -> Float[Array, "..."]:
+    def share(self, T_metal: Floats, T_lining: Floats) -> Floats:
         return jnp.asarray(self.metal)
 
 
@@ -161,7 +161,7 @@ class EffusivityPartition(AbstractPartition):
     metal: Material
     lining: Material
 
-    def share(self, T_metal: Float[Array, "..."], T_lining: Float[Array, "..."]) -> Float[Array, "..."]:
+    def share(self, T_metal: Floats, T_lining: Floats) -> Floats:
         return jnp.asarray(effusivity_share(self.metal, self.lining))
 
 
@@ -195,7 +195,7 @@ class TransmissionPartition(AbstractPartition):
     band_thickness: Scalar = quantity("m", "thickness of the band", positive=True, default=0.006)
     band_conductivity: Scalar = quantity("W/(m*K)", "conductivity of the band", positive=True, default=53.94)
 
-    def transmissions(self, T: Float[Array, "..."]) -> tuple[Float[Array, "..."], Float[Array, "..."]]:
+    def transmissions(self, T: Floats) -> tuple[Floats, Floats]:
         """`K_1`, `K_2` (W/(m²·K)) at the rim temperature `T` (K)."""
 
         def at(values: Scalar) -> Array:
@@ -207,7 +207,7 @@ class TransmissionPartition(AbstractPartition):
         K_2 = 1 / (1 / at(self.alpha_2) + through + 1 / at(self.alpha_3))
         return K_1, K_2
 
-    def share(self, T_metal: Float[Array, "..."], T_lining: Float[Array, "..."]) -> Float[Array, "..."]:
+    def share(self, T_metal: Floats, T_lining: Floats) -> Floats:
         K_1, K_2 = self.transmissions(T_metal)
         return K_1 / (K_1 + K_2)
 
@@ -394,7 +394,7 @@ class Heat(Part):
         inside += [jacket.flow for jacket in self.jackets.values()]
         return tuple(p for p in inside if isinstance(p, AbstractProfile))
 
-    def faults_with(self, path: str, linings: int, rims: int = 0) -> list[Fault]:
+    def faults_with(self, path: str, linings: int, rims: int = 0) -> Faults:
         """Errors of the network beside the linings of a brake (concrete values only).
 
         - `linings`: their number;  `rims`: number of separate rims that bands may have, 0: they share one
@@ -431,9 +431,9 @@ class Heat(Part):
                 faults += self._faults_of_pair(pair, f"{path}.{name}", by_name)
         return faults
 
-    def _faults_of_jackets(self, path: str) -> list[Fault]:
+    def _faults_of_jackets(self, path: str) -> Faults:
         """Errors of coolants: without an inlet temperature, or boiling at the inlet or at the start."""
-        faults, by_name = list[Fault](), {body.name: body for body in self.bodies}
+        faults, by_name = Faults(), {body.name: body for body in self.bodies}
         for i, jacket in self.jackets.items():
             where, boiling = f"{path}.links[{i}]", float(jacket.liquid.boiling)
             if not isinstance(inlet := by_name[place_of(jacket.b)[0]], Reservoir):
@@ -461,8 +461,8 @@ class Heat(Part):
                     faults.append(Fault(there, what, "from the start: begin cooler, or give a higher pressure"))
         return faults
 
-    def _faults_of_pair(self, pair: FrictionHeat, path: str, by_name: dict[str, Body]) -> list[Fault]:
-        faults: list[Fault] = []
+    def _faults_of_pair(self, pair: FrictionHeat, path: str, by_name: dict[str, Body]) -> Faults:
+        faults: Faults = []
         sensor = pair.sensor
         if sensor is None or isinstance(by_name[place_of(sensor)[0]], Junction):
             hint = "name a body with capacity in `sensed`"

@@ -6,13 +6,12 @@ from typing import NamedTuple
 
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Float
 
 from .._base._arguments import explained
 from .._base._faults import Fault
 from .._base._part import Part, quantity
 from .._base._quantity import Over, Scalar
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Floats
 
 ROOM = 293.15  # K, default reference of properties (20 °C)
 
@@ -68,7 +67,7 @@ class SurfaceLayer(Part):
     thickness: Scalar = quantity("m", "thickness of the surface layer", low=0.0, many=Over.ROWS)
     conductivity: Scalar = quantity("W/(m*K)", "conductivity of the surface layer", positive=True, default=1.02)
 
-    def resistance(self, T: Float[Array, "..."]) -> Float[Array, "..."]:
+    def resistance(self, T: Floats) -> Floats:
         """`δ_s(T)/λ_s` in m²·K/W."""
         T_k, thickness = (jnp.atleast_1d(jnp.asarray(x)) for x in (self.temperature, self.thickness))
         return jnp.interp(T, T_k, thickness) / self.conductivity

@@ -11,16 +11,16 @@ from jaxtyping import Float
 
 from .._base._arguments import explained
 from .._base._compiling import per_structure, read_by
-from .._base._faults import Fault
+from .._base._faults import Fault, Faults
 from .._base._part import Part, part, quantity, whole
 from .._base._quantity import Over, Scalar
-from ..hybrid._arrays import Array
+from ..hybrid._arrays import Array, Floats, ScalarArray
 from ..hybrid._struct import AbstractVar, struct_field
 from ..profiles import AbstractProfile
 from ._material import ROOM, Material, SurfaceLayer
 
 #: of the nodes of a place (K), or values at each
-Temperatures: TypeAlias = Float[Array, "..."]
+Temperatures: TypeAlias = Floats
 STEFAN_BOLTZMANN = 5.670374419e-8  # W/(m²·K⁴), CODATA 2018
 
 
@@ -110,7 +110,7 @@ class AbstractCoefficient(Part):
     """A heat transfer coefficient `h(v, T, T_a)` in W/(m²·K)."""
 
     @abc.abstractmethod
-    def value(self, v: Float[Array, ""], T: Temperatures, T_a: Temperatures) -> Temperatures:
+    def value(self, v: ScalarArray, T: Temperatures, T_a: Temperatures) -> Temperatures:
         """At the speed `v` of the surface (m/s), surface and air temperature (K)."""
 
 
@@ -130,7 +130,7 @@ class SpeedCoefficient(AbstractCoefficient):
     speed: Scalar = quantity("m/s", "speed at which forced convection takes over", positive=True)
     exponent: Scalar = quantity("1", "exponent of the speed", low=0.0, high=2.0, default=0.8)
 
-    def value(self, v: Float[Array, ""], T: Temperatures, T_a: Temperatures) -> Temperatures:
+    def value(self, v: ScalarArray, T: Temperatures, T_a: Temperatures) -> Temperatures:
         return self.at_rest * (1 + (v / self.speed) ** 2) ** (0.5 * self.exponent)
 
 
@@ -150,7 +150,7 @@ class TemperatureCoefficient(AbstractCoefficient):
     at_one_kelvin: Scalar = quantity("W/(m^2*K)", "coefficient at a difference of 1 K", positive=True)
     exponent: Scalar = quantity("1", "exponent of the difference", low=0.0, high=1.0, default=0.25)
 
-    def value(self, v: Float[Array, ""], T: Temperatures, T_a: Temperatures) -> Temperatures:
+    def value(self, v: ScalarArray, T: Temperatures, T_a: Temperatures) -> Temperatures:
         return self.at_one_kelvin * ((T - T_a) ** 2 + 1.0) ** (0.5 * self.exponent)
 
 
@@ -214,7 +214,7 @@ class AbstractContactLaw(Part):
     """A contact conductance `h_c(p)` in W/(m²·K)."""
 
     @abc.abstractmethod
-    def conductance(self, p: Float[Array, "..."]) -> Float[Array, "..."]:
+    def conductance(self, p: Floats) -> Floats:
         """At the pressure `p` (Pa)."""
 
 
@@ -241,7 +241,7 @@ class MetalContact(AbstractContactLaw):
     roughness: Scalar = quantity("m", "roughnesses of both surfaces", positive=True, many=Over.ROWS)
     hardness: Scalar = quantity("Pa", "hardness of the softer metal", positive=True)
 
-    def conductance(self, p: Float[Array, "..."]) -> Float[Array, "..."]:
+    def conductance(self, p: Floats) -> Floats:
         k, m, sigma = (jnp.broadcast_to(x, (2,)) for x in (self.conductivity, self.slope, self.roughness))
         x = p / self.hardness
         slopes = jnp.sqrt(jnp.sum(m**2) / jnp.sum(sigma**2))
@@ -472,9 +472,9 @@ def faults_of_network(
     sources: tuple[Source, ...],
     path: str,
     heated: tuple[str, ...] = (),
-) -> list[Fault]:
+) -> Faults:
     """All errors of a network: names, sizes, nodes without connection, loops without a solution."""
-    faults: list[Fault] = []
+    faults: Faults = []
     by_name = {body.name: body for body in bodies}
     for i, body in enumerate(bodies):
         where = f"{path}.bodies[{i}]"
@@ -521,7 +521,7 @@ def faults_of_network(
     return faults or _faults_of_surfaces(bodies, links, sources, path)
 
 
-def _floating_junctions(bodies: tuple[Body, ...], links: tuple[AbstractLink, ...], path: str) -> list[Fault]:
+def _floating_junctions(bodies: tuple[Body, ...], links: tuple[AbstractLink, ...], path: str) -> Faults:
     """Junctions that no chain of conducting links joins to a body with a defined temperature."""
 
     def conducts(link: AbstractLink) -> bool:
@@ -606,7 +606,7 @@ def surfaces_of(
 
 def _faults_of_surfaces(
     bodies: tuple[Body, ...], links: tuple[AbstractLink, ...], sources: tuple[Source, ...], path: str
-) -> list[Fault]:
+) -> Faults:
     """Errors of perfect contacts at faces with other links: they open, or hold several lumps at one temperature."""
     by_name, faults = {body.name: body for body in bodies}, []
     surfaces = surfaces_of(bodies, links, sources)
