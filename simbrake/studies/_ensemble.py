@@ -690,14 +690,15 @@ def ensemble(
         raise InputError([Fault("workers", f"{workers} is out of range", "at least 1")])
     if key is not None and directory is None:
         raise InputError(
-            [Fault("key", "is for finished runs in a folder, and there is none", "give directory as well")]
+            [Fault("key", "is for finished runs in a folder, and there is none", "give directory (--resume) as well")]
         )
     plan, folder = dataclasses.replace(plan, key=key), None if directory is None else Path(directory)
     if own := plan.own:
         trace_anew()
         if folder is not None and key is None:
             print(
-                f"simbrake: starts anew and keeps nothing in {folder}: {own} may have changed (key=…)", file=sys.stderr
+                f"simbrake: starts anew and keeps nothing in {folder}: {own} may have changed (key=… or --key)",
+                file=sys.stderr,
             )
             folder = None
     columns, errors = run_all(plan, workers, client, folder, progress), None
