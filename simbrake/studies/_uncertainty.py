@@ -117,8 +117,8 @@ def checked(
     issues: Faults,
     scene: Scene,
     distributions: Mapping[str, Distribution],
-    n: int | np.integer = 1,
-    method: str = "sobol",
+    n: int | np.integer,
+    method: str,
     metrics: Sequence[Metric] = (),
 ) -> Draws:
     """The distributions. Raises `InputError` with all their errors and those already in `found`."""
