@@ -24,14 +24,14 @@ import jax
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._cache import UnknownStructureError, canonical, versions
+from .._base._cache import canonical, versions
 from .._base._compiling import trace_anew
 from .._base._faults import Fault, InputError
 from .._base._progress import counting
 from .._base._quantity import Quantity, behind
 from .._outputs._judgement import COLOURS, REASONS, decoded
 from .._outputs._log import status_of
-from .._outputs._metrics import RESIDUALS, identity_of
+from .._outputs._metrics import RESIDUALS
 from .._parts._scene import Scene, require_scene
 from .._physics._mechanism import Label
 from .._run._choice import stiffness
@@ -63,6 +63,7 @@ from ._evaluator import (
     faults_of_runs,
     limits_of_many,
     named_runs,
+    own_part,
     run_chunk,
     scans,
 )
@@ -122,11 +123,7 @@ class Plan:
     @property
     def own(self) -> str:
         """Name of a class or function in it that is the user's own, or of a library that simbrake does not know."""
-        try:
-            canonical((self.scene, self.solver, [*map(identity_of, self.metrics)]))
-        except UnknownStructureError as error:
-            return str(error)
-        return ""
+        return own_part(self.scene, self.solver, self.metrics)
 
     @functools.cached_property
     def columns(self) -> np.ndarray:

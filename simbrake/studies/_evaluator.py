@@ -21,6 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from .._base._arguments import explained
+from .._base._cache import UnknownStructureError, canonical
 from .._base._compiling import DeviceJit, Packing, Program, compiled, pack
 from .._base._faults import Fault, InputError
 from .._base._part import Leaf
@@ -208,6 +209,15 @@ def name_of_entry(path: str, index: tuple[int, ...]) -> str:
 def as_metrics(metrics: Metric | Sequence[Metric]) -> list[Metric]:
     """One metric, or several, as a list."""
     return [metrics] if isinstance(metrics, str) or callable(metrics) else list(metrics)
+
+
+def own_part(scene: Scene, solver: Solver | None, metrics: Sequence[Metric]) -> str:
+    """Name of a class or function that is the user's own, or of a library that simbrake does not know; else empty."""
+    try:
+        canonical((scene, solver, [*map(identity_of, metrics)]))
+    except UnknownStructureError as error:
+        return str(error)
+    return ""
 
 
 class Box(NamedTuple):

@@ -6,12 +6,23 @@ from typing import Any
 import numpy as np
 
 from .._base._arguments import explained
+from .._base._compiling import trace_anew
 from .._base._faults import Fault, InputError, shown
 from .._parts._scene import Scene, require_scene
 from .._run._edit import Inputs, entry_of, with_inputs
 from .._run._measure import Metric, check_metrics, unit_of
 from .._run._simulate import Prepared, PreparedResult, Solver, prepare
-from ._evaluator import Faults, Metrics, Paths, PointEvaluator, as_metrics, bounds_of, failure_name, faults_of_runs
+from ._evaluator import (
+    Faults,
+    Metrics,
+    Paths,
+    PointEvaluator,
+    as_metrics,
+    bounds_of,
+    failure_name,
+    faults_of_runs,
+    own_part,
+)
 
 
 @explained
@@ -121,8 +132,9 @@ def evaluator(
     - `metrics`: names, energies as `energy.…`, or functions of a `Result` to a number
     - `rtol`, `solver`, `max_steps`: as for `prepare`
 
-    New numbers never compile again, save where a run needs more steps than any before. Runs follow one another; for
-    very many `ensemble` uses all cores, accelerators or a cluster.
+    New numbers never compile again, save where a run needs more steps than any before; functions of your own are
+    traced anew by each call of `evaluator`. Runs follow one another; for very many `ensemble` uses all cores,
+    accelerators or a cluster.
 
     Raises `InputError` with all errors, and `SimulationError` where the scene's own run fails.
 
@@ -157,6 +169,8 @@ def evaluator(
             ends = np.array([-np.inf if about.low is None else about.low, np.inf if about.high is None else about.high])
         bounds[path] = np.zeros(2) if ends is None else ends
     issues.report()
+    if own_part(scene, solver, asked):
+        trace_anew()
     prepared = prepare(scene, asked, rtol=rtol, solver=solver, max_steps=max_steps)
     hint = "a function of the result to one number"
     wrong = [name for name, value in prepared().metrics.items() if np.ndim(value)]

@@ -23,7 +23,7 @@ def truth(x):
     """`t = ω_0 J/(R T_0 (Π − 1))`, `φ = ω_0 t/2`, and their derivatives."""
     t = x[0] * x[1] / (0.725 * x[2] * (closed_form()["Pi"] - 1))
     powers = np.array([[1.0, 1.0, -1.0], [2.0, 1.0, -1.0]])
-    values = np.array([t, x[0] * t / 2])
+    x, values = np.asarray(x), np.array([t, x[0] * t / 2])
     return values, values[:, None] * powers / x
 
 
@@ -88,6 +88,22 @@ def test_a_scene_as_a_function_of_arrays(caplog):
     np.testing.assert_array_equal(its_slopes, slopes[0])
     assert run.evaluate(some[:0]).shape == (0, 3)
     assert run.jacobian(some[:0]).shape == (0, 3, 3)
+
+
+FACTOR = 1.0
+
+
+def scaled(result):
+    return FACTOR * result.stopping_time
+
+
+def test_a_changed_global_of_an_own_function(monkeypatch):
+    for factor in (1.0, 3.0):
+        monkeypatch.setitem(globals(), "FACTOR", factor)
+        run = sb.studies.evaluator(scene(), "initial.omega", scaled)
+        t = truth([20.0, 800.0, 8e3])[0][0]
+        assert run.evaluate(run.start)[0] == pytest.approx(factor * t)
+        assert run.jacobian(run.start)[0, 0] == pytest.approx(factor * t / 20.0)
 
 
 def test_one_number_for_all_entries_of_a_list():
