@@ -77,5 +77,5 @@ def animate(
     figure = Figure(figsize=(8.0 * bands, 9.0), dpi=80)
     film = FuncAnimation(figure, draw, times, init_func=lambda: None, cache_frame_data=False)
     with counting(times.size, progress, "frames", after=2.0) as report, whole_file(file) as scratch:
-        film.save(scratch, PillowWriter(fps), progress_callback=lambda i, _: report(i + 1))
+        film.save(scratch, PillowWriter(fps), progress_callback=lambda i, _: report(i + 1))  # pyright: ignore
     return file
