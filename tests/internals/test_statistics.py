@@ -112,6 +112,7 @@ def test_failed_runs_count_without_metrics():
     code = np.where(np.arange(200) < 10, 1, 0)
     data = xr.Dataset({"stopping_time": ("run", np.where(np.arange(200) < 50, np.inf, x)), "code": ("run", code)})
     data["max_tension"] = "run", np.where(code == 1, np.nan, 1e3 * x)
+    data["reason"] = "run", np.where(np.arange(200) < 50, "S1", "H4")
     asked = ["stopping_time", "max_tension"]
     bounds = {"max_tension": 1.9e3}
     found = _uncertainty._evaluate(
