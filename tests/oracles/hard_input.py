@@ -82,12 +82,15 @@ def _constant(t: Any, level: Any) -> Any:
 
 
 def own_profile() -> list[Value | Named]:
-    """Parameters of a user-defined profile may be anything and are not checked."""
+    """Parameters of a user-defined profile may be anything; its value where a run begins is checked."""
     given, found = scene(), []
     for bad in (np.nan, np.inf):
         lever = sb.profiles.FunctionProfile(_constant, jnp.asarray(bad), 1e4)
-        found.append(run(eqx.tree_at(lambda s: s.duty.slack_tension, given, lever)).status)
-    return [Named("NaN, ∞", found, ["not_finite", "not_finite"])]
+        try:
+            found.append(run(eqx.tree_at(lambda s: s.duty.slack_tension, given, lever)).status)
+        except sb.InputError as error:
+            found += [fault.path for fault in error.faults]
+    return [Named("NaN, ∞", found, ["duty.slack_tension", "duty.slack_tension"])]
 
 
 def scipy_nan() -> str:
