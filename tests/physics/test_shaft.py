@@ -198,6 +198,14 @@ def test_bearings_hold_first_then_the_band(C):
     balanced(result)
 
 
+def test_bearings_alone_stop_and_hold():
+    """They take `J ω_0/(M_c − M)` to stop the pulley, and hold it until the load exceeds `M_c`."""
+    load = sb.TorqueLoad(sb.PiecewiseLinear([0.0, 5.0, 25.0], [1e3, 1e3, 17e3]))
+    result = sb.simulate(scene(BearingFriction(5e3), load=load, end=11.0), rtol=1e-12)
+    assert float(result.stopping_time) == pytest.approx(J * W0 / 4e3, rel=1e-11)
+    assert result.events["restart"].times == pytest.approx([10.0], rel=1e-11)
+
+
 def test_band_and_bearings_hold_their_sum():
     """A restart at `t_r`, where the load exceeds `T_0 R_b (Π − 1) + M_c`; then `ω = s (t − t_r)²/(2J)`."""
     M_c, T0, slope, end = 4e3, 2e3, 5e3, 10.0
