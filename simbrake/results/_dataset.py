@@ -352,7 +352,7 @@ def _name(thing: Any) -> str:
 
 # --- files ------------------------------------------------------------------------------------------------------------
 
-_CHECK = "checksum"
+_CHECK = "sha256"
 
 
 @explained
@@ -402,12 +402,13 @@ def read_result(path: str | Path) -> Dataset:
     try:
         data = _normalised(xr.load_dataset(path, engine="scipy", decode_times=False))
         checksum = data.attrs.pop(_CHECK, None)
+        earlier = data.attrs.pop("checksum", None)  # another hash, before 0.1.0
     except Exception as error:  # any exception in a user's file is reported in one line
         words = f"cannot be read as a result ({type(error).__name__})"
         raise InputError([Fault(str(path), words, "give netCDF as `simbrake.save` writes it")]) from error
     if data.attrs.get("format") != FORMAT:
         raise InputError([Fault(str(path), "is not a result of a run", f"its attribute `format` must be {FORMAT!r}")])
-    if checksum != _checksum(data):
+    if earlier is None and checksum != _checksum(data):
         raise InputError([Fault(str(path), "is damaged, or was changed after it was written", "save the result again")])
     return data
 

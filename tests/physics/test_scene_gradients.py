@@ -32,7 +32,7 @@ THIRD_PHASE = {"tripping_30_stands": 60.0}
 #: share by which all numbers move; less where many linings pass their marks in close order, which must stay the same
 STEP = {"resolved_bandage": 5e-5, "slip_onset_chain": 1e-5}
 #: scenes that `simulate` runs by the implicit method
-STIFF = {"disc_stop", "drag_lowering", "tripping_30_stands"}
+STIFF = {"disc_stop", "drag_lowering", "staged_vs_standard", "tripping_30_stands"}
 #: tighter where an event is passed slowly: friction of a heated pair that recovers at rest lets go at last
 TIGHT = {"everything_coupled": 1e-13}
 
