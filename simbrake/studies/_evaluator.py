@@ -22,7 +22,7 @@ import numpy as np
 
 from .._base._arguments import explained
 from .._base._cache import UnknownStructureError, canonical
-from .._base._compiling import DeviceJit, Packing, Program, compiled, pack
+from .._base._compiling import DeviceJit, Packing, Program, compiled, pack, trace_anew
 from .._base._faults import Fault, InputError
 from .._base._part import Leaf
 from .._base._programs import STORE
@@ -420,6 +420,8 @@ class PointEvaluator:
         rtol: float = 1e-10,
         max_steps: int | None = None,
     ) -> None:
+        if own_part(scene, solver, find.asked if isinstance(find, Metrics) else ()):
+            trace_anew()
         self.scene, self.place, self.find, self.given, self.rtol = scene, place, find, given, rtol
         self.solver = solver_of(scene, solver) if run else None
         self.limits = step_limits(scene, max_steps) if run else (0,)

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._compiling import trace_anew
 from .._base._faults import Fault, InputError, shown
 from .._parts._scene import Scene, require_scene
 from .._run._edit import Inputs, entry_of, with_inputs
@@ -21,7 +20,6 @@ from ._evaluator import (
     bounds_of,
     failure_name,
     faults_of_runs,
-    own_part,
 )
 
 
@@ -169,14 +167,12 @@ def evaluator(
             ends = np.array([-np.inf if about.low is None else about.low, np.inf if about.high is None else about.high])
         bounds[path] = np.zeros(2) if ends is None else ends
     issues.report()
-    if own_part(scene, solver, asked):
-        trace_anew()
-    prepared = prepare(scene, asked, rtol=rtol, solver=solver, max_steps=max_steps)
-    hint = "a function of the result to one number"
-    wrong = [name for name, value in prepared().metrics.items() if np.ndim(value)]
-    Faults(Fault(name, "is an array", hint) for name in wrong).report()
     reverse = len(paths) > len(asked)
     place, find = Paths.each(paths), Metrics(tuple(asked))
     settings: dict[str, Any] = {"solver": solver, "rtol": rtol, "max_steps": max_steps}
     slopes = PointEvaluator(scene, place, find, size=len(asked), reverse=reverse, singly=True, **settings)
+    prepared = prepare(scene, asked, **settings)
+    hint = "a function of the result to one number"
+    wrong = [name for name, value in prepared().metrics.items() if np.ndim(value)]
+    Faults(Fault(name, "is an array", hint) for name in wrong).report()
     return Evaluator(prepared, slopes, bounds, units)

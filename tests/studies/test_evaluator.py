@@ -104,6 +104,8 @@ def test_a_changed_global_of_an_own_function(monkeypatch):
         t = truth([20.0, 800.0, 8e3])[0][0]
         assert run.evaluate(run.start)[0] == pytest.approx(factor * t)
         assert run.jacobian(run.start)[0, 0] == pytest.approx(factor * t / 20.0)
+        row = sb.sensitivity(scene(), scaled, "initial.omega", span=None).at("initial.omega")
+        assert row.derivative == pytest.approx(factor * t / 20.0)
 
 
 def test_one_number_for_all_entries_of_a_list():
