@@ -11,28 +11,20 @@ scattered = {
 }
 at_rest = {"initial.omega": 0.0, "duty.slack_tension.values": 24e3, "end_time": 0.1}
 scene = sb.with_values(sb.read_scene("u2_5_5_stop"), at_rest)
-
-
-def reserve(result: sb.Result):
-    """Static capacity over the load's torque: below 1 the load moves off."""
-    return result.series([0.0]).holding_reserve[0]
-
-
-run = sb.studies.evaluator(scene, list(scattered), reserve)
+# static capacity over the load's torque: below 1 the load moves off
+run = sb.studies.evaluator(scene, list(scattered), lambda result: result.series([0.0]).holding_reserve[0])
 function = ot.PythonFunction(3, 1, run.evaluate, gradient=lambda x: run.jacobian(x).T, func_sample=run.evaluate)
 inputs = ot.RandomVector(ot.JointDistribution(list(scattered.values())))
 lost = ot.ThresholdEvent(ot.CompositeRandomVector(function, inputs), ot.Less(), 1.0)
-
 search = ot.AbdoRackwitz()
 search.setStartingPoint(run.start)
 form = ot.FORM(search, lost)
 form.run()
-runs = function.getEvaluationCallsNumber()
+first, runs = form.getResult(), function.getEvaluationCallsNumber()
+print(f"FORM         {first.getEventProbability():.4f}  {runs} runs")
 sampled = ot.ProbabilitySimulationAlgorithm(lost, ot.MonteCarloExperiment())
 sampled.setBlockSize(1000)
 sampled.setMaximumCoefficientOfVariation(0.05)
 sampled.run()
-first, many = form.getResult(), sampled.getResult()
-print(f"FORM         {first.getEventProbability():.4f}  {runs} runs")
+many = sampled.getResult()
 print(f"Monte Carlo  {many.getProbabilityEstimate():.4f} ± {many.getStandardDeviation():.4f}")
-print("it fails most likely at", dict(zip(run.names, first.getPhysicalSpaceDesignPoint(), strict=True)))
