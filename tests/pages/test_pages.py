@@ -423,7 +423,7 @@ def compared_with_the_start(page, start, now):
 
 
 @pytest.mark.parametrize("size", SIZES)
-def test_a_slider_moves_metrics_and_pictures(browser, server, scene, size):
+def test_a_slider_moves_metrics_and_pictures(browser, server, scene, size, tmp_path):
     if browser is None:
         return
     from playwright.sync_api import expect
@@ -443,12 +443,14 @@ def test_a_slider_moves_metrics_and_pictures(browser, server, scene, size):
     page.fill("#find", "")
     with page.expect_download() as download:
         page.click("#save")
-    saved = sb.read_scene(download.value.path())
+    file = tmp_path / "scene.toml"
+    download.value.save_as(file)
+    saved = sb.read_scene(file)
     assert float(saved.initial.omega) == pytest.approx(w, rel=1e-12)
     page.context.grant_permissions(["clipboard-read", "clipboard-write"])
     page.click("#copy")
     expect(page.locator("#state")).to_have_text("copied as TOML")
-    assert page.evaluate("navigator.clipboard.readText()") == pathlib.Path(download.value.path()).read_text("utf-8")
+    assert page.evaluate("navigator.clipboard.readText()") == file.read_text("utf-8")
     compared_with_the_start(page, sb.simulate(scene), run)
     page.click("#reset")
     expect(page.locator("#figures")).to_contain_text(
