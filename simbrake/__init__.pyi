@@ -1,5 +1,6 @@
 from . import brakes as brakes
 from . import checks as checks
+from . import export as export
 from . import files as files
 from . import formulas as formulas
 from . import friction as friction
@@ -47,7 +48,7 @@ from .brakes._pressed import ShoeBrake as ShoeBrake
 from .brakes._pressed import Shoes as Shoes
 from .checks._cross_check import cross_check as cross_check
 from .checks._validate import validate as validate
-from .files._c_export import export_c as export_c
+from .export._c_export import export_c as export_c
 from .files._scene_file import read_scene as read_scene
 from .files._scene_file import write_scene as write_scene
 from .formulas._estimates import estimates as estimates

@@ -13,8 +13,8 @@ import jax.numpy as jnp
 import numpy as np
 from jax.core import Tracer
 
-from .._base._arguments import explained, with_nearest
 from ..hybrid._struct import Struct, struct_field
+from ._arguments import explained, with_nearest
 from ._compiling import is_traced
 from ._faults import Fault, Faults, InputError, of_radius
 from ._quantity import NumberReader, Over, Quantity, as_number, behind, example, has_units, in_si, shown

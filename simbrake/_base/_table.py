@@ -21,8 +21,8 @@ import jax
 import numpy as np
 from jax.core import Tracer
 
-from .._base._arguments import explained
 from ..hybrid._struct import Struct
+from ._arguments import explained
 
 # --- units ------------------------------------------------------------------------------------------------------------
 

@@ -235,7 +235,7 @@ def export(
             out = sb.export_c(scene, c, inputs=input_, outputs=output, waiting=waiting)
     else:
         with Progress("export", "printing and compiling…"):
-            out = sb.files.export_fmu(scene, str(fmu), input_, waiting=waiting)
+            out = sb.export.export_fmu(scene, str(fmu), input_, waiting=waiting)
     cli.tell(f"written  {out}", lambda: {"written": str(out)}, json_)
     return 0
 

@@ -25,7 +25,7 @@ from .._run._measure import PRESSURE, ROOM, LimitCheck, Limited, judged, limit_c
 from .._run._result import Result
 from .._run._simulate import room_for, simulate
 from .._run._verdict import SMALL_MARGIN
-from ..files._c_export import Export, possible_inputs, printed
+from ..export import Export, c_text, possible_inputs
 from ..studies._evaluator import scans
 from ._app import is_limit, slider_of, sliders
 from ._live import Data, charts_of, look_of_event
@@ -79,13 +79,13 @@ def publish(
     # other numbers may need more steps
     room = max(256, 2 * room_for(base))
     export = Export("scene", scene, {} if steps else None, metrics, room)
-    text = printed(export, OTHER_PAGES)
+    text = c_text(export, OTHER_PAGES)
     if export.bytes > _MEMORY:
         left_out = [name for name in metrics if scans(name)]
         notes.append(f"The run is too long for a page to look into all its steps: {', '.join(left_out)} are left out.")
         metrics = [name for name in metrics if name not in left_out]
         export = Export("scene", scene, {} if steps else None, metrics, room)
-        text = printed(export, OTHER_PAGES)
+        text = c_text(export, OTHER_PAGES)
     progress.now("compiling")
     program = gzip.compress(_compiled(text, steps, _ROWS if steps else room + 1), 9, mtime=0)
     charts = charts_of(scene, base.series([float(scene.initial.time)]))

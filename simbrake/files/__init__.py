@@ -13,7 +13,9 @@ __getattr__ = answers(
     __name__,
     gone={
         "open_scene": "simbrake.read_scene reads files of both kinds",
-        "write_fmu": "simbrake.files.export_fmu writes an FMU of C, which needs no Python",
+        "write_fmu": "simbrake.export.export_fmu writes an FMU of C, which needs no Python",
+        "export_c": "simbrake.export_c is its place",
+        "export_fmu": "simbrake.export.export_fmu is its place",
     },
     others=_named,
 )

@@ -1,5 +1,3 @@
-from ._c_export import export_c as export_c
-from ._fmu import export_fmu as export_fmu
 from ._scene_file import leaves as leaves
 from ._scene_file import read_scene as read_scene
 from ._scene_file import scene_from_text as scene_from_text

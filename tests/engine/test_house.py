@@ -147,6 +147,7 @@ def test_names_that_went_say_where_to_turn():
     for home, name, words in (
         (sb.plot, "browse", "plot.stop draws"),
         (sb.files, "open_scene", "simbrake.read_scene"),
+        (sb.files, "export_fmu", "simbrake.export.export_fmu is its place"),
         (sb, "morris", "docs/recipes/global_indices.py"),
         (sb.studies, "SobolTable", "docs/recipes/global_indices.py"),
         (sb.plot, "indices", "docs/recipes/global_indices.py"),

@@ -15,8 +15,8 @@ from commands import python
 from helpers import main
 
 import simbrake as sb
-from simbrake.files import _c_code
-from simbrake.files._c_code import HELPERS, Program
+from simbrake.export import _c_code
+from simbrake.export._c_code import HELPERS, Program
 
 COMPILER = shutil.which("gcc") or shutil.which("cc")
 FLAGS = ["-O2", "-std=c99", "-ffp-contract=off", "-Wall", "-Werror", "-Wno-unused", "-Wno-tautological-compare"]
@@ -269,7 +269,7 @@ def test_what_was_read_outlives_what_it_was_read_from():
     python("""
 import gc
 import jax, jax.numpy as jnp, numpy as np
-from simbrake.files._c_code import Module
+from simbrake.export._c_code import Module
 def function(x):
     twice = jax.jit(lambda y: 2.0 * jnp.sort(y))
     return jax.lax.while_loop(lambda c: c[0] < 5.0, lambda c: (c[0] + 1.0, twice(c[1]) + jnp.cumsum(c[1])), (0.0, x))

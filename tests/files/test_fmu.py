@@ -32,7 +32,7 @@ def scene():
 def file(scene, tmp_path_factory):
     if COMPILER is None:
         pytest.skip("no C compiler")
-    return sb.files.export_fmu(scene, tmp_path_factory.mktemp("c") / "brake.fmu")
+    return sb.export.export_fmu(scene, tmp_path_factory.mktemp("c") / "brake.fmu")
 
 
 class Run:
@@ -175,7 +175,7 @@ def test_clock_of_a_scene_that_starts_later(scene, tmp_path):
     for lever, load in COMMANDS[:2]:
         stepper.advance(0.13, lever=lever, load=load)
         wanted.append([stepper[name] for name in OUTPUTS])
-    run = Run(sb.files.export_fmu(late, tmp_path / "late.fmu"), start=7.0)
+    run = Run(sb.export.export_fmu(late, tmp_path / "late.fmu"), start=7.0)
     np.testing.assert_allclose(run.steps(COMMANDS[:2], 7.0), wanted, rtol=1e-12)
 
 
@@ -197,7 +197,7 @@ def test_parameters_and_failed_steps(file):
 def file_of_either_version(scene, request, tmp_path_factory):
     if COMPILER is None:
         pytest.skip("no C compiler")
-    return sb.files.export_fmu(scene, tmp_path_factory.mktemp("either") / "brake.fmu", fmi=request.param)
+    return sb.export.export_fmu(scene, tmp_path_factory.mktemp("either") / "brake.fmu", fmi=request.param)
 
 
 @pytest.mark.parametrize(
@@ -256,7 +256,7 @@ def test_numbers_of_lists_and_bad_ones(scene, file):
 def test_fmi_3(scene, tmp_path):
     if COMPILER is None:
         pytest.skip("no C compiler")
-    file = sb.files.export_fmu(scene, tmp_path / "brake.fmu", fmi=3)
+    file = sb.export.export_fmu(scene, tmp_path / "brake.fmu", fmi=3)
     assert fmpy.validation.validate_fmu(str(file)) == []
     described = fmpy.read_model_description(file)
     vr = {one.name: one.valueReference for one in described.modelVariables}
@@ -295,7 +295,7 @@ def test_without_a_compiler(scene, tmp_path, monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     monkeypatch.setitem(sys.modules, "ziglang", None)
     with pytest.warns(UserWarning, match="no C compiler was found"):
-        file = sb.files.export_fmu(scene, tmp_path / "brake.fmu", "lever")
+        file = sb.export.export_fmu(scene, tmp_path / "brake.fmu", "lever")
     monkeypatch.undo()
     folder = fmpy.extract(file, tmp_path / "inside")
     assert ET.parse(f"{folder}/modelDescription.xml").find(".//SourceFiles/File").get("name") == "fmu.c"
@@ -304,23 +304,23 @@ def test_without_a_compiler(scene, tmp_path, monkeypatch):
         flags = ["-std=c99", "-Wall", "-Wextra", "-Werror", "-Wno-unused", "-Wno-tautological-compare", "-fsyntax-only"]
         subprocess.run([COMPILER, *flags, f"{folder}/sources/fmu.c"], check=True)
     with pytest.raises(sb.InputError, match="compiler: nocc is not there"):
-        sb.files.export_fmu(scene, tmp_path / "brake.fmu", compiler="nocc")
+        sb.export.export_fmu(scene, tmp_path / "brake.fmu", compiler="nocc")
     with pytest.raises(sb.InputError, match="compiler: false failed"):
-        sb.files.export_fmu(scene, tmp_path / "brake.fmu", compiler="false")
+        sb.export.export_fmu(scene, tmp_path / "brake.fmu", compiler="false")
 
 
 def test_what_cannot_be_an_fmu(scene, tmp_path):
     with pytest.raises(sb.InputError, match=r"give a name with \.fmu"):
-        sb.files.export_fmu(scene, tmp_path / "brake.zip")
+        sb.export.export_fmu(scene, tmp_path / "brake.zip")
     with pytest.raises(sb.InputError, match="fmi: 4 is no version of FMI here"):
-        sb.files.export_fmu(scene, tmp_path / "brake.fmu", fmi=4)
+        sb.export.export_fmu(scene, tmp_path / "brake.fmu", fmi=4)
     with pytest.raises(sb.InputError, match="waiting: 0 is out of range"):
-        sb.files.export_fmu(scene, tmp_path / "brake.fmu", waiting=0)
+        sb.export.export_fmu(scene, tmp_path / "brake.fmu", waiting=0)
 
 
 def test_hottest_node_is_an_output(tmp_path):
     """Of several temperatures the maximum; of single linings nothing."""
-    read = fmpy.read_model_description(sb.files.export_fmu(layered_stop(), tmp_path / "hot.fmu"))
+    read = fmpy.read_model_description(sb.export.export_fmu(layered_stop(), tmp_path / "hot.fmu"))
     about = {one.name: one for one in read.modelVariables}
     assert (about["rim_temperature"].causality, about["rim_temperature"].unit) == ("output", "K")
     assert "normal_load" not in about

@@ -13,7 +13,6 @@ import io
 import itertools
 import json
 import math
-import pathlib
 import re
 import socket
 import subprocess
@@ -30,7 +29,7 @@ from rig_recordings import book
 from stop_scenes import stop_scene
 
 import simbrake as sb
-from simbrake.files import _c_code
+from simbrake.export import _c_code
 
 NASTY = "</script><img src=x onerror=\"document.title='run'\">"
 SIZES = {"wide": (1280, 900), "phone": (400, 800)}

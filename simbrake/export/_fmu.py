@@ -25,8 +25,8 @@ from .._base._quantity import Quantity, shown
 from .._outputs._quantities import SERIES_COLUMNS
 from .._parts._scene import Scene, checked
 from .._run._stepper import HeldInput, held_inputs
-from ._c_export import Export, c_name, check_waiting, possible_inputs, printed, program_version, range_of
-from ._scene_file import leaves
+from ..files._scene_file import leaves
+from ._c_export import Export, c_name, c_text, check_waiting, possible_inputs, program_version, range_of
 
 #: outputs of several values, of which the maximum is given
 _MAXIMA = (
@@ -74,7 +74,7 @@ def export_fmu(
 
     Example:
         >>> try:
-        ...     sb.files.export_fmu(scene, "brake.zip")
+        ...     sb.export.export_fmu(scene, "brake.zip")
         ... except sb.InputError as error:
         ...     print(error.faults[0].hint)
         give a name with .fmu
@@ -89,7 +89,7 @@ def export_fmu(
     if fmi not in (2, 3):
         raise InputError([Fault("fmi", f"{shown(fmi)} is no version of FMI here", "give 2 or 3")])
     export = Export(name, scene, held, waiting=waiting)
-    text = printed(export)
+    text = c_text(export)
     variables = _variables(held, export)
     token = str(uuid.uuid5(uuid.NAMESPACE_URL, text + repr(variables)))
     command = _compiler(compiler)

@@ -83,7 +83,7 @@ def export_c(
     outputs = [outputs] if isinstance(outputs, str) else [*outputs]
     check_metrics(scene, outputs)
     held = None if inputs is None else held_inputs(scene, inputs)
-    text = printed(Export(c_name(path), scene, held, outputs, max_steps, waiting))
+    text = c_text(Export(c_name(path), scene, held, outputs, max_steps, waiting))
     with whole_file(path) as target:
         target.write_text(text, "utf-8")
     return path
@@ -100,7 +100,7 @@ def c_name(path: Path) -> str:
     return f"scene_{name}" if name[:1].isdigit() else name
 
 
-def printed(export: "Export", hint: str = "leave out what the export stops at") -> str:
+def c_text(export: "Export", hint: str = "leave out what the export stops at") -> str:
     """The text of a C file; `InputError` with a hint where an operation has no C form."""
     try:
         return export.text()

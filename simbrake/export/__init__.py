@@ -1,0 +1,8 @@
+"""A scene as a program of its own: C without dependencies, and an FMU of it.
+
+The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
