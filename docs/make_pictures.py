@@ -86,8 +86,8 @@ def main() -> None:
         "equal increments": sb.layouts.equal_increment_angles(0.3, 10, 10, math.radians(270.0)),
         "equal loads": sb.layouts.equal_load_angles(0.3, 10, math.radians(270.0)),
     }
-    save(plot.angles(layouts), "angles")
-    save(plot.chord_angles(7, (0.1, 0.3, 0.5)), "chord_angles")
+    save(sb.layouts.figures.angles(layouts), "angles")
+    save(sb.layouts.figures.chord_angles(7, (0.1, 0.3, 0.5)), "chord_angles")
     for name, draw, picture in (
         ("disc_stop", plot.pressed, "pressed_disc"),
         ("double_shoe_stop", plot.pressed, "pressed_shoe"),
@@ -141,7 +141,10 @@ def stops(stop: sb.Result) -> None:
     grid = sb.sweep(scene, {"duty.load.mass": mass, "initial.omega": speed}, ["stopping_time", "energy.friction_heat"])
     save(plot.sweep(grid), "sweep_grid")
     hot_stop = dataclasses.replace(scene, heat=scenario("tripping_30_stands").heat())
-    save(plot.materials(sb.compare_materials(hot_stop, energy={"initial.omega": [12.0, 24.0, 36.0]})), "materials")
+    save(
+        sb.formulas.figures.materials(sb.compare_materials(hot_stop, energy={"initial.omega": [12.0, 24.0, 36.0]})),
+        "materials",
+    )
 
 
 def benchmark() -> None:

@@ -22,7 +22,7 @@ from printed_tables import (
 )
 
 import simbrake as sb
-from simbrake.formulas import transmission_table
+from simbrake.design.formulas import transmission_table
 from simbrake.thermal import axial_resistance, radial_resistance
 
 ZERO = 273.15  # K

@@ -22,7 +22,7 @@ from jaxtyping import Float
 from tabulate import tabulate
 
 import simbrake as sb
-from simbrake.formulas import (
+from simbrake.design.formulas import (
     fourier_parameter,
     maximum_temperatures,
     mean_bulk_rise,
@@ -31,7 +31,7 @@ from simbrake.formulas import (
     stopping_rise,
     transmission_table,
 )
-from simbrake.layouts import InfeasibleLayout, chord_equal_load_angles, equal_increment_angles
+from simbrake.design.layouts import InfeasibleLayout, chord_equal_load_angles, equal_increment_angles
 from simbrake.thermal import FlashTemperature, axial_resistance, effusivity_share, radial_resistance
 
 AGREES, MISPRINT, DISAGREES = "agrees", "known misprint", "disagrees"
@@ -40,7 +40,7 @@ COMPARED, GIVEN, TRIVIAL = "compared", "given", "trivial"
 #: columns of inputs, printed with the results, and of numbers that follow from a printed one beside them
 _KINDS = {"f": GIVEN, "k": GIVEN, "T0": TRIVIAL, "K": TRIVIAL, "tau_m_consistent": TRIVIAL}
 _CONSISTENT = "printed as λ + π/(2 w_0); the equations of motion give 1/λ + π/(2 w_0)"
-#: table → its file, beside this one or among the data of `simbrake.formulas`
+#: table → its file, beside this one or among the data of `simbrake.design.formulas`
 FILES = {f"Z{i}": f"table{i}.csv" for i in range(1, 7)} | {
     "V1": "thermal_resistance.csv",
     "V2": "heat_transmission.csv",
@@ -80,7 +80,7 @@ Computed: TypeAlias = dict[str, float]
 
 def _rows(name: str) -> list[Printed]:
     file = pathlib.Path(__file__).with_name(name)
-    file = file if file.exists() else resources.files("simbrake.formulas") / name
+    file = file if file.exists() else resources.files("simbrake.design.formulas") / name
     return list(csv.DictReader(file.read_text("utf-8").splitlines()))
 
 

@@ -173,11 +173,9 @@ def main() -> None:
     )
     print(f"\n{design}")
     if out is not None:
-        from simbrake import plot
-
         out.mkdir(parents=True, exist_ok=True)
-        plot.layouts([rows[i] for i in (0, 1, 2, 5)]).savefig(out / "layouts.png", dpi=130)
-        plot.chord_angles(7, (0.1, 0.3, 0.5)).savefig(out / "chord_angles.png", dpi=130)
+        sb.layouts.figures.layouts([rows[i] for i in (0, 1, 2, 5)]).savefig(out / "layouts.png", dpi=130)
+        sb.layouts.figures.chord_angles(7, (0.1, 0.3, 0.5)).savefig(out / "chord_angles.png", dpi=130)
         print(f"figures in {out}")
 
 

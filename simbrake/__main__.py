@@ -23,7 +23,7 @@ def main(arguments: list[str] | None = None) -> None:
         if usual:
             signal.signal(signal.SIGINT, _quit)
             sys.unraisablehook = _raise_again
-        from ._commands._cli import main as run
+        from .cli._cli import main as run
 
         run(arguments)
     except SystemExit as ended:

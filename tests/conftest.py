@@ -39,7 +39,7 @@ def pytest_configure(config):
     # shapes and types of every call are checked where asked, as they double the time to trace
     if os.environ.get("SIMBRAKE_CHECK_TYPES") == "1":
         with install_import_hook("simbrake", "checked_types.checked"):
-            for name in ("simbrake", "simbrake._commands._cli", "simbrake._pages._page", "simbrake.plot"):
+            for name in ("simbrake", "simbrake.cli._cli", "simbrake.pages._page", "simbrake.plot"):
                 module = importlib.import_module(name)
                 for public in getattr(module, "__all__", ()):
                     home = getattr(module, public)  # public names are imported when they are first used

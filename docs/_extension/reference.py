@@ -49,12 +49,12 @@ def found(name: str) -> Any:
         return getattr(found(home), last)
 
 
-def names_in(module: types.ModuleType) -> Iterator[str]:
-    """Functions and classes that a public module lists, but for those that are at the top of the package as well."""
+def names_in(module: types.ModuleType, name_of_module: str) -> Iterator[str]:
+    """Functions and classes that a public module lists, except those that are at the top of the package as well."""
     for name in module.__all__:
         value = getattr(module, name)
         if callable(value) and getattr(simbrake, name, None) is not value:
-            yield f"{module.__name__}.{name}"
+            yield f"{name_of_module}.{name}"
 
 
 class Reference(SphinxDirective):
@@ -65,7 +65,7 @@ class Reference(SphinxDirective):
     def run(self) -> list[nodes.Node]:
         words = " ".join(self.content).split()
         values = {word: found(word) for word in words}
-        names = [n for w, v in values.items() for n in (names_in(v) if isinstance(v, types.ModuleType) else [w])]
+        names = [n for w, v in values.items() for n in (names_in(v, w) if isinstance(v, types.ModuleType) else [w])]
         lines = [".. autosummary::", "   :nosignatures:", "", *(f"   {name}" for name in names), ""]
         for name in names:
             value = found(name)

@@ -56,7 +56,7 @@ def history(
         ...     sb.files.history(f"{folder}/a.csv", "lever", "N")
         PiecewiseLinear(times=[0, 0.5] s, values=[2000, 12000])
     """
-    from ..studies._measured import CsvFile  # few scenes read a file
+    from .._base._csv_file import CsvFile  # few scenes read a file
 
     table = CsvFile(Path(file))
     names = {head.name: i for i, head in enumerate(table.heads)}

@@ -2,32 +2,25 @@
 
 from .._base._retired import answers
 from ._animation import animate
-from ._many import compare, materials, permissible, sweep
+from ._many import compare, permissible, sweep
 from ._pulley import pressed, pulley
-from ._rig import ledger, replay
 from ._runs import contacts, depth, duty, lining_map, stages, stop, stops, temperatures
 from ._shared import titled
-from ._studies import angles, calibration, chord_angles, distribution, layouts, overlay, tornado, wear
+from ._studies import calibration, distribution, overlay, tornado, wear
 
 __all__ = [
-    "angles",
     "animate",
     "calibration",
-    "chord_angles",
     "compare",
     "contacts",
     "depth",
     "distribution",
     "duty",
-    "layouts",
-    "ledger",
     "lining_map",
-    "materials",
     "overlay",
     "permissible",
     "pressed",
     "pulley",
-    "replay",
     "stages",
     "stop",
     "stops",
@@ -38,9 +31,13 @@ __all__ = [
     "wear",
 ]
 
+_LAYOUTS = ("angles", "chord_angles", "layouts")
 __getattr__ = answers(
     __name__,
     gone={
+        **{name: f"simbrake.layouts.figures.{name} draws it" for name in _LAYOUTS},
+        "materials": "simbrake.formulas.figures.materials draws it",
+        **{name: f"simbrake.rig.figures.{name} draws it" for name in ("ledger", "replay")},
         "indices": "docs/recipes/global_indices.py has them as a table, made by SALib",
         "effects": "docs/recipes/global_indices.py has them as a table, made by SALib",
         "browse": "plot.stop draws the run over time, plot.pulley the brake at a time; simbrake app has sliders",

@@ -1,3 +1,4 @@
+from . import figures as figures
 from ._ledger import BRAKES as BRAKES
 from ._ledger import Entry as Entry
 from ._ledger import Ledger as Ledger

@@ -1,15 +1,14 @@
 """The duty of a rig's brakes, lowering by lowering: energies at hook and drum, what cannot be separated, totals."""
 
 import dataclasses
-import importlib
 from collections.abc import Callable, Iterator, Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
+from .._base._retired import answers
 from .._base._table import Column, Table, Tabular, digits, number, plain
 from ._log import Log
 from ._lowerings import LOADS, Lowering, Lowerings, in_seconds, lowerings
@@ -231,15 +230,7 @@ class Ledger(Tabular):
             }
         )
 
-    def write(self, folder: str | Path) -> list[Path]:
-        """Write `ledger.html` (a page), `.csv`, `.json`, `.png` and `.txt` into a folder, all or none."""
-        return write_pages(self, folder)
-
-
-def write_pages(book: Ledger, folder: str | Path, replay: Tabular | None = None) -> list[Path]:
-    """Write a ledger, and a replay of it."""
-    pages = importlib.import_module("simbrake._pages._rig")  # of a higher layer
-    return pages.write(book, Path(folder), replay)
+    __getattr__ = staticmethod(answers("Ledger", gone={"write": "simbrake.pages.write_ledger(book, folder) writes it"}))
 
 
 #: columns for reading

@@ -3,13 +3,13 @@
 import dataclasses
 import functools
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
+from .._base._retired import answers
 from .._base._table import Column, Table, Tabular, digits, number, plain
 from .._outputs._metrics import HOT
 from .._outputs._scan import peaks_between
@@ -22,7 +22,7 @@ from .._run._verdict import Verdict
 from ..loads import AbstractHookLoad, Motor, RecordedLoad, RecordedMotion
 from ..profiles import PiecewiseLinear
 from ..shaft import AbstractAuxiliaryBrake, TackleLoss
-from ._ledger import Ledger, faults_of_settings, ledger, refusal, shares_of, write_pages
+from ._ledger import Ledger, faults_of_settings, ledger, refusal, shares_of
 from ._log import Channel, Log
 from ._lowerings import LOADS, Course, Lowering, Lowerings, course_of, in_seconds, lowerings, spans_of
 
@@ -499,9 +499,9 @@ class Replay(Tabular):
         )
         return {**self.book.as_dict(), "replay": replay}
 
-    def write(self, folder: str | Path) -> list[Path]:
-        """Write the ledger as its own `write` does, with the replay in page, JSON and text, `replay.csv` and `.png`."""
-        return write_pages(self.book, folder, self)
+    __getattr__ = staticmethod(
+        answers("Replay", gone={"write": "simbrake.pages.write_ledger(replay, folder) writes it"})
+    )
 
 
 def _of_run(result: Result, verdict: Verdict) -> dict[str, Any]:

@@ -3,20 +3,18 @@
 import dataclasses
 import difflib
 import re
-from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from fractions import Fraction
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from .._base._arguments import explained
-from .._base._faults import Fault, InputError
-from .._base._nulls import EMPTY, NULLS, take_nulls, told_as_null
+from .._base._csv_file import CsvFile
+from .._base._faults import Fault
+from .._base._nulls import NULLS
 from .._base._quantity import behind
-from .._base._table import Tabular, Unit, plain, spelled, unit
-from .._base._text_table import HEAD, Rows, cells_of, opened
+from .._base._table import Tabular, Unit, plain
 from .._outputs._metrics import METRICS
 from .._outputs._quantities import SERIES_COLUMNS, Series, about_column, flat, outside, pair_column
 from .._parts._scene import Scene
@@ -274,11 +272,6 @@ def pick(result: Result, series: Series, column: str, entry: str | None) -> Arra
     return values[:, 0 if entry is None else labels.index(entry)]
 
 
-#: errors of values listed in full; a broken logger makes thousands
-_LISTED = 50
-#: columns and bytes of a file
-_MOST_COLUMNS = 10_000
-_MOST_BYTES = 1 << 28
 _SIGMA = "_sigma"
 #: columns of words
 _WORDS = ("event", "unit", "name", "file", "events")
@@ -340,7 +333,7 @@ class _Reading:
     def read(self, *paths: str | Path) -> Measured:
         data = Measured()
         for path in paths:
-            file = CsvFile(Path(path), self.null)
+            file = _MeasuredFile(Path(path), self.null, _WORDS)
             data += file.read(self.sigma, self.wanted)
             self.issues += file.faults
             data += Measured(notes=tuple(file.notes))
@@ -386,7 +379,7 @@ def read_recordings(
         duty.load.mass = 40.0 t, known
     """
     reading = _Reading(sigma, columns, null)
-    file = CsvFile(Path(table), null)
+    file = _MeasuredFile(Path(table), null, _WORDS)
     index = {head.name: i for i, head in enumerate(file.heads)}
     metrics = {name: file.column(i, unit_of(name)) for name, i in index.items() if _is_metric(name)}
     found = {name: file.spreads(index, name, unit_of(name), value) for name, value in metrics.items()}
@@ -425,72 +418,8 @@ def _normal(name: str) -> str:
     return name if where is None else where[0] if where[1] is None else f"{where[0]}[{where[1]}]"
 
 
-class _Head(NamedTuple):
-    """One column of a file: its header, the name in it and the unit in brackets."""
-
-    text: str
-    name: str
-    unit: str
-
-
-class CsvFile:
-    """One CSV file while it is read: its columns and errors.
-
-    - `places` (n,): lines of its rows;  `values`: numbers (n,) of each column as they are written, `texts` the words
-    - `notes`: what was assumed
-    """
-
-    def __init__(self, path: Path, null: Sequence[float] = NULLS) -> None:
-        self.path = path
-        self.notes: list[str] = []
-        self.heads: list[_Head] = []
-        self.places = np.empty(0, np.int64)
-        self._null = tuple(null)
-        self._listed: list[Fault] = []
-        self._left_out = 0
-        try:
-            with opened(path, "*.csv", most=_MOST_BYTES) as file:
-                self._lines = [line for piece in file.lines() for line in piece]
-            self.notes += file.remarks
-            self._split()
-        except InputError as error:
-            self._listed += error.faults
-
-    @property
-    def faults(self) -> list[Fault]:
-        """The first errors, and how many more there are."""
-        rest = Fault(str(self.path), f"{self._left_out} more errors", "fix these first")
-        return [*self._listed, rest] if self._left_out else self._listed
-
-    def fault(self, where: str, problem: str, hint: str = "") -> None:
-        if len(self._listed) < _LISTED:
-            self._listed.append(Fault(f"{self.path}{where}", problem, hint))
-        else:
-            self._left_out += 1
-
-    def _split(self) -> None:
-        lines = ["" if line.lstrip().startswith("#") else line for line in self._lines]
-        first = next((i for i, line in enumerate(lines) if line.strip()), len(lines))
-        if not any(map(str.strip, lines[first + 1 :])):
-            self.fault("", "has no header with values below it", "the first line names the columns")
-            return
-        self._separator = max(",;\t", key=lines[first].count)
-        heads = [_head(cell) for cell in cells_of(lines[first], self._separator)]
-        if len(heads) > _MOST_COLUMNS:
-            self.fault(" header", f"has {len(heads)} columns", f"at most {_MOST_COLUMNS}")
-            return
-        words = [i for i, head in enumerate(heads) if head.name in _WORDS]
-        rows = Rows(self.path, len(heads), self._separator, words, decimal="." if self._separator == "," else ",")
-        rows.add(lines[first + 1 :], first + 2)
-        self.places, self.values = rows.finish()
-        self.texts = rows.texts
-        self._odd = rows.odd
-        self.heads = heads
-        for line, count in rows.ragged:
-            what = f"has {count} cells under {len(heads)} columns"
-            self.fault(f" line {line}", what, "leave cells empty that were not measured")
-        for name in sorted(name for name, count in Counter(head.name for head in heads).items() if count > 1):
-            self.fault(" header", f"names {name} twice", "one column each")
+class _MeasuredFile(CsvFile):
+    """A CSV file of measured columns over time, or of single values."""
 
     def read(self, sigma: Mapping[str, float], wanted: set[str] | None) -> Measured:
         if not self.heads:
@@ -546,64 +475,6 @@ class CsvFile:
         i = names.get(name + _SIGMA)
         return None if i is None else self.column(i, si, needed=np.isfinite(value), spread_of=names[name])
 
-    def column(self, i: int, si: str, *, needed: np.ndarray | bool = False, spread_of: int | None = None) -> np.ndarray:
-        """A column in SI, NaN where a cell is empty or faulty; a standard deviation takes the unit of its column.
-
-        `needed`: where an empty cell is an error, at each time (`True`) or beside some measured values (n,).
-        """
-        head = self.heads[i]
-        text = head.unit or self.heads[i if spread_of is None else spread_of].unit
-        of = self._unit(f" header, column {head.text}", text, si)
-        self.written(i, needed, spread_of is not None)
-        return self._in_si(i, np.arange(self.places.size), of, si, spread_of is not None)
-
-    def _cell(self, k: Any, i: int) -> tuple[str, str]:
-        """A cell as it is written, and its place."""
-        line = self.places[k]
-        text = cells_of(self._lines[line - 1], self._separator)[i].strip()
-        return text, f" line {line}, column {self.heads[i].text}"
-
-    def written(self, i: int, needed: np.ndarray | bool = False, spread: bool = False) -> np.ndarray:
-        """Numbers of a column, NaN for null values, which is told; times that reach below one are none."""
-        x = self.values[i]
-        empty = np.isnan(x)
-        for null in take_nulls(x, self._null, times=needed is True):
-            self.notes += [] if needed is True else [told_as_null(null, [self.heads[i].text])]
-        missing = np.isnan(x) & needed
-        for k in np.flatnonzero(missing | (empty & (i in self._odd))):
-            cell, where = self._cell(k, i)
-            if empty[k] and cell not in EMPTY:
-                hint = "numbers as in 12.5 or 1.25e1; an empty cell: not measured"
-                self.fault(where, f"{cell!r} is not a number", hint)
-            elif missing[k]:
-                hint = "give its standard deviation" if spread else "every line needs its time"
-                self.fault(where, f"{cell} is a null value" if cell else "is empty beside a measured value", hint)
-        return x
-
-    def _unit(self, where: str, text: str, si: str) -> Unit:
-        try:
-            return unit(text, si)
-        except ValueError as error:
-            self.fault(where, f"{text!r} is not a unit of a quantity in {si or '1'}", str(error))
-            return Unit(1.0)
-
-    def _in_si(self, i: int, rows: np.ndarray, of: Unit, si: str, spread: bool) -> np.ndarray:
-        """Cells of a column in SI, standard deviations if `spread`, NaN where they are empty or faulty."""
-        written = self.values[i][rows]
-        ratio = Fraction(of.factor)  # 350 ms is 0.35 s: a quotient is rounded once
-        with np.errstate(over="ignore"):
-            values = written * float(ratio.numerator) / float(ratio.denominator) + (0.0 if spread else float(of.offset))
-        wrong = np.isinf(values) | ((written <= 0) if spread else (values < 0) & (si == "K"))
-        for k in np.flatnonzero(wrong):
-            text, where = self._cell(rows[k], i)
-            if np.isinf(values[k]):
-                self.fault(where, f"{text!r} is not finite", "leave the cell empty: not measured")
-            elif spread:
-                self.fault(where, f"{written[k]:g} is not a standard deviation", "it must be > 0")
-            else:
-                self.fault(where, f"{written[k]:g} is below absolute zero", "is the unit in the header right?")
-        return np.where(wrong, np.nan, values)
-
     # --- single values ----------------------------------------------------------------------------------------
 
     def _events(self, names: dict[str, int], sigma: Mapping[str, float]) -> Measured:
@@ -637,25 +508,16 @@ class CsvFile:
                 self.fault(where, f"is not a time but a quantity in {si}", "call the column value")
             else:
                 text = self.texts[names["unit"]][k] if "unit" in names else ""
-                of = self._unit(where, text or head.unit, si)
+                of = self.unit(where, text or head.unit, si)
             row = np.array([k])
             i = names.get("sigma")
             if i is not None and not np.isnan(self.values[i][k]):
                 spread = self.heads[i]
-                own = self._unit(f" header, column {spread.text}", spread.unit, si) if spread.unit else of
-                error = float(self._in_si(i, row, own, si, True)[0])
-            value = float(self._in_si(at, row, of, si, False)[0])
+                own = self.unit(f" header, column {spread.text}", spread.unit, si) if spread.unit else of
+                error = float(self.in_si(i, row, own, si, True)[0])
+            value = float(self.in_si(at, row, of, si, False)[0])
             if np.isfinite([value, error or 1.0]).all():  # else it has a separate error
                 singles.append(Single(metric, value, error))
         if not singles and not self.faults:
             self.fault("", "has no event with a value", "event,time,sigma")
         return Measured(singles=tuple(singles))
-
-
-def _head(cell: str) -> _Head:
-    """Name and unit of a header; brackets without a space before them may also hold an entry, `tension[3]`."""
-    text = cell.strip()
-    match = HEAD.match(text)
-    if match is None or not (text[match.end("name")].isspace() or spelled(match["unit"])):
-        return _Head(text, text, "")
-    return _Head(text, match["name"], match["unit"].strip())

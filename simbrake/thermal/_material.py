@@ -52,7 +52,7 @@ class SurfaceLayer(Part):
     - `conductivity` `λ_s` (W/(m·K))
 
     Linear between the temperatures, constant beyond their ends. V's layer of FK-24A grows from 5.6 µm at 100 °C to
-    35.4 µm at 650 °C; `simbrake.formulas.heating.transmission_table` has all its rows:
+    35.4 µm at 650 °C; `simbrake.design.formulas.heating.transmission_table` has all its rows:
 
         table = sb.formulas.heating.transmission_table()
         sb.thermal.SurfaceLayer(table.temperature, table.surface_layer)

@@ -57,7 +57,8 @@ ANSWERS = {
     **{"simulate": Answer(), "sensitivity": [Answer()], "lining_life": Answer(), "estimates": Answer()},
     **{"synthesize": Answer(), "compare_materials": Answer(), "read_measured": "measured", "calibrate": FITTED},
     **{"sweep": CODES[0], "ensemble": CODES[0], "studies.samples": {"drawn": [1.0]}},
-    **{f"plot.{name}": FIGURE for name in ("sweep", "wear", "calibration", "materials")},
+    **{f"plot.{name}": FIGURE for name in ("sweep", "wear", "calibration")},
+    "formulas.figures.materials": FIGURE,
     "plot.animate": None,
 }
 

@@ -11,8 +11,8 @@ import pytest
 from commands import call
 
 import simbrake as sb
-from simbrake._pages._app import App
 from simbrake.loads import BearingFriction, HydrodynamicBrake, Motor, Phase, Phases, SpeedHold, ViscousDrag
+from simbrake.pages._app import App
 
 WEIGHT, STATIC = 60e3 * 9.80665 * 0.4 / 8, 1.1
 Z = np.tan(np.radians(13.5) / 2)

@@ -6,7 +6,7 @@ import time
 from stop_scenes import stop_scene
 
 import simbrake as sb
-from simbrake._pages import _app
+from simbrake.pages import _app
 
 
 def test_the_latest_move_wins(monkeypatch):

@@ -7,6 +7,7 @@ import types
 
 import numpy as np
 import pytest
+import rig_recordings
 
 import simbrake as sb
 
@@ -23,10 +24,11 @@ EXAMPLES = {name: one for name, one in public().items() if ">>>" in (inspect.get
 
 @pytest.fixture(scope="module")
 def given():
-    """What every example has: a small stop under a hook load, and its result."""
+    """What the examples have: a small stop under a hook load, its result, and the ledger of a recording."""
     brake = sb.Brake(sb.Pulley(0.59, 1200.0), sb.Band(0.623), sb.uniform_linings(8, "270 deg", 0.35))
     scene = sb.Scene(brake, sb.Duty("12 kN", sb.HookLoad("20 t", 0.4, 8)), sb.Initial(24.0), 4.0)
-    return {"sb": sb, "np": np, "math": math, "scene": scene, "result": sb.simulate(scene)}
+    book = rig_recordings.book()
+    return {"sb": sb, "np": np, "math": math, "scene": scene, "result": sb.simulate(scene), "book": book}
 
 
 @pytest.mark.parametrize("name", EXAMPLES)

@@ -11,7 +11,7 @@ from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake import plot
-from simbrake.layouts import LayoutRow
+from simbrake.design.layouts import LayoutRow
 from simbrake.studies import (
     Calibration,
     Estimate,
@@ -189,7 +189,7 @@ def test_layouts_beside_the_last_one():
     ]
     for row in rows:
         row.values["slip"], row.units["slip"] = np.ones(3), ""
-    angles, apart, loads, _ = plot.layouts(rows).axes
+    angles, apart, loads, _ = sb.layouts.figures.layouts(rows).axes
     np.testing.assert_allclose([line.get_ydata() for line in angles.lines], [np.degrees(row.angle) for row in rows])
     assert all(line.get_xdata().tolist() == [1, 2, 3] for line in [*angles.lines, *apart.lines])
     np.testing.assert_allclose([line.get_ydata() for line in apart.lines], [[-2, 0, 2], [0, 0, 0]], atol=1e-12)
@@ -241,7 +241,7 @@ def test_wear_along_band_and_over_life():
 
 def test_angles_add_up_to_the_wrap():
     layout = sb.layouts.equal_increment_angles(0.3, 10, 10, math.radians(270.0))
-    axes = plot.angles({"equal increments": layout, "with gaps": plain_result().scene}).axes[0]
+    axes = sb.layouts.figures.angles({"equal increments": layout, "with gaps": plain_result().scene}).axes[0]
     steps = [line for line in axes.lines if line.get_marker() == "None"]
     dots = {line.get_label().partition(":")[0]: line for line in axes.lines if line.get_marker() != "None"}
     np.testing.assert_allclose(dots["equal increments"].get_ydata(), np.degrees(layout.angle), rtol=1e-12)
@@ -260,11 +260,11 @@ def test_angles_add_up_to_the_wrap():
 
 def test_angles_name_every_fault():
     with pytest.raises(sb.InputError) as caught:
-        plot.angles({"degrees": np.full(10, 27.0), "none": [], "words": "wide", "fine": np.full(4, 0.5)})
+        sb.layouts.figures.angles({"degrees": np.full(10, 27.0), "none": [], "words": "wide", "fine": np.full(4, 0.5)})
     assert [fault.path for fault in caught.value.faults] == ["given['degrees']", "given['none']", "given['words']"]
     assert "are they in degrees" in str(caught.value)
     with pytest.raises(sb.InputError, match="empty"):
-        plot.angles({})
+        sb.layouts.figures.angles({})
 
 
 # --- materials -----------------------------------------------------------------------------------------------------
@@ -282,12 +282,12 @@ def test_levels_by_a_parameter_are_named_in_words():
     data, energy = sb.formulas.EstimateData(track_area=1.6), {"initial.omega": [12.0, 24.0]}
     found = sb.compare_materials(stop_scene(), ["brass"], ["FK-24A"], energy=energy, data=data, run=False)
     assert [level.label for level in found.levels] == ["initial.omega = 12 rad/s", "initial.omega = 24 rad/s"]
-    texts = legend(plot.materials(found))
+    texts = legend(sb.formulas.figures.materials(found))
     assert [text.partition("  ")[2] for text in texts[:2]] == ["(initial speed 12 rad/s)", "(initial speed 24 rad/s)"]
 
 
 def test_panels_and_bars_of_materials(table):
-    figure = plot.materials(table)
+    figure = sb.formulas.figures.materials(table)
     panels = np.reshape(figure.axes, (2, 4))
     kinds = (
         ("surface", lambda x: x - 273.15, "maximum surface\ntemperature, °C"),

@@ -26,7 +26,13 @@ from stop_scenes import stop_scene
 import simbrake as sb
 from simbrake import plot
 
-DRAWN = {name: getattr(plot, name) for name in plot.__all__ if inspect.isfunction(getattr(plot, name))}
+HOMES = (plot, sb.layouts.figures, sb.formulas.figures, sb.rig.figures)
+DRAWN = {
+    name: function
+    for home in HOMES
+    for name, function in vars(home).items()
+    if inspect.isfunction(function) and function.__module__.startswith(home.__name__) and name[0] != "_"
+}
 #: axes without a unit: counts and names
 COUNTED = r"lining,|lining$|number of the stop|^\$k\$ of \d+|brake applications|^(ex|in)ternal pair$|^$"
 

@@ -14,7 +14,7 @@ from stop_scenes import stop_scene
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._pages._page import film_page
+from simbrake.pages._page import film_page
 
 CONTACT_OF = {to_hex(colour): words for words, colour in CONTACTS.items()}
 

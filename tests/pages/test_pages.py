@@ -245,7 +245,7 @@ def test_texts_of_people_never_run(browser, report):
 @pytest.mark.parametrize("size", SIZES)
 def test_ledger_of_a_rig(browser, tmp_path, size):
     recorded = book()
-    recorded.write(tmp_path)
+    sb.pages.write_ledger(recorded, tmp_path)
     text = (tmp_path / "ledger.html").read_text("utf-8")
     assert all(words in text for words in ("flagged and left out: 1", "single update", *recorded.notes))
     if browser is not None:

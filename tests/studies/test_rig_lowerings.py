@@ -381,7 +381,7 @@ def test_trips_days_and_files(tmp_path):
     assert [(row["day"], row["lowerings"]) for row in book.by_day] == [("2026-03-01", 2), ("2026-03-02", 1)]
     assert [row["lowerings"] for row in book.by_trip] == [2, 1]
     assert [row["lowerings"] for row in sb.rig.ledger(log, trip_pause=200.0).by_trip] == [1, 1, 1]
-    files = {file.name: file for file in book.write(tmp_path / "out")}
+    files = {file.name: file for file in sb.pages.write_ledger(book, tmp_path / "out")}
     assert sorted(files) == ["ledger.csv", "ledger.html", "ledger.json", "ledger.png", "ledger.txt"]
     kept = json.loads(files["ledger.json"].read_text("utf-8"))
     keys = ("start", "begin", "duration", "travel", "top_speed", "mean_load", "hook_work", "hook_work_low")

@@ -208,7 +208,7 @@ def test_a_comparison_looks_at_each_rest_once_and_pages_ask_for_one_verdict(tmp_
     assert asked["series"] < 0.1 * t.size
     np.testing.assert_allclose(compared.position.simulated, 40.0 - series.hook_position, atol=1e-9)
     np.testing.assert_allclose(compared.load.simulated, series.hook_load, rtol=1e-9)
-    replay.write(tmp_path / "duty")
+    sb.pages.write_ledger(replay, tmp_path / "duty")
     assert asked["verdict"] == 1
 
 

@@ -168,7 +168,7 @@ def test_printed_points_lie_on_the_curves(name, count, most):
 def test_chord_angles_are_as_printed():
     """Z, table 1: the five angles at β_7 = 20° for three coefficients of friction."""
     rows = {float(row["f"]): row for row in published_rows("Z1")}
-    for axes, (f, row) in zip(sb.plot.chord_angles(7, tuple(rows)).axes, rows.items(), strict=True):
+    for axes, (f, row) in zip(sb.layouts.figures.chord_angles(7, tuple(rows)).axes, rows.items(), strict=True):
         assert f"{f:g}" in axes.get_title()
         for j, line in enumerate(axes.lines[:5]):
             assert np.interp(20.0, *line.get_data()) == pytest.approx(float(row[f"beta{j + 1}_deg"]), rel=2e-3)

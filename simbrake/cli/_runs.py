@@ -85,10 +85,8 @@ def run(
     if single is not None:
         cli.print_written([sb.save(result, single)], json_)
     elif out is not None:
-        from .._pages._page import write as write_run
-
         with sb.plot.titled(title_of(file)):
-            written = write_run(result, out, checks)
+            written = sb.pages.write_run(result, out, checks)
         if recorded is not None:
             with display_units(units), cli.whole_file(out / "overlay.png") as place:
                 sb.plot.overlay(result, recorded).savefig(place, dpi=130)
@@ -280,12 +278,10 @@ def animate(
     if out.suffix.lower() == ".gif":
         sb.plot.animate(result, out, duration=duration, fps=fps, start=start, end=end)
     else:
-        from .._pages._page import film_page
-
         title = title_of(file)
         count = max(2, round(duration * fps))
         with cli.whole_file(out) as page:
-            page.write_text(film_page(result, title, count, duration, start, end), "utf-8")
+            page.write_text(sb.pages.film_page(result, title, count, duration, start, end), "utf-8")
     said = {"status": result.status, "message": result.message, "written": str(out)}
     cli.tell(f"written  {out}", lambda: said, json_)
     return cli.exit_code(result.ok)
@@ -406,8 +402,8 @@ def synthesize(
     """
     scene_file(file)
     cli.prepare_jax()
-    from ..formulas._inputs import read_given
-    from ..formulas._synthesis import faults_of_synthesis
+    from ..design.formulas._inputs import read_given
+    from ..design.formulas._synthesis import faults_of_synthesis
 
     out = out and cli.file_in(out, "synthesis.json" if json_ else "synthesis.txt")
     faults = cli.faults_of_file(out)
@@ -469,7 +465,7 @@ def materials(
     """
     out = out and cli.file_in(out, "materials.png")
     scene = cli.opened(file, set_, rtol, faults=cli.faults_of_file(out, ".png", ".svg", ".pdf"))
-    from ..formulas._material_table import DEFAULT_LININGS, DEFAULT_RIMS
+    from ..design.formulas._material_table import DEFAULT_LININGS, DEFAULT_RIMS
 
     levels = None if energy is None else _energy(scene, energy)
     names = rim or DEFAULT_RIMS, lining or DEFAULT_LININGS
@@ -480,7 +476,7 @@ def materials(
     cli.tell(comparison, comparison.as_dict, json_)
     if out is not None:
         with cli.whole_file(out) as path:
-            sb.plot.materials(comparison).savefig(path, dpi=120)
+            sb.formulas.figures.materials(comparison).savefig(path, dpi=120)
         cli.print_written([out], json_)
     return cli.exit_code(True, fail_on_limit and not all(row.admissible for row in comparison))
 
@@ -551,10 +547,9 @@ def publish(
             faults.append(Fault(f"--vary {path}", "its low end is not below its high one", "give LOW:HIGH"))
     scene = cli.checked(scene, faults)
     title = title_of(file)
-    from .._pages._publish import publish as publish_page
 
     with Progress("publish", "compiling…") as progress:
-        published = publish_page(scene, ranges, out, limits=limits, title=title, rtol=rtol, progress=progress)
+        published = sb.pages.publish(scene, ranges, out, limits=limits, title=title, rtol=rtol, progress=progress)
     cli.tell(f"{published}\nwritten  {out}", lambda: {"written": str(out), **published._asdict()}, json_)
     return 0
 
@@ -583,16 +578,15 @@ def app(
     """
     faults = [] if 0 <= port < 65536 else [Fault("--port", f"{port} is out of range", "0…65535; 0: any free port")]
     scene = cli.opened(file, set_, rtol, faults=faults)
-    from .._pages._app import App, Server
 
     limits = cli.limits_of(scene, limit)
     title = title_of(file)
-    slider_app = App(scene, limits, title, rtol)
+    slider_app = sb.pages.App(scene, limits, title, rtol)
     with Progress("app", "compiling…"):
         sb.check_scene(scene)
         slider_app.warm()
     try:
-        server = Server(slider_app, port)
+        server = sb.pages.Server(slider_app, port)
     except OSError as error:
         raise InputError([Fault("--port", f"{port} cannot be used: {error.strerror}", "give another port")]) from None
     words = f"the app is at {server.address}\nfor this computer alone; Ctrl+C ends it"

@@ -76,13 +76,13 @@ Subject: TypeAlias = Result | Ledger | Comparison
 
 
 class Picture(NamedTuple):
-    """A figure of a run: function of `simbrake.plot`, title, and condition on the result.
+    """A figure of a run: the function that draws it, title, and condition on the result.
 
     - `options`: further arguments of the function, so that one function can draw several figures
     - `drawn`: the script of a page draws this; the figure is for paper, and for readers without scripts
     """
 
-    name: str
+    drawing: Callable[..., Figure]
     title: str
     wanted: Callable[[Result], bool] = lambda result: True
     options: tuple[str, ...] = ()
@@ -91,17 +91,17 @@ class Picture(NamedTuple):
     @property
     def key(self) -> str:
         """A name for a file."""
-        return "-".join([self.name, *self.options])
+        return "-".join([self.drawing.__name__, *self.options])
 
     @property
     def caption(self) -> str:
         """Caption: docstring of the function, without its arguments and errors."""
-        words = inspect.getdoc(getattr(plot, self.name)) or ""
+        words = inspect.getdoc(self.drawing) or ""
         return " ".join(re.split(r"\n\n(?:- |Raises |Example)", words)[0].replace("`", "").split())
 
     def figure(self, subject: Subject) -> Figure:
         """The figure of what a page is about."""
-        return getattr(plot, self.name)(subject, *self.options)
+        return self.drawing(subject, *self.options)
 
 
 def _each_lining_has_heat(result: Result) -> bool:
@@ -110,34 +110,34 @@ def _each_lining_has_heat(result: Result) -> bool:
 
 
 #: the duty is in another section
-DUTY = Picture("duty", "What acts on the brake")
+DUTY = Picture(plot.duty, "What acts on the brake")
 #: the figures of a run in the order of the page; a new one is one line
 PICTURES = (
-    Picture("stop", "The run over time", drawn=True),
-    Picture("stops", "The stops, one by one", lambda run: len(run.stops) > 1),
+    Picture(plot.stop, "The run over time", drawn=True),
+    Picture(plot.stops, "The stops, one by one", lambda run: len(run.stops) > 1),
     Picture(
-        "pulley",
+        plot.pulley,
         "Tensions and loads on the pulley's circle",
         lambda run: isinstance(run.scene.brake, Brake),
         drawn=True,
     ),
     Picture(
-        "pulley",
+        plot.pulley,
         "Tensions and loads on the circles of the bands",
         lambda run: isinstance(run.scene.brake, MultiBandBrake),
     ),
     Picture(
-        "pressed",
+        plot.pressed,
         "What presses the linings",
         lambda run: isinstance(run.scene.brake, DiscBrake | ShoeBrake),
         drawn=True,
     ),
-    Picture("lining_map", "Normal load of every lining", options=("normal_load",)),
-    Picture("stages", "Stages of the staged brake", lambda run: run.scene.brake.in_series),
-    Picture("contacts", "Which linings slide", lambda run: bool(run.record.modes.contacts)),  # pyright: ignore
-    Picture("temperatures", "Temperatures", lambda run: run.scene.heated),
-    Picture("depth", "Through the depth of the rim", lambda run: bool(run.scene.network.walls)),
-    Picture("lining_map", "Temperature of every lining", _each_lining_has_heat, ("temperature",)),
+    Picture(plot.lining_map, "Normal load of every lining", options=("normal_load",)),
+    Picture(plot.stages, "Stages of the staged brake", lambda run: run.scene.brake.in_series),
+    Picture(plot.contacts, "Which linings slide", lambda run: bool(run.record.modes.contacts)),  # pyright: ignore
+    Picture(plot.temperatures, "Temperatures", lambda run: run.scene.heated),
+    Picture(plot.depth, "Through the depth of the rim", lambda run: bool(run.scene.network.walls)),
+    Picture(plot.lining_map, "Temperature of every lining", _each_lining_has_heat, ("temperature",)),
 )
 
 
@@ -400,7 +400,7 @@ def render(parts: Mapping[str, Any]) -> str:
 # --- files ------------------------------------------------------------------------------------------------------------
 
 
-def write(result: Result, folder: Path, checks: Sequence[LimitCheck]) -> list[Path]:
+def write_run(result: Result, folder: Path, checks: Sequence[LimitCheck]) -> list[Path]:
     """Write `summary.json`, `summary.txt`, `series.csv`, `result.nc`, and every figure that the run has as PNG.
 
     - `checks`: limits shown in the summaries

@@ -108,7 +108,7 @@ def rig(
             cli.tell(said, said.as_dict, json_)
         if out is not None:
             progress.now("page and figure")
-            cli.print_written(said.write(out), json_)
+            cli.print_written(sb.pages.write_ledger(said, out), json_)
     return cli.exit_code(said is book or said.result.ok)  # pyright: ignore
 
 

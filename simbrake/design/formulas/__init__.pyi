@@ -1,4 +1,5 @@
 from . import contact as contact
+from . import figures as figures
 from . import heating as heating
 from . import statics as statics
 from . import stress as stress

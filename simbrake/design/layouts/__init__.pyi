@@ -1,3 +1,4 @@
+from . import figures as figures
 from ._equal_layout import InfeasibleLayout as InfeasibleLayout
 from ._equal_layout import Layout as Layout
 from ._equal_layout import LayoutDesign as LayoutDesign

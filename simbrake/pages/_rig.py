@@ -6,13 +6,15 @@ from pathlib import Path
 from .._base._faults import whole_folder
 from .._base._table import Number, Table, number
 from .._outputs._judgement import Colour
+from ..rig import figures
 from ..rig._ledger import Ledger
 from ..rig._replay import Comparison, Replay, compare
 from ._page import Contents, Picture, draw, flat, render, write_json
 from ._rows import BADGES, Tile, key_figures
 
 #: the figures of a ledger and of a replay
-PICTURE, REPLAYED = Picture("ledger", "Lowerings and their work"), Picture("replay", "Replayed on the scene")
+PICTURE = Picture(figures.ledger, "Lowerings and their work")
+REPLAYED = Picture(figures.replay, "Replayed on the scene")
 
 
 def contents(book: Ledger, comparison: Comparison | None = None) -> Contents:
@@ -95,16 +97,28 @@ def _assumptions(book: Ledger) -> Iterator[str | Table]:
     yield Table(["argument", "value"], flat({**book.given, **limits}), "in SI units")
 
 
-def write(book: Ledger, folder: Path, replay: Replay | None = None) -> list[Path]:
-    """Write a ledger, and a replay of it, as page, tables, figures and text, all or none; return the paths."""
-    comparison, said = (None, book) if replay is None else (compare(replay), replay)
-    with whole_folder(folder) as (scratch, written):
+def write_ledger(recorded: Ledger | Replay, folder: str | Path) -> list[Path]:
+    """Write a ledger, or a replay with its ledger, into a folder, all or none; return the paths.
+
+    The files are `ledger.html` (a page), `.csv`, `.json`, `.png` and `.txt`; of a replay also `replay.csv` and `.png`.
+
+    Raises `InputError` where the folder cannot be written.
+
+    Example:
+        >>> import tempfile
+        >>> with tempfile.TemporaryDirectory() as folder:
+        ...     sorted(path.name for path in sb.pages.write_ledger(book, folder))
+        ['ledger.csv', 'ledger.html', 'ledger.json', 'ledger.png', 'ledger.txt']
+    """
+    book = recorded.book if isinstance(recorded, Replay) else recorded
+    comparison = compare(recorded) if isinstance(recorded, Replay) else None
+    with whole_folder(Path(folder)) as (scratch, written):
         (scratch / "ledger.html").write_text(render(contents(book, comparison)), "utf-8")
-        (scratch / "ledger.txt").write_text(f"{said}\n", "utf-8")
-        write_json(scratch / "ledger.json", said.as_dict())
-        if replay is not None:
-            _as_csv(replay.table, scratch / "replay.csv")
-            REPLAYED.figure(comparison).savefig(scratch / "replay.png", dpi=130)  # pyright: ignore
+        (scratch / "ledger.txt").write_text(f"{recorded}\n", "utf-8")
+        write_json(scratch / "ledger.json", recorded.as_dict())
+        if comparison is not None:
+            _as_csv(recorded.table, scratch / "replay.csv")
+            REPLAYED.figure(comparison).savefig(scratch / "replay.png", dpi=130)
         _as_csv(book.table, scratch / "ledger.csv")
         PICTURE.figure(book).savefig(scratch / "ledger.png", dpi=130)
     return written

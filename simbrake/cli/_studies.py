@@ -58,9 +58,7 @@ def sensitivity(
     tables = sb.sensitivity(scene, metric or ["stopping_time"], wrt, span=span or None, rtol=rtol)
     cli.tell("\n\n".join(str(table) for table in tables), lambda: [table.as_dict() for table in tables], json_)
     if out is not None:
-        from .._pages._page import write_sensitivities
-
-        cli.print_written(write_sensitivities(tables, out), json_)
+        cli.print_written(sb.pages.write_sensitivities(tables, out), json_)
     return 0
 
 

@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from .._base._arguments import explained
-from .._base._faults import require_positive
+from ..._base._arguments import explained
+from ..._base._faults import require_positive
 from .contact import Amount, Layers
 
 

@@ -6,10 +6,10 @@ from matplotlib.patches import Patch
 
 from .._base._arguments import explained
 from .._base._table import scale
-from ..rig._ledger import Ledger
-from ..rig._lowerings import LOADS, Lowering
-from ..rig._replay import Comparison
-from ._shared import BLUE, GREEN, GREY, ORANGE, VERMILLION, finish, sheet, styled
+from ..plot._shared import BLUE, GREEN, GREY, ORANGE, VERMILLION, finish, sheet, styled
+from ._ledger import Ledger
+from ._lowerings import LOADS, Lowering
+from ._replay import Comparison
 
 #: colours of the kinds of load
 _KINDS: dict[str, str] = dict(zip(LOADS, (ORANGE, GREEN, BLUE), strict=True))
@@ -34,7 +34,7 @@ def ledger(book: Ledger, *, figure: Figure | None = None) -> Figure:
     Lowerings that are flagged, and in no total, are red.
 
     Example:
-        >>> figure = sb.plot.ledger(book)
+        >>> figure = sb.rig.figures.ledger(book)
         >>> [axes.get_ylabel() for axes in figure.axes]
         ['height, m', 'work, MJ']
     """
@@ -81,7 +81,7 @@ def replay(comparison: Comparison, *, figure: Figure | None = None) -> Figure:
     """Recorded and simulated height of the block and load of the hook, in the units of the log, and temperatures.
 
     Example:
-        >>> figure = sb.plot.replay(comparison)
+        >>> figure = sb.rig.figures.replay(comparison)
         >>> [axes.get_ylabel() for axes in figure.axes]
         ['height, m', 'hook load, kN', 'temperature, °C']
     """

@@ -8,11 +8,11 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from .._base._arguments import explained
-from .._base._faults import require_not_negative, require_positive, require_share
-from ..hybrid._arrays import Array
-from ..thermal._heat import TransmissionPartition
-from ..thermal._material import Material
+from ..._base._arguments import explained
+from ..._base._faults import require_not_negative, require_positive, require_share
+from ...hybrid._arrays import Array
+from ...thermal._heat import TransmissionPartition
+from ...thermal._material import Material
 from .contact import Amount
 
 
@@ -247,7 +247,7 @@ def transmission_table() -> TransmissionPartition:
         >>> type(sb.formulas.transmission_table()).__name__
         'TransmissionPartition'
     """
-    text = (resources.files("simbrake.formulas") / "heat_transmission.csv").read_text("utf-8")
+    text = (resources.files("simbrake.design.formulas") / "heat_transmission.csv").read_text("utf-8")
     table = np.genfromtxt(text.splitlines(), delimiter=",", names=True)
     polished, matte, band = (table[f"alpha{i}"] for i in (1, 2, 3))
     return TransmissionPartition(table["T_polished_C"] + 273.15, polished, matte, band, 1e-6 * table["delta_s_um"])

@@ -9,15 +9,15 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._base._arguments import explained
-from .._base._faults import Fault, InputError
-from .._base._progress import Progress
-from .._base._table import Column, Table, Tabular, plain
-from .._parts._scene import Scene, faults
-from .._run._measure import check_metrics, measure, unit_of
-from .._run._result import Result
-from ..hybrid._arrays import Array
-from ..studies._evaluator import Box, Faults, PointEvaluator, Solver, box_of
+from ..._base._arguments import explained
+from ..._base._faults import Fault, InputError
+from ..._base._progress import Progress
+from ..._base._table import Column, Table, Tabular, plain
+from ..._parts._scene import Scene, faults
+from ..._run._measure import check_metrics, measure, unit_of
+from ..._run._result import Result
+from ...hybrid._arrays import Array
+from ...studies._evaluator import Box, Faults, PointEvaluator, Solver, box_of
 
 
 class LimitRow(NamedTuple):

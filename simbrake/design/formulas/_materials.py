@@ -4,10 +4,10 @@ import dataclasses
 from collections.abc import Callable
 from typing import Any
 
-from .._base._arguments import explained
-from .._base._faults import require_positive
-from ..thermal._material import LIBRARY, Entry, Material, library, material
-from ..wear import ThresholdWear
+from ..._base._arguments import explained
+from ..._base._faults import require_positive
+from ...thermal._material import LIBRARY, Entry, Material, library, material
+from ...wear import ThresholdWear
 from .stress import ElasticMaterial
 
 _ZERO = 273.15  # K

@@ -7,13 +7,13 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from .._base._faults import Fault, InputError
-from .._base._part import faults_of_values
-from .._base._quantity import NumberReader, Quantity, behind, positive
-from .._parts._scene import Scene, banded_brake
-from ..thermal._heat import FrictionHeat, Heat, PowerShares
-from ..thermal._material import LIBRARY, ROOM, Material, effusivity_share, material
-from ..thermal._network import AbstractCoefficient, Convection, Lump, Radiation, Reservoir, Wall, place_of
+from ..._base._faults import Fault, InputError
+from ..._base._part import faults_of_values
+from ..._base._quantity import NumberReader, Quantity, behind, positive
+from ..._parts._scene import Scene, banded_brake
+from ...thermal._heat import FrictionHeat, Heat, PowerShares
+from ...thermal._material import LIBRARY, ROOM, Material, effusivity_share, material
+from ...thermal._network import AbstractCoefficient, Convection, Lump, Radiation, Reservoir, Wall, place_of
 from .contact import polished_surface
 from .stress import ElasticMaterial
 

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import jax.numpy as jnp
 import numpy as np
 
-from ..loads import AbstractHookLoad
-from ..thermal._heat import shares_of_S
+from ...loads import AbstractHookLoad
+from ...thermal._heat import shares_of_S
 from . import heating
 from ._braking import Braking
 from ._heated import HeatedPart, RunValues

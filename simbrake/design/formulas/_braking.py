@@ -10,9 +10,9 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from .._parts._scene import Scene, banded_brake
-from ..thermal._heat import FlashTemperature, PowerShares
-from ..thermal._material import effusivity_share
+from ..._parts._scene import Scene, banded_brake
+from ...thermal._heat import FlashTemperature, PowerShares
+from ...thermal._material import effusivity_share
 from ._heated import HeatedPart, RunValues, run_values
 from ._inputs import Input
 from .contact import radiation_coefficient

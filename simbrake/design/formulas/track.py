@@ -6,13 +6,13 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from .._base._arguments import explained
-from .._base._faults import Fault, InputError, require_positive
-from .._parts._scene import band_brake
-from .._run._linings import geometric_overlap, rubbing
-from .._run._result import Result, look
-from ..brakes._design import Brake
-from ..thermal._material import Material
+from ..._base._arguments import explained
+from ..._base._faults import Fault, InputError, require_positive
+from ..._parts._scene import band_brake
+from ..._run._linings import geometric_overlap, rubbing
+from ..._run._result import Result, look
+from ...brakes._design import Brake
+from ...thermal._material import Material
 from ._inputs import wall_at
 from .contact import Layers
 

@@ -8,13 +8,13 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from .._outputs._quantities import Series
-from .._parts._scene import Scene
-from .._run._networks import with_temperatures
-from .._run._result import Result
-from ..thermal._heat import Heat, initial_temperatures, node_names
-from ..thermal._material import Material
-from ..thermal._network import Wall, place_of
+from ..._outputs._quantities import Series
+from ..._parts._scene import Scene
+from ..._run._networks import with_temperatures
+from ..._run._result import Result
+from ...thermal._heat import Heat, initial_temperatures, node_names
+from ...thermal._material import Material
+from ...thermal._network import Wall, place_of
 from ._inputs import wall_at
 from .heating import SchmidtCourse, effective_volume, heat_content, mean_bulk_rise, penetration_depth, schmidt
 

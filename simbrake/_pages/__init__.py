@@ -1,1 +1,0 @@
-"""HTML report and output folder of a run."""
