@@ -4,7 +4,7 @@
     scene = sb.Scene(brake, sb.Duty("24 kN", sb.HookLoad("60 t", "400 mm", 8)), sb.Initial(24), "5 s")
     result = sb.simulate(scene)
     print(result)                                  # the summary, the verdict first
-    print(sb.results.explain(result))              # what happened and why
+    print(sb.studies.explain(result))              # what happened and why
     result["stopping_time"], result.events["stop"], result.series([0.0, 0.5]), result.plot()
 
 - a scene: `Scene` of a `Brake`, `DiscBrake` or `ShoeBrake`, a `Duty` or `ForceDuty`, and `Initial`; `read_scene`

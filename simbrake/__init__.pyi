@@ -44,6 +44,7 @@ from .brakes._pressed import DiscBrake as DiscBrake
 from .brakes._pressed import Pads as Pads
 from .brakes._pressed import ShoeBrake as ShoeBrake
 from .brakes._pressed import Shoes as Shoes
+from .checks._compare import compare as compare
 from .checks._cross_check import cross_check as cross_check
 from .checks._validate import validate as validate
 from .design import formulas as formulas
@@ -70,7 +71,6 @@ from .profiles import Constant as Constant
 from .profiles import PiecewiseLinear as PiecewiseLinear
 from .profiles import Repeated as Repeated
 from .profiles import ramp as ramp
-from .results._compare import compare as compare
 from .results._dataset import dataset as dataset
 from .results._dataset import read_result as read_result
 from .results._dataset import save as save

@@ -1,3 +1,5 @@
+from ._compare import Comparison as Comparison
+from ._compare import compare as compare
 from ._cross_check import CrossCheck as CrossCheck
 from ._cross_check import cross_check as cross_check
 from ._validate import validate as validate

@@ -186,7 +186,7 @@ def explain(
             result = sb.results.rerun(file / "result.nc" if file.is_dir() else file)
         limits = cli.limits_of(result.scene, limit)
         with sb.results.display_units("si" if json_ else units):
-            explanation = sb.results.explain(
+            explanation = sb.studies.explain(
                 result, limits=limits, influence=influence, accuracy=accuracy, progress=progress
             )
     cli.tell(explanation, explanation.as_dict, json_)

@@ -1,13 +1,32 @@
-"""Results of a run: series, events, energies, friction at each lining; data sets, files, comparisons.
+"""Results of a run: series, events, energies, friction at each lining; data sets, files.
 
 The names are in `__init__.pyi`, each with its module, which is imported at the first use of the name.
 """
+
+import importlib
+from typing import Any
 
 import lazy_loader
 
 from .._base._retired import answers
 
 _named, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)
+
+#: what wings say of results, by its wing
+_ABOVE = {
+    "compare": "checks",
+    "Comparison": "checks",
+    "explain": "studies",
+    "Explanation": "studies",
+    "Finding": "studies",
+}
+
+
+def _found(name: str) -> Any:
+    if wing := _ABOVE.get(name):
+        return getattr(importlib.import_module(f"simbrake.{wing}"), name)
+    return _named(name)
+
 
 __getattr__ = answers(
     __name__,
@@ -18,5 +37,5 @@ __getattr__ = answers(
         ),
         **dict.fromkeys(("EventError", "StateError"), "simbrake.results.ErrorEstimate is of events and states too"),
     },
-    others=_named,
+    others=_found,
 )

@@ -1,13 +1,7 @@
-from ._compare import Comparison as Comparison
-from ._compare import compare as compare
-from ._compare import rerun as rerun
 from ._dataset import dataset as dataset
 from ._dataset import provenance as provenance
 from ._dataset import read_result as read_result
 from ._dataset import save as save
-from ._explain import Explanation as Explanation
-from ._explain import Finding as Finding
-from ._explain import explain as explain
 from ._of_runs import EVENTS as EVENTS
 from ._of_runs import FAILURES as FAILURES
 from ._of_runs import METRICS as METRICS
@@ -58,3 +52,4 @@ from ._of_runs import simulate_heat as simulate_heat
 from ._of_runs import steady_state as steady_state
 from ._of_runs import verdict as verdict
 from ._of_runs import with_temperatures as with_temperatures
+from ._rerun import rerun as rerun

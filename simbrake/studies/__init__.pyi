@@ -7,6 +7,9 @@ from ._density import LogDensity as LogDensity
 from ._density import log_density as log_density
 from ._ensemble import ensemble as ensemble
 from ._ensemble import sweep as sweep
+from ._explain import Explanation as Explanation
+from ._explain import Finding as Finding
+from ._explain import explain as explain
 from ._lining_life import LifeHistory as LifeHistory
 from ._lining_life import LiningLife as LiningLife
 from ._lining_life import lining_life as lining_life

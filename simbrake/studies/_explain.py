@@ -32,10 +32,10 @@ from .._run._report import labels_of
 from .._run._result import Result
 from .._run._simulate import simulate
 from .._run._verdict import Verdict, verdict
+from ..results import rerun
 from ..shaft import AbstractAuxiliaryBrake
-from ..studies._sensitivity import Sensitivity
-from ..studies._sensitivity import sensitivity as sensitivities
-from ._compare import rerun
+from ._sensitivity import Sensitivity
+from ._sensitivity import sensitivity as sensitivities
 
 #: parameters that are named among the most influential ones, at most
 _MOST = 3
@@ -55,7 +55,7 @@ class Finding(NamedTuple):
     """One topic of an explanation: sentences, and their numbers in SI by name.
 
     Example:
-        >>> finding = sb.results.explain(result, influence=False)["outcome"]
+        >>> finding = sb.studies.explain(result, influence=False)["outcome"]
         >>> finding.topic, finding.numbers["status"], finding.numbers["exceeded"]
         ('outcome', 'stopped', 0)
     """
@@ -73,7 +73,7 @@ class Explanation(Tabular):
     topics: outcome, course, balance, linings, limits, stability, influence, accuracy, remedy, where the run has them.
 
     Example:
-        >>> sb.results.explain(result, influence=False)["outcome"].numbers["status"]
+        >>> sb.studies.explain(result, influence=False)["outcome"].numbers["status"]
         'stopped'
     """
 
@@ -122,7 +122,7 @@ def explain(
     Raises `InputError` for errors of the scene or the limits.
 
     Example:
-        >>> said = sb.results.explain(result, influence=False)
+        >>> said = sb.studies.explain(result, influence=False)
         >>> said["balance"].numbers["governs"]
         'inertia'
     """
