@@ -34,7 +34,7 @@ import simbrake as sb
 from benchmarks.ours import event_times, final_state
 from benchmarks.reference import error, reference
 from benchmarks.scenes import CASES, Answer
-from simbrake._run._accuracy import difference, longest_step
+from simbrake.runs.accuracy import difference, longest_step
 
 #: shares of the cases in which an estimate should be neither too small nor too large
 LEAST_SAFE, LEAST_SHARP = 0.95, 0.80

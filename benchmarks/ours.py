@@ -83,7 +83,7 @@ def _all_of(result: Any, case: Case) -> list[Any]:
     """Times of all stops and restarts, in turn: where the pulley came to rest, and where it left it."""
     import jax.numpy as jnp
 
-    from simbrake._physics._mechanism import BandMode
+    from simbrake.physics.mechanism import BandMode
 
     record = result.record
     rest = record.modes.band == BandMode.HELD

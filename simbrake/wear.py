@@ -11,11 +11,11 @@ from ._base._corners import greater
 from ._base._faults import Fault, Faults
 from ._base._part import Part, faults_of_sizes, leaves, part, quantity, short_for
 from ._base._quantity import Over, Scalar
-from ._phases import Phases
 from .brakes._design import AbstractBrake, Brake
 from .friction import GAS_CONSTANT, remembers
 from .hybrid._arrays import Array, Floats
 from .hybrid._struct import struct_field
+from .phases import Phases
 from .profiles import AbstractProfile, Piece, Real
 from .thermal._heat import Heat
 from .thermal._material import ROOM

@@ -16,10 +16,10 @@ from typing import Any
 from reference import unit_of
 from sphinx.application import Sphinx
 
-from simbrake._outputs import _log as names
-from simbrake._outputs._metrics import METRICS
-from simbrake._outputs._quantities import PAIR_COLUMNS, SERIES_COLUMNS
-from simbrake._physics import _mechanism
+from simbrake.outputs import _log as names
+from simbrake.outputs.metrics import METRICS
+from simbrake.outputs.quantities import PAIR_COLUMNS, SERIES_COLUMNS
+from simbrake.physics import _mechanism
 from simbrake.thermal._material import library
 
 DOCS = pathlib.Path(__file__).parents[1]

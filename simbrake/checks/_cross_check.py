@@ -17,18 +17,18 @@ from .._base._compiling import DeviceJit
 from .._base._faults import Fault, InputError
 from .._base._progress import shown_progress
 from .._base._table import Table
-from .._outputs._log import Event
-from .._outputs._metrics import marks
-from .._parts._scene import Scene
-from .._physics._heated import thermal_of
-from .._physics._mechanism import Label, events_of_change, turned_since_rest
-from .._run._choice import stiffness
-from .._run._report import events_of_linings, friction_changes
-from .._run._result import Result
-from .._run._simulate import simulate
 from ..hybrid import Record
 from ..hybrid._arrays import Array
 from ..hybrid._system import ENDED
+from ..outputs.log import Event
+from ..outputs.metrics import marks
+from ..parts.scene import Scene
+from ..physics.heated import thermal_of
+from ..physics.mechanism import Label, events_of_change, turned_since_rest
+from ..runs.choice import stiffness
+from ..runs.report import events_of_linings, friction_changes
+from ..runs.result import Result
+from ..runs.simulate import simulate
 from ._validation import FAIL, PASS, AbstractChecks, Check, judged
 
 #: a guard this near to 0 has been reached (guards are of order one)

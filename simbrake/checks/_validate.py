@@ -6,7 +6,7 @@ from fnmatch import fnmatchcase
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._progress import Progress
-from .._run._simulate import require_64_bits
+from ..runs.simulate import require_64_bits
 from ._validation import Case, Validation, run_case
 
 

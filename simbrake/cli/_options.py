@@ -22,9 +22,9 @@ from ..files._shipped import scene_file
 if TYPE_CHECKING:
     from cyclopts import Token
 
-    from .._parts._scene import Scene
-    from .._run._result import Result as Result
-    from .._run._verdict import Verdict
+    from ..parts.scene import Scene
+    from ..runs.result import Result as Result
+    from ..runs.verdict import Verdict
 else:
     Scene = Result = Verdict = object  # their modules load JAX, which `--help` must not
 
@@ -138,8 +138,8 @@ def opened(
     if attempt(errors, scene_file, file) is None:
         raise InputError(errors)  # known before JAX is loaded
     prepare_jax()
-    from .._run._edit import parse_assignments
     from ..files._scene_file import read_scene
+    from ..runs.edit import parse_assignments
 
     values = attempt(errors, parse_assignments, set_ or [])
     scene = attempt(errors, read_scene, file, values or {})
@@ -202,7 +202,7 @@ def in_si(
     """Numbers by the path of a parameter, in SI from texts with or without unit; errors go to `faults`."""
     if scene is None:
         return {}
-    from .._run._edit import read_numbers
+    from ..runs.edit import read_numbers
 
     values = {}
     for path, numbers in texts.items():
@@ -219,7 +219,7 @@ def limits_of(scene: Scene, texts: list[str] | None, metrics: Sequence[str] = ()
 
     Raises one `InputError` with the errors of all, and of the names of other `metrics`.
     """
-    from .._run._measure import check_metrics, parse_limits
+    from ..runs.measure import check_metrics, parse_limits
 
     limits, faults = parse_limits(scene, texts or [])
     attempt(faults, check_metrics, scene, metrics)

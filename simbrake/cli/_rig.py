@@ -14,7 +14,7 @@ from .._base._progress import Progress
 from . import _options as cli
 
 if TYPE_CHECKING:
-    from .._parts._scene import Scene
+    from ..parts.scene import Scene
     from ..rig import Ledger
 else:
     Ledger = Scene = object  # slow to import, and not needed by `--help`

@@ -56,7 +56,7 @@ def run(
         lost.append(Fault("--measured", "is drawn into a figure", "give its folder: --out"))
     scene = cli.opened(file, set_, rtol, folder=None if single else out, faults=lost, **counts)
     from .._base._table import display_units
-    from .._run._measure import limit_checks, summary_with_limits, text_with_limits, with_limits
+    from ..runs.measure import limit_checks, summary_with_limits, text_with_limits, with_limits
 
     limits = cli.limits_of(scene, limit)
     scene = with_limits(scene, limits)
@@ -124,7 +124,7 @@ def report(
     """
     out = cli.file_in(out or Path(), f"{file.stem}.html")
     scene = cli.opened(file, set_, rtol, faults=cli.faults_of_file(out))
-    from .._run._measure import limit_checks, limit_dicts, limit_lines, with_limits
+    from ..runs.measure import limit_checks, limit_dicts, limit_lines, with_limits
 
     metrics = sensitivity or []
     title = title_of(file)
@@ -537,7 +537,7 @@ def publish(
     ranges = cli.in_si(scene, "--vary", requested, faults)
     limits = (scene and cli.attempt(faults, cli.limits_of, scene, limit)) or {}
     from .._base._part import leaves
-    from .._run._edit import entry_of
+    from ..runs.edit import entry_of
 
     there = {leaf.path for leaf in leaves(scene)}
     for path, (low, high) in ranges.items():

@@ -108,8 +108,8 @@ def check(file: cli.SceneFile, /, *, set_: cli.Set = None, json_: cli.Flag = Fal
         Print {faults, warnings} as JSON, alone on stdout.
     """
     cli.prepare_jax()
-    from .._parts._scene import plausibility, warnings
     from ..files._schema import count_text
+    from ..parts.scene import plausibility, warnings
 
     try:
         opened_scene = cli.opened(file, set_)

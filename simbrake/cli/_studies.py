@@ -174,8 +174,8 @@ def _evenly(low: float, high: float, count: int) -> list[float]:
 def _metrics_of(scene: cli.Scene, text: str | None, limits: Iterable[str]) -> tuple[str, ...]:
     """`--metrics`: names with commas between them, `all`, or the default metrics of an ensemble; and those that have
     `limits`, where a pressure is compared by the load that gives it."""
-    from .._outputs._metrics import metric_names
-    from .._run._measure import PRESSURE
+    from ..outputs.metrics import metric_names
+    from ..runs.measure import PRESSURE
     from ..studies._evaluator import default_metrics
 
     named = default_metrics(scene) if text is None else metric_names(scene)
@@ -235,7 +235,7 @@ def _text(runs: Table, metrics: Sequence[str]) -> str:
     import numpy as np
 
     from .._base._table import ZERO, Column, Table
-    from .._outputs._judgement import REASONS
+    from ..outputs.judgement import REASONS
 
     ended = ", ".join(f"{n} {name.replace('_', ' ')}" for name, n in _counts(runs).items())
     words = {reason.id: reason.words for reason in REASONS}
@@ -258,8 +258,8 @@ def _limits_of(
 ) -> dict[str, Any] | None:
     """How many runs exceed each limit, of how many that have a value or should have one, and the names of those that
     were not looked at; `None` where there are none."""
-    from .._outputs._metrics import HOLDING
-    from .._run._measure import Limited
+    from ..outputs.metrics import HOLDING
+    from ..runs.measure import Limited
 
     limited = Limited.of(scene, limits, metrics)
     done = [row for row in runs.as_list() if row["code"] == 0]
@@ -285,8 +285,8 @@ def _limits_of(
 def _limits_text(limits: dict[str, Any] | None) -> str:
     """The same as a line."""
     from .._base._table import number
-    from .._outputs._metrics import HOLDING
-    from .._run._measure import unit_of
+    from ..outputs.metrics import HOLDING
+    from ..runs.measure import unit_of
 
     if limits is None:
         return ""

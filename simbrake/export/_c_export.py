@@ -18,20 +18,20 @@ from .._base._compiling import pack
 from .._base._faults import Fault, InputError, whole_file
 from .._base._part import leaves
 from .._base._quantity import Quantity, shown
-from .._outputs._judgement import REASONS, judge
-from .._outputs._log import FAILURES, STATUS_MESSAGES, Status, status_of
-from .._outputs._metrics import metric_names
-from .._outputs._probe import ends_driven, seen_at
-from .._outputs._quantities import SERIES_COLUMNS, series_of
-from .._parts._scene import Scene, checked
-from .._physics._assemble import assemble
-from .._physics._mechanism import BandMode, Label, Mode, events_of_change
-from .._run._measure import check_metrics, measure, unit_of
-from .._run._simulate import check_limits, method_of, room_for, simulate, solver_of
-from .._run._stepper import HeldInput, InputShape, held_inputs, step_of_numbers
 from ..hybrid._arrays import Array
 from ..hybrid._solve import likes
 from ..hybrid._system import SKIPPED, unravel
+from ..outputs.judgement import REASONS, judge
+from ..outputs.log import FAILURES, STATUS_MESSAGES, Status, status_of
+from ..outputs.metrics import metric_names
+from ..outputs.probe import ends_driven, seen_at
+from ..outputs.quantities import SERIES_COLUMNS, series_of
+from ..parts.scene import Scene, checked
+from ..physics.assemble import assemble
+from ..physics.mechanism import BandMode, Label, Mode, events_of_change
+from ..runs.measure import check_metrics, measure, unit_of
+from ..runs.simulate import check_limits, method_of, room_for, simulate, solver_of
+from ..runs.stepper import HeldInput, InputShape, held_inputs, step_of_numbers
 from ._c_code import HELPERS, Program, UnknownOperation, literal
 
 #: metrics where the caller names none, as far as a scene has them

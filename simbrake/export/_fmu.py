@@ -22,10 +22,10 @@ import numpy as np
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError, whole_file
 from .._base._quantity import Quantity, shown
-from .._outputs._quantities import SERIES_COLUMNS
-from .._parts._scene import Scene, checked
-from .._run._stepper import HeldInput, held_inputs
 from ..files._scene_file import leaves
+from ..outputs.quantities import SERIES_COLUMNS
+from ..parts.scene import Scene, checked
+from ..runs.stepper import HeldInput, held_inputs
 from ._c_export import Export, c_name, c_text, check_waiting, possible_inputs, program_version, range_of
 
 #: outputs of several values, of which the maximum is given

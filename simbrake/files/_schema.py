@@ -16,14 +16,13 @@ from .._base._faults import Fault, InputError
 from .._base._part import Whole, about_of, alternatives, leaves, short_of, takes_values, unit_below
 from .._base._quantity import Quantity
 from .._base._table import Column, Table, numbers
-from .._parts._programme import programme_scene
-from .._parts._scene import AbstractDuty, Scene
-from .._run import _measure as _measure  # limits, found as a subclass
 from ..brakes import _bands as _bands  # kinds of brake, found as subclasses
 from ..brakes import _pressed as _pressed
 from ..brakes._bands import MultiBandBrake
 from ..brakes._design import AbstractBrake, Brake, Lining, uniform_linings
 from ..hybrid._struct import Struct
+from ..parts._programme import programme_scene
+from ..parts.scene import AbstractDuty, Scene
 from ..profiles import AbstractProfile, PiecewiseLinear, ramp
 from ..thermal._builders import (
     layered_heat,

@@ -17,14 +17,14 @@ import numpy as np
 from .._base._faults import InputError
 from .._base._part import Leaf, leaves
 from .._base._table import scale
-from .._parts._scene import Scene, check_scene, paths_without_meaning
-from .._run._edit import with_values
-from .._run._measure import limit_checks
-from .._run._result import Result
-from .._run._simulate import simulate
-from .._run._verdict import Verdict
 from ..files._scene_file import scene_text
 from ..loads import Cylinder, Lever
+from ..parts.scene import Scene, check_scene, paths_without_meaning
+from ..runs.edit import with_values
+from ..runs.measure import limit_checks
+from ..runs.result import Result
+from ..runs.simulate import simulate
+from ..runs.verdict import Verdict
 from ._live import Data, Detail, live, metric_rows, still
 from ._page import head, lasted, render
 from ._rows import BADGES

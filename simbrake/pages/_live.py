@@ -13,13 +13,11 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._quantity import as_number
 from .._base._table import ZERO
-from .._outputs._log import Event, plain_words
-from .._outputs._quantities import Series, fault_of_times
-from .._parts._scene import Scene
-from .._run._linings import WORDS, lining_contacts
-from .._run._result import Result, look
 from ..brakes._design import Brake
 from ..brakes._pressed import DiscBrake, ShoeBrake
+from ..outputs.log import Event, plain_words
+from ..outputs.quantities import Series, fault_of_times
+from ..parts.scene import Scene
 from ..plot._pulley import CONTACT_COLOURS, LINING, lining_edges, on_circle
 from ..plot._shared import (
     BLUE,
@@ -35,6 +33,8 @@ from ..plot._shared import (
     span,
     windows,
 )
+from ..runs.linings import WORDS, lining_contacts
+from ..runs.result import Result, look
 
 #: what JSON has as a mapping
 Data: TypeAlias = dict[str, Any]

@@ -22,12 +22,20 @@ from .._base._arguments import explained
 from .._base._faults import InputError, whole_file, whole_folder
 from .._base._progress import Progress, shown_progress
 from .._base._table import Column, Number, Table, digits, number
-from .._outputs._duty import stop_table
-from .._outputs._quantities import about_column
-from .._outputs._quantities import flat as flat_series
-from .._parts._scene import Scene
-from .._run._accuracy import Accuracy, accuracy
-from .._run._measure import (
+from ..brakes._bands import MultiBandBrake
+from ..brakes._design import Brake
+from ..brakes._pressed import DiscBrake, ShoeBrake
+from ..files._scene_file import scene_text
+from ..outputs.duty import stop_table
+from ..outputs.quantities import about_column
+from ..outputs.quantities import flat as flat_series
+from ..parts.scene import Scene
+from ..plot._shared import Figure, both_sides, data_uri, span
+from ..results._dataset import provenance, save
+from ..rig._ledger import Ledger
+from ..rig._replay import Comparison
+from ..runs.accuracy import Accuracy, accuracy
+from ..runs.measure import (
     LimitCheck,
     Metric,
     check_metrics,
@@ -40,16 +48,8 @@ from .._run._measure import (
     text_with_limits,
     title_of,
 )
-from .._run._result import Result
-from .._run._simulate import simulate
-from ..brakes._bands import MultiBandBrake
-from ..brakes._design import Brake
-from ..brakes._pressed import DiscBrake, ShoeBrake
-from ..files._scene_file import scene_text
-from ..plot._shared import Figure, both_sides, data_uri, span
-from ..results._dataset import provenance, save
-from ..rig._ledger import Ledger
-from ..rig._replay import Comparison
+from ..runs.result import Result
+from ..runs.simulate import simulate
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 from ..studies._sensitivity import sensitivity as tables_of
 from ..thermal._heat import place_count

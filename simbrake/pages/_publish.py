@@ -16,16 +16,16 @@ from .._base._faults import Fault, InputError, whole_file
 from .._base._part import leaves
 from .._base._progress import Progress
 from .._base._table import pretty, scale
-from .._outputs._judgement import COLOURS, REASONS, SMALL_RESERVE
-from .._outputs._log import FAILURES, STATUS_MESSAGES, Event, Status
-from .._outputs._metrics import HOLDING, METRICS
-from .._parts._scene import Scene
-from .._run._edit import entry_of
-from .._run._measure import PRESSURE, ROOM, LimitCheck, Limited, judged, limit_checks, measure, title_of, unit_of
-from .._run._result import Result
-from .._run._simulate import room_for, simulate
-from .._run._verdict import SMALL_MARGIN
 from ..export import Export, c_text, possible_inputs
+from ..outputs.judgement import COLOURS, REASONS, SMALL_RESERVE
+from ..outputs.log import FAILURES, STATUS_MESSAGES, Event, Status
+from ..outputs.metrics import HOLDING, METRICS
+from ..parts.scene import Scene
+from ..runs.edit import entry_of
+from ..runs.measure import PRESSURE, ROOM, LimitCheck, Limited, judged, limit_checks, measure, title_of, unit_of
+from ..runs.result import Result
+from ..runs.simulate import room_for, simulate
+from ..runs.verdict import SMALL_MARGIN
 from ..studies._evaluator import scans
 from ._app import is_limit, slider_of, sliders
 from ._live import Data, charts_of, look_of_event

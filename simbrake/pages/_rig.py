@@ -5,7 +5,7 @@ from pathlib import Path
 
 from .._base._faults import whole_folder
 from .._base._table import Number, Table, number
-from .._outputs._judgement import Colour
+from ..outputs.judgement import Colour
 from ..rig import figures
 from ..rig._ledger import Ledger
 from ..rig._replay import Comparison, Replay, compare

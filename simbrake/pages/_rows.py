@@ -10,17 +10,17 @@ import numpy as np
 
 from .._base._part import about_of, below, parts_below
 from .._base._table import Column, Number, Table, digits, number, numbers, scale
-from .._outputs._duty import totals
-from .._outputs._judgement import Colour
-from .._outputs._log import STAGES, Event, plain_words
-from .._outputs._metrics import METRICS, RESIDUAL_SEES, Balance, energy_balance, heat_balance
-from .._parts._scene import Scene, paths_without_meaning
-from .._phases import Phases
-from .._run._measure import LimitCheck, title_of, unit_of
-from .._run._result import Result
 from ..loads import AbstractLoad, Cylinder, Driller, HookLoad, Lever, SpeedHold, StringLoad, TorqueLoad, TrippingLoad
+from ..outputs.duty import totals
+from ..outputs.judgement import Colour
+from ..outputs.log import STAGES, Event, plain_words
+from ..outputs.metrics import METRICS, RESIDUAL_SEES, Balance, energy_balance, heat_balance
+from ..parts.scene import Scene, paths_without_meaning
+from ..phases import Phases
 from ..plot._studies import bars_of
 from ..profiles import AbstractProfile, Constant, ExponentialRise, FunctionProfile, PiecewiseLinear, Repeated
+from ..runs.measure import LimitCheck, title_of, unit_of
+from ..runs.result import Result
 from ..studies._sensitivity import Sensitivity, SensitivityTable
 
 #: what `Result.summary` returns

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError, whole_file
 from .._base._progress import counting
-from .._outputs._quantities import fault_of_times
-from .._parts._scene import banded_brake
-from .._run._result import Result, look
+from ..outputs.quantities import fault_of_times
+from ..parts.scene import banded_brake
+from ..runs.result import Result, look
 from ._pulley import draw_moment, spot, tops_of
 from ._shared import STYLE, ink, one_run, span
 

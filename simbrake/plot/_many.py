@@ -22,10 +22,10 @@ from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._quantity import shown as about
 from .._base._table import scale
-from .._outputs._judgement import Colour
-from .._outputs._log import Status
-from .._run._result import Result
+from ..outputs.judgement import Colour
+from ..outputs.log import Status
 from ..results._dataset import dataset, read_result
+from ..runs.result import Result
 from ._shared import (
     BLUE,
     CYCLE,

@@ -16,15 +16,15 @@ from matplotlib.ticker import MaxNLocator
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._table import digits
-from .._outputs._probe import Probe, tension_before
-from .._outputs._quantities import times_within
-from .._parts._scene import banded_brake
-from .._run._linings import WORDS, Contact, lining_contacts
-from .._run._result import Result, look
 from ..brakes._band import AbstractStiffness, ParallelBands
 from ..brakes._design import AbstractBandBrake
 from ..brakes._pressed import DiscBrake, ShoeBrake
 from ..hybrid._arrays import Array
+from ..outputs.probe import Probe, tension_before
+from ..outputs.quantities import times_within
+from ..parts.scene import banded_brake
+from ..runs.linings import WORDS, Contact, lining_contacts
+from ..runs.result import Result, look
 from ._shared import (
     BLUE,
     GREEN,

@@ -16,12 +16,12 @@ from matplotlib.ticker import MaxNLocator
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._table import digits, number
-from .._outputs._log import Event
-from .._outputs._quantities import LINING_QUANTITIES, Series
-from .._run._linings import HEAT, VIEW_OF_HEAT, WORDS, Contact, RunningIn, lining_values, overlap
-from .._run._result import Result
 from ..brakes._design import BrakeWords
 from ..loads import AbstractString
+from ..outputs.log import Event
+from ..outputs.quantities import LINING_QUANTITIES, Series
+from ..runs.linings import HEAT, VIEW_OF_HEAT, WORDS, Contact, RunningIn, lining_values, overlap
+from ..runs.result import Result
 from ..thermal._network import Wall, place_of
 from ._pulley import CONTACT_COLOURS
 from ._shared import (

@@ -24,12 +24,12 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._table import number
-from .._outputs._log import Event
-from .._outputs._metrics import marks as known_marks
-from .._outputs._quantities import Series
-from .._parts._scene import Scene
-from .._run._measure import title_of
-from .._run._result import Result
+from ..outputs.log import Event
+from ..outputs.metrics import marks as known_marks
+from ..outputs.quantities import Series
+from ..parts.scene import Scene
+from ..runs.measure import title_of
+from ..runs.result import Result
 
 Times: TypeAlias = Float[np.ndarray, " t"]  # s
 P = ParamSpec("P")

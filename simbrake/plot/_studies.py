@@ -17,9 +17,9 @@ from matplotlib.patches import Patch
 from .._base._arguments import explained
 from .._base._faults import Fault
 from .._base._table import number, pretty, scale
-from .._run._measure import Metric, name_of
-from .._run._result import Result
-from .._run._simulate import simulate
+from ..runs.measure import Metric, name_of
+from ..runs.result import Result
+from ..runs.simulate import simulate
 from ..studies._calibration import Calibration
 from ..studies._evaluator import Faults
 from ..studies._lining_life import LiningLife

@@ -21,13 +21,13 @@ from .._base._arguments import explained
 from .._base._compiling import accelerators, run_device
 from .._base._faults import Fault, InputError, existing_file, whole_file
 from .._base._part import leaves
-from .._outputs._duty import stop_variables
-from .._outputs._metrics import about_output
-from .._outputs._quantities import SERIES_COLUMNS, Series, about_column, flat, times_within
-from .._parts._scene import Scene, warnings
-from .._run._result import Result
 from ..files._scene_file import scene_from_text, scene_text
 from ..hybrid import LANDED
+from ..outputs.duty import stop_variables
+from ..outputs.metrics import about_output
+from ..outputs.quantities import SERIES_COLUMNS, Series, about_column, flat, times_within
+from ..parts.scene import Scene, warnings
+from ..runs.result import Result
 from ..thermal._network import Junction, Reservoir, Wall
 
 if TYPE_CHECKING:

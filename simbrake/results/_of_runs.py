@@ -1,14 +1,14 @@
 """Public names of runs and results that are defined in the packages of the run."""
 
 from .._base._table import display_units
-from .._outputs._duty import DutyKind
-from .._outputs._log import EVENTS, FAILURES, Event, Events, SimulationError, Stage, Status, internal_slip_tension
-from .._outputs._metrics import METRICS, Mark, Metric, metric_names
-from .._outputs._probe import integral
-from .._outputs._quantities import PAIR_COLUMNS, SERIES_COLUMNS, PairSeries, Series
-from .._physics._mechanism import BandMode
-from .._run._accuracy import Accuracy, ErrorEstimate, accuracy
-from .._run._linings import (
+from ..outputs.duty import DutyKind
+from ..outputs.log import EVENTS, FAILURES, Event, Events, SimulationError, Stage, Status, internal_slip_tension
+from ..outputs.metrics import METRICS, Mark, Metric, metric_names
+from ..outputs.probe import integral
+from ..outputs.quantities import PAIR_COLUMNS, SERIES_COLUMNS, PairSeries, Series
+from ..physics.mechanism import BandMode
+from ..runs.accuracy import Accuracy, ErrorEstimate, accuracy
+from ..runs.linings import (
     Overlap,
     RingWear,
     RunningIn,
@@ -20,8 +20,8 @@ from .._run._linings import (
     overlap,
     ring_wear,
 )
-from .._run._measure import Judged, LimitCheck, limit_checks
-from .._run._networks import (
+from ..runs.measure import Judged, LimitCheck, limit_checks
+from ..runs.networks import (
     CyclicState,
     HeatResult,
     cyclic_steady_state,
@@ -29,6 +29,6 @@ from .._run._networks import (
     steady_state,
     with_temperatures,
 )
-from .._run._result import Result
-from .._run._simulate import Prepared, PreparedAccuracy, PreparedResult, prepare
-from .._run._verdict import Verdict, VerdictRow, verdict
+from ..runs.result import Result
+from ..runs.simulate import Prepared, PreparedAccuracy, PreparedResult, prepare
+from ..runs.verdict import Verdict, VerdictRow, verdict

@@ -9,12 +9,12 @@ import numpy as np
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._part import leaves
-from .._parts._scene import Scene
-from .._run._edit import with_values
-from .._run._result import Result
-from .._run._simulate import simulate
 from ..files._scene_file import scene_from_text
 from ..hybrid import Rodas5P
+from ..parts.scene import Scene
+from ..runs.edit import with_values
+from ..runs.result import Result
+from ..runs.simulate import simulate
 from ._dataset import Dataset, parts, provenance, read_result
 
 Source = Result | Dataset | str | Path

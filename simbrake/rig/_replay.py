@@ -11,16 +11,16 @@ from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._retired import answers
 from .._base._table import Column, Table, Tabular, digits, number, plain
-from .._outputs._metrics import HOT
-from .._outputs._scan import peaks_between
-from .._parts._scene import Initial, Scene, require_scene
-from .._phases import Phases
-from .._physics._mechanism import holds
-from .._run._result import Result
-from .._run._simulate import Progress, Report, simulate
-from .._run._verdict import Verdict
 from ..loads import AbstractHookLoad, Motor, RecordedLoad, RecordedMotion
+from ..outputs.metrics import HOT
+from ..outputs.scan import peaks_between
+from ..parts.scene import Initial, Scene, require_scene
+from ..phases import Phases
+from ..physics.mechanism import holds
 from ..profiles import PiecewiseLinear
+from ..runs.result import Result
+from ..runs.simulate import Progress, Report, simulate
+from ..runs.verdict import Verdict
 from ..shaft import AbstractAuxiliaryBrake, TackleLoss
 from ._ledger import Ledger, faults_of_settings, ledger, refusal, shares_of
 from ._log import Channel, Log

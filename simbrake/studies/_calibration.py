@@ -11,9 +11,9 @@ from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._progress import Progress
 from .._base._table import Column, Table, Tabular, plain
-from .._parts._scene import Scene
-from .._run._edit import Inputs, with_values
-from .._run._simulate import solver_name
+from ..parts.scene import Scene
+from ..runs.edit import Inputs, with_values
+from ..runs.simulate import solver_name
 from ._evaluator import Faults, Solver
 from ._fit import (
     LOSSES,

@@ -11,10 +11,10 @@ from jaxtyping import Float, Int
 
 from .._base._arguments import explained
 from .._base._faults import Fault
-from .._parts._scene import Scene
-from .._run._edit import with_values
-from .._run._simulate import room_for, simulate
 from ..hybrid._arrays import Array
+from ..parts.scene import Scene
+from ..runs.edit import with_values
+from ..runs.simulate import room_for, simulate
 from ._evaluator import Box, Faults, Paths, Solver
 from ._fit import FitModel, MeasuredValues, box_of_all, recordings_of, solver_within
 from ._measured import Measured

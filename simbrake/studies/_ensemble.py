@@ -29,16 +29,16 @@ from .._base._compiling import trace_anew
 from .._base._faults import Fault, InputError
 from .._base._progress import counting
 from .._base._quantity import Quantity, behind
-from .._outputs._judgement import COLOURS, REASONS, decoded
-from .._outputs._log import status_of
-from .._outputs._metrics import RESIDUALS
-from .._parts._scene import Scene, require_scene
-from .._physics._mechanism import Label
-from .._run._choice import stiffness
-from .._run._edit import Inputs, numbers_in_si, with_inputs
-from .._run._measure import Metric, check_metrics, name_of, unit_of
-from .._run._mesh import cuts_of, with_finer_layers
-from .._run._simulate import (
+from ..outputs.judgement import COLOURS, REASONS, decoded
+from ..outputs.log import status_of
+from ..outputs.metrics import RESIDUALS
+from ..parts.scene import Scene, require_scene
+from ..physics.mechanism import Label
+from ..runs.choice import stiffness
+from ..runs.edit import Inputs, numbers_in_si, with_inputs
+from ..runs.measure import Metric, check_metrics, name_of, unit_of
+from ..runs.mesh import cuts_of, with_finer_layers
+from ..runs.simulate import (
     check_limits,
     error_of_layers,
     errors_between,

@@ -27,18 +27,18 @@ from .._base._faults import Fault, InputError
 from .._base._part import Leaf
 from .._base._programs import STORE
 from .._base._quantity import Quantity, behind
-from .._outputs._judgement import coded, judge
-from .._outputs._log import FAILURES
-from .._outputs._metrics import METRICS, identity_of, metric_names
-from .._outputs._probe import ends_driven
-from .._parts._scene import Scene, faults, require_scene
-from .._run._edit import Inputs, entry_of, numbers_in_si, with_inputs, with_values
-from .._run._measure import Metric, measure, name_of
-from .._run._result import Result
-from .._run._simulate import Solver, room_for, simulate, simulate_lane, solver_name, solver_of, step_limits
 from ..hybrid import LANDED, Code, Record, Rodas5P
 from ..hybrid._arrays import Array, numpy_of
 from ..hybrid._struct import with_fields
+from ..outputs.judgement import coded, judge
+from ..outputs.log import FAILURES
+from ..outputs.metrics import METRICS, identity_of, metric_names
+from ..outputs.probe import ends_driven
+from ..parts.scene import Scene, faults, require_scene
+from ..runs.edit import Inputs, entry_of, numbers_in_si, with_inputs, with_values
+from ..runs.measure import Metric, measure, name_of
+from ..runs.result import Result
+from ..runs.simulate import Solver, room_for, simulate, simulate_lane, solver_name, solver_of, step_limits
 
 #: how a scene is integrated, as `simulate` takes it
 #: arrays over runs, by name

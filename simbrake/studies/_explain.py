@@ -13,10 +13,10 @@ from .._base._arguments import explained
 from .._base._faults import InputError
 from .._base._progress import Progress, shown_progress
 from .._base._table import Table, Tabular, digits, number, plain
-from .._outputs._duty import DutyKind, rows_of, stops_words, totals
-from .._outputs._judgement import REASONS, SMALL_RESERVE
-from .._outputs._log import failure_of
-from .._outputs._metrics import (
+from ..outputs.duty import DutyKind, rows_of, stops_words, totals
+from ..outputs.judgement import REASONS, SMALL_RESERVE
+from ..outputs.log import failure_of
+from ..outputs.metrics import (
     HOLDING,
     METRICS,
     about_output,
@@ -25,14 +25,14 @@ from .._outputs._metrics import (
     energy_balance,
     values_of_marks,
 )
-from .._outputs._stability import least_outweighed
-from .._parts._scene import Scene, self_locking_ratios
-from .._run._measure import LimitVerdict, Metric, name_of, read_limits, title_of, with_limits
-from .._run._report import labels_of
-from .._run._result import Result
-from .._run._simulate import simulate
-from .._run._verdict import Verdict, verdict
+from ..outputs.stability import least_outweighed
+from ..parts.scene import Scene, self_locking_ratios
 from ..results import rerun
+from ..runs.measure import LimitVerdict, Metric, name_of, read_limits, title_of, with_limits
+from ..runs.report import labels_of
+from ..runs.result import Result
+from ..runs.simulate import simulate
+from ..runs.verdict import Verdict, verdict
 from ..shaft import AbstractAuxiliaryBrake
 from ._sensitivity import Sensitivity
 from ._sensitivity import sensitivity as sensitivities

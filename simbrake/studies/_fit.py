@@ -10,13 +10,13 @@ import numpy as np
 from .._base._faults import Fault, InputError
 from .._base._progress import Progress
 from .._base._quantity import shown
-from .._parts._scene import Scene, check_scene, require_scene
-from .._run._choice import stiffness
-from .._run._edit import Inputs, entry_of, with_inputs, with_values
-from .._run._measure import Metric, measure
-from .._run._result import Result
-from .._run._simulate import solver_for
 from ..hybrid._arrays import Array
+from ..parts.scene import Scene, check_scene, require_scene
+from ..runs.choice import stiffness
+from ..runs.edit import Inputs, entry_of, with_inputs, with_values
+from ..runs.measure import Metric, measure
+from ..runs.result import Result
+from ..runs.simulate import solver_for
 from ._evaluator import Box, Evaluation, Faults, Paths, PointEvaluator, Solver, box_of, failure_name
 from ._measured import Measured, check_measured, pick
 

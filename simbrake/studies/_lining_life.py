@@ -10,12 +10,12 @@ from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._progress import Progress
 from .._base._table import Column, Table, Tabular, plain
-from .._parts._scene import Scene, check_scene, require_scene
-from .._parts._worn import feeds_back, turned_scene
-from .._parts._worn import worn_scene as worn_scene
-from .._run._edit import with_values
-from .._run._result import Result
-from .._run._simulate import simulate
+from ..parts.scene import Scene, check_scene, require_scene
+from ..parts.worn import feeds_back, turned_scene
+from ..parts.worn import worn_scene as worn_scene
+from ..runs.edit import with_values
+from ..runs.result import Result
+from ..runs.simulate import simulate
 from ._evaluator import Faults
 
 #: thickness in m or with its unit, for all linings or for each

@@ -15,12 +15,12 @@ from .._base._faults import Fault
 from .._base._nulls import NULLS
 from .._base._quantity import behind
 from .._base._table import Tabular, Unit, plain
-from .._outputs._metrics import METRICS
-from .._outputs._quantities import SERIES_COLUMNS, Series, about_column, flat, outside, pair_column
-from .._parts._scene import Scene
-from .._run._measure import Metric, check_metrics, name_of, unit_of
-from .._run._result import Result
 from ..hybrid._arrays import Array
+from ..outputs.metrics import METRICS
+from ..outputs.quantities import SERIES_COLUMNS, Series, about_column, flat, outside, pair_column
+from ..parts.scene import Scene
+from ..runs.measure import Metric, check_metrics, name_of, unit_of
+from ..runs.result import Result
 from ._evaluator import Faults
 
 #: columns of counts or names, which have no derivative
@@ -105,7 +105,7 @@ class Measured(Tabular):
         - `columns`: `{"omega": (m,), "lining_temperature[3]": (m,)}` at the times `t` (m,), linings counted from 1
         - `sigma`: standard deviation of a column, one number or (m,)
         - `events`: `{"stopping_time": 3.21}` or `{"stopping_time": (3.21, 0.01)}` with the standard deviation; keys
-          are metrics (`simbrake._run._measure.metric_names`) or functions of a `Result`
+          are metrics (`simbrake.runs.measure.metric_names`) or functions of a `Result`
         - `known`: numbers of the scene that are known of this run
 
         Raises `InputError` with every error.

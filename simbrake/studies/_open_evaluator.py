@@ -7,10 +7,10 @@ import numpy as np
 
 from .._base._arguments import explained
 from .._base._faults import Fault, InputError, shown
-from .._parts._scene import Scene, require_scene
-from .._run._edit import Inputs, entry_of, with_inputs
-from .._run._measure import Metric, check_metrics, unit_of
-from .._run._simulate import Prepared, PreparedResult, Solver, prepare
+from ..parts.scene import Scene, require_scene
+from ..runs.edit import Inputs, entry_of, with_inputs
+from ..runs.measure import Metric, check_metrics, unit_of
+from ..runs.simulate import Prepared, PreparedResult, Solver, prepare
 from ._evaluator import (
     Faults,
     Metrics,

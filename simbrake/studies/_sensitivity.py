@@ -15,13 +15,13 @@ from .._base._part import Leaf
 from .._base._progress import Progress, shown_progress
 from .._base._quantity import NumberReader, Quantity, behind
 from .._base._table import Column, Table, Tabular
-from .._parts._scene import Scene
-from .._physics._mechanism import Label
-from .._run._edit import Inputs, fault_of_limit, with_values
-from .._run._measure import Metric, check_metrics, happened, name_of, unit_of
-from .._run._report import labels_of
-from .._run._result import Result, one_sided
 from ..hybrid._arrays import Array
+from ..parts.scene import Scene
+from ..physics.mechanism import Label
+from ..runs.edit import Inputs, fault_of_limit, with_values
+from ..runs.measure import Metric, check_metrics, happened, name_of, unit_of
+from ..runs.report import labels_of
+from ..runs.result import Result, one_sided
 from ._evaluator import Faults, Metrics, Paths, PointEvaluator, Solver, as_metrics, name_of_entry, numbers_of, values_of
 from ._sides import Slopes, compare_sides
 

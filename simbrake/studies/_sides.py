@@ -21,8 +21,8 @@ from .._base._faults import InputError
 from .._base._part import Leaf
 from .._base._progress import Progress
 from .._base._quantity import Characteristic, Over
-from .._run._edit import with_values
-from .._run._result import Result
+from ..runs.edit import with_values
+from ..runs.result import Result
 from ._evaluator import Paths, PointEvaluator, numbers_of, values_of
 
 #: largest change of a number, in steps `h = √rtol` of its size

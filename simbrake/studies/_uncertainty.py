@@ -14,11 +14,11 @@ from .._base._arguments import explained
 from .._base._faults import Fault, InputError
 from .._base._quantity import Quantity, behind
 from .._base._table import Column, Table, Tabular, plain
-from .._outputs._judgement import REASONS
-from .._outputs._log import SimulationError
-from .._parts._scene import Scene, faults, require_scene
-from .._run._edit import Inputs, numbers_in_si, with_inputs, with_values
-from .._run._measure import Metric, check_metrics, name_of, unit_of
+from ..outputs.judgement import REASONS
+from ..outputs.log import SimulationError
+from ..parts.scene import Scene, faults, require_scene
+from ..runs.edit import Inputs, numbers_in_si, with_inputs, with_values
+from ..runs.measure import Metric, check_metrics, name_of, unit_of
 from ._ensemble import Dataset, ensemble
 from ._evaluator import Columns, Faults, as_metrics, failure_name
 

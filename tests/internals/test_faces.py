@@ -9,7 +9,7 @@ import pytest
 from scipy.optimize import root
 
 import simbrake as sb
-from simbrake._physics._thermal import Conditions, assemble_thermal
+from simbrake.physics._thermal import Conditions, assemble_thermal
 from simbrake.thermal import Conductance, Convection, Lump, Radiation, Reservoir, Source, ThermalContact
 
 N, SIGMA = 3, 5.670374419e-8

@@ -9,11 +9,11 @@ from heat_scenes import T0, fading, lump, rigid_stop
 from shipped import load
 
 import simbrake as sb
-from simbrake._outputs import _log, _scan
-from simbrake._physics import _chain, _mechanism, _sprung
-from simbrake._run._measure import measure, unit_of
 from simbrake.hybrid import Code
+from simbrake.outputs import _log, _scan
+from simbrake.physics import _chain, _mechanism, _sprung
 from simbrake.results import METRICS, BandMode, metric_names
+from simbrake.runs.measure import measure, unit_of
 
 LABELS = [_mechanism.Label(int(band), inner) for band in BandMode for inner in (-1, 0, 1)]
 

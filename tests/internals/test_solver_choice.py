@@ -13,9 +13,9 @@ from stop_scenes import stop_scene
 from user_parts import Bump, Cooling, Cubic, Quartic, Slanted, Timed, of
 
 import simbrake as sb
-from simbrake._physics._brake import course_of_profile
-from simbrake._run._choice import fastest_node, stiff_heat, stiffness
+from simbrake.physics._brake import course_of_profile
 from simbrake.profiles import hides_nothing
+from simbrake.runs.choice import fastest_node, stiff_heat, stiffness
 from simbrake.thermal import _network as links
 
 

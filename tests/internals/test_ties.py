@@ -6,8 +6,8 @@ import pytest
 from helpers import assert_one_sided
 
 from simbrake._base._corners import clipped, greater, lesser
-from simbrake._phases import held_within
-from simbrake._physics._shaft import borne_at_rest
+from simbrake.phases import held_within
+from simbrake.physics.shaft import borne_at_rest
 from simbrake.studies._sides import Kind, Side, judged
 
 

@@ -10,7 +10,7 @@ import pytest
 from heat_scenes import BETA, W0, J, N, fading, rigid_stop
 
 import simbrake as sb
-from simbrake._physics._heated import thermal_of
+from simbrake.physics.heated import thermal_of
 
 # --- duties ------------------------------------------------------------------------------------------------------
 

@@ -13,8 +13,8 @@ from helpers import main
 
 import simbrake as sb
 from simbrake import plot
-from simbrake._parts._worn import walls_left
-from simbrake._physics._heated import thermal_of
+from simbrake.parts.worn import walls_left
+from simbrake.physics.heated import thermal_of
 
 LIMIT = 8e-3
 

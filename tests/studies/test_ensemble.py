@@ -16,7 +16,7 @@ from helpers import nothing_compiled
 from stop_scenes import FRICTION, LEVER, SPEED, TIMES, closed_form, drawn, stop_scene
 
 import simbrake as sb
-from simbrake._run._measure import name_of
+from simbrake.runs.measure import name_of
 from simbrake.studies._evaluator import ABOUT
 
 

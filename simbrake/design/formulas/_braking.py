@@ -10,7 +10,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
-from ..._parts._scene import Scene, banded_brake
+from ...parts.scene import Scene, banded_brake
 from ...thermal._heat import FlashTemperature, PowerShares
 from ...thermal._material import effusivity_share
 from ._heated import HeatedPart, RunValues, run_values

@@ -10,8 +10,8 @@ import numpy as np
 from ..._base._arguments import explained
 from ..._base._faults import Fault, InputError
 from ..._base._table import Column, Table, Tabular, plain
-from ..._parts._scene import Scene, banded_brake, check_scene
-from ..._run._result import Result
+from ...parts.scene import Scene, banded_brake, check_scene
+from ...runs.result import Result
 from ._braking import Braking
 from ._heated import run_values
 from ._inputs import EstimateData, Input, settle

@@ -8,10 +8,10 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Float
 
-from ..._outputs._quantities import Series
-from ..._parts._scene import Scene
-from ..._run._networks import with_temperatures
-from ..._run._result import Result
+from ...outputs.quantities import Series
+from ...parts.scene import Scene
+from ...runs.networks import with_temperatures
+from ...runs.result import Result
 from ...thermal._heat import Heat, initial_temperatures, node_names
 from ...thermal._material import Material
 from ...thermal._network import Wall, place_of

@@ -10,7 +10,7 @@ import numpy as np
 from ..._base._faults import Fault, InputError
 from ..._base._part import faults_of_values
 from ..._base._quantity import NumberReader, Quantity, behind, positive
-from ..._parts._scene import Scene, banded_brake
+from ...parts.scene import Scene, banded_brake
 from ...thermal._heat import FrictionHeat, Heat, PowerShares
 from ...thermal._material import LIBRARY, ROOM, Material, effusivity_share, material
 from ...thermal._network import AbstractCoefficient, Convection, Lump, Radiation, Reservoir, Wall, place_of

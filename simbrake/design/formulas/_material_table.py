@@ -17,12 +17,12 @@ from ..._base._part import leaves
 from ..._base._progress import counting
 from ..._base._quantity import behind
 from ..._base._table import Column, Table, Tabular, plain
-from ..._parts._scene import Scene, band_brake, check_scene
-from ..._run._choice import stiffness
-from ..._run._edit import named_materials, with_materials, with_values
-from ..._run._linings import lining_wear
-from ..._run._simulate import simulate, solver_for
 from ...hybrid._struct import with_value_at
+from ...parts.scene import Scene, band_brake, check_scene
+from ...runs.choice import stiffness
+from ...runs.edit import named_materials, with_materials, with_values
+from ...runs.linings import lining_wear
+from ...runs.simulate import simulate, solver_for
 from ...thermal._material import Material
 from ._braking import Braking
 from ._estimates import no_stop

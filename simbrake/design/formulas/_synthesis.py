@@ -12,9 +12,9 @@ import numpy as np
 from ..._base._arguments import explained
 from ..._base._faults import Fault, InputError
 from ..._base._table import Table, plain
-from ..._parts._scene import Scene, banded_brake, faults
-from ..._run._measure import LimitVerdict
-from ..._run._result import Result
+from ...parts.scene import Scene, banded_brake, faults
+from ...runs.measure import LimitVerdict
+from ...runs.result import Result
 from ...thermal._heat import AbstractPartition
 from ...thermal._material import ROOM, Material, effusivity_share
 from . import _rows as rows

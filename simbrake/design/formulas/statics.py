@@ -9,14 +9,14 @@ import numpy as np
 from jaxtyping import Float
 
 from ..._base._arguments import explained
-from ..._outputs._log import internal_slip_tension
-from ..._parts._scene import Scene, band_brake, banded_brake, sensed_at_start
-from ..._physics._shaft import Shaft
-from ..._physics._staged import InternalPair, RimInputs
 from ...brakes._band import grip, running_product, tension_ratio
 from ...brakes._design import Bandage, unloaded
 from ...friction import SurfaceState, memory_at_start
 from ...hybrid._arrays import Array
+from ...outputs.log import internal_slip_tension
+from ...parts.scene import Scene, band_brake, banded_brake, sensed_at_start
+from ...physics.shaft import Shaft
+from ...physics.staged import InternalPair, RimInputs
 
 #: points of a quadrature over a speed between two lift-offs
 _NODES = 24

@@ -8,10 +8,10 @@ from jaxtyping import Bool, Float
 
 from ..._base._arguments import explained
 from ..._base._faults import Fault, InputError, require_positive
-from ..._parts._scene import band_brake
-from ..._run._linings import geometric_overlap, rubbing
-from ..._run._result import Result, look
 from ...brakes._design import Brake
+from ...parts.scene import band_brake
+from ...runs.linings import geometric_overlap, rubbing
+from ...runs.result import Result, look
 from ...thermal._material import Material
 from ._inputs import wall_at
 from .contact import Layers

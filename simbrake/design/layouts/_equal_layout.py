@@ -19,18 +19,18 @@ from ..._base._faults import Fault
 from ..._base._progress import Progress
 from ..._base._quantity import as_number
 from ..._base._table import Column, Table, Tabular, plain
-from ..._outputs._log import FAILURES, SimulationError
-from ..._outputs._probe import as_tree
-from ..._outputs._quantities import Rubbing
-from ..._parts._scene import Scene, band_brake, faults, read_by_linings
-from ..._physics._assemble import assemble
-from ..._physics._sliding import LiningFriction
-from ..._run._linings import fault_of_pair, friction_work, lining_mean, lining_wear, wearing
-from ..._run._measure import name_of
-from ..._run._result import Result
 from ...brakes._band import running_product
 from ...hybrid._arrays import Array
 from ...hybrid._struct import with_value_at
+from ...outputs.log import FAILURES, SimulationError
+from ...outputs.probe import as_tree
+from ...outputs.quantities import Rubbing
+from ...parts.scene import Scene, band_brake, faults, read_by_linings
+from ...physics.assemble import assemble
+from ...physics.sliding import LiningFriction
+from ...runs.linings import fault_of_pair, friction_work, lining_mean, lining_wear, wearing
+from ...runs.measure import name_of
+from ...runs.result import Result
 from ...studies._evaluator import Evaluation, Faults, PointEvaluator, Solver
 
 #: what can be equal for all linings, with units at full slip and over a brake application

@@ -13,10 +13,10 @@ from ..._base._arguments import explained
 from ..._base._faults import Fault, InputError
 from ..._base._progress import Progress
 from ..._base._table import Column, Table, Tabular, plain
-from ..._parts._scene import Scene, faults
-from ..._run._measure import check_metrics, measure, unit_of
-from ..._run._result import Result
 from ...hybrid._arrays import Array
+from ...parts.scene import Scene, faults
+from ...runs.measure import check_metrics, measure, unit_of
+from ...runs.result import Result
 from ...studies._evaluator import Box, Faults, PointEvaluator, Solver, box_of
 
 

@@ -1,0 +1,403 @@
+"""Whether a brake did in a run what it was to do: one decision for single runs, ensembles, C and pages.
+
+The rules are tried in order; the first one that fits gives the reason, with its colour. Everything here can be traced.
+"""
+
+import enum
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+
+from ..hybrid import Code, Record, smallest
+from ..hybrid._arrays import Array, TwoArrays
+from ..phases import AtRest, PhaseNow, Phases
+from ..physics._brake import BrakeSystem, State, piece_of
+from ..physics.mechanism import OPEN, TAKE_UP, BrakeCode, Mode
+from ..physics.shaft import Drive, Shaft, rests
+from ..profiles import AbstractProfile
+from ..shaft import EddyCurrentBrake
+from ._wants import Past, Want, by_speed, command_waits, paced, past_of, want_of_input
+from .probe import RunJit, balance_of, capacity, ends_of, is_traced_run
+
+#: a holding reserve below this is small: a convention of simbrake
+SMALL_RESERVE = 1.25
+#: torques that differ by less than this share of a typical one balance each other
+_ROUNDING = 1e-9
+#: a set speed is kept within this share of it, or this speed (rad/s) if that is more
+_KEPT, _KEPT_AT_LEAST = 0.05, 0.05
+#: a motor has brought the pulley to rest below this share of its maximum speed
+_STILL = 1e-6
+
+
+class Colour(enum.StrEnum):
+    """Colour of a verdict, from the best to the worst.
+
+    Example:
+        >>> result.verdict().colour == "amber"
+        True
+    """
+
+    GREEN = "green"
+    AMBER = "amber"
+    RED = "red"
+
+
+#: by its number in traced results
+COLOURS = tuple(Colour)
+_GREEN, _AMBER, _RED = range(len(COLOURS))
+
+
+class Reason(NamedTuple):
+    """Why a verdict has its colour: an id that does not change, and short words.
+
+    - `shown`: whether the run showed what it was to show; if not, it is no pass, whatever its colour
+    - `goes_on`: whether a load that was to stop or to hold still moves at the end
+    """
+
+    id: str
+    words: str
+    shown: bool = True
+    goes_on: bool = False
+
+
+#: in the order in which they are tried
+REASONS = (
+    Reason("F1", "The run failed"),
+    Reason("T1", "A phase did not end", shown=False),
+    Reason("H1", "The held load broke away"),
+    Reason("H6", "The brake is open: dry friction alone holds the load"),
+    Reason("H7", "Held by the motor alone"),
+    Reason("H2", "At rest, but the friction brake alone does not hold the load"),
+    Reason("H3", "To hold the load, and moves", goes_on=True),
+    Reason("H4", "At rest and held"),
+    Reason("X0", "No load hangs"),
+    Reason("H5", "The lever was let go, and the load moves on", goes_on=True),
+    Reason("S3", "Runs away", goes_on=True),
+    Reason("S1", "To be stopped, and runs on", goes_on=True),
+    Reason("S4", "The motor works against the applied brake", goes_on=True),
+    Reason("S2", "Not shown: still in motion at the end time", shown=False, goes_on=True),
+    Reason("M3", "The motor works against the applied brake"),
+    Reason("M2", "The load pulls the motor down"),
+    Reason("M0", "Not shown: not yet at its speed", shown=False),
+    Reason("M1", "Hoisted"),
+    Reason("L2", "The speed of lowering is lost"),
+    Reason("L0", "Not shown: not yet at its speed", shown=False),
+    Reason("L3", "Never comes to its speed"),
+    Reason("L1", "Lowered at the prescribed speed"),
+    Reason("L7", "Past the critical speed of the eddy-current brake"),
+    Reason("L5", "Lowered at a steady speed; no pull of the friction brake is given"),
+    Reason("L4", "Lowered at a steady speed"),
+    Reason("L6", "Lowered, not at a steady speed"),
+    Reason("U1", "Moves under the applied brake, and nothing says that it is to move", goes_on=True),
+    Reason("X1", "The brake is open, the load falls"),
+)
+
+
+class Judgement(NamedTuple):
+    """The decision on a run, with the numbers behind it: traced, or Python's of a concrete run.
+
+    - `reason`: place in `REASONS`;  `colour`: place in `COLOURS`;  `want`: a `Want`
+    - `load` (N·m): torque of the hanging load alone, without drag, shaft, motor and inertia, at the end
+    - `pull` (N): greatest pull of the whole duty on the friction brake
+    - `reserve`: static capacity of the friction brake over the hanging load, at rest under the tension of the end, of
+      a moving load under the greatest pull; `inf` without a hanging load
+    - `sliding`: torque of the sliding friction brake over the hanging load, under the greatest pull from the end on
+    - `sliding_now`: the same under the tension of the end
+    - `set_speed` (rad/s) that a lever or motor is to keep at the end, NaN where none is
+    - `steady`, `away`: whether the torques balance at the end, and whether the load exceeds them at any speed
+    """
+
+    reason: Any
+    colour: Any
+    want: Any
+    load: Any
+    pull: Any
+    reserve: Any
+    sliding: Any
+    sliding_now: Any
+    set_speed: Any
+    steady: Any
+    away: Any
+
+
+def _greatest_pull(system: BrakeSystem, start: Array, end: Array) -> Array:
+    lever = system.lever
+    levers = [phase.lever for phase in lever.each] if isinstance(lever, Phases) else [lever]
+    zero = jnp.zeros(())
+    begins, ends = (zero, end - start) if isinstance(lever, Phases) else (start, end)
+    pulls = jnp.stack([jnp.asarray(one.greatest_from(begins, ends), jnp.float64) for one in levers])
+    return jnp.maximum(jnp.max(pulls), 0.0)
+
+
+def _pull_to_come(lever: AbstractProfile | PhaseNow, t: Array, end: Array) -> Array:
+    """Greatest pull from the time `t` on, of the phase that runs."""
+    if not isinstance(lever, PhaseNow):
+        return jnp.asarray(lever.greatest_from(t, end))
+    local = t - lever.begun
+    return lever.of_each([phase.lever.greatest_from(local, end - lever.begun) for phase in lever.whole.each])
+
+
+class _End(NamedTuple):
+    """The brake at the end of a run, as the rules see it.
+
+    - `load` (N·m), and whether one `hangs`; `hauls_down`: whether the pulley turns the way in which the load pulls
+    - `pull`, `reserve`, `sliding`, `sliding_now`, `set_speed`, `steady`, `away`: as in `Judgement`
+    - `rises`: whether the torques speed the pulley up; `tends`: whether they balance at some higher speed
+    - `rests`: also where the motor keeps the pulley at rest; `closed`: whether the friction brake touches and pulls
+    - `pulls`: whether the lever pulls, or has been told to; `follows` a speed; `at_limit` of its pull while it does
+    - `engaged`: the motor, and whether it is `at_full_torque`
+    - `drags`: whether something but the brake takes torque of the motion; `past_critical` speed of an eddy brake
+    - `awaits_rest`: whether the phase that runs ends with a stop
+    """
+
+    load: Array
+    hangs: Array
+    hauls_down: Array
+    omega: Array
+    pull: Array
+    reserve: Array
+    sliding: Array
+    sliding_now: Array
+    set_speed: Array
+    steady: Array
+    rises: Array
+    tends: Array
+    away: Array
+    rests: Array
+    closed: Array
+    pulls: Array
+    follows: Array
+    at_limit: Array
+    engaged: Array
+    at_full_torque: Array
+    drags: Array
+    past_critical: Array
+    awaits_rest: Array
+
+
+class _MotorNow(NamedTuple):
+    engaged: Array
+    at_full_torque: Array
+    keeps_still: Array
+    set_speed: Array
+
+
+def _motor_now(system: BrakeSystem, t: Array, y: State, mode: Mode, start_speed: Array) -> _MotorNow:
+    motor = system.feature(Drive)
+    if motor is None:
+        no = jnp.asarray(False)
+        return _MotorNow(no, no, no, jnp.full_like(start_speed, jnp.nan))
+    course = motor.now(y, mode)
+    engaged = motor.follows(y, mode)
+    given = jnp.abs(motor.torque(system, t, y.omega, y, mode))
+    full = given >= (1 - _ROUNDING) * motor.motor.available(y.omega)
+    still = jnp.abs(y.omega) <= _STILL * motor.motor.max_speed
+    set_speed = jnp.where(engaged, paced(course, t, start_speed), jnp.nan)
+    return _MotorNow(engaged, engaged & full, engaged & still, set_speed)
+
+
+def _drag(system: BrakeSystem, t: Array, y: State, mode: Mode, load: Array) -> Array:
+    """Torque (N·m) of what the motion itself causes: drag of the load and of the shaft."""
+    drag = load - system.load_torque(t, y.omega, mode)
+    shaft = system.feature(Shaft)
+    if shaft is None:
+        return drag
+    return drag + shaft.engaged(mode).turning(t, y.omega, load, jnp.zeros_like(y.omega), shaft.pieces(mode))
+
+
+def _exceeds_critical(system: BrakeSystem, omega: Array) -> Array:
+    shaft = system.feature(Shaft)
+    laws = () if shaft is None else shaft.laws
+    speeds = [law.critical_speed for law in laws if isinstance(law, EddyCurrentBrake)]
+    return (
+        jnp.any(jnp.stack([jnp.asarray(jnp.abs(omega) > speed) for speed in speeds])) if speeds else jnp.asarray(False)
+    )
+
+
+def _end_of(system: BrakeSystem, t: Array, y: State, mode: Mode, start: TwoArrays) -> _End:
+    """The brake at the end; `start`: time and speed at the start."""
+    start_time, start_speed = start
+    omega, size = y.omega, system.sizes.torque
+    lever = system.lever_at(y, mode)
+    applied, surfaces = system.applied(t, y, mode)
+    tension = applied.lever_tension
+    load = system.load_torque(t, 0.0 * omega, mode)
+    hangs = jnp.abs(load) > _ROUNDING * size
+    way = jnp.where(load < 0, -1.0, 1.0)
+    motor = _motor_now(system, t, y, mode, start_speed)
+    at_rest = rests(mode) | motor.keeps_still
+    closed = (mode.band != OPEN) & (mode.band != TAKE_UP) & (tension > 0)
+
+    follows = jnp.asarray(lever.follows(piece_of(mode, "lever")) if lever.controls_speed else False)
+    limit = _pull_to_come(lever, t, t)
+    to_come = jnp.maximum(limit, 0.0)
+    here = jnp.where(follows, to_come, tension)
+    most = _greatest_pull(system, start_time, t)
+
+    def over_load(tension: Array, speed: Array, *, static: bool) -> Array:
+        torque = smallest(system.capacity(tension, speed, y.own, surfaces, static=static))
+        return jnp.where(hangs, torque / jnp.where(hangs, jnp.abs(load), 1.0), jnp.inf)
+
+    sense = way * jnp.where(omega == 0, 1.0, jnp.abs(omega))
+    sliding, sliding_now = jax.vmap(lambda pull: over_load(pull, sense, static=False))(jnp.stack([to_come, here]))
+    balance = balance_of(system, t, y, mode)
+    drags = jnp.abs(_drag(system, t, y, mode, load)) > _ROUNDING * size
+    by_lever = paced(lever, t, start_speed)
+    awaits_rest = jnp.asarray(False)
+    if isinstance(lever, PhaseNow):
+        ends_with_stop = np.asarray([isinstance(phase.until, AtRest) for phase in lever.whole.each])
+        awaits_rest = jnp.any(lever.here & ends_with_stop)
+    return _End(
+        load=load,
+        hangs=hangs,
+        hauls_down=hangs & (omega * way > _KEPT_AT_LEAST),
+        omega=omega,
+        pull=most,
+        reserve=over_load(jnp.where(at_rest & closed, here, most), way, static=True),
+        sliding=sliding,
+        sliding_now=sliding_now,
+        set_speed=jnp.where(jnp.isnan(by_lever), motor.set_speed, by_lever),
+        steady=balance.steady,
+        rises=balance.rises > _ROUNDING * size,
+        tends=balance.tends,
+        away=capacity(system, t, y, mode, start_time).exceeded & ~balance.tends,
+        rests=at_rest,
+        closed=closed,
+        pulls=(tension > 0) | command_waits(lever, t),
+        follows=follows,
+        at_limit=follows & (tension >= (1 - _ROUNDING) * limit),
+        engaged=motor.engaged,
+        at_full_torque=motor.at_full_torque,
+        drags=drags,
+        past_critical=drags & _exceeds_critical(system, omega),
+        awaits_rest=awaits_rest,
+    )
+
+
+def _want_at_end(system: BrakeSystem, y: State, mode: Mode, end: _End, start_speed: Array, past: Past) -> TwoArrays:
+    """What is wanted at the end, and whether words say it."""
+    lever = system.lever_at(y, mode)
+    want, named = want_of_input(system, lever, start_speed)
+    if isinstance(lever, PhaseNow):
+        return jnp.where((want == int(Want.UNSAID)) & ~end.pulls, int(Want.RELEASED), want), named
+    applied = jnp.where(past.began_pulling & (start_speed == 0) | past.rested, int(Want.HOLD), int(Want.REST))
+    never = jnp.where(end.drags, int(Want.LOWER), int(Want.FREE))
+    shown = jnp.where(end.pulls, applied, jnp.where(past.pulled, int(Want.RELEASED), never))
+    shown = jnp.where(jnp.isnan(end.set_speed), shown, by_speed(jnp.nan_to_num(end.set_speed)))
+    return jnp.where(named, want, shown), named
+
+
+def _rules(end: _End, want: Array, named: Array, code: Array, past: Past) -> Iterator[tuple[str, Any, Any]]:
+    """Reason, whether it fits, and its colour, in the order of `REASONS`."""
+    to_rest = want == int(Want.REST)
+    hold = want == int(Want.HOLD)
+    lower = want == int(Want.LOWER)
+    hoist = want == int(Want.HOIST)
+    free = want == int(Want.FREE)
+    unsaid = want == int(Want.UNSAID)
+    paced = ~jnp.isnan(end.set_speed)
+    to_move = (lower | hoist) & ~(paced & (jnp.abs(end.set_speed) <= 0))
+    stays = ~to_move
+    moves = ~end.rests
+    kept = jnp.maximum(_KEPT * jnp.abs(end.set_speed), _KEPT_AT_LEAST)
+    ahead = jnp.where(end.set_speed < 0, -1.0, 1.0) * end.omega  # speed in the sense of the set one
+    slow = ahead < jnp.abs(end.set_speed) - kept
+    fast = ahead > jnp.abs(end.set_speed) + kept
+    small = jnp.where(end.reserve < SMALL_RESERVE, _AMBER, _GREEN)
+    by_reserve = jnp.where(end.reserve <= 1, _RED, small)
+    strong = end.sliding > 1
+
+    never_ends = code == int(BrakeCode.PHASE_NEVER_ENDS)
+    yield "F1", (code != int(Code.COMPLETED)) & ~never_ends, _RED
+    yield "T1", never_ends, jnp.where(end.awaits_rest & moves & ~strong, _RED, _AMBER)
+    yield "H1", past.broke_away, _RED
+    yield "H6", end.rests & ~end.closed & end.hangs & ~end.engaged, jnp.where(lower, _AMBER, _RED)
+    yield "H7", end.rests & ~end.closed & end.hangs & end.engaged, _AMBER
+    yield "H2", end.rests & stays & end.hangs & (end.reserve <= 1), _RED
+    yield "H3", hold & moves, _RED
+    yield "H4", end.rests & stays & (end.closed | to_rest | hold), by_reserve
+    yield "X0", ~end.hangs & ~paced & ~to_rest & ~unsaid, _GREEN
+    yield "H5", (want == int(Want.RELEASED)) & moves, _AMBER
+    yield "S3", to_rest & moves & ~strong & end.rises, _RED
+    yield "S1", to_rest & moves & ~strong, _RED
+    yield "S4", to_rest & moves & end.engaged & end.closed & ~end.rises & end.steady, _AMBER
+    yield "S2", to_rest & moves, _AMBER
+    yield "M3", to_move & end.engaged & end.closed & ~end.follows, _AMBER
+    yield "M2", hoist & slow & (end.at_full_torque | end.hauls_down), _RED
+    yield "M0", hoist & slow, _AMBER
+    yield "M1", hoist, jnp.where(end.reserve <= 1, _AMBER, _GREEN)
+    yield "L2", lower & paced & (fast | end.at_limit), _RED
+    yield "L0", lower & paced & slow & end.rises, _AMBER
+    yield "L3", lower & (paced & slow | end.rests), _AMBER
+    yield "L1", lower & paced, jnp.where(end.pull > 0, by_reserve, jnp.where(end.hangs, _AMBER, _GREEN))
+    yield "L7", lower & end.past_critical, _RED
+    yield "L5", lower & end.steady & (end.pull <= 0), _AMBER
+    yield "L4", lower & end.steady, by_reserve
+    yield "L6", lower, jnp.where(end.rises & ~end.tends, _RED, _AMBER)
+    yield "U1", unsaid & moves, jnp.where(strong, _AMBER, _RED)
+    yield "X1", True, jnp.where(end.hangs & moves, jnp.where(named & free, _AMBER, _RED), _GREEN)
+
+
+def _judged(
+    system: BrakeSystem, t: Array, y: State, mode: Mode, start: TwoArrays, code: Array, past: Past
+) -> Judgement:
+    end = _end_of(system, t, y, mode, start)
+    want, named = _want_at_end(system, y, mode, end, start[1], past)
+    ids, fits, colours = zip(*_rules(end, want, named, code, past), strict=True)
+    assert ids == tuple(reason.id for reason in REASONS)
+    first = jnp.argmax(jnp.stack([jnp.asarray(fit, bool) for fit in fits])).astype(jnp.int32)
+    colours = jnp.stack([jnp.asarray(colour, jnp.int32) for colour in colours])
+    chosen = jnp.arange(len(ids), dtype=jnp.int32) == first
+    return Judgement(
+        reason=first,
+        colour=jnp.sum(jnp.where(chosen, colours, 0)).astype(jnp.int32),
+        want=want.astype(jnp.int32),
+        load=end.load,
+        pull=end.pull,
+        reserve=end.reserve,
+        sliding=end.sliding,
+        sliding_now=end.sliding_now,
+        set_speed=end.set_speed,
+        steady=end.steady,
+        away=end.away,
+    )
+
+
+_JUDGED = RunJit(_judged, quick=True)
+
+
+def judge(record: Record) -> Judgement:
+    """What the brake was to do, and whether it did, of a run at its end; NumPy's of a concrete one."""
+    (start, first, _), (t, y, mode) = ends_of(record)
+    past = past_of(record)
+    decide: Callable[..., Judgement] = _judged if is_traced_run(record) else _JUDGED
+    return decide(record.system, t, y, mode, (start, first.omega), record.code, past)
+
+
+class Coded(NamedTuple):
+    """What a table of many runs keeps of each decision."""
+
+    reason: Any
+    colour: Any
+    steady: Any
+    away: Any
+
+
+_COUNTS = Coded(len(REASONS), len(COLOURS), 2, 2)
+
+
+def coded(judgement: Judgement) -> Array:
+    """A decision as one whole number."""
+    kept = Coded(judgement.reason, judgement.colour, judgement.steady, judgement.away)
+    number = jnp.zeros((), jnp.int32)
+    for part, count in zip(kept, _COUNTS, strict=True):
+        number = count * number + jnp.asarray(part, jnp.int32)
+    return number
+
+
+def decoded(numbers: np.ndarray) -> Coded:
+    """Decisions of numbers that `coded` gave."""
+    return Coded(*np.unravel_index(np.asarray(numbers, int), _COUNTS))

@@ -1,0 +1,522 @@
+"""States and forces of a run at any time, integrals, and the capacity of its brake."""
+
+import dataclasses
+from collections.abc import Callable
+from typing import Any, NamedTuple, TypeVar
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float, Int, PyTree
+
+from .._base._arguments import explained
+from .._base._compiling import DeviceJit
+from .._base._corners import greater
+from .._base._part import is_traced
+from .._base._progress import piece
+from ..hybrid import SKIPPED, Record, smallest
+from ..hybrid._arrays import Array, Mark, ScalarArray, TwoArrays, VectorM, numpy_of
+from ..hybrid._system import ravel, unravel
+from ..loads import Lever, cylinders
+from ..phases import PhaseNow
+from ..physics._brake import BrakeNow, BrakeSystem, Capacity, State, piece_of
+from ..physics._rope import ElasticRope
+from ..physics.heated import surface_temperatures
+from ..physics.mechanism import OPEN, MechanismOutputs, Mode
+from ..physics.shaft import Drive, Shaft, way_of
+
+#: times looked at in one call of a compiled program, and in a long run
+_LANES, _LANES_OF_LONG = 256, 1024
+#: fewer where a step is taken to each: of systems with many states, of others, and in a long run
+_LANES_OF_STEPS, _MANY_STATES = (16, 128, 256), 24
+LONG = 1024  # steps of a long run
+_MANY_LOOKS = 2048  # times inside the steps of a long run from which on an optimised program for them pays
+
+T = TypeVar("T")
+#: one number, or an array of them
+Number = float | int | Array
+#: what JSON has as a mapping
+Entry = dict[str, Any]
+
+
+class HookNow(NamedTuple):
+    """The hook: travel downwards since the start (m), speed (m/s), force `m (g − a)` on it, tension of the tightest
+    line (N).
+
+    Where the shaft has a loss of the tackle also the tensions of its `fast` and its `dead` line (N). On an elastic rope
+    its stretch (m; below 0 it is slack), and the weight on the hook (N).
+    """
+
+    travel: Array
+    speed: Array
+    force: Array
+    rope: Array
+    fast: Any = None
+    dead: Any = None
+    stretch: Any = None
+    weight: Any = None
+
+
+class Probe(NamedTuple):
+    """States, forces and margins at the times `t` (m,)."""
+
+    t: VectorM
+    y: State
+    mode: Mode
+    flows: BrakeNow
+    shown: MechanismOutputs
+    margins: Float[Array, "m marks"]
+    greater_tension: Float[Array, "m n"] | None  # of the two sides of each lining; None without a band
+    surfaces: dict[str, Array]  # surface temperatures of rim, linings, band (m, nodes), where the scene has them
+    holding: TwoArrays  # load at rest, and static capacity of the brake in its direction (N·m), (m,) each
+    hook: HookNow | None
+    lever_force: VectorM | None  # on the lever of the driller, where the scene has one
+    actuator_pressure: VectorM | None  # gauge pressure (Pa) of a cylinder, where the scene has one
+
+
+def is_traced_run(record: Record) -> bool:
+    """Whether a run is being traced: its times and states, or numbers of its system alone where nothing depends on
+    them."""
+    return is_traced(record)
+
+
+def record_of(run: Any) -> Record:
+    """The record of a `Result`, or a record as it is; a concrete one without skipped and unused rows."""
+    record: Record = getattr(run, "record", run)
+    return record if is_traced_run(record) else record.compact()
+
+
+class RunJit(DeviceJit):
+    """A function of concrete runs, compiled by itself; of traced ones it is part of their program."""
+
+    def __call__(self, *arguments: Any, **named: Any) -> Any:
+        if is_traced((arguments, named)):
+            return self._function(*arguments, **named)
+        return jax.tree.map(np.asarray, super().__call__(*arguments, **named))
+
+
+def in_lanes(look: Callable[..., T], *columns: np.ndarray, lanes: int = _LANES) -> T:
+    """`look(*columns)` of columns (m,) of any length, in calls of one length, so that it compiles once."""
+    parts, count = [], len(columns[0])
+    for start in range(0, count, lanes):
+        if count > lanes:  # shown as progress
+            piece(start // lanes, -(-count // lanes))
+        rows = np.minimum(np.arange(start, start + lanes), count - 1)
+        values, used = look(*(column[rows] for column in columns)), min(lanes, count - start)
+        parts.append(jax.tree.map(lambda leaf, n=used: np.asarray(leaf)[:n], values))
+    return parts[0] if len(parts) == 1 else jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
+
+
+def tension_before(shown: MechanismOutputs, slack: VectorM) -> Float[Array, "m n"]:
+    """Tension (N) of the band ahead of every lining; `slack`: at the slack end."""
+    if shown.before is not None:
+        return shown.before
+    return numpy_of(slack).concatenate([slack[:, None], shown.tension[:, :-1]], axis=1)
+
+
+def seen_at(system: BrakeSystem, t: VectorM, y: State, mode: Mode) -> Probe:
+    """Everything algebraic at many times, states and modes."""
+
+    def look(t: Array, y: State, mode: Mode) -> PyTree:
+        q, mechanism = system.variables(t, y, mode), system.mechanism
+        hot = surface_temperatures(system, q)
+        return (
+            *system.shown(t, y, mode, q),
+            mechanism.lining_margins(mode, q.contact),
+            hot,
+            holding(system, t, y, mode),
+            hook_of(system, y, mode, q),
+            q.lever_tension / system.lever.gain if isinstance(system.lever, Lever) else None,
+            _gauge_pressure(system, t, y, mode),
+        )
+
+    flows, shown, margins, hot, *others = jax.vmap(look)(t, y, mode)
+    most = None
+    if shown.tension is not None:
+        most = greater(shown.tension, tension_before(shown, flows.contact.slack_tension))
+    return Probe(t, y, mode, flows, shown, margins, most, hot, *others)
+
+
+def _gauge_pressure(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Array | None:
+    """Gauge pressure (Pa) of the cylinder behind the lever, 0 in phases without one; `None`: there is none."""
+    each, lever, piece = cylinders(system.lever), system.lever_at(y, mode), piece_of(mode, "lever")
+    if not any(each):
+        return None
+    local = t - lever.begun if isinstance(lever, PhaseNow) else t
+    pressures = [jnp.zeros(()) if x is None else jnp.asarray(x.followed(local, piece)) for x in each]
+    return lever.of_each(pressures) if isinstance(lever, PhaseNow) else pressures[0]
+
+
+def probe_at(record: Record, index: Int[Array, " m"], h: VectorM) -> Probe:
+    """Everything at the times `h` (s) after the start of the rows named, by a partial step of the method itself."""
+    t, y = record.inside(index, h)
+    mode = jax.vmap(record.flat.unpack_mode)(record.rows.mode[index])
+    return seen_at(record.system, t, y, mode)  # pyright: ignore
+
+
+def _seen(system: BrakeSystem, t: Array, y: State, mode: Mode) -> tuple[Probe, Array]:
+    p = seen_at(system, t, y, mode)
+    slopes = jax.vmap(system.rates)(t, y, mode, p.flows)
+    return p._replace(t=None, y=None, mode=None), jax.vmap(lambda tree: ravel(tree, jnp.float64))(slopes)
+
+
+def _inside(record: Record, index: Array, h: Array) -> TwoArrays:
+    t, y = record.inside(index, h, still=True)
+    return t, jax.vmap(lambda y: ravel(y, jnp.float64))(y)
+
+
+# the first of each is compiled quickly, the second runs quickly
+_SEEN = [RunJit(_seen, quick=quick) for quick in (True, False)]
+_INSIDE = [RunJit(_inside, quick=quick) for quick in (True, False)]
+
+#: of samples numbered (m,): times (m,), flat states and flat modes (m, …)
+Instants = Callable[[np.ndarray], tuple[Array, ...]]
+
+
+def look_at(record: Record, index: np.ndarray, instants: Instants, see: Callable[[Probe, Array], T]) -> T:
+    """What `see(probe, rates)` makes in NumPy of the samples numbered `index` of a compact record outside of jit.
+
+    One program for all that looks at runs of a structure, whatever of it is wanted; `rates` of the flat states (m, …).
+    """
+    long = int(record.count) > LONG
+
+    def find(system: BrakeSystem, t: Array, y: State, mode: Mode) -> T:
+        p, rates = _SEEN[long](system, t, y, mode)
+        return see(p._replace(t=t, y=y, mode=mode), rates)
+
+    return _in_lanes_of(record, find, index, instants, _LANES_OF_LONG if long else _LANES)
+
+
+def states_inside(record: Record, index: Int[Array, " m"], h: VectorM) -> TwoArrays:
+    """Times and flat states at `h` (s) after the start of the rows named, of a compact record outside of jit.
+
+    A call gets the rows that it looks at, always as many, instead of the whole record: the work grows with the number
+    of times, not with that times the length of the run, and runs of any length share one compiled program.
+    """
+    many = int(record.count) > LONG and len(index) >= _MANY_LOOKS
+    few, some, most = _LANES_OF_STEPS
+    count = most if many else few if record.rows.y.shape[1] > _MANY_STATES else some
+    lanes = np.arange(count, dtype=np.int32)
+
+    def call(index: np.ndarray, h: np.ndarray) -> TwoArrays:
+        rows = jax.tree.map(lambda column: column[index], record.rows)
+        return _INSIDE[many](dataclasses.replace(record, rows=rows), lanes, h)
+
+    return in_lanes(call, np.asarray(index), np.asarray(h), lanes=count)
+
+
+def probe_many(record: Record, index: Int[Array, " m"], h: VectorM) -> Probe:
+    """`probe_at` of a compact record outside of jit."""
+    (t, y), mode = states_inside(record, index, h), np.asarray(record.rows.mode)[np.asarray(index)]
+    return look_at(record, np.arange(len(t)), lambda i: (t[i], y[i], mode[i]), lambda p, _: p)
+
+
+# --- integrals over a run, by quadrature inside every step ------------------------------------------------------------
+
+#: Gauss–Legendre points in every step: exact to the order 2 · 6 − 1, above that of the methods that integrate
+POINTS = 6
+
+
+def as_tree(function: Callable[..., PyTree]) -> Callable[..., PyTree]:
+    """A function as a PyTree, so that it can be an argument of a compiled program; PyTrees stay as they are."""
+    leaf = jax.tree.structure(0)
+    return jax.tree_util.Partial(function) if jax.tree.structure(function) == leaf else function
+
+
+def _integrate(record: Record, pick: Callable[[Probe], PyTree], *, points: int) -> PyTree:
+    rows = record.rows
+    n = rows.t.shape[0]
+    row_numbers = jnp.arange(n, dtype=jnp.int32)
+    used = (row_numbers < record.count) & (rows.kind != SKIPPED)
+    span = jnp.where(used, rows.t[jnp.minimum(row_numbers + 1, record.count)] - rows.t, 0.0)
+    nodes, weights = np.polynomial.legendre.leggauss(points)
+    # rows that were never written hold nothing that could be looked at: there the first row is, with weight 0
+    index = jnp.repeat(jnp.where(used, row_numbers, 0), points)
+    # (the time up to the next row, not the step, so that ends of steps move with their events in derivatives)
+    h = jnp.tile(jnp.asarray(0.5 * (nodes + 1)), n) * (rows.t[jnp.minimum(index + 1, record.count)] - rows.t[index])
+    values = pick(probe_at(record, index, h))
+    weight = jnp.repeat(span, points) * jnp.tile(jnp.asarray(0.5 * weights), n)
+    return jax.tree.map(lambda leaf: jnp.tensordot(weight, leaf, axes=1), values)
+
+
+_integral = RunJit(_integrate, static_argnames="points")
+
+
+@explained
+def integral(run: Any, pick: Callable[[Probe], PyTree], *, points: int = POINTS) -> PyTree:
+    """`∫ pick(probe) dt` over a run, from its start to its end.
+
+        ∫ q dt = Σ_steps h Σ_k w_k q(t + s_k h)        (Gauss–Legendre, `points` nodes s_k in each recorded step)
+
+    - `run`: a `Result` or its record, concrete or traced; under `vmap` map the call, not a batch of results
+    - `pick`: function of a probe of `m` times to an array (m, …), or a PyTree of such, from
+      `p.t`, `p.y`, `p.mode`, `p.flows`, `p.shown` (friction pairs, tensions), `p.surfaces`. Use one function again, or
+      a `jax.tree_util.Partial` of one: a new function compiles anew
+
+    Between two events a run is smooth and its states inside a step are those of the method itself, so that the error
+    is that of the integration. What is not smooth inside a step (linings that come to their limit one by one while a
+    band is elastic) converges more slowly; `points` tells. Differentiable forward and reverse, ends of steps move
+    with their events. Heat that is booked at an instant (a restart, a break-away, a release of an elastic band) is no
+    integral and not in it.
+
+    Example:
+        >>> turned = sb.results.integral(result, lambda p: p.y.omega)
+        >>> round(float(turned) / float(result["stopping_angle"]), 6)
+        1.0
+    """
+    return _integral(record_of(run), as_tree(pick), points=points)
+
+
+# --- capacity ---------------------------------------------------------------------------------------------------------
+
+#: up to this share of the tension the lever may still move, at its present rate over the time of the run so far
+_AT_REST = 1e-3
+#: speeds at which a balance of torques is looked for: so many on either side, up to that many times the present one
+_SPEEDS, _FAR = 256, 1e4
+#: halvings of an interval around it, and Newton steps after them, which carry derivatives
+_HALVINGS, _CARRY = 50, 2
+
+
+def capacity(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
+    """Load and capacity of a turning brake at the time `t` of a run that began at `start`."""
+    lever = system.lever_at(y, mode)
+    T_0, rate = jax.jvp(lambda t: lever.value(t, piece_of(mode, "lever")), (t,), (jnp.ones_like(t),))
+    if lever.controls_speed:
+        follows = lever.follows(piece_of(mode, "lever"))
+        T_0, rate = jnp.where(follows, lever.greatest(), T_0), jnp.where(follows, 0.0, rate)
+    settled = lever.no_more_turns(t) & (jnp.abs(rate) * (t - start) <= _AT_REST * T_0)
+    for course in system.changes(y, mode).values():
+        settled = settled & course.no_more_turns(t)
+    load = driving(system, t, y.omega, y, mode)
+    hanging = jnp.sign(y.omega) * system.load_torque(t, 0.0 * y.omega, mode)
+    return Capacity(load, system.capacity(T_0, y.omega, y.own, system.surfaces(t, y, mode)), settled, hanging)
+
+
+def holding(system: BrakeSystem, t: Array, y: State, mode: Mode) -> TwoArrays:
+    """Load on a pulley at rest, and the static capacity of the brake in its direction (N·m, both ≥ 0).
+
+    The load is that of the instant, of an elastic rope its pull. A lever that follows the speed can pull to its limit.
+    """
+    z, surfaces = system.applied(t, y, mode)
+    tension = z.lever_tension
+    lever, piece = system.lever_at(y, mode), piece_of(mode, "lever")
+    if lever.controls_speed:
+        tension = jnp.where(lever.follows(piece), lever.greatest(), tension)
+    load = system.load_torque(t, jnp.zeros_like(y.omega), mode, y)
+    way = jnp.where(load < 0, -1.0, 1.0)
+    pairs = system.capacity(tension, way, y.own, surfaces, static=True)
+    return jnp.abs(load), smallest(pairs)
+
+
+def driving(system: BrakeSystem, t: Array, omega: Array, y: State, mode: Mode) -> Array:
+    """Torque (N·m) of the load in the direction of a rotation, less that of a motor and the other ones on the shaft.
+
+    Of a load on an elastic rope that of its weight, about which the pull of the rope swings.
+    """
+    sense, load = jnp.sign(omega), system.load_torque(t, omega, mode)
+    shaft, motor = system.feature(Shaft), system.feature(Drive)
+    if shaft is not None:
+        rest = system.load_torque(t, 0.0 * omega, mode)
+        load = load - shaft.engaged(mode).turning(t, omega, rest, sense, shaft.pieces(mode))
+    if motor is not None:
+        load = load - motor.torque(system, t, omega, y, mode)
+    return sense * load
+
+
+def stable_speed(net: Callable[[Array], Array], speed: Array) -> ScalarArray:
+    """The steady speed (rad/s) that a shaft at `speed` > 0 tends to: the next stable zero of `net`, `inf` without one.
+
+    - `net(ω)`: accelerating torque (N·m) at the speed `ω`
+
+    From the present speed the shaft moves the way of `net`; the first zero that it meets is stable.
+    """
+    start, ratios = jax.lax.stop_gradient(speed), np.geomspace(1.0, _FAR, _SPEEDS + 1)
+    up, down = jax.lax.stop_gradient(jax.vmap(jax.vmap(net))(start * jnp.asarray([ratios, 1 / ratios])))
+    still = up[0]
+    speeds = start * jnp.where(still > 0, ratios, 1 / ratios)
+    # (signed so that it is positive until the zero is met)
+    values = jnp.where(still > 0, up, -down)
+    met = values[1:] <= 0
+    i = jnp.argmax(met)
+    bracket = jnp.stack([jnp.minimum(speeds[i], speeds[i + 1]), jnp.maximum(speeds[i], speeds[i + 1])])
+
+    def halve(ends: Array, _: None) -> tuple[Array, None]:
+        middle = 0.5 * (ends[0] + ends[1])
+        above = net(middle) > 0
+        return jnp.stack([jnp.where(above, middle, ends[0]), jnp.where(above, ends[1], middle)]), None
+
+    def newton(carry: TwoArrays, _: None) -> tuple[TwoArrays, None]:
+        steady = carry[0]
+        value, slope = jax.jvp(net, (steady,), (jnp.ones_like(steady),))
+        return (steady - value / jnp.where(slope < 0, slope, -jnp.inf), slope < 0), None
+
+    middle = jax.lax.stop_gradient(jnp.mean(jax.lax.scan(halve, bracket, None, length=_HALVINGS)[0]))
+    (steady, stable), _ = jax.lax.scan(newton, (middle, still == 0), None, length=_CARRY)
+    return jnp.where(jnp.any(met) & stable & (start > 0), steady, jnp.inf)
+
+
+def net_torque(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Callable[[Array], Array]:
+    """Accelerating torque (N·m) over the speed (rad/s, ≥ 0) in the sense of rotation: that of load and shaft, less what
+    the sliding brake gives under the tension, temperatures and given functions of the instant `t`."""
+    z, surfaces = system.applied(t, y, mode)
+    tension = z.lever_tension
+    sense = jnp.where(y.omega < 0, -1.0, 1.0)
+
+    def net(speed: Array) -> Array:
+        omega = sense * speed
+        held = smallest(system.capacity(tension, omega, y.own, surfaces))
+        return driving(system, t, omega, y, mode) - jnp.where(mode.band == OPEN, 0.0, held)
+
+    return net
+
+
+def _is_led(system: BrakeSystem, y: State, mode: Mode) -> Array:
+    """Whether the lever follows a speed."""
+    lever = system.lever_at(y, mode)
+    return jnp.asarray(lever.follows(piece_of(mode, "lever")) if lever.controls_speed else False)
+
+
+def steady_speed(system: BrakeSystem, t: Array, y: State, mode: Mode) -> ScalarArray:
+    """Speed (rad/s, ≥ 0) at which the torques of the instant `t` balance, `inf` where they do not.
+
+    With the tension, the temperatures and the given functions of that instant; `inf` under a lever that holds the
+    speed.
+    """
+    terminal = stable_speed(net_torque(system, t, y, mode), jnp.abs(y.omega))
+    return jnp.where(_is_led(system, y, mode), jnp.inf, terminal)
+
+
+#: a balance this near (share of the speed) counts as steady
+_STEADY = 1e-2
+
+
+class Balance(NamedTuple):
+    """Torques on a turning shaft at one instant.
+
+    - `rises` (N·m): the accelerating torque;  `steady`: whether the torques balance within 1 % of the speed, and would
+      do so again after a change of it;  `tends`: whether they balance at some higher speed
+
+    Under a lever that follows a speed the torques say nothing of this: `steady` and `tends` are false.
+    """
+
+    rises: ScalarArray
+    steady: Mark
+    tends: Mark
+
+
+def balance_of(system: BrakeSystem, t: Array, y: State, mode: Mode) -> Balance:
+    net, speed = net_torque(system, t, y, mode), jnp.abs(y.omega)
+    speeds = jnp.stack([speed, _FAR * jnp.maximum(speed, system.sizes.speed)])
+    torques, slopes = jax.vmap(lambda speed: jax.jvp(net, (speed,), (jnp.ones_like(speed),)))(speeds)
+    balances = (slopes[0] < 0) & (jnp.abs(torques[0]) <= _STEADY * speed * -slopes[0])
+    tends = torques[1] <= 0 if system.feature(Shaft) is None else stable_speed(net, speed) < jnp.inf
+    free = ~_is_led(system, y, mode)
+    return Balance(torques[0], free & balances & (speed > 0), free & tends)
+
+
+def hook_of(system: BrakeSystem, y: State, mode: Mode, z: BrakeNow) -> HookNow | None:
+    """The hook, where the load hangs on one."""
+    load, travelled = system.load.on_layer(mode.layer), system.load.travelled(y.phi)
+    hanging, travel = load.hanging(piece_of(mode, "load")), load.travel()
+    if hanging is None or travel is None or travelled is None:
+        return None
+    elastic, rope = system.feature(ElasticRope), z.rope
+    if elastic is not None:
+        position = travelled + elastic.stretched(system, y, mode)
+        lines = _lines_of(system, mode, rope.force)
+        return HookNow(position, y.hook.speed, rope.force, *lines, rope.stretch, rope.weight)
+    mass, weight = hanging
+    force = weight - mass * travel * z.contact.alpha
+    lines = _lines_of(system, mode, force)
+    return HookNow(jnp.asarray(travelled), y.omega * travel, force, *lines)
+
+
+def _lines_of(system: BrakeSystem, mode: Mode, pull: Array) -> tuple[Array, Array | None, Array | None]:
+    """Tensions (N) under a pull on the hook: of the tightest line, of the fast and of the dead one.
+
+    Without a loss of the tackle all lines have the same. At rest each is the largest that it can be, and the fast line
+    has the largest of all.
+    """
+    lines = jnp.asarray(system.load.lines)
+    shaft = system.feature(Shaft)
+    tackle = None if shaft is None else shaft.tackle
+    if tackle is None:
+        return pull / lines, None, None
+    way = way_of(mode)
+    fast, dead = tackle.tensions(pull, lines, way)
+    return jnp.where(way > 0, dead, fast), fast, dead
+
+
+def can_lose_grip(system: BrakeSystem) -> bool:
+    """Whether fade can leave a sliding brake of one pair, whose linings act as one, weaker than its load."""
+    reads = system.grip.reads.T or system.grip.remembers or bool(system.mechanism.profiles)
+    return reads and len(system.mechanism.pairs) == 1 and not system.mechanism.resolved
+
+
+#: time, state and mode
+Instant = tuple[Array, State, Mode]
+
+
+def ends_of(record: Record) -> tuple[Instant, Instant]:
+    """Time, state and mode at the start and at the end of a run; NumPy's of a concrete one."""
+    rows = record.rows
+    first = [x[0] if is_traced_run(record) else np.asarray(x)[0] for x in (rows.t, rows.y, rows.mode)]
+    start = (first[0], unravel(first[1], record.y_like), unravel(first[2], record.mode_like))
+    return start, (record.t_end, record.y_end, record.mode_end)
+
+
+def _capacity_at_each(system: BrakeSystem, t: Array, y: State, mode: Mode, start: Array) -> Capacity:
+    return jax.vmap(capacity, in_axes=(None, 0, 0, 0, None))(system, t, y, mode, start)
+
+
+_end_capacity = RunJit(capacity, quick=True)
+_capacities = DeviceJit(_capacity_at_each, quick=True)
+
+
+def end_capacity(record: Record) -> Capacity:
+    """Load torque and capacity of the brake at the end of a run; meaningful where the pulley still turns."""
+    (start, *_), end = ends_of(record)
+    return _end_capacity(record.system, *end, start)
+
+
+_terminal_speed = RunJit(steady_speed, quick=True)
+
+
+def terminal_speed(record: Record) -> ScalarArray:
+    """Steady speed (rad/s) at which the torques of the end of a run balance, `inf` where there is none."""
+    return _terminal_speed(record.system, *ends_of(record)[1])
+
+
+_balance = RunJit(balance_of, quick=True)
+
+
+def runs_away(record: Record) -> Array:
+    """Whether the load at the end of a run exceeds what brake and shaft give, also at any higher speed."""
+    return end_capacity(record).exceeded & ~_balance(record.system, *ends_of(record)[1]).tends
+
+
+def lowers_steadily(record: Record) -> Array:
+    """Whether the torques on the shaft have brought the load to a steady speed at the end of a run."""
+    return _balance(record.system, *ends_of(record)[1]).steady
+
+
+def ends_driven(record: Record) -> Any:
+    """Whether the motor runs at the end of a run."""
+    motor = record.system.feature(Drive)  # pyright: ignore
+    return np.False_ if motor is None else motor.follows(record.y_end, record.mode_end)
+
+
+def capacities_at(record: Record, index: np.ndarray, instants: Instants) -> Capacity:
+    """Load torque and capacity of the brake of a concrete record at the samples numbered `index`."""
+    start = np.asarray(record.rows.t)[0]
+    return _in_lanes_of(record, lambda system, *now: _capacities(system, *now, start), index, instants)
+
+
+def _in_lanes_of(
+    record: Record, find: Callable[..., T], index: np.ndarray, instants: Instants, lanes: int = _LANES
+) -> T:
+    def look(index: np.ndarray) -> T:
+        t, y, mode = instants(index)
+        return find(record.system, t, unravel(y, record.y_like), unravel(mode, record.mode_like))
+
+    return in_lanes(look, index, lanes=lanes)

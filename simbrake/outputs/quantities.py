@@ -1,0 +1,656 @@
+"""What a run has at every instant: each quantity once, with its unit, meaning, how it is found and drawn.
+
+Columns of series, files and tables, views of linings, and what means and maxima are taken of are read from here.
+"""
+
+import functools
+import re
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Annotated, Any, NamedTuple, get_args, get_origin
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jax.core import Tracer
+from jaxtyping import Bool, Float, Int
+
+from .._base._faults import Fault, InputError, near
+from .._base._table import Table, number, rows_table, value_text
+from ..brakes._band import pressure_within
+from ..hybrid._arrays import Array, numpy_of
+from ..physics._brake import BrakeSystem
+from ..physics.heated import sensed, thermal_of
+from ..physics.mechanism import PairNow
+from ..thermal._heat import PowerShares
+from .probe import Number, Probe, tension_before
+
+#: a value at each time, one of each lining, and whole numbers
+Values = Float[Array, " m"]
+Each = Float[Array, "m n"]
+Whole = Int[Array, " m"]
+if TYPE_CHECKING:
+    OfBand = Any  # whoever knows that there is a band need not ask
+else:
+    OfBand = Values | None  # no band
+
+
+class Rubbing(NamedTuple):
+    """One friction pair of every lining at one or many instants, (m, n) or (n,).
+
+    `increment` is the friction at the radius of the slip: its power is `increment · v_i`. Under a band it is the
+    difference of tensions, `|T_i − T_{i−1}| = f_i N_i/cos(β_i/2)`: the friction `f_i N_i` acts where the band's ends
+    meet, at `R_b/cos(β_i/2)` (model §1).
+    """
+
+    increment: Array
+    normal: Array
+    speed: Array  # |v| ≥ 0, 0 while the lining sticks
+    pressure: Array | None  # N/A, `None` without areas
+    temperature: Array | None  # that the pair's friction law sees, `None` where the scene has none
+    tension_ratio: Array | None = None  # T_i/T_{i−1} > 0, 1 without tension; `None` of pairs that are not under a band
+
+    @property
+    def power(self) -> Array:
+        """Friction power of each lining (W)."""
+        return self.increment * self.speed
+
+    def pressure_at(self, place: Number | Array) -> Array | None:
+        """Pressure (Pa) at a place within the linings, 0 at the edge towards the slack end of the band, 1 at the other;
+        the mean where they are not under a band."""
+        ratio = self.tension_ratio
+        return self.pressure if self.pressure is None or ratio is None else pressure_within(self.pressure, ratio, place)
+
+    def edge_pressure(self, place: float) -> Array | None:
+        """The same, `None` where there is no band."""
+        return None if self.tension_ratio is None else self.pressure_at(place)
+
+
+class PairSeen:
+    """The friction pair numbered `i` of a brake in a probe: what its quantities are found from."""
+
+    def __init__(self, system: BrakeSystem, p: Probe, i: int) -> None:
+        self.system, self.p, self.i = system, p, i
+        self.pair: PairNow = p.shown.pairs[i]
+
+    @property
+    def shares(self) -> PowerShares | None:
+        return self.system.grip.shares
+
+    @property
+    def hot(self) -> Number:
+        """Share of the friction work that is heat."""
+        return 1.0 if self.shares is None else self.shares.heat
+
+    @property
+    def work(self) -> Values:
+        """Friction work of the pair (J)."""
+        return self.p.y.ledger.friction[self.i]
+
+    @property
+    def all_work(self) -> Values:
+        """Friction work of all pairs (J)."""
+        first, *more = self.p.y.ledger.friction
+        return sum(more, start=first)  # pyright: ignore
+
+    @property
+    def memory(self) -> Array | None:
+        """States of the pair's friction law."""
+        states = jax.tree.leaves(self.p.y.memory and self.p.y.memory[self.i])
+        return numpy_of(states[0]).stack(states, axis=1) if len(states) > 1 else states[0] if states else None
+
+    @property
+    def worn(self) -> Each | None:
+        """Thickness worn off the linings of the pair (m)."""
+        return self.p.y.worn and self.p.y.worn[self.i]
+
+    @property
+    def surface(self) -> Array | None:
+        """Surface temperatures of the linings where the pair rubs (K)."""
+        outside = self.system.mechanism.pairs[self.i].on_band and "outer" in self.p.surfaces
+        return self.p.surfaces.get("outer" if outside else "linings")
+
+    @property
+    def sensed(self) -> Array | None:
+        """Temperatures that the friction law sees (K)."""
+        if thermal_of(self.system) is None:
+            return None
+        T: Any = jax.vmap(lambda u: sensed(self.system, u)[self.i])(self.p.y.heat)
+        return jnp.broadcast_to(T, self.pair.normal.shape)
+
+    @functools.cached_property
+    def rubs(self) -> Rubbing:
+        """Forces, slip speeds and pressures of the linings."""
+        now, area, xp = self.pair, self.system.mechanism.pairs[self.i].area, numpy_of(self.pair.normal)
+        pressure = None if area is None else now.normal / xp.asarray(area)
+        ratio = None
+        if self.i == 0 and self.p.shown.tension is not None:
+            after = self.p.shown.tension
+            before = tension_before(self.p.shown, self.p.flows.contact.slack_tension)
+            tight = (after > 0) & (before > 0)
+            ratio = xp.where(tight, after, 1.0) / xp.where(tight, before, 1.0)
+        return Rubbing(abs(now.force), now.normal, abs(now.slip), pressure, None, ratio)
+
+
+def _of_band(p: Probe, tension: Values) -> Values | None:
+    return None if p.shown.tension is None else tension
+
+
+def _reserve(p: Probe) -> Values | None:
+    """Static capacity over the load: not a number where there is no load, `None` where there never is."""
+    load, capacity = p.holding
+    xp = numpy_of(load)
+    if xp is np and not np.any(load):
+        return None
+    return xp.where(load > 0, capacity / xp.where(load > 0, load, 1.0), np.nan)
+
+
+def _coolant(p: Probe) -> Any:
+    """The coolant of all jackets (`Stream`), `None` without any."""
+    return None if p.flows.thermal is None else p.flows.thermal.coolant
+
+
+def coolant_outlet(p: Probe) -> Float[Array, "m jackets"] | None:
+    """Temperature of the coolant where it leaves; where nothing flows, of the wall."""
+    if (stream := _coolant(p)) is None:
+        return None
+    xp, flows = numpy_of(stream.rate), stream.rate > 0
+    return xp.where(flows, stream.inlet + stream.heat / xp.where(flows, stream.rate, 1.0), p.surfaces["wetted"])
+
+
+def _nodes(p: Probe) -> Float[Array, "m k"] | None:
+    """Temperatures of all nodes."""
+    now = p.flows.thermal
+    return None if now is None else numpy_of(now.T).concatenate([now.T, now.T_junctions], axis=1)
+
+
+def thickness(worn: tuple[Array | None, ...]) -> Array:
+    """Thickness that linings have lost at all their faces (m)."""
+    first, *more = (loss for loss in worn if loss is not None)
+    return sum(more, start=first)
+
+
+class View(NamedTuple):
+    """How figures name a quantity of linings: its unit for people, what the SI value is multiplied by and added to."""
+
+    words: str
+    unit: str
+    factor: float = 1.0
+    offset: float = 0.0
+
+
+class About(NamedTuple):
+    """A quantity: its unit, "" where there is none, its meaning, and how it is found, `None` where a run has none.
+
+    - `find(p, s)`: of a probe `p` of m times and a friction pair `s` (`PairSeen`), (m,) or (m, n)
+    - `view`: of linings, how figures name it;  `size`: means, maxima and figures take it without its sign
+    """
+
+    unit: str
+    meaning: str
+    find: Callable[[Any, Any], Any]
+    view: View | None = None
+    size: bool = False
+
+    def of(self, p: Any, s: Any) -> Any:
+        """The quantity as means, maxima and figures take it."""
+        value = self.find(p, s)
+        return abs(value) if self.size and value is not None else value
+
+
+class PairSeries(NamedTuple):
+    """One friction pair at the times of a `Series`, SI units; arrays over its linings are (m, n).
+
+    `None`: `capacity` where the mechanism does not tell, `friction_coefficient` where it cannot change,
+    `worn_thickness` without wear of the pair, `friction_memory` of a law without states (of one with several (m, s,
+    n)), pressures without areas, those at edges and their ratio where no band presses, `temperature` without heat.
+
+    Example:
+        >>> float(result.series([0.5]).pairs["external"].torque[0].round(1))
+        33659.3
+    """
+
+    normal_load: Annotated[
+        Each,
+        "N",
+        "normal load on each lining, with preload and centrifugal force of a bandage",
+        lambda p, s: s.pair.normal,
+        View("normal load N", "kN", 1e-3),
+    ]
+    friction_force: Annotated[
+        Each,
+        "N",
+        "friction force on each lining",
+        lambda p, s: s.pair.friction,
+        View("friction force F", "kN", 1e-3),
+    ]
+    slip_speed: Annotated[
+        Each, "m/s", "slip speed of each lining", lambda p, s: s.pair.slip, View("slip speed |v|", "m/s"), True
+    ]
+    sense: Annotated[Int[Array, "m n"], "", "0 the lining sticks, +1 and -1 it slides", lambda p, s: s.pair.sense]
+    torque: Annotated[Values, "N*m", "torque that the pair passes on", lambda p, s: s.pair.torque]
+    friction_work: Annotated[Values, "J", "friction work since the start", lambda p, s: s.work]
+    heat: Annotated[Values, "J", "friction heat since the start", lambda p, s: s.hot * s.work]
+    capacity: Annotated[
+        Values | None,
+        "N*m",
+        "torque up to which the pair sticks, or with which it slides",
+        lambda p, s: s.pair.capacity,
+    ]
+    friction_coefficient: Annotated[
+        Each | None,
+        "",
+        "coefficient of friction of each lining, sliding",
+        lambda p, s: s.pair.coefficient,
+        View("coefficient of friction f", ""),
+    ]
+    worn_thickness: Annotated[
+        Each | None,
+        "m",
+        "thickness that each lining lost since the start",
+        lambda p, s: s.worn,
+        View("thickness worn off since the start", "µm", 1e6),
+    ]
+    friction_memory: Annotated[
+        Any, "", "state of the friction law of each lining (several: in the order of its PyTree)", lambda p, s: s.memory
+    ]
+    friction_power: Annotated[
+        Each, "W", "friction power of each lining", lambda p, s: s.rubs.power, View("friction power", "kW", 1e-3)
+    ]
+    tension_increment: Annotated[
+        Each,
+        "N",
+        "friction of each lining at the radius of its slip, under a band |T_i - T_(i-1)|",
+        lambda p, s: s.rubs.increment,
+        View("tension increment |Tᵢ − Tᵢ₋₁|", "kN", 1e-3),
+    ]
+    pressure: Annotated[
+        Each | None,
+        "Pa",
+        "mean pressure on each lining",
+        lambda p, s: s.rubs.pressure,
+        View("pressure N/A", "MPa", 1e-6),
+    ]
+    slack_edge_pressure: Annotated[
+        Each | None,
+        "Pa",
+        "pressure at the edge of each lining towards the slack end",
+        lambda p, s: s.rubs.edge_pressure(0.0),
+        View("pressure at the edge towards the slack end", "MPa", 1e-6),
+    ]
+    tight_edge_pressure: Annotated[
+        Each | None,
+        "Pa",
+        "pressure at the edge of each lining towards the tight end",
+        lambda p, s: s.rubs.edge_pressure(1.0),
+        View("pressure at the edge towards the tight end", "MPa", 1e-6),
+    ]
+    edge_pressure_ratio: Annotated[
+        Each | None,
+        "",
+        "pressure at the tight edge of each lining over that at the slack edge",
+        lambda p, s: s.rubs.tension_ratio,
+        View("tight over slack edge pressure", ""),
+    ]
+    temperature: Annotated[
+        Float[Array, "m l"] | None,
+        "K",
+        "surface temperature of the linings where the pair rubs",
+        lambda p, s: s.surface,
+        View("surface temperature", "°C", 1.0, -273.15),
+    ]
+
+
+class Series(NamedTuple):
+    """States and forces at the times `t` (m,), SI units; arrays over linings are (m, n).
+
+    `pairs` has each friction pair by its name: `external` is that on which the lever acts, of which normal loads,
+    friction forces and coefficients are columns here as well; a staged brake has `internal` beside it. A column that
+    the scene does not have is `None`: tensions without a band, temperatures without heat or where it names no such
+    place, coefficients of friction that cannot change, the elongation of a rigid band, …
+
+    On several alike rims (`Brake.rims`) tensions, forces, pressures, wear and the power of each lining are those of one
+    rim; torques, works and heat are those of the brake.
+
+    Example:
+        >>> result.series([0.0, 0.5]).omega.shape
+        (2,)
+    """
+
+    if not TYPE_CHECKING:
+
+        def __getattr__(self, name: str) -> Any:
+            meant = [column for column, about in SERIES_COLUMNS.items() if about.meaning.startswith(name)]
+            hint = f"; nearest: {', '.join(meant)}" if meant else near(name, SERIES_COLUMNS)
+            raise AttributeError(f"'Series' object has no attribute {name!r}{hint}")
+
+    t: Annotated[Values, "s", "time", lambda p, s: p.t]
+    phi: Annotated[Values, "rad", "angle of the pulley since the start", lambda p, s: p.y.phi]
+    omega: Annotated[Values, "rad/s", "speed of the pulley, positive in the braking direction", lambda p, s: p.y.omega]
+    elongation: Annotated[Values | None, "m", "elongation x of the band", lambda p, s: p.shown.elongation]
+    slack_tension: Annotated[
+        OfBand,
+        "N",
+        "tension T_0 of the band at the slack (lever) end; of alike rims that of one, of unlike bands the sum",
+        lambda p, s: _of_band(p, p.flows.contact.slack_tension),
+    ]
+    tight_tension: Annotated[
+        OfBand,
+        "N",
+        "tension T_n of the band at the tight (anchor) end; of alike rims that of one, of unlike bands the sum",
+        lambda p, s: _of_band(p, p.flows.contact.tight_tension),
+    ]
+    load_torque: Annotated[Values, "N*m", "torque of the load on the pulley", lambda p, s: p.flows.load_torque]
+    shaft_torque: Annotated[
+        Values | None,
+        "N*m",
+        "torque on the shaft beside load and brake, against the rotation",
+        lambda p, s: None if p.flows.shaft is None else p.flows.shaft.total,
+    ]
+    shaft_work: Annotated[
+        Values | None,
+        "J",
+        "heat of the torques on the shaft beside load and brake since the start",
+        lambda p, s: p.y.ledger.shaft and sum(p.y.ledger.shaft[1:], start=p.y.ledger.shaft[0]),
+    ]
+    motor_torque: Annotated[
+        Values | None, "N*m", "torque of the motor, against the braking direction", lambda p, s: p.flows.motor
+    ]
+    motor_power: Annotated[
+        Values | None,
+        "W",
+        "power of the motor, negative where it holds the load back",
+        lambda p, s: None if p.flows.motor is None else -p.flows.motor * p.y.omega,
+    ]
+    motor_work: Annotated[Values | None, "J", "work of the motor since the start", lambda p, s: p.y.ledger.motor]
+    brake_torque: Annotated[
+        Values, "N*m", "torque of the brake against the pulley", lambda p, s: p.flows.contact.brake_torque
+    ]
+    slip_speed: Annotated[
+        Values, "m/s", "speed of the track past the linings of the band", lambda p, s: p.flows.contact.slip_speed
+    ]
+    at_limit: Annotated[
+        Whole, "", "number of linings at their limit of friction", lambda p, s: s.pair.at_limit.sum(axis=1)
+    ]
+    band_mode: Annotated[
+        Whole,
+        "",
+        "0 open, 1 take-up, 2 elastic, 3 full slip, 4 full slip the other way, 5 held",
+        lambda p, s: p.mode.band,
+    ]
+    rope_layer: Annotated[
+        Whole | None, "", "layer of the rope on the drum that pays out, from 1", lambda p, s: p.mode.layer
+    ]
+    load_work: Annotated[Values, "J", "work of the load since the start", lambda p, s: p.y.ledger.load_work]
+    lever_work: Annotated[Values, "J", "work of the lever since the start", lambda p, s: p.y.ledger.lever_work]
+    friction_heat: Annotated[Values, "J", "friction heat since the start", lambda p, s: s.hot * s.all_work]
+    tension: Annotated[
+        Each | None,
+        "N",
+        "tension of the band behind each lining, counted from the slack end",
+        lambda p, s: p.shown.tension,
+        View("tension T behind the lining", "kN", 1e-3),
+    ]
+    lever_force: Annotated[
+        Values | None,
+        "N",
+        "force of the actuator on each pad or shoe, or on the lever of a band",
+        lambda p, s: p.flows.contact.slack_tension if p.shown.tension is None else p.lever_force,
+    ]
+    actuator_pressure: Annotated[
+        Values | None, "Pa", "gauge pressure of the cylinder of the actuator", lambda p, s: p.actuator_pressure
+    ]
+    normal_load: Annotated[Each, "N", "normal load on each lining", lambda p, s: s.pair.normal]
+    friction_force: Annotated[Each, "N", "friction force on each lining", lambda p, s: s.pair.friction]
+    temperature: Annotated[Float[Array, "m k"] | None, "K", "temperature of every thermal node", lambda p, s: _nodes(p)]
+    rim_temperature: Annotated[
+        Float[Array, "m r"] | None, "K", "surface temperature of the rim", lambda p, s: p.surfaces.get("rim")
+    ]
+    lining_temperature: Annotated[
+        Float[Array, "m l"] | None, "K", "surface temperature of the linings", lambda p, s: p.surfaces.get("linings")
+    ]
+    band_temperature: Annotated[
+        Float[Array, "m b"] | None, "K", "temperature of the band", lambda p, s: p.surfaces.get("band")
+    ]
+    heat_lost: Annotated[
+        Values | None,
+        "J",
+        "heat lost to the surroundings since the start",
+        lambda p, s: p.y.ledger.heat and p.y.ledger.heat.lost,
+    ]
+    heat_to_coolant: Annotated[
+        Values | None,
+        "J",
+        "heat that the coolant of all jackets carried away since the start",
+        lambda p, s: p.y.ledger.heat and p.y.ledger.heat.coolant,
+    ]
+    coolant_heat_flow: Annotated[
+        Float[Array, "m jackets"] | None,
+        "W",
+        "heat flow into the coolant of each jacket",
+        lambda p, s: _coolant(p) and _coolant(p).heat,
+    ]
+    coolant_temperature: Annotated[
+        Float[Array, "m jackets"] | None,
+        "K",
+        "temperature of the coolant at the outlet",
+        lambda p, s: coolant_outlet(p),
+    ]
+    wetted_temperature: Annotated[
+        Float[Array, "m jackets"] | None,
+        "K",
+        "temperature of the wall that the coolant wets",
+        lambda p, s: p.surfaces.get("wetted"),
+    ]
+    friction_coefficient: Annotated[
+        Each | None, "", "coefficient of friction of each lining, sliding", lambda p, s: s.pair.coefficient
+    ]
+    lining_outer_temperature: Annotated[
+        Float[Array, "m o"] | None,
+        "K",
+        "temperature of the outer faces of the linings",
+        lambda p, s: p.surfaces.get("outer"),
+    ]
+    bandage_speed: Annotated[
+        Values | None,
+        "rad/s",
+        "speed of the bandage (the mean of the linings where each has its own)",
+        lambda p, s: p.shown.bandage_speed,
+    ]
+    lining_speed: Annotated[Each | None, "rad/s", "speed of each lining", lambda p, s: p.shown.lining_speed]
+    displacement: Annotated[
+        Each | None,
+        "m",
+        "displacement of each lining along the band circle",
+        lambda p, s: p.shown.displacement,
+        View("displacement u along the band", "mm", 1e3),
+    ]
+    damper_heat: Annotated[Values | None, "J", "heat of dampers since the start", lambda p, s: p.y.ledger.damper_heat]
+    electrical_work: Annotated[
+        Values | None,
+        "J",
+        "electrical part of the friction work since the start",
+        lambda p, s: s.shares and s.shares.electrical * s.all_work,
+    ]
+    mechanical_work: Annotated[
+        Values | None,
+        "J",
+        "mechanical part of the friction work since the start",
+        lambda p, s: s.shares and s.shares.mechanical * s.all_work,
+    ]
+    worn_thickness: Annotated[
+        Each | None,
+        "m",
+        "thickness that each lining lost since the start",
+        lambda p, s: p.y.worn and thickness(p.y.worn),
+    ]
+    friction_memory: Annotated[
+        Any, "", "state of the friction law of each lining (several: in the order of its PyTree)", lambda p, s: s.memory
+    ]
+    hook_position: Annotated[
+        Values | None, "m", "travel of the hook downwards since the start", lambda p, s: p.hook and p.hook.travel
+    ]
+    hook_speed: Annotated[
+        Values | None, "m/s", "speed of the hook, positive downwards", lambda p, s: p.hook and p.hook.speed
+    ]
+    hook_load: Annotated[
+        Values | None, "N", "force on the hook, weight less inertia", lambda p, s: p.hook and p.hook.force
+    ]
+    rope_tension: Annotated[
+        Values | None,
+        "N",
+        "tension of the tightest line of the rope: hook load over lines strung; with a `TackleLoss` of the fast line "
+        "in hoisting, of the dead line in lowering, at rest the larger one of both",
+        lambda p, s: p.hook and p.hook.rope,
+    ]
+    fast_line_tension: Annotated[
+        Values | None,
+        "N",
+        "tension of the line on the drum, with a `TackleLoss`; at rest the largest that it can be",
+        lambda p, s: p.hook and p.hook.fast,
+    ]
+    dead_line_tension: Annotated[
+        Values | None,
+        "N",
+        "tension of the line at the dead-line anchor, with a `TackleLoss`; at rest the largest that it can be",
+        lambda p, s: p.hook and p.hook.dead,
+    ]
+    rope_stretch: Annotated[
+        Values | None,
+        "m",
+        "stretch of the elastic rope at the hook, below 0: slack by that",
+        lambda p, s: p.hook and p.hook.stretch,
+    ]
+    holding_reserve: Annotated[
+        Values | None,
+        "",
+        "static capacity of the brake over the load on a pulley at rest, under the tension of that instant, "
+        "of a lever that follows the speed under its limit",
+        lambda p, s: _reserve(p),
+    ]
+    friction_power: Annotated[Each, "W", "friction power of each lining", lambda p, s: s.rubs.power]
+    pressure: Annotated[Each | None, "Pa", "mean pressure on each lining", lambda p, s: s.rubs.pressure]
+    pairs: dict[str, PairSeries]
+
+    @property
+    def friction_work(self) -> Values:
+        """Friction work (J): heat, and the electrical and mechanical parts where the scene has them."""
+        if self.electrical_work is None or self.mechanical_work is None:
+            return self.friction_heat
+        return self.friction_heat + self.electrical_work + self.mechanical_work
+
+    def _table(self) -> Table:
+        there = [(name, getattr(self, name), about) for name, about in SERIES_COLUMNS.items()]
+        rows = [
+            (name, _range(values, about.unit), about.meaning) for name, values, about in there if values is not None
+        ]
+        first = next(iter(self.pairs), "")
+        pairs = "" if len(self.pairs) < 2 else f"; pairs {', '.join(self.pairs)}, as pairs[{first!r}]"
+        return rows_table(rows, f"Series at {np.shape(self.t)[0]} times{pairs}")
+
+    def __repr__(self) -> str:
+        return str(self._table())
+
+    def _repr_html_(self) -> str:
+        return self._table()._repr_html_()
+
+
+def _range(values: Any, unit: str) -> str:
+    """Range of a column with its unit and the count of what it has at each time."""
+    if isinstance(values, Tracer | tuple):
+        return value_text(values)
+    array = np.asarray(values)
+    finite = array[np.isfinite(array)]
+    each = f" ({' × '.join(str(n) for n in array.shape[1:])} each)" if array.ndim > 1 else ""
+    if not finite.size:
+        return f"—{each}"
+    low, high = float(finite.min()), float(finite.max())
+    if low == high:
+        return f"{number(low, unit)}{each}"
+    top = max(abs(low), abs(high))
+    return f"{number(low, unit, beside=top).text} … {number(high, unit, beside=top)}{each}"
+
+
+def _columns(series: type) -> dict[str, About]:
+    """The columns of a `Series` or a `PairSeries`, as their annotations say."""
+    hints = series.__annotations__.items()
+    return {name: About(*get_args(hint)[1:]) for name, hint in hints if get_origin(hint) is Annotated}
+
+
+SERIES_COLUMNS, PAIR_COLUMNS = _columns(Series), _columns(PairSeries)
+#: quantities of linings, each of one friction pair: of these there are means, maxima and maps
+LINING_QUANTITIES = {name: about for name, about in {**SERIES_COLUMNS, **PAIR_COLUMNS}.items() if about.view}
+
+
+def series_of(p: Probe, system: BrakeSystem) -> Series:
+    """All columns of a probe."""
+    pairs, first = {}, PairSeen(system, p, 0)
+    for i, name in enumerate(system.pair_names):
+        view = PairSeen(system, p, i)
+        pairs[name] = PairSeries(**{key: column.find(p, view) for key, column in PAIR_COLUMNS.items()})
+    return Series(**{key: column.find(p, first) for key, column in SERIES_COLUMNS.items()}, pairs=pairs)
+
+
+_OF_PAIR = re.compile(rf"(?P<pair>[a-z][a-z_]*?)_(?P<column>{'|'.join(PAIR_COLUMNS)})")
+
+
+def pair_column(name: str) -> tuple[str, str] | None:
+    """Friction pair and column of a name as `internal_torque`; `None` of any other name."""
+    match = None if name in SERIES_COLUMNS else _OF_PAIR.fullmatch(name)
+    return None if match is None else (match["pair"], match["column"])
+
+
+def about_column(name: str) -> About:
+    """Unit and meaning of a column of `flat`."""
+    if (of_pair := pair_column(name)) is None:
+        return SERIES_COLUMNS[name]
+    about = PAIR_COLUMNS[of_pair[1]]
+    return about._replace(meaning=f"{of_pair[0]} pair: {about.meaning}")
+
+
+def flat(series: Series, *, pairs: bool) -> dict[str, Any]:
+    """The columns of a series by name, those that it does not have left out.
+
+    - `pairs`: with those of every friction pair, called as `internal_torque`
+    """
+    by_name = {name: getattr(series, name) for name in SERIES_COLUMNS}
+    if pairs:
+        for pair, columns in series.pairs.items():
+            by_name |= {f"{pair}_{name}": values for name, values in columns._asdict().items()}
+    return {name: values for name, values in by_name.items() if values is not None}
+
+
+# --- times ------------------------------------------------------------------------------------------------------------
+
+
+def outside(ts: Array, start: Number, end: Number) -> Bool[Array, " m"]:
+    """Whether times `ts` are outside a run from `start` to `end`, rounding at the two ends allowed for."""
+    rounding = 1e-9 * (end - start) + 1e-15 * (abs(start) + abs(end))
+    return ~((ts >= start - rounding) & (ts <= end + rounding))  # written so that a NaN is outside
+
+
+def fault_of_times(ts: np.ndarray, start: float, end: float, path: str, hint: str = "") -> Fault | None:
+    """Error of times outside a run, `None` if all are inside."""
+    bad = ts[outside(ts, start, end)]
+    if not bad.size:
+        return None
+    more = f" (and {bad.size - 1} more of {ts.size} times)" if bad.size > 1 else ""
+    return Fault(path, f"{bad[0]:g} s is outside the run{more}", f"between {start:g} and {end:g} s{hint}")
+
+
+def array_of_times(ts: Any, path: str) -> np.ndarray:
+    """Times (m,) of a list, an array or one number. Raises `InputError` for anything else, and for no times."""
+    try:
+        times = np.atleast_1d(np.asarray(ts, np.float64))
+    except (TypeError, ValueError):
+        raise InputError([Fault(path, f"{ts!r} are not numbers", "times in s")]) from None
+    if times.ndim != 1 or not times.size:
+        raise InputError([Fault(path, f"have the shape {times.shape}", "one time in s, or a list of times")])
+    return times
+
+
+def times_within(ts: Any, start: float, end: float, path: str, hint: str = "") -> np.ndarray:
+    """Times (m,) in a run, those that only rounding puts outside moved to its ends. Raises `InputError` for others."""
+    times = array_of_times(ts, path)
+    if fault := fault_of_times(times, start, end, path, hint):
+        raise InputError([fault])
+    return np.clip(times, start, end)

@@ -1,0 +1,196 @@
+"""The rope: its layers on the drum, and a hook on an elastic rope."""
+
+from typing import Any, ClassVar, NamedTuple
+
+import jax.numpy as jnp
+import numpy as np
+
+from .._base._corners import lesser
+from ..hybrid import CORE
+from ..hybrid._arrays import Array, ScalarArray, TwoArrays
+from ..loads import AbstractLoad
+from ..profiles import Piece
+from ..rope import RopeElasticity
+from ._brake import BrakeGuards, BrakeNow, BrakeSystem, Feature, Moment, State, piece_of
+from .mechanism import BrakeCode, Ledger, Mode
+
+
+class Layers(Feature):
+    """The layers of the rope on the drum (`RopeLayers`), of which one pays out: `Mode.layer`."""
+
+    def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
+        paid_out, full = now.brake.load.layers.margins(now.y.phi, now.mode.layer)  # pyright: ignore
+        return guards._replace(layer_paid_out=paid_out, layer_full=full)
+
+    def limits(self, mode: Mode, limits: BrakeGuards) -> BrakeGuards:
+        return limits._replace(layer_paid_out=np.True_, layer_full=np.True_)
+
+    def after(self, now: Moment, new: Mode, fired: BrakeGuards, code: Array) -> tuple[Mode, Array]:
+        code = jnp.where(fired.layer_paid_out & (now.mode.layer == 1), int(BrakeCode.ROPE_END), code)
+        step = fired.layer_full.astype(jnp.int32) - fired.layer_paid_out.astype(jnp.int32)
+        return new._replace(layer=jnp.maximum(now.mode.layer + step, 1).astype(jnp.int32)), code
+
+    def speed_after(self, now: Moment, after: Mode, omega: Array) -> Array:
+        """Speed of the pulley on another layer, with the kinetic energy that was there before.
+
+        Bodies that stick to the pulley follow it.
+        """
+        brake, _, y, before, _ = now
+        mechanism, old = brake.mechanism, brake.inertia_at(before)
+        new = brake.inertia_at(before._replace(layer=after.layer))
+
+        def kinetic(omega: Array) -> Array:
+            speed, own = mechanism.with_stuck_speeds(omega, y.own, before, after)
+            return brake.stored_at(new, speed, own, after)[0]
+
+        there, others = brake.stored_at(old, y.omega, y.own, before)[0], kinetic(0.0 * y.omega)
+        whole = kinetic(y.omega) - others
+        speed = y.omega * jnp.sqrt(jnp.where(whole > 0, (there - others) / jnp.where(whole > 0, whole, 1.0), 1.0))
+        return jnp.where(after.layer == before.layer, omega, speed)
+
+
+# --- an elastic rope --------------------------------------------------------------------------------------------------
+
+
+class HookState(NamedTuple):
+    """Speed of the hook downwards (m/s), and the stretch of the rope at the hook beyond that under the weight (m).
+
+    Beyond that under the weight, so that a hook that hangs still does so exactly, whatever the rounding.
+    """
+
+    speed: Any
+    excess: Any
+
+
+class RopeNow(NamedTuple):
+    """The rope at one instant.
+
+    - `force` (N) on the hook;  `taut_force` (N): what it would be of a taut rope
+    - `stretch` (m; below 0 it is slack by that), and its `rate` (m/s)
+    - `mass` (kg) on the hook, and its `weight` (N)
+    """
+
+    force: Array
+    taut_force: Array
+    stretch: Array
+    rate: Array
+    mass: Array
+    weight: Array
+
+
+class ElasticRope(Feature):
+    """A hook on an elastic rope (`RopeElasticity`).
+
+        F = k e + c ė,   ė = v − ω r/n,   m v̇ = m g − F,   J ω̇ = F r/n − c_d ω − Σ M_shaft − M_b
+
+    Taut and slack are modes, in the slack one `F = 0`; `J` is without the hook, which only the rope feels. A slack rope
+    has no energy: what is left of its stretch as its pull ends is heat of the damping, less what comes back where it
+    pulls again before that stretch has gone.
+
+    - `stiffness` `k` (N/m), `damping` `c` (N·s/m);  `excess` `e_0 − m g/k` (m) and `weight` `m g` (N) at the start
+    """
+
+    stiffness: ScalarArray
+    damping: ScalarArray
+    excess: ScalarArray
+    weight: ScalarArray
+    frees_hook: ClassVar[bool] = True
+
+    @classmethod
+    def of(cls, elastic: RopeElasticity, load: AbstractLoad, piece: Piece | None) -> "ElasticRope":
+        """The rope of a load that hangs still at the start; `piece` of the load at the start."""
+        _, weight = load.hanging(jnp.asarray(0, jnp.int32) if piece is None else piece)  # pyright: ignore
+        k, weight = elastic.at_hook(load.line_count), jnp.asarray(weight)  # pyright: ignore
+        excess = jnp.zeros(()) if elastic.stretch is None else jnp.asarray(elastic.stretch) - weight / k
+        return cls(k, jnp.asarray(elastic.damping), excess, weight)
+
+    def book(self, brake: BrakeSystem, ledger: Ledger, of_each: Any) -> Ledger:
+        return ledger._replace(damper_heat=of_each)
+
+    def start(self, now: Moment) -> tuple[State, Mode]:
+        brake, _, y, mode, _ = now
+        y = y._replace(hook=HookState(y.omega * _per_radian(brake, mode), self.excess))
+        return y, mode._replace(taut=(self.at(brake, y, mode).stretch > 0).astype(jnp.int32))
+
+    def sizes(self, brake: BrakeSystem, sizes: State) -> State:
+        per_radian, size = jnp.asarray(brake.load.travel()), brake.sizes
+        hook = HookState(size.speed * per_radian, size.torque / (self.stiffness * per_radian))
+        return sizes._replace(hook=hook)
+
+    def places(self, brake: BrakeSystem, places: State) -> State:
+        return places._replace(hook=HookState(np.asarray(CORE), np.asarray(CORE)))
+
+    def jumps(self, brake: BrakeSystem) -> bool:
+        return brake.load.added_inertia(jnp.asarray(0, jnp.int32)) is not None
+
+    # --- at one instant -----------------------------------------------------------------------------------------------
+
+    def at(self, brake: BrakeSystem, y: State, mode: Mode) -> RopeNow:
+        """The rope at one instant."""
+        mass, weight = map(jnp.asarray, brake.load.hanging(piece_of(mode, "load")))  # pyright: ignore
+        rate = y.hook.speed - _per_radian(brake, mode) * y.omega
+        force = weight + (self.stiffness * y.hook.excess + self.damping * rate)
+        stretch = weight / self.stiffness + y.hook.excess
+        return RopeNow(jnp.where(mode.taut == 1, force, 0.0), force, stretch, rate, mass, weight)
+
+    def stretched(self, brake: BrakeSystem, y: State, mode: Mode) -> Array:
+        """Stretch of the rope since the start (m); exactly 0 of a hook that hangs still."""
+        return y.hook.excess - self.excess + (self.at(brake, y, mode).weight - self.weight) / self.stiffness
+
+    def load_torque(self, now: Moment, torque: Array) -> Array:
+        rope = self.at(now.brake, now.y, now.mode)
+        return torque + (rope.force - rope.weight) * _per_radian(now.brake, now.mode)
+
+    def variables(self, now: Moment) -> BrakeNow:
+        return now.z._replace(rope=self.at(now.brake, now.y, now.mode))
+
+    def rates(self, now: Moment, rates: State) -> State:
+        rope, v, ledger = now.z.rope, now.y.hook.speed, rates.ledger
+        heat = jnp.where(now.mode.taut == 1, self.damping * rope.rate**2, 0.0)
+        ledger = ledger._replace(
+            load_work=ledger.load_work + rope.weight * v - rope.force * (v - rope.rate),
+            damper_heat=heat if ledger.damper_heat is None else ledger.damper_heat + heat,
+        )
+        return rates._replace(ledger=ledger, hook=HookState((rope.weight - rope.force) / rope.mass, rope.rate))
+
+    def margins(self, now: Moment, guards: BrakeGuards) -> BrakeGuards:
+        rope = now.z.rope
+        longer = lesser(self.stiffness * rope.stretch, rope.taut_force)
+        return guards._replace(rope=jnp.where(now.mode.taut == 1, rope.taut_force, -longer) / rope.weight)
+
+    def limits(self, mode: Mode, limits: BrakeGuards) -> BrakeGuards:
+        return limits._replace(rope=mode.taut == 1)
+
+    def stored(self, now: Moment, stored: TwoArrays) -> TwoArrays:
+        (kinetic, elastic), rope = stored, self.at(now.brake, now.y, now.mode)
+        elastic = elastic + 0.5 * self.stiffness * _pulls(now.mode) * rope.stretch**2
+        return kinetic + 0.5 * rope.mass * now.y.hook.speed**2, elastic
+
+    # --- changes of mode ----------------------------------------------------------------------------------------------
+
+    def at_once(self, mode: Mode, fired: BrakeGuards) -> Mode:
+        # (what the brake does answers the pull after the event of the rope)
+        return mode._replace(taut=mode.taut ^ fired.rope.astype(jnp.int32))
+
+    def reset(self, now: Moment, after: Mode, new: State) -> State:
+        brake, _, y, before, _ = now
+        k, v, old, then = self.stiffness, y.hook.speed, self.at(brake, y, before), self.at(brake, y, after)
+        pulls, still, e = _pulls(before), _pulls(after), old.stretch
+        # a rope that pulls takes another weight on slowly; what hangs on the hook brings its energy
+        excess = y.hook.excess - (1 - pulls) * (then.weight - old.weight) / k
+        follows = then.weight / k + excess
+        brought = 0.5 * (then.mass - old.mass) * v**2 + 0.5 * k * pulls * (follows**2 - e**2)
+        left = 0.5 * k * (pulls - still) * follows**2
+        ledger = new.ledger
+        ledger = ledger._replace(load_work=ledger.load_work + brought, damper_heat=ledger.damper_heat + left)
+        return new._replace(ledger=ledger, hook=HookState(v, excess))
+
+
+def _per_radian(brake: BrakeSystem, mode: Mode) -> Any:
+    """Travel of the hook per angle of the drum (m)."""
+    return brake.load.on_layer(mode.layer).travel()
+
+
+def _pulls(mode: Mode) -> Array:
+    """1 of a taut rope, 0 of a slack one."""
+    return jnp.asarray(mode.taut, jnp.float64)
